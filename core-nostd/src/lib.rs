@@ -1,0 +1,16 @@
+//! What runs on the controller: the rigid and elastic mechanics of a six-axis arm, hybrid force/position control and
+//! the compensation of the tool's deviation.
+//!
+//! `no_std`, no allocation, no `unsafe`, no panic; every type has a fixed size and every function is generic over the
+//! scalar ([`Real`]: `f32` on the controller, `f64` on the host). The core knows no file, no clock and no simulator.
+#![no_std]
+
+pub mod error;
+pub mod robot;
+pub mod scalar;
+pub mod spatial;
+
+pub use error::{Fault, KinematicsError, ModelError};
+pub use robot::{Counterbalance, Friction, JointParameters, Robot, RobotParameters, ToolParameters};
+pub use scalar::{JOINTS, JointVector, Real};
+pub use spatial::{Pose, Twist, Wrench};

@@ -1,0 +1,25 @@
+//! The scalar every formula of the core is written over.
+
+use nalgebra::{RealField, SVector};
+
+/// Number of actuated joints: the six revolute axes of a serial arm.
+pub const JOINTS: usize = 6;
+
+/// A real scalar: `f32` on the controller, `f64` on the host, dual numbers for derivatives.
+pub trait Real: RealField + Copy {}
+impl<T: RealField + Copy> Real for T {}
+
+/// One value a joint, A1 first. Units are those of the quantity it holds: rad, rad/s, N·m …
+pub type JointVector<T> = SVector<T, JOINTS>;
+
+/// Converts a literal of the formulas (never a physical parameter) to the scalar in use.
+#[inline(always)]
+pub fn lit<T: Real>(value: f64) -> T {
+    nalgebra::convert(value)
+}
+
+/// True where every entry is a finite number.
+#[inline]
+pub(crate) fn all_finite<'a, T: Real>(values: impl IntoIterator<Item = &'a T>) -> bool {
+    values.into_iter().all(|v| v.is_finite())
+}
