@@ -1,2 +1,10 @@
-//! Compensation laws, one file each, over the core's trait. `no_std`: the same code runs in simulation and on the controller.
+//! Compensation laws, one file each, over the core's [`Compensator`](trueweld_core::compensation::Compensator) trait.
+//!
+//! `no_std`, no allocation: the same code runs in simulation and on the controller.
 #![no_std]
+
+mod elastostatic;
+mod none;
+
+pub use elastostatic::Elastostatic;
+pub use none::Uncompensated;

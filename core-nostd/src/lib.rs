@@ -5,12 +5,26 @@
 //! scalar ([`Real`]: `f32` on the controller, `f64` on the host). The core knows no file, no clock and no simulator.
 #![no_std]
 
+pub mod compensation;
+pub mod control;
+pub mod crba;
 pub mod error;
+pub mod filter;
+pub mod inverse_kinematics;
+pub mod jacobian;
+pub mod kinematics;
+pub mod pid;
+pub mod rnea;
 pub mod robot;
 pub mod scalar;
 pub mod spatial;
+pub mod stiffness;
 
 pub use error::{Fault, KinematicsError, ModelError};
+pub use inverse_kinematics::Branch;
+pub use jacobian::Jacobian;
+pub use kinematics::{Displacement, Frames};
 pub use robot::{Counterbalance, Friction, JointParameters, Robot, RobotParameters, ToolParameters};
 pub use scalar::{JOINTS, JointVector, Real};
 pub use spatial::{Pose, Twist, Wrench};
+pub use stiffness::Deflection;

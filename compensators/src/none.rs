@@ -1,0 +1,16 @@
+//! No compensation: the law every other one is compared with.
+
+use trueweld_core::compensation::{Compensator, Observation};
+use trueweld_core::{Fault, Real, Robot, Twist};
+
+/// Demands nothing, ever.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Uncompensated;
+
+impl<T: Real> Compensator<T> for Uncompensated {
+    fn reset(&mut self) {}
+
+    fn demand(&mut self, _: &Robot<T>, _: &Observation<'_, T>) -> Result<Twist<T>, Fault> {
+        Ok(Twist::zero())
+    }
+}

@@ -1,0 +1,163 @@
+//! Compensation of the tool's deviation, on top of a hybrid controller.
+//!
+//! A law ([`Compensator`]) turns what the robot can see into a demanded correction of the pose set-point. Two loops
+//! bring it onto the set-point, one for position (lateral and longitudinal in W) and one for orientation; each follows
+//! the demand with a stated bandwidth, bounded in size and rate. Depth stays with the force loop: S selects here too.
+
+use crate::control::{Command, HybridController, Sensed, Setpoint};
+use crate::error::Fault;
+use crate::robot::Robot;
+use crate::scalar::{JointVector, Real};
+use crate::spatial::{Pose, Twist};
+use nalgebra::{SVector, Vector2, Vector3};
+
+/// What a law may look at in one period.
+#[derive(Debug, Clone, Copy)]
+pub struct Observation<'a, T: Real> {
+    /// The set-point before correction: where the encoders would be if nothing bent.
+    pub setpoint: &'a Setpoint<T>,
+    /// Where the real tool should be, `b_from_t`.
+    pub nominal: &'a Pose<T>,
+    /// The robot's instruments.
+    pub sensed: &'a Sensed<T>,
+}
+
+/// A compensation law: from what it sees to the correction it demands, once a control period.
+pub trait Compensator<T: Real> {
+    /// Forgets what was seen: the start of a weld.
+    fn reset(&mut self);
+
+    /// Demanded displacement of the set-point, axes of W, about the TCP: linear in m, angular as a rotation vector.
+    /// Its depth component is ignored.
+    ///
+    /// # Errors
+    /// [`Fault::Compensation`] where no correction can be formed, [`Fault::Force`] where the wrench is not a number;
+    /// the loops then hold what they have.
+    fn demand(&mut self, robot: &Robot<T>, observation: &Observation<'_, T>) -> Result<Twist<T>, Fault>;
+}
+
+/// Bounds and speed of a compensation loop.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LoopLimits<T: Real> {
+    /// First-order bandwidth with which the demand is followed, rad/s.
+    pub bandwidth: T,
+    /// Largest correction (Euclidean norm), m or rad.
+    pub size: T,
+    /// Largest rate of the correction, m/s or rad/s.
+    pub rate: T,
+}
+
+/// A correction that follows its demand with limited bandwidth, rate and size.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CorrectionLoop<T: Real, const D: usize> {
+    limits: LoopLimits<T>,
+    period: T,
+    correction: SVector<T, D>,
+}
+
+/// Correction across and along the weld (y and x of W), m.
+pub type LateralLoop<T> = CorrectionLoop<T, 2>;
+
+/// Correction of the tool's orientation, rotation vector in W, rad.
+pub type OrientationLoop<T> = CorrectionLoop<T, 3>;
+
+impl<T: Real, const D: usize> CorrectionLoop<T, D> {
+    /// A loop with nothing corrected.
+    pub fn new(limits: LoopLimits<T>, period: T) -> Self {
+        Self { limits, period, correction: SVector::zeros() }
+    }
+
+    /// One period: c ← c + (1 − e^(−bandwidth·period)) (demand − c), the step held within rate·period and the result
+    /// within size. A demand that is not finite is not followed. Returns the correction and whether a limit held it.
+    pub fn follow(&mut self, demand: &SVector<T, D>) -> (SVector<T, D>, bool) {
+        if !crate::scalar::all_finite(demand.iter()) {
+            return (self.correction, true);
+        }
+        let share = T::one() - (-self.limits.bandwidth * self.period).exp();
+        let (step, slow) = shortened((demand - self.correction) * share, self.limits.rate * self.period);
+        let (next, short) = shortened(self.correction + step, self.limits.size);
+        self.correction = next;
+        (next, slow || short)
+    }
+
+    /// Nothing corrected.
+    pub fn reset(&mut self) {
+        self.correction = SVector::zeros();
+    }
+
+    /// The correction in force.
+    pub fn correction(&self) -> &SVector<T, D> {
+        &self.correction
+    }
+}
+
+/// The vector shortened to at most `limit`, and whether it was.
+fn shortened<T: Real, const D: usize>(v: SVector<T, D>, limit: T) -> (SVector<T, D>, bool) {
+    let norm = v.norm();
+    if norm > limit { (v * (limit / norm), true) } else { (v, false) }
+}
+
+/// A hybrid controller whose pose set-point is corrected by a law through the lateral and the orientation loop.
+#[derive(Debug, Clone, Copy)]
+pub struct Compensated<T: Real, C, L> {
+    controller: C,
+    law: L,
+    lateral: LateralLoop<T>,
+    orientation: OrientationLoop<T>,
+}
+
+impl<T: Real, C: HybridController<T>, L: Compensator<T>> Compensated<T, C, L> {
+    /// Puts `law` on top of `controller`. `lateral` limits in m and m/s, `orientation` limits in rad and rad/s.
+    pub fn new(controller: C, law: L, lateral: LoopLimits<T>, orientation: LoopLimits<T>, period: T) -> Self {
+        Self {
+            controller,
+            law,
+            lateral: CorrectionLoop::new(lateral, period),
+            orientation: CorrectionLoop::new(orientation, period),
+        }
+    }
+
+    /// Starts from rest with nothing corrected: the drives hold `torque` at `encoder` angles.
+    pub fn start(&mut self, robot: &Robot<T>, encoder: &JointVector<T>, torque: &JointVector<T>) {
+        self.controller.start(robot, encoder, torque);
+        self.law.reset();
+        self.lateral.reset();
+        self.orientation.reset();
+    }
+
+    /// One period. The law acts while the force loop is closed; before that its correction stays as it is.
+    ///
+    /// `nominal`: where the real tool should be. Returns the controller's command, with the law's fault if the
+    /// controller had none.
+    pub fn cycle(
+        &mut self,
+        robot: &Robot<T>,
+        setpoint: &Setpoint<T>,
+        nominal: &Pose<T>,
+        sensed: &Sensed<T>,
+    ) -> Command<T> {
+        let mut law_fault = None;
+        let mut held = false;
+        if setpoint.force.is_some() {
+            match self.law.demand(robot, &Observation { setpoint, nominal, sensed }) {
+                Ok(demand) => {
+                    let linear = Vector2::new(demand.linear.x, demand.linear.y);
+                    held = self.lateral.follow(&linear).1 | self.orientation.follow(&demand.angular).1;
+                }
+                Err(fault) => law_fault = Some(fault),
+            }
+        }
+        let correction = self.correction().rotated(&setpoint.b_from_w);
+        let corrected = Setpoint { pose: setpoint.pose.displaced(&correction), ..*setpoint };
+        let mut command = self.controller.cycle(robot, &corrected, sensed);
+        command.fault = command.fault.or(law_fault);
+        command.limited |= held;
+        command
+    }
+
+    /// The correction in force, axes of W: linear in m (depth zero), angular as a rotation vector.
+    pub fn correction(&self) -> Twist<T> {
+        let c = self.lateral.correction();
+        Twist { angular: *self.orientation.correction(), linear: Vector3::new(c.x, c.y, T::zero()) }
+    }
+}

@@ -1,0 +1,100 @@
+//! Scheme 3, (2.4)–(2.5): an outer force loop corrects the depth of the set-point of an inner position loop.
+//!
+//! (2.4) ΔX_f = (I−S)[K_pf Δf + K_if∫Δf − K_df Ẋ], in metres along z;
+//! (2.5) Γ = K_p J⁻¹(ΔX + ΔX_f) + K_d d/dt(…) + K_i∫(…).
+//! No static force error for any K_if > 0. A sensor that fails moves the tool no further than the correction's limits.
+//! This is the structure a pose correction interface allows. Reconstructed (see the [module](super) text).
+
+use super::position_loop::PositionLoop;
+use super::{Command, HybridController, JointGains, Sensed, Setpoint, sensed_push};
+use crate::error::Fault;
+use crate::pid::{Pid, PidGains};
+use crate::robot::Robot;
+use crate::scalar::{JointVector, Real};
+
+/// Gains and limits of the outer force loop (2.4).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ExternalGains<T: Real> {
+    /// K_pf, m/N.
+    pub kp: T,
+    /// K_if, m/(N·s).
+    pub ki: T,
+    /// K_df on the encoder velocity along z, s.
+    pub kd: T,
+    /// Largest depth correction, m.
+    pub max_correction: T,
+    /// Largest rate of the depth correction, m/s.
+    pub max_rate: T,
+}
+
+/// External hybrid controller (2.4)–(2.5).
+#[derive(Debug, Clone, Copy)]
+pub struct External<T: Real> {
+    position: PositionLoop<T>,
+    gains: ExternalGains<T>,
+    force: Pid<T>,
+    correction: T,
+}
+
+impl<T: Real> External<T> {
+    /// Controller at rest. `period`: s between calls of [`cycle`](HybridController::cycle).
+    pub fn new(joint: JointGains<T>, force: ExternalGains<T>, period: T) -> Self {
+        Self {
+            position: PositionLoop::new(joint, period),
+            gains: force,
+            force: Pid::new(PidGains { kp: force.kp, ki: force.ki, kd: T::zero() }),
+            correction: T::zero(),
+        }
+    }
+}
+
+impl<T: Real> HybridController<T> for External<T> {
+    fn start(&mut self, robot: &Robot<T>, encoder: &JointVector<T>, torque: &JointVector<T>) {
+        self.position.start(robot, encoder, torque);
+        self.force.preload(T::zero());
+        self.correction = T::zero();
+    }
+
+    fn cycle(&mut self, robot: &Robot<T>, setpoint: &Setpoint<T>, sensed: &Sensed<T>) -> Command<T> {
+        let view = match self.position.view(robot, setpoint, sensed) {
+            Ok(view) => view,
+            Err(fault) => return self.position.safe(robot, sensed, fault),
+        };
+        let z = setpoint.depth_axis();
+        let tcp = &view.frames.tcp;
+        let (mut force_error, mut fault, mut limited) = (T::zero(), None, false);
+        if let Some(desired) = setpoint.force {
+            let push = sensed_push(tcp, &z, &sensed.wrench);
+            if push.is_finite() {
+                force_error = desired - push;
+                let velocity = view.frames.twist(&sensed.encoder_rate).linear.dot(&z);
+                let (wanted, held) = self.force.update(
+                    force_error,
+                    -self.gains.kd * velocity,
+                    self.gains.max_correction,
+                    self.position.period,
+                );
+                let step = self.gains.max_rate * self.position.period;
+                let next = wanted.clamp(self.correction - step, self.correction + step);
+                limited = held || next != wanted;
+                self.correction = next;
+            } else {
+                // Blind: the correction stays where it is, and depth stays under position control.
+                fault = Some(Fault::Force);
+            }
+        }
+        let mut error = tcp.error_to(&setpoint.pose);
+        error.linear += z * self.correction;
+        match self.position.torque(robot, &view, &sensed.encoder, &error, &JointVector::zeros()) {
+            Err(fault) => self.position.safe(robot, sensed, fault),
+            Ok((torque, held)) => Command {
+                torque,
+                fault,
+                force_error,
+                depth_correction: self.correction,
+                push: T::zero(),
+                limited: limited || held,
+            },
+        }
+    }
+}

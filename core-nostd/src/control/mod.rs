@@ -1,0 +1,94 @@
+//! Hybrid force/position control of the tool: three published structures behind one trait.
+//!
+//! One direction, the tool axis z of the weld frame W, is force-controlled; the selection S keeps the other five under
+//! position control. The controllers see encoders and the force sensor only; that the real tool is elsewhere is what
+//! [`compensation`](crate::compensation) is for. Gravity and the counterbalance are fed forward at the encoder angles.
+//!
+//! Source: Bres et al. 2010, (2.2)–(2.5). The printed text of (2.3)–(2.5) was not at hand; they are reconstructed from
+//! their description and from Perdereau & Drouin 1993 (external control) and Khalil & Dombre 2002, ch. 16.
+
+mod external;
+mod parallel;
+mod position_loop;
+mod superposed;
+
+pub use external::{External, ExternalGains};
+pub use parallel::{ForceGains, Parallel};
+pub use position_loop::JointGains;
+pub use superposed::Superposed;
+
+use crate::error::Fault;
+use crate::robot::Robot;
+use crate::scalar::{JointVector, Real, all_finite};
+use crate::spatial::{Pose, Wrench};
+use nalgebra::{Matrix3, Vector3};
+
+/// What the task asks of the tool in this period.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Setpoint<T: Real> {
+    /// Desired tool pose in encoder kinematics, `b_from_t`.
+    pub pose: Pose<T>,
+    /// Axes of the weld frame W in B: x along the weld, z the tool axis into the material, y = z × x.
+    pub b_from_w: Matrix3<T>,
+    /// Push into the material along z of W, N. `None`: depth under position control, no force loop.
+    pub force: Option<T>,
+}
+
+impl<T: Real> Setpoint<T> {
+    /// The force-controlled direction: z of W in axes of B.
+    pub fn depth_axis(&self) -> Vector3<T> {
+        self.b_from_w.column(2).into_owned()
+    }
+
+    fn is_finite(&self) -> bool {
+        self.pose.is_finite() && all_finite(self.b_from_w.iter()) && self.force.is_none_or(|f| f.is_finite())
+    }
+}
+
+/// What the robot's own instruments say in this period.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sensed<T: Real> {
+    /// Encoder angles θ_E, rad.
+    pub encoder: JointVector<T>,
+    /// Encoder rates, rad/s.
+    pub encoder_rate: JointVector<T>,
+    /// Motor torque of the last period, seen from the joint, N·m.
+    pub motor_torque: JointVector<T>,
+    /// What the environment applies to the tool, at the TCP, in axes of the real tool frame T; tool weight removed.
+    pub wrench: Wrench<T>,
+}
+
+/// What the drives are to do in this period, and what the controller was thinking.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Command<T: Real> {
+    /// Motor torque Γ, seen from the joint, N·m, within the drives' limits.
+    pub torque: JointVector<T>,
+    /// Why this is a safe command and not the controller's own; the caller decides whether to brake.
+    pub fault: Option<Fault>,
+    /// Force error Δf = f_d − f_s along z of W, N; zero without a force loop.
+    pub force_error: T,
+    /// Depth the external loop adds to the set-point, m (zero for the others).
+    pub depth_correction: T,
+    /// Push the force branch adds through Jᵀ, N (zero for the external controller).
+    pub push: T,
+    /// Some drive's torque, or a correction, was held at its limit.
+    pub limited: bool,
+}
+
+/// A hybrid force/position controller, called once a period.
+pub trait HybridController<T: Real> {
+    /// Starts from rest, holding what the drives hold: `torque` Γ at `encoder` angles.
+    fn start(&mut self, robot: &Robot<T>, encoder: &JointVector<T>, torque: &JointVector<T>);
+
+    /// One control period. Always returns a command that is safe to apply:
+    ///
+    /// * force sensor faulty: the force branch is held where it was, position control goes on;
+    /// * encoder or set-point faulty, singular Jacobian, limits exceeded: gravity is held at the last good angles with
+    ///   viscous braking (K_d, where the rates are good), integrators frozen.
+    fn cycle(&mut self, robot: &Robot<T>, setpoint: &Setpoint<T>, sensed: &Sensed<T>) -> Command<T>;
+}
+
+/// The push that the force sensor sees along z of W, N, from the wrench in T with T placed by the encoders.
+fn sensed_push<T: Real>(b_from_t: &Pose<T>, depth_axis: &Vector3<T>, wrench: &Wrench<T>) -> T {
+    -(b_from_t.rotation * wrench.force).dot(depth_axis)
+}

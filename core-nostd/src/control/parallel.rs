@@ -1,0 +1,141 @@
+//! Scheme 1, (2.2): parallel hybrid control with a selection matrix in the position branch.
+//!
+//! Γ = K_p J⁻¹SΔX + K_d d/dt(J⁻¹SΔX) + K_i∫J⁻¹SΔX + Jᵀ(I−S)[f_d + K_pf Δf − K_df Ẋ + K_if∫Δf].
+//! Fast and without static error in force, but depth has no stiffness of its own: the drives give way until the force
+//! branch has caught up.
+
+use super::position_loop::{PositionLoop, push_torque};
+use super::{Command, HybridController, JointGains, Sensed, Setpoint, sensed_push};
+use crate::error::Fault;
+use crate::pid::{Pid, PidGains};
+use crate::robot::Robot;
+use crate::scalar::{JointVector, Real};
+
+/// Gains of the force branch of (2.2) and (2.3).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ForceGains<T: Real> {
+    /// K_pf, N/N.
+    pub kp: T,
+    /// K_if, 1/s.
+    pub ki: T,
+    /// K_df on the encoder velocity along z, N·s/m.
+    pub kd: T,
+    /// Largest correction the branch may add to f_d, N.
+    pub max_correction: T,
+}
+
+/// State of the force branch: what (2.2) and (2.3) have in common.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct ForceBranch<T: Real> {
+    gains: ForceGains<T>,
+    pid: Pid<T>,
+    /// Last push given, N; `None` while the force loop is open.
+    push: Option<T>,
+}
+
+/// What the force branch decided in one period.
+pub(super) struct Push<T: Real> {
+    pub push: T,
+    pub error: T,
+    /// The loop closed in this period: the push that the position loop must hand over.
+    pub taken_over: Option<T>,
+    pub limited: bool,
+    pub fault: Option<Fault>,
+}
+
+impl<T: Real> ForceBranch<T> {
+    pub fn new(gains: ForceGains<T>) -> Self {
+        Self { gains, pid: Pid::new(PidGains { kp: gains.kp, ki: gains.ki, kd: T::zero() }), push: None }
+    }
+
+    pub fn reset(&mut self) {
+        *self = Self::new(self.gains);
+    }
+
+    /// f_d + K_pf Δf − K_df Ẋ + K_if∫Δf, N; `None` while the set-point asks for no force.
+    pub fn update(&mut self, desired: Option<T>, sensed: T, velocity: T, period: T) -> Option<Push<T>> {
+        let Some(desired) = desired else {
+            self.reset();
+            return None;
+        };
+        if !sensed.is_finite() {
+            // Blind: hold the last push, or what was asked for.
+            let push = self.push.unwrap_or(desired);
+            return Some(Push { push, error: T::zero(), taken_over: None, limited: true, fault: Some(Fault::Force) });
+        }
+        let taken_over = self.push.is_none().then_some(desired);
+        let error = desired - sensed;
+        let (correction, limited) =
+            self.pid.update(error, -self.gains.kd * velocity, self.gains.max_correction, period);
+        let push = desired + correction;
+        self.push = Some(push);
+        Some(Push { push, error, taken_over, limited, fault: None })
+    }
+}
+
+/// Parallel hybrid controller (2.2).
+#[derive(Debug, Clone, Copy)]
+pub struct Parallel<T: Real> {
+    position: PositionLoop<T>,
+    force: ForceBranch<T>,
+}
+
+impl<T: Real> Parallel<T> {
+    /// Controller at rest. `period`: s between calls of [`cycle`](HybridController::cycle).
+    pub fn new(joint: JointGains<T>, force: ForceGains<T>, period: T) -> Self {
+        Self { position: PositionLoop::new(joint, period), force: ForceBranch::new(force) }
+    }
+}
+
+impl<T: Real> HybridController<T> for Parallel<T> {
+    fn start(&mut self, robot: &Robot<T>, encoder: &JointVector<T>, torque: &JointVector<T>) {
+        self.position.start(robot, encoder, torque);
+        self.force.reset();
+    }
+
+    fn cycle(&mut self, robot: &Robot<T>, setpoint: &Setpoint<T>, sensed: &Sensed<T>) -> Command<T> {
+        // S takes depth out of the position branch as soon as the force branch has it.
+        superpose(&mut self.position, &mut self.force, robot, setpoint, sensed, true)
+    }
+}
+
+/// One period of (2.2) (`select` true) or (2.3) (`select` false: the whole ΔX stays under position control).
+pub(super) fn superpose<T: Real>(
+    position: &mut PositionLoop<T>,
+    force: &mut ForceBranch<T>,
+    robot: &Robot<T>,
+    setpoint: &Setpoint<T>,
+    sensed: &Sensed<T>,
+    select: bool,
+) -> Command<T> {
+    let view = match position.view(robot, setpoint, sensed) {
+        Ok(view) => view,
+        Err(fault) => return position.safe(robot, sensed, fault),
+    };
+    let z = setpoint.depth_axis();
+    let tcp = &view.frames.tcp;
+    let velocity = view.frames.twist(&sensed.encoder_rate).linear.dot(&z);
+    let push = force.update(setpoint.force, sensed_push(tcp, &z, &sensed.wrench), velocity, position.period);
+    let mut error = tcp.error_to(&setpoint.pose);
+    let mut extra = JointVector::zeros();
+    if let Some(push) = &push {
+        if let Some(load) = push.taken_over {
+            position.release(&view, &z, load);
+        }
+        if select {
+            error.linear -= z * z.dot(&error.linear);
+        }
+        extra = push_torque(&view.frames, &z, push.push);
+    }
+    match position.torque(robot, &view, &sensed.encoder, &error, &extra) {
+        Err(fault) => position.safe(robot, sensed, fault),
+        Ok((torque, held)) => Command {
+            torque,
+            fault: push.as_ref().and_then(|p| p.fault),
+            force_error: push.as_ref().map_or(T::zero(), |p| p.error),
+            depth_correction: T::zero(),
+            push: push.as_ref().map_or(T::zero(), |p| p.push),
+            limited: held || push.is_some_and(|p| p.limited),
+        },
+    }
+}

@@ -1,0 +1,140 @@
+//! The part all three structures share: joint errors from a tool pose error, six PID loops, and the safe command.
+
+use super::{Command, Sensed, Setpoint};
+use crate::error::Fault;
+use crate::jacobian::Jacobian;
+use crate::kinematics::Frames;
+use crate::pid::{Pid, PidGains};
+use crate::robot::Robot;
+use crate::scalar::{JOINTS, JointVector, Real, lit};
+use crate::spatial::Twist;
+use nalgebra::{LU, U6, Vector3};
+
+/// Diagonal K_p, K_i, K_d of the joint position loop.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct JointGains<T: Real> {
+    /// N·m/rad.
+    pub kp: JointVector<T>,
+    /// N·m/(rad·s).
+    pub ki: JointVector<T>,
+    /// N·m·s/rad.
+    pub kd: JointVector<T>,
+}
+
+/// K_p J⁻¹ΔX + K_d d/dt(J⁻¹ΔX) + K_i ∫J⁻¹ΔX with gravity fed forward and every drive held within its torque.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct PositionLoop<T: Real> {
+    gains: JointGains<T>,
+    pid: [Pid<T>; JOINTS],
+    pub period: T,
+    last_good: JointVector<T>,
+}
+
+/// The encoders' view of the arm in this period, checked.
+pub(super) struct View<T: Real> {
+    pub frames: Frames<T>,
+    pub inverse: LU<T, U6, U6>,
+}
+
+impl<T: Real> PositionLoop<T> {
+    pub fn new(gains: JointGains<T>, period: T) -> Self {
+        let pid = core::array::from_fn(|i| Pid::new(PidGains { kp: gains.kp[i], ki: gains.ki[i], kd: gains.kd[i] }));
+        Self { gains, pid, period, last_good: JointVector::zeros() }
+    }
+
+    pub fn start(&mut self, robot: &Robot<T>, encoder: &JointVector<T>, torque: &JointVector<T>) {
+        let held = torque - weight(robot, &robot.frames(encoder), encoder);
+        for (pid, load) in self.pid.iter_mut().zip(held.iter()) {
+            pid.preload(*load);
+        }
+        self.last_good = *encoder;
+    }
+
+    /// Kinematics at the encoder angles, or the fault that forbids it.
+    pub fn view(&mut self, robot: &Robot<T>, setpoint: &Setpoint<T>, sensed: &Sensed<T>) -> Result<View<T>, Fault> {
+        for i in 0..JOINTS {
+            let (angle, rate) = (sensed.encoder[i], sensed.encoder_rate[i]);
+            let reach = robot.parameters().joints[i].max_rate * self.period * lit(2.0);
+            if !angle.is_finite() || !rate.is_finite() || (angle - self.last_good[i]).abs() > reach {
+                return Err(Fault::Encoder(i));
+            }
+        }
+        if !setpoint.is_finite() {
+            return Err(Fault::Setpoint);
+        }
+        if let Some(joint) = robot.beyond_limits(&sensed.encoder) {
+            return Err(Fault::Limit(joint));
+        }
+        self.last_good = sensed.encoder;
+        let frames = robot.frames(&sensed.encoder);
+        let inverse = invertible(&frames.jacobian()).ok_or(Fault::Singular)?;
+        Ok(View { frames, inverse })
+    }
+
+    /// Γ for the tool pose error ΔX (axes of B) and extra torque already decided elsewhere. True if a drive saturates.
+    pub fn torque(
+        &mut self,
+        robot: &Robot<T>,
+        view: &View<T>,
+        encoder: &JointVector<T>,
+        error: &Twist<T>,
+        extra: &JointVector<T>,
+    ) -> Result<(JointVector<T>, bool), Fault> {
+        let error = view.inverse.solve(&error.to_vector()).ok_or(Fault::Singular)?;
+        let feed_forward = weight(robot, &view.frames, encoder) + extra;
+        let mut limited = false;
+        let torque = JointVector::from_fn(|i, _| {
+            let limit = robot.parameters().joints[i].max_torque;
+            let (torque, held) = self.pid[i].update(error[i], feed_forward[i], limit, self.period);
+            limited |= held;
+            torque
+        });
+        Ok((torque, limited))
+    }
+
+    /// Takes a push along z out of the integrators, because the force branch now carries it.
+    pub fn release(&mut self, view: &View<T>, depth_axis: &Vector3<T>, push: T) {
+        let load = push_torque(&view.frames, depth_axis, push);
+        for (pid, load) in self.pid.iter_mut().zip(load.iter()) {
+            pid.hand_over(-*load);
+        }
+    }
+
+    /// The defined safe command: gravity held at the last good angles, viscous braking, integrators left as they are.
+    pub fn safe(&self, robot: &Robot<T>, sensed: &Sensed<T>, fault: Fault) -> Command<T> {
+        let hold = weight(robot, &robot.frames(&self.last_good), &self.last_good);
+        let torque = JointVector::from_fn(|i, _| {
+            let rate = sensed.encoder_rate[i];
+            let brake = if rate.is_finite() { -self.gains.kd[i] * rate } else { T::zero() };
+            let limit = robot.parameters().joints[i].max_torque;
+            (hold[i] + self.pid[i].integral() + brake).clamp(-limit, limit)
+        });
+        Command {
+            torque,
+            fault: Some(fault),
+            force_error: T::zero(),
+            depth_correction: T::zero(),
+            push: T::zero(),
+            limited: true,
+        }
+    }
+}
+
+/// Motor torque that carries gravity less the counterbalance, N·m.
+fn weight<T: Real>(robot: &Robot<T>, frames: &Frames<T>, q: &JointVector<T>) -> JointVector<T> {
+    let mut torque = robot.gravity_torque(frames);
+    torque[1] -= robot.counterbalance_torque(q[1]);
+    torque
+}
+
+/// Jᵀ of a push along z of W, N·m.
+pub(super) fn push_torque<T: Real>(frames: &Frames<T>, depth_axis: &Vector3<T>, push: T) -> JointVector<T> {
+    frames.joint_torque(&crate::spatial::Wrench { moment: Vector3::zeros(), force: depth_axis * push })
+}
+
+/// LU of J where it can be trusted: no pivot below 1e-4 of the largest (at 2 m reach, some 0.01° from singular).
+fn invertible<T: Real>(jacobian: &Jacobian<T>) -> Option<LU<T, U6, U6>> {
+    let lu = jacobian.0.lu();
+    let pivots = lu.u().diagonal().map(|p| p.abs());
+    (pivots.min() > pivots.max() * lit(1e-4)).then_some(lu)
+}

@@ -1,0 +1,36 @@
+//! Scheme 2, (2.3): superposed control, as (2.2) with ΔX instead of SΔX.
+//!
+//! Both integrators act on depth, so at rest K_i J⁻¹ΔX + K_if Δf = 0 along z: a static force error
+//! Δf = −(k̄_i/K_if) Δx with k̄_i = nᵀJ⁻ᵀK_iJ⁻¹n, in exchange for a depth that keeps its stiffness when the sensor fails.
+//! Reconstructed (see the [module](super) text).
+
+use super::parallel::{ForceBranch, superpose};
+use super::position_loop::PositionLoop;
+use super::{Command, ForceGains, HybridController, JointGains, Sensed, Setpoint};
+use crate::robot::Robot;
+use crate::scalar::{JointVector, Real};
+
+/// Superposed hybrid controller (2.3).
+#[derive(Debug, Clone, Copy)]
+pub struct Superposed<T: Real> {
+    position: PositionLoop<T>,
+    force: ForceBranch<T>,
+}
+
+impl<T: Real> Superposed<T> {
+    /// Controller at rest. `period`: s between calls of [`cycle`](HybridController::cycle).
+    pub fn new(joint: JointGains<T>, force: ForceGains<T>, period: T) -> Self {
+        Self { position: PositionLoop::new(joint, period), force: ForceBranch::new(force) }
+    }
+}
+
+impl<T: Real> HybridController<T> for Superposed<T> {
+    fn start(&mut self, robot: &Robot<T>, encoder: &JointVector<T>, torque: &JointVector<T>) {
+        self.position.start(robot, encoder, torque);
+        self.force.reset();
+    }
+
+    fn cycle(&mut self, robot: &Robot<T>, setpoint: &Setpoint<T>, sensed: &Sensed<T>) -> Command<T> {
+        superpose(&mut self.position, &mut self.force, robot, setpoint, sensed, false)
+    }
+}

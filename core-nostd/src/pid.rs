@@ -1,0 +1,65 @@
+//! A PID loop in parallel form with limited output and conditional integration.
+
+use crate::scalar::Real;
+
+/// Gains of one loop. The unit of each is output over error, over error·s, and over error/s.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PidGains<T: Real> {
+    /// Proportional gain.
+    pub kp: T,
+    /// Integral gain.
+    pub ki: T,
+    /// Derivative gain, on the backward difference of the error.
+    pub kd: T,
+}
+
+/// State of one loop.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pid<T: Real> {
+    gains: PidGains<T>,
+    /// Output held by the integrator, in output units.
+    integral: T,
+    previous: Option<T>,
+}
+
+impl<T: Real> Pid<T> {
+    /// A loop at rest with an empty integrator.
+    pub fn new(gains: PidGains<T>) -> Self {
+        Self { gains, integral: T::zero(), previous: None }
+    }
+
+    /// One period: `feed_forward + kp e + ki ∫e + kd ė`, held within ±`limit`.
+    ///
+    /// The integrator stops while the output is at its limit and the error would drive it further (anti-windup), and
+    /// so comes back the moment the error changes sign. Returns the output and whether it was limited.
+    #[inline]
+    pub fn update(&mut self, error: T, feed_forward: T, limit: T, period: T) -> (T, bool) {
+        let rate = self.previous.map_or(T::zero(), |p| (error - p) / period);
+        self.previous = Some(error);
+        let integral = self.integral + self.gains.ki * error * period;
+        let wanted = feed_forward + self.gains.kp * error + self.gains.kd * rate + integral;
+        let output = wanted.clamp(-limit, limit);
+        let limited = wanted != output;
+        let deeper = (wanted - output) * self.gains.ki * error > T::zero();
+        if !(limited && deeper) {
+            self.integral = integral;
+        }
+        (output, limited)
+    }
+
+    /// Sets what the integrator holds, in output units, and forgets the last error: bumpless start.
+    pub fn preload(&mut self, integral: T) {
+        self.integral = integral;
+        self.previous = None;
+    }
+
+    /// Adds to what the integrator holds, in output units: load handed over from or to another loop.
+    pub fn hand_over(&mut self, load: T) {
+        self.integral += load;
+    }
+
+    /// What the integrator holds, in output units.
+    pub fn integral(&self) -> T {
+        self.integral
+    }
+}
