@@ -1,0 +1,115 @@
+//! What a simulated run leaves behind: one row a control period, and what the run was.
+
+use nalgebra::Vector3;
+use trueweld_core::{Fault, JointVector, Pose, Twist};
+
+/// Where the run was in its program.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Phase {
+    /// Pure position control, tool in the material, waiting for rest.
+    Settle,
+    /// Force loop closed, push rising to its working value.
+    ForceRamp,
+    /// Feed rising to its working value.
+    FeedRamp,
+    /// Full feed and full force: the steady part, which the figures are taken over.
+    Steady,
+    /// Feed falling to zero at the end of the seam.
+    Stop,
+    /// At the end of the seam, force still held.
+    Hold,
+}
+
+impl Phase {
+    /// In words.
+    pub fn name(self) -> &'static str {
+        match self {
+            Phase::Settle => "settle under position control",
+            Phase::ForceRamp => "force loop closed, force rising",
+            Phase::FeedRamp => "feed rising",
+            Phase::Steady => "steady",
+            Phase::Stop => "feed falling",
+            Phase::Hold => "end of the seam",
+        }
+    }
+}
+
+/// The cell at one instant. Poses and positions in B, everything named `…_w` in axes of the weld frame W
+/// (x along the weld, y lateral, z depth into the material).
+#[derive(Debug, Clone, Copy)]
+pub struct Row {
+    /// Time, s.
+    pub time: f64,
+    /// Where the run is in its program.
+    pub phase: Phase,
+    /// Where the real tool should be: on the plate's surface, square to it.
+    pub nominal: Pose<f64>,
+    /// Where the real tool is.
+    pub real: Pose<f64>,
+    /// Where the encoders say it is.
+    pub encoder_pose: Pose<f64>,
+    /// Real tool against nominal: linear (longitudinal, lateral, depth) in m, angular as a rotation vector, rad.
+    pub deviation_w: Twist<f64>,
+    /// Angle between real and nominal tool axis, rad.
+    pub tilt: f64,
+    /// Lateral deviation that the twist of each joint causes, m: row y of W_R_B · J times −twist.
+    pub lateral_by_joint: JointVector<f64>,
+    /// Real force of the process on the tool, N.
+    pub force_w: Vector3<f64>,
+    /// The same as the sensor gives it (noise, filter, delay), N.
+    pub force_sensed_w: Vector3<f64>,
+    /// Push asked for along z of W, N; `None` before the force loop is closed.
+    pub force_desired: Option<f64>,
+    /// Real joint angles θ, rad.
+    pub link: JointVector<f64>,
+    /// Encoder angles θ_E, rad, as the motor stands (before quantisation).
+    pub motor: JointVector<f64>,
+    /// Motor torque Γ, N·m.
+    pub torque: JointVector<f64>,
+    /// Spindle angle, rad.
+    pub spindle_angle: f64,
+    /// Force error as the controller sees it, N.
+    pub force_error: f64,
+    /// Depth that the external force loop adds, m.
+    pub depth_correction: f64,
+    /// Push that the force branch adds (parallel and superposed controllers), N.
+    pub push: f64,
+    /// Compensation in force on the set-point, axes of W.
+    pub correction_w: Twist<f64>,
+    /// Some limit of drive or correction was reached.
+    pub limited: bool,
+    /// Fault of the controller or the law in this period.
+    pub fault: Option<Fault>,
+}
+
+impl Row {
+    /// Twist of every drive, θ_E − θ, rad.
+    pub fn twist(&self) -> JointVector<f64> {
+        self.motor - self.link
+    }
+}
+
+/// One simulated run.
+#[derive(Debug, Clone)]
+pub struct Recording {
+    /// Name of the weld (its file's stem, or "vertical" for the embedded default).
+    pub weld: String,
+    /// Name of the controller: parallel, superposed or external.
+    pub controller: &'static str,
+    /// Name of the compensation law, or "none".
+    pub compensator: &'static str,
+    /// Rows in time order, `period` apart.
+    pub rows: Vec<Row>,
+    /// Time between rows, s.
+    pub period: f64,
+    /// Half the pin's diameter, the limit of lateral deviation for a butt weld, m.
+    pub half_pin: f64,
+    /// Push of the weld program, N.
+    pub force: f64,
+    /// Seed of the sensors' noise.
+    pub seed: u64,
+    /// Simulated time, s.
+    pub simulated: f64,
+    /// Time the simulation took, s.
+    pub wall: f64,
+}
