@@ -1,1 +1,3 @@
 //! The simulated welding cell.
+
+pub mod input;
