@@ -1,4 +1,9 @@
 //! The simulated welding cell: input files, effects, elastic robot, process, sensors, integrators and the multi-rate
 //! loop that joins them.
 
+pub mod cell;
+pub mod input;
+pub mod integrate;
+pub mod process;
+pub mod robot;
 pub mod simulate;

@@ -1,0 +1,179 @@
+//! The cell: elastic robot and process joined at the tool, as one first-order system of differential equations.
+//!
+//! The process acts on the real tool pose, never on the encoders'. Who turns the motors is not known here.
+
+use crate::input::Process;
+use crate::process::{Reaction, reaction};
+use crate::robot::{Drives, ElasticRobot, INTERNAL_STATES};
+use nalgebra::{Matrix3, Matrix6, SVector, SVectorView, Vector3};
+use trueweld_core::{Frames, JointVector, Pose, Wrench};
+
+/// Iterations in which tilting frames and the contact agree on the force.
+const FRAME_ITERATIONS: usize = 30;
+
+/// Force to which they agree, N: a billionth of a weld's.
+const FRAME_TOLERANCE: f64 = 1e-5;
+
+/// Length of the state vector.
+pub const STATES: usize = 26 + INTERNAL_STATES;
+
+/// The cell's state: angles and rates on both sides of the gears, the channel behind the tool, the spindle, and what
+/// effects keep.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct State(pub SVector<f64, STATES>);
+
+impl State {
+    /// Everything at rest at these angles. `channel`: y_m, m.
+    pub fn at_rest(link: &JointVector<f64>, motor: &JointVector<f64>, channel: f64) -> Self {
+        let mut state = SVector::zeros();
+        state.fixed_rows_mut::<6>(0).copy_from(link);
+        state.fixed_rows_mut::<6>(6).copy_from(motor);
+        state[24] = channel;
+        Self(state)
+    }
+
+    #[inline]
+    fn joints(&self, first: usize) -> SVectorView<'_, f64, 6, nalgebra::U1, nalgebra::Const<STATES>> {
+        self.0.fixed_rows::<6>(first)
+    }
+
+    /// Angles and rates of links and motors.
+    #[inline]
+    pub fn drives(&self) -> Drives {
+        Drives {
+            link: self.joints(0).into_owned(),
+            motor: self.joints(6).into_owned(),
+            link_rate: self.joints(12).into_owned(),
+            motor_rate: self.joints(18).into_owned(),
+        }
+    }
+
+    /// Lateral position y_m of the plastic channel left behind the tool, in W, m.
+    pub fn channel(&self) -> f64 {
+        self.0[24]
+    }
+
+    /// Spindle angle φ, rad.
+    pub fn spindle_angle(&self) -> f64 {
+        self.0[25]
+    }
+
+    /// States that effects keep.
+    pub fn internal(&self) -> &[f64] {
+        &self.0.as_slice()[26..]
+    }
+}
+
+/// Robot and process.
+#[derive(Debug)]
+pub struct Cell {
+    /// The elastic robot.
+    pub robot: ElasticRobot,
+    /// The welding process.
+    pub process: Process,
+    /// The weld frame W in B: origin at the start of the seam on the plate's surface.
+    pub b_from_w: Pose<f64>,
+}
+
+/// The right-hand side at one state, with what it was made of.
+#[derive(Debug, Clone, Copy)]
+pub struct Evaluation {
+    /// Time derivative of the state.
+    pub rates: SVector<f64, STATES>,
+    /// Frames of the real arm.
+    pub frames: Frames<f64>,
+    /// Inertia matrix of the links.
+    pub inertia: Matrix6<f64>,
+    /// Slope of motor friction by θ̇_E.
+    pub friction_slope: JointVector<f64>,
+    /// What the process does to the tool, in W.
+    pub reaction: Reaction,
+}
+
+impl Cell {
+    /// Frames of the real arm and the process' reaction on its tool.
+    #[inline]
+    pub fn contact(&self, time: f64, state: &State, drives: &Drives) -> (Frames<f64>, Reaction) {
+        let react = |frames: &Frames<f64>| {
+            let t_w = self.b_from_w.rotation.transpose();
+            let position = t_w * (frames.tcp.position - self.b_from_w.position);
+            let velocity = t_w * frames.twist(&drives.link_rate).linear;
+            reaction(
+                &self.process,
+                &self.robot.ports,
+                time,
+                &position,
+                &velocity,
+                state.channel(),
+                state.spindle_angle(),
+            )
+        };
+        let rigid = self.robot.model.frames(&drives.link);
+        let first = react(&rigid);
+        if !self.robot.ports.frames_give() {
+            return (rigid, first);
+        }
+        // Bearings and base give under the force, and the force depends on where they give to. The contact can be
+        // stiffer than they are, where the plain fixed point diverges: Aitken's relaxation.
+        let mut force = first.force;
+        let (mut frames, mut reaction) = (rigid, first);
+        let mut relaxation = 0.5;
+        let mut before: Option<Vector3<f64>> = None;
+        for _ in 0..FRAME_ITERATIONS {
+            frames = self.robot.frames(&drives.link, &self.wrench(&force));
+            reaction = react(&frames);
+            let residual = reaction.force - force;
+            if residual.amax() < FRAME_TOLERANCE {
+                break;
+            }
+            if let Some(before) = before {
+                let change = residual - before;
+                relaxation *= -before.dot(&change) / change.norm_squared();
+            }
+            force += residual * relaxation;
+            before = Some(residual);
+        }
+        (frames, reaction)
+    }
+
+    /// The process' force in W as a wrench at the TCP in axes of B.
+    pub fn wrench(&self, force_w: &Vector3<f64>) -> Wrench<f64> {
+        Wrench { moment: Vector3::zeros(), force: self.b_from_w.rotation * force_w }
+    }
+
+    /// The right-hand side of (2.1) and of the process at a state, with motor torque Γ, N·m.
+    ///
+    /// Where the state is not finite the rates are NaN, and whoever integrates sees it.
+    #[inline]
+    pub fn evaluate(&self, time: f64, state: &State, torque: &JointVector<f64>) -> Evaluation {
+        let drives = state.drives();
+        let (frames, reaction) = self.contact(time, state, &drives);
+        let wrench = self.wrench(&reaction.force);
+        let spring = self.robot.spring_torque(&drives, state.internal());
+        let (acceleration, inertia) = self
+            .robot
+            .link_acceleration(&frames, &drives, &spring, &wrench)
+            .unwrap_or((JointVector::from_element(f64::NAN), Matrix6::zeros()));
+        let mut friction_slope = JointVector::zeros();
+        let mut rates = SVector::zeros();
+        for i in 0..6 {
+            let friction = self.robot.friction(&drives, i);
+            friction_slope[i] = friction.slope;
+            rates[i] = drives.link_rate[i];
+            rates[6 + i] = drives.motor_rate[i];
+            rates[12 + i] = acceleration[i];
+            rates[18 + i] = (torque[i] - spring[i] - friction.value) / self.robot.model.rotor_inertia()[i];
+        }
+        rates[24] = reaction.channel_rate;
+        rates[25] = self.process.spindle;
+        self.robot.internal_rates(&drives, state.internal(), &mut rates.as_mut_slice()[26..]);
+        Evaluation { rates, frames, inertia, friction_slope, reaction }
+    }
+
+    /// A 3 × 3 tangent of the process, from axes of W to joint space: Jᵥᵀ R A Rᵀ Jᵥ.
+    pub fn in_joints(&self, frames: &Frames<f64>, tangent_w: &Matrix3<f64>) -> Matrix6<f64> {
+        let jacobian = frames.jacobian().0;
+        let linear = self.b_from_w.rotation.transpose() * jacobian.fixed_rows::<3>(3);
+        linear.transpose() * tangent_w * linear
+    }
+}

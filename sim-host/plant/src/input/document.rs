@@ -1,0 +1,460 @@
+//! Typed access to a TOML file in which every value knows its place.
+//!
+//! A reader opens a [`Document`], states the keys a [`Table`] may have ([`Table::only`]) and asks for values with the
+//! [`Bounds`] they must keep. Whatever does not fit becomes an [`InputError`] that names file, line, table, key, what
+//! was read and what was expected. The unit in a message is taken from the key's ending (`stiffness_nm_rad`), so that
+//! it cannot contradict the file. Left out: defaults. A number that is not in the file is an error.
+
+use super::error::{InputError, Source};
+use super::{KINDS, Kind};
+use nalgebra::Vector3;
+use std::ops::Range;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+/// No quantity of a welding cell in SI units is larger than this; beyond it products overflow.
+const LARGEST: f64 = 1e12;
+
+/// Text that stands for a value still to be written, as [`import_urdf`](super::import_urdf) leaves it.
+pub const FILL_IN: &str = "FILL IN";
+
+/// What a number must be. Every number must also be finite and at most 10¹² in magnitude.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Bounds {
+    /// Any finite number.
+    Any,
+    /// Above zero.
+    Positive,
+    /// Zero or above.
+    NonNegative,
+    /// Above zero, and at most this: a larger one is most likely in another unit.
+    PositiveUpTo(f64),
+    /// Zero or above, and at most this: a larger one is most likely in another unit.
+    UpTo(f64),
+}
+
+impl Bounds {
+    fn hold(self, x: f64) -> bool {
+        x.is_finite()
+            && x.abs() <= LARGEST
+            && match self {
+                Self::Any => true,
+                Self::Positive => x > 0.0,
+                Self::NonNegative => x >= 0.0,
+                Self::PositiveUpTo(top) => x > 0.0 && x <= top,
+                Self::UpTo(top) => (0.0..=top).contains(&x),
+            }
+    }
+
+    fn describe(self, unit: Option<&str>) -> String {
+        let unit = unit.map(|u| format!(" in {u}")).unwrap_or_default();
+        match self {
+            Self::Any => format!("a finite number{unit}"),
+            Self::Positive => format!("a number above 0{unit}"),
+            Self::NonNegative => format!("a number not below 0{unit}"),
+            Self::PositiveUpTo(top) => format!("a number above 0 and at most {top}{unit}"),
+            Self::UpTo(top) => format!("a number from 0 to {top}{unit}"),
+        }
+    }
+}
+
+/// Endings of keys and the units they stand for, longer endings before those they end in.
+const UNITS: &[(&str, &str)] = &[
+    ("_nm_rad_s", "N·m/(rad·s)"),
+    ("_nms_rad", "N·m·s/rad"),
+    ("_nm_rad", "N·m/rad"),
+    ("_kg_m2", "kg·m²"),
+    ("_deg_s", "deg/s"),
+    ("_rad_s", "rad/s"),
+    ("_m_s2", "m/s²"),
+    ("_ns_m", "N·s/m"),
+    ("_m_ns", "m/(N·s)"),
+    ("_m_s", "m/s"),
+    ("_n_m", "N/m"),
+    ("_m_n", "m/N"),
+    ("_1_s", "1/s"),
+    ("_deg", "deg"),
+    ("_rad", "rad"),
+    ("_kg", "kg"),
+    ("_nm", "N·m"),
+    ("_hz", "Hz"),
+    ("_n", "N"),
+    ("_m", "m"),
+    ("_s", "s"),
+];
+
+fn unit_of(key: &str) -> Option<&'static str> {
+    UNITS.iter().find(|(suffix, _)| key.ends_with(suffix)).map(|(_, unit)| *unit)
+}
+
+/// A TOML file that parsed, with the place of every value.
+#[derive(Debug)]
+pub struct Document<'a> {
+    source: Source,
+    root: DeTable<'a>,
+}
+
+impl<'a> Document<'a> {
+    /// Parses TOML; `name` is what errors call the file.
+    ///
+    /// # Errors
+    /// Text that is not TOML.
+    pub fn parse(text: &'a str, name: &str) -> Result<Self, InputError> {
+        let source = Source::new(name, text);
+        match DeTable::parse(text) {
+            Ok(root) => Ok(Self { source, root: root.into_inner() }),
+            Err(error) => {
+                let help = if text.trim_start().starts_with('<') {
+                    "This looks like XML. A URDF must be imported into a robot file first; input files are TOML."
+                } else {
+                    "Input files are TOML: `key = value` lines under [table] headers, text in double quotes."
+                };
+                let (problem, span) = (error.message().replace('\n', "; "), error.span().unwrap_or(0..0));
+                let read = source.excerpt(span.clone());
+                let message = format!("this is not TOML: {problem}; read `{read}`");
+                Err(source.error(span, message, problem, help))
+            }
+        }
+    }
+
+    /// The top-level table.
+    pub fn root(&self) -> Table<'_> {
+        Table { source: &self.source, table: &self.root, place: "at the top level".to_owned(), span: 0..0 }
+    }
+
+    /// The top-level table, after checking that the file says it is of this schema (for example `"robot/1"`).
+    ///
+    /// # Errors
+    /// `schema` missing or another one.
+    pub fn root_of(&self, schema: &str) -> Result<Table<'_>, InputError> {
+        let root = self.root();
+        let found = self.schema()?;
+        if found.text != schema {
+            let what = KINDS.iter().find(|k| k.schema() == found.text);
+            let found_is = what.map(|k| format!(", {}", k.describe())).unwrap_or_default();
+            let message = format!("`schema` is \"{}\"{found_is}; expected \"{schema}\"", found.text);
+            return Err(self.source.error(found.span, message, format!("expected \"{schema}\""), list_of_kinds()));
+        }
+        Ok(root)
+    }
+
+    /// The kind of file, by its `schema`.
+    ///
+    /// # Errors
+    /// `schema` missing, or none of [`KINDS`].
+    pub fn kind(&self) -> Result<Kind, InputError> {
+        let found = self.schema()?;
+        KINDS.into_iter().find(|k| k.schema() == found.text).ok_or_else(|| {
+            let near = nearest(found.text, KINDS.map(Kind::schema));
+            let guess = near.map(|s| format!(" Did you mean \"{s}\"?")).unwrap_or_default();
+            let message = format!("`schema` is \"{}\"; expected one of the kinds that exist", found.text);
+            self.source.error(found.span, message, "no such kind of file", format!("{}{guess}", list_of_kinds()))
+        })
+    }
+
+    fn schema(&self) -> Result<Text<'_>, InputError> {
+        let root = self.root();
+        if !self.root.contains_key("schema") {
+            let message = "missing key `schema` at the top level; expected the kind of this file";
+            return Err(self.source.error(0..0, message, "no `schema` in this file", list_of_kinds()));
+        }
+        root.text("schema")
+    }
+}
+
+fn list_of_kinds() -> String {
+    let list: Vec<_> = KINDS.iter().map(|k| format!("\"{}\" ({})", k.schema(), k.describe())).collect();
+    format!("The kinds of file are {}.", list.join(", "))
+}
+
+pub(crate) fn nearest<'k>(word: &str, candidates: impl IntoIterator<Item = &'k str>) -> Option<&'k str> {
+    candidates
+        .into_iter()
+        .map(|c| (strsim::normalized_damerau_levenshtein(word, c), c))
+        .filter(|(likeness, _)| *likeness > 0.6)
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .map(|(_, c)| c)
+}
+
+/// A piece of text and where it stands.
+#[derive(Debug, Clone)]
+pub struct Text<'d> {
+    /// The text.
+    pub text: &'d str,
+    /// Byte range in the file.
+    pub span: Range<usize>,
+}
+
+/// One table of a [`Document`].
+#[derive(Debug, Clone)]
+pub struct Table<'d> {
+    source: &'d Source,
+    table: &'d DeTable<'d>,
+    place: String,
+    /// Of the header; empty at the file's start for the top level.
+    span: Range<usize>,
+}
+
+impl<'d> Table<'d> {
+    /// Refuses every key that is not listed.
+    ///
+    /// # Errors
+    /// The first unknown key, with the known one it resembles.
+    pub fn only(&self, known: &[&str]) -> Result<(), InputError> {
+        let mut unknown: Vec<_> = self.table.keys().filter(|key| !known.contains(&key.get_ref().as_ref())).collect();
+        unknown.sort_by_key(|key| key.span().start);
+        let Some(key) = unknown.first() else { return Ok(()) };
+        let help = match nearest(key.get_ref(), known.iter().copied()) {
+            Some(near) => format!("Did you mean `{near}`?"),
+            None => format!("The keys here are {}.", quoted(known)),
+        };
+        let message = format!("unknown key `{}` {}; expected one of {}", key.get_ref(), self.place, quoted(known));
+        Err(self.source.error(key.span(), message, "unknown key", help))
+    }
+
+    /// Adds a name to how this table is called in errors, for tables that come in lists.
+    pub(crate) fn called(mut self, name: &str) -> Self {
+        self.place = format!("{} ({name})", self.place);
+        self
+    }
+
+    /// True where the key is written.
+    pub fn has(&self, key: &str) -> bool {
+        self.table.contains_key(key)
+    }
+
+    fn value(&self, key: &str, expected: &str) -> Result<Value<'d>, InputError> {
+        let Some((name, value)) = self.table.get_key_value(key) else {
+            let message = format!("missing key `{key}` {}; expected {expected}", self.place);
+            let help = format!("Add `{key} = …` {}: {expected}.", self.place);
+            return Err(self.source.error(self.span.clone(), message, format!("`{key}` is missing here"), help));
+        };
+        let value = Value {
+            source: self.source,
+            value: value.get_ref(),
+            span: value.span(),
+            key_span: name.span(),
+            what: format!("`{key}` {}", self.place),
+        };
+        match value.value {
+            DeValue::String(text) if text.starts_with(FILL_IN) => Err(value.unfilled(expected)),
+            _ => Ok(value),
+        }
+    }
+
+    /// The table under a key.
+    ///
+    /// # Errors
+    /// Missing, or not a table.
+    pub fn table(&self, key: &str) -> Result<Table<'d>, InputError> {
+        let value = self.value(key, "a table")?;
+        match value.value {
+            DeValue::Table(table) => {
+                let place = if self.place.starts_with("in ") {
+                    format!("in `{key}` {}", self.place)
+                } else {
+                    format!("in [{key}]")
+                };
+                // A table made by dotted keys has no header of its own; its key stands in.
+                let span = if value.span.is_empty() { value.key_span } else { value.span };
+                Ok(Table { source: self.source, table, place, span })
+            }
+            _ => Err(value.wrong("a table", format!("Write a [{key}] header with its keys below it."))),
+        }
+    }
+
+    /// The `[[key]]` tables, in the file's order.
+    ///
+    /// # Errors
+    /// Missing, or not a list of tables.
+    pub fn tables(&self, key: &str) -> Result<Vec<Table<'d>>, InputError> {
+        let expected = format!("[[{key}]] tables");
+        let help = format!("Write each as a [[{key}]] header with its keys below it.");
+        let value = self.value(key, &expected)?;
+        let DeValue::Array(items) = value.value else { return Err(value.wrong(&expected, help)) };
+        let tables = items.iter().enumerate().map(|(i, item)| match item.get_ref() {
+            DeValue::Table(table) => {
+                let place = format!("in [[{key}]] {}", i + 1);
+                Ok(Table { source: self.source, table, place, span: item.span() })
+            }
+            _ => Err(value.entry(i, item).wrong(&expected, help.clone())),
+        });
+        tables.collect()
+    }
+
+    /// The text under a key.
+    ///
+    /// # Errors
+    /// Missing, or not text.
+    pub fn text(&self, key: &str) -> Result<Text<'d>, InputError> {
+        let value = self.value(key, "text")?;
+        match value.value {
+            DeValue::String(text) => Ok(Text { text, span: value.span }),
+            _ => Err(value.wrong("text", "Put text in double quotes.")),
+        }
+    }
+
+    /// The text under a key, which must not be blank: a name.
+    ///
+    /// # Errors
+    /// Missing, not text, or blank.
+    pub fn name(&self, key: &str) -> Result<String, InputError> {
+        let name = self.text(key)?;
+        if name.text.trim().is_empty() {
+            return Err(self.wrong(key, "a name that is not blank", "Give it the name that reports should show."));
+        }
+        Ok(name.text.to_owned())
+    }
+
+    /// The number under a key.
+    ///
+    /// # Errors
+    /// Missing, not a number, not finite, or outside the bounds.
+    pub fn number(&self, key: &str, bounds: Bounds) -> Result<f64, InputError> {
+        let expected = bounds.describe(unit_of(key));
+        self.value(key, &expected)?.number(bounds, &expected)
+    }
+
+    /// The whole number, zero or above, under a key.
+    ///
+    /// # Errors
+    /// Missing, or not such a number.
+    pub fn integer(&self, key: &str) -> Result<u64, InputError> {
+        let expected = "a whole number, 0 or above";
+        let value = self.value(key, expected)?;
+        let read = match value.value {
+            DeValue::Integer(i) => u64::from_str_radix(i.as_str(), i.radix()).ok(),
+            _ => None,
+        };
+        // TOML promises whole numbers only up to this size, and other tools hold to it.
+        read.filter(|i| i64::try_from(*i).is_ok())
+            .ok_or_else(|| value.wrong(expected, "Write digits only, at most 9223372036854775807."))
+    }
+
+    /// The list of numbers under a key, of any length up to `most`.
+    ///
+    /// # Errors
+    /// Missing, not a list, longer than `most`, or an entry that is not a number within the bounds.
+    pub fn list(&self, key: &str, most: usize, bounds: Bounds) -> Result<Vec<f64>, InputError> {
+        let expected = format!("a list of at most {most} numbers");
+        self.entries(key, &expected, |n| n <= most, bounds)
+    }
+
+    /// Exactly `N` numbers under a key.
+    ///
+    /// # Errors
+    /// Missing, not a list, of another length, or an entry that is not a number within the bounds.
+    pub fn numbers<const N: usize>(&self, key: &str, bounds: Bounds) -> Result<[f64; N], InputError> {
+        let expected = format!("a list of {N} numbers");
+        let entries = self.entries(key, &expected, |n| n == N, bounds)?;
+        let mut numbers = [0.0; N];
+        numbers.copy_from_slice(&entries);
+        Ok(numbers)
+    }
+
+    /// Three numbers under a key: a vector's x, y, z.
+    ///
+    /// # Errors
+    /// As [`Table::numbers`].
+    pub fn vector(&self, key: &str) -> Result<Vector3<f64>, InputError> {
+        self.numbers::<3>(key, Bounds::Any).map(Vector3::from)
+    }
+
+    fn entries(
+        &self,
+        key: &str,
+        expected: &str,
+        length: impl Fn(usize) -> bool,
+        bounds: Bounds,
+    ) -> Result<Vec<f64>, InputError> {
+        let unit = unit_of(key);
+        let expected = format!("{expected}{}", unit.map(|u| format!(" in {u}")).unwrap_or_default());
+        let value = self.value(key, &expected)?;
+        let help = || format!("Write it as `{key} = [first, second, …]`.");
+        let DeValue::Array(items) = value.value else { return Err(value.wrong(&expected, help())) };
+        if !length(items.len()) {
+            let message = format!("{} has {} entries; expected {expected}", value.what, items.len());
+            return Err(self.source.error(value.span, message, format!("expected {expected}"), help()));
+        }
+        let each = bounds.describe(unit);
+        items.iter().enumerate().map(|(i, item)| value.entry(i, item).number(bounds, &each)).collect()
+    }
+
+    /// An error at the value of a key: what was read there is not what was expected.
+    pub fn wrong(&self, key: &str, expected: &str, help: impl Into<String>) -> InputError {
+        match self.value(key, expected) {
+            Ok(value) => value.wrong(expected, help),
+            Err(missing) => missing,
+        }
+    }
+
+    /// An error at the header of this table.
+    pub fn error(&self, message: &str, help: impl Into<String>) -> InputError {
+        self.source.error(self.span.clone(), format!("{} {message}", self.place), "here", help)
+    }
+}
+
+fn quoted(keys: &[&str]) -> String {
+    keys.iter().map(|k| format!("`{k}`")).collect::<Vec<_>>().join(", ")
+}
+
+/// A value, its place and how it is called in errors.
+struct Value<'d> {
+    source: &'d Source,
+    value: &'d DeValue<'d>,
+    span: Range<usize>,
+    key_span: Range<usize>,
+    what: String,
+}
+
+impl<'d> Value<'d> {
+    fn entry(&self, index: usize, item: &'d Spanned<DeValue<'d>>) -> Value<'d> {
+        Value {
+            source: self.source,
+            value: item.get_ref(),
+            span: item.span(),
+            key_span: self.key_span.clone(),
+            what: format!("entry {} of {}", index + 1, self.what),
+        }
+    }
+
+    fn number(&self, bounds: Bounds, expected: &str) -> Result<f64, InputError> {
+        let number = match self.value {
+            DeValue::Integer(i) => i128::from_str_radix(i.as_str(), i.radix()).ok().map(|i| i as f64),
+            DeValue::Float(f) => f.as_str().parse().ok(),
+            DeValue::String(text) if text.starts_with(FILL_IN) => return Err(self.unfilled(expected)),
+            _ => None,
+        };
+        match number {
+            Some(x) if bounds.hold(x) => Ok(x),
+            Some(x) if x.is_finite() && x.abs() > LARGEST => {
+                let help = "No quantity of a welding cell in SI units is that large; check the exponent and the unit.";
+                Err(self.wrong(&format!("{expected}, at most 1e12 in magnitude"), help))
+            }
+            Some(_) => Err(self.wrong(expected, format!("Write {expected}."))),
+            None => Err(self.wrong(expected, "Write the number without quotes and without its unit.")),
+        }
+    }
+
+    fn unfilled(&self, expected: &str) -> InputError {
+        let message = format!("{} is still to be filled in: {}; expected {expected}", self.what, self.read());
+        let help = format!(
+            "Write {expected}, from a data sheet, a measurement or an estimate (and say which in a comment). \
+             It is not guessed, because a wrong value would pass unnoticed."
+        );
+        self.source.error(self.span.clone(), message, "to be filled in", help)
+    }
+
+    fn wrong(&self, expected: &str, help: impl Into<String>) -> InputError {
+        let message = format!("{} is {}; expected {expected}", self.what, self.read());
+        let span = if self.span.is_empty() { self.key_span.clone() } else { self.span.clone() };
+        self.source.error(span, message, format!("expected {expected}"), help)
+    }
+
+    fn read(&self) -> String {
+        match self.value {
+            DeValue::Table(_) => "a table".to_owned(),
+            _ => self.source.excerpt(self.span.clone()),
+        }
+    }
+}

@@ -1,0 +1,111 @@
+//! Input files → checked values.
+//!
+//! Five kinds of TOML file, each with a `schema` line that says which: the robot, the welding process, the weld, the
+//! controllers' gains and the sensors. Every kind is read from a path (`read`) or from text (`parse`), and everything
+//! is checked here, so that nothing later can fail for a bad file. Values come out in SI units and radians.
+//! A URDF becomes a robot file by [`import_urdf`]. Left out: logs and campaigns, which belong to measuring.
+
+pub mod control;
+pub mod document;
+pub mod error;
+pub mod process;
+pub mod robot;
+pub mod sensors;
+pub mod urdf;
+pub mod weld;
+pub mod write;
+
+pub use control::{CompensationLimits, Control, ExternalGains, JointGains, ParallelGains};
+pub use document::{Bounds, Document, FILL_IN, Table};
+pub use error::{InputError, Source};
+pub use process::{Process, Ripple};
+pub use robot::RobotFile;
+pub use sensors::{ForceSensor, Sensors};
+pub use urdf::{import_urdf, import_urdf_text};
+pub use weld::Weld;
+pub use write::write_atomically;
+
+use std::fmt;
+use std::path::Path;
+
+/// A kind of input file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// `robot/1`, read by [`RobotFile`].
+    Robot,
+    /// `process/1`, read by [`Process`].
+    Process,
+    /// `weld/1`, read by [`Weld`].
+    Weld,
+    /// `control/1`, read by [`Control`].
+    Control,
+    /// `sensors/1`, read by [`Sensors`].
+    Sensors,
+}
+
+/// Every kind of input file.
+pub const KINDS: [Kind; 5] = [Kind::Robot, Kind::Process, Kind::Weld, Kind::Control, Kind::Sensors];
+
+impl Kind {
+    /// The file's `schema`.
+    pub fn schema(self) -> &'static str {
+        match self {
+            Self::Robot => "robot/1",
+            Self::Process => "process/1",
+            Self::Weld => "weld/1",
+            Self::Control => "control/1",
+            Self::Sensors => "sensors/1",
+        }
+    }
+
+    /// What such a file describes.
+    pub fn describe(self) -> &'static str {
+        match self {
+            Self::Robot => "a robot",
+            Self::Process => "a welding process",
+            Self::Weld => "a weld",
+            Self::Control => "gains of the controllers",
+            Self::Sensors => "sensors",
+        }
+    }
+}
+
+impl fmt::Display for Kind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.describe())
+    }
+}
+
+/// Reads and checks an input file of any kind, and says which kind it is.
+///
+/// # Errors
+/// Everything the reader of its kind refuses, or a `schema` that is none of [`KINDS`].
+pub fn check(path: impl AsRef<Path>) -> Result<Kind, InputError> {
+    let (name, text) = read_text(path.as_ref())?;
+    let kind = Document::parse(&text, &name)?.kind()?;
+    match kind {
+        Kind::Robot => RobotFile::parse(&text, &name).map(drop),
+        Kind::Process => Process::parse(&text, &name).map(drop),
+        Kind::Weld => Weld::parse(&text, &name).map(drop),
+        Kind::Control => Control::parse(&text, &name).map(drop),
+        Kind::Sensors => Sensors::parse(&text, &name).map(drop),
+    }?;
+    Ok(kind)
+}
+
+/// The name to show and the text of a file.
+pub(crate) fn read_text(path: &Path) -> Result<(String, String), InputError> {
+    let name = path.display().to_string();
+    let bytes = std::fs::read(path).map_err(|error| {
+        Source::new(&name, "")
+            .error_of_file(format!("cannot be read: {error}; expected a file"), "Check the path and its permissions.")
+    })?;
+    let text = String::from_utf8(bytes).map_err(|error| {
+        let good = error.utf8_error().valid_up_to();
+        let byte = error.as_bytes()[good];
+        let source = Source::new(&name, &String::from_utf8_lossy(error.as_bytes()));
+        let message = format!("byte {good} is {byte:#04x}, which is not UTF-8; expected UTF-8 text");
+        source.error(good..good, message, "not UTF-8 from here on", "Save the file as UTF-8 text.")
+    })?;
+    Ok((name, text))
+}

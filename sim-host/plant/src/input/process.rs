@@ -1,0 +1,109 @@
+//! The welding process: `process/1`.
+
+use super::document::Table;
+use super::{Bounds, Document, InputError, Kind, read_text};
+use std::path::Path;
+
+/// Macroscopic three-axis visco-elastic model of friction stir welding, in the weld frame W
+/// (x along the weld, z along the tool into the material).
+#[derive(Debug, Clone, PartialEq)]
+pub struct Process {
+    /// Stiffness k_z of the material against depth, N/m.
+    pub depth_stiffness: f64,
+    /// Damping b_z along the depth, N·s/m.
+    pub depth_damping: f64,
+    /// Drag c_x along the weld at the reference force, N·s/m.
+    pub feed_drag: f64,
+    /// Damping c_y across the weld at the reference force, N·s/m.
+    pub lateral_damping: f64,
+    /// Stiffness k_y against the plastic channel behind the tool, at the reference force, N/m.
+    pub lateral_stiffness: f64,
+    /// Travel L over which the channel follows the tool, m.
+    pub memory_length: f64,
+    /// Transversal force per feed force; the sign of the force follows the spindle's.
+    pub lateral_ratio: f64,
+    /// Depth force at which drag and lateral terms are stated, N.
+    pub reference_force: f64,
+    /// Spindle speed, rad/s, positive about the tool's z axis.
+    pub spindle: f64,
+    /// Diameter of the pin, m.
+    pub pin_diameter: f64,
+    /// Ripple locked to the spindle angle φ: each force is multiplied by 1 + Σ amplitude·sin(order·φ + phase).
+    pub ripple: Vec<Ripple>,
+}
+
+/// One order of the ripple.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Ripple {
+    /// Periods per spindle turn.
+    pub order: f64,
+    /// Relative amplitude of the depth force.
+    pub axial: f64,
+    /// Relative amplitude of the forces in the plane of the plate.
+    pub in_plane: f64,
+    /// Phase at spindle angle 0, rad.
+    pub phase: f64,
+}
+
+impl Process {
+    /// Reads a process file.
+    ///
+    /// # Errors
+    /// The first thing in it that does not fit, with its place.
+    pub fn read(path: impl AsRef<Path>) -> Result<Self, InputError> {
+        let (name, text) = read_text(path.as_ref())?;
+        Self::parse(&text, &name)
+    }
+
+    /// Reads a process from text; `name` is what errors call it.
+    ///
+    /// # Errors
+    /// As [`Process::read`].
+    pub fn parse(text: &str, name: &str) -> Result<Self, InputError> {
+        use Bounds::{Any, NonNegative, Positive, PositiveUpTo};
+        let document = Document::parse(text, name)?;
+        let root = document.root_of(Kind::Process.schema())?;
+        root.only(&[
+            "schema",
+            "depth_stiffness_n_m",
+            "depth_damping_ns_m",
+            "feed_drag_ns_m",
+            "lateral_damping_ns_m",
+            "lateral_stiffness_n_m",
+            "memory_length_m",
+            "lateral_ratio",
+            "reference_force_n",
+            "spindle_rad_s",
+            "pin_diameter_m",
+            "ripple",
+        ])?;
+        Ok(Self {
+            depth_stiffness: root.number("depth_stiffness_n_m", Positive)?,
+            depth_damping: root.number("depth_damping_ns_m", NonNegative)?,
+            feed_drag: root.number("feed_drag_ns_m", NonNegative)?,
+            lateral_damping: root.number("lateral_damping_ns_m", NonNegative)?,
+            lateral_stiffness: root.number("lateral_stiffness_n_m", NonNegative)?,
+            memory_length: root.number("memory_length_m", PositiveUpTo(1.0))?,
+            lateral_ratio: root.number("lateral_ratio", NonNegative)?,
+            reference_force: root.number("reference_force_n", Positive)?,
+            spindle: root.number("spindle_rad_s", Any)?,
+            pin_diameter: root.number("pin_diameter_m", PositiveUpTo(0.2))?,
+            // A process without ripple has no [[ripple]] table: that is how TOML writes an empty list of tables.
+            ripple: if root.has("ripple") {
+                root.tables("ripple")?.iter().map(ripple).collect::<Result<_, _>>()?
+            } else {
+                Vec::new()
+            },
+        })
+    }
+}
+
+fn ripple(table: &Table<'_>) -> Result<Ripple, InputError> {
+    table.only(&["order", "axial", "in_plane", "phase_rad"])?;
+    Ok(Ripple {
+        order: table.number("order", Bounds::Positive)?,
+        axial: table.number("axial", Bounds::UpTo(1.0))?,
+        in_plane: table.number("in_plane", Bounds::UpTo(1.0))?,
+        phase: table.number("phase_rad", Bounds::Any)?,
+    })
+}

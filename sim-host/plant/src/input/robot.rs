@@ -1,0 +1,237 @@
+//! The robot with its tool: `robot/1`.
+
+use super::document::Table;
+use super::{Bounds, Document, InputError, Kind, read_text};
+use nalgebra::{Matrix3, Vector3};
+use std::path::Path;
+use trueweld_core::robot::COUNTERBALANCE_TERMS;
+use trueweld_core::{
+    Counterbalance, Friction, JOINTS, JointParameters, ModelError, Robot, RobotParameters, ToolParameters,
+};
+
+/// A robot file: the model and the names that reports show.
+#[derive(Debug, Clone)]
+pub struct RobotFile {
+    /// Name of the robot.
+    pub name: String,
+    /// Names of the joints, from the base on.
+    pub joint_names: [String; JOINTS],
+    /// What the file states, in SI units and rad.
+    pub parameters: RobotParameters<f64>,
+    /// The checked model built from the parameters.
+    pub robot: Robot<f64>,
+}
+
+/// The model follows from the parameters, so that equal names and parameters are equal files.
+impl PartialEq for RobotFile {
+    fn eq(&self, other: &Self) -> bool {
+        self.name == other.name && self.joint_names == other.joint_names && self.parameters == other.parameters
+    }
+}
+
+impl RobotFile {
+    /// Reads a robot file.
+    ///
+    /// # Errors
+    /// The first thing in it that does not fit, with its place; a model that cannot be a robot, with the place of
+    /// the value that makes it so.
+    pub fn read(path: impl AsRef<Path>) -> Result<Self, InputError> {
+        let (name, text) = read_text(path.as_ref())?;
+        Self::parse(&text, &name)
+    }
+
+    /// Reads a robot from text; `name` is what errors call it.
+    ///
+    /// # Errors
+    /// As [`RobotFile::read`].
+    pub fn parse(text: &str, name: &str) -> Result<Self, InputError> {
+        let document = Document::parse(text, name)?;
+        let root = document.root_of(Kind::Robot.schema())?;
+        root.only(&["schema", "name", "gravity_m_s2", "joint", "friction", "counterbalance", "tool"])?;
+        let robot_name = root.name("name")?;
+        let gravity = root.vector("gravity_m_s2")?;
+
+        let unnamed = root.tables("joint")?;
+        if unnamed.len() != JOINTS {
+            // At the first joint too many, or at the last one there is.
+            let at = unnamed.get(JOINTS).or(unnamed.last()).unwrap_or(&root);
+            let message = format!("ends a list of {} joints; expected {JOINTS} [[joint]] tables", unnamed.len());
+            return Err(at.error(&message, "The arm has six revolute joints, A1 to A6, from the base on."));
+        }
+        let mut tables = Vec::with_capacity(JOINTS);
+        let mut joint_names: [String; JOINTS] = Default::default();
+        for (i, table) in unnamed.into_iter().enumerate() {
+            let joint_name = table.name("name")?;
+            if joint_names[..i].contains(&joint_name) {
+                return Err(table.wrong("name", "a name that no other joint has", "Name the joints A1 to A6."));
+            }
+            tables.push(table.called(&joint_name));
+            joint_names[i] = joint_name;
+        }
+        let joints = tables.iter().map(joint).collect::<Result<Vec<_>, _>>()?;
+        let Ok(joints) = <[_; JOINTS]>::try_from(joints) else {
+            return Err(root.error("has another number of joints than six", "The arm has six revolute joints."));
+        };
+
+        let friction_table = root.table("friction")?;
+        let counterbalance_table = root.table("counterbalance")?;
+        let tool_table = root.table("tool")?;
+        let parameters = RobotParameters {
+            gravity,
+            joints,
+            friction: friction(&friction_table)?,
+            counterbalance: counterbalance(&counterbalance_table)?,
+            tool: tool(&tool_table)?,
+        };
+        let robot = Robot::new(parameters.clone())
+            .map_err(|error| explain(error, &parameters, &root, &tables, &friction_table, &tool_table))?;
+        Ok(Self { name: robot_name, joint_names, parameters, robot })
+    }
+}
+
+fn joint(table: &Table<'_>) -> Result<JointParameters<f64>, InputError> {
+    use Bounds::{Any, NonNegative, Positive};
+    table.only(&[
+        "name",
+        "origin_m",
+        "axis",
+        "limits_deg",
+        "max_speed_deg_s",
+        "max_torque_nm",
+        "stiffness_nm_rad",
+        "damping_nms_rad",
+        "rotor_inertia_kg_m2",
+        "mass_kg",
+        "com_m",
+        "inertia_kg_m2",
+    ])?;
+    Ok(JointParameters {
+        origin: table.vector("origin_m")?,
+        axis: table.vector("axis")?,
+        limits: table.numbers("limits_deg", Any)?.map(f64::to_radians),
+        max_rate: table.number("max_speed_deg_s", Positive)?.to_radians(),
+        max_torque: table.number("max_torque_nm", Positive)?,
+        stiffness: table.number("stiffness_nm_rad", Positive)?,
+        damping: table.number("damping_nms_rad", NonNegative)?,
+        rotor_inertia: table.number("rotor_inertia_kg_m2", Positive)?,
+        mass: table.number("mass_kg", NonNegative)?,
+        center_of_mass: table.vector("com_m")?,
+        inertia: inertia(table)?,
+    })
+}
+
+fn inertia(table: &Table<'_>) -> Result<Matrix3<f64>, InputError> {
+    use Bounds::{Any, NonNegative};
+    let t = table.table("inertia_kg_m2")?;
+    t.only(&["xx", "yy", "zz", "xy", "xz", "yz"])?;
+    let [xx, yy, zz] = [t.number("xx", NonNegative)?, t.number("yy", NonNegative)?, t.number("zz", NonNegative)?];
+    let [xy, xz, yz] = [t.number("xy", Any)?, t.number("xz", Any)?, t.number("yz", Any)?];
+    Ok(Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz))
+}
+
+fn friction(table: &Table<'_>) -> Result<Friction<f64>, InputError> {
+    table.only(&["viscous_nms_rad", "coulomb_nm", "smoothing_rad_s"])?;
+    Ok(Friction {
+        viscous: table.numbers("viscous_nms_rad", Bounds::NonNegative)?.into(),
+        coulomb: table.numbers("coulomb_nm", Bounds::NonNegative)?.into(),
+        smoothing: table.number("smoothing_rad_s", Bounds::Positive)?,
+    })
+}
+
+fn counterbalance(table: &Table<'_>) -> Result<Counterbalance<f64>, InputError> {
+    table.only(&["cos_nm"])?;
+    let cosine = table.list("cos_nm", COUNTERBALANCE_TERMS, Bounds::Any)?.into_iter().collect();
+    Ok(Counterbalance { cosine })
+}
+
+fn tool(table: &Table<'_>) -> Result<ToolParameters<f64>, InputError> {
+    table.only(&[
+        "flange_offset_m",
+        "mass_kg",
+        "com_from_flange_m",
+        "inertia_kg_m2",
+        "tcp_from_flange_m",
+        "z_axis",
+        "y_axis",
+    ])?;
+    Ok(ToolParameters {
+        flange_offset: table.vector("flange_offset_m")?,
+        mass: table.number("mass_kg", Bounds::NonNegative)?,
+        com_from_flange: table.vector("com_from_flange_m")?,
+        inertia: inertia(table)?,
+        tcp_from_flange: table.vector("tcp_from_flange_m")?,
+        z_axis: table.vector("z_axis")?,
+        y_axis: table.vector("y_axis")?,
+    })
+}
+
+/// What the core refused, at the value in the file that made it so.
+fn explain(
+    error: ModelError,
+    parameters: &RobotParameters<f64>,
+    root: &Table<'_>,
+    joints: &[Table<'_>],
+    friction: &Table<'_>,
+    tool: &Table<'_>,
+) -> InputError {
+    let body = |table: &Table<'_>, mass: f64, inertia: &Matrix3<f64>| {
+        if mass < 0.0 {
+            return table.wrong("mass_kg", "a mass not below 0", "Check its sign.");
+        }
+        let mut moments: [f64; 3] = inertia.symmetric_eigenvalues().into();
+        moments.sort_by(f64::total_cmp);
+        let [low, middle, high] = moments;
+        let expected = format!(
+            "principal moments that a body can have (none negative, the largest at most the sum of the other two), \
+             not {low:.4}, {middle:.4}, {high:.4} kg·m²"
+        );
+        let help = "The inertia is about the centre of mass, in axes of the link frame. Check its signs, its units \
+                    and whether it was stated about another point.";
+        table.wrong("inertia_kg_m2", &expected, help)
+    };
+    let unit = |v: &Vector3<f64>| (v.norm() - 1.0).abs() <= 1e-6;
+    match error {
+        ModelError::NotFinite => root.error("holds a number that is not finite", "Check the numbers in this file."),
+        ModelError::AxisNotUnit(i) => {
+            let expected = format!("a vector of length 1, not {}", parameters.joints[i].axis.norm());
+            joints[i].wrong("axis", &expected, "Divide the axis by its length.")
+        }
+        ModelError::Limits(i) => {
+            let help = "Write the lower limit first: `limits_deg = [lower, upper]`.";
+            joints[i].wrong("limits_deg", "a lower limit below the upper limit", help)
+        }
+        ModelError::Rating(i) => {
+            let key = if parameters.joints[i].max_rate > 0.0 { "max_torque_nm" } else { "max_speed_deg_s" };
+            joints[i].wrong(key, "a rating above 0", "Take it from the data sheet.")
+        }
+        ModelError::Drive(i) => {
+            let p = &parameters.joints[i];
+            let key = if p.stiffness <= 0.0 {
+                "stiffness_nm_rad"
+            } else if p.rotor_inertia <= 0.0 {
+                "rotor_inertia_kg_m2"
+            } else {
+                "damping_nms_rad"
+            };
+            joints[i].wrong(key, "a drive train's value above 0", "Check its sign and its unit.")
+        }
+        ModelError::Inertia(i) => {
+            let p = &parameters.joints[i];
+            body(&joints[i], p.mass, &p.inertia)
+        }
+        ModelError::ToolInertia => body(tool, parameters.tool.mass, &parameters.tool.inertia),
+        ModelError::Massless => joints[JOINTS - 1].wrong(
+            "inertia_kg_m2",
+            "an inertia about the last axis above 0, the tool included",
+            "Give the last link or the tool its inertia; without one the equations of motion have no solution.",
+        ),
+        ModelError::ToolAxes => {
+            let t = &parameters.tool;
+            let key = if unit(&t.z_axis) { "y_axis" } else { "z_axis" };
+            tool.wrong(key, "`z_axis` and `y_axis` of length 1 and square to each other", "Both to 1e-6.")
+        }
+        ModelError::Friction => {
+            friction.error("holds a value below 0, or a smoothing of 0", "Friction takes energy out: not below 0.")
+        }
+    }
+}

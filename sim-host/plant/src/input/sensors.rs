@@ -1,0 +1,67 @@
+//! What the controller's sensors add to the truth: `sensors/1`.
+
+use super::{Bounds, Document, InputError, Kind, read_text};
+use std::path::Path;
+
+/// The sensors of one cell.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sensors {
+    /// Step of the motor encoders, seen from the joint, A1 first, rad. 0: ideal.
+    pub encoder_resolution: [f64; 6],
+    /// The force/torque sensor between flange and tool.
+    pub force: ForceSensor,
+    /// Seed of the noise.
+    pub seed: u64,
+}
+
+/// The force/torque sensor.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ForceSensor {
+    /// Standard deviation of the noise of each force, N.
+    pub noise_force: f64,
+    /// Standard deviation of the noise of each moment, N·m.
+    pub noise_moment: f64,
+    /// Cut-off of its first-order low-pass filter, Hz. 0: no filter.
+    pub filter: f64,
+    /// Age of a reading when the controller gets it, s.
+    pub delay: f64,
+    /// Step of a force reading, N. 0: ideal.
+    pub resolution: f64,
+}
+
+impl Sensors {
+    /// Reads a sensor file.
+    ///
+    /// # Errors
+    /// The first thing in it that does not fit, with its place.
+    pub fn read(path: impl AsRef<Path>) -> Result<Self, InputError> {
+        let (name, text) = read_text(path.as_ref())?;
+        Self::parse(&text, &name)
+    }
+
+    /// Reads sensors from text; `name` is what errors call it.
+    ///
+    /// # Errors
+    /// As [`Sensors::read`].
+    pub fn parse(text: &str, name: &str) -> Result<Self, InputError> {
+        let document = Document::parse(text, name)?;
+        let root = document.root_of(Kind::Sensors.schema())?;
+        root.only(&["schema", "seed", "encoder", "force"])?;
+        let seed = root.integer("seed")?;
+        let encoder = root.table("encoder")?;
+        encoder.only(&["resolution_rad"])?;
+        let force = root.table("force")?;
+        force.only(&["noise_n", "noise_nm", "filter_hz", "delay_s", "resolution_n"])?;
+        Ok(Self {
+            encoder_resolution: encoder.numbers("resolution_rad", Bounds::UpTo(0.1))?,
+            force: ForceSensor {
+                noise_force: force.number("noise_n", Bounds::NonNegative)?,
+                noise_moment: force.number("noise_nm", Bounds::NonNegative)?,
+                filter: force.number("filter_hz", Bounds::NonNegative)?,
+                delay: force.number("delay_s", Bounds::UpTo(1.0))?,
+                resolution: force.number("resolution_n", Bounds::NonNegative)?,
+            },
+            seed,
+        })
+    }
+}

@@ -1,0 +1,63 @@
+//! Time integration of the cell, and its equilibrium at rest.
+
+mod dormand_prince;
+mod linearly_implicit;
+pub mod rest;
+
+pub use dormand_prince::Tolerance;
+
+use crate::cell::{Cell, State};
+use trueweld_core::JointVector;
+
+/// How the plant is integrated between two samples.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Integrator {
+    /// Linearly implicit, second order, fixed step: the default.
+    LinearlyImplicit,
+    /// Adaptive Dormand–Prince 5(4): the reference.
+    DormandPrince(Tolerance),
+}
+
+/// The plant's state left the finite numbers: the loop is unstable, or a model is far out of its range.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[error("the simulated state left the finite numbers at {time:.3} s: the loop is unstable or the model far out of range")]
+pub struct Diverged {
+    /// Simulated time, s.
+    pub time: f64,
+}
+
+/// One integration in progress.
+#[derive(Debug, Clone, Copy)]
+pub struct Stepper {
+    integrator: Integrator,
+    suggested: f64,
+}
+
+impl Stepper {
+    /// Starts an integration.
+    pub fn new(integrator: Integrator) -> Self {
+        Self { integrator, suggested: 1e-5 }
+    }
+
+    /// Advances `state` from `time` by `h` seconds, motor torque held.
+    ///
+    /// # Errors
+    /// [`Diverged`].
+    #[inline]
+    pub fn advance(
+        &mut self,
+        cell: &Cell,
+        time: f64,
+        state: &State,
+        torque: &JointVector<f64>,
+        h: f64,
+    ) -> Result<State, Diverged> {
+        match self.integrator {
+            Integrator::LinearlyImplicit => linearly_implicit::step(cell, time, state, torque, h),
+            Integrator::DormandPrince(tolerance) => {
+                dormand_prince::advance(cell, time, state, torque, h, tolerance, &mut self.suggested)
+            }
+        }
+        .ok_or(Diverged { time })
+    }
+}

@@ -1,0 +1,175 @@
+//! The elastic robot (2.1): two inertias a joint, spring and damper between them.
+//!
+//! M(θ) θ̈ + h(θ, θ̇) + g(θ) = τ_s + τ_cb(θ₂) + J(θ)ᵀ w   (links)
+//! I_m θ̈_E = Γ − τ_s − τ_f(θ̇_E)                          (motors, seen from the joint)
+//! τ_s = K (θ_E − θ) + D (θ̇_E − θ̇)
+//!
+//! The one description of its physics: whoever drives it (a controller, a recorded log), it is asked here. Rotor
+//! gyroscopic effects are left out.
+
+use super::ports::{JointPoint, Ports, Sloped};
+use nalgebra::{Matrix6, Vector3};
+use trueweld_core::{Displacement, Frames, JOINTS, JointVector, Robot, Wrench};
+
+/// The robot with the terms that effects put at its ports.
+#[derive(Debug)]
+pub struct ElasticRobot {
+    /// Geometry, inertia, elasticity and tool.
+    pub model: Robot<f64>,
+    /// Terms of effects.
+    pub ports: Ports,
+}
+
+/// Positions and rates on both sides of the gears.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Drives {
+    /// Link angles θ, rad.
+    pub link: JointVector<f64>,
+    /// Link rates, rad/s.
+    pub link_rate: JointVector<f64>,
+    /// Encoder angles θ_E, rad.
+    pub motor: JointVector<f64>,
+    /// Encoder rates, rad/s.
+    pub motor_rate: JointVector<f64>,
+}
+
+impl ElasticRobot {
+    fn joint_point(&self, drives: &Drives, i: usize) -> JointPoint {
+        JointPoint {
+            encoder: drives.motor[i],
+            encoder_rate: drives.motor_rate[i],
+            link: drives.link[i],
+            link_rate: drives.link_rate[i],
+            encoder_before: if i > 0 { drives.motor[i - 1] } else { 0.0 },
+            smoothing: self.model.parameters().friction.smoothing,
+        }
+    }
+
+    /// Spring torque τ_s of every joint, N·m: on the link, and its reaction on the motor.
+    #[inline]
+    pub fn spring_torque(&self, drives: &Drives, internal: &[f64]) -> JointVector<f64> {
+        let twist = drives.motor - drives.link;
+        let rate = drives.motor_rate - drives.link_rate;
+        let mut torque = self.model.stiffness().component_mul(&twist) + self.model.damping().component_mul(&rate);
+        for i in 0..JOINTS {
+            let (spring, angle) = (&self.ports.spring[i], &self.ports.link_angle[i]);
+            if spring.is_empty() && angle.is_empty() {
+                continue;
+            }
+            let at = self.joint_point(drives, i);
+            let mut twist = twist[i] + angle.iter().map(|t| t.link_angle()).sum::<f64>();
+            twist += spring.iter().map(|(t, _)| t.twist(&at)).sum::<f64>();
+            let engaged = spring.iter().fold(twist, |twist, (t, _)| t.engaged(twist));
+            let stiffness = spring.iter().fold(self.model.stiffness()[i], |k, (t, _)| k * t.stiffness(engaged));
+            let damping = spring.iter().fold(self.model.damping()[i], |d, (t, _)| d * t.damping());
+            let extra: f64 = spring.iter().map(|(t, s)| t.spring_torque(&at, s.map_or(0.0, |s| internal[s]))).sum();
+            torque[i] = stiffness * engaged + damping * rate[i] + extra;
+        }
+        torque
+    }
+
+    /// Rates of the states that spring terms keep.
+    pub fn internal_rates(&self, drives: &Drives, internal: &[f64], rates: &mut [f64]) {
+        for i in 0..JOINTS {
+            for (term, slot) in &self.ports.spring[i] {
+                if let Some(s) = *slot {
+                    let at = self.joint_point(drives, i);
+                    rates[s] = term.internal_rate(&at, internal[s]).unwrap_or(0.0);
+                }
+            }
+        }
+    }
+
+    /// Motor friction τ_f of one joint, N·m, with its slope by θ̇_E.
+    #[inline]
+    pub fn friction(&self, drives: &Drives, i: usize) -> Sloped {
+        let friction = &self.model.parameters().friction;
+        let (rate, smoothing) = (drives.motor_rate[i], friction.smoothing);
+        let turn = (rate / smoothing).tanh();
+        let mut torque = Sloped {
+            value: friction.viscous[i] * rate + friction.coulomb[i] * turn,
+            slope: friction.viscous[i] + friction.coulomb[i] / smoothing * (1.0 - turn * turn),
+        };
+        if !self.ports.friction[i].is_empty() {
+            let at = self.joint_point(drives, i);
+            for term in &self.ports.friction[i] {
+                let more = term.friction(&at);
+                torque.value += more.value;
+                torque.slope += more.slope;
+            }
+        }
+        torque
+    }
+
+    /// Torque on the links that is neither spring nor load: the counterbalance and the link ports, N·m.
+    #[inline]
+    pub fn link_torque(&self, drives: &Drives) -> JointVector<f64> {
+        let mut torque = JointVector::zeros();
+        let counterbalance = self.model.counterbalance_torque(drives.link[1]);
+        torque[1] = counterbalance;
+        for i in 0..JOINTS {
+            if !self.ports.link_torque[i].is_empty() {
+                let at = self.joint_point(drives, i);
+                let balance = if i == 1 { counterbalance } else { 0.0 };
+                torque[i] += self.ports.link_torque[i].iter().map(|t| t.link_torque(&at, balance)).sum::<f64>();
+            }
+        }
+        torque
+    }
+
+    /// Frames of the real arm. `wrench` on the tool at the TCP in axes of B loads bearings and base, where these give.
+    #[inline]
+    pub fn frames(&self, link: &JointVector<f64>, wrench: &Wrench<f64>) -> Frames<f64> {
+        let rigid = self.model.frames(link);
+        if !self.ports.frames_give() {
+            return rigid;
+        }
+        self.displaced_frames(link, &rigid, wrench)
+    }
+
+    /// Bearings and base tilt under the moments that the rigid arm passes them at rest, gravity included. The tilts
+    /// are of the order of 0.1 mrad, so that their own effect on the moments is left out.
+    fn displaced_frames(&self, link: &JointVector<f64>, rigid: &Frames<f64>, wrench: &Wrench<f64>) -> Frames<f64> {
+        let still = JointVector::zeros();
+        let loads = self.model.joint_loads(rigid, &still, &still, wrench);
+        let mut by = Displacement::none();
+        // What a frame carries is the reaction to what it passes on: the loads act outward, the tilt follows them inward.
+        for i in 0..JOINTS {
+            let moment = -rigid.rotation[i].tr_mul(&loads[i].moment);
+            let axis = self.model.parameters().joints[i].axis;
+            by.tilt[i] = self.ports.link_frame[i].iter().map(|t| t.tilt(&moment, &axis)).sum();
+        }
+        let foot = -(loads[0].moment + rigid.origin[0].cross(&loads[0].force));
+        let tilt: Vector3<f64> = self.ports.base_frame.iter().map(|t| t.tilt(&foot, &Vector3::zeros())).sum();
+        by.base.rotation = trueweld_core::spatial::rotation_from_vector(&tilt);
+        self.model.frames_displaced(link, &by)
+    }
+
+    /// Link accelerations θ̈, rad/s², and the inertia matrix used. `None` where the state is not finite.
+    #[inline]
+    pub fn link_acceleration(
+        &self,
+        frames: &Frames<f64>,
+        drives: &Drives,
+        spring: &JointVector<f64>,
+        wrench: &Wrench<f64>,
+    ) -> Option<(JointVector<f64>, Matrix6<f64>)> {
+        let bias = self.model.rnea(frames, &drives.link_rate, &JointVector::zeros(), wrench);
+        let inertia = self.model.crba(frames);
+        let torque = spring + self.link_torque(drives) - bias;
+        let factor = trueweld_core::crba::factor(inertia)?;
+        Some((factor.solve(&torque), inertia))
+    }
+
+    /// Energy of links, rotors, gravity and (baseline) springs, J. What the dampers and friction take and what the
+    /// motors give is the only change of it without process.
+    pub fn energy(&self, drives: &Drives) -> f64 {
+        let frames = self.model.frames(&drives.link);
+        let twist = drives.motor - drives.link;
+        let rotors = self.model.rotor_inertia().dot(&drives.motor_rate.component_mul(&drives.motor_rate));
+        let springs = self.model.stiffness().dot(&twist.component_mul(&twist));
+        self.model.kinetic_energy(&frames, &drives.link_rate)
+            + self.model.potential_energy(&frames)
+            + 0.5 * (rotors + springs)
+    }
+}

@@ -1,0 +1,9 @@
+//! The elastic robot and the ports where effects enter it.
+
+mod elastic;
+mod ports;
+
+pub use elastic::{Drives, ElasticRobot};
+pub use ports::{
+    Channel, INTERNAL_STATES, JointPoint, Port, Ports, ProcessPoint, Readings, Sloped, Term, TooManyStates,
+};
