@@ -36,6 +36,16 @@ pub trait Compensator<T: Real> {
     fn demand(&mut self, robot: &Robot<T>, observation: &Observation<'_, T>) -> Result<Twist<T>, Fault>;
 }
 
+impl<T: Real, L: Compensator<T> + ?Sized> Compensator<T> for &mut L {
+    fn reset(&mut self) {
+        (**self).reset();
+    }
+
+    fn demand(&mut self, robot: &Robot<T>, observation: &Observation<'_, T>) -> Result<Twist<T>, Fault> {
+        (**self).demand(robot, observation)
+    }
+}
+
 /// Bounds and speed of a compensation loop.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LoopLimits<T: Real> {

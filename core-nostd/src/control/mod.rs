@@ -88,6 +88,16 @@ pub trait HybridController<T: Real> {
     fn cycle(&mut self, robot: &Robot<T>, setpoint: &Setpoint<T>, sensed: &Sensed<T>) -> Command<T>;
 }
 
+impl<T: Real, C: HybridController<T> + ?Sized> HybridController<T> for &mut C {
+    fn start(&mut self, robot: &Robot<T>, encoder: &JointVector<T>, torque: &JointVector<T>) {
+        (**self).start(robot, encoder, torque);
+    }
+
+    fn cycle(&mut self, robot: &Robot<T>, setpoint: &Setpoint<T>, sensed: &Sensed<T>) -> Command<T> {
+        (**self).cycle(robot, setpoint, sensed)
+    }
+}
+
 /// The push that the force sensor sees along z of W, N, from the wrench in T with T placed by the encoders.
 fn sensed_push<T: Real>(b_from_t: &Pose<T>, depth_axis: &Vector3<T>, wrench: &Wrench<T>) -> T {
     -(b_from_t.rotation * wrench.force).dot(depth_axis)

@@ -5,7 +5,7 @@
 use crate::input::Process;
 use crate::process::{Reaction, reaction};
 use crate::robot::{Drives, ElasticRobot, INTERNAL_STATES};
-use nalgebra::{Matrix3, Matrix6, SVector, SVectorView, Vector3};
+use nalgebra::{Matrix3, Matrix6, SVector, Vector3};
 use trueweld_core::{Frames, JointVector, Pose, Wrench};
 
 /// Iterations in which tilting frames and the contact agree on the force.
@@ -25,27 +25,18 @@ pub struct State(pub SVector<f64, STATES>);
 impl State {
     /// Everything at rest at these angles. `channel`: y_m, m.
     pub fn at_rest(link: &JointVector<f64>, motor: &JointVector<f64>, channel: f64) -> Self {
-        let mut state = SVector::zeros();
+        let mut state = SVector::<f64, STATES>::zeros();
         state.fixed_rows_mut::<6>(0).copy_from(link);
         state.fixed_rows_mut::<6>(6).copy_from(motor);
         state[24] = channel;
         Self(state)
     }
 
-    #[inline]
-    fn joints(&self, first: usize) -> SVectorView<'_, f64, 6, nalgebra::U1, nalgebra::Const<STATES>> {
-        self.0.fixed_rows::<6>(first)
-    }
-
     /// Angles and rates of links and motors.
     #[inline]
     pub fn drives(&self) -> Drives {
-        Drives {
-            link: self.joints(0).into_owned(),
-            motor: self.joints(6).into_owned(),
-            link_rate: self.joints(12).into_owned(),
-            motor_rate: self.joints(18).into_owned(),
-        }
+        let six = |first| self.0.fixed_rows::<6>(first).into_owned();
+        Drives { link: six(0), motor: six(6), link_rate: six(12), motor_rate: six(18) }
     }
 
     /// Lateral position y_m of the plastic channel left behind the tool, in W, m.
@@ -78,7 +69,7 @@ pub struct Cell {
 /// The right-hand side at one state, with what it was made of.
 #[derive(Debug, Clone, Copy)]
 pub struct Evaluation {
-    /// Time derivative of the state.
+    /// Time derivative of the state with the motors' torque left out.
     pub rates: SVector<f64, STATES>,
     /// Frames of the real arm.
     pub frames: Frames<f64>,
@@ -141,11 +132,11 @@ impl Cell {
         Wrench { moment: Vector3::zeros(), force: self.b_from_w.rotation * force_w }
     }
 
-    /// The right-hand side of (2.1) and of the process at a state, with motor torque Γ, N·m.
+    /// The right-hand side of (2.1) and of the process at a state, but for the motors' torque: see [`driven`](Self::driven).
     ///
     /// Where the state is not finite the rates are NaN, and whoever integrates sees it.
     #[inline]
-    pub fn evaluate(&self, time: f64, state: &State, torque: &JointVector<f64>) -> Evaluation {
+    pub fn evaluate(&self, time: f64, state: &State) -> Evaluation {
         let drives = state.drives();
         let (frames, reaction) = self.contact(time, state, &drives);
         let wrench = self.wrench(&reaction.force);
@@ -155,19 +146,29 @@ impl Cell {
             .link_acceleration(&frames, &drives, &spring, &wrench)
             .unwrap_or((JointVector::from_element(f64::NAN), Matrix6::zeros()));
         let mut friction_slope = JointVector::zeros();
-        let mut rates = SVector::zeros();
+        let mut rates = SVector::<f64, STATES>::zeros();
         for i in 0..6 {
             let friction = self.robot.friction(&drives, i);
             friction_slope[i] = friction.slope;
             rates[i] = drives.link_rate[i];
             rates[6 + i] = drives.motor_rate[i];
             rates[12 + i] = acceleration[i];
-            rates[18 + i] = (torque[i] - spring[i] - friction.value) / self.robot.model.rotor_inertia()[i];
+            rates[18 + i] = -(spring[i] + friction.value) / self.robot.model.rotor_inertia()[i];
         }
         rates[24] = reaction.channel_rate;
         rates[25] = self.process.spindle;
         self.robot.internal_rates(&drives, state.internal(), &mut rates.as_mut_slice()[26..]);
         Evaluation { rates, frames, inertia, friction_slope, reaction }
+    }
+
+    /// Time derivative of the state under motor torque Γ, N·m.
+    #[inline]
+    pub fn driven(&self, at: &Evaluation, torque: &JointVector<f64>) -> SVector<f64, STATES> {
+        let mut rates = at.rates;
+        for i in 0..6 {
+            rates[18 + i] += torque[i] / self.robot.model.rotor_inertia()[i];
+        }
+        rates
     }
 
     /// A 3 × 3 tangent of the process, from axes of W to joint space: Jᵥᵀ R A Rᵀ Jᵥ.

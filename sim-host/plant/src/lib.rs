@@ -6,4 +6,5 @@ pub mod input;
 pub mod integrate;
 pub mod process;
 pub mod robot;
+pub mod sensors;
 pub mod simulate;

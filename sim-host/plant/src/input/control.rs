@@ -3,6 +3,9 @@
 use super::document::Table;
 use super::{Bounds, Document, InputError, Kind, read_text};
 use std::path::Path;
+use trueweld_core::JointVector;
+use trueweld_core::compensation::LoopLimits;
+use trueweld_core::control::{ExternalGains, ForceGains, JointGains};
 
 /// What the controllers of one cell are set to.
 #[derive(Debug, Clone, PartialEq)]
@@ -14,68 +17,37 @@ pub struct Control {
     /// Superposed hybrid control (2.3).
     pub superposed: ParallelGains,
     /// External hybrid control (2.4), (2.5).
-    pub external: ExternalGains,
+    pub external: CascadeGains,
     /// Bounds of the compensation.
     pub compensation: CompensationLimits,
 }
 
-/// Gains of the joint position loop, A1 first.
-#[derive(Debug, Clone, PartialEq)]
-pub struct JointGains {
-    /// K_p, N·m/rad.
-    pub kp: [f64; 6],
-    /// K_i, N·m/(rad·s).
-    pub ki: [f64; 6],
-    /// K_d, N·m·s/rad.
-    pub kd: [f64; 6],
-}
-
-/// Gains of the schemes whose force loop gives a force, (2.2) and (2.3).
+/// Gains of a scheme whose force branch gives a force, (2.2) and (2.3).
 #[derive(Debug, Clone, PartialEq)]
 pub struct ParallelGains {
     /// Position loop.
-    pub joint: JointGains,
-    /// K_pf, N of command per N of error.
-    pub force_kp: f64,
-    /// K_if, 1/s.
-    pub force_ki: f64,
-    /// K_df against the tool's velocity along its axis, N·s/m.
-    pub force_kd: f64,
-    /// Largest force that the loop may add to the one asked for, N.
-    pub max_force_correction: f64,
+    pub joint: JointGains<f64>,
+    /// Force branch.
+    pub force: ForceGains<f64>,
 }
 
 /// Gains of the scheme whose force loop gives a depth, (2.4) and (2.5).
 #[derive(Debug, Clone, PartialEq)]
-pub struct ExternalGains {
+pub struct CascadeGains {
     /// Inner position loop.
-    pub joint: JointGains,
-    /// K_pf, m/N.
-    pub force_kp: f64,
-    /// K_if, m/(N·s).
-    pub force_ki: f64,
-    /// K_df against the tool's velocity along its axis, s.
-    pub force_kd: f64,
-    /// Largest depth correction, m.
-    pub max_depth_correction: f64,
-    /// Largest rate of the depth correction, m/s.
-    pub max_depth_rate: f64,
+    pub joint: JointGains<f64>,
+    /// Outer force loop.
+    pub force: ExternalGains<f64>,
 }
 
 /// How far and how fast a compensation law may move the pose set-point.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CompensationLimits {
-    /// Bandwidth of the correction, Hz.
-    pub bandwidth: f64,
-    /// Largest translation, m.
-    pub max_translation: f64,
-    /// Largest rotation, rad.
-    pub max_rotation: f64,
-    /// Largest rate of translation, m/s.
-    pub max_translation_rate: f64,
-    /// Largest rate of rotation, rad/s.
-    pub max_rotation_rate: f64,
-    /// Cut-off of the low-pass filter on the measured wrench, Hz.
+    /// Of the translation.
+    pub lateral: LoopLimits<f64>,
+    /// Of the rotation.
+    pub orientation: LoopLimits<f64>,
+    /// Corner of the low-pass filter on the measured wrench, Hz.
     pub wrench_filter: f64,
 }
 
@@ -110,13 +82,10 @@ impl Control {
     }
 }
 
-fn joint(table: &Table<'_>) -> Result<JointGains, InputError> {
+fn joint(table: &Table<'_>) -> Result<JointGains<f64>, InputError> {
     let [kp, ki, kd] = JOINT_KEYS;
-    Ok(JointGains {
-        kp: table.numbers(kp, Bounds::NonNegative)?,
-        ki: table.numbers(ki, Bounds::NonNegative)?,
-        kd: table.numbers(kd, Bounds::NonNegative)?,
-    })
+    let gains = |key| table.numbers::<6>(key, Bounds::NonNegative).map(JointVector::from);
+    Ok(JointGains { kp: gains(kp)?, ki: gains(ki)?, kd: gains(kd)? })
 }
 
 fn parallel(table: &Table<'_>) -> Result<ParallelGains, InputError> {
@@ -124,23 +93,27 @@ fn parallel(table: &Table<'_>) -> Result<ParallelGains, InputError> {
     table.only(&[&JOINT_KEYS[..], &own].concat())?;
     Ok(ParallelGains {
         joint: joint(table)?,
-        force_kp: table.number("force_kp", Bounds::NonNegative)?,
-        force_ki: table.number("force_ki_1_s", Bounds::NonNegative)?,
-        force_kd: table.number("force_kd_ns_m", Bounds::NonNegative)?,
-        max_force_correction: table.number("max_force_correction_n", Bounds::Positive)?,
+        force: ForceGains {
+            kp: table.number("force_kp", Bounds::NonNegative)?,
+            ki: table.number("force_ki_1_s", Bounds::NonNegative)?,
+            kd: table.number("force_kd_ns_m", Bounds::NonNegative)?,
+            max_correction: table.number("max_force_correction_n", Bounds::Positive)?,
+        },
     })
 }
 
-fn external(table: &Table<'_>) -> Result<ExternalGains, InputError> {
+fn external(table: &Table<'_>) -> Result<CascadeGains, InputError> {
     let own = ["force_kp_m_n", "force_ki_m_ns", "force_kd_s", "max_depth_correction_m", "max_depth_rate_m_s"];
     table.only(&[&JOINT_KEYS[..], &own].concat())?;
-    Ok(ExternalGains {
+    Ok(CascadeGains {
         joint: joint(table)?,
-        force_kp: table.number("force_kp_m_n", Bounds::NonNegative)?,
-        force_ki: table.number("force_ki_m_ns", Bounds::NonNegative)?,
-        force_kd: table.number("force_kd_s", Bounds::NonNegative)?,
-        max_depth_correction: table.number("max_depth_correction_m", Bounds::PositiveUpTo(1.0))?,
-        max_depth_rate: table.number("max_depth_rate_m_s", Bounds::PositiveUpTo(10.0))?,
+        force: ExternalGains {
+            kp: table.number("force_kp_m_n", Bounds::NonNegative)?,
+            ki: table.number("force_ki_m_ns", Bounds::NonNegative)?,
+            kd: table.number("force_kd_s", Bounds::NonNegative)?,
+            max_correction: table.number("max_depth_correction_m", Bounds::PositiveUpTo(1.0))?,
+            max_rate: table.number("max_depth_rate_m_s", Bounds::PositiveUpTo(10.0))?,
+        },
     })
 }
 
@@ -153,12 +126,18 @@ fn compensation(table: &Table<'_>) -> Result<CompensationLimits, InputError> {
         "max_rotation_rate_rad_s",
         "wrench_filter_hz",
     ])?;
+    let bandwidth = table.number("bandwidth_hz", Bounds::Positive)? * std::f64::consts::TAU;
     Ok(CompensationLimits {
-        bandwidth: table.number("bandwidth_hz", Bounds::Positive)?,
-        max_translation: table.number("max_translation_m", Bounds::PositiveUpTo(1.0))?,
-        max_rotation: table.number("max_rotation_rad", Bounds::PositiveUpTo(1.0))?,
-        max_translation_rate: table.number("max_translation_rate_m_s", Bounds::PositiveUpTo(10.0))?,
-        max_rotation_rate: table.number("max_rotation_rate_rad_s", Bounds::PositiveUpTo(10.0))?,
+        lateral: LoopLimits {
+            bandwidth,
+            size: table.number("max_translation_m", Bounds::PositiveUpTo(1.0))?,
+            rate: table.number("max_translation_rate_m_s", Bounds::PositiveUpTo(10.0))?,
+        },
+        orientation: LoopLimits {
+            bandwidth,
+            size: table.number("max_rotation_rad", Bounds::PositiveUpTo(1.0))?,
+            rate: table.number("max_rotation_rate_rad_s", Bounds::PositiveUpTo(10.0))?,
+        },
         wrench_filter: table.number("wrench_filter_hz", Bounds::Positive)?,
     })
 }

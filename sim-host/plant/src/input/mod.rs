@@ -15,7 +15,7 @@ pub mod urdf;
 pub mod weld;
 pub mod write;
 
-pub use control::{CompensationLimits, Control, ExternalGains, JointGains, ParallelGains};
+pub use control::{CascadeGains, CompensationLimits, Control, ParallelGains};
 pub use document::{Bounds, Document, FILL_IN, Table};
 pub use error::{InputError, Source};
 pub use process::{Process, Ripple};

@@ -21,7 +21,7 @@ pub struct ForceSensor {
     pub noise_force: f64,
     /// Standard deviation of the noise of each moment, N·m.
     pub noise_moment: f64,
-    /// Cut-off of its first-order low-pass filter, Hz. 0: no filter.
+    /// Corner of its second-order low-pass filter, Hz. 0: no filter.
     pub filter: f64,
     /// Age of a reading when the controller gets it, s.
     pub delay: f64,

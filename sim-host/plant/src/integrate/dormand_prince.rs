@@ -3,7 +3,7 @@
 //! Explicit, with error control per step and local extrapolation; slow here, because the contact makes the system stiff,
 //! but its error is known. Source: Dormand, Prince 1980; step control after Hairer, Nørsett, Wanner I, II.4.
 
-use crate::cell::{Cell, STATES, State};
+use crate::cell::{Cell, Evaluation, STATES, State};
 use nalgebra::SVector;
 use trueweld_core::JointVector;
 
@@ -20,15 +20,8 @@ const STAGES: [[f64; 6]; 7] = [
     [35.0 / 384.0, 0.0, 500.0 / 1113.0, 125.0 / 192.0, -2187.0 / 6784.0, 11.0 / 84.0],
 ];
 /// Weights of the fifth-order solution less those of the embedded fourth-order one.
-const ERROR: [f64; 7] = [
-    71.0 / 57600.0,
-    0.0,
-    -71.0 / 16695.0,
-    71.0 / 1920.0,
-    -17253.0 / 339200.0,
-    22.0 / 525.0,
-    -1.0 / 40.0,
-];
+const ERROR: [f64; 7] =
+    [71.0 / 57600.0, 0.0, -71.0 / 16695.0, 71.0 / 1920.0, -17253.0 / 339200.0, 22.0 / 525.0, -1.0 / 40.0];
 
 /// Error allowed per step.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -44,12 +37,14 @@ impl Tolerance {
     pub const REFERENCE: Self = Self { relative: 1e-9, absolute: 1e-11 };
 }
 
-/// Advances `state` from `time` by `span` seconds with motor torque held. `suggested`: first step to try, s; it is
+/// Advances `state` from `time`, where its evaluation is `at`, by `span` seconds with motor torque held. `suggested`: first step to try, s; it is
 /// left at the one to try next. `None` where the state left the finite numbers or the step fell below 1e-9 s.
+#[expect(clippy::too_many_arguments, reason = "the integrator's whole interface; used in one place")]
 pub fn advance(
     cell: &Cell,
     time: f64,
     state: &State,
+    at: &Evaluation,
     torque: &JointVector<f64>,
     span: f64,
     tolerance: Tolerance,
@@ -57,7 +52,7 @@ pub fn advance(
 ) -> Option<State> {
     let mut y = state.0;
     let mut done = 0.0;
-    let mut k: [Vector; 7] = [cell.evaluate(time, state, torque).rates; 7];
+    let mut k: [Vector; 7] = [cell.driven(at, torque); 7];
     while done < span {
         let remaining = span - done;
         let last = *suggested >= remaining;
@@ -71,7 +66,8 @@ pub fn advance(
             for (weight, k) in STAGES[stage].iter().zip(&k).take(stage) {
                 next += k * (h * weight);
             }
-            k[stage] = cell.evaluate(time + done + NODES[stage] * h, &State(next), torque).rates;
+            let at = cell.evaluate(time + done + NODES[stage] * h, &State(next));
+            k[stage] = cell.driven(&at, torque);
         }
         let mut square = 0.0;
         for i in 0..STATES {

@@ -44,16 +44,7 @@ impl Stage {
         for i in 0..6 {
             link[(i, i)] += tie[i] - tie[i] * tie[i] * motor[i];
         }
-        Self {
-            s,
-            stiffness,
-            tie,
-            motor,
-            rotor: *model.rotor_inertia(),
-            inertia: at.inertia,
-            contact,
-            link: link.lu(),
-        }
+        Self { s, stiffness, tie, motor, rotor: *model.rotor_inertia(), inertia: at.inertia, contact, link: link.lu() }
     }
 
     /// k of (I − sA) k = r; `None` where the matrix is singular (a state that is not finite).
@@ -78,15 +69,21 @@ impl Stage {
     }
 }
 
-/// One step of `h` seconds from `state` at `time`, motor torque held. `at`: the evaluation at `state`, where it is
-/// already known. `None` where the state left the finite numbers.
+/// One step of `h` seconds from `state` at `time`, whose evaluation is `at`, with the motors' torque held. `None` where
+/// the state left the finite numbers.
 #[inline]
-pub fn step(cell: &Cell, time: f64, state: &State, torque: &JointVector<f64>, h: f64) -> Option<State> {
-    let first = cell.evaluate(time, state, torque);
-    let stage = Stage::new(cell, &first, GAMMA * h);
-    let k1 = stage.solve(&first.rates)?;
-    let second = cell.evaluate(time + h, &State(state.0 + k1 * h), torque);
-    let k2 = stage.solve(&(second.rates - k1 * 2.0))?;
+pub fn step(
+    cell: &Cell,
+    time: f64,
+    state: &State,
+    at: &Evaluation,
+    torque: &JointVector<f64>,
+    h: f64,
+) -> Option<State> {
+    let stage = Stage::new(cell, at, GAMMA * h);
+    let k1 = stage.solve(&cell.driven(at, torque))?;
+    let second = cell.evaluate(time + h, &State(state.0 + k1 * h));
+    let k2 = stage.solve(&(cell.driven(&second, torque) - k1 * 2.0))?;
     let next = state.0 + k1 * (1.5 * h) + k2 * (0.5 * h);
     next.sum().is_finite().then_some(State(next))
 }

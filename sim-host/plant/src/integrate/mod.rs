@@ -6,7 +6,7 @@ pub mod rest;
 
 pub use dormand_prince::Tolerance;
 
-use crate::cell::{Cell, State};
+use crate::cell::{Cell, Evaluation, State};
 use trueweld_core::JointVector;
 
 /// How the plant is integrated between two samples.
@@ -20,7 +20,9 @@ pub enum Integrator {
 
 /// The plant's state left the finite numbers: the loop is unstable, or a model is far out of its range.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-#[error("the simulated state left the finite numbers at {time:.3} s: the loop is unstable or the model far out of range")]
+#[error(
+    "the simulated state left the finite numbers at {time:.3} s: the loop is unstable or the model far out of range"
+)]
 pub struct Diverged {
     /// Simulated time, s.
     pub time: f64,
@@ -39,7 +41,7 @@ impl Stepper {
         Self { integrator, suggested: 1e-5 }
     }
 
-    /// Advances `state` from `time` by `h` seconds, motor torque held.
+    /// Advances `state` from `time`, where its evaluation is `at`, by `h` seconds, motor torque held.
     ///
     /// # Errors
     /// [`Diverged`].
@@ -49,13 +51,14 @@ impl Stepper {
         cell: &Cell,
         time: f64,
         state: &State,
+        at: &Evaluation,
         torque: &JointVector<f64>,
         h: f64,
     ) -> Result<State, Diverged> {
         match self.integrator {
-            Integrator::LinearlyImplicit => linearly_implicit::step(cell, time, state, torque, h),
+            Integrator::LinearlyImplicit => linearly_implicit::step(cell, time, state, at, torque, h),
             Integrator::DormandPrince(tolerance) => {
-                dormand_prince::advance(cell, time, state, torque, h, tolerance, &mut self.suggested)
+                dormand_prince::advance(cell, time, state, at, torque, h, tolerance, &mut self.suggested)
             }
         }
         .ok_or(Diverged { time })

@@ -47,8 +47,8 @@ fn settle(
         let (wrench, stiffness) = load(&drives);
         let frames = robot.frames(&drives.link, &wrench);
         let spring = robot.spring_torque(&drives, &[0.0; crate::robot::INTERNAL_STATES]);
-        let torque = spring + robot.link_torque(&drives) - robot.model.gravity_torque(&frames)
-            + frames.joint_torque(&wrench);
+        let torque =
+            spring + robot.link_torque(&drives) - robot.model.gravity_torque(&frames) + frames.joint_torque(&wrench);
         let slope = Matrix6::from_diagonal(robot.model.stiffness()) + stiffness;
         let Some(step) = slope.lu().solve(&torque) else { break };
         drives.link += step;

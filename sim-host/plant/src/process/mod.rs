@@ -48,11 +48,8 @@ pub fn reaction(
     };
     let surface: f64 = ports.surface.iter().map(|t| t.surface(&at)).sum();
     let depth = position.z + surface;
-    let depth_force = if depth > 0.0 {
-        (process.depth_stiffness * depth + process.depth_damping * velocity.z).max(0.0)
-    } else {
-        0.0
-    };
+    let depth_force =
+        if depth > 0.0 { (process.depth_stiffness * depth + process.depth_damping * velocity.z).max(0.0) } else { 0.0 };
     if depth_force == 0.0 {
         return Reaction {
             force: Vector3::zeros(),

@@ -1,0 +1,327 @@
+//! One run: the plant in small steps, the control held over its period.
+//!
+//! The path is taught under gravity: at the start, with the tool free of contact, the real tool stands on the line.
+//! The set-point then follows the line by the encoders alone, and whatever the load bends from there is deviation.
+
+use super::{Program, Recording, Row, Seam};
+use crate::cell::{Cell, Evaluation};
+use crate::input::{Control, Sensors, Weld};
+use crate::integrate::rest::{self, NoRest};
+use crate::integrate::{Diverged, Integrator, Stepper};
+use crate::robot::{Drives, Readings};
+use crate::sensors::Instruments;
+use nalgebra::Vector3;
+use std::time::Instant;
+use trueweld_compensators::{Elastostatic, Uncompensated};
+use trueweld_core::compensation::{Compensated, Compensator};
+use trueweld_core::control::{External, HybridController, Parallel, Setpoint, Superposed};
+use trueweld_core::spatial::rotation_vector;
+use trueweld_core::{JointVector, KinematicsError, Pose, Robot, Twist, Wrench};
+
+/// Which hybrid controller.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Controller {
+    /// Scheme 1, (2.2).
+    Parallel,
+    /// Scheme 2, (2.3).
+    Superposed,
+    /// Scheme 3, (2.4)–(2.5).
+    External,
+}
+
+impl Controller {
+    /// All of them, in the order of the published study.
+    pub const ALL: [Self; 3] = [Self::Parallel, Self::Superposed, Self::External];
+
+    /// Its name on the command line and in results.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Parallel => "parallel",
+            Self::Superposed => "superposed",
+            Self::External => "external",
+        }
+    }
+
+    fn build(self, control: &Control) -> Box<dyn HybridController<f64>> {
+        let period = control.period;
+        match self {
+            Self::Parallel => Box::new(Parallel::new(control.parallel.joint, control.parallel.force, period)),
+            Self::Superposed => Box::new(Superposed::new(control.superposed.joint, control.superposed.force, period)),
+            Self::External => Box::new(External::new(control.external.joint, control.external.force, period)),
+        }
+    }
+}
+
+/// Which compensation law.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Law {
+    /// None.
+    None,
+    /// From the measured wrench.
+    Elastostatic,
+}
+
+impl Law {
+    /// Its name on the command line and in results.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Elastostatic => "elastostatic",
+        }
+    }
+
+    fn build(self, control: &Control) -> Result<Box<dyn Compensator<f64>>, RunError> {
+        match self {
+            Self::None => Ok(Box::new(Uncompensated)),
+            Self::Elastostatic => {
+                let (corner, period) = (control.compensation.wrench_filter, control.period);
+                let law = Elastostatic::new(corner, period).ok_or(RunError::Filter { corner, period })?;
+                Ok(Box::new(law))
+            }
+        }
+    }
+}
+
+/// Why a run did not come to its end.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum RunError {
+    /// The tool cannot be brought to some point of the seam.
+    #[error("the robot cannot hold the tool {path:.3} m along the seam: {reason}")]
+    Reach {
+        /// Path position, m.
+        path: f64,
+        /// In words.
+        reason: &'static str,
+    },
+    /// No deformed start.
+    #[error(transparent)]
+    Rest(#[from] NoRest),
+    /// The state left the finite numbers.
+    #[error(transparent)]
+    Diverged(#[from] Diverged),
+    /// The wrench filter cannot be built.
+    #[error("a wrench filter of {corner} Hz needs a corner between 0 and half the control rate (period {period} s)")]
+    Filter {
+        /// Corner, Hz.
+        corner: f64,
+        /// Control period, s.
+        period: f64,
+    },
+}
+
+/// Everything one run is made of.
+#[derive(Debug, Clone, Copy)]
+pub struct Scenario<'a> {
+    /// Name of the weld, for the record.
+    pub name: &'a str,
+    /// Robot and process.
+    pub cell: &'a Cell,
+    /// The robot as the controller believes it is.
+    pub belief: &'a Robot<f64>,
+    /// The weld.
+    pub weld: &'a Weld,
+    /// What is done.
+    pub program: Program,
+    /// Gains and limits.
+    pub control: &'a Control,
+    /// Instruments.
+    pub sensors: &'a Sensors,
+    /// Which controller.
+    pub controller: Controller,
+    /// Which law.
+    pub law: Law,
+    /// How the plant is integrated.
+    pub integrator: Integrator,
+    /// Longest plant step, s; the control period is divided evenly.
+    pub plant_step: f64,
+    /// Seed of the instruments' noise.
+    pub seed: u64,
+}
+
+/// Joint angles at the start of a seam, on the branch that follows the whole seam within the limits with the smallest
+/// angles.
+///
+/// # Errors
+/// [`RunError::Reach`] with the first point that no branch holds.
+pub fn start_angles(robot: &Robot<f64>, seam: &Seam) -> Result<JointVector<f64>, RunError> {
+    const POINTS: usize = 200;
+    let reason = |e: KinematicsError| match e {
+        KinematicsError::NotDecoupled => "closed-form inverse kinematics needs a spherical wrist and A1 vertical",
+        KinematicsError::Unreachable => "out of reach",
+        KinematicsError::Singular => "singular posture",
+        KinematicsError::Limit(_) => "a joint limit",
+        KinematicsError::NotFinite => "the seam is not a number",
+    };
+    let found = robot.inverse_all(&seam.nominal(0.0)).map_err(|e| RunError::Reach { path: 0.0, reason: reason(e) })?;
+    let mut farthest = RunError::Reach { path: 0.0, reason: "a joint limit" };
+    let mut reached = 0.0;
+    let mut best: Option<JointVector<f64>> = None;
+    for (_, start) in found.iter().filter(|(_, q)| robot.beyond_limits(q).is_none()) {
+        let mut q = *start;
+        let failed = (1..=POINTS).find_map(|k| {
+            let path = seam.length * k as f64 / POINTS as f64;
+            match robot.track(&seam.nominal(path), &q) {
+                Ok(next) => {
+                    q = next;
+                    None
+                }
+                Err(e) => Some((path, reason(e))),
+            }
+        });
+        match failed {
+            None if best.is_none_or(|b| start.norm() < b.norm()) => best = Some(*start),
+            Some((path, reason)) if path > reached => {
+                reached = path;
+                farthest = RunError::Reach { path, reason };
+            }
+            _ => {}
+        }
+    }
+    best.ok_or(farthest)
+}
+
+/// The deformed start: encoder angles of the taught pose (tool free), and the cell at rest with the tool's set-point
+/// the initial depth in the material.
+struct Start {
+    rest: rest::Rest,
+    motor: JointVector<f64>,
+    /// From the nominal pose to the set-point, axes of W.
+    taught: Twist<f64>,
+}
+
+fn start(scenario: &Scenario<'_>, seam: &Seam) -> Result<Start, RunError> {
+    let model = &scenario.cell.robot.model;
+    let link = start_angles(model, seam)?;
+    let free = rest::motors_for(scenario.cell, &link, &Wrench::zero())?;
+    let nominal = seam.nominal(0.0);
+    let w = seam.b_from_w.rotation;
+    let mut taught = nominal.error_to(&model.forward(&free)).rotated(&w.transpose());
+    taught.linear.z += scenario.weld.initial_depth;
+    let motor = model
+        .track(&nominal.displaced(&taught.rotated(&w)), &free)
+        .map_err(|_| RunError::Reach { path: 0.0, reason: "the deformed start is out of reach" })?;
+    Ok(Start { rest: rest::in_contact(scenario.cell, &motor)?, motor, taught })
+}
+
+/// Runs a scenario to its end. `progress` is called with the simulated time, s, about every simulated second.
+///
+/// # Errors
+/// [`RunError`].
+pub fn run(scenario: &Scenario<'_>, mut progress: impl FnMut(f64)) -> Result<Recording, RunError> {
+    let clock = Instant::now();
+    let Scenario { cell, belief, weld, program, control, .. } = *scenario;
+    let seam = Seam::of(weld);
+    let start = start(scenario, &seam)?;
+    let period = control.period;
+    let substeps = (period / scenario.plant_step - 1e-9).ceil().max(1.0) as usize;
+    let h = period / substeps as f64;
+    let duration = program.duration(weld, &seam);
+    let ticks = (duration / period).round() as usize;
+
+    let mut hybrid = scenario.controller.build(control);
+    let mut law = scenario.law.build(control)?;
+    let limits = &control.compensation;
+    let mut controller = Compensated::new(hybrid.as_mut(), law.as_mut(), limits.lateral, limits.orientation, period);
+    controller.start(belief, &start.motor, &start.rest.torque);
+    let mut instruments = Instruments::new(scenario.sensors, &cell.robot.ports, h, period, scenario.seed);
+    let mut stepper = Stepper::new(scenario.integrator);
+
+    let mut state = start.rest.state;
+    let mut torque = start.rest.torque;
+    let mut contact = 0.0;
+    let mut rows = Vec::with_capacity(ticks);
+    for tick in 0..ticks {
+        let time = tick as f64 * period;
+        let drives = state.drives();
+        let mut at = cell.evaluate(time, &state);
+        instruments.observe(&wrench_in_t(cell, &at));
+        if tick == 0 {
+            contact = -at.reaction.force.z;
+        }
+        let sensed = instruments.read(&cell.robot.ports, readings(time, &at, &drives), &torque);
+        let target = program.target(weld, &seam, contact, time);
+        let nominal = seam.nominal(target.path);
+        let setpoint = Setpoint {
+            pose: nominal.displaced(&start.taught.rotated(&seam.b_from_w.rotation)),
+            b_from_w: seam.b_from_w.rotation,
+            force: target.force,
+        };
+        let command = controller.cycle(belief, &setpoint, &nominal, &sensed);
+        torque = command.torque;
+        let deviation_w = nominal.error_to(&at.frames.tcp).rotated(&seam.b_from_w.rotation.transpose());
+        rows.push(Row {
+            time,
+            phase: target.phase,
+            nominal,
+            real: at.frames.tcp,
+            encoder_pose: cell.robot.model.forward(&drives.motor),
+            deviation_w,
+            tilt: tool_axis(&at.frames.tcp).angle(&tool_axis(&nominal)),
+            lateral_by_joint: lateral_by_joint(&seam, &at, &drives),
+            force_w: at.reaction.force,
+            force_sensed_w: seam.b_from_w.rotation.tr_mul(&(at.frames.tcp.rotation * sensed.wrench.force)),
+            force_desired: target.force,
+            link: drives.link,
+            motor: drives.motor,
+            torque,
+            spindle_angle: state.spindle_angle(),
+            force_error: command.force_error,
+            depth_correction: command.depth_correction,
+            push: command.push,
+            correction_w: controller.correction(),
+            limited: command.limited,
+            fault: command.fault,
+        });
+        for k in 0..substeps {
+            let t = time + k as f64 * h;
+            if k > 0 {
+                at = cell.evaluate(t, &state);
+                instruments.observe(&wrench_in_t(cell, &at));
+            }
+            state = stepper.advance(cell, t, &state, &at, &torque, h)?;
+        }
+        progress(time);
+    }
+    Ok(Recording {
+        weld: scenario.name.to_owned(),
+        controller: scenario.controller.name(),
+        compensator: scenario.law.name(),
+        rows,
+        period,
+        half_pin: 0.5 * cell.process.pin_diameter,
+        force: weld.force,
+        seed: scenario.seed,
+        simulated: ticks as f64 * period,
+        wall: clock.elapsed().as_secs_f64(),
+    })
+}
+
+/// The process' wrench in axes of the real tool frame, where the sensor sits.
+fn wrench_in_t(cell: &Cell, at: &Evaluation) -> Wrench<f64> {
+    cell.wrench(&at.reaction.force).rotated(&at.frames.tcp.rotation.transpose())
+}
+
+/// What ideal instruments would read.
+fn readings(time: f64, at: &Evaluation, drives: &Drives) -> Readings {
+    Readings {
+        time,
+        encoder: drives.motor.into(),
+        link_encoder: drives.link.into(),
+        force: Vector3::zeros(),
+        moment: Vector3::zeros(),
+        tcp_position: at.frames.tcp.position,
+        tcp_rotation: rotation_vector(&at.frames.tcp.rotation),
+    }
+}
+
+/// z of a tool frame: the spindle's axis.
+fn tool_axis(pose: &Pose<f64>) -> Vector3<f64> {
+    pose.rotation.column(2).into_owned()
+}
+
+/// Row y of W_R_B · J times −twist: what each joint's twist does to the tool across the seam, m.
+fn lateral_by_joint(seam: &Seam, at: &Evaluation, drives: &Drives) -> JointVector<f64> {
+    let across = seam.b_from_w.rotation.column(1);
+    let jacobian = at.frames.jacobian().0;
+    JointVector::from_fn(|i, _| across.dot(&jacobian.fixed_view::<3, 1>(3, i)) * (drives.link[i] - drives.motor[i]))
+}
