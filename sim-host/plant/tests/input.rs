@@ -124,7 +124,7 @@ fn mistake(text: &str, from: &str, to: &str, needles: &[&str]) {
 #[test]
 fn broken_toml_is_shown_at_its_place() {
     mistake(ROBOT, "name = \"A1\"", "name = \"A1", &["not TOML", "\"A1"]);
-    mistake(ROBOT, "mass_kg = 558.0", "mass_kg = 558.0 kg", &["not TOML"]);
+    mistake(ROBOT, "mass_kg = 558.0", "mass_kg = 558,0", &["not TOML", "read `mass_kg = 558,0`"]);
     mistake(ROBOT, "mass_kg = 485.0", "max_torque_nm = 485.0", &["not TOML", "duplicate"]);
     let error = parse(URDF, "arm.toml").unwrap_err();
     assert!(rendered(&error).contains("XML"), "{error:?}");
@@ -195,11 +195,12 @@ fn a_model_that_is_no_robot_is_traced_to_its_line() {
     mistake(ROBOT, "axis = [0, 0, -1]", "axis = [0, 0, -2]", &["[[joint]] 1 (A1)", "a vector of length 1, not 2"]);
     mistake(ROBOT, "limits_deg = [-130.0, 20.0]", "limits_deg = [20.0, -130.0]", &["(A2)", "lower limit below"]);
     mistake(ROBOT, "{ xx = 13.32", "{ xx = 913.32", &["(A2)", "principal moments"]);
-    mistake(ROBOT, "{ xx = 4.5", "{ xx = 99", &["in [tool]", "principal moments"]);
+    mistake(ROBOT, "{ xx = 4.5", "{ xx = 99", &["in [tool]", "is { xx = 99", "principal moments"]);
     mistake(ROBOT, "y_axis = [0, 1, 0]", "y_axis = [1, 0, 0]", &["`y_axis` in [tool]", "square to each other"]);
     mistake(ROBOT, "z_axis = [1, 0, 0]", "z_axis = [1, 1, 0]", &["`z_axis` in [tool]", "length 1"]);
     mistake(ROBOT, "name = \"A3\"", "name = \"A2\"", &["is \"A2\"", "no other joint has"]);
     mistake(ROBOT, "name = \"A3\"", "name = \" \"", &["not blank"]);
+    mistake(ROBOT, "name = \"A3\"", "name = \"A\\n3\"", &["on one line"]);
     let nine = "cos_nm = [1, 2, 3, 4, 5, 6, 7, 8, 9]";
     mistake(ROBOT, "cos_nm = [-9000.0, -80.0, 290.0]", nine, &["9 entries", "at most 8"]);
 }
@@ -451,7 +452,7 @@ fn urdf_mistake(from: &str, to: &str, needles: &[&str]) {
 #[test]
 fn a_urdf_that_is_no_six_axis_arm_is_refused() {
     let a3 = r#"<joint name="A3" type="revolute">"#;
-    urdf_mistake(a3, r#"<joint name="A3" type="prismatic">"#, &["dir/arm.urdf:3:", "`A3` is prismatic", "revolute"]);
+    urdf_mistake(a3, r#"<joint name="A3" type="prismatic">"#, &["dir/arm.urdf:10:", "`A3` is prismatic", "revolute"]);
     urdf_mistake(a3, r#"<joint name="A3" type="planar">"#, &["`A3` is planar"]);
     urdf_mistake(a3, r#"<joint name="A3" type="hinge">"#, &["<joint>", "hinge"]);
     urdf_mistake(a3, r#"<joint name="A3" type="fixed">"#, &["5 revolute joints", "expected six"]);
@@ -476,7 +477,7 @@ fn a_urdf_that_is_no_six_axis_arm_is_refused() {
 #[test]
 fn bad_numbers_and_broken_xml_in_a_urdf_are_shown() {
     let mass = r#"<mass value="550"/>"#;
-    urdf_mistake(mass, r#"<mass value="much"/>"#, &["dir/arm.urdf:3:", "`value` of <mass> is \"much\"", "one finite"]);
+    urdf_mistake(mass, r#"<mass value="much"/>"#, &["dir/arm.urdf:7:", "`value` of <mass> is \"much\"", "one finite"]);
     urdf_mistake(mass, r#"<mass value="-550"/>"#, &["`l2` is -550 kg"]);
     urdf_mistake(mass, "", &["<link>", "mass"]);
     urdf_mistake(r#"iyz="0""#, "", &["<link>", "iyz"]);
