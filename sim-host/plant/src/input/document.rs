@@ -110,8 +110,7 @@ impl<'a> Document<'a> {
                     "Input files are TOML: `key = value` lines under [table] headers, text in double quotes."
                 };
                 let (problem, span) = (error.message().replace('\n', "; "), error.span().unwrap_or(0..0));
-                let read = source.excerpt(span.clone());
-                let message = format!("this is not TOML: {problem}; read `{read}`");
+                let message = format!("this is not TOML: {problem}; read `{}`", source.line_at(span.start));
                 Err(source.error(span, message, problem, help))
             }
         }
@@ -132,7 +131,7 @@ impl<'a> Document<'a> {
         if found.text != schema {
             let what = KINDS.iter().find(|k| k.schema() == found.text);
             let found_is = what.map(|k| format!(", {}", k.describe())).unwrap_or_default();
-            let message = format!("`schema` is \"{}\"{found_is}; expected \"{schema}\"", found.text);
+            let message = format!("`schema` is {:?}{found_is}; expected \"{schema}\"", found.text);
             return Err(self.source.error(found.span, message, format!("expected \"{schema}\""), list_of_kinds()));
         }
         Ok(root)
@@ -147,7 +146,7 @@ impl<'a> Document<'a> {
         KINDS.into_iter().find(|k| k.schema() == found.text).ok_or_else(|| {
             let near = nearest(found.text, KINDS.map(Kind::schema));
             let guess = near.map(|s| format!(" Did you mean \"{s}\"?")).unwrap_or_default();
-            let message = format!("`schema` is \"{}\"; expected one of the kinds that exist", found.text);
+            let message = format!("`schema` is {:?}; expected one of the kinds that exist", found.text);
             self.source.error(found.span, message, "no such kind of file", format!("{}{guess}", list_of_kinds()))
         })
     }
@@ -208,7 +207,8 @@ impl<'d> Table<'d> {
             Some(near) => format!("Did you mean `{near}`?"),
             None => format!("The keys here are {}.", quoted(known)),
         };
-        let message = format!("unknown key `{}` {}; expected one of {}", key.get_ref(), self.place, quoted(known));
+        let name = key.get_ref().escape_debug();
+        let message = format!("unknown key `{name}` {}; expected one of {}", self.place, quoted(known));
         Err(self.source.error(key.span(), message, "unknown key", help))
     }
 
@@ -294,14 +294,18 @@ impl<'d> Table<'d> {
         }
     }
 
-    /// The text under a key, which must not be blank: a name.
+    /// The text under a key, which must be fit to be shown: a name.
     ///
     /// # Errors
-    /// Missing, not text, or blank.
+    /// Missing, not text, blank, or with control characters.
     pub fn name(&self, key: &str) -> Result<String, InputError> {
         let name = self.text(key)?;
-        if name.text.trim().is_empty() {
-            return Err(self.wrong(key, "a name that is not blank", "Give it the name that reports should show."));
+        if name.text.trim().is_empty() || name.text.contains(char::is_control) {
+            return Err(self.wrong(
+                key,
+                "a name on one line that is not blank",
+                "Give it the name that reports should show.",
+            ));
         }
         Ok(name.text.to_owned())
     }
@@ -448,12 +452,15 @@ impl<'d> Value<'d> {
     fn wrong(&self, expected: &str, help: impl Into<String>) -> InputError {
         let message = format!("{} is {}; expected {expected}", self.what, self.read());
         let span = if self.span.is_empty() { self.key_span.clone() } else { self.span.clone() };
-        self.source.error(span, message, format!("expected {expected}"), help)
+        // What is long is said once, in the message.
+        let label = if expected.len() <= 80 { format!("expected {expected}") } else { "not this".to_owned() };
+        self.source.error(span, message, label, help)
     }
 
     fn read(&self) -> String {
         match self.value {
-            DeValue::Table(_) => "a table".to_owned(),
+            // The place of a table is its header, unless it is written in braces.
+            DeValue::Table(_) if !self.source.excerpt(self.span.clone()).starts_with('{') => "a table".to_owned(),
             _ => self.source.excerpt(self.span.clone()),
         }
     }

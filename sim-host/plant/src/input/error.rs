@@ -104,6 +104,16 @@ impl Source {
         let short: String = line.chars().take(60).collect();
         if short.len() < end - start { format!("{short} …") } else { short }
     }
+
+    /// The whole line that a byte stands on, without the blanks around it.
+    pub(crate) fn line_at(&self, at: usize) -> String {
+        let text = self.text();
+        let at = floor_char_boundary(text, at);
+        let start = text[..at].rfind('\n').map_or(0, |i| i + 1);
+        let end = text[at..].find('\n').map_or(text.len(), |i| at + i);
+        let indent = text[start..end].len() - text[start..end].trim_start().len();
+        self.excerpt(start + indent..end).trim_end().to_owned()
+    }
 }
 
 fn floor_char_boundary(text: &str, at: usize) -> usize {

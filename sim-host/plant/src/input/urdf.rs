@@ -623,7 +623,7 @@ impl Stage {
         let zero = Vector3::zeros();
         let _ = writeln!(
             out,
-            "\n# Flange: {origin}. The URDF's bodies behind the last joint are all in its link above, hence a tool\n\
+            "\n# Flange: {origin}.\n# The URDF's bodies behind the last joint are all in its link above, hence a tool\n\
              # without mass: add what the URDF leaves out.\n\
              [tool]\nflange_offset_m = {offset}\nmass_kg = 0.0\ncom_from_flange_m = {}\ninertia_kg_m2 = {}\n\
              tcp_from_flange_m = {tcp_from_flange}\nz_axis = {z_axis}\ny_axis = {y_axis}",
