@@ -2,11 +2,12 @@
 //!
 //! The process acts on the real tool pose, never on the encoders'. Who turns the motors is not known here.
 
+use crate::effects::{Effect, EffectError};
 use crate::input::Process;
 use crate::process::{Reaction, reaction};
-use crate::robot::{Drives, ElasticRobot, INTERNAL_STATES};
+use crate::robot::{Drives, ElasticRobot, INTERNAL_STATES, Ports};
 use nalgebra::{Matrix3, Matrix6, SVector, Vector3};
-use trueweld_core::{Frames, JointVector, Pose, Wrench};
+use trueweld_core::{Frames, JointVector, Pose, Robot, Wrench};
 
 /// Iterations in which tilting frames and the contact agree on the force.
 const FRAME_ITERATIONS: usize = 30;
@@ -82,6 +83,23 @@ pub struct Evaluation {
 }
 
 impl Cell {
+    /// The cell of a robot with the effects it has, a process, and the frame W it welds in.
+    ///
+    /// # Errors
+    /// [`EffectError`] where an effect cannot be installed.
+    pub fn new(
+        model: &Robot<f64>,
+        effects: &[Effect],
+        process: &Process,
+        b_from_w: Pose<f64>,
+    ) -> Result<Self, EffectError> {
+        let mut ports = Ports::default();
+        for effect in effects {
+            effect.install(&mut ports)?;
+        }
+        Ok(Self { robot: ElasticRobot { model: model.clone(), ports }, process: process.clone(), b_from_w })
+    }
+
     /// Frames of the real arm and the process' reaction on its tool.
     #[inline]
     pub fn contact(&self, time: f64, state: &State, drives: &Drives) -> (Frames<f64>, Reaction) {

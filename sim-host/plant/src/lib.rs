@@ -2,6 +2,7 @@
 //! loop that joins them.
 
 pub mod cell;
+pub mod effects;
 pub mod input;
 pub mod integrate;
 pub mod process;

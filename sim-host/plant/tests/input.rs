@@ -87,7 +87,7 @@ fn weld_fixtures_are_two_metres_along_y() {
 #[test]
 fn control_and_sensor_fixtures_hold_their_figures() {
     let c = Control::parse(CONTROL, "control.toml").unwrap();
-    assert!(c.period > 0.0 && c.external.force_ki > 0.0 && c.parallel.joint.kp.iter().all(|k| *k > 0.0));
+    assert!(c.period > 0.0 && c.external.force.ki > 0.0 && c.parallel.joint.kp.iter().all(|k| *k > 0.0));
     let s = Sensors::parse(SENSORS, "sensors.toml").unwrap();
     assert_eq!(s.encoder_resolution, [2e-6; 6]);
     assert_eq!((s.force.noise_force, s.force.noise_moment, s.force.delay), (25.0, 8.0, 0.002));
