@@ -270,3 +270,17 @@ pub fn vertical_weld_pose(y: f64) -> Pose<f64> {
     let (x, z) = (Vector3::y(), -Vector3::z());
     Pose { rotation: Matrix3::from_columns(&[x, z.cross(&x), z]), position: Vector3::new(1.7, y, 0.5) }
 }
+
+/// Passes `value` on, and prints it where it is the largest seen of its kind: `--nocapture` shows what a tolerance rests
+/// on.
+pub fn seen(what: &'static str, value: f64) -> f64 {
+    use std::{collections::BTreeMap, sync::Mutex};
+    static LARGEST: Mutex<BTreeMap<&str, f64>> = Mutex::new(BTreeMap::new());
+    let mut largest = LARGEST.lock().expect("no test panics while it holds this");
+    let before = largest.entry(what).or_insert(0.0);
+    if value > *before {
+        *before = value;
+        println!("{what}: {value:.1e}");
+    }
+    value
+}

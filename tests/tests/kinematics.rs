@@ -7,7 +7,7 @@ use trueweld_core::spatial::rotation_from_vector;
 use trueweld_core::{Branch, Displacement, JOINTS, JointVector, KinematicsError, Pose, Robot};
 use trueweld_tests::{
     KR500, cases, cast, configuration, kr500, kr500_parameters, number, pose_difference, rate, regular_configuration,
-    vertical_weld_pose, widen, within, wrapped,
+    seen, vertical_weld_pose, widen, within, wrapped,
 };
 
 /// Largest difference of two configurations when whole turns do not count, rad.
@@ -27,14 +27,14 @@ proptest! {
         prop_assert!(all.len() >= 2 && all.len() % 2 == 0, "{} branches", all.len());
         for (branch, found) in &all {
             // The requirement: 1e-9 m and rad.
-            let off = pose_difference(&robot.forward(found), &pose);
+            let off = seen("f64 inverse, pose", pose_difference(&robot.forward(found), &pose));
             prop_assert!(off < 1e-9, "{branch:?} misses the pose by {off:e}");
             prop_assert!(found.iter().all(|a| (-core::f64::consts::PI..=core::f64::consts::PI).contains(a)));
             prop_assert_eq!(robot.branch_of(found).unwrap(), *branch, "branch_of names another branch");
         }
         // Angles lose what the geometry near the filtered singularities amplifies, at most about 1/0.2².
         let nearest = all.iter().map(|(_, found)| apart(found, &q)).fold(f64::MAX, f64::min);
-        prop_assert!(nearest < 1e-9, "the nearest solution is {nearest:e} rad away");
+        prop_assert!(seen("f64 inverse, angles", nearest) < 1e-9, "the nearest solution is {nearest:e} rad away");
     }
 
     #[test]
@@ -52,11 +52,11 @@ proptest! {
         for (branch, found) in robot.inverse_all(&pose).unwrap() {
             // 3.5 m of reach are 2e-7 m an ulp, and the elbow near stretched amplifies it by up to 1/0.2: measured
             // 7.3e-6.
-            let off = pose_difference(&robot.forward(&found), &pose);
+            let off = seen("f32 inverse, pose", pose_difference(&robot.forward(&found), &pose));
             prop_assert!(off < 2e-5, "{branch:?} misses the pose by {off:e}");
         }
         let back = robot.track(&pose, &q).unwrap();
-        prop_assert!(number((back - q).amax()) < 1e-4, "off by {:e} rad", (back - q).amax());
+        prop_assert!(seen("f32 inverse, angles", number((back - q).amax())) < 1e-4, "off by {:e} rad", (back - q).amax());
     }
 
     #[test]
@@ -96,7 +96,7 @@ proptest! {
                 near = robot.track(&pose, &near).unwrap();
                 prop_assert!(pose_difference(&robot.forward(&near), &pose) < 1e-8, "step {k} misses the pose");
                 // Close to the singularity A4 is known to 1e-16/sin A5; at it, it is held.
-                prop_assert!((near - truth).amax() < 1e-8, "step {k}: {near} instead of {truth}");
+                prop_assert!(seen("through the singularity", (near - truth).amax()) < 1e-8, "step {k}: {near} instead of {truth}");
             }
         }
     }
@@ -114,7 +114,7 @@ proptest! {
 
         let (robot, q) = (kr500::<f32>(), cast::<f32, 6, 1>(&q));
         let found = robot.track(&robot.forward(&q), &q).unwrap();
-        prop_assert!((found[3] - q[3]).abs() < 1e-5, "f32: A4 went from {} to {}", q[3], found[3]);
+        prop_assert!(seen("f32 A4 held", f64::from((found[3] - q[3]).abs())) < 1e-5, "f32: A4 went from {} to {}", q[3], found[3]);
     }
 
     #[test]
@@ -127,7 +127,7 @@ proptest! {
             let (before, after) = (KR500.forward(&(q - step)), KR500.forward(&(q + step)));
             let numeric = before.error_to(&after).to_vector() / (2.0 * h);
             // Central differences: h²/6 · 3.5 m = 6e-11 of truncation, 3.5 ε/h = 8e-11 of rounding.
-            let off = (numeric - jacobian.column(i)).amax();
+            let off = seen("Jacobian", (numeric - jacobian.column(i)).amax());
             prop_assert!(off < 1e-9, "column {i} is off by {off:e}");
         }
     }
