@@ -55,11 +55,12 @@ struct Decoupled<T: Real> {
 }
 
 impl<T: Real> Robot<T> {
-    /// Joint angles of one branch for the tool pose `b_from_t`, each in (−π, π].
+    /// Joint angles of one branch for the tool pose `b_from_t`, each in [−π, π).
     ///
     /// # Errors
     /// [`KinematicsError::NotDecoupled`], [`Unreachable`](KinematicsError::Unreachable),
-    /// [`Singular`](KinematicsError::Singular) within 1e-6 rad of A4 ∥ A6, [`NotFinite`](KinematicsError::NotFinite).
+    /// [`Singular`](KinematicsError::Singular) within 1e-6 rad of A4 ∥ A6 (in `f32` 4e-6),
+    /// [`NotFinite`](KinematicsError::NotFinite).
     /// Joint limits are not looked at; [`track`](Self::track) does.
     pub fn inverse(&self, b_from_t: &Pose<T>, branch: Branch) -> Result<JointVector<T>, KinematicsError> {
         self.solve(b_from_t, branch, None)
@@ -102,17 +103,27 @@ impl<T: Real> Robot<T> {
         })
     }
 
-    /// Joint angles for the tool pose on the branch of `near`, each turned by whole turns to lie nearest to `near`.
+    /// Joint angles for the tool pose with the shoulder and elbow of `near`, each turned by whole turns to lie nearest
+    /// to `near`.
     ///
-    /// In line with A4 ∥ A6 only the sum of the two is defined: A4 is then held where `near` has it, so that a path
-    /// through the singularity does not jump.
+    /// In line with A4 ∥ A6 only the sum of the two is defined: A4 is then held where `near` has it. The wrist's branch
+    /// is that of `near` too, unless the other asks less of the wrist's joints: a path straight through the singularity
+    /// has A5 change its sign, where A4 and A6 would else jump by half a turn.
     ///
     /// # Errors
     /// As [`inverse`](Self::inverse), except for the wrist singularity; and [`KinematicsError::Limit`].
     pub fn track(&self, b_from_t: &Pose<T>, near: &JointVector<T>) -> Result<JointVector<T>, KinematicsError> {
+        if !crate::scalar::all_finite(near.iter()) {
+            return Err(KinematicsError::NotFinite);
+        }
         let branch = self.branch_of(near)?;
         let q = self.solve(b_from_t, branch, Some(near))?;
-        let q = JointVector::from_fn(|i, _| near[i] + wrap(q[i] - near[i]));
+        let nearest = |q: JointVector<T>| JointVector::from_fn(|i, _| near[i] + wrap(q[i] - near[i]));
+        let wrist_motion = |q: &JointVector<T>| (q - near).fixed_rows::<3>(3).amax();
+        let half = T::pi();
+        let same = nearest(q);
+        let other = nearest(JointVector::from_column_slice(&[q[0], q[1], q[2], q[3] + half, -q[4], q[5] + half]));
+        let q = if wrist_motion(&other) < wrist_motion(&same) { other } else { same };
         match self.beyond_limits(&q) {
             Some(joint) => Err(KinematicsError::Limit(joint)),
             None => Ok(q),
@@ -166,7 +177,7 @@ impl<T: Real> Robot<T> {
         let r = b_from_a3.transpose() * b_from_a6;
         let sine5 = (r.m12 * r.m12 + r.m13 * r.m13).sqrt();
         let flip = if branch.wrist_flipped { -T::one() } else { T::one() };
-        let (b4, b5, b6) = if sine5 > lit(1e-6) {
+        let (b4, b5, b6) = if sine5 > in_line_below() {
             ((flip * r.m21).atan2(-flip * r.m31), (flip * sine5).atan2(r.m11), (flip * r.m12).atan2(flip * r.m13))
         } else {
             let b4 = near.ok_or(KinematicsError::Singular)?[3] * arm.sense[3];
@@ -208,6 +219,11 @@ impl<T: Real> Robot<T> {
     }
 }
 
+/// Sine of A5 below which A4 and A6 count as in line: 1e-6, or the rounding of a pose where that is coarser.
+fn in_line_below<T: Real>() -> T {
+    lit::<T>(1e-6).max(T::default_epsilon() * lit(32.0))
+}
+
 /// A3 rotation at which upper arm and forearm are in one line.
 fn stretched_angle<T: Real>(arm: &Decoupled<T>) -> T {
     let (l, m) = (arm.upper, arm.fore);
@@ -232,7 +248,7 @@ fn about_y<T: Real>(angle: T) -> Matrix3<T> {
     Matrix3::new(c, o, s, o, l, o, -s, o, c)
 }
 
-/// The same angle in (−π, π].
+/// The same angle in [−π, π).
 fn wrap<T: Real>(angle: T) -> T {
     let turns = ((angle / T::two_pi()) + lit(0.5)).floor();
     angle - turns * T::two_pi()

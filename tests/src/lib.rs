@@ -1,1 +1,286 @@
-//! tests
+//! What the tests share: the KR 500 MT of the fixtures in any scalar, the golden states of another engine, and
+//! random states within the arm's limits.
+//!
+//! No test lives here, and nothing here computes what a test is to judge.
+
+use nalgebra::{Matrix3, Matrix6, SVector, Vector3};
+use proptest::prelude::*;
+use proptest::test_runner::{Config, RngSeed};
+use std::path::PathBuf;
+use std::sync::LazyLock;
+use trueweld_core::{
+    Counterbalance, Friction, JOINTS, JointParameters, JointVector, Pose, Real, Robot, RobotParameters, ToolParameters,
+    Wrench,
+};
+
+/// Path of a file below `fixtures/`.
+pub fn fixture(relative: &str) -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../fixtures").join(relative)
+}
+
+/// The KR 500 MT with its end effector, in double precision, read once.
+pub static KR500: LazyLock<Robot<f64>> = LazyLock::new(kr500);
+
+/// The KR 500 MT of `fixtures/robots/kr500-mt.toml` in the scalar `T`.
+///
+/// # Panics
+/// Where the fixture cannot be read or is not a robot.
+pub fn kr500<T: Real>() -> Robot<T> {
+    Robot::new(kr500_parameters()).expect("the fixture is a robot")
+}
+
+/// The parameters in `fixtures/robots/kr500-mt.toml`, angles turned to rad, every number rounded to `T` once.
+///
+/// Reads the file just well enough for the fixture; it checks nothing.
+///
+/// # Panics
+/// Where the fixture is missing a key.
+pub fn kr500_parameters<T: Real>() -> RobotParameters<T> {
+    use toml::Value;
+    fn number<T: Real>(v: &Value) -> T {
+        nalgebra::convert(v.as_float().or(v.as_integer().map(|i| i as f64)).expect("a number"))
+    }
+    fn list<T: Real, const N: usize>(v: &Value) -> SVector<T, N> {
+        SVector::from_fn(|i, _| number(&v[i]))
+    }
+    fn inertia<T: Real>(v: &Value) -> Matrix3<T> {
+        let [xx, yy, zz, xy, xz, yz] = ["xx", "yy", "zz", "xy", "xz", "yz"].map(|key| number(&v[key]));
+        Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz)
+    }
+    let radians = |degrees: &Value| nalgebra::convert::<f64, T>(number::<f64>(degrees).to_radians());
+    let text = std::fs::read_to_string(fixture("robots/kr500-mt.toml")).expect("the fixture is there");
+    let file = Value::Table(text.parse().expect("the fixture is TOML"));
+    let (tool, friction) = (&file["tool"], &file["friction"]);
+    RobotParameters {
+        gravity: list(&file["gravity_m_s2"]),
+        joints: core::array::from_fn(|i| {
+            let j = &file["joint"][i];
+            JointParameters {
+                origin: list(&j["origin_m"]),
+                axis: list(&j["axis"]),
+                limits: [radians(&j["limits_deg"][0]), radians(&j["limits_deg"][1])],
+                max_rate: radians(&j["max_speed_deg_s"]),
+                max_torque: number(&j["max_torque_nm"]),
+                stiffness: number(&j["stiffness_nm_rad"]),
+                damping: number(&j["damping_nms_rad"]),
+                rotor_inertia: number(&j["rotor_inertia_kg_m2"]),
+                mass: number(&j["mass_kg"]),
+                center_of_mass: list(&j["com_m"]),
+                inertia: inertia(&j["inertia_kg_m2"]),
+            }
+        }),
+        friction: Friction {
+            viscous: list(&friction["viscous_nms_rad"]),
+            coulomb: list(&friction["coulomb_nm"]),
+            smoothing: number(&friction["smoothing_rad_s"]),
+        },
+        counterbalance: Counterbalance {
+            cosine: file["counterbalance"]["cos_nm"].as_array().expect("a list").iter().map(number).collect(),
+        },
+        tool: ToolParameters {
+            flange_offset: list(&tool["flange_offset_m"]),
+            mass: number(&tool["mass_kg"]),
+            com_from_flange: list(&tool["com_from_flange_m"]),
+            inertia: inertia(&tool["inertia_kg_m2"]),
+            tcp_from_flange: list(&tool["tcp_from_flange_m"]),
+            z_axis: list(&tool["z_axis"]),
+            y_axis: list(&tool["y_axis"]),
+        },
+    }
+}
+
+/// One state of `fixtures/golden/kr500-rigid.json`, computed by Pinocchio 4.1.0 from the same robot file.
+///
+/// Base axes throughout, angular rows first. M, rnea, bias and gravity are the links and the tool alone, without a
+/// wrench. The data settle what the file's conventions leave open: `wrench` is (moment, force) on the tool at the TCP in
+/// axes of B, since Jᵀ times it in that order is `wrench_torque` to 4e-12 N·m; and `forward_acceleration` answers
+/// `forward_torque` alone, with no wrench, since it is M⁻¹(forward_torque − bias) to 1e-13 rad/s².
+#[derive(Debug, Clone)]
+pub struct GoldenState<T: Real> {
+    /// Joint angles, rad.
+    pub q: JointVector<T>,
+    /// Joint rates, rad/s.
+    pub v: JointVector<T>,
+    /// Joint accelerations, rad/s².
+    pub a: JointVector<T>,
+    /// Tool pose `b_from_t`.
+    pub tcp: Pose<T>,
+    /// Jacobian of the TCP.
+    pub jacobian: Matrix6<T>,
+    /// Inertia matrix M(q), kg·m².
+    pub mass_matrix: Matrix6<T>,
+    /// M a + h + g, N·m.
+    pub rnea: JointVector<T>,
+    /// h + g, N·m.
+    pub bias: JointVector<T>,
+    /// g, N·m.
+    pub gravity: JointVector<T>,
+    /// A wrench on the tool at the TCP, axes of B.
+    pub wrench: Wrench<T>,
+    /// Jᵀ w, N·m.
+    pub wrench_torque: JointVector<T>,
+    /// Joint torques given to the forward dynamics, N·m.
+    pub forward_torque: JointVector<T>,
+    /// The acceleration they give at (q, v), rad/s².
+    pub forward_acceleration: JointVector<T>,
+}
+
+/// All golden states, rounded to `T` once.
+///
+/// # Panics
+/// Where the fixture cannot be read.
+pub fn golden<T: Real>() -> Vec<GoldenState<T>> {
+    use serde_json::Value;
+    fn number<T: Real>(v: &Value) -> T {
+        nalgebra::convert(v.as_f64().expect("a number"))
+    }
+    fn column<T: Real, const N: usize>(v: &Value) -> SVector<T, N> {
+        SVector::from_fn(|i, _| number(&v[i]))
+    }
+    let text = std::fs::read_to_string(fixture("golden/kr500-rigid.json")).expect("the fixture is there");
+    let file: Value = serde_json::from_str(&text).expect("the fixture is JSON");
+    let states = file["states"].as_array().expect("a list");
+    assert_eq!(states.len(), 24, "the fixture holds 24 states");
+    states
+        .iter()
+        .map(|s| GoldenState {
+            q: column(&s["q"]),
+            v: column(&s["v"]),
+            a: column(&s["a"]),
+            tcp: Pose {
+                rotation: Matrix3::from_fn(|i, j| number(&s["tcp_rotation"][i][j])),
+                position: column(&s["tcp_position"]),
+            },
+            jacobian: Matrix6::from_fn(|i, j| number(&s["jacobian"][i][j])),
+            mass_matrix: Matrix6::from_fn(|i, j| number(&s["mass_matrix"][i][j])),
+            rnea: column(&s["rnea"]),
+            bias: column(&s["bias"]),
+            gravity: column(&s["gravity"]),
+            wrench: Wrench::from_vector(&column(&s["wrench"])),
+            wrench_torque: column(&s["wrench_torque"]),
+            forward_torque: column(&s["forward_torque"]),
+            forward_acceleration: column(&s["forward_acceleration"]),
+        })
+        .collect()
+}
+
+/// The same numbers in another scalar, each rounded once.
+pub fn cast<T: Real, const R: usize, const C: usize>(m: &nalgebra::SMatrix<f64, R, C>) -> nalgebra::SMatrix<T, R, C> {
+    m.map(nalgebra::convert)
+}
+
+/// The same numbers in double precision, exactly.
+pub fn widen<T: Real, const R: usize, const C: usize>(m: &nalgebra::SMatrix<T, R, C>) -> nalgebra::SMatrix<f64, R, C> {
+    m.map(|x| number(x))
+}
+
+/// The same number in double precision, exactly.
+pub fn number<T: Real>(x: T) -> f64 {
+    nalgebra::convert_ref_unchecked::<T, f64>(&x)
+}
+
+/// The same pose in another scalar, each number rounded once.
+pub fn cast_pose<T: Real>(pose: &Pose<f64>) -> Pose<T> {
+    Pose { rotation: cast(&pose.rotation), position: cast(&pose.position) }
+}
+
+/// The same wrench in another scalar, each number rounded once.
+pub fn cast_wrench<T: Real>(wrench: &Wrench<f64>) -> Wrench<T> {
+    Wrench { moment: cast(&wrench.moment), force: cast(&wrench.force) }
+}
+
+/// Largest entry of `measured − expected` over the largest entry of `expected`; over `floor` where that is larger.
+pub fn relative<T: Real, const R: usize, const C: usize>(
+    measured: &nalgebra::SMatrix<T, R, C>,
+    expected: &nalgebra::SMatrix<T, R, C>,
+    floor: f64,
+) -> f64 {
+    (widen(measured) - widen(expected)).amax() / widen(expected).amax().max(floor)
+}
+
+/// Largest difference of two poses, m and rad: position, and the entries of the rotation matrices.
+pub fn pose_difference<T: Real>(a: &Pose<T>, b: &Pose<T>) -> f64 {
+    (widen(&a.position) - widen(&b.position)).amax().max((widen(&a.rotation) - widen(&b.rotation)).amax())
+}
+
+/// An angle brought into [−π, π] by whole turns, rad.
+pub fn wrapped(angle: f64) -> f64 {
+    angle - (angle / core::f64::consts::TAU).round() * core::f64::consts::TAU
+}
+
+/// Settings of a property test: so many cases from a fixed seed, so that every run tries the same ones.
+pub fn cases(count: u32) -> Config {
+    Config { cases: count, rng_seed: RngSeed::Fixed(2010), failure_persistence: None, ..Config::default() }
+}
+
+/// A vector with every entry within ± its bound.
+pub fn within<const N: usize>(bound: SVector<f64, N>) -> impl Strategy<Value = SVector<f64, N>> {
+    prop::array::uniform::<_, N>(-1.0..=1.0_f64).prop_map(move |x| bound.component_mul(&SVector::from(x)))
+}
+
+/// Joint angles anywhere within the arm's limits but for the outermost thousandth, rad.
+pub fn configuration() -> impl Strategy<Value = JointVector<f64>> {
+    prop::array::uniform::<_, JOINTS>(0.001..=0.999_f64).prop_map(|share| {
+        JointVector::from_fn(|i, _| {
+            let [low, high] = KR500.parameters().joints[i].limits;
+            low + share[i] * (high - low)
+        })
+    })
+}
+
+/// Joint angles within the limits and away from what makes the Jacobian bad: |sin A5| above 0.2, the elbow at least
+/// 0.2 rad from stretched or folded, and the wrist centre 0.3 m or more from axis A1.
+pub fn regular_configuration() -> impl Strategy<Value = JointVector<f64>> {
+    configuration().prop_filter("near a singularity", |q| {
+        let frames = KR500.frames(q);
+        let wrist = frames.origin[4];
+        let reach = (wrist - frames.origin[1]).norm();
+        let upper = (frames.origin[2] - frames.origin[1]).norm();
+        let fore = (wrist - frames.origin[2]).norm();
+        // Law of cosines: how far the elbow is from stretched or folded.
+        let cosine = (reach * reach - upper * upper - fore * fore) / (2.0 * upper * fore);
+        q[4].sin().abs() > 0.2 && cosine.abs() < 0.2_f64.cos() && wrist.xy().norm() > 0.3
+    })
+}
+
+/// Joint rates within the arm's limits, rad/s.
+pub fn rate() -> impl Strategy<Value = JointVector<f64>> {
+    within(JointVector::from_fn(|i, _| KR500.parameters().joints[i].max_rate))
+}
+
+/// Joint accelerations up to 5 rad/s².
+pub fn acceleration() -> impl Strategy<Value = JointVector<f64>> {
+    within(JointVector::repeat(5.0))
+}
+
+/// A wrench of welding size: up to 500 N·m and 18 kN about and along every axis.
+pub fn wrench() -> impl Strategy<Value = Wrench<f64>> {
+    within(SVector::from([500.0, 500.0, 500.0, 18e3, 18e3, 18e3])).prop_map(|w| Wrench::from_vector(&w))
+}
+
+/// What the published weld puts on the tool at 18 kN depth, 4 kN along and 1 kN across, in axes of T, whose z points
+/// out of the tool into the material: the material pushes back along −z.
+pub fn weld_wrench() -> Wrench<f64> {
+    Wrench { moment: Vector3::zeros(), force: Vector3::new(-4e3, 1e3, -18e3) }
+}
+
+/// Tool pose at a point of the first published weld (vertical tool): x along the weld, z into the material.
+pub fn vertical_weld_pose(y: f64) -> Pose<f64> {
+    // x = +Y of B (the feed), z = −Z of B, y = z × x.
+    let (x, z) = (Vector3::y(), -Vector3::z());
+    Pose { rotation: Matrix3::from_columns(&[x, z.cross(&x), z]), position: Vector3::new(1.7, y, 0.5) }
+}
+
+/// Passes `value` on, and prints it where it is the largest seen of its kind: `--nocapture` shows what a tolerance rests
+/// on.
+pub fn seen(what: &'static str, value: f64) -> f64 {
+    use std::{collections::BTreeMap, sync::Mutex};
+    static LARGEST: Mutex<BTreeMap<&str, f64>> = Mutex::new(BTreeMap::new());
+    let mut largest = LARGEST.lock().expect("no test panics while it holds this");
+    let before = largest.entry(what).or_insert(0.0);
+    if value > *before {
+        *before = value;
+        println!("{what}: {value:.1e}");
+    }
+    value
+}
