@@ -1,48 +1,39 @@
 //! Composite rigid bodies: the joint-space inertia matrix, and the forward dynamics it gives.
 //!
-//! Links and tool only; rotors belong to the drives. Composite inertias are kept about the origin of B, so that adding
-//! two needs no shift. Source: Featherstone, Rigid Body Dynamics Algorithms, 2008, ch. 6.
+//! Links and tool only; rotors belong to the drives. Composite bodies are kept in axes of B about the origin of the
+//! innermost link's frame. Source: Featherstone, Rigid Body Dynamics Algorithms, 2008, ch. 6.
 
+use crate::inertia::Body;
 use crate::kinematics::Frames;
 use crate::robot::Robot;
 use crate::scalar::{JOINTS, JointVector, Real};
 use crate::spatial::Wrench;
-use nalgebra::{Cholesky, Const, Matrix3, Matrix6, Vector3};
+use nalgebra::{Cholesky, Const, Matrix6};
 
 impl<T: Real> Robot<T> {
     /// Inertia matrix M(q), 6 × 6, symmetric positive definite, kg·m².
     #[inline]
     pub fn crba(&self, frames: &Frames<T>) -> Matrix6<T> {
+        self.inertia_matrix_of(&self.bodies(frames), frames)
+    }
+
+    /// [`crba`](Self::crba) with the links already in axes of B.
+    #[inline(always)]
+    fn inertia_matrix_of(&self, bodies: &[Body<T>; JOINTS], frames: &Frames<T>) -> Matrix6<T> {
         let mut m = Matrix6::zeros();
-        // The body outward of joint i, taken as one: mass, m·c, and the inertia about a point that moves inward.
-        let mut mass = T::zero();
-        let mut moment = Vector3::zeros();
-        let mut inertia = Matrix3::zeros();
+        // The body outward of joint i, taken as one, about the origin of its frame.
+        let mut outward = bodies[JOINTS - 1];
         for i in (0..JOINTS).rev() {
-            let link = &self.links[i];
-            let rotation = &frames.rotation[i];
-            let c = rotation * link.center_of_mass;
             if i + 1 < JOINTS {
-                // Parallel-axis shift of what is already gathered, from the outer joint's origin to this one.
-                let d = frames.origin[i + 1] - frames.origin[i];
-                let cross = moment.dot(&d);
-                let diagonal = cross + cross + mass * d.norm_squared();
-                let shifted = moment + d * mass;
-                inertia += Matrix3::from_diagonal_element(diagonal) - d * moment.transpose() - shifted * d.transpose();
-                moment = shifted;
+                outward = outward.shifted(&(frames.origin[i + 1] - frames.origin[i])).merged(&bodies[i]);
             }
-            let mc = c * link.mass;
-            inertia += rotation * link.inertia * rotation.transpose() + Matrix3::from_diagonal_element(mc.dot(&c))
-                - mc * c.transpose();
-            moment += mc;
-            mass += link.mass;
             // Wrench about oᵢ that a unit acceleration of joint i asks for, seen by every joint inward of it.
             let z = &frames.axis[i];
-            let force = z.cross(&moment);
-            let torque = inertia * z;
+            let force = z.cross(&outward.first);
+            let moment = outward.second.inertia_times(z);
             for j in 0..=i {
                 let lever = frames.origin[i] - frames.origin[j];
-                let value = frames.axis[j].dot(&(torque + lever.cross(&force)));
+                let value = frames.axis[j].dot(&(moment + lever.cross(&force)));
                 m[(i, j)] = value;
                 m[(j, i)] = value;
             }
@@ -62,8 +53,10 @@ impl<T: Real> Robot<T> {
         torque: &JointVector<T>,
         wrench: &Wrench<T>,
     ) -> Option<JointVector<T>> {
-        let bias = self.rnea(frames, rate, &JointVector::zeros(), wrench);
-        Some(factor(self.crba(frames))?.solve(&(torque - bias)))
+        let bodies = self.bodies(frames);
+        let loads = self.loads_of(&bodies, frames, rate, &JointVector::zeros(), wrench);
+        let remaining = JointVector::from_fn(|i, _| torque[i] - frames.axis[i].dot(&loads[i].moment));
+        Some(factor(self.inertia_matrix_of(&bodies, frames))?.solve(&remaining))
     }
 
     /// Kinetic energy of the links and the tool, J: ½ vᵀ M v.

@@ -10,6 +10,7 @@ pub mod control;
 pub mod crba;
 pub mod error;
 pub mod filter;
+mod inertia;
 pub mod inverse_kinematics;
 pub mod jacobian;
 pub mod kinematics;

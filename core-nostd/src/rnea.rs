@@ -4,11 +4,12 @@
 //! here. Everything is formed in axes of B about each link frame's origin, so the backward pass needs no rotations.
 //! Source: Luh, Walker, Paul 1980; Featherstone, Rigid Body Dynamics Algorithms, 2008, ch. 5.
 
+use crate::inertia::Body;
 use crate::kinematics::Frames;
 use crate::robot::Robot;
 use crate::scalar::{JOINTS, JointVector, Real};
 use crate::spatial::Wrench;
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 impl<T: Real> Robot<T> {
     /// Inverse dynamics: τ = M(q) a + h(q, v) + g(q) − Jᵀ w, N·m.
@@ -43,30 +44,43 @@ impl<T: Real> Robot<T> {
         acceleration: &JointVector<T>,
         wrench: &Wrench<T>,
     ) -> [Wrench<T>; JOINTS] {
+        self.loads_of(&self.bodies(frames), frames, rate, acceleration, wrench)
+    }
+
+    /// The links in axes of B, each about its frame's origin.
+    #[inline(always)]
+    pub(crate) fn bodies(&self, frames: &Frames<T>) -> [Body<T>; JOINTS] {
+        core::array::from_fn(|i| self.links[i].turned(&frames.rotation[i]))
+    }
+
+    /// [`joint_loads`](Self::joint_loads) with the links already in axes of B.
+    #[inline(always)]
+    pub(crate) fn loads_of(
+        &self,
+        bodies: &[Body<T>; JOINTS],
+        frames: &Frames<T>,
+        rate: &JointVector<T>,
+        acceleration: &JointVector<T>,
+        wrench: &Wrench<T>,
+    ) -> [Wrench<T>; JOINTS] {
         let mut loads = [Wrench::zero(); JOINTS];
         let mut omega = Vector3::zeros();
         let mut omega_dot = Vector3::zeros();
-        // A base that accelerates upwards is what gravity feels like to the links.
+        // Acceleration of a point at r from the frame's origin: linear + field · r. The base accelerates upwards,
+        // which is what gravity feels like to the links.
         let mut linear = -self.parameters.gravity;
-        let mut previous = Vector3::zeros();
-        let mut com = [Vector3::zeros(); JOINTS];
+        let mut field = Matrix3::zeros();
         for i in 0..JOINTS {
-            let link = &self.links[i];
-            let rotation = &frames.rotation[i];
             if i > 0 {
-                let step = frames.origin[i] - previous;
-                linear += omega_dot.cross(&step) + omega.cross(&omega.cross(&step));
+                linear += field * (frames.origin[i] - frames.origin[i - 1]);
             }
-            previous = frames.origin[i];
             let spin = frames.axis[i] * rate[i];
             omega_dot += frames.axis[i] * acceleration[i] + omega.cross(&spin);
             omega += spin;
-            com[i] = rotation * link.center_of_mass;
-            let force = (linear + omega_dot.cross(&com[i]) + omega.cross(&omega.cross(&com[i]))) * link.mass;
-            // Euler's equation in link axes, where the inertia is constant.
-            let w = rotation.tr_mul(&omega);
-            let moment = link.inertia * rotation.tr_mul(&omega_dot) + w.cross(&(link.inertia * w));
-            loads[i] = Wrench { moment: rotation * moment + com[i].cross(&force), force };
+            field = acceleration_field(&omega, &omega_dot);
+            let Body { mass, first, second } = &bodies[i];
+            let force = linear * *mass + field * first;
+            loads[i] = Wrench { moment: second.moment_of(&field) + first.cross(&linear), force };
         }
         let mut carried = -*wrench;
         let mut at = frames.tcp.position;
@@ -85,13 +99,14 @@ impl<T: Real> Robot<T> {
     pub fn gravity_torque(&self, frames: &Frames<T>) -> JointVector<T> {
         let mut torque = JointVector::zeros();
         let mut mass = T::zero();
-        let mut first_moment = Vector3::zeros();
+        let mut first = Vector3::zeros();
+        let mut at = frames.origin[JOINTS - 1];
         for i in (0..JOINTS).rev() {
             let link = &self.links[i];
+            first += (at - frames.origin[i]) * mass + frames.rotation[i] * link.first;
             mass += link.mass;
-            first_moment += (frames.rotation[i] * link.center_of_mass + frames.origin[i]) * link.mass;
-            let lever = first_moment - frames.origin[i] * mass;
-            torque[i] = -frames.axis[i].dot(&lever.cross(&self.parameters.gravity));
+            at = frames.origin[i];
+            torque[i] = -frames.axis[i].dot(&first.cross(&self.parameters.gravity));
         }
         torque
     }
@@ -100,8 +115,16 @@ impl<T: Real> Robot<T> {
     pub fn potential_energy(&self, frames: &Frames<T>) -> T {
         (0..JOINTS).fold(T::zero(), |sum, i| {
             let link = &self.links[i];
-            let com = frames.rotation[i] * link.center_of_mass + frames.origin[i];
-            sum - self.parameters.gravity.dot(&com) * link.mass
+            sum - self.parameters.gravity.dot(&(frames.rotation[i] * link.first + frames.origin[i] * link.mass))
         })
     }
+}
+
+/// [ω̇]× + [ω]×²: times r, the acceleration of a body's point at r against its reference point.
+#[inline(always)]
+fn acceleration_field<T: Real>(omega: &Vector3<T>, omega_dot: &Vector3<T>) -> Matrix3<T> {
+    let (w, d) = (omega, omega_dot);
+    let (xx, yy, zz) = (w.x * w.x, w.y * w.y, w.z * w.z);
+    let (xy, xz, yz) = (w.x * w.y, w.x * w.z, w.y * w.z);
+    Matrix3::new(-yy - zz, xy - d.z, xz + d.y, xy + d.z, -xx - zz, yz - d.x, xz - d.y, yz + d.x, -xx - yy)
 }

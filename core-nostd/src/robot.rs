@@ -4,6 +4,8 @@
 //! What is left out: state, time, and everything the process or the sensors add.
 
 use crate::error::ModelError;
+use crate::inertia::Body;
+use crate::kinematics::Axis;
 use crate::scalar::{JOINTS, JointVector, Real, lit};
 use nalgebra::{Matrix3, Vector3};
 
@@ -89,21 +91,14 @@ pub struct RobotParameters<T: Real> {
     pub tool: ToolParameters<T>,
 }
 
-/// Rigid inertia of one moving link: mass, first moment and rotational inertia.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Link<T: Real> {
-    pub mass: T,
-    pub center_of_mass: Vector3<T>,
-    /// About the centre of mass, link axes.
-    pub inertia: Matrix3<T>,
-}
-
 /// The checked model of the arm. Build once with [`Robot::new`]; share by reference.
 #[derive(Debug, Clone)]
 pub struct Robot<T: Real> {
     pub(crate) parameters: RobotParameters<T>,
-    /// Links with the tool merged into the last one.
-    pub(crate) links: [Link<T>; JOINTS],
+    /// How each joint turns its link.
+    pub(crate) axes: [Axis<T>; JOINTS],
+    /// Links about their frames' origins in link axes, with the tool merged into the last one.
+    pub(crate) links: [Body<T>; JOINTS],
     /// Rotation of T in the A6 frame, and the TCP in it.
     pub(crate) a6_from_t: crate::spatial::Pose<T>,
     pub(crate) stiffness: JointVector<T>,
@@ -169,16 +164,11 @@ impl<T: Real> Robot<T> {
             return Err(ModelError::ToolInertia);
         }
 
-        let mut links = parameters.joints.each_ref().map(|j| Link {
-            mass: j.mass,
-            center_of_mass: j.center_of_mass,
-            inertia: j.inertia,
-        });
-        let tool = Link { mass: t.mass, center_of_mass: t.flange_offset + t.com_from_flange, inertia: t.inertia };
+        let mut links = parameters.joints.each_ref().map(|j| Body::new(j.mass, &j.center_of_mass, &j.inertia));
+        let tool = Body::new(t.mass, &(t.flange_offset + t.com_from_flange), &t.inertia);
         links[JOINTS - 1] = links[JOINTS - 1].merged(&tool);
-        let last = &parameters.joints[JOINTS - 1];
-        let about_axis = links[JOINTS - 1].about_axis(&last.axis);
-        if about_axis <= T::zero() {
+        let last = &parameters.joints[JOINTS - 1].axis;
+        if last.dot(&links[JOINTS - 1].second.inertia_times(last)) <= T::zero() {
             return Err(ModelError::Massless);
         }
         // Exactly orthonormal from here on, whatever the file's last digit was.
@@ -192,6 +182,7 @@ impl<T: Real> Robot<T> {
             stiffness: JointVector::from_fn(|i, _| parameters.joints[i].stiffness),
             damping: JointVector::from_fn(|i, _| parameters.joints[i].damping),
             rotor_inertia: JointVector::from_fn(|i, _| parameters.joints[i].rotor_inertia),
+            axes: parameters.joints.each_ref().map(|j| Axis::new(&j.axis)),
             parameters,
             links,
             a6_from_t,
@@ -252,28 +243,6 @@ impl<T: Real> Robot<T> {
             joint.stiffness *= *f;
         }
         Self::new(parameters)
-    }
-}
-
-impl<T: Real> Link<T> {
-    /// Inertia about an axis through the link frame's origin, kg·m².
-    fn about_axis(&self, axis: &Vector3<T>) -> T {
-        let lever = axis.cross(&self.center_of_mass);
-        axis.dot(&(self.inertia * axis)) + self.mass * lever.norm_squared()
-    }
-
-    /// Two rigid bodies in one, by the parallel-axis theorem.
-    fn merged(&self, other: &Self) -> Self {
-        let mass = self.mass + other.mass;
-        if mass <= T::zero() {
-            return *self;
-        }
-        let center_of_mass = (self.center_of_mass * self.mass + other.center_of_mass * other.mass) / mass;
-        let shifted = |b: &Self| {
-            let d = crate::spatial::skew(&(b.center_of_mass - center_of_mass));
-            b.inertia - d * d * b.mass
-        };
-        Self { mass, center_of_mass, inertia: shifted(self) + shifted(other) }
     }
 }
 
