@@ -3,6 +3,8 @@
 //!
 //! No test lives here, and nothing here computes what a test is to judge.
 
+pub mod cell;
+
 use nalgebra::{Matrix3, Matrix6, SVector, Vector3};
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngSeed};

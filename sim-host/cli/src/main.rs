@@ -1,2 +1,45 @@
-//! The program.
-fn main() {}
+//! `trueweld`: simulate robotic friction stir welding, with and without compensation of the tool's deviation.
+//!
+//! One short file per subcommand; the work is done in the crates below.
+
+mod check;
+mod import_urdf;
+mod inputs;
+mod results;
+mod step;
+mod weld;
+
+use clap::{Parser, Subcommand};
+
+/// Keeps a robot's welding tool true while the robot bends under it.
+///
+/// Without a command: the first published weld, with and without compensation, written to out/weld.html and
+/// out/weld.rrd.
+#[derive(Parser)]
+#[command(version, max_term_width = 110)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Option<Command>,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Simulate a weld and show how far the tool leaves its line
+    Weld(weld::Arguments),
+    /// Simulate a step of the force set-point with all three controllers
+    Step(step::Arguments),
+    /// Check input files of any kind
+    Check(check::Arguments),
+    /// Turn a URDF into a robot file; what a URDF cannot know is marked to be filled in
+    ImportUrdf(import_urdf::Arguments),
+}
+
+fn main() -> miette::Result<()> {
+    match Arguments::parse().command {
+        None => weld::run(&weld::Arguments::first_published()),
+        Some(Command::Weld(arguments)) => weld::run(&arguments),
+        Some(Command::Step(arguments)) => step::run(&arguments),
+        Some(Command::Check(arguments)) => check::run(&arguments),
+        Some(Command::ImportUrdf(arguments)) => import_urdf::run(&arguments),
+    }
+}

@@ -161,15 +161,19 @@ impl ElasticRobot {
         Some((factor.solve(&torque), inertia))
     }
 
-    /// Energy of links, rotors, gravity and (baseline) springs, J. What the dampers and friction take and what the
-    /// motors give is the only change of it without process.
+    /// Energy of links, rotors, gravity, counterbalance and springs of the baseline, J. Without process and effects it
+    /// changes only by what the motors give and what dampers and friction take.
     pub fn energy(&self, drives: &Drives) -> f64 {
         let frames = self.model.frames(&drives.link);
         let twist = drives.motor - drives.link;
         let rotors = self.model.rotor_inertia().dot(&drives.motor_rate.component_mul(&drives.motor_rate));
         let springs = self.model.stiffness().dot(&twist.component_mul(&twist));
+        // V_cb = −∫τ_cb dθ₂ of the cosine series.
+        let series = self.model.parameters().counterbalance.cosine.iter().zip(1..);
+        let counterbalance: f64 = series.map(|(c, n)| -c * (f64::from(n) * drives.link[1]).sin() / f64::from(n)).sum();
         self.model.kinetic_energy(&frames, &drives.link_rate)
             + self.model.potential_energy(&frames)
+            + counterbalance
             + 0.5 * (rotors + springs)
     }
 }

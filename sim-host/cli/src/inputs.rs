@@ -1,0 +1,128 @@
+//! The cell that a command works on: input files given, or the embedded ones.
+
+use clap::Args;
+use miette::{IntoDiagnostic, Result, miette};
+use nalgebra::SVector;
+use std::path::{Path, PathBuf};
+use trueweld_core::Robot;
+use trueweld_plant::cell::Cell;
+use trueweld_plant::effects::Effect;
+use trueweld_plant::input::{Control, Process, RobotFile, Sensors, Weld};
+use trueweld_plant::integrate::Integrator;
+use trueweld_plant::simulate::{Controller, Law, Program, Scenario, Seam};
+
+/// Input files; each has an embedded default.
+#[derive(Args, Default)]
+pub struct Files {
+    /// Weld file (default: the first published sequence)
+    #[arg(long, value_name = "F")]
+    weld: Option<PathBuf>,
+    /// Robot file (default: KR 500 MT with FSW end effector)
+    #[arg(long, value_name = "F")]
+    robot: Option<PathBuf>,
+    /// Process file (default: lap weld, stringer on 2024-T3 skin)
+    #[arg(long, value_name = "F")]
+    process: Option<PathBuf>,
+    /// Gains and limits of the controllers (default: tuned for the KR 500 MT)
+    #[arg(long, value_name = "F")]
+    control: Option<PathBuf>,
+    /// Sensor file (default: encoders and force sensor of the KR 500 MT cell)
+    #[arg(long, value_name = "F")]
+    sensors: Option<PathBuf>,
+    /// Physical effect of the real robot that the controller does not know; may be given several times
+    #[arg(long, value_name = "ID:AT:NAME=VALUE,...")]
+    effect: Vec<String>,
+    /// Relative error of the joint stiffness that the controller believes in, such as 0.1
+    #[arg(long, value_name = "E", default_value_t = 0.0, allow_negative_numbers = true)]
+    stiffness_error: f64,
+    /// Control period in seconds (default: the control file's)
+    #[arg(long, value_name = "S")]
+    period: Option<f64>,
+    /// Seed of the sensors' noise (default: the sensor file's)
+    #[arg(long, value_name = "N")]
+    seed: Option<u64>,
+}
+
+/// Longest plant step, s.
+const PLANT_STEP: f64 = 1e-3;
+
+/// Everything read and checked.
+pub struct Inputs {
+    pub weld_name: String,
+    pub weld: Weld,
+    pub robot: RobotFile,
+    pub process: Process,
+    pub control: Control,
+    pub sensors: Sensors,
+    pub cell: Cell,
+    /// The robot as the controller believes it is.
+    pub belief: Robot<f64>,
+    pub seed: u64,
+}
+
+macro_rules! embedded {
+    ($type:ty, $path:expr, $file:literal) => {
+        match $path {
+            Some(path) => <$type>::read(path)?,
+            None => <$type>::parse(include_str!(concat!("../../../fixtures/", $file)), concat!("embedded ", $file))?,
+        }
+    };
+}
+
+impl Files {
+    pub fn read(&self) -> Result<Inputs> {
+        let weld = embedded!(Weld, &self.weld, "welds/vertical.toml");
+        let robot = embedded!(RobotFile, &self.robot, "robots/kr500-mt.toml");
+        let process = embedded!(Process, &self.process, "processes/lap-weld-2024-t3.toml");
+        let mut control = embedded!(Control, &self.control, "control/kr500-mt.toml");
+        let sensors = embedded!(Sensors, &self.sensors, "sensors/kr500-mt.toml");
+        if let Some(period) = self.period {
+            if !(1e-4..=1.0).contains(&period) {
+                return Err(miette!("--period {period}: expected seconds between 0.0001 and 1, such as 0.004"));
+            }
+            control.period = period;
+        }
+        let effects = self.effect.iter().map(|text| Effect::parse(text, &robot)).collect::<Result<Vec<_>, _>>();
+        let effects = effects.into_diagnostic()?;
+        let cell = Cell::new(&robot.robot, &effects, &process, Seam::of(&weld).b_from_w).into_diagnostic()?;
+        let error = self.stiffness_error;
+        let factor = SVector::from_element(1.0 + error);
+        let belief = robot.robot.with_stiffness_scaled(&factor).map_err(|_| {
+            miette!("--stiffness-error {error}: expected a number above -1, such as 0.1 for 10 % too stiff")
+        })?;
+        Ok(Inputs {
+            weld_name: self
+                .weld
+                .as_deref()
+                .and_then(Path::file_stem)
+                .map_or("vertical".into(), |s| s.to_string_lossy().into_owned()),
+            seed: self.seed.unwrap_or(sensors.seed),
+            weld,
+            robot,
+            process,
+            control,
+            sensors,
+            cell,
+            belief,
+        })
+    }
+}
+
+impl Inputs {
+    pub fn scenario(&self, program: Program, controller: Controller, law: Law) -> Scenario<'_> {
+        Scenario {
+            name: &self.weld_name,
+            cell: &self.cell,
+            belief: &self.belief,
+            weld: &self.weld,
+            program,
+            control: &self.control,
+            sensors: &self.sensors,
+            controller,
+            law,
+            integrator: Integrator::LinearlyImplicit,
+            plant_step: PLANT_STEP,
+            seed: self.seed,
+        }
+    }
+}

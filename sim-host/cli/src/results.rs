@@ -1,0 +1,53 @@
+//! Where results go.
+
+use clap::Args;
+use miette::{IntoDiagnostic, Result, WrapErr, miette};
+use std::path::{Path, PathBuf};
+use trueweld_output::write_file;
+
+/// Result files.
+#[derive(Args, Default)]
+pub struct Results {
+    /// Write the figures as JSON
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+    /// Write one self-contained HTML page
+    #[arg(long, value_name = "FILE")]
+    pub html: Option<PathBuf>,
+    /// Write a Rerun recording (open with: rerun FILE)
+    #[arg(long, value_name = "FILE")]
+    pub rrd: Option<PathBuf>,
+    /// No progress bar
+    #[arg(long, short)]
+    pub quiet: bool,
+}
+
+impl Results {
+    /// Refuses before the work what could not be written after it.
+    pub fn check(&self) -> Result<()> {
+        if cfg!(not(feature = "rerun")) && self.rrd.is_some() {
+            return Err(miette!("--rrd: this build has no Rerun; build it with the feature `rerun`"));
+        }
+        for path in [&self.json, &self.html, &self.rrd].into_iter().flatten() {
+            let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+            if !folder.is_dir() {
+                return Err(miette!("cannot write {}: there is no folder {}", path.display(), folder.display()));
+            }
+        }
+        Ok(())
+    }
+
+    /// Writes the JSON and the page that were asked for.
+    pub fn write(&self, json: impl FnOnce() -> serde_json::Value, html: impl FnOnce() -> String) -> Result<()> {
+        if let Some(path) = &self.json {
+            let text = serde_json::to_string_pretty(&json()).into_diagnostic().wrap_err("figures as JSON")?;
+            write_file(path, &(text + "\n"))?;
+            println!("wrote {}", path.display());
+        }
+        if let Some(path) = &self.html {
+            write_file(path, &html())?;
+            println!("wrote {}", path.display());
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,58 @@
+//! `trueweld step`: the published step of 11 kN at the start of the weld, with all three controllers.
+
+use crate::inputs::Files;
+use crate::results::Results;
+use clap::Args;
+use miette::{IntoDiagnostic, Result, miette};
+use trueweld_evaluate::StepFigures;
+use trueweld_output::{StepRun, html, json, table};
+use trueweld_plant::simulate::{self, Controller, Law, Program};
+
+/// Arguments of `step`.
+#[derive(Args)]
+pub struct Arguments {
+    #[command(flatten)]
+    files: Files,
+    /// Height of the step in newtons
+    #[arg(long, value_name = "N", default_value_t = 11_000.0)]
+    height: f64,
+    #[command(flatten)]
+    results: Results,
+}
+
+/// Time from closing the force loop to the step, s.
+const HOLD: f64 = 1.0;
+
+/// Time recorded after the step, s.
+const LENGTH: f64 = 3.0;
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    arguments.results.check()?;
+    let height = arguments.height;
+    if !(height.is_finite() && height != 0.0) {
+        return Err(miette!("--height {height}: expected a number of newtons other than 0"));
+    }
+    let inputs = arguments.files.read()?;
+    let at = inputs.weld.settle + HOLD;
+    let turn = std::f64::consts::TAU / inputs.process.spindle.abs();
+    let program = Program::ForceStep { height, hold: HOLD, length: LENGTH };
+    let recordings = Controller::ALL
+        .iter()
+        .map(|controller| simulate::run(&inputs.scenario(program, *controller, Law::None), |_| {}).into_diagnostic())
+        .collect::<Result<Vec<_>>>()?;
+    let figures = recordings
+        .iter()
+        .map(|r| StepFigures::of(r, at, height, turn).ok_or_else(|| miette!("the run ended before the step")))
+        .collect::<Result<Vec<_>>>()?;
+    let runs: Vec<StepRun<'_>> =
+        recordings.iter().zip(&figures).map(|(recording, figures)| StepRun { recording, figures }).collect();
+    print!("{}", table::step_table(&figures));
+    arguments.results.write(|| json::step_json(&figures), || html::step_page(&runs, at, height))?;
+    #[cfg(feature = "rerun")]
+    if let Some(path) = &arguments.results.rrd {
+        trueweld_output::rerun::step_recording(path, &runs, at)?;
+        println!("wrote {}", path.display());
+    }
+    Ok(())
+}

@@ -1,0 +1,138 @@
+//! `trueweld weld`: a weld, with and without compensation, and how far the tool leaves its line.
+
+use crate::inputs::{Files, Inputs};
+use crate::results::Results;
+use clap::{Args, ValueEnum};
+use miette::{IntoDiagnostic, Result, WrapErr, miette};
+use std::path::PathBuf;
+use trueweld_evaluate::WeldFigures;
+use trueweld_output::{Progress, WeldRun, html, json, table};
+use trueweld_plant::simulate::{self, Program, Recording, Seam};
+
+/// Arguments of `weld`.
+#[derive(Args)]
+pub struct Arguments {
+    #[command(flatten)]
+    files: Files,
+    /// Hybrid force/position controller
+    #[arg(long, value_enum, default_value_t = Controller::External)]
+    controller: Controller,
+    /// Compensation law (default: a run without and a run with elastostatic)
+    #[arg(long, value_enum)]
+    compensator: Option<Compensator>,
+    /// Factor by which the recording exaggerates deviations
+    #[arg(long, value_name = "X", default_value_t = 50.0)]
+    exaggeration: f64,
+    #[command(flatten)]
+    results: Results,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Controller {
+    /// Parallel hybrid control with selection matrix (2.2)
+    Parallel,
+    /// Superposed hybrid control (2.3)
+    Superposed,
+    /// External hybrid control: force loop around a position loop (2.4), (2.5)
+    External,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Compensator {
+    /// No compensation
+    None,
+    /// From the measured wrench and the robot's stiffness
+    Elastostatic,
+}
+
+impl Arguments {
+    /// The first published weld with and without compensation, written to `out/`.
+    pub fn first_published() -> Self {
+        let results = Results {
+            html: Some(PathBuf::from("out/weld.html")),
+            rrd: cfg!(feature = "rerun").then(|| PathBuf::from("out/weld.rrd")),
+            ..Results::default()
+        };
+        Self {
+            files: Files::default(),
+            controller: Controller::External,
+            compensator: None,
+            exaggeration: 50.0,
+            results,
+        }
+    }
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    if arguments.results.html.as_deref() == Some("out/weld.html".as_ref()) {
+        std::fs::create_dir_all("out").into_diagnostic().wrap_err("cannot create the folder out")?;
+    }
+    arguments.results.check()?;
+    if !(arguments.exaggeration.is_finite() && arguments.exaggeration >= 1.0) {
+        return Err(miette!("--exaggeration {}: expected a number from 1 up", arguments.exaggeration));
+    }
+    let inputs = arguments.files.read()?;
+    let controller = match arguments.controller {
+        Controller::Parallel => simulate::Controller::Parallel,
+        Controller::Superposed => simulate::Controller::Superposed,
+        Controller::External => simulate::Controller::External,
+    };
+    let laws: &[simulate::Law] = match arguments.compensator {
+        None => &[simulate::Law::None, simulate::Law::Elastostatic],
+        Some(Compensator::None) => &[simulate::Law::None],
+        Some(Compensator::Elastostatic) => &[simulate::Law::Elastostatic],
+    };
+    let recordings = simulate_all(&inputs, controller, laws, arguments.results.quiet)?;
+    let figures = recordings
+        .iter()
+        .map(|r| WeldFigures::of(r).ok_or_else(|| miette!("the weld is too short to reach its steady part")))
+        .collect::<Result<Vec<_>>>()?;
+    let runs: Vec<WeldRun<'_>> = recordings
+        .iter()
+        .zip(&figures)
+        .map(|(recording, figures)| WeldRun { recording, figures, robot: &inputs.robot.robot })
+        .collect();
+    print!("{}", table::weld_table(&runs));
+    arguments.results.write(|| json::weld_json(&runs), || html::weld_page(&runs))?;
+    #[cfg(feature = "rerun")]
+    if let Some(path) = &arguments.results.rrd {
+        trueweld_output::rerun::weld_recording(path, &runs, arguments.exaggeration)?;
+        println!("wrote {}", path.display());
+    }
+    Ok(())
+}
+
+/// One run a law, side by side on their own threads; the same bytes come out whatever their number.
+fn simulate_all(
+    inputs: &Inputs,
+    controller: simulate::Controller,
+    laws: &[simulate::Law],
+    quiet: bool,
+) -> Result<Vec<Recording>> {
+    let duration = Program::Weld.duration(&inputs.weld, &Seam::of(&inputs.weld));
+    let progress = if quiet { Progress::silent() } else { Progress::new("welding", duration) };
+    let results: Vec<_> = std::thread::scope(|scope| {
+        let threads: Vec<_> = laws
+            .iter()
+            .enumerate()
+            .map(|(k, law)| {
+                let progress = (k == 0).then_some(&progress);
+                let scenario = inputs.scenario(Program::Weld, controller, *law);
+                scope.spawn(move || {
+                    simulate::run(&scenario, |time| {
+                        if let Some(progress) = progress {
+                            progress.advance_to(time);
+                        }
+                    })
+                })
+            })
+            .collect();
+        threads.into_iter().map(|t| t.join()).collect()
+    });
+    progress.finish();
+    results
+        .into_iter()
+        .map(|joined| joined.map_err(|_| miette!("a simulation thread stopped"))?.into_diagnostic())
+        .collect()
+}

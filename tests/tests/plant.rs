@@ -1,0 +1,187 @@
+//! The elastic robot and its contact as a physical system: energy, rest, the rigid limit, and the accuracy of the
+//! default integrator.
+
+use nalgebra::Vector3;
+use trueweld_core::{JointVector, Robot, Wrench};
+use trueweld_plant::cell::{Cell, State};
+use trueweld_plant::integrate::{Integrator, Stepper, Tolerance, rest};
+use trueweld_plant::robot::{Port, ProcessPoint, Term};
+use trueweld_plant::simulate::{Controller, Law, Program, run};
+use trueweld_tests::cell::{Fixtures, free_cell};
+use trueweld_tests::{KR500, seen};
+
+/// A posture in the middle of the first weld.
+const POSTURE: [f64; 6] = [0.286, -0.932, 1.944, 0.1, 0.559, 0.286];
+
+fn advance(
+    cell: &Cell,
+    integrator: Integrator,
+    mut state: State,
+    torque: &JointVector<f64>,
+    h: f64,
+    n: usize,
+) -> State {
+    let mut stepper = Stepper::new(integrator);
+    for k in 0..n {
+        let t = k as f64 * h;
+        let at = cell.evaluate(t, &state);
+        state = stepper.advance(cell, t, &state, &at, torque, h).expect("finite");
+    }
+    state
+}
+
+fn altered(change: impl FnOnce(&mut trueweld_core::RobotParameters<f64>)) -> Robot<f64> {
+    let mut parameters = KR500.parameters().clone();
+    change(&mut parameters);
+    Robot::new(parameters).expect("still a robot")
+}
+
+#[test]
+fn without_friction_and_damping_the_free_arm_keeps_its_energy() {
+    let model = altered(|p| {
+        p.friction.viscous.fill(0.0);
+        p.friction.coulomb.fill(0.0);
+        p.joints.iter_mut().for_each(|j| j.damping = 0.0);
+    });
+    let cell = free_cell(&model, None);
+    // Dropped from rest, springs slack: it falls and rings.
+    let q = JointVector::from(POSTURE);
+    let start = State::at_rest(&q, &q, 0.0);
+    let energy = |s: &State| cell.robot.energy(&s.drives());
+    let torque = JointVector::zeros();
+    // Energy exchanged in one second: some kilojoules of 9 kN·m turning through tenths of a radian.
+    let exchanged = {
+        let end = advance(&cell, Integrator::DormandPrince(Tolerance::REFERENCE), start, &torque, 0.01, 100);
+        let frames = cell.robot.model.frames(&end.drives().link);
+        let fallen = cell.robot.model.potential_energy(&frames)
+            - cell.robot.model.potential_energy(&cell.robot.model.frames(&q));
+        let drift = (energy(&end) - energy(&start)).abs() / fallen.abs();
+        // Local error 1e-9 a step over some thousand steps; seen 4e-10.
+        assert!(seen("reference: energy drift in 1 s over what was exchanged", drift) < 1e-7);
+        fallen.abs()
+    };
+    let end = advance(&cell, Integrator::LinearlyImplicit, start, &torque, 1e-3, 1000);
+    let drift = (energy(&end) - energy(&start)).abs() / exchanged;
+    // Second order at 1 ms damps the undamped 12 to 54 Hz modes: the drift is the method's, and is stated.
+    assert!(seen("default: energy drift in 1 s over what was exchanged", drift) < 2e-2);
+}
+
+#[test]
+fn dampers_and_friction_take_exactly_the_energy_that_is_missing() {
+    let cell = free_cell(&KR500, None);
+    let q = JointVector::from(POSTURE);
+    let mut state = State::at_rest(&q, &q, 0.0);
+    let energy = |s: &State| cell.robot.energy(&s.drives());
+    let power = |s: &State| -> f64 {
+        let d = s.drives();
+        let twist_rate = d.motor_rate - d.link_rate;
+        let damper = KR500.damping().dot(&twist_rate.component_mul(&twist_rate));
+        damper + (0..6).map(|i| cell.robot.friction(&d, i).value * d.motor_rate[i]).sum::<f64>()
+    };
+    let start = energy(&state);
+    let h = 1e-4;
+    let mut lost = 0.0;
+    for _ in 0..2000 {
+        let before = power(&state);
+        state = advance(&cell, Integrator::DormandPrince(Tolerance::REFERENCE), state, &JointVector::zeros(), h, 1);
+        lost += 0.5 * h * (before + power(&state));
+    }
+    // The trapezoid over 0.1 ms of power that changes with 1/375 s (friction turning round) and the modes: 1e-3.
+    let mismatch = (start - energy(&state) - lost).abs() / lost;
+    assert!(lost > 10.0, "the fall must have cost something: {lost} J");
+    assert!(seen("energy balance with dampers and friction, mismatch over loss", mismatch) < 1e-3);
+}
+
+#[test]
+fn stiffer_springs_approach_the_rigid_arm() {
+    let q = JointVector::from(POSTURE);
+    let torque = JointVector::from([3e3, -2e3, 1e3, 200.0, -100.0, 50.0]);
+    let frictionless = |factor: f64| {
+        altered(|p| {
+            p.friction.viscous.fill(0.0);
+            p.friction.coulomb.fill(0.0);
+            p.joints.iter_mut().for_each(|j| {
+                j.stiffness *= factor;
+                j.damping *= factor.sqrt();
+            });
+        })
+    };
+    // Rigid: (M + I_m) q̈ = Γ + τ_cb − g from rest; over 20 ms the acceleration hardly changes.
+    let frames = KR500.frames(&q);
+    let inertia = KR500.crba(&frames) + nalgebra::Matrix6::from_diagonal(KR500.rotor_inertia());
+    let mut load = torque - KR500.gravity_torque(&frames);
+    load[1] += KR500.counterbalance_torque(q[1]);
+    let acceleration = inertia.cholesky().expect("positive definite").solve(&load);
+    let span = 0.02;
+    let rigid = q + acceleration * (0.5 * span * span);
+    let error = |factor: f64| {
+        let cell = free_cell(&frictionless(factor), None);
+        let start = State::at_rest(&q, &q, 0.0);
+        let end = advance(&cell, Integrator::DormandPrince(Tolerance::REFERENCE), start, &torque, span, 1);
+        (end.drives().link - rigid).amax()
+    };
+    let (soft, stiff) = (error(1e2), error(1e4));
+    // Twist is load over K: a hundred times stiffer, a hundred times nearer, until the rigid prediction's own neglect of
+    // the changing posture shows.
+    assert!(stiff < soft / 30.0, "×1e2: {soft:e} rad, ×1e4: {stiff:e} rad");
+    assert!(seen("elastic against rigid at K × 1e4, rad", stiff) < 1e-8);
+}
+
+/// The process' force whatever the tool does: the published load.
+#[derive(Debug)]
+struct ConstantForce(Vector3<f64>);
+
+impl Term for ConstantForce {
+    fn process_force(&self, _: &ProcessPoint, _: Vector3<f64>) -> Vector3<f64> {
+        self.0
+    }
+}
+
+#[test]
+fn static_deflection_is_where_the_ringing_plant_comes_to_rest() {
+    // Motors that cannot move: the locked-motor arm.
+    let model = altered(|p| p.joints.iter_mut().for_each(|j| j.rotor_inertia = 1e12));
+    let load = Vector3::new(-4e3, 1e3, -18e3);
+    let fixtures = Fixtures::of("vertical");
+    let mut cell = fixtures.cell(&[]);
+    cell.robot.model = model;
+    cell.robot.ports.install(Port::ProcessForce, Box::new(ConstantForce(load))).expect("room");
+    let q = trueweld_plant::simulate::start_angles(&KR500, &trueweld_plant::simulate::Seam::of(&fixtures.weld))
+        .expect("reach");
+    // The plate 50 mm above the tool, so that it stays in contact wherever the load takes it.
+    cell.b_from_w.position.z += 0.05;
+    let start = State::at_rest(&q, &q, 0.0);
+    let rung = advance(&cell, Integrator::LinearlyImplicit, start, &JointVector::zeros(), 1e-3, 8000);
+    let at_rest = rest::under_wrench(&cell, &q, &cell.wrench(&load)).expect("an equilibrium");
+    let tool = |link: &JointVector<f64>| KR500.forward(link).position;
+    let deflection = tool(&at_rest) - tool(&q);
+    let gap = (tool(&rung.drives().link) - tool(&at_rest)).norm();
+    assert!(deflection.norm() > 5e-3, "the published load bends the arm by millimetres: {deflection}");
+    assert!(seen("static solver against the plant at rest, m", gap) < 1e-6);
+    // And the core's prediction, which iterates on the loaded pose, is the same equilibrium.
+    let wrench = Wrench { moment: Vector3::zeros(), force: cell.b_from_w.rotation * load };
+    let in_t = wrench.rotated(&KR500.forward(&at_rest).rotation.transpose());
+    let predicted = KR500.deflected(&q, &in_t, 6);
+    assert!(
+        seen("core's prediction against the static solver, m", (predicted.real.position - tool(&at_rest)).norm())
+            < 1e-9
+    );
+}
+
+#[test]
+fn default_integrator_stays_within_a_micrometre_of_the_reference_over_a_whole_weld() {
+    let fixtures = Fixtures::of("vertical");
+    let cell = fixtures.cell(&[]);
+    let scenario = fixtures.scenario(&cell, Program::Weld, Controller::External, Law::Elastostatic);
+    let reference = Integrator::DormandPrince(Tolerance::REFERENCE);
+    let (default, reference) = std::thread::scope(|scope| {
+        let slow =
+            scope.spawn(|| run(&trueweld_plant::simulate::Scenario { integrator: reference, ..scenario }, |_| {}));
+        (run(&scenario, |_| {}).expect("runs"), slow.join().expect("no panic").expect("runs"))
+    });
+    assert_eq!(default.rows.len(), reference.rows.len());
+    let square: f64 =
+        default.rows.iter().zip(&reference.rows).map(|(a, b)| (a.real.position - b.real.position).norm_squared()).sum();
+    let rms = (square / default.rows.len() as f64).sqrt();
+    assert!(seen("default integrator against the reference over a weld, m RMS", rms) < 1e-6);
+}

@@ -1,0 +1,96 @@
+//! The figures of the published study (Bres et al. 2010): the step of 11 kN, and the two welds of 2000 mm.
+
+use nalgebra::SVector;
+use trueweld_evaluate::{StepFigures, WeldFigures};
+use trueweld_plant::simulate::{Controller, Law, Program};
+use trueweld_tests::cell::Fixtures;
+
+fn step(controller: Controller) -> StepFigures {
+    let fixtures = Fixtures::of("vertical");
+    let cell = fixtures.cell(&[]);
+    let program = Program::ForceStep { height: 11e3, hold: 1.0, length: 3.0 };
+    let recording = fixtures.run(&cell, program, controller, Law::None, &fixtures.robot.robot);
+    let turn = std::f64::consts::TAU / fixtures.process.spindle.abs();
+    StepFigures::of(&recording, fixtures.weld.settle + 1.0, 11e3, turn).expect("the step is recorded")
+}
+
+/// 5 % time within 10 % and overshoot within 3 points of what was published.
+fn assert_published(figures: &StepFigures, settle: f64, overshoot: f64) {
+    let time = figures.settle_5pct.expect("it settles");
+    assert!((time - settle).abs() <= 0.1 * settle, "{}: 5 % time {time} s, published {settle} s", figures.controller);
+    let measured = figures.overshoot;
+    assert!(
+        (measured - overshoot).abs() <= 0.03,
+        "{}: overshoot {measured}, published {overshoot}",
+        figures.controller
+    );
+}
+
+#[test]
+fn parallel_control_answers_the_step_as_published() {
+    let figures = step(Controller::Parallel);
+    assert_published(&figures, 0.370, 0.24);
+    // "No static error": below what two of the sensor's standard deviations would show.
+    assert!(figures.static_error.abs() < 50.0, "{figures:?}");
+}
+
+#[test]
+fn superposed_control_answers_the_step_as_published() {
+    let figures = step(Controller::Superposed);
+    assert_published(&figures, 0.580, 0.20);
+    // "Near 200 N", sign not printed.
+    assert!((figures.static_error.abs() - 200.0).abs() < 50.0, "{figures:?}");
+}
+
+#[test]
+fn external_control_answers_the_step_as_published() {
+    let figures = step(Controller::External);
+    assert_published(&figures, 0.860, 0.045);
+    assert!(figures.static_error.abs() < 50.0, "{figures:?}");
+    assert!(figures.ripple <= 50.0, "{figures:?}");
+}
+
+fn weld(name: &'static str, law: Law, stiffness_error: f64) -> WeldFigures {
+    let fixtures = Fixtures::of(name);
+    let cell = fixtures.cell(&[]);
+    let belief =
+        fixtures.robot.robot.with_stiffness_scaled(&SVector::from_element(1.0 + stiffness_error)).expect("a robot");
+    let recording = fixtures.run(&cell, Program::Weld, Controller::External, law, &belief);
+    WeldFigures::of(&recording).expect("a steady part")
+}
+
+#[test]
+fn first_weld_leaves_its_line_by_five_millimetres_and_holds_its_force() {
+    let figures = weld("vertical", Law::None, 0.0);
+    // "Up to 5 mm"; 5.1 mm by a quasi-static estimate of the same cell, plus the ripple on top.
+    assert!((4.8e-3..5.4e-3).contains(&figures.lateral.max_abs), "{figures:?}");
+    assert!((figures.force.mean - 18e3).abs() < 100.0, "{figures:?}");
+    // "Most of the lateral deviation from the proximal joints"; axes 2 and 3 carry four fifths of it.
+    let proximal = figures.joint_share[1] + figures.joint_share[2];
+    assert!((0.75..0.92).contains(&proximal), "{:?}", figures.joint_share);
+}
+
+#[test]
+fn force_envelope_is_wider_on_the_inclined_weld() {
+    let (first, second) = (weld("vertical", Law::None, 0.0), weld("inclined", Law::None, 0.0));
+    assert!((second.force.mean - 18e3).abs() < 100.0, "{second:?}");
+    assert!(second.force.envelope > first.force.envelope, "{:?} {:?}", first.force, second.force);
+}
+
+#[test]
+fn elastostatic_compensation_keeps_the_first_weld_on_its_line_with_exact_stiffness() {
+    let figures = weld("vertical", Law::Elastostatic, 0.0);
+    assert!(figures.lateral.rms < 0.15e-3, "{figures:?}");
+    assert!(figures.tilt.rms < 0.05_f64.to_radians(), "{figures:?}");
+}
+
+#[test]
+fn a_stiffness_error_passes_through_one_to_one() {
+    // What is left is the share of the deflection that the law gets wrong: 1 − 1/(1 + error).
+    let bare = weld("vertical", Law::None, 0.0).lateral.rms;
+    for error in [-0.3, -0.1, 0.1, 0.3] {
+        let left = weld("vertical", Law::Elastostatic, error).lateral.rms;
+        let expected = bare * (1.0 - 1.0 / (1.0 + error)).abs();
+        assert!((left - expected).abs() < 0.15 * expected + 0.05e-3, "{error}: {left} m, expected {expected} m");
+    }
+}
