@@ -1,0 +1,23 @@
+//! Colours, the same in every output: one a run, one a joint (Okabe and Ito's set, told apart by the colour-blind).
+
+/// Red, green, blue.
+pub(crate) type Rgb = [u8; 3];
+
+/// The desired value, limits, and what belongs to no run.
+pub(crate) const REFERENCE: Rgb = [110, 110, 110];
+
+const RUNS: [Rgb; 5] = [[213, 94, 0], [0, 114, 178], [0, 158, 115], [204, 121, 167], [120, 90, 40]];
+
+/// Axes A1 to A6.
+pub(crate) const JOINTS: [Rgb; 6] =
+    [[0, 114, 178], [213, 94, 0], [0, 158, 115], [204, 121, 167], [190, 160, 0], [86, 180, 233]];
+
+/// Of the run at this place.
+pub(crate) fn run(index: usize) -> Rgb {
+    RUNS[index % RUNS.len()]
+}
+
+/// As CSS writes it.
+pub(crate) fn css([r, g, b]: Rgb) -> String {
+    format!("#{r:02x}{g:02x}{b:02x}")
+}

@@ -1,0 +1,26 @@
+//! Why an output could not be written.
+
+use std::path::PathBuf;
+
+/// An output that could not be written. Nothing half-written is left behind.
+#[derive(Debug, thiserror::Error, miette::Diagnostic)]
+pub enum OutputError {
+    /// The file system refused.
+    #[error("cannot write {}", .path.display())]
+    #[diagnostic(code(trueweld::output::write), help("the directory must exist and be writable"))]
+    Write {
+        /// The output asked for.
+        path: PathBuf,
+        /// What the file system said.
+        source: std::io::Error,
+    },
+    /// The recording could not be put together.
+    #[error("cannot record into {}: {reason}", .path.display())]
+    #[diagnostic(code(trueweld::output::record))]
+    Record {
+        /// The output asked for.
+        path: PathBuf,
+        /// What the recording library said.
+        reason: String,
+    },
+}

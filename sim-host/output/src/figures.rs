@@ -1,0 +1,205 @@
+//! What tables and pages say of runs: names, units for people, the sentence above everything, and the lines of the
+//! table, written once for terminal and page.
+
+use crate::WeldRun;
+use trueweld_evaluate::{Spread, StepFigures};
+
+/// Millimetres in a metre, and milliradians in a radian.
+pub(crate) const MILLI: f64 = 1e3;
+
+/// One line of the table of welds.
+pub(crate) struct Line {
+    pub label: String,
+    pub cells: Vec<Cell>,
+}
+
+/// What one run has in a line.
+pub(crate) enum Cell {
+    /// Mean, root mean square and largest magnitude.
+    Spread([String; 3]),
+    /// Words; `bad` where something is not as it should be.
+    Text { text: String, bad: bool },
+}
+
+/// Short names of the runs, all different: the compensation law alone where that tells them apart.
+pub(crate) fn run_names(runs: &[WeldRun]) -> Vec<String> {
+    let law = |r: &WeldRun| match r.recording.compensator {
+        "none" => "no compensation".to_owned(),
+        law => law.to_owned(),
+    };
+    let full = |r: &WeldRun| format!("{}, {}, {}", r.recording.weld, r.recording.controller, law(r));
+    let laws: Vec<String> = runs.iter().map(law).collect();
+    let mut names = if all_different(&laws) { laws } else { runs.iter().map(full).collect() };
+    for i in 1..names.len() {
+        let same = names[..i].iter().filter(|n| n.split(" #").next() == Some(names[i].as_str())).count();
+        if same > 0 {
+            names[i] = format!("{} #{}", names[i], same + 1);
+        }
+    }
+    names
+}
+
+fn all_different(names: &[String]) -> bool {
+    names.iter().enumerate().all(|(i, n)| !names[..i].contains(n))
+}
+
+/// What all runs share: weld, controller, push, seed; "several" where they differ.
+pub(crate) fn setting(runs: &[WeldRun]) -> String {
+    fn shared(values: impl Iterator<Item = String>) -> String {
+        let values: Vec<String> = values.collect();
+        match values.split_first() {
+            Some((first, rest)) if rest.iter().all(|v| v == first) => first.clone(),
+            _ => "several".to_owned(),
+        }
+    }
+    format!(
+        "Weld {}, controller {}, push {}, seed {}. Figures over the steady part (full feed, full push).",
+        shared(runs.iter().map(|r| r.recording.weld.clone())),
+        shared(runs.iter().map(|r| r.recording.controller.to_owned())),
+        shared(runs.iter().map(|r| format!("{:.1} kN", r.recording.force / MILLI))),
+        shared(runs.iter().map(|r| r.recording.seed.to_string())),
+    )
+}
+
+/// The result in one sentence a run.
+pub(crate) fn headline(runs: &[WeldRun]) -> String {
+    let parts: Vec<String> = runs
+        .iter()
+        .map(|run| {
+            let recording = run.recording;
+            let by = match recording.compensator {
+                "none" => "without compensation".to_owned(),
+                law => format!("with {law} compensation"),
+            };
+            let largest = millimetres(run.figures.lateral.max_abs);
+            let several = runs.iter().any(|r| r.recording.weld != recording.weld);
+            let place = if several { format!(" ({})", recording.weld) } else { String::new() };
+            format!("{by}{place} the tool leaves the seam by {largest} at most")
+        })
+        .collect();
+    let mut sentence = parts.join("; ");
+    if let Some(first) = sentence.get_mut(..1) {
+        first.make_ascii_uppercase();
+    }
+    // The second and later runs need not say again what the first said.
+    let repeated = "the tool leaves the seam by ";
+    if let Some(end) = sentence.find(repeated).map(|at| at + repeated.len()) {
+        let rest = sentence.split_off(end).replace(repeated, "by ");
+        let rest = rest.split_once("; ").map_or(rest.clone(), |(a, b)| format!("{a}; {}", b.replace(" at most", "")));
+        sentence.push_str(&rest);
+    }
+    sentence.push('.');
+    sentence
+}
+
+/// A length as people say it: a tenth of a millimetre, finer where the length is small.
+fn millimetres(metres: f64) -> String {
+    let mm = metres * MILLI;
+    if mm < 0.095 { format!("{mm:.2} mm") } else { format!("{mm:.1} mm") }
+}
+
+/// The lines of the table of welds, one cell a run.
+pub(crate) fn weld_lines(runs: &[WeldRun]) -> Vec<Line> {
+    let spread = |label: &str, decimals: usize, scale: f64, of: fn(&WeldRun) -> Spread| Line {
+        label: label.to_owned(),
+        cells: runs
+            .iter()
+            .map(|run| {
+                let s = of(run);
+                Cell::Spread(
+                    [s.mean, s.rms, s.max_abs].map(|v| format!("{:.decimals$}", unsigned_zero(v * scale, decimals))),
+                )
+            })
+            .collect(),
+    };
+    let text = |label: &str, of: &dyn Fn(&WeldRun) -> (String, bool)| Line {
+        label: label.to_owned(),
+        cells: runs
+            .iter()
+            .map(|run| {
+                let (text, bad) = of(run);
+                Cell::Text { text, bad }
+            })
+            .collect(),
+    };
+    vec![
+        spread("lateral, mm", 3, MILLI, |r| r.figures.lateral),
+        spread("longitudinal, mm", 3, MILLI, |r| r.figures.longitudinal),
+        spread("depth, mm", 3, MILLI, |r| r.figures.depth),
+        spread("tilt, °", 3, 1f64.to_degrees(), |r| r.figures.tilt),
+        text("largest lateral", &|r| {
+            let (largest, limit) = (r.figures.lateral.max_abs * MILLI, r.recording.half_pin * MILLI);
+            let met = r.figures.of_half_pin < 1.0;
+            (format!("{largest:.2} of ±{limit:.2} mm: {}", if met { "ok" } else { "exceeded" }), !met)
+        }),
+        text("before the steady part", &|r| {
+            let (largest, limit) = (r.figures.lateral_before, r.recording.half_pin);
+            (format!("{:.2} mm lateral", largest * MILLI), largest >= limit)
+        }),
+        text("push, mean", &|r| (format!("{:.3} kN", r.figures.force.mean / MILLI), false)),
+        text("push, envelope", &|r| {
+            (format!("{:.0} N, error RMS {:.0} N", r.figures.force.envelope, r.figures.force.error_rms), false)
+        }),
+        text("lateral by A1 … A6, %", &|r| {
+            let shares: Vec<String> =
+                r.figures.joint_share.iter().map(|s| format!("{:.0}", unsigned_zero(100.0 * s, 0))).collect();
+            (shares.join("  "), false)
+        }),
+        text("at a limit or faulted", &|r| match r.figures.limited_rows {
+            0 => ("never".to_owned(), false),
+            n => (format!("{:.2} s", n as f64 * r.recording.period), true),
+        }),
+        text("simulated", &|r| {
+            let (simulated, wall) = (r.recording.simulated, r.recording.wall);
+            (format!("{simulated:.1} s in {wall:.1} s: {:.0} × real time", simulated / wall.max(1e-9)), false)
+        }),
+    ]
+}
+
+/// Headings of the table of steps, and one line a controller.
+pub(crate) const STEP_HEADINGS: [&str; 6] =
+    ["controller", "first within 5 %", "stays within 5 %", "overshoot", "static error", "ripple"];
+
+/// One line of the table of steps: ours, or what is published beside it.
+pub(crate) struct StepLine {
+    pub cells: [String; 6],
+    pub published: bool,
+}
+
+/// The lines of the table of steps: ours, then the published ones of the same scheme.
+pub(crate) fn step_lines(controllers: &[StepFigures]) -> Vec<StepLine> {
+    let time = |t: Option<f64>| t.map_or("never".to_owned(), |t| format!("{:.0} ms", t * MILLI));
+    let mut lines = Vec::new();
+    for ours in controllers {
+        lines.push(StepLine {
+            cells: [
+                ours.controller.to_owned(),
+                time(ours.first_within_5pct),
+                time(ours.settle_5pct),
+                format!("{:.1} %", 100.0 * ours.overshoot),
+                format!("{:.0} N", unsigned_zero(ours.static_error, 0)),
+                format!("{:.0} N", ours.ripple),
+            ],
+            published: false,
+        });
+        if let Some(theirs) = crate::published::step_of(ours.controller) {
+            lines.push(StepLine {
+                cells: [
+                    format!("  published, scheme {}", theirs.scheme),
+                    time(Some(theirs.settle)),
+                    String::new(),
+                    format!("{:.1} %", 100.0 * theirs.overshoot),
+                    theirs.static_error.to_owned(),
+                    theirs.ripple.to_owned(),
+                ],
+                published: true,
+            });
+        }
+    }
+    lines
+}
+
+/// No "-0.00" where a number rounds to zero.
+fn unsigned_zero(value: f64, decimals: usize) -> f64 {
+    if value.abs() < 0.5 * 10f64.powi(-(decimals as i32)) { 0.0 } else { value }
+}

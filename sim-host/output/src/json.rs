@@ -1,0 +1,109 @@
+//! Results for programs: one JSON value a command, SI units, units in the names.
+
+use crate::WeldRun;
+use serde_json::{Value, json};
+use trueweld_evaluate::{Spread, StepFigures};
+
+/// Figures of welds, schema `weld-result/1`.
+pub fn weld_json(runs: &[WeldRun]) -> Value {
+    let runs: Vec<Value> = runs
+        .iter()
+        .map(|run| {
+            let (recording, figures) = (run.recording, run.figures);
+            json!({
+                "weld": recording.weld,
+                "controller": recording.controller,
+                "compensator": recording.compensator,
+                "seed": recording.seed,
+                "lateral_m": spread(&figures.lateral),
+                "longitudinal_m": spread(&figures.longitudinal),
+                "depth_m": spread(&figures.depth),
+                "tilt_rad": spread(&figures.tilt),
+                "force_n": {
+                    "mean": figures.force.mean,
+                    "envelope": figures.force.envelope,
+                    "error_rms": figures.force.error_rms,
+                },
+                "joint_share": figures.joint_share.as_slice(),
+                "half_pin_m": recording.half_pin,
+                "lateral_before_m": figures.lateral_before,
+                "limited_rows": figures.limited_rows,
+                "simulated_s": recording.simulated,
+                "wall_s": recording.wall,
+            })
+        })
+        .collect();
+    json!({ "schema": "weld-result/1", "runs": runs })
+}
+
+/// Figures of force steps, schema `step-result/1`. A time that was never reached is `null`.
+pub fn step_json(controllers: &[StepFigures]) -> Value {
+    let controllers: Vec<Value> = controllers
+        .iter()
+        .map(|figures| {
+            json!({
+                "name": figures.controller,
+                "first_within_5pct_s": figures.first_within_5pct,
+                "settle_5pct_s": figures.settle_5pct,
+                "overshoot": figures.overshoot,
+                "static_error_n": figures.static_error,
+                "ripple_n": figures.ripple,
+            })
+        })
+        .collect();
+    json!({ "schema": "step-result/1", "controllers": controllers })
+}
+
+fn spread(s: &Spread) -> Value {
+    json!({ "mean": s.mean, "rms": s.rms, "max_abs": s.max_abs })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sample;
+
+    #[test]
+    fn a_weld_has_its_schema_its_keys_and_its_numbers() {
+        let welds = sample::welds(200);
+        let value = weld_json(&welds.runs());
+        assert_eq!(value["schema"], "weld-result/1");
+        let run = &value["runs"][0];
+        assert_eq!(run["weld"], "vertical");
+        assert_eq!(run["controller"], "external");
+        assert_eq!(run["compensator"], "none");
+        assert_eq!(run["seed"], 7);
+        let figures = &welds.figures[0];
+        for (key, spread) in [
+            ("lateral_m", figures.lateral),
+            ("longitudinal_m", figures.longitudinal),
+            ("depth_m", figures.depth),
+            ("tilt_rad", figures.tilt),
+        ] {
+            assert_eq!(run[key]["mean"], spread.mean);
+            assert_eq!(run[key]["rms"], spread.rms);
+            assert_eq!(run[key]["max_abs"], spread.max_abs);
+        }
+        assert_eq!(run["force_n"]["mean"], figures.force.mean);
+        assert_eq!(run["force_n"]["envelope"], figures.force.envelope);
+        assert_eq!(run["force_n"]["error_rms"], figures.force.error_rms);
+        assert_eq!(run["joint_share"].as_array().map(Vec::len), Some(6));
+        assert_eq!(run["simulated_s"], welds.recordings[0].simulated);
+        assert_eq!(run["wall_s"], welds.recordings[0].wall);
+        assert_eq!(value["runs"][1]["compensator"], "elastostatic");
+    }
+
+    #[test]
+    fn a_step_has_its_schema_and_a_null_where_it_never_settles() {
+        let mut figures = sample::steps().figures;
+        figures[0].settle_5pct = None;
+        let value = step_json(&figures);
+        assert_eq!(value["schema"], "step-result/1");
+        let first = &value["controllers"][0];
+        assert_eq!(first["name"], "parallel");
+        assert!(first["settle_5pct_s"].is_null());
+        assert_eq!(first["overshoot"], figures[0].overshoot);
+        assert_eq!(first["static_error_n"], figures[0].static_error);
+        assert_eq!(first["ripple_n"], figures[0].ripple);
+    }
+}

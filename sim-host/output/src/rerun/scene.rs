@@ -1,0 +1,246 @@
+//! The cell in space: plate, seam and limits, and for every run the arm as it stands and as its encoders say, the way of
+//! its tool and the force on it.
+
+use super::writer::{RecordError, Store, Writer, refused};
+use super::{Shown, signals};
+use crate::figures::{MILLI, headline};
+use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
+use rerun::{Arrows3D, Boxes3D, Capsules3D, Color, FillMode, LineStrips3D, TextDocument, TimeColumn, Transform3D};
+use std::io::Write;
+use trueweld_core::{JOINTS, JointVector, Robot};
+use trueweld_plant::simulate::Row;
+
+/// Poses of the arm a simulated second.
+const POSES_PER_SECOND: f64 = 4.0;
+/// Points of a drawn path.
+const PATH_POINTS: usize = 1000;
+/// Radii of the drawn links from base to wrist, and of the tool, m.
+const RADII: [f32; JOINTS] = [0.20, 0.15, 0.13, 0.11, 0.09, 0.07];
+/// Drawn length of a force, m/N.
+const FORCE_LENGTH: f64 = 0.5 / 18_000.0;
+
+/// The nominal seam.
+#[derive(Clone, Copy)]
+pub(super) struct Seam {
+    start: Vector3<f64>,
+    end: Vector3<f64>,
+    /// Axes of W in B: along, lateral, into the material.
+    axes: Matrix3<f64>,
+}
+
+impl Seam {
+    /// From the nominal poses of a run.
+    pub fn of(rows: &[Row]) -> Option<Self> {
+        let (first, last) = (rows.first()?.nominal, rows.last()?.nominal);
+        let into: Vector3<f64> = first.rotation.column(2).into();
+        let way = last.position - first.position;
+        let along = (way - into * into.dot(&way)).try_normalize(1e-9).unwrap_or(first.rotation.column(0).into());
+        let axes = Matrix3::from_columns(&[along, into.cross(&along), into]);
+        Some(Self { start: first.position, end: last.position, axes })
+    }
+
+    /// Half way, m.
+    pub fn middle(&self) -> Vector3<f64> {
+        (self.start + self.end) * 0.5
+    }
+}
+
+/// What all runs share: plate, seam, the limits of lateral deviation, and the words beside the picture.
+pub(super) fn cell<W: Write>(writer: &mut Writer<W>, shown: &[Shown], exaggeration: f64) -> Result<(), RecordError> {
+    let Some(first) = shown.first() else { return Ok(()) };
+    let Some(seam) = Seam::of(&first.run.recording.rows) else { return Ok(()) };
+    let mut fixed = |entity: &str, what: &dyn rerun::AsComponents| writer.fixed(Store::Recording, entity, what);
+
+    fixed("/cell", &rerun::ViewCoordinates::RIGHT_HAND_Z_UP())?;
+    let thickness = 0.02;
+    let [along, lateral, into] = [0, 1, 2].map(|i| Vector3::<f64>::from(seam.axes.column(i)));
+    let length = (seam.end - seam.start).norm();
+    let plate = Boxes3D::from_half_sizes([[(0.5 * length + 0.15) as f32, 0.3, thickness as f32]])
+        .with_centers([point(&(seam.middle() + into * (thickness + 0.003)))])
+        .with_quaternions([quaternion(&seam.axes)])
+        .with_fill_mode(FillMode::Solid)
+        .with_colors([Color::from_rgb(198, 203, 210)]);
+    fixed("/cell/plate", &plate)?;
+    let line = |offset: f64| [seam.start, seam.end].map(|p| point(&(p + lateral * offset)));
+    let nominal = LineStrips3D::new([line(0.0)]).with_radii([0.005]).with_colors([Color::from_rgb(40, 40, 40)]);
+    fixed("/cell/seam", &nominal)?;
+    let limit = first.run.recording.half_pin * exaggeration;
+    let limits = LineStrips3D::new([line(limit), line(-limit)])
+        .with_radii([0.003])
+        .with_colors([Color::from_rgb(0, 128, 90)])
+        .with_labels([format!("half the pin, ±{:.1} mm", first.run.recording.half_pin * MILLI)])
+        .with_show_labels(false);
+    fixed("/cell/half_pin", &limits)?;
+    let end = Arrows3D::from_vectors([point(&(along * 0.25))])
+        .with_origins([point(&(seam.end + lateral * 0.0))])
+        .with_radii([0.006])
+        .with_colors([Color::from_rgb(90, 90, 90)]);
+    fixed("/cell/weld_direction", &end)?;
+    fixed("/about", &TextDocument::new(about(shown, exaggeration)).with_media_type(rerun::MediaType::MARKDOWN))?;
+    signals::references(writer, first)
+}
+
+/// The picture in words.
+fn about(shown: &[Shown], exaggeration: f64) -> String {
+    let runs: Vec<crate::WeldRun> = shown.iter().map(|s| s.run).collect();
+    let mut text = format!("**{}**\n\n", headline(&runs));
+    for run in shown {
+        text += &format!(
+            "- `{}` {}: solid where the arm really is, wires where its encoders say it is\n",
+            run.root, run.name
+        );
+    }
+    text += &format!(
+        "- in space, deviations from the nominal pose are drawn {exaggeration:.0} × too large; plots are to scale\n\
+         - way of the tool: green on the seam, red from half the pin's diameter on; green lines: that limit\n\
+         - arrows: force of the process on the tool, {:.0} mm a kilonewton\n",
+        FORCE_LENGTH * 1e3 * MILLI
+    );
+    text
+}
+
+/// One run's arm, tool path and force.
+pub(super) fn arm<W: Write>(writer: &mut Writer<W>, shown: &Shown, exaggeration: f64) -> Result<(), RecordError> {
+    let (robot, recording) = (shown.run.robot, shown.run.recording);
+    let rows = &recording.rows;
+    let Some(seam) = Seam::of(rows) else { return Ok(()) };
+    let every = ((1.0 / POSES_PER_SECOND / recording.period.max(1e-9)).round() as usize).max(1);
+
+    for (which, solid) in [("real", true), ("encoders", false)] {
+        for link in 0..JOINTS {
+            let entity = format!("/{}/cell/{which}/a{}", shown.root, link + 1);
+            if let Some(shape) = shape(robot, link, shown.color, solid) {
+                writer.fixed(Store::Recording, &entity, &shape)?;
+            }
+        }
+    }
+    for range in signals::chunks(rows) {
+        let on_path = crate::path::moving(rows[range.start].phase);
+        let last = range.end - 1;
+        let picked: Vec<usize> = range.filter(|k| k % every == 0 || *k == last).collect();
+        let times = || {
+            let mut times = vec![TimeColumn::new_duration_secs("time", picked.iter().map(|k| rows[*k].time))];
+            if on_path {
+                let travelled = picked.iter().map(|k| signals::micrometres(shown.travelled[*k]));
+                times.push(TimeColumn::new_sequence("path_um", travelled));
+            }
+            times
+        };
+        // Angles that hold the nominal pose; where it has none that are unique, the encoders' own stand for them.
+        let drawn: Vec<[JointVector<f64>; 2]> = picked
+            .iter()
+            .map(|k| {
+                let row = &rows[*k];
+                let nominal = robot.track(&row.nominal, &row.motor).unwrap_or(row.motor);
+                [row.link, row.motor].map(|q| nominal + (q - nominal) * exaggeration)
+            })
+            .collect();
+        for (which, pick) in [("real", 0), ("encoders", 1)] {
+            let frames: Vec<_> = drawn.iter().map(|q| robot.frames(&q[pick])).collect();
+            for link in 0..JOINTS {
+                let entity = format!("/{}/cell/{which}/a{}", shown.root, link + 1);
+                let poses = Transform3D::update_fields()
+                    .with_many_translation(frames.iter().map(|f| point(&f.origin[link])))
+                    .with_many_quaternion(frames.iter().map(|f| quaternion(&f.rotation[link])))
+                    .columns_of_unit_batches()
+                    .map_err(refused)?;
+                writer.columns(&entity, picked.len(), times(), poses)?;
+            }
+            if which == "real" {
+                let forces = Arrows3D::update_fields()
+                    .with_origins(frames.iter().map(|f| point(&f.tcp.position)))
+                    .with_vectors(picked.iter().map(|k| point(&(seam.axes * rows[*k].force_w * FORCE_LENGTH))))
+                    .columns_of_unit_batches()
+                    .map_err(refused)?;
+                writer.columns(&format!("/{}/cell/force", shown.root), picked.len(), times(), forces)?;
+            }
+        }
+    }
+    let [r, g, b] = shown.color;
+    let style = Arrows3D::update_fields().with_colors([Color::from_rgb(r, g, b)]).with_radii([0.008]);
+    writer.fixed(Store::Recording, &format!("/{}/cell/force", shown.root), &style)?;
+    way(writer, shown, &seam, exaggeration)
+}
+
+/// The way of the real tool over the plate while it moves along the seam, coloured by its lateral deviation.
+fn way<W: Write>(writer: &mut Writer<W>, shown: &Shown, seam: &Seam, exaggeration: f64) -> Result<(), RecordError> {
+    let recording = shown.run.recording;
+    let moving: Vec<&Row> = recording.rows.iter().filter(|r| crate::path::moving(r.phase)).collect();
+    let every = moving.len().div_ceil(PATH_POINTS).max(1);
+    // Kept just above the plate: the depth of the tool is a signal, not part of this picture.
+    let above = seam.axes.column(2) * -0.004;
+    let at = |r: &Row| {
+        let mut off = r.deviation_w.linear * exaggeration;
+        off.z = 0.0;
+        point(&(r.nominal.position + seam.axes * off + above))
+    };
+    let picked: Vec<&Row> = moving.into_iter().step_by(every).collect();
+    let pieces: Vec<[[f32; 3]; 2]> = picked.windows(2).map(|w| [at(w[0]), at(w[1])]).collect();
+    let colors = picked.windows(2).map(|w| grade(w[1].deviation_w.linear.y.abs() / recording.half_pin));
+    let line = LineStrips3D::new(pieces).with_colors(colors).with_radii([0.009]);
+    writer.fixed(Store::Recording, &format!("/{}/cell/path", shown.root), &line)
+}
+
+/// Green at 0, yellow at one half, red from 1 on.
+fn grade(of_limit: f64) -> Color {
+    let u = of_limit.clamp(0.0, 1.0);
+    let (from, to, t) = if u < 0.5 {
+        ([0.0, 158.0, 90.0], [235.0, 190.0, 0.0], 2.0 * u)
+    } else {
+        ([235.0, 190.0, 0.0], [200.0, 0.0, 30.0], 2.0 * u - 1.0)
+    };
+    let [r, g, b] = std::array::from_fn(|i| (from[i] + (to[i] - from[i]) * t) as u8);
+    Color::from_rgb(r, g, b)
+}
+
+/// One link as a capsule to the next frame; the last one with the tool. `None` where two frames coincide.
+fn shape(robot: &Robot<f64>, link: usize, [r, g, b]: crate::color::Rgb, solid: bool) -> Option<Capsules3D> {
+    let parameters = robot.parameters();
+    let tool = &parameters.tool;
+    let (ends, radii) = match parameters.joints.get(link + 1) {
+        Some(next) => (vec![[Vector3::zeros(), next.origin]], vec![RADII[link]]),
+        None => {
+            let tcp = tool.flange_offset + tool.tcp_from_flange;
+            // The spindle ends a little before the pin's tip, which alone is in the material.
+            let shoulder = tool.flange_offset + tool.tcp_from_flange * 0.85;
+            (
+                vec![[Vector3::zeros(), tool.flange_offset], [tool.flange_offset, shoulder], [shoulder, tcp]],
+                vec![0.09, 0.06, 0.02],
+            )
+        }
+    };
+    let (mut lengths, mut starts, mut turns, mut thick) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    for ([start, end], radius) in ends.iter().zip(radii) {
+        let way: Vector3<f64> = end - start;
+        if way.norm() < 1e-6 {
+            continue;
+        }
+        let turn = Rotation3::rotation_between(&Vector3::z(), &way)
+            .unwrap_or_else(|| Rotation3::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI));
+        lengths.push(way.norm() as f32);
+        starts.push(point(start));
+        turns.push(quaternion(turn.matrix()));
+        thick.push(radius);
+    }
+    if lengths.is_empty() {
+        return None;
+    }
+    let shape = Capsules3D::from_lengths_and_radii(lengths, thick).with_translations(starts).with_quaternions(turns);
+    Some(if solid {
+        shape.with_fill_mode(FillMode::Solid).with_colors([Color::from_rgb(r, g, b)])
+    } else {
+        shape
+            .with_fill_mode(FillMode::MajorWireframe)
+            .with_line_radii([0.002])
+            .with_colors([Color::from_unmultiplied_rgba(r, g, b, 120)])
+    })
+}
+
+fn point(p: &Vector3<f64>) -> [f32; 3] {
+    [p.x as f32, p.y as f32, p.z as f32]
+}
+
+fn quaternion(rotation: &Matrix3<f64>) -> rerun::Quaternion {
+    let q = UnitQuaternion::from_matrix(rotation);
+    rerun::Quaternion::from_xyzw([q.i as f32, q.j as f32, q.k as f32, q.w as f32])
+}

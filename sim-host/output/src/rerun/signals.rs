@@ -1,0 +1,213 @@
+//! Every signal of a run as columns over time and over the position on the seam, and its events.
+
+use super::Shown;
+use super::writer::{RecordError, Store, Writer};
+use crate::color::{JOINTS as JOINT_COLORS, REFERENCE, Rgb};
+use crate::figures::MILLI;
+use crate::path::moving;
+use rerun::{Scalars, SeriesLines, TextLog, TextLogLevel, TimeColumn, TimePoint, Timeline};
+use std::io::Write;
+use std::ops::Range;
+use trueweld_plant::simulate::Row;
+
+/// Rows in one chunk.
+const CHUNK: usize = 10_000;
+
+/// One plot of the layout: entities below a run's root, and entities that belong to no run.
+pub(super) struct Group {
+    pub title: &'static str,
+    pub entities: &'static [&'static str],
+    pub references: &'static [&'static str],
+    /// Lines of every run together, or of the first run alone.
+    pub by_run: bool,
+}
+
+/// The plots of the layout; the first three are always seen, the others are tabs.
+pub(super) const GROUPS: &[Group] = &[
+    Group {
+        title: "lateral deviation [mm], limit half the pin",
+        entities: &["deviation/lateral"],
+        references: &["half_pin/plus", "half_pin/minus"],
+        by_run: true,
+    },
+    Group {
+        title: "push [kN]: real, sensed, asked for",
+        entities: &["force/sensed", "force/real", "force/desired"],
+        references: &[],
+        by_run: true,
+    },
+    Group { title: "twist of the drives [mrad]", entities: &["twist"], references: &[], by_run: false },
+    Group {
+        title: "correction [mm, mrad]",
+        entities: &["controller/correction", "controller/correction_turn"],
+        references: &[],
+        by_run: true,
+    },
+    Group { title: "lateral by joint [mm]", entities: &["lateral_by_joint"], references: &[], by_run: false },
+    Group { title: "tilt [°]", entities: &["deviation/tilt"], references: &[], by_run: true },
+    Group { title: "longitudinal [mm]", entities: &["deviation/longitudinal"], references: &[], by_run: true },
+    Group {
+        title: "depth, and depth added by the force loop [mm]",
+        entities: &["deviation/depth", "controller/depth_correction"],
+        references: &[],
+        by_run: true,
+    },
+    Group {
+        title: "force error, push of the force branch [N]",
+        entities: &["controller/force_error", "controller/push"],
+        references: &[],
+        by_run: true,
+    },
+];
+
+/// Writes the signals and events of one run.
+pub(super) fn all<W: Write>(writer: &mut Writer<W>, shown: &Shown) -> Result<(), RecordError> {
+    let (name, color) = (shown.name.as_str(), shown.color);
+    let pale = |part: u16| color.map(|c| (u16::from(c) + (255 - u16::from(c)) * part / 10) as u8);
+    let label = |what: &str| [format!("{name}: {what}")];
+    let mut signals = Signals { writer, shown };
+
+    signals.send("deviation/lateral", &label("lateral [mm]"), &[color], |r| Some([r.deviation_w.linear.y * MILLI]))?;
+    signals.send("deviation/longitudinal", &label("longitudinal [mm]"), &[color], |r| {
+        Some([r.deviation_w.linear.x * MILLI])
+    })?;
+    signals.send("deviation/depth", &label("depth [mm]"), &[color], |r| Some([r.deviation_w.linear.z * MILLI]))?;
+    signals.send("deviation/tilt", &label("tilt [°]"), &[color], |r| Some([r.tilt.to_degrees()]))?;
+
+    signals.send("force/sensed", &label("sensed [kN]"), &[pale(6)], |r| Some([-r.force_sensed_w.z / MILLI]))?;
+    signals.send("force/real", &label("real [kN]"), &[color], |r| Some([-r.force_w.z / MILLI]))?;
+    signals.send("force/desired", &label("asked for [kN]"), &[REFERENCE], |r| r.force_desired.map(|f| [f / MILLI]))?;
+
+    let joints = |what: &str| std::array::from_fn::<String, 6, _>(|i| format!("{name}: A{} {what}", i + 1));
+    signals.send("twist", &joints("[mrad]"), &JOINT_COLORS, |r| Some((r.twist() * MILLI).into()))?;
+    signals.send("lateral_by_joint", &joints("[mm]"), &JOINT_COLORS, |r| Some((r.lateral_by_joint * MILLI).into()))?;
+
+    signals.send("controller/force_error", &label("force error [N]"), &[color], |r| Some([r.force_error]))?;
+    signals.send("controller/push", &label("push of the force branch [N]"), &[pale(4)], |r| Some([r.push]))?;
+    signals.send("controller/depth_correction", &label("depth added [mm]"), &[pale(4)], |r| {
+        Some([r.depth_correction * MILLI])
+    })?;
+    let parts = ["longitudinal [mm]", "lateral [mm]"].map(|p| format!("{name}: {p}"));
+    signals.send("controller/correction", &parts, &[pale(4), color], |r| {
+        Some([r.correction_w.linear.x * MILLI, r.correction_w.linear.y * MILLI])
+    })?;
+    signals.send("controller/correction_turn", &label("turn of the tool [mrad]"), &[pale(6)], |r| {
+        Some([r.correction_w.angular.norm() * MILLI])
+    })?;
+    events(writer, shown)
+}
+
+/// Limits drawn with the first run, over its whole time.
+pub(super) fn references<W: Write>(writer: &mut Writer<W>, shown: &Shown) -> Result<(), RecordError> {
+    let rows = &shown.run.recording.rows;
+    let (Some(first), Some(last)) = (rows.first(), rows.last()) else { return Ok(()) };
+    let half_pin = shown.run.recording.half_pin * MILLI;
+    let far = shown.travelled.last().copied().unwrap_or(0.0);
+    for (entity, name, limit) in
+        [("plus", "half the pin [mm]", half_pin), ("minus", "half the pin, other side [mm]", -half_pin)]
+    {
+        let entity = format!("/reference/half_pin/{entity}");
+        let style = SeriesLines::new().with_names([name]).with_colors([rgb(REFERENCE)]).with_widths([1.5]);
+        writer.fixed(Store::Recording, &entity, &style)?;
+        let times = [
+            TimeColumn::new_duration_secs("time", [first.time, last.time]),
+            TimeColumn::new_sequence("path_um", [0, micrometres(far)]),
+        ];
+        let columns = Scalars::new([limit; 2]).columns_of_unit_batches().map_err(super::writer::refused)?;
+        writer.columns(&entity, 2, times, columns)?;
+    }
+    Ok(())
+}
+
+struct Signals<'a, 'b, W: Write> {
+    writer: &'a mut Writer<W>,
+    shown: &'a Shown<'b>,
+}
+
+impl<W: Write> Signals<'_, '_, W> {
+    /// One entity of `N` lines; rows where `value` has none are left out.
+    fn send<const N: usize>(
+        &mut self,
+        entity: &str,
+        names: &[String; N],
+        colors: &[Rgb; N],
+        value: impl Fn(&Row) -> Option<[f64; N]>,
+    ) -> Result<(), RecordError> {
+        let entity = format!("/{}/{entity}", self.shown.root);
+        let style = SeriesLines::new()
+            .with_names(names.iter().map(String::as_str))
+            .with_colors(colors.iter().map(|c| rgb(*c)))
+            .with_widths([1.5; N]);
+        self.writer.fixed(Store::Recording, &entity, &style)?;
+        let rows = &self.shown.run.recording.rows;
+        for range in chunks(rows) {
+            let on_path = moving(rows[range.start].phase);
+            let found: Vec<(usize, [f64; N])> = range.filter_map(|k| value(&rows[k]).map(|v| (k, v))).collect();
+            if found.is_empty() {
+                continue;
+            }
+            let mut times = vec![TimeColumn::new_duration_secs("time", found.iter().map(|(k, _)| rows[*k].time))];
+            if on_path {
+                let travelled = &self.shown.travelled;
+                times.push(TimeColumn::new_sequence("path_um", found.iter().map(|(k, _)| micrometres(travelled[*k]))));
+            }
+            let columns = Scalars::new(found.iter().flat_map(|(_, v)| *v))
+                .columns(std::iter::repeat_n(N, found.len()))
+                .map_err(super::writer::refused)?;
+            self.writer.columns(&entity, found.len(), times, columns)?;
+        }
+        Ok(())
+    }
+}
+
+/// Ranges of rows that are all on the seam or all off it, none longer than a chunk.
+pub(super) fn chunks(rows: &[Row]) -> impl Iterator<Item = Range<usize>> {
+    let mut start = 0;
+    std::iter::from_fn(move || {
+        let on_path = moving(rows.get(start)?.phase);
+        let length = rows[start..].iter().take(CHUNK).take_while(|r| moving(r.phase) == on_path).count();
+        let range = start..start + length;
+        start = range.end;
+        Some(range)
+    })
+}
+
+/// Changes of phase, and where limits and faults begin and end.
+fn events<W: Write>(writer: &mut Writer<W>, shown: &Shown) -> Result<(), RecordError> {
+    let entity = format!("/{}/events", shown.root);
+    let mut before: Option<&Row> = None;
+    for row in &shown.run.recording.rows {
+        let mut log = |text: String, level: TextLogLevel| {
+            let when = TimePoint::default().with(
+                Timeline::new_duration("time"),
+                rerun::TimeCell::from_duration_nanos((row.time * 1e9).round() as i64),
+            );
+            let entry = TextLog::new(format!("{}: {text}", shown.name)).with_level(level).with_color(rgb(shown.color));
+            writer.one(Store::Recording, &entity, when, &entry)
+        };
+        if before.is_none_or(|b| b.phase != row.phase) {
+            log(row.phase.name().to_owned(), TextLogLevel::INFO.into())?;
+        }
+        if row.limited != before.is_some_and(|b| b.limited) {
+            let text = if row.limited { "a limit of drive or correction reached" } else { "within limits again" };
+            log(text.to_owned(), if row.limited { TextLogLevel::WARN } else { TextLogLevel::INFO }.into())?;
+        }
+        if row.fault != before.and_then(|b| b.fault) {
+            match row.fault {
+                Some(fault) => log(format!("fault: {fault:?}"), TextLogLevel::ERROR.into())?,
+                None => log("fault gone".to_owned(), TextLogLevel::INFO.into())?,
+            }
+        }
+        before = Some(row);
+    }
+    Ok(())
+}
+
+/// A position on the seam as the timeline counts it.
+pub(super) fn micrometres(metres: f64) -> i64 {
+    (metres * 1e6).round() as i64
+}
+
+pub(super) fn rgb([r, g, b]: Rgb) -> rerun::Color {
+    rerun::Color::from_rgb(r, g, b)
+}

@@ -1,0 +1,107 @@
+//! Recordings are read back with Rerun's own decoder.
+
+use super::*;
+use crate::sample;
+use ::rerun::external::re_log_encoding::DecoderApp;
+use ::rerun::log::{Chunk, LogMsg};
+use ::rerun::{Scalars, StoreKind};
+use std::collections::BTreeMap;
+
+/// Rows of every entity of the recording, and the chunks of one of them.
+fn read(path: &Path, entity: &str) -> (BTreeMap<String, usize>, Vec<Chunk>, usize) {
+    let file = std::io::BufReader::new(std::fs::File::open(path).unwrap());
+    let (mut rows, mut wanted, mut activations) = (BTreeMap::new(), Vec::new(), 0);
+    for message in DecoderApp::decode_lazy(file) {
+        match message.unwrap() {
+            LogMsg::ArrowMsg(store, message) if store.kind() == StoreKind::Recording => {
+                let chunk = Chunk::from_arrow_msg(&message).unwrap();
+                let name = chunk.entity_path().to_string();
+                *rows.entry(name.clone()).or_default() += chunk.num_rows();
+                if name == entity && !chunk.is_static() {
+                    wanted.push(chunk);
+                }
+            }
+            LogMsg::BlueprintActivationCommand(_) => activations += 1,
+            _ => {}
+        }
+    }
+    (rows, wanted, activations)
+}
+
+#[test]
+fn a_recording_holds_every_signal_of_every_run() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("weld.rrd");
+    let welds = sample::welds(12_000);
+    weld_recording(&path, &welds.runs(), 50.0).unwrap();
+    let (rows, chunks, activations) = read(&path, "/none/deviation/lateral");
+    assert_eq!(activations, 1);
+    for root in ["none", "elastostatic"] {
+        // One static row for the style of every series.
+        for signal in [
+            "deviation/lateral",
+            "deviation/longitudinal",
+            "deviation/depth",
+            "deviation/tilt",
+            "force/real",
+            "force/sensed",
+            "twist",
+            "lateral_by_joint",
+            "controller/force_error",
+            "controller/push",
+            "controller/depth_correction",
+            "controller/correction",
+        ] {
+            assert_eq!(rows.get(&format!("/{root}/{signal}")), Some(&12_001), "{root}/{signal}");
+        }
+        // No push is asked for before the force loop is closed.
+        assert!(rows[&format!("/{root}/force/desired")] < 12_001);
+        // Six phases, a limit reached and left.
+        assert_eq!(rows[&format!("/{root}/events")], 8);
+        for link in 1..=6 {
+            assert!(rows[&format!("/{root}/cell/real/a{link}")] > 600);
+            assert!(rows[&format!("/{root}/cell/encoders/a{link}")] > 600);
+        }
+    }
+    for entity in ["/about", "/cell/plate", "/cell/seam", "/cell/half_pin", "/reference/half_pin/plus"] {
+        assert!(rows.contains_key(entity), "{entity}");
+    }
+    assert!(chunks.iter().all(|c| c.num_rows() <= 10_000));
+    let component = Scalars::descriptor_scalars().component;
+    let lateral: Vec<f64> = chunks.iter().flat_map(|c| c.iter_slices::<f64>(component).flatten().copied()).collect();
+    let expected: Vec<f64> = welds.recordings[0].rows.iter().map(|r| r.deviation_w.linear.y * 1e3).collect();
+    assert_eq!(lateral, expected);
+    // Only rows on the seam have a position on it.
+    let on_path: usize =
+        chunks.iter().filter(|c| c.timelines().contains_key(&"path_um".into())).map(Chunk::num_rows).sum();
+    assert_eq!(on_path, welds.recordings[0].rows.iter().filter(|r| crate::path::moving(r.phase)).count());
+}
+
+#[test]
+fn the_same_runs_give_the_same_bytes() {
+    let directory = tempfile::tempdir().unwrap();
+    let welds = sample::welds(500);
+    let [first, second] = ["a.rrd", "b.rrd"].map(|name| {
+        let path = directory.path().join(name);
+        weld_recording(&path, &welds.runs(), 50.0).unwrap();
+        std::fs::read(path).unwrap()
+    });
+    assert!(first == second);
+}
+
+#[test]
+fn a_missing_directory_is_named_and_nothing_is_left() {
+    let directory = tempfile::tempdir().unwrap();
+    let welds = sample::welds(50);
+    let error = weld_recording(&directory.path().join("absent/weld.rrd"), &welds.runs(), 1.0).unwrap_err();
+    assert!(error.to_string().contains("absent"), "{error}");
+    assert_eq!(std::fs::read_dir(directory.path()).unwrap().count(), 0);
+}
+
+#[test]
+fn no_run_at_all_is_a_recording_of_nothing() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("weld.rrd");
+    weld_recording(&path, &[], 1.0).unwrap();
+    assert!(read(&path, "").0.is_empty());
+}

@@ -1,0 +1,201 @@
+//! Made-up recordings for the tests of this crate: a robot of the KR 500's geometry whose drives twist under a constant
+//! load, so that poses, twists and deviations agree with each other. Not a simulation.
+
+use crate::{StepRun, WeldRun};
+use nalgebra::{Matrix3, Vector3};
+use trueweld_core::{
+    Counterbalance, Friction, JointParameters, JointVector, Pose, Robot, RobotParameters, ToolParameters, Twist, Wrench,
+};
+use trueweld_evaluate::{StepFigures, WeldFigures};
+use trueweld_plant::simulate::{Phase, Recording, Row};
+
+/// When the push steps, s, and by how much, N.
+pub const STEP_AT: f64 = 1.0;
+/// Height of the step, N.
+pub const STEP_HEIGHT: f64 = 11_000.0;
+
+/// Welds with the parts that a [`WeldRun`] borrows.
+pub struct Welds {
+    pub robot: Robot<f64>,
+    pub recordings: Vec<Recording>,
+    pub figures: Vec<WeldFigures>,
+}
+
+impl Welds {
+    pub fn runs(&self) -> Vec<WeldRun<'_>> {
+        let both = self.recordings.iter().zip(&self.figures);
+        both.map(|(recording, figures)| WeldRun { recording, figures, robot: &self.robot }).collect()
+    }
+}
+
+/// Steps with the parts that a [`StepRun`] borrows.
+pub struct Steps {
+    pub recordings: Vec<Recording>,
+    pub figures: Vec<StepFigures>,
+}
+
+impl Steps {
+    pub fn runs(&self) -> Vec<StepRun<'_>> {
+        let both = self.recordings.iter().zip(&self.figures);
+        both.map(|(recording, figures)| StepRun { recording, figures }).collect()
+    }
+}
+
+/// Geometry of a KR 500 with a tool 0.4 m long.
+pub fn robot() -> Robot<f64> {
+    let origins =
+        [[0.0, 0.0, 0.0], [0.5, 0.0, 1.045], [1.3, 0.0, 0.0], [0.0, 0.0, -0.055], [1.025, 0.0, 0.0], [0.0, 0.0, 0.0]];
+    let axes = [-Vector3::z(), Vector3::y(), Vector3::y(), -Vector3::x(), Vector3::y(), -Vector3::x()];
+    let limits = [[-3.2, 3.2], [-2.27, 0.35], [-1.75, 2.52], [-6.1, 6.1], [-2.1, 2.1], [-6.1, 6.1]];
+    let stiffness = [13.0e6, 15.0e6, 6.2e6, 0.5e6, 0.6e6, 0.4e6];
+    let joint = |i: usize| JointParameters {
+        origin: Vector3::from(origins[i]),
+        axis: axes[i],
+        limits: limits[i],
+        max_rate: 1.0,
+        max_torque: 30_000.0,
+        stiffness: stiffness[i],
+        damping: 1000.0,
+        rotor_inertia: 100.0,
+        mass: 100.0,
+        center_of_mass: Vector3::zeros(),
+        inertia: Matrix3::identity(),
+    };
+    Robot::new(RobotParameters {
+        gravity: Vector3::zeros(),
+        joints: std::array::from_fn(joint),
+        friction: Friction { viscous: JointVector::zeros(), coulomb: JointVector::zeros(), smoothing: 1e-3 },
+        counterbalance: Counterbalance::default(),
+        tool: ToolParameters {
+            flange_offset: Vector3::new(0.29, 0.0, 0.0),
+            mass: 0.0,
+            com_from_flange: Vector3::zeros(),
+            inertia: Matrix3::zeros(),
+            tcp_from_flange: Vector3::new(0.4, 0.0, 0.0),
+            z_axis: Vector3::x(),
+            y_axis: Vector3::y(),
+        },
+    })
+    .unwrap()
+}
+
+/// Two welds of 2 m along +Y, `rows` rows each: without compensation, and with the drives turned back by their twist.
+pub fn welds(rows: usize) -> Welds {
+    let robot = robot();
+    let recordings = vec![weld(&robot, "none", rows), weld(&robot, "elastostatic", rows)];
+    let figures = recordings.iter().map(|r| WeldFigures::of(r).unwrap()).collect();
+    Welds { robot, recordings, figures }
+}
+
+fn weld(robot: &Robot<f64>, compensator: &'static str, count: usize) -> Recording {
+    let total = 207.0;
+    let period = total / count as f64;
+    let w_axes = Matrix3::from_columns(&[Vector3::y(), Vector3::x(), -Vector3::z()]);
+    let mut near = JointVector::from_column_slice(&[0.53, -0.84, 1.73, 0.0, 0.69, 0.53]);
+    let rows = (0..count)
+        .map(|k| {
+            let time = k as f64 * period;
+            let (phase, travel) = match time {
+                t if t < 2.0 => (Phase::Settle, 0.0),
+                t if t < 5.0 => (Phase::ForceRamp, 0.0),
+                t if t < 6.0 => (Phase::FeedRamp, 0.005 * (t - 5.0) * (t - 5.0)),
+                t if t < 205.0 => (Phase::Steady, 0.005 + 0.01 * (t - 6.0)),
+                t if t < 206.0 => (Phase::Stop, 2.0 - 0.005 * (206.0 - t) * (206.0 - t)),
+                _ => (Phase::Hold, 2.0),
+            };
+            let load = ((time - 2.0) / 3.0).clamp(0.0, 1.0);
+            let feed = if phase >= Phase::FeedRamp { (time - 5.0).clamp(0.0, 1.0) } else { 0.0 };
+            let turn = 20.0 * std::f64::consts::PI * time;
+            let push = 18_000.0 * load * (1.0 + 0.01 * turn.sin());
+            let force_w = Vector3::new(-4000.0 * feed, 1000.0 * feed * (1.0 + 0.1 * turn.sin()), -push);
+            let nominal = Pose {
+                rotation: Matrix3::from_columns(&[Vector3::x(), -Vector3::y(), -Vector3::z()]),
+                position: Vector3::new(1.7, -1.0 + travel, 0.5),
+            };
+            near = robot.track(&nominal, &near).unwrap();
+            let frames = robot.frames(&near);
+            let wrench = Wrench { moment: Vector3::zeros(), force: w_axes * force_w };
+            let twist = -frames.joint_torque(&wrench).component_div(robot.stiffness());
+            let correction = if compensator == "none" { 0.0 } else { 0.98 };
+            // The force loop keeps the real depth whatever the law does.
+            let sunk = frames.twist(&-twist).linear.z;
+            let up = frames.jacobian().0.try_inverse().unwrap() * nalgebra::Vector6::new(0.0, 0.0, 0.0, 0.0, 0.0, 1.0);
+            let motor = near + twist * correction - up * (sunk * (1.0 - correction) + 3.0e-4 * load);
+            let link = motor - twist;
+            let (real, encoder_pose) = (robot.forward(&link), robot.forward(&motor));
+            let error = nominal.error_to(&real).rotated(&w_axes.transpose());
+            let jacobian = frames.jacobian().0;
+            let lateral = jacobian.row(3).transpose();
+            Row {
+                time,
+                phase,
+                nominal,
+                real,
+                encoder_pose,
+                deviation_w: error,
+                tilt: error.angular.xy().norm(),
+                lateral_by_joint: -lateral.component_mul(&twist),
+                force_w,
+                force_sensed_w: force_w * (1.0 + 0.002 * (3.0 * turn).cos()),
+                force_desired: (phase >= Phase::ForceRamp).then_some(18_000.0 * load),
+                link,
+                motor,
+                torque: twist.component_mul(robot.stiffness()),
+                spindle_angle: turn,
+                force_error: 18_000.0 * load - push,
+                depth_correction: -sunk * (1.0 - correction) + 3.0e-4 * load,
+                push: 0.0,
+                correction_w: Twist {
+                    linear: w_axes.transpose() * frames.twist(&(twist * correction)).linear,
+                    angular: frames.twist(&(twist * correction)).angular,
+                },
+                limited: (3.0..3.2).contains(&time),
+                fault: None,
+            }
+        })
+        .collect();
+    Recording {
+        weld: "vertical".to_owned(),
+        controller: "external",
+        compensator,
+        rows,
+        period,
+        half_pin: 0.0025,
+        force: 18_000.0,
+        seed: 7,
+        simulated: total,
+        wall: 2.5,
+    }
+}
+
+/// Three responses of second order to a step of the push, with a ripple of the spindle.
+pub fn steps() -> Steps {
+    let robot = robot();
+    let still = weld(&robot, "none", 2).rows[0];
+    let recordings: Vec<Recording> = [("parallel", 0.414, 20.2), ("superposed", 0.456, 9.1), ("external", 0.703, 3.4)]
+        .into_iter()
+        .map(|(controller, damping, omega): (&str, f64, f64)| {
+            let rows = (0..4000)
+                .map(|k| {
+                    let time = 0.001 * k as f64;
+                    let t = time - STEP_AT;
+                    let damped = omega * (1.0 - damping * damping).sqrt();
+                    let rest = (damped * t).cos() + damping * omega / damped * (damped * t).sin();
+                    let share = if t < 0.0 { 0.0 } else { 1.0 - (-damping * omega * t).exp() * rest };
+                    let push = 7000.0 + STEP_HEIGHT * share + 40.0 * (62.8 * time).sin();
+                    let mut row = still;
+                    row.time = time;
+                    row.phase = Phase::ForceRamp;
+                    row.force_w = Vector3::new(0.0, 0.0, -push);
+                    row.force_desired = Some(if t < 0.0 { 7000.0 } else { 7000.0 + STEP_HEIGHT });
+                    row
+                })
+                .collect();
+            let weld = "vertical".to_owned();
+            let (period, half_pin, force, seed, simulated, wall) = (0.001, 0.0025, 18_000.0, 7, 4.0, 0.1);
+            Recording { weld, controller, compensator: "none", rows, period, half_pin, force, seed, simulated, wall }
+        })
+        .collect();
+    let figures = recordings.iter().map(|r| StepFigures::of(r, STEP_AT, STEP_HEIGHT, 0.1).unwrap()).collect();
+    Steps { recordings, figures }
+}
