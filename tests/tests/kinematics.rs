@@ -38,6 +38,35 @@ proptest! {
     }
 
     #[test]
+    fn any_decoupled_arm_is_covered(q in configuration(), offsets in within(JointVector::repeat(0.3)),
+                                    turned in prop::array::uniform6(any::<bool>())) {
+        // Offsets along and across the arm, a foot away from B, a wrist of some length and axes of either sense.
+        let mut parameters = kr500_parameters::<f64>();
+        parameters.joints[0].origin += Vector3::new(offsets[0], offsets[1], offsets[2]);
+        parameters.joints[1].origin.y += offsets[3];
+        parameters.joints[2].origin += Vector3::new(0.0, offsets[4], offsets[5]);
+        parameters.joints[3].origin += Vector3::new(offsets[1], offsets[2], offsets[0]);
+        parameters.joints[5].origin.x += offsets[3];
+        for (joint, turned) in parameters.joints.iter_mut().zip(turned) {
+            if turned {
+                joint.axis = -joint.axis;
+            }
+        }
+        let robot = Robot::new(parameters).unwrap();
+        let frames = robot.frames(&q);
+        // Away from singular poses, where the angles are not known to 1e-9: by the singular values of J.
+        let values = frames.jacobian().0.svd(false, false).singular_values;
+        prop_assume!(values.min() > 1e-2 * values.max());
+        let branch = robot.branch_of(&q).unwrap();
+        let back = robot.inverse(&frames.tcp, branch).unwrap();
+        prop_assert!(apart(&back, &q) < 1e-9, "{branch:?} leads to {back} instead of {q}");
+        for (branch, found) in robot.inverse_all(&frames.tcp).unwrap() {
+            let off = pose_difference(&robot.forward(&found), &frames.tcp);
+            prop_assert!(off < 1e-9, "{branch:?} misses the pose by {off:e}");
+        }
+    }
+
+    #[test]
     fn branch_of_names_the_branch_that_leads_back(q in regular_configuration()) {
         let branch = KR500.branch_of(&q).unwrap();
         let back = KR500.inverse(&KR500.forward(&q), branch).unwrap();
