@@ -54,6 +54,11 @@ impl<T: Real> Compensator<T> for Elastostatic<T> {
             self.started = true;
         }
         let wrench = Wrench::from_vector(&self.filter.update(&wrench));
+        if !wrench.is_finite() {
+            // A glitch near the end of the number range: the filter would never forget it.
+            self.started = false;
+            return Err(Fault::Force);
+        }
         let link = robot.track(observation.nominal, &sensed.encoder).map_err(|_| Fault::Compensation)?;
         let fake = robot.forward(&robot.fake_target(&link, &wrench));
         let setpoint = observation.setpoint;

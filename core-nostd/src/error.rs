@@ -47,9 +47,9 @@ pub enum KinematicsError {
 pub enum Fault {
     /// Encoder of this joint (0 = A1) is NaN or infinite, or jumped by more than the joint can move in one period.
     Encoder(usize),
-    /// The force sensor gave NaN or infinity.
+    /// The force sensor gave NaN or infinity in any of its six channels.
     Force,
-    /// The set-point is NaN or infinite.
+    /// The set-point is NaN or infinite, or so large that the joint error it asks for is.
     Setpoint,
     /// The Jacobian cannot be inverted here.
     Singular,

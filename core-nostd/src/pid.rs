@@ -32,12 +32,19 @@ impl<T: Real> Pid<T> {
     ///
     /// The integrator stops while the output is at its limit and the error would drive it further (anti-windup), and
     /// so comes back the moment the error changes sign. Returns the output and whether it was limited.
+    ///
+    /// Of numbers that are none, or so large that their terms cancel to none, nothing is remembered: the output is then
+    /// the feed-forward alone.
     #[inline]
     pub fn update(&mut self, error: T, feed_forward: T, limit: T, period: T) -> (T, bool) {
         let rate = self.previous.map_or(T::zero(), |p| (error - p) / period);
-        self.previous = Some(error);
         let integral = self.integral + self.gains.ki * error * period;
         let wanted = feed_forward + self.gains.kp * error + self.gains.kd * rate + integral;
+        if !wanted.is_finite() || !integral.is_finite() {
+            let known = if feed_forward.is_finite() { feed_forward } else { T::zero() };
+            return (known.clamp(-limit, limit), true);
+        }
+        self.previous = Some(error);
         let output = wanted.clamp(-limit, limit);
         let limited = wanted != output;
         let deeper = (wanted - output) * self.gains.ki * error > T::zero();
@@ -53,9 +60,13 @@ impl<T: Real> Pid<T> {
         self.previous = None;
     }
 
-    /// Adds to what the integrator holds, in output units: load handed over from or to another loop.
+    /// Adds to what the integrator holds, in output units: load handed over from or to another loop. A load that is
+    /// not finite is refused.
     pub fn hand_over(&mut self, load: T) {
-        self.integral += load;
+        let integral = self.integral + load;
+        if integral.is_finite() {
+            self.integral = integral;
+        }
     }
 
     /// What the integrator holds, in output units.

@@ -10,6 +10,9 @@ use proptest::prelude::*;
 use proptest::test_runner::{Config, RngSeed};
 use std::path::PathBuf;
 use std::sync::LazyLock;
+use trueweld_core::control::{
+    External, ExternalGains, ForceGains, HybridController, JointGains, Parallel, Sensed, Setpoint, Superposed,
+};
 use trueweld_core::{
     Counterbalance, Friction, JOINTS, JointParameters, JointVector, Pose, Real, Robot, RobotParameters, ToolParameters,
     Wrench,
@@ -285,4 +288,81 @@ pub fn seen(what: &'static str, value: f64) -> f64 {
         println!("{what}: {value:.1e}");
     }
     value
+}
+
+/// Control period of the published controller, s.
+pub const PERIOD: f64 = 0.012;
+
+/// Gains of the joint loop, in the proportions of the springs. Not tuned: what is tested with them holds for any.
+pub fn joint_gains<T: Real>() -> JointGains<T> {
+    let stiffness = KR500.stiffness();
+    JointGains { kp: cast(&(stiffness * 0.2)), ki: cast(&(stiffness * 0.4)), kd: cast(&(stiffness * 0.02)) }
+}
+
+/// Gains of the force branch of the parallel and the superposed scheme. Not tuned.
+pub fn force_gains<T: Real>() -> ForceGains<T> {
+    let [kp, ki, kd, max_correction] = [0.3, 5.0, 2e4, 8e3].map(nalgebra::convert);
+    ForceGains { kp, ki, kd, max_correction }
+}
+
+/// Gains of the outer loop of the external scheme. Not tuned.
+pub fn external_gains<T: Real>() -> ExternalGains<T> {
+    let [kp, ki, kd, max_correction, max_rate] = [2e-8, 5e-7, 1e-3, 0.02, 0.05].map(nalgebra::convert);
+    ExternalGains { kp, ki, kd, max_correction, max_rate }
+}
+
+/// Any of the three published controllers.
+pub type AnyController<T> = Box<dyn HybridController<T>>;
+
+/// The three published controllers at [`PERIOD`], by name.
+pub fn controllers<T: Real>() -> [(&'static str, AnyController<T>); 3] {
+    let (joint, force, period) = (joint_gains(), force_gains(), nalgebra::convert(PERIOD));
+    [
+        ("parallel", Box::new(Parallel::new(joint, force, period))),
+        ("superposed", Box::new(Superposed::new(joint, force, period))),
+        ("external", Box::new(External::new(joint, external_gains(), period))),
+    ]
+}
+
+/// Motor torque that carries the arm at rest with nothing at the tool: gravity less counterbalance, N·m.
+pub fn weight<T: Real>(robot: &Robot<T>, q: &JointVector<T>) -> JointVector<T> {
+    let mut torque = robot.gravity_torque(&robot.frames(q));
+    torque[1] -= robot.counterbalance_torque(q[1]);
+    torque
+}
+
+/// A set-point at the tool pose of `q`, W in line with the tool.
+pub fn setpoint_at<T: Real>(robot: &Robot<T>, q: &JointVector<T>, force: Option<T>) -> Setpoint<T> {
+    let pose = robot.forward(q);
+    Setpoint { pose, b_from_w: pose.rotation, force }
+}
+
+/// Instruments of an arm at rest at `q` with `wrench` at the tool, in axes of T.
+pub fn sensed_at<T: Real>(robot: &Robot<T>, q: &JointVector<T>, wrench: &Wrench<T>) -> Sensed<T> {
+    Sensed { encoder: *q, encoder_rate: JointVector::zeros(), motor_torque: weight(robot, q), wrench: *wrench }
+}
+
+/// Any bit pattern of a number, with those that hurt most often: NaN, infinities, the ends of the range.
+pub fn wild() -> impl Strategy<Value = f64> {
+    let bad = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, f64::MAX, f64::MIN, 1e200, -1e200, 1e20, -1e20, 0.0, -0.0];
+    prop_oneof![any::<u64>().prop_map(f64::from_bits), prop::sample::select(bad.to_vec()), -10.0..10.0_f64]
+}
+
+/// How many numbers [`spoil`] can reach.
+pub const PLACES: usize = 46;
+
+/// Overwrites one number of what a controller is given: 0–5 encoders, 6–11 rates, 12–17 motor torques, 18–23 wrench
+/// (moment, force), 24–32 and 33–35 set-point rotation and position, 36–44 weld frame, 45 force.
+pub fn spoil(setpoint: &mut Setpoint<f64>, sensed: &mut Sensed<f64>, place: usize, value: f64) {
+    match place {
+        0..6 => sensed.encoder[place] = value,
+        6..12 => sensed.encoder_rate[place - 6] = value,
+        12..18 => sensed.motor_torque[place - 12] = value,
+        18..21 => sensed.wrench.moment[place - 18] = value,
+        21..24 => sensed.wrench.force[place - 21] = value,
+        24..33 => setpoint.pose.rotation[place - 24] = value,
+        33..36 => setpoint.pose.position[place - 33] = value,
+        36..45 => setpoint.b_from_w[place - 36] = value,
+        _ => setpoint.force = Some(value),
+    }
 }

@@ -64,8 +64,7 @@ impl<T: Real> HybridController<T> for External<T> {
         let tcp = &view.frames.tcp;
         let (mut force_error, mut fault, mut limited) = (T::zero(), None, false);
         if let Some(desired) = setpoint.force {
-            let push = sensed_push(tcp, &z, &sensed.wrench);
-            if push.is_finite() {
+            if let Some(push) = sensed_push(tcp, &z, &sensed.wrench) {
                 force_error = desired - push;
                 let velocity = view.frames.twist(&sensed.encoder_rate).linear.dot(&z);
                 let (wanted, held) = self.force.update(

@@ -99,6 +99,9 @@ impl<T: Real, C: HybridController<T> + ?Sized> HybridController<T> for &mut C {
 }
 
 /// The push that the force sensor sees along z of W, N, from the wrench in T with T placed by the encoders.
-fn sensed_push<T: Real>(b_from_t: &Pose<T>, depth_axis: &Vector3<T>, wrench: &Wrench<T>) -> T {
-    -(b_from_t.rotation * wrench.force).dot(depth_axis)
+///
+/// `None` where the sensor is faulty: a sensor with one channel that is no number is not believed in the others.
+fn sensed_push<T: Real>(b_from_t: &Pose<T>, depth_axis: &Vector3<T>, wrench: &Wrench<T>) -> Option<T> {
+    let push = -(b_from_t.rotation * wrench.force).dot(depth_axis);
+    (wrench.is_finite() && push.is_finite()).then_some(push)
 }

@@ -53,16 +53,16 @@ impl<T: Real> ForceBranch<T> {
     }
 
     /// f_d + K_pf Δf − K_df Ẋ + K_if∫Δf, N; `None` while the set-point asks for no force.
-    pub fn update(&mut self, desired: Option<T>, sensed: T, velocity: T, period: T) -> Option<Push<T>> {
+    pub fn update(&mut self, desired: Option<T>, sensed: Option<T>, velocity: T, period: T) -> Option<Push<T>> {
         let Some(desired) = desired else {
             self.reset();
             return None;
         };
-        if !sensed.is_finite() {
+        let Some(sensed) = sensed else {
             // Blind: hold the last push, or what was asked for.
             let push = self.push.unwrap_or(desired);
             return Some(Push { push, error: T::zero(), taken_over: None, limited: true, fault: Some(Fault::Force) });
-        }
+        };
         let taken_over = self.push.is_none().then_some(desired);
         let error = desired - sensed;
         let (correction, limited) =

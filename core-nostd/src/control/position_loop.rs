@@ -6,7 +6,7 @@ use crate::jacobian::Jacobian;
 use crate::kinematics::Frames;
 use crate::pid::{Pid, PidGains};
 use crate::robot::Robot;
-use crate::scalar::{JOINTS, JointVector, Real, lit};
+use crate::scalar::{JOINTS, JointVector, Real, all_finite, lit};
 use crate::spatial::Twist;
 use nalgebra::{LU, U6, Vector3};
 
@@ -59,13 +59,14 @@ impl<T: Real> PositionLoop<T> {
                 return Err(Fault::Encoder(i));
             }
         }
+        // Good encoders are remembered whatever else is wrong, or an arm that moves meanwhile would stay locked out.
+        self.last_good = sensed.encoder;
         if !setpoint.is_finite() {
             return Err(Fault::Setpoint);
         }
         if let Some(joint) = robot.beyond_limits(&sensed.encoder) {
             return Err(Fault::Limit(joint));
         }
-        self.last_good = sensed.encoder;
         let frames = robot.frames(&sensed.encoder);
         let inverse = invertible(&frames.jacobian()).ok_or(Fault::Singular)?;
         Ok(View { frames, inverse })
@@ -82,6 +83,10 @@ impl<T: Real> PositionLoop<T> {
     ) -> Result<(JointVector<T>, bool), Fault> {
         let error = view.inverse.solve(&error.to_vector()).ok_or(Fault::Singular)?;
         let feed_forward = weight(robot, &view.frames, encoder) + extra;
+        // Finite nonsense, such as a set-point of 1e300 m, overflows here and not before.
+        if !all_finite(error.iter().chain(feed_forward.iter())) {
+            return Err(Fault::Setpoint);
+        }
         let mut limited = false;
         let torque = JointVector::from_fn(|i, _| {
             let limit = robot.parameters().joints[i].max_torque;
