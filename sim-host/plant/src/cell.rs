@@ -76,7 +76,9 @@ pub struct Evaluation {
     pub frames: Frames<f64>,
     /// Inertia matrix of the links.
     pub inertia: Matrix6<f64>,
-    /// Slope of motor friction by θ̇_E.
+    /// Motor friction τ_f, N·m.
+    pub friction: JointVector<f64>,
+    /// Its slope by θ̇_E, N·m·s/rad.
     pub friction_slope: JointVector<f64>,
     /// What the process does to the tool, in W.
     pub reaction: Reaction,
@@ -163,10 +165,11 @@ impl Cell {
             .robot
             .link_acceleration(&frames, &drives, &spring, &wrench)
             .unwrap_or((JointVector::from_element(f64::NAN), Matrix6::zeros()));
-        let mut friction_slope = JointVector::zeros();
+        let (mut friction_torque, mut friction_slope) = (JointVector::zeros(), JointVector::zeros());
         let mut rates = SVector::<f64, STATES>::zeros();
         for i in 0..6 {
             let friction = self.robot.friction(&drives, i);
+            friction_torque[i] = friction.value;
             friction_slope[i] = friction.slope;
             rates[i] = drives.link_rate[i];
             rates[6 + i] = drives.motor_rate[i];
@@ -176,7 +179,7 @@ impl Cell {
         rates[24] = reaction.channel_rate;
         rates[25] = self.process.spindle;
         self.robot.internal_rates(&drives, state.internal(), &mut rates.as_mut_slice()[26..]);
-        Evaluation { rates, frames, inertia, friction_slope, reaction }
+        Evaluation { rates, frames, inertia, friction: friction_torque, friction_slope, reaction }
     }
 
     /// Time derivative of the state under motor torque Γ, N·m.

@@ -69,9 +69,18 @@ impl Stage {
     }
 }
 
+/// How far friction may depart from its linearisation in one step, as the motor displacement it causes, rad: 1e-9 is two
+/// nanometres at the tool.
+const FRICTION_DEFECT: f64 = 1e-9;
+
+/// How often a step may be halved where friction turns round.
+const HALVINGS: u32 = 4;
+
 /// One step of `h` seconds from `state` at `time`, whose evaluation is `at`, with the motors' torque held. `None` where
 /// the state left the finite numbers.
-#[inline]
+///
+/// Where a motor turns round, friction swings from one level to the other over a rate of 1 mrad/s: no straight line
+/// follows that, so such a step is halved until one does.
 pub fn step(
     cell: &Cell,
     time: f64,
@@ -80,10 +89,39 @@ pub fn step(
     torque: &JointVector<f64>,
     h: f64,
 ) -> Option<State> {
+    halved(cell, time, state, at, torque, h, HALVINGS)
+}
+
+fn halved(
+    cell: &Cell,
+    time: f64,
+    state: &State,
+    at: &Evaluation,
+    torque: &JointVector<f64>,
+    h: f64,
+    halvings: u32,
+) -> Option<State> {
     let stage = Stage::new(cell, at, GAMMA * h);
     let k1 = stage.solve(&cell.driven(at, torque))?;
-    let second = cell.evaluate(time + h, &State(state.0 + k1 * h));
+    let ahead = State(state.0 + k1 * h);
+    let second = cell.evaluate(time + h, &ahead);
+    if halvings > 0 && turns_round(cell, state, at, &ahead, &second, h) {
+        let half = 0.5 * h;
+        let middle = halved(cell, time, state, at, torque, half, halvings - 1)?;
+        let at = cell.evaluate(time + half, &middle);
+        return halved(cell, time + half, &middle, &at, torque, half, halvings - 1);
+    }
     let k2 = stage.solve(&(cell.driven(&second, torque) - k1 * 2.0))?;
     let next = state.0 + k1 * (1.5 * h) + k2 * (0.5 * h);
     next.sum().is_finite().then_some(State(next))
+}
+
+/// True where some motor's friction leaves its linearisation by more than [`FRICTION_DEFECT`] within the step.
+fn turns_round(cell: &Cell, from: &State, at: &Evaluation, to: &State, ahead: &Evaluation, h: f64) -> bool {
+    let rotor = cell.robot.model.rotor_inertia();
+    (0..6).any(|i| {
+        let change = at.friction_slope[i] * (to.0[18 + i] - from.0[18 + i]);
+        let defect = ahead.friction[i] - at.friction[i] - change;
+        defect.abs() * h * h > FRICTION_DEFECT * rotor[i]
+    })
 }
