@@ -8,7 +8,7 @@ use crate::kinematics::Frames;
 use crate::robot::Robot;
 use crate::scalar::{JOINTS, JointVector, Real};
 use crate::spatial::Wrench;
-use nalgebra::{Cholesky, Const, Matrix6};
+use nalgebra::Matrix6;
 
 impl<T: Real> Robot<T> {
     /// Inertia matrix M(q), 6 × 6, symmetric positive definite, kg·m².
@@ -65,8 +65,55 @@ impl<T: Real> Robot<T> {
     }
 }
 
-/// Cholesky factor of a symmetric positive definite joint-space matrix; `None` where it is not one.
+/// The factors L D Lᵀ of a symmetric positive definite joint-space matrix, such as M: Cholesky's without square roots.
+#[derive(Debug, Clone, Copy)]
+pub struct Factor<T: Real> {
+    /// Columns of L below its unit diagonal; what lies above is of no meaning.
+    lower: [[T; JOINTS]; JOINTS],
+    /// 1/D.
+    reciprocal: [T; JOINTS],
+}
+
+/// Factors a symmetric positive definite joint-space matrix; `None` where it is not one.
 #[inline]
-pub fn factor<T: Real>(m: Matrix6<T>) -> Option<Cholesky<T, Const<6>>> {
-    Cholesky::new(m)
+pub fn factor<T: Real>(m: Matrix6<T>) -> Option<Factor<T>> {
+    let mut lower = m.data.0;
+    let mut reciprocal = [T::zero(); JOINTS];
+    for k in 0..JOINTS {
+        let column = lower[k];
+        if column[k] <= T::zero() || !column[k].is_finite() {
+            return None;
+        }
+        reciprocal[k] = column[k].recip();
+        for j in k + 1..JOINTS {
+            lower[k][j] = column[j] * reciprocal[k];
+            for i in j..JOINTS {
+                let product = column[i] * lower[k][j];
+                lower[j][i] -= product;
+            }
+        }
+    }
+    Some(Factor { lower, reciprocal })
+}
+
+impl<T: Real> Factor<T> {
+    /// M⁻¹ b.
+    #[inline]
+    pub fn solve(&self, b: &JointVector<T>) -> JointVector<T> {
+        let mut x = *b;
+        for k in 0..JOINTS {
+            for i in k + 1..JOINTS {
+                let product = self.lower[k][i] * x[k];
+                x[i] -= product;
+            }
+        }
+        for k in (0..JOINTS).rev() {
+            x[k] *= self.reciprocal[k];
+            for i in k + 1..JOINTS {
+                let product = self.lower[k][i] * x[i];
+                x[k] -= product;
+            }
+        }
+        x
+    }
 }

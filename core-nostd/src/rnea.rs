@@ -50,7 +50,11 @@ impl<T: Real> Robot<T> {
     /// The links in axes of B, each about its frame's origin.
     #[inline(always)]
     pub(crate) fn bodies(&self, frames: &Frames<T>) -> [Body<T>; JOINTS] {
-        core::array::from_fn(|i| self.links[i].turned(&frames.rotation[i]))
+        let mut bodies = self.links;
+        for (body, rotation) in bodies.iter_mut().zip(&frames.rotation) {
+            *body = body.turned(rotation);
+        }
+        bodies
     }
 
     /// [`joint_loads`](Self::joint_loads) with the links already in axes of B.
