@@ -31,10 +31,9 @@ impl<T: Real> Robot<T> {
         let force = linear * outward.mass + axis.cross(&outward.first);
         let moment = outward.second.inertia_times(&axis) + outward.first.cross(&linear);
         let mut m = [[T::zero(); JOINTS]; JOINTS];
-        for i in 0..JOINTS {
+        for (i, column) in m.iter_mut().enumerate() {
             // Only the joints inward of i carry all of what is outward of i.
-            let row = axis.dot(&moment.only(i)) + linear.dot(&force.only(i));
-            m[i] = row.0;
+            *column = (axis.dot(&moment.only(i)) + linear.dot(&force.only(i))).0;
         }
         let mut matrix = Matrix6::from(m);
         matrix.fill_lower_triangle_with_upper_triangle();
