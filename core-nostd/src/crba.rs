@@ -1,44 +1,43 @@
 //! Composite rigid bodies: the joint-space inertia matrix, and the forward dynamics it gives.
 //!
-//! Links and tool only; rotors belong to the drives. Composite bodies are kept in axes of B about the origin of the
-//! innermost link's frame. Source: Featherstone, Rigid Body Dynamics Algorithms, 2008, ch. 6.
+//! Links and tool only; rotors belong to the drives. Composite bodies are kept in axes of B about one point, so that adding
+//! two needs no shift. Source: Featherstone, Rigid Body Dynamics Algorithms, 2008, ch. 6.
 
-use crate::inertia::Body;
+use crate::inertia::Bodies;
 use crate::kinematics::Frames;
+use crate::lanes::Lanes3;
 use crate::robot::Robot;
 use crate::scalar::{JOINTS, JointVector, Real};
 use crate::spatial::Wrench;
-use nalgebra::{Cholesky, Const, Matrix6};
+use nalgebra::Matrix6;
 
 impl<T: Real> Robot<T> {
     /// Inertia matrix M(q), 6 × 6, symmetric positive definite, kg·m².
     #[inline]
     pub fn crba(&self, frames: &Frames<T>) -> Matrix6<T> {
-        self.inertia_matrix_of(&self.bodies(frames), frames)
+        self.inertia_matrix_of(&self.bodies_in_b(frames), frames)
     }
 
     /// [`crba`](Self::crba) with the links already in axes of B.
-    #[inline(always)]
-    fn inertia_matrix_of(&self, bodies: &[Body<T>; JOINTS], frames: &Frames<T>) -> Matrix6<T> {
-        let mut m = Matrix6::zeros();
-        // The body outward of joint i, taken as one, about the origin of its frame.
-        let mut outward = bodies[JOINTS - 1];
-        for i in (0..JOINTS).rev() {
-            if i + 1 < JOINTS {
-                outward = outward.shifted(&(frames.origin[i + 1] - frames.origin[i])).merged(&bodies[i]);
-            }
-            // Wrench about oᵢ that a unit acceleration of joint i asks for, seen by every joint inward of it.
-            let z = &frames.axis[i];
-            let force = z.cross(&outward.first);
-            let moment = outward.second.inertia_times(z);
-            for j in 0..=i {
-                let lever = frames.origin[i] - frames.origin[j];
-                let value = frames.axis[j].dot(&(moment + lever.cross(&force)));
-                m[(i, j)] = value;
-                m[(j, i)] = value;
-            }
+    #[inline(never)]
+    fn inertia_matrix_of(&self, bodies: &Bodies<T>, frames: &Frames<T>) -> Matrix6<T> {
+        // About the last link's origin: far from the base, so that the wrist's small inertias do not drown in f32.
+        let center = Lanes3::from_vectors(&[frames.origin[JOINTS - 1]; JOINTS]);
+        let from_center = Lanes3::from_vectors(&frames.origin) - center;
+        let outward = bodies.shifted(&from_center).sum_from_tool();
+        // Motion of the centre point for unit rate of each joint, and the wrench that unit acceleration asks for.
+        let axis = Lanes3::from_vectors(&frames.axis);
+        let linear = from_center.cross(&axis);
+        let force = linear * outward.mass + axis.cross(&outward.first);
+        let moment = outward.second.inertia_times(&axis) + outward.first.cross(&linear);
+        let mut m = [[T::zero(); JOINTS]; JOINTS];
+        for (i, column) in m.iter_mut().enumerate() {
+            // Only the joints inward of i carry all of what is outward of i.
+            *column = (axis.dot(&moment.only(i)) + linear.dot(&force.only(i))).0;
         }
-        m
+        let mut matrix = Matrix6::from(m);
+        matrix.fill_lower_triangle_with_upper_triangle();
+        matrix
     }
 
     /// Forward dynamics of the rigid arm: q̈ = M⁻¹ (τ − h − g + Jᵀ w), rad/s², by Cholesky.
@@ -53,10 +52,10 @@ impl<T: Real> Robot<T> {
         torque: &JointVector<T>,
         wrench: &Wrench<T>,
     ) -> Option<JointVector<T>> {
-        let bodies = self.bodies(frames);
-        let loads = self.loads_of(&bodies, frames, rate, &JointVector::zeros(), wrench);
-        let remaining = JointVector::from_fn(|i, _| torque[i] - frames.axis[i].dot(&loads[i].moment));
-        Some(factor(self.inertia_matrix_of(&bodies, frames))?.solve(&remaining))
+        let bodies = self.bodies_in_b(frames);
+        let (moment, _) = self.loads_of(&bodies, frames, rate, &JointVector::zeros(), wrench);
+        let bias = JointVector::from(Lanes3::from_vectors(&frames.axis).dot(&moment).0);
+        Some(factor(self.inertia_matrix_of(&bodies, frames))?.solve(&(torque - bias)))
     }
 
     /// Kinetic energy of the links and the tool, J: ½ vᵀ M v.
@@ -65,8 +64,55 @@ impl<T: Real> Robot<T> {
     }
 }
 
-/// Cholesky factor of a symmetric positive definite joint-space matrix; `None` where it is not one.
+/// The factors L D Lᵀ of a symmetric positive definite joint-space matrix, such as M: Cholesky's without square roots.
+#[derive(Debug, Clone, Copy)]
+pub struct Factor<T: Real> {
+    /// Columns of L below its unit diagonal; what lies above is of no meaning.
+    lower: [[T; JOINTS]; JOINTS],
+    /// 1/D.
+    reciprocal: [T; JOINTS],
+}
+
+/// Factors a symmetric positive definite joint-space matrix; `None` where it is not one.
 #[inline]
-pub fn factor<T: Real>(m: Matrix6<T>) -> Option<Cholesky<T, Const<6>>> {
-    Cholesky::new(m)
+pub fn factor<T: Real>(m: Matrix6<T>) -> Option<Factor<T>> {
+    let mut lower = m.data.0;
+    let mut reciprocal = [T::zero(); JOINTS];
+    for k in 0..JOINTS {
+        let column = lower[k];
+        if column[k] <= T::zero() || !column[k].is_finite() {
+            return None;
+        }
+        reciprocal[k] = column[k].recip();
+        for j in k + 1..JOINTS {
+            lower[k][j] = column[j] * reciprocal[k];
+            for i in j..JOINTS {
+                let product = column[i] * lower[k][j];
+                lower[j][i] -= product;
+            }
+        }
+    }
+    Some(Factor { lower, reciprocal })
+}
+
+impl<T: Real> Factor<T> {
+    /// M⁻¹ b.
+    #[inline]
+    pub fn solve(&self, b: &JointVector<T>) -> JointVector<T> {
+        let mut x = *b;
+        for k in 0..JOINTS {
+            for i in k + 1..JOINTS {
+                let product = self.lower[k][i] * x[k];
+                x[i] -= product;
+            }
+        }
+        for k in (0..JOINTS).rev() {
+            x[k] *= self.reciprocal[k];
+            for i in k + 1..JOINTS {
+                let product = self.lower[k][i] * x[i];
+                x[k] -= product;
+            }
+        }
+        x
+    }
 }

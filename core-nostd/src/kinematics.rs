@@ -98,60 +98,66 @@ impl<T: Real> Robot<T> {
     /// Forward kinematics of the ideal chain at joint angles `q`, rad.
     #[inline]
     pub fn frames(&self, q: &JointVector<T>) -> Frames<T> {
-        self.all_frames(q, &Pose::identity(), |_, rotation| rotation)
+        self.all_frames(q, &Pose::identity(), None)
     }
 
     /// Forward kinematics with the base and the links displaced by small rotations.
     pub fn frames_displaced(&self, q: &JointVector<T>, by: &Displacement<T>) -> Frames<T> {
-        self.all_frames(q, &by.base, |i, rotation| rotation * rotation_from_vector(&by.tilt[i]))
+        self.all_frames(q, &by.base, Some(&by.tilt))
     }
 
     /// Tool pose `b_from_t` at joint angles `q`, rad.
     #[inline]
     pub fn forward(&self, q: &JointVector<T>) -> Pose<T> {
-        self.chain(q, &Pose::identity(), |_, rotation| rotation, |_, _, _| ())
+        let turns = sines_and_cosines(q);
+        let mut link = Pose::identity();
+        for (i, turn) in turns.into_iter().enumerate() {
+            link = self.next_link(i, &link, turn);
+        }
+        link * self.a6_from_t
     }
 
     #[inline(always)]
-    fn all_frames(
-        &self,
-        q: &JointVector<T>,
-        base: &Pose<T>,
-        tilted: impl Fn(usize, Matrix3<T>) -> Matrix3<T>,
-    ) -> Frames<T> {
+    fn all_frames(&self, q: &JointVector<T>, base: &Pose<T>, tilt: Option<&[Vector3<T>; JOINTS]>) -> Frames<T> {
+        let turns = sines_and_cosines(q);
         let mut frames = Frames {
             rotation: [Matrix3::zeros(); JOINTS],
             origin: [Vector3::zeros(); JOINTS],
             axis: [Vector3::zeros(); JOINTS],
             tcp: Pose::identity(),
         };
-        frames.tcp = self.chain(q, base, tilted, |i, rotation, origin| {
-            frames.rotation[i] = *rotation;
-            frames.origin[i] = *origin;
-            frames.axis[i] = self.axes[i].direction(rotation);
-        });
+        let mut link = *base;
+        for (i, turn) in turns.into_iter().enumerate() {
+            link = self.next_link(i, &link, turn);
+            if let Some(tilt) = tilt {
+                link.rotation *= rotation_from_vector(&tilt[i]);
+            }
+            frames.rotation[i] = link.rotation;
+            frames.origin[i] = link.position;
+            frames.axis[i] = self.axes[i].direction(&link.rotation);
+        }
+        frames.tcp = link * self.a6_from_t;
         frames
     }
 
-    /// Walks out along the chain, shows every link's rotation and origin to `visit`, and returns the tool's pose.
+    /// Pose of link `i` from its parent's and the sine and cosine of its joint angle.
     #[inline(always)]
-    fn chain(
-        &self,
-        q: &JointVector<T>,
-        base: &Pose<T>,
-        tilted: impl Fn(usize, Matrix3<T>) -> Matrix3<T>,
-        mut visit: impl FnMut(usize, &Matrix3<T>, &Vector3<T>),
-    ) -> Pose<T> {
-        // All sines and cosines first: a call on the way would throw the running frame out of the registers.
-        let turns: [(T, T); JOINTS] = core::array::from_fn(|i| q[i].sin_cos());
-        let Pose { mut rotation, position: mut origin } = *base;
-        for (i, (s, c)) in turns.into_iter().enumerate() {
-            origin += rotation * self.parameters.joints[i].origin;
-            rotation = tilted(i, self.axes[i].turn(&rotation, s, c));
-            visit(i, &rotation, &origin);
+    fn next_link(&self, i: usize, parent: &Pose<T>, (s, c): (T, T)) -> Pose<T> {
+        Pose {
+            rotation: self.axes[i].turn(&parent.rotation, s, c),
+            position: parent.transform_point(&self.parameters.joints[i].origin),
         }
-        Pose { rotation, position: origin } * self.a6_from_t
     }
+}
+
+/// Of all joint angles at once: a call amid the chain would throw the running frame out of the registers.
+#[inline(always)]
+fn sines_and_cosines<T: Real>(q: &JointVector<T>) -> [(T, T); JOINTS] {
+    let mut turns = [(T::zero(), T::one()); JOINTS];
+    for (turn, angle) in turns.iter_mut().zip(q.iter()) {
+        *turn = angle.sin_cos();
+    }
+    turns
 }
 
 /// Rotation about a unit axis by Rodrigues' formula, from the angle's sine and cosine.

@@ -14,6 +14,7 @@ mod inertia;
 pub mod inverse_kinematics;
 pub mod jacobian;
 pub mod kinematics;
+mod lanes;
 pub mod pid;
 pub mod rnea;
 pub mod robot;

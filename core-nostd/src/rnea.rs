@@ -4,12 +4,13 @@
 //! here. Everything is formed in axes of B about each link frame's origin, so the backward pass needs no rotations.
 //! Source: Luh, Walker, Paul 1980; Featherstone, Rigid Body Dynamics Algorithms, 2008, ch. 5.
 
-use crate::inertia::Body;
+use crate::inertia::{Bodies, Matrices};
 use crate::kinematics::Frames;
+use crate::lanes::{Lanes, Lanes3};
 use crate::robot::Robot;
 use crate::scalar::{JOINTS, JointVector, Real};
 use crate::spatial::Wrench;
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 
 impl<T: Real> Robot<T> {
     /// Inverse dynamics: τ = M(q) a + h(q, v) + g(q) − Jᵀ w, N·m.
@@ -24,8 +25,8 @@ impl<T: Real> Robot<T> {
         acceleration: &JointVector<T>,
         wrench: &Wrench<T>,
     ) -> JointVector<T> {
-        let loads = self.joint_loads(frames, rate, acceleration, wrench);
-        JointVector::from_fn(|i, _| frames.axis[i].dot(&loads[i].moment))
+        let (moment, _) = self.loads_of(&self.bodies_in_b(frames), frames, rate, acceleration, wrench);
+        JointVector::from(Lanes3::from_vectors(&frames.axis).dot(&moment).0)
     }
 
     /// Velocity and gravity torques h(q, v) + g(q), N·m: inverse dynamics without acceleration and wrench.
@@ -44,54 +45,63 @@ impl<T: Real> Robot<T> {
         acceleration: &JointVector<T>,
         wrench: &Wrench<T>,
     ) -> [Wrench<T>; JOINTS] {
-        self.loads_of(&self.bodies(frames), frames, rate, acceleration, wrench)
+        let (moment, force) = self.loads_of(&self.bodies_in_b(frames), frames, rate, acceleration, wrench);
+        let mut loads = [Wrench::zero(); JOINTS];
+        for (i, load) in loads.iter_mut().enumerate() {
+            *load = Wrench { moment: moment.vector(i), force: force.vector(i) };
+        }
+        loads
     }
 
     /// The links in axes of B, each about its frame's origin.
-    #[inline(always)]
-    pub(crate) fn bodies(&self, frames: &Frames<T>) -> [Body<T>; JOINTS] {
-        core::array::from_fn(|i| self.links[i].turned(&frames.rotation[i]))
+    #[inline(never)]
+    pub(crate) fn bodies_in_b(&self, frames: &Frames<T>) -> Bodies<T> {
+        self.bodies.turned(&Matrices::new(&frames.rotation))
     }
 
-    /// [`joint_loads`](Self::joint_loads) with the links already in axes of B.
-    #[inline(always)]
+    /// Moment and force of [`joint_loads`](Self::joint_loads), for all joints at once.
+    #[inline(never)]
     pub(crate) fn loads_of(
         &self,
-        bodies: &[Body<T>; JOINTS],
+        bodies: &Bodies<T>,
         frames: &Frames<T>,
         rate: &JointVector<T>,
         acceleration: &JointVector<T>,
         wrench: &Wrench<T>,
-    ) -> [Wrench<T>; JOINTS] {
-        let mut loads = [Wrench::zero(); JOINTS];
-        let mut omega = Vector3::zeros();
-        let mut omega_dot = Vector3::zeros();
-        // Acceleration of a point at r from the frame's origin: linear + field · r. The base accelerates upwards,
-        // which is what gravity feels like to the links.
-        let mut linear = -self.parameters.gravity;
-        let mut field = Matrix3::zeros();
-        for i in 0..JOINTS {
-            if i > 0 {
-                linear += field * (frames.origin[i] - frames.origin[i - 1]);
-            }
-            let spin = frames.axis[i] * rate[i];
-            omega_dot += frames.axis[i] * acceleration[i] + omega.cross(&spin);
-            omega += spin;
-            field = acceleration_field(&omega, &omega_dot);
-            let Body { mass, first, second } = &bodies[i];
-            let force = linear * *mass + field * first;
-            loads[i] = Wrench { moment: second.moment_of(&field) + first.cross(&linear), force };
-        }
-        let mut carried = -*wrench;
-        let mut at = frames.tcp.position;
-        for i in (0..JOINTS).rev() {
-            let lever = at - frames.origin[i];
-            loads[i].moment += carried.moment + lever.cross(&carried.force);
-            loads[i].force += carried.force;
-            carried = loads[i];
-            at = frames.origin[i];
-        }
-        loads
+    ) -> (Lanes3<T>, Lanes3<T>) {
+        let origin = Lanes3::from_vectors(&frames.origin);
+        // From each link's origin to the next one's, the last to the TCP.
+        let step = origin.moved_inward(&frames.tcp.position) - origin;
+        let motion = self.motion(frames, &step, rate, acceleration);
+        let (moment, force) = motion.loads_of(bodies);
+
+        // Inward: Fᵢ = Fᵢ₊₁ + fᵢ, Nᵢ = Nᵢ₊₁ + nᵢ + (oᵢ₊₁ − oᵢ) × Fᵢ₊₁, from the wrench at the TCP.
+        let tool = -*wrench;
+        let force = (force + Lanes3::last(&tool.force)).sum_from_tool();
+        let lever = step.cross(&force.moved_inward(&tool.force));
+        let moment = (moment + lever + Lanes3::last(&tool.moment)).sum_from_tool();
+        (moment, force)
+    }
+
+    /// How the links accelerate; `step`: from each link's origin to the next one's.
+    #[inline(never)]
+    fn motion(
+        &self,
+        frames: &Frames<T>,
+        step: &Lanes3<T>,
+        rate: &JointVector<T>,
+        acceleration: &JointVector<T>,
+    ) -> Motion<T> {
+        let axis = Lanes3::from_vectors(&frames.axis);
+        // Outward: ωᵢ = ωᵢ₋₁ + zᵢ vᵢ, ω̇ᵢ = ω̇ᵢ₋₁ + zᵢ aᵢ + ωᵢ₋₁ × zᵢ vᵢ.
+        let spin = axis * Lanes(rate.data.0[0]);
+        let omega = spin.sum_from_base();
+        let before = omega.moved_outward(&Vector3::zeros());
+        let omega_dot = (axis * Lanes(acceleration.data.0[0]) + before.cross(&spin)).sum_from_base();
+        let field = acceleration_field(&omega, &omega_dot);
+        // The base accelerates upwards, which is what gravity feels like to the links.
+        let linear = field.times(step).moved_outward(&-self.parameters.gravity).sum_from_base();
+        Motion { field, linear }
     }
 
     /// Gravity torque g(q) of the links and the tool, N·m.
@@ -120,11 +130,30 @@ impl<T: Real> Robot<T> {
     }
 }
 
+/// Acceleration of every link: of its point at r from the frame's origin, `linear` + `field`·r.
+struct Motion<T: Real> {
+    linear: Lanes3<T>,
+    field: Matrices<T>,
+}
+
+impl<T: Real> Motion<T> {
+    /// Moment and force that each link alone asks for, by Newton and Euler, about its frame's origin.
+    #[inline(never)]
+    fn loads_of(&self, bodies: &Bodies<T>) -> (Lanes3<T>, Lanes3<T>) {
+        let force = self.linear * bodies.mass + self.field.times(&bodies.first);
+        let moment = bodies.second.moment_of(&self.field) + bodies.first.cross(&self.linear);
+        (moment, force)
+    }
+}
+
 /// [ω̇]× + [ω]×²: times r, the acceleration of a body's point at r against its reference point.
 #[inline(always)]
-fn acceleration_field<T: Real>(omega: &Vector3<T>, omega_dot: &Vector3<T>) -> Matrix3<T> {
-    let (w, d) = (omega, omega_dot);
+fn acceleration_field<T: Real>(w: &Lanes3<T>, d: &Lanes3<T>) -> Matrices<T> {
     let (xx, yy, zz) = (w.x * w.x, w.y * w.y, w.z * w.z);
     let (xy, xz, yz) = (w.x * w.y, w.x * w.z, w.y * w.z);
-    Matrix3::new(-yy - zz, xy - d.z, xz + d.y, xy + d.z, -xx - zz, yz - d.x, xz - d.y, yz + d.x, -xx - yy)
+    Matrices {
+        x: Lanes3 { x: -(yy + zz), y: xy + d.z, z: xz - d.y },
+        y: Lanes3 { x: xy - d.z, y: -(xx + zz), z: yz + d.x },
+        z: Lanes3 { x: xz + d.y, y: yz - d.x, z: -(xx + yy) },
+    }
 }

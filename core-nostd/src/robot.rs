@@ -4,7 +4,7 @@
 //! What is left out: state, time, and everything the process or the sensors add.
 
 use crate::error::ModelError;
-use crate::inertia::Body;
+use crate::inertia::{Bodies, Body};
 use crate::kinematics::Axis;
 use crate::scalar::{JOINTS, JointVector, Real, lit};
 use nalgebra::{Matrix3, Vector3};
@@ -99,6 +99,8 @@ pub struct Robot<T: Real> {
     pub(crate) axes: [Axis<T>; JOINTS],
     /// Links about their frames' origins in link axes, with the tool merged into the last one.
     pub(crate) links: [Body<T>; JOINTS],
+    /// The same, all links at once.
+    pub(crate) bodies: Bodies<T>,
     /// Rotation of T in the A6 frame, and the TCP in it.
     pub(crate) a6_from_t: crate::spatial::Pose<T>,
     pub(crate) stiffness: JointVector<T>,
@@ -168,7 +170,7 @@ impl<T: Real> Robot<T> {
         let tool = Body::new(t.mass, &(t.flange_offset + t.com_from_flange), &t.inertia);
         links[JOINTS - 1] = links[JOINTS - 1].merged(&tool);
         let last = &parameters.joints[JOINTS - 1].axis;
-        if last.dot(&links[JOINTS - 1].second.inertia_times(last)) <= T::zero() {
+        if links[JOINTS - 1].about(last) <= T::zero() {
             return Err(ModelError::Massless);
         }
         // Exactly orthonormal from here on, whatever the file's last digit was.
@@ -184,6 +186,7 @@ impl<T: Real> Robot<T> {
             rotor_inertia: JointVector::from_fn(|i, _| parameters.joints[i].rotor_inertia),
             axes: parameters.joints.each_ref().map(|j| Axis::new(&j.axis)),
             parameters,
+            bodies: Bodies::new(&links),
             links,
             a6_from_t,
         })

@@ -3,7 +3,6 @@
 //! (1.1) τ = K Δθ, (1.2) τ = Jᵀ w, (1.3) Δx ≈ J Δθ, (1.4) K_c = J⁻ᵀ K J⁻¹. The first-order forms serve margins and
 //! stiffness maps; [`Robot::deflected`] solves for the loaded pose itself, since at 5 mm first order is not enough.
 
-use crate::crba::factor;
 use crate::error::KinematicsError;
 use crate::jacobian::Jacobian;
 use crate::kinematics::Frames;
@@ -100,7 +99,7 @@ impl<T: Real> Robot<T> {
     /// Locked-motor eigenfrequencies ω² of M⁻¹K at θ, rad²/s², ascending: the arm swinging on its springs.
     pub fn locked_motor_modes(&self, frames: &Frames<T>) -> Option<JointVector<T>> {
         // L⁻¹ K L⁻ᵀ is symmetric and has the eigenvalues of M⁻¹K.
-        let l = factor(self.crba(frames))?.l();
+        let l = self.crba(frames).cholesky()?.l();
         let left = l.solve_lower_triangular(&Matrix6::from_diagonal(&self.stiffness))?;
         let both = l.solve_lower_triangular(&left.transpose())?;
         let mut squared = both.symmetric_eigenvalues();

@@ -10,7 +10,7 @@ use trueweld_core::{
 pub const STATES: usize = 1024;
 
 /// Pitch of the tool in the last link, rad.
-const TOOL_PITCH: f64 = 0.7853981633974483;
+const TOOL_PITCH: f64 = core::f64::consts::FRAC_PI_4;
 
 fn vector<T: Real>(v: [f64; 3]) -> Vector3<T> {
     Vector3::from(v.map(lit))
