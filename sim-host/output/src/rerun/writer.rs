@@ -156,8 +156,7 @@ impl<W: Write> Writer<W> {
     fn chunk(&mut self, store: Store, chunk: &Chunk) -> Result<(), RecordError> {
         let id = self.stores[store as usize].id.clone();
         let batch = chunk.to_chunk_batch().map_err(refused)?;
-        let message =
-            ArrowMsg { chunk_id: chunk.id().as_tuid(), batch: batch.clone().into(), on_release: None };
+        let message = ArrowMsg { chunk_id: chunk.id().as_tuid(), batch: batch.clone().into(), on_release: None };
         let (span, uncompressed) = self.append(&LogMsg::ArrowMsg(id, message))?;
         let state = &mut self.stores[store as usize];
         state.chunks += 1;
