@@ -149,9 +149,9 @@ pub(crate) fn weld_lines(runs: &[WeldRun]) -> Vec<Line> {
             0 => ("never".to_owned(), false),
             n => (format!("{:.2} s", n as f64 * r.recording.period), true),
         }),
-        text("simulated", &|r| {
+        text("simulated, × real time", &|r| {
             let (simulated, wall) = (r.recording.simulated, r.recording.wall);
-            (format!("{simulated:.0} s in {wall:.1} s, {:.0} × real", simulated / wall.max(1e-9)), false)
+            (format!("{simulated:.0} s in {wall:.1} s, {:.0} ×", simulated / wall.max(1e-9)), false)
         }),
     ]
 }

@@ -87,7 +87,7 @@ fn about(shown: &[Shown], exaggeration: f64) -> String {
     let mut text = format!("**{}**\n\n", headline(&runs));
     for (k, run) in shown.iter().enumerate() {
         let color = crate::color::run_in_words(k);
-        text += &format!("- {color}: {}; solid where the arm is, wires where its encoders say it is\n", run.name);
+        text += &format!("- {color}: {}; solid where the arm is, transparent where its encoders say it is\n", run.name);
     }
     text += &format!(
         "- in space, deviations from the nominal pose are drawn {exaggeration:.0} × too large; plots are to scale\n\
