@@ -6,6 +6,9 @@ pub(crate) type Rgb = [u8; 3];
 /// The desired value, limits, and what belongs to no run.
 pub(crate) const REFERENCE: Rgb = [110, 110, 110];
 
+/// What must not be exceeded.
+pub(crate) const LIMIT: Rgb = [0, 140, 100];
+
 const RUNS: [Rgb; 5] = [[213, 94, 0], [0, 114, 178], [0, 158, 115], [204, 121, 167], [120, 90, 40]];
 
 /// Axes A1 to A6.
@@ -15,6 +18,12 @@ pub(crate) const JOINTS: [Rgb; 6] =
 /// Of the run at this place.
 pub(crate) fn run(index: usize) -> Rgb {
     RUNS[index % RUNS.len()]
+}
+
+/// Its name, for words beside a picture.
+#[cfg(feature = "rerun")]
+pub(crate) fn run_in_words(index: usize) -> &'static str {
+    ["orange", "blue", "green", "pink", "brown"][index % RUNS.len()]
 }
 
 /// As CSS writes it.

@@ -140,18 +140,18 @@ pub(crate) fn weld_lines(runs: &[WeldRun]) -> Vec<Line> {
         text("push, envelope", &|r| {
             (format!("{:.0} N, error RMS {:.0} N", r.figures.force.envelope, r.figures.force.error_rms), false)
         }),
-        text("lateral by A1 … A6, %", &|r| {
+        text("lateral by A1…A6, %", &|r| {
             let shares: Vec<String> =
                 r.figures.joint_share.iter().map(|s| format!("{:.0}", unsigned_zero(100.0 * s, 0))).collect();
-            (shares.join("  "), false)
+            (shares.join(" / "), false)
         }),
         text("at a limit or faulted", &|r| match r.figures.limited_rows {
             0 => ("never".to_owned(), false),
             n => (format!("{:.2} s", n as f64 * r.recording.period), true),
         }),
-        text("simulated", &|r| {
+        text("simulated, × real time", &|r| {
             let (simulated, wall) = (r.recording.simulated, r.recording.wall);
-            (format!("{simulated:.1} s in {wall:.1} s: {:.0} × real time", simulated / wall.max(1e-9)), false)
+            (format!("{simulated:.0} s in {wall:.1} s, {:.0} ×", simulated / wall.max(1e-9)), false)
         }),
     ]
 }
@@ -186,8 +186,8 @@ pub(crate) fn step_lines(controllers: &[StepFigures]) -> Vec<StepLine> {
             lines.push(StepLine {
                 cells: [
                     format!("  published, scheme {}", theirs.scheme),
-                    time(Some(theirs.settle)),
                     String::new(),
+                    time(Some(theirs.settle)),
                     format!("{:.1} %", 100.0 * theirs.overshoot),
                     theirs.static_error.to_owned(),
                     theirs.ripple.to_owned(),

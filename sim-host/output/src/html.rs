@@ -97,6 +97,7 @@ pub fn step_page(runs: &[StepRun], at: f64, height: f64) -> String {
         band: Some([-near, near]),
         y_range: Some([-3.0 * near, 3.0 * near]),
         wide: true,
+        ..Plot::default()
     };
     let body = html! {
         h1 { (step_headline(&figures)) }
@@ -124,16 +125,12 @@ pub fn step_page(runs: &[StepRun], at: f64, height: f64) -> String {
 fn step_headline(figures: &[StepFigures]) -> String {
     let parts: Vec<String> = figures
         .iter()
-        .map(|f| match f.first_within_5pct {
-            Some(t) => format!("{} comes within 5 % in {:.0} ms", f.controller, t * MILLI),
-            None => format!("{} does not come within 5 %", f.controller),
+        .map(|f| match f.settle_5pct {
+            Some(t) => format!("{:.0} ms ({})", t * MILLI, f.controller),
+            None => format!("never ({})", f.controller),
         })
         .collect();
-    let mut sentence = parts.join(", ");
-    if let Some(first) = sentence.get_mut(..1) {
-        first.make_ascii_uppercase();
-    }
-    sentence + "."
+    format!("The push is within 5 % for good after {}.", parts.join(", "))
 }
 
 fn weld_plots(runs: &[WeldRun], names: &[String]) -> Markup {
@@ -211,7 +208,7 @@ fn weld_plots(runs: &[WeldRun], names: &[String]) -> Markup {
             (figure("Longitudinal deviation", &plot("longitudinal, mm", of_all(&|r| Some(r.deviation_w.linear.x * MILLI)))))
             (figure("Depth from the surface of the plate", &plot("depth, mm", of_all(&|r| Some(r.deviation_w.linear.z * MILLI)))))
             (figure("Tilt of the tool axis", &plot("tilt, °", of_all(&|r| Some(r.tilt.to_degrees())))))
-            (figure("Push on the plate, with its ripple", &plot("push, kN", push)))
+            (figure("Push on the plate, with its ripple", &Plot { rippled: true, ..plot("push, kN", push) }))
             @if let Some(name) = names.get(worst) {
                 (figure(&format!("Twist of the drives, {name}"), &plot("twist, mrad", of_joints(worst, &Row::twist))))
                 (figure(
@@ -219,7 +216,7 @@ fn weld_plots(runs: &[WeldRun], names: &[String]) -> Markup {
                     &plot("lateral, mm", of_joints(worst, &|r| r.lateral_by_joint)),
                 ))
             }
-            (figure("Controller: error of the push", &plot("force error, N", of_all(&|r| Some(r.force_error)))))
+            (figure("Controller: error of the push", &Plot { rippled: true, ..plot("force error, N", of_all(&|r| Some(r.force_error))) }))
             (figure("Controller: depth added by the force loop", &plot("depth, mm", of_all(&|r| Some(r.depth_correction * MILLI)))))
             @if !compensated.is_empty() {
                 (figure("Correction in force, position", &plot("correction, mm", correction)))

@@ -1,7 +1,7 @@
 //! Line plots as small SVG pictures: every pixel column keeps its smallest and largest value, so that a ripple of the
 //! spindle stays visible as a band however many rows there are.
 
-use crate::color::{REFERENCE, Rgb};
+use crate::color::{LIMIT, REFERENCE, Rgb};
 use plotters::prelude::*;
 
 /// One line of a plot.
@@ -23,6 +23,8 @@ pub(crate) struct Plot {
     pub band: Option<[f64; 2]>,
     /// Limits of y where the lines' own are not wanted.
     pub y_range: Option<[f64; 2]>,
+    /// Ripples of several lines cover the same band: drawn pale, with their running means on top.
+    pub rippled: bool,
     /// Full width of the page, or half of it.
     pub wide: bool,
 }
@@ -40,7 +42,8 @@ impl Plot {
 
     fn draw(&self, svg: &mut String) -> Result<(), Box<dyn std::error::Error + '_>> {
         let size = if self.wide { (1080 * SCALE, 300 * SCALE) } else { (530 * SCALE, 230 * SCALE) };
-        let font = 12 * SCALE;
+        // The SVG backend writes sizes smaller than asked for by 1.24.
+        let font = 15 * SCALE;
         let margin = 62 * SCALE;
         let root = SVGBackend::with_string(svg, size).into_drawing_area();
         let [x, y] = self.ranges();
@@ -51,10 +54,14 @@ impl Plot {
             .y_label_area_size(margin)
             .build_cartesian_2d(x[0]..x[1], y[0]..y[1])?;
         if let Some([low, high]) = self.band {
-            let fill = GREEN_BAND.filled();
+            let [r, g, b] = LIMIT;
+            let fill = RGBColor(r, g, b).mix(0.12).filled();
             chart.draw_series([Rectangle::new([(x[0], low), (x[1], high)], fill)])?;
             for limit in [low, high] {
-                chart.draw_series(LineSeries::new([(x[0], limit), (x[1], limit)], GREEN_LIMIT.stroke_width(SCALE)))?;
+                chart.draw_series(LineSeries::new(
+                    [(x[0], limit), (x[1], limit)],
+                    RGBColor(r, g, b).stroke_width(SCALE),
+                ))?;
             }
         }
         let decimals = decimals(y[1] - y[0]);
@@ -64,11 +71,12 @@ impl Plot {
             .bold_line_style(RGBColor(225, 225, 225))
             .axis_style(RGBColor(120, 120, 120))
             .label_style(("sans-serif", font).into_font().color(&RGBColor(60, 60, 60)))
+            .axis_desc_style(("sans-serif", font).into_font().color(&RGBColor(60, 60, 60)))
             .x_desc(&self.x_label)
             .y_desc(&self.y_label)
             .x_labels(if self.wide { 12 } else { 6 })
             .y_labels(if self.wide { 8 } else { 6 })
-            .y_label_formatter(&|v| format!("{v:.decimals$}"))
+            .y_label_formatter(&|v| format!("{:.decimals$}", if v.abs() < 1e-9 { 0.0 } else { *v }))
             .x_label_formatter(&|v| format!("{}", (v * 1e3).round() / 1e3))
             .draw()?;
         // Zero, where the axis crosses it.
@@ -81,13 +89,21 @@ impl Plot {
         let columns = (size.0 - margin - 22 * SCALE) as usize / SCALE as usize;
         for line in &self.lines {
             let [r, g, b] = line.color;
-            let style = RGBColor(r, g, b).stroke_width(3 * SCALE / 2);
-            let inside = line.points.iter().copied().filter(|p| p.0 >= x[0] && p.0 <= x[1]);
-            let points = envelope(inside, x, columns);
-            if line.dashed {
-                chart.draw_series(DashedLineSeries::new(points, 6 * SCALE, 4 * SCALE, style))?;
-            } else {
-                chart.draw_series(LineSeries::new(points, style))?;
+            let rippled = self.rippled && !line.dashed;
+            let opacity = if rippled { 0.35 } else { 1.0 };
+            let style = RGBColor(r, g, b).mix(opacity).stroke_width(3 * SCALE / 2);
+            let inside = || line.points.iter().copied().filter(|p| p.0 >= x[0] && p.0 <= x[1]);
+            for points in clipped(&envelope(inside(), x, columns), y) {
+                if line.dashed {
+                    chart.draw_series(DashedLineSeries::new(points, 6 * SCALE, 4 * SCALE, style))?;
+                } else {
+                    chart.draw_series(LineSeries::new(points, style))?;
+                }
+            }
+            if rippled {
+                let inside: Vec<(f64, f64)> = inside().collect();
+                let means = running_means(&inside, columns / 4);
+                chart.draw_series(LineSeries::new(means, RGBColor(r, g, b).stroke_width(2 * SCALE)))?;
             }
         }
         root.present()?;
@@ -105,9 +121,6 @@ impl Plot {
         [x, y]
     }
 }
-
-const GREEN_BAND: RGBAColor = RGBAColor(0, 158, 115, 0.10);
-const GREEN_LIMIT: RGBAColor = RGBAColor(0, 128, 90, 0.8);
 
 /// A dashed line of the reference colour.
 pub(crate) fn reference(name: &str, points: Vec<(f64, f64)>) -> Line {
@@ -166,9 +179,62 @@ fn envelope(points: impl Iterator<Item = (f64, f64)>, x: [f64; 2], columns: usiz
     out
 }
 
+/// Means of `count` consecutive stretches of a line.
+fn running_means(points: &[(f64, f64)], count: usize) -> Vec<(f64, f64)> {
+    let stretch = points.len().div_ceil(count.max(1)).max(1);
+    let mean = |p: &[(f64, f64)]| {
+        let n = p.len() as f64;
+        (p.iter().map(|p| p.0).sum::<f64>() / n, p.iter().map(|p| p.1).sum::<f64>() / n)
+    };
+    points.chunks(stretch).map(mean).collect()
+}
+
+/// The pieces of a line that lie within limits of y, cut where it crosses them.
+fn clipped(points: &[(f64, f64)], [low, high]: [f64; 2]) -> Vec<Vec<(f64, f64)>> {
+    let mut pieces: Vec<Vec<(f64, f64)>> = Vec::new();
+    let mut open = false;
+    for pair in points.windows(2) {
+        let ((x0, y0), (x1, y1)) = (pair[0], pair[1]);
+        // Part of the segment, from 0 to 1, that lies within both limits.
+        let (mut from, mut to) = (0.0_f64, 1.0_f64);
+        for (start, end) in [(y0 - low, y1 - low), (high - y0, high - y1)] {
+            if start < 0.0 && end < 0.0 {
+                to = -1.0;
+            } else if start < 0.0 {
+                from = from.max(start / (start - end));
+            } else if end < 0.0 {
+                to = to.min(start / (start - end));
+            }
+        }
+        if from > to {
+            open = false;
+            continue;
+        }
+        let at = |t: f64| (x0 + (x1 - x0) * t, y0 + (y1 - y0) * t);
+        if !open || from > 0.0 {
+            pieces.push(vec![at(from)]);
+        }
+        if let Some(piece) = pieces.last_mut() {
+            piece.push(at(to));
+        }
+        open = to == 1.0;
+    }
+    pieces
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_line_is_cut_where_it_leaves_the_picture() {
+        let line = [(0.0, -2.0), (1.0, 0.0), (2.0, 4.0), (3.0, 0.0), (4.0, 0.5), (5.0, -9.0), (6.0, -9.0)];
+        let pieces = clipped(&line, [-1.0, 1.0]);
+        assert_eq!(pieces.len(), 2);
+        assert_eq!(pieces[0], [(0.5, -1.0), (1.0, 0.0), (1.25, 1.0)]);
+        assert_eq!(pieces[1][0], (2.75, 1.0));
+        assert!(pieces.iter().flatten().all(|p| p.1.abs() <= 1.0));
+    }
 
     #[test]
     fn the_envelope_keeps_every_extreme_in_few_points() {

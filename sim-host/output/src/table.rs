@@ -100,7 +100,7 @@ mod tests {
             assert!(line("lateral by A1").contains(&format!("{:.0}", 100.0 * figures.joint_share[0])), "{table}");
         }
         assert!(line("tilt").contains(&format!("{:.3}", welds.figures[0].tilt.rms.to_degrees())));
-        assert!(line("simulated").contains("× real time"));
+        assert!(line("simulated, × real time").contains("207 s in 2.5 s, 83 ×"));
         assert!(table.starts_with("Without compensation the tool leaves the seam by "));
         assert!(table.lines().all(|l| l.chars().count() <= 120), "{table}");
     }

@@ -2,13 +2,17 @@
 //!
 //! Views are logged by their archetypes, since the typed layout of the Rust library has no camera, grid or axis range.
 
+use super::Shown;
+use super::signals::{GROUPS, Of};
 use super::writer::{RecordError, Store, Writer};
-use super::{Shown, signals};
+use crate::figures::MILLI;
 use nalgebra::{Rotation3, Vector3};
 use rerun::datatypes::Uuid;
+use rerun::external::re_sdk_types::blueprint::datatypes::{TextLogColumn, TextLogColumnKind};
 use rerun::external::re_sdk_types::blueprint::{archetypes as view, components as part};
 use rerun::{AsComponents, TimePoint, Timeline};
 use std::io::Write;
+use trueweld_plant::simulate::Phase;
 
 /// A container or view of the layout.
 struct Node {
@@ -79,38 +83,75 @@ pub(super) fn send<W: Write>(writer: &mut Writer<W>, shown: &[Shown], exaggerati
     let about = layout.view("TextDocument", "what is shown", &["/about".to_owned()], &[])?;
     let left = layout.container(part::ContainerKind::Vertical, &[cell, about], &[4.0, 1.0])?;
 
+    // The whole weld, on whichever timeline.
+    let all = rerun::datatypes::TimeRange {
+        start: rerun::datatypes::TimeRangeBoundary::Infinite,
+        end: rerun::datatypes::TimeRangeBoundary::Infinite,
+    };
+    let axis = view::TimeAxis::new().with_view_range(all);
     let legend = view::PlotLegend::new().with_corner(part::Corner2D::RightTop);
+    // The ripple of the working push, not the ramp to it.
+    let push = shown.iter().flat_map(|s| s.run.recording.rows.iter()).filter(|r| r.phase == Phase::Steady);
+    let [low, high] = push
+        .map(|r| -r.force_w.z / MILLI)
+        .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v), high.max(v)]);
+    let push_axis = if low < high {
+        let room = high - low;
+        view::ScalarAxis::new().with_range(rerun::datatypes::Range1D([low - room, high + room]))
+    } else {
+        view::ScalarAxis::new()
+    };
     let mut plots = Vec::new();
-    for group in signals::GROUPS {
-        let mut contents: Vec<String> = Vec::new();
-        let run_wise = if group.by_run { shown } else { shown.get(..1).unwrap_or_default() };
-        for run in run_wise {
-            contents.extend(group.entities.iter().map(|e| format!("/{}/{e}", run.root)));
-        }
+    for group in GROUPS {
+        let runs = shown.iter().enumerate().filter(|(k, s)| match group.of {
+            Of::All => true,
+            Of::First => *k == 0,
+            Of::Compensated => s.run.recording.compensator != "none",
+        });
+        let mut contents: Vec<String> =
+            runs.flat_map(|(_, s)| group.entities.iter().map(|e| format!("/{}/{e}", s.root))).collect();
         contents.extend(group.references.iter().map(|e| format!("/reference/{e}")));
-        let name = if group.by_run {
-            group.title.to_owned()
-        } else {
-            format!("{}: {}", group.title, shown.first().map_or("", |s| s.name.as_str()))
+        let name = match (group.of, shown.first()) {
+            (Of::First, Some(first)) => format!("{}: {}", group.title, first.name),
+            _ => group.title.to_owned(),
         };
-        plots.push(layout.view("TimeSeries", &name, &contents, &[("PlotLegend", &legend)])?);
+        let mut properties: Vec<(&str, &dyn AsComponents)> = vec![("PlotLegend", &legend), ("TimeAxis", &axis)];
+        if group.entities.contains(&"force/desired") {
+            properties.push(("ScalarAxis", &push_axis));
+        }
+        plots.push(layout.view("TimeSeries", &name, &contents, &properties)?);
     }
     let rest = plots.split_off(3.min(plots.len()));
     let tabs = layout.container(part::ContainerKind::Tabs, &rest, &[])?;
+    let columns = [TextLogColumnKind::LogLevel, TextLogColumnKind::Body]
+        .map(|kind| part::TextLogColumn(TextLogColumn { visible: true.into(), kind }));
+    let columns = view::TextLogColumns::new().with_text_log_columns(columns);
     let events: Vec<String> = shown.iter().map(|s| format!("/{}/events", s.root)).collect();
-    let events = layout.view("TextLog", "events", &events, &[])?;
+    let events = layout.view("TextLog", "events", &events, &[("TextLogColumns", &columns)])?;
     plots.extend([tabs, events]);
-    let right = layout.container(part::ContainerKind::Vertical, &plots, &[3.0, 3.0, 3.0, 3.0, 2.0])?;
+    let right = layout.container(part::ContainerKind::Vertical, &plots, &[6.0, 5.0, 5.0, 5.0, 4.0])?;
     let root = layout.container(part::ContainerKind::Horizontal, &[left, right], &[5.0, 4.0])?;
 
     for panel in ["blueprint_panel", "selection_panel"] {
         layout.log(panel, &view::PanelBlueprint::new().with_state(part::PanelState::Hidden))?;
     }
+    // Plays the way along the seam, again and again.
     let time = view::TimePanelBlueprint::new()
         .with_state(part::PanelState::Collapsed)
         .with_timeline("time")
         .with_playback_speed(10.0)
-        .with_play_state(part::PlayState::Following);
+        .with_play_state(part::PlayState::Playing)
+        .with_loop_mode(part::LoopMode::Selection);
+    let time = match shown.first().and_then(steady) {
+        Some([from, to]) => {
+            let nanoseconds = |s: f64| rerun::datatypes::TimeInt((s * 1e9) as i64);
+            time.with_time_selection(rerun::datatypes::AbsoluteTimeRange {
+                min: nanoseconds(from),
+                max: nanoseconds(to),
+            })
+        }
+        None => time,
+    };
     layout.log("time_panel", &time)?;
     let viewport = view::ViewportBlueprint::new()
         .with_root_container(part::RootContainer(Uuid { bytes: root.id }))
@@ -120,13 +161,20 @@ pub(super) fn send<W: Write>(writer: &mut Writer<W>, shown: &[Shown], exaggerati
     layout.writer.activate_layout()
 }
 
+/// First and last instant of the steady part, s.
+fn steady(shown: &Shown) -> Option<[f64; 2]> {
+    let mut steady = shown.run.recording.rows.iter().filter(|r| r.phase == Phase::Steady);
+    let first = steady.next()?;
+    Some([first.time, steady.next_back().unwrap_or(first).time])
+}
+
 /// The view in space, its camera beside the seam and looking back at the arm.
 fn cell<W: Write>(layout: &mut Layout<'_, W>, shown: &[Shown], exaggeration: f64) -> Result<Node, RecordError> {
     let seam = shown.first().and_then(|s| super::scene::Seam::of(&s.run.recording.rows));
     let middle = seam.map_or(Vector3::new(1.5, 0.0, 0.5), |s| s.middle());
     let outward = Vector3::new(middle.x, middle.y, 0.0).try_normalize(1e-6).unwrap_or_else(Vector3::x);
-    let eye = middle + Rotation3::from_axis_angle(&Vector3::z_axis(), -0.75) * outward * 2.4 + Vector3::z() * 1.5;
-    let target = middle - outward * 0.45 + Vector3::z() * 0.25;
+    let eye = middle + Rotation3::from_axis_angle(&Vector3::z_axis(), 0.7) * outward * 2.5 + Vector3::z() * 1.7;
+    let target = middle - outward * 0.5 + Vector3::z() * 0.35;
     let eye = view::EyeControls3D::new()
         .with_position(eye.map(|v| v as f32).data.0[0])
         .with_look_target(target.map(|v| v as f32).data.0[0])

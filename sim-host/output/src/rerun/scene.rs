@@ -3,6 +3,7 @@
 
 use super::writer::{RecordError, Store, Writer, refused};
 use super::{Shown, signals};
+use crate::color::LIMIT;
 use crate::figures::{MILLI, headline};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use rerun::{Arrows3D, Boxes3D, Capsules3D, Color, FillMode, LineStrips3D, TextDocument, TimeColumn, Transform3D};
@@ -13,7 +14,7 @@ use trueweld_plant::simulate::Row;
 /// Poses of the arm a simulated second.
 const POSES_PER_SECOND: f64 = 4.0;
 /// Points of a drawn path.
-const PATH_POINTS: usize = 1000;
+const PATH_POINTS: usize = 200;
 /// Radii of the drawn links from base to wrist, and of the tool, m.
 const RADII: [f32; JOINTS] = [0.20, 0.15, 0.13, 0.11, 0.09, 0.07];
 /// Drawn length of a force, m/N.
@@ -67,12 +68,12 @@ pub(super) fn cell<W: Write>(writer: &mut Writer<W>, shown: &[Shown], exaggerati
     let limit = first.run.recording.half_pin * exaggeration;
     let limits = LineStrips3D::new([line(limit), line(-limit)])
         .with_radii([0.003])
-        .with_colors([Color::from_rgb(0, 128, 90)])
+        .with_colors([signals::rgb(LIMIT)])
         .with_labels([format!("half the pin, ±{:.1} mm", first.run.recording.half_pin * MILLI)])
         .with_show_labels(false);
     fixed("/cell/half_pin", &limits)?;
     let end = Arrows3D::from_vectors([point(&(along * 0.25))])
-        .with_origins([point(&(seam.end + lateral * 0.0))])
+        .with_origins([point(&seam.end)])
         .with_radii([0.006])
         .with_colors([Color::from_rgb(90, 90, 90)]);
     fixed("/cell/weld_direction", &end)?;
@@ -84,11 +85,9 @@ pub(super) fn cell<W: Write>(writer: &mut Writer<W>, shown: &[Shown], exaggerati
 fn about(shown: &[Shown], exaggeration: f64) -> String {
     let runs: Vec<crate::WeldRun> = shown.iter().map(|s| s.run).collect();
     let mut text = format!("**{}**\n\n", headline(&runs));
-    for run in shown {
-        text += &format!(
-            "- `{}` {}: solid where the arm really is, wires where its encoders say it is\n",
-            run.root, run.name
-        );
+    for (k, run) in shown.iter().enumerate() {
+        let color = crate::color::run_in_words(k);
+        text += &format!("- {color}: {}; solid where the arm is, transparent where its encoders say it is\n", run.name);
     }
     text += &format!(
         "- in space, deviations from the nominal pose are drawn {exaggeration:.0} × too large; plots are to scale\n\
@@ -166,17 +165,21 @@ pub(super) fn arm<W: Write>(writer: &mut Writer<W>, shown: &Shown, exaggeration:
 fn way<W: Write>(writer: &mut Writer<W>, shown: &Shown, seam: &Seam, exaggeration: f64) -> Result<(), RecordError> {
     let recording = shown.run.recording;
     let moving: Vec<&Row> = recording.rows.iter().filter(|r| crate::path::moving(r.phase)).collect();
-    let every = moving.len().div_ceil(PATH_POINTS).max(1);
     // Kept just above the plate: the depth of the tool is a signal, not part of this picture.
     let above = seam.axes.column(2) * -0.004;
-    let at = |r: &Row| {
-        let mut off = r.deviation_w.linear * exaggeration;
-        off.z = 0.0;
-        point(&(r.nominal.position + seam.axes * off + above))
-    };
-    let picked: Vec<&Row> = moving.into_iter().step_by(every).collect();
-    let pieces: Vec<[[f32; 3]; 2]> = picked.windows(2).map(|w| [at(w[0]), at(w[1])]).collect();
-    let colors = picked.windows(2).map(|w| grade(w[1].deviation_w.linear.y.abs() / recording.half_pin));
+    // Means over many turns of the spindle, whose ripple would alias with the points.
+    let (points, lateral): (Vec<[f32; 3]>, Vec<f64>) = moving
+        .chunks(moving.len().div_ceil(PATH_POINTS).max(1))
+        .map(|rows| {
+            let share = 1.0 / rows.len() as f64;
+            let nominal: Vector3<f64> = rows.iter().map(|r| r.nominal.position * share).sum();
+            let mut off: Vector3<f64> = rows.iter().map(|r| r.deviation_w.linear * share).sum();
+            off.z = 0.0;
+            (point(&(nominal + seam.axes * off * exaggeration + above)), off.y)
+        })
+        .unzip();
+    let pieces: Vec<[[f32; 3]; 2]> = points.windows(2).map(|w| [w[0], w[1]]).collect();
+    let colors = lateral.iter().skip(1).map(|y| grade(y.abs() / recording.half_pin));
     let line = LineStrips3D::new(pieces).with_colors(colors).with_radii([0.009]);
     writer.fixed(Store::Recording, &format!("/{}/cell/path", shown.root), &line)
 }
@@ -230,7 +233,7 @@ fn shape(robot: &Robot<f64>, link: usize, [r, g, b]: crate::color::Rgb, solid: b
         shape.with_fill_mode(FillMode::Solid).with_colors([Color::from_rgb(r, g, b)])
     } else {
         shape
-            .with_fill_mode(FillMode::MajorWireframe)
+            .with_fill_mode(FillMode::TransparentFillMajorWireframe)
             .with_line_radii([0.002])
             .with_colors([Color::from_unmultiplied_rgba(r, g, b, 120)])
     })
@@ -241,6 +244,6 @@ fn point(p: &Vector3<f64>) -> [f32; 3] {
 }
 
 fn quaternion(rotation: &Matrix3<f64>) -> rerun::Quaternion {
-    let q = UnitQuaternion::from_matrix(rotation);
+    let q = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(*rotation));
     rerun::Quaternion::from_xyzw([q.i as f32, q.j as f32, q.k as f32, q.w as f32])
 }

@@ -1,8 +1,8 @@
 //! Every signal of a run as columns over time and over the position on the seam, and its events.
 
 use super::Shown;
-use super::writer::{RecordError, Store, Writer};
-use crate::color::{JOINTS as JOINT_COLORS, REFERENCE, Rgb};
+use super::writer::{RecordError, Store, Writer, refused};
+use crate::color::{JOINTS as JOINT_COLORS, LIMIT, REFERENCE, Rgb};
 use crate::figures::MILLI;
 use crate::path::moving;
 use rerun::{Scalars, SeriesLines, TextLog, TextLogLevel, TimeColumn, TimePoint, Timeline};
@@ -18,51 +18,52 @@ pub(super) struct Group {
     pub title: &'static str,
     pub entities: &'static [&'static str],
     pub references: &'static [&'static str],
-    /// Lines of every run together, or of the first run alone.
-    pub by_run: bool,
+    pub of: Of,
+}
+
+/// Whose lines a plot shows.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Of {
+    /// Every run's together.
+    All,
+    /// The first run's.
+    First,
+    /// Those of runs with a compensation law.
+    Compensated,
 }
 
 /// The plots of the layout; the first three are always seen, the others are tabs.
 pub(super) const GROUPS: &[Group] = &[
+    Group { title: "lateral deviation [mm]", entities: &["deviation/lateral"], references: &["half_pin"], of: Of::All },
+    Group { title: "push [kN]", entities: &["force/real", "force/desired"], references: &[], of: Of::All },
+    Group { title: "twist of the drives [mrad]", entities: &["twist"], references: &[], of: Of::First },
     Group {
-        title: "lateral deviation [mm], limit half the pin",
-        entities: &["deviation/lateral"],
-        references: &["half_pin/plus", "half_pin/minus"],
-        by_run: true,
-    },
-    Group {
-        title: "push [kN]: real, sensed, asked for",
-        entities: &["force/sensed", "force/real", "force/desired"],
-        references: &[],
-        by_run: true,
-    },
-    Group { title: "twist of the drives [mrad]", entities: &["twist"], references: &[], by_run: false },
-    Group {
-        title: "correction [mm, mrad]",
+        title: "correction",
         entities: &["controller/correction", "controller/correction_turn"],
         references: &[],
-        by_run: true,
+        of: Of::Compensated,
     },
-    Group { title: "lateral by joint [mm]", entities: &["lateral_by_joint"], references: &[], by_run: false },
-    Group { title: "tilt [°]", entities: &["deviation/tilt"], references: &[], by_run: true },
-    Group { title: "longitudinal [mm]", entities: &["deviation/longitudinal"], references: &[], by_run: true },
+    Group { title: "lateral by joint [mm]", entities: &["lateral_by_joint"], references: &[], of: Of::First },
+    Group { title: "tilt [°]", entities: &["deviation/tilt"], references: &[], of: Of::All },
+    Group { title: "longitudinal [mm]", entities: &["deviation/longitudinal"], references: &[], of: Of::All },
     Group {
-        title: "depth, and depth added by the force loop [mm]",
+        title: "depth [mm]",
         entities: &["deviation/depth", "controller/depth_correction"],
         references: &[],
-        by_run: true,
+        of: Of::All,
     },
+    Group { title: "sensed [kN]", entities: &["force/sensed", "force/desired"], references: &[], of: Of::All },
     Group {
-        title: "force error, push of the force branch [N]",
+        title: "force loop [N]",
         entities: &["controller/force_error", "controller/push"],
         references: &[],
-        by_run: true,
+        of: Of::All,
     },
 ];
 
 /// Writes the signals and events of one run.
 pub(super) fn all<W: Write>(writer: &mut Writer<W>, shown: &Shown) -> Result<(), RecordError> {
-    let (name, color) = (shown.name.as_str(), shown.color);
+    let (name, color) = (shown.root.as_str(), shown.color);
     let pale = |part: u16| color.map(|c| (u16::from(c) + (255 - u16::from(c)) * part / 10) as u8);
     let label = |what: &str| [format!("{name}: {what}")];
     let mut signals = Signals { writer, shown };
@@ -78,12 +79,12 @@ pub(super) fn all<W: Write>(writer: &mut Writer<W>, shown: &Shown) -> Result<(),
     signals.send("force/real", &label("real [kN]"), &[color], |r| Some([-r.force_w.z / MILLI]))?;
     signals.send("force/desired", &label("asked for [kN]"), &[REFERENCE], |r| r.force_desired.map(|f| [f / MILLI]))?;
 
-    let joints = |what: &str| std::array::from_fn::<String, 6, _>(|i| format!("{name}: A{} {what}", i + 1));
+    let joints = |what: &str| std::array::from_fn::<String, 6, _>(|i| format!("A{} {what}", i + 1));
     signals.send("twist", &joints("[mrad]"), &JOINT_COLORS, |r| Some((r.twist() * MILLI).into()))?;
     signals.send("lateral_by_joint", &joints("[mm]"), &JOINT_COLORS, |r| Some((r.lateral_by_joint * MILLI).into()))?;
 
     signals.send("controller/force_error", &label("force error [N]"), &[color], |r| Some([r.force_error]))?;
-    signals.send("controller/push", &label("push of the force branch [N]"), &[pale(4)], |r| Some([r.push]))?;
+    signals.send("controller/push", &label("force branch [N]"), &[pale(4)], |r| Some([r.push]))?;
     signals.send("controller/depth_correction", &label("depth added [mm]"), &[pale(4)], |r| {
         Some([r.depth_correction * MILLI])
     })?;
@@ -91,7 +92,7 @@ pub(super) fn all<W: Write>(writer: &mut Writer<W>, shown: &Shown) -> Result<(),
     signals.send("controller/correction", &parts, &[pale(4), color], |r| {
         Some([r.correction_w.linear.x * MILLI, r.correction_w.linear.y * MILLI])
     })?;
-    signals.send("controller/correction_turn", &label("turn of the tool [mrad]"), &[pale(6)], |r| {
+    signals.send("controller/correction_turn", &label("turn [mrad]"), &[pale(6)], |r| {
         Some([r.correction_w.angular.norm() * MILLI])
     })?;
     events(writer, shown)
@@ -103,20 +104,16 @@ pub(super) fn references<W: Write>(writer: &mut Writer<W>, shown: &Shown) -> Res
     let (Some(first), Some(last)) = (rows.first(), rows.last()) else { return Ok(()) };
     let half_pin = shown.run.recording.half_pin * MILLI;
     let far = shown.travelled.last().copied().unwrap_or(0.0);
-    for (entity, name, limit) in
-        [("plus", "half the pin [mm]", half_pin), ("minus", "half the pin, other side [mm]", -half_pin)]
-    {
-        let entity = format!("/reference/half_pin/{entity}");
-        let style = SeriesLines::new().with_names([name]).with_colors([rgb(REFERENCE)]).with_widths([1.5]);
-        writer.fixed(Store::Recording, &entity, &style)?;
-        let times = [
-            TimeColumn::new_duration_secs("time", [first.time, last.time]),
-            TimeColumn::new_sequence("path_um", [0, micrometres(far)]),
-        ];
-        let columns = Scalars::new([limit; 2]).columns_of_unit_batches().map_err(super::writer::refused)?;
-        writer.columns(&entity, 2, times, columns)?;
-    }
-    Ok(())
+    let entity = "/reference/half_pin";
+    let style =
+        SeriesLines::new().with_names(["half the pin [mm]"; 2]).with_colors([rgb(LIMIT); 2]).with_widths([1.5; 2]);
+    writer.fixed(Store::Recording, entity, &style)?;
+    let times = [
+        TimeColumn::new_duration_secs("time", [first.time, last.time]),
+        TimeColumn::new_sequence("path_um", [0, micrometres(far)]),
+    ];
+    let columns = Scalars::new([half_pin, -half_pin, half_pin, -half_pin]).columns([2, 2]).map_err(refused)?;
+    writer.columns(entity, 2, times, columns)
 }
 
 struct Signals<'a, 'b, W: Write> {
@@ -153,7 +150,7 @@ impl<W: Write> Signals<'_, '_, W> {
             }
             let columns = Scalars::new(found.iter().flat_map(|(_, v)| *v))
                 .columns(std::iter::repeat_n(N, found.len()))
-                .map_err(super::writer::refused)?;
+                .map_err(refused)?;
             self.writer.columns(&entity, found.len(), times, columns)?;
         }
         Ok(())

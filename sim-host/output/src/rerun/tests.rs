@@ -63,7 +63,7 @@ fn a_recording_holds_every_signal_of_every_run() {
             assert!(rows[&format!("/{root}/cell/encoders/a{link}")] > 600);
         }
     }
-    for entity in ["/about", "/cell/plate", "/cell/seam", "/cell/half_pin", "/reference/half_pin/plus"] {
+    for entity in ["/about", "/cell/plate", "/cell/seam", "/cell/half_pin", "/reference/half_pin"] {
         assert!(rows.contains_key(entity), "{entity}");
     }
     assert!(chunks.iter().all(|c| c.num_rows() <= 10_000));

@@ -1,14 +1,20 @@
 //! The file itself: chunks of columns, encoded one after the other, with identifiers that are counted and not drawn from
 //! the clock, so that the same run gives the same bytes.
 //!
-//! Rerun's own recording stream numbers rows by time of day and writes from a second thread; this goes one level below
-//! it, to the chunk and its encoder.
+//! Rerun's own recording stream numbers rows by the time of day, writes from a second thread, and leaves its footer in an
+//! order that changes; this goes one level below it, to chunks, messages and frames.
 
 use super::APPLICATION;
-use re_log_encoding::{Encoder, EncodingOptions};
-use re_log_types::{BlueprintActivationCommand, SetStoreInfo, StoreId, StoreInfo, StoreKind, StoreSource};
+use re_span::Span;
+use rerun::external::arrow::datatypes::Schema;
+use rerun::external::re_log_encoding::{
+    Compression, Encodable, EncodingOptions, MessageHeader, MessageKind, RRD_FOURCC, RrdFooter, RrdManifestBuilder,
+    StreamFooter, StreamHeader, ToTransport,
+};
 use rerun::external::re_log_types::external::re_tuid::Tuid;
-use rerun::external::{re_log_encoding, re_log_types};
+use rerun::external::re_log_types::{
+    ArrowMsg, BlueprintActivationCommand, SetStoreInfo, StoreId, StoreInfo, StoreKind, StoreSource,
+};
 use rerun::log::{Chunk, ChunkComponents, ChunkId, LogMsg, RowId, TimeColumn};
 use rerun::{AsComponents, SerializedComponentColumn, TimePoint};
 use std::io::Write;
@@ -27,13 +33,6 @@ pub(super) fn refused(error: impl std::fmt::Display) -> RecordError {
     RecordError::Library(error.to_string())
 }
 
-fn encoding(error: re_log_encoding::EncodeError) -> RecordError {
-    match error {
-        re_log_encoding::EncodeError::Write(source) => RecordError::File(source),
-        other => refused(other),
-    }
-}
-
 /// Into which of the file's two stores a chunk goes.
 #[derive(Clone, Copy)]
 pub(super) enum Store {
@@ -43,37 +42,50 @@ pub(super) enum Store {
 
 /// A recording being written.
 pub(super) struct Writer<W: Write> {
-    encoder: Encoder<W>,
-    recording: StoreId,
-    layout: StoreId,
+    file: W,
+    /// Bytes written.
+    written: u64,
+    /// One message's bytes.
+    message: Vec<u8>,
+    stores: [StoreState; 2],
+    /// The next identifier.
     next: u64,
+}
+
+/// One store of the file, and the catalogue of its chunks for the footer.
+struct StoreState {
+    id: StoreId,
+    catalogue: RrdManifestBuilder,
+    chunks: usize,
 }
 
 impl<W: Write> Writer<W> {
     /// Begins a recording of this identifier.
-    pub fn new(file: W, recording_id: &str) -> Result<Self, RecordError> {
-        let version = rerun::build_info().version;
-        let mut encoder = Encoder::new_eager(version, EncodingOptions::PROTOBUF_COMPRESSED, file).map_err(encoding)?;
-        // The footer lists the stores in an order that changes from run to run; viewers read the file without it.
-        encoder.do_not_emit_footer();
+    pub fn new(mut file: W, recording_id: &str) -> Result<Self, RecordError> {
+        let mut message = Vec::new();
+        let options = EncodingOptions::PROTOBUF_COMPRESSED;
+        let version = rerun::build_info().version.to_bytes();
+        StreamHeader { fourcc: RRD_FOURCC, version, options }.to_rrd_bytes(&mut message).map_err(refused)?;
+        file.write_all(&message).map_err(RecordError::File)?;
         let recording = StoreId::recording(APPLICATION, recording_id);
         let layout = StoreId::new(StoreKind::Blueprint, APPLICATION, "layout");
-        let mut writer = Self { encoder, recording, layout, next: 1 };
-        for store_id in [writer.recording.clone(), writer.layout.clone()] {
+        let stores =
+            [recording, layout].map(|id| StoreState { id, catalogue: RrdManifestBuilder::default(), chunks: 0 });
+        let mut writer = Self { file, written: message.len() as u64, message, stores, next: 1 };
+        for store in [Store::Recording, Store::Layout] {
             let source = StoreSource::Other(APPLICATION.to_owned());
+            let info = StoreInfo::new(writer.stores[store as usize].id.clone(), source);
             let row_id = writer.identifier(1);
-            writer.append(&LogMsg::SetStoreInfo(SetStoreInfo { row_id, info: StoreInfo::new(store_id, source) }))?;
+            writer.append(&LogMsg::SetStoreInfo(SetStoreInfo { row_id, info }))?;
         }
         Ok(writer)
     }
 
     /// Makes the layout written so far the one that the viewer opens with.
     pub fn activate_layout(&mut self) -> Result<(), RecordError> {
-        self.append(&LogMsg::BlueprintActivationCommand(BlueprintActivationCommand {
-            blueprint_id: self.layout.clone(),
-            make_active: true,
-            make_default: true,
-        }))
+        let blueprint_id = self.stores[Store::Layout as usize].id.clone();
+        let command = BlueprintActivationCommand { blueprint_id, make_active: true, make_default: true };
+        self.append(&LogMsg::BlueprintActivationCommand(command)).map(|_| ())
     }
 
     /// Something that holds at all times.
@@ -112,21 +124,56 @@ impl<W: Write> Writer<W> {
         self.chunk(Store::Recording, &chunk)
     }
 
-    /// Ends the file.
+    /// Ends the file with the catalogue of its chunks.
     pub fn finish(mut self) -> Result<(), RecordError> {
-        self.encoder.finish().map_err(encoding)
+        let mut footers = Vec::new();
+        for store in self.stores.into_iter().filter(|s| s.chunks > 0) {
+            let mut manifest = store.catalogue.build(store.id.clone()).map_err(refused)?;
+            // The library leaves the columns of the schema in the order of a hash map.
+            let mut fields: Vec<_> = manifest.sorbet_schema.fields.iter().cloned().collect();
+            fields.sort_by(|a, b| a.name().cmp(b.name()));
+            manifest.sorbet_schema = Schema::new_with_metadata(fields, manifest.sorbet_schema.metadata);
+            // One store each: with both in one map, their order would change from run to run.
+            let footer = RrdFooter { manifests: [(store.id, manifest)].into() };
+            footers.push(footer.to_transport(()).map_err(refused)?);
+        }
+        let footer = footers.into_iter().reduce(|mut all, next| {
+            all.manifests.extend(next.manifests);
+            all
+        });
+        let mut payload = Vec::new();
+        if let Some(footer) = footer {
+            footer.to_rrd_bytes(&mut payload).map_err(refused)?;
+        }
+        let mut end = Vec::new();
+        MessageHeader { kind: MessageKind::End, len: payload.len() as u64 }.to_rrd_bytes(&mut end).map_err(refused)?;
+        let offset = self.written + end.len() as u64;
+        end.extend_from_slice(&payload);
+        StreamFooter::from_rrd_footer_bytes(offset, &payload).to_rrd_bytes(&mut end).map_err(refused)?;
+        self.file.write_all(&end).map_err(RecordError::File)
     }
 
     fn chunk(&mut self, store: Store, chunk: &Chunk) -> Result<(), RecordError> {
-        let store = match store {
-            Store::Recording => self.recording.clone(),
-            Store::Layout => self.layout.clone(),
-        };
-        self.append(&LogMsg::ArrowMsg(store, chunk.to_arrow_msg().map_err(refused)?))
+        let id = self.stores[store as usize].id.clone();
+        let batch = chunk.to_chunk_batch().map_err(refused)?;
+        let message = ArrowMsg { chunk_id: chunk.id().as_tuid(), batch: batch.clone().into(), on_release: None };
+        let (span, uncompressed) = self.append(&LogMsg::ArrowMsg(id, message))?;
+        let state = &mut self.stores[store as usize];
+        state.chunks += 1;
+        state.catalogue.append(&batch, span, uncompressed).map_err(refused)
     }
 
-    fn append(&mut self, message: &LogMsg) -> Result<(), RecordError> {
-        self.encoder.append(message).map(|_| ()).map_err(encoding)
+    /// Writes one message; where its payload went, and its size before compression.
+    fn append(&mut self, message: &LogMsg) -> Result<(Span<u64>, u64), RecordError> {
+        let transport = message.to_transport(Compression::LZ4).map_err(refused)?;
+        self.message.clear();
+        transport.to_rrd_bytes(&mut self.message).map_err(refused)?;
+        self.file.write_all(&self.message).map_err(RecordError::File)?;
+        let header = MessageHeader::ENCODED_SIZE_BYTES as u64;
+        let length = self.message.len() as u64;
+        let span = Span { start: self.written + header, len: length - header };
+        self.written += length;
+        Ok((span, transport.byte_size_uncompressed()))
     }
 
     /// The next of `count` consecutive identifiers.
