@@ -10,8 +10,7 @@ fn step(controller: Controller) -> StepFigures {
     let cell = fixtures.cell(&[]);
     let program = Program::ForceStep { height: 11e3, hold: 1.0, length: 3.0 };
     let recording = fixtures.run(&cell, program, controller, Law::None, &fixtures.robot.robot);
-    let turn = std::f64::consts::TAU / fixtures.process.spindle.abs();
-    StepFigures::of(&recording, fixtures.weld.settle + 1.0, 11e3, turn).expect("the step is recorded")
+    StepFigures::of(&recording, fixtures.weld.settle + 1.0, 11e3).expect("the step is recorded")
 }
 
 /// 5 % time within 10 % and overshoot within 3 points of what was published.

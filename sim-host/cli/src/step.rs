@@ -35,7 +35,6 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     }
     let inputs = arguments.files.read()?;
     let at = inputs.weld.settle + HOLD;
-    let turn = std::f64::consts::TAU / inputs.process.spindle.abs();
     let program = Program::ForceStep { height, hold: HOLD, length: LENGTH };
     let recordings = Controller::ALL
         .iter()
@@ -43,7 +42,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         .collect::<Result<Vec<_>>>()?;
     let figures = recordings
         .iter()
-        .map(|r| StepFigures::of(r, at, height, turn).ok_or_else(|| miette!("the run ended before the step")))
+        .map(|r| StepFigures::of(r, at, height).ok_or_else(|| miette!("the run ended before the step")))
         .collect::<Result<Vec<_>>>()?;
     let runs: Vec<StepRun<'_>> =
         recordings.iter().zip(&figures).map(|(recording, figures)| StepRun { recording, figures }).collect();

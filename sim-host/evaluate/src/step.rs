@@ -7,10 +7,9 @@ use trueweld_plant::simulate::{Recording, Row};
 pub struct StepFigures {
     /// Name of the controller.
     pub controller: &'static str,
-    /// First time after the step at which the push, less its ripple, is within 5 % of the set-point, s; `None` where
-    /// it never is.
+    /// First time after the step at which the push is within 5 % of the set-point, s; `None` where it never is.
     pub first_within_5pct: Option<f64>,
-    /// Time after which the push, less its ripple, stays within 5 % of the set-point, s; `None` where it does not.
+    /// Time after which the push stays within 5 % of the set-point, s; `None` where it does not.
     pub settle_5pct: Option<f64>,
     /// Overshoot over the step's height.
     pub overshoot: f64,
@@ -23,20 +22,15 @@ pub struct StepFigures {
 impl StepFigures {
     /// Figures of a recording in which the desired push steps once at `at`, s, by `height`, N.
     ///
-    /// The response is the push averaged over one turn of the spindle (`turn`, s), so that the ripple is not taken for
-    /// overshoot. `None` where the record ends before the step.
-    pub fn of(recording: &Recording, at: f64, height: f64, turn: f64) -> Option<Self> {
+    /// Of the real push as it is, row by row: its ripple is a tenth of the 5 % band, and smoothing it away would take
+    /// from the overshoot. `None` where the record ends before the step.
+    pub fn of(recording: &Recording, at: f64, height: f64) -> Option<Self> {
         let rows = &recording.rows;
         let push = |r: &Row| -r.force_w.z;
         let goal = rows.last()?.force_desired?;
-        let half = ((0.5 * turn / recording.period).round() as usize).max(1);
-        let after: Vec<(f64, f64)> = (half..rows.len().saturating_sub(half))
-            .filter(|&k| rows[k].time >= at)
-            .map(|k| {
-                let window = &rows[k - half..k + half];
-                (rows[k].time - at, window.iter().map(push).sum::<f64>() / window.len() as f64)
-            })
-            .collect();
+        // The step is commanded with the row at `at`; a hair of slack for the rounding of row times.
+        let step = rows.iter().position(|r| r.time >= at - 0.5 * recording.period)?;
+        let after: Vec<(f64, f64)> = rows[step..].iter().map(|r| (r.time - rows[step].time, push(r))).collect();
         let within = |value: f64| (value - goal).abs() <= 0.05 * height.abs();
         let first = after.iter().find(|(_, v)| within(*v)).map(|(t, _)| *t);
         let settle = match after.iter().rposition(|(_, v)| !within(*v)) {
@@ -47,7 +41,6 @@ impl StepFigures {
         let end = rows.last()?.time;
         let tail: Vec<f64> = rows.iter().filter(|r| r.time > end - 0.5).map(push).collect();
         let mean = tail.iter().sum::<f64>() / tail.len() as f64;
-        after.first()?;
         Some(Self {
             controller: recording.controller,
             first_within_5pct: first,

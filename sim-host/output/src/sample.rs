@@ -196,6 +196,6 @@ pub fn steps() -> Steps {
             Recording { weld, controller, compensator: "none", rows, period, half_pin, force, seed, simulated, wall }
         })
         .collect();
-    let figures = recordings.iter().map(|r| StepFigures::of(r, STEP_AT, STEP_HEIGHT, 0.1).unwrap()).collect();
+    let figures = recordings.iter().map(|r| StepFigures::of(r, STEP_AT, STEP_HEIGHT).unwrap()).collect();
     Steps { recordings, figures }
 }
