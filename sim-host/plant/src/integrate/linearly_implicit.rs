@@ -14,26 +14,26 @@ use trueweld_core::JointVector;
 use trueweld_core::crba::{Factor, factor};
 
 /// Diagonal of Γ.
-const G: f64 = 4.3586652150845900e-1;
+const G: f64 = 4.358_665_215_084_59e-1;
 
 /// α of the published tableau: weights of earlier stages in the argument of f.
 const ALPHA: [[f64; 4]; 4] = [
     [0.0, 0.0, 0.0, 0.0],
-    [8.7173304301691801e-1, 0.0, 0.0, 0.0],
-    [8.4457060015369423e-1, -1.1299064236484185e-1, 0.0, 0.0],
+    [8.717_330_430_169_18e-1, 0.0, 0.0, 0.0],
+    [8.445_706_001_536_942e-1, -1.129_906_423_648_418_5e-1, 0.0, 0.0],
     [0.0, 0.0, 1.0, 0.0],
 ];
 
 /// Γ of the published tableau: weights of A times earlier stages.
 const GAMMA: [[f64; 4]; 4] = [
     [G, 0.0, 0.0, 0.0],
-    [-8.7173304301691801e-1, G, 0.0, 0.0],
-    [-9.0338057013044082e-1, 5.4180672388095326e-2, G, 0.0],
-    [2.4212380706095346e-1, -1.2232505839045147, 5.4526025533510214e-1, G],
+    [-8.717_330_430_169_18e-1, G, 0.0, 0.0],
+    [-9.033_805_701_304_408e-1, 5.418_067_238_809_533e-2, G, 0.0],
+    [2.421_238_070_609_534_6e-1, -1.223_250_583_904_514_7, 5.452_602_553_351_021e-1, G],
 ];
 
 /// Weights of the solution.
-const B: [f64; 4] = [2.4212380706095346e-1, -1.2232505839045147, 1.5452602553351020, G];
+const B: [f64; 4] = [2.421_238_070_609_534_6e-1, -1.223_250_583_904_514_7, 1.545_260_255_335_102, G];
 
 /// The tableau in the variables U = hΓk, in which no product with A is needed.
 struct Tableau {
@@ -123,7 +123,17 @@ impl Stage {
             link[(i, i)] += tie[i] - tie[i] * tie[i] * motor[i];
         }
         let link = factor(link)?;
-        Some(Self { s, stiffness, tie, motor, rotor: *model.rotor_inertia(), inertia: at.inertia, jacobian, contact, link })
+        Some(Self {
+            s,
+            stiffness,
+            tie,
+            motor,
+            rotor: *model.rotor_inertia(),
+            inertia: at.inertia,
+            jacobian,
+            contact,
+            link,
+        })
     }
 
     /// k of (I − sA) k = r.
@@ -135,7 +145,8 @@ impl Stage {
         let r_motor_rate: JointVector<f64> = r.fixed_rows::<6>(18).into_owned();
         let spring = self.stiffness.component_mul(&(r_motor - r_link)) * self.s;
         let on_motor = self.rotor.component_mul(&r_motor_rate) - spring;
-        let on_link = self.inertia * r_link_rate + spring - self.jacobian.tr_mul(&self.contact.component_mul(&(self.jacobian * r_link))) * self.s
+        let on_link = self.inertia * r_link_rate + spring
+            - self.jacobian.tr_mul(&self.contact.component_mul(&(self.jacobian * r_link))) * self.s
             + self.tie.component_mul(&self.motor).component_mul(&on_motor);
         let link_rate = self.link.solve(&on_link);
         let motor_rate = self.motor.component_mul(&(on_motor + self.tie.component_mul(&link_rate)));
@@ -165,9 +176,9 @@ pub fn step(
     let mut next = state.0 + u[0] * TABLEAU.m[0];
     for i in 1..4 {
         let (mut argument, mut right) = (state.0, Vector::zeros());
-        for j in 0..i {
-            argument += u[j] * TABLEAU.a[i][j];
-            right += u[j] * TABLEAU.c[i][j];
+        for (earlier, (a, c)) in u.iter().zip(TABLEAU.a[i].iter().zip(&TABLEAU.c[i])).take(i) {
+            argument += earlier * *a;
+            right += earlier * *c;
         }
         let there = cell.evaluate(time + TABLEAU.node[i] * h, &State(argument));
         u[i] = stage.solve(&(right + cell.driven(&there, torque) * s));
