@@ -135,8 +135,8 @@ impl ElasticRobot {
         let loads = self.model.joint_loads(rigid, &still, &still, wrench);
         let mut by = Displacement::none();
         // What a frame carries is the reaction to what it passes on: the loads act outward, the tilt follows them inward.
-        for i in 0..JOINTS {
-            let moment = -rigid.rotation[i].tr_mul(&loads[i].moment);
+        for (i, load) in loads.iter().enumerate() {
+            let moment = -rigid.rotation[i].tr_mul(&load.moment);
             let axis = self.model.parameters().joints[i].axis;
             by.tilt[i] = self.ports.link_frame[i].iter().map(|t| t.tilt(&moment, &axis)).sum();
         }
