@@ -36,7 +36,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     }
     if let Some(path) = &arguments.json {
         let document = serde_json::json!({ "schema": "check/1", "files": verdicts });
-        trueweld_output::write_file(path, &format!("{document:#}\n"))?;
+        trueweld_output::write_file(path, format!("{document:#}\n"))?;
     }
     match wrong {
         0 => Ok(()),

@@ -41,11 +41,11 @@ impl Results {
     pub fn write(&self, json: impl FnOnce() -> serde_json::Value, html: impl FnOnce() -> String) -> Result<()> {
         if let Some(path) = &self.json {
             let text = serde_json::to_string_pretty(&json()).into_diagnostic().wrap_err("figures as JSON")?;
-            write_file(path, &(text + "\n"))?;
+            write_file(path, text + "\n")?;
             println!("wrote {}", path.display());
         }
         if let Some(path) = &self.html {
-            write_file(path, &html())?;
+            write_file(path, html())?;
             println!("wrote {}", path.display());
         }
         Ok(())

@@ -1,6 +1,8 @@
 //! What tables and pages say of runs: names, units for people, the sentence above everything, and the lines of the
 //! table, written once for terminal and page.
 
+#[cfg(feature = "rerun")]
+use crate::StepRun;
 use crate::WeldRun;
 use trueweld_evaluate::{Spread, StepFigures};
 
@@ -29,7 +31,17 @@ pub(crate) fn run_names(runs: &[WeldRun]) -> Vec<String> {
     };
     let full = |r: &WeldRun| format!("{}, {}, {}", r.recording.weld, r.recording.controller, law(r));
     let laws: Vec<String> = runs.iter().map(law).collect();
-    let mut names = if all_different(&laws) { laws } else { runs.iter().map(full).collect() };
+    numbered(if all_different(&laws) { laws } else { runs.iter().map(full).collect() })
+}
+
+/// The controllers' names, all different.
+#[cfg(feature = "rerun")]
+pub(crate) fn controller_names(runs: &[StepRun]) -> Vec<String> {
+    numbered(runs.iter().map(|r| r.recording.controller.to_owned()).collect())
+}
+
+/// Tells equal names apart.
+fn numbered(mut names: Vec<String>) -> Vec<String> {
     for i in 1..names.len() {
         let same = names[..i].iter().filter(|n| n.split(" #").next() == Some(names[i].as_str())).count();
         if same > 0 {
@@ -154,6 +166,18 @@ pub(crate) fn weld_lines(runs: &[WeldRun]) -> Vec<Line> {
             (format!("{simulated:.0} s in {wall:.1} s, {:.0} ×", simulated / wall.max(1e-9)), false)
         }),
     ]
+}
+
+/// The result of steps in one sentence.
+pub(crate) fn step_headline(controllers: &[StepFigures]) -> String {
+    let parts: Vec<String> = controllers
+        .iter()
+        .map(|f| match f.settle_5pct {
+            Some(t) => format!("{} in {:.0} ms", f.controller, t * MILLI),
+            None => format!("{} not within the time recorded", f.controller),
+        })
+        .collect();
+    format!("The push settles within 5 % of the step: {}.", parts.join(", "))
 }
 
 /// Headings of the table of steps, and one line a controller.

@@ -1,7 +1,7 @@
 //! Self-contained pages: one file with text, table and pictures, that needs no network and prints as it stands.
 
 use crate::color::{self, css};
-use crate::figures::{Cell, MILLI, STEP_HEADINGS, headline, run_names, setting, step_lines, weld_lines};
+use crate::figures::{Cell, MILLI, STEP_HEADINGS, headline, run_names, setting, step_headline, step_lines, weld_lines};
 use crate::path::{moving, travelled};
 use crate::plot::{Line, Plot, reference};
 use crate::{StepRun, WeldRun};
@@ -102,8 +102,8 @@ pub fn step_page(runs: &[StepRun], at: f64, height: f64) -> String {
     let body = html! {
         h1 { (step_headline(&figures)) }
         p.setting {
-            "Step of the push by " (format!("{:.1}", height / MILLI)) " kN. First and last entry into the 5 % band are taken on "
-            "the push averaged over one turn of the spindle. Published figures: Bres et al., Industrial Robot 37(1), 2010."
+            "Step of the push by " (format!("{:.1}", height / MILLI)) " kN; 5 % and overshoot are of its height, all of the "
+            "real push with its ripple. Published figures: Bres et al., Industrial Robot 37(1), 2010."
         }
         table {
             thead { tr { @for heading in STEP_HEADINGS { th { (heading) } } } }
@@ -120,17 +120,6 @@ pub fn step_page(runs: &[StepRun], at: f64, height: f64) -> String {
         (figure("The same, near its end value: static error and ripple", &rest))
     };
     page("Force step", &body)
-}
-
-fn step_headline(figures: &[StepFigures]) -> String {
-    let parts: Vec<String> = figures
-        .iter()
-        .map(|f| match f.settle_5pct {
-            Some(t) => format!("{:.0} ms ({})", t * MILLI, f.controller),
-            None => format!("never ({})", f.controller),
-        })
-        .collect();
-    format!("The push is within 5 % for good after {}.", parts.join(", "))
 }
 
 fn weld_plots(runs: &[WeldRun], names: &[String]) -> Markup {

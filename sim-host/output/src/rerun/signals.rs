@@ -1,8 +1,8 @@
 //! Every signal of a run as columns over time and over the position on the seam, and its events.
 
-use super::Shown;
 use super::writer::{RecordError, Store, Writer, refused};
-use crate::color::{JOINTS as JOINT_COLORS, LIMIT, REFERENCE, Rgb};
+use super::{Beside, Shown};
+use crate::color::{JOINTS as JOINT_COLORS, REFERENCE, Rgb};
 use crate::figures::MILLI;
 use crate::path::moving;
 use rerun::{Scalars, SeriesLines, TextLog, TextLogLevel, TimeColumn, TimePoint, Timeline};
@@ -43,6 +43,7 @@ pub(super) const GROUPS: &[Group] = &[
         references: &[],
         of: Of::Compensated,
     },
+    Group { title: "torque of the motors [kN·m]", entities: &["torque"], references: &[], of: Of::First },
     Group { title: "lateral by joint [mm]", entities: &["lateral_by_joint"], references: &[], of: Of::First },
     Group { title: "tilt [°]", entities: &["deviation/tilt"], references: &[], of: Of::All },
     Group { title: "longitudinal [mm]", entities: &["deviation/longitudinal"], references: &[], of: Of::All },
@@ -83,6 +84,8 @@ pub(super) fn all<W: Write>(writer: &mut Writer<W>, shown: &Shown) -> Result<(),
     signals.send("twist", &joints("[mrad]"), &JOINT_COLORS, |r| Some((r.twist() * MILLI).into()))?;
     signals.send("lateral_by_joint", &joints("[mm]"), &JOINT_COLORS, |r| Some((r.lateral_by_joint * MILLI).into()))?;
 
+    signals.send("torque", &joints("[kN·m]"), &JOINT_COLORS, |r| Some((r.torque / 1e3).into()))?;
+
     signals.send("controller/force_error", &label("force error [N]"), &[color], |r| Some([r.force_error]))?;
     signals.send("controller/push", &label("force branch [N]"), &[pale(4)], |r| Some([r.push]))?;
     signals.send("controller/depth_correction", &label("depth added [mm]"), &[pale(4)], |r| {
@@ -98,22 +101,21 @@ pub(super) fn all<W: Write>(writer: &mut Writer<W>, shown: &Shown) -> Result<(),
     events(writer, shown)
 }
 
-/// Limits drawn with the first run, over its whole time.
-pub(super) fn references<W: Write>(writer: &mut Writer<W>, shown: &Shown) -> Result<(), RecordError> {
-    let rows = &shown.run.recording.rows;
-    let (Some(first), Some(last)) = (rows.first(), rows.last()) else { return Ok(()) };
-    let half_pin = shown.run.recording.half_pin * MILLI;
-    let far = shown.travelled.last().copied().unwrap_or(0.0);
-    let entity = "/reference/half_pin";
-    let style =
-        SeriesLines::new().with_names(["half the pin [mm]"; 2]).with_colors([rgb(LIMIT); 2]).with_widths([1.5; 2]);
+/// Limits and set-points that belong to no run: at every instant of `times` the same values of `N` lines.
+pub(super) fn reference<const N: usize, W: Write>(
+    writer: &mut Writer<W>,
+    entity: &str,
+    name: &str,
+    color: Rgb,
+    times: impl IntoIterator<Item = TimeColumn>,
+    values: &[[f64; N]],
+) -> Result<(), RecordError> {
+    let style = SeriesLines::new().with_names([name; N]).with_colors([rgb(color); N]).with_widths([1.5; N]);
     writer.fixed(Store::Recording, entity, &style)?;
-    let times = [
-        TimeColumn::new_duration_secs("time", [first.time, last.time]),
-        TimeColumn::new_sequence("path_um", [0, micrometres(far)]),
-    ];
-    let columns = Scalars::new([half_pin, -half_pin, half_pin, -half_pin]).columns([2, 2]).map_err(refused)?;
-    writer.columns(entity, 2, times, columns)
+    let columns = Scalars::new(values.iter().flatten().copied())
+        .columns(std::iter::repeat_n(N, values.len()))
+        .map_err(refused)?;
+    writer.columns(entity, values.len(), times, columns)
 }
 
 struct Signals<'a, 'b, W: Write> {
@@ -136,18 +138,13 @@ impl<W: Write> Signals<'_, '_, W> {
             .with_colors(colors.iter().map(|c| rgb(*c)))
             .with_widths([1.5; N]);
         self.writer.fixed(Store::Recording, &entity, &style)?;
-        let rows = &self.shown.run.recording.rows;
+        let rows = &self.shown.recording.rows;
         for range in chunks(rows) {
-            let on_path = moving(rows[range.start].phase);
             let found: Vec<(usize, [f64; N])> = range.filter_map(|k| value(&rows[k]).map(|v| (k, v))).collect();
             if found.is_empty() {
                 continue;
             }
-            let mut times = vec![TimeColumn::new_duration_secs("time", found.iter().map(|(k, _)| rows[*k].time))];
-            if on_path {
-                let travelled = &self.shown.travelled;
-                times.push(TimeColumn::new_sequence("path_um", found.iter().map(|(k, _)| micrometres(travelled[*k]))));
-            }
+            let times = self.shown.times(found.iter().map(|(k, _)| *k));
             let columns = Scalars::new(found.iter().flat_map(|(_, v)| *v))
                 .columns(std::iter::repeat_n(N, found.len()))
                 .map_err(refused)?;
@@ -173,12 +170,13 @@ pub(super) fn chunks(rows: &[Row]) -> impl Iterator<Item = Range<usize>> {
 fn events<W: Write>(writer: &mut Writer<W>, shown: &Shown) -> Result<(), RecordError> {
     let entity = format!("/{}/events", shown.root);
     let mut before: Option<&Row> = None;
-    for row in &shown.run.recording.rows {
+    for row in &shown.recording.rows {
+        let nanoseconds = |seconds: f64| rerun::TimeCell::from_duration_nanos((seconds * 1e9).round() as i64);
         let mut log = |text: String, level: TextLogLevel| {
-            let when = TimePoint::default().with(
-                Timeline::new_duration("time"),
-                rerun::TimeCell::from_duration_nanos((row.time * 1e9).round() as i64),
-            );
+            let mut when = TimePoint::default().with(Timeline::new_duration("time"), nanoseconds(row.time));
+            if let Beside::Step(at) = shown.beside {
+                when = when.with(Timeline::new_duration(super::step::TIMELINE), nanoseconds(row.time - at));
+            }
             let entry = TextLog::new(format!("{}: {text}", shown.name)).with_level(level).with_color(rgb(shown.color));
             writer.one(Store::Recording, &entity, when, &entry)
         };
