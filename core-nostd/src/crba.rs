@@ -40,6 +40,21 @@ impl<T: Real> Robot<T> {
         matrix
     }
 
+    /// M(q) and the bias h(q, v) + g(q) − Jᵀ w, N·m, of the equation of motion M q̈ + bias = τ: [`crba`](Self::crba) and
+    /// [`rnea`](Self::rnea) without acceleration, with the links turned into axes of B once for both.
+    #[inline]
+    pub fn equation_of_motion(
+        &self,
+        frames: &Frames<T>,
+        rate: &JointVector<T>,
+        wrench: &Wrench<T>,
+    ) -> (Matrix6<T>, JointVector<T>) {
+        let bodies = self.bodies_in_b(frames);
+        let (moment, _) = self.loads_of(&bodies, frames, rate, &JointVector::zeros(), wrench);
+        let bias = JointVector::from(Lanes3::from_vectors(&frames.axis).dot(&moment).0);
+        (self.inertia_matrix_of(&bodies, frames), bias)
+    }
+
     /// Forward dynamics of the rigid arm: q̈ = M⁻¹ (τ − h − g + Jᵀ w), rad/s², by Cholesky.
     ///
     /// `None` only where M is not positive definite, which a [`Robot`] that passed its checks reaches for non-finite
@@ -52,10 +67,8 @@ impl<T: Real> Robot<T> {
         torque: &JointVector<T>,
         wrench: &Wrench<T>,
     ) -> Option<JointVector<T>> {
-        let bodies = self.bodies_in_b(frames);
-        let (moment, _) = self.loads_of(&bodies, frames, rate, &JointVector::zeros(), wrench);
-        let bias = JointVector::from(Lanes3::from_vectors(&frames.axis).dot(&moment).0);
-        Some(factor(self.inertia_matrix_of(&bodies, frames))?.solve(&(torque - bias)))
+        let (inertia, bias) = self.equation_of_motion(frames, rate, wrench);
+        Some(factor(inertia)?.solve(&(torque - bias)))
     }
 
     /// Kinetic energy of the links and the tool, J: ½ vᵀ M v.

@@ -71,6 +71,14 @@ impl<T: Real> ForceBranch<T> {
         self.push = Some(push);
         Some(Push { push, error, taken_over, limited, fault: None })
     }
+
+    /// Empties the integrator and returns what it held, N, for another loop to carry.
+    fn hand_over(&mut self) -> T {
+        let load = self.pid.integral();
+        self.pid.hand_over(-load);
+        self.push = self.push.map(|push| push - load);
+        load
+    }
 }
 
 /// Parallel hybrid controller (2.2).
@@ -129,13 +137,21 @@ pub(super) fn superpose<T: Real>(
     }
     match position.torque(robot, &view, &sensed.encoder, &error, &extra) {
         Err(fault) => position.safe(robot, sensed, fault),
-        Ok((torque, held)) => Command {
-            torque,
-            fault: push.as_ref().and_then(|p| p.fault),
-            force_error: push.as_ref().map_or(T::zero(), |p| p.error),
-            depth_correction: T::zero(),
-            push: push.as_ref().map_or(T::zero(), |p| p.push),
-            limited: held || push.is_some_and(|p| p.limited),
-        },
+        Ok((torque, held)) => {
+            // Where both integrators act on depth, each grows without end against the other at rest (K_i∫ and K_if∫ of
+            // errors that do not vanish), until a limit breaks the balance after some 10 s. Only their sum matters, so
+            // the position loop keeps it, and the drives' limits bound it.
+            if !select && !held {
+                position.take_over(&view, &z, force.hand_over());
+            }
+            Command {
+                torque,
+                fault: push.as_ref().and_then(|p| p.fault),
+                force_error: push.as_ref().map_or(T::zero(), |p| p.error),
+                depth_correction: T::zero(),
+                push: push.as_ref().map_or(T::zero(), |p| p.push),
+                limited: held || push.is_some_and(|p| p.limited),
+            }
+        }
     }
 }

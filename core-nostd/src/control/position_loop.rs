@@ -105,6 +105,11 @@ impl<T: Real> PositionLoop<T> {
         }
     }
 
+    /// Takes a push along z into the integrators, because the force branch gave it up.
+    pub fn take_over(&mut self, view: &View<T>, depth_axis: &Vector3<T>, push: T) {
+        self.release(view, depth_axis, -push);
+    }
+
     /// The defined safe command: gravity held at the last good angles, viscous braking, integrators left as they are.
     pub fn safe(&self, robot: &Robot<T>, sensed: &Sensed<T>, fault: Fault) -> Command<T> {
         let hold = weight(robot, &robot.frames(&self.last_good), &self.last_good);

@@ -6,7 +6,7 @@ use crate::effects::{Effect, EffectError};
 use crate::input::Process;
 use crate::process::{Reaction, reaction};
 use crate::robot::{Drives, ElasticRobot, INTERNAL_STATES, Ports};
-use nalgebra::{Matrix3, Matrix6, SVector, Vector3};
+use nalgebra::{Matrix3x6, Matrix6, SVector, Vector3};
 use trueweld_core::{Frames, JointVector, Pose, Robot, Wrench};
 
 /// Iterations in which tilting frames and the contact agree on the force.
@@ -76,9 +76,7 @@ pub struct Evaluation {
     pub frames: Frames<f64>,
     /// Inertia matrix of the links.
     pub inertia: Matrix6<f64>,
-    /// Motor friction τ_f, N·m.
-    pub friction: JointVector<f64>,
-    /// Its slope by θ̇_E, N·m·s/rad.
+    /// Slope of motor friction by θ̇_E, N·m·s/rad.
     pub friction_slope: JointVector<f64>,
     /// What the process does to the tool, in W.
     pub reaction: Reaction,
@@ -165,11 +163,10 @@ impl Cell {
             .robot
             .link_acceleration(&frames, &drives, &spring, &wrench)
             .unwrap_or((JointVector::from_element(f64::NAN), Matrix6::zeros()));
-        let (mut friction_torque, mut friction_slope) = (JointVector::zeros(), JointVector::zeros());
+        let mut friction_slope = JointVector::zeros();
         let mut rates = SVector::<f64, STATES>::zeros();
         for i in 0..6 {
             let friction = self.robot.friction(&drives, i);
-            friction_torque[i] = friction.value;
             friction_slope[i] = friction.slope;
             rates[i] = drives.link_rate[i];
             rates[6 + i] = drives.motor_rate[i];
@@ -179,7 +176,7 @@ impl Cell {
         rates[24] = reaction.channel_rate;
         rates[25] = self.process.spindle;
         self.robot.internal_rates(&drives, state.internal(), &mut rates.as_mut_slice()[26..]);
-        Evaluation { rates, frames, inertia, friction: friction_torque, friction_slope, reaction }
+        Evaluation { rates, frames, inertia, friction_slope, reaction }
     }
 
     /// Time derivative of the state under motor torque Γ, N·m.
@@ -192,10 +189,9 @@ impl Cell {
         rates
     }
 
-    /// A 3 × 3 tangent of the process, from axes of W to joint space: Jᵥᵀ R A Rᵀ Jᵥ.
-    pub fn in_joints(&self, frames: &Frames<f64>, tangent_w: &Matrix3<f64>) -> Matrix6<f64> {
-        let jacobian = frames.jacobian().0;
-        let linear = self.b_from_w.rotation.transpose() * jacobian.fixed_rows::<3>(3);
-        linear.transpose() * tangent_w * linear
+    /// The tool's velocity in W for joint rates: rows 4 to 6 of J, turned into axes of W.
+    #[inline]
+    pub fn tool_jacobian_w(&self, frames: &Frames<f64>) -> Matrix3x6<f64> {
+        self.b_from_w.rotation.transpose() * frames.jacobian().0.fixed_rows::<3>(3)
     }
 }

@@ -74,7 +74,8 @@ pub fn in_contact(cell: &Cell, motor: &JointVector<f64>) -> Result<Rest, NoRest>
     };
     let (link, torque) = settle(cell, motor, |drives| {
         let (frames, reaction) = cell.contact(0.0, &at_rest(&drives.link), drives);
-        (cell.wrench(&reaction.force), cell.in_joints(&frames, &reaction.stiffness))
+        let jacobian = cell.tool_jacobian_w(&frames);
+        (cell.wrench(&reaction.force), jacobian.transpose() * reaction.stiffness * jacobian)
     })?;
     Ok(Rest { state: at_rest(&link), torque })
 }

@@ -182,11 +182,14 @@ pub trait Term: std::fmt::Debug + Send + Sync {
     }
 }
 
+/// A term of the spring port, with the slot of its own state if it keeps one.
+pub type SpringTerm = (Box<dyn Term>, Option<usize>);
+
 /// The terms of one cell, by port.
 #[derive(Debug, Default)]
 pub struct Ports {
-    /// Spring torque of each joint; a term with a state of its own carries its slot.
-    pub spring: [Vec<(Box<dyn Term>, Option<usize>)>; JOINTS],
+    /// Spring torque of each joint.
+    pub spring: [Vec<SpringTerm>; JOINTS],
     /// Motor friction of each joint.
     pub friction: [Vec<Box<dyn Term>>; JOINTS],
     /// Link torque of each joint.
