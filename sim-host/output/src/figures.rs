@@ -73,41 +73,65 @@ pub(crate) fn setting(runs: &[WeldRun]) -> String {
     )
 }
 
-/// The result in one sentence a run.
+/// The result in a sentence or two, true of whatever runs there are.
 pub(crate) fn headline(runs: &[WeldRun]) -> String {
-    let parts: Vec<String> = runs
-        .iter()
-        .map(|run| {
-            let recording = run.recording;
-            let by = match recording.compensator {
-                "none" => "without compensation".to_owned(),
-                law => format!("with {law} compensation"),
-            };
-            let largest = millimetres(run.figures.lateral.max_abs);
-            let several = runs.iter().any(|r| r.recording.weld != recording.weld);
-            let place = if several { format!(" ({})", recording.weld) } else { String::new() };
-            format!("{by}{place} the tool leaves the seam by {largest} at most")
-        })
-        .collect();
-    let mut sentence = parts.join("; ");
-    if let Some(first) = sentence.get_mut(..1) {
-        first.make_ascii_uppercase();
+    if runs.is_empty() {
+        return "No weld.".to_owned();
     }
-    // The second and later runs need not say again what the first said.
-    let repeated = "the tool leaves the seam by ";
-    if let Some(end) = sentence.find(repeated).map(|at| at + repeated.len()) {
-        let rest = sentence.split_off(end).replace(repeated, "by ");
-        let rest = rest.split_once("; ").map_or(rest.clone(), |(a, b)| format!("{a}; {}", b.replace(" at most", "")));
-        sentence.push_str(&rest);
-    }
+    let several = runs.iter().any(|r| r.recording.weld != runs[0].recording.weld);
+    let several_controllers = runs.iter().any(|r| r.recording.controller != runs[0].recording.controller);
+    let who = |run: &WeldRun| {
+        let mut who = match run.recording.compensator {
+            "none" => "without compensation".to_owned(),
+            law => format!("with {law} compensation"),
+        };
+        if several_controllers {
+            who += &format!(" under {} control", run.recording.controller);
+        }
+        if several {
+            who += &format!(" ({})", run.recording.weld);
+        }
+        who
+    };
+    let parts = runs.iter().map(|run| {
+        let limit = format!("{} of half the pin", millimetres(run.recording.half_pin));
+        let beyond = if run.figures.of_half_pin < 1.0 { String::new() } else { format!(", beyond the {limit},") };
+        format!("by up to {} {}{beyond}", millimetres(run.figures.lateral.max_abs), who(run))
+    });
+    let parts = parts.collect::<Vec<_>>();
+    let mut sentence = format!("At full feed the tool leaves the seam {}", listed(&parts).trim_end_matches(','));
     sentence.push('.');
+    let early: Vec<String> = runs
+        .iter()
+        .filter(|r| r.figures.of_half_pin < 1.0 && r.figures.lateral_before >= r.recording.half_pin)
+        .map(|r| format!("{} {}", millimetres(r.figures.lateral_before), who(r)))
+        .collect();
+    if !early.is_empty() {
+        sentence += &format!(" Before full feed it is beyond half the pin: {}.", listed(&early));
+    }
+    let limited: Vec<String> = runs.iter().filter(|r| r.figures.limited_rows > 0).map(who).collect();
+    if !limited.is_empty() {
+        sentence += &format!(" Some limit or fault {}.", listed(&limited));
+    }
     sentence
+}
+
+/// "a", "a and b", "a, b and c".
+fn listed(parts: &[String]) -> String {
+    match parts {
+        [] => String::new(),
+        [one] => one.clone(),
+        [first @ .., last] => format!("{} and {last}", first.join(", ").trim_end_matches(',')),
+    }
 }
 
 /// A length as people say it: a tenth of a millimetre, finer where the length is small.
 fn millimetres(metres: f64) -> String {
-    let mm = metres * MILLI;
-    if mm < 0.095 { format!("{mm:.2} mm") } else { format!("{mm:.1} mm") }
+    match metres * MILLI {
+        mm if mm < 0.005 => "less than 0.01 mm".to_owned(),
+        mm if mm < 0.095 => format!("{mm:.2} mm"),
+        mm => format!("{mm:.1} mm"),
+    }
 }
 
 /// The lines of the table of welds, one cell a run.
@@ -139,17 +163,17 @@ pub(crate) fn weld_lines(runs: &[WeldRun]) -> Vec<Line> {
         spread("longitudinal, mm", 3, MILLI, |r| r.figures.longitudinal),
         spread("depth, mm", 3, MILLI, |r| r.figures.depth),
         spread("tilt, °", 3, 1f64.to_degrees(), |r| r.figures.tilt),
-        text("largest lateral", &|r| {
+        text("within half the pin?", &|r| {
             let (largest, limit) = (r.figures.lateral.max_abs * MILLI, r.recording.half_pin * MILLI);
             let met = r.figures.of_half_pin < 1.0;
-            (format!("{largest:.2} of ±{limit:.2} mm: {}", if met { "ok" } else { "exceeded" }), !met)
+            (format!("{largest:.2} of ±{limit:.2} mm: {}", if met { "yes" } else { "exceeded" }), !met)
         }),
         text("before the steady part", &|r| {
             let (largest, limit) = (r.figures.lateral_before, r.recording.half_pin);
             (format!("{:.2} mm lateral", largest * MILLI), largest >= limit)
         }),
         text("push, mean", &|r| (format!("{:.3} kN", r.figures.force.mean / MILLI), false)),
-        text("push, envelope", &|r| {
+        text("push, max − min", &|r| {
             (format!("{:.0} N, error RMS {:.0} N", r.figures.force.envelope, r.figures.force.error_rms), false)
         }),
         text("lateral by A1…A6, %", &|r| {

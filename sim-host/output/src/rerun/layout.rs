@@ -4,7 +4,7 @@
 //! Views are logged by their archetypes, since the typed layout of the Rust library has no camera, grid or axis range.
 
 use super::Shown;
-use super::signals::{GROUPS, Of};
+use super::signals::{DESIRED, GROUPS, Of, idle};
 use super::step::{self, Step};
 use super::writer::{RecordError, Store, Writer};
 use crate::figures::MILLI;
@@ -14,10 +14,14 @@ use rerun::external::re_sdk_types::blueprint::datatypes::{TextLogColumn, TextLog
 use rerun::external::re_sdk_types::blueprint::{archetypes as view, components as part};
 use rerun::{AsComponents, TimePoint, Timeline};
 use std::io::Write;
-use trueweld_plant::simulate::Phase;
+use trueweld_core::JOINTS;
+use trueweld_plant::simulate::{Phase, Row};
 
 /// Time shown before a step, s.
 const BEFORE_STEP: f64 = 0.2;
+
+/// Room for the legends at the right of the responses to a step, over the time recorded after it.
+const LEGEND_SHARE: f64 = 0.25;
 
 /// A container or view of the layout.
 struct Node {
@@ -109,7 +113,9 @@ pub(super) fn weld<W: Write>(writer: &mut Writer<W>, shown: &[Shown], exaggerati
     let mut layout = Layout { writer, count: 0 };
     let cell = cell(&mut layout, shown, exaggeration)?;
     let about = layout.view("TextDocument", "what is shown", &["/about".to_owned()], &[])?;
-    let left = layout.container(part::ContainerKind::Vertical, &[cell, about], &[4.0, 1.0])?;
+    let events = layout.events(shown)?;
+    let words = layout.container(part::ContainerKind::Tabs, &[about, events], &[])?;
+    let left = layout.container(part::ContainerKind::Vertical, &[cell, words], &[4.0, 1.0])?;
 
     // The whole weld, on whichever timeline.
     let all = rerun::datatypes::TimeRange {
@@ -129,6 +135,13 @@ pub(super) fn weld<W: Write>(writer: &mut Writer<W>, shown: &[Shown], exaggerati
     } else {
         view::ScalarAxis::new()
     };
+    // Both limits, and above the curves room for the legend.
+    let limit = shown.first().map_or(0.0, |s| s.recording.half_pin * MILLI);
+    let [low, high] = extent(shown, |r| [r.deviation_w.linear.y * MILLI]);
+    let (low, high) = (low.min(-limit), high.max(limit));
+    let room = high - low;
+    let lateral_axis =
+        view::ScalarAxis::new().with_range(rerun::datatypes::Range1D([low - 0.05 * room, high + 0.35 * room]));
     let mut plots = Vec::new();
     for group in GROUPS {
         let runs = shown.iter().enumerate().filter(|(k, s)| match group.of {
@@ -136,24 +149,30 @@ pub(super) fn weld<W: Write>(writer: &mut Writer<W>, shown: &[Shown], exaggerati
             Of::First => *k == 0,
             Of::Compensated => s.recording.compensator != "none",
         });
-        let mut contents: Vec<String> =
-            runs.flat_map(|(_, s)| group.entities.iter().map(|e| format!("/{}/{e}", s.root))).collect();
+        let mut contents: Vec<String> = runs
+            .flat_map(|(k, s)| {
+                let shown_once = move |e: &&&str| !idle(s, e) && (k == 0 || **e != DESIRED);
+                group.entities.iter().filter(shown_once).map(|e| format!("/{}/{e}", s.root))
+            })
+            .collect();
         contents.extend(group.references.iter().map(|e| format!("/reference/{e}")));
         let name = match (group.of, shown.first()) {
             (Of::First, Some(first)) => format!("{}: {}", group.title, first.name),
             _ => group.title.to_owned(),
         };
         let mut properties: Vec<(&str, &dyn AsComponents)> = vec![("PlotLegend", &legend), ("TimeAxis", &axis)];
-        if group.entities.contains(&"force/desired") {
+        if group.entities.contains(&DESIRED) {
             properties.push(("ScalarAxis", &push_axis));
+        }
+        if group.references.contains(&"half_pin") {
+            properties.push(("ScalarAxis", &lateral_axis));
         }
         plots.push(layout.view("TimeSeries", &name, &contents, &properties)?);
     }
     let rest = plots.split_off(3.min(plots.len()));
     let tabs = layout.container(part::ContainerKind::Tabs, &rest, &[])?;
-    let events = layout.events(shown)?;
-    plots.extend([tabs, events]);
-    let right = layout.container(part::ContainerKind::Vertical, &plots, &[6.0, 5.0, 5.0, 5.0, 4.0])?;
+    plots.push(tabs);
+    let right = layout.container(part::ContainerKind::Vertical, &plots, &[6.0, 5.0, 6.0, 5.0])?;
     let root = layout.container(part::ContainerKind::Horizontal, &[left, right], &[5.0, 4.0])?;
 
     // Plays the way along the seam, again and again.
@@ -185,9 +204,9 @@ pub(super) fn step<W: Write>(writer: &mut Writer<W>, shown: &[Shown], step: Opti
     };
     let axis = view::TimeAxis::new().with_view_range(rerun::datatypes::TimeRange {
         start: boundary(-BEFORE_STEP),
-        end: step.map_or(rerun::datatypes::TimeRangeBoundary::Infinite, |s| boundary(s.length)),
+        end: step.map_or(rerun::datatypes::TimeRangeBoundary::Infinite, |s| boundary((1.0 + LEGEND_SHARE) * s.length)),
     });
-    let legend = view::PlotLegend::new().with_corner(part::Corner2D::RightBottom);
+    let legend = view::PlotLegend::new().with_corner(part::Corner2D::RightTop);
     let whole = view::ScalarAxis::new();
     let near = step.map_or_else(view::ScalarAxis::new, |s| {
         let [low, high] = [-3.0, 3.0].map(|bands| (s.goal + bands * s.near) / MILLI);
@@ -198,10 +217,12 @@ pub(super) fn step<W: Write>(writer: &mut Writer<W>, shown: &[Shown], step: Opti
             [("PlotLegend", &legend), ("TimeAxis", &axis), ("ScalarAxis", y)];
         layout.view("TimeSeries", name, &entities, &properties)
     };
-    let of_all = |entity: &str| -> Vec<String> { shown.iter().map(|s| format!("/{}/{entity}", s.root)).collect() };
+    let of_all = |entity: &str| -> Vec<String> {
+        shown.iter().filter(|s| !idle(s, entity)).map(|s| format!("/{}/{entity}", s.root)).collect()
+    };
     let push = || {
         let mut push = of_all("force/real");
-        push.extend(shown.first().map(|s| format!("/{}/force/desired", s.root)));
+        push.extend(shown.first().map(|s| format!("/{}/{DESIRED}", s.root)));
         push.push(step::BAND.to_owned());
         push
     };
@@ -211,10 +232,16 @@ pub(super) fn step<W: Write>(writer: &mut Writer<W>, shown: &[Shown], step: Opti
     let depth = plot("depth that the force loop adds [mm]", of_all("controller/depth_correction"), &whole)?;
     let branch = plot("push that the force branch adds [N]", of_all("controller/push"), &whole)?;
     let mut rows = Vec::new();
-    for (title, entity) in [("twist of the drives [mrad]", "twist"), ("torque of the motors [kN·m]", "torque")] {
+    // On one scale, so that the controllers can be compared.
+    for (title, entity, [low, high]) in [
+        ("twist of the drives [mrad]", "twist", extent::<JOINTS>(shown, |r| (r.twist() * MILLI).into())),
+        ("torque of the motors [kN·m]", "torque", extent::<JOINTS>(shown, |r| (r.torque / MILLI).into())),
+    ] {
+        let room = 0.05 * (high - low);
+        let y = view::ScalarAxis::new().with_range(rerun::datatypes::Range1D([low - room, high + room]));
         let plots = shown
             .iter()
-            .map(|s| plot(&format!("{title}: {}", s.name), vec![format!("/{}/{entity}", s.root)], &whole))
+            .map(|s| plot(&format!("{title}: {}", s.name), vec![format!("/{}/{entity}", s.root)], &y))
             .collect::<Result<Vec<_>, _>>()?;
         rows.push(plots);
     }
@@ -228,12 +255,18 @@ pub(super) fn step<W: Write>(writer: &mut Writer<W>, shown: &[Shown], step: Opti
     for plots in rows.iter().filter(|plots| !plots.is_empty()) {
         all.push(layout.container(part::ContainerKind::Horizontal, plots, &vec![1.0; plots.len()])?);
     }
-    let root = layout.container(part::ContainerKind::Vertical, &all, &[4.0, 3.0, 3.0, 3.0])?;
+    let root = layout.container(part::ContainerKind::Vertical, &all, &[4.0, 3.0, 3.5, 3.5])?;
     let time = view::TimePanelBlueprint::new()
         .with_state(part::PanelState::Collapsed)
         .with_timeline(step::TIMELINE)
         .with_play_state(part::PlayState::Paused);
     layout.activate(&root, &time)
+}
+
+/// Smallest and largest of some signals over all runs.
+fn extent<const N: usize>(shown: &[Shown], of: impl Fn(&Row) -> [f64; N]) -> [f64; 2] {
+    let values = shown.iter().flat_map(|s| s.recording.rows.iter()).flat_map(of);
+    values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v), high.max(v)])
 }
 
 /// First and last instant of the steady part, s.

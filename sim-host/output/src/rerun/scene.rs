@@ -96,7 +96,7 @@ fn half_pin<W: Write>(writer: &mut Writer<W>, shown: &Shown) -> Result<(), Recor
         TimeColumn::new_duration_secs("time", [first.time, last.time]),
         TimeColumn::new_sequence("path_um", [0, travelled.last().map_or(0, |far| signals::micrometres(*far))]),
     ];
-    signals::reference(writer, "/reference/half_pin", "half the pin [mm]", LIMIT, times, &[[limit, -limit]; 2])
+    signals::reference(writer, "/reference/half_pin", "half the pin", LIMIT, times, &[[limit, -limit]; 2])
 }
 
 /// The picture in words.
@@ -104,7 +104,7 @@ fn about(runs: &[WeldRun], shown: &[Shown], exaggeration: f64) -> String {
     let mut text = format!("**{}**\n\n", headline(runs));
     for (k, run) in shown.iter().enumerate() {
         let color = crate::color::run_in_words(k);
-        text += &format!("- {color}: {}; solid where the arm is, transparent where its encoders say it is\n", run.name);
+        text += &format!("- {color}: {}; solid where the arm is, wire frame where its encoders say it is\n", run.name);
     }
     text += &format!(
         "- in space, deviations from the nominal pose are drawn {exaggeration:.0} × too large; plots are to scale\n\

@@ -21,6 +21,9 @@ pub(super) struct Group {
     pub of: Of,
 }
 
+/// The push asked for: the same in every run of a recording, and shown once.
+pub(super) const DESIRED: &str = "force/desired";
+
 /// Whose lines a plot shows.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Of {
@@ -32,13 +35,23 @@ pub(super) enum Of {
     Compensated,
 }
 
+/// What a controller does about the force; the schemes that do without one leave it at zero.
+pub(super) fn idle(shown: &Shown, entity: &str) -> bool {
+    let of: fn(&Row) -> f64 = match entity {
+        "controller/depth_correction" => |r| r.depth_correction,
+        "controller/push" => |r| r.push,
+        _ => return false,
+    };
+    shown.recording.rows.iter().all(|r| of(r) == 0.0)
+}
+
 /// The plots of the layout; the first three are always seen, the others are tabs.
 pub(super) const GROUPS: &[Group] = &[
     Group { title: "lateral deviation [mm]", entities: &["deviation/lateral"], references: &["half_pin"], of: Of::All },
-    Group { title: "push [kN]", entities: &["force/real", "force/desired"], references: &[], of: Of::All },
+    Group { title: "push [kN]", entities: &["force/real", DESIRED], references: &[], of: Of::All },
     Group { title: "twist of the drives [mrad]", entities: &["twist"], references: &[], of: Of::First },
     Group {
-        title: "correction",
+        title: "correction [mm, mrad]",
         entities: &["controller/correction", "controller/correction_turn"],
         references: &[],
         of: Of::Compensated,
@@ -53,7 +66,7 @@ pub(super) const GROUPS: &[Group] = &[
         references: &[],
         of: Of::All,
     },
-    Group { title: "sensed [kN]", entities: &["force/sensed", "force/desired"], references: &[], of: Of::All },
+    Group { title: "sensed [kN]", entities: &["force/sensed", DESIRED], references: &[], of: Of::All },
     Group {
         title: "force loop [N]",
         entities: &["controller/force_error", "controller/push"],
@@ -64,34 +77,32 @@ pub(super) const GROUPS: &[Group] = &[
 
 /// Writes the signals and events of one run.
 pub(super) fn all<W: Write>(writer: &mut Writer<W>, shown: &Shown) -> Result<(), RecordError> {
-    let (name, color) = (shown.root.as_str(), shown.color);
+    let (name, color) = (shown.name.as_str(), shown.color);
     let pale = |part: u16| color.map(|c| (u16::from(c) + (255 - u16::from(c)) * part / 10) as u8);
-    let label = |what: &str| [format!("{name}: {what}")];
+    // The plots' titles say what and in which unit; the lines' names say whose, and keep the legends small.
+    let own = [name.to_owned()];
+    let label = |what: &str| [format!("{name}, {what}")];
     let mut signals = Signals { writer, shown };
 
-    signals.send("deviation/lateral", &label("lateral [mm]"), &[color], |r| Some([r.deviation_w.linear.y * MILLI]))?;
-    signals.send("deviation/longitudinal", &label("longitudinal [mm]"), &[color], |r| {
-        Some([r.deviation_w.linear.x * MILLI])
-    })?;
-    signals.send("deviation/depth", &label("depth [mm]"), &[color], |r| Some([r.deviation_w.linear.z * MILLI]))?;
-    signals.send("deviation/tilt", &label("tilt [°]"), &[color], |r| Some([r.tilt.to_degrees()]))?;
+    signals.send("deviation/lateral", &own, &[color], |r| Some([r.deviation_w.linear.y * MILLI]))?;
+    signals.send("deviation/longitudinal", &own, &[color], |r| Some([r.deviation_w.linear.x * MILLI]))?;
+    signals.send("deviation/depth", &own, &[color], |r| Some([r.deviation_w.linear.z * MILLI]))?;
+    signals.send("deviation/tilt", &own, &[color], |r| Some([r.tilt.to_degrees()]))?;
 
-    signals.send("force/sensed", &label("sensed [kN]"), &[pale(6)], |r| Some([-r.force_sensed_w.z / MILLI]))?;
-    signals.send("force/real", &label("real [kN]"), &[color], |r| Some([-r.force_w.z / MILLI]))?;
-    signals.send("force/desired", &label("asked for [kN]"), &[REFERENCE], |r| r.force_desired.map(|f| [f / MILLI]))?;
+    signals.send("force/sensed", &own, &[pale(6)], |r| Some([-r.force_sensed_w.z / MILLI]))?;
+    signals.send("force/real", &own, &[color], |r| Some([-r.force_w.z / MILLI]))?;
+    signals.send(DESIRED, &["asked for".to_owned()], &[REFERENCE], |r| r.force_desired.map(|f| [f / MILLI]))?;
 
-    let joints = |what: &str| std::array::from_fn::<String, 6, _>(|i| format!("A{} {what}", i + 1));
-    signals.send("twist", &joints("[mrad]"), &JOINT_COLORS, |r| Some((r.twist() * MILLI).into()))?;
-    signals.send("lateral_by_joint", &joints("[mm]"), &JOINT_COLORS, |r| Some((r.lateral_by_joint * MILLI).into()))?;
+    let joints = std::array::from_fn::<String, 6, _>(|i| format!("A{}", i + 1));
+    signals.send("twist", &joints, &JOINT_COLORS, |r| Some((r.twist() * MILLI).into()))?;
+    signals.send("lateral_by_joint", &joints, &JOINT_COLORS, |r| Some((r.lateral_by_joint * MILLI).into()))?;
 
-    signals.send("torque", &joints("[kN·m]"), &JOINT_COLORS, |r| Some((r.torque / 1e3).into()))?;
+    signals.send("torque", &joints, &JOINT_COLORS, |r| Some((r.torque / 1e3).into()))?;
 
-    signals.send("controller/force_error", &label("force error [N]"), &[color], |r| Some([r.force_error]))?;
-    signals.send("controller/push", &label("force branch [N]"), &[pale(4)], |r| Some([r.push]))?;
-    signals.send("controller/depth_correction", &label("depth added [mm]"), &[pale(4)], |r| {
-        Some([r.depth_correction * MILLI])
-    })?;
-    let parts = ["longitudinal [mm]", "lateral [mm]"].map(|p| format!("{name}: {p}"));
+    signals.send("controller/force_error", &own, &[color], |r| Some([r.force_error]))?;
+    signals.send("controller/push", &label("force branch"), &[pale(4)], |r| Some([r.push]))?;
+    signals.send("controller/depth_correction", &label("added"), &[pale(4)], |r| Some([r.depth_correction * MILLI]))?;
+    let parts = ["longitudinal [mm]", "lateral [mm]"].map(|p| format!("{name}, {p}"));
     signals.send("controller/correction", &parts, &[pale(4), color], |r| {
         Some([r.correction_w.linear.x * MILLI, r.correction_w.linear.y * MILLI])
     })?;

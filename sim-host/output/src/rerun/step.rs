@@ -52,7 +52,7 @@ pub(super) fn references<W: Write>(
         TimeColumn::new_duration_secs(TIMELINE, [0.0, step.length]),
     ];
     let limits = [-1.0, 1.0].map(|side| (step.goal + side * step.near) / MILLI);
-    signals::reference(writer, BAND, "±5 % of the step [kN]", LIMIT, times, &[limits; 2])
+    signals::reference(writer, BAND, "±5 %", LIMIT, times, &[limits; 2])
 }
 
 /// The figures beside the published ones.
