@@ -24,7 +24,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         let name = path.display().to_string();
         match input::check(path) {
             Ok(kind) => {
-                println!("{name}: {kind}, in order");
+                say!("{name}: {kind}, in order\n");
                 verdicts.push(serde_json::json!({ "file": name, "ok": true, "kind": kind.schema() }));
             }
             Err(error) => {

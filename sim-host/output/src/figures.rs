@@ -94,13 +94,13 @@ pub(crate) fn headline(runs: &[WeldRun]) -> String {
         who
     };
     let parts = runs.iter().map(|run| {
-        let limit = format!("{} of half the pin", millimetres(run.recording.half_pin));
-        let beyond = if run.figures.of_half_pin < 1.0 { String::new() } else { format!(", beyond the {limit},") };
+        let beyond = match millimetres(run.recording.half_pin) {
+            limit if run.figures.of_half_pin >= 1.0 => format!(" (beyond half the pin, {limit})"),
+            _ => String::new(),
+        };
         format!("by up to {} {}{beyond}", millimetres(run.figures.lateral.max_abs), who(run))
     });
-    let parts = parts.collect::<Vec<_>>();
-    let mut sentence = format!("At full feed the tool leaves the seam {}", listed(&parts).trim_end_matches(','));
-    sentence.push('.');
+    let mut sentence = format!("At full feed the tool leaves the seam {}.", listed(&parts.collect::<Vec<_>>()));
     let early: Vec<String> = runs
         .iter()
         .filter(|r| r.figures.of_half_pin < 1.0 && r.figures.lateral_before >= r.recording.half_pin)
@@ -111,7 +111,7 @@ pub(crate) fn headline(runs: &[WeldRun]) -> String {
     }
     let limited: Vec<String> = runs.iter().filter(|r| r.figures.limited_rows > 0).map(who).collect();
     if !limited.is_empty() {
-        sentence += &format!(" Some limit or fault {}.", listed(&limited));
+        sentence += &format!(" A limit was reached or a fault raised {}.", listed(&limited));
     }
     sentence
 }
@@ -121,7 +121,7 @@ fn listed(parts: &[String]) -> String {
     match parts {
         [] => String::new(),
         [one] => one.clone(),
-        [first @ .., last] => format!("{} and {last}", first.join(", ").trim_end_matches(',')),
+        [first @ .., last] => format!("{} and {last}", first.join(", ")),
     }
 }
 
@@ -250,4 +250,41 @@ pub(crate) fn step_lines(controllers: &[StepFigures]) -> Vec<StepLine> {
 /// No "-0.00" where a number rounds to zero.
 fn unsigned_zero(value: f64, decimals: usize) -> f64 {
     if value.abs() < 0.5 * 10f64.powi(-(decimals as i32)) { 0.0 } else { value }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sample;
+
+    #[test]
+    fn the_headline_is_true_of_whatever_runs_there_are() {
+        let mut welds = sample::welds(400);
+        for (figures, largest) in welds.figures.iter_mut().zip([5.24e-3, 0.2e-3]) {
+            figures.lateral.max_abs = largest;
+            figures.of_half_pin = largest / 2.5e-3;
+            figures.limited_rows = 0;
+            figures.lateral_before = 0.0;
+        }
+        let both = "At full feed the tool leaves the seam by up to 5.2 mm without compensation (beyond half the pin, \
+                    2.5 mm) and by up to 0.2 mm with elastostatic compensation.";
+        assert_eq!(headline(&welds.runs()), both);
+        let one = "At full feed the tool leaves the seam by up to 0.2 mm with elastostatic compensation.";
+        assert_eq!(headline(&welds.runs()[1..]), one);
+        welds.figures[1].lateral_before = 2.6e-3;
+        let early = " Before full feed it is beyond half the pin: 2.6 mm with elastostatic compensation.";
+        assert_eq!(headline(&welds.runs()[1..]), one.to_owned() + early);
+        welds.figures[1].lateral_before = 0.0;
+        welds.figures[1].limited_rows = 3;
+        let limited = " A limit was reached or a fault raised with elastostatic compensation.";
+        assert_eq!(headline(&welds.runs()), both.to_owned() + limited);
+        assert_eq!(headline(&[]), "No weld.");
+    }
+
+    #[test]
+    fn a_response_that_does_not_settle_is_said_not_to() {
+        let mut figures = sample::steps().figures;
+        figures[1].settle_5pct = None;
+        assert!(step_headline(&figures).contains("superposed not within the time recorded, external in "));
+    }
 }

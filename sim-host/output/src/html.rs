@@ -87,6 +87,7 @@ pub fn step_page(runs: &[StepRun], at: f64, height: f64) -> String {
         y_label: "push, kN".to_owned(),
         lines,
         band: Some([(goal - near) / MILLI, (goal + near) / MILLI]),
+        band_name: "±5 % of the step",
         wide: true,
         ..Plot::default()
     };
@@ -95,6 +96,7 @@ pub fn step_page(runs: &[StepRun], at: f64, height: f64) -> String {
         y_label: "push less push asked for, N".to_owned(),
         lines: errors,
         band: Some([-near, near]),
+        band_name: "±5 % of the step",
         y_range: Some([-3.0 * near, 3.0 * near]),
         wide: true,
         ..Plot::default()
@@ -102,7 +104,7 @@ pub fn step_page(runs: &[StepRun], at: f64, height: f64) -> String {
     let body = html! {
         h1 { (step_headline(&figures)) }
         p.setting {
-            "Step of the push by " (format!("{:.1}", height / MILLI)) " kN; 5 % and overshoot are of its height, all of the "
+            "Step of the push by " (format!("{:.1}", height / MILLI)) " kN; 5 % and overshoot are of its height, taken from the "
             "real push with its ripple. Published figures: Bres et al., Industrial Robot 37(1), 2010."
         }
         table {
@@ -171,8 +173,12 @@ fn weld_plots(runs: &[WeldRun], names: &[String]) -> Markup {
     let depth = |r: &Row| r.deviation_w.linear.z * MILLI;
     let limit = runs.first().map_or(0.0, |r| r.recording.half_pin * MILLI);
 
-    let all_lateral =
-        Plot { band: Some([-limit, limit]), wide: true, ..plot("lateral deviation, mm", of_all(&lateral)) };
+    let all_lateral = Plot {
+        band: Some([-limit, limit]),
+        band_name: "within half the pin",
+        wide: true,
+        ..plot("lateral deviation, mm", of_all(&lateral))
+    };
     let compensated: Vec<usize> = (0..runs.len()).filter(|&k| runs[k].recording.compensator != "none").collect();
     let zoomed: Vec<Line> = compensated.iter().map(|&k| of_run(k, &lateral)).collect();
     // The zoom is on the steady part: the transient of the ramp may leave the picture.
@@ -250,7 +256,7 @@ fn figure(title: &str, plot: &Plot) -> Markup {
                     }
                 }
                 @if plot.rippled { span.key { "pale: ripple" @if plot.lines.iter().filter(|l| !l.dashed).count() > 1 { " of the first" } } }
-                @if plot.band.is_some() { span.key { i.band {} "allowed" } }
+                @if plot.band.is_some() { span.key { i.band {} (plot.band_name) } }
             }
             (PreEscaped(plot.svg()))
         }

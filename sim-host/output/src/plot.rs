@@ -21,6 +21,8 @@ pub(crate) struct Plot {
     pub lines: Vec<Line>,
     /// Shaded between its two limits, which the y axis then includes.
     pub band: Option<[f64; 2]>,
+    /// What the band is.
+    pub band_name: &'static str,
     /// Limits of y where the lines' own are not wanted.
     pub y_range: Option<[f64; 2]>,
     /// Limits of x where the lines' own are not wanted.

@@ -9,7 +9,7 @@ const LABEL: usize = 24;
 /// Width of one run: three numbers.
 const RUN: usize = 30;
 /// Longest line of text.
-const WIDTH: usize = 104;
+const WIDTH: usize = 110;
 /// Runs side by side before a second block begins.
 const ACROSS: usize = 3;
 

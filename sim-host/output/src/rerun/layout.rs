@@ -255,7 +255,7 @@ pub(super) fn step<W: Write>(writer: &mut Writer<W>, shown: &[Shown], step: Opti
     for plots in rows.iter().filter(|plots| !plots.is_empty()) {
         all.push(layout.container(part::ContainerKind::Horizontal, plots, &vec![1.0; plots.len()])?);
     }
-    let root = layout.container(part::ContainerKind::Vertical, &all, &[4.0, 3.0, 3.5, 3.5])?;
+    let root = layout.container(part::ContainerKind::Vertical, &all, &[4.8, 3.0, 3.6, 3.6])?;
     let time = view::TimePanelBlueprint::new()
         .with_state(part::PanelState::Collapsed)
         .with_timeline(step::TIMELINE)
