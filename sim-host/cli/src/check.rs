@@ -24,7 +24,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         let name = path.display().to_string();
         match input::check(path) {
             Ok(kind) => {
-                println!("{name}: {kind}, in order");
+                say!("{name}: {kind}, in order\n");
                 verdicts.push(serde_json::json!({ "file": name, "ok": true, "kind": kind.schema() }));
             }
             Err(error) => {
@@ -36,7 +36,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     }
     if let Some(path) = &arguments.json {
         let document = serde_json::json!({ "schema": "check/1", "files": verdicts });
-        trueweld_output::write_file(path, &format!("{document:#}\n"))?;
+        trueweld_output::write_file(path, format!("{document:#}\n"))?;
     }
     match wrong {
         0 => Ok(()),

@@ -20,15 +20,15 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<()> {
     let text = input::import_urdf(&arguments.urdf)?;
     let Some(path) = &arguments.out else {
-        print!("{text}");
+        say!("{text}");
         return Ok(());
     };
     trueweld_output::write_file(path, &text)?;
-    println!("wrote {}", path.display());
+    say!("wrote {}\n", path.display());
     let left = text.matches(input::FILL_IN).count();
     if left > 0 {
-        println!(
-            "{left} values are marked {:?}: a URDF does not hold them. Fill them in, then: trueweld check {}",
+        say!(
+            "{left} values are marked {:?}: a URDF does not hold them. Fill them in, then: trueweld check {}\n",
             input::FILL_IN,
             path.display()
         );

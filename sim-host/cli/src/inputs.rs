@@ -1,7 +1,7 @@
 //! The cell that a command works on: input files given, or the embedded ones.
 
 use clap::Args;
-use miette::{IntoDiagnostic, Result, miette};
+use miette::{IntoDiagnostic, Report, Result, miette};
 use nalgebra::SVector;
 use std::path::{Path, PathBuf};
 use trueweld_core::Robot;
@@ -9,7 +9,7 @@ use trueweld_plant::cell::Cell;
 use trueweld_plant::effects::Effect;
 use trueweld_plant::input::{Control, Process, RobotFile, Sensors, Weld};
 use trueweld_plant::integrate::Integrator;
-use trueweld_plant::simulate::{Controller, Law, Program, Scenario, Seam};
+use trueweld_plant::simulate::{Controller, Law, Program, RunError, Scenario, Seam};
 
 /// Input files; each has an embedded default.
 #[derive(Args, Default)]
@@ -36,7 +36,7 @@ pub struct Files {
     #[arg(long, value_name = "E", default_value_t = 0.0, allow_negative_numbers = true)]
     stiffness_error: f64,
     /// Control period in seconds (default: the control file's)
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
     period: Option<f64>,
     /// Seed of the sensors' noise (default: the sensor file's)
     #[arg(long, value_name = "N")]
@@ -48,10 +48,11 @@ const PLANT_STEP: f64 = 1e-3;
 
 /// Everything read and checked.
 pub struct Inputs {
+    /// Where the weld was read from, for messages.
+    pub weld_file: String,
     pub weld_name: String,
     pub weld: Weld,
     pub robot: RobotFile,
-    pub process: Process,
     pub control: Control,
     pub sensors: Sensors,
     pub cell: Cell,
@@ -82,8 +83,8 @@ impl Files {
             }
             control.period = period;
         }
-        let effects = self.effect.iter().map(|text| Effect::parse(text, &robot)).collect::<Result<Vec<_>, _>>();
-        let effects = effects.into_diagnostic()?;
+        let parse = |text: &String| Effect::parse(text, &robot).map_err(|error| miette!("--effect {text}: {error}"));
+        let effects = self.effect.iter().map(parse).collect::<Result<Vec<_>>>()?;
         let cell = Cell::new(&robot.robot, &effects, &process, Seam::of(&weld).b_from_w).into_diagnostic()?;
         let error = self.stiffness_error;
         let factor = SVector::from_element(1.0 + error);
@@ -91,6 +92,7 @@ impl Files {
             miette!("--stiffness-error {error}: expected a number above -1, such as 0.1 for 10 % too stiff")
         })?;
         Ok(Inputs {
+            weld_file: self.weld.as_deref().map_or("embedded welds/vertical.toml".into(), |p| p.display().to_string()),
             weld_name: self
                 .weld
                 .as_deref()
@@ -99,7 +101,6 @@ impl Files {
             seed: self.seed.unwrap_or(sensors.seed),
             weld,
             robot,
-            process,
             control,
             sensors,
             cell,
@@ -109,6 +110,18 @@ impl Files {
 }
 
 impl Inputs {
+    /// What to say of a run that did not come to its end.
+    pub fn failed(&self, controller: Controller, error: &RunError) -> Report {
+        match error {
+            RunError::Reach { .. } => miette!(
+                help = "Expected a seam that the robot reaches with the tool square to it: move start_m and end_m.",
+                "{}: {error}",
+                self.weld_file
+            ),
+            _ => miette!("{}, {} control: {error}", self.weld_file, controller.name()),
+        }
+    }
+
     pub fn scenario(&self, program: Program, controller: Controller, law: Law) -> Scenario<'_> {
         Scenario {
             name: &self.weld_name,

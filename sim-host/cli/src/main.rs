@@ -2,6 +2,14 @@
 //!
 //! One short file per subcommand; the work is done in the crates below.
 
+/// Prints to standard output; a reader that has gone (`| head`) is no error.
+macro_rules! say {
+    ($($text:tt)*) => {{
+        use std::io::Write;
+        let _ = write!(std::io::stdout(), $($text)*);
+    }};
+}
+
 mod check;
 mod import_urdf;
 mod inputs;

@@ -31,7 +31,17 @@ impl Results {
         for path in [&self.json, &self.html, &self.rrd].into_iter().flatten() {
             let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
             if !folder.is_dir() {
-                return Err(miette!("cannot write {}: there is no folder {}", path.display(), folder.display()));
+                return Err(miette!(
+                    "cannot write {}: expected a folder {}, and there is none",
+                    path.display(),
+                    folder.display()
+                ));
+            }
+            if path.is_dir() {
+                return Err(miette!(
+                    "cannot write {}: expected the name of a file, and it is a folder",
+                    path.display()
+                ));
             }
         }
         Ok(())
@@ -41,12 +51,12 @@ impl Results {
     pub fn write(&self, json: impl FnOnce() -> serde_json::Value, html: impl FnOnce() -> String) -> Result<()> {
         if let Some(path) = &self.json {
             let text = serde_json::to_string_pretty(&json()).into_diagnostic().wrap_err("figures as JSON")?;
-            write_file(path, &(text + "\n"))?;
-            println!("wrote {}", path.display());
+            write_file(path, text + "\n")?;
+            say!("wrote {}\n", path.display());
         }
         if let Some(path) = &self.html {
-            write_file(path, &html())?;
-            println!("wrote {}", path.display());
+            write_file(path, html())?;
+            say!("wrote {}\n", path.display());
         }
         Ok(())
     }

@@ -3,7 +3,7 @@
 use crate::inputs::Files;
 use crate::results::Results;
 use clap::Args;
-use miette::{IntoDiagnostic, Result, miette};
+use miette::{Result, miette};
 use trueweld_evaluate::StepFigures;
 use trueweld_output::{StepRun, html, json, table};
 use trueweld_plant::simulate::{self, Controller, Law, Program};
@@ -14,7 +14,7 @@ pub struct Arguments {
     #[command(flatten)]
     files: Files,
     /// Height of the step in newtons
-    #[arg(long, value_name = "N", default_value_t = 11_000.0)]
+    #[arg(long, value_name = "N", default_value_t = 11_000.0, allow_negative_numbers = true)]
     height: f64,
     #[command(flatten)]
     results: Results,
@@ -38,7 +38,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let program = Program::ForceStep { height, hold: HOLD, length: LENGTH };
     let recordings = Controller::ALL
         .iter()
-        .map(|controller| simulate::run(&inputs.scenario(program, *controller, Law::None), |_| {}).into_diagnostic())
+        .map(|controller| {
+            simulate::run(&inputs.scenario(program, *controller, Law::None), |_| {})
+                .map_err(|error| inputs.failed(*controller, &error))
+        })
         .collect::<Result<Vec<_>>>()?;
     let figures = recordings
         .iter()
@@ -46,12 +49,12 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         .collect::<Result<Vec<_>>>()?;
     let runs: Vec<StepRun<'_>> =
         recordings.iter().zip(&figures).map(|(recording, figures)| StepRun { recording, figures }).collect();
-    print!("{}", table::step_table(&figures));
+    say!("{}", table::step_table(&figures));
     arguments.results.write(|| json::step_json(&figures), || html::step_page(&runs, at, height))?;
     #[cfg(feature = "rerun")]
     if let Some(path) = &arguments.results.rrd {
         trueweld_output::rerun::step_recording(path, &runs, at)?;
-        println!("wrote {}", path.display());
+        say!("wrote {}\n", path.display());
     }
     Ok(())
 }

@@ -21,7 +21,7 @@ pub struct Arguments {
     #[arg(long, value_enum)]
     compensator: Option<Compensator>,
     /// Factor by which the recording exaggerates deviations
-    #[arg(long, value_name = "X", default_value_t = 50.0)]
+    #[arg(long, value_name = "X", default_value_t = 50.0, allow_negative_numbers = true)]
     exaggeration: f64,
     #[command(flatten)]
     results: Results,
@@ -86,19 +86,27 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let recordings = simulate_all(&inputs, controller, laws, arguments.results.quiet)?;
     let figures = recordings
         .iter()
-        .map(|r| WeldFigures::of(r).ok_or_else(|| miette!("the weld is too short to reach its steady part")))
+        .map(|r| {
+            WeldFigures::of(r).ok_or_else(|| {
+                miette!(
+                    help = "Expected a seam long enough for the feed to rise and settle: a few centimetres.",
+                    "{}: the weld is too short to reach its steady part",
+                    inputs.weld_file
+                )
+            })
+        })
         .collect::<Result<Vec<_>>>()?;
     let runs: Vec<WeldRun<'_>> = recordings
         .iter()
         .zip(&figures)
         .map(|(recording, figures)| WeldRun { recording, figures, robot: &inputs.robot.robot })
         .collect();
-    print!("{}", table::weld_table(&runs));
+    say!("{}", table::weld_table(&runs));
     arguments.results.write(|| json::weld_json(&runs), || html::weld_page(&runs))?;
     #[cfg(feature = "rerun")]
     if let Some(path) = &arguments.results.rrd {
         trueweld_output::rerun::weld_recording(path, &runs, arguments.exaggeration)?;
-        println!("wrote {}", path.display());
+        say!("wrote {}\n", path.display());
     }
     Ok(())
 }
@@ -133,6 +141,10 @@ fn simulate_all(
     progress.finish();
     results
         .into_iter()
-        .map(|joined| joined.map_err(|_| miette!("a simulation thread stopped"))?.into_diagnostic())
+        .map(|joined| {
+            joined
+                .map_err(|_| miette!("a simulation thread stopped"))?
+                .map_err(|error| inputs.failed(controller, &error))
+        })
         .collect()
 }

@@ -6,13 +6,13 @@ use std::path::PathBuf;
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum OutputError {
     /// The file system refused.
-    #[error("cannot write {}", .path.display())]
-    #[diagnostic(code(trueweld::output::write), help("the directory must exist and be writable"))]
+    #[error("{reason}")]
+    #[diagnostic(code(trueweld::output::write), help("the folder must exist and be writable"))]
     Write {
         /// The output asked for.
         path: PathBuf,
-        /// What the file system said.
-        source: std::io::Error,
+        /// What the file system said, with the path.
+        reason: std::io::Error,
     },
     /// The recording could not be put together.
     #[error("cannot record into {}: {reason}", .path.display())]

@@ -1,6 +1,8 @@
 //! What tables and pages say of runs: names, units for people, the sentence above everything, and the lines of the
 //! table, written once for terminal and page.
 
+#[cfg(feature = "rerun")]
+use crate::StepRun;
 use crate::WeldRun;
 use trueweld_evaluate::{Spread, StepFigures};
 
@@ -29,7 +31,17 @@ pub(crate) fn run_names(runs: &[WeldRun]) -> Vec<String> {
     };
     let full = |r: &WeldRun| format!("{}, {}, {}", r.recording.weld, r.recording.controller, law(r));
     let laws: Vec<String> = runs.iter().map(law).collect();
-    let mut names = if all_different(&laws) { laws } else { runs.iter().map(full).collect() };
+    numbered(if all_different(&laws) { laws } else { runs.iter().map(full).collect() })
+}
+
+/// The controllers' names, all different.
+#[cfg(feature = "rerun")]
+pub(crate) fn controller_names(runs: &[StepRun]) -> Vec<String> {
+    numbered(runs.iter().map(|r| r.recording.controller.to_owned()).collect())
+}
+
+/// Tells equal names apart.
+fn numbered(mut names: Vec<String>) -> Vec<String> {
     for i in 1..names.len() {
         let same = names[..i].iter().filter(|n| n.split(" #").next() == Some(names[i].as_str())).count();
         if same > 0 {
@@ -61,41 +73,65 @@ pub(crate) fn setting(runs: &[WeldRun]) -> String {
     )
 }
 
-/// The result in one sentence a run.
+/// The result in a sentence or two, true of whatever runs there are.
 pub(crate) fn headline(runs: &[WeldRun]) -> String {
-    let parts: Vec<String> = runs
+    if runs.is_empty() {
+        return "No weld.".to_owned();
+    }
+    let several = runs.iter().any(|r| r.recording.weld != runs[0].recording.weld);
+    let several_controllers = runs.iter().any(|r| r.recording.controller != runs[0].recording.controller);
+    let who = |run: &WeldRun| {
+        let mut who = match run.recording.compensator {
+            "none" => "without compensation".to_owned(),
+            law => format!("with {law} compensation"),
+        };
+        if several_controllers {
+            who += &format!(" under {} control", run.recording.controller);
+        }
+        if several {
+            who += &format!(" ({})", run.recording.weld);
+        }
+        who
+    };
+    let parts = runs.iter().map(|run| {
+        let beyond = match millimetres(run.recording.half_pin) {
+            limit if run.figures.of_half_pin >= 1.0 => format!(" (beyond half the pin, {limit})"),
+            _ => String::new(),
+        };
+        format!("by up to {} {}{beyond}", millimetres(run.figures.lateral.max_abs), who(run))
+    });
+    let mut sentence = format!("At full feed the tool leaves the seam {}.", listed(&parts.collect::<Vec<_>>()));
+    let early: Vec<String> = runs
         .iter()
-        .map(|run| {
-            let recording = run.recording;
-            let by = match recording.compensator {
-                "none" => "without compensation".to_owned(),
-                law => format!("with {law} compensation"),
-            };
-            let largest = millimetres(run.figures.lateral.max_abs);
-            let several = runs.iter().any(|r| r.recording.weld != recording.weld);
-            let place = if several { format!(" ({})", recording.weld) } else { String::new() };
-            format!("{by}{place} the tool leaves the seam by {largest} at most")
-        })
+        .filter(|r| r.figures.of_half_pin < 1.0 && r.figures.lateral_before >= r.recording.half_pin)
+        .map(|r| format!("{} {}", millimetres(r.figures.lateral_before), who(r)))
         .collect();
-    let mut sentence = parts.join("; ");
-    if let Some(first) = sentence.get_mut(..1) {
-        first.make_ascii_uppercase();
+    if !early.is_empty() {
+        sentence += &format!(" Before full feed it is beyond half the pin: {}.", listed(&early));
     }
-    // The second and later runs need not say again what the first said.
-    let repeated = "the tool leaves the seam by ";
-    if let Some(end) = sentence.find(repeated).map(|at| at + repeated.len()) {
-        let rest = sentence.split_off(end).replace(repeated, "by ");
-        let rest = rest.split_once("; ").map_or(rest.clone(), |(a, b)| format!("{a}; {}", b.replace(" at most", "")));
-        sentence.push_str(&rest);
+    let limited: Vec<String> = runs.iter().filter(|r| r.figures.limited_rows > 0).map(who).collect();
+    if !limited.is_empty() {
+        sentence += &format!(" A limit was reached or a fault raised {}.", listed(&limited));
     }
-    sentence.push('.');
     sentence
+}
+
+/// "a", "a and b", "a, b and c".
+fn listed(parts: &[String]) -> String {
+    match parts {
+        [] => String::new(),
+        [one] => one.clone(),
+        [first @ .., last] => format!("{} and {last}", first.join(", ")),
+    }
 }
 
 /// A length as people say it: a tenth of a millimetre, finer where the length is small.
 fn millimetres(metres: f64) -> String {
-    let mm = metres * MILLI;
-    if mm < 0.095 { format!("{mm:.2} mm") } else { format!("{mm:.1} mm") }
+    match metres * MILLI {
+        mm if mm < 0.005 => "less than 0.01 mm".to_owned(),
+        mm if mm < 0.095 => format!("{mm:.2} mm"),
+        mm => format!("{mm:.1} mm"),
+    }
 }
 
 /// The lines of the table of welds, one cell a run.
@@ -127,17 +163,17 @@ pub(crate) fn weld_lines(runs: &[WeldRun]) -> Vec<Line> {
         spread("longitudinal, mm", 3, MILLI, |r| r.figures.longitudinal),
         spread("depth, mm", 3, MILLI, |r| r.figures.depth),
         spread("tilt, °", 3, 1f64.to_degrees(), |r| r.figures.tilt),
-        text("largest lateral", &|r| {
+        text("within half the pin?", &|r| {
             let (largest, limit) = (r.figures.lateral.max_abs * MILLI, r.recording.half_pin * MILLI);
             let met = r.figures.of_half_pin < 1.0;
-            (format!("{largest:.2} of ±{limit:.2} mm: {}", if met { "ok" } else { "exceeded" }), !met)
+            (format!("{largest:.2} of ±{limit:.2} mm: {}", if met { "yes" } else { "exceeded" }), !met)
         }),
         text("before the steady part", &|r| {
             let (largest, limit) = (r.figures.lateral_before, r.recording.half_pin);
             (format!("{:.2} mm lateral", largest * MILLI), largest >= limit)
         }),
         text("push, mean", &|r| (format!("{:.3} kN", r.figures.force.mean / MILLI), false)),
-        text("push, envelope", &|r| {
+        text("push, max − min", &|r| {
             (format!("{:.0} N, error RMS {:.0} N", r.figures.force.envelope, r.figures.force.error_rms), false)
         }),
         text("lateral by A1…A6, %", &|r| {
@@ -154,6 +190,18 @@ pub(crate) fn weld_lines(runs: &[WeldRun]) -> Vec<Line> {
             (format!("{simulated:.0} s in {wall:.1} s, {:.0} ×", simulated / wall.max(1e-9)), false)
         }),
     ]
+}
+
+/// The result of steps in one sentence.
+pub(crate) fn step_headline(controllers: &[StepFigures]) -> String {
+    let parts: Vec<String> = controllers
+        .iter()
+        .map(|f| match f.settle_5pct {
+            Some(t) => format!("{} in {:.0} ms", f.controller, t * MILLI),
+            None => format!("{} not within the time recorded", f.controller),
+        })
+        .collect();
+    format!("The push settles within 5 % of the step: {}.", parts.join(", "))
 }
 
 /// Headings of the table of steps, and one line a controller.
@@ -202,4 +250,41 @@ pub(crate) fn step_lines(controllers: &[StepFigures]) -> Vec<StepLine> {
 /// No "-0.00" where a number rounds to zero.
 fn unsigned_zero(value: f64, decimals: usize) -> f64 {
     if value.abs() < 0.5 * 10f64.powi(-(decimals as i32)) { 0.0 } else { value }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sample;
+
+    #[test]
+    fn the_headline_is_true_of_whatever_runs_there_are() {
+        let mut welds = sample::welds(400);
+        for (figures, largest) in welds.figures.iter_mut().zip([5.24e-3, 0.2e-3]) {
+            figures.lateral.max_abs = largest;
+            figures.of_half_pin = largest / 2.5e-3;
+            figures.limited_rows = 0;
+            figures.lateral_before = 0.0;
+        }
+        let both = "At full feed the tool leaves the seam by up to 5.2 mm without compensation (beyond half the pin, \
+                    2.5 mm) and by up to 0.2 mm with elastostatic compensation.";
+        assert_eq!(headline(&welds.runs()), both);
+        let one = "At full feed the tool leaves the seam by up to 0.2 mm with elastostatic compensation.";
+        assert_eq!(headline(&welds.runs()[1..]), one);
+        welds.figures[1].lateral_before = 2.6e-3;
+        let early = " Before full feed it is beyond half the pin: 2.6 mm with elastostatic compensation.";
+        assert_eq!(headline(&welds.runs()[1..]), one.to_owned() + early);
+        welds.figures[1].lateral_before = 0.0;
+        welds.figures[1].limited_rows = 3;
+        let limited = " A limit was reached or a fault raised with elastostatic compensation.";
+        assert_eq!(headline(&welds.runs()), both.to_owned() + limited);
+        assert_eq!(headline(&[]), "No weld.");
+    }
+
+    #[test]
+    fn a_response_that_does_not_settle_is_said_not_to() {
+        let mut figures = sample::steps().figures;
+        figures[1].settle_5pct = None;
+        assert!(step_headline(&figures).contains("superposed not within the time recorded, external in "));
+    }
 }

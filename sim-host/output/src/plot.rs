@@ -21,9 +21,13 @@ pub(crate) struct Plot {
     pub lines: Vec<Line>,
     /// Shaded between its two limits, which the y axis then includes.
     pub band: Option<[f64; 2]>,
+    /// What the band is.
+    pub band_name: &'static str,
     /// Limits of y where the lines' own are not wanted.
     pub y_range: Option<[f64; 2]>,
-    /// Ripples of several lines cover the same band: drawn pale, with their running means on top.
+    /// Limits of x where the lines' own are not wanted.
+    pub x_range: Option<[f64; 2]>,
+    /// Ripples of several lines cover the same band: the first line's is drawn pale, and all lines as running means.
     pub rippled: bool,
     /// Full width of the page, or half of it.
     pub wide: bool,
@@ -87,13 +91,14 @@ impl Plot {
             ))?;
         }
         let columns = (size.0 - margin - 22 * SCALE) as usize / SCALE as usize;
-        for line in &self.lines {
+        for (k, line) in self.lines.iter().enumerate() {
             let [r, g, b] = line.color;
             let rippled = self.rippled && !line.dashed;
             let opacity = if rippled { 0.35 } else { 1.0 };
             let style = RGBColor(r, g, b).mix(opacity).stroke_width(3 * SCALE / 2);
             let inside = || line.points.iter().copied().filter(|p| p.0 >= x[0] && p.0 <= x[1]);
-            for points in clipped(&envelope(inside(), x, columns), y) {
+            let shown = if rippled && k > 0 { Vec::new() } else { envelope(inside(), x, columns) };
+            for points in clipped(&shown, y) {
                 if line.dashed {
                     chart.draw_series(DashedLineSeries::new(points, 6 * SCALE, 4 * SCALE, style))?;
                 } else {
@@ -102,8 +107,10 @@ impl Plot {
             }
             if rippled {
                 let inside: Vec<(f64, f64)> = inside().collect();
-                let means = running_means(&inside, columns / 4);
-                chart.draw_series(LineSeries::new(means, RGBColor(r, g, b).stroke_width(2 * SCALE)))?;
+                let style = RGBColor(r, g, b).stroke_width(3 * SCALE / 2);
+                for means in clipped(&running_means(&inside, columns / 4), y) {
+                    chart.draw_series(LineSeries::new(means, style))?;
+                }
             }
         }
         root.present()?;
@@ -112,7 +119,7 @@ impl Plot {
 
     fn ranges(&self) -> [[f64; 2]; 2] {
         let points = || self.lines.iter().flat_map(|l| l.points.iter()).filter(|p| p.0.is_finite() && p.1.is_finite());
-        let x = span(points().map(|p| p.0));
+        let x = self.x_range.unwrap_or_else(|| span(points().map(|p| p.0)));
         let y = self.y_range.unwrap_or_else(|| {
             let [low, high] = span(points().map(|p| p.1).chain(self.band.into_iter().flatten()));
             let room = 0.06 * (high - low);

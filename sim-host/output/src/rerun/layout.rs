@@ -1,9 +1,11 @@
-//! The layout that the viewer opens with: the cell on the left, time series on the right, events below.
+//! The layouts that the viewer opens with: of welds, the cell on the left, time series on the right, events below; of
+//! responses to a step, time series side by side.
 //!
 //! Views are logged by their archetypes, since the typed layout of the Rust library has no camera, grid or axis range.
 
 use super::Shown;
-use super::signals::{GROUPS, Of};
+use super::signals::{DESIRED, GROUPS, Of, idle};
+use super::step::{self, Step};
 use super::writer::{RecordError, Store, Writer};
 use crate::figures::MILLI;
 use nalgebra::{Rotation3, Vector3};
@@ -12,7 +14,14 @@ use rerun::external::re_sdk_types::blueprint::datatypes::{TextLogColumn, TextLog
 use rerun::external::re_sdk_types::blueprint::{archetypes as view, components as part};
 use rerun::{AsComponents, TimePoint, Timeline};
 use std::io::Write;
-use trueweld_plant::simulate::Phase;
+use trueweld_core::JOINTS;
+use trueweld_plant::simulate::{Phase, Row};
+
+/// Time shown before a step, s.
+const BEFORE_STEP: f64 = 0.2;
+
+/// Room for the legends at the right of the responses to a step, over the time recorded after it.
+const LEGEND_SHARE: f64 = 0.25;
 
 /// A container or view of the layout.
 struct Node {
@@ -74,14 +83,39 @@ impl<W: Write> Layout<'_, W> {
         self.log(&node.entity, &container)?;
         Ok(node)
     }
+
+    /// The log of all runs' events.
+    fn events(&mut self, shown: &[Shown]) -> Result<Node, RecordError> {
+        let columns = [TextLogColumnKind::LogLevel, TextLogColumnKind::Body]
+            .map(|kind| part::TextLogColumn(TextLogColumn { visible: true.into(), kind }));
+        let columns = view::TextLogColumns::new().with_text_log_columns(columns);
+        let events: Vec<String> = shown.iter().map(|s| format!("/{}/events", s.root)).collect();
+        self.view("TextLog", "events", &events, &[("TextLogColumns", &columns)])
+    }
+
+    /// Makes this the layout that the viewer opens with, without its side panels.
+    fn activate(mut self, root: &Node, time: &view::TimePanelBlueprint) -> Result<(), RecordError> {
+        for panel in ["blueprint_panel", "selection_panel"] {
+            self.log(panel, &view::PanelBlueprint::new().with_state(part::PanelState::Hidden))?;
+        }
+        self.log("time_panel", time)?;
+        let viewport = view::ViewportBlueprint::new()
+            .with_root_container(part::RootContainer(Uuid { bytes: root.id }))
+            .with_auto_layout(false)
+            .with_auto_views(false);
+        self.log("viewport", &viewport)?;
+        self.writer.activate_layout()
+    }
 }
 
-/// Writes the layout and makes it the active one.
-pub(super) fn send<W: Write>(writer: &mut Writer<W>, shown: &[Shown], exaggeration: f64) -> Result<(), RecordError> {
+/// Writes the layout of welds and makes it the active one.
+pub(super) fn weld<W: Write>(writer: &mut Writer<W>, shown: &[Shown], exaggeration: f64) -> Result<(), RecordError> {
     let mut layout = Layout { writer, count: 0 };
     let cell = cell(&mut layout, shown, exaggeration)?;
     let about = layout.view("TextDocument", "what is shown", &["/about".to_owned()], &[])?;
-    let left = layout.container(part::ContainerKind::Vertical, &[cell, about], &[4.0, 1.0])?;
+    let events = layout.events(shown)?;
+    let words = layout.container(part::ContainerKind::Tabs, &[about, events], &[])?;
+    let left = layout.container(part::ContainerKind::Vertical, &[cell, words], &[4.0, 1.0])?;
 
     // The whole weld, on whichever timeline.
     let all = rerun::datatypes::TimeRange {
@@ -91,7 +125,7 @@ pub(super) fn send<W: Write>(writer: &mut Writer<W>, shown: &[Shown], exaggerati
     let axis = view::TimeAxis::new().with_view_range(all);
     let legend = view::PlotLegend::new().with_corner(part::Corner2D::RightTop);
     // The ripple of the working push, not the ramp to it.
-    let push = shown.iter().flat_map(|s| s.run.recording.rows.iter()).filter(|r| r.phase == Phase::Steady);
+    let push = shown.iter().flat_map(|s| s.recording.rows.iter()).filter(|r| r.phase == Phase::Steady);
     let [low, high] = push
         .map(|r| -r.force_w.z / MILLI)
         .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v), high.max(v)]);
@@ -101,40 +135,46 @@ pub(super) fn send<W: Write>(writer: &mut Writer<W>, shown: &[Shown], exaggerati
     } else {
         view::ScalarAxis::new()
     };
+    // Both limits, and above the curves room for the legend.
+    let limit = shown.first().map_or(0.0, |s| s.recording.half_pin * MILLI);
+    let [low, high] = extent(shown, |r| [r.deviation_w.linear.y * MILLI]);
+    let (low, high) = (low.min(-limit), high.max(limit));
+    let room = high - low;
+    let lateral_axis =
+        view::ScalarAxis::new().with_range(rerun::datatypes::Range1D([low - 0.05 * room, high + 0.35 * room]));
     let mut plots = Vec::new();
     for group in GROUPS {
         let runs = shown.iter().enumerate().filter(|(k, s)| match group.of {
             Of::All => true,
             Of::First => *k == 0,
-            Of::Compensated => s.run.recording.compensator != "none",
+            Of::Compensated => s.recording.compensator != "none",
         });
-        let mut contents: Vec<String> =
-            runs.flat_map(|(_, s)| group.entities.iter().map(|e| format!("/{}/{e}", s.root))).collect();
+        let mut contents: Vec<String> = runs
+            .flat_map(|(k, s)| {
+                let shown_once = move |e: &&&str| !idle(s, e) && (k == 0 || **e != DESIRED);
+                group.entities.iter().filter(shown_once).map(|e| format!("/{}/{e}", s.root))
+            })
+            .collect();
         contents.extend(group.references.iter().map(|e| format!("/reference/{e}")));
         let name = match (group.of, shown.first()) {
             (Of::First, Some(first)) => format!("{}: {}", group.title, first.name),
             _ => group.title.to_owned(),
         };
         let mut properties: Vec<(&str, &dyn AsComponents)> = vec![("PlotLegend", &legend), ("TimeAxis", &axis)];
-        if group.entities.contains(&"force/desired") {
+        if group.entities.contains(&DESIRED) {
             properties.push(("ScalarAxis", &push_axis));
+        }
+        if group.references.contains(&"half_pin") {
+            properties.push(("ScalarAxis", &lateral_axis));
         }
         plots.push(layout.view("TimeSeries", &name, &contents, &properties)?);
     }
     let rest = plots.split_off(3.min(plots.len()));
     let tabs = layout.container(part::ContainerKind::Tabs, &rest, &[])?;
-    let columns = [TextLogColumnKind::LogLevel, TextLogColumnKind::Body]
-        .map(|kind| part::TextLogColumn(TextLogColumn { visible: true.into(), kind }));
-    let columns = view::TextLogColumns::new().with_text_log_columns(columns);
-    let events: Vec<String> = shown.iter().map(|s| format!("/{}/events", s.root)).collect();
-    let events = layout.view("TextLog", "events", &events, &[("TextLogColumns", &columns)])?;
-    plots.extend([tabs, events]);
-    let right = layout.container(part::ContainerKind::Vertical, &plots, &[6.0, 5.0, 5.0, 5.0, 4.0])?;
+    plots.push(tabs);
+    let right = layout.container(part::ContainerKind::Vertical, &plots, &[6.0, 5.0, 6.0, 5.0])?;
     let root = layout.container(part::ContainerKind::Horizontal, &[left, right], &[5.0, 4.0])?;
 
-    for panel in ["blueprint_panel", "selection_panel"] {
-        layout.log(panel, &view::PanelBlueprint::new().with_state(part::PanelState::Hidden))?;
-    }
     // Plays the way along the seam, again and again.
     let time = view::TimePanelBlueprint::new()
         .with_state(part::PanelState::Collapsed)
@@ -152,25 +192,93 @@ pub(super) fn send<W: Write>(writer: &mut Writer<W>, shown: &[Shown], exaggerati
         }
         None => time,
     };
-    layout.log("time_panel", &time)?;
-    let viewport = view::ViewportBlueprint::new()
-        .with_root_container(part::RootContainer(Uuid { bytes: root.id }))
-        .with_auto_layout(false)
-        .with_auto_views(false);
-    layout.log("viewport", &viewport)?;
-    layout.writer.activate_layout()
+    layout.activate(&root, &time)
+}
+
+/// Writes the layout of the responses to a step and makes it the active one.
+pub(super) fn step<W: Write>(writer: &mut Writer<W>, shown: &[Shown], step: Option<&Step>) -> Result<(), RecordError> {
+    let mut layout = Layout { writer, count: 0 };
+    // From a little before the step to the end, on the timeline that counts from it.
+    let boundary = |seconds: f64| {
+        rerun::datatypes::TimeRangeBoundary::Absolute(rerun::datatypes::TimeInt((seconds * 1e9).round() as i64))
+    };
+    let axis = view::TimeAxis::new().with_view_range(rerun::datatypes::TimeRange {
+        start: boundary(-BEFORE_STEP),
+        end: step.map_or(rerun::datatypes::TimeRangeBoundary::Infinite, |s| boundary((1.0 + LEGEND_SHARE) * s.length)),
+    });
+    let legend = view::PlotLegend::new().with_corner(part::Corner2D::RightTop);
+    let whole = view::ScalarAxis::new();
+    let near = step.map_or_else(view::ScalarAxis::new, |s| {
+        let [low, high] = [-3.0, 3.0].map(|bands| (s.goal + bands * s.near) / MILLI);
+        view::ScalarAxis::new().with_range(rerun::datatypes::Range1D([low, high]))
+    });
+    let mut plot = |name: &str, entities: Vec<String>, y: &view::ScalarAxis| {
+        let properties: [(&str, &dyn AsComponents); 3] =
+            [("PlotLegend", &legend), ("TimeAxis", &axis), ("ScalarAxis", y)];
+        layout.view("TimeSeries", name, &entities, &properties)
+    };
+    let of_all = |entity: &str| -> Vec<String> {
+        shown.iter().filter(|s| !idle(s, entity)).map(|s| format!("/{}/{entity}", s.root)).collect()
+    };
+    let push = || {
+        let mut push = of_all("force/real");
+        push.extend(shown.first().map(|s| format!("/{}/{DESIRED}", s.root)));
+        push.push(step::BAND.to_owned());
+        push
+    };
+    let response = plot("push [kN], ±5 % of the step", push(), &whole)?;
+    let end = plot("the same, near its end value", push(), &near)?;
+    let error = plot("force error that the controller sees [N]", of_all("controller/force_error"), &whole)?;
+    let depth = plot("depth that the force loop adds [mm]", of_all("controller/depth_correction"), &whole)?;
+    let branch = plot("push that the force branch adds [N]", of_all("controller/push"), &whole)?;
+    let mut rows = Vec::new();
+    // On one scale, so that the controllers can be compared.
+    for (title, entity, [low, high]) in [
+        ("twist of the drives [mrad]", "twist", extent::<JOINTS>(shown, |r| (r.twist() * MILLI).into())),
+        ("torque of the motors [kN·m]", "torque", extent::<JOINTS>(shown, |r| (r.torque / MILLI).into())),
+    ] {
+        let room = 0.05 * (high - low);
+        let y = view::ScalarAxis::new().with_range(rerun::datatypes::Range1D([low - room, high + room]));
+        let plots = shown
+            .iter()
+            .map(|s| plot(&format!("{title}: {}", s.name), vec![format!("/{}/{entity}", s.root)], &y))
+            .collect::<Result<Vec<_>, _>>()?;
+        rows.push(plots);
+    }
+    let about = layout.view("TextDocument", "what is shown", &["/about".to_owned()], &[])?;
+    let events = layout.events(shown)?;
+    let words = layout.container(part::ContainerKind::Tabs, &[about, events], &[])?;
+    let mut all = vec![
+        layout.container(part::ContainerKind::Horizontal, &[response, end, words], &[1.0; 3])?,
+        layout.container(part::ContainerKind::Horizontal, &[error, depth, branch], &[1.0; 3])?,
+    ];
+    for plots in rows.iter().filter(|plots| !plots.is_empty()) {
+        all.push(layout.container(part::ContainerKind::Horizontal, plots, &vec![1.0; plots.len()])?);
+    }
+    let root = layout.container(part::ContainerKind::Vertical, &all, &[4.8, 3.0, 3.6, 3.6])?;
+    let time = view::TimePanelBlueprint::new()
+        .with_state(part::PanelState::Collapsed)
+        .with_timeline(step::TIMELINE)
+        .with_play_state(part::PlayState::Paused);
+    layout.activate(&root, &time)
+}
+
+/// Smallest and largest of some signals over all runs.
+fn extent<const N: usize>(shown: &[Shown], of: impl Fn(&Row) -> [f64; N]) -> [f64; 2] {
+    let values = shown.iter().flat_map(|s| s.recording.rows.iter()).flat_map(of);
+    values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v), high.max(v)])
 }
 
 /// First and last instant of the steady part, s.
 fn steady(shown: &Shown) -> Option<[f64; 2]> {
-    let mut steady = shown.run.recording.rows.iter().filter(|r| r.phase == Phase::Steady);
+    let mut steady = shown.recording.rows.iter().filter(|r| r.phase == Phase::Steady);
     let first = steady.next()?;
     Some([first.time, steady.next_back().unwrap_or(first).time])
 }
 
 /// The view in space, its camera beside the seam and looking back at the arm.
 fn cell<W: Write>(layout: &mut Layout<'_, W>, shown: &[Shown], exaggeration: f64) -> Result<Node, RecordError> {
-    let seam = shown.first().and_then(|s| super::scene::Seam::of(&s.run.recording.rows));
+    let seam = shown.first().and_then(|s| super::scene::Seam::of(&s.recording.rows));
     let middle = seam.map_or(Vector3::new(1.5, 0.0, 0.5), |s| s.middle());
     let outward = Vector3::new(middle.x, middle.y, 0.0).try_normalize(1e-6).unwrap_or_else(Vector3::x);
     let eye = middle + Rotation3::from_axis_angle(&Vector3::z_axis(), 0.7) * outward * 2.5 + Vector3::z() * 1.7;

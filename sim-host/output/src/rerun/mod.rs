@@ -1,4 +1,5 @@
-//! Recordings for the Rerun viewer: the arm, its path and every signal of finished welds, with the layout to see them in.
+//! Recordings for the Rerun viewer: the arm, its path and every signal of finished welds, the responses to a step of the
+//! push, each with the layout to see them in.
 //!
 //! Deviations of millimetres on an arm of three metres are drawn enlarged by one factor, the arm's with the path's:
 //! joint angles about the angles that would hold the nominal pose, the path about the seam. With a factor of 1 the
@@ -7,11 +8,13 @@
 mod layout;
 mod scene;
 mod signals;
+mod step;
 mod writer;
 
-use crate::{OutputError, WeldRun, file};
-use std::io::BufWriter;
+use crate::{OutputError, StepRun, WeldRun, write_file};
+use rerun::TimeColumn;
 use std::path::Path;
+use trueweld_plant::simulate::Recording;
 use writer::{RecordError, Writer};
 
 /// Name under which the viewer files recordings and keeps their layout.
@@ -19,14 +22,41 @@ const APPLICATION: &str = "trueweld";
 
 /// A run and how it appears in the recording.
 struct Shown<'a> {
-    run: WeldRun<'a>,
+    recording: &'a Recording,
     /// Root of its entities.
     root: String,
     /// Its name for people.
     name: String,
     color: crate::color::Rgb,
-    /// Distance gone along the seam, m, one value a row.
-    travelled: Vec<f64>,
+    beside: Beside,
+}
+
+/// The timeline that a recording has beside `time`.
+enum Beside {
+    /// `path_um`: distance gone along the seam, m, one value a row; counts only while the tool moves.
+    Path(Vec<f64>),
+    /// `since_step`: time since the step of the set-point at this time, s.
+    Step(f64),
+}
+
+impl Shown<'_> {
+    /// The timelines of some rows, which are all on the seam or all off it.
+    fn times(&self, picked: impl Iterator<Item = usize> + Clone) -> Vec<TimeColumn> {
+        let rows = &self.recording.rows;
+        let mut times = vec![TimeColumn::new_duration_secs("time", picked.clone().map(|k| rows[k].time))];
+        match &self.beside {
+            Beside::Path(travelled) => {
+                if picked.clone().next().is_some_and(|k| crate::path::moving(rows[k].phase)) {
+                    let travelled = picked.map(|k| signals::micrometres(travelled[k]));
+                    times.push(TimeColumn::new_sequence("path_um", travelled));
+                }
+            }
+            Beside::Step(at) => {
+                times.push(TimeColumn::new_duration_secs(step::TIMELINE, picked.map(|k| rows[k].time - at)));
+            }
+        }
+        times
+    }
 }
 
 /// Writes welds of one seam into a recording at `path`, each under its own root, with the layout to compare them.
@@ -37,48 +67,72 @@ struct Shown<'a> {
 /// # Errors
 /// [`OutputError`] with the path; no file is left behind.
 pub fn weld_recording(path: &Path, runs: &[WeldRun], exaggeration: f64) -> Result<(), OutputError> {
-    let shown = shown(runs);
-    file::replace(path, |file| {
-        let mut file = BufWriter::new(file);
-        write(&mut file, &shown, exaggeration).map_err(|error| match error {
-            RecordError::File(source) => file::failed(path, source),
-            RecordError::Library(reason) => OutputError::Record { path: path.to_owned(), reason },
-        })
+    let beside = |r: &Recording| Beside::Path(crate::path::travelled(&r.rows));
+    let shown = shown(runs.iter().map(|r| r.recording), &crate::figures::run_names(runs), beside);
+    let id = shown.first().map_or("empty", |s| s.recording.weld.as_str());
+    save(path, id, |writer| {
+        layout::weld(writer, &shown, exaggeration)?;
+        scene::cell(writer, runs, &shown, exaggeration)?;
+        for (run, shown) in runs.iter().zip(&shown) {
+            scene::arm(writer, run.robot, shown, exaggeration)?;
+            signals::all(writer, shown)?;
+        }
+        Ok(())
     })
 }
 
-fn write(file: &mut impl std::io::Write, shown: &[Shown], exaggeration: f64) -> Result<(), RecordError> {
-    let weld = shown.first().map_or("empty", |s| s.run.recording.weld.as_str());
-    let mut writer = Writer::new(&mut *file, weld)?;
-    layout::send(&mut writer, shown, exaggeration)?;
-    scene::cell(&mut writer, shown, exaggeration)?;
-    for run in shown {
-        scene::arm(&mut writer, run, exaggeration)?;
-        signals::all(&mut writer, run)?;
-    }
-    writer.finish()?;
-    file.flush().map_err(RecordError::File)
+/// Writes the responses of several controllers to one step of the push at time `at`, s, into a recording at `path`, with
+/// the layout to compare them: push, force error, what the controller does about it, twists and torques of the drives.
+///
+/// Timelines: `since_step`, and `time` from the start of the run. The same runs give the same bytes.
+///
+/// # Errors
+/// [`OutputError`] with the path; no file is left behind.
+pub fn step_recording(path: &Path, runs: &[StepRun], at: f64) -> Result<(), OutputError> {
+    let names = crate::figures::controller_names(runs);
+    let shown = shown(runs.iter().map(|r| r.recording), &names, |_| Beside::Step(at));
+    let id = shown.first().map_or("step".to_owned(), |s| format!("{}, step", s.recording.weld));
+    save(path, &id, |writer| {
+        let step = step::Step::of(&shown, at);
+        layout::step(writer, &shown, step.as_ref())?;
+        step::references(writer, runs, step.as_ref())?;
+        shown.iter().try_for_each(|shown| signals::all(writer, shown))
+    })
 }
 
-fn shown<'a>(runs: &[WeldRun<'a>]) -> Vec<Shown<'a>> {
-    let names = crate::figures::run_names(runs);
-    let roots = names.iter().map(|name| match name.as_str() {
-        "no compensation" => "none".to_owned(),
-        name => {
-            let plain = |c: char| if c.is_ascii_alphanumeric() { c } else { '_' };
-            name.chars().map(plain).collect::<String>().replace("__", "_")
-        }
+/// Puts a recording together in memory and writes it.
+fn save(
+    path: &Path,
+    id: &str,
+    fill: impl FnOnce(&mut Writer<&mut Vec<u8>>) -> Result<(), RecordError>,
+) -> Result<(), OutputError> {
+    let mut bytes = Vec::new();
+    let written = Writer::new(&mut bytes, id).and_then(|mut writer| {
+        fill(&mut writer)?;
+        writer.finish()
     });
-    runs.iter()
-        .zip(&names)
-        .zip(roots)
+    written.map_err(|RecordError(reason)| OutputError::Record { path: path.to_owned(), reason })?;
+    write_file(path, &bytes)
+}
+
+fn shown<'a>(
+    recordings: impl Iterator<Item = &'a Recording>,
+    names: &[String],
+    beside: impl Fn(&Recording) -> Beside,
+) -> Vec<Shown<'a>> {
+    let plain = |c: char| if c.is_ascii_alphanumeric() { c } else { '_' };
+    recordings
+        .zip(names)
         .enumerate()
-        .map(|(k, ((run, name), root))| Shown {
-            run: *run,
-            root,
+        .map(|(k, (recording, name))| Shown {
+            recording,
+            root: match name.as_str() {
+                "no compensation" => "none".to_owned(),
+                name => name.chars().map(plain).collect::<String>().replace("__", "_"),
+            },
             name: name.clone(),
             color: crate::color::run(k),
-            travelled: crate::path::travelled(&run.recording.rows),
+            beside: beside(recording),
         })
         .collect()
 }

@@ -2,7 +2,8 @@
 //! its tool and the force on it.
 
 use super::writer::{RecordError, Store, Writer, refused};
-use super::{Shown, signals};
+use super::{Beside, Shown, signals};
+use crate::WeldRun;
 use crate::color::LIMIT;
 use crate::figures::{MILLI, headline};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
@@ -47,9 +48,14 @@ impl Seam {
 }
 
 /// What all runs share: plate, seam, the limits of lateral deviation, and the words beside the picture.
-pub(super) fn cell<W: Write>(writer: &mut Writer<W>, shown: &[Shown], exaggeration: f64) -> Result<(), RecordError> {
+pub(super) fn cell<W: Write>(
+    writer: &mut Writer<W>,
+    runs: &[WeldRun],
+    shown: &[Shown],
+    exaggeration: f64,
+) -> Result<(), RecordError> {
     let Some(first) = shown.first() else { return Ok(()) };
-    let Some(seam) = Seam::of(&first.run.recording.rows) else { return Ok(()) };
+    let Some(seam) = Seam::of(&first.recording.rows) else { return Ok(()) };
     let mut fixed = |entity: &str, what: &dyn rerun::AsComponents| writer.fixed(Store::Recording, entity, what);
 
     fixed("/cell", &rerun::ViewCoordinates::RIGHT_HAND_Z_UP())?;
@@ -65,11 +71,11 @@ pub(super) fn cell<W: Write>(writer: &mut Writer<W>, shown: &[Shown], exaggerati
     let line = |offset: f64| [seam.start, seam.end].map(|p| point(&(p + lateral * offset)));
     let nominal = LineStrips3D::new([line(0.0)]).with_radii([0.005]).with_colors([Color::from_rgb(40, 40, 40)]);
     fixed("/cell/seam", &nominal)?;
-    let limit = first.run.recording.half_pin * exaggeration;
+    let limit = first.recording.half_pin * exaggeration;
     let limits = LineStrips3D::new([line(limit), line(-limit)])
         .with_radii([0.003])
         .with_colors([signals::rgb(LIMIT)])
-        .with_labels([format!("half the pin, ±{:.1} mm", first.run.recording.half_pin * MILLI)])
+        .with_labels([format!("half the pin, ±{:.1} mm", first.recording.half_pin * MILLI)])
         .with_show_labels(false);
     fixed("/cell/half_pin", &limits)?;
     let end = Arrows3D::from_vectors([point(&(along * 0.25))])
@@ -77,17 +83,28 @@ pub(super) fn cell<W: Write>(writer: &mut Writer<W>, shown: &[Shown], exaggerati
         .with_radii([0.006])
         .with_colors([Color::from_rgb(90, 90, 90)]);
     fixed("/cell/weld_direction", &end)?;
-    fixed("/about", &TextDocument::new(about(shown, exaggeration)).with_media_type(rerun::MediaType::MARKDOWN))?;
-    signals::references(writer, first)
+    fixed("/about", &TextDocument::new(about(runs, shown, exaggeration)).with_media_type(rerun::MediaType::MARKDOWN))?;
+    half_pin(writer, first)
+}
+
+/// The limit of lateral deviation in the plots, over the whole time of a run.
+fn half_pin<W: Write>(writer: &mut Writer<W>, shown: &Shown) -> Result<(), RecordError> {
+    let (rows, limit) = (&shown.recording.rows, shown.recording.half_pin * MILLI);
+    let (Some(first), Some(last)) = (rows.first(), rows.last()) else { return Ok(()) };
+    let Beside::Path(travelled) = &shown.beside else { return Ok(()) };
+    let times = [
+        TimeColumn::new_duration_secs("time", [first.time, last.time]),
+        TimeColumn::new_sequence("path_um", [0, travelled.last().map_or(0, |far| signals::micrometres(*far))]),
+    ];
+    signals::reference(writer, "/reference/half_pin", "half the pin", LIMIT, times, &[[limit, -limit]; 2])
 }
 
 /// The picture in words.
-fn about(shown: &[Shown], exaggeration: f64) -> String {
-    let runs: Vec<crate::WeldRun> = shown.iter().map(|s| s.run).collect();
-    let mut text = format!("**{}**\n\n", headline(&runs));
+fn about(runs: &[WeldRun], shown: &[Shown], exaggeration: f64) -> String {
+    let mut text = format!("**{}**\n\n", headline(runs));
     for (k, run) in shown.iter().enumerate() {
         let color = crate::color::run_in_words(k);
-        text += &format!("- {color}: {}; solid where the arm is, transparent where its encoders say it is\n", run.name);
+        text += &format!("- {color}: {}; solid where the arm is, wire frame where its encoders say it is\n", run.name);
     }
     text += &format!(
         "- in space, deviations from the nominal pose are drawn {exaggeration:.0} × too large; plots are to scale\n\
@@ -99,8 +116,13 @@ fn about(shown: &[Shown], exaggeration: f64) -> String {
 }
 
 /// One run's arm, tool path and force.
-pub(super) fn arm<W: Write>(writer: &mut Writer<W>, shown: &Shown, exaggeration: f64) -> Result<(), RecordError> {
-    let (robot, recording) = (shown.run.robot, shown.run.recording);
+pub(super) fn arm<W: Write>(
+    writer: &mut Writer<W>,
+    robot: &Robot<f64>,
+    shown: &Shown,
+    exaggeration: f64,
+) -> Result<(), RecordError> {
+    let recording = shown.recording;
     let rows = &recording.rows;
     let Some(seam) = Seam::of(rows) else { return Ok(()) };
     let every = ((1.0 / POSES_PER_SECOND / recording.period.max(1e-9)).round() as usize).max(1);
@@ -114,17 +136,9 @@ pub(super) fn arm<W: Write>(writer: &mut Writer<W>, shown: &Shown, exaggeration:
         }
     }
     for range in signals::chunks(rows) {
-        let on_path = crate::path::moving(rows[range.start].phase);
         let last = range.end - 1;
         let picked: Vec<usize> = range.filter(|k| k % every == 0 || *k == last).collect();
-        let times = || {
-            let mut times = vec![TimeColumn::new_duration_secs("time", picked.iter().map(|k| rows[*k].time))];
-            if on_path {
-                let travelled = picked.iter().map(|k| signals::micrometres(shown.travelled[*k]));
-                times.push(TimeColumn::new_sequence("path_um", travelled));
-            }
-            times
-        };
+        let times = || shown.times(picked.iter().copied());
         // Angles that hold the nominal pose; where it has none that are unique, the encoders' own stand for them.
         let drawn: Vec<[JointVector<f64>; 2]> = picked
             .iter()
@@ -163,7 +177,7 @@ pub(super) fn arm<W: Write>(writer: &mut Writer<W>, shown: &Shown, exaggeration:
 
 /// The way of the real tool over the plate while it moves along the seam, coloured by its lateral deviation.
 fn way<W: Write>(writer: &mut Writer<W>, shown: &Shown, seam: &Seam, exaggeration: f64) -> Result<(), RecordError> {
-    let recording = shown.run.recording;
+    let recording = shown.recording;
     let moving: Vec<&Row> = recording.rows.iter().filter(|r| crate::path::moving(r.phase)).collect();
     // Kept just above the plate: the depth of the tool is a signal, not part of this picture.
     let above = seam.axes.column(2) * -0.004;

@@ -1,8 +1,8 @@
 //! Every signal of a run as columns over time and over the position on the seam, and its events.
 
-use super::Shown;
 use super::writer::{RecordError, Store, Writer, refused};
-use crate::color::{JOINTS as JOINT_COLORS, LIMIT, REFERENCE, Rgb};
+use super::{Beside, Shown};
+use crate::color::{JOINTS as JOINT_COLORS, REFERENCE, Rgb};
 use crate::figures::MILLI;
 use crate::path::moving;
 use rerun::{Scalars, SeriesLines, TextLog, TextLogLevel, TimeColumn, TimePoint, Timeline};
@@ -21,6 +21,9 @@ pub(super) struct Group {
     pub of: Of,
 }
 
+/// The push asked for: the same in every run of a recording, and shown once.
+pub(super) const DESIRED: &str = "force/desired";
+
 /// Whose lines a plot shows.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Of {
@@ -32,17 +35,28 @@ pub(super) enum Of {
     Compensated,
 }
 
+/// What a controller does about the force; the schemes that do without one leave it at zero.
+pub(super) fn idle(shown: &Shown, entity: &str) -> bool {
+    let of: fn(&Row) -> f64 = match entity {
+        "controller/depth_correction" => |r| r.depth_correction,
+        "controller/push" => |r| r.push,
+        _ => return false,
+    };
+    shown.recording.rows.iter().all(|r| of(r) == 0.0)
+}
+
 /// The plots of the layout; the first three are always seen, the others are tabs.
 pub(super) const GROUPS: &[Group] = &[
     Group { title: "lateral deviation [mm]", entities: &["deviation/lateral"], references: &["half_pin"], of: Of::All },
-    Group { title: "push [kN]", entities: &["force/real", "force/desired"], references: &[], of: Of::All },
+    Group { title: "push [kN]", entities: &["force/real", DESIRED], references: &[], of: Of::All },
     Group { title: "twist of the drives [mrad]", entities: &["twist"], references: &[], of: Of::First },
     Group {
-        title: "correction",
+        title: "correction [mm, mrad]",
         entities: &["controller/correction", "controller/correction_turn"],
         references: &[],
         of: Of::Compensated,
     },
+    Group { title: "torque of the motors [kN·m]", entities: &["torque"], references: &[], of: Of::First },
     Group { title: "lateral by joint [mm]", entities: &["lateral_by_joint"], references: &[], of: Of::First },
     Group { title: "tilt [°]", entities: &["deviation/tilt"], references: &[], of: Of::All },
     Group { title: "longitudinal [mm]", entities: &["deviation/longitudinal"], references: &[], of: Of::All },
@@ -52,7 +66,7 @@ pub(super) const GROUPS: &[Group] = &[
         references: &[],
         of: Of::All,
     },
-    Group { title: "sensed [kN]", entities: &["force/sensed", "force/desired"], references: &[], of: Of::All },
+    Group { title: "sensed [kN]", entities: &["force/sensed", DESIRED], references: &[], of: Of::All },
     Group {
         title: "force loop [N]",
         entities: &["controller/force_error", "controller/push"],
@@ -63,32 +77,32 @@ pub(super) const GROUPS: &[Group] = &[
 
 /// Writes the signals and events of one run.
 pub(super) fn all<W: Write>(writer: &mut Writer<W>, shown: &Shown) -> Result<(), RecordError> {
-    let (name, color) = (shown.root.as_str(), shown.color);
+    let (name, color) = (shown.name.as_str(), shown.color);
     let pale = |part: u16| color.map(|c| (u16::from(c) + (255 - u16::from(c)) * part / 10) as u8);
-    let label = |what: &str| [format!("{name}: {what}")];
+    // The plots' titles say what and in which unit; the lines' names say whose, and keep the legends small.
+    let own = [name.to_owned()];
+    let label = |what: &str| [format!("{name}, {what}")];
     let mut signals = Signals { writer, shown };
 
-    signals.send("deviation/lateral", &label("lateral [mm]"), &[color], |r| Some([r.deviation_w.linear.y * MILLI]))?;
-    signals.send("deviation/longitudinal", &label("longitudinal [mm]"), &[color], |r| {
-        Some([r.deviation_w.linear.x * MILLI])
-    })?;
-    signals.send("deviation/depth", &label("depth [mm]"), &[color], |r| Some([r.deviation_w.linear.z * MILLI]))?;
-    signals.send("deviation/tilt", &label("tilt [°]"), &[color], |r| Some([r.tilt.to_degrees()]))?;
+    signals.send("deviation/lateral", &own, &[color], |r| Some([r.deviation_w.linear.y * MILLI]))?;
+    signals.send("deviation/longitudinal", &own, &[color], |r| Some([r.deviation_w.linear.x * MILLI]))?;
+    signals.send("deviation/depth", &own, &[color], |r| Some([r.deviation_w.linear.z * MILLI]))?;
+    signals.send("deviation/tilt", &own, &[color], |r| Some([r.tilt.to_degrees()]))?;
 
-    signals.send("force/sensed", &label("sensed [kN]"), &[pale(6)], |r| Some([-r.force_sensed_w.z / MILLI]))?;
-    signals.send("force/real", &label("real [kN]"), &[color], |r| Some([-r.force_w.z / MILLI]))?;
-    signals.send("force/desired", &label("asked for [kN]"), &[REFERENCE], |r| r.force_desired.map(|f| [f / MILLI]))?;
+    signals.send("force/sensed", &own, &[pale(6)], |r| Some([-r.force_sensed_w.z / MILLI]))?;
+    signals.send("force/real", &own, &[color], |r| Some([-r.force_w.z / MILLI]))?;
+    signals.send(DESIRED, &["asked for".to_owned()], &[REFERENCE], |r| r.force_desired.map(|f| [f / MILLI]))?;
 
-    let joints = |what: &str| std::array::from_fn::<String, 6, _>(|i| format!("A{} {what}", i + 1));
-    signals.send("twist", &joints("[mrad]"), &JOINT_COLORS, |r| Some((r.twist() * MILLI).into()))?;
-    signals.send("lateral_by_joint", &joints("[mm]"), &JOINT_COLORS, |r| Some((r.lateral_by_joint * MILLI).into()))?;
+    let joints = std::array::from_fn::<String, 6, _>(|i| format!("A{}", i + 1));
+    signals.send("twist", &joints, &JOINT_COLORS, |r| Some((r.twist() * MILLI).into()))?;
+    signals.send("lateral_by_joint", &joints, &JOINT_COLORS, |r| Some((r.lateral_by_joint * MILLI).into()))?;
 
-    signals.send("controller/force_error", &label("force error [N]"), &[color], |r| Some([r.force_error]))?;
-    signals.send("controller/push", &label("force branch [N]"), &[pale(4)], |r| Some([r.push]))?;
-    signals.send("controller/depth_correction", &label("depth added [mm]"), &[pale(4)], |r| {
-        Some([r.depth_correction * MILLI])
-    })?;
-    let parts = ["longitudinal [mm]", "lateral [mm]"].map(|p| format!("{name}: {p}"));
+    signals.send("torque", &joints, &JOINT_COLORS, |r| Some((r.torque / 1e3).into()))?;
+
+    signals.send("controller/force_error", &own, &[color], |r| Some([r.force_error]))?;
+    signals.send("controller/push", &label("force branch"), &[pale(4)], |r| Some([r.push]))?;
+    signals.send("controller/depth_correction", &label("added"), &[pale(4)], |r| Some([r.depth_correction * MILLI]))?;
+    let parts = ["longitudinal [mm]", "lateral [mm]"].map(|p| format!("{name}, {p}"));
     signals.send("controller/correction", &parts, &[pale(4), color], |r| {
         Some([r.correction_w.linear.x * MILLI, r.correction_w.linear.y * MILLI])
     })?;
@@ -98,22 +112,21 @@ pub(super) fn all<W: Write>(writer: &mut Writer<W>, shown: &Shown) -> Result<(),
     events(writer, shown)
 }
 
-/// Limits drawn with the first run, over its whole time.
-pub(super) fn references<W: Write>(writer: &mut Writer<W>, shown: &Shown) -> Result<(), RecordError> {
-    let rows = &shown.run.recording.rows;
-    let (Some(first), Some(last)) = (rows.first(), rows.last()) else { return Ok(()) };
-    let half_pin = shown.run.recording.half_pin * MILLI;
-    let far = shown.travelled.last().copied().unwrap_or(0.0);
-    let entity = "/reference/half_pin";
-    let style =
-        SeriesLines::new().with_names(["half the pin [mm]"; 2]).with_colors([rgb(LIMIT); 2]).with_widths([1.5; 2]);
+/// Limits and set-points that belong to no run: at every instant of `times` the same values of `N` lines.
+pub(super) fn reference<const N: usize, W: Write>(
+    writer: &mut Writer<W>,
+    entity: &str,
+    name: &str,
+    color: Rgb,
+    times: impl IntoIterator<Item = TimeColumn>,
+    values: &[[f64; N]],
+) -> Result<(), RecordError> {
+    let style = SeriesLines::new().with_names([name; N]).with_colors([rgb(color); N]).with_widths([1.5; N]);
     writer.fixed(Store::Recording, entity, &style)?;
-    let times = [
-        TimeColumn::new_duration_secs("time", [first.time, last.time]),
-        TimeColumn::new_sequence("path_um", [0, micrometres(far)]),
-    ];
-    let columns = Scalars::new([half_pin, -half_pin, half_pin, -half_pin]).columns([2, 2]).map_err(refused)?;
-    writer.columns(entity, 2, times, columns)
+    let columns = Scalars::new(values.iter().flatten().copied())
+        .columns(std::iter::repeat_n(N, values.len()))
+        .map_err(refused)?;
+    writer.columns(entity, values.len(), times, columns)
 }
 
 struct Signals<'a, 'b, W: Write> {
@@ -136,18 +149,13 @@ impl<W: Write> Signals<'_, '_, W> {
             .with_colors(colors.iter().map(|c| rgb(*c)))
             .with_widths([1.5; N]);
         self.writer.fixed(Store::Recording, &entity, &style)?;
-        let rows = &self.shown.run.recording.rows;
+        let rows = &self.shown.recording.rows;
         for range in chunks(rows) {
-            let on_path = moving(rows[range.start].phase);
             let found: Vec<(usize, [f64; N])> = range.filter_map(|k| value(&rows[k]).map(|v| (k, v))).collect();
             if found.is_empty() {
                 continue;
             }
-            let mut times = vec![TimeColumn::new_duration_secs("time", found.iter().map(|(k, _)| rows[*k].time))];
-            if on_path {
-                let travelled = &self.shown.travelled;
-                times.push(TimeColumn::new_sequence("path_um", found.iter().map(|(k, _)| micrometres(travelled[*k]))));
-            }
+            let times = self.shown.times(found.iter().map(|(k, _)| *k));
             let columns = Scalars::new(found.iter().flat_map(|(_, v)| *v))
                 .columns(std::iter::repeat_n(N, found.len()))
                 .map_err(refused)?;
@@ -173,12 +181,13 @@ pub(super) fn chunks(rows: &[Row]) -> impl Iterator<Item = Range<usize>> {
 fn events<W: Write>(writer: &mut Writer<W>, shown: &Shown) -> Result<(), RecordError> {
     let entity = format!("/{}/events", shown.root);
     let mut before: Option<&Row> = None;
-    for row in &shown.run.recording.rows {
+    for row in &shown.recording.rows {
+        let nanoseconds = |seconds: f64| rerun::TimeCell::from_duration_nanos((seconds * 1e9).round() as i64);
         let mut log = |text: String, level: TextLogLevel| {
-            let when = TimePoint::default().with(
-                Timeline::new_duration("time"),
-                rerun::TimeCell::from_duration_nanos((row.time * 1e9).round() as i64),
-            );
+            let mut when = TimePoint::default().with(Timeline::new_duration("time"), nanoseconds(row.time));
+            if let Beside::Step(at) = shown.beside {
+                when = when.with(Timeline::new_duration(super::step::TIMELINE), nanoseconds(row.time - at));
+            }
             let entry = TextLog::new(format!("{}: {text}", shown.name)).with_level(level).with_color(rgb(shown.color));
             writer.one(Store::Recording, &entity, when, &entry)
         };

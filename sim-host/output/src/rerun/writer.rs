@@ -19,18 +19,13 @@ use rerun::log::{Chunk, ChunkComponents, ChunkId, LogMsg, RowId, TimeColumn};
 use rerun::{AsComponents, SerializedComponentColumn, TimePoint};
 use std::io::Write;
 
-/// Why a recording could not be written.
+/// Why a recording could not be put together: what the recording library said.
 #[derive(Debug)]
-pub(super) enum RecordError {
-    /// The file system refused.
-    File(std::io::Error),
-    /// The recording library refused.
-    Library(String),
-}
+pub(super) struct RecordError(pub String);
 
-/// Anything but a file error ends here.
+/// The library refused.
 pub(super) fn refused(error: impl std::fmt::Display) -> RecordError {
-    RecordError::Library(error.to_string())
+    RecordError(error.to_string())
 }
 
 /// Into which of the file's two stores a chunk goes.
@@ -66,7 +61,7 @@ impl<W: Write> Writer<W> {
         let options = EncodingOptions::PROTOBUF_COMPRESSED;
         let version = rerun::build_info().version.to_bytes();
         StreamHeader { fourcc: RRD_FOURCC, version, options }.to_rrd_bytes(&mut message).map_err(refused)?;
-        file.write_all(&message).map_err(RecordError::File)?;
+        file.write_all(&message).map_err(refused)?;
         let recording = StoreId::recording(APPLICATION, recording_id);
         let layout = StoreId::new(StoreKind::Blueprint, APPLICATION, "layout");
         let stores =
@@ -150,7 +145,7 @@ impl<W: Write> Writer<W> {
         let offset = self.written + end.len() as u64;
         end.extend_from_slice(&payload);
         StreamFooter::from_rrd_footer_bytes(offset, &payload).to_rrd_bytes(&mut end).map_err(refused)?;
-        self.file.write_all(&end).map_err(RecordError::File)
+        self.file.write_all(&end).map_err(refused)
     }
 
     fn chunk(&mut self, store: Store, chunk: &Chunk) -> Result<(), RecordError> {
@@ -168,7 +163,7 @@ impl<W: Write> Writer<W> {
         let transport = message.to_transport(Compression::LZ4).map_err(refused)?;
         self.message.clear();
         transport.to_rrd_bytes(&mut self.message).map_err(refused)?;
-        self.file.write_all(&self.message).map_err(RecordError::File)?;
+        self.file.write_all(&self.message).map_err(refused)?;
         let header = MessageHeader::ENCODED_SIZE_BYTES as u64;
         let length = self.message.len() as u64;
         let span = Span { start: self.written + header, len: length - header };

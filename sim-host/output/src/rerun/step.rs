@@ -1,0 +1,69 @@
+//! What belongs to a step of the push and to no single controller: the 5 % band, and the words beside the plots.
+
+use super::writer::{RecordError, Store, Writer};
+use super::{Shown, signals};
+use crate::StepRun;
+use crate::color::LIMIT;
+use crate::figures::{MILLI, STEP_HEADINGS, step_headline, step_lines};
+use rerun::{TextDocument, TimeColumn};
+use std::io::Write;
+use trueweld_evaluate::StepFigures;
+
+/// Timeline that counts from the step.
+pub(super) const TIMELINE: &str = "since_step";
+
+/// Entity of the 5 % band.
+pub(super) const BAND: &str = "/reference/band";
+
+/// The step of the set-point.
+pub(super) struct Step {
+    /// When, s.
+    pub at: f64,
+    /// Time recorded after it, s.
+    pub length: f64,
+    /// Push asked for after it, N.
+    pub goal: f64,
+    /// 5 % of its height, N.
+    pub near: f64,
+}
+
+impl Step {
+    /// From the first run. `None` where it has no push asked for on both sides of `at`.
+    pub fn of(shown: &[Shown], at: f64) -> Option<Self> {
+        let Shown { recording, .. } = shown.first()?;
+        let last = recording.rows.last()?;
+        let goal = last.force_desired?;
+        let before = recording.rows.iter().rev().find(|r| r.time < at - 0.5 * recording.period)?.force_desired?;
+        Some(Self { at, length: last.time - at, goal, near: 0.05 * (goal - before).abs() })
+    }
+}
+
+/// Writes the band and the words.
+pub(super) fn references<W: Write>(
+    writer: &mut Writer<W>,
+    runs: &[StepRun],
+    step: Option<&Step>,
+) -> Result<(), RecordError> {
+    let text = TextDocument::new(about(runs)).with_media_type(rerun::MediaType::MARKDOWN);
+    writer.fixed(Store::Recording, "/about", &text)?;
+    let Some(step) = step else { return Ok(()) };
+    let times = [
+        TimeColumn::new_duration_secs("time", [step.at, step.at + step.length]),
+        TimeColumn::new_duration_secs(TIMELINE, [0.0, step.length]),
+    ];
+    let limits = [-1.0, 1.0].map(|side| (step.goal + side * step.near) / MILLI);
+    signals::reference(writer, BAND, "±5 %", LIMIT, times, &[limits; 2])
+}
+
+/// The figures beside the published ones.
+fn about(runs: &[StepRun]) -> String {
+    let figures: Vec<StepFigures> = runs.iter().map(|r| r.figures.clone()).collect();
+    let row = |cells: &[String]| format!("| {} |\n", cells.join(" | "));
+    let mut text = format!("**{}**\n\n", step_headline(&figures));
+    text += &row(&STEP_HEADINGS.map(str::to_owned));
+    text += &row(&STEP_HEADINGS.map(|_| "---".to_owned()));
+    for line in step_lines(&figures) {
+        text += &row(&line.cells.map(|cell| cell.trim().to_owned()));
+    }
+    text + "\nPublished: Bres et al., Industrial Robot 37(1), 2010.\n"
+}
