@@ -2,9 +2,11 @@
 //!
 //! With p the TCP and s the nominal surface point in W, d = (p − s)·z, d₊ = max(d, 0), e = F_d / reference force:
 //!
+//! ```text
 //! F_d = max(0, k_z d₊ + b_z ḋ·[d > 0])                                 along −z
 //! F_f = c_x v_x e                                                       along −x
 //! F_l = r F_f sgn(ω) + (c_y v_y + k_y (y − y_m)) e,  ẏ_m = (y − y_m)|v_x|/L   along −y
+//! ```
 //!
 //! each × (1 + Σ aₙ sin(nφ + ψₙ)), φ̇ = ω; axial amplitudes for F_d, in-plane ones for F_f and F_l. No moment at the TCP.
 

@@ -1,8 +1,10 @@
 //! The elastic robot (2.1): two inertias a joint, spring and damper between them.
 //!
+//! ```text
 //! M(θ) θ̈ + h(θ, θ̇) + g(θ) = τ_s + τ_cb(θ₂) + J(θ)ᵀ w   (links)
 //! I_m θ̈_E = Γ − τ_s − τ_f(θ̇_E)                          (motors, seen from the joint)
 //! τ_s = K (θ_E − θ) + D (θ̇_E − θ̇)
+//! ```
 //!
 //! The one description of its physics: whoever drives it (a controller, a recorded log), it is asked here. Rotor
 //! gyroscopic effects are left out.
