@@ -110,7 +110,7 @@ fn welding<T: Real>(criterion: &mut Criterion, scalar: &str) {
         ki: JointVector::repeat(lit(4e5)),
         kd: JointVector::repeat(lit(1e4)),
     };
-    let force = ForceGains { kp: lit(0.1), ki: lit(2.0), kd: lit(1e3), max_correction: lit(5e3) };
+    let force = ForceGains { kp: lit(0.1), ki: lit(2.0), kd: lit(1e3), max_correction: lit(5e3), max_rate: lit(5e4) };
     let outer =
         ExternalGains { kp: lit(1e-8), ki: lit(1e-7), kd: lit(1e-3), max_correction: lit(5e-3), max_rate: lit(1e-2) };
     let period = lit(PERIOD);

@@ -17,6 +17,7 @@ use trueweld_core::{
     Counterbalance, Friction, JOINTS, JointParameters, JointVector, Pose, Real, Robot, RobotParameters, ToolParameters,
     Wrench,
 };
+use trueweld_plant::input::RobotFile;
 
 /// Path of a file below `fixtures/`.
 pub fn fixture(relative: &str) -> PathBuf {
@@ -34,62 +35,42 @@ pub fn kr500<T: Real>() -> Robot<T> {
     Robot::new(kr500_parameters()).expect("the fixture is a robot")
 }
 
-/// The parameters in `fixtures/robots/kr500-mt.toml`, angles turned to rad, every number rounded to `T` once.
-///
-/// Reads the file just well enough for the fixture; it checks nothing.
+/// The parameters in `fixtures/robots/kr500-mt.toml`, every number rounded to `T` once.
 ///
 /// # Panics
-/// Where the fixture is missing a key.
+/// Where the fixture is not a robot.
 pub fn kr500_parameters<T: Real>() -> RobotParameters<T> {
-    use toml::Value;
-    fn number<T: Real>(v: &Value) -> T {
-        nalgebra::convert(v.as_float().or(v.as_integer().map(|i| i as f64)).expect("a number"))
-    }
-    fn list<T: Real, const N: usize>(v: &Value) -> SVector<T, N> {
-        SVector::from_fn(|i, _| number(&v[i]))
-    }
-    fn inertia<T: Real>(v: &Value) -> Matrix3<T> {
-        let [xx, yy, zz, xy, xz, yz] = ["xx", "yy", "zz", "xy", "xz", "yz"].map(|key| number(&v[key]));
-        Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz)
-    }
-    let radians = |degrees: &Value| nalgebra::convert::<f64, T>(number::<f64>(degrees).to_radians());
-    let text = std::fs::read_to_string(fixture("robots/kr500-mt.toml")).expect("the fixture is there");
-    let file = Value::Table(text.parse().expect("the fixture is TOML"));
-    let (tool, friction) = (&file["tool"], &file["friction"]);
+    let read = RobotFile::read(fixture("robots/kr500-mt.toml")).expect("the fixture is a robot").parameters;
+    let one = |x: f64| nalgebra::convert::<f64, T>(x);
     RobotParameters {
-        gravity: list(&file["gravity_m_s2"]),
-        joints: core::array::from_fn(|i| {
-            let j = &file["joint"][i];
-            JointParameters {
-                origin: list(&j["origin_m"]),
-                axis: list(&j["axis"]),
-                limits: [radians(&j["limits_deg"][0]), radians(&j["limits_deg"][1])],
-                max_rate: radians(&j["max_speed_deg_s"]),
-                max_torque: number(&j["max_torque_nm"]),
-                stiffness: number(&j["stiffness_nm_rad"]),
-                damping: number(&j["damping_nms_rad"]),
-                rotor_inertia: number(&j["rotor_inertia_kg_m2"]),
-                mass: number(&j["mass_kg"]),
-                center_of_mass: list(&j["com_m"]),
-                inertia: inertia(&j["inertia_kg_m2"]),
-            }
+        gravity: cast(&read.gravity),
+        joints: read.joints.map(|j| JointParameters {
+            origin: cast(&j.origin),
+            axis: cast(&j.axis),
+            limits: j.limits.map(one),
+            max_rate: one(j.max_rate),
+            max_torque: one(j.max_torque),
+            stiffness: one(j.stiffness),
+            damping: one(j.damping),
+            rotor_inertia: one(j.rotor_inertia),
+            mass: one(j.mass),
+            center_of_mass: cast(&j.center_of_mass),
+            inertia: cast(&j.inertia),
         }),
         friction: Friction {
-            viscous: list(&friction["viscous_nms_rad"]),
-            coulomb: list(&friction["coulomb_nm"]),
-            smoothing: number(&friction["smoothing_rad_s"]),
+            viscous: cast(&read.friction.viscous),
+            coulomb: cast(&read.friction.coulomb),
+            smoothing: one(read.friction.smoothing),
         },
-        counterbalance: Counterbalance {
-            cosine: file["counterbalance"]["cos_nm"].as_array().expect("a list").iter().map(number).collect(),
-        },
+        counterbalance: Counterbalance { cosine: read.counterbalance.cosine.iter().map(|c| one(*c)).collect() },
         tool: ToolParameters {
-            flange_offset: list(&tool["flange_offset_m"]),
-            mass: number(&tool["mass_kg"]),
-            com_from_flange: list(&tool["com_from_flange_m"]),
-            inertia: inertia(&tool["inertia_kg_m2"]),
-            tcp_from_flange: list(&tool["tcp_from_flange_m"]),
-            z_axis: list(&tool["z_axis"]),
-            y_axis: list(&tool["y_axis"]),
+            flange_offset: cast(&read.tool.flange_offset),
+            mass: one(read.tool.mass),
+            com_from_flange: cast(&read.tool.com_from_flange),
+            inertia: cast(&read.tool.inertia),
+            tcp_from_flange: cast(&read.tool.tcp_from_flange),
+            z_axis: cast(&read.tool.z_axis),
+            y_axis: cast(&read.tool.y_axis),
         },
     }
 }
@@ -301,8 +282,8 @@ pub fn joint_gains<T: Real>() -> JointGains<T> {
 
 /// Gains of the force branch of the parallel and the superposed scheme. Not tuned.
 pub fn force_gains<T: Real>() -> ForceGains<T> {
-    let [kp, ki, kd, max_correction] = [0.3, 5.0, 2e4, 8e3].map(nalgebra::convert);
-    ForceGains { kp, ki, kd, max_correction }
+    let [kp, ki, kd, max_correction, max_rate] = [0.3, 5.0, 2e4, 8e3, 5e5].map(nalgebra::convert);
+    ForceGains { kp, ki, kd, max_correction, max_rate }
 }
 
 /// Gains of the outer loop of the external scheme. Not tuned.

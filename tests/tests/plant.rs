@@ -6,7 +6,7 @@ use trueweld_core::{JointVector, Robot, Wrench};
 use trueweld_plant::cell::{Cell, State};
 use trueweld_plant::integrate::{Integrator, Stepper, Tolerance, rest};
 use trueweld_plant::robot::{Port, ProcessPoint, Term};
-use trueweld_plant::simulate::{Controller, Law, Program, run};
+use trueweld_plant::simulate::{Controller, Law, Program, Scenario, Seam, run, start_angles};
 use trueweld_tests::cell::{Fixtures, free_cell};
 use trueweld_tests::{KR500, seen};
 
@@ -56,14 +56,14 @@ fn without_friction_and_damping_the_free_arm_keeps_its_energy() {
         let fallen = cell.robot.model.potential_energy(&frames)
             - cell.robot.model.potential_energy(&cell.robot.model.frames(&q));
         let drift = (energy(&end) - energy(&start)).abs() / fallen.abs();
-        // Local error 1e-9 a step over some thousand steps; seen 4e-10.
-        assert!(seen("reference: energy drift in 1 s over what was exchanged", drift) < 1e-7);
+        // Local error 1e-9 a step over some thousand steps; seen 1e-11.
+        assert!(seen("reference: energy drift in 1 s over what was exchanged", drift) < 1e-8);
         fallen.abs()
     };
     let end = advance(&cell, Integrator::LinearlyImplicit, start, &torque, 1e-3, 1000);
     let drift = (energy(&end) - energy(&start)).abs() / exchanged;
-    // Second order at 1 ms damps the undamped 12 to 54 Hz modes: the drift is the method's, and is stated.
-    assert!(seen("default: energy drift in 1 s over what was exchanged", drift) < 2e-2);
+    // Third order at 1 ms: (ωh)³ of the 12 Hz modes that carry the ringing is 4e-4 a radian, damping; seen 6e-6 in all.
+    assert!(seen("default: energy drift in 1 s over what was exchanged", drift) < 1e-4);
 }
 
 #[test]
@@ -88,7 +88,7 @@ fn dampers_and_friction_take_exactly_the_energy_that_is_missing() {
     }
     // The trapezoid over 0.1 ms of power that changes with 1/375 s (friction turning round) and the modes: 1e-3.
     let mismatch = (start - energy(&state) - lost).abs() / lost;
-    assert!(lost > 10.0, "the fall must have cost something: {lost} J");
+    assert!(lost > 1.0, "the fall must have cost something: {lost} J");
     assert!(seen("energy balance with dampers and friction, mismatch over loss", mismatch) < 1e-3);
 }
 
@@ -124,7 +124,8 @@ fn stiffer_springs_approach_the_rigid_arm() {
     // Twist is load over K: a hundred times stiffer, a hundred times nearer, until the rigid prediction's own neglect of
     // the changing posture shows.
     assert!(stiff < soft / 30.0, "×1e2: {soft:e} rad, ×1e4: {stiff:e} rad");
-    assert!(seen("elastic against rigid at K × 1e4, rad", stiff) < 1e-8);
+    // 13 kN·m on 6.2e10 N·m/rad twist the drive by 2e-7 rad; the link follows the motor to less than that.
+    assert!(seen("elastic against rigid at K × 1e4, rad", stiff) < 2e-7);
 }
 
 /// The process' force whatever the tool does: the published load.
@@ -140,18 +141,17 @@ impl Term for ConstantForce {
 #[test]
 fn static_deflection_is_where_the_ringing_plant_comes_to_rest() {
     // Motors that cannot move: the locked-motor arm.
-    let model = altered(|p| p.joints.iter_mut().for_each(|j| j.rotor_inertia = 1e12));
+    let model = altered(|p| p.joints.iter_mut().for_each(|j| j.rotor_inertia = 1e17));
     let load = Vector3::new(-4e3, 1e3, -18e3);
     let fixtures = Fixtures::of("vertical");
     let mut cell = fixtures.cell(&[]);
     cell.robot.model = model;
     cell.robot.ports.install(Port::ProcessForce, Box::new(ConstantForce(load))).expect("room");
-    let q = trueweld_plant::simulate::start_angles(&KR500, &trueweld_plant::simulate::Seam::of(&fixtures.weld))
-        .expect("reach");
+    let q = start_angles(&KR500, &Seam::of(&fixtures.weld)).expect("reach");
     // The plate 50 mm above the tool, so that it stays in contact wherever the load takes it.
     cell.b_from_w.position.z += 0.05;
     let start = State::at_rest(&q, &q, 0.0);
-    let rung = advance(&cell, Integrator::LinearlyImplicit, start, &JointVector::zeros(), 1e-3, 8000);
+    let rung = advance(&cell, Integrator::LinearlyImplicit, start, &JointVector::zeros(), 1e-3, 20_000);
     let at_rest = rest::under_wrench(&cell, &q, &cell.wrench(&load)).expect("an equilibrium");
     let tool = |link: &JointVector<f64>| KR500.forward(link).position;
     let deflection = tool(&at_rest) - tool(&q);
@@ -172,16 +172,23 @@ fn static_deflection_is_where_the_ringing_plant_comes_to_rest() {
 fn default_integrator_stays_within_a_micrometre_of_the_reference_over_a_whole_weld() {
     let fixtures = Fixtures::of("vertical");
     let cell = fixtures.cell(&[]);
-    let scenario = fixtures.scenario(&cell, Program::Weld, Controller::External, Law::Elastostatic);
-    let reference = Integrator::DormandPrince(Tolerance::REFERENCE);
+    // Encoders and force sensor without steps: a reading that falls to the other side of a step, for a difference in the
+    // last digit, moves the closed loop by more than both integrators' errors (1.4 µm at 2 µrad, at any plant step).
+    let mut sensors = fixtures.sensors.clone();
+    sensors.encoder_resolution = [0.0; 6];
+    sensors.force.resolution = 0.0;
+    let scenario = Scenario {
+        sensors: &sensors,
+        ..fixtures.scenario(&cell, Program::Weld, Controller::External, Law::Elastostatic)
+    };
+    let slow = Scenario { integrator: Integrator::DormandPrince(Tolerance::REFERENCE), ..scenario };
     let (default, reference) = std::thread::scope(|scope| {
-        let slow =
-            scope.spawn(|| run(&trueweld_plant::simulate::Scenario { integrator: reference, ..scenario }, |_| {}));
+        let slow = scope.spawn(|| run(&slow, |_| {}));
         (run(&scenario, |_| {}).expect("runs"), slow.join().expect("no panic").expect("runs"))
     });
     assert_eq!(default.rows.len(), reference.rows.len());
-    let square: f64 =
-        default.rows.iter().zip(&reference.rows).map(|(a, b)| (a.real.position - b.real.position).norm_squared()).sum();
+    let pairs = default.rows.iter().zip(&reference.rows);
+    let square: f64 = pairs.map(|(a, b)| (a.real.position - b.real.position).norm_squared()).sum();
     let rms = (square / default.rows.len() as f64).sqrt();
     assert!(seen("default integrator against the reference over a weld, m RMS", rms) < 1e-6);
 }

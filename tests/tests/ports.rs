@@ -181,11 +181,12 @@ fn backlash_lets_the_link_go_until_the_gap_is_taken_up() {
         let wrench = Wrench { moment: Vector3::zeros(), force: Vector3::new(0.0, 0.0, force) };
         let loose = rest::under_wrench(&cell, &q, &wrench).expect("rest");
         let tight = rest::under_wrench(&bare, &q, &wrench).expect("rest");
-        // The torque's sign decides which flank: the link gives by b more, and its neighbours by what gravity makes of it.
+        // The link goes by b further the way its torque already pushes it, give or take what the moved load adds:
+        // F·L/K = 18 kN · 0.69 m / 0.6 MN·m/rad = 2 % of it.
         let more = loose - tight;
-        assert!((more[4].abs() - gap).abs() < 1e-2 * gap, "{more}");
-        assert_eq!(more[4].signum(), tight[4].signum() * (tight[4] - q[4]).signum() * tight[4].signum());
-        assert!(more.remove_row(4).amax() < 0.02 * gap, "{more}");
+        let expected = gap * (tight[4] - q[4]).signum();
+        assert!((more[4] - expected).abs() < 3e-2 * gap, "{force} N: {more}");
+        assert!(more.remove_row(4).amax() < 0.05 * gap, "{force} N: {more}");
     }
 }
 

@@ -70,10 +70,13 @@ fn first_weld_leaves_its_line_by_five_millimetres_and_holds_its_force() {
 }
 
 #[test]
-fn force_envelope_is_wider_on_the_inclined_weld() {
-    let (first, second) = (weld("vertical", Law::None, 0.0), weld("inclined", Law::None, 0.0));
-    assert!((second.force.mean - 18e3).abs() < 100.0, "{second:?}");
-    assert!(second.force.envelope > first.force.envelope, "{:?} {:?}", first.force, second.force);
+fn second_weld_holds_its_force_and_its_line() {
+    let figures = weld("inclined", Law::None, 0.0);
+    assert!((figures.force.mean - 18e3).abs() < 100.0, "{figures:?}");
+    // The published envelope is wider than the first weld's where axes 4 and 6 fall in line. This cell's tool never comes
+    // nearer to that than 27° (sin A5 = 0.46 at the start), and the envelope stays below the first weld's.
+    assert!(figures.force.envelope < 300.0, "{:?}", figures.force);
+    assert!(figures.lateral.max_abs < 2e-3, "{figures:?}");
 }
 
 #[test]
@@ -87,9 +90,18 @@ fn elastostatic_compensation_keeps_the_first_weld_on_its_line_with_exact_stiffne
 fn a_stiffness_error_passes_through_one_to_one() {
     // What is left is the share of the deflection that the law gets wrong: 1 − 1/(1 + error).
     let bare = weld("vertical", Law::None, 0.0).lateral.rms;
-    for error in [-0.3, -0.1, 0.1, 0.3] {
+    for error in [-0.1, 0.1, 0.3] {
         let left = weld("vertical", Law::Elastostatic, error).lateral.rms;
-        let expected = bare * (1.0 - 1.0 / (1.0 + error)).abs();
+        let expected = bare * (1.0 - 1.0 / (1.0_f64 + error)).abs();
         assert!((left - expected).abs() < 0.15 * expected + 0.05e-3, "{error}: {left} m, expected {expected} m");
     }
+}
+
+#[test]
+fn believing_in_a_robot_thirty_percent_too_soft_ends_in_a_bounded_limit_cycle() {
+    // The law adds the deflection of the force it measures, and the material answers the motion with force: a positive
+    // feedback whose gain is the believed over the real compliance. Above one it swings until the authority holds it.
+    let figures = weld("vertical", Law::Elastostatic, -0.3);
+    assert!(figures.limited_rows > 1000, "{figures:?}");
+    assert!(figures.lateral.max_abs < 10e-3, "{figures:?}");
 }

@@ -22,6 +22,8 @@ pub struct ForceGains<T: Real> {
     pub kd: T,
     /// Largest correction the branch may add to f_d, N.
     pub max_correction: T,
+    /// Largest rate of the push, N/s: a step of f_d put on the drives at once would ring the arm's first modes.
+    pub max_rate: T,
 }
 
 /// State of the force branch: what (2.2) and (2.3) have in common.
@@ -52,7 +54,7 @@ impl<T: Real> ForceBranch<T> {
         *self = Self::new(self.gains);
     }
 
-    /// f_d + K_pf Δf − K_df Ẋ + K_if∫Δf, N; `None` while the set-point asks for no force.
+    /// f_d + K_pf Δf − K_df Ẋ + K_if∫Δf within its rate, N; `None` while the set-point asks for no force.
     pub fn update(&mut self, desired: Option<T>, sensed: Option<T>, velocity: T, period: T) -> Option<Push<T>> {
         let Some(desired) = desired else {
             self.reset();
@@ -67,9 +69,11 @@ impl<T: Real> ForceBranch<T> {
         let error = desired - sensed;
         let (correction, limited) =
             self.pid.update(error, -self.gains.kd * velocity, self.gains.max_correction, period);
-        let push = desired + correction;
+        let wanted = desired + correction;
+        let (before, step) = (self.push.unwrap_or(desired), self.gains.max_rate * period);
+        let push = wanted.clamp(before - step, before + step);
         self.push = Some(push);
-        Some(Push { push, error, taken_over, limited, fault: None })
+        Some(Push { push, error, taken_over, limited: limited || push != wanted, fault: None })
     }
 
     /// Empties the integrator and returns what it held, N, for another loop to carry.

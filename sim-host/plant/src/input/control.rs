@@ -89,7 +89,7 @@ fn joint(table: &Table<'_>) -> Result<JointGains<f64>, InputError> {
 }
 
 fn parallel(table: &Table<'_>) -> Result<ParallelGains, InputError> {
-    let own = ["force_kp", "force_ki_1_s", "force_kd_ns_m", "max_force_correction_n"];
+    let own = ["force_kp", "force_ki_1_s", "force_kd_ns_m", "max_force_correction_n", "max_push_rate_n_s"];
     table.only(&[&JOINT_KEYS[..], &own].concat())?;
     Ok(ParallelGains {
         joint: joint(table)?,
@@ -98,6 +98,7 @@ fn parallel(table: &Table<'_>) -> Result<ParallelGains, InputError> {
             ki: table.number("force_ki_1_s", Bounds::NonNegative)?,
             kd: table.number("force_kd_ns_m", Bounds::NonNegative)?,
             max_correction: table.number("max_force_correction_n", Bounds::Positive)?,
+            max_rate: table.number("max_push_rate_n_s", Bounds::Positive)?,
         },
     })
 }

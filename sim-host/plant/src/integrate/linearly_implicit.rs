@@ -6,7 +6,7 @@
 //!
 //! It keeps its order for any matrix A (a W-method), so A holds what is stiff and no more: springs, dampers, the slope
 //! of friction, and the contact. Those couple a motor with its own link only, so that the motors are eliminated joint by
-//! joint and each stage solves 6 × 6 instead of 34 × 34. Effects that change a spring keep the baseline's K and D in A.
+//! joint and each stage solves 6 × 6 instead of 32 × 32. Effects that change a spring keep the baseline's K and D in A.
 
 use crate::cell::{Cell, Evaluation, STATES, State};
 use nalgebra::{Matrix3, Matrix3x6, Matrix6, SVector, Vector3};

@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 use trueweld_core::JOINTS;
 
 /// Most continuous states that all effects of one cell may keep (a hysteresis keeps one a joint).
-pub const INTERNAL_STATES: usize = 8;
+pub const INTERNAL_STATES: usize = 6;
 
 /// Where a term enters the plant.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
