@@ -131,7 +131,7 @@ pub(super) fn weld<W: Write>(writer: &mut Writer<W>, shown: &[Shown], exaggerati
         .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v), high.max(v)]);
     let push_axis = if low < high {
         let room = high - low;
-        view::ScalarAxis::new().with_range(rerun::datatypes::Range1D([low - room, high + room]))
+        view::ScalarAxis::new().with_range(rerun::datatypes::Range1D([low - 0.3 * room, high + 1.4 * room]))
     } else {
         view::ScalarAxis::new()
     };
@@ -141,7 +141,7 @@ pub(super) fn weld<W: Write>(writer: &mut Writer<W>, shown: &[Shown], exaggerati
     let (low, high) = (low.min(-limit), high.max(limit));
     let room = high - low;
     let lateral_axis =
-        view::ScalarAxis::new().with_range(rerun::datatypes::Range1D([low - 0.05 * room, high + 0.35 * room]));
+        view::ScalarAxis::new().with_range(rerun::datatypes::Range1D([low - 0.05 * room, high + 0.3 * room]));
     let mut plots = Vec::new();
     for group in GROUPS {
         let runs = shown.iter().enumerate().filter(|(k, s)| match group.of {
@@ -172,7 +172,7 @@ pub(super) fn weld<W: Write>(writer: &mut Writer<W>, shown: &[Shown], exaggerati
     let rest = plots.split_off(3.min(plots.len()));
     let tabs = layout.container(part::ContainerKind::Tabs, &rest, &[])?;
     plots.push(tabs);
-    let right = layout.container(part::ContainerKind::Vertical, &plots, &[6.0, 5.0, 6.0, 5.0])?;
+    let right = layout.container(part::ContainerKind::Vertical, &plots, &[8.5, 4.5, 6.0, 5.0])?;
     let root = layout.container(part::ContainerKind::Horizontal, &[left, right], &[5.0, 4.0])?;
 
     // Plays the way along the seam, again and again.

@@ -96,7 +96,8 @@ fn half_pin<W: Write>(writer: &mut Writer<W>, shown: &Shown) -> Result<(), Recor
         TimeColumn::new_duration_secs("time", [first.time, last.time]),
         TimeColumn::new_sequence("path_um", [0, travelled.last().map_or(0, |far| signals::micrometres(*far))]),
     ];
-    signals::reference(writer, "/reference/half_pin", "half the pin", LIMIT, times, &[[limit, -limit]; 2])
+    let name = format!("half the pin, ±{limit:.1}");
+    signals::reference(writer, "/reference/half_pin", &name, LIMIT, times, &[[limit, -limit]; 2])
 }
 
 /// The picture in words.
