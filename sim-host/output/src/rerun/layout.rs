@@ -155,6 +155,9 @@ pub(super) fn weld<W: Write>(writer: &mut Writer<W>, shown: &[Shown], exaggerati
                 group.entities.iter().filter(shown_once).map(|e| format!("/{}/{e}", s.root))
             })
             .collect();
+        if contents.is_empty() && !shown.is_empty() {
+            continue;
+        }
         contents.extend(group.references.iter().map(|e| format!("/reference/{e}")));
         let name = match (group.of, shown.first()) {
             (Of::First, Some(first)) => format!("{}: {}", group.title, first.name),
@@ -255,7 +258,7 @@ pub(super) fn step<W: Write>(writer: &mut Writer<W>, shown: &[Shown], step: Opti
     for plots in rows.iter().filter(|plots| !plots.is_empty()) {
         all.push(layout.container(part::ContainerKind::Horizontal, plots, &vec![1.0; plots.len()])?);
     }
-    let root = layout.container(part::ContainerKind::Vertical, &all, &[4.8, 3.0, 3.6, 3.6])?;
+    let root = layout.container(part::ContainerKind::Vertical, &all, &[4.6, 2.6, 3.9, 3.9])?;
     let time = view::TimePanelBlueprint::new()
         .with_state(part::PanelState::Collapsed)
         .with_timeline(step::TIMELINE)
@@ -281,7 +284,11 @@ fn cell<W: Write>(layout: &mut Layout<'_, W>, shown: &[Shown], exaggeration: f64
     let seam = shown.first().and_then(|s| super::scene::Seam::of(&s.recording.rows));
     let middle = seam.map_or(Vector3::new(1.5, 0.0, 0.5), |s| s.middle());
     let outward = Vector3::new(middle.x, middle.y, 0.0).try_normalize(1e-6).unwrap_or_else(Vector3::x);
-    let eye = middle + Rotation3::from_axis_angle(&Vector3::z_axis(), 0.7) * outward * 2.5 + Vector3::z() * 1.7;
+    let mut away = Rotation3::from_axis_angle(&Vector3::z_axis(), 0.7) * outward * 2.5 + Vector3::z() * 1.7;
+    // On the side of the plate that the tool is on, and not along its surface.
+    let face = seam.map_or(Vector3::z(), |s| -s.into_material());
+    away += face * (0.35 * away.norm() - face.dot(&away)).max(0.0);
+    let eye = middle + away;
     let target = middle - outward * 0.5 + Vector3::z() * 0.35;
     let eye = view::EyeControls3D::new()
         .with_position(eye.map(|v| v as f32).data.0[0])

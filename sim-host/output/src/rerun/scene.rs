@@ -41,6 +41,11 @@ impl Seam {
         Some(Self { start: first.position, end: last.position, axes })
     }
 
+    /// Unit vector into the material.
+    pub fn into_material(&self) -> Vector3<f64> {
+        self.axes.column(2).into()
+    }
+
     /// Half way, m.
     pub fn middle(&self) -> Vector3<f64> {
         (self.start + self.end) * 0.5
