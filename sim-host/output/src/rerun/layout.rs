@@ -131,7 +131,7 @@ pub(super) fn weld<W: Write>(writer: &mut Writer<W>, shown: &[Shown], exaggerati
         .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v), high.max(v)]);
     let push_axis = if low < high {
         let room = high - low;
-        view::ScalarAxis::new().with_range(rerun::datatypes::Range1D([low - room, high + room]))
+        view::ScalarAxis::new().with_range(rerun::datatypes::Range1D([low - 0.3 * room, high + 1.4 * room]))
     } else {
         view::ScalarAxis::new()
     };
@@ -141,7 +141,7 @@ pub(super) fn weld<W: Write>(writer: &mut Writer<W>, shown: &[Shown], exaggerati
     let (low, high) = (low.min(-limit), high.max(limit));
     let room = high - low;
     let lateral_axis =
-        view::ScalarAxis::new().with_range(rerun::datatypes::Range1D([low - 0.05 * room, high + 0.35 * room]));
+        view::ScalarAxis::new().with_range(rerun::datatypes::Range1D([low - 0.05 * room, high + 0.3 * room]));
     let mut plots = Vec::new();
     for group in GROUPS {
         let runs = shown.iter().enumerate().filter(|(k, s)| match group.of {
@@ -155,6 +155,9 @@ pub(super) fn weld<W: Write>(writer: &mut Writer<W>, shown: &[Shown], exaggerati
                 group.entities.iter().filter(shown_once).map(|e| format!("/{}/{e}", s.root))
             })
             .collect();
+        if contents.is_empty() && !shown.is_empty() {
+            continue;
+        }
         contents.extend(group.references.iter().map(|e| format!("/reference/{e}")));
         let name = match (group.of, shown.first()) {
             (Of::First, Some(first)) => format!("{}: {}", group.title, first.name),
@@ -172,7 +175,7 @@ pub(super) fn weld<W: Write>(writer: &mut Writer<W>, shown: &[Shown], exaggerati
     let rest = plots.split_off(3.min(plots.len()));
     let tabs = layout.container(part::ContainerKind::Tabs, &rest, &[])?;
     plots.push(tabs);
-    let right = layout.container(part::ContainerKind::Vertical, &plots, &[6.0, 5.0, 6.0, 5.0])?;
+    let right = layout.container(part::ContainerKind::Vertical, &plots, &[8.5, 4.5, 6.0, 5.0])?;
     let root = layout.container(part::ContainerKind::Horizontal, &[left, right], &[5.0, 4.0])?;
 
     // Plays the way along the seam, again and again.
@@ -255,7 +258,7 @@ pub(super) fn step<W: Write>(writer: &mut Writer<W>, shown: &[Shown], step: Opti
     for plots in rows.iter().filter(|plots| !plots.is_empty()) {
         all.push(layout.container(part::ContainerKind::Horizontal, plots, &vec![1.0; plots.len()])?);
     }
-    let root = layout.container(part::ContainerKind::Vertical, &all, &[4.8, 3.0, 3.6, 3.6])?;
+    let root = layout.container(part::ContainerKind::Vertical, &all, &[4.6, 2.6, 3.9, 3.9])?;
     let time = view::TimePanelBlueprint::new()
         .with_state(part::PanelState::Collapsed)
         .with_timeline(step::TIMELINE)
@@ -281,7 +284,11 @@ fn cell<W: Write>(layout: &mut Layout<'_, W>, shown: &[Shown], exaggeration: f64
     let seam = shown.first().and_then(|s| super::scene::Seam::of(&s.recording.rows));
     let middle = seam.map_or(Vector3::new(1.5, 0.0, 0.5), |s| s.middle());
     let outward = Vector3::new(middle.x, middle.y, 0.0).try_normalize(1e-6).unwrap_or_else(Vector3::x);
-    let eye = middle + Rotation3::from_axis_angle(&Vector3::z_axis(), 0.7) * outward * 2.5 + Vector3::z() * 1.7;
+    let mut away = Rotation3::from_axis_angle(&Vector3::z_axis(), 0.7) * outward * 2.5 + Vector3::z() * 1.7;
+    // On the side of the plate that the tool is on, and not along its surface.
+    let face = seam.map_or(Vector3::z(), |s| -s.into_material());
+    away += face * (0.35 * away.norm() - face.dot(&away)).max(0.0);
+    let eye = middle + away;
     let target = middle - outward * 0.5 + Vector3::z() * 0.35;
     let eye = view::EyeControls3D::new()
         .with_position(eye.map(|v| v as f32).data.0[0])

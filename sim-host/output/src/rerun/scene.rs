@@ -41,6 +41,11 @@ impl Seam {
         Some(Self { start: first.position, end: last.position, axes })
     }
 
+    /// Unit vector into the material.
+    pub fn into_material(&self) -> Vector3<f64> {
+        self.axes.column(2).into()
+    }
+
     /// Half way, m.
     pub fn middle(&self) -> Vector3<f64> {
         (self.start + self.end) * 0.5
@@ -96,7 +101,8 @@ fn half_pin<W: Write>(writer: &mut Writer<W>, shown: &Shown) -> Result<(), Recor
         TimeColumn::new_duration_secs("time", [first.time, last.time]),
         TimeColumn::new_sequence("path_um", [0, travelled.last().map_or(0, |far| signals::micrometres(*far))]),
     ];
-    signals::reference(writer, "/reference/half_pin", "half the pin", LIMIT, times, &[[limit, -limit]; 2])
+    let name = format!("half the pin, ±{limit:.1}");
+    signals::reference(writer, "/reference/half_pin", &name, LIMIT, times, &[[limit, -limit]; 2])
 }
 
 /// The picture in words.

@@ -90,6 +90,35 @@ fn the_same_runs_give_the_same_bytes() {
 }
 
 #[test]
+fn a_step_recording_holds_every_signal_of_every_controller_and_is_the_same_again() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("step.rrd");
+    let steps = sample::steps();
+    step_recording(&path, &steps.runs(), sample::STEP_AT).unwrap();
+    let (rows, chunks, activations) = read(&path, "/external/force/real");
+    assert_eq!(activations, 1);
+    for root in ["parallel", "superposed", "external"] {
+        for signal in ["force/real", "force/desired", "controller/force_error", "controller/push", "twist", "torque"] {
+            assert_eq!(rows.get(&format!("/{root}/{signal}")), Some(&4001), "{root}/{signal}");
+        }
+    }
+    // Style and two ends of the 5 % band.
+    assert_eq!(rows["/reference/band"], 3);
+    assert!(rows.contains_key("/about"));
+    // Time counts from the step.
+    let since: Vec<i64> =
+        chunks.iter().flat_map(|c| c.timelines()[&step::TIMELINE.into()].times_raw().to_vec()).collect();
+    assert_eq!((since[0], since[1000]), (-1_000_000_000, 0));
+    let again = directory.path().join("again.rrd");
+    step_recording(&again, &steps.runs(), sample::STEP_AT).unwrap();
+    assert!(std::fs::read(&path).unwrap() == std::fs::read(&again).unwrap());
+    // Without a run, and with a step before everything, there is no band but still a recording.
+    step_recording(&again, &[], sample::STEP_AT).unwrap();
+    step_recording(&again, &steps.runs(), 0.0).unwrap();
+    assert!(!read(&again, "").0.contains_key("/reference/band"));
+}
+
+#[test]
 fn a_missing_directory_is_named_and_nothing_is_left() {
     let directory = tempfile::tempdir().unwrap();
     let welds = sample::welds(50);

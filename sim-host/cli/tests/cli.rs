@@ -1,0 +1,253 @@
+//! The program as a user runs it: what it writes, that it writes the same again, and how it refuses.
+
+use serde_json::Value;
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+use tempfile::TempDir;
+
+/// A folder with short welds; commands run in it.
+struct Place(TempDir);
+
+/// The repository's fixtures.
+fn fixture(name: &str) -> String {
+    format!("{}/../../fixtures/{name}", env!("CARGO_MANIFEST_DIR"))
+}
+
+impl Place {
+    fn new() -> Self {
+        let place = Self(tempfile::tempdir().unwrap());
+        place.weld("short.toml", "[1.700, -1.000, 0.500]", "[1.700, -0.940, 0.500]");
+        place
+    }
+
+    fn path(&self) -> &Path {
+        self.0.path()
+    }
+
+    /// The first published weld between other points.
+    fn weld(&self, name: &str, start: &str, end: &str) {
+        let text = fs::read_to_string(fixture("welds/vertical.toml")).unwrap();
+        let line = |line: &str| match line.split(" = ").next() {
+            Some("start_m") => format!("start_m = {start}\n"),
+            Some("end_m") => format!("end_m = {end}\n"),
+            _ => format!("{line}\n"),
+        };
+        fs::write(self.path().join(name), text.lines().map(line).collect::<String>()).unwrap();
+    }
+
+    fn run(&self, arguments: &[&str]) -> Output {
+        Command::new(env!("CARGO_BIN_EXE_trueweld")).args(arguments).current_dir(self.path()).output().unwrap()
+    }
+
+    /// Runs what must succeed; its standard output.
+    fn done(&self, arguments: &[&str]) -> String {
+        let output = self.run(arguments);
+        assert!(output.status.success(), "{arguments:?}\n{}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8(output.stdout).unwrap()
+    }
+
+    /// Runs what must fail with one message and no new file; the message on one line.
+    fn refused(&self, arguments: &[&str]) -> String {
+        let before = self.files();
+        let output = self.run(arguments);
+        assert!(!output.status.success(), "{arguments:?}");
+        assert_eq!(self.files(), before, "{arguments:?}");
+        let text = String::from_utf8(output.stderr).unwrap();
+        assert!(!text.contains("panicked"), "{text}");
+        assert_eq!(text.to_lowercase().matches("error:").count(), 1, "{text}");
+        // As wide as the terminal, messages are broken into lines.
+        text.split_whitespace().filter(|word| *word != "│").collect::<Vec<_>>().join(" ")
+    }
+
+    fn files(&self) -> Vec<String> {
+        let mut names: Vec<String> = fs::read_dir(self.path())
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name().to_string_lossy().into_owned())
+            .collect();
+        names.sort();
+        names
+    }
+
+    fn bytes(&self, name: &str) -> Vec<u8> {
+        fs::read(self.path().join(name)).unwrap()
+    }
+
+    fn json(&self, name: &str) -> Value {
+        serde_json::from_slice(&self.bytes(name)).unwrap()
+    }
+}
+
+#[test]
+fn a_weld_is_told_as_table_json_and_page() {
+    let place = Place::new();
+    let out = place.done(&["weld", "--weld", "short.toml", "--json", "weld.json", "--html", "weld.html"]);
+    assert!(out.starts_with("At full feed the tool leaves the seam by up to "), "{out}");
+    assert!(out.lines().all(|line| line.chars().count() <= 110), "{out}");
+    let value = place.json("weld.json");
+    assert_eq!(value["schema"], "weld-result/1");
+    let runs = value["runs"].as_array().unwrap();
+    assert_eq!(runs.iter().map(|run| &run["compensator"]).collect::<Vec<_>>(), ["none", "elastostatic"]);
+    for run in runs {
+        assert_eq!(run["weld"], "short");
+        assert_eq!(run["controller"], "external");
+        assert!(run["seed"].is_u64());
+        for quantity in ["lateral_m", "longitudinal_m", "depth_m", "tilt_rad"] {
+            for figure in ["mean", "rms", "max_abs"] {
+                assert!(run[quantity][figure].is_f64(), "{quantity} {figure}");
+            }
+        }
+        for figure in ["mean", "envelope", "error_rms"] {
+            assert!(run["force_n"][figure].is_f64(), "{figure}");
+        }
+        let share: f64 = run["joint_share"].as_array().unwrap().iter().map(|s| s.as_f64().unwrap()).sum();
+        assert!((share - 1.0).abs() < 1e-9, "{share}");
+        assert!(run["simulated_s"].as_f64() > Some(5.0) && run["wall_s"].as_f64() > Some(0.0));
+    }
+    // The point of it all.
+    let largest = |run: &Value| run["lateral_m"]["max_abs"].as_f64().unwrap();
+    assert!(largest(&runs[1]) < 0.5 * largest(&runs[0]));
+    assert!(String::from_utf8(place.bytes("weld.html")).unwrap().starts_with("<!DOCTYPE html>"));
+}
+
+#[test]
+fn a_step_is_told_for_all_three_controllers() {
+    let place = Place::new();
+    let out = place.done(&["step", "--weld", "short.toml", "--json", "step.json", "--html", "step.html"]);
+    assert!(out.contains("published, scheme 3"), "{out}");
+    let value = place.json("step.json");
+    assert_eq!(value["schema"], "step-result/1");
+    let controllers = value["controllers"].as_array().unwrap();
+    assert_eq!(controllers.iter().map(|c| &c["name"]).collect::<Vec<_>>(), ["parallel", "superposed", "external"]);
+    for controller in controllers {
+        for key in ["first_within_5pct_s", "settle_5pct_s"] {
+            let time = controller.get(key).unwrap();
+            assert!(time.is_f64() || time.is_null(), "{key}");
+        }
+        for key in ["overshoot", "static_error_n", "ripple_n"] {
+            assert!(controller[key].is_f64(), "{key}");
+        }
+    }
+    assert!(place.bytes("step.html").starts_with(b"<!DOCTYPE html>"));
+}
+
+#[test]
+fn the_same_inputs_and_seed_give_the_same_bytes() {
+    let place = Place::new();
+    let mut outputs = vec!["json", "html"];
+    if cfg!(feature = "rerun") {
+        outputs.push("rrd");
+    }
+    for name in ["a", "b"] {
+        let mut arguments = vec!["weld".to_owned(), "--weld".into(), "short.toml".into(), "--quiet".into()];
+        for output in &outputs {
+            arguments.extend([format!("--{output}"), format!("{name}.{output}")]);
+        }
+        place.done(&arguments.iter().map(String::as_str).collect::<Vec<_>>());
+    }
+    let figures = |name: &str| -> String {
+        let text = String::from_utf8(place.bytes(name)).unwrap();
+        assert_eq!(text.matches("\"wall_s\"").count(), 2, "{name}");
+        text.lines().filter(|line| !line.contains("\"wall_s\"")).collect()
+    };
+    assert_eq!(figures("a.json"), figures("b.json"));
+    // The row of the wall time is the last of its table, which the first plot follows.
+    let page = |name: &str| {
+        let page = String::from_utf8(place.bytes(name)).unwrap();
+        let start = page.find("simulated, × real time").unwrap();
+        let end = start + page[start..].find("</table>").unwrap();
+        page[..start].to_owned() + &page[end..]
+    };
+    assert_eq!(page("a.html"), page("b.html"));
+    if cfg!(feature = "rerun") {
+        assert!(place.bytes("a.rrd") == place.bytes("b.rrd"));
+    }
+    // Another seed is another run.
+    place.done(&["weld", "--weld", "short.toml", "-q", "--seed", "99", "--json", "c.json"]);
+    assert_ne!(figures("a.json"), figures("c.json"));
+}
+
+#[cfg(feature = "rerun")]
+#[test]
+fn a_step_recording_is_the_same_again() {
+    let place = Place::new();
+    for name in ["a.rrd", "b.rrd"] {
+        place.done(&["step", "--weld", "short.toml", "--rrd", name]);
+    }
+    let [first, second] = ["a.rrd", "b.rrd"].map(|name| place.bytes(name));
+    assert!(first.starts_with(b"RRF") && first == second);
+}
+
+#[test]
+fn bad_input_ends_in_one_message_and_no_file() {
+    let place = Place::new();
+    place.weld("nan.toml", "[1.7, -1.0, 0.5]", "[1.7, nan, 0.5]");
+    place.weld("far.toml", "[9.0, -1.0, 0.5]", "[9.0, 1.0, 0.5]");
+    place.weld("tiny.toml", "[1.7, -1.0, 0.5]", "[1.7, -0.999, 0.5]");
+    let robot = fixture("robots/kr500-mt.toml");
+    let cases: &[(&[&str], &[&str])] = &[
+        (&["--weld", "gone.toml"], &["gone.toml", "cannot be read", "expected a file"]),
+        (&["--weld", &robot], &["kr500-mt.toml:", "\"robot/1\"", "expected \"weld/1\""]),
+        (&["--weld", "nan.toml"], &["nan.toml:4", "`end_m`", "expected a finite number"]),
+        (&["--weld", "far.toml"], &["far.toml", "out of reach", "Expected a seam that the robot reaches"]),
+        (&["--weld", "tiny.toml"], &["tiny.toml", "too short", "Expected a seam long enough"]),
+        (&["--effect", "slack:A5:x=1"], &["--effect slack:A5:x=1", "expected one of", "backlash"]),
+        (&["--effect", "backlash:A9:half_gap_rad=1e-4"], &["A9", "expected one of the joints A1, A2"]),
+        (&["--effect", "backlash:A5:half_gap_rad=nan"], &["half_gap_rad = nan is not finite"]),
+        (&["--period", "-0.012"], &["--period -0.012", "expected seconds between"]),
+        (&["--period", "nan"], &["--period NaN", "expected seconds between"]),
+        (&["--stiffness-error", "-1"], &["--stiffness-error -1", "expected a number above -1"]),
+        (&["--exaggeration", "0"], &["--exaggeration 0", "expected a number from 1 up"]),
+        (&["--html", "absent/page.html"], &["absent/page.html", "expected a folder absent"]),
+        (&["--html", "."], &["cannot write .", "expected the name of a file"]),
+    ];
+    for (wrong, expected) in cases {
+        let mut arguments = vec!["weld", "--quiet", "--json", "out.json"];
+        if !wrong.contains(&"--weld") {
+            arguments.extend(["--weld", "short.toml"]);
+        }
+        arguments.extend(*wrong);
+        let message = place.refused(&arguments);
+        for words in *expected {
+            assert!(message.contains(words), "{words} in: {message}");
+        }
+    }
+    let message = place.refused(&["step", "--height", "nan", "--json", "out.json"]);
+    assert!(message.contains("--height NaN: expected a number of newtons"), "{message}");
+}
+
+#[test]
+fn a_refused_command_leaves_the_former_result() {
+    let place = Place::new();
+    fs::write(place.path().join("out.json"), "former").unwrap();
+    place.refused(&["weld", "--weld", "gone.toml", "--json", "out.json"]);
+    assert_eq!(place.bytes("out.json"), b"former");
+}
+
+#[test]
+fn check_says_what_a_file_is_or_what_is_wrong_with_it() {
+    let place = Place::new();
+    let files =
+        ["robots/kr500-mt", "processes/lap-weld-2024-t3", "control/kr500-mt", "sensors/kr500-mt", "welds/inclined"]
+            .map(|name| fixture(&format!("{name}.toml")));
+    let mut arguments = vec!["check", "--json", "check.json", "short.toml"];
+    arguments.extend(files.iter().map(String::as_str));
+    let out = place.done(&arguments);
+    assert_eq!(out.lines().filter(|line| line.ends_with(", in order")).count(), 6, "{out}");
+    let value = place.json("check.json");
+    assert_eq!(value["schema"], "check/1");
+    assert!(value["files"].as_array().unwrap().iter().all(|file| file["ok"] == true));
+
+    place.weld("nan.toml", "[1.7, -1.0, 0.5]", "[1.7, nan, 0.5]");
+    let message = place.refused(&["check", "short.toml", "nan.toml"]);
+    assert!(message.contains("nan.toml:4") && message.contains("1 file is not in order"), "{message}");
+}
+
+#[test]
+fn an_imported_urdf_says_what_is_still_to_be_filled_in() {
+    let place = Place::new();
+    let out = place.done(&["import-urdf", &fixture("robots/arm6.urdf"), "--out", "arm6.toml"]);
+    assert!(out.contains("wrote arm6.toml") && out.contains("FILL IN") && out.contains("trueweld check"), "{out}");
+    let message = place.refused(&["check", "arm6.toml"]);
+    assert!(message.contains("arm6.toml:") && message.contains("is still to be filled in"), "{message}");
+}
