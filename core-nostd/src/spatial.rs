@@ -7,7 +7,7 @@ use crate::scalar::{Real, lit};
 use core::ops::{Add, Mul, Neg, Sub};
 use nalgebra::{Matrix3, SVector, Vector3};
 
-/// The cross-product matrix [v]×, so that `skew(v) * x == v × x`.
+/// The cross-product matrix of v, so that `skew(v) * x == v × x`.
 #[inline]
 pub fn skew<T: Real>(v: &Vector3<T>) -> Matrix3<T> {
     let o = T::zero();

@@ -286,7 +286,7 @@ fn cell<W: Write>(layout: &mut Layout<'_, W>, shown: &[Shown], exaggeration: f64
     let outward = Vector3::new(middle.x, middle.y, 0.0).try_normalize(1e-6).unwrap_or_else(Vector3::x);
     let mut away = Rotation3::from_axis_angle(&Vector3::z_axis(), 0.7) * outward * 2.5 + Vector3::z() * 1.7;
     // On the side of the plate that the tool is on, and not along its surface.
-    let face = seam.map_or(Vector3::z(), |s| -s.into_material());
+    let face = seam.map_or(Vector3::z(), |s| -s.depth_axis());
     away += face * (0.35 * away.norm() - face.dot(&away)).max(0.0);
     let eye = middle + away;
     let target = middle - outward * 0.5 + Vector3::z() * 0.35;

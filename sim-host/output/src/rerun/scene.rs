@@ -42,7 +42,7 @@ impl Seam {
     }
 
     /// Unit vector into the material.
-    pub fn into_material(&self) -> Vector3<f64> {
+    pub fn depth_axis(&self) -> Vector3<f64> {
         self.axes.column(2).into()
     }
 
