@@ -1,16 +1,32 @@
 //! Equilibrium: (2.1) at rest, the deformed start of a weld.
 
 use crate::cell::{Cell, State};
-use crate::robot::Drives;
+use crate::robot::{Drives, INTERNAL_STATES};
 use nalgebra::Matrix6;
-use trueweld_core::{JointVector, Wrench};
+use trueweld_core::{Frames, JOINTS, JointVector, Wrench};
 
-/// Iterations after which an equilibrium is given up. The baseline takes four; inside a backlash gap the spring's true
-/// slope is missing and convergence is linear.
-const ITERATIONS: usize = 500;
+/// Iterations after which an equilibrium is given up. The baseline takes five; every kink (a gap's end, the plate's
+/// surface) costs a few more, and a joint that slides through its gap along the plate some thousand.
+const ITERATIONS: usize = 5000;
+
+/// Unbalance of a joint that is rest as well, over its K, rad. A joint that hangs in its gap on the plate's edge creeps there
+/// in steps far larger than what is left unbalanced: 1e-11 K is some µN·m, and 10 nm where gravity alone holds it.
+const BALANCED: f64 = 1e-11;
+
+/// Damping of the first step, and the least, in units in which every spring is 1. Even a joint that hangs in its gap, held
+/// by gravity alone, is stiffer than the least by orders.
+const FIRST_DAMPING: f64 = 1e-6;
+const LEAST_DAMPING: f64 = 1e-14;
 
 /// Link angle step at which an equilibrium is found, rad: 1e-12 is a picometre at the tool.
 const TOLERANCE: f64 = 1e-12;
+
+/// Link angle difference for the slope, rad: the slope is good to 1e-4 of K against rounding, and a kink is not stepped
+/// over.
+const DIFFERENCE: f64 = 1e-8;
+
+/// Largest twist that a spring is asked for, rad: beyond that of any load.
+const LARGEST_TWIST: f64 = 1e-2;
 
 /// The cell at rest.
 #[derive(Debug, Clone, Copy)]
@@ -29,34 +45,72 @@ pub struct NoRest {
     pub residual: f64,
 }
 
-/// Link angles at rest for motor angles held at `motor`: τ_s + τ_cb + Jᵀ w = g, with `load` giving the wrench on the
-/// tool (axes of B) and its joint-space stiffness at a trial state.
+const STILL: JointVector<f64> = JointVector::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+
+fn drives_at_rest(link: &JointVector<f64>, motor: &JointVector<f64>) -> Drives {
+    Drives { link: *link, link_rate: STILL, motor: *motor, motor_rate: STILL }
+}
+
+/// Torque that the springs must carry for the links to stand: g − τ_cb − Jᵀ w and what effects add, N·m.
+fn carried(cell: &Cell, drives: &Drives, frames: &Frames<f64>, wrench: &Wrench<f64>) -> JointVector<f64> {
+    cell.robot.model.gravity_torque(frames) - cell.robot.link_torque(drives) - frames.joint_torque(wrench)
+}
+
+/// Link angles at rest for motor angles held at `motor`, and the torque of the springs there: τ_s = g − τ_cb − Jᵀ w, with
+/// `load` giving frames and wrench (axes of B) at a trial state.
 ///
-/// Newton's method with the baseline's stiffness K + K_w; the loads' own change with angle beyond that is left to the
-/// iteration.
+/// Levenberg–Marquardt with the slope by differences: a gap, or a plate that ends, changes the slope altogether, and where
+/// Newton's method then jumps to and fro between two of them, this one only ever descends.
 fn settle(
     cell: &Cell,
     motor: &JointVector<f64>,
-    mut load: impl FnMut(&Drives) -> (Wrench<f64>, Matrix6<f64>),
+    load: impl Fn(&Drives) -> (Frames<f64>, Wrench<f64>),
 ) -> Result<(JointVector<f64>, JointVector<f64>), NoRest> {
-    let robot = &cell.robot;
-    let still = JointVector::zeros();
-    let mut drives = Drives { link: *motor, link_rate: still, motor: *motor, motor_rate: still };
+    let spring = |drives: &Drives| cell.robot.spring_torque(drives, &[0.0; INTERNAL_STATES]);
+    let unbalance = |link: &JointVector<f64>| {
+        let drives = drives_at_rest(link, motor);
+        let (frames, wrench) = load(&drives);
+        spring(&drives) - carried(cell, &drives, &frames, &wrench)
+    };
+    // In units in which every spring is 1: angles times √K, torques over √K.
+    let unit = cell.robot.model.stiffness().map(f64::sqrt);
+    let mut link = *motor;
+    let mut torque = unbalance(&link);
+    let mut damping = FIRST_DAMPING;
     let mut residual = f64::INFINITY;
     for _ in 0..ITERATIONS {
-        let (wrench, stiffness) = load(&drives);
-        let frames = robot.frames(&drives.link, &wrench);
-        let spring = robot.spring_torque(&drives, &[0.0; crate::robot::INTERNAL_STATES]);
-        let torque =
-            spring + robot.link_torque(&drives) - robot.model.gravity_torque(&frames) + frames.joint_torque(&wrench);
-        let slope = Matrix6::from_diagonal(robot.model.stiffness()) + stiffness;
-        let Some(step) = slope.lu().solve(&torque) else { break };
-        drives.link += step;
-        residual = step.amax();
-        if residual < TOLERANCE {
-            return Ok((drives.link, spring));
+        let slope = Matrix6::from_columns(&std::array::from_fn::<_, JOINTS, _>(|i| {
+            // Central: at a kink the mean of both sides still leads down, where either side alone may not.
+            let (mut above, mut below) = (link, link);
+            above[i] += DIFFERENCE;
+            below[i] -= DIFFERENCE;
+            (unbalance(&above) - unbalance(&below)).component_div(&unit) / (2.0 * DIFFERENCE * unit[i])
+        }));
+        let scaled = torque.component_div(&unit);
+        let descent = slope.tr_mul(&scaled);
+        let normal = slope.tr_mul(&slope);
+        let lower = loop {
+            let damped = normal + Matrix6::from_diagonal_element(damping);
+            let Some(factor) = damped.cholesky() else { return Err(NoRest { residual }) };
+            let step = -factor.solve(&descent).component_div(&unit);
+            residual = step.amax();
+            let next = link + step;
+            let left = unbalance(&next);
+            if left.component_div(&unit).norm() <= scaled.norm() {
+                (link, torque) = (next, left);
+                break true;
+            }
+            if residual < TOLERANCE || !residual.is_finite() {
+                break false;
+            }
+            damping *= 10.0;
+        };
+        damping = (damping * 0.1).max(LEAST_DAMPING);
+        if residual < TOLERANCE || torque.component_div(cell.robot.model.stiffness()).amax() < BALANCED {
+            let drives = drives_at_rest(&link, motor);
+            return Ok((link, spring(&drives)));
         }
-        if !residual.is_finite() {
+        if !lower {
             break;
         }
     }
@@ -74,8 +128,7 @@ pub fn in_contact(cell: &Cell, motor: &JointVector<f64>) -> Result<Rest, NoRest>
     };
     let (link, torque) = settle(cell, motor, |drives| {
         let (frames, reaction) = cell.contact(0.0, &at_rest(&drives.link), drives);
-        let jacobian = cell.tool_jacobian_w(&frames);
-        (cell.wrench(&reaction.force), jacobian.transpose() * reaction.stiffness * jacobian)
+        (frames, cell.wrench(&reaction.force))
     })?;
     Ok(Rest { state: at_rest(&link), torque })
 }
@@ -85,24 +138,33 @@ pub fn in_contact(cell: &Cell, motor: &JointVector<f64>) -> Result<Rest, NoRest>
 /// # Errors
 /// [`NoRest`] where the iteration does not converge.
 pub fn under_wrench(cell: &Cell, motor: &JointVector<f64>, wrench: &Wrench<f64>) -> Result<JointVector<f64>, NoRest> {
-    settle(cell, motor, |_| (*wrench, Matrix6::zeros())).map(|(link, _)| link)
+    settle(cell, motor, |drives| (cell.robot.frames(&drives.link, wrench), *wrench)).map(|(link, _)| link)
 }
 
-/// Motor angles that hold the real tool at link angles `link` against a given wrench: the springs' equation inverted
-/// by the same iteration, so that effects count.
-///
-/// # Errors
-/// [`NoRest`] where the iteration does not converge.
-pub fn motors_for(cell: &Cell, link: &JointVector<f64>, wrench: &Wrench<f64>) -> Result<JointVector<f64>, NoRest> {
+/// Motor angles that hold the links at `link` against a given wrench on the tool (at the TCP, axes of B): each spring's
+/// equation inverted by bisection, so that effects count. Within a gap that carries nothing, its middle is taken.
+pub fn motors_for(cell: &Cell, link: &JointVector<f64>, wrench: &Wrench<f64>) -> JointVector<f64> {
+    let frames = cell.robot.frames(link, wrench);
+    let wanted = carried(cell, &drives_at_rest(link, link), &frames, wrench);
     let mut motor = *link;
-    let mut residual = f64::INFINITY;
-    for _ in 0..ITERATIONS {
-        let step = link - under_wrench(cell, &motor, wrench)?;
-        motor += step;
-        residual = step.amax();
-        if residual < TOLERANCE {
-            return Ok(motor);
-        }
+    // In order of the joints: a coupling makes a spring depend on the motor before its own.
+    for i in 0..JOINTS {
+        let short_of = |angle: f64, below: bool| {
+            let mut motor = motor;
+            motor[i] = angle;
+            let torque = cell.robot.spring_torque(&drives_at_rest(link, &motor), &[0.0; INTERNAL_STATES])[i];
+            if below { torque < wanted[i] } else { torque <= wanted[i] }
+        };
+        // Lower and upper end of the angles that carry just this torque; they differ only across a gap.
+        let edge = |below: bool| {
+            let (mut low, mut high) = (link[i] - LARGEST_TWIST, link[i] + LARGEST_TWIST);
+            for _ in 0..60 {
+                let middle = 0.5 * (low + high);
+                if short_of(middle, below) { low = middle } else { high = middle }
+            }
+            0.5 * (low + high)
+        };
+        motor[i] = 0.5 * (edge(true) + edge(false));
     }
-    Err(NoRest { residual })
+    motor
 }

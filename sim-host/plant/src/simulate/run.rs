@@ -192,7 +192,7 @@ struct Start {
 fn start(scenario: &Scenario<'_>, seam: &Seam) -> Result<Start, RunError> {
     let model = &scenario.cell.robot.model;
     let link = start_angles(model, seam)?;
-    let free = rest::motors_for(scenario.cell, &link, &Wrench::zero())?;
+    let free = rest::motors_for(scenario.cell, &link, &Wrench::zero());
     let nominal = seam.nominal(0.0);
     let w = seam.b_from_w.rotation;
     let mut taught = nominal.error_to(&model.forward(&free)).rotated(&w.transpose());
