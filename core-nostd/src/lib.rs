@@ -10,6 +10,8 @@ pub mod control;
 pub mod crba;
 pub mod error;
 pub mod filter;
+#[cfg(feature = "micromath")]
+pub mod health;
 mod inertia;
 pub mod inverse_kinematics;
 pub mod jacobian;

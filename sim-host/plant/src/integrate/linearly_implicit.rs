@@ -123,7 +123,17 @@ impl Stage {
             link[(i, i)] += tie[i] - tie[i] * tie[i] * motor[i];
         }
         let link = factor(link)?;
-        Some(Self { s, stiffness, tie, motor, rotor: *model.rotor_inertia(), inertia: at.inertia, jacobian, contact, link })
+        Some(Self {
+            s,
+            stiffness,
+            tie,
+            motor,
+            rotor: *model.rotor_inertia(),
+            inertia: at.inertia,
+            jacobian,
+            contact,
+            link,
+        })
     }
 
     /// k of (I − sA) k = r.
@@ -135,7 +145,8 @@ impl Stage {
         let r_motor_rate: JointVector<f64> = r.fixed_rows::<6>(18).into_owned();
         let spring = self.stiffness.component_mul(&(r_motor - r_link)) * self.s;
         let on_motor = self.rotor.component_mul(&r_motor_rate) - spring;
-        let on_link = self.inertia * r_link_rate + spring - self.jacobian.tr_mul(&self.contact.component_mul(&(self.jacobian * r_link))) * self.s
+        let on_link = self.inertia * r_link_rate + spring
+            - self.jacobian.tr_mul(&self.contact.component_mul(&(self.jacobian * r_link))) * self.s
             + self.tie.component_mul(&self.motor).component_mul(&on_motor);
         let link_rate = self.link.solve(&on_link);
         let motor_rate = self.motor.component_mul(&(on_motor + self.tie.component_mul(&link_rate)));
