@@ -21,6 +21,7 @@ pub mod pid;
 pub mod rnea;
 pub mod robot;
 pub mod scalar;
+mod solve;
 pub mod spatial;
 pub mod stiffness;
 
