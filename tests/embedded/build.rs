@@ -3,7 +3,7 @@
 #[path = "src/weld.rs"]
 mod weld;
 
-use std::{env, fs, path::Path};
+use std::{env, fs, path::PathBuf};
 use toml::{Table, Value};
 use weld::{CYCLES, Joint, Numbers, Weld, nominal};
 
@@ -12,6 +12,13 @@ const ROBOT: &str = "../../fixtures/robots/kr500-mt.toml";
 fn main() {
     println!("cargo::rerun-if-changed={ROBOT}");
     println!("cargo::rerun-if-changed=src/weld.rs");
+    let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets it"));
+    if env::var("CARGO_CFG_TARGET_OS").is_ok_and(|os| os == "none") {
+        // Where the linker script of the start-up code looks for it.
+        fs::copy("memory.x", out.join("memory.x")).expect("the build directory can be written");
+        println!("cargo::rerun-if-changed=memory.x");
+        println!("cargo::rustc-link-search={}", out.display());
+    }
     let text = fs::read_to_string(ROBOT).expect("the robot file is there");
     let numbers = numbers(&text.parse().expect("the robot file is TOML"));
     let robot = numbers.robot::<f64>().expect("the robot file is a robot");
@@ -29,14 +36,12 @@ fn main() {
         })
         .collect();
     // How Debug writes structs and arrays of numbers is how Rust reads them.
-    let numbers = format!("{numbers:?}").replace("Joint {", "weld::Joint {");
-    let out = Path::new(&env::var_os("OUT_DIR").expect("cargo sets it")).join("host.rs");
     let source = format!(
-        "/// The robot file.\nstatic ROBOT: Numbers = {numbers};\n\
-         /// Joint angles at the start of the weld, rad.\nstatic START: [f64; 6] = {start:?};\n\
-         /// Torques of every cycle in double precision, N·m.\nstatic EXPECTED: [[f64; 6]; CYCLES] = {expected:?};\n"
+        "/// The robot file.\npub static ROBOT: Numbers = {numbers:?};\n\
+         /// Joint angles at the start of the weld, rad.\npub static START: [f64; 6] = {start:?};\n\
+         /// Torques of every cycle in double precision, N·m.\npub static EXPECTED: [[f64; 6]; CYCLES] = {expected:?};\n"
     );
-    fs::write(out, source).expect("the build directory can be written");
+    fs::write(out.join("host.rs"), source).expect("the build directory can be written");
 }
 
 fn numbers(file: &Table) -> Numbers {

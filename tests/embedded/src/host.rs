@@ -1,7 +1,5 @@
 //! Start and end of the program on a Linux host: libc's, and nothing else of an operating system.
 
-use core::panic::PanicInfo;
-
 // SAFETY: names libc for the linker, because its start-up code calls `main`; declares nothing.
 #[link(name = "c")]
 unsafe extern "C" {}
@@ -10,16 +8,5 @@ unsafe extern "C" {}
 // SAFETY: no other `main` is in the program.
 #[unsafe(no_mangle)]
 extern "C" fn main() -> i32 {
-    crate::run()
-}
-
-unsafe extern "C" {
-    /// Defined nowhere: a panic path that is left keeps the program from linking.
-    fn a_panic_path_is_left() -> !;
-}
-
-#[panic_handler]
-fn panic(_: &PanicInfo<'_>) -> ! {
-    // SAFETY: never called, or the program would not exist.
-    unsafe { a_panic_path_is_left() }
+    crate::run::<f32>(crate::BOUND, |cycle| cycle())
 }
