@@ -33,6 +33,8 @@ impl<T: Real> Pid<T> {
     /// The integrator stops while the output is at its limit and the error would drive it further (anti-windup), and
     /// so comes back the moment the error changes sign. Returns the output and whether it was limited.
     ///
+    /// A limit that is negative or no number counts as zero.
+    ///
     /// Of numbers that are none, or so large that their terms cancel to none, nothing is remembered: the output is then
     /// the feed-forward alone.
     #[inline]
