@@ -1,6 +1,6 @@
 //! A PID loop in parallel form with limited output and conditional integration.
 
-use crate::scalar::Real;
+use crate::scalar::{Real, held};
 
 /// Gains of one loop. The unit of each is output over error, over error·s, and over error/s.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,6 +33,8 @@ impl<T: Real> Pid<T> {
     /// The integrator stops while the output is at its limit and the error would drive it further (anti-windup), and
     /// so comes back the moment the error changes sign. Returns the output and whether it was limited.
     ///
+    /// A limit that is negative or no number counts as zero.
+    ///
     /// Of numbers that are none, or so large that their terms cancel to none, nothing is remembered: the output is then
     /// the feed-forward alone.
     #[inline]
@@ -42,10 +44,10 @@ impl<T: Real> Pid<T> {
         let wanted = feed_forward + self.gains.kp * error + self.gains.kd * rate + integral;
         if !wanted.is_finite() || !integral.is_finite() {
             let known = if feed_forward.is_finite() { feed_forward } else { T::zero() };
-            return (known.clamp(-limit, limit), true);
+            return (held(known, T::zero(), limit), true);
         }
         self.previous = Some(error);
-        let output = wanted.clamp(-limit, limit);
+        let output = held(wanted, T::zero(), limit);
         let limited = wanted != output;
         let deeper = (wanted - output) * self.gains.ki * error > T::zero();
         if !(limited && deeper) {

@@ -255,7 +255,7 @@ fn is_inertia<T: Real>(inertia: &Matrix3<T>) -> bool {
     if (inertia - inertia.transpose()).amax() > slack {
         return false;
     }
-    let moments = inertia.symmetric_eigenvalues();
-    let sum = moments.sum();
+    let moments = crate::solve::symmetric_eigenvalues(inertia);
+    let sum = inertia.trace();
     moments.iter().all(|m| *m >= -slack && *m + *m <= sum + slack * lit(4.0))
 }

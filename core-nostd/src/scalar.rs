@@ -18,6 +18,21 @@ pub fn lit<T: Real>(value: f64) -> T {
     nalgebra::convert(value)
 }
 
+/// `value` held within `reach` of `center`. A reach that is negative or no number counts as zero, where `clamp` would
+/// panic.
+#[inline]
+pub(crate) fn held<T: Real>(value: T, center: T, reach: T) -> T {
+    let reach = reach.max(T::zero());
+    let (low, high) = (center - reach, center + reach);
+    if value < low {
+        low
+    } else if value > high {
+        high
+    } else {
+        value
+    }
+}
+
 /// True where every entry is a finite number.
 #[inline]
 pub(crate) fn all_finite<'a, T: Real>(values: impl IntoIterator<Item = &'a T>) -> bool {

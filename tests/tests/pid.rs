@@ -68,3 +68,12 @@ proptest! {
         prop_assert!((pid.update(0.0, other, 1e6, PERIOD).0 - load).abs() < 1e-11);
     }
 }
+
+#[test]
+fn a_limit_that_is_none_leaves_no_output() {
+    for limit in [-1.0, f64::NAN, 0.0] {
+        let mut pid = Pid::new(PidGains { kp: 2.0, ki: 1.0, kd: 0.0 });
+        assert_eq!(pid.update(1.0, 5.0, limit, 0.012), (0.0, true), "limit {limit}");
+        assert_eq!(pid.integral(), 0.0);
+    }
+}

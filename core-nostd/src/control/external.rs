@@ -10,7 +10,7 @@ use super::{Command, HybridController, JointGains, Sensed, Setpoint, sensed_push
 use crate::error::Fault;
 use crate::pid::{Pid, PidGains};
 use crate::robot::Robot;
-use crate::scalar::{JointVector, Real};
+use crate::scalar::{JointVector, Real, held};
 
 /// Gains and limits of the outer force loop (2.4).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -67,15 +67,15 @@ impl<T: Real> HybridController<T> for External<T> {
             if let Some(push) = sensed_push(tcp, &z, &sensed.wrench) {
                 force_error = desired - push;
                 let velocity = view.frames.twist(&sensed.encoder_rate).linear.dot(&z);
-                let (wanted, held) = self.force.update(
+                let (wanted, at_limit) = self.force.update(
                     force_error,
                     -self.gains.kd * velocity,
                     self.gains.max_correction,
                     self.position.period,
                 );
                 let step = self.gains.max_rate * self.position.period;
-                let next = wanted.clamp(self.correction - step, self.correction + step);
-                limited = held || next != wanted;
+                let next = held(wanted, self.correction, step);
+                limited = at_limit || next != wanted;
                 self.correction = next;
             } else {
                 // Blind: the correction stays where it is, and depth stays under position control.

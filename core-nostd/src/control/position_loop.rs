@@ -2,13 +2,13 @@
 
 use super::{Command, Sensed, Setpoint};
 use crate::error::Fault;
-use crate::jacobian::Jacobian;
 use crate::kinematics::Frames;
 use crate::pid::{Pid, PidGains};
 use crate::robot::Robot;
-use crate::scalar::{JOINTS, JointVector, Real, all_finite, lit};
+use crate::scalar::{JOINTS, JointVector, Real, all_finite, held, lit};
+use crate::solve::Lu;
 use crate::spatial::Twist;
-use nalgebra::{LU, U6, Vector3};
+use nalgebra::Vector3;
 
 /// Diagonal K_p, K_i, K_d of the joint position loop.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,7 +33,7 @@ pub(super) struct PositionLoop<T: Real> {
 /// The encoders' view of the arm in this period, checked.
 pub(super) struct View<T: Real> {
     pub frames: Frames<T>,
-    pub inverse: LU<T, U6, U6>,
+    pub inverse: Lu<T>,
 }
 
 impl<T: Real> PositionLoop<T> {
@@ -68,7 +68,8 @@ impl<T: Real> PositionLoop<T> {
             return Err(Fault::Limit(joint));
         }
         let frames = robot.frames(&sensed.encoder);
-        let inverse = invertible(&frames.jacobian()).ok_or(Fault::Singular)?;
+        // At 2 m reach, a pivot of 1e-4 of the largest is some 0.01° from singular.
+        let inverse = Lu::new(&frames.jacobian().0, lit(1e-4)).ok_or(Fault::Singular)?;
         Ok(View { frames, inverse })
     }
 
@@ -81,7 +82,7 @@ impl<T: Real> PositionLoop<T> {
         error: &Twist<T>,
         extra: &JointVector<T>,
     ) -> Result<(JointVector<T>, bool), Fault> {
-        let error = view.inverse.solve(&error.to_vector()).ok_or(Fault::Singular)?;
+        let error = view.inverse.solve(&error.to_vector());
         let feed_forward = weight(robot, &view.frames, encoder) + extra;
         // Finite nonsense, such as a set-point of 1e300 m, overflows here and not before.
         if !all_finite(error.iter().chain(feed_forward.iter())) {
@@ -90,8 +91,8 @@ impl<T: Real> PositionLoop<T> {
         let mut limited = false;
         let torque = JointVector::from_fn(|i, _| {
             let limit = robot.parameters().joints[i].max_torque;
-            let (torque, held) = self.pid[i].update(error[i], feed_forward[i], limit, self.period);
-            limited |= held;
+            let (torque, at_limit) = self.pid[i].update(error[i], feed_forward[i], limit, self.period);
+            limited |= at_limit;
             torque
         });
         Ok((torque, limited))
@@ -117,7 +118,7 @@ impl<T: Real> PositionLoop<T> {
             let rate = sensed.encoder_rate[i];
             let brake = if rate.is_finite() { -self.gains.kd[i] * rate } else { T::zero() };
             let limit = robot.parameters().joints[i].max_torque;
-            (hold[i] + self.pid[i].integral() + brake).clamp(-limit, limit)
+            held(hold[i] + self.pid[i].integral() + brake, T::zero(), limit)
         });
         Command {
             torque,
@@ -140,11 +141,4 @@ fn weight<T: Real>(robot: &Robot<T>, frames: &Frames<T>, q: &JointVector<T>) -> 
 /// Jᵀ of a push along z of W, N·m.
 pub(super) fn push_torque<T: Real>(frames: &Frames<T>, depth_axis: &Vector3<T>, push: T) -> JointVector<T> {
     frames.joint_torque(&crate::spatial::Wrench { moment: Vector3::zeros(), force: depth_axis * push })
-}
-
-/// LU of J where it can be trusted: no pivot below 1e-4 of the largest (at 2 m reach, some 0.01° from singular).
-fn invertible<T: Real>(jacobian: &Jacobian<T>) -> Option<LU<T, U6, U6>> {
-    let lu = jacobian.0.lu();
-    let pivots = lu.u().diagonal().map(|p| p.abs());
-    (pivots.min() > pivots.max() * lit(1e-4)).then_some(lu)
 }
