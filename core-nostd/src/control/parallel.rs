@@ -9,7 +9,7 @@ use super::{Command, HybridController, JointGains, Sensed, Setpoint, sensed_push
 use crate::error::Fault;
 use crate::pid::{Pid, PidGains};
 use crate::robot::Robot;
-use crate::scalar::{JointVector, Real};
+use crate::scalar::{JointVector, Real, held};
 
 /// Gains of the force branch of (2.2) and (2.3).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -71,7 +71,7 @@ impl<T: Real> ForceBranch<T> {
             self.pid.update(error, -self.gains.kd * velocity, self.gains.max_correction, period);
         let wanted = desired + correction;
         let (before, step) = (self.push.unwrap_or(desired), self.gains.max_rate * period);
-        let push = wanted.clamp(before - step, before + step);
+        let push = held(wanted, before, step);
         self.push = Some(push);
         Some(Push { push, error, taken_over, limited: limited || push != wanted, fault: None })
     }

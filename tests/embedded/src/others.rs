@@ -15,7 +15,13 @@ pub fn link<T: Real>(robot: &Robot<T>, inputs: &Inputs<T>) {
     let sensed = &inputs.sensed;
     let gain = black_box(JointVector::repeat(lit::<T>(1e5)));
     let joint = JointGains { kp: gain, ki: gain, kd: gain };
-    let force = black_box(ForceGains { kp: lit(0.2), ki: lit(8.0), kd: lit(1e5), max_correction: lit(1e4) });
+    let force = black_box(ForceGains {
+        kp: lit(0.2),
+        ki: lit(8.0),
+        kd: lit(1e5),
+        max_correction: lit(1e4),
+        max_rate: lit(1e5),
+    });
     let period = black_box(lit(0.012));
     let (mut parallel, mut superposed) = (Parallel::new(joint, force, period), Superposed::new(joint, force, period));
     for controller in [&mut parallel as &mut dyn HybridController<T>, &mut superposed] {
