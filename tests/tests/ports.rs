@@ -4,7 +4,7 @@
 use nalgebra::Vector3;
 use trueweld_core::{JointVector, Wrench};
 use trueweld_plant::cell::State;
-use trueweld_plant::effects::{Effect, TABLE};
+use trueweld_plant::effects::{At, Effect, TABLE};
 use trueweld_plant::integrate::rest;
 use trueweld_plant::robot::{Channel, Drives, JointPoint, Port, ProcessPoint, Readings, Sloped, Term};
 use trueweld_plant::simulate::{Controller, Law, Program, run};
@@ -104,9 +104,9 @@ fn friction_and_link_ports_add_their_torque() {
 fn frame_ports_tilt_under_the_moment_they_carry() {
     let q = JointVector::from(POSTURE);
     let push = Wrench { moment: Vector3::zeros(), force: Vector3::new(0.0, 0.0, 18e3) };
-    let bare = free_cell(&KR500, None).robot.frames(&q, &push).tcp;
+    let bare = free_cell(&KR500, None).robot.frames(&q, &push, 0.0).tcp;
     for (port, pivot) in [(Port::LinkFrame(0), Vector3::zeros()), (Port::BaseFrame, Vector3::zeros())] {
-        let tcp = with(port).robot.frames(&q, &push).tcp;
+        let tcp = with(port).robot.frames(&q, &push, 0.0).tcp;
         // Moment at the foot: the push at its lever, and gravity of all links; the tilt about the horizontal axes.
         let gravity = Vector3::new(0.0, 0.0, -9.80665);
         let still = JointVector::zeros();
@@ -210,10 +210,10 @@ fn joint_friction_costs_the_motor_its_torque_and_leaves_the_tool() {
 fn effects_are_read_or_refused_with_what_was_expected() {
     let robot = Fixtures::of("vertical").robot;
     let good = Effect::parse("backlash:A5:half_gap_rad=2e-4", &robot).expect("good");
-    assert_eq!((good.kind.id, good.joint, good.values.as_slice()), ("backlash", Some(4), &[2e-4][..]));
+    assert_eq!((good.kind.id, good.at, good.values.as_slice()), ("backlash", At::Joint(4), &[2e-4][..]));
     for (text, says) in [
         ("backlash", "ID:AT:NAME=VALUE"),
-        ("slack:A5:half_gap_rad=1", "expected one of backlash"),
+        ("slack:A5:half_gap_rad=1", "expected one of stiffness-error"),
         ("backlash:A9:half_gap_rad=1e-4", "A1, A2, A3, A4, A5, A6"),
         ("backlash::half_gap_rad=1e-4", "A1, A2, A3, A4, A5, A6"),
         ("backlash:A5:gap=1e-4", "half_gap_rad (rad"),

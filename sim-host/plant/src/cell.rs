@@ -2,7 +2,7 @@
 //!
 //! The process acts on the real tool pose, never on the encoders'. Who turns the motors is not known here.
 
-use crate::effects::{Effect, EffectError};
+use crate::effects::{Action, Effect, EffectError};
 use crate::input::Process;
 use crate::process::{Reaction, reaction};
 use crate::robot::{Drives, ElasticRobot, INTERNAL_STATES, Ports};
@@ -94,10 +94,16 @@ impl Cell {
         b_from_w: Pose<f64>,
     ) -> Result<Self, EffectError> {
         let mut ports = Ports::default();
+        let mut parameters = model.parameters().clone();
+        let mut process = process.clone();
         for effect in effects {
-            effect.install(&mut ports)?;
+            effect.apply(&mut parameters, &mut process, &mut ports)?;
         }
-        Ok(Self { robot: ElasticRobot { model: model.clone(), ports }, process: process.clone(), b_from_w })
+        // Only effects that change the robot's numbers can make it impossible.
+        let changes = effects.iter().rfind(|e| matches!(e.kind.action, Action::Robot(_)));
+        let blame = changes.map_or("the cell", |e| e.kind.id);
+        let model = Robot::new(parameters).map_err(|reason| EffectError::Model { id: blame, reason })?;
+        Ok(Self { robot: ElasticRobot { model, ports }, process, b_from_w })
     }
 
     /// Frames of the real arm and the process' reaction on its tool.
@@ -129,7 +135,7 @@ impl Cell {
         let mut relaxation = 0.5;
         let mut before: Option<Vector3<f64>> = None;
         for _ in 0..FRAME_ITERATIONS {
-            frames = self.robot.frames(&drives.link, &self.wrench(&force));
+            frames = self.robot.frames(&drives.link, &self.wrench(&force), time);
             reaction = react(&frames);
             let residual = reaction.force - force;
             if residual.amax() < FRAME_TOLERANCE {

@@ -2,7 +2,7 @@
 //!
 //! The elastic part of τ_s acts on dz(δ): δ − b above b, δ + b below −b, 0 between. The damper keeps acting inside the gap.
 
-use super::{Kind, Parameter, Place};
+use super::{Action, Kind, Parameter, Place};
 use crate::robot::{Port, Term};
 
 pub(super) static KIND: Kind = Kind {
@@ -10,6 +10,7 @@ pub(super) static KIND: Kind = Kind {
     place: Place::Joint,
     equation: "elastic part of τ_s = K dz(δ), dz(δ) = δ − b above b, δ + b below −b, 0 between; δ = θ_E − θ",
     shows: "the tool jumps where the joint's torque changes sign; no offset elsewhere but ± b",
+    experiment: "static loads that turn the joint's torque round, a little to either side of zero",
     parameters: &[Parameter {
         name: "half_gap_rad",
         unit: "rad",
@@ -17,8 +18,7 @@ pub(super) static KIND: Kind = Kind {
         low: 0.0,
         high: 1e-3,
     }],
-    port: Port::SpringTorque,
-    build: |values| Box::new(Backlash { half_gap: values[0] }),
+    action: Action::Term { port: |j| Port::SpringTorque(j), build: |v, _| Box::new(Backlash { half_gap: v[0] }) },
 };
 
 #[derive(Debug)]

@@ -2,7 +2,7 @@
 //!
 //! τ_f gains c tanh(θ̇_E / smoothing) + v θ̇_E, with the robot's own smoothing rate.
 
-use super::{Kind, Parameter, Place};
+use super::{Action, Kind, Parameter, Place};
 use crate::robot::{JointPoint, Port, Sloped, Term};
 
 pub(super) static KIND: Kind = Kind {
@@ -11,6 +11,7 @@ pub(super) static KIND: Kind = Kind {
     equation: "τ_f gains c tanh(θ̇_E/smoothing) + v θ̇_E",
     shows: "motor torque off by a level that changes sign with the joint's rate, and by a share of the rate; the encoder \
             follows, so the tool stays",
+    experiment: "motion of the joint at several constant rates, both ways",
     parameters: &[
         Parameter { name: "coulomb_nm", unit: "N·m", meaning: "Coulomb level c", low: -500.0, high: 2000.0 },
         Parameter {
@@ -21,8 +22,10 @@ pub(super) static KIND: Kind = Kind {
             high: 5000.0,
         },
     ],
-    port: Port::MotorFriction,
-    build: |values| Box::new(JointFriction { coulomb: values[0], viscous: values[1] }),
+    action: Action::Term {
+        port: |j| Port::MotorFriction(j),
+        build: |v, _| Box::new(JointFriction { coulomb: v[0], viscous: v[1] }),
+    },
 };
 
 #[derive(Debug)]

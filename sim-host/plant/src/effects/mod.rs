@@ -1,25 +1,126 @@
 //! The physical effects a cell may have beyond the baseline: one file each, and the table of them.
 //!
-//! An effect is a term at one named port of the plant ([`Port`]). Its file holds the equation, the parameters with units and
+//! An effect is a term at one named port of the plant ([`Port`]), or another number of the robot or the process. Its file holds the equation, the parameters with units and
 //! plausible ranges, what it looks like in data, and the term; adding one touches that file and one line of [`TABLE`].
 
+mod advancing_side;
+mod asymmetric_friction;
 mod backlash;
+mod base_compliance;
+mod bearing_tilt;
+mod channel_delay;
+mod counterbalance_loss;
+mod damping_error;
+mod drag_error;
+mod encoder_offset;
+mod feed_power_law;
+mod fixture_compliance;
+mod force_crosstalk;
+mod force_offset;
+mod hysteresis;
 mod joint_friction;
+mod link_encoder_offset;
+mod link_encoder_ripple;
+mod material_step;
+mod nonlinear_stiffness;
+mod payload_error;
+mod plate_waviness;
+mod process_stiffness_error;
+mod spindle_harmonic;
+mod stiffness_error;
+mod stribeck;
+mod thermal_drift;
+mod thermal_softening;
+mod tracker_registration;
+mod transmission_error;
+mod wrist_coupling;
 
-use crate::input::RobotFile;
-use crate::robot::{Port, Ports, Term, TooManyStates};
+use crate::input::{Process, RobotFile};
+use crate::robot::{Channel, Port, Ports, Term, TooManyStates};
+use trueweld_core::{ModelError, RobotParameters};
 
 /// Every effect of the library.
-pub static TABLE: &[&Kind] = &[&backlash::KIND, &joint_friction::KIND];
+pub static TABLE: &[&Kind] = &[
+    &stiffness_error::KIND,
+    &damping_error::KIND,
+    &nonlinear_stiffness::KIND,
+    &backlash::KIND,
+    &hysteresis::KIND,
+    &joint_friction::KIND,
+    &stribeck::KIND,
+    &asymmetric_friction::KIND,
+    &transmission_error::KIND,
+    &wrist_coupling::KIND,
+    &bearing_tilt::KIND,
+    &base_compliance::KIND,
+    &counterbalance_loss::KIND,
+    &payload_error::KIND,
+    &encoder_offset::KIND,
+    &link_encoder_offset::KIND,
+    &link_encoder_ripple::KIND,
+    &tracker_registration::KIND,
+    &thermal_drift::KIND,
+    &force_crosstalk::KIND,
+    &force_offset::KIND,
+    &channel_delay::KIND,
+    &process_stiffness_error::KIND,
+    &drag_error::KIND,
+    &thermal_softening::KIND,
+    &feed_power_law::KIND,
+    &advancing_side::KIND,
+    &spindle_harmonic::KIND,
+    &plate_waviness::KIND,
+    &fixture_compliance::KIND,
+    &material_step::KIND,
+];
 
 /// What an effect may be attached to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Place {
     /// One joint, by its name in the robot file.
     Joint,
+    /// One instrument: `tracker`, `wrench`, `torque` or `link-encoder`.
+    Channel,
     /// The cell as a whole: `at` is empty.
     Cell,
 }
+
+/// Where one effect is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum At {
+    /// Joint index, 0 = A1.
+    Joint(usize),
+    /// An instrument.
+    Channel(Channel),
+    /// The cell as a whole.
+    Cell,
+}
+
+/// How an effect acts, given the values of its parameters.
+#[derive(Debug, Clone, Copy)]
+pub enum Action {
+    /// A term at a port, for the joint it is at (0 for an effect of the whole cell).
+    Term {
+        /// The port.
+        port: fn(joint: usize) -> Port,
+        /// The term.
+        build: fn(values: &[f64], joint: usize) -> Box<dyn Term>,
+    },
+    /// A term at the time base, for the instrument it is at.
+    Channel(fn(values: &[f64], channel: Channel) -> Box<dyn Term>),
+    /// Other numbers of the robot.
+    Robot(fn(robot: &mut RobotParameters<f64>, joint: usize, values: &[f64])),
+    /// Other numbers of the process.
+    Process(fn(process: &mut Process, values: &[f64])),
+}
+
+/// Names of the instruments on the command line and in files.
+const CHANNELS: [(&str, Channel); 4] = [
+    ("tracker", Channel::Tracker),
+    ("wrench", Channel::Wrench),
+    ("torque", Channel::MotorTorque),
+    ("link-encoder", Channel::LinkEncoder),
+];
 
 /// One parameter of an effect.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -47,12 +148,12 @@ pub struct Kind {
     pub equation: &'static str,
     /// What it looks like in data.
     pub shows: &'static str,
+    /// Which experiment shows it best.
+    pub experiment: &'static str,
     /// Its parameters.
     pub parameters: &'static [Parameter],
-    /// Its port, for the joint it is at (0 for an effect of the whole cell).
-    pub port: fn(joint: usize) -> Port,
-    /// Builds the term from the parameters' values, in the order of [`parameters`](Self::parameters).
-    pub build: fn(values: &[f64]) -> Box<dyn Term>,
+    /// How it acts.
+    pub action: Action,
 }
 
 /// One effect of a cell: a kind, where it is, and the values of its parameters.
@@ -60,8 +161,8 @@ pub struct Kind {
 pub struct Effect {
     /// Which effect.
     pub kind: &'static Kind,
-    /// Joint index (0 = A1); `None` for an effect of the whole cell.
-    pub joint: Option<usize>,
+    /// Where it is.
+    pub at: At,
     /// Values, in the order of the kind's parameters, SI units.
     pub values: Vec<f64>,
 }
@@ -106,6 +207,14 @@ pub enum EffectError {
     /// More effects with an internal state than there is room for.
     #[error(transparent)]
     TooManyStates(#[from] TooManyStates),
+    /// The robot with the effect is no robot.
+    #[error("{id} with these values leaves no possible robot ({reason:?})")]
+    Model {
+        /// The effect.
+        id: &'static str,
+        /// Why.
+        reason: ModelError,
+    },
 }
 
 impl Kind {
@@ -137,12 +246,17 @@ impl Effect {
             known: TABLE.iter().map(|k| k.id).collect::<Vec<_>>().join(", "),
         })?;
         let place = |expected: String| EffectError::Place { id: kind.id, read: at.to_owned(), expected };
-        let joint = match kind.place {
+        let place = match kind.place {
             Place::Joint => {
                 let found = robot.joint_names.iter().position(|n| n == at);
-                Some(found.ok_or_else(|| place(format!("one of the joints {}", robot.joint_names.join(", "))))?)
+                At::Joint(found.ok_or_else(|| place(format!("one of the joints {}", robot.joint_names.join(", "))))?)
             }
-            Place::Cell if at.is_empty() => None,
+            Place::Channel => {
+                let found = CHANNELS.iter().find(|(name, _)| *name == at);
+                let names = CHANNELS.map(|(name, _)| name).join(", ");
+                At::Channel(found.ok_or_else(|| place(format!("one of the channels {names}")))?.1)
+            }
+            Place::Cell if at.is_empty() => At::Cell,
             Place::Cell => return Err(place("nothing, as in ID::NAME=VALUE".to_owned())),
         };
         let mut found = vec![None; kind.parameters.len()];
@@ -164,15 +278,30 @@ impl Effect {
         let missing =
             |(value, p): (Option<f64>, &Parameter)| value.ok_or_else(|| kind.wrong(format!("{} is missing", p.name)));
         let values = found.into_iter().zip(kind.parameters).map(missing).collect::<Result<_, _>>()?;
-        Ok(Self { kind, joint, values })
+        Ok(Self { kind, at: place, values })
     }
 
-    /// Puts the effect's term at its port.
+    /// Puts the effect into the making of a cell: a term at its port, or other numbers of robot or process.
     ///
     /// # Errors
     /// [`EffectError::TooManyStates`].
-    pub fn install(&self, ports: &mut Ports) -> Result<(), EffectError> {
-        ports.install((self.kind.port)(self.joint.unwrap_or(0)), (self.kind.build)(&self.values))?;
+    pub(crate) fn apply(
+        &self,
+        robot: &mut RobotParameters<f64>,
+        process: &mut Process,
+        ports: &mut Ports,
+    ) -> Result<(), EffectError> {
+        let joint = if let At::Joint(joint) = self.at { joint } else { 0 };
+        match (self.kind.action, self.at) {
+            (Action::Term { port, build }, _) => ports.install(port(joint), build(&self.values, joint))?,
+            (Action::Channel(build), At::Channel(channel)) => {
+                ports.install(Port::TimeBase, build(&self.values, channel))?;
+            }
+            // The table pairs this action with that place; `parse` gives no other.
+            (Action::Channel(_), _) => {}
+            (Action::Robot(change), _) => change(robot, joint, &self.values),
+            (Action::Process(change), _) => change(process, &self.values),
+        }
         Ok(())
     }
 }

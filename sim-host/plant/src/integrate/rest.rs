@@ -138,13 +138,13 @@ pub fn in_contact(cell: &Cell, motor: &JointVector<f64>) -> Result<Rest, NoRest>
 /// # Errors
 /// [`NoRest`] where the iteration does not converge.
 pub fn under_wrench(cell: &Cell, motor: &JointVector<f64>, wrench: &Wrench<f64>) -> Result<JointVector<f64>, NoRest> {
-    settle(cell, motor, |drives| (cell.robot.frames(&drives.link, wrench), *wrench)).map(|(link, _)| link)
+    settle(cell, motor, |drives| (cell.robot.frames(&drives.link, wrench, 0.0), *wrench)).map(|(link, _)| link)
 }
 
 /// Motor angles that hold the links at `link` against a given wrench on the tool (at the TCP, axes of B): each spring's
 /// equation inverted by bisection, so that effects count. Within a gap that carries nothing, its middle is taken.
 pub fn motors_for(cell: &Cell, link: &JointVector<f64>, wrench: &Wrench<f64>) -> JointVector<f64> {
-    let frames = cell.robot.frames(link, wrench);
+    let frames = cell.robot.frames(link, wrench, 0.0);
     let wanted = carried(cell, &drives_at_rest(link, link), &frames, wrench);
     let mut motor = *link;
     // In order of the joints: a coupling makes a spring depend on the motor before its own.

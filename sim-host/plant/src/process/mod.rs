@@ -50,8 +50,14 @@ pub fn reaction(
     };
     let surface: f64 = ports.surface.iter().map(|t| t.surface(&at)).sum();
     let depth = position.z + surface;
-    let depth_force =
-        if depth > 0.0 { (process.depth_stiffness * depth + process.depth_damping * velocity.z).max(0.0) } else { 0.0 };
+    // A surface that gives way by F_d/k: F_d = k_z (d − F_d/k) + b_z ḋ, solved for F_d.
+    let give: f64 = ports.surface.iter().map(|t| t.surface_compliance()).sum();
+    let share = 1.0 / (1.0 + process.depth_stiffness * give);
+    let depth_force = if depth > 0.0 {
+        (share * (process.depth_stiffness * depth + process.depth_damping * velocity.z)).max(0.0)
+    } else {
+        0.0
+    };
     if depth_force == 0.0 {
         return Reaction {
             force: Vector3::zeros(),
@@ -68,10 +74,10 @@ pub fn reaction(
         in_plane += r.in_plane * wave;
     }
     let e = depth_force / process.reference_force;
-    let feed = process.feed_drag * velocity.x * e;
+    let feed = ports.process.iter().fold(process.feed_drag * velocity.x * e, |feed, t| feed * t.drag(&at));
     let turn = process.lateral_ratio * process.spindle.signum();
     let across = process.lateral_damping * velocity.y + process.lateral_stiffness * (position.y - channel);
-    let lateral = turn * feed + across * e;
+    let lateral = turn * feed + across * e + ports.process.iter().map(|t| t.lateral_force(&at)).sum::<f64>();
     let mut force = -Vector3::new(feed * in_plane, lateral * in_plane, depth_force * axial);
     for term in &ports.process {
         force = term.process_force(&at, force);
@@ -85,10 +91,10 @@ pub fn reaction(
         axial,
     );
     let mut stiffness = Matrix3::zeros();
-    stiffness.set_column(2, &(by_depth * process.depth_stiffness));
+    stiffness.set_column(2, &(by_depth * process.depth_stiffness * share));
     stiffness[(1, 1)] = process.lateral_stiffness * e * in_plane;
     let mut damping = Matrix3::zeros();
-    damping.set_column(2, &(by_depth * process.depth_damping));
+    damping.set_column(2, &(by_depth * process.depth_damping * share));
     damping[(0, 0)] = process.feed_drag * e * in_plane;
     damping[(1, 0)] = turn * process.feed_drag * e * in_plane;
     damping[(1, 1)] = process.lateral_damping * e * in_plane;

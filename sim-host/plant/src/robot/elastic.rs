@@ -120,19 +120,26 @@ impl ElasticRobot {
         torque
     }
 
-    /// Frames of the real arm. `wrench` on the tool at the TCP in axes of B loads bearings and base, where these give.
+    /// Frames of the real arm at `time`, s. `wrench` on the tool at the TCP in axes of B loads bearings and base, where
+    /// these give.
     #[inline]
-    pub fn frames(&self, link: &JointVector<f64>, wrench: &Wrench<f64>) -> Frames<f64> {
+    pub fn frames(&self, link: &JointVector<f64>, wrench: &Wrench<f64>, time: f64) -> Frames<f64> {
         let rigid = self.model.frames(link);
         if !self.ports.frames_give() {
             return rigid;
         }
-        self.displaced_frames(link, &rigid, wrench)
+        self.displaced_frames(link, &rigid, wrench, time)
     }
 
     /// Bearings and base tilt under the moments that the rigid arm passes them at rest, gravity included. The tilts
     /// are of the order of 0.1 mrad, so that their own effect on the moments is left out.
-    fn displaced_frames(&self, link: &JointVector<f64>, rigid: &Frames<f64>, wrench: &Wrench<f64>) -> Frames<f64> {
+    fn displaced_frames(
+        &self,
+        link: &JointVector<f64>,
+        rigid: &Frames<f64>,
+        wrench: &Wrench<f64>,
+        time: f64,
+    ) -> Frames<f64> {
         let still = JointVector::zeros();
         let loads = self.model.joint_loads(rigid, &still, &still, wrench);
         let mut by = Displacement::none();
@@ -145,6 +152,7 @@ impl ElasticRobot {
         let foot = -(loads[0].moment + rigid.origin[0].cross(&loads[0].force));
         let tilt: Vector3<f64> = self.ports.base_frame.iter().map(|t| t.tilt(&foot, &Vector3::zeros())).sum();
         by.base.rotation = trueweld_core::spatial::rotation_from_vector(&tilt);
+        by.base.position = self.ports.base_frame.iter().map(|t| t.shift(time)).sum();
         self.model.frames_displaced(link, &by)
     }
 

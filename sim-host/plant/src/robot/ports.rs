@@ -163,6 +163,21 @@ pub trait Term: std::fmt::Debug + Send + Sync {
         Vector3::zeros()
     }
 
+    /// Base frame: how far the whole arm has moved, in B, m, at a time from the start, s.
+    fn shift(&self, _time: f64) -> Vector3<f64> {
+        Vector3::zeros()
+    }
+
+    /// Process force: factor on the drag F_f along the seam; the transversal force follows F_f.
+    fn drag(&self, _at: &ProcessPoint) -> f64 {
+        1.0
+    }
+
+    /// Process force: added to F_l, along −y of W, N, before ripple.
+    fn lateral_force(&self, _at: &ProcessPoint) -> f64 {
+        0.0
+    }
+
     /// Process force: F in axes of W after this term, from the force before it, N.
     fn process_force(&self, _at: &ProcessPoint, force: Vector3<f64>) -> Vector3<f64> {
         force
@@ -170,6 +185,11 @@ pub trait Term: std::fmt::Debug + Send + Sync {
 
     /// Plate surface: its height towards the tool (against z of W), m.
     fn surface(&self, _at: &ProcessPoint) -> f64 {
+        0.0
+    }
+
+    /// Plate surface: how far it gives way for the depth force, m/N.
+    fn surface_compliance(&self) -> f64 {
         0.0
     }
 

@@ -1,0 +1,40 @@
+//! `asymmetric-friction`: friction that differs between the two directions.
+//!
+//! τ_f gains a tanh(θ̇_E/smoothing), where θ̇_E > 0 only.
+
+use super::{Action, Kind, Parameter, Place};
+use crate::robot::{JointPoint, Port, Sloped, Term};
+
+pub(super) static KIND: Kind = Kind {
+    id: "asymmetric-friction",
+    place: Place::Joint,
+    equation: "τ_f gains a tanh(θ̇_E/smoothing) where θ̇_E > 0",
+    shows: "motor torque off in one direction of motion only",
+    experiment: "the same motion there and back",
+    parameters: &[Parameter {
+        name: "torque_nm",
+        unit: "N·m",
+        meaning: "extra level a in positive motion",
+        low: -1000.0,
+        high: 2000.0,
+    }],
+    action: Action::Term {
+        port: |j| Port::MotorFriction(j),
+        build: |v, _| Box::new(AsymmetricFriction { torque: v[0] }),
+    },
+};
+
+#[derive(Debug)]
+struct AsymmetricFriction {
+    torque: f64,
+}
+
+impl Term for AsymmetricFriction {
+    fn friction(&self, at: &JointPoint) -> Sloped {
+        if at.encoder_rate <= 0.0 {
+            return Sloped::default();
+        }
+        let turn = (at.encoder_rate / at.smoothing).tanh();
+        Sloped { value: self.torque * turn, slope: self.torque * (1.0 - turn * turn) / at.smoothing }
+    }
+}

@@ -1,0 +1,30 @@
+//! `damping-error`: a drive damped more or less than the model has it.
+//!
+//! D → D (1 + e).
+
+use super::{Action, Kind, Parameter, Place};
+use crate::robot::{Port, Term};
+
+pub(super) static KIND: Kind = Kind {
+    id: "damping-error",
+    place: Place::Joint,
+    equation: "D → D (1 + e)",
+    shows: "ringing dies away faster or slower; nothing at rest",
+    experiment: "ring-down after an abrupt stop of the joint",
+    parameters: &[Parameter { name: "relative", unit: "1", meaning: "e", low: -0.9, high: 3.0 }],
+    action: Action::Term {
+        port: |j| Port::SpringTorque(j),
+        build: |v, _| Box::new(DampingError { factor: 1.0 + v[0] }),
+    },
+};
+
+#[derive(Debug)]
+struct DampingError {
+    factor: f64,
+}
+
+impl Term for DampingError {
+    fn damping(&self) -> f64 {
+        self.factor
+    }
+}

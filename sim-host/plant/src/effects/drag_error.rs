@@ -1,0 +1,15 @@
+//! `drag-error`: material that resists the feed more or less than the model has it.
+//!
+//! c_x → c_x (1 + e).
+
+use super::{Action, Kind, Parameter, Place};
+
+pub(super) static KIND: Kind = Kind {
+    id: "drag-error",
+    place: Place::Cell,
+    equation: "c_x → c_x (1 + e)",
+    shows: "force along the seam off in proportion to the feed and the push",
+    experiment: "welds at two feeds",
+    parameters: &[Parameter { name: "relative", unit: "1", meaning: "e", low: -0.8, high: 3.0 }],
+    action: Action::Process(|process, v| process.feed_drag *= 1.0 + v[0]),
+};

@@ -1,0 +1,30 @@
+//! `encoder-offset`: an encoder zeroed wrongly.
+//!
+//! Real angle = angle computed from the encoder + o.
+
+use super::{Action, Kind, Parameter, Place};
+use crate::robot::{Port, Term};
+
+pub(super) static KIND: Kind = Kind {
+    id: "encoder-offset",
+    place: Place::Joint,
+    equation: "real angle = angle computed from the encoder + o",
+    shows: "tool off by a constant rotation about the joint: a pattern over the postures, whatever the load",
+    experiment: "unloaded poses all over the workspace, tracker",
+    parameters: &[Parameter { name: "offset_rad", unit: "rad", meaning: "offset o", low: -0.005, high: 0.005 }],
+    action: Action::Term {
+        port: |j| Port::JointToLinkAngle(j),
+        build: |v, _| Box::new(EncoderOffset { offset: v[0] }),
+    },
+};
+
+#[derive(Debug)]
+struct EncoderOffset {
+    offset: f64,
+}
+
+impl Term for EncoderOffset {
+    fn link_angle(&self) -> f64 {
+        self.offset
+    }
+}

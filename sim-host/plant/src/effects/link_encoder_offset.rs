@@ -1,0 +1,31 @@
+//! `link-encoder-offset`: a second encoder zeroed wrongly.
+//!
+//! The second encoder reads o more.
+
+use super::{Action, Kind, Parameter, Place};
+use crate::robot::{Port, Readings, Term};
+
+pub(super) static KIND: Kind = Kind {
+    id: "link-encoder-offset",
+    place: Place::Joint,
+    equation: "second encoder reads o more",
+    shows: "the second encoder off by a constant; torque and tool as they were",
+    experiment: "any motion: encoder against second encoder",
+    parameters: &[Parameter { name: "offset_rad", unit: "rad", meaning: "offset o", low: -0.005, high: 0.005 }],
+    action: Action::Term {
+        port: |_| Port::SensorChannel,
+        build: |v, joint| Box::new(LinkEncoderOffset { joint, offset: v[0] }),
+    },
+};
+
+#[derive(Debug)]
+struct LinkEncoderOffset {
+    joint: usize,
+    offset: f64,
+}
+
+impl Term for LinkEncoderOffset {
+    fn sense(&self, readings: &mut Readings) {
+        readings.link_encoder[self.joint] += self.offset;
+    }
+}

@@ -1,0 +1,35 @@
+//! `material-step`: another material, or thickness, from some place on.
+//!
+//! All process forces × (1 + a) beyond path position x0.
+
+use super::{Action, Kind, Parameter, Place};
+use crate::robot::{Port, ProcessPoint, Term};
+use nalgebra::Vector3;
+
+pub(super) static KIND: Kind = Kind {
+    id: "material-step",
+    place: Place::Cell,
+    equation: "all process forces × (1 + a) beyond path position x0",
+    shows: "forces jump at one place of the path",
+    experiment: "a weld across the place, both ways",
+    parameters: &[
+        Parameter { name: "ratio", unit: "1", meaning: "step a", low: -0.9, high: 2.0 },
+        Parameter { name: "position_m", unit: "m", meaning: "path position x0", low: 0.0, high: 10.0 },
+    ],
+    action: Action::Term {
+        port: |_| Port::ProcessForce,
+        build: |v, _| Box::new(MaterialStep { ratio: v[0], position: v[1] }),
+    },
+};
+
+#[derive(Debug)]
+struct MaterialStep {
+    ratio: f64,
+    position: f64,
+}
+
+impl Term for MaterialStep {
+    fn process_force(&self, at: &ProcessPoint, force: Vector3<f64>) -> Vector3<f64> {
+        if at.position.x > self.position { force * (1.0 + self.ratio) } else { force }
+    }
+}

@@ -1,0 +1,15 @@
+//! `process-stiffness-error`: material stiffer or softer than the model has it.
+//!
+//! k_z → k_z (1 + e).
+
+use super::{Action, Kind, Parameter, Place};
+
+pub(super) static KIND: Kind = Kind {
+    id: "process-stiffness-error",
+    place: Place::Cell,
+    equation: "k_z → k_z (1 + e)",
+    shows: "depth off at the same push, or push at the same depth",
+    experiment: "push raised and lowered without feed, depth measured",
+    parameters: &[Parameter { name: "relative", unit: "1", meaning: "e", low: -0.8, high: 3.0 }],
+    action: Action::Process(|process, v| process.depth_stiffness *= 1.0 + v[0]),
+};

@@ -1,0 +1,30 @@
+//! `stiffness-error`: a drive stiffer or softer than the model has it.
+//!
+//! K → K (1 + e).
+
+use super::{Action, Kind, Parameter, Place};
+use crate::robot::{Port, Term};
+
+pub(super) static KIND: Kind = Kind {
+    id: "stiffness-error",
+    place: Place::Joint,
+    equation: "K → K (1 + e)",
+    shows: "deflection off in proportion to the joint's torque",
+    experiment: "static loads both ways, at several postures",
+    parameters: &[Parameter { name: "relative", unit: "1", meaning: "e", low: -0.5, high: 1.0 }],
+    action: Action::Term {
+        port: |j| Port::SpringTorque(j),
+        build: |v, _| Box::new(StiffnessError { factor: 1.0 + v[0] }),
+    },
+};
+
+#[derive(Debug)]
+struct StiffnessError {
+    factor: f64,
+}
+
+impl Term for StiffnessError {
+    fn stiffness(&self, _: f64) -> f64 {
+        self.factor
+    }
+}

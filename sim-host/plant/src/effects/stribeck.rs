@@ -1,0 +1,38 @@
+//! `stribeck`: friction that falls with speed.
+//!
+//! τ_f gains s tanh(θ̇_E/smoothing) exp(−(θ̇_E/vs)²).
+
+use super::{Action, Kind, Parameter, Place};
+use crate::robot::{JointPoint, Port, Sloped, Term};
+
+pub(super) static KIND: Kind = Kind {
+    id: "stribeck",
+    place: Place::Joint,
+    equation: "τ_f gains s tanh(θ̇_E/smoothing) exp(−(θ̇_E/vs)²)",
+    shows: "motor torque higher at creep than at speed, both ways; stick-slip",
+    experiment: "slow motion at several constant rates, both ways",
+    parameters: &[
+        Parameter { name: "torque_nm", unit: "N·m", meaning: "extra level s at creep", low: -500.0, high: 2000.0 },
+        Parameter { name: "rate_rad_s", unit: "rad/s", meaning: "rate vs over which it fades", low: 0.001, high: 0.5 },
+    ],
+    action: Action::Term {
+        port: |j| Port::MotorFriction(j),
+        build: |v, _| Box::new(Stribeck { torque: v[0], rate: v[1] }),
+    },
+};
+
+#[derive(Debug)]
+struct Stribeck {
+    torque: f64,
+    rate: f64,
+}
+
+impl Term for Stribeck {
+    fn friction(&self, at: &JointPoint) -> Sloped {
+        let turn = (at.encoder_rate / at.smoothing).tanh();
+        let share = at.encoder_rate / self.rate;
+        let fade = (-share * share).exp();
+        let slope = (1.0 - turn * turn) / at.smoothing - turn * 2.0 * share / self.rate;
+        Sloped { value: self.torque * turn * fade, slope: self.torque * fade * slope }
+    }
+}

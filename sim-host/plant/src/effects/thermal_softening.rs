@@ -1,0 +1,35 @@
+//! `thermal-softening`: material that softens as it warms up.
+//!
+//! All process forces × (1 − a (1 − exp(−t/T))).
+
+use super::{Action, Kind, Parameter, Place};
+use crate::robot::{Port, ProcessPoint, Term};
+use nalgebra::Vector3;
+
+pub(super) static KIND: Kind = Kind {
+    id: "thermal-softening",
+    place: Place::Cell,
+    equation: "all process forces × (1 − a (1 − exp(−t/T))), at the same depth and speed",
+    shows: "forces fall over the first part of a weld; under force control the tool sinks",
+    experiment: "a weld at constant depth, or a long one at constant push",
+    parameters: &[
+        Parameter { name: "share", unit: "1", meaning: "share a lost in the end", low: -0.5, high: 0.9 },
+        Parameter { name: "time_s", unit: "s", meaning: "time constant T", low: 0.5, high: 600.0 },
+    ],
+    action: Action::Term {
+        port: |_| Port::ProcessForce,
+        build: |v, _| Box::new(ThermalSoftening { share: v[0], time: v[1] }),
+    },
+};
+
+#[derive(Debug)]
+struct ThermalSoftening {
+    share: f64,
+    time: f64,
+}
+
+impl Term for ThermalSoftening {
+    fn process_force(&self, at: &ProcessPoint, force: Vector3<f64>) -> Vector3<f64> {
+        force * (1.0 + self.share * (-at.time / self.time).exp_m1())
+    }
+}

@@ -1,0 +1,27 @@
+//! `wrist-coupling`: a hollow wrist's gears turning with the joint before them.
+//!
+//! δ of this joint gains ρ θ_E of the joint before it.
+
+use super::{Action, Kind, Parameter, Place};
+use crate::robot::{JointPoint, Port, Term};
+
+pub(super) static KIND: Kind = Kind {
+    id: "wrist-coupling",
+    place: Place::Joint,
+    equation: "δ of this joint gains ρ θ_E of the joint before it",
+    shows: "the joint turns by a share of the one before it",
+    experiment: "motion of the joint before it alone",
+    parameters: &[Parameter { name: "ratio", unit: "1", meaning: "ratio ρ", low: -0.2, high: 0.2 }],
+    action: Action::Term { port: |j| Port::SpringTorque(j), build: |v, _| Box::new(WristCoupling { ratio: v[0] }) },
+};
+
+#[derive(Debug)]
+struct WristCoupling {
+    ratio: f64,
+}
+
+impl Term for WristCoupling {
+    fn twist(&self, at: &JointPoint) -> f64 {
+        self.ratio * at.encoder_before
+    }
+}

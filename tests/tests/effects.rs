@@ -1,0 +1,331 @@
+//! Every effect of the library does in the plant what its equation says, can be seen by whoever fits it, and leaves a weld
+//! that runs.
+
+use nalgebra::Vector3;
+use trueweld_core::spatial::{rotation_from_vector, rotation_vector};
+use trueweld_core::{JointVector, Wrench};
+use trueweld_plant::cell::Cell;
+use trueweld_plant::effects::TABLE;
+use trueweld_plant::input::Weld;
+use trueweld_plant::integrate::rest;
+use trueweld_plant::process::reaction;
+use trueweld_plant::robot::{Channel, Drives, Readings};
+use trueweld_plant::simulate::{Controller, Law, Program, Row, Seam};
+use trueweld_tests::KR500;
+use trueweld_tests::cell::Fixtures;
+
+/// One of each, at a joint where it matters in the first weld, of a size that a laboratory would look for.
+const ONE_OF_EACH: [&str; 31] = [
+    "stiffness-error:A3:relative=0.2",
+    "damping-error:A2:relative=0.5",
+    "nonlinear-stiffness:A4:gain=0.5,twist_rad=8e-4",
+    "backlash:A5:half_gap_rad=2e-4",
+    "hysteresis:A2:torque_nm=2400,twist_rad=1e-4",
+    "joint-friction:A1:coulomb_nm=500,viscous_nms_rad=1000",
+    "stribeck:A1:torque_nm=400,rate_rad_s=0.02",
+    "asymmetric-friction:A2:torque_nm=300",
+    "transmission-error:A1:amplitude_rad=1.6e-4,order=40,phase_rad=0.8",
+    "wrist-coupling:A6:ratio=0.02",
+    "bearing-tilt:A2:compliance_rad_nm=2e-8",
+    "base-compliance::compliance_rad_nm=3e-9",
+    "counterbalance-loss::loss=0.25",
+    "payload-error::mass_kg=14,x_m=0.015,y_m=0.005,z_m=-0.01",
+    "encoder-offset:A3:offset_rad=1e-4",
+    "link-encoder-offset:A2:offset_rad=1e-4",
+    "link-encoder-ripple:A2:amplitude_rad=1e-4,order=30,phase_rad=0.3",
+    "tracker-registration::x_m=1e-4,y_m=-2e-4,z_m=3e-4,rx_rad=1e-4,ry_rad=2e-4,rz_rad=-1e-4",
+    "thermal-drift::x_m=2e-4,y_m=-1e-4,z_m=3e-4,time_s=5",
+    "force-crosstalk::fx_per_fz=0.012,fy_per_fz=-0.008",
+    "force-offset::fx_n=50,fy_n=-80,fz_n=120",
+    "channel-delay:wrench:delay_s=0.024",
+    "process-stiffness-error::relative=0.3",
+    "drag-error::relative=0.16",
+    "thermal-softening::share=0.12,time_s=3",
+    "feed-power-law::exponent=0.6",
+    "advancing-side::ratio=0.03",
+    "spindle-harmonic::order=3,axial=0.02,in_plane=0.05,phase_rad=0.4",
+    "plate-waviness::amplitude_m=2e-4,length_m=0.05,phase_rad=0",
+    "fixture-compliance::stiffness_n_m=5e7",
+    "material-step::ratio=0.2,position_m=0.02",
+];
+
+/// What the instruments that the weld's controller does not read would show of a row.
+fn measured(cell: &Cell, row: &Row) -> Readings {
+    let mut readings = Readings {
+        time: row.time,
+        encoder: row.motor.into(),
+        link_encoder: row.link.into(),
+        force: row.real.rotation.tr_mul(&(cell.b_from_w.rotation * row.force_w)),
+        moment: Vector3::zeros(),
+        tcp_position: row.real.position,
+        tcp_rotation: rotation_vector(&row.real.rotation),
+    };
+    for term in &cell.robot.ports.sensor {
+        term.sense(&mut readings);
+    }
+    readings
+}
+
+/// A weld of 40 mm, so that all effects show within seconds of simulated time.
+fn short(name: &'static str) -> Fixtures {
+    let mut fixtures = Fixtures::of(name);
+    let along = (fixtures.weld.end - fixtures.weld.start).normalize();
+    fixtures.weld = Weld { end: fixtures.weld.start + along * 0.04, settle: 0.5, ..fixtures.weld };
+    fixtures
+}
+
+#[test]
+fn there_is_one_of_each() {
+    let tried: Vec<&str> = ONE_OF_EACH.iter().map(|e| e.split(':').next().unwrap_or("")).collect();
+    let table: Vec<&str> = TABLE.iter().map(|k| k.id).collect();
+    assert_eq!(tried, table);
+}
+
+#[test]
+fn every_effect_shows_in_a_weld_that_runs() {
+    let fixtures = short("vertical");
+    let program = Program::Weld;
+    let go = |cell: &Cell| fixtures.run(cell, program, Controller::External, Law::None, &fixtures.robot.robot).rows;
+    let bare_cell = fixtures.cell(&[]);
+    let bare = go(&bare_cell);
+    for effect in ONE_OF_EACH {
+        let difference = |text: &str| -> f64 {
+            let cell = fixtures.cell(&[text]);
+            let rows = go(&cell);
+            assert_eq!(rows.len(), bare.len(), "{text}: the weld must run to its end");
+            // In units of an instrument's noise: tracker 30 µm, link encoder 5 µrad, torque 40 N·m, force 25 N.
+            let one = |a: &Row, b: &Row| {
+                let (m, n) = (measured(&cell, a), measured(&bare_cell, b));
+                let encoders = JointVector::from(m.link_encoder) - JointVector::from(n.link_encoder);
+                (m.tcp_position - n.tcp_position).norm() / 3e-5
+                    + encoders.norm() / 5e-6
+                    + (a.torque - b.torque).norm() / 40.0
+                    + (a.force_sensed_w - b.force_sensed_w).norm() / 25.0
+            };
+            rows.iter().zip(&bare).map(|(a, b)| one(a, b)).sum::<f64>() / rows.len() as f64
+        };
+        let seen = difference(effect);
+        assert!(seen > 0.05, "{effect}: {seen} noise levels; whoever fits it could not see it");
+    }
+}
+
+fn drives() -> Drives {
+    let link = JointVector::from([0.286, -0.932, 1.944, 0.1, 0.559, 0.286]);
+    Drives {
+        link,
+        link_rate: JointVector::repeat(0.02),
+        motor: link.add_scalar(6e-4),
+        motor_rate: JointVector::repeat(0.03),
+    }
+}
+
+/// τ_s of one joint with an effect, from K, D, twist and twist rate.
+fn assert_spring(effect: &str, joint: usize, expected: impl Fn(f64, f64, f64, f64) -> f64) {
+    let cell = Fixtures::of("vertical").cell(&[effect]);
+    let torque = cell.robot.spring_torque(&drives(), &[0.5; 6]);
+    let wanted = expected(KR500.stiffness()[joint], KR500.damping()[joint], 6e-4, 0.01);
+    assert!((torque[joint] - wanted).abs() < 1e-9 * wanted.abs(), "{effect}: {} N·m, expected {wanted}", torque[joint]);
+    let bare = Fixtures::of("vertical").cell(&[]).robot.spring_torque(&drives(), &[0.5; 6]);
+    assert_eq!((torque - bare).remove_row(joint).amax(), 0.0, "{effect}: other joints");
+}
+
+#[test]
+fn spring_effects_follow_their_equations() {
+    assert_spring("stiffness-error:A3:relative=0.2", 2, |k, d, x, v| 1.2 * k * x + d * v);
+    assert_spring("damping-error:A2:relative=0.5", 1, |k, d, x, v| k * x + 1.5 * d * v);
+    assert_spring("nonlinear-stiffness:A4:gain=0.5,twist_rad=8e-4", 3, |k, d, x, v| {
+        k * x * (1.0 + 0.5 * (1.0 - (-(x / 8e-4_f64).powi(2)).exp())) + d * v
+    });
+    assert_spring("backlash:A5:half_gap_rad=2e-4", 4, |k, d, x, v| k * (x - 2e-4) + d * v);
+    assert_spring("hysteresis:A2:torque_nm=2400,twist_rad=1e-4", 1, |k, d, x, v| k * x + d * v + 2400.0 * 0.5);
+    let encoder = drives().motor;
+    assert_spring("transmission-error:A1:amplitude_rad=1.6e-4,order=40,phase_rad=0.8", 0, |k, d, x, v| {
+        k * (x + 1.6e-4 * (40.0 * encoder[0] + 0.8).sin()) + d * v
+    });
+    assert_spring("wrist-coupling:A6:ratio=0.02", 5, |k, d, x, v| k * (x + 0.02 * encoder[4]) + d * v);
+    assert_spring("encoder-offset:A3:offset_rad=1e-4", 2, |k, d, x, v| k * (x + 1e-4) + d * v);
+}
+
+#[test]
+fn hysteresis_turns_its_loop() {
+    // dz/dδ = (1 − z sgn δ̇)/δh: from z = 0, loading by n δh leaves 1 − e⁻ⁿ, whatever the rate.
+    let cell = Fixtures::of("vertical").cell(&["hysteresis:A2:torque_nm=2400,twist_rad=1e-4"]);
+    for rate in [1e-3, -2e-3] {
+        let mut z = [0.0; 6];
+        let mut at = drives();
+        at.motor_rate[1] = at.link_rate[1] + rate;
+        let (steps, h) = (20_000, 3e-4 / rate.abs() / 20_000.0);
+        for _ in 0..steps {
+            let mut rates = [0.0; 6];
+            cell.robot.internal_rates(&at, &z, &mut rates);
+            z[0] += h * rates[0];
+        }
+        let expected = rate.signum() * (1.0 - (-3.0_f64).exp());
+        assert!((z[0] - expected).abs() < 1e-3, "{} expected {expected}", z[0]);
+    }
+}
+
+#[test]
+fn friction_effects_follow_their_equations_and_give_their_slope() {
+    let smoothing = KR500.parameters().friction.smoothing;
+    type Equation = fn(f64, f64) -> f64;
+    let cases: [(&str, usize, Equation); 3] = [
+        ("joint-friction:A1:coulomb_nm=500,viscous_nms_rad=1000", 0, |v, s| 500.0 * (v / s).tanh() + 1000.0 * v),
+        ("stribeck:A1:torque_nm=400,rate_rad_s=0.02", 0, |v, s| 400.0 * (v / s).tanh() * (-(v / 0.02).powi(2)).exp()),
+        ("asymmetric-friction:A2:torque_nm=300", 1, |v, s| if v > 0.0 { 300.0 * (v / s).tanh() } else { 0.0 }),
+    ];
+    for (effect, joint, equation) in cases {
+        let fixtures = Fixtures::of("vertical");
+        let (cell, bare) = (fixtures.cell(&[effect]), fixtures.cell(&[]));
+        for rate in [-0.03, -5e-4, 4e-4, 0.01, 0.05] {
+            let friction = |cell: &Cell, rate: f64| {
+                let mut at = drives();
+                at.motor_rate[joint] = rate;
+                cell.robot.friction(&at, joint)
+            };
+            let gained = friction(&cell, rate).value - friction(&bare, rate).value;
+            assert!((gained - equation(rate, smoothing)).abs() < 1e-9, "{effect} at {rate}: {gained}");
+            let step = 1e-8;
+            let slope = (friction(&cell, rate + step).value - friction(&cell, rate - step).value) / (2.0 * step);
+            // Rounding of some hundred N·m over 2e-8 rad/s: 1e-5 of the slope's scale, c/smoothing.
+            assert!((friction(&cell, rate).slope - slope).abs() < 1e-5 * 1e6, "{effect} at {rate}: slope {slope}");
+        }
+    }
+}
+
+#[test]
+fn frames_give_under_load_and_drift_with_time() {
+    let fixtures = Fixtures::of("vertical");
+    let q = drives().link;
+    let push = Wrench { moment: Vector3::zeros(), force: Vector3::new(0.0, 0.0, 18e3) };
+    let rigid = KR500.forward(&q).position;
+    let moved = |effect: &str, time: f64| fixtures.cell(&[effect]).robot.frames(&q, &push, time).tcp.position - rigid;
+    // A push upwards lifts the tool on a bearing or a base that gives.
+    assert!(moved("bearing-tilt:A1:compliance_rad_nm=2e-8", 0.0).z > 1e-5);
+    assert!(moved("base-compliance::compliance_rad_nm=3e-9", 0.0).z > 1e-5);
+    let drift = moved("thermal-drift::x_m=2e-4,y_m=-1e-4,z_m=3e-4,time_s=5", 10.0);
+    let expected = Vector3::new(2e-4, -1e-4, 3e-4) * (1.0 - (-2.0_f64).exp());
+    assert!((drift - expected).norm() < 1e-12, "{drift}");
+}
+
+#[test]
+fn counterbalance_and_payload_change_what_gravity_asks_for() {
+    let fixtures = Fixtures::of("vertical");
+    let q = drives().link;
+    let bare = fixtures.cell(&[]);
+    let none = Wrench::zero();
+    let hold = |cell: &Cell| rest::under_wrench(cell, &q, &none).expect("rest");
+    let lost = hold(&fixtures.cell(&["counterbalance-loss::loss=0.25"]));
+    let more = 0.25 * KR500.counterbalance_torque(q[1]) / KR500.stiffness()[1];
+    // The links hang by λ τ_cb/K further on A2; the rest is what the changed posture makes of gravity.
+    assert!(((lost - hold(&bare))[1] + more).abs() < 2e-2 * more.abs(), "{lost}");
+    let heavy = fixtures.cell(&["payload-error::mass_kg=14,x_m=0.015,y_m=0.005,z_m=-0.01"]);
+    let tool = heavy.robot.model.parameters().tool;
+    let nominal = KR500.parameters().tool;
+    assert_eq!(tool.mass, nominal.mass + 14.0);
+    assert!((tool.com_from_flange - nominal.com_from_flange - Vector3::new(0.015, 0.005, -0.01)).norm() < 1e-15);
+}
+
+#[test]
+fn sensor_effects_follow_their_equations() {
+    let fixtures = Fixtures::of("vertical");
+    let truth = Readings {
+        time: 3.0,
+        encoder: [0.1; 6],
+        link_encoder: [0.2; 6],
+        force: Vector3::new(100.0, 200.0, -18e3),
+        moment: Vector3::zeros(),
+        tcp_position: Vector3::new(1.7, -0.3, 0.5),
+        tcp_rotation: Vector3::new(0.0, 3.1, 0.0),
+    };
+    let read = |effect: &str| {
+        let mut readings = truth;
+        for term in &fixtures.cell(&[effect]).robot.ports.sensor {
+            term.sense(&mut readings);
+        }
+        readings
+    };
+    assert!((read("link-encoder-offset:A2:offset_rad=1e-4").link_encoder[1] - 0.2001).abs() < 1e-15);
+    let ripple = read("link-encoder-ripple:A2:amplitude_rad=1e-4,order=30,phase_rad=0.3").link_encoder[1];
+    assert!((ripple - 0.2 - 1e-4 * (30.0_f64 * 0.2 + 0.3).sin()).abs() < 1e-15);
+    let crosstalk = read("force-crosstalk::fx_per_fz=0.012,fy_per_fz=-0.008").force;
+    assert!((crosstalk - Vector3::new(100.0 - 216.0, 200.0 + 144.0, -18e3)).norm() < 1e-9);
+    let offset = read("force-offset::fx_n=50,fy_n=-80,fz_n=120").force;
+    assert!((offset - truth.force - Vector3::new(50.0, -80.0, 120.0)).norm() < 1e-9);
+    let turned = read("tracker-registration::x_m=0,y_m=0,z_m=1e-3,rx_rad=0,ry_rad=0,rz_rad=1e-3");
+    let turn = rotation_from_vector(&Vector3::new(0.0, 0.0, 1e-3));
+    assert!((turned.tcp_position - turn * truth.tcp_position - Vector3::new(0.0, 0.0, 1e-3)).norm() < 1e-15);
+    for (name, channel) in [
+        ("tracker", Channel::Tracker),
+        ("wrench", Channel::Wrench),
+        ("torque", Channel::MotorTorque),
+        ("link-encoder", Channel::LinkEncoder),
+    ] {
+        let cell = fixtures.cell(&[&format!("channel-delay:{name}:delay_s=0.004")]);
+        for other in [Channel::Tracker, Channel::Wrench, Channel::MotorTorque, Channel::LinkEncoder] {
+            assert_eq!(cell.robot.ports.delay(other), if other == channel { 0.004 } else { 0.0 });
+        }
+    }
+}
+
+#[test]
+fn process_effects_follow_their_equations() {
+    let fixtures = Fixtures::of("vertical");
+    let (spindle_angle, time, x) = (0.3, 4.0, 0.13);
+    let force = |effects: &[&str]| {
+        let cell = fixtures.cell(effects);
+        let (at, v) = (Vector3::new(x, 2e-4, 5e-4), Vector3::new(0.012, 1e-3, 2e-4));
+        reaction(&cell.process, &cell.robot.ports, time, &at, &v, 1e-4, spindle_angle).force
+    };
+    let p = &fixtures.process;
+    let wave = |order: f64, phase: f64| (order * spindle_angle + phase).sin();
+    let in_plane = 1.0 + p.ripple.iter().map(|r| r.in_plane * wave(r.order, r.phase)).sum::<f64>();
+    let axial = 1.0 + p.ripple.iter().map(|r| r.axial * wave(r.order, r.phase)).sum::<f64>();
+    // F by the equations of the baseline, with what an effect changes as arguments.
+    let expected = |k_z: f64, c_x: f64, depth: f64, power: f64, extra: f64, give: f64, more: [f64; 2]| {
+        let depth_force = (k_z * depth + p.depth_damping * 2e-4) / (1.0 + k_z * give);
+        let e = depth_force / p.reference_force;
+        let feed = c_x * 0.012 * e * 1.2_f64.powf(power - 1.0);
+        let lateral = p.lateral_ratio * feed * p.spindle.signum()
+            + (p.lateral_damping * 1e-3 + p.lateral_stiffness * 1e-4) * e
+            + extra * depth_force * p.spindle.signum();
+        let (in_plane, axial) = (in_plane + more[1], axial + more[0]);
+        -Vector3::new(feed * in_plane, lateral * in_plane, depth_force * axial)
+    };
+    let (k, c) = (p.depth_stiffness, p.feed_drag);
+    let plain = expected(k, c, 5e-4, 1.0, 0.0, 0.0, [0.0; 2]);
+    let third = wave(3.0, 0.4);
+    for (effect, wanted) in [
+        ("", plain),
+        ("process-stiffness-error::relative=0.3", expected(1.3 * k, c, 5e-4, 1.0, 0.0, 0.0, [0.0; 2])),
+        ("drag-error::relative=0.16", expected(k, 1.16 * c, 5e-4, 1.0, 0.0, 0.0, [0.0; 2])),
+        ("thermal-softening::share=0.12,time_s=3", plain * (1.0 - 0.12 * (1.0 - (-4.0_f64 / 3.0).exp()))),
+        ("feed-power-law::exponent=0.6", expected(k, c, 5e-4, 0.6, 0.0, 0.0, [0.0; 2])),
+        ("advancing-side::ratio=0.03", expected(k, c, 5e-4, 1.0, 0.03, 0.0, [0.0; 2])),
+        (
+            "spindle-harmonic::order=3,axial=0.02,in_plane=0.05,phase_rad=0.4",
+            expected(k, c, 5e-4, 1.0, 0.0, 0.0, [0.02 * third, 0.05 * third]),
+        ),
+        (
+            "plate-waviness::amplitude_m=2e-4,length_m=0.05,phase_rad=0.2",
+            expected(k, c, 5e-4 + 2e-4 * (std::f64::consts::TAU * x / 0.05 + 0.2).sin(), 1.0, 0.0, 0.0, [0.0; 2]),
+        ),
+        ("fixture-compliance::stiffness_n_m=5e7", expected(k, c, 5e-4, 1.0, 0.0, 2e-8, [0.0; 2])),
+        ("material-step::ratio=0.2,position_m=0.02", plain * 1.2),
+        ("material-step::ratio=0.2,position_m=0.2", plain),
+    ] {
+        let effects: &[&str] = if effect.is_empty() { &[] } else { &[effect] };
+        let got = force(effects);
+        assert!((got - wanted).norm() < 1e-9 * wanted.norm(), "{effect}: {got} expected {wanted}");
+    }
+}
+
+#[test]
+fn a_payload_that_leaves_no_robot_is_refused() {
+    let fixtures = Fixtures::of("vertical");
+    let effect =
+        trueweld_plant::effects::Effect::parse("payload-error::mass_kg=-500,x_m=0,y_m=0,z_m=0", &fixtures.robot);
+    let seam = Seam::of(&fixtures.weld);
+    let cell = Cell::new(&fixtures.robot.robot, &[effect.expect("understood")], &fixtures.process, seam.b_from_w);
+    assert!(cell.expect_err("no robot weighs less than nothing").to_string().contains("payload-error"));
+}
