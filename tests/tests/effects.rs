@@ -329,3 +329,15 @@ fn a_payload_that_leaves_no_robot_is_refused() {
     let cell = Cell::new(&fixtures.robot.robot, &[effect.expect("understood")], &fixtures.process, seam.b_from_w);
     assert!(cell.expect_err("no robot weighs less than nothing").to_string().contains("payload-error"));
 }
+
+#[test]
+fn a_coupled_wrist_is_still_taught_on_its_line() {
+    // 0.2 of A5's 0.69 rad at the start: far beyond any twist of a load, and the real tool must stand on the line all the same.
+    let fixtures = short("vertical");
+    let cell = fixtures.cell(&["wrist-coupling:A6:ratio=0.2"]);
+    let link = trueweld_plant::simulate::start_angles(&KR500, &Seam::of(&fixtures.weld)).expect("reach");
+    let motor = rest::motors_for(&cell, &link, &Wrench::zero());
+    let back = rest::under_wrench(&cell, &motor, &Wrench::zero()).expect("rest");
+    assert!((back - link).amax() < 1e-9, "{}", back - link);
+    assert!((motor[5] - link[5]).abs() > 0.1);
+}

@@ -155,9 +155,14 @@ pub fn motors_for(cell: &Cell, link: &JointVector<f64>, wrench: &Wrench<f64>) ->
             let torque = cell.robot.spring_torque(&drives_at_rest(link, &motor), &[0.0; INTERNAL_STATES])[i];
             if below { torque < wanted[i] } else { torque <= wanted[i] }
         };
+        // A twist of any load first; wider for a gear that adds a share of another joint's angle.
+        let mut reach = LARGEST_TWIST;
+        while reach < 1.0 && (short_of(link[i] + reach, false) || !short_of(link[i] - reach, true)) {
+            reach *= 4.0;
+        }
         // Lower and upper end of the angles that carry just this torque; they differ only across a gap.
         let edge = |below: bool| {
-            let (mut low, mut high) = (link[i] - LARGEST_TWIST, link[i] + LARGEST_TWIST);
+            let (mut low, mut high) = (link[i] - reach, link[i] + reach);
             for _ in 0..60 {
                 let middle = 0.5 * (low + high);
                 if short_of(middle, below) { low = middle } else { high = middle }

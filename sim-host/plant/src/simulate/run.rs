@@ -203,7 +203,7 @@ fn start(scenario: &Scenario<'_>, seam: &Seam) -> Result<Start, RunError> {
     Ok(Start { rest: rest::in_contact(scenario.cell, &motor)?, motor, taught })
 }
 
-/// Runs a scenario to its end. `progress` is called with the simulated time, s, about every simulated second.
+/// Runs a scenario to its end. `progress` is called with the simulated time, s, every control period.
 ///
 /// # Errors
 /// [`RunError`].
