@@ -34,7 +34,7 @@ impl Term for AsymmetricFriction {
         if at.encoder_rate <= 0.0 {
             return Sloped::default();
         }
-        let turn = (at.encoder_rate / at.smoothing).tanh();
-        Sloped { value: self.torque * turn, slope: self.torque * (1.0 - turn * turn) / at.smoothing }
+        let turn = Sloped::turn(at.encoder_rate, at.smoothing);
+        Sloped { value: self.torque * turn.value, slope: self.torque * turn.slope }
     }
 }

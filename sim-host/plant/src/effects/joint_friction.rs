@@ -36,10 +36,10 @@ struct JointFriction {
 
 impl Term for JointFriction {
     fn friction(&self, at: &JointPoint) -> Sloped {
-        let turn = (at.encoder_rate / at.smoothing).tanh();
+        let turn = Sloped::turn(at.encoder_rate, at.smoothing);
         Sloped {
-            value: self.coulomb * turn + self.viscous * at.encoder_rate,
-            slope: self.coulomb / at.smoothing * (1.0 - turn * turn) + self.viscous,
+            value: self.coulomb * turn.value + self.viscous * at.encoder_rate,
+            slope: self.coulomb * turn.slope + self.viscous,
         }
     }
 }

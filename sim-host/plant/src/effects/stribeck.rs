@@ -29,10 +29,10 @@ struct Stribeck {
 
 impl Term for Stribeck {
     fn friction(&self, at: &JointPoint) -> Sloped {
-        let turn = (at.encoder_rate / at.smoothing).tanh();
+        let turn = Sloped::turn(at.encoder_rate, at.smoothing);
         let share = at.encoder_rate / self.rate;
         let fade = (-share * share).exp();
-        let slope = (1.0 - turn * turn) / at.smoothing - turn * 2.0 * share / self.rate;
-        Sloped { value: self.torque * turn * fade, slope: self.torque * fade * slope }
+        let slope = turn.slope - turn.value * 2.0 * share / self.rate;
+        Sloped { value: self.torque * turn.value * fade, slope: self.torque * fade * slope }
     }
 }

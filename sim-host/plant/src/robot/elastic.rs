@@ -86,12 +86,11 @@ impl ElasticRobot {
     #[inline]
     pub fn friction(&self, drives: &Drives, i: usize) -> Sloped {
         let friction = &self.model.parameters().friction;
-        let (rate, smoothing) = (drives.motor_rate[i], friction.smoothing);
-        // tanh(x) = 1 − 2/(e²ˣ + 1): absolute error 1e-16, at a third of the library's time.
-        let turn = 1.0 - 2.0 / ((2.0 * rate / smoothing).exp() + 1.0);
+        let rate = drives.motor_rate[i];
+        let turn = Sloped::turn(rate, friction.smoothing);
         let mut torque = Sloped {
-            value: friction.viscous[i] * rate + friction.coulomb[i] * turn,
-            slope: friction.viscous[i] + friction.coulomb[i] / smoothing * (1.0 - turn * turn),
+            value: friction.viscous[i] * rate + friction.coulomb[i] * turn.value,
+            slope: friction.viscous[i] + friction.coulomb[i] * turn.slope,
         };
         if !self.ports.friction[i].is_empty() {
             let at = self.joint_point(drives, i);
