@@ -2,7 +2,7 @@
 //!
 //! F_l gains a F_d sgn(ω), and carries its ripple.
 
-use super::{Action, Kind, Parameter, Place};
+use super::{Action, Kind, Parameter, Place, Role};
 use crate::robot::{Port, ProcessPoint, Term};
 
 pub(super) static KIND: Kind = Kind {
@@ -11,7 +11,14 @@ pub(super) static KIND: Kind = Kind {
     equation: "F_l gains a F_d sgn(ω)",
     shows: "a force across the seam in proportion to the push, turning round with the spindle",
     experiment: "push without feed, spindle one way and the other",
-    parameters: &[Parameter { name: "ratio", unit: "1", meaning: "ratio a", low: -0.3, high: 0.3 }],
+    parameters: &[Parameter {
+        name: "ratio",
+        role: Role::Size { step: 0.02, neutral: 0.0 },
+        unit: "1",
+        meaning: "ratio a",
+        low: -0.3,
+        high: 0.3,
+    }],
     action: Action::Term { port: |_| Port::ProcessForce, build: |v, _| Box::new(AdvancingSide { ratio: v[0] }) },
 };
 

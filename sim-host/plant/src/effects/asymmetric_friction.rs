@@ -2,7 +2,7 @@
 //!
 //! τ_f gains a tanh(θ̇_E/smoothing), where θ̇_E > 0 only.
 
-use super::{Action, Kind, Parameter, Place};
+use super::{Action, Kind, Parameter, Place, Role};
 use crate::robot::{JointPoint, Port, Sloped, Term};
 
 pub(super) static KIND: Kind = Kind {
@@ -13,6 +13,7 @@ pub(super) static KIND: Kind = Kind {
     experiment: "the same motion there and back",
     parameters: &[Parameter {
         name: "torque_nm",
+        role: Role::Size { step: 50.0, neutral: 0.0 },
         unit: "N·m",
         meaning: "extra level a in positive motion",
         low: -1000.0,

@@ -2,7 +2,7 @@
 //!
 //! The elastic part of τ_s acts on dz(δ): δ − b above b, δ + b below −b, 0 between. The damper keeps acting inside the gap.
 
-use super::{Action, Kind, Parameter, Place};
+use super::{Action, Kind, Parameter, Place, Role};
 use crate::robot::{Port, Term};
 
 pub(super) static KIND: Kind = Kind {
@@ -13,6 +13,7 @@ pub(super) static KIND: Kind = Kind {
     experiment: "static loads that turn the joint's torque round, a little to either side of zero",
     parameters: &[Parameter {
         name: "half_gap_rad",
+        role: Role::Size { step: 5e-5, neutral: 0.0 },
         unit: "rad",
         meaning: "half of the play, b",
         low: 0.0,

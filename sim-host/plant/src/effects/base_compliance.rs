@@ -2,7 +2,7 @@
 //!
 //! B tilts about its x and y at the foot by c times the moment there, gravity's included.
 
-use super::{Action, Kind, Parameter, Place};
+use super::{Action, Kind, Parameter, Place, Role};
 use crate::robot::{Port, Term};
 use nalgebra::Vector3;
 
@@ -14,6 +14,7 @@ pub(super) static KIND: Kind = Kind {
     experiment: "static loads at far and near reach, in several directions of A1",
     parameters: &[Parameter {
         name: "compliance_rad_nm",
+        role: Role::Size { step: 2e-10, neutral: 0.0 },
         unit: "rad/(N·m)",
         meaning: "compliance c",
         low: 0.0,

@@ -3,7 +3,7 @@
 //! The link tilts about its frame's origin, about the two axes across the joint's, by c times the moment there, gravity's
 //! included.
 
-use super::{Action, Kind, Parameter, Place};
+use super::{Action, Kind, Parameter, Place, Role};
 use crate::robot::{Port, Term};
 use nalgebra::Vector3;
 
@@ -15,6 +15,7 @@ pub(super) static KIND: Kind = Kind {
     experiment: "static loads that put a moment across the axis, with the tool's rotation measured",
     parameters: &[Parameter {
         name: "compliance_rad_nm",
+        role: Role::Size { step: 2e-9, neutral: 0.0 },
         unit: "rad/(N·m)",
         meaning: "compliance c",
         low: 0.0,

@@ -2,7 +2,7 @@
 //!
 //! The channel lags the encoders.
 
-use super::{Action, Kind, Parameter, Place};
+use super::{Action, Kind, Parameter, Place, Role};
 use crate::robot::{Channel, Term};
 
 pub(super) static KIND: Kind = Kind {
@@ -11,7 +11,14 @@ pub(super) static KIND: Kind = Kind {
     equation: "the channel lags the encoders by a time",
     shows: "an error in proportion to the rate of what the channel measures",
     experiment: "motion to and fro at several speeds",
-    parameters: &[Parameter { name: "delay_s", unit: "s", meaning: "lag", low: -0.02, high: 0.1 }],
+    parameters: &[Parameter {
+        name: "delay_s",
+        role: Role::Size { step: 1e-3, neutral: 0.0 },
+        unit: "s",
+        meaning: "lag",
+        low: -0.02,
+        high: 0.1,
+    }],
     action: Action::Channel(|v, channel| Box::new(ChannelDelay { channel, delay: v[0] })),
 };
 

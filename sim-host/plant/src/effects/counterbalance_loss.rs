@@ -2,7 +2,7 @@
 //!
 //! τ_cb × (1 − λ).
 
-use super::{Action, Kind, Parameter, Place};
+use super::{Action, Kind, Parameter, Place, Role};
 use crate::robot::{JointPoint, Port, Term};
 
 pub(super) static KIND: Kind = Kind {
@@ -11,7 +11,14 @@ pub(super) static KIND: Kind = Kind {
     equation: "τ_cb × (1 − λ)",
     shows: "A2 carries more, most where the arm leans far: motor torque and deflection of A2 with its angle",
     experiment: "free motion or static poses over the range of A2",
-    parameters: &[Parameter { name: "loss", unit: "1", meaning: "share λ lost", low: -0.5, high: 1.0 }],
+    parameters: &[Parameter {
+        name: "loss",
+        role: Role::Size { step: 0.05, neutral: 0.0 },
+        unit: "1",
+        meaning: "share λ lost",
+        low: -0.5,
+        high: 1.0,
+    }],
     action: Action::Term { port: |_| Port::LinkTorque(1), build: |v, _| Box::new(CounterbalanceLoss { loss: v[0] }) },
 };
 

@@ -2,7 +2,7 @@
 //!
 //! D → D (1 + e).
 
-use super::{Action, Kind, Parameter, Place};
+use super::{Action, Kind, Parameter, Place, Role};
 use crate::robot::{Port, Term};
 
 pub(super) static KIND: Kind = Kind {
@@ -11,7 +11,14 @@ pub(super) static KIND: Kind = Kind {
     equation: "D → D (1 + e)",
     shows: "ringing dies away faster or slower; nothing at rest",
     experiment: "ring-down after an abrupt stop of the joint",
-    parameters: &[Parameter { name: "relative", unit: "1", meaning: "e", low: -0.9, high: 3.0 }],
+    parameters: &[Parameter {
+        name: "relative",
+        role: Role::Size { step: 0.2, neutral: 0.0 },
+        unit: "1",
+        meaning: "e",
+        low: -0.9,
+        high: 3.0,
+    }],
     action: Action::Term {
         port: |j| Port::SpringTorque(j),
         build: |v, _| Box::new(DampingError { factor: 1.0 + v[0] }),

@@ -2,7 +2,7 @@
 //!
 //! c_x → c_x (1 + e).
 
-use super::{Action, Kind, Parameter, Place};
+use super::{Action, Kind, Parameter, Place, Role};
 
 pub(super) static KIND: Kind = Kind {
     id: "drag-error",
@@ -10,6 +10,13 @@ pub(super) static KIND: Kind = Kind {
     equation: "c_x → c_x (1 + e)",
     shows: "force along the seam off in proportion to the feed and the push",
     experiment: "welds at two feeds",
-    parameters: &[Parameter { name: "relative", unit: "1", meaning: "e", low: -0.8, high: 3.0 }],
+    parameters: &[Parameter {
+        name: "relative",
+        role: Role::Size { step: 0.05, neutral: 0.0 },
+        unit: "1",
+        meaning: "e",
+        low: -0.8,
+        high: 3.0,
+    }],
     action: Action::Process(|process, v| process.feed_drag *= 1.0 + v[0]),
 };

@@ -2,7 +2,7 @@
 //!
 //! Real angle = angle computed from the encoder + o.
 
-use super::{Action, Kind, Parameter, Place};
+use super::{Action, Kind, Parameter, Place, Role};
 use crate::robot::{Port, Term};
 
 pub(super) static KIND: Kind = Kind {
@@ -11,7 +11,14 @@ pub(super) static KIND: Kind = Kind {
     equation: "real angle = angle computed from the encoder + o",
     shows: "tool off by a constant rotation about the joint: a pattern over the postures, whatever the load",
     experiment: "unloaded poses all over the workspace, tracker",
-    parameters: &[Parameter { name: "offset_rad", unit: "rad", meaning: "offset o", low: -0.005, high: 0.005 }],
+    parameters: &[Parameter {
+        name: "offset_rad",
+        role: Role::Size { step: 5e-5, neutral: 0.0 },
+        unit: "rad",
+        meaning: "offset o",
+        low: -0.005,
+        high: 0.005,
+    }],
     action: Action::Term {
         port: |j| Port::JointToLinkAngle(j),
         build: |v, _| Box::new(EncoderOffset { offset: v[0] }),

@@ -2,7 +2,7 @@
 //!
 //! F_f = c_x v_x e (|v_x| / 0.010)^(p − 1); the transversal force follows F_f.
 
-use super::{Action, Kind, Parameter, Place};
+use super::{Action, Kind, Parameter, Place, Role};
 use crate::robot::{Port, ProcessPoint, Term};
 
 pub(super) static KIND: Kind = Kind {
@@ -11,7 +11,14 @@ pub(super) static KIND: Kind = Kind {
     equation: "F_f = c_x v_x e (|v_x| / 0.010)^(p − 1)",
     shows: "force along the seam not in proportion to the feed",
     experiment: "welds at several feeds",
-    parameters: &[Parameter { name: "exponent", unit: "1", meaning: "exponent p", low: 0.1, high: 2.0 }],
+    parameters: &[Parameter {
+        name: "exponent",
+        role: Role::Size { step: 0.1, neutral: 1.0 },
+        unit: "1",
+        meaning: "exponent p",
+        low: 0.1,
+        high: 2.0,
+    }],
     action: Action::Term { port: |_| Port::ProcessForce, build: |v, _| Box::new(FeedPowerLaw { exponent: v[0] }) },
 };
 

@@ -2,7 +2,7 @@
 //!
 //! The surface gives way by F_d/k. Its own velocity is left out of the contact's damping.
 
-use super::{Action, Kind, Parameter, Place};
+use super::{Action, Kind, Parameter, Place, Role};
 use crate::robot::{Port, Term};
 
 pub(super) static KIND: Kind = Kind {
@@ -13,6 +13,7 @@ pub(super) static KIND: Kind = Kind {
     experiment: "push raised and lowered without feed, plate and tool measured apart",
     parameters: &[Parameter {
         name: "stiffness_n_m",
+        role: Role::Reciprocal { step: 1e-9 },
         unit: "N/m",
         meaning: "stiffness k of the fixture",
         low: 5000000.0,

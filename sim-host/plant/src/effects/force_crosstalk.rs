@@ -2,7 +2,7 @@
 //!
 //! Measured lateral forces gain c_x F_z, c_y F_z, in T.
 
-use super::{Action, Kind, Parameter, Place};
+use super::{Action, Kind, Parameter, Place, Role};
 use crate::robot::{Port, Readings, Term};
 
 pub(super) static KIND: Kind = Kind {
@@ -12,8 +12,22 @@ pub(super) static KIND: Kind = Kind {
     shows: "lateral forces measured where there are none, in proportion to the axial one",
     experiment: "axial push without feed",
     parameters: &[
-        Parameter { name: "fx_per_fz", unit: "1", meaning: "c_x", low: -0.1, high: 0.1 },
-        Parameter { name: "fy_per_fz", unit: "1", meaning: "c_y", low: -0.1, high: 0.1 },
+        Parameter {
+            name: "fx_per_fz",
+            role: Role::Size { step: 0.005, neutral: 0.0 },
+            unit: "1",
+            meaning: "c_x",
+            low: -0.1,
+            high: 0.1,
+        },
+        Parameter {
+            name: "fy_per_fz",
+            role: Role::Size { step: 0.005, neutral: 0.0 },
+            unit: "1",
+            meaning: "c_y",
+            low: -0.1,
+            high: 0.1,
+        },
     ],
     action: Action::Term { port: |_| Port::SensorChannel, build: |v, _| Box::new(ForceCrosstalk { x: v[0], y: v[1] }) },
 };

@@ -2,7 +2,7 @@
 //!
 //! The measured force gains a constant, in T.
 
-use super::{Action, Kind, Parameter, Place};
+use super::{Action, Kind, Parameter, Place, Role};
 use crate::robot::{Port, Readings, Term};
 use nalgebra::Vector3;
 
@@ -13,9 +13,30 @@ pub(super) static KIND: Kind = Kind {
     shows: "forces measured in the air",
     experiment: "the sensor read without contact",
     parameters: &[
-        Parameter { name: "fx_n", unit: "N", meaning: "offset", low: -2000.0, high: 2000.0 },
-        Parameter { name: "fy_n", unit: "N", meaning: "offset", low: -2000.0, high: 2000.0 },
-        Parameter { name: "fz_n", unit: "N", meaning: "offset", low: -2000.0, high: 2000.0 },
+        Parameter {
+            name: "fx_n",
+            role: Role::Size { step: 50.0, neutral: 0.0 },
+            unit: "N",
+            meaning: "offset",
+            low: -2000.0,
+            high: 2000.0,
+        },
+        Parameter {
+            name: "fy_n",
+            role: Role::Size { step: 50.0, neutral: 0.0 },
+            unit: "N",
+            meaning: "offset",
+            low: -2000.0,
+            high: 2000.0,
+        },
+        Parameter {
+            name: "fz_n",
+            role: Role::Size { step: 50.0, neutral: 0.0 },
+            unit: "N",
+            meaning: "offset",
+            low: -2000.0,
+            high: 2000.0,
+        },
     ],
     action: Action::Term {
         port: |_| Port::SensorChannel,

@@ -2,7 +2,7 @@
 //!
 //! τ_s gains T z, dz/dδ = (1 − z sgn δ̇)/δh, a Dahl loop; z is a state of the plant and starts at 0.
 
-use super::{Action, Kind, Parameter, Place};
+use super::{Action, Kind, Parameter, Place, Role};
 use crate::robot::{JointPoint, Port, Term};
 
 pub(super) static KIND: Kind = Kind {
@@ -12,9 +12,17 @@ pub(super) static KIND: Kind = Kind {
     shows: "deflection depends on which way the load came: the torque–twist loop has an area",
     experiment: "static loads up and down again, slowly, without overshoot",
     parameters: &[
-        Parameter { name: "torque_nm", unit: "N·m", meaning: "half-height T of the loop", low: 0.0, high: 10000.0 },
+        Parameter {
+            name: "torque_nm",
+            role: Role::Size { step: 500.0, neutral: 0.0 },
+            unit: "N·m",
+            meaning: "half-height T of the loop",
+            low: 0.0,
+            high: 10000.0,
+        },
         Parameter {
             name: "twist_rad",
+            role: Role::Shape(&[3e-5, 1.5e-4, 7e-4]),
             unit: "rad",
             meaning: "twist δh over which it turns round",
             low: 1e-06,

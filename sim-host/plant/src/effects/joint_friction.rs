@@ -2,7 +2,7 @@
 //!
 //! τ_f gains c tanh(θ̇_E / smoothing) + v θ̇_E, with the robot's own smoothing rate.
 
-use super::{Action, Kind, Parameter, Place};
+use super::{Action, Kind, Parameter, Place, Role};
 use crate::robot::{JointPoint, Port, Sloped, Term};
 
 pub(super) static KIND: Kind = Kind {
@@ -13,9 +13,17 @@ pub(super) static KIND: Kind = Kind {
             follows, so the tool stays",
     experiment: "motion of the joint at several constant rates, both ways",
     parameters: &[
-        Parameter { name: "coulomb_nm", unit: "N·m", meaning: "Coulomb level c", low: -500.0, high: 2000.0 },
+        Parameter {
+            name: "coulomb_nm",
+            role: Role::Size { step: 50.0, neutral: 0.0 },
+            unit: "N·m",
+            meaning: "Coulomb level c",
+            low: -500.0,
+            high: 2000.0,
+        },
         Parameter {
             name: "viscous_nms_rad",
+            role: Role::Size { step: 200.0, neutral: 0.0 },
             unit: "N·m·s/rad",
             meaning: "viscous coefficient v",
             low: -1000.0,

@@ -2,7 +2,7 @@
 //!
 //! The second encoder reads o more.
 
-use super::{Action, Kind, Parameter, Place};
+use super::{Action, Kind, Parameter, Place, Role};
 use crate::robot::{Port, Readings, Term};
 
 pub(super) static KIND: Kind = Kind {
@@ -11,7 +11,14 @@ pub(super) static KIND: Kind = Kind {
     equation: "second encoder reads o more",
     shows: "the second encoder off by a constant; torque and tool as they were",
     experiment: "any motion: encoder against second encoder",
-    parameters: &[Parameter { name: "offset_rad", unit: "rad", meaning: "offset o", low: -0.005, high: 0.005 }],
+    parameters: &[Parameter {
+        name: "offset_rad",
+        role: Role::Size { step: 5e-5, neutral: 0.0 },
+        unit: "rad",
+        meaning: "offset o",
+        low: -0.005,
+        high: 0.005,
+    }],
     action: Action::Term {
         port: |_| Port::SensorChannel,
         build: |v, joint| Box::new(LinkEncoderOffset { joint, offset: v[0] }),

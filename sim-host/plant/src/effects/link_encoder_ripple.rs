@@ -2,7 +2,7 @@
 //!
 //! The second encoder reads A sin(n θ + φ) more; no torque goes with it.
 
-use super::{Action, Kind, Parameter, Place};
+use super::{Action, Kind, Parameter, Place, Role};
 use crate::robot::{Port, Readings, Term};
 
 pub(super) static KIND: Kind = Kind {
@@ -12,9 +12,23 @@ pub(super) static KIND: Kind = Kind {
     shows: "a wave of the second encoder over the joint's angle, and none of the tool",
     experiment: "slow motion of the joint alone, with a tracker beside the second encoder",
     parameters: &[
-        Parameter { name: "amplitude_rad", unit: "rad", meaning: "amplitude A", low: 0.0, high: 0.001 },
-        Parameter { name: "order", unit: "1/turn", meaning: "periods n per turn of the joint", low: 0.5, high: 2000.0 },
-        Parameter { name: "phase_rad", unit: "rad", meaning: "phase φ", low: -3.15, high: 3.15 },
+        Parameter {
+            name: "amplitude_rad",
+            role: Role::Size { step: 5e-5, neutral: 0.0 },
+            unit: "rad",
+            meaning: "amplitude A",
+            low: 0.0,
+            high: 0.001,
+        },
+        Parameter {
+            name: "order",
+            role: Role::Order,
+            unit: "1/turn",
+            meaning: "periods n per turn of the joint",
+            low: 0.5,
+            high: 2000.0,
+        },
+        Parameter { name: "phase_rad", role: Role::Phase, unit: "rad", meaning: "phase φ", low: -3.15, high: 3.15 },
     ],
     action: Action::Term {
         port: |_| Port::SensorChannel,

@@ -2,7 +2,7 @@
 //!
 //! All process forces × (1 + a) beyond path position x0.
 
-use super::{Action, Kind, Parameter, Place};
+use super::{Action, Kind, Parameter, Place, Role};
 use crate::robot::{Port, ProcessPoint, Term};
 use nalgebra::Vector3;
 
@@ -13,8 +13,22 @@ pub(super) static KIND: Kind = Kind {
     shows: "forces jump at one place of the path",
     experiment: "a weld across the place, both ways",
     parameters: &[
-        Parameter { name: "ratio", unit: "1", meaning: "step a", low: -0.9, high: 2.0 },
-        Parameter { name: "position_m", unit: "m", meaning: "path position x0", low: 0.0, high: 10.0 },
+        Parameter {
+            name: "ratio",
+            role: Role::Size { step: 0.05, neutral: 0.0 },
+            unit: "1",
+            meaning: "step a",
+            low: -0.9,
+            high: 2.0,
+        },
+        Parameter {
+            name: "position_m",
+            role: Role::PathPosition,
+            unit: "m",
+            meaning: "path position x0",
+            low: 0.0,
+            high: 10.0,
+        },
     ],
     action: Action::Term {
         port: |_| Port::ProcessForce,

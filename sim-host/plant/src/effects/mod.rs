@@ -122,6 +122,35 @@ const CHANNELS: [(&str, Channel); 4] = [
     ("link-encoder", Channel::LinkEncoder),
 ];
 
+/// What a fit makes of a parameter: whether the effect grows with it from nothing, or takes its shape from it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Role {
+    /// The effect is in proportion to the parameter's distance from `neutral`, nearly, where that is small.
+    Size {
+        /// A small value, at which the slope is taken.
+        step: f64,
+        /// The value at which there is no effect.
+        neutral: f64,
+    },
+    /// The effect is in proportion to 1/value, nearly, where that is small.
+    Reciprocal {
+        /// A small 1/value, at which the slope is taken.
+        step: f64,
+    },
+    /// Shapes the effect; values a fit may start from.
+    Shape(&'static [f64]),
+    /// Periods per turn of the joint it is at.
+    Order,
+    /// Periods per turn of the spindle.
+    SpindleOrder,
+    /// Wavelength along the weld, m.
+    Wavelength,
+    /// Where along the weld, m.
+    PathPosition,
+    /// Phase of a sine whose amplitude is the parameter of role `Size`, rad.
+    Phase,
+}
+
 /// One parameter of an effect.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Parameter {
@@ -131,6 +160,8 @@ pub struct Parameter {
     pub unit: &'static str,
     /// Meaning.
     pub meaning: &'static str,
+    /// What a fit makes of it.
+    pub role: Role,
     /// Smallest plausible value.
     pub low: f64,
     /// Largest plausible value.

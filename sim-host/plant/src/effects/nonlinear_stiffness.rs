@@ -2,7 +2,7 @@
 //!
 //! τ_s elastic part = K δ (1 + β (1 − exp(−(δ/δc)²))).
 
-use super::{Action, Kind, Parameter, Place};
+use super::{Action, Kind, Parameter, Place, Role};
 use crate::robot::{Port, Term};
 
 pub(super) static KIND: Kind = Kind {
@@ -12,8 +12,22 @@ pub(super) static KIND: Kind = Kind {
     shows: "soft about zero torque and stiffer above: the torque–twist curve bends",
     experiment: "static loads from a tenth of the rating to all of it, both ways",
     parameters: &[
-        Parameter { name: "gain", unit: "1", meaning: "stiffening β far from zero", low: -0.5, high: 2.0 },
-        Parameter { name: "twist_rad", unit: "rad", meaning: "twist δc at which it sets in", low: 1e-05, high: 0.005 },
+        Parameter {
+            name: "gain",
+            role: Role::Size { step: 0.2, neutral: 0.0 },
+            unit: "1",
+            meaning: "stiffening β far from zero",
+            low: -0.5,
+            high: 2.0,
+        },
+        Parameter {
+            name: "twist_rad",
+            role: Role::Shape(&[1e-4, 4e-4, 1.2e-3, 4e-3]),
+            unit: "rad",
+            meaning: "twist δc at which it sets in",
+            low: 1e-05,
+            high: 0.005,
+        },
     ],
     action: Action::Term {
         port: |j| Port::SpringTorque(j),

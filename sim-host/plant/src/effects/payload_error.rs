@@ -2,7 +2,7 @@
 //!
 //! Tool mass + m, its centre + (x, y, z) in the last link's frame; its inertia about that centre stays.
 
-use super::{Action, Kind, Parameter, Place};
+use super::{Action, Kind, Parameter, Place, Role};
 use nalgebra::Vector3;
 
 pub(super) static KIND: Kind = Kind {
@@ -12,10 +12,38 @@ pub(super) static KIND: Kind = Kind {
     shows: "motor torque and sag with the posture of the wrist; inertia torque in motion",
     experiment: "free motion of the wrist, or static poses with the tool in several directions",
     parameters: &[
-        Parameter { name: "mass_kg", unit: "kg", meaning: "extra mass m", low: -100.0, high: 100.0 },
-        Parameter { name: "x_m", unit: "m", meaning: "centre further along x", low: -0.3, high: 0.3 },
-        Parameter { name: "y_m", unit: "m", meaning: "centre further along y", low: -0.3, high: 0.3 },
-        Parameter { name: "z_m", unit: "m", meaning: "centre further along z", low: -0.3, high: 0.3 },
+        Parameter {
+            name: "mass_kg",
+            role: Role::Size { step: 5.0, neutral: 0.0 },
+            unit: "kg",
+            meaning: "extra mass m",
+            low: -100.0,
+            high: 100.0,
+        },
+        Parameter {
+            name: "x_m",
+            role: Role::Size { step: 0.01, neutral: 0.0 },
+            unit: "m",
+            meaning: "centre further along x",
+            low: -0.3,
+            high: 0.3,
+        },
+        Parameter {
+            name: "y_m",
+            role: Role::Size { step: 0.01, neutral: 0.0 },
+            unit: "m",
+            meaning: "centre further along y",
+            low: -0.3,
+            high: 0.3,
+        },
+        Parameter {
+            name: "z_m",
+            role: Role::Size { step: 0.01, neutral: 0.0 },
+            unit: "m",
+            meaning: "centre further along z",
+            low: -0.3,
+            high: 0.3,
+        },
     ],
     action: Action::Robot(|robot, _, v| {
         robot.tool.mass += v[0];

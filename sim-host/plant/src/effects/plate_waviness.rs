@@ -2,7 +2,7 @@
 //!
 //! Surface height along the path A sin(2π x/λ + φ), positive towards the tool.
 
-use super::{Action, Kind, Parameter, Place};
+use super::{Action, Kind, Parameter, Place, Role};
 use crate::robot::{Port, ProcessPoint, Term};
 use std::f64::consts::TAU;
 
@@ -13,9 +13,23 @@ pub(super) static KIND: Kind = Kind {
     shows: "depth, or push, waves along the path",
     experiment: "the plate scanned, or a weld twice along the same line",
     parameters: &[
-        Parameter { name: "amplitude_m", unit: "m", meaning: "amplitude A", low: 0.0, high: 0.002 },
-        Parameter { name: "length_m", unit: "m", meaning: "wavelength λ", low: 0.01, high: 2.0 },
-        Parameter { name: "phase_rad", unit: "rad", meaning: "phase φ", low: -3.15, high: 3.15 },
+        Parameter {
+            name: "amplitude_m",
+            role: Role::Size { step: 2e-5, neutral: 0.0 },
+            unit: "m",
+            meaning: "amplitude A",
+            low: 0.0,
+            high: 0.002,
+        },
+        Parameter {
+            name: "length_m",
+            role: Role::Wavelength,
+            unit: "m",
+            meaning: "wavelength λ",
+            low: 0.01,
+            high: 2.0,
+        },
+        Parameter { name: "phase_rad", role: Role::Phase, unit: "rad", meaning: "phase φ", low: -3.15, high: 3.15 },
     ],
     action: Action::Term {
         port: |_| Port::PlateSurface,

@@ -2,7 +2,7 @@
 //!
 //! k_z → k_z (1 + e).
 
-use super::{Action, Kind, Parameter, Place};
+use super::{Action, Kind, Parameter, Place, Role};
 
 pub(super) static KIND: Kind = Kind {
     id: "process-stiffness-error",
@@ -10,6 +10,13 @@ pub(super) static KIND: Kind = Kind {
     equation: "k_z → k_z (1 + e)",
     shows: "depth off at the same push, or push at the same depth",
     experiment: "push raised and lowered without feed, depth measured",
-    parameters: &[Parameter { name: "relative", unit: "1", meaning: "e", low: -0.8, high: 3.0 }],
+    parameters: &[Parameter {
+        name: "relative",
+        role: Role::Size { step: 0.05, neutral: 0.0 },
+        unit: "1",
+        meaning: "e",
+        low: -0.8,
+        high: 3.0,
+    }],
     action: Action::Process(|process, v| process.depth_stiffness *= 1.0 + v[0]),
 };

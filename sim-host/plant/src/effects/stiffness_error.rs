@@ -2,7 +2,7 @@
 //!
 //! K → K (1 + e).
 
-use super::{Action, Kind, Parameter, Place};
+use super::{Action, Kind, Parameter, Place, Role};
 use crate::robot::{Port, Term};
 
 pub(super) static KIND: Kind = Kind {
@@ -11,7 +11,14 @@ pub(super) static KIND: Kind = Kind {
     equation: "K → K (1 + e)",
     shows: "deflection off in proportion to the joint's torque",
     experiment: "static loads both ways, at several postures",
-    parameters: &[Parameter { name: "relative", unit: "1", meaning: "e", low: -0.5, high: 1.0 }],
+    parameters: &[Parameter {
+        name: "relative",
+        role: Role::Size { step: 0.05, neutral: 0.0 },
+        unit: "1",
+        meaning: "e",
+        low: -0.5,
+        high: 1.0,
+    }],
     action: Action::Term {
         port: |j| Port::SpringTorque(j),
         build: |v, _| Box::new(StiffnessError { factor: 1.0 + v[0] }),

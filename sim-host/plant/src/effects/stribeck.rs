@@ -2,7 +2,7 @@
 //!
 //! τ_f gains s tanh(θ̇_E/smoothing) exp(−(θ̇_E/vs)²).
 
-use super::{Action, Kind, Parameter, Place};
+use super::{Action, Kind, Parameter, Place, Role};
 use crate::robot::{JointPoint, Port, Sloped, Term};
 
 pub(super) static KIND: Kind = Kind {
@@ -12,8 +12,22 @@ pub(super) static KIND: Kind = Kind {
     shows: "motor torque higher at creep than at speed, both ways; stick-slip",
     experiment: "slow motion at several constant rates, both ways",
     parameters: &[
-        Parameter { name: "torque_nm", unit: "N·m", meaning: "extra level s at creep", low: -500.0, high: 2000.0 },
-        Parameter { name: "rate_rad_s", unit: "rad/s", meaning: "rate vs over which it fades", low: 0.001, high: 0.5 },
+        Parameter {
+            name: "torque_nm",
+            role: Role::Size { step: 50.0, neutral: 0.0 },
+            unit: "N·m",
+            meaning: "extra level s at creep",
+            low: -500.0,
+            high: 2000.0,
+        },
+        Parameter {
+            name: "rate_rad_s",
+            role: Role::Shape(&[0.004, 0.02, 0.1]),
+            unit: "rad/s",
+            meaning: "rate vs over which it fades",
+            low: 0.001,
+            high: 0.5,
+        },
     ],
     action: Action::Term {
         port: |j| Port::MotorFriction(j),

@@ -2,7 +2,7 @@
 //!
 //! The real TCP gains v (1 − exp(−t/T)) in B, t from the start.
 
-use super::{Action, Kind, Parameter, Place};
+use super::{Action, Kind, Parameter, Place, Role};
 use crate::robot::{Port, Term};
 use nalgebra::Vector3;
 
@@ -13,10 +13,38 @@ pub(super) static KIND: Kind = Kind {
     shows: "tool walks off along one line over minutes, whatever the posture and load",
     experiment: "the same unloaded pose again and again while the robot warms up",
     parameters: &[
-        Parameter { name: "x_m", unit: "m", meaning: "final drift", low: -0.002, high: 0.002 },
-        Parameter { name: "y_m", unit: "m", meaning: "final drift", low: -0.002, high: 0.002 },
-        Parameter { name: "z_m", unit: "m", meaning: "final drift", low: -0.002, high: 0.002 },
-        Parameter { name: "time_s", unit: "s", meaning: "time constant T", low: 1.0, high: 7200.0 },
+        Parameter {
+            name: "x_m",
+            role: Role::Size { step: 5e-5, neutral: 0.0 },
+            unit: "m",
+            meaning: "final drift",
+            low: -0.002,
+            high: 0.002,
+        },
+        Parameter {
+            name: "y_m",
+            role: Role::Size { step: 5e-5, neutral: 0.0 },
+            unit: "m",
+            meaning: "final drift",
+            low: -0.002,
+            high: 0.002,
+        },
+        Parameter {
+            name: "z_m",
+            role: Role::Size { step: 5e-5, neutral: 0.0 },
+            unit: "m",
+            meaning: "final drift",
+            low: -0.002,
+            high: 0.002,
+        },
+        Parameter {
+            name: "time_s",
+            role: Role::Shape(&[5.0, 25.0, 120.0, 600.0, 3000.0]),
+            unit: "s",
+            meaning: "time constant T",
+            low: 1.0,
+            high: 7200.0,
+        },
     ],
     action: Action::Term {
         port: |_| Port::BaseFrame,

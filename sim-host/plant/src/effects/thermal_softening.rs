@@ -2,7 +2,7 @@
 //!
 //! All process forces × (1 − a (1 − exp(−t/T))).
 
-use super::{Action, Kind, Parameter, Place};
+use super::{Action, Kind, Parameter, Place, Role};
 use crate::robot::{Port, ProcessPoint, Term};
 use nalgebra::Vector3;
 
@@ -13,8 +13,22 @@ pub(super) static KIND: Kind = Kind {
     shows: "forces fall over the first part of a weld; under force control the tool sinks",
     experiment: "a weld at constant depth, or a long one at constant push",
     parameters: &[
-        Parameter { name: "share", unit: "1", meaning: "share a lost in the end", low: -0.5, high: 0.9 },
-        Parameter { name: "time_s", unit: "s", meaning: "time constant T", low: 0.5, high: 600.0 },
+        Parameter {
+            name: "share",
+            role: Role::Size { step: 0.05, neutral: 0.0 },
+            unit: "1",
+            meaning: "share a lost in the end",
+            low: -0.5,
+            high: 0.9,
+        },
+        Parameter {
+            name: "time_s",
+            role: Role::Shape(&[3.0, 12.0, 50.0, 200.0]),
+            unit: "s",
+            meaning: "time constant T",
+            low: 0.5,
+            high: 600.0,
+        },
     ],
     action: Action::Term {
         port: |_| Port::ProcessForce,

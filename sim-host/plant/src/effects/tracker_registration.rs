@@ -2,7 +2,7 @@
 //!
 //! p' = exp(r) p + t about B's origin, and the rotation with it.
 
-use super::{Action, Kind, Parameter, Place};
+use super::{Action, Kind, Parameter, Place, Role};
 use crate::robot::{Port, Readings, Term};
 use nalgebra::{Matrix3, Vector3};
 use trueweld_core::spatial::{rotation_from_vector, rotation_vector};
@@ -14,12 +14,54 @@ pub(super) static KIND: Kind = Kind {
     shows: "tool off by one rigid motion of the whole workspace, whatever the load",
     experiment: "unloaded poses all over the workspace, tracker",
     parameters: &[
-        Parameter { name: "x_m", unit: "m", meaning: "translation", low: -0.01, high: 0.01 },
-        Parameter { name: "y_m", unit: "m", meaning: "translation", low: -0.01, high: 0.01 },
-        Parameter { name: "z_m", unit: "m", meaning: "translation", low: -0.01, high: 0.01 },
-        Parameter { name: "rx_rad", unit: "rad", meaning: "rotation vector", low: -0.01, high: 0.01 },
-        Parameter { name: "ry_rad", unit: "rad", meaning: "rotation vector", low: -0.01, high: 0.01 },
-        Parameter { name: "rz_rad", unit: "rad", meaning: "rotation vector", low: -0.01, high: 0.01 },
+        Parameter {
+            name: "x_m",
+            role: Role::Size { step: 1e-4, neutral: 0.0 },
+            unit: "m",
+            meaning: "translation",
+            low: -0.01,
+            high: 0.01,
+        },
+        Parameter {
+            name: "y_m",
+            role: Role::Size { step: 1e-4, neutral: 0.0 },
+            unit: "m",
+            meaning: "translation",
+            low: -0.01,
+            high: 0.01,
+        },
+        Parameter {
+            name: "z_m",
+            role: Role::Size { step: 1e-4, neutral: 0.0 },
+            unit: "m",
+            meaning: "translation",
+            low: -0.01,
+            high: 0.01,
+        },
+        Parameter {
+            name: "rx_rad",
+            role: Role::Size { step: 5e-5, neutral: 0.0 },
+            unit: "rad",
+            meaning: "rotation vector",
+            low: -0.01,
+            high: 0.01,
+        },
+        Parameter {
+            name: "ry_rad",
+            role: Role::Size { step: 5e-5, neutral: 0.0 },
+            unit: "rad",
+            meaning: "rotation vector",
+            low: -0.01,
+            high: 0.01,
+        },
+        Parameter {
+            name: "rz_rad",
+            role: Role::Size { step: 5e-5, neutral: 0.0 },
+            unit: "rad",
+            meaning: "rotation vector",
+            low: -0.01,
+            high: 0.01,
+        },
     ],
     action: Action::Term {
         port: |_| Port::SensorChannel,

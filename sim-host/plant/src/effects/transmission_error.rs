@@ -2,7 +2,7 @@
 //!
 //! δ = θ_E + A sin(n θ_E + φ) − θ; the changed twist acts on both sides of the gear.
 
-use super::{Action, Kind, Parameter, Place};
+use super::{Action, Kind, Parameter, Place, Role};
 use crate::robot::{JointPoint, Port, Term};
 
 pub(super) static KIND: Kind = Kind {
@@ -12,9 +12,23 @@ pub(super) static KIND: Kind = Kind {
     shows: "a wave of the tool over the joint's angle, n to the turn, at any load and speed",
     experiment: "slow motion of the joint alone through some teeth, tracker or second encoder",
     parameters: &[
-        Parameter { name: "amplitude_rad", unit: "rad", meaning: "amplitude A", low: 0.0, high: 0.001 },
-        Parameter { name: "order", unit: "1/turn", meaning: "periods n per turn of the joint", low: 0.5, high: 500.0 },
-        Parameter { name: "phase_rad", unit: "rad", meaning: "phase φ", low: -3.15, high: 3.15 },
+        Parameter {
+            name: "amplitude_rad",
+            role: Role::Size { step: 5e-5, neutral: 0.0 },
+            unit: "rad",
+            meaning: "amplitude A",
+            low: 0.0,
+            high: 0.001,
+        },
+        Parameter {
+            name: "order",
+            role: Role::Order,
+            unit: "1/turn",
+            meaning: "periods n per turn of the joint",
+            low: 0.5,
+            high: 500.0,
+        },
+        Parameter { name: "phase_rad", role: Role::Phase, unit: "rad", meaning: "phase φ", low: -3.15, high: 3.15 },
     ],
     action: Action::Term {
         port: |j| Port::SpringTorque(j),

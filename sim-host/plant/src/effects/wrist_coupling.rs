@@ -2,7 +2,7 @@
 //!
 //! δ of this joint gains ρ θ_E of the joint before it.
 
-use super::{Action, Kind, Parameter, Place};
+use super::{Action, Kind, Parameter, Place, Role};
 use crate::robot::{JointPoint, Port, Term};
 
 pub(super) static KIND: Kind = Kind {
@@ -11,7 +11,14 @@ pub(super) static KIND: Kind = Kind {
     equation: "δ of this joint gains ρ θ_E of the joint before it",
     shows: "the joint turns by a share of the one before it",
     experiment: "motion of the joint before it alone",
-    parameters: &[Parameter { name: "ratio", unit: "1", meaning: "ratio ρ", low: -0.2, high: 0.2 }],
+    parameters: &[Parameter {
+        name: "ratio",
+        role: Role::Size { step: 0.001, neutral: 0.0 },
+        unit: "1",
+        meaning: "ratio ρ",
+        low: -0.2,
+        high: 0.2,
+    }],
     action: Action::Term { port: |j| Port::SpringTorque(j), build: |v, _| Box::new(WristCoupling { ratio: v[0] }) },
 };
 
