@@ -2,10 +2,10 @@
 //!
 //! The process acts on the real tool pose, never on the encoders'. Who turns the motors is not known here.
 
-use crate::effects::{Action, Effect, EffectError};
+use crate::effects::{Effect, EffectError};
 use crate::input::Process;
 use crate::process::{Reaction, reaction};
-use crate::robot::{Drives, ElasticRobot, INTERNAL_STATES, Ports};
+use crate::robot::{Drives, ElasticRobot, INTERNAL_STATES};
 use nalgebra::{Matrix3x6, Matrix6, SVector, Vector3};
 use trueweld_core::{Frames, JointVector, Pose, Robot, Wrench};
 
@@ -93,17 +93,9 @@ impl Cell {
         process: &Process,
         b_from_w: Pose<f64>,
     ) -> Result<Self, EffectError> {
-        let mut ports = Ports::default();
-        let mut parameters = model.parameters().clone();
         let mut process = process.clone();
-        for effect in effects {
-            effect.apply(&mut parameters, &mut process, &mut ports)?;
-        }
-        // Only effects that change the robot's numbers can make it impossible.
-        let changes = effects.iter().rfind(|e| matches!(e.kind.action, Action::Robot(_)));
-        let blame = changes.map_or("the cell", |e| e.kind.id);
-        let model = Robot::new(parameters).map_err(|reason| EffectError::Model { id: blame, reason })?;
-        Ok(Self { robot: ElasticRobot { model, ports }, process, b_from_w })
+        let robot = ElasticRobot::with_effects(model, effects, Some(&mut process))?;
+        Ok(Self { robot, process, b_from_w })
     }
 
     /// Frames of the real arm and the process' reaction on its tool.

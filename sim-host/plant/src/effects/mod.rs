@@ -37,7 +37,7 @@ mod wrist_coupling;
 
 use crate::input::{Process, RobotFile};
 use crate::robot::{Channel, Port, Ports, Term, TooManyStates};
-use trueweld_core::{ModelError, RobotParameters};
+use trueweld_core::{ModelError, Robot, RobotParameters};
 
 /// Every effect of the library.
 pub static TABLE: &[&Kind] = &[
@@ -312,14 +312,25 @@ impl Effect {
         Ok(Self { kind, at: place, values })
     }
 
-    /// Puts the effect into the making of a cell: a term at its port, or other numbers of robot or process.
+    /// The port it is installed at; `None` for other numbers of robot or process.
+    pub fn port(&self) -> Option<Port> {
+        match self.kind.action {
+            Action::Term { port, .. } => Some(port(if let At::Joint(joint) = self.at { joint } else { 0 })),
+            Action::Channel(_) => Some(Port::TimeBase),
+            Action::Robot(_) | Action::Process(_) => None,
+        }
+    }
+
+    /// Puts the effect into the making of a cell: a term at its port, or other numbers of the robot (`robot` holds them once
+    /// they differ from `model`'s) or of the process.
     ///
     /// # Errors
     /// [`EffectError::TooManyStates`].
     pub(crate) fn apply(
         &self,
-        robot: &mut RobotParameters<f64>,
-        process: &mut Process,
+        model: &Robot<f64>,
+        robot: &mut Option<RobotParameters<f64>>,
+        process: Option<&mut Process>,
         ports: &mut Ports,
     ) -> Result<(), EffectError> {
         let joint = if let At::Joint(joint) = self.at { joint } else { 0 };
@@ -330,8 +341,14 @@ impl Effect {
             }
             // The table pairs this action with that place; `parse` gives no other.
             (Action::Channel(_), _) => {}
-            (Action::Robot(change), _) => change(robot, joint, &self.values),
-            (Action::Process(change), _) => change(process, &self.values),
+            (Action::Robot(change), _) => {
+                change(robot.get_or_insert_with(|| model.parameters().clone()), joint, &self.values);
+            }
+            (Action::Process(change), _) => {
+                if let Some(process) = process {
+                    change(process, &self.values);
+                }
+            }
         }
         Ok(())
     }

@@ -1,6 +1,7 @@
-//! Time integration of the cell, and its equilibrium at rest.
+//! Time integration of the cell, its equilibrium at rest, and the links alone under recorded motors.
 
 mod dormand_prince;
+pub mod driven;
 mod linearly_implicit;
 pub mod rest;
 

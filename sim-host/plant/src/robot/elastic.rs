@@ -10,6 +10,8 @@
 //! gyroscopic effects are left out.
 
 use super::ports::{JointPoint, Ports, Sloped};
+use crate::effects::{Action, Effect, EffectError};
+use crate::input::Process;
 use nalgebra::{Matrix6, Vector3};
 use trueweld_core::{Displacement, Frames, JOINTS, JointVector, Robot, Wrench};
 
@@ -36,6 +38,28 @@ pub struct Drives {
 }
 
 impl ElasticRobot {
+    /// The robot with its effects. What effects do to the process goes to `process`, where there is one.
+    ///
+    /// # Errors
+    /// [`EffectError`] where an effect cannot be installed.
+    pub fn with_effects(
+        model: &Robot<f64>,
+        effects: &[Effect],
+        mut process: Option<&mut Process>,
+    ) -> Result<Self, EffectError> {
+        let mut ports = Ports::default();
+        let mut parameters = None;
+        for effect in effects {
+            effect.apply(model, &mut parameters, process.as_deref_mut(), &mut ports)?;
+        }
+        let Some(parameters) = parameters else { return Ok(Self { model: model.clone(), ports }) };
+        // Only effects that change the robot's numbers can make it impossible.
+        let changes = effects.iter().rfind(|e| matches!(e.kind.action, Action::Robot(_)));
+        let blame = changes.map_or("the robot", |e| e.kind.id);
+        let model = Robot::new(parameters).map_err(|reason| EffectError::Model { id: blame, reason })?;
+        Ok(Self { model, ports })
+    }
+
     fn joint_point(&self, drives: &Drives, i: usize) -> JointPoint {
         JointPoint {
             encoder: drives.motor[i],
@@ -54,20 +78,49 @@ impl ElasticRobot {
         let rate = drives.motor_rate - drives.link_rate;
         let mut torque = self.model.stiffness().component_mul(&twist) + self.model.damping().component_mul(&rate);
         for i in 0..JOINTS {
-            let (spring, angle) = (&self.ports.spring[i], &self.ports.link_angle[i]);
-            if spring.is_empty() && angle.is_empty() {
-                continue;
+            if !self.spring_is_plain(i) {
+                torque[i] = self.joint_spring_torque(drives, i, internal);
             }
-            let at = self.joint_point(drives, i);
-            let mut twist = twist[i] + angle.iter().map(|t| t.link_angle()).sum::<f64>();
-            twist += spring.iter().map(|(t, _)| t.twist(&at)).sum::<f64>();
-            let engaged = spring.iter().fold(twist, |twist, (t, _)| t.engaged(twist));
-            let stiffness = spring.iter().fold(self.model.stiffness()[i], |k, (t, _)| k * t.stiffness(engaged));
-            let damping = spring.iter().fold(self.model.damping()[i], |d, (t, _)| d * t.damping());
-            let extra: f64 = spring.iter().map(|(t, s)| t.spring_torque(&at, s.map_or(0.0, |s| internal[s]))).sum();
-            torque[i] = stiffness * engaged + damping * rate[i] + extra;
         }
         torque
+    }
+
+    /// True where no effect changes the spring of a joint.
+    #[inline]
+    pub(crate) fn spring_is_plain(&self, i: usize) -> bool {
+        self.ports.spring[i].is_empty() && self.ports.link_angle[i].is_empty()
+    }
+
+    /// Spring torque of one joint, N·m, with its effects.
+    pub(crate) fn joint_spring_torque(&self, drives: &Drives, i: usize, internal: &[f64]) -> f64 {
+        let (spring, angle) = (&self.ports.spring[i], &self.ports.link_angle[i]);
+        let at = self.joint_point(drives, i);
+        let mut twist = drives.motor[i] - drives.link[i] + angle.iter().map(|t| t.link_angle()).sum::<f64>();
+        twist += spring.iter().map(|(t, _)| t.twist(&at)).sum::<f64>();
+        let engaged = spring.iter().fold(twist, |twist, (t, _)| t.engaged(twist));
+        let stiffness = spring.iter().fold(self.model.stiffness()[i], |k, (t, _)| k * t.stiffness(engaged));
+        let damping = spring.iter().fold(self.model.damping()[i], |d, (t, _)| d * t.damping());
+        let extra: f64 = spring.iter().map(|(t, s)| t.spring_torque(&at, s.map_or(0.0, |s| internal[s]))).sum();
+        stiffness * engaged + damping * (drives.motor_rate[i] - drives.link_rate[i]) + extra
+    }
+
+    /// What the terms at the spring of one joint remember after its twist has changed by `change`, rad, however slowly:
+    /// from `before` into `after`. A term's own state follows dz/dδ = a − b z for either direction of δ.
+    pub(crate) fn remembered(&self, drives: &Drives, i: usize, change: f64, before: &[f64], after: &mut [f64]) {
+        for (term, slot) in &self.ports.spring[i] {
+            if let Some(s) = *slot {
+                let mut at = self.joint_point(drives, i);
+                (at.encoder_rate, at.link_rate) = (change.signum(), 0.0);
+                let rate = |z| term.internal_rate(&at, z).unwrap_or(0.0);
+                let (a, z, length) = (rate(0.0), before[s], change.abs());
+                let b = a - rate(1.0);
+                after[s] = if b.abs() * length < 1e-9 {
+                    z + (a - b * z) * length
+                } else {
+                    a / b + (z - a / b) * (-b * length).exp()
+                };
+            }
+        }
     }
 
     /// Rates of the states that spring terms keep.

@@ -1,0 +1,221 @@
+//! Smoothing of evenly sampled series: a low-pass without phase, with first and second derivative, whose noise is known.
+//!
+//! A windowed sinc (Kaiser's window, 50 dB): flat up to half its cutoff, nothing from one and a half times on. Measured and
+//! predicted series pass the same filter, so that it takes nothing from one that the other keeps.
+
+use std::f64::consts::PI;
+
+/// Kaiser's β for 50 dB.
+const BETA: f64 = 4.55;
+
+/// A low-pass filter of one sampling period.
+#[derive(Debug, Clone)]
+pub struct LowPass {
+    /// Weights of value, first and second derivative, from the oldest sample to the newest.
+    taps: [Vec<f64>; 3],
+    half: usize,
+}
+
+/// Modified Bessel function I₀.
+fn bessel(x: f64) -> f64 {
+    let (mut sum, mut term, mut k) = (1.0, 1.0, 1.0);
+    while term > 1e-17 * sum {
+        term *= (x / (2.0 * k)) * (x / (2.0 * k));
+        sum += term;
+        k += 1.0;
+    }
+    sum
+}
+
+impl LowPass {
+    /// A filter with its half-power point near `cutoff` Hz, for samples every `period` s.
+    pub fn new(cutoff: f64, period: f64) -> Self {
+        let half = ((1.46 / (cutoff * period)).ceil() as usize).max(1);
+        let reach = half as f64 + 1.0;
+        let kernel = |k: f64| {
+            let u = k / reach;
+            if u.abs() >= 1.0 {
+                return 0.0;
+            }
+            let x = 2.0 * cutoff * period * k;
+            let sinc = if x == 0.0 { 1.0 } else { (PI * x).sin() / (PI * x) };
+            sinc * bessel(BETA * (1.0 - u * u).sqrt()) / bessel(BETA)
+        };
+        let at = |k: usize| k as f64 - half as f64;
+        let n = 2 * half + 1;
+        let mut value: Vec<f64> = (0..n).map(|k| kernel(at(k))).collect();
+        let step = 1e-3;
+        let mut first: Vec<f64> =
+            (0..n).map(|k| -(kernel(at(k) + step) - kernel(at(k) - step)) / (2.0 * step)).collect();
+        let mut second: Vec<f64> = (0..n)
+            .map(|k| (kernel(at(k) + step) - 2.0 * kernel(at(k)) + kernel(at(k) - step)) / (step * step))
+            .collect();
+        // Exact on constants, ramps and parabolas: a mass's inertia acts in proportion to just what a parabola has.
+        let moment = |taps: &[f64], p: i32| taps.iter().enumerate().map(|(k, w)| w * at(k).powi(p)).sum::<f64>();
+        let sum = moment(&value, 0);
+        value.iter_mut().for_each(|w| *w /= sum);
+        let slope = moment(&first, 1) * period;
+        first.iter_mut().for_each(|w| *w /= slope);
+        let mean = moment(&second, 0);
+        second.iter_mut().zip(&value).for_each(|(w, v)| *w -= mean * v);
+        let curvature = moment(&second, 2) * 0.5 * period * period;
+        second.iter_mut().for_each(|w| *w /= curvature);
+        let bend = moment(&value, 2) * 0.5 * period * period;
+        value.iter_mut().zip(&second).for_each(|(w, s)| *w -= bend * s);
+        Self { taps: [value, first, second], half }
+    }
+
+    /// How much of a sine of `frequency` Hz the smoothed value keeps.
+    pub fn response(&self, frequency: f64, period: f64) -> f64 {
+        let turn = std::f64::consts::TAU * frequency * period;
+        self.taps[0].iter().enumerate().map(|(k, w)| w * (turn * (k as f64 - self.half as f64)).cos()).sum()
+    }
+
+    /// Samples on either side that one smoothed value needs.
+    pub fn half(&self) -> usize {
+        self.half
+    }
+
+    /// Variance of the `derivative`th derivative of a smoothed series per variance of its white noise.
+    pub fn gain(&self, derivative: usize) -> f64 {
+        self.taps[derivative].iter().map(|w| w * w).sum()
+    }
+
+    /// The smoothed series, or its first or second derivative by time, at sample `k`. Beyond its ends the series is taken
+    /// to go on as its mirror image through the last point.
+    pub fn at(&self, derivative: usize, series: impl Fn(usize) -> f64, length: usize, k: usize) -> f64 {
+        let last = length as isize - 1;
+        let mirrored = |i: isize| {
+            if i < 0 {
+                2.0 * series(0) - series((-i).min(last) as usize)
+            } else if i > last {
+                2.0 * series(last as usize) - series((2 * last - i).max(0) as usize)
+            } else {
+                series(i as usize)
+            }
+        };
+        let first = k as isize - self.half as isize;
+        self.taps[derivative].iter().enumerate().map(|(j, w)| w * mirrored(first + j as isize)).sum()
+    }
+
+    /// The whole smoothed series or its derivative. Beyond its ends the series is taken to go on as its mirror image through
+    /// the end of a straight line fitted to its last samples.
+    pub fn smooth(&self, derivative: usize, series: &[f64]) -> Vec<f64> {
+        let n = series.len();
+        let fitted = (self.half / 2).clamp(2, n.div_ceil(2).max(2)).min(n);
+        let first = end_of_line(series[..fitted].iter());
+        let last = end_of_line(series[n - fitted..].iter().rev());
+        let mut long = Vec::with_capacity(n + 2 * self.half);
+        long.extend((1..=self.half).rev().map(|k| 2.0 * first - series[k.min(n - 1)]));
+        long.extend_from_slice(series);
+        long.extend((1..=self.half).map(|k| 2.0 * last - series[(n - 1).saturating_sub(k)]));
+        let taps = &self.taps[derivative];
+        (0..n).map(|k| taps.iter().zip(&long[k..]).map(|(w, x)| w * x).sum()).collect()
+    }
+}
+
+/// Where the straight line through some values starts.
+fn end_of_line<'a>(values: impl ExactSizeIterator<Item = &'a f64> + Clone) -> f64 {
+    line(values).0
+}
+
+/// Start and slope (a sample) of the straight line through some values.
+fn line<'a>(values: impl ExactSizeIterator<Item = &'a f64> + Clone) -> (f64, f64) {
+    let n = values.len() as f64;
+    let middle = 0.5 * (n - 1.0);
+    let mean = values.clone().sum::<f64>() / n;
+    let (mut top, mut bottom) = (0.0, 0.0);
+    for (k, v) in values.enumerate() {
+        top += (k as f64 - middle) * (v - mean);
+        bottom += (k as f64 - middle).powi(2);
+    }
+    let slope = if bottom > 0.0 { top / bottom } else { 0.0 };
+    (mean - middle * slope, slope)
+}
+
+/// Value and rate at the start of a noisy series: by a straight line through as many samples as lie on one.
+pub fn start(period: f64, deviation: f64, series: &[f64]) -> (f64, f64) {
+    const LEAST: usize = 8;
+    let mut found = (series[0], 0.0);
+    let mut length = LEAST;
+    while length <= series.len() {
+        let samples = &series[..length];
+        let (value, slope) = line(samples.iter());
+        let left: f64 = samples.iter().enumerate().map(|(k, v)| (v - value - slope * k as f64).powi(2)).sum();
+        if length > LEAST && (left / (length - 2) as f64).sqrt() > deviation * (1.0 + 2.0 / (length as f64).sqrt()) {
+            break;
+        }
+        found = (value, slope / period);
+        length += length / 4;
+    }
+    found
+}
+
+/// A series in a narrow band around zero and around each of the first multiples of an angle that turns with time: what a
+/// spindle makes of a force, with little of its noise. `angle` at every sample, rad; `low`: half the band's width.
+pub fn comb(low: &LowPass, angle: &[f64], orders: usize, series: &[f64]) -> Vec<f64> {
+    let mut sum = low.smooth(0, series);
+    let rest: Vec<f64> = series.iter().zip(&sum).map(|(a, b)| a - b).collect();
+    for order in 1..=orders {
+        let wave = |f: fn(f64) -> f64| -> Vec<f64> { angle.iter().map(|a| f(order as f64 * a)).collect() };
+        for wave in [wave(f64::cos), wave(f64::sin)] {
+            let carried: Vec<f64> = rest.iter().zip(&wave).map(|(r, w)| 2.0 * r * w).collect();
+            let amplitude = low.smooth(0, &carried);
+            sum.iter_mut().zip(amplitude.iter().zip(&wave)).for_each(|(s, (a, w))| *s += a * w);
+        }
+    }
+    sum
+}
+
+/// A noisy series and its rate, each sample in the narrowest band that agrees with all wider ones: a joint that rests or
+/// moves evenly is smoothed over a long time, and where a brake stops it hardly at all. After Lepski: the widest window
+/// whose value lies within `AGREE` deviations of what the narrower windows say.
+///
+/// `bands` in Hz, widest first; `deviation` of the white noise. Gives value, rate and the index of the band taken.
+pub fn adaptive(bands: &[f64], period: f64, deviation: f64, series: &[f64]) -> Vec<(f64, f64, usize)> {
+    const AGREE: f64 = 3.0;
+    // Towards an end a window has one side only, and twice the noise.
+    const AT_END: f64 = 2.0;
+    let n = series.len();
+    let filters: Vec<LowPass> = bands.iter().map(|b| LowPass::new(b.min(0.2 / period), period)).collect();
+    let smooth: Vec<[Vec<f64>; 2]> = filters.iter().map(|f| [f.smooth(0, series), f.smooth(1, series)]).collect();
+    let mut taken = vec![bands.len() - 1; n];
+    for k in 0..n {
+        for b in 1..bands.len() {
+            let apart = |w: usize, d: usize| (smooth[b][d][k] - smooth[w][d][k]).abs();
+            let ends = if k < filters[b].half() || k + filters[b].half() >= n { AT_END } else { 1.0 };
+            let noise = |w: usize, d: usize| ends * AGREE * deviation * filters[w].gain(d).sqrt();
+            if (0..b).any(|w| apart(w, 0) > noise(w, 0) || apart(w, 1) > noise(w, 1)) {
+                taken[k] = b - 1;
+                break;
+            }
+        }
+    }
+    // A window that reaches over a sample where only a wider band will do would carry it here.
+    let wanted = taken.clone();
+    for k in 0..n {
+        if wanted[k] + 1 < bands.len() && (k == 0 || k + 1 == n || wanted[k - 1] != wanted[k] || wanted[k + 1] != wanted[k]) {
+            let reach = filters[wanted[k] + 1].half();
+            for j in k.saturating_sub(reach)..(k + reach + 1).min(n) {
+                taken[j] = taken[j].min(wanted[k]);
+            }
+        }
+    }
+    (0..n).map(|k| (smooth[taken[k]][0][k], smooth[taken[k]][1][k], taken[k])).collect()
+}
+
+/// A series at a fractional sample position, by the cubic through its four neighbours; the ends are held.
+pub fn interpolate<T>(series: &[T], position: f64) -> T
+where
+    T: Copy + std::ops::Add<Output = T> + std::ops::Sub<Output = T> + std::ops::Mul<f64, Output = T>,
+{
+    let last = series.len() - 1;
+    let position = position.clamp(0.0, last as f64);
+    let k = (position.floor() as usize).min(last.saturating_sub(1));
+    let s = position - k as f64;
+    let at = |i: isize| series[i.clamp(0, last as isize) as usize];
+    let (a, b, c, d) = (at(k as isize - 1), at(k as isize), at(k as isize + 1), at(k as isize + 2));
+    let (m0, m1) = ((c - a) * 0.5, (d - b) * 0.5);
+    let rise = c - b;
+    b + m0 * s + (rise * 3.0 - m0 * 2.0 - m1) * (s * s) + (m0 + m1 - rise * 2.0) * (s * s * s)
+}

@@ -1,0 +1,178 @@
+//! How noisy each instrument is: as its maker states it, or read off the recording.
+//!
+//! White noise lies under every frequency alike, and a machine moves slowly: above half of what a series can hold, the
+//! lower half of its spectrum is noise. Lines (a spindle's) stand out of it and do not count.
+
+use crate::log::{Log, LogKind};
+use nalgebra::Vector3;
+use realfft::RealFftPlanner;
+
+/// Samples in one section of a spectrum.
+const SECTION: usize = 256;
+
+/// Samples in the shortest series that noise is read off.
+const SHORTEST: usize = 64;
+
+/// One column's noise.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Level {
+    /// Standard deviation, in the column's unit.
+    pub deviation: f64,
+    /// True where the log states it, false where it was read off the recordings.
+    pub stated: bool,
+}
+
+/// Noise of every instrument in one log; `None` for an instrument that no log of the campaign tells of.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Instruments {
+    /// Tracker: TCP position, m.
+    pub position: [Option<Level>; 3],
+    /// Tracker: rotation vector, rad.
+    pub rotation: [Option<Level>; 3],
+    /// Encoders, rad.
+    pub encoder: [Option<Level>; 6],
+    /// Second encoders on the link side, rad.
+    pub link_encoder: [Option<Level>; 6],
+    /// Motor torque, N·m.
+    pub motor_torque: [Option<Level>; 6],
+    /// Force, N.
+    pub force: [Option<Level>; 3],
+    /// Moment, N·m.
+    pub moment: [Option<Level>; 3],
+}
+
+/// The instruments of every log. What a log neither states nor shows is taken from the other logs of the campaign, whose
+/// instruments are the same.
+pub fn instruments(logs: &[Log]) -> Vec<Instruments> {
+    let mut all: Vec<Instruments> = logs.iter().map(of_log).collect();
+    let known = all.clone();
+    let fill = |level: &mut Option<Level>, from: &dyn Fn(&Instruments) -> Option<Level>| {
+        if level.is_none() {
+            let mut found: Vec<Level> = known.iter().filter_map(from).collect();
+            found.sort_by(|a, b| a.deviation.total_cmp(&b.deviation));
+            *level = found.get(found.len() / 2).copied();
+        }
+    };
+    for one in &mut all {
+        for i in 0..3 {
+            fill(&mut one.position[i], &|k| k.position[i]);
+            fill(&mut one.rotation[i], &|k| k.rotation[i]);
+            fill(&mut one.force[i], &|k| k.force[i]);
+            fill(&mut one.moment[i], &|k| k.moment[i]);
+        }
+        for i in 0..6 {
+            fill(&mut one.encoder[i], &|k| k.encoder[i]);
+            fill(&mut one.link_encoder[i], &|k| k.link_encoder[i]);
+            fill(&mut one.motor_torque[i], &|k| k.motor_torque[i]);
+        }
+    }
+    all
+}
+
+fn of_log(log: &Log) -> Instruments {
+    let s = &log.samples;
+    let even = log.kind != LogKind::StaticLoad;
+    let level = |stated: Option<f64>, series: &dyn Fn() -> Option<Vec<f64>>| match stated {
+        Some(deviation) => Some(Level { deviation, stated: true }),
+        None if even => series().and_then(|s| floor(&s)).map(|deviation| Level { deviation, stated: false }),
+        None => None,
+    };
+    let three = |stated: Option<[f64; 3]>, series: &Option<Vec<Vector3<f64>>>| {
+        std::array::from_fn(|i| {
+            let column = || series.as_ref().map(|v| v.iter().map(|x| x[i]).collect());
+            level(stated.map(|n| n[i]), &column)
+        })
+    };
+    let six = |stated: Option<[f64; 6]>, series: &[Option<Vec<f64>>; 6]| {
+        std::array::from_fn(|i| level(stated.map(|n| n[i]), &|| series[i].clone()))
+    };
+    let rotation = s.rotation.as_ref().map(|r| relative_rotation(r));
+    Instruments {
+        position: three(log.noise.position, &s.position),
+        rotation: three(log.noise.rotation, &rotation),
+        encoder: std::array::from_fn(|i| {
+            level(log.noise.encoder.map(|n| n[i]), &|| Some(s.encoder.iter().map(|q| q[i]).collect()))
+        }),
+        link_encoder: six(log.noise.link_encoder, &s.link_encoder),
+        motor_torque: six(log.noise.motor_torque, &s.motor_torque),
+        force: three(log.noise.force, &s.force),
+        moment: three(log.noise.moment, &s.moment),
+    }
+}
+
+/// Rotation vectors as seen from the one before, summed up: without the flip of sign near half a turn.
+fn relative_rotation(rotation: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
+    use trueweld_core::spatial::{rotation_from_vector, rotation_vector};
+    let mut sum = Vector3::zeros();
+    let mut before = rotation.first().map(rotation_from_vector);
+    let step = |r: &Vector3<f64>| {
+        let now = rotation_from_vector(r);
+        if let Some(b) = before.filter(|b| b.sum().is_finite()) {
+            let turned = rotation_vector(&b.tr_mul(&now));
+            if turned.sum().is_finite() {
+                sum += turned;
+            }
+        }
+        if now.sum().is_finite() {
+            before = Some(now);
+        }
+        sum
+    };
+    rotation.iter().map(step).collect()
+}
+
+/// Standard deviation of the white noise under a series: the median over the upper half of its frequencies of Welch's
+/// averaged spectrum. `None` where the series is too short, or has no noise at all.
+pub fn floor(series: &[f64]) -> Option<f64> {
+    let series: Vec<f64> = series.iter().copied().filter(|v| v.is_finite()).collect();
+    if series.len() < SHORTEST {
+        return None;
+    }
+    let n = SECTION.min(series.len());
+    let window: Vec<f64> =
+        (0..n).map(|k| (std::f64::consts::PI * (k as f64 + 0.5) / n as f64).sin().powi(4)).collect();
+    let power: f64 = window.iter().map(|w| w * w).sum();
+    let transform = RealFftPlanner::<f64>::new().plan_fft_forward(n);
+    let mut sections = Vec::new();
+    let mut start = 0;
+    while start + n <= series.len() {
+        let part = &series[start..start + n];
+        // The straight line through the ends, so that a slow walk does not leak upwards.
+        let (a, b) = (part[0], (part[n - 1] - part[0]) / (n - 1) as f64);
+        let mut input: Vec<f64> =
+            part.iter().zip(&window).enumerate().map(|(k, (v, w))| (v - a - b * k as f64) * w).collect();
+        let mut output = transform.make_output_vec();
+        transform.process(&mut input, &mut output).ok()?;
+        sections.push(output.iter().map(|z| z.norm_sqr() / power).collect::<Vec<f64>>());
+        start += n / 2;
+    }
+    let bins = n / 2;
+    // The quiet half of the sections: a jump in one of them is not noise.
+    let mut spectrum: Vec<f64> = (bins / 2..bins)
+        .map(|f| {
+            let mut at: Vec<f64> = sections.iter().map(|s| s[f]).collect();
+            at.sort_by(f64::total_cmp);
+            median_of(&at) / median_of_exponential(at.len())
+        })
+        .collect();
+    spectrum.sort_by(f64::total_cmp);
+    let variance = median_of(&spectrum);
+    // An instrument with a step and less noise than that: the step's own.
+    let mut steps: Vec<f64> = series.windows(2).map(|w| (w[1] - w[0]).abs()).filter(|d| *d > 0.0).collect();
+    steps.sort_by(f64::total_cmp);
+    let step = steps.first().copied().unwrap_or(0.0) / 12f64.sqrt();
+    let deviation = variance.sqrt().max(step);
+    (deviation > 0.0 && deviation.is_finite()).then_some(deviation)
+}
+
+fn median_of(sorted: &[f64]) -> f64 {
+    let n = sorted.len();
+    if n % 2 == 1 { sorted[n / 2] } else { 0.5 * (sorted[n / 2 - 1] + sorted[n / 2]) }
+}
+
+/// Expected median of so many independent values of mean 1, exponentially distributed as a spectrum's are.
+fn median_of_exponential(n: usize) -> f64 {
+    // The kth smallest of n has the mean Σ 1/(n − j), j = 0 … k − 1.
+    let order = |k: usize| (0..k).map(|j| 1.0 / (n - j) as f64).sum::<f64>();
+    if n % 2 == 1 { order(n / 2 + 1) } else { 0.5 * (order(n / 2) + order(n / 2 + 1)) }
+}

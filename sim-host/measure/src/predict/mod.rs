@@ -1,0 +1,390 @@
+//! What the model says the instruments should have read: the plant driven by a log.
+//!
+//! One way a kind of log, each in the band in which its data carry information:
+//!
+//! | log | driven by | predicted | how |
+//! |---|---|---|---|
+//! | static-load | encoders, wrench, payload | tracker pose | links standing under their load, row after row |
+//! | ring-down | encoders | tracker position, second encoders | links swinging, at the log's own rate |
+//! | free-motion | encoders | motor torque, tracker pose, second encoders | links swinging; torque below 8 Hz |
+//! | weld | encoders, wrench | tracker pose | links standing, below 2 Hz |
+//! | weld | tracker pose, spindle | wrench | the process under the tool: slowly, and at the spindle's orders |
+//!
+//! Every residual is measured less predicted, over the standard deviation of measured and propagated noise together: a
+//! perfect model has residuals of mean square 1.
+
+mod contact;
+mod moving;
+mod standing;
+
+use crate::log::{Log, LogKind};
+use crate::noise::{Instruments, Level};
+use nalgebra::Vector3;
+use std::sync::Arc;
+use trueweld_core::spatial::{rotation_from_vector, rotation_vector};
+use trueweld_core::{JointVector, Pose, Robot, Wrench};
+use trueweld_plant::effects::{Action, At, Effect, EffectError};
+use trueweld_plant::input::Process;
+use trueweld_plant::robot::{Channel, ElasticRobot, Port, Ports, Readings};
+
+/// The model that logs are compared with, before effects.
+#[derive(Debug, Clone)]
+pub struct Model {
+    /// The robot.
+    pub robot: Robot<f64>,
+    /// The process; a weld log's own stands in where the model names none.
+    pub process: Option<Process>,
+}
+
+/// What is compared.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Quantity {
+    /// Tracker: TCP position in B, m.
+    Position,
+    /// Tracker: rotation from the predicted to the measured tool, in T, rad.
+    Rotation,
+    /// Second encoder of a joint, rad.
+    LinkEncoder,
+    /// Motor torque of a joint, N·m.
+    MotorTorque,
+    /// Force on the tool in T below the spindle's frequency, N.
+    Force,
+    /// Moment on the tool in T below the spindle's frequency, N·m.
+    Moment,
+    /// Force on the tool in T in step with a multiple of the spindle's angle: real and imaginary amplitude, N.
+    Ripple {
+        /// Periods per turn.
+        order: u8,
+        /// True for the part with the sine.
+        sine: bool,
+    },
+}
+
+impl Quantity {
+    /// Channel name in results.
+    pub fn channel(self) -> &'static str {
+        match self {
+            Self::Position => "tcp_position",
+            Self::Rotation => "tcp_rotation",
+            Self::LinkEncoder => "link_encoder",
+            Self::MotorTorque => "motor_torque",
+            Self::Force | Self::Ripple { .. } => "force",
+            Self::Moment => "moment",
+        }
+    }
+
+    /// Unit.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::Position => "m",
+            Self::Rotation | Self::LinkEncoder => "rad",
+            Self::MotorTorque | Self::Moment => "N·m",
+            Self::Force | Self::Ripple { .. } => "N",
+        }
+    }
+}
+
+/// One compared number.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Compared {
+    /// What it is.
+    pub quantity: Quantity,
+    /// Component: axis, or joint from 0.
+    pub component: u8,
+    /// Row of the log it belongs to.
+    pub row: usize,
+    /// Measured value; for a rotation, from the model without effects to the measured tool.
+    pub measured: f64,
+    /// Standard deviation of measured and propagated noise.
+    pub deviation: f64,
+    /// True where that noise was stated by the log.
+    pub stated: bool,
+}
+
+/// What the links did, as far as the model says: reused where a change of the model does not move them.
+#[derive(Debug, Clone)]
+pub struct Motion {
+    /// Log rows that the instants belong to.
+    pub rows: Vec<usize>,
+    /// Link angles, rad.
+    pub link: Vec<JointVector<f64>>,
+    /// Spring torques, N·m.
+    pub spring: Vec<JointVector<f64>>,
+    /// Real tool poses, where the links stand under a wrench; empty where they swing.
+    pub tool: Vec<Pose<f64>>,
+}
+
+/// Residuals of one log, over their noise, with the motion behind them.
+#[derive(Debug, Clone)]
+pub struct Prediction {
+    /// (measured − predicted)/deviation, in the order of [`Experiment::compared`].
+    pub residual: Vec<f64>,
+    /// What the links did.
+    pub motion: Option<Arc<Motion>>,
+}
+
+/// A log that cannot be compared, or a model that cannot be driven through it.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum PredictError {
+    /// Nothing in it that any kind of prediction covers.
+    #[error("{log}: nothing to compare: {what}")]
+    Nothing {
+        /// The log.
+        log: String,
+        /// What is missing.
+        what: &'static str,
+    },
+    /// Noise neither stated nor to be estimated.
+    #[error("{log}: the noise of {what} is neither stated nor can it be read off any log of the campaign; add it to [noise] in log.toml")]
+    Noise {
+        /// The log.
+        log: String,
+        /// The instrument.
+        what: &'static str,
+    },
+    /// No process file for a weld.
+    #[error("{log}: a weld log needs a process, and neither the model nor the log names one")]
+    NoProcess {
+        /// The log.
+        log: String,
+    },
+    /// The model cannot be built.
+    #[error(transparent)]
+    Effect(#[from] EffectError),
+    /// The model's motion left the finite numbers.
+    #[error("{log}: driven by this log the model leaves the finite numbers")]
+    Diverged {
+        /// The log.
+        log: String,
+    },
+}
+
+/// One log made ready: its drives smoothed, its measurements brought into their band, their noise known.
+#[derive(Debug)]
+pub struct Experiment {
+    /// Name of the log.
+    pub name: String,
+    /// What was done.
+    pub kind: LogKind,
+    /// What is compared, in the order of the residuals.
+    pub compared: Vec<Compared>,
+    /// Where the log has no value, among all that could be compared.
+    missing: Vec<bool>,
+    standing: Option<standing::Standing>,
+    moving: Option<moving::Moving>,
+    contact: Option<contact::Contact>,
+}
+
+impl Experiment {
+    /// Makes a log ready to be compared with `model`.
+    ///
+    /// # Errors
+    /// [`PredictError`].
+    pub fn new(log: &Log, noise: &Instruments, model: &Model) -> Result<Self, PredictError> {
+        let mut compared = Vec::new();
+        let (mut standing, mut moving, mut contact) = (None, None, None);
+        match log.kind {
+            LogKind::StaticLoad => standing = standing::Standing::of_loads(log, noise, model, &mut compared)?,
+            LogKind::RingDown | LogKind::FreeMotion => {
+                moving = Some(moving::Moving::new(log, noise, model, &mut compared)?);
+            }
+            LogKind::Weld => {
+                standing = standing::Standing::of_weld(log, noise, model, &mut compared)?;
+                contact = contact::Contact::new(log, noise, model, &mut compared)?;
+            }
+        }
+        if compared.is_empty() {
+            let what = match log.kind {
+                LogKind::StaticLoad | LogKind::RingDown => "it has no tracker columns",
+                LogKind::FreeMotion => "it has no motor torque, tracker or second encoder columns, or is too short",
+                LogKind::Weld => "it needs tracker and wrench columns, and some seconds",
+            };
+            return Err(PredictError::Nothing { log: log.name.clone(), what });
+        }
+        let missing: Vec<bool> = compared.iter().map(|c| !c.measured.is_finite()).collect();
+        compared.retain(|c| c.measured.is_finite());
+        Ok(Self { name: log.name.clone(), kind: log.kind, compared, missing, standing, moving, contact })
+    }
+
+    /// Residuals under a model with these effects. `motion`: of a model that differs in nothing that moves the links here
+    /// (see [`moves`](Self::moves)).
+    ///
+    /// # Errors
+    /// [`PredictError::Effect`], [`PredictError::Diverged`].
+    pub fn predict(
+        &self,
+        model: &Model,
+        effects: &[Effect],
+        motion: Option<&Arc<Motion>>,
+    ) -> Result<Prediction, PredictError> {
+        let mut residual = Vec::with_capacity(self.compared.len());
+        let mut process = self.contact.as_ref().map(|c| c.process(model));
+        let mut robot = ElasticRobot::with_effects(&model.robot, effects, process.as_mut())?;
+        let mut found = None;
+        if let Some(standing) = &self.standing {
+            let motion = match motion {
+                Some(motion) => motion.clone(),
+                None => Arc::new(standing.motion(&mut robot)?),
+            };
+            standing.residual(&robot, &motion, &mut residual);
+            found = Some(motion);
+        }
+        if let Some(moving) = &self.moving {
+            let motion = match motion {
+                Some(motion) => motion.clone(),
+                None => Arc::new(
+                    moving.motion(&robot).map_err(|_| PredictError::Diverged { log: self.name.clone() })?,
+                ),
+            };
+            moving.residual(&robot, &motion, &mut residual);
+            found = Some(motion);
+        }
+        if let (Some(contact), Some(process)) = (&self.contact, &process) {
+            contact.residual(&robot, process, &mut residual);
+        }
+        let mut missing = self.missing.iter();
+        residual.retain(|_| !*missing.next().unwrap_or(&true));
+        for (r, c) in residual.iter_mut().zip(&self.compared) {
+            *r /= c.deviation;
+        }
+        if residual.iter().any(|r| !r.is_finite()) {
+            return Err(PredictError::Diverged { log: self.name.clone() });
+        }
+        Ok(Prediction { residual, motion: found })
+    }
+
+    /// True where an effect can change anything that this log compares.
+    pub fn concerns(&self, effect: &Effect) -> bool {
+        let has = |q: Quantity| self.compared.iter().any(|c| c.quantity == q);
+        match (effect.kind.action, effect.port()) {
+            (Action::Process(_), _) | (_, Some(Port::ProcessForce | Port::PlateSurface)) => self.contact.is_some(),
+            (_, Some(Port::MotorFriction(_))) => has(Quantity::MotorTorque),
+            (_, Some(Port::TimeBase)) => match effect.at {
+                At::Channel(Channel::LinkEncoder) => has(Quantity::LinkEncoder),
+                At::Channel(Channel::MotorTorque) => has(Quantity::MotorTorque),
+                // A row at rest is what it is whenever it is read.
+                _ => self.kind != LogKind::StaticLoad,
+            },
+            _ => true,
+        }
+    }
+
+    /// True where an effect can change how the links move in this log, and not only what is measured of it.
+    pub fn moves(&self, effect: &Effect) -> bool {
+        let stands = self.standing.is_some();
+        match (effect.kind.action, effect.port()) {
+            (Action::Process(_), _) => false,
+            (_, Some(Port::ProcessForce | Port::PlateSurface | Port::MotorFriction(_))) => false,
+            (_, Some(Port::SensorChannel | Port::TimeBase | Port::LinkFrame(_) | Port::BaseFrame)) => stands,
+            _ => true,
+        }
+    }
+}
+
+/// Deviation of an instrument, or the error that says it is not known.
+fn known(levels: &[Option<Level>], log: &Log, what: &'static str) -> Result<Vec<Level>, PredictError> {
+    let error = || PredictError::Noise { log: log.name.clone(), what };
+    levels.iter().map(|l| l.ok_or_else(error)).collect()
+}
+
+/// Period of an evenly sampled log, s: as stated, or the median step.
+fn period(log: &Log) -> f64 {
+    log.period.unwrap_or_else(|| {
+        let mut steps: Vec<f64> = log.samples.time.windows(2).map(|w| w[1] - w[0]).collect();
+        steps.sort_by(f64::total_cmp);
+        steps.get(steps.len() / 2).copied().unwrap_or(1.0)
+    })
+}
+
+/// A series whose missing values are filled along straight lines; `None` where it has none at all.
+fn filled(series: &[f64]) -> Option<Vec<f64>> {
+    let known: Vec<usize> = (0..series.len()).filter(|k| series[*k].is_finite()).collect();
+    let (first, last) = (*known.first()?, *known.last()?);
+    let mut out = series.to_vec();
+    out[..first].fill(series[first]);
+    out[last + 1..].fill(series[last]);
+    for pair in known.windows(2) {
+        for k in pair[0] + 1..pair[1] {
+            let share = (k - pair[0]) as f64 / (pair[1] - pair[0]) as f64;
+            out[k] = series[pair[0]] * (1.0 - share) + series[pair[1]] * share;
+        }
+    }
+    Some(out)
+}
+
+/// Spindle angle at every row, 0 at the first, rad; `None` without a spindle column.
+fn spindle_angle(log: &Log) -> Option<Vec<f64>> {
+    let spindle = filled(log.samples.spindle.as_ref()?)?;
+    let time = &log.samples.time;
+    let mut angle = vec![0.0; time.len()];
+    for k in 1..time.len() {
+        angle[k] = angle[k - 1] + 0.5 * (spindle[k - 1] + spindle[k]) * (time[k] - time[k - 1]);
+    }
+    Some(angle)
+}
+
+/// Three columns of vectors, filled.
+fn filled_vectors(series: &Option<Vec<Vector3<f64>>>) -> Option<[Vec<f64>; 3]> {
+    let series = series.as_ref()?;
+    let column = |i: usize| filled(&series.iter().map(|v| v[i]).collect::<Vec<_>>());
+    Some([column(0)?, column(1)?, column(2)?])
+}
+
+/// Readings in which nothing was read yet.
+fn unread(time: f64) -> Readings {
+    Readings {
+        time,
+        encoder: [0.0; 6],
+        link_encoder: [0.0; 6],
+        force: Vector3::zeros(),
+        moment: Vector3::zeros(),
+        tcp_position: Vector3::zeros(),
+        tcp_rotation: Vector3::zeros(),
+    }
+}
+
+/// What the tracker makes of a tool pose.
+fn seen(ports: &Ports, pose: &Pose<f64>, time: f64) -> Pose<f64> {
+    if ports.sensor.is_empty() {
+        return *pose;
+    }
+    let mut readings =
+        Readings { tcp_position: pose.position, tcp_rotation: rotation_vector(&pose.rotation), ..unread(time) };
+    ports.sensor.iter().for_each(|t| t.sense(&mut readings));
+    Pose { position: readings.tcp_position, rotation: rotation_from_vector(&readings.tcp_rotation) }
+}
+
+/// The true pose behind what the tracker saw.
+fn pose_behind(ports: &Ports, measured: &Pose<f64>, time: f64) -> Pose<f64> {
+    if ports.sensor.is_empty() {
+        return *measured;
+    }
+    let mut truth = *measured;
+    for _ in 0..4 {
+        let read = seen(ports, &truth, time);
+        truth.position += measured.position - read.position;
+        truth.rotation *= read.rotation.tr_mul(&measured.rotation);
+    }
+    truth
+}
+
+/// Mean size of a series, what is missing left out.
+fn mean_abs(series: &[f64]) -> f64 {
+    let known: Vec<f64> = series.iter().filter(|v| v.is_finite()).map(|v| v.abs()).collect();
+    known.iter().sum::<f64>() / known.len().max(1) as f64
+}
+
+/// The true wrench behind a measured one: the sensor's terms undone. They change little, so that the fixed point converges.
+fn wrench_behind(ports: &Ports, measured: &Wrench<f64>, time: f64) -> Wrench<f64> {
+    if ports.sensor.is_empty() {
+        return *measured;
+    }
+    let mut truth = *measured;
+    for _ in 0..4 {
+        let mut readings = Readings { force: truth.force, moment: truth.moment, ..unread(time) };
+        ports.sensor.iter().for_each(|t| t.sense(&mut readings));
+        truth.force += measured.force - readings.force;
+        truth.moment += measured.moment - readings.moment;
+    }
+    truth
+}

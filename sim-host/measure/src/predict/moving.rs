@@ -1,0 +1,340 @@
+//! Free motion and ringing down: the links swing on their springs, driven by the encoders.
+
+use super::{Compared, Model, Motion, PredictError, Quantity, filled, known, period, seen, unread};
+use crate::band::{LowPass, adaptive, interpolate, start};
+use crate::log::{Log, LogKind};
+use crate::noise::{Instruments, Level};
+use nalgebra::{Complex, Matrix3, SMatrix, SVector, Vector3};
+use std::f64::consts::TAU;
+use trueweld_core::spatial::{rotation_from_vector, rotation_vector};
+use trueweld_core::{JointVector, Pose, Wrench};
+use trueweld_plant::integrate::Diverged;
+use trueweld_plant::integrate::driven::{Motors, Swinging};
+use trueweld_plant::robot::{Channel, Drives, ElasticRobot, Sloped};
+
+/// Bands of the encoders that drive the links, Hz, widest first: what a brake does to them, and what is left of their noise
+/// where they move smoothly. Noise in the drive makes a gear's memory fade and lightly damped modes swing.
+const DRIVE_BANDS: [f64; 5] = [200.0, 60.0, 20.0, 8.0, 3.0];
+
+/// Band of what the motors did, for their torque, Hz: what is compared of it lies well below.
+const MOTOR_BAND: f64 = 20.0;
+
+/// Band in which motor torque is compared, Hz: above it the encoders' noise, differentiated twice, drowns the torque's own.
+const TORQUE_BAND: f64 = 8.0;
+
+/// Longest step of the links' integration, s: a mode of 50 Hz turns by 0.6 rad in it.
+const STEP: f64 = 2e-3;
+
+/// Time at either end of a log that is driven through but not compared, s: there the smoothed drive has one side only.
+const END: f64 = 0.1;
+
+/// Postures along a log at which the noise's way through the arm is worked out, the grid of frequencies for it, Hz (a mode of
+/// 10 Hz with 3 % damping is 0.6 Hz wide), and the highest that matters.
+const POSTURES: usize = 5;
+const LINE: f64 = 0.1;
+const HIGHEST: f64 = 120.0;
+
+/// Standard deviations that the encoders' noise leaves in what is predicted.
+struct Through {
+    /// Link angles, rad.
+    link: SVector<f64, 6>,
+    /// Tool: rotation, rad, and position, m, in B.
+    tool: SVector<f64, 6>,
+    /// Motor torque in its band, N·m.
+    torque: SVector<f64, 6>,
+}
+
+/// A log of links in motion.
+#[derive(Debug)]
+pub(super) struct Moving {
+    period: f64,
+    substeps: usize,
+    time: Vec<f64>,
+    /// Band that most of the drive was smoothed in, Hz.
+    drive_band: f64,
+    /// What drives the links.
+    drive: Vec<Motors>,
+    /// What the motors did, for their torque: smoothed.
+    motor: Vec<Motors>,
+    position: Option<Vec<Vector3<f64>>>,
+    rotation: Option<Vec<Matrix3<f64>>>,
+    link_encoder: [Option<Vec<f64>>; 6],
+    torque: [Option<Vec<f64>>; 6],
+    band: LowPass,
+    pose_rows: Vec<usize>,
+    torque_rows: Vec<usize>,
+}
+
+impl Moving {
+    pub(super) fn new(
+        log: &Log,
+        noise: &Instruments,
+        model: &Model,
+        compared: &mut Vec<Compared>,
+    ) -> Result<Self, PredictError> {
+        let s = &log.samples;
+        let n = s.time.len();
+        let period = period(log);
+        let columns: Vec<Vec<f64>> = (0..6).map(|i| s.encoder.iter().map(|q| q[i]).collect()).collect();
+        let smoothed = |band: f64| -> Vec<Motors> {
+            let smooth = LowPass::new(band.min(0.2 / period), period);
+            let series: Vec<[Vec<f64>; 3]> =
+                columns.iter().map(|c| [smooth.smooth(0, c), smooth.smooth(1, c), smooth.smooth(2, c)]).collect();
+            let six = |d: usize, k: usize| JointVector::from_fn(|i, _| series[i][d][k]);
+            (0..n).map(|k| Motors { angle: six(0, k), rate: six(1, k), acceleration: six(2, k) }).collect()
+        };
+        let encoder = known(&noise.encoder, log, "the encoders")?;
+        let columns_in_bands: Vec<_> =
+            (0..6).map(|i| adaptive(&DRIVE_BANDS, period, encoder[i].deviation, &columns[i])).collect();
+        let mut bands: Vec<usize> = columns_in_bands.iter().flatten().map(|(_, _, band)| *band).collect();
+        bands.sort_unstable();
+        let mut drive: Vec<Motors> = (0..n)
+            .map(|k| Motors {
+                angle: JointVector::from_fn(|i, _| columns_in_bands[i][k].0),
+                rate: JointVector::from_fn(|i, _| columns_in_bands[i][k].1),
+                acceleration: JointVector::zeros(),
+            })
+            .collect();
+        // The links swing on from how they start.
+        for i in 0..6 {
+            (drive[0].angle[i], drive[0].rate[i]) = start(period, encoder[i].deviation, &columns[i]);
+        }
+        let skipped = if log.kind == LogKind::RingDown { 0 } else { (END / period).ceil() as usize };
+        let pose_rows: Vec<usize> = (skipped..n.saturating_sub(skipped)).collect();
+        let band = LowPass::new(TORQUE_BAND.min(0.2 / period), period);
+        let every = ((0.5 / (1.25 * TORQUE_BAND.min(0.2 / period) * period)).floor() as usize).max(1);
+        let torque_rows: Vec<usize> =
+            (band.half()..n.saturating_sub(band.half())).step_by(every).collect();
+
+        let moving = Self {
+            period,
+            substeps: (period / STEP - 1e-9).ceil().max(1.0) as usize,
+            time: s.time.clone(),
+            drive,
+            motor: smoothed(MOTOR_BAND),
+            drive_band: DRIVE_BANDS[bands[bands.len() / 2]],
+            position: s.position.clone(),
+            rotation: s.rotation.as_ref().map(|r| r.iter().map(rotation_from_vector).collect()),
+            link_encoder: s.link_encoder.clone(),
+            torque: std::array::from_fn(|i| s.motor_torque[i].as_ref().and_then(|t| filled(t))),
+            band,
+            pose_rows,
+            torque_rows,
+        };
+        moving.compare(log, noise, model, compared)?;
+        Ok(moving)
+    }
+
+    /// Lists what is compared, with its noise, in the order in which [`residual`](Self::residual) gives it.
+    fn compare(
+        &self,
+        log: &Log,
+        noise: &Instruments,
+        model: &Model,
+        compared: &mut Vec<Compared>,
+    ) -> Result<(), PredictError> {
+        let n = self.time.len();
+        if self.pose_rows.is_empty() {
+            return Ok(());
+        }
+        let encoder = known(&noise.encoder, log, "the encoders")?;
+        let through = self.through(model, &encoder);
+        if let Some(position) = &self.position {
+            let level = known(&noise.position, log, "the tracker's position")?;
+            for &row in &self.pose_rows {
+                for c in 0..3 {
+                    compared.push(Compared {
+                        quantity: Quantity::Position,
+                        component: c as u8,
+                        row,
+                        measured: position[row][c],
+                        deviation: level[c].deviation.hypot(through.tool[3 + c]),
+                        stated: level[c].stated,
+                    });
+                }
+            }
+        }
+        if let Some(rotation) = &self.rotation {
+            let level = known(&noise.rotation, log, "the tracker's rotation")?;
+            let turned = (through.tool.fixed_rows::<3>(0).norm_squared() / 3.0).sqrt();
+            for &row in &self.pose_rows {
+                for c in 0..3 {
+                    compared.push(Compared {
+                        quantity: Quantity::Rotation,
+                        component: c as u8,
+                        row,
+                        measured: if rotation[row].sum().is_finite() { 0.0 } else { f64::NAN },
+                        deviation: level[c].deviation.hypot(turned),
+                        stated: level[c].stated,
+                    });
+                }
+            }
+        }
+        for i in 0..6 {
+            if let Some(series) = &self.link_encoder[i] {
+                let level = known(&noise.link_encoder[i..=i], log, "the second encoders")?[0];
+                for &row in &self.pose_rows {
+                    compared.push(Compared {
+                        quantity: Quantity::LinkEncoder,
+                        component: i as u8,
+                        row,
+                        measured: series[row],
+                        deviation: level.deviation.hypot(through.link[i]),
+                        stated: level.stated,
+                    });
+                }
+            }
+        }
+        for i in 0..6 {
+            if let Some(series) = &self.torque[i] {
+                let level = known(&noise.motor_torque[i..=i], log, "motor torque")?[0];
+                let white = (level.deviation * self.band.gain(0).sqrt()).hypot(through.torque[i]);
+                let friction = self.friction_slope(model, i);
+                for &row in &self.torque_rows {
+                    compared.push(Compared {
+                        quantity: Quantity::MotorTorque,
+                        component: i as u8,
+                        row,
+                        measured: self.band.at(0, |k| series[k], series.len(), row),
+                        // Where a joint turns round, friction makes torque of the noise in its rate.
+                        deviation: white.hypot(
+                            encoder[i].deviation * self.band.gain(1).sqrt() * self.band.at(0, |k| friction[k], n, row),
+                        ),
+                        stated: level.stated,
+                    });
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Slope of the model's friction by the rate at every row, N·m·s/rad.
+    fn friction_slope(&self, model: &Model, i: usize) -> Vec<f64> {
+        let friction = &model.robot.parameters().friction;
+        let turn = |m: &Motors| Sloped::turn(m.rate[i], friction.smoothing).slope;
+        self.motor.iter().map(|m| friction.viscous[i] + friction.coulomb[i] * turn(m)).collect()
+    }
+
+    /// What the encoders' noise n becomes on its way through the arm, at its mean posture: M θ̈ + D θ̇ + K θ = K n + D ṅ on
+    /// the links, Γ = I_m n̈ + K (n − θ) + D (ṅ − θ̇) at the motors. A lightly damped mode makes several times the noise
+    /// of it.
+    fn through(&self, model: &Model, encoder: &[Level]) -> Through {
+        let mut sum = (SVector::<f64, 6>::zeros(), SVector::<f64, 6>::zeros(), SVector::<f64, 6>::zeros());
+        let drive = LowPass::new(self.drive_band.min(0.2 / self.period), self.period);
+        for posture in 0..POSTURES {
+            let k = (2 * posture + 1) * (self.drive.len() - 1) / (2 * POSTURES);
+            let frames = model.robot.frames(&self.drive[k].angle);
+            let jacobian = frames.jacobian().0.map(|x| Complex::new(x, 0.0));
+            let inertia = model.robot.crba(&frames);
+            let top = 0.5 / self.period;
+            let step = LINE.min(top / 50.0);
+            let mut frequency = 0.5 * step;
+            while frequency < top.min(HIGHEST) {
+                let w = TAU * frequency;
+                let spring = SMatrix::<Complex<f64>, 6, 6>::from_diagonal(&SVector::from_fn(|i, _| {
+                    Complex::new(model.robot.stiffness()[i], w * model.robot.damping()[i])
+                }));
+                let dynamic = spring - inertia.map(|m| Complex::new(w * w * m, 0.0));
+                let pass = drive.response(frequency, self.period);
+                if let Some(inverse) = dynamic.try_inverse() {
+                    // One-sided density of white noise: 2 σ²/f_s; a step of the grid takes its share.
+                    let density = (2.0 * self.period * step).sqrt() * pass / (POSTURES as f64).sqrt();
+                    let noise = SMatrix::<Complex<f64>, 6, 6>::from_diagonal(&SVector::from_fn(|i, _| {
+                        Complex::new(encoder[i].deviation * density, 0.0)
+                    }));
+                    let link = inverse * spring * noise;
+                    let tool = jacobian * link;
+                    let band = Complex::new(self.band.response(frequency, self.period), 0.0);
+                    let rotor = SMatrix::<Complex<f64>, 6, 6>::from_diagonal(&SVector::from_fn(|i, _| {
+                        Complex::new(-w * w * model.robot.rotor_inertia()[i], 0.0)
+                    }));
+                    let motor = noise / Complex::new(pass.max(1e-3), 0.0);
+                    let torque = (rotor * motor + spring * (noise - link)) * band;
+                    for i in 0..6 {
+                        let power = |m: &SMatrix<Complex<f64>, 6, 6>| m.row(i).iter().map(|z| z.norm_sqr()).sum::<f64>();
+                        sum.0[i] += power(&link);
+                        sum.1[i] += power(&tool);
+                        sum.2[i] += power(&torque);
+                    }
+                }
+                frequency += step;
+            }
+        }
+        Through { link: sum.0.map(f64::sqrt), tool: sum.1.map(f64::sqrt), torque: sum.2.map(f64::sqrt) }
+    }
+
+    pub(super) fn motion(&self, robot: &ElasticRobot) -> Result<Motion, Diverged> {
+        let n = self.drive.len();
+        let mut swinging = Swinging::start(robot, &self.drive[0], self.time[0]);
+        let mut motion = Motion {
+            rows: (0..n).collect(),
+            link: Vec::with_capacity(n),
+            spring: Vec::with_capacity(n),
+            tool: Vec::new(),
+        };
+        for k in 0..n {
+            if k > 0 {
+                swinging.advance(robot, &self.drive[k], k as f64 * self.period + self.time[0], self.substeps)?;
+            }
+            motion.link.push(swinging.drives().link);
+            motion.spring.push(swinging.spring(robot));
+        }
+        Ok(motion)
+    }
+
+    /// Measured less predicted, in engineering units.
+    pub(super) fn residual(&self, robot: &ElasticRobot, motion: &Motion, residual: &mut Vec<f64>) {
+        let begin = self.time[0];
+        let lag = |channel| robot.ports.delay(channel) / self.period;
+        let late = |row: usize, lag: f64| {
+            if lag == 0.0 { motion.link[row] } else { interpolate(&motion.link, row as f64 - lag) }
+        };
+        if self.position.is_some() || self.rotation.is_some() {
+            let tracker_lag = lag(Channel::Tracker);
+            let pose = |row: &usize| {
+                let time = self.time[*row] - begin;
+                seen(&robot.ports, &robot.frames(&late(*row, tracker_lag), &Wrench::zero(), time).tcp, time)
+            };
+            let poses: Vec<Pose<f64>> = self.pose_rows.iter().map(pose).collect();
+            if let Some(measured) = &self.position {
+                for (row, pose) in self.pose_rows.iter().zip(&poses) {
+                    residual.extend((measured[*row] - pose.position).iter());
+                }
+            }
+            if let Some(measured) = &self.rotation {
+                for (row, pose) in self.pose_rows.iter().zip(&poses) {
+                    residual.extend(rotation_vector(&pose.rotation.tr_mul(&measured[*row])).iter());
+                }
+            }
+        }
+        let link_lag = lag(Channel::LinkEncoder);
+        for (i, series) in self.link_encoder.iter().enumerate() {
+            let Some(series) = series else { continue };
+            for &row in &self.pose_rows {
+                let mut readings = unread(self.time[row] - begin);
+                readings.link_encoder[i] = late(row, link_lag)[i];
+                robot.ports.sensor.iter().for_each(|t| t.sense(&mut readings));
+                residual.push(series[row] - readings.link_encoder[i]);
+            }
+        }
+        let torque_lag = lag(Channel::MotorTorque);
+        for (i, series) in self.torque.iter().enumerate() {
+            let Some(series) = series else { continue };
+            let mut predicted: Vec<f64> = (0..self.motor.len())
+                .map(|k| {
+                    let m = &self.motor[k];
+                    let drives = Drives { link: motion.link[k], link_rate: m.rate, motor: m.angle, motor_rate: m.rate };
+                    robot.model.rotor_inertia()[i] * m.acceleration[i]
+                        + motion.spring[k][i]
+                        + robot.friction(&drives, i).value
+                })
+                .collect();
+            if torque_lag != 0.0 {
+                predicted = (0..predicted.len()).map(|k| interpolate(&predicted, k as f64 - torque_lag)).collect();
+            }
+            for &row in &self.torque_rows {
+                residual.push(self.band.at(0, |k| series[k] - predicted[k], series.len(), row));
+            }
+        }
+    }
+}

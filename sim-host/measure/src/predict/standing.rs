@@ -1,0 +1,302 @@
+//! Loads at rest, and a weld's pose below the spindle's frequency: the links stand under their load at every instant.
+
+use super::{Compared, Model, Motion, PredictError, Quantity, filled_vectors, known, mean_abs, period, seen, spindle_angle,
+    wrench_behind,
+};
+use crate::band::{LowPass, comb};
+use crate::log::{Log, Payload};
+use crate::noise::{Instruments, Level};
+use nalgebra::{Matrix3, Vector3};
+use trueweld_core::spatial::{rotation_from_vector, rotation_vector};
+use trueweld_core::{JointVector, Pose, Robot, Wrench};
+use trueweld_plant::effects::EffectError;
+use trueweld_plant::integrate::driven::{Motors, Standing as Links};
+use trueweld_plant::robot::{Channel, ElasticRobot};
+
+/// Band of a weld's pose, Hz: an arm whose first mode lies above 10 Hz follows its load there to a few percent of what
+/// swings, and what swings there is small. Also at most a share of the spindle's frequency.
+const POSE_BAND: f64 = 2.0;
+const SPINDLE_SHARE: f64 = 0.3;
+
+/// Orders of the spindle at which the wrench loads the links.
+const HEARD_ORDERS: usize = 3;
+
+/// Instants at which the links stand.
+#[derive(Debug)]
+pub(super) struct Standing {
+    /// Rows that are compared.
+    rows: Vec<usize>,
+    /// Every instant the links are followed through: time from the start, s; motors; wrench.
+    time: Vec<f64>,
+    motors: Vec<Motors>,
+    wrench: Vec<Wrench<f64>>,
+    /// The band of a weld's pose; loads at rest are compared as they are.
+    band: Option<LowPass>,
+    /// Which of the payloads hangs on the flange.
+    payload: Vec<usize>,
+    payloads: Vec<Payload>,
+    position: Option<Vec<Vector3<f64>>>,
+    rotation: Option<Vec<Matrix3<f64>>>,
+    /// Of the log's rows, s.
+    period: f64,
+}
+
+impl Standing {
+    /// A static-load log.
+    pub(super) fn of_loads(
+        log: &Log,
+        noise: &Instruments,
+        model: &Model,
+        compared: &mut Vec<Compared>,
+    ) -> Result<Option<Self>, PredictError> {
+        let s = &log.samples;
+        let n = s.time.len();
+        let wrench = |k: usize| {
+            let part = |v: &Option<Vec<Vector3<f64>>>| {
+                v.as_ref().map_or(Vector3::zeros(), |v| v[k].map(|x| if x.is_finite() { x } else { 0.0 }))
+            };
+            Wrench { moment: part(&s.moment), force: part(&s.force) }
+        };
+        let mut payloads = vec![Payload { mass: 0.0, centre: Vector3::zeros() }];
+        let mut payload = vec![0; n];
+        for (k, p) in s.payload.iter().flatten().enumerate() {
+            if p.mass.is_finite() && p.mass != 0.0 {
+                payload[k] = payloads.iter().position(|q| q == p).unwrap_or_else(|| {
+                    payloads.push(*p);
+                    payloads.len() - 1
+                });
+            }
+        }
+        let standing = Self {
+            rows: (0..n).collect(),
+            time: s.time.iter().map(|t| t - s.time[0]).collect(),
+            motors: s.encoder.iter().map(|q| Motors::at_rest(*q)).collect(),
+            wrench: (0..n).map(wrench).collect(),
+            band: None,
+            payload,
+            payloads,
+            position: s.position.clone(),
+            rotation: s.rotation.as_ref().map(|r| r.iter().map(rotation_from_vector).collect()),
+            period: 0.0,
+        };
+        standing.compare(log, noise, model, 1.0, compared)?;
+        Ok(Some(standing))
+    }
+
+    /// The pose of a weld; `None` without a wrench to load the links.
+    pub(super) fn of_weld(
+        log: &Log,
+        noise: &Instruments,
+        model: &Model,
+        compared: &mut Vec<Compared>,
+    ) -> Result<Option<Self>, PredictError> {
+        let s = &log.samples;
+        let n = s.time.len();
+        let (Some(force), tracker) = (filled_vectors(&s.force), filled_vectors(&s.position)) else { return Ok(None) };
+        let moment = filled_vectors(&s.moment).unwrap_or_else(|| std::array::from_fn(|_| vec![0.0; n]));
+        let rotation = filled_vectors(&s.rotation);
+        let period = period(log);
+        let angle = spindle_angle(log);
+        let spindle = s.spindle.as_ref().map_or(f64::INFINITY, |v| mean_abs(v)) / std::f64::consts::TAU;
+        let low = LowPass::new(POSE_BAND.min(SPINDLE_SHARE * spindle).min(0.2 / period), period);
+        let band = POSE_BAND.min(SPINDLE_SHARE * spindle);
+        if n < 2 * low.half() + 2 {
+            return Ok(None);
+        }
+        // The wrench in the bands where it has something to say: its noise would make a gear's memory fade.
+        let heard = |v: [Vec<f64>; 3]| match &angle {
+            Some(angle) => v.map(|c| comb(&low, angle, HEARD_ORDERS, &c)),
+            None => v,
+        };
+        let (force, moment) = (heard(force), heard(moment));
+        let every = ((0.4 / (band * period)).floor() as usize).max(1);
+        let rows: Vec<usize> = (low.half()..n - low.half()).step_by(every).collect();
+        let columns: Vec<Vec<f64>> = (0..6).map(|i| s.encoder.iter().map(|q| q[i]).collect()).collect();
+        let moved: Vec<[Vec<f64>; 2]> = columns.iter().map(|c| [low.smooth(1, c), low.smooth(2, c)]).collect();
+        let six = |d: usize, k: usize| JointVector::from_fn(|i, _| moved[i][d][k]);
+        let motors = (0..n).map(|k| Motors { angle: s.encoder[k], rate: six(0, k), acceleration: six(1, k) }).collect();
+        let slow = |v: &[Vec<f64>; 3]| -> Vec<Vector3<f64>> {
+            rows.iter().map(|row| Vector3::from_fn(|c, _| low.at(0, |k| v[c][k], n, *row))).collect()
+        };
+        let at = |v: &[Vec<f64>; 3], k: usize| Vector3::new(v[0][k], v[1][k], v[2][k]);
+        // Rotations are smoothed as what they turn from the first one: rotation vectors flip their sign near half a turn.
+        let rotation = rotation.map(|r| {
+            let all: Vec<Matrix3<f64>> =
+                (0..n).map(|k| rotation_from_vector(&Vector3::new(r[0][k], r[1][k], r[2][k]))).collect();
+            let first = all[0];
+            let turned: Vec<Vector3<f64>> = all.iter().map(|r| rotation_vector(&first.tr_mul(r))).collect();
+            let turned = [0, 1, 2].map(|i| turned.iter().map(|v| v[i]).collect::<Vec<f64>>());
+            slow(&turned).iter().map(|r| first * rotation_from_vector(r)).collect()
+        });
+        let standing = Self {
+            time: s.time.iter().map(|t| t - s.time[0]).collect(),
+            motors,
+            wrench: (0..n).map(|k| Wrench { moment: at(&moment, k), force: at(&force, k) }).collect(),
+            band: Some(low.clone()),
+            payload: vec![0; n],
+            payloads: vec![Payload { mass: 0.0, centre: Vector3::zeros() }],
+            position: tracker.map(|t| slow(&t)),
+            rotation,
+            period,
+            rows,
+        };
+        standing.compare(log, noise, model, low.gain(0), compared)?;
+        Ok(Some(standing))
+    }
+
+    /// Lists what is compared, with its noise: the tracker's, the wrench's through the arm's compliance, and the encoders'.
+    /// `gain`: variance that the band leaves of white noise.
+    fn compare(
+        &self,
+        log: &Log,
+        noise: &Instruments,
+        model: &Model,
+        gain: f64,
+        compared: &mut Vec<Compared>,
+    ) -> Result<(), PredictError> {
+        let encoder = known(&noise.encoder, log, "the encoders")?;
+        let none = |levels: &[Option<Level>; 3]| levels.map(|l| l.map_or(0.0, |l| l.deviation));
+        let (moment, force) = (none(&noise.moment), none(&noise.force));
+        let through: Vec<[f64; 6]> = self
+            .rows
+            .iter()
+            .map(|row| {
+                let frames = model.robot.frames(&self.motors[*row].angle);
+                let jacobian = frames.jacobian();
+                let compliance = model.robot.cartesian_compliance(&jacobian);
+                let turn = frames.tcp.rotation;
+                let (c_moment, c_force) = (compliance.fixed_columns::<3>(0) * turn, compliance.fixed_columns::<3>(3) * turn);
+                let variance = |row: usize| {
+                    let e: f64 = (0..6).map(|i| (jacobian.0[(row, i)] * encoder[i].deviation).powi(2)).sum();
+                    let w: f64 = (0..3)
+                        .map(|i| (c_moment[(row, i)] * moment[i]).powi(2) + (c_force[(row, i)] * force[i]).powi(2))
+                        .sum();
+                    e + w
+                };
+                let rotation = (0..3).map(variance).sum::<f64>() / 3.0;
+                [variance(3), variance(4), variance(5), rotation, rotation, rotation]
+            })
+            .collect();
+        let mut list = |quantity, levels: &[Option<Level>; 3], what, offset: usize, measured: &dyn Fn(usize, usize) -> f64| {
+            let level = known(levels, log, what)?;
+            for (k, &row) in self.rows.iter().enumerate() {
+                for c in 0..3 {
+                    compared.push(Compared {
+                        quantity,
+                        component: c as u8,
+                        row,
+                        measured: measured(k, c),
+                        deviation: ((level[c].deviation.powi(2) + through[k][offset + c]) * gain).sqrt(),
+                        stated: level[c].stated,
+                    });
+                }
+            }
+            Ok::<_, PredictError>(())
+        };
+        if let Some(position) = &self.position {
+            list(Quantity::Position, &noise.position, "the tracker's position", 0, &|k, c| position[k][c])?;
+        }
+        if let Some(rotation) = &self.rotation {
+            let missing = |k: usize| if rotation[k].sum().is_finite() { 0.0 } else { f64::NAN };
+            list(Quantity::Rotation, &noise.rotation, "the tracker's rotation", 3, &|k, _| missing(k))?;
+        }
+        Ok(())
+    }
+
+    pub(super) fn motion(&self, robot: &mut ElasticRobot) -> Result<Motion, EffectError> {
+        let n = self.time.len();
+        let mut motion = Motion {
+            rows: (0..n).collect(),
+            link: Vec::with_capacity(n),
+            spring: Vec::with_capacity(n),
+            tool: Vec::with_capacity(n),
+        };
+        let mut links = Links::new();
+        let loaded = self.payloads.iter().map(|p| hung(&robot.model, p)).collect::<Result<Vec<_>, _>>()?;
+        let mut on_flange = 0;
+        for k in 0..n {
+            if self.payload[k] != on_flange {
+                on_flange = self.payload[k];
+                robot.model = loaded[on_flange].clone();
+            }
+            let wrench = wrench_behind(&robot.ports, &self.wrench_at(robot, k), self.time[k]);
+            let stand = links.follow(robot, &self.motors[k], &wrench, self.time[k]);
+            motion.link.push(stand.link);
+            motion.spring.push(stand.spring);
+            motion.tool.push(stand.frames.tcp);
+        }
+        robot.model = loaded[0].clone();
+        Ok(motion)
+    }
+
+    /// The wrench recorded for an instant: where the sensor is late, what it read that much later.
+    fn wrench_at(&self, robot: &ElasticRobot, k: usize) -> Wrench<f64> {
+        let late = robot.ports.delay(Channel::Wrench);
+        if self.band.is_none() || late == 0.0 {
+            return self.wrench[k];
+        }
+        let at = k as f64 + late / self.period;
+        let (first, share) = ((at.max(0.0) as usize).min(self.wrench.len() - 1), at.max(0.0).fract());
+        let next = (first + 1).min(self.wrench.len() - 1);
+        let between = |a: Vector3<f64>, b: Vector3<f64>| a * (1.0 - share) + b * share;
+        let (a, b) = (&self.wrench[first], &self.wrench[next]);
+        Wrench { moment: between(a.moment, b.moment), force: between(a.force, b.force) }
+    }
+
+    /// Measured less predicted, in engineering units.
+    pub(super) fn residual(&self, robot: &ElasticRobot, motion: &Motion, residual: &mut Vec<f64>) {
+        let tool = |row: usize| match &self.band {
+            None => motion.tool[row],
+            Some(band) => self.smoothed(band, motion, row, robot.ports.delay(Channel::Tracker)),
+        };
+        let sensed: Vec<Pose<f64>> =
+            self.rows.iter().map(|row| seen(&robot.ports, &tool(*row), self.time[*row])).collect();
+        if let Some(position) = &self.position {
+            position.iter().zip(&sensed).for_each(|(m, p)| residual.extend((m - p.position).iter()));
+        }
+        if let Some(rotation) = &self.rotation {
+            for (m, p) in rotation.iter().zip(&sensed) {
+                residual.extend(rotation_vector(&p.rotation.tr_mul(m)).iter());
+            }
+        }
+    }
+
+    /// The tool's pose in the band of a weld, as it was `late` s before.
+    fn smoothed(&self, band: &LowPass, motion: &Motion, row: usize, late: f64) -> Pose<f64> {
+        let n = motion.tool.len();
+        let center = motion.tool[row].rotation;
+        let of = |derivative: usize| {
+            let position = Vector3::from_fn(|c, _| band.at(derivative, |k| motion.tool[k].position[c], n, row));
+            let turned: [Vec<f64>; 3] = {
+                let first = row.saturating_sub(band.half());
+                let last = (row + band.half()).min(n - 1);
+                let all: Vec<Vector3<f64>> =
+                    (first..=last).map(|k| rotation_vector(&center.tr_mul(&motion.tool[k].rotation))).collect();
+                [0, 1, 2].map(|c| all.iter().map(|v| v[c]).collect())
+            };
+            let middle = row - row.saturating_sub(band.half());
+            let rotation = Vector3::from_fn(|c, _| band.at(derivative, |k| turned[c][k], turned[c].len(), middle));
+            (position, rotation)
+        };
+        let (mut position, mut rotation) = of(0);
+        if late != 0.0 {
+            let (velocity, turning) = of(1);
+            position -= velocity * late;
+            rotation -= turning * late;
+        }
+        Pose { position, rotation: center * rotation_from_vector(&rotation) }
+    }
+}
+
+/// The robot with an extra mass on its flange, whose centre is given from the flange in axes of the last link.
+fn hung(robot: &Robot<f64>, payload: &Payload) -> Result<Robot<f64>, EffectError> {
+    if payload.mass == 0.0 {
+        return Ok(robot.clone());
+    }
+    let mut parameters = robot.parameters().clone();
+    let tool = &mut parameters.tool;
+    let mass = tool.mass + payload.mass;
+    tool.com_from_flange = (tool.com_from_flange * tool.mass + payload.centre * payload.mass) / mass;
+    tool.mass = mass;
+    Robot::new(parameters).map_err(|reason| EffectError::Model { id: "the payload", reason })
+}

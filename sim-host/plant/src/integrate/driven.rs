@@ -1,0 +1,283 @@
+//! The links alone, driven by a recording of the encoders: (2.1) without its motors.
+//!
+//! Two ways. [`Standing`]: the springs carry what the links ask for at every instant, nothing swings; loads at rest and
+//! slow motion in contact. [`Swinging`]: the links' equation of motion integrated in time; free motion and ringing down.
+//! Both start from, and keep, what the gears remember.
+
+use super::Diverged;
+use crate::robot::{Drives, ElasticRobot, INTERNAL_STATES};
+use nalgebra::SVector;
+use trueweld_core::{Frames, JOINTS, JointVector, Wrench};
+
+/// Fixed-point iterations over the posture; each divides the error by some hundreds, and a load that changes little from call
+/// to call starts near its end.
+const ITERATIONS: usize = 4;
+const NEXT_ITERATIONS: usize = 2;
+
+/// Change of the posture from which on the start is made anew, rad.
+const JUMP: f64 = 1e-3;
+
+/// Twist to which a spring's equation is solved, rad: a tenth of a nanometre at the tool.
+const TOLERANCE: f64 = 1e-11;
+
+/// Steps in which a spring's equation is bracketed and solved at most.
+const SPRING_STEPS: usize = 60;
+
+/// The encoders at one instant.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Motors {
+    /// Encoder angles θ_E, rad.
+    pub angle: JointVector<f64>,
+    /// Encoder rates, rad/s.
+    pub rate: JointVector<f64>,
+    /// Encoder accelerations, rad/s².
+    pub acceleration: JointVector<f64>,
+}
+
+impl Motors {
+    /// At rest.
+    pub fn at_rest(angle: JointVector<f64>) -> Self {
+        Self { angle, rate: JointVector::zeros(), acceleration: JointVector::zeros() }
+    }
+}
+
+/// The links where they stand.
+#[derive(Debug, Clone, Copy)]
+pub struct Stand {
+    /// Link angles θ, rad.
+    pub link: JointVector<f64>,
+    /// Spring torque τ_s, N·m.
+    pub spring: JointVector<f64>,
+    /// Frames of the real arm.
+    pub frames: Frames<f64>,
+}
+
+/// Links that follow the motors and their load without swinging; keeps what the gears remember from call to call.
+#[derive(Debug, Clone, Copy)]
+pub struct Standing {
+    internal: [f64; INTERNAL_STATES],
+    twist: Option<JointVector<f64>>,
+    motor: JointVector<f64>,
+}
+
+impl Default for Standing {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Standing {
+    /// Gears that remember nothing.
+    pub fn new() -> Self {
+        Self { internal: [0.0; INTERNAL_STATES], twist: None, motor: JointVector::zeros() }
+    }
+
+    /// Where the links stand with the motors at `motors` and a wrench on the tool: τ_s = M(θ) θ̈ + h + g − τ_cb − Jᵀ w, with
+    /// the links' motion taken from the motors'. `wrench_in_t`: at the TCP, in axes of the real tool frame. `time` from
+    /// the start of the log, s.
+    ///
+    /// The load is taken to have come from the one before along a straight line in every joint's twist; at the first load
+    /// gears remember nothing. Angles are NaN where the arm cannot carry the load.
+    pub fn follow(&mut self, robot: &ElasticRobot, motors: &Motors, wrench_in_t: &Wrench<f64>, time: f64) -> Stand {
+        let mut twist = self.twist.unwrap_or_else(JointVector::zeros);
+        let mut drives =
+            Drives { link: motors.angle - twist, link_rate: motors.rate, motor: motors.angle, motor_rate: motors.rate };
+        let mut spring = JointVector::zeros();
+        let mut internal = self.internal;
+        // Bearings and base that give: their tilt follows the wrench, whose axes follow the tool's.
+        let mut frames = robot.model.frames(&drives.link);
+        for _ in 0..if self.twist.is_some() && !self.jumped(motors) { NEXT_ITERATIONS } else { ITERATIONS } {
+            let wrench = wrench_in_t.rotated(&frames.tcp.rotation);
+            frames = robot.frames(&drives.link, &wrench, time);
+            spring =
+                robot.model.rnea(&frames, &motors.rate, &motors.acceleration, &wrench) - robot.link_torque(&drives);
+            internal = self.internal;
+            for i in 0..JOINTS {
+                twist[i] = self.twist_under(robot, &drives, i, spring[i], &mut internal);
+            }
+            drives.link = motors.angle - twist;
+        }
+        let wrench = wrench_in_t.rotated(&frames.tcp.rotation);
+        frames = robot.frames(&drives.link, &wrench, time);
+        self.internal = internal;
+        self.twist = Some(twist);
+        self.motor = motors.angle;
+        Stand { link: drives.link, spring, frames }
+    }
+
+    /// True where the posture is another one than at the call before.
+    fn jumped(&self, motors: &Motors) -> bool {
+        (motors.angle - self.motor).amax() > JUMP
+    }
+
+    /// Twist θ_E − θ of one joint at which its spring carries `torque`; what the gear remembers there goes to `internal`.
+    fn twist_under(
+        &self,
+        robot: &ElasticRobot,
+        drives: &Drives,
+        i: usize,
+        torque: f64,
+        internal: &mut [f64; INTERNAL_STATES],
+    ) -> f64 {
+        let plain = torque / robot.model.stiffness()[i];
+        if robot.spring_is_plain(i) {
+            return plain;
+        }
+        let mut at = |twist: f64| {
+            let mut drives = *drives;
+            drives.link[i] = drives.motor[i] - twist;
+            if let Some(before) = &self.twist {
+                robot.remembered(&drives, i, twist - before[i], &self.internal, internal);
+            }
+            robot.joint_spring_torque(&drives, i, internal) - torque
+        };
+        // Illinois' false position in a bracket that grows until it holds the root; the torque rises with the twist.
+        let (mut low, mut high) = (plain - 1e-4, plain + 1e-4);
+        let (mut at_low, mut at_high) = (at(low), at(high));
+        let mut reach = 2e-4;
+        let mut steps = 0;
+        while at_low > 0.0 && steps < SPRING_STEPS {
+            (low, reach, steps) = (low - reach, reach * 2.0, steps + 1);
+            at_low = at(low);
+        }
+        while at_high < 0.0 && steps < SPRING_STEPS {
+            (high, reach, steps) = (high + reach, reach * 2.0, steps + 1);
+            at_high = at(high);
+        }
+        if !(at_low <= 0.0 && at_high >= 0.0) {
+            return f64::NAN;
+        }
+        let mut side = 0;
+        for _ in 0..SPRING_STEPS {
+            if high - low < TOLERANCE {
+                break;
+            }
+            let share = at_low / (at_low - at_high);
+            let share = if share.is_finite() { share.clamp(0.01, 0.99) } else { 0.5 };
+            let middle = low + (high - low) * share;
+            let there = at(middle);
+            if there == 0.0 {
+                (low, high) = (middle, middle);
+            } else if there < 0.0 {
+                (low, at_low) = (middle, there);
+                at_high *= if side == -1 { 0.5 } else { 1.0 };
+                side = -1;
+            } else {
+                (high, at_high) = (middle, there);
+                at_low *= if side == 1 { 0.5 } else { 1.0 };
+                side = 1;
+            }
+        }
+        let twist = 0.5 * (low + high);
+        at(twist);
+        twist
+    }
+}
+
+/// Rates of change of angles, rates and what gears remember.
+type Rates = (JointVector<f64>, JointVector<f64>, SVector<f64, INTERNAL_STATES>);
+
+/// Links that swing on their springs, no wrench on the tool.
+#[derive(Debug, Clone, Copy)]
+pub struct Swinging {
+    drives: Drives,
+    internal: SVector<f64, INTERNAL_STATES>,
+    before: Motors,
+    time: f64,
+}
+
+impl Swinging {
+    /// Links that at the start neither swing nor fall behind: they follow the motors' motion.
+    pub fn start(robot: &ElasticRobot, motors: &Motors, time: f64) -> Self {
+        let mut standing = Standing::new();
+        let stand = standing.follow(robot, motors, &Wrench::zero(), time);
+        let drives = Drives { link: stand.link, link_rate: motors.rate, motor: motors.angle, motor_rate: motors.rate };
+        Self { drives, internal: SVector::from(standing.internal), before: *motors, time }
+    }
+
+    /// Angles and rates now.
+    pub fn drives(&self) -> &Drives {
+        &self.drives
+    }
+
+    /// Spring torque now, N·m.
+    pub fn spring(&self, robot: &ElasticRobot) -> JointVector<f64> {
+        robot.spring_torque(&self.drives, self.internal.as_slice())
+    }
+
+    /// Advances to `time` at which the encoders are at `motors`; in between these run along the cubic through both ends.
+    ///
+    /// Runge–Kutta of fourth order in `substeps` for springs, dampers and what gears remember. Inertia and velocity terms,
+    /// which change with the posture, are taken in its middle.
+    ///
+    /// # Errors
+    /// [`Diverged`].
+    pub fn advance(
+        &mut self,
+        robot: &ElasticRobot,
+        motors: &Motors,
+        time: f64,
+        substeps: usize,
+    ) -> Result<(), Diverged> {
+        let whole = time - self.time;
+        let h = whole / substeps as f64;
+        let from = self.before;
+        let middle = self.drives.link + self.drives.link_rate * (0.5 * whole);
+        let frames = robot.model.frames(&middle);
+        let middle_rate = self.drives.link_rate + (motors.rate - from.rate) * 0.5;
+        let (inertia, bias) = robot.model.equation_of_motion(&frames, &middle_rate, &Wrench::zero());
+        let factor = trueweld_core::crba::factor(inertia).ok_or(Diverged { time })?;
+        for k in 0..substeps {
+            let part = |c: f64| hermite(&from, motors, whole, (k as f64 + c) / substeps as f64);
+            let inputs = [part(0.0), part(0.5), part(1.0)];
+            let rates = |input: &(JointVector<f64>, JointVector<f64>),
+                         link: JointVector<f64>,
+                         link_rate: JointVector<f64>,
+                         internal: SVector<f64, INTERNAL_STATES>| {
+                let drives = Drives { link, link_rate, motor: input.0, motor_rate: input.1 };
+                let torque = robot.spring_torque(&drives, internal.as_slice()) + robot.link_torque(&drives) - bias;
+                let mut remembered = SVector::<f64, INTERNAL_STATES>::zeros();
+                robot.internal_rates(&drives, internal.as_slice(), remembered.as_mut_slice());
+                (link_rate, factor.solve(&torque), remembered)
+            };
+            let Self { drives: Drives { link, link_rate, .. }, internal, .. } = *self;
+            let step = |r: &Rates, c: f64| (link + r.0 * (c * h), link_rate + r.1 * (c * h), internal + r.2 * (c * h));
+            let a = rates(&inputs[0], link, link_rate, internal);
+            let (l, v, z) = step(&a, 0.5);
+            let b = rates(&inputs[1], l, v, z);
+            let (l, v, z) = step(&b, 0.5);
+            let c = rates(&inputs[1], l, v, z);
+            let (l, v, z) = step(&c, 1.0);
+            let d = rates(&inputs[2], l, v, z);
+            let mean = |a: JointVector<f64>, b: JointVector<f64>, c: JointVector<f64>, d: JointVector<f64>| {
+                (a + (b + c) * 2.0 + d) * (h / 6.0)
+            };
+            self.drives.link = link + mean(a.0, b.0, c.0, d.0);
+            self.drives.link_rate = link_rate + mean(a.1, b.1, c.1, d.1);
+            self.internal = internal + (a.2 + (b.2 + c.2) * 2.0 + d.2) * (h / 6.0);
+        }
+        self.drives.motor = motors.angle;
+        self.drives.motor_rate = motors.rate;
+        self.before = *motors;
+        self.time = time;
+        if self.drives.link.sum().is_finite() && self.drives.link.amax() < 1e3 {
+            Ok(())
+        } else {
+            Err(Diverged { time })
+        }
+    }
+}
+
+/// Angle and rate a share of the way between two samples, on the cubic through angles and rates at both ends.
+fn hermite(from: &Motors, to: &Motors, h: f64, share: f64) -> (JointVector<f64>, JointVector<f64>) {
+    let s = share;
+    let (s2, s3) = (s * s, s * s * s);
+    let angle = from.angle * (2.0 * s3 - 3.0 * s2 + 1.0)
+        + from.rate * ((s3 - 2.0 * s2 + s) * h)
+        + to.angle * (3.0 * s2 - 2.0 * s3)
+        + to.rate * ((s3 - s2) * h);
+    let rate = (to.angle - from.angle) * ((6.0 * s - 6.0 * s2) / h)
+        + from.rate * (3.0 * s2 - 4.0 * s + 1.0)
+        + to.rate * (3.0 * s2 - 2.0 * s);
+    (angle, rate)
+}
