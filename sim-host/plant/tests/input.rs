@@ -36,7 +36,7 @@ fn parse(text: &str, name: &str) -> Result<(), InputError> {
         Kind::Weld => Weld::parse(text, name).map(drop),
         Kind::Control => Control::parse(text, name).map(drop),
         Kind::Sensors => Sensors::parse(text, name).map(drop),
-        Kind::Log | Kind::Campaign | Kind::Model => panic!("{name} belongs to measuring"),
+        Kind::Log | Kind::Campaign => panic!("{name} belongs to measuring"),
     }
 }
 
@@ -252,7 +252,7 @@ fn another_kind_of_file_is_named() {
 #[test]
 fn files_of_measuring_are_known_and_sent_to_their_reader() {
     let folder = tempfile::tempdir().unwrap();
-    for schema in ["log/1", "campaign/1", "model/1"] {
+    for schema in ["log/1", "campaign/1"] {
         let path = folder.path().join("file.toml");
         fs::write(&path, format!("# what it is\nschema = \"{schema}\"\n")).unwrap();
         let shown = rendered(&check(&path).unwrap_err());

@@ -70,28 +70,28 @@ pub(super) const COLUMNS: [&str; COUNT] = [
 pub(super) const GROUPS: [(usize, usize); 5] =
     [(at::FORCE, 3), (at::MOMENT, 3), (at::POSITION, 3), (at::ROTATION, 3), (at::PAYLOAD, 4)];
 
-/// Units that people record in, and what turns them into the one that is read.
-const OTHER_UNITS: &[(&str, &str)] = &[
-    ("deg", "π/180"),
-    ("degrees", "π/180"),
-    ("mrad", "0.001"),
-    ("urad", "1e-6"),
-    ("mm", "0.001"),
-    ("cm", "0.01"),
-    ("um", "1e-6"),
-    ("kn", "1000"),
-    ("knm", "1000"),
-    ("nmm", "0.001"),
-    ("ms", "0.001"),
-    ("us", "1e-6"),
-    ("ns", "1e-9"),
-    ("min", "60"),
-    ("rpm", "2π/60"),
-    ("1_min", "2π/60"),
-    ("hz", "2π"),
-    ("deg_s", "π/180"),
-    ("g", "0.001"),
-    ("t", "1000"),
+/// Units that people record in, the unit that is read, and the factor between them.
+const OTHER_UNITS: &[(&str, &str, &str)] = &[
+    ("deg", "rad", "π/180"),
+    ("degrees", "rad", "π/180"),
+    ("mrad", "rad", "0.001"),
+    ("urad", "rad", "1e-6"),
+    ("mm", "m", "0.001"),
+    ("cm", "m", "0.01"),
+    ("um", "m", "1e-6"),
+    ("kn", "n", "1000"),
+    ("knm", "nm", "1000"),
+    ("nmm", "nm", "0.001"),
+    ("min", "s", "60"),
+    ("ms", "s", "0.001"),
+    ("us", "s", "1e-6"),
+    ("ns", "s", "1e-9"),
+    ("rpm", "rad_s", "2π/60"),
+    ("1_min", "rad_s", "2π/60"),
+    ("hz", "rad_s", "2π"),
+    ("deg_s", "rad_s", "π/180"),
+    ("g", "kg", "0.001"),
+    ("t", "kg", "1000"),
 ];
 
 /// Which column stands where.
@@ -175,19 +175,20 @@ impl Header {
                 let lower = name.to_lowercase();
                 let (stem, unit) = lower.split_once(['_', ' ']).unwrap_or((&lower, ""));
                 let unit = unit.trim_matches(|c: char| !c.is_alphanumeric()).replace('/', "_");
-                if right.split_once('_').is_none_or(|(known, _)| known != stem) {
-                    continue;
-                }
+                let Some((known, reads)) = right.split_once('_') else { continue };
+                let is_unit =
+                    |u: &str| COLUMNS.iter().any(|c| c.split_once('_').is_some_and(|(_, ending)| ending == u));
+                let factor = OTHER_UNITS.iter().find(|(other, read, _)| *other == unit && *read == reads);
                 let read_in = unit_of(right).unwrap_or_default();
-                let factor = OTHER_UNITS.iter().find(|(other, _)| *other == unit).map(|(_, factor)| factor);
                 let (is, help) = match factor {
-                    Some(factor) => {
+                    _ if known != stem => continue,
+                    Some((_, _, factor)) => {
                         (format!("is in {unit}"), format!("Multiply the column by {factor} and call it `{right}`."))
                     }
                     None if unit.is_empty() => {
                         ("names no unit".to_owned(), format!("If it is in {read_in}, call it `{right}`."))
                     }
-                    None if COLUMNS.iter().any(|c| c.split_once('_').is_some_and(|(_, u)| u == unit)) => {
+                    None if is_unit(&unit) || OTHER_UNITS.iter().any(|(other, ..)| *other == unit) => {
                         (format!("names the unit {unit}"), format!("If it is in {read_in}, call it `{right}`."))
                     }
                     None => continue,
@@ -207,7 +208,7 @@ impl Header {
         }
         if let Some(column) = required.into_iter().find(|column| !self.has(*column)) {
             let name = COLUMNS[column];
-            let message = format!("missing column `{name}`, which every {kind} log has");
+            let message = format!("missing column `{name}`; expected in every {kind} log");
             let near = nearest(name, others.iter().map(|(_, other)| other.as_str()));
             return Err(match others.iter().find(|(_, other)| near == Some(other)) {
                 Some((field, _)) => {

@@ -184,8 +184,8 @@ pub struct Log {
     pub weld: Option<Weld>,
     /// The process that was expected; every weld log has one.
     pub process: Option<Process>,
-    /// Sampling period where sampling is even, s. Steps of the time keep it within 1 % and what rounding of the
-    /// written times makes; nothing is said about the sum of many steps.
+    /// Sampling period where sampling is even, s. Each step of the time, and their mean, keep it within 1 % and what
+    /// rounding of the written times makes.
     pub period: Option<f64>,
     /// Noise as stated.
     pub noise: Noise,

@@ -13,8 +13,8 @@ use trueweld_plant::input::{InputError, RobotFile};
 /// an encoder may be zeroed a little off.
 const BEYOND_LIMITS: f64 = 10.0 * std::f64::consts::PI / 180.0;
 
-/// A step of the time may differ from the stated period by this share of it, on top of what rounding of the written
-/// times makes. Clocks jitter by less; a lost row is a whole period.
+/// A step of the time, and the mean of all steps, may differ from the stated period by this share of it, on top of
+/// what rounding of the written times makes. Clocks jitter by less; a lost row is a whole period.
 const JITTER: f64 = 0.01;
 
 /// Extra mass hung on the flange.
@@ -65,7 +65,7 @@ impl Samples {
         self.time.is_empty()
     }
 
-    /// No rows yet, and the channels that have a value somewhere or may have one yet.
+    /// No rows yet, in the channels that the header has.
     fn with(header: &Header, kind: LogKind) -> Self {
         fn channel<T>(there: bool) -> Option<Vec<T>> {
             there.then(Vec::new)
@@ -279,10 +279,12 @@ impl Expected<'_> {
     }
 }
 
-/// The last time, and how finely times are written.
+/// The times so far, and how finely they are written.
 #[derive(Default)]
 struct Clock {
+    first: f64,
     last: Option<f64>,
+    steps: u32,
     decimals: i32,
 }
 
@@ -296,7 +298,10 @@ impl Clock {
     ) -> Result<(), InputError> {
         let place = header.place[at::TIME].unwrap_or_default();
         self.decimals = self.decimals.max(decimals(lines.field(place)));
-        let Some(last) = self.last.replace(time) else { return Ok(()) };
+        let Some(last) = self.last.replace(time) else {
+            self.first = time;
+            return Ok(());
+        };
         let shown = lines.shown(place);
         if time <= last {
             let message = if time < last {
@@ -308,17 +313,24 @@ impl Clock {
             return Err(lines.error_at(place, message, "not later", help));
         }
         let Some(period) = period else { return Ok(()) };
-        let step = time - last;
+        self.steps = self.steps.saturating_add(1);
         // Two rounded times are together off by at most one unit of their last place, but never by a lost row.
         let rounding = 10f64.powi(-self.decimals).min(0.5 * period);
         // What subtracting two large times leaves of their own precision.
-        let precision = 4.0 * f64::EPSILON * time.abs().max(last.abs());
-        if (step - period).abs() <= JITTER * period + rounding + precision {
+        let slack = rounding + 4.0 * f64::EPSILON * time.abs().max(last.abs());
+        let step = time - last;
+        let even = |passed: f64, due: f64| (passed - due).abs() <= JITTER * due + slack;
+        // Coarsely written times hide a wrong period in a single step, but not in many.
+        let all = f64::from(self.steps) * period;
+        if even(step, period) && even(time - self.first, all) {
             return Ok(());
         }
-        let message = format!(
-            "`t_s` is {shown}, {step:.6} s after the row before; expected a step of {period} s, the `period_s` of log.toml"
-        );
+        let read = if even(step, period) {
+            format!("{:.6} s a row since the first", (time - self.first) / f64::from(self.steps))
+        } else {
+            format!("{step:.6} s after the row before")
+        };
+        let message = format!("`t_s` is {shown}, {read}; expected a step of {period} s, the `period_s` of log.toml");
         let help = if (step / period / 1000.0 - 1.0).abs() < 0.1 {
             "The time looks like milliseconds; write seconds."
         } else {

@@ -3,8 +3,8 @@
 //! Five kinds of TOML file are read here, each with a `schema` line that says which: the robot, the welding process, the
 //! weld, the controllers' gains and the sensors. Every kind is read from a path (`read`) or from text (`parse`), and
 //! everything is checked, so that nothing later can fail for a bad file. Values come out in SI units and radians.
-//! A URDF becomes a robot file by [`import_urdf`]. Left out: logs, campaigns and models of them, which belong to
-//! measuring; they are known by name only, so that a file of theirs is not called unknown.
+//! A URDF becomes a robot file by [`import_urdf`]. Left out: logs and campaigns, which belong to measuring; they are
+//! known by name only, so that a file of theirs is not called unknown.
 
 pub mod control;
 pub mod document;
@@ -46,13 +46,11 @@ pub enum Kind {
     Log,
     /// `campaign/1`, a list of logs of one cell; read where measurements are.
     Campaign,
-    /// `model/1`, a cell with effects added to it; read where measurements are.
-    Model,
 }
 
 /// Every kind of input file.
-pub const KINDS: [Kind; 8] =
-    [Kind::Robot, Kind::Process, Kind::Weld, Kind::Control, Kind::Sensors, Kind::Log, Kind::Campaign, Kind::Model];
+pub const KINDS: [Kind; 7] =
+    [Kind::Robot, Kind::Process, Kind::Weld, Kind::Control, Kind::Sensors, Kind::Log, Kind::Campaign];
 
 impl Kind {
     /// The file's `schema`.
@@ -65,7 +63,6 @@ impl Kind {
             Self::Sensors => "sensors/1",
             Self::Log => "log/1",
             Self::Campaign => "campaign/1",
-            Self::Model => "model/1",
         }
     }
 
@@ -79,7 +76,6 @@ impl Kind {
             Self::Sensors => "sensors",
             Self::Log => "a log of measurements",
             Self::Campaign => "a campaign of logs",
-            Self::Model => "a model to compare with measurements",
         }
     }
 }
@@ -105,11 +101,8 @@ pub fn check(path: impl AsRef<Path>) -> Result<Kind, InputError> {
         Kind::Weld => Weld::parse(&text, &name).map(drop),
         Kind::Control => Control::parse(&text, &name).map(drop),
         Kind::Sensors => Sensors::parse(&text, &name).map(drop),
-        Kind::Log | Kind::Campaign | Kind::Model => {
-            let help = match kind {
-                Kind::Model => "`trueweld compare --model FILE LOG…` reads and checks it, beside the logs it is for.",
-                _ => "`trueweld compare FOLDER` reads and checks it with its samples; give it the folder.",
-            };
+        Kind::Log | Kind::Campaign => {
+            let help = "`trueweld compare FOLDER` reads and checks it with its samples; give it the folder.";
             Err(document.root().wrong("schema", "a kind of file that can be checked on its own", help))
         }
     }?;
