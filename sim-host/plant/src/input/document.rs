@@ -9,6 +9,7 @@ use super::error::{InputError, Source};
 use super::{KINDS, Kind};
 use nalgebra::Vector3;
 use std::ops::Range;
+use std::path::{Path, PathBuf};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
@@ -83,7 +84,8 @@ const UNITS: &[(&str, &str)] = &[
     ("_s", "s"),
 ];
 
-fn unit_of(key: &str) -> Option<&'static str> {
+/// The unit that a key or a column states by its ending, as messages write it.
+pub fn unit_of(key: &str) -> Option<&'static str> {
     UNITS.iter().find(|(suffix, _)| key.ends_with(suffix)).map(|(_, unit)| *unit)
 }
 
@@ -166,7 +168,8 @@ fn list_of_kinds() -> String {
     format!("The kinds of file are {}.", list.join(", "))
 }
 
-pub(crate) fn nearest<'k>(word: &str, candidates: impl IntoIterator<Item = &'k str>) -> Option<&'k str> {
+/// The candidate that a word resembles, if one does: what was probably meant.
+pub fn nearest<'k>(word: &str, candidates: impl IntoIterator<Item = &'k str>) -> Option<&'k str> {
     candidates
         .into_iter()
         .map(|c| (strsim::normalized_damerau_levenshtein(word, c), c))
@@ -382,6 +385,48 @@ impl<'d> Table<'d> {
         }
         let each = bounds.describe(unit);
         items.iter().enumerate().map(|(i, item)| value.entry(i, item).number(bounds, &each)).collect()
+    }
+
+    /// The texts of the list under a key, at least one.
+    ///
+    /// # Errors
+    /// Missing, not a list, empty, or an entry that is not text.
+    pub fn texts(&self, key: &str) -> Result<Vec<Text<'d>>, InputError> {
+        let expected = "a list of texts, at least one";
+        let help = || format!("Write it as `{key} = [\"first\", \"second\"]`.");
+        let value = self.value(key, expected)?;
+        let DeValue::Array(items) = value.value else { return Err(value.wrong(expected, help())) };
+        if items.is_empty() {
+            return Err(value.wrong(expected, help()));
+        }
+        let texts = items.iter().enumerate().map(|(i, item)| match item.get_ref() {
+            DeValue::String(text) => Ok(Text { text, span: item.span() }),
+            _ => Err(value.entry(i, item).wrong("text", help())),
+        });
+        texts.collect()
+    }
+
+    /// The path under a key, taken from `folder` where it is relative, of a file that exists.
+    ///
+    /// # Errors
+    /// Missing, not text, or no such file.
+    pub fn file(&self, key: &str, folder: &Path) -> Result<PathBuf, InputError> {
+        let path = folder.join(self.text(key)?.text);
+        if path.is_file() {
+            return Ok(path);
+        }
+        let help = format!("A path is taken from the folder of the file it stands in: here {}.", path.display());
+        Err(self.wrong(key, "the path of a file that exists", help))
+    }
+
+    /// True where the value of a key is a list.
+    pub fn is_list(&self, key: &str) -> bool {
+        self.table.get(key).is_some_and(|value| matches!(value.get_ref(), DeValue::Array(_)))
+    }
+
+    /// An error at a piece of text of this file.
+    pub fn error_at(&self, text: &Text<'_>, message: impl Into<String>, help: impl Into<String>) -> InputError {
+        self.source.error(text.span.clone(), message, "here", help)
     }
 
     /// An error at the value of a key: what was read there is not what was expected.

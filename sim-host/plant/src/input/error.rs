@@ -1,6 +1,6 @@
 //! The one error of the input layer: what was read, where, what was expected and what to do about it.
 
-use miette::{Diagnostic, LabeledSpan, NamedSource};
+use miette::{Diagnostic, LabeledSpan, MietteError, MietteSpanContents, SourceCode, SourceSpan, SpanContents};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -14,7 +14,7 @@ pub struct InputError {
     place: String,
     message: String,
     #[source_code]
-    text: Arc<NamedSource<String>>,
+    text: Arc<Excerpt>,
     #[label(collection)]
     labels: Vec<LabeledSpan>,
     #[help]
@@ -38,26 +38,63 @@ impl InputError {
     }
 }
 
+/// Text of a file, or a piece of it, and where in the file it begins.
+#[derive(Debug)]
+struct Excerpt {
+    name: String,
+    text: String,
+    /// Of the first character, from 0.
+    line: usize,
+    column: usize,
+}
+
+impl SourceCode for Excerpt {
+    fn read_span<'a>(
+        &'a self,
+        span: &SourceSpan,
+        lines_before: usize,
+        lines_after: usize,
+    ) -> Result<Box<dyn SpanContents<'a> + 'a>, MietteError> {
+        let read = self.text.read_span(span, lines_before, lines_after)?;
+        let column = read.column() + if read.line() == 0 { self.column } else { 0 };
+        Ok(Box::new(MietteSpanContents::new_named(
+            self.name.clone(),
+            read.data(),
+            *read.span(),
+            read.line() + self.line,
+            column,
+            read.line_count(),
+        )))
+    }
+}
+
 /// A file's text with the name it is shown under; makes the errors that point into it.
 #[derive(Debug, Clone)]
 pub struct Source {
-    text: Arc<NamedSource<String>>,
+    text: Arc<Excerpt>,
 }
 
 impl Source {
     /// Text read from `name` (a path, or what the reader should see instead of one).
     pub fn new(name: &str, text: &str) -> Self {
-        Self { text: Arc::new(NamedSource::new(name, text.to_owned())) }
+        Self::piece(name, 1, 1, text)
+    }
+
+    /// A piece of a file too large to be held, which begins at this line and column, both counted from 1. Byte
+    /// ranges count from the piece's start; errors name the place in the file.
+    pub fn piece(name: &str, line: usize, column: usize, text: &str) -> Self {
+        let (line, column) = (line.saturating_sub(1), column.saturating_sub(1));
+        Self { text: Arc::new(Excerpt { name: name.to_owned(), text: text.to_owned(), line, column }) }
     }
 
     /// The text.
     pub fn text(&self) -> &str {
-        self.text.inner()
+        &self.text.text
     }
 
     /// The name it is shown under.
     pub fn name(&self) -> &str {
-        self.text.name()
+        &self.text.name
     }
 
     /// An error at a byte range of the text. The label stays on the range's first line.
@@ -73,8 +110,10 @@ impl Source {
         let end = floor_char_boundary(text, span.end.max(start));
         let first_line = text[start..end].lines().next().unwrap_or_default().len();
         let before = &text[..start];
-        let line = before.matches('\n').count() + 1;
-        let column = before.chars().rev().take_while(|c| *c != '\n').count() + 1;
+        let lines = before.matches('\n').count();
+        let line = self.text.line + lines + 1;
+        let offset = if lines == 0 { self.text.column } else { 0 };
+        let column = offset + before.chars().rev().take_while(|c| *c != '\n').count() + 1;
         InputError {
             place: format!("{}:{line}:{column}", self.name()),
             message: message.into(),

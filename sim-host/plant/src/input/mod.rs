@@ -1,9 +1,10 @@
 //! Input files → checked values.
 //!
-//! Five kinds of TOML file, each with a `schema` line that says which: the robot, the welding process, the weld, the
-//! controllers' gains and the sensors. Every kind is read from a path (`read`) or from text (`parse`), and everything
-//! is checked here, so that nothing later can fail for a bad file. Values come out in SI units and radians.
-//! A URDF becomes a robot file by [`import_urdf`]. Left out: logs and campaigns, which belong to measuring.
+//! Five kinds of TOML file are read here, each with a `schema` line that says which: the robot, the welding process, the
+//! weld, the controllers' gains and the sensors. Every kind is read from a path (`read`) or from text (`parse`), and
+//! everything is checked, so that nothing later can fail for a bad file. Values come out in SI units and radians.
+//! A URDF becomes a robot file by [`import_urdf`]. Left out: logs and campaigns, which belong to measuring; they are
+//! known by name only, so that a file of theirs is not called unknown.
 
 pub mod control;
 pub mod document;
@@ -41,10 +42,15 @@ pub enum Kind {
     Control,
     /// `sensors/1`, read by [`Sensors`].
     Sensors,
+    /// `log/1`, a recorded log; read where measurements are.
+    Log,
+    /// `campaign/1`, a list of logs of one cell; read where measurements are.
+    Campaign,
 }
 
 /// Every kind of input file.
-pub const KINDS: [Kind; 5] = [Kind::Robot, Kind::Process, Kind::Weld, Kind::Control, Kind::Sensors];
+pub const KINDS: [Kind; 7] =
+    [Kind::Robot, Kind::Process, Kind::Weld, Kind::Control, Kind::Sensors, Kind::Log, Kind::Campaign];
 
 impl Kind {
     /// The file's `schema`.
@@ -55,6 +61,8 @@ impl Kind {
             Self::Weld => "weld/1",
             Self::Control => "control/1",
             Self::Sensors => "sensors/1",
+            Self::Log => "log/1",
+            Self::Campaign => "campaign/1",
         }
     }
 
@@ -66,6 +74,8 @@ impl Kind {
             Self::Weld => "a weld",
             Self::Control => "gains of the controllers",
             Self::Sensors => "sensors",
+            Self::Log => "a log of measurements",
+            Self::Campaign => "a campaign of logs",
         }
     }
 }
@@ -79,22 +89,31 @@ impl fmt::Display for Kind {
 /// Reads and checks an input file of any kind, and says which kind it is.
 ///
 /// # Errors
-/// Everything the reader of its kind refuses, or a `schema` that is none of [`KINDS`].
+/// Everything the reader of its kind refuses, a `schema` that is none of [`KINDS`], or one that is read where
+/// measurements are.
 pub fn check(path: impl AsRef<Path>) -> Result<Kind, InputError> {
     let (name, text) = read_text(path.as_ref())?;
-    let kind = Document::parse(&text, &name)?.kind()?;
+    let document = Document::parse(&text, &name)?;
+    let kind = document.kind()?;
     match kind {
         Kind::Robot => RobotFile::parse(&text, &name).map(drop),
         Kind::Process => Process::parse(&text, &name).map(drop),
         Kind::Weld => Weld::parse(&text, &name).map(drop),
         Kind::Control => Control::parse(&text, &name).map(drop),
         Kind::Sensors => Sensors::parse(&text, &name).map(drop),
+        Kind::Log | Kind::Campaign => {
+            let help = "`trueweld compare FOLDER` reads and checks it with its samples; give it the folder.";
+            Err(document.root().wrong("schema", "a kind of file that can be checked on its own", help))
+        }
     }?;
     Ok(kind)
 }
 
 /// The name to show and the text of a file.
-pub(crate) fn read_text(path: &Path) -> Result<(String, String), InputError> {
+///
+/// # Errors
+/// A file that cannot be read, or is not UTF-8 text.
+pub fn read_text(path: &Path) -> Result<(String, String), InputError> {
     let name = path.display().to_string();
     let bytes = std::fs::read(path).map_err(|error| {
         Source::new(&name, "")

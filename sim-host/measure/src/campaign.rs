@@ -1,0 +1,124 @@
+//! Campaigns: logs of one cell with the model that they are to be compared with.
+//!
+//! A campaign is a folder with `campaign.toml`. All its logs are of one robot; whether they fit the model is found
+//! out later.
+
+use crate::log::{LOG_FILE, Log, name_of};
+use std::path::{Path, PathBuf};
+use trueweld_plant::input::{Document, InputError, Kind, Source, read_text};
+
+/// Name of the file that lists a campaign's logs.
+pub const CAMPAIGN_FILE: &str = "campaign.toml";
+
+/// A campaign that was read and checked.
+#[derive(Debug, Clone)]
+pub struct Campaign {
+    /// Name of the folder.
+    pub name: String,
+    /// The model file; it exists, and is not read here.
+    pub model: PathBuf,
+    /// The logs, in the order of the file.
+    pub logs: Vec<Log>,
+}
+
+impl Campaign {
+    /// Reads the campaign in a folder with all its logs.
+    ///
+    /// # Errors
+    /// The first thing that does not fit, with file, line and column; logs that are not of one robot.
+    pub fn read(folder: impl AsRef<Path>) -> Result<Self, InputError> {
+        let folder = folder.as_ref();
+        let (name, text) = read_text(&folder.join(CAMPAIGN_FILE))?;
+        let document = Document::parse(&text, &name)?;
+        let root = document.root_of(Kind::Campaign.schema())?;
+        root.only(&["schema", "model", "logs"])?;
+        let model = root.file("model", folder)?;
+        let mut folders: Vec<(&str, PathBuf)> = Vec::new();
+        for entry in root.texts("logs")? {
+            let path = folder.join(entry.text);
+            if !path.join(LOG_FILE).is_file() {
+                let message = format!("{:?} is no log; expected a folder with {LOG_FILE} and samples.csv", entry.text);
+                let help = format!("Folders are taken from the campaign's: here {}.", path.display());
+                return Err(root.error_at(&entry, message, help));
+            }
+            if folders.iter().any(|(_, other)| same(other, &path)) {
+                let message = format!("{:?} is listed twice; expected each log once", entry.text);
+                return Err(root.error_at(&entry, message, "A log that counts twice would weigh twice."));
+            }
+            folders.push((entry.text, path));
+        }
+        let mut logs = Vec::with_capacity(folders.len());
+        for (listed, path) in folders {
+            logs.push(Log { name: listed.to_owned(), ..Log::read(path)? });
+        }
+        of_one_robot(&logs)?;
+        Ok(Self { name: name_of(folder), model, logs })
+    }
+}
+
+/// Reads logs from folders of logs and folders of campaigns, mixed as one likes; `log.toml` or `campaign.toml` itself
+/// stands for its folder. Also gives the model of the campaigns: none where there is no campaign among them, or
+/// where they name different ones.
+///
+/// # Errors
+/// Everything that [`Log::read`] and [`Campaign::read`] refuse; a folder that is neither; a log given twice; logs that
+/// are not of one robot.
+pub fn read_logs(paths: &[PathBuf]) -> Result<(Option<PathBuf>, Vec<Log>), InputError> {
+    let mut models: Vec<PathBuf> = Vec::new();
+    let mut logs: Vec<Log> = Vec::new();
+    for path in paths {
+        let folder = folder_of(path);
+        let read = if folder.join(CAMPAIGN_FILE).is_file() {
+            let campaign = Campaign::read(&folder)?;
+            models.push(campaign.model);
+            campaign.logs
+        } else if folder.join(LOG_FILE).is_file() {
+            vec![Log::read(&folder)?]
+        } else {
+            let found = match path.exists() {
+                true => format!("holds neither {LOG_FILE} nor {CAMPAIGN_FILE}"),
+                false => "does not exist".to_owned(),
+            };
+            let message = format!("{found}; expected the folder of a log or of a campaign");
+            let help =
+                format!("A log is a folder with {LOG_FILE} and samples.csv, a campaign one with {CAMPAIGN_FILE}.");
+            return Err(Source::new(&path.display().to_string(), "").error_of_file(message, help));
+        };
+        for log in read {
+            if logs.iter().any(|other| same(&other.path, &log.path)) {
+                let message = "this log is given twice; expected each log once";
+                let help = "A log that counts twice would weigh twice. Is it part of a campaign that is given too?";
+                return Err(Source::new(&log.path.display().to_string(), "").error_of_file(message, help));
+            }
+            logs.push(log);
+        }
+    }
+    of_one_robot(&logs)?;
+    let first = models.pop();
+    let model = first.filter(|model| models.iter().all(|other| same(other, model)));
+    Ok((model, logs))
+}
+
+fn folder_of(path: &Path) -> PathBuf {
+    let named = path.file_name().is_some_and(|name| name == LOG_FILE || name == CAMPAIGN_FILE);
+    match path.parent() {
+        Some(parent) if named && path.is_file() => {
+            if parent.as_os_str().is_empty() {
+                PathBuf::from(".")
+            } else {
+                parent.to_owned()
+            }
+        }
+        _ => path.to_owned(),
+    }
+}
+
+fn of_one_robot(logs: &[Log]) -> Result<(), InputError> {
+    let Some((first, others)) = logs.split_first() else { return Ok(()) };
+    others.iter().try_for_each(|log| log.must_be_of(&first.robot, &format!("the log `{}`", first.name)))
+}
+
+/// True where both paths lead to the same place.
+fn same(a: &Path, b: &Path) -> bool {
+    a == b || matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
+}

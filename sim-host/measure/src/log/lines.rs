@@ -1,0 +1,196 @@
+//! The lines of a table of samples, one in memory at a time, with the place of every field.
+//!
+//! Lines are cut here and fields by `csv-core`, so that a line's number is right whatever its ending, an open quote
+//! ends with its line, and an error has the line at hand although the file was never held.
+
+use csv_core::{ReadFieldResult, Reader, ReaderBuilder, Terminator};
+use std::io::{BufRead, BufReader, Read};
+use std::ops::Range;
+use trueweld_plant::input::{InputError, Source};
+
+/// No table of samples has a line longer than this, bytes; one line is all that is held.
+const LONGEST: u64 = 1 << 20;
+
+/// A line up to this length is shown whole in an error; of a longer one, what stands around the mistake.
+const SHOWN: usize = 160;
+
+pub(super) struct Lines<R> {
+    name: String,
+    input: BufReader<R>,
+    parser: Reader,
+    /// Of the current line, from 1; 0 before the first.
+    number: usize,
+    /// The current line with `\n` as its ending.
+    line: Vec<u8>,
+    /// Fields without quotes, one after the other, and each one's end.
+    values: Vec<u8>,
+    ends: Vec<usize>,
+    /// Where each field stands in the line, quotes included.
+    spans: Vec<Range<usize>>,
+    /// The file ended before this line did.
+    cut: bool,
+}
+
+impl<R: Read> Lines<R> {
+    /// Lines of a file that errors call `name`.
+    pub fn new(name: String, input: R) -> Self {
+        Self {
+            name,
+            input: BufReader::with_capacity(1 << 16, input),
+            parser: ReaderBuilder::new().terminator(Terminator::Any(b'\n')).build(),
+            number: 0,
+            line: Vec::new(),
+            values: Vec::new(),
+            ends: Vec::new(),
+            spans: Vec::new(),
+            cut: false,
+        }
+    }
+
+    /// Goes on to the next line that is not blank; false at the end of the file.
+    pub fn advance(&mut self) -> Result<bool, InputError> {
+        loop {
+            self.line.clear();
+            let read = (&mut self.input).take(LONGEST).read_until(b'\n', &mut self.line).map_err(|error| {
+                self.error_of_file(format!("cannot be read: {error}"), "Check the path and its permissions.")
+            })?;
+            if read == 0 {
+                return Ok(false);
+            }
+            self.number += 1;
+            self.trim_ending(read as u64)?;
+            if !self.line.trim_ascii().is_empty() {
+                self.split();
+                return Ok(true);
+            }
+        }
+    }
+
+    /// Leaves `\n` as the only ending, and no byte order mark.
+    fn trim_ending(&mut self, read: u64) -> Result<(), InputError> {
+        self.cut = self.line.pop_if(|byte| *byte == b'\n').is_none();
+        self.line.pop_if(|byte| *byte == b'\r');
+        if self.number == 1 {
+            if self.line.starts_with(b"\xff\xfe") || self.line.starts_with(b"\xfe\xff") {
+                let message = "this file is UTF-16; expected UTF-8";
+                return Err(self.error(0..2, message, "UTF-16", "Save it as UTF-8 text."));
+            }
+            if self.line.starts_with(b"\xef\xbb\xbf") {
+                self.line.drain(..3);
+            }
+        }
+        if let Some(at) = self.line.iter().position(|byte| *byte == b'\r') {
+            let message = "a carriage return alone ends the line here; expected LF or CR LF";
+            return Err(self.error(at..at, message, "CR", "Save the file with line feeds (LF)."));
+        }
+        if self.cut && read == LONGEST {
+            let message = format!("the line is longer than {LONGEST} bytes; expected a table of samples");
+            return Err(self.error(0..1, message, "here", "Is this a text file with one row of samples a line?"));
+        }
+        self.line.push(b'\n');
+        Ok(())
+    }
+
+    fn split(&mut self) {
+        self.parser.reset();
+        self.ends.clear();
+        self.spans.clear();
+        // Values are never longer than what they are read from.
+        self.values.resize(self.line.len() + 1, 0);
+        let (mut start, mut read, mut written) = (0, 0, 0);
+        loop {
+            let (result, taken, put) = self.parser.read_field(&self.line[read..], &mut self.values[written..]);
+            read += taken;
+            written += put;
+            match result {
+                // An open quote runs past the line's ending: called again on nothing, the parser closes the field.
+                ReadFieldResult::InputEmpty => {}
+                ReadFieldResult::OutputFull | ReadFieldResult::End => break,
+                ReadFieldResult::Field { record_end } => {
+                    // Without the separator or the line's ending.
+                    self.spans.push(start..read.saturating_sub(1).max(start));
+                    self.ends.push(written);
+                    start = read;
+                    if record_end {
+                        break;
+                    }
+                }
+            }
+        }
+    }
+
+    /// Number of fields in the line.
+    pub fn width(&self) -> usize {
+        self.ends.len()
+    }
+
+    /// A field without quotes and the blanks around it; empty past the last one.
+    pub fn field(&self, index: usize) -> &[u8] {
+        let Some(end) = self.ends.get(index) else { return &[] };
+        let start = if index == 0 { 0 } else { self.ends[index - 1] };
+        self.values[start..*end].trim_ascii()
+    }
+
+    /// A field as an error shows it: on one line, and cut where it is long.
+    pub fn shown(&self, index: usize) -> String {
+        let text = String::from_utf8_lossy(self.field(index)).into_owned();
+        let short: String = text.chars().take(40).collect();
+        let dots = if short.len() < text.len() { " …" } else { "" };
+        format!("`{}{dots}`", short.escape_debug())
+    }
+
+    /// The line without its ending.
+    pub fn line(&self) -> &[u8] {
+        self.line.strip_suffix(b"\n").unwrap_or(&self.line)
+    }
+
+    /// True where the file ends within this line.
+    pub fn cut(&self) -> bool {
+        self.cut
+    }
+
+    /// An error at a field; past the last one, at the line's end.
+    pub fn error_at(
+        &self,
+        index: usize,
+        message: impl Into<String>,
+        label: impl Into<String>,
+        help: impl Into<String>,
+    ) -> InputError {
+        let end = self.line().len();
+        self.error(self.spans.get(index).cloned().unwrap_or(end..end), message, label, help)
+    }
+
+    /// An error at bytes of the line.
+    pub fn error(
+        &self,
+        at: Range<usize>,
+        message: impl Into<String>,
+        label: impl Into<String>,
+        help: impl Into<String>,
+    ) -> InputError {
+        let line = self.line();
+        let at = at.start.min(line.len())..at.end.min(line.len());
+        let window = if line.len() <= SHOWN {
+            0..line.len()
+        } else {
+            boundary(line, at.start.saturating_sub(SHOWN / 2))..boundary(line, (at.end + SHOWN / 2).min(line.len()))
+        };
+        let text = |range: Range<usize>| String::from_utf8_lossy(&line[range]).into_owned();
+        let column = text(0..window.start).chars().count() + 1;
+        let (before, marked) = (text(window.start..at.start), text(at.clone()));
+        let span = before.len()..before.len() + marked.len();
+        let piece = before + &marked + &text(at.end..window.end.max(at.end));
+        Source::piece(&self.name, self.number, column, &piece).error(span, message, label, help)
+    }
+
+    /// An error of the file as a whole.
+    pub fn error_of_file(&self, message: impl Into<String>, help: impl Into<String>) -> InputError {
+        Source::new(&self.name, "").error_of_file(message, help)
+    }
+}
+
+/// The start of the UTF-8 character that this byte belongs to.
+fn boundary(line: &[u8], at: usize) -> usize {
+    (at.saturating_sub(3)..=at).rev().find(|i| line.get(*i).is_none_or(|b| b & 0xc0 != 0x80)).unwrap_or(at)
+}

@@ -1,0 +1,312 @@
+//! A recorded log: a folder with `log.toml`, which says what was done, and `samples.csv`, what was measured.
+//!
+//! A log that was read is complete and plausible: every required column is there, every number parsed, the time
+//! rises, and no channel is in another unit than its name says. Rows are read as a stream; what is held is the
+//! columns. Left out: resampling, filtering, and filling in of missing values, which are up to the prediction.
+
+mod columns;
+mod lines;
+mod samples;
+
+pub use samples::{Payload, Samples};
+
+use columns::{Header, at};
+use lines::Lines;
+use nalgebra::Vector3;
+use samples::Expected;
+use std::fmt;
+use std::fs::File;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use trueweld_core::JOINTS;
+use trueweld_plant::input::document::nearest;
+use trueweld_plant::input::{Bounds, Document, InputError, Kind, Process, RobotFile, Source, Table, Weld, read_text};
+
+/// Name of the file that says what a log is.
+pub const LOG_FILE: &str = "log.toml";
+
+/// Name of the file with the rows.
+pub const SAMPLES_FILE: &str = "samples.csv";
+
+/// What was done while a log was recorded.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum LogKind {
+    /// Rows at rest, in the order in which loads went up and down.
+    StaticLoad,
+    /// A joint stopped abruptly by its brake.
+    RingDown,
+    /// Motion without contact.
+    FreeMotion,
+    /// A weld.
+    Weld,
+}
+
+impl LogKind {
+    /// Every kind of log.
+    pub const ALL: [Self; 4] = [Self::StaticLoad, Self::RingDown, Self::FreeMotion, Self::Weld];
+
+    /// The name in `log.toml` and in results.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::StaticLoad => "static-load",
+            Self::RingDown => "ring-down",
+            Self::FreeMotion => "free-motion",
+            Self::Weld => "weld",
+        }
+    }
+
+    /// First columns of the channels that the model predicts in this kind of log.
+    fn predicted(self) -> &'static [usize] {
+        const TORQUE: usize = at::MOTOR_TORQUE;
+        const LINK: usize = at::LINK_ENCODER;
+        match self {
+            Self::StaticLoad => &[at::POSITION, at::ROTATION],
+            Self::RingDown => &[at::POSITION],
+            Self::FreeMotion => &[
+                at::POSITION,
+                at::ROTATION,
+                TORQUE,
+                TORQUE + 1,
+                TORQUE + 2,
+                TORQUE + 3,
+                TORQUE + 4,
+                TORQUE + 5,
+                LINK,
+                LINK + 1,
+                LINK + 2,
+                LINK + 3,
+                LINK + 4,
+                LINK + 5,
+            ],
+            Self::Weld => &[at::POSITION, at::ROTATION, at::FORCE, at::MOMENT],
+        }
+    }
+
+    /// Number of known columns that this kind of log may have; those of the payload come last.
+    fn columns(self) -> usize {
+        if self == Self::StaticLoad { columns::COUNT } else { at::PAYLOAD }
+    }
+}
+
+impl fmt::Display for LogKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// Noise as the instruments' makers state it: one standard deviation a column. `None`: not stated.
+///
+/// Of joints' channels of which only some joints have a column, an entry that was given for those columns alone is NaN for
+/// the other joints.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Noise {
+    /// Tracker position, m.
+    pub position: Option<[f64; 3]>,
+    /// Tracker rotation, rad.
+    pub rotation: Option<[f64; 3]>,
+    /// Encoders, rad.
+    pub encoder: Option<[f64; JOINTS]>,
+    /// Measured force, N.
+    pub force: Option<[f64; 3]>,
+    /// Measured moment, N·m.
+    pub moment: Option<[f64; 3]>,
+    /// Motor torque, N·m.
+    pub motor_torque: Option<[f64; JOINTS]>,
+    /// Encoders on the link side, rad.
+    pub link_encoder: Option<[f64; JOINTS]>,
+}
+
+impl Noise {
+    fn read(table: &Table<'_>, header: &Header) -> Result<Self, InputError> {
+        table.only(&[
+            "tcp_position_m",
+            "tcp_rotation_rad",
+            "encoder_rad",
+            "force_n",
+            "moment_nm",
+            "motor_torque_nm",
+            "link_encoder_rad",
+        ])?;
+        // Larger ones are in another unit: no instrument of a cell is that poor.
+        Ok(Self {
+            position: deviation(table, "tcp_position_m", 0.1, header.which(at::POSITION))?,
+            rotation: deviation(table, "tcp_rotation_rad", 0.5, header.which(at::ROTATION))?,
+            encoder: deviation(table, "encoder_rad", 0.1, header.which(at::ENCODER))?,
+            force: deviation(table, "force_n", 1e5, header.which(at::FORCE))?,
+            moment: deviation(table, "moment_nm", 1e5, header.which(at::MOMENT))?,
+            motor_torque: deviation(table, "motor_torque_nm", 1e5, header.which(at::MOTOR_TORQUE))?,
+            link_encoder: deviation(table, "link_encoder_rad", 0.1, header.which(at::LINK_ENCODER))?,
+        })
+    }
+}
+
+/// One standard deviation for all columns, or one a column that the log has.
+fn deviation<const N: usize>(
+    table: &Table<'_>,
+    key: &str,
+    most: f64,
+    there: [bool; N],
+) -> Result<Option<[f64; N]>, InputError> {
+    let bounds = Bounds::PositiveUpTo(most);
+    if !table.has(key) {
+        return Ok(None);
+    }
+    if !table.is_list(key) {
+        return Ok(Some([table.number(key, bounds)?; N]));
+    }
+    let list = table.list(key, N, bounds)?;
+    if let Ok(all) = <[f64; N]>::try_from(list.as_slice()) {
+        return Ok(Some(all));
+    }
+    let columns = there.iter().filter(|there| **there).count();
+    if list.is_empty() || list.len() != columns {
+        let or =
+            if (1..N).contains(&columns) { format!(", or {columns}, as many as this log has") } else { String::new() };
+        let expected = format!("one number, or a list of {N}, one a column{or}");
+        return Err(table.wrong(key, &expected, "Leave the key out where the noise is not known."));
+    }
+    let mut stated = list.into_iter();
+    Ok(Some(there.map(|there| if there { stated.next().unwrap_or(f64::NAN) } else { f64::NAN })))
+}
+
+/// A log that was read and checked.
+#[derive(Debug, Clone)]
+pub struct Log {
+    /// The folder.
+    pub path: PathBuf,
+    /// Name of the folder; in a campaign, as the campaign lists it.
+    pub name: String,
+    /// What was done.
+    pub kind: LogKind,
+    /// The robot it was recorded on.
+    pub robot: RobotFile,
+    /// The weld that was made; every weld log has one.
+    pub weld: Option<Weld>,
+    /// The process that was expected; every weld log has one.
+    pub process: Option<Process>,
+    /// Sampling period where sampling is even, s. Each step of the time, and their mean, keep it within 1 % and what
+    /// rounding of the written times makes.
+    pub period: Option<f64>,
+    /// Noise as stated.
+    pub noise: Noise,
+    /// The rows.
+    pub samples: Samples,
+    /// What a person should know although nothing is wrong: columns that were left out.
+    pub notices: Vec<String>,
+    /// Text of `log.toml`, for errors that point into it.
+    pub source: Source,
+}
+
+impl Log {
+    /// Reads the log in a folder, with the robot, weld and process that it names.
+    ///
+    /// # Errors
+    /// The first thing that does not fit, with file, line and column.
+    pub fn read(folder: impl AsRef<Path>) -> Result<Self, InputError> {
+        let folder = folder.as_ref();
+        let (_, text) = read_text(&folder.join(LOG_FILE))?;
+        let samples = folder.join(SAMPLES_FILE);
+        let file = File::open(&samples).map_err(|error| {
+            let help = format!("A log is a folder with {LOG_FILE} and {SAMPLES_FILE}.");
+            let message = format!("cannot be read: {error}; expected the rows of the log");
+            Source::new(&samples.display().to_string(), "").error_of_file(message, help)
+        })?;
+        Self::parse(&text, file, folder)
+    }
+
+    /// Reads a log from the text of its `log.toml` and its rows; `folder` is where its paths start and what errors
+    /// name.
+    ///
+    /// # Errors
+    /// As [`Log::read`].
+    pub fn parse(text: &str, samples: impl Read, folder: &Path) -> Result<Self, InputError> {
+        let file = folder.join(LOG_FILE).display().to_string();
+        let document = Document::parse(text, &file)?;
+        let root = document.root_of(Kind::Log.schema())?;
+        root.only(&["schema", "kind", "robot", "weld", "process", "period_s", "noise"])?;
+        let kind = kind(&root)?;
+        let robot = RobotFile::read(root.file("robot", folder)?)?;
+        let wanted = |key: &str| kind == LogKind::Weld || root.has(key);
+        let weld = if wanted("weld") { Some(Weld::read(root.file("weld", folder)?)?) } else { None };
+        let process = if wanted("process") { Some(Process::read(root.file("process", folder)?)?) } else { None };
+        let period = root.has("period_s").then(|| root.number("period_s", Bounds::Positive)).transpose()?;
+
+        let mut lines = Lines::new(folder.join(SAMPLES_FILE).display().to_string(), samples);
+        let header = Header::read(&mut lines, kind)?;
+        // Before the rows, of which there may be a gigabyte.
+        let noise = if root.has("noise") { Noise::read(&root.table("noise")?, &header)? } else { Noise::default() };
+        let mut notices = header.notices(kind);
+        let samples = Expected { kind, robot: &robot, period }.read(&mut lines, &header, &mut notices)?;
+        Ok(Self {
+            path: folder.to_owned(),
+            name: name_of(folder),
+            kind,
+            robot,
+            weld,
+            process,
+            period,
+            noise,
+            samples,
+            notices,
+            source: Source::new(&file, text),
+        })
+    }
+
+    /// Checks that the log was recorded on this robot: same name, same joints, same geometry up to the tool centre
+    /// point. Masses, elasticity and friction may differ. `whose` says in the error what the robot belongs to.
+    ///
+    /// # Errors
+    /// A log of another robot, at the `robot` of its `log.toml`, with the first difference.
+    pub fn must_be_of(&self, robot: &RobotFile, whose: &str) -> Result<(), InputError> {
+        let Some(difference) = difference(&self.robot, robot) else { return Ok(()) };
+        let expected = format!("the robot of {whose}; this is a log of another robot: {difference}");
+        let help = "Compare logs with a model of the robot that they were recorded on.";
+        match Document::parse(self.source.text(), self.source.name()) {
+            Ok(document) => Err(document.root().wrong("robot", &expected, help)),
+            Err(error) => Err(error),
+        }
+    }
+}
+
+fn kind(root: &Table<'_>) -> Result<LogKind, InputError> {
+    let text = root.text("kind")?.text;
+    LogKind::ALL.into_iter().find(|kind| kind.name() == text).ok_or_else(|| {
+        let names = LogKind::ALL.map(LogKind::name);
+        let help = match nearest(text, names) {
+            Some(near) => format!("Did you mean \"{near}\"?"),
+            None => "It says what was done while the log was recorded.".to_owned(),
+        };
+        root.wrong("kind", &format!("one of {}", names.map(|name| format!("\"{name}\"")).join(", ")), help)
+    })
+}
+
+/// The last part of a folder's path, however the path is written.
+pub(crate) fn name_of(folder: &Path) -> String {
+    let last = |path: &Path| path.file_name().map(|name| name.to_string_lossy().into_owned());
+    last(folder).or_else(|| last(&folder.canonicalize().ok()?)).unwrap_or_else(|| folder.display().to_string())
+}
+
+/// The first thing in which two robots differ that no calibration changes.
+fn difference(read: &RobotFile, expected: &RobotFile) -> Option<String> {
+    // Positions to a micrometre, directions to a microradian: below what a file of the same robot may be rounded to.
+    let apart = |a: &Vector3<f64>, b: &Vector3<f64>| (a - b).norm() > 1e-6;
+    if read.name != expected.name {
+        return Some(format!("{:?} instead of {:?}", read.name, expected.name));
+    }
+    for (a, b) in read.joint_names.iter().zip(&expected.joint_names) {
+        if a != b {
+            return Some(format!("joint {a:?} instead of {b:?}"));
+        }
+    }
+    let joints = read.parameters.joints.iter().zip(&expected.parameters.joints);
+    for ((a, b), name) in joints.zip(&read.joint_names) {
+        if apart(&a.origin, &b.origin) || apart(&a.axis, &b.axis) {
+            return Some(format!("{name} has another origin or axis"));
+        }
+    }
+    let (a, b) = (&read.parameters.tool, &expected.parameters.tool);
+    let tool = apart(&(a.flange_offset + a.tcp_from_flange), &(b.flange_offset + b.tcp_from_flange))
+        || apart(&a.z_axis, &b.z_axis)
+        || apart(&a.y_axis, &b.y_axis);
+    tool.then(|| "the tool centre point or the tool's axes lie elsewhere".to_owned())
+}
