@@ -194,7 +194,9 @@ pub fn adaptive(bands: &[f64], period: f64, deviation: f64, series: &[f64]) -> V
     // A window that reaches over a sample where only a wider band will do would carry it here.
     let wanted = taken.clone();
     for k in 0..n {
-        if wanted[k] + 1 < bands.len() && (k == 0 || k + 1 == n || wanted[k - 1] != wanted[k] || wanted[k + 1] != wanted[k]) {
+        if wanted[k] + 1 < bands.len()
+            && (k == 0 || k + 1 == n || wanted[k - 1] != wanted[k] || wanted[k + 1] != wanted[k])
+        {
             let reach = filters[wanted[k] + 1].half();
             for j in k.saturating_sub(reach)..(k + reach + 1).min(n) {
                 taken[j] = taken[j].min(wanted[k]);

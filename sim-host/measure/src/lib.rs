@@ -1,4 +1,7 @@
-//! Measured data as the judge of the model: what was recorded, read and checked.
+//! Measurements judge the model: logs, comparison, diagnosis of missing effects, improvement.
 
+pub mod band;
 pub mod campaign;
 pub mod log;
+pub mod noise;
+pub mod predict;

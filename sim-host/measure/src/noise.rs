@@ -129,8 +129,7 @@ pub fn floor(series: &[f64]) -> Option<f64> {
         return None;
     }
     let n = SECTION.min(series.len());
-    let window: Vec<f64> =
-        (0..n).map(|k| (std::f64::consts::PI * (k as f64 + 0.5) / n as f64).sin().powi(4)).collect();
+    let window: Vec<f64> = (0..n).map(|k| (std::f64::consts::PI * (k as f64 + 0.5) / n as f64).sin().powi(4)).collect();
     let power: f64 = window.iter().map(|w| w * w).sum();
     let transform = RealFftPlanner::<f64>::new().plan_fft_forward(n);
     let mut sections = Vec::new();

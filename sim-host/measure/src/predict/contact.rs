@@ -6,7 +6,10 @@
 //! proportion to the depth force, which the sensor knows far better than the depth gives it: they are predicted for the depth
 //! force that was measured.
 
-use super::{Compared, Model, PredictError, Quantity, filled, filled_vectors, known, mean_abs, period, pose_behind, spindle_angle, wrench_behind};
+use super::{
+    Compared, Model, PredictError, Quantity, filled, filled_vectors, known, mean_abs, period, pose_behind,
+    spindle_angle, wrench_behind,
+};
 use crate::band::{LowPass, interpolate};
 use crate::log::Log;
 use crate::noise::Instruments;
@@ -165,7 +168,11 @@ impl Contact {
         let raw: Vec<Vector3<f64>> = (0..n)
             .map(|k| {
                 let at = |i: usize| {
-                    if late == 0.0 { self.position[i][k] } else { interpolate(&self.position[i], k as f64 + late / self.period) }
+                    if late == 0.0 {
+                        self.position[i][k]
+                    } else {
+                        interpolate(&self.position[i], k as f64 + late / self.period)
+                    }
                 };
                 let mut pose = Pose { position: Vector3::new(at(0), at(1), at(2)), rotation: self.rotation[k] };
                 if let Some(robot) = robot {
@@ -224,7 +231,8 @@ impl Contact {
         let force = known(&noise.force, log, "the force sensor")?;
         let tracker = known(&noise.position, log, "the tracker's position")?;
         let tracker = (tracker.iter().map(|l| l.deviation.powi(2)).sum::<f64>() / 3.0).sqrt();
-        let spreads: Vec<Spread> = self.rows.iter().map(|row| self.spread(model, *row, tracker, force[2].deviation)).collect();
+        let spreads: Vec<Spread> =
+            self.rows.iter().map(|row| self.spread(model, *row, tracker, force[2].deviation)).collect();
         let measured = [0, 1, 2].map(|c| self.force.iter().map(|f| f[c]).collect::<Vec<f64>>());
         let turned = |spread: &Vector3<f64>, row: usize, c: usize| {
             let turn = self.seam.b_from_w.rotation.tr_mul(&self.rotation[row]);

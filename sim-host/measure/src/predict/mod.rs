@@ -135,7 +135,9 @@ pub enum PredictError {
         what: &'static str,
     },
     /// Noise neither stated nor to be estimated.
-    #[error("{log}: the noise of {what} is neither stated nor can it be read off any log of the campaign; add it to [noise] in log.toml")]
+    #[error(
+        "{log}: the noise of {what} is neither stated nor can it be read off any log of the campaign; add it to [noise] in log.toml"
+    )]
     Noise {
         /// The log.
         log: String,
@@ -232,9 +234,7 @@ impl Experiment {
         if let Some(moving) = &self.moving {
             let motion = match motion {
                 Some(motion) => motion.clone(),
-                None => Arc::new(
-                    moving.motion(&robot).map_err(|_| PredictError::Diverged { log: self.name.clone() })?,
-                ),
+                None => Arc::new(moving.motion(&robot).map_err(|_| PredictError::Diverged { log: self.name.clone() })?),
             };
             moving.residual(&robot, &motion, &mut residual);
             found = Some(motion);

@@ -103,8 +103,7 @@ impl Moving {
         let pose_rows: Vec<usize> = (skipped..n.saturating_sub(skipped)).collect();
         let band = LowPass::new(TORQUE_BAND.min(0.2 / period), period);
         let every = ((0.5 / (1.25 * TORQUE_BAND.min(0.2 / period) * period)).floor() as usize).max(1);
-        let torque_rows: Vec<usize> =
-            (band.half()..n.saturating_sub(band.half())).step_by(every).collect();
+        let torque_rows: Vec<usize> = (band.half()..n.saturating_sub(band.half())).step_by(every).collect();
 
         let moving = Self {
             period,
@@ -251,7 +250,8 @@ impl Moving {
                     let motor = noise / Complex::new(pass.max(1e-3), 0.0);
                     let torque = (rotor * motor + spring * (noise - link)) * band;
                     for i in 0..6 {
-                        let power = |m: &SMatrix<Complex<f64>, 6, 6>| m.row(i).iter().map(|z| z.norm_sqr()).sum::<f64>();
+                        let power =
+                            |m: &SMatrix<Complex<f64>, 6, 6>| m.row(i).iter().map(|z| z.norm_sqr()).sum::<f64>();
                         sum.0[i] += power(&link);
                         sum.1[i] += power(&tool);
                         sum.2[i] += power(&torque);

@@ -1,6 +1,7 @@
 //! Loads at rest, and a weld's pose below the spindle's frequency: the links stand under their load at every instant.
 
-use super::{Compared, Model, Motion, PredictError, Quantity, filled_vectors, known, mean_abs, period, seen, spindle_angle,
+use super::{
+    Compared, Model, Motion, PredictError, Quantity, filled_vectors, known, mean_abs, period, seen, spindle_angle,
     wrench_behind,
 };
 use crate::band::{LowPass, comb};
@@ -165,7 +166,8 @@ impl Standing {
                 let jacobian = frames.jacobian();
                 let compliance = model.robot.cartesian_compliance(&jacobian);
                 let turn = frames.tcp.rotation;
-                let (c_moment, c_force) = (compliance.fixed_columns::<3>(0) * turn, compliance.fixed_columns::<3>(3) * turn);
+                let (c_moment, c_force) =
+                    (compliance.fixed_columns::<3>(0) * turn, compliance.fixed_columns::<3>(3) * turn);
                 let variance = |row: usize| {
                     let e: f64 = (0..6).map(|i| (jacobian.0[(row, i)] * encoder[i].deviation).powi(2)).sum();
                     let w: f64 = (0..3)
@@ -177,22 +179,23 @@ impl Standing {
                 [variance(3), variance(4), variance(5), rotation, rotation, rotation]
             })
             .collect();
-        let mut list = |quantity, levels: &[Option<Level>; 3], what, offset: usize, measured: &dyn Fn(usize, usize) -> f64| {
-            let level = known(levels, log, what)?;
-            for (k, &row) in self.rows.iter().enumerate() {
-                for c in 0..3 {
-                    compared.push(Compared {
-                        quantity,
-                        component: c as u8,
-                        row,
-                        measured: measured(k, c),
-                        deviation: ((level[c].deviation.powi(2) + through[k][offset + c]) * gain).sqrt(),
-                        stated: level[c].stated,
-                    });
+        let mut list =
+            |quantity, levels: &[Option<Level>; 3], what, offset: usize, measured: &dyn Fn(usize, usize) -> f64| {
+                let level = known(levels, log, what)?;
+                for (k, &row) in self.rows.iter().enumerate() {
+                    for c in 0..3 {
+                        compared.push(Compared {
+                            quantity,
+                            component: c as u8,
+                            row,
+                            measured: measured(k, c),
+                            deviation: ((level[c].deviation.powi(2) + through[k][offset + c]) * gain).sqrt(),
+                            stated: level[c].stated,
+                        });
+                    }
                 }
-            }
-            Ok::<_, PredictError>(())
-        };
+                Ok::<_, PredictError>(())
+            };
         if let Some(position) = &self.position {
             list(Quantity::Position, &noise.position, "the tracker's position", 0, &|k, c| position[k][c])?;
         }
