@@ -1,7 +1,10 @@
 //! Measurements judge the model: logs, comparison, diagnosis of missing effects, improvement.
 
 pub mod band;
+pub mod calibrate;
 pub mod campaign;
+pub mod diagnose;
+pub mod fit;
 pub mod log;
 pub mod noise;
 pub mod predict;
