@@ -36,6 +36,7 @@ fn parse(text: &str, name: &str) -> Result<(), InputError> {
         Kind::Weld => Weld::parse(text, name).map(drop),
         Kind::Control => Control::parse(text, name).map(drop),
         Kind::Sensors => Sensors::parse(text, name).map(drop),
+        Kind::Model => ModelFile::parse(text, name.as_ref()).map(drop),
     }
 }
 

@@ -1,13 +1,15 @@
 //! Input files → checked values.
 //!
-//! Five kinds of TOML file, each with a `schema` line that says which: the robot, the welding process, the weld, the
-//! controllers' gains and the sensors. Every kind is read from a path (`read`) or from text (`parse`), and everything
-//! is checked here, so that nothing later can fail for a bad file. Values come out in SI units and radians.
-//! A URDF becomes a robot file by [`import_urdf`]. Left out: logs and campaigns, which belong to measuring.
+//! Six kinds of TOML file, each with a `schema` line that says which: the robot, the welding process, the weld, the
+//! controllers' gains, the sensors, and the model, which names a robot and a process and lists the effects they have.
+//! Every kind is read from a path (`read`) or from text (`parse`), and everything is checked here, so that nothing later
+//! can fail for a bad file. Values come out in SI units and radians. A URDF becomes a robot file by [`import_urdf`].
+//! Left out: logs and campaigns, which belong to measuring.
 
 pub mod control;
 pub mod document;
 pub mod error;
+pub mod model;
 pub mod process;
 pub mod robot;
 pub mod sensors;
@@ -16,8 +18,10 @@ pub mod weld;
 pub mod write;
 
 pub use control::{CascadeGains, CompensationLimits, Control, ParallelGains};
+pub(crate) use document::nearest;
 pub use document::{Bounds, Document, FILL_IN, Table};
 pub use error::{InputError, Source};
+pub use model::{Comments, EffectComments, ModelEffect, ModelFile, Scope};
 pub use process::{Process, Ripple};
 pub use robot::RobotFile;
 pub use sensors::{ForceSensor, Sensors};
@@ -41,10 +45,12 @@ pub enum Kind {
     Control,
     /// `sensors/1`, read by [`Sensors`].
     Sensors,
+    /// `model/1`, read by [`ModelFile`].
+    Model,
 }
 
 /// Every kind of input file.
-pub const KINDS: [Kind; 5] = [Kind::Robot, Kind::Process, Kind::Weld, Kind::Control, Kind::Sensors];
+pub const KINDS: [Kind; 6] = [Kind::Robot, Kind::Process, Kind::Weld, Kind::Control, Kind::Sensors, Kind::Model];
 
 impl Kind {
     /// The file's `schema`.
@@ -55,6 +61,7 @@ impl Kind {
             Self::Weld => "weld/1",
             Self::Control => "control/1",
             Self::Sensors => "sensors/1",
+            Self::Model => "model/1",
         }
     }
 
@@ -66,6 +73,7 @@ impl Kind {
             Self::Weld => "a weld",
             Self::Control => "gains of the controllers",
             Self::Sensors => "sensors",
+            Self::Model => "a model of the cell",
         }
     }
 }
@@ -89,6 +97,7 @@ pub fn check(path: impl AsRef<Path>) -> Result<Kind, InputError> {
         Kind::Weld => Weld::parse(&text, &name).map(drop),
         Kind::Control => Control::parse(&text, &name).map(drop),
         Kind::Sensors => Sensors::parse(&text, &name).map(drop),
+        Kind::Model => ModelFile::parse(&text, path.as_ref()).map(drop),
     }?;
     Ok(kind)
 }
