@@ -247,6 +247,18 @@ fn every_port_takes_every_one_of_its_variables() {
 }
 
 #[test]
+fn the_guide_names_every_port_and_variable() {
+    let guide = include_str!("../../../docs/your-own-effect.md");
+    for port in PORTS {
+        for name in port.variables.iter().map(|v| v.name).chain([port.name]) {
+            let numbered = name.trim_end_matches(|c: char| c.is_ascii_digit());
+            let said = guide.contains(&format!("`{name}`")) || (name.starts_with("encoder_") && guide.contains(numbered));
+            assert!(said, "{name} at {}", port.name);
+        }
+    }
+}
+
+#[test]
 fn arithmetic_is_read_as_in_print() {
     let x = 0.7_f64;
     for (text, value) in [
