@@ -252,7 +252,8 @@ fn the_guide_names_every_port_and_variable() {
     for port in PORTS {
         for name in port.variables.iter().map(|v| v.name).chain([port.name]) {
             let numbered = name.trim_end_matches(|c: char| c.is_ascii_digit());
-            let said = guide.contains(&format!("`{name}`")) || (name.starts_with("encoder_") && guide.contains(numbered));
+            let said =
+                guide.contains(&format!("`{name}`")) || (name.starts_with("encoder_") && guide.contains(numbered));
             assert!(said, "{name} at {}", port.name);
         }
     }
