@@ -6,13 +6,13 @@ use trueweld_core::spatial::{rotation_from_vector, rotation_vector};
 use trueweld_core::{JointVector, Wrench};
 use trueweld_plant::cell::Cell;
 use trueweld_plant::effects::TABLE;
-use trueweld_plant::input::Weld;
+use trueweld_plant::input::{ModelFile, Weld};
 use trueweld_plant::integrate::rest;
 use trueweld_plant::process::reaction;
 use trueweld_plant::robot::{Channel, Drives, Readings};
-use trueweld_plant::simulate::{Controller, Law, Program, Row, Seam};
-use trueweld_tests::KR500;
+use trueweld_plant::simulate::{Controller, Law, Program, Row, RunError, Seam, run};
 use trueweld_tests::cell::Fixtures;
+use trueweld_tests::{KR500, fixture};
 
 /// One of each, at a joint where it matters in the first weld, of a size that a laboratory would look for.
 const ONE_OF_EACH: [&str; 31] = [
@@ -340,4 +340,138 @@ fn a_coupled_wrist_is_still_taught_on_its_line() {
     let back = rest::under_wrench(&cell, &motor, &Wrench::zero()).expect("rest");
     assert!((back - link).amax() < 1e-9, "{}", back - link);
     assert!((motor[5] - link[5]).abs() > 0.1);
+}
+
+/// The cell with effects of the user's own, each `at|port|expression`, without parameters.
+fn own(fixtures: &Fixtures, effects: &[&str]) -> Cell {
+    let mut text = "schema = \"model/1\"\nrobot = \"../robots/kr500-mt.toml\"\n".to_owned();
+    for effect in effects {
+        let mut parts = effect.splitn(3, '|');
+        let mut part = || parts.next().expect("three parts");
+        text += "[[effect]]\nid = \"own\"\n";
+        let at = part();
+        if !at.is_empty() {
+            text += &format!("at = \"{at}\"\n");
+        }
+        text += &format!("port = \"{}\"\nexpression = \"{}\"\n", part(), part());
+    }
+    let model = ModelFile::parse(&text, &fixture("models/own.toml")).expect("the model is in order");
+    let seam = Seam::of(&fixtures.weld);
+    Cell::new(&fixtures.robot.robot, &model.cell_effects(), &fixtures.process, seam.b_from_w).expect("a cell")
+}
+
+#[test]
+fn an_expression_does_what_the_effect_of_the_library_does() {
+    let fixtures = short("vertical");
+    let k = KR500.stiffness()[2];
+    let stiffer = format!("A3|spring-torque|{:e} * twist", 0.2 * k);
+    let cases: [(&str, &[&str]); 9] = [
+        ("stiffness-error:A3:relative=0.2", &[&stiffer]),
+        (
+            "transmission-error:A1:amplitude_rad=1.6e-4,order=40,phase_rad=0.8",
+            &["A1|twist|1.6e-4 * sin(40 * encoder + 0.8)"],
+        ),
+        ("wrist-coupling:A6:ratio=0.02", &["A6|twist|0.02 * encoder_before"]),
+        (
+            "joint-friction:A1:coulomb_nm=500,viscous_nms_rad=1000",
+            &["A1|motor-friction|500 * tanh(encoder_rate / smoothing) + 1000 * encoder_rate"],
+        ),
+        ("counterbalance-loss::loss=0.25", &["A2|link-torque|-0.25 * counterbalance"]),
+        (
+            "material-step::ratio=0.2,position_m=0.02",
+            &[
+                "|process-force-x|0.2 * fx * step(x - 0.02)",
+                "|process-force-y|0.2 * fy * step(x - 0.02)",
+                "|process-force-z|0.2 * fz * step(x - 0.02)",
+            ],
+        ),
+        (
+            "plate-waviness::amplitude_m=2e-4,length_m=0.05,phase_rad=0",
+            &["|surface-height|2e-4 * sin(2 * pi * x / 0.05)"],
+        ),
+        (
+            "thermal-drift::x_m=2e-4,y_m=-1e-4,z_m=3e-4,time_s=5",
+            &[
+                "|tool-shift-x|2e-4 * (1 - exp(-time / 5))",
+                "|tool-shift-y|-1e-4 * (1 - exp(-time / 5))",
+                "|tool-shift-z|3e-4 * (1 - exp(-time / 5))",
+            ],
+        ),
+        (
+            "force-crosstalk::fx_per_fz=0.012,fy_per_fz=-0.008",
+            &["|force-sensor-x|0.012 * fz", "|force-sensor-y|-0.008 * fz"],
+        ),
+    ];
+    for (library, expressions) in cases {
+        let weld = |cell: &Cell| {
+            fixtures.run(cell, Program::Weld, Controller::External, Law::None, &fixtures.robot.robot).rows
+        };
+        let (wanted, got) = (weld(&fixtures.cell(&[library])), weld(&own(&fixtures, expressions)));
+        assert_eq!(wanted.len(), got.len());
+        for (a, b) in wanted.iter().zip(&got) {
+            let (moved, turned) = ((a.real.position - b.real.position).norm(), (a.torque - b.torque).amax());
+            // Rounding, seconds of simulation later.
+            assert!(moved < 1e-11 && turned < 1e-3, "{library} at {} s: {moved:e} m, {turned:e} N·m", a.time);
+        }
+    }
+}
+
+#[test]
+fn instruments_read_what_expressions_add() {
+    let fixtures = Fixtures::of("vertical");
+    let truth = Readings {
+        time: 3.0,
+        encoder: [0.1; 6],
+        link_encoder: [0.2; 6],
+        force: Vector3::new(100.0, 200.0, -18e3),
+        moment: Vector3::zeros(),
+        tcp_position: Vector3::new(1.7, -0.3, 0.5),
+        tcp_rotation: Vector3::zeros(),
+    };
+    let cell = own(
+        &fixtures,
+        &[
+            "A2|link-encoder|1e-3 * sin(link) + encoder",
+            "|tracker-z|1e-4 * px * encoder_3",
+            "|force-sensor-y|0.1 * time",
+        ],
+    );
+    let mut read = truth;
+    for term in &cell.robot.ports.sensor {
+        term.sense(&mut read);
+    }
+    let mut expected = truth;
+    expected.link_encoder[1] += 1e-3 * 0.2_f64.sin() + 0.1;
+    expected.tcp_position.z += 1e-4 * 1.7 * 0.1;
+    expected.force.y += 0.1 * 3.0;
+    assert_eq!(read, expected);
+}
+
+#[test]
+fn an_expression_that_ceases_to_be_finite_ends_the_run_and_nothing_else() {
+    let fixtures = short("vertical");
+    // Roots of what is negative only on the way: finite at rest and wherever a reader of the file tries them.
+    for (effect, at_rest) in [
+        ("A1|spring-torque|sqrt((link_rate + 0.001) * (link_rate + 0.05))", false),
+        ("A1|spring-torque|sqrt((link - 0.1) * (link - 0.9))", true),
+        ("A1|twist|1e-6 * sqrt((encoder_rate + 0.001) * (encoder_rate + 0.05))", false),
+        ("A1|motor-friction|sqrt((encoder_rate + 0.001) * (encoder_rate + 0.05))", false),
+        ("A1|link-torque|sqrt((link - 0.1) * (link - 0.9))", true),
+        ("|process-force-z|sqrt((x - 0.01) * (x - 0.05))", false),
+        ("|surface-height|1e-6 * sqrt((x - 0.01) * (x - 0.05))", false),
+        ("|tool-shift-y|1e-6 * sqrt((time - 2) * (time - 90))", false),
+        ("|force-sensor-z|1e-6 * sqrt((time - 2) * (time - 90))", false),
+    ] {
+        let cell = own(&fixtures, &[effect]);
+        let scenario = fixtures.scenario(&cell, Program::Weld, Controller::External, Law::None);
+        match run(&scenario, |_| {}) {
+            Err(RunError::Diverged(_)) => assert!(!at_rest, "{effect}"),
+            Err(RunError::Rest(_)) => assert!(at_rest, "{effect}"),
+            // The controller knows a sensor that reads no number, and holds.
+            Ok(run) if effect.contains("sensor") => {
+                assert!(run.rows.iter().all(|r| r.fault.is_some() == (r.time > 2.0)), "{effect}")
+            }
+            other => panic!("{effect}: {:?}", other.map(|r| r.rows.len())),
+        }
+    }
 }

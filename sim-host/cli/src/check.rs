@@ -8,7 +8,7 @@ use trueweld_plant::input;
 /// Arguments of `check`.
 #[derive(Args)]
 pub struct Arguments {
-    /// Files to check: robots, processes, welds, gains, sensors
+    /// Files to check: robots, processes, welds, gains, sensors, models
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
     /// Write the verdicts as JSON

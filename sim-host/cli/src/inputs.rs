@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use trueweld_core::Robot;
 use trueweld_plant::cell::Cell;
 use trueweld_plant::effects::Effect;
-use trueweld_plant::input::{Control, Process, RobotFile, Sensors, Weld};
+use trueweld_plant::input::{Control, ModelFile, Process, RobotFile, Sensors, Weld};
 use trueweld_plant::integrate::Integrator;
 use trueweld_plant::simulate::{Controller, Law, Program, RunError, Scenario, Seam};
 
@@ -20,6 +20,9 @@ pub struct Files {
     /// Robot file (default: KR 500 MT with FSW end effector)
     #[arg(long, value_name = "F")]
     robot: Option<PathBuf>,
+    /// Model file: robot, process and effects of the real cell, instead of --robot and --process
+    #[arg(long, value_name = "F", conflicts_with_all = ["robot", "process"])]
+    model: Option<PathBuf>,
     /// Process file (default: lap weld, stringer on 2024-T3 skin)
     #[arg(long, value_name = "F")]
     process: Option<PathBuf>,
@@ -73,8 +76,7 @@ macro_rules! embedded {
 impl Files {
     pub fn read(&self) -> Result<Inputs> {
         let weld = embedded!(Weld, &self.weld, "welds/vertical.toml");
-        let robot = embedded!(RobotFile, &self.robot, "robots/kr500-mt.toml");
-        let process = embedded!(Process, &self.process, "processes/lap-weld-2024-t3.toml");
+        let (robot, process, mut effects) = self.model()?;
         let mut control = embedded!(Control, &self.control, "control/kr500-mt.toml");
         let sensors = embedded!(Sensors, &self.sensors, "sensors/kr500-mt.toml");
         if let Some(period) = self.period {
@@ -84,7 +86,7 @@ impl Files {
             control.period = period;
         }
         let parse = |text: &String| Effect::parse(text, &robot).map_err(|error| miette!("--effect {text}: {error}"));
-        let effects = self.effect.iter().map(parse).collect::<Result<Vec<_>>>()?;
+        effects.extend(self.effect.iter().map(parse).collect::<Result<Vec<_>>>()?);
         let cell = Cell::new(&robot.robot, &effects, &process, Seam::of(&weld).b_from_w).into_diagnostic()?;
         let error = self.stiffness_error;
         let factor = SVector::from_element(1.0 + error);
@@ -106,6 +108,25 @@ impl Files {
             cell,
             belief,
         })
+    }
+
+    /// Robot, process and effects of the real cell.
+    fn model(&self) -> Result<(RobotFile, Process, Vec<Effect>)> {
+        let Some(path) = &self.model else {
+            let robot = embedded!(RobotFile, &self.robot, "robots/kr500-mt.toml");
+            let process = embedded!(Process, &self.process, "processes/lap-weld-2024-t3.toml");
+            return Ok((robot, process, Vec::new()));
+        };
+        let model = ModelFile::read(path)?;
+        let effects = model.cell_effects();
+        let process = model.process.ok_or_else(|| {
+            miette!(
+                help = "Add `process = \"…\"`, the path of a process file from the model file's folder.",
+                "{}: names no process; expected one, to weld with",
+                path.display()
+            )
+        })?;
+        Ok((model.robot, process, effects))
     }
 }
 

@@ -185,6 +185,7 @@ fn bad_input_ends_in_one_message_and_no_file() {
     place.weld("far.toml", "[9.0, -1.0, 0.5]", "[9.0, 1.0, 0.5]");
     place.weld("tiny.toml", "[1.7, -1.0, 0.5]", "[1.7, -0.999, 0.5]");
     let robot = fixture("robots/kr500-mt.toml");
+    fs::write(place.path().join("half.toml"), format!("schema = \"model/1\"\nrobot = {robot:?}\n")).unwrap();
     let cases: &[(&[&str], &[&str])] = &[
         (&["--weld", "gone.toml"], &["gone.toml", "cannot be read", "expected a file"]),
         (&["--weld", &robot], &["kr500-mt.toml:", "\"robot/1\"", "expected \"weld/1\""]),
@@ -194,6 +195,8 @@ fn bad_input_ends_in_one_message_and_no_file() {
         (&["--effect", "slack:A5:x=1"], &["--effect slack:A5:x=1", "expected one of", "backlash"]),
         (&["--effect", "backlash:A9:half_gap_rad=1e-4"], &["A9", "expected one of the joints A1, A2"]),
         (&["--effect", "backlash:A5:half_gap_rad=nan"], &["half_gap_rad = nan is not finite"]),
+        (&["--model", "half.toml"], &["half.toml: names no process", "process = "]),
+        (&["--model", "half.toml", "--robot", &robot], &["'--model <F>' cannot be used with '--robot <F>'"]),
         (&["--period", "-0.012"], &["--period -0.012", "expected seconds between"]),
         (&["--period", "nan"], &["--period NaN", "expected seconds between"]),
         (&["--stiffness-error", "-1"], &["--stiffness-error -1", "expected a number above -1"]),
@@ -217,6 +220,29 @@ fn bad_input_ends_in_one_message_and_no_file() {
 }
 
 #[test]
+fn a_model_file_gives_robot_process_and_effects() {
+    let place = Place::new();
+    let head = format!(
+        "schema = \"model/1\"\nrobot = {:?}\nprocess = {:?}\n",
+        fixture("robots/kr500-mt.toml"),
+        fixture("processes/lap-weld-2024-t3.toml")
+    );
+    let effect = "[[effect]]\nid = \"backlash\"\nat = \"A5\"\nhalf_gap_rad = 2e-4\n";
+    fs::write(place.path().join("model.toml"), head + effect).unwrap();
+    let lateral = |arguments: &[&str]| {
+        let mut all = vec!["weld", "--quiet", "--weld", "short.toml", "--compensator", "none", "--json", "out.json"];
+        all.extend(arguments);
+        place.done(&all);
+        place.json("out.json")["runs"][0]["lateral_m"].clone()
+    };
+    let with = lateral(&["--effect", "backlash:A5:half_gap_rad=2e-4"]);
+    assert_eq!(lateral(&["--model", "model.toml"]), with);
+    // Effects add up, and one of the user's own is one of them.
+    assert_ne!(lateral(&["--model", "model.toml", "--effect", "stiffness-error:A3:relative=0.1"]), with);
+    assert_ne!(lateral(&["--model", &fixture("models/cable-drag.toml")]), lateral(&[]));
+}
+
+#[test]
 fn a_refused_command_leaves_the_former_result() {
     let place = Place::new();
     fs::write(place.path().join("out.json"), "former").unwrap();
@@ -227,13 +253,19 @@ fn a_refused_command_leaves_the_former_result() {
 #[test]
 fn check_says_what_a_file_is_or_what_is_wrong_with_it() {
     let place = Place::new();
-    let files =
-        ["robots/kr500-mt", "processes/lap-weld-2024-t3", "control/kr500-mt", "sensors/kr500-mt", "welds/inclined"]
-            .map(|name| fixture(&format!("{name}.toml")));
+    let files = [
+        "robots/kr500-mt",
+        "processes/lap-weld-2024-t3",
+        "control/kr500-mt",
+        "sensors/kr500-mt",
+        "welds/inclined",
+        "models/cable-drag",
+    ]
+    .map(|name| fixture(&format!("{name}.toml")));
     let mut arguments = vec!["check", "--json", "check.json", "short.toml"];
     arguments.extend(files.iter().map(String::as_str));
     let out = place.done(&arguments);
-    assert_eq!(out.lines().filter(|line| line.ends_with(", in order")).count(), 6, "{out}");
+    assert_eq!(out.lines().filter(|line| line.ends_with(", in order")).count(), 7, "{out}");
     let value = place.json("check.json");
     assert_eq!(value["schema"], "check/1");
     assert!(value["files"].as_array().unwrap().iter().all(|file| file["ok"] == true));

@@ -1,10 +1,12 @@
-//! How fast the cell is simulated: one second of plant and control with both integrators, and a whole weld.
+//! How fast the cell is simulated: one second of plant and control with both integrators, a whole weld, and an
+//! effect stated as an expression.
 //!
 //! The work of a control period is in here too; `rigid_body` in the core has it by itself.
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
 use trueweld_plant::cell::Cell;
+use trueweld_plant::effects::expression::Expression;
 use trueweld_plant::input::{Control, Process, RobotFile, Sensors, Weld};
 use trueweld_plant::integrate::{Integrator, Tolerance};
 use trueweld_plant::simulate::{Controller, Law, Program, Scenario, Seam, run};
@@ -59,6 +61,22 @@ fn benches(criterion: &mut Criterion) {
     });
     group.bench_function("whole weld of 2000 mm, 207 s", |b| {
         b.iter(|| black_box(go(&whole, Integrator::LinearlyImplicit)));
+    });
+    group.finish();
+
+    let text = "-(c * tanh(link_rate / 0.001) + s * link)";
+    let expression = Expression::parse(text, &["link", "link_rate"], &["c", "s"]).unwrap();
+    let (friction, stiffness) = (150.0_f64, 4000.0_f64);
+    let at = [0.3, 5e-3];
+    let mut group = criterion.benchmark_group("effect of the user's own");
+    group.bench_function("expression", |b| {
+        b.iter(|| expression.eval(black_box(&at), black_box(&[friction, stiffness])));
+    });
+    group.bench_function("the same in Rust", |b| {
+        b.iter(|| {
+            let [link, rate] = *black_box(&at);
+            -(friction * (rate / 0.001).tanh() + stiffness * link)
+        });
     });
     group.finish();
 }

@@ -37,6 +37,7 @@ fn parse(text: &str, name: &str) -> Result<(), InputError> {
         Kind::Control => Control::parse(text, name).map(drop),
         Kind::Sensors => Sensors::parse(text, name).map(drop),
         Kind::Log | Kind::Campaign => panic!("{name} belongs to measuring"),
+        Kind::Model => ModelFile::parse(text, name.as_ref()).map(drop),
     }
 }
 

@@ -1,6 +1,8 @@
 //! `fixture-compliance`: a plate that is not held rigidly.
 //!
-//! The surface gives way by F_d/k. Its own velocity is left out of the contact's damping.
+//! The surface gives way by F_d/k. With d_n the depth below the undisturbed surface, F (1 + k_z/k) + (b_z/k) Ḟ = k_z d_n +
+//! b_z ḋ_n; the term in Ḟ, the surface's own velocity, is left out. The force at rest is exact; a change of it comes
+//! earlier by the time b_z/(k + k_z) than it should.
 
 use super::{Action, Kind, Parameter, Place, Role};
 use crate::robot::{Port, Term};

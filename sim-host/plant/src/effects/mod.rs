@@ -2,6 +2,7 @@
 //!
 //! An effect is a term at one named port of the plant ([`Port`]), or another number of the robot or the process. Its file holds the equation, the parameters with units and
 //! plausible ranges, what it looks like in data, and the term; adding one touches that file and one line of [`TABLE`].
+//! What a model file defines itself is in [`own`].
 
 mod advancing_side;
 mod asymmetric_friction;
@@ -13,6 +14,7 @@ mod counterbalance_loss;
 mod damping_error;
 mod drag_error;
 mod encoder_offset;
+pub mod expression;
 mod feed_power_law;
 mod fixture_compliance;
 mod force_crosstalk;
@@ -23,6 +25,7 @@ mod link_encoder_offset;
 mod link_encoder_ripple;
 mod material_step;
 mod nonlinear_stiffness;
+pub mod own;
 mod payload_error;
 mod plate_waviness;
 mod process_stiffness_error;
@@ -112,6 +115,8 @@ pub enum Action {
     Robot(fn(robot: &mut RobotParameters<f64>, joint: usize, values: &[f64])),
     /// Other numbers of the process.
     Process(fn(process: &mut Process, values: &[f64])),
+    /// A term at the port that the formula names: an effect of the user's own.
+    Expression(&'static own::Formula),
 }
 
 /// Names of the instruments on the command line and in files.
@@ -248,7 +253,48 @@ pub enum EffectError {
     },
 }
 
+impl Parameter {
+    /// A value to start a fit from: that at which there is no effect, where there is one.
+    pub fn start(&self) -> f64 {
+        match self.role {
+            Role::Size { neutral, .. } => neutral,
+            Role::Reciprocal { step } => 1.0 / step,
+            Role::Shape(starts) => starts.first().copied().unwrap_or(self.low),
+            Role::Order | Role::SpindleOrder => self.low.max(1.0),
+            Role::Wavelength | Role::PathPosition => 0.5 * (self.low + self.high),
+            Role::Phase => 0.0,
+        }
+    }
+}
+
 impl Kind {
+    /// The effect of the library with this identifier.
+    pub fn of(id: &str) -> Option<&'static Self> {
+        TABLE.iter().find(|k| k.id == id).copied()
+    }
+
+    /// What such an effect is attached to, from how files and command lines write it; nothing is for the whole cell.
+    ///
+    /// # Errors
+    /// [`EffectError::Place`].
+    pub fn at(&self, written: &str, robot: &RobotFile) -> Result<At, EffectError> {
+        let wrong = |expected| EffectError::Place { id: self.id, read: written.to_owned(), expected };
+        match self.place {
+            Place::Joint => {
+                let found = robot.joint_names.iter().position(|n| n == written);
+                let joints = || wrong(format!("one of the joints {}", robot.joint_names.join(", ")));
+                found.map(At::Joint).ok_or_else(joints)
+            }
+            Place::Channel => {
+                let found = CHANNELS.iter().find(|(name, _)| *name == written);
+                let names = || wrong(format!("one of the channels {}", CHANNELS.map(|(name, _)| name).join(", ")));
+                found.map(|(_, channel)| At::Channel(*channel)).ok_or_else(names)
+            }
+            Place::Cell if written.is_empty() => Ok(At::Cell),
+            Place::Cell => Err(wrong("nothing: it is an effect of the whole cell".to_owned())),
+        }
+    }
+
     fn parameters_in_words(&self) -> String {
         let one = |p: &Parameter| format!("{} ({}, plausible {:e} to {:e})", p.name, p.unit, p.low, p.high);
         self.parameters.iter().map(one).collect::<Vec<_>>().join(", ")
@@ -272,24 +318,11 @@ impl Effect {
         let (Some(id), Some(at), Some(values)) = (parts.next(), parts.next(), parts.next()) else {
             return Err(form());
         };
-        let kind = *TABLE.iter().find(|k| k.id == id).ok_or_else(|| EffectError::Unknown {
+        let kind = Kind::of(id).ok_or_else(|| EffectError::Unknown {
             read: id.to_owned(),
             known: TABLE.iter().map(|k| k.id).collect::<Vec<_>>().join(", "),
         })?;
-        let place = |expected: String| EffectError::Place { id: kind.id, read: at.to_owned(), expected };
-        let place = match kind.place {
-            Place::Joint => {
-                let found = robot.joint_names.iter().position(|n| n == at);
-                At::Joint(found.ok_or_else(|| place(format!("one of the joints {}", robot.joint_names.join(", "))))?)
-            }
-            Place::Channel => {
-                let found = CHANNELS.iter().find(|(name, _)| *name == at);
-                let names = CHANNELS.map(|(name, _)| name).join(", ");
-                At::Channel(found.ok_or_else(|| place(format!("one of the channels {names}")))?.1)
-            }
-            Place::Cell if at.is_empty() => At::Cell,
-            Place::Cell => return Err(place("nothing, as in ID::NAME=VALUE".to_owned())),
-        };
+        let place = kind.at(at, robot)?;
         let mut found = vec![None; kind.parameters.len()];
         for pair in values.split(',') {
             let (name, value) = pair.split_once('=').ok_or_else(form)?;
@@ -314,10 +347,21 @@ impl Effect {
 
     /// The port it is installed at; `None` for other numbers of robot or process.
     pub fn port(&self) -> Option<Port> {
+        let joint = if let At::Joint(joint) = self.at { joint } else { 0 };
         match self.kind.action {
-            Action::Term { port, .. } => Some(port(if let At::Joint(joint) = self.at { joint } else { 0 })),
+            Action::Term { port, .. } => Some(port(joint)),
+            Action::Expression(formula) => Some(formula.port(joint)),
             Action::Channel(_) => Some(Port::TimeBase),
             Action::Robot(_) | Action::Process(_) => None,
+        }
+    }
+
+    /// What it is attached to, as files write it; nothing for the whole cell.
+    pub fn at_name<'r>(&self, robot: &'r RobotFile) -> &'r str {
+        match self.at {
+            At::Joint(joint) => &robot.joint_names[joint],
+            At::Channel(channel) => CHANNELS.iter().find(|(_, c)| *c == channel).map_or("", |(name, _)| name),
+            At::Cell => "",
         }
     }
 
@@ -348,6 +392,10 @@ impl Effect {
                 if let Some(process) = process {
                     change(process, &self.values);
                 }
+            }
+            (Action::Expression(formula), _) => {
+                let (port, term) = formula.term(&self.values, joint);
+                ports.install(port, term)?;
             }
         }
         Ok(())

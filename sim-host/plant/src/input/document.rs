@@ -64,6 +64,7 @@ const UNITS: &[(&str, &str)] = &[
     ("_nm_rad_s", "N·m/(rad·s)"),
     ("_nms_rad", "N·m·s/rad"),
     ("_nm_rad", "N·m/rad"),
+    ("_rad_nm", "rad/(N·m)"),
     ("_kg_m2", "kg·m²"),
     ("_deg_s", "deg/s"),
     ("_rad_s", "rad/s"),
@@ -224,6 +225,13 @@ impl<'d> Table<'d> {
     /// True where the key is written.
     pub fn has(&self, key: &str) -> bool {
         self.table.contains_key(key)
+    }
+
+    /// The keys, in the file's order.
+    pub(crate) fn keys(&self) -> Vec<&'d str> {
+        let mut keys: Vec<_> = self.table.keys().collect();
+        keys.sort_by_key(|key| key.span().start);
+        keys.into_iter().map(|key| key.get_ref().as_ref()).collect()
     }
 
     fn value(&self, key: &str, expected: &str) -> Result<Value<'d>, InputError> {
@@ -435,6 +443,28 @@ impl<'d> Table<'d> {
             Ok(value) => value.wrong(expected, help),
             Err(missing) => missing,
         }
+    }
+
+    /// An error within the text under a key, at a byte range of that text; at all of it where the file writes it with
+    /// escapes.
+    pub(crate) fn error_in_text(
+        &self,
+        key: &str,
+        within: Range<usize>,
+        message: &str,
+        help: impl Into<String>,
+    ) -> InputError {
+        let Text { text, span } = match self.text(key) {
+            Ok(text) => text,
+            Err(missing) => return missing,
+        };
+        let found = self.source.text().get(span.clone()).and_then(|raw| raw.find(text));
+        let at = found.map_or(span.clone(), |start| {
+            let start = span.start + start;
+            start + within.start..start + within.end
+        });
+        let message = format!("`{key}` {}: {message}", self.place);
+        self.source.error(at, message, "here", help)
     }
 
     /// An error at the header of this table.

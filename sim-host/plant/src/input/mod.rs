@@ -1,14 +1,16 @@
 //! Input files → checked values.
 //!
-//! Five kinds of TOML file are read here, each with a `schema` line that says which: the robot, the welding process, the
-//! weld, the controllers' gains and the sensors. Every kind is read from a path (`read`) or from text (`parse`), and
-//! everything is checked, so that nothing later can fail for a bad file. Values come out in SI units and radians.
-//! A URDF becomes a robot file by [`import_urdf`]. Left out: logs and campaigns, which belong to measuring; they are
-//! known by name only, so that a file of theirs is not called unknown.
+//! Six kinds of TOML file are read here, each with a `schema` line that says which: the robot, the welding process, the
+//! weld, the controllers' gains, the sensors, and the model, which names a robot and a process and lists the effects they
+//! have. Every kind is read from a path (`read`) or from text (`parse`), and everything is checked, so that nothing later
+//! can fail for a bad file. Values come out in SI units and radians. A URDF becomes a robot file by [`import_urdf`].
+//! Left out: logs and campaigns, which belong to measuring; they are known by name only, so that a file of theirs is not
+//! called unknown.
 
 pub mod control;
 pub mod document;
 pub mod error;
+pub mod model;
 pub mod process;
 pub mod robot;
 pub mod sensors;
@@ -17,8 +19,10 @@ pub mod weld;
 pub mod write;
 
 pub use control::{CascadeGains, CompensationLimits, Control, ParallelGains};
+pub(crate) use document::nearest;
 pub use document::{Bounds, Document, FILL_IN, Table};
 pub use error::{InputError, Source};
+pub use model::{Comments, EffectComments, ModelEffect, ModelFile, Scope};
 pub use process::{Process, Ripple};
 pub use robot::RobotFile;
 pub use sensors::{ForceSensor, Sensors};
@@ -42,6 +46,8 @@ pub enum Kind {
     Control,
     /// `sensors/1`, read by [`Sensors`].
     Sensors,
+    /// `model/1`, read by [`ModelFile`].
+    Model,
     /// `log/1`, a recorded log; read where measurements are.
     Log,
     /// `campaign/1`, a list of logs of one cell; read where measurements are.
@@ -49,8 +55,8 @@ pub enum Kind {
 }
 
 /// Every kind of input file.
-pub const KINDS: [Kind; 7] =
-    [Kind::Robot, Kind::Process, Kind::Weld, Kind::Control, Kind::Sensors, Kind::Log, Kind::Campaign];
+pub const KINDS: [Kind; 8] =
+    [Kind::Robot, Kind::Process, Kind::Weld, Kind::Control, Kind::Sensors, Kind::Model, Kind::Log, Kind::Campaign];
 
 impl Kind {
     /// The file's `schema`.
@@ -63,6 +69,7 @@ impl Kind {
             Self::Sensors => "sensors/1",
             Self::Log => "log/1",
             Self::Campaign => "campaign/1",
+            Self::Model => "model/1",
         }
     }
 
@@ -76,6 +83,7 @@ impl Kind {
             Self::Sensors => "sensors",
             Self::Log => "a log of measurements",
             Self::Campaign => "a campaign of logs",
+            Self::Model => "a model of the cell",
         }
     }
 }
@@ -105,6 +113,7 @@ pub fn check(path: impl AsRef<Path>) -> Result<Kind, InputError> {
             let help = "`trueweld compare FOLDER` reads and checks it with its samples; give it the folder.";
             Err(document.root().wrong("schema", "a kind of file that can be checked on its own", help))
         }
+        Kind::Model => ModelFile::parse(&text, path.as_ref()).map(drop),
     }?;
     Ok(kind)
 }

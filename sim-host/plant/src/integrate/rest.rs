@@ -142,19 +142,20 @@ pub fn under_wrench(cell: &Cell, motor: &JointVector<f64>, wrench: &Wrench<f64>)
 }
 
 /// Motor angles that hold the links at `link` against a given wrench on the tool (at the TCP, axes of B): each spring's
-/// equation inverted by bisection, so that effects count. Within a gap that carries nothing, its middle is taken.
+/// equation inverted by bisection, so that effects count. Within a gap that carries nothing, its middle is taken; NaN for
+/// a joint whose torques are not finite there.
 pub fn motors_for(cell: &Cell, link: &JointVector<f64>, wrench: &Wrench<f64>) -> JointVector<f64> {
     let frames = cell.robot.frames(link, wrench, 0.0);
     let wanted = carried(cell, &drives_at_rest(link, link), &frames, wrench);
     let mut motor = *link;
     // In order of the joints: a coupling makes a spring depend on the motor before its own.
     for i in 0..JOINTS {
-        let short_of = |angle: f64, below: bool| {
+        let spare = |angle: f64| {
             let mut motor = motor;
             motor[i] = angle;
-            let torque = cell.robot.spring_torque(&drives_at_rest(link, &motor), &[0.0; INTERNAL_STATES])[i];
-            if below { torque < wanted[i] } else { torque <= wanted[i] }
+            cell.robot.spring_torque(&drives_at_rest(link, &motor), &[0.0; INTERNAL_STATES])[i] - wanted[i]
         };
+        let short_of = |angle: f64, below: bool| if below { spare(angle) < 0.0 } else { spare(angle) <= 0.0 };
         // A twist of any load first; wider for a gear that adds a share of another joint's angle.
         let mut reach = LARGEST_TWIST;
         while reach < 1.0 && (short_of(link[i] + reach, false) || !short_of(link[i] - reach, true)) {
@@ -169,7 +170,8 @@ pub fn motors_for(cell: &Cell, link: &JointVector<f64>, wrench: &Wrench<f64>) ->
             }
             0.5 * (low + high)
         };
-        motor[i] = 0.5 * (edge(true) + edge(false));
+        let middle = 0.5 * (edge(true) + edge(false));
+        motor[i] = if spare(middle).is_finite() { middle } else { f64::NAN };
     }
     motor
 }

@@ -53,11 +53,9 @@ pub fn reaction(
     // A surface that gives way by F_d/k: F_d = k_z (d − F_d/k) + b_z ḋ, solved for F_d.
     let give: f64 = ports.surface.iter().map(|t| t.surface_compliance()).sum();
     let share = 1.0 / (1.0 + process.depth_stiffness * give);
-    let depth_force = if depth > 0.0 {
-        (share * (process.depth_stiffness * depth + process.depth_damping * velocity.z)).max(0.0)
-    } else {
-        0.0
-    };
+    let push = share * (process.depth_stiffness * depth + process.depth_damping * velocity.z);
+    // A depth that is not a number makes a force that is not, and the run ends; it must not pass for no contact.
+    let depth_force = if depth <= 0.0 || push < 0.0 { 0.0 } else { push };
     if depth_force == 0.0 {
         return Reaction {
             force: Vector3::zeros(),

@@ -193,6 +193,9 @@ fn start(scenario: &Scenario<'_>, seam: &Seam) -> Result<Start, RunError> {
     let model = &scenario.cell.robot.model;
     let link = start_angles(model, seam)?;
     let free = rest::motors_for(scenario.cell, &link, &Wrench::zero());
+    if !free.sum().is_finite() {
+        return Err(NoRest { residual: f64::NAN }.into());
+    }
     let nominal = seam.nominal(0.0);
     let w = seam.b_from_w.rotation;
     let mut taught = nominal.error_to(&model.forward(&free)).rotated(&w.transpose());

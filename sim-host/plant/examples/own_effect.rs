@@ -1,0 +1,103 @@
+//! An effect of one's own, from outside the library: a cable package that pulls back on A1.
+//!
+//!     cargo run --release -p trueweld-plant --example own_effect
+//!
+//! The term states what the cable does; the kind says where, with which parameters, and how to build the term. What is
+//! built so stands beside the library's effects in every cell and in every fit. The same effect as an expression, with no
+//! Rust at all, is `fixtures/models/cable-drag.toml`.
+
+use std::error::Error;
+use std::path::Path;
+use trueweld_plant::cell::Cell;
+use trueweld_plant::effects::{Action, At, Effect, Kind, Parameter, Place, Role};
+use trueweld_plant::input::{Control, Process, RobotFile, Sensors, Weld};
+use trueweld_plant::integrate::Integrator;
+use trueweld_plant::robot::{JointPoint, Port, Term};
+use trueweld_plant::simulate::{Controller, Law, Program, Recording, Scenario, Seam, run};
+
+/// Torque on the link: −(c tanh(θ̇/smoothing) + s θ).
+#[derive(Debug)]
+struct CableDrag {
+    friction: f64,
+    stiffness: f64,
+}
+
+impl Term for CableDrag {
+    fn link_torque(&self, at: &JointPoint, _counterbalance: f64) -> f64 {
+        -(self.friction * (at.link_rate / at.smoothing).tanh() + self.stiffness * at.link)
+    }
+}
+
+static CABLE_DRAG: Kind = Kind {
+    id: "cable-drag",
+    place: Place::Joint,
+    equation: "torque on the link −(c tanh(θ̇/smoothing) + s θ)",
+    shows: "the tool is drawn back towards the middle of the joint, by more the further it turns",
+    experiment: "the joint turned to and fro over its range, tracker",
+    parameters: &[
+        Parameter {
+            name: "friction_nm",
+            role: Role::Size { step: 20.0, neutral: 0.0 },
+            unit: "N·m",
+            meaning: "friction c of the cable",
+            low: 0.0,
+            high: 500.0,
+        },
+        Parameter {
+            name: "stiffness_nm_rad",
+            role: Role::Size { step: 500.0, neutral: 0.0 },
+            unit: "N·m/rad",
+            meaning: "stiffness s of the cable",
+            low: 0.0,
+            high: 20_000.0,
+        },
+    ],
+    action: Action::Term {
+        port: Port::LinkTorque,
+        build: |values, _joint| Box::new(CableDrag { friction: values[0], stiffness: values[1] }),
+    },
+};
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let fixtures = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures");
+    let robot = RobotFile::read(fixtures.join("robots/kr500-mt.toml"))?;
+    let process = Process::read(fixtures.join("processes/lap-weld-2024-t3.toml"))?;
+    let weld = Weld::read(fixtures.join("welds/vertical.toml"))?;
+    let control = Control::read(fixtures.join("control/kr500-mt.toml"))?;
+    let sensors = Sensors::read(fixtures.join("sensors/kr500-mt.toml"))?;
+
+    let simulate = |effects: &[Effect]| -> Result<Recording, Box<dyn Error>> {
+        let cell = Cell::new(&robot.robot, effects, &process, Seam::of(&weld).b_from_w)?;
+        let scenario = Scenario {
+            name: "vertical",
+            cell: &cell,
+            belief: &robot.robot,
+            weld: &weld,
+            program: Program::Weld,
+            control: &control,
+            sensors: &sensors,
+            controller: Controller::External,
+            law: Law::Elastostatic,
+            integrator: Integrator::LinearlyImplicit,
+            plant_step: 1e-3,
+            seed: sensors.seed,
+        };
+        Ok(run(&scenario, |_| {})?)
+    };
+    let without = simulate(&[])?;
+    let with = simulate(&[Effect { kind: &CABLE_DRAG, at: At::Joint(0), values: vec![150.0, 4000.0] }])?;
+
+    println!("     path   lateral deviation, mm");
+    println!("        m    without   with cable   difference");
+    let seam = Seam::of(&weld);
+    let mut next = 0.0;
+    for (a, b) in without.rows.iter().zip(&with.rows) {
+        let path = (a.nominal.position - seam.nominal(0.0).position).norm();
+        if path >= next {
+            let (a, b) = (1e3 * a.deviation_w.linear.y, 1e3 * b.deviation_w.linear.y);
+            println!("{path:>9.2} {a:>10.3} {b:>12.3} {:>12.3}", b - a);
+            next += 0.25;
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,364 @@
+//! The model of a cell: `model/1`. A robot, a process, and the effects that the cell has beyond the baseline.
+//!
+//! ```toml
+//! schema = "model/1"
+//! robot = "robot.toml"            # from this file's folder
+//! process = "process.toml"        # left out where nothing is welded
+//!
+//! [[effect]]                      # of the library, or of the user's own with `port` and `expression`
+//! id = "backlash"
+//! at = "A5"
+//! half_gap_rad = 2e-4
+//! ```
+//!
+//! Read and written here; what is written is read back to the same values.
+
+use super::document::Table;
+use super::{Bounds, Document, InputError, Kind, Process, RobotFile, Source, nearest, read_text, write_atomically};
+use crate::effects::own::{Definition, Formula, MOST_PARAMETERS, NamedPort, OwnParameter, OwnRole, PORTS};
+use crate::effects::{self, Action, Effect, EffectError, TABLE};
+use std::fmt::Write;
+use std::path::{Component, Path, PathBuf};
+
+/// For how long the values of an effect's parameters hold.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Scope {
+    /// For all logs of a campaign.
+    Campaign,
+    /// For one log: they are fitted afresh to each, and the file's are where a fit starts.
+    Log,
+}
+
+/// An effect of a model.
+#[derive(Debug, Clone)]
+pub struct ModelEffect {
+    /// Kind, place and values.
+    pub effect: Effect,
+    /// For how long the values hold.
+    pub scope: Scope,
+}
+
+/// A model file with the files it names.
+#[derive(Debug, Clone)]
+pub struct ModelFile {
+    /// Where it was read from.
+    pub path: PathBuf,
+    /// The robot.
+    pub robot: RobotFile,
+    /// Where the robot was read from.
+    pub robot_path: PathBuf,
+    /// The process; none where nothing is welded.
+    pub process: Option<Process>,
+    /// Where the process was read from.
+    pub process_path: Option<PathBuf>,
+    /// The effects, in the file's order.
+    pub effects: Vec<ModelEffect>,
+}
+
+/// What a written model file says of where its numbers come from. Empty texts are left out.
+#[derive(Debug, Clone, Default)]
+pub struct Comments {
+    /// At the head of the file.
+    pub file: String,
+    /// Of each effect, in order; effects beyond the end have none.
+    pub effects: Vec<EffectComments>,
+}
+
+/// What a written model file says of one effect.
+#[derive(Debug, Clone, Default)]
+pub struct EffectComments {
+    /// Of the effect.
+    pub effect: String,
+    /// Of each parameter, in order; parameters beyond the end have none.
+    pub parameters: Vec<String>,
+}
+
+impl ModelFile {
+    /// Reads a model file, and the robot and process files it names.
+    ///
+    /// # Errors
+    /// The first thing in any of them that does not fit, with its place.
+    pub fn read(path: impl AsRef<Path>) -> Result<Self, InputError> {
+        let (_, text) = read_text(path.as_ref())?;
+        Self::parse(&text, path.as_ref())
+    }
+
+    /// Reads a model from text that stands, or will stand, at `path`.
+    ///
+    /// # Errors
+    /// As [`ModelFile::read`].
+    pub fn parse(text: &str, path: &Path) -> Result<Self, InputError> {
+        let document = Document::parse(text, &path.display().to_string())?;
+        let root = document.root_of(Kind::Model.schema())?;
+        root.only(&["schema", "robot", "process", "effect"])?;
+        let robot_path = named_file(&root, "robot", path)?;
+        let robot = RobotFile::read(&robot_path)?;
+        let process_path = root.has("process").then(|| named_file(&root, "process", path)).transpose()?;
+        let process = process_path.as_ref().map(Process::read).transpose()?;
+        // The baseline has no [[effect]] table: that is how TOML writes an empty list of tables.
+        let effects = if root.has("effect") {
+            root.tables("effect")?.iter().map(|table| effect(table, &robot)).collect::<Result<_, _>>()?
+        } else {
+            Vec::new()
+        };
+        Ok(Self { path: path.to_owned(), robot, robot_path, process, process_path, effects })
+    }
+
+    /// The effects with the values written in the file, those of one log as well.
+    pub fn cell_effects(&self) -> Vec<Effect> {
+        self.effects.iter().map(|e| e.effect.clone()).collect()
+    }
+
+    /// The text of this model for a file in `folder`, from which the paths in it lead.
+    pub fn to_toml(&self, folder: &Path, comments: &Comments) -> String {
+        let mut text = String::new();
+        comment(&mut text, &comments.file);
+        line(&mut text, "schema", quoted(Kind::Model.schema()));
+        line(&mut text, "robot", quoted(&from_folder(folder, &self.robot_path)));
+        if let Some(process) = &self.process_path {
+            line(&mut text, "process", quoted(&from_folder(folder, process)));
+        }
+        let none = EffectComments::default();
+        for (i, model_effect) in self.effects.iter().enumerate() {
+            text.push('\n');
+            self.write_effect(&mut text, model_effect, comments.effects.get(i).unwrap_or(&none));
+        }
+        text
+    }
+
+    fn write_effect(&self, text: &mut String, ModelEffect { effect, scope }: &ModelEffect, comments: &EffectComments) {
+        comment(text, &comments.effect);
+        text.push_str("[[effect]]\n");
+        line(text, "id", quoted(effect.kind.id));
+        let at = effect.at_name(&self.robot);
+        if !at.is_empty() {
+            line(text, "at", quoted(at));
+        }
+        if *scope == Scope::Log {
+            line(text, "scope", quoted("log"));
+        }
+        let said = |i: usize| comments.parameters.get(i).map_or("", String::as_str);
+        let Action::Expression(Formula { definition, .. }) = effect.kind.action else {
+            for (i, (parameter, value)) in effect.kind.parameters.iter().zip(&effect.values).enumerate() {
+                comment(text, said(i));
+                line(text, parameter.name, number(*value));
+            }
+            return;
+        };
+        line(text, "port", quoted(definition.port.name));
+        line(text, "unit", quoted(definition.port.unit));
+        line(text, "expression", quoted(&definition.expression));
+        line(text, "shows", quoted(&definition.shows));
+        for (i, (parameter, value)) in definition.parameters.iter().zip(&effect.values).enumerate() {
+            let _ = writeln!(text, "\n[effect.parameters.{}]", parameter.name);
+            comment(text, said(i));
+            line(text, "value", number(*value));
+            line(text, "unit", quoted(&parameter.unit));
+            line(text, "meaning", quoted(&parameter.meaning));
+            line(text, "low", number(parameter.low));
+            line(text, "high", number(parameter.high));
+            match &parameter.role {
+                OwnRole::Size(step) => line(text, "step", number(*step)),
+                OwnRole::Shape(starts) => line(text, "shape", format!("{starts:?}")),
+            }
+        }
+    }
+
+    /// Writes this model to a file; its paths lead from there to the same robot and process.
+    ///
+    /// # Errors
+    /// What a reader of the file would refuse (nothing is written then), or the operating system's.
+    pub fn write(&self, path: impl AsRef<Path>, comments: &Comments) -> Result<(), InputError> {
+        let path = path.as_ref();
+        let text = self.to_toml(folder_of(path), comments);
+        Self::parse(&text, path)?;
+        write_atomically(path, text.as_bytes()).map_err(|error| {
+            let help = "Check that its folder exists and may be written to.";
+            Source::new(&path.display().to_string(), "").error_of_file(error.to_string(), help)
+        })
+    }
+}
+
+fn folder_of(path: &Path) -> &Path {
+    path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+/// The file that a key names, from the folder of the model file.
+fn named_file(root: &Table<'_>, key: &str, model: &Path) -> Result<PathBuf, InputError> {
+    let path = model.parent().unwrap_or(Path::new("")).join(root.name(key)?);
+    if path.is_file() {
+        return Ok(path);
+    }
+    let expected = format!("the path of a {key} file, from this file's folder (there is no {})", path.display());
+    Err(root.wrong(key, &expected, "Paths in a file start from the folder of that file."))
+}
+
+fn effect(table: &Table<'_>, robot: &RobotFile) -> Result<ModelEffect, InputError> {
+    let id = table.name("id")?;
+    let table = &table.clone().called(&id);
+    let scope = scope(table)?;
+    let (kind, values) = match effects::Kind::of(&id) {
+        Some(kind) => (kind, library_values(table, kind, scope)?),
+        None if table.has("port") || table.has("expression") => own(table, id, scope)?,
+        None => {
+            let guess = nearest(&id, TABLE.iter().map(|k| k.id)).map(|n| format!("Did you mean `{n}`? "));
+            let known = TABLE.iter().map(|k| k.id).collect::<Vec<_>>().join(", ");
+            let help = format!(
+                "{}An effect of your own has `port` and `expression` (docs/your-own-effect.md).",
+                guess.unwrap_or_default()
+            );
+            return Err(table.wrong("id", &format!("an effect of the library, one of {known}"), help));
+        }
+    };
+    let written = if table.has("at") { table.text("at")?.text } else { "" };
+    let at = kind.at(written, robot).map_err(|error| {
+        let expected = if let EffectError::Place { expected, .. } = error { expected } else { error.to_string() };
+        table.wrong("at", &expected, format!("Expected {expected}."))
+    })?;
+    Ok(ModelEffect { effect: Effect { kind, at, values }, scope })
+}
+
+fn scope(table: &Table<'_>) -> Result<Scope, InputError> {
+    if !table.has("scope") {
+        return Ok(Scope::Campaign);
+    }
+    match table.text("scope")?.text {
+        "campaign" => Ok(Scope::Campaign),
+        "log" => Ok(Scope::Log),
+        _ => {
+            let help = "One set of values for the whole campaign, or one for each log, fitted afresh.";
+            Err(table.wrong("scope", "\"campaign\" or \"log\"", help))
+        }
+    }
+}
+
+fn library_values(table: &Table<'_>, kind: &effects::Kind, scope: Scope) -> Result<Vec<f64>, InputError> {
+    let mut known = vec!["id", "at", "scope"];
+    known.extend(kind.parameters.iter().map(|p| p.name));
+    table.only(&known)?;
+    let value = |p: &effects::Parameter| value_or_start(table, p.name, scope, p.start());
+    kind.parameters.iter().map(value).collect()
+}
+
+/// A parameter's value; where each log has its own, it may be left to where a fit starts.
+fn value_or_start(table: &Table<'_>, key: &str, scope: Scope, start: f64) -> Result<f64, InputError> {
+    if scope == Scope::Log && !table.has(key) { Ok(start) } else { table.number(key, Bounds::Any) }
+}
+
+/// An effect of the user's own.
+fn own(table: &Table<'_>, id: String, scope: Scope) -> Result<(&'static effects::Kind, Vec<f64>), InputError> {
+    table.only(&["id", "at", "scope", "port", "unit", "expression", "shows", "parameters"])?;
+    let port = port(table)?;
+    let text = table.text("expression")?;
+    let mut parameters = Vec::new();
+    let mut values = Vec::new();
+    if table.has("parameters") {
+        let all = table.table("parameters")?;
+        for name in all.keys() {
+            let (parameter, value) = own_parameter(&all.table(name)?, name, port, scope)?;
+            parameters.push(parameter);
+            values.push(value);
+        }
+        if parameters.len() > MOST_PARAMETERS {
+            let message = format!("has {} entries; expected at most {MOST_PARAMETERS} parameters", parameters.len());
+            return Err(all.error(&message, "Split the effect into two at the same port: they add up."));
+        }
+    }
+    let shows = if table.has("shows") {
+        table.name("shows")?
+    } else {
+        format!("whatever {} makes of {}", port.meaning, text.text.trim())
+    };
+    let definition = Definition { id, port, expression: text.text.to_owned(), shows, parameters };
+    let kind = definition.kind(&values).map_err(|m| table.error_in_text("expression", m.at, &m.message, m.help))?;
+    Ok((kind, values))
+}
+
+fn port(table: &Table<'_>) -> Result<&'static NamedPort, InputError> {
+    let name = table.text("port")?.text;
+    let Some(port) = PORTS.iter().find(|p| p.name == name) else {
+        let guess = nearest(name, PORTS.iter().map(|p| p.name)).map(|n| format!("Did you mean `{n}`?"));
+        let known = PORTS.iter().map(|p| p.name).collect::<Vec<_>>().join(", ");
+        let help = guess.unwrap_or_else(|| "Each port is described in docs/your-own-effect.md.".to_owned());
+        return Err(table.wrong("port", &format!("one of the ports {known}"), help));
+    };
+    if table.has("unit") && table.text("unit")?.text != port.unit {
+        let help = format!("The value of an expression at {} is {} in {}.", port.name, port.meaning, port.unit);
+        return Err(table.wrong("unit", &format!("{:?}, the unit of {}", port.unit, port.name), help));
+    }
+    Ok(port)
+}
+
+fn own_parameter(
+    table: &Table<'_>,
+    name: &str,
+    port: &NamedPort,
+    scope: Scope,
+) -> Result<(OwnParameter, f64), InputError> {
+    table.only(&["value", "unit", "meaning", "low", "high", "step", "shape"])?;
+    if !OwnParameter::may_be_named(name, port) {
+        let message = "is no name for a parameter; expected letters, digits and underscores, no function and no \
+                       variable of this port";
+        return Err(table.error(message, "Give the parameter another name, here and in the expression."));
+    }
+    let (low, high) = (table.number("low", Bounds::Any)?, table.number("high", Bounds::Any)?);
+    if low >= high {
+        return Err(table.wrong("high", "a number above `low`", "They bound what is plausible."));
+    }
+    let role = match (table.has("step"), table.has("shape")) {
+        (true, false) => OwnRole::Size(table.number("step", Bounds::Positive)?),
+        (false, true) => {
+            let starts = table.list("shape", MOST_PARAMETERS, Bounds::Any)?;
+            if starts.is_empty() {
+                return Err(table.wrong("shape", "at least one value to start a fit from", "Take plausible values."));
+            }
+            OwnRole::Shape(starts)
+        }
+        _ => {
+            let help = "`step`: a small value, where the effect grows from nothing with this parameter. `shape`: a list of \
+                        values that a fit may start from, where the parameter shapes the effect.";
+            return Err(table.error("has both or neither of `step` and `shape`; expected one of them", help));
+        }
+    };
+    let start = if let OwnRole::Shape(starts) = &role { starts[0] } else { 0.0 };
+    let value = value_or_start(table, "value", scope, start)?;
+    let text = |key: &str| if table.has(key) { table.name(key) } else { Ok(name.to_owned()) };
+    let parameter =
+        OwnParameter { name: name.to_owned(), unit: table.name("unit")?, meaning: text("meaning")?, role, low, high };
+    Ok((parameter, value))
+}
+
+fn line(text: &mut String, key: &str, value: String) {
+    let _ = writeln!(text, "{key} = {value}");
+}
+
+/// A number as TOML writes it, to the last bit.
+fn number(value: f64) -> String {
+    format!("{value:?}").to_lowercase()
+}
+
+fn quoted(text: &str) -> String {
+    toml::Value::String(text.to_owned()).to_string()
+}
+
+/// A comment, line by line, without what TOML does not allow there.
+fn comment(text: &mut String, said: &str) {
+    for one in said.lines() {
+        let plain: String = one.chars().filter(|c| !c.is_control()).collect();
+        let _ = writeln!(text, "# {}", plain.trim());
+    }
+}
+
+/// The path that leads from a folder to a file; from the root where the two share nothing.
+fn from_folder(folder: &Path, file: &Path) -> String {
+    let absolute = |path: &Path| path.canonicalize().or_else(|_| std::path::absolute(path));
+    let (Ok(from), Ok(to)) = (absolute(folder), absolute(file)) else { return file.display().to_string() };
+    let shared = from.components().zip(to.components()).take_while(|(a, b)| a == b).count();
+    if from.components().next() != to.components().next() {
+        return to.display().to_string();
+    }
+    let up = from.components().skip(shared).map(|_| Component::ParentDir);
+    let path: Vec<_> =
+        up.chain(to.components().skip(shared)).map(|c| c.as_os_str().to_string_lossy().into_owned()).collect();
+    path.join("/")
+}

@@ -1,0 +1,342 @@
+//! Model files: read, written and read back; every mistake explained at its place; whatever text a user may write as an
+//! expression, it is either worked out as mathematics has it or refused.
+
+use proptest::prelude::*;
+use std::fs;
+use std::path::{Path, PathBuf};
+use trueweld_plant::effects::expression::Expression;
+use trueweld_plant::effects::own::PORTS;
+use trueweld_plant::effects::{At, Place, TABLE};
+use trueweld_plant::input::*;
+
+fn fixture(path: &str) -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../fixtures").join(path)
+}
+
+fn cable_drag() -> String {
+    fs::read_to_string(fixture("models/cable-drag.toml")).unwrap()
+}
+
+/// Text as if it stood among the fixtures' models.
+fn parse(text: &str) -> Result<ModelFile, InputError> {
+    ModelFile::parse(text, &fixture("models/test.toml"))
+}
+
+fn head() -> String {
+    "schema = \"model/1\"\nrobot = \"../robots/kr500-mt.toml\"\n".to_owned()
+}
+
+/// What can be compared of a model's effects.
+fn effects_of(model: &ModelFile) -> Vec<(&'static str, At, Vec<f64>, Scope)> {
+    model.effects.iter().map(|e| (e.effect.kind.id, e.effect.at, e.effect.values.clone(), e.scope)).collect()
+}
+
+#[test]
+fn a_model_holds_robot_process_and_effects() {
+    let model = ModelFile::read(fixture("models/cable-drag.toml")).unwrap();
+    assert_eq!(model.robot, RobotFile::read(fixture("robots/kr500-mt.toml")).unwrap());
+    assert_eq!(model.process, Some(Process::read(fixture("processes/lap-weld-2024-t3.toml")).unwrap()));
+    let expected = vec![
+        ("backlash", At::Joint(4), vec![1e-4], Scope::Campaign),
+        ("cable-drag", At::Joint(0), vec![150.0, 4000.0], Scope::Campaign),
+    ];
+    assert_eq!(effects_of(&model), expected);
+    assert_eq!(check(fixture("models/cable-drag.toml")).unwrap(), Kind::Model);
+    let bare = parse(&head()).unwrap();
+    assert!(bare.process.is_none() && bare.effects.is_empty());
+}
+
+#[test]
+fn the_same_definition_is_the_same_kind() {
+    let kinds = |text: &str| parse(text).unwrap().effects.iter().map(|e| e.effect.kind).collect::<Vec<_>>();
+    let text = cable_drag();
+    // Values are no part of it; a range is.
+    let (first, again) = (kinds(&text), kinds(&text.replace("value = 150.0", "value = 160.0")));
+    let other = kinds(&text.replace("high = 500.0", "high = 600.0"));
+    assert!(std::ptr::eq(first[1], again[1]));
+    assert!(!std::ptr::eq(first[1], other[1]));
+}
+
+#[test]
+fn values_of_one_log_may_be_left_to_the_fit() {
+    let text = head()
+        + "[[effect]]\nid = \"thermal-drift\"\nscope = \"log\"\nx_m = 1e-4\n[[effect]]\nid = \"backlash\"\nat = \"A2\"\n\
+           scope = \"campaign\"\nhalf_gap_rad = 1e-4\n";
+    let model = parse(&text).unwrap();
+    // No drift where nothing is written, and the first of the time constants to start from.
+    assert_eq!(effects_of(&model)[0].2, [1e-4, 0.0, 0.0, 5.0]);
+    assert_eq!([effects_of(&model)[0].3, effects_of(&model)[1].3], [Scope::Log, Scope::Campaign]);
+}
+
+/// One effect of each kind of the library, with every value at its upper end, and the user's own.
+fn one_of_each() -> String {
+    let mut text = head() + "process = \"../processes/lap-weld-2024-t3.toml\"\n";
+    for (i, kind) in TABLE.iter().enumerate() {
+        text += &format!("[[effect]]\nid = \"{}\"\n", kind.id);
+        match kind.place {
+            Place::Joint => text += &format!("at = \"A{}\"\n", i % 6 + 1),
+            Place::Channel => text += "at = \"wrench\"\n",
+            Place::Cell => {}
+        }
+        if i % 3 == 0 {
+            text += "scope = \"log\"\n";
+        }
+        for parameter in kind.parameters {
+            text += &format!("{} = {:?}\n", parameter.name, parameter.high);
+        }
+    }
+    text + cable_drag().split_once("[[effect]]").map_or("", |(_, rest)| rest).trim_start_matches(|c| c != '[')
+}
+
+#[test]
+fn what_is_written_is_read_back() {
+    let model = parse(&one_of_each()).unwrap();
+    assert_eq!(model.effects.len(), TABLE.len() + 1);
+    let folder = tempfile::tempdir().unwrap();
+    let below = folder.path().join("results/of today");
+    fs::create_dir_all(&below).unwrap();
+    let comments = Comments {
+        file: "Fitted to two logs.\nThe first of them is short.".into(),
+        effects: vec![EffectComments {
+            effect: "Held-out score 3.1 before, 1.2 after.".into(),
+            parameters: vec!["95 %: 0.18 to\u{7} 0.22".into()],
+        }],
+    };
+    for path in [folder.path().join("improved.toml"), below.join("improved.toml")] {
+        model.write(&path, &comments).unwrap();
+        let back = ModelFile::read(&path).unwrap();
+        assert_eq!(effects_of(&back), effects_of(&model));
+        assert_eq!((&back.robot, &back.process), (&model.robot, &model.process));
+        assert!(back.effects.iter().zip(&model.effects).all(|(a, b)| std::ptr::eq(a.effect.kind, b.effect.kind)));
+        let text = fs::read_to_string(&path).unwrap();
+        assert!(
+            text.starts_with("# Fitted to two logs.\n# The first of them is short.\nschema = \"model/1\"\n"),
+            "{text}"
+        );
+        assert!(
+            text.contains("# Held-out score 3.1 before, 1.2 after.\n[[effect]]\nid = \"stiffness-error\""),
+            "{text}"
+        );
+        assert!(text.contains("# 95 %: 0.18 to 0.22\nrelative = "), "{text}");
+    }
+}
+
+#[test]
+fn paths_lead_from_the_written_file() {
+    let folder = tempfile::tempdir().unwrap();
+    for below in ["cell", "out"] {
+        fs::create_dir(folder.path().join(below)).unwrap();
+    }
+    fs::copy(fixture("robots/kr500-mt.toml"), folder.path().join("cell/my robot.toml")).unwrap();
+    let path = folder.path().join("cell/model.toml");
+    fs::write(&path, "schema = \"model/1\"\nrobot = \"my robot.toml\"\n").unwrap();
+    let model = ModelFile::read(&path).unwrap();
+    let written = folder.path().join("out/improved.toml");
+    model.write(&written, &Comments::default()).unwrap();
+    let expected = "schema = \"model/1\"\nrobot = \"../cell/my robot.toml\"\n";
+    assert_eq!(fs::read_to_string(&written).unwrap(), expected);
+    model.write(&path, &Comments::default()).unwrap();
+    assert!(fs::read_to_string(&path).unwrap().contains("robot = \"my robot.toml\""));
+}
+
+#[test]
+fn what_could_not_be_read_is_not_written() {
+    let mut model = parse(&one_of_each()).unwrap();
+    model.effects[0].effect.values[0] = f64::NAN;
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("improved.toml");
+    let error = model.write(&path, &Comments::default()).unwrap_err();
+    assert!(error.to_string().contains("stiffness-error"), "{error}");
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+    model.effects.clear();
+    let error = model.write(folder.path().join("none/improved.toml"), &Comments::default()).unwrap_err();
+    assert!(error.to_string().contains("none/improved.toml"), "{error}");
+}
+
+/// In the example file `from` becomes `to`: the error stands at `place` (line:column) and says all of `says`.
+#[track_caller]
+fn mistake(from: &str, to: &str, place: &str, says: &[&str]) {
+    let text = cable_drag();
+    assert!(text.contains(from), "the fixture no longer holds `{from}`");
+    let error = parse(&text.replacen(from, to, 1)).expect_err(to);
+    assert!(error.place().ends_with(&format!("models/test.toml:{place}")), "{error}");
+    let shown = format!("{error}\n{}", error.help_text());
+    for needle in says {
+        assert!(shown.contains(needle), "`{needle}` is not in: {shown}");
+    }
+}
+
+#[test]
+fn mistakes_in_the_file_are_explained_at_their_place() {
+    mistake(
+        "../robots/kr500-mt.toml",
+        "robots/none.toml",
+        "4:9",
+        &["robots/none.toml", "there is no", "this file's folder"],
+    );
+    mistake("process = ", "proces = ", "5:1", &["unknown key `proces`", "Did you mean `process`?"]);
+    mistake("\"backlash\"", "\"backlsh\"", "8:6", &["\"backlsh\"", "Did you mean `backlash`?", "stiffness-error"]);
+    mistake("half_gap_rad", "half_gap", "10:1", &["unknown key `half_gap`", "Did you mean `half_gap_rad`?"]);
+    mistake("half_gap_rad = 1e-4", "", "7:1", &["missing key `half_gap_rad`", "(backlash)", "in rad"]);
+    mistake("\"A5\"", "\"A9\"", "9:6", &["\"A9\"", "A1, A2, A3, A4, A5, A6"]);
+    mistake("at = \"A5\"", "", "7:1", &["missing key `at`", "A1, A2, A3, A4, A5, A6"]);
+    mistake("1e-4", "nan", "10:16", &["nan", "a finite number in rad"]);
+    mistake("1e-4", "\"small\"", "10:16", &["a finite number in rad"]);
+    mistake("1e-4", "1e-4\nscope = \"weld\"", "11:9", &["\"weld\"", "\"campaign\" or \"log\""]);
+    mistake(
+        "\"backlash\"\nat = \"A5\"\nhalf_gap_rad = 1e-4",
+        "\"counterbalance-loss\"\nat = \"A5\"\nloss = 0.1",
+        "9:6",
+        &["\"A5\"", "nothing"],
+    );
+}
+
+#[test]
+fn mistakes_in_an_effect_of_ones_own_are_explained_at_their_place() {
+    // The expression's text begins in column 15 of line 18.
+    mistake(
+        "\"link-torque\"",
+        "\"link-torq\"",
+        "16:8",
+        &["\"link-torq\"", "Did you mean `link-torque`?", "surface-height"],
+    );
+    mistake("\"N·m\"\nexpression", "\"Nm\"\nexpression", "17:8", &["\"Nm\"", "\"N·m\", the unit of link-torque"]);
+    mistake("port = \"link-torque\"\n", "", "13:1", &["missing key `port`"]);
+    mistake("link_rate /", "link_speed /", "18:26", &["`link_speed`", "encoder_rate", "link_rate", "(c, s)"]);
+    mistake("s * link)", "q * link)", "18:47", &["`q`", "the parameters (c, s)"]);
+    mistake("/ 0.001)", "/ 0.001", "18:16", &["never closed"]);
+    mistake("c * tanh", "c tanh", "18:19", &["read `t`", "an operator"]);
+    mistake("0.001", "0.0.1", "18:38", &["`0.0.1`", "a finite number"]);
+    mistake("* link)", "* )", "18:51", &["read `)`", "a number, a name or `(`"]);
+    mistake("/ 0.001", "/ link", "18:15", &["NaN at", "link = 0.0", "c = 150.0", "expected a finite number"]);
+    mistake("s * link)", "s * ln(link))", "18:15", &["inf at", "link = 0.0"]);
+    mistake(" + s * link", "", "18:15", &["the parameter `s` does not occur"]);
+    mistake("[effect.parameters.c]", "[effect.parameters.twist]", "21:1", &["no name for a parameter"]);
+    mistake("step = 20.0", "", "21:1", &["`step` and `shape`"]);
+    mistake("step = 20.0", "shape = []", "27:9", &["at least one value"]);
+    mistake("high = 500.0", "high = 0.0", "26:8", &["a number above `low`"]);
+    mistake("value = 150.0", "", "21:1", &["missing key `value`", "`c`"]);
+    mistake("\"A1\"", "\"X\"", "15:6", &["\"X\"", "one of the joints"]);
+    // Not finite at the end of a parameter's range, though it is at the value.
+    mistake("0.001", "c", "18:15", &["NaN at", "c = 0.0"]);
+}
+
+#[test]
+fn an_expression_over_several_lines_is_pointed_into() {
+    let text = cable_drag().replace(
+        "expression = \"-(c * tanh(link_rate / 0.001) + s * link)\"",
+        "expression = \"\"\"\n  -c * tanh(link_rate / 0.001)\n  - s * lnk\"\"\"",
+    );
+    assert!(parse(&text).unwrap_err().place().ends_with(":20:9"));
+    assert!(parse(&text.replace("lnk", "link")).is_ok());
+}
+
+#[test]
+fn every_port_takes_every_one_of_its_variables() {
+    for port in PORTS {
+        let sum = port.variables.iter().map(|v| v.name).collect::<Vec<_>>().join(" + ");
+        let at = if port.place() == Place::Joint { "at = \"A2\"\n" } else { "" };
+        let text = head()
+            + &format!(
+                "[[effect]]\nid = \"mine\"\n{at}port = \"{}\"\nunit = \"{}\"\nexpression = \"a * ({sum})\"\n\
+                 parameters.a = {{ value = 0, unit = \"1\", low = -1, high = 1, step = 0.1 }}\n",
+                port.name, port.unit
+            );
+        parse(&text).unwrap_or_else(|error| panic!("{}: {error}", port.name));
+    }
+}
+
+#[test]
+fn the_guide_names_every_port_and_variable() {
+    let guide = include_str!("../../../docs/your-own-effect.md");
+    for port in PORTS {
+        for name in port.variables.iter().map(|v| v.name).chain([port.name]) {
+            let numbered = name.trim_end_matches(|c: char| c.is_ascii_digit());
+            let said =
+                guide.contains(&format!("`{name}`")) || (name.starts_with("encoder_") && guide.contains(numbered));
+            assert!(said, "{name} at {}", port.name);
+        }
+    }
+}
+
+#[test]
+fn arithmetic_is_read_as_in_print() {
+    let x = 0.7_f64;
+    for (text, value) in [
+        ("-x^2", -(x * x)),
+        ("2^-x", 2_f64.powf(-x)),
+        ("2^3^2", 512.0),
+        ("2 - 3 - 4", -5.0),
+        ("8 / x / 2 * 3", 8.0 / x / 2.0 * 3.0),
+        ("2 * -x", -2.0 * x),
+        ("- - x", x),
+        ("sin(x + 2 + 3)", (x + 5.0).sin()),
+        ("max(min(x, 1e-3), 5E-4) + 1e0 + .5", 1.501),
+        ("atan2(x, -x)", f64::atan2(x, -x)),
+        ("step(x) + step(-x) + step(0) + sign(-x) + sign(0)", 0.0),
+        ("sin(pi / 6)\n + 0", 0.5),
+    ] {
+        let got = Expression::parse(text, &["x"], &[]).unwrap().eval(&[x], &[]);
+        assert!((got - value).abs() < 1e-15, "{text}: {got}, expected {value}");
+    }
+    let lost = Expression::parse("max(0, ln(x)) + min(ln(x), 0)", &["x"], &[]).unwrap();
+    assert!(lost.eval(&[-1.0], &[]).is_nan(), "what is not a number must not vanish");
+    for deep in ["(".repeat(1000), "-(".repeat(1000), "2^".repeat(1000), "sin(".repeat(1000)] {
+        assert!(Expression::parse(&format!("{deep}1"), &[], &[]).is_err());
+    }
+    assert!(Expression::parse(&format!("{}x", "-".repeat(100_000)), &["x"], &[]).is_ok());
+    assert!(Expression::parse(&vec!["x"; 10_000].join("+"), &["x"], &[]).is_ok());
+}
+
+/// A random expression with its value worked out beside the text.
+fn worked_out(x: f64, c: f64) -> impl Strategy<Value = (String, f64)> {
+    let leaf = prop_oneof![
+        Just(("x".to_owned(), x)),
+        Just(("c".to_owned(), c)),
+        (0.01..10.0_f64).prop_map(|v| (format!("{v:e}"), v)),
+    ];
+    leaf.prop_recursive(6, 40, 2, |inner| {
+        prop_oneof![
+            (inner.clone(), inner.clone()).prop_map(|((a, x), (b, y))| (format!("({a}+{b})"), x + y)),
+            (inner.clone(), inner.clone())
+                .prop_map(|((a, x), (b, y))| (format!("({a}) - ({b})"), x - y))
+                .prop_map(|(t, v)| (format!("({t})"), v)),
+            (inner.clone(), inner.clone()).prop_map(|((a, x), (b, y))| (format!("({a})*({b})"), x * y)),
+            (inner.clone(), inner.clone()).prop_map(|((a, x), (b, y))| (format!("(({a})/({b}))"), x / y)),
+            (inner.clone(), inner.clone()).prop_map(|((a, x), (b, y))| (format!("atan2({a}, {b})"), x.atan2(y))),
+            inner.clone().prop_map(|(a, x)| (format!("tanh( {a} )"), x.tanh())),
+            inner.prop_map(|(a, x)| (format!("(-({a}))"), -x)),
+        ]
+    })
+}
+
+proptest! {
+    #[test]
+    fn an_expression_has_the_value_that_mathematics_gives_it(
+        (x, c, (text, value)) in (-5.0..5.0_f64, -5.0..5.0_f64).prop_flat_map(|(x, c)| (Just(x), Just(c), worked_out(x, c)))
+    ) {
+        let got = Expression::parse(&text, &["x"], &["c"]).unwrap().eval(&[x], &[c]);
+        prop_assert!(got.to_bits() == value.to_bits() || (got.is_nan() && value.is_nan()), "{text}: {got}, {value}");
+    }
+
+    #[test]
+    fn no_text_makes_the_parser_panic(text in "(?s).{0,80}", like in "[-+*/^(),.0-9e x c\\tsinmaxpi·∞]{0,80}") {
+        for text in [text, like] {
+            match Expression::parse(&text, &["x", "y"], &["c"]) {
+                Ok(expression) => { expression.eval(&[0.1, 0.2], &[0.3]); }
+                Err(mistake) => prop_assert!(mistake.at.start <= mistake.at.end && mistake.at.end <= text.len()),
+            }
+        }
+    }
+
+    #[test]
+    fn no_edit_of_a_model_file_makes_its_reader_panic(at in 0..1400usize, length in 0..40usize, put in "[ -~·\\n]{0,20}") {
+        let text = cable_drag();
+        let boundary = |at: usize| (0..=at.min(text.len())).rev().find(|i| text.is_char_boundary(*i)).unwrap_or(0);
+        let (from, to) = (boundary(at), boundary(at + length));
+        let edited = format!("{}{put}{}", &text[..from], &text[to..]);
+        if let Err(error) = parse(&edited) {
+            prop_assert!(Path::new(error.place()).components().count() > 1 && !error.message().is_empty());
+        }
+    }
+}
