@@ -31,6 +31,11 @@ pub fn is_calibration(kind: &Kind) -> bool {
     CALIBRATIONS.iter().any(|c| c.id == kind.id)
 }
 
+/// Expected size of each of a calibration's values, one standard deviation.
+pub fn expected(id: &str) -> Vec<f64> {
+    CALIBRATIONS.iter().find(|c| c.id == id).map_or(Vec::new(), |c| c.expected.to_vec())
+}
+
 /// The library's effect of that name.
 ///
 /// # Panics

@@ -5,12 +5,13 @@
 //!    squares would fall.
 //! 3. The best are fitted in full, calibrations with them, and judged by blocks in time that were left out.
 
-use crate::calibrate::{calibrations, is_calibration, nothing, of_logs, places};
-use crate::fit::{self, Bench, Effort, Fitted, Free, Linear, Of, Point, Residuals, Slopes};
+use crate::calibrate::{calibrations, expected, is_calibration, nothing, of_logs, places};
+use crate::fit::{self, Bench, Effort, Fitted, Free, Of, Point, Residuals, Slopes};
 use crate::log::LogKind;
 use crate::predict::PredictError;
 use nalgebra::DVector;
 use rayon::prelude::*;
+use std::collections::BTreeMap;
 use trueweld_plant::effects::{At, Effect, Kind, Role, TABLE};
 
 /// A hypothesis: an effect at a place, and what screening says of it.
@@ -48,6 +49,7 @@ fn shapes(kind: &'static Kind, length: f64) -> Vec<Vec<(usize, f64)>> {
 }
 
 /// Everything that screening needs of the point it is done at.
+#[derive(Clone, Copy)]
 pub struct Ground<'a> {
     /// The logs.
     pub bench: &'a Bench,
@@ -119,7 +121,12 @@ impl Ground<'_> {
             }
             .clamp(parameter.low, parameter.high);
         }
-        Some(Screened { effect, gain })
+        // A value held at the bound where there is no effect explains nothing.
+        let nowhere = sizes.iter().all(|k| {
+            let (p, v) = (&kind.parameters[*k], effect.values[*k]);
+            v == fit::neutral(p, v) || (matches!(p.role, Role::Reciprocal { .. }) && v == p.high)
+        });
+        (!nowhere).then_some(Screened { effect, gain })
     }
 
     /// By how much the sum of squares falls with these slopes beside all that is free, and the step that does it.
@@ -239,8 +246,32 @@ pub fn calibrated(bench: &Bench, blocks: &[Vec<u8>]) -> Result<Fitted, PredictEr
 /// # Errors
 /// [`PredictError`].
 pub fn fit_hypothesis(ground: &Ground<'_>, effect: &Effect, steps: usize) -> Result<Fitted, PredictError> {
-    let mut point: Point = ground.null.point.clone();
-    point.add(effect.clone(), f64::INFINITY);
+    // Slopes at nothing say little of the size of what is not in proportion to it: a gap, a loop.
+    let mut start = None;
+    for factor in [1.0, 0.4, 2.5, 6.0] {
+        let mut effect = effect.clone();
+        for (v, p) in effect.values.iter_mut().zip(effect.kind.parameters) {
+            if let Role::Size { neutral, .. } = p.role {
+                *v = (neutral + (*v - neutral) * factor).clamp(p.low, p.high);
+            }
+        }
+        let mut point: Point = ground.null.point.clone();
+        point.add(effect, f64::INFINITY);
+        if let Ok(at) = fit::residuals(ground.bench, &point) {
+            let left = fit::chi_square(&at);
+            if start.as_ref().is_none_or(|(least, _)| left < *least) {
+                start = Some((left, point));
+            }
+        }
+    }
+    let point = match start {
+        Some((_, point)) => point,
+        None => {
+            let mut point: Point = ground.null.point.clone();
+            point.add(effect.clone(), f64::INFINITY);
+            point
+        }
+    };
     let stale = ground.null.slopes.len();
     fit::fit(ground.bench, &point, ground.blocks, &ground.null.slopes, Effort { steps, stale })
 }
@@ -256,7 +287,468 @@ pub fn score(residuals: &Residuals) -> f64 {
     (fit::chi_square(residuals) / fit::count(residuals).max(1) as f64).sqrt()
 }
 
-/// Held-out sum of squares of every block.
-pub fn held_out(linear: &Linear) -> Vec<f64> {
-    linear.held_out(None)
+/// Sum of squares and number of the residuals of one channel in one log.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Part {
+    /// Sum of squares.
+    pub square: f64,
+    /// Number.
+    pub count: usize,
+}
+
+/// Sums of squares by log and channel.
+pub fn parts(bench: &Bench, residuals: &Residuals) -> BTreeMap<(usize, &'static str), Part> {
+    let mut parts: BTreeMap<(usize, &'static str), Part> = BTreeMap::new();
+    for (log, (experiment, prediction)) in bench.experiments.iter().zip(residuals).enumerate() {
+        for (c, r) in experiment.compared.iter().zip(&prediction.residual) {
+            let part = parts.entry((log, c.quantity.channel())).or_default();
+            part.square += r * r;
+            part.count += 1;
+        }
+    }
+    parts
+}
+
+/// What the data say.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Verdict {
+    /// Nothing is missing above the floor.
+    Adequate,
+    /// An effect of the library, or two, explain what was missing.
+    EffectFound,
+    /// Something is missing that none of the library's effects explains.
+    UnknownEffect,
+}
+
+impl Verdict {
+    /// Its name in results.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Adequate => "adequate",
+            Self::EffectFound => "effect-found",
+            Self::UnknownEffect => "unknown-effect",
+        }
+    }
+}
+
+/// An effect with fitted values.
+#[derive(Debug, Clone)]
+pub struct Found {
+    /// The effect.
+    pub effect: Effect,
+    /// Its log, where each has its own.
+    pub log: Option<usize>,
+    /// 95 % interval of each value.
+    pub interval: Vec<[f64; 2]>,
+}
+
+/// One explanation: an effect, or two that act together.
+#[derive(Debug, Clone)]
+pub struct Candidate {
+    /// Its effects.
+    pub effects: Vec<Found>,
+    /// Score on held-out blocks of the model as it was given.
+    pub held_out_before: f64,
+    /// Score on held-out blocks with the effects, calibrations refitted.
+    pub held_out_after: f64,
+    /// How likely this explanation is, given the data and the library.
+    pub probability: f64,
+    /// Share of what was above the floor that is still there.
+    pub left: f64,
+    /// Other explanations that these data do not tell from this one, by index.
+    pub indistinguishable: Vec<usize>,
+    /// The fit.
+    pub fitted: Fitted,
+}
+
+/// What a diagnosis found.
+#[derive(Debug, Clone)]
+pub struct Diagnosis {
+    /// What the data say.
+    pub verdict: Verdict,
+    /// Score of the model as it was given.
+    pub score_before: f64,
+    /// Residuals of the model as it was given.
+    pub before: Residuals,
+    /// Residuals with calibrations alone.
+    pub calibrated: Residuals,
+    /// Explanations, best first.
+    pub candidates: Vec<Candidate>,
+    /// What is a little off in the cell besides.
+    pub calibration: Vec<Found>,
+    /// The model with the best explanation and the calibrations that count.
+    pub improved: Fitted,
+    /// Smallest size of each effect that these data would have shown, in units of its first size.
+    pub limits: Vec<(Effect, f64)>,
+}
+
+/// Rules of decision. Their numbers come from the corpus in `tests/`, never from recorded campaigns.
+pub mod rules {
+    /// Fall of the held-out sum of squares that chance does not reach among some hundred hypotheses.
+    pub const GAIN: f64 = 30.0;
+    /// The same in standard errors over blocks.
+    pub const ERRORS: f64 = 2.0;
+    /// Fall of one channel's sum of squares below which its noise is not known well enough, as a share.
+    pub const VISIBLE: f64 = 0.08;
+    /// Share of what was above the floor that an explanation may leave.
+    pub const LEFT: f64 = 0.1;
+    /// The same, where all together is as near to the floor as this score.
+    pub const LEFT_NEAR: f64 = 0.5;
+    /// Share of what one effect leaves that a second one may leave.
+    pub const HALVED: f64 = 0.5;
+    /// Score that is near the floor.
+    pub const NEAR: f64 = 1.05;
+    /// Score of any channel from which on something is above the floor.
+    pub const FLOOR: f64 = 1.3;
+    /// Fall of the sum of squares that a calibration must bring to be kept, and so much more for each value it has.
+    pub const KEEP: f64 = 25.0;
+    /// The same for each value.
+    pub const KEEP_EACH: f64 = 6.0;
+    /// Residuals of one channel that follow each other are not as many as they are.
+    pub const CORRELATED: f64 = 4.0;
+    /// Hypotheses fitted in full, first alone and then beside the best.
+    pub const FITTED: usize = 8;
+    /// Of these, how many beside the best.
+    pub const FITTED_BESIDE: usize = 5;
+}
+
+/// Held-out gain of one fit over another: sum over blocks, and its standard error.
+fn gain(before: &[f64], after: &[f64]) -> (f64, f64) {
+    let differences: Vec<f64> = before.iter().zip(after).map(|(b, a)| b - a).collect();
+    let n = differences.len() as f64;
+    let sum: f64 = differences.iter().sum();
+    let variance = differences.iter().map(|d| (d - sum / n).powi(2)).sum::<f64>() / (n - 1.0);
+    (sum, (n * variance).sqrt())
+}
+
+/// True where a fit explains more than chance does and than the noise is known to.
+fn counts(bench: &Bench, before: &Fitted, after: &Fitted) -> bool {
+    let (gain, error) = gain(&before.linear.held_out(None), &after.linear.held_out(None));
+    if gain < rules::GAIN || gain < rules::ERRORS * error {
+        return false;
+    }
+    let (b, a) = (parts(bench, &before.at), parts(bench, &after.at));
+    b.iter().any(|(key, part)| {
+        let fall = part.square - a.get(key).map_or(part.square, |p| p.square);
+        fall > rules::VISIBLE * part.square && fall > 0.5 * rules::GAIN
+    })
+}
+
+/// Sum of squares above the floor.
+fn above(residuals: &Residuals) -> f64 {
+    (fit::chi_square(residuals) - fit::count(residuals) as f64).max(0.0)
+}
+
+/// True where no channel of any log stands out of the floor.
+fn at_floor(bench: &Bench, residuals: &Residuals) -> bool {
+    parts(bench, residuals).values().all(|p| {
+        let count = p.count as f64;
+        p.square / count < rules::FLOOR.powi(2) + 6.0 * (2.0 / count).sqrt()
+    })
+}
+
+/// What a diagnosis is at, for whoever waits.
+pub type Progress<'a> = &'a (dyn Fn(&str, f64) + Sync);
+
+/// Finds out which effect is missing.
+///
+/// # Errors
+/// [`PredictError`] where the model as given cannot be driven through the logs.
+pub fn diagnose(bench: &Bench, length: f64, progress: Progress<'_>) -> Result<Diagnosis, PredictError> {
+    let blocks = fit::blocks_of(bench);
+    progress("comparing", 0.0);
+    let before = fit::residuals(bench, &Point::empty(bench.experiments.len()))?;
+    progress("calibrating", 0.02);
+    let null = calibrated(bench, &blocks)?;
+    progress("screening every effect", 0.15);
+    let ground = Ground { bench, blocks: &blocks, null: &null, length };
+    let screened = screen(&ground);
+    progress("fitting the likeliest", 0.45);
+    let mut singles = fit_all(&ground, screened.iter().take(rules::FITTED));
+    if let Some(best) = singles.first_mut() {
+        polish(bench, &blocks, best);
+    }
+    singles.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+
+    let excess = above(&null.at).max(1.0);
+    let mut chosen: Vec<Fitted> = Vec::new();
+    if let Some(best) = singles.first().filter(|best| counts(bench, &null, best)) {
+        chosen.push(best.clone());
+        let left = above(&best.at) / excess;
+        if left > rules::LEFT || !at_floor(bench, &best.at) {
+            progress("looking for a second effect", 0.65);
+            if let Some(pair) = second(&ground, best, &singles) {
+                chosen.push(pair);
+            }
+        }
+    }
+    progress("weighing the evidence", 0.92);
+    Ok(conclude(bench, &blocks, before, &null, singles, chosen))
+}
+
+/// Fits hypotheses in full, best first.
+fn fit_all<'s>(ground: &Ground<'_>, screened: impl Iterator<Item = &'s Screened>) -> Vec<Fitted> {
+    let screened: Vec<&Screened> = screened.filter(|s| s.gain > rules::GAIN * 0.5).collect();
+    let mut fits: Vec<Fitted> =
+        screened.par_iter().filter_map(|s| fit_hypothesis(ground, &s.effect, 5).ok()).collect();
+    fits.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    fits
+}
+
+/// Refits with fresh slopes of all that is not in proportion.
+fn polish(bench: &Bench, blocks: &[Vec<u8>], fitted: &mut Fitted) {
+    let stale = of_logs(&fitted.point);
+    let known = fitted.slopes[..stale].to_vec();
+    if let Ok(better) = fit::fit(bench, &fitted.point, blocks, &known, Effort { steps: 3, stale }) {
+        if better.cost <= fitted.cost * (1.0 + 1e-9) {
+            *fitted = better;
+        }
+    }
+}
+
+/// The best pair that the best single effect is a member of, if it brings more than chance; singles are dropped again that
+/// the other makes needless.
+fn second(ground: &Ground<'_>, best: &Fitted, singles: &[Fitted]) -> Option<Fitted> {
+    let beside = Ground { null: best, ..*ground };
+    let own = best.point.all.last()?;
+    let screened = screen(&beside);
+    let others = screened.iter().filter(|s| (s.effect.kind.id, s.effect.at) != (own.kind.id, own.at));
+    let mut pairs = fit_all(&beside, others.take(rules::FITTED_BESIDE));
+    let first = pairs.first_mut()?;
+    polish(ground.bench, ground.blocks, first);
+    let pair = first.clone();
+    // What is left must fall by half at least: a prediction that is not quite right leaves a little for any effect to mend.
+    if !counts(ground.bench, best, &pair) || above(&pair.at) > rules::HALVED * above(&best.at) {
+        return None;
+    }
+    // The second effect alone may do what both do together.
+    let other = pair.point.all.last()?;
+    let alone = singles.iter().find(|s| s.point.all.last().is_some_and(|e| (e.kind.id, e.at) == (other.kind.id, other.at)));
+    if alone.is_some_and(|alone| !counts(ground.bench, alone, &pair)) {
+        return None;
+    }
+    Some(pair)
+}
+
+/// The effects of a fit that are no calibrations.
+fn effects_of(fitted: &Fitted) -> Vec<usize> {
+    (0..fitted.point.all.len()).filter(|i| !is_calibration(fitted.point.all[*i].kind)).collect()
+}
+
+/// Fitted effects with their intervals.
+fn found(fitted: &Fitted, wanted: impl Fn(Of) -> bool) -> Vec<Found> {
+    let inflation = (fit::chi_square(&fitted.at) / fit::count(&fitted.at).max(1) as f64).max(1.0) * rules::CORRELATED;
+    let deviations = fitted.linear.solve(None, 0.0, None).map(|s| s.deviations());
+    let mut all: Vec<Found> = Vec::new();
+    let mut seen: Vec<Of> = Vec::new();
+    for (k, free) in fitted.point.free.iter().enumerate() {
+        if !wanted(free.of) {
+            continue;
+        }
+        let index = seen.iter().position(|of| *of == free.of).unwrap_or_else(|| {
+            let effect = fitted.point.effect(free.of).clone();
+            let interval = effect.values.iter().map(|v| [*v, *v]).collect();
+            all.push(Found { effect, log: if let Of::Log(log, _) = free.of { Some(log) } else { None }, interval });
+            seen.push(free.of);
+            all.len() - 1
+        });
+        let parameter = fitted.point.parameter(free);
+        let value = fitted.point.value(free);
+        let deviation = deviations.as_ref().map_or(f64::INFINITY, |d| d[k]);
+        let reach = 1.96 * deviation * fit::unit(parameter, value) * inflation.sqrt();
+        all[index].interval[free.parameter] = [value - reach, value + reach];
+    }
+    all
+}
+
+fn conclude(
+    bench: &Bench,
+    blocks: &[Vec<u8>],
+    before: Residuals,
+    null: &Fitted,
+    singles: Vec<Fitted>,
+    chosen: Vec<Fitted>,
+) -> Diagnosis {
+    let n = fit::count(&before).max(1) as f64;
+    let score_before = score(&before);
+    let excess = above(&null.at).max(1.0);
+    let best = chosen.last().unwrap_or(null);
+    let left = above(&best.at) / excess;
+    let explained = at_floor(bench, &best.at)
+        || left < rules::LEFT
+        || (score(&best.at) < rules::NEAR && left < rules::LEFT_NEAR);
+    let verdict = if chosen.is_empty() {
+        if at_floor(bench, &null.at) { Verdict::Adequate } else { Verdict::UnknownEffect }
+    } else if explained {
+        Verdict::EffectFound
+    } else {
+        Verdict::UnknownEffect
+    };
+
+    // Which calibrations count, beside the explanation.
+    let (improved, kept) = sparse(bench, blocks, best);
+    let calibration = found(&improved, |of| is_calibration(improved.point.effect(of).kind));
+
+    let mut fits: Vec<Fitted> = singles;
+    if chosen.len() > 1 {
+        fits.insert(0, chosen[chosen.len() - 1].clone());
+    }
+    let mut candidates: Vec<Candidate> = fits
+        .into_iter()
+        .map(|fitted| {
+            let own = effects_of(&fitted);
+            Candidate {
+                effects: found(&fitted, |of| matches!(of, Of::All(i) if own.contains(&i))),
+                held_out_before: score_before,
+                held_out_after: (fitted.linear.held_out(None).iter().sum::<f64>() / n).sqrt(),
+                probability: 0.0,
+                left: above(&fitted.at) / excess,
+                indistinguishable: Vec::new(),
+                fitted,
+            }
+        })
+        .collect();
+    // A single calibration that is all there is to say is the answer.
+    let mut verdict = verdict;
+    let stands_out = || {
+        let (b, a) = (parts(bench, &before), parts(bench, &improved.at));
+        b.iter().any(|(key, part)| {
+            let fall = part.square - a.get(key).map_or(part.square, |p| p.square);
+            fall > rules::VISIBLE * part.square && fall > 0.5 * rules::GAIN
+        })
+    };
+    if verdict == Verdict::Adequate && kept.len() == 1 && stands_out() {
+        let item = found(&improved, |_| true);
+        verdict = Verdict::EffectFound;
+        candidates.insert(
+            0,
+            Candidate {
+                effects: item.into_iter().take(1).collect(),
+                held_out_before: score_before,
+                held_out_after: (improved.linear.held_out(None).iter().sum::<f64>() / n).sqrt(),
+                probability: 0.0,
+                left: above(&improved.at) / above(&before).max(1.0),
+                indistinguishable: Vec::new(),
+                fitted: improved.clone(),
+            },
+        );
+    }
+    weigh(&mut candidates, null, verdict);
+    Diagnosis {
+        verdict,
+        score_before,
+        before,
+        calibrated: null.at.clone(),
+        candidates,
+        calibration,
+        improved,
+        limits: Vec::new(),
+    }
+}
+
+/// Probabilities among the explanations, and which of them the data do not tell apart.
+fn weigh(candidates: &mut [Candidate], null: &Fitted, verdict: Verdict) {
+    let Some(first) = candidates.first() else { return };
+    let (best, n) = (first.fitted.cost, fit::count(&first.fitted.at).max(1) as f64);
+    // What is left above the floor says how far the sum of squares can be trusted.
+    let trust = (fit::chi_square(&first.fitted.at) / n).max(1.0) * rules::CORRELATED;
+    let weight = |cost: f64| (-0.5 * (cost - best).max(0.0) / trust).exp();
+    // "None of these" stands beside them: with the calibrations alone, and with what the best leaves above the floor.
+    let none = if verdict == Verdict::Adequate { 1.0 } else { weight(null.cost) };
+    let sum: f64 = candidates.iter().map(|c| weight(c.fitted.cost)).sum::<f64>() + none;
+    let ceiling = match verdict {
+        Verdict::UnknownEffect => 0.5,
+        _ => 1.0 - (fit::chi_square(&first.fitted.at) / n - 1.0).clamp(0.0, first.left.clamp(0.0, 1.0)),
+    };
+    let costs: Vec<f64> = candidates.iter().map(|c| c.fitted.cost).collect();
+    for (k, c) in candidates.iter_mut().enumerate() {
+        c.probability = weight(c.fitted.cost) / sum * ceiling;
+        c.indistinguishable = (0..costs.len()).filter(|j| *j != k && (costs[*j] - costs[k]).abs() < 9.0 * trust).collect();
+    }
+}
+
+/// Keeps of the calibrations those that count: by forward steps, each bringing the most, then a refit. Calibrations that are
+/// the same in all logs become one for all. Gives the groups kept.
+fn sparse(bench: &Bench, blocks: &[Vec<u8>], fitted: &Fitted) -> (Fitted, Vec<(&'static str, At)>) {
+    let point = &fitted.point;
+    let mut groups: Vec<((&'static str, At), Vec<usize>)> = Vec::new();
+    let mut kept: Vec<usize> = Vec::new();
+    for (k, free) in point.free.iter().enumerate() {
+        let effect = point.effect(free.of);
+        if !is_calibration(effect.kind) {
+            kept.push(k);
+            continue;
+        }
+        let key = (effect.kind.id, effect.at);
+        match groups.iter_mut().find(|(g, _)| *g == key) {
+            Some((_, values)) => values.push(k),
+            None => groups.push((key, vec![k])),
+        }
+    }
+    let mut names = Vec::new();
+    let trust = (fit::chi_square(&fitted.at) / fit::count(&fitted.at).max(1) as f64).max(1.0) * rules::CORRELATED;
+    let Some((mut cost, mut step)) = fitted.linear.with_only(&kept) else { return (fitted.clone(), names) };
+    loop {
+        let tried: Vec<(f64, DVector<f64>, usize)> = groups
+            .par_iter()
+            .enumerate()
+            .filter_map(|(g, (_, values))| {
+                let with: Vec<usize> = kept.iter().chain(values).copied().collect();
+                let (cost, step) = fitted.linear.with_only(&with)?;
+                Some((cost, step, g))
+            })
+            .collect();
+        let gain = |t: &(f64, DVector<f64>, usize)| {
+            cost - t.0 - trust * (rules::KEEP + rules::KEEP_EACH * groups[t.2].1.len() as f64)
+        };
+        let Some(best) = tried.into_iter().max_by(|a, b| gain(a).total_cmp(&gain(b))) else { break };
+        if gain(&best) <= 0.0 {
+            break;
+        }
+        (cost, step) = (best.0, best.1);
+        let (name, values) = groups.swap_remove(best.2);
+        kept.extend(values);
+        names.push(name);
+    }
+    let all = point.moved(&step);
+    let mut reduced = Point::empty(bench.experiments.len());
+    // Effects first, then what is kept of the calibrations.
+    for i in effects_of(fitted) {
+        reduced.add(point.all[i].clone(), f64::INFINITY);
+    }
+    for (id, at) in &names {
+        let own: Vec<&Effect> = all.all.iter().chain(all.each.iter().flatten()).filter(|e| e.kind.id == *id && e.at == *at).collect();
+        let mean = (0..own[0].values.len()).map(|v| own.iter().map(|e| e.values[v]).sum::<f64>() / own.len() as f64).collect();
+        reduced.add_expected(Effect { values: mean, ..own[0].clone() }, &expected(id));
+    }
+    let refit = |point: &Point| fit::fit(bench, point, blocks, &[], Effort { steps: 4, stale: 0 }).ok();
+    let Some(common) = refit(&reduced) else { return (fitted.clone(), names) };
+    // One for all, unless each log having its own brings what its values cost.
+    let mut apart = common.point.clone();
+    let mut split = false;
+    for (id, at) in &names {
+        let Some(i) = apart.all.iter().position(|e| e.kind.id == *id && e.at == *at) else { continue };
+        let logs: Vec<usize> = (0..bench.experiments.len())
+            .filter(|l| point.each[*l].iter().any(|e| e.kind.id == *id && e.at == *at))
+            .collect();
+        if logs.len() < 2 {
+            continue;
+        }
+        let effect = apart.all[i].clone();
+        apart.all[i] = Effect { values: nothing(effect.kind, effect.at).values, ..effect.clone() };
+        apart.free.retain(|f| f.of != Of::All(i));
+        for log in &logs {
+            apart.add_to_log(*log, effect.clone(), &expected(id));
+        }
+        split = true;
+    }
+    if split {
+        if let Some(apart) = refit(&apart) {
+            let more = apart.point.free.len().saturating_sub(common.point.free.len()) as f64;
+            if common.cost - apart.cost > trust * (rules::KEEP + rules::KEEP_EACH * more) {
+                return (apart, names);
+            }
+        }
+    }
+    (common, names)
 }

@@ -84,7 +84,7 @@ fn value_at(parameter: &Parameter, from: f64, u: f64) -> f64 {
 }
 
 /// Size of one unit of a fit at a value, in the value's unit.
-fn unit(parameter: &Parameter, value: f64) -> f64 {
+pub fn unit(parameter: &Parameter, value: f64) -> f64 {
     match parameter.role {
         Role::Size { step, .. } => step,
         Role::Reciprocal { step } => step * value * value,
@@ -135,6 +135,13 @@ impl Point {
         self.free.extend((0..parameters).map(|parameter| Free { of, parameter, expected }));
     }
 
+    /// Adds an effect for all logs, of whose values this much is expected.
+    pub fn add_expected(&mut self, effect: Effect, expected: &[f64]) {
+        let of = Of::All(self.all.len());
+        self.all.push(effect);
+        self.free.extend(expected.iter().enumerate().map(|(parameter, e)| Free { of, parameter, expected: *e }));
+    }
+
     /// Adds an effect of one log, with all its values free.
     pub fn add_to_log(&mut self, log: usize, effect: Effect, expected: &[f64]) {
         let of = Of::Log(log, self.each[log].len());
@@ -148,7 +155,7 @@ impl Point {
     }
 
     /// Free values moved by a step in the fit's units.
-    fn moved(&self, step: &DVector<f64>) -> Self {
+    pub(crate) fn moved(&self, step: &DVector<f64>) -> Self {
         let mut next = self.clone();
         for (k, free) in self.free.iter().enumerate() {
             let parameter = self.parameter(free);
@@ -395,6 +402,29 @@ impl Linear {
             full[*k] = -step[i];
         }
         Some(Step { step: full, only: only.to_vec(), scale, factor })
+    }
+
+    /// The least cost with only `kept` values free and all others at nothing, and the step that leads there.
+    pub fn with_only(&self, kept: &[usize]) -> Option<(f64, DVector<f64>)> {
+        let (square, slope) = self.without(None);
+        let n = self.weight.len();
+        let mut step = -&self.away;
+        for k in kept {
+            step[*k] = 0.0;
+        }
+        let right = slope + &square * &step;
+        let m = kept.len();
+        let scale = DVector::from_fn(m, |i, _| square[(kept[i], kept[i])].max(1e-30).sqrt().recip());
+        let mut reduced = DMatrix::from_fn(m, m, |i, j| square[(kept[i], kept[j])] * scale[i] * scale[j]);
+        for i in 0..m {
+            reduced[(i, i)] += 1e-10;
+        }
+        let found = reduced.cholesky()?.solve(&DVector::from_fn(m, |i, _| right[kept[i]] * scale[i]));
+        for i in 0..m {
+            step[kept[i]] = -found[i] * scale[i];
+        }
+        debug_assert_eq!(step.len(), n);
+        Some((self.cost(&step), step))
     }
 
     /// Sum of squares in all blocks after a step, without priors.

@@ -38,6 +38,9 @@ const ORDERS: usize = 6;
 /// Push that counts as firm contact, in deviations of the predicted depth force.
 const FIRM: f64 = 4.0;
 
+/// Share to which the arm's compliance at the spindle's orders is known: its effects change it, and its motors.
+const COMPLIANCE_KNOWN: f64 = 0.25;
+
 /// Depth force from which on there is contact to speak of, as a share of the process' reference force.
 const CONTACT: f64 = 0.03;
 
@@ -75,6 +78,8 @@ struct Closed {
     /// δx per δF, and what the motors move.
     compliance: Matrix3<Complex<f64>>,
     moved: Vector3<Complex<f64>>,
+    /// Size of the nominal ripple's force, N.
+    line: Vector3<f64>,
 }
 
 /// The tool at one row: TCP and velocity in W, and the channel behind it.
@@ -184,20 +189,30 @@ impl Contact {
     fn tool(&self, robot: Option<&ElasticRobot>, late: f64) -> Vec<Tool> {
         let n = self.angle.len();
         let w = &self.seam.b_from_w;
+        let read = |k: usize| {
+            let at = |i: usize| match late {
+                0.0 => self.position[i][k],
+                _ => interpolate(&self.position[i], k as f64 + late / self.period),
+            };
+            Vector3::new(at(0), at(1), at(2))
+        };
+        // What the tracker's terms do to a position changes along a weld as slowly as the tool moves.
+        let stride = (self.low.half() / 12).max(1);
+        let undone: Vec<Vector3<f64>> = (0..n + stride)
+            .step_by(stride)
+            .map(|k| {
+                let k = k.min(n - 1);
+                let pose = Pose { position: read(k), rotation: self.rotation[k] };
+                robot.map_or(Vector3::zeros(), |r| {
+                    pose_behind(&r.ports, &pose, k as f64 * self.period).position - pose.position
+                })
+            })
+            .collect();
         let raw: Vec<Vector3<f64>> = (0..n)
             .map(|k| {
-                let at = |i: usize| {
-                    if late == 0.0 {
-                        self.position[i][k]
-                    } else {
-                        interpolate(&self.position[i], k as f64 + late / self.period)
-                    }
-                };
-                let mut pose = Pose { position: Vector3::new(at(0), at(1), at(2)), rotation: self.rotation[k] };
-                if let Some(robot) = robot {
-                    pose = pose_behind(&robot.ports, &pose, k as f64 * self.period);
-                }
-                w.rotation.tr_mul(&(pose.position - w.position))
+                let (before, share) = (k / stride, (k % stride) as f64 / stride as f64);
+                let undone = undone[before] * (1.0 - share) + undone[before + 1] * share;
+                w.rotation.tr_mul(&(read(k) + undone - w.position))
             })
             .collect();
         let mut position = vec![Vector3::zeros(); n];
@@ -274,7 +289,8 @@ impl Contact {
             for (k, &row) in self.rows.iter().enumerate() {
                 let driven = self.driven_noise(model, &encoder, order, k);
                 for c in 0..3 {
-                    let through = 2.0 * value * turned(&driven, row, c);
+                    let arm = self.loops[k][order - 1].line.map(|z| COMPLIANCE_KNOWN * z);
+                    let through = 2.0 * value * turned(&driven, row, c) + turned(&arm, row, c);
                     for sine in [false, true] {
                         compared.push(Compared {
                             quantity: Quantity::Ripple { order: order as u8, sine },
@@ -371,7 +387,7 @@ impl Contact {
                     let contact = complex(&held.stiffness) + complex(&held.damping) * Complex::new(0.0, turning);
                     let pass =
                         (Matrix3::identity() + contact * compliance).try_inverse().unwrap_or_else(Matrix3::zeros);
-                    Closed { pass, driven: -(pass * (contact * moved)), compliance, moved }
+                    Closed { pass, driven: -(pass * (contact * moved)), compliance, moved, line: Vector3::zeros() }
                 })
             })
             .collect();
@@ -382,8 +398,10 @@ impl Contact {
         for (k, &row) in self.rows.iter().enumerate() {
             for n in 0..ORDERS {
                 let own = self.amplitude(n + 1, row, &force);
-                let closed = &self.loops[k][n];
-                amplitude[k][n] = closed.moved + closed.compliance * (closed.pass * own + closed.driven);
+                let closed = self.loops[k][n];
+                let force = closed.pass * own + closed.driven;
+                amplitude[k][n] = closed.moved + closed.compliance * force;
+                self.loops[k][n].line = force.map(|z| z.norm());
             }
         }
         let (first, last) = (self.rows[0], self.rows[self.rows.len() - 1]);

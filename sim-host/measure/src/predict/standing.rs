@@ -38,6 +38,8 @@ pub(super) struct Standing {
     payloads: Vec<Payload>,
     position: Option<Vec<Vector3<f64>>>,
     rotation: Option<Vec<Matrix3<f64>>>,
+    /// Torque that the wrench's noise makes at each joint, N·m.
+    slack: JointVector<f64>,
     /// Of the log's rows, s.
     period: f64,
 }
@@ -76,6 +78,7 @@ impl Standing {
             band: None,
             payload,
             payloads,
+            slack: slack(log, noise, model, 1.0),
             position: s.position.clone(),
             rotation: s.rotation.as_ref().map(|r| r.iter().map(rotation_from_vector).collect()),
             period: 0.0,
@@ -136,6 +139,7 @@ impl Standing {
             band: Some(low.clone()),
             payload: vec![0; n],
             payloads: vec![Payload { mass: 0.0, centre: Vector3::zeros() }],
+            slack: JointVector::zeros(),
             position: tracker.map(|t| slow(&t)),
             rotation,
             period,
@@ -214,7 +218,7 @@ impl Standing {
             spring: Vec::with_capacity(n),
             tool: Vec::with_capacity(n),
         };
-        let mut links = Links::new();
+        let mut links = Links::with_slack(self.slack);
         let loaded = self.payloads.iter().map(|p| hung(&robot.model, p)).collect::<Result<Vec<_>, _>>()?;
         let mut on_flange = 0;
         for k in 0..n {
@@ -248,12 +252,12 @@ impl Standing {
 
     /// Measured less predicted, in engineering units.
     pub(super) fn residual(&self, robot: &ElasticRobot, motion: &Motion, residual: &mut Vec<f64>) {
-        let tool = |row: usize| match &self.band {
-            None => motion.tool[row],
-            Some(band) => self.smoothed(band, motion, row, robot.ports.delay(Channel::Tracker)),
+        let tool: Vec<Pose<f64>> = match &self.band {
+            None => self.rows.iter().map(|row| motion.tool[*row]).collect(),
+            Some(band) => self.smoothed(band, motion, robot.ports.delay(Channel::Tracker)),
         };
         let sensed: Vec<Pose<f64>> =
-            self.rows.iter().map(|row| seen(&robot.ports, &tool(*row), self.time[*row])).collect();
+            self.rows.iter().zip(&tool).map(|(row, pose)| seen(&robot.ports, pose, self.time[*row])).collect();
         if let Some(position) = &self.position {
             position.iter().zip(&sensed).for_each(|(m, p)| residual.extend((m - p.position).iter()));
         }
@@ -264,31 +268,45 @@ impl Standing {
         }
     }
 
-    /// The tool's pose in the band of a weld, as it was `late` s before.
-    fn smoothed(&self, band: &LowPass, motion: &Motion, row: usize, late: f64) -> Pose<f64> {
+    /// The tool's poses in the band of a weld, as they were `late` s before, at every compared row.
+    fn smoothed(&self, band: &LowPass, motion: &Motion, late: f64) -> Vec<Pose<f64>> {
         let n = motion.tool.len();
-        let center = motion.tool[row].rotation;
-        let of = |derivative: usize| {
-            let position = Vector3::from_fn(|c, _| band.at(derivative, |k| motion.tool[k].position[c], n, row));
-            let turned: [Vec<f64>; 3] = {
-                let first = row.saturating_sub(band.half());
-                let last = (row + band.half()).min(n - 1);
-                let all: Vec<Vector3<f64>> =
-                    (first..=last).map(|k| rotation_vector(&center.tr_mul(&motion.tool[k].rotation))).collect();
-                [0, 1, 2].map(|c| all.iter().map(|v| v[c]).collect())
-            };
-            let middle = row - row.saturating_sub(band.half());
-            let rotation = Vector3::from_fn(|c, _| band.at(derivative, |k| turned[c][k], turned[c].len(), middle));
-            (position, rotation)
-        };
-        let (mut position, mut rotation) = of(0);
-        if late != 0.0 {
-            let (velocity, turning) = of(1);
-            position -= velocity * late;
-            rotation -= turning * late;
+        // Turned from the middle one: along a straight seam the tool turns by little.
+        let middle = motion.tool[n / 2].rotation;
+        let mut columns: [Vec<f64>; 6] = std::array::from_fn(|_| Vec::with_capacity(n));
+        for tool in &motion.tool {
+            let turned = rotation_vector(&middle.tr_mul(&tool.rotation));
+            for c in 0..3 {
+                columns[c].push(tool.position[c]);
+                columns[3 + c].push(turned[c]);
+            }
         }
-        Pose { position, rotation: center * rotation_from_vector(&rotation) }
+        let at = |row: usize| {
+            let value = |c: usize| {
+                let now = band.at(0, |k| columns[c][k], n, row);
+                if late == 0.0 { now } else { now - late * band.at(1, |k| columns[c][k], n, row) }
+            };
+            let turned = Vector3::new(value(3), value(4), value(5));
+            Pose {
+                position: Vector3::new(value(0), value(1), value(2)),
+                rotation: middle * rotation_from_vector(&turned),
+            }
+        };
+        self.rows.iter().map(|row| at(*row)).collect()
     }
+}
+
+/// Torque at each joint that is within the noise of the wrench, N·m: three deviations, in the middle of the log. `gain`: what
+/// of its variance is left.
+fn slack(log: &Log, noise: &Instruments, model: &Model, gain: f64) -> JointVector<f64> {
+    let jacobian = model.robot.frames(&log.samples.encoder[log.samples.encoder.len() / 2]).jacobian().0;
+    let of = |levels: &[Option<Level>; 3]| levels.iter().flatten().map(|l| l.deviation).fold(0.0, f64::max);
+    let (moment, force) = (of(&noise.moment), of(&noise.force));
+    JointVector::from_fn(|i, _| {
+        let variance = jacobian.fixed_view::<3, 1>(0, i).norm_squared() * moment.powi(2)
+            + jacobian.fixed_view::<3, 1>(3, i).norm_squared() * force.powi(2);
+        3.0 * (variance * gain).sqrt()
+    })
 }
 
 /// The robot with an extra mass on its flange, whose centre is given from the flange in axes of the last link.

@@ -58,6 +58,7 @@ pub struct Standing {
     internal: [f64; INTERNAL_STATES],
     twist: Option<JointVector<f64>>,
     motor: JointVector<f64>,
+    slack: JointVector<f64>,
 }
 
 impl Default for Standing {
@@ -69,7 +70,18 @@ impl Default for Standing {
 impl Standing {
     /// Gears that remember nothing.
     pub fn new() -> Self {
-        Self { internal: [0.0; INTERNAL_STATES], twist: None, motor: JointVector::zeros() }
+        Self {
+            internal: [0.0; INTERNAL_STATES],
+            twist: None,
+            motor: JointVector::zeros(),
+            slack: JointVector::zeros(),
+        }
+    }
+
+    /// The same for loads known to within `slack`, N·m at each joint: a load that small does not take a link from where it was
+    /// left in its gap.
+    pub fn with_slack(slack: JointVector<f64>) -> Self {
+        Self { slack, ..Self::new() }
     }
 
     /// Where the links stand with the motors at `motors` and a wrench on the tool: τ_s = M(θ) θ̈ + h + g − τ_cb − Jᵀ w, with
@@ -131,47 +143,89 @@ impl Standing {
             }
             robot.joint_spring_torque(&drives, i, internal) - torque
         };
-        // Illinois' false position in a bracket that grows until it holds the root; the torque rises with the twist.
-        let (mut low, mut high) = (plain - 1e-4, plain + 1e-4);
-        let (mut at_low, mut at_high) = (at(low), at(high));
-        let mut reach = 2e-4;
-        let mut steps = 0;
-        while at_low > 0.0 && steps < SPRING_STEPS {
-            (low, reach, steps) = (low - reach, reach * 2.0, steps + 1);
-            at_low = at(low);
-        }
-        while at_high < 0.0 && steps < SPRING_STEPS {
-            (high, reach, steps) = (high + reach, reach * 2.0, steps + 1);
-            at_high = at(high);
-        }
-        if !(at_low <= 0.0 && at_high >= 0.0) {
-            return f64::NAN;
-        }
-        let mut side = 0;
-        for _ in 0..SPRING_STEPS {
-            if high - low < TOLERANCE {
-                break;
-            }
-            let share = at_low / (at_low - at_high);
-            let share = if share.is_finite() { share.clamp(0.01, 0.99) } else { 0.5 };
-            let middle = low + (high - low) * share;
-            let there = at(middle);
-            if there == 0.0 {
-                (low, high) = (middle, middle);
-            } else if there < 0.0 {
-                (low, at_low) = (middle, there);
-                at_high *= if side == -1 { 0.5 } else { 1.0 };
-                side = -1;
-            } else {
-                (high, at_high) = (middle, there);
-                at_low *= if side == 1 { 0.5 } else { 1.0 };
-                side = 1;
+        let stiffness = robot.model.stiffness()[i];
+        let mut twist = root(&mut at, plain, stiffness);
+        // In a gap the spring carries nothing over a range of twists, and the link stays where it was left: at the first load,
+        // by a motion from the zero pose.
+        let slack = self.slack[i].max(LEAST_SLACK * stiffness);
+        if torque.abs() <= slack {
+            let low = root(&mut |t| at(t) + slack, plain, stiffness);
+            let high = root(&mut |t| at(t) - slack, plain, stiffness);
+            if high - low > GAP * slack / stiffness {
+                let moved = drives.motor[i] - self.motor[i];
+                twist = match self.twist {
+                    Some(before) if moved.abs() < JUMP => before[i].clamp(low, high),
+                    // A link that nothing holds runs on in its gap when its joint stops.
+                    _ if moved > 0.0 => low,
+                    _ => high,
+                };
             }
         }
-        let twist = 0.5 * (low + high);
         at(twist);
         twist
     }
+}
+
+/// Least slack, as a share of the stiffness, rad.
+const LEAST_SLACK: f64 = 1e-8;
+
+/// Width of what a slack load can move a spring by, in what it moves a plain one by, from which on it is a gap.
+const GAP: f64 = 6.0;
+
+/// Where a rising function is zero. A few secants first, beginning with `slope`, which suffice for a spring that is straight
+/// there; else Illinois' false position, in a bracket around `guess` that grows until it holds the root. NaN where there is none.
+fn root(at: &mut impl FnMut(f64) -> f64, guess: f64, slope: f64) -> f64 {
+    let (mut before, mut at_before) = (guess, at(guess));
+    let mut slope = slope;
+    for _ in 0..4 {
+        let next = before - at_before / slope;
+        let at_next = at(next);
+        if at_next.abs() < TOLERANCE * slope {
+            return next;
+        }
+        slope = (at_next - at_before) / (next - before);
+        (before, at_before) = (next, at_next);
+        if !(slope > 0.0) {
+            break;
+        }
+    }
+    let (mut low, mut high) = (guess - 1e-4, guess + 1e-4);
+    let (mut at_low, mut at_high) = (at(low), at(high));
+    let mut reach = 2e-4;
+    let mut steps = 0;
+    while at_low > 0.0 && steps < SPRING_STEPS {
+        (low, reach, steps) = (low - reach, reach * 2.0, steps + 1);
+        at_low = at(low);
+    }
+    while at_high < 0.0 && steps < SPRING_STEPS {
+        (high, reach, steps) = (high + reach, reach * 2.0, steps + 1);
+        at_high = at(high);
+    }
+    if !(at_low <= 0.0 && at_high >= 0.0) {
+        return f64::NAN;
+    }
+    let mut side = 0;
+    for _ in 0..SPRING_STEPS {
+        if high - low < TOLERANCE {
+            break;
+        }
+        let share = at_low / (at_low - at_high);
+        let share = if share.is_finite() { share.clamp(0.01, 0.99) } else { 0.5 };
+        let middle = low + (high - low) * share;
+        let there = at(middle);
+        if there == 0.0 {
+            (low, high) = (middle, middle);
+        } else if there < 0.0 {
+            (low, at_low) = (middle, there);
+            at_high *= if side == -1 { 0.5 } else { 1.0 };
+            side = -1;
+        } else {
+            (high, at_high) = (middle, there);
+            at_low *= if side == 1 { 0.5 } else { 1.0 };
+            side = 1;
+        }
+    }
+    0.5 * (low + high)
 }
 
 /// Rates of change of angles, rates and what gears remember.
