@@ -2,6 +2,8 @@
 
 pub mod band;
 pub mod campaign;
+pub mod compare;
+pub mod localize;
 pub mod log;
 pub mod noise;
 pub mod predict;
