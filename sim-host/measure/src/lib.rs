@@ -1,8 +1,11 @@
 //! Measurements judge the model: logs, comparison, diagnosis of missing effects, improvement.
 
 pub mod band;
+pub mod calibrate;
 pub mod campaign;
 pub mod compare;
+pub mod diagnose;
+pub mod fit;
 pub mod localize;
 pub mod log;
 pub mod noise;

@@ -1,10 +1,17 @@
 //! The force of a weld: the process under the tool, where the tracker saw the tool.
 //!
-//! The contact turns the tracker's noise into hundreds of newtons, so the tool's motion is taken in bands: slowly, and in
-//! step with the spindle's lowest orders, where the arm swings with the ripple. The process acts on that motion at the log's
-//! own rate, and its force is compared slowly and by demodulation at the spindle's orders. Forces in the plane are in
-//! proportion to the depth force, which the sensor knows far better than the depth gives it: they are predicted for the depth
-//! force that was measured.
+//! The contact turns the tracker's noise into hundreds of newtons, so the tool's motion is taken from it slowly only. Forces in
+//! the plane are in proportion to the depth force, which the sensor knows far better than the depth gives it: they are
+//! predicted for the depth force that was measured.
+//!
+//! At the spindle's orders the tool gives way to its own ripple by micrometres, which no tracker sees and which take away most
+//! of the force. There the arm's dynamic compliance closes the loop. With θₙ the encoders' amplitude at order n, and Z = k + iωb
+//! of the contact, in W:
+//!
+//! ```text
+//! δx = G θₙ + C δF,   δF = Fₙ − Z δx   →   (1 + Z C) δF = Fₙ − Z G θₙ
+//! H = (K + iωD − ω²M)⁻¹,   G = J H (K + iωD),   C = J H Jᵀ
+//! ```
 
 use super::{
     Compared, Model, PredictError, Quantity, filled, filled_vectors, known, mean_abs, period, pose_behind,
@@ -12,21 +19,18 @@ use super::{
 };
 use crate::band::{LowPass, interpolate};
 use crate::log::Log;
-use crate::noise::Instruments;
-use nalgebra::{Complex, Matrix3, Vector3};
+use crate::noise::{Instruments, Level};
+use nalgebra::{Complex, Matrix3, Matrix3x6, Matrix6, SVector, Vector3};
 use trueweld_core::spatial::{rotation_from_vector, rotation_vector};
-use trueweld_core::{Pose, Wrench};
+use trueweld_core::{JointVector, Pose, Wrench};
 use trueweld_plant::input::Process;
-use trueweld_plant::process::reaction;
-use trueweld_plant::robot::{Channel, ElasticRobot};
+use trueweld_plant::process::{Reaction, reaction};
+use trueweld_plant::robot::{Channel, ElasticRobot, Ports};
 use trueweld_plant::simulate::Seam;
 
 /// Band of the slow force, Hz, and its largest share of the spindle's frequency.
 const BAND: f64 = 1.2;
 const SPINDLE_SHARE: f64 = 0.2;
-
-/// Orders of the spindle at which the tool's own motion is followed.
-const MOVED_ORDERS: usize = 2;
 
 /// Orders of the spindle at which the force is compared.
 const ORDERS: usize = 6;
@@ -36,12 +40,6 @@ const FIRM: f64 = 4.0;
 
 /// Depth force from which on there is contact to speak of, as a share of the process' reference force.
 const CONTACT: f64 = 0.03;
-
-/// What noise leaves in a predicted force, in W, N.
-struct Spread {
-    slow: Vector3<f64>,
-    orders: [Vector3<f64>; ORDERS],
-}
 
 /// A weld with tracker and wrench.
 #[derive(Debug)]
@@ -53,6 +51,7 @@ pub(super) struct Contact {
     angle: Vec<f64>,
     /// Twice the cosine and the sine of its multiples.
     waves: Vec<[Vec<f64>; 2]>,
+    encoder: Vec<JointVector<f64>>,
     /// Tracker, all rows.
     position: [Vec<f64>; 3],
     rotation: Vec<Matrix3<f64>>,
@@ -62,9 +61,23 @@ pub(super) struct Contact {
     rows: Vec<usize>,
     /// Motion of the tool as the tracker tells it without a delay or a term of its own.
     motion: Vec<Tool>,
+    /// How the tool shakes at the spindle's orders on top of that: position and velocity at every row, in W.
+    shake: Vec<[Vector3<f64>; 2]>,
+    /// What the arm makes of the ripple, for every compared row and order.
+    loops: Vec<[Closed; ORDERS]>,
 }
 
-/// The tool at one row: TCP and velocity in W, channel behind it, and W's axes in T.
+/// (1 + Z C)⁻¹ at one row and order, and what of the force comes with the motors' own motion.
+#[derive(Debug, Clone, Copy)]
+struct Closed {
+    pass: Matrix3<Complex<f64>>,
+    driven: Vector3<Complex<f64>>,
+    /// δx per δF, and what the motors move.
+    compliance: Matrix3<Complex<f64>>,
+    moved: Vector3<Complex<f64>>,
+}
+
+/// The tool at one row: TCP and velocity in W, and the channel behind it.
 #[derive(Debug, Clone, Copy)]
 struct Tool {
     position: Vector3<f64>,
@@ -126,6 +139,7 @@ impl Contact {
                 })
                 .collect(),
             angle,
+            encoder: s.encoder.clone(),
             position,
             rotation,
             force: (0..n).map(|k| Vector3::new(force[0][k], force[1][k], force[2][k])).collect(),
@@ -133,6 +147,8 @@ impl Contact {
             low,
             rows,
             motion: Vec::new(),
+            shake: vec![[Vector3::zeros(); 2]; n],
+            loops: Vec::new(),
         };
         contact.motion = contact.tool(None, 0.0);
         let tracker = known(&noise.position, log, "the tracker's position")?;
@@ -144,11 +160,14 @@ impl Contact {
             .copied()
             .filter(|row| {
                 let spread = contact.spread(model, *row, tracker, 0.0);
-                let all = spread.slow.z.powi(2) + spread.orders.iter().map(|o| o.z.powi(2)).sum::<f64>();
-                contact.push(*row) > FIRM * all.sqrt()
+                contact.push(*row) > FIRM * spread.z.max(CONTACT * contact.process.reference_force)
             })
             .collect();
         contact.rows = firm;
+        if contact.rows.is_empty() {
+            return Ok(None);
+        }
+        contact.close(log, model);
         contact.compare(log, noise, model, compared)?;
         Ok(Some(contact))
     }
@@ -187,25 +206,9 @@ impl Contact {
             let series: Vec<f64> = raw.iter().map(|p| p[c]).collect();
             let slow = self.low.smooth(0, &series);
             let rate = self.low.smooth(1, &series);
-            let rest: Vec<f64> = series.iter().zip(&slow).map(|(a, b)| a - b).collect();
             for k in 0..n {
                 position[k][c] = slow[k];
                 velocity[k][c] = rate[k];
-            }
-            for order in 1..=MOVED_ORDERS {
-                let turning = order as f64 * self.process.spindle;
-                if turning.abs() * self.period > std::f64::consts::PI {
-                    continue;
-                }
-                let wave = |k: usize| Complex::from_polar(1.0, order as f64 * self.angle[k]);
-                let part = |f: &dyn Fn(usize) -> f64| self.low.smooth(0, &(0..n).map(f).collect::<Vec<f64>>());
-                let re = part(&|k| 2.0 * rest[k] * wave(k).re);
-                let im = part(&|k| -2.0 * rest[k] * wave(k).im);
-                for k in 0..n {
-                    let z = Complex::new(re[k], im[k]) * wave(k);
-                    position[k][c] += z.re;
-                    velocity[k][c] += (z * Complex::i() * turning).re;
-                }
             }
         }
         let mut channel = position[0].y;
@@ -231,7 +234,7 @@ impl Contact {
         let force = known(&noise.force, log, "the force sensor")?;
         let tracker = known(&noise.position, log, "the tracker's position")?;
         let tracker = (tracker.iter().map(|l| l.deviation.powi(2)).sum::<f64>() / 3.0).sqrt();
-        let spreads: Vec<Spread> =
+        let spreads: Vec<Vector3<f64>> =
             self.rows.iter().map(|row| self.spread(model, *row, tracker, force[2].deviation)).collect();
         let measured = [0, 1, 2].map(|c| self.force.iter().map(|f| f[c]).collect::<Vec<f64>>());
         let turned = |spread: &Vector3<f64>, row: usize, c: usize| {
@@ -246,7 +249,7 @@ impl Contact {
                     component: c as u8,
                     row,
                     measured: self.low.at(0, |i| measured[c][i], measured[c].len(), row),
-                    deviation: (force[c].deviation.powi(2) * value + turned(&spread.slow, row, c)).sqrt(),
+                    deviation: (force[c].deviation.powi(2) * value + turned(spread, row, c)).sqrt(),
                     stated: force[c].stated,
                 });
             }
@@ -266,10 +269,12 @@ impl Contact {
                 }
             }
         }
+        let encoder = known(&noise.encoder, log, "the encoders")?;
         for order in 1..=ORDERS {
-            for (&row, spread) in self.rows.iter().zip(&spreads) {
+            for (k, &row) in self.rows.iter().enumerate() {
+                let driven = self.driven_noise(model, &encoder, order, k);
                 for c in 0..3 {
-                    let through = turned(&spread.orders[order - 1], row, c);
+                    let through = 2.0 * value * turned(&driven, row, c);
                     for sine in [false, true] {
                         compared.push(Compared {
                             quantity: Quantity::Ripple { order: order as u8, sine },
@@ -286,84 +291,156 @@ impl Contact {
         Ok(())
     }
 
-    /// What the tracker's noise becomes in the predicted force around a row, in W, N: slowly and at the spindle's orders.
-    /// `tracker`, m, and `sensor`, N: deviations of position and of measured depth force.
-    fn spread(&self, model: &Model, row: usize, tracker: f64, sensor: f64) -> Spread {
-        let process = self.process(model);
-        let none = trueweld_plant::robot::Ports::default();
+    /// What the tracker's noise becomes in the predicted slow force around a row, in W, N. `tracker`, m, and `sensor`, N:
+    /// deviations of position and of measured depth force.
+    fn spread(&self, model: &Model, row: usize, tracker: f64, sensor: f64) -> Vector3<f64> {
         let (value, rate) = (self.low.gain(0), self.low.gain(1));
-        // At the depth that carries the push that was measured: the noisy depth itself may have lost contact.
-        let tool = &self.motion[row];
-        let push = self.push(row).max(1.0);
-        let held = Vector3::new(tool.position.x, tool.position.y, push / process.depth_stiffness);
-        let velocity = Vector3::new(tool.velocity.x, tool.velocity.y, 0.0);
-        let r = reaction(&process, &none, 0.0, &held, &velocity, tool.channel, self.angle[row]);
+        let (push, r) = self.held(&self.process(model), row);
         let (k, b) = (r.stiffness, r.damping);
         let from = |c: usize| if c == 2 { 2..3 } else { 0..2 };
-        let by = |c: usize, stiff: f64, damp: f64| -> f64 {
-            from(c).map(|j| k[(c, j)].powi(2) * stiff + b[(c, j)].powi(2) * damp).sum::<f64>() * tracker.powi(2)
-        };
-        let mut slow = Vector3::from_fn(|c, _| by(c, value, rate));
-        let mut orders = [Vector3::zeros(); ORDERS];
-        for (n, order) in orders.iter_mut().enumerate().take(MOVED_ORDERS) {
-            let turning = (n + 1) as f64 * process.spindle;
-            if turning.abs() * self.period <= std::f64::consts::PI {
-                *order = Vector3::from_fn(|c, _| 2.0 * value * by(c, 1.0, turning.powi(2)));
-                // Forces in the plane follow the depth force.
-                let depth = order.z;
-                for c in 0..2 {
-                    order[c] += (r.force[c] / push).powi(2) * depth;
-                }
-            }
-        }
+        let mut slow = Vector3::from_fn(|c, _| {
+            from(c).map(|j| k[(c, j)].powi(2) * value + b[(c, j)].powi(2) * rate).sum::<f64>() * tracker.powi(2)
+        });
         for c in 0..2 {
             slow[c] += (r.force[c] / push * sensor).powi(2) * value;
         }
         // Where the channel behind the tool began is as uncertain as one reading, until the tool has left it behind.
-        let travelled = (tool.position.x - self.motion[0].position.x).abs();
-        slow.y += (k[(1, 1)] * tracker * (-travelled / process.memory_length).exp()).powi(2);
-        // The ripple carries noise from one order to its neighbours.
-        let (before, plain) = (slow, orders);
-        for ripple in &process.ripple {
-            let amplitude = |c: usize| 0.5 * if c == 2 { ripple.axial } else { ripple.in_plane };
-            for (n, noise) in plain.iter().enumerate() {
-                for c in 0..3 {
-                    let carried = amplitude(c).powi(2) * noise[c];
-                    let near = ((n + 1) as f64 - ripple.order).abs().round() as usize;
-                    let far = (n + 1) + ripple.order.round() as usize;
-                    match near {
-                        0 => slow[c] += carried,
-                        m if m <= ORDERS => orders[m - 1][c] += carried,
-                        _ => {}
-                    }
-                    if far <= ORDERS {
-                        orders[far - 1][c] += carried;
-                    }
-                }
+        let travelled = (self.motion[row].position.x - self.motion[0].position.x).abs();
+        slow.y += (k[(1, 1)] * tracker * (-travelled / self.process.memory_length).exp()).powi(2);
+        slow.map(f64::sqrt)
+    }
+
+    /// Measured push around a row, N, and the reaction of a tool that carries it: the noisy depth itself may have lost contact.
+    fn held(&self, process: &Process, row: usize) -> (f64, Reaction) {
+        let none = trueweld_plant::robot::Ports::default();
+        let tool = &self.motion[row];
+        let push = self.push(row).max(1.0);
+        let position = Vector3::new(tool.position.x, tool.position.y, push / process.depth_stiffness);
+        let velocity = Vector3::new(tool.velocity.x, tool.velocity.y, 0.0);
+        (push, reaction(process, &none, 0.0, &position, &velocity, tool.channel, self.angle[row]))
+    }
+
+    /// Links' dynamic compliance at a row and an order, in W: H, then J of the TCP's position.
+    fn dynamic(
+        &self,
+        model: &Model,
+        q: &JointVector<f64>,
+        order: usize,
+    ) -> (Matrix6<Complex<f64>>, Matrix3x6<f64>, f64) {
+        let frames = model.robot.frames(q);
+        let jacobian = self.seam.b_from_w.rotation.transpose() * frames.jacobian().0.fixed_rows::<3>(3);
+        let turning = order as f64 * self.process.spindle;
+        let inertia = model.robot.crba(&frames);
+        let matrix = Matrix6::from_fn(|i, j| {
+            let spring = if i == j {
+                Complex::new(model.robot.stiffness()[i], turning * model.robot.damping()[i])
+            } else {
+                Complex::new(0.0, 0.0)
+            };
+            spring - turning * turning * inertia[(i, j)]
+        });
+        (matrix.try_inverse().unwrap_or_else(Matrix6::zeros), jacobian, turning)
+    }
+
+    /// Closes the loop of contact and arm at every compared row, and shakes the tool with what comes of it.
+    fn close(&mut self, log: &Log, model: &Model) {
+        let process = self.process(model);
+        let encoder: Vec<Vec<f64>> = (0..6).map(|i| log.samples.encoder.iter().map(|q| q[i]).collect()).collect();
+        let smooth: Vec<Vec<f64>> = encoder.iter().map(|e| self.low.smooth(0, e)).collect();
+        let shaking: Vec<Vec<f64>> =
+            encoder.iter().zip(&smooth).map(|(e, s)| e.iter().zip(s).map(|(a, b)| a - b).collect()).collect();
+        let complex = |m: &Matrix3<f64>| m.map(|x| Complex::new(x, 0.0));
+        let loops: Vec<[Closed; ORDERS]> = self
+            .rows
+            .iter()
+            .map(|&row| {
+                let (_, held) = self.held(&process, row);
+                let q = JointVector::from_fn(|i, _| smooth[i][row]);
+                std::array::from_fn(|n| {
+                    let (h, jacobian, turning) = self.dynamic(model, &q, n + 1);
+                    let j = jacobian.map(|x| Complex::new(x, 0.0));
+                    let spring = SVector::<_, 6>::from_fn(|i, _| {
+                        let motor = Complex::new(
+                            self.demodulated(n + 1, false, row, |k| shaking[i][k]),
+                            -self.demodulated(n + 1, true, row, |k| shaking[i][k]),
+                        );
+                        motor * Complex::new(model.robot.stiffness()[i], turning * model.robot.damping()[i])
+                    });
+                    let moved = j * (h * spring);
+                    let compliance = j * h * j.transpose();
+                    let contact = complex(&held.stiffness) + complex(&held.damping) * Complex::new(0.0, turning);
+                    let pass =
+                        (Matrix3::identity() + contact * compliance).try_inverse().unwrap_or_else(Matrix3::zeros);
+                    Closed { pass, driven: -(pass * (contact * moved)), compliance, moved }
+                })
+            })
+            .collect();
+        self.loops = loops;
+        // The nominal ripple shakes the tool: in step with the ripple itself it adds to the mean force.
+        let force = self.forces(&process, &trueweld_plant::robot::Ports::default(), &self.motion, false);
+        let mut amplitude = vec![[Vector3::<Complex<f64>>::zeros(); ORDERS]; self.rows.len()];
+        for (k, &row) in self.rows.iter().enumerate() {
+            for n in 0..ORDERS {
+                let own = self.amplitude(n + 1, row, &force);
+                let closed = &self.loops[k][n];
+                amplitude[k][n] = closed.moved + closed.compliance * (closed.pass * own + closed.driven);
             }
-            let at = ripple.order.round() as usize;
-            if (1..=ORDERS).contains(&at) {
+        }
+        let (first, last) = (self.rows[0], self.rows[self.rows.len() - 1]);
+        for row in first..=last {
+            let after = self.rows.partition_point(|r| *r <= row).min(self.rows.len() - 1);
+            let before = after.saturating_sub(1);
+            let span = (self.rows[after] - self.rows[before]).max(1) as f64;
+            let share = ((row - self.rows[before]) as f64 / span).clamp(0.0, 1.0);
+            for n in 0..ORDERS {
+                let turning = Complex::new(0.0, (n + 1) as f64 * self.process.spindle);
+                let wave = Complex::from_polar(1.0, (n + 1) as f64 * self.angle[row]);
                 for c in 0..3 {
-                    orders[at - 1][c] += (2.0 * amplitude(c)).powi(2) * before[c];
+                    let z = (amplitude[before][n][c] * (1.0 - share) + amplitude[after][n][c] * share) * wave;
+                    self.shake[row][0][c] += z.re;
+                    self.shake[row][1][c] += (z * turning).re;
                 }
             }
         }
-        // So does the noise in the depth force, which the forces in the plane are in proportion to.
-        for (i, depth) in plain.iter().enumerate().take(MOVED_ORDERS) {
-            for (j, noise) in plain.iter().enumerate().take(MOVED_ORDERS) {
-                for c in 0..2 {
-                    let carried = 0.25 * depth.z / push.powi(2) * noise[c];
-                    match i.abs_diff(j) {
-                        0 => slow[c] += carried,
-                        m => orders[m - 1][c] += carried,
-                    }
-                    if i + j + 2 <= ORDERS {
-                        orders[i + j + 1][c] += carried;
-                    }
-                }
-            }
-        }
-        Spread { slow: slow.map(f64::sqrt), orders: orders.map(|o| o.map(f64::sqrt)) }
+    }
+
+    /// What the encoders' noise becomes in the force at an order of the spindle, in W: deviation per deviation of a
+    /// demodulated reading.
+    fn driven_noise(&self, model: &Model, encoder: &[Level], order: usize, k: usize) -> Vector3<f64> {
+        let row = self.rows[k];
+        let q = JointVector::from_fn(|i, _| self.encoder[row][i]);
+        let (h, jacobian, turning) = self.dynamic(model, &q, order);
+        let (_, held) = self.held(&self.process(model), row);
+        let complex = |m: &Matrix3<f64>| m.map(|x| Complex::new(x, 0.0));
+        let contact = complex(&held.stiffness) + complex(&held.damping) * Complex::new(0.0, turning);
+        let j = jacobian.map(|x| Complex::new(x, 0.0));
+        let spring = Matrix6::from_diagonal(&SVector::<_, 6>::from_fn(|i, _| {
+            Complex::new(model.robot.stiffness()[i], turning * model.robot.damping()[i]) * encoder[i].deviation
+        }));
+        let all = self.loops[k][order - 1].pass * contact * j * h * spring;
+        Vector3::from_fn(|c, _| all.row(c).iter().map(|z| z.norm_sqr()).sum::<f64>().sqrt())
+    }
+
+    /// The process' force at every row, in W, with the tool shaking or not.
+    fn forces(&self, process: &Process, ports: &Ports, motion: &[Tool], shaken: bool) -> Vec<Vector3<f64>> {
+        let force = |k: usize| {
+            let tool = &motion[k];
+            let [by, at] = if shaken { self.shake[k] } else { [Vector3::zeros(); 2] };
+            let time = k as f64 * self.period;
+            reaction(process, ports, time, &(tool.position + by), &(tool.velocity + at), tool.channel, self.angle[k])
+                .force
+        };
+        (0..self.angle.len()).map(force).collect()
+    }
+
+    /// Complex amplitude of a vector series at an order around a row: x = Re(z exp(i n φ)).
+    fn amplitude(&self, order: usize, row: usize, series: &[Vector3<f64>]) -> Vector3<Complex<f64>> {
+        Vector3::from_fn(|c, _| {
+            Complex::new(
+                self.demodulated(order, false, row, |k| series[k][c]),
+                -self.demodulated(order, true, row, |k| series[k][c]),
+            )
+        })
     }
 
     /// Measured depth force around a row, N.
@@ -396,13 +473,8 @@ impl Contact {
                 wrench_behind(ports, &read, k as f64 * self.period).force
             })
             .collect();
-        let mut force: Vec<Vector3<f64>> = (0..n)
-            .map(|k| {
-                let tool = &motion[k];
-                let time = k as f64 * self.period;
-                reaction(process, ports, time, &tool.position, &tool.velocity, tool.channel, self.angle[k]).force
-            })
-            .collect();
+        let mut force = self.forces(process, ports, motion, true);
+        let mut still = self.forces(process, ports, motion, false);
         // The depth force as measured against the predicted one, in W, both below the spindle's frequency: as slow as that, a
         // few values a second tell it.
         let depth: Vec<f64> = (0..n).map(|k| w.column(2).dot(&(self.rotation[k] * behind[k]))).collect();
@@ -418,8 +490,10 @@ impl Contact {
             .collect();
         for (k, force) in force.iter_mut().enumerate() {
             let share = interpolate(&share, k as f64 / stride as f64);
-            force.x *= share;
-            force.y *= share;
+            for force in [force, &mut still[k]] {
+                force.x *= share;
+                force.y *= share;
+            }
         }
         let mut sensed: Vec<[Vector3<f64>; 2]> = (0..n)
             .map(|k| {
@@ -447,10 +521,27 @@ impl Contact {
                 residual.extend((0..3).map(|c| self.low.at(0, |i| moment[c][i] - sensed[i][1][c], n, row)));
             }
         }
+        let zero = {
+            let mut readings = super::unread(0.0);
+            ports.sensor.iter().for_each(|t| t.sense(&mut readings));
+            readings.force
+        };
+        let late_by = ports.delay(Channel::Wrench);
         for order in 1..=ORDERS {
-            for &row in &self.rows {
-                for l in &left {
-                    residual.extend([false, true].map(|sine| self.demodulated(order, sine, row, |i| l[i])));
+            let back = Complex::from_polar(1.0, -(order as f64) * process.spindle * late_by);
+            for (k, &row) in self.rows.iter().enumerate() {
+                let closed = &self.loops[k][order - 1];
+                let force = (closed.pass * self.amplitude(order, row, &still) + closed.driven).map(|z| z * back);
+                let read = |part: Vector3<f64>| {
+                    let mut readings = super::unread(row as f64 * self.period);
+                    readings.force = self.rotation[row].tr_mul(&(w * part));
+                    ports.sensor.iter().for_each(|t| t.sense(&mut readings));
+                    readings.force - zero
+                };
+                let (cosine, sine) = (read(force.map(|z| z.re)), read(force.map(|z| -z.im)));
+                for c in 0..3 {
+                    residual.push(self.demodulated(order, false, row, |i| self.force[i][c]) - cosine[c]);
+                    residual.push(self.demodulated(order, true, row, |i| self.force[i][c]) - sine[c]);
                 }
             }
         }

@@ -1,0 +1,108 @@
+//! What may be a little off in any cell without anything being missing from the model: stiffness and damping, where encoders
+//! were zeroed and a tracker registered, a sensor's zero. Fitted under every hypothesis, reported apart.
+
+use crate::fit::{Bench, Of, Point};
+use crate::log::LogKind;
+use crate::predict::Quantity;
+use trueweld_plant::effects::{At, Effect, Kind, Role, TABLE};
+
+/// One kind of calibration.
+struct Calibration {
+    id: &'static str,
+    /// Expected size of each parameter, one standard deviation.
+    expected: &'static [f64],
+    /// True where every log has its own.
+    each_log: bool,
+}
+
+/// Nobody knows a robot's stiffness to better than a tenth, nor its damping to better than a third. What is zeroed or
+/// registered anew is good to about what the instruments are.
+const CALIBRATIONS: &[Calibration] = &[
+    Calibration { id: "stiffness-error", expected: &[0.1], each_log: false },
+    Calibration { id: "damping-error", expected: &[0.3], each_log: false },
+    Calibration { id: "encoder-offset", expected: &[1e-4], each_log: true },
+    Calibration { id: "link-encoder-offset", expected: &[1e-4], each_log: true },
+    Calibration { id: "tracker-registration", expected: &[1e-4, 1e-4, 1e-4, 5e-5, 5e-5, 5e-5], each_log: true },
+    Calibration { id: "force-offset", expected: &[30.0, 30.0, 30.0], each_log: true },
+];
+
+/// True for an effect that is a calibration of what the model has.
+pub fn is_calibration(kind: &Kind) -> bool {
+    CALIBRATIONS.iter().any(|c| c.id == kind.id)
+}
+
+/// The library's effect of that name.
+///
+/// # Panics
+/// Where there is none.
+pub(crate) fn kind(id: &str) -> &'static Kind {
+    TABLE.iter().find(|k| k.id == id).unwrap_or_else(|| panic!("no effect {id}"))
+}
+
+/// An effect that does nothing yet.
+pub(crate) fn nothing(kind: &'static Kind, at: At) -> Effect {
+    let value = |p: &trueweld_plant::effects::Parameter| match p.role {
+        Role::Size { neutral, .. } => neutral,
+        Role::Reciprocal { .. } => p.high,
+        Role::Shape(starts) => starts[0],
+        Role::Order | Role::SpindleOrder | Role::Wavelength | Role::PathPosition => p.low,
+        Role::Phase => 0.0,
+    };
+    Effect { kind, at, values: kind.parameters.iter().map(value).collect() }
+}
+
+/// Places that a kind of effect may be at.
+pub(crate) fn places(kind: &Kind) -> Vec<At> {
+    use trueweld_plant::effects::Place;
+    use trueweld_plant::robot::Channel;
+    match kind.place {
+        Place::Joint => (0..6).map(At::Joint).collect(),
+        Place::Channel => {
+            [Channel::Tracker, Channel::Wrench, Channel::MotorTorque, Channel::LinkEncoder].map(At::Channel).to_vec()
+        }
+        Place::Cell => vec![At::Cell],
+    }
+}
+
+/// The calibrations that these logs can show anything of, all at nothing.
+pub fn calibrations(bench: &Bench) -> Point {
+    let mut point = Point::empty(bench.experiments.len());
+    let moving = bench.experiments.iter().any(|e| matches!(e.kind, LogKind::RingDown | LogKind::FreeMotion));
+    // Those in proportion to which the residuals are come first: their slopes are taken once.
+    for c in CALIBRATIONS.iter().filter(|c| c.each_log).chain(CALIBRATIONS.iter().filter(|c| !c.each_log)) {
+        let kind = kind(c.id);
+        for at in places(kind) {
+            if c.each_log {
+                for log in 0..bench.experiments.len() {
+                    if shows(bench, log, c.id, at) {
+                        point.add_to_log(log, nothing(kind, at), c.expected);
+                    }
+                }
+            } else if c.id != "damping-error" || moving {
+                point.add(nothing(kind, at), c.expected[0]);
+            }
+        }
+    }
+    point
+}
+
+/// Free values of a point that belong to one log each: those come first.
+pub fn of_logs(point: &Point) -> usize {
+    point.free.iter().filter(|f| matches!(f.of, Of::Log(..))).count()
+}
+
+/// True where a log's channels can show a calibration of its own.
+fn shows(bench: &Bench, log: usize, id: &str, at: At) -> bool {
+    let experiment = &bench.experiments[log];
+    let has = |q: Quantity| experiment.compared.iter().any(|c| c.quantity == q);
+    let joint = |at: At| if let At::Joint(i) = at { i } else { 0 };
+    match id {
+        "link-encoder-offset" => experiment
+            .compared
+            .iter()
+            .any(|c| c.quantity == Quantity::LinkEncoder && usize::from(c.component) == joint(at)),
+        "tracker-registration" => has(Quantity::Position),
+        "force-offset" => experiment.kind == LogKind::Weld || experiment.kind == LogKind::StaticLoad,
+        _ => has(Quantity::Position) || has(Quantity::LinkEncoder),
+    }
+}

@@ -1,0 +1,262 @@
+//! Which physical effect is missing: every effect of the library, at every place, as a hypothesis.
+//!
+//! 1. The logs are fitted with calibrations alone ([`crate::calibrate`]).
+//! 2. Every hypothesis is screened: its slopes at that point, with all calibrations free beside it, say by how much the sum of
+//!    squares would fall.
+//! 3. The best are fitted in full, calibrations with them, and judged by blocks in time that were left out.
+
+use crate::calibrate::{calibrations, is_calibration, nothing, of_logs, places};
+use crate::fit::{self, Bench, Effort, Fitted, Free, Linear, Of, Point, Residuals, Slopes};
+use crate::log::LogKind;
+use crate::predict::PredictError;
+use nalgebra::DVector;
+use rayon::prelude::*;
+use trueweld_plant::effects::{At, Effect, Kind, Role, TABLE};
+
+/// A hypothesis: an effect at a place, and what screening says of it.
+#[derive(Debug, Clone)]
+pub struct Screened {
+    /// The effect, with the values to start a fit from.
+    pub effect: Effect,
+    /// By how much the sum of squares would fall.
+    pub gain: f64,
+}
+
+/// Waves along a weld that a plate's waviness is looked for with.
+const WAVES: [f64; 16] = [0.5, 0.75, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 12.0];
+
+/// Shares of a weld's length at which a step of the material is looked for.
+const POSITIONS: [f64; 11] = [0.08, 0.17, 0.25, 0.33, 0.42, 0.5, 0.58, 0.67, 0.75, 0.83, 0.92];
+
+/// Orders of the spindle that are looked for.
+const SPINDLE_ORDERS: [f64; 6] = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0];
+
+/// Values of its shaping parameters that a hypothesis is screened with.
+fn shapes(kind: &'static Kind, length: f64) -> Vec<Vec<(usize, f64)>> {
+    let mut all = vec![Vec::new()];
+    for (k, p) in kind.parameters.iter().enumerate() {
+        let values: Vec<f64> = match p.role {
+            Role::Shape(starts) => starts.to_vec(),
+            Role::SpindleOrder => SPINDLE_ORDERS.to_vec(),
+            Role::Wavelength => WAVES.iter().map(|w| length / w).collect(),
+            Role::PathPosition => POSITIONS.iter().map(|s| s * length).collect(),
+            _ => continue,
+        };
+        all = all.iter().flat_map(|a| values.iter().map(|v| [a.clone(), vec![(k, *v)]].concat())).collect();
+    }
+    all
+}
+
+/// Everything that screening needs of the point it is done at.
+pub struct Ground<'a> {
+    /// The logs.
+    pub bench: &'a Bench,
+    /// Blocks of their values.
+    pub blocks: &'a [Vec<u8>],
+    /// Where all hypotheses start from.
+    pub null: &'a Fitted,
+    /// Longest weld, m.
+    pub length: f64,
+}
+
+impl Ground<'_> {
+    /// Screens one effect at one place with all its shapes; the best of them. `None` where the logs see nothing of it.
+    fn screen(&self, kind: &'static Kind, at: At) -> Option<Screened> {
+        let scans = kind.parameters.iter().any(|p| p.role == Role::Order);
+        let shapes = if scans { self.orders(kind, at) } else { shapes(kind, self.length) };
+        shapes
+            .into_iter()
+            .filter_map(|shape| self.screen_shape(kind, at, &shape))
+            .max_by(|a, b| a.gain.total_cmp(&b.gain))
+    }
+
+    fn screen_shape(&self, kind: &'static Kind, at: At, shape: &[(usize, f64)]) -> Option<Screened> {
+        let mut effect = nothing(kind, at);
+        for (k, v) in shape {
+            effect.values[*k] = *v;
+        }
+        let phase = kind.parameters.iter().position(|p| p.role == Role::Phase);
+        let turns: &[f64] = if phase.is_some() { &[0.0, std::f64::consts::FRAC_PI_2] } else { &[0.0] };
+        let sizes: Vec<usize> = (0..kind.parameters.len())
+            .filter(|k| matches!(kind.parameters[*k].role, Role::Size { .. } | Role::Reciprocal { .. }))
+            .collect();
+        let mut more: Vec<Slopes> = Vec::new();
+        for turn in turns {
+            let mut point = self.null.point.clone();
+            let mut effect = effect.clone();
+            if let Some(phase) = phase {
+                effect.values[phase] = *turn;
+            }
+            let of = Of::All(point.all.len());
+            point.all.push(effect);
+            let frees: Vec<Free> = sizes.iter().map(|k| Free { of, parameter: *k, expected: f64::INFINITY }).collect();
+            more.extend(fit::slopes(self.bench, &point, &frees, &self.null.at, 1.0));
+        }
+        let seen: f64 = more.iter().flatten().flatten().flatten().map(|v| v * v).sum();
+        if !(seen.is_finite() && seen > 1e-6) {
+            return None;
+        }
+        let (gain, step) = self.gain(&more)?;
+        let n = self.null.point.free.len();
+        for (j, k) in sizes.iter().enumerate() {
+            let parameter = &kind.parameters[*k];
+            let cosine = step[n + j];
+            let size = match phase {
+                // a sin(nθ) + b cos(nθ), the second slope being that at a quarter turn.
+                Some(phase) => {
+                    let sine = step[n + sizes.len() + j];
+                    if effect.values[*k] == 0.0 && j == 0 {
+                        effect.values[phase] = sine.atan2(cosine);
+                    }
+                    cosine.hypot(sine)
+                }
+                None => cosine,
+            };
+            effect.values[*k] = match parameter.role {
+                Role::Reciprocal { step } => 1.0 / (1.0 / effect.values[*k] + step * size).max(1e-12),
+                Role::Size { step, neutral } => neutral + step * size,
+                _ => effect.values[*k],
+            }
+            .clamp(parameter.low, parameter.high);
+        }
+        Some(Screened { effect, gain })
+    }
+
+    /// By how much the sum of squares falls with these slopes beside all that is free, and the step that does it.
+    fn gain(&self, more: &[Slopes]) -> Option<(f64, DVector<f64>)> {
+        let linear = self.null.linear.extended(self.blocks, &self.null.at, &self.null.slopes, more);
+        let before = self.null.linear.solve(None, 0.0, None)?;
+        let after = linear.solve(None, 0.0, None)?;
+        let gain = self.null.linear.cost(&before.step) - linear.cost(&after.step);
+        gain.is_finite().then_some((gain, after.step))
+    }
+
+    /// Orders of a sine of the joint's angle worth a closer look: the highest lines of the residual against it, with the
+    /// response to a constant offset as what a slow sine meets.
+    fn orders(&self, kind: &'static Kind, at: At) -> Vec<Vec<(usize, f64)>> {
+        let At::Joint(joint) = at else { return Vec::new() };
+        let order = kind.parameters.iter().position(|p| p.role == Role::Order);
+        let (Some(order), offset) =
+            (order, if kind.id == "link-encoder-ripple" { "link-encoder-offset" } else { "encoder-offset" })
+        else {
+            return Vec::new();
+        };
+        let mut point = self.null.point.clone();
+        let of = Of::All(point.all.len());
+        point.all.push(nothing(crate::calibrate::kind(offset), at));
+        let free = Free { of, parameter: 0, expected: f64::INFINITY };
+        let slope = &fit::slopes(self.bench, &point, &[free], &self.null.at, 1.0)[0];
+        // What is left of the residual with all calibrations at their best.
+        let Some(step) = self.null.linear.solve(None, 0.0, None) else { return Vec::new() };
+        let mut samples: Vec<(f64, f64, f64)> = Vec::new();
+        for (log, experiment) in self.bench.experiments.iter().enumerate() {
+            let (Some(slope), Some(motion)) = (&slope[log], &self.null.at[log].motion) else { continue };
+            let mut left = self.null.at[log].residual.clone();
+            for (k, s) in self.null.slopes.iter().enumerate() {
+                if let Some(s) = &s[log] {
+                    left.iter_mut().zip(s).for_each(|(l, s)| *l += s * step.step[k]);
+                }
+            }
+            let every = (experiment.compared.len() / SCANNED).max(1);
+            // A whole row at a time would keep to one component: an odd stride visits them all.
+            let every = if every % 2 == 0 { every + 1 } else { every };
+            for i in (0..left.len()).step_by(every) {
+                if slope[i] != 0.0 {
+                    let angle = motion.link[experiment.compared[i].row][joint];
+                    samples.push((angle, slope[i], left[i]));
+                }
+            }
+        }
+        let (low, high) = samples.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), s| (l.min(s.0), h.max(s.0)));
+        if !(high - low > 1e-3) {
+            return Vec::new();
+        }
+        // Half a turn of phase over the range tells two orders apart.
+        let spacing = (0.5 * std::f64::consts::PI / (high - low)).clamp(0.25, 4.0);
+        let top = kind.parameters[order].high.min(HIGHEST_ORDER);
+        let count = ((top - 1.0) / spacing) as usize;
+        let power: Vec<(f64, f64)> = (0..count)
+            .into_par_iter()
+            .map(|k| {
+                let n = 1.0 + k as f64 * spacing;
+                let mut sums = [0.0; 5];
+                for (angle, slope, left) in &samples {
+                    let (sine, cosine) = (n * angle).sin_cos();
+                    let (s, c) = (sine * slope, cosine * slope);
+                    sums[0] += s * left;
+                    sums[1] += c * left;
+                    sums[2] += s * s;
+                    sums[3] += s * c;
+                    sums[4] += c * c;
+                }
+                let det = sums[2] * sums[4] - sums[3] * sums[3];
+                let gain = (sums[0] * sums[0] * sums[4] - 2.0 * sums[0] * sums[1] * sums[3]
+                    + sums[1] * sums[1] * sums[2])
+                    / det;
+                (n, if det > 1e-6 * sums[2] * sums[4] { gain } else { 0.0 })
+            })
+            .collect();
+        let mut peaks: Vec<usize> = (0..power.len())
+            .filter(|&k| {
+                let at = |j: usize| power.get(j).map_or(0.0, |p| p.1);
+                power[k].1 > 0.0 && power[k].1 >= at(k + 1) && (k == 0 || power[k].1 >= at(k - 1))
+            })
+            .collect();
+        peaks.sort_by(|a, b| power[*b].1.total_cmp(&power[*a].1));
+        peaks.truncate(3);
+        peaks.iter().map(|k| vec![(order, power[*k].0)]).collect()
+    }
+}
+
+/// Values of a log that a scan over orders looks at, and the highest order it looks for.
+const SCANNED: usize = 3000;
+const HIGHEST_ORDER: f64 = 300.0;
+
+/// Screens every effect that is no calibration, at every place. Best first.
+pub fn screen(ground: &Ground<'_>) -> Vec<Screened> {
+    let all: Vec<(&'static Kind, At)> = TABLE
+        .iter()
+        .filter(|k| !is_calibration(k))
+        .flat_map(|k| places(k).into_iter().map(move |at| (*k, at)))
+        .collect();
+    let mut screened: Vec<Screened> = all.par_iter().filter_map(|(kind, at)| ground.screen(kind, *at)).collect();
+    screened.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+    screened
+}
+
+/// Fits the calibrations alone: those logs first whose residuals follow them nearly in proportion, then all.
+///
+/// # Errors
+/// [`PredictError`].
+pub fn calibrated(bench: &Bench, blocks: &[Vec<u8>]) -> Result<Fitted, PredictError> {
+    let point = calibrations(bench);
+    let stale = of_logs(&point);
+    fit::fit(bench, &point, blocks, &[], Effort { steps: 4, stale })
+}
+
+/// Fits one hypothesis in full from where screening left it.
+///
+/// # Errors
+/// [`PredictError`].
+pub fn fit_hypothesis(ground: &Ground<'_>, effect: &Effect, steps: usize) -> Result<Fitted, PredictError> {
+    let mut point: Point = ground.null.point.clone();
+    point.add(effect.clone(), f64::INFINITY);
+    let stale = ground.null.slopes.len();
+    fit::fit(ground.bench, &point, ground.blocks, &ground.null.slopes, Effort { steps, stale })
+}
+
+/// Longest weld among the logs, m, for what is looked for along it.
+pub fn longest_weld(logs: &[crate::log::Log]) -> f64 {
+    let length = |log: &crate::log::Log| log.weld.as_ref().map(|w| (w.end - w.start).norm());
+    logs.iter().filter(|l| l.kind == LogKind::Weld).filter_map(length).fold(0.5, f64::max)
+}
+
+/// Score of residuals: root mean square.
+pub fn score(residuals: &Residuals) -> f64 {
+    (fit::chi_square(residuals) / fit::count(residuals).max(1) as f64).sqrt()
+}
+
+/// Held-out sum of squares of every block.
+pub fn held_out(linear: &Linear) -> Vec<f64> {
+    linear.held_out(None)
+}

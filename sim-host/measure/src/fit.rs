@@ -1,0 +1,559 @@
+//! Fitting parameters of effects to logs: least squares of whitened residuals, priors on what a calibration may be, and
+//! held-out blocks.
+//!
+//! A fit works on a [`Point`]: effects that hold for all logs, effects that each log has of its own, and which of their
+//! values are free. Its [`Linear`] model there, residuals and their slopes, comes as normal equations of ten blocks in time
+//! (every tenth of every log), so that leaving blocks out costs a small solve and no new simulation.
+
+use crate::predict::{Experiment, Model, Motion, PredictError, Prediction};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use rayon::prelude::*;
+use std::sync::Arc;
+use trueweld_plant::effects::{Effect, Parameter, Role};
+
+/// Blocks in time that can be left out.
+pub const BLOCKS: usize = 10;
+
+/// Logs made ready, and the model they judge.
+#[derive(Debug)]
+pub struct Bench {
+    /// Robot and process without effects.
+    pub model: Model,
+    /// Effects the model has, that are not fitted here.
+    pub known: Vec<Effect>,
+    /// The logs.
+    pub experiments: Vec<Experiment>,
+}
+
+/// Which effect a free value belongs to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Of {
+    /// The effect of that index among those for all logs.
+    All(usize),
+    /// The effect of that index among those of one log.
+    Log(usize, usize),
+}
+
+/// One free value.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Free {
+    /// Whose.
+    pub of: Of,
+    /// Which of the effect's parameters.
+    pub parameter: usize,
+    /// How far from no effect a calibration is expected to be, one standard deviation in the value's unit; infinite for a
+    /// value that nothing is known of.
+    pub expected: f64,
+}
+
+/// A model being fitted.
+#[derive(Debug, Clone)]
+pub struct Point {
+    /// Effects that hold for all logs.
+    pub all: Vec<Effect>,
+    /// Effects of each log.
+    pub each: Vec<Vec<Effect>>,
+    /// Free values.
+    pub free: Vec<Free>,
+}
+
+/// The value at which an effect is not there; its own for a parameter that only shapes it.
+pub fn neutral(parameter: &Parameter, value: f64) -> f64 {
+    match parameter.role {
+        Role::Size { neutral, .. } => neutral,
+        Role::Reciprocal { .. } => f64::INFINITY,
+        _ => value,
+    }
+}
+
+/// Step of a value in a fit's own units, in which it is of the order of 1; the fit works on value = of(u).
+fn value_at(parameter: &Parameter, from: f64, u: f64) -> f64 {
+    let value = match parameter.role {
+        Role::Size { step, .. } => from + step * u,
+        Role::Reciprocal { step } => 1.0 / (1.0 / from + step * u).max(1e-12),
+        Role::Shape(_) | Role::Wavelength => from * (0.1 * u).exp(),
+        Role::Order => from + 0.05 * u,
+        Role::SpindleOrder => from + 0.002 * u,
+        Role::PathPosition => from + 2e-3 * u,
+        Role::Phase => from + 0.1 * u,
+    };
+    match parameter.role {
+        Role::Phase => value,
+        _ => value.clamp(parameter.low, parameter.high),
+    }
+}
+
+/// Size of one unit of a fit at a value, in the value's unit.
+fn unit(parameter: &Parameter, value: f64) -> f64 {
+    match parameter.role {
+        Role::Size { step, .. } => step,
+        Role::Reciprocal { step } => step * value * value,
+        Role::Shape(_) | Role::Wavelength => 0.1 * value,
+        Role::Order => 0.05,
+        Role::SpindleOrder => 0.002,
+        Role::PathPosition => 2e-3,
+        Role::Phase => 0.1,
+    }
+}
+
+impl Point {
+    /// A point without effects beyond the known.
+    pub fn empty(logs: usize) -> Self {
+        Self { all: Vec::new(), each: vec![Vec::new(); logs], free: Vec::new() }
+    }
+
+    /// The effect a free value belongs to.
+    pub fn effect(&self, of: Of) -> &Effect {
+        match of {
+            Of::All(i) => &self.all[i],
+            Of::Log(log, i) => &self.each[log][i],
+        }
+    }
+
+    fn effect_mut(&mut self, of: Of) -> &mut Effect {
+        match of {
+            Of::All(i) => &mut self.all[i],
+            Of::Log(log, i) => &mut self.each[log][i],
+        }
+    }
+
+    /// A free value's parameter.
+    pub fn parameter(&self, free: &Free) -> &'static Parameter {
+        &self.effect(free.of).kind.parameters[free.parameter]
+    }
+
+    /// A free value.
+    pub fn value(&self, free: &Free) -> f64 {
+        self.effect(free.of).values[free.parameter]
+    }
+
+    /// Adds an effect for all logs, with all its values free.
+    pub fn add(&mut self, effect: Effect, expected: f64) {
+        let of = Of::All(self.all.len());
+        let parameters = effect.kind.parameters.len();
+        self.all.push(effect);
+        self.free.extend((0..parameters).map(|parameter| Free { of, parameter, expected }));
+    }
+
+    /// Adds an effect of one log, with all its values free.
+    pub fn add_to_log(&mut self, log: usize, effect: Effect, expected: &[f64]) {
+        let of = Of::Log(log, self.each[log].len());
+        self.each[log].push(effect);
+        self.free.extend(expected.iter().enumerate().map(|(parameter, e)| Free { of, parameter, expected: *e }));
+    }
+
+    /// The effects of one log.
+    pub fn effects(&self, bench: &Bench, log: usize) -> Vec<Effect> {
+        bench.known.iter().chain(&self.all).chain(&self.each[log]).cloned().collect()
+    }
+
+    /// Free values moved by a step in the fit's units.
+    fn moved(&self, step: &DVector<f64>) -> Self {
+        let mut next = self.clone();
+        for (k, free) in self.free.iter().enumerate() {
+            let parameter = self.parameter(free);
+            next.effect_mut(free.of).values[free.parameter] = value_at(parameter, self.value(free), step[k]);
+        }
+        next.tidy();
+        next
+    }
+
+    /// Sines with their amplitude above zero and their phase within half a turn.
+    fn tidy(&mut self) {
+        for effect in self.all.iter_mut().chain(self.each.iter_mut().flatten()) {
+            let Some(phase) = effect.kind.parameters.iter().position(|p| p.role == Role::Phase) else { continue };
+            effect.values[phase] =
+                (effect.values[phase] + std::f64::consts::PI).rem_euclid(std::f64::consts::TAU) - std::f64::consts::PI;
+        }
+    }
+
+    /// Weight of each prior and how far each value is from where it was expected, in the fit's units.
+    fn priors(&self) -> (DVector<f64>, DVector<f64>) {
+        let n = self.free.len();
+        let (mut weight, mut away) = (DVector::zeros(n), DVector::zeros(n));
+        for (k, free) in self.free.iter().enumerate() {
+            let parameter = self.parameter(free);
+            let value = self.value(free);
+            let unit = unit(parameter, value);
+            if free.expected.is_finite() {
+                weight[k] = (unit / free.expected).powi(2);
+                away[k] = (value - neutral(parameter, value)) / unit;
+            }
+        }
+        (weight, away)
+    }
+}
+
+/// Residuals of all logs at a point.
+pub type Residuals = Vec<Prediction>;
+
+/// Residuals at a point, one entry a log.
+///
+/// # Errors
+/// [`PredictError`] of the first log the model cannot be driven through.
+pub fn residuals(bench: &Bench, point: &Point) -> Result<Residuals, PredictError> {
+    (0..bench.experiments.len())
+        .into_par_iter()
+        .map(|log| bench.experiments[log].predict(&bench.model, &point.effects(bench, log), None))
+        .collect()
+}
+
+/// Sum of squares of all residuals.
+pub fn chi_square(residuals: &Residuals) -> f64 {
+    residuals.iter().flat_map(|p| &p.residual).map(|r| r * r).sum()
+}
+
+/// Number of all residuals.
+pub fn count(residuals: &Residuals) -> usize {
+    residuals.iter().map(|p| p.residual.len()).sum()
+}
+
+/// Slope of one log's residuals by one free value in the fit's units; `None` where the log does not see it.
+fn slope(
+    bench: &Bench,
+    point: &Point,
+    free: &Free,
+    log: usize,
+    at: &Prediction,
+    share: f64,
+) -> Result<Option<Vec<f64>>, PredictError> {
+    if matches!(free.of, Of::Log(own, _) if own != log) {
+        return Ok(None);
+    }
+    let experiment = &bench.experiments[log];
+    let effect = point.effect(free.of);
+    if !experiment.concerns(effect) {
+        return Ok(None);
+    }
+    let parameter = point.parameter(free);
+    let value = point.value(free);
+    // Away from the bound, where the value stands at one.
+    let step = if value_at(parameter, value, share) == value { -share } else { share };
+    let mut moved = point.clone();
+    moved.effect_mut(free.of).values[free.parameter] = value_at(parameter, value, step);
+    let motion: Option<&Arc<Motion>> = if experiment.moves(effect) { None } else { at.motion.as_ref() };
+    let there = experiment.predict(&bench.model, &moved.effects(bench, log), motion)?;
+    Ok(Some(there.residual.iter().zip(&at.residual).map(|(a, b)| (a - b) / step).collect()))
+}
+
+/// Slopes of one free value in every log.
+pub type Slopes = Vec<Option<Vec<f64>>>;
+
+/// Slopes of some free values of a point, taken over a `share` of a fit's unit, in parallel over values and logs. A value
+/// that makes the model fall apart has none.
+pub fn slopes(bench: &Bench, point: &Point, frees: &[Free], at: &Residuals, share: f64) -> Vec<Slopes> {
+    let logs = bench.experiments.len();
+    let flat: Vec<Option<Vec<f64>>> = (0..frees.len() * logs)
+        .into_par_iter()
+        .map(|k| slope(bench, point, &frees[k / logs], k % logs, &at[k % logs], share).unwrap_or(None))
+        .collect();
+    let mut flat = flat.into_iter();
+    frees.iter().map(|_| flat.by_ref().take(logs).collect()).collect()
+}
+
+/// Normal equations of a linear model in blocks: Σ (r + A u)² over each block.
+#[derive(Debug, Clone)]
+pub struct Linear {
+    /// AᵀA of each block.
+    pub square: Vec<DMatrix<f64>>,
+    /// Aᵀr of each block.
+    pub slope: Vec<DVector<f64>>,
+    /// rᵀr of each block.
+    pub rest: Vec<f64>,
+    /// Number of residuals in each block.
+    pub count: Vec<usize>,
+    /// Weight of each prior.
+    pub weight: DVector<f64>,
+    /// Distance from what was expected.
+    pub away: DVector<f64>,
+}
+
+/// Ranges of each log's compared values by block: values of one quantity and component come in order of their rows.
+pub fn blocks_of(bench: &Bench) -> Vec<Vec<u8>> {
+    bench.experiments.iter().map(|e| blocks_of_log(e)).collect()
+}
+
+fn blocks_of_log(experiment: &Experiment) -> Vec<u8> {
+    let rows = experiment.compared.iter().map(|c| c.row);
+    let (first, last) = (rows.clone().min().unwrap_or(0), rows.max().unwrap_or(0));
+    experiment.compared.iter().map(|c| ((c.row - first) * BLOCKS / (last - first + 1)) as u8).collect()
+}
+
+impl Linear {
+    /// The normal equations from residuals and slopes.
+    pub fn new(
+        blocks: &[Vec<u8>],
+        at: &Residuals,
+        slopes: &[&Slopes],
+        weight: DVector<f64>,
+        away: DVector<f64>,
+    ) -> Self {
+        let n = slopes.len();
+        let mut linear = Self {
+            square: vec![DMatrix::zeros(n, n); BLOCKS],
+            slope: vec![DVector::zeros(n); BLOCKS],
+            rest: vec![0.0; BLOCKS],
+            count: vec![0; BLOCKS],
+            weight,
+            away,
+        };
+        for (log, blocks) in blocks.iter().enumerate() {
+            let r = &at[log].residual;
+            let seen: Vec<(usize, &[f64])> =
+                slopes.iter().enumerate().filter_map(|(k, s)| s[log].as_deref().map(|c| (k, c))).collect();
+            for run in runs(blocks) {
+                let b = blocks[run.start] as usize;
+                let r = &r[run.clone()];
+                linear.rest[b] += dot(r, r);
+                linear.count[b] += r.len();
+                for (i, (k, a)) in seen.iter().enumerate() {
+                    let a = &a[run.clone()];
+                    linear.slope[b][*k] += dot(a, r);
+                    for (l, c) in &seen[..=i] {
+                        linear.square[b][(*k, *l)] += dot(a, &c[run.clone()]);
+                    }
+                }
+            }
+        }
+        for square in &mut linear.square {
+            square.fill_upper_triangle_with_lower_triangle();
+        }
+        linear
+    }
+
+    /// The same with more values, of which nothing is known beforehand: `known` are the slopes of those it has.
+    pub fn extended(&self, blocks: &[Vec<u8>], at: &Residuals, known: &[Slopes], more: &[Slopes]) -> Self {
+        let (n, m) = (self.weight.len(), more.len());
+        let mut linear = self.clone();
+        for b in 0..BLOCKS {
+            linear.square[b] = self.square[b].clone().resize(n + m, n + m, 0.0);
+            linear.slope[b] = self.slope[b].clone().resize_vertically(n + m, 0.0);
+        }
+        linear.weight = self.weight.clone().resize_vertically(n + m, 0.0);
+        linear.away = self.away.clone().resize_vertically(n + m, 0.0);
+        for (log, blocks) in blocks.iter().enumerate() {
+            let r = &at[log].residual;
+            let column = |k: usize| if k < n { known[k][log].as_deref() } else { more[k - n][log].as_deref() };
+            for (i, new) in more.iter().enumerate() {
+                let Some(new) = new[log].as_deref() else { continue };
+                for run in runs(blocks) {
+                    let b = blocks[run.start] as usize;
+                    let a = &new[run.clone()];
+                    linear.slope[b][n + i] += dot(a, &r[run.clone()]);
+                    for k in 0..=n + i {
+                        let Some(c) = column(k) else { continue };
+                        let product = dot(a, &c[run.clone()]);
+                        linear.square[b][(n + i, k)] += product;
+                        if k != n + i {
+                            linear.square[b][(k, n + i)] += product;
+                        }
+                    }
+                }
+            }
+        }
+        linear
+    }
+
+    /// Sums over all blocks but one (`None`: over all).
+    fn without(&self, left_out: Option<usize>) -> (DMatrix<f64>, DVector<f64>) {
+        let n = self.weight.len();
+        let (mut square, mut slope) = (DMatrix::zeros(n, n), DVector::zeros(n));
+        for b in (0..BLOCKS).filter(|b| Some(*b) != left_out) {
+            square += &self.square[b];
+            slope += &self.slope[b];
+        }
+        for k in 0..n {
+            square[(k, k)] += self.weight[k];
+            slope[k] += self.weight[k] * self.away[k];
+        }
+        (square, slope)
+    }
+
+    /// The best step with `damping` on the diagonal, and the covariance of the values there, in the fit's units. `only`: the
+    /// values that are free; the others stay.
+    pub fn solve(&self, left_out: Option<usize>, damping: f64, only: Option<&[usize]>) -> Option<Step> {
+        let (square, slope) = self.without(left_out);
+        let n = self.weight.len();
+        let every: Vec<usize> = (0..n).collect();
+        let only = only.unwrap_or(&every);
+        let m = only.len();
+        let mut reduced = DMatrix::from_fn(m, m, |i, j| square[(only[i], only[j])]);
+        let right = DVector::from_fn(m, |i, _| slope[only[i]]);
+        // Scaled to ones on the diagonal; a value that nothing depends on stays where it is.
+        let scale =
+            DVector::from_fn(m, |i, _| if reduced[(i, i)] > 0.0 { reduced[(i, i)].sqrt().recip() } else { 1.0 });
+        for i in 0..m {
+            for j in 0..m {
+                reduced[(i, j)] *= scale[i] * scale[j];
+            }
+            reduced[(i, i)] += damping + 1e-10;
+        }
+        let factor = reduced.cholesky()?;
+        let step = factor.solve(&right.component_mul(&scale)).component_mul(&scale);
+        let mut full = DVector::zeros(n);
+        for (i, k) in only.iter().enumerate() {
+            full[*k] = -step[i];
+        }
+        Some(Step { step: full, only: only.to_vec(), scale, factor })
+    }
+
+    /// Sum of squares in all blocks after a step, without priors.
+    pub fn after(&self, step: &DVector<f64>) -> f64 {
+        (0..BLOCKS).map(|b| self.block_after(b, step)).sum()
+    }
+
+    /// Sum of squares and priors together, after a step.
+    pub fn cost(&self, step: &DVector<f64>) -> f64 {
+        let prior: f64 = (0..step.len()).map(|k| self.weight[k] * (self.away[k] + step[k]).powi(2)).sum();
+        self.after(step) + prior
+    }
+
+    fn block_after(&self, b: usize, step: &DVector<f64>) -> f64 {
+        self.rest[b] + 2.0 * self.slope[b].dot(step) + (&self.square[b] * step).dot(step)
+    }
+
+    /// Sum of squares of each block, predicted from all the others.
+    pub fn held_out(&self, only: Option<&[usize]>) -> Vec<f64> {
+        (0..BLOCKS)
+            .map(|b| match self.solve(Some(b), 0.0, only) {
+                Some(found) => self.block_after(b, &found.step),
+                None => self.rest[b],
+            })
+            .collect()
+    }
+}
+
+/// The step to the least sum of squares of a linear model.
+#[derive(Debug, Clone)]
+pub struct Step {
+    /// Of all values, in the fit's units.
+    pub step: DVector<f64>,
+    only: Vec<usize>,
+    scale: DVector<f64>,
+    factor: Cholesky<f64, Dyn>,
+}
+
+impl Step {
+    /// Standard deviations of the free values, in the fit's units; 0 for those that stay.
+    pub fn deviations(&self) -> DVector<f64> {
+        let covariance = self.factor.inverse();
+        let mut all = DVector::zeros(self.step.len());
+        for (i, k) in self.only.iter().enumerate() {
+            all[*k] = covariance[(i, i)].max(0.0).sqrt() * self.scale[i];
+        }
+        all
+    }
+}
+
+/// Stretches of equal values.
+fn runs(blocks: &[u8]) -> Vec<std::ops::Range<usize>> {
+    let mut runs = Vec::new();
+    let mut start = 0;
+    for k in 1..=blocks.len() {
+        if k == blocks.len() || blocks[k] != blocks[start] {
+            runs.push(start..k);
+            start = k;
+        }
+    }
+    runs
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    // Four sums, so that they can run side by side.
+    let mut sums = [0.0; 4];
+    let (fours, rest) = a.as_chunks::<4>();
+    let (others, other_rest) = b.as_chunks::<4>();
+    for (x, y) in fours.iter().zip(others) {
+        for k in 0..4 {
+            sums[k] += x[k] * y[k];
+        }
+    }
+    sums.iter().sum::<f64>() + rest.iter().zip(other_rest).map(|(x, y)| x * y).sum::<f64>()
+}
+
+/// A fitted point.
+#[derive(Debug, Clone)]
+pub struct Fitted {
+    /// The values found.
+    pub point: Point,
+    /// Residuals there.
+    pub at: Residuals,
+    /// Slopes of every free value there, or near there.
+    pub slopes: Vec<Slopes>,
+    /// The linear model there.
+    pub linear: Linear,
+    /// Sum of squares and priors.
+    pub cost: f64,
+}
+
+/// How a fit is done.
+#[derive(Debug, Clone, Copy)]
+pub struct Effort {
+    /// Steps at most.
+    pub steps: usize,
+    /// Slopes that are taken once: those of the first so many free values.
+    pub stale: usize,
+}
+
+/// Share of a fit's unit over which slopes are taken.
+const STEP: f64 = 0.1;
+
+/// Improvement of the cost below which a fit has arrived, as a share of it and at least this much.
+const ARRIVED: f64 = 1e-4;
+
+/// Fits the free values of a point by Levenberg and Marquardt. `slopes`: known ones of the first free values.
+///
+/// # Errors
+/// [`PredictError`] where the model cannot be driven through the logs at the start.
+pub fn fit(
+    bench: &Bench,
+    point: &Point,
+    blocks: &[Vec<u8>],
+    known: &[Slopes],
+    effort: Effort,
+) -> Result<Fitted, PredictError> {
+    let mut point = point.clone();
+    let mut at = residuals(bench, &point)?;
+    let mut damping = 1e-4;
+    let mut stale: Vec<Slopes> = known[..effort.stale.min(known.len())].to_vec();
+    let mut step_count = 0;
+    loop {
+        let fresh = slopes(bench, &point, &point.free[stale.len()..], &at, STEP);
+        let (weight, away) = point.priors();
+        let all: Vec<&Slopes> = stale.iter().chain(&fresh).collect();
+        let linear = Linear::new(blocks, &at, &all, weight, away);
+        let cost = linear.cost(&DVector::zeros(point.free.len()));
+        let finish = |point: Point, at: Residuals, stale: Vec<Slopes>, fresh: Vec<Slopes>, linear: Linear| Fitted {
+            slopes: stale.into_iter().chain(fresh).collect(),
+            point,
+            at,
+            cost: linear.cost(&DVector::zeros(linear.weight.len())),
+            linear,
+        };
+        if step_count >= effort.steps {
+            return Ok(finish(point, at, stale, fresh, linear));
+        }
+        let mut better = None;
+        for _ in 0..6 {
+            let Some(found) = linear.solve(None, damping, None) else { break };
+            let next = point.moved(&found.step);
+            if let Ok(there) = residuals(bench, &next) {
+                let (weight, away) = next.priors();
+                let priors: f64 = weight.iter().zip(away.iter()).map(|(w, a)| w * a * a).sum();
+                let reached = chi_square(&there) + priors;
+                if reached < cost {
+                    damping = (damping * 0.1f64).max(1e-8);
+                    better = Some((next, there, reached));
+                    break;
+                }
+            }
+            damping = (damping * 20.0).max(1e-3);
+        }
+        let Some((next, there, reached)) = better else { return Ok(finish(point, at, stale, fresh, linear)) };
+        let arrived = cost - reached < (ARRIVED * cost).max(0.5);
+        step_count = if arrived { effort.steps } else { step_count + 1 };
+        point = next;
+        at = there;
+        stale.extend(fresh.into_iter().take(effort.stale.saturating_sub(stale.len())));
+    }
+}
