@@ -5,6 +5,7 @@
 
 use crate::localize::{Finding, joint_name, localize};
 use crate::log::{Log, LogKind};
+use crate::noise::instruments;
 use crate::predict::{Compared, Experiment, Model, PredictError, Prediction, Quantity};
 use rayon::prelude::*;
 use std::path::PathBuf;
@@ -99,6 +100,15 @@ pub struct Trace {
 /// The baseline that a model file stands on.
 pub fn baseline(model: &ModelFile) -> Model {
     Model { robot: model.robot.robot.clone(), process: model.process.clone() }
+}
+
+/// Makes logs ready to be compared with a model, each with its instruments' noise.
+///
+/// # Errors
+/// [`PredictError`] of the first log that cannot be.
+pub fn experiments(logs: &[Log], model: &Model) -> Result<Vec<Experiment>, PredictError> {
+    let instruments = instruments(logs);
+    (0..logs.len()).into_par_iter().map(|k| Experiment::new(&logs[k], &instruments[k], model)).collect()
 }
 
 /// The effects of a model with the values written in its file, for every log alike: what [`compare`] takes where nothing is

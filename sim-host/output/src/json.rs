@@ -2,7 +2,10 @@
 
 use crate::WeldRun;
 use serde_json::{Value, json};
+use std::path::Path;
 use trueweld_evaluate::{Spread, StepFigures};
+use trueweld_measure::compare::{ChannelComparison, Comparison};
+use trueweld_measure::localize::{Finding, How};
 
 /// Figures of welds, schema `weld-result/1`.
 pub fn weld_json(runs: &[WeldRun]) -> Value {
@@ -52,6 +55,89 @@ pub fn step_json(controllers: &[StepFigures]) -> Value {
         })
         .collect();
     json!({ "schema": "step-result/1", "controllers": controllers })
+}
+
+/// A model against measurements, schema `compare/1`. `model`: where the model was read from.
+pub fn compare_json(model: &Path, comparison: &Comparison) -> Value {
+    let logs: Vec<Value> = comparison
+        .logs
+        .iter()
+        .map(|log| {
+            json!({
+                "path": log.path.display().to_string(),
+                "name": log.name,
+                "kind": log.kind.name(),
+                "score": log.score,
+                "samples": log.samples,
+                "channels": log.channels.iter().map(channel).collect::<Vec<_>>(),
+            })
+        })
+        .collect();
+    json!({
+        "schema": "compare/1",
+        "model": model.display().to_string(),
+        "score": comparison.score,
+        "samples": comparison.samples,
+        "logs": logs,
+        "worst": comparison.worst.iter().map(finding).collect::<Vec<_>>(),
+        "notices": comparison.notices,
+    })
+}
+
+fn channel(channel: &ChannelComparison) -> Value {
+    let mut value = json!({
+        "name": channel.name,
+        "unit": channel.unit,
+        "rmse": channel.rmse,
+        "max": channel.max,
+        "noise": channel.noise,
+        "noise_is": if channel.stated { "stated" } else { "estimated" },
+        "score": channel.score,
+        "samples": channel.samples,
+    });
+    if !channel.label.is_empty() {
+        value["label"] = channel.label.clone().into();
+    }
+    if !channel.columns.is_empty() {
+        value["columns"] = channel.columns.iter().map(self::channel).collect();
+    }
+    value
+}
+
+/// What a residual goes with: one entry of `worst` in `compare/1`.
+pub fn finding(finding: &Finding) -> Value {
+    let curve = &finding.curve;
+    let column =
+        |of: fn(&trueweld_measure::localize::CurvePoint) -> f64| curve.points.iter().map(of).collect::<Vec<f64>>();
+    json!({
+        "kind": finding.kind.name(),
+        "channel": finding.channel,
+        "logs": finding.logs,
+        "score": finding.score,
+        "variable": finding.variable,
+        "unit": finding.unit,
+        "low": finding.low,
+        "high": finding.high,
+        "category": (!finding.category.is_empty()).then_some(&finding.category),
+        "how": match finding.how { How::Mean => "mean", How::Size => "size" },
+        "share": finding.share,
+        "share_by_chance": finding.by_chance,
+        "p": finding.p,
+        "share_there": finding.share_there,
+        "samples_there": finding.samples_there,
+        "similar": finding.similar,
+        "sentence": finding.sentence,
+        "curve": {
+            "x_name": curve.x_name,
+            "x_unit": curve.x_unit,
+            "categories": curve.categories,
+            "y_name": curve.y_name,
+            "y_unit": curve.y_unit,
+            "x": column(|p| p.x),
+            "y": column(|p| p.y),
+            "error": column(|p| p.error),
+        },
+    })
 }
 
 fn spread(s: &Spread) -> Value {

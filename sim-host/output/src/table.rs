@@ -1,13 +1,21 @@
 //! Tables for a terminal, read in ten seconds: millimetres, degrees, kilonewtons, one column a run.
 
 use crate::WeldRun;
+use crate::compared;
 use crate::figures::{Cell, STEP_HEADINGS, headline, run_names, setting, step_headline, step_lines, weld_lines};
+use std::path::Path;
 use trueweld_evaluate::StepFigures;
+use trueweld_measure::compare::Comparison;
+use trueweld_measure::localize::foremost;
 
 /// Width of the first column.
 const LABEL: usize = 24;
 /// Width of one run: three numbers.
 const RUN: usize = 30;
+/// Width of the names of logs and channels.
+const COMPARED: usize = 28;
+/// Width of one of their figures.
+const FIGURE: usize = 16;
 /// Longest line of text.
 const WIDTH: usize = 110;
 /// Runs side by side before a second block begins.
@@ -54,6 +62,32 @@ pub fn step_table(controllers: &[StepFigures]) -> String {
             line += &right(cell, width(column));
         }
         push_line(&mut out, &line);
+    }
+    out
+}
+
+/// How far a model is from measurements: the score, every channel of every log, where it is worst in words. `model`: where
+/// the model was read from.
+pub fn compare_table(model: &Path, comparison: &Comparison) -> String {
+    let mut out = wrapped(&compared::headline(comparison)) + &wrapped(&compared::setting(model, comparison)) + "\n";
+    let row = |first: &str, cells: &[&str]| {
+        cells.iter().fold(left(first, COMPARED), |line, cell| line + &right(cell, FIGURE))
+    };
+    push_line(&mut out, &row(compared::HEADINGS[0], &compared::HEADINGS[1..]));
+    for log in &comparison.logs {
+        let name = format!("{}, {}", log.name, log.kind);
+        push_line(&mut out, &row(&name, &["", "", "", &format!("{:.2}", log.score)]));
+        for channel in &log.channels {
+            let cells = compared::cells(channel);
+            push_line(&mut out, &row(&format!("  {}", channel.name), &cells.each_ref().map(String::as_str)));
+        }
+    }
+    for finding in foremost(&comparison.worst, compared::TOLD) {
+        out += "\n";
+        out += &wrapped(&finding.sentence);
+    }
+    for notice in &comparison.notices {
+        out += &wrapped(&format!("Note: {notice}."));
     }
     out
 }
