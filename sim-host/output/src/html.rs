@@ -289,7 +289,7 @@ mod tests {
     use crate::sample;
 
     /// The only address in a page is the name of the SVG name space.
-    fn assert_self_contained(page: &str) {
+    pub(super) fn assert_self_contained(page: &str) {
         let outside = page.replace("http://www.w3.org/2000/svg", "");
         assert!(!outside.contains("http"), "an address in the page");
         for word in ["<script", "<link", "@import", "src="] {

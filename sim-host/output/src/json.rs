@@ -192,4 +192,32 @@ mod tests {
         assert_eq!(first["static_error_n"], figures[0].static_error);
         assert_eq!(first["ripple_n"], figures[0].ripple);
     }
+
+    #[test]
+    fn a_comparison_has_its_schema_its_channels_and_where_it_fails() {
+        let value = compare_json(Path::new("model.toml"), &sample::comparison());
+        assert_eq!(value["schema"], "compare/1");
+        assert_eq!(value["score"], 2.72);
+        let log = &value["logs"][0];
+        assert_eq!(
+            (&log["path"], &log["kind"], &log["score"]),
+            (&"campaign/free".into(), &"free-motion".into(), &2.72.into())
+        );
+        let channel = &log["channels"][0];
+        for (key, expected) in [
+            ("name", Value::from("tcp_position")),
+            ("unit", "m".into()),
+            ("rmse", (3e-5 * 2.72).into()),
+            ("max", 2e-4.into()),
+            ("noise", 3e-5.into()),
+            ("noise_is", "stated".into()),
+            ("score", 2.72.into()),
+        ] {
+            assert_eq!(channel[key], expected, "{key}");
+        }
+        assert_eq!(channel["columns"][0]["name"], "tcp_position[0]");
+        let worst = &value["worst"][0];
+        assert_eq!((&worst["variable"], &worst["share"]), (&"sign of A5's spring torque".into(), &0.62.into()));
+        assert_eq!(worst["curve"]["y"], json!([0.0, 2e-4]));
+    }
 }

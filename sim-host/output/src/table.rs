@@ -185,4 +185,18 @@ mod tests {
             assert!(lines[2 + 2 * k].contains(published) && lines[2 + 2 * k].contains(overshoot), "{table}");
         }
     }
+
+    #[test]
+    fn a_comparison_says_its_score_its_channels_and_where_it_fails() {
+        let table = compare_table(Path::new("model.toml"), &sample::comparison());
+        println!("{table}");
+        assert!(table.starts_with("Score 2.72: the model is off by more than the noise"), "{table}");
+        let line = table.lines().find(|l| l.starts_with("  tcp_position")).unwrap();
+        for figure in ["0.0816 mm", "0.200 mm", "0.0300 mm", "2.72"] {
+            assert!(line.contains(figure), "{figure} is not in {line}");
+        }
+        assert!(table.contains("62 % of the squared residual goes with the sign of A5's spring torque"));
+        assert!(table.contains("Note: free: the column"));
+        assert!(table.lines().all(|l| l.chars().count() <= 120), "{table}");
+    }
 }

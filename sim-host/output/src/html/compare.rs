@@ -156,3 +156,33 @@ fn typical_noise(trace: &Trace) -> f64 {
     sorted.sort_by(f64::total_cmp);
     sorted.get(sorted.len() / 2).copied().unwrap_or(0.0)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::html::tests::assert_self_contained;
+    use crate::sample;
+
+    #[test]
+    fn the_page_says_the_result_and_draws_where_it_fails() {
+        let page = compare_page(Path::new("model.toml"), &sample::comparison());
+        assert_self_contained(&page);
+        assert!(page.contains("<h1>Score 2.72: the model is off by more than the noise"));
+        assert!(page.contains("62 % of the squared residual goes with"));
+        // The finding's curve; measured over predicted, and their difference.
+        assert_eq!(page.matches("<svg").count(), 3);
+        assert_eq!(page.matches("class=\"bar above\"").count(), 1);
+    }
+
+    #[test]
+    fn a_model_at_the_noise_floor_is_said_to_be() {
+        let mut comparison = sample::comparison();
+        comparison.score = 0.99;
+        comparison.logs[0].score = 0.99;
+        comparison.logs[0].channels[0].score = 0.99;
+        comparison.worst.clear();
+        let page = compare_page(Path::new("model.toml"), &comparison);
+        assert!(page.contains("is as good as these measurements can tell"));
+        assert!(!page.contains("What the difference goes with"));
+    }
+}
