@@ -54,10 +54,17 @@ pub(super) struct Table {
 /// Series of a log and the rows in which all of them have a value.
 type Rows = BTreeMap<usize, Vec<(f64, f64)>>;
 
+/// Logs, by their place, in which the same series were recorded.
+struct Gathered {
+    kind: LogKind,
+    series: Vec<(Quantity, u8)>,
+    of_logs: Vec<(usize, Rows)>,
+}
+
 impl Table {
     /// All channels of all kinds of logs. Logs of which other columns were recorded make a table of their own.
     pub fn all(experiments: &[Experiment], predictions: &[Prediction], logs: &[Log]) -> Vec<Self> {
-        let mut groups: Vec<(LogKind, Vec<(Quantity, u8)>, Vec<(usize, Rows)>)> = Vec::new();
+        let mut groups: Vec<Gathered> = Vec::new();
         for (k, (experiment, prediction)) in experiments.iter().zip(predictions).enumerate() {
             let mut channels: Vec<(&str, Vec<(Quantity, u8)>)> = Vec::new();
             for compared in &experiment.compared {
@@ -78,16 +85,16 @@ impl Table {
                     }
                 }
                 rows.retain(|_, values| values.iter().all(|v| v.0.is_finite()));
-                match groups.iter_mut().find(|(kind, of, _)| *kind == experiment.kind && *of == series) {
-                    Some((_, _, all)) => all.push((k, rows)),
-                    None => groups.push((experiment.kind, series, vec![(k, rows)])),
+                match groups.iter_mut().find(|g| g.kind == experiment.kind && g.series == series) {
+                    Some(group) => group.of_logs.push((k, rows)),
+                    None => groups.push(Gathered { kind: experiment.kind, series, of_logs: vec![(k, rows)] }),
                 }
             }
         }
-        groups.into_iter().filter_map(|(kind, series, rows)| Self::new(kind, &series, rows, logs)).collect()
+        groups.into_iter().filter_map(|group| Self::new(group, logs)).collect()
     }
 
-    fn new(kind: LogKind, series: &[(Quantity, u8)], of_logs: Vec<(usize, Rows)>, logs: &[Log]) -> Option<Self> {
+    fn new(Gathered { kind, series, of_logs }: Gathered, logs: &[Log]) -> Option<Self> {
         let total: usize = of_logs.iter().map(|(_, rows)| rows.len()).sum();
         if total < FEWEST_ROWS {
             return None;
