@@ -11,8 +11,10 @@ macro_rules! say {
 }
 
 mod check;
+mod compare;
 mod import_urdf;
 mod inputs;
+mod measured;
 mod results;
 mod step;
 mod weld;
@@ -36,6 +38,8 @@ enum Command {
     Weld(weld::Arguments),
     /// Simulate a step of the force set-point with all three controllers
     Step(step::Arguments),
+    /// Show how far a model is from measurements, and where
+    Compare(compare::Arguments),
     /// Check input files of any kind
     Check(check::Arguments),
     /// Turn a URDF into a robot file; what a URDF cannot know is marked to be filled in
@@ -47,6 +51,7 @@ fn main() -> miette::Result<()> {
         None => weld::run(&weld::Arguments::first_published()),
         Some(Command::Weld(arguments)) => weld::run(&arguments),
         Some(Command::Step(arguments)) => step::run(&arguments),
+        Some(Command::Compare(arguments)) => compare::run(&arguments),
         Some(Command::Check(arguments)) => check::run(&arguments),
         Some(Command::ImportUrdf(arguments)) => import_urdf::run(&arguments),
     }

@@ -283,3 +283,37 @@ fn an_imported_urdf_says_what_is_still_to_be_filled_in() {
     let message = place.refused(&["check", "arm6.toml"]);
     assert!(message.contains("arm6.toml:") && message.contains("is still to be filled in"), "{message}");
 }
+
+#[test]
+fn a_campaign_is_compared_with_its_model_and_says_where_it_fails() {
+    let place = Place::new();
+    let campaign = fixture("campaigns/backlash");
+    let said = place.done(&["compare", &campaign, "--quiet", "--json", "c.json", "--html", "c.html"]);
+    assert!(said.starts_with("Score 3."), "{said}");
+    assert!(said.contains("A5's spring torque"), "{said}");
+    let value: Value = serde_json::from_str(&fs::read_to_string(place.path().join("c.json")).unwrap()).unwrap();
+    assert_eq!(value["schema"], "compare/1");
+    assert_eq!(value["logs"].as_array().unwrap().len(), 7);
+    assert_eq!(value["logs"][0]["channels"][0]["noise_is"], "stated");
+    assert!(value["worst"][0]["share"].as_f64().unwrap() > 0.5);
+    let page = fs::read_to_string(place.path().join("c.html")).unwrap();
+    assert!(page.contains("<h1>Score 3."));
+    // The same again; and one log alone, with the model named.
+    let again = place.done(&["compare", &campaign, "--quiet"]);
+    assert!(said.starts_with(&again));
+    let (log, model) = (format!("{campaign}/static"), format!("{campaign}/model.toml"));
+    assert!(place.done(&["compare", "--model", &model, &log]).contains("static, static-load"));
+}
+
+#[test]
+fn logs_without_a_model_or_of_another_robot_are_refused() {
+    let place = Place::new();
+    let log = fixture("campaigns/backlash/static");
+    let message = place.refused(&["compare", &log]);
+    assert!(message.contains("--model is missing") && message.contains("--model model.toml"), "{message}");
+    let other = fixture("campaigns/kr300-measured/model.toml");
+    let message = place.refused(&["compare", "--model", &other, &log]);
+    assert!(message.contains("this is a log of another robot"), "{message}");
+    let message = place.refused(&["compare", "nowhere"]);
+    assert!(message.contains("expected the folder of a log or of a campaign"), "{message}");
+}

@@ -3,8 +3,10 @@
 pub mod band;
 pub mod calibrate;
 pub mod campaign;
+pub mod compare;
 pub mod diagnose;
 pub mod fit;
+pub mod localize;
 pub mod log;
 pub mod noise;
 pub mod predict;

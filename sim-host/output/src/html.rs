@@ -1,5 +1,9 @@
 //! Self-contained pages: one file with text, table and pictures, that needs no network and prints as it stands.
 
+mod compare;
+
+pub use compare::compare_page;
+
 use crate::color::{self, css};
 use crate::figures::{Cell, MILLI, STEP_HEADINGS, headline, run_names, setting, step_headline, step_lines, weld_lines};
 use crate::path::{moving, travelled};
@@ -249,7 +253,7 @@ fn figure(title: &str, plot: &Plot) -> Markup {
         figure {
             figcaption {
                 b { (title) }
-                @for line in &plot.lines {
+                @for line in plot.lines.iter().filter(|line| !line.name.is_empty()) {
                     span.key {
                         i.dashed[line.dashed] style={ "border-color:" (css(line.color)) } {}
                         (line.name)
@@ -285,7 +289,7 @@ mod tests {
     use crate::sample;
 
     /// The only address in a page is the name of the SVG name space.
-    fn assert_self_contained(page: &str) {
+    pub(super) fn assert_self_contained(page: &str) {
         let outside = page.replace("http://www.w3.org/2000/svg", "");
         assert!(!outside.contains("http"), "an address in the page");
         for word in ["<script", "<link", "@import", "src="] {

@@ -2,7 +2,10 @@
 
 use crate::WeldRun;
 use serde_json::{Value, json};
+use std::path::Path;
 use trueweld_evaluate::{Spread, StepFigures};
+use trueweld_measure::compare::{ChannelComparison, Comparison};
+use trueweld_measure::localize::{Finding, How};
 
 /// Figures of welds, schema `weld-result/1`.
 pub fn weld_json(runs: &[WeldRun]) -> Value {
@@ -52,6 +55,89 @@ pub fn step_json(controllers: &[StepFigures]) -> Value {
         })
         .collect();
     json!({ "schema": "step-result/1", "controllers": controllers })
+}
+
+/// A model against measurements, schema `compare/1`. `model`: where the model was read from.
+pub fn compare_json(model: &Path, comparison: &Comparison) -> Value {
+    let logs: Vec<Value> = comparison
+        .logs
+        .iter()
+        .map(|log| {
+            json!({
+                "path": log.path.display().to_string(),
+                "name": log.name,
+                "kind": log.kind.name(),
+                "score": log.score,
+                "samples": log.samples,
+                "channels": log.channels.iter().map(channel).collect::<Vec<_>>(),
+            })
+        })
+        .collect();
+    json!({
+        "schema": "compare/1",
+        "model": model.display().to_string(),
+        "score": comparison.score,
+        "samples": comparison.samples,
+        "logs": logs,
+        "worst": comparison.worst.iter().map(finding).collect::<Vec<_>>(),
+        "notices": comparison.notices,
+    })
+}
+
+fn channel(channel: &ChannelComparison) -> Value {
+    let mut value = json!({
+        "name": channel.name,
+        "unit": channel.unit,
+        "rmse": channel.rmse,
+        "max": channel.max,
+        "noise": channel.noise,
+        "noise_is": if channel.stated { "stated" } else { "estimated" },
+        "score": channel.score,
+        "samples": channel.samples,
+    });
+    if !channel.label.is_empty() {
+        value["label"] = channel.label.clone().into();
+    }
+    if !channel.columns.is_empty() {
+        value["columns"] = channel.columns.iter().map(self::channel).collect();
+    }
+    value
+}
+
+/// What a residual goes with: one entry of `worst` in `compare/1`.
+pub fn finding(finding: &Finding) -> Value {
+    let curve = &finding.curve;
+    let column =
+        |of: fn(&trueweld_measure::localize::CurvePoint) -> f64| curve.points.iter().map(of).collect::<Vec<f64>>();
+    json!({
+        "kind": finding.kind.name(),
+        "channel": finding.channel,
+        "logs": finding.logs,
+        "score": finding.score,
+        "variable": finding.variable,
+        "unit": finding.unit,
+        "low": finding.low,
+        "high": finding.high,
+        "category": (!finding.category.is_empty()).then_some(&finding.category),
+        "how": match finding.how { How::Mean => "mean", How::Size => "size" },
+        "share": finding.share,
+        "share_by_chance": finding.by_chance,
+        "p": finding.p,
+        "share_there": finding.share_there,
+        "samples_there": finding.samples_there,
+        "similar": finding.similar,
+        "sentence": finding.sentence,
+        "curve": {
+            "x_name": curve.x_name,
+            "x_unit": curve.x_unit,
+            "categories": curve.categories,
+            "y_name": curve.y_name,
+            "y_unit": curve.y_unit,
+            "x": column(|p| p.x),
+            "y": column(|p| p.y),
+            "error": column(|p| p.error),
+        },
+    })
 }
 
 fn spread(s: &Spread) -> Value {
@@ -105,5 +191,33 @@ mod tests {
         assert_eq!(first["overshoot"], figures[0].overshoot);
         assert_eq!(first["static_error_n"], figures[0].static_error);
         assert_eq!(first["ripple_n"], figures[0].ripple);
+    }
+
+    #[test]
+    fn a_comparison_has_its_schema_its_channels_and_where_it_fails() {
+        let value = compare_json(Path::new("model.toml"), &sample::comparison());
+        assert_eq!(value["schema"], "compare/1");
+        assert_eq!(value["score"], 2.72);
+        let log = &value["logs"][0];
+        assert_eq!(
+            (&log["path"], &log["kind"], &log["score"]),
+            (&"campaign/free".into(), &"free-motion".into(), &2.72.into())
+        );
+        let channel = &log["channels"][0];
+        for (key, expected) in [
+            ("name", Value::from("tcp_position")),
+            ("unit", "m".into()),
+            ("rmse", (3e-5 * 2.72).into()),
+            ("max", 2e-4.into()),
+            ("noise", 3e-5.into()),
+            ("noise_is", "stated".into()),
+            ("score", 2.72.into()),
+        ] {
+            assert_eq!(channel[key], expected, "{key}");
+        }
+        assert_eq!(channel["columns"][0]["name"], "tcp_position[0]");
+        let worst = &value["worst"][0];
+        assert_eq!((&worst["variable"], &worst["share"]), (&"sign of A5's spring torque".into(), &0.62.into()));
+        assert_eq!(worst["curve"]["y"], json!([0.0, 2e-4]));
     }
 }

@@ -4,6 +4,7 @@
 //! Everything here takes finished data and computes nothing about the robot but where to draw it.
 
 mod color;
+mod compared;
 mod error;
 mod figures;
 mod file;

@@ -1,7 +1,7 @@
 //! Line plots as small SVG pictures: every pixel column keeps its smallest and largest value, so that a ripple of the
 //! spindle stays visible as a band however many rows there are.
 
-use crate::color::{LIMIT, REFERENCE, Rgb};
+use crate::color::{LIMIT, REFERENCE, Rgb, run};
 use plotters::prelude::*;
 
 /// One line of a plot.
@@ -11,6 +11,14 @@ pub(crate) struct Line {
     pub dashed: bool,
     /// x not decreasing.
     pub points: Vec<(f64, f64)>,
+}
+
+/// A point with its standard error.
+#[derive(Clone, Copy)]
+pub(crate) struct Marked {
+    pub x: f64,
+    pub y: f64,
+    pub error: f64,
 }
 
 /// One plot: lines, and a band of y that is allowed.
@@ -31,6 +39,10 @@ pub(crate) struct Plot {
     pub rippled: bool,
     /// Full width of the page, or half of it.
     pub wide: bool,
+    /// Points with their errors, in the first run's colour.
+    pub marked: Vec<Marked>,
+    /// Names of the categories at x = 0, 1, …, where x is no number.
+    pub categories: Vec<String>,
 }
 
 /// Drawn at twice the size it is shown at, since the coordinates of the picture are whole numbers.
@@ -78,10 +90,15 @@ impl Plot {
             .axis_desc_style(("sans-serif", font).into_font().color(&RGBColor(60, 60, 60)))
             .x_desc(&self.x_label)
             .y_desc(&self.y_label)
-            .x_labels(if self.wide { 12 } else { 6 })
+            .x_labels(match (self.categories.len(), self.wide) {
+                (0, true) => 12,
+                (0, false) => 6,
+                // One a category, and one at either end.
+                (n, _) => n + 2,
+            })
             .y_labels(if self.wide { 8 } else { 6 })
             .y_label_formatter(&|v| format!("{:.decimals$}", if v.abs() < 1e-9 { 0.0 } else { *v }))
-            .x_label_formatter(&|v| format!("{}", (v * 1e3).round() / 1e3))
+            .x_label_formatter(&|v| self.x_text(*v))
             .draw()?;
         // Zero, where the axis crosses it.
         if y[0] < 0.0 && y[1] > 0.0 {
@@ -113,13 +130,40 @@ impl Plot {
                 }
             }
         }
+        let [r, g, b] = run(0);
+        let ink = RGBColor(r, g, b);
+        for point in &self.marked {
+            let (low, high) = (point.y - point.error, point.y + point.error);
+            chart.draw_series(LineSeries::new([(point.x, low), (point.x, high)], ink.stroke_width(SCALE)))?;
+            chart.draw_series([Circle::new((point.x, point.y), 3 * SCALE, ink.filled())])?;
+        }
         root.present()?;
         Ok(())
     }
 
+    /// Label of a place on the x axis.
+    fn x_text(&self, x: f64) -> String {
+        if self.categories.is_empty() {
+            return format!("{}", (x * 1e3).round() / 1e3);
+        }
+        let whole = x >= 0.0 && (x - x.round()).abs() < 1e-6;
+        if whole { self.categories.get(x.round() as usize).cloned().unwrap_or_default() } else { String::new() }
+    }
+
     fn ranges(&self) -> [[f64; 2]; 2] {
-        let points = || self.lines.iter().flat_map(|l| l.points.iter()).filter(|p| p.0.is_finite() && p.1.is_finite());
-        let x = self.x_range.unwrap_or_else(|| span(points().map(|p| p.0)));
+        let marked = || self.marked.iter().flat_map(|m| [-1.0, 1.0].map(|side| (m.x, m.y + side * m.error)));
+        let points = || {
+            let of_lines = self.lines.iter().flat_map(|l| l.points.iter().copied());
+            of_lines.chain(marked()).filter(|p| p.0.is_finite() && p.1.is_finite())
+        };
+        let x = self.x_range.unwrap_or_else(|| match self.categories.len() {
+            0 => {
+                let [low, high] = span(points().map(|p| p.0));
+                let room = if self.marked.is_empty() { 0.0 } else { 0.04 * (high - low) };
+                [low - room, high + room]
+            }
+            n => [-0.5, n as f64 - 0.5],
+        });
         let y = self.y_range.unwrap_or_else(|| {
             let [low, high] = span(points().map(|p| p.1).chain(self.band.into_iter().flatten()));
             let room = 0.06 * (high - low);

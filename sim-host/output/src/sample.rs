@@ -7,6 +7,9 @@ use trueweld_core::{
     Counterbalance, Friction, JointParameters, JointVector, Pose, Robot, RobotParameters, ToolParameters, Twist, Wrench,
 };
 use trueweld_evaluate::{StepFigures, WeldFigures};
+use trueweld_measure::compare::{ChannelComparison, Comparison, LogComparison, Trace};
+use trueweld_measure::localize::{Curve, CurvePoint, Finding, How};
+use trueweld_measure::log::LogKind;
 use trueweld_plant::simulate::{Phase, Recording, Row};
 
 /// When the push steps, s, and by how much, N.
@@ -198,4 +201,81 @@ pub fn steps() -> Steps {
         .collect();
     let figures = recordings.iter().map(|r| StepFigures::of(r, STEP_AT, STEP_HEIGHT).unwrap()).collect();
     Steps { recordings, figures }
+}
+
+/// A comparison with one log of 500 rows, whose x is off by 0.2 mm while a torque is positive.
+pub fn comparison() -> Comparison {
+    let rows = 500;
+    let time: Vec<f64> = (0..rows).map(|k| 0.004 * k as f64).collect();
+    let off = |k: usize, column: u8| if column == 0 && (k / 50) % 2 == 1 { 2e-4 } else { 0.0 };
+    let trace = |column: u8| {
+        let measured: Vec<f64> = (0..rows).map(|k| 1.0 + (0.01 * k as f64).sin() + off(k, column)).collect();
+        let predicted = measured.iter().enumerate().map(|(k, m)| m - off(k, column)).collect();
+        let label = ["x", "y", "z"][usize::from(column)].to_owned();
+        let deviation = vec![3e-5; rows];
+        Trace { channel: "tcp_position", column, label, unit: "m", time: time.clone(), measured, predicted, deviation }
+    };
+    let figures = |name: &str, label: &str, score: f64, samples: usize| ChannelComparison {
+        name: name.to_owned(),
+        label: label.to_owned(),
+        unit: "m",
+        rmse: 3e-5 * score,
+        max: 2e-4,
+        noise: 3e-5,
+        stated: true,
+        score,
+        samples,
+        columns: Vec::new(),
+    };
+    let columns = ["x", "y", "z"].iter().enumerate().map(|(c, label)| {
+        let score = if c == 0 { 4.71 } else { 0.0 };
+        figures(&format!("tcp_position[{c}]"), label, score, rows)
+    });
+    let channel = ChannelComparison { columns: columns.collect(), ..figures("tcp_position", "", 2.72, 3 * rows) };
+    let point = |x: f64, y: f64| CurvePoint { x, y, error: 1e-5 };
+    let finding = Finding {
+        kind: LogKind::FreeMotion,
+        channel: "tcp_position",
+        logs: vec!["free".to_owned()],
+        score: 2.72,
+        variable: "sign of A5's spring torque".to_owned(),
+        unit: "",
+        how: How::Mean,
+        share: 0.62,
+        by_chance: 0.02,
+        p: 0.005,
+        low: 1.0,
+        high: 1.0,
+        category: "positive".to_owned(),
+        share_there: 0.9,
+        samples_there: 0.5,
+        similar: Vec::new(),
+        sentence: "free-motion, tcp_position: 62 % of the squared residual goes with the sign of A5's spring torque \
+                   (p ≤ 0.005)."
+            .to_owned(),
+        curve: Curve {
+            x_name: "sign of A5's spring torque".to_owned(),
+            x_unit: "",
+            categories: vec!["negative".to_owned(), "positive".to_owned()],
+            y_name: "mean residual, x".to_owned(),
+            y_unit: "m",
+            points: vec![point(0.0, 0.0), point(1.0, 2e-4)],
+        },
+    };
+    let log = LogComparison {
+        path: "campaign/free".into(),
+        name: "free".to_owned(),
+        kind: LogKind::FreeMotion,
+        score: 2.72,
+        samples: 3 * rows,
+        channels: vec![channel],
+        traces: (0..3).map(trace).collect(),
+    };
+    Comparison {
+        score: 2.72,
+        samples: 3 * rows,
+        logs: vec![log],
+        worst: vec![finding],
+        notices: vec!["free: the column `temperature_c` is not known".to_owned()],
+    }
 }

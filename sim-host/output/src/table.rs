@@ -1,13 +1,21 @@
 //! Tables for a terminal, read in ten seconds: millimetres, degrees, kilonewtons, one column a run.
 
 use crate::WeldRun;
+use crate::compared;
 use crate::figures::{Cell, STEP_HEADINGS, headline, run_names, setting, step_headline, step_lines, weld_lines};
+use std::path::Path;
 use trueweld_evaluate::StepFigures;
+use trueweld_measure::compare::Comparison;
+use trueweld_measure::localize::foremost;
 
 /// Width of the first column.
 const LABEL: usize = 24;
 /// Width of one run: three numbers.
 const RUN: usize = 30;
+/// Width of the names of logs and channels.
+const COMPARED: usize = 28;
+/// Width of one of their figures.
+const FIGURE: usize = 16;
 /// Longest line of text.
 const WIDTH: usize = 110;
 /// Runs side by side before a second block begins.
@@ -54,6 +62,32 @@ pub fn step_table(controllers: &[StepFigures]) -> String {
             line += &right(cell, width(column));
         }
         push_line(&mut out, &line);
+    }
+    out
+}
+
+/// How far a model is from measurements: the score, every channel of every log, where it is worst in words. `model`: where
+/// the model was read from.
+pub fn compare_table(model: &Path, comparison: &Comparison) -> String {
+    let mut out = wrapped(&compared::headline(comparison)) + &wrapped(&compared::setting(model, comparison)) + "\n";
+    let row = |first: &str, cells: &[&str]| {
+        cells.iter().fold(left(first, COMPARED), |line, cell| line + &right(cell, FIGURE))
+    };
+    push_line(&mut out, &row(compared::HEADINGS[0], &compared::HEADINGS[1..]));
+    for log in &comparison.logs {
+        let name = format!("{}, {}", log.name, log.kind);
+        push_line(&mut out, &row(&name, &["", "", "", &format!("{:.2}", log.score)]));
+        for channel in &log.channels {
+            let cells = compared::cells(channel);
+            push_line(&mut out, &row(&format!("  {}", channel.name), &cells.each_ref().map(String::as_str)));
+        }
+    }
+    for finding in foremost(&comparison.worst, compared::TOLD) {
+        out += "\n";
+        out += &wrapped(&finding.sentence);
+    }
+    for notice in &comparison.notices {
+        out += &wrapped(&format!("Note: {notice}."));
     }
     out
 }
@@ -150,5 +184,19 @@ mod tests {
             assert!(lines[1 + 2 * k].contains(&format!("{:.1} %", 100.0 * figures[k].overshoot)));
             assert!(lines[2 + 2 * k].contains(published) && lines[2 + 2 * k].contains(overshoot), "{table}");
         }
+    }
+
+    #[test]
+    fn a_comparison_says_its_score_its_channels_and_where_it_fails() {
+        let table = compare_table(Path::new("model.toml"), &sample::comparison());
+        println!("{table}");
+        assert!(table.starts_with("Score 2.72: the model is off by more than the noise"), "{table}");
+        let line = table.lines().find(|l| l.starts_with("  tcp_position")).unwrap();
+        for figure in ["0.0816 mm", "0.200 mm", "0.0300 mm", "2.72"] {
+            assert!(line.contains(figure), "{figure} is not in {line}");
+        }
+        assert!(table.contains("62 % of the squared residual goes with the sign of A5's spring torque"));
+        assert!(table.contains("Note: free: the column"));
+        assert!(table.lines().all(|l| l.chars().count() <= 120), "{table}");
     }
 }

@@ -266,6 +266,57 @@ pub(super) fn step<W: Write>(writer: &mut Writer<W>, shown: &[Shown], step: Opti
     layout.activate(&root, &time)
 }
 
+/// Writes the layout of a comparison and makes it the active one: the worst channels' differences always seen, the others
+/// as tabs.
+pub(super) fn compare<W: Write>(writer: &mut Writer<W>, shown: &[super::compare::Shown]) -> Result<(), RecordError> {
+    const SEEN: usize = 4;
+    let mut layout = Layout { writer, count: 0 };
+    let mut spaces = Vec::new();
+    for shown in shown {
+        let Some(factor) = shown.exaggeration else { continue };
+        let title = match factor {
+            1.0 => format!("{}: tool, to scale", shown.log.name),
+            factor => format!("{}: tool, deviations {factor:.0} × too large", shown.log.name),
+        };
+        let background =
+            view::Background::new(part::BackgroundKind::SolidColor).with_color(rerun::Color::from_rgb(244, 245, 247));
+        spaces.push(layout.view(
+            "3D",
+            &title,
+            &[format!("/{}/tool/**", shown.root)],
+            &[("Background", &background)],
+        )?);
+    }
+    let about = layout.view("TextDocument", "what is shown", &["/about".to_owned()], &[])?;
+    let left = match spaces.is_empty() {
+        true => about,
+        false => {
+            let tabs = layout.container(part::ContainerKind::Tabs, &spaces, &[])?;
+            layout.container(part::ContainerKind::Vertical, &[tabs, about], &[3.0, 2.0])?
+        }
+    };
+    let mut channels: Vec<_> = shown.iter().flat_map(|s| s.log.channels.iter().map(move |c| (s, c))).collect();
+    channels.sort_by(|a, b| b.1.score.total_cmp(&a.1.score));
+    let legend = view::PlotLegend::new().with_corner(part::Corner2D::RightTop);
+    let mut plots = Vec::new();
+    for (shown, channel) in channels {
+        let entity = shown.difference(&channel.name);
+        plots.push(layout.view("TimeSeries", &shown.title(channel), &[entity], &[("PlotLegend", &legend)])?);
+    }
+    let rest = plots.split_off(SEEN.min(plots.len()));
+    if !rest.is_empty() {
+        plots.push(layout.container(part::ContainerKind::Tabs, &rest, &[])?);
+    }
+    let shares = vec![1.0; plots.len()];
+    let right = layout.container(part::ContainerKind::Vertical, &plots, &shares)?;
+    let root = layout.container(part::ContainerKind::Horizontal, &[left, right], &[4.0, 5.0])?;
+    let time = view::TimePanelBlueprint::new()
+        .with_state(part::PanelState::Collapsed)
+        .with_timeline("time")
+        .with_play_state(part::PlayState::Paused);
+    layout.activate(&root, &time)
+}
+
 /// Smallest and largest of some signals over all runs.
 fn extent<const N: usize>(shown: &[Shown], of: impl Fn(&Row) -> [f64; N]) -> [f64; 2] {
     let values = shown.iter().flat_map(|s| s.recording.rows.iter()).flat_map(of);

@@ -1,10 +1,11 @@
 //! Recordings for the Rerun viewer: the arm, its path and every signal of finished welds, the responses to a step of the
-//! push, each with the layout to see them in.
+//! push, measurements beside predictions, each with the layout to see them in.
 //!
 //! Deviations of millimetres on an arm of three metres are drawn enlarged by one factor, the arm's with the path's:
 //! joint angles about the angles that would hold the nominal pose, the path about the seam. With a factor of 1 the
 //! picture is to scale. Signals are never enlarged.
 
+mod compare;
 mod layout;
 mod scene;
 mod signals;
@@ -14,6 +15,7 @@ mod writer;
 use crate::{OutputError, StepRun, WeldRun, write_file};
 use rerun::TimeColumn;
 use std::path::Path;
+use trueweld_measure::compare::Comparison;
 use trueweld_plant::simulate::Recording;
 use writer::{RecordError, Writer};
 
@@ -97,6 +99,22 @@ pub fn step_recording(path: &Path, runs: &[StepRun], at: f64) -> Result<(), Outp
         layout::step(writer, &shown, step.as_ref())?;
         step::references(writer, runs, step.as_ref())?;
         shown.iter().try_for_each(|shown| signals::all(writer, shown))
+    })
+}
+
+/// Writes measurements beside a model's predictions into a recording at `path`: the way of the tool in every log, deviations
+/// drawn too large by a round factor, and the difference of every column, with the layout that shows the worst first.
+///
+/// `model`: where the model was read from. Timeline: `time`, from the start of each log. The same comparison gives the same
+/// bytes.
+///
+/// # Errors
+/// [`OutputError`] with the path; no file is left behind.
+pub fn compare_recording(path: &Path, model: &Path, comparison: &Comparison) -> Result<(), OutputError> {
+    let shown = compare::Shown::all(comparison);
+    save(path, "compare", |writer| {
+        layout::compare(writer, &shown)?;
+        compare::all(writer, model, comparison, &shown)
     })
 }
 

@@ -119,6 +119,29 @@ fn a_step_recording_holds_every_signal_of_every_controller_and_is_the_same_again
 }
 
 #[test]
+fn a_comparison_holds_the_way_and_the_difference_of_every_column_and_is_the_same_again() {
+    let directory = tempfile::tempdir().unwrap();
+    let [path, again] = ["a.rrd", "b.rrd"].map(|name| directory.path().join(name));
+    let comparison = sample::comparison();
+    let model = Path::new("model.toml");
+    compare_recording(&path, model, &comparison).unwrap();
+    let (rows, chunks, activations) = read(&path, "/1_free/difference/tcp_position");
+    assert_eq!(activations, 1);
+    // Names and colours, and a row a sample.
+    assert_eq!(rows["/1_free/difference/tcp_position"], 501);
+    for entity in ["/about", "/1_free/tool/predicted", "/1_free/tool/measured"] {
+        assert!(rows.contains_key(entity), "{entity}");
+    }
+    let component = Scalars::descriptor_scalars().component;
+    let drawn: Vec<f64> = chunks.iter().flat_map(|c| c.iter_slices::<f64>(component).flatten().copied()).collect();
+    assert_eq!(drawn.len(), 1500);
+    // x is off by 0.2 mm from the fiftieth row on.
+    assert!((drawn[3 * 60] - 0.2).abs() < 1e-6 && drawn[1].abs() < 1e-9);
+    compare_recording(&again, model, &comparison).unwrap();
+    assert!(std::fs::read(&path).unwrap() == std::fs::read(&again).unwrap());
+}
+
+#[test]
 fn a_missing_directory_is_named_and_nothing_is_left() {
     let directory = tempfile::tempdir().unwrap();
     let welds = sample::welds(50);

@@ -1,0 +1,40 @@
+//! `trueweld compare`: how far a model is from measurements, and where.
+
+use crate::measured::Measurements;
+use crate::results::Results;
+use clap::Args;
+use miette::{IntoDiagnostic, Result};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use trueweld_measure::compare::{as_written, compare};
+use trueweld_output::{Progress, html, json, table};
+
+/// Arguments of `compare`.
+#[derive(Args)]
+pub struct Arguments {
+    #[command(flatten)]
+    measurements: Measurements,
+    #[command(flatten)]
+    results: Results,
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    arguments.results.check()?;
+    let measured = arguments.measurements.read()?;
+    let (model, count) = (&measured.model, measured.logs.len());
+    let progress = if arguments.results.quiet { Progress::silent() } else { Progress::new("comparing", count as f64) };
+    let finished = AtomicUsize::new(0);
+    let done = || progress.advance_to((finished.fetch_add(1, Ordering::Relaxed) + 1) as f64);
+    let compared = compare(model, &measured.logs, &measured.experiments, &as_written(model), &done);
+    progress.finish();
+    let comparison = compared.into_diagnostic()?;
+    say!("{}", table::compare_table(&model.path, &comparison));
+    let results = &arguments.results;
+    results.write(|| json::compare_json(&model.path, &comparison), || html::compare_page(&model.path, &comparison))?;
+    #[cfg(feature = "rerun")]
+    if let Some(path) = &results.rrd {
+        trueweld_output::rerun::compare_recording(path, &model.path, &comparison)?;
+        say!("wrote {}\n", path.display());
+    }
+    Ok(())
+}

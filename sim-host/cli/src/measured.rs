@@ -1,0 +1,53 @@
+//! What the commands about measurements work on: a model, and logs made ready to be compared with it.
+
+use clap::Args;
+use miette::{IntoDiagnostic, Result, miette};
+use std::path::PathBuf;
+use trueweld_measure::campaign::read_logs;
+use trueweld_measure::compare::{baseline, experiments};
+use trueweld_measure::log::Log;
+use trueweld_measure::predict::Experiment;
+use trueweld_plant::input::ModelFile;
+
+/// A model and logs.
+#[derive(Args)]
+pub struct Measurements {
+    /// Model file (default: the campaign's)
+    #[arg(long, value_name = "FILE")]
+    model: Option<PathBuf>,
+    /// Folders of logs or of campaigns
+    #[arg(required = true, value_name = "LOG")]
+    logs: Vec<PathBuf>,
+}
+
+/// Everything read, checked and made ready.
+pub struct Measured {
+    pub model: ModelFile,
+    pub logs: Vec<Log>,
+    /// In the order of the logs.
+    pub experiments: Vec<Experiment>,
+}
+
+impl Measurements {
+    pub fn read(&self) -> Result<Measured> {
+        // Before the logs, of which there may be gigabytes.
+        let given = self.model.as_ref().map(ModelFile::read).transpose()?;
+        let (campaign, logs) = read_logs(&self.logs)?;
+        let model = match (given, campaign) {
+            (Some(model), _) => model,
+            (None, Some(path)) => ModelFile::read(path)?,
+            (None, None) => {
+                return Err(miette!(
+                    help = "Give the model that the logs are to be compared with: --model model.toml. Only a campaign names its own, \
+                            and several campaigns may name different ones.",
+                    "--model is missing; expected a model file"
+                ));
+            }
+        };
+        for log in &logs {
+            log.must_be_of(&model.robot, &format!("the model {}", model.path.display()))?;
+        }
+        let experiments = experiments(&logs, &baseline(&model)).into_diagnostic()?;
+        Ok(Measured { model, logs, experiments })
+    }
+}

@@ -1,0 +1,284 @@
+//! How far a model is from measurements: every residual over its noise, by log and channel, and where it is largest.
+//!
+//! The score √mean((residual/noise)²) is 1.0 where the model is as good as the instruments can tell. Left out: what is
+//! missing in the model, which is for a diagnosis to say.
+
+use crate::localize::{Finding, joint_name, localize};
+use crate::log::{Log, LogKind};
+use crate::noise::instruments;
+use crate::predict::{Compared, Experiment, Model, PredictError, Prediction, Quantity};
+use rayon::prelude::*;
+use std::path::PathBuf;
+use trueweld_plant::effects::Effect;
+use trueweld_plant::input::{ModelFile, Scope};
+
+/// A score up to here is the noise floor: the deviations that residuals are judged by, propagated through the model to
+/// first order, are themselves known to about a tenth.
+pub const FLOOR: f64 = 1.1;
+
+/// A model against measurements.
+#[derive(Debug, Clone)]
+pub struct Comparison {
+    /// √mean((residual/noise)²) over all compared samples; 1.0 is the noise floor.
+    pub score: f64,
+    /// Number of compared samples.
+    pub samples: usize,
+    /// Every log, in the order given.
+    pub logs: Vec<LogComparison>,
+    /// Where the residual concentrates, worst first.
+    pub worst: Vec<Finding>,
+    /// What a person should know although nothing is wrong.
+    pub notices: Vec<String>,
+}
+
+/// A model against one log.
+#[derive(Debug, Clone)]
+pub struct LogComparison {
+    /// The log's folder.
+    pub path: PathBuf,
+    /// Its name.
+    pub name: String,
+    /// What was done.
+    pub kind: LogKind,
+    /// As [`Comparison::score`], of this log.
+    pub score: f64,
+    /// Number of compared samples.
+    pub samples: usize,
+    /// Every channel that is compared.
+    pub channels: Vec<ChannelComparison>,
+    /// Measured and predicted, a column a trace; the amplitudes at the spindle's orders are left out.
+    pub traces: Vec<Trace>,
+}
+
+/// A model against one channel of a log, or against one column of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ChannelComparison {
+    /// Its name: `tcp_position`, `tcp_rotation`, `motor_torque`, `link_encoder`, `force` or `moment`; of a column, with
+    /// its number from 0: `motor_torque[2]`.
+    pub name: String,
+    /// What people call a column: x, y, z or the joint's name; empty for a whole channel.
+    pub label: String,
+    /// Unit of the figures.
+    pub unit: &'static str,
+    /// Root mean square of measured less predicted.
+    pub rmse: f64,
+    /// Largest magnitude of measured less predicted.
+    pub max: f64,
+    /// Root mean square of the deviation that measured and propagated noise leave in the difference.
+    pub noise: f64,
+    /// True where the logs state all of the instruments' noise; false where some was read off the recordings.
+    pub stated: bool,
+    /// As [`Comparison::score`], of this channel.
+    pub score: f64,
+    /// Number of compared samples.
+    pub samples: usize,
+    /// The columns of a channel; a column has none.
+    pub columns: Vec<ChannelComparison>,
+}
+
+/// Measured and predicted values of one column over time.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Trace {
+    /// The channel's name.
+    pub channel: &'static str,
+    /// The column's number, from 0.
+    pub column: u8,
+    /// x, y, z or the joint's name.
+    pub label: String,
+    /// Unit of the values.
+    pub unit: &'static str,
+    /// Time from the log's first row, s.
+    pub time: Vec<f64>,
+    /// Measured; of `tcp_rotation` the rotation from the predicted to the measured tool.
+    pub measured: Vec<f64>,
+    /// Predicted; 0 of `tcp_rotation`.
+    pub predicted: Vec<f64>,
+    /// Standard deviation of the noise in their difference.
+    pub deviation: Vec<f64>,
+}
+
+/// The baseline that a model file stands on.
+pub fn baseline(model: &ModelFile) -> Model {
+    Model { robot: model.robot.robot.clone(), process: model.process.clone() }
+}
+
+/// Makes logs ready to be compared with a model, each with its instruments' noise.
+///
+/// # Errors
+/// [`PredictError`] of the first log that cannot be.
+pub fn experiments(logs: &[Log], model: &Model) -> Result<Vec<Experiment>, PredictError> {
+    let instruments = instruments(logs);
+    (0..logs.len()).into_par_iter().map(|k| Experiment::new(&logs[k], &instruments[k], model)).collect()
+}
+
+/// The effects of a model with the values written in its file, for every log alike: what [`compare`] takes where nothing is
+/// fitted afresh.
+pub fn as_written(model: &ModelFile) -> impl Fn(usize) -> Result<Vec<Effect>, PredictError> + Sync + '_ {
+    |_| Ok(model.cell_effects())
+}
+
+/// Compares a model with logs made ready.
+///
+/// `effects` gives the effects that a log, by its place in `logs`, is predicted with: those of the file, where those with
+/// `scope = "log"` may have been fitted afresh. `done` is called once a log, from several threads.
+///
+/// # Errors
+/// [`PredictError`] of the first log that the model cannot be driven through; whatever `effects` refuses.
+pub fn compare(
+    model: &ModelFile,
+    logs: &[Log],
+    experiments: &[Experiment],
+    effects: &(impl Fn(usize) -> Result<Vec<Effect>, PredictError> + Sync),
+    done: &(impl Fn() + Sync),
+) -> Result<Comparison, PredictError> {
+    let baseline = baseline(model);
+    let predict = |k: usize| {
+        let prediction = experiments[k].predict(&baseline, &effects(k)?, None);
+        done();
+        prediction
+    };
+    let predictions = (0..experiments.len()).into_par_iter().map(predict).collect::<Result<Vec<_>, _>>()?;
+    Ok(of_predictions(model, logs, experiments, &predictions))
+}
+
+/// The comparison that predictions of all logs make.
+pub fn of_predictions(
+    model: &ModelFile,
+    logs: &[Log],
+    experiments: &[Experiment],
+    predictions: &[Prediction],
+) -> Comparison {
+    let compared: Vec<LogComparison> =
+        (0..logs.len()).map(|k| of_log(&logs[k], &experiments[k], &predictions[k])).collect();
+    let all: Vec<f64> = predictions.iter().flat_map(|p| p.residual.iter().copied()).collect();
+    Comparison {
+        score: root_mean_square(&all),
+        samples: all.len(),
+        worst: localize(experiments, predictions, logs),
+        notices: notices(model, logs, &compared),
+        logs: compared,
+    }
+}
+
+fn notices(model: &ModelFile, logs: &[Log], compared: &[LogComparison]) -> Vec<String> {
+    let mut notices: Vec<String> = Vec::new();
+    for log in logs {
+        notices.extend(log.notices.iter().map(|notice| format!("{}: {notice}", log.name)));
+    }
+    let estimated: Vec<&str> = compared
+        .iter()
+        .filter(|log| log.channels.iter().any(|channel| !channel.stated))
+        .map(|log| log.name.as_str())
+        .collect();
+    if !estimated.is_empty() {
+        notices
+            .push(format!("the noise is not stated and was estimated from the recordings: {}", estimated.join(", ")));
+    }
+    for effect in model.effects.iter().filter(|e| e.scope == Scope::Log) {
+        notices.push(format!("{} has values of its own in every log", effect.effect.kind.id));
+    }
+    notices
+}
+
+fn of_log(log: &Log, experiment: &Experiment, prediction: &Prediction) -> LogComparison {
+    let pairs: Vec<(&Compared, f64)> = experiment.compared.iter().zip(prediction.residual.iter().copied()).collect();
+    let mut names: Vec<&'static str> = Vec::new();
+    for (compared, _) in &pairs {
+        let name = compared.quantity.channel();
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    let channels = names.iter().map(|name| channel(log, name, &pairs)).collect();
+    LogComparison {
+        path: log.path.clone(),
+        name: log.name.clone(),
+        kind: log.kind,
+        score: root_mean_square(&prediction.residual),
+        samples: pairs.len(),
+        channels,
+        traces: traces(log, &pairs),
+    }
+}
+
+fn channel(log: &Log, name: &'static str, pairs: &[(&Compared, f64)]) -> ChannelComparison {
+    let of_channel: Vec<(&Compared, f64)> =
+        pairs.iter().copied().filter(|(compared, _)| compared.quantity.channel() == name).collect();
+    let mut columns: Vec<u8> = of_channel.iter().map(|(compared, _)| compared.component).collect();
+    columns.sort_unstable();
+    columns.dedup();
+    let columns = columns
+        .into_iter()
+        .map(|column| {
+            let own: Vec<_> = of_channel.iter().copied().filter(|(compared, _)| compared.component == column).collect();
+            let label = column_label(log, own[0].0.quantity, column);
+            ChannelComparison { label, ..figures(format!("{name}[{column}]"), &own) }
+        })
+        .collect();
+    ChannelComparison { columns, ..figures(name.to_owned(), &of_channel) }
+}
+
+fn figures(name: String, pairs: &[(&Compared, f64)]) -> ChannelComparison {
+    let difference = |(compared, residual): &(&Compared, f64)| residual * compared.deviation;
+    let differences: Vec<f64> = pairs.iter().map(difference).collect();
+    let deviations: Vec<f64> = pairs.iter().map(|(compared, _)| compared.deviation).collect();
+    let residuals: Vec<f64> = pairs.iter().map(|(_, residual)| *residual).collect();
+    ChannelComparison {
+        name,
+        label: String::new(),
+        unit: pairs[0].0.quantity.unit(),
+        rmse: root_mean_square(&differences),
+        max: differences.iter().fold(0.0, |most, d| most.max(d.abs())),
+        noise: root_mean_square(&deviations),
+        stated: pairs.iter().all(|(compared, _)| compared.stated),
+        score: root_mean_square(&residuals),
+        samples: pairs.len(),
+        columns: Vec::new(),
+    }
+}
+
+fn traces(log: &Log, pairs: &[(&Compared, f64)]) -> Vec<Trace> {
+    let mut traces: Vec<Trace> = Vec::new();
+    let start = log.samples.time.first().copied().unwrap_or(0.0);
+    for (compared, residual) in pairs {
+        if matches!(compared.quantity, Quantity::Ripple { .. }) {
+            continue;
+        }
+        let (channel, column) = (compared.quantity.channel(), compared.component);
+        let found = traces.iter().rposition(|t| t.channel == channel && t.column == column);
+        let place = found.unwrap_or_else(|| {
+            traces.push(Trace {
+                channel,
+                column,
+                label: column_label(log, compared.quantity, column),
+                unit: compared.quantity.unit(),
+                time: Vec::new(),
+                measured: Vec::new(),
+                predicted: Vec::new(),
+                deviation: Vec::new(),
+            });
+            traces.len() - 1
+        });
+        let difference = residual * compared.deviation;
+        let trace = &mut traces[place];
+        trace.time.push(log.samples.time[compared.row] - start);
+        // A rotation has no measured value that could be drawn over a predicted one: its difference is drawn over nothing.
+        let measured = if compared.quantity == Quantity::Rotation { difference } else { compared.measured };
+        trace.measured.push(measured);
+        trace.predicted.push(measured - difference);
+        trace.deviation.push(compared.deviation);
+    }
+    traces
+}
+
+/// What people call a column of a channel.
+pub(crate) fn column_label(log: &Log, quantity: Quantity, column: u8) -> String {
+    match quantity {
+        Quantity::LinkEncoder | Quantity::MotorTorque => joint_name(log, usize::from(column)),
+        _ => ["x", "y", "z"][usize::from(column).min(2)].to_owned(),
+    }
+}
+
+fn root_mean_square(values: &[f64]) -> f64 {
+    (values.iter().map(|v| v * v).sum::<f64>() / values.len().max(1) as f64).sqrt()
+}

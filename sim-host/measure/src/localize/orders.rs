@@ -1,0 +1,104 @@
+//! Residuals that come again several times a turn of a joint: a gear or an encoder that is not quite round.
+
+use super::conditions::Condition;
+use super::table::Table;
+use super::{ARRANGEMENTS, Bins, Finding, How, LEAST, Sums, judge, report};
+use crate::log::LogKind;
+use rayon::prelude::*;
+use std::f64::consts::TAU;
+
+/// Periods a turn that are tried.
+const ORDERS: std::ops::RangeInclusive<usize> = 1..=160;
+
+/// Periods that a joint must go through for a wave to be told from a slope.
+const PERIODS: f64 = 2.0;
+
+/// Rows that orders are searched in; bins of the phase.
+const ROWS: usize = 500;
+const BINS: u16 = 12;
+
+/// The best wave over each joint's angle in a free motion, where it is more than chance; chance may choose its order too.
+pub(super) fn of(table: &Table, conditions: &[Condition], arrangements: &[Vec<u32>]) -> Vec<Finding> {
+    if table.kind != LogKind::FreeMotion {
+        return Vec::new();
+    }
+    let angles = conditions.par_iter().filter(|c| c.name.ends_with(" angle"));
+    angles.filter_map(|angle| of_angle(table, angle, arrangements)).collect()
+}
+
+fn of_angle(table: &Table, angle: &Condition, arrangements: &[Vec<u32>]) -> Option<Finding> {
+    let (low, high) = angle.values.iter().fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(*v), h.max(*v)));
+    let first = (PERIODS * TAU / (high - low)).ceil().max(1.0);
+    if !first.is_finite() || first as usize > *ORDERS.end() {
+        return None;
+    }
+    let picked: Vec<usize> = (0..table.squares.len()).step_by(table.squares.len().div_ceil(ROWS)).collect();
+    let waves: Vec<Wave> =
+        (first as usize..=*ORDERS.end()).map(|order| Wave::new(order, &picked, &angle.values)).collect();
+    let width = table.series.len();
+    let mut mean = vec![0.0; width];
+    for i in &picked {
+        mean.iter_mut().zip(table.row(*i)).for_each(|(mean, value)| *mean += value / picked.len() as f64);
+    }
+    let best = |order: &dyn Fn(usize) -> usize| -> (usize, f64) {
+        let rows: Vec<f64> = picked
+            .iter()
+            .flat_map(|i| table.row(order(*i)).iter().zip(&mean).map(|(value, mean)| value - mean))
+            .collect();
+        let total: f64 = picked.iter().map(|i| table.squares[order(*i)]).sum();
+        let shares = waves.iter().map(|wave| (wave.order, wave.explained(&rows, width) / total));
+        shares.fold((0, 0.0), |a, b| if b.1 > a.1 { b } else { a })
+    };
+    let (order, share) = best(&|i| i);
+    if share < LEAST {
+        return None;
+    }
+    let arranged = arrangements.iter().take(ARRANGEMENTS).map(|a| [best(&|i| a[i] as usize).1]);
+    let [judged] = judge([share], arranged);
+    if !judged.counts() {
+        return None;
+    }
+    let phase: Vec<f64> = angle.values.iter().map(|q| (order as f64 * q).rem_euclid(TAU)).collect();
+    let bin = |p: &f64| Some(((p / TAU * f64::from(BINS)) as u16).min(BINS - 1));
+    let bins = Bins { of: phase.iter().map(bin).collect(), count: usize::from(BINS) };
+    let name = format!("{}, {order} periods a turn", angle.name);
+    let condition = Condition { name, unit: "rad", values: phase, categories: Vec::new() };
+    let sums = Sums::of(table, &bins, |i| i);
+    Some(report(table, &condition, &bins, &sums, How::Mean, judged))
+}
+
+/// Sine and cosine of a multiple of an angle, less their means.
+struct Wave {
+    order: usize,
+    values: Vec<[f64; 2]>,
+    /// Inverse of the sums of their squares and products: sine, both, cosine.
+    inverse: [f64; 3],
+}
+
+impl Wave {
+    fn new(order: usize, rows: &[usize], angle: &[f64]) -> Self {
+        let mut values: Vec<[f64; 2]> = rows.iter().map(|i| (order as f64 * angle[*i]).sin_cos().into()).collect();
+        let n = values.len() as f64;
+        for part in 0..2 {
+            let mean = values.iter().map(|v| v[part]).sum::<f64>() / n;
+            values.iter_mut().for_each(|v| v[part] -= mean);
+        }
+        let sum = |a: usize, b: usize| values.iter().map(|v| v[a] * v[b]).sum::<f64>();
+        let (ss, sc, cc) = (sum(0, 0), sum(0, 1), sum(1, 1));
+        let determinant = ss * cc - sc * sc;
+        Self { order, values, inverse: [cc / determinant, -sc / determinant, ss / determinant] }
+    }
+
+    /// What the best multiple of this wave explains of Σ r², by least squares.
+    fn explained(&self, rows: &[f64], width: usize) -> f64 {
+        let mut sums = vec![[0.0; 2]; width];
+        for (row, [sin, cos]) in rows.chunks_exact(width).zip(&self.values) {
+            for (sum, value) in sums.iter_mut().zip(row) {
+                sum[0] += value * sin;
+                sum[1] += value * cos;
+            }
+        }
+        let [ss, sc, cc] = self.inverse;
+        sums.iter().map(|[s, c]| ss * s * s + 2.0 * sc * s * c + cc * c * c).sum()
+    }
+}

@@ -1,0 +1,71 @@
+//! What terminal, page and recording say of a comparison, written once.
+
+use std::path::Path;
+use trueweld_measure::compare::{ChannelComparison, Comparison, FLOOR, LogComparison};
+use trueweld_measure::localize::readable;
+
+/// Findings that are told in words.
+pub(crate) const TOLD: usize = 3;
+
+/// A number with three digits that count.
+pub(crate) fn rounded(value: f64) -> String {
+    let size = if value == 0.0 { 0.0 } else { value.abs().log10().floor() };
+    format!("{value:.*}", (2.0 - size).clamp(0.0, 6.0) as usize)
+}
+
+/// The result in a sentence or two.
+pub(crate) fn headline(comparison: &Comparison) -> String {
+    let score = rounded(comparison.score);
+    let worst = worst_channel(comparison).filter(|(_, channel)| channel.score > FLOOR);
+    let which = worst.map_or(String::new(), |(log, channel)| {
+        let (factor, unit) = readable(channel.unit);
+        format!(
+            " Worst: {} of {}, {} {unit} RMS, {} × its noise.",
+            channel.name,
+            log.name,
+            rounded(channel.rmse * factor),
+            rounded(channel.score)
+        )
+    });
+    let verdict = match (comparison.score <= FLOOR, worst) {
+        (true, None) => "is as good as these measurements can tell",
+        (true, Some(_)) => "is near the noise floor on the whole, but not everywhere",
+        (false, _) => "is off by more than the noise: something in it is missing or wrong",
+    };
+    format!("Score {score}: the model {verdict}.{which}")
+}
+
+/// What was compared, and what the score means.
+pub(crate) fn setting(model: &Path, comparison: &Comparison) -> String {
+    let stated = comparison.logs.iter().flat_map(|log| &log.channels).filter(|channel| channel.stated).count();
+    let all = comparison.logs.iter().map(|log| log.channels.len()).sum::<usize>();
+    let noise = match stated {
+        n if n == all => "as the logs state it",
+        0 => "estimated from the recordings, which do not state it",
+        _ => "partly stated by the logs, partly estimated from the recordings",
+    };
+    format!(
+        "Model {}, {} logs, {} samples. Score: root mean square of (measured − predicted)/noise; 1.0 is the noise floor. Noise: \
+         {noise}, and what it does on its way through the model.",
+        model.display(),
+        comparison.logs.len(),
+        comparison.samples
+    )
+}
+
+/// The channel with the highest score, with its log.
+pub(crate) fn worst_channel(comparison: &Comparison) -> Option<(&LogComparison, &ChannelComparison)> {
+    let all = comparison.logs.iter().flat_map(|log| log.channels.iter().map(move |channel| (log, channel)));
+    all.max_by(|a, b| a.1.score.total_cmp(&b.1.score))
+}
+
+/// Headings of the figures of a channel, and the figures as people read them.
+pub(crate) const HEADINGS: [&str; 5] = ["", "RMS", "largest", "noise", "score"];
+
+/// RMS, largest, noise and score of a channel; the first three with their unit.
+pub(crate) fn cells(channel: &ChannelComparison) -> [String; 4] {
+    let (factor, unit) = readable(channel.unit);
+    let number = |value: f64| format!("{} {unit}", rounded(value * factor));
+    let noise = if channel.stated { number(channel.noise) } else { format!("≈ {}", number(channel.noise)) };
+    [number(channel.rmse), number(channel.max), noise, format!("{:.2}", channel.score)]
+}

@@ -1,0 +1,172 @@
+//! Measurements beside a model's predictions: the way of the tool in space, and every column's difference over time.
+
+use super::signals;
+use super::writer::{RecordError, Store, Writer, refused};
+use crate::color::{JOINTS, LIMIT, REFERENCE, Rgb, run};
+use crate::compared::{TOLD, headline, rounded, setting};
+use nalgebra::Vector3;
+use rerun::{LineStrips3D, Scalars, SeriesLines, TextDocument, TimeColumn, ViewCoordinates};
+use std::io::Write;
+use std::path::Path;
+use trueweld_measure::compare::{ChannelComparison, Comparison, LogComparison, Trace};
+use trueweld_measure::localize::{foremost, readable};
+
+/// Points of a drawn way.
+const WAY_POINTS: usize = 600;
+
+/// Largest deviation as drawn, as a share of the way's extent.
+const DRAWN: f64 = 0.05;
+
+/// Rows in one chunk.
+const CHUNK: usize = 10_000;
+
+/// One log and how it appears in the recording.
+pub(super) struct Shown<'a> {
+    pub log: &'a LogComparison,
+    /// Root of its entities.
+    pub root: String,
+    /// Factor by which deviations are drawn too large; none where no position was tracked.
+    pub exaggeration: Option<f64>,
+}
+
+impl<'a> Shown<'a> {
+    /// All logs of a comparison.
+    pub fn all(comparison: &'a Comparison) -> Vec<Self> {
+        let plain = |c: char| if c.is_ascii_alphanumeric() || c == '-' { c } else { '_' };
+        comparison
+            .logs
+            .iter()
+            .enumerate()
+            .map(|(k, log)| Self {
+                log,
+                // Logs of two campaigns may bear one name.
+                root: format!("{}_{}", k + 1, log.name.chars().map(plain).collect::<String>()),
+                exaggeration: way(log).map(|way| exaggeration(&way)),
+            })
+            .collect()
+    }
+
+    /// Entity of a channel's difference.
+    pub fn difference(&self, channel: &str) -> String {
+        format!("/{}/difference/{channel}", self.root)
+    }
+
+    /// Title of a channel's plot.
+    pub fn title(&self, channel: &ChannelComparison) -> String {
+        let (_, unit) = readable(channel.unit);
+        format!("{}: {}, measured − predicted [{unit}], score {}", self.log.name, channel.name, rounded(channel.score))
+    }
+}
+
+/// Predicted and measured positions.
+type Way = Vec<[Vector3<f64>; 2]>;
+
+/// The way of the tool in a log, thinned; `None` where no position was tracked.
+fn way(log: &LogComparison) -> Option<Way> {
+    let axes: Vec<&Trace> = log.traces.iter().filter(|t| t.channel == "tcp_position").collect();
+    let [x, y, z] = axes.as_slice() else { return None };
+    let rows = x.time.len().min(y.time.len()).min(z.time.len());
+    let every = rows.div_ceil(WAY_POINTS).max(1);
+    let at = |of: fn(&Trace) -> &Vec<f64>, k: usize| Vector3::new(of(x)[k], of(y)[k], of(z)[k]);
+    Some((0..rows).step_by(every).map(|k| [at(|t| &t.predicted, k), at(|t| &t.measured, k)]).collect())
+}
+
+/// A round factor that makes the largest deviation of a way a few percent of its extent.
+fn exaggeration(way: &[[Vector3<f64>; 2]]) -> f64 {
+    let Some([first, _]) = way.first() else { return 1.0 };
+    let extent = way.iter().map(|[predicted, _]| (predicted - first).norm()).fold(0.0, f64::max);
+    let most = way.iter().map(|[predicted, measured]| (measured - predicted).norm()).fold(0.0, f64::max);
+    let wanted = DRAWN * extent / most;
+    if !wanted.is_finite() || wanted < 2.0 {
+        return 1.0;
+    }
+    let decade = 10f64.powf(wanted.log10().floor());
+    [5.0, 2.0].iter().map(|step| step * decade).find(|factor| *factor <= wanted).unwrap_or(decade)
+}
+
+/// Writes everything but the layout.
+pub(super) fn all<W: Write>(
+    writer: &mut Writer<W>,
+    model: &Path,
+    comparison: &Comparison,
+    shown: &[Shown],
+) -> Result<(), RecordError> {
+    let text = TextDocument::new(about(model, comparison, shown)).with_media_type(rerun::MediaType::MARKDOWN);
+    writer.fixed(Store::Recording, "/about", &text)?;
+    for shown in shown {
+        tool(writer, shown)?;
+        for channel in &shown.log.channels {
+            difference(writer, shown, channel)?;
+        }
+    }
+    Ok(())
+}
+
+/// The picture in words.
+fn about(model: &Path, comparison: &Comparison, shown: &[Shown]) -> String {
+    let mut text = format!("**{}**\n\n{}\n\n", headline(comparison), setting(model, comparison));
+    for finding in foremost(&comparison.worst, TOLD) {
+        text += &format!("- {}\n", finding.sentence);
+    }
+    text += "\nIn space: grey where the model has the tool, coloured where it was measured: green within twice the noise, red \
+             from ten times on. Deviations are drawn too large:\n\n";
+    for shown in shown {
+        if let Some(factor) = shown.exaggeration {
+            text += &format!("- {}: {factor:.0} ×\n", shown.log.name);
+        }
+    }
+    text
+}
+
+/// The way of the tool, predicted and measured.
+fn tool<W: Write>(writer: &mut Writer<W>, shown: &Shown) -> Result<(), RecordError> {
+    let (Some(way), Some(factor)) = (way(shown.log), shown.exaggeration) else { return Ok(()) };
+    let point = |p: &Vector3<f64>| p.map(|v| v as f32).data.0[0];
+    let drawn: Vec<[f32; 3]> = way.iter().map(|[p, m]| point(&(p + (m - p) * factor))).collect();
+    let extent = way.iter().map(|[p, _]| (p - way[0][0]).norm()).fold(0.0, f64::max);
+    let radius = (0.002 * extent).max(1e-5) as f32;
+    let deviations = shown.log.traces.iter().filter(|t| t.channel == "tcp_position").flat_map(|t| t.deviation.first());
+    let noise = deviations.map(|d| d * d).sum::<f64>().sqrt();
+    let colors = way.windows(2).map(|pair| {
+        let off = (pair[0][1] - pair[0][0]).norm() / noise.max(f64::MIN_POSITIVE);
+        let share = ((off - 2.0) / 8.0).clamp(0.0, 1.0);
+        let mixed = std::array::from_fn(|i| {
+            let (low, high) = (f64::from(LIMIT[i]), f64::from(run(0)[i]));
+            (low + share * (high - low)) as u8
+        });
+        signals::rgb(mixed)
+    });
+    let entity = |what: &str| format!("/{}/tool/{what}", shown.root);
+    writer.fixed(Store::Recording, &format!("/{}/tool", shown.root), &ViewCoordinates::RIGHT_HAND_Z_UP())?;
+    let predicted = LineStrips3D::new([way.iter().map(|[p, _]| point(p)).collect::<Vec<_>>()])
+        .with_radii([radius])
+        .with_colors([signals::rgb(REFERENCE)]);
+    writer.fixed(Store::Recording, &entity("predicted"), &predicted)?;
+    let measured = LineStrips3D::new(drawn.windows(2).map(<[_]>::to_vec)).with_radii([radius]).with_colors(colors);
+    writer.fixed(Store::Recording, &entity("measured"), &measured)
+}
+
+/// Measured less predicted of one channel, a line a column.
+fn difference<W: Write>(writer: &mut Writer<W>, shown: &Shown, channel: &ChannelComparison) -> Result<(), RecordError> {
+    let traces: Vec<&Trace> = shown.log.traces.iter().filter(|t| t.channel == channel.name).collect();
+    let rows = traces.iter().map(|t| t.time.len()).min().unwrap_or(0);
+    if rows == 0 {
+        return Ok(());
+    }
+    let entity = shown.difference(&channel.name);
+    let color = |t: &&Trace| -> Rgb { JOINTS[usize::from(t.column) % JOINTS.len()] };
+    let style = SeriesLines::new()
+        .with_names(traces.iter().map(|t| t.label.as_str()))
+        .with_colors(traces.iter().map(|t| signals::rgb(color(t))))
+        .with_widths(vec![1.5; traces.len()]);
+    writer.fixed(Store::Recording, &entity, &style)?;
+    let (factor, _) = readable(channel.unit);
+    let picked: Vec<usize> = (0..rows).collect();
+    for chunk in picked.chunks(CHUNK) {
+        let values = chunk.iter().flat_map(|k| traces.iter().map(|t| (t.measured[*k] - t.predicted[*k]) * factor));
+        let columns = Scalars::new(values).columns(std::iter::repeat_n(traces.len(), chunk.len())).map_err(refused)?;
+        let time = TimeColumn::new_duration_secs("time", chunk.iter().map(|k| traces[0].time[*k]));
+        writer.columns(&entity, chunk.len(), [time], columns)?;
+    }
+    Ok(())
+}
