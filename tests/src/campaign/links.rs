@@ -60,11 +60,20 @@ impl Load {
     }
 }
 
-/// Link angles that balance motors turning evenly at `rate` (0: at rest), from a guess. `spring` gives τ_s, `wrench` the load.
+/// Share of K that holds the links where they come from: what the dampers do in a slow motion. A link that hangs free in
+/// a gap stays at the end that it was left at; elsewhere it shifts an equilibrium by picometres a micrometre.
+const HELD: f64 = 1e-6;
+
+/// Share of a joint's largest torque with which a link presses on when its motor stops: enough to cross a gap.
+const ARRIVES: f64 = 0.002;
+
+/// Link angles that balance motors turning evenly (or at rest) and a torque `pushed` on the links, coming from `near`.
+/// `spring` gives τ_s, `wrench` the load.
 fn balanced(
     cell: &Cell,
     motor: &Motor,
-    guess: &JointVector<f64>,
+    near: &JointVector<f64>,
+    pushed: &JointVector<f64>,
     time: f64,
     spring: impl Fn(&Drives) -> JointVector<f64>,
     wrench: impl Fn(&Frames<f64>) -> Wrench<f64>,
@@ -79,9 +88,10 @@ fn balanced(
         let load = wrench(&robot.model.frames(&link));
         let frames = robot.frames(&link, &load, time);
         let (_, bias) = robot.model.equation_of_motion(&frames, &motor.rate, &load);
-        (spring(&drives) + robot.link_torque(&drives) - bias).component_div(&unit)
+        let held = robot.model.stiffness().component_mul(&(link - near)) * HELD;
+        (spring(&drives) + robot.link_torque(&drives) + pushed - bias - held).component_div(&unit)
     };
-    let mut at = (guess - motor.angle).component_mul(&unit);
+    let mut at = (near - motor.angle).component_mul(&unit);
     let mut rest = left(&at);
     let mut damping = 1e-8;
     for _ in 0..2000 {
@@ -113,6 +123,20 @@ fn balanced(
     Err(Unsettled { time })
 }
 
+/// The torque with which links press on in a direction.
+fn pressing(cell: &Cell, direction: &JointVector<f64>) -> JointVector<f64> {
+    let sign = |v: f64| if v == 0.0 { 0.0 } else { v.signum() };
+    JointVector::from_fn(|i, _| ARRIVES * cell.robot.model.parameters().joints[i].max_torque * sign(direction[i]))
+}
+
+/// Unloaded links in balance with their motors, effects' own states at zero, after the links pressed in a direction.
+fn settled(cell: &Cell, motor: &Motor, direction: &JointVector<f64>) -> Result<JointVector<f64>, Unsettled> {
+    let spring = |drives: &Drives| cell.robot.spring_torque(drives, &[0.0; INTERNAL_STATES]);
+    let unloaded = |_: &Frames<f64>| Wrench::zero();
+    let pressed = balanced(cell, motor, &motor.angle, &pressing(cell, direction), 0.0, spring, unloaded)?;
+    balanced(cell, motor, &pressed, &JointVector::zeros(), 0.0, spring, unloaded)
+}
+
 fn at_rest(angle: &JointVector<f64>) -> Motor {
     Motor { angle: *angle, rate: JointVector::zeros(), acceleration: JointVector::zeros() }
 }
@@ -130,16 +154,14 @@ pub(super) struct Standing<'a> {
 }
 
 impl<'a> Standing<'a> {
-    /// At rest, unloaded, effects' own states at zero.
+    /// At rest, unloaded, effects' own states at zero, having come from angles of 0.
     pub fn new(cell: &'a Cell, motor: &JointVector<f64>) -> Result<Self, Unsettled> {
         let internal = [0.0; INTERNAL_STATES];
-        let still = at_rest(motor);
         let load = Load::none();
-        let spring = |drives: &Drives| cell.robot.spring_torque(drives, &internal);
-        let link = balanced(cell, &still, motor, 0.0, spring, |frames| load.wrench(cell, frames))?;
+        let link = settled(cell, &at_rest(motor), motor)?;
         let mut rates = [0.0; INTERNAL_STATES];
-        let twisting = Drives { link: link * 0.0, link_rate: link * 0.0, motor: link * 0.0, motor_rate: link * 0.0 };
-        let twisting = Drives { motor_rate: JointVector::repeat(1.0), ..twisting };
+        let still = JointVector::zeros();
+        let twisting = Drives { link: still, link_rate: still, motor: still, motor_rate: JointVector::repeat(1.0) };
         cell.robot.internal_rates(&twisting, &internal, &mut rates);
         let remembers = rates.iter().any(|r| *r != 0.0);
         Ok(Self { cell, motor: *motor, load, link, internal, remembers })
@@ -148,26 +170,43 @@ impl<'a> Standing<'a> {
     /// Leads it evenly to another posture or load, reached at `time`, s.
     pub fn lead(&mut self, motor: &JointVector<f64>, load: &Load, time: f64) -> Result<(), Unsettled> {
         let (motor_before, load_before) = (self.motor, self.load);
-        let steps = match (self.remembers, motor == &self.motor) {
-            (false, _) => 1,
-            (true, true) => 10,
-            (true, false) => 40,
+        let moves = motor != &motor_before;
+        let steps = match (self.remembers, moves) {
+            (false, false) => 1,
+            (false, true) => 2,
+            (true, false) => 10,
+            (true, true) => 40,
         };
         for k in 1..=steps {
             let share = k as f64 / steps as f64;
             let there = motor_before + (motor - motor_before) * share;
             let between = load_before.towards(load, share);
-            let robot = &self.cell.robot;
-            let spring = |drives: &Drives| robot.spring_torque(drives, &self.carried_along(drives));
-            // The link goes along with its motor: from there the springs only have to take up the change of load.
-            let guess = self.link + (there - self.motor);
-            let wrench = |frames: &Frames<f64>| between.wrench(self.cell, frames);
-            let link = balanced(self.cell, &at_rest(&there), &guess, time, spring, wrench)?;
-            let drives = Drives { link, link_rate: link * 0.0, motor: there, motor_rate: link * 0.0 };
-            self.internal = self.carried_along(&drives);
-            (self.motor, self.link) = (there, link);
+            if moves && k == steps {
+                // The motor stops, and the link presses on.
+                self.step(&there, &between, &pressing(self.cell, &(motor - motor_before)), time)?;
+            }
+            self.step(&there, &between, &JointVector::zeros(), time)?;
         }
         self.load = *load;
+        Ok(())
+    }
+
+    fn step(
+        &mut self,
+        motor: &JointVector<f64>,
+        load: &Load,
+        pushed: &JointVector<f64>,
+        time: f64,
+    ) -> Result<(), Unsettled> {
+        let robot = &self.cell.robot;
+        let spring = |drives: &Drives| robot.spring_torque(drives, &self.carried_along(drives));
+        // The link goes along with its motor: from there the springs only have to take up the change of load.
+        let near = self.link + (motor - self.motor);
+        let wrench = |frames: &Frames<f64>| load.wrench(self.cell, frames);
+        let link = balanced(self.cell, &at_rest(motor), &near, pushed, time, spring, wrench)?;
+        let drives = Drives { link, link_rate: link * 0.0, motor: *motor, motor_rate: link * 0.0 };
+        self.internal = self.carried_along(&drives);
+        (self.motor, self.link) = (*motor, link);
         Ok(())
     }
 
@@ -255,8 +294,9 @@ impl<P: Path> Follower<'_, P> {
     /// what remembers does not yet. It begins in balance at the rate that its motors have then.
     pub fn run(&self, start: f64, end: f64, step: f64) -> Result<Vec<Instant>, Unsettled> {
         let motor = self.path.at(start);
-        let spring = |drives: &Drives| self.cell.robot.spring_torque(drives, &[0.0; INTERNAL_STATES]);
-        let link = balanced(self.cell, &motor, &motor.angle, 0.0, spring, |_| Wrench::zero())?;
+        // Motors that turn drag their links behind them; before a start from rest they came from angles of 0.
+        let came = if motor.rate.amax() > 0.0 { -motor.rate } else { motor.angle };
+        let link = settled(self.cell, &motor, &came)?;
         let mut y = Moving::zeros();
         y.fixed_rows_mut::<6>(0).copy_from(&link);
         y.fixed_rows_mut::<6>(6).copy_from(&motor.rate);

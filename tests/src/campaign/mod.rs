@@ -126,8 +126,8 @@ impl Recipe {
     #[must_use]
     pub fn with_nuisance(mut self, stiffness: f64, offset: f64, registration: f64) -> Self {
         let mut random = Random::new(self.seed, random::NUISANCE);
-        self.stiffness_error = std::array::from_fn(|_| stiffness * random.normal());
-        self.encoder_offset = std::array::from_fn(|_| offset * random.normal());
+        self.stiffness_error = std::array::from_fn(|_| stiffness * random.normal() + 0.0);
+        self.encoder_offset = std::array::from_fn(|_| offset * random.normal() + 0.0);
         self.registration_per_log = registration;
         self
     }

@@ -70,7 +70,7 @@ impl Plan {
             self.move_freely(laboratory, log, &mut random, &folder)?;
         }
         for weld in 0..self.logs.welds {
-            let number = if self.held_out { "held-out".to_owned() } else { (weld + 1).to_string() };
+            let number = if self.held_out { laboratory.recipe.logs.welds + 1 } else { weld + 1 };
             let (log, mut random, folder) = next(format!("weld-{number}"));
             self.weld(laboratory, log, weld, &mut random, &folder)?;
         }

@@ -126,7 +126,7 @@ impl Stranger {
             }
             Strange::TiltedFloor => {
                 let axis = Vector3::new(1.0, 1.0, 0.0).normalize();
-                robot.gravity = rotation_from_vector(&(axis * (0.02 * self.size))) * robot.gravity;
+                robot.gravity = rotation_from_vector(&(axis * (0.03 * self.size))) * robot.gravity;
             }
             _ => {}
         }
@@ -143,13 +143,13 @@ impl Stranger {
                 (Port::LinkTorque(joint), Box::new(LinkFriction { viscous }))
             }
             Strange::MotorRipple => {
-                (Port::MotorFriction(joint), Box::new(MotorRipple { amplitude: self.size * 0.4 * self.coulomb() }))
+                (Port::MotorFriction(joint), Box::new(MotorRipple { amplitude: self.size * 0.8 * self.coulomb() }))
             }
-            Strange::ForceScale => (Port::SensorChannel, Box::new(ForceScale { gain: 0.02 * self.size })),
+            Strange::ForceScale => (Port::SensorChannel, Box::new(ForceScale { gain: 0.03 * self.size })),
             Strange::CubicDamping => {
-                // As much again as D, at the rate at which a ring-down begins.
+                // Twice as much again as D, at the rate at which a ring-down begins.
                 let rate: f64 = if joint < 3 { 0.05 } else { 0.15 };
-                let coefficient = self.size * damping / (rate * rate);
+                let coefficient = 2.0 * self.size * damping / (rate * rate);
                 (Port::SpringTorque(joint), Box::new(CubicDamping { coefficient }))
             }
             Strange::UnevenStiffness => {
@@ -177,7 +177,7 @@ impl Stranger {
     /// The mass hung on the tool, where it is one. A weld's feed does not stir it.
     pub(super) fn appendage(&self) -> Option<Appendage> {
         const RATE: f64 = 9.0 * TAU;
-        let mass = 25.0 * self.size;
+        let mass = 12.0 * self.size;
         let hung = Appendage { mass, stiffness: mass * RATE * RATE, damping: 2.0 * 0.02 * mass * RATE };
         (self.what == Strange::Appendage).then_some(hung)
     }
