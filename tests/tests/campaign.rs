@@ -85,7 +85,7 @@ fn a_campaign_has_the_documented_form() {
         ("weld-1", 792, format!("t_s,{motors},{wrench},{pose},spindle_rad_s")),
         ("holdout/static-2", 16, format!("t_s,{motors},{wrench},{pose},payload_kg,cx_m,cy_m,cz_m")),
         ("holdout/free-2", 301, format!("t_s,{motors},{links},{torques},{pose}")),
-        ("holdout/weld-3", 750, format!("t_s,{motors},{wrench},{pose},spindle_rad_s")),
+        ("holdout/weld-2", 750, format!("t_s,{motors},{wrench},{pose},spindle_rad_s")),
     ];
     for (log, rows, header) in &expected {
         let folder = folder.path().join(log);
@@ -190,8 +190,9 @@ fn a_loop_of_load_leaves_a_trace_of_hysteresis_and_of_a_gap_and_of_nothing_else(
     let stiff = effect("stiffness-error", At::Joint(0), &[0.2]);
     assert!(moved(Recipe::plain(23).with_effect(stiff)).iter().all(|m| *m < 4e-7));
     let hysteresis = effect("hysteresis", At::Joint(0), &[2400.0, 1e-4]);
-    // T/K = 0.18 mrad at A1, to both sides, over 1 to 3 m.
-    assert!(moved(Recipe::plain(23).with_effect(hysteresis))[1] > 1e-4);
+    // A tracker's noise; T/K = 0.18 mrad at A1 over some 2 m would be all that could be left.
+    let trace = moved(Recipe::plain(23).with_effect(hysteresis));
+    assert!(trace[1] > 3e-5 && trace[1] < 1.5e-3, "{trace:?}");
     // A1 carries no weight: its link is left at the end of the gap that the load came from.
     let gap = moved(Recipe::plain(23).with_effect(effect("backlash", At::Joint(0), &[2e-4])));
     assert!(gap[1] > 4e-4 && gap[1] < 1.2e-3, "{gap:?}");
@@ -228,7 +229,7 @@ fn a_stopped_arm_rings_at_the_modes_with_its_motors_locked() {
 #[test]
 fn a_weld_is_pushed_as_hard_as_it_is_set() {
     let folder = made(&Recipe { logs: Logs { welds: 1, seam: 0.05, ..nothing() }, ..Recipe::plain(41) });
-    for weld in ["weld-1", "holdout/weld-3"] {
+    for weld in ["weld-1", "holdout/weld-2"] {
         let folder = folder.path().join(weld);
         let (samples, file) = (samples(&folder), Weld::read(folder.join("weld.toml")).expect("a weld"));
         // From 2 s after full feed to its end.
@@ -275,11 +276,13 @@ fn every_effect_can_be_drawn_and_grows_with_its_size() {
 
 #[test]
 fn every_stranger_shows_in_some_log() {
-    let recipe = || Recipe { noise: 1e-6, logs: Logs::short(), ..Recipe::plain(61) };
+    // Whatever is strange at all is so without a weld too.
+    let logs = Logs { welds: 0, free: 1.0, ..Logs::short() };
+    let recipe = || Recipe { noise: 1e-6, logs: logs.clone(), ..Recipe::plain(61) };
     let bare = made(&recipe());
     for what in Strange::ALL {
         let strange = made(&recipe().with_stranger(Stranger { what, joint: 1, size: 1.0 }));
-        let seen = ["static", "ring-123456", "free", "weld-1"].iter().any(|log| {
+        let seen = ["static", "ring-123456", "free"].iter().any(|log| {
             let [bare, strange] = [&bare, &strange].map(|f| samples(f.path().join(log)));
             let mean = |column: &str, noise: f64| -> f64 {
                 let Some(bare) = bare.get(column) else { return 0.0 };

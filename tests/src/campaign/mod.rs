@@ -18,7 +18,7 @@ pub use stranger::{Strange, Stranger};
 
 use crate::fixture;
 use links::Unsettled;
-use plan::{Plan, Seams};
+use plan::Plan;
 use random::Random;
 use std::fmt::Write as _;
 use std::path::Path;
@@ -227,7 +227,7 @@ impl<'a> Laboratory<'a> {
 pub fn write(recipe: &Recipe, folder: &Path) -> Result<(), CampaignError> {
     let laboratory = Laboratory::new(recipe)?;
     let logs = &recipe.logs;
-    let main = Plan { logs: logs.clone(), held_out: false, seams: Seams::Taught };
+    let main = Plan { logs: logs.clone(), held_out: false };
     // A shorter campaign somewhere else: other postures, other motions, another seam.
     let fewer = Logs {
         postures: logs.postures.div_ceil(2),
@@ -236,7 +236,7 @@ pub fn write(recipe: &Recipe, folder: &Path) -> Result<(), CampaignError> {
         welds: logs.welds.min(1),
         ..logs.clone()
     };
-    let held_out = Plan { logs: fewer, held_out: true, seams: Seams::Slanting };
+    let held_out = Plan { logs: fewer, held_out: true };
     for (plan, folder) in [(&main, folder.to_owned()), (&held_out, folder.join("holdout"))] {
         std::fs::create_dir_all(&folder)?;
         write_atomically(folder.join("robot.toml"), &std::fs::read(fixture("robots/kr500-mt.toml"))?)?;

@@ -69,7 +69,7 @@ enum What {
     /// By this much, all joints together.
     Move(JointVector<f64>),
     /// Amplitudes, rates (rad/s) and phases of two sines, faded in and out.
-    Wave([[JointVector<f64>; 3]; 2]),
+    Wave(Box<[[JointVector<f64>; 3]; 2]>),
 }
 
 impl Moves {
@@ -92,7 +92,7 @@ impl Moves {
                     let amplitude = JointVector::from_fn(|i, _| 0.4 * RATE[i] / rate[i]);
                     [amplitude, rate, JointVector::from_fn(|_, _| random.between(-3.1, 3.1))]
                 });
-                (random.between(3.0, 4.5), What::Wave(wave))
+                (random.between(3.0, 4.5), What::Wave(Box::new(wave)))
             };
             let to = if let What::Move(by) = &what { from + by } else { from };
             pieces.push(Piece { begins: time, takes, from, what });
@@ -125,7 +125,7 @@ impl Path for Moves {
                 let (u, du) = (s * (1.0 - s), 1.0 - 2.0 * s);
                 let fade = [64.0 * u.powi(3), 192.0 * u * u * du * by_time, 384.0 * u * (du * du - u) * by_time2];
                 let mut at = rest(piece.from);
-                for [amplitude, rate, phase] in sines {
+                for [amplitude, rate, phase] in sines.iter() {
                     for i in 0..6 {
                         let (sine, cosine) = (rate[i] * (time - piece.begins) + phase[i]).sin_cos();
                         let wave = [sine, rate[i] * cosine, -rate[i] * rate[i] * sine].map(|w| amplitude[i] * w);

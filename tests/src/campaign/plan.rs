@@ -1,13 +1,14 @@
 //! What is done in each log: postures and loads, stops, motions, seams.
 
 use super::links::{Follower, Instant, Load, Standing};
-use super::motion::{Moves, Path as _, Stop};
+use super::motion::{Moves, Stop};
 use super::random::{PLAN, Random};
 use super::table::{Besides, Kind, Table, Track, readings};
 use super::{CampaignError, Laboratory, Logs};
 use nalgebra::Vector3;
 use std::path::Path;
 use trueweld_core::{JOINTS, JointVector, Pose, Wrench};
+use trueweld_plant::cell::Cell;
 use trueweld_plant::input::{Weld, write_atomically};
 use trueweld_plant::integrate::Integrator;
 use trueweld_plant::simulate::{Controller, Law, Program, Row, Scenario, Seam, run};
@@ -25,22 +26,12 @@ const RING_STEP: f64 = 2.5e-4;
 /// Time that an arm runs evenly before a stop's log begins, s.
 const RUN_IN: f64 = 1.0;
 
-/// Which seams are welded.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Seams {
-    /// Square to the robot, the tool upright and inclined by turns.
-    Taught,
-    /// Slanting, another height, feed, push and spindle speed.
-    Slanting,
-}
-
 /// The logs of one campaign.
 #[derive(Debug)]
 pub(super) struct Plan {
     pub logs: Logs,
     /// True for the held-out campaign.
     pub held_out: bool,
-    pub seams: Seams,
 }
 
 impl Plan {
@@ -143,7 +134,6 @@ impl Plan {
     ) -> Result<(), CampaignError> {
         let cell = laboratory.cell(log, out_of_reach(), 0.0)?;
         let path = Moves::random(self.logs.free, random);
-        debug_assert_eq!(path.at(0.0).rate, JointVector::zeros(), "the arm starts at rest");
         let follower = Follower { cell: &cell, stranger: laboratory.recipe.stranger.as_ref(), path: &path };
         let instants = follower.run(0.0, self.logs.free, FREE_STEP)?;
         let track = Track { start: 0.0, step: FREE_STEP, instants };
@@ -197,15 +187,16 @@ impl Plan {
         Ok(write_atomically(folder.join("weld.toml"), weld_file(&weld).as_bytes())?)
     }
 
-    /// A weld and its spindle speed. Feeds, pushes and speeds differ from weld to weld, so that what scales with them shows.
+    /// A weld and its spindle speed: the tool upright and inclined by turns, and held out a slanting seam elsewhere. Feeds,
+    /// pushes and speeds differ from weld to weld, so that what scales with them shows.
     fn seam(&self, number: usize, random: &mut Random) -> (Weld, f64) {
         let upright = Vector3::new(0.0, 0.0, -1.0);
         let inclined = Vector3::new(0.5_f64.sqrt(), 0.0, -0.5_f64.sqrt());
         let square = Vector3::y();
-        let (x, y, z, axis, along, feed, force, spindle) = match (self.seams, number % 2) {
-            (Seams::Taught, 0) => (1.7, random.between(-0.7, -0.2), 0.5, upright, square, 0.008, 18e3, -62.83185),
-            (Seams::Taught, _) => (2.0, random.between(0.1, 0.5), 0.5, inclined, square, 0.012, 15e3, 75.39822),
-            (Seams::Slanting, _) => {
+        let (x, y, z, axis, along, feed, force, spindle) = match (self.held_out, number % 2) {
+            (false, 0) => (1.7, random.between(-0.7, -0.2), 0.5, upright, square, 0.008, 18e3, -62.83185),
+            (false, _) => (2.0, random.between(0.1, 0.5), 0.5, inclined, square, 0.012, 15e3, 75.39822),
+            (true, _) => {
                 let along = Vector3::new(random.between(-0.2, 0.2), 1.0, 0.0).normalize();
                 (1.9, random.between(-0.3, 0.1), 0.55, upright, along, 0.010, 17e3, -69.11504)
             }
@@ -277,7 +268,7 @@ fn loads(posture: usize, random: &mut Random) -> Vec<Load> {
 fn recorded(
     laboratory: &Laboratory<'_>,
     log: u64,
-    cell: &trueweld_plant::cell::Cell,
+    cell: &Cell,
     kind: Kind,
     track: &Track,
     length: f64,
