@@ -17,7 +17,7 @@ struct Arguments {
     /// An effect of the truth, ID:AT:NAME=VALUE,… or ID alone for a random place and size; may be repeated.
     #[arg(long)]
     effect: Vec<String>,
-    /// Something outside the library, NAME or NAME:JOINT (1 to 6).
+    /// Something outside the library, NAME, or NAME:JOINT with the joint from 1 to 6.
     #[arg(long)]
     stranger: Option<String>,
     /// Factor on the size of effects drawn at random and of the stranger.
@@ -55,13 +55,17 @@ fn go(arguments: &Arguments) -> Result<(), Box<dyn std::error::Error>> {
         recipe = recipe.with_effect(effect);
     }
     if let Some(text) = &arguments.stranger {
-        let (name, joint) = text.split_once(':').unwrap_or((text, "1"));
+        let (name, joint) = text.split_once(':').map_or((text.as_str(), None), |(name, joint)| (name, Some(joint)));
         let names = Strange::ALL.map(Strange::name).join(", ");
         let what = Strange::ALL.into_iter().find(|s| s.name() == name);
         let what = what.ok_or_else(|| format!("no stranger `{name}`: expected one of {names}"))?;
-        let joint = joint.parse().ok().filter(|j| (1..=6).contains(j));
-        let joint: usize = joint.ok_or_else(|| format!("`{text}` names no joint from 1 to 6"))?;
-        recipe = recipe.with_stranger(Stranger { what, joint: joint - 1, size: arguments.size });
+        let mut stranger = Stranger::draw(what, arguments.size, arguments.seed);
+        if let Some(joint) = joint {
+            let joint = joint.parse().ok().filter(|j| (1..=6).contains(j));
+            let joint: usize = joint.ok_or_else(|| format!("`{text}` names no joint from 1 to 6"))?;
+            stranger.joint = joint - 1;
+        }
+        recipe = recipe.with_stranger(stranger);
     }
     write(&recipe, &arguments.out)?;
     println!("{} written, seed {}", arguments.out.display(), arguments.seed);

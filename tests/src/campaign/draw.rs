@@ -21,9 +21,11 @@ pub fn effect(id: &str, at: At, values: &[f64]) -> Effect {
 /// noise in logs of the usual kinds, 0.3 hardly. `logs` says how long the seams are, for what happens along them.
 ///
 /// # Panics
-/// Where the library has no such effect.
+/// Where the library has no such effect, or no size of it is known here.
 pub fn draw(id: &str, size: f64, logs: &Logs, seed: u64) -> Effect {
-    let mut random = Random::new(seed, DRAW);
+    // Each effect has a stream of its own, so that one seed does not put all of them at the same joint.
+    let index = TABLE.iter().position(|k| k.id == id).expect("an effect of the library");
+    let mut random = Random::new(seed, DRAW + index as u64);
     let r = &mut random;
     let joint = r.whole(0, 5);
     let proximal = r.whole(0, 2);
@@ -92,7 +94,7 @@ pub fn draw(id: &str, size: f64, logs: &Logs, seed: u64) -> Effect {
         }
         "fixture-compliance" => (At::Cell, vec![r.between(3e7, 1e8) / size]),
         "material-step" => (At::Cell, vec![size * r.either(0.1, 0.25), logs.seam * r.between(0.3, 0.7)]),
-        _ => panic!("no effect `{id}` in the library"),
+        _ => panic!("no usual size of the effect `{id}` is known"),
     };
     effect(id, at, &values)
 }

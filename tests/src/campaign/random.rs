@@ -5,9 +5,11 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal, StandardUniform};
 
-/// Streams; those of a log have its number added.
+/// Streams. Those from [`REGISTRATION`] on have a log's number added.
 pub(super) const NUISANCE: u64 = 1;
-pub(super) const DRAW: u64 = 2;
+pub(super) const STRANGER: u64 = 2;
+/// Of the library's first effect; the others have their place in its table added.
+pub(super) const DRAW: u64 = 100;
 pub(super) const REGISTRATION: u64 = 1000;
 pub(super) const PLAN: u64 = 2000;
 pub(super) const NOISE: u64 = 3000;

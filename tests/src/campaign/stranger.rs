@@ -3,6 +3,7 @@
 //! A term at a port of the plant where one does, other numbers of the robot, or something that only acts on a moving arm
 //! and that [`links`](super::links) asks for. Sizes at factor 1 show well above the noise.
 
+use super::random::{Random, STRANGER};
 use crate::KR500;
 use nalgebra::Vector3;
 use std::f64::consts::TAU;
@@ -109,6 +110,21 @@ pub(super) struct Appendage {
 }
 
 impl Stranger {
+    /// The stranger at a random joint where it can be. `size` is a factor on what is usual.
+    pub fn draw(what: Strange, size: f64, seed: u64) -> Self {
+        let mut random = Random::new(seed, STRANGER);
+        let joint = match what {
+            // The frames that are far from the one before them.
+            Strange::LinkLength => [1, 2, 4][random.whole(0, 2)],
+            // Only motor torque shows them, and its noise is the same at the weak joints.
+            Strange::MotorRipple | Strange::FadingFriction => random.whole(0, 2),
+            // The tool centre lies on A6.
+            Strange::UnevenStiffness | Strange::CubicDamping => random.whole(0, 4),
+            _ => random.whole(0, 5),
+        };
+        Self { what, joint, size }
+    }
+
     fn coulomb(&self) -> f64 {
         KR500.parameters().friction.coulomb[self.joint]
     }
