@@ -1,8 +1,9 @@
-//! What the tests share: the KR 500 MT of the fixtures in any scalar, the golden states of another engine, and
-//! random states within the arm's limits.
+//! What the tests share: the KR 500 MT of the fixtures in any scalar, the golden states of another engine, random states
+//! within the arm's limits, and the maker of synthetic measurement campaigns.
 //!
 //! No test lives here, and nothing here computes what a test is to judge.
 
+pub mod campaign;
 pub mod cell;
 
 use nalgebra::{Matrix3, Matrix6, SVector, Vector3};

@@ -1,0 +1,83 @@
+//! Writes one synthetic campaign, to try the tools on.
+
+use clap::Parser;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use trueweld_plant::effects::{Effect, TABLE};
+use trueweld_plant::input::RobotFile;
+use trueweld_tests::campaign::{Recipe, Strange, Stranger, draw, write};
+use trueweld_tests::fixture;
+
+/// Writes one synthetic measurement campaign, with what was built in stated in its truth.toml.
+#[derive(Debug, Parser)]
+struct Arguments {
+    /// Folder to write into.
+    #[arg(long)]
+    out: PathBuf,
+    /// An effect of the truth, ID:AT:NAME=VALUE,… or ID alone for a random place and size; may be repeated.
+    #[arg(long)]
+    effect: Vec<String>,
+    /// Something outside the library, NAME, or NAME:JOINT with the joint from 1 to 6.
+    #[arg(long)]
+    stranger: Option<String>,
+    /// Factor on the size of effects drawn at random and of the stranger.
+    #[arg(long, default_value_t = 1.0)]
+    size: f64,
+    /// Standard deviation of the joints' stiffness errors, relative.
+    #[arg(long, default_value_t = 0.0)]
+    stiffness: f64,
+    /// Standard deviation of the encoders' zeros, rad.
+    #[arg(long, default_value_t = 0.0)]
+    offset: f64,
+    /// Standard deviation of the tracker's registration in each log, m.
+    #[arg(long, default_value_t = 0.0)]
+    registration: f64,
+    /// Factor on the noise.
+    #[arg(long, default_value_t = 1.0)]
+    noise: f64,
+    /// Leaves the noise unstated.
+    #[arg(long)]
+    unstated: bool,
+    /// Seed of everything random.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+}
+
+fn go(arguments: &Arguments) -> Result<(), Box<dyn std::error::Error>> {
+    let mut recipe =
+        Recipe::plain(arguments.seed).with_nuisance(arguments.stiffness, arguments.offset, arguments.registration);
+    recipe.noise = arguments.noise;
+    recipe.noise_stated = !arguments.unstated;
+    let robot = RobotFile::read(fixture("robots/kr500-mt.toml"))?;
+    for (seed, text) in (arguments.seed..).zip(&arguments.effect) {
+        let alone = TABLE.iter().any(|k| k.id == text);
+        let effect = if alone { draw(text, arguments.size, &recipe.logs, seed) } else { Effect::parse(text, &robot)? };
+        recipe = recipe.with_effect(effect);
+    }
+    if let Some(text) = &arguments.stranger {
+        let (name, joint) = text.split_once(':').map_or((text.as_str(), None), |(name, joint)| (name, Some(joint)));
+        let names = Strange::ALL.map(Strange::name).join(", ");
+        let what = Strange::ALL.into_iter().find(|s| s.name() == name);
+        let what = what.ok_or_else(|| format!("no stranger `{name}`: expected one of {names}"))?;
+        let mut stranger = Stranger::draw(what, arguments.size, arguments.seed);
+        if let Some(joint) = joint {
+            let joint = joint.parse().ok().filter(|j| (1..=6).contains(j));
+            let joint: usize = joint.ok_or_else(|| format!("`{text}` names no joint from 1 to 6"))?;
+            stranger.joint = joint - 1;
+        }
+        recipe = recipe.with_stranger(stranger);
+    }
+    write(&recipe, &arguments.out)?;
+    println!("{} written, seed {}", arguments.out.display(), arguments.seed);
+    Ok(())
+}
+
+fn main() -> ExitCode {
+    match go(&Arguments::parse()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("{error}");
+            ExitCode::FAILURE
+        }
+    }
+}

@@ -1,0 +1,141 @@
+//! Encoder paths that are known exactly: angle, rate and acceleration at any time.
+
+use super::random::Random;
+use trueweld_core::JointVector;
+
+/// Where the encoders are.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Motor {
+    /// Angle, rad.
+    pub angle: JointVector<f64>,
+    /// Rate, rad/s.
+    pub rate: JointVector<f64>,
+    /// Acceleration, rad/s².
+    pub acceleration: JointVector<f64>,
+}
+
+/// A path of the encoders over time.
+pub(super) trait Path {
+    /// Where they are at a time, s.
+    fn at(&self, time: f64) -> Motor;
+}
+
+/// Constant rate until the brake falls, then a stop within milliseconds: a ring-down.
+#[derive(Debug)]
+pub(super) struct Stop {
+    /// Angles at time 0, rad.
+    pub start: JointVector<f64>,
+    /// Rates until the brake falls, rad/s.
+    pub rate: JointVector<f64>,
+    /// When the brake falls, s.
+    pub falls: f64,
+    /// How long the brake takes, s.
+    pub takes: f64,
+}
+
+impl Path for Stop {
+    fn at(&self, time: f64) -> Motor {
+        let braked = (time - self.falls).clamp(0.0, self.takes);
+        let share = 1.0 - braked / self.takes;
+        let run = time.min(self.falls) + braked - 0.5 * braked * braked / self.takes;
+        let slowing = if braked > 0.0 && braked < self.takes { -1.0 / self.takes } else { 0.0 };
+        Motor { angle: self.start + self.rate * run, rate: self.rate * share, acceleration: self.rate * slowing }
+    }
+}
+
+/// Where free motion stays, rad: in front of the robot, the tool clear of the arm.
+const RANGE: [[f64; 2]; 6] = [[-0.8, 0.8], [-1.25, -0.55], [1.2, 2.1], [-1.2, 1.2], [0.15, 1.5], [-1.4, 1.4]];
+
+/// Largest rates of free motion, rad/s.
+const RATE: [f64; 6] = [0.45, 0.4, 0.4, 0.6, 0.7, 0.9];
+
+/// Moves of least jerk, waves of two sines a joint, and dwells, one after the other, from rest.
+#[derive(Debug)]
+pub(super) struct Moves {
+    start: JointVector<f64>,
+    pieces: Vec<Piece>,
+}
+
+#[derive(Debug)]
+struct Piece {
+    begins: f64,
+    takes: f64,
+    from: JointVector<f64>,
+    what: What,
+}
+
+#[derive(Debug)]
+enum What {
+    /// By this much, all joints together.
+    Move(JointVector<f64>),
+    /// Amplitudes, rates (rad/s) and phases of two sines, faded in and out.
+    Wave(Box<[[JointVector<f64>; 3]; 2]>),
+}
+
+impl Moves {
+    /// A random motion that lasts `length` s.
+    pub fn random(length: f64, random: &mut Random) -> Self {
+        let start = JointVector::from_fn(|i, _| random.between(RANGE[i][0], RANGE[i][1]));
+        let (mut from, mut time, mut pieces) = (start, 0.1, Vec::new());
+        while time < length {
+            let (takes, what) = if random.between(0.0, 1.0) < 0.6 {
+                let takes = random.between(1.2, 3.0);
+                let by = JointVector::from_fn(|i, _| {
+                    // Peak rate of a move of least jerk: 15/8 of the mean.
+                    let far = RATE[i] * takes * 8.0 / 15.0;
+                    (random.between(RANGE[i][0], RANGE[i][1]) - from[i]).clamp(-far, far)
+                });
+                (takes, What::Move(by))
+            } else {
+                let wave = std::array::from_fn(|_| {
+                    let rate = JointVector::from_fn(|_, _| random.between(1.5, 5.0));
+                    let amplitude = JointVector::from_fn(|i, _| 0.4 * RATE[i] / rate[i]);
+                    [amplitude, rate, JointVector::from_fn(|_, _| random.between(-3.1, 3.1))]
+                });
+                (random.between(3.0, 4.5), What::Wave(Box::new(wave)))
+            };
+            let to = if let What::Move(by) = &what { from + by } else { from };
+            pieces.push(Piece { begins: time, takes, from, what });
+            from = to;
+            let dwell = if random.sign() > 0.0 { random.between(0.2, 0.6) } else { 0.0 };
+            time += takes + dwell;
+        }
+        Self { start, pieces }
+    }
+}
+
+impl Path for Moves {
+    fn at(&self, time: f64) -> Motor {
+        let rest = |angle| Motor { angle, rate: JointVector::zeros(), acceleration: JointVector::zeros() };
+        let Some(piece) = self.pieces.iter().rfind(|p| p.begins <= time) else {
+            return rest(self.start);
+        };
+        let s = (time - piece.begins) / piece.takes;
+        let (by_time, by_time2) = (1.0 / piece.takes, 1.0 / (piece.takes * piece.takes));
+        match &piece.what {
+            What::Move(by) if s >= 1.0 => rest(piece.from + by),
+            What::Wave(_) if s >= 1.0 => rest(piece.from),
+            What::Move(by) => Motor {
+                angle: piece.from + by * (s.powi(3) * (10.0 - 15.0 * s + 6.0 * s * s)),
+                rate: by * (30.0 * s * s * (1.0 - s).powi(2) * by_time),
+                acceleration: by * (60.0 * s * (1.0 - s) * (1.0 - 2.0 * s) * by_time2),
+            },
+            What::Wave(sines) => {
+                // Faded in and out by 64 (s (1 − s))³, whose second derivative is still continuous.
+                let (u, du) = (s * (1.0 - s), 1.0 - 2.0 * s);
+                let fade = [64.0 * u.powi(3), 192.0 * u * u * du * by_time, 384.0 * u * (du * du - u) * by_time2];
+                let mut at = rest(piece.from);
+                for [amplitude, rate, phase] in sines.iter() {
+                    for i in 0..6 {
+                        let (sine, cosine) = (rate[i] * (time - piece.begins) + phase[i]).sin_cos();
+                        let wave = [sine, rate[i] * cosine, -rate[i] * rate[i] * sine].map(|w| amplitude[i] * w);
+                        at.angle[i] += fade[0] * wave[0];
+                        at.rate[i] += fade[1] * wave[0] + fade[0] * wave[1];
+                        at.acceleration[i] += fade[2] * wave[0] + 2.0 * fade[1] * wave[1] + fade[0] * wave[2];
+                    }
+                }
+                at
+            }
+        }
+    }
+}

@@ -1,0 +1,281 @@
+//! What a real cell may have and the library does not: the truth that a diagnosis must call unknown.
+//!
+//! A term at a port of the plant where one does, other numbers of the robot, or something that only acts on a moving arm
+//! and that [`links`](super::links) asks for. Sizes at factor 1 show well above the noise.
+
+use super::random::{Random, STRANGER};
+use crate::KR500;
+use nalgebra::Vector3;
+use std::f64::consts::TAU;
+use trueweld_core::RobotParameters;
+use trueweld_core::spatial::rotation_from_vector;
+use trueweld_plant::cell::Cell;
+use trueweld_plant::robot::{JointPoint, Port, ProcessPoint, Readings, Sloped, Term, TooManyStates};
+
+/// Kinds of strangers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Strange {
+    /// A bearing that drags on the link's side of the gear.
+    LinkFriction,
+    /// A heavy thing hung softly on the tool: a second mode.
+    Appendage,
+    /// A motor whose torque pulsates with its angle.
+    MotorRipple,
+    /// A force sensor whose axial channel reads too much.
+    ForceScale,
+    /// A link longer than the model has it.
+    LinkLength,
+    /// A robot installed on a floor out of level.
+    TiltedFloor,
+    /// A gear that damps fast twisting more than slow.
+    CubicDamping,
+    /// A gear softer on one side of its turn.
+    UnevenStiffness,
+    /// A gear whose lubricant warms up.
+    FadingFriction,
+    /// A machine nearby that shakes the tool.
+    Shaker,
+}
+
+impl Strange {
+    /// All of them.
+    pub const ALL: [Self; 10] = [
+        Self::LinkFriction,
+        Self::Appendage,
+        Self::MotorRipple,
+        Self::ForceScale,
+        Self::LinkLength,
+        Self::TiltedFloor,
+        Self::CubicDamping,
+        Self::UnevenStiffness,
+        Self::FadingFriction,
+        Self::Shaker,
+    ];
+
+    /// Its name in files and on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::LinkFriction => "link-friction",
+            Self::Appendage => "appendage",
+            Self::MotorRipple => "motor-ripple",
+            Self::ForceScale => "force-scale",
+            Self::LinkLength => "link-length",
+            Self::TiltedFloor => "tilted-floor",
+            Self::CubicDamping => "cubic-damping",
+            Self::UnevenStiffness => "uneven-stiffness",
+            Self::FadingFriction => "fading-friction",
+            Self::Shaker => "shaker",
+        }
+    }
+
+    /// Its equation.
+    pub fn equation(self) -> &'static str {
+        match self {
+            Self::LinkFriction => "link side gains −v θ̇",
+            Self::Appendage => {
+                "m ü = −k (u − p) − c (u̇ − ṗ) and its reaction on the TCP p, in motion; its weight is balanced"
+            }
+            Self::MotorRipple => "τ_f gains a sin(37 θ_E)",
+            Self::ForceScale => "measured F_z × (1 + g)",
+            Self::LinkLength => "origin of this joint's frame moves outward by d",
+            Self::TiltedFloor => "gravity turned by an angle about (1, 1, 0) of B",
+            Self::CubicDamping => "τ_s gains c δ̇³",
+            Self::UnevenStiffness => "τ_s gains a K sin(3 θ_E) δ",
+            Self::FadingFriction => "τ_f gains f exp(−t/T) tanh(θ̇_E/smoothing)",
+            Self::Shaker => "force F sin(2π f t) along y of B on the tool, while the machine runs",
+        }
+    }
+}
+
+/// Something outside the library, of a size.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stranger {
+    /// What it is.
+    pub what: Strange,
+    /// The joint it is at, 0 = A1; strangers of the cell or the tool ignore it.
+    pub joint: usize,
+    /// Factor on its usual size.
+    pub size: f64,
+}
+
+/// A mass hung on the tool by spring and damper.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Appendage {
+    /// Mass, kg.
+    pub mass: f64,
+    /// Stiffness, N/m.
+    pub stiffness: f64,
+    /// Damping, N·s/m.
+    pub damping: f64,
+}
+
+impl Stranger {
+    /// The stranger at a random joint where it can be. `size` is a factor on what is usual.
+    pub fn draw(what: Strange, size: f64, seed: u64) -> Self {
+        let mut random = Random::new(seed, STRANGER);
+        let joint = match what {
+            // The frames that are far from the one before them.
+            Strange::LinkLength => [1, 2, 4][random.whole(0, 2)],
+            // Only motor torque shows them, and its noise is the same at the weak joints.
+            Strange::MotorRipple | Strange::FadingFriction => random.whole(0, 2),
+            // The tool centre lies on A6.
+            Strange::UnevenStiffness | Strange::CubicDamping => random.whole(0, 4),
+            _ => random.whole(0, 5),
+        };
+        Self { what, joint, size }
+    }
+
+    fn coulomb(&self) -> f64 {
+        KR500.parameters().friction.coulomb[self.joint]
+    }
+
+    /// What it changes of the robot's numbers.
+    pub(super) fn change(&self, robot: &mut RobotParameters<f64>) {
+        match self.what {
+            Strange::LinkLength => {
+                // A frame at the one before it has no direction of its own: the arm's length is then the flange's.
+                let origin = match self.joint {
+                    0 | 5 => &mut robot.tool.flange_offset,
+                    joint => &mut robot.joints[joint].origin,
+                };
+                *origin += origin.normalize() * (5e-4 * self.size);
+            }
+            Strange::TiltedFloor => {
+                let axis = Vector3::new(1.0, 1.0, 0.0).normalize();
+                robot.gravity = rotation_from_vector(&(axis * (0.03 * self.size))) * robot.gravity;
+            }
+            _ => {}
+        }
+    }
+
+    /// Puts its term, if it is one, at its port.
+    pub(super) fn install(&self, cell: &mut Cell) -> Result<(), TooManyStates> {
+        let joint = self.joint;
+        let model = &cell.robot.model;
+        let (stiffness, damping) = (model.stiffness()[joint], model.damping()[joint]);
+        let (port, term): (Port, Box<dyn Term>) = match self.what {
+            Strange::LinkFriction => {
+                let viscous = self.size * KR500.parameters().friction.viscous[joint];
+                (Port::LinkTorque(joint), Box::new(LinkFriction { viscous }))
+            }
+            Strange::MotorRipple => {
+                (Port::MotorFriction(joint), Box::new(MotorRipple { amplitude: self.size * 0.8 * self.coulomb() }))
+            }
+            Strange::ForceScale => (Port::SensorChannel, Box::new(ForceScale { gain: 0.03 * self.size })),
+            Strange::CubicDamping => {
+                // Twice as much again as D, at the rate at which a ring-down begins.
+                let rate: f64 = if joint < 3 { 0.05 } else { 0.15 };
+                let coefficient = 2.0 * self.size * damping / (rate * rate);
+                (Port::SpringTorque(joint), Box::new(CubicDamping { coefficient }))
+            }
+            Strange::UnevenStiffness => {
+                (Port::SpringTorque(joint), Box::new(UnevenStiffness { stiffness: 0.25 * self.size * stiffness }))
+            }
+            Strange::Shaker => {
+                let amplitude = cell.b_from_w.rotation.transpose() * self.shaking();
+                (Port::ProcessForce, Box::new(Shaker { amplitude }))
+            }
+            Strange::Appendage | Strange::LinkLength | Strange::TiltedFloor | Strange::FadingFriction => return Ok(()),
+        };
+        cell.robot.ports.install(port, term)
+    }
+
+    /// Amplitude of the shaker, in B, N.
+    fn shaking(&self) -> Vector3<f64> {
+        Vector3::y() * (250.0 * self.size)
+    }
+
+    /// Force on the tool of an arm that moves freely, in B, N.
+    pub(super) fn force(&self, time: f64) -> Vector3<f64> {
+        if self.what == Strange::Shaker { self.shaking() * shake(time) } else { Vector3::zeros() }
+    }
+
+    /// The mass hung on the tool, where it is one. A weld's feed does not stir it.
+    pub(super) fn appendage(&self) -> Option<Appendage> {
+        const RATE: f64 = 9.0 * TAU;
+        let mass = 12.0 * self.size;
+        let hung = Appendage { mass, stiffness: mass * RATE * RATE, damping: 2.0 * 0.02 * mass * RATE };
+        (self.what == Strange::Appendage).then_some(hung)
+    }
+
+    /// Friction torque against a motor that follows from time alone, N·m. Only motor torque shows it, which a weld's log
+    /// does not have.
+    pub(super) fn friction(&self, joint: usize, rate: f64, time: f64, smoothing: f64) -> f64 {
+        const FADES_IN: f64 = 4.0;
+        if self.what != Strange::FadingFriction || joint != self.joint {
+            return 0.0;
+        }
+        self.size * 0.8 * self.coulomb() * (-time / FADES_IN).exp() * Sloped::turn(rate, smoothing).value
+    }
+}
+
+/// The shaker's wave, 6.3 Hz.
+fn shake(time: f64) -> f64 {
+    (6.3 * TAU * time).sin()
+}
+
+#[derive(Debug)]
+struct LinkFriction {
+    viscous: f64,
+}
+
+impl Term for LinkFriction {
+    fn link_torque(&self, at: &JointPoint, _: f64) -> f64 {
+        -self.viscous * at.link_rate
+    }
+}
+
+#[derive(Debug)]
+struct MotorRipple {
+    amplitude: f64,
+}
+
+impl Term for MotorRipple {
+    fn friction(&self, at: &JointPoint) -> Sloped {
+        Sloped { value: self.amplitude * (37.0 * at.encoder).sin(), slope: 0.0 }
+    }
+}
+
+#[derive(Debug)]
+struct ForceScale {
+    gain: f64,
+}
+
+impl Term for ForceScale {
+    fn sense(&self, readings: &mut Readings) {
+        readings.force.z *= 1.0 + self.gain;
+    }
+}
+
+#[derive(Debug)]
+struct CubicDamping {
+    coefficient: f64,
+}
+
+impl Term for CubicDamping {
+    fn spring_torque(&self, at: &JointPoint, _: f64) -> f64 {
+        self.coefficient * (at.encoder_rate - at.link_rate).powi(3)
+    }
+}
+
+#[derive(Debug)]
+struct UnevenStiffness {
+    stiffness: f64,
+}
+
+impl Term for UnevenStiffness {
+    fn spring_torque(&self, at: &JointPoint, _: f64) -> f64 {
+        self.stiffness * (3.0 * at.encoder).sin() * (at.encoder - at.link)
+    }
+}
+
+#[derive(Debug)]
+struct Shaker {
+    amplitude: Vector3<f64>,
+}
+
+impl Term for Shaker {
+    fn process_force(&self, at: &ProcessPoint, force: Vector3<f64>) -> Vector3<f64> {
+        force + self.amplitude * shake(at.time)
+    }
+}
