@@ -277,7 +277,7 @@ pub struct Linear {
 
 /// Ranges of each log's compared values by block: values of one quantity and component come in order of their rows.
 pub fn blocks_of(bench: &Bench) -> Vec<Vec<u8>> {
-    bench.experiments.iter().map(|e| blocks_of_log(e)).collect()
+    bench.experiments.iter().map(blocks_of_log).collect()
 }
 
 fn blocks_of_log(experiment: &Experiment) -> Vec<u8> {

@@ -166,7 +166,7 @@ impl Ground<'_> {
             }
             let every = (experiment.compared.len() / SCANNED).max(1);
             // A whole row at a time would keep to one component: an odd stride visits them all.
-            let every = if every % 2 == 0 { every + 1 } else { every };
+            let every = if every.is_multiple_of(2) { every + 1 } else { every };
             for i in (0..left.len()).step_by(every) {
                 if slope[i] != 0.0 {
                     let angle = motion.link[experiment.compared[i].row][joint];
@@ -175,7 +175,8 @@ impl Ground<'_> {
             }
         }
         let (low, high) = samples.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), s| (l.min(s.0), h.max(s.0)));
-        if !(high - low > 1e-3) {
+        let range = high - low;
+        if range.is_nan() || range <= 1e-3 {
             return Vec::new();
         }
         // Half a turn of phase over the range tells two orders apart.
@@ -489,8 +490,7 @@ pub fn diagnose(bench: &Bench, length: f64, progress: Progress<'_>) -> Result<Di
 /// Fits hypotheses in full, best first.
 fn fit_all<'s>(ground: &Ground<'_>, screened: impl Iterator<Item = &'s Screened>) -> Vec<Fitted> {
     let screened: Vec<&Screened> = screened.filter(|s| s.gain > rules::GAIN * 0.5).collect();
-    let mut fits: Vec<Fitted> =
-        screened.par_iter().filter_map(|s| fit_hypothesis(ground, &s.effect, 5).ok()).collect();
+    let mut fits: Vec<Fitted> = screened.par_iter().filter_map(|s| fit_hypothesis(ground, &s.effect, 5).ok()).collect();
     fits.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     fits
 }
@@ -499,10 +499,10 @@ fn fit_all<'s>(ground: &Ground<'_>, screened: impl Iterator<Item = &'s Screened>
 fn polish(bench: &Bench, blocks: &[Vec<u8>], fitted: &mut Fitted) {
     let stale = of_logs(&fitted.point);
     let known = fitted.slopes[..stale].to_vec();
-    if let Ok(better) = fit::fit(bench, &fitted.point, blocks, &known, Effort { steps: 3, stale }) {
-        if better.cost <= fitted.cost * (1.0 + 1e-9) {
-            *fitted = better;
-        }
+    if let Ok(better) = fit::fit(bench, &fitted.point, blocks, &known, Effort { steps: 3, stale })
+        && better.cost <= fitted.cost * (1.0 + 1e-9)
+    {
+        *fitted = better;
     }
 }
 
@@ -523,7 +523,8 @@ fn second(ground: &Ground<'_>, best: &Fitted, singles: &[Fitted]) -> Option<Fitt
     }
     // The second effect alone may do what both do together.
     let other = pair.point.all.last()?;
-    let alone = singles.iter().find(|s| s.point.all.last().is_some_and(|e| (e.kind.id, e.at) == (other.kind.id, other.at)));
+    let alone =
+        singles.iter().find(|s| s.point.all.last().is_some_and(|e| (e.kind.id, e.at) == (other.kind.id, other.at)));
     if alone.is_some_and(|alone| !counts(ground.bench, alone, &pair)) {
         return None;
     }
@@ -574,9 +575,8 @@ fn conclude(
     let excess = above(&null.at).max(1.0);
     let best = chosen.last().unwrap_or(null);
     let left = above(&best.at) / excess;
-    let explained = at_floor(bench, &best.at)
-        || left < rules::LEFT
-        || (score(&best.at) < rules::NEAR && left < rules::LEFT_NEAR);
+    let explained =
+        at_floor(bench, &best.at) || left < rules::LEFT || (score(&best.at) < rules::NEAR && left < rules::LEFT_NEAR);
     let verdict = if chosen.is_empty() {
         if at_floor(bench, &null.at) { Verdict::Adequate } else { Verdict::UnknownEffect }
     } else if explained {
@@ -663,7 +663,8 @@ fn weigh(candidates: &mut [Candidate], null: &Fitted, verdict: Verdict) {
     let costs: Vec<f64> = candidates.iter().map(|c| c.fitted.cost).collect();
     for (k, c) in candidates.iter_mut().enumerate() {
         c.probability = weight(c.fitted.cost) / sum * ceiling;
-        c.indistinguishable = (0..costs.len()).filter(|j| *j != k && (costs[*j] - costs[k]).abs() < 9.0 * trust).collect();
+        c.indistinguishable =
+            (0..costs.len()).filter(|j| *j != k && (costs[*j] - costs[k]).abs() < 9.0 * trust).collect();
     }
 }
 
@@ -717,8 +718,10 @@ fn sparse(bench: &Bench, blocks: &[Vec<u8>], fitted: &Fitted) -> (Fitted, Vec<(&
         reduced.add(point.all[i].clone(), f64::INFINITY);
     }
     for (id, at) in &names {
-        let own: Vec<&Effect> = all.all.iter().chain(all.each.iter().flatten()).filter(|e| e.kind.id == *id && e.at == *at).collect();
-        let mean = (0..own[0].values.len()).map(|v| own.iter().map(|e| e.values[v]).sum::<f64>() / own.len() as f64).collect();
+        let own: Vec<&Effect> =
+            all.all.iter().chain(all.each.iter().flatten()).filter(|e| e.kind.id == *id && e.at == *at).collect();
+        let mean =
+            (0..own[0].values.len()).map(|v| own.iter().map(|e| e.values[v]).sum::<f64>() / own.len() as f64).collect();
         reduced.add_expected(Effect { values: mean, ..own[0].clone() }, &expected(id));
     }
     let refit = |point: &Point| fit::fit(bench, point, blocks, &[], Effort { steps: 4, stale: 0 }).ok();
@@ -742,12 +745,10 @@ fn sparse(bench: &Bench, blocks: &[Vec<u8>], fitted: &Fitted) -> (Fitted, Vec<(&
         }
         split = true;
     }
-    if split {
-        if let Some(apart) = refit(&apart) {
-            let more = apart.point.free.len().saturating_sub(common.point.free.len()) as f64;
-            if common.cost - apart.cost > trust * (rules::KEEP + rules::KEEP_EACH * more) {
-                return (apart, names);
-            }
+    if split && let Some(apart) = refit(&apart) {
+        let more = apart.point.free.len().saturating_sub(common.point.free.len()) as f64;
+        if common.cost - apart.cost > trust * (rules::KEEP + rules::KEEP_EACH * more) {
+            return (apart, names);
         }
     }
     (common, names)
