@@ -69,11 +69,18 @@ pub(crate) fn places(kind: &Kind) -> Vec<At> {
     }
 }
 
-/// The calibrations that these logs can show anything of, all at nothing.
+/// The calibrations that these logs can show anything of, all at nothing, after what is fitted afresh in each log anyway.
 pub fn calibrations(bench: &Bench) -> Point {
     let mut point = Point::empty(bench.experiments.len());
     let moving = bench.experiments.iter().any(|e| matches!(e.kind, LogKind::RingDown | LogKind::FreeMotion));
     // Those in proportion to which the residuals are come first: their slopes are taken once.
+    for effect in &bench.afresh {
+        for (log, experiment) in bench.experiments.iter().enumerate() {
+            if experiment.concerns(effect) {
+                point.add_to_log(log, effect.clone(), &vec![f64::INFINITY; effect.values.len()]);
+            }
+        }
+    }
     for c in CALIBRATIONS.iter().filter(|c| c.each_log).chain(CALIBRATIONS.iter().filter(|c| !c.each_log)) {
         let kind = kind(c.id);
         for at in places(kind) {
