@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use trueweld_measure::diagnose::{Candidate, Diagnosis, Verdict};
 use trueweld_plant::effects::{At, Effect};
 
-/// What came of one case.
+/// What came of one case, better ones first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Outcome {
@@ -18,12 +18,12 @@ pub enum Outcome {
     RightAsCalibration,
     /// The truth and a second effect that is not there.
     RightAndMore,
+    /// One of two, or one of two and another that is not there.
+    OneOfTwo,
     /// The right effect at another place.
     WrongPlace,
     /// An effect that is not there.
     WrongEffect,
-    /// One of two, or one of two and another that is not there.
-    OneOfTwo,
     /// Adequate, though something is hidden.
     Missed,
     /// Unknown, though the library has it, or nothing is there.
@@ -52,48 +52,47 @@ pub fn judge(hidden: &Hidden, recipe: &Recipe, diagnosis: &Diagnosis) -> Outcome
         Hidden::Two(a, b) => vec![key(a), key(b)],
     };
     let unknown = matches!(hidden, Hidden::Unknown(_));
-    match diagnosis.verdict {
-        Verdict::UnknownEffect if unknown => Outcome::Right,
-        Verdict::UnknownEffect => Outcome::SaidUnknown,
-        Verdict::Adequate => adequate(&truth, unknown, diagnosis),
-        Verdict::EffectFound => match diagnosis.candidates.first() {
-            // A calibration that the laboratory did get wrong is no answer, and no false one.
-            Some(first) if keys(first).iter().all(|k| is_nuisance(*k, recipe) && !truth.contains(k)) => {
-                adequate(&truth, unknown, diagnosis)
-            }
-            Some(_) if unknown => Outcome::NamedSomething,
-            Some(first) => found(&truth, first, &diagnosis.candidates),
-            None => Outcome::WrongEffect,
-        },
-    }
-}
-
-/// Nothing but calibrations was reported.
-fn adequate(truth: &[Key], unknown: bool, diagnosis: &Diagnosis) -> Outcome {
     let reported = |k: &Key| diagnosis.calibration.iter().any(|f| key(&f.effect) == *k);
-    if truth.is_empty() {
-        if unknown { Outcome::Missed } else { Outcome::Right }
-    } else if truth.iter().all(reported) {
-        Outcome::RightAsCalibration
-    } else {
-        Outcome::Missed
+    // A calibration that is reported as one is found; what is left is for the explanation to say.
+    let left: Vec<Key> = truth.iter().filter(|k| !reported(k)).copied().collect();
+    let adequate = || match (truth.is_empty(), left.is_empty()) {
+        (true, _) if unknown => Outcome::Missed,
+        (true, _) => Outcome::Right,
+        (false, true) => Outcome::RightAsCalibration,
+        (false, false) if left.len() < truth.len() => Outcome::OneOfTwo,
+        (false, false) => Outcome::Missed,
+    };
+    match (diagnosis.verdict, diagnosis.candidates.first()) {
+        (Verdict::UnknownEffect, _) if unknown => Outcome::Right,
+        (Verdict::UnknownEffect, _) => Outcome::SaidUnknown,
+        (Verdict::Adequate, _) | (Verdict::EffectFound, None) => adequate(),
+        (Verdict::EffectFound, Some(first)) => {
+            let named = keys(first);
+            // A calibration that the laboratory did get wrong is no answer, and no false one.
+            if named.iter().all(|k| is_nuisance(*k, recipe) && !truth.contains(k)) {
+                adequate()
+            } else if unknown {
+                Outcome::NamedSomething
+            } else if truth.is_empty() {
+                Outcome::FalseAlarm
+            } else {
+                [&truth, &left].into_iter().map(|t| found(t, first, &diagnosis.candidates)).min().expect("one of two")
+            }
+        }
     }
 }
 
+/// What an explanation is worth where `truth` was to be named.
 fn found(truth: &[Key], first: &Candidate, all: &[Candidate]) -> Outcome {
     let named = keys(first);
     let same = |named: &[Key]| named.len() == truth.len() && truth.iter().all(|t| named.contains(t));
-    if truth.is_empty() {
-        Outcome::FalseAlarm
-    } else if same(&named) {
+    if same(&named) {
         Outcome::Right
     } else if first.indistinguishable.iter().any(|k| same(&keys(&all[*k]))) {
         Outcome::RightTie
-    } else if truth.len() == 2 {
-        if truth.iter().any(|t| named.contains(t)) { Outcome::OneOfTwo } else { Outcome::WrongEffect }
-    } else if named.contains(&truth[0]) {
-        Outcome::RightAndMore
-    } else if named.iter().any(|n| n.0 == truth[0].0) {
+    } else if truth.iter().any(|t| named.contains(t)) {
+        if truth.len() == 2 { Outcome::OneOfTwo } else { Outcome::RightAndMore }
+    } else if truth.iter().any(|t| named.iter().any(|n| n.0 == t.0)) {
         Outcome::WrongPlace
     } else {
         Outcome::WrongEffect

@@ -19,8 +19,9 @@ use std::path::Path;
 use std::time::Instant;
 use trueweld_measure::campaign::Campaign;
 use trueweld_measure::compare::{baseline, experiments};
-use trueweld_measure::diagnose::{Diagnosis, diagnose, longest_weld};
+use trueweld_measure::diagnose::{Diagnosis, diagnose};
 use trueweld_measure::fit::Bench;
+use trueweld_measure::log::Log;
 use trueweld_measure::predict::PredictError;
 use trueweld_plant::effects::{Effect, Role, TABLE};
 use trueweld_plant::input::{InputError, ModelFile};
@@ -141,10 +142,10 @@ pub enum CorpusError {
 /// A campaign ready to be diagnosed.
 #[derive(Debug)]
 pub struct Ready {
-    /// Logs and baseline.
+    /// Its logs.
+    pub logs: Vec<Log>,
+    /// The same made ready, and the baseline.
     pub bench: Bench,
-    /// Longest weld, m.
-    pub length: f64,
 }
 
 /// Writes a recipe's campaign, reads it as anybody would, and removes it.
@@ -160,9 +161,8 @@ pub fn ready(recipe: &Recipe) -> Result<Ready, CorpusError> {
 fn read(folder: &Path) -> Result<Ready, CorpusError> {
     let campaign = Campaign::read(folder)?;
     let file = ModelFile::read(&campaign.model)?;
-    let model = baseline(&file);
-    let experiments = experiments(&campaign.logs, &model)?;
-    Ok(Ready { length: longest_weld(&campaign.logs), bench: Bench { model, known: Vec::new(), experiments } })
+    let experiments = experiments(&campaign.logs, &baseline(&file))?;
+    Ok(Ready { bench: Bench::new(&file, experiments), logs: campaign.logs })
 }
 
 /// An effect in words: `backlash [A5]`.
@@ -257,7 +257,7 @@ impl Case {
         let (recipe, hidden, seen) = self.sized()?;
         let ready = ready(&recipe)?;
         let start = Instant::now();
-        let diagnosis = diagnose(&ready.bench, ready.length, &|_, _| {})?;
+        let diagnosis = diagnose(&ready.bench, &ready.logs, &|_, _| {})?;
         let seconds = start.elapsed().as_secs_f64();
         Ok(self.judged(&recipe, &hidden, seen, &diagnosis, seconds))
     }
