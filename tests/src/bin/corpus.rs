@@ -46,8 +46,9 @@ fn go(arguments: &Arguments) -> Result<(), Box<dyn std::error::Error>> {
     };
     let mut known: BTreeMap<(String, u64), Judged> = BTreeMap::new();
     for (number, line) in written.lines().enumerate() {
-        let judged: Judged = serde_json::from_str(line)
-            .map_err(|error| format!("{}:{}: no result of this program: {error}", arguments.out.display(), number + 1))?;
+        let judged: Judged = serde_json::from_str(line).map_err(|error| {
+            format!("{}:{}: no result of this program: {error}", arguments.out.display(), number + 1)
+        })?;
         known.insert((judged.name.clone(), judged.seed), judged);
     }
     let wanted = |index: usize| arguments.only.is_none_or(|only| only == index);

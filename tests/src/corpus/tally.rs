@@ -94,11 +94,14 @@ impl Tally {
 
     fn rates(&self, out: &mut String) -> fmt::Result {
         use Outcome::{
-            FalseAlarm, Missed, NamedSomething, OneOfTwo, Right, RightAndMore, RightAsCalibration, RightTie, SaidUnknown,
-            WrongEffect, WrongPlace,
+            FalseAlarm, Missed, NamedSomething, OneOfTwo, Right, RightAndMore, RightAsCalibration, RightTie,
+            SaidUnknown, WrongEffect, WrongPlace,
         };
         let was = |cases: &[&Judged], any: &[Outcome]| Rate::of(cases, |j| any.contains(&j.outcome));
-        writeln!(out, "| one effect hidden | right | right effect, wrong place | wrong effect | \"unknown\" | \"adequate\" |")?;
+        writeln!(
+            out,
+            "| one effect hidden | right | right effect, wrong place | wrong effect | \"unknown\" | \"adequate\" |"
+        )?;
         writeln!(out, "|---|---|---|---|---|---|")?;
         for (band, low, high) in BANDS {
             let cases = self.with(|j| !j.unknown && j.truth.len() == 1 && (low..high).contains(&j.seen[0].ratio));
@@ -112,7 +115,10 @@ impl Tally {
                 was(&cases, &[Missed])
             )?;
         }
-        writeln!(out, "\n| something else hidden | right | a wrong effect | \"unknown\" | \"adequate\" |\n|---|---|---|---|---|")?;
+        writeln!(
+            out,
+            "\n| something else hidden | right | a wrong effect | \"unknown\" | \"adequate\" |\n|---|---|---|---|---|"
+        )?;
         let none = self.with(|j| j.truth.is_empty());
         writeln!(
             out,
