@@ -37,21 +37,25 @@ impl Bench {
         let model = Model { robot: file.robot.robot.clone(), process: file.process.clone() };
         let mut bench = Self { model, known: Vec::new(), afresh: Vec::new(), own: Vec::new(), experiments };
         for ModelEffect { effect, scope } in &file.effects {
-            let own = matches!(effect.kind.action, Action::Expression(_));
-            let sizes = effect.kind.parameters.iter().zip(&effect.values);
-            let nothing = sizes.clone().all(|(p, v)| match p.role {
-                Role::Size { neutral, .. } => *v == neutral,
-                _ => true,
-            });
             let list = match scope {
                 Scope::Log => &mut bench.afresh,
-                Scope::Campaign if own && nothing => &mut bench.own,
+                Scope::Campaign if is_own_and_nothing(effect) => &mut bench.own,
                 Scope::Campaign => &mut bench.known,
             };
             list.push(effect.clone());
         }
         bench
     }
+}
+
+/// True for an effect of the user's own that does nothing with its values.
+pub(crate) fn is_own_and_nothing(effect: &Effect) -> bool {
+    let nothing = |(p, v): (&Parameter, &f64)| match p.role {
+        Role::Size { neutral, .. } => *v == neutral,
+        _ => true,
+    };
+    matches!(effect.kind.action, Action::Expression(_))
+        && effect.kind.parameters.iter().zip(&effect.values).all(nothing)
 }
 
 /// Which effect a free value belongs to.

@@ -6,6 +6,7 @@ pub mod campaign;
 pub mod compare;
 pub mod diagnose;
 pub mod fit;
+pub mod improve;
 pub mod localize;
 pub mod log;
 pub mod noise;

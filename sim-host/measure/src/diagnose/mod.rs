@@ -15,7 +15,8 @@ mod sparse;
 pub use confuse::Confusable;
 pub use rules::{Part, parts, score};
 pub(crate) use screen::Ground;
-pub(crate) use search::{calibrated, further};
+pub(crate) use search::further;
+pub(crate) use sparse::sparse;
 
 use crate::calibrate::is_calibration;
 use crate::fit::{self, Bench, Fitted, Of, Point, Residuals};
@@ -24,8 +25,7 @@ use crate::log::{Log, LogKind};
 use crate::predict::PredictError;
 use rules::{above, at_floor, counts};
 use screen::screen;
-use search::{fit_all, polish, second};
-use sparse::sparse;
+use search::{calibrated, fit_all, polish, second};
 use trueweld_plant::effects::{At, Effect, Kind};
 
 /// Longest weld among the logs, m, for what is looked for along it.
@@ -95,8 +95,10 @@ pub struct Diagnosis {
     pub score_before: f64,
     /// Residuals of the model as it was given.
     pub before: Residuals,
-    /// Residuals with calibrations alone.
-    pub calibrated: Residuals,
+    /// The fit of calibrations alone.
+    pub null: Fitted,
+    /// Fits of the explanation: one effect, then two; none where none counts.
+    pub chosen: Vec<Fitted>,
     /// Explanations, best first.
     pub candidates: Vec<Candidate>,
     /// What is a little off in the cell besides.
@@ -172,7 +174,7 @@ fn effects_of(fitted: &Fitted) -> Vec<usize> {
 }
 
 /// Fitted effects with their intervals.
-fn found(fitted: &Fitted, wanted: impl Fn(Of) -> bool) -> Vec<Found> {
+pub(crate) fn found(fitted: &Fitted, wanted: impl Fn(Of) -> bool) -> Vec<Found> {
     let inflation = (fit::chi_square(&fitted.at) / fit::count(&fitted.at).max(1) as f64).max(1.0) * rules::CORRELATED;
     let deviations = fitted.linear.solve(None, 0.0, None).map(|s| s.deviations());
     let mut all: Vec<Found> = Vec::new();
@@ -274,7 +276,8 @@ fn conclude(
         verdict,
         score_before,
         before,
-        calibrated: null.at.clone(),
+        null: null.clone(),
+        chosen,
         candidates,
         calibration,
         unexplained: if at_floor(bench, &improved.at) { Vec::new() } else { unexplained(&improved.at) },

@@ -9,7 +9,7 @@ use trueweld_plant::effects::{At, Effect};
 
 /// Keeps of the calibrations those that count: by forward steps, each bringing the most, then a refit. Calibrations that are
 /// the same in all logs become one for all. Gives the groups kept.
-pub(super) fn sparse(bench: &Bench, blocks: &[Vec<u8>], fitted: &Fitted) -> (Fitted, Vec<(&'static str, At)>) {
+pub(crate) fn sparse(bench: &Bench, blocks: &[Vec<u8>], fitted: &Fitted) -> (Fitted, Vec<(&'static str, At)>) {
     let point = &fitted.point;
     let mut groups: Vec<((&'static str, At), Vec<usize>)> = Vec::new();
     let mut kept: Vec<usize> = Vec::new();
