@@ -9,4 +9,5 @@ pub mod fit;
 pub mod localize;
 pub mod log;
 pub mod noise;
+pub mod plan;
 pub mod predict;
