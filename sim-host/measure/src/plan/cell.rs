@@ -66,7 +66,7 @@ pub(super) struct Cell<'a> {
     pub range: [[f64; 2]; JOINTS],
     /// Postures to work in, whole steps of 5°.
     pub postures: Vec<JointVector<f64>>,
-    /// Largest force, N, and moment, N·m, that can be pressed with; 0 where nothing measures it.
+    /// Largest force, N, and moment, N·m, that can be pressed with; 0 where no log has it.
     pub force: f64,
     pub moment: f64,
     /// Largest mass to hang on the flange, kg, and its centre from the flange in axes of the last link, m.
@@ -101,8 +101,9 @@ impl<'a> Cell<'a> {
             .flat_map(|l| l.samples.encoder.iter().step_by((l.samples.len() / 50).max(1)))
             .map(|q| robot.forward(q).position.z)
             .fold(f64::INFINITY, f64::min);
+        // What presses on a resting tool: as far as some log shows that the laboratory has it.
         let most = |part: &dyn Fn(&Log) -> Option<&Vec<Vector3<f64>>>| {
-            let all = logs.iter().filter_map(part).flatten();
+            let all = logs.iter().filter(|l| l.kind == LogKind::StaticLoad).filter_map(part).flatten();
             all.map(Vector3::norm).filter(|n| n.is_finite()).fold(0.0, f64::max)
         };
         let hung = logs.iter().flat_map(|l| l.samples.payload.iter().flatten()).filter(|p| p.mass > 0.0);
@@ -116,7 +117,7 @@ impl<'a> Cell<'a> {
             range,
             postures: Vec::new(),
             force: round_down(most(&|l| l.samples.force.as_ref()), 500.0),
-            moment: round_down(most(&|l| l.samples.moment.as_ref().filter(|_| l.kind == LogKind::StaticLoad)), 50.0),
+            moment: round_down(most(&|l| l.samples.moment.as_ref()), 50.0),
             mass,
             centre: centre.map(|x| (x * 1e3).round() / 1e3),
             reach,
@@ -206,10 +207,9 @@ pub(super) fn whole_steps(angle: f64) -> f64 {
     (angle / OFF_LIMITS).round() * OFF_LIMITS
 }
 
-/// A size to two thirds of it at least, in whole steps.
+/// The largest whole number of steps within a size.
 fn round_down(size: f64, step: f64) -> f64 {
-    let whole = (size / step).floor() * step;
-    if whole > 0.0 { whole } else { 0.0 }
+    (size / step).floor() * step
 }
 
 /// Digits of `k` in a base, mirrored at the point: van der Corput's sequence.

@@ -16,9 +16,10 @@ use crate::predict::Experiment;
 use cell::Cell;
 use procedure::{Procedure, procedures};
 use rayon::prelude::*;
-use separation::{Rival, Trial};
+use separation::{Ground, Rival, Trial};
 use trueweld_core::JOINTS;
-use trueweld_plant::effects::{At, Effect};
+use trueweld_plant::effects::{Action, At, Effect};
+use trueweld_plant::robot::Port;
 
 /// Separation from which on rivals count as told apart, standard deviations.
 pub const TOLD_APART: f64 = 3.0;
@@ -26,12 +27,15 @@ pub const TOLD_APART: f64 = 3.0;
 /// Separation beyond which more of it is worth little: an experiment half as long is worth more.
 const PLENTY: f64 = 10.0;
 
+/// Separation beyond which a number says no more: by then something else limits what can be told.
+const MOST_SAID: f64 = 50.0;
+
 /// Difference before any refit below which an experiment is not looked at any closer, standard deviations.
 const LEAST_APART: f64 = 0.3;
 
-/// Experiments of each kind that are looked at closely: those of loads cost next to nothing.
+/// Experiments of each kind that are looked at closely, at most: those of loads cost next to nothing.
 const CLOSELY: [(LogKind, usize); 4] =
-    [(LogKind::StaticLoad, 24), (LogKind::RingDown, 3), (LogKind::FreeMotion, 3), (LogKind::Weld, 2)];
+    [(LogKind::StaticLoad, 24), (LogKind::RingDown, 2), (LogKind::FreeMotion, 2), (LogKind::Weld, 1)];
 
 /// One set point of a plan.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -70,12 +74,21 @@ pub struct Plan {
 }
 
 /// One procedure with what was found of it.
-struct Option_<'p> {
+#[derive(Debug)]
+struct Tried<'p> {
     procedure: &'p Procedure,
     log: Log,
     rows: Vec<Row>,
     trial: Trial,
     apart: f64,
+}
+
+impl Tried<'_> {
+    /// What so much separation is worth for the effort; telling apart comes before all else.
+    fn worth(&self, separation: f64) -> f64 {
+        let told = if separation >= TOLD_APART { PLENTY } else { 0.0 };
+        told + separation / (1.0 + separation / PLENTY) / self.procedure.minutes().sqrt()
+    }
 }
 
 /// The experiment that tells the first two of `rivals` apart best for its effort: names and fitted effects of the leading
@@ -95,46 +108,46 @@ pub fn next_experiment(bench: &Bench, logs: &[Log], rivals: &[(String, Vec<Effec
     let effects: Vec<Effect> = first.1.iter().chain(&second.1).cloned().collect();
 
     let all = procedures(&cell, &joints(&effects), &welds(logs));
-    let tried: Vec<Option_<'_>> = all
+    let mut tried: Vec<Tried<'_>> = all
         .par_iter()
+        .filter(|procedure| effects.iter().any(|e| may_show(procedure.kind(), e)))
         .filter_map(|procedure| {
             let (log, rows) = procedure.log(&cell, logs, process)?;
             let experiment = Experiment::new(&log, &cell.noise(log.kind), &bench.model).ok()?;
             let trial = Trial::new(bench, experiment);
-            if !trial.concerns(&effects) {
-                return None;
-            }
             let apart = trial.apart(&first.1, &second.1)?;
-            (apart > LEAST_APART).then_some(Option_ { procedure, log, rows, trial, apart })
+            (apart > LEAST_APART).then_some(Tried { procedure, log, rows, trial, apart })
         })
         .collect();
     if tried.is_empty() {
         return None;
     }
-    let (a, b) = (Rival::of(bench, &first.1, &claimed)?, Rival::of(bench, &second.1, &claimed)?);
-    let mut closely: Vec<&Option_<'_>> = Vec::new();
-    for (kind, most) in CLOSELY {
-        let mut of_kind: Vec<&Option_<'_>> = tried.iter().filter(|t| t.procedure.kind() == kind).collect();
-        of_kind.sort_by(|x, y| y.apart.total_cmp(&x.apart));
-        closely.extend(of_kind.into_iter().take(most));
+    let ground = Ground::of(bench, claimed)?;
+    let (a, b) = (ground.rival(&first.1)?, ground.rival(&second.1)?);
+    // A refit only makes the difference less, so that those that promise most come first, and the rest cannot win.
+    tried.sort_by(|x, y| y.worth(y.apart).total_cmp(&x.worth(x.apart)));
+    let mut looked_at = [0; CLOSELY.len()];
+    let mut best: Option<(f64, &Tried<'_>)> = None;
+    for t in &tried {
+        if best.is_some_and(|(separation, best)| best.worth(separation) >= t.worth(t.apart)) {
+            break;
+        }
+        let Some(kind) = CLOSELY.iter().position(|(kind, _)| *kind == t.procedure.kind()) else { continue };
+        if looked_at[kind] == CLOSELY[kind].1 {
+            continue;
+        }
+        looked_at[kind] += 1;
+        let Some(separation) = t.trial.separations(&ground, &a, &[&b]).map(|s| s[0]) else { continue };
+        if best.is_none_or(|(most, best)| t.worth(separation) > best.worth(most)) {
+            best = Some((separation, t));
+        }
     }
-    let found: Vec<(f64, &Option_<'_>)> =
-        closely.par_iter().filter_map(|t| Some((t.trial.separation(&a, &b, &claimed)?, *t))).collect();
-    let worth = |separation: f64, t: &Option_<'_>| separation / (1.0 + separation / PLENTY) / t.procedure.minutes().sqrt();
-    let told = |separation: f64| separation >= TOLD_APART;
-    let (separation, best) = found.into_iter().max_by(|x, y| {
-        told(x.0).cmp(&told(y.0)).then(worth(x.0, x.1).total_cmp(&worth(y.0, y.1)))
-    })?;
-
-    let others: Vec<(&str, f64)> = rivals
-        .iter()
-        .skip(2)
-        .filter_map(|(name, effects)| {
-            let rival = Rival::of(bench, effects, &claimed)?;
-            Some((name.as_str(), best.trial.separation(&a, &rival, &claimed)?))
-        })
-        .collect();
-    let so_far = (a.cost - b.cost).abs().sqrt();
+    let (separation, best) = best?;
+    let more: Vec<_> = rivals.iter().skip(2).filter_map(|(name, e)| Some((name.as_str(), ground.rival(e)?))).collect();
+    let others: Vec<&Rival> = more.iter().map(|(_, rival)| rival).collect();
+    let others = best.trial.separations(&ground, &a, &others).unwrap_or_default();
+    let others: Vec<(&str, f64)> = more.iter().map(|(name, _)| *name).zip(others).collect();
+    let so_far = b.cost - a.cost;
     Some(Plan {
         kind: best.procedure.kind(),
         title: best.procedure.title(&cell, &best.rows),
@@ -161,26 +174,37 @@ fn welds(logs: &[Log]) -> Vec<usize> {
     logs.iter().position(|l| l.kind == LogKind::Weld).into_iter().collect()
 }
 
+/// True where a kind of log can show anything of an effect.
+fn may_show(kind: LogKind, effect: &Effect) -> bool {
+    match (effect.kind.action, effect.port()) {
+        (Action::Process(_), _) | (_, Some(Port::ProcessForce | Port::PlateSurface)) => kind == LogKind::Weld,
+        (_, Some(Port::MotorFriction(_))) => kind == LogKind::FreeMotion,
+        _ => true,
+    }
+}
+
+/// `so_far`: by how much more of the sum of squares the second leaves in the logs so far.
 fn reason(names: [&str; 2], separation: f64, so_far: f64, others: &[(&str, f64)]) -> String {
     let [a, b] = names;
-    let expected = format!("expected to set {a} and {b} {separation:.1} standard deviations apart");
-    let refitted = "after refitting the calibrations and the values of either";
-    let before = format!("the logs so far leave them {so_far:.1} apart");
+    let deviations = |s: f64| if s > MOST_SAID { format!("more than {MOST_SAID:.0}") } else { format!("{s:.1}") };
+    let expected = format!(
+        "expected to set {a} and {b} {} standard deviations apart after refitting the calibrations and the values of either",
+        deviations(separation)
+    );
+    let better = if so_far > 0.0 { a } else { b };
+    let before = match deviations(so_far.abs().sqrt()) {
+        s if so_far.abs() < 1.0 => format!("the logs so far leave them {s} apart"),
+        s => format!("the logs so far set them {s} apart, in favour of {better}"),
+    };
     let mut reason = if separation < TOLD_APART {
         format!(
-            "No feasible experiment tells {a} from {b}: this one, the best found, is {expected} {refitted}, less than {TOLD_APART:.0}; {before}."
+            "No feasible experiment tells {a} from {b}: the best found is {expected}, less than {TOLD_APART:.0}; {before}."
         )
     } else {
-        let mut sentence = format!("It is {expected} {refitted}; {before}.");
-        if separation > 50.0 {
-            sentence = format!(
-                "It is expected to set {a} and {b} more than 50 standard deviations apart {refitted}; {before}."
-            );
-        }
-        sentence
+        format!("It is {expected}; {before}.")
     };
     for (name, separation) in others {
-        reason += &format!(" {name} would lie {separation:.1} from {a}.");
+        reason += &format!(" From {a} to {name} it is {}.", deviations(*separation));
     }
     reason
 }

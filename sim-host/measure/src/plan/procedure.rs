@@ -43,7 +43,7 @@ const DWELL: f64 = 0.4;
 /// Peak rate of a move of least jerk over its mean.
 const PEAK: f64 = 15.0 / 8.0;
 
-/// Longest time that a weld is recorded, and that its force takes to rise, s.
+/// Longest time that a weld is recorded, s.
 const WELD_LASTS: f64 = 30.0;
 
 /// Sampling periods where no log shows the laboratory's own, s.
@@ -100,8 +100,9 @@ pub(super) fn procedures(cell: &Cell<'_>, joints: &[usize], welds: &[usize]) -> 
     let loads = cell.channels(LogKind::StaticLoad);
     if loads.position || loads.rotation {
         for at in cell.postures.iter().copied() {
-            let ways = (0..3).map(How::Pressed).chain((0..3).map(How::Turned)).chain([How::Hung]);
-            all.extend(ways.map(|how| Procedure::Load { at, how }));
+            let pressed = (0..3).map(How::Pressed).filter(|_| cell.force > 0.0);
+            let turned = (0..3).map(How::Turned).filter(|_| cell.moment > 0.0);
+            all.extend(pressed.chain(turned).chain([How::Hung]).map(|how| Procedure::Load { at, how }));
         }
         for at in cell.postures.iter().copied().take(3) {
             for &joint in joints {
@@ -110,12 +111,14 @@ pub(super) fn procedures(cell: &Cell<'_>, joints: &[usize], welds: &[usize]) -> 
         }
         all.extend(cell.postures.first().map(|at| Procedure::Rest { at: *at }));
     }
+    // Of all joints, one that carries the whole arm, one against gravity, one of the wrist.
+    let moved = if joints.len() == JOINTS { &[0, 1, 4] } else { joints };
     for at in cell.postures.iter().copied().take(2) {
-        for &joint in joints {
+        for &joint in moved {
             all.extend([1.0, -1.0].map(|sense| Procedure::Stop { at, joint, sense }));
             let rate = cell.robot.parameters().joints[joint].max_rate * MOVE_SHARE;
             // Fast and slow over a short way; once over a long one.
-            all.push(Procedure::Move { at, joint, span: rate * 1.5 / PEAK, takes: vec![5.0, 1.5] });
+            all.push(Procedure::Move { at, joint, span: rate * 1.5 / PEAK, takes: vec![4.0, 1.5] });
             all.push(Procedure::Move { at, joint, span: rate * 6.0 / PEAK, takes: vec![6.0] });
         }
     }
@@ -288,7 +291,9 @@ impl Procedure {
                     How::Turned(axis) => format!("Apply a moment to the tool about {} of T", AXES[*axis]),
                 };
                 steps.push(stand);
-                steps.push("Keep the brakes open and the position controller on; do not move the arm in between.".into());
+                steps.push(
+                    "Keep the brakes open and the position controller on; do not move the arm in between.".into(),
+                );
                 steps.push(format!("{way}, in this order and without overshoot: {what} {unit}."));
                 steps.push(format!("Wait 2 s at each load, then record one row: {record}."));
             }
@@ -302,21 +307,31 @@ impl Procedure {
                         c.x, c.y, c.z
                     ));
                 }
-                steps.push(format!("Move {} alone, always from the same side, to {}.", cell.names[*joint], angles.join(", ")));
+                steps.push(format!(
+                    "Move {} alone, always from the same side, to {}.",
+                    cell.names[*joint],
+                    angles.join(", ")
+                ));
                 steps.push(format!("Wait 2 s in each pose, then record one row: {record}."));
             }
             Self::Rest { .. } => {
                 let times: Vec<String> = RESTED.iter().map(|m| format!("{m}")).collect();
                 steps.push("Leave the robot switched off until it is cold, two hours at least.".into());
                 steps.push(stand);
-                steps.push(format!("Stay there, brakes open, and record one row after {} min: {record}.", times.join(", ")));
+                steps.push(format!(
+                    "Stay there, brakes open, and record one row after {} min: {record}.",
+                    times.join(", ")
+                ));
             }
             Self::Stop { joint, sense, .. } => {
                 let rate = sense * STOP_SHARE * cell.robot.parameters().joints[*joint].max_rate;
                 let name = &cell.names[*joint];
                 steps.push(format!("Start a few degrees before this posture, so that {name} runs evenly for 1 s when it gets there: {}.", posture(cell, &first)));
                 steps.push(format!("Run {name} alone at {} a second and let its brake fall there.", degrees(rate, 1)));
-                steps.push(format!("Record from {FALLS} s before the brake falls, for {RINGS} s, at {}: {record}.", rate_of(log)));
+                steps.push(format!(
+                    "Record from {FALLS} s before the brake falls, for {RINGS} s, at {}: {record}.",
+                    rate_of(log)
+                ));
                 steps.push("Repeat once; keep both logs.".into());
             }
             Self::Move { joint, takes, .. } => {
@@ -333,14 +348,17 @@ impl Procedure {
                 }
                 steps.push(format!("Record all of it, with {DWELL} s of rest before, at {}: {record}.", rate_of(log)));
             }
-            Self::Seam { of, .. } => {
-                let _ = of;
+            Self::Seam { .. } => {
                 if let Some(weld) = &log.weld {
                     let turning = log.samples.spindle.as_ref().and_then(|s| s.first()).copied().unwrap_or(0.0);
                     let point = |p: &Vector3<f64>| format!("({:.3}, {:.3}, {:.3}) m", p.x, p.y, p.z);
                     steps.push(format!(
                         "Clamp a fresh plate; weld from {} to {} in B, tool axis ({:.3}, {:.3}, {:.3}).",
-                        point(&weld.start), point(&weld.end), weld.tool_axis.x, weld.tool_axis.y, weld.tool_axis.z
+                        point(&weld.start),
+                        point(&weld.end),
+                        weld.tool_axis.x,
+                        weld.tool_axis.y,
+                        weld.tool_axis.z
                     ));
                     steps.push(format!(
                         "Feed {:.1} mm/s, depth force {:.1} kN, spindle {:.0} turns a minute ({}); everything else as before.",
@@ -432,9 +450,7 @@ fn in_motion(
     }
     let poses: Vec<Pose<f64>> = encoder.iter().map(|q| cell.robot.forward(q)).collect();
     let samples = Samples {
-        link_encoder: std::array::from_fn(|i| {
-            channels.link_encoder[i].then(|| encoder.iter().map(|q| q[i]).collect())
-        }),
+        link_encoder: std::array::from_fn(|i| channels.link_encoder[i].then(|| encoder.iter().map(|q| q[i]).collect())),
         motor_torque: std::array::from_fn(|i| channels.motor_torque[i].then(|| vec![0.0; n])),
         position: channels.position.then(|| poses.iter().map(|p| p.position).collect()),
         rotation: channels.rotation.then(|| poses.iter().map(|p| rotation_vector(&p.rotation)).collect()),

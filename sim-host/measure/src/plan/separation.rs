@@ -9,7 +9,7 @@
 //! ```
 
 use crate::calibrate::{calibrations, expected, is_calibration};
-use crate::fit::{self, Bench, Free, Of, Point, Residuals};
+use crate::fit::{self, Bench, Free, Of, Point, Residuals, Slopes};
 use crate::predict::Experiment;
 use nalgebra::{DMatrix, DVector};
 use trueweld_plant::effects::{At, Effect};
@@ -17,25 +17,29 @@ use trueweld_plant::effects::{At, Effect};
 /// Share of a fit's unit over which slopes are taken.
 const STEP: f64 = 0.1;
 
-/// One rival explanation: effects as fitted, what of them and of the calibrations may be refitted for all logs, and how well it
-/// is known.
+/// The calibrations, and what the logs so far say of them; slopes are those of the model without any explanation.
 #[derive(Debug)]
-pub(super) struct Rival {
-    /// Effects for all logs, with the values of the rival; calibrations among them.
-    all: Vec<Effect>,
-    /// Which of their values are free.
-    free: Vec<Free>,
-    /// Inverse covariance of those values, priors and logs so far together, in the fit's units.
-    known: DMatrix<f64>,
-    /// Least sum of squares and priors over the logs so far.
-    pub cost: f64,
+pub(super) struct Ground<'a> {
+    bench: &'a Bench,
+    /// Calibrations that an explanation consists of, and which no other may use.
+    claimed: Vec<(&'static str, At)>,
+    point: Point,
+    slopes: Vec<Slopes>,
 }
 
-impl Rival {
-    /// What the logs so far say of a rival. `claimed`: calibrations that an explanation consists of, which no other may use.
-    /// `None` where the rival cannot be driven through them.
-    pub fn of(bench: &Bench, effects: &[Effect], claimed: &[(&'static str, At)]) -> Option<Self> {
-        let mut point = unclaimed(calibrations(bench), claimed);
+impl<'a> Ground<'a> {
+    /// `None` where the model cannot be driven through the logs.
+    pub fn of(bench: &'a Bench, claimed: Vec<(&'static str, At)>) -> Option<Self> {
+        let point = unclaimed(calibrations(bench), &claimed);
+        let at = fit::residuals(bench, &point).ok()?;
+        let slopes = fit::slopes(bench, &point, &point.free, &at, STEP);
+        Some(Self { bench, claimed, point, slopes })
+    }
+
+    /// What the logs so far say of a rival. `None` where it cannot be driven through them.
+    pub fn rival(&self, effects: &[Effect]) -> Option<Rival> {
+        let bench = self.bench;
+        let mut point = self.point.clone();
         for effect in effects {
             let expected = match is_calibration(effect.kind) {
                 true => expected(effect.kind.id),
@@ -44,22 +48,18 @@ impl Rival {
             point.add_expected(effect.clone(), &expected);
         }
         let at = fit::residuals(bench, &point).ok()?;
-        let slopes = fit::slopes(bench, &point, &point.free, &at, STEP);
+        let own = fit::slopes(bench, &point, &point.free[self.slopes.len()..], &at, STEP);
+        let slopes: Vec<&Slopes> = self.slopes.iter().chain(&own).collect();
         let n = point.free.len();
-        let mut normal = DMatrix::zeros(n, n);
-        let mut slope = DVector::zeros(n);
+        let mut normal = Normal::new(n);
         for log in 0..bench.experiments.len() {
-            let seen: Vec<(usize, &[f64])> =
-                slopes.iter().enumerate().filter_map(|(k, s)| s[log].as_deref().map(|c| (k, c))).collect();
-            add_normal(&mut normal, &mut slope, &seen, &at[log].residual);
+            normal.add(&slopes, log, &at[log].residual);
         }
+        let step = solve(&with_priors(&normal.square, &point), &normal.slope)?;
+        let cost = fit::chi_square(&at) - normal.slope.dot(&step);
         // Where the model misses more than noise, the logs say less of its values than their noise would have it.
-        let count = fit::count(&at).max(1) as f64;
-        let square = fit::chi_square(&at);
-        let step = solve(&with_priors(&normal, &point), &slope)?;
-        let cost = square - slope.dot(&step);
-        let trust = (cost / count).max(1.0);
-        let known = with_priors(&(normal / trust), &point);
+        let trust = (cost / fit::count(&at).max(1) as f64).max(1.0);
+        let known = with_priors(&(normal.square / trust), &point);
         // What each log has of its own is eliminated.
         let is_shared = |k: &usize| matches!(point.free[*k].of, Of::All(_));
         let (shared, own): (Vec<usize>, Vec<usize>) = (0..n).partition(is_shared);
@@ -72,28 +72,56 @@ impl Rival {
             left -= cross.tr_mul(&regular(part(&own, &own)).cholesky()?.solve(&cross));
         }
         let free = shared.iter().map(|k| point.free[*k]).collect();
-        Some(Self { all: point.all, free, known: left, cost })
+        Some(Rival { all: point.all, effects: effects.len(), free, known: left, cost })
     }
+}
 
-    /// The rival on one new log, whose own calibrations are free as well.
-    fn on(&self, bench: &Bench, claimed: &[(&'static str, At)]) -> Point {
-        let fresh = unclaimed(calibrations(bench), claimed);
+/// One rival explanation: its effects as fitted, beside the calibrations that hold for all logs, and how well the values of
+/// both are known.
+#[derive(Debug)]
+pub(super) struct Rival {
+    /// Calibrations, then effects.
+    all: Vec<Effect>,
+    /// How many of them are effects.
+    effects: usize,
+    /// Which of their values are free.
+    free: Vec<Free>,
+    /// Inverse covariance of those values, priors and logs so far together, in the fit's units.
+    known: DMatrix<f64>,
+    /// Least sum of squares and priors over the logs so far.
+    pub cost: f64,
+}
+
+impl Rival {
+    /// The rival on a new log, whose own calibrations are free as well: after its own, in their order.
+    fn on(&self, fresh: &Point) -> Point {
         let mut point = Point { all: self.all.clone(), each: fresh.each.clone(), free: self.free.clone() };
-        for free in fresh.free {
+        for free in &fresh.free {
             match free.of {
-                Of::Log(..) => point.free.push(free),
+                Of::Log(..) => point.free.push(*free),
                 Of::All(i) => {
                     let effect = &fresh.all[i];
-                    if !self.all.iter().any(|e| (e.kind.id, e.at) == (effect.kind.id, effect.at)) {
+                    let calibrations = &self.all[..self.all.len() - self.effects];
+                    if !calibrations.iter().any(|e| same(e, effect)) {
                         let of = Of::All(point.all.len());
                         point.all.push(effect.clone());
-                        point.free.push(Free { of, ..free });
+                        point.free.push(Free { of, ..*free });
                     }
                 }
             }
         }
         point
     }
+
+    /// True for a value of one of the effects.
+    fn is_own(&self, free: &Free) -> bool {
+        matches!(free.of, Of::All(i) if (self.all.len() - self.effects..self.all.len()).contains(&i))
+    }
+}
+
+/// True for the same kind of effect at the same place.
+fn same(a: &Effect, b: &Effect) -> bool {
+    (a.kind.id, a.at) == (b.kind.id, b.at)
 }
 
 /// Calibrations but those that an explanation consists of.
@@ -115,11 +143,6 @@ impl Trial {
         Self { bench: Bench { model: bench.model.clone(), known: bench.known.clone(), experiments: vec![experiment] } }
     }
 
-    /// True where the experiment can show anything of an effect.
-    pub fn concerns(&self, effects: &[Effect]) -> bool {
-        effects.iter().any(|e| self.bench.experiments[0].concerns(e))
-    }
-
     fn at(&self, point: &Point) -> Option<Residuals> {
         fit::residuals(&self.bench, point).ok()
     }
@@ -133,48 +156,101 @@ impl Trial {
         square.is_finite().then(|| square.sqrt())
     }
 
-    /// Expected √Δχ² between two rivals, whichever of them is true and the other refitted: the smaller of both.
-    pub fn separation(&self, a: &Rival, b: &Rival, claimed: &[(&'static str, At)]) -> Option<f64> {
-        let (on_a, on_b) = (a.on(&self.bench, claimed), b.on(&self.bench, claimed));
-        let (at_a, at_b) = (self.at(&on_a)?, self.at(&on_b)?);
-        let difference: Vec<f64> = at_b[0].residual.iter().zip(&at_a[0].residual).map(|(b, a)| b - a).collect();
-        let one = self.left(b, &on_b, &at_b, &difference)?;
-        let other = self.left(a, &on_a, &at_a, &difference)?;
-        let least = one.min(other);
-        least.is_finite().then(|| least.max(0.0).sqrt())
+    /// Expected √Δχ² between rivals and the first of them, whichever is true and the other refitted: the smaller of both.
+    pub fn separations(&self, ground: &Ground<'_>, first: &Rival, others: &[&Rival]) -> Option<Vec<f64>> {
+        let fresh = unclaimed(calibrations(&self.bench), &ground.claimed);
+        let at = self.at(&fresh)?;
+        let calibrated = fit::slopes(&self.bench, &fresh, &fresh.free, &at, STEP);
+        let a = self.predicted(&fresh, &calibrated, first)?;
+        others
+            .iter()
+            .map(|other| {
+                let b = self.predicted(&fresh, &calibrated, other)?;
+                let apart: Vec<f64> = b.at.iter().zip(&a.at).map(|(b, a)| b - a).collect();
+                let least = b.left(other, &apart)?.min(a.left(first, &apart)?);
+                least.is_finite().then(|| least.max(0.0).sqrt())
+            })
+            .collect()
     }
 
-    /// What a refit of a rival leaves of a difference.
-    fn left(&self, rival: &Rival, point: &Point, at: &Residuals, difference: &[f64]) -> Option<f64> {
-        let slopes = fit::slopes(&self.bench, point, &point.free, at, STEP);
-        let n = point.free.len();
-        let mut normal = DMatrix::zeros(n, n);
-        let mut slope = DVector::zeros(n);
-        let seen: Vec<(usize, &[f64])> =
-            slopes.iter().enumerate().filter_map(|(k, s)| s[0].as_deref().map(|c| (k, c))).collect();
-        add_normal(&mut normal, &mut slope, &seen, difference);
-        let before = rival.free.len();
-        let mut known = DMatrix::zeros(n, n);
-        known.view_mut((0, 0), (before, before)).copy_from(&rival.known);
-        let own = Point { free: point.free[before..].to_vec(), ..point.clone() };
-        for (k, weight) in weights(&own).enumerate() {
-            known[(before + k, before + k)] = weight;
-        }
-        let step = solve(&(normal + known), &slope)?;
-        Some(difference.iter().map(|d| d * d).sum::<f64>() - slope.dot(&step))
+    /// A rival's prediction, with slopes of all it may refit.
+    fn predicted(&self, fresh: &Point, calibrated: &[Slopes], rival: &Rival) -> Option<Predicted> {
+        let point = rival.on(fresh);
+        let at = self.at(&point)?;
+        let own: Vec<Free> = point.free.iter().copied().filter(|f| rival.is_own(f)).collect();
+        let mut own = fit::slopes(&self.bench, &point, &own, &at, STEP).into_iter();
+        let slopes = point
+            .free
+            .iter()
+            .map(|free| {
+                if rival.is_own(free) {
+                    return own.next();
+                }
+                let wanted = |f: &&Free| {
+                    f.parameter == free.parameter
+                        && match (f.of, free.of) {
+                            (Of::All(i), Of::All(j)) => same(&fresh.all[i], &point.all[j]),
+                            (one, other) => one == other,
+                        }
+                };
+                let index = fresh.free.iter().position(|f| wanted(&f));
+                // What the logs so far have and this one does not show has no slopes here.
+                Some(index.map_or(vec![None], |k| calibrated[k].clone()))
+            })
+            .collect::<Option<Vec<Slopes>>>()?;
+        let at = at.into_iter().next()?.residual;
+        Some(Predicted { point, at, slopes })
     }
 }
 
-/// Adds AᵀA and Aᵀr of one log.
-fn add_normal(normal: &mut DMatrix<f64>, slope: &mut DVector<f64>, seen: &[(usize, &[f64])], residual: &[f64]) {
-    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
-    for (i, (k, a)) in seen.iter().enumerate() {
-        slope[*k] += dot(a, residual);
-        for (l, b) in &seen[..=i] {
-            let product = dot(a, b);
-            normal[(*k, *l)] += product;
-            if k != l {
-                normal[(*l, *k)] += product;
+/// A rival's prediction of a new log.
+struct Predicted {
+    point: Point,
+    at: Vec<f64>,
+    slopes: Vec<Slopes>,
+}
+
+impl Predicted {
+    /// Least sum of squares and priors that a refit leaves of a difference.
+    fn left(&self, rival: &Rival, difference: &[f64]) -> Option<f64> {
+        let (n, before) = (self.point.free.len(), rival.free.len());
+        let mut normal = Normal::new(n);
+        normal.add(&self.slopes.iter().collect::<Vec<_>>(), 0, difference);
+        let mut known = normal.square;
+        let mut shared = known.view_mut((0, 0), (before, before));
+        shared += &rival.known;
+        for (k, weight) in weights(&self.point).enumerate().skip(before) {
+            known[(k, k)] += weight;
+        }
+        let step = solve(&known, &normal.slope)?;
+        Some(difference.iter().map(|d| d * d).sum::<f64>() - normal.slope.dot(&step))
+    }
+}
+
+/// Normal equations.
+struct Normal {
+    square: DMatrix<f64>,
+    slope: DVector<f64>,
+}
+
+impl Normal {
+    fn new(n: usize) -> Self {
+        Self { square: DMatrix::zeros(n, n), slope: DVector::zeros(n) }
+    }
+
+    /// Adds AᵀA and Aᵀr of one log.
+    fn add(&mut self, slopes: &[&Slopes], log: usize, residual: &[f64]) {
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
+        let seen: Vec<(usize, &[f64])> =
+            slopes.iter().enumerate().filter_map(|(k, s)| s[log].as_deref().map(|c| (k, c))).collect();
+        for (i, (k, a)) in seen.iter().enumerate() {
+            self.slope[*k] += dot(a, residual);
+            for (l, b) in &seen[..=i] {
+                let product = dot(a, b);
+                self.square[(*k, *l)] += product;
+                if k != l {
+                    self.square[(*l, *k)] += product;
+                }
             }
         }
     }
