@@ -135,14 +135,21 @@ impl<'a> Cell<'a> {
         Some(cell)
     }
 
-    /// A log of a kind to take as the pattern of a new one.
-    pub fn pattern(&self, kind: LogKind) -> Option<&'a Log> {
+    fn pattern(&self, kind: LogKind) -> Option<&'a Log> {
         self.logs.iter().find(|l| l.kind == kind)
     }
 
     /// Any log: of the same kind, if there is one.
     pub fn like(&self, kind: LogKind) -> &'a Log {
         self.pattern(kind).unwrap_or(&self.logs[0])
+    }
+
+    /// Sampling period to expect in a log of a kind, s: that of the logs of that kind, or of any.
+    pub fn period(&self, kind: LogKind) -> Option<f64> {
+        match self.pattern(kind) {
+            Some(log) => log.period,
+            None => self.logs.iter().find_map(|l| l.period),
+        }
     }
 
     /// Channels to expect in a log of a kind: those of the logs of that kind, or of all where there is none.

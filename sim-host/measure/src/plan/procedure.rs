@@ -94,6 +94,29 @@ pub(super) enum Procedure {
     Seam { of: usize, changed: Changed },
 }
 
+/// Procedures that are much alike.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Family {
+    Loads,
+    Poses,
+    Stops,
+    /// At several speeds.
+    Speeds,
+    LongWay,
+    Welds,
+}
+
+impl Family {
+    /// How many of them are looked at closely: those at rest cost next to nothing.
+    pub fn most(self) -> usize {
+        match self {
+            Self::Loads | Self::Poses => 16,
+            Self::Stops | Self::Speeds | Self::Welds => 2,
+            Self::LongWay => 1,
+        }
+    }
+}
+
 /// Everything worth trying for these joints, with what the laboratory has.
 pub(super) fn procedures(cell: &Cell<'_>, joints: &[usize], welds: &[usize]) -> Vec<Procedure> {
     let mut all = Vec::new();
@@ -147,6 +170,17 @@ impl Procedure {
         }
     }
 
+    pub fn family(&self) -> Family {
+        match self {
+            Self::Load { .. } => Family::Loads,
+            Self::Scan { .. } | Self::Rest { .. } => Family::Poses,
+            Self::Stop { .. } => Family::Stops,
+            Self::Move { takes, .. } if takes.len() > 1 => Family::Speeds,
+            Self::Move { .. } => Family::LongWay,
+            Self::Seam { .. } => Family::Welds,
+        }
+    }
+
     /// What it costs the laboratory, minutes of the cell: setting up and running.
     pub fn minutes(&self) -> f64 {
         match self {
@@ -154,7 +188,7 @@ impl Procedure {
             Self::Load { .. } => 15.0,
             Self::Scan { mass, .. } => 8.0 + if *mass > 0.0 { 10.0 } else { 0.0 },
             Self::Rest { .. } => 150.0,
-            Self::Stop { .. } => 6.0,
+            Self::Stop { .. } => 8.0,
             Self::Move { .. } => 5.0,
             Self::Seam { .. } => 60.0,
         }
@@ -349,6 +383,7 @@ impl Procedure {
                 steps.push(format!("Record all of it, with {DWELL} s of rest before, at {}: {record}.", rate_of(log)));
             }
             Self::Seam { .. } => {
+                let lasts = log.samples.time.last().copied().unwrap_or(WELD_LASTS);
                 if let Some(weld) = &log.weld {
                     let turning = log.samples.spindle.as_ref().and_then(|s| s.first()).copied().unwrap_or(0.0);
                     let point = |p: &Vector3<f64>| format!("({:.3}, {:.3}, {:.3}) m", p.x, p.y, p.z);
@@ -368,7 +403,7 @@ impl Procedure {
                         if turning < 0.0 { "negative about the tool's z axis" } else { "positive about the tool's z axis" },
                     ));
                 }
-                steps.push(format!("Record at {}, {WELD_LASTS:.0} s at least: {record}.", rate_of(log)));
+                steps.push(format!("Record at {}, the first {lasts:.0} s at least: {record}.", rate_of(log)));
             }
         }
         steps
@@ -441,7 +476,7 @@ fn in_motion(
     angle: impl Fn(f64) -> JointVector<f64>,
 ) -> Option<Log> {
     let channels = cell.channels(kind);
-    let period = cell.pattern(kind).and_then(|l| l.period).unwrap_or(usual);
+    let period = cell.period(kind).unwrap_or(usual);
     let n = (lasts / period) as usize + 1;
     let time: Vec<f64> = (0..n).map(|k| k as f64 * period).collect();
     let encoder: Vec<JointVector<f64>> = time.iter().map(|t| angle(*t)).collect();
@@ -479,7 +514,7 @@ fn weld(cell: &Cell<'_>, pattern: &Log, process: Option<&Process>, changed: Chan
         }
     }
     let seam = Seam::of(&weld);
-    let period = cell.pattern(LogKind::Weld).and_then(|l| l.period).unwrap_or(WELD_PERIOD);
+    let period = cell.period(LogKind::Weld).unwrap_or(WELD_PERIOD);
     let lasts = (weld.force_ramp + (seam.length / weld.feed)).min(WELD_LASTS);
     let n = (lasts / period) as usize + 1;
     let none = Ports::default();
@@ -587,7 +622,7 @@ fn recorded(cell: &Cell<'_>, kind: LogKind) -> String {
     if channels.link_encoder.contains(&true) {
         parts.push("link-side encoders");
     }
-    if channels.motor_torque.contains(&true) {
+    if channels.motor_torque.contains(&true) && kind == LogKind::FreeMotion {
         parts.push("motor torques");
     }
     match (channels.position, channels.rotation) {
