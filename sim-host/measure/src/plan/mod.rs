@@ -8,6 +8,7 @@
 mod cell;
 mod procedure;
 mod separation;
+mod words;
 
 use crate::calibrate::is_calibration;
 use crate::fit::Bench;
