@@ -5,6 +5,7 @@ pub mod calibrate;
 pub mod campaign;
 pub mod compare;
 pub mod diagnose;
+pub mod evidence;
 pub mod fit;
 pub mod localize;
 pub mod log;

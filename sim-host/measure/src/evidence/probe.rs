@@ -1,0 +1,117 @@
+//! What residuals are projected on: a constant at a port of the plant, a value of the effect itself, or one column.
+
+use super::Ground;
+use crate::fit::{Free, Of, Slopes, slopes, unit};
+use crate::predict::Quantity;
+use trueweld_plant::effects::own::{Definition, OwnParameter, OwnRole, PORTS};
+use trueweld_plant::effects::{At, Effect, Kind};
+
+/// A quantity that the data can be asked for.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Probe {
+    /// A constant at a port of the plant, by the port's name in model files.
+    Port {
+        port: &'static str,
+        at: At,
+        /// −1 where the quantity shown is that much less.
+        sign: f64,
+        y_name: String,
+    },
+    /// The effect's own parameter of that index: which value the data ask for.
+    Own { parameter: usize, y_name: String },
+    /// Nothing but what one channel reads more than is predicted.
+    Column { quantity: Quantity, component: u8, y_name: String },
+}
+
+/// Size at which the slope by a constant is taken, by unit: small against what any plant does, large against rounding.
+fn step(unit: &str) -> f64 {
+    match unit {
+        "rad" => 5e-5,
+        "m" => 1e-4,
+        _ => 50.0,
+    }
+}
+
+/// A constant at a port, as an effect of the user's own.
+fn constant(port: &'static str) -> Option<&'static Kind> {
+    let port = PORTS.iter().find(|p| p.name == port)?;
+    let size = step(port.unit);
+    let parameter = OwnParameter {
+        name: "constant".to_owned(),
+        unit: port.unit.to_owned(),
+        meaning: port.meaning.to_owned(),
+        role: OwnRole::Size(size),
+        low: -1e3 * size,
+        high: 1e3 * size,
+    };
+    let definition = Definition {
+        id: format!("constant {}", port.name),
+        port,
+        expression: "constant".to_owned(),
+        shows: port.meaning.to_owned(),
+        parameters: vec![parameter],
+    };
+    definition.kind(&[0.0]).ok()
+}
+
+impl Probe {
+    /// Slopes of all residuals by the quantity, in its unit; `None` where no log shows it.
+    pub fn slopes(&self, ground: &Ground<'_>) -> Option<Slopes> {
+        let point = &ground.found.point;
+        let (mut slopes, size): (Slopes, f64) = match self {
+            Self::Port { port, at, .. } => {
+                let kind = constant(port)?;
+                let mut point = point.clone();
+                let of = Of::All(point.all.len());
+                point.all.push(Effect { kind, at: *at, values: vec![0.0] });
+                let free = Free { of, parameter: 0, expected: f64::INFINITY };
+                let size = unit(&kind.parameters[0], 0.0);
+                (slopes(ground.bench, &point, &[free], &ground.found.at, 1.0).pop()?, size)
+            }
+            Self::Own { parameter, .. } => {
+                let is = |f: &Free| f.of == ground.of && f.parameter == *parameter;
+                let k = point.free.iter().position(is)?;
+                let value = point.value(&point.free[k]);
+                (ground.found.slopes.get(k)?.clone(), unit(point.parameter(&point.free[k]), value))
+            }
+            Self::Column { quantity, component, .. } => {
+                let of_column = |e: &crate::predict::Experiment| {
+                    let has = |c: &&crate::predict::Compared| c.quantity == *quantity && c.component == *component;
+                    e.compared.iter().any(|c| has(&c)).then(|| {
+                        e.compared.iter().map(|c| if has(&c) { -1.0 / c.deviation } else { 0.0 }).collect()
+                    })
+                };
+                (ground.bench.experiments.iter().map(of_column).collect(), 1.0)
+            }
+        };
+        slopes.iter_mut().flatten().flatten().for_each(|s| *s /= size);
+        let seen: f64 = slopes.iter().flatten().flatten().map(|s| s * s).sum();
+        (seen.is_finite() && seen > 0.0).then_some(slopes)
+    }
+
+    /// The value of the effect that is asked for, as it was fitted.
+    pub fn value(&self, ground: &Ground<'_>) -> Option<f64> {
+        let Self::Own { parameter, .. } = self else { return None };
+        ground.found.point.effect(ground.of).values.get(*parameter).copied()
+    }
+
+    pub fn sign(&self) -> f64 {
+        if let Self::Port { sign, .. } = self { *sign } else { 1.0 }
+    }
+
+    pub fn y_name(&self) -> &str {
+        match self {
+            Self::Port { y_name, .. } | Self::Own { y_name, .. } | Self::Column { y_name, .. } => y_name,
+        }
+    }
+
+    pub fn y_unit(&self, ground: &Ground<'_>) -> &'static str {
+        match self {
+            Self::Port { port, .. } => PORTS.iter().find(|p| p.name == *port).map_or("", |p| p.unit),
+            Self::Own { parameter, .. } => {
+                ground.found.point.effect(ground.of).kind.parameters.get(*parameter).map_or("", |p| p.unit)
+            }
+            Self::Column { quantity, .. } => quantity.unit(),
+        }
+    }
+}

@@ -1,0 +1,1 @@
+pub struct Case; pub fn explain(_: &Case) -> String { String::new() }
