@@ -15,7 +15,10 @@ const POINTS: usize = 24;
 const FINER: usize = 3;
 
 /// Points of a loop or a trace, which turns round often.
-const STEPS: usize = 60;
+const STEPS: usize = 100;
+
+/// Points of a curve that lie nearer each other than this, as a share of its range, become one.
+const NEAR: f64 = 0.005;
 
 /// Longest stretch of a swinging log that is shown as it was, s.
 const WINDOW: f64 = 0.4;
@@ -74,12 +77,18 @@ pub(super) fn rows(ground: &Ground<'_>, probe: &Probe, slopes: &Slopes, axis: &N
     rows
 }
 
-/// Keeps the log in which the effect does most.
+/// Keeps the log with the largest loop: ∮ y dx of the effect, whose sense of turning is always the same.
 fn largest_loop(rows: &mut Vec<Row>) {
-    let Some(logs) = rows.iter().map(|r| r.log + 1).max() else { return };
-    let mut done = vec![0.0; logs];
-    rows.iter().for_each(|r| done[r.log] += r.given * r.given / r.weight);
-    let most = (0..logs).max_by(|a, b| done[*a].total_cmp(&done[*b]));
+    let mut areas: Vec<(usize, f64)> = Vec::new();
+    for pair in rows.windows(2).filter(|pair| pair[0].log == pair[1].log) {
+        let y = |r: &Row| r.given / r.weight;
+        let area = 0.5 * (y(&pair[0]) + y(&pair[1])) * (pair[1].x - pair[0].x);
+        match areas.last_mut() {
+            Some((log, sum)) if *log == pair[0].log => *sum += area,
+            _ => areas.push((pair[0].log, area)),
+        }
+    }
+    let most = areas.into_iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())).map(|a| a.0);
     rows.retain(|r| Some(r.log) == most);
 }
 
@@ -110,7 +119,21 @@ fn bins(rows: &[Row], shape: Shape, count: usize) -> Vec<Range<usize>> {
         }
         of_last = bin;
     }
+    if shape == Shape::Curve {
+        bins = bins.into_iter().fold(Vec::new(), |mut apart: Vec<Range<usize>>, bin| {
+            match apart.last_mut() {
+                Some(last) if middle(&rows[bin.clone()]) - middle(&rows[last.clone()]) < NEAR * wide => last.end = bin.end,
+                _ => apart.push(bin),
+            }
+            apart
+        });
+    }
     bins
+}
+
+/// Weighted mean of the variable.
+fn middle(rows: &[Row]) -> f64 {
+    rows.iter().map(|r| r.weight * r.x).sum::<f64>() / rows.iter().map(|r| r.weight).sum::<f64>()
 }
 
 fn steps(shape: Shape) -> usize {
@@ -134,9 +157,8 @@ pub(super) fn points(rows: &[Row], shape: Shape, sign: f64) -> Option<(Vec<Curve
     let mut fitted: Vec<[f64; 2]> = bins(rows, shape, if shape == Shape::Curve { FINER * count } else { count })
         .into_iter()
         .map(|range| {
-            let CurvePoint { x, .. } = point(&rows[range.clone()], sign);
             let sum = |f: fn(&Row) -> f64| rows[range.clone()].iter().map(f).sum::<f64>();
-            [x, sign * sum(|r| r.given) / sum(|r| r.weight)]
+            [middle(&rows[range.clone()]), sign * sum(|r| r.given) / sum(|r| r.weight)]
         })
         .collect();
     points.retain(|p| p.x.is_finite() && p.y.is_finite() && p.error.is_finite());
@@ -170,15 +192,11 @@ fn point(rows: &[Row], sign: f64) -> CurvePoint {
     } else {
         0.0
     };
-    CurvePoint { x: sum_of_x(rows) / weight, y: sign * y, error: white.max(between).sqrt() }
+    CurvePoint { x: middle(rows), y: sign * y, error: white.max(between).sqrt() }
 }
 
 /// Rows that belong to one pass are no further apart: the slowest log is compared at every fiftieth row or so.
 const GAP: usize = 60;
-
-fn sum_of_x(rows: &[Row]) -> f64 {
-    rows.iter().map(|r| r.weight * r.x).sum()
-}
 
 /// Mean amplitudes of the force at the orders of the spindle, along the axis of the tool where they are largest.
 pub(super) fn orders(ground: &Ground<'_>) -> Option<Evidence> {

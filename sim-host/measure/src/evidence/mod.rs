@@ -21,7 +21,7 @@ mod words;
 
 pub use words::{Case, explain};
 
-use crate::fit::{Bench, Fitted, Of, Point, Residuals, residuals};
+use crate::fit::{Bench, Fitted, Of, Point, Residuals, Slopes, residuals};
 use crate::localize::CurvePoint;
 use crate::log::Log;
 use curve::Row;
@@ -102,8 +102,9 @@ fn draw(ground: &Ground<'_>, view: &View) -> Option<Evidence> {
         return curve::orders(ground);
     }
     let mut best: Option<(f64, &Probe, axis::Named, Vec<Row>)> = None;
-    for probe in &view.probes {
-        let Some(slopes) = probe.slopes(ground) else { continue };
+    let slopes: Vec<Option<Slopes>> = view.probes.iter().map(|probe| probe.slopes(ground)).collect();
+    for (k, probe) in view.probes.iter().enumerate() {
+        let Some(slopes) = probe::apart(ground, &slopes, k) else { continue };
         for axis in &view.axes {
             let Some(named) = axis.named(ground) else { continue };
             let mut rows = curve::rows(ground, probe, &slopes, &named, view.shape);

@@ -2,17 +2,20 @@
 
 use super::Ground;
 use crate::fit::{Free, Of, Slopes, slopes, unit};
-use crate::predict::Quantity;
+use crate::predict::{Compared, Experiment, Quantity};
 use trueweld_plant::effects::own::{Definition, OwnParameter, OwnRole, PORTS};
 use trueweld_plant::effects::{At, Effect, Kind};
 
 /// A quantity that the data can be asked for.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Probe {
-    /// A constant at a port of the plant, by the port's name in model files.
+    /// A constant at ports of the plant, by the ports' names in model files.
     Port {
-        port: &'static str,
+        /// Each port with what the constant is multiplied by there, an expression over the port's variables.
+        terms: Vec<(&'static str, &'static str)>,
         at: At,
+        /// Unit of the constant.
+        unit: &'static str,
         /// −1 where the quantity shown is that much less.
         sign: f64,
         y_name: String,
@@ -28,17 +31,18 @@ fn step(unit: &str) -> f64 {
     match unit {
         "rad" => 5e-5,
         "m" => 1e-4,
+        "1" => 1e-2,
         _ => 50.0,
     }
 }
 
 /// A constant at a port, as an effect of the user's own.
-fn constant(port: &'static str) -> Option<&'static Kind> {
+fn constant(port: &'static str, times: &str, unit: &str) -> Option<&'static Kind> {
     let port = PORTS.iter().find(|p| p.name == port)?;
-    let size = step(port.unit);
+    let size = step(unit);
     let parameter = OwnParameter {
         name: "constant".to_owned(),
-        unit: port.unit.to_owned(),
+        unit: unit.to_owned(),
         meaning: port.meaning.to_owned(),
         role: OwnRole::Size(size),
         low: -1e3 * size,
@@ -47,11 +51,55 @@ fn constant(port: &'static str) -> Option<&'static Kind> {
     let definition = Definition {
         id: format!("constant {}", port.name),
         port,
-        expression: "constant".to_owned(),
+        expression: format!("constant * {times}"),
         shows: port.meaning.to_owned(),
         parameters: vec![parameter],
     };
     definition.kind(&[0.0]).ok()
+}
+
+fn added(a: Option<Vec<f64>>, b: Option<Vec<f64>>) -> Option<Vec<f64>> {
+    match (a, b) {
+        (Some(mut a), Some(b)) => {
+            a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
+            Some(a)
+        }
+        (a, b) => a.or(b),
+    }
+}
+
+/// Slopes by one of several quantities, cleared row by row of what the others could do as well: what one component of a force
+/// does to the tool, another does too.
+pub(super) fn apart(ground: &Ground<'_>, all: &[Option<Slopes>], which: usize) -> Option<Slopes> {
+    let mut own = all[which].clone()?;
+    let others: Vec<&Slopes> = all.iter().enumerate().filter(|(k, _)| *k != which).filter_map(|(_, s)| s.as_ref()).collect();
+    for (log, experiment) in ground.bench.experiments.iter().enumerate() {
+        let Some(own) = own[log].as_mut() else { continue };
+        let rows = 1 + experiment.compared.iter().map(|c| c.row).max().unwrap_or(0);
+        let mut done: Vec<Vec<f64>> = Vec::new();
+        for other in others.iter().filter_map(|s| s[log].as_ref()) {
+            let mut other = other.clone();
+            done.iter().for_each(|d| clear(&mut other, d, experiment, rows));
+            clear(own, &other, experiment, rows);
+            done.push(other);
+        }
+    }
+    Some(own)
+}
+
+/// Takes out of `s`, row by row, its part along `of`.
+fn clear(s: &mut [f64], of: &[f64], experiment: &Experiment, rows: usize) {
+    let mut sums = vec![[0.0; 2]; rows];
+    for (k, c) in experiment.compared.iter().enumerate() {
+        sums[c.row][0] += s[k] * of[k];
+        sums[c.row][1] += of[k] * of[k];
+    }
+    for (k, c) in experiment.compared.iter().enumerate() {
+        let [product, square] = sums[c.row];
+        if square > 0.0 {
+            s[k] -= of[k] * product / square;
+        }
+    }
 }
 
 impl Probe {
@@ -59,14 +107,21 @@ impl Probe {
     pub fn slopes(&self, ground: &Ground<'_>) -> Option<Slopes> {
         let point = &ground.found.point;
         let (mut slopes, size): (Slopes, f64) = match self {
-            Self::Port { port, at, .. } => {
-                let kind = constant(port)?;
-                let mut point = point.clone();
-                let of = Of::All(point.all.len());
-                point.all.push(Effect { kind, at: *at, values: vec![0.0] });
-                let free = Free { of, parameter: 0, expected: f64::INFINITY };
-                let size = unit(&kind.parameters[0], 0.0);
-                (slopes(ground.bench, &point, &[free], &ground.found.at, 1.0).pop()?, size)
+            Self::Port { terms, at, unit: of, .. } => {
+                let mut sum: Option<Slopes> = None;
+                for (port, times) in terms {
+                    let kind = constant(port, times, of)?;
+                    let mut point = point.clone();
+                    let of = Of::All(point.all.len());
+                    point.all.push(Effect { kind, at: *at, values: vec![0.0] });
+                    let free = Free { of, parameter: 0, expected: f64::INFINITY };
+                    let new = slopes(ground.bench, &point, &[free], &ground.found.at, 1.0).pop()?;
+                    sum = Some(match sum {
+                        Some(sum) => sum.into_iter().zip(new).map(|(a, b)| added(a, b)).collect(),
+                        None => new,
+                    });
+                }
+                (sum?, step(of))
             }
             Self::Own { parameter, .. } => {
                 let is = |f: &Free| f.of == ground.of && f.parameter == *parameter;
@@ -75,8 +130,8 @@ impl Probe {
                 (ground.found.slopes.get(k)?.clone(), unit(point.parameter(&point.free[k]), value))
             }
             Self::Column { quantity, component, .. } => {
-                let of_column = |e: &crate::predict::Experiment| {
-                    let has = |c: &&crate::predict::Compared| c.quantity == *quantity && c.component == *component;
+                let of_column = |e: &Experiment| {
+                    let has = |c: &&Compared| c.quantity == *quantity && c.component == *component;
                     e.compared.iter().any(|c| has(&c)).then(|| {
                         e.compared.iter().map(|c| if has(&c) { -1.0 / c.deviation } else { 0.0 }).collect()
                     })
@@ -107,7 +162,7 @@ impl Probe {
 
     pub fn y_unit(&self, ground: &Ground<'_>) -> &'static str {
         match self {
-            Self::Port { port, .. } => PORTS.iter().find(|p| p.name == *port).map_or("", |p| p.unit),
+            Self::Port { unit, .. } => unit,
             Self::Own { parameter, .. } => {
                 ground.found.point.effect(ground.of).kind.parameters.get(*parameter).map_or("", |p| p.unit)
             }

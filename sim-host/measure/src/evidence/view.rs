@@ -9,6 +9,7 @@ use crate::localize::joint_name;
 use crate::log::LogKind;
 use crate::predict::Quantity;
 use trueweld_core::JOINTS;
+use trueweld_plant::effects::own::PORTS;
 use trueweld_plant::effects::{Action, At, Effect, Role};
 use trueweld_plant::robot::Channel;
 
@@ -51,25 +52,20 @@ impl View {
     pub fn of(effect: &Effect, ground: &Ground<'_>) -> Self {
         let j = if let At::Joint(j) = effect.at { j } else { 0 };
         let name = ground.logs.first().map_or(String::new(), |log| joint_name(log, j));
-        let joint = |port, sign, what: &str| {
-            vec![Probe::Port { port, at: At::Joint(j), sign, y_name: what.replace("{}", &name) }]
-        };
+        let joint = |port, sign, what: &str| vec![at_port(port, effect.at, sign, what.replace("{}", &name))];
         let cell = |ports: &[&'static str], what: &str| -> Vec<Probe> {
-            ports
-                .iter()
-                .map(|port| {
-                    let y_name = format!("{what}{}", port.rsplit_once('-').map_or("", |(_, axis)| axis));
-                    Probe::Port { port, at: At::Cell, sign: 1.0, y_name }
-                })
-                .collect()
+            let axis = |port: &'static str| port.rsplit_once('-').map_or("", |(_, axis)| axis);
+            ports.iter().map(|port| at_port(port, At::Cell, 1.0, format!("{what}{}", axis(port)))).collect()
         };
         let own = |what: &str| vec![Probe::Own { parameter: 0, y_name: what.replace("{}", &name) }];
-        let process = ["process-force-z", "process-force-x", "process-force-y"];
+        let process = ["process-force-x", "process-force-y", "process-force-z"];
         let along = "more process force along ";
-        let height = || {
-            let y_name = "height of the plate's surface towards the tool".to_owned();
-            vec![Probe::Port { port: "surface-height", at: At::Cell, sign: 1.0, y_name }]
+        let scaled = || {
+            let terms = process.into_iter().zip(["fx", "fy", "fz"]).collect();
+            let y_name = "relative change of the process forces".to_owned();
+            vec![Probe::Port { terms, at: At::Cell, sign: 1.0, y_name, unit: "1" }]
         };
+        let height = || vec![at_port("surface-height", At::Cell, 1.0, "height of the surface towards the tool".to_owned())];
         let more_twist = "twist of {} beyond the linear spring's";
         let wave = || {
             let order = effect.kind.parameters.iter().position(|p| p.role == Role::Order);
@@ -102,22 +98,15 @@ impl View {
             "joint-friction" | "stribeck" | "asymmetric-friction" => {
                 curve(joint("motor-friction", 1.0, "more friction torque of {}"), vec![Axis::Rate(j)])
             }
-            "counterbalance-loss" => curve(
-                vec![Probe::Port {
-                    port: "link-torque",
-                    at: At::Joint(1),
-                    sign: 1.0,
-                    y_name: match ground.logs.first() {
-                        Some(log) => format!("more torque on the link of {}", joint_name(log, 1)),
-                        None => String::new(),
-                    },
-                }],
-                vec![Axis::Angle(1)],
-            ),
-            "payload-error" => curve(own("mass that the tool has more"), (0..JOINTS).map(Axis::Angle).collect()),
-            "bearing-tilt" => curve(own("compliance of {}'s bearing to tilt"), vec![Axis::Load, Axis::Angle(j)]),
+            "counterbalance-loss" => {
+                let a2 = ground.logs.first().map_or(String::new(), |log| joint_name(log, 1));
+                let probe = at_port("link-torque", At::Joint(1), 1.0, format!("more torque on the link of {a2}"));
+                curve(vec![probe], vec![Axis::Angle(1)])
+            }
+            "payload-error" => curve(own("mass that the tool has more"), vec![Axis::Angle(4)]),
+            "bearing-tilt" => curve(own("compliance of {}'s bearing to tilt"), vec![Axis::Load]),
             "base-compliance" => {
-                curve(own("compliance of the base to tilt"), vec![Axis::Load, Axis::Tool(0), Axis::Tool(1), Axis::Tool(2)])
+                curve(own("compliance of the base to tilt"), vec![Axis::Load])
             }
             "tracker-registration" => curve(
                 cell(&["tracker-x", "tracker-y", "tracker-z"], "what the tracker reads more along "),
@@ -137,17 +126,17 @@ impl View {
             "channel-delay" => {
                 let axes = match effect.at {
                     At::Channel(Channel::Tracker) => vec![Axis::ToolSpeed],
-                    At::Channel(Channel::Wrench) => vec![Axis::Time, Axis::Path],
-                    _ => (0..JOINTS).map(Axis::Rate).collect(),
+                    At::Channel(Channel::Wrench) => vec![Axis::Time],
+                    _ => vec![Axis::Rate(0)],
                 };
                 curve(own("lag of the instrument"), axes)
             }
-            "process-stiffness-error" => curve(cell(&process[..1], along), vec![Axis::AxialForce]),
-            "drag-error" => curve(cell(&process[1..2], along), vec![Axis::AxialForce, Axis::Feed]),
-            "feed-power-law" => curve(cell(&process[1..2], along), vec![Axis::Feed]),
-            "advancing-side" => curve(cell(&process[2..], along), vec![Axis::AxialForce]),
-            "thermal-softening" => curve(cell(&process, along), vec![Axis::Time]),
-            "material-step" => curve(cell(&process, along), vec![Axis::Path]),
+            "process-stiffness-error" => curve(cell(&process[2..], along), vec![Axis::AxialForce]),
+            "drag-error" => curve(cell(&process[..1], along), vec![Axis::AxialForce, Axis::Feed]),
+            "feed-power-law" => curve(cell(&process[..1], along), vec![Axis::Feed]),
+            "advancing-side" => curve(cell(&process[1..2], along), vec![Axis::AxialForce]),
+            "thermal-softening" => curve(scaled(), vec![Axis::Time]),
+            "material-step" => curve(scaled(), vec![Axis::Path]),
             "plate-waviness" => curve(height(), vec![Axis::Path]),
             "fixture-compliance" => curve(height(), vec![Axis::AxialForce]),
             "spindle-harmonic" => Self { probes: Vec::new(), axes: Vec::new(), shape: Shape::Orders },
@@ -158,8 +147,7 @@ impl View {
                         At::Joint(_) => format!("{} ({name})", port.meaning),
                         _ => port.meaning.to_owned(),
                     };
-                    let probe = Probe::Port { port: port.name, at: effect.at, sign: 1.0, y_name };
-                    curve(vec![probe], every_axis())
+                    curve(vec![at_port(port.name, effect.at, 1.0, y_name)], every_axis())
                 }
                 _ => Self::fallback(effect, ground),
             },
@@ -180,6 +168,12 @@ impl View {
             None => Self { probes, axes: every_axis(), shape: Shape::Curve },
         }
     }
+}
+
+/// A constant at one port.
+fn at_port(port: &'static str, at: At, sign: f64, y_name: String) -> Probe {
+    let unit = PORTS.iter().find(|p| p.name == port).map_or("", |p| p.unit);
+    Probe::Port { terms: vec![(port, "1")], at, sign, y_name, unit }
 }
 
 fn every_axis() -> Vec<Axis> {
