@@ -69,15 +69,35 @@ pub(crate) fn places(kind: &Kind) -> Vec<At> {
     }
 }
 
-/// The calibrations that these logs can show anything of, all at nothing.
-pub fn calibrations(bench: &Bench) -> Point {
+/// Effects with values of their own in every log of a bench, all free.
+pub fn afresh(bench: &Bench, effects: &[Effect]) -> Point {
     let mut point = Point::empty(bench.experiments.len());
+    for effect in effects {
+        let expected = match expected(effect.kind.id) {
+            none if none.is_empty() => vec![f64::INFINITY; effect.values.len()],
+            expected => expected,
+        };
+        for (log, experiment) in bench.experiments.iter().enumerate() {
+            if experiment.concerns(effect) {
+                point.add_to_log(log, effect.clone(), &expected);
+            }
+        }
+    }
+    point
+}
+
+/// The calibrations that these logs can show anything of, all at nothing, after what is fitted afresh in each log anyway.
+pub fn calibrations(bench: &Bench) -> Point {
+    let mut point = afresh(bench, &bench.afresh);
     let moving = bench.experiments.iter().any(|e| matches!(e.kind, LogKind::RingDown | LogKind::FreeMotion));
     // Those in proportion to which the residuals are come first: their slopes are taken once.
     for c in CALIBRATIONS.iter().filter(|c| c.each_log).chain(CALIBRATIONS.iter().filter(|c| !c.each_log)) {
         let kind = kind(c.id);
         for at in places(kind) {
             if c.each_log {
+                if bench.afresh.iter().any(|e| (e.kind.id, e.at) == (c.id, at)) {
+                    continue;
+                }
                 for log in 0..bench.experiments.len() {
                     if shows(bench, log, c.id, at) {
                         point.add_to_log(log, nothing(kind, at), c.expected);

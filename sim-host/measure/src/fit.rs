@@ -9,7 +9,8 @@ use crate::predict::{Experiment, Model, Motion, PredictError, Prediction};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use rayon::prelude::*;
 use std::sync::Arc;
-use trueweld_plant::effects::{Effect, Parameter, Role};
+use trueweld_plant::effects::{Action, Effect, Parameter, Role};
+use trueweld_plant::input::{ModelEffect, ModelFile, Scope};
 
 /// Blocks in time that can be left out.
 pub const BLOCKS: usize = 10;
@@ -21,8 +22,40 @@ pub struct Bench {
     pub model: Model,
     /// Effects the model has, that are not fitted here.
     pub known: Vec<Effect>,
+    /// Effects the model has whose values every log has of its own, fitted afresh.
+    pub afresh: Vec<Effect>,
+    /// Effects of the user's own that are hypotheses, beside the library's.
+    pub own: Vec<Effect>,
     /// The logs.
     pub experiments: Vec<Experiment>,
+}
+
+impl Bench {
+    /// Makes ready what a model file and experiments say: an effect with values of its own in every log is fitted afresh,
+    /// and an effect of the user's own whose sizes all stand where there is no effect is a hypothesis.
+    pub fn new(file: &ModelFile, experiments: Vec<Experiment>) -> Self {
+        let model = Model { robot: file.robot.robot.clone(), process: file.process.clone() };
+        let mut bench = Self { model, known: Vec::new(), afresh: Vec::new(), own: Vec::new(), experiments };
+        for ModelEffect { effect, scope } in &file.effects {
+            let list = match scope {
+                Scope::Log => &mut bench.afresh,
+                Scope::Campaign if is_own_and_nothing(effect) => &mut bench.own,
+                Scope::Campaign => &mut bench.known,
+            };
+            list.push(effect.clone());
+        }
+        bench
+    }
+}
+
+/// True for an effect of the user's own that does nothing with its values.
+pub(crate) fn is_own_and_nothing(effect: &Effect) -> bool {
+    let nothing = |(p, v): (&Parameter, &f64)| match p.role {
+        Role::Size { neutral, .. } => *v == neutral,
+        _ => true,
+    };
+    matches!(effect.kind.action, Action::Expression(_))
+        && effect.kind.parameters.iter().zip(&effect.values).all(nothing)
 }
 
 /// Which effect a free value belongs to.
@@ -277,7 +310,7 @@ pub struct Linear {
 
 /// Ranges of each log's compared values by block: values of one quantity and component come in order of their rows.
 pub fn blocks_of(bench: &Bench) -> Vec<Vec<u8>> {
-    bench.experiments.iter().map(|e| blocks_of_log(e)).collect()
+    bench.experiments.iter().map(blocks_of_log).collect()
 }
 
 fn blocks_of_log(experiment: &Experiment) -> Vec<u8> {
@@ -404,6 +437,15 @@ impl Linear {
         Some(Step { step: full, only: only.to_vec(), scale, factor })
     }
 
+    /// Factor of the normal equations over all blocks, priors with them.
+    pub(crate) fn factor(&self) -> Option<Cholesky<f64, Dyn>> {
+        let (mut square, _) = self.without(None);
+        for k in 0..square.nrows() {
+            square[(k, k)] = square[(k, k)] * (1.0 + 1e-10) + 1e-12;
+        }
+        square.cholesky()
+    }
+
     /// The least cost with only `kept` values free and all others at nothing, and the step that leads there.
     pub fn with_only(&self, kept: &[usize]) -> Option<(f64, DVector<f64>)> {
         let (square, slope) = self.without(None);
@@ -488,7 +530,7 @@ fn runs(blocks: &[u8]) -> Vec<std::ops::Range<usize>> {
     runs
 }
 
-fn dot(a: &[f64], b: &[f64]) -> f64 {
+pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
     // Four sums, so that they can run side by side.
     let mut sums = [0.0; 4];
     let (fours, rest) = a.as_chunks::<4>();

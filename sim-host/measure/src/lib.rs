@@ -7,6 +7,7 @@ pub mod compare;
 pub mod diagnose;
 pub mod evidence;
 pub mod fit;
+pub mod improve;
 pub mod localize;
 pub mod log;
 pub mod noise;

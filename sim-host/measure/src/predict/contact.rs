@@ -111,7 +111,7 @@ impl Contact {
         let angle = spindle_angle(log).unwrap_or_else(|| (0..n).map(|k| process.spindle * k as f64 * period).collect());
         let turning = mean_abs(&spindle) / std::f64::consts::TAU;
         let band = BAND.min(SPINDLE_SHARE * turning).min(0.2 / period);
-        if !(band > 0.0) {
+        if band.is_nan() || band <= 0.0 {
             return Ok(None);
         }
         let low = LowPass::new(band, period);

@@ -70,12 +70,7 @@ impl Default for Standing {
 impl Standing {
     /// Gears that remember nothing.
     pub fn new() -> Self {
-        Self {
-            internal: [0.0; INTERNAL_STATES],
-            twist: None,
-            motor: JointVector::zeros(),
-            slack: JointVector::zeros(),
-        }
+        Self { internal: [0.0; INTERNAL_STATES], twist: None, motor: JointVector::zeros(), slack: JointVector::zeros() }
     }
 
     /// The same for loads known to within `slack`, N·m at each joint: a load that small does not take a link from where it was
@@ -185,7 +180,7 @@ fn root(at: &mut impl FnMut(f64) -> f64, guess: f64, slope: f64) -> f64 {
         }
         slope = (at_next - at_before) / (next - before);
         (before, at_before) = (next, at_next);
-        if !(slope > 0.0) {
+        if slope.is_nan() || slope <= 0.0 {
             break;
         }
     }

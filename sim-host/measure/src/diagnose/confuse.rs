@@ -1,0 +1,73 @@
+//! Which hypotheses these data cannot tell apart, whatever they say: what two effects do to the residuals, beyond what
+//! calibrations mend, compared.
+
+use super::screen::{Ground, Screened};
+use crate::fit::Slopes;
+use nalgebra::{DMatrix, DVector};
+use trueweld_plant::effects::{At, Kind};
+
+/// Two hypotheses that the data cannot tell apart, or only where they are large.
+#[derive(Debug, Clone)]
+pub struct Confusable {
+    /// One effect and its place.
+    pub first: (&'static Kind, At),
+    /// The other.
+    pub second: (&'static Kind, At),
+    /// Cosine between what the two do to the residuals beyond what calibrations mend: 1 where they do the same.
+    pub alike: f64,
+}
+
+impl Confusable {
+    /// How many times its detection limit an effect must be for the data to tell it from the other.
+    pub fn factor(&self) -> f64 {
+        (1.0 - self.alike * self.alike).max(1e-6).sqrt().recip()
+    }
+}
+
+/// Cosine from which on two hypotheses are reported: told apart from ten times the detection limit on.
+const ALIKE: f64 = 0.995;
+
+/// Pairs of hypotheses at their best shapes that do nearly the same, most alike first.
+pub(super) fn confusable(ground: &Ground<'_>, screened: &[Screened]) -> Vec<Confusable> {
+    let calibrations = &ground.null.slopes;
+    let Some(factor) = ground.null.linear.factor() else { return Vec::new() };
+    let dot = |a: &Slopes, b: &Slopes| -> f64 {
+        let pairs = a.iter().zip(b).filter_map(|(a, b)| Some((a.as_deref()?, b.as_deref()?)));
+        pairs.map(|(a, b)| crate::fit::dot(a, b)).sum()
+    };
+    // Every slope with its shadow on the calibrations.
+    let columns: Vec<(usize, &Slopes)> =
+        screened.iter().enumerate().flat_map(|(h, s)| s.slopes.iter().map(move |slope| (h, slope))).collect();
+    let shadows: Vec<(DVector<f64>, DVector<f64>)> = columns
+        .iter()
+        .map(|(_, slope)| {
+            let own = DVector::from_fn(calibrations.len(), |k, _| dot(&calibrations[k], slope));
+            let solved = factor.solve(&own);
+            (own, solved)
+        })
+        .collect();
+    let gram = DMatrix::from_fn(columns.len(), columns.len(), |i, j| {
+        if j > i { 0.0 } else { dot(columns[i].1, columns[j].1) - shadows[i].0.dot(&shadows[j].1) }
+    });
+    let gram = |i: usize, j: usize| if j > i { gram[(j, i)] } else { gram[(i, j)] };
+    let of = |h: usize| -> Vec<usize> { (0..columns.len()).filter(|c| columns[*c].0 == h).collect() };
+    let block = |a: &[usize], b: &[usize]| DMatrix::from_fn(a.len(), b.len(), |i, j| gram(a[i], b[j]));
+    let mut pairs = Vec::new();
+    for a in 0..screened.len() {
+        let Some(left) = block(&of(a), &of(a)).cholesky() else { continue };
+        for b in 0..a {
+            let Some(right) = block(&of(b), &of(b)).cholesky() else { continue };
+            // Canonical correlation: the largest singular value of L⁻¹ C R⁻ᵀ.
+            let cross = block(&of(a), &of(b));
+            let Some(half) = left.l().solve_lower_triangular(&cross) else { continue };
+            let Some(whitened) = right.l().solve_lower_triangular(&half.transpose()) else { continue };
+            let alike = whitened.singular_values().max().min(1.0);
+            if alike > ALIKE {
+                let place = |h: usize| (screened[h].effect.kind, screened[h].effect.at);
+                pairs.push(Confusable { first: place(b), second: place(a), alike });
+            }
+        }
+    }
+    pairs.sort_by(|a, b| b.alike.total_cmp(&a.alike));
+    pairs
+}

@@ -1,0 +1,310 @@
+//! Which physical effect is missing: every effect of the library, at every place, as a hypothesis.
+//!
+//! 1. The logs are fitted with calibrations alone ([`crate::calibrate`]).
+//! 2. Every hypothesis is screened: its slopes at that point, with all calibrations free beside it, say by how much the sum of
+//!    squares would fall, how small an effect would have been seen, and which hypotheses these data cannot tell apart.
+//! 3. The best are fitted in full, calibrations with them, and judged by blocks in time that were left out; then pairs.
+//! 4. What remains above the floor says whether the library explains the data at all.
+
+mod confuse;
+pub mod rules;
+mod screen;
+mod search;
+mod sparse;
+
+pub use confuse::Confusable;
+pub use rules::{Part, parts, score};
+pub(crate) use screen::Ground;
+pub(crate) use search::further;
+pub(crate) use sparse::sparse;
+
+use crate::calibrate::is_calibration;
+use crate::fit::{self, Bench, Fitted, Of, Point, Residuals};
+use crate::localize::{Finding, localize};
+use crate::log::{Log, LogKind};
+use crate::predict::PredictError;
+use rules::{above, at_floor, counts};
+use screen::screen;
+use search::{calibrated, fit_all, polish, second};
+use trueweld_plant::effects::{At, Effect, Kind};
+
+/// Longest weld among the logs, m, for what is looked for along it.
+pub(crate) fn longest_weld(logs: &[Log]) -> f64 {
+    let length = |log: &Log| log.weld.as_ref().map(|w| (w.end - w.start).norm());
+    logs.iter().filter(|l| l.kind == LogKind::Weld).filter_map(length).fold(0.5, f64::max)
+}
+
+/// What the data say.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Verdict {
+    /// Nothing is missing above the floor.
+    Adequate,
+    /// An effect of the library, or two, explain what was missing.
+    EffectFound,
+    /// Something is missing that none of the library's effects explains.
+    UnknownEffect,
+}
+
+impl Verdict {
+    /// Its name in results.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Adequate => "adequate",
+            Self::EffectFound => "effect-found",
+            Self::UnknownEffect => "unknown-effect",
+        }
+    }
+}
+
+/// An effect with fitted values.
+#[derive(Debug, Clone)]
+pub struct Found {
+    /// The effect.
+    pub effect: Effect,
+    /// Its log, where each has its own.
+    pub log: Option<usize>,
+    /// 95 % interval of each value.
+    pub interval: Vec<[f64; 2]>,
+}
+
+/// One explanation: an effect, or two that act together.
+#[derive(Debug, Clone)]
+pub struct Candidate {
+    /// Its effects.
+    pub effects: Vec<Found>,
+    /// Score on held-out blocks of the model as it was given.
+    pub held_out_before: f64,
+    /// Score on held-out blocks with the effects, calibrations refitted.
+    pub held_out_after: f64,
+    /// How likely this explanation is, given the data and the library.
+    pub probability: f64,
+    /// Share of what was above the floor that is still there.
+    pub left: f64,
+    /// Other explanations that these data do not tell from this one, by index.
+    pub indistinguishable: Vec<usize>,
+    /// The fit.
+    pub fitted: Fitted,
+}
+
+/// What a diagnosis found.
+#[derive(Debug, Clone)]
+pub struct Diagnosis {
+    /// What the data say.
+    pub verdict: Verdict,
+    /// Score of the model as it was given.
+    pub score_before: f64,
+    /// Residuals of the model as it was given.
+    pub before: Residuals,
+    /// The fit of calibrations alone.
+    pub null: Fitted,
+    /// Fits of the explanation: one effect, then two; none where none counts.
+    pub chosen: Vec<Fitted>,
+    /// Explanations, best first.
+    pub candidates: Vec<Candidate>,
+    /// What is a little off in the cell besides.
+    pub calibration: Vec<Found>,
+    /// The model with the best explanation and the calibrations that count.
+    pub improved: Fitted,
+    /// Smallest size of each effect that these data would have shown.
+    pub limits: Vec<Limit>,
+    /// Hypotheses that these data cannot tell apart, most alike first.
+    pub confusable: Vec<Confusable>,
+    /// What the residual of the improved model still goes with, where it is above the floor.
+    pub unexplained: Vec<Finding>,
+}
+
+/// Smallest size of one effect at one place that the data would have shown, beside all calibrations.
+#[derive(Debug, Clone)]
+pub struct Limit {
+    /// The effect.
+    pub kind: &'static Kind,
+    /// Where.
+    pub at: At,
+    /// Index of the parameter that is its size.
+    pub parameter: usize,
+    /// The value of the parameter at the limit.
+    pub value: f64,
+}
+
+/// What a diagnosis is at, for whoever waits.
+pub type Progress<'a> = &'a (dyn Fn(&str, f64) + Sync);
+
+/// Finds out which effect is missing. `logs`: those that the bench's experiments were made of.
+///
+/// # Errors
+/// [`PredictError`] where the model as given cannot be driven through the logs.
+pub fn diagnose(bench: &Bench, logs: &[Log], progress: Progress<'_>) -> Result<Diagnosis, PredictError> {
+    let blocks = fit::blocks_of(bench);
+    progress("comparing", 0.0);
+    let before = fit::residuals(bench, &Point::empty(bench.experiments.len()))?;
+    progress("calibrating", 0.02);
+    let null = calibrated(bench, &blocks)?;
+    progress("screening every effect", 0.15);
+    let ground = Ground { bench, blocks: &blocks, null: &null, length: longest_weld(logs) };
+    let screened = screen(&ground);
+    progress("fitting the likeliest", 0.45);
+    let mut singles = fit_all(&ground, screened.iter().take(rules::FITTED));
+    if let Some(best) = singles.first_mut() {
+        polish(bench, &blocks, best);
+    }
+    singles.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+
+    let limits = screened.iter().map(|s| s.limit.clone()).collect();
+    let confusable = confuse::confusable(&ground, &screened);
+    let excess = above(&null.at).max(1.0);
+    let mut chosen: Vec<Fitted> = Vec::new();
+    if let Some(best) = singles.first().filter(|best| counts(bench, &null, best)) {
+        chosen.push(best.clone());
+        let left = above(&best.at) / excess;
+        if left > rules::LEFT || !at_floor(bench, &best.at) {
+            progress("looking for a second effect", 0.65);
+            if let Some(pair) = second(&ground, best, &singles) {
+                chosen.push(pair);
+            }
+        }
+    }
+    progress("weighing the evidence", 0.92);
+    let unexplained = |at: &Residuals| localize(&bench.experiments, at, logs);
+    Ok(Diagnosis { limits, confusable, ..conclude(bench, &blocks, before, &null, singles, chosen, &unexplained) })
+}
+
+/// The effects of a fit that are no calibrations.
+fn effects_of(fitted: &Fitted) -> Vec<usize> {
+    (0..fitted.point.all.len()).filter(|i| !is_calibration(fitted.point.all[*i].kind)).collect()
+}
+
+/// Fitted effects with their intervals.
+pub(crate) fn found(fitted: &Fitted, wanted: impl Fn(Of) -> bool) -> Vec<Found> {
+    let inflation = (fit::chi_square(&fitted.at) / fit::count(&fitted.at).max(1) as f64).max(1.0) * rules::CORRELATED;
+    let deviations = fitted.linear.solve(None, 0.0, None).map(|s| s.deviations());
+    let mut all: Vec<Found> = Vec::new();
+    let mut seen: Vec<Of> = Vec::new();
+    for (k, free) in fitted.point.free.iter().enumerate() {
+        if !wanted(free.of) {
+            continue;
+        }
+        let index = seen.iter().position(|of| *of == free.of).unwrap_or_else(|| {
+            let effect = fitted.point.effect(free.of).clone();
+            let interval = effect.values.iter().map(|v| [*v, *v]).collect();
+            all.push(Found { effect, log: if let Of::Log(log, _) = free.of { Some(log) } else { None }, interval });
+            seen.push(free.of);
+            all.len() - 1
+        });
+        let parameter = fitted.point.parameter(free);
+        let value = fitted.point.value(free);
+        let deviation = deviations.as_ref().map_or(f64::INFINITY, |d| d[k]);
+        let reach = 1.96 * deviation * fit::unit(parameter, value) * inflation.sqrt();
+        all[index].interval[free.parameter] = [value - reach, value + reach];
+    }
+    all
+}
+
+fn conclude(
+    bench: &Bench,
+    blocks: &[Vec<u8>],
+    before: Residuals,
+    null: &Fitted,
+    singles: Vec<Fitted>,
+    chosen: Vec<Fitted>,
+    unexplained: &dyn Fn(&Residuals) -> Vec<Finding>,
+) -> Diagnosis {
+    let n = fit::count(&before).max(1) as f64;
+    let score_before = score(&before);
+    let excess = above(&null.at).max(1.0);
+    let best = chosen.last().unwrap_or(null);
+    let left = above(&best.at) / excess;
+    let explained =
+        at_floor(bench, &best.at) || left < rules::LEFT || (score(&best.at) < rules::NEAR && left < rules::LEFT_NEAR);
+    let verdict = if chosen.is_empty() {
+        if at_floor(bench, &null.at) { Verdict::Adequate } else { Verdict::UnknownEffect }
+    } else if explained {
+        Verdict::EffectFound
+    } else {
+        Verdict::UnknownEffect
+    };
+
+    // Which calibrations count, beside the explanation.
+    let (improved, kept) = sparse(bench, blocks, best);
+    let calibration = found(&improved, |of| is_calibration(improved.point.effect(of).kind));
+
+    let mut fits: Vec<Fitted> = singles;
+    if chosen.len() > 1 {
+        fits.insert(0, chosen[chosen.len() - 1].clone());
+    }
+    let mut candidates: Vec<Candidate> = fits
+        .into_iter()
+        .map(|fitted| {
+            let own = effects_of(&fitted);
+            Candidate {
+                effects: found(&fitted, |of| matches!(of, Of::All(i) if own.contains(&i))),
+                held_out_before: score_before,
+                held_out_after: (fitted.linear.held_out(None).iter().sum::<f64>() / n).sqrt(),
+                probability: 0.0,
+                left: above(&fitted.at) / excess,
+                indistinguishable: Vec::new(),
+                fitted,
+            }
+        })
+        .collect();
+    // A single calibration that is all there is to say is the answer.
+    let mut verdict = verdict;
+    let stands_out = || {
+        let (b, a) = (parts(bench, &before), parts(bench, &improved.at));
+        b.iter().any(|(key, part)| {
+            let fall = part.square - a.get(key).map_or(part.square, |p| p.square);
+            fall > rules::VISIBLE * part.square && fall > 0.5 * rules::GAIN
+        })
+    };
+    if verdict == Verdict::Adequate && kept.len() == 1 && stands_out() {
+        let item = found(&improved, |_| true);
+        verdict = Verdict::EffectFound;
+        candidates.insert(
+            0,
+            Candidate {
+                effects: item.into_iter().take(1).collect(),
+                held_out_before: score_before,
+                held_out_after: (improved.linear.held_out(None).iter().sum::<f64>() / n).sqrt(),
+                probability: 0.0,
+                left: above(&improved.at) / above(&before).max(1.0),
+                indistinguishable: Vec::new(),
+                fitted: improved.clone(),
+            },
+        );
+    }
+    weigh(&mut candidates, null, verdict);
+    Diagnosis {
+        verdict,
+        score_before,
+        before,
+        null: null.clone(),
+        chosen,
+        candidates,
+        calibration,
+        unexplained: if at_floor(bench, &improved.at) { Vec::new() } else { unexplained(&improved.at) },
+        improved,
+        limits: Vec::new(),
+        confusable: Vec::new(),
+    }
+}
+
+/// Probabilities among the explanations, and which of them the data do not tell apart.
+fn weigh(candidates: &mut [Candidate], null: &Fitted, verdict: Verdict) {
+    let Some(first) = candidates.first() else { return };
+    let (best, n) = (first.fitted.cost, fit::count(&first.fitted.at).max(1) as f64);
+    // What is left above the floor says how far the sum of squares can be trusted.
+    let trust = (fit::chi_square(&first.fitted.at) / n).max(1.0) * rules::CORRELATED;
+    let weight = |cost: f64| (-0.5 * (cost - best).max(0.0) / trust).exp();
+    // "None of these" stands beside them: with the calibrations alone, and with what the best leaves above the floor.
+    let none = if verdict == Verdict::Adequate { 1.0 } else { weight(null.cost) };
+    let sum: f64 = candidates.iter().map(|c| weight(c.fitted.cost)).sum::<f64>() + none;
+    let ceiling = match verdict {
+        Verdict::UnknownEffect => 0.5,
+        _ => 1.0 - (fit::chi_square(&first.fitted.at) / n - 1.0).clamp(0.0, first.left.clamp(0.0, 1.0)),
+    };
+    let costs: Vec<f64> = candidates.iter().map(|c| c.fitted.cost).collect();
+    for (k, c) in candidates.iter_mut().enumerate() {
+        c.probability = weight(c.fitted.cost) / sum * ceiling;
+        c.indistinguishable =
+            (0..costs.len()).filter(|j| *j != k && (costs[*j] - costs[k]).abs() < 9.0 * trust).collect();
+    }
+}

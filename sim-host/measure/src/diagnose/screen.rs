@@ -1,0 +1,238 @@
+//! Screening: every effect at every place, by its slopes beside all calibrations where those are at their best.
+
+use super::{Limit, rules};
+use crate::calibrate::{is_calibration, nothing, places};
+use crate::fit::{self, Bench, Fitted, Free, Of, Slopes, Step};
+use rayon::prelude::*;
+use trueweld_plant::effects::{At, Effect, Kind, Role, TABLE};
+
+/// A hypothesis, and what screening says of it.
+#[derive(Debug, Clone)]
+pub(crate) struct Screened {
+    /// The effect, with the values to start a fit from.
+    pub effect: Effect,
+    /// By how much the sum of squares would fall.
+    pub gain: f64,
+    /// Smallest size that would have been seen.
+    pub limit: Limit,
+    /// Slopes of its sizes; of a sine those at both phases.
+    pub slopes: Vec<Slopes>,
+}
+
+/// Waves along a weld that a plate's waviness is looked for with.
+const WAVES: [f64; 16] = [0.5, 0.75, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 12.0];
+
+/// Shares of a weld's length at which a step of the material is looked for.
+const POSITIONS: [f64; 11] = [0.08, 0.17, 0.25, 0.33, 0.42, 0.5, 0.58, 0.67, 0.75, 0.83, 0.92];
+
+/// Orders of the spindle that are looked for.
+const SPINDLE_ORDERS: [f64; 6] = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0];
+
+/// Values of its shaping parameters that a hypothesis is screened with.
+fn shapes(kind: &'static Kind, length: f64) -> Vec<Vec<(usize, f64)>> {
+    let mut all = vec![Vec::new()];
+    for (k, p) in kind.parameters.iter().enumerate() {
+        let values: Vec<f64> = match p.role {
+            Role::Shape(starts) => starts.to_vec(),
+            Role::SpindleOrder => SPINDLE_ORDERS.to_vec(),
+            Role::Wavelength => WAVES.iter().map(|w| length / w).collect(),
+            Role::PathPosition => POSITIONS.iter().map(|s| s * length).collect(),
+            _ => continue,
+        };
+        all = all.iter().flat_map(|a| values.iter().map(|v| [a.clone(), vec![(k, *v)]].concat())).collect();
+    }
+    all
+}
+
+/// Everything that screening needs of the point it is done at.
+#[derive(Clone, Copy)]
+pub(crate) struct Ground<'a> {
+    /// The logs.
+    pub bench: &'a Bench,
+    /// Blocks of their values.
+    pub blocks: &'a [Vec<u8>],
+    /// Where all hypotheses start from.
+    pub null: &'a Fitted,
+    /// Longest weld, m.
+    pub length: f64,
+}
+
+impl Ground<'_> {
+    /// Screens one effect at one place with all its shapes; the best of them. `None` where the logs see nothing of it.
+    fn screen(&self, kind: &'static Kind, at: At) -> Option<Screened> {
+        let scans = kind.parameters.iter().any(|p| p.role == Role::Order);
+        let shapes = if scans { self.orders(kind, at) } else { shapes(kind, self.length) };
+        shapes
+            .into_iter()
+            .filter_map(|shape| self.screen_shape(kind, at, &shape))
+            .max_by(|a, b| a.gain.total_cmp(&b.gain))
+    }
+
+    fn screen_shape(&self, kind: &'static Kind, at: At, shape: &[(usize, f64)]) -> Option<Screened> {
+        let mut effect = nothing(kind, at);
+        for (k, v) in shape {
+            effect.values[*k] = *v;
+        }
+        let phase = kind.parameters.iter().position(|p| p.role == Role::Phase);
+        let turns: &[f64] = if phase.is_some() { &[0.0, std::f64::consts::FRAC_PI_2] } else { &[0.0] };
+        let sizes: Vec<usize> = (0..kind.parameters.len())
+            .filter(|k| matches!(kind.parameters[*k].role, Role::Size { .. } | Role::Reciprocal { .. }))
+            .collect();
+        let mut more: Vec<Slopes> = Vec::new();
+        for turn in turns {
+            let mut point = self.null.point.clone();
+            let mut effect = effect.clone();
+            if let Some(phase) = phase {
+                effect.values[phase] = *turn;
+            }
+            let of = Of::All(point.all.len());
+            point.all.push(effect);
+            let frees: Vec<Free> = sizes.iter().map(|k| Free { of, parameter: *k, expected: f64::INFINITY }).collect();
+            more.extend(fit::slopes(self.bench, &point, &frees, &self.null.at, 1.0));
+        }
+        let seen: f64 = more.iter().flatten().flatten().flatten().map(|v| v * v).sum();
+        if !(seen.is_finite() && seen > 1e-6) {
+            return None;
+        }
+        let (gain, after) = self.gain(&more)?;
+        let (step, deviations) = (&after.step, after.deviations());
+        let n = self.null.point.free.len();
+        for (j, k) in sizes.iter().enumerate() {
+            let parameter = &kind.parameters[*k];
+            let cosine = step[n + j];
+            let size = match phase {
+                // a sin(nθ) + b cos(nθ), the second slope being that at a quarter turn.
+                Some(phase) => {
+                    let sine = step[n + sizes.len() + j];
+                    if effect.values[*k] == 0.0 && j == 0 {
+                        effect.values[phase] = sine.atan2(cosine);
+                    }
+                    cosine.hypot(sine)
+                }
+                None => cosine,
+            };
+            effect.values[*k] = match parameter.role {
+                Role::Reciprocal { step } => 1.0 / (1.0 / effect.values[*k] + step * size).max(1e-12),
+                Role::Size { step, neutral } => neutral + step * size,
+                _ => effect.values[*k],
+            }
+            .clamp(parameter.low, parameter.high);
+        }
+        // A value held at the bound where there is no effect explains nothing.
+        let nowhere = sizes.iter().all(|k| {
+            let (p, v) = (&kind.parameters[*k], effect.values[*k]);
+            v == fit::neutral(p, v) || (matches!(p.role, Role::Reciprocal { .. }) && v == p.high)
+        });
+        let gain = if nowhere { 0.0 } else { gain };
+        // As far from nothing as would lower the sum of squares by what counts.
+        let parameter = sizes[0];
+        let far = rules::GAIN.sqrt() * deviations[n];
+        let value = match kind.parameters[parameter].role {
+            Role::Reciprocal { step } => 1.0 / (step * far),
+            Role::Size { step, neutral } => neutral + step * far,
+            _ => f64::NAN,
+        };
+        let limit = Limit { kind, at, parameter, value };
+        Some(Screened { effect, gain, limit, slopes: more })
+    }
+
+    /// By how much the sum of squares falls with these slopes beside all that is free, and the step that does it.
+    fn gain(&self, more: &[Slopes]) -> Option<(f64, Step)> {
+        let linear = self.null.linear.extended(self.blocks, &self.null.at, &self.null.slopes, more);
+        let before = self.null.linear.solve(None, 0.0, None)?;
+        let after = linear.solve(None, 0.0, None)?;
+        let gain = self.null.linear.cost(&before.step) - linear.cost(&after.step);
+        gain.is_finite().then_some((gain, after))
+    }
+
+    /// Orders of a sine of the joint's angle worth a closer look: the highest lines of the residual against it, with the
+    /// response to a constant offset as what a slow sine meets.
+    fn orders(&self, kind: &'static Kind, at: At) -> Vec<Vec<(usize, f64)>> {
+        let At::Joint(joint) = at else { return Vec::new() };
+        let order = kind.parameters.iter().position(|p| p.role == Role::Order);
+        let (Some(order), offset) =
+            (order, if kind.id == "link-encoder-ripple" { "link-encoder-offset" } else { "encoder-offset" })
+        else {
+            return Vec::new();
+        };
+        let mut point = self.null.point.clone();
+        let of = Of::All(point.all.len());
+        point.all.push(nothing(crate::calibrate::kind(offset), at));
+        let free = Free { of, parameter: 0, expected: f64::INFINITY };
+        let slope = &fit::slopes(self.bench, &point, &[free], &self.null.at, 1.0)[0];
+        // What is left of the residual with all calibrations at their best.
+        let Some(step) = self.null.linear.solve(None, 0.0, None) else { return Vec::new() };
+        let mut samples: Vec<(f64, f64, f64)> = Vec::new();
+        for (log, experiment) in self.bench.experiments.iter().enumerate() {
+            let (Some(slope), Some(motion)) = (&slope[log], &self.null.at[log].motion) else { continue };
+            let mut left = self.null.at[log].residual.clone();
+            for (k, s) in self.null.slopes.iter().enumerate() {
+                if let Some(s) = &s[log] {
+                    left.iter_mut().zip(s).for_each(|(l, s)| *l += s * step.step[k]);
+                }
+            }
+            let every = (experiment.compared.len() / SCANNED).max(1);
+            // A whole row at a time would keep to one component: an odd stride visits them all.
+            let every = if every.is_multiple_of(2) { every + 1 } else { every };
+            for i in (0..left.len()).step_by(every) {
+                if slope[i] != 0.0 {
+                    let angle = motion.link[experiment.compared[i].row][joint];
+                    samples.push((angle, slope[i], left[i]));
+                }
+            }
+        }
+        let (low, high) = samples.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), s| (l.min(s.0), h.max(s.0)));
+        let range = high - low;
+        if range.is_nan() || range <= 1e-3 {
+            return Vec::new();
+        }
+        // Half a turn of phase over the range tells two orders apart.
+        let spacing = (0.5 * std::f64::consts::PI / (high - low)).clamp(0.25, 4.0);
+        let top = kind.parameters[order].high.min(HIGHEST_ORDER);
+        let count = ((top - 1.0) / spacing) as usize;
+        let power: Vec<(f64, f64)> = (0..count)
+            .into_par_iter()
+            .map(|k| {
+                let n = 1.0 + k as f64 * spacing;
+                let mut sums = [0.0; 5];
+                for (angle, slope, left) in &samples {
+                    let (sine, cosine) = (n * angle).sin_cos();
+                    let (s, c) = (sine * slope, cosine * slope);
+                    sums[0] += s * left;
+                    sums[1] += c * left;
+                    sums[2] += s * s;
+                    sums[3] += s * c;
+                    sums[4] += c * c;
+                }
+                let det = sums[2] * sums[4] - sums[3] * sums[3];
+                let gain = (sums[0] * sums[0] * sums[4] - 2.0 * sums[0] * sums[1] * sums[3]
+                    + sums[1] * sums[1] * sums[2])
+                    / det;
+                (n, if det > 1e-6 * sums[2] * sums[4] { gain } else { 0.0 })
+            })
+            .collect();
+        let mut peaks: Vec<usize> = (0..power.len())
+            .filter(|&k| {
+                let at = |j: usize| power.get(j).map_or(0.0, |p| p.1);
+                power[k].1 > 0.0 && power[k].1 >= at(k + 1) && (k == 0 || power[k].1 >= at(k - 1))
+            })
+            .collect();
+        peaks.sort_by(|a, b| power[*b].1.total_cmp(&power[*a].1));
+        peaks.truncate(3);
+        peaks.iter().map(|k| vec![(order, power[*k].0)]).collect()
+    }
+}
+
+/// Values of a log that a scan over orders looks at, and the highest order it looks for.
+const SCANNED: usize = 3000;
+const HIGHEST_ORDER: f64 = 300.0;
+/// Screens every effect that is no calibration, at every place, and the user's own. Best first.
+pub(crate) fn screen(ground: &Ground<'_>) -> Vec<Screened> {
+    let library =
+        TABLE.iter().filter(|k| !is_calibration(k)).flat_map(|k| places(k).into_iter().map(move |at| (*k, at)));
+    let own = ground.bench.own.iter().map(|effect| (effect.kind, effect.at));
+    let all: Vec<(&'static Kind, At)> = library.chain(own).collect();
+    let mut screened: Vec<Screened> = all.par_iter().filter_map(|(kind, at)| ground.screen(kind, *at)).collect();
+    screened.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+    screened
+}

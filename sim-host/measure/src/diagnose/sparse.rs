@@ -1,0 +1,100 @@
+//! Which calibrations count: those that bring more than their values cost.
+
+use super::{effects_of, rules};
+use crate::calibrate::{expected, is_calibration, nothing};
+use crate::fit::{self, Bench, Effort, Fitted, Of, Point};
+use nalgebra::DVector;
+use rayon::prelude::*;
+use trueweld_plant::effects::{At, Effect};
+
+/// Keeps of the calibrations those that count: by forward steps, each bringing the most, then a refit. Calibrations that are
+/// the same in all logs become one for all. Gives the groups kept.
+pub(crate) fn sparse(bench: &Bench, blocks: &[Vec<u8>], fitted: &Fitted) -> (Fitted, Vec<(&'static str, At)>) {
+    let point = &fitted.point;
+    let mut groups: Vec<((&'static str, At), Vec<usize>)> = Vec::new();
+    let mut kept: Vec<usize> = Vec::new();
+    for (k, free) in point.free.iter().enumerate() {
+        let effect = point.effect(free.of);
+        if !is_calibration(effect.kind) {
+            kept.push(k);
+            continue;
+        }
+        let key = (effect.kind.id, effect.at);
+        match groups.iter_mut().find(|(g, _)| *g == key) {
+            Some((_, values)) => values.push(k),
+            None => groups.push((key, vec![k])),
+        }
+    }
+    let mut names = Vec::new();
+    let trust = (fit::chi_square(&fitted.at) / fit::count(&fitted.at).max(1) as f64).max(1.0) * rules::CORRELATED;
+    let Some((mut cost, mut step)) = fitted.linear.with_only(&kept) else { return (fitted.clone(), names) };
+    loop {
+        let tried: Vec<(f64, DVector<f64>, usize)> = groups
+            .par_iter()
+            .enumerate()
+            .filter_map(|(g, (_, values))| {
+                let with: Vec<usize> = kept.iter().chain(values).copied().collect();
+                let (cost, step) = fitted.linear.with_only(&with)?;
+                Some((cost, step, g))
+            })
+            .collect();
+        let gain = |t: &(f64, DVector<f64>, usize)| {
+            cost - t.0 - trust * (rules::KEEP + rules::KEEP_EACH * groups[t.2].1.len() as f64)
+        };
+        let Some(best) = tried.into_iter().max_by(|a, b| gain(a).total_cmp(&gain(b))) else { break };
+        if gain(&best) <= 0.0 {
+            break;
+        }
+        (cost, step) = (best.0, best.1);
+        let (name, values) = groups.swap_remove(best.2);
+        kept.extend(values);
+        names.push(name);
+    }
+    let all = point.moved(&step);
+    let mut reduced = Point::empty(bench.experiments.len());
+    // Effects first, then what is kept of the calibrations.
+    for i in effects_of(fitted) {
+        reduced.add(point.all[i].clone(), f64::INFINITY);
+    }
+    for free in point.free.iter().filter(|f| f.parameter == 0) {
+        let effect = point.effect(free.of);
+        if let (Of::Log(log, _), false) = (free.of, is_calibration(effect.kind)) {
+            reduced.add_to_log(log, effect.clone(), &vec![f64::INFINITY; effect.values.len()]);
+        }
+    }
+    for (id, at) in &names {
+        let own: Vec<&Effect> =
+            all.all.iter().chain(all.each.iter().flatten()).filter(|e| e.kind.id == *id && e.at == *at).collect();
+        let mean =
+            (0..own[0].values.len()).map(|v| own.iter().map(|e| e.values[v]).sum::<f64>() / own.len() as f64).collect();
+        reduced.add_expected(Effect { values: mean, ..own[0].clone() }, &expected(id));
+    }
+    let refit = |point: &Point| fit::fit(bench, point, blocks, &[], Effort { steps: 4, stale: 0 }).ok();
+    let Some(common) = refit(&reduced) else { return (fitted.clone(), names) };
+    // One for all, unless each log having its own brings what its values cost.
+    let mut apart = common.point.clone();
+    let mut split = false;
+    for (id, at) in &names {
+        let Some(i) = apart.all.iter().position(|e| e.kind.id == *id && e.at == *at) else { continue };
+        let logs: Vec<usize> = (0..bench.experiments.len())
+            .filter(|l| point.each[*l].iter().any(|e| e.kind.id == *id && e.at == *at))
+            .collect();
+        if logs.len() < 2 {
+            continue;
+        }
+        let effect = apart.all[i].clone();
+        apart.all[i] = Effect { values: nothing(effect.kind, effect.at).values, ..effect.clone() };
+        apart.free.retain(|f| f.of != Of::All(i));
+        for log in &logs {
+            apart.add_to_log(*log, effect.clone(), &expected(id));
+        }
+        split = true;
+    }
+    if split && let Some(apart) = refit(&apart) {
+        let more = apart.point.free.len().saturating_sub(common.point.free.len()) as f64;
+        if common.cost - apart.cost > trust * (rules::KEEP + rules::KEEP_EACH * more) {
+            return (apart, names);
+        }
+    }
+    (common, names)
+}

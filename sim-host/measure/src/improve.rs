@@ -1,0 +1,324 @@
+//! Adds what is missing to a model, step by step: each step is kept only if it lowers the error where nothing was fitted, and
+//! if the arm with it stays stable.
+//!
+//! First what recalibration alone can do, then the effects that [`crate::diagnose`] names, then, where these do not reach the
+//! floor, further ones as long as each counts. Every step refits everything, and keeps of the calibrations those that count.
+
+use crate::calibrate::{afresh, is_calibration};
+use crate::diagnose::{self, Diagnosis, Found, Ground, Progress, Verdict, further, longest_weld, rules, score, sparse};
+use crate::fit::{self, Bench, Effort, Fitted, Of, Point};
+use crate::log::Log;
+use crate::predict::{Experiment, PredictError};
+use trueweld_core::JointVector;
+use trueweld_plant::effects::Effect;
+use trueweld_plant::input::{Comments, EffectComments, ModelEffect, ModelFile, Scope};
+use trueweld_plant::integrate::driven::{Motors, Swinging};
+use trueweld_plant::robot::ElasticRobot;
+
+/// One accepted step.
+#[derive(Debug, Clone)]
+pub struct Step {
+    /// What was added; nothing at the start and where only the calibration changed.
+    pub added: Vec<Found>,
+    /// Every effect of the model at this step, with the values refitted there.
+    pub effects: Vec<Found>,
+    /// The calibrations that count beside them.
+    pub calibration: Vec<Found>,
+    /// Score on the logs fitted.
+    pub score: f64,
+    /// Score where nothing was fitted: on the logs held out, or on blocks in time left out of the fit.
+    pub held_out: f64,
+}
+
+/// A step that was tried and not kept.
+#[derive(Debug, Clone)]
+pub struct Rejected {
+    /// What would have been added; nothing for a recalibration.
+    pub added: Vec<Found>,
+    /// Score where nothing was fitted, with it.
+    pub held_out: f64,
+    /// Why it was not kept.
+    pub why: &'static str,
+}
+
+/// A model improved.
+#[derive(Debug)]
+pub struct Improvement {
+    /// Accepted steps, the model as it was given first.
+    pub steps: Vec<Step>,
+    /// What was tried and not kept.
+    pub rejected: Vec<Rejected>,
+    /// What is to say of the improved model.
+    pub verdict: Verdict,
+    /// The diagnosis it rests on.
+    pub diagnosis: Diagnosis,
+    /// The improved model's fit; `None` where the model stays as it was given.
+    pub fitted: Option<Fitted>,
+    /// Names of the logs that were held out; none where blocks in time were.
+    pub held_out_logs: Vec<String>,
+}
+
+/// Logs that nothing is fitted to, made ready.
+#[derive(Debug)]
+pub struct HeldOut {
+    /// The baseline over these logs.
+    bench: Bench,
+    /// Their names.
+    names: Vec<String>,
+}
+
+impl HeldOut {
+    /// Logs to judge a model by, and the experiments made of them.
+    pub fn new(file: &ModelFile, logs: &[Log], experiments: Vec<Experiment>) -> Self {
+        let (known, afresh, own) = (Vec::new(), Vec::new(), Vec::new());
+        let bench = Bench { known, afresh, own, ..Bench::new(file, experiments) };
+        Self { bench, names: logs.iter().map(|l| l.name.clone()).collect() }
+    }
+}
+
+/// Steps at most, the first not counted.
+const MOST: usize = 8;
+
+/// Fall of the held-out score by less than this share is no improvement.
+const LEAST: f64 = 0.002;
+
+/// Improves the bench's model. `logs`: those that its experiments were made of; `held_out`: where every step is judged, in
+/// place of blocks in time of the same logs.
+///
+/// # Errors
+/// [`PredictError`] where the model as given cannot be driven through the logs.
+pub fn improve(
+    bench: &Bench,
+    logs: &[Log],
+    held_out: Option<&HeldOut>,
+    progress: Progress<'_>,
+) -> Result<Improvement, PredictError> {
+    let diagnosis = diagnose::diagnose(bench, logs, &|what, share| progress(what, 0.7 * share))?;
+    let blocks = fit::blocks_of(bench);
+    let judge = Judge { bench, held_out };
+    let start = match held_out {
+        Some(held_out) => judge.elsewhere(held_out, &Point::empty(bench.experiments.len()))?,
+        None => diagnosis.score_before,
+    };
+    let baseline = Step {
+        added: Vec::new(),
+        effects: Vec::new(),
+        calibration: Vec::new(),
+        score: diagnosis.score_before,
+        held_out: start,
+    };
+    let mut steps = vec![baseline];
+    let mut rejected = Vec::new();
+    let mut reached: Option<Fitted> = None;
+    let mut try_step = |full: &Fitted, added: &[Effect]| {
+        let (fitted, _) = sparse(bench, &blocks, full);
+        let all = diagnose::found(&fitted, |of| matches!(of, Of::All(_) | Of::Log(..)));
+        let (calibration, effects): (Vec<Found>, Vec<Found>) =
+            all.into_iter().partition(|f| is_calibration(f.effect.kind));
+        let own = |f: &&Found| added.iter().any(|e| (e.kind.id, e.at) == (f.effect.kind.id, f.effect.at));
+        let added: Vec<Found> = effects.iter().filter(own).cloned().collect();
+        let before = steps.last().map_or(f64::INFINITY, |s| s.held_out);
+        let (held_out, why) = match judge.score(&fitted) {
+            Err(_) => (f64::NAN, Some("the model with it cannot be driven through the logs held out")),
+            Ok(score) if score > before * (1.0 - LEAST) => (score, Some("the error elsewhere does not fall")),
+            Ok(score) if !stable(bench, logs, &fitted.point) => (score, Some("the arm with it does not come to rest")),
+            Ok(score) => (score, None),
+        };
+        match why {
+            Some(why) => rejected.push(Rejected { added, held_out, why }),
+            None => {
+                steps.push(Step { added, effects, calibration, score: score(&fitted.at), held_out });
+                reached = Some(fitted);
+            }
+        }
+        why.is_none()
+    };
+    progress("recalibrating", 0.7);
+    if diagnosis.null.point.free.is_empty() {
+        // Nothing to calibrate.
+    } else {
+        try_step(&diagnosis.null, &[]);
+    }
+    let mut known = 0;
+    for (k, full) in diagnosis.chosen.iter().enumerate() {
+        progress("adding what was found", 0.75 + 0.05 * k as f64);
+        let effects = effects_of(full);
+        try_step(full, &effects[known..]);
+        known = effects.len();
+    }
+    // A partial explanation is carried on as far as it goes.
+    let mut full = diagnosis.chosen.last().cloned();
+    while diagnosis.verdict == Verdict::UnknownEffect && known < MOST {
+        progress("looking for more", 0.85 + 0.15 * known as f64 / MOST as f64);
+        let Some(current) = &full else { break };
+        if rules::at_floor(bench, &current.at) {
+            break;
+        }
+        let ground = Ground { bench, blocks: &blocks, null: current, length: longest_weld(logs) };
+        let Some(next) = further(&ground, current) else { break };
+        let effects = effects_of(&next);
+        if !try_step(&next, &effects[known..]) {
+            break;
+        }
+        known = effects.len();
+        full = Some(next);
+    }
+    let verdict = match &reached {
+        Some(fitted) if diagnosis.verdict == Verdict::UnknownEffect && rules::at_floor(bench, &fitted.at) => {
+            Verdict::EffectFound
+        }
+        _ => diagnosis.verdict,
+    };
+    let held_out_logs = held_out.map_or(Vec::new(), |h| h.names.clone());
+    Ok(Improvement { steps, rejected, verdict, diagnosis, fitted: reached, held_out_logs })
+}
+
+/// The effects of a fit that are no calibrations.
+fn effects_of(fitted: &Fitted) -> Vec<Effect> {
+    fitted.point.all.iter().filter(|e| !is_calibration(e.kind)).cloned().collect()
+}
+
+/// What steps are judged by.
+struct Judge<'a> {
+    bench: &'a Bench,
+    held_out: Option<&'a HeldOut>,
+}
+
+impl Judge<'_> {
+    fn score(&self, fitted: &Fitted) -> Result<f64, PredictError> {
+        match self.held_out {
+            Some(held_out) => self.elsewhere(held_out, &fitted.point),
+            None => {
+                let squares: f64 = fitted.linear.held_out(None).iter().sum();
+                Ok((squares / fit::count(&fitted.at).max(1) as f64).sqrt())
+            }
+        }
+    }
+
+    /// Score of a model on other logs; what each log has of its own is found afresh there.
+    fn elsewhere(&self, held_out: &HeldOut, point: &Point) -> Result<f64, PredictError> {
+        let mut own: Vec<Effect> = self.bench.afresh.clone();
+        for effect in point.each.iter().flatten() {
+            if !own.iter().any(|e| (e.kind.id, e.at) == (effect.kind.id, effect.at)) {
+                own.push(effect.clone());
+            }
+        }
+        let mut there = afresh(&held_out.bench, &own);
+        let free = there.free.len();
+        there.all = [self.bench.known.clone(), point.all.clone()].concat();
+        if free == 0 {
+            return Ok(score(&fit::residuals(&held_out.bench, &there)?));
+        }
+        let blocks = fit::blocks_of(&held_out.bench);
+        let effort = Effort { steps: 4, stale: free };
+        Ok(score(&fit::fit(&held_out.bench, &there, &blocks, &[], effort)?.at))
+    }
+}
+
+/// True where the arm, struck in every joint at a posture of the logs, comes to rest.
+fn stable(bench: &Bench, logs: &[Log], point: &Point) -> bool {
+    const STRUCK: f64 = 1e-3;
+    const PERIOD: f64 = 1e-3;
+    let effects: Vec<Effect> = bench.known.iter().chain(&point.all).cloned().collect();
+    let mut process = bench.model.process.clone();
+    let Ok(robot) = ElasticRobot::with_effects(&bench.model.robot, &effects, process.as_mut()) else { return false };
+    logs.iter().filter_map(|log| log.samples.encoder.first()).all(|posture| {
+        let mut swinging = Swinging::start(&robot, &Motors::at_rest(*posture), 0.0);
+        let motors = Motors::at_rest(posture + JointVector::repeat(STRUCK));
+        // Hardest in the first tenth of two seconds; what is left of it in the last.
+        let (mut first, mut last) = (0.0f64, 0.0f64);
+        for k in 1..=2000 {
+            if swinging.advance(&robot, &motors, f64::from(k) * PERIOD, 4).is_err() {
+                return false;
+            }
+            let rate = swinging.drives().link_rate.amax();
+            match k {
+                ..=200 => first = first.max(rate),
+                1800.. => last = last.max(rate),
+                _ => {}
+            }
+        }
+        last < 0.5 * first
+    })
+}
+
+/// The improved model as a file, with where each number comes from.
+pub fn model_file(improvement: &Improvement, file: &ModelFile, logs: &[Log]) -> (ModelFile, Comments) {
+    let names: Vec<&str> = logs.iter().map(|l| l.name.as_str()).collect();
+    let judged = match improvement.held_out_logs.as_slice() {
+        [] => "every tenth of each log, predicted from the rest".to_owned(),
+        held_out => held_out.join(", "),
+    };
+    let (first, last) = (&improvement.steps[0], &improvement.steps[improvement.steps.len() - 1]);
+    let mut comments = Comments {
+        file: format!(
+            "Improved from {} by fitting {}. Score {:.3} before, {:.3} now; where nothing was fitted ({judged}) {:.3} \
+             before, {:.3} now. 1.0 is the noise floor.",
+            file.path.display(),
+            names.join(", "),
+            first.score,
+            last.score,
+            first.held_out,
+            last.held_out,
+        ),
+        effects: file
+            .effects
+            .iter()
+            .map(|_| EffectComments { effect: "As given.".to_owned(), parameters: Vec::new() })
+            .collect(),
+    };
+    let mut improved = file.clone();
+    // The user's own that were hypotheses come back with their fitted values.
+    let mut add = |effect: &Effect, scope: Scope, said: EffectComments| {
+        let entry = ModelEffect { effect: effect.clone(), scope };
+        let place =
+            improved.effects.iter().position(|e| std::ptr::eq(e.effect.kind, effect.kind) && e.effect.at == effect.at);
+        match place.filter(|p| scope == Scope::Log || is_hypothesis(&improved.effects[*p])) {
+            Some(place) => {
+                improved.effects[place] = entry;
+                comments.effects[place] = said;
+            }
+            None => {
+                improved.effects.push(entry);
+                comments.effects.push(said);
+            }
+        }
+    };
+    for found in last.effects.iter().chain(&last.calibration).filter(|f| f.log.is_none()) {
+        let sort = if is_calibration(found.effect.kind) { "Calibration" } else { "Effect" };
+        let said = format!("{sort}, fitted to {}; 95 % intervals beside the values.", names.join(", "));
+        let parameters = (0..found.effect.values.len())
+            .map(|k| format!("{} to {}", readable(found.interval[k][0]), readable(found.interval[k][1])))
+            .collect();
+        add(&found.effect, Scope::Campaign, EffectComments { effect: said, parameters });
+    }
+    let own: Vec<&Found> = last.effects.iter().chain(&last.calibration).filter(|f| f.log.is_some()).collect();
+    for (k, found) in own.iter().enumerate() {
+        let same = |f: &&&Found| (f.effect.kind.id, f.effect.at) == (found.effect.kind.id, found.effect.at);
+        if own[..k].iter().any(|f| same(&f)) {
+            continue;
+        }
+        let all: Vec<&&Found> = own.iter().filter(same).collect();
+        let mean = (0..found.effect.values.len())
+            .map(|v| all.iter().map(|f| f.effect.values[v]).sum::<f64>() / all.len() as f64)
+            .collect();
+        let parameters = (0..found.effect.values.len())
+            .map(|v| {
+                let one = |f: &&&Found| format!("{} in {}", readable(f.effect.values[v]), names[f.log.unwrap_or(0)]);
+                all.iter().map(one).collect::<Vec<_>>().join(", ")
+            })
+            .collect();
+        let said = "Each log has its own, fitted afresh in every other; below the mean.".to_owned();
+        add(&Effect { values: mean, ..found.effect.clone() }, Scope::Log, EffectComments { effect: said, parameters });
+    }
+    (improved, comments)
+}
+
+/// True for an effect of the user's own that does nothing as it is written.
+fn is_hypothesis(entry: &ModelEffect) -> bool {
+    entry.scope == Scope::Campaign && fit::is_own_and_nothing(&entry.effect)
+}
+
+fn readable(value: f64) -> String {
+    format!("{value:.4e}")
+}
