@@ -11,4 +11,5 @@ pub mod improve;
 pub mod localize;
 pub mod log;
 pub mod noise;
+pub mod plan;
 pub mod predict;
