@@ -1,5 +1,6 @@
 //! Measurements judge the model: logs, comparison, diagnosis of missing effects, improvement.
 
+pub mod afresh;
 pub mod band;
 pub mod calibrate;
 pub mod campaign;

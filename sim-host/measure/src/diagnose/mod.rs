@@ -11,12 +11,14 @@ pub mod rules;
 mod screen;
 mod search;
 mod sparse;
+mod tell;
 
 pub use confuse::Confusable;
 pub use rules::{Part, parts, score};
 pub(crate) use screen::Ground;
 pub(crate) use search::further;
 pub(crate) use sparse::sparse;
+pub use tell::{Account, Reason, name, tell};
 
 use crate::calibrate::is_calibration;
 use crate::fit::{self, Bench, Fitted, Of, Point, Residuals};
