@@ -85,13 +85,14 @@ fn place(point: &Point, effect: &Effect) -> Option<Of> {
     point.all.iter().position(is).map(Of::All).or_else(|| (0..point.each.len()).find_map(of_log))
 }
 
+/// The point without that effect, also where every log has it with values of its own.
 fn taken_out(point: &Point, of: Of) -> Point {
+    let (kind, at) = (point.effect(of).kind, point.effect(of).at);
+    let stays = |e: &Effect| e.kind.id != kind.id || e.at != at;
     let mut point = point.clone();
-    match of {
-        Of::All(i) => drop(point.all.remove(i)),
-        Of::Log(log, i) => drop(point.each[log].remove(i)),
-    }
-    // Its values are gone, and with them the places of the others: residuals do not ask for what is free.
+    point.all.retain(stays);
+    point.each.iter_mut().for_each(|effects| effects.retain(stays));
+    // Indices of effects have changed; residuals do not ask for what is free.
     point.free.clear();
     point
 }

@@ -72,7 +72,8 @@ fn added(a: Option<Vec<f64>>, b: Option<Vec<f64>>) -> Option<Vec<f64>> {
 /// does to the tool, another does too.
 pub(super) fn apart(ground: &Ground<'_>, all: &[Option<Slopes>], which: usize) -> Option<Slopes> {
     let mut own = all[which].clone()?;
-    let others: Vec<&Slopes> = all.iter().enumerate().filter(|(k, _)| *k != which).filter_map(|(_, s)| s.as_ref()).collect();
+    let others: Vec<&Slopes> =
+        all.iter().enumerate().filter(|(k, _)| *k != which).filter_map(|(_, s)| s.as_ref()).collect();
     for (log, experiment) in ground.bench.experiments.iter().enumerate() {
         let Some(own) = own[log].as_mut() else { continue };
         let rows = 1 + experiment.compared.iter().map(|c| c.row).max().unwrap_or(0);
@@ -132,9 +133,10 @@ impl Probe {
             Self::Column { quantity, component, .. } => {
                 let of_column = |e: &Experiment| {
                     let has = |c: &&Compared| c.quantity == *quantity && c.component == *component;
-                    e.compared.iter().any(|c| has(&c)).then(|| {
-                        e.compared.iter().map(|c| if has(&c) { -1.0 / c.deviation } else { 0.0 }).collect()
-                    })
+                    e.compared
+                        .iter()
+                        .any(|c| has(&c))
+                        .then(|| e.compared.iter().map(|c| if has(&c) { -1.0 / c.deviation } else { 0.0 }).collect())
                 };
                 (ground.bench.experiments.iter().map(of_column).collect(), 1.0)
             }

@@ -1,9 +1,9 @@
 //! What shows each effect: the quantity it acts through and the variables it may follow.
 
+use super::Ground;
 use super::axis::Axis;
 use super::curve::window;
 use super::probe::Probe;
-use super::Ground;
 use crate::compare::column_label;
 use crate::localize::joint_name;
 use crate::log::LogKind;
@@ -65,7 +65,8 @@ impl View {
             let y_name = "relative change of the process forces".to_owned();
             vec![Probe::Port { terms, at: At::Cell, sign: 1.0, y_name, unit: "1" }]
         };
-        let height = || vec![at_port("surface-height", At::Cell, 1.0, "height of the surface towards the tool".to_owned())];
+        let height =
+            || vec![at_port("surface-height", At::Cell, 1.0, "height of the surface towards the tool".to_owned())];
         let more_twist = "twist of {} beyond the linear spring's";
         let wave = || {
             let order = effect.kind.parameters.iter().position(|p| p.role == Role::Order);
@@ -85,13 +86,13 @@ impl View {
                 Self { shape: Shape::Loop, ..curve(joint("twist", -1.0, more_twist), vec![Axis::SpringTorque(j)]) }
             }
             "transmission-error" => curve(joint("twist", 1.0, "error of {}'s gear"), wave()),
-            "encoder-offset" => {
-                curve(joint("twist", 1.0, "angle of {} beyond its encoder's"), vec![Axis::Angle(j), Axis::SpringTorque(j)])
-            }
-            "wrist-coupling" => curve(
+            "encoder-offset" => curve(
                 joint("twist", 1.0, "angle of {} beyond its encoder's"),
-                vec![Axis::Angle(j.saturating_sub(1))],
+                vec![Axis::Angle(j), Axis::SpringTorque(j)],
             ),
+            "wrist-coupling" => {
+                curve(joint("twist", 1.0, "angle of {} beyond its encoder's"), vec![Axis::Angle(j.saturating_sub(1))])
+            }
             "link-encoder-offset" | "link-encoder-ripple" => {
                 curve(joint("link-encoder", 1.0, "what the second encoder of {} reads more"), wave())
             }
@@ -105,22 +106,24 @@ impl View {
             }
             "payload-error" => curve(own("mass that the tool has more"), vec![Axis::Angle(4)]),
             "bearing-tilt" => curve(own("compliance of {}'s bearing to tilt"), vec![Axis::Load]),
-            "base-compliance" => {
-                curve(own("compliance of the base to tilt"), vec![Axis::Load])
-            }
+            "base-compliance" => curve(own("compliance of the base to tilt"), vec![Axis::Load]),
             "tracker-registration" => curve(
                 cell(&["tracker-x", "tracker-y", "tracker-z"], "what the tracker reads more along "),
                 (0..3).map(Axis::Tool).collect(),
             ),
-            "thermal-drift" => {
-                curve(cell(&["tool-shift-x", "tool-shift-y", "tool-shift-z"], "drift of the tool along "), vec![Axis::Time])
-            }
+            "thermal-drift" => curve(
+                cell(&["tool-shift-x", "tool-shift-y", "tool-shift-z"], "drift of the tool along "),
+                vec![Axis::Time],
+            ),
             "force-crosstalk" => curve(
                 cell(&["force-sensor-x", "force-sensor-y"], "what the force sensor reads more along "),
                 vec![Axis::AxialForce],
             ),
             "force-offset" => curve(
-                cell(&["force-sensor-x", "force-sensor-y", "force-sensor-z"], "what the force sensor reads more along "),
+                cell(
+                    &["force-sensor-x", "force-sensor-y", "force-sensor-z"],
+                    "what the force sensor reads more along ",
+                ),
                 vec![Axis::AxialForce],
             ),
             "channel-delay" => {
