@@ -106,17 +106,17 @@ fn clear(s: &mut [f64], of: &[f64], experiment: &Experiment, rows: usize) {
 impl Probe {
     /// Slopes of all residuals by the quantity, in its unit; `None` where no log shows it.
     pub fn slopes(&self, ground: &Ground<'_>) -> Option<Slopes> {
-        let point = &ground.found.point;
         let (mut slopes, size): (Slopes, f64) = match self {
             Self::Port { terms, at, unit: of, .. } => {
                 let mut sum: Option<Slopes> = None;
                 for (port, times) in terms {
                     let kind = constant(port, times, of)?;
-                    let mut point = point.clone();
+                    // Without the effect, so that nothing of its form is assumed.
+                    let mut point = ground.bare.clone();
                     let of = Of::All(point.all.len());
                     point.all.push(Effect { kind, at: *at, values: vec![0.0] });
                     let free = Free { of, parameter: 0, expected: f64::INFINITY };
-                    let new = slopes(ground.bench, &point, &[free], &ground.found.at, 1.0).pop()?;
+                    let new = slopes(ground.bench, &point, &[free], ground.without, 1.0).pop()?;
                     sum = Some(match sum {
                         Some(sum) => sum.into_iter().zip(new).map(|(a, b)| added(a, b)).collect(),
                         None => new,
@@ -125,6 +125,7 @@ impl Probe {
                 (sum?, step(of))
             }
             Self::Own { parameter, .. } => {
+                let point = &ground.found.point;
                 let is = |f: &Free| f.of == ground.of && f.parameter == *parameter;
                 let k = point.free.iter().position(is)?;
                 let value = point.value(&point.free[k]);

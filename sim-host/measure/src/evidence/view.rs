@@ -60,10 +60,17 @@ impl View {
         let own = |what: &str| vec![Probe::Own { parameter: 0, y_name: what.replace("{}", &name) }];
         let process = ["process-force-x", "process-force-y", "process-force-z"];
         let along = "more process force along ";
-        let scaled = || {
-            let terms = process.into_iter().zip(["fx", "fy", "fz"]).collect();
-            let y_name = "relative change of the process forces".to_owned();
-            vec![Probe::Port { terms, at: At::Cell, sign: 1.0, y_name, unit: "1" }]
+        let scaled = |terms: &[(&'static str, &'static str)], of: &str| {
+            let y_name = format!("relative change of {of}");
+            vec![Probe::Port { terms: terms.to_vec(), at: At::Cell, sign: 1.0, y_name, unit: "1" }]
+        };
+        let forces = [(process[0], "fx"), (process[1], "fy"), (process[2], "fz")];
+        let along_seam = || scaled(&forces[..1], "the force along the seam");
+        let all_forces = || scaled(&forces, "the process forces");
+        // A change that has come to its end says nothing more: five time constants.
+        let time = || {
+            let constant = effect.kind.parameters.iter().position(|p| p.name == "time_s");
+            vec![constant.map_or(Axis::Time, |k| Axis::TimeTo(5.0 * effect.values[k]))]
         };
         let height =
             || vec![at_port("surface-height", At::Cell, 1.0, "height of the surface towards the tool".to_owned())];
@@ -111,10 +118,9 @@ impl View {
                 cell(&["tracker-x", "tracker-y", "tracker-z"], "what the tracker reads more along "),
                 (0..3).map(Axis::Tool).collect(),
             ),
-            "thermal-drift" => curve(
-                cell(&["tool-shift-x", "tool-shift-y", "tool-shift-z"], "drift of the tool along "),
-                vec![Axis::Time],
-            ),
+            "thermal-drift" => {
+                curve(cell(&["tool-shift-x", "tool-shift-y", "tool-shift-z"], "drift of the tool along "), time())
+            }
             "force-crosstalk" => curve(
                 cell(&["force-sensor-x", "force-sensor-y"], "what the force sensor reads more along "),
                 vec![Axis::AxialForce],
@@ -135,11 +141,10 @@ impl View {
                 curve(own("lag of the instrument"), axes)
             }
             "process-stiffness-error" => curve(cell(&process[2..], along), vec![Axis::AxialForce]),
-            "drag-error" => curve(cell(&process[..1], along), vec![Axis::AxialForce, Axis::Feed]),
-            "feed-power-law" => curve(cell(&process[..1], along), vec![Axis::Feed]),
-            "advancing-side" => curve(cell(&process[1..2], along), vec![Axis::AxialForce]),
-            "thermal-softening" => curve(scaled(), vec![Axis::Time]),
-            "material-step" => curve(scaled(), vec![Axis::Path]),
+            "drag-error" | "feed-power-law" => curve(along_seam(), vec![Axis::Feed]),
+            "advancing-side" => curve(cell(&process[1..2], along), vec![Axis::PushBySpindle]),
+            "thermal-softening" => curve(all_forces(), time()),
+            "material-step" => curve(all_forces(), vec![Axis::Path]),
             "plate-waviness" => curve(height(), vec![Axis::Path]),
             "fixture-compliance" => curve(height(), vec![Axis::AxialForce]),
             "spindle-harmonic" => Self { probes: Vec::new(), axes: Vec::new(), shape: Shape::Orders },
