@@ -5,6 +5,7 @@
 
 pub mod campaign;
 pub mod cell;
+pub mod corpus;
 
 use nalgebra::{Matrix3, Matrix6, SVector, Vector3};
 use proptest::prelude::*;

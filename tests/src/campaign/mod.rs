@@ -9,7 +9,7 @@ mod draw;
 mod links;
 mod motion;
 mod plan;
-mod random;
+pub(crate) mod random;
 mod stranger;
 mod table;
 
@@ -295,6 +295,15 @@ fn truth(recipe: &Recipe, robot: &RobotFile) -> String {
         line(format_args!("at = \"{}\"\nsize = {:?}", robot.joint_names[stranger.joint], stranger.size));
     }
     text
+}
+
+/// What an effect is at, as files and people write it; nothing for the whole cell.
+pub(crate) fn at_name(effect: &Effect) -> String {
+    match effect.at {
+        At::Joint(i) => format!("A{}", i + 1),
+        At::Channel(channel) => channel_name(channel).to_owned(),
+        At::Cell => String::new(),
+    }
 }
 
 fn channel_name(channel: Channel) -> &'static str {

@@ -13,10 +13,12 @@ pub(super) const DRAW: u64 = 100;
 pub(super) const REGISTRATION: u64 = 1000;
 pub(super) const PLAN: u64 = 2000;
 pub(super) const NOISE: u64 = 3000;
+/// Of the corpus: what is drawn for one case.
+pub(crate) const CASE: u64 = 4000;
 
 /// One stream of random numbers.
 #[derive(Debug)]
-pub(super) struct Random(ChaCha8Rng);
+pub(crate) struct Random(ChaCha8Rng);
 
 impl Random {
     pub fn new(seed: u64, stream: u64) -> Self {

@@ -16,6 +16,7 @@ mod tell;
 pub use confuse::Confusable;
 pub use rules::{Part, parts, score};
 pub(crate) use screen::Ground;
+pub use search::Tried;
 pub(crate) use search::further;
 pub(crate) use sparse::sparse;
 pub use tell::{Account, Reason, name, tell};
@@ -25,15 +26,15 @@ use crate::fit::{self, Bench, Fitted, Of, Point, Residuals};
 use crate::localize::{Finding, localize};
 use crate::log::{Log, LogKind};
 use crate::predict::PredictError;
-use rules::{above, at_floor, counts};
+use rules::{above, at_floor, counts, stands_out};
 use screen::screen;
-use search::{calibrated, fit_all, polish, second};
+use search::{calibrated, fit_all, second};
 use trueweld_plant::effects::{At, Effect, Kind};
 
 /// Longest weld among the logs, m, for what is looked for along it.
 pub(crate) fn longest_weld(logs: &[Log]) -> f64 {
     let length = |log: &Log| log.weld.as_ref().map(|w| (w.end - w.start).norm());
-    logs.iter().filter(|l| l.kind == LogKind::Weld).filter_map(length).fold(0.5, f64::max)
+    logs.iter().filter(|l| l.kind == LogKind::Weld).filter_map(length).reduce(f64::max).unwrap_or(0.5)
 }
 
 /// What the data say.
@@ -86,6 +87,8 @@ pub struct Candidate {
     pub indistinguishable: Vec<usize>,
     /// The fit.
     pub fitted: Fitted,
+    /// Its sum of squares as it counts among others; see [`Tried`].
+    pub cost: f64,
 }
 
 /// What a diagnosis found.
@@ -146,23 +149,18 @@ pub fn diagnose(bench: &Bench, logs: &[Log], progress: Progress<'_>) -> Result<D
     let screened = screen(&ground);
     progress("fitting the likeliest", 0.45);
     let mut singles = fit_all(&ground, screened.iter().take(rules::FITTED));
-    if let Some(best) = singles.first_mut() {
-        polish(bench, &blocks, best);
-    }
-    singles.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-
     let limits = screened.iter().map(|s| s.limit.clone()).collect();
     let confusable = confuse::confusable(&ground, &screened);
     let excess = above(&null.at).max(1.0);
-    let mut chosen: Vec<Fitted> = Vec::new();
-    if let Some(best) = singles.first().filter(|best| counts(bench, &null, best)) {
+    let mut chosen: Vec<Tried> = Vec::new();
+    if let Some(k) = singles.iter().position(|s| counts(bench, &null, &s.fitted, s.background)) {
+        singles[..=k].rotate_right(1);
+        let best = &singles[0];
         chosen.push(best.clone());
-        let left = above(&best.at) / excess;
-        if left > rules::LEFT || !at_floor(bench, &best.at) {
+        let left = above(&best.fitted.at) / excess;
+        if left > rules::LEFT || !at_floor(bench, &best.fitted.at) {
             progress("looking for a second effect", 0.65);
-            if let Some(pair) = second(&ground, best, &singles) {
-                chosen.push(pair);
-            }
+            chosen.extend(second(&ground, best, &singles));
         }
     }
     progress("weighing the evidence", 0.92);
@@ -206,14 +204,14 @@ fn conclude(
     blocks: &[Vec<u8>],
     before: Residuals,
     null: &Fitted,
-    singles: Vec<Fitted>,
-    chosen: Vec<Fitted>,
+    singles: Vec<Tried>,
+    chosen: Vec<Tried>,
     unexplained: &dyn Fn(&Residuals) -> Vec<Finding>,
 ) -> Diagnosis {
     let n = fit::count(&before).max(1) as f64;
     let score_before = score(&before);
     let excess = above(&null.at).max(1.0);
-    let best = chosen.last().unwrap_or(null);
+    let best = chosen.last().map_or(null, |c| &c.fitted);
     let left = above(&best.at) / excess;
     let explained =
         at_floor(bench, &best.at) || left < rules::LEFT || (score(&best.at) < rules::NEAR && left < rules::LEFT_NEAR);
@@ -227,15 +225,16 @@ fn conclude(
 
     // Which calibrations count, beside the explanation.
     let (improved, kept) = sparse(bench, blocks, best);
+    let common = improved.point.each.iter().all(Vec::is_empty);
     let calibration = found(&improved, |of| is_calibration(improved.point.effect(of).kind));
 
-    let mut fits: Vec<Fitted> = singles;
+    let mut fits = singles;
     if chosen.len() > 1 {
         fits.insert(0, chosen[chosen.len() - 1].clone());
     }
     let mut candidates: Vec<Candidate> = fits
         .into_iter()
-        .map(|fitted| {
+        .map(|Tried { fitted, cost, .. }| {
             let own = effects_of(&fitted);
             Candidate {
                 effects: found(&fitted, |of| matches!(of, Of::All(i) if own.contains(&i))),
@@ -244,20 +243,15 @@ fn conclude(
                 probability: 0.0,
                 left: above(&fitted.at) / excess,
                 indistinguishable: Vec::new(),
+                cost,
                 fitted,
             }
         })
         .collect();
     // A single calibration that is all there is to say is the answer.
     let mut verdict = verdict;
-    let stands_out = || {
-        let (b, a) = (parts(bench, &before), parts(bench, &improved.at));
-        b.iter().any(|(key, part)| {
-            let fall = part.square - a.get(key).map_or(part.square, |p| p.square);
-            fall > rules::VISIBLE * part.square && fall > 0.5 * rules::GAIN
-        })
-    };
-    if verdict == Verdict::Adequate && kept.len() == 1 && stands_out() {
+    // Where each log has its own it is the laboratory's doing, not the cell's.
+    if verdict == Verdict::Adequate && kept.len() == 1 && common && stands_out(bench, &before, &improved.at) {
         let item = found(&improved, |_| true);
         verdict = Verdict::EffectFound;
         candidates.insert(
@@ -269,6 +263,7 @@ fn conclude(
                 probability: 0.0,
                 left: above(&improved.at) / above(&before).max(1.0),
                 indistinguishable: Vec::new(),
+                cost: improved.cost,
                 fitted: improved.clone(),
             },
         );
@@ -279,7 +274,7 @@ fn conclude(
         score_before,
         before,
         null: null.clone(),
-        chosen,
+        chosen: chosen.into_iter().map(|c| c.fitted).collect(),
         candidates,
         calibration,
         unexplained: if at_floor(bench, &improved.at) { Vec::new() } else { unexplained(&improved.at) },
@@ -292,20 +287,20 @@ fn conclude(
 /// Probabilities among the explanations, and which of them the data do not tell apart.
 fn weigh(candidates: &mut [Candidate], null: &Fitted, verdict: Verdict) {
     let Some(first) = candidates.first() else { return };
-    let (best, n) = (first.fitted.cost, fit::count(&first.fitted.at).max(1) as f64);
+    let (best, n) = (first.cost, fit::count(&first.fitted.at).max(1) as f64);
     // What is left above the floor says how far the sum of squares can be trusted.
     let trust = (fit::chi_square(&first.fitted.at) / n).max(1.0) * rules::CORRELATED;
     let weight = |cost: f64| (-0.5 * (cost - best).max(0.0) / trust).exp();
     // "None of these" stands beside them: with the calibrations alone, and with what the best leaves above the floor.
     let none = if verdict == Verdict::Adequate { 1.0 } else { weight(null.cost) };
-    let sum: f64 = candidates.iter().map(|c| weight(c.fitted.cost)).sum::<f64>() + none;
+    let sum: f64 = candidates.iter().map(|c| weight(c.cost)).sum::<f64>() + none;
     let ceiling = match verdict {
         Verdict::UnknownEffect => 0.5,
         _ => 1.0 - (fit::chi_square(&first.fitted.at) / n - 1.0).clamp(0.0, first.left.clamp(0.0, 1.0)),
     };
-    let costs: Vec<f64> = candidates.iter().map(|c| c.fitted.cost).collect();
+    let costs: Vec<f64> = candidates.iter().map(|c| c.cost).collect();
     for (k, c) in candidates.iter_mut().enumerate() {
-        c.probability = weight(c.fitted.cost) / sum * ceiling;
+        c.probability = weight(c.cost) / sum * ceiling;
         c.indistinguishable =
             (0..costs.len()).filter(|j| *j != k && (costs[*j] - costs[k]).abs() < 9.0 * trust).collect();
     }

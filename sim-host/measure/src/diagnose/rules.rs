@@ -1,12 +1,13 @@
 //! Rules of decision. Their numbers come from the corpus in `tests/`, never from recorded campaigns.
 
 use crate::fit::{self, Bench, Fitted, Residuals};
+use crate::predict::Quantity;
 use std::collections::BTreeMap;
 
 /// Fall of the held-out sum of squares that chance does not reach among some hundred hypotheses.
 pub const GAIN: f64 = 30.0;
-/// The same in standard errors over blocks.
-pub const ERRORS: f64 = 2.0;
+/// Share of what the blocks that get better win that the others may lose.
+pub const LOST: f64 = 0.3;
 /// Fall of one channel's sum of squares below which its noise is not known well enough, as a share.
 pub const VISIBLE: f64 = 0.08;
 /// Share of what was above the floor that an explanation may leave.
@@ -57,25 +58,39 @@ pub fn parts(bench: &Bench, residuals: &Residuals) -> BTreeMap<(usize, &'static 
     parts
 }
 
-/// Held-out gain of one fit over another: sum over blocks, and its standard error.
-pub(crate) fn gain(before: &[f64], after: &[f64]) -> (f64, f64) {
-    let differences: Vec<f64> = before.iter().zip(after).map(|(b, a)| b - a).collect();
-    let n = differences.len() as f64;
-    let sum: f64 = differences.iter().sum();
-    let variance = differences.iter().map(|d| (d - sum / n).powi(2)).sum::<f64>() / (n - 1.0);
-    (sum, (n * variance).sqrt())
+/// Sums of squares by log and column; the spindle's orders apart from what is slow.
+fn columns(bench: &Bench, residuals: &Residuals) -> BTreeMap<(usize, &'static str, u8, bool), Part> {
+    let mut columns: BTreeMap<(usize, &'static str, u8, bool), Part> = BTreeMap::new();
+    for (log, (experiment, prediction)) in bench.experiments.iter().zip(residuals).enumerate() {
+        for (c, r) in experiment.compared.iter().zip(&prediction.residual) {
+            let ripple = matches!(c.quantity, Quantity::Ripple { .. });
+            let column = columns.entry((log, c.quantity.channel(), c.component, ripple)).or_default();
+            column.square += r * r;
+            column.count += 1;
+        }
+    }
+    columns
 }
 
-/// True where a fit explains more than chance does and than the noise is known to.
-pub(crate) fn counts(bench: &Bench, before: &Fitted, after: &Fitted) -> bool {
-    let (gain, error) = gain(&before.linear.held_out(None), &after.linear.held_out(None));
-    if gain < GAIN || gain < ERRORS * error {
+/// True where a fit explains more than chance does and than the noise is known to. `background`: how much more than white
+/// noise what is left of it raises such a hypothesis.
+pub(crate) fn counts(bench: &Bench, before: &Fitted, after: &Fitted, background: f64) -> bool {
+    let (before_out, after_out) = (before.linear.held_out(None), after.linear.held_out(None));
+    let differences = || before_out.iter().zip(&after_out).map(|(b, a)| b - a);
+    let gained: f64 = differences().filter(|d| *d > 0.0).sum();
+    let lost: f64 = -differences().filter(|d| *d < 0.0).sum::<f64>();
+    if gained - lost < GAIN * background || lost > LOST * gained {
         return false;
     }
-    let (b, a) = (parts(bench, &before.at), parts(bench, &after.at));
-    b.iter().any(|(key, part)| {
-        let fall = part.square - a.get(key).map_or(part.square, |p| p.square);
-        fall > VISIBLE * part.square && fall > 0.5 * GAIN
+    stands_out(bench, &before.at, &after.at)
+}
+
+/// True where some column's sum of squares falls by more than its noise is known to.
+pub(crate) fn stands_out(bench: &Bench, before: &Residuals, after: &Residuals) -> bool {
+    let after = columns(bench, after);
+    columns(bench, before).iter().any(|(key, column)| {
+        let fall = column.square - after.get(key).map_or(column.square, |p| p.square);
+        fall > VISIBLE * column.square && fall > 0.5 * GAIN
     })
 }
 
@@ -84,9 +99,9 @@ pub(crate) fn above(residuals: &Residuals) -> f64 {
     (fit::chi_square(residuals) - fit::count(residuals) as f64).max(0.0)
 }
 
-/// True where no channel of any log stands out of the floor.
+/// True where no column of any log stands out of the floor.
 pub(crate) fn at_floor(bench: &Bench, residuals: &Residuals) -> bool {
-    parts(bench, residuals).values().all(|p| {
+    columns(bench, residuals).values().all(|p| {
         let count = p.count as f64;
         p.square / count < FLOOR.powi(2) + 6.0 * (2.0 / count).sqrt()
     })

@@ -18,6 +18,17 @@ pub(crate) fn calibrated(bench: &Bench, blocks: &[Vec<u8>]) -> Result<Fitted, Pr
     fit::fit(bench, &point, blocks, &[], Effort { steps: 4, stale })
 }
 
+/// A hypothesis fitted in full beside what was known before.
+#[derive(Debug, Clone)]
+pub struct Tried {
+    /// The fit.
+    pub fitted: Fitted,
+    /// Its sum of squares and priors as it counts among others: what it gains is divided by how far the residual raises
+    /// hypotheses like it anyway.
+    pub cost: f64,
+    pub(crate) background: f64,
+}
+
 /// Fits one hypothesis in full from where screening left it.
 ///
 /// # Errors
@@ -53,16 +64,28 @@ fn fit_hypothesis(ground: &Ground<'_>, effect: &Effect, steps: usize) -> Result<
     fit::fit(ground.bench, &point, ground.blocks, &ground.null.slopes, Effort { steps, stale })
 }
 
-/// Fits hypotheses in full, best first.
-pub(super) fn fit_all<'s>(ground: &Ground<'_>, screened: impl Iterator<Item = &'s Screened>) -> Vec<Fitted> {
-    let screened: Vec<&Screened> = screened.filter(|s| s.gain > rules::GAIN * 0.5).collect();
-    let mut fits: Vec<Fitted> = screened.par_iter().filter_map(|s| fit_hypothesis(ground, &s.effect, 5).ok()).collect();
+/// Fits hypotheses in full, best first; the best with slopes taken afresh.
+pub(super) fn fit_all<'s>(ground: &Ground<'_>, screened: impl Iterator<Item = &'s Screened>) -> Vec<Tried> {
+    let screened: Vec<&Screened> = screened.filter(|s| s.gain > rules::GAIN * 0.5 * s.background).collect();
+    let tried = |s: &&Screened| {
+        let fitted = fit_hypothesis(ground, &s.effect, 5).ok()?;
+        Some(Tried { cost: weighed(ground, &fitted, s.background), fitted, background: s.background })
+    };
+    let mut fits: Vec<Tried> = screened.par_iter().filter_map(tried).collect();
     fits.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    if let Some(best) = fits.first_mut() {
+        polish(ground.bench, ground.blocks, &mut best.fitted);
+        best.cost = weighed(ground, &best.fitted, best.background);
+    }
     fits
 }
 
+fn weighed(ground: &Ground<'_>, fitted: &Fitted, background: f64) -> f64 {
+    ground.null.cost - (ground.null.cost - fitted.cost) / background
+}
+
 /// Refits with fresh slopes of all that is not in proportion.
-pub(super) fn polish(bench: &Bench, blocks: &[Vec<u8>], fitted: &mut Fitted) {
+fn polish(bench: &Bench, blocks: &[Vec<u8>], fitted: &mut Fitted) {
     let stale = of_logs(&fitted.point);
     let known = fitted.slopes[..stale].to_vec();
     if let Ok(better) = fit::fit(bench, &fitted.point, blocks, &known, Effort { steps: 3, stale })
@@ -72,31 +95,28 @@ pub(super) fn polish(bench: &Bench, blocks: &[Vec<u8>], fitted: &mut Fitted) {
     }
 }
 
-/// The best pair that the best single effect is a member of, if it brings more than chance; singles are dropped again that
-/// the other makes needless.
-pub(super) fn second(ground: &Ground<'_>, best: &Fitted, singles: &[Fitted]) -> Option<Fitted> {
-    let pair = further(ground, best)?;
+/// The best pair that the best single effect is a member of, if it brings more than chance; none where the other alone does
+/// what both do together.
+pub(super) fn second(ground: &Ground<'_>, best: &Tried, singles: &[Tried]) -> Option<Tried> {
+    let pair = further(ground, &best.fitted)?;
     // What is left must fall by half at least: a prediction that is not quite right leaves a little for any effect to mend.
-    if above(&pair.at) > rules::HALVED * above(&best.at) {
+    if above(&pair.fitted.at) > rules::HALVED * above(&best.fitted.at) {
         return None;
     }
-    // The second effect alone may do what both do together.
-    let other = pair.point.all.last()?;
-    let alone =
-        singles.iter().find(|s| s.point.all.last().is_some_and(|e| (e.kind.id, e.at) == (other.kind.id, other.at)));
-    if alone.is_some_and(|alone| !counts(ground.bench, alone, &pair)) {
+    let same = |a: &Effect, b: &Effect| (a.kind.id, a.at) == (b.kind.id, b.at);
+    let other = pair.fitted.point.all.last()?;
+    let alone = singles.iter().find(|s| s.fitted.point.all.last().is_some_and(|e| same(e, other)));
+    if alone.is_some_and(|alone| !counts(ground.bench, &alone.fitted, &pair.fitted, pair.background)) {
         return None;
     }
     Some(pair)
 }
 
 /// The effect that brings the most beside those of a fit, fitted with them; `None` where none brings more than chance.
-pub(crate) fn further(ground: &Ground<'_>, fitted: &Fitted) -> Option<Fitted> {
+pub(crate) fn further(ground: &Ground<'_>, fitted: &Fitted) -> Option<Tried> {
     let beside = Ground { null: fitted, ..*ground };
     let screened = screen(&beside);
     let has = |s: &Screened| fitted.point.all.iter().any(|e| (e.kind.id, e.at) == (s.effect.kind.id, s.effect.at));
-    let mut next = fit_all(&beside, screened.iter().filter(|s| !has(s)).take(rules::FITTED_BESIDE));
-    let first = next.first_mut()?;
-    polish(ground.bench, ground.blocks, first);
-    counts(ground.bench, fitted, first).then(|| first.clone())
+    let next = fit_all(&beside, screened.iter().filter(|s| !has(s)).take(rules::FITTED_BESIDE)).into_iter().next()?;
+    counts(ground.bench, fitted, &next.fitted, next.background).then_some(next)
 }

@@ -10,6 +10,8 @@ use trueweld_plant::simulate::Seam;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Axis {
     Time,
+    /// Time up to so many seconds.
+    TimeTo(f64),
     SpringTorque(usize),
     Angle(usize),
     /// Angle of a joint within one period of so many a turn.
@@ -21,6 +23,8 @@ pub(super) enum Axis {
     Feed,
     /// F_z in the tool's frame: below 0 while the tool is pressed on.
     AxialForce,
+    /// −F_z, with the sign of the spindle's speed.
+    PushBySpindle,
     /// Size of the force on the tool.
     Load,
     /// Size of the TCP's velocity.
@@ -52,7 +56,7 @@ impl Axis {
     pub fn named(self, ground: &Ground<'_>) -> Option<Named> {
         let of = |j: usize| ground.logs.first().map_or(String::new(), |log| joint_name(log, j));
         let (name, unit) = match self {
-            Self::Time => ("time from the start of the log".to_owned(), "s"),
+            Self::Time | Self::TimeTo(_) => ("time from the start of the log".to_owned(), "s"),
             Self::SpringTorque(j) => (format!("spring torque of {}", of(j)), "N·m"),
             Self::Angle(j) => (format!("angle of {}", of(j)), "rad"),
             Self::Phase(j, order) => (format!("angle of {} within one of {order:.1} periods a turn", of(j)), "rad"),
@@ -60,6 +64,7 @@ impl Axis {
             Self::Path => ("path position".to_owned(), "m"),
             Self::Feed => ("feed".to_owned(), "m/s"),
             Self::AxialForce => ("axial force F_z on the tool".to_owned(), "N"),
+            Self::PushBySpindle => ("push on the tool, signed as the spindle turns".to_owned(), "N"),
             Self::Load => ("force on the tool".to_owned(), "N"),
             Self::ToolSpeed => ("speed of the tool".to_owned(), "m/s"),
             Self::Tool(i) => (format!("{} of the tool in the base frame", ["x", "y", "z"][i.min(2)]), "m"),
@@ -77,6 +82,10 @@ impl Axis {
                 let begin = samples.time.first()?;
                 Some(samples.time.iter().map(|t| t - begin).collect())
             }
+            Self::TimeTo(end) => {
+                let times = Self::Time.of_log(ground, index)?;
+                Some(times.into_iter().map(|t| if t <= end { t } else { f64::NAN }).collect())
+            }
             Self::SpringTorque(j) => {
                 let spring = &motion.filter(|m| m.spring.len() == samples.len())?.spring;
                 Some(averaged(log, spring.iter().map(|t| t[j]).collect()))
@@ -90,6 +99,10 @@ impl Axis {
             Self::Path => path(log),
             Self::Feed => rate(log, &path(log)?),
             Self::AxialForce => Some(averaged(log, samples.force.as_ref()?.iter().map(|f| f.z).collect())),
+            Self::PushBySpindle => {
+                let push = Self::AxialForce.of_log(ground, index)?;
+                Some(push.iter().zip(samples.spindle.as_ref()?).map(|(f, turning)| -f * turning.signum()).collect())
+            }
             Self::Load => {
                 let force = samples.force.as_ref()?;
                 let [x, y, z] = [0, 1, 2].map(|c| averaged(log, force.iter().map(|f| f[c]).collect()));

@@ -122,7 +122,9 @@ fn bins(rows: &[Row], shape: Shape, count: usize) -> Vec<Range<usize>> {
     if shape == Shape::Curve {
         bins = bins.into_iter().fold(Vec::new(), |mut apart: Vec<Range<usize>>, bin| {
             match apart.last_mut() {
-                Some(last) if middle(&rows[bin.clone()]) - middle(&rows[last.clone()]) < NEAR * wide => last.end = bin.end,
+                Some(last) if middle(&rows[bin.clone()]) - middle(&rows[last.clone()]) < NEAR * wide => {
+                    last.end = bin.end
+                }
                 _ => apart.push(bin),
             }
             apart
@@ -187,11 +189,8 @@ fn point(rows: &[Row], sign: f64) -> CurvePoint {
         before = Some(row);
     }
     let n = passes.len() as f64;
-    let between = if n > 1.0 {
-        passes.iter().map(|p| p * p).sum::<f64>() * n / (n - 1.0) / weight.powi(2)
-    } else {
-        0.0
-    };
+    let between =
+        if n > 1.0 { passes.iter().map(|p| p * p).sum::<f64>() * n / (n - 1.0) / weight.powi(2) } else { 0.0 };
     CurvePoint { x: middle(rows), y: sign * y, error: white.max(between).sqrt() }
 }
 
@@ -229,7 +228,9 @@ pub(super) fn orders(ground: &Ground<'_>) -> Option<Evidence> {
             .map(|(order, [cosine, sine])| CurvePoint {
                 x: order as f64,
                 y: part(cosine, 0).hypot(part(sine, 0)),
-                error: (0.5 * ((cosine[3] + sine[3]) / (cosine[4] + sine[4])).max(1.0) * (1.0 / cosine[2] + 1.0 / sine[2]))
+                error: (0.5
+                    * ((cosine[3] + sine[3]) / (cosine[4] + sine[4])).max(1.0)
+                    * (1.0 / cosine[2] + 1.0 / sine[2]))
                     .sqrt(),
             })
             .collect();
@@ -262,7 +263,9 @@ pub(super) fn window(ground: &Ground<'_>, log: usize, quantity: Quantity, compon
     let (first, last) = (*time.first()?, *time.last()?);
     let windows = ((last - first) / WINDOW).ceil().max(1.0) as usize;
     let mut done = vec![0.0; windows];
-    for (k, c) in experiment.compared.iter().enumerate().filter(|(_, c)| c.quantity == quantity && c.component == component) {
+    for (k, c) in
+        experiment.compared.iter().enumerate().filter(|(_, c)| c.quantity == quantity && c.component == component)
+    {
         let place = ((time.get(c.row)? - first) / WINDOW) as usize;
         done[place.min(windows - 1)] += (without[k] - with[k]).powi(2);
     }

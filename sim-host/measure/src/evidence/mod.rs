@@ -55,7 +55,9 @@ struct Ground<'a> {
     found: &'a Fitted,
     /// The effect in `found`.
     of: Of,
-    /// Residuals with the calibrations of `found` and without the effect.
+    /// `found` without the effect, its calibrations as they are.
+    bare: &'a Point,
+    /// Residuals there.
     without: &'a Residuals,
     /// Residuals with calibrations alone, at their best.
     null: &'a Residuals,
@@ -65,15 +67,16 @@ struct Ground<'a> {
 ///
 /// `logs` belong to the experiments of `bench`, place by place; `null` is the fit with calibrations alone, `found` the one
 /// that `effect` was found in. `None` where the logs show nothing of the effect. It costs one prediction of every log
-/// without the effect, and one for each quantity that the effect may show in, six at most.
+/// without the effect, and one for each quantity that the effect may show in, three at most.
 pub fn evidence(bench: &Bench, logs: &[Log], null: &Fitted, found: &Fitted, effect: &Effect) -> Option<Evidence> {
     let fits = |r: &Residuals| r.len() == logs.len() && bench.experiments.len() == logs.len();
     let of = place(&found.point, effect)?;
-    let without = residuals(bench, &taken_out(&found.point, of)).ok()?;
+    let bare = taken_out(&found.point, of);
+    let without = residuals(bench, &bare).ok()?;
     if !fits(&without) || !fits(&found.at) || !fits(&null.at) {
         return None;
     }
-    let ground = Ground { bench, logs, found, of, without: &without, null: &null.at };
+    let ground = Ground { bench, logs, found, of, bare: &bare, without: &without, null: &null.at };
     let view = View::of(found.point.effect(of), &ground);
     draw(&ground, &view).or_else(|| draw(&ground, &View::fallback(found.point.effect(of), &ground)))
 }
@@ -85,13 +88,14 @@ fn place(point: &Point, effect: &Effect) -> Option<Of> {
     point.all.iter().position(is).map(Of::All).or_else(|| (0..point.each.len()).find_map(of_log))
 }
 
+/// The point without that effect, also where every log has it with values of its own.
 fn taken_out(point: &Point, of: Of) -> Point {
+    let (kind, at) = (point.effect(of).kind, point.effect(of).at);
+    let stays = |e: &Effect| e.kind.id != kind.id || e.at != at;
     let mut point = point.clone();
-    match of {
-        Of::All(i) => drop(point.all.remove(i)),
-        Of::Log(log, i) => drop(point.each[log].remove(i)),
-    }
-    // Its values are gone, and with them the places of the others: residuals do not ask for what is free.
+    point.all.retain(stays);
+    point.each.iter_mut().for_each(|effects| effects.retain(stays));
+    // Indices of effects have changed; residuals do not ask for what is free.
     point.free.clear();
     point
 }

@@ -72,7 +72,8 @@ fn added(a: Option<Vec<f64>>, b: Option<Vec<f64>>) -> Option<Vec<f64>> {
 /// does to the tool, another does too.
 pub(super) fn apart(ground: &Ground<'_>, all: &[Option<Slopes>], which: usize) -> Option<Slopes> {
     let mut own = all[which].clone()?;
-    let others: Vec<&Slopes> = all.iter().enumerate().filter(|(k, _)| *k != which).filter_map(|(_, s)| s.as_ref()).collect();
+    let others: Vec<&Slopes> =
+        all.iter().enumerate().filter(|(k, _)| *k != which).filter_map(|(_, s)| s.as_ref()).collect();
     for (log, experiment) in ground.bench.experiments.iter().enumerate() {
         let Some(own) = own[log].as_mut() else { continue };
         let rows = 1 + experiment.compared.iter().map(|c| c.row).max().unwrap_or(0);
@@ -105,17 +106,17 @@ fn clear(s: &mut [f64], of: &[f64], experiment: &Experiment, rows: usize) {
 impl Probe {
     /// Slopes of all residuals by the quantity, in its unit; `None` where no log shows it.
     pub fn slopes(&self, ground: &Ground<'_>) -> Option<Slopes> {
-        let point = &ground.found.point;
         let (mut slopes, size): (Slopes, f64) = match self {
             Self::Port { terms, at, unit: of, .. } => {
                 let mut sum: Option<Slopes> = None;
                 for (port, times) in terms {
                     let kind = constant(port, times, of)?;
-                    let mut point = point.clone();
+                    // Without the effect, so that nothing of its form is assumed.
+                    let mut point = ground.bare.clone();
                     let of = Of::All(point.all.len());
                     point.all.push(Effect { kind, at: *at, values: vec![0.0] });
                     let free = Free { of, parameter: 0, expected: f64::INFINITY };
-                    let new = slopes(ground.bench, &point, &[free], &ground.found.at, 1.0).pop()?;
+                    let new = slopes(ground.bench, &point, &[free], ground.without, 1.0).pop()?;
                     sum = Some(match sum {
                         Some(sum) => sum.into_iter().zip(new).map(|(a, b)| added(a, b)).collect(),
                         None => new,
@@ -124,6 +125,7 @@ impl Probe {
                 (sum?, step(of))
             }
             Self::Own { parameter, .. } => {
+                let point = &ground.found.point;
                 let is = |f: &Free| f.of == ground.of && f.parameter == *parameter;
                 let k = point.free.iter().position(is)?;
                 let value = point.value(&point.free[k]);
@@ -132,9 +134,10 @@ impl Probe {
             Self::Column { quantity, component, .. } => {
                 let of_column = |e: &Experiment| {
                     let has = |c: &&Compared| c.quantity == *quantity && c.component == *component;
-                    e.compared.iter().any(|c| has(&c)).then(|| {
-                        e.compared.iter().map(|c| if has(&c) { -1.0 / c.deviation } else { 0.0 }).collect()
-                    })
+                    e.compared
+                        .iter()
+                        .any(|c| has(&c))
+                        .then(|| e.compared.iter().map(|c| if has(&c) { -1.0 / c.deviation } else { 0.0 }).collect())
                 };
                 (ground.bench.experiments.iter().map(of_column).collect(), 1.0)
             }

@@ -1,9 +1,9 @@
 //! What shows each effect: the quantity it acts through and the variables it may follow.
 
+use super::Ground;
 use super::axis::Axis;
 use super::curve::window;
 use super::probe::Probe;
-use super::Ground;
 use crate::compare::column_label;
 use crate::localize::joint_name;
 use crate::log::LogKind;
@@ -60,12 +60,20 @@ impl View {
         let own = |what: &str| vec![Probe::Own { parameter: 0, y_name: what.replace("{}", &name) }];
         let process = ["process-force-x", "process-force-y", "process-force-z"];
         let along = "more process force along ";
-        let scaled = || {
-            let terms = process.into_iter().zip(["fx", "fy", "fz"]).collect();
-            let y_name = "relative change of the process forces".to_owned();
-            vec![Probe::Port { terms, at: At::Cell, sign: 1.0, y_name, unit: "1" }]
+        let scaled = |terms: &[(&'static str, &'static str)], of: &str| {
+            let y_name = format!("relative change of {of}");
+            vec![Probe::Port { terms: terms.to_vec(), at: At::Cell, sign: 1.0, y_name, unit: "1" }]
         };
-        let height = || vec![at_port("surface-height", At::Cell, 1.0, "height of the surface towards the tool".to_owned())];
+        let forces = [(process[0], "fx"), (process[1], "fy"), (process[2], "fz")];
+        let along_seam = || scaled(&forces[..1], "the force along the seam");
+        let all_forces = || scaled(&forces, "the process forces");
+        // A change that has come to its end says nothing more: five time constants.
+        let time = || {
+            let constant = effect.kind.parameters.iter().position(|p| p.name == "time_s");
+            vec![constant.map_or(Axis::Time, |k| Axis::TimeTo(5.0 * effect.values[k]))]
+        };
+        let height =
+            || vec![at_port("surface-height", At::Cell, 1.0, "height of the surface towards the tool".to_owned())];
         let more_twist = "twist of {} beyond the linear spring's";
         let wave = || {
             let order = effect.kind.parameters.iter().position(|p| p.role == Role::Order);
@@ -85,13 +93,13 @@ impl View {
                 Self { shape: Shape::Loop, ..curve(joint("twist", -1.0, more_twist), vec![Axis::SpringTorque(j)]) }
             }
             "transmission-error" => curve(joint("twist", 1.0, "error of {}'s gear"), wave()),
-            "encoder-offset" => {
-                curve(joint("twist", 1.0, "angle of {} beyond its encoder's"), vec![Axis::Angle(j), Axis::SpringTorque(j)])
-            }
-            "wrist-coupling" => curve(
+            "encoder-offset" => curve(
                 joint("twist", 1.0, "angle of {} beyond its encoder's"),
-                vec![Axis::Angle(j.saturating_sub(1))],
+                vec![Axis::Angle(j), Axis::SpringTorque(j)],
             ),
+            "wrist-coupling" => {
+                curve(joint("twist", 1.0, "angle of {} beyond its encoder's"), vec![Axis::Angle(j.saturating_sub(1))])
+            }
             "link-encoder-offset" | "link-encoder-ripple" => {
                 curve(joint("link-encoder", 1.0, "what the second encoder of {} reads more"), wave())
             }
@@ -105,22 +113,23 @@ impl View {
             }
             "payload-error" => curve(own("mass that the tool has more"), vec![Axis::Angle(4)]),
             "bearing-tilt" => curve(own("compliance of {}'s bearing to tilt"), vec![Axis::Load]),
-            "base-compliance" => {
-                curve(own("compliance of the base to tilt"), vec![Axis::Load])
-            }
+            "base-compliance" => curve(own("compliance of the base to tilt"), vec![Axis::Load]),
             "tracker-registration" => curve(
                 cell(&["tracker-x", "tracker-y", "tracker-z"], "what the tracker reads more along "),
                 (0..3).map(Axis::Tool).collect(),
             ),
             "thermal-drift" => {
-                curve(cell(&["tool-shift-x", "tool-shift-y", "tool-shift-z"], "drift of the tool along "), vec![Axis::Time])
+                curve(cell(&["tool-shift-x", "tool-shift-y", "tool-shift-z"], "drift of the tool along "), time())
             }
             "force-crosstalk" => curve(
                 cell(&["force-sensor-x", "force-sensor-y"], "what the force sensor reads more along "),
                 vec![Axis::AxialForce],
             ),
             "force-offset" => curve(
-                cell(&["force-sensor-x", "force-sensor-y", "force-sensor-z"], "what the force sensor reads more along "),
+                cell(
+                    &["force-sensor-x", "force-sensor-y", "force-sensor-z"],
+                    "what the force sensor reads more along ",
+                ),
                 vec![Axis::AxialForce],
             ),
             "channel-delay" => {
@@ -132,11 +141,10 @@ impl View {
                 curve(own("lag of the instrument"), axes)
             }
             "process-stiffness-error" => curve(cell(&process[2..], along), vec![Axis::AxialForce]),
-            "drag-error" => curve(cell(&process[..1], along), vec![Axis::AxialForce, Axis::Feed]),
-            "feed-power-law" => curve(cell(&process[..1], along), vec![Axis::Feed]),
-            "advancing-side" => curve(cell(&process[1..2], along), vec![Axis::AxialForce]),
-            "thermal-softening" => curve(scaled(), vec![Axis::Time]),
-            "material-step" => curve(scaled(), vec![Axis::Path]),
+            "drag-error" | "feed-power-law" => curve(along_seam(), vec![Axis::Feed]),
+            "advancing-side" => curve(cell(&process[1..2], along), vec![Axis::PushBySpindle]),
+            "thermal-softening" => curve(all_forces(), time()),
+            "material-step" => curve(all_forces(), vec![Axis::Path]),
             "plate-waviness" => curve(height(), vec![Axis::Path]),
             "fixture-compliance" => curve(height(), vec![Axis::AxialForce]),
             "spindle-harmonic" => Self { probes: Vec::new(), axes: Vec::new(), shape: Shape::Orders },

@@ -32,7 +32,7 @@ use trueweld_plant::simulate::Seam;
 const BAND: f64 = 1.2;
 const SPINDLE_SHARE: f64 = 0.2;
 
-/// Orders of the spindle at which the force is compared.
+/// Orders of the spindle at which the force is compared, as far as the sampling resolves them.
 const ORDERS: usize = 6;
 
 /// Push that counts as firm contact, in deviations of the predicted depth force.
@@ -68,6 +68,8 @@ pub(super) struct Contact {
     shake: Vec<[Vector3<f64>; 2]>,
     /// What the arm makes of the ripple, for every compared row and order.
     loops: Vec<[Closed; ORDERS]>,
+    /// Orders that lie below half the sampling rate with their band; higher ones fold onto others.
+    orders: usize,
 }
 
 /// (1 + Z C)⁻¹ at one row and order, and what of the force comes with the motors' own motion.
@@ -154,6 +156,7 @@ impl Contact {
             motion: Vec::new(),
             shake: vec![[Vector3::zeros(); 2]; n],
             loops: Vec::new(),
+            orders: ((0.5 / period - 1.5 * band) / turning).floor().clamp(0.0, ORDERS as f64) as usize,
         };
         contact.motion = contact.tool(None, 0.0);
         let tracker = known(&noise.position, log, "the tracker's position")?;
@@ -285,7 +288,7 @@ impl Contact {
             }
         }
         let encoder = known(&noise.encoder, log, "the encoders")?;
-        for order in 1..=ORDERS {
+        for order in 1..=self.orders {
             for (k, &row) in self.rows.iter().enumerate() {
                 let driven = self.driven_noise(model, &encoder, order, k);
                 for c in 0..3 {
@@ -545,7 +548,7 @@ impl Contact {
             readings.force
         };
         let late_by = ports.delay(Channel::Wrench);
-        for order in 1..=ORDERS {
+        for order in 1..=self.orders {
             let back = Complex::from_polar(1.0, -(order as f64) * process.spindle * late_by);
             for (k, &row) in self.rows.iter().enumerate() {
                 let closed = &self.loops[k][order - 1];

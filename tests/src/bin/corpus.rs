@@ -1,0 +1,101 @@
+//! The corpus experiment: hides effects in synthetic campaigns, has them diagnosed, and counts the answers.
+
+use clap::Parser;
+use std::collections::BTreeMap;
+use std::fs::{OpenOptions, read_to_string};
+use std::io::{ErrorKind, Write as _};
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::Instant;
+use trueweld_plant::input::write_atomically;
+use trueweld_tests::campaign::Logs;
+use trueweld_tests::corpus::{Judged, Tally, cases};
+
+/// Measures how well a diagnosis names what is hidden in synthetic campaigns.
+///
+/// Appends a line of JSON to OUT for each case; cases already there are not done again.
+#[derive(Debug, Parser)]
+struct Arguments {
+    /// Seed of the corpus.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Number of cases.
+    #[arg(long, default_value_t = 200)]
+    cases: usize,
+    /// File of results.
+    #[arg(long)]
+    out: PathBuf,
+    /// File for the tables, as Markdown; printed without it.
+    #[arg(long)]
+    table: Option<PathBuf>,
+    /// Campaigns as short as they can be.
+    #[arg(long)]
+    short: bool,
+    /// Only the case of this number.
+    #[arg(long)]
+    only: Option<usize>,
+}
+
+fn go(arguments: &Arguments) -> Result<(), Box<dyn std::error::Error>> {
+    let logs = if arguments.short { Logs::short() } else { Logs::usual() };
+    let cases = cases(arguments.seed, arguments.cases, &logs);
+    let written = match read_to_string(&arguments.out) {
+        Ok(text) => text,
+        Err(error) if error.kind() == ErrorKind::NotFound => String::new(),
+        Err(error) => return Err(format!("cannot read {}: {error}", arguments.out.display()).into()),
+    };
+    let mut known: BTreeMap<(String, u64), Judged> = BTreeMap::new();
+    for (number, line) in written.lines().enumerate() {
+        let judged: Judged = serde_json::from_str(line).map_err(|error| {
+            format!("{}:{}: no result of this program: {error}", arguments.out.display(), number + 1)
+        })?;
+        known.insert((judged.name.clone(), judged.seed), judged);
+    }
+    let wanted = |index: usize| arguments.only.is_none_or(|only| only == index);
+    let missing: Vec<_> = cases
+        .iter()
+        .enumerate()
+        .filter(|(index, c)| wanted(*index) && !known.contains_key(&(c.name.clone(), c.seed)))
+        .map(|(_, case)| case)
+        .collect();
+    let mut file = OpenOptions::new().create(true).append(true).open(&arguments.out)?;
+    let start = Instant::now();
+    for (done, case) in missing.iter().enumerate() {
+        match case.examine() {
+            Ok(judged) => {
+                // One write a line: whoever reads along, or stops the program, never meets half of one.
+                file.write_all((serde_json::to_string(&judged)? + "\n").as_bytes())?;
+                let each = start.elapsed().as_secs_f64() / (done + 1) as f64;
+                let left = each * (missing.len() - done - 1) as f64;
+                eprintln!(
+                    "{}/{} {}: {:?}, {:.0} min left",
+                    done + 1,
+                    missing.len(),
+                    case.name,
+                    judged.outcome,
+                    left / 60.0
+                );
+                known.insert((case.name.clone(), case.seed), judged);
+            }
+            // One campaign that cannot be made is no reason to lose the others; it is not counted, and said to be.
+            Err(error) => eprintln!("{}/{} {}: {error}", done + 1, missing.len(), case.name),
+        }
+    }
+    let judged = cases.iter().filter_map(|c| known.remove(&(c.name.clone(), c.seed))).collect();
+    let table = Tally::new(judged).markdown();
+    match &arguments.table {
+        Some(path) => write_atomically(path, table.as_bytes())?,
+        None => print!("{table}"),
+    }
+    Ok(())
+}
+
+fn main() -> ExitCode {
+    match go(&Arguments::parse()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("{error}");
+            ExitCode::FAILURE
+        }
+    }
+}

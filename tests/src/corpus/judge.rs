@@ -1,0 +1,110 @@
+//! What an answer is worth against the truth.
+
+use super::Hidden;
+use crate::campaign::Recipe;
+use serde::{Deserialize, Serialize};
+use trueweld_measure::diagnose::{Candidate, Diagnosis, Verdict};
+use trueweld_plant::effects::{At, Effect};
+
+/// What came of one case, better ones first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Outcome {
+    /// One effect: named, at its place. Two: both. Nothing: adequate. Outside the library: called unknown.
+    Right,
+    /// Named another that the data do not tell from the truth, and said so.
+    RightTie,
+    /// The truth is a calibration and is reported as one, beside others that are there as well.
+    RightAsCalibration,
+    /// The truth and a second effect that is not there.
+    RightAndMore,
+    /// One of two, or one of two and another that is not there.
+    OneOfTwo,
+    /// The right effect at another place.
+    WrongPlace,
+    /// An effect that is not there.
+    WrongEffect,
+    /// Adequate, though something is hidden.
+    Missed,
+    /// Unknown, though the library has it, or nothing is there.
+    SaidUnknown,
+    /// An effect of the library for something outside it.
+    NamedSomething,
+    /// An effect where there is none.
+    FalseAlarm,
+}
+
+type Key = (&'static str, At);
+
+fn key(effect: &Effect) -> Key {
+    (effect.kind.id, effect.at)
+}
+
+fn keys(candidate: &Candidate) -> Vec<Key> {
+    candidate.effects.iter().map(|f| key(&f.effect)).collect()
+}
+
+/// Judges a diagnosis of the campaign of `recipe`, in which `hidden` is hidden.
+pub fn judge(hidden: &Hidden, recipe: &Recipe, diagnosis: &Diagnosis) -> Outcome {
+    let truth: Vec<Key> = match hidden {
+        Hidden::None | Hidden::Unknown(_) => Vec::new(),
+        Hidden::One(a) => vec![key(a)],
+        Hidden::Two(a, b) => vec![key(a), key(b)],
+    };
+    let unknown = matches!(hidden, Hidden::Unknown(_));
+    let reported = |k: &Key| diagnosis.calibration.iter().any(|f| key(&f.effect) == *k);
+    // A calibration that is reported as one is found; what is left is for the explanation to say.
+    let left: Vec<Key> = truth.iter().filter(|k| !reported(k)).copied().collect();
+    let adequate = || match (truth.is_empty(), left.is_empty()) {
+        (true, _) if unknown => Outcome::Missed,
+        (true, _) => Outcome::Right,
+        (false, true) => Outcome::RightAsCalibration,
+        (false, false) if left.len() < truth.len() => Outcome::OneOfTwo,
+        (false, false) => Outcome::Missed,
+    };
+    match (diagnosis.verdict, diagnosis.candidates.first()) {
+        (Verdict::UnknownEffect, _) if unknown => Outcome::Right,
+        (Verdict::UnknownEffect, _) => Outcome::SaidUnknown,
+        (Verdict::Adequate, _) | (Verdict::EffectFound, None) => adequate(),
+        (Verdict::EffectFound, Some(first)) => {
+            let named = keys(first);
+            // A calibration that the laboratory did get wrong is no answer, and no false one.
+            if named.iter().all(|k| is_nuisance(*k, recipe) && !truth.contains(k)) {
+                adequate()
+            } else if unknown {
+                Outcome::NamedSomething
+            } else if truth.is_empty() {
+                Outcome::FalseAlarm
+            } else {
+                [&truth, &left].into_iter().map(|t| found(t, first, &diagnosis.candidates)).min().expect("one of two")
+            }
+        }
+    }
+}
+
+/// What an explanation is worth where `truth` was to be named.
+fn found(truth: &[Key], first: &Candidate, all: &[Candidate]) -> Outcome {
+    let named = keys(first);
+    let same = |named: &[Key]| named.len() == truth.len() && truth.iter().all(|t| named.contains(t));
+    if same(&named) {
+        Outcome::Right
+    } else if first.indistinguishable.iter().any(|k| same(&keys(&all[*k]))) {
+        Outcome::RightTie
+    } else if truth.iter().any(|t| named.contains(t)) {
+        if truth.len() == 2 { Outcome::OneOfTwo } else { Outcome::RightAndMore }
+    } else if truth.iter().any(|t| named.iter().any(|n| n.0 == t.0)) {
+        Outcome::WrongPlace
+    } else {
+        Outcome::WrongEffect
+    }
+}
+
+/// True for a calibration that the laboratory of a recipe got wrong.
+fn is_nuisance((id, at): Key, recipe: &Recipe) -> bool {
+    match (id, at) {
+        ("stiffness-error", At::Joint(i)) => recipe.stiffness_error[i] != 0.0,
+        ("encoder-offset", At::Joint(i)) => recipe.encoder_offset[i] != 0.0,
+        ("tracker-registration", _) => recipe.registration_per_log != 0.0,
+        _ => false,
+    }
+}

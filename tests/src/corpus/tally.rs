@@ -1,0 +1,207 @@
+//! Counts over the corpus: rates with their limits, and what was named for what.
+
+use super::{Judged, Outcome};
+use std::collections::BTreeMap;
+use std::fmt::{self, Write as _};
+
+/// So many of so many.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Rate {
+    /// How many did.
+    pub hits: usize,
+    /// Of how many.
+    pub of: usize,
+}
+
+impl Rate {
+    /// How many of some things are so.
+    pub fn of<T>(all: &[T], is: impl Fn(&T) -> bool) -> Self {
+        Self { hits: all.iter().filter(|t| is(t)).count(), of: all.len() }
+    }
+
+    /// Clopper and Pearson's 95 % interval of the probability behind it.
+    pub fn limits(self) -> [f64; 2] {
+        let (k, n) = (self.hits, self.of);
+        // The probability at which so few, or so many, become as rare as 2.5 %.
+        let solve = |at_most: usize, tail: f64| {
+            let (mut low, mut high) = (0.0, 1.0);
+            for _ in 0..60 {
+                let p = 0.5 * (low + high);
+                if at_most_of(at_most, n, p) > tail { low = p } else { high = p }
+            }
+            0.5 * (low + high)
+        };
+        [if k == 0 { 0.0 } else { solve(k - 1, 0.975) }, if k == n { 1.0 } else { solve(k, 0.025) }]
+    }
+}
+
+/// Probability of at most `k` of `n` at a chance of `p` each.
+fn at_most_of(k: usize, n: usize, p: f64) -> f64 {
+    if p <= 0.0 {
+        return 1.0;
+    }
+    let mut log_choose = 0.0;
+    let mut sum = 0.0;
+    for i in 0..=k {
+        if i > 0 {
+            log_choose += ((n - i + 1) as f64 / i as f64).ln();
+        }
+        sum += (log_choose + i as f64 * p.ln() + (n - i) as f64 * (-p).ln_1p()).exp();
+    }
+    sum
+}
+
+impl fmt::Display for Rate {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.of == 0 {
+            return write!(f, "–");
+        }
+        let [low, high] = self.limits().map(|p| 100.0 * p);
+        write!(f, "{} of {} ({low:.0}–{high:.0} %)", self.hits, self.of)
+    }
+}
+
+/// Ranges of how well something shows, in multiples of the limit of detection, and what they are called.
+const BANDS: [(&str, f64, f64); 4] = [
+    ("below the limit", 0.0, 0.7),
+    ("about the limit", 0.7, 1.8),
+    ("about 3 × the limit", 1.8, 5.5),
+    ("about 10 × the limit and more", 5.5, f64::INFINITY),
+];
+
+/// Everything judged.
+#[derive(Debug, Default)]
+pub struct Tally {
+    judged: Vec<Judged>,
+}
+
+impl Tally {
+    /// Over these cases.
+    pub fn new(judged: Vec<Judged>) -> Self {
+        Self { judged }
+    }
+
+    fn with(&self, is: impl Fn(&Judged) -> bool) -> Vec<&Judged> {
+        self.judged.iter().filter(|j| is(j)).collect()
+    }
+
+    /// The rates and what was named for what, as Markdown.
+    pub fn markdown(&self) -> String {
+        let mut text = String::new();
+        self.rates(&mut text).and_then(|()| self.matrix(&mut text)).expect("a string takes all");
+        text
+    }
+
+    fn rates(&self, out: &mut String) -> fmt::Result {
+        use Outcome::{
+            FalseAlarm, Missed, NamedSomething, OneOfTwo, Right, RightAndMore, RightAsCalibration, RightTie,
+            SaidUnknown, WrongEffect, WrongPlace,
+        };
+        let was = |cases: &[&Judged], any: &[Outcome]| Rate::of(cases, |j| any.contains(&j.outcome));
+        writeln!(
+            out,
+            "| one effect hidden | right | right effect, wrong place | wrong effect | \"unknown\" | \"adequate\" |"
+        )?;
+        writeln!(out, "|---|---|---|---|---|---|")?;
+        for (band, low, high) in BANDS {
+            let cases = self.with(|j| !j.unknown && j.truth.len() == 1 && (low..high).contains(&j.seen[0].ratio));
+            writeln!(
+                out,
+                "| {band} | {} | {} | {} | {} | {} |",
+                was(&cases, &[Right, RightTie, RightAsCalibration, RightAndMore]),
+                was(&cases, &[WrongPlace]),
+                was(&cases, &[WrongEffect]),
+                was(&cases, &[SaidUnknown]),
+                was(&cases, &[Missed])
+            )?;
+        }
+        writeln!(
+            out,
+            "\n| something else hidden | right | a wrong effect | \"unknown\" | \"adequate\" |\n|---|---|---|---|---|"
+        )?;
+        let none = self.with(|j| j.truth.is_empty());
+        writeln!(
+            out,
+            "| nothing | {} | {} | {} | |",
+            was(&none, &[Right]),
+            was(&none, &[FalseAlarm]),
+            was(&none, &[SaidUnknown])
+        )?;
+        for (band, low, high) in BANDS {
+            let cases = self.with(|j| j.unknown && (low..high).contains(&j.seen[0].ratio));
+            writeln!(
+                out,
+                "| outside the library, {band} | {} | {} | | {} |",
+                was(&cases, &[Right]),
+                was(&cases, &[NamedSomething]),
+                was(&cases, &[Missed])
+            )?;
+        }
+        let two = self.with(|j| !j.unknown && j.truth.len() == 2);
+        writeln!(
+            out,
+            "| two effects | {}; one of them: {} | {} | {} | {} |",
+            was(&two, &[Right, RightTie, RightAsCalibration]),
+            was(&two, &[OneOfTwo]),
+            was(&two, &[WrongEffect]),
+            was(&two, &[SaidUnknown]),
+            was(&two, &[Missed])
+        )
+    }
+
+    /// The confusion matrix, its rows written out: nearly all of its fields are empty.
+    fn matrix(&self, out: &mut String) -> fmt::Result {
+        writeln!(out, "\n| hidden, above the limit | cases | right | instead |\n|---|---|---|---|")?;
+        let mut rows: BTreeMap<(bool, &str), (usize, usize, BTreeMap<String, usize>)> = BTreeMap::new();
+        for j in self.with(|j| j.truth.len() == 1 && j.seen[0].ratio >= BANDS[1].1) {
+            let (cases, right, instead) = rows.entry((j.unknown, kind_of(&j.truth[0]))).or_default();
+            *cases += 1;
+            match j.outcome {
+                Outcome::Right | Outcome::RightTie | Outcome::RightAsCalibration | Outcome::RightAndMore => *right += 1,
+                _ => *instead.entry(answer(j)).or_default() += 1,
+            }
+        }
+        for ((unknown, truth), (cases, right, instead)) in rows {
+            let mut words = String::new();
+            for (what, count) in instead {
+                let separator = if words.is_empty() { "" } else { ", " };
+                let times = if count > 1 { format!(" × {count}") } else { String::new() };
+                write!(words, "{separator}{what}{times}")?;
+            }
+            let outside = if unknown { " (outside the library)" } else { "" };
+            writeln!(out, "| {truth}{outside} | {cases} | {right} | {words} |")?;
+        }
+        Ok(())
+    }
+}
+
+/// `backlash [A5]` without its place.
+fn kind_of(words: &str) -> &str {
+    words.split(' ').next().unwrap_or(words)
+}
+
+fn answer(judged: &Judged) -> String {
+    match (judged.outcome, judged.named.first()) {
+        (Outcome::Missed, _) => "\"adequate\"".to_owned(),
+        (Outcome::SaidUnknown, _) => "\"unknown\"".to_owned(),
+        (Outcome::WrongPlace, _) => "wrong place".to_owned(),
+        (_, Some(first)) => first.effects.iter().map(|e| kind_of(e)).collect::<Vec<_>>().join(" + "),
+        (_, None) => judged.verdict.clone(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Rate;
+
+    /// R 4.3, binom.test(8, 10) and binom.test(0, 20).
+    #[test]
+    fn limits_are_clopper_and_pearsons() {
+        for (rate, [low, high]) in
+            [(Rate { hits: 8, of: 10 }, [0.4439045, 0.9747893]), (Rate { hits: 0, of: 20 }, [0.0, 0.1684335])]
+        {
+            let found = rate.limits();
+            assert!((found[0] - low).abs() < 1e-6 && (found[1] - high).abs() < 1e-6, "{found:?}");
+        }
+    }
+}

@@ -1,0 +1,69 @@
+//! A small part of the corpus, in a test's time: a diagnosis names what is hidden where it shows well, keeps silent where
+//! nothing is hidden, and says so where the library does not have it. Cases and seeds were chosen before they were run.
+
+use trueweld_tests::campaign::{Logs, Recipe, Strange, Stranger, draw};
+use trueweld_tests::corpus::{Case, Hidden, Judged, Outcome, cases};
+
+/// Ten times the limit of detection: nobody could overlook it.
+const TARGET: f64 = 10.0;
+
+/// A case with a laboratory's usual errors beside what is hidden.
+fn examined(name: &str, seed: u64, hidden: Hidden) -> Judged {
+    let recipe = Recipe { logs: Logs::short(), ..Recipe::plain(seed) }.with_nuisance(0.03, 1e-4, 1e-4);
+    let case = Case { name: name.to_owned(), seed, hidden, target: TARGET, recipe };
+    let judged = case.examine().expect("the case can be made and diagnosed");
+    for seen in &judged.seen {
+        assert!(seen.ratio > 3.0, "{name} is to show well: {seen:?}");
+    }
+    judged
+}
+
+fn effect(id: &str, seed: u64) -> Judged {
+    examined(id, seed, Hidden::One(draw(id, 1.0, &Logs::short(), seed)))
+}
+
+#[test]
+fn nothing_hidden_is_adequate() {
+    let judged = examined("none", 1, Hidden::None);
+    assert_eq!(judged.outcome, Outcome::Right, "{judged:#?}");
+}
+
+#[test]
+fn an_effect_of_a_joint_is_named() {
+    let judged = effect("joint-friction", 2);
+    assert_eq!(judged.outcome, Outcome::Right, "{judged:#?}");
+}
+
+#[test]
+fn an_effect_of_the_process_is_named() {
+    let judged = effect("advancing-side", 3);
+    assert_eq!(judged.outcome, Outcome::Right, "{judged:#?}");
+}
+
+#[test]
+fn an_effect_of_a_sensor_is_named() {
+    let judged = effect("force-crosstalk", 4);
+    assert_eq!(judged.outcome, Outcome::Right, "{judged:#?}");
+}
+
+#[test]
+fn what_the_library_does_not_have_is_unknown() {
+    let judged = examined("appendage", 5, Hidden::Unknown(Stranger::draw(Strange::Appendage, 1.0, 5)));
+    assert_eq!(judged.outcome, Outcome::Right, "{judged:#?}");
+}
+
+#[test]
+fn a_corpus_is_the_same_again_and_more_of_it_does_not_change_what_there_is() {
+    let words = |count| {
+        let all = cases(7, count, &Logs::short());
+        all.iter().map(|c| format!("{c:?}")).collect::<Vec<_>>()
+    };
+    let (few, many) = (words(25), words(70));
+    assert_eq!(few[..], many[..25]);
+    let all = cases(7, 70, &Logs::short());
+    let count = |is: fn(&Hidden) -> bool| all.iter().filter(|c| is(&c.hidden)).count();
+    assert_eq!(count(|h| matches!(h, Hidden::One(_))), 35);
+    assert_eq!(count(|h| matches!(h, Hidden::None)), 14);
+    assert_eq!(count(|h| matches!(h, Hidden::Unknown(_))), 14);
+    assert_eq!(count(|h| matches!(h, Hidden::Two(..))), 7);
+}
