@@ -181,6 +181,11 @@ impl Diagnosed<'_> {
         self.account.reasons.first().filter(|_| missing).map(|reason| reason.explanation.as_str())
     }
 
+    /// Score of the logs with the best explanation and the calibrations that count.
+    pub(crate) fn score_after(&self) -> f64 {
+        trueweld_measure::diagnose::score(&self.diagnosis.improved.at)
+    }
+
     /// Name of a log.
     pub(crate) fn log(&self, log: usize) -> &str {
         self.before.get(log).map_or("", |log| log.name.as_str())
@@ -226,6 +231,19 @@ impl Improved<'_> {
                  itself is less certain.",
                 last.effects.len()
             ),
+            Verdict::EffectFound
+                if improvement.diagnosis.candidates.first().is_some_and(|c| c.indistinguishable.is_empty()) =>
+            {
+                let found: Vec<String> = last.effects.iter().map(|f| in_a_line(f, &self.model.robot)).collect();
+                match found.as_slice() {
+                    [] => "Nothing was missing but calibrations.".to_owned(),
+                    found => format!(
+                        "What was missing: {}; probability among all effects of the library {}.",
+                        found.join(" and "),
+                        percent(improvement.diagnosis.candidates[0].probability)
+                    ),
+                }
+            }
             verdict => self::verdict(&improvement.diagnosis, verdict, &self.model.robot, None),
         }
     }
@@ -288,6 +306,12 @@ fn listed(words: &[String]) -> String {
     }
 }
 
+/// A number with two digits that count.
+fn two_digits(value: f64) -> String {
+    let size = if value == 0.0 { 0.0 } else { value.abs().log10().floor() };
+    format!("{value:.*}", (1.0 - size).clamp(0.0, 6.0) as usize)
+}
+
 /// Detection limits of one kind of effect.
 pub(crate) struct Limits {
     pub kind: &'static Kind,
@@ -312,7 +336,7 @@ pub(crate) fn limits(diagnosis: &Diagnosis, robot: &RobotFile) -> Vec<Limits> {
         let parameter = &limit.kind.parameters[limit.parameter];
         let (factor, unit) = readable_parameter(parameter);
         let effect = trueweld_plant::effects::Effect { kind: limit.kind, at: limit.at, values: Vec::new() };
-        let entry = (effect.at_name(robot).to_owned(), rounded(limit.value * factor));
+        let entry = (effect.at_name(robot).to_owned(), two_digits(limit.value * factor));
         match lines.last_mut().filter(|line| line.kind.id == limit.kind.id) {
             Some(line) => line.places.push(entry),
             None => {

@@ -49,7 +49,8 @@ pub fn diagnose_page(diagnosed: &Diagnosed<'_>) -> String {
             }
         }
         @if !remains.is_empty() {
-            h2 { "What remains" }
+            h2 { "What remains above the noise" }
+            p.setting { "With the best explanation and the calibrations that count the score is " (format!("{:.2}", diagnosed.score_after())) ". What is left goes with:" }
             ul { @for finding in &remains { li { (finding.sentence) } } }
         }
         (blind_spots(diagnosed, robot))
@@ -125,7 +126,7 @@ fn ranking(diagnosed: &Diagnosed<'_>) -> Markup {
             table {
                 thead {
                     tr {
-                        th {} th { "values, 95 %" } th { "held-out score" } th { "still unexplained" }
+                        th {} th.text { "values, 95 %" } th { "held-out score" } th { "still unexplained" }
                         th.bars { "probability" } th.text { "cannot be told from" }
                     }
                 }
@@ -133,7 +134,7 @@ fn ranking(diagnosed: &Diagnosed<'_>) -> Markup {
                     @for candidate in candidates {
                         tr {
                             th scope="row" { (candidate.name(robot)) }
-                            td.text {
+                            td.values {
                                 @for (name, value) in candidate.effects.iter().flat_map(values) { div { (name) " " (value) } }
                             }
                             td { (format!("{:.3}", candidate.held_out_after)) }

@@ -53,7 +53,7 @@ pub fn diagnose_json(diagnosed: &Diagnosed<'_>) -> Value {
         "sentence": diagnosed.headline(),
         "score_before": diagnosis.score_before,
         "score_calibrated": trueweld_measure::diagnose::score(&diagnosis.null.at),
-        "score_after": trueweld_measure::diagnose::score(&diagnosis.improved.at),
+        "score_after": diagnosed.score_after(),
         "candidates": candidates,
         "calibration": diagnosis.calibration.iter().map(|f| found(f, robot, diagnosed.before)).collect::<Vec<_>>(),
         "next_experiment": account.next_experiment.as_ref().map(plan),

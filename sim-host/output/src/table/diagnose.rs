@@ -53,7 +53,7 @@ pub fn diagnose_table(diagnosed: &Diagnosed<'_>) -> String {
     }
     let remains = foremost(&diagnosis.unexplained, REMAINS);
     if !remains.is_empty() {
-        out += "\nWhat remains goes with:\n";
+        out += &format!("\nWhat remains (score {:.2}) goes with:\n", diagnosed.score_after());
         for finding in remains {
             out += &indented(&finding.sentence);
         }
