@@ -1,10 +1,12 @@
 //! Measurements judge the model: logs, comparison, diagnosis of missing effects, improvement.
 
+pub mod afresh;
 pub mod band;
 pub mod calibrate;
 pub mod campaign;
 pub mod compare;
 pub mod diagnose;
+pub mod evidence;
 pub mod fit;
 pub mod improve;
 pub mod localize;

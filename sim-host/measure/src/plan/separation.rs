@@ -140,7 +140,15 @@ pub(super) struct Trial {
 
 impl Trial {
     pub fn new(bench: &Bench, experiment: Experiment) -> Self {
-        Self { bench: Bench { model: bench.model.clone(), known: bench.known.clone(), experiments: vec![experiment] } }
+        Self {
+            bench: Bench {
+                afresh: Vec::new(),
+                own: Vec::new(),
+                model: bench.model.clone(),
+                known: bench.known.clone(),
+                experiments: vec![experiment],
+            },
+        }
     }
 
     fn at(&self, point: &Point) -> Option<Residuals> {

@@ -1,0 +1,169 @@
+//! The variables that effects follow, a value for every row of every log.
+
+use super::Ground;
+use crate::localize::joint_name;
+use crate::log::{Log, LogKind};
+use std::f64::consts::TAU;
+use trueweld_plant::simulate::Seam;
+
+/// What an effect may follow.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Axis {
+    Time,
+    /// Time up to so many seconds.
+    TimeTo(f64),
+    SpringTorque(usize),
+    Angle(usize),
+    /// Angle of a joint within one period of so many a turn.
+    Phase(usize, f64),
+    Rate(usize),
+    /// Position along the weld.
+    Path,
+    /// Along the weld.
+    Feed,
+    /// F_z in the tool's frame: below 0 while the tool is pressed on.
+    AxialForce,
+    /// −F_z, with the sign of the spindle's speed.
+    PushBySpindle,
+    /// Size of the force on the tool.
+    Load,
+    /// Size of the TCP's velocity.
+    ToolSpeed,
+    /// TCP in B, along x, y or z.
+    Tool(usize),
+}
+
+/// An axis with its values: by log, then by row; NaN where it is not known.
+pub(super) struct Named {
+    pub name: String,
+    pub unit: &'static str,
+    pub values: Vec<Option<Vec<f64>>>,
+}
+
+/// Time over which rates are taken and loads averaged, s: longer than noise matters, shorter than the motion lasts. Loads at
+/// rest are what they are, and have no rates.
+fn span(kind: LogKind) -> Option<f64> {
+    match kind {
+        LogKind::StaticLoad => None,
+        LogKind::RingDown => Some(0.004),
+        LogKind::FreeMotion => Some(0.04),
+        LogKind::Weld => Some(0.5),
+    }
+}
+
+impl Axis {
+    /// Its name and values; `None` where no log has it.
+    pub fn named(self, ground: &Ground<'_>) -> Option<Named> {
+        let of = |j: usize| ground.logs.first().map_or(String::new(), |log| joint_name(log, j));
+        let (name, unit) = match self {
+            Self::Time | Self::TimeTo(_) => ("time from the start of the log".to_owned(), "s"),
+            Self::SpringTorque(j) => (format!("spring torque of {}", of(j)), "N·m"),
+            Self::Angle(j) => (format!("angle of {}", of(j)), "rad"),
+            Self::Phase(j, order) => (format!("angle of {} within one of {order:.1} periods a turn", of(j)), "rad"),
+            Self::Rate(j) => (format!("rate of {}", of(j)), "rad/s"),
+            Self::Path => ("path position".to_owned(), "m"),
+            Self::Feed => ("feed".to_owned(), "m/s"),
+            Self::AxialForce => ("axial force F_z on the tool".to_owned(), "N"),
+            Self::PushBySpindle => ("push on the tool, signed as the spindle turns".to_owned(), "N"),
+            Self::Load => ("force on the tool".to_owned(), "N"),
+            Self::ToolSpeed => ("speed of the tool".to_owned(), "m/s"),
+            Self::Tool(i) => (format!("{} of the tool in the base frame", ["x", "y", "z"][i.min(2)]), "m"),
+        };
+        let values: Vec<Option<Vec<f64>>> = (0..ground.logs.len()).map(|log| self.of_log(ground, log)).collect();
+        values.iter().any(Option::is_some).then_some(Named { name, unit, values })
+    }
+
+    fn of_log(self, ground: &Ground<'_>, index: usize) -> Option<Vec<f64>> {
+        let log = ground.logs.get(index)?;
+        let samples = &log.samples;
+        let motion = ground.found.at[index].motion.as_ref();
+        match self {
+            Self::Time => {
+                let begin = samples.time.first()?;
+                Some(samples.time.iter().map(|t| t - begin).collect())
+            }
+            Self::TimeTo(end) => {
+                let times = Self::Time.of_log(ground, index)?;
+                Some(times.into_iter().map(|t| if t <= end { t } else { f64::NAN }).collect())
+            }
+            Self::SpringTorque(j) => {
+                let spring = &motion.filter(|m| m.spring.len() == samples.len())?.spring;
+                Some(averaged(log, spring.iter().map(|t| t[j]).collect()))
+            }
+            Self::Angle(j) => Some(samples.encoder.iter().map(|q| q[j]).collect()),
+            Self::Phase(j, order) => {
+                let period = TAU / order;
+                Some(samples.encoder.iter().map(|q| q[j].rem_euclid(period)).collect())
+            }
+            Self::Rate(j) => rate(log, &samples.encoder.iter().map(|q| q[j]).collect::<Vec<_>>()),
+            Self::Path => path(log),
+            Self::Feed => rate(log, &path(log)?),
+            Self::AxialForce => Some(averaged(log, samples.force.as_ref()?.iter().map(|f| f.z).collect())),
+            Self::PushBySpindle => {
+                let push = Self::AxialForce.of_log(ground, index)?;
+                Some(push.iter().zip(samples.spindle.as_ref()?).map(|(f, turning)| -f * turning.signum()).collect())
+            }
+            Self::Load => {
+                let force = samples.force.as_ref()?;
+                let [x, y, z] = [0, 1, 2].map(|c| averaged(log, force.iter().map(|f| f[c]).collect()));
+                Some((0..x.len()).map(|k| x[k].hypot(y[k]).hypot(z[k])).collect())
+            }
+            Self::ToolSpeed => {
+                let tool = tool(log);
+                let rates: Option<Vec<_>> = tool.iter().map(|t| rate(log, t)).collect();
+                let rates = rates?;
+                Some((0..samples.len()).map(|k| rates[0][k].hypot(rates[1][k]).hypot(rates[2][k])).collect())
+            }
+            Self::Tool(i) => Some(tool(log).swap_remove(i.min(2))),
+        }
+    }
+}
+
+/// TCP in B by the encoders, by component.
+fn tool(log: &Log) -> Vec<Vec<f64>> {
+    let positions: Vec<_> = log.samples.encoder.iter().map(|q| log.robot.robot.forward(q).position).collect();
+    (0..3).map(|i| positions.iter().map(|p| p[i]).collect()).collect()
+}
+
+fn path(log: &Log) -> Option<Vec<f64>> {
+    let seam = Seam::of(log.weld.as_ref()?);
+    let along = seam.b_from_w.rotation.column(0).into_owned();
+    let tool = tool(log);
+    let origin = seam.b_from_w.position;
+    Some((0..log.samples.len()).map(|k| (0..3).map(|i| along[i] * (tool[i][k] - origin[i])).sum()).collect())
+}
+
+/// Rows to either side within the span of the log's kind.
+fn reach(log: &Log) -> Option<usize> {
+    let time = &log.samples.time;
+    let step = (time.last()? - time.first()?) / (time.len().max(2) - 1) as f64;
+    let half = 0.5 * span(log.kind)? / step;
+    half.is_finite().then(|| (half.round() as usize).max(1))
+}
+
+fn rate(log: &Log, series: &[f64]) -> Option<Vec<f64>> {
+    let (reach, time) = (reach(log)?, &log.samples.time);
+    let last = series.len().checked_sub(1)?;
+    let slope = |k: usize| {
+        let (a, b) = (k.saturating_sub(reach), (k + reach).min(last));
+        (series[b] - series[a]) / (time[b] - time[a])
+    };
+    Some((0..series.len()).map(slope).collect())
+}
+
+/// Means over the span of the log's kind, so that the spindle's ripple does not spread a load.
+fn averaged(log: &Log, series: Vec<f64>) -> Vec<f64> {
+    let Some(reach) = reach(log).filter(|_| log.kind == LogKind::Weld) else { return series };
+    let mut sums = vec![0.0; series.len() + 1];
+    let mut counts = vec![0.0; series.len() + 1];
+    for (k, v) in series.iter().enumerate() {
+        let known = v.is_finite();
+        sums[k + 1] = sums[k] + if known { *v } else { 0.0 };
+        counts[k + 1] = counts[k] + f64::from(u8::from(known));
+    }
+    let mean = |k: usize| {
+        let (a, b) = (k.saturating_sub(reach), (k + reach + 1).min(series.len()));
+        (sums[b] - sums[a]) / (counts[b] - counts[a])
+    };
+    (0..series.len()).map(mean).collect()
+}

@@ -1,0 +1,274 @@
+//! Rows of logs put together to the points of a curve.
+
+use super::axis::Named;
+use super::probe::Probe;
+use super::view::Shape;
+use super::{Evidence, Ground};
+use crate::fit::Slopes;
+use crate::localize::CurvePoint;
+use crate::log::LogKind;
+use crate::predict::Quantity;
+use std::ops::Range;
+
+/// Points of a curve, and how many of the fitted curve's there are to each.
+const POINTS: usize = 24;
+const FINER: usize = 3;
+
+/// Points of a loop or a trace, which turns round often.
+const STEPS: usize = 100;
+
+/// Points of a curve that lie nearer each other than this, as a share of its range, become one.
+const NEAR: f64 = 0.005;
+
+/// Longest stretch of a swinging log that is shown as it was, s.
+const WINDOW: f64 = 0.4;
+
+/// What all compared values of one row of a log say.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Row {
+    log: usize,
+    row: usize,
+    x: f64,
+    /// Σ s², which is one over the variance of what the row asks for.
+    weight: f64,
+    /// −Σ s·r without the effect.
+    asked: f64,
+    /// The same of what the effect takes away from r.
+    given: f64,
+    /// Σ r² with the effect, and the number of values.
+    left: f64,
+    count: f64,
+}
+
+/// The rows that show anything of the quantity, log after log in order of time.
+pub(super) fn rows(ground: &Ground<'_>, probe: &Probe, slopes: &Slopes, axis: &Named, shape: Shape) -> Vec<Row> {
+    let mut rows: Vec<Row> = Vec::new();
+    for (log, experiment) in ground.bench.experiments.iter().enumerate() {
+        let (Some(slope), Some(x)) = (&slopes[log], &axis.values[log]) else { continue };
+        // A constant says little of what swings: an arm answers its own frequencies many times over.
+        let swings = experiment.kind == LogKind::RingDown && matches!(probe, Probe::Port { .. });
+        if swings {
+            continue;
+        }
+        let (without, with) = (&ground.without[log].residual, &ground.found.at[log].residual);
+        let mut of_row: Vec<Row> = x
+            .iter()
+            .enumerate()
+            .map(|(row, x)| Row { log, row, x: *x, weight: 0.0, asked: 0.0, given: 0.0, left: 0.0, count: 0.0 })
+            .collect();
+        let value = probe.value(ground);
+        for (k, compared) in experiment.compared.iter().enumerate() {
+            let (s, Some(row)) = (slope[k], of_row.get_mut(compared.row)) else { continue };
+            if s != 0.0 {
+                // A value of the effect is asked for about where it was fitted, where the slope was taken.
+                let taken = value.map_or(without[k] - with[k], |v| -s * v);
+                row.weight += s * s;
+                row.asked -= s * (with[k] + taken);
+                row.given -= s * taken;
+                row.left += with[k] * with[k];
+                row.count += 1.0;
+            }
+        }
+        rows.extend(of_row.into_iter().filter(|r| r.weight > 0.0 && r.x.is_finite() && shape.shows(log, r.x)));
+    }
+    if shape == Shape::Loop {
+        largest_loop(&mut rows);
+    }
+    rows
+}
+
+/// Keeps the log with the largest loop: ∮ y dx of the effect, whose sense of turning is always the same.
+fn largest_loop(rows: &mut Vec<Row>) {
+    let mut areas: Vec<(usize, f64)> = Vec::new();
+    for pair in rows.windows(2).filter(|pair| pair[0].log == pair[1].log) {
+        let y = |r: &Row| r.given / r.weight;
+        let area = 0.5 * (y(&pair[0]) + y(&pair[1])) * (pair[1].x - pair[0].x);
+        match areas.last_mut() {
+            Some((log, sum)) if *log == pair[0].log => *sum += area,
+            _ => areas.push((pair[0].log, area)),
+        }
+    }
+    let most = areas.into_iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())).map(|a| a.0);
+    rows.retain(|r| Some(r.log) == most);
+}
+
+/// Rows in the order of the curve.
+pub(super) fn sort(rows: &mut [Row], shape: Shape) {
+    if shape == Shape::Curve {
+        rows.sort_by(|a, b| a.x.total_cmp(&b.x));
+    }
+}
+
+/// Rows of each point: steps of a curve go half by the variable and half by what the rows know, so that both its range and
+/// its dense parts are resolved.
+fn bins(rows: &[Row], shape: Shape, count: usize) -> Vec<Range<usize>> {
+    let (Some(first), Some(last)) = (rows.first(), rows.last()) else { return Vec::new() };
+    let total: f64 = rows.iter().map(|r| r.weight).sum();
+    let by_x = if shape == Shape::Curve { 0.5 } else { 0.0 };
+    let wide = (last.x - first.x).max(f64::MIN_POSITIVE);
+    let mut known = 0.0;
+    let mut bins: Vec<Range<usize>> = Vec::new();
+    let mut of_last = usize::MAX;
+    for (k, row) in rows.iter().enumerate() {
+        let share = by_x * (row.x - first.x) / wide + (1.0 - by_x) * (known + 0.5 * row.weight) / total;
+        known += row.weight;
+        let bin = ((share * count as f64) as usize).min(count - 1);
+        match bins.last_mut() {
+            Some(range) if bin == of_last => range.end = k + 1,
+            _ => bins.push(k..k + 1),
+        }
+        of_last = bin;
+    }
+    if shape == Shape::Curve {
+        bins = bins.into_iter().fold(Vec::new(), |mut apart: Vec<Range<usize>>, bin| {
+            match apart.last_mut() {
+                Some(last) if middle(&rows[bin.clone()]) - middle(&rows[last.clone()]) < NEAR * wide => {
+                    last.end = bin.end
+                }
+                _ => apart.push(bin),
+            }
+            apart
+        });
+    }
+    bins
+}
+
+/// Weighted mean of the variable.
+fn middle(rows: &[Row]) -> f64 {
+    rows.iter().map(|r| r.weight * r.x).sum::<f64>() / rows.iter().map(|r| r.weight).sum::<f64>()
+}
+
+fn steps(shape: Shape) -> usize {
+    if shape == Shape::Curve { POINTS } else { STEPS }
+}
+
+/// Σ y²/σ² of the fitted curve: how far the effect stands out along this variable.
+pub(super) fn explained(rows: &[Row], shape: Shape) -> f64 {
+    let of_bin = |rows: &[Row]| {
+        let given: f64 = rows.iter().map(|r| r.given).sum();
+        given * given / rows.iter().map(|r| r.weight).sum::<f64>()
+    };
+    bins(rows, shape, steps(shape)).into_iter().map(|range| of_bin(&rows[range])).sum()
+}
+
+/// What the rows ask for and what the effect gives; `None` where that is no curve.
+pub(super) fn points(rows: &[Row], shape: Shape, sign: f64) -> Option<(Vec<CurvePoint>, Vec<[f64; 2]>)> {
+    let count = steps(shape);
+    let mut points: Vec<CurvePoint> =
+        bins(rows, shape, count).into_iter().map(|range| point(&rows[range], sign)).collect();
+    let mut fitted: Vec<[f64; 2]> = bins(rows, shape, if shape == Shape::Curve { FINER * count } else { count })
+        .into_iter()
+        .map(|range| {
+            let sum = |f: fn(&Row) -> f64| rows[range.clone()].iter().map(f).sum::<f64>();
+            [middle(&rows[range.clone()]), sign * sum(|r| r.given) / sum(|r| r.weight)]
+        })
+        .collect();
+    points.retain(|p| p.x.is_finite() && p.y.is_finite() && p.error.is_finite());
+    fitted.retain(|p| p[0].is_finite() && p[1].is_finite());
+    (points.len() > 1 && fitted.len() > 1).then_some((points, fitted))
+}
+
+/// One point. Its error is that of independent noise of the size that is left with the effect, and no less than what
+/// the passes through this stretch differ by: what is left of one pass is often of one piece.
+fn point(rows: &[Row], sign: f64) -> CurvePoint {
+    let sum = |f: fn(&Row) -> f64| rows.iter().map(f).sum::<f64>();
+    let weight = sum(|r| r.weight);
+    let y = sum(|r| r.asked) / weight;
+    let white = (sum(|r| r.left) / sum(|r| r.count)).max(1.0) / weight;
+    // Rows of one pass through this stretch, in order of time.
+    let mut in_time: Vec<&Row> = rows.iter().collect();
+    in_time.sort_by_key(|r| (r.log, r.row));
+    let mut passes: Vec<f64> = Vec::new();
+    let mut before: Option<&Row> = None;
+    for row in in_time {
+        let own = row.asked - row.weight * y;
+        match passes.last_mut() {
+            Some(pass) if before.is_some_and(|b| b.log == row.log && row.row - b.row <= GAP) => *pass += own,
+            _ => passes.push(own),
+        }
+        before = Some(row);
+    }
+    let n = passes.len() as f64;
+    let between =
+        if n > 1.0 { passes.iter().map(|p| p * p).sum::<f64>() * n / (n - 1.0) / weight.powi(2) } else { 0.0 };
+    CurvePoint { x: middle(rows), y: sign * y, error: white.max(between).sqrt() }
+}
+
+/// Rows that belong to one pass are no further apart: the slowest log is compared at every fiftieth row or so.
+const GAP: usize = 60;
+
+/// Mean amplitudes of the force at the orders of the spindle, along the axis of the tool where they are largest.
+pub(super) fn orders(ground: &Ground<'_>) -> Option<Evidence> {
+    let mut best: Option<(f64, Evidence)> = None;
+    for component in 0..3_u8 {
+        // By order, then cosine and sine: Σ weight·value of what is asked and given, Σ weight, Σ r², number.
+        let mut sums: Vec<[[f64; 5]; 2]> = Vec::new();
+        for (log, experiment) in ground.bench.experiments.iter().enumerate() {
+            let (without, with) = (&ground.without[log].residual, &ground.found.at[log].residual);
+            for (k, c) in experiment.compared.iter().enumerate() {
+                let Quantity::Ripple { order, sine } = c.quantity else { continue };
+                if c.component != component {
+                    continue;
+                }
+                let order = usize::from(order);
+                if sums.len() < order + 1 {
+                    sums.resize(order + 1, [[0.0; 5]; 2]);
+                }
+                let of = &mut sums[order][usize::from(sine)];
+                of[0] += without[k] / c.deviation;
+                of[1] += (without[k] - with[k]) / c.deviation;
+                of[2] += c.deviation.powi(-2);
+                of[3] += with[k] * with[k];
+                of[4] += 1.0;
+            }
+        }
+        let part = |of: &[f64; 5], which: usize| of[which] / of[2];
+        let known = || sums.iter().enumerate().filter(|(_, of)| of.iter().all(|o| o[2] > 0.0));
+        let points: Vec<CurvePoint> = known()
+            .map(|(order, [cosine, sine])| CurvePoint {
+                x: order as f64,
+                y: part(cosine, 0).hypot(part(sine, 0)),
+                error: (0.5
+                    * ((cosine[3] + sine[3]) / (cosine[4] + sine[4])).max(1.0)
+                    * (1.0 / cosine[2] + 1.0 / sine[2]))
+                    .sqrt(),
+            })
+            .collect();
+        let fitted: Vec<[f64; 2]> =
+            known().map(|(order, [c, s])| [order as f64, part(c, 1).hypot(part(s, 1))]).collect();
+        let largest = fitted.iter().map(|p| p[1]).fold(0.0, f64::max);
+        if points.len() > 1 && largest > best.as_ref().map_or(0.0, |b| b.0) {
+            let axis = ["x", "y", "z"][usize::from(component)];
+            let y_name = format!("amplitude of the force along {axis} of the tool beyond the model's");
+            let evidence = Evidence {
+                title: format!("{y_name} over the spindle's orders"),
+                x_name: "order of the spindle".to_owned(),
+                x_unit: "1/turn",
+                y_name,
+                y_unit: "N",
+                points,
+                fitted,
+            };
+            best = Some((largest, evidence));
+        }
+    }
+    best.map(|b| b.1)
+}
+
+/// The stretch of a log, as a range of time, in which one column shows most of the effect.
+pub(super) fn window(ground: &Ground<'_>, log: usize, quantity: Quantity, component: u8) -> Option<(f64, f64)> {
+    let time = &ground.logs.get(log)?.samples.time;
+    let experiment = &ground.bench.experiments[log];
+    let (without, with) = (&ground.without[log].residual, &ground.found.at[log].residual);
+    let (first, last) = (*time.first()?, *time.last()?);
+    let windows = ((last - first) / WINDOW).ceil().max(1.0) as usize;
+    let mut done = vec![0.0; windows];
+    for (k, c) in
+        experiment.compared.iter().enumerate().filter(|(_, c)| c.quantity == quantity && c.component == component)
+    {
+        let place = ((time.get(c.row)? - first) / WINDOW) as usize;
+        done[place.min(windows - 1)] += (without[k] - with[k]).powi(2);
+    }
+    let most = (0..windows).max_by(|a, b| done[*a].total_cmp(&done[*b]))? as f64;
+    Some((most * WINDOW, (most + 1.0) * WINDOW))
+}

@@ -1,0 +1,133 @@
+//! Why an effect was found: the curve that the measurements draw of it, beside the curve that it draws itself.
+//!
+//! Every effect acts through some quantity of the plant: a twist of a joint, a friction torque, a force on the tool. What the
+//! data ask of that quantity is found without the effect's form: with s the slope of the residual r, taken without the
+//! effect, by a constant at the same port ([`probe`]), the rows of one stretch of the variable that matters ask for
+//!
+//! ```text
+//! y = −Σ s·r / Σ s²
+//! ```
+//!
+//! The fitted curve is the same projection of what the effect takes away from r. So both stand in the same terms, and no
+//! equation of an effect is written a second time. An effect through which nothing can be projected shows the channel that it
+//! mends most. The calibrations stay as they were fitted beside the effect. Left out: whether the effect is believed, which
+//! is for a diagnosis to say.
+
+mod axis;
+mod curve;
+mod probe;
+mod view;
+mod words;
+
+pub use words::{Case, explain};
+
+use crate::fit::{Bench, Fitted, Of, Point, Residuals, Slopes, residuals};
+use crate::localize::CurvePoint;
+use crate::log::Log;
+use curve::Row;
+use probe::Probe;
+use trueweld_plant::effects::Effect;
+use view::{Shape, View};
+
+/// What the measurements say of an effect, and what it says itself.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Evidence {
+    /// What is shown.
+    pub title: String,
+    /// The variable that matters for the effect.
+    pub x_name: String,
+    /// Its unit.
+    pub x_unit: &'static str,
+    /// The quantity that the data ask for.
+    pub y_name: String,
+    /// Its unit.
+    pub y_unit: &'static str,
+    /// What the measurements say. A loop comes in order of time, everything else in order of `x`.
+    pub points: Vec<CurvePoint>,
+    /// The same quantity as the effect with its fitted values has it, in the same order.
+    pub fitted: Vec<[f64; 2]>,
+}
+
+/// Everything that a view is drawn from.
+struct Ground<'a> {
+    bench: &'a Bench,
+    logs: &'a [Log],
+    found: &'a Fitted,
+    /// The effect in `found`.
+    of: Of,
+    /// `found` without the effect, its calibrations as they are.
+    bare: &'a Point,
+    /// Residuals there.
+    without: &'a Residuals,
+    /// Residuals with calibrations alone, at their best.
+    null: &'a Residuals,
+}
+
+/// The curve that shows one effect of a fit.
+///
+/// `logs` belong to the experiments of `bench`, place by place; `null` is the fit with calibrations alone, `found` the one
+/// that `effect` was found in. `None` where the logs show nothing of the effect. It costs one prediction of every log
+/// without the effect, and one for each quantity that the effect may show in, three at most.
+pub fn evidence(bench: &Bench, logs: &[Log], null: &Fitted, found: &Fitted, effect: &Effect) -> Option<Evidence> {
+    let fits = |r: &Residuals| r.len() == logs.len() && bench.experiments.len() == logs.len();
+    let of = place(&found.point, effect)?;
+    let bare = taken_out(&found.point, of);
+    let without = residuals(bench, &bare).ok()?;
+    if !fits(&without) || !fits(&found.at) || !fits(&null.at) {
+        return None;
+    }
+    let ground = Ground { bench, logs, found, of, bare: &bare, without: &without, null: &null.at };
+    let view = View::of(found.point.effect(of), &ground);
+    draw(&ground, &view).or_else(|| draw(&ground, &View::fallback(found.point.effect(of), &ground)))
+}
+
+/// Where a point has the effect.
+fn place(point: &Point, effect: &Effect) -> Option<Of> {
+    let is = |e: &Effect| e.kind.id == effect.kind.id && e.at == effect.at;
+    let of_log = |log: usize| point.each[log].iter().position(is).map(|i| Of::Log(log, i));
+    point.all.iter().position(is).map(Of::All).or_else(|| (0..point.each.len()).find_map(of_log))
+}
+
+/// The point without that effect, also where every log has it with values of its own.
+fn taken_out(point: &Point, of: Of) -> Point {
+    let (kind, at) = (point.effect(of).kind, point.effect(of).at);
+    let stays = |e: &Effect| e.kind.id != kind.id || e.at != at;
+    let mut point = point.clone();
+    point.all.retain(stays);
+    point.each.iter_mut().for_each(|effects| effects.retain(stays));
+    // Indices of effects have changed; residuals do not ask for what is free.
+    point.free.clear();
+    point
+}
+
+/// The view's curve, through the quantity and over the variable in which the effect stands out most.
+fn draw(ground: &Ground<'_>, view: &View) -> Option<Evidence> {
+    if view.shape == Shape::Orders {
+        return curve::orders(ground);
+    }
+    let mut best: Option<(f64, &Probe, axis::Named, Vec<Row>)> = None;
+    let slopes: Vec<Option<Slopes>> = view.probes.iter().map(|probe| probe.slopes(ground)).collect();
+    for (k, probe) in view.probes.iter().enumerate() {
+        let Some(slopes) = probe::apart(ground, &slopes, k) else { continue };
+        for axis in &view.axes {
+            let Some(named) = axis.named(ground) else { continue };
+            let mut rows = curve::rows(ground, probe, &slopes, &named, view.shape);
+            curve::sort(&mut rows, view.shape);
+            let stands_out = curve::explained(&rows, view.shape);
+            if stands_out > best.as_ref().map_or(0.0, |b| b.0) {
+                best = Some((stands_out, probe, named, rows));
+            }
+        }
+    }
+    let (_, probe, axis, rows) = best?;
+    let (points, fitted) = curve::points(&rows, view.shape, probe.sign())?;
+    Some(Evidence {
+        title: format!("{} over {}", probe.y_name(), axis.name),
+        x_name: axis.name,
+        x_unit: axis.unit,
+        y_name: probe.y_name().to_owned(),
+        y_unit: probe.y_unit(ground),
+        points,
+        fitted,
+    })
+}

@@ -1,0 +1,175 @@
+//! What residuals are projected on: a constant at a port of the plant, a value of the effect itself, or one column.
+
+use super::Ground;
+use crate::fit::{Free, Of, Slopes, slopes, unit};
+use crate::predict::{Compared, Experiment, Quantity};
+use trueweld_plant::effects::own::{Definition, OwnParameter, OwnRole, PORTS};
+use trueweld_plant::effects::{At, Effect, Kind};
+
+/// A quantity that the data can be asked for.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Probe {
+    /// A constant at ports of the plant, by the ports' names in model files.
+    Port {
+        /// Each port with what the constant is multiplied by there, an expression over the port's variables.
+        terms: Vec<(&'static str, &'static str)>,
+        at: At,
+        /// Unit of the constant.
+        unit: &'static str,
+        /// −1 where the quantity shown is that much less.
+        sign: f64,
+        y_name: String,
+    },
+    /// The effect's own parameter of that index: which value the data ask for.
+    Own { parameter: usize, y_name: String },
+    /// Nothing but what one channel reads more than is predicted.
+    Column { quantity: Quantity, component: u8, y_name: String },
+}
+
+/// Size at which the slope by a constant is taken, by unit: small against what any plant does, large against rounding.
+fn step(unit: &str) -> f64 {
+    match unit {
+        "rad" => 5e-5,
+        "m" => 1e-4,
+        "1" => 1e-2,
+        _ => 50.0,
+    }
+}
+
+/// A constant at a port, as an effect of the user's own.
+fn constant(port: &'static str, times: &str, unit: &str) -> Option<&'static Kind> {
+    let port = PORTS.iter().find(|p| p.name == port)?;
+    let size = step(unit);
+    let parameter = OwnParameter {
+        name: "constant".to_owned(),
+        unit: unit.to_owned(),
+        meaning: port.meaning.to_owned(),
+        role: OwnRole::Size(size),
+        low: -1e3 * size,
+        high: 1e3 * size,
+    };
+    let definition = Definition {
+        id: format!("constant {}", port.name),
+        port,
+        expression: format!("constant * {times}"),
+        shows: port.meaning.to_owned(),
+        parameters: vec![parameter],
+    };
+    definition.kind(&[0.0]).ok()
+}
+
+fn added(a: Option<Vec<f64>>, b: Option<Vec<f64>>) -> Option<Vec<f64>> {
+    match (a, b) {
+        (Some(mut a), Some(b)) => {
+            a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
+            Some(a)
+        }
+        (a, b) => a.or(b),
+    }
+}
+
+/// Slopes by one of several quantities, cleared row by row of what the others could do as well: what one component of a force
+/// does to the tool, another does too.
+pub(super) fn apart(ground: &Ground<'_>, all: &[Option<Slopes>], which: usize) -> Option<Slopes> {
+    let mut own = all[which].clone()?;
+    let others: Vec<&Slopes> =
+        all.iter().enumerate().filter(|(k, _)| *k != which).filter_map(|(_, s)| s.as_ref()).collect();
+    for (log, experiment) in ground.bench.experiments.iter().enumerate() {
+        let Some(own) = own[log].as_mut() else { continue };
+        let rows = 1 + experiment.compared.iter().map(|c| c.row).max().unwrap_or(0);
+        let mut done: Vec<Vec<f64>> = Vec::new();
+        for other in others.iter().filter_map(|s| s[log].as_ref()) {
+            let mut other = other.clone();
+            done.iter().for_each(|d| clear(&mut other, d, experiment, rows));
+            clear(own, &other, experiment, rows);
+            done.push(other);
+        }
+    }
+    Some(own)
+}
+
+/// Takes out of `s`, row by row, its part along `of`.
+fn clear(s: &mut [f64], of: &[f64], experiment: &Experiment, rows: usize) {
+    let mut sums = vec![[0.0; 2]; rows];
+    for (k, c) in experiment.compared.iter().enumerate() {
+        sums[c.row][0] += s[k] * of[k];
+        sums[c.row][1] += of[k] * of[k];
+    }
+    for (k, c) in experiment.compared.iter().enumerate() {
+        let [product, square] = sums[c.row];
+        if square > 0.0 {
+            s[k] -= of[k] * product / square;
+        }
+    }
+}
+
+impl Probe {
+    /// Slopes of all residuals by the quantity, in its unit; `None` where no log shows it.
+    pub fn slopes(&self, ground: &Ground<'_>) -> Option<Slopes> {
+        let (mut slopes, size): (Slopes, f64) = match self {
+            Self::Port { terms, at, unit: of, .. } => {
+                let mut sum: Option<Slopes> = None;
+                for (port, times) in terms {
+                    let kind = constant(port, times, of)?;
+                    // Without the effect, so that nothing of its form is assumed.
+                    let mut point = ground.bare.clone();
+                    let of = Of::All(point.all.len());
+                    point.all.push(Effect { kind, at: *at, values: vec![0.0] });
+                    let free = Free { of, parameter: 0, expected: f64::INFINITY };
+                    let new = slopes(ground.bench, &point, &[free], ground.without, 1.0).pop()?;
+                    sum = Some(match sum {
+                        Some(sum) => sum.into_iter().zip(new).map(|(a, b)| added(a, b)).collect(),
+                        None => new,
+                    });
+                }
+                (sum?, step(of))
+            }
+            Self::Own { parameter, .. } => {
+                let point = &ground.found.point;
+                let is = |f: &Free| f.of == ground.of && f.parameter == *parameter;
+                let k = point.free.iter().position(is)?;
+                let value = point.value(&point.free[k]);
+                (ground.found.slopes.get(k)?.clone(), unit(point.parameter(&point.free[k]), value))
+            }
+            Self::Column { quantity, component, .. } => {
+                let of_column = |e: &Experiment| {
+                    let has = |c: &&Compared| c.quantity == *quantity && c.component == *component;
+                    e.compared
+                        .iter()
+                        .any(|c| has(&c))
+                        .then(|| e.compared.iter().map(|c| if has(&c) { -1.0 / c.deviation } else { 0.0 }).collect())
+                };
+                (ground.bench.experiments.iter().map(of_column).collect(), 1.0)
+            }
+        };
+        slopes.iter_mut().flatten().flatten().for_each(|s| *s /= size);
+        let seen: f64 = slopes.iter().flatten().flatten().map(|s| s * s).sum();
+        (seen.is_finite() && seen > 0.0).then_some(slopes)
+    }
+
+    /// The value of the effect that is asked for, as it was fitted.
+    pub fn value(&self, ground: &Ground<'_>) -> Option<f64> {
+        let Self::Own { parameter, .. } = self else { return None };
+        ground.found.point.effect(ground.of).values.get(*parameter).copied()
+    }
+
+    pub fn sign(&self) -> f64 {
+        if let Self::Port { sign, .. } = self { *sign } else { 1.0 }
+    }
+
+    pub fn y_name(&self) -> &str {
+        match self {
+            Self::Port { y_name, .. } | Self::Own { y_name, .. } | Self::Column { y_name, .. } => y_name,
+        }
+    }
+
+    pub fn y_unit(&self, ground: &Ground<'_>) -> &'static str {
+        match self {
+            Self::Port { unit, .. } => unit,
+            Self::Own { parameter, .. } => {
+                ground.found.point.effect(ground.of).kind.parameters.get(*parameter).map_or("", |p| p.unit)
+            }
+            Self::Column { quantity, .. } => quantity.unit(),
+        }
+    }
+}
