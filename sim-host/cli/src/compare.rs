@@ -5,7 +5,8 @@ use crate::results::Results;
 use clap::Args;
 use miette::{IntoDiagnostic, Result};
 use std::sync::atomic::{AtomicUsize, Ordering};
-use trueweld_measure::compare::{as_written, compare};
+use trueweld_measure::compare::compare;
+use trueweld_measure::fit::Bench;
 use trueweld_output::{Progress, html, json, table};
 
 /// Arguments of `compare`.
@@ -25,7 +26,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let progress = if arguments.results.quiet { Progress::silent() } else { Progress::new("comparing", count as f64) };
     let finished = AtomicUsize::new(0);
     let done = || progress.advance_to((finished.fetch_add(1, Ordering::Relaxed) + 1) as f64);
-    let compared = compare(model, &measured.logs, &measured.experiments, &as_written(model), &done);
+    let compared = compare(model, &measured.logs, &Bench::new(model, measured.experiments), &done);
     progress.finish();
     let comparison = compared.into_diagnostic()?;
     say!("{}", table::compare_table(&model.path, &comparison));

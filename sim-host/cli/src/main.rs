@@ -12,7 +12,9 @@ macro_rules! say {
 
 mod check;
 mod compare;
+mod diagnose;
 mod import_urdf;
+mod improve;
 mod inputs;
 mod measured;
 mod results;
@@ -40,6 +42,10 @@ enum Command {
     Step(step::Arguments),
     /// Show how far a model is from measurements, and where
     Compare(compare::Arguments),
+    /// Find out which physical effect is missing in a model
+    Diagnose(diagnose::Arguments),
+    /// Add what is missing to a model, refit it, and write it
+    Improve(improve::Arguments),
     /// Check input files of any kind
     Check(check::Arguments),
     /// Turn a URDF into a robot file; what a URDF cannot know is marked to be filled in
@@ -52,6 +58,8 @@ fn main() -> miette::Result<()> {
         Some(Command::Weld(arguments)) => weld::run(&arguments),
         Some(Command::Step(arguments)) => step::run(&arguments),
         Some(Command::Compare(arguments)) => compare::run(&arguments),
+        Some(Command::Diagnose(arguments)) => diagnose::run(&arguments),
+        Some(Command::Improve(arguments)) => improve::run(&arguments),
         Some(Command::Check(arguments)) => check::run(&arguments),
         Some(Command::ImportUrdf(arguments)) => import_urdf::run(&arguments),
     }

@@ -47,7 +47,12 @@ impl Measurements {
         for log in &logs {
             log.must_be_of(&model.robot, &format!("the model {}", model.path.display()))?;
         }
-        let experiments = experiments(&logs, &baseline(&model)).into_diagnostic()?;
+        let experiments = read_experiments(&logs, &model)?;
         Ok(Measured { model, logs, experiments })
     }
+}
+
+/// Logs made ready to be compared with a model.
+pub fn read_experiments(logs: &[Log], model: &ModelFile) -> Result<Vec<Experiment>> {
+    experiments(logs, &baseline(model)).into_diagnostic()
 }

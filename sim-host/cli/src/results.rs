@@ -29,20 +29,7 @@ impl Results {
             return Err(miette!("--rrd: this build has no Rerun; build it with the feature `rerun`"));
         }
         for path in [&self.json, &self.html, &self.rrd].into_iter().flatten() {
-            let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-            if !folder.is_dir() {
-                return Err(miette!(
-                    "cannot write {}: expected a folder {}, and there is none",
-                    path.display(),
-                    folder.display()
-                ));
-            }
-            if path.is_dir() {
-                return Err(miette!(
-                    "cannot write {}: expected the name of a file, and it is a folder",
-                    path.display()
-                ));
-            }
+            may_be_written(path)?;
         }
         Ok(())
     }
@@ -60,4 +47,20 @@ impl Results {
         }
         Ok(())
     }
+}
+
+/// Refuses what could not be written: a file in no folder, or a folder.
+pub fn may_be_written(path: &Path) -> Result<()> {
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    if !folder.is_dir() {
+        return Err(miette!(
+            "cannot write {}: expected a folder {}, and there is none",
+            path.display(),
+            folder.display()
+        ));
+    }
+    if path.is_dir() {
+        return Err(miette!("cannot write {}: expected the name of a file, and it is a folder", path.display()));
+    }
+    Ok(())
 }

@@ -3,14 +3,17 @@
 //! The score √mean((residual/noise)²) is 1.0 where the model is as good as the instruments can tell. Left out: what is
 //! missing in the model, which is for a diagnosis to say.
 
+use crate::afresh;
+use crate::diagnose;
+use crate::fit::{Bench, Point};
 use crate::localize::{Finding, joint_name, localize};
 use crate::log::{Log, LogKind};
 use crate::noise::instruments;
 use crate::predict::{Compared, Experiment, Model, PredictError, Prediction, Quantity};
 use rayon::prelude::*;
 use std::path::PathBuf;
-use trueweld_plant::effects::Effect;
-use trueweld_plant::input::{ModelFile, Scope};
+use trueweld_plant::effects::{Effect, Parameter};
+use trueweld_plant::input::ModelFile;
 
 /// A score up to here is the noise floor: the deviations that residuals are judged by, propagated through the model to
 /// first order, are themselves known to about a tenth.
@@ -111,56 +114,70 @@ pub fn experiments(logs: &[Log], model: &Model) -> Result<Vec<Experiment>, Predi
     (0..logs.len()).into_par_iter().map(|k| Experiment::new(&logs[k], &instruments[k], model)).collect()
 }
 
-/// The effects of a model with the values written in its file, for every log alike: what [`compare`] takes where nothing is
-/// fitted afresh.
-pub fn as_written(model: &ModelFile) -> impl Fn(usize) -> Result<Vec<Effect>, PredictError> + Sync + '_ {
-    |_| Ok(model.cell_effects())
-}
-
-/// Compares a model with logs made ready.
-///
-/// `effects` gives the effects that a log, by its place in `logs`, is predicted with: those of the file, where those with
-/// `scope = "log"` may have been fitted afresh. `done` is called once a log, from several threads.
+/// Compares a model with the logs that a bench was made of. What every log has of its own (`scope = "log"`) is fitted afresh
+/// to each, and the notices say so. `done` is called once a log, from several threads.
 ///
 /// # Errors
-/// [`PredictError`] of the first log that the model cannot be driven through; whatever `effects` refuses.
+/// [`PredictError`] of the first log that the model cannot be driven through.
 pub fn compare(
     model: &ModelFile,
     logs: &[Log],
-    experiments: &[Experiment],
-    effects: &(impl Fn(usize) -> Result<Vec<Effect>, PredictError> + Sync),
+    bench: &Bench,
     done: &(impl Fn() + Sync),
 ) -> Result<Comparison, PredictError> {
-    let baseline = baseline(model);
+    let point = match bench.afresh.as_slice() {
+        [] => Point::empty(logs.len()),
+        own => afresh::fitted(bench, own, Vec::new())?.0,
+    };
     let predict = |k: usize| {
-        let prediction = experiments[k].predict(&baseline, &effects(k)?, None);
+        let prediction = bench.experiments[k].predict(&bench.model, &point.effects(bench, k), None);
         done();
         prediction
     };
-    let predictions = (0..experiments.len()).into_par_iter().map(predict).collect::<Result<Vec<_>, _>>()?;
-    Ok(of_predictions(model, logs, experiments, &predictions))
+    let predictions = (0..logs.len()).into_par_iter().map(predict).collect::<Result<Vec<_>, _>>()?;
+    let mut comparison = of_predictions(logs, &bench.experiments, &predictions);
+    comparison.notices.extend(bench.afresh.iter().map(|effect| found_afresh(effect, model, logs, &point)));
+    Ok(comparison)
+}
+
+/// Which values an effect was found to have in each log.
+fn found_afresh(effect: &Effect, model: &ModelFile, logs: &[Log], point: &Point) -> String {
+    let values = |own: &Effect| {
+        let one = |(p, v): (&Parameter, &f64)| format!("{} = {v:.3e}", p.name);
+        own.kind.parameters.iter().zip(&own.values).map(one).collect::<Vec<_>>().join(", ")
+    };
+    let of_log = |k: usize| {
+        let own = point.each[k].iter().find(|e| (e.kind.id, e.at) == (effect.kind.id, effect.at))?;
+        Some(format!("{}: {}", logs[k].name, values(own)))
+    };
+    let found: Vec<String> = (0..logs.len()).filter_map(of_log).collect();
+    format!(
+        "{} has values of its own in every log (scope = \"log\"); they were fitted afresh here, so that this part of the \
+         score is no test of the model: {}",
+        diagnose::name(effect, &model.robot),
+        found.join("; ")
+    )
 }
 
 /// The comparison that predictions of all logs make.
-pub fn of_predictions(
-    model: &ModelFile,
-    logs: &[Log],
-    experiments: &[Experiment],
-    predictions: &[Prediction],
-) -> Comparison {
-    let compared: Vec<LogComparison> =
-        (0..logs.len()).map(|k| of_log(&logs[k], &experiments[k], &predictions[k])).collect();
+pub fn of_predictions(logs: &[Log], experiments: &[Experiment], predictions: &[Prediction]) -> Comparison {
+    let compared = of_logs(logs, experiments, predictions);
     let all: Vec<f64> = predictions.iter().flat_map(|p| p.residual.iter().copied()).collect();
     Comparison {
         score: root_mean_square(&all),
         samples: all.len(),
         worst: localize(experiments, predictions, logs),
-        notices: notices(model, logs, &compared),
+        notices: notices(logs, &compared),
         logs: compared,
     }
 }
 
-fn notices(model: &ModelFile, logs: &[Log], compared: &[LogComparison]) -> Vec<String> {
+/// The part of a comparison that is of single logs: their channels and traces, without where the residual concentrates.
+pub fn of_logs(logs: &[Log], experiments: &[Experiment], predictions: &[Prediction]) -> Vec<LogComparison> {
+    (0..logs.len()).map(|k| of_log(&logs[k], &experiments[k], &predictions[k])).collect()
+}
+
+fn notices(logs: &[Log], compared: &[LogComparison]) -> Vec<String> {
     let mut notices: Vec<String> = Vec::new();
     for log in logs {
         notices.extend(log.notices.iter().map(|notice| format!("{}: {notice}", log.name)));
@@ -173,9 +190,6 @@ fn notices(model: &ModelFile, logs: &[Log], compared: &[LogComparison]) -> Vec<S
     if !estimated.is_empty() {
         notices
             .push(format!("the noise is not stated and was estimated from the recordings: {}", estimated.join(", ")));
-    }
-    for effect in model.effects.iter().filter(|e| e.scope == Scope::Log) {
-        notices.push(format!("{} has values of its own in every log", effect.effect.kind.id));
     }
     notices
 }

@@ -4,9 +4,10 @@
 //! First what recalibration alone can do, then the effects that [`crate::diagnose`] names, then, where these do not reach the
 //! floor, further ones as long as each counts. Every step refits everything, and keeps of the calibrations those that count.
 
-use crate::calibrate::{afresh, is_calibration};
+use crate::afresh;
+use crate::calibrate::is_calibration;
 use crate::diagnose::{self, Diagnosis, Found, Ground, Progress, Verdict, further, longest_weld, rules, score, sparse};
-use crate::fit::{self, Bench, Effort, Fitted, Of, Point};
+use crate::fit::{self, Bench, Fitted, Of, Point};
 use crate::log::Log;
 use crate::predict::{Experiment, PredictError};
 use trueweld_core::JointVector;
@@ -204,15 +205,8 @@ impl Judge<'_> {
                 own.push(effect.clone());
             }
         }
-        let mut there = afresh(&held_out.bench, &own);
-        let free = there.free.len();
-        there.all = [self.bench.known.clone(), point.all.clone()].concat();
-        if free == 0 {
-            return Ok(score(&fit::residuals(&held_out.bench, &there)?));
-        }
-        let blocks = fit::blocks_of(&held_out.bench);
-        let effort = Effort { steps: 4, stale: free };
-        Ok(score(&fit::fit(&held_out.bench, &there, &blocks, &[], effort)?.at))
+        let all = [self.bench.known.clone(), point.all.clone()].concat();
+        Ok(score(&afresh::fitted(&held_out.bench, &own, all)?.1))
     }
 }
 

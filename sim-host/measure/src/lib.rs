@@ -1,5 +1,6 @@
 //! Measurements judge the model: logs, comparison, diagnosis of missing effects, improvement.
 
+pub mod afresh;
 pub mod band;
 pub mod calibrate;
 pub mod campaign;
@@ -11,4 +12,5 @@ pub mod improve;
 pub mod localize;
 pub mod log;
 pub mod noise;
+pub mod plan;
 pub mod predict;

@@ -9,7 +9,8 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use trueweld_core::JointVector;
 use trueweld_measure::campaign::Campaign;
-use trueweld_measure::compare::{Comparison, as_written, baseline, compare, experiments};
+use trueweld_measure::compare::{Comparison, baseline, compare, experiments};
+use trueweld_measure::fit::Bench;
 use trueweld_measure::localize::{Finding, How, foremost, localize};
 use trueweld_measure::log::{Log, LogKind};
 use trueweld_measure::noise::{Instruments, Level};
@@ -169,8 +170,8 @@ fn the_same_residual_gives_the_same_findings() {
 fn compared(campaign: &str) -> Comparison {
     let campaign = Campaign::read(fixture(campaign)).unwrap();
     let model = ModelFile::read(&campaign.model).unwrap();
-    let experiments = experiments(&campaign.logs, &baseline(&model)).unwrap();
-    compare(&model, &campaign.logs, &experiments, &as_written(&model), &|| {}).unwrap()
+    let bench = Bench::new(&model, experiments(&campaign.logs, &baseline(&model)).unwrap());
+    compare(&model, &campaign.logs, &bench, &|| {}).unwrap()
 }
 
 #[test]

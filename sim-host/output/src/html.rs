@@ -1,8 +1,13 @@
 //! Self-contained pages: one file with text, table and pictures, that needs no network and prints as it stands.
 
 mod compare;
+mod diagnose;
+mod improve;
+mod residuals;
 
 pub use compare::compare_page;
+pub use diagnose::diagnose_page;
+pub use improve::improve_page;
 
 use crate::color::{self, css};
 use crate::figures::{Cell, MILLI, STEP_HEADINGS, headline, run_names, setting, step_headline, step_lines, weld_lines};

@@ -1,5 +1,9 @@
 //! Results for programs: one JSON value a command, SI units, units in the names.
 
+mod diagnose;
+
+pub use diagnose::{diagnose_json, improve_json};
+
 use crate::WeldRun;
 use serde_json::{Value, json};
 use std::path::Path;

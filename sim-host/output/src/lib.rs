@@ -5,6 +5,7 @@
 
 mod color;
 mod compared;
+mod diagnosed;
 mod error;
 mod figures;
 mod file;
@@ -24,6 +25,7 @@ use trueweld_core::Robot;
 use trueweld_evaluate::{StepFigures, WeldFigures};
 use trueweld_plant::simulate::Recording;
 
+pub use diagnosed::{Diagnosed, Improved};
 pub use error::OutputError;
 pub use file::write_file;
 pub use progress::Progress;

@@ -24,22 +24,22 @@ impl Progress {
 
     fn drawn_on(target: ProgressDrawTarget, label: &str, total_seconds: f64) -> Self {
         let bar = ProgressBar::with_draw_target(Some(steps(total_seconds)), target);
-        let style = ProgressStyle::with_template("{label:>14} {bar:32} {percent:>3} %  {eta} left")
+        let style = ProgressStyle::with_template("{msg:>14} {bar:32} {percent:>3} %  {eta} left")
             .expect("the template is well-formed");
-        let label = label.to_owned();
-        bar.set_style(style.progress_chars("━╸─").with_key(
-            "label",
-            move |_: &indicatif::ProgressState, out: &mut dyn std::fmt::Write| {
-                // A bar that cannot be drawn is no reason to stop.
-                let _ = out.write_str(&label);
-            },
-        ));
+        bar.set_style(style.progress_chars("━╸─"));
+        bar.set_message(label.to_owned());
         Self { bar }
     }
 
     /// The simulation has come to `seconds`.
     pub fn advance_to(&self, seconds: f64) {
         self.bar.set_position(steps(seconds));
+    }
+
+    /// Work that is no simulation has come to a `share` of the whole, and is at `what` now.
+    pub fn stage(&self, what: &str, share: f64) {
+        self.bar.set_message(what.to_owned());
+        self.bar.set_position((share.clamp(0.0, 1.0) * self.bar.length().unwrap_or(0) as f64) as u64);
     }
 
     /// The simulation is over: takes the bar away.

@@ -1,5 +1,9 @@
 //! Tables for a terminal, read in ten seconds: millimetres, degrees, kilonewtons, one column a run.
 
+mod diagnose;
+
+pub use diagnose::{diagnose_table, improve_table};
+
 use crate::WeldRun;
 use crate::compared;
 use crate::figures::{Cell, STEP_HEADINGS, headline, run_names, setting, step_headline, step_lines, weld_lines};

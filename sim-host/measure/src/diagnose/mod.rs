@@ -11,6 +11,7 @@ pub mod rules;
 mod screen;
 mod search;
 mod sparse;
+mod tell;
 
 pub use confuse::Confusable;
 pub use rules::{Part, parts, score};
@@ -18,6 +19,7 @@ pub(crate) use screen::Ground;
 pub use search::Tried;
 pub(crate) use search::further;
 pub(crate) use sparse::sparse;
+pub use tell::{Account, Reason, name, tell};
 
 use crate::calibrate::is_calibration;
 use crate::fit::{self, Bench, Fitted, Of, Point, Residuals};

@@ -151,7 +151,7 @@ fn log_figures(log: &LogComparison) -> Markup {
 }
 
 /// Median of a trace's noise.
-fn typical_noise(trace: &Trace) -> f64 {
+pub(super) fn typical_noise(trace: &Trace) -> f64 {
     let mut sorted = trace.deviation.clone();
     sorted.sort_by(f64::total_cmp);
     sorted.get(sorted.len() / 2).copied().unwrap_or(0.0)

@@ -1,11 +1,15 @@
-//! Measurements beside a model's predictions: the way of the tool in space, and every column's difference over time.
+//! Measurements beside a model's predictions, or beside those of two models: the way of the tool in space, and every column's
+//! difference over time.
 
 use super::signals;
 use super::writer::{RecordError, Store, Writer, refused};
 use crate::color::{JOINTS, LIMIT, REFERENCE, Rgb, run};
 use crate::compared::{TOLD, headline, rounded, setting};
 use nalgebra::Vector3;
-use rerun::{LineStrips3D, Scalars, SeriesLines, TextDocument, TimeColumn, ViewCoordinates};
+use rerun::{
+    LineStrips3D, Scalars, SeriesLines, TextDocument, TextLog, TextLogLevel, TimeCell, TimeColumn, TimePoint, Timeline,
+    ViewCoordinates,
+};
 use std::io::Write;
 use std::path::Path;
 use trueweld_measure::compare::{ChannelComparison, Comparison, LogComparison, Trace};
@@ -20,9 +24,14 @@ const DRAWN: f64 = 0.05;
 /// Rows in one chunk.
 const CHUNK: usize = 10_000;
 
+/// Entity of a verdict's entries.
+pub(super) const VERDICT: &str = "/verdict";
+
 /// One log and how it appears in the recording.
 pub(super) struct Shown<'a> {
     pub log: &'a LogComparison,
+    /// The same log under a better model.
+    pub after: Option<&'a LogComparison>,
     /// Root of its entities.
     pub root: String,
     /// Factor by which deviations are drawn too large; none where no position was tracked.
@@ -30,15 +39,14 @@ pub(super) struct Shown<'a> {
 }
 
 impl<'a> Shown<'a> {
-    /// All logs of a comparison.
-    pub fn all(comparison: &'a Comparison) -> Vec<Self> {
+    /// All logs of a comparison; `after`: under a better model, in the same order, or none.
+    pub fn all(logs: &'a [LogComparison], after: &'a [LogComparison]) -> Vec<Self> {
         let plain = |c: char| if c.is_ascii_alphanumeric() || c == '-' { c } else { '_' };
-        comparison
-            .logs
-            .iter()
+        logs.iter()
             .enumerate()
             .map(|(k, log)| Self {
                 log,
+                after: after.get(k),
                 // Logs of two campaigns may bear one name.
                 root: format!("{}_{}", k + 1, log.name.chars().map(plain).collect::<String>()),
                 exaggeration: way(log).map(|way| exaggeration(&way)),
@@ -54,7 +62,14 @@ impl<'a> Shown<'a> {
     /// Title of a channel's plot.
     pub fn title(&self, channel: &ChannelComparison) -> String {
         let (_, unit) = readable(channel.unit);
-        format!("{}: {}, measured − predicted [{unit}], score {}", self.log.name, channel.name, rounded(channel.score))
+        let after = self.after.and_then(|log| log.channels.iter().find(|c| c.name == channel.name));
+        let after = after.map_or(String::new(), |after| format!(" → {}", rounded(after.score)));
+        format!(
+            "{}: {}, measured − predicted [{unit}], score {}{after}",
+            self.log.name,
+            channel.name,
+            rounded(channel.score)
+        )
     }
 }
 
@@ -84,32 +99,56 @@ fn exaggeration(way: &[[Vector3<f64>; 2]]) -> f64 {
     [5.0, 2.0].iter().map(|step| step * decade).find(|factor| *factor <= wanted).unwrap_or(decade)
 }
 
-/// Writes everything but the layout.
-pub(super) fn all<W: Write>(
-    writer: &mut Writer<W>,
-    model: &Path,
-    comparison: &Comparison,
-    shown: &[Shown],
-) -> Result<(), RecordError> {
-    let text = TextDocument::new(about(model, comparison, shown)).with_media_type(rerun::MediaType::MARKDOWN);
+/// Writes everything but the layout. `about`: the result in words.
+pub(super) fn all<W: Write>(writer: &mut Writer<W>, about: String, shown: &[Shown]) -> Result<(), RecordError> {
+    let text = TextDocument::new(about + &legend(shown)).with_media_type(rerun::MediaType::MARKDOWN);
     writer.fixed(Store::Recording, "/about", &text)?;
     for shown in shown {
         tool(writer, shown)?;
         for channel in &shown.log.channels {
-            difference(writer, shown, channel)?;
+            let entity = shown.difference(&channel.name);
+            match shown.after {
+                None => difference(writer, shown.log, channel, &entity, "")?,
+                Some(after) => {
+                    difference(writer, shown.log, channel, &format!("{entity}/before"), " before")?;
+                    difference(writer, after, channel, &format!("{entity}/after"), " after")?;
+                }
+            }
         }
     }
     Ok(())
 }
 
-/// The picture in words.
-fn about(model: &Path, comparison: &Comparison, shown: &[Shown]) -> String {
+/// Writes a verdict as entries of a log.
+pub(super) fn verdict<W: Write>(writer: &mut Writer<W>, said: &[String]) -> Result<(), RecordError> {
+    for line in said {
+        let when = TimePoint::default().with(Timeline::new_duration("time"), TimeCell::from_duration_nanos(0));
+        let entry = TextLog::new(line.as_str()).with_level(TextLogLevel::INFO);
+        writer.one(Store::Recording, VERDICT, when, &entry)?;
+    }
+    Ok(())
+}
+
+/// A comparison in words.
+pub(super) fn about(model: &Path, comparison: &Comparison) -> String {
     let mut text = format!("**{}**\n\n{}\n\n", headline(comparison), setting(model, comparison));
     for finding in foremost(&comparison.worst, TOLD) {
         text += &format!("- {}\n", finding.sentence);
     }
-    text += "\nIn space: grey where the model has the tool, coloured where it was measured: green within twice the noise, red \
-             from ten times on. Deviations are drawn too large:\n\n";
+    text
+}
+
+/// What the picture in space means.
+fn legend(shown: &[Shown]) -> String {
+    let improved = match shown.iter().any(|s| s.after.is_some()) {
+        true => " Blue where the better model has it.",
+        false => "",
+    };
+    let mut text = format!(
+        "\nIn space: grey where the model has the tool, coloured where it was measured: green within twice the noise, {} from ten \
+         times on.{improved} Deviations are drawn too large:\n\n",
+        crate::color::run_in_words(0)
+    );
     for shown in shown {
         if let Some(factor) = shown.exaggeration {
             text += &format!("- {}: {factor:.0} ×\n", shown.log.name);
@@ -142,31 +181,45 @@ fn tool<W: Write>(writer: &mut Writer<W>, shown: &Shown) -> Result<(), RecordErr
         .with_radii([radius])
         .with_colors([signals::rgb(REFERENCE)]);
     writer.fixed(Store::Recording, &entity("predicted"), &predicted)?;
+    if let Some(better) = shown.after.and_then(self::way) {
+        let drawn = way.iter().zip(&better).map(|([p, _], [b, _])| point(&(p + (b - p) * factor)));
+        let improved = LineStrips3D::new([drawn.collect::<Vec<_>>()])
+            .with_radii([0.6 * radius])
+            .with_colors([signals::rgb(run(1))]);
+        writer.fixed(Store::Recording, &entity("improved"), &improved)?;
+    }
     let measured = LineStrips3D::new(drawn.windows(2).map(<[_]>::to_vec)).with_radii([radius]).with_colors(colors);
     writer.fixed(Store::Recording, &entity("measured"), &measured)
 }
 
-/// Measured less predicted of one channel, a line a column.
-fn difference<W: Write>(writer: &mut Writer<W>, shown: &Shown, channel: &ChannelComparison) -> Result<(), RecordError> {
-    let traces: Vec<&Trace> = shown.log.traces.iter().filter(|t| t.channel == channel.name).collect();
+/// Measured less predicted of one channel, a line a column; `which` model's is said after their names.
+fn difference<W: Write>(
+    writer: &mut Writer<W>,
+    log: &LogComparison,
+    channel: &ChannelComparison,
+    entity: &str,
+    which: &str,
+) -> Result<(), RecordError> {
+    let traces: Vec<&Trace> = log.traces.iter().filter(|t| t.channel == channel.name).collect();
     let rows = traces.iter().map(|t| t.time.len()).min().unwrap_or(0);
     if rows == 0 {
         return Ok(());
     }
-    let entity = shown.difference(&channel.name);
-    let color = |t: &&Trace| -> Rgb { JOINTS[usize::from(t.column) % JOINTS.len()] };
+    // Pale before, so that what is left after stands out.
+    let shade = |v: u8| if which == " before" { 255 - (255 - v) / 3 } else { v };
+    let color = |t: &&Trace| -> Rgb { JOINTS[usize::from(t.column) % JOINTS.len()].map(shade) };
     let style = SeriesLines::new()
-        .with_names(traces.iter().map(|t| t.label.as_str()))
+        .with_names(traces.iter().map(|t| format!("{}{which}", t.label)))
         .with_colors(traces.iter().map(|t| signals::rgb(color(t))))
         .with_widths(vec![1.5; traces.len()]);
-    writer.fixed(Store::Recording, &entity, &style)?;
+    writer.fixed(Store::Recording, entity, &style)?;
     let (factor, _) = readable(channel.unit);
     let picked: Vec<usize> = (0..rows).collect();
     for chunk in picked.chunks(CHUNK) {
         let values = chunk.iter().flat_map(|k| traces.iter().map(|t| (t.measured[*k] - t.predicted[*k]) * factor));
         let columns = Scalars::new(values).columns(std::iter::repeat_n(traces.len(), chunk.len())).map_err(refused)?;
         let time = TimeColumn::new_duration_secs("time", chunk.iter().map(|k| traces[0].time[*k]));
-        writer.columns(&entity, chunk.len(), [time], columns)?;
+        writer.columns(entity, chunk.len(), [time], columns)?;
     }
     Ok(())
 }

@@ -287,7 +287,11 @@ pub(super) fn compare<W: Write>(writer: &mut Writer<W>, shown: &[super::compare:
             &[("Background", &background)],
         )?);
     }
-    let about = layout.view("TextDocument", "what is shown", &["/about".to_owned()], &[])?;
+    let mut about = layout.view("TextDocument", "what is shown", &["/about".to_owned()], &[])?;
+    if shown.iter().any(|s| s.after.is_some()) {
+        let verdict = layout.view("TextLog", "verdict", &[super::compare::VERDICT.to_owned()], &[])?;
+        about = layout.container(part::ContainerKind::Tabs, &[about, verdict], &[])?;
+    }
     let left = match spaces.is_empty() {
         true => about,
         false => {
@@ -300,7 +304,8 @@ pub(super) fn compare<W: Write>(writer: &mut Writer<W>, shown: &[super::compare:
     let legend = view::PlotLegend::new().with_corner(part::Corner2D::RightTop);
     let mut plots = Vec::new();
     for (shown, channel) in channels {
-        let entity = shown.difference(&channel.name);
+        // Of two models, one entity each below it.
+        let entity = format!("{}/**", shown.difference(&channel.name));
         plots.push(layout.view("TimeSeries", &shown.title(channel), &[entity], &[("PlotLegend", &legend)])?);
     }
     let rest = plots.split_off(SEEN.min(plots.len()));

@@ -12,10 +12,10 @@ mod signals;
 mod step;
 mod writer;
 
-use crate::{OutputError, StepRun, WeldRun, write_file};
+use crate::{Diagnosed, Improved, OutputError, StepRun, WeldRun, write_file};
 use rerun::TimeColumn;
 use std::path::Path;
-use trueweld_measure::compare::Comparison;
+use trueweld_measure::compare::{Comparison, LogComparison};
 use trueweld_plant::simulate::Recording;
 use writer::{RecordError, Writer};
 
@@ -111,10 +111,57 @@ pub fn step_recording(path: &Path, runs: &[StepRun], at: f64) -> Result<(), Outp
 /// # Errors
 /// [`OutputError`] with the path; no file is left behind.
 pub fn compare_recording(path: &Path, model: &Path, comparison: &Comparison) -> Result<(), OutputError> {
-    let shown = compare::Shown::all(comparison);
+    let shown = compare::Shown::all(&comparison.logs, &[]);
     save(path, "compare", |writer| {
         layout::compare(writer, &shown)?;
-        compare::all(writer, model, comparison, &shown)
+        compare::all(writer, compare::about(model, comparison), &shown)
+    })
+}
+
+/// Writes a diagnosis into a recording at `path`: the tool's way as measured, as the model has it and as it is with the best
+/// explanation, every column's difference before and after, and the verdict. Timeline: `time`, from the start of each log.
+///
+/// # Errors
+/// [`OutputError`] with the path; no file is left behind.
+pub fn diagnose_recording(path: &Path, diagnosed: &Diagnosed<'_>) -> Result<(), OutputError> {
+    let mut said = vec![diagnosed.headline()];
+    said.extend(diagnosed.explanation().map(str::to_owned));
+    if let Some(plan) = &diagnosed.account.next_experiment {
+        said.push(format!("Next experiment: {}. {}", plan.title, plan.reason));
+        said.extend(plan.steps.iter().cloned());
+    }
+    before_and_after(path, "diagnose", (diagnosed.before, diagnosed.after), &said, &diagnosed.setting())
+}
+
+/// Writes an improvement into a recording at `path`, as [`diagnose_recording`] does, with the steps in place of the
+/// explanation.
+///
+/// # Errors
+/// [`OutputError`] with the path; no file is left behind.
+pub fn improve_recording(path: &Path, improved: &Improved<'_>) -> Result<(), OutputError> {
+    let steps = improved.improvement.steps.iter().enumerate();
+    let step = |(k, step): (usize, &trueweld_measure::improve::Step)| {
+        format!("{}: score {:.3}, where nothing was fitted {:.3}", improved.step(k), step.score, step.held_out)
+    };
+    let said: Vec<String> = [improved.headline(), improved.verdict()].into_iter().chain(steps.map(step)).collect();
+    before_and_after(path, "improve", (improved.before, improved.after), &said, &improved.setting())
+}
+
+/// Logs under a model and under a better one, with what is said of it, the most important first.
+fn before_and_after(
+    path: &Path,
+    id: &str,
+    (before, after): (&[LogComparison], &[LogComparison]),
+    said: &[String],
+    setting: &str,
+) -> Result<(), OutputError> {
+    let shown = compare::Shown::all(before, after);
+    let (first, others) = said.split_first().map_or(("", said), |(first, others)| (first.as_str(), others));
+    let others: String = others.iter().map(|line| format!("- {line}\n")).collect();
+    save(path, id, |writer| {
+        layout::compare(writer, &shown)?;
+        compare::verdict(writer, said)?;
+        compare::all(writer, format!("**{first}**\n\n{setting}\n\n{others}"), &shown)
     })
 }
 

@@ -1,0 +1,94 @@
+//! `trueweld improve`: adds what is missing to a model, and writes it.
+
+use crate::measured::{Measurements, read_experiments};
+use crate::results::{Results, may_be_written};
+use clap::Args;
+use miette::{IntoDiagnostic, Result, miette};
+use std::path::{Path, PathBuf};
+use trueweld_measure::campaign::read_logs;
+use trueweld_measure::compare::of_logs;
+use trueweld_measure::fit::Bench;
+use trueweld_measure::improve::{HeldOut, improve, model_file};
+use trueweld_measure::log::Log;
+use trueweld_output::{Improved, Progress, html, json, table};
+use trueweld_plant::input::ModelFile;
+
+/// Arguments of `improve`.
+#[derive(Args)]
+pub struct Arguments {
+    #[command(flatten)]
+    measurements: Measurements,
+    /// Where to write the improved model
+    #[arg(long, value_name = "FILE")]
+    out: PathBuf,
+    /// Log or campaign that is judged by and not fitted; may be given several times (default: blocks in time of the LOGs)
+    #[arg(long = "held-out", value_name = "LOG")]
+    held_out: Vec<PathBuf>,
+    #[command(flatten)]
+    results: Results,
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    arguments.results.check()?;
+    may_be_written(&arguments.out)?;
+    let measured = arguments.measurements.read()?;
+    let (model, logs) = (&measured.model, &measured.logs);
+    not_an_input(&arguments.out, model)?;
+    let held_out = if arguments.held_out.is_empty() { None } else { Some(held_out(arguments, model, logs)?) };
+    let bench = Bench::new(model, measured.experiments);
+    let progress = if arguments.results.quiet { Progress::silent() } else { Progress::new("comparing", 1.0) };
+    let done = improve(&bench, logs, held_out.as_ref(), &|what, share| progress.stage(what, share));
+    progress.finish();
+    let improvement = done.into_diagnostic()?;
+    let (file, comments) = model_file(&improvement, model, logs);
+    file.write(&arguments.out, &comments)?;
+    let at = improvement.fitted.as_ref().map_or(&improvement.diagnosis.before, |fitted| &fitted.at);
+    let before = of_logs(logs, &bench.experiments, &improvement.diagnosis.before);
+    let after = of_logs(logs, &bench.experiments, at);
+    let improved = Improved { model, out: &arguments.out, improvement: &improvement, before: &before, after: &after };
+    say!("{}", table::improve_table(&improved));
+    say!("wrote {}\n", arguments.out.display());
+    let results = &arguments.results;
+    results.write(|| json::improve_json(&improved), || html::improve_page(&improved))?;
+    #[cfg(feature = "rerun")]
+    if let Some(path) = &results.rrd {
+        trueweld_output::rerun::improve_recording(path, &improved)?;
+        say!("wrote {}\n", path.display());
+    }
+    Ok(())
+}
+
+/// Refuses to write over what the improved model is made from.
+fn not_an_input(out: &Path, model: &ModelFile) -> Result<()> {
+    let same = |other: &Path| matches!((out.canonicalize(), other.canonicalize()), (Ok(a), Ok(b)) if a == b);
+    let inputs = [Some(&model.path), Some(&model.robot_path), model.process_path.as_ref()];
+    match inputs.into_iter().flatten().find(|path| same(path)) {
+        Some(path) => Err(miette!(
+            help = "The model as it was given is what the improved one is judged against: keep it, and give --out another name.",
+            "--out {} is {}, which the improved model is made from; expected another file",
+            out.display(),
+            path.display()
+        )),
+        None => Ok(()),
+    }
+}
+
+/// Logs that nothing is fitted to.
+fn held_out(arguments: &Arguments, model: &ModelFile, fitted: &[Log]) -> Result<HeldOut> {
+    let (_, logs) = read_logs(&arguments.held_out)?;
+    for log in &logs {
+        log.must_be_of(&model.robot, &format!("the model {}", model.path.display()))?;
+        let same =
+            |other: &&Log| matches!((log.path.canonicalize(), other.path.canonicalize()), (Ok(a), Ok(b)) if a == b);
+        if fitted.iter().any(|other| same(&other)) {
+            return Err(miette!(
+                help = "A log that was fitted says nothing of how the model does elsewhere.",
+                "--held-out {}: this log is also among those to be fitted; expected another log of the same cell",
+                log.path.display()
+            ));
+        }
+    }
+    let experiments = read_experiments(&logs, model)?;
+    Ok(HeldOut::new(model, &logs, experiments))
+}

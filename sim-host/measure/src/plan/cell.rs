@@ -1,0 +1,236 @@
+//! What a laboratory can do, as far as its logs and its robot tell: instruments, where the arm may stand, what can be hung on
+//! it and pressed against it.
+//!
+//! Postures stay near those of the logs, within the joints' limits, above the floor, clear of the base and, where something is
+//! pressed, of singularities. Left out: what else stands in the cell.
+
+use crate::log::{Log, LogKind};
+use crate::noise::{Instruments, instruments};
+use nalgebra::Vector3;
+use std::f64::consts::PI;
+use trueweld_core::{JOINTS, JointVector, Pose, Robot, Wrench};
+
+/// How far beyond what the logs visited a joint may go, and how far it stays off its limits, rad.
+const BEYOND: f64 = 20.0 * PI / 180.0;
+const OFF_LIMITS: f64 = 5.0 * PI / 180.0;
+
+/// Shares of the stretched arm's length that joints and tool stay above the floor and off the base's axis.
+const ABOVE_FLOOR: f64 = 0.1;
+const OFF_BASE: f64 = 0.25;
+
+/// Least ratio of the Jacobian's singular values, lengths in arm's lengths, at which something is pressed.
+const LEAST_RATIO: f64 = 0.05;
+
+/// Share of a drive's largest torque that a load may take.
+const TORQUE_SHARE: f64 = 0.8;
+
+/// Postures that a plan chooses from.
+const POSTURES: usize = 8;
+
+/// What is hung on the flange where no log says what the laboratory has: mass, kg, and centre, m.
+const USUAL_PAYLOAD: (f64, [f64; 3]) = (100.0, [0.15, 0.0, 0.0]);
+
+/// Channels that logs of one kind have.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Channels {
+    pub position: bool,
+    pub rotation: bool,
+    pub link_encoder: [bool; JOINTS],
+    pub motor_torque: [bool; JOINTS],
+    pub force: bool,
+    pub moment: bool,
+}
+
+impl Channels {
+    fn of<'l>(logs: impl Iterator<Item = &'l Log> + Clone) -> Self {
+        let any = |has: &dyn Fn(&Log) -> bool| logs.clone().any(has);
+        Self {
+            position: any(&|l| l.samples.position.is_some()),
+            rotation: any(&|l| l.samples.rotation.is_some()),
+            link_encoder: std::array::from_fn(|i| any(&|l| l.samples.link_encoder[i].is_some())),
+            motor_torque: std::array::from_fn(|i| any(&|l| l.samples.motor_torque[i].is_some())),
+            force: any(&|l| l.samples.force.is_some()),
+            moment: any(&|l| l.samples.moment.is_some()),
+        }
+    }
+}
+
+/// The laboratory.
+#[derive(Debug)]
+pub(super) struct Cell<'a> {
+    pub robot: &'a Robot<f64>,
+    pub names: &'a [String; JOINTS],
+    logs: &'a [Log],
+    noise: Vec<Instruments>,
+    /// Where each joint may go, rad.
+    pub range: [[f64; 2]; JOINTS],
+    /// Postures to work in, whole steps of 5°.
+    pub postures: Vec<JointVector<f64>>,
+    /// Largest force, N, and moment, N·m, that can be pressed with; 0 where no log has it.
+    pub force: f64,
+    pub moment: f64,
+    /// Largest mass to hang on the flange, kg, and its centre from the flange in axes of the last link, m.
+    pub mass: f64,
+    pub centre: Vector3<f64>,
+    /// Length of the stretched arm, m, and the floor, m.
+    reach: f64,
+    floor: f64,
+}
+
+impl<'a> Cell<'a> {
+    /// What the logs show of the laboratory; `None` where they show nowhere to go.
+    pub fn of(robot: &'a Robot<f64>, logs: &'a [Log]) -> Option<Self> {
+        let first = logs.first()?;
+        let mut range = [[f64::INFINITY, f64::NEG_INFINITY]; JOINTS];
+        for q in logs.iter().flat_map(|l| &l.samples.encoder) {
+            for i in 0..JOINTS {
+                range[i] = [range[i][0].min(q[i]), range[i][1].max(q[i])];
+            }
+        }
+        let parameters = robot.parameters();
+        for (range, joint) in range.iter_mut().zip(&parameters.joints) {
+            let [low, high] = joint.limits;
+            let within = [(range[0] - BEYOND).max(low + OFF_LIMITS), (range[1] + BEYOND).min(high - OFF_LIMITS)];
+            if within[0].is_nan() || within[1].is_nan() || within[0] > within[1] {
+                // No log shows the joint anywhere that it could go from.
+                return None;
+            }
+            *range = within;
+        }
+        let tool = &parameters.tool;
+        let links: f64 = parameters.joints[1..].iter().map(|j| j.origin.norm()).sum();
+        let reach = links + (tool.flange_offset + tool.tcp_from_flange).norm();
+        // A robot on a pedestal has been below its own base.
+        let lowest = logs
+            .iter()
+            .flat_map(|l| l.samples.encoder.iter().step_by((l.samples.len() / 50).max(1)))
+            .map(|q| robot.forward(q).position.z)
+            .fold(f64::INFINITY, f64::min);
+        // What presses on a resting tool: as far as some log shows that the laboratory has it.
+        let most = |part: &dyn Fn(&Log) -> Option<&Vec<Vector3<f64>>>| {
+            let all = logs.iter().filter(|l| l.kind == LogKind::StaticLoad).filter_map(part).flatten();
+            all.map(Vector3::norm).filter(|n| n.is_finite()).fold(0.0, f64::max)
+        };
+        let hung = logs.iter().flat_map(|l| l.samples.payload.iter().flatten()).filter(|p| p.mass > 0.0);
+        let hung = hung.max_by(|a, b| a.mass.total_cmp(&b.mass));
+        let (mass, centre) = hung.map_or((USUAL_PAYLOAD.0, USUAL_PAYLOAD.1.into()), |p| (p.mass, p.centre));
+        let mut cell = Self {
+            robot,
+            names: &first.robot.joint_names,
+            logs,
+            noise: instruments(logs),
+            range,
+            postures: Vec::new(),
+            force: round_down(most(&|l| l.samples.force.as_ref()), 500.0),
+            moment: round_down(most(&|l| l.samples.moment.as_ref()), 50.0),
+            mass,
+            centre: centre.map(|x| (x * 1e3).round() / 1e3),
+            reach,
+            floor: (ABOVE_FLOOR * reach).min(lowest),
+        };
+        // Points that fill the range evenly, whatever their number.
+        const BASES: [u32; JOINTS] = [2, 3, 5, 7, 11, 13];
+        let point = |k: u32| {
+            JointVector::from_fn(|i, _| {
+                let [low, high] = range[i];
+                whole_steps(low + (high - low) * radical_inverse(BASES[i], k))
+            })
+        };
+        cell.postures = (1..400).map(point).filter(|q| cell.bears(q, &Wrench::zero())).take(POSTURES).collect();
+        Some(cell)
+    }
+
+    fn pattern(&self, kind: LogKind) -> Option<&'a Log> {
+        self.logs.iter().find(|l| l.kind == kind)
+    }
+
+    /// Any log: of the same kind, if there is one.
+    pub fn like(&self, kind: LogKind) -> &'a Log {
+        self.pattern(kind).unwrap_or(&self.logs[0])
+    }
+
+    /// Sampling period to expect in a log of a kind, s: that of the logs of that kind, or of any.
+    pub fn period(&self, kind: LogKind) -> Option<f64> {
+        match self.pattern(kind) {
+            Some(log) => log.period,
+            None => self.logs.iter().find_map(|l| l.period),
+        }
+    }
+
+    /// Channels to expect in a log of a kind: those of the logs of that kind, or of all where there is none.
+    pub fn channels(&self, kind: LogKind) -> Channels {
+        match self.pattern(kind) {
+            Some(_) => Channels::of(self.logs.iter().filter(|l| l.kind == kind)),
+            None => Channels::of(self.logs.iter()),
+        }
+    }
+
+    /// Noise of the instruments in a log of a kind.
+    pub fn noise(&self, kind: LogKind) -> Instruments {
+        let index = self.logs.iter().position(|l| l.kind == kind).unwrap_or(0);
+        self.noise[index]
+    }
+
+    /// True where the arm may stand: in range, above the floor, clear of the base.
+    pub fn reaches(&self, q: &JointVector<f64>) -> bool {
+        const ROUNDING: f64 = 1e-9;
+        let within = (0..JOINTS).all(|i| q[i] >= self.range[i][0] - ROUNDING && q[i] <= self.range[i][1] + ROUNDING);
+        if !within {
+            return false;
+        }
+        let frames = self.robot.frames(q);
+        let above = frames.origin[2..].iter().chain([&frames.tcp.position]).all(|p| p.z > self.floor);
+        above && frames.tcp.position.xy().norm() > OFF_BASE * self.reach
+    }
+
+    /// True where the arm may be loaded so: a wrench on the tool, in axes of T.
+    pub fn bears(&self, q: &JointVector<f64>, wrench_in_t: &Wrench<f64>) -> bool {
+        if !self.reaches(q) {
+            return false;
+        }
+        let frames = self.robot.frames(q);
+        let mut jacobian = frames.jacobian().0;
+        jacobian.fixed_rows_mut::<3>(3).scale_mut(1.0 / self.reach);
+        let singular = jacobian.singular_values();
+        let wrench = wrench_in_t.rotated(&frames.tcp.rotation);
+        let torque = self.robot.spring_torque_at_rest(&frames, q, &wrench);
+        let joints = &self.robot.parameters().joints;
+        singular.min() > LEAST_RATIO * singular.max()
+            && (0..JOINTS).all(|i| torque[i].abs() < TORQUE_SHARE * joints[i].max_torque)
+    }
+
+    /// What the weight of a mass on the flange is to the tool, in axes of T.
+    pub fn weight(&self, q: &JointVector<f64>, mass: f64) -> Wrench<f64> {
+        let frames = self.robot.frames(q);
+        let parameters = self.robot.parameters();
+        let lever = frames.rotation[JOINTS - 1] * (self.centre - parameters.tool.tcp_from_flange);
+        let force = parameters.gravity * mass;
+        Wrench { moment: lever.cross(&force), force }.rotated(&frames.tcp.rotation.transpose())
+    }
+
+    /// Where the tool is under a wrench, in axes of T: as the baseline has it.
+    pub fn pose(&self, q: &JointVector<f64>, wrench_in_t: &Wrench<f64>) -> Pose<f64> {
+        self.robot.deflected(q, wrench_in_t, 4).real
+    }
+}
+
+/// An angle to whole steps of 5°.
+pub(super) fn whole_steps(angle: f64) -> f64 {
+    (angle / OFF_LIMITS).round() * OFF_LIMITS
+}
+
+/// The largest whole number of steps within a size.
+fn round_down(size: f64, step: f64) -> f64 {
+    (size / step).floor() * step
+}
+
+/// Digits of `k` in a base, mirrored at the point: van der Corput's sequence.
+fn radical_inverse(base: u32, mut k: u32) -> f64 {
+    let (mut value, mut digit) = (0.0, 1.0 / f64::from(base));
+    while k > 0 {
+        value += f64::from(k % base) * digit;
+        k /= base;
+        digit /= f64::from(base);
+    }
+    value
+}

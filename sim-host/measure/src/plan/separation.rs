@@ -1,0 +1,291 @@
+//! By how much an experiment would tell two models apart once either was refitted to what the other makes of it.
+//!
+//! With D the difference of their predictions over the noise, S the slopes of the second model's residuals by all that may be
+//! refitted, and P what is known of those values before (priors, and what the logs so far say), the least sum of squares that
+//! the second leaves of the first is
+//!
+//! ```text
+//! Δχ² = DᵀD − DᵀS (SᵀS + P)⁻¹ SᵀD
+//! ```
+
+use crate::calibrate::{calibrations, expected, is_calibration};
+use crate::fit::{self, Bench, Free, Of, Point, Residuals, Slopes};
+use crate::predict::Experiment;
+use nalgebra::{DMatrix, DVector};
+use trueweld_plant::effects::{At, Effect};
+
+/// Share of a fit's unit over which slopes are taken.
+const STEP: f64 = 0.1;
+
+/// The calibrations, and what the logs so far say of them; slopes are those of the model without any explanation.
+#[derive(Debug)]
+pub(super) struct Ground<'a> {
+    bench: &'a Bench,
+    /// Calibrations that an explanation consists of, and which no other may use.
+    claimed: Vec<(&'static str, At)>,
+    point: Point,
+    slopes: Vec<Slopes>,
+}
+
+impl<'a> Ground<'a> {
+    /// `None` where the model cannot be driven through the logs.
+    pub fn of(bench: &'a Bench, claimed: Vec<(&'static str, At)>) -> Option<Self> {
+        let point = unclaimed(calibrations(bench), &claimed);
+        let at = fit::residuals(bench, &point).ok()?;
+        let slopes = fit::slopes(bench, &point, &point.free, &at, STEP);
+        Some(Self { bench, claimed, point, slopes })
+    }
+
+    /// What the logs so far say of a rival. `None` where it cannot be driven through them.
+    pub fn rival(&self, effects: &[Effect]) -> Option<Rival> {
+        let bench = self.bench;
+        let mut point = self.point.clone();
+        for effect in effects {
+            let expected = match is_calibration(effect.kind) {
+                true => expected(effect.kind.id),
+                false => vec![f64::INFINITY; effect.kind.parameters.len()],
+            };
+            point.add_expected(effect.clone(), &expected);
+        }
+        let at = fit::residuals(bench, &point).ok()?;
+        let own = fit::slopes(bench, &point, &point.free[self.slopes.len()..], &at, STEP);
+        let slopes: Vec<&Slopes> = self.slopes.iter().chain(&own).collect();
+        let n = point.free.len();
+        let mut normal = Normal::new(n);
+        for (log, at) in at.iter().enumerate() {
+            normal.add(&slopes, log, &at.residual);
+        }
+        let step = solve(&with_priors(&normal.square, &point), &normal.slope)?;
+        let cost = fit::chi_square(&at) - normal.slope.dot(&step);
+        // Where the model misses more than noise, the logs say less of its values than their noise would have it.
+        let trust = (cost / fit::count(&at).max(1) as f64).max(1.0);
+        let known = with_priors(&(normal.square / trust), &point);
+        // What each log has of its own is eliminated.
+        let is_shared = |k: &usize| matches!(point.free[*k].of, Of::All(_));
+        let (shared, own): (Vec<usize>, Vec<usize>) = (0..n).partition(is_shared);
+        let part = |rows: &[usize], columns: &[usize]| {
+            DMatrix::from_fn(rows.len(), columns.len(), |i, j| known[(rows[i], columns[j])])
+        };
+        let mut left = part(&shared, &shared);
+        if !own.is_empty() {
+            let cross = part(&own, &shared);
+            left -= cross.tr_mul(&regular(part(&own, &own)).cholesky()?.solve(&cross));
+        }
+        let free = shared.iter().map(|k| point.free[*k]).collect();
+        Some(Rival { all: point.all, effects: effects.len(), free, known: left, cost })
+    }
+}
+
+/// One rival explanation: its effects as fitted, beside the calibrations that hold for all logs, and how well the values of
+/// both are known.
+#[derive(Debug)]
+pub(super) struct Rival {
+    /// Calibrations, then effects.
+    all: Vec<Effect>,
+    /// How many of them are effects.
+    effects: usize,
+    /// Which of their values are free.
+    free: Vec<Free>,
+    /// Inverse covariance of those values, priors and logs so far together, in the fit's units.
+    known: DMatrix<f64>,
+    /// Least sum of squares and priors over the logs so far.
+    pub cost: f64,
+}
+
+impl Rival {
+    /// The rival on a new log, whose own calibrations are free as well: after its own, in their order.
+    fn on(&self, fresh: &Point) -> Point {
+        let mut point = Point { all: self.all.clone(), each: fresh.each.clone(), free: self.free.clone() };
+        for free in &fresh.free {
+            match free.of {
+                Of::Log(..) => point.free.push(*free),
+                Of::All(i) => {
+                    let effect = &fresh.all[i];
+                    let calibrations = &self.all[..self.all.len() - self.effects];
+                    if !calibrations.iter().any(|e| same(e, effect)) {
+                        let of = Of::All(point.all.len());
+                        point.all.push(effect.clone());
+                        point.free.push(Free { of, ..*free });
+                    }
+                }
+            }
+        }
+        point
+    }
+
+    /// True for a value of one of the effects.
+    fn is_own(&self, free: &Free) -> bool {
+        matches!(free.of, Of::All(i) if (self.all.len() - self.effects..self.all.len()).contains(&i))
+    }
+}
+
+/// True for the same kind of effect at the same place.
+fn same(a: &Effect, b: &Effect) -> bool {
+    (a.kind.id, a.at) == (b.kind.id, b.at)
+}
+
+/// Calibrations but those that an explanation consists of.
+fn unclaimed(mut point: Point, claimed: &[(&'static str, At)]) -> Point {
+    let free = std::mem::take(&mut point.free);
+    let is_claimed = |effect: &Effect| claimed.contains(&(effect.kind.id, effect.at));
+    point.free = free.into_iter().filter(|f| !is_claimed(point.effect(f.of))).collect();
+    point
+}
+
+/// A new experiment, ready to be predicted.
+#[derive(Debug)]
+pub(super) struct Trial {
+    bench: Bench,
+}
+
+impl Trial {
+    pub fn new(bench: &Bench, experiment: Experiment) -> Self {
+        Self {
+            bench: Bench {
+                afresh: Vec::new(),
+                own: Vec::new(),
+                model: bench.model.clone(),
+                known: bench.known.clone(),
+                experiments: vec![experiment],
+            },
+        }
+    }
+
+    fn at(&self, point: &Point) -> Option<Residuals> {
+        fit::residuals(&self.bench, point).ok()
+    }
+
+    /// Difference of two rivals' predictions, in standard deviations of all compared values together: what refitting can only
+    /// make less.
+    pub fn apart(&self, a: &[Effect], b: &[Effect]) -> Option<f64> {
+        let point = |effects: &[Effect]| Point { all: effects.to_vec(), each: vec![Vec::new()], free: Vec::new() };
+        let (a, b) = (self.at(&point(a))?, self.at(&point(b))?);
+        let square: f64 = a[0].residual.iter().zip(&b[0].residual).map(|(a, b)| (a - b).powi(2)).sum();
+        square.is_finite().then(|| square.sqrt())
+    }
+
+    /// Expected √Δχ² between rivals and the first of them, whichever is true and the other refitted: the smaller of both.
+    pub fn separations(&self, ground: &Ground<'_>, first: &Rival, others: &[&Rival]) -> Option<Vec<f64>> {
+        let fresh = unclaimed(calibrations(&self.bench), &ground.claimed);
+        let at = self.at(&fresh)?;
+        let calibrated = fit::slopes(&self.bench, &fresh, &fresh.free, &at, STEP);
+        let a = self.predicted(&fresh, &calibrated, first)?;
+        others
+            .iter()
+            .map(|other| {
+                let b = self.predicted(&fresh, &calibrated, other)?;
+                let apart: Vec<f64> = b.at.iter().zip(&a.at).map(|(b, a)| b - a).collect();
+                let least = b.left(other, &apart)?.min(a.left(first, &apart)?);
+                least.is_finite().then(|| least.max(0.0).sqrt())
+            })
+            .collect()
+    }
+
+    /// A rival's prediction, with slopes of all it may refit.
+    fn predicted(&self, fresh: &Point, calibrated: &[Slopes], rival: &Rival) -> Option<Predicted> {
+        let point = rival.on(fresh);
+        let at = self.at(&point)?;
+        let own: Vec<Free> = point.free.iter().copied().filter(|f| rival.is_own(f)).collect();
+        let mut own = fit::slopes(&self.bench, &point, &own, &at, STEP).into_iter();
+        let slopes = point
+            .free
+            .iter()
+            .map(|free| {
+                if rival.is_own(free) {
+                    return own.next();
+                }
+                let wanted = |f: &&Free| {
+                    f.parameter == free.parameter
+                        && match (f.of, free.of) {
+                            (Of::All(i), Of::All(j)) => same(&fresh.all[i], &point.all[j]),
+                            (one, other) => one == other,
+                        }
+                };
+                let index = fresh.free.iter().position(|f| wanted(&f));
+                // What the logs so far have and this one does not show has no slopes here.
+                Some(index.map_or(vec![None], |k| calibrated[k].clone()))
+            })
+            .collect::<Option<Vec<Slopes>>>()?;
+        let at = at.into_iter().next()?.residual;
+        Some(Predicted { point, at, slopes })
+    }
+}
+
+/// A rival's prediction of a new log.
+struct Predicted {
+    point: Point,
+    at: Vec<f64>,
+    slopes: Vec<Slopes>,
+}
+
+impl Predicted {
+    /// Least sum of squares and priors that a refit leaves of a difference.
+    fn left(&self, rival: &Rival, difference: &[f64]) -> Option<f64> {
+        let (n, before) = (self.point.free.len(), rival.free.len());
+        let mut normal = Normal::new(n);
+        normal.add(&self.slopes.iter().collect::<Vec<_>>(), 0, difference);
+        let mut known = normal.square;
+        let mut shared = known.view_mut((0, 0), (before, before));
+        shared += &rival.known;
+        for (k, weight) in weights(&self.point).enumerate().skip(before) {
+            known[(k, k)] += weight;
+        }
+        let step = solve(&known, &normal.slope)?;
+        Some(difference.iter().map(|d| d * d).sum::<f64>() - normal.slope.dot(&step))
+    }
+}
+
+/// Normal equations.
+struct Normal {
+    square: DMatrix<f64>,
+    slope: DVector<f64>,
+}
+
+impl Normal {
+    fn new(n: usize) -> Self {
+        Self { square: DMatrix::zeros(n, n), slope: DVector::zeros(n) }
+    }
+
+    /// Adds AᵀA and Aᵀr of one log.
+    fn add(&mut self, slopes: &[&Slopes], log: usize, residual: &[f64]) {
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
+        let seen: Vec<(usize, &[f64])> =
+            slopes.iter().enumerate().filter_map(|(k, s)| s[log].as_deref().map(|c| (k, c))).collect();
+        for (i, (k, a)) in seen.iter().enumerate() {
+            self.slope[*k] += dot(a, residual);
+            for (l, b) in &seen[..=i] {
+                let product = dot(a, b);
+                self.square[(*k, *l)] += product;
+                if k != l {
+                    self.square[(*l, *k)] += product;
+                }
+            }
+        }
+    }
+}
+
+/// Weight of each free value's prior, in the fit's units.
+fn weights(point: &Point) -> impl Iterator<Item = f64> {
+    point.free.iter().map(|free| (fit::unit(point.parameter(free), point.value(free)) / free.expected).powi(2))
+}
+
+fn with_priors(normal: &DMatrix<f64>, point: &Point) -> DMatrix<f64> {
+    let mut normal = normal.clone();
+    for (k, weight) in weights(point).enumerate() {
+        normal[(k, k)] += weight;
+    }
+    normal
+}
+
+/// A little on the diagonal: a value that nothing depends on stays where it is.
+fn regular(mut matrix: DMatrix<f64>) -> DMatrix<f64> {
+    for k in 0..matrix.nrows() {
+        let own = matrix[(k, k)];
+        matrix[(k, k)] = if own > 0.0 { own * (1.0 + 1e-9) } else { 1.0 };
+    }
+    matrix
+}
+
+fn solve(normal: &DMatrix<f64>, slope: &DVector<f64>) -> Option<DVector<f64>> {
+    Some(regular(normal.clone()).cholesky()?.solve(slope))
+}

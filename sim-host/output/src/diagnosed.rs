@@ -1,0 +1,367 @@
+//! What terminal, page, recording and JSON say of a diagnosis and of an improvement, written once.
+
+use crate::compared::rounded;
+use std::path::Path;
+use trueweld_measure::compare::LogComparison;
+use trueweld_measure::diagnose::{Account, Candidate, Confusable, Diagnosis, Found, Limit, Verdict, name};
+use trueweld_measure::improve::{Improvement, Rejected, Step};
+use trueweld_measure::localize::{Finding, foremost};
+use trueweld_plant::effects::{At, Kind, Parameter};
+use trueweld_plant::input::{ModelFile, RobotFile};
+
+/// A diagnosis with all that is shown of it.
+#[derive(Clone, Copy)]
+pub struct Diagnosed<'a> {
+    /// The model that was given.
+    pub model: &'a ModelFile,
+    /// What was found.
+    pub diagnosis: &'a Diagnosis,
+    /// What is told of it.
+    pub account: &'a Account,
+    /// The logs under the model as it was given.
+    pub before: &'a [LogComparison],
+    /// The logs under the model with the best explanation.
+    pub after: &'a [LogComparison],
+}
+
+/// An improvement with all that is shown of it.
+#[derive(Clone, Copy)]
+pub struct Improved<'a> {
+    /// The model that was given.
+    pub model: &'a ModelFile,
+    /// Where the improved model was written.
+    pub out: &'a Path,
+    /// What was done.
+    pub improvement: &'a Improvement,
+    /// The logs fitted, under the model as it was given.
+    pub before: &'a [LogComparison],
+    /// The logs fitted, under the improved model.
+    pub after: &'a [LogComparison],
+}
+
+/// Findings of what remains that are told.
+pub(crate) const REMAINS: usize = 5;
+
+/// Factor and unit in which people read a parameter: per cent, millimetres, milliradians, degrees of a phase.
+fn readable_parameter(parameter: &Parameter) -> (f64, &'static str) {
+    match (parameter.unit, parameter.name) {
+        ("rad", name) if name.starts_with("phase") => (1f64.to_degrees(), "°"),
+        ("rad" | "rad/s", _) => (1e3, if parameter.unit == "rad" { "mrad" } else { "mrad/s" }),
+        ("m", _) => (1e3, "mm"),
+        ("N/m", _) => (1e-6, "MN/m"),
+        ("rad/(N·m)", _) => (1e9, "nrad/(N·m)"),
+        ("1", "exponent" | "order") => (1.0, ""),
+        ("1", _) => (1e2, "%"),
+        (unit, _) => (1.0, unit),
+    }
+}
+
+/// The name of a parameter without its unit: `half gap`.
+fn spoken(parameter: &Parameter) -> String {
+    let name = parameter.name;
+    let cut = ["_rad_nm", "_nms_rad", "_rad_s", "_rad", "_nm", "_n_m", "_kg", "_m", "_n", "_s"];
+    let short = cut.iter().find_map(|unit| name.strip_suffix(unit)).unwrap_or(name);
+    short.replace('_', " ")
+}
+
+/// A value of a found effect with its 95 % interval, as people read it.
+pub(crate) fn value(found: &Found, k: usize) -> String {
+    let parameter = &found.effect.kind.parameters[k];
+    let (factor, unit) = readable_parameter(parameter);
+    let value = found.effect.values[k] * factor;
+    let half = 0.5 * (found.interval[k][1] - found.interval[k][0]) * factor;
+    let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
+    if half == 0.0 {
+        return format!("{}{unit}", rounded(value));
+    }
+    if !half.is_finite() || half > 1e3 * value.abs().max(f64::MIN_POSITIVE) {
+        return format!("{}{unit}, hardly bounded by these logs", rounded(value));
+    }
+    let decimals = (1.0 - half.log10().floor()).clamp(0.0, 6.0) as usize;
+    format!("{value:.decimals$} ± {half:.decimals$}{unit}")
+}
+
+/// Every value of a found effect with its name.
+pub(crate) fn values(found: &Found) -> Vec<(String, String)> {
+    found.effect.kind.parameters.iter().enumerate().map(|(k, p)| (spoken(p), value(found, k))).collect()
+}
+
+/// An effect with its values in one line.
+pub(crate) fn in_a_line(found: &Found, robot: &RobotFile) -> String {
+    let values: Vec<String> = values(found).into_iter().map(|(name, value)| format!("{name} {value}")).collect();
+    format!("{} ({})", name(&found.effect, robot), values.join(", "))
+}
+
+/// Nothing that was fitted to data is certain, nor is anything out of the question.
+pub(crate) fn percent(share: f64) -> String {
+    match 100.0 * share {
+        p if p > 99.0 => "> 99 %".to_owned(),
+        p if p < 1.0 => "< 1 %".to_owned(),
+        p => format!("{p:.0} %"),
+    }
+}
+
+/// Names of the explanations that the data do not tell from the best, with its own.
+fn tied(diagnosis: &Diagnosis, robot: &RobotFile) -> Vec<String> {
+    let Some(best) = diagnosis.candidates.first() else { return Vec::new() };
+    let others = best.indistinguishable.iter().filter_map(|k| diagnosis.candidates.get(*k));
+    std::iter::once(best).chain(others).map(|candidate| candidate.name(robot)).collect()
+}
+
+/// What the rest of the residual goes with, in a few words.
+fn goes_with(unexplained: &[Finding]) -> String {
+    match foremost(unexplained, 1).first() {
+        Some(f) => {
+            format!("it goes with {} ({:.0} % of the squared residual of {})", f.variable, 100.0 * f.share, f.channel)
+        }
+        None => "it goes with no single condition of those that are looked at".to_owned(),
+    }
+}
+
+/// The verdict in a sentence or two; `next`: what to record next, in a line.
+pub(crate) fn verdict(diagnosis: &Diagnosis, verdict: Verdict, robot: &RobotFile, next: Option<&str>) -> String {
+    let before = rounded(diagnosis.score_before);
+    let best = diagnosis.candidates.first();
+    match (verdict, best) {
+        (Verdict::EffectFound, Some(best)) if !best.indistinguishable.is_empty() => {
+            let tied = tied(diagnosis, robot);
+            let record = next.map_or(String::new(), |title| format!(" To tell them apart, record: {title}."));
+            format!(
+                "Something is missing (score {before}), and these logs cannot separate {}: each brings the score to {} where it was \
+                 not fitted.{record}",
+                listed(&tied),
+                rounded(best.held_out_after)
+            )
+        }
+        (Verdict::EffectFound, Some(best)) => {
+            let found: Vec<String> = best.effects.iter().map(|f| in_a_line(f, robot)).collect();
+            format!(
+                "What is missing: {}. With it the score falls from {} to {} where it was not fitted (probability {}).",
+                found.join(" and "),
+                rounded(best.held_out_before),
+                rounded(best.held_out_after),
+                percent(best.probability)
+            )
+        }
+        (Verdict::Adequate | Verdict::EffectFound, _) => format!(
+            "Nothing is missing above the noise floor (score {before}): no effect lowers the error where it was not fitted by more \
+             than chance would."
+        ),
+        (Verdict::UnknownEffect, _) => {
+            let partial = best.filter(|best| best.left < 0.9).map_or(String::new(), |best| {
+                format!(
+                    " The best partial explanation, {}, leaves {:.0} % of what is above the floor.",
+                    best.name(robot),
+                    100.0 * best.left
+                )
+            });
+            format!(
+                "Something is missing that no effect here explains (score {before}); {}.{partial}",
+                goes_with(&diagnosis.unexplained)
+            )
+        }
+    }
+}
+
+impl Diagnosed<'_> {
+    /// The verdict in a sentence or two.
+    pub(crate) fn headline(&self) -> String {
+        let next = self.account.next_experiment.as_ref().map(|plan| plan.title.as_str());
+        verdict(self.diagnosis, self.diagnosis.verdict, &self.model.robot, next)
+    }
+
+    /// What was diagnosed.
+    pub(crate) fn setting(&self) -> String {
+        setting(self.model, self.before)
+    }
+
+    /// The explanation of the best candidate; none where nothing is missing.
+    pub(crate) fn explanation(&self) -> Option<&str> {
+        let missing = self.diagnosis.verdict != Verdict::Adequate;
+        self.account.reasons.first().filter(|_| missing).map(|reason| reason.explanation.as_str())
+    }
+
+    /// Score of the logs with the best explanation and the calibrations that count.
+    pub(crate) fn score_after(&self) -> f64 {
+        trueweld_measure::diagnose::score(&self.diagnosis.improved.at)
+    }
+
+    /// Name of a log.
+    pub(crate) fn log(&self, log: usize) -> &str {
+        self.before.get(log).map_or("", |log| log.name.as_str())
+    }
+}
+
+fn setting(model: &ModelFile, logs: &[LogComparison]) -> String {
+    format!(
+        "Model {}, {} logs, {} samples. Score: root mean square of (measured − predicted)/noise; 1.0 is the noise floor. ± and \
+         intervals are of 95 %.",
+        model.path.display(),
+        logs.len(),
+        logs.iter().map(|log| log.samples).sum::<usize>()
+    )
+}
+
+impl Improved<'_> {
+    /// What came of it, in a sentence or two.
+    pub(crate) fn headline(&self) -> String {
+        let steps = &self.improvement.steps;
+        let (first, last) = (&steps[0], &steps[steps.len() - 1]);
+        let added: Vec<String> =
+            last.effects.iter().filter(|f| f.log.is_none()).map(|f| name(&f.effect, &self.model.robot)).collect();
+        let fall = format!(
+            "the score falls from {} to {} where nothing was fitted",
+            rounded(first.held_out),
+            rounded(last.held_out)
+        );
+        match (steps.len(), added.as_slice()) {
+            (1, _) => "The model stays as it was given: nothing lowers the error where nothing was fitted.".to_owned(),
+            (_, []) => format!("Recalibrated: {fall}."),
+            (_, added) => format!("With {} {fall}.", added.join(" and ")),
+        }
+    }
+
+    /// The verdict that stays with the improved model.
+    pub(crate) fn verdict(&self) -> String {
+        let improvement = self.improvement;
+        let last = &improvement.steps[improvement.steps.len() - 1];
+        match improvement.verdict {
+            Verdict::EffectFound if improvement.diagnosis.verdict == Verdict::UnknownEffect => format!(
+                "{} effects together bring every channel near the noise floor; they were added one after another, so that each for \
+                 itself is less certain.",
+                last.effects.len()
+            ),
+            Verdict::EffectFound
+                if improvement.diagnosis.candidates.first().is_some_and(|c| c.indistinguishable.is_empty()) =>
+            {
+                let found: Vec<String> = last.effects.iter().map(|f| in_a_line(f, &self.model.robot)).collect();
+                match found.as_slice() {
+                    [] => "Nothing was missing but calibrations.".to_owned(),
+                    found => format!(
+                        "What was missing: {}; probability among all effects of the library {}.",
+                        found.join(" and "),
+                        percent(improvement.diagnosis.candidates[0].probability)
+                    ),
+                }
+            }
+            verdict => self::verdict(&improvement.diagnosis, verdict, &self.model.robot, None),
+        }
+    }
+
+    /// What was improved, and what it was judged by.
+    pub(crate) fn setting(&self) -> String {
+        let judged = match self.improvement.held_out_logs.as_slice() {
+            [] => "every tenth of each log, predicted from a fit to the others".to_owned(),
+            logs => format!("{}, to which nothing was fitted", logs.join(", ")),
+        };
+        format!("{} Steps are judged by: {judged}.", setting(self.model, self.before))
+    }
+
+    /// What a step did, in a line.
+    pub(crate) fn step(&self, k: usize) -> String {
+        let Step { added, .. } = &self.improvement.steps[k];
+        match (k, added.as_slice()) {
+            (0, _) => "as given".to_owned(),
+            (_, []) => "recalibrated".to_owned(),
+            (_, added) => format!("+ {}", listed_names(added, &self.model.robot)),
+        }
+    }
+
+    /// What a rejected step would have added, and why it was not kept.
+    pub(crate) fn rejected(&self, rejected: &Rejected) -> [String; 2] {
+        let what = match rejected.added.as_slice() {
+            [] => "recalibration alone".to_owned(),
+            added => listed_names(added, &self.model.robot),
+        };
+        [what, rejected.why.to_owned()]
+    }
+
+    /// Every value of the improved model that was fitted, with its interval and where it comes from.
+    pub(crate) fn fitted(&self) -> Vec<[String; 4]> {
+        let last = &self.improvement.steps[self.improvement.steps.len() - 1];
+        let effects = last.effects.iter().map(|f| (f, "effect"));
+        let all = effects.chain(last.calibration.iter().map(|f| (f, "calibration")));
+        all.flat_map(|(found, sort)| {
+            let from = match found.log.and_then(|log| self.before.get(log)) {
+                Some(log) => format!("{sort}, fitted to {} alone", log.name),
+                None => format!("{sort}, fitted to all logs"),
+            };
+            let name = name(&found.effect, &self.model.robot);
+            values(found).into_iter().map(move |(parameter, value)| [name.clone(), parameter, value, from.clone()])
+        })
+        .collect()
+    }
+}
+
+fn listed_names(found: &[Found], robot: &RobotFile) -> String {
+    found.iter().map(|f| name(&f.effect, robot)).collect::<Vec<_>>().join(" + ")
+}
+
+/// Words with commas, and an "and" before the last.
+fn listed(words: &[String]) -> String {
+    match words {
+        [] => String::new(),
+        [one] => one.clone(),
+        [first @ .., last] => format!("{} and {last}", first.join(", ")),
+    }
+}
+
+/// A number with two digits that count.
+fn two_digits(value: f64) -> String {
+    let size = if value == 0.0 { 0.0 } else { value.abs().log10().floor() };
+    format!("{value:.*}", (1.0 - size).clamp(0.0, 6.0) as usize)
+}
+
+/// Detection limits of one kind of effect.
+pub(crate) struct Limits {
+    pub kind: &'static Kind,
+    /// The parameter that is its size, with its unit.
+    pub size: String,
+    /// By joint or instrument, or one for the cell: name and size.
+    pub places: Vec<(String, String)>,
+}
+
+/// Detection limits, a line a kind, in the order of the library; places in the order of the robot.
+pub(crate) fn limits(diagnosis: &Diagnosis, robot: &RobotFile) -> Vec<Limits> {
+    let mut all: Vec<&Limit> = diagnosis.limits.iter().filter(|limit| limit.value.is_finite()).collect();
+    let place = |at: At| match at {
+        At::Joint(joint) => joint,
+        At::Channel(channel) => channel as usize,
+        At::Cell => 0,
+    };
+    let row = |kind: &Kind| trueweld_plant::effects::TABLE.iter().position(|k| k.id == kind.id).unwrap_or(usize::MAX);
+    all.sort_by_key(|limit| (row(limit.kind), place(limit.at)));
+    let mut lines: Vec<Limits> = Vec::new();
+    for limit in all {
+        let parameter = &limit.kind.parameters[limit.parameter];
+        let (factor, unit) = readable_parameter(parameter);
+        let effect = trueweld_plant::effects::Effect { kind: limit.kind, at: limit.at, values: Vec::new() };
+        let entry = (effect.at_name(robot).to_owned(), two_digits(limit.value * factor));
+        match lines.last_mut().filter(|line| line.kind.id == limit.kind.id) {
+            Some(line) => line.places.push(entry),
+            None => {
+                let unit = if unit.is_empty() { String::new() } else { format!(", {unit}") };
+                let size = format!("{}{unit}", spoken(parameter));
+                lines.push(Limits { kind: limit.kind, size, places: vec![entry] });
+            }
+        }
+    }
+    lines
+}
+
+/// Two hypotheses that are hard to tell apart, and from which multiple of the detection limit on they are.
+pub(crate) fn confusable(pair: &Confusable, robot: &RobotFile) -> [String; 3] {
+    let one = |(kind, at): (&'static Kind, At)| {
+        name(&trueweld_plant::effects::Effect { kind, at, values: Vec::new() }, robot)
+    };
+    let apart = match pair.factor() {
+        factor if factor > 300.0 => "not at any size".to_owned(),
+        factor => format!("{factor:.0}"),
+    };
+    [one(pair.first), one(pair.second), apart]
+}
+
+/// Candidates that are told: those that are likely at all, and some.
+pub(crate) fn ranked(diagnosis: &Diagnosis) -> &[Candidate] {
+    &diagnosis.candidates[..diagnosis.candidates.len().min(6)]
+}
