@@ -412,7 +412,19 @@ impl Linear {
     /// The best step with `damping` on the diagonal, and the covariance of the values there, in the fit's units. `only`: the
     /// values that are free; the others stay.
     pub fn solve(&self, left_out: Option<usize>, damping: f64, only: Option<&[usize]>) -> Option<Step> {
+        self.solve_beside(&DVector::zeros(self.weight.len()), left_out, damping, only)
+    }
+
+    /// The same where the values that are not free step by what `fixed` says; it is 0 for those that are.
+    fn solve_beside(
+        &self,
+        fixed: &DVector<f64>,
+        left_out: Option<usize>,
+        damping: f64,
+        only: Option<&[usize]>,
+    ) -> Option<Step> {
         let (square, slope) = self.without(left_out);
+        let slope = slope + &square * fixed;
         let n = self.weight.len();
         let every: Vec<usize> = (0..n).collect();
         let only = only.unwrap_or(&every);
@@ -430,7 +442,7 @@ impl Linear {
         }
         let factor = reduced.cholesky()?;
         let step = factor.solve(&right.component_mul(&scale)).component_mul(&scale);
-        let mut full = DVector::zeros(n);
+        let mut full = fixed.clone();
         for (i, k) in only.iter().enumerate() {
             full[*k] = -step[i];
         }
@@ -573,6 +585,40 @@ const STEP: f64 = 0.1;
 /// Improvement of the cost below which a fit has arrived, as a share of it and at least this much.
 const ARRIVED: f64 = 1e-4;
 
+/// The best step with every value within its bounds: one that would leave goes to its bound, and the others are solved for
+/// again.
+fn bounded(linear: &Linear, point: &Point, damping: f64) -> Option<DVector<f64>> {
+    let n = point.free.len();
+    let mut free: Vec<usize> = (0..n).collect();
+    let mut fixed = DVector::zeros(n);
+    loop {
+        let found = linear.solve_beside(&fixed, None, damping, Some(&free))?;
+        let leaves = |k: usize| room(point.parameter(&point.free[k]), point.value(&point.free[k]), found.step[k]);
+        let out: Vec<(usize, f64)> = free.iter().filter_map(|k| Some((*k, leaves(*k)?))).collect();
+        if out.is_empty() {
+            return Some(found.step);
+        }
+        for (k, step) in out {
+            fixed[k] = step;
+            free.retain(|f| *f != k);
+        }
+    }
+}
+
+/// The step that just reaches the bound which a step would pass.
+fn room(parameter: &Parameter, value: f64, step: f64) -> Option<f64> {
+    let reached = value_at(parameter, value, step);
+    if parameter.role == Role::Phase || (reached != parameter.low && reached != parameter.high) {
+        return None;
+    }
+    let (mut within, mut beyond) = (0.0, 1.0);
+    for _ in 0..40 {
+        let middle = 0.5 * (within + beyond);
+        if value_at(parameter, value, middle * step) == reached { beyond = middle } else { within = middle }
+    }
+    Some(beyond * step)
+}
+
 /// Fits the free values of a point by Levenberg and Marquardt. `slopes`: known ones of the first free values.
 ///
 /// # Errors
@@ -607,8 +653,8 @@ pub fn fit(
         }
         let mut better = None;
         for _ in 0..6 {
-            let Some(found) = linear.solve(None, damping, None) else { break };
-            let next = point.moved(&found.step);
+            let Some(step) = bounded(&linear, &point, damping) else { break };
+            let next = point.moved(&step);
             if let Ok(there) = residuals(bench, &next) {
                 let (weight, away) = next.priors();
                 let priors: f64 = weight.iter().zip(away.iter()).map(|(w, a)| w * a * a).sum();

@@ -157,7 +157,6 @@ pub fn improve(
         }
         let ground = Ground { bench, blocks: &blocks, null: current, length: longest_weld(logs) };
         let Some(next) = further(&ground, current) else { break };
-        let next = next.fitted;
         let effects = effects_of(&next);
         if !try_step(&next, &effects[known..]) {
             break;

@@ -16,7 +16,6 @@ mod tell;
 pub use confuse::Confusable;
 pub use rules::{Part, parts, score};
 pub(crate) use screen::Ground;
-pub use search::Tried;
 pub(crate) use search::further;
 pub(crate) use sparse::sparse;
 pub use tell::{Account, Reason, name, tell};
@@ -87,8 +86,6 @@ pub struct Candidate {
     pub indistinguishable: Vec<usize>,
     /// The fit.
     pub fitted: Fitted,
-    /// Its sum of squares as it counts among others; see [`Tried`].
-    pub cost: f64,
 }
 
 /// What a diagnosis found.
@@ -152,13 +149,13 @@ pub fn diagnose(bench: &Bench, logs: &[Log], progress: Progress<'_>) -> Result<D
     let limits = screened.iter().map(|s| s.limit.clone()).collect();
     let confusable = confuse::confusable(&ground, &screened);
     let excess = above(&null.at).max(1.0);
-    let mut chosen: Vec<Tried> = Vec::new();
-    if let Some(k) = singles.iter().position(|s| counts(bench, &null, &s.fitted, s.background)) {
+    let mut chosen: Vec<Fitted> = Vec::new();
+    if let Some(k) = singles.iter().position(|s| counts(bench, &null, s)) {
         singles[..=k].rotate_right(1);
         let best = &singles[0];
         chosen.push(best.clone());
-        let left = above(&best.fitted.at) / excess;
-        if left > rules::LEFT || !at_floor(bench, &best.fitted.at) {
+        let left = above(&best.at) / excess;
+        if left > rules::LEFT || !at_floor(bench, &best.at) {
             progress("looking for a second effect", 0.65);
             chosen.extend(second(&ground, best, &singles));
         }
@@ -204,14 +201,14 @@ fn conclude(
     blocks: &[Vec<u8>],
     before: Residuals,
     null: &Fitted,
-    singles: Vec<Tried>,
-    chosen: Vec<Tried>,
+    singles: Vec<Fitted>,
+    chosen: Vec<Fitted>,
     unexplained: &dyn Fn(&Residuals) -> Vec<Finding>,
 ) -> Diagnosis {
     let n = fit::count(&before).max(1) as f64;
     let score_before = score(&before);
     let excess = above(&null.at).max(1.0);
-    let best = chosen.last().map_or(null, |c| &c.fitted);
+    let best = chosen.last().unwrap_or(null);
     let left = above(&best.at) / excess;
     let explained =
         at_floor(bench, &best.at) || left < rules::LEFT || (score(&best.at) < rules::NEAR && left < rules::LEFT_NEAR);
@@ -234,7 +231,7 @@ fn conclude(
     }
     let mut candidates: Vec<Candidate> = fits
         .into_iter()
-        .map(|Tried { fitted, cost, .. }| {
+        .map(|fitted| {
             let own = effects_of(&fitted);
             Candidate {
                 effects: found(&fitted, |of| matches!(of, Of::All(i) if own.contains(&i))),
@@ -243,7 +240,6 @@ fn conclude(
                 probability: 0.0,
                 left: above(&fitted.at) / excess,
                 indistinguishable: Vec::new(),
-                cost,
                 fitted,
             }
         })
@@ -263,7 +259,6 @@ fn conclude(
                 probability: 0.0,
                 left: above(&improved.at) / above(&before).max(1.0),
                 indistinguishable: Vec::new(),
-                cost: improved.cost,
                 fitted: improved.clone(),
             },
         );
@@ -274,7 +269,7 @@ fn conclude(
         score_before,
         before,
         null: null.clone(),
-        chosen: chosen.into_iter().map(|c| c.fitted).collect(),
+        chosen,
         candidates,
         calibration,
         unexplained: if at_floor(bench, &improved.at) { Vec::new() } else { unexplained(&improved.at) },
@@ -287,20 +282,20 @@ fn conclude(
 /// Probabilities among the explanations, and which of them the data do not tell apart.
 fn weigh(candidates: &mut [Candidate], null: &Fitted, verdict: Verdict) {
     let Some(first) = candidates.first() else { return };
-    let (best, n) = (first.cost, fit::count(&first.fitted.at).max(1) as f64);
+    let (best, n) = (first.fitted.cost, fit::count(&first.fitted.at).max(1) as f64);
     // What is left above the floor says how far the sum of squares can be trusted.
     let trust = (fit::chi_square(&first.fitted.at) / n).max(1.0) * rules::CORRELATED;
     let weight = |cost: f64| (-0.5 * (cost - best).max(0.0) / trust).exp();
     // "None of these" stands beside them: with the calibrations alone, and with what the best leaves above the floor.
     let none = if verdict == Verdict::Adequate { 1.0 } else { weight(null.cost) };
-    let sum: f64 = candidates.iter().map(|c| weight(c.cost)).sum::<f64>() + none;
+    let sum: f64 = candidates.iter().map(|c| weight(c.fitted.cost)).sum::<f64>() + none;
     let ceiling = match verdict {
         Verdict::UnknownEffect => 0.5,
         _ => 1.0 - (fit::chi_square(&first.fitted.at) / n - 1.0).clamp(0.0, first.left.clamp(0.0, 1.0)),
     };
-    let costs: Vec<f64> = candidates.iter().map(|c| c.cost).collect();
+    let costs: Vec<f64> = candidates.iter().map(|c| c.fitted.cost).collect();
     for (k, c) in candidates.iter_mut().enumerate() {
-        c.probability = weight(c.cost) / sum * ceiling;
+        c.probability = weight(c.fitted.cost) / sum * ceiling;
         c.indistinguishable =
             (0..costs.len()).filter(|j| *j != k && (costs[*j] - costs[k]).abs() < 9.0 * trust).collect();
     }

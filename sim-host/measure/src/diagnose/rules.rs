@@ -10,11 +10,13 @@ pub const GAIN: f64 = 30.0;
 pub const LOST: f64 = 0.3;
 /// Fall of one channel's sum of squares below which its noise is not known well enough, as a share.
 pub const VISIBLE: f64 = 0.08;
+/// The same of one column, whose own noise is known less well.
+pub const VISIBLE_IN_COLUMN: f64 = 0.25;
 /// Share of what was above the floor that an explanation may leave.
 pub const LEFT: f64 = 0.1;
 /// The same, where all together is as near to the floor as this score.
 pub const LEFT_NEAR: f64 = 0.5;
-/// Share of what one effect leaves that a second one may leave.
+/// Share of what one effect leaves standing out of the floor that a second one may leave.
 pub const HALVED: f64 = 0.5;
 /// Score that is near the floor.
 pub const NEAR: f64 = 1.05;
@@ -26,6 +28,8 @@ pub const KEEP: f64 = 25.0;
 pub const KEEP_EACH: f64 = 6.0;
 /// Residuals of one channel that follow each other are not as many as they are.
 pub const CORRELATED: f64 = 4.0;
+/// Delay that is no more than how a controller holds and reads its values, as a share of the sampling period.
+pub const HELD: f64 = 0.25;
 /// Hypotheses fitted in full, first alone and then beside the best.
 pub const FITTED: usize = 8;
 /// Of these, how many beside the best.
@@ -72,26 +76,31 @@ fn columns(bench: &Bench, residuals: &Residuals) -> BTreeMap<(usize, &'static st
     columns
 }
 
-/// True where a fit explains more than chance does and than the noise is known to. `background`: how much more than white
-/// noise what is left of it raises such a hypothesis.
-pub(crate) fn counts(bench: &Bench, before: &Fitted, after: &Fitted, background: f64) -> bool {
+/// True where a fit explains more than chance does and than the noise is known to.
+pub(crate) fn counts(bench: &Bench, before: &Fitted, after: &Fitted) -> bool {
     let (before_out, after_out) = (before.linear.held_out(None), after.linear.held_out(None));
     let differences = || before_out.iter().zip(&after_out).map(|(b, a)| b - a);
     let gained: f64 = differences().filter(|d| *d > 0.0).sum();
     let lost: f64 = -differences().filter(|d| *d < 0.0).sum::<f64>();
-    if gained - lost < GAIN * background || lost > LOST * gained {
+    if gained - lost < GAIN || lost > LOST * gained {
         return false;
     }
     stands_out(bench, &before.at, &after.at)
 }
 
-/// True where some column's sum of squares falls by more than its noise is known to.
+/// True where the sum of squares of some channel, or of one of its columns, falls by more than its noise is known to.
 pub(crate) fn stands_out(bench: &Bench, before: &Residuals, after: &Residuals) -> bool {
-    let after = columns(bench, after);
-    columns(bench, before).iter().any(|(key, column)| {
+    let (before, after) = (columns(bench, before), columns(bench, after));
+    let mut channels: BTreeMap<(usize, &'static str, bool), [f64; 2]> = BTreeMap::new();
+    let mut seen = false;
+    for (key @ (log, channel, _, ripple), column) in &before {
         let fall = column.square - after.get(key).map_or(column.square, |p| p.square);
-        fall > VISIBLE * column.square && fall > 0.5 * GAIN
-    })
+        let of_channel = channels.entry((*log, channel, *ripple)).or_default();
+        of_channel[0] += column.square;
+        of_channel[1] += fall;
+        seen |= fall > VISIBLE_IN_COLUMN * column.square && fall > 0.5 * GAIN;
+    }
+    seen || channels.values().any(|[square, fall]| *fall > VISIBLE * square && *fall > 0.5 * GAIN)
 }
 
 /// Sum of squares above the floor.
@@ -101,8 +110,14 @@ pub(crate) fn above(residuals: &Residuals) -> f64 {
 
 /// True where no column of any log stands out of the floor.
 pub(crate) fn at_floor(bench: &Bench, residuals: &Residuals) -> bool {
-    columns(bench, residuals).values().all(|p| {
+    standing_out(bench, residuals) == 0.0
+}
+
+/// Sum of squares of the columns that stand out of the floor, above it.
+pub(crate) fn standing_out(bench: &Bench, residuals: &Residuals) -> f64 {
+    let above = |p: &Part| {
         let count = p.count as f64;
-        p.square / count < FLOOR.powi(2) + 6.0 * (2.0 / count).sqrt()
-    })
+        (p.square - count * (FLOOR.powi(2) + 6.0 * (2.0 / count).sqrt())).max(0.0)
+    };
+    columns(bench, residuals).values().map(above).sum()
 }

@@ -15,8 +15,6 @@ pub(crate) struct Screened {
     pub gain: f64,
     /// Smallest size that would have been seen.
     pub limit: Limit,
-    /// How much more than white noise the residual raises a hypothesis like this one.
-    pub background: f64,
     /// Slopes of its sizes; of a sine those at both phases.
     pub slopes: Vec<Slopes>,
 }
@@ -66,15 +64,11 @@ impl Ground<'_> {
     /// Screens one effect at one place with all its shapes; the best of them. `None` where the logs see nothing of it.
     fn screen(&self, kind: &'static Kind, at: At) -> Option<Screened> {
         let scans = kind.parameters.iter().any(|p| p.role == Role::Order);
-        let shapes = if scans {
-            self.orders(kind, at)
-        } else {
-            shapes(kind, self.length).into_iter().map(|shape| (shape, 1.0)).collect()
-        };
+        let shapes = if scans { self.orders(kind, at) } else { shapes(kind, self.length) };
         shapes
             .into_iter()
-            .filter_map(|(shape, background)| Some(Screened { background, ..self.screen_shape(kind, at, &shape)? }))
-            .max_by(|a, b| (a.gain / a.background).total_cmp(&(b.gain / b.background)))
+            .filter_map(|shape| self.screen_shape(kind, at, &shape))
+            .max_by(|a, b| a.gain.total_cmp(&b.gain))
     }
 
     fn screen_shape(&self, kind: &'static Kind, at: At, shape: &[(usize, f64)]) -> Option<Screened> {
@@ -142,7 +136,7 @@ impl Ground<'_> {
             _ => f64::NAN,
         };
         let limit = Limit { kind, at, parameter, value };
-        Some(Screened { effect, gain, limit, background: 1.0, slopes: more })
+        Some(Screened { effect, gain, limit, slopes: more })
     }
 
     /// By how much the sum of squares falls with these slopes beside all that is free, and the step that does it.
@@ -155,9 +149,8 @@ impl Ground<'_> {
     }
 
     /// Orders of a sine of the joint's angle worth a closer look: the highest lines of the residual against it, with the
-    /// response to a constant offset as what a slow sine meets. With each, how far the lines around it stand above what white
-    /// noise would raise: noise that rings a joint at its own frequency raises all orders that meet it.
-    fn orders(&self, kind: &'static Kind, at: At) -> Vec<(Vec<(usize, f64)>, f64)> {
+    /// response to a constant offset as what a slow sine meets.
+    fn orders(&self, kind: &'static Kind, at: At) -> Vec<Vec<(usize, f64)>> {
         let At::Joint(joint) = at else { return Vec::new() };
         let order = kind.parameters.iter().position(|p| p.role == Role::Order);
         let (Some(order), offset) =
@@ -229,24 +222,13 @@ impl Ground<'_> {
             .collect();
         peaks.sort_by(|a, b| power[*b].1.total_cmp(&power[*a].1));
         peaks.truncate(3);
-        let background = |k: usize| {
-            let around = k.saturating_sub(AROUND)..(k + AROUND + 1).min(power.len());
-            let mut lines: Vec<f64> = around.filter(|j| j.abs_diff(k) > NEAR).map(|j| power[j].1).collect();
-            lines.sort_by(f64::total_cmp);
-            // The median of χ² with two degrees of freedom is 2 ln 2.
-            (lines.get(lines.len() / 2).copied().unwrap_or(0.0) / (2.0 * std::f64::consts::LN_2)).max(1.0)
-        };
-        peaks.iter().map(|k| (vec![(order, power[*k].0)], background(*k))).collect()
+        peaks.iter().map(|k| vec![(order, power[*k].0)]).collect()
     }
 }
 
 /// Values of a log that a scan over orders looks at, and the highest order it looks for.
 const SCANNED: usize = 3000;
 const HIGHEST_ORDER: f64 = 300.0;
-
-/// Lines of a scan to either side that are a line's background, but for the nearest, which it reaches itself.
-const AROUND: usize = 40;
-const NEAR: usize = 3;
 /// Screens every effect that is no calibration, at every place, and the user's own. Best first.
 pub(crate) fn screen(ground: &Ground<'_>) -> Vec<Screened> {
     let library =
@@ -254,6 +236,6 @@ pub(crate) fn screen(ground: &Ground<'_>) -> Vec<Screened> {
     let own = ground.bench.own.iter().map(|effect| (effect.kind, effect.at));
     let all: Vec<(&'static Kind, At)> = library.chain(own).collect();
     let mut screened: Vec<Screened> = all.par_iter().filter_map(|(kind, at)| ground.screen(kind, *at)).collect();
-    screened.sort_by(|a, b| (b.gain / b.background).total_cmp(&(a.gain / a.background)));
+    screened.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     screened
 }

@@ -1,12 +1,13 @@
 //! Full fits of the hypotheses that screening leaves, and of pairs of them.
 
-use super::rules::{self, above, counts};
+use super::rules::{self, at_floor, counts, standing_out};
 use super::screen::{Ground, Screened, screen};
 use crate::calibrate::{calibrations, of_logs};
 use crate::fit::{self, Bench, Effort, Fitted, Point};
-use crate::predict::PredictError;
+use crate::predict::{PredictError, Quantity};
 use rayon::prelude::*;
-use trueweld_plant::effects::{Effect, Role};
+use trueweld_plant::effects::{At, Effect, Role};
+use trueweld_plant::robot::Channel;
 
 /// Fits the calibrations alone: those logs first whose residuals follow them nearly in proportion, then all.
 ///
@@ -16,17 +17,6 @@ pub(crate) fn calibrated(bench: &Bench, blocks: &[Vec<u8>]) -> Result<Fitted, Pr
     let point = calibrations(bench);
     let stale = of_logs(&point);
     fit::fit(bench, &point, blocks, &[], Effort { steps: 4, stale })
-}
-
-/// A hypothesis fitted in full beside what was known before.
-#[derive(Debug, Clone)]
-pub struct Tried {
-    /// The fit.
-    pub fitted: Fitted,
-    /// Its sum of squares and priors as it counts among others: what it gains is divided by how far the residual raises
-    /// hypotheses like it anyway.
-    pub cost: f64,
-    pub(crate) background: f64,
 }
 
 /// Fits one hypothesis in full from where screening left it.
@@ -65,27 +55,63 @@ fn fit_hypothesis(ground: &Ground<'_>, effect: &Effect, steps: usize) -> Result<
 }
 
 /// Fits hypotheses in full, best first; the best with slopes taken afresh.
-pub(super) fn fit_all<'s>(ground: &Ground<'_>, screened: impl Iterator<Item = &'s Screened>) -> Vec<Tried> {
-    let screened: Vec<&Screened> = screened.filter(|s| s.gain > rules::GAIN * 0.5 * s.background).collect();
-    let tried = |s: &&Screened| {
-        let fitted = fit_hypothesis(ground, &s.effect, 5).ok()?;
-        Some(Tried { cost: weighed(ground, &fitted, s.background), fitted, background: s.background })
-    };
-    let mut fits: Vec<Tried> = screened.par_iter().filter_map(tried).collect();
+pub(super) fn fit_all<'s>(ground: &Ground<'_>, screened: impl Iterator<Item = &'s Screened>) -> Vec<Fitted> {
+    let screened: Vec<&Screened> = screened.filter(|s| s.gain > rules::GAIN * 0.5).collect();
+    let mut fits: Vec<Fitted> = screened.par_iter().filter_map(|s| fit_hypothesis(ground, &s.effect, 5).ok()).collect();
+    fits.retain(|f| f.point.all.last().is_none_or(|e| !held(ground.bench, e)));
     fits.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     if let Some(best) = fits.first_mut() {
-        polish(ground.bench, ground.blocks, &mut best.fitted);
-        best.cost = weighed(ground, &best.fitted, best.background);
+        polish(ground.bench, ground.blocks, best);
     }
     fits
 }
 
-fn weighed(ground: &Ground<'_>, fitted: &Fitted, background: f64) -> f64 {
-    ground.null.cost - (ground.null.cost - fitted.cost) / background
+/// True for a delay that is no longer than a controller holds its values.
+fn held(bench: &Bench, effect: &Effect) -> bool {
+    let At::Channel(channel) = effect.at else { return false };
+    let of = |q: Quantity| match channel {
+        Channel::Tracker => matches!(q, Quantity::Position | Quantity::Rotation),
+        Channel::Wrench => matches!(q, Quantity::Force | Quantity::Moment | Quantity::Ripple { .. }),
+        Channel::MotorTorque => q == Quantity::MotorTorque,
+        Channel::LinkEncoder => q == Quantity::LinkEncoder,
+    };
+    let seen = bench.experiments.iter().filter(|e| e.compared.iter().any(|c| of(c.quantity)));
+    let period = seen.map(|e| e.period).fold(f64::INFINITY, f64::min);
+    period.is_finite() && effect.values[0].abs() < rules::HELD * period
 }
 
-/// Refits with fresh slopes of all that is not in proportion.
+/// Refits with fresh slopes of all that is not in proportion. What has a threshold, as a gap has, can hold such a fit up: its
+/// sizes are tried a little to either side as well.
 fn polish(bench: &Bench, blocks: &[Vec<u8>], fitted: &mut Fitted) {
+    refit(bench, blocks, fitted);
+    let Some(last) = fitted.point.all.len().checked_sub(1) else { return };
+    if at_floor(bench, &fitted.at) {
+        return;
+    }
+    let aside: Vec<Fitted> = ASIDE
+        .par_iter()
+        .filter_map(|factor| {
+            let mut point = fitted.point.clone();
+            let effect = &mut point.all[last];
+            for (v, p) in effect.values.iter_mut().zip(effect.kind.parameters) {
+                if let Role::Size { neutral, .. } = p.role {
+                    *v = (neutral + (*v - neutral) * factor).clamp(p.low, p.high);
+                }
+            }
+            let effort = Effort { steps: 1, stale: fitted.slopes.len() };
+            fit::fit(bench, &point, blocks, &fitted.slopes, effort).ok()
+        })
+        .collect();
+    if let Some(better) = aside.into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost)).filter(|b| b.cost < fitted.cost) {
+        *fitted = better;
+        refit(bench, blocks, fitted);
+    }
+}
+
+/// Factors on a size by which it is tried aside.
+const ASIDE: [f64; 4] = [0.95, 0.98, 1.02, 1.05];
+
+fn refit(bench: &Bench, blocks: &[Vec<u8>], fitted: &mut Fitted) {
     let stale = of_logs(&fitted.point);
     let known = fitted.slopes[..stale].to_vec();
     if let Ok(better) = fit::fit(bench, &fitted.point, blocks, &known, Effort { steps: 3, stale })
@@ -97,26 +123,26 @@ fn polish(bench: &Bench, blocks: &[Vec<u8>], fitted: &mut Fitted) {
 
 /// The best pair that the best single effect is a member of, if it brings more than chance; none where the other alone does
 /// what both do together.
-pub(super) fn second(ground: &Ground<'_>, best: &Tried, singles: &[Tried]) -> Option<Tried> {
-    let pair = further(ground, &best.fitted)?;
+pub(super) fn second(ground: &Ground<'_>, best: &Fitted, singles: &[Fitted]) -> Option<Fitted> {
+    let pair = further(ground, best)?;
     // What is left must fall by half at least: a prediction that is not quite right leaves a little for any effect to mend.
-    if above(&pair.fitted.at) > rules::HALVED * above(&best.fitted.at) {
+    if standing_out(ground.bench, &pair.at) > rules::HALVED * standing_out(ground.bench, &best.at) {
         return None;
     }
     let same = |a: &Effect, b: &Effect| (a.kind.id, a.at) == (b.kind.id, b.at);
-    let other = pair.fitted.point.all.last()?;
-    let alone = singles.iter().find(|s| s.fitted.point.all.last().is_some_and(|e| same(e, other)));
-    if alone.is_some_and(|alone| !counts(ground.bench, &alone.fitted, &pair.fitted, pair.background)) {
+    let other = pair.point.all.last()?;
+    let alone = singles.iter().find(|s| s.point.all.last().is_some_and(|e| same(e, other)));
+    if alone.is_some_and(|alone| !counts(ground.bench, alone, &pair)) {
         return None;
     }
     Some(pair)
 }
 
 /// The effect that brings the most beside those of a fit, fitted with them; `None` where none brings more than chance.
-pub(crate) fn further(ground: &Ground<'_>, fitted: &Fitted) -> Option<Tried> {
+pub(crate) fn further(ground: &Ground<'_>, fitted: &Fitted) -> Option<Fitted> {
     let beside = Ground { null: fitted, ..*ground };
     let screened = screen(&beside);
     let has = |s: &Screened| fitted.point.all.iter().any(|e| (e.kind.id, e.at) == (s.effect.kind.id, s.effect.at));
     let next = fit_all(&beside, screened.iter().filter(|s| !has(s)).take(rules::FITTED_BESIDE)).into_iter().next()?;
-    counts(ground.bench, fitted, &next.fitted, next.background).then_some(next)
+    counts(ground.bench, fitted, &next).then_some(next)
 }

@@ -42,7 +42,7 @@ const ORDERS: usize = 6;
 const FIRM: f64 = 4.0;
 
 /// Share to which the arm's compliance at the spindle's orders is known: its effects change it, and its motors.
-const COMPLIANCE_KNOWN: f64 = 0.25;
+const COMPLIANCE_KNOWN: f64 = 0.5;
 
 /// Depth force from which on there is contact to speak of, as a share of the process' reference force.
 const CONTACT: f64 = 0.03;

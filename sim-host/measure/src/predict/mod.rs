@@ -168,6 +168,8 @@ pub struct Experiment {
     pub name: String,
     /// What was done.
     pub kind: LogKind,
+    /// Sampling period, s; infinite where each row is at rest.
+    pub period: f64,
     /// What is compared, in the order of the residuals.
     pub compared: Vec<Compared>,
     /// Where the log has no value, among all that could be compared.
@@ -205,7 +207,8 @@ impl Experiment {
         }
         let missing: Vec<bool> = compared.iter().map(|c| !c.measured.is_finite()).collect();
         compared.retain(|c| c.measured.is_finite());
-        Ok(Self { name: log.name.clone(), kind: log.kind, compared, missing, standing, moving, contact })
+        let period = if log.kind == LogKind::StaticLoad { f64::INFINITY } else { period(log) };
+        Ok(Self { name: log.name.clone(), kind: log.kind, period, compared, missing, standing, moving, contact })
     }
 
     /// Residuals under a model with these effects. `motion`: of a model that differs in nothing that moves the links here
