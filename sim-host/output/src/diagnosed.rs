@@ -365,3 +365,51 @@ pub(crate) fn confusable(pair: &Confusable, robot: &RobotFile) -> [String; 3] {
 pub(crate) fn ranked(diagnosis: &Diagnosis) -> &[Candidate] {
     &diagnosis.candidates[..diagnosis.candidates.len().min(6)]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sample;
+
+    #[test]
+    fn abstaining_has_three_sentences_and_a_finding_has_its_value() {
+        let found = sample::diagnosis(Verdict::EffectFound).diagnosed().headline();
+        assert!(found.starts_with("What is missing: backlash at A5 (half gap 0.2400 ± 0.0020 mrad)"), "{found}");
+        let mut parts = sample::diagnosis(Verdict::Adequate);
+        let adequate = parts.diagnosed().headline();
+        assert!(adequate.starts_with("Nothing is missing above the noise floor (score 3.79)"), "{adequate}");
+        parts.diagnosis.verdict = Verdict::UnknownEffect;
+        let unknown = parts.diagnosed().headline();
+        assert!(
+            unknown.starts_with("Something is missing that no effect here explains (score 3.79); it goes with"),
+            "{unknown}"
+        );
+        assert!(
+            unknown.contains("sign of A5's spring torque (62 % of the squared residual of tcp_position)"),
+            "{unknown}"
+        );
+        parts.diagnosis.verdict = Verdict::EffectFound;
+        parts.diagnosis.candidates[0].indistinguishable = vec![1];
+        parts.account.next_experiment = Some(sample::plan());
+        let tied = parts.diagnosed().headline();
+        assert!(tied.contains("these logs cannot separate backlash at A5 and hysteresis at A5"), "{tied}");
+        assert!(tied.contains("record: static loads on A5, up and down again."), "{tied}");
+    }
+
+    #[test]
+    fn what_logs_do_not_bound_is_said_and_not_written_as_a_number() {
+        let parts = sample::diagnosis(Verdict::EffectFound);
+        let loop_ = &parts.diagnosis.candidates[1].effects[0];
+        assert_eq!(value(loop_, 0), "310 N·m, hardly bounded by these logs");
+        assert_eq!(values(loop_)[1].0, "twist");
+    }
+
+    #[test]
+    fn limits_stand_in_the_order_of_the_joints() {
+        let parts = sample::diagnosis(Verdict::Adequate);
+        let limits = limits(&parts.diagnosis, &parts.model.robot);
+        assert_eq!(limits.len(), 1);
+        let expected = [("A1", "0.0053"), ("A5", "0.0053")].map(|(at, size)| (at.to_owned(), size.to_owned()));
+        assert_eq!((limits[0].size.as_str(), limits[0].places.as_slice()), ("half gap, mrad", &expected[..]));
+    }
+}

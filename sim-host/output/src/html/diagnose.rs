@@ -196,3 +196,30 @@ fn blind_spots(diagnosed: &Diagnosed<'_>, robot: &RobotFile) -> Markup {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::html::tests::assert_self_contained;
+    use crate::sample;
+
+    #[test]
+    fn the_page_says_the_verdict_and_draws_what_shows_it() {
+        let page = diagnose_page(&sample::diagnosis(Verdict::EffectFound).diagnosed());
+        assert_self_contained(&page);
+        assert!(page.contains("<h1>What is missing: backlash at A5"));
+        // The evidence; measured with both predictions, and the differences.
+        assert_eq!(page.matches("<svg").count(), 3);
+        assert!(page.contains("What these logs hardly tell apart") && !page.contains("What to record next"));
+    }
+
+    #[test]
+    fn where_nothing_is_missing_nothing_is_drawn_as_found() {
+        let mut parts = sample::diagnosis(Verdict::Adequate);
+        parts.diagnosis.unexplained.clear();
+        let page = diagnose_page(&parts.diagnosed());
+        assert!(page.contains("<h1>Nothing is missing above the noise floor"));
+        assert!(page.contains("The smallest effects that these logs would have shown"));
+        assert_eq!(page.matches("<svg").count(), 0);
+    }
+}

@@ -97,3 +97,28 @@ fn waterfall(improved: &Improved<'_>) -> Markup {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::html::tests::assert_self_contained;
+    use crate::sample;
+    use std::path::Path;
+
+    #[test]
+    fn the_page_has_a_bar_a_score_and_says_what_was_not_kept() {
+        let parts = sample::diagnosis(Verdict::EffectFound);
+        let improvement = sample::improvement(parts.diagnosis);
+        let page = improve_page(&Improved {
+            model: &parts.model,
+            out: Path::new("improved.toml"),
+            improvement: &improvement,
+            before: &parts.before,
+            after: &parts.after,
+        });
+        assert_self_contained(&page);
+        assert!(page.contains("<h1>With backlash at A5 the score falls from 3.37 to 1.07 where nothing was fitted."));
+        assert_eq!(page.matches("class=\"bar").count(), 4);
+        assert!(page.contains("recalibration alone") && page.contains("the error elsewhere does not fall"));
+    }
+}
