@@ -152,16 +152,18 @@ impl Tally {
     /// The confusion matrix, its rows written out: nearly all of its fields are empty.
     fn matrix(&self, out: &mut String) -> fmt::Result {
         writeln!(out, "\n| hidden, above the limit | cases | right | instead |\n|---|---|---|---|")?;
-        let mut rows: BTreeMap<(bool, &str), (usize, usize, BTreeMap<String, usize>)> = BTreeMap::new();
+        let mut rows: BTreeMap<(bool, &str), Row> = BTreeMap::new();
         for j in self.with(|j| j.truth.len() == 1 && j.seen[0].ratio >= BANDS[1].1) {
-            let (cases, right, instead) = rows.entry((j.unknown, kind_of(&j.truth[0]))).or_default();
-            *cases += 1;
+            let row = rows.entry((j.unknown, kind_of(&j.truth[0]))).or_default();
+            row.cases += 1;
             match j.outcome {
-                Outcome::Right | Outcome::RightTie | Outcome::RightAsCalibration | Outcome::RightAndMore => *right += 1,
-                _ => *instead.entry(answer(j)).or_default() += 1,
+                Outcome::Right | Outcome::RightTie | Outcome::RightAsCalibration | Outcome::RightAndMore => {
+                    row.right += 1
+                }
+                _ => *row.instead.entry(answer(j)).or_default() += 1,
             }
         }
-        for ((unknown, truth), (cases, right, instead)) in rows {
+        for ((unknown, truth), Row { cases, right, instead }) in rows {
             let mut words = String::new();
             for (what, count) in instead {
                 let separator = if words.is_empty() { "" } else { ", " };
@@ -173,6 +175,14 @@ impl Tally {
         }
         Ok(())
     }
+}
+
+/// A row of the confusion matrix: so many cases, right ones, and what was answered to the others.
+#[derive(Default)]
+struct Row {
+    cases: usize,
+    right: usize,
+    instead: BTreeMap<String, usize>,
 }
 
 /// `backlash [A5]` without its place.

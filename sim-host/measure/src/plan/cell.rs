@@ -78,7 +78,7 @@ pub(super) struct Cell<'a> {
 }
 
 impl<'a> Cell<'a> {
-    /// What the logs show of the laboratory; `None` without logs.
+    /// What the logs show of the laboratory; `None` where they show nowhere to go.
     pub fn of(robot: &'a Robot<f64>, logs: &'a [Log]) -> Option<Self> {
         let first = logs.first()?;
         let mut range = [[f64::INFINITY, f64::NEG_INFINITY]; JOINTS];
@@ -90,7 +90,12 @@ impl<'a> Cell<'a> {
         let parameters = robot.parameters();
         for (range, joint) in range.iter_mut().zip(&parameters.joints) {
             let [low, high] = joint.limits;
-            *range = [(range[0] - BEYOND).max(low + OFF_LIMITS), (range[1] + BEYOND).min(high - OFF_LIMITS)];
+            let within = [(range[0] - BEYOND).max(low + OFF_LIMITS), (range[1] + BEYOND).min(high - OFF_LIMITS)];
+            if within[0].is_nan() || within[1].is_nan() || within[0] > within[1] {
+                // No log shows the joint anywhere that it could go from.
+                return None;
+            }
+            *range = within;
         }
         let tool = &parameters.tool;
         let links: f64 = parameters.joints[1..].iter().map(|j| j.origin.norm()).sum();
@@ -135,14 +140,21 @@ impl<'a> Cell<'a> {
         Some(cell)
     }
 
-    /// A log of a kind to take as the pattern of a new one.
-    pub fn pattern(&self, kind: LogKind) -> Option<&'a Log> {
+    fn pattern(&self, kind: LogKind) -> Option<&'a Log> {
         self.logs.iter().find(|l| l.kind == kind)
     }
 
     /// Any log: of the same kind, if there is one.
     pub fn like(&self, kind: LogKind) -> &'a Log {
         self.pattern(kind).unwrap_or(&self.logs[0])
+    }
+
+    /// Sampling period to expect in a log of a kind, s: that of the logs of that kind, or of any.
+    pub fn period(&self, kind: LogKind) -> Option<f64> {
+        match self.pattern(kind) {
+            Some(log) => log.period,
+            None => self.logs.iter().find_map(|l| l.period),
+        }
     }
 
     /// Channels to expect in a log of a kind: those of the logs of that kind, or of all where there is none.

@@ -8,13 +8,14 @@
 mod cell;
 mod procedure;
 mod separation;
+mod words;
 
 use crate::calibrate::is_calibration;
 use crate::fit::Bench;
 use crate::log::{Log, LogKind};
 use crate::predict::Experiment;
 use cell::Cell;
-use procedure::{Procedure, procedures};
+use procedure::{Family, Procedure, procedures};
 use rayon::prelude::*;
 use separation::{Ground, Rival, Trial};
 use trueweld_core::JOINTS;
@@ -32,10 +33,6 @@ const MOST_SAID: f64 = 50.0;
 
 /// Difference before any refit below which an experiment is not looked at any closer, standard deviations.
 const LEAST_APART: f64 = 0.3;
-
-/// Experiments of each kind that are looked at closely, at most: those of loads cost next to nothing.
-const CLOSELY: [(LogKind, usize); 4] =
-    [(LogKind::StaticLoad, 24), (LogKind::RingDown, 2), (LogKind::FreeMotion, 2), (LogKind::Weld, 1)];
 
 /// One set point of a plan.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -126,17 +123,17 @@ pub fn next_experiment(bench: &Bench, logs: &[Log], rivals: &[(String, Vec<Effec
     let (a, b) = (ground.rival(&first.1)?, ground.rival(&second.1)?);
     // A refit only makes the difference less, so that those that promise most come first, and the rest cannot win.
     tried.sort_by(|x, y| y.worth(y.apart).total_cmp(&x.worth(x.apart)));
-    let mut looked_at = [0; CLOSELY.len()];
+    let mut looked_at: Vec<Family> = Vec::new();
     let mut best: Option<(f64, &Tried<'_>)> = None;
     for t in &tried {
         if best.is_some_and(|(separation, best)| best.worth(separation) >= t.worth(t.apart)) {
             break;
         }
-        let Some(kind) = CLOSELY.iter().position(|(kind, _)| *kind == t.procedure.kind()) else { continue };
-        if looked_at[kind] == CLOSELY[kind].1 {
+        let family = t.procedure.family();
+        if looked_at.iter().filter(|f| **f == family).count() == family.most() {
             continue;
         }
-        looked_at[kind] += 1;
+        looked_at.push(family);
         let Some(separation) = t.trial.separations(&ground, &a, &[&b]).map(|s| s[0]) else { continue };
         if best.is_none_or(|(most, best)| t.worth(separation) > best.worth(most)) {
             best = Some((separation, t));

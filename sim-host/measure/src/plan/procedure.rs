@@ -4,7 +4,7 @@
 //! do, whatever was measured.
 
 use super::Row;
-use super::cell::{Cell, whole_steps};
+use super::cell::Cell;
 use crate::log::{Log, LogKind, Noise, Payload, Samples};
 use nalgebra::Vector3;
 use trueweld_core::spatial::rotation_vector;
@@ -25,26 +25,26 @@ const UP_AND_DOWN: [f64; 7] = [0.0, 0.33, 0.67, 1.0, 0.67, 0.33, 0.0];
 const SCANNED: usize = 12;
 
 /// When a resting arm is read, minutes.
-const RESTED: [f64; 12] = [0.0, 0.5, 1.0, 2.0, 3.0, 5.0, 8.0, 12.0, 16.0, 20.0, 25.0, 30.0];
+pub(super) const RESTED: [f64; 12] = [0.0, 0.5, 1.0, 2.0, 3.0, 5.0, 8.0, 12.0, 16.0, 20.0, 25.0, 30.0];
 
 /// Time between two loads, s.
 const LOAD_TAKES: f64 = 20.0;
 
 /// A stop: when the brake falls, how long it takes, how long is recorded, s; share of the joint's largest rate.
-const FALLS: f64 = 0.1;
+pub(super) const FALLS: f64 = 0.1;
 const BRAKES: f64 = 0.003;
-const RINGS: f64 = 1.0;
-const STOP_SHARE: f64 = 0.1;
+pub(super) const RINGS: f64 = 1.0;
+pub(super) const STOP_SHARE: f64 = 0.1;
 
 /// Share of a joint's largest rate that a motion reaches, and the rest between two moves, s.
 const MOVE_SHARE: f64 = 0.5;
-const DWELL: f64 = 0.4;
+pub(super) const DWELL: f64 = 0.4;
 
 /// Peak rate of a move of least jerk over its mean.
-const PEAK: f64 = 15.0 / 8.0;
+pub(super) const PEAK: f64 = 15.0 / 8.0;
 
 /// Longest time that a weld is recorded, s.
-const WELD_LASTS: f64 = 30.0;
+pub(super) const WELD_LASTS: f64 = 30.0;
 
 /// Sampling periods where no log shows the laboratory's own, s.
 const RING_PERIOD: f64 = 0.001;
@@ -92,6 +92,29 @@ pub(super) enum Procedure {
     Move { at: JointVector<f64>, joint: usize, span: f64, takes: Vec<f64> },
     /// A weld made otherwise.
     Seam { of: usize, changed: Changed },
+}
+
+/// Procedures that are much alike.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Family {
+    Loads,
+    Poses,
+    Stops,
+    /// At several speeds.
+    Speeds,
+    LongWay,
+    Welds,
+}
+
+impl Family {
+    /// How many of them are looked at closely: those at rest cost next to nothing.
+    pub fn most(self) -> usize {
+        match self {
+            Self::Loads | Self::Poses => 16,
+            Self::Stops | Self::Speeds | Self::Welds => 2,
+            Self::LongWay => 1,
+        }
+    }
 }
 
 /// Everything worth trying for these joints, with what the laboratory has.
@@ -147,6 +170,17 @@ impl Procedure {
         }
     }
 
+    pub fn family(&self) -> Family {
+        match self {
+            Self::Load { .. } => Family::Loads,
+            Self::Scan { .. } | Self::Rest { .. } => Family::Poses,
+            Self::Stop { .. } => Family::Stops,
+            Self::Move { takes, .. } if takes.len() > 1 => Family::Speeds,
+            Self::Move { .. } => Family::LongWay,
+            Self::Seam { .. } => Family::Welds,
+        }
+    }
+
     /// What it costs the laboratory, minutes of the cell: setting up and running.
     pub fn minutes(&self) -> f64 {
         match self {
@@ -154,7 +188,7 @@ impl Procedure {
             Self::Load { .. } => 15.0,
             Self::Scan { mass, .. } => 8.0 + if *mass > 0.0 { 10.0 } else { 0.0 },
             Self::Rest { .. } => 150.0,
-            Self::Stop { .. } => 6.0,
+            Self::Stop { .. } => 8.0,
             Self::Move { .. } => 5.0,
             Self::Seam { .. } => 60.0,
         }
@@ -238,158 +272,7 @@ impl Procedure {
         });
         (clear && (to - at[joint]).abs() > 5f64.to_radians()).then_some(to)
     }
-
-    /// One line that says what is done.
-    pub fn title(&self, cell: &Cell<'_>, rows: &[Row]) -> String {
-        let name = |joint: &usize| &cell.names[*joint];
-        match self {
-            Self::Load { how: How::Hung, .. } => {
-                format!("Static loads, {} rows: up to {:.0} kg on the flange, up and down", rows.len(), cell.mass)
-            }
-            Self::Load { how, .. } => {
-                format!("Static loads, {} rows: {} to and fro", rows.len(), largest(rows, *how))
-            }
-            Self::Scan { joint, mass, .. } => {
-                let with = if *mass > 0.0 { format!(", {mass:.0} kg on the flange") } else { String::new() };
-                format!("Static poses, {} rows: {} through its range{with}", rows.len(), name(joint))
-            }
-            Self::Rest { .. } => format!("The same pose at rest, {} rows in 30 min from cold", rows.len()),
-            Self::Stop { joint, .. } => format!("Ring-down: {} stopped by its brake", name(joint)),
-            Self::Move { joint, takes, .. } if takes.len() > 1 => {
-                format!("Free motion of {} there and back, slowly and fast", name(joint))
-            }
-            Self::Move { joint, .. } => format!("Free motion of {} over a long way and back", name(joint)),
-            Self::Seam { changed, .. } => format!("Weld {}", changed.words()),
-        }
-    }
-
-    /// What to do, in order.
-    pub fn steps(&self, cell: &Cell<'_>, log: &Log, rows: &[Row]) -> Vec<String> {
-        let record = recorded(cell, self.kind());
-        let first = rows.first().map_or([0.0; JOINTS], |r| r.encoder);
-        let stand = format!("Move to {}. Check at low speed that the arm is clear of the cell.", posture(cell, &first));
-        let mut steps = Vec::new();
-        match self {
-            Self::Load { how, .. } => {
-                let list = |value: &dyn Fn(&Row) -> f64| {
-                    rows.iter().map(|r| format!("{:.0}", value(r))).collect::<Vec<_>>().join(", ")
-                };
-                let (what, unit) = match how {
-                    How::Hung => (list(&|r| r.payload), "kg"),
-                    How::Pressed(axis) => (list(&|r| r.force[*axis]), "N"),
-                    How::Turned(axis) => (list(&|r| r.moment[*axis]), "N·m"),
-                };
-                let way = match how {
-                    How::Hung => {
-                        let c = cell.centre * 1e3;
-                        format!(
-                            "Hang weights on the flange, centre at ({:.0}, {:.0}, {:.0}) mm from it in axes of the last link",
-                            c.x, c.y, c.z
-                        )
-                    }
-                    How::Pressed(axis) => format!("Press on the tool centre point along {} of T", AXES[*axis]),
-                    How::Turned(axis) => format!("Apply a moment to the tool about {} of T", AXES[*axis]),
-                };
-                steps.push(stand);
-                steps.push(
-                    "Keep the brakes open and the position controller on; do not move the arm in between.".into(),
-                );
-                steps.push(format!("{way}, in this order and without overshoot: {what} {unit}."));
-                steps.push(format!("Wait 2 s at each load, then record one row: {record}."));
-            }
-            Self::Scan { joint, mass, .. } => {
-                let angles: Vec<String> = rows.iter().map(|r| degrees(r.encoder[*joint], 1)).collect();
-                steps.push(stand);
-                if *mass > 0.0 {
-                    let c = cell.centre * 1e3;
-                    steps.push(format!(
-                        "Hang {mass:.0} kg on the flange, centre at ({:.0}, {:.0}, {:.0}) mm from it in axes of the last link.",
-                        c.x, c.y, c.z
-                    ));
-                }
-                steps.push(format!(
-                    "Move {} alone, always from the same side, to {}.",
-                    cell.names[*joint],
-                    angles.join(", ")
-                ));
-                steps.push(format!("Wait 2 s in each pose, then record one row: {record}."));
-            }
-            Self::Rest { .. } => {
-                let times: Vec<String> = RESTED.iter().map(|m| format!("{m}")).collect();
-                steps.push("Leave the robot switched off until it is cold, two hours at least.".into());
-                steps.push(stand);
-                steps.push(format!(
-                    "Stay there, brakes open, and record one row after {} min: {record}.",
-                    times.join(", ")
-                ));
-            }
-            Self::Stop { joint, sense, .. } => {
-                let rate = sense * STOP_SHARE * cell.robot.parameters().joints[*joint].max_rate;
-                let name = &cell.names[*joint];
-                steps.push(format!("Start a few degrees before this posture, so that {name} runs evenly for 1 s when it gets there: {}.", posture(cell, &first)));
-                steps.push(format!("Run {name} alone at {} a second and let its brake fall there.", degrees(rate, 1)));
-                steps.push(format!(
-                    "Record from {FALLS} s before the brake falls, for {RINGS} s, at {}: {record}.",
-                    rate_of(log)
-                ));
-                steps.push("Repeat once; keep both logs.".into());
-            }
-            Self::Move { joint, takes, .. } => {
-                let name = &cell.names[*joint];
-                let to = rows.get(2).map_or(0.0, |r| r.encoder[*joint]);
-                let from = first[*joint];
-                steps.push(stand);
-                for takes in takes {
-                    let peak = (to - from).abs() / takes * PEAK;
-                    steps.push(format!(
-                        "Move {name} alone from {} to {} in {takes:.1} s (smoothly, peak {} a second), rest {DWELL} s, and back in the same time, rest {DWELL} s.",
-                        degrees(from, 0), degrees(to, 0), degrees(peak, 1).trim_start_matches('+')
-                    ));
-                }
-                steps.push(format!("Record all of it, with {DWELL} s of rest before, at {}: {record}.", rate_of(log)));
-            }
-            Self::Seam { .. } => {
-                if let Some(weld) = &log.weld {
-                    let turning = log.samples.spindle.as_ref().and_then(|s| s.first()).copied().unwrap_or(0.0);
-                    let point = |p: &Vector3<f64>| format!("({:.3}, {:.3}, {:.3}) m", p.x, p.y, p.z);
-                    steps.push(format!(
-                        "Clamp a fresh plate; weld from {} to {} in B, tool axis ({:.3}, {:.3}, {:.3}).",
-                        point(&weld.start),
-                        point(&weld.end),
-                        weld.tool_axis.x,
-                        weld.tool_axis.y,
-                        weld.tool_axis.z
-                    ));
-                    steps.push(format!(
-                        "Feed {:.1} mm/s, depth force {:.1} kN, spindle {:.0} turns a minute ({}); everything else as before.",
-                        weld.feed * 1e3,
-                        weld.force * 1e-3,
-                        turning.abs() * 60.0 / std::f64::consts::TAU,
-                        if turning < 0.0 { "negative about the tool's z axis" } else { "positive about the tool's z axis" },
-                    ));
-                }
-                steps.push(format!("Record at {}, {WELD_LASTS:.0} s at least: {record}.", rate_of(log)));
-            }
-        }
-        steps
-    }
 }
-
-impl Changed {
-    fn words(self) -> String {
-        match self {
-            Self::Feed(f) if f < 1.0 => "at half the feed".to_owned(),
-            Self::Feed(_) => "at twice the feed".to_owned(),
-            Self::Force(f) => format!("with {:.0} % of the depth force", f * 100.0),
-            Self::Spindle(f) if f < 0.0 => "with the spindle turning the other way".to_owned(),
-            Self::Spindle(f) => format!("at {:.0} % of the spindle speed", f * 100.0),
-            Self::Backwards => "from the end of an earlier seam to its start".to_owned(),
-            Self::Shifted(s) => format!("along an earlier seam, moved on by {:.0} % of its length", s * 100.0),
-        }
-    }
-}
-
-const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// Rows at rest.
 fn at_rest(cell: &Cell<'_>, rows: Vec<Row>) -> Option<(Log, Vec<Row>)> {
@@ -441,7 +324,7 @@ fn in_motion(
     angle: impl Fn(f64) -> JointVector<f64>,
 ) -> Option<Log> {
     let channels = cell.channels(kind);
-    let period = cell.pattern(kind).and_then(|l| l.period).unwrap_or(usual);
+    let period = cell.period(kind).unwrap_or(usual);
     let n = (lasts / period) as usize + 1;
     let time: Vec<f64> = (0..n).map(|k| k as f64 * period).collect();
     let encoder: Vec<JointVector<f64>> = time.iter().map(|t| angle(*t)).collect();
@@ -479,7 +362,7 @@ fn weld(cell: &Cell<'_>, pattern: &Log, process: Option<&Process>, changed: Chan
         }
     }
     let seam = Seam::of(&weld);
-    let period = cell.pattern(LogKind::Weld).and_then(|l| l.period).unwrap_or(WELD_PERIOD);
+    let period = cell.period(LogKind::Weld).unwrap_or(WELD_PERIOD);
     let lasts = (weld.force_ramp + (seam.length / weld.feed)).min(WELD_LASTS);
     let n = (lasts / period) as usize + 1;
     let none = Ports::default();
@@ -547,62 +430,4 @@ fn log_of(cell: &Cell<'_>, kind: LogKind, period: Option<f64>, samples: Samples)
         notices: Vec::new(),
         source: Source::new("planned", ""),
     }
-}
-
-/// An angle in degrees, with its sign.
-fn degrees(angle: f64, digits: usize) -> String {
-    let value = angle.to_degrees();
-    let value = if value.abs() < 0.5 * 10f64.powi(-(digits as i32)) { 0.0 } else { value };
-    let text = format!("{value:+.digits$}°");
-    if value == 0.0 { text.replace('+', "") } else { text.replace('-', "−") }
-}
-
-fn posture(cell: &Cell<'_>, q: &[f64; JOINTS]) -> String {
-    let one = |i: usize| {
-        let digits = usize::from((q[i] - whole_steps(q[i])).abs() > 1e-3);
-        format!("{} {}", cell.names[i], degrees(q[i], digits))
-    };
-    (0..JOINTS).map(one).collect::<Vec<_>>().join(", ")
-}
-
-/// The largest load of some rows, in words.
-fn largest(rows: &[Row], how: How) -> String {
-    let most = |value: &dyn Fn(&Row) -> f64| rows.iter().map(|r| value(r).abs()).fold(0.0, f64::max);
-    match how {
-        How::Hung => format!("{:.0} kg on the flange", most(&|r| r.payload)),
-        How::Pressed(axis) => format!("{:.1} kN along {} of T", most(&|r| r.force[axis]) * 1e-3, AXES[axis]),
-        How::Turned(axis) => format!("{:.0} N·m about {} of T", most(&|r| r.moment[axis]), AXES[axis]),
-    }
-}
-
-fn rate_of(log: &Log) -> String {
-    let rate = 1.0 / log.period.unwrap_or(1.0);
-    if rate > 400.0 { format!("{:.0} kHz", rate * 1e-3) } else { format!("{rate:.0} Hz") }
-}
-
-/// Channels to record in a log of this kind, in words.
-fn recorded(cell: &Cell<'_>, kind: LogKind) -> String {
-    let channels = cell.channels(kind);
-    let mut parts = vec!["encoders"];
-    if channels.link_encoder.contains(&true) {
-        parts.push("link-side encoders");
-    }
-    if channels.motor_torque.contains(&true) {
-        parts.push("motor torques");
-    }
-    match (channels.position, channels.rotation) {
-        (true, true) => parts.push("tracker position and rotation"),
-        (true, false) => parts.push("tracker position"),
-        _ => {}
-    }
-    if channels.force && matches!(kind, LogKind::StaticLoad | LogKind::Weld) {
-        parts.push("measured wrench");
-    }
-    if kind == LogKind::Weld {
-        parts.push("spindle speed");
-    }
-    if kind == LogKind::StaticLoad {
-        parts.push("payload");
-    }
-    parts.join(", ")
 }

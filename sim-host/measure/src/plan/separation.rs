@@ -52,8 +52,8 @@ impl<'a> Ground<'a> {
         let slopes: Vec<&Slopes> = self.slopes.iter().chain(&own).collect();
         let n = point.free.len();
         let mut normal = Normal::new(n);
-        for log in 0..bench.experiments.len() {
-            normal.add(&slopes, log, &at[log].residual);
+        for (log, at) in at.iter().enumerate() {
+            normal.add(&slopes, log, &at.residual);
         }
         let step = solve(&with_priors(&normal.square, &point), &normal.slope)?;
         let cost = fit::chi_square(&at) - normal.slope.dot(&step);

@@ -32,6 +32,9 @@ use trueweld_plant::simulate::Seam;
 const BAND: f64 = 1.2;
 const SPINDLE_SHARE: f64 = 0.2;
 
+/// What the predicted slow force is exact to, as a share of the push: the ripple's mean effect is taken to second order.
+const EXACT: f64 = 2e-4;
+
 /// Orders of the spindle at which the force is compared, as far as the sampling resolves them.
 const ORDERS: usize = 6;
 
@@ -267,7 +270,10 @@ impl Contact {
                     component: c as u8,
                     row,
                     measured: self.low.at(0, |i| measured[c][i], measured[c].len(), row),
-                    deviation: (force[c].deviation.powi(2) * value + turned(spread, row, c)).sqrt(),
+                    deviation: (force[c].deviation.powi(2) * value
+                        + turned(spread, row, c)
+                        + (EXACT * self.push(row)).powi(2))
+                    .sqrt(),
                     stated: force[c].stated,
                 });
             }

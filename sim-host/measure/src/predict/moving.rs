@@ -22,6 +22,10 @@ const MOTOR_BAND: f64 = 20.0;
 /// Band in which motor torque is compared, Hz: above it the encoders' noise, differentiated twice, drowns the torque's own.
 const TORQUE_BAND: f64 = 8.0;
 
+/// Band in which a pose or a second encoder is compared in free motion, as a share of the arm's lowest frequency: the encoders'
+/// noise rings the arm there, and what rings is told from an effect by its phase alone, which no sum of squares knows.
+const CALM: f64 = 0.5;
+
 /// Longest step of the links' integration, s: a mode of 50 Hz turns by 0.6 rad in it.
 const STEP: f64 = 2e-3;
 
@@ -61,6 +65,8 @@ pub(super) struct Moving {
     link_encoder: [Option<Vec<f64>>; 6],
     torque: [Option<Vec<f64>>; 6],
     band: LowPass,
+    /// Filter of poses and second encoders; none where each sample is compared by itself.
+    calm: Option<LowPass>,
     pose_rows: Vec<usize>,
     torque_rows: Vec<usize>,
 }
@@ -100,7 +106,20 @@ impl Moving {
             (drive[0].angle[i], drive[0].rate[i]) = start(period, encoder[i].deviation, &columns[i]);
         }
         let skipped = if log.kind == LogKind::RingDown { 0 } else { (END / period).ceil() as usize };
-        let pose_rows: Vec<usize> = (skipped..n.saturating_sub(skipped)).collect();
+        // A channel with missing values, or one read more seldom, is compared where it was read.
+        let whole = s.position.iter().chain(&s.rotation).flatten().all(|v| v.sum().is_finite())
+            && s.link_encoder.iter().flatten().flatten().all(|v| v.is_finite());
+        let calm = (log.kind == LogKind::FreeMotion && whole)
+            .then(|| CALM * lowest_frequency(model, &s.encoder[n / 2]))
+            .filter(|band| band.is_finite() && *band < 0.2 / period)
+            .map(|band| (band, LowPass::new(band, period)))
+            .filter(|(_, low)| n > 4 * low.half());
+        let (skipped, every) = match &calm {
+            Some((band, low)) => (low.half().max(skipped), ((0.4 / (band * period)).floor() as usize).max(1)),
+            None => (skipped, 1),
+        };
+        let calm = calm.map(|(_, low)| low);
+        let pose_rows: Vec<usize> = (skipped..n.saturating_sub(skipped)).step_by(every).collect();
         let band = LowPass::new(TORQUE_BAND.min(0.2 / period), period);
         let every = ((0.5 / (1.25 * TORQUE_BAND.min(0.2 / period) * period)).floor() as usize).max(1);
         let torque_rows: Vec<usize> = (band.half()..n.saturating_sub(band.half())).step_by(every).collect();
@@ -117,6 +136,7 @@ impl Moving {
             link_encoder: s.link_encoder.clone(),
             torque: std::array::from_fn(|i| s.motor_torque[i].as_ref().and_then(|t| filled(t))),
             band,
+            calm,
             pose_rows,
             torque_rows,
         };
@@ -138,6 +158,7 @@ impl Moving {
         }
         let encoder = known(&noise.encoder, log, "the encoders")?;
         let through = self.through(model, &encoder);
+        let white = self.calm.as_ref().map_or(1.0, |low| low.gain(0).sqrt());
         if let Some(position) = &self.position {
             let level = known(&noise.position, log, "the tracker's position")?;
             for &row in &self.pose_rows {
@@ -146,8 +167,8 @@ impl Moving {
                         quantity: Quantity::Position,
                         component: c as u8,
                         row,
-                        measured: position[row][c],
-                        deviation: level[c].deviation.hypot(through.tool[3 + c]),
+                        measured: self.calmed(position.len(), row, |k| position[k][c]),
+                        deviation: (level[c].deviation * white).hypot(through.tool[3 + c]),
                         stated: level[c].stated,
                     });
                 }
@@ -163,7 +184,7 @@ impl Moving {
                         component: c as u8,
                         row,
                         measured: if rotation[row].sum().is_finite() { 0.0 } else { f64::NAN },
-                        deviation: level[c].deviation.hypot(turned),
+                        deviation: (level[c].deviation * white).hypot(turned),
                         stated: level[c].stated,
                     });
                 }
@@ -177,8 +198,8 @@ impl Moving {
                         quantity: Quantity::LinkEncoder,
                         component: i as u8,
                         row,
-                        measured: series[row],
-                        deviation: level.deviation.hypot(through.link[i]),
+                        measured: self.calmed(series.len(), row, |k| series[k]),
+                        deviation: (level.deviation * white).hypot(through.link[i]),
                         stated: level.stated,
                     });
                 }
@@ -205,6 +226,11 @@ impl Moving {
             }
         }
         Ok(())
+    }
+
+    /// A series at one row, in the band it is compared in.
+    fn calmed(&self, length: usize, row: usize, series: impl Fn(usize) -> f64) -> f64 {
+        self.calm.as_ref().map_or_else(|| series(row), |low| low.at(0, &series, length, row))
     }
 
     /// Slope of the model's friction by the rate at every row, N·m·s/rad.
@@ -241,6 +267,7 @@ impl Moving {
                     let noise = SMatrix::<Complex<f64>, 6, 6>::from_diagonal(&SVector::from_fn(|i, _| {
                         Complex::new(encoder[i].deviation * density, 0.0)
                     }));
+                    let calm = self.calm.as_ref().map_or(1.0, |low| low.response(frequency, self.period));
                     let link = inverse * spring * noise;
                     let tool = jacobian * link;
                     let band = Complex::new(self.band.response(frequency, self.period), 0.0);
@@ -252,8 +279,8 @@ impl Moving {
                     for i in 0..6 {
                         let power =
                             |m: &SMatrix<Complex<f64>, 6, 6>| m.row(i).iter().map(|z| z.norm_sqr()).sum::<f64>();
-                        sum.0[i] += power(&link);
-                        sum.1[i] += power(&tool);
+                        sum.0[i] += power(&link) * calm * calm;
+                        sum.1[i] += power(&tool) * calm * calm;
                         sum.2[i] += power(&torque);
                     }
                 }
@@ -295,26 +322,40 @@ impl Moving {
                 let time = self.time[*row] - begin;
                 seen(&robot.ports, &robot.frames(&late(*row, tracker_lag), &Wrench::zero(), time).tcp, time)
             };
-            let poses: Vec<Pose<f64>> = self.pose_rows.iter().map(pose).collect();
+            // Every row that a window reaches, or only those compared.
+            let rows: Vec<usize> =
+                if self.calm.is_some() { (0..motion.link.len()).collect() } else { self.pose_rows.clone() };
+            let poses: Vec<Pose<f64>> = rows.iter().map(pose).collect();
+            let mut extend = |left: Vec<Vector3<f64>>| match &self.calm {
+                Some(_) => residual.extend(self.pose_rows.iter().flat_map(|&row| {
+                    let left = &left;
+                    (0..3).map(move |c| self.calmed(left.len(), row, |k| left[k][c]))
+                })),
+                None => residual.extend(left.iter().flat_map(|v| v.iter().copied())),
+            };
             if let Some(measured) = &self.position {
-                for (row, pose) in self.pose_rows.iter().zip(&poses) {
-                    residual.extend((measured[*row] - pose.position).iter());
-                }
+                extend(rows.iter().zip(&poses).map(|(row, pose)| measured[*row] - pose.position).collect());
             }
             if let Some(measured) = &self.rotation {
-                for (row, pose) in self.pose_rows.iter().zip(&poses) {
-                    residual.extend(rotation_vector(&pose.rotation.tr_mul(&measured[*row])).iter());
-                }
+                let left = |(row, pose): (&usize, &Pose<f64>)| rotation_vector(&pose.rotation.tr_mul(&measured[*row]));
+                extend(rows.iter().zip(&poses).map(left).collect());
             }
         }
         let link_lag = lag(Channel::LinkEncoder);
         for (i, series) in self.link_encoder.iter().enumerate() {
             let Some(series) = series else { continue };
-            for &row in &self.pose_rows {
+            let left = |row: usize| {
                 let mut readings = unread(self.time[row] - begin);
                 readings.link_encoder[i] = late(row, link_lag)[i];
                 robot.ports.sensor.iter().for_each(|t| t.sense(&mut readings));
-                residual.push(series[row] - readings.link_encoder[i]);
+                series[row] - readings.link_encoder[i]
+            };
+            match &self.calm {
+                Some(_) => {
+                    let all: Vec<f64> = (0..series.len()).map(left).collect();
+                    residual.extend(self.pose_rows.iter().map(|&row| self.calmed(all.len(), row, |k| all[k])));
+                }
+                None => residual.extend(self.pose_rows.iter().map(|&row| left(row))),
             }
         }
         let torque_lag = lag(Channel::MotorTorque);
@@ -337,4 +378,12 @@ impl Moving {
             }
         }
     }
+}
+
+/// The arm's lowest natural frequency at a posture, motors held, Hz.
+fn lowest_frequency(model: &Model, posture: &JointVector<f64>) -> f64 {
+    let inertia = model.robot.crba(&model.robot.frames(posture));
+    let soft = model.robot.stiffness().map(|k| k.sqrt().recip());
+    let slow = SMatrix::<f64, 6, 6>::from_fn(|i, j| soft[i] * inertia[(i, j)] * soft[j]);
+    slow.symmetric_eigenvalues().max().sqrt().recip() / TAU
 }
