@@ -353,9 +353,9 @@ pub fn diagnosis(verdict: Verdict) -> Parts {
         y_name: "twist of A5 beyond the linear spring's".to_owned(),
         y_unit: "rad",
         points: (-3..4)
-            .map(|k| CurvePoint { x: f64::from(k), y: 2.4e-4 * f64::from(k.signum()), error: 1e-5 })
+            .map(|k: i32| CurvePoint { x: f64::from(k), y: 2.4e-4 * f64::from(k.signum()), error: 1e-5 })
             .collect(),
-        fitted: (-3..4).map(|k| [f64::from(k), 2.4e-4 * f64::from(k.signum())]).collect(),
+        fitted: (-3..4).map(|k: i32| [f64::from(k), 2.4e-4 * f64::from(k.signum())]).collect(),
     };
     let reason =
         |evidence: Option<Evidence>| Reason { explanation: "A5 has a backlash.".to_owned(), evidence: vec![evidence] };

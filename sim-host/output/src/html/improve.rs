@@ -118,7 +118,7 @@ mod tests {
         });
         assert_self_contained(&page);
         assert!(page.contains("<h1>With backlash at A5 the score falls from 3.37 to 1.07 where nothing was fitted."));
-        assert_eq!(page.matches("class=\"bar").count(), 4);
+        assert_eq!(page.matches("class=\"floor\"").count(), 4);
         assert!(page.contains("recalibration alone") && page.contains("the error elsewhere does not fall"));
     }
 }
