@@ -204,7 +204,7 @@ fn answer(judged: &Judged) -> String {
 mod tests {
     use super::Rate;
 
-    /// R 4.3, binom.test(8, 10) and binom.test(0, 20).
+    /// At each limit the tail of the binomial distribution is 2.5 %: 8 of 10 by exact sums, 0 of 20 is 1 − 0.025^(1/20).
     #[test]
     fn limits_are_clopper_and_pearsons() {
         for (rate, [low, high]) in
