@@ -289,7 +289,7 @@ fn a_campaign_is_compared_with_its_model_and_says_where_it_fails() {
     let place = Place::new();
     let campaign = fixture("campaigns/backlash");
     let said = place.done(&["compare", &campaign, "--quiet", "--json", "c.json", "--html", "c.html"]);
-    assert!(said.starts_with("Score 3."), "{said}");
+    assert!(said.starts_with("Score 5."), "{said}");
     assert!(said.contains("A5's spring torque"), "{said}");
     let value: Value = serde_json::from_str(&fs::read_to_string(place.path().join("c.json")).unwrap()).unwrap();
     assert_eq!(value["schema"], "compare/1");
@@ -297,7 +297,7 @@ fn a_campaign_is_compared_with_its_model_and_says_where_it_fails() {
     assert_eq!(value["logs"][0]["channels"][0]["noise_is"], "stated");
     assert!(value["worst"][0]["share"].as_f64().unwrap() > 0.5);
     let page = fs::read_to_string(place.path().join("c.html")).unwrap();
-    assert!(page.contains("<h1>Score 3."));
+    assert!(page.contains("<h1>Score 5."));
     // The same again; and one log alone, with the model named.
     let again = place.done(&["compare", &campaign, "--quiet"]);
     assert!(said.starts_with(&again));
@@ -311,7 +311,7 @@ fn a_hidden_effect_is_found_added_and_the_error_falls_where_nothing_was_fitted()
     let (campaign, holdout) = (fixture("campaigns/backlash"), fixture("campaigns/backlash/holdout"));
     let said =
         place.done(&["improve", &campaign, "--out", "improved.toml", "-q", "--json", "i.json", "--html", "i.html"]);
-    assert!(said.starts_with("With backlash at A5 the score falls from 3."), "{said}");
+    assert!(said.starts_with("With backlash at A5 the score falls from 5."), "{said}");
     assert!(said.lines().all(|line| line.chars().count() <= 112), "{said}");
     let value = place.json("i.json");
     assert_eq!((&value["schema"], &value["verdict"]), (&"improve/1".into(), &"effect-found".into()));
@@ -330,7 +330,8 @@ fn a_hidden_effect_is_found_added_and_the_error_falls_where_nothing_was_fitted()
         place.json("c.json")["score"].as_f64().unwrap()
     };
     let (before, after) = (score(&format!("{holdout}/model.toml")), score("improved.toml"));
-    assert!(before > 2.0 && after < 1.2, "{before} {after}");
+    // What is left is the start of the weld, where A5 crosses its gap.
+    assert!(before > 2.0 && after < 1.4, "{before} {after}");
     // And it is a cell to weld in.
     place.done(&["weld", "--model", "improved.toml", "--weld", "short.toml", "--compensator", "none", "-q"]);
 }

@@ -3,7 +3,7 @@
 
 use super::page;
 use super::residuals::before_and_after;
-use crate::diagnosed::{Improved, REMAINS};
+use crate::diagnosed::{Improved, REMAINS, score};
 use maud::{Markup, html};
 use trueweld_measure::diagnose::Verdict;
 use trueweld_measure::localize::foremost;
@@ -49,7 +49,7 @@ pub fn improve_page(improved: &Improved<'_>) -> String {
                         @let [what, why] = improved.rejected(rejected);
                         tr {
                             th scope="row" { (what) }
-                            td { @if rejected.held_out.is_finite() { (format!("{:.3}", rejected.held_out)) } @else { "–" } }
+                            td { @if rejected.held_out.is_finite() { (score(rejected.held_out)) } @else { "–" } }
                             td.text { (why) }
                         }
                     }
@@ -88,8 +88,8 @@ fn waterfall(improved: &Improved<'_>) -> Markup {
                 @for (k, step) in steps.iter().enumerate() {
                     tr {
                         th scope="row" { (improved.step(k)) }
-                        td { (format!("{:.3}", step.score)) }
-                        td { b { (format!("{:.3}", step.held_out)) } }
+                        td { (score(step.score)) }
+                        td { b { (score(step.held_out)) } }
                         td.bars { (bar(step.score, false)) (bar(step.held_out, true)) }
                     }
                 }
