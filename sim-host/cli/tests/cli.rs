@@ -289,7 +289,7 @@ fn a_campaign_is_compared_with_its_model_and_says_where_it_fails() {
     let place = Place::new();
     let campaign = fixture("campaigns/backlash");
     let said = place.done(&["compare", &campaign, "--quiet", "--json", "c.json", "--html", "c.html"]);
-    assert!(said.starts_with("Score 3."), "{said}");
+    assert!(said.starts_with("Score 5."), "{said}");
     assert!(said.contains("A5's spring torque"), "{said}");
     let value: Value = serde_json::from_str(&fs::read_to_string(place.path().join("c.json")).unwrap()).unwrap();
     assert_eq!(value["schema"], "compare/1");
@@ -297,12 +297,105 @@ fn a_campaign_is_compared_with_its_model_and_says_where_it_fails() {
     assert_eq!(value["logs"][0]["channels"][0]["noise_is"], "stated");
     assert!(value["worst"][0]["share"].as_f64().unwrap() > 0.5);
     let page = fs::read_to_string(place.path().join("c.html")).unwrap();
-    assert!(page.contains("<h1>Score 3."));
+    assert!(page.contains("<h1>Score 5."));
     // The same again; and one log alone, with the model named.
     let again = place.done(&["compare", &campaign, "--quiet"]);
     assert!(said.starts_with(&again));
     let (log, model) = (format!("{campaign}/static"), format!("{campaign}/model.toml"));
     assert!(place.done(&["compare", "--model", &model, &log]).contains("static, static-load"));
+}
+
+#[test]
+fn a_hidden_effect_is_found_added_and_the_error_falls_where_nothing_was_fitted() {
+    let place = Place::new();
+    let (campaign, holdout) = (fixture("campaigns/backlash"), fixture("campaigns/backlash/holdout"));
+    let said =
+        place.done(&["improve", &campaign, "--out", "improved.toml", "-q", "--json", "i.json", "--html", "i.html"]);
+    assert!(said.starts_with("With backlash at A5 the score falls from 5."), "{said}");
+    assert!(said.lines().all(|line| line.chars().count() <= 112), "{said}");
+    let value = place.json("i.json");
+    assert_eq!((&value["schema"], &value["verdict"]), (&"improve/1".into(), &"effect-found".into()));
+    let steps = value["steps"].as_array().unwrap();
+    assert_eq!(steps[0]["added"].as_array().map(Vec::len), Some(0));
+    let (first, last) = (&steps[0], &steps[steps.len() - 1]);
+    assert_eq!((&last["added"][0]["effect"], &last["added"][0]["at"]), (&"backlash".into(), &"A5".into()));
+    // What the campaign was made with: half a gap of 0.24 mrad.
+    let gap = last["added"][0]["parameters"]["half_gap_rad"]["value"].as_f64().unwrap();
+    assert!((gap - 2.4e-4).abs() < 5e-6, "{gap}");
+    assert!(last["holdout_score"].as_f64() < Some(1.2) && first["holdout_score"].as_f64() > Some(2.0));
+    assert!(String::from_utf8(place.bytes("i.html")).unwrap().contains("<h1>With backlash at A5"));
+    // The file that was written, on logs of the same cell that nobody fitted.
+    let score = |model: &str| {
+        place.done(&["compare", "--model", model, &holdout, "-q", "--json", "c.json"]);
+        place.json("c.json")["score"].as_f64().unwrap()
+    };
+    let (before, after) = (score(&format!("{holdout}/model.toml")), score("improved.toml"));
+    // What is left is the start of the weld, where A5 crosses its gap.
+    assert!(before > 2.0 && after < 1.4, "{before} {after}");
+    // And it is a cell to weld in.
+    place.done(&["weld", "--model", "improved.toml", "--weld", "short.toml", "--compensator", "none", "-q"]);
+}
+
+#[test]
+fn a_diagnosis_names_the_effect_its_size_and_the_curve_that_shows_it() {
+    let place = Place::new();
+    let campaign = fixture("campaigns/backlash");
+    let model = format!("{campaign}/model.toml");
+    let logs = ["ring-25", "static"].map(|log| format!("{campaign}/{log}"));
+    let all = ["diagnose", "--model", &model, &logs[0], &logs[1], "-q", "--json", "d.json", "--html", "d.html"];
+    let said = place.done(&all);
+    assert!(said.starts_with("What is missing: backlash at A5"), "{said}");
+    let value = place.json("d.json");
+    assert_eq!((&value["schema"], &value["verdict"]), (&"diagnose/1".into(), &"effect-found".into()));
+    let best = &value["candidates"][0];
+    for key in ["holdout_score_before", "holdout_score_after", "probability"] {
+        assert!(best[key].is_f64(), "{key}");
+    }
+    assert!(best["indistinguishable"].is_array() && best["explanation"].as_str().unwrap().contains("A5"));
+    let gap = &best["effects"][0]["parameters"]["half_gap_rad"];
+    let [low, value_of, high] = ["low", "value", "high"].map(|key| gap[key].as_f64().unwrap());
+    assert!(low < value_of && value_of < high && (value_of - 2.4e-4).abs() < 1e-5, "{gap}");
+    assert_eq!(gap["unit"], "rad");
+    let curve = &best["evidence"];
+    let count = |key: &str| curve[key].as_array().unwrap().len();
+    assert!(count("x") > 3 && count("x") == count("y") && curve["x_name"].is_string() && curve["y_unit"].is_string());
+    for key in ["calibration", "unexplained", "limits", "confusable"] {
+        assert!(value[key].is_array(), "{key}");
+    }
+    assert!(value.get("next_experiment").is_some());
+    assert!(String::from_utf8(place.bytes("d.html")).unwrap().contains("The curve that shows it"));
+}
+
+#[test]
+fn what_cannot_be_improved_is_refused_before_the_work() {
+    let place = Place::new();
+    let campaign = fixture("campaigns/backlash");
+    let model = format!("{campaign}/model.toml");
+    let log = format!("{campaign}/static");
+    let own = fs::read_to_string(&model).unwrap();
+    let own = own.replace("= \"", &format!("= \"{campaign}/")).replace(&format!("{campaign}/model/1"), "model/1");
+    fs::write(place.path().join("model.toml"), own).unwrap();
+    let cases: &[(&[&str], &[&str])] = &[
+        (&["diagnose"], &["<LOG>..."]),
+        (&["diagnose", &log], &["--model is missing"]),
+        (&["diagnose", "--model", "gone.toml", &log], &["gone.toml", "cannot be read"]),
+        (&["diagnose", &campaign, "--json", "absent/d.json"], &["absent/d.json", "expected a folder absent"]),
+        (&["improve", &campaign], &["--out"]),
+        (&["improve", &campaign, "--out", "absent/improved.toml"], &["expected a folder absent"]),
+        (&["improve", &campaign, "--out", "."], &["expected the name of a file"]),
+        (&["improve", "--model", "model.toml", &log, "--out", "model.toml"], &["--out model.toml", "is made from"]),
+        (
+            &["improve", &campaign, "--out", "improved.toml", "--held-out", &log],
+            &["also among those to be fitted", "expected another log"],
+        ),
+        (&["improve", &campaign, "--out", "improved.toml", "--held-out", "gone"], &["gone", "does not exist"]),
+    ];
+    for (arguments, expected) in cases {
+        let message = place.refused(arguments);
+        for words in *expected {
+            assert!(message.contains(words), "{words} in: {message}");
+        }
+    }
 }
 
 #[test]

@@ -12,7 +12,7 @@ mod spectrum;
 mod table;
 mod words;
 
-pub use words::{readable, readable_condition};
+pub use words::{article, readable, readable_condition};
 
 use crate::compare::FLOOR;
 use crate::log::{Log, LogKind};

@@ -3,9 +3,9 @@
 use crate::compared::rounded;
 use std::path::Path;
 use trueweld_measure::compare::LogComparison;
-use trueweld_measure::diagnose::{Account, Candidate, Confusable, Diagnosis, Found, Limit, Verdict, name};
+use trueweld_measure::diagnose::{Account, Candidate, Confusable, Diagnosis, Found, Limit, Reason, Verdict, name};
 use trueweld_measure::improve::{Improvement, Rejected, Step};
-use trueweld_measure::localize::{Finding, foremost};
+use trueweld_measure::localize::{Finding, article, foremost};
 use trueweld_plant::effects::{At, Kind, Parameter};
 use trueweld_plant::input::{ModelFile, RobotFile};
 
@@ -39,6 +39,9 @@ pub struct Improved<'a> {
     pub after: &'a [LogComparison],
 }
 
+/// Held-out score from which on an explanation is said not to be the end of it.
+const FAR: f64 = 1.5;
+
 /// Findings of what remains that are told.
 pub(crate) const REMAINS: usize = 5;
 
@@ -48,6 +51,7 @@ fn readable_parameter(parameter: &Parameter) -> (f64, &'static str) {
         ("rad", name) if name.starts_with("phase") => (1f64.to_degrees(), "°"),
         ("rad" | "rad/s", _) => (1e3, if parameter.unit == "rad" { "mrad" } else { "mrad/s" }),
         ("m", _) => (1e3, "mm"),
+        ("s", name) if name.starts_with("delay") => (1e3, "ms"),
         ("N/m", _) => (1e-6, "MN/m"),
         ("rad/(N·m)", _) => (1e9, "nrad/(N·m)"),
         ("1", "exponent" | "order") => (1.0, ""),
@@ -74,7 +78,7 @@ pub(crate) fn value(found: &Found, k: usize) -> String {
     if half == 0.0 {
         return format!("{}{unit}", rounded(value));
     }
-    if !half.is_finite() || half > 1e3 * value.abs().max(f64::MIN_POSITIVE) {
+    if !half.is_finite() || half > (parameter.high - parameter.low).abs() * 0.5 * factor {
         return format!("{}{unit}, hardly bounded by these logs", rounded(value));
     }
     let decimals = (1.0 - half.log10().floor()).clamp(0.0, 6.0) as usize;
@@ -112,7 +116,8 @@ fn tied(diagnosis: &Diagnosis, robot: &RobotFile) -> Vec<String> {
 fn goes_with(unexplained: &[Finding]) -> String {
     match foremost(unexplained, 1).first() {
         Some(f) => {
-            format!("it goes with {} ({:.0} % of the squared residual of {})", f.variable, 100.0 * f.share, f.channel)
+            let variable = article(&f.variable);
+            format!("it goes with {variable} ({:.0} % of the squared residual of {})", 100.0 * f.share, f.channel)
         }
         None => "it goes with no single condition of those that are looked at".to_owned(),
     }
@@ -136,11 +141,12 @@ pub(crate) fn verdict(diagnosis: &Diagnosis, verdict: Verdict, robot: &RobotFile
         (Verdict::EffectFound, Some(best)) => {
             let found: Vec<String> = best.effects.iter().map(|f| in_a_line(f, robot)).collect();
             format!(
-                "What is missing: {}. With it the score falls from {} to {} where it was not fitted (probability {}).",
+                "What is missing: {}. With it the score falls from {} to {} where it was not fitted (probability {}){}.",
                 found.join(" and "),
                 rounded(best.held_out_before),
                 rounded(best.held_out_after),
-                percent(best.probability)
+                percent(best.probability),
+                if best.held_out_after > FAR { ", which is still far above the noise floor" } else { "" }
             )
         }
         (Verdict::Adequate | Verdict::EffectFound, _) => format!(
@@ -148,7 +154,7 @@ pub(crate) fn verdict(diagnosis: &Diagnosis, verdict: Verdict, robot: &RobotFile
              than chance would."
         ),
         (Verdict::UnknownEffect, _) => {
-            let partial = best.filter(|best| best.left < 0.9).map_or(String::new(), |best| {
+            let partial = best.filter(|best| best.explains()).map_or(String::new(), |best| {
                 format!(
                     " The best partial explanation, {}, leaves {:.0} % of what is above the floor.",
                     best.name(robot),
@@ -175,10 +181,16 @@ impl Diagnosed<'_> {
         setting(self.model, self.before)
     }
 
-    /// The explanation of the best candidate; none where nothing is missing.
+    /// Why the best explanation is believed; none where nothing is missing, or where it explains next to nothing.
+    pub(crate) fn reason(&self) -> Option<&Reason> {
+        let best = self.diagnosis.candidates.first()?;
+        let told = self.diagnosis.verdict != Verdict::Adequate && best.explains();
+        self.account.reasons.first().filter(|_| told)
+    }
+
+    /// The same in words.
     pub(crate) fn explanation(&self) -> Option<&str> {
-        let missing = self.diagnosis.verdict != Verdict::Adequate;
-        self.account.reasons.first().filter(|_| missing).map(|reason| reason.explanation.as_str())
+        self.reason().map(|reason| reason.explanation.as_str())
     }
 
     /// Score of the logs with the best explanation and the calibrations that count.
@@ -361,7 +373,65 @@ pub(crate) fn confusable(pair: &Confusable, robot: &RobotFile) -> [String; 3] {
     [one(pair.first), one(pair.second), apart]
 }
 
+/// A score: three decimals near the floor, three digits far above it.
+pub(crate) fn score(score: f64) -> String {
+    if score < 10.0 { format!("{score:.3}") } else { rounded(score) }
+}
+
+/// What the explanations leave of the probability: that it is none of them.
+pub(crate) fn none_of_these(diagnosis: &Diagnosis) -> f64 {
+    (1.0 - diagnosis.candidates.iter().map(|c| c.probability).sum::<f64>()).clamp(0.0, 1.0)
+}
+
 /// Candidates that are told: those that are likely at all, and some.
 pub(crate) fn ranked(diagnosis: &Diagnosis) -> &[Candidate] {
     &diagnosis.candidates[..diagnosis.candidates.len().min(6)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sample;
+
+    #[test]
+    fn abstaining_has_three_sentences_and_a_finding_has_its_value() {
+        let found = sample::diagnosis(Verdict::EffectFound).diagnosed().headline();
+        assert!(found.starts_with("What is missing: backlash at A5 (half gap 0.2400 ± 0.0020 mrad)"), "{found}");
+        let mut parts = sample::diagnosis(Verdict::Adequate);
+        let adequate = parts.diagnosed().headline();
+        assert!(adequate.starts_with("Nothing is missing above the noise floor (score 3.79)"), "{adequate}");
+        parts.diagnosis.verdict = Verdict::UnknownEffect;
+        let unknown = parts.diagnosed().headline();
+        assert!(
+            unknown.starts_with("Something is missing that no effect here explains (score 3.79); it goes with"),
+            "{unknown}"
+        );
+        assert!(
+            unknown.contains("sign of A5's spring torque (62 % of the squared residual of tcp_position)"),
+            "{unknown}"
+        );
+        parts.diagnosis.verdict = Verdict::EffectFound;
+        parts.diagnosis.candidates[0].indistinguishable = vec![1];
+        parts.account.next_experiment = Some(sample::plan());
+        let tied = parts.diagnosed().headline();
+        assert!(tied.contains("these logs cannot separate backlash at A5 and hysteresis at A5"), "{tied}");
+        assert!(tied.contains("record: static loads on A5, up and down again."), "{tied}");
+    }
+
+    #[test]
+    fn what_logs_do_not_bound_is_said_and_not_written_as_a_number() {
+        let parts = sample::diagnosis(Verdict::EffectFound);
+        let loop_ = &parts.diagnosis.candidates[1].effects[0];
+        assert_eq!(value(loop_, 0), "310 N·m, hardly bounded by these logs");
+        assert_eq!(values(loop_)[1].0, "twist");
+    }
+
+    #[test]
+    fn limits_stand_in_the_order_of_the_joints() {
+        let parts = sample::diagnosis(Verdict::Adequate);
+        let limits = limits(&parts.diagnosis, &parts.model.robot);
+        assert_eq!(limits.len(), 1);
+        let expected = [("A1", "0.0053"), ("A5", "0.0053")].map(|(at, size)| (at.to_owned(), size.to_owned()));
+        assert_eq!((limits[0].size.as_str(), limits[0].places.as_slice()), ("half gap, mrad", &expected[..]));
+    }
 }

@@ -1,15 +1,22 @@
 //! Made-up recordings for the tests of this crate: a robot of the KR 500's geometry whose drives twist under a constant
 //! load, so that poses, twists and deviations agree with each other. Not a simulation.
 
-use crate::{StepRun, WeldRun};
-use nalgebra::{Matrix3, Vector3};
+use crate::{Diagnosed, StepRun, WeldRun};
+use nalgebra::{DVector, Matrix3, Vector3};
 use trueweld_core::{
     Counterbalance, Friction, JointParameters, JointVector, Pose, Robot, RobotParameters, ToolParameters, Twist, Wrench,
 };
 use trueweld_evaluate::{StepFigures, WeldFigures};
 use trueweld_measure::compare::{ChannelComparison, Comparison, LogComparison, Trace};
+use trueweld_measure::diagnose::{Account, Candidate, Confusable, Diagnosis, Found, Limit, Reason, Verdict};
+use trueweld_measure::evidence::Evidence;
+use trueweld_measure::fit::{Fitted, Linear, Point};
+use trueweld_measure::improve::{Improvement, Rejected, Step};
 use trueweld_measure::localize::{Curve, CurvePoint, Finding, How};
-use trueweld_measure::log::LogKind;
+use trueweld_measure::log::{Log, LogKind};
+use trueweld_measure::plan::Plan;
+use trueweld_plant::effects::{At, Effect, Kind};
+use trueweld_plant::input::ModelFile;
 use trueweld_plant::simulate::{Phase, Recording, Row};
 
 /// When the push steps, s, and by how much, N.
@@ -277,5 +284,135 @@ pub fn comparison() -> Comparison {
         logs: vec![log],
         worst: vec![finding],
         notices: vec!["free: the column `temperature_c` is not known".to_owned()],
+    }
+}
+
+/// The parts of a diagnosis that a [`Diagnosed`] borrows.
+pub struct Parts {
+    pub model: ModelFile,
+    pub diagnosis: Diagnosis,
+    pub account: Account,
+    pub before: Vec<LogComparison>,
+    pub after: Vec<LogComparison>,
+}
+
+impl Parts {
+    pub fn diagnosed(&self) -> Diagnosed<'_> {
+        let Self { model, diagnosis, account, before, after } = self;
+        Diagnosed { model, diagnosis, account, before, after }
+    }
+}
+
+/// A fixture of the repository.
+fn fixture(name: &str) -> String {
+    format!("{}/../../fixtures/{name}", env!("CARGO_MANIFEST_DIR"))
+}
+
+/// A diagnosis that found 0.24 mrad of play in A5 before the same of a loop; in the first log, which [`comparison`] gives.
+/// One bound is not known.
+pub fn diagnosis(verdict: Verdict) -> Parts {
+    let found = |id: &str, values: &[f64], half: f64| {
+        let kind = Kind::of(id).unwrap();
+        let interval = values.iter().map(|v| [v - half, v + half]).collect();
+        Found { effect: Effect { kind, at: At::Joint(4), values: values.to_vec() }, log: None, interval }
+    };
+    let fitted = || Fitted {
+        point: Point::empty(1),
+        at: Vec::new(),
+        slopes: Vec::new(),
+        linear: Linear {
+            square: Vec::new(),
+            slope: Vec::new(),
+            rest: Vec::new(),
+            count: Vec::new(),
+            weight: DVector::zeros(0),
+            away: DVector::zeros(0),
+        },
+        cost: 0.0,
+    };
+    let candidate = |effect: Found, after: f64, probability: f64, left: f64| Candidate {
+        effects: vec![effect],
+        held_out_before: 3.79,
+        held_out_after: after,
+        probability,
+        left,
+        indistinguishable: Vec::new(),
+        fitted: fitted(),
+        cost: 0.0,
+    };
+    let play = found("backlash", &[2.4e-4], 2e-6);
+    let comparison = comparison();
+    let mut after = comparison.logs.clone();
+    after[0].traces.iter_mut().for_each(|t| t.predicted.clone_from(&t.measured));
+    let kind = Kind::of("backlash").unwrap();
+    let limit = |joint: usize| Limit { kind, at: At::Joint(joint), parameter: 0, value: 5.3e-6 };
+    let curve = Evidence {
+        title: "twist over torque".to_owned(),
+        x_name: "spring torque of A5".to_owned(),
+        x_unit: "N·m",
+        y_name: "twist of A5 beyond the linear spring's".to_owned(),
+        y_unit: "rad",
+        points: (-3..4)
+            .map(|k: i32| CurvePoint { x: f64::from(k), y: 2.4e-4 * f64::from(k.signum()), error: 1e-5 })
+            .collect(),
+        fitted: (-3..4).map(|k: i32| [f64::from(k), 2.4e-4 * f64::from(k.signum())]).collect(),
+    };
+    let reason =
+        |evidence: Option<Evidence>| Reason { explanation: "A5 has a backlash.".to_owned(), evidence: vec![evidence] };
+    Parts {
+        model: ModelFile::read(fixture("campaigns/backlash/model.toml")).unwrap(),
+        diagnosis: Diagnosis {
+            verdict,
+            score_before: 3.79,
+            before: Vec::new(),
+            null: fitted(),
+            chosen: vec![fitted()],
+            candidates: vec![
+                candidate(play, 1.015, 0.98, 0.01),
+                candidate(found("hysteresis", &[310.0, 2e-4], f64::INFINITY), 1.02, 0.01, 0.02),
+            ],
+            calibration: vec![Found { log: Some(0), ..found("encoder-offset", &[1e-5], 1e-6) }],
+            improved: fitted(),
+            limits: vec![limit(4), limit(0)],
+            confusable: vec![Confusable { first: (kind, At::Joint(4)), second: (kind, At::Joint(3)), alike: 0.999 }],
+            unexplained: comparison.worst,
+        },
+        account: Account { reasons: vec![reason(Some(curve)), reason(None)], next_experiment: None },
+        before: comparison.logs,
+        after,
+    }
+}
+
+/// A plan for an experiment.
+pub fn plan() -> Plan {
+    Plan {
+        kind: LogKind::StaticLoad,
+        title: "static loads on A5, up and down again".to_owned(),
+        steps: vec!["Hang 20 kg on the flange.".to_owned(), "Take it off again.".to_owned()],
+        reason: "It is expected to set backlash at A5 and hysteresis at A5 12.0 standard deviations apart.".to_owned(),
+        separation: 12.0,
+        minutes: 14.0,
+        rows: Vec::new(),
+        log: Log::read(fixture("campaigns/backlash/ring-25")).unwrap(),
+    }
+}
+
+/// An improvement by what [`diagnosis`] found, its steps judged by a log held out.
+pub fn improvement(diagnosis: Diagnosis) -> Improvement {
+    let effects = diagnosis.candidates[0].effects.clone();
+    let step = |added: &[Found], score: f64, held_out: f64| Step {
+        added: added.to_vec(),
+        effects: added.to_vec(),
+        calibration: Vec::new(),
+        score,
+        held_out,
+    };
+    Improvement {
+        steps: vec![step(&[], 3.79, 3.37), step(&effects, 1.015, 1.07)],
+        rejected: vec![Rejected { added: Vec::new(), held_out: f64::NAN, why: "the error elsewhere does not fall" }],
+        verdict: diagnosis.verdict,
+        fitted: Some(diagnosis.improved.clone()),
+        diagnosis,
+        held_out_logs: vec!["weld-3".to_owned()],
     }
 }

@@ -80,12 +80,12 @@ fn reason(
 }
 
 /// The explanations that an experiment is worth making for: those tied with the best, or else those after it; none where
-/// nothing is missing, or the best stands alone and sure.
+/// nothing is missing, where the best explains next to nothing, or stands alone and sure.
 fn rivals(diagnosis: &Diagnosis, robot: &RobotFile) -> Vec<(String, Vec<Effect>)> {
     let Some(best) = diagnosis.candidates.first() else { return Vec::new() };
     let tied = &best.indistinguishable;
     let sure = diagnosis.verdict == Verdict::EffectFound && best.probability >= SURE && tied.is_empty();
-    if diagnosis.verdict == Verdict::Adequate || sure {
+    if diagnosis.verdict == Verdict::Adequate || sure || !best.explains() {
         return Vec::new();
     }
     let beside: Vec<usize> = match tied.as_slice() {
@@ -97,6 +97,11 @@ fn rivals(diagnosis: &Diagnosis, robot: &RobotFile) -> Vec<(String, Vec<Effect>)
 }
 
 impl Candidate {
+    /// True where it takes away a tenth at least of what is above the floor.
+    pub fn explains(&self) -> bool {
+        self.left < 0.9
+    }
+
     /// Its effects with their places, such as `backlash at A5`; a pair's with a plus between them.
     pub fn name(&self, robot: &RobotFile) -> String {
         let names: Vec<String> = self.effects.iter().map(|found| name(&found.effect, robot)).collect();

@@ -110,7 +110,8 @@ fn worst(finding: &Finding) -> Option<(String, f64)> {
     Some((format!("{:+} {unit}{column}", Rounded(point.y * factor)), point.y))
 }
 
-fn article(variable: &str) -> String {
+/// A condition as it stands in a sentence: with its article, or as the joint's own.
+pub fn article(variable: &str) -> String {
     match variable {
         OFFSET => format!("a {OFFSET}"),
         "log" => "which log it is".to_owned(),

@@ -4,7 +4,9 @@
 use super::residuals::before_and_after;
 use super::{figure, page};
 use crate::color;
-use crate::diagnosed::{Diagnosed, REMAINS, confusable, in_a_line, limits, percent, ranked, values};
+use crate::diagnosed::{
+    Diagnosed, REMAINS, confusable, in_a_line, limits, none_of_these, percent, ranked, score, values,
+};
 use crate::plot::{Line, Marked, Plot};
 use maud::{Markup, html};
 use trueweld_measure::diagnose::{Reason, Verdict};
@@ -28,7 +30,7 @@ pub fn diagnose_page(diagnosed: &Diagnosed<'_>) -> String {
         h1 { (diagnosed.headline()) }
         @if let Some(explanation) = diagnosed.explanation() { p.lead { (explanation) } }
         p.setting { (diagnosed.setting()) }
-        @if let Some(reason) = account.reasons.first().filter(|_| missing) { (evidences(reason)) }
+        @if let Some(reason) = diagnosed.reason() { (evidences(reason)) }
         @if let Some(plan) = &account.next_experiment { (next(plan)) }
         @if missing && !diagnosis.chosen.is_empty() {
             h2 { "Measured and predicted, before and after" }
@@ -121,7 +123,7 @@ fn ranking(diagnosed: &Diagnosed<'_>) -> Markup {
             h2 { "Explanations that were fitted" }
             p.setting {
                 "Every effect of the library was tried at every place; these came out best. The held-out score is on blocks in time \
-                 that were left out of the fit; " (format!("{:.3}", diagnosis.score_before)) " without any of them."
+                 that were left out of the fit; " (score(diagnosis.score_before)) " without any of them."
             }
             table {
                 thead {
@@ -137,12 +139,9 @@ fn ranking(diagnosed: &Diagnosed<'_>) -> Markup {
                             td.values {
                                 @for (name, value) in candidate.effects.iter().flat_map(values) { div { (name) " " (value) } }
                             }
-                            td { (format!("{:.3}", candidate.held_out_after)) }
+                            td { (score(candidate.held_out_after)) }
                             td { (format!("{:.0} %", 100.0 * candidate.left.clamp(0.0, 1.0))) }
-                            td.share {
-                                div.bar style={ "width:" (format!("{:.1}%", 60.0 * candidate.probability)) } {}
-                                span { (percent(candidate.probability)) }
-                            }
+                            (probability(candidate.probability))
                             td.text {
                                 @for k in &candidate.indistinguishable {
                                     @if let Some(other) = diagnosis.candidates.get(*k) { div { (other.name(robot)) } }
@@ -150,8 +149,24 @@ fn ranking(diagnosed: &Diagnosed<'_>) -> Markup {
                             }
                         }
                     }
+                    tr {
+                        th scope="row" { "none of these" }
+                        td {} td {} td {}
+                        (probability(none_of_these(diagnosis)))
+                        td {}
+                    }
                 }
             }
+        }
+    }
+}
+
+/// A cell with a probability, and a bar of its length.
+fn probability(share: f64) -> Markup {
+    html! {
+        td.share {
+            div.bar style={ "width:" (format!("{:.1}%", 60.0 * share)) } {}
+            span { (percent(share)) }
         }
     }
 }
@@ -194,5 +209,32 @@ fn blind_spots(diagnosed: &Diagnosed<'_>, robot: &RobotFile) -> Markup {
                 p.setting { (diagnosis.confusable.len() - PAIRS) " more pairs stand in the JSON." }
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::html::tests::assert_self_contained;
+    use crate::sample;
+
+    #[test]
+    fn the_page_says_the_verdict_and_draws_what_shows_it() {
+        let page = diagnose_page(&sample::diagnosis(Verdict::EffectFound).diagnosed());
+        assert_self_contained(&page);
+        assert!(page.contains("<h1>What is missing: backlash at A5"));
+        // The evidence; measured with both predictions, and the differences.
+        assert_eq!(page.matches("<svg").count(), 3);
+        assert!(page.contains("What these logs hardly tell apart") && !page.contains("What to record next"));
+    }
+
+    #[test]
+    fn where_nothing_is_missing_nothing_is_drawn_as_found() {
+        let mut parts = sample::diagnosis(Verdict::Adequate);
+        parts.diagnosis.unexplained.clear();
+        let page = diagnose_page(&parts.diagnosed());
+        assert!(page.contains("<h1>Nothing is missing above the noise floor"));
+        assert!(page.contains("The smallest effects that these logs would have shown"));
+        assert_eq!(page.matches("<svg").count(), 0);
     }
 }

@@ -3,7 +3,7 @@
 
 use super::page;
 use super::residuals::before_and_after;
-use crate::diagnosed::{Improved, REMAINS};
+use crate::diagnosed::{Improved, REMAINS, score};
 use maud::{Markup, html};
 use trueweld_measure::diagnose::Verdict;
 use trueweld_measure::localize::foremost;
@@ -49,7 +49,7 @@ pub fn improve_page(improved: &Improved<'_>) -> String {
                         @let [what, why] = improved.rejected(rejected);
                         tr {
                             th scope="row" { (what) }
-                            td { @if rejected.held_out.is_finite() { (format!("{:.3}", rejected.held_out)) } @else { "–" } }
+                            td { @if rejected.held_out.is_finite() { (score(rejected.held_out)) } @else { "–" } }
                             td.text { (why) }
                         }
                     }
@@ -88,12 +88,37 @@ fn waterfall(improved: &Improved<'_>) -> Markup {
                 @for (k, step) in steps.iter().enumerate() {
                     tr {
                         th scope="row" { (improved.step(k)) }
-                        td { (format!("{:.3}", step.score)) }
-                        td { b { (format!("{:.3}", step.held_out)) } }
+                        td { (score(step.score)) }
+                        td { b { (score(step.held_out)) } }
                         td.bars { (bar(step.score, false)) (bar(step.held_out, true)) }
                     }
                 }
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::html::tests::assert_self_contained;
+    use crate::sample;
+    use std::path::Path;
+
+    #[test]
+    fn the_page_has_a_bar_a_score_and_says_what_was_not_kept() {
+        let parts = sample::diagnosis(Verdict::EffectFound);
+        let improvement = sample::improvement(parts.diagnosis);
+        let page = improve_page(&Improved {
+            model: &parts.model,
+            out: Path::new("improved.toml"),
+            improvement: &improvement,
+            before: &parts.before,
+            after: &parts.after,
+        });
+        assert_self_contained(&page);
+        assert!(page.contains("<h1>With backlash at A5 the score falls from 3.37 to 1.07 where nothing was fitted."));
+        assert_eq!(page.matches("class=\"floor\"").count(), 4);
+        assert!(page.contains("recalibration alone") && page.contains("the error elsewhere does not fall"));
     }
 }

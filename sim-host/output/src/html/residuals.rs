@@ -8,6 +8,9 @@ use maud::{Markup, html};
 use trueweld_measure::compare::{LogComparison, Trace};
 use trueweld_measure::localize::{readable, readable_condition};
 
+/// Fall of a column's mean square, as a share, below which it is not drawn.
+const LEAST: f64 = 0.05;
+
 /// One column of a log under both models.
 struct Column<'a> {
     log: &'a str,
@@ -32,7 +35,8 @@ pub(super) fn before_and_after(before: &[LogComparison], after: &[LogComparison]
     let mut chosen: Vec<&Column> = Vec::new();
     for column in &columns {
         let same = |c: &&Column| (c.kind, c.before.channel) == (column.kind, column.before.channel);
-        if chosen.len() < count && !chosen.iter().any(same) {
+        let changed = fall(column) > LEAST * column.square[0] || chosen.is_empty();
+        if changed && chosen.len() < count && !chosen.iter().any(same) {
             chosen.push(column);
         }
     }

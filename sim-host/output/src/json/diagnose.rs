@@ -188,3 +188,59 @@ fn plan(plan: &Plan) -> Value {
 fn unexplained(diagnosis: &Diagnosis) -> Vec<Value> {
     foremost(&diagnosis.unexplained, REMAINS).into_iter().map(finding).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sample;
+    use std::path::Path;
+    use trueweld_measure::diagnose::Verdict;
+
+    #[test]
+    fn a_diagnosis_has_its_schema_its_candidates_and_no_bound_that_is_not_known() {
+        let mut parts = sample::diagnosis(Verdict::EffectFound);
+        parts.diagnosis.candidates[0].indistinguishable = vec![1];
+        parts.account.next_experiment = Some(sample::plan());
+        let value = diagnose_json(&parts.diagnosed());
+        assert_eq!((&value["schema"], &value["verdict"]), (&"diagnose/1".into(), &"effect-found".into()));
+        assert_eq!(value["score_before"], 3.79);
+        let [best, second] = [0, 1].map(|k| &value["candidates"][k]);
+        let effect = &best["effects"][0];
+        assert_eq!((&effect["effect"], &effect["at"]), (&"backlash".into(), &"A5".into()));
+        let gap = &effect["parameters"]["half_gap_rad"];
+        assert_eq!((&gap["value"], &gap["unit"]), (&2.4e-4.into(), &"rad".into()));
+        assert!(gap["low"].as_f64() < Some(2.4e-4) && gap["high"].as_f64() > Some(2.4e-4));
+        assert_eq!((&best["holdout_score_before"], &best["holdout_score_after"]), (&3.79.into(), &1.015.into()));
+        assert_eq!(best["indistinguishable"], json!([{ "effect": "hysteresis", "at": "A5" }]));
+        assert_eq!(best["evidence"]["y_unit"], "rad");
+        assert_eq!(best["evidence"]["x"].as_array().map(Vec::len), Some(7));
+        assert!(second["evidence"].is_null());
+        assert!(second["effects"][0]["parameters"]["torque_nm"]["low"].is_null());
+        assert_eq!(value["calibration"][0]["log"], "free");
+        assert_eq!(value["next_experiment"]["steps"][0], "Hang 20 kg on the flange.");
+        assert_eq!(value["unexplained"][0]["share"], 0.62);
+        assert_eq!(value["limits"][0]["parameter"], "half_gap_rad");
+        parts.account.next_experiment = None;
+        assert!(diagnose_json(&parts.diagnosed())["next_experiment"].is_null());
+    }
+
+    #[test]
+    fn an_improvement_has_its_schema_and_its_steps() {
+        let parts = sample::diagnosis(Verdict::EffectFound);
+        let improvement = sample::improvement(parts.diagnosis);
+        let improved = Improved {
+            model: &parts.model,
+            out: Path::new("improved.toml"),
+            improvement: &improvement,
+            before: &parts.before,
+            after: &parts.after,
+        };
+        let value = improve_json(&improved);
+        assert_eq!((&value["schema"], &value["verdict"]), (&"improve/1".into(), &"effect-found".into()));
+        let steps = value["steps"].as_array().unwrap();
+        assert_eq!((&steps[0]["added"], &steps[0]["score"]), (&json!([]), &3.79.into()));
+        assert_eq!((&steps[1]["added"][0]["effect"], &steps[1]["holdout_score"]), (&"backlash".into(), &1.07.into()));
+        assert!(value["rejected"][0]["holdout_score"].is_null());
+        assert_eq!(value["held_out"], json!(["weld-3"]));
+    }
+}

@@ -142,6 +142,25 @@ fn a_comparison_holds_the_way_and_the_difference_of_every_column_and_is_the_same
 }
 
 #[test]
+fn a_diagnosis_holds_three_ways_of_the_tool_and_differences_before_and_after() {
+    let directory = tempfile::tempdir().unwrap();
+    let [path, again] = ["a.rrd", "b.rrd"].map(|name| directory.path().join(name));
+    let parts = sample::diagnosis(trueweld_measure::diagnose::Verdict::EffectFound);
+    diagnose_recording(&path, &parts.diagnosed()).unwrap();
+    let (rows, chunks, activations) = read(&path, "/1_free/difference/tcp_position/after");
+    assert_eq!(activations, 1);
+    for entity in ["/about", "/verdict", "/1_free/tool/predicted", "/1_free/tool/measured", "/1_free/tool/improved"] {
+        assert!(rows.contains_key(entity), "{entity}");
+    }
+    assert_eq!(rows["/1_free/difference/tcp_position/before"], 501);
+    let component = Scalars::descriptor_scalars().component;
+    let mut drawn = chunks.iter().flat_map(|c| c.iter_slices::<f64>(component).flatten().copied());
+    assert!(drawn.all(|v| v == 0.0));
+    diagnose_recording(&again, &parts.diagnosed()).unwrap();
+    assert!(std::fs::read(&path).unwrap() == std::fs::read(&again).unwrap());
+}
+
+#[test]
 fn a_missing_directory_is_named_and_nothing_is_left() {
     let directory = tempfile::tempdir().unwrap();
     let welds = sample::welds(50);

@@ -1,7 +1,9 @@
 //! A diagnosis and an improvement for a terminal.
 
 use super::{WIDTH, left, push_line, right, wrapped};
-use crate::diagnosed::{Diagnosed, Improved, REMAINS, confusable, in_a_line, limits, percent, ranked, values};
+use crate::diagnosed::{
+    Diagnosed, Improved, REMAINS, confusable, in_a_line, limits, none_of_these, percent, ranked, score, values,
+};
 use trueweld_measure::diagnose::{Found, Verdict};
 use trueweld_measure::localize::foremost;
 
@@ -28,12 +30,13 @@ pub fn diagnose_table(diagnosed: &Diagnosed<'_>) -> String {
         push_line(&mut out, &row("explanations tried", ["held-out score", "still unexplained", "probability"]));
         for (k, c) in candidates.iter().enumerate() {
             let left = format!("{:.0} %", 100.0 * c.left.clamp(0.0, 1.0));
-            let cells = [format!("{:.3}", c.held_out_after), left, percent(c.probability)];
+            let cells = [score(c.held_out_after), left, percent(c.probability)];
             push_line(&mut out, &row(&format!("{}  {}", k + 1, c.name(robot)), cells.each_ref().map(String::as_str)));
             for (name, value) in c.effects.iter().flat_map(values) {
                 push_line(&mut out, &format!("     {name} {value}"));
             }
         }
+        push_line(&mut out, &row("   none of these", ["", "", &percent(none_of_these(diagnosis))]));
     }
     out += &calibration(&diagnosis.calibration, diagnosed);
     if diagnosis.verdict != Verdict::EffectFound {
@@ -76,13 +79,13 @@ pub fn improve_table(improved: &Improved<'_>) -> String {
     out += "\n";
     push_line(&mut out, &row("", ["score", "held-out score", ""]));
     for (k, step) in improvement.steps.iter().enumerate() {
-        let cells = [format!("{:.3}", step.score), format!("{:.3}", step.held_out)];
+        let cells = [score(step.score), score(step.held_out)];
         push_line(&mut out, &row(&improved.step(k), [&cells[0], &cells[1], ""]));
     }
     for rejected in &improvement.rejected {
         let [what, why] = improved.rejected(rejected);
-        let score = if rejected.held_out.is_finite() { format!("{:.3}", rejected.held_out) } else { "–".to_owned() };
-        push_line(&mut out, &row(&format!("not kept: {what}"), ["", &score, ""]));
+        let held_out = if rejected.held_out.is_finite() { score(rejected.held_out) } else { "–".to_owned() };
+        push_line(&mut out, &row(&format!("not kept: {what}"), ["", &held_out, ""]));
         out += &indented(&format!("because {why}"));
     }
     let fitted = improved.fitted();
