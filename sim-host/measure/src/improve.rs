@@ -1,13 +1,13 @@
 //! Adds what is missing to a model, step by step: each step is kept only if it lowers the error where nothing was fitted, and
 //! if the arm with it stays stable.
 //!
-//! First what recalibration alone can do, then the effects that [`crate::diagnose`] names, then, where these do not reach the
-//! floor, further ones as long as each counts. Every step refits everything, and keeps of the calibrations those that count.
+//! First what recalibration alone can do, then the effects that [`crate::diagnose`] names, each step with everything refitted
+//! and those calibrations kept that count; then, where these do not reach the floor, further ones as long as each counts.
 
 use crate::afresh;
 use crate::calibrate::is_calibration;
 use crate::diagnose::{self, Diagnosis, Found, Ground, Progress, Verdict, further, longest_weld, rules, score, sparse};
-use crate::fit::{self, Bench, Fitted, Of, Point};
+use crate::fit::{self, Bench, Effort, Fitted, Of, Point, Residuals};
 use crate::log::Log;
 use crate::predict::{Experiment, PredictError};
 use trueweld_core::JointVector;
@@ -81,7 +81,7 @@ impl HeldOut {
 const MOST: usize = 8;
 
 /// Fall of the held-out score by less than this share is no improvement.
-const LEAST: f64 = 0.002;
+const LEAST: f64 = 5e-4;
 
 /// Improves the bench's model. `logs`: those that its experiments were made of; `held_out`: where every step is judged, in
 /// place of blocks in time of the same logs.
@@ -96,9 +96,8 @@ pub fn improve(
 ) -> Result<Improvement, PredictError> {
     let diagnosis = diagnose::diagnose(bench, logs, &|what, share| progress(what, 0.7 * share))?;
     let blocks = fit::blocks_of(bench);
-    let judge = Judge { bench, held_out };
     let start = match held_out {
-        Some(held_out) => judge.elsewhere(held_out, &Point::empty(bench.experiments.len()))?,
+        Some(held_out) => score(&elsewhere(bench, held_out, &Point::empty(bench.experiments.len()))?),
         None => diagnosis.score_before,
     };
     let baseline = Step {
@@ -108,62 +107,27 @@ pub fn improve(
         score: diagnosis.score_before,
         held_out: start,
     };
-    let mut steps = vec![baseline];
-    let mut rejected = Vec::new();
-    let mut reached: Option<Fitted> = None;
-    let mut try_step = |full: &Fitted, added: &[Effect]| {
-        let (fitted, _) = sparse(bench, &blocks, full);
-        let all = diagnose::found(&fitted, |of| matches!(of, Of::All(_) | Of::Log(..)));
-        let (calibration, effects): (Vec<Found>, Vec<Found>) =
-            all.into_iter().partition(|f| is_calibration(f.effect.kind));
-        let own = |f: &&Found| added.iter().any(|e| (e.kind.id, e.at) == (f.effect.kind.id, f.effect.at));
-        let added: Vec<Found> = effects.iter().filter(own).cloned().collect();
-        let before = steps.last().map_or(f64::INFINITY, |s| s.held_out);
-        let (held_out, why) = match judge.score(&fitted) {
-            Err(_) => (f64::NAN, Some("the model with it cannot be driven through the logs held out")),
-            Ok(score) if score > before * (1.0 - LEAST) => (score, Some("the error elsewhere does not fall")),
-            Ok(score) if !stable(bench, logs, &fitted.point) => (score, Some("the arm with it does not come to rest")),
-            Ok(score) => (score, None),
-        };
-        match why {
-            Some(why) => rejected.push(Rejected { added, held_out, why }),
-            None => {
-                steps.push(Step { added, effects, calibration, score: score(&fitted.at), held_out });
-                reached = Some(fitted);
-            }
-        }
-        why.is_none()
-    };
+    let mut path =
+        Path { bench, logs, blocks: &blocks, held_out, steps: vec![baseline], rejected: Vec::new(), reached: None };
     progress("recalibrating", 0.7);
-    if diagnosis.null.point.free.is_empty() {
-        // Nothing to calibrate.
-    } else {
-        try_step(&diagnosis.null, &[]);
+    if !diagnosis.null.point.free.is_empty() {
+        path.try_step(sparse(bench, &blocks, &diagnosis.null).0, &[]);
     }
     let mut known = 0;
     for (k, full) in diagnosis.chosen.iter().enumerate() {
         progress("adding what was found", 0.75 + 0.05 * k as f64);
         let effects = effects_of(full);
-        try_step(full, &effects[known..]);
+        path.try_step(sparse(bench, &blocks, full).0, &effects[known..]);
         known = effects.len();
     }
     // A partial explanation is carried on as far as it goes.
-    let mut full = diagnosis.chosen.last().cloned();
-    while diagnosis.verdict == Verdict::UnknownEffect && known < MOST {
-        progress("looking for more", 0.85 + 0.15 * known as f64 / MOST as f64);
-        let Some(current) = &full else { break };
-        if rules::at_floor(bench, &current.at) {
+    while diagnosis.verdict == Verdict::UnknownEffect && path.steps.len() <= MOST {
+        progress("looking for more", 0.85 + 0.15 * path.steps.len() as f64 / MOST as f64);
+        if !path.further(longest_weld(logs)) {
             break;
         }
-        let ground = Ground { bench, blocks: &blocks, null: current, length: longest_weld(logs) };
-        let Some(next) = further(&ground, current) else { break };
-        let effects = effects_of(&next);
-        if !try_step(&next, &effects[known..]) {
-            break;
-        }
-        known = effects.len();
-        full = Some(next);
     }
+    let Path { steps, rejected, reached, .. } = path;
     let verdict = match &reached {
         Some(fitted) if diagnosis.verdict == Verdict::UnknownEffect && rules::at_floor(bench, &fitted.at) => {
             Verdict::EffectFound
@@ -179,33 +143,107 @@ fn effects_of(fitted: &Fitted) -> Vec<Effect> {
     fitted.point.all.iter().filter(|e| !is_calibration(e.kind)).cloned().collect()
 }
 
-/// What steps are judged by.
-struct Judge<'a> {
+/// The steps taken so far, and what they are judged by.
+struct Path<'a> {
     bench: &'a Bench,
+    logs: &'a [Log],
+    blocks: &'a [Vec<u8>],
     held_out: Option<&'a HeldOut>,
+    steps: Vec<Step>,
+    rejected: Vec<Rejected>,
+    reached: Option<Fitted>,
 }
 
-impl Judge<'_> {
-    fn score(&self, fitted: &Fitted) -> Result<f64, PredictError> {
-        match self.held_out {
-            Some(held_out) => self.elsewhere(held_out, &fitted.point),
+impl Path<'_> {
+    /// Takes a step to a fit if it is one forward; `added`: effects it has for the first time.
+    fn try_step(&mut self, fitted: Fitted, added: &[Effect]) -> bool {
+        let all = diagnose::found(&fitted, |of| matches!(of, Of::All(_) | Of::Log(..)));
+        let (calibration, effects): (Vec<Found>, Vec<Found>) =
+            all.into_iter().partition(|f| is_calibration(f.effect.kind));
+        let own = |f: &&Found| added.iter().any(|e| (e.kind.id, e.at) == (f.effect.kind.id, f.effect.at));
+        let added: Vec<Found> = effects.iter().filter(own).cloned().collect();
+        let before = self.steps.last().map_or(f64::INFINITY, |s| s.held_out);
+        let judged = match self.held_out {
+            Some(held_out) => elsewhere(self.bench, held_out, &fitted.point).map(|at| score(&at)),
+            None => Ok(score_of_blocks(&fitted)),
+        };
+        let (held_out, why) = match judged {
+            Err(_) => (f64::NAN, Some("the model with it cannot be driven through the logs held out")),
+            Ok(score) if score > before * (1.0 - LEAST) => (score, Some("the error elsewhere does not fall")),
+            Ok(score) if !stable(self.bench, self.logs, &fitted.point) => {
+                (score, Some("the arm with it does not come to rest"))
+            }
+            Ok(score) => (score, None),
+        };
+        match why {
+            Some(why) => self.rejected.push(Rejected { added, held_out, why }),
             None => {
-                let squares: f64 = fitted.linear.held_out(None).iter().sum();
-                Ok((squares / fit::count(&fitted.at).max(1) as f64).sqrt())
+                self.steps.push(Step { added, effects, calibration, score: score(&fitted.at), held_out });
+                self.reached = Some(fitted);
             }
         }
+        why.is_none()
     }
 
-    /// Score of a model on other logs; what each log has of its own is found afresh there.
-    fn elsewhere(&self, held_out: &HeldOut, point: &Point) -> Result<f64, PredictError> {
-        let mut own: Vec<Effect> = self.bench.afresh.clone();
-        for effect in point.each.iter().flatten() {
-            if !own.iter().any(|e| (e.kind.id, e.at) == (effect.kind.id, effect.at)) {
-                own.push(effect.clone());
+    /// Adds one more effect where the explanation is a partial one. What no model explains yet is no noise that instruments
+    /// state: every channel is weighed by what is left in it, so that the worst does not hide the others, and the values
+    /// found before stay, so that none is spent on it.
+    fn further(&mut self, length: f64) -> bool {
+        let empty = Point::empty(self.bench.experiments.len());
+        let point = self.reached.as_ref().map_or(empty, |f| f.point.clone());
+        let held = Point { free: Vec::new(), ..point.clone() };
+        let nothing_free = Effort { steps: 0, stale: 0 };
+        let Ok(plain) = fit::fit(self.bench, &held, self.blocks, &[], nothing_free) else { return false };
+        if rules::at_floor(self.bench, &plain.at) {
+            return false;
+        }
+        let doubted = doubted(self.bench, &plain.at);
+        let Ok(null) = fit::fit(&doubted, &held, self.blocks, &[], nothing_free) else { return false };
+        let ground = Ground { bench: &doubted, blocks: self.blocks, null: &null, length };
+        for next in further(&ground, &null) {
+            let added = effects_of(&next)[effects_of(&null).len()..].to_vec();
+            let mut whole = next.point.clone();
+            whole.free = point.free.iter().chain(&next.point.free).copied().collect();
+            let Ok(fitted) = fit::fit(self.bench, &whole, self.blocks, &[], nothing_free) else { continue };
+            if self.try_step(fitted, &added) {
+                return true;
             }
         }
-        let all = [self.bench.known.clone(), point.all.clone()].concat();
-        Ok(score(&afresh::fitted(&held_out.bench, &own, all)?.1))
+        false
+    }
+}
+
+/// Score on blocks in time, each predicted from all the others.
+fn score_of_blocks(fitted: &Fitted) -> f64 {
+    let squares: f64 = fitted.linear.held_out(None).iter().sum();
+    (squares / fit::count(&fitted.at).max(1) as f64).sqrt()
+}
+
+/// Residuals of a model on other logs; what each log has of its own is found afresh there.
+fn elsewhere(bench: &Bench, held_out: &HeldOut, point: &Point) -> Result<Residuals, PredictError> {
+    let mut own: Vec<Effect> = bench.afresh.clone();
+    for effect in point.each.iter().flatten() {
+        if !own.iter().any(|e| (e.kind.id, e.at) == (effect.kind.id, effect.at)) {
+            own.push(effect.clone());
+        }
+    }
+    let all = [bench.known.clone(), point.all.clone()].concat();
+    Ok(afresh::fitted(&held_out.bench, &own, all)?.1)
+}
+
+/// The same logs, with each channel's noise as large as what these residuals leave of it.
+fn doubted(bench: &Bench, at: &Residuals) -> Bench {
+    let parts = diagnose::parts(bench, at);
+    let factor = |log: usize, channel: &'static str| {
+        parts.get(&(log, channel)).map_or(1.0, |p| (p.square / p.count.max(1) as f64).sqrt().max(1.0))
+    };
+    let doubted = |(log, e): (usize, &Experiment)| e.doubted(|channel| factor(log, channel));
+    Bench {
+        model: bench.model.clone(),
+        known: bench.known.clone(),
+        afresh: bench.afresh.clone(),
+        own: bench.own.clone(),
+        experiments: bench.experiments.iter().enumerate().map(doubted).collect(),
     }
 }
 

@@ -124,7 +124,7 @@ fn refit(bench: &Bench, blocks: &[Vec<u8>], fitted: &mut Fitted) {
 /// The best pair that the best single effect is a member of, if it brings more than chance; none where the other alone does
 /// what both do together.
 pub(super) fn second(ground: &Ground<'_>, best: &Fitted, singles: &[Fitted]) -> Option<Fitted> {
-    let pair = further(ground, best)?;
+    let pair = further(ground, best).into_iter().next()?;
     // What is left must fall by half at least: a prediction that is not quite right leaves a little for any effect to mend.
     if standing_out(ground.bench, &pair.at) > rules::HALVED * standing_out(ground.bench, &best.at) {
         return None;
@@ -138,11 +138,12 @@ pub(super) fn second(ground: &Ground<'_>, best: &Fitted, singles: &[Fitted]) -> 
     Some(pair)
 }
 
-/// The effect that brings the most beside those of a fit, fitted with them; `None` where none brings more than chance.
-pub(crate) fn further(ground: &Ground<'_>, fitted: &Fitted) -> Option<Fitted> {
+/// The effects that bring more than chance beside those of a fit, fitted with them, the one that brings the most first.
+pub(crate) fn further(ground: &Ground<'_>, fitted: &Fitted) -> Vec<Fitted> {
     let beside = Ground { null: fitted, ..*ground };
     let screened = screen(&beside);
     let has = |s: &Screened| fitted.point.all.iter().any(|e| (e.kind.id, e.at) == (s.effect.kind.id, s.effect.at));
-    let next = fit_all(&beside, screened.iter().filter(|s| !has(s)).take(rules::FITTED_BESIDE)).into_iter().next()?;
-    counts(ground.bench, fitted, &next).then_some(next)
+    let mut next = fit_all(&beside, screened.iter().filter(|s| !has(s)).take(rules::FITTED_BESIDE));
+    next.retain(|f| counts(ground.bench, fitted, f));
+    next
 }

@@ -48,7 +48,7 @@ const COMPLIANCE_KNOWN: f64 = 0.5;
 const CONTACT: f64 = 0.03;
 
 /// A weld with tracker and wrench.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Contact {
     process: Process,
     seam: Seam,

@@ -162,7 +162,7 @@ pub enum PredictError {
 }
 
 /// One log made ready: its drives smoothed, its measurements brought into their band, their noise known.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Experiment {
     /// Name of the log.
     pub name: String,
@@ -209,6 +209,15 @@ impl Experiment {
         compared.retain(|c| c.measured.is_finite());
         let period = if log.kind == LogKind::StaticLoad { f64::INFINITY } else { period(log) };
         Ok(Self { name: log.name.clone(), kind: log.kind, period, compared, missing, standing, moving, contact })
+    }
+
+    /// The same log with the noise of each channel taken for so many times as large.
+    pub(crate) fn doubted(&self, factor: impl Fn(&'static str) -> f64) -> Self {
+        let mut doubted = self.clone();
+        for compared in &mut doubted.compared {
+            compared.deviation *= factor(compared.quantity.channel());
+        }
+        doubted
     }
 
     /// Residuals under a model with these effects. `motion`: of a model that differs in nothing that moves the links here

@@ -49,7 +49,7 @@ struct Through {
 }
 
 /// A log of links in motion.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Moving {
     period: f64,
     substeps: usize,

@@ -23,7 +23,7 @@ const SPINDLE_SHARE: f64 = 0.3;
 const HEARD_ORDERS: usize = 3;
 
 /// Instants at which the links stand.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Standing {
     /// Rows that are compared.
     rows: Vec<usize>,
