@@ -8,6 +8,7 @@ use crate::afresh;
 use crate::calibrate::is_calibration;
 use crate::diagnose::{self, Diagnosis, Found, Ground, Progress, Verdict, further, longest_weld, rules, score, sparse};
 use crate::fit::{self, Bench, Effort, Fitted, Of, Point, Residuals};
+use crate::localize::localize;
 use crate::log::Log;
 use crate::predict::{Experiment, PredictError};
 use trueweld_core::JointVector;
@@ -51,7 +52,7 @@ pub struct Improvement {
     pub rejected: Vec<Rejected>,
     /// What is to say of the improved model.
     pub verdict: Verdict,
-    /// The diagnosis it rests on.
+    /// The diagnosis it rests on; what stays unexplained is that of the improved model.
     pub diagnosis: Diagnosis,
     /// The improved model's fit; `None` where the model stays as it was given.
     pub fitted: Option<Fitted>,
@@ -94,7 +95,7 @@ pub fn improve(
     held_out: Option<&HeldOut>,
     progress: Progress<'_>,
 ) -> Result<Improvement, PredictError> {
-    let diagnosis = diagnose::diagnose(bench, logs, &|what, share| progress(what, 0.7 * share))?;
+    let mut diagnosis = diagnose::diagnose(bench, logs, &|what, share| progress(what, 0.7 * share))?;
     let blocks = fit::blocks_of(bench);
     let start = match held_out {
         Some(held_out) => score(&elsewhere(bench, held_out, &Point::empty(bench.experiments.len()))?),
@@ -134,6 +135,9 @@ pub fn improve(
         }
         _ => diagnosis.verdict,
     };
+    if let Some(fitted) = reached.as_ref().filter(|f| !rules::at_floor(bench, &f.at)) {
+        diagnosis.unexplained = localize(&bench.experiments, &fitted.at, logs);
+    }
     let held_out_logs = held_out.map_or(Vec::new(), |h| h.names.clone());
     Ok(Improvement { steps, rejected, verdict, diagnosis, fitted: reached, held_out_logs })
 }

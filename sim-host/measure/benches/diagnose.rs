@@ -1,0 +1,37 @@
+//! How fast measurements are made ready, predicted and diagnosed: the campaign with a backlash, seven logs.
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use std::hint::black_box;
+use trueweld_measure::campaign::read_logs;
+use trueweld_measure::compare::{baseline, experiments};
+use trueweld_measure::diagnose::diagnose;
+use trueweld_measure::fit::Bench;
+use trueweld_plant::input::ModelFile;
+
+fn benches(criterion: &mut Criterion) {
+    let folder = format!("{}/../../fixtures/campaigns/backlash", env!("CARGO_MANIFEST_DIR"));
+    let (model, logs) = read_logs(&[folder.into()]).unwrap();
+    let file = ModelFile::read(model.unwrap()).unwrap();
+    let model = baseline(&file);
+    let bench = Bench::new(&file, experiments(&logs, &model).unwrap());
+
+    let mut group = criterion.benchmark_group("log");
+    for (log, experiment) in logs.iter().zip(&bench.experiments) {
+        if ["static", "ring-14", "free", "weld-1"].contains(&log.name.as_str()) {
+            group.bench_function(format!("predict {}, {}", log.kind, log.name), |b| {
+                b.iter(|| black_box(experiment.predict(&model, &[], None).unwrap()));
+            });
+        }
+    }
+    group.finish();
+
+    let mut group = criterion.benchmark_group("campaign");
+    group.sample_size(10);
+    group.bench_function("make ready", |b| b.iter(|| black_box(experiments(&logs, &model).unwrap())));
+    // Calibrations, screening of every effect at every place, full fits of the best, and the verdict; all cores.
+    group.bench_function("diagnose", |b| b.iter(|| black_box(diagnose(&bench, &logs, &|_, _| {}).unwrap())));
+    group.finish();
+}
+
+criterion_group!(all, benches);
+criterion_main!(all);
