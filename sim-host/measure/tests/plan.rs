@@ -31,7 +31,11 @@ impl Laboratory {
         let noise = instruments(&logs);
         let experiments =
             logs.iter().zip(&noise).map(|(log, noise)| Experiment::new(log, noise, &model).unwrap()).collect();
-        Self { logs, noise, bench: Bench { model, known: Vec::new(), experiments } }
+        Self {
+            logs,
+            noise,
+            bench: Bench { model, known: Vec::new(), afresh: Vec::new(), own: Vec::new(), experiments },
+        }
     }
 
     fn effect(&self, text: &str) -> Effect {
@@ -138,7 +142,13 @@ fn the_planned_experiment_tells() {
         *r = rotation_vector(&(rotation_from_vector(r) * rotation_from_vector(by)));
     }
 
-    let bench = Bench { model: model.clone(), known: Vec::new(), experiments: vec![made(&log)] };
+    let bench = Bench {
+        model: model.clone(),
+        known: Vec::new(),
+        afresh: Vec::new(),
+        own: Vec::new(),
+        experiments: vec![made(&log)],
+    };
     // The logs so far know something of the calibrations: all, or nothing, bounds what is found.
     let found = |calibrated: bool| {
         let [right, wrong] = rivals.map(|rival| {

@@ -210,8 +210,10 @@ fn conclude(
     let excess = above(&null.at).max(1.0);
     let best = chosen.last().unwrap_or(null);
     let left = above(&best.at) / excess;
-    let explained =
-        at_floor(bench, &best.at) || left < rules::LEFT || (score(&best.at) < rules::NEAR && left < rules::LEFT_NEAR);
+    let near = score(&best.at);
+    let explained = at_floor(bench, &best.at)
+        || (near < rules::FAR && left < rules::LEFT)
+        || (near < rules::NEAR && left < rules::LEFT_NEAR);
     let verdict = if chosen.is_empty() {
         if at_floor(bench, &null.at) { Verdict::Adequate } else { Verdict::UnknownEffect }
     } else if explained {

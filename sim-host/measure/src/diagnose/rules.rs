@@ -18,6 +18,8 @@ pub const LEFT: f64 = 0.1;
 pub const LEFT_NEAR: f64 = 0.5;
 /// Share of what one effect leaves standing out of the floor that a second one may leave.
 pub const HALVED: f64 = 0.5;
+/// Score from which on an explanation leaves too much, whatever it explains.
+pub const FAR: f64 = 2.0;
 /// Score that is near the floor.
 pub const NEAR: f64 = 1.05;
 /// Score of any channel from which on something is above the floor.
