@@ -41,6 +41,8 @@ pub(crate) struct Plot {
     pub wide: bool,
     /// Points with their errors, in the first run's colour.
     pub marked: Vec<Marked>,
+    /// Places ringed in the second run's colour: where points are expected.
+    pub rings: Vec<(f64, f64)>,
     /// Names of the categories at x = 0, 1, …, where x is no number.
     pub categories: Vec<String>,
 }
@@ -130,6 +132,9 @@ impl Plot {
                 }
             }
         }
+        let [r, g, b] = run(1);
+        let ring = RGBColor(r, g, b).stroke_width(3 * SCALE / 2);
+        chart.draw_series(self.rings.iter().map(|place| Circle::new(*place, 6 * SCALE, ring)))?;
         let [r, g, b] = run(0);
         let ink = RGBColor(r, g, b);
         for point in &self.marked {
@@ -154,7 +159,7 @@ impl Plot {
         let marked = || self.marked.iter().flat_map(|m| [-1.0, 1.0].map(|side| (m.x, m.y + side * m.error)));
         let points = || {
             let of_lines = self.lines.iter().flat_map(|l| l.points.iter().copied());
-            of_lines.chain(marked()).filter(|p| p.0.is_finite() && p.1.is_finite())
+            of_lines.chain(marked()).chain(self.rings.iter().copied()).filter(|p| p.0.is_finite() && p.1.is_finite())
         };
         let x = self.x_range.unwrap_or_else(|| match self.categories.len() {
             0 => {

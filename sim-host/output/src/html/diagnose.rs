@@ -66,7 +66,7 @@ fn evidences(reason: &Reason) -> Markup {
     html! {
         @if !curves.is_empty() {
             h2 { "The curve that shows it" }
-            p.setting { "Points: what the measurements ask for, with standard errors, and without knowing the form of the effect. Line: the effect as fitted." }
+            p.setting { "Points: what the measurements ask for, with standard errors, and without knowing the form of the effect. Line or rings: the effect as fitted." }
             @for curve in curves { (evidence(curve)) }
         }
     }
@@ -88,15 +88,19 @@ fn evidence(evidence: &Evidence) -> Markup {
         y: p.y * y_factor,
         error: p.error * y_factor,
     };
+    let fitted: Vec<(f64, f64)> = evidence.fitted.iter().map(|p| (p[0] * x_factor, p[1] * y_factor)).collect();
+    // A loop comes in order of time, from posture to posture: a line through it would be a scribble.
+    let winding = !fitted.is_sorted_by(|a, b| a.0 <= b.0);
     let plot = Plot {
         x_label: label(&evidence.x_name, x_unit),
         y_label: label(&evidence.y_name, y_unit),
         lines: vec![Line {
-            name: "the effect as fitted".to_owned(),
+            name: if winding { "ringed: the effect as fitted" } else { "the effect as fitted" }.to_owned(),
             color: color::run(1),
             dashed: false,
-            points: evidence.fitted.iter().map(|p| (p[0] * x_factor, p[1] * y_factor)).collect(),
+            points: if winding { Vec::new() } else { fitted.clone() },
         }],
+        rings: if winding { fitted } else { Vec::new() },
         marked: evidence.points.iter().map(marked).collect(),
         wide: true,
         ..Plot::default()

@@ -205,8 +205,8 @@ fn difference<W: Write>(
     if rows == 0 {
         return Ok(());
     }
-    // Pale before, so that what is left after stands out.
-    let shade = |v: u8| if which == " before" { 255 - (255 - v) / 3 } else { v };
+    // Greyish before, on a dark ground as on a light one, so that what is left after stands out.
+    let shade = |v: u8| if which == " before" { ((u16::from(v) + 2 * 128) / 3) as u8 } else { v };
     let color = |t: &&Trace| -> Rgb { JOINTS[usize::from(t.column) % JOINTS.len()].map(shade) };
     let style = SeriesLines::new()
         .with_names(traces.iter().map(|t| format!("{}{which}", t.label)))
