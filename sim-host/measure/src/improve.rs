@@ -82,7 +82,7 @@ impl HeldOut {
 const MOST: usize = 8;
 
 /// Fall of the held-out score by less than this share is no improvement.
-const LEAST: f64 = 5e-4;
+const LEAST: f64 = 2e-3;
 
 /// Improves the bench's model. `logs`: those that its experiments were made of; `held_out`: where every step is judged, in
 /// place of blocks in time of the same logs.
