@@ -338,7 +338,6 @@ pub fn diagnosis(verdict: Verdict) -> Parts {
         left,
         indistinguishable: Vec::new(),
         fitted: fitted(),
-        cost: 0.0,
     };
     let play = found("backlash", &[2.4e-4], 2e-6);
     let comparison = comparison();
