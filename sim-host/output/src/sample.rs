@@ -328,6 +328,7 @@ pub fn diagnosis(verdict: Verdict) -> Parts {
             weight: DVector::zeros(0),
             away: DVector::zeros(0),
         },
+        cost: 0.0,
     };
     let candidate = |effect: Found, after: f64, probability: f64, left: f64| Candidate {
         effects: vec![effect],
