@@ -394,6 +394,26 @@ impl Linear {
         linear
     }
 
+    /// The same slopes beside other residuals.
+    pub(crate) fn beside(&self, blocks: &[Vec<u8>], at: &Residuals, slopes: &[Slopes]) -> Self {
+        let mut linear = self.clone();
+        linear.slope.iter_mut().for_each(|s| s.fill(0.0));
+        linear.rest.fill(0.0);
+        for (log, blocks) in blocks.iter().enumerate() {
+            let r = &at[log].residual;
+            for run in runs(blocks) {
+                let b = blocks[run.start] as usize;
+                linear.rest[b] += dot(&r[run.clone()], &r[run.clone()]);
+                for (k, slope) in slopes.iter().enumerate() {
+                    if let Some(a) = &slope[log] {
+                        linear.slope[b][k] += dot(&a[run.clone()], &r[run.clone()]);
+                    }
+                }
+            }
+        }
+        linear
+    }
+
     /// Sums over all blocks but one (`None`: over all).
     fn without(&self, left_out: Option<usize>) -> (DMatrix<f64>, DVector<f64>) {
         let n = self.weight.len();

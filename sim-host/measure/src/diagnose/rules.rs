@@ -8,6 +8,8 @@ use std::collections::BTreeMap;
 pub const GAIN: f64 = 30.0;
 /// Share of what the blocks that get better win that the others may lose.
 pub const LOST: f64 = 0.3;
+/// Fall of the held-out sum of squares from which on losses elsewhere are no sign of chance.
+pub const PLENTY: f64 = 1000.0;
 /// Fall of one channel's sum of squares below which its noise is not known well enough, as a share.
 pub const VISIBLE: f64 = 0.08;
 /// The same of one column, whose own noise is known less well.
@@ -32,7 +34,9 @@ pub const KEEP_EACH: f64 = 6.0;
 pub const CORRELATED: f64 = 4.0;
 /// Delay that is no more than how a controller holds and reads its values, as a share of the sampling period.
 pub const HELD: f64 = 0.25;
-/// Hypotheses fitted in full, first alone and then beside the best.
+/// Share of what the best hypothesis gains from which on another one is fitted in full.
+pub const NEARLY: f64 = 0.3;
+/// Hypotheses fitted, first alone and then beside the best.
 pub const FITTED: usize = 8;
 /// Of these, how many beside the best.
 pub const FITTED_BESIDE: usize = 5;
@@ -84,7 +88,7 @@ pub(crate) fn counts(bench: &Bench, before: &Fitted, after: &Fitted) -> bool {
     let differences = || before_out.iter().zip(&after_out).map(|(b, a)| b - a);
     let gained: f64 = differences().filter(|d| *d > 0.0).sum();
     let lost: f64 = -differences().filter(|d| *d < 0.0).sum::<f64>();
-    if gained - lost < GAIN || lost > LOST * gained {
+    if gained - lost < GAIN || (lost > LOST * gained && gained - lost < PLENTY) {
         return false;
     }
     stands_out(bench, &before.at, &after.at)

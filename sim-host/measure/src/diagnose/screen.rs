@@ -19,8 +19,8 @@ pub(crate) struct Screened {
     pub slopes: Vec<Slopes>,
 }
 
-/// Share of a size's small step at which its slope is taken: small for the smallest joint as well.
-const SHARE: f64 = 0.1;
+/// Share of a torque's small step, which suits the strongest joint, at which its slope is taken: small for the weakest as well.
+const OF_TORQUE: f64 = 0.1;
 
 /// Waves along a weld that a plate's waviness is looked for with.
 const WAVES: [f64; 16] = [0.5, 0.75, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 12.0];
@@ -91,7 +91,8 @@ impl Ground<'_> {
             let of = Of::All(point.all.len());
             point.all.push(effect);
             let frees: Vec<Free> = sizes.iter().map(|k| Free { of, parameter: *k, expected: f64::INFINITY }).collect();
-            more.extend(fit::slopes(self.bench, &point, &frees, &self.null.at, SHARE));
+            let share = if kind.parameters[sizes[0]].unit == "N·m" { OF_TORQUE } else { 1.0 };
+            more.extend(fit::slopes(self.bench, &point, &frees, &self.null.at, share));
         }
         let seen: f64 = more.iter().flatten().flatten().flatten().map(|v| v * v).sum();
         if !(seen.is_finite() && seen > 1e-6) {

@@ -2,7 +2,7 @@
 //!
 //! Every effect acts through some quantity of the plant: a twist of a joint, a friction torque, a force on the tool. What the
 //! data ask of that quantity is found without the effect's form: with s the slope of the residual r, taken without the
-//! effect, by a constant at the same port ([`probe`]), the rows of one stretch of the variable that matters ask for
+//! effect, by a constant at the same port (`probe`), the rows of one stretch of the variable that matters ask for
 //!
 //! ```text
 //! y = −Σ s·r / Σ s²
