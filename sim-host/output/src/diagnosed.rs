@@ -156,9 +156,9 @@ pub(crate) fn verdict(diagnosis: &Diagnosis, verdict: Verdict, robot: &RobotFile
         (Verdict::UnknownEffect, _) => {
             let partial = best.filter(|best| best.explains()).map_or(String::new(), |best| {
                 format!(
-                    " The best partial explanation, {}, leaves {:.0} % of what is above the floor.",
+                    " The best partial explanation, {}, brings the score to {} where it was not fitted.",
                     best.name(robot),
-                    100.0 * best.left
+                    rounded(best.held_out_after)
                 )
             });
             format!(
