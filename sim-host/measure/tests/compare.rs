@@ -35,7 +35,7 @@ fn torque(j: usize, k: usize) -> f64 {
     1000.0 * (1.7 * (1.0 + 0.23 * j as f64) * PERIOD * k as f64 * 4.0 + 2.0 * j as f64).cos()
 }
 
-/// A log in which every row is compared by itself, of which residual and motion are given.
+/// A free motion with a tracker, of which residual and motion are given.
 struct Series {
     log: Log,
     experiment: Experiment,
@@ -51,7 +51,7 @@ impl Series {
             csv += &format!("{:.3},{},2.1,0.1,0.6\n", PERIOD * k as f64, q.join(","));
         }
         let robot = fixture("robots/kr500-mt.toml").canonicalize().unwrap();
-        let toml = format!("schema = \"log/1\"\nkind = \"ring-down\"\nrobot = {robot:?}\nperiod_s = {PERIOD}\n");
+        let toml = format!("schema = \"log/1\"\nkind = \"free-motion\"\nrobot = {robot:?}\nperiod_s = {PERIOD}\n");
         let log = Log::parse(&toml, csv.as_bytes(), "synthetic".as_ref()).unwrap();
         let level = |deviation| Some(Level { deviation, stated: true });
         let noise = Instruments { position: [level(3e-5); 3], encoder: [level(2e-6); 6], ..Instruments::default() };
@@ -87,15 +87,16 @@ fn a_planted_dependence_on_the_sign_of_a_torque_is_found_first_with_its_size() {
     let findings = series.localized(|row, c| step[c] * torque(4, row).signum() + normal(&mut random));
     let best = &findings[0];
     assert_eq!(best.variable, "sign of A5's spring torque", "{}", best.sentence);
-    assert_eq!((best.how, best.kind, best.channel), (How::Mean, LogKind::RingDown, "tcp_position"));
+    assert_eq!((best.how, best.kind, best.channel), (How::Mean, LogKind::FreeMotion, "tcp_position"));
     // 1.5² of the three columns' 3 + 1.5².
     let planted = 2.25 / 5.25;
     assert!((best.share - planted).abs() < 0.05, "{} instead of {planted}", best.share);
     assert!(best.p <= 0.005, "{}", best.p);
     assert!(best.curve.y_name.ends_with(", y"), "{}", best.curve.y_name);
-    // Noise is 30 µm: ±45 µm in engineering units.
+    // One and a half deviations, in engineering units.
+    let size = 1.5 * series.experiment.compared[0].deviation;
     for (point, sign) in best.curve.points.iter().zip([-1.0, 1.0]) {
-        assert!((point.y - sign * 4.5e-5).abs() < 0.2 * 4.5e-5, "{point:?}");
+        assert!((point.y - sign * size).abs() < 0.2 * size, "{point:?}");
     }
     assert!(best.sentence.contains("% of the squared residual goes with the sign of A5's spring torque (p ≤ 0.005)"));
     assert_eq!(foremost(&findings, 3)[0].variable, best.variable);
@@ -123,7 +124,8 @@ fn noise_that_grows_is_found_by_its_size() {
     let findings = series.localized(|row, _| (1.0 + 2.0 * row as f64 / ROWS as f64) * normal(&mut random));
     let best = findings.iter().find(|f| f.variable == "time").unwrap();
     assert_eq!(best.how, How::Size);
-    assert!(best.low > 0.8 * PERIOD * ROWS as f64, "{}", best.sentence);
+    let last = series.experiment.compared.iter().map(|c| c.row).max().unwrap();
+    assert!(best.low > 0.8 * PERIOD * last as f64, "{}", best.sentence);
 }
 
 /// How many of `runs` residuals of pure noise go with something at p ≤ 0.01, per condition that was tried.
@@ -197,7 +199,7 @@ fn backlash_shows_in_the_joint_that_has_it() {
     // What does not feel the joint's play is at the floor.
     for log in comparison.logs.iter().filter(|log| log.kind == LogKind::Weld) {
         let force = log.channels.iter().find(|c| c.name == "force").unwrap();
-        assert!((force.score - 1.0).abs() < 0.1, "{}", force.score);
+        assert!(force.score < 1.1, "{}", force.score);
     }
     // The score is the root of the mean over all samples, channel by channel as well as at once.
     let (mut squares, mut samples) = (0.0, 0);
