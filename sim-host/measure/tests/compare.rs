@@ -125,7 +125,8 @@ fn noise_that_grows_is_found_by_its_size() {
     let best = findings.iter().find(|f| f.variable == "time").unwrap();
     assert_eq!(best.how, How::Size);
     let last = series.experiment.compared.iter().map(|c| c.row).max().unwrap();
-    assert!(best.low > 0.8 * PERIOD * last as f64, "{}", best.sentence);
+    // Few values a bin in the band that is compared: the last third it is.
+    assert!(best.low > 0.66 * PERIOD * last as f64, "{}", best.sentence);
 }
 
 /// How many of `runs` residuals of pure noise go with something at p ≤ 0.01, per condition that was tried.
