@@ -112,13 +112,18 @@ pub fn improve(
         Path { bench, logs, blocks: &blocks, held_out, steps: vec![baseline], rejected: Vec::new(), reached: None };
     progress("recalibrating", 0.7);
     if !diagnosis.null.point.free.is_empty() {
-        path.try_step(sparse(bench, &blocks, &diagnosis.null).0, &[]);
+        let alone = diagnosis.chosen.is_empty();
+        let kept = if alone { diagnosis.improved.clone() } else { sparse(bench, &blocks, &diagnosis.null).0 };
+        path.try_step(kept, &[]);
     }
     let mut known = 0;
     for (k, full) in diagnosis.chosen.iter().enumerate() {
         progress("adding what was found", 0.75 + 0.05 * k as f64);
         let effects = effects_of(full);
-        path.try_step(sparse(bench, &blocks, full).0, &effects[known..]);
+        // The last of them is what the diagnosis keeps.
+        let last = k + 1 == diagnosis.chosen.len();
+        let kept = if last { diagnosis.improved.clone() } else { sparse(bench, &blocks, full).0 };
+        path.try_step(kept, &effects[known..]);
         known = effects.len();
     }
     // A partial explanation is carried on as far as it goes.
@@ -169,7 +174,7 @@ impl Path<'_> {
         let before = self.steps.last().map_or(f64::INFINITY, |s| s.held_out);
         let judged = match self.held_out {
             Some(held_out) => elsewhere(self.bench, held_out, &fitted.point).map(|at| score(&at)),
-            None => Ok(score_of_blocks(&fitted)),
+            None => Ok(rules::held_out_score(&fitted)),
         };
         let (held_out, why) = match judged {
             Err(_) => (f64::NAN, Some("the model with it cannot be driven through the logs held out")),
@@ -215,12 +220,6 @@ impl Path<'_> {
         }
         false
     }
-}
-
-/// Score on blocks in time, each predicted from all the others.
-fn score_of_blocks(fitted: &Fitted) -> f64 {
-    let squares: f64 = fitted.linear.held_out(None).iter().sum();
-    (squares / fit::count(&fitted.at).max(1) as f64).sqrt()
 }
 
 /// Residuals of a model on other logs; what each log has of its own is found afresh there.

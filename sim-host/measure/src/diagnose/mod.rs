@@ -25,7 +25,7 @@ use crate::fit::{self, Bench, Fitted, Of, Point, Residuals};
 use crate::localize::{Finding, localize};
 use crate::log::{Log, LogKind};
 use crate::predict::PredictError;
-use rules::{above, at_floor, counts, stands_out};
+use rules::{above, at_floor, counts, held_out_score, stands_out};
 use screen::screen;
 use search::{calibrated, fit_all, second};
 use trueweld_plant::effects::{At, Effect, Kind};
@@ -205,7 +205,6 @@ fn conclude(
     chosen: Vec<Fitted>,
     unexplained: &dyn Fn(&Residuals) -> Vec<Finding>,
 ) -> Diagnosis {
-    let n = fit::count(&before).max(1) as f64;
     let score_before = score(&before);
     let excess = above(&null.at).max(1.0);
     let best = chosen.last().unwrap_or(null);
@@ -238,7 +237,7 @@ fn conclude(
             Candidate {
                 effects: found(&fitted, |of| matches!(of, Of::All(i) if own.contains(&i))),
                 held_out_before: score_before,
-                held_out_after: (fitted.linear.held_out(None).iter().sum::<f64>() / n).sqrt(),
+                held_out_after: held_out_score(&fitted),
                 probability: 0.0,
                 left: above(&fitted.at) / excess,
                 indistinguishable: Vec::new(),
@@ -257,7 +256,7 @@ fn conclude(
             Candidate {
                 effects: item.into_iter().take(1).collect(),
                 held_out_before: score_before,
-                held_out_after: (improved.linear.held_out(None).iter().sum::<f64>() / n).sqrt(),
+                held_out_after: held_out_score(&improved),
                 probability: 0.0,
                 left: above(&improved.at) / above(&before).max(1.0),
                 indistinguishable: Vec::new(),

@@ -28,12 +28,7 @@ fn fit_hypothesis(ground: &Ground<'_>, effect: &Effect, steps: usize) -> Result<
     // moved to hide it: sizes are judged with the calibrations at their best beside them.
     let known = ground.null.slopes.len();
     let start = |factor: f64| {
-        let mut effect = effect.clone();
-        for (v, p) in effect.values.iter_mut().zip(effect.kind.parameters) {
-            if let Role::Size { neutral, .. } = p.role {
-                *v = (neutral + (*v - neutral) * factor).clamp(p.low, p.high);
-            }
-        }
+        let effect = scaled(effect, factor);
         let mut point: Point = ground.null.point.clone();
         let at = fit::residuals(
             ground.bench,
@@ -53,6 +48,17 @@ fn fit_hypothesis(ground: &Ground<'_>, effect: &Effect, steps: usize) -> Result<
     plain.add(effect.clone(), f64::INFINITY);
     let point = best.map_or(plain, |(_, point)| point);
     fit::fit(ground.bench, &point, ground.blocks, &ground.null.slopes, Effort { steps, stale: known })
+}
+
+/// An effect with its sizes so many times as large, within their bounds.
+fn scaled(effect: &Effect, factor: f64) -> Effect {
+    let mut effect = effect.clone();
+    for (v, p) in effect.values.iter_mut().zip(effect.kind.parameters) {
+        if let Role::Size { neutral, .. } = p.role {
+            *v = (neutral + (*v - neutral) * factor).clamp(p.low, p.high);
+        }
+    }
+    effect
 }
 
 /// Factors on the size that screening gives, at which a fit may start.
@@ -112,12 +118,7 @@ fn polish(bench: &Bench, blocks: &[Vec<u8>], fitted: &mut Fitted) {
         .par_iter()
         .filter_map(|factor| {
             let mut point = fitted.point.clone();
-            let effect = &mut point.all[last];
-            for (v, p) in effect.values.iter_mut().zip(effect.kind.parameters) {
-                if let Role::Size { neutral, .. } = p.role {
-                    *v = (neutral + (*v - neutral) * factor).clamp(p.low, p.high);
-                }
-            }
+            point.all[last] = scaled(&point.all[last], *factor);
             let effort = Effort { steps: 1, stale: fitted.slopes.len() };
             fit::fit(bench, &point, blocks, &fitted.slopes, effort).ok()
         })
