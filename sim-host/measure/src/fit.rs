@@ -5,10 +5,9 @@
 //! values are free. Its [`Linear`] model there, residuals and their slopes, comes as normal equations of ten blocks in time
 //! (every tenth of every log), so that leaving blocks out costs a small solve and no new simulation.
 
-use crate::predict::{Experiment, Model, Motion, PredictError, Prediction};
+use crate::predict::{Experiment, Model, PredictError, Prediction};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use rayon::prelude::*;
-use std::sync::Arc;
 use trueweld_plant::effects::{Action, Effect, Parameter, Role};
 use trueweld_plant::input::{ModelEffect, ModelFile, Scope};
 
@@ -182,6 +181,17 @@ impl Point {
         self.free.extend(expected.iter().enumerate().map(|(parameter, e)| Free { of, parameter, expected: *e }));
     }
 
+    /// Takes the free values of some effects back to where the effect is not there.
+    pub(crate) fn reset(&mut self, which: impl Fn(&Effect) -> bool) {
+        for k in 0..self.free.len() {
+            let free = self.free[k];
+            if which(self.effect(free.of)) {
+                let nothing = neutral(self.parameter(&free), self.value(&free));
+                self.effect_mut(free.of).values[free.parameter] = nothing;
+            }
+        }
+    }
+
     /// The effects of one log.
     pub fn effects(&self, bench: &Bench, log: usize) -> Vec<Effect> {
         bench.known.iter().chain(&self.all).chain(&self.each[log]).cloned().collect()
@@ -271,8 +281,7 @@ fn slope(
     let step = if value_at(parameter, value, share) == value { -share } else { share };
     let mut moved = point.clone();
     moved.effect_mut(free.of).values[free.parameter] = value_at(parameter, value, step);
-    let motion: Option<&Arc<Motion>> = if experiment.moves(effect) { None } else { at.motion.as_ref() };
-    let there = experiment.predict(&bench.model, &moved.effects(bench, log), motion)?;
+    let there = experiment.predict(&bench.model, &moved.effects(bench, log), Some((at, effect)))?;
     Ok(Some(there.residual.iter().zip(&at.residual).map(|(a, b)| (a - b) / step).collect()))
 }
 

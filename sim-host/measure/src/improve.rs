@@ -208,7 +208,7 @@ impl Path<'_> {
         }
         let doubted = doubted(self.bench, &plain.at);
         let Ok(null) = fit::fit(&doubted, &held, self.blocks, &[], nothing_free) else { return false };
-        let ground = Ground { bench: &doubted, blocks: self.blocks, null: &null, length };
+        let ground = Ground { bench: &doubted, blocks: self.blocks, null: &null, given: &null, length };
         for next in further(&ground, &null) {
             let added = effects_of(&next)[effects_of(&null).len()..].to_vec();
             let mut whole = next.point.clone();

@@ -58,6 +58,7 @@ impl Series {
         let model = Model { robot: log.robot.robot.clone(), process: None };
         let experiment = Experiment::new(&log, &noise, &model).unwrap();
         let motion = Motion {
+            placed: false,
             rows: (0..ROWS).collect(),
             link: (0..ROWS).map(|k| JointVector::from_fn(|j, _| angle(j, k))).collect(),
             spring: (0..ROWS).map(|k| JointVector::from_fn(|j, _| torque(j, k))).collect(),

@@ -27,7 +27,7 @@ use crate::log::{Log, LogKind};
 use crate::predict::PredictError;
 use rules::{above, at_floor, counts, held_out_score, stands_out};
 use screen::screen;
-use search::{calibrated, fit_all, second};
+use search::{calibrated, fit_all, second, uncalibrated};
 use trueweld_plant::effects::{At, Effect, Kind};
 
 /// Longest weld among the logs, m, for what is looked for along it.
@@ -142,7 +142,8 @@ pub fn diagnose(bench: &Bench, logs: &[Log], progress: Progress<'_>) -> Result<D
     progress("calibrating", 0.02);
     let null = calibrated(bench, &blocks)?;
     progress("screening every effect", 0.15);
-    let ground = Ground { bench, blocks: &blocks, null: &null, length: longest_weld(logs) };
+    let given = uncalibrated(bench, &blocks, &null.point)?;
+    let ground = Ground { bench, blocks: &blocks, null: &null, given: &given, length: longest_weld(logs) };
     let screened = screen(&ground);
     progress("fitting the likeliest", 0.45);
     let mut singles = fit_all(&ground, screened.iter().take(rules::FITTED));

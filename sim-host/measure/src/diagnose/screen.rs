@@ -54,8 +54,10 @@ pub(crate) struct Ground<'a> {
     pub bench: &'a Bench,
     /// Blocks of their values.
     pub blocks: &'a [Vec<u8>],
-    /// Where all hypotheses start from.
+    /// Where all hypotheses start from: the calibrations at their best.
     pub null: &'a Fitted,
+    /// The same with no calibrations.
+    pub given: &'a Fitted,
     /// Longest weld, m.
     pub length: f64,
 }

@@ -2,7 +2,7 @@
 
 use super::rules::{self, at_floor, counts, standing_out};
 use super::screen::{Ground, Screened, screen};
-use crate::calibrate::{calibrations, of_logs};
+use crate::calibrate::{calibrations, is_calibration, of_logs};
 use crate::fit::{self, Bench, Effort, Fitted, Point};
 use crate::predict::{PredictError, Quantity};
 use rayon::prelude::*;
@@ -19,35 +19,47 @@ pub(crate) fn calibrated(bench: &Bench, blocks: &[Vec<u8>]) -> Result<Fitted, Pr
     fit::fit(bench, &point, blocks, &[], Effort { steps: 4, stale })
 }
 
-/// Fits one hypothesis in full from where screening left it.
+/// The same point with those calibrations that are free at nothing, and the slopes there.
 ///
 /// # Errors
 /// [`PredictError`].
-fn fit_hypothesis(ground: &Ground<'_>, effect: &Effect, steps: usize) -> Result<Fitted, PredictError> {
-    // Slopes at nothing say little of the size of what is not in proportion to it, a gap or a loop, and calibrations have
-    // moved to hide it: sizes are judged with the calibrations at their best beside them.
-    let known = ground.null.slopes.len();
-    let start = |factor: f64| {
+pub(crate) fn uncalibrated(bench: &Bench, blocks: &[Vec<u8>], point: &Point) -> Result<Fitted, PredictError> {
+    let mut point = point.clone();
+    point.reset(|effect| is_calibration(effect.kind));
+    fit::fit(bench, &point, blocks, &[], Effort { steps: 0, stale: 0 })
+}
+
+/// Fits one hypothesis roughly from where screening left it: beside the calibrations at their best without it, which may have
+/// moved far to hide it, and beside none.
+fn fit_hypothesis(ground: &Ground<'_>, effect: &Effect) -> Option<Fitted> {
+    // The same where nothing is free.
+    let bases = if ground.null.slopes.is_empty() { 1 } else { 2 };
+    [ground.null, ground.given]
+        .into_iter()
+        .take(bases)
+        .filter_map(|base| {
+            let point = start(ground, base, effect)?;
+            let effort = Effort { steps: ROUGHLY, stale: base.slopes.len() };
+            fit::fit(ground.bench, &point, ground.blocks, &base.slopes, effort).ok()
+        })
+        .min_by(|a, b| a.cost.total_cmp(&b.cost))
+}
+
+/// Where a fit of an effect beside `base` starts. Slopes at nothing say little of the size of what is not in proportion to it,
+/// a gap or a loop: several sizes are judged with the calibrations at their best beside them.
+fn start(ground: &Ground<'_>, base: &Fitted, effect: &Effect) -> Option<Point> {
+    let of_size = |factor: f64| {
         let effect = scaled(effect, factor);
-        let mut point: Point = ground.null.point.clone();
-        let at = fit::residuals(
-            ground.bench,
-            &Point { all: [point.all.clone(), vec![effect.clone()]].concat(), ..point.clone() },
-        );
-        let linear = ground.null.linear.beside(ground.blocks, &at.ok()?, &ground.null.slopes);
+        let with = Point { all: [base.point.all.clone(), vec![effect.clone()]].concat(), ..base.point.clone() };
+        let at = fit::residuals(ground.bench, &with).ok()?;
+        let linear = base.linear.beside(ground.blocks, &at, &base.slopes);
         let step = linear.solve(None, 0.0, None)?.step;
-        let cost = linear.cost(&step);
-        if known > 0 {
-            point = point.moved(&step);
-        }
+        let mut point = if base.slopes.is_empty() { base.point.clone() } else { base.point.moved(&step) };
         point.add(effect, f64::INFINITY);
-        Some((cost, point))
+        Some((linear.cost(&step), point))
     };
-    let best = FACTORS.iter().filter_map(|f| start(*f)).min_by(|a, b| a.0.total_cmp(&b.0));
-    let mut plain: Point = ground.null.point.clone();
-    plain.add(effect.clone(), f64::INFINITY);
-    let point = best.map_or(plain, |(_, point)| point);
-    fit::fit(ground.bench, &point, ground.blocks, &ground.null.slopes, Effort { steps, stale: known })
+    let best = FACTORS.iter().filter_map(|f| of_size(*f)).min_by(|a, b| a.0.total_cmp(&b.0));
+    best.map(|(_, point)| point)
 }
 
 /// An effect with its sizes so many times as large, within their bounds.
@@ -67,15 +79,14 @@ const FACTORS: [f64; 6] = [0.4, 1.0, 2.5, 6.0, 15.0, 40.0];
 /// Fits hypotheses, best first: all of them roughly, those that come near the best in full, the best with slopes taken afresh.
 pub(super) fn fit_all<'s>(ground: &Ground<'_>, screened: impl Iterator<Item = &'s Screened>) -> Vec<Fitted> {
     let screened: Vec<&Screened> = screened.filter(|s| s.gain > rules::GAIN * 0.5).collect();
-    let mut fits: Vec<Fitted> =
-        screened.par_iter().filter_map(|s| fit_hypothesis(ground, &s.effect, ROUGHLY).ok()).collect();
+    let mut fits: Vec<Fitted> = screened.par_iter().filter_map(|s| fit_hypothesis(ground, &s.effect)).collect();
     fits.retain(|f| f.point.all.last().is_none_or(|e| !held(ground.bench, e)));
     let least = fits.iter().map(|f| f.cost).fold(f64::INFINITY, f64::min);
     let near = ground.null.cost - rules::NEARLY * (ground.null.cost - least);
     let stale = ground.null.slopes.len();
     fits.par_iter_mut().filter(|f| f.cost <= near).for_each(|fitted| {
         let effort = Effort { steps: IN_FULL, stale };
-        if let Ok(better) = fit::fit(ground.bench, &fitted.point, ground.blocks, &ground.null.slopes, effort)
+        if let Ok(better) = fit::fit(ground.bench, &fitted.point, ground.blocks, &fitted.slopes, effort)
             && better.cost < fitted.cost
         {
             *fitted = better;
@@ -114,23 +125,24 @@ fn polish(bench: &Bench, blocks: &[Vec<u8>], fitted: &mut Fitted) {
     if at_floor(bench, &fitted.at) {
         return;
     }
-    let aside: Vec<Fitted> = ASIDE
-        .par_iter()
-        .filter_map(|factor| {
+    for _ in 0..ROUNDS {
+        let aside = ASIDE.par_iter().filter_map(|factor| {
             let mut point = fitted.point.clone();
             point.all[last] = scaled(&point.all[last], *factor);
             let effort = Effort { steps: 1, stale: fitted.slopes.len() };
             fit::fit(bench, &point, blocks, &fitted.slopes, effort).ok()
-        })
-        .collect();
-    if let Some(better) = aside.into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost)).filter(|b| b.cost < fitted.cost) {
+        });
+        let best = aside.min_by(|a, b| a.cost.total_cmp(&b.cost));
+        let Some(better) = best.filter(|b| b.cost < fitted.cost * (1.0 - WORTH)) else { break };
         *fitted = better;
         refit(bench, blocks, fitted);
     }
 }
 
-/// Factors on a size by which it is tried aside.
-const ASIDE: [f64; 4] = [0.95, 0.98, 1.02, 1.05];
+/// Factors on a size by which it is tried aside, how often, and the share of the cost that must be won by it.
+const ASIDE: [f64; 6] = [0.8, 0.93, 0.98, 1.02, 1.07, 1.25];
+const ROUNDS: usize = 4;
+const WORTH: f64 = 0.01;
 
 fn refit(bench: &Bench, blocks: &[Vec<u8>], fitted: &mut Fitted) {
     let stale = of_logs(&fitted.point);
@@ -161,7 +173,8 @@ pub(super) fn second(ground: &Ground<'_>, best: &Fitted, singles: &[Fitted]) -> 
 
 /// The effects that bring more than chance beside those of a fit, fitted with them, the one that brings the most first.
 pub(crate) fn further(ground: &Ground<'_>, fitted: &Fitted) -> Vec<Fitted> {
-    let beside = Ground { null: fitted, ..*ground };
+    let Ok(given) = uncalibrated(ground.bench, ground.blocks, &fitted.point) else { return Vec::new() };
+    let beside = Ground { null: fitted, given: &given, ..*ground };
     let screened = screen(&beside);
     let has = |s: &Screened| fitted.point.all.iter().any(|e| (e.kind.id, e.at) == (s.effect.kind.id, s.effect.at));
     let mut next = fit_all(&beside, screened.iter().filter(|s| !has(s)).take(rules::FITTED_BESIDE));

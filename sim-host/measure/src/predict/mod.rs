@@ -15,6 +15,7 @@
 
 mod contact;
 mod moving;
+mod play;
 mod standing;
 
 use crate::log::{Log, LogKind};
@@ -73,6 +74,11 @@ impl Quantity {
         }
     }
 
+    /// True for what tracker and second encoders read, false for forces and torques.
+    fn is_pose(self) -> bool {
+        matches!(self, Self::Position | Self::Rotation | Self::LinkEncoder)
+    }
+
     /// Unit.
     pub fn unit(self) -> &'static str {
         match self {
@@ -112,6 +118,8 @@ pub struct Motion {
     pub spring: Vec<JointVector<f64>>,
     /// Real tool poses, where the links stand under a wrench; empty where they swing.
     pub tool: Vec<Pose<f64>>,
+    /// True where a link may be where it was seen, for its gear has play.
+    pub placed: bool,
 }
 
 /// Residuals of one log, over their noise, with the motion behind them.
@@ -174,6 +182,9 @@ pub struct Experiment {
     pub compared: Vec<Compared>,
     /// Where the log has no value, among all that could be compared.
     missing: Vec<bool>,
+    /// How many of these are poses, which come first, and how many of those are compared.
+    raw_poses: usize,
+    poses: usize,
     standing: Option<standing::Standing>,
     moving: Option<moving::Moving>,
     contact: Option<contact::Contact>,
@@ -205,10 +216,24 @@ impl Experiment {
             };
             return Err(PredictError::Nothing { log: log.name.clone(), what });
         }
+        let of_poses = |compared: &[Compared]| compared.iter().filter(|c| c.quantity.is_pose()).count();
         let missing: Vec<bool> = compared.iter().map(|c| !c.measured.is_finite()).collect();
+        let raw_poses = of_poses(&compared);
         compared.retain(|c| c.measured.is_finite());
+        let poses = of_poses(&compared);
         let period = if log.kind == LogKind::StaticLoad { f64::INFINITY } else { period(log) };
-        Ok(Self { name: log.name.clone(), kind: log.kind, period, compared, missing, standing, moving, contact })
+        Ok(Self {
+            name: log.name.clone(),
+            kind: log.kind,
+            period,
+            compared,
+            missing,
+            raw_poses,
+            poses,
+            standing,
+            moving,
+            contact,
+        })
     }
 
     /// The same log with the noise of each channel taken for so many times as large.
@@ -220,8 +245,8 @@ impl Experiment {
         doubted
     }
 
-    /// Residuals under a model with these effects. `motion`: of a model that differs in nothing that moves the links here
-    /// (see [`moves`](Self::moves)).
+    /// Residuals under a model with these effects. `beside`: a prediction of this log under a model that differs in one effect
+    /// alone, and that effect; what it has no say in is taken from there.
     ///
     /// # Errors
     /// [`PredictError::Effect`], [`PredictError::Diverged`].
@@ -229,40 +254,64 @@ impl Experiment {
         &self,
         model: &Model,
         effects: &[Effect],
-        motion: Option<&Arc<Motion>>,
+        beside: Option<(&Prediction, &Effect)>,
     ) -> Result<Prediction, PredictError> {
-        let mut residual = Vec::with_capacity(self.compared.len());
+        let placed = |at: &Prediction| at.motion.as_ref().is_some_and(|m| m.placed);
+        let same_motion = beside.filter(|(at, effect)| !placed(at) && !self.moves(effect));
+        let same_poses = beside.filter(|(at, effect)| !placed(at) && !self.shows_in_poses(effect));
+        let same_loads =
+            beside.filter(|(at, effect)| !(self.moving.is_some() && placed(at)) && !self.shows_in_loads(effect));
         let mut process = self.contact.as_ref().map(|c| c.process(model));
         let mut robot = ElasticRobot::with_effects(&model.robot, effects, process.as_mut())?;
-        let mut found = None;
-        if let Some(standing) = &self.standing {
-            let motion = match motion {
-                Some(motion) => motion.clone(),
-                None => Arc::new(standing.motion(&mut robot)?),
-            };
-            standing.residual(&robot, &motion, &mut residual);
-            found = Some(motion);
+        let motion = match same_motion {
+            Some((at, _)) => at.motion.clone(),
+            None => match (&self.standing, &self.moving) {
+                (Some(standing), _) => Some(Arc::new(standing.motion(&mut robot)?)),
+                (None, Some(moving)) => {
+                    let diverged = |_| PredictError::Diverged { log: self.name.clone() };
+                    Some(Arc::new(moving.motion(&robot).map_err(diverged)?))
+                }
+                (None, None) => None,
+            },
+        };
+        let mut residual = Vec::with_capacity(self.compared.len());
+        match same_poses {
+            Some((at, _)) => residual.extend_from_slice(&at.residual[..self.poses]),
+            None => {
+                let mut raw = Vec::with_capacity(self.raw_poses);
+                if let Some(motion) = &motion {
+                    self.standing.iter().for_each(|s| s.residual(&robot, motion, &mut raw));
+                    self.moving.iter().for_each(|m| m.poses(&robot, motion, &mut raw));
+                }
+                self.weigh(&raw, 0, &mut residual);
+            }
         }
-        if let Some(moving) = &self.moving {
-            let motion = match motion {
-                Some(motion) => motion.clone(),
-                None => Arc::new(moving.motion(&robot).map_err(|_| PredictError::Diverged { log: self.name.clone() })?),
-            };
-            moving.residual(&robot, &motion, &mut residual);
-            found = Some(motion);
-        }
-        if let (Some(contact), Some(process)) = (&self.contact, &process) {
-            contact.residual(&robot, process, &mut residual);
-        }
-        let mut missing = self.missing.iter();
-        residual.retain(|_| !*missing.next().unwrap_or(&true));
-        for (r, c) in residual.iter_mut().zip(&self.compared) {
-            *r /= c.deviation;
+        match same_loads {
+            Some((at, _)) => residual.extend_from_slice(&at.residual[self.poses..]),
+            None => {
+                let mut raw = Vec::with_capacity(self.missing.len() - self.raw_poses);
+                if let (Some(moving), Some(motion)) = (&self.moving, &motion) {
+                    moving.torques(&robot, motion, &mut raw);
+                }
+                if let (Some(contact), Some(process)) = (&self.contact, &process) {
+                    contact.residual(&robot, process, &mut raw);
+                }
+                self.weigh(&raw, self.raw_poses, &mut residual);
+            }
         }
         if residual.iter().any(|r| !r.is_finite()) {
             return Err(PredictError::Diverged { log: self.name.clone() });
         }
-        Ok(Prediction { residual, motion: found })
+        Ok(Prediction { residual, motion })
+    }
+
+    /// Adds raw residuals, of which the first is that of index `from` among all that could be compared, over their noise.
+    fn weigh(&self, raw: &[f64], from: usize, residual: &mut Vec<f64>) {
+        for (r, missing) in raw.iter().zip(&self.missing[from..]) {
+            if !missing {
+                residual.push(r / self.compared[residual.len()].deviation);
+            }
+        }
     }
 
     /// True where an effect can change anything that this log compares.
@@ -282,13 +331,39 @@ impl Experiment {
     }
 
     /// True where an effect can change how the links move in this log, and not only what is measured of it.
-    pub fn moves(&self, effect: &Effect) -> bool {
+    fn moves(&self, effect: &Effect) -> bool {
         let stands = self.standing.is_some();
         match (effect.kind.action, effect.port()) {
             (Action::Process(_), _) => false,
             (_, Some(Port::ProcessForce | Port::PlateSurface | Port::MotorFriction(_))) => false,
             (_, Some(Port::SensorChannel | Port::TimeBase | Port::LinkFrame(_) | Port::BaseFrame)) => stands,
             _ => true,
+        }
+    }
+
+    /// True where an effect can change what tracker and second encoders read.
+    fn shows_in_poses(&self, effect: &Effect) -> bool {
+        self.moves(effect)
+            || match effect.port() {
+                Some(Port::SensorChannel | Port::LinkFrame(_) | Port::BaseFrame) => true,
+                Some(Port::TimeBase) => effect.at != At::Channel(Channel::MotorTorque),
+                _ => false,
+            }
+    }
+
+    /// True where an effect can change what motors or the force sensor read. A weld's forces follow from where the tool was
+    /// seen, whatever the links did.
+    fn shows_in_loads(&self, effect: &Effect) -> bool {
+        match (self.kind, effect.kind.action, effect.port()) {
+            (LogKind::Weld, Action::Process(_), _) => true,
+            (
+                LogKind::Weld,
+                _,
+                Some(Port::ProcessForce | Port::PlateSurface | Port::SensorChannel | Port::TimeBase),
+            ) => true,
+            (LogKind::Weld, ..) => false,
+            (_, _, Some(Port::MotorFriction(_) | Port::TimeBase)) => true,
+            _ => self.moves(effect),
         }
     }
 }

@@ -1,5 +1,6 @@
 //! Free motion and ringing down: the links swing on their springs, driven by the encoders.
 
+use super::play::Afloat;
 use super::{Compared, Model, Motion, PredictError, Quantity, filled, known, period, seen, unread};
 use crate::band::{LowPass, adaptive, interpolate, start};
 use crate::log::{Log, LogKind};
@@ -56,6 +57,8 @@ pub(super) struct Moving {
     time: Vec<f64>,
     /// Band that most of the drive was smoothed in, Hz.
     drive_band: f64,
+    /// Twist that is within the noise of the encoders, rad.
+    margin: JointVector<f64>,
     /// What drives the links.
     drive: Vec<Motors>,
     /// What the motors did, for their torque: smoothed.
@@ -130,6 +133,7 @@ impl Moving {
             time: s.time.clone(),
             drive,
             motor: smoothed(MOTOR_BAND),
+            margin: JointVector::from_fn(|i, _| 3.0 * encoder[i].deviation),
             drive_band: DRIVE_BANDS[bands[bands.len() / 2]],
             position: s.position.clone(),
             rotation: s.rotation.as_ref().map(|r| r.iter().map(rotation_from_vector).collect()),
@@ -144,7 +148,7 @@ impl Moving {
         Ok(moving)
     }
 
-    /// Lists what is compared, with its noise, in the order in which [`residual`](Self::residual) gives it.
+    /// Lists what is compared, with its noise, in the order in which [`poses`](Self::poses) and [`torques`](Self::torques) give it.
     fn compare(
         &self,
         log: &Log,
@@ -293,15 +297,23 @@ impl Moving {
     pub(super) fn motion(&self, robot: &ElasticRobot) -> Result<Motion, Diverged> {
         let n = self.drive.len();
         let mut swinging = Swinging::start(robot, &self.drive[0], self.time[0]);
+        let mut afloat = self.position.as_ref().and_then(|p| Some((p, Afloat::new(robot, self.margin, self.period)?)));
         let mut motion = Motion {
             rows: (0..n).collect(),
             link: Vec::with_capacity(n),
             spring: Vec::with_capacity(n),
             tool: Vec::new(),
+            placed: afloat.is_some(),
         };
         for k in 0..n {
             if k > 0 {
                 swinging.advance(robot, &self.drive[k], k as f64 * self.period + self.time[0], self.substeps)?;
+            }
+            if let Some((position, afloat)) = &mut afloat {
+                let (link, time) = (swinging.drives().link, self.time[k] - self.time[0]);
+                let tool = seen(&robot.ports, &robot.frames(&link, &Wrench::zero(), time).tcp, time);
+                let (by, rate) = afloat.moved(robot, &self.drive[k].angle, &link, &(position[k] - tool.position));
+                swinging.displace(&by, &rate);
             }
             motion.link.push(swinging.drives().link);
             motion.spring.push(swinging.spring(robot));
@@ -309,8 +321,8 @@ impl Moving {
         Ok(motion)
     }
 
-    /// Measured less predicted, in engineering units.
-    pub(super) fn residual(&self, robot: &ElasticRobot, motion: &Motion, residual: &mut Vec<f64>) {
+    /// Measured less predicted of tracker and second encoders, in engineering units.
+    pub(super) fn poses(&self, robot: &ElasticRobot, motion: &Motion, residual: &mut Vec<f64>) {
         let begin = self.time[0];
         let lag = |channel| robot.ports.delay(channel) / self.period;
         let late = |row: usize, lag: f64| {
@@ -358,7 +370,11 @@ impl Moving {
                 None => residual.extend(self.pose_rows.iter().map(|&row| left(row))),
             }
         }
-        let torque_lag = lag(Channel::MotorTorque);
+    }
+
+    /// Measured less predicted of motor torque, N·m.
+    pub(super) fn torques(&self, robot: &ElasticRobot, motion: &Motion, residual: &mut Vec<f64>) {
+        let torque_lag = robot.ports.delay(Channel::MotorTorque) / self.period;
         for (i, series) in self.torque.iter().enumerate() {
             let Some(series) = series else { continue };
             let mut predicted: Vec<f64> = (0..self.motor.len())

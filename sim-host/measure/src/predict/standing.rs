@@ -1,5 +1,6 @@
 //! Loads at rest, and a weld's pose below the spindle's frequency: the links stand under their load at every instant.
 
+use super::play::Afloat;
 use super::{
     Compared, Model, Motion, PredictError, Quantity, filled_vectors, known, mean_abs, period, seen, spindle_angle,
     wrench_behind,
@@ -38,6 +39,10 @@ pub(super) struct Standing {
     payloads: Vec<Payload>,
     position: Option<Vec<Vector3<f64>>>,
     rotation: Option<Vec<Matrix3<f64>>>,
+    /// Where a weld's tool was seen at every instant.
+    seen: Option<Vec<Vector3<f64>>>,
+    /// Twist that this torque makes, rad.
+    margin: JointVector<f64>,
     /// Torque that the wrench's noise makes at each joint, N·m.
     slack: JointVector<f64>,
     /// Of the log's rows, s.
@@ -80,6 +85,8 @@ impl Standing {
             payloads,
             slack: slack(log, noise, model, 1.0),
             position: s.position.clone(),
+            seen: None,
+            margin: JointVector::zeros(),
             rotation: s.rotation.as_ref().map(|r| r.iter().map(rotation_from_vector).collect()),
             period: 0.0,
         };
@@ -132,6 +139,7 @@ impl Standing {
             let turned = [0, 1, 2].map(|i| turned.iter().map(|v| v[i]).collect::<Vec<f64>>());
             slow(&turned).iter().map(|r| first * rotation_from_vector(r)).collect()
         });
+        let slack = slack(log, noise, model, low.gain(0) * (1 + 2 * HEARD_ORDERS) as f64);
         let standing = Self {
             time: s.time.iter().map(|t| t - s.time[0]).collect(),
             motors,
@@ -139,7 +147,9 @@ impl Standing {
             band: Some(low.clone()),
             payload: vec![0; n],
             payloads: vec![Payload { mass: 0.0, centre: Vector3::zeros() }],
-            slack: JointVector::zeros(),
+            slack,
+            margin: slack.component_div(model.robot.stiffness()),
+            seen: tracker.as_ref().map(|t| (0..n).map(|k| at(t, k)).collect()),
             position: tracker.map(|t| slow(&t)),
             rotation,
             period,
@@ -217,8 +227,11 @@ impl Standing {
             link: Vec::with_capacity(n),
             spring: Vec::with_capacity(n),
             tool: Vec::with_capacity(n),
+            placed: false,
         };
         let mut links = Links::with_slack(self.slack);
+        let mut afloat = self.seen.as_ref().and_then(|s| Some((s, Afloat::new(robot, self.margin, self.period)?)));
+        motion.placed = afloat.is_some();
         let loaded = self.payloads.iter().map(|p| hung(&robot.model, p)).collect::<Result<Vec<_>, _>>()?;
         let mut on_flange = 0;
         for k in 0..n {
@@ -227,7 +240,12 @@ impl Standing {
                 robot.model = loaded[on_flange].clone();
             }
             let wrench = wrench_behind(&robot.ports, &self.wrench_at(robot, k), self.time[k]);
-            let stand = links.follow(robot, &self.motors[k], &wrench, self.time[k]);
+            let mut stand = links.follow(robot, &self.motors[k], &wrench, self.time[k]);
+            if let Some((position, afloat)) = &mut afloat {
+                let tool = seen(&robot.ports, &stand.frames.tcp, self.time[k]);
+                let (by, _) = afloat.moved(robot, &self.motors[k].angle, &stand.link, &(position[k] - tool.position));
+                links.displace(robot, &mut stand, &by, &wrench, self.time[k]);
+            }
             motion.link.push(stand.link);
             motion.spring.push(stand.spring);
             motion.tool.push(stand.frames.tcp);

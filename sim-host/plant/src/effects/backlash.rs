@@ -32,4 +32,8 @@ impl Term for Backlash {
         // Soft threshold: zero within the gap, and continuous at its ends.
         twist.signum() * (twist.abs() - self.half_gap).max(0.0)
     }
+
+    fn play(&self) -> f64 {
+        self.half_gap
+    }
 }

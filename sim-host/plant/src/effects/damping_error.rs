@@ -3,7 +3,6 @@
 //! D → D (1 + e).
 
 use super::{Action, Kind, Parameter, Place, Role};
-use crate::robot::{Port, Term};
 
 pub(super) static KIND: Kind = Kind {
     id: "damping-error",
@@ -19,19 +18,5 @@ pub(super) static KIND: Kind = Kind {
         low: -0.9,
         high: 3.0,
     }],
-    action: Action::Term {
-        port: |j| Port::SpringTorque(j),
-        build: |v, _| Box::new(DampingError { factor: 1.0 + v[0] }),
-    },
+    action: Action::Robot(|robot, joint, v| robot.joints[joint].damping *= 1.0 + v[0]),
 };
-
-#[derive(Debug)]
-struct DampingError {
-    factor: f64,
-}
-
-impl Term for DampingError {
-    fn damping(&self) -> f64 {
-        self.factor
-    }
-}

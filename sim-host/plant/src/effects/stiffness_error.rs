@@ -3,7 +3,6 @@
 //! K → K (1 + e).
 
 use super::{Action, Kind, Parameter, Place, Role};
-use crate::robot::{Port, Term};
 
 pub(super) static KIND: Kind = Kind {
     id: "stiffness-error",
@@ -19,19 +18,5 @@ pub(super) static KIND: Kind = Kind {
         low: -0.5,
         high: 1.0,
     }],
-    action: Action::Term {
-        port: |j| Port::SpringTorque(j),
-        build: |v, _| Box::new(StiffnessError { factor: 1.0 + v[0] }),
-    },
+    action: Action::Robot(|robot, joint, v| robot.joints[joint].stiffness *= 1.0 + v[0]),
 };
-
-#[derive(Debug)]
-struct StiffnessError {
-    factor: f64,
-}
-
-impl Term for StiffnessError {
-    fn stiffness(&self, _: f64) -> f64 {
-        self.factor
-    }
-}

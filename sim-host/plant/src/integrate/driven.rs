@@ -112,6 +112,25 @@ impl Standing {
         Stand { link: drives.link, spring, frames }
     }
 
+    /// Takes links that nothing holds elsewhere by `by`, rad, under the same load.
+    pub fn displace(
+        &mut self,
+        robot: &ElasticRobot,
+        stand: &mut Stand,
+        by: &JointVector<f64>,
+        wrench_in_t: &Wrench<f64>,
+        time: f64,
+    ) {
+        if *by == JointVector::zeros() {
+            return;
+        }
+        if let Some(twist) = &mut self.twist {
+            *twist -= by;
+        }
+        stand.link += by;
+        stand.frames = robot.frames(&stand.link, &wrench_in_t.rotated(&stand.frames.tcp.rotation), time);
+    }
+
     /// True where the posture is another one than at the call before.
     fn jumped(&self, motors: &Motors) -> bool {
         (motors.angle - self.motor).amax() > JUMP
@@ -126,7 +145,7 @@ impl Standing {
         torque: f64,
         internal: &mut [f64; INTERNAL_STATES],
     ) -> f64 {
-        let plain = torque / robot.model.stiffness()[i];
+        let plain = torque / robot.model.stiffness()[i] - robot.ports.link_angle[i];
         if robot.spring_is_plain(i) {
             return plain;
         }
@@ -143,7 +162,7 @@ impl Standing {
         // In a gap the spring carries nothing over a range of twists, and the link stays where it was left: at the first load,
         // by a motion from the zero pose.
         let slack = self.slack[i].max(LEAST_SLACK * stiffness);
-        if torque.abs() <= slack {
+        if torque.abs() <= slack && robot.play()[i] > 0.0 {
             let low = root(&mut |t| at(t) + slack, plain, stiffness);
             let high = root(&mut |t| at(t) - slack, plain, stiffness);
             if high - low > GAP * slack / stiffness {
@@ -252,6 +271,12 @@ impl Swinging {
     /// Spring torque now, N·m.
     pub fn spring(&self, robot: &ElasticRobot) -> JointVector<f64> {
         robot.spring_torque(&self.drives, self.internal.as_slice())
+    }
+
+    /// Takes the links elsewhere by `by`, rad, and changes their rates by `rate`, rad/s.
+    pub fn displace(&mut self, by: &JointVector<f64>, rate: &JointVector<f64>) {
+        self.drives.link += by;
+        self.drives.link_rate += rate;
     }
 
     /// Advances to `time` at which the encoders are at `motors`; in between these run along the cubic through both ends.

@@ -74,7 +74,7 @@ impl ElasticRobot {
     /// Spring torque τ_s of every joint, N·m: on the link, and its reaction on the motor.
     #[inline]
     pub fn spring_torque(&self, drives: &Drives, internal: &[f64]) -> JointVector<f64> {
-        let twist = drives.motor - drives.link;
+        let twist = drives.motor - drives.link + self.ports.link_angle;
         let rate = drives.motor_rate - drives.link_rate;
         let mut torque = self.model.stiffness().component_mul(&twist) + self.model.damping().component_mul(&rate);
         for i in 0..JOINTS {
@@ -85,17 +85,22 @@ impl ElasticRobot {
         torque
     }
 
+    /// Half of the play in every joint's gear, rad: within it the spring carries nothing.
+    pub fn play(&self) -> JointVector<f64> {
+        JointVector::from_fn(|i, _| self.ports.spring[i].iter().map(|(t, _)| t.play()).sum())
+    }
+
     /// True where no effect changes the spring of a joint.
     #[inline]
     pub(crate) fn spring_is_plain(&self, i: usize) -> bool {
-        self.ports.spring[i].is_empty() && self.ports.link_angle[i].is_empty()
+        self.ports.spring[i].is_empty()
     }
 
     /// Spring torque of one joint, N·m, with its effects.
     pub(crate) fn joint_spring_torque(&self, drives: &Drives, i: usize, internal: &[f64]) -> f64 {
-        let (spring, angle) = (&self.ports.spring[i], &self.ports.link_angle[i]);
+        let spring = &self.ports.spring[i];
         let at = self.joint_point(drives, i);
-        let mut twist = drives.motor[i] - drives.link[i] + angle.iter().map(|t| t.link_angle()).sum::<f64>();
+        let mut twist = drives.motor[i] - drives.link[i] + self.ports.link_angle[i];
         twist += spring.iter().map(|(t, _)| t.twist(&at)).sum::<f64>();
         let engaged = spring.iter().fold(twist, |twist, (t, _)| t.engaged(twist));
         let stiffness = spring.iter().fold(self.model.stiffness()[i], |k, (t, _)| k * t.stiffness(engaged));

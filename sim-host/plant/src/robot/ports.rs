@@ -4,7 +4,7 @@
 //! nothing else of them; an empty port costs a comparison. What leaves the plant at a port is stated at each method.
 
 use nalgebra::Vector3;
-use trueweld_core::JOINTS;
+use trueweld_core::{JOINTS, JointVector};
 
 /// Most continuous states that all effects of one cell may keep (a hysteresis keeps one a joint).
 pub const INTERNAL_STATES: usize = 6;
@@ -132,6 +132,11 @@ pub trait Term: std::fmt::Debug + Send + Sync {
         twist
     }
 
+    /// Spring torque: half of the range of twists over which nothing loads the spring, rad (backlash).
+    fn play(&self) -> f64 {
+        0.0
+    }
+
     /// Spring torque: factor on K at an engaged twist.
     fn stiffness(&self, _engaged: f64) -> f64 {
         1.0
@@ -224,8 +229,8 @@ pub struct Ports {
     pub friction: [Vec<Box<dyn Term>>; JOINTS],
     /// Link torque of each joint.
     pub link_torque: [Vec<Box<dyn Term>>; JOINTS],
-    /// Joint-to-link angle of each joint.
-    pub link_angle: [Vec<Box<dyn Term>>; JOINTS],
+    /// Joint-to-link angle of each joint: the sum of its terms, rad.
+    pub link_angle: JointVector<f64>,
     /// Link frames.
     pub link_frame: [Vec<Box<dyn Term>>; JOINTS],
     /// Base frame.
@@ -274,7 +279,7 @@ impl Ports {
             }
             Port::MotorFriction(i) => self.friction[i].push(term),
             Port::LinkTorque(i) => self.link_torque[i].push(term),
-            Port::JointToLinkAngle(i) => self.link_angle[i].push(term),
+            Port::JointToLinkAngle(i) => self.link_angle[i] += term.link_angle(),
             Port::LinkFrame(i) => self.link_frame[i].push(term),
             Port::BaseFrame => self.base_frame.push(term),
             Port::ProcessForce => self.process.push(term),

@@ -1,0 +1,86 @@
+//! Links afloat in the play of their gears.
+//!
+//! Within a gap the spring carries nothing, and where the link lies is decided by torques far below what any model knows: how
+//! it was left before the log began, a bearing's drag, the noise of the encoders that drive the model. A model with play
+//! therefore says "anywhere in the gap", and the link is taken to be where it was seen. Where the gap is closed nothing is
+//! taken from what was measured.
+
+use nalgebra::{DMatrix, DVector, Vector3};
+use trueweld_core::{JOINTS, JointVector};
+use trueweld_plant::robot::ElasticRobot;
+
+/// Time over which it is averaged where a link was seen, s: the tracker's noise is that much less, and a link hardly moves
+/// in its gap meanwhile.
+const SEEN_OVER: f64 = 0.05;
+
+/// Follows which links are afloat.
+#[derive(Debug, Clone)]
+pub(super) struct Afloat {
+    play: JointVector<f64>,
+    /// Twist beyond the gap that is within what the encoders' noise makes of it, rad.
+    margin: JointVector<f64>,
+    /// Instants at which each link has been afloat since the start of the log; none once it was held.
+    since: [Option<usize>; JOINTS],
+    share: f64,
+    period: f64,
+}
+
+impl Afloat {
+    /// `None` where no gear of the robot has play. `margin`: twist that is within the noise, rad; `period`: s.
+    pub(super) fn new(robot: &ElasticRobot, margin: JointVector<f64>, period: f64) -> Option<Self> {
+        let play = robot.play();
+        (play.amax() > 0.0).then(|| Self {
+            play,
+            margin,
+            since: [Some(0); JOINTS],
+            share: (period / SEEN_OVER).min(1.0),
+            period,
+        })
+    }
+
+    /// By how much links at `link` behind motors at `motor` are to be moved, rad, and their rates changed, rad/s, for the tool to be where it was seen: `seen` less
+    /// predicted position, in B. Zero for a link that its spring holds.
+    pub(super) fn moved(
+        &mut self,
+        robot: &ElasticRobot,
+        motor: &JointVector<f64>,
+        link: &JointVector<f64>,
+        seen: &Vector3<f64>,
+    ) -> (JointVector<f64>, JointVector<f64>) {
+        let twist = motor - link + robot.ports.link_angle;
+        let (mut by, mut rate) = (JointVector::zeros(), JointVector::zeros());
+        let afloat: Vec<usize> =
+            (0..JOINTS).filter(|&i| self.play[i] > 0.0 && twist[i].abs() <= self.play[i] + self.margin[i]).collect();
+        for i in 0..JOINTS {
+            if !afloat.contains(&i) {
+                self.since[i] = None;
+            }
+        }
+        if afloat.is_empty() || !seen.sum().is_finite() {
+            return (by, rate);
+        }
+        let jacobian = robot.model.frames(link).jacobian().0;
+        let columns = DMatrix::from_fn(3, afloat.len(), |r, c| jacobian[(3 + r, afloat[c])]);
+        let mut square = columns.tr_mul(&columns);
+        for k in 0..afloat.len() {
+            square[(k, k)] += LEAST_ARM * LEAST_ARM;
+        }
+        let right = columns.tr_mul(&DVector::from_column_slice(seen.as_slice()));
+        let Some(found) = square.cholesky().map(|c| c.solve(&right)) else { return (by, rate) };
+        for (k, &i) in afloat.iter().enumerate() {
+            // Nothing is known of it at first: a plain mean, then a running one.
+            let share = self.since[i].map_or(self.share, |n| self.share.max(1.0 / (n + 1) as f64));
+            self.since[i] = self.since[i].map(|n| n + 1);
+            // What runs into its spring is left to it.
+            let (low, high) = (twist[i].min(-self.play[i]), twist[i].max(self.play[i]));
+            let kept = (twist[i] - share * found[k]).clamp(low, high);
+            by[i] = twist[i] - kept;
+            // An observer of position and rate, critically damped.
+            rate[i] = 0.5 * self.share.powi(2) / self.period * found[k];
+        }
+        (by, rate)
+    }
+}
+
+/// Arm below which a joint moves the tool too little to be seen, m.
+const LEAST_ARM: f64 = 0.1;
