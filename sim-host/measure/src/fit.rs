@@ -181,6 +181,14 @@ impl Point {
         self.free.extend(expected.iter().enumerate().map(|(parameter, e)| Free { of, parameter, expected: *e }));
     }
 
+    /// Takes away the last effect for all logs.
+    pub(crate) fn drop_last(&mut self) {
+        if let Some(last) = self.all.len().checked_sub(1) {
+            self.all.pop();
+            self.free.retain(|f| f.of != Of::All(last));
+        }
+    }
+
     /// Takes the free values of some effects back to where the effect is not there.
     pub(crate) fn reset(&mut self, which: impl Fn(&Effect) -> bool) {
         for k in 0..self.free.len() {

@@ -153,13 +153,15 @@ pub fn diagnose(bench: &Bench, logs: &[Log], progress: Progress<'_>) -> Result<D
     let mut chosen: Vec<Fitted> = Vec::new();
     if let Some(k) = singles.iter().position(|s| counts(bench, &null, s)) {
         singles[..=k].rotate_right(1);
-        let best = &singles[0];
-        chosen.push(best.clone());
+        let best = singles[0].clone();
         let left = above(&best.at) / excess;
-        if left > rules::LEFT || !at_floor(bench, &best.at) {
+        chosen = if left > rules::LEFT || !at_floor(bench, &best.at) {
             progress("looking for a second effect", 0.65);
-            chosen.extend(second(&ground, best, &singles));
-        }
+            second(&ground, best, &singles)
+        } else {
+            vec![best]
+        };
+        singles[0] = chosen[0].clone();
     }
     progress("weighing the evidence", 0.92);
     let unexplained = |at: &Residuals| localize(&bench.experiments, at, logs);

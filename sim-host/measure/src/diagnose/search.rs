@@ -146,7 +146,7 @@ const WORTH: f64 = 0.01;
 
 fn refit(bench: &Bench, blocks: &[Vec<u8>], fitted: &mut Fitted) {
     let stale = of_logs(&fitted.point);
-    let known = fitted.slopes[..stale].to_vec();
+    let known = fitted.slopes.iter().take(stale).cloned().collect::<Vec<_>>();
     if let Ok(better) = fit::fit(bench, &fitted.point, blocks, &known, Effort { steps: 3, stale })
         && better.cost <= fitted.cost * (1.0 + 1e-9)
     {
@@ -154,21 +154,25 @@ fn refit(bench: &Bench, blocks: &[Vec<u8>], fitted: &mut Fitted) {
     }
 }
 
-/// The best pair that the best single effect is a member of, if it brings more than chance; none where the other alone does
-/// what both do together.
-pub(super) fn second(ground: &Ground<'_>, best: &Fitted, singles: &[Fitted]) -> Option<Fitted> {
-    let pair = further(ground, best).into_iter().next()?;
+/// What comes of the best single effect once a second was tried beside it: the effect alone where that is all there is, or
+/// alone and with the second. Both members must earn their place: a pair in which either alone does what both do together is
+/// none.
+pub(super) fn second(ground: &Ground<'_>, best: Fitted, singles: &[Fitted]) -> Vec<Fitted> {
+    let Some(pair) = further(ground, &best).into_iter().next() else { return vec![best] };
+    // The first one alone again, from where the pair has taken it: what it gains on the way is not the second one's.
+    let mut alone = pair.clone();
+    alone.point.drop_last();
+    alone.slopes.clear();
+    alone.cost = f64::INFINITY;
+    refit(ground.bench, ground.blocks, &mut alone);
+    let first = if alone.cost < best.cost { alone } else { best };
     // What is left must fall by half at least: a prediction that is not quite right leaves a little for any effect to mend.
-    if standing_out(ground.bench, &pair.at) > rules::HALVED * standing_out(ground.bench, &best.at) {
-        return None;
-    }
+    let enough = standing_out(ground.bench, &pair.at) <= rules::HALVED * standing_out(ground.bench, &first.at);
     let same = |a: &Effect, b: &Effect| (a.kind.id, a.at) == (b.kind.id, b.at);
-    let other = pair.point.all.last()?;
-    let alone = singles.iter().find(|s| s.point.all.last().is_some_and(|e| same(e, other)));
-    if alone.is_some_and(|alone| !counts(ground.bench, alone, &pair)) {
-        return None;
-    }
-    Some(pair)
+    let other = pair.point.all.last();
+    let other_alone = singles.iter().find(|s| s.point.all.last().zip(other).is_some_and(|(e, o)| same(e, o)));
+    let both = counts(ground.bench, &first, &pair) && other_alone.is_none_or(|o| counts(ground.bench, o, &pair));
+    if enough && both && !at_floor(ground.bench, &first.at) { vec![first, pair] } else { vec![first] }
 }
 
 /// The effects that bring more than chance beside those of a fit, fitted with them, the one that brings the most first.
