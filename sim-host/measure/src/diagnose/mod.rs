@@ -165,7 +165,11 @@ pub fn diagnose(bench: &Bench, logs: &[Log], progress: Progress<'_>) -> Result<D
     }
     progress("weighing the evidence", 0.92);
     let unexplained = |at: &Residuals| localize(&bench.experiments, at, logs);
-    Ok(Diagnosis { limits, confusable, ..conclude(bench, &blocks, before, &null, singles, chosen, &unexplained) })
+    Ok(Diagnosis {
+        limits,
+        confusable,
+        ..conclude(bench, &blocks, before, &null, singles, chosen, screened.len(), &unexplained)
+    })
 }
 
 /// The effects of a fit that are no calibrations.
@@ -206,6 +210,7 @@ fn conclude(
     null: &Fitted,
     singles: Vec<Fitted>,
     chosen: Vec<Fitted>,
+    tried: usize,
     unexplained: &dyn Fn(&Residuals) -> Vec<Finding>,
 ) -> Diagnosis {
     let score_before = score(&before);
@@ -213,9 +218,10 @@ fn conclude(
     let best = chosen.last().unwrap_or(null);
     let left = above(&best.at) / excess;
     let near = score(&best.at);
-    let explained = at_floor(bench, &best.at)
-        || (near < rules::FAR && left < rules::LEFT)
-        || (near < rules::NEAR && left < rules::LEFT_NEAR);
+    // Two effects together bend to much that neither is: they must come near.
+    let partly = near < rules::TOO_FAR && left < rules::LEFT && chosen.len() < 2;
+    let (near, most) = (near < rules::NEAR, left < rules::LEFT_NEAR);
+    let explained = partly || (near && most) || (at_floor(bench, &best.at) && (near || most));
     let verdict = if chosen.is_empty() {
         if at_floor(bench, &null.at) { Verdict::Adequate } else { Verdict::UnknownEffect }
     } else if explained {
@@ -267,7 +273,7 @@ fn conclude(
             },
         );
     }
-    weigh(&mut candidates, null, verdict);
+    weigh(&mut candidates, null, tried, verdict);
     Diagnosis {
         verdict,
         score_before,
@@ -284,18 +290,19 @@ fn conclude(
 }
 
 /// Probabilities among the explanations, and which of them the data do not tell apart.
-fn weigh(candidates: &mut [Candidate], null: &Fitted, verdict: Verdict) {
+fn weigh(candidates: &mut [Candidate], null: &Fitted, tried: usize, verdict: Verdict) {
     let Some(first) = candidates.first() else { return };
     let (best, n) = (first.fitted.cost, fit::count(&first.fitted.at).max(1) as f64);
     // What is left above the floor says how far the sum of squares can be trusted.
     let trust = (fit::chi_square(&first.fitted.at) / n).max(1.0) * rules::CORRELATED;
     let weight = |cost: f64| (-0.5 * (cost - best).max(0.0) / trust).exp();
     // "None of these" stands beside them: with the calibrations alone, and with what the best leaves above the floor.
-    let none = if verdict == Verdict::Adequate { 1.0 } else { weight(null.cost) };
+    // Of many that are tried one fits well by chance.
+    let none = if verdict == Verdict::Adequate { 1.0 } else { weight(null.cost) * tried as f64 };
     let sum: f64 = candidates.iter().map(|c| weight(c.fitted.cost)).sum::<f64>() + none;
     let ceiling = match verdict {
         Verdict::UnknownEffect => 0.5,
-        _ => 1.0 - (fit::chi_square(&first.fitted.at) / n - 1.0).clamp(0.0, first.left.clamp(0.0, 1.0)),
+        _ => 1.0 - (fit::chi_square(&first.fitted.at) / n - 1.0).clamp(0.0, 0.5),
     };
     let costs: Vec<f64> = candidates.iter().map(|c| c.fitted.cost).collect();
     for (k, c) in candidates.iter_mut().enumerate() {

@@ -1,5 +1,5 @@
-//! Rules of decision. Their numbers come from the corpus in `tests/`, but for `PLENTY`, `VISIBLE_IN_COLUMN`, `FAR` and `HELD`:
-//! those were set with recorded campaigns in view, and are yet to be checked on the corpus.
+//! Rules of decision. Their numbers come from the corpus in `tests/`, but for `PLENTY`, `VISIBLE_IN_COLUMN`, `TOO_FAR` and `HELD`:
+//! those were set with recorded campaigns in view, and then held against the corpus.
 
 use crate::fit::{self, Bench, Fitted, Residuals};
 use crate::predict::{Compared, Quantity};
@@ -15,6 +15,8 @@ pub const PLENTY: f64 = 1000.0;
 pub const VISIBLE: f64 = 0.08;
 /// The same of one column, whose own noise is known less well.
 pub const VISIBLE_IN_COLUMN: f64 = 0.25;
+/// Least share of what is above the floor that an effect must explain.
+pub const EXPLAINED: f64 = 0.1;
 /// Share of what was above the floor that an explanation may leave.
 pub const LEFT: f64 = 0.1;
 /// The same, where all together is as near to the floor as this score.
@@ -22,18 +24,18 @@ pub const LEFT_NEAR: f64 = 0.5;
 /// Share of what one effect leaves standing out of the floor that a second one may leave.
 pub const HALVED: f64 = 0.5;
 /// Score from which on an explanation leaves too much, whatever it explains.
-pub const FAR: f64 = 2.0;
+pub const TOO_FAR: f64 = 2.0;
 /// Score that is near the floor.
 pub const NEAR: f64 = 1.05;
 /// Score of any channel from which on something is above the floor.
-pub const FLOOR: f64 = 1.3;
+pub const SURELY_ABOVE: f64 = 1.3;
 /// Fall of the sum of squares that a calibration must bring to be kept, and so much more for each value it has.
 pub const KEEP: f64 = 25.0;
 /// The same for each value.
 pub const KEEP_EACH: f64 = 6.0;
 /// Residuals of one channel that follow each other are not as many as they are.
 pub const CORRELATED: f64 = 4.0;
-/// Delay that is no more than how a controller holds and reads its values, as a share of the sampling period.
+/// Delay of motor torque that is no more than how a controller holds its commands, as a share of the sampling period.
 pub const HELD: f64 = 0.25;
 /// Share of what the best hypothesis gains from which on another one is fitted in full.
 pub const NEARLY: f64 = 0.3;
@@ -96,7 +98,8 @@ pub(crate) fn counts(bench: &Bench, before: &Fitted, after: &Fitted) -> bool {
     if gained - lost < GAIN || (lost > LOST * gained && gained - lost < PLENTY) {
         return false;
     }
-    stands_out(bench, &before.at, &after.at)
+    let falls = fit::chi_square(&before.at) - fit::chi_square(&after.at);
+    falls >= EXPLAINED * above(&before.at) && stands_out(bench, &before.at, &after.at)
 }
 
 /// True where the sum of squares of some channel, or of one of its columns, falls by more than its noise is known to.
@@ -128,7 +131,7 @@ pub(crate) fn at_floor(bench: &Bench, residuals: &Residuals) -> bool {
 pub(crate) fn standing_out(bench: &Bench, residuals: &Residuals) -> f64 {
     let above = |p: &Part| {
         let count = p.count as f64;
-        (p.square - count * (FLOOR.powi(2) + 6.0 * (2.0 / count).sqrt())).max(0.0)
+        (p.square - count * (SURELY_ABOVE.powi(2) + 6.0 * (2.0 / count).sqrt())).max(0.0)
     };
     columns(bench, residuals).values().map(above).sum()
 }

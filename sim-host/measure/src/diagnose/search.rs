@@ -103,16 +103,12 @@ pub(super) fn fit_all<'s>(ground: &Ground<'_>, screened: impl Iterator<Item = &'
 const ROUGHLY: usize = 2;
 const IN_FULL: usize = 4;
 
-/// True for a delay that is no longer than a controller holds its values.
+/// True for a delay of motor torque that is no longer than a controller holds its commands.
 fn held(bench: &Bench, effect: &Effect) -> bool {
-    let At::Channel(channel) = effect.at else { return false };
-    let of = |q: Quantity| match channel {
-        Channel::Tracker => matches!(q, Quantity::Position | Quantity::Rotation),
-        Channel::Wrench => matches!(q, Quantity::Force | Quantity::Moment | Quantity::Ripple { .. }),
-        Channel::MotorTorque => q == Quantity::MotorTorque,
-        Channel::LinkEncoder => q == Quantity::LinkEncoder,
-    };
-    let seen = bench.experiments.iter().filter(|e| e.compared.iter().any(|c| of(c.quantity)));
+    if effect.at != At::Channel(Channel::MotorTorque) {
+        return false;
+    }
+    let seen = bench.experiments.iter().filter(|e| e.compared.iter().any(|c| c.quantity == Quantity::MotorTorque));
     let period = seen.map(|e| e.period).fold(f64::INFINITY, f64::min);
     period.is_finite() && effect.values[0].abs() < rules::HELD * period
 }

@@ -1,6 +1,6 @@
 //! Free motion and ringing down: the links swing on their springs, driven by the encoders.
 
-use super::play::Afloat;
+use super::play::{Afloat, Seen};
 use super::{Compared, Model, Motion, PredictError, Quantity, filled, known, period, seen, unread};
 use crate::band::{LowPass, adaptive, interpolate, start};
 use crate::log::{Log, LogKind};
@@ -61,8 +61,9 @@ pub(super) struct Moving {
     margin: JointVector<f64>,
     /// What drives the links.
     drive: Vec<Motors>,
-    /// What the motors did, for their torque: smoothed.
+    /// What the motors did, for their torque: smoothed; and smoothed less.
     motor: Vec<Motors>,
+    quicker: Vec<Motors>,
     position: Option<Vec<Vector3<f64>>>,
     rotation: Option<Vec<Matrix3<f64>>>,
     link_encoder: [Option<Vec<f64>>; 6],
@@ -133,6 +134,7 @@ impl Moving {
             time: s.time.clone(),
             drive,
             motor: smoothed(MOTOR_BAND),
+            quicker: smoothed(2.0 * MOTOR_BAND),
             margin: JointVector::from_fn(|i, _| 3.0 * encoder[i].deviation),
             drive_band: DRIVE_BANDS[bands[bands.len() / 2]],
             position: s.position.clone(),
@@ -214,6 +216,7 @@ impl Moving {
                 let level = known(&noise.motor_torque[i..=i], log, "motor torque")?[0];
                 let white = (level.deviation * self.band.gain(0).sqrt()).hypot(through.torque[i]);
                 let friction = self.friction_slope(model, i);
+                let inexact = self.inexact(model, i);
                 for &row in &self.torque_rows {
                     compared.push(Compared {
                         quantity: Quantity::MotorTorque,
@@ -221,9 +224,13 @@ impl Moving {
                         row,
                         measured: self.band.at(0, |k| series[k], series.len(), row),
                         // Where a joint turns round, friction makes torque of the noise in its rate.
-                        deviation: white.hypot(
-                            encoder[i].deviation * self.band.gain(1).sqrt() * self.band.at(0, |k| friction[k], n, row),
-                        ),
+                        deviation: white
+                            .hypot(
+                                encoder[i].deviation
+                                    * self.band.gain(1).sqrt()
+                                    * self.band.at(0, |k| friction[k], n, row),
+                            )
+                            .hypot(self.band.at(0, |k| inexact[k], n, row)),
                         stated: level.stated,
                     });
                 }
@@ -235,6 +242,18 @@ impl Moving {
     /// A series at one row, in the band it is compared in.
     fn calmed(&self, length: usize, row: usize, series: impl Fn(usize) -> f64) -> f64 {
         self.calm.as_ref().map_or_else(|| series(row), |low| low.at(0, &series, length, row))
+    }
+
+    /// Error that smoothing the motors' motion leaves in their torque, N·m: by how much it changes with the band.
+    fn inexact(&self, model: &Model, i: usize) -> Vec<f64> {
+        let friction = &model.robot.parameters().friction;
+        let torque = |m: &Motors| {
+            let turn = Sloped::turn(m.rate[i], friction.smoothing).value;
+            model.robot.rotor_inertia()[i] * m.acceleration[i]
+                + friction.viscous[i] * m.rate[i]
+                + friction.coulomb[i] * turn
+        };
+        self.motor.iter().zip(&self.quicker).map(|(m, q)| torque(m) - torque(q)).collect()
     }
 
     /// Slope of the model's friction by the rate at every row, N·m·s/rad.
@@ -297,7 +316,7 @@ impl Moving {
     pub(super) fn motion(&self, robot: &ElasticRobot) -> Result<Motion, Diverged> {
         let n = self.drive.len();
         let mut swinging = Swinging::start(robot, &self.drive[0], self.time[0]);
-        let mut afloat = self.position.as_ref().and_then(|p| Some((p, Afloat::new(robot, self.margin, self.period)?)));
+        let mut afloat = Afloat::new(robot, self.margin, self.period);
         let mut motion = Motion {
             rows: (0..n).collect(),
             link: Vec::with_capacity(n),
@@ -309,16 +328,33 @@ impl Moving {
             if k > 0 {
                 swinging.advance(robot, &self.drive[k], k as f64 * self.period + self.time[0], self.substeps)?;
             }
-            if let Some((position, afloat)) = &mut afloat {
-                let (link, time) = (swinging.drives().link, self.time[k] - self.time[0]);
-                let tool = seen(&robot.ports, &robot.frames(&link, &Wrench::zero(), time).tcp, time);
-                let (by, rate) = afloat.moved(robot, &self.drive[k].angle, &link, &(position[k] - tool.position));
+            if let Some(afloat) = &mut afloat {
+                let link = swinging.drives().link;
+                let (by, rate) = afloat.moved(robot, &self.drive[k].angle, &link, &self.seen(robot, &link, k));
                 swinging.displace(&by, &rate);
             }
             motion.link.push(swinging.drives().link);
             motion.spring.push(swinging.spring(robot));
         }
         Ok(motion)
+    }
+
+    /// Where tool and links were seen at a row, less where links at `link` put them.
+    fn seen(&self, robot: &ElasticRobot, link: &JointVector<f64>, row: usize) -> Seen {
+        let time = self.time[row] - self.time[0];
+        let tool = self.position.as_ref().map_or(Vector3::repeat(f64::NAN), |position| {
+            position[row] - seen(&robot.ports, &robot.frames(link, &Wrench::zero(), time).tcp, time).position
+        });
+        Seen { tool, link: std::array::from_fn(|i| self.link_left(robot, i, link[i], row)) }
+    }
+
+    /// What a joint's second encoder read at a row, less what it would with its link at `link`; NaN where there is none.
+    fn link_left(&self, robot: &ElasticRobot, i: usize, link: f64, row: usize) -> f64 {
+        let Some(series) = &self.link_encoder[i] else { return f64::NAN };
+        let mut readings = unread(self.time[row] - self.time[0]);
+        readings.link_encoder[i] = link;
+        robot.ports.sensor.iter().for_each(|t| t.sense(&mut readings));
+        series[row] - readings.link_encoder[i]
     }
 
     /// Measured less predicted of tracker and second encoders, in engineering units.
@@ -356,12 +392,7 @@ impl Moving {
         let link_lag = lag(Channel::LinkEncoder);
         for (i, series) in self.link_encoder.iter().enumerate() {
             let Some(series) = series else { continue };
-            let left = |row: usize| {
-                let mut readings = unread(self.time[row] - begin);
-                readings.link_encoder[i] = late(row, link_lag)[i];
-                robot.ports.sensor.iter().for_each(|t| t.sense(&mut readings));
-                series[row] - readings.link_encoder[i]
-            };
+            let left = |row: usize| self.link_left(robot, i, late(row, link_lag)[i], row);
             match &self.calm {
                 Some(_) => {
                     let all: Vec<f64> = (0..series.len()).map(left).collect();

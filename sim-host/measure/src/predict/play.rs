@@ -38,49 +38,63 @@ impl Afloat {
         })
     }
 
-    /// By how much links at `link` behind motors at `motor` are to be moved, rad, and their rates changed, rad/s, for the tool to be where it was seen: `seen` less
-    /// predicted position, in B. Zero for a link that its spring holds.
+    /// By how much links at `link` behind motors at `motor` are to be moved, rad, and their rates changed, rad/s, to be where
+    /// they were seen. Zero for a link that its spring holds.
     pub(super) fn moved(
         &mut self,
         robot: &ElasticRobot,
         motor: &JointVector<f64>,
         link: &JointVector<f64>,
-        seen: &Vector3<f64>,
+        seen: &Seen,
     ) -> (JointVector<f64>, JointVector<f64>) {
         let twist = motor - link + robot.ports.link_angle;
         let (mut by, mut rate) = (JointVector::zeros(), JointVector::zeros());
-        let afloat: Vec<usize> =
-            (0..JOINTS).filter(|&i| self.play[i] > 0.0 && twist[i].abs() <= self.play[i] + self.margin[i]).collect();
         for i in 0..JOINTS {
-            if !afloat.contains(&i) {
+            if self.play[i] == 0.0 || twist[i].abs() > self.play[i] + self.margin[i] {
                 self.since[i] = None;
             }
         }
-        if afloat.is_empty() || !seen.sum().is_finite() {
-            return (by, rate);
+        let afloat = (0..JOINTS).filter(|&i| self.play[i] > 0.0 && twist[i].abs() <= self.play[i] + self.margin[i]);
+        let (by_itself, by_tool): (Vec<usize>, Vec<usize>) = afloat.partition(|&i| seen.link[i].is_finite());
+        let mut found: Vec<(usize, f64, f64)> = by_itself.iter().map(|&i| (i, seen.link[i], OWN_SHARE)).collect();
+        if !by_tool.is_empty() && seen.tool.sum().is_finite() {
+            let jacobian = robot.model.frames(link).jacobian().0;
+            let mut tool = seen.tool;
+            by_itself.iter().for_each(|&i| tool -= jacobian.fixed_view::<3, 1>(3, i) * seen.link[i]);
+            let columns = DMatrix::from_fn(3, by_tool.len(), |r, c| jacobian[(3 + r, by_tool[c])]);
+            let mut square = columns.tr_mul(&columns);
+            for k in 0..by_tool.len() {
+                square[(k, k)] += LEAST_ARM * LEAST_ARM;
+            }
+            let right = columns.tr_mul(&DVector::from_column_slice(tool.as_slice()));
+            if let Some(all) = square.cholesky().map(|c| c.solve(&right)) {
+                found.extend(by_tool.iter().zip(all.iter()).map(|(i, found)| (*i, *found, self.share)));
+            }
         }
-        let jacobian = robot.model.frames(link).jacobian().0;
-        let columns = DMatrix::from_fn(3, afloat.len(), |r, c| jacobian[(3 + r, afloat[c])]);
-        let mut square = columns.tr_mul(&columns);
-        for k in 0..afloat.len() {
-            square[(k, k)] += LEAST_ARM * LEAST_ARM;
-        }
-        let right = columns.tr_mul(&DVector::from_column_slice(seen.as_slice()));
-        let Some(found) = square.cholesky().map(|c| c.solve(&right)) else { return (by, rate) };
-        for (k, &i) in afloat.iter().enumerate() {
+        for (i, found, running) in found {
             // Nothing is known of it at first: a plain mean, then a running one.
-            let share = self.since[i].map_or(self.share, |n| self.share.max(1.0 / (n + 1) as f64));
+            let share = self.since[i].map_or(running, |n| running.max(1.0 / (n + 1) as f64));
             self.since[i] = self.since[i].map(|n| n + 1);
             // What runs into its spring is left to it.
             let (low, high) = (twist[i].min(-self.play[i]), twist[i].max(self.play[i]));
-            let kept = (twist[i] - share * found[k]).clamp(low, high);
-            by[i] = twist[i] - kept;
+            by[i] = twist[i] - (twist[i] - share * found).clamp(low, high);
             // An observer of position and rate, critically damped.
-            rate[i] = 0.5 * self.share.powi(2) / self.period * found[k];
+            rate[i] = 0.5 * running.powi(2) / self.period * found;
         }
         (by, rate)
     }
 }
+
+/// Where tool and links were seen, less where they are predicted; NaN where nobody looked.
+pub(super) struct Seen {
+    /// TCP, in B, m.
+    pub tool: Vector3<f64>,
+    /// Second encoders, rad.
+    pub link: [f64; JOINTS],
+}
+
+/// Share of what a second encoder reads that is believed at once: its noise is far below the tracker's.
+const OWN_SHARE: f64 = 0.5;
 
 /// Arm below which a joint moves the tool too little to be seen, m.
 const LEAST_ARM: f64 = 0.1;

@@ -1,6 +1,6 @@
 //! Loads at rest, and a weld's pose below the spindle's frequency: the links stand under their load at every instant.
 
-use super::play::Afloat;
+use super::play::{Afloat, Seen};
 use super::{
     Compared, Model, Motion, PredictError, Quantity, filled_vectors, known, mean_abs, period, seen, spindle_angle,
     wrench_behind,
@@ -10,7 +10,7 @@ use crate::log::{Log, Payload};
 use crate::noise::{Instruments, Level};
 use nalgebra::{Matrix3, Vector3};
 use trueweld_core::spatial::{rotation_from_vector, rotation_vector};
-use trueweld_core::{JointVector, Pose, Robot, Wrench};
+use trueweld_core::{JOINTS, JointVector, Pose, Robot, Wrench};
 use trueweld_plant::effects::EffectError;
 use trueweld_plant::integrate::driven::{Motors, Standing as Links};
 use trueweld_plant::robot::{Channel, ElasticRobot};
@@ -243,7 +243,8 @@ impl Standing {
             let mut stand = links.follow(robot, &self.motors[k], &wrench, self.time[k]);
             if let Some((position, afloat)) = &mut afloat {
                 let tool = seen(&robot.ports, &stand.frames.tcp, self.time[k]);
-                let (by, _) = afloat.moved(robot, &self.motors[k].angle, &stand.link, &(position[k] - tool.position));
+                let left = Seen { tool: position[k] - tool.position, link: [f64::NAN; JOINTS] };
+                let (by, _) = afloat.moved(robot, &self.motors[k].angle, &stand.link, &left);
                 links.displace(robot, &mut stand, &by, &wrench, self.time[k]);
             }
             motion.link.push(stand.link);
