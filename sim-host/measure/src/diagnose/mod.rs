@@ -25,7 +25,7 @@ use crate::fit::{self, Bench, Fitted, Of, Point, Residuals};
 use crate::localize::{Finding, localize};
 use crate::log::{Log, LogKind};
 use crate::predict::PredictError;
-use rules::{above, at_floor, counts, held_out_score, stands_out};
+use rules::{above, at_floor, counts, floor, held_out_score, stands_out};
 use screen::screen;
 use search::{calibrated, fit_all, second, uncalibrated};
 use trueweld_plant::effects::{At, Effect, Kind};
@@ -149,12 +149,12 @@ pub fn diagnose(bench: &Bench, logs: &[Log], progress: Progress<'_>) -> Result<D
     let mut singles = fit_all(&ground, screened.iter().take(rules::FITTED));
     let limits = screened.iter().map(|s| s.limit.clone()).collect();
     let confusable = confuse::confusable(&ground, &screened);
-    let excess = above(&null.at).max(1.0);
+    let excess = above(bench, &null.at).max(1.0);
     let mut chosen: Vec<Fitted> = Vec::new();
     if let Some(k) = singles.iter().position(|s| counts(bench, &null, s)) {
         singles[..=k].rotate_right(1);
         let best = singles[0].clone();
-        let left = above(&best.at) / excess;
+        let left = above(bench, &best.at) / excess;
         chosen = if left > rules::LEFT || !at_floor(bench, &best.at) {
             progress("looking for a second effect", 0.65);
             second(&ground, best, &singles)
@@ -214,10 +214,10 @@ fn conclude(
     unexplained: &dyn Fn(&Residuals) -> Vec<Finding>,
 ) -> Diagnosis {
     let score_before = score(&before);
-    let excess = above(&null.at).max(1.0);
+    let excess = above(bench, &null.at).max(1.0);
     let best = chosen.last().unwrap_or(null);
-    let left = above(&best.at) / excess;
-    let near = score(&best.at);
+    let left = above(bench, &best.at) / excess;
+    let near = (fit::chi_square(&best.at) / floor(bench).max(1.0)).sqrt();
     // Two effects together bend to much that neither is: they must come near.
     let partly = near < rules::TOO_FAR && left < rules::LEFT && chosen.len() < 2;
     let (near, most) = (near < rules::NEAR, left < rules::LEFT_NEAR);
@@ -248,7 +248,7 @@ fn conclude(
                 held_out_before: score_before,
                 held_out_after: held_out_score(&fitted),
                 probability: 0.0,
-                left: above(&fitted.at) / excess,
+                left: above(bench, &fitted.at) / excess,
                 indistinguishable: Vec::new(),
                 fitted,
             }
@@ -267,13 +267,13 @@ fn conclude(
                 held_out_before: score_before,
                 held_out_after: held_out_score(&improved),
                 probability: 0.0,
-                left: above(&improved.at) / above(&before).max(1.0),
+                left: above(bench, &improved.at) / above(bench, &before).max(1.0),
                 indistinguishable: Vec::new(),
                 fitted: improved.clone(),
             },
         );
     }
-    weigh(&mut candidates, null, tried, verdict);
+    weigh(&mut candidates, null, tried, floor(bench).max(1.0), verdict);
     Diagnosis {
         verdict,
         score_before,
@@ -290,7 +290,7 @@ fn conclude(
 }
 
 /// Probabilities among the explanations, and which of them the data do not tell apart.
-fn weigh(candidates: &mut [Candidate], null: &Fitted, tried: usize, verdict: Verdict) {
+fn weigh(candidates: &mut [Candidate], null: &Fitted, tried: usize, floor: f64, verdict: Verdict) {
     let Some(first) = candidates.first() else { return };
     let (best, n) = (first.fitted.cost, fit::count(&first.fitted.at).max(1) as f64);
     // What is left above the floor says how far the sum of squares can be trusted.
@@ -302,7 +302,7 @@ fn weigh(candidates: &mut [Candidate], null: &Fitted, tried: usize, verdict: Ver
     let sum: f64 = candidates.iter().map(|c| weight(c.fitted.cost)).sum::<f64>() + none;
     let ceiling = match verdict {
         Verdict::UnknownEffect => 0.5,
-        _ => 1.0 - (fit::chi_square(&first.fitted.at) / n - 1.0).clamp(0.0, 0.5),
+        _ => 1.0 - (fit::chi_square(&first.fitted.at) / floor - 1.0).clamp(0.0, 0.5),
     };
     let costs: Vec<f64> = candidates.iter().map(|c| c.fitted.cost).collect();
     for (k, c) in candidates.iter_mut().enumerate() {

@@ -18,11 +18,15 @@ pub const VISIBLE_IN_COLUMN: f64 = 0.25;
 /// Least share of what is above the floor that an effect must explain.
 pub const EXPLAINED: f64 = 0.1;
 /// Share of what was above the floor that an explanation may leave.
-pub const LEFT: f64 = 0.1;
+pub const LEFT: f64 = 0.04;
 /// The same, where all together is as near to the floor as this score.
 pub const LEFT_NEAR: f64 = 0.5;
 /// Share of what one effect leaves standing out of the floor that a second one may leave.
 pub const HALVED: f64 = 0.5;
+/// Fall of the sum of squares that a second effect must bring.
+pub const SECOND: f64 = 100.0;
+/// Score at which noise may be that was not stated but estimated.
+pub const ESTIMATED: f64 = 1.1;
 /// Score from which on an explanation leaves too much, whatever it explains.
 pub const TOO_FAR: f64 = 2.0;
 /// Score that is near the floor.
@@ -99,7 +103,7 @@ pub(crate) fn counts(bench: &Bench, before: &Fitted, after: &Fitted) -> bool {
         return false;
     }
     let falls = fit::chi_square(&before.at) - fit::chi_square(&after.at);
-    falls >= EXPLAINED * above(&before.at) && stands_out(bench, &before.at, &after.at)
+    falls >= EXPLAINED * above(bench, &before.at) && stands_out(bench, &before.at, &after.at)
 }
 
 /// True where the sum of squares of some channel, or of one of its columns, falls by more than its noise is known to.
@@ -117,9 +121,15 @@ pub(crate) fn stands_out(bench: &Bench, before: &Residuals, after: &Residuals) -
     seen || channels.values().any(|[square, fall]| *fall > VISIBLE * square && *fall > 0.5 * GAIN)
 }
 
+/// Sum of squares that noise may make, as far as it is known.
+pub(crate) fn floor(bench: &Bench) -> f64 {
+    let all = bench.experiments.iter().flat_map(|e| &e.compared);
+    all.map(|c| if c.stated { 1.0 } else { ESTIMATED.powi(2) }).sum()
+}
+
 /// Sum of squares above the floor.
-pub(crate) fn above(residuals: &Residuals) -> f64 {
-    (fit::chi_square(residuals) - fit::count(residuals) as f64).max(0.0)
+pub(crate) fn above(bench: &Bench, residuals: &Residuals) -> f64 {
+    (fit::chi_square(residuals) - floor(bench)).max(0.0)
 }
 
 /// True where no column of any log stands out of the floor.

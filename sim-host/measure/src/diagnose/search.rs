@@ -80,7 +80,6 @@ const FACTORS: [f64; 6] = [0.4, 1.0, 2.5, 6.0, 15.0, 40.0];
 pub(super) fn fit_all<'s>(ground: &Ground<'_>, screened: impl Iterator<Item = &'s Screened>) -> Vec<Fitted> {
     let screened: Vec<&Screened> = screened.filter(|s| s.gain > rules::GAIN * 0.5).collect();
     let mut fits: Vec<Fitted> = screened.par_iter().filter_map(|s| fit_hypothesis(ground, &s.effect)).collect();
-    fits.retain(|f| f.point.all.last().is_none_or(|e| !held(ground.bench, e)));
     let least = fits.iter().map(|f| f.cost).fold(f64::INFINITY, f64::min);
     let near = ground.null.cost - rules::NEARLY * (ground.null.cost - least);
     let stale = ground.null.slopes.len();
@@ -93,6 +92,9 @@ pub(super) fn fit_all<'s>(ground: &Ground<'_>, screened: impl Iterator<Item = &'
         }
     });
     fits.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    // What such a delay does as well or better is not believed of anything else either.
+    let by_delay = fits.iter().position(|f| f.point.all.last().is_some_and(|e| held(ground.bench, e)));
+    fits.truncate(by_delay.unwrap_or(fits.len()));
     if let Some(best) = fits.first_mut() {
         polish(ground.bench, ground.blocks, best);
     }
@@ -167,6 +169,7 @@ pub(super) fn second(ground: &Ground<'_>, best: Fitted, singles: &[Fitted]) -> V
     let same = |a: &Effect, b: &Effect| (a.kind.id, a.at) == (b.kind.id, b.at);
     let other = pair.point.all.last();
     let other_alone = singles.iter().find(|s| s.point.all.last().zip(other).is_some_and(|(e, o)| same(e, o)));
+    let enough = enough && fit::chi_square(&first.at) - fit::chi_square(&pair.at) > rules::SECOND;
     let both = counts(ground.bench, &first, &pair) && other_alone.is_none_or(|o| counts(ground.bench, o, &pair));
     if enough && both && !at_floor(ground.bench, &first.at) { vec![first, pair] } else { vec![first] }
 }

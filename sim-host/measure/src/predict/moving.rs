@@ -61,9 +61,8 @@ pub(super) struct Moving {
     margin: JointVector<f64>,
     /// What drives the links.
     drive: Vec<Motors>,
-    /// What the motors did, for their torque: smoothed; and smoothed less.
+    /// What the motors did, for their torque: smoothed.
     motor: Vec<Motors>,
-    quicker: Vec<Motors>,
     position: Option<Vec<Vector3<f64>>>,
     rotation: Option<Vec<Matrix3<f64>>>,
     link_encoder: [Option<Vec<f64>>; 6],
@@ -134,7 +133,6 @@ impl Moving {
             time: s.time.clone(),
             drive,
             motor: smoothed(MOTOR_BAND),
-            quicker: smoothed(2.0 * MOTOR_BAND),
             margin: JointVector::from_fn(|i, _| 3.0 * encoder[i].deviation),
             drive_band: DRIVE_BANDS[bands[bands.len() / 2]],
             position: s.position.clone(),
@@ -146,16 +144,18 @@ impl Moving {
             pose_rows,
             torque_rows,
         };
-        moving.compare(log, noise, model, compared)?;
+        moving.compare(log, noise, model, &smoothed(2.0 * MOTOR_BAND), compared)?;
         Ok(moving)
     }
 
-    /// Lists what is compared, with its noise, in the order in which [`poses`](Self::poses) and [`torques`](Self::torques) give it.
+    /// Lists what is compared, with its noise, in the order in which [`poses`](Self::poses) and [`torques`](Self::torques) give
+    /// it. `quicker`: what the motors did, in a wider band.
     fn compare(
         &self,
         log: &Log,
         noise: &Instruments,
         model: &Model,
+        quicker: &[Motors],
         compared: &mut Vec<Compared>,
     ) -> Result<(), PredictError> {
         let n = self.time.len();
@@ -216,7 +216,7 @@ impl Moving {
                 let level = known(&noise.motor_torque[i..=i], log, "motor torque")?[0];
                 let white = (level.deviation * self.band.gain(0).sqrt()).hypot(through.torque[i]);
                 let friction = self.friction_slope(model, i);
-                let inexact = self.inexact(model, i);
+                let inexact = self.inexact(model, quicker, i);
                 for &row in &self.torque_rows {
                     compared.push(Compared {
                         quantity: Quantity::MotorTorque,
@@ -245,7 +245,7 @@ impl Moving {
     }
 
     /// Error that smoothing the motors' motion leaves in their torque, N·m: by how much it changes with the band.
-    fn inexact(&self, model: &Model, i: usize) -> Vec<f64> {
+    fn inexact(&self, model: &Model, quicker: &[Motors], i: usize) -> Vec<f64> {
         let friction = &model.robot.parameters().friction;
         let torque = |m: &Motors| {
             let turn = Sloped::turn(m.rate[i], friction.smoothing).value;
@@ -253,7 +253,7 @@ impl Moving {
                 + friction.viscous[i] * m.rate[i]
                 + friction.coulomb[i] * turn
         };
-        self.motor.iter().zip(&self.quicker).map(|(m, q)| torque(m) - torque(q)).collect()
+        self.motor.iter().zip(quicker).map(|(m, q)| torque(m) - torque(q)).collect()
     }
 
     /// Slope of the model's friction by the rate at every row, N·m·s/rad.
