@@ -6,7 +6,9 @@
 
 use crate::afresh;
 use crate::calibrate::is_calibration;
-use crate::diagnose::{self, Diagnosis, Found, Ground, Progress, Verdict, further, longest_weld, rules, score, sparse};
+use crate::diagnose::{
+    self, Diagnosis, Found, Ground, Progress, Verdict, at_one_joint, further, longest_weld, rules, score, sparse,
+};
 use crate::fit::{self, Bench, Effort, Fitted, Of, Point, Residuals};
 use crate::localize::localize;
 use crate::log::Log;
@@ -135,7 +137,11 @@ pub fn improve(
     }
     let Path { steps, rejected, reached, .. } = path;
     let verdict = match &reached {
-        Some(fitted) if diagnosis.verdict == Verdict::UnknownEffect && rules::at_floor(bench, &fitted.at) => {
+        Some(fitted)
+            if diagnosis.verdict == Verdict::UnknownEffect
+                && rules::at_floor(bench, &fitted.at)
+                && !at_one_joint(fitted) =>
+        {
             Verdict::EffectFound
         }
         _ => diagnosis.verdict,

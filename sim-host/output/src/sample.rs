@@ -327,6 +327,7 @@ pub fn diagnosis(verdict: Verdict) -> Parts {
             count: Vec::new(),
             weight: DVector::zeros(0),
             away: DVector::zeros(0),
+            hold: (DVector::zeros(0), DVector::zeros(0)),
         },
         cost: 0.0,
     };

@@ -165,11 +165,7 @@ pub fn diagnose(bench: &Bench, logs: &[Log], progress: Progress<'_>) -> Result<D
     }
     progress("weighing the evidence", 0.92);
     let unexplained = |at: &Residuals| localize(&bench.experiments, at, logs);
-    Ok(Diagnosis {
-        limits,
-        confusable,
-        ..conclude(bench, &blocks, before, &null, singles, chosen, screened.len(), &unexplained)
-    })
+    Ok(Diagnosis { limits, confusable, ..conclude(&ground, before, singles, chosen, screened.len(), &unexplained) })
 }
 
 /// The effects of a fit that are no calibrations.
@@ -203,32 +199,40 @@ pub(crate) fn found(fitted: &Fitted, wanted: impl Fn(Of) -> bool) -> Vec<Found> 
     all
 }
 
+/// True for two effects at the same joint: together they bend to almost anything that one joint does, and far more often that
+/// is one thing which the library does not have.
+pub(crate) fn at_one_joint(fitted: &Fitted) -> bool {
+    let places: Vec<At> = effects_of(fitted).into_iter().map(|i| fitted.point.all[i].at).collect();
+    (1..places.len()).any(|k| matches!(places[k], At::Joint(_)) && places[..k].contains(&places[k]))
+}
+
+/// What is to say where calibrations alone lead to `null` and the explanation is `chosen`.
+fn verdict(bench: &Bench, null: &Fitted, chosen: &[Fitted]) -> Verdict {
+    let Some(best) = chosen.last() else {
+        return if at_floor(bench, &null.at) { Verdict::Adequate } else { Verdict::UnknownEffect };
+    };
+    let left = above(bench, &best.at) / above(bench, &null.at).max(1.0);
+    let score = (fit::chi_square(&best.at) / floor(bench).max(1.0)).sqrt();
+    let (near, most) = (score < rules::NEAR, left < rules::LEFT_NEAR);
+    // Two effects together bend to much that neither is: they must come near.
+    let partly = score < rules::TOO_FAR && left < rules::LEFT && chosen.len() < 2;
+    let explained = partly || (near && most) || (at_floor(bench, &best.at) && (near || most));
+    if explained && !at_one_joint(best) { Verdict::EffectFound } else { Verdict::UnknownEffect }
+}
+
 fn conclude(
-    bench: &Bench,
-    blocks: &[Vec<u8>],
+    ground: &Ground<'_>,
     before: Residuals,
-    null: &Fitted,
     singles: Vec<Fitted>,
     chosen: Vec<Fitted>,
     tried: usize,
     unexplained: &dyn Fn(&Residuals) -> Vec<Finding>,
 ) -> Diagnosis {
+    let Ground { bench, blocks, null, .. } = *ground;
     let score_before = score(&before);
     let excess = above(bench, &null.at).max(1.0);
     let best = chosen.last().unwrap_or(null);
-    let left = above(bench, &best.at) / excess;
-    let near = (fit::chi_square(&best.at) / floor(bench).max(1.0)).sqrt();
-    // Two effects together bend to much that neither is: they must come near.
-    let partly = near < rules::TOO_FAR && left < rules::LEFT && chosen.len() < 2;
-    let (near, most) = (near < rules::NEAR, left < rules::LEFT_NEAR);
-    let explained = partly || (near && most) || (at_floor(bench, &best.at) && (near || most));
-    let verdict = if chosen.is_empty() {
-        if at_floor(bench, &null.at) { Verdict::Adequate } else { Verdict::UnknownEffect }
-    } else if explained {
-        Verdict::EffectFound
-    } else {
-        Verdict::UnknownEffect
-    };
+    let mut verdict = verdict(bench, null, &chosen);
 
     // Which calibrations count, beside the explanation.
     let (improved, kept) = sparse(bench, blocks, best);
@@ -255,7 +259,6 @@ fn conclude(
         })
         .collect();
     // A single calibration that is all there is to say is the answer.
-    let mut verdict = verdict;
     // Where each log has its own it is the laboratory's doing, not the cell's.
     if verdict == Verdict::Adequate && kept.len() == 1 && common && stands_out(bench, &before, &improved.at) {
         let item = found(&improved, |_| true);
@@ -304,6 +307,9 @@ fn weigh(candidates: &mut [Candidate], null: &Fitted, tried: usize, floor: f64, 
         Verdict::UnknownEffect => 0.5,
         _ => 1.0 - (fit::chi_square(&first.fitted.at) / floor - 1.0).clamp(0.0, 0.5),
     };
+    // What shows little may be something else that looks alike.
+    let near_limit = (rules::FAINT / (null.cost - best).max(rules::FAINT)).sqrt();
+    let ceiling = ceiling * (1.0 - rules::LOOKS_ALIKE * near_limit);
     let costs: Vec<f64> = candidates.iter().map(|c| c.fitted.cost).collect();
     for (k, c) in candidates.iter_mut().enumerate() {
         c.probability = weight(c.fitted.cost) / sum * ceiling;

@@ -41,6 +41,11 @@ pub const KEEP_EACH: f64 = 6.0;
 pub const CORRELATED: f64 = 4.0;
 /// Delay of motor torque that is no more than how a controller holds its commands, as a share of the sampling period.
 pub const HELD: f64 = 0.25;
+/// How often what is named at three times the limit of detection is something outside the library that looks alike; less
+/// often the more it shows.
+pub const LOOKS_ALIKE: f64 = 0.2;
+/// That gain.
+pub const FAINT: f64 = 9.0 * GAIN;
 /// Share of what the best hypothesis gains from which on another one is fitted in full.
 pub const NEARLY: f64 = 0.3;
 /// Hypotheses fitted, first alone and then beside the best.

@@ -260,7 +260,7 @@ impl Experiment {
         let same_motion = beside.filter(|(at, effect)| !placed(at) && !self.moves(effect));
         let same_poses = beside.filter(|(at, effect)| !placed(at) && !self.shows_in_poses(effect));
         let same_loads =
-            beside.filter(|(at, effect)| !(self.moving.is_some() && placed(at)) && !self.shows_in_loads(effect));
+            beside.filter(|(at, effect)| (self.moving.is_none() || !placed(at)) && !self.shows_in_loads(effect));
         let mut process = self.contact.as_ref().map(|c| c.process(model));
         let mut robot = ElasticRobot::with_effects(&model.robot, effects, process.as_mut())?;
         let motion = match same_motion {
