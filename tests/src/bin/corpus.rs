@@ -37,6 +37,11 @@ struct Arguments {
 }
 
 fn go(arguments: &Arguments) -> Result<(), Box<dyn std::error::Error>> {
+    for file in [Some(&arguments.out), arguments.table.as_ref()].into_iter().flatten() {
+        if let Some(folder) = file.parent() {
+            std::fs::create_dir_all(folder).map_err(|error| format!("cannot make {}: {error}", folder.display()))?;
+        }
+    }
     let logs = if arguments.short { Logs::short() } else { Logs::usual() };
     let cases = cases(arguments.seed, arguments.cases, &logs);
     let written = match read_to_string(&arguments.out) {
