@@ -28,7 +28,7 @@ pub(super) struct Afloat {
 impl Afloat {
     /// `None` where no gear of the robot has play. `margin`: twist that is within the noise, rad; `period`: s.
     pub(super) fn new(robot: &ElasticRobot, margin: JointVector<f64>, period: f64) -> Option<Self> {
-        let play = robot.play();
+        let play = JointVector::from_fn(|i, _| robot.play(i));
         (play.amax() > 0.0).then(|| Self {
             play,
             margin,
@@ -49,13 +49,11 @@ impl Afloat {
     ) -> (JointVector<f64>, JointVector<f64>) {
         let twist = motor - link + robot.ports.link_angle;
         let (mut by, mut rate) = (JointVector::zeros(), JointVector::zeros());
-        for i in 0..JOINTS {
-            if self.play[i] == 0.0 || twist[i].abs() > self.play[i] + self.margin[i] {
-                self.since[i] = None;
-            }
-        }
-        let afloat = (0..JOINTS).filter(|&i| self.play[i] > 0.0 && twist[i].abs() <= self.play[i] + self.margin[i]);
-        let (by_itself, by_tool): (Vec<usize>, Vec<usize>) = afloat.partition(|&i| seen.link[i].is_finite());
+        let (afloat, held): (Vec<usize>, Vec<usize>) =
+            (0..JOINTS).partition(|&i| self.play[i] > 0.0 && twist[i].abs() <= self.play[i] + self.margin[i]);
+        held.into_iter().for_each(|i| self.since[i] = None);
+        let (by_itself, by_tool): (Vec<usize>, Vec<usize>) =
+            afloat.into_iter().partition(|&i| seen.link[i].is_finite());
         let mut found: Vec<(usize, f64, f64)> = by_itself.iter().map(|&i| (i, seen.link[i], OWN_SHARE)).collect();
         if !by_tool.is_empty() && seen.tool.sum().is_finite() {
             let jacobian = robot.model.frames(link).jacobian().0;

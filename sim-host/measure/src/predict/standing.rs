@@ -41,10 +41,10 @@ pub(super) struct Standing {
     rotation: Option<Vec<Matrix3<f64>>>,
     /// Where a weld's tool was seen at every instant.
     seen: Option<Vec<Vector3<f64>>>,
-    /// Twist that this torque makes, rad.
-    margin: JointVector<f64>,
     /// Torque that the wrench's noise makes at each joint, N·m.
     slack: JointVector<f64>,
+    /// Twist that this torque makes, rad; of a weld alone.
+    margin: JointVector<f64>,
     /// Of the log's rows, s.
     period: f64,
 }

@@ -162,7 +162,7 @@ impl Standing {
         // In a gap the spring carries nothing over a range of twists, and the link stays where it was left: at the first load,
         // by a motion from the zero pose.
         let slack = self.slack[i].max(LEAST_SLACK * stiffness);
-        if torque.abs() <= slack && robot.play()[i] > 0.0 {
+        if torque.abs() <= slack && robot.play(i) > 0.0 {
             let low = root(&mut |t| at(t) + slack, plain, stiffness);
             let high = root(&mut |t| at(t) - slack, plain, stiffness);
             if high - low > GAP * slack / stiffness {

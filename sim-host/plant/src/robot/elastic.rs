@@ -85,9 +85,9 @@ impl ElasticRobot {
         torque
     }
 
-    /// Half of the play in every joint's gear, rad: within it the spring carries nothing.
-    pub fn play(&self) -> JointVector<f64> {
-        JointVector::from_fn(|i, _| self.ports.spring[i].iter().map(|(t, _)| t.play()).sum())
+    /// Half of the play in a joint's gear, rad: within it the spring carries nothing.
+    pub fn play(&self, i: usize) -> f64 {
+        self.ports.spring[i].iter().map(|(t, _)| t.play()).sum()
     }
 
     /// True where no effect changes the spring of a joint.
