@@ -35,8 +35,11 @@ const SPINDLE_SHARE: f64 = 0.2;
 /// What the predicted slow force is exact to, as a share of the push: the ripple's mean effect is taken to second order.
 const EXACT: f64 = 2e-4;
 
-/// Orders of the spindle at which the force is compared, as far as the sampling resolves them.
+/// Orders of the spindle at which the force is compared, as far as the sampling tells them apart.
 const ORDERS: usize = 6;
+
+/// How far apart two lines must lie for the filter to tell them apart, in widths of its band.
+const APART: f64 = 2.0;
 
 /// Push that counts as firm contact, in deviations of the predicted depth force.
 const FIRM: f64 = 4.0;
@@ -71,8 +74,12 @@ pub(super) struct Contact {
     shake: Vec<[Vector3<f64>; 2]>,
     /// What the arm makes of the ripple, for every compared row and order.
     loops: Vec<[Closed; ORDERS]>,
-    /// Orders that lie below half the sampling rate with their band; higher ones fold onto others.
-    orders: usize,
+    /// Orders whose lines, folded by the sampling where they lie beyond half its rate, fall on no lower one.
+    orders: Vec<usize>,
+    /// How far beside a line, in orders, the filter lets nothing of it through.
+    aside: f64,
+    /// What was measured at these orders, as it is compared.
+    lines: Vec<f64>,
 }
 
 /// (1 + Z C)⁻¹ at one row and order, and what of the force comes with the motors' own motion.
@@ -80,11 +87,24 @@ pub(super) struct Contact {
 struct Closed {
     pass: Matrix3<Complex<f64>>,
     driven: Vector3<Complex<f64>>,
-    /// δx per δF, and what the motors move.
+    /// δx per δF.
     compliance: Matrix3<Complex<f64>>,
+    /// What the motors move, the contact against them.
     moved: Vector3<Complex<f64>>,
     /// Size of the nominal ripple's force, N.
     line: Vector3<f64>,
+}
+
+/// What shakes at one angular frequency, in W.
+struct Shaken {
+    /// The tool's motion per motor's motion.
+    carried: Matrix3x6<Complex<f64>>,
+    /// The same per force.
+    compliance: Matrix3<Complex<f64>>,
+    /// The material's force against it per motion.
+    contact: Matrix3<Complex<f64>>,
+    /// (1 + Z C)⁻¹.
+    pass: Matrix3<Complex<f64>>,
 }
 
 /// The tool at one row: TCP and velocity in W, and the channel behind it.
@@ -93,6 +113,17 @@ struct Tool {
     position: Vector3<f64>,
     velocity: Vector3<f64>,
     channel: f64,
+}
+
+/// Orders of a spindle that turns so many times from one sample to the next whose lines lie at least `apart`, as a share of the
+/// sampling rate, from every lower one's, from what is slow and from their own mirror image.
+fn alone(turning: f64, apart: f64) -> Vec<usize> {
+    let folded = |orders: usize| {
+        let turns = orders as f64 * turning;
+        (turns - turns.round()).abs()
+    };
+    // From -n to n - 1.
+    (1..=ORDERS).filter(|n| (1..=2 * n).all(|away| folded(away) >= apart)).collect()
 }
 
 impl Contact {
@@ -159,7 +190,9 @@ impl Contact {
             motion: Vec::new(),
             shake: vec![[Vector3::zeros(); 2]; n],
             loops: Vec::new(),
-            orders: ((0.5 / period - 1.5 * band) / turning).floor().clamp(0.0, ORDERS as f64) as usize,
+            orders: alone(turning * period, APART * band * period),
+            aside: APART * band / turning,
+            lines: Vec::new(),
         };
         contact.motion = contact.tool(None, 0.0);
         let tracker = known(&noise.position, log, "the tracker's position")?;
@@ -180,6 +213,8 @@ impl Contact {
         }
         contact.close(log, model);
         contact.compare(log, noise, model, compared)?;
+        let lines = compared.iter().filter(|c| matches!(c.quantity, Quantity::Ripple { .. }));
+        contact.lines = lines.map(|c| c.measured).collect();
         Ok(Some(contact))
     }
 
@@ -203,7 +238,7 @@ impl Contact {
             Vector3::new(at(0), at(1), at(2))
         };
         // What the tracker's terms do to a position changes along a weld as slowly as the tool moves.
-        let stride = (self.low.half() / 12).max(1);
+        let stride = self.stride();
         let undone: Vec<Vector3<f64>> = (0..n + stride)
             .step_by(stride)
             .map(|k| {
@@ -294,7 +329,9 @@ impl Contact {
             }
         }
         let encoder = known(&noise.encoder, log, "the encoders")?;
-        for order in 1..=self.orders {
+        let measured = measured.map(|series| self.quick(&series));
+        for &order in &self.orders {
+            let beside = measured.each_ref().map(|series| self.beside(order, series));
             for (k, &row) in self.rows.iter().enumerate() {
                 let driven = self.driven_noise(model, &encoder, order, k);
                 for c in 0..3 {
@@ -306,7 +343,7 @@ impl Contact {
                             component: c as u8,
                             row,
                             measured: self.demodulated(order, sine, row, |i| measured[c][i]),
-                            deviation: (2.0 * value * force[c].deviation.powi(2) + through).sqrt(),
+                            deviation: (2.0 * value * force[c].deviation.powi(2) + through).max(beside[c]).sqrt(),
                             stated: force[c].stated,
                         });
                     }
@@ -314,6 +351,39 @@ impl Contact {
             }
         }
         Ok(())
+    }
+
+    /// A series without what is slow in it: thousands of newtons that change slowly would show at every order, little as the
+    /// filter lets through of what is far from it.
+    fn quick(&self, series: &[f64]) -> Vec<f64> {
+        let (n, stride) = (series.len(), self.stride());
+        let slow: Vec<f64> =
+            (0..n + stride).step_by(stride).map(|k| self.low.at(0, |i| series[i], n, k.min(n - 1))).collect();
+        series.iter().enumerate().map(|(k, s)| s - interpolate(&slow, k as f64 / stride as f64)).collect()
+    }
+
+    /// The same of every component.
+    fn quick_vectors(&self, series: &[Vector3<f64>]) -> [Vec<f64>; 3] {
+        [0, 1, 2].map(|c| self.quick(&series.iter().map(|v| v[c]).collect::<Vec<f64>>()))
+    }
+
+    /// Samples between two that tell what is slow.
+    fn stride(&self) -> usize {
+        (self.low.half() / 12).max(1)
+    }
+
+    /// Mean square of what a series holds to either side of an order's line: the arm shakes a little of itself, and most
+    /// where it likes to.
+    fn beside(&self, order: usize, series: &[f64]) -> f64 {
+        let mut squares = Vec::new();
+        for order in [order as f64 - self.aside, order as f64 + self.aside] {
+            let wave = |f: fn(f64) -> f64| self.angle.iter().map(|a| 2.0 * f(order * a)).collect::<Vec<f64>>();
+            for wave in [wave(f64::cos), wave(f64::sin)] {
+                let at = |row: &usize| self.low.at(0, |k| series[k] * wave[k], series.len(), *row).powi(2);
+                squares.extend(self.rows.iter().map(at));
+            }
+        }
+        squares.iter().sum::<f64>() / squares.len() as f64
     }
 
     /// What the tracker's noise becomes in the predicted slow force around a row, in W, N. `tracker`, m, and `sensor`, N:
@@ -345,26 +415,31 @@ impl Contact {
         (push, reaction(process, &none, 0.0, &position, &velocity, tool.channel, self.angle[row]))
     }
 
-    /// Links' dynamic compliance at a row and an order, in W: H, then J of the TCP's position.
-    fn dynamic(
-        &self,
-        model: &Model,
-        q: &JointVector<f64>,
-        order: usize,
-    ) -> (Matrix6<Complex<f64>>, Matrix3x6<f64>, f64) {
+    /// Angular frequency of an order, rad/s; signed, as a spindle turns.
+    fn turning(&self, order: usize) -> f64 {
+        order as f64 * self.process.spindle
+    }
+
+    /// The slowest angular frequency whose samples are those of an order, rad/s; negative where they run backwards. Motors move
+    /// this slowly rather than as fast as an order beyond half the sampling rate.
+    fn folded(&self, order: usize) -> f64 {
+        let rate = std::f64::consts::TAU / self.period;
+        self.turning(order) - rate * (self.turning(order) / rate).round()
+    }
+
+    /// Arm and contact at an angular frequency, with the links at `q`. `held`: the reaction of a tool that carries the push.
+    fn shaken(&self, model: &Model, held: &Reaction, q: &JointVector<f64>, turning: f64) -> Shaken {
         let frames = model.robot.frames(q);
         let jacobian = self.seam.b_from_w.rotation.transpose() * frames.jacobian().0.fixed_rows::<3>(3);
-        let turning = order as f64 * self.process.spindle;
+        let jacobian = jacobian.map(|x| Complex::new(x, 0.0));
         let inertia = model.robot.crba(&frames);
-        let matrix = Matrix6::from_fn(|i, j| {
-            let spring = if i == j {
-                Complex::new(model.robot.stiffness()[i], turning * model.robot.damping()[i])
-            } else {
-                Complex::new(0.0, 0.0)
-            };
-            spring - turning * turning * inertia[(i, j)]
-        });
-        (matrix.try_inverse().unwrap_or_else(Matrix6::zeros), jacobian, turning)
+        let spring = model.robot.stiffness().zip_map(model.robot.damping(), |k, d| Complex::new(k, turning * d));
+        let matrix = Matrix6::from_diagonal(&spring) - inertia.map(|m| Complex::new(turning * turning * m, 0.0));
+        let h = matrix.try_inverse().unwrap_or_else(Matrix6::zeros);
+        let contact = held.stiffness.zip_map(&held.damping, |k, b| Complex::new(k, turning * b));
+        let compliance = jacobian * h * jacobian.transpose();
+        let pass = (Matrix3::identity() + contact * compliance).try_inverse().unwrap_or_else(Matrix3::zeros);
+        Shaken { carried: jacobian * h * Matrix6::from_diagonal(&spring), compliance, contact, pass }
     }
 
     /// Closes the loop of contact and arm at every compared row, and shakes the tool with what comes of it.
@@ -374,7 +449,6 @@ impl Contact {
         let smooth: Vec<Vec<f64>> = encoder.iter().map(|e| self.low.smooth(0, e)).collect();
         let shaking: Vec<Vec<f64>> =
             encoder.iter().zip(&smooth).map(|(e, s)| e.iter().zip(s).map(|(a, b)| a - b).collect()).collect();
-        let complex = |m: &Matrix3<f64>| m.map(|x| Complex::new(x, 0.0));
         let loops: Vec<[Closed; ORDERS]> = self
             .rows
             .iter()
@@ -382,50 +456,45 @@ impl Contact {
                 let (_, held) = self.held(&process, row);
                 let q = JointVector::from_fn(|i, _| smooth[i][row]);
                 std::array::from_fn(|n| {
-                    let (h, jacobian, turning) = self.dynamic(model, &q, n + 1);
-                    let j = jacobian.map(|x| Complex::new(x, 0.0));
-                    let spring = SVector::<_, 6>::from_fn(|i, _| {
-                        let motor = Complex::new(
-                            self.demodulated(n + 1, false, row, |k| shaking[i][k]),
-                            -self.demodulated(n + 1, true, row, |k| shaking[i][k]),
-                        );
-                        motor * Complex::new(model.robot.stiffness()[i], turning * model.robot.damping()[i])
-                    });
-                    let moved = j * (h * spring);
-                    let compliance = j * h * j.transpose();
-                    let contact = complex(&held.stiffness) + complex(&held.damping) * Complex::new(0.0, turning);
-                    let pass =
-                        (Matrix3::identity() + contact * compliance).try_inverse().unwrap_or_else(Matrix3::zeros);
-                    Closed { pass, driven: -(pass * (contact * moved)), compliance, moved, line: Vector3::zeros() }
+                    let order = n + 1;
+                    let motor = SVector::<_, 6>::from_fn(|i, _| self.amplitude_of(order, row, |k| shaking[i][k]));
+                    let Shaken { compliance, pass, .. } = self.shaken(model, &held, &q, self.turning(order));
+                    let slow = self.shaken(model, &held, &q, self.folded(order));
+                    let free = slow.carried * motor;
+                    let driven = -(slow.pass * slow.contact * free);
+                    let moved = free + slow.compliance * driven;
+                    Closed { pass, driven, compliance, moved, line: Vector3::zeros() }
                 })
             })
             .collect();
         self.loops = loops;
         // The nominal ripple shakes the tool: in step with the ripple itself it adds to the mean force.
         let force = self.forces(&process, &trueweld_plant::robot::Ports::default(), &self.motion, false);
-        let mut amplitude = vec![[Vector3::<Complex<f64>>::zeros(); ORDERS]; self.rows.len()];
+        let mut amplitude = vec![[[Vector3::<Complex<f64>>::zeros(); 2]; ORDERS]; self.rows.len()];
+        let force = self.quick_vectors(&force);
         for (k, &row) in self.rows.iter().enumerate() {
-            for n in 0..ORDERS {
-                let own = self.amplitude(n + 1, row, &force);
-                let closed = self.loops[k][n];
-                let force = closed.pass * own + closed.driven;
-                amplitude[k][n] = closed.moved + closed.compliance * force;
-                self.loops[k][n].line = force.map(|z| z.norm());
+            for n in self.orders.iter().map(|order| order - 1) {
+                let closed = &self.loops[k][n];
+                let force = closed.pass * self.amplitude(n + 1, row, &force);
+                amplitude[k][n] = [closed.compliance * force, closed.moved];
+                self.loops[k][n].line = (force + closed.driven).map(|z| z.norm());
             }
         }
-        let (first, last) = (self.rows[0], self.rows[self.rows.len() - 1]);
-        for row in first..=last {
+        // Before the first row and after the last one it shakes as it does there: what is slow there reaches that far.
+        for row in 0..self.angle.len() {
             let after = self.rows.partition_point(|r| *r <= row).min(self.rows.len() - 1);
             let before = after.saturating_sub(1);
             let span = (self.rows[after] - self.rows[before]).max(1) as f64;
-            let share = ((row - self.rows[before]) as f64 / span).clamp(0.0, 1.0);
-            for n in 0..ORDERS {
-                let turning = Complex::new(0.0, (n + 1) as f64 * self.process.spindle);
+            let share = ((row as f64 - self.rows[before] as f64) / span).clamp(0.0, 1.0);
+            for n in self.orders.iter().map(|order| order - 1) {
                 let wave = Complex::from_polar(1.0, (n + 1) as f64 * self.angle[row]);
-                for c in 0..3 {
-                    let z = (amplitude[before][n][c] * (1.0 - share) + amplitude[after][n][c] * share) * wave;
-                    self.shake[row][0][c] += z.re;
-                    self.shake[row][1][c] += (z * turning).re;
+                for (part, turning) in [self.turning(n + 1), self.folded(n + 1)].into_iter().enumerate() {
+                    for c in 0..3 {
+                        let at = |k: usize| amplitude[k][n][part][c];
+                        let z = (at(before) * (1.0 - share) + at(after) * share) * wave;
+                        self.shake[row][0][c] += z.re;
+                        self.shake[row][1][c] += (z * Complex::new(0.0, turning)).re;
+                    }
                 }
             }
         }
@@ -436,15 +505,10 @@ impl Contact {
     fn driven_noise(&self, model: &Model, encoder: &[Level], order: usize, k: usize) -> Vector3<f64> {
         let row = self.rows[k];
         let q = JointVector::from_fn(|i, _| self.encoder[row][i]);
-        let (h, jacobian, turning) = self.dynamic(model, &q, order);
         let (_, held) = self.held(&self.process(model), row);
-        let complex = |m: &Matrix3<f64>| m.map(|x| Complex::new(x, 0.0));
-        let contact = complex(&held.stiffness) + complex(&held.damping) * Complex::new(0.0, turning);
-        let j = jacobian.map(|x| Complex::new(x, 0.0));
-        let spring = Matrix6::from_diagonal(&SVector::<_, 6>::from_fn(|i, _| {
-            Complex::new(model.robot.stiffness()[i], turning * model.robot.damping()[i]) * encoder[i].deviation
-        }));
-        let all = self.loops[k][order - 1].pass * contact * j * h * spring;
+        let Shaken { carried, contact, pass, .. } = self.shaken(model, &held, &q, self.folded(order));
+        let noise = SVector::<_, 6>::from_fn(|i, _| Complex::new(encoder[i].deviation, 0.0));
+        let all = pass * contact * carried * Matrix6::from_diagonal(&noise);
         Vector3::from_fn(|c, _| all.row(c).iter().map(|z| z.norm_sqr()).sum::<f64>().sqrt())
     }
 
@@ -461,13 +525,13 @@ impl Contact {
     }
 
     /// Complex amplitude of a vector series at an order around a row: x = Re(z exp(i n φ)).
-    fn amplitude(&self, order: usize, row: usize, series: &[Vector3<f64>]) -> Vector3<Complex<f64>> {
-        Vector3::from_fn(|c, _| {
-            Complex::new(
-                self.demodulated(order, false, row, |k| series[k][c]),
-                -self.demodulated(order, true, row, |k| series[k][c]),
-            )
-        })
+    fn amplitude(&self, order: usize, row: usize, series: &[Vec<f64>; 3]) -> Vector3<Complex<f64>> {
+        Vector3::from_fn(|c, _| self.amplitude_of(order, row, |k| series[c][k]))
+    }
+
+    /// The same of one series.
+    fn amplitude_of(&self, order: usize, row: usize, series: impl Fn(usize) -> f64) -> Complex<f64> {
+        Complex::new(self.demodulated(order, false, row, &series), -self.demodulated(order, true, row, &series))
     }
 
     /// Measured depth force around a row, N.
@@ -505,7 +569,7 @@ impl Contact {
         // The depth force as measured against the predicted one, in W, both below the spindle's frequency: as slow as that, a
         // few values a second tell it.
         let depth: Vec<f64> = (0..n).map(|k| w.column(2).dot(&(self.rotation[k] * behind[k]))).collect();
-        let stride = (self.low.half() / 12).max(1);
+        let stride = self.stride();
         let least = CONTACT * process.reference_force;
         let share: Vec<f64> = (0..n + stride)
             .step_by(stride)
@@ -554,7 +618,9 @@ impl Contact {
             readings.force
         };
         let late_by = ports.delay(Channel::Wrench);
-        for order in 1..=self.orders {
+        let still = self.quick_vectors(&still);
+        let mut measured = self.lines.iter();
+        for &order in &self.orders {
             let back = Complex::from_polar(1.0, -(order as f64) * process.spindle * late_by);
             for (k, &row) in self.rows.iter().enumerate() {
                 let closed = &self.loops[k][order - 1];
@@ -566,10 +632,8 @@ impl Contact {
                     readings.force - zero
                 };
                 let (cosine, sine) = (read(force.map(|z| z.re)), read(force.map(|z| -z.im)));
-                for c in 0..3 {
-                    residual.push(self.demodulated(order, false, row, |i| self.force[i][c]) - cosine[c]);
-                    residual.push(self.demodulated(order, true, row, |i| self.force[i][c]) - sine[c]);
-                }
+                let predicted = (0..3).flat_map(|c| [cosine[c], sine[c]]);
+                residual.extend(measured.by_ref().zip(predicted).map(|(m, p)| m - p));
             }
         }
     }
