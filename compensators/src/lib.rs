@@ -3,8 +3,21 @@
 //! `no_std`, no allocation: the same code runs in simulation and on the controller.
 #![no_std]
 
+mod adaptive;
+mod combined;
 mod elastostatic;
+mod feed_forward;
+mod learning;
 mod none;
+mod observer;
+mod seam_tracking;
+mod seen;
 
+pub use adaptive::{Adaptive, Prior};
+pub use combined::{Authority, Combined};
 pub use elastostatic::Elastostatic;
+pub use feed_forward::FeedForward;
+pub use learning::Learning;
 pub use none::Uncompensated;
+pub use observer::Observer;
+pub use seam_tracking::{SeamTracking, Tracking};

@@ -140,7 +140,9 @@ fn welding<T: Real>(criterion: &mut Criterion, scalar: &str) {
     }
     let mut compensated = Compensated::new(External::new(joint, outer, period), FakeTarget, limits, limits, period);
     compensated.start(robot, &work, &JointVector::zeros());
-    let mut cycle = |s: &Setpoint<T>, n: &Pose<T>, m: &Sensed<T>| black_box(compensated.cycle(robot, s, n, m)).fault;
+    let mut cycle = |s: &Setpoint<T>, n: &Pose<T>, m: &Sensed<T>| {
+        black_box(compensated.cycle(robot, &Observation::of_robot(s, n, m))).fault
+    };
     time(criterion, &format!("{scalar}/control cycle, external + fake target"), |i| welded(&mut cycle, i));
 }
 
@@ -152,8 +154,7 @@ impl<T: Real> Compensator<T> for FakeTarget {
 
     fn demand(&mut self, robot: &Robot<T>, seen: &Observation<'_, T>) -> Result<Twist<T>, Fault> {
         let link = robot.track(seen.nominal, &seen.sensed.encoder).map_err(|_| Fault::Compensation)?;
-        let fake = robot.forward(&robot.fake_target(&link, &seen.sensed.wrench));
-        Ok(seen.setpoint.pose.error_to(&fake).rotated(&seen.setpoint.b_from_w.transpose()))
+        Ok(seen.demand_for(robot, &robot.fake_target(&link, &seen.sensed.wrench)))
     }
 }
 

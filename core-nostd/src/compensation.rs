@@ -8,8 +8,40 @@ use crate::control::{Command, HybridController, Sensed, Setpoint};
 use crate::error::Fault;
 use crate::robot::Robot;
 use crate::scalar::{JointVector, Real};
-use crate::spatial::{Pose, Twist};
+use crate::spatial::{Pose, Twist, Wrench};
 use nalgebra::{SVector, Vector2, Vector3};
+
+/// What an instrument outside the robot (a seam sensor, a tracker, a touch probe) saw of the tool's deviation.
+///
+/// It sees h·d of the deviation d of the real tool from its nominal pose: a seam sensor a metres ahead of the tool sees across
+/// the seam d_y + a·d_rz, a tracker one coordinate at a time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sighting<T: Real> {
+    /// What was seen, h·d, m or rad.
+    pub deviation: T,
+    /// h, axes of W: per rad of rotation and per m of displacement at the TCP.
+    pub along: Twist<T>,
+    /// Standard deviation of its noise, m or rad.
+    pub noise: T,
+    /// How long ago it was seen, s.
+    pub age: T,
+    /// How far ahead of the tool along the seam, m: what is seen there of the seam's own shape the tool meets later.
+    pub ahead: T,
+}
+
+impl<T: Real> Sighting<T> {
+    /// True for a reading that can be used at all: finite, with noise, of something, and not from the future.
+    pub fn is_usable(&self) -> bool {
+        let finite = self.deviation.is_finite() && self.along.is_finite() && self.noise.is_finite();
+        let times = self.age.is_finite() && self.age >= T::zero() && self.ahead.is_finite();
+        finite && times && self.noise > T::zero() && self.along.to_vector().amax() > T::zero()
+    }
+
+    /// h·d of a deviation d, axes of W.
+    pub fn of(&self, deviation: &Twist<T>) -> T {
+        self.along.to_vector().dot(&deviation.to_vector())
+    }
+}
 
 /// What a law may look at in one period.
 #[derive(Debug, Clone, Copy)]
@@ -20,11 +52,46 @@ pub struct Observation<'a, T: Real> {
     pub nominal: &'a Pose<T>,
     /// The robot's instruments.
     pub sensed: &'a Sensed<T>,
+    /// Where the tool is along the seam, m.
+    pub path: T,
+    /// The load that the weld was planned with at this instant: on the tool, at the TCP, axes of W.
+    pub planned: Wrench<T>,
+    /// What came from outside the robot since the last period; empty where nothing did.
+    pub sightings: &'a [Sighting<T>],
+}
+
+impl<'a, T: Real> Observation<'a, T> {
+    /// What the robot's own instruments say, at the start of a seam that is planned without load.
+    pub fn of_robot(setpoint: &'a Setpoint<T>, nominal: &'a Pose<T>, sensed: &'a Sensed<T>) -> Self {
+        Self { setpoint, nominal, sensed, path: T::zero(), planned: Wrench::zero(), sightings: &[] }
+    }
+
+    /// How far the encoders' pose lies from the nominal one, axes of W.
+    pub fn encoder_deviation(&self, robot: &Robot<T>) -> Twist<T> {
+        let encoders = robot.forward(&self.sensed.encoder);
+        self.nominal.error_to(&encoders).rotated(&self.setpoint.b_from_w.transpose())
+    }
+
+    /// How far the set-point lies from the nominal pose before correction, axes of W.
+    pub fn setpoint_deviation(&self) -> Twist<T> {
+        self.nominal.error_to(&self.setpoint.pose).rotated(&self.setpoint.b_from_w.transpose())
+    }
+
+    /// The planned load in axes of the tool frame T, as a force sensor would measure it.
+    pub fn planned_in_t(&self) -> Wrench<T> {
+        self.planned.rotated(&(self.nominal.rotation.transpose() * self.setpoint.b_from_w))
+    }
+
+    /// The way from the set-point to the pose that the encoders would see at these angles, axes of W: a law's demand.
+    pub fn demand_for(&self, robot: &Robot<T>, encoder: &JointVector<T>) -> Twist<T> {
+        let pose = robot.forward(encoder);
+        self.setpoint.pose.error_to(&pose).rotated(&self.setpoint.b_from_w.transpose())
+    }
 }
 
 /// A compensation law: from what it sees to the correction it demands, once a control period.
 pub trait Compensator<T: Real> {
-    /// Forgets what was seen: the start of a weld.
+    /// The start of a weld: forgets what belongs to the last one. What was learned of the robot or of the part stays.
     fn reset(&mut self);
 
     /// Demanded displacement of the set-point, axes of W, about the TCP: linear in m, angular as a rotation vector.
@@ -137,19 +204,13 @@ impl<T: Real, C: HybridController<T>, L: Compensator<T>> Compensated<T, C, L> {
 
     /// One period. The law acts while the force loop is closed; before that its correction stays as it is.
     ///
-    /// `nominal`: where the real tool should be. Returns the controller's command, with the law's fault if the
-    /// controller had none.
-    pub fn cycle(
-        &mut self,
-        robot: &Robot<T>,
-        setpoint: &Setpoint<T>,
-        nominal: &Pose<T>,
-        sensed: &Sensed<T>,
-    ) -> Command<T> {
+    /// Returns the controller's command, with the law's fault if the controller had none.
+    pub fn cycle(&mut self, robot: &Robot<T>, observation: &Observation<'_, T>) -> Command<T> {
+        let Observation { setpoint, sensed, .. } = *observation;
         let mut law_fault = None;
         let mut held = false;
         if setpoint.force.is_some() {
-            match self.law.demand(robot, &Observation { setpoint, nominal, sensed }) {
+            match self.law.demand(robot, observation) {
                 Ok(demand) => {
                     let linear = Vector2::new(demand.linear.x, demand.linear.y);
                     held = self.lateral.follow(&linear).1 | self.orientation.follow(&demand.angular).1;

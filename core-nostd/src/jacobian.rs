@@ -2,13 +2,22 @@
 //! tool displacements.
 
 use crate::kinematics::Frames;
-use crate::scalar::{JOINTS, JointVector, Real};
+use crate::scalar::{JOINTS, JointVector, Real, lit};
+use crate::solve::Lu;
 use crate::spatial::Wrench;
 use nalgebra::{Matrix6, Vector3};
 
 /// Jacobian of the TCP, axes of B, angular rows first: `[ω; ṗ] = J q̇`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Jacobian<T: Real>(pub Matrix6<T>);
+
+impl<T: Real> Jacobian<T> {
+    /// The wrench at the TCP, axes of B, that loads the joints with `torque`, N·m: w = J⁻ᵀ τ, (1.2) backwards. `None` next to a
+    /// singular posture.
+    pub fn wrench_for(&self, torque: &JointVector<T>) -> Option<Wrench<T>> {
+        Some(Wrench::from_vector(&Lu::new(&self.0.transpose(), lit(1e-4))?.solve(torque)))
+    }
+}
 
 impl<T: Real> Frames<T> {
     /// Geometric Jacobian of the TCP in axes of B: column i is (zᵢ, zᵢ × (p − oᵢ)).

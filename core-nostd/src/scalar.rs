@@ -35,6 +35,6 @@ pub(crate) fn held<T: Real>(value: T, center: T, reach: T) -> T {
 
 /// True where every entry is a finite number.
 #[inline]
-pub(crate) fn all_finite<'a, T: Real>(values: impl IntoIterator<Item = &'a T>) -> bool {
+pub fn all_finite<'a, T: Real>(values: impl IntoIterator<Item = &'a T>) -> bool {
     values.into_iter().all(|v| v.is_finite())
 }

@@ -5,6 +5,7 @@ mod weld;
 
 use std::{env, fs, path::PathBuf};
 use toml::{Table, Value};
+use trueweld_core::compensation::Observation;
 use weld::{CYCLES, Joint, Numbers, Weld, nominal};
 
 const ROBOT: &str = "../../fixtures/robots/kr500-mt.toml";
@@ -29,7 +30,8 @@ fn main() {
     let expected: Vec<[f64; 6]> = (0..CYCLES)
         .map(|k| {
             let inputs = weld.inputs(k).expect("the weld is within reach");
-            let command = weld.law.cycle(&weld.robot, &inputs.setpoint, &inputs.nominal, &inputs.sensed);
+            let command =
+                weld.law.cycle(&weld.robot, &Observation::of_robot(&inputs.setpoint, &inputs.nominal, &inputs.sensed));
             assert_eq!(command.fault, None, "cycle {k}");
             weld.follow(&inputs, &command).expect("the corrected weld is within reach");
             command.torque.into()

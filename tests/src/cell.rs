@@ -75,6 +75,7 @@ impl Fixtures {
             name: self.name,
             cell,
             belief: &self.robot.robot,
+            planned: &self.process,
             weld: &self.weld,
             program,
             control: &self.control,

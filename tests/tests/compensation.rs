@@ -106,7 +106,7 @@ proptest! {
         let mut robot = Compensated::new(parallel(), ScriptedBy(script.clone(), 0), LATERAL, ORIENTATION, PERIOD);
         robot.start(&KR500, &q, &weight(&KR500, &q));
         for (_, kind) in &script {
-            let command = robot.cycle(&KR500, &setpoint, &setpoint.pose, &sensed);
+            let command = robot.cycle(&KR500, &Observation::of_robot(&setpoint, &setpoint.pose, &sensed));
             let now = robot.correction();
             check_limits(&before, &now);
             if *kind == 0 {
@@ -149,7 +149,7 @@ proptest! {
                 None => {}
             }
             let before = robot.correction();
-            let command = robot.cycle(&KR500, &setpoint, &wanted, &sensed);
+            let command = robot.cycle(&KR500, &Observation::of_robot(&setpoint, &wanted, &sensed));
             check_limits(&before, &robot.correction());
             for i in 0..JOINTS {
                 prop_assert!(command.torque[i].abs() <= KR500.parameters().joints[i].max_torque);
@@ -165,7 +165,7 @@ proptest! {
         // Taught without any load: the set-point is the nominal pose itself.
         let setpoint = Setpoint { pose: nominal, b_from_w: nominal.rotation, force: Some(18e3) };
         let sensed = sensed_at(&KR500, &q, &w);
-        let demand = law.demand(&KR500, &Observation { setpoint: &setpoint, nominal: &nominal, sensed: &sensed }).unwrap();
+        let demand = law.demand(&KR500, &Observation::of_robot(&setpoint, &nominal, &sensed)).unwrap();
         let corrected = setpoint.pose.displaced(&demand.rotated(&setpoint.b_from_w));
         let encoder = KR500.track(&corrected, &q);
         prop_assume!(encoder.is_ok());
@@ -184,7 +184,7 @@ proptest! {
         let sensed = sensed_at(&KR500, &KR500.fake_target(&q, &Wrench::zero()), &Wrench::zero());
         prop_assume!(KR500.beyond_limits(&sensed.encoder).is_none());
         let mut law = Elastostatic::new(4.0, PERIOD).unwrap();
-        let demand = law.demand(&KR500, &Observation { setpoint: &setpoint, nominal: &nominal, sensed: &sensed }).unwrap();
+        let demand = law.demand(&KR500, &Observation::of_robot(&setpoint, &nominal, &sensed)).unwrap();
         // An inverse kinematics there and back: rounding at 3.5 m.
         prop_assert!(seen("demand without load", demand.to_vector().amax()) < 1e-12);
     }
@@ -197,7 +197,7 @@ fn elastostatic_recovers_from_a_glitch() {
     let setpoint = Setpoint { pose: nominal, b_from_w: nominal.rotation, force: Some(18e3) };
     let demand = |law: &mut Elastostatic<f64>, wrench: Wrench<f64>| {
         let sensed: Sensed<f64> = sensed_at(&KR500, &q, &wrench);
-        law.demand(&KR500, &Observation { setpoint: &setpoint, nominal: &nominal, sensed: &sensed })
+        law.demand(&KR500, &Observation::of_robot(&setpoint, &nominal, &sensed))
     };
     let mut law = Elastostatic::new(4.0, PERIOD).unwrap();
     let good = demand(&mut law, w).unwrap();
@@ -226,9 +226,7 @@ fn elastostatic_starts_without_a_transient_and_lags_by_its_declared_delay() {
     let mut law = Elastostatic::new(4.0, PERIOD).unwrap();
     let demand = |law: &mut Elastostatic<f64>, scale: f64| {
         let sensed = sensed_at(&KR500, &q, &(w * scale));
-        law.demand(&KR500, &Observation { setpoint: &setpoint, nominal: &nominal, sensed: &sensed })
-            .unwrap()
-            .to_vector()
+        law.demand(&KR500, &Observation::of_robot(&setpoint, &nominal, &sensed)).unwrap().to_vector()
     };
     let first = demand(&mut law, 1.0);
     for _ in 0..100 {
@@ -258,7 +256,7 @@ fn elastostatic_lateral_demand_is_of_the_published_size() {
     let setpoint = Setpoint { pose, b_from_w: nominal.rotation, force: Some(18e3) };
     let sensed = sensed_at(&KR500, &q, &weld_wrench());
     let mut law = Elastostatic::new(4.0, PERIOD).unwrap();
-    let observation = Observation { setpoint: &setpoint, nominal: &nominal, sensed: &sensed };
+    let observation = Observation::of_robot(&setpoint, &nominal, &sensed);
     let demand = law.demand(&KR500, &observation).unwrap();
     println!("demanded at the start of the weld: {:.2} mm", demand.linear.transpose() * 1e3);
     assert!((0.5e-3..8e-3).contains(&demand.linear.y.abs()), "{} m across", demand.linear.y);
@@ -271,7 +269,7 @@ fn what_the_law_cannot_do_is_said() {
     let sensed = sensed_at(&KR500, &q, &weld_wrench());
     let mut law = Elastostatic::new(4.0, PERIOD).unwrap();
     let mut ask = |nominal: &Pose<f64>, sensed: &Sensed<f64>| {
-        law.demand(&KR500, &Observation { setpoint: &setpoint, nominal, sensed })
+        law.demand(&KR500, &Observation::of_robot(&setpoint, nominal, sensed))
     };
     let far = Pose { position: Vector3::new(9.0, 0.0, 0.0), ..setpoint.pose };
     assert_eq!(ask(&far, &sensed), Err(Fault::Compensation));
@@ -295,7 +293,10 @@ fn uncompensated_is_the_bare_controller() {
     let setpoint = setpoint_at(&KR500, &q, Some(18e3));
     for k in 0..50 {
         sensed.encoder[0] = q[0] + 1e-4 * f64::from(k).sin();
-        let (a, b) = (bare.cycle(&KR500, &setpoint, &sensed), on_top.cycle(&KR500, &setpoint, &setpoint.pose, &sensed));
+        let (a, b) = (
+            bare.cycle(&KR500, &setpoint, &sensed),
+            on_top.cycle(&KR500, &Observation::of_robot(&setpoint, &setpoint.pose, &sensed)),
+        );
         assert_eq!(a, b);
     }
 }
@@ -311,16 +312,16 @@ fn correction_waits_for_the_force_loop_and_moves_the_set_point() {
     let mut robot = Compensated::new(parallel(), law, LATERAL, ORIENTATION, PERIOD);
     robot.start(&KR500, &at, &weight(&KR500, &at));
     for _ in 0..10 {
-        assert_eq!(robot.cycle(&KR500, &open, &nominal, &sensed).fault, None);
+        assert_eq!(robot.cycle(&KR500, &Observation::of_robot(&open, &nominal, &sensed)).fault, None);
         assert_eq!(robot.correction(), Twist::zero());
     }
     let closed = Setpoint { force: Some(18e3), ..open };
     for _ in 0..2000 {
-        robot.cycle(&KR500, &closed, &nominal, &sensed);
+        robot.cycle(&KR500, &Observation::of_robot(&closed, &nominal, &sensed));
     }
     // Long after, the correction is the demand but for depth and the limits' slack: e^(−3·24) is nothing.
     let mut fresh = Elastostatic::new(4.0, PERIOD).unwrap();
-    let observation = Observation { setpoint: &closed, nominal: &nominal, sensed: &sensed };
+    let observation = Observation::of_robot(&closed, &nominal, &sensed);
     let demand = fresh.demand(&KR500, &observation).unwrap();
     let mut expected = demand;
     expected.linear.z = 0.0;

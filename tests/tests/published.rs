@@ -105,3 +105,46 @@ fn believing_in_a_robot_thirty_percent_too_soft_ends_in_a_bounded_limit_cycle() 
     assert!(figures.limited_rows > 1000, "{figures:?}");
     assert!(figures.lateral.max_abs < 10e-3, "{figures:?}");
 }
+
+/// The last of so many passes of the first weld with a law that believes in a stiffness off by `error`.
+fn passes(law: Law, error: f64, passes: usize) -> WeldFigures {
+    let fixtures = Fixtures::of("vertical");
+    let cell = fixtures.cell(&[]);
+    let belief = fixtures.robot.robot.with_stiffness_scaled(&SVector::from_element(1.0 + error)).expect("a robot");
+    let scenario = fixtures.scenario(&cell, Program::Weld, Controller::External, law);
+    let scenario = trueweld_plant::simulate::Scenario { belief: &belief, ..scenario };
+    let recording = trueweld_plant::simulate::run_passes(&scenario, passes, |_| {}).expect("the run ends");
+    WeldFigures::of(&recording).expect("a steady part")
+}
+
+#[test]
+fn feed_forward_is_off_by_its_stiffness_and_does_not_swing() {
+    let exact = passes(Law::FeedForward, 0.0, 1);
+    assert!(exact.lateral.rms < 0.05e-3, "{exact:?}");
+    let soft = passes(Law::FeedForward, -0.3, 1);
+    assert!((0.5e-3..2.0e-3).contains(&soft.lateral.rms), "{soft:?}");
+    // The elastostatic law's limit cycle peaks at 1.7 times its mean square.
+    assert!(soft.lateral.max_abs < 1.4 * soft.lateral.rms, "{soft:?}");
+}
+
+#[test]
+fn the_observer_is_as_good_as_a_force_sensor() {
+    let figures = passes(Law::Observer, 0.0, 1);
+    assert!(figures.lateral.rms < 0.05e-3, "{figures:?}");
+}
+
+#[test]
+fn a_seam_sensor_holds_the_line_whatever_the_stiffness() {
+    for error in [-0.3, 0.3] {
+        let figures = passes(Law::SeamTracking, error, 1);
+        assert!(figures.lateral.rms < 0.05e-3, "{error}: {figures:?}");
+        let figures = passes(Law::Adaptive, error, 2);
+        assert!(figures.lateral.rms < 0.03e-3, "{error}: {figures:?}");
+    }
+}
+
+#[test]
+fn a_law_that_learns_is_better_with_every_pass() {
+    let [first, second, third] = [1, 2, 3].map(|n| passes(Law::Learning, 0.3, n).lateral.rms);
+    assert!(first > 0.5e-3 && second < 0.15e-3 && third < 0.06e-3, "{first}, {second}, {third} m");
+}

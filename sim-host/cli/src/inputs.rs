@@ -59,6 +59,8 @@ pub struct Inputs {
     pub control: Control,
     pub sensors: Sensors,
     pub cell: Cell,
+    /// The process as the weld is planned with it.
+    pub planned: Process,
     /// The robot as the controller believes it is.
     pub belief: Robot<f64>,
     pub seed: u64,
@@ -106,6 +108,7 @@ impl Files {
             control,
             sensors,
             cell,
+            planned: process,
             belief,
         })
     }
@@ -148,6 +151,7 @@ impl Inputs {
             name: &self.weld_name,
             cell: &self.cell,
             belief: &self.belief,
+            planned: &self.planned,
             weld: &self.weld,
             program,
             control: &self.control,

@@ -20,6 +20,9 @@ pub struct Arguments {
     /// Compensation law (default: a run without and a run with elastostatic)
     #[arg(long, value_enum)]
     compensator: Option<Compensator>,
+    /// Welds of the same seam one after another, the law kept from one to the next; the last one is reported
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    passes: usize,
     /// Factor by which the recording exaggerates deviations
     #[arg(long, value_name = "X", default_value_t = 50.0, allow_negative_numbers = true)]
     exaggeration: f64,
@@ -43,6 +46,30 @@ enum Compensator {
     None,
     /// From the measured wrench and the robot's stiffness
     Elastostatic,
+    /// From the planned load and the robot's stiffness
+    FeedForward,
+    /// From motor torque and encoders
+    Observer,
+    /// Feed-forward, corrected by a seam sensor
+    SeamTracking,
+    /// Feed-forward, with stiffnesses learned from a seam sensor
+    Adaptive,
+    /// Feed-forward, corrected from pass to pass (--passes)
+    Learning,
+}
+
+impl Compensator {
+    fn law(self) -> simulate::Law {
+        match self {
+            Self::None => simulate::Law::None,
+            Self::Elastostatic => simulate::Law::Elastostatic,
+            Self::FeedForward => simulate::Law::FeedForward,
+            Self::Observer => simulate::Law::Observer,
+            Self::SeamTracking => simulate::Law::SeamTracking,
+            Self::Adaptive => simulate::Law::Adaptive,
+            Self::Learning => simulate::Law::Learning,
+        }
+    }
 }
 
 impl Arguments {
@@ -57,6 +84,7 @@ impl Arguments {
             files: Files::default(),
             controller: Controller::External,
             compensator: None,
+            passes: 1,
             exaggeration: 50.0,
             results,
         }
@@ -78,12 +106,11 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         Controller::Superposed => simulate::Controller::Superposed,
         Controller::External => simulate::Controller::External,
     };
-    let laws: &[simulate::Law] = match arguments.compensator {
-        None => &[simulate::Law::None, simulate::Law::Elastostatic],
-        Some(Compensator::None) => &[simulate::Law::None],
-        Some(Compensator::Elastostatic) => &[simulate::Law::Elastostatic],
+    let laws = match arguments.compensator {
+        None => vec![simulate::Law::None, simulate::Law::Elastostatic],
+        Some(compensator) => vec![compensator.law()],
     };
-    let recordings = simulate_all(&inputs, controller, laws, arguments.results.quiet)?;
+    let recordings = simulate_all(&inputs, controller, &laws, arguments)?;
     let figures = recordings
         .iter()
         .map(|r| {
@@ -116,10 +143,12 @@ fn simulate_all(
     inputs: &Inputs,
     controller: simulate::Controller,
     laws: &[simulate::Law],
-    quiet: bool,
+    arguments: &Arguments,
 ) -> Result<Vec<Recording>> {
     let duration = Program::Weld.duration(&inputs.weld, &Seam::of(&inputs.weld));
-    let progress = if quiet { Progress::silent() } else { Progress::new("welding", duration) };
+    let passes = arguments.passes.max(1);
+    let progress =
+        if arguments.results.quiet { Progress::silent() } else { Progress::new("welding", duration * passes as f64) };
     let results: Vec<_> = std::thread::scope(|scope| {
         let threads: Vec<_> = laws
             .iter()
@@ -128,7 +157,7 @@ fn simulate_all(
                 let progress = (k == 0).then_some(&progress);
                 let scenario = inputs.scenario(Program::Weld, controller, *law);
                 scope.spawn(move || {
-                    simulate::run(&scenario, |time| {
+                    simulate::run_passes(&scenario, passes, |time| {
                         if let Some(progress) = progress {
                             progress.advance_to(time);
                         }

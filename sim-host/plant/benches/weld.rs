@@ -37,6 +37,7 @@ fn benches(criterion: &mut Criterion) {
             name: "vertical",
             cell: &cell,
             belief: &robot.robot,
+            planned: &process,
             weld,
             program: Program::Weld,
             control: &control,

@@ -72,6 +72,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             name: "vertical",
             cell: &cell,
             belief: &robot.robot,
+            planned: &process,
             weld: &weld,
             program: Program::Weld,
             control: &control,

@@ -21,6 +21,7 @@ mod weld;
 
 use core::{hint::black_box, panic::PanicInfo};
 use host_tables::{EXPECTED, ROBOT, START};
+use trueweld_core::compensation::Observation;
 use trueweld_core::control::Command;
 use trueweld_core::{Real, Robot};
 use weld::{Inputs, Law, Weld};
@@ -80,5 +81,5 @@ fn run<T: Real + Into<f64>>(bound: f64, mut measured: impl FnMut(&mut dyn FnMut(
 /// One control cycle: what a controller calls every period.
 #[inline(never)]
 fn cycle<T: Real>(law: &mut Law<T>, robot: &Robot<T>, inputs: &Inputs<T>) -> Command<T> {
-    law.cycle(robot, &inputs.setpoint, &inputs.nominal, &inputs.sensed)
+    law.cycle(robot, &Observation::of_robot(&inputs.setpoint, &inputs.nominal, &inputs.sensed))
 }

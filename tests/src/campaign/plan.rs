@@ -157,6 +157,7 @@ impl Plan {
                 cell: &cell,
                 // The controller knows no more of the truth than the model file does.
                 belief: &laboratory.robot.robot,
+                planned: &laboratory.process,
                 weld: &weld,
                 program: Program::Weld,
                 control: &laboratory.control,

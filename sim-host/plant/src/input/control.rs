@@ -2,7 +2,9 @@
 
 use super::document::Table;
 use super::{Bounds, Document, InputError, Kind, read_text};
+use nalgebra::Vector2;
 use std::path::Path;
+use trueweld_compensators::{Prior, Tracking};
 use trueweld_core::JointVector;
 use trueweld_core::compensation::LoopLimits;
 use trueweld_core::control::{ExternalGains, ForceGains, JointGains};
@@ -49,6 +51,16 @@ pub struct CompensationLimits {
     pub orientation: LoopLimits<f64>,
     /// Corner of the low-pass filter on the measured wrench, Hz.
     pub wrench_filter: f64,
+    /// What the force sensor gives along x and y of T per axial force, as it was calibrated.
+    pub crosstalk: Vector2<f64>,
+    /// Bandwidth of the observer of spring torques, rad/s.
+    pub observer: f64,
+    /// Seam tracking.
+    pub tracking: Tracking<f64>,
+    /// How well the adaptive law believes the model to be known.
+    pub prior: Prior<f64>,
+    /// Share of what a pass lacked that the next one gets.
+    pub learning: f64,
 }
 
 /// The keys of the position loop, common to the three schemes.
@@ -126,6 +138,15 @@ fn compensation(table: &Table<'_>) -> Result<CompensationLimits, InputError> {
         "max_translation_rate_m_s",
         "max_rotation_rate_rad_s",
         "wrench_filter_hz",
+        "crosstalk",
+        "observer_hz",
+        "tracking_rad_s",
+        "seam_shape_s_m",
+        "prior_compliance",
+        "prior_force",
+        "prior_tilt_rad",
+        "prior_lateral_m",
+        "learning",
     ])?;
     let bandwidth = table.number("bandwidth_hz", Bounds::Positive)? * std::f64::consts::TAU;
     Ok(CompensationLimits {
@@ -140,5 +161,18 @@ fn compensation(table: &Table<'_>) -> Result<CompensationLimits, InputError> {
             rate: table.number("max_rotation_rate_rad_s", Bounds::PositiveUpTo(10.0))?,
         },
         wrench_filter: table.number("wrench_filter_hz", Bounds::Positive)?,
+        crosstalk: table.numbers::<2>("crosstalk", Bounds::Any)?.into(),
+        observer: table.number("observer_hz", Bounds::Positive)? * std::f64::consts::TAU,
+        tracking: Tracking {
+            rate: table.number("tracking_rad_s", Bounds::Positive)?,
+            shape: table.number("seam_shape_s_m", Bounds::NonNegative)?,
+        },
+        prior: Prior {
+            compliance: table.number("prior_compliance", Bounds::PositiveUpTo(10.0))?,
+            force: table.number("prior_force", Bounds::PositiveUpTo(10.0))?,
+            tilt: table.number("prior_tilt_rad", Bounds::PositiveUpTo(1.0))?,
+            lateral: table.number("prior_lateral_m", Bounds::PositiveUpTo(1.0))?,
+        },
+        learning: table.number("learning", Bounds::PositiveUpTo(1.0))?,
     })
 }

@@ -25,7 +25,7 @@ pub use error::{InputError, Source};
 pub use model::{Comments, EffectComments, ModelEffect, ModelFile, Scope};
 pub use process::{Process, Ripple};
 pub use robot::RobotFile;
-pub use sensors::{ForceSensor, Sensors};
+pub use sensors::{ForceSensor, SeamSensor, Sensors};
 pub use urdf::{import_urdf, import_urdf_text};
 pub use weld::Weld;
 pub use write::write_atomically;

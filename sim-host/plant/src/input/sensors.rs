@@ -1,5 +1,6 @@
 //! What the controller's sensors add to the truth: `sensors/1`.
 
+use super::document::Table;
 use super::{Bounds, Document, InputError, Kind, read_text};
 use std::path::Path;
 
@@ -10,8 +11,28 @@ pub struct Sensors {
     pub encoder_resolution: [f64; 6],
     /// The force/torque sensor between flange and tool.
     pub force: ForceSensor,
+    /// The seam sensor; `None` where the cell has none.
+    pub seam: Option<SeamSensor>,
     /// Seed of the noise.
     pub seed: u64,
+}
+
+/// A laser line across the seam, carried by the tool and looking ahead of it: it sees how far the tool is beside the seam, and how
+/// far it is tilted across it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SeamSensor {
+    /// How far ahead of the tool the line lies, m.
+    pub ahead: f64,
+    /// Standard deviation of a reading across the seam, m.
+    pub noise: f64,
+    /// Standard deviation of a reading of the tilt across the seam, rad.
+    pub tilt_noise: f64,
+    /// Time between readings, s.
+    pub period: f64,
+    /// Age of a reading when the controller gets it, s.
+    pub delay: f64,
+    /// Share of readings that are lost: glare, spatter.
+    pub lost: f64,
 }
 
 /// The force/torque sensor.
@@ -46,7 +67,7 @@ impl Sensors {
     pub fn parse(text: &str, name: &str) -> Result<Self, InputError> {
         let document = Document::parse(text, name)?;
         let root = document.root_of(Kind::Sensors.schema())?;
-        root.only(&["schema", "seed", "encoder", "force"])?;
+        root.only(&["schema", "seed", "encoder", "force", "seam"])?;
         let seed = root.integer("seed")?;
         let encoder = root.table("encoder")?;
         encoder.only(&["resolution_rad"])?;
@@ -61,7 +82,20 @@ impl Sensors {
                 delay: force.number("delay_s", Bounds::UpTo(1.0))?,
                 resolution: force.number("resolution_n", Bounds::NonNegative)?,
             },
+            seam: if root.has("seam") { Some(seam(&root.table("seam")?)?) } else { None },
             seed,
         })
     }
+}
+
+fn seam(table: &Table<'_>) -> Result<SeamSensor, InputError> {
+    table.only(&["ahead_m", "noise_m", "tilt_noise_rad", "period_s", "delay_s", "lost"])?;
+    Ok(SeamSensor {
+        ahead: table.number("ahead_m", Bounds::UpTo(1.0))?,
+        noise: table.number("noise_m", Bounds::PositiveUpTo(0.1))?,
+        tilt_noise: table.number("tilt_noise_rad", Bounds::PositiveUpTo(0.1))?,
+        period: table.number("period_s", Bounds::PositiveUpTo(10.0))?,
+        delay: table.number("delay_s", Bounds::UpTo(0.3))?,
+        lost: table.number("lost", Bounds::UpTo(1.0))?,
+    })
 }

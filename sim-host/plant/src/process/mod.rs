@@ -14,6 +14,14 @@ use crate::input::Process;
 use crate::robot::{Ports, ProcessPoint};
 use nalgebra::{Matrix3, Vector3};
 
+/// Force on a tool that presses with `push`, N, moves along the seam at `feed`, m/s, and stands on the line: what a weld is planned
+/// with. Mean over a turn of the spindle, in axes of W, N.
+pub fn planned(process: &Process, push: f64, feed: f64) -> Vector3<f64> {
+    let still = Process { ripple: Vec::new(), ..process.clone() };
+    let position = Vector3::z() * (push / process.depth_stiffness);
+    reaction(&still, &Ports::default(), 0.0, &position, &(Vector3::x() * feed), 0.0, 0.0).force
+}
+
 /// What the process does to the tool at one instant, in axes of W.
 #[derive(Debug, Clone, Copy)]
 pub struct Reaction {

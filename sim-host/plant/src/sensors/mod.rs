@@ -1,7 +1,12 @@
-//! The robot's instruments: encoders with their step, and a force sensor with filter, delay, noise and step. Seeded.
+//! The robot's instruments: encoders with their step, and a force sensor with filter, delay, noise and step; beside them the seam
+//! sensor. Seeded.
 //!
 //! What an effect does to a channel enters at the ports `SensorChannel` and `TimeBase`. The tracker and the link
 //! encoders are not instruments of the robot's controller; a log's reader compares with them.
+
+mod seam;
+
+pub use seam::SeamSight;
 
 use crate::input::Sensors;
 use crate::robot::{Channel, Ports, Readings};

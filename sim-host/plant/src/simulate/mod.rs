@@ -1,9 +1,11 @@
 //! The multi-rate loop: plant at 1 ms or less, control held over its period.
 
+mod law;
 mod program;
 mod record;
 mod run;
 
+pub use law::Law;
 pub use program::{Program, Seam, Target};
 pub use record::{Phase, Recording, Row};
-pub use run::{Controller, Law, RunError, Scenario, run, start_angles};
+pub use run::{Controller, RunError, Scenario, run, run_passes, start_angles};

@@ -19,6 +19,8 @@ pub struct Target {
     pub phase: Phase,
     /// Path position from the start of the seam, m.
     pub path: f64,
+    /// Speed along the seam, m/s.
+    pub feed: f64,
     /// Push asked for, N; `None` under pure position control.
     pub force: Option<f64>,
 }
@@ -90,6 +92,16 @@ impl Feed {
         self.cruise + 2.0 * self.ramp
     }
 
+    /// Speed a time after the feed began, m/s.
+    fn rate(&self, time: f64) -> f64 {
+        let from_end = time.min(self.duration() - time);
+        match from_end {
+            t if t < 0.0 => 0.0,
+            t if t < self.ramp => self.speed * t / self.ramp,
+            _ => self.speed,
+        }
+    }
+
     /// Path position a time after the feed began, m.
     fn path(&self, time: f64) -> f64 {
         let rising = |t: f64| if self.ramp > 0.0 { 0.5 * self.speed * t * t / self.ramp } else { 0.0 };
@@ -118,13 +130,13 @@ impl Program {
     pub fn target(&self, weld: &Weld, seam: &Seam, contact: f64, time: f64) -> Target {
         let closed = time - weld.settle;
         if closed < 0.0 {
-            return Target { phase: Phase::Settle, path: 0.0, force: None };
+            return Target { phase: Phase::Settle, path: 0.0, feed: 0.0, force: None };
         }
         match self {
             Program::ForceStep { height, hold, .. } => {
                 let stepped = closed >= *hold;
                 let phase = if stepped { Phase::Hold } else { Phase::ForceRamp };
-                Target { phase, path: 0.0, force: Some(contact + if stepped { *height } else { 0.0 }) }
+                Target { phase, path: 0.0, feed: 0.0, force: Some(contact + if stepped { *height } else { 0.0 }) }
             }
             Program::Weld => {
                 let feed = Feed::new(weld, seam.length);
@@ -139,7 +151,7 @@ impl Program {
                     t if t < feed.duration() => Phase::Stop,
                     _ => Phase::Hold,
                 };
-                Target { phase, path: feed.path(fed), force }
+                Target { phase, path: feed.path(fed), feed: feed.rate(fed), force }
             }
         }
     }

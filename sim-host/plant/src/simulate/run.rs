@@ -3,17 +3,17 @@
 //! The path is taught under gravity: at the start, with the tool free of contact, the real tool stands on the line.
 //! The set-point then follows the line by the encoders alone, and whatever the load bends from there is deviation.
 
-use super::{Program, Recording, Row, Seam};
+use super::{Law, Program, Recording, Row, Seam};
 use crate::cell::{Cell, Evaluation};
-use crate::input::{Control, Sensors, Weld};
+use crate::input::{Control, Process, Sensors, Weld};
 use crate::integrate::rest::{self, NoRest};
 use crate::integrate::{Diverged, Integrator, Stepper};
+use crate::process::planned;
 use crate::robot::{Drives, Readings};
-use crate::sensors::Instruments;
+use crate::sensors::{Instruments, SeamSight};
 use nalgebra::Vector3;
 use std::time::Instant;
-use trueweld_compensators::{Elastostatic, Uncompensated};
-use trueweld_core::compensation::{Compensated, Compensator};
+use trueweld_core::compensation::{Compensated, Compensator, Observation};
 use trueweld_core::control::{External, HybridController, Parallel, Setpoint, Superposed};
 use trueweld_core::spatial::rotation_vector;
 use trueweld_core::{JointVector, KinematicsError, Pose, Robot, Twist, Wrench};
@@ -52,36 +52,6 @@ impl Controller {
     }
 }
 
-/// Which compensation law.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Law {
-    /// None.
-    None,
-    /// From the measured wrench.
-    Elastostatic,
-}
-
-impl Law {
-    /// Its name on the command line and in results.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::None => "none",
-            Self::Elastostatic => "elastostatic",
-        }
-    }
-
-    fn build(self, control: &Control) -> Result<Box<dyn Compensator<f64>>, RunError> {
-        match self {
-            Self::None => Ok(Box::new(Uncompensated)),
-            Self::Elastostatic => {
-                let (corner, period) = (control.compensation.wrench_filter, control.period);
-                let law = Elastostatic::new(corner, period).ok_or(RunError::Filter { corner, period })?;
-                Ok(Box::new(law))
-            }
-        }
-    }
-}
-
 /// Why a run did not come to its end.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum RunError {
@@ -107,6 +77,20 @@ pub enum RunError {
         /// Control period, s.
         period: f64,
     },
+    /// A gain that does not suit the control period.
+    #[error("the law {law} cannot be built with these gains at a period of {period} s")]
+    Law {
+        /// Its name.
+        law: &'static str,
+        /// Control period, s.
+        period: f64,
+    },
+    /// A law that learns from a seam sensor, in a cell without one.
+    #[error("the law {law} needs a seam sensor, and the sensor file has no [seam]")]
+    NoSeamSensor {
+        /// Its name.
+        law: &'static str,
+    },
 }
 
 /// Everything one run is made of.
@@ -118,6 +102,8 @@ pub struct Scenario<'a> {
     pub cell: &'a Cell,
     /// The robot as the controller believes it is.
     pub belief: &'a Robot<f64>,
+    /// The process as the weld was planned with it.
+    pub planned: &'a Process,
     /// The weld.
     pub weld: &'a Weld,
     /// What is done.
@@ -210,7 +196,44 @@ fn start(scenario: &Scenario<'_>, seam: &Seam) -> Result<Start, RunError> {
 ///
 /// # Errors
 /// [`RunError`].
-pub fn run(scenario: &Scenario<'_>, mut progress: impl FnMut(f64)) -> Result<Recording, RunError> {
+pub fn run(scenario: &Scenario<'_>, progress: impl FnMut(f64)) -> Result<Recording, RunError> {
+    run_passes(scenario, 1, progress)
+}
+
+/// The same seam so many times one after another, the law kept from one to the next and each with noise of its own; the last run.
+/// `progress` goes on from pass to pass.
+///
+/// # Errors
+/// [`RunError`].
+pub fn run_passes(
+    scenario: &Scenario<'_>,
+    passes: usize,
+    mut progress: impl FnMut(f64),
+) -> Result<Recording, RunError> {
+    let seam = Seam::of(scenario.weld);
+    let mut law = scenario.law.build(scenario.control, scenario.sensors, seam.length)?;
+    let duration = scenario.program.duration(scenario.weld, &seam);
+    let last = passes.saturating_sub(1);
+    let mut pass = |k: usize| {
+        // The last one has the scenario's own noise.
+        let scenario = Scenario { seed: scenario.seed.wrapping_add((last - k) as u64), ..*scenario };
+        run_with(&scenario, law.as_mut(), |time| progress(k as f64 * duration + time))
+    };
+    for k in 0..last {
+        pass(k)?;
+    }
+    pass(last)
+}
+
+/// One run with a law that may have seen runs before; the scenario's own is not built.
+///
+/// # Errors
+/// [`RunError`].
+fn run_with(
+    scenario: &Scenario<'_>,
+    law: &mut dyn Compensator<f64>,
+    mut progress: impl FnMut(f64),
+) -> Result<Recording, RunError> {
     let clock = Instant::now();
     let Scenario { cell, belief, weld, program, control, .. } = *scenario;
     let seam = Seam::of(weld);
@@ -222,11 +245,11 @@ pub fn run(scenario: &Scenario<'_>, mut progress: impl FnMut(f64)) -> Result<Rec
     let ticks = (duration / period).round() as usize;
 
     let mut hybrid = scenario.controller.build(control);
-    let mut law = scenario.law.build(control)?;
     let limits = &control.compensation;
-    let mut controller = Compensated::new(hybrid.as_mut(), law.as_mut(), limits.lateral, limits.orientation, period);
+    let mut controller = Compensated::new(hybrid.as_mut(), law, limits.lateral, limits.orientation, period);
     controller.start(belief, &start.motor, &start.rest.torque);
     let mut instruments = Instruments::new(scenario.sensors, &cell.robot.ports, h, period, scenario.seed);
+    let mut seam_sensor = scenario.sensors.seam.as_ref().map(|sensor| SeamSight::new(sensor, scenario.seed));
     let mut stepper = Stepper::new(scenario.integrator);
 
     let mut state = start.rest.state;
@@ -249,9 +272,19 @@ pub fn run(scenario: &Scenario<'_>, mut progress: impl FnMut(f64)) -> Result<Rec
             b_from_w: seam.b_from_w.rotation,
             force: target.force,
         };
-        let command = controller.cycle(belief, &setpoint, &nominal, &sensed);
-        torque = command.torque;
         let deviation_w = nominal.error_to(&at.frames.tcp).rotated(&seam.b_from_w.rotation.transpose());
+        let sightings = seam_sensor.as_mut().map_or(Vec::new(), |sensor| sensor.read(time, &deviation_w));
+        let load = target.force.map_or(Vector3::zeros(), |push| planned(scenario.planned, push, target.feed));
+        let observation = Observation {
+            setpoint: &setpoint,
+            nominal: &nominal,
+            sensed: &sensed,
+            path: target.path,
+            planned: Wrench { moment: Vector3::zeros(), force: load },
+            sightings: &sightings,
+        };
+        let command = controller.cycle(belief, &observation);
+        torque = command.torque;
         rows.push(Row {
             time,
             phase: target.phase,

@@ -1,0 +1,212 @@
+//! Adaptive compensation: joint compliances estimated from whatever is seen of the tool's pose.
+//!
+//! On top of the planned load case ([`feed_forward`](crate::FeedForward)) the demand is linear in what is not known of it,
+//!
+//! ```text
+//! x = x̂₀ + Φ ϑ,   Φ = [ J diag(K⁻¹ τ_s)  |  −J K⁻¹ Jᵀ [f_x e_x, f_y e_y]  |  e_rx, e_y ]
+//! ```
+//!
+//! ϑ: relative errors of six compliances and of the two planned forces in the plane, and two offsets (a sensor's zero, a seam beside
+//! its taught line), that of lateral tilt and that across the seam. Every sighting is one row of a Kalman filter,
+//!
+//! ```text
+//! r = h·(E − x̂₀)(t − age) − z − φᵀϑ,  φ = Φᵀh,  s = φᵀPφ + R
+//! ϑ ← ϑ + P φ r / s,   P ← P − P φ φᵀ P / s
+//! ```
+//!
+//! * Forgetting: P grows by Q a second, the compliances slowly, the offsets faster; only while there is excitation.
+//! * Compliances and forces learn while the tool feeds evenly only: where it stands, the material holds it beside its line with
+//!   forces that no plan has, and what they bend would pass for compliance. The offsets learn at all times.
+//! * Freeze: a row that can teach nothing (φᵀPφ below a hundredth of R) changes neither ϑ nor P.
+//! * Covariance bound: no variance ever exceeds its prior.
+//! * Projection: ϑ stays within three priors, no compliance below 0.3 of the believed one.
+//!
+//! What is learned of compliances and planned forces stays from weld to weld; the offsets are begun anew.
+//!
+//! Needs: sightings of any kind, at any times. Cannot see: compliances that no sighting shows apart (a seam sensor alone shows sums of
+//! six; they serve well where they were learned, and less elsewhere), depth, play and friction. Tuning: none beyond how well the
+//! model is known.
+
+use crate::FeedForward;
+use crate::seen::Seen;
+use nalgebra::{Matrix6, SMatrix, SVector, Vector3};
+use trueweld_core::compensation::{Compensator, Observation, Sighting};
+use trueweld_core::scalar::lit;
+use trueweld_core::{Fault, Real, Robot, Twist, Wrench};
+
+/// Unknowns: six compliances, two forces, two offsets.
+const UNKNOWN: usize = 10;
+
+/// First of the offsets.
+const OFFSETS: usize = 8;
+
+/// Change of the feed from period to period that is none, as a share of it; and way at even feed from which on the material behind the
+/// tool has forgotten how it began, m: several shoulder radii.
+const EVEN: f64 = 0.01;
+const SETTLED: f64 = 0.03;
+
+/// Deviations of its noise beyond which a reading says no more than so many.
+const CLIPPED: f64 = 30.0;
+
+/// A row that could lower no variance by more than this share of the noise teaches nothing.
+const EXCITED: f64 = 0.01;
+
+/// Deviations of the prior that an unknown is held within.
+const REACH: f64 = 3.0;
+
+/// Least relative compliance error: none is stiffer than 1/0.3 of what is believed.
+const LEAST: f64 = -0.7;
+
+/// Time in which forgetting would give an unknown its prior variance back, s: of compliances and forces, and of offsets.
+const FORGOTTEN: [f64; 2] = [3600.0, 120.0];
+
+/// How well the model is known: one standard deviation each.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Prior<T: Real> {
+    /// Of every joint's compliance, relative.
+    pub compliance: T,
+    /// Of the planned forces in the plane, relative.
+    pub force: T,
+    /// Of the offset of lateral tilt, rad.
+    pub tilt: T,
+    /// Of the offset across the seam, m.
+    pub lateral: T,
+}
+
+/// Adaptive law.
+#[derive(Debug, Clone)]
+pub struct Adaptive<T: Real> {
+    prior: SVector<T, UNKNOWN>,
+    period: T,
+    seen: Seen<T>,
+    unknown: SVector<T, UNKNOWN>,
+    covariance: SMatrix<T, UNKNOWN, UNKNOWN>,
+    /// Path position and speed of the last period, and where the speed became even.
+    fed: Option<(T, T, T)>,
+}
+
+impl<T: Real> Adaptive<T> {
+    /// A law that knows nothing yet. `period`: of control, s.
+    ///
+    /// `None` unless all are positive and finite.
+    pub fn new(prior: Prior<T>, period: T) -> Option<Self> {
+        let usable = |v: T| v.is_finite() && v > T::zero();
+        let all = [prior.compliance, prior.force, prior.tilt, prior.lateral, period];
+        let prior = SVector::from_fn(|i, _| match i {
+            0..6 => prior.compliance,
+            6 | 7 => prior.force,
+            8 => prior.tilt,
+            _ => prior.lateral,
+        });
+        all.into_iter().all(usable).then(|| Self {
+            prior,
+            period,
+            seen: Seen::new(period),
+            unknown: SVector::zeros(),
+            covariance: SMatrix::from_diagonal(&prior.component_mul(&prior)),
+            fed: None,
+        })
+    }
+
+    /// Relative errors of the six compliances as they are estimated, and the standard deviation of each.
+    pub fn compliance(&self) -> [(T, T); 6] {
+        core::array::from_fn(|i| (self.unknown[i], self.covariance[(i, i)].max(T::zero()).sqrt()))
+    }
+
+    /// Φ at the nominal pose under the planned load, axes of W.
+    fn regressor(robot: &Robot<T>, observation: &Observation<'_, T>) -> Result<SMatrix<T, 6, UNKNOWN>, Fault> {
+        let link = robot.track(observation.nominal, &observation.sensed.encoder).map_err(|_| Fault::Compensation)?;
+        let frames = robot.frames(&link);
+        let w = observation.setpoint.b_from_w;
+        let load = observation.planned.rotated(&w);
+        let twist = robot.spring_torque_at_rest(&frames, &link, &load).component_div(robot.stiffness());
+        let jacobian = frames.jacobian().0;
+        let compliance =
+            jacobian * Matrix6::from_diagonal(&robot.stiffness().map(|k| k.recip())) * jacobian.transpose();
+        let in_w = |v: SVector<T, 6>| Twist::from_vector(&v).rotated(&w.transpose()).to_vector();
+        let mut regressor = SMatrix::<T, 6, UNKNOWN>::zeros();
+        for i in 0..6 {
+            regressor.set_column(i, &in_w(jacobian.column(i) * twist[i]));
+        }
+        for (i, part) in
+            [(6, Vector3::x() * observation.planned.force.x), (7, Vector3::y() * observation.planned.force.y)]
+        {
+            let force = Wrench { moment: Vector3::zeros(), force: w * part };
+            regressor.set_column(i, &in_w(-(compliance * force.to_vector())));
+        }
+        regressor[(0, OFFSETS)] = T::one();
+        regressor[(4, OFFSETS + 1)] = T::one();
+        Ok(regressor)
+    }
+
+    /// True where the feed has been the same for long enough.
+    fn feeds_evenly(&mut self, path: T) -> bool {
+        let (before, speed, since) = self.fed.unwrap_or((path, T::zero(), path));
+        let now = (path - before) / self.period;
+        let even = now > T::zero() && (now - speed).abs() <= now * lit(EVEN);
+        let since = if even { since } else { path };
+        self.fed = Some((path, now, since));
+        even && path - since >= lit(SETTLED)
+    }
+
+    fn learn(&mut self, regressor: &SMatrix<T, 6, UNKNOWN>, sighting: &Sighting<T>, evenly: bool) {
+        let mut along = sighting.along.to_vector();
+        // Depth is the force loop's.
+        along[5] = T::zero();
+        let mut row = regressor.tr_mul(&along);
+        let expected = row.dot(&self.unknown);
+        let Some(surprise) = self.seen.surprise(sighting, expected, CLIPPED) else { return };
+        if !evenly {
+            row.rows_mut(0, OFFSETS).fill(T::zero());
+        }
+        let spread = self.covariance * row;
+        let (told, noise) = (row.dot(&spread), sighting.noise * sighting.noise);
+        if !told.is_finite() || told < noise * lit(EXCITED) {
+            return;
+        }
+        let gain = spread / (told + noise);
+        self.unknown += gain * surprise;
+        self.covariance -= gain * spread.transpose();
+        for i in 0..UNKNOWN {
+            let forgotten: T = lit(FORGOTTEN[usize::from(i >= OFFSETS)]);
+            let most = self.prior[i] * self.prior[i];
+            let grown = self.covariance[(i, i)] + most * self.period / forgotten;
+            self.covariance[(i, i)] = grown.min(most).max(most * lit(1e-9));
+            let reach = self.prior[i] * lit(REACH);
+            let least = if i < 6 { (-reach).max(lit(LEAST)) } else { -reach };
+            self.unknown[i] = self.unknown[i].max(least).min(reach);
+        }
+        // What rounding takes from its symmetry.
+        let transposed = self.covariance.transpose();
+        self.covariance = (self.covariance + transposed) * lit::<T>(0.5);
+    }
+}
+
+impl<T: Real> Compensator<T> for Adaptive<T> {
+    fn reset(&mut self) {
+        self.seen.reset();
+        self.fed = None;
+        for i in OFFSETS..UNKNOWN {
+            self.unknown[i] = T::zero();
+            for j in 0..UNKNOWN {
+                (self.covariance[(i, j)], self.covariance[(j, i)]) = (T::zero(), T::zero());
+            }
+            self.covariance[(i, i)] = self.prior[i] * self.prior[i];
+        }
+    }
+
+    fn demand(&mut self, robot: &Robot<T>, observation: &Observation<'_, T>) -> Result<Twist<T>, Fault> {
+        let planned = FeedForward.demand(robot, observation)?;
+        let beyond = observation.encoder_deviation(robot) - observation.setpoint_deviation() - planned;
+        if !beyond.is_finite() {
+            return Err(Fault::Compensation);
+        }
+        let regressor = Self::regressor(robot, observation)?;
+        self.seen.remember(beyond);
+        let evenly = self.feeds_evenly(observation.path);
+        for sighting in observation.sightings {
+            self.learn(&regressor, sighting, evenly);
+        }
+        Ok(planned + Twist::from_vector(&(regressor * self.unknown)))
+    }
+}

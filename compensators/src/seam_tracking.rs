@@ -1,0 +1,146 @@
+//! Seam tracking: what a seam sensor sees across the seam, fed back on top of another law.
+//!
+//! With x̂₀ the demand of the law beneath, the tool's demand is x = x̂₀ + b, and every sighting corrects b:
+//!
+//! ```text
+//! r = h·(E − x̂₀)(t − age) − z − h·(b + shape ahead)          surprise (see `seen`)
+//! Δ = g h r / (h·h),  g = 1 − e^(−λT)                         depth left out
+//! b ← b + (1 − ρ) Δ,   shape ahead ← shape ahead + ρ Δ
+//! ρ = σ v / (1 + σ v)
+//! ```
+//!
+//! A sensor ahead of the tool cannot tell a tool that drifts from a seam that turns. The part ρ of a surprise is taken for the seam's
+//! shape and kept until the tool comes to where it was seen (preview); the rest corrects the tool at once. That is the steady
+//! Kalman filter of two random walks, b over time and the shape over the path, σ the ratio of their spectral densities, s/m. A tool at
+//! rest (v = 0) sees no shape.
+//!
+//! Needs: sightings; a seam taught to within what σ says. Sees nothing of: depth, and what the sensor does not see, such as the
+//! travel angle; there the law beneath stands alone. A yaw that the law beneath does not know of shows as an offset of look-ahead ×
+//! yaw. Drop-outs hold b; stuck and impossible readings are passed over. Tuning: λ as slow as the loads change, 1 to 3 rad/s; noise
+//! z comes through as z √(λT/2).
+
+use crate::seen::Seen;
+use heapless::Deque;
+use nalgebra::SVector;
+use trueweld_core::compensation::{Compensator, Observation, Sighting};
+use trueweld_core::scalar::lit;
+use trueweld_core::{Fault, Real, Robot, Twist};
+
+/// Places ahead of the tool where a shape is kept.
+const PLACES: usize = 64;
+
+/// Deviations of its noise beyond which a reading says no more than so many: a wild one moves the tool by less than it misses.
+const CLIPPED: f64 = 10.0;
+
+/// Tuning of a seam tracker.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Tracking<T: Real> {
+    /// λ, rad/s.
+    pub rate: T,
+    /// σ, s/m; 0 for a seam that is where it was taught.
+    pub shape: T,
+}
+
+/// Seam tracking on top of another law.
+#[derive(Debug, Clone)]
+pub struct SeamTracking<T: Real, L> {
+    beneath: L,
+    tuning: Tracking<T>,
+    period: T,
+    seen: Seen<T>,
+    /// b, axes of W.
+    learned: SVector<T, 6>,
+    /// Where along the seam so much shape was seen.
+    ahead: Deque<(T, SVector<T, 6>), PLACES>,
+    path: Option<T>,
+}
+
+impl<T: Real, L> SeamTracking<T, L> {
+    /// A tracker on top of the law `beneath`. `period`: of control, s.
+    ///
+    /// `None` unless rate and period are positive and finite and the shape's share is not negative.
+    pub fn new(beneath: L, tuning: Tracking<T>, period: T) -> Option<Self> {
+        let usable = |v: T| v.is_finite() && v > T::zero();
+        let shape = tuning.shape.is_finite() && tuning.shape >= T::zero();
+        (usable(tuning.rate) && usable(period) && shape).then(|| Self {
+            beneath,
+            tuning,
+            period,
+            seen: Seen::new(period),
+            learned: SVector::zeros(),
+            ahead: Deque::new(),
+            path: None,
+        })
+    }
+
+    /// The shape ahead that the tool has come to is the tool's to follow.
+    fn arrive(&mut self, path: T) {
+        while let Some((place, shape)) = self.ahead.front().copied() {
+            if place > path {
+                break;
+            }
+            self.learned += shape;
+            self.ahead.pop_front();
+        }
+    }
+
+    fn keep(&mut self, place: T, shape: SVector<T, 6>) {
+        // One place holds what is seen over a share of the look-ahead, so that all of it fits.
+        let width = self.ahead.front().map_or(T::zero(), |first| (place - first.0) / lit((PLACES - 1) as f64));
+        match self.ahead.back_mut() {
+            Some((last, held)) if place - *last <= width => *held += shape,
+            _ => {
+                if let Err((_, shape)) = self.ahead.push_back((place, shape))
+                    && let Some((_, held)) = self.ahead.back_mut()
+                {
+                    *held += shape;
+                }
+            }
+        }
+    }
+
+    fn correct(&mut self, sighting: &Sighting<T>, path: T, share: T) {
+        let mut along = sighting.along.to_vector();
+        along[5] = T::zero();
+        let square = along.norm_squared();
+        let pending = self.ahead.iter().fold(self.learned, |sum, (_, shape)| sum + shape);
+        let Some(surprise) = self.seen.surprise(sighting, along.dot(&pending), CLIPPED) else { return };
+        if square <= T::zero() {
+            return;
+        }
+        let gain = T::one() - (-self.tuning.rate * self.period).exp();
+        let step = along * (gain * surprise / square);
+        self.learned += step * (T::one() - share);
+        if share > T::zero() {
+            self.keep(path + sighting.ahead, step * share);
+        }
+    }
+}
+
+impl<T: Real, L: Compensator<T>> Compensator<T> for SeamTracking<T, L> {
+    fn reset(&mut self) {
+        self.beneath.reset();
+        self.seen.reset();
+        self.learned = SVector::zeros();
+        self.ahead.clear();
+        self.path = None;
+    }
+
+    fn demand(&mut self, robot: &Robot<T>, observation: &Observation<'_, T>) -> Result<Twist<T>, Fault> {
+        let beneath = self.beneath.demand(robot, observation)?;
+        let beyond = observation.encoder_deviation(robot) - observation.setpoint_deviation() - beneath;
+        if !beyond.is_finite() {
+            return Err(Fault::Compensation);
+        }
+        self.seen.remember(beyond);
+        let speed = self.path.map_or(T::zero(), |before| (observation.path - before).max(T::zero()) / self.period);
+        self.path = Some(observation.path);
+        let turns = self.tuning.shape * speed;
+        let share = turns / (T::one() + turns);
+        self.arrive(observation.path);
+        for sighting in observation.sightings {
+            self.correct(sighting, observation.path, share);
+        }
+        Ok(beneath + Twist::from_vector(&self.learned))
+    }
+}

@@ -1,0 +1,81 @@
+//! What sightings say of the demand, for all laws that learn from them.
+//!
+//! Encoders that stand at set-point and demand x put the real tool on its nominal pose. Where they stand at E beyond the set-point
+//! instead, the tool deviates by d = E − x. A sighting z = h·d therefore says of the demand
+//!
+//! h·x = h·E(t − age) − z,
+//!
+//! whatever the robot did meanwhile: laws that learn x from it are observers beside the control loop, and the delay of a sensor
+//! does not take away from the loop's phase.
+
+use heapless::Deque;
+use trueweld_core::compensation::Sighting;
+use trueweld_core::scalar::lit;
+use trueweld_core::{Real, Twist};
+
+/// Periods that a sighting may be old.
+const REMEMBERED: usize = 32;
+
+/// A reading that comes so often exactly the same again is no reading: sensors have noise.
+const STUCK: u8 = 8;
+
+/// Sightings against what a law expects, with the past that old ones speak of.
+#[derive(Debug, Clone)]
+pub(crate) struct Seen<T: Real> {
+    period: T,
+    /// E less what is already demanded of it, newest last.
+    past: Deque<Twist<T>, REMEMBERED>,
+    /// By kind of reading, told apart by the first direction that it sees: its last value, and how often it came.
+    same: [(T, u8); 6],
+}
+
+impl<T: Real> Seen<T> {
+    pub fn new(period: T) -> Self {
+        Self { period, past: Deque::new(), same: [(T::zero(), 0); 6] }
+    }
+
+    pub fn reset(&mut self) {
+        *self = Self::new(self.period);
+    }
+
+    /// Takes E − x̂₀ of this period, x̂₀ what is demanded without anything learned.
+    pub fn remember(&mut self, beyond: Twist<T>) {
+        if self.past.is_full() {
+            self.past.pop_front();
+        }
+        // Room was just made.
+        let _ = self.past.push_back(beyond);
+    }
+
+    /// h·(x − x̂₀) as a sighting has it, less what is `expected` of it, no further than so many deviations of its noise. `None` for a
+    /// reading that is not to be used: no number, older than is remembered, or stuck.
+    pub fn surprise(&mut self, sighting: &Sighting<T>, expected: T, clipped: f64) -> Option<T> {
+        if !sighting.is_usable() || self.is_stuck(sighting) {
+            return None;
+        }
+        let periods = sighting.age / self.period;
+        let back = (0..self.past.len()).find(|back| lit::<T>(*back as f64 + 0.5) >= periods)?;
+        let then = self.past.iter().rev().nth(back)?;
+        let surprise = sighting.of(then) - sighting.deviation - expected;
+        let most = sighting.noise * lit(clipped);
+        surprise.is_finite().then(|| surprise.max(-most).min(most))
+    }
+
+    fn is_stuck(&mut self, sighting: &Sighting<T>) -> bool {
+        let along = sighting.along.to_vector();
+        // The direction seen most of, a radian counted as a metre.
+        let kind = along.iter().enumerate().fold(
+            (0, T::zero()),
+            |(k, most), (i, a)| {
+                if a.abs() > most { (i, a.abs()) } else { (k, most) }
+            },
+        );
+        let Some((value, times)) = self.same.get_mut(kind.0) else { return false };
+        if *value == sighting.deviation {
+            *times = times.saturating_add(1);
+        } else {
+            (*value, *times) = (sighting.deviation, 1);
+        }
+        *times >= STUCK
+    }
+}

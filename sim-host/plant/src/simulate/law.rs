@@ -1,0 +1,86 @@
+//! The compensation laws by their names, built from the gains of a cell.
+
+use super::RunError;
+use crate::input::{Control, Sensors};
+use trueweld_compensators::{Adaptive, Elastostatic, FeedForward, Learning, Observer, SeamTracking, Uncompensated};
+use trueweld_core::compensation::Compensator;
+
+/// Which compensation law.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Law {
+    /// None.
+    None,
+    /// From the measured wrench.
+    Elastostatic,
+    /// From the planned load case.
+    FeedForward,
+    /// From motor torque and encoders.
+    Observer,
+    /// Feed-forward and a seam sensor.
+    SeamTracking,
+    /// Feed-forward with compliances estimated from the seam sensor.
+    Adaptive,
+    /// Feed-forward, corrected from pass to pass by what the seam sensor saw.
+    Learning,
+}
+
+impl Law {
+    /// All of them.
+    pub const ALL: [Self; 7] = [
+        Self::None,
+        Self::Elastostatic,
+        Self::FeedForward,
+        Self::Observer,
+        Self::SeamTracking,
+        Self::Adaptive,
+        Self::Learning,
+    ];
+
+    /// Its name on the command line and in results.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Elastostatic => "elastostatic",
+            Self::FeedForward => "feed-forward",
+            Self::Observer => "observer",
+            Self::SeamTracking => "seam-tracking",
+            Self::Adaptive => "adaptive",
+            Self::Learning => "learning",
+        }
+    }
+
+    /// True for a law that is no better than the one beneath it without a seam sensor.
+    pub fn needs_seam_sensor(self) -> bool {
+        matches!(self, Self::SeamTracking | Self::Adaptive | Self::Learning)
+    }
+
+    /// Builds the law. `length`: of the weld, m.
+    ///
+    /// # Errors
+    /// [`RunError::Law`] where a gain does not suit the control period, [`RunError::NoSeamSensor`].
+    pub fn build(
+        self,
+        control: &Control,
+        sensors: &Sensors,
+        length: f64,
+    ) -> Result<Box<dyn Compensator<f64>>, RunError> {
+        if self.needs_seam_sensor() && sensors.seam.is_none() {
+            return Err(RunError::NoSeamSensor { law: self.name() });
+        }
+        let (limits, period) = (&control.compensation, control.period);
+        let wrong = || RunError::Law { law: self.name(), period };
+        Ok(match self {
+            Self::None => Box::new(Uncompensated),
+            Self::Elastostatic => {
+                let corner = limits.wrench_filter;
+                let law = Elastostatic::new(corner, period).ok_or(RunError::Filter { corner, period })?;
+                Box::new(law.without_crosstalk(limits.crosstalk))
+            }
+            Self::FeedForward => Box::new(FeedForward),
+            Self::Observer => Box::new(Observer::new(limits.observer, period).ok_or_else(wrong)?),
+            Self::SeamTracking => Box::new(SeamTracking::new(FeedForward, limits.tracking, period).ok_or_else(wrong)?),
+            Self::Adaptive => Box::new(Adaptive::new(limits.prior, period).ok_or_else(wrong)?),
+            Self::Learning => Box::new(Learning::new(FeedForward, length, limits.learning, period).ok_or_else(wrong)?),
+        })
+    }
+}
