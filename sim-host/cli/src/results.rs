@@ -49,9 +49,15 @@ impl Results {
     }
 }
 
+/// The folder that the program and its guide write into: made where it is not there. A folder of another name may be a slip.
+const OUT: &str = "out";
+
 /// Refuses what could not be written: a file in no folder, or a folder.
 pub fn may_be_written(path: &Path) -> Result<()> {
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    if folder == Path::new(OUT) {
+        std::fs::create_dir_all(folder).into_diagnostic().wrap_err("cannot create the folder out")?;
+    }
     if !folder.is_dir() {
         return Err(miette!(
             "cannot write {}: expected a folder {}, and there is none",

@@ -3,7 +3,7 @@
 use crate::inputs::{Files, Inputs};
 use crate::results::Results;
 use clap::{Args, ValueEnum};
-use miette::{IntoDiagnostic, Result, WrapErr, miette};
+use miette::{Result, miette};
 use std::path::PathBuf;
 use trueweld_evaluate::WeldFigures;
 use trueweld_output::{Progress, WeldRun, html, json, table};
@@ -93,9 +93,6 @@ impl Arguments {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    if arguments.results.html.as_deref() == Some("out/weld.html".as_ref()) {
-        std::fs::create_dir_all("out").into_diagnostic().wrap_err("cannot create the folder out")?;
-    }
     arguments.results.check()?;
     if !(arguments.exaggeration.is_finite() && arguments.exaggeration >= 1.0) {
         return Err(miette!("--exaggeration {}: expected a number from 1 up", arguments.exaggeration));

@@ -113,9 +113,10 @@ fn a_weld_is_told_as_table_json_and_page() {
 #[test]
 fn a_step_is_told_for_all_three_controllers() {
     let place = Place::new();
-    let out = place.done(&["step", "--weld", "short.toml", "--json", "step.json", "--html", "step.html"]);
+    // The guide's commands write into `out`, which a new clone does not have.
+    let out = place.done(&["step", "--weld", "short.toml", "--json", "out/step.json", "--html", "out/step.html"]);
     assert!(out.contains("published, scheme 3"), "{out}");
-    let value = place.json("step.json");
+    let value = place.json("out/step.json");
     assert_eq!(value["schema"], "step-result/1");
     let controllers = value["controllers"].as_array().unwrap();
     assert_eq!(controllers.iter().map(|c| &c["name"]).collect::<Vec<_>>(), ["parallel", "superposed", "external"]);
@@ -128,7 +129,7 @@ fn a_step_is_told_for_all_three_controllers() {
             assert!(controller[key].is_f64(), "{key}");
         }
     }
-    assert!(place.bytes("step.html").starts_with(b"<!DOCTYPE html>"));
+    assert!(place.bytes("out/step.html").starts_with(b"<!DOCTYPE html>"));
 }
 
 #[test]
