@@ -35,6 +35,11 @@ pub(crate) fn headline(comparison: &Comparison) -> String {
     format!("Score {score}: the model {verdict}.{which}")
 }
 
+/// How many logs, in words.
+pub(crate) fn counted(logs: usize) -> String {
+    if logs == 1 { "1 log".to_owned() } else { format!("{logs} logs") }
+}
+
 /// What was compared, and what the score means.
 pub(crate) fn setting(model: &Path, comparison: &Comparison) -> String {
     let stated = comparison.logs.iter().flat_map(|log| &log.channels).filter(|channel| channel.stated).count();
@@ -45,10 +50,10 @@ pub(crate) fn setting(model: &Path, comparison: &Comparison) -> String {
         _ => "partly stated by the logs, partly estimated from the recordings",
     };
     format!(
-        "Model {}, {} logs, {} samples. Score: root mean square of (measured − predicted)/noise; 1.0 is the noise floor. Noise: \
+        "Model {}, {}, {} samples. Score: root mean square of (measured − predicted)/noise; 1.0 is the noise floor. Noise: \
          {noise}, and what it does on its way through the model.",
         model.display(),
-        comparison.logs.len(),
+        counted(comparison.logs.len()),
         comparison.samples
     )
 }

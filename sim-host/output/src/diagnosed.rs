@@ -1,6 +1,6 @@
 //! What terminal, page, recording and JSON say of a diagnosis and of an improvement, written once.
 
-use crate::compared::rounded;
+use crate::compared::{counted, rounded};
 use std::path::Path;
 use trueweld_measure::compare::LogComparison;
 use trueweld_measure::diagnose::{Account, Candidate, Confusable, Diagnosis, Found, Limit, Reason, Verdict, name};
@@ -206,10 +206,10 @@ impl Diagnosed<'_> {
 
 fn setting(model: &ModelFile, logs: &[LogComparison]) -> String {
     format!(
-        "Model {}, {} logs, {} samples. Score: root mean square of (measured − predicted)/noise; 1.0 is the noise floor. ± and \
+        "Model {}, {}, {} samples. Score: root mean square of (measured − predicted)/noise; 1.0 is the noise floor. ± and \
          intervals are of 95 %.",
         model.path.display(),
-        logs.len(),
+        counted(logs.len()),
         logs.iter().map(|log| log.samples).sum::<usize>()
     )
 }

@@ -47,7 +47,7 @@ fn scores(comparison: &Comparison) -> Markup {
     let percent = |score: f64| 100.0 * (score.max(SHORTEST) / SHORTEST).ln() / (highest / SHORTEST).ln();
     html! {
         table {
-            thead { tr { @for heading in HEADINGS { th { (heading) } } th.bars { "the line: noise floor, 1.0" } } }
+            thead { tr { @for heading in HEADINGS { th { (heading) } } th.bars { "logarithmic; the line: noise floor, 1.0" } } }
             tbody {
                 @for log in &comparison.logs {
                     tr.log {

@@ -81,7 +81,7 @@ fn waterfall(improved: &Improved<'_>) -> Markup {
             thead {
                 tr {
                     th {} th { "logs fitted" } th { "not fitted" }
-                    th.bars { span.key { i.fit {} "logs fitted" } span.key { i.other {} "not fitted" } "the line: noise floor, 1.0" }
+                    th.bars { span.key { i.fit {} "logs fitted" } span.key { i.other {} "not fitted" } "logarithmic; the line: noise floor, 1.0" }
                 }
             }
             tbody {

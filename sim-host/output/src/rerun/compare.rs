@@ -54,6 +54,19 @@ impl<'a> Shown<'a> {
             .collect()
     }
 
+    /// Middle of the tool's way as the model has it, and how far from there it reaches.
+    pub fn place(&self) -> Option<(Vector3<f64>, f64)> {
+        let way = way(self.log)?;
+        let [first, _] = way.first()?;
+        let (low, high) = way.iter().fold((*first, *first), |(low, high), [p, _]| (low.inf(p), high.sup(p)));
+        Some(((low + high) / 2.0, (high - low).norm() / 2.0))
+    }
+
+    /// Score of the tracked positions.
+    pub fn way_score(&self) -> Option<f64> {
+        self.log.channels.iter().find(|c| c.name == "tcp_position").map(|c| c.score)
+    }
+
     /// Entity of a channel's difference.
     pub fn difference(&self, channel: &str) -> String {
         format!("/{}/difference/{channel}", self.root)
@@ -141,17 +154,19 @@ pub(super) fn about(model: &Path, comparison: &Comparison) -> String {
 /// What the picture in space means.
 fn legend(shown: &[Shown]) -> String {
     let improved = match shown.iter().any(|s| s.after.is_some()) {
-        true => " Blue where the better model has it.",
+        true => " Blue where the better model has it. In the plots: greyish before, in full colour after.",
         false => "",
     };
     let mut text = format!(
         "\nIn space: grey where the model has the tool, coloured where it was measured: green within twice the noise, {} from ten \
-         times on.{improved} Deviations are drawn too large:\n\n",
+         times on.{improved} How much too large deviations are drawn:\n\n",
         crate::color::run_in_words(0)
     );
     for shown in shown {
-        if let Some(factor) = shown.exaggeration {
-            text += &format!("- {}: {factor:.0} ×\n", shown.log.name);
+        match shown.exaggeration {
+            None => {}
+            Some(1.0) => text += &format!("- {}: to scale\n", shown.log.name),
+            Some(factor) => text += &format!("- {}: {factor:.0} ×\n", shown.log.name),
         }
     }
     text

@@ -15,6 +15,7 @@ use rerun::external::re_sdk_types::blueprint::{archetypes as view, components as
 use rerun::{AsComponents, TimePoint, Timeline};
 use std::io::Write;
 use trueweld_core::JOINTS;
+use trueweld_measure::compare::LogComparison;
 use trueweld_plant::simulate::{Phase, Row};
 
 /// Time shown before a step, s.
@@ -272,20 +273,26 @@ pub(super) fn compare<W: Write>(writer: &mut Writer<W>, shown: &[super::compare:
     const SEEN: usize = 4;
     let mut layout = Layout { writer, count: 0 };
     let mut spaces = Vec::new();
-    for shown in shown {
-        let Some(factor) = shown.exaggeration else { continue };
+    // The way that is furthest off lies on top.
+    let mut ways: Vec<_> =
+        shown.iter().filter_map(|s| Some((s, s.exaggeration?, s.place()?, s.way_score()?))).collect();
+    ways.sort_by(|a, b| b.3.total_cmp(&a.3));
+    for (shown, factor, (middle, reach), _) in ways {
         let title = match factor {
             1.0 => format!("{}: tool, to scale", shown.log.name),
             factor => format!("{}: tool, deviations {factor:.0} × too large", shown.log.name),
         };
         let background =
             view::Background::new(part::BackgroundKind::SolidColor).with_color(rerun::Color::from_rgb(244, 245, 247));
-        spaces.push(layout.view(
-            "3D",
-            &title,
-            &[format!("/{}/tool/**", shown.root)],
-            &[("Background", &background)],
-        )?);
+        // All of it, seen from beyond it and a little above.
+        let outward = Vector3::new(middle.x, middle.y, 0.0).try_normalize(1e-6).unwrap_or_else(Vector3::x);
+        let away = Rotation3::from_axis_angle(&Vector3::z_axis(), 0.7) * outward + Vector3::z() * 0.6;
+        let eye = view::EyeControls3D::new()
+            .with_position((middle + away * 1.8 * reach.max(1e-3)).map(|v| v as f32).data.0[0])
+            .with_look_target(middle.map(|v| v as f32).data.0[0])
+            .with_eye_up([0.0, 0.0, 1.0]);
+        let properties: [(&str, &dyn AsComponents); 2] = [("EyeControls3D", &eye), ("Background", &background)];
+        spaces.push(layout.view("3D", &title, &[format!("/{}/tool/**", shown.root)], &properties)?);
     }
     let mut about = layout.view("TextDocument", "what is shown", &["/about".to_owned()], &[])?;
     if shown.iter().any(|s| s.after.is_some()) {
@@ -306,7 +313,9 @@ pub(super) fn compare<W: Write>(writer: &mut Writer<W>, shown: &[super::compare:
     for (shown, channel) in channels {
         // Of two models, one entity each below it.
         let entity = format!("{}/**", shown.difference(&channel.name));
-        plots.push(layout.view("TimeSeries", &shown.title(channel), &[entity], &[("PlotLegend", &legend)])?);
+        let axis = whole(shown.log);
+        let properties: [(&str, &dyn AsComponents); 2] = [("PlotLegend", &legend), ("TimeAxis", &axis)];
+        plots.push(layout.view("TimeSeries", &shown.title(channel), &[entity], &properties)?);
     }
     let rest = plots.split_off(SEEN.min(plots.len()));
     if !rest.is_empty() {
@@ -320,6 +329,21 @@ pub(super) fn compare<W: Write>(writer: &mut Writer<W>, shown: &[super::compare:
         .with_timeline("time")
         .with_play_state(part::PlayState::Paused);
     layout.activate(&root, &time)
+}
+
+/// A time axis with all of a log on it, also of one whose rows are minutes apart, and room for the legend.
+fn whole(log: &LogComparison) -> view::TimeAxis {
+    let ends = log.traces.iter().filter_map(|t| Some([*t.time.first()?, *t.time.last()?]));
+    let [start, end] = ends.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], [c, d]| [a.min(c), b.max(d)]);
+    if start >= end {
+        return view::TimeAxis::new();
+    }
+    let boundary = |seconds: f64| {
+        rerun::datatypes::TimeRangeBoundary::Absolute(rerun::datatypes::TimeInt((seconds * 1e9).round() as i64))
+    };
+    // These plots are wide: the legend takes a tenth of them.
+    let end = boundary(end + 0.1 * (end - start));
+    view::TimeAxis::new().with_view_range(rerun::datatypes::TimeRange { start: boundary(start), end })
 }
 
 /// Smallest and largest of some signals over all runs.

@@ -157,7 +157,8 @@ fn before_and_after(
 ) -> Result<(), OutputError> {
     let shown = compare::Shown::all(before, after);
     let (first, others) = said.split_first().map_or(("", said), |(first, others)| (first.as_str(), others));
-    let others: String = others.iter().map(|line| format!("- {line}\n")).collect();
+    // A step's own plus is no mark of a list.
+    let others: String = others.iter().map(|line| format!("- {}\n", line.replacen("+ ", "\\+ ", 1))).collect();
     save(path, id, |writer| {
         layout::compare(writer, &shown)?;
         compare::verdict(writer, said)?;
