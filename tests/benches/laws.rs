@@ -14,18 +14,18 @@ use trueweld_core::scalar::lit;
 use trueweld_core::{JointVector, Real, Twist, Wrench};
 use trueweld_tests::{PERIOD, cast_wrench, kr500, sensed_at, setpoint_at, weld_wrench};
 
-fn law<T: Real>(criterion: &mut Criterion, name: &str, mut law: impl Compensator<T>) {
+fn law<T: Real, L: Compensator<T>>(criterion: &mut Criterion, name: &str, mut law: L) {
     let robot = kr500::<T>();
     let q = JointVector::from([0.2, -0.9, 1.5, 0.3, 0.8, -0.4].map(lit::<T>));
     let (setpoint, nominal) = (setpoint_at(&robot, &q, Some(lit(18e3))), robot.forward(&q));
     let load: Wrench<T> = cast_wrench(&weld_wrench());
     let across = Twist { angular: Vector3::z() * lit::<T>(0.02), linear: Vector3::y() };
     let tilted = Twist { angular: Vector3::x(), linear: Vector3::zeros() };
-    let mut k = 0.0;
+    let mut k = 0.0_f64;
     criterion.bench_function(name, |bencher| {
         bencher.iter(|| {
             k += 1.0;
-            let turn: f64 = (0.7 * k).sin();
+            let turn = (0.7 * k).sin();
             let seen = [across, tilted].map(|along| Sighting {
                 deviation: lit(1e-4 * turn),
                 along,
@@ -55,7 +55,7 @@ fn laws<T: Real>(criterion: &mut Criterion, scalar: &str) {
     let authority = Authority { displacement: lit(5e-3), rotation: lit(0.08), fade: lit(0.5) };
     let combined = Combined::new(tracker(), elastostatic(), [true; 6], authority, period).expect("an authority");
     law(criterion, &name("elastostatic"), elastostatic());
-    law(criterion, &name("feed-forward"), FeedForward);
+    law::<T, _>(criterion, &name("feed-forward"), FeedForward);
     law(criterion, &name("observer"), Observer::new(lit(30.0), period).expect("a bandwidth"));
     law(criterion, &name("seam-tracking"), tracker());
     law(criterion, &name("adaptive"), Adaptive::new(prior, period).expect("a prior"));

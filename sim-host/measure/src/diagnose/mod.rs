@@ -258,25 +258,30 @@ fn conclude(
             }
         })
         .collect();
+    // What it costs to say nothing: with calibrations as they are, or, where a calibration is the answer, with none.
+    let mut nothing = null.cost;
     // A single calibration that is all there is to say is the answer.
     // Where each log has its own it is the laboratory's doing, not the cell's.
     if verdict == Verdict::Adequate && kept.len() == 1 && common && stands_out(bench, &before, &improved.at) {
         let item = found(&improved, |_| true);
         verdict = Verdict::EffectFound;
-        candidates.insert(
-            0,
-            Candidate {
-                effects: item.into_iter().take(1).collect(),
-                held_out_before: score_before,
-                held_out_after: held_out_score(&improved),
-                probability: 0.0,
-                left: above(bench, &improved.at) / above(bench, &before).max(1.0),
-                indistinguishable: Vec::new(),
-                fitted: improved.clone(),
-            },
-        );
+        nothing = fit::chi_square(&before);
+        // What was tried beside all calibrations has no place beside one of them: none of it counts.
+        candidates = vec![Candidate {
+            effects: item.into_iter().take(1).collect(),
+            held_out_before: score_before,
+            held_out_after: held_out_score(&improved),
+            probability: 0.0,
+            left: above(bench, &improved.at) / above(bench, &before).max(1.0),
+            indistinguishable: Vec::new(),
+            fitted: improved.clone(),
+        }];
     }
-    weigh(&mut candidates, null, tried, floor(bench).max(1.0), verdict);
+    weigh(&mut candidates, nothing, tried, floor(bench).max(1.0), verdict);
+    // Where so many explain the data alike, none is found.
+    if verdict == Verdict::EffectFound && candidates.first().is_none_or(|c| c.probability < rules::LEAST_LIKELY) {
+        verdict = Verdict::UnknownEffect;
+    }
     Diagnosis {
         verdict,
         score_before,
@@ -292,8 +297,8 @@ fn conclude(
     }
 }
 
-/// Probabilities among the explanations, and which of them the data do not tell apart.
-fn weigh(candidates: &mut [Candidate], null: &Fitted, tried: usize, floor: f64, verdict: Verdict) {
+/// Probabilities among the explanations, and which of them the data do not tell apart. `nothing`: what it costs to have none.
+fn weigh(candidates: &mut [Candidate], nothing: f64, tried: usize, floor: f64, verdict: Verdict) {
     let Some(first) = candidates.first() else { return };
     let (best, n) = (first.fitted.cost, fit::count(&first.fitted.at).max(1) as f64);
     // What is left above the floor says how far the sum of squares can be trusted.
@@ -301,14 +306,14 @@ fn weigh(candidates: &mut [Candidate], null: &Fitted, tried: usize, floor: f64, 
     let weight = |cost: f64| (-0.5 * (cost - best).max(0.0) / trust).exp();
     // "None of these" stands beside them: with the calibrations alone, and with what the best leaves above the floor.
     // Of many that are tried one fits well by chance.
-    let none = if verdict == Verdict::Adequate { 1.0 } else { weight(null.cost) * tried as f64 };
+    let none = if verdict == Verdict::Adequate { 1.0 } else { weight(nothing) * tried as f64 };
     let sum: f64 = candidates.iter().map(|c| weight(c.fitted.cost)).sum::<f64>() + none;
     let ceiling = match verdict {
         Verdict::UnknownEffect => 0.5,
         _ => 1.0 - (fit::chi_square(&first.fitted.at) / floor - 1.0).clamp(0.0, 0.5),
     };
     // What shows little may be something else that looks alike.
-    let near_limit = (rules::FAINT / (null.cost - best).max(rules::FAINT)).sqrt();
+    let near_limit = (rules::FAINT / (nothing - best).max(rules::FAINT)).sqrt();
     let ceiling = ceiling * (1.0 - rules::LOOKS_ALIKE * near_limit);
     let costs: Vec<f64> = candidates.iter().map(|c| c.fitted.cost).collect();
     for (k, c) in candidates.iter_mut().enumerate() {

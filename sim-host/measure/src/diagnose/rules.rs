@@ -44,7 +44,9 @@ pub const HELD: f64 = 0.25;
 /// How often what is named at three times the limit of detection is something outside the library that looks alike; less
 /// often the more it shows.
 pub const LOOKS_ALIKE: f64 = 0.2;
-/// That gain.
+/// Least probability of an explanation that is named; with less there are too many others.
+pub const LEAST_LIKELY: f64 = 0.125;
+/// The gain at three times the limit.
 pub const FAINT: f64 = 9.0 * GAIN;
 /// Share of what the best hypothesis gains from which on another one is fitted in full.
 pub const NEARLY: f64 = 0.3;

@@ -621,10 +621,12 @@ impl Contact {
         let still = self.quick_vectors(&still);
         let mut measured = self.lines.iter();
         for &order in &self.orders {
-            let back = Complex::from_polar(1.0, -(order as f64) * process.spindle * late_by);
+            let back = Complex::from_polar(1.0, -self.turning(order) * late_by);
+            let driven_back = Complex::from_polar(1.0, -self.folded(order) * late_by);
             for (k, &row) in self.rows.iter().enumerate() {
                 let closed = &self.loops[k][order - 1];
-                let force = (closed.pass * self.amplitude(order, row, &still) + closed.driven).map(|z| z * back);
+                let ripple = closed.pass * self.amplitude(order, row, &still);
+                let force = ripple.map(|z| z * back) + closed.driven.map(|z| z * driven_back);
                 let read = |part: Vector3<f64>| {
                     let mut readings = super::unread(row as f64 * self.period);
                     readings.force = self.rotation[row].tr_mul(&(w * part));
