@@ -11,12 +11,36 @@ use trueweld_plant::input::{Control, ModelFile, Process, RobotFile, Sensors, Wel
 use trueweld_plant::integrate::Integrator;
 use trueweld_plant::simulate::{Controller, Law, Program, RunError, Scenario, Seam};
 
-/// Input files; each has an embedded default.
+/// Reads a file, or the embedded one where none is given.
+macro_rules! embedded {
+    ($type:ty, $path:expr, $file:literal) => {
+        match $path {
+            Some(path) => <$type>::read(path)?,
+            None => <$type>::parse(include_str!(concat!("../../../fixtures/", $file)), concat!("embedded ", $file))?,
+        }
+    };
+}
+pub(crate) use embedded;
+
+/// Input files of one weld; each has an embedded default.
 #[derive(Args, Default)]
 pub struct Files {
     /// Weld file (default: the first published sequence)
     #[arg(long, value_name = "F")]
     weld: Option<PathBuf>,
+    #[command(flatten)]
+    cell: CellFiles,
+}
+
+impl Files {
+    pub fn read(&self) -> Result<Inputs> {
+        self.cell.read(self.weld.as_deref())
+    }
+}
+
+/// Input files of a cell, whatever it welds.
+#[derive(Args, Default)]
+pub struct CellFiles {
     /// Robot file (default: KR 500 MT with FSW end effector)
     #[arg(long, value_name = "F")]
     robot: Option<PathBuf>,
@@ -66,18 +90,10 @@ pub struct Inputs {
     pub seed: u64,
 }
 
-macro_rules! embedded {
-    ($type:ty, $path:expr, $file:literal) => {
-        match $path {
-            Some(path) => <$type>::read(path)?,
-            None => <$type>::parse(include_str!(concat!("../../../fixtures/", $file)), concat!("embedded ", $file))?,
-        }
-    };
-}
-
-impl Files {
-    pub fn read(&self) -> Result<Inputs> {
-        let weld = embedded!(Weld, &self.weld, "welds/vertical.toml");
+impl CellFiles {
+    /// Everything that a weld in this cell needs. `weld_file`: `None` for the embedded one.
+    pub fn read(&self, weld_file: Option<&Path>) -> Result<Inputs> {
+        let weld = embedded!(Weld, weld_file, "welds/vertical.toml");
         let (robot, process, mut effects) = self.model()?;
         let mut control = embedded!(Control, &self.control, "control/kr500-mt.toml");
         let sensors = embedded!(Sensors, &self.sensors, "sensors/kr500-mt.toml");
@@ -96,10 +112,8 @@ impl Files {
             miette!("--stiffness-error {error}: expected a number above -1, such as 0.1 for 10 % too stiff")
         })?;
         Ok(Inputs {
-            weld_file: self.weld.as_deref().map_or("embedded welds/vertical.toml".into(), |p| p.display().to_string()),
-            weld_name: self
-                .weld
-                .as_deref()
+            weld_file: weld_file.map_or("embedded welds/vertical.toml".into(), |p| p.display().to_string()),
+            weld_name: weld_file
                 .and_then(Path::file_stem)
                 .map_or("vertical".into(), |s| s.to_string_lossy().into_owned()),
             seed: self.seed.unwrap_or(sensors.seed),

@@ -10,6 +10,7 @@ macro_rules! say {
     }};
 }
 
+mod certify;
 mod check;
 mod compare;
 mod diagnose;
@@ -17,6 +18,7 @@ mod import_urdf;
 mod improve;
 mod inputs;
 mod measured;
+mod names;
 mod results;
 mod step;
 mod weld;
@@ -40,6 +42,8 @@ enum Command {
     Weld(weld::Arguments),
     /// Simulate a step of the force set-point with all three controllers
     Step(step::Arguments),
+    /// Prove by many welds of uncertain cells that a compensation law meets its requirements
+    Certify(certify::Arguments),
     /// Show how far a model is from measurements, and where
     Compare(compare::Arguments),
     /// Find out which physical effect is missing in a model
@@ -57,6 +61,7 @@ fn main() -> miette::Result<()> {
         None => weld::run(&weld::Arguments::first_published()),
         Some(Command::Weld(arguments)) => weld::run(&arguments),
         Some(Command::Step(arguments)) => step::run(&arguments),
+        Some(Command::Certify(arguments)) => certify::run(&arguments),
         Some(Command::Compare(arguments)) => compare::run(&arguments),
         Some(Command::Diagnose(arguments)) => diagnose::run(&arguments),
         Some(Command::Improve(arguments)) => improve::run(&arguments),

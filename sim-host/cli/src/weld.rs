@@ -1,8 +1,9 @@
 //! `trueweld weld`: a weld, with and without compensation, and how far the tool leaves its line.
 
 use crate::inputs::{Files, Inputs};
+use crate::names::{Compensator, Controller};
 use crate::results::Results;
-use clap::{Args, ValueEnum};
+use clap::Args;
 use miette::{Result, miette};
 use std::path::PathBuf;
 use trueweld_evaluate::WeldFigures;
@@ -28,48 +29,6 @@ pub struct Arguments {
     exaggeration: f64,
     #[command(flatten)]
     results: Results,
-}
-
-#[derive(Clone, Copy, ValueEnum)]
-enum Controller {
-    /// Parallel hybrid control with selection matrix (2.2)
-    Parallel,
-    /// Superposed hybrid control (2.3)
-    Superposed,
-    /// External hybrid control: force loop around a position loop (2.4), (2.5)
-    External,
-}
-
-#[derive(Clone, Copy, ValueEnum)]
-enum Compensator {
-    /// No compensation
-    None,
-    /// From the measured wrench and the robot's stiffness
-    Elastostatic,
-    /// From the planned load and the robot's stiffness
-    FeedForward,
-    /// From motor torque and encoders
-    Observer,
-    /// Feed-forward, corrected by a seam sensor
-    SeamTracking,
-    /// Feed-forward, with stiffnesses learned from a seam sensor
-    Adaptive,
-    /// Feed-forward, corrected from pass to pass (--passes)
-    Learning,
-}
-
-impl Compensator {
-    fn law(self) -> simulate::Law {
-        match self {
-            Self::None => simulate::Law::None,
-            Self::Elastostatic => simulate::Law::Elastostatic,
-            Self::FeedForward => simulate::Law::FeedForward,
-            Self::Observer => simulate::Law::Observer,
-            Self::SeamTracking => simulate::Law::SeamTracking,
-            Self::Adaptive => simulate::Law::Adaptive,
-            Self::Learning => simulate::Law::Learning,
-        }
-    }
 }
 
 impl Arguments {
@@ -98,11 +57,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         return Err(miette!("--exaggeration {}: expected a number from 1 up", arguments.exaggeration));
     }
     let inputs = arguments.files.read()?;
-    let controller = match arguments.controller {
-        Controller::Parallel => simulate::Controller::Parallel,
-        Controller::Superposed => simulate::Controller::Superposed,
-        Controller::External => simulate::Controller::External,
-    };
+    let controller = arguments.controller.controller();
     let laws = match arguments.compensator {
         None => vec![simulate::Law::None, simulate::Law::Elastostatic],
         Some(compensator) => vec![compensator.law()],

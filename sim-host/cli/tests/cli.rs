@@ -411,3 +411,86 @@ fn logs_without_a_model_or_of_another_robot_are_refused() {
     let message = place.refused(&["compare", "nowhere"]);
     assert!(message.contains("expected the folder of a log or of a campaign"), "{message}");
 }
+
+/// A certification of the short weld, its evidence in a folder.
+fn certify(evidence: &str) -> Vec<&str> {
+    [&CERTIFY[..], &["--evidence", evidence]].concat()
+}
+
+/// Requirements that the short weld meets or not, by its lateral limit.
+fn requirements(place: &Place, lateral_rms: &str) {
+    let text = fs::read_to_string(fixture("requirements/lap-weld.toml")).unwrap();
+    let line = |line: &str| match line.split(" = ").next() {
+        Some("lateral_rms_m") => format!("lateral_rms_m = {lateral_rms}\n"),
+        Some("lateral_max_m") => String::new(),
+        Some("tilt_rms_rad") => String::new(),
+        Some("failure_probability") => "failure_probability = 0.5\n".to_owned(),
+        _ => format!("{line}\n"),
+    };
+    fs::write(place.path().join("requirements.toml"), text.lines().map(line).collect::<String>()).unwrap();
+}
+
+const CERTIFY: [&str; 9] = [
+    "certify",
+    "--compensator",
+    "seam-tracking",
+    "--weld",
+    "short.toml",
+    "--requirements",
+    "requirements.toml",
+    "--trials",
+    "6",
+];
+
+#[test]
+fn a_certification_goes_on_where_it_was_stopped_and_is_the_same_with_any_number_of_threads() {
+    let place = Place::new();
+    requirements(&place, "0.002");
+    let out = place.done(&certify("whole"));
+    assert!(out.contains("pass\n"), "{out}");
+    let value: Value = place.json("whole/certify.json");
+    assert_eq!((&value["schema"], &value["verdict"]), (&"certify/1".into(), &"pass".into()));
+    for requirement in value["requirements"].as_array().unwrap() {
+        for key in ["limit", "achieved", "confidence"] {
+            assert!(requirement[key].is_f64(), "{key}");
+        }
+        assert!(requirement["name"].is_string() && requirement["pass"].is_boolean());
+    }
+    assert!(place.bytes("whole/certify.html").starts_with(b"<!DOCTYPE html>"));
+
+    // Cut off in the middle of the fourth line: three trials, header included two.
+    let text = String::from_utf8(place.bytes("whole/trials-short.jsonl")).unwrap();
+    let lines: Vec<&str> = text.lines().collect();
+    let kept = format!("{}\n{}\n{}\n{}", lines[0], lines[2], lines[4], &lines[3][..40]);
+    fs::create_dir(place.path().join("part")).unwrap();
+    fs::write(place.path().join("part/trials-short.jsonl"), kept).unwrap();
+    let status = Command::new(env!("CARGO_BIN_EXE_trueweld"))
+        .args(certify("part"))
+        .env("RAYON_NUM_THREADS", "1")
+        .current_dir(place.path())
+        .status()
+        .unwrap();
+    assert!(status.success());
+    for file in ["trials-short.jsonl", "certify.json", "certify.html"] {
+        assert!(place.bytes(&format!("whole/{file}")) == place.bytes(&format!("part/{file}")), "{file}");
+    }
+    // Trials of other requirements do not count.
+    requirements(&place, "0.003");
+    let output = place.run(&certify("whole"));
+    assert!(!output.status.success());
+    assert!(String::from_utf8_lossy(&output.stderr).contains("another certification"));
+}
+
+#[test]
+fn a_law_that_fails_its_requirements_ends_with_a_status_that_says_so() {
+    let place = Place::new();
+    requirements(&place, "0.00001");
+    let output = place.run(&[&CERTIFY[..], &["--evidence", "evidence", "--json", "result.json"]].concat());
+    assert_eq!(output.status.code(), Some(1));
+    let value = place.json("result.json");
+    assert_eq!(value["verdict"], "fail");
+    let failed: Vec<&Value> = value["requirements"].as_array().unwrap().iter().filter(|r| r["pass"] == false).collect();
+    assert_eq!(failed.iter().map(|r| &r["name"]).collect::<Vec<_>>(), ["lateral_rms_m"]);
+    let help = place.done(&["certify", "--help"]);
+    assert!(help.contains("--evidence"), "{help}");
+}

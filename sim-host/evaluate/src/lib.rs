@@ -1,7 +1,10 @@
-//! What runs amount to: the figures of a weld and of a force step.
+//! What runs amount to: the figures of a weld and of a force step, and what many welds prove of a law.
 
+pub mod certify;
+mod rate;
 mod step;
 mod weld;
 
+pub use rate::Rate;
 pub use step::StepFigures;
 pub use weld::{ForceFigures, Spread, WeldFigures};

@@ -272,7 +272,7 @@ fn figure(title: &str, plot: &Plot) -> Markup {
     }
 }
 
-fn page(title: &str, body: &Markup) -> String {
+pub(crate) fn page(title: &str, body: &Markup) -> String {
     html! {
         (DOCTYPE)
         html lang="en" {

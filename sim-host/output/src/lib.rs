@@ -3,6 +3,7 @@
 //!
 //! Everything here takes finished data and computes nothing about the robot but where to draw it.
 
+mod certified;
 mod color;
 mod compared;
 mod diagnosed;
@@ -25,6 +26,7 @@ use trueweld_core::Robot;
 use trueweld_evaluate::{StepFigures, WeldFigures};
 use trueweld_plant::simulate::Recording;
 
+pub use certified::{Certified, CertifiedWeld, Input};
 pub use diagnosed::{Diagnosed, Improved};
 pub use error::OutputError;
 pub use file::write_file;

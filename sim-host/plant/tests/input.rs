@@ -35,6 +35,7 @@ fn parse(text: &str, name: &str) -> Result<(), InputError> {
         Kind::Process => Process::parse(text, name).map(drop),
         Kind::Weld => Weld::parse(text, name).map(drop),
         Kind::Control => Control::parse(text, name).map(drop),
+        Kind::Requirements => Requirements::parse(text, name).map(drop),
         Kind::Sensors => Sensors::parse(text, name).map(drop),
         Kind::Log | Kind::Campaign => panic!("{name} belongs to measuring"),
         Kind::Model => ModelFile::parse(text, name.as_ref()).map(drop),

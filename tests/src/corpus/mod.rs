@@ -9,7 +9,7 @@ mod tally;
 mod visible;
 
 pub use judge::{Outcome, judge};
-pub use tally::{Rate, Tally};
+pub use tally::Tally;
 pub use visible::{Ground, Seen};
 
 use crate::campaign::random::{CASE, Random};

@@ -3,63 +3,7 @@
 use super::{Judged, Outcome};
 use std::collections::BTreeMap;
 use std::fmt::{self, Write as _};
-
-/// So many of so many.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Rate {
-    /// How many did.
-    pub hits: usize,
-    /// Of how many.
-    pub of: usize,
-}
-
-impl Rate {
-    /// How many of some things are so.
-    pub fn of<T>(all: &[T], is: impl Fn(&T) -> bool) -> Self {
-        Self { hits: all.iter().filter(|t| is(t)).count(), of: all.len() }
-    }
-
-    /// Clopper and Pearson's 95 % interval of the probability behind it.
-    pub fn limits(self) -> [f64; 2] {
-        let (k, n) = (self.hits, self.of);
-        // The probability at which so few, or so many, become as rare as 2.5 %.
-        let solve = |at_most: usize, tail: f64| {
-            let (mut low, mut high) = (0.0, 1.0);
-            for _ in 0..60 {
-                let p = 0.5 * (low + high);
-                if at_most_of(at_most, n, p) > tail { low = p } else { high = p }
-            }
-            0.5 * (low + high)
-        };
-        [if k == 0 { 0.0 } else { solve(k - 1, 0.975) }, if k == n { 1.0 } else { solve(k, 0.025) }]
-    }
-}
-
-/// Probability of at most `k` of `n` at a chance of `p` each.
-fn at_most_of(k: usize, n: usize, p: f64) -> f64 {
-    if p <= 0.0 {
-        return 1.0;
-    }
-    let mut log_choose = 0.0;
-    let mut sum = 0.0;
-    for i in 0..=k {
-        if i > 0 {
-            log_choose += ((n - i + 1) as f64 / i as f64).ln();
-        }
-        sum += (log_choose + i as f64 * p.ln() + (n - i) as f64 * (-p).ln_1p()).exp();
-    }
-    sum
-}
-
-impl fmt::Display for Rate {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if self.of == 0 {
-            return write!(f, "–");
-        }
-        let [low, high] = self.limits().map(|p| 100.0 * p);
-        write!(f, "{} of {} ({low:.0}–{high:.0} %)", self.hits, self.of)
-    }
-}
+use trueweld_evaluate::Rate;
 
 /// Ranges of how well something shows, in multiples of the limit of detection, and what they are called.
 const BANDS: [(&str, f64, f64); 4] = [
@@ -197,21 +141,5 @@ fn answer(judged: &Judged) -> String {
         (Outcome::WrongPlace, _) => "wrong place".to_owned(),
         (_, Some(first)) => first.effects.iter().map(|e| kind_of(e)).collect::<Vec<_>>().join(" + "),
         (_, None) => judged.verdict.clone(),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::Rate;
-
-    /// At each limit the tail of the binomial distribution is 2.5 %: 8 of 10 by exact sums, 0 of 20 is 1 − 0.025^(1/20).
-    #[test]
-    fn limits_are_clopper_and_pearsons() {
-        for (rate, [low, high]) in
-            [(Rate { hits: 8, of: 10 }, [0.4439045, 0.9747893]), (Rate { hits: 0, of: 20 }, [0.0, 0.1684335])]
-        {
-            let found = rate.limits();
-            assert!((found[0] - low).abs() < 1e-6 && (found[1] - high).abs() < 1e-6, "{found:?}");
-        }
     }
 }

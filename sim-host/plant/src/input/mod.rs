@@ -1,7 +1,7 @@
 //! Input files → checked values.
 //!
-//! Six kinds of TOML file are read here, each with a `schema` line that says which: the robot, the welding process, the
-//! weld, the controllers' gains, the sensors, and the model, which names a robot and a process and lists the effects they
+//! Seven kinds of TOML file are read here, each with a `schema` line that says which: the robot, the welding process, the
+//! weld, the controllers' gains, the sensors, the requirements of a certification, and the model, which names a robot and a process and lists the effects they
 //! have. Every kind is read from a path (`read`) or from text (`parse`), and everything is checked, so that nothing later
 //! can fail for a bad file. Values come out in SI units and radians. A URDF becomes a robot file by [`import_urdf`].
 //! Left out: logs and campaigns, which belong to measuring; they are known by name only, so that a file of theirs is not
@@ -12,6 +12,7 @@ pub mod document;
 pub mod error;
 pub mod model;
 pub mod process;
+pub mod requirements;
 pub mod robot;
 pub mod sensors;
 pub mod urdf;
@@ -24,6 +25,7 @@ pub use document::{Bounds, Document, FILL_IN, Table};
 pub use error::{InputError, Source};
 pub use model::{Comments, EffectComments, ModelEffect, ModelFile, Scope};
 pub use process::{Process, Ripple};
+pub use requirements::{LIMITS, Requirements, Uncertainty};
 pub use robot::RobotFile;
 pub use sensors::{ForceSensor, SeamSensor, Sensors};
 pub use urdf::{import_urdf, import_urdf_text};
@@ -48,6 +50,8 @@ pub enum Kind {
     Sensors,
     /// `model/1`, read by [`ModelFile`].
     Model,
+    /// `requirements/1`, read by [`Requirements`].
+    Requirements,
     /// `log/1`, a recorded log; read where measurements are.
     Log,
     /// `campaign/1`, a list of logs of one cell; read where measurements are.
@@ -55,8 +59,17 @@ pub enum Kind {
 }
 
 /// Every kind of input file.
-pub const KINDS: [Kind; 8] =
-    [Kind::Robot, Kind::Process, Kind::Weld, Kind::Control, Kind::Sensors, Kind::Model, Kind::Log, Kind::Campaign];
+pub const KINDS: [Kind; 9] = [
+    Kind::Robot,
+    Kind::Process,
+    Kind::Weld,
+    Kind::Control,
+    Kind::Sensors,
+    Kind::Model,
+    Kind::Requirements,
+    Kind::Log,
+    Kind::Campaign,
+];
 
 impl Kind {
     /// The file's `schema`.
@@ -67,6 +80,7 @@ impl Kind {
             Self::Weld => "weld/1",
             Self::Control => "control/1",
             Self::Sensors => "sensors/1",
+            Self::Requirements => "requirements/1",
             Self::Log => "log/1",
             Self::Campaign => "campaign/1",
             Self::Model => "model/1",
@@ -81,6 +95,7 @@ impl Kind {
             Self::Weld => "a weld",
             Self::Control => "gains of the controllers",
             Self::Sensors => "sensors",
+            Self::Requirements => "requirements of a certification",
             Self::Log => "a log of measurements",
             Self::Campaign => "a campaign of logs",
             Self::Model => "a model of the cell",
@@ -109,6 +124,7 @@ pub fn check(path: impl AsRef<Path>) -> Result<Kind, InputError> {
         Kind::Weld => Weld::parse(&text, &name).map(drop),
         Kind::Control => Control::parse(&text, &name).map(drop),
         Kind::Sensors => Sensors::parse(&text, &name).map(drop),
+        Kind::Requirements => Requirements::parse(&text, &name).map(drop),
         Kind::Log | Kind::Campaign => {
             let help = "`trueweld compare FOLDER` reads and checks it with its samples; give it the folder.";
             Err(document.root().wrong("schema", "a kind of file that can be checked on its own", help))

@@ -85,6 +85,9 @@ pub enum RunError {
         /// Control period, s.
         period: f64,
     },
+    /// A cell that cannot be built from what was drawn for it.
+    #[error("the cell cannot be built")]
+    Cell,
     /// A law that learns from a seam sensor, in a cell without one.
     #[error("the law {law} needs a seam sensor, and the sensor file has no [seam]")]
     NoSeamSensor {
