@@ -95,11 +95,12 @@ impl Certified {
     pub fn html(&self) -> String {
         let verdict = if self.passes() { "meets its requirements" } else { "does not meet its requirements" };
         let percent = |p: f64| format!("{:.3} %", 100.0 * p);
+        let whole = |p: f64| format!("{} %", 100.0 * p);
         let body = html! {
             h1 { "The law " (self.law) " " (verdict) }
             p.setting {
-                "Asked: no more than " (percent(self.asked[0])) " of welds beyond a limit, with a confidence of "
-                (percent(self.asked[1])) ". " (self.controller) " control, pass " (self.passes) " of each trial, seed " (self.seed)
+                "Asked: no more than " (whole(self.asked[0])) " of welds beyond a limit, with a confidence of "
+                (whole(self.asked[1])) ". With " (self.controller) " control, pass " (self.passes) " of each trial, seed " (self.seed)
                 ". Every trial is a cell drawn from the uncertainties; the law believes in the nominal one."
             }
             @for weld in &self.welds {
@@ -127,7 +128,10 @@ impl Certified {
                 }
                 h3 { "The worst trials" }
                 table {
-                    thead { tr { th { "requirement" } th { "trial" } th { "figure" } th { "stiffness, of the believed one" } th { "the rest" } } }
+                    thead { tr {
+                        th { "requirement" } th { "trial" } th { "figure" } th { "stiffness A1…A6" } th { "process gains" }
+                        th { "cross-talk" } th { "delay" }
+                    } }
                     tbody {
                         @for r in &weld.requirements {
                             @if let Some(t) = worst(weld, r.name) {
@@ -135,17 +139,19 @@ impl Certified {
                                     th scope="row" { (label(r.name)) }
                                     td { (t.index) }
                                     td { (t.failed.clone().unwrap_or_else(|| shown(r.name, figure(t, r.name)))) }
-                                    td { (t.draw.stiffness.map(|k| format!("{k:.2}")).join(", ")) }
-                                    td {
-                                        "process " (t.draw.process.map(|k| format!("{k:.2}")).join(", "))
-                                        "; cross-talk " (t.draw.crosstalk.map(|c| format!("{:.1} %", 100.0 * c)).join(", "))
-                                        "; delay " (format!("{:.2}", t.draw.delay)) " periods"
-                                    }
+                                    td { (t.draw.stiffness.map(|k| format!("{k:.2}")).join(" ")) }
+                                    td { (t.draw.process.map(|k| format!("{k:.2}")).join(" ")) }
+                                    td { (t.draw.crosstalk.map(|c| format!("{:.1} %", 100.0 * c)).join(" ")) }
+                                    td { (format!("{:.1}", t.draw.delay)) }
                                 }
                             }
                         }
                     }
                 }
+            }
+            p {
+                "Stiffness and gains as shares of the believed ones (gains: depth, feed drag, lateral damping, lateral stiffness, "
+                "lateral ratio); delay of force and seam sensor in control periods."
             }
             h2 { "What went in" }
             table {
