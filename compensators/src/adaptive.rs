@@ -28,8 +28,8 @@
 //! model is known.
 
 use crate::FeedForward;
-use crate::seen::Seen;
-use nalgebra::{Matrix6, SMatrix, SVector, Vector3};
+use crate::seen::{Seen, beside_depth};
+use nalgebra::{SMatrix, SVector, Vector3};
 use trueweld_core::compensation::{Compensator, Observation, Sighting};
 use trueweld_core::scalar::lit;
 use trueweld_core::{Fault, Real, Robot, Twist, Wrench};
@@ -120,13 +120,12 @@ impl<T: Real> Adaptive<T> {
         let w = observation.setpoint.b_from_w;
         let load = observation.planned.rotated(&w);
         let twist = robot.spring_torque_at_rest(&frames, &link, &load).component_div(robot.stiffness());
-        let jacobian = frames.jacobian().0;
-        let compliance =
-            jacobian * Matrix6::from_diagonal(&robot.stiffness().map(|k| k.recip())) * jacobian.transpose();
+        let jacobian = frames.jacobian();
+        let compliance = robot.cartesian_compliance(&jacobian);
         let in_w = |v: SVector<T, 6>| Twist::from_vector(&v).rotated(&w.transpose()).to_vector();
         let mut regressor = SMatrix::<T, 6, UNKNOWN>::zeros();
         for i in 0..6 {
-            regressor.set_column(i, &in_w(jacobian.column(i) * twist[i]));
+            regressor.set_column(i, &in_w(jacobian.0.column(i) * twist[i]));
         }
         for (i, part) in
             [(6, Vector3::x() * observation.planned.force.x), (7, Vector3::y() * observation.planned.force.y)]
@@ -150,10 +149,7 @@ impl<T: Real> Adaptive<T> {
     }
 
     fn learn(&mut self, regressor: &SMatrix<T, 6, UNKNOWN>, sighting: &Sighting<T>, evenly: bool) {
-        let mut along = sighting.along.to_vector();
-        // Depth is the force loop's.
-        along[5] = T::zero();
-        let mut row = regressor.tr_mul(&along);
+        let mut row = regressor.tr_mul(&beside_depth(sighting));
         let expected = row.dot(&self.unknown);
         let Some(surprise) = self.seen.surprise(sighting, expected, CLIPPED) else { return };
         if !evenly {
@@ -197,12 +193,8 @@ impl<T: Real> Compensator<T> for Adaptive<T> {
 
     fn demand(&mut self, robot: &Robot<T>, observation: &Observation<'_, T>) -> Result<Twist<T>, Fault> {
         let planned = FeedForward.demand(robot, observation)?;
-        let beyond = observation.encoder_deviation(robot) - observation.setpoint_deviation() - planned;
-        if !beyond.is_finite() {
-            return Err(Fault::Compensation);
-        }
         let regressor = Self::regressor(robot, observation)?;
-        self.seen.remember(beyond);
+        self.seen.remember(robot, observation, &planned)?;
         let evenly = self.feeds_evenly(observation.path);
         for sighting in observation.sightings {
             self.learn(&regressor, sighting, evenly);

@@ -8,8 +8,8 @@
 //! The whole is held within an authority, displacement and rotation each; KUKA's sensor interface clamps at 5 mm and 5° and stops the
 //! robot at 6 mm and 6°. More than two laws: combine a combination.
 
-use nalgebra::{SVector, Vector3};
-use trueweld_core::compensation::{Compensator, Observation};
+use nalgebra::SVector;
+use trueweld_core::compensation::{Compensator, Observation, shortened};
 use trueweld_core::{Fault, Real, Robot, Twist};
 
 /// What a combination may do.
@@ -55,10 +55,9 @@ impl<T: Real, A, B> Combined<T, A, B> {
     }
 
     fn within(&self, demand: Twist<T>) -> Twist<T> {
-        let within = |v: Vector3<T>, most: T| if v.norm() > most { v * (most / v.norm()) } else { v };
         Twist {
-            angular: within(demand.angular, self.authority.rotation),
-            linear: within(demand.linear, self.authority.displacement),
+            angular: shortened(demand.angular, self.authority.rotation).0,
+            linear: shortened(demand.linear, self.authority.displacement).0,
         }
     }
 }

@@ -14,7 +14,7 @@
 //! Needs: sightings along the whole weld, a part that repeats. Cannot see: what differs from pass to pass, and within one. Tuning: γ 1
 //! for a sensor whose noise the places average out (a place of 8 mm has 65 readings at 10 mm/s), less for fewer readings.
 
-use crate::seen::Seen;
+use crate::seen::{Seen, beside_depth};
 use nalgebra::SVector;
 use trueweld_core::compensation::{Compensator, Observation, Sighting};
 use trueweld_core::scalar::lit;
@@ -84,8 +84,7 @@ impl<T: Real, L> Learning<T, L> {
     }
 
     fn see(&mut self, sighting: &Sighting<T>, path: T, correction: &SVector<T, 6>) {
-        let mut along = sighting.along.to_vector();
-        along[5] = T::zero();
+        let along = beside_depth(sighting);
         let Some(surprise) = self.seen.surprise(sighting, along.dot(correction), CLIPPED) else { return };
         let square = along.norm_squared();
         let (before, after, share) = self.places(path);
@@ -123,11 +122,7 @@ impl<T: Real, L: Compensator<T>> Compensator<T> for Learning<T, L> {
 
     fn demand(&mut self, robot: &Robot<T>, observation: &Observation<'_, T>) -> Result<Twist<T>, Fault> {
         let beneath = self.beneath.demand(robot, observation)?;
-        let beyond = observation.encoder_deviation(robot) - observation.setpoint_deviation() - beneath;
-        if !beyond.is_finite() {
-            return Err(Fault::Compensation);
-        }
-        self.seen.remember(beyond);
+        self.seen.remember(robot, observation, &beneath)?;
         let push = -observation.planned.force.z;
         self.push = self.push.max(push);
         let raised = if self.push > T::zero() { (push / self.push).max(T::zero()) } else { T::zero() };

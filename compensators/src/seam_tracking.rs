@@ -16,10 +16,10 @@
 //!
 //! Needs: sightings; a seam taught to within what σ says. Sees nothing of: depth, and what the sensor does not see, such as the
 //! travel angle; there the law beneath stands alone. A yaw that the law beneath does not know of shows as an offset of look-ahead ×
-//! yaw. Drop-outs hold b; stuck and impossible readings are passed over. Tuning: λ as slow as the loads change, 1 to 3 rad/s; noise
-//! z comes through as z √(λT/2).
+//! yaw. Drop-outs hold b; stuck and impossible readings are passed over. Tuning: λ above what the loads change with while the
+//! feed rises, some 10 rad/s; noise z comes through as z √(λT/2).
 
-use crate::seen::Seen;
+use crate::seen::{Seen, beside_depth};
 use heapless::Deque;
 use nalgebra::SVector;
 use trueweld_core::compensation::{Compensator, Observation, Sighting};
@@ -100,8 +100,7 @@ impl<T: Real, L> SeamTracking<T, L> {
     }
 
     fn correct(&mut self, sighting: &Sighting<T>, path: T, share: T) {
-        let mut along = sighting.along.to_vector();
-        along[5] = T::zero();
+        let along = beside_depth(sighting);
         let square = along.norm_squared();
         let pending = self.ahead.iter().fold(self.learned, |sum, (_, shape)| sum + shape);
         let Some(surprise) = self.seen.surprise(sighting, along.dot(&pending), CLIPPED) else { return };
@@ -128,11 +127,7 @@ impl<T: Real, L: Compensator<T>> Compensator<T> for SeamTracking<T, L> {
 
     fn demand(&mut self, robot: &Robot<T>, observation: &Observation<'_, T>) -> Result<Twist<T>, Fault> {
         let beneath = self.beneath.demand(robot, observation)?;
-        let beyond = observation.encoder_deviation(robot) - observation.setpoint_deviation() - beneath;
-        if !beyond.is_finite() {
-            return Err(Fault::Compensation);
-        }
-        self.seen.remember(beyond);
+        self.seen.remember(robot, observation, &beneath)?;
         let speed = self.path.map_or(T::zero(), |before| (observation.path - before).max(T::zero()) / self.period);
         self.path = Some(observation.path);
         let turns = self.tuning.shape * speed;

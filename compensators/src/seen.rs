@@ -9,15 +9,23 @@
 //! does not take away from the loop's phase.
 
 use heapless::Deque;
-use trueweld_core::compensation::Sighting;
+use nalgebra::SVector;
+use trueweld_core::compensation::{Observation, Sighting};
 use trueweld_core::scalar::lit;
-use trueweld_core::{Real, Twist};
+use trueweld_core::{Fault, Real, Robot, Twist};
 
 /// Periods that a sighting may be old.
 const REMEMBERED: usize = 32;
 
 /// A reading that comes so often exactly the same again is no reading: sensors have noise.
 const STUCK: u8 = 8;
+
+/// h without depth, which is the force loop's.
+pub(crate) fn beside_depth<T: Real>(sighting: &Sighting<T>) -> SVector<T, 6> {
+    let mut along = sighting.along.to_vector();
+    along[5] = T::zero();
+    along
+}
 
 /// Sightings against what a law expects, with the past that old ones speak of.
 #[derive(Debug, Clone)]
@@ -39,12 +47,25 @@ impl<T: Real> Seen<T> {
     }
 
     /// Takes E − x̂₀ of this period, x̂₀ what is demanded without anything learned.
-    pub fn remember(&mut self, beyond: Twist<T>) {
+    ///
+    /// # Errors
+    /// [`Fault::Compensation`] where that is no number.
+    pub fn remember(
+        &mut self,
+        robot: &Robot<T>,
+        observation: &Observation<'_, T>,
+        beneath: &Twist<T>,
+    ) -> Result<(), Fault> {
+        let beyond = observation.encoder_deviation(robot) - observation.setpoint_deviation() - *beneath;
+        if !beyond.is_finite() {
+            return Err(Fault::Compensation);
+        }
         if self.past.is_full() {
             self.past.pop_front();
         }
         // Room was just made.
         let _ = self.past.push_back(beyond);
+        Ok(())
     }
 
     /// h·(x − x̂₀) as a sighting has it, less what is `expected` of it, no further than so many deviations of its noise. `None` for a

@@ -169,7 +169,7 @@ impl<T: Real, const D: usize> CorrectionLoop<T, D> {
 }
 
 /// The vector shortened to at most `limit`, and whether it was.
-fn shortened<T: Real, const D: usize>(v: SVector<T, D>, limit: T) -> (SVector<T, D>, bool) {
+pub fn shortened<T: Real, const D: usize>(v: SVector<T, D>, limit: T) -> (SVector<T, D>, bool) {
     let norm = v.norm();
     if norm > limit { (v * (limit / norm), true) } else { (v, false) }
 }
