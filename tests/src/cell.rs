@@ -8,7 +8,7 @@ use trueweld_plant::effects::Effect;
 use trueweld_plant::input::{Control, Process, RobotFile, Sensors, Weld};
 use trueweld_plant::integrate::Integrator;
 use trueweld_plant::robot::{ElasticRobot, Port, Ports, Term};
-use trueweld_plant::simulate::{Controller, Law, Program, Recording, Scenario, Seam, run};
+use trueweld_plant::simulate::{BuildLaw, Controller, Program, Recording, Scenario, Seam, run};
 
 /// The fixtures of one weld.
 #[derive(Debug)]
@@ -63,14 +63,20 @@ impl Fixtures {
         cell: &Cell,
         program: Program,
         controller: Controller,
-        law: Law,
+        law: &dyn BuildLaw,
         belief: &Robot<f64>,
     ) -> Recording {
         run(&Scenario { belief, ..self.scenario(cell, program, controller, law) }, |_| {}).expect("the run ends")
     }
 
     /// What such a run is made of, the controller knowing the robot exactly.
-    pub fn scenario<'a>(&'a self, cell: &'a Cell, program: Program, controller: Controller, law: Law) -> Scenario<'a> {
+    pub fn scenario<'a>(
+        &'a self,
+        cell: &'a Cell,
+        program: Program,
+        controller: Controller,
+        law: &'a dyn BuildLaw,
+    ) -> Scenario<'a> {
         Scenario {
             name: self.name,
             cell,

@@ -85,7 +85,7 @@ fn there_is_one_of_each() {
 fn every_effect_shows_in_a_weld_that_runs() {
     let fixtures = short("vertical");
     let program = Program::Weld;
-    let go = |cell: &Cell| fixtures.run(cell, program, Controller::External, Law::None, &fixtures.robot.robot).rows;
+    let go = |cell: &Cell| fixtures.run(cell, program, Controller::External, &Law::None, &fixtures.robot.robot).rows;
     let bare_cell = fixtures.cell(&[]);
     let bare = go(&bare_cell);
     for effect in ONE_OF_EACH {
@@ -401,7 +401,7 @@ fn an_expression_does_what_the_effect_of_the_library_does() {
     ];
     for (library, expressions) in cases {
         let weld = |cell: &Cell| {
-            fixtures.run(cell, Program::Weld, Controller::External, Law::None, &fixtures.robot.robot).rows
+            fixtures.run(cell, Program::Weld, Controller::External, &Law::None, &fixtures.robot.robot).rows
         };
         let (wanted, got) = (weld(&fixtures.cell(&[library])), weld(&own(&fixtures, expressions)));
         assert_eq!(wanted.len(), got.len());
@@ -477,7 +477,7 @@ fn an_expression_that_ceases_to_be_finite_ends_the_run_and_nothing_else() {
         ("|force-sensor-z|1e-6 * sqrt((time - 2) * (time - 90))", false),
     ] {
         let cell = own(&fixtures, &[effect]);
-        let scenario = fixtures.scenario(&cell, Program::Weld, Controller::External, Law::None);
+        let scenario = fixtures.scenario(&cell, Program::Weld, Controller::External, &Law::None);
         match run(&scenario, |_| {}) {
             Err(RunError::Diverged(_)) => assert!(!at_rest, "{effect}"),
             Err(RunError::Rest(_)) => assert!(at_rest, "{effect}"),

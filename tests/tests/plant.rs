@@ -179,7 +179,7 @@ fn default_integrator_stays_within_a_micrometre_of_the_reference_over_a_whole_we
     sensors.force.resolution = 0.0;
     let scenario = Scenario {
         sensors: &sensors,
-        ..fixtures.scenario(&cell, Program::Weld, Controller::External, Law::Elastostatic)
+        ..fixtures.scenario(&cell, Program::Weld, Controller::External, &Law::Elastostatic)
     };
     let slow = Scenario { integrator: Integrator::DormandPrince(Tolerance::REFERENCE), ..scenario };
     let (default, reference) = std::thread::scope(|scope| {

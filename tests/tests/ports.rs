@@ -154,7 +154,7 @@ fn sensor_and_time_ports_change_what_the_controller_sees_and_when() {
         let mut sensors = fixtures.sensors.clone();
         (sensors.force.noise_force, sensors.force.filter, sensors.force.delay, sensors.force.resolution) =
             (0.0, 0.0, 0.0, 0.0);
-        let scenario = fixtures.scenario(&cell, program, Controller::External, Law::None);
+        let scenario = fixtures.scenario(&cell, program, Controller::External, &Law::None);
         run(&trueweld_plant::simulate::Scenario { sensors: &sensors, ..scenario }, |_| {}).expect("runs").rows
     };
     let bare = sensed(None);

@@ -9,7 +9,7 @@ fn step(controller: Controller) -> StepFigures {
     let fixtures = Fixtures::of("vertical");
     let cell = fixtures.cell(&[]);
     let program = Program::ForceStep { height: 11e3, hold: 1.0, length: 3.0 };
-    let recording = fixtures.run(&cell, program, controller, Law::None, &fixtures.robot.robot);
+    let recording = fixtures.run(&cell, program, controller, &Law::None, &fixtures.robot.robot);
     StepFigures::of(&recording, fixtures.weld.settle + 1.0, 11e3).expect("the step is recorded")
 }
 
@@ -54,7 +54,7 @@ fn weld(name: &'static str, law: Law, stiffness_error: f64) -> WeldFigures {
     let cell = fixtures.cell(&[]);
     let belief =
         fixtures.robot.robot.with_stiffness_scaled(&SVector::from_element(1.0 + stiffness_error)).expect("a robot");
-    let recording = fixtures.run(&cell, Program::Weld, Controller::External, law, &belief);
+    let recording = fixtures.run(&cell, Program::Weld, Controller::External, &law, &belief);
     WeldFigures::of(&recording).expect("a steady part")
 }
 
@@ -111,7 +111,7 @@ fn passes(law: Law, error: f64, passes: usize) -> WeldFigures {
     let fixtures = Fixtures::of("vertical");
     let cell = fixtures.cell(&[]);
     let belief = fixtures.robot.robot.with_stiffness_scaled(&SVector::from_element(1.0 + error)).expect("a robot");
-    let scenario = fixtures.scenario(&cell, Program::Weld, Controller::External, law);
+    let scenario = fixtures.scenario(&cell, Program::Weld, Controller::External, &law);
     let scenario = trueweld_plant::simulate::Scenario { belief: &belief, ..scenario };
     let recording = trueweld_plant::simulate::run_passes(&scenario, passes, |_| {}).expect("the run ends");
     WeldFigures::of(&recording).expect("a steady part")
@@ -145,6 +145,6 @@ fn a_seam_sensor_holds_the_line_whatever_the_stiffness() {
 
 #[test]
 fn a_law_that_learns_is_better_with_every_pass() {
-    let [first, second, third] = [1, 2, 3].map(|n| passes(Law::Learning, 0.3, n).lateral.rms);
-    assert!(first > 0.5e-3 && second < 0.15e-3 && third < 0.06e-3, "{first}, {second}, {third} m");
+    let [first, second] = [1, 2].map(|n| passes(Law::Learning, 0.3, n).lateral);
+    assert!(second.rms < 0.03e-3 && second.rms < first.rms && second.max_abs < first.max_abs, "{first:?}, {second:?}");
 }

@@ -16,7 +16,7 @@ use std::sync::Mutex;
 use trueweld_evaluate::certify::{Certification, Trial, judge};
 use trueweld_output::{Certified, CertifiedWeld, Input, Progress, write_file};
 use trueweld_plant::input::Requirements;
-use trueweld_plant::simulate::Program;
+use trueweld_plant::simulate::{BuildLaw, Program};
 
 /// Arguments of `certify`.
 #[derive(Args)]

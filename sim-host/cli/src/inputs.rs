@@ -9,7 +9,7 @@ use trueweld_plant::cell::Cell;
 use trueweld_plant::effects::Effect;
 use trueweld_plant::input::{Control, ModelFile, Process, RobotFile, Sensors, Weld};
 use trueweld_plant::integrate::Integrator;
-use trueweld_plant::simulate::{Controller, Law, Program, RunError, Scenario, Seam};
+use trueweld_plant::simulate::{BuildLaw, Controller, Program, RunError, Scenario, Seam};
 
 /// Reads a file, or the embedded one where none is given.
 macro_rules! embedded {
@@ -160,7 +160,7 @@ impl Inputs {
         }
     }
 
-    pub fn scenario(&self, program: Program, controller: Controller, law: Law) -> Scenario<'_> {
+    pub fn scenario(&self, program: Program, controller: Controller, law: &'static dyn BuildLaw) -> Scenario<'_> {
         Scenario {
             name: &self.weld_name,
             cell: &self.cell,

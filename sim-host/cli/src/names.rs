@@ -44,15 +44,15 @@ pub enum Compensator {
 }
 
 impl Compensator {
-    pub fn law(self) -> simulate::Law {
+    pub fn law(self) -> &'static simulate::Law {
         match self {
-            Self::None => simulate::Law::None,
-            Self::Elastostatic => simulate::Law::Elastostatic,
-            Self::FeedForward => simulate::Law::FeedForward,
-            Self::Observer => simulate::Law::Observer,
-            Self::SeamTracking => simulate::Law::SeamTracking,
-            Self::Adaptive => simulate::Law::Adaptive,
-            Self::Learning => simulate::Law::Learning,
+            Self::None => &simulate::Law::None,
+            Self::Elastostatic => &simulate::Law::Elastostatic,
+            Self::FeedForward => &simulate::Law::FeedForward,
+            Self::Observer => &simulate::Law::Observer,
+            Self::SeamTracking => &simulate::Law::SeamTracking,
+            Self::Adaptive => &simulate::Law::Adaptive,
+            Self::Learning => &simulate::Law::Learning,
         }
     }
 }

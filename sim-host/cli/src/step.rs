@@ -39,7 +39,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let recordings = Controller::ALL
         .iter()
         .map(|controller| {
-            simulate::run(&inputs.scenario(program, *controller, Law::None), |_| {})
+            simulate::run(&inputs.scenario(program, *controller, &Law::None), |_| {})
                 .map_err(|error| inputs.failed(*controller, &error))
         })
         .collect::<Result<Vec<_>>>()?;

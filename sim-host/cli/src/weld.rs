@@ -59,7 +59,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let inputs = arguments.files.read()?;
     let controller = arguments.controller.controller();
     let laws = match arguments.compensator {
-        None => vec![simulate::Law::None, simulate::Law::Elastostatic],
+        None => vec![&simulate::Law::None, &simulate::Law::Elastostatic],
         Some(compensator) => vec![compensator.law()],
     };
     let recordings = simulate_all(&inputs, controller, &laws, arguments)?;
@@ -94,7 +94,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
 fn simulate_all(
     inputs: &Inputs,
     controller: simulate::Controller,
-    laws: &[simulate::Law],
+    laws: &[&'static simulate::Law],
     arguments: &Arguments,
 ) -> Result<Vec<Recording>> {
     let duration = Program::Weld.duration(&inputs.weld, &Seam::of(&inputs.weld));

@@ -423,7 +423,7 @@ fn requirements(place: &Place, lateral_rms: &str) {
     let line = |line: &str| match line.split(" = ").next() {
         Some("lateral_rms_m") => format!("lateral_rms_m = {lateral_rms}\n"),
         Some("lateral_max_m") => String::new(),
-        Some("tilt_rms_rad") => String::new(),
+        Some("side_tilt_rms_rad" | "travel_angle_rms_rad" | "depth_rms_m") => String::new(),
         Some("failure_probability") => "failure_probability = 0.5\n".to_owned(),
         _ => format!("{line}\n"),
     };

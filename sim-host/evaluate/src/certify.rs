@@ -146,9 +146,27 @@ impl Certification<'_> {
         let sensors = draw.sensors(scenario.sensors, scenario.control.period);
         let scenario = Scenario { cell: &cell, sensors: &sensors, seed: draw.noise, ..scenario };
         let recording = run_passes(&scenario, self.passes, |_| {})?;
-        let of = |f: WeldFigures| [f.lateral.rms, f.lateral.max_abs, f.tilt.rms, f.force.error_rms, f.lateral_before];
-        Ok(WeldFigures::of(&recording).map(of))
+        Ok(WeldFigures::of(&recording).map(|f| limited(&f)))
     }
+}
+
+/// Figures that may be limited, in the order of [`LIMITS`].
+fn limited(f: &WeldFigures) -> [f64; LIMITS.len()] {
+    // Depth is what the push makes it; what may be limited is how far it wanders from its mean.
+    let depth = (f.depth.rms.powi(2) - f.depth.mean.powi(2)).max(0.0).sqrt();
+    let [correction, turned] = f.correction;
+    [
+        f.lateral.rms,
+        f.lateral.max_abs,
+        depth,
+        f.tilt.rms,
+        f.side_tilt.rms,
+        f.travel_angle.rms,
+        f.force.error_rms,
+        f.lateral_before,
+        correction,
+        turned,
+    ]
 }
 
 /// One requirement, judged.

@@ -51,6 +51,10 @@ pub struct WeldFigures {
     pub depth: Spread,
     /// Angle between the real and the nominal tool axis, rad.
     pub tilt: Spread,
+    /// Its part across the seam, about x of W, rad.
+    pub side_tilt: Spread,
+    /// Its part along the seam, about y of W, rad: what the travel angle is off by.
+    pub travel_angle: Spread,
     /// The push.
     pub force: ForceFigures,
     /// Share of each joint's twist in the lateral deviation; sums to 1. Each joint's contribution is
@@ -58,6 +62,8 @@ pub struct WeldFigures {
     pub joint_share: JointVector<f64>,
     /// Largest lateral deviation over half the pin's diameter: below 1 the seam is met.
     pub of_half_pin: f64,
+    /// Largest correction of the set-point in the whole run: translation in m, rotation in rad.
+    pub correction: [f64; 2],
     /// Largest lateral deviation from the closing of the force loop to full feed, m: the transient before the
     /// steady part.
     pub lateral_before: f64,
@@ -92,9 +98,15 @@ impl WeldFigures {
             longitudinal: spread(|r| r.deviation_w.linear.x),
             depth: spread(|r| r.deviation_w.linear.z),
             tilt: spread(|r| r.tilt),
+            side_tilt: spread(|r| r.deviation_w.angular.x),
+            travel_angle: spread(|r| r.deviation_w.angular.y),
             force: ForceFigures { mean: spread(|r| -r.force_w.z).mean, envelope: high - low, error_rms: error.rms },
             joint_share: if total > 0.0 { share / total } else { share },
             of_half_pin: lateral.max_abs / recording.half_pin,
+            correction: [
+                Spread::of(recording.rows.iter().map(|r| r.correction_w.linear.norm())).max_abs,
+                Spread::of(recording.rows.iter().map(|r| r.correction_w.angular.norm())).max_abs,
+            ],
             lateral_before: Spread::of(before.map(|r| r.deviation_w.linear.y)).max_abs,
             limited_rows: recording.rows.iter().filter(|r| r.limited || r.fault.is_some()).count(),
         })

@@ -207,9 +207,14 @@ fn label(name: &str) -> &str {
     match name {
         "lateral_rms_m" => "lateral, RMS",
         "lateral_max_m" => "lateral, largest",
+        "depth_rms_m" => "depth about its mean, RMS",
         "tilt_rms_rad" => "tilt, RMS",
+        "side_tilt_rms_rad" => "tilt across the seam, RMS",
+        "travel_angle_rms_rad" => "tilt along the seam, RMS",
         "push_error_rms_n" => "push, RMS of its error",
         "lateral_before_m" => "lateral before the steady part",
+        "correction_m" => "correction, translation",
+        "correction_rad" => "correction, rotation",
         other => other,
     }
 }

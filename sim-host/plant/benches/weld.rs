@@ -43,7 +43,7 @@ fn benches(criterion: &mut Criterion) {
             control: &control,
             sensors: &sensors,
             controller: Controller::External,
-            law: Law::Elastostatic,
+            law: &Law::Elastostatic,
             integrator,
             plant_step: 1e-3,
             seed: 1,

@@ -78,7 +78,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             control: &control,
             sensors: &sensors,
             controller: Controller::External,
-            law: Law::Elastostatic,
+            law: &Law::Elastostatic,
             integrator: Integrator::LinearlyImplicit,
             plant_step: 1e-3,
             seed: sensors.seed,

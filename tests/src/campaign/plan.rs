@@ -163,7 +163,7 @@ impl Plan {
                 control: &laboratory.control,
                 sensors: &laboratory.sensors,
                 controller: Controller::External,
-                law: Law::None,
+                law: &Law::None,
                 integrator: Integrator::LinearlyImplicit,
                 plant_step: WELD_STEP,
                 seed: laboratory.recipe.seed.wrapping_add(log),

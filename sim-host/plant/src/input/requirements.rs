@@ -18,8 +18,18 @@ pub struct Requirements {
 }
 
 /// Figures that may be limited, by their keys.
-pub const LIMITS: [&str; 5] =
-    ["lateral_rms_m", "lateral_max_m", "tilt_rms_rad", "push_error_rms_n", "lateral_before_m"];
+pub const LIMITS: [&str; 10] = [
+    "lateral_rms_m",
+    "lateral_max_m",
+    "depth_rms_m",
+    "tilt_rms_rad",
+    "side_tilt_rms_rad",
+    "travel_angle_rms_rad",
+    "push_error_rms_n",
+    "lateral_before_m",
+    "correction_m",
+    "correction_rad",
+];
 
 /// What is not known of a cell: half widths of uniform distributions about the nominal value.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -5,6 +5,18 @@ use crate::input::{Control, Sensors};
 use trueweld_compensators::{Adaptive, Elastostatic, FeedForward, Learning, Observer, SeamTracking, Uncompensated};
 use trueweld_core::compensation::Compensator;
 
+/// Where the law of a run comes from: one of this project's ([`Law`]), or a user's own.
+pub trait BuildLaw: std::fmt::Debug + Sync {
+    /// Its name in results.
+    fn name(&self) -> &'static str;
+
+    /// The law as it is before a first weld. `length`: of the weld, m.
+    ///
+    /// # Errors
+    /// [`RunError::Law`] where a gain does not suit the control period, [`RunError::NoSeamSensor`].
+    fn build(&self, control: &Control, sensors: &Sensors, length: f64) -> Result<Box<dyn Compensator<f64>>, RunError>;
+}
+
 /// Which compensation law.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Law {
@@ -20,7 +32,7 @@ pub enum Law {
     SeamTracking,
     /// Feed-forward with compliances estimated from the seam sensor.
     Adaptive,
-    /// Feed-forward, corrected from pass to pass by what the seam sensor saw.
+    /// Seam tracking, corrected from pass to pass by what the seam sensor saw.
     Learning,
 }
 
@@ -36,8 +48,14 @@ impl Law {
         Self::Learning,
     ];
 
-    /// Its name on the command line and in results.
-    pub fn name(self) -> &'static str {
+    /// True for a law that is no better than the one beneath it without a seam sensor.
+    pub fn needs_seam_sensor(self) -> bool {
+        matches!(self, Self::SeamTracking | Self::Adaptive | Self::Learning)
+    }
+}
+
+impl BuildLaw for Law {
+    fn name(&self) -> &'static str {
         match self {
             Self::None => "none",
             Self::Elastostatic => "elastostatic",
@@ -49,26 +67,13 @@ impl Law {
         }
     }
 
-    /// True for a law that is no better than the one beneath it without a seam sensor.
-    pub fn needs_seam_sensor(self) -> bool {
-        matches!(self, Self::SeamTracking | Self::Adaptive | Self::Learning)
-    }
-
-    /// Builds the law. `length`: of the weld, m.
-    ///
-    /// # Errors
-    /// [`RunError::Law`] where a gain does not suit the control period, [`RunError::NoSeamSensor`].
-    pub fn build(
-        self,
-        control: &Control,
-        sensors: &Sensors,
-        length: f64,
-    ) -> Result<Box<dyn Compensator<f64>>, RunError> {
+    fn build(&self, control: &Control, sensors: &Sensors, length: f64) -> Result<Box<dyn Compensator<f64>>, RunError> {
         if self.needs_seam_sensor() && sensors.seam.is_none() {
             return Err(RunError::NoSeamSensor { law: self.name() });
         }
         let (limits, period) = (&control.compensation, control.period);
         let wrong = || RunError::Law { law: self.name(), period };
+        let tracking = limits.tracking;
         Ok(match self {
             Self::None => Box::new(Uncompensated),
             Self::Elastostatic => {
@@ -78,9 +83,12 @@ impl Law {
             }
             Self::FeedForward => Box::new(FeedForward),
             Self::Observer => Box::new(Observer::new(limits.observer, period).ok_or_else(wrong)?),
-            Self::SeamTracking => Box::new(SeamTracking::new(FeedForward, limits.tracking, period).ok_or_else(wrong)?),
+            Self::SeamTracking => Box::new(SeamTracking::new(FeedForward, tracking, period).ok_or_else(wrong)?),
             Self::Adaptive => Box::new(Adaptive::new(limits.prior, period).ok_or_else(wrong)?),
-            Self::Learning => Box::new(Learning::new(FeedForward, length, limits.learning, period).ok_or_else(wrong)?),
+            Self::Learning => {
+                let learning = Learning::new(FeedForward, length, limits.learning, period).ok_or_else(wrong)?;
+                Box::new(SeamTracking::new(learning, tracking, period).ok_or_else(wrong)?)
+            }
         })
     }
 }

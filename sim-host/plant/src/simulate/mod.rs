@@ -5,7 +5,7 @@ mod program;
 mod record;
 mod run;
 
-pub use law::Law;
+pub use law::{BuildLaw, Law};
 pub use program::{Program, Seam, Target};
 pub use record::{Phase, Recording, Row};
 pub use run::{Controller, RunError, Scenario, run, run_passes, start_angles};

@@ -3,7 +3,7 @@
 //! The path is taught under gravity: at the start, with the tool free of contact, the real tool stands on the line.
 //! The set-point then follows the line by the encoders alone, and whatever the load bends from there is deviation.
 
-use super::{Law, Program, Recording, Row, Seam};
+use super::{BuildLaw, Program, Recording, Row, Seam};
 use crate::cell::{Cell, Evaluation};
 use crate::input::{Control, Process, Sensors, Weld};
 use crate::integrate::rest::{self, NoRest};
@@ -118,7 +118,7 @@ pub struct Scenario<'a> {
     /// Which controller.
     pub controller: Controller,
     /// Which law.
-    pub law: Law,
+    pub law: &'a dyn BuildLaw,
     /// How the plant is integrated.
     pub integrator: Integrator,
     /// Longest plant step, s; the control period is divided evenly.
