@@ -10,6 +10,7 @@ mod feed_forward;
 mod learning;
 mod none;
 mod observer;
+mod outer_integral;
 mod seam_tracking;
 mod seen;
 
@@ -20,4 +21,5 @@ pub use feed_forward::FeedForward;
 pub use learning::Learning;
 pub use none::Uncompensated;
 pub use observer::Observer;
+pub use outer_integral::{Following, OuterIntegral};
 pub use seam_tracking::{SeamTracking, Tracking};

@@ -4,7 +4,9 @@
 
 use nalgebra::{SVector, Vector3};
 use proptest::prelude::*;
-use trueweld_compensators::{Adaptive, Elastostatic, FeedForward, Learning, Observer, Prior, SeamTracking, Tracking};
+use trueweld_compensators::{
+    Adaptive, Elastostatic, FeedForward, Following, Learning, Observer, OuterIntegral, Prior, SeamTracking, Tracking,
+};
 use trueweld_core::compensation::{Compensator, Observation, Sighting};
 use trueweld_core::control::{Sensed, Setpoint};
 use trueweld_core::scalar::lit;
@@ -65,9 +67,14 @@ fn laws<T: Real>() -> Vec<(&'static str, Box<dyn Compensator<T>>)> {
     let period = lit::<T>(PERIOD);
     let prior = Prior { compliance: lit(0.3), force: lit(0.3), tilt: lit(5e-4), lateral: lit(5e-4) };
     let tracking = Tracking { rate: lit(10.0), shape: lit(25.0) };
+    let following = Following { rate: lit(8.0), translation: lit(2e-3), rotation: lit(2e-3) };
     vec![
         ("feed-forward demand, m", Box::new(FeedForward)),
         ("observer demand, m", Box::new(Observer::new(lit(30.0), period).unwrap())),
+        (
+            "feed-forward demand with outer integral, m",
+            Box::new(OuterIntegral::new(FeedForward, following, period).unwrap()),
+        ),
         ("seam-tracking demand, m", Box::new(SeamTracking::new(FeedForward, tracking, period).unwrap())),
         ("adaptive demand, m", Box::new(Adaptive::new(prior, period).unwrap())),
         ("learning demand, m", Box::new(Learning::new(FeedForward, lit(2.0), lit(1.0), period).unwrap())),

@@ -144,7 +144,9 @@ fn a_seam_sensor_holds_the_line_whatever_the_stiffness() {
 }
 
 #[test]
-fn a_law_that_learns_is_better_with_every_pass() {
-    let [first, second] = [1, 2].map(|n| passes(Law::Learning, 0.3, n).lateral);
-    assert!(second.rms < 0.03e-3 && second.rms < first.rms && second.max_abs < first.max_abs, "{first:?}, {second:?}");
+fn a_law_that_learns_holds_the_line_in_its_second_pass() {
+    for error in [-0.3, 0.3] {
+        let figures = passes(Law::Learning, error, 2);
+        assert!(figures.lateral.rms < 0.03e-3 && figures.lateral.max_abs < 0.2e-3, "{error}: {figures:?}");
+    }
 }

@@ -4,7 +4,8 @@ use crate::weld::Inputs;
 use core::hint::black_box;
 use nalgebra::Vector3;
 use trueweld_compensators::{
-    Adaptive, Authority, Combined, Elastostatic, FeedForward, Learning, Observer, Prior, SeamTracking, Tracking,
+    Adaptive, Authority, Combined, Elastostatic, FeedForward, Following, Learning, Observer, OuterIntegral, Prior,
+    SeamTracking, Tracking,
 };
 use trueweld_core::compensation::{Compensator, Observation, Sighting};
 use trueweld_core::control::{ForceGains, HybridController, JointGains, Parallel, Superposed};
@@ -68,7 +69,10 @@ fn laws<T: Real>(robot: &Robot<T>, inputs: &Inputs<T>, period: T) {
         ask(&mut observer);
         black_box(observer.wrench(robot, &inputs.sensed.encoder));
     }
-    if let Some(mut law) = black_box(SeamTracking::new(FeedForward, tracking, period)) {
+    let following = black_box(Following { rate: lit(8.0), translation: lit(2e-3), rotation: lit(2e-3) });
+    if let Some(tracking) = black_box(SeamTracking::new(FeedForward, tracking, period))
+        && let Some(mut law) = black_box(OuterIntegral::new(tracking, following, period))
+    {
         ask(&mut law);
     }
     if let Some(mut law) = black_box(Adaptive::new(prior, period)) {

@@ -4,7 +4,7 @@ use super::document::Table;
 use super::{Bounds, Document, InputError, Kind, read_text};
 use nalgebra::Vector2;
 use std::path::Path;
-use trueweld_compensators::{Prior, Tracking};
+use trueweld_compensators::{Following, Prior, Tracking};
 use trueweld_core::JointVector;
 use trueweld_core::compensation::LoopLimits;
 use trueweld_core::control::{ExternalGains, ForceGains, JointGains};
@@ -55,6 +55,8 @@ pub struct CompensationLimits {
     pub crosstalk: Vector2<f64>,
     /// Bandwidth of the observer of spring torques, rad/s.
     pub observer: f64,
+    /// What makes up for what the position loop lacks of a demand.
+    pub following: Following<f64>,
     /// Seam tracking.
     pub tracking: Tracking<f64>,
     /// How well the adaptive law believes the model to be known.
@@ -138,6 +140,9 @@ fn compensation(table: &Table<'_>) -> Result<CompensationLimits, InputError> {
         "max_translation_rate_m_s",
         "max_rotation_rate_rad_s",
         "wrench_filter_hz",
+        "following_rad_s",
+        "following_max_m",
+        "following_max_rad",
         "crosstalk",
         "observer_hz",
         "tracking_rad_s",
@@ -163,6 +168,11 @@ fn compensation(table: &Table<'_>) -> Result<CompensationLimits, InputError> {
         wrench_filter: table.number("wrench_filter_hz", Bounds::Positive)?,
         crosstalk: table.numbers::<2>("crosstalk", Bounds::Any)?.into(),
         observer: table.number("observer_hz", Bounds::Positive)? * std::f64::consts::TAU,
+        following: Following {
+            rate: table.number("following_rad_s", Bounds::Positive)?,
+            translation: table.number("following_max_m", Bounds::PositiveUpTo(1.0))?,
+            rotation: table.number("following_max_rad", Bounds::PositiveUpTo(1.0))?,
+        },
         tracking: Tracking {
             rate: table.number("tracking_rad_s", Bounds::Positive)?,
             shape: table.number("seam_shape_s_m", Bounds::NonNegative)?,

@@ -2,7 +2,9 @@
 
 use super::RunError;
 use crate::input::{Control, Sensors};
-use trueweld_compensators::{Adaptive, Elastostatic, FeedForward, Learning, Observer, SeamTracking, Uncompensated};
+use trueweld_compensators::{
+    Adaptive, Elastostatic, FeedForward, Learning, Observer, OuterIntegral, SeamTracking, Uncompensated,
+};
 use trueweld_core::compensation::Compensator;
 
 /// Where the law of a run comes from: one of this project's ([`Law`]), or a user's own.
@@ -52,6 +54,31 @@ impl Law {
     pub fn needs_seam_sensor(self) -> bool {
         matches!(self, Self::SeamTracking | Self::Adaptive | Self::Learning)
     }
+
+    /// The law with the gains of a cell; `None` where one of them does not suit the control period.
+    fn with(self, control: &Control, length: f64) -> Option<Box<dyn Compensator<f64>>> {
+        let (gains, period) = (&control.compensation, control.period);
+        match self {
+            Self::None => Some(Box::new(Uncompensated)),
+            Self::Elastostatic => {
+                let law = Elastostatic::new(gains.wrench_filter, period)?;
+                Some(Box::new(law.without_crosstalk(gains.crosstalk)))
+            }
+            Self::FeedForward => followed(FeedForward, control),
+            Self::Observer => Some(Box::new(Observer::new(gains.observer, period)?)),
+            Self::SeamTracking => followed(SeamTracking::new(FeedForward, gains.tracking, period)?, control),
+            Self::Adaptive => followed(Adaptive::new(gains.prior, period)?, control),
+            Self::Learning => {
+                let learning = Learning::new(FeedForward, length, gains.learning, period)?;
+                followed(SeamTracking::new(learning, gains.tracking, period)?, control)
+            }
+        }
+    }
+}
+
+/// A law with what the position loop lacks of its demand made up for. Not for laws fed by force, which answer the motion.
+fn followed(law: impl Compensator<f64> + 'static, control: &Control) -> Option<Box<dyn Compensator<f64>>> {
+    Some(Box::new(OuterIntegral::new(law, control.compensation.following, control.period)?))
 }
 
 impl BuildLaw for Law {
@@ -71,24 +98,6 @@ impl BuildLaw for Law {
         if self.needs_seam_sensor() && sensors.seam.is_none() {
             return Err(RunError::NoSeamSensor { law: self.name() });
         }
-        let (limits, period) = (&control.compensation, control.period);
-        let wrong = || RunError::Law { law: self.name(), period };
-        let tracking = limits.tracking;
-        Ok(match self {
-            Self::None => Box::new(Uncompensated),
-            Self::Elastostatic => {
-                let corner = limits.wrench_filter;
-                let law = Elastostatic::new(corner, period).ok_or(RunError::Filter { corner, period })?;
-                Box::new(law.without_crosstalk(limits.crosstalk))
-            }
-            Self::FeedForward => Box::new(FeedForward),
-            Self::Observer => Box::new(Observer::new(limits.observer, period).ok_or_else(wrong)?),
-            Self::SeamTracking => Box::new(SeamTracking::new(FeedForward, tracking, period).ok_or_else(wrong)?),
-            Self::Adaptive => Box::new(Adaptive::new(limits.prior, period).ok_or_else(wrong)?),
-            Self::Learning => {
-                let learning = Learning::new(FeedForward, length, limits.learning, period).ok_or_else(wrong)?;
-                Box::new(SeamTracking::new(learning, tracking, period).ok_or_else(wrong)?)
-            }
-        })
+        self.with(control, length).ok_or(RunError::Law { law: self.name(), period: control.period })
     }
 }

@@ -69,14 +69,6 @@ pub enum RunError {
     /// The state left the finite numbers.
     #[error(transparent)]
     Diverged(#[from] Diverged),
-    /// The wrench filter cannot be built.
-    #[error("a wrench filter of {corner} Hz needs a corner between 0 and half the control rate (period {period} s)")]
-    Filter {
-        /// Corner, Hz.
-        corner: f64,
-        /// Control period, s.
-        period: f64,
-    },
     /// A gain that does not suit the control period.
     #[error("the law {law} cannot be built with these gains at a period of {period} s")]
     Law {
