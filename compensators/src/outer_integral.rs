@@ -6,7 +6,7 @@
 //! set-point, both in W,
 //!
 //! ```text
-//! c ← c + μT (x − E), without depth, |c| bounded        demand = x + c
+//! c ← c + μT (x − E), along and across the seam, |c| bounded        demand = x + c
 //! ```
 //!
 //! Needs: encoders. Sees nothing of: what bends behind them. Not on top of a law that is fed by the force: that is a positive feedback
@@ -14,8 +14,9 @@
 //! without). Tuning: μ below the bandwidths of the correction loops and the position
 //! loop together, a third of the slower one.
 
-use nalgebra::{Vector2, Vector3};
+use nalgebra::Vector2;
 use trueweld_core::compensation::{Compensator, Observation, shortened};
+use trueweld_core::scalar::all_finite;
 use trueweld_core::{Fault, Real, Robot, Twist};
 
 /// Tuning of an outer integral.
@@ -24,9 +25,7 @@ pub struct Following<T: Real> {
     /// μ, rad/s.
     pub rate: T,
     /// Largest |c|, m.
-    pub translation: T,
-    /// Largest |c|, rad.
-    pub rotation: T,
+    pub size: T,
 }
 
 /// Outer integral on top of another law.
@@ -35,9 +34,8 @@ pub struct OuterIntegral<T: Real, L> {
     beneath: L,
     tuning: Following<T>,
     period: T,
-    /// c, axes of W: linear without depth.
-    linear: Vector2<T>,
-    angular: Vector3<T>,
+    /// c, along x and y of W, m.
+    made_up: Vector2<T>,
 }
 
 impl<T: Real, L> OuterIntegral<T, L> {
@@ -45,13 +43,12 @@ impl<T: Real, L> OuterIntegral<T, L> {
     ///
     /// `None` unless all numbers are positive and finite.
     pub fn new(beneath: L, tuning: Following<T>, period: T) -> Option<Self> {
-        let usable = [tuning.rate, tuning.translation, tuning.rotation, period];
+        let usable = [tuning.rate, tuning.size, period];
         usable.iter().all(|v| v.is_finite() && *v > T::zero()).then(|| Self {
             beneath,
             tuning,
             period,
-            linear: Vector2::zeros(),
-            angular: Vector3::zeros(),
+            made_up: Vector2::zeros(),
         })
     }
 }
@@ -59,20 +56,19 @@ impl<T: Real, L> OuterIntegral<T, L> {
 impl<T: Real, L: Compensator<T>> Compensator<T> for OuterIntegral<T, L> {
     fn reset(&mut self) {
         self.beneath.reset();
-        (self.linear, self.angular) = (Vector2::zeros(), Vector3::zeros());
+        self.made_up = Vector2::zeros();
     }
 
     fn demand(&mut self, robot: &Robot<T>, observation: &Observation<'_, T>) -> Result<Twist<T>, Fault> {
-        let demand = self.beneath.demand(robot, observation)?;
+        let mut demand = self.beneath.demand(robot, observation)?;
         let stands = observation.encoder_deviation(robot) - observation.setpoint_deviation();
-        let lack = demand - stands;
-        if !lack.is_finite() {
+        let lack = (demand - stands).linear.xy();
+        if !all_finite(lack.iter()) {
             return Err(Fault::Compensation);
         }
-        let step = self.tuning.rate * self.period;
-        self.linear = shortened(self.linear + lack.linear.xy() * step, self.tuning.translation).0;
-        self.angular = shortened(self.angular + lack.angular * step, self.tuning.rotation).0;
-        let made_up = Twist { angular: self.angular, linear: Vector3::new(self.linear.x, self.linear.y, T::zero()) };
-        Ok(demand + made_up)
+        self.made_up = shortened(self.made_up + lack * (self.tuning.rate * self.period), self.tuning.size).0;
+        demand.linear.x += self.made_up.x;
+        demand.linear.y += self.made_up.y;
+        Ok(demand)
     }
 }

@@ -52,7 +52,7 @@ fn laws<T: Real>(criterion: &mut Criterion, scalar: &str) {
     let elastostatic = || Elastostatic::new(lit::<T>(5.0), period).expect("a corner below Nyquist");
     let tracking = Tracking { rate: lit(10.0), shape: lit(25.0) };
     let tracker = || SeamTracking::new(FeedForward, tracking, period).expect("a rate");
-    let following = Following { rate: lit(8.0), translation: lit(2e-3), rotation: lit(2e-3) };
+    let following = Following { rate: lit(8.0), size: lit(2e-3) };
     let followed = OuterIntegral::new(tracker(), following, period).expect("a rate");
     let prior = Prior { compliance: lit(0.3), force: lit(0.3), tilt: lit(5e-4), lateral: lit(5e-4) };
     let authority = Authority { displacement: lit(5e-3), rotation: lit(0.08), fade: lit(0.5) };

@@ -67,7 +67,7 @@ fn laws<T: Real>() -> Vec<(&'static str, Box<dyn Compensator<T>>)> {
     let period = lit::<T>(PERIOD);
     let prior = Prior { compliance: lit(0.3), force: lit(0.3), tilt: lit(5e-4), lateral: lit(5e-4) };
     let tracking = Tracking { rate: lit(10.0), shape: lit(25.0) };
-    let following = Following { rate: lit(8.0), translation: lit(2e-3), rotation: lit(2e-3) };
+    let following = Following { rate: lit(8.0), size: lit(2e-3) };
     vec![
         ("feed-forward demand, m", Box::new(FeedForward)),
         ("observer demand, m", Box::new(Observer::new(lit(30.0), period).unwrap())),

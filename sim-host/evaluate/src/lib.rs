@@ -1,6 +1,7 @@
 //! What runs amount to: the figures of a weld and of a force step, and what many welds prove of a law.
 
 pub mod certify;
+pub mod margins;
 mod rate;
 mod step;
 mod weld;

@@ -69,7 +69,7 @@ fn laws<T: Real>(robot: &Robot<T>, inputs: &Inputs<T>, period: T) {
         ask(&mut observer);
         black_box(observer.wrench(robot, &inputs.sensed.encoder));
     }
-    let following = black_box(Following { rate: lit(8.0), translation: lit(2e-3), rotation: lit(2e-3) });
+    let following = black_box(Following { rate: lit(8.0), size: lit(2e-3) });
     if let Some(tracking) = black_box(SeamTracking::new(FeedForward, tracking, period))
         && let Some(mut law) = black_box(OuterIntegral::new(tracking, following, period))
     {

@@ -142,7 +142,6 @@ fn compensation(table: &Table<'_>) -> Result<CompensationLimits, InputError> {
         "wrench_filter_hz",
         "following_rad_s",
         "following_max_m",
-        "following_max_rad",
         "crosstalk",
         "observer_hz",
         "tracking_rad_s",
@@ -170,8 +169,7 @@ fn compensation(table: &Table<'_>) -> Result<CompensationLimits, InputError> {
         observer: table.number("observer_hz", Bounds::Positive)? * std::f64::consts::TAU,
         following: Following {
             rate: table.number("following_rad_s", Bounds::Positive)?,
-            translation: table.number("following_max_m", Bounds::PositiveUpTo(1.0))?,
-            rotation: table.number("following_max_rad", Bounds::PositiveUpTo(1.0))?,
+            size: table.number("following_max_m", Bounds::PositiveUpTo(1.0))?,
         },
         tracking: Tracking {
             rate: table.number("tracking_rad_s", Bounds::Positive)?,

@@ -42,7 +42,8 @@ impl Controller {
         }
     }
 
-    fn build(self, control: &Control) -> Box<dyn HybridController<f64>> {
+    /// The controller with the gains of a cell, at rest.
+    pub fn build(self, control: &Control) -> Box<dyn HybridController<f64>> {
         let period = control.period;
         match self {
             Self::Parallel => Box::new(Parallel::new(control.parallel.joint, control.parallel.force, period)),

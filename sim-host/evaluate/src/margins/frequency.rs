@@ -1,0 +1,131 @@
+//! Margins from a sampled sensitivity: of one direction with the others closed, and of all at once.
+
+use super::response::{CHANNELS, Passing, SETPOINT};
+use nalgebra::{Complex, SMatrix};
+use std::f64::consts::{PI, TAU};
+
+/// Frequencies at which the loop is looked at, evenly in their logarithm.
+const FREQUENCIES: usize = 400;
+
+/// The lowest of them, Hz.
+const LOWEST: f64 = 0.05;
+
+/// How far one loop, opened where the law or the force loop acts, is from instability. Infinite where nothing comes back.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Margin {
+    /// Factor by which the loop's gain may grow (or fall), whichever is less, as a ratio above 1.
+    pub gain: f64,
+    /// Phase that it may lose, rad.
+    pub phase: f64,
+    /// Least distance of the loop from −1: the inverse of the largest sensitivity.
+    pub modulus: f64,
+    /// Delay that it may have in addition, s.
+    pub delay: f64,
+}
+
+/// S(e^jωT) of all channels at the frequencies from [`LOWEST`] to half the sampling rate.
+pub struct Sensitivity {
+    /// Frequencies, Hz.
+    pub hz: Vec<f64>,
+    /// One matrix a frequency.
+    pub at: Vec<SMatrix<Complex<f64>, CHANNELS, CHANNELS>>,
+}
+
+impl Sensitivity {
+    /// Of impulse responses, `period` s between their values.
+    pub fn of(responses: &[Vec<Passing>], period: f64) -> Self {
+        let highest = 0.5 / period;
+        let hz: Vec<f64> =
+            (0..FREQUENCIES).map(|k| LOWEST * (highest / LOWEST).powf(k as f64 / (FREQUENCIES - 1) as f64)).collect();
+        let at = hz
+            .iter()
+            .map(|hz| {
+                let turn = Complex::from_polar(1.0, -TAU * hz * period);
+                let mut matrix = SMatrix::zeros();
+                for (j, response) in responses.iter().enumerate() {
+                    let mut phase = Complex::new(1.0, 0.0);
+                    for row in response {
+                        for (i, value) in row.iter().enumerate() {
+                            matrix[(i, j)] += phase * *value;
+                        }
+                        phase *= turn;
+                    }
+                }
+                matrix
+            })
+            .collect();
+        Self { hz, at }
+    }
+
+    /// Margins of one channel, the others closed: L = 1/S_ii − 1.
+    pub fn margin(&self, channel: usize) -> Margin {
+        let one = Complex::new(1.0, 0.0);
+        let s: Vec<Complex<f64>> = self.at.iter().map(|m| m[(channel, channel)]).collect();
+        let largest = s.iter().map(|s| s.norm()).fold(0.0, f64::max);
+        let open: Vec<Complex<f64>> = s.iter().map(|s| one / s - one).collect();
+        let mut margin =
+            Margin { gain: f64::INFINITY, phase: f64::INFINITY, modulus: 1.0 / largest, delay: f64::INFINITY };
+        let mut crosses = |real: f64| {
+            if real < 0.0 {
+                margin.gain = margin.gain.min((-real).max(-1.0 / real));
+            }
+        };
+        // Real at rest and at half the sampling rate, whatever it is between.
+        open.iter().take(1).chain(open.last()).for_each(|l| {
+            if l.im.abs() < 0.1 * l.re.abs() {
+                crosses(l.re);
+            }
+        });
+        for pair in open.windows(2) {
+            let [a, b] = [pair[0], pair[1]];
+            if a.im * b.im < 0.0 {
+                crosses(a.re + (b.re - a.re) * a.im / (a.im - b.im));
+            }
+        }
+        for (pair, hz) in open.windows(2).zip(self.hz.windows(2)) {
+            let [a, b] = [pair[0].norm().ln(), pair[1].norm().ln()];
+            if a * b < 0.0 {
+                let share = a / (a - b);
+                let at = pair[0] + (pair[1] - pair[0]) * share;
+                // How far the vector still has to turn, backwards, to −1.
+                let left = (at.arg() + PI).rem_euclid(TAU);
+                margin.phase = margin.phase.min(left.min(TAU - left));
+                margin.delay = margin.delay.min(left / (TAU * (hz[0] + (hz[1] - hz[0]) * share)));
+            }
+        }
+        margin
+    }
+
+    /// Disk margin of six channels from `first` on at once: gains and phases may leave in each by itself as far as a disk about 1 of this size, α of
+    /// 2/‖S − T‖ (Seiler, Packard and Gahinet 2020, without skew), in the scaling of the channels that shows most.
+    pub fn disk(&self, first: usize) -> f64 {
+        let two = Complex::new(2.0, 0.0);
+        let group = |s: &SMatrix<_, CHANNELS, CHANNELS>| s.fixed_view::<SETPOINT, SETPOINT>(first, first).into_owned();
+        let largest = self.at.iter().map(|s| scaled_norm(&(group(s) * two - SMatrix::identity())));
+        2.0 / largest.fold(0.0, f64::max)
+    }
+}
+
+/// The largest gain of a matrix in the diagonal scaling that makes rows and columns alike (Osborne 1960): an upper bound of what
+/// independent channels can do.
+fn scaled_norm(matrix: &SMatrix<Complex<f64>, SETPOINT, SETPOINT>) -> f64 {
+    let mut balanced = *matrix;
+    for _ in 0..30 {
+        for k in 0..SETPOINT {
+            let beside = |column: bool| {
+                let entries = (0..SETPOINT).filter(|i| *i != k);
+                entries.map(|i| balanced[if column { (i, k) } else { (k, i) }].norm_sqr()).sum::<f64>().sqrt()
+            };
+            let (column, row) = (beside(true), beside(false));
+            if column > 0.0 || row > 0.0 {
+                // Where nothing goes one way, what goes the other way goes nowhere: it is scaled out.
+                let scale = (row / column).sqrt().clamp(1e-2, 1e2);
+                for i in (0..SETPOINT).filter(|i| *i != k) {
+                    balanced[(i, k)] *= scale;
+                    balanced[(k, i)] /= scale;
+                }
+            }
+        }
+    }
+    balanced.singular_values().max()
+}
