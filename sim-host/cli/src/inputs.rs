@@ -29,7 +29,7 @@ pub struct Files {
     #[arg(long, value_name = "F")]
     weld: Option<PathBuf>,
     #[command(flatten)]
-    cell: CellFiles,
+    pub cell: CellFiles,
 }
 
 impl Files {
@@ -158,6 +158,15 @@ impl Inputs {
             ),
             _ => miette!("{}, {} control: {error}", self.weld_file, controller.name()),
         }
+    }
+
+    /// What to say of a weld that has no figures.
+    pub fn too_short(&self) -> Report {
+        miette!(
+            help = "Expected a seam long enough for the feed to rise and settle: a few centimetres.",
+            "{}: the weld is too short to reach its steady part",
+            self.weld_file
+        )
     }
 
     pub fn scenario(&self, program: Program, controller: Controller, law: &'static dyn BuildLaw) -> Scenario<'_> {

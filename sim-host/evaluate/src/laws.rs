@@ -148,8 +148,7 @@ impl LawComparison<'_> {
     /// [`NoFigures`].
     pub fn point(&self, law: &Law, change: Change) -> Point {
         let error = if let Change::StiffnessError(error) = change { error } else { self.stiffness_error };
-        let belief =
-            self.robot.with_stiffness_scaled(&SVector::repeat(1.0 + error)).map_err(|_| RunError::Cell)?;
+        let belief = self.robot.with_stiffness_scaled(&SVector::repeat(1.0 + error)).map_err(|_| RunError::Cell)?;
         let [before, last] = [false, true].map(|last| self.sensors(change, last));
         let scenario = Scenario { law, belief: &belief, sensors: &last, ..self.scenario };
         // The last pass has the scenario's own noise, as in `run_passes`.
