@@ -1,9 +1,10 @@
 //! Compensation laws side by side: one weld with every law, one thing at a time made worse.
 //!
-//! Four sweeps: what the law believes of the joints' stiffness, the noise of the sensors, their delay, and lost readings of the seam
-//! sensor. The last three are run with a stiffness believed in wrongly, since a seam sensor has nothing to do where the model is
-//! exact. Noise and delay of the force sensor are also those of the force loop: a law that does not read it still welds with it.
-//! A force sensor that reads nothing is left out: the force loop would drive the tool through the plate under any law.
+//! Four sweeps: what the law believes of the joints' stiffness, the noise of the sensors, their delay, and lost readings of the
+//! seam sensor. The last three are run with a stiffness believed in wrongly, since a seam sensor has nothing to do where the model
+//! is exact. Noise and delay of the force sensor are also those of the force loop: a law that does not read it still welds with it.
+//! A force sensor that reads nothing is left out: the force loop would push the tool in as far as its limits let it,
+//! under any law.
 //!
 //! Every run depends on scenario and seed alone: not on the number of threads, nor on the order in which they finish.
 
@@ -101,8 +102,8 @@ pub struct LawComparison<'a> {
     pub stiffness_error: f64,
     /// The laws.
     pub laws: &'a [Law],
-    /// Welds of the seam, one after another, for a law that learns from one to the next; the last one counts. The others weld once,
-    /// since more would change nothing.
+    /// Welds of the seam, one after another, for a law that learns from one to the next; the last one counts. The others weld
+    /// once, since more would change nothing.
     pub passes: usize,
 }
 

@@ -133,7 +133,8 @@ impl LawsCompared<'_> {
             p.setting {
                 "Weld " (self.comparison.scenario.name) ", " (self.comparison.scenario.controller.name()) " control, seed "
                 (self.comparison.scenario.seed) (self.passes()) ". Figures over the steady part (full feed, full push). \
-                Instruments as their file says, but for what is varied; noise and delay of the force sensor are the force loop's too."
+                Instruments as their file says, but for what is varied; noise and delay of the force sensor are also the force \
+                loop's."
             }
             div.pairs { @for sweep in self.sweeps { (self.picture(sweep, y_range)) } }
             @for sweep in self.sweeps {
