@@ -29,7 +29,7 @@ pub struct Files {
     #[arg(long, value_name = "F")]
     weld: Option<PathBuf>,
     #[command(flatten)]
-    cell: CellFiles,
+    pub cell: CellFiles,
 }
 
 impl Files {
@@ -59,9 +59,9 @@ pub struct CellFiles {
     /// Physical effect of the real robot that the controller does not know; may be given several times
     #[arg(long, value_name = "ID:AT:NAME=VALUE,...")]
     effect: Vec<String>,
-    /// Relative error of the joint stiffness that the controller believes in, such as 0.1
-    #[arg(long, value_name = "E", default_value_t = 0.0, allow_negative_numbers = true)]
-    stiffness_error: f64,
+    /// Relative error of the joint stiffness that the controller believes in, such as 0.1 (default: 0; of compare-laws: 0.2)
+    #[arg(long, value_name = "E", allow_negative_numbers = true)]
+    pub stiffness_error: Option<f64>,
     /// Control period in seconds (default: the control file's)
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     period: Option<f64>,
@@ -106,7 +106,7 @@ impl CellFiles {
         let parse = |text: &String| Effect::parse(text, &robot).map_err(|error| miette!("--effect {text}: {error}"));
         effects.extend(self.effect.iter().map(parse).collect::<Result<Vec<_>>>()?);
         let cell = Cell::new(&robot.robot, &effects, &process, Seam::of(&weld).b_from_w).into_diagnostic()?;
-        let error = self.stiffness_error;
+        let error = self.stiffness_error.unwrap_or(0.0);
         let factor = SVector::from_element(1.0 + error);
         let belief = robot.robot.with_stiffness_scaled(&factor).map_err(|_| {
             miette!("--stiffness-error {error}: expected a number above -1, such as 0.1 for 10 % too stiff")
@@ -158,6 +158,15 @@ impl Inputs {
             ),
             _ => miette!("{}, {} control: {error}", self.weld_file, controller.name()),
         }
+    }
+
+    /// What to say of a weld that has no figures.
+    pub fn too_short(&self) -> Report {
+        miette!(
+            help = "Expected a seam long enough for the feed to rise and settle: a few centimetres.",
+            "{}: the weld is too short to reach its steady part",
+            self.weld_file
+        )
     }
 
     pub fn scenario(&self, program: Program, controller: Controller, law: &'static dyn BuildLaw) -> Scenario<'_> {

@@ -13,6 +13,7 @@ macro_rules! say {
 mod certify;
 mod check;
 mod compare;
+mod compare_laws;
 mod diagnose;
 mod import_urdf;
 mod improve;
@@ -42,6 +43,8 @@ enum Command {
     Weld(weld::Arguments),
     /// Simulate a step of the force set-point with all three controllers
     Step(step::Arguments),
+    /// Show what every compensation law makes of a wrong stiffness, noise, delay and a lost sensor
+    CompareLaws(compare_laws::Arguments),
     /// Prove by many welds of uncertain cells that a compensation law meets its requirements
     Certify(certify::Arguments),
     /// Show how far a model is from measurements, and where
@@ -61,6 +64,7 @@ fn main() -> miette::Result<()> {
         None => weld::run(&weld::Arguments::first_published()),
         Some(Command::Weld(arguments)) => weld::run(&arguments),
         Some(Command::Step(arguments)) => step::run(&arguments),
+        Some(Command::CompareLaws(arguments)) => compare_laws::run(&arguments),
         Some(Command::Certify(arguments)) => certify::run(&arguments),
         Some(Command::Compare(arguments)) => compare::run(&arguments),
         Some(Command::Diagnose(arguments)) => diagnose::run(&arguments),

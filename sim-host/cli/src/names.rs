@@ -1,7 +1,8 @@
 //! Names of controllers and laws on the command line.
 
 use clap::ValueEnum;
-use trueweld_plant::simulate;
+use clap::builder::PossibleValue;
+use trueweld_plant::simulate::{self, BuildLaw};
 
 /// A hybrid controller.
 #[derive(Clone, Copy, ValueEnum)]
@@ -25,34 +26,32 @@ impl Controller {
 }
 
 /// A compensation law.
-#[derive(Clone, Copy, ValueEnum)]
-pub enum Compensator {
-    /// No compensation
-    None,
-    /// From the measured wrench and the robot's stiffness
-    Elastostatic,
-    /// From the planned load and the robot's stiffness
-    FeedForward,
-    /// From motor torque and encoders
-    Observer,
-    /// Feed-forward, corrected by a seam sensor
-    SeamTracking,
-    /// Feed-forward, with stiffnesses learned from a seam sensor
-    Adaptive,
-    /// Feed-forward, corrected from pass to pass (--passes)
-    Learning,
-}
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub struct Compensator(&'static simulate::Law);
 
 impl Compensator {
-    pub fn law(self) -> &'static simulate::Law {
-        match self {
-            Self::None => &simulate::Law::None,
-            Self::Elastostatic => &simulate::Law::Elastostatic,
-            Self::FeedForward => &simulate::Law::FeedForward,
-            Self::Observer => &simulate::Law::Observer,
-            Self::SeamTracking => &simulate::Law::SeamTracking,
-            Self::Adaptive => &simulate::Law::Adaptive,
-            Self::Learning => &simulate::Law::Learning,
+    const ALL: [Self; simulate::Law::ALL.len()] = {
+        const LAWS: &[simulate::Law] = &simulate::Law::ALL;
+        let mut all = [Self(&LAWS[0]); LAWS.len()];
+        let mut k = 0;
+        while k < all.len() {
+            all[k] = Self(&LAWS[k]);
+            k += 1;
         }
+        all
+    };
+
+    pub fn law(self) -> &'static simulate::Law {
+        self.0
+    }
+}
+
+impl ValueEnum for Compensator {
+    fn value_variants<'a>() -> &'a [Self] {
+        &Self::ALL
+    }
+
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        Some(PossibleValue::new(self.0.name()).help(self.0.summary()))
     }
 }

@@ -63,18 +63,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         Some(compensator) => vec![compensator.law()],
     };
     let recordings = simulate_all(&inputs, controller, &laws, arguments)?;
-    let figures = recordings
-        .iter()
-        .map(|r| {
-            WeldFigures::of(r).ok_or_else(|| {
-                miette!(
-                    help = "Expected a seam long enough for the feed to rise and settle: a few centimetres.",
-                    "{}: the weld is too short to reach its steady part",
-                    inputs.weld_file
-                )
-            })
-        })
-        .collect::<Result<Vec<_>>>()?;
+    let figures =
+        recordings.iter().map(|r| WeldFigures::of(r).ok_or_else(|| inputs.too_short())).collect::<Result<Vec<_>>>()?;
     let runs: Vec<WeldRun<'_>> = recordings
         .iter()
         .zip(&figures)

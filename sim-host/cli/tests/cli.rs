@@ -412,6 +412,72 @@ fn logs_without_a_model_or_of_another_robot_are_refused() {
     assert!(message.contains("expected the folder of a log or of a campaign"), "{message}");
 }
 
+#[test]
+fn laws_are_compared_the_same_with_any_number_of_threads() {
+    let place = Place::new();
+    let all = ["compare-laws", "--weld", "short.toml", "--laws", "learning,none", "-q"];
+    let out = place.done(&[&all[..], &["--json", "a.json"]].concat());
+    assert!(out.starts_with("Within 0.05 mm RMS whatever the stiffness error"), "{out}");
+    assert!(out.contains("learning: pass 2") && out.contains("Sensor delay, periods of 12 ms"), "{out}");
+    assert!(out.lines().all(|line| line.chars().count() <= 110), "{out}");
+    let value = place.json("a.json");
+    assert_eq!((&value["schema"], &value["weld"]), (&"compare-laws/1".into(), &"short".into()));
+    // In the order of the list of laws, each with its passes.
+    let laws = serde_json::json!([{ "name": "none", "passes": 1 }, { "name": "learning", "passes": 2 }]);
+    assert_eq!(value["laws"], laws);
+    let sweeps = value["sweeps"].as_array().unwrap();
+    let varied: Vec<&Value> = sweeps.iter().map(|sweep| &sweep["varied"]).collect();
+    assert_eq!(varied, ["stiffness_error", "noise_factor", "delay_periods", "lost_share"]);
+    for sweep in sweeps {
+        for point in sweep["results"].as_array().unwrap().iter().flat_map(|r| r["points"].as_array().unwrap()) {
+            assert!(point[sweep["varied"].as_str().unwrap()].is_f64());
+            for key in ["lateral_rms_m", "lateral_max_m", "side_tilt_rms_rad", "travel_angle_rms_rad"] {
+                assert!(point[key].is_f64(), "{key} in {point}");
+            }
+        }
+    }
+    let page = String::from_utf8(place.bytes("out/compare-laws.html")).unwrap();
+    assert_eq!(page.matches("<svg").count(), 4);
+    let status = Command::new(env!("CARGO_BIN_EXE_trueweld"))
+        .args(all)
+        .args(["--json", "b.json"])
+        .env("RAYON_NUM_THREADS", "1")
+        .current_dir(place.path())
+        .status()
+        .unwrap();
+    assert!(status.success());
+    assert!(place.bytes("a.json") == place.bytes("b.json"));
+    assert!(place.bytes("out/compare-laws.html") == page.into_bytes());
+}
+
+#[test]
+fn laws_that_cannot_be_compared_are_refused() {
+    let place = Place::new();
+    place.weld("far.toml", "[9.0, -1.0, 0.5]", "[9.0, 1.0, 0.5]");
+    place.weld("tiny.toml", "[1.7, -1.0, 0.5]", "[1.7, -0.999, 0.5]");
+    let sensors = fs::read_to_string(fixture("sensors/kr500-mt.toml")).unwrap();
+    fs::write(place.path().join("blind.toml"), sensors.split("[seam]").next().unwrap()).unwrap();
+    let cases: &[(&[&str], &[&str])] = &[
+        (&["--weld", "far.toml"], &["far.toml", "out of reach"]),
+        (&["--weld", "tiny.toml"], &["tiny.toml", "too short"]),
+        (&["--laws", "none,magic"], &["'magic'", "seam-tracking"]),
+        (&["--laws", "learning", "--sensors", "blind.toml"], &["learning needs a seam sensor"]),
+        (&["--passes", "0"], &["--passes"]),
+        (&["--html", "absent/page.html"], &["absent/page.html", "expected a folder absent"]),
+    ];
+    for (wrong, expected) in cases {
+        let mut arguments = vec!["compare-laws", "-q", "--json", "out.json"];
+        if !wrong.contains(&"--html") {
+            arguments.extend(["--html", "page.html"]);
+        }
+        arguments.extend(*wrong);
+        let message = place.refused(&arguments);
+        for words in *expected {
+            assert!(message.contains(words), "{words} in: {message}");
+        }
+    }
+}
+
 /// A certification of the short weld, its evidence in a folder.
 fn certify(evidence: &str) -> Vec<&str> {
     [&CERTIFY[..], &["--evidence", evidence]].concat()

@@ -1,6 +1,8 @@
-//! What runs amount to: the figures of a weld and of a force step, and what many welds prove of a law.
+//! What runs amount to: the figures of a weld and of a force step, and what many welds prove of a law, or show of several
+//! side by side.
 
 pub mod certify;
+pub mod laws;
 pub mod margins;
 mod rate;
 mod step;

@@ -253,12 +253,12 @@ fn weld_plots(runs: &[WeldRun], names: &[String]) -> Markup {
 }
 
 /// A picture with its title and the meaning of its lines.
-fn figure(title: &str, plot: &Plot) -> Markup {
+pub(crate) fn figure(title: &str, plot: &Plot) -> Markup {
     html! {
         figure {
             figcaption {
                 b { (title) }
-                @for line in plot.lines.iter().filter(|line| !line.name.is_empty()) {
+                @for line in plot.lines.iter().filter(|line| !line.name.is_empty() && !plot.named) {
                     span.key {
                         i.dashed[line.dashed] style={ "border-color:" (css(line.color)) } {}
                         (line.name)

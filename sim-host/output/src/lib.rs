@@ -12,6 +12,7 @@ mod figures;
 mod file;
 pub mod html;
 pub mod json;
+mod laws;
 mod path;
 mod plot;
 mod progress;
@@ -30,6 +31,7 @@ pub use certified::{Certified, CertifiedWeld, Input};
 pub use diagnosed::{Diagnosed, Improved};
 pub use error::OutputError;
 pub use file::write_file;
+pub use laws::LawsCompared;
 pub use progress::Progress;
 
 /// One finished weld, with what it amounts to and the robot that made it.

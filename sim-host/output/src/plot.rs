@@ -2,7 +2,11 @@
 //! spindle stays visible as a band however many rows there are.
 
 use crate::color::{LIMIT, REFERENCE, Rgb, run};
+use plotters::coord::Shift;
+use plotters::coord::ranged1d::{DefaultFormatting, KeyPointHint, Ranged};
+use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 /// One line of a plot.
 pub(crate) struct Line {
@@ -45,10 +49,17 @@ pub(crate) struct Plot {
     pub rings: Vec<(f64, f64)>,
     /// Names of the categories at x = 0, 1, …, where x is no number.
     pub categories: Vec<String>,
+    /// Lines of few points: every point is dotted, and the line's name, if it has one, stands at its end.
+    pub named: bool,
+    /// y by its logarithm; what is not positive is left out.
+    pub logarithmic: bool,
 }
 
 /// Drawn at twice the size it is shown at, since the coordinates of the picture are whole numbers.
 const SCALE: u32 = 2;
+
+/// Room for the names of lines, right of them.
+const NAMES: u32 = 108 * SCALE;
 
 impl Plot {
     /// The picture, to be put into a page as it stands.
@@ -59,18 +70,23 @@ impl Plot {
     }
 
     fn draw(&self, svg: &mut String) -> Result<(), Box<dyn std::error::Error + '_>> {
-        let size = if self.wide { (1080 * SCALE, 300 * SCALE) } else { (530 * SCALE, 230 * SCALE) };
+        let size = match (self.wide, self.named) {
+            (true, _) => (1080 * SCALE, 300 * SCALE),
+            (false, false) => (530 * SCALE, 230 * SCALE),
+            (false, true) => (530 * SCALE, 320 * SCALE),
+        };
         // The SVG backend writes sizes smaller than asked for by 1.24.
         let font = 15 * SCALE;
         let margin = 62 * SCALE;
         let root = SVGBackend::with_string(svg, size).into_drawing_area();
         let [x, y] = self.ranges();
+        let logarithmic = self.logarithmic;
         let mut chart = ChartBuilder::on(&root)
             .margin(6 * SCALE)
-            .margin_right(16 * SCALE)
+            .margin_right(if self.named { NAMES } else { 16 * SCALE })
             .x_label_area_size(36 * SCALE)
             .y_label_area_size(margin)
-            .build_cartesian_2d(x[0]..x[1], y[0]..y[1])?;
+            .build_cartesian_2d(x[0]..x[1], Upright { range: (y[0]..y[1]).into(), logarithmic })?;
         if let Some([low, high]) = self.band {
             let [r, g, b] = LIMIT;
             let fill = RGBColor(r, g, b).mix(0.12).filled();
@@ -99,11 +115,14 @@ impl Plot {
                 (n, _) => n + 2,
             })
             .y_labels(if self.wide { 8 } else { 6 })
-            .y_label_formatter(&|v| format!("{:.decimals$}", if v.abs() < 1e-9 { 0.0 } else { *v }))
+            .y_label_formatter(&|v| match logarithmic {
+                true => format!("{}", (10f64.powf(*v) * 1e6).round() / 1e6),
+                false => format!("{:.decimals$}", if v.abs() < 1e-9 { 0.0 } else { *v }),
+            })
             .x_label_formatter(&|v| self.x_text(*v))
             .draw()?;
         // Zero, where the axis crosses it.
-        if y[0] < 0.0 && y[1] > 0.0 {
+        if !logarithmic && y[0] < 0.0 && y[1] > 0.0 {
             chart.draw_series(LineSeries::new(
                 [(x[0], 0.0), (x[1], 0.0)],
                 RGBColor(150, 150, 150).stroke_width(SCALE),
@@ -115,7 +134,7 @@ impl Plot {
             let rippled = self.rippled && !line.dashed;
             let opacity = if rippled { 0.35 } else { 1.0 };
             let style = RGBColor(r, g, b).mix(opacity).stroke_width(3 * SCALE / 2);
-            let inside = || line.points.iter().copied().filter(|p| p.0 >= x[0] && p.0 <= x[1]);
+            let inside = || self.drawn(line).filter(|p| p.0 >= x[0] && p.0 <= x[1]);
             let shown = if rippled && k > 0 { Vec::new() } else { envelope(inside(), x, columns) };
             for points in clipped(&shown, y) {
                 if line.dashed {
@@ -131,6 +150,14 @@ impl Plot {
                     chart.draw_series(LineSeries::new(means, style))?;
                 }
             }
+            if self.named && !line.dashed {
+                chart.draw_series(shown.iter().map(|place| Circle::new(*place, 3 * SCALE, style.filled())))?;
+            }
+        }
+        if self.named {
+            let named = self.lines.iter().filter(|l| !l.name.is_empty());
+            let ends = named.map(|l| Some((l, chart.backend_coord(&self.drawn(l).last()?))));
+            write_names(&root, font, ends.flatten().collect())?;
         }
         let [r, g, b] = run(1);
         let ring = RGBColor(r, g, b).stroke_width(3 * SCALE / 2);
@@ -146,6 +173,13 @@ impl Plot {
         Ok(())
     }
 
+    /// A line's points as they are drawn.
+    fn drawn<'a>(&self, line: &'a Line) -> impl Iterator<Item = (f64, f64)> + use<'a> {
+        let logarithmic = self.logarithmic;
+        let points = line.points.iter().map(move |p| (p.0, if logarithmic { p.1.log10() } else { p.1 }));
+        points.filter(move |p| !logarithmic || p.1.is_finite())
+    }
+
     /// Label of a place on the x axis.
     fn x_text(&self, x: f64) -> String {
         if self.categories.is_empty() {
@@ -158,7 +192,7 @@ impl Plot {
     fn ranges(&self) -> [[f64; 2]; 2] {
         let marked = || self.marked.iter().flat_map(|m| [-1.0, 1.0].map(|side| (m.x, m.y + side * m.error)));
         let points = || {
-            let of_lines = self.lines.iter().flat_map(|l| l.points.iter().copied());
+            let of_lines = self.lines.iter().flat_map(|l| self.drawn(l));
             of_lines.chain(marked()).chain(self.rings.iter().copied()).filter(|p| p.0.is_finite() && p.1.is_finite())
         };
         let x = self.x_range.unwrap_or_else(|| match self.categories.len() {
@@ -169,13 +203,45 @@ impl Plot {
             }
             n => [-0.5, n as f64 - 0.5],
         });
-        let y = self.y_range.unwrap_or_else(|| {
+        let given = self.y_range.map(|y| if self.logarithmic { y.map(f64::log10) } else { y });
+        let y = given.unwrap_or_else(|| {
             let [low, high] = span(points().map(|p| p.1).chain(self.band.into_iter().flatten()));
             let room = 0.06 * (high - low);
             [low - room, high + room]
         });
         [x, y]
     }
+}
+
+/// Names at the ends of their lines, moved apart where ends lie close together. `font`: height of a letter.
+fn write_names(
+    root: &DrawingArea<SVGBackend<'_>, Shift>,
+    font: u32,
+    mut ends: Vec<(&Line, (i32, i32))>,
+) -> Result<(), Box<dyn std::error::Error>> {
+    const GAP: i32 = 4 * SCALE as i32;
+    let (width, height) = root.dim_in_pixel();
+    let (left, apart) = ((width - NAMES) as i32 + 2 * GAP, font as i32);
+    ends.sort_by_key(|(_, end)| end.1);
+    let mut places: Vec<i32> = ends.iter().map(|(_, end)| end.1).collect();
+    for k in 1..places.len() {
+        places[k] = places[k].max(places[k - 1] + apart);
+    }
+    // What was pushed out at the bottom pushes back.
+    let mut lowest = height as i32 - 3 * apart;
+    for place in places.iter_mut().rev() {
+        *place = (*place).min(lowest);
+        lowest = *place - apart;
+    }
+    for ((line, end), place) in ends.iter().zip(places) {
+        let [r, g, b] = line.color;
+        let ink = RGBColor(r, g, b);
+        let leader = vec![(end.0 + GAP, end.1), (left - GAP, place)];
+        root.draw(&PathElement::new(leader, ink.mix(0.5).stroke_width(SCALE / 2)))?;
+        let style = ("sans-serif", font).into_font().color(&ink).pos(Pos::new(HPos::Left, VPos::Center));
+        root.draw(&Text::new(line.name.as_str(), (left, place), style))?;
+    }
+    Ok(())
 }
 
 /// A dashed line of the reference colour.
@@ -195,6 +261,38 @@ fn span(values: impl Iterator<Item = f64>) -> [f64; 2] {
         let half = (0.05 * high.abs()).max(1e-3);
         [low - half, high + half]
     }
+}
+
+/// The y axis: of numbers, or of their logarithms to the base ten.
+struct Upright {
+    range: RangedCoordf64,
+    logarithmic: bool,
+}
+
+impl Ranged for Upright {
+    type FormatOption = DefaultFormatting;
+    type ValueType = f64;
+
+    fn map(&self, value: &f64, limit: (i32, i32)) -> i32 {
+        self.range.map(value, limit)
+    }
+
+    fn key_points<Hint: KeyPointHint>(&self, hint: Hint) -> Vec<f64> {
+        let range = self.range();
+        if self.logarithmic { readable_logarithms([range.start, range.end]) } else { self.range.key_points(hint) }
+    }
+
+    fn range(&self) -> std::ops::Range<f64> {
+        self.range.range()
+    }
+}
+
+/// Logarithms of the numbers 1, 2 and 5 times a power of ten within a range; of the powers alone where those are many.
+fn readable_logarithms([low, high]: [f64; 2]) -> Vec<f64> {
+    let of_a_decade: &[f64] = if high - low > 3.5 { &[1.0] } else { &[1.0, 2.0, 5.0] };
+    let decades = low.floor() as i32..=high.ceil() as i32;
+    let all = decades.flat_map(|d| of_a_decade.iter().map(move |v| f64::from(d) + v.log10()));
+    all.filter(|v| *v >= low && *v <= high).collect()
 }
 
 /// Digits after the point for labels over a range.

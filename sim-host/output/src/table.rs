@@ -97,7 +97,7 @@ pub fn compare_table(model: &Path, comparison: &Comparison) -> String {
 }
 
 /// A sentence in lines that fit beside the tables.
-fn wrapped(sentence: &str) -> String {
+pub(crate) fn wrapped(sentence: &str) -> String {
     let (mut out, mut width) = (String::new(), 0);
     for word in sentence.split(' ') {
         let length = word.chars().count();

@@ -55,6 +55,24 @@ impl Law {
         matches!(self, Self::SeamTracking | Self::Adaptive | Self::Learning)
     }
 
+    /// True for a law that keeps something from one weld of a seam to the next.
+    pub fn learns(self) -> bool {
+        matches!(self, Self::Adaptive | Self::Learning)
+    }
+
+    /// What it goes by, in a few words.
+    pub fn summary(self) -> &'static str {
+        match self {
+            Self::None => "No compensation",
+            Self::Elastostatic => "From the measured wrench and the robot's stiffness",
+            Self::FeedForward => "From the planned load and the robot's stiffness",
+            Self::Observer => "From motor torque and encoders",
+            Self::SeamTracking => "Feed-forward, corrected by a seam sensor",
+            Self::Adaptive => "Feed-forward, with stiffnesses learned from a seam sensor (--passes)",
+            Self::Learning => "Seam tracking, corrected from pass to pass (--passes)",
+        }
+    }
+
     /// The law with the gains of a cell; `None` where one of them does not suit the control period.
     fn with(self, control: &Control, length: f64) -> Option<Box<dyn Compensator<f64>>> {
         let (gains, period) = (&control.compensation, control.period);

@@ -8,4 +8,4 @@ mod run;
 pub use law::{BuildLaw, Law};
 pub use program::{Program, Seam, Target};
 pub use record::{Phase, Recording, Row};
-pub use run::{Controller, RunError, Scenario, run, run_passes, start_angles};
+pub use run::{Controller, RunError, Scenario, run, run_after, run_passes, start_angles};

@@ -201,24 +201,31 @@ pub fn run(scenario: &Scenario<'_>, progress: impl FnMut(f64)) -> Result<Recordi
 ///
 /// # Errors
 /// [`RunError`].
-pub fn run_passes(
+pub fn run_passes(scenario: &Scenario<'_>, passes: usize, progress: impl FnMut(f64)) -> Result<Recording, RunError> {
+    // The last one has the scenario's own noise.
+    let noisy = |k: usize| Scenario { seed: scenario.seed.wrapping_add(k as u64), ..*scenario };
+    let before: Vec<Scenario<'_>> = (1..passes.max(1)).rev().map(noisy).collect();
+    run_after(&before, scenario, progress)
+}
+
+/// A run whose law has been through the runs `before`, which differ from it in anything but law and weld. `progress` goes on from
+/// run to run.
+///
+/// # Errors
+/// [`RunError`], of whichever run.
+pub fn run_after(
+    before: &[Scenario<'_>],
     scenario: &Scenario<'_>,
-    passes: usize,
     mut progress: impl FnMut(f64),
 ) -> Result<Recording, RunError> {
     let seam = Seam::of(scenario.weld);
     let mut law = scenario.law.build(scenario.control, scenario.sensors, seam.length)?;
-    let duration = scenario.program.duration(scenario.weld, &seam);
-    let last = passes.saturating_sub(1);
-    let mut pass = |k: usize| {
-        // The last one has the scenario's own noise.
-        let scenario = Scenario { seed: scenario.seed.wrapping_add((last - k) as u64), ..*scenario };
-        run_with(&scenario, law.as_mut(), |time| progress(k as f64 * duration + time))
-    };
-    for k in 0..last {
-        pass(k)?;
+    let mut begun = 0.0;
+    for earlier in before {
+        run_with(earlier, law.as_mut(), |time| progress(begun + time))?;
+        begun += earlier.program.duration(earlier.weld, &seam);
     }
-    pass(last)
+    run_with(scenario, law.as_mut(), |time| progress(begun + time))
 }
 
 /// One run with a law that may have seen runs before; the scenario's own is not built.

@@ -1,0 +1,79 @@
+//! `trueweld compare-laws`: one weld with every compensation law, over a wrong stiffness, noise, delay and a lost sensor.
+
+use crate::inputs::{Files, embedded};
+use crate::names::{Compensator, Controller};
+use crate::results::Results;
+use clap::Args;
+use miette::Result;
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+use trueweld_evaluate::laws::{LawComparison, NoFigures};
+use trueweld_output::{LawsCompared, Progress};
+use trueweld_plant::input::{LIMITS, Requirements};
+use trueweld_plant::simulate::{Law, Program};
+
+/// Arguments of `compare-laws`.
+#[derive(Args)]
+pub struct Arguments {
+    #[command(flatten)]
+    files: Files,
+    /// Compensation laws, comma between them (default: all)
+    #[arg(long, value_enum, value_delimiter = ',', value_name = "LAW,...")]
+    laws: Vec<Compensator>,
+    /// Hybrid force/position controller
+    #[arg(long, value_enum, default_value_t = Controller::External)]
+    controller: Controller,
+    /// Welds of the seam for laws that learn from one to the next; the last one counts
+    #[arg(long, value_name = "N", default_value = "2")]
+    passes: NonZeroUsize,
+    /// Requirements, whose lateral limit is drawn (default: those of the lap weld)
+    #[arg(long, value_name = "F")]
+    requirements: Option<PathBuf>,
+    /// Write the figures as JSON
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    /// Write one self-contained HTML page to this file
+    #[arg(long, value_name = "FILE", default_value = "out/compare-laws.html")]
+    html: PathBuf,
+    /// No progress bar
+    #[arg(long, short)]
+    quiet: bool,
+}
+
+/// Error of the stiffness believed in where the user gives none: within what is published of one robot, and enough to tell laws
+/// apart that are one where the model is exact. Too stiff, since laws fed by force swing where it is too soft.
+const STIFFNESS_ERROR: f64 = 0.2;
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    let results = Results { json: arguments.json.clone(), html: Some(arguments.html.clone()), ..Results::default() };
+    results.check()?;
+    let requirements = embedded!(Requirements, arguments.requirements.as_deref(), "requirements/lap-weld.toml");
+    let inputs = arguments.files.read()?;
+    let controller = arguments.controller.controller();
+    let asked = |law: &Law| arguments.laws.is_empty() || arguments.laws.iter().any(|a| a.law() == law);
+    let laws: Vec<Law> = Law::ALL.into_iter().filter(asked).collect();
+    let comparison = LawComparison {
+        scenario: inputs.scenario(Program::Weld, controller, &Law::None),
+        robot: &inputs.robot.robot,
+        stiffness_error: arguments.files.cell.stiffness_error.unwrap_or(STIFFNESS_ERROR),
+        laws: &laws,
+        passes: arguments.passes.get(),
+    };
+    let welds = comparison.welds();
+    let progress = if arguments.quiet { Progress::silent() } else { Progress::new("welding", welds as f64) };
+    let sweeps = comparison.run(|done| progress.advance_to(done as f64));
+    progress.finish();
+    let mut points = sweeps.iter().flat_map(|sweep| sweep.points.iter().flatten());
+    if let (Some(Err(why)), true) = (points.next(), points.all(Result::is_err)) {
+        return Err(match why {
+            NoFigures::Run(error) => inputs.failed(controller, error),
+            NoFigures::NotSteady => inputs.too_short(),
+        });
+    }
+    let lateral = LIMITS.iter().position(|name| *name == "lateral_rms_m");
+    let limit = lateral.and_then(|k| requirements.limits[k]);
+    let compared = LawsCompared { comparison: &comparison, sweeps: &sweeps, limit };
+    say!("{}", compared.text());
+    results.write(|| compared.json(), || compared.html())
+}
