@@ -91,9 +91,10 @@ impl<T: Real> HybridController<T> for External<T> {
         let tcp = &view.frames.tcp;
         let (mut force_error, mut fault, mut limited) = (T::zero(), None, false);
         if let Some(desired) = setpoint.force {
-            if let Some(push) = sensed_push(tcp, &z, &sensed.wrench) {
+            let error = sensed_push(tcp, &z, &sensed.wrench).map(|push| desired - push);
+            if let Some(error) = error.filter(|e| e.is_finite()) {
                 self.spindle.tune(setpoint.spindle);
-                force_error = self.spindle.update(desired - push);
+                force_error = self.spindle.update(error);
                 let velocity = view.frames.twist(&sensed.encoder_rate).linear.dot(&z);
                 let (wanted, at_limit) = self.force.update(
                     self.as_tuned(robot, &view.frames, &z, force_error),

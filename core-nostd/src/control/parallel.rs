@@ -69,14 +69,14 @@ impl<T: Real> ForceBranch<T> {
             self.reset();
             return None;
         };
-        let Some(sensed) = sensed else {
+        let Some(error) = sensed.map(|sensed| desired - sensed).filter(|e| e.is_finite()) else {
             // Blind: hold the last push, or what was asked for.
             let push = self.push.unwrap_or(desired);
             return Some(Push { push, error: T::zero(), taken_over: None, limited: true, fault: Some(Fault::Force) });
         };
         let taken_over = self.push.is_none().then_some(desired);
         self.spindle.tune(setpoint.spindle);
-        let error = self.spindle.update(desired - sensed);
+        let error = self.spindle.update(error);
         let (correction, limited) =
             self.pid.update(error, -self.gains.kd * velocity, self.gains.max_correction, self.period);
         let wanted = desired + correction;

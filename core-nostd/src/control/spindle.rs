@@ -14,8 +14,9 @@
 //!
 //! Zeros on the line, poles at the same angle inside: the gain at rest is one, the null is exact, and all that is off dies
 //! away with B up to Nyquist, where a bilinear notch narrows to nothing. Source: Oppenheim, Schafer, Discrete-Time Signal
-//! Processing, 5.3. Kept in direct form I, whose state is the signal itself: a signal that stands still comes through
-//! unchanged whatever happens to the rate.
+//! Processing, 5.3. Computed as the sample less what is to be taken out, (1 − z⁻¹)(c₀ + c₁z⁻¹)/(…), whose state is
+//! driven by the change of the sample and turned by θ and shrunk by r every period: a signal that stands still comes through unchanged
+//! whatever happens to the rate, and no sequence of rates can make the state grow.
 //!
 //! A line beyond Nyquist is taken out where it appears, at |f − n/T|. A line that appears so low that its notch would make
 //! slow signals later than [`LONGEST_DELAY`] is left alone: the loop needs its phase more.
@@ -60,20 +61,20 @@ impl<T: Real> SpindleFilter<T> {
             // Turns of the line in a period, folded onto 0 … ½.
             let turns = rate.abs() * self.period * lit(order) / T::two_pi();
             let seen = (turns - turns.round()).abs();
-            line.notch = Notch::new(seen).filter(|n| n.delay() * self.period <= lit(LONGEST_DELAY));
+            line.notch = Notch::new(seen).filter(|n| n.delay * self.period <= lit(LONGEST_DELAY));
         }
     }
 
     /// Forgets the signal; the next sample is taken as if it had been there for ever.
     pub fn reset(&mut self) {
         for line in &mut self.lines {
-            line.past = None;
+            line.settle(None);
         }
     }
 }
 
 impl<T: Real> Filter<T> for SpindleFilter<T> {
-    /// Of a sample so large that the filter cannot compute with it nothing is remembered.
+    /// Of a sample that is no number, or too large to compute with, nothing is remembered.
     fn update(&mut self, sample: T) -> T {
         let before = self.lines;
         let out = self.lines.iter_mut().fold(sample, |value, line| line.update(value));
@@ -86,66 +87,71 @@ impl<T: Real> Filter<T> for SpindleFilter<T> {
 
     fn delay(&self) -> T {
         let each = self.lines.iter().filter_map(|line| line.notch.as_ref());
-        each.fold(T::zero(), |sum, notch| sum + notch.delay()) * self.period
+        each.fold(T::zero(), |sum, notch| sum + notch.delay) * self.period
     }
 
     fn settle(&mut self, value: T) {
         for line in &mut self.lines {
-            line.past = Some(Past { input: [value; 2], output: [value; 2] });
+            line.settle(Some(value));
         }
     }
 }
 
-/// One order: its notch where there is one, and the last two samples before and behind it.
+/// One order: its notch where there is one, and what it remembers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Line<T: Real> {
     notch: Option<Notch<T>>,
-    past: Option<Past<T>>,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Past<T: Real> {
-    input: [T; 2],
-    output: [T; 2],
+    past: Option<T>,
+    /// The line as a turning vector.
+    state: [T; 2],
 }
 
 impl<T: Real> Line<T> {
     fn open() -> Self {
-        Self { notch: None, past: None }
+        Self { notch: None, past: None, state: [T::zero(); 2] }
+    }
+
+    fn settle(&mut self, past: Option<T>) {
+        *self = Self { notch: self.notch, past, ..Self::open() };
     }
 
     fn update(&mut self, sample: T) -> T {
-        let Past { input, output } = self.past.unwrap_or(Past { input: [sample; 2], output: [sample; 2] });
-        let out = self.notch.as_ref().map_or(sample, |n| {
-            let [one, two] = n.zeros;
-            n.gain * (sample + one * input[0] + two * input[1]) - n.poles[0] * output[0] - n.poles[1] * output[1]
-        });
-        self.past = Some(Past { input: [sample, input[0]], output: [out, output[0]] });
-        out
+        let change = sample - self.past.unwrap_or(sample);
+        self.past = Some(sample);
+        let Some(notch) = &self.notch else {
+            self.state = [T::zero(); 2];
+            return sample;
+        };
+        let ([x, y], [cosine, sine]) = (self.state, notch.turn);
+        self.state = [cosine * x - sine * y + change, sine * x + cosine * y];
+        sample - notch.share[0] * self.state[0] - notch.share[1] * self.state[1]
     }
 }
 
-/// Coefficients of one notch: gain, and what stands at z⁻¹ and z⁻² above and below.
+/// One notch: r cos θ and r sin θ, what of the state is taken out, and the delay it costs.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Notch<T: Real> {
-    gain: T,
-    zeros: [T; 2],
-    poles: [T; 2],
+    turn: [T; 2],
+    share: [T; 2],
+    /// Group delay for slow signals, samples.
+    delay: T,
 }
 
 impl<T: Real> Notch<T> {
     /// At so many turns a sample, 0 … ½. `None` at 0 and where that is no number.
     fn new(turns: T) -> Option<Self> {
-        let twice_cosine = lit::<T>(2.0) * (T::two_pi() * turns).cos();
+        // At Nyquist itself a line has no phase to turn; a notch a five-hundredth beside it leaves 3 % of it.
+        let turns = turns.min(lit(0.499));
+        let (one, two) = (T::one(), lit::<T>(2.0));
+        let (sine, cosine) = (T::two_pi() * turns).sin_cos();
         let r = (-T::pi() * lit(RELATIVE_WIDTH) * turns).exp();
-        let (zeros, poles) = ([-twice_cosine, T::one()], [-twice_cosine * r, r * r]);
-        let gain = (T::one() + poles[0] + poles[1]) / (T::one() + zeros[0] + zeros[1]);
-        (turns > T::zero() && gain.is_finite()).then_some(Self { gain, zeros, poles })
-    }
-
-    /// Group delay for slow signals in samples: one of the zeros, less the poles' lead.
-    fn delay(&self) -> T {
-        let [one, two] = self.poles;
-        T::one() - (one + two + two) / (T::one() + one + two)
+        let at_rest = one - two * r * cosine + r * r;
+        let gain = at_rest / (two - two * cosine);
+        let (first, second) = (one - gain, gain - r * r);
+        let share = [first, (second + first * r * cosine) / (r * sine)];
+        // One sample of the zeros, less the poles' lead.
+        let delay = (one - r * r) / at_rest;
+        let usable = turns > T::zero() && share[0].is_finite() && share[1].is_finite();
+        usable.then_some(Self { turn: [r * cosine, r * sine], share, delay })
     }
 }
