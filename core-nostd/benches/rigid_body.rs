@@ -111,14 +111,21 @@ fn welding<T: Real>(criterion: &mut Criterion, scalar: &str) {
         kd: JointVector::repeat(lit(1e4)),
     };
     let force = ForceGains { kp: lit(0.1), ki: lit(2.0), kd: lit(1e3), max_correction: lit(5e3), max_rate: lit(5e4) };
-    let outer =
-        ExternalGains { kp: lit(1e-8), ki: lit(1e-7), kd: lit(1e-3), max_correction: lit(5e-3), max_rate: lit(1e-2) };
+    let outer = ExternalGains {
+        kp: lit(1e-8),
+        ki: lit(1e-7),
+        kd: lit(1e-3),
+        material_stiffness: lit(3e7),
+        tuned_stiffness: lit(5e6),
+        max_correction: lit(5e-3),
+        max_rate: lit(1e-2),
+    };
     let period = lit(PERIOD);
     let limits = LoopLimits { bandwidth: lit(5.0), size: lit(5e-3), rate: lit(5e-3) };
     let welded = |controller: &mut Cycle<'_, T>, i: usize| {
         let pose = poses[(i + 1) % STATES];
         // W as the tool stands: y and z of the tool, which makes the depth axis the tool's own.
-        let setpoint = Setpoint { pose, b_from_w: pose.rotation, force: Some(lit(18_000.0)) };
+        let setpoint = Setpoint { pose, b_from_w: pose.rotation, force: Some(lit(18_000.0)), spindle: lit(62.8) };
         let sensed = Sensed {
             encoder: q[i],
             encoder_rate: JointVector::zeros(),

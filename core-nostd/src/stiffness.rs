@@ -9,7 +9,7 @@ use crate::kinematics::Frames;
 use crate::robot::Robot;
 use crate::scalar::{JointVector, Real};
 use crate::spatial::{Pose, Twist, Wrench};
-use nalgebra::Matrix6;
+use nalgebra::{Matrix6, Vector3};
 
 /// The arm bent by its loads, at rest.
 #[derive(Debug, Clone, Copy)]
@@ -38,6 +38,14 @@ impl<T: Real> Robot<T> {
     pub fn cartesian_compliance(&self, jacobian: &Jacobian<T>) -> Matrix6<T> {
         let compliance = Matrix6::from_diagonal(&self.stiffness.map(|k| k.recip()));
         jacobian.0 * compliance * jacobian.0.transpose()
+    }
+
+    /// Compliance of the arm at the TCP along a direction, nᵀ J K⁻¹ Jᵀ n, m/N: an entry of [`Robot::cartesian_compliance`] without the
+    /// rest of it. `direction`: unit vector n, axes of B.
+    #[inline]
+    pub fn compliance_along(&self, frames: &Frames<T>, direction: &Vector3<T>) -> T {
+        let torque = frames.joint_torque(&Wrench { moment: Vector3::zeros(), force: *direction });
+        torque.component_mul(&torque).component_div(&self.stiffness).sum()
     }
 
     /// Cartesian stiffness K_c = J⁻ᵀ K J⁻¹, (1.4), without the load-dependent term.

@@ -291,7 +291,8 @@ pub fn force_gains<T: Real>() -> ForceGains<T> {
 /// Gains of the outer loop of the external scheme. Not tuned.
 pub fn external_gains<T: Real>() -> ExternalGains<T> {
     let [kp, ki, kd, max_correction, max_rate] = [2e-8, 5e-7, 1e-3, 0.02, 0.05].map(nalgebra::convert);
-    ExternalGains { kp, ki, kd, max_correction, max_rate }
+    let [material_stiffness, tuned_stiffness] = [30e6, 5e6].map(nalgebra::convert);
+    ExternalGains { kp, ki, kd, material_stiffness, tuned_stiffness, max_correction, max_rate }
 }
 
 /// Any of the three published controllers.
@@ -317,7 +318,7 @@ pub fn weight<T: Real>(robot: &Robot<T>, q: &JointVector<T>) -> JointVector<T> {
 /// A set-point at the tool pose of `q`, W in line with the tool.
 pub fn setpoint_at<T: Real>(robot: &Robot<T>, q: &JointVector<T>, force: Option<T>) -> Setpoint<T> {
     let pose = robot.forward(q);
-    Setpoint { pose, b_from_w: pose.rotation, force }
+    Setpoint { pose, b_from_w: pose.rotation, force, spindle: T::zero() }
 }
 
 /// Instruments of an arm at rest at `q` with `wrench` at the tool, in axes of T.
@@ -332,10 +333,11 @@ pub fn wild() -> impl Strategy<Value = f64> {
 }
 
 /// How many numbers [`spoil`] can reach.
-pub const PLACES: usize = 46;
+pub const PLACES: usize = 47;
 
 /// Overwrites one number of what a controller is given: 0–5 encoders, 6–11 rates, 12–17 motor torques, 18–23 wrench
-/// (moment, force), 24–32 and 33–35 set-point rotation and position, 36–44 weld frame, 45 force.
+/// (moment, force), 24–32 and 33–35 set-point rotation and position, 36–44 weld frame, 45 force, 46
+/// spindle.
 pub fn spoil(setpoint: &mut Setpoint<f64>, sensed: &mut Sensed<f64>, place: usize, value: f64) {
     match place {
         0..6 => sensed.encoder[place] = value,
@@ -346,6 +348,7 @@ pub fn spoil(setpoint: &mut Setpoint<f64>, sensed: &mut Sensed<f64>, place: usiz
         24..33 => setpoint.pose.rotation[place - 24] = value,
         33..36 => setpoint.pose.position[place - 33] = value,
         36..45 => setpoint.b_from_w[place - 36] = value,
-        _ => setpoint.force = Some(value),
+        45 => setpoint.force = Some(value),
+        _ => setpoint.spindle = value,
     }
 }

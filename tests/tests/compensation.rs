@@ -163,7 +163,7 @@ proptest! {
         let nominal = KR500.forward(&q);
         let mut law = Elastostatic::new(4.0, PERIOD).unwrap();
         // Taught without any load: the set-point is the nominal pose itself.
-        let setpoint = Setpoint { pose: nominal, b_from_w: nominal.rotation, force: Some(18e3) };
+        let setpoint = Setpoint { pose: nominal, b_from_w: nominal.rotation, force: Some(18e3), spindle: 0.0 };
         let sensed = sensed_at(&KR500, &q, &w);
         let demand = law.demand(&KR500, &Observation::of_robot(&setpoint, &nominal, &sensed)).unwrap();
         let corrected = setpoint.pose.displaced(&demand.rotated(&setpoint.b_from_w));
@@ -180,7 +180,7 @@ proptest! {
         // Set-point taught under gravity, no wrench.
         let nominal = KR500.forward(&q);
         let pose = fake_pose(&q, &Wrench::zero());
-        let setpoint = Setpoint { pose, b_from_w: pose.rotation, force: Some(0.0) };
+        let setpoint = Setpoint { pose, b_from_w: pose.rotation, force: Some(0.0), spindle: 0.0 };
         let sensed = sensed_at(&KR500, &KR500.fake_target(&q, &Wrench::zero()), &Wrench::zero());
         prop_assume!(KR500.beyond_limits(&sensed.encoder).is_none());
         let mut law = Elastostatic::new(4.0, PERIOD).unwrap();
@@ -194,7 +194,7 @@ proptest! {
 fn elastostatic_recovers_from_a_glitch() {
     let (q, w) = (on_the_weld(-0.5), weld_wrench());
     let nominal = KR500.forward(&q);
-    let setpoint = Setpoint { pose: nominal, b_from_w: nominal.rotation, force: Some(18e3) };
+    let setpoint = Setpoint { pose: nominal, b_from_w: nominal.rotation, force: Some(18e3), spindle: 0.0 };
     let demand = |law: &mut Elastostatic<f64>, wrench: Wrench<f64>| {
         let sensed: Sensed<f64> = sensed_at(&KR500, &q, &wrench);
         law.demand(&KR500, &Observation::of_robot(&setpoint, &nominal, &sensed))
@@ -222,7 +222,7 @@ fn elastostatic_recovers_from_a_glitch() {
 fn elastostatic_starts_without_a_transient_and_lags_by_its_declared_delay() {
     let (q, w) = (on_the_weld(0.0), weld_wrench());
     let nominal = KR500.forward(&q);
-    let setpoint = Setpoint { pose: nominal, b_from_w: nominal.rotation, force: Some(18e3) };
+    let setpoint = Setpoint { pose: nominal, b_from_w: nominal.rotation, force: Some(18e3), spindle: 0.0 };
     let mut law = Elastostatic::new(4.0, PERIOD).unwrap();
     let demand = |law: &mut Elastostatic<f64>, scale: f64| {
         let sensed = sensed_at(&KR500, &q, &(w * scale));
@@ -253,7 +253,7 @@ fn elastostatic_lateral_demand_is_of_the_published_size() {
     let q = on_the_weld(-1.0);
     let pose = fake_pose(&q, &Wrench::zero());
     let nominal = KR500.forward(&q);
-    let setpoint = Setpoint { pose, b_from_w: nominal.rotation, force: Some(18e3) };
+    let setpoint = Setpoint { pose, b_from_w: nominal.rotation, force: Some(18e3), spindle: 0.0 };
     let sensed = sensed_at(&KR500, &q, &weld_wrench());
     let mut law = Elastostatic::new(4.0, PERIOD).unwrap();
     let observation = Observation::of_robot(&setpoint, &nominal, &sensed);

@@ -1,6 +1,7 @@
 //! Filters as signal theory has them: declared delay, corner, notch, steady state.
 
 use proptest::prelude::*;
+use trueweld_core::control::{LONGEST_DELAY, SpindleFilter};
 use trueweld_core::filter::{Biquad, Filter, FilterBank, MovingAverage};
 use trueweld_tests::cases;
 
@@ -171,4 +172,124 @@ fn single_precision_keeps_the_design() {
     }
     let double = Biquad::<f64>::low_pass(2.0, 1e-3).unwrap();
     assert!((f64::from(low.delay()) / double.delay() - 1.0).abs() < 3e-3);
+}
+
+/// A spindle's filter at so many turns a minute.
+fn spindle(rpm: f64) -> SpindleFilter<f64> {
+    let mut filter = SpindleFilter::new(PERIOD);
+    filter.tune(rpm * core::f64::consts::TAU / 60.0);
+    filter
+}
+
+/// Where a line of `frequency` Hz appears in samples, Hz.
+fn folded(frequency: f64) -> f64 {
+    let rate = 1.0 / PERIOD;
+    (frequency - rate * (frequency / rate).round()).abs()
+}
+
+proptest! {
+    #![proptest_config(cases(60))]
+
+    #[test]
+    fn spindle_lines_are_gone_where_they_appear(turns in 2000..80_000_u32, backwards in any::<bool>()) {
+        // Whole turns in the window of `gain`; 305 to 12 000 rpm, well beyond Nyquist.
+        let frequency = f64::from(turns) / (32768.0 * PERIOD);
+        let sense = if backwards { -60.0 } else { 60.0 };
+        let mut filter = spindle(sense * frequency);
+        for line in [frequency, 2.0 * frequency].map(folded) {
+            // A line that appears at 2 Hz delays slow signals by 12 ms; below, it is left, and so is the loop's phase.
+            // At Nyquist, 41.67 Hz, the null lies a five-hundredth of the sampling rate beside the line.
+            if line > 2.05 && line < 41.58 {
+                let left = gain(&mut filter, line, PERIOD);
+                prop_assert!(left < 1e-9, "{left} of the line that appears at {line} Hz is left");
+            }
+        }
+        prop_assert!(filter.delay() <= 2.0 * LONGEST_DELAY);
+        prop_assert!((lag(&mut filter) - filter.delay()).abs() < 1e-9, "{} against {}", lag(&mut filter), filter.delay());
+    }
+
+    #[test]
+    fn a_line_near_rest_is_left_and_the_phase_kept(rpm in 1.0..55.0_f64) {
+        // Both orders below 2 Hz, and the same folded back from the sampling rate.
+        for rpm in [rpm, 60.0 / PERIOD - rpm] {
+            let mut filter = spindle(rpm);
+            prop_assert_eq!(filter.delay(), 0.0);
+            prop_assert_eq!(filter.update(1e4), 1e4);
+        }
+    }
+
+    #[test]
+    fn at_a_rate_that_is_one_percent_off_an_eighth_is_left(rpm in 300.0..1200.0_f64, off in -0.01..0.01_f64) {
+        // |H| = x / √(1 + x²) with x = 2·0.01/0.15 for a narrow notch; the second one adds less than a tenth to it.
+        let mut filter = spindle(rpm * (1.0 + off));
+        let left = gain(&mut filter, rpm / 60.0, PERIOD);
+        prop_assert!(left < 0.15, "{left}");
+    }
+
+    #[test]
+    fn a_spindle_that_changes_its_rate_does_not_move_a_standing_signal(
+        value in -2e4..2e4_f64, rates in prop::collection::vec(-700.0..700.0_f64, 1..50),
+    ) {
+        let mut filter = SpindleFilter::new(PERIOD);
+        filter.settle(value);
+        for rate in rates {
+            filter.tune(rate);
+            // The state is driven by changes, and there are none.
+            prop_assert_eq!(filter.update(value), value);
+        }
+    }
+
+    #[test]
+    fn a_spindle_that_runs_up_and_down_shows_no_more_than_its_ripple(seconds in 2.0..20.0_f64, top in 20.0..130.0_f64) {
+        // 10 kN and a ripple of 1 kN while the rate goes up to `top` rad/s and back to 0.
+        let mut filter = SpindleFilter::new(PERIOD);
+        filter.settle(1e4);
+        let (mut angle, mut most) = (0.0_f64, 0.0_f64);
+        let ticks = (seconds / PERIOD) as u32;
+        for k in 0..ticks {
+            let share = f64::from(k) / f64::from(ticks);
+            let rate = 2.0 * top * share.min(1.0 - share);
+            angle += rate * PERIOD;
+            filter.tune(rate);
+            most = most.max((filter.update(1e4 + 1e3 * angle.sin()) - 1e4).abs());
+        }
+        // What of the line is not filtered below 2 Hz, and what rings while a notch is retuned.
+        prop_assert!(most < 1.25e3, "{most} N");
+    }
+}
+
+proptest! {
+    #![proptest_config(cases(60))]
+
+    #[test]
+    fn no_sequence_of_rates_makes_it_ring_up(
+        steps in prop::collection::vec((-700.0..700.0_f64, -1.0..1.0_f64), 200..400),
+    ) {
+        let mut filter = SpindleFilter::new(PERIOD);
+        let mut most = 0.0_f64;
+        for (rate, sample) in steps {
+            filter.tune(rate);
+            most = most.max(filter.update(sample).abs());
+        }
+        // A change of at most 2 a sample into a state that shrinks by r: 2/(1 − r) at the 2 Hz of the slowest notch, 90 periods, is a
+        // bound; a random rate stays far below it.
+        prop_assert!(most < 20.0, "{most}");
+    }
+}
+
+#[test]
+fn a_rate_or_a_sample_that_is_none_leaves_no_trace() {
+    for rate in [f64::NAN, f64::INFINITY, 1e300, -1e300, 0.0] {
+        let mut filter = spindle(600.0);
+        filter.tune(rate);
+        assert_eq!(filter.update(1e4), 1e4, "{rate}");
+    }
+    let (mut filter, mut other) = (spindle(600.0), spindle(600.0));
+    for filter in [&mut filter, &mut other] {
+        filter.settle(1e4);
+    }
+    for bad in [f64::NAN, f64::INFINITY] {
+        filter.update(bad);
+    }
+    assert_eq!(filter.update(9e3), other.update(9e3));
 }

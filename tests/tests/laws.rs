@@ -39,7 +39,7 @@ impl World {
     /// One period at a path position; the real tool's deviation from the seam, axes of W.
     fn step(&mut self, law: &mut dyn Compensator<f64>, path: f64, see: bool) -> Twist<f64> {
         let nominal = vertical_weld_pose(path - 0.5);
-        let setpoint = Setpoint { pose: nominal, b_from_w: weld_axes(), force: Some(18e3) };
+        let setpoint = Setpoint { pose: nominal, b_from_w: weld_axes(), force: Some(18e3), spindle: 0.0 };
         let sensed = sensed_at(&KR500, &self.encoder, &weld_wrench());
         let deviation = self.deviation(&nominal);
         let shape = |path| Twist { angular: Vector3::zeros(), linear: Vector3::y() * (self.shape)(path) };
@@ -229,7 +229,7 @@ fn the_adaptive_law_learns_compliances_from_a_tracker_and_keeps_them() {
             moment: Vector3::new(300.0 * turn.cos(), 300.0 * turn.sin(), 500.0),
             force: Vector3::new(4e3 * turn.sin(), 4e3 * turn.cos(), -18e3),
         };
-        let setpoint = Setpoint { pose: nominal, b_from_w: weld_axes(), force: Some(18e3) };
+        let setpoint = Setpoint { pose: nominal, b_from_w: weld_axes(), force: Some(18e3), spindle: 0.0 };
         let in_t = load.rotated(&(nominal.rotation.transpose() * weld_axes()));
         let sensed = sensed_at(&KR500, &encoder, &in_t);
         let deviation =

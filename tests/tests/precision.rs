@@ -17,7 +17,12 @@ use trueweld_tests::{
 };
 
 fn cast_setpoint<T: Real>(s: &Setpoint<f64>) -> Setpoint<T> {
-    Setpoint { pose: cast_pose(&s.pose), b_from_w: cast(&s.b_from_w), force: s.force.map(nalgebra::convert) }
+    Setpoint {
+        pose: cast_pose(&s.pose),
+        b_from_w: cast(&s.b_from_w),
+        force: s.force.map(nalgebra::convert),
+        spindle: nalgebra::convert(s.spindle),
+    }
 }
 
 fn cast_sensed<T: Real>(s: &Sensed<f64>) -> Sensed<T> {
@@ -47,7 +52,7 @@ fn situation(
     let pose = Pose { rotation: rounded(&exact.rotation), position: rounded(&exact.position) };
     let wrench = Wrench::from_vector(&rounded(&(weld_wrench() * load).to_vector()));
     (
-        Setpoint { pose, b_from_w: rounded(&actual.rotation), force: Some(18e3) },
+        Setpoint { pose, b_from_w: rounded(&actual.rotation), force: Some(18e3), spindle: -62.5 },
         Sensed { encoder, encoder_rate: rounded(rate), motor_torque: rounded(&weight(&KR500, &encoder)), wrench },
     )
 }

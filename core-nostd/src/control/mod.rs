@@ -2,7 +2,8 @@
 //!
 //! One direction, the tool axis z of the weld frame W, is force-controlled; the selection S keeps the other five under
 //! position control. The controllers see encoders and the force sensor only; that the real tool is elsewhere is what
-//! [`compensation`](crate::compensation) is for. Gravity and the counterbalance are fed forward at the encoder angles.
+//! [`compensation`](crate::compensation) is for. Gravity and the counterbalance are fed forward at the encoder angles. The
+//! force error that the loops answer is without the spindle's line ([`SpindleFilter`]).
 //!
 //! Source: Bres et al. 2010, (2.2)–(2.5). The printed text of (2.3)–(2.5) was not at hand; they are reconstructed from
 //! their description and from Perdereau & Drouin 1993 (external control) and Khalil & Dombre 2002, ch. 16.
@@ -10,11 +11,13 @@
 mod external;
 mod parallel;
 mod position_loop;
+mod spindle;
 mod superposed;
 
 pub use external::{External, ExternalGains};
 pub use parallel::{ForceGains, Parallel};
 pub use position_loop::JointGains;
+pub use spindle::{LONGEST_DELAY, SpindleFilter};
 pub use superposed::Superposed;
 
 use crate::error::Fault;
@@ -32,6 +35,9 @@ pub struct Setpoint<T: Real> {
     pub b_from_w: Matrix3<T>,
     /// Push into the material along z of W, N. `None`: depth under position control, no force loop.
     pub force: Option<T>,
+    /// Rate of the spindle as its drive reports it, rad/s, in either sense: the force loop does not answer its line. 0 where it
+    /// stands still or is not known.
+    pub spindle: T,
 }
 
 impl<T: Real> Setpoint<T> {
@@ -41,7 +47,8 @@ impl<T: Real> Setpoint<T> {
     }
 
     fn is_finite(&self) -> bool {
-        self.pose.is_finite() && all_finite(self.b_from_w.iter()) && self.force.is_none_or(|f| f.is_finite())
+        let numbers = self.force.is_none_or(|f| f.is_finite()) && self.spindle.is_finite();
+        self.pose.is_finite() && all_finite(self.b_from_w.iter()) && numbers
     }
 }
 
@@ -65,7 +72,7 @@ pub struct Command<T: Real> {
     pub torque: JointVector<T>,
     /// Why this is a safe command and not the controller's own; the caller decides whether to brake.
     pub fault: Option<Fault>,
-    /// Force error Δf = f_d − f_s along z of W, N; zero without a force loop.
+    /// Force error Δf = f_d − f_s along z of W without the spindle's line, N; zero without a force loop.
     pub force_error: T,
     /// Depth the external loop adds to the set-point, m (zero for the others).
     pub depth_correction: T,

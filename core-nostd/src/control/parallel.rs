@@ -3,10 +3,16 @@
 //! Γ = K_p J⁻¹SΔX + K_d d/dt(J⁻¹SΔX) + K_i∫J⁻¹SΔX + Jᵀ(I−S)[f_d + K_pf Δf − K_df Ẋ + K_if∫Δf].
 //! Fast and without static error in force, but depth has no stiffness of its own: the drives give way until the force
 //! branch has caught up.
+//!
+//! The gains are not scaled by the posture's stiffness, as the [external](super::External) scheme's are: here force makes force.
+//! With S nothing but the contact holds the drives along z, so at rest a push arrives one to one whatever the stiffness; without S
+//! the share k_eq/(k_eq + k̄_p) arrives, k̄_p = 1/(nᵀJK_p⁻¹Jᵀn), and since the arm's springs and the position loop act through the
+//! same J, that share hardly knows the posture (0.88 to 0.90 over both published welds).
 
 use super::position_loop::{PositionLoop, push_torque};
-use super::{Command, HybridController, JointGains, Sensed, Setpoint, sensed_push};
+use super::{Command, HybridController, JointGains, Sensed, Setpoint, SpindleFilter, sensed_push};
 use crate::error::Fault;
+use crate::filter::Filter;
 use crate::pid::{Pid, PidGains};
 use crate::robot::Robot;
 use crate::scalar::{JointVector, Real, held};
@@ -31,6 +37,8 @@ pub struct ForceGains<T: Real> {
 pub(super) struct ForceBranch<T: Real> {
     gains: ForceGains<T>,
     pid: Pid<T>,
+    spindle: SpindleFilter<T>,
+    period: T,
     /// Last push given, N; `None` while the force loop is open.
     push: Option<T>,
 }
@@ -46,31 +54,33 @@ pub(super) struct Push<T: Real> {
 }
 
 impl<T: Real> ForceBranch<T> {
-    pub fn new(gains: ForceGains<T>) -> Self {
-        Self { gains, pid: Pid::new(PidGains { kp: gains.kp, ki: gains.ki, kd: T::zero() }), push: None }
+    pub fn new(gains: ForceGains<T>, period: T) -> Self {
+        let pid = Pid::new(PidGains { kp: gains.kp, ki: gains.ki, kd: T::zero() });
+        Self { gains, pid, spindle: SpindleFilter::new(period), period, push: None }
     }
 
     pub fn reset(&mut self) {
-        *self = Self::new(self.gains);
+        *self = Self::new(self.gains, self.period);
     }
 
     /// f_d + K_pf Δf − K_df Ẋ + K_if∫Δf within its rate, N; `None` while the set-point asks for no force.
-    pub fn update(&mut self, desired: Option<T>, sensed: Option<T>, velocity: T, period: T) -> Option<Push<T>> {
-        let Some(desired) = desired else {
+    pub fn update(&mut self, setpoint: &Setpoint<T>, sensed: Option<T>, velocity: T) -> Option<Push<T>> {
+        let Some(desired) = setpoint.force else {
             self.reset();
             return None;
         };
-        let Some(sensed) = sensed else {
+        let Some(error) = sensed.map(|sensed| desired - sensed).filter(|e| e.is_finite()) else {
             // Blind: hold the last push, or what was asked for.
             let push = self.push.unwrap_or(desired);
             return Some(Push { push, error: T::zero(), taken_over: None, limited: true, fault: Some(Fault::Force) });
         };
         let taken_over = self.push.is_none().then_some(desired);
-        let error = desired - sensed;
+        self.spindle.tune(setpoint.spindle);
+        let error = self.spindle.update(error);
         let (correction, limited) =
-            self.pid.update(error, -self.gains.kd * velocity, self.gains.max_correction, period);
+            self.pid.update(error, -self.gains.kd * velocity, self.gains.max_correction, self.period);
         let wanted = desired + correction;
-        let (before, step) = (self.push.unwrap_or(desired), self.gains.max_rate * period);
+        let (before, step) = (self.push.unwrap_or(desired), self.gains.max_rate * self.period);
         let push = held(wanted, before, step);
         self.push = Some(push);
         Some(Push { push, error, taken_over, limited: limited || push != wanted, fault: None })
@@ -95,7 +105,7 @@ pub struct Parallel<T: Real> {
 impl<T: Real> Parallel<T> {
     /// Controller at rest. `period`: s between calls of [`cycle`](HybridController::cycle).
     pub fn new(joint: JointGains<T>, force: ForceGains<T>, period: T) -> Self {
-        Self { position: PositionLoop::new(joint, period), force: ForceBranch::new(force) }
+        Self { position: PositionLoop::new(joint, period), force: ForceBranch::new(force, period) }
     }
 }
 
@@ -127,7 +137,7 @@ pub(super) fn superpose<T: Real>(
     let z = setpoint.depth_axis();
     let tcp = &view.frames.tcp;
     let velocity = view.frames.twist(&sensed.encoder_rate).linear.dot(&z);
-    let push = force.update(setpoint.force, sensed_push(tcp, &z, &sensed.wrench), velocity, position.period);
+    let push = force.update(setpoint, sensed_push(tcp, &z, &sensed.wrench), velocity);
     let mut error = tcp.error_to(&setpoint.pose);
     let mut extra = JointVector::zeros();
     if let Some(push) = &push {

@@ -23,7 +23,7 @@ pub struct Superposed<T: Real> {
 impl<T: Real> Superposed<T> {
     /// Controller at rest. `period`: s between calls of [`cycle`](HybridController::cycle).
     pub fn new(joint: JointGains<T>, force: ForceGains<T>, period: T) -> Self {
-        Self { position: PositionLoop::new(joint, period), force: ForceBranch::new(force) }
+        Self { position: PositionLoop::new(joint, period), force: ForceBranch::new(force, period) }
     }
 }
 

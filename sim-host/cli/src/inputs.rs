@@ -62,6 +62,9 @@ pub struct CellFiles {
     /// Relative error of the joint stiffness that the controller believes in, such as 0.1 (default: 0; of compare-laws: 0.2)
     #[arg(long, value_name = "E", allow_negative_numbers = true)]
     pub stiffness_error: Option<f64>,
+    /// Speed of the spindle in turns a minute, in the sense of the process file's (default: the process file's speed)
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    spindle_rpm: Option<f64>,
     /// Control period in seconds (default: the control file's)
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     period: Option<f64>,
@@ -72,6 +75,9 @@ pub struct CellFiles {
 
 /// Longest plant step, s.
 const PLANT_STEP: f64 = 1e-3;
+
+/// Fastest spindle that is believed, turns a minute: ten times what friction stir welding runs at.
+const FASTEST_SPINDLE: f64 = 30_000.0;
 
 /// Everything read and checked.
 pub struct Inputs {
@@ -94,7 +100,15 @@ impl CellFiles {
     /// Everything that a weld in this cell needs. `weld_file`: `None` for the embedded one.
     pub fn read(&self, weld_file: Option<&Path>) -> Result<Inputs> {
         let weld = embedded!(Weld, weld_file, "welds/vertical.toml");
-        let (robot, process, mut effects) = self.model()?;
+        let (robot, mut process, mut effects) = self.model()?;
+        if let Some(rpm) = self.spindle_rpm {
+            if !(0.0..=FASTEST_SPINDLE).contains(&rpm) {
+                return Err(miette!(
+                    "--spindle-rpm {rpm}: expected turns a minute between 0 and {FASTEST_SPINDLE}, such as 750"
+                ));
+            }
+            process.spindle = (rpm * std::f64::consts::TAU / 60.0).copysign(process.spindle);
+        }
         let mut control = embedded!(Control, &self.control, "control/kr500-mt.toml");
         let sensors = embedded!(Sensors, &self.sensors, "sensors/kr500-mt.toml");
         if let Some(period) = self.period {

@@ -201,6 +201,7 @@ fn bad_input_ends_in_one_message_and_no_file() {
         (&["--period", "-0.012"], &["--period -0.012", "expected seconds between"]),
         (&["--period", "nan"], &["--period NaN", "expected seconds between"]),
         (&["--stiffness-error", "-1"], &["--stiffness-error -1", "expected a number above -1"]),
+        (&["--spindle-rpm", "-750"], &["--spindle-rpm -750", "expected turns a minute between 0 and"]),
         (&["--exaggeration", "0"], &["--exaggeration 0", "expected a number from 1 up"]),
         (&["--html", "absent/page.html"], &["absent/page.html", "expected a folder absent"]),
         (&["--html", "."], &["cannot write .", "expected the name of a file"]),

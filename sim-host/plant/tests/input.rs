@@ -190,6 +190,13 @@ fn numbers_out_of_range_are_underlined() {
     mistake(PROCESS, "pin_diameter_m = 0.005", "pin_diameter_m = 5.0", &["is 5.0", "at most 0.2 in m"]);
     mistake(SENSORS, "delay_s = 0.002", "delay_s = -0.002", &["is -0.002", "from 0 to 1 in s"]);
     mistake(CONTROL, "force_ki_m_ns = 5.7e-7", "force_ki_m_ns = -2.0e-8", &["[external]", "m/(N·s)"]);
+    mistake(CONTROL, "material_stiffness_n_m = 30.0e6", "material_stiffness_n_m = 0.0", &["[external]", "in N/m"]);
+    mistake(
+        CONTROL,
+        "tuned_stiffness_n_m",
+        "tuned_stiffness",
+        &["unknown key `tuned_stiffness`", "`tuned_stiffness_n_m`"],
+    );
     mistake(CONTROL, "period_s = 0.012", "period_s = 12", &["is 12", "at most 1 in s"]);
 }
 

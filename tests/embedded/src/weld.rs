@@ -17,6 +17,9 @@ pub const CYCLES: usize = 200;
 /// Control period, s.
 const PERIOD: f64 = 0.012;
 
+/// Rate of the spindle, rad/s: 600 rpm.
+const SPINDLE: f64 = -62.83;
+
 /// Feed along the weld, m/s.
 const FEED: f64 = 0.010;
 
@@ -160,6 +163,8 @@ impl<T: Real> Weld<T> {
             kp: lit(1e-8),
             ki: lit(2e-8),
             kd: T::zero(),
+            material_stiffness: lit(30e6),
+            tuned_stiffness: lit(5e6),
             max_correction: lit(0.020),
             max_rate: lit(0.020),
         };
@@ -180,7 +185,12 @@ impl<T: Real> Weld<T> {
         let pose = self.robot.forward(&self.robot.fake_target(&link, &Wrench::zero()));
         Some(Inputs {
             nominal,
-            setpoint: Setpoint { pose, b_from_w: nominal.rotation, force: Some(lit(-LOAD[2])) },
+            setpoint: Setpoint {
+                pose,
+                b_from_w: nominal.rotation,
+                force: Some(lit(-LOAD[2])),
+                spindle: lit(SPINDLE),
+            },
             sensed: Sensed {
                 encoder: self.encoder,
                 encoder_rate: self.rate,

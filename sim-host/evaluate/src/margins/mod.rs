@@ -16,7 +16,6 @@ use linear::{LinearCell, operating_point};
 use rayon::prelude::*;
 use response::{Frozen, Passing, Run, sensitivity};
 use trueweld_core::{JointVector, Wrench};
-use trueweld_plant::cell::Cell;
 use trueweld_plant::integrate::rest;
 use trueweld_plant::simulate::{RunError, Scenario, Seam, start_angles};
 

@@ -106,8 +106,12 @@ impl Frozen<'_> {
         let mut seam_sensor = sensors.seam.as_ref().map(|sensor| SeamSight::new(sensor, seed));
 
         let nominal = seam.nominal(self.path);
-        let setpoint =
-            Setpoint { pose: nominal.displaced(&self.taught.rotated(&w)), b_from_w: w, force: Some(weld.force) };
+        let setpoint = Setpoint {
+            pose: nominal.displaced(&self.taught.rotated(&w)),
+            b_from_w: w,
+            force: Some(weld.force),
+            spindle: cell.process.spindle,
+        };
         let rate = linear.point.drives().motor_rate;
         let load = Wrench { moment: Vector3::zeros(), force: planned(self.scenario.planned, weld.force, weld.feed) };
         let mut x = self.uncorrected(&setpoint)?;

@@ -118,7 +118,15 @@ fn parallel(table: &Table<'_>) -> Result<ParallelGains, InputError> {
 }
 
 fn external(table: &Table<'_>) -> Result<CascadeGains, InputError> {
-    let own = ["force_kp_m_n", "force_ki_m_ns", "force_kd_s", "max_depth_correction_m", "max_depth_rate_m_s"];
+    let own = [
+        "force_kp_m_n",
+        "force_ki_m_ns",
+        "force_kd_s",
+        "material_stiffness_n_m",
+        "tuned_stiffness_n_m",
+        "max_depth_correction_m",
+        "max_depth_rate_m_s",
+    ];
     table.only(&[&JOINT_KEYS[..], &own].concat())?;
     Ok(CascadeGains {
         joint: joint(table)?,
@@ -126,6 +134,8 @@ fn external(table: &Table<'_>) -> Result<CascadeGains, InputError> {
             kp: table.number("force_kp_m_n", Bounds::NonNegative)?,
             ki: table.number("force_ki_m_ns", Bounds::NonNegative)?,
             kd: table.number("force_kd_s", Bounds::NonNegative)?,
+            material_stiffness: table.number("material_stiffness_n_m", Bounds::Positive)?,
+            tuned_stiffness: table.number("tuned_stiffness_n_m", Bounds::Positive)?,
             max_correction: table.number("max_depth_correction_m", Bounds::PositiveUpTo(1.0))?,
             max_rate: table.number("max_depth_rate_m_s", Bounds::PositiveUpTo(10.0))?,
         },

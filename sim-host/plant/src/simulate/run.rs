@@ -274,6 +274,7 @@ fn run_with(
             pose: nominal.displaced(&start.taught.rotated(&seam.b_from_w.rotation)),
             b_from_w: seam.b_from_w.rotation,
             force: target.force,
+            spindle: scenario.planned.spindle,
         };
         let deviation_w = nominal.error_to(&at.frames.tcp).rotated(&seam.b_from_w.rotation.transpose());
         let sightings = seam_sensor.as_mut().map_or(Vec::new(), |sensor| sensor.read(time, &deviation_w));
