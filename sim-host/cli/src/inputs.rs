@@ -175,6 +175,7 @@ impl Inputs {
             integrator: Integrator::LinearlyImplicit,
             plant_step: PLANT_STEP,
             seed: self.seed,
+            fault: None,
         }
     }
 }

@@ -10,7 +10,7 @@ use crate::integrate::rest::{self, NoRest};
 use crate::integrate::{Diverged, Integrator, Stepper};
 use crate::process::planned;
 use crate::robot::{Drives, Readings};
-use crate::sensors::{Instruments, SeamSight};
+use crate::sensors::{FaultyInstruments, InstrumentFault, Instruments, SeamSight};
 use nalgebra::Vector3;
 use std::time::Instant;
 use trueweld_core::compensation::{Compensated, Compensator, Observation};
@@ -125,6 +125,8 @@ pub struct Scenario<'a> {
     pub plant_step: f64,
     /// Seed of the instruments' noise.
     pub seed: u64,
+    /// An instrument that fails, in the last run where there are several.
+    pub fault: Option<InstrumentFault>,
 }
 
 /// Joint angles at the start of a seam, on the branch that follows the whole seam within the limits with the smallest
@@ -219,7 +221,8 @@ pub fn run_passes(
     let last = passes.saturating_sub(1);
     let mut pass = |k: usize| {
         // The last one has the scenario's own noise.
-        let scenario = Scenario { seed: scenario.seed.wrapping_add((last - k) as u64), ..*scenario };
+        let seed = scenario.seed.wrapping_add((last - k) as u64);
+        let scenario = Scenario { seed, fault: scenario.fault.filter(|_| k == last), ..*scenario };
         run_with(&scenario, law.as_mut(), |time| progress(k as f64 * duration + time))
     };
     for k in 0..last {
@@ -253,6 +256,7 @@ fn run_with(
     controller.start(belief, &start.motor, &start.rest.torque);
     let mut instruments = Instruments::new(scenario.sensors, &cell.robot.ports, h, period, scenario.seed);
     let mut seam_sensor = scenario.sensors.seam.as_ref().map(|sensor| SeamSight::new(sensor, scenario.seed));
+    let mut faulty = FaultyInstruments::new(scenario.fault, scenario.seed);
     let mut stepper = Stepper::new(scenario.integrator);
 
     let mut state = start.rest.state;
@@ -267,7 +271,7 @@ fn run_with(
         if tick == 0 {
             contact = -at.reaction.force.z;
         }
-        let sensed = instruments.read(&cell.robot.ports, readings(time, &at, &drives), &torque);
+        let mut sensed = instruments.read(&cell.robot.ports, readings(time, &at, &drives), &torque);
         let target = program.target(weld, &seam, contact, time);
         let nominal = seam.nominal(target.path);
         let setpoint = Setpoint {
@@ -276,7 +280,8 @@ fn run_with(
             force: target.force,
         };
         let deviation_w = nominal.error_to(&at.frames.tcp).rotated(&seam.b_from_w.rotation.transpose());
-        let sightings = seam_sensor.as_mut().map_or(Vec::new(), |sensor| sensor.read(time, &deviation_w));
+        let mut sightings = seam_sensor.as_mut().map_or(Vec::new(), |sensor| sensor.read(time, &deviation_w));
+        faulty.pass_on(time, &mut sensed, &mut sightings);
         let load = target.force.map_or(Vector3::zeros(), |push| planned(scenario.planned, push, target.feed));
         let observation = Observation {
             setpoint: &setpoint,
