@@ -176,7 +176,7 @@ fn weld(arguments: &Arguments, requirements: &Requirements, inputs: &Inputs, key
     faults.close()?;
     let nominal = nominals.into_iter().next().ok_or_else(|| miette!("the nominal run is missing"))?;
     let evidence = Evidence { nominal, trials: drawn, worst: found, faults: struck };
-    let requirements = judge(&certification, &evidence);
+    let requirements = judge(requirements, &evidence);
     Ok(CertifiedWeld { name: inputs.weld_name.clone(), evidence, requirements })
 }
 

@@ -1,6 +1,6 @@
 //! Requirements, judged: what the runs came to, against what was asked for, with the reason where it fell short.
 
-use super::{Certification, FAULT_FIGURES, FaultTrial, Trial, WorstCase, reason};
+use super::{FAULT_FIGURES, FaultTrial, Trial, WorstCase, reason};
 use crate::Rate;
 use serde::Serialize;
 use trueweld_plant::input::{LIMITS, Requirements};
@@ -76,8 +76,7 @@ pub struct Requirement {
 }
 
 /// Judges everything that was run of a weld, section by section. Nothing passes without runs enough to show it.
-pub fn judge(certification: &Certification<'_>, evidence: &Evidence) -> Vec<Requirement> {
-    let requirements = certification.requirements;
+pub fn judge(requirements: &Requirements, evidence: &Evidence) -> Vec<Requirement> {
     let mut judged = nominal(requirements, &evidence.nominal);
     judged.extend(draws(requirements, &evidence.trials));
     judged.extend(worst_case(requirements, evidence));
@@ -89,9 +88,14 @@ fn limits(limits: &[Option<f64>]) -> impl Iterator<Item = (usize, &'static str, 
     LIMITS.into_iter().zip(limits).enumerate().filter_map(|(k, (name, limit))| Some((k, name, (*limit)?)))
 }
 
+/// True for a figure within its limit. A correction held at its authority is the limit, to the last digits.
+pub fn within(figure: f64, limit: f64) -> bool {
+    figure <= limit * (1.0 + 1e-9)
+}
+
 /// A requirement on a figure that is what it is.
 fn certain(case: Case, name: &'static str, limit: f64, achieved: f64, why: impl FnOnce() -> String) -> Requirement {
-    let pass = achieved <= limit;
+    let pass = within(achieved, limit);
     let reason = (!pass).then(why);
     Requirement { case, name, limit, achieved, confidence: 1.0, draws: None, pass, reason }
 }
@@ -105,7 +109,7 @@ fn nominal(requirements: &Requirements, trial: &Trial) -> Vec<Requirement> {
 
 fn draws(requirements: &Requirements, trials: &[Trial]) -> Vec<Requirement> {
     let judged = limits(&requirements.limits).map(|(k, name, limit)| {
-        let beyond = Rate::of(trials, |t| t.figure(k) > limit);
+        let beyond = Rate::of(trials, |t| !within(t.figure(k), limit));
         let mut sorted: Vec<f64> = trials.iter().map(|t| t.figure(k)).collect();
         sorted.sort_by(f64::total_cmp);
         let within = ((1.0 - requirements.failure_probability) * sorted.len() as f64).ceil() as usize;
@@ -153,7 +157,7 @@ fn faults(requirements: &Requirements, trials: &[FaultTrial]) -> Vec<Requirement
         let limit = limit(name)?;
         let worst = trials.iter().reduce(|a, b| if b.figure(k) > a.figure(k) { b } else { a });
         let achieved = worst.map_or(f64::INFINITY, |t| t.figure(k));
-        let beyond = trials.iter().filter(|t| t.figure(k) > limit).count();
+        let beyond = trials.iter().filter(|t| !within(t.figure(k), limit)).count();
         let why = || reason::fault(name, limit, asked, worst.map(|t| (t, achieved)), [beyond, trials.len()]);
         Some(certain(Case::Faults, name, limit, achieved, why))
     });

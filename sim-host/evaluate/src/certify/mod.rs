@@ -21,7 +21,7 @@ mod worst;
 
 pub use draw::Draw;
 pub use faults::{FAULT_FIGURES, FaultTrial, SteadyTooShort};
-pub use judge::{Beyond, Case, Evidence, Requirement, judge};
+pub use judge::{Beyond, Case, Evidence, Requirement, judge, within};
 pub use reason::{label, shown};
 pub use symptoms::{Needed, Swing, Symptoms};
 pub use worst::{WorstCase, search};

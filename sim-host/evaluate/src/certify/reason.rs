@@ -138,7 +138,7 @@ pub(super) fn fault(
         beyond => format!("; {beyond} of {} faults are beyond the limit, this one farthest", many[1]),
     };
     let why = match &trial.failed {
-        Some(why) => format!("{with} the weld is not made: {why}"),
+        Some(why) => return format!("{with} the weld is not made: {why}"),
         None if name.starts_with("recovered_") => {
             let after = asked.recovery;
             format!("{after} s after the end of the fault, {with}, {} still", clause(name, value, limit))

@@ -3,7 +3,7 @@
 use super::page;
 use crate::certified::{Certified, CertifiedWeld, runs, worst_found};
 use maud::{Markup, html};
-use trueweld_evaluate::certify::{Case, Evidence, FAULT_FIGURES, Requirement, Trial, label, shown};
+use trueweld_evaluate::certify::{Case, Evidence, FAULT_FIGURES, Requirement, Trial, label, shown, within};
 use trueweld_plant::input::LIMITS;
 
 /// One page that a certifying engineer can read.
@@ -27,11 +27,8 @@ pub fn certify_page(certified: &Certified) -> String {
         @if !passes {
             h2 { "Why it fails" }
             ul.reasons {
-                @for (weld, r) in failed() {
-                    li {
-                        b { (weld.name) ", " (title(r.case)) ", " (label(r.name)) }
-                        ": " (r.reason.as_deref().unwrap_or_default()) "."
-                    }
+                @for (of, reason) in reasons(failed()) {
+                    li { b { (of) } ": " (reason) "." }
                 }
             }
         }
@@ -57,6 +54,20 @@ pub fn certify_page(certified: &Certified) -> String {
         }
     };
     page("Certification", &body)
+}
+
+/// The reasons, each once, and of what they are.
+fn reasons<'a>(failed: impl Iterator<Item = (&'a CertifiedWeld, &'a Requirement)>) -> Vec<(String, &'a str)> {
+    let mut said: Vec<(String, &str, Vec<&str>)> = Vec::new();
+    for (weld, r) in failed {
+        let of = format!("{}, {}", weld.name, title(r.case));
+        let reason = r.reason.as_deref().unwrap_or_default();
+        match said.last_mut().filter(|last| last.0 == of && last.1 == reason) {
+            Some(last) => last.2.push(label(r.name)),
+            None => said.push((of, reason, vec![label(r.name)])),
+        }
+    }
+    said.into_iter().map(|(of, reason, names)| (format!("{of}: {}", names.join("; ")), reason)).collect()
 }
 
 fn title(case: Case) -> &'static str {
@@ -189,18 +200,18 @@ fn faults(weld: &CertifiedWeld) -> Markup {
     let columns: Vec<(usize, &str, f64)> =
         FAULT_FIGURES.into_iter().enumerate().filter_map(|(k, name)| Some((k, name, limit(name)?))).collect();
     html! {
-        table {
+        table.close {
             thead {
                 tr { th { "fault" } @for (_, name, _) in &columns { th { (label(name)) } } th { "" } }
                 tr.units { th { "limit" } @for (_, name, limit) in &columns { th { (shown(name, *limit)) } } th {} }
             }
             tbody {
                 @for trial in &weld.evidence.faults {
-                    @let met = columns.iter().all(|(k, _, limit)| trial.figure(*k) <= *limit);
+                    @let met = columns.iter().all(|(k, _, limit)| within(trial.figure(*k), *limit));
                     tr {
                         th scope="row" { (trial.fault) }
                         @for (k, name, limit) in &columns {
-                            td.bad[trial.figure(*k) > *limit] { (shown(name, trial.figure(*k))) }
+                            td.bad[!within(trial.figure(*k), *limit)] { (shown(name, trial.figure(*k))) }
                         }
                         td.bad[!met] { (if met { "pass" } else { "fail" }) }
                     }
@@ -227,7 +238,7 @@ fn worst_cells(weld: &CertifiedWeld) -> Markup {
         cells.push((k, format!("{} {}", if drawn { "draw" } else { "search" }, trial.index), trial));
     }
     html! {
-        table {
+        table.close {
             thead { tr {
                 th { "requirement" } th { "run" } th { "figure" } th { "stiffness A1…A6" } th { "process gains" }
                 th { "ripple" } th { "cross-talk" } th { "delay" }
