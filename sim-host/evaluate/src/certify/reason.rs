@@ -9,6 +9,9 @@ use trueweld_plant::input::Faults;
 /// Share of what is needed below which a correction goes the wrong way; so much may be chance where little is needed.
 const WRONG_WAY: f64 = -0.2;
 
+/// Share of what is needed above which a correction gives too much, where only its authority holds it.
+const TOO_MUCH: f64 = 1.1;
+
 /// Correlation of a swing with itself one period later above which it is one and no noise.
 const REGULAR: f64 = 0.5;
 
@@ -172,6 +175,9 @@ fn because(name: &str, symptoms: Option<&Symptoms>) -> String {
         let grows = if swing.growth > 1.5 { " and grows" } else { "" };
         let [amplitude, frequency] = [1e3 * swing.amplitude, swing.frequency];
         return format!(": the loop swings, the correction by ±{amplitude:.2} mm at {frequency:.2} Hz{grows}{held}");
+    }
+    if let Some(given) = s.given[direction].filter(|given| *given > TOO_MUCH && s.at_authority >= 0.05) {
+        return format!(": the correction gives {} of what is needed{held}", percent(given));
     }
     if !held.is_empty() {
         return format!(": the correction is{}", held.trim_start_matches(','));

@@ -115,14 +115,19 @@ impl Swing {
         }
         let duration = signal.len() as f64 * period;
         let frequency = if duration > 0.0 { crossings as f64 / (2.0 * duration) } else { 0.0 };
-        let lag = if frequency > 0.0 { (1.0 / (frequency * period)).round() as usize } else { signal.len() };
-        let pairs = signal.iter().zip(signal.iter().skip(lag));
-        let (product, square) = pairs.fold((0.0, 0.0), |(p, s), (a, b)| (p + a * b, s + 0.5 * (a * a + b * b)));
         let over = |a: f64, b: f64| if b > 0.0 { a / b } else { 0.0 };
+        let repeats = |lag: usize| {
+            let pairs = signal.iter().zip(signal.iter().skip(lag));
+            let (product, square) = pairs.fold((0.0, 0.0), |(p, s), (a, b)| (p + a * b, s + 0.5 * (a * a + b * b)));
+            over(product, square)
+        };
+        // Counted crossings say the period to within a quarter or so, where a swing is not quite regular.
+        let samples = if frequency > 0.0 { 1.0 / (frequency * period) } else { signal.len() as f64 };
+        let regularity = ((0.75 * samples) as usize..=(1.3 * samples) as usize).map(repeats).fold(0.0, f64::max);
         Self {
             amplitude: whole * std::f64::consts::SQRT_2,
             frequency,
-            regularity: over(product, square),
+            regularity,
             growth: over(rms(second), rms(first)),
         }
     }
