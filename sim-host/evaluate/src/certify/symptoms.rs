@@ -174,7 +174,7 @@ mod tests {
         assert!((cycle.growth - 1.0).abs() < 0.05, "{cycle:?}");
         // As irregular as a congruential generator's digits.
         let mut state = 1_u64;
-        let noise = over(30.0, |_| 0.0).iter().map(|_| {
+        let noise = (0..2500).map(|_| {
             state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
             (state >> 33) as f64 / f64::from(1_u32 << 31) - 0.5
         });

@@ -132,7 +132,7 @@ impl Program {
         let feed = Feed::new(weld, seam.length);
         let start = weld.settle + weld.force_ramp;
         let [rises, falls] = [feed.ramp + FEED_SETTLE, feed.ramp + feed.cruise];
-        (rises < falls).then(|| [start + rises, start + falls])
+        (rises < falls).then_some([start + rises, start + falls])
     }
 
     /// What is asked at `time`, s. `contact`: the push at rest before the force loop closes, N.
