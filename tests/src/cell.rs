@@ -91,6 +91,7 @@ impl Fixtures {
             integrator: Integrator::LinearlyImplicit,
             plant_step: 1e-3,
             seed: self.sensors.seed,
+            fault: None,
         }
     }
 }

@@ -16,7 +16,10 @@ macro_rules! embedded {
     ($type:ty, $path:expr, $file:literal) => {
         match $path {
             Some(path) => <$type>::read(path)?,
-            None => <$type>::parse(include_str!(concat!("../../../fixtures/", $file)), concat!("embedded ", $file))?,
+            None => <$type>::parse(
+                include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/", $file)),
+                concat!("embedded ", $file),
+            )?,
         }
     };
 }
@@ -198,6 +201,7 @@ impl Inputs {
             integrator: Integrator::LinearlyImplicit,
             plant_step: PLANT_STEP,
             seed: self.seed,
+            fault: None,
         }
     }
 }

@@ -489,15 +489,19 @@ fn requirements(place: &Place, lateral_rms: &str) {
     let text = fs::read_to_string(fixture("requirements/lap-weld.toml")).unwrap();
     let line = |line: &str| match line.split(" = ").next() {
         Some("lateral_rms_m") => format!("lateral_rms_m = {lateral_rms}\n"),
-        Some("lateral_max_m") => String::new(),
-        Some("side_tilt_rms_rad" | "travel_angle_rms_rad" | "depth_rms_m") => String::new(),
+        // Of the weld; the tool stays bounded in faults.
+        Some("lateral_max_m") if !line.contains("0.010") => String::new(),
+        Some("side_tilt_rms_rad" | "travel_angle_rms_rad" | "depth_rms_m" | "push_error_rms_n") => String::new(),
+        // As long as the short weld has room for.
+        Some("duration_s") => "duration_s = 0.1\n".to_owned(),
+        Some("recovery_s") => "recovery_s = 0.5\n".to_owned(),
         Some("failure_probability") => "failure_probability = 0.5\n".to_owned(),
         _ => format!("{line}\n"),
     };
     fs::write(place.path().join("requirements.toml"), text.lines().map(line).collect::<String>()).unwrap();
 }
 
-const CERTIFY: [&str; 9] = [
+const CERTIFY: [&str; 11] = [
     "certify",
     "--compensator",
     "seam-tracking",
@@ -507,6 +511,8 @@ const CERTIFY: [&str; 9] = [
     "requirements.toml",
     "--trials",
     "6",
+    "--worst",
+    "5",
 ];
 
 #[test]
@@ -525,12 +531,23 @@ fn a_certification_goes_on_where_it_was_stopped_and_is_the_same_with_any_number_
     }
     assert!(place.bytes("whole/certify.html").starts_with(b"<!DOCTYPE html>"));
 
-    // Cut off in the middle of the fourth line: three trials, header included two.
+    for case in ["nominal", "draws", "faults"] {
+        let of = value["requirements"].as_array().unwrap().iter().filter(|r| r["case"] == case);
+        assert!(of.count() > 2, "{case}");
+    }
+    assert_eq!(value["welds"][0]["worst_case"]["runs"], 5);
+
+    // Cut off in the middle of the fourth line: three trials, header included two. Of the other sections a few runs are there.
     let text = String::from_utf8(place.bytes("whole/trials-short.jsonl")).unwrap();
     let lines: Vec<&str> = text.lines().collect();
     let kept = format!("{}\n{}\n{}\n{}", lines[0], lines[2], lines[4], &lines[3][..40]);
     fs::create_dir(place.path().join("part")).unwrap();
     fs::write(place.path().join("part/trials-short.jsonl"), kept).unwrap();
+    for (section, lines) in [("worst", 4), ("faults", 3)] {
+        let text = String::from_utf8(place.bytes(&format!("whole/{section}-short.jsonl"))).unwrap();
+        let kept: Vec<&str> = text.lines().take(lines).collect();
+        fs::write(place.path().join(format!("part/{section}-short.jsonl")), kept.join("\n") + "\n").unwrap();
+    }
     let status = Command::new(env!("CARGO_BIN_EXE_trueweld"))
         .args(certify("part"))
         .env("RAYON_NUM_THREADS", "1")
@@ -538,7 +555,8 @@ fn a_certification_goes_on_where_it_was_stopped_and_is_the_same_with_any_number_
         .status()
         .unwrap();
     assert!(status.success());
-    for file in ["trials-short.jsonl", "certify.json", "certify.html"] {
+    let sections = ["nominal", "trials", "worst", "faults"].map(|section| format!("{section}-short.jsonl"));
+    for file in sections.iter().map(String::as_str).chain(["certify.json", "certify.html"]) {
         assert!(place.bytes(&format!("whole/{file}")) == place.bytes(&format!("part/{file}")), "{file}");
     }
     // Trials of other requirements do not count.
@@ -557,7 +575,13 @@ fn a_law_that_fails_its_requirements_ends_with_a_status_that_says_so() {
     let value = place.json("result.json");
     assert_eq!(value["verdict"], "fail");
     let failed: Vec<&Value> = value["requirements"].as_array().unwrap().iter().filter(|r| r["pass"] == false).collect();
-    assert_eq!(failed.iter().map(|r| &r["name"]).collect::<Vec<_>>(), ["lateral_rms_m"]);
+    let names: Vec<_> = failed.iter().map(|r| (r["case"].as_str().unwrap(), r["name"].as_str().unwrap())).collect();
+    let expected = [("nominal", "lateral_rms_m"), ("draws", "lateral_rms_m"), ("faults", "recovered_lateral_rms_m")];
+    assert_eq!(names, expected);
+    assert!(
+        failed.iter().all(|r| r["reason"].as_str().is_some_and(|why| why.contains("leaves its line"))),
+        "{failed:?}"
+    );
     let help = place.done(&["certify", "--help"]);
     assert!(help.contains("--evidence"), "{help}");
 }

@@ -1,21 +1,17 @@
-//! A certification as it is told: one JSON value, one page.
+//! A certification as it is told: one JSON value, and text for the terminal.
 
-use crate::html::page;
-use maud::html;
 use serde::Serialize;
-use serde_json::{Value, json};
-use trueweld_evaluate::certify::{Requirement, Trial};
+use serde_json::{Map, Value, json};
+use trueweld_evaluate::certify::{Case, Evidence, FAULT_FIGURES, Requirement, Trial, label, shown};
 use trueweld_plant::input::LIMITS;
 
-/// What one weld's trials came to.
+/// What one weld's runs came to.
 #[derive(Debug, Clone)]
 pub struct CertifiedWeld {
     /// Name of the weld.
     pub name: String,
-    /// The cell as it is believed to be.
-    pub nominal: Trial,
-    /// All trials, in their order.
-    pub trials: Vec<Trial>,
+    /// Every run.
+    pub evidence: Evidence,
     /// The requirements, judged.
     pub requirements: Vec<Requirement>,
 }
@@ -62,19 +58,9 @@ impl Certified {
         let requirements: Vec<Value> = self
             .welds
             .iter()
-            .flat_map(|weld| weld.requirements.iter().map(move |r| (weld, r)))
-            .map(|(weld, r)| {
-                json!({
-                    "weld": weld.name, "name": r.name, "limit": r.limit, "achieved": r.achieved, "beyond": r.beyond,
-                    "failure_probability": r.failure_probability, "confidence": r.confidence, "pass": r.pass,
-                })
-            })
+            .flat_map(|weld| weld.requirements.iter().map(|r| of_weld(&weld.name, json!(r))))
             .collect();
-        let welds: Vec<Value> = self
-            .welds
-            .iter()
-            .map(|w| json!({ "name": w.name, "trials": w.trials.len(), "nominal": named(&w.nominal), "failed": failed(w) }))
-            .collect();
+        let welds: Vec<Value> = self.welds.iter().map(told).collect();
         json!({
             "schema": "certify/1",
             "verdict": if self.passes() { "pass" } else { "fail" },
@@ -91,139 +77,106 @@ impl Certified {
         })
     }
 
-    /// One page that a certifying engineer can read.
-    pub fn html(&self) -> String {
-        let verdict = if self.passes() { "meets its requirements" } else { "does not meet its requirements" };
-        let percent = |p: f64| format!("{:.3} %", 100.0 * p);
-        let whole = |p: f64| format!("{} %", 100.0 * p);
-        let body = html! {
-            h1 { "The law " (self.law) " " (verdict) }
-            p.setting {
-                "Asked: no more than " (whole(self.asked[0])) " of welds beyond a limit, with a confidence of "
-                (whole(self.asked[1])) ". With " (self.controller) " control, pass " (self.passes) " of each trial, seed " (self.seed)
-                ". Every trial is a cell drawn from the uncertainties; the law believes in the nominal one."
-            }
-            @for weld in &self.welds {
-                h2 { "Weld " (weld.name) ", " (weld.trials.len()) " trials" }
-                table {
-                    thead { tr {
-                        th { "requirement" } th { "limit" } th { "nominal cell" }
-                        th { "reached by " (format!("{:.0} %", 100.0 * (1.0 - self.asked[0]))) }
-                        th { "worst" } th { "beyond" } th { "probability at most" } th { "" }
-                    } }
-                    tbody {
-                        @for r in &weld.requirements {
-                            tr {
-                                th scope="row" { (label(r.name)) }
-                                td { (shown(r.name, r.limit)) }
-                                td { (shown(r.name, figure(&weld.nominal, r.name))) }
-                                td { (shown(r.name, r.achieved)) }
-                                td { (shown(r.name, worst(weld, r.name).map_or(f64::INFINITY, |t| figure(t, r.name)))) }
-                                td { (r.beyond) }
-                                td { (percent(r.failure_probability)) }
-                                td.bad[!r.pass] { (if r.pass { "pass" } else { "fail" }) }
-                            }
-                        }
-                    }
-                }
-                h3 { "The worst trials" }
-                table {
-                    thead { tr {
-                        th { "requirement" } th { "trial" } th { "figure" } th { "stiffness A1…A6" } th { "process gains" }
-                        th { "cross-talk" } th { "delay" }
-                    } }
-                    tbody {
-                        @for r in &weld.requirements {
-                            @if let Some(t) = worst(weld, r.name) {
-                                tr {
-                                    th scope="row" { (label(r.name)) }
-                                    td { (t.index) }
-                                    td { (t.failed.clone().unwrap_or_else(|| shown(r.name, figure(t, r.name)))) }
-                                    td { (t.draw.stiffness.map(|k| format!("{k:.2}")).join(" ")) }
-                                    td { (t.draw.process.map(|k| format!("{k:.2}")).join(" ")) }
-                                    td { (t.draw.crosstalk.map(|c| format!("{:.1} %", 100.0 * c)).join(" ")) }
-                                    td { (format!("{:.1}", t.draw.delay)) }
-                                }
-                            }
-                        }
-                    }
-                }
-            }
-            p {
-                "Stiffness and gains as shares of the believed ones (gains: depth, feed drag, lateral damping, lateral stiffness, "
-                "lateral ratio); delay of force and seam sensor in control periods."
-            }
-            h2 { "What went in" }
-            table {
-                thead { tr { th { "" } th { "SHA-256" } } }
-                tbody { @for input in &self.inputs { tr { th scope="row" { (input.what) } td { code { (input.sha256) } } } } }
-            }
-            p { "Program version " (self.version) ". Trial k of a seed is the same whatever the number of trials and threads." }
-        };
-        page("Certification", &body)
-    }
-
     /// The verdict and the requirements as text.
     pub fn text(&self) -> String {
         let mut out = String::new();
         for weld in &self.welds {
-            out += &format!("{}, {}: {} trials\n", weld.name, self.law, weld.trials.len());
+            let mut case = None;
             for r in &weld.requirements {
+                if case != Some(r.case) {
+                    out += &format!("{}, {}: {}\n", weld.name, self.law, runs(weld, r.case));
+                    case = Some(r.case);
+                }
+                let counted = r.draws.map_or(String::new(), |d| {
+                    format!("beyond {:>4}   p ≤ {:>7.3} %", d.beyond, 100.0 * d.failure_probability)
+                });
                 out += &format!(
-                    "  {:<34} limit {:>10}   reached {:>10}   beyond {:>4}   p ≤ {:>7.3} %   {}\n",
+                    "  {:<36} limit {:>10}   reached {:>10}   {counted:<28} {}\n",
                     label(r.name),
                     shown(r.name, r.limit),
                     shown(r.name, r.achieved),
-                    r.beyond,
-                    100.0 * r.failure_probability,
                     if r.pass { "pass" } else { "FAIL" }
                 );
+                if let Some(reason) = &r.reason {
+                    out += &format!("      {reason}\n");
+                }
             }
+            out += &format!("{}, {}: {}\n", weld.name, self.law, worst_found(&weld.evidence));
         }
         out + if self.passes() { "pass\n" } else { "fail\n" }
     }
 }
 
-fn figure(trial: &Trial, name: &str) -> f64 {
-    let k = LIMITS.iter().position(|l| *l == name);
-    k.zip(trial.figures).map_or(f64::INFINITY, |(k, figures)| figures[k])
-}
-
-fn worst<'a>(weld: &'a CertifiedWeld, name: &str) -> Option<&'a Trial> {
-    weld.trials.iter().max_by(|a, b| figure(a, name).total_cmp(&figure(b, name)))
-}
-
-fn named(trial: &Trial) -> Value {
-    let figures = trial.figures.map(|f| LIMITS.iter().zip(f).map(|(k, v)| ((*k).to_owned(), json!(v))).collect());
-    figures.map_or_else(|| json!({ "failed": trial.failed }), Value::Object)
-}
-
-fn failed(weld: &CertifiedWeld) -> Vec<Value> {
-    let all = weld.trials.iter().filter_map(|t| Some((t.index, t.failed.as_ref()?)));
-    all.map(|(index, why)| json!({ "trial": index, "why": why })).collect()
-}
-
-fn label(name: &str) -> &str {
-    match name {
-        "lateral_rms_m" => "lateral, RMS",
-        "lateral_max_m" => "lateral, largest",
-        "depth_rms_m" => "depth about its mean, RMS",
-        "tilt_rms_rad" => "tilt, RMS",
-        "side_tilt_rms_rad" => "tilt across the seam, RMS",
-        "travel_angle_rms_rad" => "tilt along the seam, RMS",
-        "push_error_rms_n" => "push, RMS of its error",
-        "lateral_before_m" => "lateral before the steady part",
-        "correction_m" => "correction, translation",
-        "correction_rad" => "correction, rotation",
-        other => other,
+/// How many runs a section has, and of what.
+pub(crate) fn runs(weld: &CertifiedWeld, case: Case) -> String {
+    let evidence = &weld.evidence;
+    match case {
+        Case::Nominal => "the cell as it is believed to be, one run".to_owned(),
+        Case::Draws => format!("{} cells drawn from what is not known", evidence.trials.len()),
+        Case::WorstCase => format!("the worst cell found in {} runs", evidence.worst.runs.len()),
+        Case::Faults => format!("{} faults of instruments", evidence.faults.len()),
     }
 }
 
-fn shown(name: &str, value: f64) -> String {
-    match name {
-        _ if !value.is_finite() => "none".to_owned(),
-        n if n.ends_with("_m") => format!("{:.3} mm", 1e3 * value),
-        n if n.ends_with("_rad") => format!("{:.3}°", value.to_degrees()),
-        _ => format!("{value:.0} N"),
+/// The worst cell found, in a sentence.
+pub(crate) fn worst_found(evidence: &Evidence) -> String {
+    let worst = &evidence.worst;
+    let runs = worst.runs.len();
+    let Some(trial) = &worst.worst else { return "no search for the worst cell was made".to_owned() };
+    match &trial.failed {
+        Some(why) => format!("in the worst cell found ({runs} runs of search) the weld is not made: {why}"),
+        None => {
+            let k = LIMITS.iter().position(|l| *l == worst.name).unwrap_or(0);
+            let share = 100.0 * worst.of_limit;
+            let value = shown(worst.name, trial.figure(k));
+            format!("worst cell found, {runs} runs of search: {} {value}, {share:.0} % of its limit", label(worst.name))
+        }
     }
+}
+
+fn of_weld(name: &str, value: Value) -> Value {
+    let mut whole = Map::new();
+    whole.insert("weld".to_owned(), json!(name));
+    if let Value::Object(rest) = value {
+        whole.extend(rest);
+    }
+    Value::Object(whole)
+}
+
+fn told(weld: &CertifiedWeld) -> Value {
+    let evidence = &weld.evidence;
+    let failed = evidence.trials.iter().filter_map(|t| Some((t.index, t.failed.as_ref()?)));
+    let worst = &evidence.worst;
+    let faults: Vec<Value> = evidence
+        .faults
+        .iter()
+        .map(|f| {
+            json!({
+                "fault": f.fault, "from_s": f.time[0], "until_s": f.time[1],
+                "figures": f.figures.map(|figures| named(&FAULT_FIGURES, &figures)), "failed": f.failed,
+            })
+        })
+        .collect();
+    json!({
+        "name": weld.name,
+        "trials": evidence.trials.len(),
+        "nominal": trial(&evidence.nominal),
+        "failed": failed.map(|(index, why)| json!({ "trial": index, "why": why })).collect::<Vec<_>>(),
+        "worst_case": {
+            "runs": worst.runs.len(),
+            "figure": worst.name,
+            "of_limit": worst.of_limit,
+            "cell": worst.worst.as_ref().map(|t| json!(t.draw)),
+            "figures": worst.worst.as_ref().map(trial),
+        },
+        "faults": faults,
+    })
+}
+
+fn trial(trial: &Trial) -> Value {
+    trial.figures.map_or_else(|| json!({ "failed": trial.failed }), |figures| named(&LIMITS, &figures))
+}
+
+fn named(names: &[&str], values: &[f64]) -> Value {
+    Value::Object(names.iter().zip(values).map(|(k, v)| ((*k).to_owned(), json!(v))).collect())
 }

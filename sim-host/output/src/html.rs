@@ -1,10 +1,12 @@
 //! Self-contained pages: one file with text, table and pictures, that needs no network and prints as it stands.
 
+mod certify;
 mod compare;
 mod diagnose;
 mod improve;
 mod residuals;
 
+pub use certify::certify_page;
 pub use compare::compare_page;
 pub use diagnose::diagnose_page;
 pub use improve::improve_page;

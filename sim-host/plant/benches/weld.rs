@@ -47,6 +47,7 @@ fn benches(criterion: &mut Criterion) {
             integrator,
             plant_step: 1e-3,
             seed: 1,
+            fault: None,
         };
         run(&scenario, |_| {}).unwrap()
     };

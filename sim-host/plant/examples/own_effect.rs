@@ -82,6 +82,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             integrator: Integrator::LinearlyImplicit,
             plant_step: 1e-3,
             seed: sensors.seed,
+            fault: None,
         };
         Ok(run(&scenario, |_| {})?)
     };

@@ -167,6 +167,7 @@ impl Plan {
                 integrator: Integrator::LinearlyImplicit,
                 plant_step: WELD_STEP,
                 seed: laboratory.recipe.seed.wrapping_add(log),
+                fault: None,
             },
             |_| {},
         )?;

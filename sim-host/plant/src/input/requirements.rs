@@ -15,6 +15,10 @@ pub struct Requirements {
     pub confidence: f64,
     /// What is not known of the cell.
     pub uncertainty: Uncertainty,
+    /// Limits that the worst cell found within the uncertainty must keep, in the order of [`LIMITS`].
+    pub worst_case: [Option<f64>; LIMITS.len()],
+    /// Instruments that fail, and what the tool must keep to then; `None` where no fault is asked for.
+    pub faults: Option<Faults>,
 }
 
 /// Figures that may be limited, by their keys.
@@ -46,6 +50,25 @@ pub struct Uncertainty {
     pub delay: [f64; 2],
 }
 
+/// One instrument at a time that fails in the steady part of the nominal weld and comes back, and what the tool must keep to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Faults {
+    /// How long a fault lasts, s.
+    pub duration: f64,
+    /// Time after its end in which the tool must be back within the limits of the steady part, s.
+    pub recovery: f64,
+    /// Largest lateral deviation from the beginning of the fault to the end of that time, m.
+    pub lateral: f64,
+    /// How far depth may go from its mean before the fault in the same time, m; `None` where the file does not limit it.
+    pub depth: Option<f64>,
+    /// Ends of the force sensor's range: of each force, N, and of each moment, N·m.
+    pub force_range: [f64; 2],
+    /// Ends of the seam sensor's range: across the seam, m, and in tilt, rad.
+    pub seam_range: [f64; 2],
+    /// Offset of a seam sensor that lies: across the seam, m, and in tilt, rad.
+    pub seam_offset: [f64; 2],
+}
+
 impl Requirements {
     /// Reads a file of requirements.
     ///
@@ -63,27 +86,61 @@ impl Requirements {
     pub fn parse(text: &str, name: &str) -> Result<Self, InputError> {
         let document = Document::parse(text, name)?;
         let root = document.root_of(Kind::Requirements.schema())?;
-        root.only(&["schema", "failure_probability", "confidence", "limits", "uncertainty"])?;
-        let table = root.table("limits")?;
-        table.only(&LIMITS)?;
-        let mut limits = [None; LIMITS.len()];
-        for (limit, key) in limits.iter_mut().zip(LIMITS) {
-            if table.has(key) {
-                *limit = Some(table.number(key, Bounds::Positive)?);
-            }
-        }
+        root.only(&["schema", "failure_probability", "confidence", "limits", "uncertainty", "worst_case", "faults"])?;
         let share = |key| {
             let value = root.number(key, Bounds::PositiveUpTo(1.0))?;
             let help = "0.05 for one weld in twenty, or a confidence of 0.95.";
             if value < 1.0 { Ok(value) } else { Err(root.wrong(key, "a number between 0 and 1", help)) }
         };
         Ok(Self {
-            limits,
+            limits: limits(&root.table("limits")?)?,
             failure_probability: share("failure_probability")?,
             confidence: share("confidence")?,
             uncertainty: uncertainty(&root.table("uncertainty")?)?,
+            worst_case: if root.has("worst_case") { limits(&root.table("worst_case")?)? } else { [None; LIMITS.len()] },
+            faults: if root.has("faults") { Some(faults(&root.table("faults")?)?) } else { None },
         })
     }
+}
+
+fn limits(table: &Table<'_>) -> Result<[Option<f64>; LIMITS.len()], InputError> {
+    table.only(&LIMITS)?;
+    let mut limits = [None; LIMITS.len()];
+    for (limit, key) in limits.iter_mut().zip(LIMITS) {
+        if table.has(key) {
+            *limit = Some(table.number(key, Bounds::Positive)?);
+        }
+    }
+    Ok(limits)
+}
+
+fn faults(table: &Table<'_>) -> Result<Faults, InputError> {
+    table.only(&[
+        "duration_s",
+        "recovery_s",
+        "lateral_max_m",
+        "depth_max_m",
+        "force_range_n",
+        "force_range_nm",
+        "seam_range_m",
+        "seam_range_rad",
+        "seam_offset_m",
+        "seam_offset_rad",
+    ])?;
+    let at_most = |key, most| table.number(key, Bounds::PositiveUpTo(most));
+    let depth = if table.has("depth_max_m") { Some(at_most("depth_max_m", 1.0)?) } else { None };
+    Ok(Faults {
+        duration: at_most("duration_s", 1000.0)?,
+        recovery: at_most("recovery_s", 1000.0)?,
+        lateral: at_most("lateral_max_m", 1.0)?,
+        depth,
+        force_range: [
+            table.number("force_range_n", Bounds::Positive)?,
+            table.number("force_range_nm", Bounds::Positive)?,
+        ],
+        seam_range: [at_most("seam_range_m", 1.0)?, at_most("seam_range_rad", 1.0)?],
+        seam_offset: [at_most("seam_offset_m", 1.0)?, at_most("seam_offset_rad", 1.0)?],
+    })
 }
 
 fn uncertainty(table: &Table<'_>) -> Result<Uncertainty, InputError> {

@@ -1,11 +1,13 @@
 //! The robot's instruments: encoders with their step, and a force sensor with filter, delay, noise and step; beside them the seam
-//! sensor. Seeded.
+//! sensor, and what either gives while it is faulty. Seeded.
 //!
 //! What an effect does to a channel enters at the ports `SensorChannel` and `TimeBase`. The tracker and the link
 //! encoders are not instruments of the robot's controller; a log's reader compares with them.
 
+mod fault;
 mod seam;
 
+pub use fault::{Failure, FaultyInstruments, Instrument, InstrumentFault};
 pub use seam::SeamSight;
 
 use crate::input::Sensors;

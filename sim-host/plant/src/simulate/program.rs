@@ -126,6 +126,15 @@ impl Program {
         }
     }
 
+    /// When a weld's steady part begins and ends, s. `None` where the seam is too short to have one, and in a step of force.
+    pub fn steady(&self, weld: &Weld, seam: &Seam) -> Option<[f64; 2]> {
+        let Program::Weld = self else { return None };
+        let feed = Feed::new(weld, seam.length);
+        let start = weld.settle + weld.force_ramp;
+        let [rises, falls] = [feed.ramp + FEED_SETTLE, feed.ramp + feed.cruise];
+        (rises < falls).then_some([start + rises, start + falls])
+    }
+
     /// What is asked at `time`, s. `contact`: the push at rest before the force loop closes, N.
     pub fn target(&self, weld: &Weld, seam: &Seam, contact: f64, time: f64) -> Target {
         let closed = time - weld.settle;

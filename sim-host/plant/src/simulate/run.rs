@@ -10,7 +10,7 @@ use crate::integrate::rest::{self, NoRest};
 use crate::integrate::{Diverged, Integrator, Stepper};
 use crate::process::planned;
 use crate::robot::{Drives, Readings};
-use crate::sensors::{Instruments, SeamSight};
+use crate::sensors::{FaultyInstruments, InstrumentFault, Instruments, SeamSight};
 use nalgebra::Vector3;
 use std::time::Instant;
 use trueweld_core::compensation::{Compensated, Compensator, Observation};
@@ -118,6 +118,8 @@ pub struct Scenario<'a> {
     pub plant_step: f64,
     /// Seed of the instruments' noise.
     pub seed: u64,
+    /// An instrument that fails, in the last run where there are several.
+    pub fault: Option<InstrumentFault>,
 }
 
 /// Joint angles at the start of a seam, on the branch that follows the whole seam within the limits with the smallest
@@ -202,8 +204,8 @@ pub fn run(scenario: &Scenario<'_>, progress: impl FnMut(f64)) -> Result<Recordi
 /// # Errors
 /// [`RunError`].
 pub fn run_passes(scenario: &Scenario<'_>, passes: usize, progress: impl FnMut(f64)) -> Result<Recording, RunError> {
-    // The last one has the scenario's own noise.
-    let noisy = |k: usize| Scenario { seed: scenario.seed.wrapping_add(k as u64), ..*scenario };
+    // The last one has the scenario's own noise, and its fault.
+    let noisy = |k: usize| Scenario { seed: scenario.seed.wrapping_add(k as u64), fault: None, ..*scenario };
     let before: Vec<Scenario<'_>> = (1..passes.max(1)).rev().map(noisy).collect();
     run_after(&before, scenario, progress)
 }
@@ -253,6 +255,7 @@ fn run_with(
     controller.start(belief, &start.motor, &start.rest.torque);
     let mut instruments = Instruments::new(scenario.sensors, &cell.robot.ports, h, period, scenario.seed);
     let mut seam_sensor = scenario.sensors.seam.as_ref().map(|sensor| SeamSight::new(sensor, scenario.seed));
+    let mut faulty = FaultyInstruments::new(scenario.fault, scenario.seed);
     let mut stepper = Stepper::new(scenario.integrator);
 
     let mut state = start.rest.state;
@@ -267,7 +270,7 @@ fn run_with(
         if tick == 0 {
             contact = -at.reaction.force.z;
         }
-        let sensed = instruments.read(&cell.robot.ports, readings(time, &at, &drives), &torque);
+        let mut sensed = instruments.read(&cell.robot.ports, readings(time, &at, &drives), &torque);
         let target = program.target(weld, &seam, contact, time);
         let nominal = seam.nominal(target.path);
         let setpoint = Setpoint {
@@ -277,7 +280,8 @@ fn run_with(
             spindle: scenario.planned.spindle,
         };
         let deviation_w = nominal.error_to(&at.frames.tcp).rotated(&seam.b_from_w.rotation.transpose());
-        let sightings = seam_sensor.as_mut().map_or(Vec::new(), |sensor| sensor.read(time, &deviation_w));
+        let mut sightings = seam_sensor.as_mut().map_or(Vec::new(), |sensor| sensor.read(time, &deviation_w));
+        faulty.pass_on(time, &mut sensed, &mut sightings);
         let load = target.force.map_or(Vector3::zeros(), |push| planned(scenario.planned, push, target.feed));
         let observation = Observation {
             setpoint: &setpoint,

@@ -1,22 +1,22 @@
 //! `trueweld certify`: many welds of uncertain cells, and what they prove of a compensation law.
 //!
-//! Trials are kept one a line in the evidence folder as they come; the command given again goes on where it was stopped.
+//! Runs are kept one a line in the evidence folder as they come; the command given again goes on where it was stopped.
+
+mod kept;
 
 use crate::inputs::{CellFiles, Inputs, embedded};
 use crate::names::{Compensator, Controller};
 use crate::results::may_be_written;
 use clap::Args;
+use kept::Kept;
 use miette::{IntoDiagnostic, Result, WrapErr, miette};
-use rayon::prelude::*;
 use sha2::{Digest, Sha256};
-use std::fs::{File, OpenOptions};
-use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
-use trueweld_evaluate::certify::{Certification, Trial, judge};
-use trueweld_output::{Certified, CertifiedWeld, Input, Progress, write_file};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use trueweld_evaluate::certify::{Certification, Evidence, FaultTrial, Needed, Trial, judge, search};
+use trueweld_output::{Certified, CertifiedWeld, Input, Progress, html, write_file};
 use trueweld_plant::input::Requirements;
-use trueweld_plant::simulate::{BuildLaw, Program};
+use trueweld_plant::simulate::{BuildLaw, Program, RunError, Seam};
 
 /// Arguments of `certify`.
 #[derive(Args)]
@@ -33,6 +33,9 @@ pub struct Arguments {
     /// Trials of each weld
     #[arg(long, value_name = "N", default_value_t = 100)]
     trials: u64,
+    /// Runs of the search for the worst cell, of each weld
+    #[arg(long, value_name = "N", default_value_t = 60)]
+    worst: usize,
     /// Welds of one seam in a trial, the law kept; the last one counts
     #[arg(long, value_name = "N", default_value_t = 1)]
     passes: usize,
@@ -108,7 +111,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     };
     let text = serde_json::to_string_pretty(&certified.json()).into_diagnostic()? + "\n";
     write_file(&folder.join("certify.json"), &text)?;
-    write_file(&folder.join("certify.html"), certified.html())?;
+    write_file(&folder.join("certify.html"), html::certify_page(&certified))?;
     if let Some(path) = &arguments.json {
         write_file(path, &text)?;
     }
@@ -119,76 +122,87 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     Ok(())
 }
 
-/// All trials of one weld: those that are there, and the missing ones.
+/// Every run of one weld: those that are there, and the missing ones.
 fn weld(arguments: &Arguments, requirements: &Requirements, inputs: &Inputs, key: &str) -> Result<CertifiedWeld> {
     let scenario = inputs.scenario(Program::Weld, arguments.controller.controller(), arguments.compensator.law());
     let robot = &inputs.robot.robot;
+    let failed = |error: RunError| inputs.failed(scenario.controller, &error);
+    scenario.law.build(scenario.control, scenario.sensors, Seam::of(scenario.weld).length).map_err(failed)?;
+    let needed = Needed::of(&scenario, robot).map_err(failed)?.ok_or_else(|| {
+        miette!(
+            help = "Expected a seam long enough for the feed to rise and settle: a few centimetres.",
+            "{}: the weld is too short to reach its steady part",
+            inputs.weld_file
+        )
+    })?;
     let passes = arguments.passes.max(1);
-    let certification = Certification { scenario, robot, requirements, passes, seed: arguments.draws };
-    let path = arguments.evidence.join(format!("trials-{}.jsonl", inputs.weld_name));
-    let mut trials = kept(&path, key)?;
-    trials.retain(|t| t.index < arguments.trials);
-    let missing: Vec<u64> = (0..arguments.trials).filter(|k| !trials.iter().any(|t| t.index == *k)).collect();
-    let nominal = certification.nominal();
-    if let Some(why) = nominal.failed.as_ref().filter(|_| trials.is_empty()) {
-        return Err(miette!("{}: the nominal cell cannot be welded: {why}", inputs.weld_file));
+    let certification = Certification { scenario, robot, requirements, needed: &needed, passes, seed: arguments.draws };
+    let cases = certification.faults().map_err(|error| {
+        miette!(
+            help = "Expected a longer seam, or shorter duration_s and recovery_s in [faults].",
+            "{}: {error}",
+            inputs.weld_file
+        )
+    })?;
+    let file = |section: &str| arguments.evidence.join(format!("{section}-{}.jsonl", inputs.weld_name));
+    let mut nominal = Kept::<Trial>::open(file("nominal"), key)?;
+    let mut trials = Kept::<Trial>::open(file("trials"), key)?;
+    let mut worst = Kept::<Trial>::open(file("worst"), key)?;
+    let mut faults = Kept::<FaultTrial>::open(file("faults"), key)?;
+    let there = nominal.count() + trials.count() + worst.count() + faults.count();
+    let all = 1 + arguments.trials as usize + arguments.worst + cases.len();
+    let meter = Meter::new(arguments.quiet, all.saturating_sub(there));
+
+    let nominals = nominal.complete(&[()], |(), _| true, |()| meter.count("nominal", certification.nominal()))?;
+    let struck = faults.complete(
+        &cases,
+        |case, run| run.fault == case.to_string(),
+        |case| meter.count("faults", certification.strike(case)),
+    )?;
+    let indices: Vec<u64> = (0..arguments.trials).collect();
+    let drawn = trials.complete(
+        &indices,
+        |index, run| run.index == *index,
+        |index| meter.count("draws", certification.trial(*index)),
+    )?;
+    let found = search(requirements, arguments.draws, &drawn, arguments.worst, |batch| {
+        let is = |(index, draw): &(u64, _), run: &Trial| run.index == *index && run.draw == *draw;
+        worst.complete(batch, is, |(index, draw)| meter.count("worst case", certification.weld(*index, *draw)))
+    })?;
+    meter.finish();
+    nominal.close()?;
+    trials.close()?;
+    worst.close()?;
+    faults.close()?;
+    let nominal = nominals.into_iter().next().ok_or_else(|| miette!("the nominal run is missing"))?;
+    let evidence = Evidence { nominal, trials: drawn, worst: found, faults: struck };
+    let requirements = judge(requirements, &evidence);
+    Ok(CertifiedWeld { name: inputs.weld_name.clone(), evidence, requirements })
+}
+
+/// How many of the missing runs of a weld are made.
+struct Meter {
+    progress: Progress,
+    made: AtomicUsize,
+    of: usize,
+}
+
+impl Meter {
+    fn new(quiet: bool, of: usize) -> Self {
+        let progress = if quiet { Progress::silent() } else { Progress::new("certifying", of as f64) };
+        Self { progress, made: AtomicUsize::new(0), of }
     }
-    let progress =
-        if arguments.quiet { Progress::silent() } else { Progress::new(&inputs.weld_name, missing.len() as f64) };
-    let file = Mutex::new((record(&path, key)?, 0_usize));
-    let more: Vec<Result<Trial>> = missing
-        .par_iter()
-        .map(|index| {
-            let trial = certification.trial(*index);
-            let line = serde_json::to_string(&trial).into_diagnostic()? + "\n";
-            let mut file = file.lock().map_err(|_| miette!("a thread stopped"))?;
-            let written = file.0.write_all(line.as_bytes()).and_then(|()| file.0.flush());
-            written.into_diagnostic().wrap_err_with(|| format!("cannot write {}", path.display()))?;
-            file.1 += 1;
-            progress.advance_to(file.1 as f64);
-            Ok(trial)
-        })
-        .collect();
-    progress.finish();
-    trials.extend(more.into_iter().collect::<Result<Vec<_>>>()?);
-    trials.sort_by_key(|t| t.index);
-    // In their order, whoever was first.
-    let lines: Vec<String> = trials.iter().map(serde_json::to_string).collect::<Result<_, _>>().into_diagnostic()?;
-    write_file(&path, format!("{}\n{}\n", header(key), lines.join("\n")))?;
-    let judged = judge(requirements, &trials);
-    Ok(CertifiedWeld { name: inputs.weld_name.clone(), nominal, trials, requirements: judged })
-}
 
-fn header(key: &str) -> String {
-    serde_json::json!({ "schema": "trials/1", "inputs": key }).to_string()
-}
-
-/// Trials of an interrupted certification of the same. A last line that was cut off is done again.
-fn kept(path: &Path, key: &str) -> Result<Vec<Trial>> {
-    let Ok(text) = std::fs::read_to_string(path) else { return Ok(Vec::new()) };
-    let mut lines = text.lines();
-    if lines.next().is_some_and(|first| first != header(key)) {
-        return Err(miette!(
-            help = "Give another --evidence folder, or remove this one.",
-            "{} holds trials of another certification; expected none, or some of the same inputs",
-            path.display()
-        ));
+    /// Counts a run that was just made.
+    fn count<R>(&self, section: &str, run: R) -> R {
+        let made = self.made.fetch_add(1, Ordering::Relaxed) + 1;
+        self.progress.stage(section, made as f64 / self.of.max(1) as f64);
+        run
     }
-    Ok(lines.filter_map(|line| serde_json::from_str(line).ok()).collect())
-}
 
-/// The file that trials are added to, ending with a whole line.
-fn record(path: &Path, key: &str) -> Result<File> {
-    let fail = || format!("cannot write {}", path.display());
-    let whole = std::fs::read_to_string(path).ok().filter(|text| !text.is_empty());
-    let mut file = OpenOptions::new().create(true).append(true).open(path).into_diagnostic().wrap_err_with(fail)?;
-    let start = match whole {
-        None => header(key) + "\n",
-        Some(text) if !text.ends_with('\n') => "\n".to_owned(),
-        Some(_) => String::new(),
-    };
-    file.write_all(start.as_bytes()).into_diagnostic().wrap_err_with(fail)?;
-    Ok(file)
+    fn finish(self) {
+        self.progress.finish();
+    }
 }
 
 /// The digest of a value as it was read.

@@ -1,0 +1,75 @@
+//! What is drawn of a cell: how the real one differs from the one that the law believes in.
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use serde::{Deserialize, Serialize};
+use trueweld_plant::input::{Process, Sensors, Uncertainty};
+
+/// What a cell turned out to be, relative to what it is believed to be.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Draw {
+    /// Factor on every joint's stiffness.
+    pub stiffness: [f64; 6],
+    /// Factors on depth stiffness and damping, feed drag, lateral damping, lateral stiffness, lateral ratio.
+    pub process: [f64; 5],
+    /// Factor on the ripple's amplitude, and what is added to its phases, rad.
+    pub ripple: [f64; 2],
+    /// What the force sensor shows along x and y of T per axial force.
+    pub crosstalk: [f64; 2],
+    /// Delay of force sensor and seam sensor, control periods.
+    pub delay: f64,
+    /// Seed of the instruments' noise.
+    pub noise: u64,
+}
+
+impl Draw {
+    /// The cell of trial `index`.
+    pub fn new(uncertainty: &Uncertainty, seed: u64, index: u64) -> Self {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        random.set_stream(index);
+        let mut within = |half: f64| half * (2.0 * random.random::<f64>() - 1.0);
+        let u = uncertainty;
+        Self {
+            stiffness: [(); 6].map(|()| 1.0 + within(u.stiffness)),
+            process: [(); 5].map(|()| 1.0 + within(u.process)),
+            ripple: [1.0 + within(u.ripple), within(std::f64::consts::PI)],
+            crosstalk: [(); 2].map(|()| within(u.crosstalk)),
+            delay: 0.5 * (u.delay[0] + u.delay[1]) + within(0.5 * (u.delay[1] - u.delay[0])),
+            noise: random.random(),
+        }
+    }
+
+    /// The cell as it is believed to be, with instruments without cross-talk and as late as their file says.
+    pub fn nominal(noise: u64) -> Self {
+        Self { stiffness: [1.0; 6], process: [1.0; 5], ripple: [1.0, 0.0], crosstalk: [0.0; 2], delay: 0.0, noise }
+    }
+
+    /// The process of this cell.
+    pub(super) fn process(&self, nominal: &Process) -> Process {
+        let [depth, drag, damping, stiffness, ratio] = self.process;
+        let mut process = nominal.clone();
+        process.depth_stiffness *= depth;
+        process.depth_damping *= depth;
+        process.feed_drag *= drag;
+        process.lateral_damping *= damping;
+        process.lateral_stiffness *= stiffness;
+        process.lateral_ratio *= ratio;
+        for line in &mut process.ripple {
+            line.axial *= self.ripple[0];
+            line.in_plane *= self.ripple[0];
+            line.phase += self.ripple[1];
+        }
+        process
+    }
+
+    /// The instruments of this cell; `period`: of control, s.
+    pub(super) fn sensors(&self, nominal: &Sensors, period: f64) -> Sensors {
+        let mut sensors = nominal.clone();
+        let delay = self.delay * period;
+        sensors.force.delay = sensors.force.delay.max(delay);
+        if let Some(seam) = &mut sensors.seam {
+            seam.delay = seam.delay.max(delay);
+        }
+        sensors
+    }
+}

@@ -1,0 +1,137 @@
+//! Fault cases: the nominal cell, one instrument failing in the steady part of its weld and coming back.
+//!
+//! Asked of every case: the correction stays within what the requirements allow, the tool stays bounded while the fault lasts and
+//! until it must be over it, and then it keeps to the limits of the steady part again.
+
+use super::{Certification, Draw, Symptoms, record};
+use crate::weld::Spread;
+use serde::{Deserialize, Serialize};
+use trueweld_plant::input::Faults;
+use trueweld_plant::sensors::{Failure, Instrument, InstrumentFault};
+use trueweld_plant::simulate::{Phase, Recording, Row, Scenario, Seam};
+
+/// Where in the steady part a fault begins, as a share of it.
+const BEGINS: f64 = 0.4;
+
+/// Longest plant step where the force sensor fails, s. A force loop that is lied to may lift the tool off and let it strike the plate;
+/// at 1 ms such a blow throws the simulated arm by a metre, at 0.25 ms it ends as at 0.05 ms, within 0.01 mm.
+const BLOW_STEP: f64 = 2.5e-4;
+
+/// Least time after recovery over which it is judged, s.
+const JUDGED: f64 = 1.0;
+
+/// Figures of a fault case, by their names in results: the largest correction of the whole run; while the fault lasts and until it
+/// must be over, how far the tool leaves its line, and how far depth goes from its mean before; after that the steady figures again.
+pub const FAULT_FIGURES: [&str; 7] = [
+    "correction_m",
+    "correction_rad",
+    "fault_lateral_max_m",
+    "fault_depth_max_m",
+    "recovered_lateral_rms_m",
+    "recovered_lateral_max_m",
+    "recovered_push_error_rms_n",
+];
+
+/// What one fault did.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FaultTrial {
+    /// The fault in words, as in "seam sensor stuck at its last value".
+    pub fault: String,
+    /// When it began and ended, s.
+    pub time: [f64; 2],
+    /// Its figures in the order of [`FAULT_FIGURES`], SI units; `None` where the run came to no end.
+    pub figures: Option<[f64; FAULT_FIGURES.len()]>,
+    /// How the loop behaved over the whole steady part.
+    pub symptoms: Option<Symptoms>,
+    /// Why there are no figures.
+    pub failed: Option<String>,
+}
+
+impl FaultTrial {
+    /// A figure by its place in [`FAULT_FIGURES`]; infinite where the run came to no end, or to no number.
+    pub fn figure(&self, k: usize) -> f64 {
+        self.figures.map_or(f64::INFINITY, |f| if f[k].is_nan() { f64::INFINITY } else { f[k] })
+    }
+}
+
+/// A seam too short for a fault and the recovery from it.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[error(
+    "the steady part of the weld lasts {has:.1} s; expected at least {needs:.1} s for the fault cases, which begin at 40 % of it, last \
+     as long as [faults] says, and are judged for a second after the recovery"
+)]
+pub struct SteadyTooShort {
+    /// How long it is, s.
+    pub has: f64,
+    /// How long it must be, s.
+    pub needs: f64,
+}
+
+impl Certification<'_> {
+    /// The fault cases of this weld, none where the requirements ask for none: every failure of the force sensor, and of the seam
+    /// sensor where the cell has one.
+    ///
+    /// # Errors
+    /// [`SteadyTooShort`].
+    pub fn faults(&self) -> Result<Vec<InstrumentFault>, SteadyTooShort> {
+        let Some(asked) = &self.requirements.faults else { return Ok(Vec::new()) };
+        let scenario = &self.scenario;
+        let steady = scenario.program.steady(scenario.weld, &Seam::of(scenario.weld)).unwrap_or([0.0; 2]);
+        let has = steady[1] - steady[0];
+        let needs = (asked.duration + asked.recovery + JUDGED) / (1.0 - BEGINS);
+        if has < needs {
+            return Err(SteadyTooShort { has, needs });
+        }
+        let from = steady[0] + BEGINS * has;
+        let at = |(instrument, failure)| InstrumentFault { instrument, failure, from, until: from + asked.duration };
+        let force = failures(asked.force_range).map(|failure| (Instrument::ForceSensor, failure));
+        let [linear, angular] = asked.seam_offset;
+        let lies = Failure::Offset { linear, angular };
+        let seam =
+            failures(asked.seam_range).into_iter().chain([lies]).map(|failure| (Instrument::SeamSensor, failure));
+        let seen = scenario.sensors.seam.is_some();
+        Ok(force.into_iter().chain(seam.filter(|_| seen)).map(at).collect())
+    }
+
+    /// Runs one fault case.
+    pub fn strike(&self, fault: &InstrumentFault) -> FaultTrial {
+        let draw = Draw::nominal(self.scenario.seed);
+        let plant_step = match fault.instrument {
+            Instrument::ForceSensor => self.scenario.plant_step.min(BLOW_STEP),
+            Instrument::SeamSensor => self.scenario.plant_step,
+        };
+        let scenario = Scenario { plant_step, ..self.scenario };
+        let recording = record(&scenario, self.robot, &draw, self.passes, Some(*fault));
+        let (figures, symptoms, failed) = match (&recording, &self.requirements.faults) {
+            (Ok(recording), Some(asked)) => {
+                (Some(figures(recording, fault, asked)), Some(self.symptoms(recording)), None)
+            }
+            (Ok(_), None) => (None, None, Some("no requirement asks for faults".to_owned())),
+            (Err(error), _) => (None, None, Some(error.to_string())),
+        };
+        FaultTrial { fault: fault.to_string(), time: [fault.from, fault.until], figures, symptoms, failed }
+    }
+}
+
+fn failures([linear, angular]: [f64; 2]) -> [Failure; 5] {
+    let saturated = Failure::Saturated { linear, angular };
+    [Failure::NoNumber, Failure::Stuck, saturated, Failure::Dropped, Failure::OutOfOrder]
+}
+
+fn figures(recording: &Recording, fault: &InstrumentFault, asked: &Faults) -> [f64; FAULT_FIGURES.len()] {
+    let steady = || recording.rows.iter().filter(|r| r.phase == Phase::Steady);
+    let over = fault.until + asked.recovery;
+    let before = Spread::of(steady().filter(|r| r.time < fault.from).map(|r| r.deviation_w.linear.z)).mean;
+    let during = || recording.rows.iter().filter(|r| (fault.from..over).contains(&r.time));
+    let after = |of: fn(&Row) -> f64| Spread::of(steady().filter(|r| r.time >= over).map(of));
+    let lateral = after(|r| r.deviation_w.linear.y);
+    [
+        Spread::of(recording.rows.iter().map(|r| r.correction_w.linear.norm())).max_abs,
+        Spread::of(recording.rows.iter().map(|r| r.correction_w.angular.norm())).max_abs,
+        Spread::of(during().map(|r| r.deviation_w.linear.y)).max_abs,
+        Spread::of(during().map(|r| r.deviation_w.linear.z - before)).max_abs,
+        lateral.rms,
+        lateral.max_abs,
+        after(|r| -r.force_w.z - r.force_desired.unwrap_or(0.0)).rms,
+    ]
+}

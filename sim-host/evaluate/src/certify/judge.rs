@@ -1,0 +1,165 @@
+//! Requirements, judged: what the runs came to, against what was asked for, with the reason where it fell short.
+
+use super::{FAULT_FIGURES, FaultTrial, Trial, WorstCase, reason};
+use crate::Rate;
+use serde::Serialize;
+use trueweld_plant::input::{LIMITS, Requirements};
+
+/// Which runs a requirement is judged by.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Case {
+    /// The cell as it is believed to be.
+    Nominal,
+    /// Cells drawn from the uncertainties.
+    Draws,
+    /// The worst cell that was found within the uncertainties.
+    WorstCase,
+    /// Instruments that fail.
+    Faults,
+}
+
+impl Case {
+    /// Its name in results.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Nominal => "nominal",
+            Self::Draws => "draws",
+            Self::WorstCase => "worst-case",
+            Self::Faults => "faults",
+        }
+    }
+}
+
+/// Everything that was run of one weld.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Evidence {
+    /// The cell as it is believed to be.
+    pub nominal: Trial,
+    /// The Monte Carlo, in its order.
+    pub trials: Vec<Trial>,
+    /// What the search for the worst cell found.
+    pub worst: WorstCase,
+    /// The fault cases; empty where none were asked for.
+    pub faults: Vec<FaultTrial>,
+}
+
+/// How many of the draws were beyond a limit, and what that shows.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Beyond {
+    /// Trials beyond the limit.
+    pub beyond: usize,
+    /// The probability of a weld beyond the limit is at most this, with the confidence asked for.
+    pub failure_probability: f64,
+}
+
+/// One requirement, judged.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Requirement {
+    /// Which runs it is judged by.
+    pub case: Case,
+    /// Its key: one of [`LIMITS`] or [`FAULT_FIGURES`].
+    pub name: &'static str,
+    /// The limit, SI units.
+    pub limit: f64,
+    /// What was reached. Of draws: the figure that all but the allowed share of them stay within.
+    pub achieved: f64,
+    /// With which confidence the requirement is shown: of draws that asked for; of runs that come out the same every time, 1.
+    pub confidence: f64,
+    /// Of draws alone.
+    #[serde(flatten)]
+    pub draws: Option<Beyond>,
+    /// True where what was reached is within what is asked for.
+    pub pass: bool,
+    /// Why it failed; `None` where it did not.
+    pub reason: Option<String>,
+}
+
+/// Judges everything that was run of a weld, section by section. Nothing passes without runs enough to show it.
+pub fn judge(requirements: &Requirements, evidence: &Evidence) -> Vec<Requirement> {
+    let mut judged = nominal(requirements, &evidence.nominal);
+    judged.extend(draws(requirements, &evidence.trials));
+    judged.extend(worst_case(requirements, evidence));
+    judged.extend(faults(requirements, &evidence.faults));
+    judged
+}
+
+fn limits(limits: &[Option<f64>]) -> impl Iterator<Item = (usize, &'static str, f64)> {
+    LIMITS.into_iter().zip(limits).enumerate().filter_map(|(k, (name, limit))| Some((k, name, (*limit)?)))
+}
+
+/// True for a figure within its limit. A correction held at its authority is the limit, to the last digits.
+pub fn within(figure: f64, limit: f64) -> bool {
+    figure <= limit * (1.0 + 1e-9)
+}
+
+/// A requirement on a figure that is what it is.
+fn certain(case: Case, name: &'static str, limit: f64, achieved: f64, why: impl FnOnce() -> String) -> Requirement {
+    let pass = within(achieved, limit);
+    let reason = (!pass).then(why);
+    Requirement { case, name, limit, achieved, confidence: 1.0, draws: None, pass, reason }
+}
+
+fn nominal(requirements: &Requirements, trial: &Trial) -> Vec<Requirement> {
+    let judged = limits(&requirements.limits).map(|(k, name, limit)| {
+        certain(Case::Nominal, name, limit, trial.figure(k), || reason::nominal(name, limit, trial.figure(k), trial))
+    });
+    judged.collect()
+}
+
+fn draws(requirements: &Requirements, trials: &[Trial]) -> Vec<Requirement> {
+    let judged = limits(&requirements.limits).map(|(k, name, limit)| {
+        let beyond = Rate::of(trials, |t| !within(t.figure(k), limit));
+        let mut sorted: Vec<f64> = trials.iter().map(|t| t.figure(k)).collect();
+        sorted.sort_by(f64::total_cmp);
+        let within = ((1.0 - requirements.failure_probability) * sorted.len() as f64).ceil() as usize;
+        let achieved = sorted.get(within.saturating_sub(1)).copied().unwrap_or(f64::INFINITY);
+        let bound = beyond.at_most(requirements.confidence);
+        let pass = bound <= requirements.failure_probability;
+        let worst = trials.iter().reduce(|a, b| if b.figure(k) > a.figure(k) { b } else { a });
+        let why = || {
+            let asked = [requirements.failure_probability, requirements.confidence];
+            reason::draws(name, limit, beyond, asked, worst.map(|t| (t, t.figure(k))))
+        };
+        Requirement {
+            case: Case::Draws,
+            name,
+            limit,
+            achieved,
+            confidence: requirements.confidence,
+            draws: Some(Beyond { beyond: beyond.hits, failure_probability: bound }),
+            pass,
+            reason: (!pass).then(why),
+        }
+    });
+    judged.collect()
+}
+
+fn worst_case(requirements: &Requirements, evidence: &Evidence) -> Vec<Requirement> {
+    let judged = limits(&requirements.worst_case).map(|(k, name, limit)| {
+        let all = evidence.trials.iter().chain(&evidence.worst.runs);
+        let worst = all.reduce(|a, b| if b.figure(k) > a.figure(k) { b } else { a });
+        let achieved = worst.map_or(f64::INFINITY, |t| t.figure(k));
+        certain(Case::WorstCase, name, limit, achieved, || reason::worst_case(name, limit, achieved, worst))
+    });
+    judged.collect()
+}
+
+fn faults(requirements: &Requirements, trials: &[FaultTrial]) -> Vec<Requirement> {
+    let Some(asked) = &requirements.faults else { return Vec::new() };
+    let steady = |name| LIMITS.iter().zip(&requirements.limits).find(|(key, _)| **key == name).and_then(|(_, l)| *l);
+    let limit = |name: &'static str| match name {
+        "fault_lateral_max_m" => Some(asked.lateral),
+        "fault_depth_max_m" => asked.depth,
+        name => steady(name.strip_prefix("recovered_").unwrap_or(name)),
+    };
+    let judged = FAULT_FIGURES.into_iter().enumerate().filter_map(|(k, name)| {
+        let limit = limit(name)?;
+        let worst = trials.iter().reduce(|a, b| if b.figure(k) > a.figure(k) { b } else { a });
+        let achieved = worst.map_or(f64::INFINITY, |t| t.figure(k));
+        let beyond = trials.iter().filter(|t| !within(t.figure(k), limit)).count();
+        let why = || reason::fault(name, limit, asked, worst.map(|t| (t, achieved)), [beyond, trials.len()]);
+        Some(certain(Case::Faults, name, limit, achieved, why))
+    });
+    judged.collect()
+}

@@ -1,0 +1,145 @@
+//! Certification of a compensation law: the runs that show what it does, and what they prove.
+//!
+//! Four kinds of runs of one weld, each a section with requirements of its own ([`Case`]):
+//!
+//! * nominal: the cell as it is believed to be. A law that is bad there need not be asked further.
+//! * draws: seeded Monte Carlo. Every trial draws a cell from the uncertainties of the requirements and welds it with the law that
+//!   still believes in the nominal one. A requirement is met where the probability of a weld beyond its limit is at most what is
+//!   allowed, with the confidence asked for, by the exact binomial bound ([`Rate::at_most`](crate::Rate::at_most)).
+//! * worst case: a search over the whole set that the draws come from, corners included ([`search`]).
+//! * faults: the nominal cell with one instrument failing for a time ([`Certification::faults`]).
+//!
+//! Figures are those of the last pass's steady part. A run that comes to no end, or never reaches its steady part, is beyond every
+//! limit. Trial k depends on seed and k alone: not on how many there are, who computes them, or in which order.
+
+mod draw;
+mod faults;
+mod judge;
+mod reason;
+mod symptoms;
+mod worst;
+
+pub use draw::Draw;
+pub use faults::{FAULT_FIGURES, FaultTrial, SteadyTooShort};
+pub use judge::{Beyond, Case, Evidence, Requirement, judge, within};
+pub use reason::{label, shown};
+pub use symptoms::{Needed, Swing, Symptoms};
+pub use worst::{WorstCase, search};
+
+use crate::WeldFigures;
+use nalgebra::SVector;
+use serde::{Deserialize, Serialize};
+use trueweld_core::{JointVector, Robot};
+use trueweld_plant::cell::Cell;
+use trueweld_plant::effects::{At, Effect, Kind};
+use trueweld_plant::input::{LIMITS, Requirements};
+use trueweld_plant::sensors::InstrumentFault;
+use trueweld_plant::simulate::{Recording, RunError, Scenario, Seam, run_passes};
+
+/// Figures of one trial, in the order of [`LIMITS`]; a reason where there are none.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Trial {
+    /// Which.
+    pub index: u64,
+    /// The cell.
+    pub draw: Draw,
+    /// The figures of the last pass, SI units.
+    pub figures: Option<[f64; LIMITS.len()]>,
+    /// How the loop behaved.
+    pub symptoms: Option<Symptoms>,
+    /// Why there are no figures.
+    pub failed: Option<String>,
+}
+
+impl Trial {
+    /// A figure by its place in [`LIMITS`]; infinite where the run came to no end, or to no number.
+    pub fn figure(&self, k: usize) -> f64 {
+        self.figures.map_or(f64::INFINITY, |f| if f[k].is_nan() { f64::INFINITY } else { f[k] })
+    }
+}
+
+/// What is to be certified.
+#[derive(Debug, Clone, Copy)]
+pub struct Certification<'a> {
+    /// The nominal scenario: law, weld, gains, instruments. Its cell is not used.
+    pub scenario: Scenario<'a>,
+    /// The robot as it is believed to be.
+    pub robot: &'a Robot<f64>,
+    /// Requirements and uncertainties.
+    pub requirements: &'a Requirements,
+    /// What the nominal cell needs of a correction, to tell a law that goes the wrong way.
+    pub needed: &'a Needed,
+    /// Welds of one seam in a trial, the law kept; the last one counts.
+    pub passes: usize,
+    /// Of the draws.
+    pub seed: u64,
+}
+
+impl Certification<'_> {
+    /// Runs one trial of the Monte Carlo.
+    pub fn trial(&self, index: u64) -> Trial {
+        self.weld(index, Draw::new(&self.requirements.uncertainty, self.seed, index))
+    }
+
+    /// Runs the cell as it is believed to be.
+    pub fn nominal(&self) -> Trial {
+        self.weld(0, Draw::nominal(self.scenario.seed))
+    }
+
+    /// Runs a cell of one's own choice.
+    pub fn weld(&self, index: u64, draw: Draw) -> Trial {
+        let recording = record(&self.scenario, self.robot, &draw, self.passes, None);
+        let (figures, symptoms, failed) = match &recording {
+            Ok(recording) => match WeldFigures::of(recording) {
+                Some(figures) => (Some(limited(&figures)), Some(self.symptoms(recording)), None),
+                None => (None, None, Some("the steady part is not reached".to_owned())),
+            },
+            Err(error) => (None, None, Some(error.to_string())),
+        };
+        Trial { index, draw, figures, symptoms, failed }
+    }
+
+    fn symptoms(&self, recording: &Recording) -> Symptoms {
+        let spindle = self.scenario.planned.spindle.abs();
+        Symptoms::of(recording, self.needed, &self.scenario.control.compensation, spindle)
+    }
+}
+
+/// Welds a cell that turned out to be `draw`.
+fn record(
+    scenario: &Scenario<'_>,
+    robot: &Robot<f64>,
+    draw: &Draw,
+    passes: usize,
+    fault: Option<InstrumentFault>,
+) -> Result<Recording, RunError> {
+    let factor: JointVector<f64> = SVector::from(draw.stiffness);
+    let robot = robot.with_stiffness_scaled(&factor).map_err(|_| RunError::Cell)?;
+    let kind = Kind::of("force-crosstalk").ok_or(RunError::Cell)?;
+    let crosstalk = Effect { kind, at: At::Cell, values: draw.crosstalk.to_vec() };
+    let process = draw.process(scenario.planned);
+    let cell =
+        Cell::new(&robot, &[crosstalk], &process, Seam::of(scenario.weld).b_from_w).map_err(|_| RunError::Cell)?;
+    let sensors = draw.sensors(scenario.sensors, scenario.control.period);
+    let scenario = Scenario { cell: &cell, sensors: &sensors, seed: draw.noise, fault, ..*scenario };
+    run_passes(&scenario, passes, |_| {})
+}
+
+/// Figures that may be limited, in the order of [`LIMITS`].
+fn limited(f: &WeldFigures) -> [f64; LIMITS.len()] {
+    // Depth is what the push makes it; what may be limited is how far it wanders from its mean.
+    let depth = (f.depth.rms.powi(2) - f.depth.mean.powi(2)).max(0.0).sqrt();
+    let [correction, turned] = f.correction;
+    [
+        f.lateral.rms,
+        f.lateral.max_abs,
+        depth,
+        f.tilt.rms,
+        f.side_tilt.rms,
+        f.travel_angle.rms,
+        f.force.error_rms,
+        f.lateral_before,
+        correction,
+        turned,
+    ]
+}

@@ -1,0 +1,260 @@
+//! The worst cell within the uncertainty: a search over the whole set that the trials are drawn from.
+//!
+//! A figure over a box of uncertain numbers is mostly largest in a corner. The search begins in the corners next to the worst
+//! trials and in corners drawn at random, turns every number of the worst cell so far to its other end, then those together that
+//! made it worse, and goes on from the worst cell not yet turned. What is maximised is the figure closest to its limit, as a share of the limit.
+//!
+//! The cells asked for depend on the seed and on what earlier cells came to, in batches of fixed size: the number of threads
+//! changes nothing. A search finds; that nothing is worse it cannot prove.
+
+use super::{Draw, Trial};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use std::collections::HashSet;
+use std::f64::consts::PI;
+use trueweld_plant::input::{LIMITS, Requirements, Uncertainty};
+
+/// Its stream of random numbers: no trial has this index.
+const STREAM: u64 = u64::MAX;
+
+/// Corners that the search begins in next to the worst trials, and corners at random in every batch.
+const STARTS: [usize; 2] = [4, 4];
+
+/// Numbers that are not known of a cell: stiffness of six joints, five gains of the process, size and phase of the ripple,
+/// cross-talk along two axes, delay.
+const NUMBERS: usize = 16;
+
+/// Which of them is the phase, which has no ends.
+const PHASE: usize = 12;
+
+/// The worst that a search found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct WorstCase {
+    /// The worst cell, a trial of the Monte Carlo if the search found none worse. `None` where no run was made.
+    pub worst: Option<Trial>,
+    /// Its figure that is closest to its limit, or farthest beyond it, by its name.
+    pub name: &'static str,
+    /// That figure over its limit; infinite for a run without an end.
+    pub of_limit: f64,
+    /// Every run of the search, in the order in which they were asked for.
+    pub runs: Vec<Trial>,
+}
+
+/// Searches for the worst cell with `budget` runs beside the trials, which are known already. `run` makes the runs of a batch: of
+/// each cell, with its number.
+///
+/// # Errors
+/// Those of `run`.
+pub fn search<E>(
+    requirements: &Requirements,
+    seed: u64,
+    trials: &[Trial],
+    budget: usize,
+    mut run: impl FnMut(&[(u64, Draw)]) -> Result<Vec<Trial>, E>,
+) -> Result<WorstCase, E> {
+    let mut search = Search::new(requirements, seed, trials);
+    let mut runs: Vec<Trial> = Vec::new();
+    while runs.len() < budget {
+        let mut batch = search.next_batch();
+        batch.truncate(budget - runs.len());
+        if batch.is_empty() {
+            break;
+        }
+        let first = runs.len() as u64;
+        let numbered: Vec<(u64, Draw)> = (first..).zip(batch.iter().map(|c| search.draw(c))).collect();
+        let done = run(&numbered)?;
+        search.learn(&batch, &done);
+        runs.extend(done);
+    }
+    let all = trials.iter().chain(&runs);
+    // Of equals the first.
+    let worst = all.reduce(|a, b| if search.badness(b).1 > search.badness(a).1 { b } else { a }).cloned();
+    let (k, of_limit) = worst.as_ref().map_or((0, 0.0), |t| search.badness(t));
+    Ok(WorstCase { worst, name: LIMITS[k], of_limit, runs })
+}
+
+/// A cell: every number as a share of its half width, from −1 to 1, and the seed of its noise.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Cell {
+    at: [f64; NUMBERS],
+    noise: u64,
+}
+
+impl Cell {
+    fn key(&self) -> [u64; NUMBERS] {
+        self.at.map(f64::to_bits)
+    }
+
+    /// In how many numbers two cells differ.
+    fn differs(&self, other: &Self) -> usize {
+        self.at.iter().zip(&other.at).filter(|(a, b)| a != b).count()
+    }
+}
+
+/// What is done next.
+enum Stage {
+    Start,
+    /// Every number of the worst cell not yet turned is turned to its other end.
+    Turn,
+    /// Those turns are put together that made the cell worse: the cell, and its turns from the worst down.
+    Together(Cell, Vec<Cell>),
+}
+
+struct Search<'a> {
+    uncertainty: &'a Uncertainty,
+    limits: [Option<f64>; LIMITS.len()],
+    random: ChaCha8Rng,
+    /// Cells known, and how bad they were, from the worst down.
+    known: Vec<(Cell, f64)>,
+    asked: HashSet<[u64; NUMBERS]>,
+    turned: HashSet<[u64; NUMBERS]>,
+    /// The cell that the last batch turned, and how bad it is.
+    turning: Option<(Cell, f64)>,
+    stage: Stage,
+}
+
+impl<'a> Search<'a> {
+    fn new(requirements: &'a Requirements, seed: u64, trials: &[Trial]) -> Self {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        random.set_stream(STREAM);
+        let uncertainty = &requirements.uncertainty;
+        let pairs = requirements.worst_case.iter().zip(&requirements.limits);
+        let mut limits = [None; LIMITS.len()];
+        for (limit, (worst_case, steady)) in limits.iter_mut().zip(pairs) {
+            *limit = worst_case.or(*steady);
+        }
+        let mut search = Self {
+            uncertainty,
+            limits,
+            random,
+            known: Vec::new(),
+            asked: HashSet::new(),
+            turned: HashSet::new(),
+            turning: None,
+            stage: Stage::Start,
+        };
+        for trial in trials {
+            let cell = Cell { at: numbers(uncertainty, &trial.draw), noise: trial.draw.noise };
+            search.known.push((cell, search.badness(trial).1));
+        }
+        search.known.sort_by(|a, b| b.1.total_cmp(&a.1));
+        search
+    }
+
+    /// The figure closest to its limit, and its share of it.
+    fn badness(&self, trial: &Trial) -> (usize, f64) {
+        let shares = self.limits.iter().enumerate().filter_map(|(k, limit)| Some((k, trial.figure(k) / (*limit)?)));
+        shares.fold((0, 0.0), |most, one| if one.1 > most.1 { one } else { most })
+    }
+
+    fn next_batch(&mut self) -> Vec<Cell> {
+        let mut batch = match std::mem::replace(&mut self.stage, Stage::Turn) {
+            Stage::Start => self.known.iter().take(STARTS[0]).map(|(cell, _)| corner_of(cell)).collect(),
+            Stage::Turn => {
+                let next = self.known.iter().find(|(cell, _)| !self.turned.contains(&cell.key())).copied();
+                self.turning = next;
+                next.map_or(Vec::new(), |(cell, _)| {
+                    self.turned.insert(cell.key());
+                    (0..NUMBERS).map(|k| self.turn(&cell, k)).collect()
+                })
+            }
+            Stage::Together(cell, worse) => {
+                let some = [2, worse.len().div_ceil(2), worse.len()];
+                some.iter().map(|n| together(&cell, worse.iter().take(*n))).collect()
+            }
+        };
+        batch.extend((0..STARTS[1]).map(|_| self.random_corner()));
+        batch.retain(|cell| self.asked.insert(self.said(cell)));
+        batch
+    }
+
+    fn learn(&mut self, batch: &[Cell], done: &[Trial]) {
+        let mut found: Vec<(Cell, f64)> = batch.iter().copied().zip(done.iter().map(|t| self.badness(t).1)).collect();
+        self.known.extend(&found);
+        // Stable: of equals the one known first stays before.
+        self.known.sort_by(|a, b| b.1.total_cmp(&a.1));
+        if let Some((cell, before)) = self.turning.take() {
+            found.sort_by(|a, b| b.1.total_cmp(&a.1));
+            let turns = found.iter().filter(|(turn, badness)| turn.differs(&cell) == 1 && *badness > before);
+            self.stage = Stage::Together(cell, turns.map(|t| t.0).collect());
+        }
+    }
+
+    /// What a cell is, whatever its noise: numbers that are known exactly do not tell two apart.
+    fn said(&self, cell: &Cell) -> [u64; NUMBERS] {
+        let at = numbers(self.uncertainty, &self.draw(cell));
+        Cell { at, ..*cell }.key()
+    }
+
+    fn random_corner(&mut self) -> Cell {
+        let mut at = [(); NUMBERS].map(|()| if self.random.random::<bool>() { 1.0 } else { -1.0 });
+        at[PHASE] = 2.0 * self.random.random::<f64>() - 1.0;
+        Cell { at, noise: self.random.random() }
+    }
+
+    /// One number at its other end; the phase anywhere.
+    fn turn(&mut self, cell: &Cell, k: usize) -> Cell {
+        let mut turned = *cell;
+        let anywhere = 2.0 * self.random.random::<f64>() - 1.0;
+        turned.at[k] = match cell.at[k] {
+            _ if k == PHASE => anywhere,
+            v if v > 0.0 => -1.0,
+            _ => 1.0,
+        };
+        turned
+    }
+
+    fn draw(&self, cell: &Cell) -> Draw {
+        let u = self.uncertainty;
+        let at = &cell.at;
+        Draw {
+            stiffness: [0, 1, 2, 3, 4, 5].map(|k| 1.0 + u.stiffness * at[k]),
+            process: [6, 7, 8, 9, 10].map(|k| 1.0 + u.process * at[k]),
+            ripple: [1.0 + u.ripple * at[11], PI * at[PHASE]],
+            crosstalk: [13, 14].map(|k| u.crosstalk * at[k]),
+            delay: 0.5 * (u.delay[0] + u.delay[1]) + 0.5 * (u.delay[1] - u.delay[0]) * at[15],
+            noise: cell.noise,
+        }
+    }
+}
+
+/// Where in the set a cell lies; 0 along what is known exactly.
+fn numbers(u: &Uncertainty, draw: &Draw) -> [f64; NUMBERS] {
+    let share = |value: f64, half: f64| if half > 0.0 { (value / half).clamp(-1.0, 1.0) } else { 0.0 };
+    let mut at = [0.0; NUMBERS];
+    for k in 0..6 {
+        at[k] = share(draw.stiffness[k] - 1.0, u.stiffness);
+    }
+    for k in 0..5 {
+        at[6 + k] = share(draw.process[k] - 1.0, u.process);
+    }
+    at[11] = share(draw.ripple[0] - 1.0, u.ripple);
+    at[PHASE] = share(draw.ripple[1], PI);
+    at[13] = share(draw.crosstalk[0], u.crosstalk);
+    at[14] = share(draw.crosstalk[1], u.crosstalk);
+    at[15] = share(draw.delay - 0.5 * (u.delay[0] + u.delay[1]), 0.5 * (u.delay[1] - u.delay[0]));
+    at
+}
+
+fn corner_of(cell: &Cell) -> Cell {
+    let mut corner = *cell;
+    for (k, v) in corner.at.iter_mut().enumerate() {
+        if k != PHASE {
+            *v = if *v < 0.0 { -1.0 } else { 1.0 };
+        }
+    }
+    corner
+}
+
+/// A cell with every number that any of the others has otherwise.
+fn together<'c>(cell: &Cell, others: impl Iterator<Item = &'c Cell>) -> Cell {
+    let mut sum = *cell;
+    for other in others {
+        for (v, (theirs, ours)) in sum.at.iter_mut().zip(other.at.iter().zip(&cell.at)) {
+            if theirs != ours {
+                *v = *theirs;
+            }
+        }
+    }
+    sum
+}

@@ -1,0 +1,262 @@
+//! The page of a certification: the verdict and what it hangs on first, then the figures behind it.
+
+use super::page;
+use crate::certified::{Certified, CertifiedWeld, runs, worst_found};
+use maud::{Markup, html};
+use trueweld_evaluate::certify::{Case, Evidence, FAULT_FIGURES, Requirement, Trial, label, shown, within};
+use trueweld_plant::input::LIMITS;
+
+/// One page that a certifying engineer can read.
+pub fn certify_page(certified: &Certified) -> String {
+    let passes = certified.passes();
+    let verdict = if passes { "meets its requirements" } else { "does not meet its requirements" };
+    let whole = |p: f64| format!("{} %", 100.0 * p);
+    let [probability, confidence] = certified.asked;
+    let failed =
+        || certified.welds.iter().flat_map(|w| w.requirements.iter().map(move |r| (w, r))).filter(|(_, r)| !r.pass);
+    let count = certified.welds.iter().map(|w| w.requirements.len()).sum::<usize>();
+    let body = html! {
+        h1 { span.verdict.failed[!passes] { (if passes { "PASS" } else { "FAIL" }) } "The law " (certified.law) " " (verdict) }
+        p.lead {
+            @match failed().count() {
+                0 => { "All " (count) " requirements are met." }
+                n => { (n) " of " (count) " requirements are not met." }
+            }
+        }
+        (summary(certified))
+        @if !passes {
+            h2 { "Why it fails" }
+            ul.reasons {
+                @for (of, reason) in reasons(failed()) {
+                    li { b { (of) } ": " (reason) "." }
+                }
+            }
+        }
+        p.setting {
+            "Asked of drawn cells: no more than " (whole(probability)) " of welds beyond a limit, shown with a confidence of "
+            (whole(confidence)) " (exact binomial bound). With " (certified.controller) " control, pass " (certified.passes)
+            " of each run, seed " (certified.seed) ". Every drawn cell differs from what the law believes in, by as much as the "
+            "requirements say is not known."
+        }
+        @for weld in &certified.welds { (one(weld, probability)) }
+        p {
+            "Stiffness and gains as shares of the believed ones (gains: depth, feed drag, lateral damping, lateral stiffness, "
+            "lateral ratio); delay of force and seam sensor in control periods."
+        }
+        h2 { "What went in" }
+        table {
+            thead { tr { th { "" } th { "SHA-256" } } }
+            tbody { @for input in &certified.inputs { tr { th scope="row" { (input.what) } td { code { (input.sha256) } } } } }
+        }
+        p {
+            "Program version " (certified.version) ". Every run comes out the same again with these inputs and this seed, whatever the "
+            "number of runs and threads."
+        }
+    };
+    page("Certification", &body)
+}
+
+/// The reasons, each once, and of what they are.
+fn reasons<'a>(failed: impl Iterator<Item = (&'a CertifiedWeld, &'a Requirement)>) -> Vec<(String, &'a str)> {
+    let mut said: Vec<(String, &str, Vec<&str>)> = Vec::new();
+    for (weld, r) in failed {
+        let of = format!("{}, {}", weld.name, title(r.case));
+        let reason = r.reason.as_deref().unwrap_or_default();
+        match said.last_mut().filter(|last| last.0 == of && last.1 == reason) {
+            Some(last) => last.2.push(label(r.name)),
+            None => said.push((of, reason, vec![label(r.name)])),
+        }
+    }
+    said.into_iter().map(|(of, reason, names)| (format!("{of}: {}", names.join("; ")), reason)).collect()
+}
+
+fn title(case: Case) -> &'static str {
+    match case {
+        Case::Nominal => "nominal cell",
+        Case::Draws => "drawn cells",
+        Case::WorstCase => "worst cell found",
+        Case::Faults => "faults",
+    }
+}
+
+const CASES: [Case; 4] = [Case::Nominal, Case::Draws, Case::WorstCase, Case::Faults];
+
+/// Section by section, how many requirements are met.
+fn summary(certified: &Certified) -> Markup {
+    html! {
+        table {
+            thead { tr { th { "weld" } @for case in CASES { th { (title(case)) } } } }
+            tbody {
+                @for weld in &certified.welds {
+                    tr {
+                        th scope="row" { (weld.name) }
+                        @for case in CASES {
+                            @let of: Vec<&Requirement> = weld.requirements.iter().filter(|r| r.case == case).collect();
+                            @let met = of.iter().filter(|r| r.pass).count();
+                            @if of.is_empty() {
+                                td.aside { "nothing required" }
+                            } @else {
+                                td.bad[met < of.len()] {
+                                    (if met < of.len() { "fail" } else { "pass" }) ", " (met) " of " (of.len()) " met"
+                                }
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn one(weld: &CertifiedWeld, probability: f64) -> Markup {
+    let evidence = &weld.evidence;
+    html! {
+        h2 { "Weld " (weld.name) }
+        h3 { "Steady part: " (runs(weld, Case::Nominal)) "; " (runs(weld, Case::Draws)) "; " (runs(weld, Case::WorstCase)) }
+        (steady(weld, probability))
+        p {
+            (worst_found(evidence)) ". A search shows how bad it may come, not that nothing is worse"
+            @if !weld.requirements.iter().any(|r| r.case == Case::WorstCase) { "; nothing is required of it here" }
+            "."
+        }
+        @if !evidence.faults.is_empty() {
+            h3 { "Faults of instruments, one at a time, in the nominal cell" }
+            (faults(weld))
+            p {
+                "Largest correction of the whole run; deviations from the beginning of the fault to the time by which the tool must be "
+                "over it; then the steady part again. Red: beyond the limit."
+            }
+        }
+        h3 { "The worst cells" }
+        (worst_cells(weld))
+    }
+}
+
+fn steady(weld: &CertifiedWeld, probability: f64) -> Markup {
+    let evidence = &weld.evidence;
+    let judged = |case: Case, name: &str| weld.requirements.iter().find(|r| r.case == case && r.name == name);
+    let failed = |case, name| judged(case, name).is_some_and(|r| !r.pass);
+    // With a limit of its own the worst of every figure counts; else the cell that is worst as a whole is shown.
+    let rows = || {
+        LIMITS
+            .into_iter()
+            .enumerate()
+            .filter(|(_, name)| judged(Case::Nominal, name).is_some() || judged(Case::WorstCase, name).is_some())
+    };
+    html! {
+        table {
+            thead { tr {
+                th { "requirement" } th { "limit" } th { "nominal cell" }
+                th { "reached by " (format!("{:.0} %", 100.0 * (1.0 - probability))) " of draws" }
+                th { "draws beyond" } th { "probability at most" } th { "worst draw" } th { "worst found" } th { "" }
+            } }
+            tbody {
+                @for (k, name) in rows() {
+                    @let drawn = judged(Case::Draws, name);
+                    @let all_met = CASES.iter().all(|case| !failed(*case, name) || *case == Case::Faults);
+                    @let limits = [Case::Nominal, Case::WorstCase].map(|case| judged(case, name).map(|r| r.limit));
+                    tr {
+                        th scope="row" { (label(name)) }
+                        td {
+                            @if let Some(limit) = limits[0] { (shown(name, limit)) }
+                            @if let Some(limit) = limits[1].filter(|l| limits[0] != Some(*l)) {
+                                @if limits[0].is_some() { br; }
+                                span.aside { "worst " (shown(name, limit)) }
+                            }
+                        }
+                        td.bad[failed(Case::Nominal, name)] { (shown(name, evidence.nominal.figure(k))) }
+                        @match drawn.and_then(|r| Some((r, r.draws?))) {
+                            Some((r, counted)) => {
+                                td.bad[!r.pass] { (shown(name, r.achieved)) }
+                                td.bad[!r.pass] { (counted.beyond) }
+                                td.bad[!r.pass] { (format!("{:.2} %", 100.0 * counted.failure_probability)) }
+                            }
+                            None => { td {} td {} td {} }
+                        }
+                        td.aside { (shown(name, largest(&evidence.trials, k))) }
+                        td.aside.bad[failed(Case::WorstCase, name)] { (shown(name, found(evidence, k))) }
+                        td.bad[!all_met] { (if all_met { "pass" } else { "fail" }) }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// The largest of a figure in all runs; infinite where there are none.
+fn largest(trials: &[Trial], k: usize) -> f64 {
+    trials.iter().map(|t| t.figure(k)).reduce(f64::max).unwrap_or(f64::INFINITY)
+}
+
+/// The largest of a figure that draws or search came to.
+fn found(evidence: &Evidence, k: usize) -> f64 {
+    let all = evidence.trials.iter().chain(&evidence.worst.runs);
+    all.map(|t| t.figure(k)).reduce(f64::max).unwrap_or(f64::INFINITY)
+}
+
+fn faults(weld: &CertifiedWeld) -> Markup {
+    let limit =
+        |name: &str| weld.requirements.iter().find(|r| r.case == Case::Faults && r.name == name).map(|r| r.limit);
+    let columns: Vec<(usize, &str, f64)> =
+        FAULT_FIGURES.into_iter().enumerate().filter_map(|(k, name)| Some((k, name, limit(name)?))).collect();
+    html! {
+        table.close {
+            thead {
+                tr { th { "fault" } @for (_, name, _) in &columns { th { (label(name)) } } th { "" } }
+                tr.units { th { "limit" } @for (_, name, limit) in &columns { th { (shown(name, *limit)) } } th {} }
+            }
+            tbody {
+                @for trial in &weld.evidence.faults {
+                    @let met = columns.iter().all(|(k, _, limit)| within(trial.figure(*k), *limit));
+                    tr {
+                        th scope="row" { (trial.fault) }
+                        @for (k, name, limit) in &columns {
+                            td.bad[!within(trial.figure(*k), *limit)] { (shown(name, trial.figure(*k))) }
+                        }
+                        td.bad[!met] { (if met { "pass" } else { "fail" }) }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// The cells behind the worst figures: of the draws by requirement, and the one that the search found.
+fn worst_cells(weld: &CertifiedWeld) -> Markup {
+    let evidence = &weld.evidence;
+    let mut cells: Vec<(usize, String, &Trial)> = Vec::new();
+    for (k, name) in LIMITS.into_iter().enumerate() {
+        let required = weld.requirements.iter().any(|r| r.case == Case::Draws && r.name == name);
+        let worst = evidence.trials.iter().reduce(|a, b| if b.figure(k) > a.figure(k) { b } else { a });
+        if let Some(trial) = worst.filter(|_| required) {
+            cells.push((k, format!("draw {}", trial.index), trial));
+        }
+    }
+    if let Some(trial) = &evidence.worst.worst {
+        let k = LIMITS.iter().position(|l| *l == evidence.worst.name).unwrap_or(0);
+        let drawn = evidence.trials.contains(trial);
+        cells.push((k, format!("{} {}", if drawn { "draw" } else { "search" }, trial.index), trial));
+    }
+    html! {
+        table.close {
+            thead { tr {
+                th { "requirement" } th { "run" } th { "figure" } th { "stiffness A1…A6" } th { "process gains" }
+                th { "ripple" } th { "cross-talk" } th { "delay" }
+            } }
+            tbody {
+                @for (k, run, t) in &cells {
+                    tr {
+                        th scope="row" { (label(LIMITS[*k])) }
+                        td { (run) }
+                        td { (t.failed.clone().unwrap_or_else(|| shown(LIMITS[*k], t.figure(*k)))) }
+                        td { (t.draw.stiffness.map(|k| format!("{k:.2}")).join(" ")) }
+                        td { (t.draw.process.map(|k| format!("{k:.2}")).join(" ")) }
+                        td { (format!("{:.2}", t.draw.ripple[0])) }
+                        td { (t.draw.crosstalk.map(|c| format!("{:.1} %", 100.0 * c)).join(" ")) }
+                        td { (format!("{:.1}", t.draw.delay)) }
+                    }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,189 @@
+//! Instruments that fail: what the force sensor or the seam sensor gives the controller while it is faulty.
+//!
+//! A fault stands between an instrument and the controller. It changes what is read and nothing else: the physics goes on, and so
+//! does the instrument's noise, so that two runs that differ by a fault alone are the same until it begins.
+//!
+//! Left out: encoders (the drives' own monitoring stops the robot) and faults that the robot's bus would report.
+
+use nalgebra::Vector3;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use std::collections::VecDeque;
+use std::fmt;
+use trueweld_core::Wrench;
+use trueweld_core::compensation::Sighting;
+use trueweld_core::control::Sensed;
+
+/// Its stream of random numbers, beside those of the instruments.
+const STREAM: u64 = 2;
+
+/// Periods over which readings out of order are mixed: a quarter of a second at the usual control period.
+const MIXED: usize = 20;
+
+/// Which instrument fails.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Instrument {
+    /// The force/torque sensor between flange and tool.
+    ForceSensor,
+    /// The seam sensor.
+    SeamSensor,
+}
+
+/// How an instrument fails.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Failure {
+    /// Every reading is NaN.
+    NoNumber,
+    /// Every reading is the last good one, and called fresh.
+    Stuck,
+    /// Every reading stands at the end of the instrument's range, with the sign that it last had. `linear`: of forces, N, or of
+    /// displacements, m; `angular`: of moments, N·m, or of angles, rad.
+    Saturated {
+        /// Range of forces or displacements.
+        linear: f64,
+        /// Range of moments or angles.
+        angular: f64,
+    },
+    /// Nothing comes. A seam sensor gives no readings; the channels of a force sensor stand at zero.
+    Dropped,
+    /// Old readings, any of the last quarter of a second or so, each with the age of a fresh one.
+    OutOfOrder,
+    /// Readings that are off by a constant: along every axis of a force sensor, in displacement and in tilt of a seam sensor. Units
+    /// as in [`Failure::Saturated`].
+    Offset {
+        /// Of forces or displacements.
+        linear: f64,
+        /// Of moments or angles.
+        angular: f64,
+    },
+}
+
+/// One instrument that fails for a time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct InstrumentFault {
+    /// Which.
+    pub instrument: Instrument,
+    /// How.
+    pub failure: Failure,
+    /// From this time of the run, s.
+    pub from: f64,
+    /// Until before this time of the run, s.
+    pub until: f64,
+}
+
+impl InstrumentFault {
+    /// True at a time, s, at which the instrument is faulty.
+    pub fn is_on(&self, time: f64) -> bool {
+        (self.from..self.until).contains(&time)
+    }
+}
+
+impl fmt::Display for InstrumentFault {
+    /// In words, without the time: "seam sensor stuck at its last value".
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let instrument = match self.instrument {
+            Instrument::ForceSensor => "force sensor",
+            Instrument::SeamSensor => "seam sensor",
+        };
+        let failure = match (self.failure, self.instrument) {
+            (Failure::NoNumber, _) => "that gives no numbers",
+            (Failure::Stuck, _) => "stuck at its last value",
+            (Failure::Saturated { .. }, _) => "at the end of its range",
+            (Failure::Dropped, Instrument::ForceSensor) => "dropped to zero",
+            (Failure::Dropped, Instrument::SeamSensor) => "that gives nothing",
+            (Failure::OutOfOrder, _) => "with readings out of order",
+            (Failure::Offset { .. }, _) => "with an offset",
+        };
+        write!(f, "{instrument} {failure}")
+    }
+}
+
+/// What the instruments give where one of them may fail.
+#[derive(Debug)]
+pub struct FaultyInstruments {
+    fault: Option<InstrumentFault>,
+    random: ChaCha8Rng,
+    /// What the force sensor read, newest last.
+    wrenches: VecDeque<Wrench<f64>>,
+    /// What came of the seam sensor, newest last, periods without readings left out.
+    sightings: VecDeque<Vec<Sighting<f64>>>,
+}
+
+impl FaultyInstruments {
+    /// Instruments of which one may fail; `seed` mixes readings that come out of order.
+    pub fn new(fault: Option<InstrumentFault>, seed: u64) -> Self {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        random.set_stream(STREAM);
+        Self { fault, random, wrenches: VecDeque::new(), sightings: VecDeque::new() }
+    }
+
+    /// Makes of what the instruments read at `time`, s, what the controller gets. Called once a period.
+    pub fn pass_on(&mut self, time: f64, sensed: &mut Sensed<f64>, sightings: &mut Vec<Sighting<f64>>) {
+        let Some(fault) = self.fault else { return };
+        match (fault.instrument, fault.is_on(time)) {
+            (Instrument::ForceSensor, true) => sensed.wrench = self.wrench(fault.failure, sensed.wrench),
+            (Instrument::ForceSensor, false) => keep(&mut self.wrenches, sensed.wrench),
+            (Instrument::SeamSensor, true) => *sightings = self.sighted(fault.failure, sightings),
+            (Instrument::SeamSensor, false) if sightings.is_empty() => {}
+            (Instrument::SeamSensor, false) => keep(&mut self.sightings, sightings.clone()),
+        }
+    }
+
+    fn wrench(&mut self, failure: Failure, read: Wrench<f64>) -> Wrench<f64> {
+        let last = self.wrenches.back().copied().unwrap_or(read);
+        let all = |force: f64, moment: f64| Wrench { moment: Vector3::repeat(moment), force: Vector3::repeat(force) };
+        match failure {
+            Failure::NoNumber => all(f64::NAN, f64::NAN),
+            Failure::Stuck => last,
+            Failure::Saturated { linear, angular } => Wrench {
+                moment: last.moment.map(|m| angular.copysign(m)),
+                force: last.force.map(|f| linear.copysign(f)),
+            },
+            Failure::Dropped => Wrench::zero(),
+            Failure::OutOfOrder => {
+                keep(&mut self.wrenches, read);
+                self.wrenches[self.random.random_range(0..self.wrenches.len())]
+            }
+            Failure::Offset { linear, angular } => {
+                let off = all(linear, angular);
+                Wrench { moment: read.moment + off.moment, force: read.force + off.force }
+            }
+        }
+    }
+
+    fn sighted(&mut self, failure: Failure, read: &[Sighting<f64>]) -> Vec<Sighting<f64>> {
+        if read.is_empty() {
+            return Vec::new();
+        }
+        let last = self.sightings.back().cloned().unwrap_or_else(|| read.to_vec());
+        let told = |from: &[Sighting<f64>], value: &dyn Fn(&Sighting<f64>) -> f64| -> Vec<Sighting<f64>> {
+            // What comes claims to be as fresh as readings are.
+            let age = read[0].age;
+            from.iter().map(|s| Sighting { deviation: value(s), age, ..*s }).collect()
+        };
+        let by_kind = |s: &Sighting<f64>, linear: f64, angular: f64| {
+            if s.along.linear.norm() > 0.0 { linear } else { angular }
+        };
+        match failure {
+            Failure::NoNumber => told(read, &|_| f64::NAN),
+            Failure::Stuck => told(&last, &|s| s.deviation),
+            Failure::Saturated { linear, angular } => {
+                told(&last, &|s| by_kind(s, linear, angular).copysign(s.deviation))
+            }
+            Failure::Dropped => Vec::new(),
+            Failure::OutOfOrder => {
+                keep(&mut self.sightings, read.to_vec());
+                let any = &self.sightings[self.random.random_range(0..self.sightings.len())];
+                told(any, &|s| s.deviation)
+            }
+            Failure::Offset { linear, angular } => told(read, &|s| s.deviation + by_kind(s, linear, angular)),
+        }
+    }
+}
+
+fn keep<T>(past: &mut VecDeque<T>, read: T) {
+    if past.len() == MIXED {
+        past.pop_front();
+    }
+    past.push_back(read);
+}
