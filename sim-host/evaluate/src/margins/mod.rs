@@ -1,8 +1,8 @@
 //! Stability of the whole sampled loop at a place of a weld: how far force loop and law are from swinging.
 //!
-//! The cell is linear about the working tool, sampled exactly ([`linear`]); controller, law, instruments and their delays are the
-//! code that runs ([`response`]). From what comes back follow the spectral radius and the margins: of each direction with the
-//! others closed, and of all at once ([`frequency`]).
+//! The cell is linear about the working tool, sampled exactly (`linear`); controller, law, instruments and their delays are the
+//! code that runs (`response`). From what comes back follow the spectral radius and the margins: of each direction with the
+//! others closed, and of all at once (`frequency`).
 
 mod frequency;
 mod linear;
@@ -20,7 +20,7 @@ use trueweld_plant::integrate::rest;
 use trueweld_plant::simulate::{RunError, Scenario, Seam, start_angles};
 
 /// Where what is left of an impulse is lost in rounding, of its largest.
-const ROUNDING: f64 = 5e-7;
+const ROUNDING: f64 = 2e-6;
 
 /// Peak to peak of a translation that the noise of no law makes, m.
 const SWING: f64 = 5e-4;
@@ -107,11 +107,15 @@ fn frozen<'a>(scenario: &'a Scenario<'a>, path: f64, near: &JointVector<f64>) ->
 
 /// True where the loop does not come to rest but goes on swinging, held by a limit.
 fn swings(rest: &Run) -> bool {
-    let last = &rest.rows[rest.rows.len() / 2..];
+    let quarter = rest.rows.len() / 4;
+    let [before, last] = [2, 3].map(|k| &rest.rows[k * quarter..(k + 1) * quarter]);
     (0..2).any(|i| {
-        let (low, high) =
-            last.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), r| (low.min(r[i]), high.max(r[i])));
-        high - low > SWING
+        let range = |rows: &[Passing]| {
+            let ends = (f64::INFINITY, f64::NEG_INFINITY);
+            let (low, high) = rows.iter().fold(ends, |(low, high), r| (low.min(r[i]), high.max(r[i])));
+            high - low
+        };
+        range(last) > SWING.max(0.7 * range(before))
     })
 }
 

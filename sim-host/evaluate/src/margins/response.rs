@@ -34,7 +34,7 @@ const IMPULSE: [f64; CHANNELS] = [1e-6, 1e-6, 1e-6, 1e-6, 1e-6, 0.1, 10.0, 10.0,
 const AWAY: f64 = 0.1;
 
 /// How long the loop is given to come to rest, and to answer, s.
-const SETTLE: f64 = 6.0;
+const SETTLE: f64 = 10.0;
 const ANSWER: f64 = 16.0;
 
 /// A loop frozen at one place of a weld.
@@ -100,7 +100,7 @@ impl Frozen<'_> {
         let opened = Opened { controller: self.scenario.controller.build(control), added: &added };
         let limits = &control.compensation;
         let mut controller = Compensated::new(opened, law.as_mut(), limits.lateral, limits.orientation, period);
-        let sensors = without_steps(self.scenario.sensors);
+        let sensors = steady(self.scenario.sensors);
         let seed = self.scenario.seed;
         let mut instruments = Instruments::new(&sensors, &cell.robot.ports, self.step, period, seed);
         let mut seam_sensor = sensors.seam.as_ref().map(|sensor| SeamSight::new(sensor, seed));
@@ -194,11 +194,14 @@ impl Frozen<'_> {
     }
 }
 
-/// Instruments without steps, which would swallow the impulse.
-fn without_steps(sensors: &Sensors) -> Sensors {
+/// Instruments without steps, which would swallow the impulse, and without lost readings: the same loop in every period.
+fn steady(sensors: &Sensors) -> Sensors {
     let mut sensors = sensors.clone();
     sensors.encoder_resolution = [0.0; 6];
     sensors.force.resolution = 0.0;
+    if let Some(seam) = &mut sensors.seam {
+        seam.lost = 0.0;
+    }
     sensors
 }
 
