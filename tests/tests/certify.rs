@@ -37,6 +37,10 @@ fn requirements(more: &str) -> Requirements {
         ripple = 0.5
         crosstalk = 0.01
         delay_periods = [1.0, 2.0]
+        [margins]
+        places = 2
+        gain_margin = 1.5
+        modulus_margin = 0.3
         [faults]
         duration_s = 1.0
         recovery_s = 9.0
@@ -83,7 +87,13 @@ impl Certified {
         let faults = faults.iter().filter(|f| instruments.contains(&f.instrument));
         let faults = faults.map(|f| certification.strike(f)).collect();
         let nominal = certification.nominal();
-        let evidence = Evidence { nominal, trials, worst: worst.expect("no errors"), faults };
+        let evidence = Evidence {
+            nominal,
+            trials,
+            worst: worst.expect("no errors"),
+            margins: certification.margins().expect("within reach"),
+            faults,
+        };
         let requirements = judge(requirements, &evidence);
         Self { evidence, requirements }
     }
@@ -162,7 +172,7 @@ fn a_good_law_meets_what_bad_ones_are_asked_for() {
     for r in &certified.requirements {
         assert!(r.pass && r.reason.is_none(), "{r:?}");
     }
-    for case in [Case::Nominal, Case::Draws, Case::Faults] {
+    for case in [Case::Nominal, Case::Draws, Case::Margins, Case::Faults] {
         assert!(certified.requirements.iter().any(|r| r.case == case), "{case:?}");
     }
     assert_eq!(certified.evidence.faults.len(), 11);
@@ -189,6 +199,8 @@ fn a_law_with_too_much_gain_is_told_that_it_swings() {
     let certified = Certified::of(&Bad::Trusting(60.0), &FIXTURES.control, &[]);
     let nominal = certified.reasons(Case::Nominal);
     assert!(nominal.iter().any(|r| r.contains("leaves its line") && r.contains("the loop swings")), "{nominal:?}");
+    let margins = certified.reasons(Case::Margins);
+    assert!(margins.iter().any(|r| r.contains("the loop is not stable")), "{margins:?}");
 }
 
 #[test]
@@ -197,6 +209,8 @@ fn a_law_that_feeds_itself_is_told_that_it_gives_too_much() {
     let nominal = certified.reasons(Case::Nominal);
     let told = |r: &&str| r.contains("of what is needed, held at its authority in 100 % of the time");
     assert!(nominal.iter().any(told), "{nominal:?}");
+    let margins = certified.reasons(Case::Margins);
+    assert!(margins.iter().any(|r| r.contains("the loop is not stable")), "{margins:?}");
 }
 
 #[test]
@@ -258,6 +272,7 @@ fn a_limit_of_the_worst_case_is_a_requirement() {
         nominal: formula(0, Draw::nominal(1)),
         trials,
         worst: worst.expect("no errors"),
+        margins: Vec::new(),
         faults: Vec::new(),
     };
     let judged = judge(&strict, &evidence);

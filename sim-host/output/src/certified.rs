@@ -3,6 +3,7 @@
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 use trueweld_evaluate::certify::{Case, Evidence, FAULT_FIGURES, Requirement, Trial, label, shown};
+use trueweld_evaluate::margins::{CHANNEL_NAMES, Margins};
 use trueweld_plant::input::LIMITS;
 
 /// What one weld's runs came to.
@@ -114,6 +115,7 @@ pub(crate) fn runs(weld: &CertifiedWeld, case: Case) -> String {
         Case::Nominal => "the cell as it is believed to be, one run".to_owned(),
         Case::Draws => format!("{} cells drawn from what is not known", evidence.trials.len()),
         Case::WorstCase => format!("the worst cell found in {} runs", evidence.worst.runs.len()),
+        Case::Margins => format!("margins of the loop at {} places along the weld", evidence.margins.len()),
         Case::Faults => format!("{} faults of instruments", evidence.faults.len()),
     }
 }
@@ -157,6 +159,7 @@ fn told(weld: &CertifiedWeld) -> Value {
             })
         })
         .collect();
+    let margins: Vec<Value> = evidence.margins.iter().map(place).collect();
     json!({
         "name": weld.name,
         "trials": evidence.trials.len(),
@@ -169,7 +172,23 @@ fn told(weld: &CertifiedWeld) -> Value {
             "cell": worst.worst.as_ref().map(|t| json!(t.draw)),
             "figures": worst.worst.as_ref().map(trial),
         },
+        "margins": margins,
         "faults": faults,
+    })
+}
+
+/// One place of the margin map; what has no end is null.
+fn place(at: &Margins) -> Value {
+    let channels = at.channels.map(|channels| {
+        let named = CHANNEL_NAMES.iter().zip(channels).map(|(name, m)| {
+            let told = json!({ "gain": m.gain, "fall": m.fall, "phase_rad": m.phase, "modulus": m.modulus, "delay_s": m.delay });
+            ((*name).to_owned(), told)
+        });
+        Value::Object(named.collect())
+    });
+    json!({
+        "path_m": at.path, "spectral_radius": at.spectral_radius, "channels": channels,
+        "disk": at.disk[0], "drive_disk": at.disk[1], "passivity": at.passivity,
     })
 }
 

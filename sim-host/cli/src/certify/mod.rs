@@ -175,7 +175,8 @@ fn weld(arguments: &Arguments, requirements: &Requirements, inputs: &Inputs, key
     worst.close()?;
     faults.close()?;
     let nominal = nominals.into_iter().next().ok_or_else(|| miette!("the nominal run is missing"))?;
-    let evidence = Evidence { nominal, trials: drawn, worst: found, faults: struck };
+    let margins = certification.margins().map_err(failed)?;
+    let evidence = Evidence { nominal, trials: drawn, worst: found, margins, faults: struck };
     let requirements = judge(requirements, &evidence);
     Ok(CertifiedWeld { name: inputs.weld_name.clone(), evidence, requirements })
 }

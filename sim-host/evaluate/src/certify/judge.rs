@@ -2,8 +2,9 @@
 
 use super::{FAULT_FIGURES, FaultTrial, Trial, WorstCase, reason};
 use crate::Rate;
+use crate::margins::Margins;
 use serde::Serialize;
-use trueweld_plant::input::{LIMITS, Requirements};
+use trueweld_plant::input::{LIMITS, MARGINS, Requirements};
 
 /// Which runs a requirement is judged by.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -15,6 +16,8 @@ pub enum Case {
     Draws,
     /// The worst cell that was found within the uncertainties.
     WorstCase,
+    /// Margins of the loop along the weld.
+    Margins,
     /// Instruments that fail.
     Faults,
 }
@@ -26,6 +29,7 @@ impl Case {
             Self::Nominal => "nominal",
             Self::Draws => "draws",
             Self::WorstCase => "worst-case",
+            Self::Margins => "margins",
             Self::Faults => "faults",
         }
     }
@@ -40,6 +44,8 @@ pub struct Evidence {
     pub trials: Vec<Trial>,
     /// What the search for the worst cell found.
     pub worst: WorstCase,
+    /// Margins along the weld; empty where none were asked for.
+    pub margins: Vec<Margins>,
     /// The fault cases; empty where none were asked for.
     pub faults: Vec<FaultTrial>,
 }
@@ -58,9 +64,9 @@ pub struct Beyond {
 pub struct Requirement {
     /// Which runs it is judged by.
     pub case: Case,
-    /// Its key: one of [`LIMITS`] or [`FAULT_FIGURES`].
+    /// Its key: one of [`LIMITS`], [`MARGINS`] or [`FAULT_FIGURES`].
     pub name: &'static str,
-    /// The limit, SI units.
+    /// The limit, SI units: the most that is allowed, and of margins the least.
     pub limit: f64,
     /// What was reached. Of draws: the figure that all but the allowed share of them stay within.
     pub achieved: f64,
@@ -80,6 +86,7 @@ pub fn judge(requirements: &Requirements, evidence: &Evidence) -> Vec<Requiremen
     let mut judged = nominal(requirements, &evidence.nominal);
     judged.extend(draws(requirements, &evidence.trials));
     judged.extend(worst_case(requirements, evidence));
+    judged.extend(margins(requirements, &evidence.margins));
     judged.extend(faults(requirements, &evidence.faults));
     judged
 }
@@ -141,6 +148,19 @@ fn worst_case(requirements: &Requirements, evidence: &Evidence) -> Vec<Requireme
         let worst = all.reduce(|a, b| if b.figure(k) > a.figure(k) { b } else { a });
         let achieved = worst.map_or(f64::INFINITY, |t| t.figure(k));
         certain(Case::WorstCase, name, limit, achieved, || reason::worst_case(name, limit, achieved, worst))
+    });
+    judged.collect()
+}
+
+fn margins(requirements: &Requirements, map: &[Margins]) -> Vec<Requirement> {
+    let Some(asked) = &requirements.margins else { return Vec::new() };
+    let judged = MARGINS.into_iter().zip(asked.at_least).enumerate().filter_map(|(k, (name, limit))| {
+        let limit = limit?;
+        let least = map.iter().reduce(|a, b| if b.least(k).0 < a.least(k).0 { b } else { a });
+        let achieved = least.map_or(0.0, |m| m.least(k).0);
+        let pass = achieved >= limit;
+        let reason = (!pass).then(|| reason::margin(name, limit, k, least));
+        Some(Requirement { case: Case::Margins, name, limit, achieved, confidence: 1.0, draws: None, pass, reason })
     });
     judged.collect()
 }

@@ -1,12 +1,13 @@
 //! Certification of a compensation law: the runs that show what it does, and what they prove.
 //!
-//! Four kinds of runs of one weld, each a section with requirements of its own ([`Case`]):
+//! Five kinds of evidence of one weld, each a section with requirements of its own ([`Case`]):
 //!
 //! * nominal: the cell as it is believed to be. A law that is bad there need not be asked further.
 //! * draws: seeded Monte Carlo. Every trial draws a cell from the uncertainties of the requirements and welds it with the law that
 //!   still believes in the nominal one. A requirement is met where the probability of a weld beyond its limit is at most what is
 //!   allowed, with the confidence asked for, by the exact binomial bound ([`Rate::at_most`](crate::Rate::at_most)).
 //! * worst case: a search over the whole set that the draws come from, corners included ([`search`]).
+//! * margins: of the loop, linear about the working tool, along the nominal weld ([`margin_map`]).
 //! * faults: the nominal cell with one instrument failing for a time ([`Certification::faults`]).
 //!
 //! Figures are those of the last pass's steady part. A run that comes to no end, or never reaches its steady part, is beyond every
@@ -27,12 +28,13 @@ pub use symptoms::{Needed, Swing, Symptoms};
 pub use worst::{WorstCase, search};
 
 use crate::WeldFigures;
+use crate::margins::{Margins, margin_map};
 use nalgebra::SVector;
 use serde::{Deserialize, Serialize};
 use trueweld_core::{JointVector, Robot};
 use trueweld_plant::cell::Cell;
 use trueweld_plant::effects::{At, Effect, Kind};
-use trueweld_plant::input::{LIMITS, Requirements};
+use trueweld_plant::input::{LIMITS, Process, Requirements};
 use trueweld_plant::sensors::InstrumentFault;
 use trueweld_plant::simulate::{Recording, RunError, Scenario, Seam, run_passes};
 
@@ -84,6 +86,18 @@ impl Certification<'_> {
     /// Runs the cell as it is believed to be.
     pub fn nominal(&self) -> Trial {
         self.weld(0, Draw::nominal(self.scenario.seed))
+    }
+
+    /// Margins of the loop along the weld in the cell as it is believed to be, without ripple; none where none are asked for.
+    ///
+    /// # Errors
+    /// [`RunError`] where the seam cannot be followed.
+    pub fn margins(&self) -> Result<Vec<Margins>, RunError> {
+        let Some(asked) = &self.requirements.margins else { return Ok(Vec::new()) };
+        let process = Process { ripple: Vec::new(), ..self.scenario.planned.clone() };
+        let b_from_w = Seam::of(self.scenario.weld).b_from_w;
+        let cell = Cell::new(self.robot, &[], &process, b_from_w).map_err(|_| RunError::Cell)?;
+        margin_map(&Scenario { cell: &cell, ..self.scenario }, asked.places)
     }
 
     /// Runs a cell of one's own choice.

@@ -4,6 +4,7 @@
 
 use super::{FaultTrial, Symptoms, Trial};
 use crate::Rate;
+use crate::margins::Margins;
 use trueweld_plant::input::Faults;
 
 /// Share of what is needed below which a correction goes the wrong way; so much may be chance where little is needed.
@@ -36,18 +37,46 @@ pub fn label(name: &str) -> &str {
         "recovered_lateral_rms_m" => "lateral after recovery, RMS",
         "recovered_lateral_max_m" => "lateral after recovery, largest",
         "recovered_push_error_rms_n" => "push after recovery, RMS of its error",
+        "gain_margin" => "gain margin",
+        "phase_margin_rad" => "phase margin",
+        "modulus_margin" => "modulus margin",
+        "delay_margin_s" => "delay margin",
+        "disk_margin" => "disk margin, all at once",
+        "drive_gain_margin" => "gain margin, drives",
+        "drive_phase_margin_rad" => "phase margin, drives",
+        "drive_modulus_margin" => "modulus margin, drives",
+        "drive_delay_margin_s" => "delay margin, drives",
+        "drive_disk_margin" => "disk margin, all drives at once",
         other => other,
     }
 }
 
-/// A value with the unit of its key: mm, degrees or N; "none" where there is none.
+/// A value with the unit of its key: mm, degrees, ms, a ratio or N; "none" where there is none.
 pub fn shown(name: &str, value: f64) -> String {
     match name {
         _ if !value.is_finite() => "none".to_owned(),
+        n if n.ends_with("_s") => format!("{:.0} ms", 1e3 * value),
+        n if n.ends_with("_margin") => format!("{value:.2}"),
         n if n.ends_with("_m") => format!("{:.3} mm", 1e3 * value),
         n if n.ends_with("_rad") => format!("{:.3}°", value.to_degrees()),
         _ => format!("{value:.0} N"),
     }
+}
+
+/// Why a margin is too small.
+pub(super) fn margin(name: &str, limit: f64, k: usize, at: Option<&Margins>) -> String {
+    let Some(at) = at else { return "no margins were determined".to_owned() };
+    let place = format!("{:.2} m along the weld", at.path);
+    if at.channels.is_none() {
+        let radius = at.spectral_radius;
+        return match radius.is_finite() {
+            true => format!("{place}, the loop is not stable: spectral radius {radius:.4}"),
+            false => format!("{place}, the loop is not stable: it runs away"),
+        };
+    }
+    let (least, channel) = at.least(k);
+    let [reached, limit] = [least, limit].map(|v| shown(name, v));
+    format!("{place}, the {} of {channel} is {reached} (limit {limit})", label(name).trim_end_matches(", drives"))
 }
 
 /// "leaves its line by 8.05 mm RMS (limit 0.05 mm)", of a tool or a law.

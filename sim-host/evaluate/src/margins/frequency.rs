@@ -2,6 +2,7 @@
 
 use super::response::{CHANNELS, Passing, SETPOINT};
 use nalgebra::{Complex, SMatrix};
+use serde::Serialize;
 use std::f64::consts::{PI, TAU};
 
 /// Frequencies at which the loop is looked at, evenly in their logarithm.
@@ -11,10 +12,12 @@ const FREQUENCIES: usize = 400;
 const LOWEST: f64 = 0.05;
 
 /// How far one loop, opened where the law or the force loop acts, is from instability. Infinite where nothing comes back.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Margin {
-    /// Factor by which the loop's gain may grow (or fall), whichever is less, as a ratio above 1.
+    /// Factor by which the loop's gain may grow.
     pub gain: f64,
+    /// Factor by which it may be divided.
+    pub fall: f64,
     /// Phase that it may lose, rad.
     pub phase: f64,
     /// Least distance of the loop from −1: the inverse of the largest sensitivity.
@@ -24,16 +27,18 @@ pub struct Margin {
 }
 
 /// S(e^jωT) of all channels at the frequencies from [`LOWEST`] to half the sampling rate.
-pub struct Sensitivity {
+pub struct Sensitivity<'a> {
+    responses: &'a [Vec<Passing>],
+    period: f64,
     /// Frequencies, Hz.
     pub hz: Vec<f64>,
     /// One matrix a frequency.
     pub at: Vec<SMatrix<Complex<f64>, CHANNELS, CHANNELS>>,
 }
 
-impl Sensitivity {
+impl<'a> Sensitivity<'a> {
     /// Of impulse responses, `period` s between their values.
-    pub fn of(responses: &[Vec<Passing>], period: f64) -> Self {
+    pub fn of(responses: &'a [Vec<Passing>], period: f64) -> Self {
         let highest = 0.5 / period;
         let hz: Vec<f64> =
             (0..FREQUENCIES).map(|k| LOWEST * (highest / LOWEST).powf(k as f64 / (FREQUENCIES - 1) as f64)).collect();
@@ -54,7 +59,32 @@ impl Sensitivity {
                 matrix
             })
             .collect();
-        Self { hz, at }
+        Self { responses, period, hz, at }
+    }
+
+    /// L = 1/S_ii − 1 of one channel at a frequency, Hz.
+    fn open(&self, channel: usize, hz: f64) -> Complex<f64> {
+        let turn = Complex::from_polar(1.0, -TAU * hz * self.period);
+        let rows = self.responses[channel].iter().rev();
+        let s = rows.fold(Complex::new(0.0, 0.0), |sum, row| sum * turn + row[channel]);
+        s.inv() - 1.0
+    }
+
+    /// Where `sign` of the open loop changes between two frequencies, Hz, and the open loop there. A mode may turn it all the way
+    /// round between them.
+    fn where_changes(
+        &self,
+        channel: usize,
+        between: &[f64],
+        sign: impl Fn(Complex<f64>) -> f64,
+    ) -> (f64, Complex<f64>) {
+        let [mut low, mut high] = [between[0], between[1]];
+        let below = sign(self.open(channel, low));
+        for _ in 0..20 {
+            let middle = 0.5 * (low + high);
+            if sign(self.open(channel, middle)) * below > 0.0 { low = middle } else { high = middle }
+        }
+        (high, self.open(channel, high))
     }
 
     /// Margins of one channel, the others closed: L = 1/S_ii − 1.
@@ -63,11 +93,18 @@ impl Sensitivity {
         let s: Vec<Complex<f64>> = self.at.iter().map(|m| m[(channel, channel)]).collect();
         let largest = s.iter().map(|s| s.norm()).fold(0.0, f64::max);
         let open: Vec<Complex<f64>> = s.iter().map(|s| one / s - one).collect();
-        let mut margin =
-            Margin { gain: f64::INFINITY, phase: f64::INFINITY, modulus: 1.0 / largest, delay: f64::INFINITY };
+        let mut margin = Margin {
+            gain: f64::INFINITY,
+            fall: f64::INFINITY,
+            phase: f64::INFINITY,
+            modulus: 1.0 / largest,
+            delay: f64::INFINITY,
+        };
         let mut crosses = |real: f64| {
-            if real < 0.0 {
-                margin.gain = margin.gain.min((-real).max(-1.0 / real));
+            if real < -1.0 {
+                margin.fall = margin.fall.min(-real);
+            } else if real < 0.0 {
+                margin.gain = margin.gain.min(-1.0 / real);
             }
         };
         // Real at rest and at half the sampling rate, whatever it is between.
@@ -76,21 +113,22 @@ impl Sensitivity {
                 crosses(l.re);
             }
         });
-        for pair in open.windows(2) {
-            let [a, b] = [pair[0], pair[1]];
-            if a.im * b.im < 0.0 {
-                crosses(a.re + (b.re - a.re) * a.im / (a.im - b.im));
+        for (pair, hz) in open.windows(2).zip(self.hz.windows(2)) {
+            if pair[0].im * pair[1].im < 0.0 {
+                let (_, at) = self.where_changes(channel, hz, |l| l.im);
+                // Through infinity, where nothing is sensed, is no crossing.
+                if at.im.abs() < 0.01 * at.re.abs() {
+                    crosses(at.re);
+                }
             }
         }
         for (pair, hz) in open.windows(2).zip(self.hz.windows(2)) {
-            let [a, b] = [pair[0].norm().ln(), pair[1].norm().ln()];
-            if a * b < 0.0 {
-                let share = a / (a - b);
-                let at = pair[0] + (pair[1] - pair[0]) * share;
+            if pair[0].norm().ln() * pair[1].norm().ln() < 0.0 {
+                let (hz, at) = self.where_changes(channel, hz, |l| l.norm().ln());
                 // How far the vector still has to turn, backwards, to −1.
                 let left = (at.arg() + PI).rem_euclid(TAU);
                 margin.phase = margin.phase.min(left.min(TAU - left));
-                margin.delay = margin.delay.min(left / (TAU * (hz[0] + (hz[1] - hz[0]) * share)));
+                margin.delay = margin.delay.min(left / (TAU * hz));
             }
         }
         margin

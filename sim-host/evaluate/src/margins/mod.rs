@@ -6,27 +6,30 @@
 
 mod frequency;
 mod linear;
+mod passivity;
 mod response;
 
 pub use frequency::Margin;
+pub use passivity::Passivity;
 pub use response::{CHANNEL_NAMES, CHANNELS, SETPOINT};
 
 use frequency::Sensitivity;
 use linear::{LinearCell, operating_point};
 use rayon::prelude::*;
 use response::{Frozen, Passing, Run, sensitivity};
+use serde::Serialize;
 use trueweld_core::{JointVector, Wrench};
 use trueweld_plant::integrate::rest;
-use trueweld_plant::simulate::{RunError, Scenario, Seam, start_angles};
+use trueweld_plant::simulate::{Controller, RunError, Scenario, Seam, start_angles};
 
 /// Where what is left of an impulse is lost in rounding, of its largest.
 const ROUNDING: f64 = 2e-6;
 
-/// Peak to peak of a translation that the noise of no law makes, m.
-const SWING: f64 = 5e-4;
+/// Peak to peak of a translation, m, and of the force error, N, that noise alone does not make.
+const SWING: [(usize, f64); 3] = [(0, 5e-4), (1, 5e-4), (5, 1000.0)];
 
 /// The loop at one place.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Margins {
     /// Path position, m.
     pub path: f64,
@@ -36,42 +39,36 @@ pub struct Margins {
     pub channels: Option<[Margin; CHANNELS]>,
     /// Disk margin of corrections and force all at once, and of all drives at once; 0 where the loop is not stable.
     pub disk: [f64; 2],
+    /// Of the position loop, at the tool.
+    pub passivity: Passivity,
 }
 
 /// The loop at so many places of the weld, from its start to its end, on all cores.
 ///
 /// # Errors
-/// [`RunError`] where the seam cannot be followed or the law cannot be built.
+/// As [`margins`].
 pub fn margin_map(scenario: &Scenario<'_>, places: usize) -> Result<Vec<Margins>, RunError> {
-    let seam = Seam::of(scenario.weld);
+    let length = Seam::of(scenario.weld).length;
     let last = places.saturating_sub(1).max(1);
-    let mut near = start_angles(&scenario.cell.robot.model, &seam)?;
-    let mut along = Vec::with_capacity(places);
-    for k in 0..places {
-        let path = seam.length * k as f64 / last as f64;
-        let reach = |_| RunError::Reach { path, reason: "out of reach" };
-        near = scenario.cell.robot.model.track(&seam.nominal(path), &near).map_err(reach)?;
-        along.push((path, near));
-    }
-    along.into_par_iter().map(|(path, near)| margins(scenario, path, &near)).collect()
+    (0..places).into_par_iter().map(|k| margins(scenario, length * k as f64 / last as f64)).collect()
 }
 
-/// The loop at a path position, m, in the posture near `near`. The cell's process should be without ripple.
+/// The loop at a path position, m, in the posture that the weld has there. The cell's process must be without ripple.
 ///
 /// # Errors
-/// As [`margin_map`].
-pub fn margins(scenario: &Scenario<'_>, path: f64, near: &JointVector<f64>) -> Result<Margins, RunError> {
-    let frozen = frozen(scenario, path, near)?;
+/// [`RunError`] where the seam cannot be followed or the law cannot be built.
+pub fn margins(scenario: &Scenario<'_>, path: f64) -> Result<Margins, RunError> {
+    let frozen = frozen(scenario, path)?;
     let rest = frozen.run(None)?;
     let impulses = (0..CHANNELS).map(|c| frozen.run(Some(c))).collect::<Result<Vec<_>, _>>()?;
     if rest.away || impulses.iter().any(|run| run.away) {
-        return Ok(unstable(path, f64::INFINITY));
+        return Ok(frozen.unstable(f64::INFINITY));
     }
     let responses = sensitivity(&rest, &impulses);
     let period = scenario.control.period;
     let spectral_radius = responses.iter().map(|r| radius(r, period)).fold(0.0, f64::max);
     if spectral_radius >= 1.0 || swings(&rest) {
-        return Ok(unstable(path, spectral_radius.max(1.0)));
+        return Ok(frozen.unstable(spectral_radius.max(1.0)));
     }
     let sensitivity = Sensitivity::of(&responses, period);
     let channels = std::array::from_fn(|c| sensitivity.margin(c));
@@ -80,27 +77,64 @@ pub fn margins(scenario: &Scenario<'_>, path: f64, near: &JointVector<f64>) -> R
         spectral_radius,
         channels: Some(channels),
         disk: [0, SETPOINT].map(|first| sensitivity.disk(first)),
+        passivity: frozen.passivity(),
     })
 }
 
-fn unstable(path: f64, spectral_radius: f64) -> Margins {
-    Margins { path, spectral_radius, channels: None, disk: [0.0; 2] }
+impl Margins {
+    /// The least margin of a kind, in the order of [`MARGINS`](trueweld_plant::input::MARGINS), and of which channel it is. Nothing
+    /// where the loop is not stable.
+    pub fn least(&self, k: usize) -> (f64, &'static str) {
+        let (group, kind) = (k / 5, k % 5);
+        if kind == 4 {
+            return (self.disk[group], if group == 0 { "all of corrections and force" } else { "all drives" });
+        }
+        let Some(channels) = &self.channels else { return (0.0, "the loop") };
+        let named = CHANNEL_NAMES.iter().zip(channels).skip(group * SETPOINT).take(SETPOINT);
+        let of = named.map(|(name, m)| ([m.gain.min(m.fall), m.phase, m.modulus, m.delay][kind], *name));
+        of.fold((f64::INFINITY, "none"), |least, next| if next.0 < least.0 { next } else { least })
+    }
 }
 
-fn frozen<'a>(scenario: &'a Scenario<'a>, path: f64, near: &JointVector<f64>) -> Result<Frozen<'a>, RunError> {
+impl Frozen<'_> {
+    fn unstable(&self, spectral_radius: f64) -> Margins {
+        Margins { path: self.path, spectral_radius, channels: None, disk: [0.0; 2], passivity: self.passivity() }
+    }
+
+    fn passivity(&self) -> Passivity {
+        let Scenario { cell, control, controller, .. } = self.scenario;
+        let gains = match controller {
+            Controller::Parallel => &control.parallel.joint,
+            Controller::Superposed => &control.superposed.joint,
+            Controller::External => &control.external.joint,
+        };
+        let model = &cell.robot.model;
+        let frames = model.frames(&self.linear.point.drives().link);
+        let axis = cell.b_from_w.rotation.column(2).into_owned();
+        Passivity::of(&frames, &axis, gains, &model.parameters().friction.viscous, control.period)
+    }
+}
+
+fn frozen<'a>(scenario: &'a Scenario<'a>, path: f64) -> Result<Frozen<'a>, RunError> {
+    /// Between the start, whose branch is known, and the place.
+    const STEPS: usize = 100;
     let Scenario { cell, weld, control, plant_step, .. } = *scenario;
     let seam = Seam::of(weld);
+    let model = &cell.robot.model;
     let substeps = (control.period / plant_step - 1e-9).ceil().max(1.0) as usize;
     let step = control.period / substeps as f64;
     let reach = || RunError::Reach { path, reason: "no posture welds there" };
+    let mut near = start_angles(model, &seam)?;
+    for k in 1..=STEPS {
+        near = model.track(&seam.nominal(path * k as f64 / STEPS as f64), &near).map_err(|_| reach())?;
+    }
     let nominal = seam.nominal(path);
-    let point = operating_point(cell, &nominal, weld.force, weld.feed, near).ok_or_else(reach)?;
+    let point = operating_point(cell, &nominal, weld.force, weld.feed, &near).ok_or_else(reach)?;
     let linear = LinearCell::about(cell, &point, step).ok_or_else(reach)?;
     // As taught under gravity with the tool free, but pressed in already: the force loop is at work.
     let to_w = seam.b_from_w.rotation.transpose();
     let encoders = |motor: &JointVector<f64>| nominal.error_to(&cell.robot.model.forward(motor)).rotated(&to_w);
-    let link = cell.robot.model.track(&nominal, near).map_err(|_| reach())?;
-    let mut taught = encoders(&rest::motors_for(cell, &link, &Wrench::zero()));
+    let mut taught = encoders(&rest::motors_for(cell, &near, &Wrench::zero()));
     taught.linear.z = encoders(&point.drives().motor).linear.z;
     Ok(Frozen { scenario, linear, path, taught, step, substeps })
 }
@@ -109,13 +143,13 @@ fn frozen<'a>(scenario: &'a Scenario<'a>, path: f64, near: &JointVector<f64>) ->
 fn swings(rest: &Run) -> bool {
     let quarter = rest.rows.len() / 4;
     let [before, last] = [2, 3].map(|k| &rest.rows[k * quarter..(k + 1) * quarter]);
-    (0..2).any(|i| {
+    SWING.into_iter().any(|(i, noise)| {
         let range = |rows: &[Passing]| {
             let ends = (f64::INFINITY, f64::NEG_INFINITY);
             let (low, high) = rows.iter().fold(ends, |(low, high), r| (low.min(r[i]), high.max(r[i])));
             high - low
         };
-        range(last) > SWING.max(0.7 * range(before))
+        range(last) > (0.7 * range(before)).max(noise)
     })
 }
 

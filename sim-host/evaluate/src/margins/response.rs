@@ -157,9 +157,11 @@ impl Frozen<'_> {
                 let c = controller.correction();
                 let mut row = [0.0; CHANNELS];
                 row[..5].copy_from_slice(&[c.linear.x, c.linear.y, c.angular.x, c.angular.y, c.angular.z]);
-                // Force error and torque have the impulse in them already.
-                row.iter_mut().zip(now).take(5).for_each(|(passing, added)| *passing += added);
-                row[5] = command.force_error;
+                // What the controller is asked for less what the sensor shows, before any filter.
+                let push = -(belief.forward(&sensed.encoder).rotation * sensed.wrench.force).dot(&w.column(2));
+                row[5] = weld.force - push;
+                row.iter_mut().zip(now).take(SETPOINT).for_each(|(passing, added)| *passing += added);
+                // Torque has the impulse in it already.
                 row[SETPOINT..].copy_from_slice(torque.as_slice());
                 run.rows.push(row);
             }

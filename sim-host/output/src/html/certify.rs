@@ -4,7 +4,7 @@ use super::page;
 use crate::certified::{Certified, CertifiedWeld, runs, worst_found};
 use maud::{Markup, html};
 use trueweld_evaluate::certify::{Case, Evidence, FAULT_FIGURES, Requirement, Trial, label, shown, within};
-use trueweld_plant::input::LIMITS;
+use trueweld_plant::input::{LIMITS, MARGINS};
 
 /// One page that a certifying engineer can read.
 pub fn certify_page(certified: &Certified) -> String {
@@ -75,11 +75,12 @@ fn title(case: Case) -> &'static str {
         Case::Nominal => "nominal cell",
         Case::Draws => "drawn cells",
         Case::WorstCase => "worst cell found",
+        Case::Margins => "margins",
         Case::Faults => "faults",
     }
 }
 
-const CASES: [Case; 4] = [Case::Nominal, Case::Draws, Case::WorstCase, Case::Faults];
+const CASES: [Case; 5] = [Case::Nominal, Case::Draws, Case::WorstCase, Case::Margins, Case::Faults];
 
 /// Section by section, how many requirements are met.
 fn summary(certified: &Certified) -> Markup {
@@ -119,6 +120,14 @@ fn one(weld: &CertifiedWeld, probability: f64) -> Markup {
             @if !weld.requirements.iter().any(|r| r.case == Case::WorstCase) { "; nothing is required of it here" }
             "."
         }
+        @if !evidence.margins.is_empty() {
+            h3 { "Margins of the sampled loop along the weld, the nominal cell" }
+            (margins(weld))
+            p {
+                "The cell linear about the working tool, without ripple; instruments, controller and law as they run. Least of all "
+                "channels: of the corrections and the force loop, and of the drives. Red: below the limit."
+            }
+        }
         @if !evidence.faults.is_empty() {
             h3 { "Faults of instruments, one at a time, in the nominal cell" }
             (faults(weld))
@@ -153,7 +162,7 @@ fn steady(weld: &CertifiedWeld, probability: f64) -> Markup {
             tbody {
                 @for (k, name) in rows() {
                     @let drawn = judged(Case::Draws, name);
-                    @let all_met = CASES.iter().all(|case| !failed(*case, name) || *case == Case::Faults);
+                    @let all_met = CASES.iter().all(|case| !failed(*case, name) || matches!(case, Case::Margins | Case::Faults));
                     @let limits = [Case::Nominal, Case::WorstCase].map(|case| judged(case, name).map(|r| r.limit));
                     tr {
                         th scope="row" { (label(name)) }
@@ -192,6 +201,33 @@ fn largest(trials: &[Trial], k: usize) -> f64 {
 fn found(evidence: &Evidence, k: usize) -> f64 {
     let all = evidence.trials.iter().chain(&evidence.worst.runs);
     all.map(|t| t.figure(k)).reduce(f64::max).unwrap_or(f64::INFINITY)
+}
+
+fn margins(weld: &CertifiedWeld) -> Markup {
+    let limit =
+        |name: &str| weld.requirements.iter().find(|r| r.case == Case::Margins && r.name == name).map(|r| r.limit);
+    html! {
+        table.close {
+            thead {
+                tr { th { "path" } th { "spectral radius" } @for name in MARGINS { th { (label(name)) } } }
+                tr.units { th { "limit" } th { "1" } @for name in MARGINS { th { @if let Some(l) = limit(name) { (shown(name, l)) } } } }
+            }
+            tbody {
+                @for at in &weld.evidence.margins {
+                    tr {
+                        th scope="row" { (format!("{:.2} m", at.path)) }
+                        td.bad[at.channels.is_none()] { (format!("{:.4}", at.spectral_radius)) }
+                        @for (k, name) in MARGINS.into_iter().enumerate() {
+                            @let least = at.least(k).0;
+                            td.bad[limit(name).is_some_and(|l| least < l)] {
+                                (if least.is_infinite() { "any".to_owned() } else { shown(name, least) })
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
 }
 
 fn faults(weld: &CertifiedWeld) -> Markup {

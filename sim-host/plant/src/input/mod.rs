@@ -25,7 +25,7 @@ pub use document::{Bounds, Document, FILL_IN, Table};
 pub use error::{InputError, Source};
 pub use model::{Comments, EffectComments, ModelEffect, ModelFile, Scope};
 pub use process::{Process, Ripple};
-pub use requirements::{Faults, LIMITS, Requirements, Uncertainty};
+pub use requirements::{Faults, LIMITS, MARGINS, MarginLimits, Requirements, Uncertainty};
 pub use robot::RobotFile;
 pub use sensors::{ForceSensor, SeamSensor, Sensors};
 pub use urdf::{import_urdf, import_urdf_text};

@@ -17,6 +17,8 @@ pub struct Requirements {
     pub uncertainty: Uncertainty,
     /// Limits that the worst cell found within the uncertainty must keep, in the order of [`LIMITS`].
     pub worst_case: [Option<f64>; LIMITS.len()],
+    /// Margins of the loop along the weld; `None` where none are asked for.
+    pub margins: Option<MarginLimits>,
     /// Instruments that fail, and what the tool must keep to then; `None` where no fault is asked for.
     pub faults: Option<Faults>,
 }
@@ -34,6 +36,29 @@ pub const LIMITS: [&str; 10] = [
     "correction_m",
     "correction_rad",
 ];
+
+/// Margins that may be asked for, by their keys: of corrections and force loop, then of the drives.
+pub const MARGINS: [&str; 10] = [
+    "gain_margin",
+    "phase_margin_rad",
+    "modulus_margin",
+    "delay_margin_s",
+    "disk_margin",
+    "drive_gain_margin",
+    "drive_phase_margin_rad",
+    "drive_modulus_margin",
+    "drive_delay_margin_s",
+    "drive_disk_margin",
+];
+
+/// What the margins of the loop must be at least, wherever they are looked at. A loop that is not stable keeps none.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MarginLimits {
+    /// Places along the weld, both ends included.
+    pub places: usize,
+    /// In the order of [`MARGINS`]; `None` where the file has none.
+    pub at_least: [Option<f64>; MARGINS.len()],
+}
 
 /// What is not known of a cell: half widths of uniform distributions about the nominal value.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -86,7 +111,16 @@ impl Requirements {
     pub fn parse(text: &str, name: &str) -> Result<Self, InputError> {
         let document = Document::parse(text, name)?;
         let root = document.root_of(Kind::Requirements.schema())?;
-        root.only(&["schema", "failure_probability", "confidence", "limits", "uncertainty", "worst_case", "faults"])?;
+        root.only(&[
+            "schema",
+            "failure_probability",
+            "confidence",
+            "limits",
+            "uncertainty",
+            "worst_case",
+            "margins",
+            "faults",
+        ])?;
         let share = |key| {
             let value = root.number(key, Bounds::PositiveUpTo(1.0))?;
             let help = "0.05 for one weld in twenty, or a confidence of 0.95.";
@@ -98,6 +132,7 @@ impl Requirements {
             confidence: share("confidence")?,
             uncertainty: uncertainty(&root.table("uncertainty")?)?,
             worst_case: if root.has("worst_case") { limits(&root.table("worst_case")?)? } else { [None; LIMITS.len()] },
+            margins: if root.has("margins") { Some(margins(&root.table("margins")?)?) } else { None },
             faults: if root.has("faults") { Some(faults(&root.table("faults")?)?) } else { None },
         })
     }
@@ -112,6 +147,21 @@ fn limits(table: &Table<'_>) -> Result<[Option<f64>; LIMITS.len()], InputError> 
         }
     }
     Ok(limits)
+}
+
+fn margins(table: &Table<'_>) -> Result<MarginLimits, InputError> {
+    table.only(&[&["places"], &MARGINS[..]].concat())?;
+    let places = table.number("places", Bounds::PositiveUpTo(1000.0))?;
+    if places < 2.0 || places.fract() != 0.0 {
+        return Err(table.wrong("places", "a whole number from 2 up", "Such as 11: one every tenth of the weld."));
+    }
+    let mut at_least = [None; MARGINS.len()];
+    for (limit, key) in at_least.iter_mut().zip(MARGINS) {
+        if table.has(key) {
+            *limit = Some(table.number(key, Bounds::Positive)?);
+        }
+    }
+    Ok(MarginLimits { places: places as usize, at_least })
 }
 
 fn faults(table: &Table<'_>) -> Result<Faults, InputError> {
