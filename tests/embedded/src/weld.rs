@@ -185,12 +185,7 @@ impl<T: Real> Weld<T> {
         let pose = self.robot.forward(&self.robot.fake_target(&link, &Wrench::zero()));
         Some(Inputs {
             nominal,
-            setpoint: Setpoint {
-                pose,
-                b_from_w: nominal.rotation,
-                force: Some(lit(-LOAD[2])),
-                spindle: lit(SPINDLE),
-            },
+            setpoint: Setpoint { pose, b_from_w: nominal.rotation, force: Some(lit(-LOAD[2])), spindle: lit(SPINDLE) },
             sensed: Sensed {
                 encoder: self.encoder,
                 encoder_rate: self.rate,
