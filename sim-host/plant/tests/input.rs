@@ -189,7 +189,7 @@ fn numbers_out_of_range_are_underlined() {
     mistake(VERTICAL, "force_n = 18000.0", "force_n = 0", &["is 0", "above 0 in N"]);
     mistake(PROCESS, "pin_diameter_m = 0.005", "pin_diameter_m = 5.0", &["is 5.0", "at most 0.2 in m"]);
     mistake(SENSORS, "delay_s = 0.002", "delay_s = -0.002", &["is -0.002", "from 0 to 1 in s"]);
-    mistake(CONTROL, "force_ki_m_ns = 5.7e-7", "force_ki_m_ns = -2.0e-8", &["[external]", "m/(N·s)"]);
+    mistake(CONTROL, "force_ki_m_ns = 5.4e-7", "force_ki_m_ns = -2.0e-8", &["[external]", "m/(N·s)"]);
     mistake(CONTROL, "material_stiffness_n_m = 30.0e6", "material_stiffness_n_m = 0.0", &["[external]", "in N/m"]);
     mistake(
         CONTROL,
