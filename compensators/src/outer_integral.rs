@@ -11,8 +11,7 @@
 //!
 //! Needs: encoders. Sees nothing of: what bends behind them. Not on top of a law that is fed by the force: that is a positive feedback
 //! through the material already, and an integral around it makes it swing (0.2 mm with everything exact, where 0.02 are reached
-//! without). Tuning: μ below the bandwidths of the correction loops and the position
-//! loop together, a third of the slower one.
+//! without). Tuning: μ below the bandwidths of the correction loops and the position loop together, a fifth of the slower one.
 
 use nalgebra::Vector2;
 use trueweld_core::compensation::{Compensator, Observation, shortened};

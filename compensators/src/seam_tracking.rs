@@ -17,7 +17,7 @@
 //! Needs: sightings; a seam taught to within what σ says. Sees nothing of: depth, and what the sensor does not see, such as the
 //! travel angle; there the law beneath stands alone. A yaw that the law beneath does not know of shows as an offset of look-ahead ×
 //! yaw. Drop-outs hold b; stuck and impossible readings are passed over. Tuning: λ above what the loads change with while the
-//! feed rises, some 10 rad/s; noise z comes through as z √(λT/2).
+//! feed rises, and below what the plastic channel behind the tool makes swing, some 4 rad/s; noise z comes through as z √(λT/2).
 
 use crate::seen::{Seen, beside_depth};
 use heapless::Deque;

@@ -89,10 +89,9 @@ impl<'a> Sensitivity<'a> {
 
     /// Margins of one channel, the others closed: L = 1/S_ii − 1.
     pub fn margin(&self, channel: usize) -> Margin {
-        let one = Complex::new(1.0, 0.0);
         let s: Vec<Complex<f64>> = self.at.iter().map(|m| m[(channel, channel)]).collect();
         let largest = s.iter().map(|s| s.norm()).fold(0.0, f64::max);
-        let open: Vec<Complex<f64>> = s.iter().map(|s| one / s - one).collect();
+        let open: Vec<Complex<f64>> = s.iter().map(|s| s.inv() - 1.0).collect();
         let mut margin = Margin {
             gain: f64::INFINITY,
             fall: f64::INFINITY,

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, SMatrix, SVector, Vector3, Vector6};
 use trueweld_core::{JointVector, Pose, Twist, Wrench};
-use trueweld_plant::cell::{Cell, STATES, State};
+use trueweld_plant::cell::{Cell, Evaluation, STATES, State};
 use trueweld_plant::integrate::rest;
 
 /// Differences of angles, rates and what else a state holds: good to 1e-6 of the slopes against rounding, and no kink is stepped
@@ -52,12 +52,11 @@ impl LinearCell {
     ///
     /// `None` where the right-hand side is not finite there.
     pub fn about(cell: &Cell, point: &State, h: f64) -> Option<Self> {
-        let none = JointVector::zeros();
         let at = cell.evaluate(0.0, point);
         let torque = JointVector::from_fn(|i, _| -at.rates[18 + i] * cell.robot.model.rotor_inertia()[i]);
         let right = |state: &State| {
             let at = cell.evaluate(0.0, state);
-            (cell.driven(&at, &none), wrench_in_t(cell, state))
+            (at.rates, wrench_in_t(cell, &at))
         };
         let mut slopes = SMatrix::<f64, STATES, STATES>::zeros();
         let mut sensed = SMatrix::<f64, 6, STATES>::zeros();
@@ -81,7 +80,7 @@ impl LinearCell {
         sampled.iter().all(|v| v.is_finite()).then(|| Self {
             point: *point,
             torque,
-            wrench_in_t: wrench_in_t(cell, point),
+            wrench_in_t: wrench_in_t(cell, &at),
             step: sampled.fixed_view::<STATES, STATES>(0, 0).into_owned(),
             input: sampled.fixed_view::<STATES, 6>(0, STATES).into_owned(),
             sensed,
@@ -104,7 +103,6 @@ impl LinearCell {
     }
 }
 
-fn wrench_in_t(cell: &Cell, state: &State) -> SVector<f64, 6> {
-    let at = cell.evaluate(0.0, state);
+fn wrench_in_t(cell: &Cell, at: &Evaluation) -> SVector<f64, 6> {
     cell.wrench(&at.reaction.force).rotated(&at.frames.tcp.rotation.transpose()).to_vector()
 }

@@ -153,7 +153,8 @@ fn swings(rest: &Run) -> bool {
     })
 }
 
-/// How much of an impulse is left after a period, in the long run: the last two seconds in which it stands above rounding.
+/// How much of an impulse is left after a period, in the long run: over the later half of the time in which it stands above
+/// rounding.
 fn radius(response: &[Passing], period: f64) -> f64 {
     let second = (1.0 / period).round() as usize;
     let size = |rows: &[Passing]| -> Vec<f64> {
