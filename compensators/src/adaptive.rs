@@ -14,6 +14,7 @@
 //! ϑ ← ϑ + P φ r / s,   P ← P − P φ φᵀ P / s
 //! ```
 //!
+//! * R is the square of the reading's noise, and never less than what Φ leaves out of any reading.
 //! * Forgetting: P grows by Q a second, the compliances slowly, the offsets faster; only while there is excitation.
 //! * Compliances and forces learn while the tool feeds evenly only: where it stands, the material holds it beside its line with
 //!   forces that no plan has, and what they bend would pass for compliance. The offsets learn at all times.
@@ -44,6 +45,10 @@ const OFFSETS: usize = 8;
 /// tool has forgotten how it began, m: several shoulder radii.
 const EVEN: f64 = 0.01;
 const SETTLED: f64 = 0.03;
+
+/// What Φ leaves out of a reading, rad and m: the ripple of the process, and that the material answers a correction with force. A
+/// reading with less noise than that is no better; believed in, it makes the estimate fast enough to swing with the material.
+const LEFT_OUT: [f64; 2] = [1e-4, 5e-5];
 
 /// Deviations of its noise beyond which a reading says no more than so many.
 const CLIPPED: f64 = 30.0;
@@ -156,7 +161,9 @@ impl<T: Real> Adaptive<T> {
             row.rows_mut(0, OFFSETS).fill(T::zero());
         }
         let spread = self.covariance * row;
-        let (told, noise) = (row.dot(&spread), sighting.noise * sighting.noise);
+        let along = |axes: &Vector3<T>, left_out: f64| axes.norm_squared() * lit(left_out * left_out);
+        let left_out = along(&sighting.along.angular, LEFT_OUT[0]) + along(&sighting.along.linear, LEFT_OUT[1]);
+        let (told, noise) = (row.dot(&spread), left_out.max(sighting.noise * sighting.noise));
         if !told.is_finite() || told < noise * lit(EXCITED) {
             return;
         }

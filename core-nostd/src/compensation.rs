@@ -4,7 +4,7 @@
 //! bring it onto the set-point, one for position (lateral and longitudinal in W) and one for orientation; each follows
 //! the demand with a stated bandwidth, bounded in size and rate. Depth stays with the force loop: S selects here too.
 
-use crate::control::{Command, HybridController, Sensed, Setpoint};
+use crate::control::{Command, HybridController, Sensed, Setpoint, WrenchWatch};
 use crate::error::Fault;
 use crate::robot::Robot;
 use crate::scalar::{JointVector, Real};
@@ -181,6 +181,7 @@ pub struct Compensated<T: Real, C, L> {
     law: L,
     lateral: LateralLoop<T>,
     orientation: OrientationLoop<T>,
+    force_sensor: WrenchWatch<T>,
 }
 
 impl<T: Real, C: HybridController<T>, L: Compensator<T>> Compensated<T, C, L> {
@@ -191,6 +192,7 @@ impl<T: Real, C: HybridController<T>, L: Compensator<T>> Compensated<T, C, L> {
             law,
             lateral: CorrectionLoop::new(lateral, period),
             orientation: CorrectionLoop::new(orientation, period),
+            force_sensor: WrenchWatch::new(),
         }
     }
 
@@ -200,17 +202,20 @@ impl<T: Real, C: HybridController<T>, L: Compensator<T>> Compensated<T, C, L> {
         self.law.reset();
         self.lateral.reset();
         self.orientation.reset();
+        self.force_sensor = WrenchWatch::new();
     }
 
-    /// One period. The law acts while the force loop is closed; before that its correction stays as it is.
+    /// One period. The law acts while the force loop is closed; before that its correction stays as it is. A force sensor whose reading
+    /// stands still ([`WrenchWatch`]) is at fault for law and controller alike.
     ///
     /// Returns the controller's command, with the law's fault if the controller had none.
     pub fn cycle(&mut self, robot: &Robot<T>, observation: &Observation<'_, T>) -> Command<T> {
         let Observation { setpoint, sensed, .. } = *observation;
+        let sensed = &Sensed { wrench: self.force_sensor.believed(&sensed.wrench), ..*sensed };
         let mut law_fault = None;
         let mut held = false;
         if setpoint.force.is_some() {
-            match self.law.demand(robot, observation) {
+            match self.law.demand(robot, &Observation { sensed, ..*observation }) {
                 Ok(demand) => {
                     let linear = Vector2::new(demand.linear.x, demand.linear.y);
                     held = self.lateral.follow(&linear).1 | self.orientation.follow(&demand.angular).1;

@@ -6,6 +6,7 @@
 pub mod campaign;
 pub mod cell;
 pub mod corpus;
+pub mod resonance;
 
 use nalgebra::{Matrix3, Matrix6, SVector, Vector3};
 use proptest::prelude::*;

@@ -4,7 +4,7 @@ use nalgebra::{SVector, Vector3};
 use proptest::prelude::*;
 use trueweld_compensators::{Elastostatic, Uncompensated};
 use trueweld_core::compensation::{Compensated, Compensator, CorrectionLoop, LoopLimits, Observation};
-use trueweld_core::control::{External, HybridController, Parallel, Sensed, Setpoint};
+use trueweld_core::control::{External, HybridController, Parallel, STUCK, Sensed, Setpoint};
 use trueweld_core::{Fault, JOINTS, JointVector, Pose, Robot, Twist, Wrench};
 use trueweld_tests::{
     KR500, PERIOD, PLACES, cases, external_gains, force_gains, joint_gains, pose_difference, regular_configuration,
@@ -105,7 +105,8 @@ proptest! {
         let mut before = Twist::zero();
         let mut robot = Compensated::new(parallel(), ScriptedBy(script.clone(), 0), LATERAL, ORIENTATION, PERIOD);
         robot.start(&KR500, &q, &weight(&KR500, &q));
-        for (_, kind) in &script {
+        for (k, (_, kind)) in script.iter().enumerate() {
+            let sensed = trembling(&sensed, k);
             let command = robot.cycle(&KR500, &Observation::of_robot(&setpoint, &setpoint.pose, &sensed));
             let now = robot.correction();
             check_limits(&before, &now);
@@ -293,12 +294,50 @@ fn uncompensated_is_the_bare_controller() {
     let setpoint = setpoint_at(&KR500, &q, Some(18e3));
     for k in 0..50 {
         sensed.encoder[0] = q[0] + 1e-4 * f64::from(k).sin();
+        sensed.wrench.force.z += 1.0;
         let (a, b) = (
             bare.cycle(&KR500, &setpoint, &sensed),
             on_top.cycle(&KR500, &Observation::of_robot(&setpoint, &setpoint.pose, &sensed)),
         );
         assert_eq!(a, b);
     }
+}
+
+/// A live sensor's readings, no two in a row alike; far below what shows.
+fn trembling(sensed: &Sensed<f64>, k: usize) -> Sensed<f64> {
+    let mut sensed = *sensed;
+    sensed.wrench.moment.z += 1e-9 * (k % 2) as f64;
+    sensed
+}
+
+#[test]
+fn a_force_sensor_that_stands_still_is_not_believed() {
+    let q = on_the_weld(0.0);
+    let (setpoint, live) = (setpoint_at(&KR500, &q, Some(18e3)), sensed_at(&KR500, &q, &weld_wrench()));
+    let law = Elastostatic::new(4.0, PERIOD).unwrap();
+    let external = External::new(joint_gains(), external_gains(), PERIOD);
+    let mut robot = Compensated::new(external, law, LATERAL, ORIENTATION, PERIOD);
+    robot.start(&KR500, &q, &weight(&KR500, &q));
+    let mut cycle =
+        |sensed: &Sensed<f64>| robot.cycle(&KR500, &Observation::of_robot(&setpoint, &setpoint.pose, sensed));
+    for k in 0..100 {
+        assert_eq!(cycle(&trembling(&live, k)).fault, None);
+    }
+    // Dropped to zero: 18 kN are missing, and the loop presses on, until it is seen that nothing moves.
+    let dead = Sensed { wrench: Wrench::zero(), ..live };
+    let believed: Vec<f64> = (1..STUCK)
+        .map(|_| {
+            let command = cycle(&dead);
+            assert_eq!(command.fault, None);
+            command.depth_correction
+        })
+        .collect();
+    let held = *believed.last().unwrap();
+    for _ in 0..1000 {
+        let command = cycle(&dead);
+        assert_eq!((command.fault, command.depth_correction), (Some(Fault::Force), held));
+    }
+    assert_eq!(cycle(&live).fault, None, "a reading that differs is believed at once");
 }
 
 #[test]
@@ -316,7 +355,8 @@ fn correction_waits_for_the_force_loop_and_moves_the_set_point() {
         assert_eq!(robot.correction(), Twist::zero());
     }
     let closed = Setpoint { force: Some(18e3), ..open };
-    for _ in 0..2000 {
+    for k in 0..2000 {
+        let sensed = trembling(&sensed, k);
         robot.cycle(&KR500, &Observation::of_robot(&closed, &nominal, &sensed));
     }
     // Long after, the correction is the demand but for depth and the limits' slack: e^(−3·24) is nothing.

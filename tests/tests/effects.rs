@@ -2,7 +2,7 @@
 //! that runs.
 
 use nalgebra::Vector3;
-use trueweld_core::spatial::{rotation_from_vector, rotation_vector};
+use trueweld_core::spatial::rotation_from_vector;
 use trueweld_core::{JointVector, Wrench};
 use trueweld_plant::cell::Cell;
 use trueweld_plant::effects::TABLE;
@@ -52,13 +52,8 @@ const ONE_OF_EACH: [&str; 31] = [
 /// What the instruments that the weld's controller does not read would show of a row.
 fn measured(cell: &Cell, row: &Row) -> Readings {
     let mut readings = Readings {
-        time: row.time,
-        encoder: row.motor.into(),
-        link_encoder: row.link.into(),
         force: row.real.rotation.tr_mul(&(cell.b_from_w.rotation * row.force_w)),
-        moment: Vector3::zeros(),
-        tcp_position: row.real.position,
-        tcp_rotation: rotation_vector(&row.real.rotation),
+        ..Readings::of(row.time, &row.motor, &row.link, &row.real)
     };
     for term in &cell.robot.ports.sensor {
         term.sense(&mut readings);

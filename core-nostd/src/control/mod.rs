@@ -13,12 +13,14 @@ mod parallel;
 mod position_loop;
 mod spindle;
 mod superposed;
+mod watch;
 
 pub use external::{External, ExternalGains};
 pub use parallel::{ForceGains, Parallel};
 pub use position_loop::JointGains;
 pub use spindle::{LONGEST_DELAY, SpindleFilter};
 pub use superposed::Superposed;
+pub use watch::{STUCK, WrenchWatch};
 
 use crate::error::Fault;
 use crate::robot::Robot;

@@ -1,6 +1,6 @@
 //! `trueweld compare-laws`: one weld with every compensation law, over a wrong stiffness, noise, delay and a lost sensor.
 
-use crate::inputs::{Files, embedded};
+use crate::inputs::{Files, STEP_OF_MANY, embedded};
 use crate::names::{Compensator, Controller};
 use crate::results::Results;
 use clap::Args;
@@ -10,7 +10,7 @@ use std::path::PathBuf;
 use trueweld_evaluate::laws::{LawComparison, NoFigures};
 use trueweld_output::{LawsCompared, Progress};
 use trueweld_plant::input::{LIMITS, Requirements};
-use trueweld_plant::simulate::{Law, Program};
+use trueweld_plant::simulate::{Law, Program, Scenario};
 
 /// Arguments of `compare-laws`.
 #[derive(Args)]
@@ -54,7 +54,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let asked = |law: &Law| arguments.laws.is_empty() || arguments.laws.iter().any(|a| a.law() == law);
     let laws: Vec<Law> = Law::ALL.into_iter().filter(asked).collect();
     let comparison = LawComparison {
-        scenario: inputs.scenario(Program::Weld, controller, &Law::None),
+        scenario: Scenario { plant_step: STEP_OF_MANY, ..inputs.scenario(Program::Weld, controller, &Law::None) },
         robot: &inputs.robot.robot,
         stiffness_error: arguments.files.cell.stiffness_error.unwrap_or(STIFFNESS_ERROR),
         laws: &laws,

@@ -148,6 +148,11 @@ impl Cell {
         Wrench { moment: Vector3::zeros(), force: self.b_from_w.rotation * force_w }
     }
 
+    /// The process' wrench in axes of the real tool frame T, where the sensor sits.
+    pub fn wrench_in_t(&self, at: &Evaluation) -> Wrench<f64> {
+        self.wrench(&at.reaction.force).rotated(&at.frames.tcp.rotation.transpose())
+    }
+
     /// The right-hand side of (2.1) and of the process at a state, but for the motors' torque: see [`driven`](Self::driven).
     ///
     /// Where the state is not finite the rates are NaN, and whoever integrates sees it.

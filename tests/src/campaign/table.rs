@@ -121,15 +121,7 @@ pub(super) fn readings(
     wrench_in_t: &Wrench<f64>,
     tcp: &Pose<f64>,
 ) -> Readings {
-    Readings {
-        time,
-        encoder: (*motor).into(),
-        link_encoder: (*link).into(),
-        force: wrench_in_t.force,
-        moment: wrench_in_t.moment,
-        tcp_position: tcp.position,
-        tcp_rotation: rotation_vector(&tcp.rotation),
-    }
+    Readings { force: wrench_in_t.force, moment: wrench_in_t.moment, ..Readings::of(time, motor, link, tcp) }
 }
 
 /// What a row has that no instrument of the cell reads.

@@ -4,7 +4,7 @@
 
 mod kept;
 
-use crate::inputs::{CellFiles, Inputs, embedded};
+use crate::inputs::{CellFiles, Inputs, STEP_OF_MANY, embedded};
 use crate::names::{Compensator, Controller};
 use crate::results::may_be_written;
 use clap::Args;
@@ -16,7 +16,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use trueweld_evaluate::certify::{Certification, Evidence, FaultTrial, Needed, Trial, judge, search};
 use trueweld_output::{Certified, CertifiedWeld, Input, Progress, html, write_file};
 use trueweld_plant::input::Requirements;
-use trueweld_plant::simulate::{BuildLaw, Program, RunError, Seam};
+use trueweld_plant::simulate::{BuildLaw, Program, RunError, Scenario, Seam};
 
 /// Arguments of `certify`.
 #[derive(Args)]
@@ -124,7 +124,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
 
 /// Every run of one weld: those that are there, and the missing ones.
 fn weld(arguments: &Arguments, requirements: &Requirements, inputs: &Inputs, key: &str) -> Result<CertifiedWeld> {
-    let scenario = inputs.scenario(Program::Weld, arguments.controller.controller(), arguments.compensator.law());
+    let scenario = Scenario {
+        plant_step: STEP_OF_MANY,
+        ..inputs.scenario(Program::Weld, arguments.controller.controller(), arguments.compensator.law())
+    };
     let robot = &inputs.robot.robot;
     let failed = |error: RunError| inputs.failed(scenario.controller, &error);
     scenario.law.build(scenario.control, scenario.sensors, Seam::of(scenario.weld).length).map_err(failed)?;

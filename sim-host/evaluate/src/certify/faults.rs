@@ -3,7 +3,7 @@
 //! Asked of every case: the correction stays within what the requirements allow, the tool stays bounded while the fault lasts and
 //! until it must be over it, and then it keeps to the limits of the steady part again.
 
-use super::{Certification, Draw, Symptoms, record};
+use super::{Certification, Draw, Symptoms, record, worst_unless_told};
 use crate::weld::Spread;
 use serde::{Deserialize, Serialize};
 use trueweld_plant::input::Faults;
@@ -50,7 +50,7 @@ pub struct FaultTrial {
 impl FaultTrial {
     /// A figure by its place in [`FAULT_FIGURES`]; infinite where the run came to no end, or to no number.
     pub fn figure(&self, k: usize) -> f64 {
-        self.figures.map_or(f64::INFINITY, |f| if f[k].is_nan() { f64::INFINITY } else { f[k] })
+        worst_unless_told(self.figures.as_ref(), k)
     }
 }
 

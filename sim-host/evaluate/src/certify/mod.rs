@@ -56,8 +56,13 @@ pub struct Trial {
 impl Trial {
     /// A figure by its place in [`LIMITS`]; infinite where the run came to no end, or to no number.
     pub fn figure(&self, k: usize) -> f64 {
-        self.figures.map_or(f64::INFINITY, |f| if f[k].is_nan() { f64::INFINITY } else { f[k] })
+        worst_unless_told(self.figures.as_ref(), k)
     }
+}
+
+/// A figure of a run; infinite where it came to no end, or to no number.
+fn worst_unless_told<const N: usize>(figures: Option<&[f64; N]>, k: usize) -> f64 {
+    figures.map(|f| f[k]).filter(|figure| !figure.is_nan()).unwrap_or(f64::INFINITY)
 }
 
 /// What is to be certified.

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, SMatrix, SVector, Vector3, Vector6};
 use trueweld_core::{JointVector, Pose, Twist, Wrench};
-use trueweld_plant::cell::{Cell, Evaluation, STATES, State};
+use trueweld_plant::cell::{Cell, STATES, State};
 use trueweld_plant::integrate::rest;
 
 /// Differences of angles, rates and what else a state holds: good to 1e-6 of the slopes against rounding, and no kink is stepped
@@ -56,7 +56,7 @@ impl LinearCell {
         let torque = JointVector::from_fn(|i, _| -at.rates[18 + i] * cell.robot.model.rotor_inertia()[i]);
         let right = |state: &State| {
             let at = cell.evaluate(0.0, state);
-            (at.rates, wrench_in_t(cell, &at))
+            (at.rates, cell.wrench_in_t(&at).to_vector())
         };
         let mut slopes = SMatrix::<f64, STATES, STATES>::zeros();
         let mut sensed = SMatrix::<f64, 6, STATES>::zeros();
@@ -80,7 +80,7 @@ impl LinearCell {
         sampled.iter().all(|v| v.is_finite()).then(|| Self {
             point: *point,
             torque,
-            wrench_in_t: wrench_in_t(cell, &at),
+            wrench_in_t: cell.wrench_in_t(&at).to_vector(),
             step: sampled.fixed_view::<STATES, STATES>(0, 0).into_owned(),
             input: sampled.fixed_view::<STATES, 6>(0, STATES).into_owned(),
             sensed,
@@ -101,8 +101,4 @@ impl LinearCell {
     pub fn state(&self, x: &SVector<f64, STATES>) -> State {
         State(self.point.0 + x)
     }
-}
-
-fn wrench_in_t(cell: &Cell, at: &Evaluation) -> SVector<f64, 6> {
-    cell.wrench(&at.reaction.force).rotated(&at.frames.tcp.rotation.transpose()).to_vector()
 }

@@ -20,7 +20,7 @@ use response::{Frozen, Passing, Run, sensitivity};
 use serde::Serialize;
 use trueweld_core::{JointVector, Wrench};
 use trueweld_plant::integrate::rest;
-use trueweld_plant::simulate::{Controller, RunError, Scenario, Seam, start_angles};
+use trueweld_plant::simulate::{RunError, Scenario, Seam, start_angles};
 
 /// Where what is left of an impulse is lost in rounding, of its largest.
 const ROUNDING: f64 = 2e-6;
@@ -103,11 +103,7 @@ impl Frozen<'_> {
 
     fn passivity(&self) -> Passivity {
         let Scenario { cell, control, controller, .. } = self.scenario;
-        let gains = match controller {
-            Controller::Parallel => &control.parallel.joint,
-            Controller::Superposed => &control.superposed.joint,
-            Controller::External => &control.external.joint,
-        };
+        let gains = controller.joint_gains(control);
         let model = &cell.robot.model;
         let frames = model.frames(&self.linear.point.drives().link);
         let axis = cell.b_from_w.rotation.column(2).into_owned();
@@ -118,11 +114,10 @@ impl Frozen<'_> {
 fn frozen<'a>(scenario: &'a Scenario<'a>, path: f64) -> Result<Frozen<'a>, RunError> {
     /// Between the start, whose branch is known, and the place.
     const STEPS: usize = 100;
-    let Scenario { cell, weld, control, plant_step, .. } = *scenario;
+    let Scenario { cell, weld, .. } = *scenario;
     let seam = Seam::of(weld);
     let model = &cell.robot.model;
-    let substeps = (control.period / plant_step - 1e-9).ceil().max(1.0) as usize;
-    let step = control.period / substeps as f64;
+    let (substeps, step) = scenario.plant_steps();
     let reach = || RunError::Reach { path, reason: "no posture welds there" };
     let mut near = start_angles(model, &seam)?;
     for k in 1..=STEPS {

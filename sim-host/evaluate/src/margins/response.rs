@@ -124,15 +124,7 @@ impl Frozen<'_> {
             let drives = linear.state(&x).drives();
             let tcp = cell.robot.model.frames(&drives.link).tcp;
             instruments.observe(&linear.wrench(&x));
-            let truth = Readings {
-                time,
-                encoder: drives.motor.into(),
-                link_encoder: drives.link.into(),
-                force: Vector3::zeros(),
-                moment: Vector3::zeros(),
-                tcp_position: tcp.position,
-                tcp_rotation: trueweld_core::spatial::rotation_vector(&tcp.rotation),
-            };
+            let truth = Readings::of(time, &drives.motor, &drives.link, &tcp);
             let mut sensed = instruments.read(&cell.robot.ports, truth, &torque);
             // The encoders of a frozen posture stand still; the robot's do not.
             sensed.encoder_rate += rate;

@@ -4,7 +4,8 @@
 //! nothing else of them; an empty port costs a comparison. What leaves the plant at a port is stated at each method.
 
 use nalgebra::Vector3;
-use trueweld_core::{JOINTS, JointVector};
+use trueweld_core::spatial::rotation_vector;
+use trueweld_core::{JOINTS, JointVector, Pose};
 
 /// Most continuous states that all effects of one cell may keep (a hysteresis keeps one a joint).
 pub const INTERNAL_STATES: usize = 6;
@@ -117,6 +118,21 @@ pub struct Readings {
     pub tcp_position: Vector3<f64>,
     /// Rotation vector of T in B, rad.
     pub tcp_rotation: Vector3<f64>,
+}
+
+impl Readings {
+    /// What ideal instruments would read of the robot, without force.
+    pub fn of(time: f64, motor: &JointVector<f64>, link: &JointVector<f64>, tcp: &Pose<f64>) -> Self {
+        Self {
+            time,
+            encoder: (*motor).into(),
+            link_encoder: (*link).into(),
+            force: Vector3::zeros(),
+            moment: Vector3::zeros(),
+            tcp_position: tcp.position,
+            tcp_rotation: rotation_vector(&tcp.rotation),
+        }
+    }
 }
 
 /// What an effect does at its port. Every method has the neutral answer as its default; a term overrides those of the

@@ -14,8 +14,7 @@ use crate::sensors::{FaultyInstruments, InstrumentFault, Instruments, SeamSight}
 use nalgebra::Vector3;
 use std::time::Instant;
 use trueweld_core::compensation::{Compensated, Compensator, Observation};
-use trueweld_core::control::{External, HybridController, Parallel, Setpoint, Superposed};
-use trueweld_core::spatial::rotation_vector;
+use trueweld_core::control::{External, HybridController, JointGains, Parallel, Setpoint, Superposed};
 use trueweld_core::{JointVector, KinematicsError, Pose, Robot, Twist, Wrench};
 
 /// Which hybrid controller.
@@ -42,13 +41,22 @@ impl Controller {
         }
     }
 
+    /// Gains of its joint position loop.
+    pub fn joint_gains(self, control: &Control) -> &JointGains<f64> {
+        match self {
+            Self::Parallel => &control.parallel.joint,
+            Self::Superposed => &control.superposed.joint,
+            Self::External => &control.external.joint,
+        }
+    }
+
     /// The controller with the gains of a cell, at rest.
     pub fn build(self, control: &Control) -> Box<dyn HybridController<f64>> {
-        let period = control.period;
+        let (joint, period) = (*self.joint_gains(control), control.period);
         match self {
-            Self::Parallel => Box::new(Parallel::new(control.parallel.joint, control.parallel.force, period)),
-            Self::Superposed => Box::new(Superposed::new(control.superposed.joint, control.superposed.force, period)),
-            Self::External => Box::new(External::new(control.external.joint, control.external.force, period)),
+            Self::Parallel => Box::new(Parallel::new(joint, control.parallel.force, period)),
+            Self::Superposed => Box::new(Superposed::new(joint, control.superposed.force, period)),
+            Self::External => Box::new(External::new(joint, control.external.force, period)),
         }
     }
 }
@@ -120,6 +128,15 @@ pub struct Scenario<'a> {
     pub seed: u64,
     /// An instrument that fails, in the last run where there are several.
     pub fault: Option<InstrumentFault>,
+}
+
+impl Scenario<'_> {
+    /// Plant steps in a control period, and the length of each, s.
+    pub fn plant_steps(&self) -> (usize, f64) {
+        let period = self.control.period;
+        let steps = (period / self.plant_step - 1e-9).ceil().max(1.0);
+        (steps as usize, period / steps)
+    }
 }
 
 /// Joint angles at the start of a seam, on the branch that follows the whole seam within the limits with the smallest
@@ -244,8 +261,7 @@ fn run_with(
     let seam = Seam::of(weld);
     let start = start(scenario, &seam)?;
     let period = control.period;
-    let substeps = (period / scenario.plant_step - 1e-9).ceil().max(1.0) as usize;
-    let h = period / substeps as f64;
+    let (substeps, h) = scenario.plant_steps();
     let duration = program.duration(weld, &seam);
     let ticks = (duration / period).round() as usize;
 
@@ -266,11 +282,15 @@ fn run_with(
         let time = tick as f64 * period;
         let drives = state.drives();
         let mut at = cell.evaluate(time, &state);
-        instruments.observe(&wrench_in_t(cell, &at));
+        instruments.observe(&cell.wrench_in_t(&at));
         if tick == 0 {
             contact = -at.reaction.force.z;
         }
-        let mut sensed = instruments.read(&cell.robot.ports, readings(time, &at, &drives), &torque);
+        let mut sensed = instruments.read(
+            &cell.robot.ports,
+            Readings::of(time, &drives.motor, &drives.link, &at.frames.tcp),
+            &torque,
+        );
         let target = program.target(weld, &seam, contact, time);
         let nominal = seam.nominal(target.path);
         let setpoint = Setpoint {
@@ -320,7 +340,7 @@ fn run_with(
             let t = time + k as f64 * h;
             if k > 0 {
                 at = cell.evaluate(t, &state);
-                instruments.observe(&wrench_in_t(cell, &at));
+                instruments.observe(&cell.wrench_in_t(&at));
             }
             state = stepper.advance(cell, t, &state, &at, &torque, h)?;
         }
@@ -338,24 +358,6 @@ fn run_with(
         simulated: ticks as f64 * period,
         wall: clock.elapsed().as_secs_f64(),
     })
-}
-
-/// The process' wrench in axes of the real tool frame, where the sensor sits.
-fn wrench_in_t(cell: &Cell, at: &Evaluation) -> Wrench<f64> {
-    cell.wrench(&at.reaction.force).rotated(&at.frames.tcp.rotation.transpose())
-}
-
-/// What ideal instruments would read.
-fn readings(time: f64, at: &Evaluation, drives: &Drives) -> Readings {
-    Readings {
-        time,
-        encoder: drives.motor.into(),
-        link_encoder: drives.link.into(),
-        force: Vector3::zeros(),
-        moment: Vector3::zeros(),
-        tcp_position: at.frames.tcp.position,
-        tcp_rotation: rotation_vector(&at.frames.tcp.rotation),
-    }
 }
 
 /// z of a tool frame: the spindle's axis.

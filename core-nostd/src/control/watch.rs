@@ -1,0 +1,52 @@
+//! A force sensor that has died without saying so: its reading stands still.
+//!
+//! A live sensor has noise, and its six channels never all repeat themselves to the last digit for long. One that is stuck, whose bus
+//! repeats the last telegram, that stands at the end of its range or has dropped to zero does. What it shows is then made no
+//! number, and the controllers and laws do what they do when a sensor is at fault: hold. A force loop that believes a dead sensor
+//! pushes the tool in as far as its limits let it.
+//!
+//! Needs noise above the sensor's resolution wherever the force loop is closed; where nothing touches and nothing shakes, a coarse
+//! sensor stands still as well. Cannot see: a sensor that is wrong and goes on trembling.
+
+use crate::scalar::{Real, lit};
+use crate::spatial::Wrench;
+use nalgebra::Vector3;
+
+/// Readings exactly alike, one after another, from which on a sensor is not believed: four periods of 12 ms move the external force
+/// loop's depth by half a millimetre, at most.
+pub const STUCK: u8 = 4;
+
+/// Watches a force sensor for readings that stand still.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WrenchWatch<T: Real> {
+    last: Option<Wrench<T>>,
+    alike: u8,
+}
+
+impl<T: Real> WrenchWatch<T> {
+    /// A watch that has seen nothing.
+    pub fn new() -> Self {
+        Self { last: None, alike: 0 }
+    }
+
+    /// Takes the reading of this period: the same, or no number where it has stood still for [`STUCK`] periods. One reading that
+    /// differs in any channel is believed again.
+    pub fn believed(&mut self, wrench: &Wrench<T>) -> Wrench<T> {
+        if self.last == Some(*wrench) {
+            self.alike = self.alike.saturating_add(1);
+        } else {
+            (self.last, self.alike) = (Some(*wrench), 1);
+        }
+        if self.alike < STUCK {
+            return *wrench;
+        }
+        let nothing = Vector3::repeat(lit(f64::NAN));
+        Wrench { moment: nothing, force: nothing }
+    }
+}
+
+impl<T: Real> Default for WrenchWatch<T> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
