@@ -70,6 +70,11 @@ impl<T: Real, A: Compensator<T>, B: Compensator<T>> Compensator<T> for Combined<
         self.offset = SVector::zeros();
     }
 
+    fn freeze(&mut self) {
+        self.first.freeze();
+        self.second.freeze();
+    }
+
     fn demand(&mut self, robot: &Robot<T>, observation: &Observation<'_, T>) -> Result<Twist<T>, Fault> {
         let first = self.first.demand(robot, observation);
         let second = self.second.demand(robot, observation);

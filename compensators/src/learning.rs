@@ -47,6 +47,7 @@ pub struct Learning<T: Real, L> {
     pass: [Place<T>; PLACES],
     /// Largest push planned so far, N.
     push: T,
+    frozen: bool,
 }
 
 impl<T: Real, L> Learning<T, L> {
@@ -63,6 +64,7 @@ impl<T: Real, L> Learning<T, L> {
             learned: [SVector::zeros(); PLACES],
             pass: [Place { sum: SVector::zeros(), weight: SVector::zeros() }; PLACES],
             push: T::zero(),
+            frozen: false,
         })
     }
 
@@ -120,6 +122,11 @@ impl<T: Real, L: Compensator<T>> Compensator<T> for Learning<T, L> {
         self.seen.reset();
     }
 
+    fn freeze(&mut self) {
+        self.frozen = true;
+        self.beneath.freeze();
+    }
+
     fn demand(&mut self, robot: &Robot<T>, observation: &Observation<'_, T>) -> Result<Twist<T>, Fault> {
         let beneath = self.beneath.demand(robot, observation)?;
         self.seen.remember(robot, observation, &beneath)?;
@@ -127,7 +134,7 @@ impl<T: Real, L: Compensator<T>> Compensator<T> for Learning<T, L> {
         self.push = self.push.max(push);
         let raised = if self.push > T::zero() { (push / self.push).max(T::zero()) } else { T::zero() };
         let correction = self.correction(observation.path) * raised;
-        if raised >= lit(FULL) {
+        if raised >= lit(FULL) && !self.frozen {
             for sighting in observation.sightings {
                 self.see(sighting, observation.path, &correction);
             }

@@ -58,6 +58,10 @@ impl<T: Real, L: Compensator<T>> Compensator<T> for OuterIntegral<T, L> {
         self.made_up = Vector2::zeros();
     }
 
+    fn freeze(&mut self) {
+        self.beneath.freeze();
+    }
+
     fn demand(&mut self, robot: &Robot<T>, observation: &Observation<'_, T>) -> Result<Twist<T>, Fault> {
         let mut demand = self.beneath.demand(robot, observation)?;
         let stands = observation.encoder_deviation(robot) - observation.setpoint_deviation();

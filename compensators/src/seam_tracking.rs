@@ -125,6 +125,10 @@ impl<T: Real, L: Compensator<T>> Compensator<T> for SeamTracking<T, L> {
         self.path = None;
     }
 
+    fn freeze(&mut self) {
+        self.beneath.freeze();
+    }
+
     fn demand(&mut self, robot: &Robot<T>, observation: &Observation<'_, T>) -> Result<Twist<T>, Fault> {
         let beneath = self.beneath.demand(robot, observation)?;
         self.seen.remember(robot, observation, &beneath)?;

@@ -94,6 +94,10 @@ pub trait Compensator<T: Real> {
     /// The start of a weld: forgets what belongs to the last one. What was learned of the robot or of the part stays.
     fn reset(&mut self);
 
+    /// From now on nothing is learned that would stay from weld to weld: the law as it is, for good. A law that learns nothing of the
+    /// kind is always so.
+    fn freeze(&mut self) {}
+
     /// Demanded displacement of the set-point, axes of W, about the TCP: linear in m, angular as a rotation vector.
     /// Its depth component is ignored.
     ///
@@ -106,6 +110,10 @@ pub trait Compensator<T: Real> {
 impl<T: Real, L: Compensator<T> + ?Sized> Compensator<T> for &mut L {
     fn reset(&mut self) {
         (**self).reset();
+    }
+
+    fn freeze(&mut self) {
+        (**self).freeze();
     }
 
     fn demand(&mut self, robot: &Robot<T>, observation: &Observation<'_, T>) -> Result<Twist<T>, Fault> {
@@ -174,6 +182,17 @@ pub fn shortened<T: Real, const D: usize>(v: SVector<T, D>, limit: T) -> (SVecto
     if norm > limit { (v * (limit / norm), true) } else { (v, false) }
 }
 
+/// A displacement along (x) and across (y) the seam held within `limit`, Euclidean norm, and whether it was: what is across keeps
+/// its size as far as there is room. A tool that lags along its seam welds where it should; one beside it does not.
+fn across_first<T: Real>(v: Vector2<T>, limit: T) -> (Vector2<T>, bool) {
+    if v.norm() <= limit || !crate::scalar::all_finite(v.iter()) {
+        return (v, false);
+    }
+    let across = v.y.max(-limit).min(limit);
+    let along = (limit * limit - across * across).max(T::zero()).sqrt();
+    (Vector2::new(v.x.max(-along).min(along), across), true)
+}
+
 /// A hybrid controller whose pose set-point is corrected by a law through the lateral and the orientation loop.
 #[derive(Debug, Clone, Copy)]
 pub struct Compensated<T: Real, C, L> {
@@ -214,11 +233,12 @@ impl<T: Real, C: HybridController<T>, L: Compensator<T>> Compensated<T, C, L> {
         let sensed = &Sensed { wrench: self.force_sensor.believed(&sensed.wrench), ..*sensed };
         let mut law_fault = None;
         let mut held = false;
+        let authority = self.lateral.limits.size;
         if setpoint.force.is_some() {
             match self.law.demand(robot, &Observation { sensed, ..*observation }) {
                 Ok(demand) => {
-                    let linear = Vector2::new(demand.linear.x, demand.linear.y);
-                    held = self.lateral.follow(&linear).1 | self.orientation.follow(&demand.angular).1;
+                    let (linear, short) = across_first(Vector2::new(demand.linear.x, demand.linear.y), authority);
+                    held = short | self.lateral.follow(&linear).1 | self.orientation.follow(&demand.angular).1;
                 }
                 Err(fault) => law_fault = Some(fault),
             }

@@ -50,3 +50,13 @@ fn what_was_learned_outlives_the_sensor() {
     let all = figures(&[(law, Change::Lost(1.0)), (law, Change::DeadInLastPass)]);
     assert!(all[1].lateral.rms < 0.3 * all[0].lateral.rms, "{} {}", all[1].lateral.rms, all[0].lateral.rms);
 }
+
+#[test]
+fn a_dead_force_sensor_does_not_take_the_tool_off_its_line() {
+    // The depth is held, and what the seam sensor sees goes on being corrected; believed, a zero would press the tool in by the
+    // limits of the force loop, and the drag with it.
+    let law = Law::SeamTracking;
+    let all = figures(&[(law, Change::Lost(0.0)), (law, Change::ForceSensorDies)]);
+    assert!(all[0] != all[1] && all[1].lateral.max_abs < 0.2e-3, "{all:?}");
+    assert!(all[1].force.error_rms < 2000.0, "{}", all[1].force.error_rms);
+}

@@ -1,10 +1,7 @@
 //! Compensation laws side by side: one weld with every law, one thing at a time made worse.
 //!
-//! Four sweeps: what the law believes of the joints' stiffness, the noise of the sensors, their delay, and lost readings of the
-//! seam sensor. The last three are run with a stiffness believed in wrongly, since a seam sensor has nothing to do where the model
+//! Four sweeps: what the law believes of the joints' stiffness, the noise of the sensors, their delay, and lost sensors. The last three are run with a stiffness believed in wrongly, since a seam sensor has nothing to do where the model
 //! is exact. Noise and delay of the force sensor are also those of the force loop: a law that does not read it still welds with it.
-//! A force sensor that reads nothing is left out: the force loop would push the tool in as far as its limits let it,
-//! under any law.
 //!
 //! Every run depends on scenario and seed alone: not on the number of threads, nor on the order in which they finish.
 
@@ -14,7 +11,8 @@ use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use trueweld_core::Robot;
 use trueweld_plant::input::Sensors;
-use trueweld_plant::simulate::{Law, RunError, Scenario, run_after};
+use trueweld_plant::sensors::{Failure, Instrument, InstrumentFault};
+use trueweld_plant::simulate::{Law, RunError, Scenario, Seam, run_after};
 
 /// One change of the scenario.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,6 +27,8 @@ pub enum Change {
     Lost(f64),
     /// The seam sensor reads nothing in the last pass, and is as its file says in those before.
     DeadInLastPass,
+    /// The force sensor drops to zero half-way through the last pass's steady part, and stays there.
+    ForceSensorDies,
 }
 
 /// What a sweep changes.
@@ -40,7 +40,7 @@ pub enum Quantity {
     Noise,
     /// [`Change::Delay`].
     Delay,
-    /// [`Change::Lost`] and [`Change::DeadInLastPass`].
+    /// [`Change::Lost`], [`Change::DeadInLastPass`] and [`Change::ForceSensorDies`].
     Lost,
 }
 
@@ -50,7 +50,7 @@ impl Quantity {
 
     /// The changes of its sweep.
     pub fn changes(self) -> &'static [Change] {
-        use Change::{DeadInLastPass, Delay, Lost, Noise, StiffnessError};
+        use Change::{DeadInLastPass, Delay, ForceSensorDies, Lost, Noise, StiffnessError};
         match self {
             Self::StiffnessError => &[
                 StiffnessError(-0.3),
@@ -63,7 +63,7 @@ impl Quantity {
             ],
             Self::Noise => &[Noise(0.25), Noise(0.5), Noise(1.0), Noise(2.0), Noise(4.0), Noise(8.0)],
             Self::Delay => &[Delay(0.0), Delay(1.0), Delay(2.0), Delay(4.0), Delay(8.0)],
-            Self::Lost => &[Lost(0.0), Lost(0.1), Lost(0.5), Lost(0.9), Lost(1.0), DeadInLastPass],
+            Self::Lost => &[Lost(0.0), Lost(0.1), Lost(0.5), Lost(0.9), Lost(1.0), DeadInLastPass, ForceSensorDies],
         }
     }
 }
@@ -151,14 +151,26 @@ impl LawComparison<'_> {
         let error = if let Change::StiffnessError(error) = change { error } else { self.stiffness_error };
         let belief = self.robot.with_stiffness_scaled(&SVector::repeat(1.0 + error)).map_err(|_| RunError::Cell)?;
         let [before, last] = [false, true].map(|last| self.sensors(change, last));
-        let scenario = Scenario { law, belief: &belief, sensors: &last, ..self.scenario };
+        let fault = (change == Change::ForceSensorDies).then(|| self.force_sensor_dies()).flatten();
+        let scenario = Scenario { law, belief: &belief, sensors: &last, fault, ..self.scenario };
         // The last pass has the scenario's own noise, as in `run_passes`.
         let earlier: Vec<Scenario<'_>> = (1..self.passes_of(*law))
             .rev()
-            .map(|k| Scenario { sensors: &before, seed: scenario.seed.wrapping_add(k as u64), ..scenario })
+            .map(|k| Scenario { sensors: &before, seed: scenario.seed.wrapping_add(k as u64), fault: None, ..scenario })
             .collect();
         let recording = run_after(&earlier, &scenario, |_| {})?;
         WeldFigures::of(&recording).ok_or(NoFigures::NotSteady)
+    }
+
+    fn force_sensor_dies(&self) -> Option<InstrumentFault> {
+        let Scenario { program, weld, .. } = &self.scenario;
+        let [rises, falls] = program.steady(weld, &Seam::of(weld))?;
+        Some(InstrumentFault {
+            instrument: Instrument::ForceSensor,
+            failure: Failure::Dropped,
+            from: 0.5 * (rises + falls),
+            until: f64::INFINITY,
+        })
     }
 
     /// The instruments of the last pass, or of those before.
@@ -167,7 +179,7 @@ impl LawComparison<'_> {
         let period = self.scenario.control.period;
         let Sensors { force, seam, .. } = &mut sensors;
         match change {
-            Change::StiffnessError(_) => {}
+            Change::StiffnessError(_) | Change::ForceSensorDies => {}
             Change::Noise(factor) => {
                 force.noise_force *= factor;
                 force.noise_moment *= factor;

@@ -187,7 +187,7 @@ fn place(at: &Margins) -> Value {
         Value::Object(named.collect())
     });
     json!({
-        "path_m": at.path, "spectral_radius": at.spectral_radius, "channels": channels,
+        "path_m": at.path, "spectral_radius": at.spectral_radius, "held_at_a_limit": at.held, "channels": channels,
         "disk": at.disk[0], "drive_disk": at.disk[1], "passivity": at.passivity,
     })
 }

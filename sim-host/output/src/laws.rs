@@ -97,6 +97,7 @@ impl LawsCompared<'_> {
                             value[key(sweep.quantity)] = amount(*change).into();
                             if sweep.quantity == Quantity::Lost {
                                 value["only_in_last_pass"] = (*change == Change::DeadInLastPass).into();
+                                value["force_sensor_dies"] = (*change == Change::ForceSensorDies).into();
                             }
                             value
                         })
@@ -155,7 +156,7 @@ impl LawsCompared<'_> {
             .into_iter()
             .collect();
         for (law, points) in self.comparison.laws.iter().zip(&sweep.points) {
-            let of_line = |beside: bool| Line {
+            let of_line = |part: usize| Line {
                 name: String::new(),
                 // A law has its colour whichever others it is compared with.
                 color: color::run(Law::ALL.iter().position(|l| l == law).unwrap_or(0)),
@@ -166,12 +167,11 @@ impl LawsCompared<'_> {
                     .iter()
                     .zip(points)
                     .enumerate()
-                    // What is lost in the last pass alone is no more of what is lost in every pass: a point beside the line.
-                    .filter(|(_, (change, _))| (**change == Change::DeadInLastPass) == beside)
+                    .filter(|(_, (change, _))| part_of(**change) == part)
                     .filter_map(|(k, (_, point))| Some((k as f64, point.as_ref().ok()?.lateral.rms * MILLI)))
                     .collect(),
             };
-            let mut parts = Vec::from([false, true].map(of_line));
+            let mut parts = Vec::from([0, 1, 2].map(of_line));
             parts.retain(|part| !part.points.is_empty());
             if let Some(last) = parts.last_mut() {
                 last.name = law.name().to_owned();
@@ -269,7 +269,7 @@ impl LawsCompared<'_> {
                 let period = self.comparison.scenario.control.period * MILLI;
                 format!("Sensor delay, periods of {period} ms, believed stiffness {at}")
             }
-            Quantity::Lost => format!("Lost seam readings, believed stiffness {at}"),
+            Quantity::Lost => format!("Lost sensors, believed stiffness {at}"),
         }
     }
 }
@@ -280,7 +280,7 @@ fn axis(quantity: Quantity) -> &'static str {
         Quantity::StiffnessError => "error of every joint's stiffness; +: believed too stiff",
         Quantity::Noise => "factor on the noise of force and seam sensor",
         Quantity::Delay => "delay of force and seam sensor, periods",
-        Quantity::Lost => "share of readings lost; last pass: all, in that one alone",
+        Quantity::Lost => "share of seam readings lost; all in the last pass alone; force sensor dead from half-way on",
     }
 }
 
@@ -290,7 +290,7 @@ fn whatever(quantity: Quantity) -> &'static str {
         Quantity::StiffnessError => "stiffness error",
         Quantity::Noise => "noise",
         Quantity::Delay => "delay",
-        Quantity::Lost => "readings lost",
+        Quantity::Lost => "sensors lost",
     }
 }
 
@@ -309,6 +309,17 @@ fn amount(change: Change) -> f64 {
     match change {
         Change::StiffnessError(v) | Change::Noise(v) | Change::Delay(v) | Change::Lost(v) => v,
         Change::DeadInLastPass => 1.0,
+        Change::ForceSensorDies => 0.0,
+    }
+}
+
+/// Which part of a law's line a change belongs to: what is lost in the last pass alone, and another sensor, are no more of what
+/// is lost in every pass, but points beside the line.
+fn part_of(change: Change) -> usize {
+    match change {
+        Change::DeadInLastPass => 1,
+        Change::ForceSensorDies => 2,
+        _ => 0,
     }
 }
 
@@ -321,6 +332,7 @@ fn label(change: Change) -> String {
         Change::Lost(1.0) => "all".to_owned(),
         Change::Lost(share) => format!("{} %", 100.0 * share),
         Change::DeadInLastPass => "last pass".to_owned(),
+        Change::ForceSensorDies => "force".to_owned(),
     }
 }
 

@@ -68,11 +68,12 @@ pub(super) fn margin(name: &str, limit: f64, k: usize, at: Option<&Margins>) -> 
     let Some(at) = at else { return "no margins were determined".to_owned() };
     let place = format!("{:.2} m along the weld", at.path);
     if at.channels.is_none() {
-        let radius = at.spectral_radius;
-        return match radius.is_finite() {
-            true => format!("{place}, the loop is not stable: spectral radius {radius:.4}"),
-            false => format!("{place}, the loop is not stable: it runs away"),
+        let why = match at.spectral_radius {
+            _ if at.held => "only a limit holds it".to_owned(),
+            radius if radius.is_finite() => format!("spectral radius {radius:.4}"),
+            _ => "it runs away".to_owned(),
         };
+        return format!("{place}, the loop is not stable: {why}");
     }
     let (least, channel) = at.least(k);
     let [reached, limit] = [least, limit].map(|v| shown(name, v));

@@ -35,6 +35,9 @@ pub struct Margins {
     pub path: f64,
     /// Largest magnitude of a closed-loop pole that an impulse shows; below 1 the loop is stable.
     pub spectral_radius: f64,
+    /// It comes to rest at a limit, or goes to and fro between limits: what an impulse shows there is the limit and not the loop, which
+    /// counts as not stable.
+    pub held: bool,
     /// Of every channel in the order of [`CHANNEL_NAMES`]; `None` where the loop is not stable.
     pub channels: Option<[Margin; CHANNELS]>,
     /// Disk margin of corrections and force all at once, and of all drives at once; 0 where the loop is not stable.
@@ -64,6 +67,9 @@ pub fn margins(scenario: &Scenario<'_>, path: f64) -> Result<Margins, RunError> 
     if rest.away || impulses.iter().any(|run| run.away) {
         return Ok(frozen.unstable(f64::INFINITY));
     }
+    if rest.held {
+        return Ok(Margins { held: true, ..frozen.unstable(f64::INFINITY) });
+    }
     let responses = sensitivity(&rest, &impulses);
     let period = scenario.control.period;
     let spectral_radius = responses.iter().map(|r| radius(r, period)).fold(0.0, f64::max);
@@ -75,6 +81,7 @@ pub fn margins(scenario: &Scenario<'_>, path: f64) -> Result<Margins, RunError> 
     Ok(Margins {
         path,
         spectral_radius,
+        held: false,
         channels: Some(channels),
         disk: [0, SETPOINT].map(|first| sensitivity.disk(first)),
         passivity: frozen.passivity(),
@@ -98,7 +105,8 @@ impl Margins {
 
 impl Frozen<'_> {
     fn unstable(&self, spectral_radius: f64) -> Margins {
-        Margins { path: self.path, spectral_radius, channels: None, disk: [0.0; 2], passivity: self.passivity() }
+        let passivity = self.passivity();
+        Margins { path: self.path, spectral_radius, held: false, channels: None, disk: [0.0; 2], passivity }
     }
 
     fn passivity(&self) -> Passivity {

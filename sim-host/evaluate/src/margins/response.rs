@@ -59,6 +59,8 @@ pub struct Run {
     pub rows: Vec<Passing>,
     /// It ran away before the end.
     pub away: bool,
+    /// A limit held it in most periods.
+    pub held: bool,
 }
 
 /// Adds the impulse behind the law, where only the controller sees it.
@@ -97,6 +99,7 @@ impl Frozen<'_> {
         let w = seam.b_from_w.rotation;
         let added = Shared::new([0.0; CHANNELS]);
         let mut law = self.scenario.law.build(control, self.scenario.sensors, seam.length)?;
+        law.freeze();
         let opened = Opened { controller: self.scenario.controller.build(control), added: &added };
         let limits = &control.compensation;
         let mut controller = Compensated::new(opened, law.as_mut(), limits.lateral, limits.orientation, period);
@@ -118,7 +121,8 @@ impl Frozen<'_> {
         let mut torque = linear.torque;
         controller.start(belief, &linear.state(&x).drives().motor, &torque);
         let [settle, all] = [SETTLE, SETTLE + ANSWER].map(|time| (time / period) as usize);
-        let mut run = Run { rows: Vec::with_capacity(all - settle), away: false };
+        let mut run = Run { rows: Vec::with_capacity(all - settle), away: false, held: false };
+        let mut held = 0;
         for tick in 0..all {
             let time = tick as f64 * period;
             let drives = linear.state(&x).drives();
@@ -146,6 +150,7 @@ impl Frozen<'_> {
             let command = controller.cycle(belief, &observation);
             torque = command.torque;
             if tick >= settle {
+                held += usize::from(command.limited);
                 let c = controller.correction();
                 let mut row = [0.0; CHANNELS];
                 row[..5].copy_from_slice(&[c.linear.x, c.linear.y, c.angular.x, c.angular.y, c.angular.z]);
@@ -168,6 +173,7 @@ impl Frozen<'_> {
                 return Ok(run);
             }
         }
+        run.held = 2 * held > run.rows.len();
         Ok(run)
     }
 

@@ -216,7 +216,7 @@ fn margins(weld: &CertifiedWeld) -> Markup {
                 @for at in &weld.evidence.margins {
                     tr {
                         th scope="row" { (format!("{:.2} m", at.path)) }
-                        td.bad[at.channels.is_none()] { (format!("{:.4}", at.spectral_radius)) }
+                        td.bad[at.channels.is_none()] { (if at.held { "at a limit".to_owned() } else { format!("{:.4}", at.spectral_radius) }) }
                         @for (k, name) in MARGINS.into_iter().enumerate() {
                             @let least = at.least(k).0;
                             td.bad[limit(name).is_some_and(|l| least < l)] {
