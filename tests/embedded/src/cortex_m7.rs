@@ -1,6 +1,9 @@
 //! Start and end of the program on a bare Cortex-M7, and what a control cycle costs there: instructions by SysTick in an
 //! emulator that counts them, stack by painting it beforehand.
 
+use crate::host_tables::{ROBOT, START};
+use crate::others;
+use crate::weld::Weld;
 use core::arch::asm;
 use core::ffi::CStr;
 use core::ptr::{addr_of, read_volatile, write_volatile};
@@ -30,7 +33,12 @@ fn main() -> ! {
         peripherals.SYST.set_reload(RELOAD);
         peripherals.SYST.clear_current();
         peripherals.SYST.enable_counter();
-        if judge::<f32>(c"f32\n", crate::BOUND) & judge::<f64>(c"f64\n", BOUND_F64) {
+        let agrees = judge::<f32>(c"f32\n", crate::BOUND) & judge::<f64>(c"f64\n", BOUND_F64);
+        print(c"laws alone, f32\n");
+        laws::<f32>();
+        print(c"laws alone, f64\n");
+        laws::<f64>();
+        if agrees {
             debug::exit(debug::EXIT_SUCCESS);
         }
     }
@@ -40,8 +48,7 @@ fn main() -> ! {
 
 /// Runs the weld and reports what its control cycles cost; false where it does not agree with the host.
 fn judge<T: Real + Into<f64>>(name: &CStr, bound: f64) -> bool {
-    // SAFETY: touches nothing but the program counter.
-    let thousand = ticks(&mut || unsafe { asm!(".rept 1000", "nop", ".endr", options(nomem, nostack)) });
+    let thousand = thousand();
     let (mut most, mut sum, mut stack) = (0, 0, 0);
     let code = crate::run::<T>(bound, |cycle| {
         paint();
@@ -56,6 +63,34 @@ fn judge<T: Real + Into<f64>>(name: &CStr, bound: f64) -> bool {
     print_number(c"  instructions a cycle, most", most);
     print_number(c"  stack of a cycle, bytes", stack);
     code == 0
+}
+
+/// What a period of every law costs by itself, over so many periods that whatever it keeps is full.
+fn laws<T: Real>() {
+    const PERIODS: usize = 2 * crate::weld::CYCLES;
+    let Some(weld) = Weld::<T>::new(&ROBOT, &START) else { return };
+    let thousand = thousand();
+    others::laws(&mut |name, law| {
+        law.reset();
+        let (mut least, mut most, mut stack) = (u32::MAX, 0, 0);
+        for k in 0..PERIODS {
+            let Some(inputs) = weld.inputs(k % crate::weld::CYCLES) else { return };
+            paint();
+            let spent = ticks(&mut || others::ask(law, &weld.robot, &inputs, k)) * 100 / (thousand / 10).max(1);
+            (least, most) = (least.min(spent), most.max(spent));
+            stack = stack.max(unpainted());
+        }
+        print(name);
+        print_number(c"\n  instructions a period, least", least);
+        print_number(c"  instructions a period, most", most);
+        print_number(c"  stack of a period, bytes", stack);
+    });
+}
+
+/// Ticks of a thousand instructions.
+fn thousand() -> u32 {
+    // SAFETY: touches nothing but the program counter.
+    ticks(&mut || unsafe { asm!(".rept 1000", "nop", ".endr", options(nomem, nostack)) })
 }
 
 /// SysTick's ticks while `work` runs.

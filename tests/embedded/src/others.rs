@@ -1,6 +1,7 @@
 //! What the weld does not use and a controller may: linked here, so that the proof covers it too.
 
 use crate::weld::Inputs;
+use core::ffi::CStr;
 use core::hint::black_box;
 use nalgebra::Vector3;
 use trueweld_compensators::{
@@ -43,48 +44,80 @@ pub fn link<T: Real>(robot: &Robot<T>, inputs: &Inputs<T>) {
     mean.settle(period);
     black_box(mean.update(period));
     black_box(Biquad::notch(lit(16.0), lit(2.0), period));
-    laws(robot, inputs, period);
-}
-
-/// Every compensation law, with a seam sensor's readings.
-fn laws<T: Real>(robot: &Robot<T>, inputs: &Inputs<T>, period: T) {
-    let across = Twist { angular: Vector3::z() * lit::<T>(0.02), linear: Vector3::y() };
-    let seen = Sighting { deviation: lit(1e-4), along: across, noise: lit(5e-5), age: period, ahead: lit(0.02) };
-    let sightings = black_box([seen; 2]);
-    let observation = Observation {
-        path: black_box(lit(0.5)),
-        planned: black_box(Wrench { moment: Vector3::zeros(), force: Vector3::z() * lit::<T>(-18e3) }),
-        sightings: &sightings,
-        ..Observation::of_robot(&inputs.setpoint, &inputs.nominal, &inputs.sensed)
-    };
-    let ask = |law: &mut dyn Compensator<T>| {
+    if let Some(observer) = black_box(Observer::new(lit(30.0), period)) {
+        black_box(observer.wrench(robot, &sensed.encoder));
+    }
+    if let Some(law) =
+        black_box(Adaptive::new(Prior { compliance: gain[0], force: gain[1], tilt: gain[2], lateral: gain[3] }, period))
+    {
+        black_box(law.compliance());
+    }
+    laws(&mut |_, law| {
         let law = black_box(law);
         law.reset();
-        black_box(law.demand(robot, &observation).is_ok());
+        ask(law, robot, inputs, 0);
+        law.freeze();
+    });
+}
+
+/// One period of a law, with two readings of a seam sensor, the most that a period brings. `k`: the period, which turns what is seen.
+pub fn ask<T: Real>(law: &mut dyn Compensator<T>, robot: &Robot<T>, inputs: &Inputs<T>, k: usize) {
+    let across = Twist { angular: Vector3::z() * lit::<T>(0.02), linear: Vector3::y() };
+    let tilted = Twist { angular: Vector3::x(), linear: Vector3::zeros() };
+    let seen = [across, tilted].map(|along| Sighting {
+        deviation: lit(1e-5 * (k % 7) as f64),
+        along,
+        noise: lit(5e-5),
+        age: lit(0.012),
+        ahead: lit(0.02),
+    });
+    let observation = Observation {
+        path: black_box(lit(0.5 + 1.2e-4 * k as f64)),
+        planned: black_box(Wrench { moment: Vector3::zeros(), force: Vector3::z() * lit::<T>(-18e3) }),
+        sightings: black_box(&seen),
+        ..Observation::of_robot(&inputs.setpoint, &inputs.nominal, &inputs.sensed)
     };
+    black_box(black_box(law).demand(robot, &observation).is_ok());
+}
+
+/// In a frame of its own, and without a copy for the optimiser's sake: it is large.
+#[inline(never)]
+fn learning<T: Real>(each: &mut dyn FnMut(&CStr, &mut dyn Compensator<T>)) {
+    let [length, gain, period] = black_box([lit(2.0), lit(1.0), lit(0.012)]);
+    if let Some(mut law) = Learning::new(FeedForward, length, gain, period) {
+        each(c"learning", &mut law);
+    }
+}
+
+/// Every compensation law with its name, one after another.
+pub fn laws<T: Real>(each: &mut dyn FnMut(&CStr, &mut dyn Compensator<T>)) {
+    let period = black_box(lit(0.012));
     let tracking = black_box(Tracking { rate: lit(8.0), shape: lit(20.0) });
+    let following = black_box(Following { rate: lit(8.0), size: lit(2e-3) });
     let authority = black_box(Authority { displacement: lit(5e-3), rotation: lit(0.08), fade: lit(0.5) });
     let prior = black_box(Prior { compliance: lit(0.3), force: lit(0.3), tilt: lit(5e-4), lateral: lit(5e-4) });
-    if let Some(mut observer) = black_box(Observer::new(lit(30.0), period)) {
-        ask(&mut observer);
-        black_box(observer.wrench(robot, &inputs.sensed.encoder));
+    let elastostatic = || black_box(Elastostatic::new(lit(5.0), period));
+    if let Some(mut law) = elastostatic() {
+        each(c"elastostatic", &mut law);
     }
-    let following = black_box(Following { rate: lit(8.0), size: lit(2e-3) });
+    each(c"feed-forward", &mut FeedForward);
+    if let Some(mut law) = black_box(Observer::new(lit(30.0), period)) {
+        each(c"observer", &mut law);
+    }
     if let Some(tracking) = black_box(SeamTracking::new(FeedForward, tracking, period))
         && let Some(mut law) = black_box(OuterIntegral::new(tracking, following, period))
     {
-        ask(&mut law);
+        each(c"seam tracking, outer integral", &mut law);
     }
-    if let Some(mut law) = black_box(Adaptive::new(prior, period)) {
-        ask(&mut law);
-        black_box(law.compliance());
+    if let Some(adaptive) = black_box(Adaptive::new(prior, period))
+        && let Some(mut law) = black_box(OuterIntegral::new(adaptive, following, period))
+    {
+        each(c"adaptive, outer integral", &mut law);
     }
-    if let Some(mut law) = black_box(Learning::new(FeedForward, lit(2.0), lit(1.0), period)) {
-        ask(&mut law);
-    }
-    if let Some(elastostatic) = black_box(Elastostatic::new(lit(5.0), period))
+    learning(each);
+    if let Some(elastostatic) = elastostatic()
         && let Some(mut law) = black_box(Combined::new(elastostatic, FeedForward, [true; 6], authority, period))
     {
-        ask(&mut law);
+        each(c"elastostatic and feed-forward combined", &mut law);
     }
 }
