@@ -303,6 +303,29 @@ fn uncompensated_is_the_bare_controller() {
     }
 }
 
+#[test]
+fn authority_goes_across_the_seam_first() {
+    let q = on_the_weld(0.0);
+    let (setpoint, sensed) = (setpoint_at(&KR500, &q, Some(18e3)), sensed_at(&KR500, &q, &weld_wrench()));
+    // (along, across) demanded, and what is left of it within 10 mm.
+    for (demanded, given) in [
+        ([3e-3, 4e-3], [3e-3, 4e-3]),
+        ([0.1, 8e-3], [6e-3, 8e-3]),
+        ([-0.1, -6e-3], [-8e-3, -6e-3]),
+        ([5e-3, 0.02], [0.0, 0.01]),
+    ] {
+        let demand = [0.0, 0.0, 0.0, demanded[0], demanded[1], 0.0];
+        let script = ScriptedBy(vec![(demand, 1); 2000], 0);
+        let mut robot = Compensated::new(parallel(), script, LATERAL, ORIENTATION, PERIOD);
+        robot.start(&KR500, &q, &weight(&KR500, &q));
+        for k in 0..2000 {
+            robot.cycle(&KR500, &Observation::of_robot(&setpoint, &setpoint.pose, &trembling(&sensed, k)));
+        }
+        let reached = robot.correction().linear.xy();
+        assert!((reached - nalgebra::Vector2::from(given)).norm() < 1e-9, "{demanded:?}: {reached}");
+    }
+}
+
 /// A live sensor's readings, no two in a row alike; far below what shows.
 fn trembling(sensed: &Sensed<f64>, k: usize) -> Sensed<f64> {
     let mut sensed = *sensed;

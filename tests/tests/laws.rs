@@ -273,6 +273,21 @@ fn nothing_is_learned_of_the_robot_where_the_tool_stands() {
 }
 
 #[test]
+fn a_frozen_law_learns_nothing_that_stays() {
+    let mut adaptive = Adaptive::new(PRIOR, PERIOD).unwrap();
+    adaptive.freeze();
+    let before = adaptive.compliance();
+    let left = World::new(0.7).pass(&mut adaptive);
+    assert_eq!(before, adaptive.compliance());
+    // Feed-forward alone is off by more than 0.5 mm; offsets reach three times as far as is believed of them, and no farther.
+    assert!(left < 0.25e-3, "its offsets go on following: {left} m");
+    let mut learning = Learning::new(FeedForward, 1.0, 1.0, PERIOD).unwrap();
+    learning.freeze();
+    let [first, second] = [(); 2].map(|()| World::new(0.7).pass(&mut learning));
+    assert!(first > 0.5e-3 && first == second, "{first} m, then {second} m");
+}
+
+#[test]
 fn a_second_pass_needs_no_sensor_to_be_better() {
     for stiffness in [0.7, 1.3] {
         let mut law = Learning::new(FeedForward, 1.0, 1.0, PERIOD).unwrap();
