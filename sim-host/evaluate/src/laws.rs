@@ -1,6 +1,7 @@
 //! Compensation laws side by side: one weld with every law, one thing at a time made worse.
 //!
-//! Four sweeps: what the law believes of the joints' stiffness, the noise of the sensors, their delay, and lost sensors. The last three are run with a stiffness believed in wrongly, since a seam sensor has nothing to do where the model
+//! Four sweeps: what the law believes of the joints' stiffness, the noise of the sensors, their delay, and lost sensors. The last three
+//! are run with a stiffness believed in wrongly, since a seam sensor has nothing to do where the model
 //! is exact. Noise and delay of the force sensor are also those of the force loop: a law that does not read it still welds with it.
 //!
 //! Every run depends on scenario and seed alone: not on the number of threads, nor on the order in which they finish.

@@ -194,11 +194,15 @@ impl Frozen<'_> {
     }
 }
 
+/// Noise of a force sensor that never stands still, N: one that does is not believed, and its loop is open.
+const LIVE: f64 = 1e-6;
+
 /// Instruments without steps, which would swallow the impulse, and without lost readings: the same loop in every period.
 fn steady(sensors: &Sensors) -> Sensors {
     let mut sensors = sensors.clone();
     sensors.encoder_resolution = [0.0; 6];
     sensors.force.resolution = 0.0;
+    sensors.force.noise_force = sensors.force.noise_force.max(LIVE);
     if let Some(seam) = &mut sensors.seam {
         seam.lost = 0.0;
     }
