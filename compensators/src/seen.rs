@@ -11,6 +11,7 @@
 use heapless::Deque;
 use nalgebra::SVector;
 use trueweld_core::compensation::{Observation, Sighting};
+use trueweld_core::control::Repeats;
 use trueweld_core::scalar::lit;
 use trueweld_core::{Fault, Real, Robot, Twist};
 
@@ -33,13 +34,13 @@ pub(crate) struct Seen<T: Real> {
     period: T,
     /// E less what is already demanded of it, newest last.
     past: Deque<Twist<T>, REMEMBERED>,
-    /// By kind of reading, told apart by the first direction that it sees: its last value, and how often it came.
-    same: [(T, u8); 6],
+    /// By kind of reading, told apart by the direction that it sees most of.
+    same: [Repeats<T>; 6],
 }
 
 impl<T: Real> Seen<T> {
     pub fn new(period: T) -> Self {
-        Self { period, past: Deque::new(), same: [(T::zero(), 0); 6] }
+        Self { period, past: Deque::new(), same: [const { Repeats::new() }; 6] }
     }
 
     pub fn reset(&mut self) {
@@ -91,12 +92,6 @@ impl<T: Real> Seen<T> {
                 if a.abs() > most { (i, a.abs()) } else { (k, most) }
             },
         );
-        let Some((value, times)) = self.same.get_mut(kind.0) else { return false };
-        if *value == sighting.deviation {
-            *times = times.saturating_add(1);
-        } else {
-            (*value, *times) = (sighting.deviation, 1);
-        }
-        *times >= STUCK
+        self.same.get_mut(kind.0).is_some_and(|same| same.count(sighting.deviation) >= STUCK)
     }
 }

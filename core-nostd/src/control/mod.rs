@@ -20,7 +20,7 @@ pub use parallel::{ForceGains, Parallel};
 pub use position_loop::JointGains;
 pub use spindle::{LONGEST_DELAY, SpindleFilter};
 pub use superposed::Superposed;
-pub use watch::{STUCK, WrenchWatch};
+pub use watch::{Repeats, STUCK, WrenchWatch};
 
 use crate::error::Fault;
 use crate::robot::Robot;

@@ -16,28 +16,50 @@ use nalgebra::Vector3;
 /// loop's depth by half a millimetre, at most.
 pub const STUCK: u8 = 4;
 
-/// Watches a force sensor for readings that stand still.
+/// Counts how often a reading comes exactly the same again.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct WrenchWatch<T: Real> {
-    last: Option<Wrench<T>>,
+pub struct Repeats<V> {
+    last: Option<V>,
     alike: u8,
 }
+
+impl<V: PartialEq> Repeats<V> {
+    /// Nothing read yet.
+    pub const fn new() -> Self {
+        Self { last: None, alike: 0 }
+    }
+
+    /// Takes a reading; how many in a row have been like it, itself included.
+    pub fn count(&mut self, reading: V) -> u8 {
+        if self.last.as_ref() == Some(&reading) {
+            self.alike = self.alike.saturating_add(1);
+        } else {
+            (self.last, self.alike) = (Some(reading), 1);
+        }
+        self.alike
+    }
+}
+
+impl<V: PartialEq> Default for Repeats<V> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// Watches a force sensor for readings that stand still.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WrenchWatch<T: Real>(Repeats<Wrench<T>>);
 
 impl<T: Real> WrenchWatch<T> {
     /// A watch that has seen nothing.
     pub fn new() -> Self {
-        Self { last: None, alike: 0 }
+        Self(Repeats::new())
     }
 
     /// Takes the reading of this period: the same, or no number where it has stood still for [`STUCK`] periods. One reading that
     /// differs in any channel is believed again.
     pub fn believed(&mut self, wrench: &Wrench<T>) -> Wrench<T> {
-        if self.last == Some(*wrench) {
-            self.alike = self.alike.saturating_add(1);
-        } else {
-            (self.last, self.alike) = (Some(*wrench), 1);
-        }
-        if self.alike < STUCK {
+        if self.0.count(*wrench) < STUCK {
             return *wrench;
         }
         let nothing = Vector3::repeat(lit(f64::NAN));

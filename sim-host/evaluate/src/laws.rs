@@ -152,7 +152,7 @@ impl LawComparison<'_> {
         let error = if let Change::StiffnessError(error) = change { error } else { self.stiffness_error };
         let belief = self.robot.with_stiffness_scaled(&SVector::repeat(1.0 + error)).map_err(|_| RunError::Cell)?;
         let [before, last] = [false, true].map(|last| self.sensors(change, last));
-        let fault = (change == Change::ForceSensorDies).then(|| self.force_sensor_dies()).flatten();
+        let fault = if change == Change::ForceSensorDies { self.force_sensor_dies() } else { None };
         let scenario = Scenario { law, belief: &belief, sensors: &last, fault, ..self.scenario };
         // The last pass has the scenario's own noise, as in `run_passes`.
         let earlier: Vec<Scenario<'_>> = (1..self.passes_of(*law))

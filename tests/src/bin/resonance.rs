@@ -1,4 +1,4 @@
-//! Prints the tables of `docs/resonance.md`, in some minutes.
+//! Prints the tables of `docs/resonance.md`, in a minute or two.
 
 use trueweld_plant::simulate::Controller;
 use trueweld_tests::resonance::{Lines, fixtures, started_at, unscaled, usable, weld};
