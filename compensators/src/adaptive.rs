@@ -123,12 +123,18 @@ impl<T: Real> Adaptive<T> {
     }
 
     /// Φ at the nominal pose under the planned load, axes of W.
-    fn regressor(robot: &Robot<T>, observation: &Observation<'_, T>) -> Result<SMatrix<T, 6, UNKNOWN>, Fault> {
-        let link = robot.track(observation.nominal, &observation.sensed.encoder).map_err(|_| Fault::Compensation)?;
+    fn regressor(
+        robot: &Robot<T>,
+        observation: &Observation<'_, T>,
+    ) -> Result<SMatrix<T, 6, UNKNOWN>, Fault> {
+        let link = robot
+            .track(observation.nominal, &observation.sensed.encoder)
+            .map_err(|_| Fault::Compensation)?;
         let frames = robot.frames(&link);
         let w = observation.setpoint.b_from_w;
         let load = observation.planned.rotated(&w);
-        let twist = robot.spring_torque_at_rest(&frames, &link, &load).component_div(robot.stiffness());
+        let twist =
+            robot.spring_torque_at_rest(&frames, &link, &load).component_div(robot.stiffness());
         let jacobian = frames.jacobian();
         let compliance = robot.cartesian_compliance(&jacobian);
         let in_w = |v: SVector<T, 6>| Twist::from_vector(&v).rotated(&w.transpose()).to_vector();
@@ -136,9 +142,10 @@ impl<T: Real> Adaptive<T> {
         for i in 0..6 {
             regressor.set_column(i, &in_w(jacobian.0.column(i) * twist[i]));
         }
-        for (i, part) in
-            [(6, Vector3::x() * observation.planned.force.x), (7, Vector3::y() * observation.planned.force.y)]
-        {
+        for (i, part) in [
+            (6, Vector3::x() * observation.planned.force.x),
+            (7, Vector3::y() * observation.planned.force.y),
+        ] {
             let force = Wrench { moment: Vector3::zeros(), force: w * part };
             regressor.set_column(i, &in_w(-(compliance * force.to_vector())));
         }
@@ -160,13 +167,17 @@ impl<T: Real> Adaptive<T> {
     fn learn(&mut self, regressor: &SMatrix<T, 6, UNKNOWN>, sighting: &Sighting<T>, evenly: bool) {
         let mut row = regressor.tr_mul(&beside_depth(sighting));
         let expected = row.dot(&self.unknown);
-        let Some(surprise) = self.seen.surprise(sighting, expected, CLIPPED) else { return };
+        let Some(surprise) = self.seen.surprise(sighting, expected, CLIPPED) else {
+            return;
+        };
         if !evenly {
             row.rows_mut(0, OFFSETS).fill(T::zero());
         }
         let spread = self.covariance * row;
-        let along = |axes: &Vector3<T>, left_out: f64| axes.norm_squared() * lit(left_out * left_out);
-        let left_out = along(&sighting.along.angular, LEFT_OUT[0]) + along(&sighting.along.linear, LEFT_OUT[1]);
+        let along =
+            |axes: &Vector3<T>, left_out: f64| axes.norm_squared() * lit(left_out * left_out);
+        let left_out = along(&sighting.along.angular, LEFT_OUT[0])
+            + along(&sighting.along.linear, LEFT_OUT[1]);
         let (told, noise) = (row.dot(&spread), left_out.max(sighting.noise * sighting.noise));
         if !told.is_finite() || told < noise * lit(EXCITED) {
             return;
@@ -206,7 +217,11 @@ impl<T: Real> Compensator<T> for Adaptive<T> {
         self.frozen = true;
     }
 
-    fn demand(&mut self, robot: &Robot<T>, observation: &Observation<'_, T>) -> Result<Twist<T>, Fault> {
+    fn demand(
+        &mut self,
+        robot: &Robot<T>,
+        observation: &Observation<'_, T>,
+    ) -> Result<Twist<T>, Fault> {
         let planned = FeedForward.demand(robot, observation)?;
         let regressor = Self::regressor(robot, observation)?;
         self.seen.remember(robot, observation, &planned)?;

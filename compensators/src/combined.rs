@@ -41,7 +41,13 @@ impl<T: Real, A, B> Combined<T, A, B> {
     /// control, s.
     ///
     /// `None` unless all of the authority and the period are positive and finite.
-    pub fn new(first: A, second: B, owned: [bool; 6], authority: Authority<T>, period: T) -> Option<Self> {
+    pub fn new(
+        first: A,
+        second: B,
+        owned: [bool; 6],
+        authority: Authority<T>,
+        period: T,
+    ) -> Option<Self> {
         let all = [authority.displacement, authority.rotation, authority.fade, period];
         all.iter().all(|v| v.is_finite() && *v > T::zero()).then(|| Self {
             first,
@@ -75,7 +81,11 @@ impl<T: Real, A: Compensator<T>, B: Compensator<T>> Compensator<T> for Combined<
         self.second.freeze();
     }
 
-    fn demand(&mut self, robot: &Robot<T>, observation: &Observation<'_, T>) -> Result<Twist<T>, Fault> {
+    fn demand(
+        &mut self,
+        robot: &Robot<T>,
+        observation: &Observation<'_, T>,
+    ) -> Result<Twist<T>, Fault> {
         let first = self.first.demand(robot, observation);
         let second = self.second.demand(robot, observation);
         let (from_first, demands) = match (first, second) {

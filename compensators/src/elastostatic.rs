@@ -57,7 +57,11 @@ impl<T: Real> Compensator<T> for Elastostatic<T> {
         self.started = false;
     }
 
-    fn demand(&mut self, robot: &Robot<T>, observation: &Observation<'_, T>) -> Result<Twist<T>, Fault> {
+    fn demand(
+        &mut self,
+        robot: &Robot<T>,
+        observation: &Observation<'_, T>,
+    ) -> Result<Twist<T>, Fault> {
         let sensed = observation.sensed;
         if !sensed.wrench.is_finite() {
             return Err(Fault::Force);
@@ -76,7 +80,8 @@ impl<T: Real> Compensator<T> for Elastostatic<T> {
             self.started = false;
             return Err(Fault::Force);
         }
-        let link = robot.track(observation.nominal, &sensed.encoder).map_err(|_| Fault::Compensation)?;
+        let link =
+            robot.track(observation.nominal, &sensed.encoder).map_err(|_| Fault::Compensation)?;
         Ok(observation.demand_for(robot, &robot.fake_target(&link, &wrench)))
     }
 }

@@ -18,8 +18,14 @@ pub struct FeedForward;
 impl<T: Real> Compensator<T> for FeedForward {
     fn reset(&mut self) {}
 
-    fn demand(&mut self, robot: &Robot<T>, observation: &Observation<'_, T>) -> Result<Twist<T>, Fault> {
-        let link = robot.track(observation.nominal, &observation.sensed.encoder).map_err(|_| Fault::Compensation)?;
+    fn demand(
+        &mut self,
+        robot: &Robot<T>,
+        observation: &Observation<'_, T>,
+    ) -> Result<Twist<T>, Fault> {
+        let link = robot
+            .track(observation.nominal, &observation.sensed.encoder)
+            .map_err(|_| Fault::Compensation)?;
         Ok(observation.demand_for(robot, &robot.fake_target(&link, &observation.planned_in_t())))
     }
 }

@@ -72,7 +72,8 @@ impl<T: Real, L> Learning<T, L> {
     fn places(&self, path: T) -> (usize, usize, T) {
         let at = (path / self.spacing).max(T::zero()).min(lit((PLACES - 1) as f64));
         // A path that is no number is at the start.
-        let before = nalgebra::try_convert::<T, f64>(at).map_or(0, |at| (at as usize).min(PLACES - 2));
+        let before =
+            nalgebra::try_convert::<T, f64>(at).map_or(0, |at| (at as usize).min(PLACES - 2));
         (before, before + 1, at - lit(before as f64))
     }
 
@@ -87,7 +88,9 @@ impl<T: Real, L> Learning<T, L> {
 
     fn see(&mut self, sighting: &Sighting<T>, path: T, correction: &SVector<T, 6>) {
         let along = beside_depth(sighting);
-        let Some(surprise) = self.seen.surprise(sighting, along.dot(correction), CLIPPED) else { return };
+        let Some(surprise) = self.seen.surprise(sighting, along.dot(correction), CLIPPED) else {
+            return;
+        };
         let square = along.norm_squared();
         let (before, after, share) = self.places(path);
         let nearest = if share < lit(0.5) { before } else { after };
@@ -103,12 +106,15 @@ impl<T: Real, L> Learning<T, L> {
     fn learn(&mut self) {
         let mut wanted = self.learned;
         for (wanted, place) in wanted.iter_mut().zip(&self.pass) {
-            let mean = place.sum.zip_map(&place.weight, |s, w| if w > T::zero() { s / w } else { T::zero() });
+            let mean = place
+                .sum
+                .zip_map(&place.weight, |s, w| if w > T::zero() { s / w } else { T::zero() });
             *wanted += mean * self.gain;
         }
         for (k, learned) in self.learned.iter_mut().enumerate() {
             let around = wanted.iter().skip(k.saturating_sub(1)).take(if k == 0 { 2 } else { 3 });
-            let (sum, count) = around.fold((SVector::zeros(), T::zero()), |(sum, n), v| (sum + v, n + T::one()));
+            let (sum, count) =
+                around.fold((SVector::zeros(), T::zero()), |(sum, n), v| (sum + v, n + T::one()));
             *learned = sum / count;
         }
     }
@@ -127,12 +133,17 @@ impl<T: Real, L: Compensator<T>> Compensator<T> for Learning<T, L> {
         self.beneath.freeze();
     }
 
-    fn demand(&mut self, robot: &Robot<T>, observation: &Observation<'_, T>) -> Result<Twist<T>, Fault> {
+    fn demand(
+        &mut self,
+        robot: &Robot<T>,
+        observation: &Observation<'_, T>,
+    ) -> Result<Twist<T>, Fault> {
         let beneath = self.beneath.demand(robot, observation)?;
         self.seen.remember(robot, observation, &beneath)?;
         let push = -observation.planned.force.z;
         self.push = self.push.max(push);
-        let raised = if self.push > T::zero() { (push / self.push).max(T::zero()) } else { T::zero() };
+        let raised =
+            if self.push > T::zero() { (push / self.push).max(T::zero()) } else { T::zero() };
         let correction = self.correction(observation.path) * raised;
         if raised >= lit(FULL) && !self.frozen {
             for sighting in observation.sightings {

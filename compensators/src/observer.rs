@@ -54,7 +54,8 @@ impl<T: Real> Observer<T> {
     pub fn wrench(&self, robot: &Robot<T>, encoder: &JointVector<T>) -> Option<Wrench<T>> {
         let link = self.link(robot, encoder);
         let frames: Frames<T> = robot.frames(&link);
-        let load = robot.spring_torque_at_rest(&frames, &link, &Wrench::zero()) - self.spring_torque();
+        let load =
+            robot.spring_torque_at_rest(&frames, &link, &Wrench::zero()) - self.spring_torque();
         frames.jacobian().wrench_for(&load)
     }
 }
@@ -64,20 +65,27 @@ impl<T: Real> Compensator<T> for Observer<T> {
         self.last = None;
     }
 
-    fn demand(&mut self, robot: &Robot<T>, observation: &Observation<'_, T>) -> Result<Twist<T>, Fault> {
+    fn demand(
+        &mut self,
+        robot: &Robot<T>,
+        observation: &Observation<'_, T>,
+    ) -> Result<Twist<T>, Fault> {
         let sensed = observation.sensed;
         let rate = sensed.encoder_rate;
         let friction = &robot.parameters().friction;
         let lost = rate.component_mul(&friction.viscous)
             + friction.coulomb.component_mul(&rate.map(|r| (r / friction.smoothing).tanh()));
         let before = self.last.map_or(rate, |(_, before)| before);
-        let seen = sensed.motor_torque - lost - robot.rotor_inertia().component_mul(&(rate - before)) / self.period;
+        let seen = sensed.motor_torque
+            - lost
+            - robot.rotor_inertia().component_mul(&(rate - before)) / self.period;
         if !all_finite(seen.iter()) {
             return Err(Fault::Compensation);
         }
         let torque = self.last.map_or(seen, |(torque, _)| torque + (seen - torque) * self.share);
         self.last = Some((torque, rate));
-        let link = robot.track(observation.nominal, &sensed.encoder).map_err(|_| Fault::Compensation)?;
+        let link =
+            robot.track(observation.nominal, &sensed.encoder).map_err(|_| Fault::Compensation)?;
         Ok(observation.demand_for(robot, &(link + torque.component_div(robot.stiffness()))))
     }
 }

@@ -62,14 +62,19 @@ impl<T: Real, L: Compensator<T>> Compensator<T> for OuterIntegral<T, L> {
         self.beneath.freeze();
     }
 
-    fn demand(&mut self, robot: &Robot<T>, observation: &Observation<'_, T>) -> Result<Twist<T>, Fault> {
+    fn demand(
+        &mut self,
+        robot: &Robot<T>,
+        observation: &Observation<'_, T>,
+    ) -> Result<Twist<T>, Fault> {
         let mut demand = self.beneath.demand(robot, observation)?;
         let stands = observation.encoder_deviation(robot) - observation.setpoint_deviation();
         let lack = (demand - stands).linear.xy();
         if !all_finite(lack.iter()) {
             return Err(Fault::Compensation);
         }
-        self.made_up = shortened(self.made_up + lack * (self.tuning.rate * self.period), self.tuning.size).0;
+        self.made_up =
+            shortened(self.made_up + lack * (self.tuning.rate * self.period), self.tuning.size).0;
         demand.linear.x += self.made_up.x;
         demand.linear.y += self.made_up.y;
         Ok(demand)

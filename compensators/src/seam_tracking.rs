@@ -86,7 +86,10 @@ impl<T: Real, L> SeamTracking<T, L> {
 
     fn keep(&mut self, place: T, shape: SVector<T, 6>) {
         // One place holds what is seen over a share of the look-ahead, so that all of it fits.
-        let width = self.ahead.front().map_or(T::zero(), |first| (place - first.0) / lit((PLACES - 1) as f64));
+        let width = self
+            .ahead
+            .front()
+            .map_or(T::zero(), |first| (place - first.0) / lit((PLACES - 1) as f64));
         match self.ahead.back_mut() {
             Some((last, held)) if place - *last <= width => *held += shape,
             _ => {
@@ -103,7 +106,9 @@ impl<T: Real, L> SeamTracking<T, L> {
         let along = beside_depth(sighting);
         let square = along.norm_squared();
         let pending = self.ahead.iter().fold(self.learned, |sum, (_, shape)| sum + shape);
-        let Some(surprise) = self.seen.surprise(sighting, along.dot(&pending), CLIPPED) else { return };
+        let Some(surprise) = self.seen.surprise(sighting, along.dot(&pending), CLIPPED) else {
+            return;
+        };
         if square <= T::zero() {
             return;
         }
@@ -129,10 +134,16 @@ impl<T: Real, L: Compensator<T>> Compensator<T> for SeamTracking<T, L> {
         self.beneath.freeze();
     }
 
-    fn demand(&mut self, robot: &Robot<T>, observation: &Observation<'_, T>) -> Result<Twist<T>, Fault> {
+    fn demand(
+        &mut self,
+        robot: &Robot<T>,
+        observation: &Observation<'_, T>,
+    ) -> Result<Twist<T>, Fault> {
         let beneath = self.beneath.demand(robot, observation)?;
         self.seen.remember(robot, observation, &beneath)?;
-        let speed = self.path.map_or(T::zero(), |before| (observation.path - before).max(T::zero()) / self.period);
+        let speed = self
+            .path
+            .map_or(T::zero(), |before| (observation.path - before).max(T::zero()) / self.period);
         self.path = Some(observation.path);
         let turns = self.tuning.shape * speed;
         let share = turns / (T::one() + turns);

@@ -57,7 +57,8 @@ impl<T: Real> Seen<T> {
         observation: &Observation<'_, T>,
         beneath: &Twist<T>,
     ) -> Result<(), Fault> {
-        let beyond = observation.encoder_deviation(robot) - observation.setpoint_deviation() - *beneath;
+        let beyond =
+            observation.encoder_deviation(robot) - observation.setpoint_deviation() - *beneath;
         if !beyond.is_finite() {
             return Err(Fault::Compensation);
         }
@@ -86,12 +87,9 @@ impl<T: Real> Seen<T> {
     fn is_stuck(&mut self, sighting: &Sighting<T>) -> bool {
         let along = sighting.along.to_vector();
         // The direction seen most of, a radian counted as a metre.
-        let kind = along.iter().enumerate().fold(
-            (0, T::zero()),
-            |(k, most), (i, a)| {
-                if a.abs() > most { (i, a.abs()) } else { (k, most) }
-            },
-        );
+        let kind = along.iter().enumerate().fold((0, T::zero()), |(k, most), (i, a)| {
+            if a.abs() > most { (i, a.abs()) } else { (k, most) }
+        });
         self.same.get_mut(kind.0).is_some_and(|same| same.count(sighting.deviation) >= STUCK)
     }
 }

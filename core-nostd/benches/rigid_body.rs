@@ -11,7 +11,8 @@ use nalgebra::Vector3;
 use support::{Random, STATES, arm, converted};
 use trueweld_core::compensation::{Compensated, Compensator, LoopLimits, Observation};
 use trueweld_core::control::{
-    External, ExternalGains, ForceGains, HybridController, JointGains, Parallel, Sensed, Setpoint, Superposed,
+    External, ExternalGains, ForceGains, HybridController, JointGains, Parallel, Sensed, Setpoint,
+    Superposed,
 };
 use trueweld_core::crba::factor;
 use trueweld_core::scalar::lit;
@@ -68,7 +69,8 @@ fn algorithms<T: Real>(criterion: &mut Criterion, scalar: &str) {
     let robot = arm::<T>(GRAVITY);
     let robot = black_box(&robot);
     let states = States::new();
-    let (q, v, a) = (converted::<T>(&states.q), converted::<T>(&states.v), converted::<T>(&states.a));
+    let (q, v, a) =
+        (converted::<T>(&states.q), converted::<T>(&states.v), converted::<T>(&states.a));
     let torque = converted::<T>(&states.torque);
     let none = Wrench::zero();
     time(criterion, &format!("{scalar}/six sine-cosine pairs"), |i| q[i].map(|x| x.sin_cos()));
@@ -76,7 +78,9 @@ fn algorithms<T: Real>(criterion: &mut Criterion, scalar: &str) {
     time(criterion, &format!("{scalar}/all frames"), |i| robot.frames(&q[i]));
     time(criterion, &format!("{scalar}/Jacobian"), |i| robot.frames(&q[i]).jacobian());
     time(criterion, &format!("{scalar}/gravity"), |i| robot.gravity_torque(&robot.frames(&q[i])));
-    time(criterion, &format!("{scalar}/RNEA"), |i| robot.rnea(&robot.frames(&q[i]), &v[i], &a[i], &none));
+    time(criterion, &format!("{scalar}/RNEA"), |i| {
+        robot.rnea(&robot.frames(&q[i]), &v[i], &a[i], &none)
+    });
     time(criterion, &format!("{scalar}/bias"), |i| robot.bias(&robot.frames(&q[i]), &v[i]));
     time(criterion, &format!("{scalar}/CRBA"), |i| robot.crba(&robot.frames(&q[i])));
     time(criterion, &format!("{scalar}/CRBA, Cholesky, solve"), |i| {
@@ -102,15 +106,25 @@ fn welding<T: Real>(criterion: &mut Criterion, scalar: &str) {
         moment: Vector3::new(lit(10.0), lit(20.0), lit(30.0)),
         force: Vector3::new(lit(-1000.0), lit(4000.0), lit(-18000.0)),
     };
-    time(criterion, &format!("{scalar}/inverse kinematics (track)"), |i| robot.track(&poses[i], &work));
-    time(criterion, &format!("{scalar}/deflected, 3 iterations"), |i| robot.deflected(&q[i], &push, 3));
+    time(criterion, &format!("{scalar}/inverse kinematics (track)"), |i| {
+        robot.track(&poses[i], &work)
+    });
+    time(criterion, &format!("{scalar}/deflected, 3 iterations"), |i| {
+        robot.deflected(&q[i], &push, 3)
+    });
 
     let joint = JointGains {
         kp: JointVector::repeat(lit(4e5)),
         ki: JointVector::repeat(lit(4e5)),
         kd: JointVector::repeat(lit(1e4)),
     };
-    let force = ForceGains { kp: lit(0.1), ki: lit(2.0), kd: lit(1e3), max_correction: lit(5e3), max_rate: lit(5e4) };
+    let force = ForceGains {
+        kp: lit(0.1),
+        ki: lit(2.0),
+        kd: lit(1e3),
+        max_correction: lit(5e3),
+        max_rate: lit(5e4),
+    };
     let outer = ExternalGains {
         kp: lit(1e-8),
         ki: lit(1e-7),
@@ -125,7 +139,12 @@ fn welding<T: Real>(criterion: &mut Criterion, scalar: &str) {
     let welded = |controller: &mut Cycle<'_, T>, i: usize| {
         let pose = poses[(i + 1) % STATES];
         // W as the tool stands: y and z of the tool, which makes the depth axis the tool's own.
-        let setpoint = Setpoint { pose, b_from_w: pose.rotation, force: Some(lit(18_000.0)), spindle: lit(62.8) };
+        let setpoint = Setpoint {
+            pose,
+            b_from_w: pose.rotation,
+            force: Some(lit(18_000.0)),
+            spindle: lit(62.8),
+        };
         let sensed = Sensed {
             encoder: q[i],
             encoder_rate: JointVector::zeros(),
@@ -143,15 +162,20 @@ fn welding<T: Real>(criterion: &mut Criterion, scalar: &str) {
     ];
     for (name, controller) in &mut controllers {
         controller.start(robot, &work, &JointVector::zeros());
-        let mut cycle = |s: &Setpoint<T>, _: &Pose<T>, m: &Sensed<T>| black_box(controller.cycle(robot, s, m)).fault;
+        let mut cycle = |s: &Setpoint<T>, _: &Pose<T>, m: &Sensed<T>| {
+            black_box(controller.cycle(robot, s, m)).fault
+        };
         time(criterion, &format!("{scalar}/control cycle, {name}"), |i| welded(&mut cycle, i));
     }
-    let mut compensated = Compensated::new(External::new(joint, outer, period), FakeTarget, limits, limits, period);
+    let mut compensated =
+        Compensated::new(External::new(joint, outer, period), FakeTarget, limits, limits, period);
     compensated.start(robot, &work, &JointVector::zeros());
     let mut cycle = |s: &Setpoint<T>, n: &Pose<T>, m: &Sensed<T>| {
         black_box(compensated.cycle(robot, &Observation::of_robot(s, n, m))).fault
     };
-    time(criterion, &format!("{scalar}/control cycle, external + fake target"), |i| welded(&mut cycle, i));
+    time(criterion, &format!("{scalar}/control cycle, external + fake target"), |i| {
+        welded(&mut cycle, i)
+    });
 }
 
 /// The costliest thing a compensation law does in a period: inverse kinematics, loads, forward kinematics.
@@ -161,7 +185,8 @@ impl<T: Real> Compensator<T> for FakeTarget {
     fn reset(&mut self) {}
 
     fn demand(&mut self, robot: &Robot<T>, seen: &Observation<'_, T>) -> Result<Twist<T>, Fault> {
-        let link = robot.track(seen.nominal, &seen.sensed.encoder).map_err(|_| Fault::Compensation)?;
+        let link =
+            robot.track(seen.nominal, &seen.sensed.encoder).map_err(|_| Fault::Compensation)?;
         Ok(seen.demand_for(robot, &robot.fake_target(&link, &seen.sensed.wrench)))
     }
 }
@@ -175,7 +200,9 @@ fn peer(criterion: &mut Criterion) {
     agree(&mut robot, tcp, &states);
     let States { q, v, a, torque, .. } = states;
     let fails = "dynibo takes what it has just been checked with";
-    time(criterion, "dynibo/forward kinematics", |i| robot.forward_kinematics(&q[i], tcp).expect(fails));
+    time(criterion, "dynibo/forward kinematics", |i| {
+        robot.forward_kinematics(&q[i], tcp).expect(fails)
+    });
     let mut j = [0.0; JOINTS * JOINTS];
     time(criterion, "dynibo/Jacobian", |i| {
         robot.jacobian(&q[i], tcp, &mut j).expect(fails);
@@ -210,7 +237,10 @@ fn agree(peer: &mut dynibo::Robot, tcp: dynibo::LinkId, states: &States) {
     let same = |what: &str, ours: &[f64], theirs: &[f64]| {
         let size = ours.iter().fold(1.0_f64, |m, x| m.max(x.abs()));
         let off = ours.iter().zip(theirs).fold(0.0_f64, |m, (x, y)| m.max((x - y).abs()));
-        assert!(ours.len() == theirs.len() && off <= AGREEMENT * size, "{what} differs: {ours:?} and {theirs:?}");
+        assert!(
+            ours.len() == theirs.len() && off <= AGREEMENT * size,
+            "{what} differs: {ours:?} and {theirs:?}"
+        );
     };
     let fails = "dynibo takes any finite state";
     for i in 0..STATES {
@@ -237,7 +267,9 @@ fn agree(peer: &mut dynibo::Robot, tcp: dynibo::LinkId, states: &States) {
         peer.mass_matrix(q, &mut m).expect(fails);
         same("mass matrix", robot.crba(&frames).as_slice(), &m);
         peer.forward_dynamics(q, v, torque, &[], &mut out).expect(fails);
-        let ours = robot.forward_dynamics(&frames, &vector(v), &vector(torque), &none).expect("M is definite");
+        let ours = robot
+            .forward_dynamics(&frames, &vector(v), &vector(torque), &none)
+            .expect("M is definite");
         same("forward dynamics", ours.as_slice(), &out);
         peer.jacobian(q, tcp, &mut m).expect(fails);
         same("Jacobian", frames.jacobian().0.as_slice(), &m);

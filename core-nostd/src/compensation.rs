@@ -62,7 +62,11 @@ pub struct Observation<'a, T: Real> {
 
 impl<'a, T: Real> Observation<'a, T> {
     /// What the robot's own instruments say, at the start of a seam that is planned without load.
-    pub fn of_robot(setpoint: &'a Setpoint<T>, nominal: &'a Pose<T>, sensed: &'a Sensed<T>) -> Self {
+    pub fn of_robot(
+        setpoint: &'a Setpoint<T>,
+        nominal: &'a Pose<T>,
+        sensed: &'a Sensed<T>,
+    ) -> Self {
         Self { setpoint, nominal, sensed, path: T::zero(), planned: Wrench::zero(), sightings: &[] }
     }
 
@@ -104,7 +108,11 @@ pub trait Compensator<T: Real> {
     /// # Errors
     /// [`Fault::Compensation`] where no correction can be formed, [`Fault::Force`] where the wrench is not a number;
     /// the loops then hold what they have.
-    fn demand(&mut self, robot: &Robot<T>, observation: &Observation<'_, T>) -> Result<Twist<T>, Fault>;
+    fn demand(
+        &mut self,
+        robot: &Robot<T>,
+        observation: &Observation<'_, T>,
+    ) -> Result<Twist<T>, Fault>;
 }
 
 impl<T: Real, L: Compensator<T> + ?Sized> Compensator<T> for &mut L {
@@ -116,7 +124,11 @@ impl<T: Real, L: Compensator<T> + ?Sized> Compensator<T> for &mut L {
         (**self).freeze();
     }
 
-    fn demand(&mut self, robot: &Robot<T>, observation: &Observation<'_, T>) -> Result<Twist<T>, Fault> {
+    fn demand(
+        &mut self,
+        robot: &Robot<T>,
+        observation: &Observation<'_, T>,
+    ) -> Result<Twist<T>, Fault> {
         (**self).demand(robot, observation)
     }
 }
@@ -159,7 +171,8 @@ impl<T: Real, const D: usize> CorrectionLoop<T, D> {
             return (self.correction, true);
         }
         let share = T::one() - (-self.limits.bandwidth * self.period).exp();
-        let (step, slow) = shortened((demand - self.correction) * share, self.limits.rate * self.period);
+        let (step, slow) =
+            shortened((demand - self.correction) * share, self.limits.rate * self.period);
         let (next, short) = shortened(self.correction + step, self.limits.size);
         self.correction = next;
         (next, slow || short)
@@ -205,7 +218,13 @@ pub struct Compensated<T: Real, C, L> {
 
 impl<T: Real, C: HybridController<T>, L: Compensator<T>> Compensated<T, C, L> {
     /// Puts `law` on top of `controller`. `lateral` limits in m and m/s, `orientation` limits in rad and rad/s.
-    pub fn new(controller: C, law: L, lateral: LoopLimits<T>, orientation: LoopLimits<T>, period: T) -> Self {
+    pub fn new(
+        controller: C,
+        law: L,
+        lateral: LoopLimits<T>,
+        orientation: LoopLimits<T>,
+        period: T,
+    ) -> Self {
         Self {
             controller,
             law,
@@ -237,8 +256,11 @@ impl<T: Real, C: HybridController<T>, L: Compensator<T>> Compensated<T, C, L> {
         if setpoint.force.is_some() {
             match self.law.demand(robot, &Observation { sensed, ..*observation }) {
                 Ok(demand) => {
-                    let (linear, short) = across_first(Vector2::new(demand.linear.x, demand.linear.y), authority);
-                    held = short | self.lateral.follow(&linear).1 | self.orientation.follow(&demand.angular).1;
+                    let (linear, short) =
+                        across_first(Vector2::new(demand.linear.x, demand.linear.y), authority);
+                    held = short
+                        | self.lateral.follow(&linear).1
+                        | self.orientation.follow(&demand.angular).1;
                 }
                 Err(fault) => law_fault = Some(fault),
             }

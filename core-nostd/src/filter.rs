@@ -61,7 +61,8 @@ impl<T: Real> Biquad<T> {
 
     fn warped(frequency: T, period: T) -> Option<T> {
         let cycle = frequency * period;
-        (period > T::zero() && cycle > T::zero() && cycle < lit(0.5)).then(|| (T::pi() * cycle).tan())
+        (period > T::zero() && cycle > T::zero() && cycle < lit(0.5))
+            .then(|| (T::pi() * cycle).tan())
     }
 }
 

@@ -108,7 +108,14 @@ impl SpindleLine {
     /// `None` unless `order` is at least 1 and both times are positive and finite.
     pub fn new(order: u8, time_constant: f32, period: f32) -> Option<Self> {
         let share = share(time_constant, period).filter(|_| order > 0)?;
-        Some(Self { order: f32::from(order), share, time_constant, mean: None, cosine: 0.0, sine: 0.0 })
+        Some(Self {
+            order: f32::from(order),
+            share,
+            time_constant,
+            mean: None,
+            cosine: 0.0,
+            sine: 0.0,
+        })
     }
 
     /// Takes one sample of the channel, in any unit, and the spindle's angle at that moment, rad.

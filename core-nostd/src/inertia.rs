@@ -32,7 +32,11 @@ impl<T: Real> Body<T> {
 
     /// Two bodies about the same point, taken as one.
     pub fn merged(&self, other: &Self) -> Self {
-        Self { mass: self.mass + other.mass, first: self.first + other.first, second: self.second + other.second }
+        Self {
+            mass: self.mass + other.mass,
+            first: self.first + other.first,
+            second: self.second + other.second,
+        }
     }
 
     /// Rotational inertia about a unit vector through the point, kg·m².
@@ -186,9 +190,18 @@ impl<T: Real> Symmetric<T> {
     #[inline(always)]
     pub fn moment_of(&self, a: &Matrices<T>) -> Lanes3<T> {
         let Matrices { x, y, z } = a;
-        let (xy, yx) = (x.x * self.xy + y.x * self.yy + z.x * self.yz, x.y * self.xx + y.y * self.xy + z.y * self.xz);
-        let (xz, zx) = (x.x * self.xz + y.x * self.yz + z.x * self.zz, x.z * self.xx + y.z * self.xy + z.z * self.xz);
-        let (yz, zy) = (x.y * self.xz + y.y * self.yz + z.y * self.zz, x.z * self.xy + y.z * self.yy + z.z * self.yz);
+        let (xy, yx) = (
+            x.x * self.xy + y.x * self.yy + z.x * self.yz,
+            x.y * self.xx + y.y * self.xy + z.y * self.xz,
+        );
+        let (xz, zx) = (
+            x.x * self.xz + y.x * self.yz + z.x * self.zz,
+            x.z * self.xx + y.z * self.xy + z.z * self.xz,
+        );
+        let (yz, zy) = (
+            x.y * self.xz + y.y * self.yz + z.y * self.zz,
+            x.z * self.xy + y.z * self.yy + z.z * self.yz,
+        );
         Lanes3 { x: zy - yz, y: xz - zx, z: yx - xy }
     }
 }

@@ -25,10 +25,15 @@ pub struct Branch {
 impl Branch {
     /// All eight branches.
     pub const ALL: [Self; 8] = {
-        let mut all = [Self { shoulder_back: false, elbow_flipped: false, wrist_flipped: false }; 8];
+        let mut all =
+            [Self { shoulder_back: false, elbow_flipped: false, wrist_flipped: false }; 8];
         let mut i = 0;
         while i < 8 {
-            all[i] = Self { shoulder_back: i & 4 != 0, elbow_flipped: i & 2 != 0, wrist_flipped: i & 1 != 0 };
+            all[i] = Self {
+                shoulder_back: i & 4 != 0,
+                elbow_flipped: i & 2 != 0,
+                wrist_flipped: i & 1 != 0,
+            };
             i += 1;
         }
         all
@@ -62,7 +67,11 @@ impl<T: Real> Robot<T> {
     /// [`Singular`](KinematicsError::Singular) within 1e-6 rad of A4 ∥ A6 (in `f32` 4e-6),
     /// [`NotFinite`](KinematicsError::NotFinite).
     /// Joint limits are not looked at; [`track`](Self::track) does.
-    pub fn inverse(&self, b_from_t: &Pose<T>, branch: Branch) -> Result<JointVector<T>, KinematicsError> {
+    pub fn inverse(
+        &self,
+        b_from_t: &Pose<T>,
+        branch: Branch,
+    ) -> Result<JointVector<T>, KinematicsError> {
         self.solve(b_from_t, branch, None)
     }
 
@@ -112,17 +121,29 @@ impl<T: Real> Robot<T> {
     ///
     /// # Errors
     /// As [`inverse`](Self::inverse), except for the wrist singularity; and [`KinematicsError::Limit`].
-    pub fn track(&self, b_from_t: &Pose<T>, near: &JointVector<T>) -> Result<JointVector<T>, KinematicsError> {
+    pub fn track(
+        &self,
+        b_from_t: &Pose<T>,
+        near: &JointVector<T>,
+    ) -> Result<JointVector<T>, KinematicsError> {
         if !crate::scalar::all_finite(near.iter()) {
             return Err(KinematicsError::NotFinite);
         }
         let branch = self.branch_of(near)?;
         let q = self.solve(b_from_t, branch, Some(near))?;
-        let nearest = |q: JointVector<T>| JointVector::from_fn(|i, _| near[i] + wrap(q[i] - near[i]));
+        let nearest =
+            |q: JointVector<T>| JointVector::from_fn(|i, _| near[i] + wrap(q[i] - near[i]));
         let wrist_motion = |q: &JointVector<T>| (q - near).fixed_rows::<3>(3).amax();
         let half = T::pi();
         let same = nearest(q);
-        let other = nearest(JointVector::from_column_slice(&[q[0], q[1], q[2], q[3] + half, -q[4], q[5] + half]));
+        let other = nearest(JointVector::from_column_slice(&[
+            q[0],
+            q[1],
+            q[2],
+            q[3] + half,
+            -q[4],
+            q[5] + half,
+        ]));
         let q = if wrist_motion(&other) < wrist_motion(&same) { other } else { same };
         match self.beyond_limits(&q) {
             Some(joint) => Err(KinematicsError::Limit(joint)),
@@ -178,14 +199,24 @@ impl<T: Real> Robot<T> {
         let sine5 = (r.m12 * r.m12 + r.m13 * r.m13).sqrt();
         let flip = if branch.wrist_flipped { -T::one() } else { T::one() };
         let (b4, b5, b6) = if sine5 > in_line_below() {
-            ((flip * r.m21).atan2(-flip * r.m31), (flip * sine5).atan2(r.m11), (flip * r.m12).atan2(flip * r.m13))
+            (
+                (flip * r.m21).atan2(-flip * r.m31),
+                (flip * sine5).atan2(r.m11),
+                (flip * r.m12).atan2(flip * r.m13),
+            )
         } else {
             let b4 = near.ok_or(KinematicsError::Singular)?[3] * arm.sense[3];
             // R_x(b4)ᵀ R = R_y(b5) R_x(b6), whose second row is (0, cos b6, −sin b6).
             let (s, c) = b4.sin_cos();
-            (b4, (flip * sine5).atan2(r.m11), (-(c * r.m23 + s * r.m33)).atan2(c * r.m22 + s * r.m32))
+            (
+                b4,
+                (flip * sine5).atan2(r.m11),
+                (-(c * r.m23 + s * r.m33)).atan2(c * r.m22 + s * r.m32),
+            )
         };
-        Ok(JointVector::from_column_slice(&[b1, b2, b3, b4, b5, b6]).component_mul(&arm.sense).map(wrap))
+        Ok(JointVector::from_column_slice(&[b1, b2, b3, b4, b5, b6])
+            .component_mul(&arm.sense)
+            .map(wrap))
     }
 
     fn decoupled(&self) -> Result<Decoupled<T>, KinematicsError> {

@@ -37,7 +37,8 @@ impl<T: Real> Frames<T> {
     #[inline]
     pub fn joint_torque(&self, wrench: &Wrench<T>) -> JointVector<T> {
         JointVector::from_fn(|i, _| {
-            let moment: Vector3<T> = wrench.moment + (self.tcp.position - self.origin[i]).cross(&wrench.force);
+            let moment: Vector3<T> =
+                wrench.moment + (self.tcp.position - self.origin[i]).cross(&wrench.force);
             self.axis[i].dot(&moment)
         })
     }

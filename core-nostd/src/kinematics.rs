@@ -118,7 +118,12 @@ impl<T: Real> Robot<T> {
     }
 
     #[inline(always)]
-    fn all_frames(&self, q: &JointVector<T>, base: &Pose<T>, tilt: Option<&[Vector3<T>; JOINTS]>) -> Frames<T> {
+    fn all_frames(
+        &self,
+        q: &JointVector<T>,
+        base: &Pose<T>,
+        tilt: Option<&[Vector3<T>; JOINTS]>,
+    ) -> Frames<T> {
         let turns = sines_and_cosines(q);
         let mut frames = Frames {
             rotation: [Matrix3::zeros(); JOINTS],

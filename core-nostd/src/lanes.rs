@@ -98,7 +98,11 @@ impl<T: Real> Lanes3<T> {
     /// From one vector a link.
     #[inline(always)]
     pub fn from_vectors(vectors: &[Vector3<T>; JOINTS]) -> Self {
-        let mut all = Self { x: Lanes::splat(T::zero()), y: Lanes::splat(T::zero()), z: Lanes::splat(T::zero()) };
+        let mut all = Self {
+            x: Lanes::splat(T::zero()),
+            y: Lanes::splat(T::zero()),
+            z: Lanes::splat(T::zero()),
+        };
         for (i, v) in vectors.iter().enumerate() {
             all.x.0[i] = v.x;
             all.y.0[i] = v.y;
@@ -135,7 +139,11 @@ impl<T: Real> Lanes3<T> {
     /// `self × other`, link by link.
     #[inline(always)]
     pub fn cross(&self, o: &Self) -> Self {
-        Self { x: self.y * o.z - self.z * o.y, y: self.z * o.x - self.x * o.z, z: self.x * o.y - self.y * o.x }
+        Self {
+            x: self.y * o.z - self.z * o.y,
+            y: self.z * o.x - self.x * o.z,
+            z: self.x * o.y - self.y * o.x,
+        }
     }
 
     /// `self · other`, link by link.
@@ -159,13 +167,21 @@ impl<T: Real> Lanes3<T> {
     /// As [`Lanes::moved_outward`].
     #[inline(always)]
     pub fn moved_outward(&self, first: &Vector3<T>) -> Self {
-        Self { x: self.x.moved_outward(first.x), y: self.y.moved_outward(first.y), z: self.z.moved_outward(first.z) }
+        Self {
+            x: self.x.moved_outward(first.x),
+            y: self.y.moved_outward(first.y),
+            z: self.z.moved_outward(first.z),
+        }
     }
 
     /// As [`Lanes::moved_inward`].
     #[inline(always)]
     pub fn moved_inward(&self, last: &Vector3<T>) -> Self {
-        Self { x: self.x.moved_inward(last.x), y: self.y.moved_inward(last.y), z: self.z.moved_inward(last.z) }
+        Self {
+            x: self.x.moved_inward(last.x),
+            y: self.y.moved_inward(last.y),
+            z: self.z.moved_inward(last.z),
+        }
     }
 }
 

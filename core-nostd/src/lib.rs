@@ -30,7 +30,9 @@ pub use error::{Fault, KinematicsError, ModelError};
 pub use inverse_kinematics::Branch;
 pub use jacobian::Jacobian;
 pub use kinematics::{Displacement, Frames};
-pub use robot::{Counterbalance, Friction, JointParameters, Robot, RobotParameters, ToolParameters};
+pub use robot::{
+    Counterbalance, Friction, JointParameters, Robot, RobotParameters, ToolParameters,
+};
 pub use scalar::{JOINTS, JointVector, Real};
 pub use spatial::{Pose, Twist, Wrench};
 pub use stiffness::Deflection;

@@ -25,7 +25,8 @@ impl<T: Real> Robot<T> {
         acceleration: &JointVector<T>,
         wrench: &Wrench<T>,
     ) -> JointVector<T> {
-        let (moment, _) = self.loads_of(&self.bodies_in_b(frames), frames, rate, acceleration, wrench);
+        let (moment, _) =
+            self.loads_of(&self.bodies_in_b(frames), frames, rate, acceleration, wrench);
         JointVector::from(Lanes3::from_vectors(&frames.axis).dot(&moment).0)
     }
 
@@ -45,7 +46,8 @@ impl<T: Real> Robot<T> {
         acceleration: &JointVector<T>,
         wrench: &Wrench<T>,
     ) -> [Wrench<T>; JOINTS] {
-        let (moment, force) = self.loads_of(&self.bodies_in_b(frames), frames, rate, acceleration, wrench);
+        let (moment, force) =
+            self.loads_of(&self.bodies_in_b(frames), frames, rate, acceleration, wrench);
         let mut loads = [Wrench::zero(); JOINTS];
         for (i, load) in loads.iter_mut().enumerate() {
             *load = Wrench { moment: moment.vector(i), force: force.vector(i) };
@@ -97,7 +99,8 @@ impl<T: Real> Robot<T> {
         let spin = axis * Lanes(rate.data.0[0]);
         let omega = spin.sum_from_base();
         let before = omega.moved_outward(&Vector3::zeros());
-        let omega_dot = (axis * Lanes(acceleration.data.0[0]) + before.cross(&spin)).sum_from_base();
+        let omega_dot =
+            (axis * Lanes(acceleration.data.0[0]) + before.cross(&spin)).sum_from_base();
         let field = acceleration_field(&omega, &omega_dot);
         // The base accelerates upwards, which is what gravity feels like to the links.
         let linear = field.times(step).moved_outward(&-self.parameters.gravity).sum_from_base();
@@ -125,7 +128,10 @@ impl<T: Real> Robot<T> {
     pub fn potential_energy(&self, frames: &Frames<T>) -> T {
         (0..JOINTS).fold(T::zero(), |sum, i| {
             let link = &self.links[i];
-            sum - self.parameters.gravity.dot(&(frames.rotation[i] * link.first + frames.origin[i] * link.mass))
+            sum - self
+                .parameters
+                .gravity
+                .dot(&(frames.rotation[i] * link.first + frames.origin[i] * link.mass))
         })
     }
 }

@@ -119,9 +119,22 @@ impl<T: Real> Robot<T> {
             return Err(ModelError::NotFinite);
         }
         for (i, j) in parameters.joints.iter().enumerate() {
-            let scalars =
-                [j.limits[0], j.limits[1], j.max_rate, j.max_torque, j.stiffness, j.damping, j.rotor_inertia, j.mass];
-            let vectors = j.origin.iter().chain(j.axis.iter()).chain(j.center_of_mass.iter()).chain(j.inertia.iter());
+            let scalars = [
+                j.limits[0],
+                j.limits[1],
+                j.max_rate,
+                j.max_torque,
+                j.stiffness,
+                j.damping,
+                j.rotor_inertia,
+                j.mass,
+            ];
+            let vectors = j
+                .origin
+                .iter()
+                .chain(j.axis.iter())
+                .chain(j.center_of_mass.iter())
+                .chain(j.inertia.iter());
             if !crate::scalar::all_finite(scalars.iter().chain(vectors)) {
                 return Err(ModelError::NotFinite);
             }
@@ -142,17 +155,22 @@ impl<T: Real> Robot<T> {
             }
         }
         let f = &parameters.friction;
-        if !crate::scalar::all_finite(f.viscous.iter().chain(f.coulomb.iter()).chain([&f.smoothing]))
-            || !crate::scalar::all_finite(parameters.counterbalance.cosine.iter())
+        if !crate::scalar::all_finite(
+            f.viscous.iter().chain(f.coulomb.iter()).chain([&f.smoothing]),
+        ) || !crate::scalar::all_finite(parameters.counterbalance.cosine.iter())
         {
             return Err(ModelError::NotFinite);
         }
-        if f.smoothing <= T::zero() || f.viscous.iter().chain(f.coulomb.iter()).any(|v| *v < T::zero()) {
+        if f.smoothing <= T::zero()
+            || f.viscous.iter().chain(f.coulomb.iter()).any(|v| *v < T::zero())
+        {
             return Err(ModelError::Friction);
         }
         let t = &parameters.tool;
-        let tool_numbers = t.flange_offset.iter().chain(t.com_from_flange.iter()).chain(t.inertia.iter());
-        let tool_frame = t.tcp_from_flange.iter().chain(t.z_axis.iter()).chain(t.y_axis.iter()).chain([&t.mass]);
+        let tool_numbers =
+            t.flange_offset.iter().chain(t.com_from_flange.iter()).chain(t.inertia.iter());
+        let tool_frame =
+            t.tcp_from_flange.iter().chain(t.z_axis.iter()).chain(t.y_axis.iter()).chain([&t.mass]);
         if !crate::scalar::all_finite(tool_numbers.chain(tool_frame)) {
             return Err(ModelError::NotFinite);
         }
@@ -166,7 +184,8 @@ impl<T: Real> Robot<T> {
             return Err(ModelError::ToolInertia);
         }
 
-        let mut links = parameters.joints.each_ref().map(|j| Body::new(j.mass, &j.center_of_mass, &j.inertia));
+        let mut links =
+            parameters.joints.each_ref().map(|j| Body::new(j.mass, &j.center_of_mass, &j.inertia));
         let tool = Body::new(t.mass, &(t.flange_offset + t.com_from_flange), &t.inertia);
         links[JOINTS - 1] = links[JOINTS - 1].merged(&tool);
         let last = &parameters.joints[JOINTS - 1].axis;

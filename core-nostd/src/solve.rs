@@ -52,7 +52,8 @@ impl<T: Real> Lu<T> {
     /// x of A x = b.
     pub fn solve(&self, b: &JointVector<T>) -> JointVector<T> {
         // Every row is there; an index would be checked, because the order is only known when the program runs.
-        let mut x = JointVector::from_fn(|i, _| b.get(self.order[i]).copied().unwrap_or_else(T::zero));
+        let mut x =
+            JointVector::from_fn(|i, _| b.get(self.order[i]).copied().unwrap_or_else(T::zero));
         for k in 0..JOINTS {
             for i in k + 1..JOINTS {
                 let product = self.rows[i][k] * x[k];

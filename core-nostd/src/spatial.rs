@@ -96,7 +96,10 @@ impl<T: Real> Pose<T> {
     /// inner frame's origin: the inverse of [`error_to`](Self::error_to).
     #[inline]
     pub fn displaced(&self, by: &Twist<T>) -> Self {
-        Self { rotation: rotation_from_vector(&by.angular) * self.rotation, position: self.position + by.linear }
+        Self {
+            rotation: rotation_from_vector(&by.angular) * self.rotation,
+            position: self.position + by.linear,
+        }
     }
 
     /// True where all twelve numbers are finite.
@@ -109,7 +112,10 @@ impl<T: Real> Mul for Pose<T> {
     type Output = Self;
     #[inline]
     fn mul(self, inner: Self) -> Self {
-        Self { rotation: self.rotation * inner.rotation, position: self.transform_point(&inner.position) }
+        Self {
+            rotation: self.rotation * inner.rotation,
+            position: self.transform_point(&inner.position),
+        }
     }
 }
 

@@ -52,7 +52,10 @@ impl<T: Real> Robot<T> {
     ///
     /// # Errors
     /// [`KinematicsError::Singular`] where J cannot be inverted.
-    pub fn cartesian_stiffness(&self, jacobian: &Jacobian<T>) -> Result<Matrix6<T>, KinematicsError> {
+    pub fn cartesian_stiffness(
+        &self,
+        jacobian: &Jacobian<T>,
+    ) -> Result<Matrix6<T>, KinematicsError> {
         let inverse = jacobian.0.try_inverse().ok_or(KinematicsError::Singular)?;
         Ok(inverse.transpose() * Matrix6::from_diagonal(&self.stiffness) * inverse)
     }
@@ -78,20 +81,32 @@ impl<T: Real> Robot<T> {
     /// `wrench_in_t`: as the sensor measures it, in axes of the real tool frame. Each iteration divides the error by
     /// K over the change of load torque with angle, a factor of some hundreds on a heavy robot at 18 kN; three reach
     /// rounding in f32 and five in f64.
-    pub fn deflected(&self, encoder: &JointVector<T>, wrench_in_t: &Wrench<T>, iterations: usize) -> Deflection<T> {
+    pub fn deflected(
+        &self,
+        encoder: &JointVector<T>,
+        wrench_in_t: &Wrench<T>,
+        iterations: usize,
+    ) -> Deflection<T> {
         let encoder_frames = self.frames(encoder);
         let mut frames = encoder_frames;
         let mut link = *encoder;
         let mut residual = T::zero();
         for _ in 0..iterations {
             let wrench = wrench_in_t.rotated(&frames.tcp.rotation);
-            let twist = self.spring_torque_at_rest(&frames, &link, &wrench).component_div(&self.stiffness);
+            let twist =
+                self.spring_torque_at_rest(&frames, &link, &wrench).component_div(&self.stiffness);
             let next = encoder - twist;
             residual = (next - link).amax();
             link = next;
             frames = self.frames(&link);
         }
-        Deflection { link, twist: encoder - link, real: frames.tcp, encoder: encoder_frames.tcp, residual }
+        Deflection {
+            link,
+            twist: encoder - link,
+            real: frames.tcp,
+            encoder: encoder_frames.tcp,
+            residual,
+        }
     }
 
     /// The fake target: encoder angles that put the *real*, loaded tool where `link` puts the unloaded one.
@@ -111,7 +126,9 @@ impl<T: Real> Robot<T> {
         let left = l.solve_lower_triangular(&Matrix6::from_diagonal(&self.stiffness))?;
         let both = l.solve_lower_triangular(&left.transpose())?;
         let mut squared = both.symmetric_eigenvalues();
-        squared.as_mut_slice().sort_unstable_by(|a, b| a.partial_cmp(b).unwrap_or(core::cmp::Ordering::Equal));
+        squared
+            .as_mut_slice()
+            .sort_unstable_by(|a, b| a.partial_cmp(b).unwrap_or(core::cmp::Ordering::Equal));
         Some(squared)
     }
 }

@@ -7,8 +7,8 @@ use core::hint::black_box;
 use criterion::{Criterion, criterion_group, criterion_main};
 use nalgebra::Vector3;
 use trueweld_compensators::{
-    Adaptive, Authority, Combined, Elastostatic, FeedForward, Following, Learning, Observer, OuterIntegral, Prior,
-    SeamTracking, Tracking,
+    Adaptive, Authority, Combined, Elastostatic, FeedForward, Following, Learning, Observer,
+    OuterIntegral, Prior, SeamTracking, Tracking,
 };
 use trueweld_core::compensation::{Compensator, Observation, Sighting};
 use trueweld_core::scalar::lit;
@@ -54,16 +54,22 @@ fn laws<T: Real>(criterion: &mut Criterion, scalar: &str) {
     let tracker = || SeamTracking::new(FeedForward, tracking, period).expect("a rate");
     let following = Following { rate: lit(8.0), size: lit(2e-3) };
     let followed = OuterIntegral::new(tracker(), following, period).expect("a rate");
-    let prior = Prior { compliance: lit(0.3), force: lit(0.3), tilt: lit(5e-4), lateral: lit(5e-4) };
+    let prior =
+        Prior { compliance: lit(0.3), force: lit(0.3), tilt: lit(5e-4), lateral: lit(5e-4) };
     let authority = Authority { displacement: lit(5e-3), rotation: lit(0.08), fade: lit(0.5) };
-    let combined = Combined::new(tracker(), elastostatic(), [true; 6], authority, period).expect("an authority");
+    let combined = Combined::new(tracker(), elastostatic(), [true; 6], authority, period)
+        .expect("an authority");
     law(criterion, &name("elastostatic"), elastostatic());
     law::<T, _>(criterion, &name("feed-forward"), FeedForward);
     law(criterion, &name("observer"), Observer::new(lit(30.0), period).expect("a bandwidth"));
     law(criterion, &name("seam-tracking"), tracker());
     law(criterion, &name("seam-tracking with outer integral"), followed);
     law(criterion, &name("adaptive"), Adaptive::new(prior, period).expect("a prior"));
-    law(criterion, &name("learning"), Learning::new(FeedForward, lit(2.0), lit(1.0), period).expect("a length"));
+    law(
+        criterion,
+        &name("learning"),
+        Learning::new(FeedForward, lit(2.0), lit(1.0), period).expect("a length"),
+    );
     law(criterion, &name("seam-tracking, elastostatic to fall back on"), combined);
 }
 

@@ -24,14 +24,20 @@ fn main() {
     let numbers = numbers(&text.parse().expect("the robot file is TOML"));
     let robot = numbers.robot::<f64>().expect("the robot file is a robot");
     let all = robot.inverse_all(&nominal(0)).expect("the weld is within reach");
-    let start = all.iter().map(|(_, q)| *q).find(|q| robot.beyond_limits(q).is_none()).expect("a branch within limits");
+    let start = all
+        .iter()
+        .map(|(_, q)| *q)
+        .find(|q| robot.beyond_limits(q).is_none())
+        .expect("a branch within limits");
     let start: [f64; 6] = start.into();
     let mut weld = Weld::<f64>::new(&numbers, &start).expect("the weld is within reach");
     let expected: Vec<[f64; 6]> = (0..CYCLES)
         .map(|k| {
             let inputs = weld.inputs(k).expect("the weld is within reach");
-            let command =
-                weld.law.cycle(&weld.robot, &Observation::of_robot(&inputs.setpoint, &inputs.nominal, &inputs.sensed));
+            let command = weld.law.cycle(
+                &weld.robot,
+                &Observation::of_robot(&inputs.setpoint, &inputs.nominal, &inputs.sensed),
+            );
             assert_eq!(command.fault, None, "cycle {k}");
             weld.follow(&inputs, &command).expect("the corrected weld is within reach");
             command.torque.into()

@@ -33,14 +33,18 @@ impl Fixtures {
     /// # Panics
     /// Where a fixture cannot be read.
     pub fn of(name: &'static str) -> Self {
-        let weld = Weld::read(fixture(&format!("welds/{name}.toml"))).expect("the weld is in order");
+        let weld =
+            Weld::read(fixture(&format!("welds/{name}.toml"))).expect("the weld is in order");
         Self {
             name,
             robot: RobotFile::read(fixture("robots/kr500-mt.toml")).expect("the robot is in order"),
-            process: Process::read(fixture("processes/lap-weld-2024-t3.toml")).expect("the process is in order"),
+            process: Process::read(fixture("processes/lap-weld-2024-t3.toml"))
+                .expect("the process is in order"),
             weld,
-            control: Control::read(fixture("control/kr500-mt.toml")).expect("the gains are in order"),
-            sensors: Sensors::read(fixture("sensors/kr500-mt.toml")).expect("the sensors are in order"),
+            control: Control::read(fixture("control/kr500-mt.toml"))
+                .expect("the gains are in order"),
+            sensors: Sensors::read(fixture("sensors/kr500-mt.toml"))
+                .expect("the sensors are in order"),
         }
     }
 
@@ -49,9 +53,12 @@ impl Fixtures {
     /// # Panics
     /// Where an effect is not understood.
     pub fn cell(&self, effects: &[&str]) -> Cell {
-        let effects: Vec<_> =
-            effects.iter().map(|e| Effect::parse(e, &self.robot).expect("an effect of the library")).collect();
-        Cell::new(&self.robot.robot, &effects, &self.process, Seam::of(&self.weld).b_from_w).expect("room for them")
+        let effects: Vec<_> = effects
+            .iter()
+            .map(|e| Effect::parse(e, &self.robot).expect("an effect of the library"))
+            .collect();
+        Cell::new(&self.robot.robot, &effects, &self.process, Seam::of(&self.weld).b_from_w)
+            .expect("room for them")
     }
 
     /// A run of a cell with the default integrator at 1 ms, the controller knowing the robot as `belief`.
@@ -66,7 +73,8 @@ impl Fixtures {
         law: &dyn BuildLaw,
         belief: &Robot<f64>,
     ) -> Recording {
-        run(&Scenario { belief, ..self.scenario(cell, program, controller, law) }, |_| {}).expect("the run ends")
+        run(&Scenario { belief, ..self.scenario(cell, program, controller, law) }, |_| {})
+            .expect("the run ends")
     }
 
     /// What such a run is made of, the controller knowing the robot exactly.

@@ -14,11 +14,12 @@ use proptest::test_runner::{Config, RngSeed};
 use std::path::PathBuf;
 use std::sync::LazyLock;
 use trueweld_core::control::{
-    External, ExternalGains, ForceGains, HybridController, JointGains, Parallel, Sensed, Setpoint, Superposed,
+    External, ExternalGains, ForceGains, HybridController, JointGains, Parallel, Sensed, Setpoint,
+    Superposed,
 };
 use trueweld_core::{
-    Counterbalance, Friction, JOINTS, JointParameters, JointVector, Pose, Real, Robot, RobotParameters, ToolParameters,
-    Wrench,
+    Counterbalance, Friction, JOINTS, JointParameters, JointVector, Pose, Real, Robot,
+    RobotParameters, ToolParameters, Wrench,
 };
 use trueweld_plant::input::RobotFile;
 
@@ -43,7 +44,9 @@ pub fn kr500<T: Real>() -> Robot<T> {
 /// # Panics
 /// Where the fixture is not a robot.
 pub fn kr500_parameters<T: Real>() -> RobotParameters<T> {
-    let read = RobotFile::read(fixture("robots/kr500-mt.toml")).expect("the fixture is a robot").parameters;
+    let read = RobotFile::read(fixture("robots/kr500-mt.toml"))
+        .expect("the fixture is a robot")
+        .parameters;
     let one = |x: f64| nalgebra::convert::<f64, T>(x);
     RobotParameters {
         gravity: cast(&read.gravity),
@@ -65,7 +68,9 @@ pub fn kr500_parameters<T: Real>() -> RobotParameters<T> {
             coulomb: cast(&read.friction.coulomb),
             smoothing: one(read.friction.smoothing),
         },
-        counterbalance: Counterbalance { cosine: read.counterbalance.cosine.iter().map(|c| one(*c)).collect() },
+        counterbalance: Counterbalance {
+            cosine: read.counterbalance.cosine.iter().map(|c| one(*c)).collect(),
+        },
         tool: ToolParameters {
             flange_offset: cast(&read.tool.flange_offset),
             mass: one(read.tool.mass),
@@ -126,7 +131,8 @@ pub fn golden<T: Real>() -> Vec<GoldenState<T>> {
     fn column<T: Real, const N: usize>(v: &Value) -> SVector<T, N> {
         SVector::from_fn(|i, _| number(&v[i]))
     }
-    let text = std::fs::read_to_string(fixture("golden/kr500-rigid.json")).expect("the fixture is there");
+    let text =
+        std::fs::read_to_string(fixture("golden/kr500-rigid.json")).expect("the fixture is there");
     let file: Value = serde_json::from_str(&text).expect("the fixture is JSON");
     let states = file["states"].as_array().expect("a list");
     assert_eq!(states.len(), 24, "the fixture holds 24 states");
@@ -154,12 +160,16 @@ pub fn golden<T: Real>() -> Vec<GoldenState<T>> {
 }
 
 /// The same numbers in another scalar, each rounded once.
-pub fn cast<T: Real, const R: usize, const C: usize>(m: &nalgebra::SMatrix<f64, R, C>) -> nalgebra::SMatrix<T, R, C> {
+pub fn cast<T: Real, const R: usize, const C: usize>(
+    m: &nalgebra::SMatrix<f64, R, C>,
+) -> nalgebra::SMatrix<T, R, C> {
     m.map(nalgebra::convert)
 }
 
 /// The same numbers in double precision, exactly.
-pub fn widen<T: Real, const R: usize, const C: usize>(m: &nalgebra::SMatrix<T, R, C>) -> nalgebra::SMatrix<f64, R, C> {
+pub fn widen<T: Real, const R: usize, const C: usize>(
+    m: &nalgebra::SMatrix<T, R, C>,
+) -> nalgebra::SMatrix<f64, R, C> {
     m.map(|x| number(x))
 }
 
@@ -189,7 +199,9 @@ pub fn relative<T: Real, const R: usize, const C: usize>(
 
 /// Largest difference of two poses, m and rad: position, and the entries of the rotation matrices.
 pub fn pose_difference<T: Real>(a: &Pose<T>, b: &Pose<T>) -> f64 {
-    (widen(&a.position) - widen(&b.position)).amax().max((widen(&a.rotation) - widen(&b.rotation)).amax())
+    (widen(&a.position) - widen(&b.position))
+        .amax()
+        .max((widen(&a.rotation) - widen(&b.rotation)).amax())
 }
 
 /// An angle brought into [−π, π] by whole turns, rad.
@@ -199,12 +211,18 @@ pub fn wrapped(angle: f64) -> f64 {
 
 /// Settings of a property test: so many cases from a fixed seed, so that every run tries the same ones.
 pub fn cases(count: u32) -> Config {
-    Config { cases: count, rng_seed: RngSeed::Fixed(2010), failure_persistence: None, ..Config::default() }
+    Config {
+        cases: count,
+        rng_seed: RngSeed::Fixed(2010),
+        failure_persistence: None,
+        ..Config::default()
+    }
 }
 
 /// A vector with every entry within ± its bound.
 pub fn within<const N: usize>(bound: SVector<f64, N>) -> impl Strategy<Value = SVector<f64, N>> {
-    prop::array::uniform::<_, N>(-1.0..=1.0_f64).prop_map(move |x| bound.component_mul(&SVector::from(x)))
+    prop::array::uniform::<_, N>(-1.0..=1.0_f64)
+        .prop_map(move |x| bound.component_mul(&SVector::from(x)))
 }
 
 /// Joint angles anywhere within the arm's limits but for the outermost thousandth, rad.
@@ -244,7 +262,8 @@ pub fn acceleration() -> impl Strategy<Value = JointVector<f64>> {
 
 /// A wrench of welding size: up to 500 N·m and 18 kN about and along every axis.
 pub fn wrench() -> impl Strategy<Value = Wrench<f64>> {
-    within(SVector::from([500.0, 500.0, 500.0, 18e3, 18e3, 18e3])).prop_map(|w| Wrench::from_vector(&w))
+    within(SVector::from([500.0, 500.0, 500.0, 18e3, 18e3, 18e3]))
+        .prop_map(|w| Wrench::from_vector(&w))
 }
 
 /// What the published weld puts on the tool at 18 kN depth, 4 kN along and 1 kN across, in axes of T, whose z points
@@ -257,7 +276,10 @@ pub fn weld_wrench() -> Wrench<f64> {
 pub fn vertical_weld_pose(y: f64) -> Pose<f64> {
     // x = +Y of B (the feed), z = −Z of B, y = z × x.
     let (x, z) = (Vector3::y(), -Vector3::z());
-    Pose { rotation: Matrix3::from_columns(&[x, z.cross(&x), z]), position: Vector3::new(1.7, y, 0.5) }
+    Pose {
+        rotation: Matrix3::from_columns(&[x, z.cross(&x), z]),
+        position: Vector3::new(1.7, y, 0.5),
+    }
 }
 
 /// Passes `value` on, and prints it where it is the largest seen of its kind: `--nocapture` shows what a tolerance rests
@@ -280,7 +302,11 @@ pub const PERIOD: f64 = 0.012;
 /// Gains of the joint loop, in the proportions of the springs. Not tuned: what is tested with them holds for any.
 pub fn joint_gains<T: Real>() -> JointGains<T> {
     let stiffness = KR500.stiffness();
-    JointGains { kp: cast(&(stiffness * 0.2)), ki: cast(&(stiffness * 0.4)), kd: cast(&(stiffness * 0.02)) }
+    JointGains {
+        kp: cast(&(stiffness * 0.2)),
+        ki: cast(&(stiffness * 0.4)),
+        kd: cast(&(stiffness * 0.02)),
+    }
 }
 
 /// Gains of the force branch of the parallel and the superposed scheme. Not tuned.
@@ -291,7 +317,8 @@ pub fn force_gains<T: Real>() -> ForceGains<T> {
 
 /// Gains of the outer loop of the external scheme. Not tuned.
 pub fn external_gains<T: Real>() -> ExternalGains<T> {
-    let [kp, ki, kd, max_correction, max_rate] = [2e-8, 5e-7, 1e-3, 0.02, 0.05].map(nalgebra::convert);
+    let [kp, ki, kd, max_correction, max_rate] =
+        [2e-8, 5e-7, 1e-3, 0.02, 0.05].map(nalgebra::convert);
     let [material_stiffness, tuned_stiffness] = [30e6, 5e6].map(nalgebra::convert);
     ExternalGains { kp, ki, kd, material_stiffness, tuned_stiffness, max_correction, max_rate }
 }
@@ -324,13 +351,34 @@ pub fn setpoint_at<T: Real>(robot: &Robot<T>, q: &JointVector<T>, force: Option<
 
 /// Instruments of an arm at rest at `q` with `wrench` at the tool, in axes of T.
 pub fn sensed_at<T: Real>(robot: &Robot<T>, q: &JointVector<T>, wrench: &Wrench<T>) -> Sensed<T> {
-    Sensed { encoder: *q, encoder_rate: JointVector::zeros(), motor_torque: weight(robot, q), wrench: *wrench }
+    Sensed {
+        encoder: *q,
+        encoder_rate: JointVector::zeros(),
+        motor_torque: weight(robot, q),
+        wrench: *wrench,
+    }
 }
 
 /// Any bit pattern of a number, with those that hurt most often: NaN, infinities, the ends of the range.
 pub fn wild() -> impl Strategy<Value = f64> {
-    let bad = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, f64::MAX, f64::MIN, 1e200, -1e200, 1e20, -1e20, 0.0, -0.0];
-    prop_oneof![any::<u64>().prop_map(f64::from_bits), prop::sample::select(bad.to_vec()), -10.0..10.0_f64]
+    let bad = [
+        f64::NAN,
+        f64::INFINITY,
+        f64::NEG_INFINITY,
+        f64::MAX,
+        f64::MIN,
+        1e200,
+        -1e200,
+        1e20,
+        -1e20,
+        0.0,
+        -0.0,
+    ];
+    prop_oneof![
+        any::<u64>().prop_map(f64::from_bits),
+        prop::sample::select(bad.to_vec()),
+        -10.0..10.0_f64
+    ]
 }
 
 /// How many numbers [`spoil`] can reach.

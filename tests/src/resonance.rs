@@ -8,7 +8,9 @@ use trueweld_core::Robot;
 use trueweld_core::control::ExternalGains;
 use trueweld_evaluate::StepFigures;
 use trueweld_plant::input::Process;
-use trueweld_plant::simulate::{Controller, Law, Phase, Program, Recording, Row, Scenario, Seam, run, start_angles};
+use trueweld_plant::simulate::{
+    Controller, Law, Phase, Program, Recording, Row, Scenario, Seam, run, start_angles,
+};
 
 /// The first weld with the spindle at so many turns a minute and the external force loop so many times faster than tuned.
 ///
@@ -26,11 +28,23 @@ pub fn fixtures(rpm: f64, faster: f64) -> Fixtures {
 }
 
 /// A run whose controller is told the spindle's rate, or is not.
-fn recorded(fixtures: &Fixtures, controller: Controller, program: Program, told: bool) -> Option<Recording> {
+fn recorded(
+    fixtures: &Fixtures,
+    controller: Controller,
+    program: Program,
+    told: bool,
+) -> Option<Recording> {
     let cell = fixtures.cell(&[]);
     let spindle = if told { fixtures.process.spindle } else { 0.0 };
     let planned = Process { spindle, ..fixtures.process.clone() };
-    run(&Scenario { planned: &planned, ..fixtures.scenario(&cell, program, controller, &Law::None) }, |_| {}).ok()
+    run(
+        &Scenario {
+            planned: &planned,
+            ..fixtures.scenario(&cell, program, controller, &Law::None)
+        },
+        |_| {},
+    )
+    .ok()
 }
 
 /// Amplitudes at the spindle's first order in the steady part of a short weld.
@@ -57,7 +71,8 @@ pub fn weld(rpm: f64, controller: Controller, faster: f64, told: bool) -> Lines 
     let recording = recorded(&fixtures, controller, Program::Weld, told).expect("the run ends");
     let rows: Vec<&Row> = recording.rows.iter().filter(|r| r.phase == Phase::Steady).collect();
     let push = |r: &Row| -r.force_w.z;
-    let (low, high) = rows.iter().fold((f64::MAX, f64::MIN), |(l, h), r| (l.min(push(r)), h.max(push(r))));
+    let (low, high) =
+        rows.iter().fold((f64::MAX, f64::MIN), |(l, h), r| (l.min(push(r)), h.max(push(r))));
     Lines {
         push: line(&rows, push),
         lateral: line(&rows, |r| r.deviation_w.linear.y),

@@ -61,10 +61,15 @@ fn bytes(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     for entry in std::fs::read_dir(folder).expect("a folder").map(|e| e.expect("an entry").path()) {
         if entry.is_dir() {
             found.extend(
-                bytes(&entry).into_iter().map(|(p, b)| (Path::new(entry.file_name().expect("a name")).join(p), b)),
+                bytes(&entry)
+                    .into_iter()
+                    .map(|(p, b)| (Path::new(entry.file_name().expect("a name")).join(p), b)),
             );
         } else {
-            found.insert(entry.file_name().expect("a name").into(), std::fs::read(&entry).expect("a file"));
+            found.insert(
+                entry.file_name().expect("a name").into(),
+                std::fs::read(&entry).expect("a file"),
+            );
         }
     }
     found
@@ -93,7 +98,10 @@ fn a_campaign_has_the_documented_form() {
         assert_eq!(text.lines().next(), Some(header.as_str()), "{log}");
         let time = &samples(&folder)["t_s"];
         assert_eq!(time.len(), *rows, "{log}");
-        assert!(time[0] == 0.0 && time.windows(2).all(|t| t[1] > t[0]), "{log}: time runs forwards from 0");
+        assert!(
+            time[0] == 0.0 && time.windows(2).all(|t| t[1] > t[0]),
+            "{log}: time runs forwards from 0"
+        );
         let about = std::fs::read_to_string(folder.join("log.toml")).expect("the log is described");
         let about: toml::Table = about.parse().expect("TOML");
         assert_eq!(about["schema"].as_str(), Some("log/1"));
@@ -101,15 +109,18 @@ fn a_campaign_has_the_documented_form() {
         assert_eq!(about["noise"]["tcp_position_m"].as_float(), Some(30e-6));
         if let Some(weld) = about.get("weld") {
             Weld::read(folder.join(weld.as_str().expect("a path"))).expect("a weld");
-            Process::read(folder.join(about["process"].as_str().expect("a path"))).expect("a process");
+            Process::read(folder.join(about["process"].as_str().expect("a path")))
+                .expect("a process");
         }
     }
-    for (campaign, logs) in
-        [(folder.path().to_owned(), &expected[..4]), (folder.path().join("holdout"), &expected[4..])]
-    {
+    for (campaign, logs) in [
+        (folder.path().to_owned(), &expected[..4]),
+        (folder.path().join("holdout"), &expected[4..]),
+    ] {
         let text = std::fs::read_to_string(campaign.join("campaign.toml")).expect("a campaign");
         let table: toml::Table = text.parse().expect("TOML");
-        let listed: Vec<_> = table["logs"].as_array().expect("a list").iter().filter_map(|l| l.as_str()).collect();
+        let listed: Vec<_> =
+            table["logs"].as_array().expect("a list").iter().filter_map(|l| l.as_str()).collect();
         let there: Vec<_> = logs.iter().map(|(l, ..)| l.trim_start_matches("holdout/")).collect();
         assert_eq!(listed, there);
         RobotFile::read(campaign.join("robot.toml")).expect("a robot");
@@ -119,15 +130,13 @@ fn a_campaign_has_the_documented_form() {
 
 #[test]
 fn a_seed_gives_the_same_bytes_and_another_seed_other_ones() {
-    let recipe = |seed| {
-        let logs = Logs { welds: 0, ..Logs::short() };
-        Recipe { logs, ..Recipe::plain(seed) }.with_nuisance(0.03, 5e-5, 5e-5).with_effect(draw(
-            "hysteresis",
-            1.0,
-            &Logs::short(),
-            seed,
-        ))
-    };
+    let recipe =
+        |seed| {
+            let logs = Logs { welds: 0, ..Logs::short() };
+            Recipe { logs, ..Recipe::plain(seed) }
+                .with_nuisance(0.03, 5e-5, 5e-5)
+                .with_effect(draw("hysteresis", 1.0, &Logs::short(), seed))
+        };
     let (first, again, other) = (made(&recipe(5)), made(&recipe(5)), made(&recipe(6)));
     assert_eq!(bytes(first.path()), bytes(again.path()));
     assert_ne!(
@@ -140,7 +149,8 @@ fn a_seed_gives_the_same_bytes_and_another_seed_other_ones() {
 fn static_rows_of_the_baseline_stand_where_the_rest_solver_says() {
     // Without noise but for the last digits written: forces to 0.01 N, positions to 0.1 µm, and angles to 10 nrad, which at
     // 3 m and over six joints are some hundredths of a micrometre.
-    let folder = made(&Recipe { noise: 1e-6, logs: Logs { postures: 4, ..nothing() }, ..Recipe::plain(21) });
+    let folder =
+        made(&Recipe { noise: 1e-6, logs: Logs { postures: 4, ..nothing() }, ..Recipe::plain(21) });
     let samples = samples(folder.path().join("static"));
     let cell = free_cell(&KR500, None);
     let parameters = KR500.parameters();
@@ -148,7 +158,8 @@ fn static_rows_of_the_baseline_stand_where_the_rest_solver_says() {
         let motor = joints(&samples, row);
         let (force, moment) = (vector(&samples, FORCE, row), vector(&samples, MOMENT, row));
         let weight = parameters.gravity * samples["payload_kg"][row];
-        let center = parameters.tool.flange_offset + vector(&samples, ["cx_m", "cy_m", "cz_m"], row);
+        let center =
+            parameters.tool.flange_offset + vector(&samples, ["cx_m", "cy_m", "cz_m"], row);
         let mut link = motor;
         // The load turns with the tool as it bends: by 5 mrad at first, by nanoradians after three rounds.
         for _ in 0..4 {
@@ -170,8 +181,10 @@ fn noise_is_as_stated() {
     let quiet = made(&Recipe { noise: 1e-6, logs: logs.clone(), ..Recipe::plain(22) });
     let loud = made(&Recipe { noise: 2.0, logs, ..Recipe::plain(22) });
     let [quiet, loud] = [quiet, loud].map(|f| samples(f.path().join("static")));
-    for (column, deviation) in [("px_m", 60e-6), ("qe3_rad", 4e-6), ("fy_n", 50.0), ("mz_nm", 16.0)] {
-        let square: f64 = quiet[column].iter().zip(&loud[column]).map(|(a, b)| (a - b) * (a - b)).sum();
+    for (column, deviation) in [("px_m", 60e-6), ("qe3_rad", 4e-6), ("fy_n", 50.0), ("mz_nm", 16.0)]
+    {
+        let square: f64 =
+            quiet[column].iter().zip(&loud[column]).map(|(a, b)| (a - b) * (a - b)).sum();
         let measured = (square / quiet[column].len() as f64).sqrt() / deviation;
         // 33 rows: the standard error of a standard deviation is 12 %.
         assert!((measured - 1.0).abs() < 0.4, "{column}: {measured} of what is stated");
@@ -182,7 +195,8 @@ fn noise_is_as_stated() {
 fn a_loop_of_load_leaves_a_trace_of_hysteresis_and_of_a_gap_and_of_nothing_else() {
     // The first posture's loop: unloaded rows 0, 4 and 8, after loads to one side and to the other.
     let moved = |recipe: Recipe| {
-        let folder = made(&Recipe { noise: 1e-6, logs: Logs { postures: 1, ..nothing() }, ..recipe });
+        let folder =
+            made(&Recipe { noise: 1e-6, logs: Logs { postures: 1, ..nothing() }, ..recipe });
         let samples = samples(folder.path().join("static"));
         let at = |row| vector(&samples, POSITION, row);
         [(at(4) - at(0)).norm(), (at(8) - at(4)).norm()]
@@ -202,11 +216,18 @@ fn a_loop_of_load_leaves_a_trace_of_hysteresis_and_of_a_gap_and_of_nothing_else(
 
 #[test]
 fn a_stopped_arm_rings_at_the_modes_with_its_motors_locked() {
-    let folder = made(&Recipe { noise: 1e-6, logs: Logs { rings: 1, ring: 1.5, ..nothing() }, ..Recipe::plain(31) });
+    let folder = made(&Recipe {
+        noise: 1e-6,
+        logs: Logs { rings: 1, ring: 1.5, ..nothing() },
+        ..Recipe::plain(31)
+    });
     let samples = samples(folder.path().join("ring-123456"));
     let (first, last) = (110, samples["t_s"].len());
     let frames = KR500.frames(&joints(&samples, last - 1));
-    let modes = KR500.locked_motor_modes(&frames).expect("the arm has modes").map(|squared| squared.sqrt() / TAU);
+    let modes = KR500
+        .locked_motor_modes(&frames)
+        .expect("the arm has modes")
+        .map(|squared| squared.sqrt() / TAU);
     let count = last - first;
     for column in POSITION {
         let signal = &samples[column][first..];
@@ -220,7 +241,8 @@ fn a_stopped_arm_rings_at_the_modes_with_its_motors_locked() {
             }
             re * re + im * im
         };
-        let peak = (200..6000).map(|k| f64::from(k) * 0.01).max_by(|a, b| power(*a).total_cmp(&power(*b)));
+        let peak =
+            (200..6000).map(|k| f64::from(k) * 0.01).max_by(|a, b| power(*a).total_cmp(&power(*b)));
         let peak = peak.expect("a peak");
         let nearest = modes.iter().map(|m| (m - peak).abs()).fold(f64::INFINITY, f64::min);
         // Neighbours and decay pull a peak by a fraction of the line's width, about 1 Hz.
@@ -230,14 +252,19 @@ fn a_stopped_arm_rings_at_the_modes_with_its_motors_locked() {
 
 #[test]
 fn a_weld_is_pushed_as_hard_as_it_is_set() {
-    let folder = made(&Recipe { logs: Logs { welds: 1, seam: 0.05, ..nothing() }, ..Recipe::plain(41) });
+    let folder =
+        made(&Recipe { logs: Logs { welds: 1, seam: 0.05, ..nothing() }, ..Recipe::plain(41) });
     for weld in ["weld-1", "holdout/weld-2"] {
         let folder = folder.path().join(weld);
-        let (samples, file) = (samples(&folder), Weld::read(folder.join("weld.toml")).expect("a weld"));
+        let (samples, file) =
+            (samples(&folder), Weld::read(folder.join("weld.toml")).expect("a weld"));
         // From 2 s after full feed to its end.
         let begins = file.settle + file.force_ramp + file.feed_ramp + 2.0;
         let ends = file.settle + file.force_ramp + 0.05 / file.feed;
-        let steady = samples["t_s"].iter().zip(&samples["fz_n"]).filter(|(t, _)| (begins..ends).contains(*t));
+        let steady = samples["t_s"]
+            .iter()
+            .zip(&samples["fz_n"])
+            .filter(|(t, _)| (begins..ends).contains(*t));
         let pushes: Vec<f64> = steady.map(|(_, f)| -f).collect();
         let mean = pushes.iter().sum::<f64>() / pushes.len() as f64;
         assert!((mean / file.force - 1.0).abs() < 0.01, "{weld}: {mean} N, set {} N", file.force);
@@ -250,7 +277,8 @@ fn a_late_tracker_shows_what_was() {
     let logs = Logs { free: 2.0, ..nothing() };
     let quiet = Recipe { noise: 1e-6, logs, ..Recipe::plain(51) };
     let late = effect("channel-delay", At::Channel(Channel::Tracker), &[0.008]);
-    let [prompt, late] = [quiet.clone(), quiet.with_effect(late)].map(|r| samples(made(&r).path().join("free")));
+    let [prompt, late] =
+        [quiet.clone(), quiet.with_effect(late)].map(|r| samples(made(&r).path().join("free")));
     for row in 2..prompt["t_s"].len() {
         // Two rows of 4 ms.
         assert_eq!(vector(&late, POSITION, row), vector(&prompt, POSITION, row - 2), "row {row}");
@@ -271,7 +299,12 @@ fn every_effect_can_be_drawn_and_grows_with_its_size() {
                     kind.id, parameter.name, parameter.low, parameter.high
                 );
             }
-            assert_ne!(draw(kind.id, 0.3, &Logs::usual(), seed).values, drawn.values, "{}", kind.id);
+            assert_ne!(
+                draw(kind.id, 0.3, &Logs::usual(), seed).values,
+                drawn.values,
+                "{}",
+                kind.id
+            );
         }
     }
 }
@@ -287,11 +320,20 @@ fn every_stranger_shows_in_some_log() {
         let seen = ["static", "ring-123456", "free"].iter().any(|log| {
             let [bare, strange] = [&bare, &strange].map(|f| samples(f.path().join(log)));
             let mean = |column: &str, noise: f64| -> f64 {
-                let Some(bare) = bare.get(column) else { return 0.0 };
-                let square: f64 = bare.iter().zip(&strange[column]).map(|(a, b)| (a - b) * (a - b)).sum();
+                let Some(bare) = bare.get(column) else {
+                    return 0.0;
+                };
+                let square: f64 =
+                    bare.iter().zip(&strange[column]).map(|(a, b)| (a - b) * (a - b)).sum();
                 (square / bare.len() as f64).sqrt() / noise
             };
-            let worst = [("px_m", 3e-5), ("pz_m", 3e-5), ("fz_n", 25.0), ("tm2_nm", 40.0), ("ql2_rad", 5e-6)];
+            let worst = [
+                ("px_m", 3e-5),
+                ("pz_m", 3e-5),
+                ("fz_n", 25.0),
+                ("tm2_nm", 40.0),
+                ("ql2_rad", 5e-6),
+            ];
             worst.iter().any(|(column, noise)| mean(column, *noise) > 1.0)
         });
         assert!(seen, "{}: {} is lost in the noise", what.name(), what.equation());

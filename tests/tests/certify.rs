@@ -6,11 +6,15 @@ use std::sync::LazyLock;
 use trueweld_compensators::FeedForward;
 use trueweld_core::compensation::{Compensator, LoopLimits, Observation};
 use trueweld_core::{Fault, Robot, Twist};
-use trueweld_evaluate::certify::{Case, Certification, Draw, Evidence, Needed, Requirement, Trial, judge, search};
+use trueweld_evaluate::certify::{
+    Case, Certification, Draw, Evidence, Needed, Requirement, Trial, judge, search,
+};
 use trueweld_plant::cell::Cell;
 use trueweld_plant::input::{Control, LIMITS, Requirements, Sensors};
 use trueweld_plant::sensors::{Failure, Instrument, InstrumentFault};
-use trueweld_plant::simulate::{BuildLaw, Controller, Law, Program, Recording, RunError, Scenario, run};
+use trueweld_plant::simulate::{
+    BuildLaw, Controller, Law, Program, Recording, RunError, Scenario, run,
+};
 use trueweld_tests::cell::Fixtures;
 
 /// So many draws, few as they are, show a share of a half at 75 %: 0.5³ = 0.125.
@@ -78,7 +82,8 @@ impl Certified {
         scenario.control = control;
         let robot = &fixtures.robot.robot;
         let needed = Needed::of(&scenario, robot).expect("a weld").expect("a steady part");
-        let certification = Certification { scenario, robot, requirements, needed: &needed, passes: 1, seed: 7 };
+        let certification =
+            Certification { scenario, robot, requirements, needed: &needed, passes: 1, seed: 7 };
         let trials: Vec<Trial> = (0..DRAWS).map(|k| certification.trial(k)).collect();
         let worst = search(requirements, 7, &trials, SEARCH, |batch| {
             Ok::<_, RunError>(batch.iter().map(|(k, draw)| certification.weld(*k, *draw)).collect())
@@ -125,11 +130,20 @@ impl BuildLaw for Bad {
         }
     }
 
-    fn build(&self, control: &Control, sensors: &Sensors, length: f64) -> Result<Box<dyn Compensator<f64>>, RunError> {
+    fn build(
+        &self,
+        control: &Control,
+        sensors: &Sensors,
+        length: f64,
+    ) -> Result<Box<dyn Compensator<f64>>, RunError> {
         Ok(match self {
             Self::SignFlipped => Box::new(Scaled(Box::new(FeedForward), -1.0)),
-            Self::GainAboveOne => Box::new(Scaled(Law::Elastostatic.build(control, sensors, length)?, 1.6)),
-            Self::Trusting(rate) => Box::new(Trusting { share: rate * control.period, learned: Twist::zero() }),
+            Self::GainAboveOne => {
+                Box::new(Scaled(Law::Elastostatic.build(control, sensors, length)?, 1.6))
+            }
+            Self::Trusting(rate) => {
+                Box::new(Trusting { share: rate * control.period, learned: Twist::zero() })
+            }
         })
     }
 }
@@ -141,7 +155,11 @@ impl Compensator<f64> for Scaled {
         self.0.reset();
     }
 
-    fn demand(&mut self, robot: &Robot<f64>, observation: &Observation<'_, f64>) -> Result<Twist<f64>, Fault> {
+    fn demand(
+        &mut self,
+        robot: &Robot<f64>,
+        observation: &Observation<'_, f64>,
+    ) -> Result<Twist<f64>, Fault> {
         let demand = self.0.demand(robot, observation)?;
         Ok(Twist { angular: demand.angular * self.1, linear: demand.linear * self.1 })
     }
@@ -157,7 +175,11 @@ impl Compensator<f64> for Trusting {
         self.learned = Twist::zero();
     }
 
-    fn demand(&mut self, robot: &Robot<f64>, observation: &Observation<'_, f64>) -> Result<Twist<f64>, Fault> {
+    fn demand(
+        &mut self,
+        robot: &Robot<f64>,
+        observation: &Observation<'_, f64>,
+    ) -> Result<Twist<f64>, Fault> {
         for sighting in observation.sightings.iter().filter(|s| s.is_usable()) {
             self.learned.linear -= sighting.along.linear * (sighting.deviation * self.share);
         }
@@ -167,8 +189,11 @@ impl Compensator<f64> for Trusting {
 
 #[test]
 fn a_good_law_meets_what_bad_ones_are_asked_for() {
-    let certified =
-        Certified::of(&Law::SeamTracking, &FIXTURES.control, &[Instrument::ForceSensor, Instrument::SeamSensor]);
+    let certified = Certified::of(
+        &Law::SeamTracking,
+        &FIXTURES.control,
+        &[Instrument::ForceSensor, Instrument::SeamSensor],
+    );
     for r in &certified.requirements {
         assert!(r.pass && r.reason.is_none(), "{r:?}");
     }
@@ -178,17 +203,25 @@ fn a_good_law_meets_what_bad_ones_are_asked_for() {
     assert_eq!(certified.evidence.faults.len(), 11);
     // Nothing that the search gives is better than what the draws had shown.
     let most = REQUIREMENTS.limits.iter().enumerate().filter_map(|(k, limit)| Some((k, (*limit)?)));
-    let of_limit = |t: &Trial| most.clone().map(|(k, limit)| t.figure(k) / limit).fold(0.0, f64::max);
+    let of_limit =
+        |t: &Trial| most.clone().map(|(k, limit)| t.figure(k) / limit).fold(0.0, f64::max);
     let drawn = certified.evidence.trials.iter().map(of_limit).fold(0.0, f64::max);
     let worst = &certified.evidence.worst;
-    assert!(worst.of_limit >= drawn && worst.runs.len() == SEARCH, "{} against {drawn}", worst.of_limit);
+    assert!(
+        worst.of_limit >= drawn && worst.runs.len() == SEARCH,
+        "{} against {drawn}",
+        worst.of_limit
+    );
 }
 
 #[test]
 fn a_law_with_its_sign_flipped_is_told_that_it_goes_the_wrong_way() {
     let certified = Certified::of(&Bad::SignFlipped, &FIXTURES.control, &[]);
     let nominal = certified.reasons(Case::Nominal);
-    assert!(nominal.iter().any(|r| r.contains("leaves its line") && r.contains("the wrong way")), "{nominal:?}");
+    assert!(
+        nominal.iter().any(|r| r.contains("leaves its line") && r.contains("the wrong way")),
+        "{nominal:?}"
+    );
     let draws = certified.reasons(Case::Draws);
     assert!(draws.iter().any(|r| r.contains("3 of 3") && r.contains("the wrong way")), "{draws:?}");
 }
@@ -198,7 +231,10 @@ fn a_law_with_too_much_gain_is_told_that_it_swings() {
     // Sensor, correction and position loop are late together by more than an integrator of 100 rad/s bears.
     let certified = Certified::of(&Bad::Trusting(100.0), &FIXTURES.control, &[]);
     let nominal = certified.reasons(Case::Nominal);
-    assert!(nominal.iter().any(|r| r.contains("leaves its line") && r.contains("the loop swings")), "{nominal:?}");
+    assert!(
+        nominal.iter().any(|r| r.contains("leaves its line") && r.contains("the loop swings")),
+        "{nominal:?}"
+    );
     let margins = certified.reasons(Case::Margins);
     assert!(margins.iter().any(|r| r.contains("the loop is not stable")), "{margins:?}");
 }
@@ -216,19 +252,23 @@ fn a_law_that_feeds_itself_is_told_that_only_its_authority_holds_it() {
 #[test]
 fn a_law_without_an_authority_is_told_which_fault_drives_it_beyond() {
     let mut control = FIXTURES.control.clone();
-    control.compensation.lateral = LoopLimits { size: 0.1, rate: 0.1, ..control.compensation.lateral };
+    control.compensation.lateral =
+        LoopLimits { size: 0.1, rate: 0.1, ..control.compensation.lateral };
     let certified = Certified::of(&Bad::Trusting(2.0), &control, &[Instrument::SeamSensor]);
     // While the sensor is in order there is nothing wrong with it.
     assert!(certified.reasons(Case::Nominal).is_empty(), "{:?}", certified.reasons(Case::Nominal));
     let faults = certified.reasons(Case::Faults);
-    let told =
-        |r: &&str| r.contains("seam sensor at the end of its range") && r.contains("beyond the authority of 10.000 mm");
+    let told = |r: &&str| {
+        r.contains("seam sensor at the end of its range")
+            && r.contains("beyond the authority of 10.000 mm")
+    };
     assert!(faults.iter().any(told), "{faults:?}");
 }
 
 /// What a run gives whose figures grow with how far a few numbers are from the believed ones.
 fn formula(index: u64, draw: Draw) -> Trial {
-    let towards: f64 = 3.0 * (1.0 - draw.stiffness[1]) + 2.0 * (draw.stiffness[2] - 1.0) + (draw.process[4] - 1.0);
+    let towards: f64 =
+        3.0 * (1.0 - draw.stiffness[1]) + 2.0 * (draw.stiffness[2] - 1.0) + (draw.process[4] - 1.0);
     let figure = 1e-5 * (1.0 + towards + 4.0 * (draw.stiffness[1] - 1.0) * (draw.process[0] - 1.0));
     let mut figures = [0.0; LIMITS.len()];
     figures[0] = figure;
@@ -251,7 +291,10 @@ fn the_search_comes_to_the_worst_corner_of_a_set_and_to_the_same_again() {
     for seed in 0..20 {
         let found = go(seed);
         let figure = found.worst.as_ref().expect("runs were made").figure(0);
-        assert!(figure > 0.999 * worst && figure > drawn, "seed {seed}: {figure}, worst {worst}, drawn {drawn}");
+        assert!(
+            figure > 0.999 * worst && figure > drawn,
+            "seed {seed}: {figure}, worst {worst}, drawn {drawn}"
+        );
         assert_eq!((found.name, found.runs.len()), ("lateral_rms_m", 60));
         assert!(found == go(seed), "seed {seed}");
         for run in &found.runs {
@@ -264,7 +307,8 @@ fn the_search_comes_to_the_worst_corner_of_a_set_and_to_the_same_again() {
 #[test]
 fn a_limit_of_the_worst_case_is_a_requirement() {
     let strict = requirements("[worst_case]\nlateral_rms_m = 1.2e-5\n");
-    let trials: Vec<Trial> = (0..DRAWS).map(|k| formula(k, Draw::new(&strict.uncertainty, 7, k))).collect();
+    let trials: Vec<Trial> =
+        (0..DRAWS).map(|k| formula(k, Draw::new(&strict.uncertainty, 7, k))).collect();
     let worst = search(&strict, 7, &trials, 60, |batch| {
         Ok::<_, RunError>(batch.iter().map(|(k, draw)| formula(*k, *draw)).collect())
     });
@@ -278,7 +322,11 @@ fn a_limit_of_the_worst_case_is_a_requirement() {
     let judged = judge(&strict, &evidence);
     let worst: Vec<&Requirement> = judged.iter().filter(|r| r.case == Case::WorstCase).collect();
     assert_eq!(worst.len(), 1);
-    assert!(!worst[0].pass && worst[0].reason.as_deref().is_some_and(|r| r.contains("worst cell found")), "{worst:?}");
+    assert!(
+        !worst[0].pass
+            && worst[0].reason.as_deref().is_some_and(|r| r.contains("worst cell found")),
+        "{worst:?}"
+    );
     // Faults were asked for and none was tried: that is no pass.
     assert!(judged.iter().filter(|r| r.case == Case::Faults).all(|r| !r.pass));
 }
@@ -290,14 +338,14 @@ fn struck(law: &dyn BuildLaw, fault: Option<InstrumentFault>) -> Recording {
 
 #[test]
 fn a_fault_changes_nothing_before_it_begins_and_nothing_but_the_readings() {
-    let fault = |instrument, failure| Some(InstrumentFault { instrument, failure, from: 12.0, until: 12.6 });
+    let fault = |instrument, failure| {
+        Some(InstrumentFault { instrument, failure, from: 12.0, until: 12.6 })
+    };
     let sound = struck(&Law::SeamTracking, None);
     let pairs = |other: &Recording| {
-        let same = sound
-            .rows
-            .iter()
-            .zip(&other.rows)
-            .take_while(|(a, b)| a.real.position == b.real.position && (a.force_sensed_w == b.force_sensed_w));
+        let same = sound.rows.iter().zip(&other.rows).take_while(|(a, b)| {
+            a.real.position == b.real.position && (a.force_sensed_w == b.force_sensed_w)
+        });
         same.count() as f64 * sound.period
     };
     let lost = struck(&Law::SeamTracking, fault(Instrument::SeamSensor, Failure::Dropped));
@@ -307,14 +355,22 @@ fn a_fault_changes_nothing_before_it_begins_and_nothing_but_the_readings() {
         assert!((11.95..12.2).contains(&until), "{name} sensor: the same until {until} s");
     }
     // Without anybody who reads it a seam sensor may say what it likes.
-    let bare = [None, fault(Instrument::SeamSensor, Failure::NoNumber)].map(|f| struck(&Law::None, f));
-    assert!(bare[0].rows.iter().zip(&bare[1].rows).all(|(a, b)| a.real.position == b.real.position));
+    let bare =
+        [None, fault(Instrument::SeamSensor, Failure::NoNumber)].map(|f| struck(&Law::None, f));
+    assert!(
+        bare[0].rows.iter().zip(&bare[1].rows).all(|(a, b)| a.real.position == b.real.position)
+    );
 }
 
 #[test]
 fn a_force_sensor_reads_what_its_fault_makes_of_it() {
     let during = |failure| {
-        let fault = InstrumentFault { instrument: Instrument::ForceSensor, failure, from: 12.0, until: 12.6 };
+        let fault = InstrumentFault {
+            instrument: Instrument::ForceSensor,
+            failure,
+            from: 12.0,
+            until: 12.6,
+        };
         let recording = struck(&Law::SeamTracking, Some(fault));
         let rows = recording.rows.into_iter().filter(|r| fault.is_on(r.time));
         rows.map(|r| r.force_sensed_w).collect::<Vec<_>>()
@@ -325,17 +381,26 @@ fn a_force_sensor_reads_what_its_fault_makes_of_it() {
     let stuck = during(Failure::Stuck);
     assert!(stuck.iter().all(|f| (f - stuck[0]).norm() < 100.0 && f.norm() > 10e3));
     let saturated = during(Failure::Saturated { linear: 30e3, angular: 5e3 });
-    assert!(saturated.iter().all(|f| (f.norm() - 3_f64.sqrt() * 30e3).abs() < 1.0 && f.z < 0.0), "{:?}", saturated[0]);
+    assert!(
+        saturated.iter().all(|f| (f.norm() - 3_f64.sqrt() * 30e3).abs() < 1.0 && f.z < 0.0),
+        "{:?}",
+        saturated[0]
+    );
 }
 
 #[test]
 fn requirements_say_where_they_are_wrong() {
     let refused = |more: &str| {
-        let text = std::fs::read_to_string(trueweld_tests::fixture("requirements/lap-weld.toml")).expect("a fixture");
+        let text = std::fs::read_to_string(trueweld_tests::fixture("requirements/lap-weld.toml"))
+            .expect("a fixture");
         let text = text.replace("recovery_s", more);
         Requirements::parse(&text, "requirements.toml").expect_err("a mistake").to_string()
     };
-    assert!(refused("recover_s").contains("unknown key `recover_s` in [faults]"), "{}", refused("recover_s"));
+    assert!(
+        refused("recover_s").contains("unknown key `recover_s` in [faults]"),
+        "{}",
+        refused("recover_s")
+    );
     let text = refused("recovery_s = -1.0 #");
     assert!(text.contains("requirements.toml:") && text.contains("above 0"), "{text}");
 }

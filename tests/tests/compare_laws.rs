@@ -13,7 +13,8 @@ fn figures(points: &[(Law, Change)]) -> Vec<WeldFigures> {
     let cell = fixtures.cell(&[]);
     let scenario = fixtures.scenario(&cell, Program::Weld, Controller::External, &Law::None);
     let robot = &fixtures.robot.robot;
-    let comparison = LawComparison { scenario, robot, stiffness_error: 0.2, laws: &Law::ALL, passes: 2 };
+    let comparison =
+        LawComparison { scenario, robot, stiffness_error: 0.2, laws: &Law::ALL, passes: 2 };
     points.iter().map(|(law, change)| comparison.point(law, *change).expect("figures")).collect()
 }
 
@@ -30,7 +31,8 @@ fn a_law_depends_on_no_sensor_that_it_does_not_read() {
 
 #[test]
 fn seam_tracking_without_a_reading_is_feed_forward() {
-    let all = figures(&[(Law::SeamTracking, Change::Lost(1.0)), (Law::FeedForward, Change::Lost(1.0))]);
+    let all =
+        figures(&[(Law::SeamTracking, Change::Lost(1.0)), (Law::FeedForward, Change::Lost(1.0))]);
     assert!(all[0] == all[1]);
     // And with them it is not.
     let seeing = figures(&[(Law::SeamTracking, Change::Lost(0.0))]);
@@ -39,7 +41,8 @@ fn seam_tracking_without_a_reading_is_feed_forward() {
 
 #[test]
 fn what_the_elastostatic_law_leaves_grows_with_the_error_of_the_stiffness() {
-    let errors = [0.0, 0.1, 0.2, 0.3].map(|error| (Law::Elastostatic, Change::StiffnessError(error)));
+    let errors =
+        [0.0, 0.1, 0.2, 0.3].map(|error| (Law::Elastostatic, Change::StiffnessError(error)));
     let left: Vec<f64> = figures(&errors).iter().map(|f| f.lateral.rms).collect();
     assert!(left.is_sorted_by(|a, b| 1.2 * a < *b), "{left:?}");
 }
@@ -48,7 +51,12 @@ fn what_the_elastostatic_law_leaves_grows_with_the_error_of_the_stiffness() {
 fn what_was_learned_outlives_the_sensor() {
     let law = Law::Learning;
     let all = figures(&[(law, Change::Lost(1.0)), (law, Change::DeadInLastPass)]);
-    assert!(all[1].lateral.rms < 0.3 * all[0].lateral.rms, "{} {}", all[1].lateral.rms, all[0].lateral.rms);
+    assert!(
+        all[1].lateral.rms < 0.3 * all[0].lateral.rms,
+        "{} {}",
+        all[1].lateral.rms,
+        all[0].lateral.rms
+    );
 }
 
 #[test]

@@ -3,12 +3,15 @@
 use nalgebra::{SVector, Vector3};
 use proptest::prelude::*;
 use trueweld_compensators::{Elastostatic, Uncompensated};
-use trueweld_core::compensation::{Compensated, Compensator, CorrectionLoop, LoopLimits, Observation};
+use trueweld_core::compensation::{
+    Compensated, Compensator, CorrectionLoop, LoopLimits, Observation,
+};
 use trueweld_core::control::{External, HybridController, Parallel, STUCK, Sensed, Setpoint};
 use trueweld_core::{Fault, JOINTS, JointVector, Pose, Robot, Twist, Wrench};
 use trueweld_tests::{
-    KR500, PERIOD, PLACES, cases, external_gains, force_gains, joint_gains, pose_difference, regular_configuration,
-    seen, sensed_at, setpoint_at, spoil, vertical_weld_pose, weight, weld_wrench, wild,
+    KR500, PERIOD, PLACES, cases, external_gains, force_gains, joint_gains, pose_difference,
+    regular_configuration, seen, sensed_at, setpoint_at, spoil, vertical_weld_pose, weight,
+    weld_wrench, wild,
 };
 
 const LATERAL: LoopLimits<f64> = LoopLimits { bandwidth: 3.0, size: 0.010, rate: 0.005 };
@@ -39,7 +42,10 @@ fn fake_pose(q: &JointVector<f64>, wrench: &Wrench<f64>) -> Pose<f64> {
 
 fn on_the_weld(y: f64) -> JointVector<f64> {
     let all = KR500.inverse_all(&vertical_weld_pose(y)).unwrap();
-    all.iter().map(|(_, q)| *q).find(|q| KR500.beyond_limits(q).is_none()).expect("a branch within the limits")
+    all.iter()
+        .map(|(_, q)| *q)
+        .find(|q| KR500.beyond_limits(q).is_none())
+        .expect("a branch within the limits")
 }
 
 fn parallel() -> Parallel<f64> {
@@ -49,12 +55,22 @@ fn parallel() -> Parallel<f64> {
 fn check_limits(before: &Twist<f64>, after: &Twist<f64>) {
     assert!(after.is_finite());
     assert!(after.linear.norm() <= LATERAL.size * ROUNDING, "lateral {} m", after.linear.norm());
-    assert!(after.angular.norm() <= ORIENTATION.size * ROUNDING, "orientation {} rad", after.angular.norm());
+    assert!(
+        after.angular.norm() <= ORIENTATION.size * ROUNDING,
+        "orientation {} rad",
+        after.angular.norm()
+    );
     // The difference of two numbers of up to 0.02 is known to 4e-18.
     let moved = (after.linear - before.linear).norm();
-    assert!(moved <= LATERAL.rate * PERIOD * ROUNDING + 1e-17, "lateral moved {moved} m in one period");
+    assert!(
+        moved <= LATERAL.rate * PERIOD * ROUNDING + 1e-17,
+        "lateral moved {moved} m in one period"
+    );
     let turned = (after.angular - before.angular).norm();
-    assert!(turned <= ORIENTATION.rate * PERIOD * ROUNDING + 1e-17, "orientation turned {turned} rad");
+    assert!(
+        turned <= ORIENTATION.rate * PERIOD * ROUNDING + 1e-17,
+        "orientation turned {turned} rad"
+    );
     assert_eq!(after.linear.z, 0.0, "depth belongs to the force loop");
 }
 
@@ -195,7 +211,8 @@ proptest! {
 fn elastostatic_recovers_from_a_glitch() {
     let (q, w) = (on_the_weld(-0.5), weld_wrench());
     let nominal = KR500.forward(&q);
-    let setpoint = Setpoint { pose: nominal, b_from_w: nominal.rotation, force: Some(18e3), spindle: 0.0 };
+    let setpoint =
+        Setpoint { pose: nominal, b_from_w: nominal.rotation, force: Some(18e3), spindle: 0.0 };
     let demand = |law: &mut Elastostatic<f64>, wrench: Wrench<f64>| {
         let sensed: Sensed<f64> = sensed_at(&KR500, &q, &wrench);
         law.demand(&KR500, &Observation::of_robot(&setpoint, &nominal, &sensed))
@@ -214,7 +231,10 @@ fn elastostatic_recovers_from_a_glitch() {
             // 1e308 N dies away by e^(−√½·2π·4 Hz·T) = 0.81 a period: 3500 periods to 1e-9 N, or at once by restart.
             let periods = if glitch == f64::MAX { 3500 } else { 3 };
             let after = (0..periods).map(|_| demand(&mut law, w)).last().unwrap().unwrap();
-            assert!((after - good).to_vector().amax() < 1e-12, "{glitch} in channel {place} is still remembered");
+            assert!(
+                (after - good).to_vector().amax() < 1e-12,
+                "{glitch} in channel {place} is still remembered"
+            );
         }
     }
 }
@@ -223,11 +243,14 @@ fn elastostatic_recovers_from_a_glitch() {
 fn elastostatic_starts_without_a_transient_and_lags_by_its_declared_delay() {
     let (q, w) = (on_the_weld(0.0), weld_wrench());
     let nominal = KR500.forward(&q);
-    let setpoint = Setpoint { pose: nominal, b_from_w: nominal.rotation, force: Some(18e3), spindle: 0.0 };
+    let setpoint =
+        Setpoint { pose: nominal, b_from_w: nominal.rotation, force: Some(18e3), spindle: 0.0 };
     let mut law = Elastostatic::new(4.0, PERIOD).unwrap();
     let demand = |law: &mut Elastostatic<f64>, scale: f64| {
         let sensed = sensed_at(&KR500, &q, &(w * scale));
-        law.demand(&KR500, &Observation::of_robot(&setpoint, &nominal, &sensed)).unwrap().to_vector()
+        law.demand(&KR500, &Observation::of_robot(&setpoint, &nominal, &sensed))
+            .unwrap()
+            .to_vector()
     };
     let first = demand(&mut law, 1.0);
     for _ in 0..100 {
@@ -245,7 +268,11 @@ fn elastostatic_starts_without_a_transient_and_lags_by_its_declared_delay() {
     assert!((demand(&mut fresh, ago) - last).amax() < 1e-13);
     // After a reset nothing of the old wrench is left.
     law.reset();
-    assert!((demand(&mut law, 0.5) - demand(&mut { Elastostatic::new(4.0, PERIOD).unwrap() }, 0.5)).amax() < 1e-16);
+    assert!(
+        (demand(&mut law, 0.5) - demand(&mut { Elastostatic::new(4.0, PERIOD).unwrap() }, 0.5))
+            .amax()
+            < 1e-16
+    );
 }
 
 #[test]
@@ -306,7 +333,8 @@ fn uncompensated_is_the_bare_controller() {
 #[test]
 fn authority_goes_across_the_seam_first() {
     let q = on_the_weld(0.0);
-    let (setpoint, sensed) = (setpoint_at(&KR500, &q, Some(18e3)), sensed_at(&KR500, &q, &weld_wrench()));
+    let (setpoint, sensed) =
+        (setpoint_at(&KR500, &q, Some(18e3)), sensed_at(&KR500, &q, &weld_wrench()));
     // (along, across) demanded, and what is left of it within 10 mm.
     for (demanded, given) in [
         ([3e-3, 4e-3], [3e-3, 4e-3]),
@@ -319,10 +347,16 @@ fn authority_goes_across_the_seam_first() {
         let mut robot = Compensated::new(parallel(), script, LATERAL, ORIENTATION, PERIOD);
         robot.start(&KR500, &q, &weight(&KR500, &q));
         for k in 0..2000 {
-            robot.cycle(&KR500, &Observation::of_robot(&setpoint, &setpoint.pose, &trembling(&sensed, k)));
+            robot.cycle(
+                &KR500,
+                &Observation::of_robot(&setpoint, &setpoint.pose, &trembling(&sensed, k)),
+            );
         }
         let reached = robot.correction().linear.xy();
-        assert!((reached - nalgebra::Vector2::from(given)).norm() < 1e-9, "{demanded:?}: {reached}");
+        assert!(
+            (reached - nalgebra::Vector2::from(given)).norm() < 1e-9,
+            "{demanded:?}: {reached}"
+        );
     }
 }
 
@@ -336,13 +370,15 @@ fn trembling(sensed: &Sensed<f64>, k: usize) -> Sensed<f64> {
 #[test]
 fn a_force_sensor_that_stands_still_is_not_believed() {
     let q = on_the_weld(0.0);
-    let (setpoint, live) = (setpoint_at(&KR500, &q, Some(18e3)), sensed_at(&KR500, &q, &weld_wrench()));
+    let (setpoint, live) =
+        (setpoint_at(&KR500, &q, Some(18e3)), sensed_at(&KR500, &q, &weld_wrench()));
     let law = Elastostatic::new(4.0, PERIOD).unwrap();
     let external = External::new(joint_gains(), external_gains(), PERIOD);
     let mut robot = Compensated::new(external, law, LATERAL, ORIENTATION, PERIOD);
     robot.start(&KR500, &q, &weight(&KR500, &q));
-    let mut cycle =
-        |sensed: &Sensed<f64>| robot.cycle(&KR500, &Observation::of_robot(&setpoint, &setpoint.pose, sensed));
+    let mut cycle = |sensed: &Sensed<f64>| {
+        robot.cycle(&KR500, &Observation::of_robot(&setpoint, &setpoint.pose, sensed))
+    };
     for k in 0..100 {
         assert_eq!(cycle(&trembling(&live, k)).fault, None);
     }
@@ -374,7 +410,10 @@ fn correction_waits_for_the_force_loop_and_moves_the_set_point() {
     let mut robot = Compensated::new(parallel(), law, LATERAL, ORIENTATION, PERIOD);
     robot.start(&KR500, &at, &weight(&KR500, &at));
     for _ in 0..10 {
-        assert_eq!(robot.cycle(&KR500, &Observation::of_robot(&open, &nominal, &sensed)).fault, None);
+        assert_eq!(
+            robot.cycle(&KR500, &Observation::of_robot(&open, &nominal, &sensed)).fault,
+            None
+        );
         assert_eq!(robot.correction(), Twist::zero());
     }
     let closed = Setpoint { force: Some(18e3), ..open };

@@ -6,15 +6,19 @@ use proptest::prelude::*;
 use trueweld_core::control::{Command, Sensed, Setpoint};
 use trueweld_core::{Fault, JOINTS, JointVector, Wrench};
 use trueweld_tests::{
-    AnyController, KR500, PERIOD, PLACES, cases, controllers, external_gains, force_gains, joint_gains,
-    regular_configuration, seen, sensed_at, setpoint_at, spoil, weight, wild, wrench,
+    AnyController, KR500, PERIOD, PLACES, cases, controllers, external_gains, force_gains,
+    joint_gains, regular_configuration, seen, sensed_at, setpoint_at, spoil, weight, wild, wrench,
 };
 
 /// Every number finite, every torque within its drive.
 fn check(command: &Command<f64>, name: &str) {
     for i in 0..JOINTS {
         let limit = KR500.parameters().joints[i].max_torque;
-        assert!(command.torque[i].abs() <= limit, "{name}: joint {i} is given {} N·m", command.torque[i]);
+        assert!(
+            command.torque[i].abs() <= limit,
+            "{name}: joint {i} is given {} N·m",
+            command.torque[i]
+        );
     }
     for number in [command.force_error, command.depth_correction, command.push] {
         assert!(number.is_finite(), "{name}: {command:?}");

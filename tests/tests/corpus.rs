@@ -9,7 +9,8 @@ const TARGET: f64 = 10.0;
 
 /// A case with a laboratory's usual errors beside what is hidden.
 fn examined(name: &str, seed: u64, hidden: Hidden) -> Judged {
-    let recipe = Recipe { logs: Logs::short(), ..Recipe::plain(seed) }.with_nuisance(0.03, 1e-4, 1e-4);
+    let recipe =
+        Recipe { logs: Logs::short(), ..Recipe::plain(seed) }.with_nuisance(0.03, 1e-4, 1e-4);
     let case = Case { name: name.to_owned(), seed, hidden, target: TARGET, recipe };
     let judged = case.examine().expect("the case can be made and diagnosed");
     for seen in &judged.seen {
@@ -48,7 +49,8 @@ fn an_effect_of_a_sensor_is_named() {
 
 #[test]
 fn what_the_library_does_not_have_is_unknown() {
-    let judged = examined("appendage", 5, Hidden::Unknown(Stranger::draw(Strange::Appendage, 1.0, 5)));
+    let judged =
+        examined("appendage", 5, Hidden::Unknown(Stranger::draw(Strange::Appendage, 1.0, 5)));
     assert_eq!(judged.outcome, Outcome::Right, "{judged:#?}");
 }
 

@@ -4,14 +4,17 @@ use nalgebra::{Matrix6, Vector6};
 use proptest::prelude::*;
 use trueweld_core::{JointVector, Pose, Wrench};
 use trueweld_tests::{
-    KR500, cases, cast, cast_wrench, kr500, pose_difference, regular_configuration, seen, vertical_weld_pose,
-    weld_wrench, widen, wrench,
+    KR500, cases, cast, cast_wrench, kr500, pose_difference, regular_configuration, seen,
+    vertical_weld_pose, weld_wrench, widen, wrench,
 };
 
 /// Joint angles of a pose on the published weld, on a branch within the limits.
 fn on_the_weld(y: f64) -> JointVector<f64> {
     let all = KR500.inverse_all(&vertical_weld_pose(y)).unwrap();
-    all.iter().map(|(_, q)| *q).find(|q| KR500.beyond_limits(q).is_none()).expect("a branch within the limits")
+    all.iter()
+        .map(|(_, q)| *q)
+        .find(|q| KR500.beyond_limits(q).is_none())
+        .expect("a branch within the limits")
 }
 
 #[test]

@@ -3,7 +3,9 @@
 use nalgebra::SymmetricEigen;
 use proptest::prelude::*;
 use trueweld_core::{JOINTS, JointVector, Robot, Wrench};
-use trueweld_tests::{KR500, acceleration, cases, cast, cast_wrench, configuration, kr500, number, rate, seen, wrench};
+use trueweld_tests::{
+    KR500, acceleration, cases, cast, cast_wrench, configuration, kr500, number, rate, seen, wrench,
+};
 
 /// Torques a drive can give, N·m, whole range.
 fn torque() -> impl Strategy<Value = JointVector<f64>> {

@@ -80,7 +80,9 @@ fn there_is_one_of_each() {
 fn every_effect_shows_in_a_weld_that_runs() {
     let fixtures = short("vertical");
     let program = Program::Weld;
-    let go = |cell: &Cell| fixtures.run(cell, program, Controller::External, &Law::None, &fixtures.robot.robot).rows;
+    let go = |cell: &Cell| {
+        fixtures.run(cell, program, Controller::External, &Law::None, &fixtures.robot.robot).rows
+    };
     let bare_cell = fixtures.cell(&[]);
     let bare = go(&bare_cell);
     for effect in ONE_OF_EACH {
@@ -91,7 +93,8 @@ fn every_effect_shows_in_a_weld_that_runs() {
             // In units of an instrument's noise: tracker 30 µm, link encoder 5 µrad, torque 40 N·m, force 25 N.
             let one = |a: &Row, b: &Row| {
                 let (m, n) = (measured(&cell, a), measured(&bare_cell, b));
-                let encoders = JointVector::from(m.link_encoder) - JointVector::from(n.link_encoder);
+                let encoders =
+                    JointVector::from(m.link_encoder) - JointVector::from(n.link_encoder);
                 (m.tcp_position - n.tcp_position).norm() / 3e-5
                     + encoders.norm() / 5e-6
                     + (a.torque - b.torque).norm() / 40.0
@@ -119,7 +122,11 @@ fn assert_spring(effect: &str, joint: usize, expected: impl Fn(f64, f64, f64, f6
     let cell = Fixtures::of("vertical").cell(&[effect]);
     let torque = cell.robot.spring_torque(&drives(), &[0.5; 6]);
     let wanted = expected(KR500.stiffness()[joint], KR500.damping()[joint], 6e-4, 0.01);
-    assert!((torque[joint] - wanted).abs() < 1e-9 * wanted.abs(), "{effect}: {} N·m, expected {wanted}", torque[joint]);
+    assert!(
+        (torque[joint] - wanted).abs() < 1e-9 * wanted.abs(),
+        "{effect}: {} N·m, expected {wanted}",
+        torque[joint]
+    );
     let bare = Fixtures::of("vertical").cell(&[]).robot.spring_torque(&drives(), &[0.5; 6]);
     assert_eq!((torque - bare).remove_row(joint).amax(), 0.0, "{effect}: other joints");
 }
@@ -132,12 +139,18 @@ fn spring_effects_follow_their_equations() {
         k * x * (1.0 + 0.5 * (1.0 - (-(x / 8e-4_f64).powi(2)).exp())) + d * v
     });
     assert_spring("backlash:A5:half_gap_rad=2e-4", 4, |k, d, x, v| k * (x - 2e-4) + d * v);
-    assert_spring("hysteresis:A2:torque_nm=2400,twist_rad=1e-4", 1, |k, d, x, v| k * x + d * v + 2400.0 * 0.5);
-    let encoder = drives().motor;
-    assert_spring("transmission-error:A1:amplitude_rad=1.6e-4,order=40,phase_rad=0.8", 0, |k, d, x, v| {
-        k * (x + 1.6e-4 * (40.0 * encoder[0] + 0.8).sin()) + d * v
+    assert_spring("hysteresis:A2:torque_nm=2400,twist_rad=1e-4", 1, |k, d, x, v| {
+        k * x + d * v + 2400.0 * 0.5
     });
-    assert_spring("wrist-coupling:A6:ratio=0.02", 5, |k, d, x, v| k * (x + 0.02 * encoder[4]) + d * v);
+    let encoder = drives().motor;
+    assert_spring(
+        "transmission-error:A1:amplitude_rad=1.6e-4,order=40,phase_rad=0.8",
+        0,
+        |k, d, x, v| k * (x + 1.6e-4 * (40.0 * encoder[0] + 0.8).sin()) + d * v,
+    );
+    assert_spring("wrist-coupling:A6:ratio=0.02", 5, |k, d, x, v| {
+        k * (x + 0.02 * encoder[4]) + d * v
+    });
     assert_spring("encoder-offset:A3:offset_rad=1e-4", 2, |k, d, x, v| k * (x + 1e-4) + d * v);
 }
 
@@ -165,9 +178,15 @@ fn friction_effects_follow_their_equations_and_give_their_slope() {
     let smoothing = KR500.parameters().friction.smoothing;
     type Equation = fn(f64, f64) -> f64;
     let cases: [(&str, usize, Equation); 3] = [
-        ("joint-friction:A1:coulomb_nm=500,viscous_nms_rad=1000", 0, |v, s| 500.0 * (v / s).tanh() + 1000.0 * v),
-        ("stribeck:A1:torque_nm=400,rate_rad_s=0.02", 0, |v, s| 400.0 * (v / s).tanh() * (-(v / 0.02).powi(2)).exp()),
-        ("asymmetric-friction:A2:torque_nm=300", 1, |v, s| if v > 0.0 { 300.0 * (v / s).tanh() } else { 0.0 }),
+        ("joint-friction:A1:coulomb_nm=500,viscous_nms_rad=1000", 0, |v, s| {
+            500.0 * (v / s).tanh() + 1000.0 * v
+        }),
+        ("stribeck:A1:torque_nm=400,rate_rad_s=0.02", 0, |v, s| {
+            400.0 * (v / s).tanh() * (-(v / 0.02).powi(2)).exp()
+        }),
+        ("asymmetric-friction:A2:torque_nm=300", 1, |v, s| {
+            if v > 0.0 { 300.0 * (v / s).tanh() } else { 0.0 }
+        }),
     ];
     for (effect, joint, equation) in cases {
         let fixtures = Fixtures::of("vertical");
@@ -179,11 +198,18 @@ fn friction_effects_follow_their_equations_and_give_their_slope() {
                 cell.robot.friction(&at, joint)
             };
             let gained = friction(&cell, rate).value - friction(&bare, rate).value;
-            assert!((gained - equation(rate, smoothing)).abs() < 1e-9, "{effect} at {rate}: {gained}");
+            assert!(
+                (gained - equation(rate, smoothing)).abs() < 1e-9,
+                "{effect} at {rate}: {gained}"
+            );
             let step = 1e-8;
-            let slope = (friction(&cell, rate + step).value - friction(&cell, rate - step).value) / (2.0 * step);
+            let slope = (friction(&cell, rate + step).value - friction(&cell, rate - step).value)
+                / (2.0 * step);
             // Rounding of some hundred N·m over 2e-8 rad/s: 1e-5 of the slope's scale, c/smoothing.
-            assert!((friction(&cell, rate).slope - slope).abs() < 1e-5 * 1e6, "{effect} at {rate}: slope {slope}");
+            assert!(
+                (friction(&cell, rate).slope - slope).abs() < 1e-5 * 1e6,
+                "{effect} at {rate}: slope {slope}"
+            );
         }
     }
 }
@@ -194,7 +220,9 @@ fn frames_give_under_load_and_drift_with_time() {
     let q = drives().link;
     let push = Wrench { moment: Vector3::zeros(), force: Vector3::new(0.0, 0.0, 18e3) };
     let rigid = KR500.forward(&q).position;
-    let moved = |effect: &str, time: f64| fixtures.cell(&[effect]).robot.frames(&q, &push, time).tcp.position - rigid;
+    let moved = |effect: &str, time: f64| {
+        fixtures.cell(&[effect]).robot.frames(&q, &push, time).tcp.position - rigid
+    };
     // A push upwards lifts the tool on a bearing or a base that gives.
     assert!(moved("bearing-tilt:A1:compliance_rad_nm=2e-8", 0.0).z > 1e-5);
     assert!(moved("base-compliance::compliance_rad_nm=3e-9", 0.0).z > 1e-5);
@@ -218,7 +246,10 @@ fn counterbalance_and_payload_change_what_gravity_asks_for() {
     let tool = heavy.robot.model.parameters().tool;
     let nominal = KR500.parameters().tool;
     assert_eq!(tool.mass, nominal.mass + 14.0);
-    assert!((tool.com_from_flange - nominal.com_from_flange - Vector3::new(0.015, 0.005, -0.01)).norm() < 1e-15);
+    assert!(
+        (tool.com_from_flange - nominal.com_from_flange - Vector3::new(0.015, 0.005, -0.01)).norm()
+            < 1e-15
+    );
 }
 
 #[test]
@@ -240,8 +271,11 @@ fn sensor_effects_follow_their_equations() {
         }
         readings
     };
-    assert!((read("link-encoder-offset:A2:offset_rad=1e-4").link_encoder[1] - 0.2001).abs() < 1e-15);
-    let ripple = read("link-encoder-ripple:A2:amplitude_rad=1e-4,order=30,phase_rad=0.3").link_encoder[1];
+    assert!(
+        (read("link-encoder-offset:A2:offset_rad=1e-4").link_encoder[1] - 0.2001).abs() < 1e-15
+    );
+    let ripple =
+        read("link-encoder-ripple:A2:amplitude_rad=1e-4,order=30,phase_rad=0.3").link_encoder[1];
     assert!((ripple - 0.2 - 1e-4 * (30.0_f64 * 0.2 + 0.3).sin()).abs() < 1e-15);
     let crosstalk = read("force-crosstalk::fx_per_fz=0.012,fy_per_fz=-0.008").force;
     assert!((crosstalk - Vector3::new(100.0 - 216.0, 200.0 + 144.0, -18e3)).norm() < 1e-9);
@@ -249,7 +283,10 @@ fn sensor_effects_follow_their_equations() {
     assert!((offset - truth.force - Vector3::new(50.0, -80.0, 120.0)).norm() < 1e-9);
     let turned = read("tracker-registration::x_m=0,y_m=0,z_m=1e-3,rx_rad=0,ry_rad=0,rz_rad=1e-3");
     let turn = rotation_from_vector(&Vector3::new(0.0, 0.0, 1e-3));
-    assert!((turned.tcp_position - turn * truth.tcp_position - Vector3::new(0.0, 0.0, 1e-3)).norm() < 1e-15);
+    assert!(
+        (turned.tcp_position - turn * truth.tcp_position - Vector3::new(0.0, 0.0, 1e-3)).norm()
+            < 1e-15
+    );
     for (name, channel) in [
         ("tracker", Channel::Tracker),
         ("wrench", Channel::Wrench),
@@ -257,7 +294,8 @@ fn sensor_effects_follow_their_equations() {
         ("link-encoder", Channel::LinkEncoder),
     ] {
         let cell = fixtures.cell(&[&format!("channel-delay:{name}:delay_s=0.004")]);
-        for other in [Channel::Tracker, Channel::Wrench, Channel::MotorTorque, Channel::LinkEncoder] {
+        for other in [Channel::Tracker, Channel::Wrench, Channel::MotorTorque, Channel::LinkEncoder]
+        {
             assert_eq!(cell.robot.ports.delay(other), if other == channel { 0.004 } else { 0.0 });
         }
     }
@@ -277,24 +315,31 @@ fn process_effects_follow_their_equations() {
     let in_plane = 1.0 + p.ripple.iter().map(|r| r.in_plane * wave(r.order, r.phase)).sum::<f64>();
     let axial = 1.0 + p.ripple.iter().map(|r| r.axial * wave(r.order, r.phase)).sum::<f64>();
     // F by the equations of the baseline, with what an effect changes as arguments.
-    let expected = |k_z: f64, c_x: f64, depth: f64, power: f64, extra: f64, give: f64, more: [f64; 2]| {
-        let depth_force = (k_z * depth + p.depth_damping * 2e-4) / (1.0 + k_z * give);
-        let e = depth_force / p.reference_force;
-        let feed = c_x * 0.012 * e * 1.2_f64.powf(power - 1.0);
-        let lateral = p.lateral_ratio * feed * p.spindle.signum()
-            + (p.lateral_damping * 1e-3 + p.lateral_stiffness * 1e-4) * e
-            + extra * depth_force * p.spindle.signum();
-        let (in_plane, axial) = (in_plane + more[1], axial + more[0]);
-        -Vector3::new(feed * in_plane, lateral * in_plane, depth_force * axial)
-    };
+    let expected =
+        |k_z: f64, c_x: f64, depth: f64, power: f64, extra: f64, give: f64, more: [f64; 2]| {
+            let depth_force = (k_z * depth + p.depth_damping * 2e-4) / (1.0 + k_z * give);
+            let e = depth_force / p.reference_force;
+            let feed = c_x * 0.012 * e * 1.2_f64.powf(power - 1.0);
+            let lateral = p.lateral_ratio * feed * p.spindle.signum()
+                + (p.lateral_damping * 1e-3 + p.lateral_stiffness * 1e-4) * e
+                + extra * depth_force * p.spindle.signum();
+            let (in_plane, axial) = (in_plane + more[1], axial + more[0]);
+            -Vector3::new(feed * in_plane, lateral * in_plane, depth_force * axial)
+        };
     let (k, c) = (p.depth_stiffness, p.feed_drag);
     let plain = expected(k, c, 5e-4, 1.0, 0.0, 0.0, [0.0; 2]);
     let third = wave(3.0, 0.4);
     for (effect, wanted) in [
         ("", plain),
-        ("process-stiffness-error::relative=0.3", expected(1.3 * k, c, 5e-4, 1.0, 0.0, 0.0, [0.0; 2])),
+        (
+            "process-stiffness-error::relative=0.3",
+            expected(1.3 * k, c, 5e-4, 1.0, 0.0, 0.0, [0.0; 2]),
+        ),
         ("drag-error::relative=0.16", expected(k, 1.16 * c, 5e-4, 1.0, 0.0, 0.0, [0.0; 2])),
-        ("thermal-softening::share=0.12,time_s=3", plain * (1.0 - 0.12 * (1.0 - (-4.0_f64 / 3.0).exp()))),
+        (
+            "thermal-softening::share=0.12,time_s=3",
+            plain * (1.0 - 0.12 * (1.0 - (-4.0_f64 / 3.0).exp())),
+        ),
         ("feed-power-law::exponent=0.6", expected(k, c, 5e-4, 0.6, 0.0, 0.0, [0.0; 2])),
         ("advancing-side::ratio=0.03", expected(k, c, 5e-4, 1.0, 0.03, 0.0, [0.0; 2])),
         (
@@ -303,7 +348,15 @@ fn process_effects_follow_their_equations() {
         ),
         (
             "plate-waviness::amplitude_m=2e-4,length_m=0.05,phase_rad=0.2",
-            expected(k, c, 5e-4 + 2e-4 * (std::f64::consts::TAU * x / 0.05 + 0.2).sin(), 1.0, 0.0, 0.0, [0.0; 2]),
+            expected(
+                k,
+                c,
+                5e-4 + 2e-4 * (std::f64::consts::TAU * x / 0.05 + 0.2).sin(),
+                1.0,
+                0.0,
+                0.0,
+                [0.0; 2],
+            ),
         ),
         ("fixture-compliance::stiffness_n_m=5e7", expected(k, c, 5e-4, 1.0, 0.0, 2e-8, [0.0; 2])),
         ("material-step::ratio=0.2,position_m=0.02", plain * 1.2),
@@ -318,11 +371,20 @@ fn process_effects_follow_their_equations() {
 #[test]
 fn a_payload_that_leaves_no_robot_is_refused() {
     let fixtures = Fixtures::of("vertical");
-    let effect =
-        trueweld_plant::effects::Effect::parse("payload-error::mass_kg=-500,x_m=0,y_m=0,z_m=0", &fixtures.robot);
+    let effect = trueweld_plant::effects::Effect::parse(
+        "payload-error::mass_kg=-500,x_m=0,y_m=0,z_m=0",
+        &fixtures.robot,
+    );
     let seam = Seam::of(&fixtures.weld);
-    let cell = Cell::new(&fixtures.robot.robot, &[effect.expect("understood")], &fixtures.process, seam.b_from_w);
-    assert!(cell.expect_err("no robot weighs less than nothing").to_string().contains("payload-error"));
+    let cell = Cell::new(
+        &fixtures.robot.robot,
+        &[effect.expect("understood")],
+        &fixtures.process,
+        seam.b_from_w,
+    );
+    assert!(
+        cell.expect_err("no robot weighs less than nothing").to_string().contains("payload-error")
+    );
 }
 
 #[test]
@@ -330,7 +392,8 @@ fn a_coupled_wrist_is_still_taught_on_its_line() {
     // 0.2 of A5's 0.69 rad at the start: far beyond any twist of a load, and the real tool must stand on the line all the same.
     let fixtures = short("vertical");
     let cell = fixtures.cell(&["wrist-coupling:A6:ratio=0.2"]);
-    let link = trueweld_plant::simulate::start_angles(&KR500, &Seam::of(&fixtures.weld)).expect("reach");
+    let link =
+        trueweld_plant::simulate::start_angles(&KR500, &Seam::of(&fixtures.weld)).expect("reach");
     let motor = rest::motors_for(&cell, &link, &Wrench::zero());
     let back = rest::under_wrench(&cell, &motor, &Wrench::zero()).expect("rest");
     assert!((back - link).amax() < 1e-9, "{}", back - link);
@@ -350,9 +413,11 @@ fn own(fixtures: &Fixtures, effects: &[&str]) -> Cell {
         }
         text += &format!("port = \"{}\"\nexpression = \"{}\"\n", part(), part());
     }
-    let model = ModelFile::parse(&text, &fixture("models/own.toml")).expect("the model is in order");
+    let model =
+        ModelFile::parse(&text, &fixture("models/own.toml")).expect("the model is in order");
     let seam = Seam::of(&fixtures.weld);
-    Cell::new(&fixtures.robot.robot, &model.cell_effects(), &fixtures.process, seam.b_from_w).expect("a cell")
+    Cell::new(&fixtures.robot.robot, &model.cell_effects(), &fixtures.process, seam.b_from_w)
+        .expect("a cell")
 }
 
 #[test]
@@ -396,14 +461,21 @@ fn an_expression_does_what_the_effect_of_the_library_does() {
     ];
     for (library, expressions) in cases {
         let weld = |cell: &Cell| {
-            fixtures.run(cell, Program::Weld, Controller::External, &Law::None, &fixtures.robot.robot).rows
+            fixtures
+                .run(cell, Program::Weld, Controller::External, &Law::None, &fixtures.robot.robot)
+                .rows
         };
         let (wanted, got) = (weld(&fixtures.cell(&[library])), weld(&own(&fixtures, expressions)));
         assert_eq!(wanted.len(), got.len());
         for (a, b) in wanted.iter().zip(&got) {
-            let (moved, turned) = ((a.real.position - b.real.position).norm(), (a.torque - b.torque).amax());
+            let (moved, turned) =
+                ((a.real.position - b.real.position).norm(), (a.torque - b.torque).amax());
             // Rounding, seconds of simulation later.
-            assert!(moved < 1e-11 && turned < 1e-3, "{library} at {} s: {moved:e} m, {turned:e} N·m", a.time);
+            assert!(
+                moved < 1e-11 && turned < 1e-3,
+                "{library} at {} s: {moved:e} m, {turned:e} N·m",
+                a.time
+            );
         }
     }
 }
@@ -417,9 +489,14 @@ fn an_expression_for_a_stiffness_gives_its_torque() {
     let library = fixtures.cell(&["stiffness-error:A3:relative=0.2"]).robot;
     let expression = own(&fixtures, &[&stiffer]).robot;
     for k in 0..50 {
-        let some = |scale: f64| JointVector::from_fn(|i, _| scale * f64::from(k * 7 + i as i32 * 3).sin());
-        let drives =
-            Drives { link: some(1.0), link_rate: some(0.1), motor: some(1.0) + some(2e-3), motor_rate: some(0.2) };
+        let some =
+            |scale: f64| JointVector::from_fn(|i, _| scale * f64::from(k * 7 + i as i32 * 3).sin());
+        let drives = Drives {
+            link: some(1.0),
+            link_rate: some(0.1),
+            motor: some(1.0) + some(2e-3),
+            motor_rate: some(0.2),
+        };
         let (a, b) = (library.spring_torque(&drives, &[]), expression.spring_torque(&drives, &[]));
         assert!((a - b).amax() < 1e-9 * a.amax(), "{a} {b}");
     }

@@ -57,7 +57,11 @@ fn struck() -> impl Strategy<Value = Struck> {
         Law::Learning,
     ]);
     let place = (prop::sample::select(vec!["vertical", "inclined"]), 0.0..1.0_f64);
-    let cell = (prop::array::uniform6(0.7..1.3_f64), prop::array::uniform4(0.7..1.3_f64), 0.012..0.024_f64);
+    let cell = (
+        prop::array::uniform6(0.7..1.3_f64),
+        prop::array::uniform4(0.7..1.3_f64),
+        0.012..0.024_f64,
+    );
     let instrument = prop::sample::select(vec![Instrument::ForceSensor, Instrument::SeamSensor]);
     (place, cell, law, instrument, failure(), 0.1..3.0_f64).prop_map(
         |((weld, place), (stiffness, material, delay), law, instrument, failure, lasts)| {
@@ -74,7 +78,17 @@ fn struck() -> impl Strategy<Value = Struck> {
                 Instrument::ForceSensor => [30e3, 5e3],
                 Instrument::SeamSensor => [0.010, 0.17],
             };
-            Struck { weld, place, stiffness, material, delay, law, instrument, failure: sized(failure, range), lasts }
+            Struck {
+                weld,
+                place,
+                stiffness,
+                material,
+                delay,
+                law,
+                instrument,
+                failure: sized(failure, range),
+                lasts,
+            }
         },
     )
 }
@@ -87,7 +101,11 @@ impl Struck {
         let left = (fixtures.weld.end - fixtures.weld.start).norm() - LENGTH;
         fixtures.weld.start += along * (left * self.place);
         fixtures.weld.end = fixtures.weld.start + along * LENGTH;
-        let robot = fixtures.robot.robot.with_stiffness_scaled(&SVector::from(self.stiffness)).expect("a robot");
+        let robot = fixtures
+            .robot
+            .robot
+            .with_stiffness_scaled(&SVector::from(self.stiffness))
+            .expect("a robot");
         let [depth, drag, across, damping] = self.material;
         let process = Process {
             depth_stiffness: fixtures.process.depth_stiffness * depth,
@@ -97,19 +115,22 @@ impl Struck {
             lateral_damping: fixtures.process.lateral_damping * damping,
             ..fixtures.process.clone()
         };
-        let cell = Cell::new(&robot, &[], &process, Seam::of(&fixtures.weld).b_from_w).expect("a cell");
+        let cell =
+            Cell::new(&robot, &[], &process, Seam::of(&fixtures.weld).b_from_w).expect("a cell");
         let mut sensors: Sensors = fixtures.sensors.clone();
         sensors.force.delay = self.delay;
         if let Some(seam) = &mut sensors.seam {
             seam.delay = self.delay;
         }
         let (instrument, failure) = (self.instrument, self.failure);
-        let fault = Some(InstrumentFault { instrument, failure, from: FAILS, until: FAILS + self.lasts });
+        let fault =
+            Some(InstrumentFault { instrument, failure, from: FAILS, until: FAILS + self.lasts });
         let scenario = fixtures.scenario(&cell, Program::Weld, Controller::External, &self.law);
         // A tool that is lifted off strikes the plate when it comes back.
         let plant_step = if instrument == Instrument::ForceSensor { 2.5e-4 } else { 2e-3 };
         let scenario = Scenario { sensors: &sensors, plant_step, ..scenario };
-        let runs = [fault, None].map(|fault| run(&Scenario { fault, ..scenario }, |_| {}).expect("the run ends"));
+        let runs = [fault, None]
+            .map(|fault| run(&Scenario { fault, ..scenario }, |_| {}).expect("the run ends"));
         (fixtures, runs)
     }
 }

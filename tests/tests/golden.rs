@@ -13,12 +13,18 @@ fn worst<T: Real>() -> [f64; 8] {
     for s in golden::<T>() {
         let frames = robot.frames(&s.q);
         // At the zero pose with v = 0 nothing moves and the floor of 1 (m, N·m, kg·m²) stands in for the norm.
-        fn off<T: Real, const R: usize, const C: usize>(a: &SMatrix<T, R, C>, b: &SMatrix<T, R, C>) -> f64 {
+        fn off<T: Real, const R: usize, const C: usize>(
+            a: &SMatrix<T, R, C>,
+            b: &SMatrix<T, R, C>,
+        ) -> f64 {
             relative(a, b, 1.0)
         }
-        let forward = robot.forward_dynamics(&frames, &s.v, &s.forward_torque, &Wrench::zero()).expect("M is definite");
+        let forward = robot
+            .forward_dynamics(&frames, &s.v, &s.forward_torque, &Wrench::zero())
+            .expect("M is definite");
         let here = [
-            off(&frames.tcp.position, &s.tcp.position).max(off(&frames.tcp.rotation, &s.tcp.rotation)),
+            off(&frames.tcp.position, &s.tcp.position)
+                .max(off(&frames.tcp.rotation, &s.tcp.rotation)),
             off(&frames.jacobian().0, &s.jacobian),
             off(&robot.crba(&frames), &s.mass_matrix),
             off(&robot.rnea(&frames, &s.v, &s.a, &Wrench::zero()), &s.rnea),
@@ -32,7 +38,10 @@ fn worst<T: Real>() -> [f64; 8] {
             *w = w.max(h);
         }
     }
-    println!("pose, J, M, rnea, bias, gravity, Jᵀw, forward dynamics: {:?}", worst.map(|w| format!("{w:.1e}")));
+    println!(
+        "pose, J, M, rnea, bias, gravity, Jᵀw, forward dynamics: {:?}",
+        worst.map(|w| format!("{w:.1e}"))
+    );
     worst
 }
 

@@ -150,7 +150,11 @@ fn approximate_sines_would_not_do_in_kinematics() {
         })
     };
     let (approximate, single) = (furthest(micromath::F32Ext::sin_cos), furthest(f32::sin_cos));
-    println!("2 m out: {:.2} mm with micromath, {:.1e} mm with f32's own", approximate * 1e3, single * 1e3);
+    println!(
+        "2 m out: {:.2} mm with micromath, {:.1e} mm with f32's own",
+        approximate * 1e3,
+        single * 1e3
+    );
     // A weld is held to tenths of a millimetre; f32 itself knows 2 m to 1.2e-7 m.
     assert!(approximate > 1e-3 && single < 3e-7);
 }

@@ -6,8 +6,8 @@ use proptest::prelude::*;
 use trueweld_core::spatial::rotation_from_vector;
 use trueweld_core::{Branch, Displacement, JOINTS, JointVector, KinematicsError, Pose, Robot};
 use trueweld_tests::{
-    KR500, cases, cast, configuration, kr500, kr500_parameters, number, pose_difference, rate, regular_configuration,
-    seen, vertical_weld_pose, widen, within, wrapped,
+    KR500, cases, cast, configuration, kr500, kr500_parameters, number, pose_difference, rate,
+    regular_configuration, seen, vertical_weld_pose, widen, within, wrapped,
 };
 
 /// Largest difference of two configurations when whole turns do not count, rad.
@@ -257,7 +257,10 @@ fn another_kind_of_arm_is_refused() {
     let mut parameters = kr500_parameters::<f64>();
     parameters.joints[3].axis = Vector3::new(-0.8, 0.0, 0.6);
     let tilted = Robot::new(parameters).unwrap();
-    assert_eq!(tilted.inverse_all(&vertical_weld_pose(0.0)).unwrap_err(), KinematicsError::NotDecoupled);
+    assert_eq!(
+        tilted.inverse_all(&vertical_weld_pose(0.0)).unwrap_err(),
+        KinematicsError::NotDecoupled
+    );
     assert_eq!(tilted.branch_of(&JointVector::zeros()), Err(KinematicsError::NotDecoupled));
 }
 

@@ -7,14 +7,15 @@ use nalgebra::{SVector, Vector3};
 use proptest::prelude::*;
 use std::cell::Cell;
 use trueweld_compensators::{
-    Adaptive, Authority, Combined, Elastostatic, FeedForward, Following, Learning, Observer, OuterIntegral, Prior,
-    SeamTracking, Tracking,
+    Adaptive, Authority, Combined, Elastostatic, FeedForward, Following, Learning, Observer,
+    OuterIntegral, Prior, SeamTracking, Tracking,
 };
 use trueweld_core::compensation::{Compensator, Observation, Sighting};
 use trueweld_core::control::{Sensed, Setpoint};
 use trueweld_core::{Fault, JointVector, Pose, Robot, Twist, Wrench};
 use trueweld_tests::{
-    KR500, PERIOD, cases, pose_difference, sensed_at, setpoint_at, vertical_weld_pose, weight, weld_wrench, wild,
+    KR500, PERIOD, cases, pose_difference, sensed_at, setpoint_at, vertical_weld_pose, weight,
+    weld_wrench, wild,
 };
 
 const FEED: f64 = 0.010;
@@ -40,10 +41,12 @@ impl World {
     /// One period at a path position; the real tool's deviation from the seam, axes of W.
     fn step(&mut self, law: &mut dyn Compensator<f64>, path: f64, see: bool) -> Twist<f64> {
         let nominal = vertical_weld_pose(path - 0.5);
-        let setpoint = Setpoint { pose: nominal, b_from_w: weld_axes(), force: Some(18e3), spindle: 0.0 };
+        let setpoint =
+            Setpoint { pose: nominal, b_from_w: weld_axes(), force: Some(18e3), spindle: 0.0 };
         let sensed = sensed_at(&KR500, &self.encoder, &weld_wrench());
         let deviation = self.deviation(&nominal);
-        let shape = |path| Twist { angular: Vector3::zeros(), linear: Vector3::y() * (self.shape)(path) };
+        let shape =
+            |path| Twist { angular: Vector3::zeros(), linear: Vector3::y() * (self.shape)(path) };
         let seen = seam_sensor(&(deviation - shape(path + AHEAD)));
         let observation = Observation {
             path,
@@ -86,7 +89,10 @@ fn weld_axes() -> nalgebra::Matrix3<f64> {
 
 fn on_the_weld(y: f64) -> JointVector<f64> {
     let all = KR500.inverse_all(&vertical_weld_pose(y)).unwrap();
-    all.iter().map(|(_, q)| *q).find(|q| KR500.beyond_limits(q).is_none()).expect("a branch within the limits")
+    all.iter()
+        .map(|(_, q)| *q)
+        .find(|q| KR500.beyond_limits(q).is_none())
+        .expect("a branch within the limits")
 }
 
 fn sighting(deviation: f64, along: Twist<f64>) -> Sighting<f64> {
@@ -105,7 +111,8 @@ fn feed_forward_is_the_elastostatic_law_of_the_planned_load() {
     let (setpoint, nominal) = (setpoint_at(&KR500, &q, Some(18e3)), KR500.forward(&q));
     let sensed = sensed_at(&KR500, &q, &weld_wrench());
     let planned = weld_wrench().rotated(&(setpoint.b_from_w.transpose() * nominal.rotation));
-    let observation = Observation { planned, ..Observation::of_robot(&setpoint, &nominal, &sensed) };
+    let observation =
+        Observation { planned, ..Observation::of_robot(&setpoint, &nominal, &sensed) };
     let measured = Elastostatic::new(5.0, PERIOD).unwrap().demand(&KR500, &observation).unwrap();
     let planned = FeedForward.demand(&KR500, &observation).unwrap();
     assert!((measured - planned).to_vector().amax() < 1e-12);
@@ -136,7 +143,10 @@ fn the_observer_finds_the_load_of_a_resting_arm_from_its_motors() {
     let link = on_the_weld(0.1);
     let nominal = KR500.forward(&link);
     let frames = KR500.frames(&link);
-    let load = Wrench { moment: Vector3::new(20.0, -30.0, 10.0), force: Vector3::new(900.0, -4000.0, 18e3) };
+    let load = Wrench {
+        moment: Vector3::new(20.0, -30.0, 10.0),
+        force: Vector3::new(900.0, -4000.0, 18e3),
+    };
     let torque = KR500.spring_torque_at_rest(&frames, &link, &load);
     let encoder = link + torque.component_div(KR500.stiffness());
     let setpoint = setpoint_at(&KR500, &link, Some(18e3));
@@ -206,7 +216,9 @@ fn preview_follows_a_seam_that_bends_where_the_tool_is() {
     let swing = |path: f64| 0.5e-3 * (path * std::f64::consts::TAU / 0.1).sin();
     let follow = |shape: f64| {
         let mut world = World { shape: swing, ..World::new(1.0) };
-        world.pass(&mut SeamTracking::new(FeedForward, Tracking { rate: 8.0, shape }, PERIOD).unwrap())
+        world.pass(
+            &mut SeamTracking::new(FeedForward, Tracking { rate: 8.0, shape }, PERIOD).unwrap(),
+        )
     };
     let (early, in_time) = (follow(0.0), follow(1e4));
     // sin(2π s/0.1) against the same 20 mm on: 2 sin(2π 0.02/0.1 / 2) / √2 of the amplitude.
@@ -230,11 +242,14 @@ fn the_adaptive_law_learns_compliances_from_a_tracker_and_keeps_them() {
             moment: Vector3::new(300.0 * turn.cos(), 300.0 * turn.sin(), 500.0),
             force: Vector3::new(4e3 * turn.sin(), 4e3 * turn.cos(), -18e3),
         };
-        let setpoint = Setpoint { pose: nominal, b_from_w: weld_axes(), force: Some(18e3), spindle: 0.0 };
+        let setpoint =
+            Setpoint { pose: nominal, b_from_w: weld_axes(), force: Some(18e3), spindle: 0.0 };
         let in_t = load.rotated(&(nominal.rotation.transpose() * weld_axes()));
         let sensed = sensed_at(&KR500, &encoder, &in_t);
-        let deviation =
-            nominal.error_to(&real.deflected(&encoder, &in_t, 8).real).rotated(&weld_axes().transpose()).to_vector();
+        let deviation = nominal
+            .error_to(&real.deflected(&encoder, &in_t, 8).real)
+            .rotated(&weld_axes().transpose())
+            .to_vector();
         let seen: Vec<Sighting<f64>> = (0..6)
             .map(|i| {
                 let mut along = SVector::<f64, 6>::zeros();
@@ -251,13 +266,20 @@ fn the_adaptive_law_learns_compliances_from_a_tracker_and_keeps_them() {
         let demand = law.demand(&KR500, &observation).unwrap();
         encoder = KR500.track(&nominal.displaced(&demand.rotated(&weld_axes())), &encoder).unwrap();
         for ((_, deviation), prior) in law.compliance().iter().zip(&prior) {
-            assert!(deviation.is_finite() && *deviation <= prior * (1.0 + 1e-9), "{deviation} above the prior {prior}");
+            assert!(
+                deviation.is_finite() && *deviation <= prior * (1.0 + 1e-9),
+                "{deviation} above the prior {prior}"
+            );
         }
     }
     law.reset();
     for (i, (found, deviation)) in law.compliance().iter().enumerate() {
         let expected = 1.0 / truth[i] - 1.0;
-        assert!((found - expected).abs() < 0.03, "A{}: {found} ± {deviation}, true {expected}", i + 1);
+        assert!(
+            (found - expected).abs() < 0.03,
+            "A{}: {found} ± {deviation}, true {expected}",
+            i + 1
+        );
     }
 }
 
@@ -317,11 +339,12 @@ fn the_outer_integral_makes_up_for_what_the_position_loop_lacks() {
     let following = Following { rate: 5.0, size: 0.4e-3 };
     let mut law = OuterIntegral::new(Told(&asked), following, PERIOD).unwrap();
     let mut ask = |stands: f64| {
-        let there = setpoint
-            .pose
-            .displaced(&(Twist { linear: Vector3::y() * stands, ..Twist::zero() }).rotated(&setpoint.b_from_w));
+        let there = setpoint.pose.displaced(
+            &(Twist { linear: Vector3::y() * stands, ..Twist::zero() }).rotated(&setpoint.b_from_w),
+        );
         let sensed = sensed_at(&KR500, &KR500.track(&there, &q).unwrap(), &load);
-        law.demand(&KR500, &Observation::of_robot(&setpoint, &nominal, &sensed)).map(|demand| demand.linear)
+        law.demand(&KR500, &Observation::of_robot(&setpoint, &nominal, &sensed))
+            .map(|demand| demand.linear)
     };
     // Drives that stand where they are told to, but for a lack of 0.3 mm: it is gone with the time constant 1/μ.
     let lack = 0.3e-3;
@@ -334,7 +357,10 @@ fn the_outer_integral_makes_up_for_what_the_position_loop_lacks() {
     // Drives that never come: held at its size, and nothing along the depth.
     for _ in 0..1000 {
         let demand = ask(0.0).unwrap();
-        assert!(demand.z == 0.0 && (demand - Vector3::new(0.0, 1e-3, 0.0)).norm() < following.size * (1.0 + 1e-9));
+        assert!(
+            demand.z == 0.0
+                && (demand - Vector3::new(0.0, 1e-3, 0.0)).norm() < following.size * (1.0 + 1e-9)
+        );
     }
     asked.set(Err(Fault::Force));
     assert_eq!(ask(0.0), Err(Fault::Force), "a law without a demand has nothing to be followed");

@@ -51,7 +51,14 @@ fn without_friction_and_damping_the_free_arm_keeps_its_energy() {
     let torque = JointVector::zeros();
     // Energy exchanged in one second: some kilojoules of 9 kN·m turning through tenths of a radian.
     let exchanged = {
-        let end = advance(&cell, Integrator::DormandPrince(Tolerance::REFERENCE), start, &torque, 0.01, 100);
+        let end = advance(
+            &cell,
+            Integrator::DormandPrince(Tolerance::REFERENCE),
+            start,
+            &torque,
+            0.01,
+            100,
+        );
         let frames = cell.robot.model.frames(&end.drives().link);
         let fallen = cell.robot.model.potential_energy(&frames)
             - cell.robot.model.potential_energy(&cell.robot.model.frames(&q));
@@ -83,7 +90,14 @@ fn dampers_and_friction_take_exactly_the_energy_that_is_missing() {
     let mut lost = 0.0;
     for _ in 0..2000 {
         let before = power(&state);
-        state = advance(&cell, Integrator::DormandPrince(Tolerance::REFERENCE), state, &JointVector::zeros(), h, 1);
+        state = advance(
+            &cell,
+            Integrator::DormandPrince(Tolerance::REFERENCE),
+            state,
+            &JointVector::zeros(),
+            h,
+            1,
+        );
         lost += 0.5 * h * (before + power(&state));
     }
     // The trapezoid over 0.1 ms of power that changes with 1/375 s (friction turning round) and the modes: 1e-3.
@@ -117,7 +131,14 @@ fn stiffer_springs_approach_the_rigid_arm() {
     let error = |factor: f64| {
         let cell = free_cell(&frictionless(factor), None);
         let start = State::at_rest(&q, &q, 0.0);
-        let end = advance(&cell, Integrator::DormandPrince(Tolerance::REFERENCE), start, &torque, span, 1);
+        let end = advance(
+            &cell,
+            Integrator::DormandPrince(Tolerance::REFERENCE),
+            start,
+            &torque,
+            span,
+            1,
+        );
         (end.drives().link - rigid).amax()
     };
     let (soft, stiff) = (error(1e2), error(1e4));
@@ -151,20 +172,26 @@ fn static_deflection_is_where_the_ringing_plant_comes_to_rest() {
     // The plate 50 mm above the tool, so that it stays in contact wherever the load takes it.
     cell.b_from_w.position.z += 0.05;
     let start = State::at_rest(&q, &q, 0.0);
-    let rung = advance(&cell, Integrator::LinearlyImplicit, start, &JointVector::zeros(), 1e-3, 20_000);
+    let rung =
+        advance(&cell, Integrator::LinearlyImplicit, start, &JointVector::zeros(), 1e-3, 20_000);
     let at_rest = rest::under_wrench(&cell, &q, &cell.wrench(&load)).expect("an equilibrium");
     let tool = |link: &JointVector<f64>| KR500.forward(link).position;
     let deflection = tool(&at_rest) - tool(&q);
     let gap = (tool(&rung.drives().link) - tool(&at_rest)).norm();
-    assert!(deflection.norm() > 5e-3, "the published load bends the arm by millimetres: {deflection}");
+    assert!(
+        deflection.norm() > 5e-3,
+        "the published load bends the arm by millimetres: {deflection}"
+    );
     assert!(seen("static solver against the plant at rest, m", gap) < 1e-6);
     // And the core's prediction, which iterates on the loaded pose, is the same equilibrium.
     let wrench = Wrench { moment: Vector3::zeros(), force: cell.b_from_w.rotation * load };
     let in_t = wrench.rotated(&KR500.forward(&at_rest).rotation.transpose());
     let predicted = KR500.deflected(&q, &in_t, 6);
     assert!(
-        seen("core's prediction against the static solver, m", (predicted.real.position - tool(&at_rest)).norm())
-            < 1e-9
+        seen(
+            "core's prediction against the static solver, m",
+            (predicted.real.position - tool(&at_rest)).norm()
+        ) < 1e-9
     );
 }
 
@@ -181,7 +208,8 @@ fn the_default_integrator_stays_within_a_micrometre_of_the_reference_over_a_whol
         sensors: &sensors,
         ..fixtures.scenario(&cell, Program::Weld, Controller::External, &Law::Elastostatic)
     };
-    let exact = Scenario { integrator: Integrator::DormandPrince(Tolerance::REFERENCE), ..scenario };
+    let exact =
+        Scenario { integrator: Integrator::DormandPrince(Tolerance::REFERENCE), ..scenario };
     // Single welds are stepped at 1 ms, certification and the comparison of laws at 2 ms.
     let coarse = Scenario { plant_step: 2e-3, ..scenario };
     let [fine, coarse, exact] = std::thread::scope(|scope| {
@@ -190,8 +218,14 @@ fn the_default_integrator_stays_within_a_micrometre_of_the_reference_over_a_whol
             .map(|run| run.join().expect("no panic"))
     });
     let said = [
-        ("1 ms against the reference over a weld, m RMS", "1 ms against the reference over a weld, N RMS"),
-        ("2 ms against the reference over a weld, m RMS", "2 ms against the reference over a weld, N RMS"),
+        (
+            "1 ms against the reference over a weld, m RMS",
+            "1 ms against the reference over a weld, N RMS",
+        ),
+        (
+            "2 ms against the reference over a weld, m RMS",
+            "2 ms against the reference over a weld, N RMS",
+        ),
     ];
     for ((metres, newtons), recording) in said.into_iter().zip([fine, coarse]) {
         assert_eq!(recording.rows.len(), exact.rows.len());

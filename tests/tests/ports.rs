@@ -6,7 +6,9 @@ use trueweld_core::{JointVector, Wrench};
 use trueweld_plant::cell::State;
 use trueweld_plant::effects::{At, Effect, TABLE};
 use trueweld_plant::integrate::rest;
-use trueweld_plant::robot::{Channel, Drives, JointPoint, Port, ProcessPoint, Readings, Sloped, Term};
+use trueweld_plant::robot::{
+    Channel, Drives, JointPoint, Port, ProcessPoint, Readings, Sloped, Term,
+};
 use trueweld_plant::simulate::{Controller, Law, Program, run};
 use trueweld_tests::KR500;
 use trueweld_tests::cell::{Fixtures, free_cell};
@@ -72,28 +74,37 @@ fn with(port: Port) -> trueweld_plant::cell::Cell {
 #[test]
 fn spring_port_changes_the_spring_of_its_joint_alone() {
     let (bare, term) = (free_cell(&KR500, None), with(Port::SpringTorque(2)));
-    let change = term.robot.spring_torque(&moving(), &[]) - bare.robot.spring_torque(&moving(), &[]);
+    let change =
+        term.robot.spring_torque(&moving(), &[]) - bare.robot.spring_torque(&moving(), &[]);
     let (k, d) = (KR500.stiffness()[2], KR500.damping()[2]);
     let expected = 2.0 * k * 1.1e-3 + 3.0 * d * 0.01 + 7.0 - (k * 1e-3 + d * 0.01);
     for i in 0..6 {
         let wanted = if i == 2 { expected } else { 0.0 };
-        assert!((change[i] - wanted).abs() < 1e-6, "A{}: {} N·m, expected {wanted}", i + 1, change[i]);
+        assert!(
+            (change[i] - wanted).abs() < 1e-6,
+            "A{}: {} N·m, expected {wanted}",
+            i + 1,
+            change[i]
+        );
     }
 }
 
 #[test]
 fn angle_port_shifts_the_twist() {
     let (bare, term) = (free_cell(&KR500, None), with(Port::JointToLinkAngle(4)));
-    let change = term.robot.spring_torque(&moving(), &[]) - bare.robot.spring_torque(&moving(), &[]);
+    let change =
+        term.robot.spring_torque(&moving(), &[]) - bare.robot.spring_torque(&moving(), &[]);
     assert!((change[4] - KR500.stiffness()[4] * 2e-4).abs() < 1e-6);
     assert_eq!(change.remove_row(4).amax(), 0.0);
 }
 
 #[test]
 fn friction_and_link_ports_add_their_torque() {
-    let (bare, friction, link) = (free_cell(&KR500, None), with(Port::MotorFriction(3)), with(Port::LinkTorque(1)));
+    let (bare, friction, link) =
+        (free_cell(&KR500, None), with(Port::MotorFriction(3)), with(Port::LinkTorque(1)));
     for i in 0..6 {
-        let change = friction.robot.friction(&moving(), i).value - bare.robot.friction(&moving(), i).value;
+        let change =
+            friction.robot.friction(&moving(), i).value - bare.robot.friction(&moving(), i).value;
         assert!((change - if i == 3 { 11.0 } else { 0.0 }).abs() < 1e-9);
     }
     let halved = bare.robot.link_torque(&moving()) * 0.5;
@@ -105,7 +116,9 @@ fn frame_ports_tilt_under_the_moment_they_carry() {
     let q = JointVector::from(POSTURE);
     let push = Wrench { moment: Vector3::zeros(), force: Vector3::new(0.0, 0.0, 18e3) };
     let bare = free_cell(&KR500, None).robot.frames(&q, &push, 0.0).tcp;
-    for (port, pivot) in [(Port::LinkFrame(0), Vector3::zeros()), (Port::BaseFrame, Vector3::zeros())] {
+    for (port, pivot) in
+        [(Port::LinkFrame(0), Vector3::zeros()), (Port::BaseFrame, Vector3::zeros())]
+    {
         let tcp = with(port).robot.frames(&q, &push, 0.0).tcp;
         // Moment at the foot: the push at its lever, and gravity of all links; the tilt about the horizontal axes.
         let gravity = Vector3::new(0.0, 0.0, -9.80665);
@@ -118,8 +131,15 @@ fn frame_ports_tilt_under_the_moment_they_carry() {
         let expected = tilt.cross(&(bare.position - pivot));
         let moved = tcp.position - bare.position;
         // Base: the test's term has no axis to leave out, so that its z part shows as well.
-        let across = if port == Port::BaseFrame { (moment * 2e-8).cross(&(bare.position - pivot)) } else { expected };
-        assert!((moved - across).norm() < 1e-3 * across.norm(), "{port:?}: {moved} against {across}");
+        let across = if port == Port::BaseFrame {
+            (moment * 2e-8).cross(&(bare.position - pivot))
+        } else {
+            expected
+        };
+        assert!(
+            (moved - across).norm() < 1e-3 * across.norm(),
+            "{port:?}: {moved} against {across}"
+        );
         // A push upwards must lift the tool.
         assert!(moved.z > 0.0, "{port:?}: {moved}");
     }
@@ -135,7 +155,8 @@ fn process_and_surface_ports_act_on_the_force() {
         }
         let at = Vector3::new(0.1, 0.0, depth);
         let v = Vector3::new(0.01, 0.0, 0.0);
-        trueweld_plant::process::reaction(&cell.process, &cell.robot.ports, 1.0, &at, &v, 0.0, 0.3).force
+        trueweld_plant::process::reaction(&cell.process, &cell.robot.ports, 1.0, &at, &v, 0.0, 0.3)
+            .force
     };
     let bare = react(None, 5e-4);
     assert!((react(Some(Port::ProcessForce), 5e-4) - bare * 1.5).norm() < 1e-9);
@@ -152,10 +173,16 @@ fn sensor_and_time_ports_change_what_the_controller_sees_and_when() {
             cell.robot.ports.install(port, Box::new(Everything)).expect("room");
         }
         let mut sensors = fixtures.sensors.clone();
-        (sensors.force.noise_force, sensors.force.filter, sensors.force.delay, sensors.force.resolution) =
-            (0.0, 0.0, 0.0, 0.0);
+        (
+            sensors.force.noise_force,
+            sensors.force.filter,
+            sensors.force.delay,
+            sensors.force.resolution,
+        ) = (0.0, 0.0, 0.0, 0.0);
         let scenario = fixtures.scenario(&cell, program, Controller::External, &Law::None);
-        run(&trueweld_plant::simulate::Scenario { sensors: &sensors, ..scenario }, |_| {}).expect("runs").rows
+        run(&trueweld_plant::simulate::Scenario { sensors: &sensors, ..scenario }, |_| {})
+            .expect("runs")
+            .rows
     };
     let bare = sensed(None);
     // Ideal instruments read the truth.
@@ -166,7 +193,11 @@ fn sensor_and_time_ports_change_what_the_controller_sees_and_when() {
     // 24 ms late: the sensed push is the true one of two control periods before.
     let late = sensed(Some(Port::TimeBase));
     for pair in late.windows(3).skip(3) {
-        assert!((pair[2].force_sensed_w.z - pair[0].force_w.z).abs() < 1.0, "at {} s", pair[2].time);
+        assert!(
+            (pair[2].force_sensed_w.z - pair[0].force_w.z).abs() < 1.0,
+            "at {} s",
+            pair[2].time
+        );
     }
 }
 
@@ -195,7 +226,8 @@ fn backlash_lets_the_link_go_until_the_gap_is_taken_up() {
 fn joint_friction_costs_the_motor_its_torque_and_leaves_the_tool() {
     let fixtures = Fixtures::of("vertical");
     let motion = |cell: &trueweld_plant::cell::Cell| {
-        let mut state = State::at_rest(&JointVector::from(POSTURE), &JointVector::from(POSTURE), 0.0);
+        let mut state =
+            State::at_rest(&JointVector::from(POSTURE), &JointVector::from(POSTURE), 0.0);
         state.0[18] = 0.1;
         cell.evaluate(0.0, &state).rates
     };
@@ -210,7 +242,10 @@ fn joint_friction_costs_the_motor_its_torque_and_leaves_the_tool() {
 fn effects_are_read_or_refused_with_what_was_expected() {
     let robot = Fixtures::of("vertical").robot;
     let good = Effect::parse("backlash:A5:half_gap_rad=2e-4", &robot).expect("good");
-    assert_eq!((good.kind.id, good.at, good.values.as_slice()), ("backlash", At::Joint(4), &[2e-4][..]));
+    assert_eq!(
+        (good.kind.id, good.at, good.values.as_slice()),
+        ("backlash", At::Joint(4), &[2e-4][..])
+    );
     for (text, says) in [
         ("backlash", "ID:AT:NAME=VALUE"),
         ("slack:A5:half_gap_rad=1", "expected one of stiffness-error"),
@@ -230,7 +265,11 @@ fn effects_are_read_or_refused_with_what_was_expected() {
 #[test]
 fn every_effect_of_the_table_is_described_and_its_ranges_are_ranges() {
     for kind in TABLE {
-        assert!(!kind.equation.is_empty() && !kind.shows.is_empty() && !kind.parameters.is_empty(), "{}", kind.id);
+        assert!(
+            !kind.equation.is_empty() && !kind.shows.is_empty() && !kind.parameters.is_empty(),
+            "{}",
+            kind.id
+        );
         assert!(kind.parameters.iter().all(|p| p.low < p.high), "{}", kind.id);
         assert_eq!(TABLE.iter().filter(|k| k.id == kind.id).count(), 1, "{} stands twice", kind.id);
     }

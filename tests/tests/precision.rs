@@ -5,15 +5,16 @@
 use nalgebra::{SVector, Vector3};
 use proptest::prelude::*;
 use trueweld_compensators::{
-    Adaptive, Elastostatic, FeedForward, Following, Learning, Observer, OuterIntegral, Prior, SeamTracking, Tracking,
+    Adaptive, Elastostatic, FeedForward, Following, Learning, Observer, OuterIntegral, Prior,
+    SeamTracking, Tracking,
 };
 use trueweld_core::compensation::{Compensator, Observation, Sighting};
 use trueweld_core::control::{Sensed, Setpoint};
 use trueweld_core::scalar::lit;
 use trueweld_core::{JOINTS, JointVector, Pose, Real, Twist, Wrench};
 use trueweld_tests::{
-    KR500, PERIOD, cases, cast, cast_pose, cast_wrench, controllers, kr500, number, pose_difference,
-    regular_configuration, seen, weight, weld_wrench, widen, within,
+    KR500, PERIOD, cases, cast, cast_pose, cast_wrench, controllers, kr500, number,
+    pose_difference, regular_configuration, seen, weight, weld_wrench, widen, within,
 };
 
 fn cast_setpoint<T: Real>(s: &Setpoint<f64>) -> Setpoint<T> {
@@ -35,7 +36,9 @@ fn cast_sensed<T: Real>(s: &Sensed<f64>) -> Sensed<T> {
 }
 
 /// Each number rounded to f32 and widened again.
-fn rounded<const R: usize, const C: usize>(m: &nalgebra::SMatrix<f64, R, C>) -> nalgebra::SMatrix<f64, R, C> {
+fn rounded<const R: usize, const C: usize>(
+    m: &nalgebra::SMatrix<f64, R, C>,
+) -> nalgebra::SMatrix<f64, R, C> {
     widen(&cast::<f32, R, C>(m))
 }
 
@@ -53,7 +56,12 @@ fn situation(
     let wrench = Wrench::from_vector(&rounded(&(weld_wrench() * load).to_vector()));
     (
         Setpoint { pose, b_from_w: rounded(&actual.rotation), force: Some(18e3), spindle: -62.5 },
-        Sensed { encoder, encoder_rate: rounded(rate), motor_torque: rounded(&weight(&KR500, &encoder)), wrench },
+        Sensed {
+            encoder,
+            encoder_rate: rounded(rate),
+            motor_torque: rounded(&weight(&KR500, &encoder)),
+            wrench,
+        },
     )
 }
 
@@ -63,14 +71,21 @@ fn sightings<T: Real>(miss: f64) -> [Sighting<T>; 2] {
     let tilted = Twist { angular: Vector3::x(), linear: Vector3::zeros() };
     let ahead = lit(0.02);
     [
-        Sighting { deviation: lit(f64::from(miss as f32)), along: across, noise: lit(5e-5), age: T::zero(), ahead },
+        Sighting {
+            deviation: lit(f64::from(miss as f32)),
+            along: across,
+            noise: lit(5e-5),
+            age: T::zero(),
+            ahead,
+        },
         Sighting { deviation: T::zero(), along: tilted, noise: lit(1e-3), age: T::zero(), ahead },
     ]
 }
 
 fn laws<T: Real>() -> Vec<(&'static str, Box<dyn Compensator<T>>)> {
     let period = lit::<T>(PERIOD);
-    let prior = Prior { compliance: lit(0.3), force: lit(0.3), tilt: lit(5e-4), lateral: lit(5e-4) };
+    let prior =
+        Prior { compliance: lit(0.3), force: lit(0.3), tilt: lit(5e-4), lateral: lit(5e-4) };
     let tracking = Tracking { rate: lit(10.0), shape: lit(25.0) };
     let following = Following { rate: lit(8.0), size: lit(2e-3) };
     vec![
@@ -80,9 +95,15 @@ fn laws<T: Real>() -> Vec<(&'static str, Box<dyn Compensator<T>>)> {
             "feed-forward demand with outer integral, m",
             Box::new(OuterIntegral::new(FeedForward, following, period).unwrap()),
         ),
-        ("seam-tracking demand, m", Box::new(SeamTracking::new(FeedForward, tracking, period).unwrap())),
+        (
+            "seam-tracking demand, m",
+            Box::new(SeamTracking::new(FeedForward, tracking, period).unwrap()),
+        ),
         ("adaptive demand, m", Box::new(Adaptive::new(prior, period).unwrap())),
-        ("learning demand, m", Box::new(Learning::new(FeedForward, lit(2.0), lit(1.0), period).unwrap())),
+        (
+            "learning demand, m",
+            Box::new(Learning::new(FeedForward, lit(2.0), lit(1.0), period).unwrap()),
+        ),
     ]
 }
 
@@ -202,5 +223,8 @@ fn gravity_feed_forward_in_single_precision_is_far_below_friction() {
     let q = JointVector::from([0.3, -0.9, 1.4, 0.5, 0.9, -0.2]);
     let off = (widen(&weight(&single, &cast(&q))) - weight(&KR500, &q)).amax();
     assert!(off < 0.08, "{off} N·m");
-    assert_eq!(Vector3::from(cast::<f32, 3, 1>(&KR500.parameters().gravity)), single.parameters().gravity);
+    assert_eq!(
+        Vector3::from(cast::<f32, 3, 1>(&KR500.parameters().gravity)),
+        single.parameters().gravity
+    );
 }

@@ -23,16 +23,25 @@ const LITTLE: f64 = 0.01;
 /// Predictions of all logs under a model with these effects.
 fn predicted(ready: &Ready, effects: &[Effect]) -> Vec<Prediction> {
     let bench = &ready.bench;
-    bench.experiments.iter().map(|e| e.predict(&bench.model, effects, None).expect("it can be driven")).collect()
+    bench
+        .experiments
+        .iter()
+        .map(|e| e.predict(&bench.model, effects, None).expect("it can be driven"))
+        .collect()
 }
 
 #[test]
 fn the_truth_is_at_the_floor_where_a_gap_stands_open() {
     let ready = campaign(Some(play()));
-    for (experiment, prediction) in ready.bench.experiments.iter().zip(predicted(&ready, &[play()])) {
+    for (experiment, prediction) in ready.bench.experiments.iter().zip(predicted(&ready, &[play()]))
+    {
         let all = prediction.residual.len() as f64;
         let far = prediction.residual.iter().filter(|r| r.abs() > 3.5).count() as f64;
-        assert!(far < 0.01 * all, "{}: {far} of {all} values far from where they were measured", experiment.name);
+        assert!(
+            far < 0.01 * all,
+            "{}: {far} of {all} values far from where they were measured",
+            experiment.name
+        );
         // The moment in which a weld's push closes the gap swings, and a weld's pose is predicted at rest.
         if experiment.kind == LogKind::Weld {
             continue;
@@ -58,11 +67,22 @@ fn a_prediction_beside_another_is_the_same_as_by_itself() {
             let added = draw(kind.id, 1.0, &Logs::short(), seed);
             let effects = [known.clone(), vec![added.clone()]].concat();
             let alone = predicted(&ready, &effects);
-            for ((experiment, at), alone) in ready.bench.experiments.iter().zip(&before).zip(&alone) {
+            for ((experiment, at), alone) in ready.bench.experiments.iter().zip(&before).zip(&alone)
+            {
                 let beside = experiment.predict(&ready.bench.model, &effects, Some((at, &added)));
                 let beside = beside.expect("it can be driven");
-                let apart = beside.residual.iter().zip(&alone.residual).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-                assert!(apart < LITTLE, "{}, {} beside {known:?}: {apart}", experiment.name, kind.id);
+                let apart = beside
+                    .residual
+                    .iter()
+                    .zip(&alone.residual)
+                    .map(|(a, b)| (a - b).abs())
+                    .fold(0.0, f64::max);
+                assert!(
+                    apart < LITTLE,
+                    "{}, {} beside {known:?}: {apart}",
+                    experiment.name,
+                    kind.id
+                );
             }
         }
     }

@@ -16,7 +16,11 @@ fn step(controller: Controller) -> StepFigures {
 /// 5 % time within 10 % and overshoot within 3 points of what was published.
 fn assert_published(figures: &StepFigures, settle: f64, overshoot: f64) {
     let time = figures.settle_5pct.expect("it settles");
-    assert!((time - settle).abs() <= 0.1 * settle, "{}: 5 % time {time} s, published {settle} s", figures.controller);
+    assert!(
+        (time - settle).abs() <= 0.1 * settle,
+        "{}: 5 % time {time} s, published {settle} s",
+        figures.controller
+    );
     let measured = figures.overshoot;
     assert!(
         (measured - overshoot).abs() <= 0.03,
@@ -52,8 +56,11 @@ fn external_control_answers_the_step_as_published() {
 fn weld(name: &'static str, law: Law, stiffness_error: f64) -> WeldFigures {
     let fixtures = Fixtures::of(name);
     let cell = fixtures.cell(&[]);
-    let belief =
-        fixtures.robot.robot.with_stiffness_scaled(&SVector::from_element(1.0 + stiffness_error)).expect("a robot");
+    let belief = fixtures
+        .robot
+        .robot
+        .with_stiffness_scaled(&SVector::from_element(1.0 + stiffness_error))
+        .expect("a robot");
     let recording = fixtures.run(&cell, Program::Weld, Controller::External, &law, &belief);
     WeldFigures::of(&recording).expect("a steady part")
 }
@@ -93,7 +100,10 @@ fn a_stiffness_error_passes_through_one_to_one() {
     for error in [-0.1, 0.1, 0.3] {
         let left = weld("vertical", Law::Elastostatic, error).lateral.rms;
         let expected = bare * (1.0 - 1.0 / (1.0_f64 + error)).abs();
-        assert!((left - expected).abs() < 0.15 * expected + 0.05e-3, "{error}: {left} m, expected {expected} m");
+        assert!(
+            (left - expected).abs() < 0.15 * expected + 0.05e-3,
+            "{error}: {left} m, expected {expected} m"
+        );
     }
 }
 
@@ -110,10 +120,15 @@ fn believing_in_a_robot_thirty_percent_too_soft_ends_in_a_bounded_limit_cycle() 
 fn passes(law: Law, error: f64, passes: usize) -> WeldFigures {
     let fixtures = Fixtures::of("vertical");
     let cell = fixtures.cell(&[]);
-    let belief = fixtures.robot.robot.with_stiffness_scaled(&SVector::from_element(1.0 + error)).expect("a robot");
+    let belief = fixtures
+        .robot
+        .robot
+        .with_stiffness_scaled(&SVector::from_element(1.0 + error))
+        .expect("a robot");
     let scenario = fixtures.scenario(&cell, Program::Weld, Controller::External, &law);
     let scenario = trueweld_plant::simulate::Scenario { belief: &belief, ..scenario };
-    let recording = trueweld_plant::simulate::run_passes(&scenario, passes, |_| {}).expect("the run ends");
+    let recording =
+        trueweld_plant::simulate::run_passes(&scenario, passes, |_| {}).expect("the run ends");
     WeldFigures::of(&recording).expect("a steady part")
 }
 
@@ -147,6 +162,9 @@ fn a_seam_sensor_holds_the_line_whatever_the_stiffness() {
 fn a_law_that_learns_holds_the_line_in_its_second_pass() {
     for error in [-0.3, 0.3] {
         let figures = passes(Law::Learning, error, 2);
-        assert!(figures.lateral.rms < 0.03e-3 && figures.lateral.max_abs < 0.2e-3, "{error}: {figures:?}");
+        assert!(
+            figures.lateral.rms < 0.03e-3 && figures.lateral.max_abs < 0.2e-3,
+            "{error}: {figures:?}"
+        );
     }
 }

@@ -12,7 +12,10 @@ fn the_mode_along_the_tool_is_the_one_that_resonates() {
     let ratio = resonant.push / slow.push;
     assert!((3.0..8.0).contains(&ratio), "push {ratio}: {slow:?}, {resonant:?}");
     // Across the seam the plastic drag holds the tool: no resonance, the line falls with frequency.
-    assert!(resonant.lateral < slow.lateral && resonant.tilt < 2.0 * slow.tilt, "{slow:?}, {resonant:?}");
+    assert!(
+        resonant.lateral < slow.lateral && resonant.tilt < 2.0 * slow.tilt,
+        "{slow:?}, {resonant:?}"
+    );
 }
 
 #[test]
@@ -30,7 +33,10 @@ fn the_force_loop_no_longer_answers_the_spindle() {
 fn a_force_loop_four_times_as_fast_does_not_amplify_the_ripple() {
     let [without, with] = [false, true].map(|told| weld(1200.0, Controller::External, 4.0, told));
     let tuned = weld(1200.0, Controller::External, 1.0, true);
-    assert!(with.push < 0.6 * without.push && with.drives < 0.6 * without.drives, "{with:?}, {without:?}");
+    assert!(
+        with.push < 0.6 * without.push && with.drives < 0.6 * without.drives,
+        "{with:?}, {without:?}"
+    );
     // As quiet as the loop that is four times slower: neither of them answers the line.
     assert!((with.push - tuned.push).abs() < 0.1 * tuned.push, "{with:?}, {tuned:?}");
 }
@@ -38,7 +44,10 @@ fn a_force_loop_four_times_as_fast_does_not_amplify_the_ripple() {
 #[test]
 fn with_the_filter_the_loop_bears_more_gain() {
     // What bounds the gain is the third mode, at 18 Hz between the two notches or on one of them.
-    assert!(step(&fixtures(600.0, 6.1), false).is_none(), "6.1 times the tuned gains were too much without the filter");
+    assert!(
+        step(&fixtures(600.0, 6.1), false).is_none(),
+        "6.1 times the tuned gains were too much without the filter"
+    );
     for rpm in [500.0, 800.0, 1200.0] {
         assert!(step(&fixtures(rpm, 6.1), true).is_some(), "{rpm} rpm");
     }
@@ -46,10 +55,14 @@ fn with_the_filter_the_loop_bears_more_gain() {
 
 #[test]
 fn the_slow_response_keeps_its_figures() {
-    let [without, with] = [false, true].map(|told| step(&fixtures(600.0, 1.0), told).expect("it settles"));
+    let [without, with] =
+        [false, true].map(|told| step(&fixtures(600.0, 1.0), told).expect("it settles"));
     // 3.6 ms of delay are 0.7° at the loop's 3.4 rad/s. The 5 % time is told to a control period or two, for the ripple.
     let late = with.settle_5pct.unwrap() - without.settle_5pct.unwrap();
-    assert!(late.abs() < 0.025 && (with.overshoot - without.overshoot).abs() < 0.01, "{with:?}, {without:?}");
+    assert!(
+        late.abs() < 0.025 && (with.overshoot - without.overshoot).abs() < 0.01,
+        "{with:?}, {without:?}"
+    );
 }
 
 #[test]
@@ -64,7 +77,10 @@ fn the_step_is_the_same_wherever_the_arm_stands() {
     let scaled = step(&started_at(1.0, fixtures(600.0, 1.0)), true).expect("it settles");
     let fixed = step(&unscaled(started_at(1.0, fixtures(600.0, 1.0))), true).expect("it settles");
     // Within what the published figures are held to.
-    assert!((scaled.settle_5pct.unwrap() - at_start.settle_5pct.unwrap()).abs() < 0.086, "{scaled:?}, {at_start:?}");
+    assert!(
+        (scaled.settle_5pct.unwrap() - at_start.settle_5pct.unwrap()).abs() < 0.086,
+        "{scaled:?}, {at_start:?}"
+    );
     assert!((scaled.overshoot - at_start.overshoot).abs() < 0.01, "{scaled:?}, {at_start:?}");
     // Gains that stay as they are overshoot by the 5 % and more, and settle only after the swing back.
     assert!(fixed.overshoot > 0.06 && fixed.settle_5pct.unwrap() > 1.0, "{fixed:?}");

@@ -12,18 +12,28 @@ fn epsilon<T: Real>() -> f64 {
 }
 
 fn direction() -> impl Strategy<Value = Vector3<f64>> {
-    within(Vector3::repeat(1.0)).prop_filter("too short", |v| v.norm() > 0.1).prop_map(|v| v.normalize())
+    within(Vector3::repeat(1.0))
+        .prop_filter("too short", |v| v.norm() > 0.1)
+        .prop_map(|v| v.normalize())
 }
 
 /// An angle of any size that matters: across (0, π), within 1e-12 … 1e-1 of 0, and within the same of π.
 fn angle() -> impl Strategy<Value = f64> {
     let small = || (-12.0..-1.0_f64).prop_map(|e| 10.0_f64.powf(e));
-    prop_oneof![0.0..core::f64::consts::PI, small(), small().prop_map(|a| core::f64::consts::PI - a)]
+    prop_oneof![
+        0.0..core::f64::consts::PI,
+        small(),
+        small().prop_map(|a| core::f64::consts::PI - a)
+    ]
 }
 
 fn pose() -> impl Strategy<Value = Pose<f64>> {
-    (direction(), 0.0..core::f64::consts::PI, within(Vector3::repeat(3.0)))
-        .prop_map(|(axis, angle, position)| Pose { rotation: rotation_from_vector(&(axis * angle)), position })
+    (direction(), 0.0..core::f64::consts::PI, within(Vector3::repeat(3.0))).prop_map(
+        |(axis, angle, position)| Pose {
+            rotation: rotation_from_vector(&(axis * angle)),
+            position,
+        },
+    )
 }
 
 fn round_trip<T: Real>(axis: &Vector3<f64>, angle: f64) {
@@ -40,7 +50,10 @@ fn round_trip<T: Real>(axis: &Vector3<f64>, angle: f64) {
     let off = (back - r).norm().min((back + r).norm());
     let off = number(if angle > 3.0 { off } else { (back - r).norm() });
     // Relative to the angle: near 0 the vector must keep its digits, near π the axis must.
-    assert!(off <= 8.0 * epsilon::<T>() * angle.max(1e-12), "log(exp) is off by {off:e} at {angle:e}");
+    assert!(
+        off <= 8.0 * epsilon::<T>() * angle.max(1e-12),
+        "log(exp) is off by {off:e} at {angle:e}"
+    );
     let again = rotation_from_vector(&back);
     assert!(number((again - m).amax()) <= 16.0 * epsilon::<T>(), "exp(log) is off at {angle:e}");
 }

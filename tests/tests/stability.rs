@@ -38,8 +38,16 @@ fn the_delayed_integral_force_loop_is_stable_up_to_its_known_bound() {
     // x ← x + K_I T (f_d − f_{k−N}) is stable where K_I k_eq T < 2 sin(π/(2(2N+1))).
     for late in 0..5 {
         let bound = 2.0 * (PI / (2.0 * (2 * late + 1) as f64)).sin();
-        assert!(left(0.98 * bound, late) < 1e-3, "{late} periods late, below the bound: {}", left(0.98 * bound, late));
-        assert!(left(1.02 * bound, late) > 1e3, "{late} periods late, above the bound: {}", left(1.02 * bound, late));
+        assert!(
+            left(0.98 * bound, late) < 1e-3,
+            "{late} periods late, below the bound: {}",
+            left(0.98 * bound, late)
+        );
+        assert!(
+            left(1.02 * bound, late) > 1e3,
+            "{late} periods late, above the bound: {}",
+            left(1.02 * bound, late)
+        );
     }
 }
 
@@ -57,8 +65,9 @@ struct Met {
 fn met() -> impl Strategy<Value = Met> {
     let weld = prop_oneof![Just("vertical"), Just("inclined")];
     let law = prop_oneof![Just(Law::None), Just(Law::FeedForward), Just(Law::SeamTracking)];
-    (weld, 0.0..=1.0_f64, prop::array::uniform6(0.7..1.3_f64), 0.7..1.3_f64, law)
-        .prop_map(|(weld, place, stiffness, material, law)| Met { weld, place, stiffness, material, law })
+    (weld, 0.0..=1.0_f64, prop::array::uniform6(0.7..1.3_f64), 0.7..1.3_f64, law).prop_map(
+        |(weld, place, stiffness, material, law)| Met { weld, place, stiffness, material, law },
+    )
 }
 
 impl Met {

@@ -3,7 +3,8 @@
 use nalgebra::{Matrix3, Vector3};
 use trueweld_core::scalar::lit;
 use trueweld_core::{
-    Counterbalance, Friction, JOINTS, JointParameters, JointVector, Real, Robot, RobotParameters, ToolParameters,
+    Counterbalance, Friction, JOINTS, JointParameters, JointVector, Real, Robot, RobotParameters,
+    ToolParameters,
 };
 
 /// States cycled through, enough that branch prediction and caches see no repetition.
@@ -53,8 +54,14 @@ pub fn arm<T: Real>(gravity: f64) -> Robot<T> {
     let parameters = RobotParameters {
         gravity: vector([0.0, 0.0, -gravity]),
         joints: core::array::from_fn(|i| joint(LINKS[i], stiffness[i])),
-        friction: Friction { viscous: JointVector::zeros(), coulomb: JointVector::zeros(), smoothing: lit(1e-3) },
-        counterbalance: Counterbalance { cosine: [-9000.0, -80.0, 290.0].into_iter().map(lit).collect() },
+        friction: Friction {
+            viscous: JointVector::zeros(),
+            coulomb: JointVector::zeros(),
+            smoothing: lit(1e-3),
+        },
+        counterbalance: Counterbalance {
+            cosine: [-9000.0, -80.0, 290.0].into_iter().map(lit).collect(),
+        },
         tool: ToolParameters {
             flange_offset: Vector3::zeros(),
             mass: T::zero(),

@@ -64,9 +64,16 @@ impl<T: Real> External<T> {
     }
 
     /// The force error that would have been met where the gains were tuned: Δf · tuned stiffness / stiffness here.
-    fn as_tuned(&self, robot: &Robot<T>, frames: &Frames<T>, depth_axis: &Vector3<T>, error: T) -> T {
+    fn as_tuned(
+        &self,
+        robot: &Robot<T>,
+        frames: &Frames<T>,
+        depth_axis: &Vector3<T>,
+        error: T,
+    ) -> T {
         let material = self.gains.material_stiffness.recip();
-        let scale = self.gains.tuned_stiffness * (material + robot.compliance_along(frames, depth_axis));
+        let scale =
+            self.gains.tuned_stiffness * (material + robot.compliance_along(frames, depth_axis));
         let widest = lit::<T>(WIDEST_SCALE);
         // Also where the scale is no number.
         let scale = if scale > widest.recip() { scale.min(widest) } else { widest.recip() };
@@ -82,7 +89,12 @@ impl<T: Real> HybridController<T> for External<T> {
         self.correction = T::zero();
     }
 
-    fn cycle(&mut self, robot: &Robot<T>, setpoint: &Setpoint<T>, sensed: &Sensed<T>) -> Command<T> {
+    fn cycle(
+        &mut self,
+        robot: &Robot<T>,
+        setpoint: &Setpoint<T>,
+        sensed: &Sensed<T>,
+    ) -> Command<T> {
         let view = match self.position.view(robot, setpoint, sensed) {
             Ok(view) => view,
             Err(fault) => return self.position.safe(robot, sensed, fault),

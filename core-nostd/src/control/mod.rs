@@ -94,7 +94,8 @@ pub trait HybridController<T: Real> {
     /// * force sensor faulty: the force branch is held where it was, position control goes on;
     /// * encoder or set-point faulty, singular Jacobian, limits exceeded: gravity is held at the last good angles with
     ///   viscous braking (K_d, where the rates are good), integrators frozen.
-    fn cycle(&mut self, robot: &Robot<T>, setpoint: &Setpoint<T>, sensed: &Sensed<T>) -> Command<T>;
+    fn cycle(&mut self, robot: &Robot<T>, setpoint: &Setpoint<T>, sensed: &Sensed<T>)
+    -> Command<T>;
 }
 
 impl<T: Real, C: HybridController<T> + ?Sized> HybridController<T> for &mut C {
@@ -102,7 +103,12 @@ impl<T: Real, C: HybridController<T> + ?Sized> HybridController<T> for &mut C {
         (**self).start(robot, encoder, torque);
     }
 
-    fn cycle(&mut self, robot: &Robot<T>, setpoint: &Setpoint<T>, sensed: &Sensed<T>) -> Command<T> {
+    fn cycle(
+        &mut self,
+        robot: &Robot<T>,
+        setpoint: &Setpoint<T>,
+        sensed: &Sensed<T>,
+    ) -> Command<T> {
         (**self).cycle(robot, setpoint, sensed)
     }
 }
@@ -110,7 +116,11 @@ impl<T: Real, C: HybridController<T> + ?Sized> HybridController<T> for &mut C {
 /// The push that the force sensor sees along z of W, N, from the wrench in T with T placed by the encoders.
 ///
 /// `None` where the sensor is faulty: a sensor with one channel that is no number is not believed in the others.
-fn sensed_push<T: Real>(b_from_t: &Pose<T>, depth_axis: &Vector3<T>, wrench: &Wrench<T>) -> Option<T> {
+fn sensed_push<T: Real>(
+    b_from_t: &Pose<T>,
+    depth_axis: &Vector3<T>,
+    wrench: &Wrench<T>,
+) -> Option<T> {
     let push = -(b_from_t.rotation * wrench.force).dot(depth_axis);
     (wrench.is_finite() && push.is_finite()).then_some(push)
 }

@@ -64,7 +64,12 @@ impl<T: Real> ForceBranch<T> {
     }
 
     /// f_d + K_pf Δf − K_df Ẋ + K_if∫Δf within its rate, N; `None` while the set-point asks for no force.
-    pub fn update(&mut self, setpoint: &Setpoint<T>, sensed: Option<T>, velocity: T) -> Option<Push<T>> {
+    pub fn update(
+        &mut self,
+        setpoint: &Setpoint<T>,
+        sensed: Option<T>,
+        velocity: T,
+    ) -> Option<Push<T>> {
         let Some(desired) = setpoint.force else {
             self.reset();
             return None;
@@ -72,13 +77,23 @@ impl<T: Real> ForceBranch<T> {
         let Some(error) = sensed.map(|sensed| desired - sensed).filter(|e| e.is_finite()) else {
             // Blind: hold the last push, or what was asked for.
             let push = self.push.unwrap_or(desired);
-            return Some(Push { push, error: T::zero(), taken_over: None, limited: true, fault: Some(Fault::Force) });
+            return Some(Push {
+                push,
+                error: T::zero(),
+                taken_over: None,
+                limited: true,
+                fault: Some(Fault::Force),
+            });
         };
         let taken_over = self.push.is_none().then_some(desired);
         self.spindle.tune(setpoint.spindle);
         let error = self.spindle.update(error);
-        let (correction, limited) =
-            self.pid.update(error, -self.gains.kd * velocity, self.gains.max_correction, self.period);
+        let (correction, limited) = self.pid.update(
+            error,
+            -self.gains.kd * velocity,
+            self.gains.max_correction,
+            self.period,
+        );
         let wanted = desired + correction;
         let (before, step) = (self.push.unwrap_or(desired), self.gains.max_rate * self.period);
         let push = held(wanted, before, step);
@@ -115,7 +130,12 @@ impl<T: Real> HybridController<T> for Parallel<T> {
         self.force.reset();
     }
 
-    fn cycle(&mut self, robot: &Robot<T>, setpoint: &Setpoint<T>, sensed: &Sensed<T>) -> Command<T> {
+    fn cycle(
+        &mut self,
+        robot: &Robot<T>,
+        setpoint: &Setpoint<T>,
+        sensed: &Sensed<T>,
+    ) -> Command<T> {
         // S takes depth out of the position branch as soon as the force branch has it.
         superpose(&mut self.position, &mut self.force, robot, setpoint, sensed, true)
     }

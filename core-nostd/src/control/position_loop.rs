@@ -38,7 +38,9 @@ pub(super) struct View<T: Real> {
 
 impl<T: Real> PositionLoop<T> {
     pub fn new(gains: JointGains<T>, period: T) -> Self {
-        let pid = core::array::from_fn(|i| Pid::new(PidGains { kp: gains.kp[i], ki: gains.ki[i], kd: gains.kd[i] }));
+        let pid = core::array::from_fn(|i| {
+            Pid::new(PidGains { kp: gains.kp[i], ki: gains.ki[i], kd: gains.kd[i] })
+        });
         Self { gains, pid, period, last_good: JointVector::zeros() }
     }
 
@@ -51,11 +53,17 @@ impl<T: Real> PositionLoop<T> {
     }
 
     /// Kinematics at the encoder angles, or the fault that forbids it.
-    pub fn view(&mut self, robot: &Robot<T>, setpoint: &Setpoint<T>, sensed: &Sensed<T>) -> Result<View<T>, Fault> {
+    pub fn view(
+        &mut self,
+        robot: &Robot<T>,
+        setpoint: &Setpoint<T>,
+        sensed: &Sensed<T>,
+    ) -> Result<View<T>, Fault> {
         for i in 0..JOINTS {
             let (angle, rate) = (sensed.encoder[i], sensed.encoder_rate[i]);
             let reach = robot.parameters().joints[i].max_rate * self.period * lit(2.0);
-            if !angle.is_finite() || !rate.is_finite() || (angle - self.last_good[i]).abs() > reach {
+            if !angle.is_finite() || !rate.is_finite() || (angle - self.last_good[i]).abs() > reach
+            {
                 return Err(Fault::Encoder(i));
             }
         }
@@ -91,7 +99,8 @@ impl<T: Real> PositionLoop<T> {
         let mut limited = false;
         let torque = JointVector::from_fn(|i, _| {
             let limit = robot.parameters().joints[i].max_torque;
-            let (torque, at_limit) = self.pid[i].update(error[i], feed_forward[i], limit, self.period);
+            let (torque, at_limit) =
+                self.pid[i].update(error[i], feed_forward[i], limit, self.period);
             limited |= at_limit;
             torque
         });
@@ -139,6 +148,13 @@ fn weight<T: Real>(robot: &Robot<T>, frames: &Frames<T>, q: &JointVector<T>) -> 
 }
 
 /// Jᵀ of a push along z of W, N·m.
-pub(super) fn push_torque<T: Real>(frames: &Frames<T>, depth_axis: &Vector3<T>, push: T) -> JointVector<T> {
-    frames.joint_torque(&crate::spatial::Wrench { moment: Vector3::zeros(), force: depth_axis * push })
+pub(super) fn push_torque<T: Real>(
+    frames: &Frames<T>,
+    depth_axis: &Vector3<T>,
+    push: T,
+) -> JointVector<T> {
+    frames.joint_torque(&crate::spatial::Wrench {
+        moment: Vector3::zeros(),
+        force: depth_axis * push,
+    })
 }

@@ -33,7 +33,12 @@ impl<T: Real> HybridController<T> for Superposed<T> {
         self.force.reset();
     }
 
-    fn cycle(&mut self, robot: &Robot<T>, setpoint: &Setpoint<T>, sensed: &Sensed<T>) -> Command<T> {
+    fn cycle(
+        &mut self,
+        robot: &Robot<T>,
+        setpoint: &Setpoint<T>,
+        sensed: &Sensed<T>,
+    ) -> Command<T> {
         superpose(&mut self.position, &mut self.force, robot, setpoint, sensed, false)
     }
 }

@@ -25,11 +25,14 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         match input::check(path) {
             Ok(kind) => {
                 say!("{name}: {kind}, in order\n");
-                verdicts.push(serde_json::json!({ "file": name, "ok": true, "kind": kind.schema() }));
+                verdicts
+                    .push(serde_json::json!({ "file": name, "ok": true, "kind": kind.schema() }));
             }
             Err(error) => {
                 wrong += 1;
-                verdicts.push(serde_json::json!({ "file": name, "ok": false, "error": error.to_string() }));
+                verdicts.push(
+                    serde_json::json!({ "file": name, "ok": false, "error": error.to_string() }),
+                );
                 eprintln!("{:?}", Report::new(error));
             }
         }

@@ -23,7 +23,11 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     arguments.results.check()?;
     let measured = arguments.measurements.read()?;
     let (model, count) = (&measured.model, measured.logs.len());
-    let progress = if arguments.results.quiet { Progress::silent() } else { Progress::new("comparing", count as f64) };
+    let progress = if arguments.results.quiet {
+        Progress::silent()
+    } else {
+        Progress::new("comparing", count as f64)
+    };
     let finished = AtomicUsize::new(0);
     let done = || progress.advance_to((finished.fetch_add(1, Ordering::Relaxed) + 1) as f64);
     let compared = compare(model, &measured.logs, &Bench::new(model, measured.experiments), &done);
@@ -31,7 +35,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let comparison = compared.into_diagnostic()?;
     say!("{}", table::compare_table(&model.path, &comparison));
     let results = &arguments.results;
-    results.write(|| json::compare_json(&model.path, &comparison), || html::compare_page(&model.path, &comparison))?;
+    results.write(
+        || json::compare_json(&model.path, &comparison),
+        || html::compare_page(&model.path, &comparison),
+    )?;
     #[cfg(feature = "rerun")]
     if let Some(path) = &results.rrd {
         trueweld_output::rerun::compare_recording(path, &model.path, &comparison)?;

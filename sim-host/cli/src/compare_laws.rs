@@ -46,22 +46,32 @@ const STIFFNESS_ERROR: f64 = 0.2;
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    let results = Results { json: arguments.json.clone(), html: Some(arguments.html.clone()), ..Results::default() };
+    let results = Results {
+        json: arguments.json.clone(),
+        html: Some(arguments.html.clone()),
+        ..Results::default()
+    };
     results.check()?;
-    let requirements = embedded!(Requirements, arguments.requirements.as_deref(), "requirements/lap-weld.toml");
+    let requirements =
+        embedded!(Requirements, arguments.requirements.as_deref(), "requirements/lap-weld.toml");
     let inputs = arguments.files.read()?;
     let controller = arguments.controller.controller();
-    let asked = |law: &Law| arguments.laws.is_empty() || arguments.laws.iter().any(|a| a.law() == law);
+    let asked =
+        |law: &Law| arguments.laws.is_empty() || arguments.laws.iter().any(|a| a.law() == law);
     let laws: Vec<Law> = Law::ALL.into_iter().filter(asked).collect();
     let comparison = LawComparison {
-        scenario: Scenario { plant_step: STEP_OF_MANY, ..inputs.scenario(Program::Weld, controller, &Law::None) },
+        scenario: Scenario {
+            plant_step: STEP_OF_MANY,
+            ..inputs.scenario(Program::Weld, controller, &Law::None)
+        },
         robot: &inputs.robot.robot,
         stiffness_error: arguments.files.cell.stiffness_error.unwrap_or(STIFFNESS_ERROR),
         laws: &laws,
         passes: arguments.passes.get(),
     };
     let welds = comparison.welds();
-    let progress = if arguments.quiet { Progress::silent() } else { Progress::new("welding", welds as f64) };
+    let progress =
+        if arguments.quiet { Progress::silent() } else { Progress::new("welding", welds as f64) };
     let sweeps = comparison.run(|done| progress.advance_to(done as f64));
     progress.finish();
     let mut points = sweeps.iter().flat_map(|sweep| sweep.points.iter().flatten());

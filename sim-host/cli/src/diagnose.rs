@@ -24,13 +24,22 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let measured = arguments.measurements.read()?;
     let (model, logs) = (&measured.model, &measured.logs);
     let bench = Bench::new(model, measured.experiments);
-    let progress = if arguments.results.quiet { Progress::silent() } else { Progress::new("comparing", 1.0) };
-    let diagnosis = diagnose(&bench, logs, &|what, share| progress.stage(what, 0.85 * share)).into_diagnostic()?;
-    let account = tell(&bench, logs, &diagnosis, &|what, share| progress.stage(what, 0.85 + 0.15 * share));
+    let progress =
+        if arguments.results.quiet { Progress::silent() } else { Progress::new("comparing", 1.0) };
+    let diagnosis = diagnose(&bench, logs, &|what, share| progress.stage(what, 0.85 * share))
+        .into_diagnostic()?;
+    let account =
+        tell(&bench, logs, &diagnosis, &|what, share| progress.stage(what, 0.85 + 0.15 * share));
     progress.finish();
     let before = of_logs(logs, &bench.experiments, &diagnosis.before);
     let after = of_logs(logs, &bench.experiments, &diagnosis.improved.at);
-    let diagnosed = Diagnosed { model, diagnosis: &diagnosis, account: &account, before: &before, after: &after };
+    let diagnosed = Diagnosed {
+        model,
+        diagnosis: &diagnosis,
+        account: &account,
+        before: &before,
+        after: &after,
+    };
     say!("{}", table::diagnose_table(&diagnosed));
     let results = &arguments.results;
     results.write(|| json::diagnose_json(&diagnosed), || html::diagnose_page(&diagnosed))?;

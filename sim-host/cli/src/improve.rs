@@ -35,9 +35,11 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let measured = arguments.measurements.read()?;
     let (model, logs) = (&measured.model, &measured.logs);
     not_an_input(&arguments.out, model)?;
-    let held_out = if arguments.held_out.is_empty() { None } else { Some(held_out(arguments, model, logs)?) };
+    let held_out =
+        if arguments.held_out.is_empty() { None } else { Some(held_out(arguments, model, logs)?) };
     let bench = Bench::new(model, measured.experiments);
-    let progress = if arguments.results.quiet { Progress::silent() } else { Progress::new("comparing", 1.0) };
+    let progress =
+        if arguments.results.quiet { Progress::silent() } else { Progress::new("comparing", 1.0) };
     let done = improve(&bench, logs, held_out.as_ref(), &|what, share| progress.stage(what, share));
     progress.finish();
     let improvement = done.into_diagnostic()?;
@@ -46,7 +48,13 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let at = improvement.fitted.as_ref().map_or(&improvement.diagnosis.before, |fitted| &fitted.at);
     let before = of_logs(logs, &bench.experiments, &improvement.diagnosis.before);
     let after = of_logs(logs, &bench.experiments, at);
-    let improved = Improved { model, out: &arguments.out, improvement: &improvement, before: &before, after: &after };
+    let improved = Improved {
+        model,
+        out: &arguments.out,
+        improvement: &improvement,
+        before: &before,
+        after: &after,
+    };
     say!("{}", table::improve_table(&improved));
     say!("wrote {}\n", arguments.out.display());
     let results = &arguments.results;
@@ -79,8 +87,7 @@ fn held_out(arguments: &Arguments, model: &ModelFile, fitted: &[Log]) -> Result<
     let (_, logs) = read_logs(&arguments.held_out)?;
     for log in &logs {
         log.must_be_of(&model.robot, &format!("the model {}", model.path.display()))?;
-        let same =
-            |other: &&Log| matches!((log.path.canonicalize(), other.path.canonicalize()), (Ok(a), Ok(b)) if a == b);
+        let same = |other: &&Log| matches!((log.path.canonicalize(), other.path.canonicalize()), (Ok(a), Ok(b)) if a == b);
         if fitted.iter().any(|other| same(&other)) {
             return Err(miette!(
                 help = "A log that was fitted says nothing of how the model does elsewhere.",

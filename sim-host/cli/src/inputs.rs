@@ -119,20 +119,26 @@ impl CellFiles {
         let sensors = embedded!(Sensors, &self.sensors, "sensors/kr500-mt.toml");
         if let Some(period) = self.period {
             if !(1e-4..=1.0).contains(&period) {
-                return Err(miette!("--period {period}: expected seconds between 0.0001 and 1, such as 0.004"));
+                return Err(miette!(
+                    "--period {period}: expected seconds between 0.0001 and 1, such as 0.004"
+                ));
             }
             control.period = period;
         }
-        let parse = |text: &String| Effect::parse(text, &robot).map_err(|error| miette!("--effect {text}: {error}"));
+        let parse = |text: &String| {
+            Effect::parse(text, &robot).map_err(|error| miette!("--effect {text}: {error}"))
+        };
         effects.extend(self.effect.iter().map(parse).collect::<Result<Vec<_>>>()?);
-        let cell = Cell::new(&robot.robot, &effects, &process, Seam::of(&weld).b_from_w).into_diagnostic()?;
+        let cell = Cell::new(&robot.robot, &effects, &process, Seam::of(&weld).b_from_w)
+            .into_diagnostic()?;
         let error = self.stiffness_error.unwrap_or(0.0);
         let factor = SVector::from_element(1.0 + error);
         let belief = robot.robot.with_stiffness_scaled(&factor).map_err(|_| {
             miette!("--stiffness-error {error}: expected a number above -1, such as 0.1 for 10 % too stiff")
         })?;
         Ok(Inputs {
-            weld_file: weld_file.map_or("embedded welds/vertical.toml".into(), |p| p.display().to_string()),
+            weld_file: weld_file
+                .map_or("embedded welds/vertical.toml".into(), |p| p.display().to_string()),
             weld_name: weld_file
                 .and_then(Path::file_stem)
                 .map_or("vertical".into(), |s| s.to_string_lossy().into_owned()),
@@ -183,13 +189,19 @@ impl Inputs {
     /// What to say of a weld that has no figures.
     pub fn too_short(&self) -> Report {
         miette!(
-            help = "Expected a seam long enough for the feed to rise and settle: a few centimetres.",
+            help =
+                "Expected a seam long enough for the feed to rise and settle: a few centimetres.",
             "{}: the weld is too short to reach its steady part",
             self.weld_file
         )
     }
 
-    pub fn scenario(&self, program: Program, controller: Controller, law: &'static dyn BuildLaw) -> Scenario<'_> {
+    pub fn scenario(
+        &self,
+        program: Program,
+        controller: Controller,
+        law: &'static dyn BuildLaw,
+    ) -> Scenario<'_> {
         Scenario {
             name: &self.weld_name,
             cell: &self.cell,

@@ -26,7 +26,9 @@ impl Results {
     /// Refuses before the work what could not be written after it.
     pub fn check(&self) -> Result<()> {
         if cfg!(not(feature = "rerun")) && self.rrd.is_some() {
-            return Err(miette!("--rrd: this build has no Rerun; build it with the feature `rerun`"));
+            return Err(miette!(
+                "--rrd: this build has no Rerun; build it with the feature `rerun`"
+            ));
         }
         for path in [&self.json, &self.html, &self.rrd].into_iter().flatten() {
             may_be_written(path)?;
@@ -35,9 +37,15 @@ impl Results {
     }
 
     /// Writes the JSON and the page that were asked for.
-    pub fn write(&self, json: impl FnOnce() -> serde_json::Value, html: impl FnOnce() -> String) -> Result<()> {
+    pub fn write(
+        &self,
+        json: impl FnOnce() -> serde_json::Value,
+        html: impl FnOnce() -> String,
+    ) -> Result<()> {
         if let Some(path) = &self.json {
-            let text = serde_json::to_string_pretty(&json()).into_diagnostic().wrap_err("figures as JSON")?;
+            let text = serde_json::to_string_pretty(&json())
+                .into_diagnostic()
+                .wrap_err("figures as JSON")?;
             write_file(path, text + "\n")?;
             say!("wrote {}\n", path.display());
         }
@@ -56,7 +64,9 @@ const OUT: &str = "out";
 pub fn may_be_written(path: &Path) -> Result<()> {
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     if folder == Path::new(OUT) {
-        std::fs::create_dir_all(folder).into_diagnostic().wrap_err("cannot create the folder out")?;
+        std::fs::create_dir_all(folder)
+            .into_diagnostic()
+            .wrap_err("cannot create the folder out")?;
     }
     if !folder.is_dir() {
         return Err(miette!(
@@ -66,7 +76,10 @@ pub fn may_be_written(path: &Path) -> Result<()> {
         ));
     }
     if path.is_dir() {
-        return Err(miette!("cannot write {}: expected the name of a file, and it is a folder", path.display()));
+        return Err(miette!(
+            "cannot write {}: expected the name of a file, and it is a folder",
+            path.display()
+        ));
     }
     Ok(())
 }

@@ -45,10 +45,15 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         .collect::<Result<Vec<_>>>()?;
     let figures = recordings
         .iter()
-        .map(|r| StepFigures::of(r, at, height).ok_or_else(|| miette!("the run ended before the step")))
+        .map(|r| {
+            StepFigures::of(r, at, height).ok_or_else(|| miette!("the run ended before the step"))
+        })
         .collect::<Result<Vec<_>>>()?;
-    let runs: Vec<StepRun<'_>> =
-        recordings.iter().zip(&figures).map(|(recording, figures)| StepRun { recording, figures }).collect();
+    let runs: Vec<StepRun<'_>> = recordings
+        .iter()
+        .zip(&figures)
+        .map(|(recording, figures)| StepRun { recording, figures })
+        .collect();
     say!("{}", table::step_table(&figures));
     arguments.results.write(|| json::step_json(&figures), || html::step_page(&runs, at, height))?;
     #[cfg(feature = "rerun")]

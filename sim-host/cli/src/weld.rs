@@ -54,7 +54,10 @@ impl Arguments {
 pub fn run(arguments: &Arguments) -> Result<()> {
     arguments.results.check()?;
     if !(arguments.exaggeration.is_finite() && arguments.exaggeration >= 1.0) {
-        return Err(miette!("--exaggeration {}: expected a number from 1 up", arguments.exaggeration));
+        return Err(miette!(
+            "--exaggeration {}: expected a number from 1 up",
+            arguments.exaggeration
+        ));
     }
     let inputs = arguments.files.read()?;
     let controller = arguments.controller.controller();
@@ -63,8 +66,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         Some(compensator) => vec![compensator.law()],
     };
     let recordings = simulate_all(&inputs, controller, &laws, arguments)?;
-    let figures =
-        recordings.iter().map(|r| WeldFigures::of(r).ok_or_else(|| inputs.too_short())).collect::<Result<Vec<_>>>()?;
+    let figures = recordings
+        .iter()
+        .map(|r| WeldFigures::of(r).ok_or_else(|| inputs.too_short()))
+        .collect::<Result<Vec<_>>>()?;
     let runs: Vec<WeldRun<'_>> = recordings
         .iter()
         .zip(&figures)
@@ -89,8 +94,11 @@ fn simulate_all(
 ) -> Result<Vec<Recording>> {
     let duration = Program::Weld.duration(&inputs.weld, &Seam::of(&inputs.weld));
     let passes = arguments.passes.max(1);
-    let progress =
-        if arguments.results.quiet { Progress::silent() } else { Progress::new("welding", duration * passes as f64) };
+    let progress = if arguments.results.quiet {
+        Progress::silent()
+    } else {
+        Progress::new("welding", duration * passes as f64)
+    };
     let results: Vec<_> = std::thread::scope(|scope| {
         let threads: Vec<_> = laws
             .iter()

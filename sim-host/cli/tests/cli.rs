@@ -37,13 +37,21 @@ impl Place {
     }
 
     fn run(&self, arguments: &[&str]) -> Output {
-        Command::new(env!("CARGO_BIN_EXE_trueweld")).args(arguments).current_dir(self.path()).output().unwrap()
+        Command::new(env!("CARGO_BIN_EXE_trueweld"))
+            .args(arguments)
+            .current_dir(self.path())
+            .output()
+            .unwrap()
     }
 
     /// Runs what must succeed; its standard output.
     fn done(&self, arguments: &[&str]) -> String {
         let output = self.run(arguments);
-        assert!(output.status.success(), "{arguments:?}\n{}", String::from_utf8_lossy(&output.stderr));
+        assert!(
+            output.status.success(),
+            "{arguments:?}\n{}",
+            String::from_utf8_lossy(&output.stderr)
+        );
         String::from_utf8(output.stdout).unwrap()
     }
 
@@ -81,13 +89,17 @@ impl Place {
 #[test]
 fn a_weld_is_told_as_table_json_and_page() {
     let place = Place::new();
-    let out = place.done(&["weld", "--weld", "short.toml", "--json", "weld.json", "--html", "weld.html"]);
+    let out =
+        place.done(&["weld", "--weld", "short.toml", "--json", "weld.json", "--html", "weld.html"]);
     assert!(out.starts_with("At full feed the tool leaves the seam by up to "), "{out}");
     assert!(out.lines().all(|line| line.chars().count() <= 110), "{out}");
     let value = place.json("weld.json");
     assert_eq!(value["schema"], "weld-result/1");
     let runs = value["runs"].as_array().unwrap();
-    assert_eq!(runs.iter().map(|run| &run["compensator"]).collect::<Vec<_>>(), ["none", "elastostatic"]);
+    assert_eq!(
+        runs.iter().map(|run| &run["compensator"]).collect::<Vec<_>>(),
+        ["none", "elastostatic"]
+    );
     for run in runs {
         assert_eq!(run["weld"], "short");
         assert_eq!(run["controller"], "external");
@@ -100,7 +112,8 @@ fn a_weld_is_told_as_table_json_and_page() {
         for figure in ["mean", "envelope", "error_rms"] {
             assert!(run["force_n"][figure].is_f64(), "{figure}");
         }
-        let share: f64 = run["joint_share"].as_array().unwrap().iter().map(|s| s.as_f64().unwrap()).sum();
+        let share: f64 =
+            run["joint_share"].as_array().unwrap().iter().map(|s| s.as_f64().unwrap()).sum();
         assert!((share - 1.0).abs() < 1e-9, "{share}");
         assert!(run["simulated_s"].as_f64() > Some(5.0) && run["wall_s"].as_f64() > Some(0.0));
     }
@@ -114,12 +127,23 @@ fn a_weld_is_told_as_table_json_and_page() {
 fn a_step_is_told_for_all_three_controllers() {
     let place = Place::new();
     // The guide's commands write into `out`, which a new clone does not have.
-    let out = place.done(&["step", "--weld", "short.toml", "--json", "out/step.json", "--html", "out/step.html"]);
+    let out = place.done(&[
+        "step",
+        "--weld",
+        "short.toml",
+        "--json",
+        "out/step.json",
+        "--html",
+        "out/step.html",
+    ]);
     assert!(out.contains("published, scheme 3"), "{out}");
     let value = place.json("out/step.json");
     assert_eq!(value["schema"], "step-result/1");
     let controllers = value["controllers"].as_array().unwrap();
-    assert_eq!(controllers.iter().map(|c| &c["name"]).collect::<Vec<_>>(), ["parallel", "superposed", "external"]);
+    assert_eq!(
+        controllers.iter().map(|c| &c["name"]).collect::<Vec<_>>(),
+        ["parallel", "superposed", "external"]
+    );
     for controller in controllers {
         for key in ["first_within_5pct_s", "settle_5pct_s"] {
             let time = controller.get(key).unwrap();
@@ -140,7 +164,8 @@ fn the_same_inputs_and_seed_give_the_same_bytes() {
         outputs.push("rrd");
     }
     for name in ["a", "b"] {
-        let mut arguments = vec!["weld".to_owned(), "--weld".into(), "short.toml".into(), "--quiet".into()];
+        let mut arguments =
+            vec!["weld".to_owned(), "--weld".into(), "short.toml".into(), "--quiet".into()];
         for output in &outputs {
             arguments.extend([format!("--{output}"), format!("{name}.{output}")]);
         }
@@ -186,22 +211,35 @@ fn bad_input_ends_in_one_message_and_no_file() {
     place.weld("far.toml", "[9.0, -1.0, 0.5]", "[9.0, 1.0, 0.5]");
     place.weld("tiny.toml", "[1.7, -1.0, 0.5]", "[1.7, -0.999, 0.5]");
     let robot = fixture("robots/kr500-mt.toml");
-    fs::write(place.path().join("half.toml"), format!("schema = \"model/1\"\nrobot = {robot:?}\n")).unwrap();
+    fs::write(place.path().join("half.toml"), format!("schema = \"model/1\"\nrobot = {robot:?}\n"))
+        .unwrap();
     let cases: &[(&[&str], &[&str])] = &[
         (&["--weld", "gone.toml"], &["gone.toml", "cannot be read", "expected a file"]),
         (&["--weld", &robot], &["kr500-mt.toml:", "\"robot/1\"", "expected \"weld/1\""]),
         (&["--weld", "nan.toml"], &["nan.toml:4", "`end_m`", "expected a finite number"]),
-        (&["--weld", "far.toml"], &["far.toml", "out of reach", "Expected a seam that the robot reaches"]),
+        (
+            &["--weld", "far.toml"],
+            &["far.toml", "out of reach", "Expected a seam that the robot reaches"],
+        ),
         (&["--weld", "tiny.toml"], &["tiny.toml", "too short", "Expected a seam long enough"]),
         (&["--effect", "slack:A5:x=1"], &["--effect slack:A5:x=1", "expected one of", "backlash"]),
-        (&["--effect", "backlash:A9:half_gap_rad=1e-4"], &["A9", "expected one of the joints A1, A2"]),
+        (
+            &["--effect", "backlash:A9:half_gap_rad=1e-4"],
+            &["A9", "expected one of the joints A1, A2"],
+        ),
         (&["--effect", "backlash:A5:half_gap_rad=nan"], &["half_gap_rad = nan is not finite"]),
         (&["--model", "half.toml"], &["half.toml: names no process", "process = "]),
-        (&["--model", "half.toml", "--robot", &robot], &["'--model <F>' cannot be used with '--robot <F>'"]),
+        (
+            &["--model", "half.toml", "--robot", &robot],
+            &["'--model <F>' cannot be used with '--robot <F>'"],
+        ),
         (&["--period", "-0.012"], &["--period -0.012", "expected seconds between"]),
         (&["--period", "nan"], &["--period NaN", "expected seconds between"]),
         (&["--stiffness-error", "-1"], &["--stiffness-error -1", "expected a number above -1"]),
-        (&["--spindle-rpm", "-750"], &["--spindle-rpm -750", "expected turns a minute between 0 and"]),
+        (
+            &["--spindle-rpm", "-750"],
+            &["--spindle-rpm -750", "expected turns a minute between 0 and"],
+        ),
         (&["--exaggeration", "0"], &["--exaggeration 0", "expected a number from 1 up"]),
         (&["--html", "absent/page.html"], &["absent/page.html", "expected a folder absent"]),
         (&["--html", "."], &["cannot write .", "expected the name of a file"]),
@@ -232,7 +270,16 @@ fn a_model_file_gives_robot_process_and_effects() {
     let effect = "[[effect]]\nid = \"backlash\"\nat = \"A5\"\nhalf_gap_rad = 2e-4\n";
     fs::write(place.path().join("model.toml"), head + effect).unwrap();
     let lateral = |arguments: &[&str]| {
-        let mut all = vec!["weld", "--quiet", "--weld", "short.toml", "--compensator", "none", "--json", "out.json"];
+        let mut all = vec![
+            "weld",
+            "--quiet",
+            "--weld",
+            "short.toml",
+            "--compensator",
+            "none",
+            "--json",
+            "out.json",
+        ];
         all.extend(arguments);
         place.done(&all);
         place.json("out.json")["runs"][0]["lateral_m"].clone()
@@ -240,7 +287,10 @@ fn a_model_file_gives_robot_process_and_effects() {
     let with = lateral(&["--effect", "backlash:A5:half_gap_rad=2e-4"]);
     assert_eq!(lateral(&["--model", "model.toml"]), with);
     // Effects add up, and one of the user's own is one of them.
-    assert_ne!(lateral(&["--model", "model.toml", "--effect", "stiffness-error:A3:relative=0.1"]), with);
+    assert_ne!(
+        lateral(&["--model", "model.toml", "--effect", "stiffness-error:A3:relative=0.1"]),
+        with
+    );
     assert_ne!(lateral(&["--model", &fixture("models/cable-drag.toml")]), lateral(&[]));
 }
 
@@ -274,26 +324,39 @@ fn check_says_what_a_file_is_or_what_is_wrong_with_it() {
 
     place.weld("nan.toml", "[1.7, -1.0, 0.5]", "[1.7, nan, 0.5]");
     let message = place.refused(&["check", "short.toml", "nan.toml"]);
-    assert!(message.contains("nan.toml:4") && message.contains("1 file is not in order"), "{message}");
+    assert!(
+        message.contains("nan.toml:4") && message.contains("1 file is not in order"),
+        "{message}"
+    );
 }
 
 #[test]
 fn an_imported_urdf_says_what_is_still_to_be_filled_in() {
     let place = Place::new();
     let out = place.done(&["import-urdf", &fixture("robots/arm6.urdf"), "--out", "arm6.toml"]);
-    assert!(out.contains("wrote arm6.toml") && out.contains("FILL IN") && out.contains("trueweld check"), "{out}");
+    assert!(
+        out.contains("wrote arm6.toml")
+            && out.contains("FILL IN")
+            && out.contains("trueweld check"),
+        "{out}"
+    );
     let message = place.refused(&["check", "arm6.toml"]);
-    assert!(message.contains("arm6.toml:") && message.contains("is still to be filled in"), "{message}");
+    assert!(
+        message.contains("arm6.toml:") && message.contains("is still to be filled in"),
+        "{message}"
+    );
 }
 
 #[test]
 fn a_campaign_is_compared_with_its_model_and_says_where_it_fails() {
     let place = Place::new();
     let campaign = fixture("campaigns/backlash");
-    let said = place.done(&["compare", &campaign, "--quiet", "--json", "c.json", "--html", "c.html"]);
+    let said =
+        place.done(&["compare", &campaign, "--quiet", "--json", "c.json", "--html", "c.html"]);
     assert!(said.starts_with("Score 5."), "{said}");
     assert!(said.contains("A5's spring torque"), "{said}");
-    let value: Value = serde_json::from_str(&fs::read_to_string(place.path().join("c.json")).unwrap()).unwrap();
+    let value: Value =
+        serde_json::from_str(&fs::read_to_string(place.path().join("c.json")).unwrap()).unwrap();
     assert_eq!(value["schema"], "compare/1");
     assert_eq!(value["logs"].as_array().unwrap().len(), 7);
     assert_eq!(value["logs"][0]["channels"][0]["noise_is"], "stated");
@@ -310,21 +373,39 @@ fn a_campaign_is_compared_with_its_model_and_says_where_it_fails() {
 #[test]
 fn a_hidden_effect_is_found_added_and_the_error_falls_where_nothing_was_fitted() {
     let place = Place::new();
-    let (campaign, holdout) = (fixture("campaigns/backlash"), fixture("campaigns/backlash/holdout"));
-    let said =
-        place.done(&["improve", &campaign, "--out", "improved.toml", "-q", "--json", "i.json", "--html", "i.html"]);
+    let (campaign, holdout) =
+        (fixture("campaigns/backlash"), fixture("campaigns/backlash/holdout"));
+    let said = place.done(&[
+        "improve",
+        &campaign,
+        "--out",
+        "improved.toml",
+        "-q",
+        "--json",
+        "i.json",
+        "--html",
+        "i.html",
+    ]);
     assert!(said.starts_with("With backlash at A5 the score falls from 5."), "{said}");
     assert!(said.lines().all(|line| line.chars().count() <= 112), "{said}");
     let value = place.json("i.json");
-    assert_eq!((&value["schema"], &value["verdict"]), (&"improve/1".into(), &"effect-found".into()));
+    assert_eq!(
+        (&value["schema"], &value["verdict"]),
+        (&"improve/1".into(), &"effect-found".into())
+    );
     let steps = value["steps"].as_array().unwrap();
     assert_eq!(steps[0]["added"].as_array().map(Vec::len), Some(0));
     let (first, last) = (&steps[0], &steps[steps.len() - 1]);
-    assert_eq!((&last["added"][0]["effect"], &last["added"][0]["at"]), (&"backlash".into(), &"A5".into()));
+    assert_eq!(
+        (&last["added"][0]["effect"], &last["added"][0]["at"]),
+        (&"backlash".into(), &"A5".into())
+    );
     // What the campaign was made with: half a gap of 0.24 mrad.
     let gap = last["added"][0]["parameters"]["half_gap_rad"]["value"].as_f64().unwrap();
     assert!((gap - 2.4e-4).abs() < 5e-6, "{gap}");
-    assert!(last["holdout_score"].as_f64() < Some(1.2) && first["holdout_score"].as_f64() > Some(2.0));
+    assert!(
+        last["holdout_score"].as_f64() < Some(1.2) && first["holdout_score"].as_f64() > Some(2.0)
+    );
     assert!(String::from_utf8(place.bytes("i.html")).unwrap().contains("<h1>With backlash at A5"));
     // The file that was written, on logs of the same cell that nobody fitted.
     let score = |model: &str| {
@@ -335,7 +416,16 @@ fn a_hidden_effect_is_found_added_and_the_error_falls_where_nothing_was_fitted()
     // What is left is in one stretch of the weld and in a few static loads.
     assert!(before > 2.0 && after < 1.1, "{before} {after}");
     // And it is a cell to weld in.
-    place.done(&["weld", "--model", "improved.toml", "--weld", "short.toml", "--compensator", "none", "-q"]);
+    place.done(&[
+        "weld",
+        "--model",
+        "improved.toml",
+        "--weld",
+        "short.toml",
+        "--compensator",
+        "none",
+        "-q",
+    ]);
 }
 
 #[test]
@@ -344,23 +434,37 @@ fn a_diagnosis_names_the_effect_its_size_and_the_curve_that_shows_it() {
     let campaign = fixture("campaigns/backlash");
     let model = format!("{campaign}/model.toml");
     let logs = ["ring-25", "static"].map(|log| format!("{campaign}/{log}"));
-    let all = ["diagnose", "--model", &model, &logs[0], &logs[1], "-q", "--json", "d.json", "--html", "d.html"];
+    let all = [
+        "diagnose", "--model", &model, &logs[0], &logs[1], "-q", "--json", "d.json", "--html",
+        "d.html",
+    ];
     let said = place.done(&all);
     assert!(said.starts_with("What is missing: backlash at A5"), "{said}");
     let value = place.json("d.json");
-    assert_eq!((&value["schema"], &value["verdict"]), (&"diagnose/1".into(), &"effect-found".into()));
+    assert_eq!(
+        (&value["schema"], &value["verdict"]),
+        (&"diagnose/1".into(), &"effect-found".into())
+    );
     let best = &value["candidates"][0];
     for key in ["holdout_score_before", "holdout_score_after", "probability"] {
         assert!(best[key].is_f64(), "{key}");
     }
-    assert!(best["indistinguishable"].is_array() && best["explanation"].as_str().unwrap().contains("A5"));
+    assert!(
+        best["indistinguishable"].is_array()
+            && best["explanation"].as_str().unwrap().contains("A5")
+    );
     let gap = &best["effects"][0]["parameters"]["half_gap_rad"];
     let [low, value_of, high] = ["low", "value", "high"].map(|key| gap[key].as_f64().unwrap());
     assert!(low < value_of && value_of < high && (value_of - 2.4e-4).abs() < 1e-5, "{gap}");
     assert_eq!(gap["unit"], "rad");
     let curve = &best["evidence"];
     let count = |key: &str| curve[key].as_array().unwrap().len();
-    assert!(count("x") > 3 && count("x") == count("y") && curve["x_name"].is_string() && curve["y_unit"].is_string());
+    assert!(
+        count("x") > 3
+            && count("x") == count("y")
+            && curve["x_name"].is_string()
+            && curve["y_unit"].is_string()
+    );
     for key in ["calibration", "unexplained", "limits", "confusable"] {
         assert!(value[key].is_array(), "{key}");
     }
@@ -375,22 +479,33 @@ fn what_cannot_be_improved_is_refused_before_the_work() {
     let model = format!("{campaign}/model.toml");
     let log = format!("{campaign}/static");
     let own = fs::read_to_string(&model).unwrap();
-    let own = own.replace("= \"", &format!("= \"{campaign}/")).replace(&format!("{campaign}/model/1"), "model/1");
+    let own = own
+        .replace("= \"", &format!("= \"{campaign}/"))
+        .replace(&format!("{campaign}/model/1"), "model/1");
     fs::write(place.path().join("model.toml"), own).unwrap();
     let cases: &[(&[&str], &[&str])] = &[
         (&["diagnose"], &["<LOG>..."]),
         (&["diagnose", &log], &["--model is missing"]),
         (&["diagnose", "--model", "gone.toml", &log], &["gone.toml", "cannot be read"]),
-        (&["diagnose", &campaign, "--json", "absent/d.json"], &["absent/d.json", "expected a folder absent"]),
+        (
+            &["diagnose", &campaign, "--json", "absent/d.json"],
+            &["absent/d.json", "expected a folder absent"],
+        ),
         (&["improve", &campaign], &["--out"]),
         (&["improve", &campaign, "--out", "absent/improved.toml"], &["expected a folder absent"]),
         (&["improve", &campaign, "--out", "."], &["expected the name of a file"]),
-        (&["improve", "--model", "model.toml", &log, "--out", "model.toml"], &["--out model.toml", "is made from"]),
+        (
+            &["improve", "--model", "model.toml", &log, "--out", "model.toml"],
+            &["--out model.toml", "is made from"],
+        ),
         (
             &["improve", &campaign, "--out", "improved.toml", "--held-out", &log],
             &["also among those to be fitted", "expected another log"],
         ),
-        (&["improve", &campaign, "--out", "improved.toml", "--held-out", "gone"], &["gone", "does not exist"]),
+        (
+            &["improve", &campaign, "--out", "improved.toml", "--held-out", "gone"],
+            &["gone", "does not exist"],
+        ),
     ];
     for (arguments, expected) in cases {
         let message = place.refused(arguments);
@@ -405,7 +520,10 @@ fn logs_without_a_model_or_of_another_robot_are_refused() {
     let place = Place::new();
     let log = fixture("campaigns/backlash/static");
     let message = place.refused(&["compare", &log]);
-    assert!(message.contains("--model is missing") && message.contains("--model model.toml"), "{message}");
+    assert!(
+        message.contains("--model is missing") && message.contains("--model model.toml"),
+        "{message}"
+    );
     let other = fixture("campaigns/kr300-measured/model.toml");
     let message = place.refused(&["compare", "--model", &other, &log]);
     assert!(message.contains("this is a log of another robot"), "{message}");
@@ -419,20 +537,31 @@ fn laws_are_compared_the_same_with_any_number_of_threads() {
     let all = ["compare-laws", "--weld", "short.toml", "--laws", "learning,none", "-q"];
     let out = place.done(&[&all[..], &["--json", "a.json"]].concat());
     assert!(out.starts_with("Within 0.05 mm RMS whatever the stiffness error"), "{out}");
-    assert!(out.contains("learning: pass 2") && out.contains("Sensor delay, periods of 12 ms"), "{out}");
+    assert!(
+        out.contains("learning: pass 2") && out.contains("Sensor delay, periods of 12 ms"),
+        "{out}"
+    );
     assert!(out.lines().all(|line| line.chars().count() <= 110), "{out}");
     let value = place.json("a.json");
     assert_eq!((&value["schema"], &value["weld"]), (&"compare-laws/1".into(), &"short".into()));
     // In the order of the list of laws, each with its passes.
-    let laws = serde_json::json!([{ "name": "none", "passes": 1 }, { "name": "learning", "passes": 2 }]);
+    let laws =
+        serde_json::json!([{ "name": "none", "passes": 1 }, { "name": "learning", "passes": 2 }]);
     assert_eq!(value["laws"], laws);
     let sweeps = value["sweeps"].as_array().unwrap();
     let varied: Vec<&Value> = sweeps.iter().map(|sweep| &sweep["varied"]).collect();
     assert_eq!(varied, ["stiffness_error", "noise_factor", "delay_periods", "lost_share"]);
     for sweep in sweeps {
-        for point in sweep["results"].as_array().unwrap().iter().flat_map(|r| r["points"].as_array().unwrap()) {
+        for point in sweep["results"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .flat_map(|r| r["points"].as_array().unwrap())
+        {
             assert!(point[sweep["varied"].as_str().unwrap()].is_f64());
-            for key in ["lateral_rms_m", "lateral_max_m", "side_tilt_rms_rad", "travel_angle_rms_rad"] {
+            for key in
+                ["lateral_rms_m", "lateral_max_m", "side_tilt_rms_rad", "travel_angle_rms_rad"]
+            {
                 assert!(point[key].is_f64(), "{key} in {point}");
             }
         }
@@ -491,14 +620,17 @@ fn requirements(place: &Place, lateral_rms: &str) {
         Some("lateral_rms_m") => format!("lateral_rms_m = {lateral_rms}\n"),
         // Of the weld; the tool stays bounded in faults.
         Some("lateral_max_m") if !line.contains("0.010") => String::new(),
-        Some("side_tilt_rms_rad" | "travel_angle_rms_rad" | "depth_rms_m" | "push_error_rms_n") => String::new(),
+        Some("side_tilt_rms_rad" | "travel_angle_rms_rad" | "depth_rms_m" | "push_error_rms_n") => {
+            String::new()
+        }
         // As long as the short weld has room for.
         Some("duration_s") => "duration_s = 0.1\n".to_owned(),
         Some("recovery_s") => "recovery_s = 0.5\n".to_owned(),
         Some("failure_probability") => "failure_probability = 0.5\n".to_owned(),
         _ => format!("{line}\n"),
     };
-    fs::write(place.path().join("requirements.toml"), text.lines().map(line).collect::<String>()).unwrap();
+    fs::write(place.path().join("requirements.toml"), text.lines().map(line).collect::<String>())
+        .unwrap();
 }
 
 const CERTIFY: [&str; 11] = [
@@ -546,7 +678,8 @@ fn a_certification_goes_on_where_it_was_stopped_and_is_the_same_with_any_number_
     for (section, lines) in [("worst", 4), ("faults", 3)] {
         let text = String::from_utf8(place.bytes(&format!("whole/{section}-short.jsonl"))).unwrap();
         let kept: Vec<&str> = text.lines().take(lines).collect();
-        fs::write(place.path().join(format!("part/{section}-short.jsonl")), kept.join("\n") + "\n").unwrap();
+        fs::write(place.path().join(format!("part/{section}-short.jsonl")), kept.join("\n") + "\n")
+            .unwrap();
     }
     let status = Command::new(env!("CARGO_BIN_EXE_trueweld"))
         .args(certify("part"))
@@ -555,9 +688,13 @@ fn a_certification_goes_on_where_it_was_stopped_and_is_the_same_with_any_number_
         .status()
         .unwrap();
     assert!(status.success());
-    let sections = ["nominal", "trials", "worst", "faults"].map(|section| format!("{section}-short.jsonl"));
+    let sections =
+        ["nominal", "trials", "worst", "faults"].map(|section| format!("{section}-short.jsonl"));
     for file in sections.iter().map(String::as_str).chain(["certify.json", "certify.html"]) {
-        assert!(place.bytes(&format!("whole/{file}")) == place.bytes(&format!("part/{file}")), "{file}");
+        assert!(
+            place.bytes(&format!("whole/{file}")) == place.bytes(&format!("part/{file}")),
+            "{file}"
+        );
     }
     // Trials of other requirements do not count.
     requirements(&place, "0.003");
@@ -570,16 +707,25 @@ fn a_certification_goes_on_where_it_was_stopped_and_is_the_same_with_any_number_
 fn a_law_that_fails_its_requirements_ends_with_a_status_that_says_so() {
     let place = Place::new();
     requirements(&place, "0.00001");
-    let output = place.run(&[&CERTIFY[..], &["--evidence", "evidence", "--json", "result.json"]].concat());
+    let output =
+        place.run(&[&CERTIFY[..], &["--evidence", "evidence", "--json", "result.json"]].concat());
     assert_eq!(output.status.code(), Some(1));
     let value = place.json("result.json");
     assert_eq!(value["verdict"], "fail");
-    let failed: Vec<&Value> = value["requirements"].as_array().unwrap().iter().filter(|r| r["pass"] == false).collect();
-    let names: Vec<_> = failed.iter().map(|r| (r["case"].as_str().unwrap(), r["name"].as_str().unwrap())).collect();
-    let expected = [("nominal", "lateral_rms_m"), ("draws", "lateral_rms_m"), ("faults", "recovered_lateral_rms_m")];
+    let failed: Vec<&Value> =
+        value["requirements"].as_array().unwrap().iter().filter(|r| r["pass"] == false).collect();
+    let names: Vec<_> =
+        failed.iter().map(|r| (r["case"].as_str().unwrap(), r["name"].as_str().unwrap())).collect();
+    let expected = [
+        ("nominal", "lateral_rms_m"),
+        ("draws", "lateral_rms_m"),
+        ("faults", "recovered_lateral_rms_m"),
+    ];
     assert_eq!(names, expected);
     assert!(
-        failed.iter().all(|r| r["reason"].as_str().is_some_and(|why| why.contains("leaves its line"))),
+        failed
+            .iter()
+            .all(|r| r["reason"].as_str().is_some_and(|why| why.contains("leaves its line"))),
         "{failed:?}"
     );
     let help = place.done(&["certify", "--help"]);

@@ -62,9 +62,19 @@ impl Quantity {
                 StiffnessError(0.2),
                 StiffnessError(0.3),
             ],
-            Self::Noise => &[Noise(0.25), Noise(0.5), Noise(1.0), Noise(2.0), Noise(4.0), Noise(8.0)],
+            Self::Noise => {
+                &[Noise(0.25), Noise(0.5), Noise(1.0), Noise(2.0), Noise(4.0), Noise(8.0)]
+            }
             Self::Delay => &[Delay(0.0), Delay(1.0), Delay(2.0), Delay(4.0), Delay(8.0)],
-            Self::Lost => &[Lost(0.0), Lost(0.1), Lost(0.5), Lost(0.9), Lost(1.0), DeadInLastPass, ForceSensorDies],
+            Self::Lost => &[
+                Lost(0.0),
+                Lost(0.1),
+                Lost(0.5),
+                Lost(0.9),
+                Lost(1.0),
+                DeadInLastPass,
+                ForceSensorDies,
+            ],
         }
     }
 }
@@ -123,7 +133,9 @@ impl LawComparison<'_> {
     /// All sweeps, on all cores. `progress` is told how many welds are done, from whichever thread.
     pub fn run(&self, progress: impl Fn(usize) + Sync) -> Vec<Sweep> {
         let each = |quantity: Quantity| {
-            self.laws.iter().flat_map(move |law| quantity.changes().iter().map(move |change| (law, *change)))
+            self.laws
+                .iter()
+                .flat_map(move |law| quantity.changes().iter().map(move |change| (law, *change)))
         };
         let runs: Vec<(&Law, Change)> = Quantity::ALL.into_iter().flat_map(each).collect();
         let done = AtomicUsize::new(0);
@@ -149,15 +161,24 @@ impl LawComparison<'_> {
     /// # Errors
     /// [`NoFigures`].
     pub fn point(&self, law: &Law, change: Change) -> Point {
-        let error = if let Change::StiffnessError(error) = change { error } else { self.stiffness_error };
-        let belief = self.robot.with_stiffness_scaled(&SVector::repeat(1.0 + error)).map_err(|_| RunError::Cell)?;
+        let error =
+            if let Change::StiffnessError(error) = change { error } else { self.stiffness_error };
+        let belief = self
+            .robot
+            .with_stiffness_scaled(&SVector::repeat(1.0 + error))
+            .map_err(|_| RunError::Cell)?;
         let [before, last] = [false, true].map(|last| self.sensors(change, last));
         let fault = if change == Change::ForceSensorDies { self.force_sensor_dies() } else { None };
         let scenario = Scenario { law, belief: &belief, sensors: &last, fault, ..self.scenario };
         // The last pass has the scenario's own noise, as in `run_passes`.
         let earlier: Vec<Scenario<'_>> = (1..self.passes_of(*law))
             .rev()
-            .map(|k| Scenario { sensors: &before, seed: scenario.seed.wrapping_add(k as u64), fault: None, ..scenario })
+            .map(|k| Scenario {
+                sensors: &before,
+                seed: scenario.seed.wrapping_add(k as u64),
+                fault: None,
+                ..scenario
+            })
             .collect();
         let recording = run_after(&earlier, &scenario, |_| {})?;
         WeldFigures::of(&recording).ok_or(NoFigures::NotSteady)
@@ -196,7 +217,9 @@ impl LawComparison<'_> {
                 }
             }
             Change::Lost(share) => seam.iter_mut().for_each(|seam| seam.lost = share),
-            Change::DeadInLastPass => seam.iter_mut().filter(|_| last).for_each(|seam| seam.lost = 1.0),
+            Change::DeadInLastPass => {
+                seam.iter_mut().filter(|_| last).for_each(|seam| seam.lost = 1.0)
+            }
         }
         sensors
     }

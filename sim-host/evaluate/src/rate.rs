@@ -71,9 +71,10 @@ mod tests {
 
     #[test]
     fn limits_are_clopper_and_pearsons() {
-        for (rate, expected) in
-            [(Rate { hits: 8, of: 10 }, [0.4439045, 0.9747893]), (Rate { hits: 0, of: 20 }, [0.0, 0.1684335])]
-        {
+        for (rate, expected) in [
+            (Rate { hits: 8, of: 10 }, [0.4439045, 0.9747893]),
+            (Rate { hits: 0, of: 20 }, [0.0, 0.1684335]),
+        ] {
             for (found, expected) in rate.limits().iter().zip(expected) {
                 assert!((found - expected).abs() < 1e-6, "{rate:?}: {found}, expected {expected}");
             }

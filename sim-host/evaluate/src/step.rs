@@ -30,7 +30,8 @@ impl StepFigures {
         let goal = rows.last()?.force_desired?;
         // The step is commanded with the row at `at`; a hair of slack for the rounding of row times.
         let step = rows.iter().position(|r| r.time >= at - 0.5 * recording.period)?;
-        let after: Vec<(f64, f64)> = rows[step..].iter().map(|r| (r.time - rows[step].time, push(r))).collect();
+        let after: Vec<(f64, f64)> =
+            rows[step..].iter().map(|r| (r.time - rows[step].time, push(r))).collect();
         let within = |value: f64| (value - goal).abs() <= 0.05 * height.abs();
         let first = after.iter().find(|(_, v)| within(*v)).map(|(t, _)| *t);
         let settle = match after.iter().rposition(|(_, v)| !within(*v)) {

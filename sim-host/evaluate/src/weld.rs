@@ -74,7 +74,8 @@ pub struct WeldFigures {
 impl WeldFigures {
     /// Figures of one recording. `None` where the run never reached its steady part.
     pub fn of(recording: &Recording) -> Option<Self> {
-        let steady: Vec<&Row> = recording.rows.iter().filter(|r| r.phase == Phase::Steady).collect();
+        let steady: Vec<&Row> =
+            recording.rows.iter().filter(|r| r.phase == Phase::Steady).collect();
         if steady.is_empty() {
             return None;
         }
@@ -92,7 +93,8 @@ impl WeldFigures {
         }
         let total: f64 = (0..JOINTS).map(|i| share[i]).sum();
         let lateral = spread(|r| r.deviation_w.linear.y);
-        let before = recording.rows.iter().filter(|r| matches!(r.phase, Phase::ForceRamp | Phase::FeedRamp));
+        let before =
+            recording.rows.iter().filter(|r| matches!(r.phase, Phase::ForceRamp | Phase::FeedRamp));
         Some(Self {
             lateral,
             longitudinal: spread(|r| r.deviation_w.linear.x),
@@ -100,7 +102,11 @@ impl WeldFigures {
             tilt: spread(|r| r.tilt),
             side_tilt: spread(|r| r.deviation_w.angular.x),
             travel_angle: spread(|r| r.deviation_w.angular.y),
-            force: ForceFigures { mean: spread(|r| -r.force_w.z).mean, envelope: high - low, error_rms: error.rms },
+            force: ForceFigures {
+                mean: spread(|r| -r.force_w.z).mean,
+                envelope: high - low,
+                error_rms: error.rms,
+            },
             joint_share: if total > 0.0 { share / total } else { share },
             of_half_pin: lateral.max_abs / recording.half_pin,
             correction: [

@@ -27,9 +27,13 @@ fn benches(criterion: &mut Criterion) {
 
     let mut group = criterion.benchmark_group("campaign");
     group.sample_size(10);
-    group.bench_function("make ready", |b| b.iter(|| black_box(experiments(&logs, &model).unwrap())));
+    group.bench_function("make ready", |b| {
+        b.iter(|| black_box(experiments(&logs, &model).unwrap()))
+    });
     // Calibrations, screening of every effect at every place, full fits of the best, and the verdict; all cores.
-    group.bench_function("diagnose", |b| b.iter(|| black_box(diagnose(&bench, &logs, &|_, _| {}).unwrap())));
+    group.bench_function("diagnose", |b| {
+        b.iter(|| black_box(diagnose(&bench, &logs, &|_, _| {}).unwrap()))
+    });
     group.finish();
 }
 

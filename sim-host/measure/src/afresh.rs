@@ -14,7 +14,11 @@ const STEPS: usize = 4;
 ///
 /// # Errors
 /// [`PredictError`] of the first log the model cannot be driven through.
-pub fn fitted(bench: &Bench, own: &[Effect], all: Vec<Effect>) -> Result<(Point, Residuals), PredictError> {
+pub fn fitted(
+    bench: &Bench,
+    own: &[Effect],
+    all: Vec<Effect>,
+) -> Result<(Point, Residuals), PredictError> {
     let mut point = afresh(bench, own);
     point.all = all;
     let stale = point.free.len();
@@ -22,6 +26,7 @@ pub fn fitted(bench: &Bench, own: &[Effect], all: Vec<Effect>) -> Result<(Point,
         let residuals = fit::residuals(bench, &point)?;
         return Ok((point, residuals));
     }
-    let found = fit::fit(bench, &point, &fit::blocks_of(bench), &[], Effort { steps: STEPS, stale })?;
+    let found =
+        fit::fit(bench, &point, &fit::blocks_of(bench), &[], Effort { steps: STEPS, stale })?;
     Ok((found.point, found.at))
 }

@@ -48,10 +48,14 @@ impl LowPass {
         let mut first: Vec<f64> =
             (0..n).map(|k| -(kernel(at(k) + step) - kernel(at(k) - step)) / (2.0 * step)).collect();
         let mut second: Vec<f64> = (0..n)
-            .map(|k| (kernel(at(k) + step) - 2.0 * kernel(at(k)) + kernel(at(k) - step)) / (step * step))
+            .map(|k| {
+                (kernel(at(k) + step) - 2.0 * kernel(at(k)) + kernel(at(k) - step)) / (step * step)
+            })
             .collect();
         // Exact on constants, ramps and parabolas: a mass's inertia acts in proportion to just what a parabola has.
-        let moment = |taps: &[f64], p: i32| taps.iter().enumerate().map(|(k, w)| w * at(k).powi(p)).sum::<f64>();
+        let moment = |taps: &[f64], p: i32| {
+            taps.iter().enumerate().map(|(k, w)| w * at(k).powi(p)).sum::<f64>()
+        };
         let sum = moment(&value, 0);
         value.iter_mut().for_each(|w| *w /= sum);
         let slope = moment(&first, 1) * period;
@@ -68,7 +72,11 @@ impl LowPass {
     /// How much of a sine of `frequency` Hz the smoothed value keeps.
     pub fn response(&self, frequency: f64, period: f64) -> f64 {
         let turn = std::f64::consts::TAU * frequency * period;
-        self.taps[0].iter().enumerate().map(|(k, w)| w * (turn * (k as f64 - self.half as f64)).cos()).sum()
+        self.taps[0]
+            .iter()
+            .enumerate()
+            .map(|(k, w)| w * (turn * (k as f64 - self.half as f64)).cos())
+            .sum()
     }
 
     /// Samples on either side that one smoothed value needs.
@@ -83,7 +91,13 @@ impl LowPass {
 
     /// The smoothed series, or its first or second derivative by time, at sample `k`. Beyond its ends the series is taken
     /// to go on as its mirror image through the last point.
-    pub fn at(&self, derivative: usize, series: impl Fn(usize) -> f64, length: usize, k: usize) -> f64 {
+    pub fn at(
+        &self,
+        derivative: usize,
+        series: impl Fn(usize) -> f64,
+        length: usize,
+        k: usize,
+    ) -> f64 {
         let last = length as isize - 1;
         let mirrored = |i: isize| {
             if i < 0 {
@@ -95,7 +109,11 @@ impl LowPass {
             }
         };
         let first = k as isize - self.half as isize;
-        self.taps[derivative].iter().enumerate().map(|(j, w)| w * mirrored(first + j as isize)).sum()
+        self.taps[derivative]
+            .iter()
+            .enumerate()
+            .map(|(j, w)| w * mirrored(first + j as isize))
+            .sum()
     }
 
     /// The whole smoothed series or its derivative. Beyond its ends the series is taken to go on as its mirror image through
@@ -141,8 +159,12 @@ pub fn start(period: f64, deviation: f64, series: &[f64]) -> (f64, f64) {
     while length <= series.len() {
         let samples = &series[..length];
         let (value, slope) = line(samples.iter());
-        let left: f64 = samples.iter().enumerate().map(|(k, v)| (v - value - slope * k as f64).powi(2)).sum();
-        if length > LEAST && (left / (length - 2) as f64).sqrt() > deviation * (1.0 + 2.0 / (length as f64).sqrt()) {
+        let left: f64 =
+            samples.iter().enumerate().map(|(k, v)| (v - value - slope * k as f64).powi(2)).sum();
+        if length > LEAST
+            && (left / (length - 2) as f64).sqrt()
+                > deviation * (1.0 + 2.0 / (length as f64).sqrt())
+        {
             break;
         }
         found = (value, slope / period);
@@ -157,7 +179,8 @@ pub fn comb(low: &LowPass, angle: &[f64], orders: usize, series: &[f64]) -> Vec<
     let mut sum = low.smooth(0, series);
     let rest: Vec<f64> = series.iter().zip(&sum).map(|(a, b)| a - b).collect();
     for order in 1..=orders {
-        let wave = |f: fn(f64) -> f64| -> Vec<f64> { angle.iter().map(|a| f(order as f64 * a)).collect() };
+        let wave =
+            |f: fn(f64) -> f64| -> Vec<f64> { angle.iter().map(|a| f(order as f64 * a)).collect() };
         for wave in [wave(f64::cos), wave(f64::sin)] {
             let carried: Vec<f64> = rest.iter().zip(&wave).map(|(r, w)| 2.0 * r * w).collect();
             let amplitude = low.smooth(0, &carried);
@@ -172,18 +195,26 @@ pub fn comb(low: &LowPass, angle: &[f64], orders: usize, series: &[f64]) -> Vec<
 /// whose value lies within `AGREE` deviations of what the narrower windows say.
 ///
 /// `bands` in Hz, widest first; `deviation` of the white noise. Gives value, rate and the index of the band taken.
-pub fn adaptive(bands: &[f64], period: f64, deviation: f64, series: &[f64]) -> Vec<(f64, f64, usize)> {
+pub fn adaptive(
+    bands: &[f64],
+    period: f64,
+    deviation: f64,
+    series: &[f64],
+) -> Vec<(f64, f64, usize)> {
     const AGREE: f64 = 3.0;
     // Towards an end a window has one side only, and twice the noise.
     const AT_END: f64 = 2.0;
     let n = series.len();
-    let filters: Vec<LowPass> = bands.iter().map(|b| LowPass::new(b.min(0.2 / period), period)).collect();
-    let smooth: Vec<[Vec<f64>; 2]> = filters.iter().map(|f| [f.smooth(0, series), f.smooth(1, series)]).collect();
+    let filters: Vec<LowPass> =
+        bands.iter().map(|b| LowPass::new(b.min(0.2 / period), period)).collect();
+    let smooth: Vec<[Vec<f64>; 2]> =
+        filters.iter().map(|f| [f.smooth(0, series), f.smooth(1, series)]).collect();
     let mut taken = vec![bands.len() - 1; n];
     for k in 0..n {
         for b in 1..bands.len() {
             let apart = |w: usize, d: usize| (smooth[b][d][k] - smooth[w][d][k]).abs();
-            let ends = if k < filters[b].half() || k + filters[b].half() >= n { AT_END } else { 1.0 };
+            let ends =
+                if k < filters[b].half() || k + filters[b].half() >= n { AT_END } else { 1.0 };
             let noise = |w: usize, d: usize| ends * AGREE * deviation * filters[w].gain(d).sqrt();
             if (0..b).any(|w| apart(w, 0) > noise(w, 0) || apart(w, 1) > noise(w, 1)) {
                 taken[k] = b - 1;
@@ -209,7 +240,10 @@ pub fn adaptive(bands: &[f64], period: f64, deviation: f64, series: &[f64]) -> V
 /// A series at a fractional sample position, by the cubic through its four neighbours; the ends are held.
 pub fn interpolate<T>(series: &[T], position: f64) -> T
 where
-    T: Copy + std::ops::Add<Output = T> + std::ops::Sub<Output = T> + std::ops::Mul<f64, Output = T>,
+    T: Copy
+        + std::ops::Add<Output = T>
+        + std::ops::Sub<Output = T>
+        + std::ops::Mul<f64, Output = T>,
 {
     let last = series.len() - 1;
     let position = position.clamp(0.0, last as f64);

@@ -22,7 +22,11 @@ const CALIBRATIONS: &[Calibration] = &[
     Calibration { id: "damping-error", expected: &[0.3], each_log: false },
     Calibration { id: "encoder-offset", expected: &[1e-4], each_log: true },
     Calibration { id: "link-encoder-offset", expected: &[1e-4], each_log: true },
-    Calibration { id: "tracker-registration", expected: &[1e-4, 1e-4, 1e-4, 5e-5, 5e-5, 5e-5], each_log: true },
+    Calibration {
+        id: "tracker-registration",
+        expected: &[1e-4, 1e-4, 1e-4, 5e-5, 5e-5, 5e-5],
+        each_log: true,
+    },
     Calibration { id: "force-offset", expected: &[30.0, 30.0, 30.0], each_log: true },
 ];
 
@@ -63,7 +67,9 @@ pub(crate) fn places(kind: &Kind) -> Vec<At> {
     match kind.place {
         Place::Joint => (0..6).map(At::Joint).collect(),
         Place::Channel => {
-            [Channel::Tracker, Channel::Wrench, Channel::MotorTorque, Channel::LinkEncoder].map(At::Channel).to_vec()
+            [Channel::Tracker, Channel::Wrench, Channel::MotorTorque, Channel::LinkEncoder]
+                .map(At::Channel)
+                .to_vec()
         }
         Place::Cell => vec![At::Cell],
     }
@@ -89,9 +95,14 @@ pub fn afresh(bench: &Bench, effects: &[Effect]) -> Point {
 /// The calibrations that these logs can show anything of, all at nothing, after what is fitted afresh in each log anyway.
 pub fn calibrations(bench: &Bench) -> Point {
     let mut point = afresh(bench, &bench.afresh);
-    let moving = bench.experiments.iter().any(|e| matches!(e.kind, LogKind::RingDown | LogKind::FreeMotion));
+    let moving =
+        bench.experiments.iter().any(|e| matches!(e.kind, LogKind::RingDown | LogKind::FreeMotion));
     // Those in proportion to which the residuals are come first: their slopes are taken once.
-    for c in CALIBRATIONS.iter().filter(|c| c.each_log).chain(CALIBRATIONS.iter().filter(|c| !c.each_log)) {
+    for c in CALIBRATIONS
+        .iter()
+        .filter(|c| c.each_log)
+        .chain(CALIBRATIONS.iter().filter(|c| !c.each_log))
+    {
         let kind = kind(c.id);
         for at in places(kind) {
             if c.each_log {
@@ -127,7 +138,9 @@ fn shows(bench: &Bench, log: usize, id: &str, at: At) -> bool {
             .iter()
             .any(|c| c.quantity == Quantity::LinkEncoder && usize::from(c.component) == joint(at)),
         "tracker-registration" => has(Quantity::Position),
-        "force-offset" => experiment.kind == LogKind::Weld || experiment.kind == LogKind::StaticLoad,
+        "force-offset" => {
+            experiment.kind == LogKind::Weld || experiment.kind == LogKind::StaticLoad
+        }
         _ => has(Quantity::Position) || has(Quantity::LinkEncoder),
     }
 }

@@ -37,13 +37,21 @@ impl Campaign {
         for entry in root.texts("logs")? {
             let path = folder.join(entry.text);
             if !path.join(LOG_FILE).is_file() {
-                let message = format!("{:?} is no log; expected a folder with {LOG_FILE} and samples.csv", entry.text);
-                let help = format!("Folders are taken from the campaign's: here {}.", path.display());
+                let message = format!(
+                    "{:?} is no log; expected a folder with {LOG_FILE} and samples.csv",
+                    entry.text
+                );
+                let help =
+                    format!("Folders are taken from the campaign's: here {}.", path.display());
                 return Err(root.error_at(&entry, message, help));
             }
             if folders.iter().any(|(_, other)| same(other, &path)) {
                 let message = format!("{:?} is listed twice; expected each log once", entry.text);
-                return Err(root.error_at(&entry, message, "A log that counts twice would weigh twice."));
+                return Err(root.error_at(
+                    &entry,
+                    message,
+                    "A log that counts twice would weigh twice.",
+                ));
             }
             folders.push((entry.text, path));
         }
@@ -80,15 +88,18 @@ pub fn read_logs(paths: &[PathBuf]) -> Result<(Option<PathBuf>, Vec<Log>), Input
                 false => "does not exist".to_owned(),
             };
             let message = format!("{found}; expected the folder of a log or of a campaign");
-            let help =
-                format!("A log is a folder with {LOG_FILE} and samples.csv, a campaign one with {CAMPAIGN_FILE}.");
+            let help = format!(
+                "A log is a folder with {LOG_FILE} and samples.csv, a campaign one with {CAMPAIGN_FILE}."
+            );
             return Err(Source::new(&path.display().to_string(), "").error_of_file(message, help));
         };
         for log in read {
             if logs.iter().any(|other| same(&other.path, &log.path)) {
                 let message = "this log is given twice; expected each log once";
                 let help = "A log that counts twice would weigh twice. Is it part of a campaign that is given too?";
-                return Err(Source::new(&log.path.display().to_string(), "").error_of_file(message, help));
+                return Err(
+                    Source::new(&log.path.display().to_string(), "").error_of_file(message, help)
+                );
             }
             logs.push(log);
         }
@@ -114,8 +125,12 @@ fn folder_of(path: &Path) -> PathBuf {
 }
 
 fn of_one_robot(logs: &[Log]) -> Result<(), InputError> {
-    let Some((first, others)) = logs.split_first() else { return Ok(()) };
-    others.iter().try_for_each(|log| log.must_be_of(&first.robot, &format!("the log `{}`", first.name)))
+    let Some((first, others)) = logs.split_first() else {
+        return Ok(());
+    };
+    others
+        .iter()
+        .try_for_each(|log| log.must_be_of(&first.robot, &format!("the log `{}`", first.name)))
 }
 
 /// True where both paths lead to the same place.

@@ -111,7 +111,10 @@ pub fn baseline(model: &ModelFile) -> Model {
 /// [`PredictError`] of the first log that cannot be.
 pub fn experiments(logs: &[Log], model: &Model) -> Result<Vec<Experiment>, PredictError> {
     let instruments = instruments(logs);
-    (0..logs.len()).into_par_iter().map(|k| Experiment::new(&logs[k], &instruments[k], model)).collect()
+    (0..logs.len())
+        .into_par_iter()
+        .map(|k| Experiment::new(&logs[k], &instruments[k], model))
+        .collect()
 }
 
 /// Compares a model with the logs that a bench was made of. What every log has of its own (`scope = "log"`) is fitted afresh
@@ -134,9 +137,12 @@ pub fn compare(
         done();
         prediction
     };
-    let predictions = (0..logs.len()).into_par_iter().map(predict).collect::<Result<Vec<_>, _>>()?;
+    let predictions =
+        (0..logs.len()).into_par_iter().map(predict).collect::<Result<Vec<_>, _>>()?;
     let mut comparison = of_predictions(logs, &bench.experiments, &predictions);
-    comparison.notices.extend(bench.afresh.iter().map(|effect| found_afresh(effect, model, logs, &point)));
+    comparison
+        .notices
+        .extend(bench.afresh.iter().map(|effect| found_afresh(effect, model, logs, &point)));
     Ok(comparison)
 }
 
@@ -147,7 +153,8 @@ fn found_afresh(effect: &Effect, model: &ModelFile, logs: &[Log], point: &Point)
         own.kind.parameters.iter().zip(&own.values).map(one).collect::<Vec<_>>().join(", ")
     };
     let of_log = |k: usize| {
-        let own = point.each[k].iter().find(|e| (e.kind.id, e.at) == (effect.kind.id, effect.at))?;
+        let own =
+            point.each[k].iter().find(|e| (e.kind.id, e.at) == (effect.kind.id, effect.at))?;
         Some(format!("{}: {}", logs[k].name, values(own)))
     };
     let found: Vec<String> = (0..logs.len()).filter_map(of_log).collect();
@@ -160,7 +167,11 @@ fn found_afresh(effect: &Effect, model: &ModelFile, logs: &[Log], point: &Point)
 }
 
 /// The comparison that predictions of all logs make.
-pub fn of_predictions(logs: &[Log], experiments: &[Experiment], predictions: &[Prediction]) -> Comparison {
+pub fn of_predictions(
+    logs: &[Log],
+    experiments: &[Experiment],
+    predictions: &[Prediction],
+) -> Comparison {
     let compared = of_logs(logs, experiments, predictions);
     let all: Vec<f64> = predictions.iter().flat_map(|p| p.residual.iter().copied()).collect();
     Comparison {
@@ -173,7 +184,11 @@ pub fn of_predictions(logs: &[Log], experiments: &[Experiment], predictions: &[P
 }
 
 /// The part of a comparison that is of single logs: their channels and traces, without where the residual concentrates.
-pub fn of_logs(logs: &[Log], experiments: &[Experiment], predictions: &[Prediction]) -> Vec<LogComparison> {
+pub fn of_logs(
+    logs: &[Log],
+    experiments: &[Experiment],
+    predictions: &[Prediction],
+) -> Vec<LogComparison> {
     (0..logs.len()).map(|k| of_log(&logs[k], &experiments[k], &predictions[k])).collect()
 }
 
@@ -188,14 +203,17 @@ fn notices(logs: &[Log], compared: &[LogComparison]) -> Vec<String> {
         .map(|log| log.name.as_str())
         .collect();
     if !estimated.is_empty() {
-        notices
-            .push(format!("the noise is not stated and was estimated from the recordings: {}", estimated.join(", ")));
+        notices.push(format!(
+            "the noise is not stated and was estimated from the recordings: {}",
+            estimated.join(", ")
+        ));
     }
     notices
 }
 
 fn of_log(log: &Log, experiment: &Experiment, prediction: &Prediction) -> LogComparison {
-    let pairs: Vec<(&Compared, f64)> = experiment.compared.iter().zip(prediction.residual.iter().copied()).collect();
+    let pairs: Vec<(&Compared, f64)> =
+        experiment.compared.iter().zip(prediction.residual.iter().copied()).collect();
     let mut names: Vec<&'static str> = Vec::new();
     for (compared, _) in &pairs {
         let name = compared.quantity.channel();
@@ -224,7 +242,11 @@ fn channel(log: &Log, name: &'static str, pairs: &[(&Compared, f64)]) -> Channel
     let columns = columns
         .into_iter()
         .map(|column| {
-            let own: Vec<_> = of_channel.iter().copied().filter(|(compared, _)| compared.component == column).collect();
+            let own: Vec<_> = of_channel
+                .iter()
+                .copied()
+                .filter(|(compared, _)| compared.component == column)
+                .collect();
             let label = column_label(log, own[0].0.quantity, column);
             ChannelComparison { label, ..figures(format!("{name}[{column}]"), &own) }
         })
@@ -277,7 +299,8 @@ fn traces(log: &Log, pairs: &[(&Compared, f64)]) -> Vec<Trace> {
         let trace = &mut traces[place];
         trace.time.push(log.samples.time[compared.row] - start);
         // A rotation has no measured value that could be drawn over a predicted one: its difference is drawn over nothing.
-        let measured = if compared.quantity == Quantity::Rotation { difference } else { compared.measured };
+        let measured =
+            if compared.quantity == Quantity::Rotation { difference } else { compared.measured };
         trace.measured.push(measured);
         trace.predicted.push(measured - difference);
         trace.deviation.push(compared.deviation);

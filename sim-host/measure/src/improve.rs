@@ -7,7 +7,8 @@
 use crate::afresh;
 use crate::calibrate::is_calibration;
 use crate::diagnose::{
-    self, Diagnosis, Found, Ground, Progress, Verdict, at_one_joint, further, longest_weld, rules, score, sparse,
+    self, Diagnosis, Found, Ground, Progress, Verdict, at_one_joint, further, longest_weld, rules,
+    score, sparse,
 };
 use crate::fit::{self, Bench, Effort, Fitted, Of, Point, Residuals};
 use crate::localize::localize;
@@ -97,10 +98,13 @@ pub fn improve(
     held_out: Option<&HeldOut>,
     progress: Progress<'_>,
 ) -> Result<Improvement, PredictError> {
-    let mut diagnosis = diagnose::diagnose(bench, logs, &|what, share| progress(what, 0.7 * share))?;
+    let mut diagnosis =
+        diagnose::diagnose(bench, logs, &|what, share| progress(what, 0.7 * share))?;
     let blocks = fit::blocks_of(bench);
     let start = match held_out {
-        Some(held_out) => score(&elsewhere(bench, held_out, &Point::empty(bench.experiments.len()))?),
+        Some(held_out) => {
+            score(&elsewhere(bench, held_out, &Point::empty(bench.experiments.len()))?)
+        }
         None => diagnosis.score_before,
     };
     let baseline = Step {
@@ -110,12 +114,23 @@ pub fn improve(
         score: diagnosis.score_before,
         held_out: start,
     };
-    let mut path =
-        Path { bench, logs, blocks: &blocks, held_out, steps: vec![baseline], rejected: Vec::new(), reached: None };
+    let mut path = Path {
+        bench,
+        logs,
+        blocks: &blocks,
+        held_out,
+        steps: vec![baseline],
+        rejected: Vec::new(),
+        reached: None,
+    };
     progress("recalibrating", 0.7);
     if !diagnosis.null.point.free.is_empty() {
         let alone = diagnosis.chosen.is_empty();
-        let kept = if alone { diagnosis.improved.clone() } else { sparse(bench, &blocks, &diagnosis.null).0 };
+        let kept = if alone {
+            diagnosis.improved.clone()
+        } else {
+            sparse(bench, &blocks, &diagnosis.null).0
+        };
         path.try_step(kept, &[]);
     }
     let mut known = 0;
@@ -175,7 +190,8 @@ impl Path<'_> {
         let all = diagnose::found(&fitted, |of| matches!(of, Of::All(_) | Of::Log(..)));
         let (calibration, effects): (Vec<Found>, Vec<Found>) =
             all.into_iter().partition(|f| is_calibration(f.effect.kind));
-        let own = |f: &&Found| added.iter().any(|e| (e.kind.id, e.at) == (f.effect.kind.id, f.effect.at));
+        let own =
+            |f: &&Found| added.iter().any(|e| (e.kind.id, e.at) == (f.effect.kind.id, f.effect.at));
         let added: Vec<Found> = effects.iter().filter(own).cloned().collect();
         let before = self.steps.last().map_or(f64::INFINITY, |s| s.held_out);
         let judged = match self.held_out {
@@ -183,8 +199,12 @@ impl Path<'_> {
             None => Ok(rules::held_out_score(&fitted)),
         };
         let (held_out, why) = match judged {
-            Err(_) => (f64::NAN, Some("the model with it cannot be driven through the logs held out")),
-            Ok(score) if score > before * (1.0 - LEAST) => (score, Some("the error elsewhere does not fall")),
+            Err(_) => {
+                (f64::NAN, Some("the model with it cannot be driven through the logs held out"))
+            }
+            Ok(score) if score > before * (1.0 - LEAST) => {
+                (score, Some("the error elsewhere does not fall"))
+            }
             Ok(score) if !stable(self.bench, self.logs, &fitted.point) => {
                 (score, Some("the arm with it does not come to rest"))
             }
@@ -193,7 +213,13 @@ impl Path<'_> {
         match why {
             Some(why) => self.rejected.push(Rejected { added, held_out, why }),
             None => {
-                self.steps.push(Step { added, effects, calibration, score: score(&fitted.at), held_out });
+                self.steps.push(Step {
+                    added,
+                    effects,
+                    calibration,
+                    score: score(&fitted.at),
+                    held_out,
+                });
                 self.reached = Some(fitted);
             }
         }
@@ -208,18 +234,25 @@ impl Path<'_> {
         let point = self.reached.as_ref().map_or(empty, |f| f.point.clone());
         let held = Point { free: Vec::new(), ..point.clone() };
         let nothing_free = Effort { steps: 0, stale: 0 };
-        let Ok(plain) = fit::fit(self.bench, &held, self.blocks, &[], nothing_free) else { return false };
+        let Ok(plain) = fit::fit(self.bench, &held, self.blocks, &[], nothing_free) else {
+            return false;
+        };
         if rules::at_floor(self.bench, &plain.at) {
             return false;
         }
         let doubted = doubted(self.bench, &plain.at);
-        let Ok(null) = fit::fit(&doubted, &held, self.blocks, &[], nothing_free) else { return false };
-        let ground = Ground { bench: &doubted, blocks: self.blocks, null: &null, given: &null, length };
+        let Ok(null) = fit::fit(&doubted, &held, self.blocks, &[], nothing_free) else {
+            return false;
+        };
+        let ground =
+            Ground { bench: &doubted, blocks: self.blocks, null: &null, given: &null, length };
         for next in further(&ground, &null) {
             let added = effects_of(&next)[effects_of(&null).len()..].to_vec();
             let mut whole = next.point.clone();
             whole.free = point.free.iter().chain(&next.point.free).copied().collect();
-            let Ok(fitted) = fit::fit(self.bench, &whole, self.blocks, &[], nothing_free) else { continue };
+            let Ok(fitted) = fit::fit(self.bench, &whole, self.blocks, &[], nothing_free) else {
+                continue;
+            };
             if self.try_step(fitted, &added) {
                 return true;
             }
@@ -244,7 +277,9 @@ fn elsewhere(bench: &Bench, held_out: &HeldOut, point: &Point) -> Result<Residua
 fn doubted(bench: &Bench, at: &Residuals) -> Bench {
     let parts = diagnose::parts(bench, at);
     let factor = |log: usize, channel: &'static str| {
-        parts.get(&(log, channel)).map_or(1.0, |p| (p.square / p.count.max(1) as f64).sqrt().max(1.0))
+        parts
+            .get(&(log, channel))
+            .map_or(1.0, |p| (p.square / p.count.max(1) as f64).sqrt().max(1.0))
     };
     let doubted = |(log, e): (usize, &Experiment)| e.doubted(|channel| factor(log, channel));
     Bench {
@@ -262,7 +297,10 @@ fn stable(bench: &Bench, logs: &[Log], point: &Point) -> bool {
     const PERIOD: f64 = 1e-3;
     let effects: Vec<Effect> = bench.known.iter().chain(&point.all).cloned().collect();
     let mut process = bench.model.process.clone();
-    let Ok(robot) = ElasticRobot::with_effects(&bench.model.robot, &effects, process.as_mut()) else { return false };
+    let Ok(robot) = ElasticRobot::with_effects(&bench.model.robot, &effects, process.as_mut())
+    else {
+        return false;
+    };
     logs.iter().filter_map(|log| log.samples.encoder.first()).all(|posture| {
         let mut swinging = Swinging::start(&robot, &Motors::at_rest(*posture), 0.0);
         let motors = Motors::at_rest(posture + JointVector::repeat(STRUCK));
@@ -284,7 +322,11 @@ fn stable(bench: &Bench, logs: &[Log], point: &Point) -> bool {
 }
 
 /// The improved model as a file, with where each number comes from.
-pub fn model_file(improvement: &Improvement, file: &ModelFile, logs: &[Log]) -> (ModelFile, Comments) {
+pub fn model_file(
+    improvement: &Improvement,
+    file: &ModelFile,
+    logs: &[Log],
+) -> (ModelFile, Comments) {
     let names: Vec<&str> = logs.iter().map(|l| l.name.as_str()).collect();
     let judged = match improvement.held_out_logs.as_slice() {
         [] => "every tenth of each log, predicted from the rest".to_owned(),
@@ -312,8 +354,10 @@ pub fn model_file(improvement: &Improvement, file: &ModelFile, logs: &[Log]) -> 
     // The user's own that were hypotheses come back with their fitted values.
     let mut add = |effect: &Effect, scope: Scope, said: EffectComments| {
         let entry = ModelEffect { effect: effect.clone(), scope };
-        let place =
-            improved.effects.iter().position(|e| std::ptr::eq(e.effect.kind, effect.kind) && e.effect.at == effect.at);
+        let place = improved
+            .effects
+            .iter()
+            .position(|e| std::ptr::eq(e.effect.kind, effect.kind) && e.effect.at == effect.at);
         match place.filter(|p| scope == Scope::Log || is_hypothesis(&improved.effects[*p])) {
             Some(place) => {
                 improved.effects[place] = entry;
@@ -327,15 +371,21 @@ pub fn model_file(improvement: &Improvement, file: &ModelFile, logs: &[Log]) -> 
     };
     for found in last.effects.iter().chain(&last.calibration).filter(|f| f.log.is_none()) {
         let sort = if is_calibration(found.effect.kind) { "Calibration" } else { "Effect" };
-        let said = format!("{sort}, fitted to {}; 95 % intervals beside the values.", names.join(", "));
+        let said =
+            format!("{sort}, fitted to {}; 95 % intervals beside the values.", names.join(", "));
         let parameters = (0..found.effect.values.len())
-            .map(|k| format!("{} to {}", readable(found.interval[k][0]), readable(found.interval[k][1])))
+            .map(|k| {
+                format!("{} to {}", readable(found.interval[k][0]), readable(found.interval[k][1]))
+            })
             .collect();
         add(&found.effect, Scope::Campaign, EffectComments { effect: said, parameters });
     }
-    let own: Vec<&Found> = last.effects.iter().chain(&last.calibration).filter(|f| f.log.is_some()).collect();
+    let own: Vec<&Found> =
+        last.effects.iter().chain(&last.calibration).filter(|f| f.log.is_some()).collect();
     for (k, found) in own.iter().enumerate() {
-        let same = |f: &&&Found| (f.effect.kind.id, f.effect.at) == (found.effect.kind.id, found.effect.at);
+        let same = |f: &&&Found| {
+            (f.effect.kind.id, f.effect.at) == (found.effect.kind.id, found.effect.at)
+        };
         if own[..k].iter().any(|f| same(&f)) {
             continue;
         }
@@ -345,12 +395,18 @@ pub fn model_file(improvement: &Improvement, file: &ModelFile, logs: &[Log]) -> 
             .collect();
         let parameters = (0..found.effect.values.len())
             .map(|v| {
-                let one = |f: &&&Found| format!("{} in {}", readable(f.effect.values[v]), names[f.log.unwrap_or(0)]);
+                let one = |f: &&&Found| {
+                    format!("{} in {}", readable(f.effect.values[v]), names[f.log.unwrap_or(0)])
+                };
                 all.iter().map(one).collect::<Vec<_>>().join(", ")
             })
             .collect();
         let said = "Each log has its own, fitted afresh in every other; below the mean.".to_owned();
-        add(&Effect { values: mean, ..found.effect.clone() }, Scope::Log, EffectComments { effect: said, parameters });
+        add(
+            &Effect { values: mean, ..found.effect.clone() },
+            Scope::Log,
+            EffectComments { effect: said, parameters },
+        );
     }
     (improved, comments)
 }

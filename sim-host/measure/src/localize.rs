@@ -123,9 +123,16 @@ pub struct CurvePoint {
 ///
 /// `experiments` and `predictions` belong to `logs`, place by place; the predictions need their motion. Random
 /// arrangements are seeded: the same residuals give the same findings.
-pub fn localize(experiments: &[Experiment], predictions: &[Prediction], logs: &[Log]) -> Vec<Finding> {
-    let conditions: Vec<Vec<Condition>> =
-        logs.par_iter().zip(predictions).map(|(log, prediction)| conditions::of(log, prediction)).collect();
+pub fn localize(
+    experiments: &[Experiment],
+    predictions: &[Prediction],
+    logs: &[Log],
+) -> Vec<Finding> {
+    let conditions: Vec<Vec<Condition>> = logs
+        .par_iter()
+        .zip(predictions)
+        .map(|(log, prediction)| conditions::of(log, prediction))
+        .collect();
     let mut findings: Vec<Finding> = Table::all(experiments, predictions, logs)
         .par_iter()
         .flat_map(|table| {
@@ -164,8 +171,10 @@ pub(crate) fn joint_name(log: &Log, joint: usize) -> String {
 fn findings_of(table: &Table, conditions: &[Vec<Condition>], logs: &[Log]) -> Vec<Finding> {
     let arrangements = table.arrangements(ARRANGEMENTS);
     let joined = Condition::joined(table, conditions);
-    let mut found: Vec<Finding> =
-        joined.par_iter().filter_map(|condition| by_rows(table, condition, &arrangements)).collect();
+    let mut found: Vec<Finding> = joined
+        .par_iter()
+        .filter_map(|condition| by_rows(table, condition, &arrangements))
+        .collect();
     found.extend(table.series_groups().iter().filter_map(|group| by_series(table, group)));
     found.extend(offset(table));
     found.extend(orders::of(table, &joined, &arrangements));
@@ -174,11 +183,15 @@ fn findings_of(table: &Table, conditions: &[Vec<Condition>], logs: &[Log]) -> Ve
 }
 
 fn name_similar(findings: &mut [Finding]) {
-    let all: Vec<(String, f64)> =
-        findings.iter().filter(|f| f.variable != spectrum::NAME).map(|f| (f.variable.clone(), f.excess())).collect();
+    let all: Vec<(String, f64)> = findings
+        .iter()
+        .filter(|f| f.variable != spectrum::NAME)
+        .map(|f| (f.variable.clone(), f.excess()))
+        .collect();
     for finding in findings.iter_mut().filter(|f| f.variable != spectrum::NAME) {
         let least = NEARLY * finding.excess();
-        let near = all.iter().filter(|(name, excess)| *name != finding.variable && *excess >= least);
+        let near =
+            all.iter().filter(|(name, excess)| *name != finding.variable && *excess >= least);
         finding.similar = near.take(3).map(|(name, _)| name.clone()).collect();
         finding.sentence = words::sentence(finding);
     }
@@ -209,10 +222,15 @@ impl Sums {
     /// With the residual of row `order(i)` under the condition of row i.
     fn of(table: &Table, bins: &Bins, order: impl Fn(usize) -> usize) -> Self {
         let width = table.series.len();
-        let mut sums =
-            Self { rows: vec![0.0; bins.count], squares: vec![0.0; bins.count], values: vec![0.0; bins.count * width] };
+        let mut sums = Self {
+            rows: vec![0.0; bins.count],
+            squares: vec![0.0; bins.count],
+            values: vec![0.0; bins.count * width],
+        };
         for (i, bin) in bins.of.iter().enumerate() {
-            let Some(bin) = bin.map(usize::from) else { continue };
+            let Some(bin) = bin.map(usize::from) else {
+                continue;
+            };
             let row = order(i);
             sums.rows[bin] += 1.0;
             sums.squares[bin] += table.squares[row];
@@ -267,7 +285,10 @@ impl Judged {
 }
 
 /// Sets shares against those of random arrangements, given one after the other.
-fn judge<const N: usize>(shares: [f64; N], mut arranged: impl Iterator<Item = [f64; N]>) -> [Judged; N] {
+fn judge<const N: usize>(
+    shares: [f64; N],
+    mut arranged: impl Iterator<Item = [f64; N]>,
+) -> [Judged; N] {
     let (mut tried, mut reached, mut sum) = (0, [0; N], [0.0; N]);
     while reached.iter().any(|r| *r < ENOUGH)
         && let Some(chance) = arranged.next()
@@ -313,12 +334,21 @@ fn by_rows(table: &Table, condition: &Condition, arrangements: &[Vec<u32>]) -> O
 }
 
 /// The finding of a condition that was judged.
-fn report(table: &Table, condition: &Condition, bins: &Bins, sums: &Sums, how: How, judged: Judged) -> Finding {
+fn report(
+    table: &Table,
+    condition: &Condition,
+    bins: &Bins,
+    sums: &Sums,
+    how: How,
+    judged: Judged,
+) -> Finding {
     let width = table.series.len();
     let total: f64 = sums.squares.iter().sum();
     let rows: f64 = sums.rows.iter().sum();
     let by_bin = |bin: usize| match how {
-        How::Mean => (0..width).map(|s| sums.explained(width, bin, s)).sum::<f64>() / sums.rows[bin].max(1.0),
+        How::Mean => {
+            (0..width).map(|s| sums.explained(width, bin, s)).sum::<f64>() / sums.rows[bin].max(1.0)
+        }
         How::Size => sums.squares[bin] / sums.rows[bin].max(1.0),
     };
     let there = largest(bins.count, by_bin);
@@ -335,12 +365,15 @@ fn report(table: &Table, condition: &Condition, bins: &Bins, sums: &Sums, how: H
             table.point(x, how, series, inside(bin))
         })
         .collect();
-    let (low, high) =
-        inside(there).map(|i| condition.values[i]).fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(v), h.max(v)));
+    let (low, high) = inside(there)
+        .map(|i| condition.values[i])
+        .fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(v), h.max(v)));
     let named = |bin: &usize| condition.categories.get(*bin).cloned().unwrap_or_default();
     let categories = match condition.categories.is_empty() {
         true => Vec::new(),
-        false => (0..bins.count).filter(|bin| sums.rows[*bin] > 0.0).map(|bin| named(&bin)).collect(),
+        false => {
+            (0..bins.count).filter(|bin| sums.rows[*bin] > 0.0).map(|bin| named(&bin)).collect()
+        }
     };
     let mut finding = Finding {
         variable: condition.name.clone(),
@@ -377,8 +410,10 @@ fn by_series(table: &Table, group: &Group) -> Option<Finding> {
     let members = |c: usize| group.of.iter().filter(|of| **of == c).count() as f64;
     let width = table.series.len();
     let blocks = table.blocks();
-    let sums_by_block: Vec<Vec<f64>> =
-        blocks.iter().map(|block| (0..width).map(|s| table.squares_of(s, |i| block.contains(&i))).collect()).collect();
+    let sums_by_block: Vec<Vec<f64>> = blocks
+        .iter()
+        .map(|block| (0..width).map(|s| table.squares_of(s, |i| block.contains(&i))).collect())
+        .collect();
     let total: f64 = sums_by_block.iter().flatten().sum();
     let share = |sums: &[f64]| {
         let away = |(c, sum): (usize, &f64)| (sum - total * members(c) / width as f64).abs();
@@ -452,7 +487,8 @@ fn offset(table: &Table) -> Option<Finding> {
         return None;
     }
     let everywhere = || 0..table.squares.len();
-    let points: Vec<CurvePoint> = (0..width).map(|s| table.point(s as f64, How::Mean, s, everywhere())).collect();
+    let points: Vec<CurvePoint> =
+        (0..width).map(|s| table.point(s as f64, How::Mean, s, everywhere())).collect();
     let mean = |s: usize| everywhere().map(|i| table.row(i)[s]).sum::<f64>().abs();
     let there = largest(width, mean);
     let mut finding = Finding {

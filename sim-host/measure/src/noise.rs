@@ -74,7 +74,9 @@ fn of_log(log: &Log) -> Instruments {
     let even = log.kind != LogKind::StaticLoad;
     let level = |stated: Option<f64>, series: &dyn Fn() -> Option<Vec<f64>>| match stated {
         Some(deviation) => Some(Level { deviation, stated: true }),
-        None if even => series().and_then(|s| floor(&s)).map(|deviation| Level { deviation, stated: false }),
+        None if even => {
+            series().and_then(|s| floor(&s)).map(|deviation| Level { deviation, stated: false })
+        }
         None => None,
     };
     let three = |stated: Option<[f64; 3]>, series: &Option<Vec<Vector3<f64>>>| {
@@ -91,7 +93,9 @@ fn of_log(log: &Log) -> Instruments {
         position: three(log.noise.position, &s.position),
         rotation: three(log.noise.rotation, &rotation),
         encoder: std::array::from_fn(|i| {
-            level(log.noise.encoder.map(|n| n[i]), &|| Some(s.encoder.iter().map(|q| q[i]).collect()))
+            level(log.noise.encoder.map(|n| n[i]), &|| {
+                Some(s.encoder.iter().map(|q| q[i]).collect())
+            })
         }),
         link_encoder: six(log.noise.link_encoder, &s.link_encoder),
         motor_torque: six(log.noise.motor_torque, &s.motor_torque),
@@ -129,7 +133,9 @@ pub fn floor(series: &[f64]) -> Option<f64> {
         return None;
     }
     let n = SECTION.min(series.len());
-    let window: Vec<f64> = (0..n).map(|k| (std::f64::consts::PI * (k as f64 + 0.5) / n as f64).sin().powi(4)).collect();
+    let window: Vec<f64> = (0..n)
+        .map(|k| (std::f64::consts::PI * (k as f64 + 0.5) / n as f64).sin().powi(4))
+        .collect();
     let power: f64 = window.iter().map(|w| w * w).sum();
     let transform = RealFftPlanner::<f64>::new().plan_fft_forward(n);
     let mut sections = Vec::new();
@@ -138,8 +144,12 @@ pub fn floor(series: &[f64]) -> Option<f64> {
         let part = &series[start..start + n];
         // The straight line through the ends, so that a slow walk does not leak upwards.
         let (a, b) = (part[0], (part[n - 1] - part[0]) / (n - 1) as f64);
-        let mut input: Vec<f64> =
-            part.iter().zip(&window).enumerate().map(|(k, (v, w))| (v - a - b * k as f64) * w).collect();
+        let mut input: Vec<f64> = part
+            .iter()
+            .zip(&window)
+            .enumerate()
+            .map(|(k, (v, w))| (v - a - b * k as f64) * w)
+            .collect();
         let mut output = transform.make_output_vec();
         transform.process(&mut input, &mut output).ok()?;
         sections.push(output.iter().map(|z| z.norm_sqr() / power).collect::<Vec<f64>>());
@@ -157,7 +167,8 @@ pub fn floor(series: &[f64]) -> Option<f64> {
     spectrum.sort_by(f64::total_cmp);
     let variance = median_of(&spectrum);
     // An instrument with a step and less noise than that: the step's own.
-    let mut steps: Vec<f64> = series.windows(2).map(|w| (w[1] - w[0]).abs()).filter(|d| *d > 0.0).collect();
+    let mut steps: Vec<f64> =
+        series.windows(2).map(|w| (w[1] - w[0]).abs()).filter(|d| *d > 0.0).collect();
     steps.sort_by(f64::total_cmp);
     let step = steps.first().copied().unwrap_or(0.0) / 12f64.sqrt();
     let deviation = variance.sqrt().max(step);

@@ -44,17 +44,25 @@ struct Series {
 
 impl Series {
     fn new() -> Self {
-        let mut csv = "t_s,qe1_rad,qe2_rad,qe3_rad,qe4_rad,qe5_rad,qe6_rad,px_m,py_m,pz_m\n".to_owned();
+        let mut csv =
+            "t_s,qe1_rad,qe2_rad,qe3_rad,qe4_rad,qe5_rad,qe6_rad,px_m,py_m,pz_m\n".to_owned();
         for k in 0..ROWS {
-            let q: Vec<String> =
-                (0..6).map(|j| (angle(j, k) + [0.0, -0.9, 1.6, 0.0, 0.6, 0.0][j]).to_string()).collect();
+            let q: Vec<String> = (0..6)
+                .map(|j| (angle(j, k) + [0.0, -0.9, 1.6, 0.0, 0.6, 0.0][j]).to_string())
+                .collect();
             csv += &format!("{:.3},{},2.1,0.1,0.6\n", PERIOD * k as f64, q.join(","));
         }
         let robot = fixture("robots/kr500-mt.toml").canonicalize().unwrap();
-        let toml = format!("schema = \"log/1\"\nkind = \"free-motion\"\nrobot = {robot:?}\nperiod_s = {PERIOD}\n");
+        let toml = format!(
+            "schema = \"log/1\"\nkind = \"free-motion\"\nrobot = {robot:?}\nperiod_s = {PERIOD}\n"
+        );
         let log = Log::parse(&toml, csv.as_bytes(), "synthetic".as_ref()).unwrap();
         let level = |deviation| Some(Level { deviation, stated: true });
-        let noise = Instruments { position: [level(3e-5); 3], encoder: [level(2e-6); 6], ..Instruments::default() };
+        let noise = Instruments {
+            position: [level(3e-5); 3],
+            encoder: [level(2e-6); 6],
+            ..Instruments::default()
+        };
         let model = Model { robot: log.robot.robot.clone(), process: None };
         let experiment = Experiment::new(&log, &noise, &model).unwrap();
         let motion = Motion {
@@ -69,9 +77,15 @@ impl Series {
 
     /// What a residual, row by row and column by column, goes with.
     fn localized(&self, mut residual: impl FnMut(usize, usize) -> f64) -> Vec<Finding> {
-        let residual = self.experiment.compared.iter().map(|c| residual(c.row, usize::from(c.component))).collect();
+        let residual = self
+            .experiment
+            .compared
+            .iter()
+            .map(|c| residual(c.row, usize::from(c.component)))
+            .collect();
         let prediction = Prediction { residual, motion: Some(self.motion.clone()) };
-        let (experiments, logs) = (std::slice::from_ref(&self.experiment), std::slice::from_ref(&self.log));
+        let (experiments, logs) =
+            (std::slice::from_ref(&self.experiment), std::slice::from_ref(&self.log));
         localize(experiments, &[prediction], logs)
     }
 }
@@ -85,10 +99,14 @@ fn a_planted_dependence_on_the_sign_of_a_torque_is_found_first_with_its_size() {
     let series = Series::new();
     let mut random = ChaCha8Rng::seed_from_u64(1);
     let step = Vector3::new(0.0, 1.5, 0.0);
-    let findings = series.localized(|row, c| step[c] * torque(4, row).signum() + normal(&mut random));
+    let findings =
+        series.localized(|row, c| step[c] * torque(4, row).signum() + normal(&mut random));
     let best = &findings[0];
     assert_eq!(best.variable, "sign of A5's spring torque", "{}", best.sentence);
-    assert_eq!((best.how, best.kind, best.channel), (How::Mean, LogKind::FreeMotion, "tcp_position"));
+    assert_eq!(
+        (best.how, best.kind, best.channel),
+        (How::Mean, LogKind::FreeMotion, "tcp_position")
+    );
     // 1.5² of the three columns' 3 + 1.5².
     let planted = 2.25 / 5.25;
     assert!((best.share - planted).abs() < 0.05, "{} instead of {planted}", best.share);
@@ -99,7 +117,9 @@ fn a_planted_dependence_on_the_sign_of_a_torque_is_found_first_with_its_size() {
     for (point, sign) in best.curve.points.iter().zip([-1.0, 1.0]) {
         assert!((point.y - sign * size).abs() < 0.2 * size, "{point:?}");
     }
-    assert!(best.sentence.contains("% of the squared residual goes with the sign of A5's spring torque (p ≤ 0.005)"));
+    assert!(best.sentence.contains(
+        "% of the squared residual goes with the sign of A5's spring torque (p ≤ 0.005)"
+    ));
     assert_eq!(foremost(&findings, 3)[0].variable, best.variable);
 }
 
@@ -112,7 +132,15 @@ fn a_wave_over_a_joint_is_found_with_its_order() {
         wave + normal(&mut random)
     });
     let best = &findings[0];
-    let order: usize = best.variable.strip_prefix("A1 angle, ").unwrap().split(' ').next().unwrap().parse().unwrap();
+    let order: usize = best
+        .variable
+        .strip_prefix("A1 angle, ")
+        .unwrap()
+        .split(' ')
+        .next()
+        .unwrap()
+        .parse()
+        .unwrap();
     // Over 0.6 rad an order is told to about a tenth of 2π/0.6.
     assert!(order.abs_diff(40) <= 1, "{}", best.sentence);
     assert!(best.p <= 0.005 && (best.share - 2.0 / 5.0).abs() < 0.06, "{} {}", best.p, best.share);
@@ -122,7 +150,8 @@ fn a_wave_over_a_joint_is_found_with_its_order() {
 fn noise_that_grows_is_found_by_its_size() {
     let series = Series::new();
     let mut random = ChaCha8Rng::seed_from_u64(3);
-    let findings = series.localized(|row, _| (1.0 + 5.0 * (row as f64 / ROWS as f64).powi(4)) * normal(&mut random));
+    let findings = series
+        .localized(|row, _| (1.0 + 5.0 * (row as f64 / ROWS as f64).powi(4)) * normal(&mut random));
     let best = findings.iter().find(|f| f.variable == "time").unwrap();
     assert_eq!(best.how, How::Size);
     let last = series.experiment.compared.iter().map(|c| c.row).max().unwrap();
@@ -166,7 +195,8 @@ fn noise_with_a_memory_goes_with_little() {
 #[test]
 fn the_same_residual_gives_the_same_findings() {
     let series = Series::new();
-    let residual = |row: usize, c: usize| (0.05 * row as f64 + c as f64).sin() + (0.7 * row as f64).cos();
+    let residual =
+        |row: usize, c: usize| (0.05 * row as f64 + c as f64).sin() + (0.7 * row as f64).cos();
     assert_eq!(series.localized(residual), series.localized(residual));
 }
 
@@ -184,7 +214,13 @@ fn a_campaign_of_the_model_itself_scores_one_in_every_channel() {
     for log in &comparison.logs {
         for channel in &log.channels {
             // A dozen independent values in the shortest channel's band.
-            assert!((channel.score - 1.0).abs() < 0.2, "{} {}: {}", log.name, channel.name, channel.score);
+            assert!(
+                (channel.score - 1.0).abs() < 0.2,
+                "{} {}: {}",
+                log.name,
+                channel.name,
+                channel.score
+            );
             assert!(channel.stated);
         }
     }
@@ -195,8 +231,16 @@ fn a_campaign_of_the_model_itself_scores_one_in_every_channel() {
 fn backlash_shows_in_the_joint_that_has_it() {
     let comparison = compared("campaigns/backlash");
     assert!((4.5..6.5).contains(&comparison.score), "{}", comparison.score);
-    let still = comparison.worst.iter().find(|f| f.kind == LogKind::StaticLoad && f.channel == "tcp_position").unwrap();
-    assert!(still.variable.contains("A5") && still.variable.contains("spring torque"), "{}", still.sentence);
+    let still = comparison
+        .worst
+        .iter()
+        .find(|f| f.kind == LogKind::StaticLoad && f.channel == "tcp_position")
+        .unwrap();
+    assert!(
+        still.variable.contains("A5") && still.variable.contains("spring torque"),
+        "{}",
+        still.sentence
+    );
     // What does not feel the joint's play is at the floor.
     for log in comparison.logs.iter().filter(|log| log.kind == LogKind::Weld) {
         let force = log.channels.iter().find(|c| c.name == "force").unwrap();
@@ -222,6 +266,9 @@ fn noise_that_is_not_stated_is_estimated_and_said_to_be() {
     assert!(comparison.notices.iter().any(|n| n.contains("estimated")), "{:?}", comparison.notices);
     // Second encoders and motor encoders of a real robot disagree by milliradians: zeroed each for itself.
     let second = channels().find(|c| c.name == "link_encoder").unwrap();
-    assert_eq!(second.columns.iter().map(|c| c.label.as_str()).collect::<Vec<_>>(), ["A1", "A2", "A3"]);
+    assert_eq!(
+        second.columns.iter().map(|c| c.label.as_str()).collect::<Vec<_>>(),
+        ["A1", "A2", "A3"]
+    );
     assert!((1e-4..1e-2).contains(&second.rmse), "{}", second.rmse);
 }

@@ -53,7 +53,8 @@ fn fitted_at(evidence: &Evidence, x: f64) -> f64 {
 #[test]
 fn backlash_shows_as_a_step_of_the_gap_where_the_torque_turns_round() {
     let ready = ready(|_| true, 4);
-    let effect = Effect { kind: Kind::of("backlash").unwrap(), at: At::Joint(4), values: vec![1e-4] };
+    let effect =
+        Effect { kind: Kind::of("backlash").unwrap(), at: At::Joint(4), values: vec![1e-4] };
     let found = with(&ready, &effect, 5).unwrap();
     let evidence = evidence(&ready.bench, &ready.logs, &ready.null, &found, &effect).unwrap();
     assert_eq!((evidence.x_unit, evidence.y_unit), ("N·m", "rad"));
@@ -70,7 +71,8 @@ fn backlash_shows_as_a_step_of_the_gap_where_the_torque_turns_round() {
     assert!((gap - 2.0 * HALF_GAP).abs() < 0.05 * 2.0 * HALF_GAP, "gap of {gap:e}");
 
     // And the effect's own curve goes through them: what is left is of the size of the errors.
-    let apart: Vec<f64> = evidence.points.iter().map(|p| (p.y - fitted_at(&evidence, p.x)) / p.error).collect();
+    let apart: Vec<f64> =
+        evidence.points.iter().map(|p| (p.y - fitted_at(&evidence, p.x)) / p.error).collect();
     let score = (apart.iter().map(|a| a * a).sum::<f64>() / apart.len() as f64).sqrt();
     assert!(score < 2.0, "points lie {score:.2} errors off the curve: {apart:.1?}");
 
@@ -79,7 +81,11 @@ fn backlash_shows_as_a_step_of_the_gap_where_the_torque_turns_round() {
     let sentence = explain(&Case {
         robot: &ready.robot,
         bench: &ready.bench,
-        effects: &[Found { effect: found_effect, log: None, interval: vec![[value[0] - 5e-6, value[0] + 5e-6]] }],
+        effects: &[Found {
+            effect: found_effect,
+            log: None,
+            interval: vec![[value[0] - 5e-6, value[0] + 5e-6]],
+        }],
         before: &ready.null.at,
         after: &found.at,
         held_out: [1.75, 1.01],
@@ -87,7 +93,10 @@ fn backlash_shows_as_a_step_of_the_gap_where_the_torque_turns_round() {
         others: &[("hysteresis", "A5")],
     });
     assert!(sentence.starts_with("A5 has a backlash of ± 2"), "{sentence}");
-    assert!(sentence.contains("µrad (95 %: ") && sentence.contains("hysteresis at A5"), "{sentence}");
+    assert!(
+        sentence.contains("µrad (95 %: ") && sentence.contains("hysteresis at A5"),
+        "{sentence}"
+    );
 }
 
 /// An effect of one small step of each of its sizes.
@@ -114,8 +123,16 @@ fn every_effect_has_its_curve_and_its_sentence() {
         match evidence(&ready.bench, &ready.logs, &ready.null, &found, &effect) {
             Some(evidence) => {
                 let finite = |p: &[f64; 2]| p[0].is_finite() && p[1].is_finite();
-                assert!(evidence.points.len() > 1 && evidence.fitted.iter().all(finite), "{}", kind.id);
-                assert!(evidence.points.iter().all(|p| p.y.is_finite() && p.error > 0.0), "{}", kind.id);
+                assert!(
+                    evidence.points.len() > 1 && evidence.fitted.iter().all(finite),
+                    "{}",
+                    kind.id
+                );
+                assert!(
+                    evidence.points.iter().all(|p| p.y.is_finite() && p.error > 0.0),
+                    "{}",
+                    kind.id
+                );
             }
             // The cell has no second encoders.
             None => assert!(kind.id.starts_with("link-encoder"), "{} shows nothing", kind.id),
@@ -131,6 +148,10 @@ fn every_effect_has_its_curve_and_its_sentence() {
             probability: 0.5,
             others: &[],
         });
-        assert!(!sentence.contains("there is"), "{} has no sentence of its own: {sentence}", kind.id);
+        assert!(
+            !sentence.contains("there is"),
+            "{} has no sentence of its own: {sentence}",
+            kind.id
+        );
     }
 }

@@ -10,13 +10,16 @@ use trueweld_measure::campaign::{Campaign, read_logs};
 use trueweld_measure::log::{Log, LogKind};
 use trueweld_plant::input::{InputError, RobotFile};
 
-const HEADER: &str = "t_s,qe1_rad,qe2_rad,qe3_rad,qe4_rad,qe5_rad,qe6_rad,ql1_rad,ql3_rad,tm2_nm,px_m,py_m,pz_m";
-const FREE: &str = "t_s,qe1_rad,qe2_rad,qe3_rad,qe4_rad,qe5_rad,qe6_rad,ql1_rad,ql3_rad,tm2_nm,px_m,py_m,pz_m
+const HEADER: &str =
+    "t_s,qe1_rad,qe2_rad,qe3_rad,qe4_rad,qe5_rad,qe6_rad,ql1_rad,ql3_rad,tm2_nm,px_m,py_m,pz_m";
+const FREE: &str =
+    "t_s,qe1_rad,qe2_rad,qe3_rad,qe4_rad,qe5_rad,qe6_rad,ql1_rad,ql3_rad,tm2_nm,px_m,py_m,pz_m
 0.000,0.1,-0.9,1.6,-0.2,0.6,0.4,0.1001,1.6001,-2740.4,2.1,-0.1,0.6
 0.004,0.101,-0.9,1.6,-0.2,0.6,0.4,,1.6002,-2682.8,2.11,-0.1,0.6
 0.008,1.02e-1,-0.9,1.6,-0.2,0.6,0.4,0.1021,1.6003,,2.12,,0.6
 ";
-const STATIC: &str = "t_s,qe1_rad,qe2_rad,qe3_rad,qe4_rad,qe5_rad,qe6_rad,fx_n,fy_n,fz_n,rx_rad,ry_rad,rz_rad,\
+const STATIC: &str =
+    "t_s,qe1_rad,qe2_rad,qe3_rad,qe4_rad,qe5_rad,qe6_rad,fx_n,fy_n,fz_n,rx_rad,ry_rad,rz_rad,\
 payload_kg,cx_m,cy_m,cz_m
 0,-0.4,-0.9,1.2,-0.1,1.0,-0.9,5,-38,-36,0.9,2.8,0.4,0,,,
 14.5,-0.4,-0.9,1.2,-0.1,1.0,-0.9,2,0.3,-40,0.9,2.8,0.4,150,0.17,-0.03,-0.14
@@ -27,15 +30,23 @@ const WELD: &str = "t_s,qe1_rad,qe2_rad,qe3_rad,qe4_rad,qe5_rad,qe6_rad,fx_n,fy_
 ";
 
 fn fixture(path: &str) -> PathBuf {
-    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../fixtures").join(path).canonicalize().unwrap()
+    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+        .join("../../fixtures")
+        .join(path)
+        .canonicalize()
+        .unwrap()
 }
 
 fn log_toml(kind: &str, rest: &str) -> String {
-    format!("schema = \"log/1\"\nkind = \"{kind}\"\nrobot = {:?}\n{rest}", fixture("robots/kr500-mt.toml"))
+    format!(
+        "schema = \"log/1\"\nkind = \"{kind}\"\nrobot = {:?}\n{rest}",
+        fixture("robots/kr500-mt.toml")
+    )
 }
 
 fn weld_toml() -> String {
-    let (weld, process) = (fixture("welds/vertical.toml"), fixture("processes/lap-weld-2024-t3.toml"));
+    let (weld, process) =
+        (fixture("welds/vertical.toml"), fixture("processes/lap-weld-2024-t3.toml"));
     log_toml("weld", &format!("weld = {weld:?}\nprocess = {process:?}\nperiod_s = 0.012\n"))
 }
 
@@ -56,7 +67,11 @@ fn told(error: &InputError) -> String {
 #[track_caller]
 fn refused(read: Result<Log, InputError>, place: &str, needles: &[&str]) {
     let error = read.expect_err(place);
-    let file = if place.is_empty() { "dir/run/samples.csv".to_owned() } else { format!("dir/run/samples.csv:{place}") };
+    let file = if place.is_empty() {
+        "dir/run/samples.csv".to_owned()
+    } else {
+        format!("dir/run/samples.csv:{place}")
+    };
     assert_eq!(error.place(), file, "{}", told(&error));
     let told = told(&error);
     for needle in needles {
@@ -87,27 +102,42 @@ fn a_free_motion_log_reads_as_written() {
     let noise = "period_s = 0.004\n[noise]\ntcp_position_m = 3e-5\nencoder_rad = [1e-6, 2e-6, 3e-6, 4e-6, 5e-6, 6e-6]\n\
                  link_encoder_rad = [5e-6, 7e-6]\nmotor_torque_nm = 40\n";
     let log = parse(&log_toml("free-motion", noise), FREE).unwrap();
-    assert_eq!((log.kind, log.name.as_str(), log.period), (LogKind::FreeMotion, "run", Some(0.004)));
+    assert_eq!(
+        (log.kind, log.name.as_str(), log.period),
+        (LogKind::FreeMotion, "run", Some(0.004))
+    );
     assert_eq!(log.robot.name, "KR 500 MT + FSW end effector");
     assert_eq!(log.path, Path::new("dir/run"));
     assert!(log.weld.is_none() && log.process.is_none() && log.notices.is_empty());
     let s = &log.samples;
     assert_eq!((s.len(), s.time.as_slice()), (3, [0.0, 0.004, 0.008].as_slice()));
     assert_eq!(s.encoder[2].as_slice(), [0.102, -0.9, 1.6, -0.2, 0.6, 0.4]);
-    assert_eq!(s.link_encoder.each_ref().map(Option::is_some), [true, false, true, false, false, false]);
+    assert_eq!(
+        s.link_encoder.each_ref().map(Option::is_some),
+        [true, false, true, false, false, false]
+    );
     let first = s.link_encoder[0].as_ref().unwrap();
-    assert!(first[0] == 0.1001 && first[1].is_nan() && first[2] == 0.1021, "a missing value is NaN");
+    assert!(
+        first[0] == 0.1001 && first[1].is_nan() && first[2] == 0.1021,
+        "a missing value is NaN"
+    );
     assert!(s.motor_torque[1].as_ref().unwrap()[2].is_nan() && s.motor_torque[0].is_none());
     let position = s.position.as_ref().unwrap();
     assert_eq!(position[1], Vector3::new(2.11, -0.1, 0.6));
-    assert!(position[2].x == 2.12 && position[2].y.is_nan() && position[2].z == 0.6, "each component for itself");
+    assert!(
+        position[2].x == 2.12 && position[2].y.is_nan() && position[2].z == 0.6,
+        "each component for itself"
+    );
     assert!(s.rotation.is_none() && s.force.is_none() && s.moment.is_none());
     assert!(s.spindle.is_none() && s.payload.is_none());
     assert_eq!(log.noise.position, Some([3e-5; 3]));
     assert_eq!(log.noise.encoder, Some([1e-6, 2e-6, 3e-6, 4e-6, 5e-6, 6e-6]));
     assert_eq!(log.noise.motor_torque, Some([40.0; 6]));
     let link = log.noise.link_encoder.unwrap();
-    assert!(link[0] == 5e-6 && link[1].is_nan() && link[2] == 7e-6, "one a column that the log has");
+    assert!(
+        link[0] == 5e-6 && link[1].is_nan() && link[2] == 7e-6,
+        "one a column that the log has"
+    );
     assert_eq!((log.noise.force, log.noise.rotation), (None, None));
 }
 
@@ -115,7 +145,11 @@ fn a_free_motion_log_reads_as_written() {
 fn static_and_weld_logs_read_as_written() {
     let log = parse(&log_toml("static-load", ""), STATIC).unwrap();
     let payload = log.samples.payload.as_ref().unwrap();
-    assert_eq!((payload[0].mass, payload[0].centre), (0.0, Vector3::zeros()), "no centre where nothing hangs");
+    assert_eq!(
+        (payload[0].mass, payload[0].centre),
+        (0.0, Vector3::zeros()),
+        "no centre where nothing hangs"
+    );
     assert_eq!((payload[1].mass, payload[1].centre), (150.0, Vector3::new(0.17, -0.03, -0.14)));
     assert_eq!(log.samples.force.as_ref().unwrap()[1], Vector3::new(2.0, 0.3, -40.0));
     assert_eq!(log.samples.rotation.as_ref().unwrap()[0], Vector3::new(0.9, 2.8, 0.4));
@@ -132,13 +166,17 @@ fn static_and_weld_logs_read_as_written() {
 fn what_spreadsheets_and_systems_add_is_accepted() {
     let plain = free(FREE).unwrap().samples;
     // Missing values are NaN, which equals nothing: compared as text.
-    let same = |csv: String| assert_eq!(format!("{:?}", free(csv).unwrap().samples), format!("{plain:?}"));
+    let same =
+        |csv: String| assert_eq!(format!("{:?}", free(csv).unwrap().samples), format!("{plain:?}"));
     same(format!("\u{feff}{FREE}"));
     same(FREE.replace('\n', "\r\n"));
     same(format!("{FREE}\n  \n\r\n"));
     same(FREE.trim_end().to_owned());
     same(FREE.replace(',', " , "));
-    same(FREE.replace(HEADER, &HEADER.split(',').map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(",")));
+    same(FREE.replace(
+        HEADER,
+        &HEADER.split(',').map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(","),
+    ));
 }
 
 #[test]
@@ -150,7 +188,8 @@ fn unknown_and_empty_columns_are_left_out_with_a_notice() {
     let log = free(FREE.replace('\n', ",\n").replacen(",\n", ",tm5_nm\n", 1)).unwrap();
     assert_eq!(log.notices, ["columns without any value, read as absent: `tm5_nm`"]);
     assert!(log.samples.motor_torque[4].is_none());
-    let log = parse(&weld_toml(), WELD.replace('\n', ",0\n").replacen(",0\n", ",px_mean_m\n", 1)).unwrap();
+    let log = parse(&weld_toml(), WELD.replace('\n', ",0\n").replacen(",0\n", ",px_mean_m\n", 1))
+        .unwrap();
     assert_eq!(log.notices, ["columns that are not known, left out: `px_mean_m`"]);
 }
 
@@ -166,8 +205,16 @@ fn a_missing_column_is_named() {
         "1:45",
         &["missing column `qe6_rad`", "read `q6_rad`", "call it `qe6_rad`"],
     );
-    refused(free(&FREE[FREE.find('\n').unwrap() + 1..]), "1:1", &["missing column `t_s`", "begins with a number"]);
-    refused(parse(&weld_toml(), WELD.replace("spindle_rad_s", "turns")), "1:1", &["`spindle_rad_s`", "every weld log"]);
+    refused(
+        free(&FREE[FREE.find('\n').unwrap() + 1..]),
+        "1:1",
+        &["missing column `t_s`", "begins with a number"],
+    );
+    refused(
+        parse(&weld_toml(), WELD.replace("spindle_rad_s", "turns")),
+        "1:1",
+        &["`spindle_rad_s`", "every weld log"],
+    );
     refused(
         free(changed(",pz_m", ",other")),
         "1:76",
@@ -177,7 +224,11 @@ fn a_missing_column_is_named() {
     refused(parse(&log_toml("static-load", ""), text), "1:89", &["`payload_kg` without `cy_m`"]);
     refused(free(changed(",tm2_nm", ",qe3_rad")), "1:69", &["`qe3_rad`", "a second time"]);
     let bare = "t_s,qe1_rad,qe2_rad,qe3_rad,qe4_rad,qe5_rad,qe6_rad\n0,0,0,0,0,0,0\n";
-    refused(parse(&log_toml("ring-down", ""), bare), "1:1", &["ring-down", "`px_m`", "nothing to compare"]);
+    refused(
+        parse(&log_toml("ring-down", ""), bare),
+        "1:1",
+        &["ring-down", "`px_m`", "nothing to compare"],
+    );
 }
 
 #[test]
@@ -192,7 +243,11 @@ fn another_unit_or_spelling_is_not_lost() {
     refused(free(changed("tm2_nm", "tm2_knm")), "1:69", &["in knm", "`tm2_nm`, in N·m", "1000"]);
     refused(free(changed("tm2_nm", "tm2")), "1:69", &["names no unit", "`tm2_nm`"]);
     refused(free(changed("tm2_nm", "tm2_n")), "1:69", &["names the unit n", "`tm2_nm`"]);
-    refused(free(changed("tm2_nm", "TM2_Nm")), "1:69", &["`TM2_Nm`", "expected `tm2_nm`", "small letters"]);
+    refused(
+        free(changed("tm2_nm", "TM2_Nm")),
+        "1:69",
+        &["`TM2_Nm`", "expected `tm2_nm`", "small letters"],
+    );
     let rpm = WELD.replace("spindle_rad_s", "spindle_rpm");
     refused(parse(&weld_toml(), rpm), "1:86", &["is in rpm", "`spindle_rad_s`, in rad/s", "2π/60"]);
     // Beside the column in the right unit, one in another is only one more.
@@ -204,16 +259,36 @@ fn another_unit_or_spelling_is_not_lost() {
 fn a_value_that_is_no_number_is_shown() {
     refused(free(changed("-2682.8", "lost")), "3:43", &["`tm2_nm` is `lost`", "a number in N·m"]);
     for text in ["nan", "NaN", "inf", "-Infinity", "1e999"] {
-        refused(free(changed("-2682.8", text)), "3:43", &[text, "a finite number in N·m", "leave the field empty"]);
+        refused(
+            free(changed("-2682.8", text)),
+            "3:43",
+            &[text, "a finite number in N·m", "leave the field empty"],
+        );
     }
     refused(free(changed("-2682.8", "n/a")), "3:43", &["`n/a`", "a number or an empty field"]);
-    refused(free(changed("-2682.8", "\"-2682,8\"")), "3:43", &["`-2682,8`", "not the comma", "dots"]);
-    refused(free(changed("-2682.8", "-2682.8 Nm")), "3:43", &["`-2682.8 Nm`", "the unit stands in the column's name"]);
+    refused(
+        free(changed("-2682.8", "\"-2682,8\"")),
+        "3:43",
+        &["`-2682,8`", "not the comma", "dots"],
+    );
+    refused(
+        free(changed("-2682.8", "-2682.8 Nm")),
+        "3:43",
+        &["`-2682.8 Nm`", "the unit stands in the column's name"],
+    );
     refused(free(changed("-2682.8", "\"open")), "3:62", &["this row has 10 fields; expected 13"]);
-    refused(free(changed("0.101,", ",")), "3:7", &["`qe1_rad` is missing", "expected a number in rad", "every row"]);
+    refused(
+        free(changed("0.101,", ",")),
+        "3:7",
+        &["`qe1_rad` is missing", "expected a number in rad", "every row"],
+    );
     refused(free(changed("0.008,", ",")), "4:1", &["`t_s` is missing"]);
-    let latin1: Vec<u8> =
-        FREE.replacen("-2682.8", "@", 1).into_bytes().iter().map(|b| if *b == b'@' { 0xb5 } else { *b }).collect();
+    let latin1: Vec<u8> = FREE
+        .replacen("-2682.8", "@", 1)
+        .into_bytes()
+        .iter()
+        .map(|b| if *b == b'@' { 0xb5 } else { *b })
+        .collect();
     refused(free(latin1), "3:43", &["`tm2_nm` is", "a number in N·m"]);
     // A carriage return and multi-byte text before the place count as they look.
     let text = FREE.replace('\n', "\r\n").replacen("0.004,0.101", "0.004,µ", 1);
@@ -224,8 +299,16 @@ fn a_value_that_is_no_number_is_shown() {
 
 #[test]
 fn other_separators_and_decimal_commas_are_recognised() {
-    refused(free(FREE.replace(',', ";")), "1:4", &["this file uses `;` as separator", "expected `,`"]);
-    refused(free(FREE.replace(',', ";").replace('.', ",")), "1:4", &["uses `;` as separator", "dots in the numbers"]);
+    refused(
+        free(FREE.replace(',', ";")),
+        "1:4",
+        &["this file uses `;` as separator", "expected `,`"],
+    );
+    refused(
+        free(FREE.replace(',', ";").replace('.', ",")),
+        "1:4",
+        &["uses `;` as separator", "dots in the numbers"],
+    );
     refused(free(FREE.replace(',', "\t")), "1:4", &["uses a tab as separator"]);
     refused(free(FREE.replace(',', " ")), "1:4", &["uses a blank as separator"]);
     let quoted = FREE.replace("t_s,", "\"t_s\",").replace(',', ";");
@@ -234,17 +317,30 @@ fn other_separators_and_decimal_commas_are_recognised() {
     let comma = format!("{header}\n{}", rows.replace('.', ","));
     refused(free(comma), "2:31", &["has 26 fields; expected 13", "commas are decimal marks"]);
     let rows = rows.replace(',', ";");
-    refused(free(format!("{header}\n{rows}")), "2:1", &["has 1 field; expected 13", "uses `;` as separator"]);
+    refused(
+        free(format!("{header}\n{rows}")),
+        "2:1",
+        &["has 1 field; expected 13", "uses `;` as separator"],
+    );
     refused(free(FREE.replace('\n', "\r")), "1:90", &["carriage return", "LF"]);
-    let utf16: Vec<u8> = [0xff, 0xfe].into_iter().chain(FREE.bytes().flat_map(|b| [b, 0])).collect();
+    let utf16: Vec<u8> =
+        [0xff, 0xfe].into_iter().chain(FREE.bytes().flat_map(|b| [b, 0])).collect();
     refused(free(utf16), "1:1", &["UTF-16", "UTF-8"]);
 }
 
 #[test]
 fn uneven_rows_and_empty_files_are_named() {
-    refused(free(changed(",1.6002,", ",")), "3:57", &["this row has 12 fields; expected 13", "empty field"]);
+    refused(
+        free(changed(",1.6002,", ",")),
+        "3:57",
+        &["this row has 12 fields; expected 13", "empty field"],
+    );
     refused(free(changed(",1.6002,", ",1,2,")), "3:58", &["this row has 14 fields; expected 13"]);
-    refused(free(&FREE[..FREE.len() - 9]), "4:53", &["this row has 11 fields", "cut off", "Delete the row"]);
+    refused(
+        free(&FREE[..FREE.len() - 9]),
+        "4:53",
+        &["this row has 11 fields", "cut off", "Delete the row"],
+    );
     refused(free(""), "", &["the file is empty", "a header"]);
     refused(free("\n\n\u{20}\n"), "", &["the file is empty"]);
     refused(free(HEADER), "", &["no row after the header"]);
@@ -257,13 +353,22 @@ fn uneven_rows_and_empty_files_are_named() {
 fn time_rises_in_steps_of_the_period() {
     refused(free(changed("0.008", "0.002")), "4:1", &["runs backwards", "`0.002` after 0.004"]);
     refused(free(changed("0.008", "0.004")), "4:1", &["`0.004` a second time"]);
-    refused(free(changed("0.008", "0.012")), "4:1", &["0.008000 s after", "a step of 0.004 s", "split the log"]);
-    let even = |csv: &str, period: f64| parse(&log_toml("free-motion", &format!("period_s = {period}\n")), csv);
+    refused(
+        free(changed("0.008", "0.012")),
+        "4:1",
+        &["0.008000 s after", "a step of 0.004 s", "split the log"],
+    );
+    let even = |csv: &str, period: f64| {
+        parse(&log_toml("free-motion", &format!("period_s = {period}\n")), csv)
+    };
     refused(even(FREE, 0.006), "3:1", &["0.004000 s after", "a step of 0.006 s", "`period_s`"]);
     refused(even(FREE, 0.005), "4:1", &["0.004000 s a row since the first", "a step of 0.005 s"]);
     let milliseconds = FREE.replace("0.004,", "4,").replace("0.008,", "8,");
     refused(even(&milliseconds, 0.004), "3:1", &["looks like milliseconds"]);
-    assert!(parse(&log_toml("free-motion", ""), changed("0.008", "0.5")).is_ok(), "no period, no even steps");
+    assert!(
+        parse(&log_toml("free-motion", ""), changed("0.008", "0.5")).is_ok(),
+        "no period, no even steps"
+    );
     // 120 Hz, written to the millisecond: steps of 8 and 9 ms are even to the precision they are written in.
     let rounded = FREE.replace("0.004,", "0.008,").replacen("\n0.008,1.02", "\n0.017,1.02", 1);
     assert!(even(&rounded, 1.0 / 120.0).is_ok());
@@ -277,7 +382,11 @@ fn time_rises_in_steps_of_the_period() {
 #[test]
 fn values_that_cannot_be_are_in_another_unit_or_of_another_robot() {
     let degrees = changed("-0.9,1.6,-0.2", "-51.6,1.6,-0.2");
-    refused(free(degrees), "2:11", &["`qe2_rad` is `-51.6`", "A2 of KR 500 MT", "-2.443 to 0.524", "degrees"]);
+    refused(
+        free(degrees),
+        "2:11",
+        &["`qe2_rad` is `-51.6`", "A2 of KR 500 MT", "-2.443 to 0.524", "degrees"],
+    );
     refused(free(changed("-0.9,", "1.2,")), "2:11", &["widened by 10°", "another robot"]);
     assert!(free(changed("-0.9,", "0.5,")).is_ok(), "a little beyond the limit of 20°");
     refused(free(changed("1.6001", "91.7")), "2:40", &["`ql3_rad`", "degrees"]);
@@ -287,7 +396,8 @@ fn values_that_cannot_be_are_in_another_unit_or_of_another_robot() {
         &["`px_m` is `2100`", "at most 20 m", "millimetres", "leave the field"],
     );
     refused(free(changed("-2740.4", "-2740400")), "2:47", &["`tm2_nm`", "at most 1000000 N·m"]);
-    let fixed = |from: &str, to: &str| parse(&log_toml("static-load", ""), STATIC.replacen(from, to, 1));
+    let fixed =
+        |from: &str, to: &str| parse(&log_toml("static-load", ""), STATIC.replacen(from, to, 1));
     refused(fixed("-36", "-9e9"), "2:37", &["`fz_n`", "at most 1000000 N "]);
     refused(fixed("2.8", "162"), "2:45", &["`ry_rad`", "degrees"]);
     refused(fixed("150,", "-150,"), "3:56", &["`payload_kg` is `-150`", "not below 0"]);
@@ -296,7 +406,10 @@ fn values_that_cannot_be_are_in_another_unit_or_of_another_robot() {
     refused(fixed("0.17,", ","), "3:60", &["`cx_m` is missing", "its centre is needed"]);
     let hung = |mass: &str| {
         let rows = WELD.replace('\n', &format!(",{mass},0,0,0\n"));
-        parse(&weld_toml(), rows.replacen(&format!(",{mass},0,0,0\n"), ",payload_kg,cx_m,cy_m,cz_m\n", 1))
+        parse(
+            &weld_toml(),
+            rows.replacen(&format!(",{mass},0,0,0\n"), ",payload_kg,cx_m,cy_m,cz_m\n", 1),
+        )
     };
     assert!(hung("0").unwrap().notices[0].contains("static-load logs only"));
     refused(hung("30"), "2:60", &["`payload_kg` is `30`", "static-load logs only", "robot file"]);
@@ -306,10 +419,13 @@ fn values_that_cannot_be_are_in_another_unit_or_of_another_robot() {
 fn a_channel_that_is_needed_holds_values() {
     let text = WELD.replace(",62.8\n", ",\n").replace(",62.9\n", ",\n");
     refused(parse(&weld_toml(), text), "", &["`spindle_rad_s` holds no value"]);
-    let ring =
-        "t_s,qe1_rad,qe2_rad,qe3_rad,qe4_rad,qe5_rad,qe6_rad,px_m,py_m,pz_m\n0,0,0,0,0,0,0,,,\n1,0,0,0,0,0,0,,,\n";
+    let ring = "t_s,qe1_rad,qe2_rad,qe3_rad,qe4_rad,qe5_rad,qe6_rad,px_m,py_m,pz_m\n0,0,0,0,0,0,0,,,\n1,0,0,0,0,0,0,,,\n";
     let error = parse(&log_toml("ring-down", ""), ring).unwrap_err();
-    assert!(error.to_string().contains("nothing to compare") && error.to_string().contains("samples.csv"), "{error}");
+    assert!(
+        error.to_string().contains("nothing to compare")
+            && error.to_string().contains("samples.csv"),
+        "{error}"
+    );
 }
 
 #[test]
@@ -317,23 +433,41 @@ fn the_snippet_shows_the_line_of_a_large_file() {
     let mut text = format!("{HEADER}\n");
     for i in 0..5000 {
         let note = if i == 4000 { "oops" } else { "1" };
-        writeln!(text, "{:.3},0.1,-0.9,1.6,-0.2,0.6,0.4,0.1,1.6,{note},2.1,-0.1,0.6", f64::from(i) * 0.004).unwrap();
+        writeln!(
+            text,
+            "{:.3},0.1,-0.9,1.6,-0.2,0.6,0.4,0.1,1.6,{note},2.1,-0.1,0.6",
+            f64::from(i) * 0.004
+        )
+        .unwrap();
     }
     let error = free(&text).unwrap_err();
     assert!(error.place().ends_with("samples.csv:4002:42"), "{error}");
     let mut shown = String::new();
     let theme = miette::GraphicalTheme::unicode_nocolor();
-    miette::GraphicalReportHandler::new_themed(theme).with_width(400).render_report(&mut shown, &error).unwrap();
-    assert!(shown.contains("4002 │ 16.000,0.1") && shown.contains("samples.csv:4002:42]"), "{shown}");
+    miette::GraphicalReportHandler::new_themed(theme)
+        .with_width(400)
+        .render_report(&mut shown, &error)
+        .unwrap();
+    assert!(
+        shown.contains("4002 │ 16.000,0.1") && shown.contains("samples.csv:4002:42]"),
+        "{shown}"
+    );
     // Of a long line, what stands around the mistake.
-    let wide =
-        |cells: &str| text.lines().take(3).map(|line| format!("{}{line}\n", cells.repeat(200))).collect::<String>();
+    let wide = |cells: &str| {
+        text.lines()
+            .take(3)
+            .map(|line| format!("{}{line}\n", cells.repeat(200)))
+            .collect::<String>()
+    };
     let text = wide("µ,").replacen("-0.9", "oops", 1);
     let error = free(&text).unwrap_err();
     assert!(error.place().ends_with("samples.csv:2:411"), "{error}");
     let mut shown = String::new();
     let theme = miette::GraphicalTheme::unicode_nocolor();
-    miette::GraphicalReportHandler::new_themed(theme).with_width(400).render_report(&mut shown, &error).unwrap();
+    miette::GraphicalReportHandler::new_themed(theme)
+        .with_width(400)
+        .render_report(&mut shown, &error)
+        .unwrap();
     assert!(shown.contains("oops") && !shown.contains(&"µ,".repeat(60)), "{shown}");
 }
 
@@ -341,20 +475,58 @@ fn the_snippet_shows_the_line_of_a_large_file() {
 fn log_toml_is_checked() {
     let kinds = ["\"static-load\"", "\"ring-down\"", "\"free-motion\"", "\"weld\""];
     let toml = log_toml("freemotion", "");
-    refused_toml(&toml, FREE, "2:8", &[&kinds[..], &["`kind`", "Did you mean \"free-motion\"?"]].concat());
-    refused_toml(&toml.replace("log/1", "robot/1"), FREE, "1:10", &["\"robot/1\", a robot", "expected \"log/1\""]);
-    refused_toml(&toml.replace("kind", "kid"), FREE, "2:1", &["unknown key `kid`", "Did you mean `kind`?"]);
-    refused_toml("schema = \"log/1\"\nkind = \"weld\"\nrobot = \"none.toml\"\n", FREE, "3:9", &["dir/run/none.toml"]);
+    refused_toml(
+        &toml,
+        FREE,
+        "2:8",
+        &[&kinds[..], &["`kind`", "Did you mean \"free-motion\"?"]].concat(),
+    );
+    refused_toml(
+        &toml.replace("log/1", "robot/1"),
+        FREE,
+        "1:10",
+        &["\"robot/1\", a robot", "expected \"log/1\""],
+    );
+    refused_toml(
+        &toml.replace("kind", "kid"),
+        FREE,
+        "2:1",
+        &["unknown key `kid`", "Did you mean `kind`?"],
+    );
+    refused_toml(
+        "schema = \"log/1\"\nkind = \"weld\"\nrobot = \"none.toml\"\n",
+        FREE,
+        "3:9",
+        &["dir/run/none.toml"],
+    );
     refused_toml(&log_toml("weld", ""), WELD, "1:1", &["missing key `weld`"]);
     refused_toml(&log_toml("free-motion", "period_s = 0\n"), FREE, "4:12", &["above 0 in s"]);
     let noise = |entry: &str| log_toml("free-motion", &format!("[noise]\n{entry}\n"));
-    refused_toml(&noise("tcp_pos_m = 3e-5"), FREE, "5:1", &["unknown key", "Did you mean `tcp_position_m`?"]);
+    refused_toml(
+        &noise("tcp_pos_m = 3e-5"),
+        FREE,
+        "5:1",
+        &["unknown key", "Did you mean `tcp_position_m`?"],
+    );
     refused_toml(&noise("encoder_rad = 0"), FREE, "5:15", &["above 0"]);
     refused_toml(&noise("tcp_position_m = 30"), FREE, "5:18", &["at most 0.1 in m"]);
-    refused_toml(&noise("tcp_position_m = [1e-5, 1e-5]"), FREE, "5:18", &["a list of 3, one a column"]);
-    refused_toml(&noise("link_encoder_rad = [1e-5]"), FREE, "5:20", &["a list of 6", "or 2, as many as this log has"]);
+    refused_toml(
+        &noise("tcp_position_m = [1e-5, 1e-5]"),
+        FREE,
+        "5:18",
+        &["a list of 3, one a column"],
+    );
+    refused_toml(
+        &noise("link_encoder_rad = [1e-5]"),
+        FREE,
+        "5:20",
+        &["a list of 6", "or 2, as many as this log has"],
+    );
     refused_toml(&noise("force_n = []"), FREE, "5:11", &["a list of 3"]);
-    assert_eq!(parse(&log_toml("free-motion", ""), FREE).unwrap().noise, trueweld_measure::log::Noise::default());
+    assert_eq!(
+        parse(&log_toml("free-motion", ""), FREE).unwrap().noise,
+        trueweld_measure::log::Noise::default()
+    );
 }
 
 /// A folder with a log of this kind; the robot stands one folder up.
@@ -371,11 +543,20 @@ fn campaign() -> tempfile::TempDir {
     fs::create_dir(&cell).unwrap();
     let robot = fs::read_to_string(fixture("robots/kr500-mt.toml")).unwrap();
     fs::write(cell.join("robot.toml"), &robot).unwrap();
-    fs::write(folder.path().join("other.toml"), robot.replace("[0.400, 0.0, 0.0]", "[0.500, 0.0, 0.0]")).unwrap();
-    let toml = |kind: &str| format!("schema = \"log/1\"\nkind = \"{kind}\"\nrobot = \"../robot.toml\"\n");
+    fs::write(
+        folder.path().join("other.toml"),
+        robot.replace("[0.400, 0.0, 0.0]", "[0.500, 0.0, 0.0]"),
+    )
+    .unwrap();
+    let toml =
+        |kind: &str| format!("schema = \"log/1\"\nkind = \"{kind}\"\nrobot = \"../robot.toml\"\n");
     write_log(&cell.join("free"), &toml("free-motion"), FREE);
     write_log(&cell.join("static"), &toml("static-load"), STATIC);
-    write_log(&folder.path().join("stranger"), &toml("free-motion").replace("robot.toml", "other.toml"), FREE);
+    write_log(
+        &folder.path().join("stranger"),
+        &toml("free-motion").replace("robot.toml", "other.toml"),
+        FREE,
+    );
     fs::write(cell.join("model.toml"), "schema = \"model/1\"\nrobot = \"robot.toml\"\n").unwrap();
     write_campaign(&cell, "[\"free\", \"static\"]");
     folder
@@ -392,7 +573,10 @@ fn a_campaign_reads_with_its_logs() {
     let cell = folder.path().join("cell");
     let read = Campaign::read(&cell).unwrap();
     assert_eq!((read.name.as_str(), &read.model), ("cell", &cell.join("model.toml")));
-    assert_eq!(read.logs.iter().map(|log| log.name.as_str()).collect::<Vec<_>>(), ["free", "static"]);
+    assert_eq!(
+        read.logs.iter().map(|log| log.name.as_str()).collect::<Vec<_>>(),
+        ["free", "static"]
+    );
     assert_eq!(read.logs[1].kind, LogKind::StaticLoad);
 
     let (model, logs) = read_logs(std::slice::from_ref(&cell)).unwrap();
@@ -437,7 +621,11 @@ fn mistakes_in_a_campaign_are_named() {
         "",
         &["holds neither log.toml nor campaign.toml", "expected the folder of a log"],
     );
-    fails(&[folder.path().join("none")], "none", &["does not exist", "expected the folder of a log"]);
+    fails(
+        &[folder.path().join("none")],
+        "none",
+        &["does not exist", "expected the folder of a log"],
+    );
     write_campaign(&cell, "[\"free\", \"statics\"]");
     fails(only, "campaign.toml:3:17", &["\"statics\" is no log", "cell/statics"]);
     write_campaign(&cell, "[\"free\", \"./free\"]");
@@ -464,7 +652,11 @@ fn a_log_knows_its_robot() {
     assert!(log.must_be_of(&robot, "the model").is_ok(), "calibration does not make another robot");
     robot.parameters.joints[2].origin.x += 1e-3;
     let error = log.must_be_of(&robot, "the model").unwrap_err();
-    assert!(error.place() == "dir/run/log.toml:3:9" && error.message().contains("A3 has another origin"), "{error}");
+    assert!(
+        error.place() == "dir/run/log.toml:3:9"
+            && error.message().contains("A3 has another origin"),
+        "{error}"
+    );
     robot.joint_names[1] = "B2".to_owned();
     let error = log.must_be_of(&robot, "the model").unwrap_err();
     assert!(error.message().contains("\"A2\" instead of \"B2\""), "{error}");
@@ -474,7 +666,10 @@ fn a_log_knows_its_robot() {
 fn reads_or_names_the_file(toml: &str, csv: &[u8]) {
     if let Err(error) = Log::parse(toml, csv, Path::new("dir/run")) {
         let text = error.to_string();
-        assert!(text.starts_with("dir/run/samples.csv") || text.starts_with("dir/run/log.toml"), "{text}");
+        assert!(
+            text.starts_with("dir/run/samples.csv") || text.starts_with("dir/run/log.toml"),
+            "{text}"
+        );
         assert!(!error.help_text().is_empty());
         let mut shown = String::new();
         miette::GraphicalReportHandler::new().render_report(&mut shown, &error).unwrap();
@@ -483,7 +678,10 @@ fn reads_or_names_the_file(toml: &str, csv: &[u8]) {
 
 /// A good table with some bytes replaced, put in or taken out, and perhaps cut.
 fn mutated(good: &'static str) -> impl Strategy<Value = Vec<u8>> {
-    let bytes = prop_oneof![any::<u8>(), prop::sample::select(b",;\t\n\r\"'.-+eE0159 #\xff\xc2\xb5".to_vec()),];
+    let bytes = prop_oneof![
+        any::<u8>(),
+        prop::sample::select(b",;\t\n\r\"'.-+eE0159 #\xff\xc2\xb5".to_vec()),
+    ];
     let edits = prop::collection::vec((0..good.len(), 0..3u8, bytes), 1..12);
     (edits, prop::option::weighted(0.2, 0..good.len())).prop_map(move |(edits, cut)| {
         let mut text = good.as_bytes().to_vec();

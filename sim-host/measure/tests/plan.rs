@@ -24,17 +24,27 @@ struct Laboratory {
 
 impl Laboratory {
     fn new(name: &str) -> Self {
-        let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/campaigns").join(name);
+        let folder =
+            PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/campaigns").join(name);
         let logs = Campaign::read(folder).unwrap().logs;
         let process = logs.iter().find_map(|l| l.process.clone());
         let model = Model { robot: logs[0].robot.robot.clone(), process };
         let noise = instruments(&logs);
-        let experiments =
-            logs.iter().zip(&noise).map(|(log, noise)| Experiment::new(log, noise, &model).unwrap()).collect();
+        let experiments = logs
+            .iter()
+            .zip(&noise)
+            .map(|(log, noise)| Experiment::new(log, noise, &model).unwrap())
+            .collect();
         Self {
             logs,
             noise,
-            bench: Bench { model, known: Vec::new(), afresh: Vec::new(), own: Vec::new(), experiments },
+            bench: Bench {
+                model,
+                known: Vec::new(),
+                afresh: Vec::new(),
+                own: Vec::new(),
+                experiments,
+            },
         }
     }
 
@@ -43,7 +53,8 @@ impl Laboratory {
     }
 
     fn plan(&self, rivals: &[&str]) -> Option<Plan> {
-        let rivals: Vec<_> = rivals.iter().map(|r| ((*r).to_owned(), vec![self.effect(r)])).collect();
+        let rivals: Vec<_> =
+            rivals.iter().map(|r| ((*r).to_owned(), vec![self.effect(r)])).collect();
         next_experiment(&self.bench, &self.logs, &rivals)
     }
 }
@@ -58,7 +69,10 @@ fn print(plan: &Plan) {
 #[test]
 fn friction_and_a_delay_are_told_apart_by_motion() {
     let laboratory = Laboratory::new("backlash");
-    let rivals = ["joint-friction:A3:coulomb_nm=150,viscous_nms_rad=100", "channel-delay:torque:delay_s=0.01"];
+    let rivals = [
+        "joint-friction:A3:coulomb_nm=150,viscous_nms_rad=100",
+        "channel-delay:torque:delay_s=0.01",
+    ];
     let plan = laboratory.plan(&rivals).unwrap();
     print(&plan);
     assert_eq!(plan.kind, LogKind::FreeMotion);
@@ -69,8 +83,9 @@ fn friction_and_a_delay_are_told_apart_by_motion() {
 #[test]
 fn a_gap_and_a_loop_are_told_apart() {
     let laboratory = Laboratory::new("backlash");
-    let plan =
-        laboratory.plan(&["backlash:A5:half_gap_rad=2.4e-4", "hysteresis:A5:torque_nm=150,twist_rad=2e-4"]).unwrap();
+    let plan = laboratory
+        .plan(&["backlash:A5:half_gap_rad=2.4e-4", "hysteresis:A5:torque_nm=150,twist_rad=2e-4"])
+        .unwrap();
     print(&plan);
     assert!(plan.separation > 5.0, "{}", plan.separation);
     // What is planned stays within the joints' limits.
@@ -90,8 +105,9 @@ fn equals_need_no_experiment() {
 #[test]
 fn only_what_the_laboratory_has_is_asked_for() {
     let laboratory = Laboratory::new("kr300-measured");
-    let plan =
-        laboratory.plan(&["hysteresis:A2:torque_nm=150,twist_rad=2e-4", "backlash:A2:half_gap_rad=5e-5"]).unwrap();
+    let plan = laboratory
+        .plan(&["hysteresis:A2:torque_nm=150,twist_rad=2e-4", "backlash:A2:half_gap_rad=5e-5"])
+        .unwrap();
     print(&plan);
     assert!(matches!(plan.kind, LogKind::FreeMotion | LogKind::RingDown));
     assert!(plan.log.samples.position.is_none() && plan.log.samples.link_encoder[1].is_some());
@@ -102,7 +118,8 @@ fn only_what_the_laboratory_has_is_asked_for() {
 #[test]
 fn what_cannot_be_told_apart_is_said_to_be() {
     let laboratory = Laboratory::new("backlash");
-    let rivals = ["fixture-compliance::stiffness_n_m=6e8", "process-stiffness-error::relative=-0.05"];
+    let rivals =
+        ["fixture-compliance::stiffness_n_m=6e8", "process-stiffness-error::relative=-0.05"];
     if let Some(plan) = laboratory.plan(&rivals) {
         print(&plan);
         assert!(plan.separation < 3.0, "{}", plan.separation);
@@ -134,7 +151,9 @@ fn the_planned_experiment_tells() {
         let noise: f64 = StandardNormal.sample(&mut random);
         let by = (noise - r) * c.deviation;
         match c.quantity {
-            Quantity::Position => log.samples.position.as_mut().unwrap()[c.row][usize::from(c.component)] += by,
+            Quantity::Position => {
+                log.samples.position.as_mut().unwrap()[c.row][usize::from(c.component)] += by
+            }
             _ => turned[c.row][usize::from(c.component)] = by,
         }
     }
@@ -155,7 +174,9 @@ fn the_planned_experiment_tells() {
             let mut point = calibrations(&bench);
             point.free.retain(|f| calibrated || matches!(f.of, Of::Log(..)));
             point.all.push(laboratory.effect(rival));
-            fit::fit(&bench, &point, &fit::blocks_of(&bench), &[], Effort { steps: 4, stale: 0 }).unwrap().cost
+            fit::fit(&bench, &point, &fit::blocks_of(&bench), &[], Effort { steps: 4, stale: 0 })
+                .unwrap()
+                .cost
         });
         (wrong - right).max(0.0).sqrt()
     };

@@ -115,7 +115,9 @@ pub(crate) fn runs(weld: &CertifiedWeld, case: Case) -> String {
         Case::Nominal => "the cell as it is believed to be, one run".to_owned(),
         Case::Draws => format!("{} cells drawn from what is not known", evidence.trials.len()),
         Case::WorstCase => format!("the worst cell found in {} runs", evidence.worst.runs.len()),
-        Case::Margins => format!("margins of the loop at {} places along the weld", evidence.margins.len()),
+        Case::Margins => {
+            format!("margins of the loop at {} places along the weld", evidence.margins.len())
+        }
         Case::Faults => format!("{} faults of instruments", evidence.faults.len()),
     }
 }
@@ -124,14 +126,21 @@ pub(crate) fn runs(weld: &CertifiedWeld, case: Case) -> String {
 pub(crate) fn worst_found(evidence: &Evidence) -> String {
     let worst = &evidence.worst;
     let runs = worst.runs.len();
-    let Some(trial) = &worst.worst else { return "no search for the worst cell was made".to_owned() };
+    let Some(trial) = &worst.worst else {
+        return "no search for the worst cell was made".to_owned();
+    };
     match &trial.failed {
-        Some(why) => format!("in the worst cell found ({runs} runs of search) the weld is not made: {why}"),
+        Some(why) => {
+            format!("in the worst cell found ({runs} runs of search) the weld is not made: {why}")
+        }
         None => {
             let k = LIMITS.iter().position(|l| *l == worst.name).unwrap_or(0);
             let share = 100.0 * worst.of_limit;
             let value = shown(worst.name, trial.figure(k));
-            format!("worst cell found, {runs} runs of search: {} {value}, {share:.0} % of its limit", label(worst.name))
+            format!(
+                "worst cell found, {runs} runs of search: {} {value}, {share:.0} % of its limit",
+                label(worst.name)
+            )
         }
     }
 }
@@ -193,7 +202,9 @@ fn place(at: &Margins) -> Value {
 }
 
 fn trial(trial: &Trial) -> Value {
-    trial.figures.map_or_else(|| json!({ "failed": trial.failed }), |figures| named(&LIMITS, &figures))
+    trial
+        .figures
+        .map_or_else(|| json!({ "failed": trial.failed }), |figures| named(&LIMITS, &figures))
 }
 
 fn named(names: &[&str], values: &[f64]) -> Value {

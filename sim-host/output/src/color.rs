@@ -10,8 +10,15 @@ pub(crate) const REFERENCE: Rgb = [110, 110, 110];
 pub(crate) const LIMIT: Rgb = [0, 140, 100];
 
 /// None of them green, which limits are.
-const RUNS: [Rgb; 7] =
-    [[213, 94, 0], [0, 114, 178], [204, 121, 167], [190, 160, 0], [120, 90, 40], [86, 180, 233], [30, 30, 30]];
+const RUNS: [Rgb; 7] = [
+    [213, 94, 0],
+    [0, 114, 178],
+    [204, 121, 167],
+    [190, 160, 0],
+    [120, 90, 40],
+    [86, 180, 233],
+    [30, 30, 30],
+];
 
 /// Axes A1 to A6.
 pub(crate) const JOINTS: [Rgb; 6] =

@@ -42,7 +42,12 @@ pub(crate) fn counted(logs: usize) -> String {
 
 /// What was compared, and what the score means.
 pub(crate) fn setting(model: &Path, comparison: &Comparison) -> String {
-    let stated = comparison.logs.iter().flat_map(|log| &log.channels).filter(|channel| channel.stated).count();
+    let stated = comparison
+        .logs
+        .iter()
+        .flat_map(|log| &log.channels)
+        .filter(|channel| channel.stated)
+        .count();
     let all = comparison.logs.iter().map(|log| log.channels.len()).sum::<usize>();
     let noise = match stated {
         n if n == all => "as the logs state it",
@@ -59,8 +64,13 @@ pub(crate) fn setting(model: &Path, comparison: &Comparison) -> String {
 }
 
 /// The channel with the highest score, with its log.
-pub(crate) fn worst_channel(comparison: &Comparison) -> Option<(&LogComparison, &ChannelComparison)> {
-    let all = comparison.logs.iter().flat_map(|log| log.channels.iter().map(move |channel| (log, channel)));
+pub(crate) fn worst_channel(
+    comparison: &Comparison,
+) -> Option<(&LogComparison, &ChannelComparison)> {
+    let all = comparison
+        .logs
+        .iter()
+        .flat_map(|log| log.channels.iter().map(move |channel| (log, channel)));
     all.max_by(|a, b| a.1.score.total_cmp(&b.1.score))
 }
 
@@ -71,6 +81,10 @@ pub(crate) const HEADINGS: [&str; 5] = ["", "RMS", "largest", "noise", "score"];
 pub(crate) fn cells(channel: &ChannelComparison) -> [String; 4] {
     let (factor, unit) = readable(channel.unit);
     let number = |value: f64| format!("{} {unit}", rounded(value * factor));
-    let noise = if channel.stated { number(channel.noise) } else { format!("≈ {}", number(channel.noise)) };
+    let noise = if channel.stated {
+        number(channel.noise)
+    } else {
+        format!("≈ {}", number(channel.noise))
+    };
     [number(channel.rmse), number(channel.max), noise, format!("{:.2}", channel.score)]
 }

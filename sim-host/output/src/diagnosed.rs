@@ -3,7 +3,9 @@
 use crate::compared::{counted, rounded};
 use std::path::Path;
 use trueweld_measure::compare::LogComparison;
-use trueweld_measure::diagnose::{Account, Candidate, Confusable, Diagnosis, Found, Limit, Reason, Verdict, name};
+use trueweld_measure::diagnose::{
+    Account, Candidate, Confusable, Diagnosis, Found, Limit, Reason, Verdict, name,
+};
 use trueweld_measure::improve::{Improvement, Rejected, Step};
 use trueweld_measure::localize::{Finding, article, foremost};
 use trueweld_plant::effects::{At, Kind, Parameter};
@@ -87,12 +89,20 @@ pub(crate) fn value(found: &Found, k: usize) -> String {
 
 /// Every value of a found effect with its name.
 pub(crate) fn values(found: &Found) -> Vec<(String, String)> {
-    found.effect.kind.parameters.iter().enumerate().map(|(k, p)| (spoken(p), value(found, k))).collect()
+    found
+        .effect
+        .kind
+        .parameters
+        .iter()
+        .enumerate()
+        .map(|(k, p)| (spoken(p), value(found, k)))
+        .collect()
 }
 
 /// An effect with its values in one line.
 pub(crate) fn in_a_line(found: &Found, robot: &RobotFile) -> String {
-    let values: Vec<String> = values(found).into_iter().map(|(name, value)| format!("{name} {value}")).collect();
+    let values: Vec<String> =
+        values(found).into_iter().map(|(name, value)| format!("{name} {value}")).collect();
     format!("{} ({})", name(&found.effect, robot), values.join(", "))
 }
 
@@ -107,7 +117,9 @@ pub(crate) fn percent(share: f64) -> String {
 
 /// Names of the explanations that the data do not tell from the best, with its own.
 fn tied(diagnosis: &Diagnosis, robot: &RobotFile) -> Vec<String> {
-    let Some(best) = diagnosis.candidates.first() else { return Vec::new() };
+    let Some(best) = diagnosis.candidates.first() else {
+        return Vec::new();
+    };
     let others = best.indistinguishable.iter().filter_map(|k| diagnosis.candidates.get(*k));
     std::iter::once(best).chain(others).map(|candidate| candidate.name(robot)).collect()
 }
@@ -117,20 +129,30 @@ fn goes_with(unexplained: &[Finding]) -> String {
     match foremost(unexplained, 1).first() {
         Some(f) => {
             let variable = article(&f.variable);
-            format!("it goes with {variable} ({:.0} % of the squared residual of {})", 100.0 * f.share, f.channel)
+            format!(
+                "it goes with {variable} ({:.0} % of the squared residual of {})",
+                100.0 * f.share,
+                f.channel
+            )
         }
         None => "it goes with no single condition of those that are looked at".to_owned(),
     }
 }
 
 /// The verdict in a sentence or two; `next`: what to record next, in a line.
-pub(crate) fn verdict(diagnosis: &Diagnosis, verdict: Verdict, robot: &RobotFile, next: Option<&str>) -> String {
+pub(crate) fn verdict(
+    diagnosis: &Diagnosis,
+    verdict: Verdict,
+    robot: &RobotFile,
+    next: Option<&str>,
+) -> String {
     let before = rounded(diagnosis.score_before);
     let best = diagnosis.candidates.first();
     match (verdict, best) {
         (Verdict::EffectFound, Some(best)) if !best.indistinguishable.is_empty() => {
             let tied = tied(diagnosis, robot);
-            let record = next.map_or(String::new(), |title| format!(" To tell them apart, record: {title}."));
+            let record = next
+                .map_or(String::new(), |title| format!(" To tell them apart, record: {title}."));
             format!(
                 "Something is missing (score {before}), and these logs cannot separate {}: each brings the score to {} where it was \
                  not fitted.{record}",
@@ -146,7 +168,11 @@ pub(crate) fn verdict(diagnosis: &Diagnosis, verdict: Verdict, robot: &RobotFile
                 rounded(best.held_out_before),
                 rounded(best.held_out_after),
                 percent(best.probability),
-                if best.held_out_after > FAR { ", which is still far above the noise floor" } else { "" }
+                if best.held_out_after > FAR {
+                    ", which is still far above the noise floor"
+                } else {
+                    ""
+                }
             )
         }
         (Verdict::Adequate | Verdict::EffectFound, _) => format!(
@@ -219,8 +245,12 @@ impl Improved<'_> {
     pub(crate) fn headline(&self) -> String {
         let steps = &self.improvement.steps;
         let (first, last) = (&steps[0], &steps[steps.len() - 1]);
-        let added: Vec<String> =
-            last.effects.iter().filter(|f| f.log.is_none()).map(|f| name(&f.effect, &self.model.robot)).collect();
+        let added: Vec<String> = last
+            .effects
+            .iter()
+            .filter(|f| f.log.is_none())
+            .map(|f| name(&f.effect, &self.model.robot))
+            .collect();
         let fall = format!(
             "the score falls from {} to {} where nothing was fitted",
             rounded(first.held_out),
@@ -238,15 +268,22 @@ impl Improved<'_> {
         let improvement = self.improvement;
         let last = &improvement.steps[improvement.steps.len() - 1];
         match improvement.verdict {
-            Verdict::EffectFound if improvement.diagnosis.verdict == Verdict::UnknownEffect => format!(
-                "{} effects together bring every channel near the noise floor; they were added one after another, so that each for \
+            Verdict::EffectFound if improvement.diagnosis.verdict == Verdict::UnknownEffect => {
+                format!(
+                    "{} effects together bring every channel near the noise floor; they were added one after another, so that each for \
                  itself is less certain.",
-                last.effects.len()
-            ),
+                    last.effects.len()
+                )
+            }
             Verdict::EffectFound
-                if improvement.diagnosis.candidates.first().is_some_and(|c| c.indistinguishable.is_empty()) =>
+                if improvement
+                    .diagnosis
+                    .candidates
+                    .first()
+                    .is_some_and(|c| c.indistinguishable.is_empty()) =>
             {
-                let found: Vec<String> = last.effects.iter().map(|f| in_a_line(f, &self.model.robot)).collect();
+                let found: Vec<String> =
+                    last.effects.iter().map(|f| in_a_line(f, &self.model.robot)).collect();
                 match found.as_slice() {
                     [] => "Nothing was missing but calibrations.".to_owned(),
                     found => format!(
@@ -299,7 +336,9 @@ impl Improved<'_> {
                 None => format!("{sort}, fitted to all logs"),
             };
             let name = name(&found.effect, &self.model.robot);
-            values(found).into_iter().map(move |(parameter, value)| [name.clone(), parameter, value, from.clone()])
+            values(found)
+                .into_iter()
+                .map(move |(parameter, value)| [name.clone(), parameter, value, from.clone()])
         })
         .collect()
     }
@@ -335,19 +374,23 @@ pub(crate) struct Limits {
 
 /// Detection limits, a line a kind, in the order of the library; places in the order of the robot.
 pub(crate) fn limits(diagnosis: &Diagnosis, robot: &RobotFile) -> Vec<Limits> {
-    let mut all: Vec<&Limit> = diagnosis.limits.iter().filter(|limit| limit.value.is_finite()).collect();
+    let mut all: Vec<&Limit> =
+        diagnosis.limits.iter().filter(|limit| limit.value.is_finite()).collect();
     let place = |at: At| match at {
         At::Joint(joint) => joint,
         At::Channel(channel) => channel as usize,
         At::Cell => 0,
     };
-    let row = |kind: &Kind| trueweld_plant::effects::TABLE.iter().position(|k| k.id == kind.id).unwrap_or(usize::MAX);
+    let row = |kind: &Kind| {
+        trueweld_plant::effects::TABLE.iter().position(|k| k.id == kind.id).unwrap_or(usize::MAX)
+    };
     all.sort_by_key(|limit| (row(limit.kind), place(limit.at)));
     let mut lines: Vec<Limits> = Vec::new();
     for limit in all {
         let parameter = &limit.kind.parameters[limit.parameter];
         let (factor, unit) = readable_parameter(parameter);
-        let effect = trueweld_plant::effects::Effect { kind: limit.kind, at: limit.at, values: Vec::new() };
+        let effect =
+            trueweld_plant::effects::Effect { kind: limit.kind, at: limit.at, values: Vec::new() };
         let entry = (effect.at_name(robot).to_owned(), two_digits(limit.value * factor));
         match lines.last_mut().filter(|line| line.kind.id == limit.kind.id) {
             Some(line) => line.places.push(entry),
@@ -396,25 +439,38 @@ mod tests {
     #[test]
     fn abstaining_has_three_sentences_and_a_finding_has_its_value() {
         let found = sample::diagnosis(Verdict::EffectFound).diagnosed().headline();
-        assert!(found.starts_with("What is missing: backlash at A5 (half gap 0.2400 ± 0.0020 mrad)"), "{found}");
+        assert!(
+            found.starts_with("What is missing: backlash at A5 (half gap 0.2400 ± 0.0020 mrad)"),
+            "{found}"
+        );
         let mut parts = sample::diagnosis(Verdict::Adequate);
         let adequate = parts.diagnosed().headline();
-        assert!(adequate.starts_with("Nothing is missing above the noise floor (score 3.79)"), "{adequate}");
+        assert!(
+            adequate.starts_with("Nothing is missing above the noise floor (score 3.79)"),
+            "{adequate}"
+        );
         parts.diagnosis.verdict = Verdict::UnknownEffect;
         let unknown = parts.diagnosed().headline();
         assert!(
-            unknown.starts_with("Something is missing that no effect here explains (score 3.79); it goes with"),
+            unknown.starts_with(
+                "Something is missing that no effect here explains (score 3.79); it goes with"
+            ),
             "{unknown}"
         );
         assert!(
-            unknown.contains("sign of A5's spring torque (62 % of the squared residual of tcp_position)"),
+            unknown.contains(
+                "sign of A5's spring torque (62 % of the squared residual of tcp_position)"
+            ),
             "{unknown}"
         );
         parts.diagnosis.verdict = Verdict::EffectFound;
         parts.diagnosis.candidates[0].indistinguishable = vec![1];
         parts.account.next_experiment = Some(sample::plan());
         let tied = parts.diagnosed().headline();
-        assert!(tied.contains("these logs cannot separate backlash at A5 and hysteresis at A5"), "{tied}");
+        assert!(
+            tied.contains("these logs cannot separate backlash at A5 and hysteresis at A5"),
+            "{tied}"
+        );
         assert!(tied.contains("record: static loads on A5, up and down again."), "{tied}");
     }
 
@@ -431,7 +487,11 @@ mod tests {
         let parts = sample::diagnosis(Verdict::Adequate);
         let limits = limits(&parts.diagnosis, &parts.model.robot);
         assert_eq!(limits.len(), 1);
-        let expected = [("A1", "0.0053"), ("A5", "0.0053")].map(|(at, size)| (at.to_owned(), size.to_owned()));
-        assert_eq!((limits[0].size.as_str(), limits[0].places.as_slice()), ("half gap, mrad", &expected[..]));
+        let expected =
+            [("A1", "0.0053"), ("A5", "0.0053")].map(|(at, size)| (at.to_owned(), size.to_owned()));
+        assert_eq!(
+            (limits[0].size.as_str(), limits[0].places.as_slice()),
+            ("half gap, mrad", &expected[..])
+        );
     }
 }

@@ -29,7 +29,8 @@ pub(crate) fn run_names(runs: &[WeldRun]) -> Vec<String> {
         "none" => "no compensation".to_owned(),
         law => law.to_owned(),
     };
-    let full = |r: &WeldRun| format!("{}, {}, {}", r.recording.weld, r.recording.controller, law(r));
+    let full =
+        |r: &WeldRun| format!("{}, {}, {}", r.recording.weld, r.recording.controller, law(r));
     let laws: Vec<String> = runs.iter().map(law).collect();
     numbered(if all_different(&laws) { laws } else { runs.iter().map(full).collect() })
 }
@@ -43,7 +44,8 @@ pub(crate) fn controller_names(runs: &[StepRun]) -> Vec<String> {
 /// Tells equal names apart.
 fn numbered(mut names: Vec<String>) -> Vec<String> {
     for i in 1..names.len() {
-        let same = names[..i].iter().filter(|n| n.split(" #").next() == Some(names[i].as_str())).count();
+        let same =
+            names[..i].iter().filter(|n| n.split(" #").next() == Some(names[i].as_str())).count();
         if same > 0 {
             names[i] = format!("{} #{}", names[i], same + 1);
         }
@@ -79,7 +81,8 @@ pub(crate) fn headline(runs: &[WeldRun]) -> String {
         return "No weld.".to_owned();
     }
     let several = runs.iter().any(|r| r.recording.weld != runs[0].recording.weld);
-    let several_controllers = runs.iter().any(|r| r.recording.controller != runs[0].recording.controller);
+    let several_controllers =
+        runs.iter().any(|r| r.recording.controller != runs[0].recording.controller);
     let who = |run: &WeldRun| {
         let mut who = match run.recording.compensator {
             "none" => "without compensation".to_owned(),
@@ -100,7 +103,8 @@ pub(crate) fn headline(runs: &[WeldRun]) -> String {
         };
         format!("by up to {} {}{beyond}", millimetres(run.figures.lateral.max_abs), who(run))
     });
-    let mut sentence = format!("At full feed the tool leaves the seam {}.", listed(&parts.collect::<Vec<_>>()));
+    let mut sentence =
+        format!("At full feed the tool leaves the seam {}.", listed(&parts.collect::<Vec<_>>()));
     let early: Vec<String> = runs
         .iter()
         .filter(|r| r.figures.of_half_pin < 1.0 && r.figures.lateral_before >= r.recording.half_pin)
@@ -109,7 +113,8 @@ pub(crate) fn headline(runs: &[WeldRun]) -> String {
     if !early.is_empty() {
         sentence += &format!(" Before full feed it is beyond half the pin: {}.", listed(&early));
     }
-    let limited: Vec<String> = runs.iter().filter(|r| r.figures.limited_rows > 0).map(who).collect();
+    let limited: Vec<String> =
+        runs.iter().filter(|r| r.figures.limited_rows > 0).map(who).collect();
     if !limited.is_empty() {
         sentence += &format!(" A limit was reached or a fault raised {}.", listed(&limited));
     }
@@ -143,7 +148,8 @@ pub(crate) fn weld_lines(runs: &[WeldRun]) -> Vec<Line> {
             .map(|run| {
                 let s = of(run);
                 Cell::Spread(
-                    [s.mean, s.rms, s.max_abs].map(|v| format!("{:.decimals$}", unsigned_zero(v * scale, decimals))),
+                    [s.mean, s.rms, s.max_abs]
+                        .map(|v| format!("{:.decimals$}", unsigned_zero(v * scale, decimals))),
                 )
             })
             .collect(),
@@ -164,9 +170,13 @@ pub(crate) fn weld_lines(runs: &[WeldRun]) -> Vec<Line> {
         spread("depth, mm", 3, MILLI, |r| r.figures.depth),
         spread("tilt, °", 3, 1f64.to_degrees(), |r| r.figures.tilt),
         text("within half the pin?", &|r| {
-            let (largest, limit) = (r.figures.lateral.max_abs * MILLI, r.recording.half_pin * MILLI);
+            let (largest, limit) =
+                (r.figures.lateral.max_abs * MILLI, r.recording.half_pin * MILLI);
             let met = r.figures.of_half_pin < 1.0;
-            (format!("{largest:.2} of ±{limit:.2} mm: {}", if met { "yes" } else { "exceeded" }), !met)
+            (
+                format!("{largest:.2} of ±{limit:.2} mm: {}", if met { "yes" } else { "exceeded" }),
+                !met,
+            )
         }),
         text("before the steady part", &|r| {
             let (largest, limit) = (r.figures.lateral_before, r.recording.half_pin);
@@ -174,11 +184,21 @@ pub(crate) fn weld_lines(runs: &[WeldRun]) -> Vec<Line> {
         }),
         text("push, mean", &|r| (format!("{:.3} kN", r.figures.force.mean / MILLI), false)),
         text("push, max − min", &|r| {
-            (format!("{:.0} N, error RMS {:.0} N", r.figures.force.envelope, r.figures.force.error_rms), false)
+            (
+                format!(
+                    "{:.0} N, error RMS {:.0} N",
+                    r.figures.force.envelope, r.figures.force.error_rms
+                ),
+                false,
+            )
         }),
         text("lateral by A1…A6, %", &|r| {
-            let shares: Vec<String> =
-                r.figures.joint_share.iter().map(|s| format!("{:.0}", unsigned_zero(100.0 * s, 0))).collect();
+            let shares: Vec<String> = r
+                .figures
+                .joint_share
+                .iter()
+                .map(|s| format!("{:.0}", unsigned_zero(100.0 * s, 0)))
+                .collect();
             (shares.join(" / "), false)
         }),
         text("at a limit or faulted", &|r| match r.figures.limited_rows {
@@ -269,10 +289,12 @@ mod tests {
         let both = "At full feed the tool leaves the seam by up to 5.2 mm without compensation (beyond half the pin, \
                     2.5 mm) and by up to 0.2 mm with elastostatic compensation.";
         assert_eq!(headline(&welds.runs()), both);
-        let one = "At full feed the tool leaves the seam by up to 0.2 mm with elastostatic compensation.";
+        let one =
+            "At full feed the tool leaves the seam by up to 0.2 mm with elastostatic compensation.";
         assert_eq!(headline(&welds.runs()[1..]), one);
         welds.figures[1].lateral_before = 2.6e-3;
-        let early = " Before full feed it is beyond half the pin: 2.6 mm with elastostatic compensation.";
+        let early =
+            " Before full feed it is beyond half the pin: 2.6 mm with elastostatic compensation.";
         assert_eq!(headline(&welds.runs()[1..]), one.to_owned() + early);
         welds.figures[1].lateral_before = 0.0;
         welds.figures[1].limited_rows = 3;
@@ -285,6 +307,9 @@ mod tests {
     fn a_response_that_does_not_settle_is_said_not_to() {
         let mut figures = sample::steps().figures;
         figures[1].settle_5pct = None;
-        assert!(step_headline(&figures).contains("superposed not within the time recorded, external in "));
+        assert!(
+            step_headline(&figures)
+                .contains("superposed not within the time recorded, external in ")
+        );
     }
 }

@@ -9,7 +9,8 @@ use trueweld_plant::input::write_atomically;
 /// # Errors
 /// [`OutputError::Write`] with the path; the file is then as it was.
 pub fn write_file(path: &Path, contents: impl AsRef<[u8]>) -> Result<(), OutputError> {
-    write_atomically(path, contents.as_ref()).map_err(|reason| OutputError::Write { path: path.to_owned(), reason })
+    write_atomically(path, contents.as_ref())
+        .map_err(|reason| OutputError::Write { path: path.to_owned(), reason })
 }
 
 #[cfg(test)]

@@ -12,7 +12,9 @@ pub use diagnose::diagnose_page;
 pub use improve::improve_page;
 
 use crate::color::{self, css};
-use crate::figures::{Cell, MILLI, STEP_HEADINGS, headline, run_names, setting, step_headline, step_lines, weld_lines};
+use crate::figures::{
+    Cell, MILLI, STEP_HEADINGS, headline, run_names, setting, step_headline, step_lines, weld_lines,
+};
 use crate::path::{moving, travelled};
 use crate::plot::{Line, Plot, reference};
 use crate::{StepRun, WeldRun};
@@ -63,7 +65,11 @@ pub fn weld_page(runs: &[WeldRun]) -> String {
 /// The page of the responses of several controllers to one step of the push by `height`, N, at time `at`, s.
 pub fn step_page(runs: &[StepRun], at: f64, height: f64) -> String {
     let figures: Vec<StepFigures> = runs.iter().map(|r| r.figures.clone()).collect();
-    let goal = runs.first().and_then(|r| r.recording.rows.last()).and_then(|r| r.force_desired).unwrap_or(0.0);
+    let goal = runs
+        .first()
+        .and_then(|r| r.recording.rows.last())
+        .and_then(|r| r.force_desired)
+        .unwrap_or(0.0);
     let since = |of: &dyn Fn(&Row) -> Option<f64>, run: &StepRun| -> Vec<(f64, f64)> {
         let rows = run.recording.rows.iter().filter(|r| r.time >= at - 0.2);
         rows.filter_map(|r| of(r).map(|v| (r.time - at, v / MILLI))).collect()
@@ -78,7 +84,10 @@ pub fn step_page(runs: &[StepRun], at: f64, height: f64) -> String {
             points: since(&|r| Some(-r.force_w.z), run),
         })
         .collect();
-    lines.extend(runs.first().map(|run| reference("push asked for", stepped(&since(&|r| r.force_desired, run)))));
+    lines.extend(
+        runs.first()
+            .map(|run| reference("push asked for", stepped(&since(&|r| r.force_desired, run)))),
+    );
     let errors: Vec<Line> = runs
         .iter()
         .enumerate()
@@ -147,7 +156,9 @@ fn weld_plots(runs: &[WeldRun], names: &[String]) -> Markup {
     // One signal of one run over the position on the seam, mm, while the tool moves.
     let over_path = |k: usize, of: &dyn Fn(&Row) -> Option<f64>| -> Vec<(f64, f64)> {
         let rows = runs[k].recording.rows.iter().zip(&positions[k]);
-        rows.filter(|(r, _)| moving(r.phase)).filter_map(|(r, s)| of(r).map(|v| (s * MILLI, v))).collect()
+        rows.filter(|(r, _)| moving(r.phase))
+            .filter_map(|(r, s)| of(r).map(|v| (s * MILLI, v)))
+            .collect()
     };
     let of_run = |k: usize, of: &dyn Fn(&Row) -> Option<f64>| Line {
         name: names[k].clone(),
@@ -155,7 +166,9 @@ fn weld_plots(runs: &[WeldRun], names: &[String]) -> Markup {
         dashed: false,
         points: over_path(k, of),
     };
-    let of_all = |of: &dyn Fn(&Row) -> Option<f64>| -> Vec<Line> { (0..runs.len()).map(|k| of_run(k, of)).collect() };
+    let of_all = |of: &dyn Fn(&Row) -> Option<f64>| -> Vec<Line> {
+        (0..runs.len()).map(|k| of_run(k, of)).collect()
+    };
     let of_joints = |k: usize, of: &dyn Fn(&Row) -> JointVector<f64>| -> Vec<Line> {
         (0..JOINTS)
             .map(|j| Line {
@@ -175,10 +188,17 @@ fn weld_plots(runs: &[WeldRun], names: &[String]) -> Markup {
     };
     // A ripple, about the steady part: the ramp to it may leave the picture.
     let rippled = |y_label: &str, lines: Vec<Line>, of: &dyn Fn(&Row) -> f64| {
-        let steady = runs.iter().flat_map(|r| r.recording.rows.iter()).filter(|r| r.phase == Phase::Steady);
-        let [low, high] = steady.map(of).fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], v| [l.min(v), h.max(v)]);
+        let steady =
+            runs.iter().flat_map(|r| r.recording.rows.iter()).filter(|r| r.phase == Phase::Steady);
+        let [low, high] = steady
+            .map(of)
+            .fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], v| [l.min(v), h.max(v)]);
         let room = 0.3 * (high - low);
-        Plot { y_range: (low < high).then_some([low - room, high + room]), rippled: true, ..plot(y_label, lines) }
+        Plot {
+            y_range: (low < high).then_some([low - room, high + room]),
+            rippled: true,
+            ..plot(y_label, lines)
+        }
     };
     let lateral = |r: &Row| Some(r.deviation_w.linear.y * MILLI);
     let depth = |r: &Row| r.deviation_w.linear.z * MILLI;
@@ -190,7 +210,8 @@ fn weld_plots(runs: &[WeldRun], names: &[String]) -> Markup {
         wide: true,
         ..plot("lateral deviation, mm", of_all(&lateral))
     };
-    let compensated: Vec<usize> = (0..runs.len()).filter(|&k| runs[k].recording.compensator != "none").collect();
+    let compensated: Vec<usize> =
+        (0..runs.len()).filter(|&k| runs[k].recording.compensator != "none").collect();
     let zoomed: Vec<Line> = compensated.iter().map(|&k| of_run(k, &lateral)).collect();
     // The zoom is on the steady part: the transient of the ramp may leave the picture.
     let extent = compensated
@@ -199,8 +220,11 @@ fn weld_plots(runs: &[WeldRun], names: &[String]) -> Markup {
         .filter(|r| r.phase == Phase::Steady)
         .map(|r| r.deviation_w.linear.y.abs() * MILLI)
         .fold(0.01, f64::max);
-    let zoom =
-        Plot { y_range: Some([-1.3 * extent, 1.3 * extent]), wide: true, ..plot("lateral deviation, mm", zoomed) };
+    let zoom = Plot {
+        y_range: Some([-1.3 * extent, 1.3 * extent]),
+        wide: true,
+        ..plot("lateral deviation, mm", zoomed)
+    };
     let mut push = of_all(&|r| Some(-r.force_w.z / MILLI));
     if !runs.is_empty() {
         push.push(reference("asked for", over_path(0, &|r| r.force_desired.map(|f| f / MILLI))));
@@ -222,7 +246,10 @@ fn weld_plots(runs: &[WeldRun], names: &[String]) -> Markup {
             ]
         })
         .collect();
-    let turned = compensated.iter().map(|&k| of_run(k, &|r| Some(r.correction_w.angular.norm() * MILLI))).collect();
+    let turned = compensated
+        .iter()
+        .map(|&k| of_run(k, &|r| Some(r.correction_w.angular.norm() * MILLI)))
+        .collect();
     html! {
         (figure(&format!("Lateral deviation; half the pin is ±{limit:.1} mm"), &all_lateral))
         @if !compensated.is_empty() { (figure("Lateral deviation with compensation, enlarged", &zoom)) }
@@ -329,7 +356,9 @@ mod tests {
         let steps = sample::steps();
         let page = step_page(&steps.runs(), sample::STEP_AT, sample::STEP_HEIGHT);
         assert_self_contained(&page);
-        for text in ["370 ms", "580 ms", "860 ms", "parallel", "superposed", "external", "24.0 %", "≤ 50 N"] {
+        for text in
+            ["370 ms", "580 ms", "860 ms", "parallel", "superposed", "external", "24.0 %", "≤ 50 N"]
+        {
             assert!(page.contains(text), "{text}");
         }
     }

@@ -111,8 +111,9 @@ fn channel(channel: &ChannelComparison) -> Value {
 /// What a residual goes with: one entry of `worst` in `compare/1`.
 pub fn finding(finding: &Finding) -> Value {
     let curve = &finding.curve;
-    let column =
-        |of: fn(&trueweld_measure::localize::CurvePoint) -> f64| curve.points.iter().map(of).collect::<Vec<f64>>();
+    let column = |of: fn(&trueweld_measure::localize::CurvePoint) -> f64| {
+        curve.points.iter().map(of).collect::<Vec<f64>>()
+    };
     json!({
         "kind": finding.kind.name(),
         "channel": finding.channel,
@@ -221,7 +222,10 @@ mod tests {
         }
         assert_eq!(channel["columns"][0]["name"], "tcp_position[0]");
         let worst = &value["worst"][0];
-        assert_eq!((&worst["variable"], &worst["share"]), (&"sign of A5's spring torque".into(), &0.62.into()));
+        assert_eq!(
+            (&worst["variable"], &worst["share"]),
+            (&"sign of A5's spring torque".into(), &0.62.into())
+        );
         assert_eq!(worst["curve"]["y"], json!([0.0, 2e-4]));
     }
 }

@@ -32,7 +32,10 @@ const TABLES: [(&str, &[Shown]); 2] = [
     ("lateral deviation, RMS / largest, mm", &[LATERAL, (|f| f.lateral.max_abs, MILLI)]),
     (
         "tilt across the seam / travel angle, RMS, °",
-        &[(|f| f.side_tilt.rms, 180.0 / std::f64::consts::PI), (|f| f.travel_angle.rms, 180.0 / std::f64::consts::PI)],
+        &[
+            (|f| f.side_tilt.rms, 180.0 / std::f64::consts::PI),
+            (|f| f.travel_angle.rms, 180.0 / std::f64::consts::PI),
+        ],
     ),
 ];
 
@@ -53,7 +56,8 @@ impl LawsCompared<'_> {
             let width = |k: usize| labels[k].chars().count().max(6) + 3;
             out += &format!("\n{}\n", self.title(sweep.quantity));
             let mut row = |first: &str, cells: &[String]| {
-                let cells = cells.iter().enumerate().map(|(k, cell)| format!("{cell:>0$}", width(k)));
+                let cells =
+                    cells.iter().enumerate().map(|(k, cell)| format!("{cell:>0$}", width(k)));
                 out += format!("{first:<FIRST$}{}", cells.collect::<String>()).trim_end();
                 out.push('\n');
             };
@@ -71,8 +75,11 @@ impl LawsCompared<'_> {
     /// The result as one JSON value, schema `compare-laws/1`.
     pub fn json(&self) -> Value {
         let c = self.comparison;
-        let laws: Vec<Value> =
-            c.laws.iter().map(|law| json!({ "name": law.name(), "passes": c.passes_of(*law) })).collect();
+        let laws: Vec<Value> = c
+            .laws
+            .iter()
+            .map(|law| json!({ "name": law.name(), "passes": c.passes_of(*law) }))
+            .collect();
         let sweep = |sweep: &Sweep| {
             let results: Vec<Value> = c
                 .laws
@@ -96,8 +103,10 @@ impl LawsCompared<'_> {
                             };
                             value[key(sweep.quantity)] = amount(*change).into();
                             if sweep.quantity == Quantity::Lost {
-                                value["only_in_last_pass"] = (*change == Change::DeadInLastPass).into();
-                                value["force_sensor_dies"] = (*change == Change::ForceSensorDies).into();
+                                value["only_in_last_pass"] =
+                                    (*change == Change::DeadInLastPass).into();
+                                value["force_sensor_dies"] =
+                                    (*change == Change::ForceSensorDies).into();
                             }
                             value
                         })
@@ -122,7 +131,12 @@ impl LawsCompared<'_> {
 
     /// One page: four pictures, and the tables beneath.
     pub fn html(&self) -> String {
-        let lateral = || self.sweeps.iter().flat_map(|s| s.points.iter().flatten().flatten()).map(|f| f.lateral.rms);
+        let lateral = || {
+            self.sweeps
+                .iter()
+                .flat_map(|s| s.points.iter().flatten().flatten())
+                .map(|f| f.lateral.rms)
+        };
         // The same in all pictures: what is high in one is high in every other.
         let [low, high] = lateral()
             .chain(self.limit)
@@ -168,7 +182,9 @@ impl LawsCompared<'_> {
                     .zip(points)
                     .enumerate()
                     .filter(|(_, (change, _))| part_of(**change) == part)
-                    .filter_map(|(k, (_, point))| Some((k as f64, point.as_ref().ok()?.lateral.rms * MILLI)))
+                    .filter_map(|(k, (_, point))| {
+                        Some((k as f64, point.as_ref().ok()?.lateral.rms * MILLI))
+                    })
                     .collect(),
             };
             let mut parts = Vec::from([0, 1, 2].map(of_line));
@@ -211,10 +227,19 @@ impl LawsCompared<'_> {
     /// Every law with its cells.
     fn rows(&self, sweep: &Sweep, figures: &[Shown]) -> Vec<(Law, Vec<String>)> {
         let cell = |point: &Result<WeldFigures, _>| match point {
-            Ok(f) => figures.iter().map(|(of, unit)| format!("{:.3}", of(f) * unit)).collect::<Vec<_>>().join(" / "),
+            Ok(f) => figures
+                .iter()
+                .map(|(of, unit)| format!("{:.3}", of(f) * unit))
+                .collect::<Vec<_>>()
+                .join(" / "),
             Err(_) => "none".to_owned(),
         };
-        self.comparison.laws.iter().zip(&sweep.points).map(|(law, p)| (*law, p.iter().map(cell).collect())).collect()
+        self.comparison
+            .laws
+            .iter()
+            .zip(&sweep.points)
+            .map(|(law, p)| (*law, p.iter().map(cell).collect()))
+            .collect()
     }
 
     /// Why there are no figures, a sentence for every law and reason.
@@ -235,12 +260,16 @@ impl LawsCompared<'_> {
 
     /// Which laws stay within what is required, whatever is varied.
     fn headline(&self) -> String {
-        let Some(limit) = self.limit else { return "Compensation laws side by side.".to_owned() };
-        let holds =
-            |points: &[Result<WeldFigures, _>]| points.iter().all(|p| p.as_ref().is_ok_and(|f| f.lateral.rms <= limit));
+        let Some(limit) = self.limit else {
+            return "Compensation laws side by side.".to_owned();
+        };
+        let holds = |points: &[Result<WeldFigures, _>]| {
+            points.iter().all(|p| p.as_ref().is_ok_and(|f| f.lateral.rms <= limit))
+        };
         let mut groups: Vec<(Vec<&str>, Vec<&str>)> = Vec::new();
         for sweep in self.sweeps {
-            let laws = self.comparison.laws.iter().zip(&sweep.points).filter(|(_, points)| holds(points));
+            let laws =
+                self.comparison.laws.iter().zip(&sweep.points).filter(|(_, points)| holds(points));
             let names: Vec<&str> = laws.map(|(law, _)| law.name()).collect();
             match groups.iter_mut().find(|(others, _)| *others == names) {
                 Some((_, quantities)) => quantities.push(whatever(sweep.quantity)),
@@ -256,8 +285,13 @@ impl LawsCompared<'_> {
 
     fn passes(&self) -> String {
         let c = self.comparison;
-        let learning: Vec<&str> = c.laws.iter().filter(|law| c.passes_of(**law) > 1).map(|law| law.name()).collect();
-        if learning.is_empty() { String::new() } else { format!("; {}: pass {}", learning.join(", "), c.passes) }
+        let learning: Vec<&str> =
+            c.laws.iter().filter(|law| c.passes_of(**law) > 1).map(|law| law.name()).collect();
+        if learning.is_empty() {
+            String::new()
+        } else {
+            format!("; {}: pass {}", learning.join(", "), c.passes)
+        }
     }
 
     fn title(&self, quantity: Quantity) -> String {
@@ -280,7 +314,9 @@ fn axis(quantity: Quantity) -> &'static str {
         Quantity::StiffnessError => "error of every joint's stiffness; +: believed too stiff",
         Quantity::Noise => "factor on the noise of force and seam sensor",
         Quantity::Delay => "delay of force and seam sensor, periods",
-        Quantity::Lost => "share of seam readings lost; all in the last pass alone; force sensor dead from half-way on",
+        Quantity::Lost => {
+            "share of seam readings lost; all in the last pass alone; force sensor dead from half-way on"
+        }
     }
 }
 

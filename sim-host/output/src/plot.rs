@@ -138,7 +138,12 @@ impl Plot {
             let shown = if rippled && k > 0 { Vec::new() } else { envelope(inside(), x, columns) };
             for points in clipped(&shown, y) {
                 if line.dashed {
-                    chart.draw_series(DashedLineSeries::new(points, 6 * SCALE, 4 * SCALE, style))?;
+                    chart.draw_series(DashedLineSeries::new(
+                        points,
+                        6 * SCALE,
+                        4 * SCALE,
+                        style,
+                    ))?;
                 } else {
                     chart.draw_series(LineSeries::new(points, style))?;
                 }
@@ -151,7 +156,9 @@ impl Plot {
                 }
             }
             if self.named && !line.dashed {
-                chart.draw_series(shown.iter().map(|place| Circle::new(*place, 3 * SCALE, style.filled())))?;
+                chart.draw_series(
+                    shown.iter().map(|place| Circle::new(*place, 3 * SCALE, style.filled())),
+                )?;
             }
         }
         if self.named {
@@ -166,7 +173,10 @@ impl Plot {
         let ink = RGBColor(r, g, b);
         for point in &self.marked {
             let (low, high) = (point.y - point.error, point.y + point.error);
-            chart.draw_series(LineSeries::new([(point.x, low), (point.x, high)], ink.stroke_width(SCALE)))?;
+            chart.draw_series(LineSeries::new(
+                [(point.x, low), (point.x, high)],
+                ink.stroke_width(SCALE),
+            ))?;
             chart.draw_series([Circle::new((point.x, point.y), 3 * SCALE, ink.filled())])?;
         }
         root.present()?;
@@ -176,7 +186,8 @@ impl Plot {
     /// A line's points as they are drawn.
     fn drawn<'a>(&self, line: &'a Line) -> impl Iterator<Item = (f64, f64)> + use<'a> {
         let logarithmic = self.logarithmic;
-        let points = line.points.iter().map(move |p| (p.0, if logarithmic { p.1.log10() } else { p.1 }));
+        let points =
+            line.points.iter().map(move |p| (p.0, if logarithmic { p.1.log10() } else { p.1 }));
         points.filter(move |p| !logarithmic || p.1.is_finite())
     }
 
@@ -186,14 +197,22 @@ impl Plot {
             return format!("{}", (x * 1e3).round() / 1e3);
         }
         let whole = x >= 0.0 && (x - x.round()).abs() < 1e-6;
-        if whole { self.categories.get(x.round() as usize).cloned().unwrap_or_default() } else { String::new() }
+        if whole {
+            self.categories.get(x.round() as usize).cloned().unwrap_or_default()
+        } else {
+            String::new()
+        }
     }
 
     fn ranges(&self) -> [[f64; 2]; 2] {
-        let marked = || self.marked.iter().flat_map(|m| [-1.0, 1.0].map(|side| (m.x, m.y + side * m.error)));
+        let marked =
+            || self.marked.iter().flat_map(|m| [-1.0, 1.0].map(|side| (m.x, m.y + side * m.error)));
         let points = || {
             let of_lines = self.lines.iter().flat_map(|l| self.drawn(l));
-            of_lines.chain(marked()).chain(self.rings.iter().copied()).filter(|p| p.0.is_finite() && p.1.is_finite())
+            of_lines
+                .chain(marked())
+                .chain(self.rings.iter().copied())
+                .filter(|p| p.0.is_finite() && p.1.is_finite())
         };
         let x = self.x_range.unwrap_or_else(|| match self.categories.len() {
             0 => {
@@ -238,7 +257,8 @@ fn write_names(
         let ink = RGBColor(r, g, b);
         let leader = vec![(end.0 + GAP, end.1), (left - GAP, place)];
         root.draw(&PathElement::new(leader, ink.mix(0.5).stroke_width(SCALE / 2)))?;
-        let style = ("sans-serif", font).into_font().color(&ink).pos(Pos::new(HPos::Left, VPos::Center));
+        let style =
+            ("sans-serif", font).into_font().color(&ink).pos(Pos::new(HPos::Left, VPos::Center));
         root.draw(&Text::new(line.name.as_str(), (left, place), style))?;
     }
     Ok(())
@@ -251,7 +271,8 @@ pub(crate) fn reference(name: &str, points: Vec<(f64, f64)>) -> Line {
 
 /// Smallest and largest of some values; never empty, never of no width.
 fn span(values: impl Iterator<Item = f64>) -> [f64; 2] {
-    let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+    let (low, high) =
+        values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
     if !low.is_finite() || !high.is_finite() {
         return [0.0, 1.0];
     }
@@ -279,7 +300,11 @@ impl Ranged for Upright {
 
     fn key_points<Hint: KeyPointHint>(&self, hint: Hint) -> Vec<f64> {
         let range = self.range();
-        if self.logarithmic { readable_logarithms([range.start, range.end]) } else { self.range.key_points(hint) }
+        if self.logarithmic {
+            readable_logarithms([range.start, range.end])
+        } else {
+            self.range.key_points(hint)
+        }
     }
 
     fn range(&self) -> std::ops::Range<f64> {
@@ -301,7 +326,11 @@ fn decimals(range: f64) -> usize {
 }
 
 /// At most two points a column, in the order they came: where the line was lowest and where it was highest.
-fn envelope(points: impl Iterator<Item = (f64, f64)>, x: [f64; 2], columns: usize) -> Vec<(f64, f64)> {
+fn envelope(
+    points: impl Iterator<Item = (f64, f64)>,
+    x: [f64; 2],
+    columns: usize,
+) -> Vec<(f64, f64)> {
     let mut out = Vec::with_capacity(2 * columns);
     let mut column = usize::MAX;
     // Index and point of the lowest and of the highest of this column.
@@ -382,7 +411,8 @@ mod tests {
 
     #[test]
     fn a_line_is_cut_where_it_leaves_the_picture() {
-        let line = [(0.0, -2.0), (1.0, 0.0), (2.0, 4.0), (3.0, 0.0), (4.0, 0.5), (5.0, -9.0), (6.0, -9.0)];
+        let line =
+            [(0.0, -2.0), (1.0, 0.0), (2.0, 4.0), (3.0, 0.0), (4.0, 0.5), (5.0, -9.0), (6.0, -9.0)];
         let pieces = clipped(&line, [-1.0, 1.0]);
         assert_eq!(pieces.len(), 2);
         assert_eq!(pieces[0], [(0.5, -1.0), (1.0, 0.0), (1.25, 1.0)]);
@@ -393,7 +423,8 @@ mod tests {
     #[test]
     fn the_envelope_keeps_every_extreme_in_few_points() {
         // 10 Hz of ripple over 200 s, with one spike.
-        let mut points: Vec<(f64, f64)> = (0..20_000).map(|k| (k as f64, (0.75 * k as f64).sin())).collect();
+        let mut points: Vec<(f64, f64)> =
+            (0..20_000).map(|k| (k as f64, (0.75 * k as f64).sin())).collect();
         points[12_345].1 = 9.0;
         let thin = envelope(points.iter().copied(), [0.0, 20_000.0], 500);
         assert!(thin.len() <= 1000);

@@ -39,7 +39,8 @@ impl Progress {
     /// Work that is no simulation has come to a `share` of the whole, and is at `what` now.
     pub fn stage(&self, what: &str, share: f64) {
         self.bar.set_message(what.to_owned());
-        self.bar.set_position((share.clamp(0.0, 1.0) * self.bar.length().unwrap_or(0) as f64) as u64);
+        self.bar
+            .set_position((share.clamp(0.0, 1.0) * self.bar.length().unwrap_or(0) as f64) as u64);
     }
 
     /// The simulation is over: takes the bar away.

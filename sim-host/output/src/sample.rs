@@ -4,11 +4,14 @@
 use crate::{Diagnosed, StepRun, WeldRun};
 use nalgebra::{DVector, Matrix3, Vector3};
 use trueweld_core::{
-    Counterbalance, Friction, JointParameters, JointVector, Pose, Robot, RobotParameters, ToolParameters, Twist, Wrench,
+    Counterbalance, Friction, JointParameters, JointVector, Pose, Robot, RobotParameters,
+    ToolParameters, Twist, Wrench,
 };
 use trueweld_evaluate::{StepFigures, WeldFigures};
 use trueweld_measure::compare::{ChannelComparison, Comparison, LogComparison, Trace};
-use trueweld_measure::diagnose::{Account, Candidate, Confusable, Diagnosis, Found, Limit, Reason, Verdict};
+use trueweld_measure::diagnose::{
+    Account, Candidate, Confusable, Diagnosis, Found, Limit, Reason, Verdict,
+};
 use trueweld_measure::evidence::Evidence;
 use trueweld_measure::fit::{Fitted, Linear, Point};
 use trueweld_measure::improve::{Improvement, Rejected, Step};
@@ -34,7 +37,8 @@ pub struct Welds {
 impl Welds {
     pub fn runs(&self) -> Vec<WeldRun<'_>> {
         let both = self.recordings.iter().zip(&self.figures);
-        both.map(|(recording, figures)| WeldRun { recording, figures, robot: &self.robot }).collect()
+        both.map(|(recording, figures)| WeldRun { recording, figures, robot: &self.robot })
+            .collect()
     }
 }
 
@@ -53,9 +57,16 @@ impl Steps {
 
 /// Geometry of a KR 500 with a tool 0.4 m long.
 pub fn robot() -> Robot<f64> {
-    let origins =
-        [[0.0, 0.0, 0.0], [0.5, 0.0, 1.045], [1.3, 0.0, 0.0], [0.0, 0.0, -0.055], [1.025, 0.0, 0.0], [0.0, 0.0, 0.0]];
-    let axes = [-Vector3::z(), Vector3::y(), Vector3::y(), -Vector3::x(), Vector3::y(), -Vector3::x()];
+    let origins = [
+        [0.0, 0.0, 0.0],
+        [0.5, 0.0, 1.045],
+        [1.3, 0.0, 0.0],
+        [0.0, 0.0, -0.055],
+        [1.025, 0.0, 0.0],
+        [0.0, 0.0, 0.0],
+    ];
+    let axes =
+        [-Vector3::z(), Vector3::y(), Vector3::y(), -Vector3::x(), Vector3::y(), -Vector3::x()];
     let limits = [[-3.2, 3.2], [-2.27, 0.35], [-1.75, 2.52], [-6.1, 6.1], [-2.1, 2.1], [-6.1, 6.1]];
     let stiffness = [13.0e6, 15.0e6, 6.2e6, 0.5e6, 0.6e6, 0.4e6];
     let joint = |i: usize| JointParameters {
@@ -74,7 +85,11 @@ pub fn robot() -> Robot<f64> {
     Robot::new(RobotParameters {
         gravity: Vector3::zeros(),
         joints: std::array::from_fn(joint),
-        friction: Friction { viscous: JointVector::zeros(), coulomb: JointVector::zeros(), smoothing: 1e-3 },
+        friction: Friction {
+            viscous: JointVector::zeros(),
+            coulomb: JointVector::zeros(),
+            smoothing: 1e-3,
+        },
         counterbalance: Counterbalance::default(),
         tool: ToolParameters {
             flange_offset: Vector3::new(0.29, 0.0, 0.0),
@@ -117,7 +132,8 @@ fn weld(robot: &Robot<f64>, compensator: &'static str, count: usize) -> Recordin
             let feed = if phase >= Phase::FeedRamp { (time - 5.0).clamp(0.0, 1.0) } else { 0.0 };
             let turn = 20.0 * std::f64::consts::PI * time;
             let push = 18_000.0 * load * (1.0 + 0.01 * turn.sin());
-            let force_w = Vector3::new(-4000.0 * feed, 1000.0 * feed * (1.0 + 0.1 * turn.sin()), -push);
+            let force_w =
+                Vector3::new(-4000.0 * feed, 1000.0 * feed * (1.0 + 0.1 * turn.sin()), -push);
             let nominal = Pose {
                 rotation: Matrix3::from_columns(&[Vector3::x(), -Vector3::y(), -Vector3::z()]),
                 position: Vector3::new(1.7, -1.0 + travel, 0.5),
@@ -129,8 +145,10 @@ fn weld(robot: &Robot<f64>, compensator: &'static str, count: usize) -> Recordin
             let correction = if compensator == "none" { 0.0 } else { 0.98 };
             // The force loop keeps the real depth whatever the law does.
             let sunk = frames.twist(&-twist).linear.z;
-            let up = frames.jacobian().0.try_inverse().unwrap() * nalgebra::Vector6::new(0.0, 0.0, 0.0, 0.0, 0.0, 1.0);
-            let motor = near + twist * correction - up * (sunk * (1.0 - correction) + 3.0e-4 * load);
+            let up = frames.jacobian().0.try_inverse().unwrap()
+                * nalgebra::Vector6::new(0.0, 0.0, 0.0, 0.0, 0.0, 1.0);
+            let motor =
+                near + twist * correction - up * (sunk * (1.0 - correction) + 3.0e-4 * load);
             let link = motor - twist;
             let (real, encoder_pose) = (robot.forward(&link), robot.forward(&motor));
             let error = nominal.error_to(&real).rotated(&w_axes.transpose());
@@ -182,31 +200,48 @@ fn weld(robot: &Robot<f64>, compensator: &'static str, count: usize) -> Recordin
 pub fn steps() -> Steps {
     let robot = robot();
     let still = weld(&robot, "none", 2).rows[0];
-    let recordings: Vec<Recording> = [("parallel", 0.414, 20.2), ("superposed", 0.456, 9.1), ("external", 0.703, 3.4)]
-        .into_iter()
-        .map(|(controller, damping, omega): (&str, f64, f64)| {
-            let rows = (0..4000)
-                .map(|k| {
-                    let time = 0.001 * k as f64;
-                    let t = time - STEP_AT;
-                    let damped = omega * (1.0 - damping * damping).sqrt();
-                    let rest = (damped * t).cos() + damping * omega / damped * (damped * t).sin();
-                    let share = if t < 0.0 { 0.0 } else { 1.0 - (-damping * omega * t).exp() * rest };
-                    let push = 7000.0 + STEP_HEIGHT * share + 40.0 * (62.8 * time).sin();
-                    let mut row = still;
-                    row.time = time;
-                    row.phase = Phase::ForceRamp;
-                    row.force_w = Vector3::new(0.0, 0.0, -push);
-                    row.force_desired = Some(if t < 0.0 { 7000.0 } else { 7000.0 + STEP_HEIGHT });
-                    row
-                })
-                .collect();
-            let weld = "vertical".to_owned();
-            let (period, half_pin, force, seed, simulated, wall) = (0.001, 0.0025, 18_000.0, 7, 4.0, 0.1);
-            Recording { weld, controller, compensator: "none", rows, period, half_pin, force, seed, simulated, wall }
-        })
-        .collect();
-    let figures = recordings.iter().map(|r| StepFigures::of(r, STEP_AT, STEP_HEIGHT).unwrap()).collect();
+    let recordings: Vec<Recording> =
+        [("parallel", 0.414, 20.2), ("superposed", 0.456, 9.1), ("external", 0.703, 3.4)]
+            .into_iter()
+            .map(|(controller, damping, omega): (&str, f64, f64)| {
+                let rows = (0..4000)
+                    .map(|k| {
+                        let time = 0.001 * k as f64;
+                        let t = time - STEP_AT;
+                        let damped = omega * (1.0 - damping * damping).sqrt();
+                        let rest =
+                            (damped * t).cos() + damping * omega / damped * (damped * t).sin();
+                        let share =
+                            if t < 0.0 { 0.0 } else { 1.0 - (-damping * omega * t).exp() * rest };
+                        let push = 7000.0 + STEP_HEIGHT * share + 40.0 * (62.8 * time).sin();
+                        let mut row = still;
+                        row.time = time;
+                        row.phase = Phase::ForceRamp;
+                        row.force_w = Vector3::new(0.0, 0.0, -push);
+                        row.force_desired =
+                            Some(if t < 0.0 { 7000.0 } else { 7000.0 + STEP_HEIGHT });
+                        row
+                    })
+                    .collect();
+                let weld = "vertical".to_owned();
+                let (period, half_pin, force, seed, simulated, wall) =
+                    (0.001, 0.0025, 18_000.0, 7, 4.0, 0.1);
+                Recording {
+                    weld,
+                    controller,
+                    compensator: "none",
+                    rows,
+                    period,
+                    half_pin,
+                    force,
+                    seed,
+                    simulated,
+                    wall,
+                }
+            })
+            .collect();
+    let figures =
+        recordings.iter().map(|r| StepFigures::of(r, STEP_AT, STEP_HEIGHT).unwrap()).collect();
     Steps { recordings, figures }
 }
 
@@ -214,13 +249,25 @@ pub fn steps() -> Steps {
 pub fn comparison() -> Comparison {
     let rows = 500;
     let time: Vec<f64> = (0..rows).map(|k| 0.004 * k as f64).collect();
-    let off = |k: usize, column: u8| if column == 0 && (k / 50) % 2 == 1 { 2e-4 } else { 0.0 };
+    let off = |k: usize, column: u8| {
+        if column == 0 && (k / 50) % 2 == 1 { 2e-4 } else { 0.0 }
+    };
     let trace = |column: u8| {
-        let measured: Vec<f64> = (0..rows).map(|k| 1.0 + (0.01 * k as f64).sin() + off(k, column)).collect();
+        let measured: Vec<f64> =
+            (0..rows).map(|k| 1.0 + (0.01 * k as f64).sin() + off(k, column)).collect();
         let predicted = measured.iter().enumerate().map(|(k, m)| m - off(k, column)).collect();
         let label = ["x", "y", "z"][usize::from(column)].to_owned();
         let deviation = vec![3e-5; rows];
-        Trace { channel: "tcp_position", column, label, unit: "m", time: time.clone(), measured, predicted, deviation }
+        Trace {
+            channel: "tcp_position",
+            column,
+            label,
+            unit: "m",
+            time: time.clone(),
+            measured,
+            predicted,
+            deviation,
+        }
     };
     let figures = |name: &str, label: &str, score: f64, samples: usize| ChannelComparison {
         name: name.to_owned(),
@@ -238,7 +285,10 @@ pub fn comparison() -> Comparison {
         let score = if c == 0 { 4.71 } else { 0.0 };
         figures(&format!("tcp_position[{c}]"), label, score, rows)
     });
-    let channel = ChannelComparison { columns: columns.collect(), ..figures("tcp_position", "", 2.72, 3 * rows) };
+    let channel = ChannelComparison {
+        columns: columns.collect(),
+        ..figures("tcp_position", "", 2.72, 3 * rows)
+    };
     let point = |x: f64, y: f64| CurvePoint { x, y, error: 1e-5 };
     let finding = Finding {
         kind: LogKind::FreeMotion,
@@ -314,7 +364,11 @@ pub fn diagnosis(verdict: Verdict) -> Parts {
     let found = |id: &str, values: &[f64], half: f64| {
         let kind = Kind::of(id).unwrap();
         let interval = values.iter().map(|v| [v - half, v + half]).collect();
-        Found { effect: Effect { kind, at: At::Joint(4), values: values.to_vec() }, log: None, interval }
+        Found {
+            effect: Effect { kind, at: At::Joint(4), values: values.to_vec() },
+            log: None,
+            interval,
+        }
     };
     let fitted = || Fitted {
         point: Point::empty(1),
@@ -353,12 +407,18 @@ pub fn diagnosis(verdict: Verdict) -> Parts {
         y_name: "twist of A5 beyond the linear spring's".to_owned(),
         y_unit: "rad",
         points: (-3..4)
-            .map(|k: i32| CurvePoint { x: f64::from(k), y: 2.4e-4 * f64::from(k.signum()), error: 1e-5 })
+            .map(|k: i32| CurvePoint {
+                x: f64::from(k),
+                y: 2.4e-4 * f64::from(k.signum()),
+                error: 1e-5,
+            })
             .collect(),
         fitted: (-3..4).map(|k: i32| [f64::from(k), 2.4e-4 * f64::from(k.signum())]).collect(),
     };
-    let reason =
-        |evidence: Option<Evidence>| Reason { explanation: "A5 has a backlash.".to_owned(), evidence: vec![evidence] };
+    let reason = |evidence: Option<Evidence>| Reason {
+        explanation: "A5 has a backlash.".to_owned(),
+        evidence: vec![evidence],
+    };
     Parts {
         model: ModelFile::read(fixture("campaigns/backlash/model.toml")).unwrap(),
         diagnosis: Diagnosis {
@@ -374,10 +434,17 @@ pub fn diagnosis(verdict: Verdict) -> Parts {
             calibration: vec![Found { log: Some(0), ..found("encoder-offset", &[1e-5], 1e-6) }],
             improved: fitted(),
             limits: vec![limit(4), limit(0)],
-            confusable: vec![Confusable { first: (kind, At::Joint(4)), second: (kind, At::Joint(3)), alike: 0.999 }],
+            confusable: vec![Confusable {
+                first: (kind, At::Joint(4)),
+                second: (kind, At::Joint(3)),
+                alike: 0.999,
+            }],
             unexplained: comparison.worst,
         },
-        account: Account { reasons: vec![reason(Some(curve)), reason(None)], next_experiment: None },
+        account: Account {
+            reasons: vec![reason(Some(curve)), reason(None)],
+            next_experiment: None,
+        },
         before: comparison.logs,
         after,
     }
@@ -409,7 +476,11 @@ pub fn improvement(diagnosis: Diagnosis) -> Improvement {
     };
     Improvement {
         steps: vec![step(&[], 3.79, 3.37), step(&effects, 1.015, 1.07)],
-        rejected: vec![Rejected { added: Vec::new(), held_out: f64::NAN, why: "the error elsewhere does not fall" }],
+        rejected: vec![Rejected {
+            added: Vec::new(),
+            held_out: f64::NAN,
+            why: "the error elsewhere does not fall",
+        }],
         verdict: diagnosis.verdict,
         fitted: Some(diagnosis.improved.clone()),
         diagnosis,

@@ -6,7 +6,9 @@ pub use diagnose::{diagnose_table, improve_table};
 
 use crate::WeldRun;
 use crate::compared;
-use crate::figures::{Cell, STEP_HEADINGS, headline, run_names, setting, step_headline, step_lines, weld_lines};
+use crate::figures::{
+    Cell, STEP_HEADINGS, headline, run_names, setting, step_headline, step_lines, weld_lines,
+};
 use std::path::Path;
 use trueweld_evaluate::StepFigures;
 use trueweld_measure::compare::Comparison;
@@ -36,7 +38,10 @@ pub fn weld_table(runs: &[WeldRun]) -> String {
         }
         push_line(&mut out, "");
         push_line(&mut out, &line);
-        push_line(&mut out, &(" ".repeat(LABEL) + &three("mean", "RMS", "|max|").repeat(block.len())));
+        push_line(
+            &mut out,
+            &(" ".repeat(LABEL) + &three("mean", "RMS", "|max|").repeat(block.len())),
+        );
         for row in weld_lines(block) {
             line = left(&row.label, LABEL);
             for cell in &row.cells {
@@ -73,7 +78,9 @@ pub fn step_table(controllers: &[StepFigures]) -> String {
 /// How far a model is from measurements: the score, every channel of every log, where it is worst in words. `model`: where
 /// the model was read from.
 pub fn compare_table(model: &Path, comparison: &Comparison) -> String {
-    let mut out = wrapped(&compared::headline(comparison)) + &wrapped(&compared::setting(model, comparison)) + "\n";
+    let mut out = wrapped(&compared::headline(comparison))
+        + &wrapped(&compared::setting(model, comparison))
+        + "\n";
     let row = |first: &str, cells: &[&str]| {
         cells.iter().fold(left(first, COMPARED), |line, cell| line + &right(cell, FIGURE))
     };
@@ -83,7 +90,10 @@ pub fn compare_table(model: &Path, comparison: &Comparison) -> String {
         push_line(&mut out, &row(&name, &["", "", "", &format!("{:.2}", log.score)]));
         for channel in &log.channels {
             let cells = compared::cells(channel);
-            push_line(&mut out, &row(&format!("  {}", channel.name), &cells.each_ref().map(String::as_str)));
+            push_line(
+                &mut out,
+                &row(&format!("  {}", channel.name), &cells.each_ref().map(String::as_str)),
+            );
         }
     }
     for finding in foremost(&comparison.worst, compared::TOLD) {
@@ -154,8 +164,14 @@ mod tests {
             assert!(line("lateral, mm").contains(&max), "{table}");
             let largest = format!("{:.2} of ±2.50 mm: {verdict}", figures.lateral.max_abs * 1e3);
             assert!(line("within half the pin?").contains(&largest), "{table}");
-            assert!(line("push, mean").contains(&format!("{:.3} kN", figures.force.mean / 1e3)), "{table}");
-            assert!(line("lateral by A1").contains(&format!("{:.0}", 100.0 * figures.joint_share[0])), "{table}");
+            assert!(
+                line("push, mean").contains(&format!("{:.3} kN", figures.force.mean / 1e3)),
+                "{table}"
+            );
+            assert!(
+                line("lateral by A1").contains(&format!("{:.0}", 100.0 * figures.joint_share[0])),
+                "{table}"
+            );
         }
         assert!(line("tilt").contains(&format!("{:.3}", welds.figures[0].tilt.rms.to_degrees())));
         assert!(line("simulated, × real time").contains("207 s in 2.5 s, 83 ×"));
@@ -178,7 +194,10 @@ mod tests {
         let figures = sample::steps().figures;
         let table = step_table(&figures);
         println!("{table}");
-        assert!(table.starts_with("The push settles within 5 % of the step: parallel in "), "{table}");
+        assert!(
+            table.starts_with("The push settles within 5 % of the step: parallel in "),
+            "{table}"
+        );
         let lines: Vec<&str> = table.lines().skip(2).collect();
         assert_eq!(lines.len(), 7);
         for (k, (published, overshoot)) in
@@ -186,7 +205,10 @@ mod tests {
         {
             assert!(lines[1 + 2 * k].starts_with(figures[k].controller));
             assert!(lines[1 + 2 * k].contains(&format!("{:.1} %", 100.0 * figures[k].overshoot)));
-            assert!(lines[2 + 2 * k].contains(published) && lines[2 + 2 * k].contains(overshoot), "{table}");
+            assert!(
+                lines[2 + 2 * k].contains(published) && lines[2 + 2 * k].contains(overshoot),
+                "{table}"
+            );
         }
     }
 
@@ -194,12 +216,17 @@ mod tests {
     fn a_comparison_says_its_score_its_channels_and_where_it_fails() {
         let table = compare_table(Path::new("model.toml"), &sample::comparison());
         println!("{table}");
-        assert!(table.starts_with("Score 2.72: the model is off by more than the noise"), "{table}");
+        assert!(
+            table.starts_with("Score 2.72: the model is off by more than the noise"),
+            "{table}"
+        );
         let line = table.lines().find(|l| l.starts_with("  tcp_position")).unwrap();
         for figure in ["0.0816 mm", "0.200 mm", "0.0300 mm", "2.72"] {
             assert!(line.contains(figure), "{figure} is not in {line}");
         }
-        assert!(table.contains("62 % of the squared residual goes with the sign of A5's spring torque"));
+        assert!(
+            table.contains("62 % of the squared residual goes with the sign of A5's spring torque")
+        );
         assert!(table.contains("Note: free: the column"));
         assert!(table.lines().all(|l| l.chars().count() <= 120), "{table}");
     }

@@ -87,7 +87,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         Ok(run(&scenario, |_| {})?)
     };
     let without = simulate(&[])?;
-    let with = simulate(&[Effect { kind: &CABLE_DRAG, at: At::Joint(0), values: vec![150.0, 4000.0] }])?;
+    let with =
+        simulate(&[Effect { kind: &CABLE_DRAG, at: At::Joint(0), values: vec![150.0, 4000.0] }])?;
 
     println!("     path   lateral deviation, mm");
     println!("        m    without   with cable   difference");

@@ -23,7 +23,8 @@ fn fixture(path: &str) -> PathBuf {
 /// What a person sees in the terminal.
 fn rendered(error: &InputError) -> String {
     let mut out = String::new();
-    let handler = GraphicalReportHandler::new_themed(GraphicalTheme::unicode_nocolor()).with_width(2000);
+    let handler =
+        GraphicalReportHandler::new_themed(GraphicalTheme::unicode_nocolor()).with_width(2000);
     handler.render_report(&mut out, error).unwrap();
     out
 }
@@ -66,13 +67,17 @@ fn process_fixture_holds_its_figures() {
     let p = Process::parse(PROCESS, "lap.toml").unwrap();
     assert_eq!((p.depth_stiffness, p.depth_damping), (30e6, 1.5e6));
     assert_eq!((p.memory_length, p.lateral_ratio, p.pin_diameter), (0.008, 0.25, 0.005));
-    assert!((p.spindle + 20.0 * std::f64::consts::PI).abs() < 1e-12, "600 rpm, against the tool's z");
+    assert!(
+        (p.spindle + 20.0 * std::f64::consts::PI).abs() < 1e-12,
+        "600 rpm, against the tool's z"
+    );
     assert_eq!(p.ripple.len(), 2);
     assert_eq!(p.ripple[1], Ripple { order: 2.0, axial: 0.005, in_plane: 0.03, phase: 0.7 });
     // The load case that the file says it is calibrated to: 4 kN of drag and 1 kN across at 10 mm/s.
     assert!((p.feed_drag * 0.010 - 4000.0).abs() < 1e-9);
     assert!((p.lateral_ratio * p.feed_drag * 0.010 - 1000.0).abs() < 1e-9);
-    let smooth = Process::parse(PROCESS.split("[[ripple]]").next().unwrap(), "smooth.toml").unwrap();
+    let smooth =
+        Process::parse(PROCESS.split("[[ripple]]").next().unwrap(), "smooth.toml").unwrap();
     assert!(smooth.ripple.is_empty());
 }
 
@@ -90,7 +95,9 @@ fn weld_fixtures_are_two_metres_along_y() {
 #[test]
 fn control_and_sensor_fixtures_hold_their_figures() {
     let c = Control::parse(CONTROL, "control.toml").unwrap();
-    assert!(c.period > 0.0 && c.external.force.ki > 0.0 && c.parallel.joint.kp.iter().all(|k| *k > 0.0));
+    assert!(
+        c.period > 0.0 && c.external.force.ki > 0.0 && c.parallel.joint.kp.iter().all(|k| *k > 0.0)
+    );
     let s = Sensors::parse(SENSORS, "sensors.toml").unwrap();
     assert_eq!(s.encoder_resolution, [2e-6; 6]);
     assert_eq!((s.force.noise_force, s.force.noise_moment, s.force.delay), (25.0, 8.0, 0.002));
@@ -116,7 +123,8 @@ fn mistake(text: &str, from: &str, to: &str, needles: &[&str]) {
     assert_ne!(broken, text, "the fixture no longer holds `{from}`");
     let error = parse(&broken, "dir/file.toml").expect_err(to);
     let shown = rendered(&error);
-    let line = format!("dir/file.toml:{}:", text[..text.find(from).unwrap()].matches('\n').count() + 1);
+    let line =
+        format!("dir/file.toml:{}:", text[..text.find(from).unwrap()].matches('\n').count() + 1);
     for needle in [&[line.as_str()], needles].concat() {
         assert!(shown.contains(needle), "`{needle}` is not in:\n{shown}");
     }
@@ -135,12 +143,23 @@ fn broken_toml_is_shown_at_its_place() {
 
 #[test]
 fn unknown_keys_are_refused_with_the_likely_one() {
-    let likely = ["unknown key `stifness_nm_rad`", "[[joint]] 1 (A1)", "Did you mean `stiffness_nm_rad`?"];
+    let likely =
+        ["unknown key `stifness_nm_rad`", "[[joint]] 1 (A1)", "Did you mean `stiffness_nm_rad`?"];
     mistake(ROBOT, "stiffness_nm_rad = 13", "stifness_nm_rad = 13", &likely);
     mistake(ROBOT, "[tool]", "[tol]", &["unknown key `tol`", "Did you mean `tool`?"]);
     mistake(ROBOT, "xx = 4.5", "ixx = 4.5", &["unknown key `ixx`", "`inertia_kg_m2` in [tool]"]);
-    mistake(PROCESS, "in_plane = 0.03", "inplane = 0.03", &["[[ripple]] 2", "Did you mean `in_plane`?"]);
-    mistake(CONTROL, "bandwidth_hz", "colour", &["unknown key `colour`", "[compensation]", "`wrench_filter_hz`"]);
+    mistake(
+        PROCESS,
+        "in_plane = 0.03",
+        "inplane = 0.03",
+        &["[[ripple]] 2", "Did you mean `in_plane`?"],
+    );
+    mistake(
+        CONTROL,
+        "bandwidth_hz",
+        "colour",
+        &["unknown key `colour`", "[compensation]", "`wrench_filter_hz`"],
+    );
 }
 
 #[test]
@@ -149,12 +168,18 @@ fn missing_keys_name_the_table_at_its_header() {
     mistake(ROBOT, "[friction]\nviscous_nms_rad", "[friction]\n#", &friction);
     let encoder = ["missing key `resolution_rad` in [encoder]", "in rad"];
     mistake(SENSORS, "[encoder]\nresolution_rad", "[encoder]\n#", &encoder);
-    mistake(PROCESS, "[[ripple]]\norder = 1", "[[ripple]]", &["missing key `order` in [[ripple]] 1"]);
+    mistake(
+        PROCESS,
+        "[[ripple]]\norder = 1",
+        "[[ripple]]",
+        &["missing key `order` in [[ripple]] 1"],
+    );
 }
 
 #[test]
 fn a_missing_top_level_key_names_the_file() {
-    let error = Weld::parse(&VERTICAL.replace("feed_m_s = 0.010", ""), "dir/weld.toml").unwrap_err();
+    let error =
+        Weld::parse(&VERTICAL.replace("feed_m_s = 0.010", ""), "dir/weld.toml").unwrap_err();
     let shown = rendered(&error);
     for needle in ["dir/weld.toml", "missing key `feed_m_s` at the top level", "m/s", "expected"] {
         assert!(shown.contains(needle), "{shown}");
@@ -164,16 +189,36 @@ fn a_missing_top_level_key_names_the_file() {
 #[test]
 fn wrong_types_say_what_was_read() {
     let origin = "origin_m = [0.5, 0.0, 1.045]";
-    mistake(ROBOT, "mass_kg = 485.0", "mass_kg = \"heavy\"", &["\"heavy\"", "a number not below 0 in kg", "(A2)"]);
+    mistake(
+        ROBOT,
+        "mass_kg = 485.0",
+        "mass_kg = \"heavy\"",
+        &["\"heavy\"", "a number not below 0 in kg", "(A2)"],
+    );
     mistake(ROBOT, origin, "origin_m = 0.5", &["`origin_m`", "a list of 3 numbers in m"]);
     mistake(ROBOT, origin, "origin_m = [0.5, 1.045]", &["has 2 entries", "3 numbers"]);
     mistake(ROBOT, origin, "origin_m = [0.5, true, 1.045]", &["entry 2 of `origin_m`", "true"]);
-    mistake(ROBOT, "name = \"A3\"", "name = 3", &["`name` in [[joint]] 3", "is 3", "expected text"]);
-    mistake(ROBOT, "inertia_kg_m2 = { xx = 31", "inertia_kg_m2 = 31 # { xx", &["is 31", "expected a table"]);
+    mistake(
+        ROBOT,
+        "name = \"A3\"",
+        "name = 3",
+        &["`name` in [[joint]] 3", "is 3", "expected text"],
+    );
+    mistake(
+        ROBOT,
+        "inertia_kg_m2 = { xx = 31",
+        "inertia_kg_m2 = 31 # { xx",
+        &["is 31", "expected a table"],
+    );
     mistake(SENSORS, "seed = 1", "seed = 1.5", &["is 1.5", "a whole number"]);
     mistake(SENSORS, "seed = 1", "seed = -1", &["is -1", "a whole number"]);
     mistake(VERTICAL, "feed_m_s = 0.010", "feed_m_s = 2026-01-01", &["is 2026-01-01"]);
-    mistake(PROCESS, "schema = \"process/1\"", "schema = 1", &["`schema` at the top level is 1", "expected text"]);
+    mistake(
+        PROCESS,
+        "schema = \"process/1\"",
+        "schema = 1",
+        &["`schema` at the top level is 1", "expected text"],
+    );
 }
 
 #[test]
@@ -185,12 +230,32 @@ fn numbers_out_of_range_are_underlined() {
     mistake(ROBOT, "mass_kg = 485.0", "mass_kg = 1e400", &["is 1e400"]);
     mistake(ROBOT, "mass_kg = 485.0", "mass_kg = 1e200", &["is 1e200", "at most 1e12"]);
     mistake(ROBOT, "damping_nms_rad = 8600.0", "damping_nms_rad = -1", &["is -1", "N·m·s/rad"]);
-    mistake(VERTICAL, "feed_m_s = 0.010", "feed_m_s = 10", &["is 10", "above 0 and at most 1 in m/s"]);
+    mistake(
+        VERTICAL,
+        "feed_m_s = 0.010",
+        "feed_m_s = 10",
+        &["is 10", "above 0 and at most 1 in m/s"],
+    );
     mistake(VERTICAL, "force_n = 18000.0", "force_n = 0", &["is 0", "above 0 in N"]);
-    mistake(PROCESS, "pin_diameter_m = 0.005", "pin_diameter_m = 5.0", &["is 5.0", "at most 0.2 in m"]);
+    mistake(
+        PROCESS,
+        "pin_diameter_m = 0.005",
+        "pin_diameter_m = 5.0",
+        &["is 5.0", "at most 0.2 in m"],
+    );
     mistake(SENSORS, "delay_s = 0.002", "delay_s = -0.002", &["is -0.002", "from 0 to 1 in s"]);
-    mistake(CONTROL, "force_ki_m_ns = 5.4e-7", "force_ki_m_ns = -2.0e-8", &["[external]", "m/(N·s)"]);
-    mistake(CONTROL, "material_stiffness_n_m = 30.0e6", "material_stiffness_n_m = 0.0", &["[external]", "in N/m"]);
+    mistake(
+        CONTROL,
+        "force_ki_m_ns = 5.4e-7",
+        "force_ki_m_ns = -2.0e-8",
+        &["[external]", "m/(N·s)"],
+    );
+    mistake(
+        CONTROL,
+        "material_stiffness_n_m = 30.0e6",
+        "material_stiffness_n_m = 0.0",
+        &["[external]", "in N/m"],
+    );
     mistake(
         CONTROL,
         "tuned_stiffness_n_m",
@@ -202,11 +267,26 @@ fn numbers_out_of_range_are_underlined() {
 
 #[test]
 fn a_model_that_is_no_robot_is_traced_to_its_line() {
-    mistake(ROBOT, "axis = [0, 0, -1]", "axis = [0, 0, -2]", &["[[joint]] 1 (A1)", "a vector of length 1, not 2"]);
-    mistake(ROBOT, "limits_deg = [-130.0, 20.0]", "limits_deg = [20.0, -130.0]", &["(A2)", "lower limit below"]);
+    mistake(
+        ROBOT,
+        "axis = [0, 0, -1]",
+        "axis = [0, 0, -2]",
+        &["[[joint]] 1 (A1)", "a vector of length 1, not 2"],
+    );
+    mistake(
+        ROBOT,
+        "limits_deg = [-130.0, 20.0]",
+        "limits_deg = [20.0, -130.0]",
+        &["(A2)", "lower limit below"],
+    );
     mistake(ROBOT, "{ xx = 13.32", "{ xx = 913.32", &["(A2)", "principal moments"]);
     mistake(ROBOT, "{ xx = 4.5", "{ xx = 99", &["in [tool]", "is { xx = 99", "principal moments"]);
-    mistake(ROBOT, "y_axis = [0, 1, 0]", "y_axis = [1, 0, 0]", &["`y_axis` in [tool]", "square to each other"]);
+    mistake(
+        ROBOT,
+        "y_axis = [0, 1, 0]",
+        "y_axis = [1, 0, 0]",
+        &["`y_axis` in [tool]", "square to each other"],
+    );
     mistake(ROBOT, "z_axis = [1, 0, 0]", "z_axis = [1, 1, 0]", &["`z_axis` in [tool]", "length 1"]);
     mistake(ROBOT, "name = \"A3\"", "name = \"A2\"", &["is \"A2\"", "no other joint has"]);
     mistake(ROBOT, "name = \"A3\"", "name = \" \"", &["not blank"]);
@@ -223,7 +303,12 @@ fn a_robot_has_six_joints() {
     let five = format!("{}{tail}", &head[..head.rfind("[[joint]]").unwrap()]);
     for (text, count) in [(seven, "7 joints"), (five, "5 joints")] {
         let shown = rendered(&RobotFile::parse(&text, "dir/robot.toml").unwrap_err());
-        assert!(shown.contains(count) && shown.contains("expected 6") && shown.contains("dir/robot.toml:"), "{shown}");
+        assert!(
+            shown.contains(count)
+                && shown.contains("expected 6")
+                && shown.contains("dir/robot.toml:"),
+            "{shown}"
+        );
     }
 }
 
@@ -249,7 +334,12 @@ fn a_weld_needs_a_length_and_a_side() {
 #[test]
 fn another_kind_of_file_is_named() {
     let shown = rendered(&RobotFile::parse(VERTICAL, "dir/weld.toml").unwrap_err());
-    for needle in ["dir/weld.toml:2:", "\"weld/1\", a weld", "expected \"robot/1\"", "\"sensors/1\" (sensors)"] {
+    for needle in [
+        "dir/weld.toml:2:",
+        "\"weld/1\", a weld",
+        "expected \"robot/1\"",
+        "\"sensors/1\" (sensors)",
+    ] {
         assert!(shown.contains(needle), "`{needle}` is not in {shown}");
     }
     mistake(ROBOT, "robot/1", "robots/1", &["\"robots/1\"", "Did you mean \"robot/1\"?"]);
@@ -277,20 +367,30 @@ fn a_piece_of_a_large_file_keeps_its_place() {
     assert_eq!(source.error(4..6, "m", "l", "h").place(), "big.csv:1000000:45");
     assert_eq!(source.error(11..12, "m", "l", "h").place(), "big.csv:1000001:1");
     let shown = rendered(&source.error(4..6, "m", "l", "h"));
-    assert!(shown.contains("[big.csv:1000000:45]") && shown.contains("1000000 │ 1.5,x7,2.5"), "{shown}");
+    assert!(
+        shown.contains("[big.csv:1000000:45]") && shown.contains("1000000 │ 1.5,x7,2.5"),
+        "{shown}"
+    );
 }
 
 #[test]
 fn files_that_cannot_be_read_are_named() {
     let folder = tempfile::tempdir().unwrap();
     let gone = folder.path().join("gone.toml");
-    for error in [check(&gone).unwrap_err(), RobotFile::read(&gone).unwrap_err(), import_urdf(&gone).unwrap_err()] {
+    for error in [
+        check(&gone).unwrap_err(),
+        RobotFile::read(&gone).unwrap_err(),
+        import_urdf(&gone).unwrap_err(),
+    ] {
         assert!(rendered(&error).contains("gone.toml: cannot be read"), "{error}");
     }
     let binary = folder.path().join("binary.toml");
     fs::write(&binary, b"schema = \"weld/1\"\n\xff\xfe").unwrap();
     let shown = rendered(&check(&binary).unwrap_err());
-    assert!(shown.contains("binary.toml:2:1") && shown.contains("0xff") && shown.contains("UTF-8"), "{shown}");
+    assert!(
+        shown.contains("binary.toml:2:1") && shown.contains("0xff") && shown.contains("UTF-8"),
+        "{shown}"
+    );
     assert!(check(folder.path()).is_err(), "a folder");
 }
 
@@ -364,7 +464,10 @@ fn an_imported_urdf_keeps_its_bodies_and_geometry() {
     assert!((p.joints[2].inertia.diagonal() - Vector3::new(30.0, 120.0, 115.0)).norm() < 1e-11);
     // The tool frame: 0.4 m on, 0.15 m down, turned by 45 degrees about y.
     let half = 0.5f64.sqrt();
-    assert!((p.tool.flange_offset + p.tool.tcp_from_flange - Vector3::new(0.4, 0.0, -0.15)).norm() < 1e-11);
+    assert!(
+        (p.tool.flange_offset + p.tool.tcp_from_flange - Vector3::new(0.4, 0.0, -0.15)).norm()
+            < 1e-11
+    );
     assert!((p.tool.z_axis - Vector3::new(half, 0.0, half)).norm() < 1e-11);
     assert_eq!((p.tool.y_axis, p.tool.mass), (Vector3::y(), 0.0));
 }
@@ -383,9 +486,11 @@ fn what_a_urdf_cannot_say_must_be_filled_in() {
         "cos_nm",
     ] {
         let start = format!("{key} = ");
-        let marker = text.lines().find(|l| l.starts_with(&format!("{start}\"FILL IN: "))).expect(key);
+        let marker =
+            text.lines().find(|l| l.starts_with(&format!("{start}\"FILL IN: "))).expect(key);
         // Everything filled in but this one value: the reader names it.
-        let rest = |line: &str| format!("{}\n", if line.starts_with(&start) { marker } else { line });
+        let rest =
+            |line: &str| format!("{}\n", if line.starts_with(&start) { marker } else { line });
         let left: String = filled(&text).lines().map(rest).collect();
         let shown = rendered(&RobotFile::parse(&left, "dir/arm.toml").unwrap_err());
         for needle in ["dir/arm.toml:", key, "still to be filled in", "expected"] {
@@ -449,13 +554,16 @@ fn links_are_merged_and_turned_into_base_axes() {
             (2.0, m * transform([0.0, 0.0, 0.1], [0.0; 3]), Matrix3::identity()),
         ];
         let mass: f64 = bodies.iter().map(|b| b.0).sum();
-        let com = bodies.iter().map(|(mass, pose, _)| column(pose, 3) * *mass).sum::<Vector3<f64>>() / mass;
+        let com =
+            bodies.iter().map(|(mass, pose, _)| column(pose, 3) * *mass).sum::<Vector3<f64>>()
+                / mass;
         assert!((j.mass - mass).abs() < 1e-12);
         assert!((j.center_of_mass - (com - at)).norm() < 1e-11, "centre of link {i}");
         for w in turns {
             let energy = |(mass, pose, inertia): &(f64, Matrix4<f64>, Matrix3<f64>)| {
                 let local = pose.fixed_view::<3, 3>(0, 0).transpose() * w;
-                local.dot(&(inertia * local)) + mass * w.cross(&(column(pose, 3) - com)).norm_squared()
+                local.dot(&(inertia * local))
+                    + mass * w.cross(&(column(pose, 3) - com)).norm_squared()
             };
             let sum: f64 = bodies.iter().map(energy).sum();
             assert!((w.dot(&(j.inertia * w)) - sum).abs() < 1e-9, "inertia of link {i}");
@@ -464,8 +572,14 @@ fn links_are_merged_and_turned_into_base_axes() {
     }
     // tool0 is the flange; it sits on the last link's second half.
     let t = &file.parameters.tool;
-    assert!((t.flange_offset - (column(&parent, 3) - origin)).norm() < 1e-11 && t.tcp_from_flange.norm() < 1e-11);
-    assert!((t.z_axis - column(&parent, 2)).norm() < 1e-11 && (t.y_axis - column(&parent, 1)).norm() < 1e-11);
+    assert!(
+        (t.flange_offset - (column(&parent, 3) - origin)).norm() < 1e-11
+            && t.tcp_from_flange.norm() < 1e-11
+    );
+    assert!(
+        (t.z_axis - column(&parent, 2)).norm() < 1e-11
+            && (t.y_axis - column(&parent, 1)).norm() < 1e-11
+    );
 }
 
 /// As [`mistake`], in the URDF.
@@ -484,18 +598,34 @@ fn urdf_mistake(from: &str, to: &str, needles: &[&str]) {
 #[test]
 fn a_urdf_that_is_no_six_axis_arm_is_refused() {
     let a3 = r#"<joint name="A3" type="revolute">"#;
-    urdf_mistake(a3, r#"<joint name="A3" type="prismatic">"#, &["dir/arm.urdf:10:", "`A3` is prismatic", "revolute"]);
+    urdf_mistake(
+        a3,
+        r#"<joint name="A3" type="prismatic">"#,
+        &["dir/arm.urdf:10:", "`A3` is prismatic", "revolute"],
+    );
     urdf_mistake(a3, r#"<joint name="A3" type="planar">"#, &["`A3` is planar"]);
     urdf_mistake(a3, r#"<joint name="A3" type="hinge">"#, &["<joint>", "hinge"]);
     urdf_mistake(a3, r#"<joint name="A3" type="fixed">"#, &["5 revolute joints", "expected six"]);
-    urdf_mistake(r#"name="tool" type="fixed""#, r#"name="tool" type="revolute""#, &["no <inertial>"]);
+    urdf_mistake(
+        r#"name="tool" type="fixed""#,
+        r#"name="tool" type="revolute""#,
+        &["no <inertial>"],
+    );
     let (on_l2, on_l1) = (r#"<parent link="l2"/>"#, r#"<parent link="l1"/>"#);
     urdf_mistake(on_l2, on_l1, &["`A2` and `A3` branch"]);
     urdf_mistake(r#"<parent link="base"/>"#, r#"<parent link="tcp"/>"#, &["not connected"]);
     urdf_mistake(r#"<child link="l1"/>"#, r#"<child link="l2"/>"#, &["hangs on joint"]);
-    urdf_mistake(r#"<child link="l1"/>"#, r#"<child link="l11"/>"#, &["`l11`", "Did you mean `l1`?"]);
+    urdf_mistake(
+        r#"<child link="l1"/>"#,
+        r#"<child link="l11"/>"#,
+        &["`l11`", "Did you mean `l1`?"],
+    );
     urdf_mistake(r#"<link name="l2">"#, r#"<link name="l1">"#, &["another link `l1`"]);
-    urdf_mistake(r#"<link name="tcp"/>"#, r#"<link name="tcp"/><link name="table"/>"#, &["`base` and `table`"]);
+    urdf_mistake(
+        r#"<link name="tcp"/>"#,
+        r#"<link name="tcp"/><link name="table"/>"#,
+        &["`base` and `table`"],
+    );
     let axis = r#"<axis xyz="0 0 1"/>"#;
     urdf_mistake(axis, r#"<axis xyz="0 0 0"/>"#, &["`A1` is 0 0 0"]);
     urdf_mistake(axis, r#"<axis xyz="0 0 1"/><mimic joint="A2"/>"#, &["`A1` mimics `A2`"]);
@@ -509,7 +639,11 @@ fn a_urdf_that_is_no_six_axis_arm_is_refused() {
 #[test]
 fn bad_numbers_and_broken_xml_in_a_urdf_are_shown() {
     let mass = r#"<mass value="550"/>"#;
-    urdf_mistake(mass, r#"<mass value="much"/>"#, &["dir/arm.urdf:7:", "`value` of <mass> is \"much\"", "one finite"]);
+    urdf_mistake(
+        mass,
+        r#"<mass value="much"/>"#,
+        &["dir/arm.urdf:7:", "`value` of <mass> is \"much\"", "one finite"],
+    );
     urdf_mistake(mass, r#"<mass value="-550"/>"#, &["`l2` is -550 kg"]);
     urdf_mistake(mass, "", &["<link>", "mass"]);
     urdf_mistake(r#"iyz="0""#, "", &["<link>", "iyz"]);
@@ -517,7 +651,11 @@ fn bad_numbers_and_broken_xml_in_a_urdf_are_shown() {
     urdf_mistake(place, r#"xyz="0.2 0""#, &["\"0.2 0\"", "3 finite numbers"]);
     urdf_mistake(place, r#"xyz="0.2 nan 0.15""#, &["0.2 nan 0.15"]);
     urdf_mistake(place, r#"xyz="${a} 0 0.15""#, &["${a}"]);
-    urdf_mistake(r#"<link name="l3"><inertial>"#, r#"<link name="l3"><inertia>"#, &["well-formed XML"]);
+    urdf_mistake(
+        r#"<link name="l3"><inertial>"#,
+        r#"<link name="l3"><inertia>"#,
+        &["well-formed XML"],
+    );
     urdf_mistake("</robot>", "", &["still open"]);
     let name = r#"name="l3""#;
     urdf_mistake(name, r#"name="l3"#, &["dir/arm.urdf:"]);
@@ -525,7 +663,14 @@ fn bad_numbers_and_broken_xml_in_a_urdf_are_shown() {
     urdf_mistake(name, r#"name="&none;""#, &["attribute of <link>"]);
     urdf_mistake(r#"<link name="base"/>"#, r#"<xacro:include filename="x"/>"#, &["macro", "xacro"]);
     urdf_mistake(r#"<robot name="arm6">"#, r#"<sdf><robot name="arm6">"#, &["<sdf>"]);
-    for text in ["", "schema = \"robot/1\"", "<robot", "<robot/>", "<a:robot xmlns:a='b'/>", "<robot><link/></robot>"] {
+    for text in [
+        "",
+        "schema = \"robot/1\"",
+        "<robot",
+        "<robot/>",
+        "<a:robot xmlns:a='b'/>",
+        "<robot><link/></robot>",
+    ] {
         assert!(import_urdf_text(text, "x.urdf").is_err(), "{text}");
     }
     // Depth alone must not exhaust the stack.
@@ -552,11 +697,18 @@ fn what_a_urdf_leaves_unstated_must_be_filled_in() {
     assert_eq!(text.matches("limits_deg = \"FILL IN").count(), 1);
     let unrated = URDF.replacen(r#"effort="1e6" velocity="10""#, r#"effort="0" velocity="0""#, 1);
     let text = import_urdf_text(&unrated, "arm.urdf").unwrap();
-    assert!(text.contains("max_torque_nm = \"FILL IN") && text.contains("max_speed_deg_s = \"FILL IN"));
+    assert!(
+        text.contains("max_torque_nm = \"FILL IN") && text.contains("max_speed_deg_s = \"FILL IN")
+    );
     let toolless = URDF.replace("\"tcp\"", "\"end\"");
-    assert!(import_urdf_text(&toolless, "arm.urdf").unwrap().contains("tcp_from_flange_m = \"FILL IN"));
+    assert!(
+        import_urdf_text(&toolless, "arm.urdf").unwrap().contains("tcp_from_flange_m = \"FILL IN")
+    );
     let flange = import_urdf_text(&URDF.replace("\"tcp\"", "\"flange\""), "arm.urdf").unwrap();
-    assert!(flange.contains("flange_offset_m = [0.4, 0.0, -0.15]") && flange.contains("z_axis = \"FILL IN"));
+    assert!(
+        flange.contains("flange_offset_m = [0.4, 0.0, -0.15]")
+            && flange.contains("z_axis = \"FILL IN")
+    );
 }
 
 /// Runs every reader on a text; the outcome does not matter, only that there is one, and that it can be shown.
@@ -578,8 +730,10 @@ fn read_everything(text: &str) {
 /// A fixture with a few bytes replaced, removed or put in, mostly by what numbers and syntax are made of.
 fn mutated() -> impl Strategy<Value = Vec<u8>> {
     let fixtures = prop::sample::select(vec![ROBOT, PROCESS, VERTICAL, CONTROL, SENSORS, URDF]);
-    let pieces =
-        ["-", "e308", "e-320", "nan", "inf", "\"", "[", "]", "{", "}", "=", "\n", "<", ">", "/", "&", "é", ".", "9"];
+    let pieces = [
+        "-", "e308", "e-320", "nan", "inf", "\"", "[", "]", "{", "}", "=", "\n", "<", ">", "/",
+        "&", "é", ".", "9",
+    ];
     let piece = prop_oneof![
         prop::sample::select(pieces.map(|s| s.as_bytes().to_vec()).to_vec()),
         prop::collection::vec(any::<u8>(), 0..4),
@@ -599,9 +753,23 @@ fn mutated() -> impl Strategy<Value = Vec<u8>> {
 /// A fixture with one to three of its numbers replaced by extreme ones.
 fn extreme() -> impl Strategy<Value = String> {
     let fixtures = prop::sample::select(vec![ROBOT, PROCESS, VERTICAL, CONTROL, SENSORS]);
-    let numbers =
-        ["0", "-0.0", "1e12", "-1e12", "1e-320", "1e308", "nan", "-inf", "1e-200", "1e-160", "0x7fffffffffffffff"];
-    let edits = prop::collection::vec((any::<prop::sample::Index>(), prop::sample::select(numbers.to_vec())), 1..4);
+    let numbers = [
+        "0",
+        "-0.0",
+        "1e12",
+        "-1e12",
+        "1e-320",
+        "1e308",
+        "nan",
+        "-inf",
+        "1e-200",
+        "1e-160",
+        "0x7fffffffffffffff",
+    ];
+    let edits = prop::collection::vec(
+        (any::<prop::sample::Index>(), prop::sample::select(numbers.to_vec())),
+        1..4,
+    );
     (fixtures, edits).prop_map(|(text, edits)| {
         let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
         let values: Vec<usize> = (0..lines.len()).filter(|i| lines[*i].contains('=')).collect();
@@ -609,8 +777,12 @@ fn extreme() -> impl Strategy<Value = String> {
             let line = &mut lines[values[at.index(values.len())]];
             let start = line.find('=').map_or(0, |i| i + 1);
             let digits = |c: char| c.is_ascii_digit() || c == '-';
-            let Some(from) = line[start..].find(digits).map(|i| i + start) else { continue };
-            let length = line[from..].find(|c: char| !"0123456789.eE-+".contains(c)).unwrap_or(line.len() - from);
+            let Some(from) = line[start..].find(digits).map(|i| i + start) else {
+                continue;
+            };
+            let length = line[from..]
+                .find(|c: char| !"0123456789.eE-+".contains(c))
+                .unwrap_or(line.len() - from);
             line.replace_range(from..from + length, number);
         }
         lines.join("\n")

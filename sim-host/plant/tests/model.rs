@@ -28,14 +28,21 @@ fn head() -> String {
 
 /// What can be compared of a model's effects.
 fn effects_of(model: &ModelFile) -> Vec<(&'static str, At, Vec<f64>, Scope)> {
-    model.effects.iter().map(|e| (e.effect.kind.id, e.effect.at, e.effect.values.clone(), e.scope)).collect()
+    model
+        .effects
+        .iter()
+        .map(|e| (e.effect.kind.id, e.effect.at, e.effect.values.clone(), e.scope))
+        .collect()
 }
 
 #[test]
 fn a_model_holds_robot_process_and_effects() {
     let model = ModelFile::read(fixture("models/cable-drag.toml")).unwrap();
     assert_eq!(model.robot, RobotFile::read(fixture("robots/kr500-mt.toml")).unwrap());
-    assert_eq!(model.process, Some(Process::read(fixture("processes/lap-weld-2024-t3.toml")).unwrap()));
+    assert_eq!(
+        model.process,
+        Some(Process::read(fixture("processes/lap-weld-2024-t3.toml")).unwrap())
+    );
     let expected = vec![
         ("backlash", At::Joint(4), vec![1e-4], Scope::Campaign),
         ("cable-drag", At::Joint(0), vec![150.0, 4000.0], Scope::Campaign),
@@ -48,7 +55,8 @@ fn a_model_holds_robot_process_and_effects() {
 
 #[test]
 fn the_same_definition_is_the_same_kind() {
-    let kinds = |text: &str| parse(text).unwrap().effects.iter().map(|e| e.effect.kind).collect::<Vec<_>>();
+    let kinds =
+        |text: &str| parse(text).unwrap().effects.iter().map(|e| e.effect.kind).collect::<Vec<_>>();
     let text = cable_drag();
     // Values are no part of it; a range is.
     let (first, again) = (kinds(&text), kinds(&text.replace("value = 150.0", "value = 160.0")));
@@ -85,7 +93,10 @@ fn one_of_each() -> String {
             text += &format!("{} = {:?}\n", parameter.name, parameter.high);
         }
     }
-    text + cable_drag().split_once("[[effect]]").map_or("", |(_, rest)| rest).trim_start_matches(|c| c != '[')
+    text + cable_drag()
+        .split_once("[[effect]]")
+        .map_or("", |(_, rest)| rest)
+        .trim_start_matches(|c| c != '[')
 }
 
 #[test]
@@ -107,14 +118,23 @@ fn what_is_written_is_read_back() {
         let back = ModelFile::read(&path).unwrap();
         assert_eq!(effects_of(&back), effects_of(&model));
         assert_eq!((&back.robot, &back.process), (&model.robot, &model.process));
-        assert!(back.effects.iter().zip(&model.effects).all(|(a, b)| std::ptr::eq(a.effect.kind, b.effect.kind)));
+        assert!(
+            back.effects
+                .iter()
+                .zip(&model.effects)
+                .all(|(a, b)| std::ptr::eq(a.effect.kind, b.effect.kind))
+        );
         let text = fs::read_to_string(&path).unwrap();
         assert!(
-            text.starts_with("# Fitted to two logs.\n# The first of them is short.\nschema = \"model/1\"\n"),
+            text.starts_with(
+                "# Fitted to two logs.\n# The first of them is short.\nschema = \"model/1\"\n"
+            ),
             "{text}"
         );
         assert!(
-            text.contains("# Held-out score 3.1 before, 1.2 after.\n[[effect]]\nid = \"stiffness-error\""),
+            text.contains(
+                "# Held-out score 3.1 before, 1.2 after.\n[[effect]]\nid = \"stiffness-error\""
+            ),
             "{text}"
         );
         assert!(text.contains("# 95 %: 0.18 to 0.22\nrelative = "), "{text}");
@@ -149,7 +169,8 @@ fn what_could_not_be_read_is_not_written() {
     assert!(error.to_string().contains("stiffness-error"), "{error}");
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
     model.effects.clear();
-    let error = model.write(folder.path().join("none/improved.toml"), &Comments::default()).unwrap_err();
+    let error =
+        model.write(folder.path().join("none/improved.toml"), &Comments::default()).unwrap_err();
     assert!(error.to_string().contains("none/improved.toml"), "{error}");
 }
 
@@ -175,9 +196,24 @@ fn mistakes_in_the_file_are_explained_at_their_place() {
         &["robots/none.toml", "there is no", "this file's folder"],
     );
     mistake("process = ", "proces = ", "5:1", &["unknown key `proces`", "Did you mean `process`?"]);
-    mistake("\"backlash\"", "\"backlsh\"", "8:6", &["\"backlsh\"", "Did you mean `backlash`?", "stiffness-error"]);
-    mistake("half_gap_rad", "half_gap", "10:1", &["unknown key `half_gap`", "Did you mean `half_gap_rad`?"]);
-    mistake("half_gap_rad = 1e-4", "", "7:1", &["missing key `half_gap_rad`", "(backlash)", "in rad"]);
+    mistake(
+        "\"backlash\"",
+        "\"backlsh\"",
+        "8:6",
+        &["\"backlsh\"", "Did you mean `backlash`?", "stiffness-error"],
+    );
+    mistake(
+        "half_gap_rad",
+        "half_gap",
+        "10:1",
+        &["unknown key `half_gap`", "Did you mean `half_gap_rad`?"],
+    );
+    mistake(
+        "half_gap_rad = 1e-4",
+        "",
+        "7:1",
+        &["missing key `half_gap_rad`", "(backlash)", "in rad"],
+    );
     mistake("\"A5\"", "\"A9\"", "9:6", &["\"A9\"", "A1, A2, A3, A4, A5, A6"]);
     mistake("at = \"A5\"", "", "7:1", &["missing key `at`", "A1, A2, A3, A4, A5, A6"]);
     mistake("1e-4", "nan", "10:16", &["nan", "a finite number in rad"]);
@@ -200,18 +236,38 @@ fn mistakes_in_an_effect_of_ones_own_are_explained_at_their_place() {
         "16:8",
         &["\"link-torq\"", "Did you mean `link-torque`?", "surface-height"],
     );
-    mistake("\"N·m\"\nexpression", "\"Nm\"\nexpression", "17:8", &["\"Nm\"", "\"N·m\", the unit of link-torque"]);
+    mistake(
+        "\"N·m\"\nexpression",
+        "\"Nm\"\nexpression",
+        "17:8",
+        &["\"Nm\"", "\"N·m\", the unit of link-torque"],
+    );
     mistake("port = \"link-torque\"\n", "", "13:1", &["missing key `port`"]);
-    mistake("link_rate /", "link_speed /", "18:26", &["`link_speed`", "encoder_rate", "link_rate", "(c, s)"]);
+    mistake(
+        "link_rate /",
+        "link_speed /",
+        "18:26",
+        &["`link_speed`", "encoder_rate", "link_rate", "(c, s)"],
+    );
     mistake("s * link)", "q * link)", "18:47", &["`q`", "the parameters (c, s)"]);
     mistake("/ 0.001)", "/ 0.001", "18:16", &["never closed"]);
     mistake("c * tanh", "c tanh", "18:19", &["read `t`", "an operator"]);
     mistake("0.001", "0.0.1", "18:38", &["`0.0.1`", "a finite number"]);
     mistake("* link)", "* )", "18:51", &["read `)`", "a number, a name or `(`"]);
-    mistake("/ 0.001", "/ link", "18:15", &["NaN at", "link = 0.0", "c = 150.0", "expected a finite number"]);
+    mistake(
+        "/ 0.001",
+        "/ link",
+        "18:15",
+        &["NaN at", "link = 0.0", "c = 150.0", "expected a finite number"],
+    );
     mistake("s * link)", "s * ln(link))", "18:15", &["inf at", "link = 0.0"]);
     mistake(" + s * link", "", "18:15", &["the parameter `s` does not occur"]);
-    mistake("[effect.parameters.c]", "[effect.parameters.twist]", "21:1", &["no name for a parameter"]);
+    mistake(
+        "[effect.parameters.c]",
+        "[effect.parameters.twist]",
+        "21:1",
+        &["no name for a parameter"],
+    );
     mistake("step = 20.0", "", "21:1", &["`step` and `shape`"]);
     mistake("step = 20.0", "shape = []", "27:9", &["at least one value"]);
     mistake("high = 500.0", "high = 0.0", "26:8", &["a number above `low`"]);
@@ -252,8 +308,8 @@ fn the_guide_names_every_port_and_variable() {
     for port in PORTS {
         for name in port.variables.iter().map(|v| v.name).chain([port.name]) {
             let numbered = name.trim_end_matches(|c: char| c.is_ascii_digit());
-            let said =
-                guide.contains(&format!("`{name}`")) || (name.starts_with("encoder_") && guide.contains(numbered));
+            let said = guide.contains(&format!("`{name}`"))
+                || (name.starts_with("encoder_") && guide.contains(numbered));
             assert!(said, "{name} at {}", port.name);
         }
     }
@@ -297,13 +353,17 @@ fn worked_out(x: f64, c: f64) -> impl Strategy<Value = (String, f64)> {
     ];
     leaf.prop_recursive(6, 40, 2, |inner| {
         prop_oneof![
-            (inner.clone(), inner.clone()).prop_map(|((a, x), (b, y))| (format!("({a}+{b})"), x + y)),
+            (inner.clone(), inner.clone())
+                .prop_map(|((a, x), (b, y))| (format!("({a}+{b})"), x + y)),
             (inner.clone(), inner.clone())
                 .prop_map(|((a, x), (b, y))| (format!("({a}) - ({b})"), x - y))
                 .prop_map(|(t, v)| (format!("({t})"), v)),
-            (inner.clone(), inner.clone()).prop_map(|((a, x), (b, y))| (format!("({a})*({b})"), x * y)),
-            (inner.clone(), inner.clone()).prop_map(|((a, x), (b, y))| (format!("(({a})/({b}))"), x / y)),
-            (inner.clone(), inner.clone()).prop_map(|((a, x), (b, y))| (format!("atan2({a}, {b})"), x.atan2(y))),
+            (inner.clone(), inner.clone())
+                .prop_map(|((a, x), (b, y))| (format!("({a})*({b})"), x * y)),
+            (inner.clone(), inner.clone())
+                .prop_map(|((a, x), (b, y))| (format!("(({a})/({b}))"), x / y)),
+            (inner.clone(), inner.clone())
+                .prop_map(|((a, x), (b, y))| (format!("atan2({a}, {b})"), x.atan2(y))),
             inner.clone().prop_map(|(a, x)| (format!("tanh( {a} )"), x.tanh())),
             inner.prop_map(|(a, x)| (format!("(-({a}))"), -x)),
         ]

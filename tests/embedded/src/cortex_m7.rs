@@ -68,15 +68,20 @@ fn judge<T: Real + Into<f64>>(name: &CStr, bound: f64) -> bool {
 /// What a period of every law costs by itself, over so many periods that whatever it keeps is full.
 fn laws<T: Real>() {
     const PERIODS: usize = 2 * crate::weld::CYCLES;
-    let Some(weld) = Weld::<T>::new(&ROBOT, &START) else { return };
+    let Some(weld) = Weld::<T>::new(&ROBOT, &START) else {
+        return;
+    };
     let thousand = thousand();
     others::laws(&mut |name, law| {
         law.reset();
         let (mut least, mut most, mut stack) = (u32::MAX, 0, 0);
         for k in 0..PERIODS {
-            let Some(inputs) = weld.inputs(k % crate::weld::CYCLES) else { return };
+            let Some(inputs) = weld.inputs(k % crate::weld::CYCLES) else {
+                return;
+            };
             paint();
-            let spent = ticks(&mut || others::ask(law, &weld.robot, &inputs, k)) * 100 / (thousand / 10).max(1);
+            let spent = ticks(&mut || others::ask(law, &weld.robot, &inputs, k)) * 100
+                / (thousand / 10).max(1);
             (least, most) = (least.min(spent), most.max(spent));
             stack = stack.max(unpainted());
         }

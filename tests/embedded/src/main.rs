@@ -53,9 +53,13 @@ const BOUND: f64 = 2e-3;
 fn run<T: Real + Into<f64>>(bound: f64, mut measured: impl FnMut(&mut dyn FnMut())) -> i32 {
     // Nothing of the robot or its instruments may be known to the optimiser, or it would prove the absence of panics for
     // this weld alone.
-    let Some(mut weld) = Weld::<T>::new(black_box(&ROBOT), black_box(&START)) else { return 1 };
+    let Some(mut weld) = Weld::<T>::new(black_box(&ROBOT), black_box(&START)) else {
+        return 1;
+    };
     for (k, expected) in EXPECTED.iter().enumerate() {
-        let Some(inputs) = weld.inputs(k) else { return 1 };
+        let Some(inputs) = weld.inputs(k) else {
+            return 1;
+        };
         let inputs = black_box(inputs);
         let mut command = None;
         measured(&mut || command = Some(cycle(&mut weld.law, black_box(&weld.robot), &inputs)));

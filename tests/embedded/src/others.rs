@@ -5,8 +5,8 @@ use core::ffi::CStr;
 use core::hint::black_box;
 use nalgebra::Vector3;
 use trueweld_compensators::{
-    Adaptive, Authority, Combined, Elastostatic, FeedForward, Following, Learning, Observer, OuterIntegral, Prior,
-    SeamTracking, Tracking,
+    Adaptive, Authority, Combined, Elastostatic, FeedForward, Following, Learning, Observer,
+    OuterIntegral, Prior, SeamTracking, Tracking,
 };
 use trueweld_core::compensation::{Compensator, Observation, Sighting};
 use trueweld_core::control::{ForceGains, HybridController, JointGains, Parallel, Superposed};
@@ -30,14 +30,20 @@ pub fn link<T: Real>(robot: &Robot<T>, inputs: &Inputs<T>) {
         max_rate: lit(1e5),
     });
     let period = black_box(lit(0.012));
-    let (mut parallel, mut superposed) = (Parallel::new(joint, force, period), Superposed::new(joint, force, period));
+    let (mut parallel, mut superposed) =
+        (Parallel::new(joint, force, period), Superposed::new(joint, force, period));
     for controller in [&mut parallel as &mut dyn HybridController<T>, &mut superposed] {
         controller.start(robot, &sensed.encoder, &sensed.motor_torque);
         black_box(controller.cycle(robot, &inputs.setpoint, sensed));
     }
     black_box(robot.deflected(&sensed.encoder, &sensed.wrench, black_box(3)));
     let frames = robot.frames(&sensed.encoder);
-    black_box(robot.forward_dynamics(&frames, &sensed.encoder_rate, &sensed.motor_torque, &sensed.wrench));
+    black_box(robot.forward_dynamics(
+        &frames,
+        &sensed.encoder_rate,
+        &sensed.motor_torque,
+        &sensed.wrench,
+    ));
     black_box(robot.rnea(&frames, &sensed.encoder_rate, &sensed.encoder_rate, &sensed.wrench));
     black_box(robot.inverse_all(&inputs.nominal).is_ok());
     let mut mean = black_box(MovingAverage::<T, 5>::new(period));
@@ -47,9 +53,10 @@ pub fn link<T: Real>(robot: &Robot<T>, inputs: &Inputs<T>) {
     if let Some(observer) = black_box(Observer::new(lit(30.0), period)) {
         black_box(observer.wrench(robot, &sensed.encoder));
     }
-    if let Some(law) =
-        black_box(Adaptive::new(Prior { compliance: gain[0], force: gain[1], tilt: gain[2], lateral: gain[3] }, period))
-    {
+    if let Some(law) = black_box(Adaptive::new(
+        Prior { compliance: gain[0], force: gain[1], tilt: gain[2], lateral: gain[3] },
+        period,
+    )) {
         black_box(law.compliance());
     }
     laws(&mut |_, law| {
@@ -73,7 +80,10 @@ pub fn ask<T: Real>(law: &mut dyn Compensator<T>, robot: &Robot<T>, inputs: &Inp
     });
     let observation = Observation {
         path: black_box(lit(0.5 + 1.2e-4 * k as f64)),
-        planned: black_box(Wrench { moment: Vector3::zeros(), force: Vector3::z() * lit::<T>(-18e3) }),
+        planned: black_box(Wrench {
+            moment: Vector3::zeros(),
+            force: Vector3::z() * lit::<T>(-18e3),
+        }),
         sightings: black_box(&seen),
         ..Observation::of_robot(&inputs.setpoint, &inputs.nominal, &inputs.sensed)
     };
@@ -94,8 +104,14 @@ pub fn laws<T: Real>(each: &mut dyn FnMut(&CStr, &mut dyn Compensator<T>)) {
     let period = black_box(lit(0.012));
     let tracking = black_box(Tracking { rate: lit(8.0), shape: lit(20.0) });
     let following = black_box(Following { rate: lit(8.0), size: lit(2e-3) });
-    let authority = black_box(Authority { displacement: lit(5e-3), rotation: lit(0.08), fade: lit(0.5) });
-    let prior = black_box(Prior { compliance: lit(0.3), force: lit(0.3), tilt: lit(5e-4), lateral: lit(5e-4) });
+    let authority =
+        black_box(Authority { displacement: lit(5e-3), rotation: lit(0.08), fade: lit(0.5) });
+    let prior = black_box(Prior {
+        compliance: lit(0.3),
+        force: lit(0.3),
+        tilt: lit(5e-4),
+        lateral: lit(5e-4),
+    });
     let elastostatic = || black_box(Elastostatic::new(lit(5.0), period));
     if let Some(mut law) = elastostatic() {
         each(c"elastostatic", &mut law);
@@ -116,7 +132,8 @@ pub fn laws<T: Real>(each: &mut dyn FnMut(&CStr, &mut dyn Compensator<T>)) {
     }
     learning(each);
     if let Some(elastostatic) = elastostatic()
-        && let Some(mut law) = black_box(Combined::new(elastostatic, FeedForward, [true; 6], authority, period))
+        && let Some(mut law) =
+            black_box(Combined::new(elastostatic, FeedForward, [true; 6], authority, period))
     {
         each(c"elastostatic and feed-forward combined", &mut law);
     }

@@ -7,8 +7,8 @@ use trueweld_core::compensation::{Compensated, LoopLimits};
 use trueweld_core::control::{Command, External, ExternalGains, JointGains, Sensed, Setpoint};
 use trueweld_core::scalar::lit;
 use trueweld_core::{
-    Counterbalance, Friction, JOINTS, JointParameters, JointVector, Pose, Real, Robot, RobotParameters, ToolParameters,
-    Wrench,
+    Counterbalance, Friction, JOINTS, JointParameters, JointVector, Pose, Real, Robot,
+    RobotParameters, ToolParameters, Wrench,
 };
 
 /// Control cycles of the run.
@@ -116,7 +116,10 @@ pub fn nominal<T: Real>(k: usize) -> Pose<T> {
     let z = -Vector3::z();
     let x = Vector3::y();
     let y = lit::<T>(FEED * PERIOD * k as f64);
-    Pose { rotation: Matrix3::from_columns(&[x, z.cross(&x), z]), position: Vector3::new(lit(1.7), y, lit(0.5)) }
+    Pose {
+        rotation: Matrix3::from_columns(&[x, z.cross(&x), z]),
+        position: Vector3::new(lit(1.7), y, lit(0.5)),
+    }
 }
 
 /// The law under test: external force control with the elastostatic compensation.
@@ -153,7 +156,8 @@ impl<T: Real> Weld<T> {
         let link = robot.track(&nominal(0), &vector(start)).ok()?;
         let encoder = robot.fake_target(&link, &Wrench::zero());
         let frames = robot.frames(&encoder);
-        let torque = robot.spring_torque_at_rest(&frames, &encoder, &load(0).rotated(&frames.tcp.rotation));
+        let torque =
+            robot.spring_torque_at_rest(&frames, &encoder, &load(0).rotated(&frames.tcp.rotation));
         let position = JointGains {
             kp: vector(&[4.0e6, 4.0e6, 2.5e6, 2.0e5, 2.0e5, 1.0e5]),
             ki: vector(&[1.0e7, 1.0e7, 6.0e6, 5.0e5, 5.0e5, 2.5e5]),
@@ -168,8 +172,11 @@ impl<T: Real> Weld<T> {
             max_correction: lit(0.020),
             max_rate: lit(0.020),
         };
-        let [lateral, orientation] =
-            [0.010, 0.020].map(|most| LoopLimits { bandwidth: lit(12.0), size: lit(most), rate: lit(most) });
+        let [lateral, orientation] = [0.010, 0.020].map(|most| LoopLimits {
+            bandwidth: lit(12.0),
+            size: lit(most),
+            rate: lit(most),
+        });
         let period = lit(PERIOD);
         let external = External::new(position, force, period);
         let elastostatic = Elastostatic::new(lit(5.0), period)?;
@@ -185,7 +192,12 @@ impl<T: Real> Weld<T> {
         let pose = self.robot.forward(&self.robot.fake_target(&link, &Wrench::zero()));
         Some(Inputs {
             nominal,
-            setpoint: Setpoint { pose, b_from_w: nominal.rotation, force: Some(lit(-LOAD[2])), spindle: lit(SPINDLE) },
+            setpoint: Setpoint {
+                pose,
+                b_from_w: nominal.rotation,
+                force: Some(lit(-LOAD[2])),
+                spindle: lit(SPINDLE),
+            },
             sensed: Sensed {
                 encoder: self.encoder,
                 encoder_rate: self.rate,

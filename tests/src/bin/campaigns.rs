@@ -44,25 +44,34 @@ struct Arguments {
 }
 
 fn go(arguments: &Arguments) -> Result<(), Box<dyn std::error::Error>> {
-    let mut recipe =
-        Recipe::plain(arguments.seed).with_nuisance(arguments.stiffness, arguments.offset, arguments.registration);
+    let mut recipe = Recipe::plain(arguments.seed).with_nuisance(
+        arguments.stiffness,
+        arguments.offset,
+        arguments.registration,
+    );
     recipe.noise = arguments.noise;
     recipe.noise_stated = !arguments.unstated;
     let robot = RobotFile::read(fixture("robots/kr500-mt.toml"))?;
     for (seed, text) in (arguments.seed..).zip(&arguments.effect) {
         let alone = TABLE.iter().any(|k| k.id == text);
-        let effect = if alone { draw(text, arguments.size, &recipe.logs, seed) } else { Effect::parse(text, &robot)? };
+        let effect = if alone {
+            draw(text, arguments.size, &recipe.logs, seed)
+        } else {
+            Effect::parse(text, &robot)?
+        };
         recipe = recipe.with_effect(effect);
     }
     if let Some(text) = &arguments.stranger {
-        let (name, joint) = text.split_once(':').map_or((text.as_str(), None), |(name, joint)| (name, Some(joint)));
+        let (name, joint) =
+            text.split_once(':').map_or((text.as_str(), None), |(name, joint)| (name, Some(joint)));
         let names = Strange::ALL.map(Strange::name).join(", ");
         let what = Strange::ALL.into_iter().find(|s| s.name() == name);
         let what = what.ok_or_else(|| format!("no stranger `{name}`: expected one of {names}"))?;
         let mut stranger = Stranger::draw(what, arguments.size, arguments.seed);
         if let Some(joint) = joint {
             let joint = joint.parse().ok().filter(|j| (1..=6).contains(j));
-            let joint: usize = joint.ok_or_else(|| format!("`{text}` names no joint from 1 to 6"))?;
+            let joint: usize =
+                joint.ok_or_else(|| format!("`{text}` names no joint from 1 to 6"))?;
             stranger.joint = joint - 1;
         }
         recipe = recipe.with_stranger(stranger);

@@ -39,7 +39,8 @@ struct Arguments {
 fn go(arguments: &Arguments) -> Result<(), Box<dyn std::error::Error>> {
     for file in [Some(&arguments.out), arguments.table.as_ref()].into_iter().flatten() {
         if let Some(folder) = file.parent() {
-            std::fs::create_dir_all(folder).map_err(|error| format!("cannot make {}: {error}", folder.display()))?;
+            std::fs::create_dir_all(folder)
+                .map_err(|error| format!("cannot make {}: {error}", folder.display()))?;
         }
     }
     let logs = if arguments.short { Logs::short() } else { Logs::usual() };
@@ -47,12 +48,18 @@ fn go(arguments: &Arguments) -> Result<(), Box<dyn std::error::Error>> {
     let written = match read_to_string(&arguments.out) {
         Ok(text) => text,
         Err(error) if error.kind() == ErrorKind::NotFound => String::new(),
-        Err(error) => return Err(format!("cannot read {}: {error}", arguments.out.display()).into()),
+        Err(error) => {
+            return Err(format!("cannot read {}: {error}", arguments.out.display()).into());
+        }
     };
     let mut known: BTreeMap<(String, u64), Judged> = BTreeMap::new();
     for (number, line) in written.lines().enumerate() {
         let judged: Judged = serde_json::from_str(line).map_err(|error| {
-            format!("{}:{}: no result of this program: {error}", arguments.out.display(), number + 1)
+            format!(
+                "{}:{}: no result of this program: {error}",
+                arguments.out.display(),
+                number + 1
+            )
         })?;
         known.insert((judged.name.clone(), judged.seed), judged);
     }

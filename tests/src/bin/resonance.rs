@@ -5,10 +5,13 @@ use trueweld_tests::resonance::{Lines, fixtures, started_at, unscaled, usable, w
 
 fn main() {
     let speeds = [500.0, 600.0, 700.0, 750.0, 800.0, 900.0, 1000.0, 1080.0, 1200.0];
-    for (controller, faster) in [(Controller::External, 1.0), (Controller::External, 4.0), (Controller::Parallel, 1.0)]
+    for (controller, faster) in
+        [(Controller::External, 1.0), (Controller::External, 4.0), (Controller::Parallel, 1.0)]
     {
         println!("{} × {faster}: without filter, with", controller.name());
-        println!("| rpm | push, N | drives, µm | correction, µm | lateral, µm | tilt, 0.001° | envelope, N |");
+        println!(
+            "| rpm | push, N | drives, µm | correction, µm | lateral, µm | tilt, 0.001° | envelope, N |"
+        );
         for rpm in speeds {
             let [a, b] = [false, true].map(|told| weld(rpm, controller, faster, told));
             let pair = |f: fn(&Lines) -> f64, unit: f64, digits: usize| {
@@ -27,7 +30,10 @@ fn main() {
     }
     println!("usable gain without filter, start: {:.2}", usable(false, |g| fixtures(600.0, g)));
     for rpm in speeds {
-        println!("usable gain with filter at {rpm} rpm, start: {:.2}", usable(true, |g| fixtures(rpm, g)));
+        println!(
+            "usable gain with filter at {rpm} rpm, start: {:.2}",
+            usable(true, |g| fixtures(rpm, g))
+        );
     }
     let middle = |g| started_at(1.0, fixtures(600.0, g));
     println!("middle, neither: {:.2}", usable(false, |g| unscaled(middle(g))));

@@ -48,52 +48,81 @@ pub fn draw(id: &str, size: f64, logs: &Logs, seed: u64) -> Effect {
             let twist = if heavy { r.between(7e-5, 1.5e-4) } else { r.between(1e-4, 3e-4) };
             (here, vec![size * scale * r.between(1000.0, 2500.0), twist])
         }
-        "joint-friction" => (here, vec![size * coulomb * r.between(0.3, 0.6), size * viscous * r.between(0.3, 0.6)]),
+        "joint-friction" => {
+            (here, vec![size * coulomb * r.between(0.3, 0.6), size * viscous * r.between(0.3, 0.6)])
+        }
         "stribeck" => (here, vec![size * coulomb * r.between(0.4, 0.8), r.between(0.015, 0.05)]),
         "asymmetric-friction" => (here, vec![size * coulomb * r.between(0.25, 0.5)]),
-        "transmission-error" => (here, vec![size * r.between(5e-5, 2e-4), r.whole(10, 80) as f64, r.between(-PI, PI)]),
+        "transmission-error" => {
+            (here, vec![size * r.between(5e-5, 2e-4), r.whole(10, 80) as f64, r.between(-PI, PI)])
+        }
         "wrist-coupling" => (At::Joint(r.whole(4, 5)), vec![size * r.either(5e-4, 2e-3)]),
         "bearing-tilt" => (here, vec![size * r.between(5e-9, 2e-8)]),
         "base-compliance" => (At::Cell, vec![size * r.between(1e-9, 4e-9)]),
         "counterbalance-loss" => (At::Cell, vec![size * r.between(0.1, 0.3)]),
         "payload-error" => {
             let center = [(); 3].map(|()| r.between(-0.02, 0.02));
-            (At::Cell, vec![size * r.between(5.0, 15.0), size * center[0], size * center[1], size * center[2]])
+            (
+                At::Cell,
+                vec![
+                    size * r.between(5.0, 15.0),
+                    size * center[0],
+                    size * center[1],
+                    size * center[2],
+                ],
+            )
         }
         "encoder-offset" => (here, vec![size * r.either(1e-4, 3e-4)]),
         "link-encoder-offset" => (At::Joint(proximal), vec![size * r.either(5e-5, 2e-4)]),
-        "link-encoder-ripple" => {
-            (At::Joint(proximal), vec![size * r.between(3e-5, 1.5e-4), r.whole(10, 80) as f64, r.between(-PI, PI)])
-        }
+        "link-encoder-ripple" => (
+            At::Joint(proximal),
+            vec![size * r.between(3e-5, 1.5e-4), r.whole(10, 80) as f64, r.between(-PI, PI)],
+        ),
         "tracker-registration" => {
-            let (shift, turn) = (r.direction() * r.between(2e-4, 6e-4), r.direction() * r.between(1e-4, 2e-4));
+            let (shift, turn) =
+                (r.direction() * r.between(2e-4, 6e-4), r.direction() * r.between(1e-4, 2e-4));
             (At::Cell, shift.iter().chain(turn.iter()).map(|v| size * v).collect())
         }
         "thermal-drift" => {
             let drift = r.direction() * (size * r.between(1.5e-4, 4e-4));
             (At::Cell, vec![drift.x, drift.y, drift.z, r.between(10.0, 200.0)])
         }
-        "force-crosstalk" => (At::Cell, vec![size * r.either(0.005, 0.015), size * r.either(0.005, 0.015)]),
+        "force-crosstalk" => {
+            (At::Cell, vec![size * r.either(0.005, 0.015), size * r.either(0.005, 0.015)])
+        }
         "force-offset" => (At::Cell, [(); 3].map(|()| size * r.either(60.0, 200.0)).to_vec()),
         "channel-delay" => {
-            let channels = [Channel::Tracker, Channel::Wrench, Channel::MotorTorque, Channel::LinkEncoder];
+            let channels =
+                [Channel::Tracker, Channel::Wrench, Channel::MotorTorque, Channel::LinkEncoder];
             (At::Channel(channels[r.whole(0, 3)]), vec![size * r.between(2e-3, 6e-3)])
         }
         "process-stiffness-error" => (At::Cell, vec![size * r.either(0.15, 0.4)]),
         "drag-error" => (At::Cell, vec![size * r.either(0.1, 0.25)]),
-        "thermal-softening" => (At::Cell, vec![size * r.between(0.05, 0.15), r.between(10.0, 40.0)]),
+        "thermal-softening" => {
+            (At::Cell, vec![size * r.between(0.05, 0.15), r.between(10.0, 40.0)])
+        }
         "feed-power-law" => (At::Cell, vec![1.0 - size * r.between(0.2, 0.5)]),
         "advancing-side" => (At::Cell, vec![size * r.either(0.02, 0.05)]),
         "spindle-harmonic" => {
             let order = r.whole(3, 6) as f64;
-            (At::Cell, vec![order, size * r.between(0.01, 0.03), size * r.between(0.03, 0.08), r.between(-PI, PI)])
+            (
+                At::Cell,
+                vec![
+                    order,
+                    size * r.between(0.01, 0.03),
+                    size * r.between(0.03, 0.08),
+                    r.between(-PI, PI),
+                ],
+            )
         }
         "plate-waviness" => {
             let length = logs.seam * r.between(0.2, 0.6);
             (At::Cell, vec![size * r.between(1e-4, 3e-4), length, r.between(-PI, PI)])
         }
         "fixture-compliance" => (At::Cell, vec![r.between(3e7, 1e8) / size]),
-        "material-step" => (At::Cell, vec![size * r.either(0.1, 0.25), logs.seam * r.between(0.3, 0.7)]),
+        "material-step" => {
+            (At::Cell, vec![size * r.either(0.1, 0.25), logs.seam * r.between(0.3, 0.7)])
+        }
         _ => panic!("no usual size of the effect `{id}` is known"),
     };
     effect(id, at, &values)

@@ -53,7 +53,8 @@ impl Load {
         let parameters = cell.robot.model.parameters();
         let weight = parameters.gravity * self.payload;
         let last = JOINTS - 1;
-        let hangs = frames.origin[last] + frames.rotation[last] * (parameters.tool.flange_offset + self.center);
+        let hangs = frames.origin[last]
+            + frames.rotation[last] * (parameters.tool.flange_offset + self.center);
         wrench.force += weight;
         wrench.moment += (hangs - frames.tcp.position).cross(&weight);
         wrench
@@ -84,7 +85,8 @@ fn balanced(
     let unit = robot.model.stiffness().map(f64::sqrt);
     let left = |scaled: &JointVector<f64>| {
         let link = scaled.component_div(&unit) + motor.angle;
-        let drives = Drives { link, link_rate: motor.rate, motor: motor.angle, motor_rate: motor.rate };
+        let drives =
+            Drives { link, link_rate: motor.rate, motor: motor.angle, motor_rate: motor.rate };
         let load = wrench(&robot.model.frames(&link));
         let frames = robot.frames(&link, &load, time);
         let (_, bias) = robot.model.equation_of_motion(&frames, &motor.rate, &load);
@@ -126,14 +128,21 @@ fn balanced(
 /// The torque with which links press on in a direction.
 fn pressing(cell: &Cell, direction: &JointVector<f64>) -> JointVector<f64> {
     let sign = |v: f64| if v == 0.0 { 0.0 } else { v.signum() };
-    JointVector::from_fn(|i, _| ARRIVES * cell.robot.model.parameters().joints[i].max_torque * sign(direction[i]))
+    JointVector::from_fn(|i, _| {
+        ARRIVES * cell.robot.model.parameters().joints[i].max_torque * sign(direction[i])
+    })
 }
 
 /// Unloaded links in balance with their motors, effects' own states at zero, after the links pressed in a direction.
-fn settled(cell: &Cell, motor: &Motor, direction: &JointVector<f64>) -> Result<JointVector<f64>, Unsettled> {
+fn settled(
+    cell: &Cell,
+    motor: &Motor,
+    direction: &JointVector<f64>,
+) -> Result<JointVector<f64>, Unsettled> {
     let spring = |drives: &Drives| cell.robot.spring_torque(drives, &[0.0; INTERNAL_STATES]);
     let unloaded = |_: &Frames<f64>| Wrench::zero();
-    let pressed = balanced(cell, motor, &motor.angle, &pressing(cell, direction), 0.0, spring, unloaded)?;
+    let pressed =
+        balanced(cell, motor, &motor.angle, &pressing(cell, direction), 0.0, spring, unloaded)?;
     balanced(cell, motor, &pressed, &JointVector::zeros(), 0.0, spring, unloaded)
 }
 
@@ -161,14 +170,24 @@ impl<'a> Standing<'a> {
         let link = settled(cell, &at_rest(motor), motor)?;
         let mut rates = [0.0; INTERNAL_STATES];
         let still = JointVector::zeros();
-        let twisting = Drives { link: still, link_rate: still, motor: still, motor_rate: JointVector::repeat(1.0) };
+        let twisting = Drives {
+            link: still,
+            link_rate: still,
+            motor: still,
+            motor_rate: JointVector::repeat(1.0),
+        };
         cell.robot.internal_rates(&twisting, &internal, &mut rates);
         let remembers = rates.iter().any(|r| *r != 0.0);
         Ok(Self { cell, motor: *motor, load, link, internal, remembers })
     }
 
     /// Leads it evenly to another posture or load, reached at `time`, s.
-    pub fn lead(&mut self, motor: &JointVector<f64>, load: &Load, time: f64) -> Result<(), Unsettled> {
+    pub fn lead(
+        &mut self,
+        motor: &JointVector<f64>,
+        load: &Load,
+        time: f64,
+    ) -> Result<(), Unsettled> {
         let (motor_before, load_before) = (self.motor, self.load);
         let moves = motor != &motor_before;
         let steps = match (self.remembers, moves) {
@@ -372,13 +391,16 @@ impl<P: Path> Follower<'_, P> {
         let spring = robot.spring_torque(&drives, &y.as_slice()[12..HUNG]);
         let smoothing = robot.model.parameters().friction.smoothing;
         let friction = JointVector::from_fn(|i, _| {
-            let fading = self.stranger.map_or(0.0, |s| s.friction(i, motor.rate[i], time, smoothing));
+            let fading =
+                self.stranger.map_or(0.0, |s| s.friction(i, motor.rate[i], time, smoothing));
             robot.friction(&drives, i).value + fading
         });
         Instant {
             motor: motor.angle,
             link: drives.link,
-            torque: robot.model.rotor_inertia().component_mul(&motor.acceleration) + spring + friction,
+            torque: robot.model.rotor_inertia().component_mul(&motor.acceleration)
+                + spring
+                + friction,
             pose: self.frames(time, &drives, y).0.tcp,
             wrench: Wrench::zero(),
         }

@@ -107,8 +107,8 @@ impl Recipe {
     /// The same with one effect more, and with the instrument that the effect is of.
     #[must_use]
     pub fn with_effect(mut self, effect: Effect) -> Self {
-        self.link_encoders |=
-            effect.kind.id.starts_with("link-encoder") || effect.at == At::Channel(Channel::LinkEncoder);
+        self.link_encoders |= effect.kind.id.starts_with("link-encoder")
+            || effect.at == At::Channel(Channel::LinkEncoder);
         self.motor_torque |= effect.at == At::Channel(Channel::MotorTorque);
         self.effects.push(effect);
         self
@@ -239,8 +239,14 @@ pub fn write(recipe: &Recipe, folder: &Path) -> Result<(), CampaignError> {
     let held_out = Plan { logs: fewer, held_out: true };
     for (plan, folder) in [(&main, folder.to_owned()), (&held_out, folder.join("holdout"))] {
         std::fs::create_dir_all(&folder)?;
-        write_atomically(folder.join("robot.toml"), &std::fs::read(fixture("robots/kr500-mt.toml"))?)?;
-        write_atomically(folder.join("process.toml"), &std::fs::read(fixture("processes/lap-weld-2024-t3.toml"))?)?;
+        write_atomically(
+            folder.join("robot.toml"),
+            &std::fs::read(fixture("robots/kr500-mt.toml"))?,
+        )?;
+        write_atomically(
+            folder.join("process.toml"),
+            &std::fs::read(fixture("processes/lap-weld-2024-t3.toml"))?,
+        )?;
         let model = "schema = \"model/1\"\nrobot = \"robot.toml\"\nprocess = \"process.toml\"\n";
         write_atomically(folder.join("model.toml"), model.as_bytes())?;
         let names = plan.write(&laboratory, &folder)?;
@@ -274,12 +280,15 @@ fn truth(recipe: &Recipe, robot: &RobotFile) -> String {
         recipe.encoder_offset,
         recipe.registration_per_log
     );
-    let mut line = |what: std::fmt::Arguments<'_>| writeln!(text, "{what}").expect("a string takes all");
+    let mut line =
+        |what: std::fmt::Arguments<'_>| writeln!(text, "{what}").expect("a string takes all");
     for effect in &recipe.effects {
         line(format_args!("\n[[effect]]\nid = \"{}\"", effect.kind.id));
         match (effect.at, effect.kind.place) {
             (At::Joint(i), _) => line(format_args!("at = \"{}\"", robot.joint_names[i])),
-            (At::Channel(channel), Place::Channel) => line(format_args!("at = \"{}\"", channel_name(channel))),
+            (At::Channel(channel), Place::Channel) => {
+                line(format_args!("at = \"{}\"", channel_name(channel)))
+            }
             _ => {}
         }
         for (parameter, value) in effect.kind.parameters.iter().zip(&effect.values) {
@@ -292,7 +301,10 @@ fn truth(recipe: &Recipe, robot: &RobotFile) -> String {
             stranger.what.name(),
             stranger.what.equation()
         ));
-        line(format_args!("at = \"{}\"\nsize = {:?}", robot.joint_names[stranger.joint], stranger.size));
+        line(format_args!(
+            "at = \"{}\"\nsize = {:?}",
+            robot.joint_names[stranger.joint], stranger.size
+        ));
     }
     text
 }

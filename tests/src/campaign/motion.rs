@@ -39,12 +39,17 @@ impl Path for Stop {
         let share = 1.0 - braked / self.takes;
         let run = time.min(self.falls) + braked - 0.5 * braked * braked / self.takes;
         let slowing = if braked > 0.0 && braked < self.takes { -1.0 / self.takes } else { 0.0 };
-        Motor { angle: self.start + self.rate * run, rate: self.rate * share, acceleration: self.rate * slowing }
+        Motor {
+            angle: self.start + self.rate * run,
+            rate: self.rate * share,
+            acceleration: self.rate * slowing,
+        }
     }
 }
 
 /// Where free motion stays, rad: in front of the robot, the tool clear of the arm.
-const RANGE: [[f64; 2]; 6] = [[-0.8, 0.8], [-1.25, -0.55], [1.2, 2.1], [-1.2, 1.2], [0.15, 1.5], [-1.4, 1.4]];
+const RANGE: [[f64; 2]; 6] =
+    [[-0.8, 0.8], [-1.25, -0.55], [1.2, 2.1], [-1.2, 1.2], [0.15, 1.5], [-1.4, 1.4]];
 
 /// Largest rates of free motion, rad/s.
 const RATE: [f64; 6] = [0.45, 0.4, 0.4, 0.6, 0.7, 0.9];
@@ -106,7 +111,8 @@ impl Moves {
 
 impl Path for Moves {
     fn at(&self, time: f64) -> Motor {
-        let rest = |angle| Motor { angle, rate: JointVector::zeros(), acceleration: JointVector::zeros() };
+        let rest =
+            |angle| Motor { angle, rate: JointVector::zeros(), acceleration: JointVector::zeros() };
         let Some(piece) = self.pieces.iter().rfind(|p| p.begins <= time) else {
             return rest(self.start);
         };
@@ -123,15 +129,21 @@ impl Path for Moves {
             What::Wave(sines) => {
                 // Faded in and out by 64 (s (1 − s))³, whose second derivative is still continuous.
                 let (u, du) = (s * (1.0 - s), 1.0 - 2.0 * s);
-                let fade = [64.0 * u.powi(3), 192.0 * u * u * du * by_time, 384.0 * u * (du * du - u) * by_time2];
+                let fade = [
+                    64.0 * u.powi(3),
+                    192.0 * u * u * du * by_time,
+                    384.0 * u * (du * du - u) * by_time2,
+                ];
                 let mut at = rest(piece.from);
                 for [amplitude, rate, phase] in sines.iter() {
                     for i in 0..6 {
                         let (sine, cosine) = (rate[i] * (time - piece.begins) + phase[i]).sin_cos();
-                        let wave = [sine, rate[i] * cosine, -rate[i] * rate[i] * sine].map(|w| amplitude[i] * w);
+                        let wave = [sine, rate[i] * cosine, -rate[i] * rate[i] * sine]
+                            .map(|w| amplitude[i] * w);
                         at.angle[i] += fade[0] * wave[0];
                         at.rate[i] += fade[1] * wave[0] + fade[0] * wave[1];
-                        at.acceleration[i] += fade[2] * wave[0] + 2.0 * fade[1] * wave[1] + fade[0] * wave[2];
+                        at.acceleration[i] +=
+                            fade[2] * wave[0] + 2.0 * fade[1] * wave[1] + fade[0] * wave[2];
                     }
                 }
                 at

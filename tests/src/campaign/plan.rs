@@ -14,7 +14,8 @@ use trueweld_plant::integrate::Integrator;
 use trueweld_plant::simulate::{Controller, Law, Program, Row, Scenario, Seam, run};
 
 /// Where the postures of static loads and stops lie, rad; A5 of either sign.
-const RANGE: [[f64; 2]; JOINTS] = [[-0.8, 0.9], [-1.05, -0.65], [1.15, 2.2], [-1.2, 1.2], [0.25, 1.5], [-1.6, 1.6]];
+const RANGE: [[f64; 2]; JOINTS] =
+    [[-0.8, 0.9], [-1.05, -0.65], [1.15, 2.2], [-1.2, 1.2], [0.25, 1.5], [-1.6, 1.6]];
 
 /// Plant step of a weld, s.
 const WELD_STEP: f64 = 5e-4;
@@ -36,7 +37,11 @@ pub(super) struct Plan {
 
 impl Plan {
     /// Writes every log into the campaign's folder and gives their names.
-    pub fn write(&self, laboratory: &Laboratory<'_>, folder: &Path) -> Result<Vec<String>, CampaignError> {
+    pub fn write(
+        &self,
+        laboratory: &Laboratory<'_>,
+        folder: &Path,
+    ) -> Result<Vec<String>, CampaignError> {
         let mut names = Vec::new();
         // The held-out logs carry numbers on from those of the campaign.
         let (extra, mut log) = if self.held_out { ("-2", 100) } else { ("", 0) };
@@ -82,7 +87,8 @@ impl Plan {
         for posture in 0..self.logs.postures {
             let motor = posture_within(random);
             for (row, load) in loads(posture, random).iter().enumerate() {
-                let takes = if row == 0 { random.between(50.0, 65.0) } else { random.between(12.0, 20.0) };
+                let takes =
+                    if row == 0 { random.between(50.0, 65.0) } else { random.between(12.0, 20.0) };
                 match &mut arm {
                     None => {
                         let mut first = Standing::new(&cell, &motor)?;
@@ -95,8 +101,14 @@ impl Plan {
                     }
                 }
                 if let Some(arm) = &arm {
-                    let read = readings(time, &motor, arm.link(), &load.wrench_in_t, &arm.pose(time));
-                    table.record(&cell, read, &JointVector::zeros(), Besides::Payload(load.payload, load.center));
+                    let read =
+                        readings(time, &motor, arm.link(), &load.wrench_in_t, &arm.pose(time));
+                    table.record(
+                        &cell,
+                        read,
+                        &JointVector::zeros(),
+                        Besides::Payload(load.payload, load.center),
+                    );
                 }
             }
         }
@@ -118,10 +130,12 @@ impl Plan {
             rate[j] = if j < 3 { random.either(0.05, 0.08) } else { random.either(0.12, 0.2) };
         }
         let path = Stop { start, rate, falls: 0.1, takes: 0.003 };
-        let follower = Follower { cell: &cell, stranger: laboratory.recipe.stranger.as_ref(), path: &path };
+        let follower =
+            Follower { cell: &cell, stranger: laboratory.recipe.stranger.as_ref(), path: &path };
         let instants = follower.run(-RUN_IN, self.logs.ring, RING_STEP)?;
         let track = Track { start: -RUN_IN, step: RING_STEP, instants };
-        let table = recorded(laboratory, log, &cell, Kind::Ring, &track, self.logs.ring, Besides::Nothing);
+        let table =
+            recorded(laboratory, log, &cell, Kind::Ring, &track, self.logs.ring, Besides::Nothing);
         Ok(table.write(folder, "")?)
     }
 
@@ -134,10 +148,12 @@ impl Plan {
     ) -> Result<(), CampaignError> {
         let cell = laboratory.cell(log, out_of_reach(), 0.0)?;
         let path = Moves::random(self.logs.free, random);
-        let follower = Follower { cell: &cell, stranger: laboratory.recipe.stranger.as_ref(), path: &path };
+        let follower =
+            Follower { cell: &cell, stranger: laboratory.recipe.stranger.as_ref(), path: &path };
         let instants = follower.run(0.0, self.logs.free, FREE_STEP)?;
         let track = Track { start: 0.0, step: FREE_STEP, instants };
-        let table = recorded(laboratory, log, &cell, Kind::Free, &track, self.logs.free, Besides::Nothing);
+        let table =
+            recorded(laboratory, log, &cell, Kind::Free, &track, self.logs.free, Besides::Nothing);
         Ok(table.write(folder, "")?)
     }
 
@@ -184,7 +200,8 @@ impl Plan {
         let instants: Vec<_> = recording.rows.iter().map(instant).collect();
         let length = (instants.len() - 1) as f64 * recording.period;
         let track = Track { start: 0.0, step: recording.period, instants };
-        let table = recorded(laboratory, log, &cell, Kind::Weld, &track, length, Besides::Spindle(spindle));
+        let table =
+            recorded(laboratory, log, &cell, Kind::Weld, &track, length, Besides::Spindle(spindle));
         table.write(folder, "weld = \"weld.toml\"\nprocess = \"../process.toml\"\n")?;
         Ok(write_atomically(folder.join("weld.toml"), weld_file(&weld).as_bytes())?)
     }
@@ -196,8 +213,12 @@ impl Plan {
         let inclined = Vector3::new(0.5_f64.sqrt(), 0.0, -0.5_f64.sqrt());
         let square = Vector3::y();
         let (x, y, z, axis, along, feed, force, spindle) = match (self.held_out, number % 2) {
-            (false, 0) => (1.7, random.between(-0.7, -0.2), 0.5, upright, square, 0.008, 18e3, -62.83185),
-            (false, _) => (2.0, random.between(0.1, 0.5), 0.5, inclined, square, 0.012, 15e3, 75.39822),
+            (false, 0) => {
+                (1.7, random.between(-0.7, -0.2), 0.5, upright, square, 0.008, 18e3, -62.83185)
+            }
+            (false, _) => {
+                (2.0, random.between(0.1, 0.5), 0.5, inclined, square, 0.012, 15e3, 75.39822)
+            }
             (true, _) => {
                 let along = Vector3::new(random.between(-0.2, 0.2), 1.0, 0.0).normalize();
                 (1.9, random.between(-0.3, 0.1), 0.55, upright, along, 0.010, 17e3, -69.11504)
@@ -234,8 +255,10 @@ fn posture_within(random: &mut Random) -> JointVector<f64> {
 
 /// Loads at one posture, in their order: up and down again, so that what remembers shows.
 fn loads(posture: usize, random: &mut Random) -> Vec<Load> {
-    let pressed =
-        |force: Vector3<f64>, moment: Vector3<f64>| Load { wrench_in_t: Wrench { moment, force }, ..Load::none() };
+    let pressed = |force: Vector3<f64>, moment: Vector3<f64>| Load {
+        wrench_in_t: Wrench { moment, force },
+        ..Load::none()
+    };
     let turn = [0.0, 0.5, 1.0, 0.5, 0.0, -0.5, -1.0, -0.5, 0.0];
     match posture % 4 {
         0 => {
@@ -243,7 +266,11 @@ fn loads(posture: usize, random: &mut Random) -> Vec<Load> {
             turn.map(|share| pressed(force * share, Vector3::zeros())).to_vec()
         }
         1 => {
-            let center = Vector3::new(random.between(0.1, 0.2), random.between(-0.1, 0.1), random.between(-0.15, 0.1));
+            let center = Vector3::new(
+                random.between(0.1, 0.2),
+                random.between(-0.1, 0.1),
+                random.between(-0.15, 0.1),
+            );
             // Where it hangs is known to a tenth of a millimetre.
             let center = center.map(|v| (v * 1e4).round() / 1e4);
             let hung = |payload: f64| Load {

@@ -10,7 +10,9 @@ use std::f64::consts::TAU;
 use trueweld_core::RobotParameters;
 use trueweld_core::spatial::rotation_from_vector;
 use trueweld_plant::cell::Cell;
-use trueweld_plant::robot::{JointPoint, Port, ProcessPoint, Readings, Sloped, Term, TooManyStates};
+use trueweld_plant::robot::{
+    JointPoint, Port, ProcessPoint, Readings, Sloped, Term, TooManyStates,
+};
 
 /// Kinds of strangers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -158,24 +160,31 @@ impl Stranger {
                 let viscous = self.size * KR500.parameters().friction.viscous[joint];
                 (Port::LinkTorque(joint), Box::new(LinkFriction { viscous }))
             }
-            Strange::MotorRipple => {
-                (Port::MotorFriction(joint), Box::new(MotorRipple { amplitude: self.size * 0.8 * self.coulomb() }))
+            Strange::MotorRipple => (
+                Port::MotorFriction(joint),
+                Box::new(MotorRipple { amplitude: self.size * 0.8 * self.coulomb() }),
+            ),
+            Strange::ForceScale => {
+                (Port::SensorChannel, Box::new(ForceScale { gain: 0.03 * self.size }))
             }
-            Strange::ForceScale => (Port::SensorChannel, Box::new(ForceScale { gain: 0.03 * self.size })),
             Strange::CubicDamping => {
                 // Twice as much again as D, at the rate at which a ring-down begins.
                 let rate: f64 = if joint < 3 { 0.05 } else { 0.15 };
                 let coefficient = 2.0 * self.size * damping / (rate * rate);
                 (Port::SpringTorque(joint), Box::new(CubicDamping { coefficient }))
             }
-            Strange::UnevenStiffness => {
-                (Port::SpringTorque(joint), Box::new(UnevenStiffness { stiffness: 0.25 * self.size * stiffness }))
-            }
+            Strange::UnevenStiffness => (
+                Port::SpringTorque(joint),
+                Box::new(UnevenStiffness { stiffness: 0.25 * self.size * stiffness }),
+            ),
             Strange::Shaker => {
                 let amplitude = cell.b_from_w.rotation.transpose() * self.shaking();
                 (Port::ProcessForce, Box::new(Shaker { amplitude }))
             }
-            Strange::Appendage | Strange::LinkLength | Strange::TiltedFloor | Strange::FadingFriction => return Ok(()),
+            Strange::Appendage
+            | Strange::LinkLength
+            | Strange::TiltedFloor
+            | Strange::FadingFriction => return Ok(()),
         };
         cell.robot.ports.install(port, term)
     }
@@ -194,7 +203,8 @@ impl Stranger {
     pub(super) fn appendage(&self) -> Option<Appendage> {
         const RATE: f64 = 9.0 * TAU;
         let mass = 12.0 * self.size;
-        let hung = Appendage { mass, stiffness: mass * RATE * RATE, damping: 2.0 * 0.02 * mass * RATE };
+        let hung =
+            Appendage { mass, stiffness: mass * RATE * RATE, damping: 2.0 * 0.02 * mass * RATE };
         (self.what == Strange::Appendage).then_some(hung)
     }
 
@@ -205,7 +215,11 @@ impl Stranger {
         if self.what != Strange::FadingFriction || joint != self.joint {
             return 0.0;
         }
-        self.size * 0.8 * self.coulomb() * (-time / FADES_IN).exp() * Sloped::turn(rate, smoothing).value
+        self.size
+            * 0.8
+            * self.coulomb()
+            * (-time / FADES_IN).exp()
+            * Sloped::turn(rate, smoothing).value
     }
 }
 

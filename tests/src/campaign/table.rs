@@ -99,8 +99,14 @@ impl Track {
             motor: joints(|i| i.motor),
             link: joints(|i| i.link),
             torque: joints(|i| i.torque),
-            pose: Pose { rotation: here * rotation_from_vector(&turned), position: vector(&|i| i.pose.position) },
-            wrench: Wrench { moment: vector(&|i| i.wrench.moment), force: vector(&|i| i.wrench.force) },
+            pose: Pose {
+                rotation: here * rotation_from_vector(&turned),
+                position: vector(&|i| i.pose.position),
+            },
+            wrench: Wrench {
+                moment: vector(&|i| i.wrench.moment),
+                force: vector(&|i| i.wrench.force),
+            },
         }
     }
 
@@ -108,7 +114,13 @@ impl Track {
     pub fn read(&self, cell: &Cell, time: f64) -> (Readings, JointVector<f64>) {
         let late = |channel| self.at(time - cell.robot.ports.delay(channel));
         let (tracker, wrench) = (late(Channel::Tracker).pose, late(Channel::Wrench).wrench);
-        let readings = readings(time, &self.at(time).motor, &late(Channel::LinkEncoder).link, &wrench, &tracker);
+        let readings = readings(
+            time,
+            &self.at(time).motor,
+            &late(Channel::LinkEncoder).link,
+            &wrench,
+            &tracker,
+        );
         (readings, late(Channel::MotorTorque).torque)
     }
 }
@@ -121,7 +133,11 @@ pub(super) fn readings(
     wrench_in_t: &Wrench<f64>,
     tcp: &Pose<f64>,
 ) -> Readings {
-    Readings { force: wrench_in_t.force, moment: wrench_in_t.moment, ..Readings::of(time, motor, link, tcp) }
+    Readings {
+        force: wrench_in_t.force,
+        moment: wrench_in_t.moment,
+        ..Readings::of(time, motor, link, tcp)
+    }
 }
 
 /// What a row has that no instrument of the cell reads.
@@ -205,14 +221,22 @@ impl Table {
     }
 
     /// Records one row of what the cell's instruments read, faults of its effects included.
-    pub fn record(&mut self, cell: &Cell, mut readings: Readings, torque: &JointVector<f64>, besides: Besides) {
+    pub fn record(
+        &mut self,
+        cell: &Cell,
+        mut readings: Readings,
+        torque: &JointVector<f64>,
+        besides: Besides,
+    ) {
         for term in &cell.robot.ports.sensor {
             term.sense(&mut readings);
         }
         let at = &mut self.instruments;
         let text = &mut self.text;
         write!(text, "{:.3}", readings.time).expect("a string takes all");
-        let mut put = |value: f64, digits: usize| write!(text, ",{value:.digits$}").expect("a string takes all");
+        let mut put = |value: f64, digits: usize| {
+            write!(text, ",{value:.digits$}").expect("a string takes all")
+        };
         for angle in readings.encoder {
             put(at.noisy(angle, ENCODER), 8);
         }
@@ -235,7 +259,9 @@ impl Table {
         at.noisy_vector(&readings.tcp_position, TRACKER_POSITION).iter().for_each(|p| put(*p, 7));
         if self.kind != Kind::Ring {
             let off = rotation_from_vector(&at.noisy_vector(&Vector3::zeros(), TRACKER_ROTATION));
-            rotation_vector(&(rotation_from_vector(&readings.tcp_rotation) * off)).iter().for_each(|r| put(*r, 7));
+            rotation_vector(&(rotation_from_vector(&readings.tcp_rotation) * off))
+                .iter()
+                .for_each(|r| put(*r, 7));
         }
         match besides {
             Besides::Nothing => {}
@@ -251,7 +277,10 @@ impl Table {
     /// Writes the log's folder. `references` are further lines of its `log.toml`.
     pub fn write(&self, folder: &Path, references: &str) -> std::io::Result<()> {
         std::fs::create_dir_all(folder)?;
-        let mut log = format!("schema = \"log/1\"\nkind = \"{}\"\nrobot = \"../robot.toml\"\n", self.kind.name());
+        let mut log = format!(
+            "schema = \"log/1\"\nkind = \"{}\"\nrobot = \"../robot.toml\"\n",
+            self.kind.name()
+        );
         log += references;
         if let Some(period) = self.kind.period() {
             writeln!(log, "period_s = {period:?}").expect("a string takes all");
@@ -271,7 +300,8 @@ impl Table {
                 (wrench, "moment_nm", MOMENT),
             ] {
                 if there {
-                    writeln!(log, "{name} = {:?}", self.instruments.noise * deviation).expect("a string takes all");
+                    writeln!(log, "{name} = {:?}", self.instruments.noise * deviation)
+                        .expect("a string takes all");
                 }
             }
         }

@@ -76,7 +76,11 @@ pub fn judge(hidden: &Hidden, recipe: &Recipe, diagnosis: &Diagnosis) -> Outcome
             } else if truth.is_empty() {
                 Outcome::FalseAlarm
             } else {
-                [&truth, &left].into_iter().map(|t| found(t, first, &diagnosis.candidates)).min().expect("one of two")
+                [&truth, &left]
+                    .into_iter()
+                    .map(|t| found(t, first, &diagnosis.candidates))
+                    .min()
+                    .expect("one of two")
             }
         }
     }
@@ -85,7 +89,8 @@ pub fn judge(hidden: &Hidden, recipe: &Recipe, diagnosis: &Diagnosis) -> Outcome
 /// What an explanation is worth where `truth` was to be named.
 fn found(truth: &[Key], first: &Candidate, all: &[Candidate]) -> Outcome {
     let named = keys(first);
-    let same = |named: &[Key]| named.len() == truth.len() && truth.iter().all(|t| named.contains(t));
+    let same =
+        |named: &[Key]| named.len() == truth.len() && truth.iter().all(|t| named.contains(t));
     if same(&named) {
         Outcome::Right
     } else if first.indistinguishable.iter().any(|k| same(&keys(&all[*k]))) {

@@ -81,7 +81,8 @@ pub fn cases(seed: u64, count: usize, logs: &Logs) -> Vec<Case> {
                 }
                 '2' => {
                     let (a, b) = (next(), next());
-                    let pair = Hidden::Two(draw(a, 1.0, logs, case_seed), draw(b, 1.0, logs, case_seed));
+                    let pair =
+                        Hidden::Two(draw(a, 1.0, logs, case_seed), draw(b, 1.0, logs, case_seed));
                     (pair, format!("{a}+{b}"))
                 }
                 _ => {
@@ -228,7 +229,8 @@ impl Case {
     /// [`CorpusError`] where the campaign without it cannot be made.
     pub fn sized(&self) -> Result<(Recipe, Hidden, Vec<Seen>), CorpusError> {
         let ground = || Ground::new(&self.recipe);
-        let drawn = |effect: &Effect, size: f64| draw(effect.kind.id, size, &self.recipe.logs, self.seed);
+        let drawn =
+            |effect: &Effect, size: f64| draw(effect.kind.id, size, &self.recipe.logs, self.seed);
         Ok(match &self.hidden {
             Hidden::None => (self.recipe.clone(), Hidden::None, Vec::new()),
             Hidden::One(effect) => {
@@ -262,17 +264,28 @@ impl Case {
         Ok(self.judged(&recipe, &hidden, seen, &diagnosis, seconds))
     }
 
-    fn judged(&self, recipe: &Recipe, hidden: &Hidden, seen: Vec<Seen>, diagnosis: &Diagnosis, seconds: f64) -> Judged {
+    fn judged(
+        &self,
+        recipe: &Recipe,
+        hidden: &Hidden,
+        seen: Vec<Seen>,
+        diagnosis: &Diagnosis,
+        seconds: f64,
+    ) -> Judged {
         let effects: Vec<&Effect> = match hidden {
             Hidden::One(a) => vec![a],
             Hidden::Two(a, b) => vec![a, b],
             Hidden::None | Hidden::Unknown(_) => Vec::new(),
         };
         let (truth, values) = match hidden {
-            Hidden::Unknown(s) => {
-                (vec![s.what.name().to_owned()], vec![format!("{}:A{}:size={}", s.what.name(), s.joint + 1, s.size)])
-            }
-            _ => (effects.iter().map(|e| in_words(e)).collect(), effects.iter().map(|e| with_values(e)).collect()),
+            Hidden::Unknown(s) => (
+                vec![s.what.name().to_owned()],
+                vec![format!("{}:A{}:size={}", s.what.name(), s.joint + 1, s.size)],
+            ),
+            _ => (
+                effects.iter().map(|e| in_words(e)).collect(),
+                effects.iter().map(|e| with_values(e)).collect(),
+            ),
         };
         let ties = diagnosis.candidates.first().map_or(&[][..], |c| &c.indistinguishable);
         let named = diagnosis.candidates.iter().enumerate().map(|(k, c)| Named {
@@ -308,8 +321,13 @@ impl Case {
 
 /// An effect as a command line takes it.
 fn with_values(effect: &Effect) -> String {
-    let values: Vec<String> =
-        effect.kind.parameters.iter().zip(&effect.values).map(|(p, v)| format!("{}={v:e}", p.name)).collect();
+    let values: Vec<String> = effect
+        .kind
+        .parameters
+        .iter()
+        .zip(&effect.values)
+        .map(|(p, v)| format!("{}={v:e}", p.name))
+        .collect();
     format!("{}:{}:{}", effect.kind.id, crate::campaign::at_name(effect), values.join(","))
 }
 

@@ -38,17 +38,20 @@ impl Tally {
 
     fn rates(&self, out: &mut String) -> fmt::Result {
         use Outcome::{
-            FalseAlarm, Missed, NamedSomething, OneOfTwo, Right, RightAndMore, RightAsCalibration, RightTie,
-            SaidUnknown, WrongEffect, WrongPlace,
+            FalseAlarm, Missed, NamedSomething, OneOfTwo, Right, RightAndMore, RightAsCalibration,
+            RightTie, SaidUnknown, WrongEffect, WrongPlace,
         };
-        let was = |cases: &[&Judged], any: &[Outcome]| Rate::of(cases, |j| any.contains(&j.outcome));
+        let was =
+            |cases: &[&Judged], any: &[Outcome]| Rate::of(cases, |j| any.contains(&j.outcome));
         writeln!(
             out,
             "| one effect hidden | right | right effect, wrong place | wrong effect | \"unknown\" | \"adequate\" |"
         )?;
         writeln!(out, "|---|---|---|---|---|---|")?;
         for (band, low, high) in BANDS {
-            let cases = self.with(|j| !j.unknown && j.truth.len() == 1 && (low..high).contains(&j.seen[0].ratio));
+            let cases = self.with(|j| {
+                !j.unknown && j.truth.len() == 1 && (low..high).contains(&j.seen[0].ratio)
+            });
             writeln!(
                 out,
                 "| {band} | {} | {} | {} | {} | {} |",
@@ -95,15 +98,19 @@ impl Tally {
 
     /// The confusion matrix, its rows written out: nearly all of its fields are empty.
     fn matrix(&self, out: &mut String) -> fmt::Result {
-        writeln!(out, "\n| hidden, above the limit | cases | right | instead |\n|---|---|---|---|")?;
+        writeln!(
+            out,
+            "\n| hidden, above the limit | cases | right | instead |\n|---|---|---|---|"
+        )?;
         let mut rows: BTreeMap<(bool, &str), Row> = BTreeMap::new();
         for j in self.with(|j| j.truth.len() == 1 && j.seen[0].ratio >= BANDS[1].1) {
             let row = rows.entry((j.unknown, kind_of(&j.truth[0]))).or_default();
             row.cases += 1;
             match j.outcome {
-                Outcome::Right | Outcome::RightTie | Outcome::RightAsCalibration | Outcome::RightAndMore => {
-                    row.right += 1
-                }
+                Outcome::Right
+                | Outcome::RightTie
+                | Outcome::RightAsCalibration
+                | Outcome::RightAndMore => row.right += 1,
                 _ => *row.instead.entry(answer(j)).or_default() += 1,
             }
         }
@@ -139,7 +146,9 @@ fn answer(judged: &Judged) -> String {
         (Outcome::Missed, _) => "\"adequate\"".to_owned(),
         (Outcome::SaidUnknown, _) => "\"unknown\"".to_owned(),
         (Outcome::WrongPlace, _) => "wrong place".to_owned(),
-        (_, Some(first)) => first.effects.iter().map(|e| kind_of(e)).collect::<Vec<_>>().join(" + "),
+        (_, Some(first)) => {
+            first.effects.iter().map(|e| kind_of(e)).collect::<Vec<_>>().join(" + ")
+        }
         (_, None) => judged.verdict.clone(),
     }
 }

@@ -74,7 +74,9 @@ impl Ground {
             let theirs = with.bench.experiments[log].compared.iter().zip(&there[log].residual);
             let theirs: HashMap<_, f64> = theirs.map(|(c, r)| (key(c), r * c.deviation)).collect();
             let ours = own.compared.iter().zip(&self.at[log].residual);
-            let residual = ours.map(|(c, r)| theirs.get(&key(c)).map_or(0.0, |t| t / c.deviation - r)).collect();
+            let residual = ours
+                .map(|(c, r)| theirs.get(&key(c)).map_or(0.0, |t| t / c.deviation - r))
+                .collect();
             difference.push(Prediction { residual, motion: None });
         }
         let free: Vec<usize> = (0..self.point.free.len())
@@ -122,7 +124,9 @@ impl Ground {
         let own = is_calibration(own.kind).then_some((own.kind.id, own.at));
         let seen = self.size(target, |size| {
             let effect = drawn(size);
-            plausible(&effect).then(|| self.seen(&self.recipe.clone().with_effect(effect), own).ok()).flatten()
+            plausible(&effect)
+                .then(|| self.seen(&self.recipe.clone().with_effect(effect), own).ok())
+                .flatten()
         });
         (drawn(seen.size), seen)
     }
@@ -130,7 +134,9 @@ impl Ground {
     /// The stranger at the size at which it shows as well as `target` says.
     pub fn size_stranger(&self, target: f64, stranger: Stranger) -> (Stranger, Seen) {
         let at = |size: f64| Stranger { size, ..stranger };
-        let seen = self.size(target, |size| self.seen(&self.recipe.clone().with_stranger(at(size)), None).ok());
+        let seen = self.size(target, |size| {
+            self.seen(&self.recipe.clone().with_stranger(at(size)), None).ok()
+        });
         (at(seen.size), seen)
     }
 

@@ -43,7 +43,8 @@ impl<R: Serialize + DeserializeOwned + Clone + Send> Kept<R> {
         is: impl Fn(&J, &R) -> bool,
         run: impl Fn(&J) -> R + Sync,
     ) -> Result<Vec<R>> {
-        let there: Vec<Option<R>> = jobs.iter().map(|j| self.before.iter().find(|r| is(j, r)).cloned()).collect();
+        let there: Vec<Option<R>> =
+            jobs.iter().map(|j| self.before.iter().find(|r| is(j, r)).cloned()).collect();
         let (file, path) = (&self.file, &self.path);
         let runs = jobs.par_iter().zip(there).map(|(job, there)| {
             if let Some(run) = there {
@@ -53,7 +54,9 @@ impl<R: Serialize + DeserializeOwned + Clone + Send> Kept<R> {
             let line = serde_json::to_string(&run).into_diagnostic()? + "\n";
             let mut file = file.lock().map_err(|_| miette!("a thread stopped"))?;
             let written = file.write_all(line.as_bytes()).and_then(|()| file.flush());
-            written.into_diagnostic().wrap_err_with(|| format!("cannot write {}", path.display()))?;
+            written
+                .into_diagnostic()
+                .wrap_err_with(|| format!("cannot write {}", path.display()))?;
             Ok(run)
         });
         let runs: Vec<Result<R>> = runs.collect();
@@ -64,7 +67,12 @@ impl<R: Serialize + DeserializeOwned + Clone + Send> Kept<R> {
 
     /// Writes the runs in the order in which they were asked for, whoever was first.
     pub fn close(self) -> Result<()> {
-        let lines = self.done.iter().map(serde_json::to_string).collect::<Result<Vec<_>, _>>().into_diagnostic()?;
+        let lines = self
+            .done
+            .iter()
+            .map(serde_json::to_string)
+            .collect::<Result<Vec<_>, _>>()
+            .into_diagnostic()?;
         let lines: String = lines.iter().flat_map(|line| [line, "\n"]).collect();
         write_file(&self.path, format!("{}\n{lines}", self.header))?;
         Ok(())
@@ -73,7 +81,9 @@ impl<R: Serialize + DeserializeOwned + Clone + Send> Kept<R> {
 
 /// Runs of an interrupted certification of the same. A last line that was cut off is done again.
 fn before<R: DeserializeOwned>(path: &Path, header: &str) -> Result<Vec<R>> {
-    let Ok(text) = std::fs::read_to_string(path) else { return Ok(Vec::new()) };
+    let Ok(text) = std::fs::read_to_string(path) else {
+        return Ok(Vec::new());
+    };
     let mut lines = text.lines();
     if lines.next().is_some_and(|first| first != header) {
         return Err(miette!(
@@ -89,7 +99,12 @@ fn before<R: DeserializeOwned>(path: &Path, header: &str) -> Result<Vec<R>> {
 fn appended(path: &Path, header: &str) -> Result<File> {
     let fail = || format!("cannot write {}", path.display());
     let whole = std::fs::read_to_string(path).ok().filter(|text| !text.is_empty());
-    let mut file = OpenOptions::new().create(true).append(true).open(path).into_diagnostic().wrap_err_with(fail)?;
+    let mut file = OpenOptions::new()
+        .create(true)
+        .append(true)
+        .open(path)
+        .into_diagnostic()
+        .wrap_err_with(fail)?;
     let start = match whole {
         None => format!("{header}\n"),
         Some(text) if !text.ends_with('\n') => "\n".to_owned(),

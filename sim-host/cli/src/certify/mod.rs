@@ -13,7 +13,9 @@ use miette::{IntoDiagnostic, Result, WrapErr, miette};
 use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
-use trueweld_evaluate::certify::{Certification, Evidence, FaultTrial, Needed, Trial, judge, search};
+use trueweld_evaluate::certify::{
+    Certification, Evidence, FaultTrial, Needed, Trial, judge, search,
+};
 use trueweld_output::{Certified, CertifiedWeld, Input, Progress, html, write_file};
 use trueweld_plant::input::Requirements;
 use trueweld_plant::simulate::{BuildLaw, Program, RunError, Scenario, Seam};
@@ -63,9 +65,12 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     if let Some(path) = &arguments.json {
         may_be_written(path)?;
     }
-    let requirements = embedded!(Requirements, arguments.requirements.as_deref(), "requirements/lap-weld.toml");
+    let requirements =
+        embedded!(Requirements, arguments.requirements.as_deref(), "requirements/lap-weld.toml");
     if requirements.limits.iter().all(Option::is_none) {
-        return Err(miette!("the requirements limit nothing; expected at least one key in [limits]"));
+        return Err(miette!(
+            "the requirements limit nothing; expected at least one key in [limits]"
+        ));
     }
     let folder = &arguments.evidence;
     std::fs::create_dir_all(folder)
@@ -95,7 +100,14 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         let law = arguments.compensator.law();
         let key = said(
             "trials",
-            &(&parts, &requirements, law.name(), arguments.passes, arguments.draws, env!("CARGO_PKG_VERSION")),
+            &(
+                &parts,
+                &requirements,
+                law.name(),
+                arguments.passes,
+                arguments.draws,
+                env!("CARGO_PKG_VERSION"),
+            ),
         );
         welds.push(weld(arguments, &requirements, &inputs, &key.sha256)?);
     }
@@ -123,23 +135,43 @@ pub fn run(arguments: &Arguments) -> Result<()> {
 }
 
 /// Every run of one weld: those that are there, and the missing ones.
-fn weld(arguments: &Arguments, requirements: &Requirements, inputs: &Inputs, key: &str) -> Result<CertifiedWeld> {
+fn weld(
+    arguments: &Arguments,
+    requirements: &Requirements,
+    inputs: &Inputs,
+    key: &str,
+) -> Result<CertifiedWeld> {
     let scenario = Scenario {
         plant_step: STEP_OF_MANY,
-        ..inputs.scenario(Program::Weld, arguments.controller.controller(), arguments.compensator.law())
+        ..inputs.scenario(
+            Program::Weld,
+            arguments.controller.controller(),
+            arguments.compensator.law(),
+        )
     };
     let robot = &inputs.robot.robot;
     let failed = |error: RunError| inputs.failed(scenario.controller, &error);
-    scenario.law.build(scenario.control, scenario.sensors, Seam::of(scenario.weld).length).map_err(failed)?;
+    scenario
+        .law
+        .build(scenario.control, scenario.sensors, Seam::of(scenario.weld).length)
+        .map_err(failed)?;
     let needed = Needed::of(&scenario, robot).map_err(failed)?.ok_or_else(|| {
         miette!(
-            help = "Expected a seam long enough for the feed to rise and settle: a few centimetres.",
+            help =
+                "Expected a seam long enough for the feed to rise and settle: a few centimetres.",
             "{}: the weld is too short to reach its steady part",
             inputs.weld_file
         )
     })?;
     let passes = arguments.passes.max(1);
-    let certification = Certification { scenario, robot, requirements, needed: &needed, passes, seed: arguments.draws };
+    let certification = Certification {
+        scenario,
+        robot,
+        requirements,
+        needed: &needed,
+        passes,
+        seed: arguments.draws,
+    };
     let cases = certification.faults().map_err(|error| {
         miette!(
             help = "Expected a longer seam, or shorter duration_s and recovery_s in [faults].",
@@ -147,7 +179,8 @@ fn weld(arguments: &Arguments, requirements: &Requirements, inputs: &Inputs, key
             inputs.weld_file
         )
     })?;
-    let file = |section: &str| arguments.evidence.join(format!("{section}-{}.jsonl", inputs.weld_name));
+    let file =
+        |section: &str| arguments.evidence.join(format!("{section}-{}.jsonl", inputs.weld_name));
     let mut nominal = Kept::<Trial>::open(file("nominal"), key)?;
     let mut trials = Kept::<Trial>::open(file("trials"), key)?;
     let mut worst = Kept::<Trial>::open(file("worst"), key)?;
@@ -156,7 +189,11 @@ fn weld(arguments: &Arguments, requirements: &Requirements, inputs: &Inputs, key
     let all = 1 + arguments.trials as usize + arguments.worst + cases.len();
     let meter = Meter::new(arguments.quiet, all.saturating_sub(there));
 
-    let nominals = nominal.complete(&[()], |(), _| true, |()| meter.count("nominal", certification.nominal()))?;
+    let nominals = nominal.complete(
+        &[()],
+        |(), _| true,
+        |()| meter.count("nominal", certification.nominal()),
+    )?;
     let struck = faults.complete(
         &cases,
         |case, run| run.fault == case.to_string(),
@@ -170,14 +207,17 @@ fn weld(arguments: &Arguments, requirements: &Requirements, inputs: &Inputs, key
     )?;
     let found = search(requirements, arguments.draws, &drawn, arguments.worst, |batch| {
         let is = |(index, draw): &(u64, _), run: &Trial| run.index == *index && run.draw == *draw;
-        worst.complete(batch, is, |(index, draw)| meter.count("worst case", certification.weld(*index, *draw)))
+        worst.complete(batch, is, |(index, draw)| {
+            meter.count("worst case", certification.weld(*index, *draw))
+        })
     })?;
     meter.finish();
     nominal.close()?;
     trials.close()?;
     worst.close()?;
     faults.close()?;
-    let nominal = nominals.into_iter().next().ok_or_else(|| miette!("the nominal run is missing"))?;
+    let nominal =
+        nominals.into_iter().next().ok_or_else(|| miette!("the nominal run is missing"))?;
     let margins = certification.margins().map_err(failed)?;
     let evidence = Evidence { nominal, trials: drawn, worst: found, margins, faults: struck };
     let requirements = judge(requirements, &evidence);
@@ -193,7 +233,8 @@ struct Meter {
 
 impl Meter {
     fn new(quiet: bool, of: usize) -> Self {
-        let progress = if quiet { Progress::silent() } else { Progress::new("certifying", of as f64) };
+        let progress =
+            if quiet { Progress::silent() } else { Progress::new("certifying", of as f64) };
         Self { progress, made: AtomicUsize::new(0), of }
     }
 

@@ -41,7 +41,14 @@ impl Draw {
 
     /// The cell as it is believed to be, with instruments without cross-talk and as late as their file says.
     pub fn nominal(noise: u64) -> Self {
-        Self { stiffness: [1.0; 6], process: [1.0; 5], ripple: [1.0, 0.0], crosstalk: [0.0; 2], delay: 0.0, noise }
+        Self {
+            stiffness: [1.0; 6],
+            process: [1.0; 5],
+            ripple: [1.0, 0.0],
+            crosstalk: [0.0; 2],
+            delay: 0.0,
+            noise,
+        }
     }
 
     /// The process of this cell.

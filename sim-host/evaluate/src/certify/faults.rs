@@ -74,21 +74,31 @@ impl Certification<'_> {
     /// # Errors
     /// [`SteadyTooShort`].
     pub fn faults(&self) -> Result<Vec<InstrumentFault>, SteadyTooShort> {
-        let Some(asked) = &self.requirements.faults else { return Ok(Vec::new()) };
+        let Some(asked) = &self.requirements.faults else {
+            return Ok(Vec::new());
+        };
         let scenario = &self.scenario;
-        let steady = scenario.program.steady(scenario.weld, &Seam::of(scenario.weld)).unwrap_or([0.0; 2]);
+        let steady =
+            scenario.program.steady(scenario.weld, &Seam::of(scenario.weld)).unwrap_or([0.0; 2]);
         let has = steady[1] - steady[0];
         let needs = (asked.duration + asked.recovery + JUDGED) / (1.0 - BEGINS);
         if has < needs {
             return Err(SteadyTooShort { has, needs });
         }
         let from = steady[0] + BEGINS * has;
-        let at = |(instrument, failure)| InstrumentFault { instrument, failure, from, until: from + asked.duration };
+        let at = |(instrument, failure)| InstrumentFault {
+            instrument,
+            failure,
+            from,
+            until: from + asked.duration,
+        };
         let force = failures(asked.force_range).map(|failure| (Instrument::ForceSensor, failure));
         let [linear, angular] = asked.seam_offset;
         let lies = Failure::Offset { linear, angular };
-        let seam =
-            failures(asked.seam_range).into_iter().chain([lies]).map(|failure| (Instrument::SeamSensor, failure));
+        let seam = failures(asked.seam_range)
+            .into_iter()
+            .chain([lies])
+            .map(|failure| (Instrument::SeamSensor, failure));
         let seen = scenario.sensors.seam.is_some();
         Ok(force.into_iter().chain(seam.filter(|_| seen)).map(at).collect())
     }
@@ -109,7 +119,13 @@ impl Certification<'_> {
             (Ok(_), None) => (None, None, Some("no requirement asks for faults".to_owned())),
             (Err(error), _) => (None, None, Some(error.to_string())),
         };
-        FaultTrial { fault: fault.to_string(), time: [fault.from, fault.until], figures, symptoms, failed }
+        FaultTrial {
+            fault: fault.to_string(),
+            time: [fault.from, fault.until],
+            figures,
+            symptoms,
+            failed,
+        }
     }
 }
 
@@ -118,10 +134,15 @@ fn failures([linear, angular]: [f64; 2]) -> [Failure; 5] {
     [Failure::NoNumber, Failure::Stuck, saturated, Failure::Dropped, Failure::OutOfOrder]
 }
 
-fn figures(recording: &Recording, fault: &InstrumentFault, asked: &Faults) -> [f64; FAULT_FIGURES.len()] {
+fn figures(
+    recording: &Recording,
+    fault: &InstrumentFault,
+    asked: &Faults,
+) -> [f64; FAULT_FIGURES.len()] {
     let steady = || recording.rows.iter().filter(|r| r.phase == Phase::Steady);
     let over = fault.until + asked.recovery;
-    let before = Spread::of(steady().filter(|r| r.time < fault.from).map(|r| r.deviation_w.linear.z)).mean;
+    let before =
+        Spread::of(steady().filter(|r| r.time < fault.from).map(|r| r.deviation_w.linear.z)).mean;
     let during = || recording.rows.iter().filter(|r| (fault.from..over).contains(&r.time));
     let after = |of: fn(&Row) -> f64| Spread::of(steady().filter(|r| r.time >= over).map(of));
     let lateral = after(|r| r.deviation_w.linear.y);

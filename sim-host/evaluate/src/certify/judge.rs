@@ -92,7 +92,11 @@ pub fn judge(requirements: &Requirements, evidence: &Evidence) -> Vec<Requiremen
 }
 
 fn limits(limits: &[Option<f64>]) -> impl Iterator<Item = (usize, &'static str, f64)> {
-    LIMITS.into_iter().zip(limits).enumerate().filter_map(|(k, (name, limit))| Some((k, name, (*limit)?)))
+    LIMITS
+        .into_iter()
+        .zip(limits)
+        .enumerate()
+        .filter_map(|(k, (name, limit))| Some((k, name, (*limit)?)))
 }
 
 /// True for a figure within its limit. A correction held at its authority is the limit, to the last digits.
@@ -101,7 +105,13 @@ pub fn within(figure: f64, limit: f64) -> bool {
 }
 
 /// A requirement on a figure that is what it is.
-fn certain(case: Case, name: &'static str, limit: f64, achieved: f64, why: impl FnOnce() -> String) -> Requirement {
+fn certain(
+    case: Case,
+    name: &'static str,
+    limit: f64,
+    achieved: f64,
+    why: impl FnOnce() -> String,
+) -> Requirement {
     let pass = within(achieved, limit);
     let reason = (!pass).then(why);
     Requirement { case, name, limit, achieved, confidence: 1.0, draws: None, pass, reason }
@@ -109,7 +119,9 @@ fn certain(case: Case, name: &'static str, limit: f64, achieved: f64, why: impl 
 
 fn nominal(requirements: &Requirements, trial: &Trial) -> Vec<Requirement> {
     let judged = limits(&requirements.limits).map(|(k, name, limit)| {
-        certain(Case::Nominal, name, limit, trial.figure(k), || reason::nominal(name, limit, trial.figure(k), trial))
+        certain(Case::Nominal, name, limit, trial.figure(k), || {
+            reason::nominal(name, limit, trial.figure(k), trial)
+        })
     });
     judged.collect()
 }
@@ -119,7 +131,8 @@ fn draws(requirements: &Requirements, trials: &[Trial]) -> Vec<Requirement> {
         let beyond = Rate::of(trials, |t| !within(t.figure(k), limit));
         let mut sorted: Vec<f64> = trials.iter().map(|t| t.figure(k)).collect();
         sorted.sort_by(f64::total_cmp);
-        let within = ((1.0 - requirements.failure_probability) * sorted.len() as f64).ceil() as usize;
+        let within =
+            ((1.0 - requirements.failure_probability) * sorted.len() as f64).ceil() as usize;
         let achieved = sorted.get(within.saturating_sub(1)).copied().unwrap_or(f64::INFINITY);
         let bound = beyond.at_most(requirements.confidence);
         let pass = bound <= requirements.failure_probability;
@@ -147,27 +160,45 @@ fn worst_case(requirements: &Requirements, evidence: &Evidence) -> Vec<Requireme
         let all = evidence.trials.iter().chain(&evidence.worst.runs);
         let worst = all.reduce(|a, b| if b.figure(k) > a.figure(k) { b } else { a });
         let achieved = worst.map_or(f64::INFINITY, |t| t.figure(k));
-        certain(Case::WorstCase, name, limit, achieved, || reason::worst_case(name, limit, achieved, worst))
+        certain(Case::WorstCase, name, limit, achieved, || {
+            reason::worst_case(name, limit, achieved, worst)
+        })
     });
     judged.collect()
 }
 
 fn margins(requirements: &Requirements, map: &[Margins]) -> Vec<Requirement> {
-    let Some(asked) = &requirements.margins else { return Vec::new() };
-    let judged = MARGINS.into_iter().zip(asked.at_least).enumerate().filter_map(|(k, (name, limit))| {
-        let limit = limit?;
-        let least = map.iter().reduce(|a, b| if b.least(k).0 < a.least(k).0 { b } else { a });
-        let achieved = least.map_or(0.0, |m| m.least(k).0);
-        let pass = achieved >= limit;
-        let reason = (!pass).then(|| reason::margin(name, limit, k, least));
-        Some(Requirement { case: Case::Margins, name, limit, achieved, confidence: 1.0, draws: None, pass, reason })
-    });
+    let Some(asked) = &requirements.margins else {
+        return Vec::new();
+    };
+    let judged =
+        MARGINS.into_iter().zip(asked.at_least).enumerate().filter_map(|(k, (name, limit))| {
+            let limit = limit?;
+            let least = map.iter().reduce(|a, b| if b.least(k).0 < a.least(k).0 { b } else { a });
+            let achieved = least.map_or(0.0, |m| m.least(k).0);
+            let pass = achieved >= limit;
+            let reason = (!pass).then(|| reason::margin(name, limit, k, least));
+            Some(Requirement {
+                case: Case::Margins,
+                name,
+                limit,
+                achieved,
+                confidence: 1.0,
+                draws: None,
+                pass,
+                reason,
+            })
+        });
     judged.collect()
 }
 
 fn faults(requirements: &Requirements, trials: &[FaultTrial]) -> Vec<Requirement> {
-    let Some(asked) = &requirements.faults else { return Vec::new() };
-    let steady = |name| LIMITS.iter().zip(&requirements.limits).find(|(key, _)| **key == name).and_then(|(_, l)| *l);
+    let Some(asked) = &requirements.faults else {
+        return Vec::new();
+    };
+    let steady = |name| {
+        LIMITS.iter().zip(&requirements.limits).find(|(key, _)| **key == name).and_then(|(_, l)| *l)
+    };
     let limit = |name: &'static str| match name {
         "fault_lateral_max_m" => Some(asked.lateral),
         "fault_depth_max_m" => asked.depth,
@@ -178,7 +209,9 @@ fn faults(requirements: &Requirements, trials: &[FaultTrial]) -> Vec<Requirement
         let worst = trials.iter().reduce(|a, b| if b.figure(k) > a.figure(k) { b } else { a });
         let achieved = worst.map_or(f64::INFINITY, |t| t.figure(k));
         let beyond = trials.iter().filter(|t| !within(t.figure(k), limit)).count();
-        let why = || reason::fault(name, limit, asked, worst.map(|t| (t, achieved)), [beyond, trials.len()]);
+        let why = || {
+            reason::fault(name, limit, asked, worst.map(|t| (t, achieved)), [beyond, trials.len()])
+        };
         Some(certain(Case::Faults, name, limit, achieved, why))
     });
     judged.collect()

@@ -98,7 +98,9 @@ impl Certification<'_> {
     /// # Errors
     /// [`RunError`] where the seam cannot be followed.
     pub fn margins(&self) -> Result<Vec<Margins>, RunError> {
-        let Some(asked) = &self.requirements.margins else { return Ok(Vec::new()) };
+        let Some(asked) = &self.requirements.margins else {
+            return Ok(Vec::new());
+        };
         let process = Process { ripple: Vec::new(), ..self.scenario.planned.clone() };
         let b_from_w = Seam::of(self.scenario.weld).b_from_w;
         let cell = Cell::new(self.robot, &[], &process, b_from_w).map_err(|_| RunError::Cell)?;
@@ -137,10 +139,11 @@ fn record(
     let kind = Kind::of("force-crosstalk").ok_or(RunError::Cell)?;
     let crosstalk = Effect { kind, at: At::Cell, values: draw.crosstalk.to_vec() };
     let process = draw.process(scenario.planned);
-    let cell =
-        Cell::new(&robot, &[crosstalk], &process, Seam::of(scenario.weld).b_from_w).map_err(|_| RunError::Cell)?;
+    let cell = Cell::new(&robot, &[crosstalk], &process, Seam::of(scenario.weld).b_from_w)
+        .map_err(|_| RunError::Cell)?;
     let sensors = draw.sensors(scenario.sensors, scenario.control.period);
-    let scenario = Scenario { cell: &cell, sensors: &sensors, seed: draw.noise, fault, ..*scenario };
+    let scenario =
+        Scenario { cell: &cell, sensors: &sensors, seed: draw.noise, fault, ..*scenario };
     run_passes(&scenario, passes, |_| {})
 }
 

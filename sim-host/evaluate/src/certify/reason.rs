@@ -65,7 +65,9 @@ pub fn shown(name: &str, value: f64) -> String {
 
 /// Why a margin is too small.
 pub(super) fn margin(name: &str, limit: f64, k: usize, at: Option<&Margins>) -> String {
-    let Some(at) = at else { return "no margins were determined".to_owned() };
+    let Some(at) = at else {
+        return "no margins were determined".to_owned();
+    };
     let place = format!("{:.2} m along the weld", at.path);
     if at.channels.is_none() {
         let why = match at.spectral_radius {
@@ -77,7 +79,10 @@ pub(super) fn margin(name: &str, limit: f64, k: usize, at: Option<&Margins>) -> 
     }
     let (least, channel) = at.least(k);
     let [reached, limit] = [least, limit].map(|v| shown(name, v));
-    format!("{place}, the {} of {channel} is {reached} (limit {limit})", label(name).trim_end_matches(", drives"))
+    format!(
+        "{place}, the {} of {channel} is {reached} (limit {limit})",
+        label(name).trim_end_matches(", drives")
+    )
 }
 
 /// "leaves its line by 8.05 mm RMS (limit 0.05 mm)", of a tool or a law.
@@ -87,7 +92,9 @@ fn clause(name: &str, value: f64, limit: f64) -> String {
         "lateral_rms_m" => format!("the tool leaves its line by {reached} RMS (limit {limit})"),
         "lateral_max_m" => format!("the tool leaves its line by up to {reached} (limit {limit})"),
         "lateral_before_m" => {
-            format!("the tool leaves its line by up to {reached} before the steady part (limit {limit})")
+            format!(
+                "the tool leaves its line by up to {reached} before the steady part (limit {limit})"
+            )
         }
         "depth_rms_m" => format!("depth wanders by {reached} RMS (limit {limit})"),
         "depth_max_m" => format!("depth goes off by up to {reached} (limit {limit})"),
@@ -105,19 +112,31 @@ pub(super) fn nominal(name: &str, limit: f64, value: f64, trial: &Trial) -> Stri
         Some(why) => format!("with everything as believed the weld is not made: {why}"),
         None => {
             let clause = clause(name, value, limit);
-            format!("with everything as believed {clause}{}", because(name, trial.symptoms.as_ref()))
+            format!(
+                "with everything as believed {clause}{}",
+                because(name, trial.symptoms.as_ref())
+            )
         }
     }
 }
 
 /// Of draws: too many beyond the limit, or too few to show that there are few enough. `asked`: allowed probability and confidence;
 /// `worst`: the worst trial and its figure.
-pub(super) fn draws(name: &str, limit: f64, beyond: Rate, asked: [f64; 2], worst: Option<(&Trial, f64)>) -> String {
+pub(super) fn draws(
+    name: &str,
+    limit: f64,
+    beyond: Rate,
+    asked: [f64; 2],
+    worst: Option<(&Trial, f64)>,
+) -> String {
     let [probability, confidence] = asked;
     let percent = |p: f64| format!("{} %", (1e4 * p).round() / 100.0);
-    let Some((trial, value)) = worst else { return "no trial was run".to_owned() };
-    let needed = (beyond.of..=100_000)
-        .find(|n| *n > beyond.hits && Rate { hits: beyond.hits, of: *n }.at_most(confidence) <= probability);
+    let Some((trial, value)) = worst else {
+        return "no trial was run".to_owned();
+    };
+    let needed = (beyond.of..=100_000).find(|n| {
+        *n > beyond.hits && Rate { hits: beyond.hits, of: *n }.at_most(confidence) <= probability
+    });
     let shows = percent(beyond.at_most(confidence));
     if beyond.hits == 0 {
         let enough = needed.map_or(String::new(), |n| format!("; {n} without one beyond would do"));
@@ -130,9 +149,12 @@ pub(super) fn draws(name: &str, limit: f64, beyond: Rate, asked: [f64; 2], worst
     let share = beyond.hits as f64 / beyond.of as f64;
     let many = format!("{} of {} cells are beyond the limit", beyond.hits, beyond.of);
     if share <= probability {
-        let enough = needed.map_or(String::new(), |n| format!("; {n} trials with no more beyond would do"));
+        let enough =
+            needed.map_or(String::new(), |n| format!("; {n} trials with no more beyond would do"));
         let confidence = percent(confidence);
-        return format!("{many}: few enough, but so few trials show no more than {shows} at {confidence}{enough}");
+        return format!(
+            "{many}: few enough, but so few trials show no more than {shows} at {confidence}{enough}"
+        );
     }
     let least = Rate::limits(beyond)[0];
     let surely = if least > probability { "" } else { "; more trials may tell otherwise" };
@@ -148,7 +170,9 @@ pub(super) fn draws(name: &str, limit: f64, beyond: Rate, asked: [f64; 2], worst
 pub(super) fn worst_case(name: &str, limit: f64, value: f64, trial: Option<&Trial>) -> String {
     match trial {
         None => "no run was made".to_owned(),
-        Some(Trial { failed: Some(why), .. }) => format!("in the worst cell found the weld is not made: {why}"),
+        Some(Trial { failed: Some(why), .. }) => {
+            format!("in the worst cell found the weld is not made: {why}")
+        }
         Some(trial) => {
             let clause = clause(name, value, limit);
             format!("in the worst cell found {clause}{}", because(name, trial.symptoms.as_ref()))
@@ -164,17 +188,24 @@ pub(super) fn fault(
     worst: Option<(&FaultTrial, f64)>,
     many: [usize; 2],
 ) -> String {
-    let Some((trial, value)) = worst else { return "no fault was tried".to_owned() };
+    let Some((trial, value)) = worst else {
+        return "no fault was tried".to_owned();
+    };
     let with = format!("with a {}", trial.fault);
     let others = match many[0] {
         0 | 1 => String::new(),
-        beyond => format!("; {beyond} of {} faults are beyond the limit, this one farthest", many[1]),
+        beyond => {
+            format!("; {beyond} of {} faults are beyond the limit, this one farthest", many[1])
+        }
     };
     let why = match &trial.failed {
         Some(why) => return format!("{with} the weld is not made: {why}"),
         None if name.starts_with("recovered_") => {
             let after = asked.recovery;
-            format!("{after} s after the end of the fault, {with}, {} still", clause(name, value, limit))
+            format!(
+                "{after} s after the end of the fault, {with}, {} still",
+                clause(name, value, limit)
+            )
         }
         None => format!("{with} {}", clause(name, value, limit)),
     };
@@ -183,7 +214,9 @@ pub(super) fn fault(
 
 /// What the symptoms say, from ": " on; empty where nothing stands out.
 fn because(name: &str, symptoms: Option<&Symptoms>) -> String {
-    let Some(s) = symptoms else { return String::new() };
+    let Some(s) = symptoms else {
+        return String::new();
+    };
     let percent = |share: f64| format!("{:.0} %", 100.0 * share);
     let direction = match name {
         "side_tilt_rms_rad" => 1,
@@ -192,21 +225,32 @@ fn because(name: &str, symptoms: Option<&Symptoms>) -> String {
     };
     let pushed = name == "push_error_rms_n" || name == "depth_rms_m";
     let held = match (s.at_authority, s.limited) {
-        (authority, _) if authority >= 0.05 => format!(", held at its authority in {} of the time", percent(authority)),
-        (_, limited) if limited >= 0.05 => format!(", held at a limit in {} of the time", percent(limited)),
+        (authority, _) if authority >= 0.05 => {
+            format!(", held at its authority in {} of the time", percent(authority))
+        }
+        (_, limited) if limited >= 0.05 => {
+            format!(", held at a limit in {} of the time", percent(limited))
+        }
         _ => String::new(),
     };
     let swing = s.swing;
     // Wherever the sign is wrong it is said first: what follows from it may swing as well.
     if let Some(given) = s.given[direction].filter(|given| *given < WRONG_WAY) {
-        return format!(": the correction goes the wrong way (it gives {} of what is needed){held}", percent(given));
+        return format!(
+            ": the correction goes the wrong way (it gives {} of what is needed){held}",
+            percent(given)
+        );
     }
     if swing.amplitude >= SWINGS && swing.regularity >= REGULAR {
         let grows = if swing.growth > 1.5 { " and grows" } else { "" };
         let [amplitude, frequency] = [1e3 * swing.amplitude, swing.frequency];
-        return format!(": the loop swings, the correction by ±{amplitude:.2} mm at {frequency:.2} Hz{grows}{held}");
+        return format!(
+            ": the loop swings, the correction by ±{amplitude:.2} mm at {frequency:.2} Hz{grows}{held}"
+        );
     }
-    if let Some(given) = s.given[direction].filter(|given| *given > TOO_MUCH && s.at_authority >= 0.05) {
+    if let Some(given) =
+        s.given[direction].filter(|given| *given > TOO_MUCH && s.at_authority >= 0.05)
+    {
         return format!(": the correction gives {} of what is needed{held}", percent(given));
     }
     if !held.is_empty() {

@@ -34,7 +34,8 @@ impl Needed {
         let bare = Scenario { law: &Law::None, ..*scenario };
         let recording = record(&bare, robot, &Draw::nominal(scenario.seed), 1, None)?;
         let steady = recording.rows.iter().any(|r| r.phase == Phase::Steady);
-        let needed = recording.rows.iter().map(|r| directions(&r.deviation_w).map(|d| -d)).collect();
+        let needed =
+            recording.rows.iter().map(|r| directions(&r.deviation_w).map(|d| -d)).collect();
         Ok(steady.then_some(Self(needed)))
     }
 }
@@ -70,18 +71,29 @@ pub struct Symptoms {
 
 impl Symptoms {
     /// Of one recording. `spindle`: its speed, rad/s.
-    pub(super) fn of(recording: &Recording, needed: &Needed, limits: &CompensationLimits, spindle: f64) -> Self {
+    pub(super) fn of(
+        recording: &Recording,
+        needed: &Needed,
+        limits: &CompensationLimits,
+        spindle: f64,
+    ) -> Self {
         let rows = recording.rows.iter().zip(&needed.0).filter(|(r, _)| r.phase == Phase::Steady);
         let (steady, needed): (Vec<&Row>, Vec<&[f64; 3]>) = rows.unzip();
         let given = [0, 1, 2].map(|k| {
             let square: f64 = needed.iter().map(|n| n[k] * n[k]).sum();
-            let product: f64 = steady.iter().zip(&needed).map(|(r, n)| directions(&r.correction_w)[k] * n[k]).sum();
+            let product: f64 = steady
+                .iter()
+                .zip(&needed)
+                .map(|(r, n)| directions(&r.correction_w)[k] * n[k])
+                .sum();
             let share = product / square;
-            ((square / steady.len().max(1) as f64).sqrt() > NEGLIGIBLE[k] && share.is_finite()).then_some(share)
+            ((square / steady.len().max(1) as f64).sqrt() > NEGLIGIBLE[k] && share.is_finite())
+                .then_some(share)
         });
         let period = recording.period;
-        let share =
-            |is: &dyn Fn(&Row) -> bool| steady.iter().filter(|r| is(r)).count() as f64 / steady.len().max(1) as f64;
+        let share = |is: &dyn Fn(&Row) -> bool| {
+            steady.iter().filter(|r| is(r)).count() as f64 / steady.len().max(1) as f64
+        };
         // A correction held at its authority lies on the bound, to the last digits.
         let full = |r: &Row| {
             r.correction_w.linear.norm() > 0.999 * limits.lateral.size
@@ -89,7 +101,11 @@ impl Symptoms {
         };
         let lateral: Vec<f64> = steady.iter().map(|r| r.deviation_w.linear.y).collect();
         let slow = moving_mean(&lateral, SLOW / period);
-        let turn = if spindle > 0.0 { moving_mean(&lateral, TAU / spindle / period) } else { lateral.clone() };
+        let turn = if spindle > 0.0 {
+            moving_mean(&lateral, TAU / spindle / period)
+        } else {
+            lateral.clone()
+        };
         let correction: Vec<f64> = steady.iter().map(|r| r.correction_w.linear.y).collect();
         Self {
             given,
@@ -118,12 +134,15 @@ impl Swing {
         let over = |a: f64, b: f64| if b > 0.0 { a / b } else { 0.0 };
         let repeats = |lag: usize| {
             let pairs = signal.iter().zip(signal.iter().skip(lag));
-            let (product, square) = pairs.fold((0.0, 0.0), |(p, s), (a, b)| (p + a * b, s + 0.5 * (a * a + b * b)));
+            let (product, square) =
+                pairs.fold((0.0, 0.0), |(p, s), (a, b)| (p + a * b, s + 0.5 * (a * a + b * b)));
             over(product, square)
         };
         // Counted crossings say the period to within a quarter or so, where a swing is not quite regular.
-        let samples = if frequency > 0.0 { 1.0 / (frequency * period) } else { signal.len() as f64 };
-        let regularity = ((0.75 * samples) as usize..=(1.3 * samples) as usize).map(repeats).fold(0.0, f64::max);
+        let samples =
+            if frequency > 0.0 { 1.0 / (frequency * period) } else { signal.len() as f64 };
+        let regularity =
+            ((0.75 * samples) as usize..=(1.3 * samples) as usize).map(repeats).fold(0.0, f64::max);
         Self {
             amplitude: whole * std::f64::consts::SQRT_2,
             frequency,

@@ -61,14 +61,16 @@ pub fn search<E>(
             break;
         }
         let first = runs.len() as u64;
-        let numbered: Vec<(u64, Draw)> = (first..).zip(batch.iter().map(|c| search.draw(c))).collect();
+        let numbered: Vec<(u64, Draw)> =
+            (first..).zip(batch.iter().map(|c| search.draw(c))).collect();
         let done = run(&numbered)?;
         search.learn(&batch, &done);
         runs.extend(done);
     }
     let all = trials.iter().chain(&runs);
     // Of equals the first.
-    let worst = all.reduce(|a, b| if search.badness(b).1 > search.badness(a).1 { b } else { a }).cloned();
+    let worst =
+        all.reduce(|a, b| if search.badness(b).1 > search.badness(a).1 { b } else { a }).cloned();
     let (k, of_limit) = worst.as_ref().map_or((0, 0.0), |t| search.badness(t));
     Ok(WorstCase { worst, name: LIMITS[k], of_limit, runs })
 }
@@ -143,15 +145,22 @@ impl<'a> Search<'a> {
 
     /// The figure closest to its limit, and its share of it.
     fn badness(&self, trial: &Trial) -> (usize, f64) {
-        let shares = self.limits.iter().enumerate().filter_map(|(k, limit)| Some((k, trial.figure(k) / (*limit)?)));
+        let shares = self
+            .limits
+            .iter()
+            .enumerate()
+            .filter_map(|(k, limit)| Some((k, trial.figure(k) / (*limit)?)));
         shares.fold((0, 0.0), |most, one| if one.1 > most.1 { one } else { most })
     }
 
     fn next_batch(&mut self) -> Vec<Cell> {
         let mut batch = match std::mem::replace(&mut self.stage, Stage::Turn) {
-            Stage::Start => self.known.iter().take(STARTS[0]).map(|(cell, _)| corner_of(cell)).collect(),
+            Stage::Start => {
+                self.known.iter().take(STARTS[0]).map(|(cell, _)| corner_of(cell)).collect()
+            }
             Stage::Turn => {
-                let next = self.known.iter().find(|(cell, _)| !self.turned.contains(&cell.key())).copied();
+                let next =
+                    self.known.iter().find(|(cell, _)| !self.turned.contains(&cell.key())).copied();
                 self.turning = next;
                 next.map_or(Vec::new(), |(cell, _)| {
                     self.turned.insert(cell.key());
@@ -169,13 +178,16 @@ impl<'a> Search<'a> {
     }
 
     fn learn(&mut self, batch: &[Cell], done: &[Trial]) {
-        let mut found: Vec<(Cell, f64)> = batch.iter().copied().zip(done.iter().map(|t| self.badness(t).1)).collect();
+        let mut found: Vec<(Cell, f64)> =
+            batch.iter().copied().zip(done.iter().map(|t| self.badness(t).1)).collect();
         self.known.extend(&found);
         // Stable: of equals the one known first stays before.
         self.known.sort_by(|a, b| b.1.total_cmp(&a.1));
         if let Some((cell, before)) = self.turning.take() {
             found.sort_by(|a, b| b.1.total_cmp(&a.1));
-            let turns = found.iter().filter(|(turn, badness)| turn.differs(&cell) == 1 && *badness > before);
+            let turns = found
+                .iter()
+                .filter(|(turn, badness)| turn.differs(&cell) == 1 && *badness > before);
             self.stage = Stage::Together(cell, turns.map(|t| t.0).collect());
         }
     }
@@ -220,7 +232,9 @@ impl<'a> Search<'a> {
 
 /// Where in the set a cell lies; 0 along what is known exactly.
 fn numbers(u: &Uncertainty, draw: &Draw) -> [f64; NUMBERS] {
-    let share = |value: f64, half: f64| if half > 0.0 { (value / half).clamp(-1.0, 1.0) } else { 0.0 };
+    let share = |value: f64, half: f64| {
+        if half > 0.0 { (value / half).clamp(-1.0, 1.0) } else { 0.0 }
+    };
     let mut at = [0.0; NUMBERS];
     for k in 0..6 {
         at[k] = share(draw.stiffness[k] - 1.0, u.stiffness);

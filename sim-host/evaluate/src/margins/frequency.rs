@@ -40,8 +40,9 @@ impl<'a> Sensitivity<'a> {
     /// Of impulse responses, `period` s between their values.
     pub fn of(responses: &'a [Vec<Passing>], period: f64) -> Self {
         let highest = 0.5 / period;
-        let hz: Vec<f64> =
-            (0..FREQUENCIES).map(|k| LOWEST * (highest / LOWEST).powf(k as f64 / (FREQUENCIES - 1) as f64)).collect();
+        let hz: Vec<f64> = (0..FREQUENCIES)
+            .map(|k| LOWEST * (highest / LOWEST).powf(k as f64 / (FREQUENCIES - 1) as f64))
+            .collect();
         let at = hz
             .iter()
             .map(|hz| {
@@ -82,7 +83,11 @@ impl<'a> Sensitivity<'a> {
         let below = sign(self.open(channel, low));
         for _ in 0..20 {
             let middle = 0.5 * (low + high);
-            if sign(self.open(channel, middle)) * below > 0.0 { low = middle } else { high = middle }
+            if sign(self.open(channel, middle)) * below > 0.0 {
+                low = middle
+            } else {
+                high = middle
+            }
         }
         (high, self.open(channel, high))
     }
@@ -137,7 +142,9 @@ impl<'a> Sensitivity<'a> {
     /// 2/‖S − T‖ (Seiler, Packard and Gahinet 2020, without skew), in the scaling of the channels that shows most.
     pub fn disk(&self, first: usize) -> f64 {
         let two = Complex::new(2.0, 0.0);
-        let group = |s: &SMatrix<_, CHANNELS, CHANNELS>| s.fixed_view::<SETPOINT, SETPOINT>(first, first).into_owned();
+        let group = |s: &SMatrix<_, CHANNELS, CHANNELS>| {
+            s.fixed_view::<SETPOINT, SETPOINT>(first, first).into_owned()
+        };
         let largest = self.at.iter().map(|s| scaled_norm(&(group(s) * two - SMatrix::identity())));
         2.0 / largest.fold(0.0, f64::max)
     }
@@ -151,7 +158,10 @@ fn scaled_norm(matrix: &SMatrix<Complex<f64>, SETPOINT, SETPOINT>) -> f64 {
         for k in 0..SETPOINT {
             let beside = |column: bool| {
                 let entries = (0..SETPOINT).filter(|i| *i != k);
-                entries.map(|i| balanced[if column { (i, k) } else { (k, i) }].norm_sqr()).sum::<f64>().sqrt()
+                entries
+                    .map(|i| balanced[if column { (i, k) } else { (k, i) }].norm_sqr())
+                    .sum::<f64>()
+                    .sqrt()
             };
             let (column, row) = (beside(true), beside(false));
             if column > 0.0 || row > 0.0 {

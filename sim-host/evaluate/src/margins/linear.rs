@@ -32,7 +32,10 @@ pub fn operating_point(
     near: &JointVector<f64>,
 ) -> Option<State> {
     let w = cell.b_from_w.rotation;
-    let deep = Twist { angular: Vector3::zeros(), linear: w.column(2) * (push / cell.process.depth_stiffness) };
+    let deep = Twist {
+        angular: Vector3::zeros(),
+        linear: w.column(2) * (push / cell.process.depth_stiffness),
+    };
     let link = cell.robot.model.track(&nominal.displaced(&deep), near).ok()?;
     let frames = cell.robot.model.frames(&link);
     let forward = w.column(0) * feed;
@@ -53,7 +56,8 @@ impl LinearCell {
     /// `None` where the right-hand side is not finite there.
     pub fn about(cell: &Cell, point: &State, h: f64) -> Option<Self> {
         let at = cell.evaluate(0.0, point);
-        let torque = JointVector::from_fn(|i, _| -at.rates[18 + i] * cell.robot.model.rotor_inertia()[i]);
+        let torque =
+            JointVector::from_fn(|i, _| -at.rates[18 + i] * cell.robot.model.rotor_inertia()[i]);
         let right = |state: &State| {
             let at = cell.evaluate(0.0, state);
             (at.rates, cell.wrench_in_t(&at).to_vector())
@@ -88,7 +92,11 @@ impl LinearCell {
     }
 
     /// One step: what the state differs by from the operating point, under this motor torque, N·m.
-    pub fn advance(&self, x: &SVector<f64, STATES>, torque: &JointVector<f64>) -> SVector<f64, STATES> {
+    pub fn advance(
+        &self,
+        x: &SVector<f64, STATES>,
+        torque: &JointVector<f64>,
+    ) -> SVector<f64, STATES> {
         self.step * x + self.input * (torque - self.torque)
     }
 

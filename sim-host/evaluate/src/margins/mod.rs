@@ -53,7 +53,10 @@ pub struct Margins {
 pub fn margin_map(scenario: &Scenario<'_>, places: usize) -> Result<Vec<Margins>, RunError> {
     let length = Seam::of(scenario.weld).length;
     let last = places.saturating_sub(1).max(1);
-    (0..places).into_par_iter().map(|k| margins(scenario, length * k as f64 / last as f64)).collect()
+    (0..places)
+        .into_par_iter()
+        .map(|k| margins(scenario, length * k as f64 / last as f64))
+        .collect()
 }
 
 /// The loop at a path position, m, in the posture that the weld has there. The cell's process must be without ripple.
@@ -94,11 +97,17 @@ impl Margins {
     pub fn least(&self, k: usize) -> (f64, &'static str) {
         let (group, kind) = (k / 5, k % 5);
         if kind == 4 {
-            return (self.disk[group], if group == 0 { "all of corrections and force" } else { "all drives" });
+            return (
+                self.disk[group],
+                if group == 0 { "all of corrections and force" } else { "all drives" },
+            );
         }
-        let Some(channels) = &self.channels else { return (0.0, "the loop") };
+        let Some(channels) = &self.channels else {
+            return (0.0, "the loop");
+        };
         let named = CHANNEL_NAMES.iter().zip(channels).skip(group * SETPOINT).take(SETPOINT);
-        let of = named.map(|(name, m)| ([m.gain.min(m.fall), m.phase, m.modulus, m.delay][kind], *name));
+        let of =
+            named.map(|(name, m)| ([m.gain.min(m.fall), m.phase, m.modulus, m.delay][kind], *name));
         of.fold((f64::INFINITY, "none"), |least, next| if next.0 < least.0 { next } else { least })
     }
 }
@@ -106,7 +115,14 @@ impl Margins {
 impl Frozen<'_> {
     fn unstable(&self, spectral_radius: f64) -> Margins {
         let passivity = self.passivity();
-        Margins { path: self.path, spectral_radius, held: false, channels: None, disk: [0.0; 2], passivity }
+        Margins {
+            path: self.path,
+            spectral_radius,
+            held: false,
+            channels: None,
+            disk: [0.0; 2],
+            passivity,
+        }
     }
 
     fn passivity(&self) -> Passivity {
@@ -129,14 +145,18 @@ fn frozen<'a>(scenario: &'a Scenario<'a>, path: f64) -> Result<Frozen<'a>, RunEr
     let reach = || RunError::Reach { path, reason: "no posture welds there" };
     let mut near = start_angles(model, &seam)?;
     for k in 1..=STEPS {
-        near = model.track(&seam.nominal(path * k as f64 / STEPS as f64), &near).map_err(|_| reach())?;
+        near = model
+            .track(&seam.nominal(path * k as f64 / STEPS as f64), &near)
+            .map_err(|_| reach())?;
     }
     let nominal = seam.nominal(path);
     let point = operating_point(cell, &nominal, weld.force, weld.feed, &near).ok_or_else(reach)?;
     let linear = LinearCell::about(cell, &point, step).ok_or_else(reach)?;
     // As taught under gravity with the tool free, but pressed in already: the force loop is at work.
     let to_w = seam.b_from_w.rotation.transpose();
-    let encoders = |motor: &JointVector<f64>| nominal.error_to(&cell.robot.model.forward(motor)).rotated(&to_w);
+    let encoders = |motor: &JointVector<f64>| {
+        nominal.error_to(&cell.robot.model.forward(motor)).rotated(&to_w)
+    };
     let mut taught = encoders(&rest::motors_for(cell, &near, &Wrench::zero()));
     taught.linear.z = encoders(&point.drives().motor).linear.z;
     Ok(Frozen { scenario, linear, path, taught, step, substeps })
@@ -149,7 +169,8 @@ fn swings(rest: &Run) -> bool {
     SWING.into_iter().any(|(i, noise)| {
         let range = |rows: &[Passing]| {
             let ends = (f64::INFINITY, f64::NEG_INFINITY);
-            let (low, high) = rows.iter().fold(ends, |(low, high), r| (low.min(r[i]), high.max(r[i])));
+            let (low, high) =
+                rows.iter().fold(ends, |(low, high), r| (low.min(r[i]), high.max(r[i])));
             high - low
         };
         range(last) > (0.7 * range(before)).max(noise)
@@ -166,7 +187,11 @@ fn radius(response: &[Passing], period: f64) -> f64 {
     let whole = size(response);
     // Each channel by its own largest, so that metres and newtons count alike.
     let relative = |rows: &[Passing]| {
-        size(rows).iter().zip(&whole).map(|(s, w)| if *w > 0.0 { s / w } else { 0.0 }).fold(0.0, f64::max)
+        size(rows)
+            .iter()
+            .zip(&whole)
+            .map(|(s, w)| if *w > 0.0 { s / w } else { 0.0 })
+            .fold(0.0, f64::max)
     };
     let seconds: Vec<f64> = response.chunks_exact(second).map(relative).collect();
     let above = seconds.iter().take_while(|s| **s > ROUNDING).count();

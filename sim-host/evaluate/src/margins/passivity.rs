@@ -29,7 +29,11 @@ impl Passivity {
         period: f64,
     ) -> Self {
         let lever = frames.joint_torque(&Wrench { moment: Vector3::zeros(), force: *axis });
-        let along = |each: &JointVector<f64>| lever.component_mul(&lever).component_div(each).sum().recip();
-        Self { needed_ns_m: 0.5 * along(&gains.kp) * period + along(&gains.kd), there_ns_m: along(viscous) }
+        let along =
+            |each: &JointVector<f64>| lever.component_mul(&lever).component_div(each).sum().recip();
+        Self {
+            needed_ns_m: 0.5 * along(&gains.kp) * period + along(&gains.kd),
+            there_ns_m: along(viscous),
+        }
     }
 }

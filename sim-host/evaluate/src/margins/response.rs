@@ -24,11 +24,24 @@ pub const CHANNELS: usize = 12;
 pub const SETPOINT: usize = 6;
 
 /// Names of these places.
-pub const CHANNEL_NAMES: [&str; CHANNELS] =
-    ["longitudinal", "lateral", "side tilt", "travel angle", "yaw", "force", "A1", "A2", "A3", "A4", "A5", "A6"];
+pub const CHANNEL_NAMES: [&str; CHANNELS] = [
+    "longitudinal",
+    "lateral",
+    "side tilt",
+    "travel angle",
+    "yaw",
+    "force",
+    "A1",
+    "A2",
+    "A3",
+    "A4",
+    "A5",
+    "A6",
+];
 
 /// Impulses: 1 µm, 1 µrad, 0.1 N and 10 N·m, far below what any limit holds and far above rounding.
-const IMPULSE: [f64; CHANNELS] = [1e-6, 1e-6, 1e-6, 1e-6, 1e-6, 0.1, 10.0, 10.0, 10.0, 10.0, 10.0, 10.0];
+const IMPULSE: [f64; CHANNELS] =
+    [1e-6, 1e-6, 1e-6, 1e-6, 1e-6, 0.1, 10.0, 10.0, 10.0, 10.0, 10.0, 10.0];
 
 /// Largest departure of an angle at which the linear cell is believed to run away, rad.
 const AWAY: f64 = 0.1;
@@ -74,7 +87,12 @@ impl HybridController<f64> for Opened<'_> {
         self.controller.start(robot, encoder, torque);
     }
 
-    fn cycle(&mut self, robot: &Robot<f64>, setpoint: &Setpoint<f64>, sensed: &Sensed<f64>) -> Command<f64> {
+    fn cycle(
+        &mut self,
+        robot: &Robot<f64>,
+        setpoint: &Setpoint<f64>,
+        sensed: &Sensed<f64>,
+    ) -> Command<f64> {
         let [x, y, rx, ry, rz, force, torque @ ..] = self.added.get();
         let twist = Twist { angular: Vector3::new(rx, ry, rz), linear: Vector3::new(x, y, 0.0) };
         let setpoint = Setpoint {
@@ -102,10 +120,12 @@ impl Frozen<'_> {
         law.freeze();
         let opened = Opened { controller: self.scenario.controller.build(control), added: &added };
         let limits = &control.compensation;
-        let mut controller = Compensated::new(opened, law.as_mut(), limits.lateral, limits.orientation, period);
+        let mut controller =
+            Compensated::new(opened, law.as_mut(), limits.lateral, limits.orientation, period);
         let sensors = steady(self.scenario.sensors);
         let seed = self.scenario.seed;
-        let mut instruments = Instruments::new(&sensors, &cell.robot.ports, self.step, period, seed);
+        let mut instruments =
+            Instruments::new(&sensors, &cell.robot.ports, self.step, period, seed);
         let mut seam_sensor = sensors.seam.as_ref().map(|sensor| SeamSight::new(sensor, seed));
 
         let nominal = seam.nominal(self.path);
@@ -116,7 +136,10 @@ impl Frozen<'_> {
             spindle: cell.process.spindle,
         };
         let rate = linear.point.drives().motor_rate;
-        let load = Wrench { moment: Vector3::zeros(), force: planned(self.scenario.planned, weld.force, weld.feed) };
+        let load = Wrench {
+            moment: Vector3::zeros(),
+            force: planned(self.scenario.planned, weld.force, weld.feed),
+        };
         let mut x = self.uncorrected(&setpoint)?;
         let mut torque = linear.torque;
         controller.start(belief, &linear.state(&x).drives().motor, &torque);
@@ -133,7 +156,8 @@ impl Frozen<'_> {
             // The encoders of a frozen posture stand still; the robot's do not.
             sensed.encoder_rate += rate;
             let deviation = nominal.error_to(&tcp).rotated(&w.transpose());
-            let sightings = seam_sensor.as_mut().map_or(Vec::new(), |sensor| sensor.read(time, &deviation));
+            let sightings =
+                seam_sensor.as_mut().map_or(Vec::new(), |sensor| sensor.read(time, &deviation));
             let mut now = [0.0; CHANNELS];
             if let Some(c) = channel.filter(|_| tick == settle) {
                 now[c] = IMPULSE[c];
@@ -153,11 +177,21 @@ impl Frozen<'_> {
                 held += usize::from(command.limited);
                 let c = controller.correction();
                 let mut row = [0.0; CHANNELS];
-                row[..5].copy_from_slice(&[c.linear.x, c.linear.y, c.angular.x, c.angular.y, c.angular.z]);
+                row[..5].copy_from_slice(&[
+                    c.linear.x,
+                    c.linear.y,
+                    c.angular.x,
+                    c.angular.y,
+                    c.angular.z,
+                ]);
                 // What the controller is asked for less what the sensor shows, before any filter.
-                let push = -(belief.forward(&sensed.encoder).rotation * sensed.wrench.force).dot(&w.column(2));
+                let push = -(belief.forward(&sensed.encoder).rotation * sensed.wrench.force)
+                    .dot(&w.column(2));
                 row[5] = weld.force - push;
-                row.iter_mut().zip(now).take(SETPOINT).for_each(|(passing, added)| *passing += added);
+                row.iter_mut()
+                    .zip(now)
+                    .take(SETPOINT)
+                    .for_each(|(passing, added)| *passing += added);
                 // Torque has the impulse in it already.
                 row[SETPOINT..].copy_from_slice(torque.as_slice());
                 run.rows.push(row);
@@ -182,14 +216,16 @@ impl Frozen<'_> {
     fn uncorrected(&self, setpoint: &Setpoint<f64>) -> Result<SVector<f64, STATES>, RunError> {
         let motor = self.linear.point.drives().motor;
         let model = &self.scenario.cell.robot.model;
-        let reach = |_| RunError::Reach { path: self.path, reason: "the set-point is out of reach" };
+        let reach =
+            |_| RunError::Reach { path: self.path, reason: "the set-point is out of reach" };
         let by = model.track(&setpoint.pose, &motor).map_err(reach)? - motor;
         let mut x = SVector::<f64, STATES>::zeros();
         x.fixed_rows_mut::<6>(0).copy_from(&by);
         x.fixed_rows_mut::<6>(6).copy_from(&by);
         let real = model.forward(&self.linear.state(&x).drives().link);
         let seam = Seam::of(self.scenario.weld);
-        x[24] = (real.position - seam.nominal(self.path).position).dot(&seam.b_from_w.rotation.column(1));
+        x[24] = (real.position - seam.nominal(self.path).position)
+            .dot(&seam.b_from_w.rotation.column(1));
         Ok(x)
     }
 }
@@ -216,7 +252,8 @@ pub fn sensitivity(rest: &Run, impulses: &[Run]) -> Vec<Vec<Passing>> {
         .zip(IMPULSE)
         .map(|(run, impulse)| {
             let rows = run.rows.iter().zip(&rest.rows);
-            rows.map(|(with, without)| std::array::from_fn(|i| (with[i] - without[i]) / impulse)).collect()
+            rows.map(|(with, without)| std::array::from_fn(|i| (with[i] - without[i]) / impulse))
+                .collect()
         })
         .collect()
 }

@@ -30,14 +30,19 @@ const ALIKE: f64 = 0.995;
 /// Pairs of hypotheses at their best shapes that do nearly the same, most alike first.
 pub(super) fn confusable(ground: &Ground<'_>, screened: &[Screened]) -> Vec<Confusable> {
     let calibrations = &ground.null.slopes;
-    let Some(factor) = ground.null.linear.factor() else { return Vec::new() };
+    let Some(factor) = ground.null.linear.factor() else {
+        return Vec::new();
+    };
     let dot = |a: &Slopes, b: &Slopes| -> f64 {
         let pairs = a.iter().zip(b).filter_map(|(a, b)| Some((a.as_deref()?, b.as_deref()?)));
         pairs.map(|(a, b)| crate::fit::dot(a, b)).sum()
     };
     // Every slope with its shadow on the calibrations.
-    let columns: Vec<(usize, &Slopes)> =
-        screened.iter().enumerate().flat_map(|(h, s)| s.slopes.iter().map(move |slope| (h, slope))).collect();
+    let columns: Vec<(usize, &Slopes)> = screened
+        .iter()
+        .enumerate()
+        .flat_map(|(h, s)| s.slopes.iter().map(move |slope| (h, slope)))
+        .collect();
     let shadows: Vec<(DVector<f64>, DVector<f64>)> = columns
         .iter()
         .map(|(_, slope)| {
@@ -50,17 +55,27 @@ pub(super) fn confusable(ground: &Ground<'_>, screened: &[Screened]) -> Vec<Conf
         if j > i { 0.0 } else { dot(columns[i].1, columns[j].1) - shadows[i].0.dot(&shadows[j].1) }
     });
     let gram = |i: usize, j: usize| if j > i { gram[(j, i)] } else { gram[(i, j)] };
-    let of = |h: usize| -> Vec<usize> { (0..columns.len()).filter(|c| columns[*c].0 == h).collect() };
-    let block = |a: &[usize], b: &[usize]| DMatrix::from_fn(a.len(), b.len(), |i, j| gram(a[i], b[j]));
+    let of =
+        |h: usize| -> Vec<usize> { (0..columns.len()).filter(|c| columns[*c].0 == h).collect() };
+    let block =
+        |a: &[usize], b: &[usize]| DMatrix::from_fn(a.len(), b.len(), |i, j| gram(a[i], b[j]));
     let mut pairs = Vec::new();
     for a in 0..screened.len() {
-        let Some(left) = block(&of(a), &of(a)).cholesky() else { continue };
+        let Some(left) = block(&of(a), &of(a)).cholesky() else {
+            continue;
+        };
         for b in 0..a {
-            let Some(right) = block(&of(b), &of(b)).cholesky() else { continue };
+            let Some(right) = block(&of(b), &of(b)).cholesky() else {
+                continue;
+            };
             // Canonical correlation: the largest singular value of L⁻¹ C R⁻ᵀ.
             let cross = block(&of(a), &of(b));
-            let Some(half) = left.l().solve_lower_triangular(&cross) else { continue };
-            let Some(whitened) = right.l().solve_lower_triangular(&half.transpose()) else { continue };
+            let Some(half) = left.l().solve_lower_triangular(&cross) else {
+                continue;
+            };
+            let Some(whitened) = right.l().solve_lower_triangular(&half.transpose()) else {
+                continue;
+            };
             let alike = whitened.singular_values().max().min(1.0);
             if alike > ALIKE {
                 let place = |h: usize| (screened[h].effect.kind, screened[h].effect.at);

@@ -33,7 +33,11 @@ use trueweld_plant::effects::{At, Effect, Kind};
 /// Longest weld among the logs, m, for what is looked for along it.
 pub(crate) fn longest_weld(logs: &[Log]) -> f64 {
     let length = |log: &Log| log.weld.as_ref().map(|w| (w.end - w.start).norm());
-    logs.iter().filter(|l| l.kind == LogKind::Weld).filter_map(length).reduce(f64::max).unwrap_or(0.5)
+    logs.iter()
+        .filter(|l| l.kind == LogKind::Weld)
+        .filter_map(length)
+        .reduce(f64::max)
+        .unwrap_or(0.5)
 }
 
 /// What the data say.
@@ -135,7 +139,11 @@ pub type Progress<'a> = &'a (dyn Fn(&str, f64) + Sync);
 ///
 /// # Errors
 /// [`PredictError`] where the model as given cannot be driven through the logs.
-pub fn diagnose(bench: &Bench, logs: &[Log], progress: Progress<'_>) -> Result<Diagnosis, PredictError> {
+pub fn diagnose(
+    bench: &Bench,
+    logs: &[Log],
+    progress: Progress<'_>,
+) -> Result<Diagnosis, PredictError> {
     let blocks = fit::blocks_of(bench);
     progress("comparing", 0.0);
     let before = fit::residuals(bench, &Point::empty(bench.experiments.len()))?;
@@ -143,7 +151,8 @@ pub fn diagnose(bench: &Bench, logs: &[Log], progress: Progress<'_>) -> Result<D
     let null = calibrated(bench, &blocks)?;
     progress("screening every effect", 0.15);
     let given = uncalibrated(bench, &blocks, &null.point)?;
-    let ground = Ground { bench, blocks: &blocks, null: &null, given: &given, length: longest_weld(logs) };
+    let ground =
+        Ground { bench, blocks: &blocks, null: &null, given: &given, length: longest_weld(logs) };
     let screened = screen(&ground);
     progress("fitting the likeliest", 0.45);
     let mut singles = fit_all(&ground, screened.iter().take(rules::FITTED));
@@ -165,7 +174,11 @@ pub fn diagnose(bench: &Bench, logs: &[Log], progress: Progress<'_>) -> Result<D
     }
     progress("weighing the evidence", 0.92);
     let unexplained = |at: &Residuals| localize(&bench.experiments, at, logs);
-    Ok(Diagnosis { limits, confusable, ..conclude(&ground, before, singles, chosen, screened.len(), &unexplained) })
+    Ok(Diagnosis {
+        limits,
+        confusable,
+        ..conclude(&ground, before, singles, chosen, screened.len(), &unexplained)
+    })
 }
 
 /// The effects of a fit that are no calibrations.
@@ -175,7 +188,8 @@ fn effects_of(fitted: &Fitted) -> Vec<usize> {
 
 /// Fitted effects with their intervals.
 pub(crate) fn found(fitted: &Fitted, wanted: impl Fn(Of) -> bool) -> Vec<Found> {
-    let inflation = (fit::chi_square(&fitted.at) / fit::count(&fitted.at).max(1) as f64).max(1.0) * rules::CORRELATED;
+    let inflation = (fit::chi_square(&fitted.at) / fit::count(&fitted.at).max(1) as f64).max(1.0)
+        * rules::CORRELATED;
     let deviations = fitted.linear.solve(None, 0.0, None).map(|s| s.deviations());
     let mut all: Vec<Found> = Vec::new();
     let mut seen: Vec<Of> = Vec::new();
@@ -186,7 +200,11 @@ pub(crate) fn found(fitted: &Fitted, wanted: impl Fn(Of) -> bool) -> Vec<Found> 
         let index = seen.iter().position(|of| *of == free.of).unwrap_or_else(|| {
             let effect = fitted.point.effect(free.of).clone();
             let interval = effect.values.iter().map(|v| [*v, *v]).collect();
-            all.push(Found { effect, log: if let Of::Log(log, _) = free.of { Some(log) } else { None }, interval });
+            all.push(Found {
+                effect,
+                log: if let Of::Log(log, _) = free.of { Some(log) } else { None },
+                interval,
+            });
             seen.push(free.of);
             all.len() - 1
         });
@@ -262,7 +280,11 @@ fn conclude(
     let mut nothing = null.cost;
     // A single calibration that is all there is to say is the answer.
     // Where each log has its own it is the laboratory's doing, not the cell's.
-    if verdict == Verdict::Adequate && kept.len() == 1 && common && stands_out(bench, &before, &improved.at) {
+    if verdict == Verdict::Adequate
+        && kept.len() == 1
+        && common
+        && stands_out(bench, &before, &improved.at)
+    {
         let item = found(&improved, |_| true);
         verdict = Verdict::EffectFound;
         nothing = fit::chi_square(&before);
@@ -296,7 +318,11 @@ fn conclude(
         chosen,
         candidates,
         calibration,
-        unexplained: if at_floor(bench, &improved.at) { Vec::new() } else { unexplained(&improved.at) },
+        unexplained: if at_floor(bench, &improved.at) {
+            Vec::new()
+        } else {
+            unexplained(&improved.at)
+        },
         improved,
         limits: Vec::new(),
         confusable: Vec::new(),
@@ -305,7 +331,9 @@ fn conclude(
 
 /// Probabilities among the explanations, and which of them the data do not tell apart. `nothing`: what it costs to have none.
 fn weigh(candidates: &mut [Candidate], nothing: f64, tried: usize, floor: f64, verdict: Verdict) {
-    let Some(first) = candidates.first() else { return };
+    let Some(first) = candidates.first() else {
+        return;
+    };
     let (best, n) = (first.fitted.cost, fit::count(&first.fitted.at).max(1) as f64);
     // What is left above the floor says how far the sum of squares can be trusted.
     let trust = (fit::chi_square(&first.fitted.at) / n).max(1.0) * rules::CORRELATED;
@@ -324,7 +352,8 @@ fn weigh(candidates: &mut [Candidate], nothing: f64, tried: usize, floor: f64, v
     let costs: Vec<f64> = candidates.iter().map(|c| c.fitted.cost).collect();
     for (k, c) in candidates.iter_mut().enumerate() {
         c.probability = weight(c.fitted.cost) / sum * ceiling;
-        c.indistinguishable =
-            (0..costs.len()).filter(|j| *j != k && (costs[*j] - costs[k]).abs() < 9.0 * trust).collect();
+        c.indistinguishable = (0..costs.len())
+            .filter(|j| *j != k && (costs[*j] - costs[k]).abs() < 9.0 * trust)
+            .collect();
     }
 }

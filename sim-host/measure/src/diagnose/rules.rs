@@ -76,7 +76,11 @@ pub struct Part {
 }
 
 /// Sums of squares by log and whatever else `key` tells values apart by.
-fn sums<K: Ord>(bench: &Bench, residuals: &Residuals, key: impl Fn(usize, &Compared) -> K) -> BTreeMap<K, Part> {
+fn sums<K: Ord>(
+    bench: &Bench,
+    residuals: &Residuals,
+    key: impl Fn(usize, &Compared) -> K,
+) -> BTreeMap<K, Part> {
     let mut sums: BTreeMap<K, Part> = BTreeMap::new();
     for (log, (experiment, prediction)) in bench.experiments.iter().zip(residuals).enumerate() {
         for (c, r) in experiment.compared.iter().zip(&prediction.residual) {
@@ -94,7 +98,10 @@ pub fn parts(bench: &Bench, residuals: &Residuals) -> BTreeMap<(usize, &'static 
 }
 
 /// Sums of squares by log and column; the spindle's orders apart from what is slow.
-fn columns(bench: &Bench, residuals: &Residuals) -> BTreeMap<(usize, &'static str, u8, bool), Part> {
+fn columns(
+    bench: &Bench,
+    residuals: &Residuals,
+) -> BTreeMap<(usize, &'static str, u8, bool), Part> {
     sums(bench, residuals, |log, c| {
         (log, c.quantity.channel(), c.component, matches!(c.quantity, Quantity::Ripple { .. }))
     })

@@ -23,7 +23,8 @@ pub(crate) struct Screened {
 const OF_TORQUE: f64 = 0.1;
 
 /// Waves along a weld that a plate's waviness is looked for with.
-const WAVES: [f64; 16] = [0.5, 0.75, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 12.0];
+const WAVES: [f64; 16] =
+    [0.5, 0.75, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 12.0];
 
 /// Shares of a weld's length at which a step of the material is looked for.
 const POSITIONS: [f64; 11] = [0.08, 0.17, 0.25, 0.33, 0.42, 0.5, 0.58, 0.67, 0.75, 0.83, 0.92];
@@ -42,7 +43,10 @@ fn shapes(kind: &'static Kind, length: f64) -> Vec<Vec<(usize, f64)>> {
             Role::PathPosition => POSITIONS.iter().map(|s| s * length).collect(),
             _ => continue,
         };
-        all = all.iter().flat_map(|a| values.iter().map(|v| [a.clone(), vec![(k, *v)]].concat())).collect();
+        all = all
+            .iter()
+            .flat_map(|a| values.iter().map(|v| [a.clone(), vec![(k, *v)]].concat()))
+            .collect();
     }
     all
 }
@@ -73,15 +77,23 @@ impl Ground<'_> {
             .max_by(|a, b| a.gain.total_cmp(&b.gain))
     }
 
-    fn screen_shape(&self, kind: &'static Kind, at: At, shape: &[(usize, f64)]) -> Option<Screened> {
+    fn screen_shape(
+        &self,
+        kind: &'static Kind,
+        at: At,
+        shape: &[(usize, f64)],
+    ) -> Option<Screened> {
         let mut effect = nothing(kind, at);
         for (k, v) in shape {
             effect.values[*k] = *v;
         }
         let phase = kind.parameters.iter().position(|p| p.role == Role::Phase);
-        let turns: &[f64] = if phase.is_some() { &[0.0, std::f64::consts::FRAC_PI_2] } else { &[0.0] };
+        let turns: &[f64] =
+            if phase.is_some() { &[0.0, std::f64::consts::FRAC_PI_2] } else { &[0.0] };
         let sizes: Vec<usize> = (0..kind.parameters.len())
-            .filter(|k| matches!(kind.parameters[*k].role, Role::Size { .. } | Role::Reciprocal { .. }))
+            .filter(|k| {
+                matches!(kind.parameters[*k].role, Role::Size { .. } | Role::Reciprocal { .. })
+            })
             .collect();
         let mut more: Vec<Slopes> = Vec::new();
         for turn in turns {
@@ -92,7 +104,8 @@ impl Ground<'_> {
             }
             let of = Of::All(point.all.len());
             point.all.push(effect);
-            let frees: Vec<Free> = sizes.iter().map(|k| Free { of, parameter: *k, expected: f64::INFINITY }).collect();
+            let frees: Vec<Free> =
+                sizes.iter().map(|k| Free { of, parameter: *k, expected: f64::INFINITY }).collect();
             let share = if kind.parameters[sizes[0]].unit == "N·m" { OF_TORQUE } else { 1.0 };
             more.extend(fit::slopes(self.bench, &point, &frees, &self.null.at, share));
         }
@@ -118,7 +131,9 @@ impl Ground<'_> {
                 None => cosine,
             };
             effect.values[*k] = match parameter.role {
-                Role::Reciprocal { step } => 1.0 / (1.0 / effect.values[*k] + step * size).max(1e-12),
+                Role::Reciprocal { step } => {
+                    1.0 / (1.0 / effect.values[*k] + step * size).max(1e-12)
+                }
                 Role::Size { step, neutral } => neutral + step * size,
                 _ => effect.values[*k],
             }
@@ -154,11 +169,14 @@ impl Ground<'_> {
     /// Orders of a sine of the joint's angle worth a closer look: the highest lines of the residual against it, with the
     /// response to a constant offset as what a slow sine meets.
     fn orders(&self, kind: &'static Kind, at: At) -> Vec<Vec<(usize, f64)>> {
-        let At::Joint(joint) = at else { return Vec::new() };
+        let At::Joint(joint) = at else {
+            return Vec::new();
+        };
         let order = kind.parameters.iter().position(|p| p.role == Role::Order);
-        let (Some(order), offset) =
-            (order, if kind.id == "link-encoder-ripple" { "link-encoder-offset" } else { "encoder-offset" })
-        else {
+        let (Some(order), offset) = (
+            order,
+            if kind.id == "link-encoder-ripple" { "link-encoder-offset" } else { "encoder-offset" },
+        ) else {
             return Vec::new();
         };
         let mut point = self.null.point.clone();
@@ -167,10 +185,14 @@ impl Ground<'_> {
         let free = Free { of, parameter: 0, expected: f64::INFINITY };
         let slope = &fit::slopes(self.bench, &point, &[free], &self.null.at, 1.0)[0];
         // What is left of the residual with all calibrations at their best.
-        let Some(step) = self.null.linear.solve(None, 0.0, None) else { return Vec::new() };
+        let Some(step) = self.null.linear.solve(None, 0.0, None) else {
+            return Vec::new();
+        };
         let mut samples: Vec<(f64, f64, f64)> = Vec::new();
         for (log, experiment) in self.bench.experiments.iter().enumerate() {
-            let (Some(slope), Some(motion)) = (&slope[log], &self.null.at[log].motion) else { continue };
+            let (Some(slope), Some(motion)) = (&slope[log], &self.null.at[log].motion) else {
+                continue;
+            };
             let mut left = self.null.at[log].residual.clone();
             for (k, s) in self.null.slopes.iter().enumerate() {
                 if let Some(s) = &s[log] {
@@ -187,7 +209,9 @@ impl Ground<'_> {
                 }
             }
         }
-        let (low, high) = samples.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), s| (l.min(s.0), h.max(s.0)));
+        let (low, high) = samples
+            .iter()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), s| (l.min(s.0), h.max(s.0)));
         let range = high - low;
         if range.is_nan() || range <= 1e-3 {
             return Vec::new();
@@ -234,11 +258,14 @@ const SCANNED: usize = 3000;
 const HIGHEST_ORDER: f64 = 300.0;
 /// Screens every effect that is no calibration, at every place, and the user's own. Best first.
 pub(crate) fn screen(ground: &Ground<'_>) -> Vec<Screened> {
-    let library =
-        TABLE.iter().filter(|k| !is_calibration(k)).flat_map(|k| places(k).into_iter().map(move |at| (*k, at)));
+    let library = TABLE
+        .iter()
+        .filter(|k| !is_calibration(k))
+        .flat_map(|k| places(k).into_iter().map(move |at| (*k, at)));
     let own = ground.bench.own.iter().map(|effect| (effect.kind, effect.at));
     let all: Vec<(&'static Kind, At)> = library.chain(own).collect();
-    let mut screened: Vec<Screened> = all.par_iter().filter_map(|(kind, at)| ground.screen(kind, *at)).collect();
+    let mut screened: Vec<Screened> =
+        all.par_iter().filter_map(|(kind, at)| ground.screen(kind, *at)).collect();
     screened.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     screened
 }

@@ -23,7 +23,11 @@ pub(crate) fn calibrated(bench: &Bench, blocks: &[Vec<u8>]) -> Result<Fitted, Pr
 ///
 /// # Errors
 /// [`PredictError`].
-pub(crate) fn uncalibrated(bench: &Bench, blocks: &[Vec<u8>], point: &Point) -> Result<Fitted, PredictError> {
+pub(crate) fn uncalibrated(
+    bench: &Bench,
+    blocks: &[Vec<u8>],
+    point: &Point,
+) -> Result<Fitted, PredictError> {
     let mut point = point.clone();
     point.reset(|effect| is_calibration(effect.kind));
     fit::fit(bench, &point, blocks, &[], Effort { steps: 0, stale: 0 })
@@ -50,11 +54,15 @@ fn fit_hypothesis(ground: &Ground<'_>, effect: &Effect) -> Option<Fitted> {
 fn start(ground: &Ground<'_>, base: &Fitted, effect: &Effect) -> Option<Point> {
     let of_size = |factor: f64| {
         let effect = scaled(effect, factor);
-        let with = Point { all: [base.point.all.clone(), vec![effect.clone()]].concat(), ..base.point.clone() };
+        let with = Point {
+            all: [base.point.all.clone(), vec![effect.clone()]].concat(),
+            ..base.point.clone()
+        };
         let at = fit::residuals(ground.bench, &with).ok()?;
         let linear = base.linear.beside(ground.blocks, &at, &base.slopes);
         let step = linear.solve(None, 0.0, None)?.step;
-        let mut point = if base.slopes.is_empty() { base.point.clone() } else { base.point.moved(&step) };
+        let mut point =
+            if base.slopes.is_empty() { base.point.clone() } else { base.point.moved(&step) };
         point.add(effect, f64::INFINITY);
         Some((linear.cost(&step), point))
     };
@@ -77,15 +85,20 @@ fn scaled(effect: &Effect, factor: f64) -> Effect {
 const FACTORS: [f64; 6] = [0.4, 1.0, 2.5, 6.0, 15.0, 40.0];
 
 /// Fits hypotheses, best first: all of them roughly, those that come near the best in full, the best with slopes taken afresh.
-pub(super) fn fit_all<'s>(ground: &Ground<'_>, screened: impl Iterator<Item = &'s Screened>) -> Vec<Fitted> {
+pub(super) fn fit_all<'s>(
+    ground: &Ground<'_>,
+    screened: impl Iterator<Item = &'s Screened>,
+) -> Vec<Fitted> {
     let screened: Vec<&Screened> = screened.filter(|s| s.gain > rules::GAIN * 0.5).collect();
-    let mut fits: Vec<Fitted> = screened.par_iter().filter_map(|s| fit_hypothesis(ground, &s.effect)).collect();
+    let mut fits: Vec<Fitted> =
+        screened.par_iter().filter_map(|s| fit_hypothesis(ground, &s.effect)).collect();
     let least = fits.iter().map(|f| f.cost).fold(f64::INFINITY, f64::min);
     let near = ground.null.cost - rules::NEARLY * (ground.null.cost - least);
     let stale = ground.null.slopes.len();
     fits.par_iter_mut().filter(|f| f.cost <= near).for_each(|fitted| {
         let effort = Effort { steps: IN_FULL, stale };
-        if let Ok(better) = fit::fit(ground.bench, &fitted.point, ground.blocks, &fitted.slopes, effort)
+        if let Ok(better) =
+            fit::fit(ground.bench, &fitted.point, ground.blocks, &fitted.slopes, effort)
             && better.cost < fitted.cost
         {
             *fitted = better;
@@ -93,7 +106,8 @@ pub(super) fn fit_all<'s>(ground: &Ground<'_>, screened: impl Iterator<Item = &'
     });
     fits.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     // What such a delay does as well or better is not believed of anything else either.
-    let by_delay = fits.iter().position(|f| f.point.all.last().is_some_and(|e| held(ground.bench, e)));
+    let by_delay =
+        fits.iter().position(|f| f.point.all.last().is_some_and(|e| held(ground.bench, e)));
     fits.truncate(by_delay.unwrap_or(fits.len()));
     if let Some(best) = fits.first_mut() {
         polish(ground.bench, ground.blocks, best);
@@ -110,7 +124,10 @@ fn held(bench: &Bench, effect: &Effect) -> bool {
     if effect.at != At::Channel(Channel::MotorTorque) {
         return false;
     }
-    let seen = bench.experiments.iter().filter(|e| e.compared.iter().any(|c| c.quantity == Quantity::MotorTorque));
+    let seen = bench
+        .experiments
+        .iter()
+        .filter(|e| e.compared.iter().any(|c| c.quantity == Quantity::MotorTorque));
     let period = seen.map(|e| e.period).fold(f64::INFINITY, f64::min);
     period.is_finite() && effect.values[0].abs() < rules::HELD * period
 }
@@ -119,7 +136,9 @@ fn held(bench: &Bench, effect: &Effect) -> bool {
 /// sizes are tried a little to either side as well.
 fn polish(bench: &Bench, blocks: &[Vec<u8>], fitted: &mut Fitted) {
     refit(bench, blocks, fitted);
-    let Some(last) = fitted.point.all.len().checked_sub(1) else { return };
+    let Some(last) = fitted.point.all.len().checked_sub(1) else {
+        return;
+    };
     if at_floor(bench, &fitted.at) {
         return;
     }
@@ -131,7 +150,9 @@ fn polish(bench: &Bench, blocks: &[Vec<u8>], fitted: &mut Fitted) {
             fit::fit(bench, &point, blocks, &fitted.slopes, effort).ok()
         });
         let best = aside.min_by(|a, b| a.cost.total_cmp(&b.cost));
-        let Some(better) = best.filter(|b| b.cost < fitted.cost * (1.0 - WORTH)) else { break };
+        let Some(better) = best.filter(|b| b.cost < fitted.cost * (1.0 - WORTH)) else {
+            break;
+        };
         *fitted = better;
         refit(bench, blocks, fitted);
     }
@@ -156,7 +177,9 @@ fn refit(bench: &Bench, blocks: &[Vec<u8>], fitted: &mut Fitted) {
 /// alone and with the second. Both members must earn their place: a pair in which either alone does what both do together is
 /// none.
 pub(super) fn second(ground: &Ground<'_>, best: Fitted, singles: &[Fitted]) -> Vec<Fitted> {
-    let Some(pair) = further(ground, &best).into_iter().next() else { return vec![best] };
+    let Some(pair) = further(ground, &best).into_iter().next() else {
+        return vec![best];
+    };
     // The first one alone again, from where the pair has taken it: what it gains on the way is not the second one's.
     let mut alone = pair.clone();
     alone.point.drop_last();
@@ -165,21 +188,32 @@ pub(super) fn second(ground: &Ground<'_>, best: Fitted, singles: &[Fitted]) -> V
     refit(ground.bench, ground.blocks, &mut alone);
     let first = if alone.cost < best.cost { alone } else { best };
     // What is left must fall by half at least: a prediction that is not quite right leaves a little for any effect to mend.
-    let enough = standing_out(ground.bench, &pair.at) <= rules::HALVED * standing_out(ground.bench, &first.at);
+    let enough = standing_out(ground.bench, &pair.at)
+        <= rules::HALVED * standing_out(ground.bench, &first.at);
     let same = |a: &Effect, b: &Effect| (a.kind.id, a.at) == (b.kind.id, b.at);
     let other = pair.point.all.last();
-    let other_alone = singles.iter().find(|s| s.point.all.last().zip(other).is_some_and(|(e, o)| same(e, o)));
+    let other_alone =
+        singles.iter().find(|s| s.point.all.last().zip(other).is_some_and(|(e, o)| same(e, o)));
     let enough = enough && fit::chi_square(&first.at) - fit::chi_square(&pair.at) > rules::SECOND;
-    let both = counts(ground.bench, &first, &pair) && other_alone.is_none_or(|o| counts(ground.bench, o, &pair));
-    if enough && both && !at_floor(ground.bench, &first.at) { vec![first, pair] } else { vec![first] }
+    let both = counts(ground.bench, &first, &pair)
+        && other_alone.is_none_or(|o| counts(ground.bench, o, &pair));
+    if enough && both && !at_floor(ground.bench, &first.at) {
+        vec![first, pair]
+    } else {
+        vec![first]
+    }
 }
 
 /// The effects that bring more than chance beside those of a fit, fitted with them, the one that brings the most first.
 pub(crate) fn further(ground: &Ground<'_>, fitted: &Fitted) -> Vec<Fitted> {
-    let Ok(given) = uncalibrated(ground.bench, ground.blocks, &fitted.point) else { return Vec::new() };
+    let Ok(given) = uncalibrated(ground.bench, ground.blocks, &fitted.point) else {
+        return Vec::new();
+    };
     let beside = Ground { null: fitted, given: &given, ..*ground };
     let screened = screen(&beside);
-    let has = |s: &Screened| fitted.point.all.iter().any(|e| (e.kind.id, e.at) == (s.effect.kind.id, s.effect.at));
+    let has = |s: &Screened| {
+        fitted.point.all.iter().any(|e| (e.kind.id, e.at) == (s.effect.kind.id, s.effect.at))
+    };
     let mut next = fit_all(&beside, screened.iter().filter(|s| !has(s)).take(rules::FITTED_BESIDE));
     next.retain(|f| counts(ground.bench, fitted, f));
     next

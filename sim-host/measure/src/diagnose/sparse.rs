@@ -9,7 +9,11 @@ use trueweld_plant::effects::{At, Effect};
 
 /// Keeps of the calibrations those that count: by forward steps, each bringing the most, then a refit. Calibrations that are
 /// the same in all logs become one for all. Gives the groups kept.
-pub(crate) fn sparse(bench: &Bench, blocks: &[Vec<u8>], fitted: &Fitted) -> (Fitted, Vec<(&'static str, At)>) {
+pub(crate) fn sparse(
+    bench: &Bench,
+    blocks: &[Vec<u8>],
+    fitted: &Fitted,
+) -> (Fitted, Vec<(&'static str, At)>) {
     let point = &fitted.point;
     let mut groups: Vec<((&'static str, At), Vec<usize>)> = Vec::new();
     let mut kept: Vec<usize> = Vec::new();
@@ -26,8 +30,11 @@ pub(crate) fn sparse(bench: &Bench, blocks: &[Vec<u8>], fitted: &Fitted) -> (Fit
         }
     }
     let mut names = Vec::new();
-    let trust = (fit::chi_square(&fitted.at) / fit::count(&fitted.at).max(1) as f64).max(1.0) * rules::CORRELATED;
-    let Some((mut cost, mut step)) = fitted.linear.with_only(&kept) else { return (fitted.clone(), names) };
+    let trust = (fit::chi_square(&fitted.at) / fit::count(&fitted.at).max(1) as f64).max(1.0)
+        * rules::CORRELATED;
+    let Some((mut cost, mut step)) = fitted.linear.with_only(&kept) else {
+        return (fitted.clone(), names);
+    };
     loop {
         let tried: Vec<(f64, DVector<f64>, usize)> = groups
             .par_iter()
@@ -41,7 +48,9 @@ pub(crate) fn sparse(bench: &Bench, blocks: &[Vec<u8>], fitted: &Fitted) -> (Fit
         let gain = |t: &(f64, DVector<f64>, usize)| {
             cost - t.0 - trust * (rules::KEEP + rules::KEEP_EACH * groups[t.2].1.len() as f64)
         };
-        let Some(best) = tried.into_iter().max_by(|a, b| gain(a).total_cmp(&gain(b))) else { break };
+        let Some(best) = tried.into_iter().max_by(|a, b| gain(a).total_cmp(&gain(b))) else {
+            break;
+        };
         if gain(&best) <= 0.0 {
             break;
         }
@@ -63,19 +72,29 @@ pub(crate) fn sparse(bench: &Bench, blocks: &[Vec<u8>], fitted: &Fitted) -> (Fit
         }
     }
     for (id, at) in &names {
-        let own: Vec<&Effect> =
-            all.all.iter().chain(all.each.iter().flatten()).filter(|e| e.kind.id == *id && e.at == *at).collect();
-        let mean =
-            (0..own[0].values.len()).map(|v| own.iter().map(|e| e.values[v]).sum::<f64>() / own.len() as f64).collect();
+        let own: Vec<&Effect> = all
+            .all
+            .iter()
+            .chain(all.each.iter().flatten())
+            .filter(|e| e.kind.id == *id && e.at == *at)
+            .collect();
+        let mean = (0..own[0].values.len())
+            .map(|v| own.iter().map(|e| e.values[v]).sum::<f64>() / own.len() as f64)
+            .collect();
         reduced.add_expected(Effect { values: mean, ..own[0].clone() }, &expected(id));
     }
-    let refit = |point: &Point| fit::fit(bench, point, blocks, &[], Effort { steps: 4, stale: 0 }).ok();
-    let Some(common) = refit(&reduced) else { return (fitted.clone(), names) };
+    let refit =
+        |point: &Point| fit::fit(bench, point, blocks, &[], Effort { steps: 4, stale: 0 }).ok();
+    let Some(common) = refit(&reduced) else {
+        return (fitted.clone(), names);
+    };
     // One for all, unless each log having its own brings what its values cost.
     let mut apart = common.point.clone();
     let mut split = false;
     for (id, at) in &names {
-        let Some(i) = apart.all.iter().position(|e| e.kind.id == *id && e.at == *at) else { continue };
+        let Some(i) = apart.all.iter().position(|e| e.kind.id == *id && e.at == *at) else {
+            continue;
+        };
         let logs: Vec<usize> = (0..bench.experiments.len())
             .filter(|l| point.each[*l].iter().any(|e| e.kind.id == *id && e.at == *at))
             .collect();

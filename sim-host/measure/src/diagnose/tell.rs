@@ -50,7 +50,8 @@ pub fn tell(bench: &Bench, logs: &[Log], diagnosis: &Diagnosis, progress: Progre
     let reasons = all.map(|(k, c)| reason(bench, logs, diagnosis, (c, k < DRAWN), robot)).collect();
     progress("planning the next experiment", 0.6);
     let rivals = rivals(diagnosis, robot);
-    let next_experiment = if rivals.is_empty() { None } else { next_experiment(bench, logs, &rivals) };
+    let next_experiment =
+        if rivals.is_empty() { None } else { next_experiment(bench, logs, &rivals) };
     Account { reasons, next_experiment }
 }
 
@@ -62,8 +63,11 @@ fn reason(
     robot: &RobotFile,
 ) -> Reason {
     let curve = |effect: &Effect| evidence(bench, logs, &diagnosis.null, &candidate.fitted, effect);
-    let others: Vec<(&str, &str)> =
-        candidate.others(&diagnosis.candidates).iter().map(|effect| (effect.kind.id, effect.at_name(robot))).collect();
+    let others: Vec<(&str, &str)> = candidate
+        .others(&diagnosis.candidates)
+        .iter()
+        .map(|effect| (effect.kind.id, effect.at_name(robot)))
+        .collect();
     Reason {
         explanation: explain(&Case {
             robot,
@@ -75,16 +79,24 @@ fn reason(
             probability: candidate.probability,
             others: &others,
         }),
-        evidence: candidate.effects.iter().filter(|_| drawn).map(|found| curve(&found.effect)).collect(),
+        evidence: candidate
+            .effects
+            .iter()
+            .filter(|_| drawn)
+            .map(|found| curve(&found.effect))
+            .collect(),
     }
 }
 
 /// The explanations that an experiment is worth making for: those tied with the best, or else those after it; none where
 /// nothing is missing, where the best explains next to nothing, or stands alone and sure.
 fn rivals(diagnosis: &Diagnosis, robot: &RobotFile) -> Vec<(String, Vec<Effect>)> {
-    let Some(best) = diagnosis.candidates.first() else { return Vec::new() };
+    let Some(best) = diagnosis.candidates.first() else {
+        return Vec::new();
+    };
     let tied = &best.indistinguishable;
-    let sure = diagnosis.verdict == Verdict::EffectFound && best.probability >= SURE && tied.is_empty();
+    let sure =
+        diagnosis.verdict == Verdict::EffectFound && best.probability >= SURE && tied.is_empty();
     if diagnosis.verdict == Verdict::Adequate || sure || !best.explains() {
         return Vec::new();
     }
@@ -92,8 +104,11 @@ fn rivals(diagnosis: &Diagnosis, robot: &RobotFile) -> Vec<(String, Vec<Effect>)
         [] => (1..diagnosis.candidates.len()).collect(),
         tied => tied.to_vec(),
     };
-    let candidates = std::iter::once(0).chain(beside).take(RIVALS).map(|k| &diagnosis.candidates[k]);
-    candidates.map(|c| (c.name(robot), c.effects.iter().map(|f| f.effect.clone()).collect())).collect()
+    let candidates =
+        std::iter::once(0).chain(beside).take(RIVALS).map(|k| &diagnosis.candidates[k]);
+    candidates
+        .map(|c| (c.name(robot), c.effects.iter().map(|f| f.effect.clone()).collect()))
+        .collect()
 }
 
 impl Candidate {
@@ -104,7 +119,8 @@ impl Candidate {
 
     /// Its effects with their places, such as `backlash at A5`; a pair's with a plus between them.
     pub fn name(&self, robot: &RobotFile) -> String {
-        let names: Vec<String> = self.effects.iter().map(|found| name(&found.effect, robot)).collect();
+        let names: Vec<String> =
+            self.effects.iter().map(|found| name(&found.effect, robot)).collect();
         names.join(" + ")
     }
 
@@ -112,7 +128,12 @@ impl Candidate {
     pub fn others<'c>(&self, candidates: &'c [Candidate]) -> Vec<&'c Effect> {
         let same = |a: &Effect, b: &Effect| (a.kind.id, a.at) == (b.kind.id, b.at);
         let mut others: Vec<&Effect> = Vec::new();
-        for found in self.indistinguishable.iter().filter_map(|k| candidates.get(*k)).flat_map(|c| &c.effects) {
+        for found in self
+            .indistinguishable
+            .iter()
+            .filter_map(|k| candidates.get(*k))
+            .flat_map(|c| &c.effects)
+        {
             let own = self.effects.iter().any(|f| same(&f.effect, &found.effect));
             if !own && !others.iter().any(|effect| same(effect, &found.effect)) {
                 others.push(&found.effect);

@@ -59,17 +59,24 @@ impl Axis {
             Self::Time | Self::TimeTo(_) => ("time from the start of the log".to_owned(), "s"),
             Self::SpringTorque(j) => (format!("spring torque of {}", of(j)), "N·m"),
             Self::Angle(j) => (format!("angle of {}", of(j)), "rad"),
-            Self::Phase(j, order) => (format!("angle of {} within one of {order:.1} periods a turn", of(j)), "rad"),
+            Self::Phase(j, order) => {
+                (format!("angle of {} within one of {order:.1} periods a turn", of(j)), "rad")
+            }
             Self::Rate(j) => (format!("rate of {}", of(j)), "rad/s"),
             Self::Path => ("path position".to_owned(), "m"),
             Self::Feed => ("feed".to_owned(), "m/s"),
             Self::AxialForce => ("axial force F_z on the tool".to_owned(), "N"),
-            Self::PushBySpindle => ("push on the tool, signed as the spindle turns".to_owned(), "N"),
+            Self::PushBySpindle => {
+                ("push on the tool, signed as the spindle turns".to_owned(), "N")
+            }
             Self::Load => ("force on the tool".to_owned(), "N"),
             Self::ToolSpeed => ("speed of the tool".to_owned(), "m/s"),
-            Self::Tool(i) => (format!("{} of the tool in the base frame", ["x", "y", "z"][i.min(2)]), "m"),
+            Self::Tool(i) => {
+                (format!("{} of the tool in the base frame", ["x", "y", "z"][i.min(2)]), "m")
+            }
         };
-        let values: Vec<Option<Vec<f64>>> = (0..ground.logs.len()).map(|log| self.of_log(ground, log)).collect();
+        let values: Vec<Option<Vec<f64>>> =
+            (0..ground.logs.len()).map(|log| self.of_log(ground, log)).collect();
         values.iter().any(Option::is_some).then_some(Named { name, unit, values })
     }
 
@@ -98,21 +105,33 @@ impl Axis {
             Self::Rate(j) => rate(log, &samples.encoder.iter().map(|q| q[j]).collect::<Vec<_>>()),
             Self::Path => path(log),
             Self::Feed => rate(log, &path(log)?),
-            Self::AxialForce => Some(averaged(log, samples.force.as_ref()?.iter().map(|f| f.z).collect())),
+            Self::AxialForce => {
+                Some(averaged(log, samples.force.as_ref()?.iter().map(|f| f.z).collect()))
+            }
             Self::PushBySpindle => {
                 let push = Self::AxialForce.of_log(ground, index)?;
-                Some(push.iter().zip(samples.spindle.as_ref()?).map(|(f, turning)| -f * turning.signum()).collect())
+                Some(
+                    push.iter()
+                        .zip(samples.spindle.as_ref()?)
+                        .map(|(f, turning)| -f * turning.signum())
+                        .collect(),
+                )
             }
             Self::Load => {
                 let force = samples.force.as_ref()?;
-                let [x, y, z] = [0, 1, 2].map(|c| averaged(log, force.iter().map(|f| f[c]).collect()));
+                let [x, y, z] =
+                    [0, 1, 2].map(|c| averaged(log, force.iter().map(|f| f[c]).collect()));
                 Some((0..x.len()).map(|k| x[k].hypot(y[k]).hypot(z[k])).collect())
             }
             Self::ToolSpeed => {
                 let tool = tool(log);
                 let rates: Option<Vec<_>> = tool.iter().map(|t| rate(log, t)).collect();
                 let rates = rates?;
-                Some((0..samples.len()).map(|k| rates[0][k].hypot(rates[1][k]).hypot(rates[2][k])).collect())
+                Some(
+                    (0..samples.len())
+                        .map(|k| rates[0][k].hypot(rates[1][k]).hypot(rates[2][k]))
+                        .collect(),
+                )
             }
             Self::Tool(i) => Some(tool(log).swap_remove(i.min(2))),
         }
@@ -121,7 +140,8 @@ impl Axis {
 
 /// TCP in B by the encoders, by component.
 fn tool(log: &Log) -> Vec<Vec<f64>> {
-    let positions: Vec<_> = log.samples.encoder.iter().map(|q| log.robot.robot.forward(q).position).collect();
+    let positions: Vec<_> =
+        log.samples.encoder.iter().map(|q| log.robot.robot.forward(q).position).collect();
     (0..3).map(|i| positions.iter().map(|p| p[i]).collect()).collect()
 }
 
@@ -130,7 +150,11 @@ fn path(log: &Log) -> Option<Vec<f64>> {
     let along = seam.b_from_w.rotation.column(0).into_owned();
     let tool = tool(log);
     let origin = seam.b_from_w.position;
-    Some((0..log.samples.len()).map(|k| (0..3).map(|i| along[i] * (tool[i][k] - origin[i])).sum()).collect())
+    Some(
+        (0..log.samples.len())
+            .map(|k| (0..3).map(|i| along[i] * (tool[i][k] - origin[i])).sum())
+            .collect(),
+    )
 }
 
 /// Rows to either side within the span of the log's kind.
@@ -153,7 +177,9 @@ fn rate(log: &Log, series: &[f64]) -> Option<Vec<f64>> {
 
 /// Means over the span of the log's kind, so that the spindle's ripple does not spread a load.
 fn averaged(log: &Log, series: Vec<f64>) -> Vec<f64> {
-    let Some(reach) = reach(log).filter(|_| log.kind == LogKind::Weld) else { return series };
+    let Some(reach) = reach(log).filter(|_| log.kind == LogKind::Weld) else {
+        return series;
+    };
     let mut sums = vec![0.0; series.len() + 1];
     let mut counts = vec![0.0; series.len() + 1];
     for (k, v) in series.iter().enumerate() {

@@ -41,10 +41,18 @@ pub(super) struct Row {
 }
 
 /// The rows that show anything of the quantity, log after log in order of time.
-pub(super) fn rows(ground: &Ground<'_>, probe: &Probe, slopes: &Slopes, axis: &Named, shape: Shape) -> Vec<Row> {
+pub(super) fn rows(
+    ground: &Ground<'_>,
+    probe: &Probe,
+    slopes: &Slopes,
+    axis: &Named,
+    shape: Shape,
+) -> Vec<Row> {
     let mut rows: Vec<Row> = Vec::new();
     for (log, experiment) in ground.bench.experiments.iter().enumerate() {
-        let (Some(slope), Some(x)) = (&slopes[log], &axis.values[log]) else { continue };
+        let (Some(slope), Some(x)) = (&slopes[log], &axis.values[log]) else {
+            continue;
+        };
         // A constant says little of what swings: an arm answers its own frequencies many times over.
         let swings = experiment.kind == LogKind::RingDown && matches!(probe, Probe::Port { .. });
         if swings {
@@ -54,11 +62,22 @@ pub(super) fn rows(ground: &Ground<'_>, probe: &Probe, slopes: &Slopes, axis: &N
         let mut of_row: Vec<Row> = x
             .iter()
             .enumerate()
-            .map(|(row, x)| Row { log, row, x: *x, weight: 0.0, asked: 0.0, given: 0.0, left: 0.0, count: 0.0 })
+            .map(|(row, x)| Row {
+                log,
+                row,
+                x: *x,
+                weight: 0.0,
+                asked: 0.0,
+                given: 0.0,
+                left: 0.0,
+                count: 0.0,
+            })
             .collect();
         let value = probe.value(ground);
         for (k, compared) in experiment.compared.iter().enumerate() {
-            let (s, Some(row)) = (slope[k], of_row.get_mut(compared.row)) else { continue };
+            let (s, Some(row)) = (slope[k], of_row.get_mut(compared.row)) else {
+                continue;
+            };
             if s != 0.0 {
                 // A value of the effect is asked for about where it was fitted, where the slope was taken.
                 let taken = value.map_or(without[k] - with[k], |v| -s * v);
@@ -69,7 +88,11 @@ pub(super) fn rows(ground: &Ground<'_>, probe: &Probe, slopes: &Slopes, axis: &N
                 row.count += 1.0;
             }
         }
-        rows.extend(of_row.into_iter().filter(|r| r.weight > 0.0 && r.x.is_finite() && shape.shows(log, r.x)));
+        rows.extend(
+            of_row
+                .into_iter()
+                .filter(|r| r.weight > 0.0 && r.x.is_finite() && shape.shows(log, r.x)),
+        );
     }
     if shape == Shape::Loop {
         largest_loop(&mut rows);
@@ -102,7 +125,9 @@ pub(super) fn sort(rows: &mut [Row], shape: Shape) {
 /// Rows of each point: steps of a curve go half by the variable and half by what the rows know, so that both its range and
 /// its dense parts are resolved.
 fn bins(rows: &[Row], shape: Shape, count: usize) -> Vec<Range<usize>> {
-    let (Some(first), Some(last)) = (rows.first(), rows.last()) else { return Vec::new() };
+    let (Some(first), Some(last)) = (rows.first(), rows.last()) else {
+        return Vec::new();
+    };
     let total: f64 = rows.iter().map(|r| r.weight).sum();
     let by_x = if shape == Shape::Curve { 0.5 } else { 0.0 };
     let wide = (last.x - first.x).max(f64::MIN_POSITIVE);
@@ -110,7 +135,8 @@ fn bins(rows: &[Row], shape: Shape, count: usize) -> Vec<Range<usize>> {
     let mut bins: Vec<Range<usize>> = Vec::new();
     let mut of_last = usize::MAX;
     for (k, row) in rows.iter().enumerate() {
-        let share = by_x * (row.x - first.x) / wide + (1.0 - by_x) * (known + 0.5 * row.weight) / total;
+        let share =
+            by_x * (row.x - first.x) / wide + (1.0 - by_x) * (known + 0.5 * row.weight) / total;
         known += row.weight;
         let bin = ((share * count as f64) as usize).min(count - 1);
         match bins.last_mut() {
@@ -122,7 +148,9 @@ fn bins(rows: &[Row], shape: Shape, count: usize) -> Vec<Range<usize>> {
     if shape == Shape::Curve {
         bins = bins.into_iter().fold(Vec::new(), |mut apart: Vec<Range<usize>>, bin| {
             match apart.last_mut() {
-                Some(last) if middle(&rows[bin.clone()]) - middle(&rows[last.clone()]) < NEAR * wide => {
+                Some(last)
+                    if middle(&rows[bin.clone()]) - middle(&rows[last.clone()]) < NEAR * wide =>
+                {
                     last.end = bin.end
                 }
                 _ => apart.push(bin),
@@ -152,17 +180,22 @@ pub(super) fn explained(rows: &[Row], shape: Shape) -> f64 {
 }
 
 /// What the rows ask for and what the effect gives; `None` where that is no curve.
-pub(super) fn points(rows: &[Row], shape: Shape, sign: f64) -> Option<(Vec<CurvePoint>, Vec<[f64; 2]>)> {
+pub(super) fn points(
+    rows: &[Row],
+    shape: Shape,
+    sign: f64,
+) -> Option<(Vec<CurvePoint>, Vec<[f64; 2]>)> {
     let count = steps(shape);
     let mut points: Vec<CurvePoint> =
         bins(rows, shape, count).into_iter().map(|range| point(&rows[range], sign)).collect();
-    let mut fitted: Vec<[f64; 2]> = bins(rows, shape, if shape == Shape::Curve { FINER * count } else { count })
-        .into_iter()
-        .map(|range| {
-            let sum = |f: fn(&Row) -> f64| rows[range.clone()].iter().map(f).sum::<f64>();
-            [middle(&rows[range.clone()]), sign * sum(|r| r.given) / sum(|r| r.weight)]
-        })
-        .collect();
+    let mut fitted: Vec<[f64; 2]> =
+        bins(rows, shape, if shape == Shape::Curve { FINER * count } else { count })
+            .into_iter()
+            .map(|range| {
+                let sum = |f: fn(&Row) -> f64| rows[range.clone()].iter().map(f).sum::<f64>();
+                [middle(&rows[range.clone()]), sign * sum(|r| r.given) / sum(|r| r.weight)]
+            })
+            .collect();
     points.retain(|p| p.x.is_finite() && p.y.is_finite() && p.error.is_finite());
     fitted.retain(|p| p[0].is_finite() && p[1].is_finite());
     (points.len() > 1 && fitted.len() > 1).then_some((points, fitted))
@@ -183,14 +216,19 @@ fn point(rows: &[Row], sign: f64) -> CurvePoint {
     for row in in_time {
         let own = row.asked - row.weight * y;
         match passes.last_mut() {
-            Some(pass) if before.is_some_and(|b| b.log == row.log && row.row - b.row <= GAP) => *pass += own,
+            Some(pass) if before.is_some_and(|b| b.log == row.log && row.row - b.row <= GAP) => {
+                *pass += own
+            }
             _ => passes.push(own),
         }
         before = Some(row);
     }
     let n = passes.len() as f64;
-    let between =
-        if n > 1.0 { passes.iter().map(|p| p * p).sum::<f64>() * n / (n - 1.0) / weight.powi(2) } else { 0.0 };
+    let between = if n > 1.0 {
+        passes.iter().map(|p| p * p).sum::<f64>() * n / (n - 1.0) / weight.powi(2)
+    } else {
+        0.0
+    };
     CurvePoint { x: middle(rows), y: sign * y, error: white.max(between).sqrt() }
 }
 
@@ -206,7 +244,9 @@ pub(super) fn orders(ground: &Ground<'_>) -> Option<Evidence> {
         for (log, experiment) in ground.bench.experiments.iter().enumerate() {
             let (without, with) = (&ground.without[log].residual, &ground.found.at[log].residual);
             for (k, c) in experiment.compared.iter().enumerate() {
-                let Quantity::Ripple { order, sine } = c.quantity else { continue };
+                let Quantity::Ripple { order, sine } = c.quantity else {
+                    continue;
+                };
                 if c.component != component {
                     continue;
                 }
@@ -239,7 +279,8 @@ pub(super) fn orders(ground: &Ground<'_>) -> Option<Evidence> {
         let largest = fitted.iter().map(|p| p[1]).fold(0.0, f64::max);
         if points.len() > 1 && largest > best.as_ref().map_or(0.0, |b| b.0) {
             let axis = ["x", "y", "z"][usize::from(component)];
-            let y_name = format!("amplitude of the force along {axis} of the tool beyond the model's");
+            let y_name =
+                format!("amplitude of the force along {axis} of the tool beyond the model's");
             let evidence = Evidence {
                 title: format!("{y_name} over the spindle's orders"),
                 x_name: "order of the spindle".to_owned(),
@@ -256,15 +297,23 @@ pub(super) fn orders(ground: &Ground<'_>) -> Option<Evidence> {
 }
 
 /// The stretch of a log, as a range of time, in which one column shows most of the effect.
-pub(super) fn window(ground: &Ground<'_>, log: usize, quantity: Quantity, component: u8) -> Option<(f64, f64)> {
+pub(super) fn window(
+    ground: &Ground<'_>,
+    log: usize,
+    quantity: Quantity,
+    component: u8,
+) -> Option<(f64, f64)> {
     let time = &ground.logs.get(log)?.samples.time;
     let experiment = &ground.bench.experiments[log];
     let (without, with) = (&ground.without[log].residual, &ground.found.at[log].residual);
     let (first, last) = (*time.first()?, *time.last()?);
     let windows = ((last - first) / WINDOW).ceil().max(1.0) as usize;
     let mut done = vec![0.0; windows];
-    for (k, c) in
-        experiment.compared.iter().enumerate().filter(|(_, c)| c.quantity == quantity && c.component == component)
+    for (k, c) in experiment
+        .compared
+        .iter()
+        .enumerate()
+        .filter(|(_, c)| c.quantity == quantity && c.component == component)
     {
         let place = ((time.get(c.row)? - first) / WINDOW) as usize;
         done[place.min(windows - 1)] += (without[k] - with[k]).powi(2);

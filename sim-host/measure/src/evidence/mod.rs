@@ -68,7 +68,13 @@ struct Ground<'a> {
 /// `logs` belong to the experiments of `bench`, place by place; `null` is the fit with calibrations alone, `found` the one
 /// that `effect` was found in. `None` where the logs show nothing of the effect. It costs one prediction of every log
 /// without the effect, and one for each quantity that the effect may show in, three at most.
-pub fn evidence(bench: &Bench, logs: &[Log], null: &Fitted, found: &Fitted, effect: &Effect) -> Option<Evidence> {
+pub fn evidence(
+    bench: &Bench,
+    logs: &[Log],
+    null: &Fitted,
+    found: &Fitted,
+    effect: &Effect,
+) -> Option<Evidence> {
     let fits = |r: &Residuals| r.len() == logs.len() && bench.experiments.len() == logs.len();
     let of = place(&found.point, effect)?;
     let bare = taken_out(&found.point, of);
@@ -106,11 +112,16 @@ fn draw(ground: &Ground<'_>, view: &View) -> Option<Evidence> {
         return curve::orders(ground);
     }
     let mut best: Option<(f64, &Probe, axis::Named, Vec<Row>)> = None;
-    let slopes: Vec<Option<Slopes>> = view.probes.iter().map(|probe| probe.slopes(ground)).collect();
+    let slopes: Vec<Option<Slopes>> =
+        view.probes.iter().map(|probe| probe.slopes(ground)).collect();
     for (k, probe) in view.probes.iter().enumerate() {
-        let Some(slopes) = probe::apart(ground, &slopes, k) else { continue };
+        let Some(slopes) = probe::apart(ground, &slopes, k) else {
+            continue;
+        };
         for axis in &view.axes {
-            let Some(named) = axis.named(ground) else { continue };
+            let Some(named) = axis.named(ground) else {
+                continue;
+            };
             let mut rows = curve::rows(ground, probe, &slopes, &named, view.shape);
             curve::sort(&mut rows, view.shape);
             let stands_out = curve::explained(&rows, view.shape);

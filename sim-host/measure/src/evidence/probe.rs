@@ -72,10 +72,16 @@ fn added(a: Option<Vec<f64>>, b: Option<Vec<f64>>) -> Option<Vec<f64>> {
 /// does to the tool, another does too.
 pub(super) fn apart(ground: &Ground<'_>, all: &[Option<Slopes>], which: usize) -> Option<Slopes> {
     let mut own = all[which].clone()?;
-    let others: Vec<&Slopes> =
-        all.iter().enumerate().filter(|(k, _)| *k != which).filter_map(|(_, s)| s.as_ref()).collect();
+    let others: Vec<&Slopes> = all
+        .iter()
+        .enumerate()
+        .filter(|(k, _)| *k != which)
+        .filter_map(|(_, s)| s.as_ref())
+        .collect();
     for (log, experiment) in ground.bench.experiments.iter().enumerate() {
-        let Some(own) = own[log].as_mut() else { continue };
+        let Some(own) = own[log].as_mut() else {
+            continue;
+        };
         let rows = 1 + experiment.compared.iter().map(|c| c.row).max().unwrap_or(0);
         let mut done: Vec<Vec<f64>> = Vec::new();
         for other in others.iter().filter_map(|s| s[log].as_ref()) {
@@ -134,10 +140,12 @@ impl Probe {
             Self::Column { quantity, component, .. } => {
                 let of_column = |e: &Experiment| {
                     let has = |c: &&Compared| c.quantity == *quantity && c.component == *component;
-                    e.compared
-                        .iter()
-                        .any(|c| has(&c))
-                        .then(|| e.compared.iter().map(|c| if has(&c) { -1.0 / c.deviation } else { 0.0 }).collect())
+                    e.compared.iter().any(|c| has(&c)).then(|| {
+                        e.compared
+                            .iter()
+                            .map(|c| if has(&c) { -1.0 / c.deviation } else { 0.0 })
+                            .collect()
+                    })
                 };
                 (ground.bench.experiments.iter().map(of_column).collect(), 1.0)
             }
@@ -149,7 +157,9 @@ impl Probe {
 
     /// The value of the effect that is asked for, as it was fitted.
     pub fn value(&self, ground: &Ground<'_>) -> Option<f64> {
-        let Self::Own { parameter, .. } = self else { return None };
+        let Self::Own { parameter, .. } = self else {
+            return None;
+        };
         ground.found.point.effect(ground.of).values.get(*parameter).copied()
     }
 
@@ -159,16 +169,23 @@ impl Probe {
 
     pub fn y_name(&self) -> &str {
         match self {
-            Self::Port { y_name, .. } | Self::Own { y_name, .. } | Self::Column { y_name, .. } => y_name,
+            Self::Port { y_name, .. } | Self::Own { y_name, .. } | Self::Column { y_name, .. } => {
+                y_name
+            }
         }
     }
 
     pub fn y_unit(&self, ground: &Ground<'_>) -> &'static str {
         match self {
             Self::Port { unit, .. } => unit,
-            Self::Own { parameter, .. } => {
-                ground.found.point.effect(ground.of).kind.parameters.get(*parameter).map_or("", |p| p.unit)
-            }
+            Self::Own { parameter, .. } => ground
+                .found
+                .point
+                .effect(ground.of)
+                .kind
+                .parameters
+                .get(*parameter)
+                .map_or("", |p| p.unit),
             Self::Column { quantity, .. } => quantity.unit(),
         }
     }

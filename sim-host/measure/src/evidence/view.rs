@@ -52,10 +52,15 @@ impl View {
     pub fn of(effect: &Effect, ground: &Ground<'_>) -> Self {
         let j = if let At::Joint(j) = effect.at { j } else { 0 };
         let name = ground.logs.first().map_or(String::new(), |log| joint_name(log, j));
-        let joint = |port, sign, what: &str| vec![at_port(port, effect.at, sign, what.replace("{}", &name))];
+        let joint = |port, sign, what: &str| {
+            vec![at_port(port, effect.at, sign, what.replace("{}", &name))]
+        };
         let cell = |ports: &[&'static str], what: &str| -> Vec<Probe> {
             let axis = |port: &'static str| port.rsplit_once('-').map_or("", |(_, axis)| axis);
-            ports.iter().map(|port| at_port(port, At::Cell, 1.0, format!("{what}{}", axis(port)))).collect()
+            ports
+                .iter()
+                .map(|port| at_port(port, At::Cell, 1.0, format!("{what}{}", axis(port))))
+                .collect()
         };
         let own = |what: &str| vec![Probe::Own { parameter: 0, y_name: what.replace("{}", &name) }];
         let process = ["process-force-x", "process-force-y", "process-force-z"];
@@ -72,8 +77,14 @@ impl View {
             let constant = effect.kind.parameters.iter().position(|p| p.name == "time_s");
             vec![constant.map_or(Axis::Time, |k| Axis::TimeTo(5.0 * effect.values[k]))]
         };
-        let height =
-            || vec![at_port("surface-height", At::Cell, 1.0, "height of the surface towards the tool".to_owned())];
+        let height = || {
+            vec![at_port(
+                "surface-height",
+                At::Cell,
+                1.0,
+                "height of the surface towards the tool".to_owned(),
+            )]
+        };
         let more_twist = "twist of {} beyond the linear spring's";
         let wave = || {
             let order = effect.kind.parameters.iter().position(|p| p.role == Role::Order);
@@ -89,40 +100,56 @@ impl View {
             "stiffness-error" | "nonlinear-stiffness" | "backlash" => {
                 curve(joint("twist", -1.0, more_twist), vec![Axis::SpringTorque(j)])
             }
-            "hysteresis" => {
-                Self { shape: Shape::Loop, ..curve(joint("twist", -1.0, more_twist), vec![Axis::SpringTorque(j)]) }
-            }
+            "hysteresis" => Self {
+                shape: Shape::Loop,
+                ..curve(joint("twist", -1.0, more_twist), vec![Axis::SpringTorque(j)])
+            },
             "transmission-error" => curve(joint("twist", 1.0, "error of {}'s gear"), wave()),
             "encoder-offset" => curve(
                 joint("twist", 1.0, "angle of {} beyond its encoder's"),
                 vec![Axis::Angle(j), Axis::SpringTorque(j)],
             ),
-            "wrist-coupling" => {
-                curve(joint("twist", 1.0, "angle of {} beyond its encoder's"), vec![Axis::Angle(j.saturating_sub(1))])
-            }
-            "link-encoder-offset" | "link-encoder-ripple" => {
-                curve(joint("link-encoder", 1.0, "what the second encoder of {} reads more"), wave())
-            }
-            "joint-friction" | "stribeck" | "asymmetric-friction" => {
-                curve(joint("motor-friction", 1.0, "more friction torque of {}"), vec![Axis::Rate(j)])
-            }
+            "wrist-coupling" => curve(
+                joint("twist", 1.0, "angle of {} beyond its encoder's"),
+                vec![Axis::Angle(j.saturating_sub(1))],
+            ),
+            "link-encoder-offset" | "link-encoder-ripple" => curve(
+                joint("link-encoder", 1.0, "what the second encoder of {} reads more"),
+                wave(),
+            ),
+            "joint-friction" | "stribeck" | "asymmetric-friction" => curve(
+                joint("motor-friction", 1.0, "more friction torque of {}"),
+                vec![Axis::Rate(j)],
+            ),
             "counterbalance-loss" => {
                 let a2 = ground.logs.first().map_or(String::new(), |log| joint_name(log, 1));
-                let probe = at_port("link-torque", At::Joint(1), 1.0, format!("more torque on the link of {a2}"));
+                let probe = at_port(
+                    "link-torque",
+                    At::Joint(1),
+                    1.0,
+                    format!("more torque on the link of {a2}"),
+                );
                 curve(vec![probe], vec![Axis::Angle(1)])
             }
             "payload-error" => curve(own("mass that the tool has more"), vec![Axis::Angle(4)]),
             "bearing-tilt" => curve(own("compliance of {}'s bearing to tilt"), vec![Axis::Load]),
             "base-compliance" => curve(own("compliance of the base to tilt"), vec![Axis::Load]),
             "tracker-registration" => curve(
-                cell(&["tracker-x", "tracker-y", "tracker-z"], "what the tracker reads more along "),
+                cell(
+                    &["tracker-x", "tracker-y", "tracker-z"],
+                    "what the tracker reads more along ",
+                ),
                 (0..3).map(Axis::Tool).collect(),
             ),
-            "thermal-drift" => {
-                curve(cell(&["tool-shift-x", "tool-shift-y", "tool-shift-z"], "drift of the tool along "), time())
-            }
+            "thermal-drift" => curve(
+                cell(&["tool-shift-x", "tool-shift-y", "tool-shift-z"], "drift of the tool along "),
+                time(),
+            ),
             "force-crosstalk" => curve(
-                cell(&["force-sensor-x", "force-sensor-y"], "what the force sensor reads more along "),
+                cell(
+                    &["force-sensor-x", "force-sensor-y"],
+                    "what the force sensor reads more along ",
+                ),
                 vec![Axis::AxialForce],
             ),
             "force-offset" => curve(
@@ -147,7 +174,9 @@ impl View {
             "material-step" => curve(all_forces(), vec![Axis::Path]),
             "plate-waviness" => curve(height(), vec![Axis::Path]),
             "fixture-compliance" => curve(height(), vec![Axis::AxialForce]),
-            "spindle-harmonic" => Self { probes: Vec::new(), axes: Vec::new(), shape: Shape::Orders },
+            "spindle-harmonic" => {
+                Self { probes: Vec::new(), axes: Vec::new(), shape: Shape::Orders }
+            }
             _ => match effect.kind.action {
                 Action::Expression(formula) => {
                     let port = &formula.definition.port;
@@ -167,12 +196,19 @@ impl View {
         let Some((log, quantity, component)) = most_improved(ground) else {
             return Self { probes: Vec::new(), axes: Vec::new(), shape: Shape::Curve };
         };
-        let label = ground.logs.get(log).map_or(String::new(), |l| column_label(l, quantity, component));
-        let read = format!("{}[{label}] beyond what is predicted without {}", quantity.channel(), effect.kind.id);
+        let label =
+            ground.logs.get(log).map_or(String::new(), |l| column_label(l, quantity, component));
+        let read = format!(
+            "{}[{label}] beyond what is predicted without {}",
+            quantity.channel(),
+            effect.kind.id
+        );
         let probes = vec![Probe::Column { quantity, component, y_name: read }];
         let swings = ground.bench.experiments[log].kind == LogKind::RingDown;
         match window(ground, log, quantity, component).filter(|_| swings) {
-            Some((from, to)) => Self { probes, axes: vec![Axis::Time], shape: Shape::Trace { log, from, to } },
+            Some((from, to)) => {
+                Self { probes, axes: vec![Axis::Time], shape: Shape::Trace { log, from, to } }
+            }
             None => Self { probes, axes: every_axis(), shape: Shape::Curve },
         }
     }
@@ -185,7 +221,8 @@ fn at_port(port: &'static str, at: At, sign: f64, y_name: String) -> Probe {
 }
 
 fn every_axis() -> Vec<Axis> {
-    let of_joints = (0..JOINTS).flat_map(|j| [Axis::Angle(j), Axis::SpringTorque(j), Axis::Rate(j)]);
+    let of_joints =
+        (0..JOINTS).flat_map(|j| [Axis::Angle(j), Axis::SpringTorque(j), Axis::Rate(j)]);
     let of_cell = [Axis::Time, Axis::Path, Axis::Feed, Axis::AxialForce, Axis::Load];
     of_joints.chain(of_cell).collect()
 }
@@ -193,7 +230,8 @@ fn every_axis() -> Vec<Axis> {
 /// Range that a joint's angle covers in all logs, rad.
 fn range(ground: &Ground<'_>, joint: usize) -> f64 {
     let angles = ground.logs.iter().flat_map(|log| log.samples.encoder.iter().map(|q| q[joint]));
-    let (low, high) = angles.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), q| (l.min(q), h.max(q)));
+    let (low, high) =
+        angles.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), q| (l.min(q), h.max(q)));
     (high - low).max(0.0)
 }
 

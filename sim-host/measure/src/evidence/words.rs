@@ -54,7 +54,8 @@ pub fn explain(case: &Case<'_>) -> String {
         [] => "no other explanation that was tried fits as well".to_owned(),
         all => format!("{} would explain these data as well", listed(all)),
     };
-    let marks: Vec<&str> = case.effects.iter().map(|f| f.effect.kind.shows).filter(|s| !s.is_empty()).collect();
+    let marks: Vec<&str> =
+        case.effects.iter().map(|f| f.effect.kind.shows).filter(|s| !s.is_empty()).collect();
     let mark = match marks.as_slice() {
         [] => String::new(),
         all => format!("; its mark in the data: {}", all.join("; and ")),
@@ -124,18 +125,23 @@ fn percent(share: f64) -> String {
 /// What one effect is, where, and of which size.
 fn statement(found: &Found, robot: &RobotFile) -> String {
     let effect = &found.effect;
-    let of_joint = |j: usize| robot.joint_names.get(j).cloned().unwrap_or_else(|| format!("joint {}", j + 1));
+    let of_joint =
+        |j: usize| robot.joint_names.get(j).cloned().unwrap_or_else(|| format!("joint {}", j + 1));
     let j = if let At::Joint(j) = effect.at { j } else { 0 };
     let (name, before) = (of_joint(j), of_joint(j.saturating_sub(1)));
     let v = |k: usize| effect.values.get(k).copied().unwrap_or(0.0);
     // The value of a parameter, and its size with what its sign says.
     let is = |k: usize| quantity(found, k, 1.0);
     let size = |k: usize| quantity(found, k, v(k).signum());
-    let by = |k: usize, more: &str, less: &str| format!("{} {}", size(k), if v(k) < 0.0 { less } else { more });
+    let by = |k: usize, more: &str, less: &str| {
+        format!("{} {}", size(k), if v(k) < 0.0 { less } else { more })
+    };
     let norm = |k: usize, unit: &str| plain(v(k).hypot(v(k + 1)).hypot(v(k + 2)), unit);
     let text = match effect.kind.id {
         "stiffness-error" => format!("{name} is {} than in the model", by(0, "stiffer", "softer")),
-        "damping-error" => format!("the damping of {name} is {} than in the model", by(0, "higher", "lower")),
+        "damping-error" => {
+            format!("the damping of {name} is {} than in the model", by(0, "higher", "lower"))
+        }
         "nonlinear-stiffness" => format!(
             "the spring of {name} becomes {} under load than about zero torque, from a twist of {} on",
             by(0, "stiffer", "softer"),
@@ -153,16 +159,29 @@ fn statement(found: &Found, robot: &RobotFile) -> String {
             by(1, "more", "less")
         ),
         "stribeck" => {
-            format!("{name} has {} friction at creep than at speed, fading over {}", by(0, "more", "less"), is(1))
+            format!(
+                "{name} has {} friction at creep than at speed, fading over {}",
+                by(0, "more", "less"),
+                is(1)
+            )
         }
         "asymmetric-friction" => {
-            format!("{name} has {} friction in positive than in negative motion", by(0, "more", "less"))
+            format!(
+                "{name} has {} friction in positive than in negative motion",
+                by(0, "more", "less")
+            )
         }
         "transmission-error" => {
-            format!("the gear of {name} has a transmission error of amplitude {}, {:.2} periods a turn", size(0), v(1))
+            format!(
+                "the gear of {name} has a transmission error of amplitude {}, {:.2} periods a turn",
+                size(0),
+                v(1)
+            )
         }
         "wrist-coupling" => format!("{name} turns along with {before}, by {} of its angle", is(0)),
-        "bearing-tilt" => format!("the bearing of {name} tilts by {} of moment across its axis", is(0)),
+        "bearing-tilt" => {
+            format!("the bearing of {name} tilts by {} of moment across its axis", is(0))
+        }
         "base-compliance" => format!("the base tilts on its foot by {} of moment", is(0)),
         "counterbalance-loss" => match v(0) < 0.0 {
             true => format!("the counterbalance gives {} more torque than in the model", size(0)),
@@ -195,10 +214,19 @@ fn statement(found: &Found, robot: &RobotFile) -> String {
             is(3)
         ),
         "force-crosstalk" => {
-            format!("the force sensor reads {} of the axial force along x and {} along y", is(0), is(1))
+            format!(
+                "the force sensor reads {} of the axial force along x and {} along y",
+                is(0),
+                is(1)
+            )
         }
         "force-offset" => {
-            format!("the force sensor reads {} too much along x, {} along y and {} along z", is(0), is(1), is(2))
+            format!(
+                "the force sensor reads {} too much along x, {} along y and {} along z",
+                is(0),
+                is(1),
+                is(2)
+            )
         }
         "channel-delay" => format!(
             "{} {}",
@@ -211,7 +239,9 @@ fn statement(found: &Found, robot: &RobotFile) -> String {
         "process-stiffness-error" => {
             format!("the material resists the push {} than in the model", by(0, "more", "less"))
         }
-        "drag-error" => format!("the drag along the seam is {} than in the model", by(0, "higher", "lower")),
+        "drag-error" => {
+            format!("the drag along the seam is {} than in the model", by(0, "higher", "lower"))
+        }
         "thermal-softening" => format!(
             "the process forces {} by {} as the weld goes on, with a time constant of {}",
             if v(0) < 0.0 { "rise" } else { "fall" },
@@ -219,10 +249,16 @@ fn statement(found: &Found, robot: &RobotFile) -> String {
             is(1)
         ),
         "feed-power-law" => {
-            format!("the drag grows with the feed to the power of {} and not in proportion", ratio(found, 0))
+            format!(
+                "the drag grows with the feed to the power of {} and not in proportion",
+                ratio(found, 0)
+            )
         }
         "advancing-side" => {
-            format!("a force across the seam of {} of the push acts besides, in the spindle's sense", is(0))
+            format!(
+                "a force across the seam of {} of the push acts besides, in the spindle's sense",
+                is(0)
+            )
         }
         "spindle-harmonic" => format!(
             "the force has one more ripple at {:.2} times the spindle's speed, {} of the push and {} in the plane",
@@ -230,9 +266,17 @@ fn statement(found: &Found, robot: &RobotFile) -> String {
             size(1),
             size(2)
         ),
-        "plate-waviness" => format!("the plate is wavy, with an amplitude of {} every {}", size(0), is(1)),
-        "fixture-compliance" => format!("the fixture gives way under the push, with a stiffness of {}", is(0)),
-        "material-step" => format!("the process forces are {} beyond {} of the path", by(0, "higher", "lower"), is(1)),
+        "plate-waviness" => {
+            format!("the plate is wavy, with an amplitude of {} every {}", size(0), is(1))
+        }
+        "fixture-compliance" => {
+            format!("the fixture gives way under the push, with a stiffness of {}", is(0))
+        }
+        "material-step" => format!(
+            "the process forces are {} beyond {} of the path",
+            by(0, "higher", "lower"),
+            is(1)
+        ),
         _ => own(found, effect, robot),
     };
     match found.log {
@@ -251,7 +295,11 @@ fn own(found: &Found, effect: &Effect, robot: &RobotFile) -> String {
         .map(|(k, p)| format!("{} = {}", p.name, quantity(found, k, 1.0)))
         .collect();
     let place = placed(effect.kind.id, effect.at_name(robot));
-    if values.is_empty() { format!("there is {place}") } else { format!("there is {place} with {}", values.join(", ")) }
+    if values.is_empty() {
+        format!("there is {place}")
+    } else {
+        format!("there is {place} with {}", values.join(", "))
+    }
 }
 
 fn instrument(at: At) -> &'static str {
@@ -306,8 +354,8 @@ fn with_interval(found: &Found, k: usize, factor: f64, unit: &str) -> String {
         return format!("{}{unit}", digits(value));
     }
     // As many decimals as the interval has something to say of, and three digits where it is wide.
-    let decimals =
-        ((1.0 - half.log10().floor()).min(2.0 - value.abs().max(half).log10().floor())).clamp(0.0, 6.0) as usize;
+    let decimals = ((1.0 - half.log10().floor()).min(2.0 - value.abs().max(half).log10().floor()))
+        .clamp(0.0, 6.0) as usize;
     format!("{value:.decimals$}{unit} (95 %: {low:.decimals$} to {high:.decimals$})")
 }
 
@@ -319,6 +367,7 @@ fn plain(value: f64, unit: &str) -> String {
 
 /// Three digits that count.
 fn digits(value: f64) -> String {
-    let decimals = if value == 0.0 { 0 } else { (2.0 - value.abs().log10().floor()).clamp(0.0, 6.0) as usize };
+    let decimals =
+        if value == 0.0 { 0 } else { (2.0 - value.abs().log10().floor()).clamp(0.0, 6.0) as usize };
     format!("{value:.decimals$}")
 }

@@ -44,8 +44,11 @@ impl Linear {
         };
         for (log, blocks) in blocks.iter().enumerate() {
             let r = &at[log].residual;
-            let seen: Vec<(usize, &[f64])> =
-                slopes.iter().enumerate().filter_map(|(k, s)| s[log].as_deref().map(|c| (k, c))).collect();
+            let seen: Vec<(usize, &[f64])> = slopes
+                .iter()
+                .enumerate()
+                .filter_map(|(k, s)| s[log].as_deref().map(|c| (k, c)))
+                .collect();
             for run in runs(blocks) {
                 let b = blocks[run.start] as usize;
                 let r = &r[run.clone()];
@@ -67,7 +70,13 @@ impl Linear {
     }
 
     /// The same with more values, of which nothing is known beforehand: `known` are the slopes of those it has.
-    pub fn extended(&self, blocks: &[Vec<u8>], at: &Residuals, known: &[Slopes], more: &[Slopes]) -> Self {
+    pub fn extended(
+        &self,
+        blocks: &[Vec<u8>],
+        at: &Residuals,
+        known: &[Slopes],
+        more: &[Slopes],
+    ) -> Self {
         let (n, m) = (self.weight.len(), more.len());
         let mut linear = self.clone();
         for b in 0..BLOCKS {
@@ -80,9 +89,13 @@ impl Linear {
         linear.hold.1 = self.hold.1.clone().resize_vertically(n + m, 0.0);
         for (log, blocks) in blocks.iter().enumerate() {
             let r = &at[log].residual;
-            let column = |k: usize| if k < n { known[k][log].as_deref() } else { more[k - n][log].as_deref() };
+            let column = |k: usize| {
+                if k < n { known[k][log].as_deref() } else { more[k - n][log].as_deref() }
+            };
             for (i, new) in more.iter().enumerate() {
-                let Some(new) = new[log].as_deref() else { continue };
+                let Some(new) = new[log].as_deref() else {
+                    continue;
+                };
                 for run in runs(blocks) {
                     let b = blocks[run.start] as usize;
                     let a = &new[run.clone()];
@@ -142,7 +155,12 @@ impl Linear {
 
     /// The best step with `damping` on the diagonal, and the covariance of the values there, in the fit's units. `only`: the
     /// values that are free; the others stay.
-    pub fn solve(&self, left_out: Option<usize>, damping: f64, only: Option<&[usize]>) -> Option<Step> {
+    pub fn solve(
+        &self,
+        left_out: Option<usize>,
+        damping: f64,
+        only: Option<&[usize]>,
+    ) -> Option<Step> {
         self.solve_beside(&DVector::zeros(self.weight.len()), left_out, damping, only)
     }
 
@@ -163,8 +181,9 @@ impl Linear {
         let mut reduced = DMatrix::from_fn(m, m, |i, j| square[(only[i], only[j])]);
         let right = DVector::from_fn(m, |i, _| slope[only[i]]);
         // Scaled to ones on the diagonal; a value that nothing depends on stays where it is.
-        let scale =
-            DVector::from_fn(m, |i, _| if reduced[(i, i)] > 0.0 { reduced[(i, i)].sqrt().recip() } else { 1.0 });
+        let scale = DVector::from_fn(m, |i, _| {
+            if reduced[(i, i)] > 0.0 { reduced[(i, i)].sqrt().recip() } else { 1.0 }
+        });
         for i in 0..m {
             for j in 0..m {
                 reduced[(i, j)] *= scale[i] * scale[j];
@@ -199,12 +218,15 @@ impl Linear {
         }
         let right = slope + &square * &step;
         let m = kept.len();
-        let scale = DVector::from_fn(m, |i, _| square[(kept[i], kept[i])].max(1e-30).sqrt().recip());
-        let mut reduced = DMatrix::from_fn(m, m, |i, j| square[(kept[i], kept[j])] * scale[i] * scale[j]);
+        let scale =
+            DVector::from_fn(m, |i, _| square[(kept[i], kept[i])].max(1e-30).sqrt().recip());
+        let mut reduced =
+            DMatrix::from_fn(m, m, |i, j| square[(kept[i], kept[j])] * scale[i] * scale[j]);
         for i in 0..m {
             reduced[(i, i)] += 1e-10;
         }
-        let found = reduced.cholesky()?.solve(&DVector::from_fn(m, |i, _| right[kept[i]] * scale[i]));
+        let found =
+            reduced.cholesky()?.solve(&DVector::from_fn(m, |i, _| right[kept[i]] * scale[i]));
         for i in 0..m {
             step[kept[i]] = -found[i] * scale[i];
         }
@@ -219,7 +241,8 @@ impl Linear {
 
     /// Sum of squares and priors together, after a step.
     pub fn cost(&self, step: &DVector<f64>) -> f64 {
-        let prior: f64 = (0..step.len()).map(|k| self.weight[k] * (self.away[k] + step[k]).powi(2)).sum();
+        let prior: f64 =
+            (0..step.len()).map(|k| self.weight[k] * (self.away[k] + step[k]).powi(2)).sum();
         self.after(step) + prior
     }
 

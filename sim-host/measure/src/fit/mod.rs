@@ -39,7 +39,8 @@ impl Bench {
     /// and an effect of the user's own whose sizes all stand where there is no effect is a hypothesis.
     pub fn new(file: &ModelFile, experiments: Vec<Experiment>) -> Self {
         let model = Model { robot: file.robot.robot.clone(), process: file.process.clone() };
-        let mut bench = Self { model, known: Vec::new(), afresh: Vec::new(), own: Vec::new(), experiments };
+        let mut bench =
+            Self { model, known: Vec::new(), afresh: Vec::new(), own: Vec::new(), experiments };
         for ModelEffect { effect, scope } in &file.effects {
             let list = match scope {
                 Scope::Log => &mut bench.afresh,
@@ -184,14 +185,22 @@ impl Point {
     pub fn add_expected(&mut self, effect: Effect, expected: &[f64]) {
         let of = Of::All(self.all.len());
         self.all.push(effect);
-        self.free.extend(expected.iter().enumerate().map(|(parameter, e)| Free { of, parameter, expected: *e }));
+        self.free.extend(expected.iter().enumerate().map(|(parameter, e)| Free {
+            of,
+            parameter,
+            expected: *e,
+        }));
     }
 
     /// Adds an effect of one log, with all its values free.
     pub fn add_to_log(&mut self, log: usize, effect: Effect, expected: &[f64]) {
         let of = Of::Log(log, self.each[log].len());
         self.each[log].push(effect);
-        self.free.extend(expected.iter().enumerate().map(|(parameter, e)| Free { of, parameter, expected: *e }));
+        self.free.extend(expected.iter().enumerate().map(|(parameter, e)| Free {
+            of,
+            parameter,
+            expected: *e,
+        }));
     }
 
     /// Takes away the last effect for all logs.
@@ -224,7 +233,8 @@ impl Point {
         for (k, free) in self.free.iter().enumerate() {
             let parameter = self.parameter(free);
             let step = step[k].clamp(-reach(parameter.role), reach(parameter.role));
-            next.effect_mut(free.of).values[free.parameter] = value_at(parameter, self.value(free), step);
+            next.effect_mut(free.of).values[free.parameter] =
+                value_at(parameter, self.value(free), step);
         }
         next.tidy();
         next
@@ -233,9 +243,13 @@ impl Point {
     /// Sines with their amplitude above zero and their phase within half a turn.
     fn tidy(&mut self) {
         for effect in self.all.iter_mut().chain(self.each.iter_mut().flatten()) {
-            let Some(phase) = effect.kind.parameters.iter().position(|p| p.role == Role::Phase) else { continue };
-            effect.values[phase] =
-                (effect.values[phase] + std::f64::consts::PI).rem_euclid(std::f64::consts::TAU) - std::f64::consts::PI;
+            let Some(phase) = effect.kind.parameters.iter().position(|p| p.role == Role::Phase)
+            else {
+                continue;
+            };
+            effect.values[phase] = (effect.values[phase] + std::f64::consts::PI)
+                .rem_euclid(std::f64::consts::TAU)
+                - std::f64::consts::PI;
         }
     }
 
@@ -330,11 +344,19 @@ pub type Slopes = Vec<Option<Vec<f64>>>;
 
 /// Slopes of some free values of a point, taken over a `share` of a fit's unit, in parallel over values and logs. A value
 /// that makes the model fall apart has none.
-pub fn slopes(bench: &Bench, point: &Point, frees: &[Free], at: &Residuals, share: f64) -> Vec<Slopes> {
+pub fn slopes(
+    bench: &Bench,
+    point: &Point,
+    frees: &[Free],
+    at: &Residuals,
+    share: f64,
+) -> Vec<Slopes> {
     let logs = bench.experiments.len();
     let flat: Vec<Option<Vec<f64>>> = (0..frees.len() * logs)
         .into_par_iter()
-        .map(|k| slope(bench, point, &frees[k / logs], k % logs, &at[k % logs], share).unwrap_or(None))
+        .map(|k| {
+            slope(bench, point, &frees[k / logs], k % logs, &at[k % logs], share).unwrap_or(None)
+        })
         .collect();
     let mut flat = flat.into_iter();
     frees.iter().map(|_| flat.by_ref().take(logs).collect()).collect()
@@ -348,7 +370,11 @@ pub fn blocks_of(bench: &Bench) -> Vec<Vec<u8>> {
 fn blocks_of_log(experiment: &Experiment) -> Vec<u8> {
     let rows = experiment.compared.iter().map(|c| c.row);
     let (first, last) = (rows.clone().min().unwrap_or(0), rows.max().unwrap_or(0));
-    experiment.compared.iter().map(|c| ((c.row - first) * BLOCKS / (last - first + 1)) as u8).collect()
+    experiment
+        .compared
+        .iter()
+        .map(|c| ((c.row - first) * BLOCKS / (last - first + 1)) as u8)
+        .collect()
 }
 
 /// A fitted point.
@@ -389,7 +415,9 @@ fn bounded(linear: &Linear, point: &Point, damping: f64) -> Option<DVector<f64>>
     let mut fixed = DVector::zeros(n);
     loop {
         let found = linear.solve_beside(&fixed, None, damping, Some(&free))?;
-        let leaves = |k: usize| room(point.parameter(&point.free[k]), point.value(&point.free[k]), found.step[k]);
+        let leaves = |k: usize| {
+            room(point.parameter(&point.free[k]), point.value(&point.free[k]), found.step[k])
+        };
         let out: Vec<(usize, f64)> = free.iter().filter_map(|k| Some((*k, leaves(*k)?))).collect();
         if out.is_empty() {
             return Some(found.step);
@@ -410,7 +438,11 @@ fn room(parameter: &Parameter, value: f64, step: f64) -> Option<f64> {
     let (mut within, mut beyond) = (0.0, 1.0);
     for _ in 0..40 {
         let middle = 0.5 * (within + beyond);
-        if value_at(parameter, value, middle * step) == reached { beyond = middle } else { within = middle }
+        if value_at(parameter, value, middle * step) == reached {
+            beyond = middle
+        } else {
+            within = middle
+        }
     }
     Some(beyond * step)
 }
@@ -437,7 +469,11 @@ pub fn fit(
         let all: Vec<&Slopes> = stale.iter().chain(&fresh).collect();
         let linear = Linear { hold: point.hold(), ..Linear::new(blocks, &at, &all, weight, away) };
         let cost = linear.cost(&DVector::zeros(point.free.len()));
-        let finish = |point: Point, at: Residuals, stale: Vec<Slopes>, fresh: Vec<Slopes>, linear: Linear| Fitted {
+        let finish = |point: Point,
+                      at: Residuals,
+                      stale: Vec<Slopes>,
+                      fresh: Vec<Slopes>,
+                      linear: Linear| Fitted {
             slopes: stale.into_iter().chain(fresh).collect(),
             point,
             at,
@@ -449,7 +485,9 @@ pub fn fit(
         }
         let mut better = None;
         for _ in 0..6 {
-            let Some(step) = bounded(&linear, &point, damping) else { break };
+            let Some(step) = bounded(&linear, &point, damping) else {
+                break;
+            };
             let next = point.moved(&step);
             if let Ok(there) = residuals(bench, &next) {
                 let (weight, away) = next.priors();
@@ -463,7 +501,9 @@ pub fn fit(
             }
             damping = (damping * 20.0).max(1e-3);
         }
-        let Some((next, there, reached)) = better else { return Ok(finish(point, at, stale, fresh, linear)) };
+        let Some((next, there, reached)) = better else {
+            return Ok(finish(point, at, stale, fresh, linear));
+        };
         let arrived = cost - reached < (ARRIVED * cost).max(0.5);
         step_count = if arrived { effort.steps } else { step_count + 1 };
         point = next;

@@ -15,7 +15,8 @@ const BINS: usize = 8;
 const LEAST_SHARE: f64 = 0.04;
 
 /// Time over which rates are taken, s: longer than noise matters, shorter than the motion lasts.
-const RATE_TIME: [(LogKind, f64); 3] = [(LogKind::RingDown, 0.004), (LogKind::FreeMotion, 0.02), (LogKind::Weld, 0.2)];
+const RATE_TIME: [(LogKind, f64); 3] =
+    [(LogKind::RingDown, 0.004), (LogKind::FreeMotion, 0.02), (LogKind::Weld, 0.2)];
 
 /// A rate below this share of its largest is rest.
 const REST: f64 = 0.03;
@@ -42,7 +43,12 @@ fn number(name: impl Into<String>, unit: &'static str, values: Vec<f64>) -> Cond
 }
 
 fn category(name: String, names: &[&str], values: Vec<f64>) -> Condition {
-    Condition { name, unit: "", values, categories: names.iter().map(|n| (*n).to_owned()).collect() }
+    Condition {
+        name,
+        unit: "",
+        values,
+        categories: names.iter().map(|n| (*n).to_owned()).collect(),
+    }
 }
 
 /// All conditions of a log, a value a row of it.
@@ -75,14 +81,20 @@ pub(super) fn of(log: &Log, prediction: &Prediction) -> Vec<Condition> {
     for joint in 0..JOINTS {
         let name = joint_name(log, joint);
         let angle: Vec<f64> = match &prediction.motion {
-            Some(motion) if motion.link.len() == n => motion.link.iter().map(|q| q[joint]).collect(),
+            Some(motion) if motion.link.len() == n => {
+                motion.link.iter().map(|q| q[joint]).collect()
+            }
             _ => samples.encoder.iter().map(|q| q[joint]).collect(),
         };
         all.push(number(format!("{name} angle"), "rad", angle.clone()));
         if !still {
             let rate = slope(&angle);
             if rate.iter().any(|r| r.abs() > STILL) {
-                all.push(category(format!("direction of {name}'s motion"), &DIRECTIONS, tendency(&rate)));
+                all.push(category(
+                    format!("direction of {name}'s motion"),
+                    &DIRECTIONS,
+                    tendency(&rate),
+                ));
                 all.push(number(format!("{name} acceleration"), "rad/s²", slope(&rate)));
                 all.push(number(format!("{name} rate"), "rad/s", rate));
             }
@@ -91,7 +103,11 @@ pub(super) fn of(log: &Log, prediction: &Prediction) -> Vec<Condition> {
             let torque: Vec<f64> = motion.spring.iter().map(|t| t[joint]).collect();
             let sign = torque.iter().map(|t| if *t > 0.0 { 1.0 } else { 0.0 }).collect();
             all.push(category(format!("sign of {name}'s spring torque"), &SIGNS, sign));
-            all.push(category(format!("tendency of {name}'s spring torque"), &TENDENCIES, tendency(&slope(&torque))));
+            all.push(category(
+                format!("tendency of {name}'s spring torque"),
+                &TENDENCIES,
+                tendency(&slope(&torque)),
+            ));
             all.push(number(format!("{name} spring torque"), "N·m", torque));
         }
     }
@@ -101,7 +117,11 @@ pub(super) fn of(log: &Log, prediction: &Prediction) -> Vec<Condition> {
     if let Some(force) = &samples.force {
         let load: Vec<f64> = force.iter().map(|f| f.norm()).collect();
         if still {
-            all.push(category("tendency of the load".to_owned(), &TENDENCIES, tendency(&slope(&load))));
+            all.push(category(
+                "tendency of the load".to_owned(),
+                &TENDENCIES,
+                tendency(&slope(&load)),
+            ));
         }
         all.push(number("load on the tool", "N", load));
     }
@@ -143,7 +163,12 @@ impl Condition {
         if table.spans.len() > 1 {
             let mut which = vec![0.0; table.rows.len()];
             table.spans.iter().enumerate().for_each(|(k, span)| which[span.clone()].fill(k as f64));
-            joined.push(Self { name: "log".to_owned(), unit: "", values: which, categories: table.logs.clone() });
+            joined.push(Self {
+                name: "log".to_owned(),
+                unit: "",
+                values: which,
+                categories: table.logs.clone(),
+            });
         }
         joined
     }
@@ -155,9 +180,11 @@ impl Condition {
             return None;
         }
         if !self.categories.is_empty() {
-            let of: Vec<Option<u16>> = self.values.iter().map(|v| v.is_finite().then_some(*v as u16)).collect();
+            let of: Vec<Option<u16>> =
+                self.values.iter().map(|v| v.is_finite().then_some(*v as u16)).collect();
             let rows = |c: u16| of.iter().filter(|b| **b == Some(c)).count() as f64;
-            let enough = (0..self.categories.len() as u16).filter(|c| rows(*c) >= LEAST_SHARE * known.len() as f64);
+            let enough = (0..self.categories.len() as u16)
+                .filter(|c| rows(*c) >= LEAST_SHARE * known.len() as f64);
             return (enough.count() > 1).then_some(Bins { of, count: self.categories.len() });
         }
         let mut sorted = known;
@@ -168,7 +195,9 @@ impl Condition {
         if ends.len() < 2 {
             return None;
         }
-        let bin = |v: &f64| v.is_finite().then(|| ends.partition_point(|end| end < v).min(ends.len() - 1) as u16);
+        let bin = |v: &f64| {
+            v.is_finite().then(|| ends.partition_point(|end| end < v).min(ends.len() - 1) as u16)
+        };
         Some(Bins { of: self.values.iter().map(bin).collect(), count: ends.len() })
     }
 }

@@ -18,7 +18,11 @@ const ROWS: usize = 500;
 const BINS: u16 = 12;
 
 /// The best wave over each joint's angle in a free motion, where it is more than chance; chance may choose its order too.
-pub(super) fn of(table: &Table, conditions: &[Condition], arrangements: &[Vec<u32>]) -> Vec<Finding> {
+pub(super) fn of(
+    table: &Table,
+    conditions: &[Condition],
+    arrangements: &[Vec<u32>],
+) -> Vec<Finding> {
     if table.kind != LogKind::FreeMotion {
         return Vec::new();
     }
@@ -27,18 +31,23 @@ pub(super) fn of(table: &Table, conditions: &[Condition], arrangements: &[Vec<u3
 }
 
 fn of_angle(table: &Table, angle: &Condition, arrangements: &[Vec<u32>]) -> Option<Finding> {
-    let (low, high) = angle.values.iter().fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(*v), h.max(*v)));
+    let (low, high) =
+        angle.values.iter().fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(*v), h.max(*v)));
     let first = (PERIODS * TAU / (high - low)).ceil().max(1.0);
     if !first.is_finite() || first as usize > *ORDERS.end() {
         return None;
     }
-    let picked: Vec<usize> = (0..table.squares.len()).step_by(table.squares.len().div_ceil(ROWS)).collect();
-    let waves: Vec<Wave> =
-        (first as usize..=*ORDERS.end()).map(|order| Wave::new(order, &picked, &angle.values)).collect();
+    let picked: Vec<usize> =
+        (0..table.squares.len()).step_by(table.squares.len().div_ceil(ROWS)).collect();
+    let waves: Vec<Wave> = (first as usize..=*ORDERS.end())
+        .map(|order| Wave::new(order, &picked, &angle.values))
+        .collect();
     let width = table.series.len();
     let mut mean = vec![0.0; width];
     for i in &picked {
-        mean.iter_mut().zip(table.row(*i)).for_each(|(mean, value)| *mean += value / picked.len() as f64);
+        mean.iter_mut()
+            .zip(table.row(*i))
+            .for_each(|(mean, value)| *mean += value / picked.len() as f64);
     }
     let best = |order: &dyn Fn(usize) -> usize| -> (usize, f64) {
         let rows: Vec<f64> = picked
@@ -77,7 +86,8 @@ struct Wave {
 
 impl Wave {
     fn new(order: usize, rows: &[usize], angle: &[f64]) -> Self {
-        let mut values: Vec<[f64; 2]> = rows.iter().map(|i| (order as f64 * angle[*i]).sin_cos().into()).collect();
+        let mut values: Vec<[f64; 2]> =
+            rows.iter().map(|i| (order as f64 * angle[*i]).sin_cos().into()).collect();
         let n = values.len() as f64;
         for part in 0..2 {
             let mean = values.iter().map(|v| v[part]).sum::<f64>() / n;

@@ -35,7 +35,10 @@ pub(super) fn of(table: &Table, logs: &[Log], arrangements: &[Vec<u32>]) -> Opti
             let transform = planner.plan_fft_forward(span.len());
             let (mut input, mut output) = (transform.make_input_vec(), transform.make_output_vec());
             for series in 0..table.series.len() {
-                input.iter_mut().zip(span.clone()).for_each(|(x, i)| *x = table.row(order(i))[series]);
+                input
+                    .iter_mut()
+                    .zip(span.clone())
+                    .for_each(|(x, i)| *x = table.row(order(i))[series]);
                 if transform.process(&mut input, &mut output).is_err() {
                     continue;
                 }
@@ -49,7 +52,8 @@ pub(super) fn of(table: &Table, logs: &[Log], arrangements: &[Vec<u32>]) -> Opti
         bands.map(|b| b / total)
     };
     let shares = power(&|i| i);
-    let away = |shares: &[f64; BANDS]| 0.5 * (0..BANDS).map(|b| (shares[b] - width(b)).abs()).sum::<f64>();
+    let away =
+        |shares: &[f64; BANDS]| 0.5 * (0..BANDS).map(|b| (shares[b] - width(b)).abs()).sum::<f64>();
     // White noise: every row for itself.
     let mut random = table.random(3);
     let arranged = arrangements.iter().map(|_| {

@@ -68,7 +68,8 @@ impl Table {
         for (k, (experiment, prediction)) in experiments.iter().zip(predictions).enumerate() {
             let mut channels: Vec<(&str, Vec<(Quantity, u8)>)> = Vec::new();
             for compared in &experiment.compared {
-                let (name, series) = (compared.quantity.channel(), (compared.quantity, compared.component));
+                let (name, series) =
+                    (compared.quantity.channel(), (compared.quantity, compared.component));
                 match channels.iter_mut().find(|c| c.0 == name) {
                     Some((_, list)) if list.contains(&series) => {}
                     Some((_, list)) => list.push(series),
@@ -79,15 +80,23 @@ impl Table {
                 let mut rows = Rows::new();
                 for (compared, residual) in experiment.compared.iter().zip(&prediction.residual) {
                     if compared.quantity.channel() == name {
-                        let place = series.iter().position(|s| *s == (compared.quantity, compared.component));
-                        let row = rows.entry(compared.row).or_insert_with(|| vec![(f64::NAN, 1.0); series.len()]);
+                        let place = series
+                            .iter()
+                            .position(|s| *s == (compared.quantity, compared.component));
+                        let row = rows
+                            .entry(compared.row)
+                            .or_insert_with(|| vec![(f64::NAN, 1.0); series.len()]);
                         row[place.unwrap_or(0)] = (*residual, compared.deviation);
                     }
                 }
                 rows.retain(|_, values| values.iter().all(|v| v.0.is_finite()));
                 match groups.iter_mut().find(|g| g.kind == experiment.kind && g.series == series) {
                     Some(group) => group.of_logs.push((k, rows)),
-                    None => groups.push(Gathered { kind: experiment.kind, series, of_logs: vec![(k, rows)] }),
+                    None => groups.push(Gathered {
+                        kind: experiment.kind,
+                        series,
+                        of_logs: vec![(k, rows)],
+                    }),
                 }
             }
         }
@@ -141,8 +150,9 @@ impl Table {
         let mut correlated: f64 = 1.0;
         for span in &self.spans {
             let (n, longest) = (span.len(), (span.len() / LONGEST_SHARE).max(1));
-            let mean: Vec<f64> =
-                (0..width).map(|s| span.clone().map(|i| self.row(i)[s]).sum::<f64>() / n.max(1) as f64).collect();
+            let mean: Vec<f64> = (0..width)
+                .map(|s| span.clone().map(|i| self.row(i)[s]).sum::<f64>() / n.max(1) as f64)
+                .collect();
             let covariance = |lag: usize| -> f64 {
                 let pairs = span.clone().take(n.saturating_sub(lag));
                 pairs
@@ -241,19 +251,32 @@ impl Table {
         columns.sort_unstable();
         columns.dedup();
         if columns.len() > 1 {
-            let name =
-                |c: &u8| self.series.iter().find(|s| s.column == *c).map_or(String::new(), |s| plain_label(&s.label));
-            let joints = matches!(self.series[0].quantity, Quantity::LinkEncoder | Quantity::MotorTorque);
+            let name = |c: &u8| {
+                self.series
+                    .iter()
+                    .find(|s| s.column == *c)
+                    .map_or(String::new(), |s| plain_label(&s.label))
+            };
+            let joints =
+                matches!(self.series[0].quantity, Quantity::LinkEncoder | Quantity::MotorTorque);
             groups.push(Group {
                 name: if joints { "joint" } else { "Cartesian direction" },
                 categories: columns.iter().map(name).collect(),
-                of: self.series.iter().map(|s| columns.iter().position(|c| *c == s.column).unwrap_or(0)).collect(),
+                of: self
+                    .series
+                    .iter()
+                    .map(|s| columns.iter().position(|c| *c == s.column).unwrap_or(0))
+                    .collect(),
             });
         }
-        let order = |q: Quantity| if let Quantity::Ripple { order, .. } = q { usize::from(order) } else { 0 };
+        let order = |q: Quantity| {
+            if let Quantity::Ripple { order, .. } = q { usize::from(order) } else { 0 }
+        };
         let most = self.series.iter().map(|s| order(s.quantity)).max().unwrap_or(0);
         if most > 0 {
-            let name = |n: usize| if n == 0 { "slow".to_owned() } else { format!("order {n}") };
+            let name = |n: usize| {
+                if n == 0 { "slow".to_owned() } else { format!("order {n}") }
+            };
             groups.push(Group {
                 name: "spindle order",
                 categories: (0..=most).map(name).collect(),
@@ -272,15 +295,27 @@ impl Table {
     }
 
     /// Mean or root mean square of one series over some rows, in its unit.
-    pub fn point(&self, x: f64, how: How, series: usize, rows: impl Iterator<Item = usize>) -> CurvePoint {
+    pub fn point(
+        &self,
+        x: f64,
+        how: How,
+        series: usize,
+        rows: impl Iterator<Item = usize>,
+    ) -> CurvePoint {
         let values: Vec<f64> = rows.map(|i| self.plain(i, series)).collect();
         let n = values.len().max(1) as f64;
         let independent = (n / self.correlated).max(1.0);
         let mean = values.iter().sum::<f64>() / n;
         let squares = values.iter().map(|v| v * v).sum::<f64>() / n;
         match how {
-            How::Mean => CurvePoint { x, y: mean, error: ((squares - mean * mean).max(0.0) / independent).sqrt() },
-            How::Size => CurvePoint { x, y: squares.sqrt(), error: (squares / (2.0 * independent)).sqrt() },
+            How::Mean => CurvePoint {
+                x,
+                y: mean,
+                error: ((squares - mean * mean).max(0.0) / independent).sqrt(),
+            },
+            How::Size => {
+                CurvePoint { x, y: squares.sqrt(), error: (squares / (2.0 * independent)).sqrt() }
+            }
         }
     }
 

@@ -28,16 +28,23 @@ pub fn readable_condition(unit: &'static str) -> (f64, &'static str) {
 pub(super) fn sentence(finding: &Finding) -> String {
     let Finding { kind, channel, variable, how, share, .. } = finding;
     let p = match finding.p {
-        p if p < 1.5 / (ARRANGEMENTS + 1) as f64 => format!("p ≤ {:.3}", 1.0 / (ARRANGEMENTS + 1) as f64),
+        p if p < 1.5 / (ARRANGEMENTS + 1) as f64 => {
+            format!("p ≤ {:.3}", 1.0 / (ARRANGEMENTS + 1) as f64)
+        }
         p => format!("p = {p:.3}"),
     };
     let share = percent(*share);
     let said = match (variable.as_str(), how) {
         (OFFSET, _) => {
-            let y = worst(finding).map_or(String::new(), |y| format!(": {} in {}", y.0, finding.category));
-            return format!("{kind}, {channel}: {share} of the squared residual is a constant offset ({p}){y}.");
+            let y = worst(finding)
+                .map_or(String::new(), |y| format!(": {} in {}", y.0, finding.category));
+            return format!(
+                "{kind}, {channel}: {share} of the squared residual is a constant offset ({p}){y}."
+            );
         }
-        (_, How::Mean) => format!("{share} of the squared residual goes with {} ({p})", article(variable)),
+        (_, How::Mean) => {
+            format!("{share} of the squared residual goes with {} ({p})", article(variable))
+        }
         (spectrum::NAME, How::Size) => {
             let (low, high) = (number(finding.low), number(finding.high));
             let noise = percent(finding.samples_there);
@@ -60,7 +67,10 @@ pub(super) fn sentence(finding: &Finding) -> String {
     };
     let similar = match finding.similar.as_slice() {
         [] => String::new(),
-        all => format!("; nearly as much with {}", all.iter().map(|v| article(v)).collect::<Vec<_>>().join(", ")),
+        all => format!(
+            "; nearly as much with {}",
+            all.iter().map(|v| article(v)).collect::<Vec<_>>().join(", ")
+        ),
     };
     format!("{kind}, {channel}: {said}{most}{similar}.")
 }
@@ -72,9 +82,13 @@ fn place(finding: &Finding) -> String {
         return match finding.variable.as_str() {
             "log" | "joint" => format!("in {}", finding.category),
             "Cartesian direction" => format!("along {}", finding.category),
-            "spindle order" if finding.category == "slow" => "below the spindle's frequency".to_owned(),
+            "spindle order" if finding.category == "slow" => {
+                "below the spindle's frequency".to_owned()
+            }
             "spindle order" => format!("at the spindle's {}", finding.category),
-            name if let Some(joint) = name.strip_prefix("direction of ").and_then(|n| n.split('\'').next()) => {
+            name if let Some(joint) =
+                name.strip_prefix("direction of ").and_then(|n| n.split('\'').next()) =>
+            {
                 match finding.category.as_str() {
                     "at rest" => format!("while {joint} is at rest"),
                     sense => format!("while {joint} moves in the {sense} sense"),
@@ -106,7 +120,8 @@ fn worst(finding: &Finding) -> Option<(String, f64)> {
         curve.points.iter().find(|p| p.x >= finding.low && p.x <= finding.high)?
     };
     let (factor, unit) = readable(curve.y_unit);
-    let column = curve.y_name.split_once(", ").map_or(String::new(), |(_, column)| format!(" in {column}"));
+    let column =
+        curve.y_name.split_once(", ").map_or(String::new(), |(_, column)| format!(" in {column}"));
     Some((format!("{:+} {unit}{column}", Rounded(point.y * factor)), point.y))
 }
 
@@ -115,10 +130,18 @@ pub fn article(variable: &str) -> String {
     match variable {
         OFFSET => format!("a {OFFSET}"),
         "log" => "which log it is".to_owned(),
-        "time" | "payload" | "path position" | "joint" | "Cartesian direction" | "spindle order" => {
+        "time"
+        | "payload"
+        | "path position"
+        | "joint"
+        | "Cartesian direction"
+        | "spindle order" => {
             format!("the {variable}")
         }
-        name if name.starts_with("load") || name.starts_with("sign") || name.starts_with("tendency") => {
+        name if name.starts_with("load")
+            || name.starts_with("sign")
+            || name.starts_with("tendency") =>
+        {
             format!("the {name}")
         }
         name if name.starts_with("direction of") => format!("the {name}"),
@@ -142,8 +165,16 @@ struct Rounded(f64);
 
 impl std::fmt::Display for Rounded {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let decimals = if self.0 == 0.0 { 0 } else { (2.0 - self.0.abs().log10().floor()).clamp(0.0, 6.0) as usize };
+        let decimals = if self.0 == 0.0 {
+            0
+        } else {
+            (2.0 - self.0.abs().log10().floor()).clamp(0.0, 6.0) as usize
+        };
         let value = if self.0.abs() < 0.5 * 10f64.powi(-(decimals as i32)) { 0.0 } else { self.0 };
-        if f.sign_plus() { write!(f, "{value:+.decimals$}") } else { write!(f, "{value:.decimals$}") }
+        if f.sign_plus() {
+            write!(f, "{value:+.decimals$}")
+        } else {
+            write!(f, "{value:.decimals$}")
+        }
     }
 }

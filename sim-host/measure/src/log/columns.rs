@@ -108,7 +108,8 @@ impl Header {
     /// Reads the first line.
     pub fn read<R: Read>(lines: &mut Lines<R>, kind: LogKind) -> Result<Self, InputError> {
         if !lines.advance()? {
-            let message = "the file is empty; expected a header with the names of the columns, then rows";
+            let message =
+                "the file is empty; expected a header with the names of the columns, then rows";
             return Err(lines.error_of_file(message, "Was the recording written to another place?"));
         }
         refuse_other_separators(lines)?;
@@ -118,8 +119,15 @@ impl Header {
             let name = String::from_utf8_lossy(lines.field(field)).into_owned();
             match COLUMNS.iter().position(|column| *column == name) {
                 Some(column) if place[column].is_some() => {
-                    let message = format!("column `{name}` stands here a second time; expected each column once");
-                    return Err(lines.error_at(field, message, "again", "Remove or rename one of the two."));
+                    let message = format!(
+                        "column `{name}` stands here a second time; expected each column once"
+                    );
+                    return Err(lines.error_at(
+                        field,
+                        message,
+                        "again",
+                        "Remove or rename one of the two.",
+                    ));
                 }
                 Some(column) => place[column] = Some(field),
                 None => others.push((field, name)),
@@ -145,12 +153,15 @@ impl Header {
     pub fn notices(&self, kind: LogKind) -> Vec<String> {
         let mut notices = Vec::new();
         if !self.unknown.is_empty() {
-            let names: Vec<_> = self.unknown.iter().map(|name| format!("`{}`", name.escape_debug())).collect();
+            let names: Vec<_> =
+                self.unknown.iter().map(|name| format!("`{}`", name.escape_debug())).collect();
             notices.push(format!("columns that are not known, left out: {}", names.join(", ")));
         }
         if self.has(at::PAYLOAD) && kind != LogKind::StaticLoad {
             let columns = named(at::PAYLOAD..COUNT);
-            notices.push(format!("columns of static-load logs only, left out of this {kind} log: {columns}"));
+            notices.push(format!(
+                "columns of static-load logs only, left out of this {kind} log: {columns}"
+            ));
         }
         notices
     }
@@ -168,28 +179,46 @@ impl Header {
                 let right = COLUMNS[column];
                 let shown = lines.shown(*field);
                 if bare(name) == bare(right) {
-                    let message = format!("column {shown} is not a name that is known; expected `{right}`");
-                    let help = format!("Write `{right}`: small letters, the unit after an underscore.");
-                    return Err(lines.error_at(*field, message, format!("expected `{right}`"), help));
+                    let message =
+                        format!("column {shown} is not a name that is known; expected `{right}`");
+                    let help =
+                        format!("Write `{right}`: small letters, the unit after an underscore.");
+                    return Err(lines.error_at(
+                        *field,
+                        message,
+                        format!("expected `{right}`"),
+                        help,
+                    ));
                 }
                 let lower = name.to_lowercase();
                 let (stem, unit) = lower.split_once(['_', ' ']).unwrap_or((&lower, ""));
                 let unit = unit.trim_matches(|c: char| !c.is_alphanumeric()).replace('/', "_");
-                let Some((known, reads)) = right.split_once('_') else { continue };
-                let is_unit =
-                    |u: &str| COLUMNS.iter().any(|c| c.split_once('_').is_some_and(|(_, ending)| ending == u));
-                let factor = OTHER_UNITS.iter().find(|(other, read, _)| *other == unit && *read == reads);
+                let Some((known, reads)) = right.split_once('_') else {
+                    continue;
+                };
+                let is_unit = |u: &str| {
+                    COLUMNS.iter().any(|c| c.split_once('_').is_some_and(|(_, ending)| ending == u))
+                };
+                let factor =
+                    OTHER_UNITS.iter().find(|(other, read, _)| *other == unit && *read == reads);
                 let read_in = unit_of(right).unwrap_or_default();
                 let (is, help) = match factor {
                     _ if known != stem => continue,
-                    Some((_, _, factor)) => {
-                        (format!("is in {unit}"), format!("Multiply the column by {factor} and call it `{right}`."))
-                    }
-                    None if unit.is_empty() => {
-                        ("names no unit".to_owned(), format!("If it is in {read_in}, call it `{right}`."))
-                    }
-                    None if is_unit(&unit) || OTHER_UNITS.iter().any(|(other, ..)| *other == unit) => {
-                        (format!("names the unit {unit}"), format!("If it is in {read_in}, call it `{right}`."))
+                    Some((_, _, factor)) => (
+                        format!("is in {unit}"),
+                        format!("Multiply the column by {factor} and call it `{right}`."),
+                    ),
+                    None if unit.is_empty() => (
+                        "names no unit".to_owned(),
+                        format!("If it is in {read_in}, call it `{right}`."),
+                    ),
+                    None if is_unit(&unit)
+                        || OTHER_UNITS.iter().any(|(other, ..)| *other == unit) =>
+                    {
+                        (
+                            format!("names the unit {unit}"),
+                            format!("If it is in {read_in}, call it `{right}`."),
+                        )
                     }
                     None => continue,
                 };
@@ -200,7 +229,12 @@ impl Header {
         Ok(())
     }
 
-    fn require<R: Read>(&self, lines: &Lines<R>, kind: LogKind, others: &[(usize, String)]) -> Result<(), InputError> {
+    fn require<R: Read>(
+        &self,
+        lines: &Lines<R>,
+        kind: LogKind,
+        others: &[(usize, String)],
+    ) -> Result<(), InputError> {
         let whole = 0..lines.line().len();
         let mut required: Vec<usize> = (at::TIME..at::ENCODER + JOINTS).collect();
         if kind == LogKind::Weld {
@@ -213,7 +247,12 @@ impl Header {
             return Err(match others.iter().find(|(_, other)| near == Some(other)) {
                 Some((field, _)) => {
                     let help = format!("If {} is meant, call it `{name}`.", lines.shown(*field));
-                    lines.error_at(*field, format!("{message}; read {}", lines.shown(*field)), "meant here?", help)
+                    lines.error_at(
+                        *field,
+                        format!("{message}; read {}", lines.shown(*field)),
+                        "meant here?",
+                        help,
+                    )
                 }
                 None => {
                     let starts_with_number =
@@ -233,16 +272,32 @@ impl Header {
             let missing = columns.clone().find(|column| !self.has(*column));
             if let (Some(there), Some(missing)) = (there, missing) {
                 let all = named(columns);
-                let message =
-                    format!("`{}` without `{}`; expected all of {all}, or none", COLUMNS[there], COLUMNS[missing]);
-                let help = format!("Add `{}`, with empty fields where it has no values.", COLUMNS[missing]);
-                return Err(lines.error_at(self.place[there].unwrap_or_default(), message, "not alone", help));
+                let message = format!(
+                    "`{}` without `{}`; expected all of {all}, or none",
+                    COLUMNS[there], COLUMNS[missing]
+                );
+                let help = format!(
+                    "Add `{}`, with empty fields where it has no values.",
+                    COLUMNS[missing]
+                );
+                return Err(lines.error_at(
+                    self.place[there].unwrap_or_default(),
+                    message,
+                    "not alone",
+                    help,
+                ));
             }
         }
         let predicted = kind.predicted();
         if !predicted.iter().any(|column| self.has(*column)) {
-            let message = format!("a {kind} log is compared by {}; expected at least one", named(predicted));
-            return Err(lines.error(whole, message, "none among these", "Without one there is nothing to compare."));
+            let message =
+                format!("a {kind} log is compared by {}; expected at least one", named(predicted));
+            return Err(lines.error(
+                whole,
+                message,
+                "none among these",
+                "Without one there is nothing to compare.",
+            ));
         }
         Ok(())
     }
@@ -250,7 +305,8 @@ impl Header {
 
 /// Names of columns as messages show them.
 pub(super) fn named(columns: impl IntoIterator<Item = impl std::borrow::Borrow<usize>>) -> String {
-    let names: Vec<_> = columns.into_iter().map(|column| format!("`{}`", COLUMNS[*column.borrow()])).collect();
+    let names: Vec<_> =
+        columns.into_iter().map(|column| format!("`{}`", COLUMNS[*column.borrow()])).collect();
     names.join(", ")
 }
 
@@ -262,10 +318,15 @@ fn refuse_other_separators<R: Read>(lines: &Lines<R>) -> Result<(), InputError> 
     }
     for (separator, name) in [(b';', "`;`"), (b'\t', "a tab"), (b'|', "`|`"), (b' ', "a blank")] {
         if let (true, Some(at)) = (
-            lines.line().split(|byte| *byte == separator || *byte == b'"').any(|field| known(field.trim_ascii())),
+            lines
+                .line()
+                .split(|byte| *byte == separator || *byte == b'"')
+                .any(|field| known(field.trim_ascii())),
             lines.line().iter().position(|byte| *byte == separator),
         ) {
-            let message = format!("this file uses {name} as separator; expected `,`, and the dot as decimal mark");
+            let message = format!(
+                "this file uses {name} as separator; expected `,`, and the dot as decimal mark"
+            );
             let help = "Save it with commas between the fields and dots in the numbers.";
             return Err(lines.error(at..at + 1, message, "expected `,`", help));
         }

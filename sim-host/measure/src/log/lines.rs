@@ -51,9 +51,14 @@ impl<R: Read> Lines<R> {
     pub fn advance(&mut self) -> Result<bool, InputError> {
         loop {
             self.line.clear();
-            let read = (&mut self.input).take(LONGEST).read_until(b'\n', &mut self.line).map_err(|error| {
-                self.error_of_file(format!("cannot be read: {error}"), "Check the path and its permissions.")
-            })?;
+            let read = (&mut self.input).take(LONGEST).read_until(b'\n', &mut self.line).map_err(
+                |error| {
+                    self.error_of_file(
+                        format!("cannot be read: {error}"),
+                        "Check the path and its permissions.",
+                    )
+                },
+            )?;
             if read == 0 {
                 return Ok(false);
             }
@@ -84,8 +89,14 @@ impl<R: Read> Lines<R> {
             return Err(self.error(at..at, message, "CR", "Save the file with line feeds (LF)."));
         }
         if self.cut && read == LONGEST {
-            let message = format!("the line is longer than {LONGEST} bytes; expected a table of samples");
-            return Err(self.error(0..1, message, "here", "Is this a text file with one row of samples a line?"));
+            let message =
+                format!("the line is longer than {LONGEST} bytes; expected a table of samples");
+            return Err(self.error(
+                0..1,
+                message,
+                "here",
+                "Is this a text file with one row of samples a line?",
+            ));
         }
         self.line.push(b'\n');
         Ok(())
@@ -99,7 +110,8 @@ impl<R: Read> Lines<R> {
         self.values.resize(self.line.len() + 1, 0);
         let (mut start, mut read, mut written) = (0, 0, 0);
         loop {
-            let (result, taken, put) = self.parser.read_field(&self.line[read..], &mut self.values[written..]);
+            let (result, taken, put) =
+                self.parser.read_field(&self.line[read..], &mut self.values[written..]);
             read += taken;
             written += put;
             match result {
@@ -126,7 +138,9 @@ impl<R: Read> Lines<R> {
 
     /// A field without quotes and the blanks around it; empty past the last one.
     pub fn field(&self, index: usize) -> &[u8] {
-        let Some(end) = self.ends.get(index) else { return &[] };
+        let Some(end) = self.ends.get(index) else {
+            return &[];
+        };
         let start = if index == 0 { 0 } else { self.ends[index - 1] };
         self.values[start..*end].trim_ascii()
     }
@@ -174,7 +188,8 @@ impl<R: Read> Lines<R> {
         let window = if line.len() <= SHOWN {
             0..line.len()
         } else {
-            boundary(line, at.start.saturating_sub(SHOWN / 2))..boundary(line, (at.end + SHOWN / 2).min(line.len()))
+            boundary(line, at.start.saturating_sub(SHOWN / 2))
+                ..boundary(line, (at.end + SHOWN / 2).min(line.len()))
         };
         let text = |range: Range<usize>| String::from_utf8_lossy(&line[range]).into_owned();
         let column = text(0..window.start).chars().count() + 1;
@@ -192,5 +207,8 @@ impl<R: Read> Lines<R> {
 
 /// The start of the UTF-8 character that this byte belongs to.
 fn boundary(line: &[u8], at: usize) -> usize {
-    (at.saturating_sub(3)..=at).rev().find(|i| line.get(*i).is_none_or(|b| b & 0xc0 != 0x80)).unwrap_or(at)
+    (at.saturating_sub(3)..=at)
+        .rev()
+        .find(|i| line.get(*i).is_none_or(|b| b & 0xc0 != 0x80))
+        .unwrap_or(at)
 }

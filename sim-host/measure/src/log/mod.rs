@@ -20,7 +20,9 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use trueweld_core::JOINTS;
 use trueweld_plant::input::document::nearest;
-use trueweld_plant::input::{Bounds, Document, InputError, Kind, Process, RobotFile, Source, Table, Weld, read_text};
+use trueweld_plant::input::{
+    Bounds, Document, InputError, Kind, Process, RobotFile, Source, Table, Weld, read_text,
+};
 
 /// Name of the file that says what a log is.
 pub const LOG_FILE: &str = "log.toml";
@@ -135,7 +137,12 @@ impl Noise {
             force: deviation(table, "force_n", 1e5, header.which(at::FORCE))?,
             moment: deviation(table, "moment_nm", 1e5, header.which(at::MOMENT))?,
             motor_torque: deviation(table, "motor_torque_nm", 1e5, header.which(at::MOTOR_TORQUE))?,
-            link_encoder: deviation(table, "link_encoder_rad", 0.1, header.which(at::LINK_ENCODER))?,
+            link_encoder: deviation(
+                table,
+                "link_encoder_rad",
+                0.1,
+                header.which(at::LINK_ENCODER),
+            )?,
         })
     }
 }
@@ -160,8 +167,11 @@ fn deviation<const N: usize>(
     }
     let columns = there.iter().filter(|there| **there).count();
     if list.is_empty() || list.len() != columns {
-        let or =
-            if (1..N).contains(&columns) { format!(", or {columns}, as many as this log has") } else { String::new() };
+        let or = if (1..N).contains(&columns) {
+            format!(", or {columns}, as many as this log has")
+        } else {
+            String::new()
+        };
         let expected = format!("one number, or a list of {N}, one a column{or}");
         return Err(table.wrong(key, &expected, "Leave the key out where the noise is not known."));
     }
@@ -227,16 +237,27 @@ impl Log {
         let kind = kind(&root)?;
         let robot = RobotFile::read(root.file("robot", folder)?)?;
         let wanted = |key: &str| kind == LogKind::Weld || root.has(key);
-        let weld = if wanted("weld") { Some(Weld::read(root.file("weld", folder)?)?) } else { None };
-        let process = if wanted("process") { Some(Process::read(root.file("process", folder)?)?) } else { None };
-        let period = root.has("period_s").then(|| root.number("period_s", Bounds::Positive)).transpose()?;
+        let weld =
+            if wanted("weld") { Some(Weld::read(root.file("weld", folder)?)?) } else { None };
+        let process = if wanted("process") {
+            Some(Process::read(root.file("process", folder)?)?)
+        } else {
+            None
+        };
+        let period =
+            root.has("period_s").then(|| root.number("period_s", Bounds::Positive)).transpose()?;
 
         let mut lines = Lines::new(folder.join(SAMPLES_FILE).display().to_string(), samples);
         let header = Header::read(&mut lines, kind)?;
         // Before the rows, of which there may be a gigabyte.
-        let noise = if root.has("noise") { Noise::read(&root.table("noise")?, &header)? } else { Noise::default() };
+        let noise = if root.has("noise") {
+            Noise::read(&root.table("noise")?, &header)?
+        } else {
+            Noise::default()
+        };
         let mut notices = header.notices(kind);
-        let samples = Expected { kind, robot: &robot, period }.read(&mut lines, &header, &mut notices)?;
+        let samples =
+            Expected { kind, robot: &robot, period }.read(&mut lines, &header, &mut notices)?;
         Ok(Self {
             path: folder.to_owned(),
             name: name_of(folder),
@@ -258,8 +279,11 @@ impl Log {
     /// # Errors
     /// A log of another robot, at the `robot` of its `log.toml`, with the first difference.
     pub fn must_be_of(&self, robot: &RobotFile, whose: &str) -> Result<(), InputError> {
-        let Some(difference) = difference(&self.robot, robot) else { return Ok(()) };
-        let expected = format!("the robot of {whose}; this is a log of another robot: {difference}");
+        let Some(difference) = difference(&self.robot, robot) else {
+            return Ok(());
+        };
+        let expected =
+            format!("the robot of {whose}; this is a log of another robot: {difference}");
         let help = "Compare logs with a model of the robot that they were recorded on.";
         match Document::parse(self.source.text(), self.source.name()) {
             Ok(document) => Err(document.root().wrong("robot", &expected, help)),
@@ -276,14 +300,20 @@ fn kind(root: &Table<'_>) -> Result<LogKind, InputError> {
             Some(near) => format!("Did you mean \"{near}\"?"),
             None => "It says what was done while the log was recorded.".to_owned(),
         };
-        root.wrong("kind", &format!("one of {}", names.map(|name| format!("\"{name}\"")).join(", ")), help)
+        root.wrong(
+            "kind",
+            &format!("one of {}", names.map(|name| format!("\"{name}\"")).join(", ")),
+            help,
+        )
     })
 }
 
 /// The last part of a folder's path, however the path is written.
 pub(crate) fn name_of(folder: &Path) -> String {
     let last = |path: &Path| path.file_name().map(|name| name.to_string_lossy().into_owned());
-    last(folder).or_else(|| last(&folder.canonicalize().ok()?)).unwrap_or_else(|| folder.display().to_string())
+    last(folder)
+        .or_else(|| last(&folder.canonicalize().ok()?))
+        .unwrap_or_else(|| folder.display().to_string())
 }
 
 /// The first thing in which two robots differ that no calibration changes.
@@ -305,8 +335,9 @@ fn difference(read: &RobotFile, expected: &RobotFile) -> Option<String> {
         }
     }
     let (a, b) = (&read.parameters.tool, &expected.parameters.tool);
-    let tool = apart(&(a.flange_offset + a.tcp_from_flange), &(b.flange_offset + b.tcp_from_flange))
-        || apart(&a.z_axis, &b.z_axis)
-        || apart(&a.y_axis, &b.y_axis);
+    let tool =
+        apart(&(a.flange_offset + a.tcp_from_flange), &(b.flange_offset + b.tcp_from_flange))
+            || apart(&a.z_axis, &b.z_axis)
+            || apart(&a.y_axis, &b.y_axis);
     tool.then(|| "the tool centre point or the tool's axes lie elsewhere".to_owned())
 }

@@ -108,7 +108,9 @@ impl Samples {
     /// Drops the channels of columns that hold no value.
     fn drop_channel(&mut self, column: usize) {
         match column {
-            at::LINK_ENCODER..at::MOTOR_TORQUE => self.link_encoder[column - at::LINK_ENCODER] = None,
+            at::LINK_ENCODER..at::MOTOR_TORQUE => {
+                self.link_encoder[column - at::LINK_ENCODER] = None
+            }
             at::MOTOR_TORQUE..at::FORCE => self.motor_torque[column - at::MOTOR_TORQUE] = None,
             at::FORCE..at::MOMENT => self.force = None,
             at::MOMENT..at::POSITION => self.moment = None,
@@ -136,7 +138,8 @@ impl Expected<'_> {
         notices: &mut Vec<String>,
     ) -> Result<Samples, InputError> {
         let mut samples = Samples::with(header, self.kind);
-        let columns: Vec<_> = (0..COUNT).filter_map(|c| header.place[c].map(|field| (c, field))).collect();
+        let columns: Vec<_> =
+            (0..COUNT).filter_map(|c| header.place[c].map(|field| (c, field))).collect();
         let mut any = [false; COUNT];
         let mut clock = Clock::default();
         while lines.advance()? {
@@ -168,10 +171,19 @@ impl Expected<'_> {
     }
 
     /// The value of one field; NaN where it is missing and may be.
-    fn value<R: Read>(&self, lines: &Lines<R>, column: usize, field: usize) -> Result<f64, InputError> {
+    fn value<R: Read>(
+        &self,
+        lines: &Lines<R>,
+        column: usize,
+        field: usize,
+    ) -> Result<f64, InputError> {
         let text = lines.field(field);
         if text.is_empty() {
-            return if column < at::LINK_ENCODER { Err(missing(lines, column, field)) } else { Ok(f64::NAN) };
+            return if column < at::LINK_ENCODER {
+                Err(missing(lines, column, field))
+            } else {
+                Ok(f64::NAN)
+            };
         }
         let number = std::str::from_utf8(text).ok().and_then(|text| text.parse::<f64>().ok());
         match number {
@@ -181,7 +193,13 @@ impl Expected<'_> {
     }
 
     /// Refuses what no welding cell can have measured: it is in another unit, or of another robot.
-    fn plausible<R: Read>(&self, lines: &Lines<R>, column: usize, field: usize, x: f64) -> Result<f64, InputError> {
+    fn plausible<R: Read>(
+        &self,
+        lines: &Lines<R>,
+        column: usize,
+        field: usize,
+        x: f64,
+    ) -> Result<f64, InputError> {
         let name = COLUMNS[column];
         let limits = |joint: usize| {
             let [low, high] = self.robot.parameters.joints[joint].limits;
@@ -218,8 +236,14 @@ impl Expected<'_> {
             at::ROTATION..at::SPINDLE => (7.0, "degrees"),
             at::SPINDLE => (1e4, "another unit"),
             at::PAYLOAD if x < 0.0 => {
-                let message = format!("`{name}` is {}; expected a mass not below 0", lines.shown(field));
-                return Err(lines.error_at(field, message, "below 0", "Write 0 where nothing hangs on the flange."));
+                let message =
+                    format!("`{name}` is {}; expected a mass not below 0", lines.shown(field));
+                return Err(lines.error_at(
+                    field,
+                    message,
+                    "below 0",
+                    "Write 0 where nothing hangs on the flange.",
+                ));
             }
             at::PAYLOAD => (1e4, "grams"),
             _ => (10.0, "millimetres"),
@@ -228,8 +252,13 @@ impl Expected<'_> {
             return Ok(x);
         }
         let unit = unit_of(name).unwrap_or_default();
-        let message = format!("`{name}` is {}; expected at most {most} {unit} in magnitude", lines.shown(field));
-        let help = format!("Is it in {hint}? Where it marks a value that was not measured, leave the field empty.");
+        let message = format!(
+            "`{name}` is {}; expected at most {most} {unit} in magnitude",
+            lines.shown(field)
+        );
+        let help = format!(
+            "Is it in {hint}? Where it marks a value that was not measured, leave the field empty."
+        );
         Err(lines.error_at(field, message, format!("not in {unit}?"), help))
     }
 
@@ -255,7 +284,9 @@ impl Expected<'_> {
         notices: &mut Vec<String>,
     ) -> Result<(), InputError> {
         let group = |column: usize| {
-            let whole = GROUPS.into_iter().find(|(first, number)| (*first..first + number).contains(&column));
+            let whole = GROUPS
+                .into_iter()
+                .find(|(first, number)| (*first..first + number).contains(&column));
             whole.map_or(column..column + 1, |(first, number)| first..first + number)
         };
         let empty: Vec<_> = (at::LINK_ENCODER..at::PAYLOAD)
@@ -266,11 +297,20 @@ impl Expected<'_> {
         }
         if self.kind == LogKind::Weld && empty.contains(&at::SPINDLE) {
             let message = "column `spindle_rad_s` holds no value; expected the spindle's speed, which drives a weld";
-            return Err(lines.error_of_file(message, "Write the commanded speed where it was not measured."));
+            return Err(lines
+                .error_of_file(message, "Write the commanded speed where it was not measured."));
         }
-        let left = self.kind.predicted().iter().any(|column| header.has(*column) && !empty.contains(column));
+        let left = self
+            .kind
+            .predicted()
+            .iter()
+            .any(|column| header.has(*column) && !empty.contains(column));
         if !left {
-            let message = format!("{} hold no value; a {} log has nothing to compare then", named(&empty), self.kind);
+            let message = format!(
+                "{} hold no value; a {} log has nothing to compare then",
+                named(&empty),
+                self.kind
+            );
             return Err(lines.error_of_file(message, "Was the instrument recorded?"));
         }
         empty.iter().for_each(|column| samples.drop_channel(*column));
@@ -305,11 +345,16 @@ impl Clock {
         let shown = lines.shown(place);
         if time <= last {
             let message = if time < last {
-                format!("`t_s` runs backwards: {shown} after {last}; expected a later time than in the row before")
+                format!(
+                    "`t_s` runs backwards: {shown} after {last}; expected a later time than in the row before"
+                )
             } else {
-                format!("`t_s` is {shown} a second time; expected a later time than in the row before")
+                format!(
+                    "`t_s` is {shown} a second time; expected a later time than in the row before"
+                )
             };
-            let help = "Rows are in time order. Two recordings are two logs, each in its own folder.";
+            let help =
+                "Rows are in time order. Two recordings are two logs, each in its own folder.";
             return Err(lines.error_at(place, message, "not later", help));
         }
         let Some(period) = period else { return Ok(()) };
@@ -330,7 +375,9 @@ impl Clock {
         } else {
             format!("{step:.6} s after the row before")
         };
-        let message = format!("`t_s` is {shown}, {read}; expected a step of {period} s, the `period_s` of log.toml");
+        let message = format!(
+            "`t_s` is {shown}, {read}; expected a step of {period} s, the `period_s` of log.toml"
+        );
         let help = if (step / period / 1000.0 - 1.0).abs() < 0.1 {
             "The time looks like milliseconds; write seconds."
         } else {
@@ -344,8 +391,10 @@ impl Clock {
 fn decimals(text: &[u8]) -> i32 {
     let mut parts = text.split(|byte| matches!(byte, b'e' | b'E'));
     let mantissa = parts.next().unwrap_or_default();
-    let exponent = parts.next().and_then(|e| std::str::from_utf8(e).ok()?.parse::<i32>().ok()).unwrap_or(0);
-    let after_dot = mantissa.iter().position(|byte| *byte == b'.').map_or(0, |dot| mantissa.len() - dot - 1);
+    let exponent =
+        parts.next().and_then(|e| std::str::from_utf8(e).ok()?.parse::<i32>().ok()).unwrap_or(0);
+    let after_dot =
+        mantissa.iter().position(|byte| *byte == b'.').map_or(0, |dot| mantissa.len() - dot - 1);
     // Finer than this no time is.
     i32::try_from(after_dot).unwrap_or(i32::MAX).saturating_sub(exponent).clamp(0, 15)
 }
@@ -367,11 +416,14 @@ fn hang<R: Read>(lines: &Lines<R>, header: &Header, row: &mut Row) -> Result<(),
 
 fn missing<R: Read>(lines: &Lines<R>, column: usize, field: usize) -> InputError {
     let unit = unit_of(COLUMNS[column]).unwrap_or_default();
-    let message = format!("`{}` is missing in this row; expected a number in {unit}", COLUMNS[column]);
+    let message =
+        format!("`{}` is missing in this row; expected a number in {unit}", COLUMNS[column]);
     let help = match column {
         at::PAYLOAD => "Write 0 where nothing hangs on the flange.",
         column if column > at::PAYLOAD => "Where a mass hangs on the flange, its centre is needed.",
-        _ => "Time and encoders drive the model and are needed in every row; other channels may have empty fields.",
+        _ => {
+            "Time and encoders drive the model and are needed in every row; other channels may have empty fields."
+        }
     };
     lines.error_at(field, message, "empty", help)
 }
@@ -384,12 +436,17 @@ fn not_a_number<R: Read>(lines: &Lines<R>, column: usize, field: usize) -> Input
         ("a finite number", "Where a value is missing, leave the field empty.")
     } else if text.contains(',') && is_number(&text.replace(',', ".")) {
         ("the dot as decimal mark, not the comma,", "Save the file with dots in its numbers.")
-    } else if ["null", "none", "na", "n/a", "-", "--", "?"].contains(&text.to_lowercase().as_str()) {
+    } else if ["null", "none", "na", "n/a", "-", "--", "?"].contains(&text.to_lowercase().as_str())
+    {
         ("a number or an empty field", "Where a value is missing, leave the field empty.")
     } else {
-        ("a number", "Write the number alone, with a dot as decimal mark; the unit stands in the column's name.")
+        (
+            "a number",
+            "Write the number alone, with a dot as decimal mark; the unit stands in the column's name.",
+        )
     };
-    let message = format!("`{}` is {}; expected {expected} in {unit}", COLUMNS[column], lines.shown(field));
+    let message =
+        format!("`{}` is {}; expected {expected} in {unit}", COLUMNS[column], lines.shown(field));
     lines.error_at(field, message, format!("expected {expected} in {unit}"), help)
 }
 
@@ -397,21 +454,34 @@ fn not_a_number<R: Read>(lines: &Lines<R>, column: usize, field: usize) -> Input
 fn uneven<R: Read>(lines: &Lines<R>, width: usize) -> InputError {
     let read = lines.width();
     let plural = if read == 1 { "" } else { "s" };
-    let message = format!("this row has {read} field{plural}; expected {width}, as many as the header has");
+    let message =
+        format!("this row has {read} field{plural}; expected {width}, as many as the header has");
     let line = lines.line();
-    let other_separator =
-        [(b';', "`;`"), (b'\t', "a tab")].into_iter().find(|(byte, _)| read == 1 && line.contains(byte));
+    let other_separator = [(b';', "`;`"), (b'\t', "a tab")]
+        .into_iter()
+        .find(|(byte, _)| read == 1 && line.contains(byte));
     if let Some((_, name)) = other_separator {
         let message = format!("{message}; it uses {name} as separator; expected `,`");
-        return lines.error_at(0, message, "expected `,`", "Save the file with commas between the fields.");
+        return lines.error_at(
+            0,
+            message,
+            "expected `,`",
+            "Save the file with commas between the fields.",
+        );
     }
     if read > width && !line.contains(&b'.') {
-        let message = format!("{message}; no number has a dot: it seems that commas are decimal marks here");
+        let message =
+            format!("{message}; no number has a dot: it seems that commas are decimal marks here");
         let help = "Save the file with dots in its numbers and commas between the fields.";
         return lines.error_at(width, message, "one too many from here on", help);
     }
     if read > width {
-        return lines.error_at(width, message, "one too many from here on", "Each row has one field a column.");
+        return lines.error_at(
+            width,
+            message,
+            "one too many from here on",
+            "Each row has one field a column.",
+        );
     }
     let help = if lines.cut() {
         "The file ends within this row: the recording was cut off. Delete the row."

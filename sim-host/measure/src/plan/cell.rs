@@ -90,7 +90,10 @@ impl<'a> Cell<'a> {
         let parameters = robot.parameters();
         for (range, joint) in range.iter_mut().zip(&parameters.joints) {
             let [low, high] = joint.limits;
-            let within = [(range[0] - BEYOND).max(low + OFF_LIMITS), (range[1] + BEYOND).min(high - OFF_LIMITS)];
+            let within = [
+                (range[0] - BEYOND).max(low + OFF_LIMITS),
+                (range[1] + BEYOND).min(high - OFF_LIMITS),
+            ];
             if within[0].is_nan() || within[1].is_nan() || within[0] > within[1] {
                 // No log shows the joint anywhere that it could go from.
                 return None;
@@ -108,12 +111,15 @@ impl<'a> Cell<'a> {
             .fold(f64::INFINITY, f64::min);
         // What presses on a resting tool: as far as some log shows that the laboratory has it.
         let most = |part: &dyn Fn(&Log) -> Option<&Vec<Vector3<f64>>>| {
-            let all = logs.iter().filter(|l| l.kind == LogKind::StaticLoad).filter_map(part).flatten();
+            let all =
+                logs.iter().filter(|l| l.kind == LogKind::StaticLoad).filter_map(part).flatten();
             all.map(Vector3::norm).filter(|n| n.is_finite()).fold(0.0, f64::max)
         };
-        let hung = logs.iter().flat_map(|l| l.samples.payload.iter().flatten()).filter(|p| p.mass > 0.0);
+        let hung =
+            logs.iter().flat_map(|l| l.samples.payload.iter().flatten()).filter(|p| p.mass > 0.0);
         let hung = hung.max_by(|a, b| a.mass.total_cmp(&b.mass));
-        let (mass, centre) = hung.map_or((USUAL_PAYLOAD.0, USUAL_PAYLOAD.1.into()), |p| (p.mass, p.centre));
+        let (mass, centre) =
+            hung.map_or((USUAL_PAYLOAD.0, USUAL_PAYLOAD.1.into()), |p| (p.mass, p.centre));
         let mut cell = Self {
             robot,
             names: &first.robot.joint_names,
@@ -136,7 +142,8 @@ impl<'a> Cell<'a> {
                 whole_steps(low + (high - low) * radical_inverse(BASES[i], k))
             })
         };
-        cell.postures = (1..400).map(point).filter(|q| cell.bears(q, &Wrench::zero())).take(POSTURES).collect();
+        cell.postures =
+            (1..400).map(point).filter(|q| cell.bears(q, &Wrench::zero())).take(POSTURES).collect();
         Some(cell)
     }
 
@@ -174,12 +181,14 @@ impl<'a> Cell<'a> {
     /// True where the arm may stand: in range, above the floor, clear of the base.
     pub fn reaches(&self, q: &JointVector<f64>) -> bool {
         const ROUNDING: f64 = 1e-9;
-        let within = (0..JOINTS).all(|i| q[i] >= self.range[i][0] - ROUNDING && q[i] <= self.range[i][1] + ROUNDING);
+        let within = (0..JOINTS)
+            .all(|i| q[i] >= self.range[i][0] - ROUNDING && q[i] <= self.range[i][1] + ROUNDING);
         if !within {
             return false;
         }
         let frames = self.robot.frames(q);
-        let above = frames.origin[2..].iter().chain([&frames.tcp.position]).all(|p| p.z > self.floor);
+        let above =
+            frames.origin[2..].iter().chain([&frames.tcp.position]).all(|p| p.z > self.floor);
         above && frames.tcp.position.xy().norm() > OFF_BASE * self.reach
     }
 

@@ -92,7 +92,11 @@ impl Tried<'_> {
 /// explanations, best first; of a single one, it and nothing at all. `logs`: those that `bench` was made of, in its order.
 ///
 /// `None` where no procedure is feasible, or no prediction of any differs.
-pub fn next_experiment(bench: &Bench, logs: &[Log], rivals: &[(String, Vec<Effect>)]) -> Option<Plan> {
+pub fn next_experiment(
+    bench: &Bench,
+    logs: &[Log],
+    rivals: &[(String, Vec<Effect>)],
+) -> Option<Plan> {
     let nothing = ("nothing beyond calibrations".to_owned(), Vec::new());
     let (first, second) = (rivals.first()?, rivals.get(1).unwrap_or(&nothing));
     let cell = Cell::of(&bench.model.robot, logs)?;
@@ -134,13 +138,19 @@ pub fn next_experiment(bench: &Bench, logs: &[Log], rivals: &[(String, Vec<Effec
             continue;
         }
         looked_at.push(family);
-        let Some(separation) = t.trial.separations(&ground, &a, &[&b]).map(|s| s[0]) else { continue };
+        let Some(separation) = t.trial.separations(&ground, &a, &[&b]).map(|s| s[0]) else {
+            continue;
+        };
         if best.is_none_or(|(most, best)| t.worth(separation) > best.worth(most)) {
             best = Some((separation, t));
         }
     }
     let (separation, best) = best?;
-    let more: Vec<_> = rivals.iter().skip(2).filter_map(|(name, e)| Some((name.as_str(), ground.rival(e)?))).collect();
+    let more: Vec<_> = rivals
+        .iter()
+        .skip(2)
+        .filter_map(|(name, e)| Some((name.as_str(), ground.rival(e)?)))
+        .collect();
     let others: Vec<&Rival> = more.iter().map(|(_, rival)| rival).collect();
     let others = best.trial.separations(&ground, &a, &others).unwrap_or_default();
     let others: Vec<(&str, f64)> = more.iter().map(|(name, _)| *name).zip(others).collect();
@@ -159,8 +169,10 @@ pub fn next_experiment(bench: &Bench, logs: &[Log], rivals: &[(String, Vec<Effec
 
 /// Joints worth moving: those that the rivals are at, or all.
 fn joints(effects: &[Effect]) -> Vec<usize> {
-    let mut joints: Vec<usize> =
-        effects.iter().filter_map(|e| if let At::Joint(joint) = e.at { Some(joint) } else { None }).collect();
+    let mut joints: Vec<usize> = effects
+        .iter()
+        .filter_map(|e| if let At::Joint(joint) = e.at { Some(joint) } else { None })
+        .collect();
     joints.sort_unstable();
     joints.dedup();
     if joints.is_empty() { (0..JOINTS).collect() } else { joints }
@@ -174,7 +186,9 @@ fn welds(logs: &[Log]) -> Vec<usize> {
 /// True where a kind of log can show anything of an effect.
 fn may_show(kind: LogKind, effect: &Effect) -> bool {
     match (effect.kind.action, effect.port()) {
-        (Action::Process(_), _) | (_, Some(Port::ProcessForce | Port::PlateSurface)) => kind == LogKind::Weld,
+        (Action::Process(_), _) | (_, Some(Port::ProcessForce | Port::PlateSurface)) => {
+            kind == LogKind::Weld
+        }
         (_, Some(Port::MotorFriction(_))) => kind == LogKind::FreeMotion,
         _ => true,
     }
@@ -183,7 +197,9 @@ fn may_show(kind: LogKind, effect: &Effect) -> bool {
 /// `so_far`: by how much more of the sum of squares the second leaves in the logs so far.
 fn reason(names: [&str; 2], separation: f64, so_far: f64, others: &[(&str, f64)]) -> String {
     let [a, b] = names;
-    let deviations = |s: f64| if s > MOST_SAID { format!("more than {MOST_SAID:.0}") } else { format!("{s:.1}") };
+    let deviations = |s: f64| {
+        if s > MOST_SAID { format!("more than {MOST_SAID:.0}") } else { format!("{s:.1}") }
+    };
     let expected = format!(
         "expected to set {a} and {b} {} standard deviations apart after refitting the calibrations and the values of either",
         deviations(separation)

@@ -25,7 +25,8 @@ const UP_AND_DOWN: [f64; 7] = [0.0, 0.33, 0.67, 1.0, 0.67, 0.33, 0.0];
 const SCANNED: usize = 12;
 
 /// When a resting arm is read, minutes.
-pub(super) const RESTED: [f64; 12] = [0.0, 0.5, 1.0, 2.0, 3.0, 5.0, 8.0, 12.0, 16.0, 20.0, 25.0, 30.0];
+pub(super) const RESTED: [f64; 12] =
+    [0.0, 0.5, 1.0, 2.0, 3.0, 5.0, 8.0, 12.0, 16.0, 20.0, 25.0, 30.0];
 
 /// Time between two loads, s.
 const LOAD_TAKES: f64 = 20.0;
@@ -125,7 +126,9 @@ pub(super) fn procedures(cell: &Cell<'_>, joints: &[usize], welds: &[usize]) -> 
         for at in cell.postures.iter().copied() {
             let pressed = (0..3).map(How::Pressed).filter(|_| cell.force > 0.0);
             let turned = (0..3).map(How::Turned).filter(|_| cell.moment > 0.0);
-            all.extend(pressed.chain(turned).chain([How::Hung]).map(|how| Procedure::Load { at, how }));
+            all.extend(
+                pressed.chain(turned).chain([How::Hung]).map(|how| Procedure::Load { at, how }),
+            );
         }
         for at in cell.postures.iter().copied().take(3) {
             for &joint in joints {
@@ -195,12 +198,21 @@ impl Procedure {
     }
 
     /// The log with its driving channels, and the set points; `None` where the laboratory cannot do it.
-    pub fn log(&self, cell: &Cell<'_>, logs: &[Log], process: Option<&Process>) -> Option<(Log, Vec<Row>)> {
+    pub fn log(
+        &self,
+        cell: &Cell<'_>,
+        logs: &[Log],
+        process: Option<&Process>,
+    ) -> Option<(Log, Vec<Row>)> {
         match self {
             Self::Load { at, how } => {
                 let shares: &[f64] = if *how == How::Hung { &UP_AND_DOWN } else { &TO_AND_FRO };
                 let rows = shares.iter().enumerate().map(|(k, share)| {
-                    let row = Row { time: LOAD_TAKES * k as f64, encoder: (*at).into(), ..Row::default() };
+                    let row = Row {
+                        time: LOAD_TAKES * k as f64,
+                        encoder: (*at).into(),
+                        ..Row::default()
+                    };
                     loaded(cell, row, *how, *share)
                 });
                 at_rest(cell, rows.collect())
@@ -210,12 +222,21 @@ impl Procedure {
                 let row = |k: usize| {
                     let mut q = *at;
                     q[*joint] = low + (high - low) * k as f64 / (SCANNED - 1) as f64;
-                    Row { time: LOAD_TAKES * k as f64, encoder: q.into(), payload: *mass, ..Row::default() }
+                    Row {
+                        time: LOAD_TAKES * k as f64,
+                        encoder: q.into(),
+                        payload: *mass,
+                        ..Row::default()
+                    }
                 };
                 at_rest(cell, (0..SCANNED).map(row).collect())
             }
             Self::Rest { at } => {
-                let row = |minutes: &f64| Row { time: 60.0 * minutes, encoder: (*at).into(), ..Row::default() };
+                let row = |minutes: &f64| Row {
+                    time: 60.0 * minutes,
+                    encoder: (*at).into(),
+                    ..Row::default()
+                };
                 at_rest(cell, RESTED.iter().map(row).collect())
             }
             Self::Stop { at, joint, sense } => {
@@ -253,7 +274,11 @@ impl Procedure {
                     posture(from + (to - from) * s.powi(3) * (10.0 - 15.0 * s + 6.0 * s * s))
                 };
                 let log = in_motion(cell, LogKind::FreeMotion, FREE_PERIOD, lasts, angle)?;
-                let row = |c: &(f64, f64)| Row { time: c.0, encoder: posture(c.1).into(), ..Row::default() };
+                let row = |c: &(f64, f64)| Row {
+                    time: c.0,
+                    encoder: posture(c.1).into(),
+                    ..Row::default()
+                };
                 Some((log, corners.iter().map(row).collect()))
             }
             Self::Seam { of, changed } => weld(cell, &logs[*of], process, *changed),
@@ -261,7 +286,13 @@ impl Procedure {
     }
 
     /// Where a move leads: towards the middle of the joint's range, in whole degrees.
-    fn far_end(&self, cell: &Cell<'_>, at: &JointVector<f64>, joint: usize, span: f64) -> Option<f64> {
+    fn far_end(
+        &self,
+        cell: &Cell<'_>,
+        at: &JointVector<f64>,
+        joint: usize,
+        span: f64,
+    ) -> Option<f64> {
         let [low, high] = cell.range[joint];
         let towards = if at[joint] > 0.5 * (low + high) { -1.0 } else { 1.0 };
         let to = (at[joint] + towards * span).clamp(low, high).to_degrees().trunc().to_radians();
@@ -278,12 +309,14 @@ impl Procedure {
 fn at_rest(cell: &Cell<'_>, rows: Vec<Row>) -> Option<(Log, Vec<Row>)> {
     let channels = cell.channels(LogKind::StaticLoad);
     let mut samples = Samples::default();
-    let (mut force, mut moment, mut position, mut rotation, mut payload) = (vec![], vec![], vec![], vec![], vec![]);
+    let (mut force, mut moment, mut position, mut rotation, mut payload) =
+        (vec![], vec![], vec![], vec![], vec![]);
     for row in &rows {
         let q = JointVector::from(row.encoder);
         let wrench = Wrench { force: row.force.into(), moment: row.moment.into() };
         let weight = cell.weight(&q, row.payload);
-        let carried = Wrench { force: wrench.force + weight.force, moment: wrench.moment + weight.moment };
+        let carried =
+            Wrench { force: wrench.force + weight.force, moment: wrench.moment + weight.moment };
         if !cell.bears(&q, &carried) {
             return None;
         }
@@ -333,10 +366,14 @@ fn in_motion(
     }
     let poses: Vec<Pose<f64>> = encoder.iter().map(|q| cell.robot.forward(q)).collect();
     let samples = Samples {
-        link_encoder: std::array::from_fn(|i| channels.link_encoder[i].then(|| encoder.iter().map(|q| q[i]).collect())),
+        link_encoder: std::array::from_fn(|i| {
+            channels.link_encoder[i].then(|| encoder.iter().map(|q| q[i]).collect())
+        }),
         motor_torque: std::array::from_fn(|i| channels.motor_torque[i].then(|| vec![0.0; n])),
         position: channels.position.then(|| poses.iter().map(|p| p.position).collect()),
-        rotation: channels.rotation.then(|| poses.iter().map(|p| rotation_vector(&p.rotation)).collect()),
+        rotation: channels
+            .rotation
+            .then(|| poses.iter().map(|p| rotation_vector(&p.rotation)).collect()),
         time,
         encoder,
         ..Samples::default()
@@ -345,7 +382,12 @@ fn in_motion(
 }
 
 /// A weld that was made, made otherwise.
-fn weld(cell: &Cell<'_>, pattern: &Log, process: Option<&Process>, changed: Changed) -> Option<(Log, Vec<Row>)> {
+fn weld(
+    cell: &Cell<'_>,
+    pattern: &Log,
+    process: Option<&Process>,
+    changed: Changed,
+) -> Option<(Log, Vec<Row>)> {
     let mut weld: Weld = pattern.weld.clone()?;
     let mut process = process.or(pattern.process.as_ref())?.clone();
     let spindle = pattern.samples.spindle.as_ref()?.iter().copied().find(|s| s.is_finite())?;
@@ -382,12 +424,14 @@ fn weld(cell: &Cell<'_>, pattern: &Log, process: Option<&Process>, changed: Chan
         let depth = weld.force * rise / process.depth_stiffness;
         let along = Vector3::new(path, 0.0, depth);
         let angle = process.spindle * time;
-        let f = reaction(&process, &none, time, &along, &Vector3::new(rate, 0.0, 0.0), 0.0, angle).force;
+        let f = reaction(&process, &none, time, &along, &Vector3::new(rate, 0.0, 0.0), 0.0, angle)
+            .force;
         let mut pose = seam.nominal(path);
         pose.position += seam.b_from_w.rotation * Vector3::new(0.0, 0.0, depth);
         let in_t = pose.rotation.tr_mul(&(seam.b_from_w.rotation * f));
         // The motors carry the mean load; they do not follow the ripple.
-        let mean = Wrench { moment: Vector3::zeros(), force: Vector3::new(0.0, 0.0, -weld.force * rise) };
+        let mean =
+            Wrench { moment: Vector3::zeros(), force: Vector3::new(0.0, 0.0, -weld.force * rise) };
         near = cell.robot.track(&pose, &near).ok()?;
         samples.time.push(time);
         samples.encoder.push(cell.robot.fake_target(&near, &mean));

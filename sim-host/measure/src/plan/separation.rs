@@ -95,7 +95,8 @@ pub(super) struct Rival {
 impl Rival {
     /// The rival on a new log, whose own calibrations are free as well: after its own, in their order.
     fn on(&self, fresh: &Point) -> Point {
-        let mut point = Point { all: self.all.clone(), each: fresh.each.clone(), free: self.free.clone() };
+        let mut point =
+            Point { all: self.all.clone(), each: fresh.each.clone(), free: self.free.clone() };
         for free in &fresh.free {
             match free.of {
                 Of::Log(..) => point.free.push(*free),
@@ -158,14 +159,24 @@ impl Trial {
     /// Difference of two rivals' predictions, in standard deviations of all compared values together: what refitting can only
     /// make less.
     pub fn apart(&self, a: &[Effect], b: &[Effect]) -> Option<f64> {
-        let point = |effects: &[Effect]| Point { all: effects.to_vec(), each: vec![Vec::new()], free: Vec::new() };
+        let point = |effects: &[Effect]| Point {
+            all: effects.to_vec(),
+            each: vec![Vec::new()],
+            free: Vec::new(),
+        };
         let (a, b) = (self.at(&point(a))?, self.at(&point(b))?);
-        let square: f64 = a[0].residual.iter().zip(&b[0].residual).map(|(a, b)| (a - b).powi(2)).sum();
+        let square: f64 =
+            a[0].residual.iter().zip(&b[0].residual).map(|(a, b)| (a - b).powi(2)).sum();
         square.is_finite().then(|| square.sqrt())
     }
 
     /// Expected √Δχ² between rivals and the first of them, whichever is true and the other refitted: the smaller of both.
-    pub fn separations(&self, ground: &Ground<'_>, first: &Rival, others: &[&Rival]) -> Option<Vec<f64>> {
+    pub fn separations(
+        &self,
+        ground: &Ground<'_>,
+        first: &Rival,
+        others: &[&Rival],
+    ) -> Option<Vec<f64>> {
         let fresh = unclaimed(calibrations(&self.bench), &ground.claimed);
         let at = self.at(&fresh)?;
         let calibrated = fit::slopes(&self.bench, &fresh, &fresh.free, &at, STEP);
@@ -249,8 +260,11 @@ impl Normal {
     /// Adds AᵀA and Aᵀr of one log.
     fn add(&mut self, slopes: &[&Slopes], log: usize, residual: &[f64]) {
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
-        let seen: Vec<(usize, &[f64])> =
-            slopes.iter().enumerate().filter_map(|(k, s)| s[log].as_deref().map(|c| (k, c))).collect();
+        let seen: Vec<(usize, &[f64])> = slopes
+            .iter()
+            .enumerate()
+            .filter_map(|(k, s)| s[log].as_deref().map(|c| (k, c)))
+            .collect();
         for (i, (k, a)) in seen.iter().enumerate() {
             self.slope[*k] += dot(a, residual);
             for (l, b) in &seen[..=i] {
@@ -266,7 +280,10 @@ impl Normal {
 
 /// Weight of each free value's prior, in the fit's units.
 fn weights(point: &Point) -> impl Iterator<Item = f64> {
-    point.free.iter().map(|free| (fit::unit(point.parameter(free), point.value(free)) / free.expected).powi(2))
+    point
+        .free
+        .iter()
+        .map(|free| (fit::unit(point.parameter(free), point.value(free)) / free.expected).powi(2))
 }
 
 fn with_priors(normal: &DMatrix<f64>, point: &Point) -> DMatrix<f64> {

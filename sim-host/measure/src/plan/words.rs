@@ -2,7 +2,9 @@
 
 use super::Row;
 use super::cell::{Cell, whole_steps};
-use super::procedure::{Changed, DWELL, FALLS, How, PEAK, Procedure, RESTED, RINGS, STOP_SHARE, WELD_LASTS};
+use super::procedure::{
+    Changed, DWELL, FALLS, How, PEAK, Procedure, RESTED, RINGS, STOP_SHARE, WELD_LASTS,
+};
 use crate::log::{Log, LogKind};
 use nalgebra::Vector3;
 use trueweld_core::JOINTS;
@@ -15,21 +17,37 @@ impl Procedure {
         let name = |joint: &usize| &cell.names[*joint];
         match self {
             Self::Load { how: How::Hung, .. } => {
-                format!("Static loads, {} rows: up to {:.0} kg on the flange, up and down", rows.len(), cell.mass)
+                format!(
+                    "Static loads, {} rows: up to {:.0} kg on the flange, up and down",
+                    rows.len(),
+                    cell.mass
+                )
             }
             Self::Load { how, .. } => {
                 format!("Static loads, {} rows: {} to and fro", rows.len(), largest(rows, *how))
             }
             Self::Scan { joint, mass, .. } => {
-                let with = if *mass > 0.0 { format!(", {mass:.0} kg on the flange") } else { String::new() };
-                format!("Static poses, {} rows: {} through its range{with}", rows.len(), name(joint))
+                let with = if *mass > 0.0 {
+                    format!(", {mass:.0} kg on the flange")
+                } else {
+                    String::new()
+                };
+                format!(
+                    "Static poses, {} rows: {} through its range{with}",
+                    rows.len(),
+                    name(joint)
+                )
             }
-            Self::Rest { .. } => format!("The same pose at rest, {} rows in 30 min from cold", rows.len()),
+            Self::Rest { .. } => {
+                format!("The same pose at rest, {} rows in 30 min from cold", rows.len())
+            }
             Self::Stop { joint, .. } => format!("Ring-down: {} stopped by its brake", name(joint)),
             Self::Move { joint, takes, .. } if takes.len() > 1 => {
                 format!("Free motion of {} there and back, slowly and fast", name(joint))
             }
-            Self::Move { joint, .. } => format!("Free motion of {} over a long way and back", name(joint)),
+            Self::Move { joint, .. } => {
+                format!("Free motion of {} over a long way and back", name(joint))
+            }
             Self::Seam { changed, .. } => format!("Weld {}", changed.words()),
         }
     }
@@ -38,7 +56,10 @@ impl Procedure {
     pub fn steps(&self, cell: &Cell<'_>, log: &Log, rows: &[Row]) -> Vec<String> {
         let record = recorded(cell, self.kind());
         let first = rows.first().map_or([0.0; JOINTS], |r| r.encoder);
-        let stand = format!("Move to {}. Check at low speed that the arm is clear of the cell.", posture(cell, &first));
+        let stand = format!(
+            "Move to {}. Check at low speed that the arm is clear of the cell.",
+            posture(cell, &first)
+        );
         let mut steps = Vec::new();
         match self {
             Self::Load { how, .. } => {
@@ -58,8 +79,12 @@ impl Procedure {
                             c.x, c.y, c.z
                         )
                     }
-                    How::Pressed(axis) => format!("Press on the tool centre point along {} of T", AXES[*axis]),
-                    How::Turned(axis) => format!("Apply a moment to the tool about {} of T", AXES[*axis]),
+                    How::Pressed(axis) => {
+                        format!("Press on the tool centre point along {} of T", AXES[*axis])
+                    }
+                    How::Turned(axis) => {
+                        format!("Apply a moment to the tool about {} of T", AXES[*axis])
+                    }
                 };
                 steps.push(stand);
                 steps.push(
@@ -69,7 +94,8 @@ impl Procedure {
                 steps.push(format!("Wait 2 s at each load, then record one row: {record}."));
             }
             Self::Scan { joint, mass, .. } => {
-                let angles: Vec<String> = rows.iter().map(|r| degrees(r.encoder[*joint], 1)).collect();
+                let angles: Vec<String> =
+                    rows.iter().map(|r| degrees(r.encoder[*joint], 1)).collect();
                 steps.push(stand);
                 if *mass > 0.0 {
                     let c = cell.centre * 1e3;
@@ -87,7 +113,9 @@ impl Procedure {
             }
             Self::Rest { .. } => {
                 let times: Vec<String> = RESTED.iter().map(|m| format!("{m}")).collect();
-                steps.push("Leave the robot switched off until it is cold, two hours at least.".into());
+                steps.push(
+                    "Leave the robot switched off until it is cold, two hours at least.".into(),
+                );
                 steps.push(stand);
                 steps.push(format!(
                     "Stay there, brakes open, and record one row after {} min: {record}.",
@@ -98,7 +126,10 @@ impl Procedure {
                 let rate = sense * STOP_SHARE * cell.robot.parameters().joints[*joint].max_rate;
                 let name = &cell.names[*joint];
                 steps.push(format!("Start a few degrees before this posture, so that {name} runs evenly for 1 s when it gets there: {}.", posture(cell, &first)));
-                steps.push(format!("Run {name} alone at {} a second and let its brake fall there.", degrees(rate, 1)));
+                steps.push(format!(
+                    "Run {name} alone at {} a second and let its brake fall there.",
+                    degrees(rate, 1)
+                ));
                 steps.push(format!(
                     "Record from {FALLS} s before the brake falls, for {RINGS} s, at {}: {record}.",
                     rate_of(log)
@@ -117,13 +148,23 @@ impl Procedure {
                         degrees(from, 0), degrees(to, 0), degrees(peak, 1).trim_start_matches('+')
                     ));
                 }
-                steps.push(format!("Record all of it, with {DWELL} s of rest before, at {}: {record}.", rate_of(log)));
+                steps.push(format!(
+                    "Record all of it, with {DWELL} s of rest before, at {}: {record}.",
+                    rate_of(log)
+                ));
             }
             Self::Seam { .. } => {
                 let lasts = log.samples.time.last().copied().unwrap_or(WELD_LASTS);
                 if let Some(weld) = &log.weld {
-                    let turning = log.samples.spindle.as_ref().and_then(|s| s.first()).copied().unwrap_or(0.0);
-                    let point = |p: &Vector3<f64>| format!("({:.3}, {:.3}, {:.3}) m", p.x, p.y, p.z);
+                    let turning = log
+                        .samples
+                        .spindle
+                        .as_ref()
+                        .and_then(|s| s.first())
+                        .copied()
+                        .unwrap_or(0.0);
+                    let point =
+                        |p: &Vector3<f64>| format!("({:.3}, {:.3}, {:.3}) m", p.x, p.y, p.z);
                     steps.push(format!(
                         "Clamp a fresh plate; weld from {} to {} in B, tool axis ({:.3}, {:.3}, {:.3}).",
                         point(&weld.start),
@@ -140,7 +181,10 @@ impl Procedure {
                         if turning < 0.0 { "negative about the tool's z axis" } else { "positive about the tool's z axis" },
                     ));
                 }
-                steps.push(format!("Record at {}, the first {lasts:.0} s at least: {record}.", rate_of(log)));
+                steps.push(format!(
+                    "Record at {}, the first {lasts:.0} s at least: {record}.",
+                    rate_of(log)
+                ));
             }
         }
         steps
@@ -156,7 +200,9 @@ impl Changed {
             Self::Spindle(f) if f < 0.0 => "with the spindle turning the other way".to_owned(),
             Self::Spindle(f) => format!("at {:.0} % of the spindle speed", f * 100.0),
             Self::Backwards => "from the end of an earlier seam to its start".to_owned(),
-            Self::Shifted(s) => format!("along an earlier seam, moved on by {:.0} % of its length", s * 100.0),
+            Self::Shifted(s) => {
+                format!("along an earlier seam, moved on by {:.0} % of its length", s * 100.0)
+            }
         }
     }
 }
@@ -179,11 +225,16 @@ fn posture(cell: &Cell<'_>, q: &[f64; JOINTS]) -> String {
 
 /// The largest load of some rows, in words.
 fn largest(rows: &[Row], how: How) -> String {
-    let most = |value: &dyn Fn(&Row) -> f64| rows.iter().map(|r| value(r).abs()).fold(0.0, f64::max);
+    let most =
+        |value: &dyn Fn(&Row) -> f64| rows.iter().map(|r| value(r).abs()).fold(0.0, f64::max);
     match how {
         How::Hung => format!("{:.0} kg on the flange", most(&|r| r.payload)),
-        How::Pressed(axis) => format!("{:.1} kN along {} of T", most(&|r| r.force[axis]) * 1e-3, AXES[axis]),
-        How::Turned(axis) => format!("{:.0} N·m about {} of T", most(&|r| r.moment[axis]), AXES[axis]),
+        How::Pressed(axis) => {
+            format!("{:.1} kN along {} of T", most(&|r| r.force[axis]) * 1e-3, AXES[axis])
+        }
+        How::Turned(axis) => {
+            format!("{:.0} N·m about {} of T", most(&|r| r.moment[axis]), AXES[axis])
+        }
     }
 }
 

@@ -14,8 +14,8 @@
 //! ```
 
 use super::{
-    Compared, Model, PredictError, Quantity, filled, filled_vectors, known, mean_abs, period, pose_behind,
-    spindle_angle, wrench_behind,
+    Compared, Model, PredictError, Quantity, filled, filled_vectors, known, mean_abs, period,
+    pose_behind, spindle_angle, wrench_behind,
 };
 use crate::band::{LowPass, interpolate};
 use crate::log::Log;
@@ -135,16 +135,22 @@ impl Contact {
     ) -> Result<Option<Self>, PredictError> {
         let s = &log.samples;
         let n = s.time.len();
-        let (Some(force), Some(position)) = (filled_vectors(&s.force), filled_vectors(&s.position)) else {
+        let (Some(force), Some(position)) = (filled_vectors(&s.force), filled_vectors(&s.position))
+        else {
             return Ok(None);
         };
-        let Some(weld) = &log.weld else { return Ok(None) };
+        let Some(weld) = &log.weld else {
+            return Ok(None);
+        };
         let named = model.process.as_ref().or(log.process.as_ref());
-        let mut process = named.ok_or_else(|| PredictError::NoProcess { log: log.name.clone() })?.clone();
-        let spindle = s.spindle.as_ref().and_then(|v| filled(v)).unwrap_or_else(|| vec![process.spindle; n]);
+        let mut process =
+            named.ok_or_else(|| PredictError::NoProcess { log: log.name.clone() })?.clone();
+        let spindle =
+            s.spindle.as_ref().and_then(|v| filled(v)).unwrap_or_else(|| vec![process.spindle; n]);
         process.spindle = spindle.iter().sum::<f64>() / n as f64;
         let period = period(log);
-        let angle = spindle_angle(log).unwrap_or_else(|| (0..n).map(|k| process.spindle * k as f64 * period).collect());
+        let angle = spindle_angle(log)
+            .unwrap_or_else(|| (0..n).map(|k| process.spindle * k as f64 * period).collect());
         let turning = mean_abs(&spindle) / std::f64::consts::TAU;
         let band = BAND.min(SPINDLE_SHARE * turning).min(0.2 / period);
         if band.is_nan() || band <= 0.0 {
@@ -159,11 +165,16 @@ impl Contact {
         // The sensor's axes: the tool's, which turns slowly. Without a tracked rotation, as the encoders have it.
         let rotation: Vec<Matrix3<f64>> = match filled_vectors(&s.rotation) {
             Some(r) => {
-                let all: Vec<Matrix3<f64>> =
-                    (0..n).map(|k| rotation_from_vector(&Vector3::new(r[0][k], r[1][k], r[2][k]))).collect();
-                let turned: Vec<Vector3<f64>> = all.iter().map(|m| rotation_vector(&all[0].tr_mul(m))).collect();
-                let turned = [0, 1, 2].map(|i| low.smooth(0, &turned.iter().map(|v| v[i]).collect::<Vec<f64>>()));
-                let smooth = |k: usize| rotation_from_vector(&Vector3::new(turned[0][k], turned[1][k], turned[2][k]));
+                let all: Vec<Matrix3<f64>> = (0..n)
+                    .map(|k| rotation_from_vector(&Vector3::new(r[0][k], r[1][k], r[2][k])))
+                    .collect();
+                let turned: Vec<Vector3<f64>> =
+                    all.iter().map(|m| rotation_vector(&all[0].tr_mul(m))).collect();
+                let turned = [0, 1, 2]
+                    .map(|i| low.smooth(0, &turned.iter().map(|v| v[i]).collect::<Vec<f64>>()));
+                let smooth = |k: usize| {
+                    rotation_from_vector(&Vector3::new(turned[0][k], turned[1][k], turned[2][k]))
+                };
                 (0..n).map(|k| all[0] * smooth(k)).collect()
             }
             None => s.encoder.iter().map(|q| model.robot.forward(q).rotation).collect(),
@@ -175,7 +186,8 @@ impl Contact {
             period,
             waves: (1..=ORDERS)
                 .map(|n| {
-                    let wave = |f: fn(f64) -> f64| angle.iter().map(|a| 2.0 * f(n as f64 * a)).collect();
+                    let wave =
+                        |f: fn(f64) -> f64| angle.iter().map(|a| 2.0 * f(n as f64 * a)).collect();
                     [wave(f64::cos), wave(f64::sin)]
                 })
                 .collect(),
@@ -272,7 +284,8 @@ impl Contact {
             .map(|k| {
                 let tool = Tool { position: position[k], velocity: velocity[k], channel };
                 // ẏ_m = (y − y_m)|v_x|/L, exactly over one row.
-                let share = -(-velocity[k].x.abs() * self.period / self.process.memory_length).exp_m1();
+                let share =
+                    -(-velocity[k].x.abs() * self.period / self.process.memory_length).exp_m1();
                 channel += (position[k].y - channel) * share;
                 tool
             })
@@ -290,8 +303,11 @@ impl Contact {
         let force = known(&noise.force, log, "the force sensor")?;
         let tracker = known(&noise.position, log, "the tracker's position")?;
         let tracker = (tracker.iter().map(|l| l.deviation.powi(2)).sum::<f64>() / 3.0).sqrt();
-        let spreads: Vec<Vector3<f64>> =
-            self.rows.iter().map(|row| self.spread(model, *row, tracker, force[2].deviation)).collect();
+        let spreads: Vec<Vector3<f64>> = self
+            .rows
+            .iter()
+            .map(|row| self.spread(model, *row, tracker, force[2].deviation))
+            .collect();
         let measured = [0, 1, 2].map(|c| self.force.iter().map(|f| f[c]).collect::<Vec<f64>>());
         let turned = |spread: &Vector3<f64>, row: usize, c: usize| {
             let turn = self.seam.b_from_w.rotation.tr_mul(&self.rotation[row]);
@@ -343,7 +359,9 @@ impl Contact {
                             component: c as u8,
                             row,
                             measured: self.demodulated(order, sine, row, |i| measured[c][i]),
-                            deviation: (2.0 * value * force[c].deviation.powi(2) + through).max(beside[c]).sqrt(),
+                            deviation: (2.0 * value * force[c].deviation.powi(2) + through)
+                                .max(beside[c])
+                                .sqrt(),
                             stated: force[c].stated,
                         });
                     }
@@ -357,9 +375,15 @@ impl Contact {
     /// filter lets through of what is far from it.
     fn quick(&self, series: &[f64]) -> Vec<f64> {
         let (n, stride) = (series.len(), self.stride());
-        let slow: Vec<f64> =
-            (0..n + stride).step_by(stride).map(|k| self.low.at(0, |i| series[i], n, k.min(n - 1))).collect();
-        series.iter().enumerate().map(|(k, s)| s - interpolate(&slow, k as f64 / stride as f64)).collect()
+        let slow: Vec<f64> = (0..n + stride)
+            .step_by(stride)
+            .map(|k| self.low.at(0, |i| series[i], n, k.min(n - 1)))
+            .collect();
+        series
+            .iter()
+            .enumerate()
+            .map(|(k, s)| s - interpolate(&slow, k as f64 / stride as f64))
+            .collect()
     }
 
     /// The same of every component.
@@ -377,9 +401,13 @@ impl Contact {
     fn beside(&self, order: usize, series: &[f64]) -> f64 {
         let mut squares = Vec::new();
         for order in [order as f64 - self.aside, order as f64 + self.aside] {
-            let wave = |f: fn(f64) -> f64| self.angle.iter().map(|a| 2.0 * f(order * a)).collect::<Vec<f64>>();
+            let wave = |f: fn(f64) -> f64| {
+                self.angle.iter().map(|a| 2.0 * f(order * a)).collect::<Vec<f64>>()
+            };
             for wave in [wave(f64::cos), wave(f64::sin)] {
-                let at = |row: &usize| self.low.at(0, |k| series[k] * wave[k], series.len(), *row).powi(2);
+                let at = |row: &usize| {
+                    self.low.at(0, |k| series[k] * wave[k], series.len(), *row).powi(2)
+                };
                 squares.extend(self.rows.iter().map(at));
             }
         }
@@ -394,7 +422,8 @@ impl Contact {
         let (k, b) = (r.stiffness, r.damping);
         let from = |c: usize| if c == 2 { 2..3 } else { 0..2 };
         let mut slow = Vector3::from_fn(|c, _| {
-            from(c).map(|j| k[(c, j)].powi(2) * value + b[(c, j)].powi(2) * rate).sum::<f64>() * tracker.powi(2)
+            from(c).map(|j| k[(c, j)].powi(2) * value + b[(c, j)].powi(2) * rate).sum::<f64>()
+                * tracker.powi(2)
         });
         for c in 0..2 {
             slow[c] += (r.force[c] / push * sensor).powi(2) * value;
@@ -410,7 +439,8 @@ impl Contact {
         let none = trueweld_plant::robot::Ports::default();
         let tool = &self.motion[row];
         let push = self.push(row).max(1.0);
-        let position = Vector3::new(tool.position.x, tool.position.y, push / process.depth_stiffness);
+        let position =
+            Vector3::new(tool.position.x, tool.position.y, push / process.depth_stiffness);
         let velocity = Vector3::new(tool.velocity.x, tool.velocity.y, 0.0);
         (push, reaction(process, &none, 0.0, &position, &velocity, tool.channel, self.angle[row]))
     }
@@ -430,25 +460,41 @@ impl Contact {
     /// Arm and contact at an angular frequency, with the links at `q`. `held`: the reaction of a tool that carries the push.
     fn shaken(&self, model: &Model, held: &Reaction, q: &JointVector<f64>, turning: f64) -> Shaken {
         let frames = model.robot.frames(q);
-        let jacobian = self.seam.b_from_w.rotation.transpose() * frames.jacobian().0.fixed_rows::<3>(3);
+        let jacobian =
+            self.seam.b_from_w.rotation.transpose() * frames.jacobian().0.fixed_rows::<3>(3);
         let jacobian = jacobian.map(|x| Complex::new(x, 0.0));
         let inertia = model.robot.crba(&frames);
-        let spring = model.robot.stiffness().zip_map(model.robot.damping(), |k, d| Complex::new(k, turning * d));
-        let matrix = Matrix6::from_diagonal(&spring) - inertia.map(|m| Complex::new(turning * turning * m, 0.0));
+        let spring = model
+            .robot
+            .stiffness()
+            .zip_map(model.robot.damping(), |k, d| Complex::new(k, turning * d));
+        let matrix = Matrix6::from_diagonal(&spring)
+            - inertia.map(|m| Complex::new(turning * turning * m, 0.0));
         let h = matrix.try_inverse().unwrap_or_else(Matrix6::zeros);
         let contact = held.stiffness.zip_map(&held.damping, |k, b| Complex::new(k, turning * b));
         let compliance = jacobian * h * jacobian.transpose();
-        let pass = (Matrix3::identity() + contact * compliance).try_inverse().unwrap_or_else(Matrix3::zeros);
-        Shaken { carried: jacobian * h * Matrix6::from_diagonal(&spring), compliance, contact, pass }
+        let pass = (Matrix3::identity() + contact * compliance)
+            .try_inverse()
+            .unwrap_or_else(Matrix3::zeros);
+        Shaken {
+            carried: jacobian * h * Matrix6::from_diagonal(&spring),
+            compliance,
+            contact,
+            pass,
+        }
     }
 
     /// Closes the loop of contact and arm at every compared row, and shakes the tool with what comes of it.
     fn close(&mut self, log: &Log, model: &Model) {
         let process = self.process(model);
-        let encoder: Vec<Vec<f64>> = (0..6).map(|i| log.samples.encoder.iter().map(|q| q[i]).collect()).collect();
+        let encoder: Vec<Vec<f64>> =
+            (0..6).map(|i| log.samples.encoder.iter().map(|q| q[i]).collect()).collect();
         let smooth: Vec<Vec<f64>> = encoder.iter().map(|e| self.low.smooth(0, e)).collect();
-        let shaking: Vec<Vec<f64>> =
-            encoder.iter().zip(&smooth).map(|(e, s)| e.iter().zip(s).map(|(a, b)| a - b).collect()).collect();
+        let shaking: Vec<Vec<f64>> = encoder
+            .iter()
+            .zip(&smooth)
+            .map(|(e, s)| e.iter().zip(s).map(|(a, b)| a - b).collect())
+            .collect();
         let loops: Vec<[Closed; ORDERS]> = self
             .rows
             .iter()
@@ -457,8 +503,11 @@ impl Contact {
                 let q = JointVector::from_fn(|i, _| smooth[i][row]);
                 std::array::from_fn(|n| {
                     let order = n + 1;
-                    let motor = SVector::<_, 6>::from_fn(|i, _| self.amplitude_of(order, row, |k| shaking[i][k]));
-                    let Shaken { compliance, pass, .. } = self.shaken(model, &held, &q, self.turning(order));
+                    let motor = SVector::<_, 6>::from_fn(|i, _| {
+                        self.amplitude_of(order, row, |k| shaking[i][k])
+                    });
+                    let Shaken { compliance, pass, .. } =
+                        self.shaken(model, &held, &q, self.turning(order));
                     let slow = self.shaken(model, &held, &q, self.folded(order));
                     let free = slow.carried * motor;
                     let driven = -(slow.pass * slow.contact * free);
@@ -469,7 +518,8 @@ impl Contact {
             .collect();
         self.loops = loops;
         // The nominal ripple shakes the tool: in step with the ripple itself it adds to the mean force.
-        let force = self.forces(&process, &trueweld_plant::robot::Ports::default(), &self.motion, false);
+        let force =
+            self.forces(&process, &trueweld_plant::robot::Ports::default(), &self.motion, false);
         let mut amplitude = vec![[[Vector3::<Complex<f64>>::zeros(); 2]; ORDERS]; self.rows.len()];
         let force = self.quick_vectors(&force);
         for (k, &row) in self.rows.iter().enumerate() {
@@ -488,7 +538,9 @@ impl Contact {
             let share = ((row as f64 - self.rows[before] as f64) / span).clamp(0.0, 1.0);
             for n in self.orders.iter().map(|order| order - 1) {
                 let wave = Complex::from_polar(1.0, (n + 1) as f64 * self.angle[row]);
-                for (part, turning) in [self.turning(n + 1), self.folded(n + 1)].into_iter().enumerate() {
+                for (part, turning) in
+                    [self.turning(n + 1), self.folded(n + 1)].into_iter().enumerate()
+                {
                     for c in 0..3 {
                         let at = |k: usize| amplitude[k][n][part][c];
                         let z = (at(before) * (1.0 - share) + at(after) * share) * wave;
@@ -502,24 +554,45 @@ impl Contact {
 
     /// What the encoders' noise becomes in the force at an order of the spindle, in W: deviation per deviation of a
     /// demodulated reading.
-    fn driven_noise(&self, model: &Model, encoder: &[Level], order: usize, k: usize) -> Vector3<f64> {
+    fn driven_noise(
+        &self,
+        model: &Model,
+        encoder: &[Level],
+        order: usize,
+        k: usize,
+    ) -> Vector3<f64> {
         let row = self.rows[k];
         let q = JointVector::from_fn(|i, _| self.encoder[row][i]);
         let (_, held) = self.held(&self.process(model), row);
-        let Shaken { carried, contact, pass, .. } = self.shaken(model, &held, &q, self.folded(order));
+        let Shaken { carried, contact, pass, .. } =
+            self.shaken(model, &held, &q, self.folded(order));
         let noise = SVector::<_, 6>::from_fn(|i, _| Complex::new(encoder[i].deviation, 0.0));
         let all = pass * contact * carried * Matrix6::from_diagonal(&noise);
         Vector3::from_fn(|c, _| all.row(c).iter().map(|z| z.norm_sqr()).sum::<f64>().sqrt())
     }
 
     /// The process' force at every row, in W, with the tool shaking or not.
-    fn forces(&self, process: &Process, ports: &Ports, motion: &[Tool], shaken: bool) -> Vec<Vector3<f64>> {
+    fn forces(
+        &self,
+        process: &Process,
+        ports: &Ports,
+        motion: &[Tool],
+        shaken: bool,
+    ) -> Vec<Vector3<f64>> {
         let force = |k: usize| {
             let tool = &motion[k];
             let [by, at] = if shaken { self.shake[k] } else { [Vector3::zeros(); 2] };
             let time = k as f64 * self.period;
-            reaction(process, ports, time, &(tool.position + by), &(tool.velocity + at), tool.channel, self.angle[k])
-                .force
+            reaction(
+                process,
+                ports,
+                time,
+                &(tool.position + by),
+                &(tool.velocity + at),
+                tool.channel,
+                self.angle[k],
+            )
+            .force
         };
         (0..self.angle.len()).map(force).collect()
     }
@@ -530,8 +603,16 @@ impl Contact {
     }
 
     /// The same of one series.
-    fn amplitude_of(&self, order: usize, row: usize, series: impl Fn(usize) -> f64) -> Complex<f64> {
-        Complex::new(self.demodulated(order, false, row, &series), -self.demodulated(order, true, row, &series))
+    fn amplitude_of(
+        &self,
+        order: usize,
+        row: usize,
+        series: impl Fn(usize) -> f64,
+    ) -> Complex<f64> {
+        Complex::new(
+            self.demodulated(order, false, row, &series),
+            -self.demodulated(order, true, row, &series),
+        )
     }
 
     /// Measured depth force around a row, N.
@@ -540,13 +621,24 @@ impl Contact {
     }
 
     /// Amplitude of a series at an order of the spindle around a row: of the cosine or of the sine.
-    fn demodulated(&self, order: usize, sine: bool, row: usize, series: impl Fn(usize) -> f64) -> f64 {
+    fn demodulated(
+        &self,
+        order: usize,
+        sine: bool,
+        row: usize,
+        series: impl Fn(usize) -> f64,
+    ) -> f64 {
         let wave = &self.waves[order - 1][usize::from(sine)];
         self.low.at(0, |k| series(k) * wave[k], self.angle.len(), row)
     }
 
     /// Measured less predicted, in engineering units.
-    pub(super) fn residual(&self, robot: &ElasticRobot, process: &Process, residual: &mut Vec<f64>) {
+    pub(super) fn residual(
+        &self,
+        robot: &ElasticRobot,
+        process: &Process,
+        residual: &mut Vec<f64>,
+    ) {
         let n = self.angle.len();
         let ports = &robot.ports;
         let late = ports.delay(Channel::Tracker);
@@ -568,15 +660,21 @@ impl Contact {
         let mut still = self.forces(process, ports, motion, false);
         // The depth force as measured against the predicted one, in W, both below the spindle's frequency: as slow as that, a
         // few values a second tell it.
-        let depth: Vec<f64> = (0..n).map(|k| w.column(2).dot(&(self.rotation[k] * behind[k]))).collect();
+        let depth: Vec<f64> =
+            (0..n).map(|k| w.column(2).dot(&(self.rotation[k] * behind[k]))).collect();
         let stride = self.stride();
         let least = CONTACT * process.reference_force;
         let share: Vec<f64> = (0..n + stride)
             .step_by(stride)
             .map(|k| {
                 let k = k.min(n - 1);
-                let (measured, predicted) = (self.low.at(0, |i| depth[i], n, k), self.low.at(0, |i| force[i].z, n, k));
-                if predicted.abs() > least && measured.abs() > least { measured / predicted } else { 1.0 }
+                let (measured, predicted) =
+                    (self.low.at(0, |i| depth[i], n, k), self.low.at(0, |i| force[i].z, n, k));
+                if predicted.abs() > least && measured.abs() > least {
+                    measured / predicted
+                } else {
+                    1.0
+                }
             })
             .collect();
         for (k, force) in force.iter_mut().enumerate() {
@@ -603,13 +701,16 @@ impl Contact {
             let (force, moment) = (column(0), column(1));
             sensed = force.into_iter().zip(moment).map(|(f, m)| [f, m]).collect();
         }
-        let left: [Vec<f64>; 3] = [0, 1, 2].map(|c| (0..n).map(|k| self.force[k][c] - sensed[k][0][c]).collect());
+        let left: [Vec<f64>; 3] =
+            [0, 1, 2].map(|c| (0..n).map(|k| self.force[k][c] - sensed[k][0][c]).collect());
         for &row in &self.rows {
             residual.extend(left.iter().map(|l| self.low.at(0, |i| l[i], n, row)));
         }
         if let Some(moment) = &self.moment {
             for &row in &self.rows {
-                residual.extend((0..3).map(|c| self.low.at(0, |i| moment[c][i] - sensed[i][1][c], n, row)));
+                residual.extend(
+                    (0..3).map(|c| self.low.at(0, |i| moment[c][i] - sensed[i][1][c], n, row)),
+                );
             }
         }
         let zero = {

@@ -199,7 +199,9 @@ impl Experiment {
         let mut compared = Vec::new();
         let (mut standing, mut moving, mut contact) = (None, None, None);
         match log.kind {
-            LogKind::StaticLoad => standing = standing::Standing::of_loads(log, noise, model, &mut compared)?,
+            LogKind::StaticLoad => {
+                standing = standing::Standing::of_loads(log, noise, model, &mut compared)?
+            }
             LogKind::RingDown | LogKind::FreeMotion => {
                 moving = Some(moving::Moving::new(log, noise, model, &mut compared)?);
             }
@@ -211,12 +213,15 @@ impl Experiment {
         if compared.is_empty() {
             let what = match log.kind {
                 LogKind::StaticLoad | LogKind::RingDown => "it has no tracker columns",
-                LogKind::FreeMotion => "it has no motor torque, tracker or second encoder columns, or is too short",
+                LogKind::FreeMotion => {
+                    "it has no motor torque, tracker or second encoder columns, or is too short"
+                }
                 LogKind::Weld => "it needs tracker and wrench columns, and some seconds",
             };
             return Err(PredictError::Nothing { log: log.name.clone(), what });
         }
-        let of_poses = |compared: &[Compared]| compared.iter().filter(|c| c.quantity.is_pose()).count();
+        let of_poses =
+            |compared: &[Compared]| compared.iter().filter(|c| c.quantity.is_pose()).count();
         let missing: Vec<bool> = compared.iter().map(|c| !c.measured.is_finite()).collect();
         let raw_poses = of_poses(&compared);
         compared.retain(|c| c.measured.is_finite());
@@ -259,8 +264,9 @@ impl Experiment {
         let placed = |at: &Prediction| at.motion.as_ref().is_some_and(|m| m.placed);
         let same_motion = beside.filter(|(at, effect)| !placed(at) && !self.moves(effect));
         let same_poses = beside.filter(|(at, effect)| !placed(at) && !self.shows_in_poses(effect));
-        let same_loads =
-            beside.filter(|(at, effect)| (self.moving.is_none() || !placed(at)) && !self.shows_in_loads(effect));
+        let same_loads = beside.filter(|(at, effect)| {
+            (self.moving.is_none() || !placed(at)) && !self.shows_in_loads(effect)
+        });
         let mut process = self.contact.as_ref().map(|c| c.process(model));
         let mut robot = ElasticRobot::with_effects(&model.robot, effects, process.as_mut())?;
         let motion = match same_motion {
@@ -318,7 +324,9 @@ impl Experiment {
     pub fn concerns(&self, effect: &Effect) -> bool {
         let has = |q: Quantity| self.compared.iter().any(|c| c.quantity == q);
         match (effect.kind.action, effect.port()) {
-            (Action::Process(_), _) | (_, Some(Port::ProcessForce | Port::PlateSurface)) => self.contact.is_some(),
+            (Action::Process(_), _) | (_, Some(Port::ProcessForce | Port::PlateSurface)) => {
+                self.contact.is_some()
+            }
             (_, Some(Port::MotorFriction(_))) => has(Quantity::MotorTorque),
             (_, Some(Port::TimeBase)) => match effect.at {
                 At::Channel(Channel::LinkEncoder) => has(Quantity::LinkEncoder),
@@ -336,7 +344,10 @@ impl Experiment {
         match (effect.kind.action, effect.port()) {
             (Action::Process(_), _) => false,
             (_, Some(Port::ProcessForce | Port::PlateSurface | Port::MotorFriction(_))) => false,
-            (_, Some(Port::SensorChannel | Port::TimeBase | Port::LinkFrame(_) | Port::BaseFrame)) => stands,
+            (
+                _,
+                Some(Port::SensorChannel | Port::TimeBase | Port::LinkFrame(_) | Port::BaseFrame),
+            ) => stands,
             _ => true,
         }
     }
@@ -359,7 +370,9 @@ impl Experiment {
             (
                 LogKind::Weld,
                 _,
-                Some(Port::ProcessForce | Port::PlateSurface | Port::SensorChannel | Port::TimeBase),
+                Some(
+                    Port::ProcessForce | Port::PlateSurface | Port::SensorChannel | Port::TimeBase,
+                ),
             ) => true,
             (LogKind::Weld, ..) => false,
             (_, _, Some(Port::MotorFriction(_) | Port::TimeBase)) => true,
@@ -369,7 +382,11 @@ impl Experiment {
 }
 
 /// Deviation of an instrument, or the error that says it is not known.
-fn known(levels: &[Option<Level>], log: &Log, what: &'static str) -> Result<Vec<Level>, PredictError> {
+fn known(
+    levels: &[Option<Level>],
+    log: &Log,
+    what: &'static str,
+) -> Result<Vec<Level>, PredictError> {
     let error = || PredictError::Noise { log: log.name.clone(), what };
     levels.iter().map(|l| l.ok_or_else(error)).collect()
 }
@@ -435,8 +452,11 @@ fn seen(ports: &Ports, pose: &Pose<f64>, time: f64) -> Pose<f64> {
     if ports.sensor.is_empty() {
         return *pose;
     }
-    let mut readings =
-        Readings { tcp_position: pose.position, tcp_rotation: rotation_vector(&pose.rotation), ..unread(time) };
+    let mut readings = Readings {
+        tcp_position: pose.position,
+        tcp_rotation: rotation_vector(&pose.rotation),
+        ..unread(time)
+    };
     ports.sensor.iter().for_each(|t| t.sense(&mut readings));
     Pose { position: readings.tcp_position, rotation: rotation_from_vector(&readings.tcp_rotation) }
 }

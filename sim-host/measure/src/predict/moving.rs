@@ -84,18 +84,25 @@ impl Moving {
         let s = &log.samples;
         let n = s.time.len();
         let period = period(log);
-        let columns: Vec<Vec<f64>> = (0..6).map(|i| s.encoder.iter().map(|q| q[i]).collect()).collect();
+        let columns: Vec<Vec<f64>> =
+            (0..6).map(|i| s.encoder.iter().map(|q| q[i]).collect()).collect();
         let smoothed = |band: f64| -> Vec<Motors> {
             let smooth = LowPass::new(band.min(0.2 / period), period);
-            let series: Vec<[Vec<f64>; 3]> =
-                columns.iter().map(|c| [smooth.smooth(0, c), smooth.smooth(1, c), smooth.smooth(2, c)]).collect();
+            let series: Vec<[Vec<f64>; 3]> = columns
+                .iter()
+                .map(|c| [smooth.smooth(0, c), smooth.smooth(1, c), smooth.smooth(2, c)])
+                .collect();
             let six = |d: usize, k: usize| JointVector::from_fn(|i, _| series[i][d][k]);
-            (0..n).map(|k| Motors { angle: six(0, k), rate: six(1, k), acceleration: six(2, k) }).collect()
+            (0..n)
+                .map(|k| Motors { angle: six(0, k), rate: six(1, k), acceleration: six(2, k) })
+                .collect()
         };
         let encoder = known(&noise.encoder, log, "the encoders")?;
-        let columns_in_bands: Vec<_> =
-            (0..6).map(|i| adaptive(&DRIVE_BANDS, period, encoder[i].deviation, &columns[i])).collect();
-        let mut bands: Vec<usize> = columns_in_bands.iter().flatten().map(|(_, _, band)| *band).collect();
+        let columns_in_bands: Vec<_> = (0..6)
+            .map(|i| adaptive(&DRIVE_BANDS, period, encoder[i].deviation, &columns[i]))
+            .collect();
+        let mut bands: Vec<usize> =
+            columns_in_bands.iter().flatten().map(|(_, _, band)| *band).collect();
         bands.sort_unstable();
         let mut drive: Vec<Motors> = (0..n)
             .map(|k| Motors {
@@ -106,9 +113,11 @@ impl Moving {
             .collect();
         // The links swing on from how they start.
         for i in 0..6 {
-            (drive[0].angle[i], drive[0].rate[i]) = start(period, encoder[i].deviation, &columns[i]);
+            (drive[0].angle[i], drive[0].rate[i]) =
+                start(period, encoder[i].deviation, &columns[i]);
         }
-        let skipped = if log.kind == LogKind::RingDown { 0 } else { (END / period).ceil() as usize };
+        let skipped =
+            if log.kind == LogKind::RingDown { 0 } else { (END / period).ceil() as usize };
         // A channel with missing values, or one read more seldom, is compared where it was read.
         let whole = s.position.iter().chain(&s.rotation).flatten().all(|v| v.sum().is_finite())
             && s.link_encoder.iter().flatten().flatten().all(|v| v.is_finite());
@@ -118,14 +127,18 @@ impl Moving {
             .map(|band| (band, LowPass::new(band, period)))
             .filter(|(_, low)| n > 4 * low.half());
         let (skipped, every) = match &calm {
-            Some((band, low)) => (low.half().max(skipped), ((0.4 / (band * period)).floor() as usize).max(1)),
+            Some((band, low)) => {
+                (low.half().max(skipped), ((0.4 / (band * period)).floor() as usize).max(1))
+            }
             None => (skipped, 1),
         };
         let calm = calm.map(|(_, low)| low);
         let pose_rows: Vec<usize> = (skipped..n.saturating_sub(skipped)).step_by(every).collect();
         let band = LowPass::new(TORQUE_BAND.min(0.2 / period), period);
-        let every = ((0.5 / (1.25 * TORQUE_BAND.min(0.2 / period) * period)).floor() as usize).max(1);
-        let torque_rows: Vec<usize> = (band.half()..n.saturating_sub(band.half())).step_by(every).collect();
+        let every =
+            ((0.5 / (1.25 * TORQUE_BAND.min(0.2 / period) * period)).floor() as usize).max(1);
+        let torque_rows: Vec<usize> =
+            (band.half()..n.saturating_sub(band.half())).step_by(every).collect();
 
         let moving = Self {
             period,
@@ -267,7 +280,8 @@ impl Moving {
     /// the links, Γ = I_m n̈ + K (n − θ) + D (ṅ − θ̇) at the motors. A lightly damped mode makes several times the noise
     /// of it.
     fn through(&self, model: &Model, encoder: &[Level]) -> Through {
-        let mut sum = (SVector::<f64, 6>::zeros(), SVector::<f64, 6>::zeros(), SVector::<f64, 6>::zeros());
+        let mut sum =
+            (SVector::<f64, 6>::zeros(), SVector::<f64, 6>::zeros(), SVector::<f64, 6>::zeros());
         let drive = LowPass::new(self.drive_band.min(0.2 / self.period), self.period);
         for posture in 0..POSTURES {
             let k = (2 * posture + 1) * (self.drive.len() - 1) / (2 * POSTURES);
@@ -279,29 +293,35 @@ impl Moving {
             let mut frequency = 0.5 * step;
             while frequency < top.min(HIGHEST) {
                 let w = TAU * frequency;
-                let spring = SMatrix::<Complex<f64>, 6, 6>::from_diagonal(&SVector::from_fn(|i, _| {
-                    Complex::new(model.robot.stiffness()[i], w * model.robot.damping()[i])
-                }));
+                let spring =
+                    SMatrix::<Complex<f64>, 6, 6>::from_diagonal(&SVector::from_fn(|i, _| {
+                        Complex::new(model.robot.stiffness()[i], w * model.robot.damping()[i])
+                    }));
                 let dynamic = spring - inertia.map(|m| Complex::new(w * w * m, 0.0));
                 let pass = drive.response(frequency, self.period);
                 if let Some(inverse) = dynamic.try_inverse() {
                     // One-sided density of white noise: 2 σ²/f_s; a step of the grid takes its share.
-                    let density = (2.0 * self.period * step).sqrt() * pass / (POSTURES as f64).sqrt();
-                    let noise = SMatrix::<Complex<f64>, 6, 6>::from_diagonal(&SVector::from_fn(|i, _| {
-                        Complex::new(encoder[i].deviation * density, 0.0)
-                    }));
-                    let calm = self.calm.as_ref().map_or(1.0, |low| low.response(frequency, self.period));
+                    let density =
+                        (2.0 * self.period * step).sqrt() * pass / (POSTURES as f64).sqrt();
+                    let noise =
+                        SMatrix::<Complex<f64>, 6, 6>::from_diagonal(&SVector::from_fn(|i, _| {
+                            Complex::new(encoder[i].deviation * density, 0.0)
+                        }));
+                    let calm =
+                        self.calm.as_ref().map_or(1.0, |low| low.response(frequency, self.period));
                     let link = inverse * spring * noise;
                     let tool = jacobian * link;
                     let band = Complex::new(self.band.response(frequency, self.period), 0.0);
-                    let rotor = SMatrix::<Complex<f64>, 6, 6>::from_diagonal(&SVector::from_fn(|i, _| {
-                        Complex::new(-w * w * model.robot.rotor_inertia()[i], 0.0)
-                    }));
+                    let rotor =
+                        SMatrix::<Complex<f64>, 6, 6>::from_diagonal(&SVector::from_fn(|i, _| {
+                            Complex::new(-w * w * model.robot.rotor_inertia()[i], 0.0)
+                        }));
                     let motor = noise / Complex::new(pass.max(1e-3), 0.0);
                     let torque = (rotor * motor + spring * (noise - link)) * band;
                     for i in 0..6 {
-                        let power =
-                            |m: &SMatrix<Complex<f64>, 6, 6>| m.row(i).iter().map(|z| z.norm_sqr()).sum::<f64>();
+                        let power = |m: &SMatrix<Complex<f64>, 6, 6>| {
+                            m.row(i).iter().map(|z| z.norm_sqr()).sum::<f64>()
+                        };
                         sum.0[i] += power(&link) * calm * calm;
                         sum.1[i] += power(&tool) * calm * calm;
                         sum.2[i] += power(&torque);
@@ -310,7 +330,11 @@ impl Moving {
                 frequency += step;
             }
         }
-        Through { link: sum.0.map(f64::sqrt), tool: sum.1.map(f64::sqrt), torque: sum.2.map(f64::sqrt) }
+        Through {
+            link: sum.0.map(f64::sqrt),
+            tool: sum.1.map(f64::sqrt),
+            torque: sum.2.map(f64::sqrt),
+        }
     }
 
     pub(super) fn motion(&self, robot: &ElasticRobot) -> Result<Motion, Diverged> {
@@ -326,11 +350,17 @@ impl Moving {
         };
         for k in 0..n {
             if k > 0 {
-                swinging.advance(robot, &self.drive[k], k as f64 * self.period + self.time[0], self.substeps)?;
+                swinging.advance(
+                    robot,
+                    &self.drive[k],
+                    k as f64 * self.period + self.time[0],
+                    self.substeps,
+                )?;
             }
             if let Some(afloat) = &mut afloat {
                 let link = swinging.drives().link;
-                let (by, rate) = afloat.moved(robot, &self.drive[k].angle, &link, &self.seen(robot, &link, k));
+                let (by, rate) =
+                    afloat.moved(robot, &self.drive[k].angle, &link, &self.seen(robot, &link, k));
                 swinging.displace(&by, &rate);
             }
             motion.link.push(swinging.drives().link);
@@ -343,14 +373,17 @@ impl Moving {
     fn seen(&self, robot: &ElasticRobot, link: &JointVector<f64>, row: usize) -> Seen {
         let time = self.time[row] - self.time[0];
         let tool = self.position.as_ref().map_or(Vector3::repeat(f64::NAN), |position| {
-            position[row] - seen(&robot.ports, &robot.frames(link, &Wrench::zero(), time).tcp, time).position
+            position[row]
+                - seen(&robot.ports, &robot.frames(link, &Wrench::zero(), time).tcp, time).position
         });
         Seen { tool, link: std::array::from_fn(|i| self.link_left(robot, i, link[i], row)) }
     }
 
     /// What a joint's second encoder read at a row, less what it would with its link at `link`; NaN where there is none.
     fn link_left(&self, robot: &ElasticRobot, i: usize, link: f64, row: usize) -> f64 {
-        let Some(series) = &self.link_encoder[i] else { return f64::NAN };
+        let Some(series) = &self.link_encoder[i] else {
+            return f64::NAN;
+        };
         let mut readings = unread(self.time[row] - self.time[0]);
         readings.link_encoder[i] = link;
         robot.ports.sensor.iter().for_each(|t| t.sense(&mut readings));
@@ -368,11 +401,18 @@ impl Moving {
             let tracker_lag = lag(Channel::Tracker);
             let pose = |row: &usize| {
                 let time = self.time[*row] - begin;
-                seen(&robot.ports, &robot.frames(&late(*row, tracker_lag), &Wrench::zero(), time).tcp, time)
+                seen(
+                    &robot.ports,
+                    &robot.frames(&late(*row, tracker_lag), &Wrench::zero(), time).tcp,
+                    time,
+                )
             };
             // Every row that a window reaches, or only those compared.
-            let rows: Vec<usize> =
-                if self.calm.is_some() { (0..motion.link.len()).collect() } else { self.pose_rows.clone() };
+            let rows: Vec<usize> = if self.calm.is_some() {
+                (0..motion.link.len()).collect()
+            } else {
+                self.pose_rows.clone()
+            };
             let poses: Vec<Pose<f64>> = rows.iter().map(pose).collect();
             let mut extend = |left: Vec<Vector3<f64>>| match &self.calm {
                 Some(_) => residual.extend(self.pose_rows.iter().flat_map(|&row| {
@@ -382,10 +422,17 @@ impl Moving {
                 None => residual.extend(left.iter().flat_map(|v| v.iter().copied())),
             };
             if let Some(measured) = &self.position {
-                extend(rows.iter().zip(&poses).map(|(row, pose)| measured[*row] - pose.position).collect());
+                extend(
+                    rows.iter()
+                        .zip(&poses)
+                        .map(|(row, pose)| measured[*row] - pose.position)
+                        .collect(),
+                );
             }
             if let Some(measured) = &self.rotation {
-                let left = |(row, pose): (&usize, &Pose<f64>)| rotation_vector(&pose.rotation.tr_mul(&measured[*row]));
+                let left = |(row, pose): (&usize, &Pose<f64>)| {
+                    rotation_vector(&pose.rotation.tr_mul(&measured[*row]))
+                };
                 extend(rows.iter().zip(&poses).map(left).collect());
             }
         }
@@ -396,7 +443,9 @@ impl Moving {
             match &self.calm {
                 Some(_) => {
                     let all: Vec<f64> = (0..series.len()).map(left).collect();
-                    residual.extend(self.pose_rows.iter().map(|&row| self.calmed(all.len(), row, |k| all[k])));
+                    residual.extend(
+                        self.pose_rows.iter().map(|&row| self.calmed(all.len(), row, |k| all[k])),
+                    );
                 }
                 None => residual.extend(self.pose_rows.iter().map(|&row| left(row))),
             }
@@ -411,14 +460,21 @@ impl Moving {
             let mut predicted: Vec<f64> = (0..self.motor.len())
                 .map(|k| {
                     let m = &self.motor[k];
-                    let drives = Drives { link: motion.link[k], link_rate: m.rate, motor: m.angle, motor_rate: m.rate };
+                    let drives = Drives {
+                        link: motion.link[k],
+                        link_rate: m.rate,
+                        motor: m.angle,
+                        motor_rate: m.rate,
+                    };
                     robot.model.rotor_inertia()[i] * m.acceleration[i]
                         + motion.spring[k][i]
                         + robot.friction(&drives, i).value
                 })
                 .collect();
             if torque_lag != 0.0 {
-                predicted = (0..predicted.len()).map(|k| interpolate(&predicted, k as f64 - torque_lag)).collect();
+                predicted = (0..predicted.len())
+                    .map(|k| interpolate(&predicted, k as f64 - torque_lag))
+                    .collect();
             }
             for &row in &self.torque_rows {
                 residual.push(self.band.at(0, |k| series[k] - predicted[k], series.len(), row));

@@ -49,16 +49,19 @@ impl Afloat {
     ) -> (JointVector<f64>, JointVector<f64>) {
         let twist = motor - link + robot.ports.link_angle;
         let (mut by, mut rate) = (JointVector::zeros(), JointVector::zeros());
-        let (afloat, held): (Vec<usize>, Vec<usize>) =
-            (0..JOINTS).partition(|&i| self.play[i] > 0.0 && twist[i].abs() <= self.play[i] + self.margin[i]);
+        let (afloat, held): (Vec<usize>, Vec<usize>) = (0..JOINTS)
+            .partition(|&i| self.play[i] > 0.0 && twist[i].abs() <= self.play[i] + self.margin[i]);
         held.into_iter().for_each(|i| self.since[i] = None);
         let (by_itself, by_tool): (Vec<usize>, Vec<usize>) =
             afloat.into_iter().partition(|&i| seen.link[i].is_finite());
-        let mut found: Vec<(usize, f64, f64)> = by_itself.iter().map(|&i| (i, seen.link[i], OWN_SHARE)).collect();
+        let mut found: Vec<(usize, f64, f64)> =
+            by_itself.iter().map(|&i| (i, seen.link[i], OWN_SHARE)).collect();
         if !by_tool.is_empty() && seen.tool.sum().is_finite() {
             let jacobian = robot.model.frames(link).jacobian().0;
             let mut tool = seen.tool;
-            by_itself.iter().for_each(|&i| tool -= jacobian.fixed_view::<3, 1>(3, i) * seen.link[i]);
+            by_itself
+                .iter()
+                .for_each(|&i| tool -= jacobian.fixed_view::<3, 1>(3, i) * seen.link[i]);
             let columns = DMatrix::from_fn(3, by_tool.len(), |r, c| jacobian[(3 + r, by_tool[c])]);
             let mut square = columns.tr_mul(&columns);
             for k in 0..by_tool.len() {
@@ -66,7 +69,9 @@ impl Afloat {
             }
             let right = columns.tr_mul(&DVector::from_column_slice(tool.as_slice()));
             if let Some(all) = square.cholesky().map(|c| c.solve(&right)) {
-                found.extend(by_tool.iter().zip(all.iter()).map(|(i, found)| (*i, *found, self.share)));
+                found.extend(
+                    by_tool.iter().zip(all.iter()).map(|(i, found)| (*i, *found, self.share)),
+                );
             }
         }
         for (i, found, running) in found {

@@ -2,8 +2,8 @@
 
 use super::play::{Afloat, Seen};
 use super::{
-    Compared, Model, Motion, PredictError, Quantity, filled_vectors, known, mean_abs, period, seen, spindle_angle,
-    wrench_behind,
+    Compared, Model, Motion, PredictError, Quantity, filled_vectors, known, mean_abs, period, seen,
+    spindle_angle, wrench_behind,
 };
 use crate::band::{LowPass, comb};
 use crate::log::{Log, Payload};
@@ -61,7 +61,8 @@ impl Standing {
         let n = s.time.len();
         let wrench = |k: usize| {
             let part = |v: &Option<Vec<Vector3<f64>>>| {
-                v.as_ref().map_or(Vector3::zeros(), |v| v[k].map(|x| if x.is_finite() { x } else { 0.0 }))
+                v.as_ref()
+                    .map_or(Vector3::zeros(), |v| v[k].map(|x| if x.is_finite() { x } else { 0.0 }))
             };
             Wrench { moment: part(&s.moment), force: part(&s.force) }
         };
@@ -103,12 +104,16 @@ impl Standing {
     ) -> Result<Option<Self>, PredictError> {
         let s = &log.samples;
         let n = s.time.len();
-        let (Some(force), tracker) = (filled_vectors(&s.force), filled_vectors(&s.position)) else { return Ok(None) };
-        let moment = filled_vectors(&s.moment).unwrap_or_else(|| std::array::from_fn(|_| vec![0.0; n]));
+        let (Some(force), tracker) = (filled_vectors(&s.force), filled_vectors(&s.position)) else {
+            return Ok(None);
+        };
+        let moment =
+            filled_vectors(&s.moment).unwrap_or_else(|| std::array::from_fn(|_| vec![0.0; n]));
         let rotation = filled_vectors(&s.rotation);
         let period = period(log);
         let angle = spindle_angle(log);
-        let spindle = s.spindle.as_ref().map_or(f64::INFINITY, |v| mean_abs(v)) / std::f64::consts::TAU;
+        let spindle =
+            s.spindle.as_ref().map_or(f64::INFINITY, |v| mean_abs(v)) / std::f64::consts::TAU;
         let low = LowPass::new(POSE_BAND.min(SPINDLE_SHARE * spindle).min(0.2 / period), period);
         let band = POSE_BAND.min(SPINDLE_SHARE * spindle);
         if n < 2 * low.half() + 2 {
@@ -122,20 +127,28 @@ impl Standing {
         let (force, moment) = (heard(force), heard(moment));
         let every = ((0.4 / (band * period)).floor() as usize).max(1);
         let rows: Vec<usize> = (low.half()..n - low.half()).step_by(every).collect();
-        let columns: Vec<Vec<f64>> = (0..6).map(|i| s.encoder.iter().map(|q| q[i]).collect()).collect();
-        let moved: Vec<[Vec<f64>; 2]> = columns.iter().map(|c| [low.smooth(1, c), low.smooth(2, c)]).collect();
+        let columns: Vec<Vec<f64>> =
+            (0..6).map(|i| s.encoder.iter().map(|q| q[i]).collect()).collect();
+        let moved: Vec<[Vec<f64>; 2]> =
+            columns.iter().map(|c| [low.smooth(1, c), low.smooth(2, c)]).collect();
         let six = |d: usize, k: usize| JointVector::from_fn(|i, _| moved[i][d][k]);
-        let motors = (0..n).map(|k| Motors { angle: s.encoder[k], rate: six(0, k), acceleration: six(1, k) }).collect();
+        let motors = (0..n)
+            .map(|k| Motors { angle: s.encoder[k], rate: six(0, k), acceleration: six(1, k) })
+            .collect();
         let slow = |v: &[Vec<f64>; 3]| -> Vec<Vector3<f64>> {
-            rows.iter().map(|row| Vector3::from_fn(|c, _| low.at(0, |k| v[c][k], n, *row))).collect()
+            rows.iter()
+                .map(|row| Vector3::from_fn(|c, _| low.at(0, |k| v[c][k], n, *row)))
+                .collect()
         };
         let at = |v: &[Vec<f64>; 3], k: usize| Vector3::new(v[0][k], v[1][k], v[2][k]);
         // Rotations are smoothed as what they turn from the first one: rotation vectors flip their sign near half a turn.
         let rotation = rotation.map(|r| {
-            let all: Vec<Matrix3<f64>> =
-                (0..n).map(|k| rotation_from_vector(&Vector3::new(r[0][k], r[1][k], r[2][k]))).collect();
+            let all: Vec<Matrix3<f64>> = (0..n)
+                .map(|k| rotation_from_vector(&Vector3::new(r[0][k], r[1][k], r[2][k])))
+                .collect();
             let first = all[0];
-            let turned: Vec<Vector3<f64>> = all.iter().map(|r| rotation_vector(&first.tr_mul(r))).collect();
+            let turned: Vec<Vector3<f64>> =
+                all.iter().map(|r| rotation_vector(&first.tr_mul(r))).collect();
             let turned = [0, 1, 2].map(|i| turned.iter().map(|v| v[i]).collect::<Vec<f64>>());
             slow(&turned).iter().map(|r| first * rotation_from_vector(r)).collect()
         });
@@ -143,7 +156,9 @@ impl Standing {
         let standing = Self {
             time: s.time.iter().map(|t| t - s.time[0]).collect(),
             motors,
-            wrench: (0..n).map(|k| Wrench { moment: at(&moment, k), force: at(&force, k) }).collect(),
+            wrench: (0..n)
+                .map(|k| Wrench { moment: at(&moment, k), force: at(&force, k) })
+                .collect(),
             band: Some(low.clone()),
             payload: vec![0; n],
             payloads: vec![Payload { mass: 0.0, centre: Vector3::zeros() }],
@@ -180,12 +195,18 @@ impl Standing {
                 let jacobian = frames.jacobian();
                 let compliance = model.robot.cartesian_compliance(&jacobian);
                 let turn = frames.tcp.rotation;
-                let (c_moment, c_force) =
-                    (compliance.fixed_columns::<3>(0) * turn, compliance.fixed_columns::<3>(3) * turn);
+                let (c_moment, c_force) = (
+                    compliance.fixed_columns::<3>(0) * turn,
+                    compliance.fixed_columns::<3>(3) * turn,
+                );
                 let variance = |row: usize| {
-                    let e: f64 = (0..6).map(|i| (jacobian.0[(row, i)] * encoder[i].deviation).powi(2)).sum();
+                    let e: f64 =
+                        (0..6).map(|i| (jacobian.0[(row, i)] * encoder[i].deviation).powi(2)).sum();
                     let w: f64 = (0..3)
-                        .map(|i| (c_moment[(row, i)] * moment[i]).powi(2) + (c_force[(row, i)] * force[i]).powi(2))
+                        .map(|i| {
+                            (c_moment[(row, i)] * moment[i]).powi(2)
+                                + (c_force[(row, i)] * force[i]).powi(2)
+                        })
                         .sum();
                     e + w
                 };
@@ -193,29 +214,39 @@ impl Standing {
                 [variance(3), variance(4), variance(5), rotation, rotation, rotation]
             })
             .collect();
-        let mut list =
-            |quantity, levels: &[Option<Level>; 3], what, offset: usize, measured: &dyn Fn(usize, usize) -> f64| {
-                let level = known(levels, log, what)?;
-                for (k, &row) in self.rows.iter().enumerate() {
-                    for c in 0..3 {
-                        compared.push(Compared {
-                            quantity,
-                            component: c as u8,
-                            row,
-                            measured: measured(k, c),
-                            deviation: ((level[c].deviation.powi(2) + through[k][offset + c]) * gain).sqrt(),
-                            stated: level[c].stated,
-                        });
-                    }
+        let mut list = |quantity,
+                        levels: &[Option<Level>; 3],
+                        what,
+                        offset: usize,
+                        measured: &dyn Fn(usize, usize) -> f64| {
+            let level = known(levels, log, what)?;
+            for (k, &row) in self.rows.iter().enumerate() {
+                for c in 0..3 {
+                    compared.push(Compared {
+                        quantity,
+                        component: c as u8,
+                        row,
+                        measured: measured(k, c),
+                        deviation: ((level[c].deviation.powi(2) + through[k][offset + c]) * gain)
+                            .sqrt(),
+                        stated: level[c].stated,
+                    });
                 }
-                Ok::<_, PredictError>(())
-            };
+            }
+            Ok::<_, PredictError>(())
+        };
         if let Some(position) = &self.position {
-            list(Quantity::Position, &noise.position, "the tracker's position", 0, &|k, c| position[k][c])?;
+            list(Quantity::Position, &noise.position, "the tracker's position", 0, &|k, c| {
+                position[k][c]
+            })?;
         }
         if let Some(rotation) = &self.rotation {
-            let missing = |k: usize| if rotation[k].sum().is_finite() { 0.0 } else { f64::NAN };
-            list(Quantity::Rotation, &noise.rotation, "the tracker's rotation", 3, &|k, _| missing(k))?;
+            let missing = |k: usize| {
+                if rotation[k].sum().is_finite() { 0.0 } else { f64::NAN }
+            };
+            list(Quantity::Rotation, &noise.rotation, "the tracker's rotation", 3, &|k, _| {
+                missing(k)
+            })?;
         }
         Ok(())
     }
@@ -230,9 +261,13 @@ impl Standing {
             placed: false,
         };
         let mut links = Links::with_slack(self.slack);
-        let mut afloat = self.seen.as_ref().and_then(|s| Some((s, Afloat::new(robot, self.margin, self.period)?)));
+        let mut afloat = self
+            .seen
+            .as_ref()
+            .and_then(|s| Some((s, Afloat::new(robot, self.margin, self.period)?)));
         motion.placed = afloat.is_some();
-        let loaded = self.payloads.iter().map(|p| hung(&robot.model, p)).collect::<Result<Vec<_>, _>>()?;
+        let loaded =
+            self.payloads.iter().map(|p| hung(&robot.model, p)).collect::<Result<Vec<_>, _>>()?;
         let mut on_flange = 0;
         for k in 0..n {
             if self.payload[k] != on_flange {
@@ -262,7 +297,8 @@ impl Standing {
             return self.wrench[k];
         }
         let at = k as f64 + late / self.period;
-        let (first, share) = ((at.max(0.0) as usize).min(self.wrench.len() - 1), at.max(0.0).fract());
+        let (first, share) =
+            ((at.max(0.0) as usize).min(self.wrench.len() - 1), at.max(0.0).fract());
         let next = (first + 1).min(self.wrench.len() - 1);
         let between = |a: Vector3<f64>, b: Vector3<f64>| a * (1.0 - share) + b * share;
         let (a, b) = (&self.wrench[first], &self.wrench[next]);
@@ -275,10 +311,17 @@ impl Standing {
             None => self.rows.iter().map(|row| motion.tool[*row]).collect(),
             Some(band) => self.smoothed(band, motion, robot.ports.delay(Channel::Tracker)),
         };
-        let sensed: Vec<Pose<f64>> =
-            self.rows.iter().zip(&tool).map(|(row, pose)| seen(&robot.ports, pose, self.time[*row])).collect();
+        let sensed: Vec<Pose<f64>> = self
+            .rows
+            .iter()
+            .zip(&tool)
+            .map(|(row, pose)| seen(&robot.ports, pose, self.time[*row]))
+            .collect();
         if let Some(position) = &self.position {
-            position.iter().zip(&sensed).for_each(|(m, p)| residual.extend((m - p.position).iter()));
+            position
+                .iter()
+                .zip(&sensed)
+                .for_each(|(m, p)| residual.extend((m - p.position).iter()));
         }
         if let Some(rotation) = &self.rotation {
             for (m, p) in rotation.iter().zip(&sensed) {
@@ -318,8 +361,11 @@ impl Standing {
 /// Torque at each joint that is within the noise of the wrench, N·m: three deviations, in the middle of the log. `gain`: what
 /// of its variance is left.
 fn slack(log: &Log, noise: &Instruments, model: &Model, gain: f64) -> JointVector<f64> {
-    let jacobian = model.robot.frames(&log.samples.encoder[log.samples.encoder.len() / 2]).jacobian().0;
-    let of = |levels: &[Option<Level>; 3]| levels.iter().flatten().map(|l| l.deviation).fold(0.0, f64::max);
+    let jacobian =
+        model.robot.frames(&log.samples.encoder[log.samples.encoder.len() / 2]).jacobian().0;
+    let of = |levels: &[Option<Level>; 3]| {
+        levels.iter().flatten().map(|l| l.deviation).fold(0.0, f64::max)
+    };
     let (moment, force) = (of(&noise.moment), of(&noise.force));
     JointVector::from_fn(|i, _| {
         let variance = jacobian.fixed_view::<3, 1>(0, i).norm_squared() * moment.powi(2)
@@ -336,7 +382,8 @@ fn hung(robot: &Robot<f64>, payload: &Payload) -> Result<Robot<f64>, EffectError
     let mut parameters = robot.parameters().clone();
     let tool = &mut parameters.tool;
     let mass = tool.mass + payload.mass;
-    tool.com_from_flange = (tool.com_from_flange * tool.mass + payload.centre * payload.mass) / mass;
+    tool.com_from_flange =
+        (tool.com_from_flange * tool.mass + payload.centre * payload.mass) / mass;
     tool.mass = mass;
     Robot::new(parameters).map_err(|reason| EffectError::Model { id: "the payload", reason })
 }

@@ -3,7 +3,9 @@
 use super::page;
 use crate::certified::{Certified, CertifiedWeld, runs, worst_found};
 use maud::{Markup, html};
-use trueweld_evaluate::certify::{Case, Evidence, FAULT_FIGURES, Requirement, Trial, label, shown, within};
+use trueweld_evaluate::certify::{
+    Case, Evidence, FAULT_FIGURES, Requirement, Trial, label, shown, within,
+};
 use trueweld_plant::input::{LIMITS, MARGINS};
 
 /// One page that a certifying engineer can read.
@@ -12,8 +14,13 @@ pub fn certify_page(certified: &Certified) -> String {
     let verdict = if passes { "meets its requirements" } else { "does not meet its requirements" };
     let whole = |p: f64| format!("{} %", 100.0 * p);
     let [probability, confidence] = certified.asked;
-    let failed =
-        || certified.welds.iter().flat_map(|w| w.requirements.iter().map(move |r| (w, r))).filter(|(_, r)| !r.pass);
+    let failed = || {
+        certified
+            .welds
+            .iter()
+            .flat_map(|w| w.requirements.iter().map(move |r| (w, r)))
+            .filter(|(_, r)| !r.pass)
+    };
     let count = certified.welds.iter().map(|w| w.requirements.len()).sum::<usize>();
     let body = html! {
         h1 { span.verdict.failed[!passes] { (if passes { "PASS" } else { "FAIL" }) } "The law " (certified.law) " " (verdict) }
@@ -57,7 +64,9 @@ pub fn certify_page(certified: &Certified) -> String {
 }
 
 /// The reasons, each once, and of what they are.
-fn reasons<'a>(failed: impl Iterator<Item = (&'a CertifiedWeld, &'a Requirement)>) -> Vec<(String, &'a str)> {
+fn reasons<'a>(
+    failed: impl Iterator<Item = (&'a CertifiedWeld, &'a Requirement)>,
+) -> Vec<(String, &'a str)> {
     let mut said: Vec<(String, &str, Vec<&str>)> = Vec::new();
     for (weld, r) in failed {
         let of = format!("{}, {}", weld.name, title(r.case));
@@ -67,7 +76,9 @@ fn reasons<'a>(failed: impl Iterator<Item = (&'a CertifiedWeld, &'a Requirement)
             None => said.push((of, reason, vec![label(r.name)])),
         }
     }
-    said.into_iter().map(|(of, reason, names)| (format!("{of}: {}", names.join("; ")), reason)).collect()
+    said.into_iter()
+        .map(|(of, reason, names)| (format!("{of}: {}", names.join("; ")), reason))
+        .collect()
 }
 
 fn title(case: Case) -> &'static str {
@@ -143,14 +154,15 @@ fn one(weld: &CertifiedWeld, probability: f64) -> Markup {
 
 fn steady(weld: &CertifiedWeld, probability: f64) -> Markup {
     let evidence = &weld.evidence;
-    let judged = |case: Case, name: &str| weld.requirements.iter().find(|r| r.case == case && r.name == name);
+    let judged = |case: Case, name: &str| {
+        weld.requirements.iter().find(|r| r.case == case && r.name == name)
+    };
     let failed = |case, name| judged(case, name).is_some_and(|r| !r.pass);
     // With a limit of its own the worst of every figure counts; else the cell that is worst as a whole is shown.
     let rows = || {
-        LIMITS
-            .into_iter()
-            .enumerate()
-            .filter(|(_, name)| judged(Case::Nominal, name).is_some() || judged(Case::WorstCase, name).is_some())
+        LIMITS.into_iter().enumerate().filter(|(_, name)| {
+            judged(Case::Nominal, name).is_some() || judged(Case::WorstCase, name).is_some()
+        })
     };
     html! {
         table {
@@ -204,8 +216,12 @@ fn found(evidence: &Evidence, k: usize) -> f64 {
 }
 
 fn margins(weld: &CertifiedWeld) -> Markup {
-    let limit =
-        |name: &str| weld.requirements.iter().find(|r| r.case == Case::Margins && r.name == name).map(|r| r.limit);
+    let limit = |name: &str| {
+        weld.requirements
+            .iter()
+            .find(|r| r.case == Case::Margins && r.name == name)
+            .map(|r| r.limit)
+    };
     html! {
         table.close {
             thead {
@@ -231,10 +247,14 @@ fn margins(weld: &CertifiedWeld) -> Markup {
 }
 
 fn faults(weld: &CertifiedWeld) -> Markup {
-    let limit =
-        |name: &str| weld.requirements.iter().find(|r| r.case == Case::Faults && r.name == name).map(|r| r.limit);
-    let columns: Vec<(usize, &str, f64)> =
-        FAULT_FIGURES.into_iter().enumerate().filter_map(|(k, name)| Some((k, name, limit(name)?))).collect();
+    let limit = |name: &str| {
+        weld.requirements.iter().find(|r| r.case == Case::Faults && r.name == name).map(|r| r.limit)
+    };
+    let columns: Vec<(usize, &str, f64)> = FAULT_FIGURES
+        .into_iter()
+        .enumerate()
+        .filter_map(|(k, name)| Some((k, name, limit(name)?)))
+        .collect();
     html! {
         table.close {
             thead {
@@ -263,7 +283,8 @@ fn worst_cells(weld: &CertifiedWeld) -> Markup {
     let mut cells: Vec<(usize, String, &Trial)> = Vec::new();
     for (k, name) in LIMITS.into_iter().enumerate() {
         let required = weld.requirements.iter().any(|r| r.case == Case::Draws && r.name == name);
-        let worst = evidence.trials.iter().reduce(|a, b| if b.figure(k) > a.figure(k) { b } else { a });
+        let worst =
+            evidence.trials.iter().reduce(|a, b| if b.figure(k) > a.figure(k) { b } else { a });
         if let Some(trial) = worst.filter(|_| required) {
             cells.push((k, format!("draw {}", trial.index), trial));
         }
@@ -271,7 +292,11 @@ fn worst_cells(weld: &CertifiedWeld) -> Markup {
     if let Some(trial) = &evidence.worst.worst {
         let k = LIMITS.iter().position(|l| *l == evidence.worst.name).unwrap_or(0);
         let drawn = evidence.trials.contains(trial);
-        cells.push((k, format!("{} {}", if drawn { "draw" } else { "search" }, trial.index), trial));
+        cells.push((
+            k,
+            format!("{} {}", if drawn { "draw" } else { "search" }, trial.index),
+            trial,
+        ));
     }
     html! {
         table.close {

@@ -43,8 +43,10 @@ pub fn compare_page(model: &Path, comparison: &Comparison) -> String {
 
 /// Every channel of every log with its figures and a bar.
 fn scores(comparison: &Comparison) -> Markup {
-    let highest = comparison.logs.iter().flat_map(|log| &log.channels).map(|c| c.score).fold(2.0, f64::max);
-    let percent = |score: f64| 100.0 * (score.max(SHORTEST) / SHORTEST).ln() / (highest / SHORTEST).ln();
+    let highest =
+        comparison.logs.iter().flat_map(|log| &log.channels).map(|c| c.score).fold(2.0, f64::max);
+    let percent =
+        |score: f64| 100.0 * (score.max(SHORTEST) / SHORTEST).ln() / (highest / SHORTEST).ln();
     html! {
         table {
             thead { tr { @for heading in HEADINGS { th { (heading) } } th.bars { "logarithmic; the line: noise floor, 1.0" } } }
@@ -77,7 +79,9 @@ fn finding_figure(finding: &Finding) -> Markup {
     let curve = &finding.curve;
     let (x_factor, x_unit) = readable_condition(curve.x_unit);
     let (y_factor, y_unit) = readable(curve.y_unit);
-    let name = |name: &str, unit: &str| if unit.is_empty() { name.to_owned() } else { format!("{name}, {unit}") };
+    let name = |name: &str, unit: &str| {
+        if unit.is_empty() { name.to_owned() } else { format!("{name}, {unit}") }
+    };
     let mark = |(k, p): (usize, &trueweld_measure::localize::CurvePoint)| Marked {
         x: if curve.categories.is_empty() { p.x * x_factor } else { k as f64 },
         y: p.y * y_factor,
@@ -113,20 +117,28 @@ fn finding_figure(finding: &Finding) -> Markup {
 fn log_figures(log: &LogComparison) -> Markup {
     let mut columns: Vec<_> = log.channels.iter().flat_map(|channel| &channel.columns).collect();
     columns.sort_by(|a, b| b.score.total_cmp(&a.score));
-    let trace_of = |name: &str| log.traces.iter().find(|t| format!("{}[{}]", t.channel, t.column) == name);
-    let Some((column, trace)) = columns.iter().find_map(|c| trace_of(&c.name).map(|t| (c, t))) else {
+    let trace_of =
+        |name: &str| log.traces.iter().find(|t| format!("{}[{}]", t.channel, t.column) == name);
+    let Some((column, trace)) = columns.iter().find_map(|c| trace_of(&c.name).map(|t| (c, t)))
+    else {
         return html! {};
     };
-    let title = format!("{}: {}, {}, score {:.1}", log.name, trace.channel, trace.label, column.score);
-    let over_time = |of: &dyn Fn(usize) -> f64| (0..trace.time.len()).map(|k| (trace.time[k], of(k))).collect();
+    let title =
+        format!("{}: {}, {}, score {:.1}", log.name, trace.channel, trace.label, column.score);
+    let over_time =
+        |of: &dyn Fn(usize) -> f64| (0..trace.time.len()).map(|k| (trace.time[k], of(k))).collect();
     let line = |name: &str, run: usize, points: Vec<(f64, f64)>| Line {
         name: name.to_owned(),
         color: color::run(run),
         dashed: false,
         points,
     };
-    let plot =
-        |y_label: String, lines: Vec<Line>| Plot { x_label: "time, s".to_owned(), y_label, lines, ..Plot::default() };
+    let plot = |y_label: String, lines: Vec<Line>| Plot {
+        x_label: "time, s".to_owned(),
+        y_label,
+        lines,
+        ..Plot::default()
+    };
     let (factor, unit) = readable_condition(trace.unit);
     let measured = line("measured", 1, over_time(&|k| trace.measured[k] * factor));
     let predicted = reference("predicted", over_time(&|k| trace.predicted[k] * factor));

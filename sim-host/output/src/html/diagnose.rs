@@ -5,7 +5,8 @@ use super::residuals::before_and_after;
 use super::{figure, page};
 use crate::color;
 use crate::diagnosed::{
-    Diagnosed, REMAINS, confusable, in_a_line, limits, none_of_these, percent, ranked, score, values,
+    Diagnosed, REMAINS, confusable, in_a_line, limits, none_of_these, percent, ranked, score,
+    values,
 };
 use crate::plot::{Line, Marked, Plot};
 use maud::{Markup, html};
@@ -88,14 +89,16 @@ fn evidence(evidence: &Evidence) -> Markup {
         y: p.y * y_factor,
         error: p.error * y_factor,
     };
-    let fitted: Vec<(f64, f64)> = evidence.fitted.iter().map(|p| (p[0] * x_factor, p[1] * y_factor)).collect();
+    let fitted: Vec<(f64, f64)> =
+        evidence.fitted.iter().map(|p| (p[0] * x_factor, p[1] * y_factor)).collect();
     // A loop comes in order of time, from posture to posture: a line through it would be a scribble.
     let winding = !fitted.is_sorted_by(|a, b| a.0 <= b.0);
     let plot = Plot {
         x_label: label(&evidence.x_name, x_unit),
         y_label: label(&evidence.y_name, y_unit),
         lines: vec![Line {
-            name: if winding { "ringed: the effect as fitted" } else { "the effect as fitted" }.to_owned(),
+            name: if winding { "ringed: the effect as fitted" } else { "the effect as fitted" }
+                .to_owned(),
             color: color::run(1),
             dashed: false,
             points: if winding { Vec::new() } else { fitted.clone() },
@@ -229,7 +232,10 @@ mod tests {
         assert!(page.contains("<h1>What is missing: backlash at A5"));
         // The evidence; measured with both predictions, and the differences.
         assert_eq!(page.matches("<svg").count(), 3);
-        assert!(page.contains("What these logs hardly tell apart") && !page.contains("What to record next"));
+        assert!(
+            page.contains("What these logs hardly tell apart")
+                && !page.contains("What to record next")
+        );
     }
 
     #[test]

@@ -68,7 +68,8 @@ pub fn improve_page(improved: &Improved<'_>) -> String {
 fn waterfall(improved: &Improved<'_>) -> Markup {
     let steps = &improved.improvement.steps;
     let highest = steps.iter().flat_map(|s| [s.score, s.held_out]).fold(2.0, f64::max);
-    let percent = |score: f64| 100.0 * (score.max(SHORTEST) / SHORTEST).ln() / (highest / SHORTEST).ln();
+    let percent =
+        |score: f64| 100.0 * (score.max(SHORTEST) / SHORTEST).ln() / (highest / SHORTEST).ln();
     let bar = |score: f64, other: bool| {
         html! {
             div.floor style={ "left:" (format!("{:.1}%", percent(1.0))) } {}
@@ -117,8 +118,13 @@ mod tests {
             after: &parts.after,
         });
         assert_self_contained(&page);
-        assert!(page.contains("<h1>With backlash at A5 the score falls from 3.37 to 1.07 where nothing was fitted."));
+        assert!(page.contains(
+            "<h1>With backlash at A5 the score falls from 3.37 to 1.07 where nothing was fitted."
+        ));
         assert_eq!(page.matches("class=\"floor\"").count(), 4);
-        assert!(page.contains("recalibration alone") && page.contains("the error elsewhere does not fall"));
+        assert!(
+            page.contains("recalibration alone")
+                && page.contains("the error elsewhere does not fall")
+        );
     }
 }

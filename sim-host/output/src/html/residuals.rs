@@ -22,12 +22,22 @@ struct Column<'a> {
 }
 
 /// The columns whose error over its noise falls most, at most `count`, and of one kind of log and channel only the first.
-pub(super) fn before_and_after(before: &[LogComparison], after: &[LogComparison], count: usize) -> Markup {
+pub(super) fn before_and_after(
+    before: &[LogComparison],
+    after: &[LogComparison],
+    count: usize,
+) -> Markup {
     let mut columns: Vec<Column> = Vec::new();
     for (log, other) in before.iter().zip(after) {
         for (trace, after) in log.traces.iter().zip(&other.traces) {
             let square = [mean_square(trace), mean_square(after)];
-            columns.push(Column { log: &log.name, kind: log.kind.name(), before: trace, after, square });
+            columns.push(Column {
+                log: &log.name,
+                kind: log.kind.name(),
+                before: trace,
+                after,
+                square,
+            });
         }
     }
     let fall = |c: &Column| c.square[0] - c.square[1];
@@ -51,13 +61,15 @@ fn mean_square(trace: &Trace) -> f64 {
 fn figures(column: &Column<'_>) -> Markup {
     let Column { before, after, .. } = *column;
     let [from, to] = column.square.map(f64::sqrt);
-    let title = format!("{}: {}, {}; score {from:.1} → {to:.1}", column.log, before.channel, before.label);
-    let line = |name: &str, run: usize, dashed: bool, trace: &Trace, of: &dyn Fn(usize) -> f64| Line {
-        name: name.to_owned(),
-        color: color::run(run),
-        dashed,
-        points: (0..trace.time.len()).map(|k| (trace.time[k], of(k))).collect(),
-    };
+    let title =
+        format!("{}: {}, {}; score {from:.1} → {to:.1}", column.log, before.channel, before.label);
+    let line =
+        |name: &str, run: usize, dashed: bool, trace: &Trace, of: &dyn Fn(usize) -> f64| Line {
+            name: name.to_owned(),
+            color: color::run(run),
+            dashed,
+            points: (0..trace.time.len()).map(|k| (trace.time[k], of(k))).collect(),
+        };
     let plot = |unit: &str, lines| Plot {
         x_label: "time, s".to_owned(),
         y_label: format!("{}, {unit}", before.label),
@@ -68,7 +80,10 @@ fn figures(column: &Column<'_>) -> Markup {
     let predictions = plot(
         unit,
         vec![
-            Line { color: color::REFERENCE, ..line("measured", 0, false, before, &|k| before.measured[k] * factor) },
+            Line {
+                color: color::REFERENCE,
+                ..line("measured", 0, false, before, &|k| before.measured[k] * factor)
+            },
             line("predicted before", 0, true, before, &|k| before.predicted[k] * factor),
             line("predicted after", 1, true, after, &|k| after.predicted[k] * factor),
         ],

@@ -67,7 +67,8 @@ pub fn diagnose_json(diagnosed: &Diagnosed<'_>) -> Value {
 pub fn improve_json(improved: &Improved<'_>) -> Value {
     let improvement = improved.improvement;
     let robot = &improved.model.robot;
-    let all = |list: &[Found]| list.iter().map(|f| found(f, robot, improved.before)).collect::<Vec<_>>();
+    let all =
+        |list: &[Found]| list.iter().map(|f| found(f, robot, improved.before)).collect::<Vec<_>>();
     let steps: Vec<Value> = improvement
         .steps
         .iter()
@@ -99,11 +100,22 @@ pub fn improve_json(improved: &Improved<'_>) -> Value {
     })
 }
 
-fn candidate(c: &Candidate, reason: Option<&Reason>, diagnosis: &Diagnosis, robot: &RobotFile) -> Value {
-    let curves: Vec<Value> =
-        reason.iter().flat_map(|r| &r.evidence).map(|e| e.as_ref().map_or(Value::Null, evidence)).collect();
-    let others: Vec<Value> =
-        c.others(&diagnosis.candidates).iter().map(|effect| place(effect.kind, effect.at, robot)).collect();
+fn candidate(
+    c: &Candidate,
+    reason: Option<&Reason>,
+    diagnosis: &Diagnosis,
+    robot: &RobotFile,
+) -> Value {
+    let curves: Vec<Value> = reason
+        .iter()
+        .flat_map(|r| &r.evidence)
+        .map(|e| e.as_ref().map_or(Value::Null, evidence))
+        .collect();
+    let others: Vec<Value> = c
+        .others(&diagnosis.candidates)
+        .iter()
+        .map(|effect| place(effect.kind, effect.at, robot))
+        .collect();
     json!({
         "effects": c.effects.iter().map(|f| found(f, robot, &[])).collect::<Vec<_>>(),
         "holdout_score_before": c.held_out_before,
@@ -145,7 +157,9 @@ fn place(kind: &'static Kind, at: At, robot: &RobotFile) -> Value {
 }
 
 fn evidence(e: &Evidence) -> Value {
-    let column = |of: fn(&trueweld_measure::localize::CurvePoint) -> f64| e.points.iter().map(of).collect::<Vec<f64>>();
+    let column = |of: fn(&trueweld_measure::localize::CurvePoint) -> f64| {
+        e.points.iter().map(of).collect::<Vec<f64>>()
+    };
     json!({
         "title": e.title,
         "x_name": e.x_name,
@@ -202,7 +216,10 @@ mod tests {
         parts.diagnosis.candidates[0].indistinguishable = vec![1];
         parts.account.next_experiment = Some(sample::plan());
         let value = diagnose_json(&parts.diagnosed());
-        assert_eq!((&value["schema"], &value["verdict"]), (&"diagnose/1".into(), &"effect-found".into()));
+        assert_eq!(
+            (&value["schema"], &value["verdict"]),
+            (&"diagnose/1".into(), &"effect-found".into())
+        );
         assert_eq!(value["score_before"], 3.79);
         let [best, second] = [0, 1].map(|k| &value["candidates"][k]);
         let effect = &best["effects"][0];
@@ -210,7 +227,10 @@ mod tests {
         let gap = &effect["parameters"]["half_gap_rad"];
         assert_eq!((&gap["value"], &gap["unit"]), (&2.4e-4.into(), &"rad".into()));
         assert!(gap["low"].as_f64() < Some(2.4e-4) && gap["high"].as_f64() > Some(2.4e-4));
-        assert_eq!((&best["holdout_score_before"], &best["holdout_score_after"]), (&3.79.into(), &1.015.into()));
+        assert_eq!(
+            (&best["holdout_score_before"], &best["holdout_score_after"]),
+            (&3.79.into(), &1.015.into())
+        );
         assert_eq!(best["indistinguishable"], json!([{ "effect": "hysteresis", "at": "A5" }]));
         assert_eq!(best["evidence"]["y_unit"], "rad");
         assert_eq!(best["evidence"]["x"].as_array().map(Vec::len), Some(7));
@@ -236,10 +256,16 @@ mod tests {
             after: &parts.after,
         };
         let value = improve_json(&improved);
-        assert_eq!((&value["schema"], &value["verdict"]), (&"improve/1".into(), &"effect-found".into()));
+        assert_eq!(
+            (&value["schema"], &value["verdict"]),
+            (&"improve/1".into(), &"effect-found".into())
+        );
         let steps = value["steps"].as_array().unwrap();
         assert_eq!((&steps[0]["added"], &steps[0]["score"]), (&json!([]), &3.79.into()));
-        assert_eq!((&steps[1]["added"][0]["effect"], &steps[1]["holdout_score"]), (&"backlash".into(), &1.07.into()));
+        assert_eq!(
+            (&steps[1]["added"][0]["effect"], &steps[1]["holdout_score"]),
+            (&"backlash".into(), &1.07.into())
+        );
         assert!(value["rejected"][0]["holdout_score"].is_null());
         assert_eq!(value["held_out"], json!(["weld-3"]));
     }

@@ -7,8 +7,8 @@ use crate::color::{JOINTS, LIMIT, REFERENCE, Rgb, run};
 use crate::compared::{TOLD, headline, rounded, setting};
 use nalgebra::Vector3;
 use rerun::{
-    LineStrips3D, Scalars, SeriesLines, TextDocument, TextLog, TextLogLevel, TimeCell, TimeColumn, TimePoint, Timeline,
-    ViewCoordinates,
+    LineStrips3D, Scalars, SeriesLines, TextDocument, TextLog, TextLogLevel, TimeCell, TimeColumn,
+    TimePoint, Timeline, ViewCoordinates,
 };
 use std::io::Write;
 use std::path::Path;
@@ -41,7 +41,9 @@ pub(super) struct Shown<'a> {
 impl<'a> Shown<'a> {
     /// All logs of a comparison; `after`: under a better model, in the same order, or none.
     pub fn all(logs: &'a [LogComparison], after: &'a [LogComparison]) -> Vec<Self> {
-        let plain = |c: char| if c.is_ascii_alphanumeric() || c == '-' { c } else { '_' };
+        let plain = |c: char| {
+            if c.is_ascii_alphanumeric() || c == '-' { c } else { '_' }
+        };
         logs.iter()
             .enumerate()
             .map(|(k, log)| Self {
@@ -58,7 +60,8 @@ impl<'a> Shown<'a> {
     pub fn place(&self) -> Option<(Vector3<f64>, f64)> {
         let way = way(self.log)?;
         let [first, _] = way.first()?;
-        let (low, high) = way.iter().fold((*first, *first), |(low, high), [p, _]| (low.inf(p), high.sup(p)));
+        let (low, high) =
+            way.iter().fold((*first, *first), |(low, high), [p, _]| (low.inf(p), high.sup(p)));
         Some(((low + high) / 2.0, (high - low).norm() / 2.0))
     }
 
@@ -92,18 +95,28 @@ type Way = Vec<[Vector3<f64>; 2]>;
 /// The way of the tool in a log, thinned; `None` where no position was tracked.
 fn way(log: &LogComparison) -> Option<Way> {
     let axes: Vec<&Trace> = log.traces.iter().filter(|t| t.channel == "tcp_position").collect();
-    let [x, y, z] = axes.as_slice() else { return None };
+    let [x, y, z] = axes.as_slice() else {
+        return None;
+    };
     let rows = x.time.len().min(y.time.len()).min(z.time.len());
     let every = rows.div_ceil(WAY_POINTS).max(1);
     let at = |of: fn(&Trace) -> &Vec<f64>, k: usize| Vector3::new(of(x)[k], of(y)[k], of(z)[k]);
-    Some((0..rows).step_by(every).map(|k| [at(|t| &t.predicted, k), at(|t| &t.measured, k)]).collect())
+    Some(
+        (0..rows)
+            .step_by(every)
+            .map(|k| [at(|t| &t.predicted, k), at(|t| &t.measured, k)])
+            .collect(),
+    )
 }
 
 /// A round factor that makes the largest deviation of a way a few percent of its extent.
 fn exaggeration(way: &[[Vector3<f64>; 2]]) -> f64 {
-    let Some([first, _]) = way.first() else { return 1.0 };
+    let Some([first, _]) = way.first() else {
+        return 1.0;
+    };
     let extent = way.iter().map(|[predicted, _]| (predicted - first).norm()).fold(0.0, f64::max);
-    let most = way.iter().map(|[predicted, measured]| (measured - predicted).norm()).fold(0.0, f64::max);
+    let most =
+        way.iter().map(|[predicted, measured]| (measured - predicted).norm()).fold(0.0, f64::max);
     let wanted = DRAWN * extent / most;
     if !wanted.is_finite() || wanted < 2.0 {
         return 1.0;
@@ -113,8 +126,13 @@ fn exaggeration(way: &[[Vector3<f64>; 2]]) -> f64 {
 }
 
 /// Writes everything but the layout. `about`: the result in words.
-pub(super) fn all<W: Write>(writer: &mut Writer<W>, about: String, shown: &[Shown]) -> Result<(), RecordError> {
-    let text = TextDocument::new(about + &legend(shown)).with_media_type(rerun::MediaType::MARKDOWN);
+pub(super) fn all<W: Write>(
+    writer: &mut Writer<W>,
+    about: String,
+    shown: &[Shown],
+) -> Result<(), RecordError> {
+    let text =
+        TextDocument::new(about + &legend(shown)).with_media_type(rerun::MediaType::MARKDOWN);
     writer.fixed(Store::Recording, "/about", &text)?;
     for shown in shown {
         tool(writer, shown)?;
@@ -133,9 +151,13 @@ pub(super) fn all<W: Write>(writer: &mut Writer<W>, about: String, shown: &[Show
 }
 
 /// Writes a verdict as entries of a log.
-pub(super) fn verdict<W: Write>(writer: &mut Writer<W>, said: &[String]) -> Result<(), RecordError> {
+pub(super) fn verdict<W: Write>(
+    writer: &mut Writer<W>,
+    said: &[String],
+) -> Result<(), RecordError> {
     for line in said {
-        let when = TimePoint::default().with(Timeline::new_duration("time"), TimeCell::from_duration_nanos(0));
+        let when = TimePoint::default()
+            .with(Timeline::new_duration("time"), TimeCell::from_duration_nanos(0));
         let entry = TextLog::new(line.as_str()).with_level(TextLogLevel::INFO);
         writer.one(Store::Recording, VERDICT, when, &entry)?;
     }
@@ -154,7 +176,9 @@ pub(super) fn about(model: &Path, comparison: &Comparison) -> String {
 /// What the picture in space means.
 fn legend(shown: &[Shown]) -> String {
     let improved = match shown.iter().any(|s| s.after.is_some()) {
-        true => " Blue where the better model has it. In the plots: greyish before, in full colour after.",
+        true => {
+            " Blue where the better model has it. In the plots: greyish before, in full colour after."
+        }
         false => "",
     };
     let mut text = format!(
@@ -174,12 +198,19 @@ fn legend(shown: &[Shown]) -> String {
 
 /// The way of the tool, predicted and measured.
 fn tool<W: Write>(writer: &mut Writer<W>, shown: &Shown) -> Result<(), RecordError> {
-    let (Some(way), Some(factor)) = (way(shown.log), shown.exaggeration) else { return Ok(()) };
+    let (Some(way), Some(factor)) = (way(shown.log), shown.exaggeration) else {
+        return Ok(());
+    };
     let point = |p: &Vector3<f64>| p.map(|v| v as f32).data.0[0];
     let drawn: Vec<[f32; 3]> = way.iter().map(|[p, m]| point(&(p + (m - p) * factor))).collect();
     let extent = way.iter().map(|[p, _]| (p - way[0][0]).norm()).fold(0.0, f64::max);
     let radius = (0.002 * extent).max(1e-5) as f32;
-    let deviations = shown.log.traces.iter().filter(|t| t.channel == "tcp_position").flat_map(|t| t.deviation.first());
+    let deviations = shown
+        .log
+        .traces
+        .iter()
+        .filter(|t| t.channel == "tcp_position")
+        .flat_map(|t| t.deviation.first());
     let noise = deviations.map(|d| d * d).sum::<f64>().sqrt();
     let colors = way.windows(2).map(|pair| {
         let off = (pair[0][1] - pair[0][0]).norm() / noise.max(f64::MIN_POSITIVE);
@@ -191,7 +222,11 @@ fn tool<W: Write>(writer: &mut Writer<W>, shown: &Shown) -> Result<(), RecordErr
         signals::rgb(mixed)
     });
     let entity = |what: &str| format!("/{}/tool/{what}", shown.root);
-    writer.fixed(Store::Recording, &format!("/{}/tool", shown.root), &ViewCoordinates::RIGHT_HAND_Z_UP())?;
+    writer.fixed(
+        Store::Recording,
+        &format!("/{}/tool", shown.root),
+        &ViewCoordinates::RIGHT_HAND_Z_UP(),
+    )?;
     let predicted = LineStrips3D::new([way.iter().map(|[p, _]| point(p)).collect::<Vec<_>>()])
         .with_radii([radius])
         .with_colors([signals::rgb(REFERENCE)]);
@@ -203,7 +238,9 @@ fn tool<W: Write>(writer: &mut Writer<W>, shown: &Shown) -> Result<(), RecordErr
             .with_colors([signals::rgb(run(1))]);
         writer.fixed(Store::Recording, &entity("improved"), &improved)?;
     }
-    let measured = LineStrips3D::new(drawn.windows(2).map(<[_]>::to_vec)).with_radii([radius]).with_colors(colors);
+    let measured = LineStrips3D::new(drawn.windows(2).map(<[_]>::to_vec))
+        .with_radii([radius])
+        .with_colors(colors);
     writer.fixed(Store::Recording, &entity("measured"), &measured)
 }
 
@@ -221,7 +258,9 @@ fn difference<W: Write>(
         return Ok(());
     }
     // Greyish before, on a dark ground as on a light one, so that what is left after stands out.
-    let shade = |v: u8| if which == " before" { ((u16::from(v) + 2 * 128) / 3) as u8 } else { v };
+    let shade = |v: u8| {
+        if which == " before" { ((u16::from(v) + 2 * 128) / 3) as u8 } else { v }
+    };
     let color = |t: &&Trace| -> Rgb { JOINTS[usize::from(t.column) % JOINTS.len()].map(shade) };
     let style = SeriesLines::new()
         .with_names(traces.iter().map(|t| format!("{}{which}", t.label)))
@@ -231,8 +270,12 @@ fn difference<W: Write>(
     let (factor, _) = readable(channel.unit);
     let picked: Vec<usize> = (0..rows).collect();
     for chunk in picked.chunks(CHUNK) {
-        let values = chunk.iter().flat_map(|k| traces.iter().map(|t| (t.measured[*k] - t.predicted[*k]) * factor));
-        let columns = Scalars::new(values).columns(std::iter::repeat_n(traces.len(), chunk.len())).map_err(refused)?;
+        let values = chunk
+            .iter()
+            .flat_map(|k| traces.iter().map(|t| (t.measured[*k] - t.predicted[*k]) * factor));
+        let columns = Scalars::new(values)
+            .columns(std::iter::repeat_n(traces.len(), chunk.len()))
+            .map_err(refused)?;
         let time = TimeColumn::new_duration_secs("time", chunk.iter().map(|k| traces[0].time[*k]));
         writer.columns(entity, chunk.len(), [time], columns)?;
     }

@@ -61,14 +61,22 @@ impl<W: Write> Layout<'_, W> {
         let query = contents.iter().map(|c| part::QueryExpression(c.as_str().into()));
         self.log(&format!("{}/ViewContents", node.entity), &view::ViewContents::new(query))?;
         let class = part::ViewClass(class.into());
-        self.log(&node.entity, &view::ViewBlueprint::new(class).with_display_name(name).with_space_origin("/"))?;
+        self.log(
+            &node.entity,
+            &view::ViewBlueprint::new(class).with_display_name(name).with_space_origin("/"),
+        )?;
         for (property, value) in properties {
             self.log(&format!("{}/{property}", node.entity), *value)?;
         }
         Ok(node)
     }
 
-    fn container(&mut self, kind: part::ContainerKind, children: &[Node], shares: &[f32]) -> Result<Node, RecordError> {
+    fn container(
+        &mut self,
+        kind: part::ContainerKind,
+        children: &[Node],
+        shares: &[f32],
+    ) -> Result<Node, RecordError> {
         let node = self.node("container");
         let contents = children.iter().map(|c| part::IncludedContent(c.entity.as_str().into()));
         let mut container = view::ContainerBlueprint::new(kind).with_contents(contents);
@@ -110,7 +118,11 @@ impl<W: Write> Layout<'_, W> {
 }
 
 /// Writes the layout of welds and makes it the active one.
-pub(super) fn weld<W: Write>(writer: &mut Writer<W>, shown: &[Shown], exaggeration: f64) -> Result<(), RecordError> {
+pub(super) fn weld<W: Write>(
+    writer: &mut Writer<W>,
+    shown: &[Shown],
+    exaggeration: f64,
+) -> Result<(), RecordError> {
     let mut layout = Layout { writer, count: 0 };
     let cell = cell(&mut layout, shown, exaggeration)?;
     let about = layout.view("TextDocument", "what is shown", &["/about".to_owned()], &[])?;
@@ -126,13 +138,15 @@ pub(super) fn weld<W: Write>(writer: &mut Writer<W>, shown: &[Shown], exaggerati
     let axis = view::TimeAxis::new().with_view_range(all);
     let legend = view::PlotLegend::new().with_corner(part::Corner2D::RightTop);
     // The ripple of the working push, not the ramp to it.
-    let push = shown.iter().flat_map(|s| s.recording.rows.iter()).filter(|r| r.phase == Phase::Steady);
+    let push =
+        shown.iter().flat_map(|s| s.recording.rows.iter()).filter(|r| r.phase == Phase::Steady);
     let [low, high] = push
         .map(|r| -r.force_w.z / MILLI)
         .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v), high.max(v)]);
     let push_axis = if low < high {
         let room = high - low;
-        view::ScalarAxis::new().with_range(rerun::datatypes::Range1D([low - 0.3 * room, high + 1.4 * room]))
+        view::ScalarAxis::new()
+            .with_range(rerun::datatypes::Range1D([low - 0.3 * room, high + 1.4 * room]))
     } else {
         view::ScalarAxis::new()
     };
@@ -141,8 +155,8 @@ pub(super) fn weld<W: Write>(writer: &mut Writer<W>, shown: &[Shown], exaggerati
     let [low, high] = extent(shown, |r| [r.deviation_w.linear.y * MILLI]);
     let (low, high) = (low.min(-limit), high.max(limit));
     let room = high - low;
-    let lateral_axis =
-        view::ScalarAxis::new().with_range(rerun::datatypes::Range1D([low - 0.05 * room, high + 0.3 * room]));
+    let lateral_axis = view::ScalarAxis::new()
+        .with_range(rerun::datatypes::Range1D([low - 0.05 * room, high + 0.3 * room]));
     let mut plots = Vec::new();
     for group in GROUPS {
         let runs = shown.iter().enumerate().filter(|(k, s)| match group.of {
@@ -164,7 +178,8 @@ pub(super) fn weld<W: Write>(writer: &mut Writer<W>, shown: &[Shown], exaggerati
             (Of::First, Some(first)) => format!("{}: {}", group.title, first.name),
             _ => group.title.to_owned(),
         };
-        let mut properties: Vec<(&str, &dyn AsComponents)> = vec![("PlotLegend", &legend), ("TimeAxis", &axis)];
+        let mut properties: Vec<(&str, &dyn AsComponents)> =
+            vec![("PlotLegend", &legend), ("TimeAxis", &axis)];
         if group.entities.contains(&DESIRED) {
             properties.push(("ScalarAxis", &push_axis));
         }
@@ -200,15 +215,23 @@ pub(super) fn weld<W: Write>(writer: &mut Writer<W>, shown: &[Shown], exaggerati
 }
 
 /// Writes the layout of the responses to a step and makes it the active one.
-pub(super) fn step<W: Write>(writer: &mut Writer<W>, shown: &[Shown], step: Option<&Step>) -> Result<(), RecordError> {
+pub(super) fn step<W: Write>(
+    writer: &mut Writer<W>,
+    shown: &[Shown],
+    step: Option<&Step>,
+) -> Result<(), RecordError> {
     let mut layout = Layout { writer, count: 0 };
     // From a little before the step to the end, on the timeline that counts from it.
     let boundary = |seconds: f64| {
-        rerun::datatypes::TimeRangeBoundary::Absolute(rerun::datatypes::TimeInt((seconds * 1e9).round() as i64))
+        rerun::datatypes::TimeRangeBoundary::Absolute(rerun::datatypes::TimeInt(
+            (seconds * 1e9).round() as i64,
+        ))
     };
     let axis = view::TimeAxis::new().with_view_range(rerun::datatypes::TimeRange {
         start: boundary(-BEFORE_STEP),
-        end: step.map_or(rerun::datatypes::TimeRangeBoundary::Infinite, |s| boundary((1.0 + LEGEND_SHARE) * s.length)),
+        end: step.map_or(rerun::datatypes::TimeRangeBoundary::Infinite, |s| {
+            boundary((1.0 + LEGEND_SHARE) * s.length)
+        }),
     });
     let legend = view::PlotLegend::new().with_corner(part::Corner2D::RightTop);
     let whole = view::ScalarAxis::new();
@@ -232,20 +255,33 @@ pub(super) fn step<W: Write>(writer: &mut Writer<W>, shown: &[Shown], step: Opti
     };
     let response = plot("push [kN], ±5 % of the step", push(), &whole)?;
     let end = plot("the same, near its end value", push(), &near)?;
-    let error = plot("force error that the controller sees [N]", of_all("controller/force_error"), &whole)?;
-    let depth = plot("depth that the force loop adds [mm]", of_all("controller/depth_correction"), &whole)?;
+    let error =
+        plot("force error that the controller sees [N]", of_all("controller/force_error"), &whole)?;
+    let depth =
+        plot("depth that the force loop adds [mm]", of_all("controller/depth_correction"), &whole)?;
     let branch = plot("push that the force branch adds [N]", of_all("controller/push"), &whole)?;
     let mut rows = Vec::new();
     // On one scale, so that the controllers can be compared.
     for (title, entity, [low, high]) in [
-        ("twist of the drives [mrad]", "twist", extent::<JOINTS>(shown, |r| (r.twist() * MILLI).into())),
-        ("torque of the motors [kN·m]", "torque", extent::<JOINTS>(shown, |r| (r.torque / MILLI).into())),
+        (
+            "twist of the drives [mrad]",
+            "twist",
+            extent::<JOINTS>(shown, |r| (r.twist() * MILLI).into()),
+        ),
+        (
+            "torque of the motors [kN·m]",
+            "torque",
+            extent::<JOINTS>(shown, |r| (r.torque / MILLI).into()),
+        ),
     ] {
         let room = 0.05 * (high - low);
-        let y = view::ScalarAxis::new().with_range(rerun::datatypes::Range1D([low - room, high + room]));
+        let y = view::ScalarAxis::new()
+            .with_range(rerun::datatypes::Range1D([low - room, high + room]));
         let plots = shown
             .iter()
-            .map(|s| plot(&format!("{title}: {}", s.name), vec![format!("/{}/{entity}", s.root)], &y))
+            .map(|s| {
+                plot(&format!("{title}: {}", s.name), vec![format!("/{}/{entity}", s.root)], &y)
+            })
             .collect::<Result<Vec<_>, _>>()?;
         rows.push(plots);
     }
@@ -257,7 +293,11 @@ pub(super) fn step<W: Write>(writer: &mut Writer<W>, shown: &[Shown], step: Opti
         layout.container(part::ContainerKind::Horizontal, &[error, depth, branch], &[1.0; 3])?,
     ];
     for plots in rows.iter().filter(|plots| !plots.is_empty()) {
-        all.push(layout.container(part::ContainerKind::Horizontal, plots, &vec![1.0; plots.len()])?);
+        all.push(layout.container(
+            part::ContainerKind::Horizontal,
+            plots,
+            &vec![1.0; plots.len()],
+        )?);
     }
     let root = layout.container(part::ContainerKind::Vertical, &all, &[4.6, 2.6, 3.9, 3.9])?;
     let time = view::TimePanelBlueprint::new()
@@ -269,34 +309,48 @@ pub(super) fn step<W: Write>(writer: &mut Writer<W>, shown: &[Shown], step: Opti
 
 /// Writes the layout of a comparison and makes it the active one: the worst channels' differences always seen, the others
 /// as tabs.
-pub(super) fn compare<W: Write>(writer: &mut Writer<W>, shown: &[super::compare::Shown]) -> Result<(), RecordError> {
+pub(super) fn compare<W: Write>(
+    writer: &mut Writer<W>,
+    shown: &[super::compare::Shown],
+) -> Result<(), RecordError> {
     const SEEN: usize = 4;
     let mut layout = Layout { writer, count: 0 };
     let mut spaces = Vec::new();
     // The way that is furthest off lies on top.
-    let mut ways: Vec<_> =
-        shown.iter().filter_map(|s| Some((s, s.exaggeration?, s.place()?, s.way_score()?))).collect();
+    let mut ways: Vec<_> = shown
+        .iter()
+        .filter_map(|s| Some((s, s.exaggeration?, s.place()?, s.way_score()?)))
+        .collect();
     ways.sort_by(|a, b| b.3.total_cmp(&a.3));
     for (shown, factor, (middle, reach), _) in ways {
         let title = match factor {
             1.0 => format!("{}: tool, to scale", shown.log.name),
             factor => format!("{}: tool, deviations {factor:.0} × too large", shown.log.name),
         };
-        let background =
-            view::Background::new(part::BackgroundKind::SolidColor).with_color(rerun::Color::from_rgb(244, 245, 247));
+        let background = view::Background::new(part::BackgroundKind::SolidColor)
+            .with_color(rerun::Color::from_rgb(244, 245, 247));
         // All of it, seen from beyond it and a little above.
-        let outward = Vector3::new(middle.x, middle.y, 0.0).try_normalize(1e-6).unwrap_or_else(Vector3::x);
-        let away = Rotation3::from_axis_angle(&Vector3::z_axis(), 0.7) * outward + Vector3::z() * 0.6;
+        let outward =
+            Vector3::new(middle.x, middle.y, 0.0).try_normalize(1e-6).unwrap_or_else(Vector3::x);
+        let away =
+            Rotation3::from_axis_angle(&Vector3::z_axis(), 0.7) * outward + Vector3::z() * 0.6;
         let eye = view::EyeControls3D::new()
             .with_position((middle + away * 1.8 * reach.max(1e-3)).map(|v| v as f32).data.0[0])
             .with_look_target(middle.map(|v| v as f32).data.0[0])
             .with_eye_up([0.0, 0.0, 1.0]);
-        let properties: [(&str, &dyn AsComponents); 2] = [("EyeControls3D", &eye), ("Background", &background)];
-        spaces.push(layout.view("3D", &title, &[format!("/{}/tool/**", shown.root)], &properties)?);
+        let properties: [(&str, &dyn AsComponents); 2] =
+            [("EyeControls3D", &eye), ("Background", &background)];
+        spaces.push(layout.view(
+            "3D",
+            &title,
+            &[format!("/{}/tool/**", shown.root)],
+            &properties,
+        )?);
     }
     let mut about = layout.view("TextDocument", "what is shown", &["/about".to_owned()], &[])?;
     if shown.iter().any(|s| s.after.is_some()) {
-        let verdict = layout.view("TextLog", "verdict", &[super::compare::VERDICT.to_owned()], &[])?;
+        let verdict =
+            layout.view("TextLog", "verdict", &[super::compare::VERDICT.to_owned()], &[])?;
         about = layout.container(part::ContainerKind::Tabs, &[about, verdict], &[])?;
     }
     let left = match spaces.is_empty() {
@@ -306,7 +360,8 @@ pub(super) fn compare<W: Write>(writer: &mut Writer<W>, shown: &[super::compare:
             layout.container(part::ContainerKind::Vertical, &[tabs, about], &[3.0, 2.0])?
         }
     };
-    let mut channels: Vec<_> = shown.iter().flat_map(|s| s.log.channels.iter().map(move |c| (s, c))).collect();
+    let mut channels: Vec<_> =
+        shown.iter().flat_map(|s| s.log.channels.iter().map(move |c| (s, c))).collect();
     channels.sort_by(|a, b| b.1.score.total_cmp(&a.1.score));
     let legend = view::PlotLegend::new().with_corner(part::Corner2D::RightTop);
     let mut plots = Vec::new();
@@ -314,7 +369,8 @@ pub(super) fn compare<W: Write>(writer: &mut Writer<W>, shown: &[super::compare:
         // Of two models, one entity each below it.
         let entity = format!("{}/**", shown.difference(&channel.name));
         let axis = whole(shown.log);
-        let properties: [(&str, &dyn AsComponents); 2] = [("PlotLegend", &legend), ("TimeAxis", &axis)];
+        let properties: [(&str, &dyn AsComponents); 2] =
+            [("PlotLegend", &legend), ("TimeAxis", &axis)];
         plots.push(layout.view("TimeSeries", &shown.title(channel), &[entity], &properties)?);
     }
     let rest = plots.split_off(SEEN.min(plots.len()));
@@ -334,16 +390,20 @@ pub(super) fn compare<W: Write>(writer: &mut Writer<W>, shown: &[super::compare:
 /// A time axis with all of a log on it, also of one whose rows are minutes apart, and room for the legend.
 fn whole(log: &LogComparison) -> view::TimeAxis {
     let ends = log.traces.iter().filter_map(|t| Some([*t.time.first()?, *t.time.last()?]));
-    let [start, end] = ends.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], [c, d]| [a.min(c), b.max(d)]);
+    let [start, end] =
+        ends.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], [c, d]| [a.min(c), b.max(d)]);
     if start >= end {
         return view::TimeAxis::new();
     }
     let boundary = |seconds: f64| {
-        rerun::datatypes::TimeRangeBoundary::Absolute(rerun::datatypes::TimeInt((seconds * 1e9).round() as i64))
+        rerun::datatypes::TimeRangeBoundary::Absolute(rerun::datatypes::TimeInt(
+            (seconds * 1e9).round() as i64,
+        ))
     };
     // These plots are wide: the legend takes a tenth of them.
     let end = boundary(end + 0.1 * (end - start));
-    view::TimeAxis::new().with_view_range(rerun::datatypes::TimeRange { start: boundary(start), end })
+    view::TimeAxis::new()
+        .with_view_range(rerun::datatypes::TimeRange { start: boundary(start), end })
 }
 
 /// Smallest and largest of some signals over all runs.
@@ -360,11 +420,17 @@ fn steady(shown: &Shown) -> Option<[f64; 2]> {
 }
 
 /// The view in space, its camera beside the seam and looking back at the arm.
-fn cell<W: Write>(layout: &mut Layout<'_, W>, shown: &[Shown], exaggeration: f64) -> Result<Node, RecordError> {
+fn cell<W: Write>(
+    layout: &mut Layout<'_, W>,
+    shown: &[Shown],
+    exaggeration: f64,
+) -> Result<Node, RecordError> {
     let seam = shown.first().and_then(|s| super::scene::Seam::of(&s.recording.rows));
     let middle = seam.map_or(Vector3::new(1.5, 0.0, 0.5), |s| s.middle());
-    let outward = Vector3::new(middle.x, middle.y, 0.0).try_normalize(1e-6).unwrap_or_else(Vector3::x);
-    let mut away = Rotation3::from_axis_angle(&Vector3::z_axis(), 0.7) * outward * 2.5 + Vector3::z() * 1.7;
+    let outward =
+        Vector3::new(middle.x, middle.y, 0.0).try_normalize(1e-6).unwrap_or_else(Vector3::x);
+    let mut away =
+        Rotation3::from_axis_angle(&Vector3::z_axis(), 0.7) * outward * 2.5 + Vector3::z() * 1.7;
     // On the side of the plate that the tool is on, and not along its surface.
     let face = seam.map_or(Vector3::z(), |s| -s.depth_axis());
     away += face * (0.35 * away.norm() - face.dot(&away)).max(0.0);
@@ -375,13 +441,18 @@ fn cell<W: Write>(layout: &mut Layout<'_, W>, shown: &[Shown], exaggeration: f64
         .with_look_target(target.map(|v| v as f32).data.0[0])
         .with_eye_up([0.0, 0.0, 1.0]);
     let grid = view::LineGrid3D::new().with_visible(true).with_spacing(0.5);
-    let background =
-        view::Background::new(part::BackgroundKind::SolidColor).with_color(rerun::Color::from_rgb(244, 245, 247));
+    let background = view::Background::new(part::BackgroundKind::SolidColor)
+        .with_color(rerun::Color::from_rgb(244, 245, 247));
     let title = match exaggeration {
         1.0 => "cell, to scale".to_owned(),
         factor => format!("cell: deviations drawn {factor:.0} × too large"),
     };
     let mut contents = vec!["/cell/**".to_owned()];
     contents.extend(shown.iter().map(|s| format!("/{}/cell/**", s.root)));
-    layout.view("3D", &title, &contents, &[("EyeControls3D", &eye), ("LineGrid3D", &grid), ("Background", &background)])
+    layout.view(
+        "3D",
+        &title,
+        &contents,
+        &[("EyeControls3D", &eye), ("LineGrid3D", &grid), ("Background", &background)],
+    )
 }

@@ -45,7 +45,8 @@ impl Shown<'_> {
     /// The timelines of some rows, which are all on the seam or all off it.
     fn times(&self, picked: impl Iterator<Item = usize> + Clone) -> Vec<TimeColumn> {
         let rows = &self.recording.rows;
-        let mut times = vec![TimeColumn::new_duration_secs("time", picked.clone().map(|k| rows[k].time))];
+        let mut times =
+            vec![TimeColumn::new_duration_secs("time", picked.clone().map(|k| rows[k].time))];
         match &self.beside {
             Beside::Path(travelled) => {
                 if picked.clone().next().is_some_and(|k| crate::path::moving(rows[k].phase)) {
@@ -54,7 +55,10 @@ impl Shown<'_> {
                 }
             }
             Beside::Step(at) => {
-                times.push(TimeColumn::new_duration_secs(step::TIMELINE, picked.map(|k| rows[k].time - at)));
+                times.push(TimeColumn::new_duration_secs(
+                    step::TIMELINE,
+                    picked.map(|k| rows[k].time - at),
+                ));
             }
         }
         times
@@ -110,7 +114,11 @@ pub fn step_recording(path: &Path, runs: &[StepRun], at: f64) -> Result<(), Outp
 ///
 /// # Errors
 /// [`OutputError`] with the path; no file is left behind.
-pub fn compare_recording(path: &Path, model: &Path, comparison: &Comparison) -> Result<(), OutputError> {
+pub fn compare_recording(
+    path: &Path,
+    model: &Path,
+    comparison: &Comparison,
+) -> Result<(), OutputError> {
     let shown = compare::Shown::all(&comparison.logs, &[]);
     save(path, "compare", |writer| {
         layout::compare(writer, &shown)?;
@@ -130,7 +138,13 @@ pub fn diagnose_recording(path: &Path, diagnosed: &Diagnosed<'_>) -> Result<(), 
         said.push(format!("Next experiment: {}. {}", plan.title, plan.reason));
         said.extend(plan.steps.iter().cloned());
     }
-    before_and_after(path, "diagnose", (diagnosed.before, diagnosed.after), &said, &diagnosed.setting())
+    before_and_after(
+        path,
+        "diagnose",
+        (diagnosed.before, diagnosed.after),
+        &said,
+        &diagnosed.setting(),
+    )
 }
 
 /// Writes an improvement into a recording at `path`, as [`diagnose_recording`] does, with the steps in place of the
@@ -141,9 +155,15 @@ pub fn diagnose_recording(path: &Path, diagnosed: &Diagnosed<'_>) -> Result<(), 
 pub fn improve_recording(path: &Path, improved: &Improved<'_>) -> Result<(), OutputError> {
     let steps = improved.improvement.steps.iter().enumerate();
     let step = |(k, step): (usize, &trueweld_measure::improve::Step)| {
-        format!("{}: score {:.3}, where nothing was fitted {:.3}", improved.step(k), step.score, step.held_out)
+        format!(
+            "{}: score {:.3}, where nothing was fitted {:.3}",
+            improved.step(k),
+            step.score,
+            step.held_out
+        )
     };
-    let said: Vec<String> = [improved.headline(), improved.verdict()].into_iter().chain(steps.map(step)).collect();
+    let said: Vec<String> =
+        [improved.headline(), improved.verdict()].into_iter().chain(steps.map(step)).collect();
     before_and_after(path, "improve", (improved.before, improved.after), &said, &improved.setting())
 }
 
@@ -156,9 +176,11 @@ fn before_and_after(
     setting: &str,
 ) -> Result<(), OutputError> {
     let shown = compare::Shown::all(before, after);
-    let (first, others) = said.split_first().map_or(("", said), |(first, others)| (first.as_str(), others));
+    let (first, others) =
+        said.split_first().map_or(("", said), |(first, others)| (first.as_str(), others));
     // A step's own plus is no mark of a list.
-    let others: String = others.iter().map(|line| format!("- {}\n", line.replacen("+ ", "\\+ ", 1))).collect();
+    let others: String =
+        others.iter().map(|line| format!("- {}\n", line.replacen("+ ", "\\+ ", 1))).collect();
     save(path, id, |writer| {
         layout::compare(writer, &shown)?;
         compare::verdict(writer, said)?;

@@ -7,7 +7,10 @@ use crate::WeldRun;
 use crate::color::LIMIT;
 use crate::figures::{MILLI, headline};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
-use rerun::{Arrows3D, Boxes3D, Capsules3D, Color, FillMode, LineStrips3D, TextDocument, TimeColumn, Transform3D};
+use rerun::{
+    Arrows3D, Boxes3D, Capsules3D, Color, FillMode, LineStrips3D, TextDocument, TimeColumn,
+    Transform3D,
+};
 use std::io::Write;
 use trueweld_core::{JOINTS, JointVector, Robot};
 use trueweld_plant::simulate::Row;
@@ -36,7 +39,9 @@ impl Seam {
         let (first, last) = (rows.first()?.nominal, rows.last()?.nominal);
         let into: Vector3<f64> = first.rotation.column(2).into();
         let way = last.position - first.position;
-        let along = (way - into * into.dot(&way)).try_normalize(1e-9).unwrap_or(first.rotation.column(0).into());
+        let along = (way - into * into.dot(&way))
+            .try_normalize(1e-9)
+            .unwrap_or(first.rotation.column(0).into());
         let axes = Matrix3::from_columns(&[along, into.cross(&along), into]);
         Some(Self { start: first.position, end: last.position, axes })
     }
@@ -59,9 +64,14 @@ pub(super) fn cell<W: Write>(
     shown: &[Shown],
     exaggeration: f64,
 ) -> Result<(), RecordError> {
-    let Some(first) = shown.first() else { return Ok(()) };
-    let Some(seam) = Seam::of(&first.recording.rows) else { return Ok(()) };
-    let mut fixed = |entity: &str, what: &dyn rerun::AsComponents| writer.fixed(Store::Recording, entity, what);
+    let Some(first) = shown.first() else {
+        return Ok(());
+    };
+    let Some(seam) = Seam::of(&first.recording.rows) else {
+        return Ok(());
+    };
+    let mut fixed =
+        |entity: &str, what: &dyn rerun::AsComponents| writer.fixed(Store::Recording, entity, what);
 
     fixed("/cell", &rerun::ViewCoordinates::RIGHT_HAND_Z_UP())?;
     let thickness = 0.02;
@@ -74,7 +84,9 @@ pub(super) fn cell<W: Write>(
         .with_colors([Color::from_rgb(198, 203, 210)]);
     fixed("/cell/plate", &plate)?;
     let line = |offset: f64| [seam.start, seam.end].map(|p| point(&(p + lateral * offset)));
-    let nominal = LineStrips3D::new([line(0.0)]).with_radii([0.005]).with_colors([Color::from_rgb(40, 40, 40)]);
+    let nominal = LineStrips3D::new([line(0.0)])
+        .with_radii([0.005])
+        .with_colors([Color::from_rgb(40, 40, 40)]);
     fixed("/cell/seam", &nominal)?;
     let limit = first.recording.half_pin * exaggeration;
     let limits = LineStrips3D::new([line(limit), line(-limit)])
@@ -88,18 +100,29 @@ pub(super) fn cell<W: Write>(
         .with_radii([0.006])
         .with_colors([Color::from_rgb(90, 90, 90)]);
     fixed("/cell/weld_direction", &end)?;
-    fixed("/about", &TextDocument::new(about(runs, shown, exaggeration)).with_media_type(rerun::MediaType::MARKDOWN))?;
+    fixed(
+        "/about",
+        &TextDocument::new(about(runs, shown, exaggeration))
+            .with_media_type(rerun::MediaType::MARKDOWN),
+    )?;
     half_pin(writer, first)
 }
 
 /// The limit of lateral deviation in the plots, over the whole time of a run.
 fn half_pin<W: Write>(writer: &mut Writer<W>, shown: &Shown) -> Result<(), RecordError> {
     let (rows, limit) = (&shown.recording.rows, shown.recording.half_pin * MILLI);
-    let (Some(first), Some(last)) = (rows.first(), rows.last()) else { return Ok(()) };
-    let Beside::Path(travelled) = &shown.beside else { return Ok(()) };
+    let (Some(first), Some(last)) = (rows.first(), rows.last()) else {
+        return Ok(());
+    };
+    let Beside::Path(travelled) = &shown.beside else {
+        return Ok(());
+    };
     let times = [
         TimeColumn::new_duration_secs("time", [first.time, last.time]),
-        TimeColumn::new_sequence("path_um", [0, travelled.last().map_or(0, |far| signals::micrometres(*far))]),
+        TimeColumn::new_sequence(
+            "path_um",
+            [0, travelled.last().map_or(0, |far| signals::micrometres(*far))],
+        ),
     ];
     let name = format!("half the pin, ±{limit:.1}");
     signals::reference(writer, "/reference/half_pin", &name, LIMIT, times, &[[limit, -limit]; 2])
@@ -110,7 +133,10 @@ fn about(runs: &[WeldRun], shown: &[Shown], exaggeration: f64) -> String {
     let mut text = format!("**{}**\n\n", headline(runs));
     for (k, run) in shown.iter().enumerate() {
         let color = crate::color::run_in_words(k);
-        text += &format!("- {color}: {}; solid where the arm is, wire frame where its encoders say it is\n", run.name);
+        text += &format!(
+            "- {color}: {}; solid where the arm is, wire frame where its encoders say it is\n",
+            run.name
+        );
     }
     text += &format!(
         "- in space, deviations from the nominal pose are drawn {exaggeration:.0} × too large; plots are to scale\n\
@@ -130,7 +156,9 @@ pub(super) fn arm<W: Write>(
 ) -> Result<(), RecordError> {
     let recording = shown.recording;
     let rows = &recording.rows;
-    let Some(seam) = Seam::of(rows) else { return Ok(()) };
+    let Some(seam) = Seam::of(rows) else {
+        return Ok(());
+    };
     let every = ((1.0 / POSES_PER_SECOND / recording.period.max(1e-9)).round() as usize).max(1);
 
     for (which, solid) in [("real", true), ("encoders", false)] {
@@ -168,23 +196,39 @@ pub(super) fn arm<W: Write>(
             if which == "real" {
                 let forces = Arrows3D::update_fields()
                     .with_origins(frames.iter().map(|f| point(&f.tcp.position)))
-                    .with_vectors(picked.iter().map(|k| point(&(seam.axes * rows[*k].force_w * FORCE_LENGTH))))
+                    .with_vectors(
+                        picked
+                            .iter()
+                            .map(|k| point(&(seam.axes * rows[*k].force_w * FORCE_LENGTH))),
+                    )
                     .columns_of_unit_batches()
                     .map_err(refused)?;
-                writer.columns(&format!("/{}/cell/force", shown.root), picked.len(), times(), forces)?;
+                writer.columns(
+                    &format!("/{}/cell/force", shown.root),
+                    picked.len(),
+                    times(),
+                    forces,
+                )?;
             }
         }
     }
     let [r, g, b] = shown.color;
-    let style = Arrows3D::update_fields().with_colors([Color::from_rgb(r, g, b)]).with_radii([0.008]);
+    let style =
+        Arrows3D::update_fields().with_colors([Color::from_rgb(r, g, b)]).with_radii([0.008]);
     writer.fixed(Store::Recording, &format!("/{}/cell/force", shown.root), &style)?;
     way(writer, shown, &seam, exaggeration)
 }
 
 /// The way of the real tool over the plate while it moves along the seam, coloured by its lateral deviation.
-fn way<W: Write>(writer: &mut Writer<W>, shown: &Shown, seam: &Seam, exaggeration: f64) -> Result<(), RecordError> {
+fn way<W: Write>(
+    writer: &mut Writer<W>,
+    shown: &Shown,
+    seam: &Seam,
+    exaggeration: f64,
+) -> Result<(), RecordError> {
     let recording = shown.recording;
-    let moving: Vec<&Row> = recording.rows.iter().filter(|r| crate::path::moving(r.phase)).collect();
+    let moving: Vec<&Row> =
+        recording.rows.iter().filter(|r| crate::path::moving(r.phase)).collect();
     // Kept just above the plate: the depth of the tool is a signal, not part of this picture.
     let above = seam.axes.column(2) * -0.004;
     // Means over many turns of the spindle, whose ripple would alias with the points.
@@ -217,7 +261,12 @@ fn grade(of_limit: f64) -> Color {
 }
 
 /// One link as a capsule to the next frame; the last one with the tool. `None` where two frames coincide.
-fn shape(robot: &Robot<f64>, link: usize, [r, g, b]: crate::color::Rgb, solid: bool) -> Option<Capsules3D> {
+fn shape(
+    robot: &Robot<f64>,
+    link: usize,
+    [r, g, b]: crate::color::Rgb,
+    solid: bool,
+) -> Option<Capsules3D> {
     let parameters = robot.parameters();
     let tool = &parameters.tool;
     let (ends, radii) = match parameters.joints.get(link + 1) {
@@ -227,19 +276,25 @@ fn shape(robot: &Robot<f64>, link: usize, [r, g, b]: crate::color::Rgb, solid: b
             // The spindle ends a little before the pin's tip, which alone is in the material.
             let shoulder = tool.flange_offset + tool.tcp_from_flange * 0.85;
             (
-                vec![[Vector3::zeros(), tool.flange_offset], [tool.flange_offset, shoulder], [shoulder, tcp]],
+                vec![
+                    [Vector3::zeros(), tool.flange_offset],
+                    [tool.flange_offset, shoulder],
+                    [shoulder, tcp],
+                ],
                 vec![0.09, 0.06, 0.02],
             )
         }
     };
-    let (mut lengths, mut starts, mut turns, mut thick) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    let (mut lengths, mut starts, mut turns, mut thick) =
+        (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for ([start, end], radius) in ends.iter().zip(radii) {
         let way: Vector3<f64> = end - start;
         if way.norm() < 1e-6 {
             continue;
         }
-        let turn = Rotation3::rotation_between(&Vector3::z(), &way)
-            .unwrap_or_else(|| Rotation3::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI));
+        let turn = Rotation3::rotation_between(&Vector3::z(), &way).unwrap_or_else(|| {
+            Rotation3::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI)
+        });
         lengths.push(way.norm() as f32);
         starts.push(point(start));
         turns.push(quaternion(turn.matrix()));
@@ -248,7 +303,9 @@ fn shape(robot: &Robot<f64>, link: usize, [r, g, b]: crate::color::Rgb, solid: b
     if lengths.is_empty() {
         return None;
     }
-    let shape = Capsules3D::from_lengths_and_radii(lengths, thick).with_translations(starts).with_quaternions(turns);
+    let shape = Capsules3D::from_lengths_and_radii(lengths, thick)
+        .with_translations(starts)
+        .with_quaternions(turns);
     Some(if solid {
         shape.with_fill_mode(FillMode::Solid).with_colors([Color::from_rgb(r, g, b)])
     } else {

@@ -47,26 +47,56 @@ pub(super) fn idle(shown: &Shown, entity: &str) -> bool {
 
 /// The plots of the layout; the first three are always seen, the others are tabs.
 pub(super) const GROUPS: &[Group] = &[
-    Group { title: "lateral deviation [mm]", entities: &["deviation/lateral"], references: &["half_pin"], of: Of::All },
+    Group {
+        title: "lateral deviation [mm]",
+        entities: &["deviation/lateral"],
+        references: &["half_pin"],
+        of: Of::All,
+    },
     Group { title: "push [kN]", entities: &["force/real", DESIRED], references: &[], of: Of::All },
-    Group { title: "twist of the drives [mrad]", entities: &["twist"], references: &[], of: Of::First },
+    Group {
+        title: "twist of the drives [mrad]",
+        entities: &["twist"],
+        references: &[],
+        of: Of::First,
+    },
     Group {
         title: "correction [mm, mrad]",
         entities: &["controller/correction", "controller/correction_turn"],
         references: &[],
         of: Of::Compensated,
     },
-    Group { title: "torque of the motors [kN·m]", entities: &["torque"], references: &[], of: Of::First },
-    Group { title: "lateral by joint [mm]", entities: &["lateral_by_joint"], references: &[], of: Of::First },
+    Group {
+        title: "torque of the motors [kN·m]",
+        entities: &["torque"],
+        references: &[],
+        of: Of::First,
+    },
+    Group {
+        title: "lateral by joint [mm]",
+        entities: &["lateral_by_joint"],
+        references: &[],
+        of: Of::First,
+    },
     Group { title: "tilt [°]", entities: &["deviation/tilt"], references: &[], of: Of::All },
-    Group { title: "longitudinal [mm]", entities: &["deviation/longitudinal"], references: &[], of: Of::All },
+    Group {
+        title: "longitudinal [mm]",
+        entities: &["deviation/longitudinal"],
+        references: &[],
+        of: Of::All,
+    },
     Group {
         title: "depth [mm]",
         entities: &["deviation/depth", "controller/depth_correction"],
         references: &[],
         of: Of::All,
     },
-    Group { title: "sensed [kN]", entities: &["force/sensed", DESIRED], references: &[], of: Of::All },
+    Group {
+        title: "sensed [kN]",
+        entities: &["force/sensed", DESIRED],
+        references: &[],
+        of: Of::All,
+    },
     Group {
         title: "force loop [N]",
         entities: &["controller/force_error", "controller/push"],
@@ -84,24 +114,33 @@ pub(super) fn all<W: Write>(writer: &mut Writer<W>, shown: &Shown) -> Result<(),
     let label = |what: &str| [format!("{name}, {what}")];
     let mut signals = Signals { writer, shown };
 
-    signals.send("deviation/lateral", &own, &[color], |r| Some([r.deviation_w.linear.y * MILLI]))?;
-    signals.send("deviation/longitudinal", &own, &[color], |r| Some([r.deviation_w.linear.x * MILLI]))?;
+    signals
+        .send("deviation/lateral", &own, &[color], |r| Some([r.deviation_w.linear.y * MILLI]))?;
+    signals.send("deviation/longitudinal", &own, &[color], |r| {
+        Some([r.deviation_w.linear.x * MILLI])
+    })?;
     signals.send("deviation/depth", &own, &[color], |r| Some([r.deviation_w.linear.z * MILLI]))?;
     signals.send("deviation/tilt", &own, &[color], |r| Some([r.tilt.to_degrees()]))?;
 
     signals.send("force/sensed", &own, &[pale(6)], |r| Some([-r.force_sensed_w.z / MILLI]))?;
     signals.send("force/real", &own, &[color], |r| Some([-r.force_w.z / MILLI]))?;
-    signals.send(DESIRED, &["asked for".to_owned()], &[REFERENCE], |r| r.force_desired.map(|f| [f / MILLI]))?;
+    signals.send(DESIRED, &["asked for".to_owned()], &[REFERENCE], |r| {
+        r.force_desired.map(|f| [f / MILLI])
+    })?;
 
     let joints = std::array::from_fn::<String, 6, _>(|i| format!("A{}", i + 1));
     signals.send("twist", &joints, &JOINT_COLORS, |r| Some((r.twist() * MILLI).into()))?;
-    signals.send("lateral_by_joint", &joints, &JOINT_COLORS, |r| Some((r.lateral_by_joint * MILLI).into()))?;
+    signals.send("lateral_by_joint", &joints, &JOINT_COLORS, |r| {
+        Some((r.lateral_by_joint * MILLI).into())
+    })?;
 
     signals.send("torque", &joints, &JOINT_COLORS, |r| Some((r.torque / 1e3).into()))?;
 
     signals.send("controller/force_error", &own, &[color], |r| Some([r.force_error]))?;
     signals.send("controller/push", &label("force branch"), &[pale(4)], |r| Some([r.push]))?;
-    signals.send("controller/depth_correction", &label("added"), &[pale(4)], |r| Some([r.depth_correction * MILLI]))?;
+    signals.send("controller/depth_correction", &label("added"), &[pale(4)], |r| {
+        Some([r.depth_correction * MILLI])
+    })?;
     let parts = ["longitudinal [mm]", "lateral [mm]"].map(|p| format!("{name}, {p}"));
     signals.send("controller/correction", &parts, &[pale(4), color], |r| {
         Some([r.correction_w.linear.x * MILLI, r.correction_w.linear.y * MILLI])
@@ -121,7 +160,8 @@ pub(super) fn reference<const N: usize, W: Write>(
     times: impl IntoIterator<Item = TimeColumn>,
     values: &[[f64; N]],
 ) -> Result<(), RecordError> {
-    let style = SeriesLines::new().with_names([name; N]).with_colors([rgb(color); N]).with_widths([1.5; N]);
+    let style =
+        SeriesLines::new().with_names([name; N]).with_colors([rgb(color); N]).with_widths([1.5; N]);
     writer.fixed(Store::Recording, entity, &style)?;
     let columns = Scalars::new(values.iter().flatten().copied())
         .columns(std::iter::repeat_n(N, values.len()))
@@ -151,7 +191,8 @@ impl<W: Write> Signals<'_, '_, W> {
         self.writer.fixed(Store::Recording, &entity, &style)?;
         let rows = &self.shown.recording.rows;
         for range in chunks(rows) {
-            let found: Vec<(usize, [f64; N])> = range.filter_map(|k| value(&rows[k]).map(|v| (k, v))).collect();
+            let found: Vec<(usize, [f64; N])> =
+                range.filter_map(|k| value(&rows[k]).map(|v| (k, v))).collect();
             if found.is_empty() {
                 continue;
             }
@@ -170,7 +211,8 @@ pub(super) fn chunks(rows: &[Row]) -> impl Iterator<Item = Range<usize>> {
     let mut start = 0;
     std::iter::from_fn(move || {
         let on_path = moving(rows.get(start)?.phase);
-        let length = rows[start..].iter().take(CHUNK).take_while(|r| moving(r.phase) == on_path).count();
+        let length =
+            rows[start..].iter().take(CHUNK).take_while(|r| moving(r.phase) == on_path).count();
         let range = start..start + length;
         start = range.end;
         Some(range)
@@ -182,21 +224,35 @@ fn events<W: Write>(writer: &mut Writer<W>, shown: &Shown) -> Result<(), RecordE
     let entity = format!("/{}/events", shown.root);
     let mut before: Option<&Row> = None;
     for row in &shown.recording.rows {
-        let nanoseconds = |seconds: f64| rerun::TimeCell::from_duration_nanos((seconds * 1e9).round() as i64);
+        let nanoseconds =
+            |seconds: f64| rerun::TimeCell::from_duration_nanos((seconds * 1e9).round() as i64);
         let mut log = |text: String, level: TextLogLevel| {
-            let mut when = TimePoint::default().with(Timeline::new_duration("time"), nanoseconds(row.time));
+            let mut when =
+                TimePoint::default().with(Timeline::new_duration("time"), nanoseconds(row.time));
             if let Beside::Step(at) = shown.beside {
-                when = when.with(Timeline::new_duration(super::step::TIMELINE), nanoseconds(row.time - at));
+                when = when.with(
+                    Timeline::new_duration(super::step::TIMELINE),
+                    nanoseconds(row.time - at),
+                );
             }
-            let entry = TextLog::new(format!("{}: {text}", shown.name)).with_level(level).with_color(rgb(shown.color));
+            let entry = TextLog::new(format!("{}: {text}", shown.name))
+                .with_level(level)
+                .with_color(rgb(shown.color));
             writer.one(Store::Recording, &entity, when, &entry)
         };
         if before.is_none_or(|b| b.phase != row.phase) {
             log(row.phase.name().to_owned(), TextLogLevel::INFO.into())?;
         }
         if row.limited != before.is_some_and(|b| b.limited) {
-            let text = if row.limited { "a limit of drive or correction reached" } else { "within limits again" };
-            log(text.to_owned(), if row.limited { TextLogLevel::WARN } else { TextLogLevel::INFO }.into())?;
+            let text = if row.limited {
+                "a limit of drive or correction reached"
+            } else {
+                "within limits again"
+            };
+            log(
+                text.to_owned(),
+                if row.limited { TextLogLevel::WARN } else { TextLogLevel::INFO }.into(),
+            )?;
         }
         if row.fault != before.and_then(|b| b.fault) {
             match row.fault {

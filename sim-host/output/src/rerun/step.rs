@@ -33,7 +33,12 @@ impl Step {
         let Shown { recording, .. } = shown.first()?;
         let last = recording.rows.last()?;
         let goal = last.force_desired?;
-        let before = recording.rows.iter().rev().find(|r| r.time < at - 0.5 * recording.period)?.force_desired?;
+        let before = recording
+            .rows
+            .iter()
+            .rev()
+            .find(|r| r.time < at - 0.5 * recording.period)?
+            .force_desired?;
         Some(Self { at, length: last.time - at, goal, near: 0.05 * (goal - before).abs() })
     }
 }

@@ -68,13 +68,21 @@ fn a_recording_holds_every_signal_of_every_run() {
     }
     assert!(chunks.iter().all(|c| c.num_rows() <= 10_000));
     let component = Scalars::descriptor_scalars().component;
-    let lateral: Vec<f64> = chunks.iter().flat_map(|c| c.iter_slices::<f64>(component).flatten().copied()).collect();
-    let expected: Vec<f64> = welds.recordings[0].rows.iter().map(|r| r.deviation_w.linear.y * 1e3).collect();
+    let lateral: Vec<f64> =
+        chunks.iter().flat_map(|c| c.iter_slices::<f64>(component).flatten().copied()).collect();
+    let expected: Vec<f64> =
+        welds.recordings[0].rows.iter().map(|r| r.deviation_w.linear.y * 1e3).collect();
     assert_eq!(lateral, expected);
     // Only rows on the seam have a position on it.
-    let on_path: usize =
-        chunks.iter().filter(|c| c.timelines().contains_key(&"path_um".into())).map(Chunk::num_rows).sum();
-    assert_eq!(on_path, welds.recordings[0].rows.iter().filter(|r| crate::path::moving(r.phase)).count());
+    let on_path: usize = chunks
+        .iter()
+        .filter(|c| c.timelines().contains_key(&"path_um".into()))
+        .map(Chunk::num_rows)
+        .sum();
+    assert_eq!(
+        on_path,
+        welds.recordings[0].rows.iter().filter(|r| crate::path::moving(r.phase)).count()
+    );
 }
 
 #[test]
@@ -98,7 +106,14 @@ fn a_step_recording_holds_every_signal_of_every_controller_and_is_the_same_again
     let (rows, chunks, activations) = read(&path, "/external/force/real");
     assert_eq!(activations, 1);
     for root in ["parallel", "superposed", "external"] {
-        for signal in ["force/real", "force/desired", "controller/force_error", "controller/push", "twist", "torque"] {
+        for signal in [
+            "force/real",
+            "force/desired",
+            "controller/force_error",
+            "controller/push",
+            "twist",
+            "torque",
+        ] {
             assert_eq!(rows.get(&format!("/{root}/{signal}")), Some(&4001), "{root}/{signal}");
         }
     }
@@ -106,8 +121,10 @@ fn a_step_recording_holds_every_signal_of_every_controller_and_is_the_same_again
     assert_eq!(rows["/reference/band"], 3);
     assert!(rows.contains_key("/about"));
     // Time counts from the step.
-    let since: Vec<i64> =
-        chunks.iter().flat_map(|c| c.timelines()[&step::TIMELINE.into()].times_raw().to_vec()).collect();
+    let since: Vec<i64> = chunks
+        .iter()
+        .flat_map(|c| c.timelines()[&step::TIMELINE.into()].times_raw().to_vec())
+        .collect();
     assert_eq!((since[0], since[1000]), (-1_000_000_000, 0));
     let again = directory.path().join("again.rrd");
     step_recording(&again, &steps.runs(), sample::STEP_AT).unwrap();
@@ -133,7 +150,8 @@ fn a_comparison_holds_the_way_and_the_difference_of_every_column_and_is_the_same
         assert!(rows.contains_key(entity), "{entity}");
     }
     let component = Scalars::descriptor_scalars().component;
-    let drawn: Vec<f64> = chunks.iter().flat_map(|c| c.iter_slices::<f64>(component).flatten().copied()).collect();
+    let drawn: Vec<f64> =
+        chunks.iter().flat_map(|c| c.iter_slices::<f64>(component).flatten().copied()).collect();
     assert_eq!(drawn.len(), 1500);
     // x is off by 0.2 mm from the fiftieth row on.
     assert!((drawn[3 * 60] - 0.2).abs() < 1e-6 && drawn[1].abs() < 1e-9);
@@ -149,7 +167,13 @@ fn a_diagnosis_holds_three_ways_of_the_tool_and_differences_before_and_after() {
     diagnose_recording(&path, &parts.diagnosed()).unwrap();
     let (rows, chunks, activations) = read(&path, "/1_free/difference/tcp_position/after");
     assert_eq!(activations, 1);
-    for entity in ["/about", "/verdict", "/1_free/tool/predicted", "/1_free/tool/measured", "/1_free/tool/improved"] {
+    for entity in [
+        "/about",
+        "/verdict",
+        "/1_free/tool/predicted",
+        "/1_free/tool/measured",
+        "/1_free/tool/improved",
+    ] {
         assert!(rows.contains_key(entity), "{entity}");
     }
     assert_eq!(rows["/1_free/difference/tcp_position/before"], 501);
@@ -164,7 +188,8 @@ fn a_diagnosis_holds_three_ways_of_the_tool_and_differences_before_and_after() {
 fn a_missing_directory_is_named_and_nothing_is_left() {
     let directory = tempfile::tempdir().unwrap();
     let welds = sample::welds(50);
-    let error = weld_recording(&directory.path().join("absent/weld.rrd"), &welds.runs(), 1.0).unwrap_err();
+    let error =
+        weld_recording(&directory.path().join("absent/weld.rrd"), &welds.runs(), 1.0).unwrap_err();
     assert!(error.to_string().contains("absent"), "{error}");
     assert_eq!(std::fs::read_dir(directory.path()).unwrap().count(), 0);
 }

@@ -8,8 +8,8 @@ use super::APPLICATION;
 use re_span::Span;
 use rerun::external::arrow::datatypes::Schema;
 use rerun::external::re_log_encoding::{
-    Compression, Encodable, EncodingOptions, MessageHeader, MessageKind, RRD_FOURCC, RrdFooter, RrdManifestBuilder,
-    StreamFooter, StreamHeader, ToTransport,
+    Compression, Encodable, EncodingOptions, MessageHeader, MessageKind, RRD_FOURCC, RrdFooter,
+    RrdManifestBuilder, StreamFooter, StreamHeader, ToTransport,
 };
 use rerun::external::re_log_types::external::re_tuid::Tuid;
 use rerun::external::re_log_types::{
@@ -60,12 +60,17 @@ impl<W: Write> Writer<W> {
         let mut message = Vec::new();
         let options = EncodingOptions::PROTOBUF_COMPRESSED;
         let version = rerun::build_info().version.to_bytes();
-        StreamHeader { fourcc: RRD_FOURCC, version, options }.to_rrd_bytes(&mut message).map_err(refused)?;
+        StreamHeader { fourcc: RRD_FOURCC, version, options }
+            .to_rrd_bytes(&mut message)
+            .map_err(refused)?;
         file.write_all(&message).map_err(refused)?;
         let recording = StoreId::recording(APPLICATION, recording_id);
         let layout = StoreId::new(StoreKind::Blueprint, APPLICATION, "layout");
-        let stores =
-            [recording, layout].map(|id| StoreState { id, catalogue: RrdManifestBuilder::default(), chunks: 0 });
+        let stores = [recording, layout].map(|id| StoreState {
+            id,
+            catalogue: RrdManifestBuilder::default(),
+            chunks: 0,
+        });
         let mut writer = Self { file, written: message.len() as u64, message, stores, next: 1 };
         for store in [Store::Recording, Store::Layout] {
             let source = StoreSource::Other(APPLICATION.to_owned());
@@ -79,12 +84,18 @@ impl<W: Write> Writer<W> {
     /// Makes the layout written so far the one that the viewer opens with.
     pub fn activate_layout(&mut self) -> Result<(), RecordError> {
         let blueprint_id = self.stores[Store::Layout as usize].id.clone();
-        let command = BlueprintActivationCommand { blueprint_id, make_active: true, make_default: true };
+        let command =
+            BlueprintActivationCommand { blueprint_id, make_active: true, make_default: true };
         self.append(&LogMsg::BlueprintActivationCommand(command)).map(|_| ())
     }
 
     /// Something that holds at all times.
-    pub fn fixed(&mut self, store: Store, entity: &str, what: &dyn AsComponents) -> Result<(), RecordError> {
+    pub fn fixed(
+        &mut self,
+        store: Store,
+        entity: &str,
+        what: &dyn AsComponents,
+    ) -> Result<(), RecordError> {
         self.one(store, entity, TimePoint::default(), what)
     }
 
@@ -114,8 +125,10 @@ impl<W: Write> Writer<W> {
     ) -> Result<(), RecordError> {
         let id = ChunkId::from_tuid(self.identifier(1 + rows as u64));
         let times = times.into_iter().map(|t| (*t.timeline().name(), t)).collect();
-        let components: ChunkComponents = columns.into_iter().map(|c| (c.descriptor, c.list_array)).collect();
-        let chunk = Chunk::from_auto_row_ids(id, entity.into(), times, components).map_err(refused)?;
+        let components: ChunkComponents =
+            columns.into_iter().map(|c| (c.descriptor, c.list_array)).collect();
+        let chunk =
+            Chunk::from_auto_row_ids(id, entity.into(), times, components).map_err(refused)?;
         self.chunk(Store::Recording, &chunk)
     }
 
@@ -127,7 +140,8 @@ impl<W: Write> Writer<W> {
             // The library leaves the columns of the schema in the order of a hash map.
             let mut fields: Vec<_> = manifest.sorbet_schema.fields.iter().cloned().collect();
             fields.sort_by(|a, b| a.name().cmp(b.name()));
-            manifest.sorbet_schema = Schema::new_with_metadata(fields, manifest.sorbet_schema.metadata);
+            manifest.sorbet_schema =
+                Schema::new_with_metadata(fields, manifest.sorbet_schema.metadata);
             // One store each: with both in one map, their order would change from run to run.
             let footer = RrdFooter { manifests: [(store.id, manifest)].into() };
             footers.push(footer.to_transport(()).map_err(refused)?);
@@ -141,17 +155,25 @@ impl<W: Write> Writer<W> {
             footer.to_rrd_bytes(&mut payload).map_err(refused)?;
         }
         let mut end = Vec::new();
-        MessageHeader { kind: MessageKind::End, len: payload.len() as u64 }.to_rrd_bytes(&mut end).map_err(refused)?;
+        MessageHeader { kind: MessageKind::End, len: payload.len() as u64 }
+            .to_rrd_bytes(&mut end)
+            .map_err(refused)?;
         let offset = self.written + end.len() as u64;
         end.extend_from_slice(&payload);
-        StreamFooter::from_rrd_footer_bytes(offset, &payload).to_rrd_bytes(&mut end).map_err(refused)?;
+        StreamFooter::from_rrd_footer_bytes(offset, &payload)
+            .to_rrd_bytes(&mut end)
+            .map_err(refused)?;
         self.file.write_all(&end).map_err(refused)
     }
 
     fn chunk(&mut self, store: Store, chunk: &Chunk) -> Result<(), RecordError> {
         let id = self.stores[store as usize].id.clone();
         let batch = chunk.to_chunk_batch().map_err(refused)?;
-        let message = ArrowMsg { chunk_id: chunk.id().as_tuid(), batch: batch.clone().into(), on_release: None };
+        let message = ArrowMsg {
+            chunk_id: chunk.id().as_tuid(),
+            batch: batch.clone().into(),
+            on_release: None,
+        };
         let (span, uncompressed) = self.append(&LogMsg::ArrowMsg(id, message))?;
         let state = &mut self.stores[store as usize];
         state.chunks += 1;

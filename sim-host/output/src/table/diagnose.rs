@@ -2,7 +2,8 @@
 
 use super::{WIDTH, left, push_line, right, wrapped};
 use crate::diagnosed::{
-    Diagnosed, Improved, REMAINS, confusable, in_a_line, limits, none_of_these, percent, ranked, score, values,
+    Diagnosed, Improved, REMAINS, confusable, in_a_line, limits, none_of_these, percent, ranked,
+    score, values,
 };
 use trueweld_measure::diagnose::{Found, Verdict};
 use trueweld_measure::localize::foremost;
@@ -27,11 +28,20 @@ pub fn diagnose_table(diagnosed: &Diagnosed<'_>) -> String {
     let candidates = ranked(diagnosis);
     if !candidates.is_empty() {
         out += "\n";
-        push_line(&mut out, &row("explanations tried", ["held-out score", "still unexplained", "probability"]));
+        push_line(
+            &mut out,
+            &row("explanations tried", ["held-out score", "still unexplained", "probability"]),
+        );
         for (k, c) in candidates.iter().enumerate() {
             let left = format!("{:.0} %", 100.0 * c.left.clamp(0.0, 1.0));
             let cells = [score(c.held_out_after), left, percent(c.probability)];
-            push_line(&mut out, &row(&format!("{}  {}", k + 1, c.name(robot)), cells.each_ref().map(String::as_str)));
+            push_line(
+                &mut out,
+                &row(
+                    &format!("{}  {}", k + 1, c.name(robot)),
+                    cells.each_ref().map(String::as_str),
+                ),
+            );
             for (name, value) in c.effects.iter().flat_map(values) {
                 push_line(&mut out, &format!("     {name} {value}"));
             }
@@ -43,14 +53,23 @@ pub fn diagnose_table(diagnosed: &Diagnosed<'_>) -> String {
         out += "\n";
         out += &wrapped("Smallest size of each effect that these logs would have shown:");
         for line in limits(diagnosis, robot) {
-            let places: Vec<String> = line.places.iter().map(|(at, size)| format!("{at} {size}")).collect();
-            out += &indented(&format!("{} ({}): {}", line.kind.id, line.size, places.join("; ").trim()));
+            let places: Vec<String> =
+                line.places.iter().map(|(at, size)| format!("{at} {size}")).collect();
+            out += &indented(&format!(
+                "{} ({}): {}",
+                line.kind.id,
+                line.size,
+                places.join("; ").trim()
+            ));
         }
         for pair in diagnosis.confusable.iter().take(PAIRS) {
             let [first, second, apart] = confusable(pair, robot);
             out += &wrapped(&match apart.parse::<f64>() {
-                Ok(_) => format!("These logs tell {first} from {second} only from {apart} × that size on."),
-                Err(_) => format!("These logs cannot tell {first} from {second} {apart}.").replace("not at", "at"),
+                Ok(_) => format!(
+                    "These logs tell {first} from {second} only from {apart} × that size on."
+                ),
+                Err(_) => format!("These logs cannot tell {first} from {second} {apart}.")
+                    .replace("not at", "at"),
             });
         }
     }
@@ -63,8 +82,10 @@ pub fn diagnose_table(diagnosed: &Diagnosed<'_>) -> String {
     }
     if let Some(plan) = &account.next_experiment {
         out += "\n";
-        out +=
-            &wrapped(&format!("Next experiment: {}, about {:.0} minutes. {}", plan.title, plan.minutes, plan.reason));
+        out += &wrapped(&format!(
+            "Next experiment: {}, about {:.0} minutes. {}",
+            plan.title, plan.minutes, plan.reason
+        ));
         for (k, step) in plan.steps.iter().enumerate() {
             out += &indented(&format!("{}. {step}", k + 1));
         }
@@ -75,7 +96,9 @@ pub fn diagnose_table(diagnosed: &Diagnosed<'_>) -> String {
 /// How a model was improved: step by step, what was not kept, and every value fitted.
 pub fn improve_table(improved: &Improved<'_>) -> String {
     let improvement = improved.improvement;
-    let mut out = wrapped(&improved.headline()) + &wrapped(&improved.verdict()) + &wrapped(&improved.setting());
+    let mut out = wrapped(&improved.headline())
+        + &wrapped(&improved.verdict())
+        + &wrapped(&improved.setting());
     out += "\n";
     push_line(&mut out, &row("", ["score", "held-out score", ""]));
     for (k, step) in improvement.steps.iter().enumerate() {
@@ -84,7 +107,8 @@ pub fn improve_table(improved: &Improved<'_>) -> String {
     }
     for rejected in &improvement.rejected {
         let [what, why] = improved.rejected(rejected);
-        let held_out = if rejected.held_out.is_finite() { score(rejected.held_out) } else { "–".to_owned() };
+        let held_out =
+            if rejected.held_out.is_finite() { score(rejected.held_out) } else { "–".to_owned() };
         push_line(&mut out, &row(&format!("not kept: {what}"), ["", &held_out, ""]));
         out += &indented(&format!("because {why}"));
     }
@@ -92,7 +116,8 @@ pub fn improve_table(improved: &Improved<'_>) -> String {
     if !fitted.is_empty() {
         out += "\n";
         for [name, parameter, value, from] in fitted {
-            let cells = format!("{}{}{from}", left(&name, 34), left(&format!("{parameter} {value}"), 42));
+            let cells =
+                format!("{}{}{from}", left(&name, 34), left(&format!("{parameter} {value}"), 42));
             push_line(&mut out, &cells);
         }
     }

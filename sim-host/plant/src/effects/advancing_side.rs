@@ -19,7 +19,10 @@ pub(super) static KIND: Kind = Kind {
         low: -0.3,
         high: 0.3,
     }],
-    action: Action::Term { port: |_| Port::ProcessForce, build: |v, _| Box::new(AdvancingSide { ratio: v[0] }) },
+    action: Action::Term {
+        port: |_| Port::ProcessForce,
+        build: |v, _| Box::new(AdvancingSide { ratio: v[0] }),
+    },
 };
 
 #[derive(Debug)]

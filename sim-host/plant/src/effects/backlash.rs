@@ -19,7 +19,10 @@ pub(super) static KIND: Kind = Kind {
         low: 0.0,
         high: 1e-3,
     }],
-    action: Action::Term { port: |j| Port::SpringTorque(j), build: |v, _| Box::new(Backlash { half_gap: v[0] }) },
+    action: Action::Term {
+        port: |j| Port::SpringTorque(j),
+        build: |v, _| Box::new(Backlash { half_gap: v[0] }),
+    },
 };
 
 #[derive(Debug)]

@@ -20,7 +20,10 @@ pub(super) static KIND: Kind = Kind {
         low: 0.0,
         high: 2e-08,
     }],
-    action: Action::Term { port: |_| Port::BaseFrame, build: |v, _| Box::new(BaseCompliance { compliance: v[0] }) },
+    action: Action::Term {
+        port: |_| Port::BaseFrame,
+        build: |v, _| Box::new(BaseCompliance { compliance: v[0] }),
+    },
 };
 
 #[derive(Debug)]

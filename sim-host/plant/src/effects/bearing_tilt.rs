@@ -21,7 +21,10 @@ pub(super) static KIND: Kind = Kind {
         low: 0.0,
         high: 2e-07,
     }],
-    action: Action::Term { port: |j| Port::LinkFrame(j), build: |v, _| Box::new(BearingTilt { compliance: v[0] }) },
+    action: Action::Term {
+        port: |j| Port::LinkFrame(j),
+        build: |v, _| Box::new(BearingTilt { compliance: v[0] }),
+    },
 };
 
 #[derive(Debug)]

@@ -19,7 +19,10 @@ pub(super) static KIND: Kind = Kind {
         low: -0.5,
         high: 1.0,
     }],
-    action: Action::Term { port: |_| Port::LinkTorque(1), build: |v, _| Box::new(CounterbalanceLoss { loss: v[0] }) },
+    action: Action::Term {
+        port: |_| Port::LinkTorque(1),
+        build: |v, _| Box::new(CounterbalanceLoss { loss: v[0] }),
+    },
 };
 
 #[derive(Debug)]

@@ -40,7 +40,8 @@ const FUNCTIONS: &[(&str, Function)] = &[
 ];
 
 /// Functions of two numbers.
-const FUNCTIONS_OF_TWO: &[(&str, FunctionOfTwo)] = &[("min", min), ("max", max), ("atan2", f64::atan2)];
+const FUNCTIONS_OF_TWO: &[(&str, FunctionOfTwo)] =
+    &[("min", min), ("max", max), ("atan2", f64::atan2)];
 
 /// −1, 0 or 1; what is not a number stays so.
 fn sign(x: f64) -> f64 {
@@ -82,7 +83,12 @@ impl Operation {
         match self {
             Self::Number(_) | Self::Variable(_) | Self::Parameter(_) => 1,
             Self::Negate | Self::Of(_) => 0,
-            Self::Add | Self::Subtract | Self::Multiply | Self::Divide | Self::Power | Self::OfTwo(_) => -1,
+            Self::Add
+            | Self::Subtract
+            | Self::Multiply
+            | Self::Divide
+            | Self::Power
+            | Self::OfTwo(_) => -1,
         }
     }
 }
@@ -113,7 +119,15 @@ impl Expression {
     /// [`Mistake`]: what is no expression, a name that is none of these, more than 32 levels of parentheses or operands
     /// waiting for their operator.
     pub fn parse(text: &str, variables: &[&str], parameters: &[&str]) -> Result<Self, Mistake> {
-        let mut parser = Parser { text, at: 0, variables, parameters, operations: Vec::new(), held: 0, nesting: 0 };
+        let mut parser = Parser {
+            text,
+            at: 0,
+            variables,
+            parameters,
+            operations: Vec::new(),
+            held: 0,
+            nesting: 0,
+        };
         parser.sum()?;
         match parser.peek() {
             None => Ok(Self { operations: parser.operations }),
@@ -231,10 +245,17 @@ impl Parser<'_> {
 
     fn too_deep(&self) -> Mistake {
         let message = format!("more than {DEPTH} levels deep here; expected at most {DEPTH}");
-        self.mistake(self.at..self.at, message, "Split the expression into two effects at the same port: they add up.")
+        self.mistake(
+            self.at..self.at,
+            message,
+            "Split the expression into two effects at the same port: they add up.",
+        )
     }
 
-    fn deeper(&mut self, inner: impl FnOnce(&mut Self) -> Result<(), Mistake>) -> Result<(), Mistake> {
+    fn deeper(
+        &mut self,
+        inner: impl FnOnce(&mut Self) -> Result<(), Mistake>,
+    ) -> Result<(), Mistake> {
         self.nesting += 1;
         if self.nesting > DEPTH {
             return Err(self.too_deep());
@@ -370,8 +391,11 @@ impl Parser<'_> {
 
     fn unknown(&self, name: &str, at: Range<usize>) -> Mistake {
         let names = self.variables.iter().chain(self.parameters).copied().chain(known_words());
-        let guess = nearest(name, names).map(|n| format!(" Did you mean `{n}`?")).unwrap_or_default();
-        let list = |names: &[&str]| if names.is_empty() { "none".to_owned() } else { names.join(", ") };
+        let guess =
+            nearest(name, names).map(|n| format!(" Did you mean `{n}`?")).unwrap_or_default();
+        let list = |names: &[&str]| {
+            if names.is_empty() { "none".to_owned() } else { names.join(", ") }
+        };
         let message = format!(
             "`{name}` is no variable of this port, no parameter and no function; expected one of the variables {}, the \
              parameters ({})",

@@ -19,7 +19,10 @@ pub(super) static KIND: Kind = Kind {
         low: 0.1,
         high: 2.0,
     }],
-    action: Action::Term { port: |_| Port::ProcessForce, build: |v, _| Box::new(FeedPowerLaw { exponent: v[0] }) },
+    action: Action::Term {
+        port: |_| Port::ProcessForce,
+        build: |v, _| Box::new(FeedPowerLaw { exponent: v[0] }),
+    },
 };
 
 /// Feed at which the power law meets the linear one, m/s.

@@ -29,7 +29,10 @@ pub(super) static KIND: Kind = Kind {
             high: 0.1,
         },
     ],
-    action: Action::Term { port: |_| Port::SensorChannel, build: |v, _| Box::new(ForceCrosstalk { x: v[0], y: v[1] }) },
+    action: Action::Term {
+        port: |_| Port::SensorChannel,
+        build: |v, _| Box::new(ForceCrosstalk { x: v[0], y: v[1] }),
+    },
 };
 
 #[derive(Debug)]

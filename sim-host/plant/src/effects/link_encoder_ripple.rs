@@ -28,11 +28,20 @@ pub(super) static KIND: Kind = Kind {
             low: 0.5,
             high: 2000.0,
         },
-        Parameter { name: "phase_rad", role: Role::Phase, unit: "rad", meaning: "phase φ", low: -3.15, high: 3.15 },
+        Parameter {
+            name: "phase_rad",
+            role: Role::Phase,
+            unit: "rad",
+            meaning: "phase φ",
+            low: -3.15,
+            high: 3.15,
+        },
     ],
     action: Action::Term {
         port: |_| Port::SensorChannel,
-        build: |v, joint| Box::new(LinkEncoderRipple { joint, amplitude: v[0], order: v[1], phase: v[2] }),
+        build: |v, joint| {
+            Box::new(LinkEncoderRipple { joint, amplitude: v[0], order: v[1], phase: v[2] })
+        },
     },
 };
 

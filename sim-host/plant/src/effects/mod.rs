@@ -207,7 +207,9 @@ pub struct Effect {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum EffectError {
     /// Not `ID:AT:NAME=VALUE,…`.
-    #[error("`{read}` is not an effect: expected ID:AT:NAME=VALUE,… such as backlash:A5:half_gap_rad=2e-4")]
+    #[error(
+        "`{read}` is not an effect: expected ID:AT:NAME=VALUE,… such as backlash:A5:half_gap_rad=2e-4"
+    )]
     Form {
         /// What was read.
         read: String,
@@ -278,16 +280,23 @@ impl Kind {
     /// # Errors
     /// [`EffectError::Place`].
     pub fn at(&self, written: &str, robot: &RobotFile) -> Result<At, EffectError> {
-        let wrong = |expected| EffectError::Place { id: self.id, read: written.to_owned(), expected };
+        let wrong =
+            |expected| EffectError::Place { id: self.id, read: written.to_owned(), expected };
         match self.place {
             Place::Joint => {
                 let found = robot.joint_names.iter().position(|n| n == written);
-                let joints = || wrong(format!("one of the joints {}", robot.joint_names.join(", ")));
+                let joints =
+                    || wrong(format!("one of the joints {}", robot.joint_names.join(", ")));
                 found.map(At::Joint).ok_or_else(joints)
             }
             Place::Channel => {
                 let found = CHANNELS.iter().find(|(name, _)| *name == written);
-                let names = || wrong(format!("one of the channels {}", CHANNELS.map(|(name, _)| name).join(", ")));
+                let names = || {
+                    wrong(format!(
+                        "one of the channels {}",
+                        CHANNELS.map(|(name, _)| name).join(", ")
+                    ))
+                };
                 found.map(|(_, channel)| At::Channel(*channel)).ok_or_else(names)
             }
             Place::Cell if written.is_empty() => Ok(At::Cell),
@@ -296,7 +305,9 @@ impl Kind {
     }
 
     fn parameters_in_words(&self) -> String {
-        let one = |p: &Parameter| format!("{} ({}, plausible {:e} to {:e})", p.name, p.unit, p.low, p.high);
+        let one = |p: &Parameter| {
+            format!("{} ({}, plausible {:e} to {:e})", p.name, p.unit, p.low, p.high)
+        };
         self.parameters.iter().map(one).collect::<Vec<_>>().join(", ")
     }
 
@@ -331,7 +342,8 @@ impl Effect {
                 .iter()
                 .position(|p| p.name == name)
                 .ok_or_else(|| kind.wrong(format!("no parameter `{name}`")))?;
-            let number: f64 = value.parse().map_err(|_| kind.wrong(format!("`{value}` is not a number")))?;
+            let number: f64 =
+                value.parse().map_err(|_| kind.wrong(format!("`{value}` is not a number")))?;
             if !number.is_finite() {
                 return Err(kind.wrong(format!("{name} = {value} is not finite")));
             }
@@ -339,9 +351,11 @@ impl Effect {
                 return Err(kind.wrong(format!("{name} is given twice")));
             }
         }
-        let missing =
-            |(value, p): (Option<f64>, &Parameter)| value.ok_or_else(|| kind.wrong(format!("{} is missing", p.name)));
-        let values = found.into_iter().zip(kind.parameters).map(missing).collect::<Result<_, _>>()?;
+        let missing = |(value, p): (Option<f64>, &Parameter)| {
+            value.ok_or_else(|| kind.wrong(format!("{} is missing", p.name)))
+        };
+        let values =
+            found.into_iter().zip(kind.parameters).map(missing).collect::<Result<_, _>>()?;
         Ok(Self { kind, at: place, values })
     }
 
@@ -360,7 +374,9 @@ impl Effect {
     pub fn at_name<'r>(&self, robot: &'r RobotFile) -> &'r str {
         match self.at {
             At::Joint(joint) => &robot.joint_names[joint],
-            At::Channel(channel) => CHANNELS.iter().find(|(_, c)| *c == channel).map_or("", |(name, _)| name),
+            At::Channel(channel) => {
+                CHANNELS.iter().find(|(_, c)| *c == channel).map_or("", |(name, _)| name)
+            }
             At::Cell => "",
         }
     }
@@ -379,14 +395,20 @@ impl Effect {
     ) -> Result<(), EffectError> {
         let joint = if let At::Joint(joint) = self.at { joint } else { 0 };
         match (self.kind.action, self.at) {
-            (Action::Term { port, build }, _) => ports.install(port(joint), build(&self.values, joint))?,
+            (Action::Term { port, build }, _) => {
+                ports.install(port(joint), build(&self.values, joint))?
+            }
             (Action::Channel(build), At::Channel(channel)) => {
                 ports.install(Port::TimeBase, build(&self.values, channel))?;
             }
             // The table pairs this action with that place; `parse` gives no other.
             (Action::Channel(_), _) => {}
             (Action::Robot(change), _) => {
-                change(robot.get_or_insert_with(|| model.parameters().clone()), joint, &self.values);
+                change(
+                    robot.get_or_insert_with(|| model.parameters().clone()),
+                    joint,
+                    &self.values,
+                );
             }
             (Action::Process(change), _) => {
                 if let Some(process) = process {

@@ -58,7 +58,12 @@ enum Target {
     LinkEncoder,
 }
 
-const fn variable(name: &'static str, unit: &'static str, meaning: &'static str, probes: [f64; 3]) -> Variable {
+const fn variable(
+    name: &'static str,
+    unit: &'static str,
+    meaning: &'static str,
+    probes: [f64; 3],
+) -> Variable {
     Variable { name, unit, meaning, probes }
 }
 
@@ -73,7 +78,8 @@ const fn joined<const N: usize>(first: &[Variable], second: &[Variable]) -> [Var
 }
 
 const TIME: Variable = variable("time", "s", "from the start", [0.0, 1.0, 100.0]);
-const ENCODER: Variable = variable("encoder", "rad", "encoder angle of the joint", [0.0, 1.0, -1.0]);
+const ENCODER: Variable =
+    variable("encoder", "rad", "encoder angle of the joint", [0.0, 1.0, -1.0]);
 const LINK: Variable = variable("link", "rad", "link angle of the joint", [0.0, 1.0, -1.0]);
 
 /// In the order of [`joint_values`].
@@ -83,17 +89,37 @@ static JOINT: [Variable; 7] = [
     LINK,
     variable("link_rate", "rad/s", "rate of the link", [0.0, 0.1, -0.1]),
     variable("twist", "rad", "encoder less link", [0.0, 1e-3, -1e-3]),
-    variable("encoder_before", "rad", "encoder angle of the joint before, 0 for the first", [0.0, 1.0, -1.0]),
-    variable("smoothing", "rad/s", "rate over which the robot's friction turns round", [1e-3, 1e-3, 1e-3]),
+    variable(
+        "encoder_before",
+        "rad",
+        "encoder angle of the joint before, 0 for the first",
+        [0.0, 1.0, -1.0],
+    ),
+    variable(
+        "smoothing",
+        "rad/s",
+        "rate over which the robot's friction turns round",
+        [1e-3, 1e-3, 1e-3],
+    ),
 ];
 
 fn joint_values(at: &JointPoint) -> [f64; 7] {
-    [at.encoder, at.encoder_rate, at.link, at.link_rate, at.encoder - at.link, at.encoder_before, at.smoothing]
+    [
+        at.encoder,
+        at.encoder_rate,
+        at.link,
+        at.link_rate,
+        at.encoder - at.link,
+        at.encoder_before,
+        at.smoothing,
+    ]
 }
 
 /// Those of a joint, then the counterbalance.
-static LINK_SIDE: [Variable; 8] =
-    joined(&JOINT, &[variable("counterbalance", "N·m", "its torque on this link, 0 but for A2", [0.0, 1e4, -1e4])]);
+static LINK_SIDE: [Variable; 8] = joined(
+    &JOINT,
+    &[variable("counterbalance", "N·m", "its torque on this link, 0 but for A2", [0.0, 1e4, -1e4])],
+);
 
 /// In the order of [`surface_values`].
 static SURFACE: [Variable; 9] = [
@@ -157,24 +183,96 @@ static SECOND_ENCODER: [Variable; 3] = [TIME, ENCODER, LINK];
 
 /// Every port that an effect in a model file may act at.
 pub static PORTS: &[NamedPort] = &[
-    port("spring-torque", "N·m", "torque on the link, and as much less on the motor", &JOINT, Target::SpringTorque),
+    port(
+        "spring-torque",
+        "N·m",
+        "torque on the link, and as much less on the motor",
+        &JOINT,
+        Target::SpringTorque,
+    ),
     port("twist", "rad", "more twist of the spring", &JOINT, Target::Twist),
     port("motor-friction", "N·m", "torque against the motor", &JOINT, Target::MotorFriction),
     port("link-torque", "N·m", "torque on the link", &LINK_SIDE, Target::LinkTorque),
-    port("process-force-x", "N", "force on the tool along x of W, in contact", &PROCESS, Target::ProcessForce(0)),
-    port("process-force-y", "N", "force on the tool along y of W, in contact", &PROCESS, Target::ProcessForce(1)),
-    port("process-force-z", "N", "force on the tool along z of W, in contact", &PROCESS, Target::ProcessForce(2)),
-    port("surface-height", "m", "height of the plate towards the tool", &SURFACE, Target::SurfaceHeight),
+    port(
+        "process-force-x",
+        "N",
+        "force on the tool along x of W, in contact",
+        &PROCESS,
+        Target::ProcessForce(0),
+    ),
+    port(
+        "process-force-y",
+        "N",
+        "force on the tool along y of W, in contact",
+        &PROCESS,
+        Target::ProcessForce(1),
+    ),
+    port(
+        "process-force-z",
+        "N",
+        "force on the tool along z of W, in contact",
+        &PROCESS,
+        Target::ProcessForce(2),
+    ),
+    port(
+        "surface-height",
+        "m",
+        "height of the plate towards the tool",
+        &SURFACE,
+        Target::SurfaceHeight,
+    ),
     port("tool-shift-x", "m", "displacement of the arm along x of B", &SHIFT, Target::ToolShift(0)),
     port("tool-shift-y", "m", "displacement of the arm along y of B", &SHIFT, Target::ToolShift(1)),
     port("tool-shift-z", "m", "displacement of the arm along z of B", &SHIFT, Target::ToolShift(2)),
-    port("tracker-x", "m", "what the tracker reads more along x of B", &INSTRUMENT, Target::Tracker(0)),
-    port("tracker-y", "m", "what the tracker reads more along y of B", &INSTRUMENT, Target::Tracker(1)),
-    port("tracker-z", "m", "what the tracker reads more along z of B", &INSTRUMENT, Target::Tracker(2)),
-    port("force-sensor-x", "N", "what the force sensor reads more along x of T", &INSTRUMENT, Target::ForceSensor(0)),
-    port("force-sensor-y", "N", "what the force sensor reads more along y of T", &INSTRUMENT, Target::ForceSensor(1)),
-    port("force-sensor-z", "N", "what the force sensor reads more along z of T", &INSTRUMENT, Target::ForceSensor(2)),
-    port("link-encoder", "rad", "what the second encoder reads more", &SECOND_ENCODER, Target::LinkEncoder),
+    port(
+        "tracker-x",
+        "m",
+        "what the tracker reads more along x of B",
+        &INSTRUMENT,
+        Target::Tracker(0),
+    ),
+    port(
+        "tracker-y",
+        "m",
+        "what the tracker reads more along y of B",
+        &INSTRUMENT,
+        Target::Tracker(1),
+    ),
+    port(
+        "tracker-z",
+        "m",
+        "what the tracker reads more along z of B",
+        &INSTRUMENT,
+        Target::Tracker(2),
+    ),
+    port(
+        "force-sensor-x",
+        "N",
+        "what the force sensor reads more along x of T",
+        &INSTRUMENT,
+        Target::ForceSensor(0),
+    ),
+    port(
+        "force-sensor-y",
+        "N",
+        "what the force sensor reads more along y of T",
+        &INSTRUMENT,
+        Target::ForceSensor(1),
+    ),
+    port(
+        "force-sensor-z",
+        "N",
+        "what the force sensor reads more along z of T",
+        &INSTRUMENT,
+        Target::ForceSensor(2),
+    ),
+    port(
+        "link-encoder",
+        "rad",
+        "what the second encoder reads more",
+        &SECOND_ENCODER,
+        Target::LinkEncoder,
+    ),
 ];
 
 const fn port(
@@ -191,9 +289,11 @@ impl NamedPort {
     /// What an effect there is attached to.
     pub fn place(&self) -> Place {
         match self.target {
-            Target::SpringTorque | Target::Twist | Target::MotorFriction | Target::LinkTorque | Target::LinkEncoder => {
-                Place::Joint
-            }
+            Target::SpringTorque
+            | Target::Twist
+            | Target::MotorFriction
+            | Target::LinkTorque
+            | Target::LinkEncoder => Place::Joint,
             Target::ProcessForce(_)
             | Target::SurfaceHeight
             | Target::ToolShift(_)
@@ -210,7 +310,9 @@ impl NamedPort {
             Target::ProcessForce(_) => Port::ProcessForce,
             Target::SurfaceHeight => Port::PlateSurface,
             Target::ToolShift(_) => Port::BaseFrame,
-            Target::Tracker(_) | Target::ForceSensor(_) | Target::LinkEncoder => Port::SensorChannel,
+            Target::Tracker(_) | Target::ForceSensor(_) | Target::LinkEncoder => {
+                Port::SensorChannel
+            }
         }
     }
 }
@@ -283,12 +385,15 @@ impl Definition {
         if let Some((_, kind)) = registry.iter().find(|(formula, _)| formula.definition == self) {
             return Ok(kind);
         }
-        let formula: &'static Formula = Box::leak(Box::new(Formula { definition: self, expression }));
+        let formula: &'static Formula =
+            Box::leak(Box::new(Formula { definition: self, expression }));
         let own = &formula.definition;
         let kind: &'static Kind = Box::leak(Box::new(Kind {
             id: &own.id,
             place: own.port.place(),
-            equation: Box::leak(format!("{} gains {}", own.port.name, own.expression).into_boxed_str()),
+            equation: Box::leak(
+                format!("{} gains {}", own.port.name, own.expression).into_boxed_str(),
+            ),
             shows: &own.shows,
             experiment: "an effect of the user's own: whatever moves the variables of its expression",
             parameters: own.parameters.iter().map(OwnParameter::lasting).collect::<Vec<_>>().leak(),
@@ -300,9 +405,16 @@ impl Definition {
 
     fn check(&self, expression: &Expression, values: &[f64]) -> Result<(), Mistake> {
         let whole = 0..self.expression.len();
-        let mistake = |message, help: &str| Err(Mistake { at: whole.clone(), message, help: help.to_owned() });
-        if let Some((_, unused)) = self.parameters.iter().enumerate().find(|(i, _)| !expression.has_parameter(*i)) {
-            let message = format!("the parameter `{}` does not occur; expected each parameter to be used", unused.name);
+        let mistake = |message, help: &str| {
+            Err(Mistake { at: whole.clone(), message, help: help.to_owned() })
+        };
+        if let Some((_, unused)) =
+            self.parameters.iter().enumerate().find(|(i, _)| !expression.has_parameter(*i))
+        {
+            let message = format!(
+                "the parameter `{}` does not occur; expected each parameter to be used",
+                unused.name
+            );
             return mistake(message, "A fit cannot find the value of what changes nothing.");
         }
         let ends = self.parameters.iter().enumerate().flat_map(|(i, p)| [(i, p.low), (i, p.high)]);
@@ -318,11 +430,19 @@ impl Definition {
                     continue;
                 }
                 let variables = self.port.variables.iter().map(|v| v.name).zip(&point).enumerate();
-                let variables = variables.filter(|(i, _)| expression.has_variable(*i)).map(|(_, named)| named);
+                let variables =
+                    variables.filter(|(i, _)| expression.has_variable(*i)).map(|(_, named)| named);
                 let parameters = self.parameters.iter().map(|p| p.name.as_str()).zip(&values);
-                let place: Vec<_> = variables.chain(parameters).map(|(n, v)| format!("{n} = {v:?}")).collect();
-                let message = format!("its value is {value} at {}; expected a finite number there", place.join(", "));
-                return mistake(message, "Keep it finite, also at rest and over the range of each parameter.");
+                let place: Vec<_> =
+                    variables.chain(parameters).map(|(n, v)| format!("{n} = {v:?}")).collect();
+                let message = format!(
+                    "its value is {value} at {}; expected a finite number there",
+                    place.join(", ")
+                );
+                return mistake(
+                    message,
+                    "Keep it finite, also at rest and over the range of each parameter.",
+                );
             }
         }
         Ok(())
@@ -340,7 +460,14 @@ impl OwnParameter {
             OwnRole::Size(step) => Role::Size { step: *step, neutral: 0.0 },
             OwnRole::Shape(starts) => Role::Shape(starts),
         };
-        Parameter { name: &self.name, unit: &self.unit, meaning: &self.meaning, role, low: self.low, high: self.high }
+        Parameter {
+            name: &self.name,
+            unit: &self.unit,
+            meaning: &self.meaning,
+            role,
+            low: self.low,
+            high: self.high,
+        }
     }
 }
 
@@ -387,7 +514,8 @@ impl Term for Own {
     }
 
     fn friction(&self, at: &JointPoint) -> Sloped {
-        let off = |by| self.at(&joint_values(&JointPoint { encoder_rate: at.encoder_rate + by, ..*at }));
+        let off =
+            |by| self.at(&joint_values(&JointPoint { encoder_rate: at.encoder_rate + by, ..*at }));
         let slope = (off(RATE_DIFFERENCE) - off(-RATE_DIFFERENCE)) / (2.0 * RATE_DIFFERENCE);
         Sloped { value: off(0.0), slope }
     }
@@ -417,10 +545,15 @@ impl Term for Own {
 
     fn sense(&self, readings: &mut Readings) {
         match self.target {
-            Target::Tracker(axis) => readings.tcp_position += self.along(axis, &instrument_values(readings)),
-            Target::ForceSensor(axis) => readings.force += self.along(axis, &instrument_values(readings)),
+            Target::Tracker(axis) => {
+                readings.tcp_position += self.along(axis, &instrument_values(readings))
+            }
+            Target::ForceSensor(axis) => {
+                readings.force += self.along(axis, &instrument_values(readings))
+            }
             _ => {
-                let (encoder, link) = (readings.encoder[self.joint], readings.link_encoder[self.joint]);
+                let (encoder, link) =
+                    (readings.encoder[self.joint], readings.link_encoder[self.joint]);
                 readings.link_encoder[self.joint] += self.at(&[readings.time, encoder, link]);
             }
         }

@@ -29,7 +29,14 @@ pub(super) static KIND: Kind = Kind {
             low: 0.01,
             high: 2.0,
         },
-        Parameter { name: "phase_rad", role: Role::Phase, unit: "rad", meaning: "phase φ", low: -3.15, high: 3.15 },
+        Parameter {
+            name: "phase_rad",
+            role: Role::Phase,
+            unit: "rad",
+            meaning: "phase φ",
+            low: -3.15,
+            high: 3.15,
+        },
     ],
     action: Action::Term {
         port: |_| Port::PlateSurface,

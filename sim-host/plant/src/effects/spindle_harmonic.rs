@@ -34,7 +34,14 @@ pub(super) static KIND: Kind = Kind {
             low: 0.0,
             high: 0.5,
         },
-        Parameter { name: "phase_rad", role: Role::Phase, unit: "rad", meaning: "phase", low: -3.15, high: 3.15 },
+        Parameter {
+            name: "phase_rad",
+            role: Role::Phase,
+            unit: "rad",
+            meaning: "phase",
+            low: -3.15,
+            high: 3.15,
+        },
     ],
     action: Action::Process(|process, v| {
         process.ripple.push(Ripple { order: v[0], axial: v[1], in_plane: v[2], phase: v[3] });

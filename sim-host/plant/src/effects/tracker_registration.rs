@@ -66,7 +66,8 @@ pub(super) static KIND: Kind = Kind {
     action: Action::Term {
         port: |_| Port::SensorChannel,
         build: |v, _| {
-            let (translation, rotation) = (Vector3::new(v[0], v[1], v[2]), Vector3::new(v[3], v[4], v[5]));
+            let (translation, rotation) =
+                (Vector3::new(v[0], v[1], v[2]), Vector3::new(v[3], v[4], v[5]));
             Box::new(TrackerRegistration { translation, rotation: rotation_from_vector(&rotation) })
         },
     },
@@ -81,6 +82,7 @@ struct TrackerRegistration {
 impl Term for TrackerRegistration {
     fn sense(&self, readings: &mut Readings) {
         readings.tcp_position = self.rotation * readings.tcp_position + self.translation;
-        readings.tcp_rotation = rotation_vector(&(self.rotation * rotation_from_vector(&readings.tcp_rotation)));
+        readings.tcp_rotation =
+            rotation_vector(&(self.rotation * rotation_from_vector(&readings.tcp_rotation)));
     }
 }

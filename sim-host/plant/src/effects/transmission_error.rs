@@ -28,7 +28,14 @@ pub(super) static KIND: Kind = Kind {
             low: 0.5,
             high: 500.0,
         },
-        Parameter { name: "phase_rad", role: Role::Phase, unit: "rad", meaning: "phase φ", low: -3.15, high: 3.15 },
+        Parameter {
+            name: "phase_rad",
+            role: Role::Phase,
+            unit: "rad",
+            meaning: "phase φ",
+            low: -3.15,
+            high: 3.15,
+        },
     ],
     action: Action::Term {
         port: |j| Port::SpringTorque(j),

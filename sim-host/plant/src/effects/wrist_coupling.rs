@@ -19,7 +19,10 @@ pub(super) static KIND: Kind = Kind {
         low: -0.2,
         high: 0.2,
     }],
-    action: Action::Term { port: |j| Port::SpringTorque(j), build: |v, _| Box::new(WristCoupling { ratio: v[0] }) },
+    action: Action::Term {
+        port: |j| Port::SpringTorque(j),
+        build: |v, _| Box::new(WristCoupling { ratio: v[0] }),
+    },
 };
 
 #[derive(Debug)]

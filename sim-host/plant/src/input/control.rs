@@ -103,7 +103,13 @@ fn joint(table: &Table<'_>) -> Result<JointGains<f64>, InputError> {
 }
 
 fn parallel(table: &Table<'_>) -> Result<ParallelGains, InputError> {
-    let own = ["force_kp", "force_ki_1_s", "force_kd_ns_m", "max_force_correction_n", "max_push_rate_n_s"];
+    let own = [
+        "force_kp",
+        "force_ki_1_s",
+        "force_kd_ns_m",
+        "max_force_correction_n",
+        "max_push_rate_n_s",
+    ];
     table.only(&[&JOINT_KEYS[..], &own].concat())?;
     Ok(ParallelGains {
         joint: joint(table)?,

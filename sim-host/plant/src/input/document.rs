@@ -112,8 +112,10 @@ impl<'a> Document<'a> {
                 } else {
                     "Input files are TOML: `key = value` lines under [table] headers, text in double quotes."
                 };
-                let (problem, span) = (error.message().replace('\n', "; "), error.span().unwrap_or(0..0));
-                let message = format!("this is not TOML: {problem}; read `{}`", source.line_at(span.start));
+                let (problem, span) =
+                    (error.message().replace('\n', "; "), error.span().unwrap_or(0..0));
+                let message =
+                    format!("this is not TOML: {problem}; read `{}`", source.line_at(span.start));
                 Err(source.error(span, message, problem, help))
             }
         }
@@ -121,7 +123,12 @@ impl<'a> Document<'a> {
 
     /// The top-level table.
     pub fn root(&self) -> Table<'_> {
-        Table { source: &self.source, table: &self.root, place: "at the top level".to_owned(), span: 0..0 }
+        Table {
+            source: &self.source,
+            table: &self.root,
+            place: "at the top level".to_owned(),
+            span: 0..0,
+        }
     }
 
     /// The top-level table, after checking that the file says it is of this schema (for example `"robot/1"`).
@@ -135,7 +142,12 @@ impl<'a> Document<'a> {
             let what = KINDS.iter().find(|k| k.schema() == found.text);
             let found_is = what.map(|k| format!(", {}", k.describe())).unwrap_or_default();
             let message = format!("`schema` is {:?}{found_is}; expected \"{schema}\"", found.text);
-            return Err(self.source.error(found.span, message, format!("expected \"{schema}\""), list_of_kinds()));
+            return Err(self.source.error(
+                found.span,
+                message,
+                format!("expected \"{schema}\""),
+                list_of_kinds(),
+            ));
         }
         Ok(root)
     }
@@ -149,8 +161,14 @@ impl<'a> Document<'a> {
         KINDS.into_iter().find(|k| k.schema() == found.text).ok_or_else(|| {
             let near = nearest(found.text, KINDS.map(Kind::schema));
             let guess = near.map(|s| format!(" Did you mean \"{s}\"?")).unwrap_or_default();
-            let message = format!("`schema` is {:?}; expected one of the kinds that exist", found.text);
-            self.source.error(found.span, message, "no such kind of file", format!("{}{guess}", list_of_kinds()))
+            let message =
+                format!("`schema` is {:?}; expected one of the kinds that exist", found.text);
+            self.source.error(
+                found.span,
+                message,
+                "no such kind of file",
+                format!("{}{guess}", list_of_kinds()),
+            )
         })
     }
 
@@ -158,14 +176,20 @@ impl<'a> Document<'a> {
         let root = self.root();
         if !self.root.contains_key("schema") {
             let message = "missing key `schema` at the top level; expected the kind of this file";
-            return Err(self.source.error(0..0, message, "no `schema` in this file", list_of_kinds()));
+            return Err(self.source.error(
+                0..0,
+                message,
+                "no `schema` in this file",
+                list_of_kinds(),
+            ));
         }
         root.text("schema")
     }
 }
 
 fn list_of_kinds() -> String {
-    let list: Vec<_> = KINDS.iter().map(|k| format!("\"{}\" ({})", k.schema(), k.describe())).collect();
+    let list: Vec<_> =
+        KINDS.iter().map(|k| format!("\"{}\" ({})", k.schema(), k.describe())).collect();
     format!("The kinds of file are {}.", list.join(", "))
 }
 
@@ -204,15 +228,19 @@ impl<'d> Table<'d> {
     /// # Errors
     /// The first unknown key, with the known one it resembles.
     pub fn only(&self, known: &[&str]) -> Result<(), InputError> {
-        let mut unknown: Vec<_> = self.table.keys().filter(|key| !known.contains(&key.get_ref().as_ref())).collect();
+        let mut unknown: Vec<_> =
+            self.table.keys().filter(|key| !known.contains(&key.get_ref().as_ref())).collect();
         unknown.sort_by_key(|key| key.span().start);
-        let Some(key) = unknown.first() else { return Ok(()) };
+        let Some(key) = unknown.first() else {
+            return Ok(());
+        };
         let help = match nearest(key.get_ref(), known.iter().copied()) {
             Some(near) => format!("Did you mean `{near}`?"),
             None => format!("The keys here are {}.", quoted(known)),
         };
         let name = key.get_ref().escape_debug();
-        let message = format!("unknown key `{name}` {}; expected one of {}", self.place, quoted(known));
+        let message =
+            format!("unknown key `{name}` {}; expected one of {}", self.place, quoted(known));
         Err(self.source.error(key.span(), message, "unknown key", help))
     }
 
@@ -238,7 +266,12 @@ impl<'d> Table<'d> {
         let Some((name, value)) = self.table.get_key_value(key) else {
             let message = format!("missing key `{key}` {}; expected {expected}", self.place);
             let help = format!("Add `{key} = …` {}: {expected}.", self.place);
-            return Err(self.source.error(self.span.clone(), message, format!("`{key}` is missing here"), help));
+            return Err(self.source.error(
+                self.span.clone(),
+                message,
+                format!("`{key}` is missing here"),
+                help,
+            ));
         };
         let value = Value {
             source: self.source,
@@ -270,7 +303,10 @@ impl<'d> Table<'d> {
                 let span = if value.span.is_empty() { value.key_span } else { value.span };
                 Ok(Table { source: self.source, table, place, span })
             }
-            _ => Err(value.wrong("a table", format!("Write a [{key}] header with its keys below it."))),
+            _ => {
+                Err(value
+                    .wrong("a table", format!("Write a [{key}] header with its keys below it.")))
+            }
         }
     }
 
@@ -282,7 +318,9 @@ impl<'d> Table<'d> {
         let expected = format!("[[{key}]] tables");
         let help = format!("Write each as a [[{key}]] header with its keys below it.");
         let value = self.value(key, &expected)?;
-        let DeValue::Array(items) = value.value else { return Err(value.wrong(&expected, help)) };
+        let DeValue::Array(items) = value.value else {
+            return Err(value.wrong(&expected, help));
+        };
         let tables = items.iter().enumerate().map(|(i, item)| match item.get_ref() {
             DeValue::Table(table) => {
                 let place = format!("in [[{key}]] {}", i + 1);
@@ -359,7 +397,11 @@ impl<'d> Table<'d> {
     ///
     /// # Errors
     /// Missing, not a list, of another length, or an entry that is not a number within the bounds.
-    pub fn numbers<const N: usize>(&self, key: &str, bounds: Bounds) -> Result<[f64; N], InputError> {
+    pub fn numbers<const N: usize>(
+        &self,
+        key: &str,
+        bounds: Bounds,
+    ) -> Result<[f64; N], InputError> {
         let expected = format!("a list of {N} numbers");
         let entries = self.entries(key, &expected, |n| n == N, bounds)?;
         let mut numbers = [0.0; N];
@@ -383,16 +425,29 @@ impl<'d> Table<'d> {
         bounds: Bounds,
     ) -> Result<Vec<f64>, InputError> {
         let unit = unit_of(key);
-        let expected = format!("{expected}{}", unit.map(|u| format!(" in {u}")).unwrap_or_default());
+        let expected =
+            format!("{expected}{}", unit.map(|u| format!(" in {u}")).unwrap_or_default());
         let value = self.value(key, &expected)?;
         let help = || format!("Write it as `{key} = [first, second, …]`.");
-        let DeValue::Array(items) = value.value else { return Err(value.wrong(&expected, help())) };
+        let DeValue::Array(items) = value.value else {
+            return Err(value.wrong(&expected, help()));
+        };
         if !length(items.len()) {
-            let message = format!("{} has {} entries; expected {expected}", value.what, items.len());
-            return Err(self.source.error(value.span, message, format!("expected {expected}"), help()));
+            let message =
+                format!("{} has {} entries; expected {expected}", value.what, items.len());
+            return Err(self.source.error(
+                value.span,
+                message,
+                format!("expected {expected}"),
+                help(),
+            ));
         }
         let each = bounds.describe(unit);
-        items.iter().enumerate().map(|(i, item)| value.entry(i, item).number(bounds, &each)).collect()
+        items
+            .iter()
+            .enumerate()
+            .map(|(i, item)| value.entry(i, item).number(bounds, &each))
+            .collect()
     }
 
     /// The texts of the list under a key, at least one.
@@ -403,7 +458,9 @@ impl<'d> Table<'d> {
         let expected = "a list of texts, at least one";
         let help = || format!("Write it as `{key} = [\"first\", \"second\"]`.");
         let value = self.value(key, expected)?;
-        let DeValue::Array(items) = value.value else { return Err(value.wrong(expected, help())) };
+        let DeValue::Array(items) = value.value else {
+            return Err(value.wrong(expected, help()));
+        };
         if items.is_empty() {
             return Err(value.wrong(expected, help()));
         }
@@ -423,7 +480,10 @@ impl<'d> Table<'d> {
         if path.is_file() {
             return Ok(path);
         }
-        let help = format!("A path is taken from the folder of the file it stands in: here {}.", path.display());
+        let help = format!(
+            "A path is taken from the folder of the file it stands in: here {}.",
+            path.display()
+        );
         Err(self.wrong(key, "the path of a file that exists", help))
     }
 
@@ -433,7 +493,12 @@ impl<'d> Table<'d> {
     }
 
     /// An error at a piece of text of this file.
-    pub fn error_at(&self, text: &Text<'_>, message: impl Into<String>, help: impl Into<String>) -> InputError {
+    pub fn error_at(
+        &self,
+        text: &Text<'_>,
+        message: impl Into<String>,
+        help: impl Into<String>,
+    ) -> InputError {
         self.source.error(text.span.clone(), message, "here", help)
     }
 
@@ -499,9 +564,13 @@ impl<'d> Value<'d> {
 
     fn number(&self, bounds: Bounds, expected: &str) -> Result<f64, InputError> {
         let number = match self.value {
-            DeValue::Integer(i) => i128::from_str_radix(i.as_str(), i.radix()).ok().map(|i| i as f64),
+            DeValue::Integer(i) => {
+                i128::from_str_radix(i.as_str(), i.radix()).ok().map(|i| i as f64)
+            }
             DeValue::Float(f) => f.as_str().parse().ok(),
-            DeValue::String(text) if text.starts_with(FILL_IN) => return Err(self.unfilled(expected)),
+            DeValue::String(text) if text.starts_with(FILL_IN) => {
+                return Err(self.unfilled(expected));
+            }
             _ => None,
         };
         match number {
@@ -511,12 +580,15 @@ impl<'d> Value<'d> {
                 Err(self.wrong(&format!("{expected}, at most 1e12 in magnitude"), help))
             }
             Some(_) => Err(self.wrong(expected, format!("Write {expected}."))),
-            None => Err(self.wrong(expected, "Write the number without quotes and without its unit.")),
+            None => {
+                Err(self.wrong(expected, "Write the number without quotes and without its unit."))
+            }
         }
     }
 
     fn unfilled(&self, expected: &str) -> InputError {
-        let message = format!("{} is still to be filled in: {}; expected {expected}", self.what, self.read());
+        let message =
+            format!("{} is still to be filled in: {}; expected {expected}", self.what, self.read());
         let help = format!(
             "Write {expected}, from a data sheet, a measurement or an estimate (and say which in a comment). \
              It is not guessed, because a wrong value would pass unnoticed."
@@ -528,14 +600,20 @@ impl<'d> Value<'d> {
         let message = format!("{} is {}; expected {expected}", self.what, self.read());
         let span = if self.span.is_empty() { self.key_span.clone() } else { self.span.clone() };
         // What is long is said once, in the message.
-        let label = if expected.len() <= 80 { format!("expected {expected}") } else { "not this".to_owned() };
+        let label = if expected.len() <= 80 {
+            format!("expected {expected}")
+        } else {
+            "not this".to_owned()
+        };
         self.source.error(span, message, label, help)
     }
 
     fn read(&self) -> String {
         match self.value {
             // The place of a table is its header, unless it is written in braces.
-            DeValue::Table(_) if !self.source.excerpt(self.span.clone()).starts_with('{') => "a table".to_owned(),
+            DeValue::Table(_) if !self.source.excerpt(self.span.clone()).starts_with('{') => {
+                "a table".to_owned()
+            }
             _ => self.source.excerpt(self.span.clone()),
         }
     }

@@ -1,6 +1,8 @@
 //! The one error of the input layer: what was read, where, what was expected and what to do about it.
 
-use miette::{Diagnostic, LabeledSpan, MietteError, MietteSpanContents, SourceCode, SourceSpan, SpanContents};
+use miette::{
+    Diagnostic, LabeledSpan, MietteError, MietteSpanContents, SourceCode, SourceSpan, SpanContents,
+};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -84,7 +86,9 @@ impl Source {
     /// ranges count from the piece's start; errors name the place in the file.
     pub fn piece(name: &str, line: usize, column: usize, text: &str) -> Self {
         let (line, column) = (line.saturating_sub(1), column.saturating_sub(1));
-        Self { text: Arc::new(Excerpt { name: name.to_owned(), text: text.to_owned(), line, column }) }
+        Self {
+            text: Arc::new(Excerpt { name: name.to_owned(), text: text.to_owned(), line, column }),
+        }
     }
 
     /// The text.

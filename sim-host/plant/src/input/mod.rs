@@ -127,7 +127,11 @@ pub fn check(path: impl AsRef<Path>) -> Result<Kind, InputError> {
         Kind::Requirements => Requirements::parse(&text, &name).map(drop),
         Kind::Log | Kind::Campaign => {
             let help = "`trueweld compare FOLDER` reads and checks it with its samples; give it the folder.";
-            Err(document.root().wrong("schema", "a kind of file that can be checked on its own", help))
+            Err(document.root().wrong(
+                "schema",
+                "a kind of file that can be checked on its own",
+                help,
+            ))
         }
         Kind::Model => ModelFile::parse(&text, path.as_ref()).map(drop),
     }?;
@@ -141,14 +145,17 @@ pub fn check(path: impl AsRef<Path>) -> Result<Kind, InputError> {
 pub fn read_text(path: &Path) -> Result<(String, String), InputError> {
     let name = path.display().to_string();
     let bytes = std::fs::read(path).map_err(|error| {
-        Source::new(&name, "")
-            .error_of_file(format!("cannot be read: {error}; expected a file"), "Check the path and its permissions.")
+        Source::new(&name, "").error_of_file(
+            format!("cannot be read: {error}; expected a file"),
+            "Check the path and its permissions.",
+        )
     })?;
     let text = String::from_utf8(bytes).map_err(|error| {
         let good = error.utf8_error().valid_up_to();
         let byte = error.as_bytes()[good];
         let source = Source::new(&name, &String::from_utf8_lossy(error.as_bytes()));
-        let message = format!("byte {good} is {byte:#04x}, which is not UTF-8; expected UTF-8 text");
+        let message =
+            format!("byte {good} is {byte:#04x}, which is not UTF-8; expected UTF-8 text");
         source.error(good..good, message, "not UTF-8 from here on", "Save the file as UTF-8 text.")
     })?;
     Ok((name, text))

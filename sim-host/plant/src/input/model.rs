@@ -14,8 +14,13 @@
 //! Read and written here; what is written is read back to the same values.
 
 use super::document::Table;
-use super::{Bounds, Document, InputError, Kind, Process, RobotFile, Source, nearest, read_text, write_atomically};
-use crate::effects::own::{Definition, Formula, MOST_PARAMETERS, NamedPort, OwnParameter, OwnRole, PORTS};
+use super::{
+    Bounds, Document, InputError, Kind, Process, RobotFile, Source, nearest, read_text,
+    write_atomically,
+};
+use crate::effects::own::{
+    Definition, Formula, MOST_PARAMETERS, NamedPort, OwnParameter, OwnRole, PORTS,
+};
 use crate::effects::{self, Action, Effect, EffectError, TABLE};
 use std::fmt::Write;
 use std::path::{Component, Path, PathBuf};
@@ -93,11 +98,15 @@ impl ModelFile {
         root.only(&["schema", "robot", "process", "effect"])?;
         let robot_path = named_file(&root, "robot", path)?;
         let robot = RobotFile::read(&robot_path)?;
-        let process_path = root.has("process").then(|| named_file(&root, "process", path)).transpose()?;
+        let process_path =
+            root.has("process").then(|| named_file(&root, "process", path)).transpose()?;
         let process = process_path.as_ref().map(Process::read).transpose()?;
         // The baseline has no [[effect]] table: that is how TOML writes an empty list of tables.
         let effects = if root.has("effect") {
-            root.tables("effect")?.iter().map(|table| effect(table, &robot)).collect::<Result<_, _>>()?
+            root.tables("effect")?
+                .iter()
+                .map(|table| effect(table, &robot))
+                .collect::<Result<_, _>>()?
         } else {
             Vec::new()
         };
@@ -126,7 +135,12 @@ impl ModelFile {
         text
     }
 
-    fn write_effect(&self, text: &mut String, ModelEffect { effect, scope }: &ModelEffect, comments: &EffectComments) {
+    fn write_effect(
+        &self,
+        text: &mut String,
+        ModelEffect { effect, scope }: &ModelEffect,
+        comments: &EffectComments,
+    ) {
         comment(text, &comments.effect);
         text.push_str("[[effect]]\n");
         line(text, "id", quoted(effect.kind.id));
@@ -139,7 +153,9 @@ impl ModelFile {
         }
         let said = |i: usize| comments.parameters.get(i).map_or("", String::as_str);
         let Action::Expression(Formula { definition, .. }) = effect.kind.action else {
-            for (i, (parameter, value)) in effect.kind.parameters.iter().zip(&effect.values).enumerate() {
+            for (i, (parameter, value)) in
+                effect.kind.parameters.iter().zip(&effect.values).enumerate()
+            {
                 comment(text, said(i));
                 line(text, parameter.name, number(*value));
             }
@@ -149,7 +165,8 @@ impl ModelFile {
         line(text, "unit", quoted(definition.port.unit));
         line(text, "expression", quoted(&definition.expression));
         line(text, "shows", quoted(&definition.shows));
-        for (i, (parameter, value)) in definition.parameters.iter().zip(&effect.values).enumerate() {
+        for (i, (parameter, value)) in definition.parameters.iter().zip(&effect.values).enumerate()
+        {
             let _ = writeln!(text, "\n[effect.parameters.{}]", parameter.name);
             comment(text, said(i));
             line(text, "value", number(*value));
@@ -189,7 +206,10 @@ fn named_file(root: &Table<'_>, key: &str, model: &Path) -> Result<PathBuf, Inpu
     if path.is_file() {
         return Ok(path);
     }
-    let expected = format!("the path of a {key} file, from this file's folder (there is no {})", path.display());
+    let expected = format!(
+        "the path of a {key} file, from this file's folder (there is no {})",
+        path.display()
+    );
     Err(root.wrong(key, &expected, "Paths in a file start from the folder of that file."))
 }
 
@@ -201,18 +221,27 @@ fn effect(table: &Table<'_>, robot: &RobotFile) -> Result<ModelEffect, InputErro
         Some(kind) => (kind, library_values(table, kind, scope)?),
         None if table.has("port") || table.has("expression") => own(table, id, scope)?,
         None => {
-            let guess = nearest(&id, TABLE.iter().map(|k| k.id)).map(|n| format!("Did you mean `{n}`? "));
+            let guess =
+                nearest(&id, TABLE.iter().map(|k| k.id)).map(|n| format!("Did you mean `{n}`? "));
             let known = TABLE.iter().map(|k| k.id).collect::<Vec<_>>().join(", ");
             let help = format!(
                 "{}An effect of your own has `port` and `expression` (docs/your-own-effect.md).",
                 guess.unwrap_or_default()
             );
-            return Err(table.wrong("id", &format!("an effect of the library, one of {known}"), help));
+            return Err(table.wrong(
+                "id",
+                &format!("an effect of the library, one of {known}"),
+                help,
+            ));
         }
     };
     let written = if table.has("at") { table.text("at")?.text } else { "" };
     let at = kind.at(written, robot).map_err(|error| {
-        let expected = if let EffectError::Place { expected, .. } = error { expected } else { error.to_string() };
+        let expected = if let EffectError::Place { expected, .. } = error {
+            expected
+        } else {
+            error.to_string()
+        };
         table.wrong("at", &expected, format!("Expected {expected}."))
     })?;
     Ok(ModelEffect { effect: Effect { kind, at, values }, scope })
@@ -226,13 +255,18 @@ fn scope(table: &Table<'_>) -> Result<Scope, InputError> {
         "campaign" => Ok(Scope::Campaign),
         "log" => Ok(Scope::Log),
         _ => {
-            let help = "One set of values for the whole campaign, or one for each log, fitted afresh.";
+            let help =
+                "One set of values for the whole campaign, or one for each log, fitted afresh.";
             Err(table.wrong("scope", "\"campaign\" or \"log\"", help))
         }
     }
 }
 
-fn library_values(table: &Table<'_>, kind: &effects::Kind, scope: Scope) -> Result<Vec<f64>, InputError> {
+fn library_values(
+    table: &Table<'_>,
+    kind: &effects::Kind,
+    scope: Scope,
+) -> Result<Vec<f64>, InputError> {
     let mut known = vec!["id", "at", "scope"];
     known.extend(kind.parameters.iter().map(|p| p.name));
     table.only(&known)?;
@@ -241,12 +275,21 @@ fn library_values(table: &Table<'_>, kind: &effects::Kind, scope: Scope) -> Resu
 }
 
 /// A parameter's value; where each log has its own, it may be left to where a fit starts.
-fn value_or_start(table: &Table<'_>, key: &str, scope: Scope, start: f64) -> Result<f64, InputError> {
+fn value_or_start(
+    table: &Table<'_>,
+    key: &str,
+    scope: Scope,
+    start: f64,
+) -> Result<f64, InputError> {
     if scope == Scope::Log && !table.has(key) { Ok(start) } else { table.number(key, Bounds::Any) }
 }
 
 /// An effect of the user's own.
-fn own(table: &Table<'_>, id: String, scope: Scope) -> Result<(&'static effects::Kind, Vec<f64>), InputError> {
+fn own(
+    table: &Table<'_>,
+    id: String,
+    scope: Scope,
+) -> Result<(&'static effects::Kind, Vec<f64>), InputError> {
     table.only(&["id", "at", "scope", "port", "unit", "expression", "shows", "parameters"])?;
     let port = port(table)?;
     let text = table.text("expression")?;
@@ -260,8 +303,13 @@ fn own(table: &Table<'_>, id: String, scope: Scope) -> Result<(&'static effects:
             values.push(value);
         }
         if parameters.len() > MOST_PARAMETERS {
-            let message = format!("has {} entries; expected at most {MOST_PARAMETERS} parameters", parameters.len());
-            return Err(all.error(&message, "Split the effect into two at the same port: they add up."));
+            let message = format!(
+                "has {} entries; expected at most {MOST_PARAMETERS} parameters",
+                parameters.len()
+            );
+            return Err(
+                all.error(&message, "Split the effect into two at the same port: they add up.")
+            );
         }
     }
     let shows = if table.has("shows") {
@@ -270,21 +318,32 @@ fn own(table: &Table<'_>, id: String, scope: Scope) -> Result<(&'static effects:
         format!("whatever {} makes of {}", port.meaning, text.text.trim())
     };
     let definition = Definition { id, port, expression: text.text.to_owned(), shows, parameters };
-    let kind = definition.kind(&values).map_err(|m| table.error_in_text("expression", m.at, &m.message, m.help))?;
+    let kind = definition
+        .kind(&values)
+        .map_err(|m| table.error_in_text("expression", m.at, &m.message, m.help))?;
     Ok((kind, values))
 }
 
 fn port(table: &Table<'_>) -> Result<&'static NamedPort, InputError> {
     let name = table.text("port")?.text;
     let Some(port) = PORTS.iter().find(|p| p.name == name) else {
-        let guess = nearest(name, PORTS.iter().map(|p| p.name)).map(|n| format!("Did you mean `{n}`?"));
+        let guess =
+            nearest(name, PORTS.iter().map(|p| p.name)).map(|n| format!("Did you mean `{n}`?"));
         let known = PORTS.iter().map(|p| p.name).collect::<Vec<_>>().join(", ");
-        let help = guess.unwrap_or_else(|| "Each port is described in docs/your-own-effect.md.".to_owned());
+        let help = guess
+            .unwrap_or_else(|| "Each port is described in docs/your-own-effect.md.".to_owned());
         return Err(table.wrong("port", &format!("one of the ports {known}"), help));
     };
     if table.has("unit") && table.text("unit")?.text != port.unit {
-        let help = format!("The value of an expression at {} is {} in {}.", port.name, port.meaning, port.unit);
-        return Err(table.wrong("unit", &format!("{:?}, the unit of {}", port.unit, port.name), help));
+        let help = format!(
+            "The value of an expression at {} is {} in {}.",
+            port.name, port.meaning, port.unit
+        );
+        return Err(table.wrong(
+            "unit",
+            &format!("{:?}, the unit of {}", port.unit, port.name),
+            help,
+        ));
     }
     Ok(port)
 }
@@ -299,7 +358,9 @@ fn own_parameter(
     if !OwnParameter::may_be_named(name, port) {
         let message = "is no name for a parameter; expected letters, digits and underscores, no function and no \
                        variable of this port";
-        return Err(table.error(message, "Give the parameter another name, here and in the expression."));
+        return Err(
+            table.error(message, "Give the parameter another name, here and in the expression.")
+        );
     }
     let (low, high) = (table.number("low", Bounds::Any)?, table.number("high", Bounds::Any)?);
     if low >= high {
@@ -310,21 +371,34 @@ fn own_parameter(
         (false, true) => {
             let starts = table.list("shape", MOST_PARAMETERS, Bounds::Any)?;
             if starts.is_empty() {
-                return Err(table.wrong("shape", "at least one value to start a fit from", "Take plausible values."));
+                return Err(table.wrong(
+                    "shape",
+                    "at least one value to start a fit from",
+                    "Take plausible values.",
+                ));
             }
             OwnRole::Shape(starts)
         }
         _ => {
             let help = "`step`: a small value, where the effect grows from nothing with this parameter. `shape`: a list of \
                         values that a fit may start from, where the parameter shapes the effect.";
-            return Err(table.error("has both or neither of `step` and `shape`; expected one of them", help));
+            return Err(table
+                .error("has both or neither of `step` and `shape`; expected one of them", help));
         }
     };
     let start = if let OwnRole::Shape(starts) = &role { starts[0] } else { 0.0 };
     let value = value_or_start(table, "value", scope, start)?;
-    let text = |key: &str| if table.has(key) { table.name(key) } else { Ok(name.to_owned()) };
-    let parameter =
-        OwnParameter { name: name.to_owned(), unit: table.name("unit")?, meaning: text("meaning")?, role, low, high };
+    let text = |key: &str| {
+        if table.has(key) { table.name(key) } else { Ok(name.to_owned()) }
+    };
+    let parameter = OwnParameter {
+        name: name.to_owned(),
+        unit: table.name("unit")?,
+        meaning: text("meaning")?,
+        role,
+        low,
+        high,
+    };
     Ok((parameter, value))
 }
 
@@ -352,13 +426,17 @@ fn comment(text: &mut String, said: &str) {
 /// The path that leads from a folder to a file; from the root where the two share nothing.
 fn from_folder(folder: &Path, file: &Path) -> String {
     let absolute = |path: &Path| path.canonicalize().or_else(|_| std::path::absolute(path));
-    let (Ok(from), Ok(to)) = (absolute(folder), absolute(file)) else { return file.display().to_string() };
+    let (Ok(from), Ok(to)) = (absolute(folder), absolute(file)) else {
+        return file.display().to_string();
+    };
     let shared = from.components().zip(to.components()).take_while(|(a, b)| a == b).count();
     if from.components().next() != to.components().next() {
         return to.display().to_string();
     }
     let up = from.components().skip(shared).map(|_| Component::ParentDir);
-    let path: Vec<_> =
-        up.chain(to.components().skip(shared)).map(|c| c.as_os_str().to_string_lossy().into_owned()).collect();
+    let path: Vec<_> = up
+        .chain(to.components().skip(shared))
+        .map(|c| c.as_os_str().to_string_lossy().into_owned())
+        .collect();
     path.join("/")
 }

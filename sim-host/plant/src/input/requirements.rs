@@ -124,15 +124,27 @@ impl Requirements {
         let share = |key| {
             let value = root.number(key, Bounds::PositiveUpTo(1.0))?;
             let help = "0.05 for one weld in twenty, or a confidence of 0.95.";
-            if value < 1.0 { Ok(value) } else { Err(root.wrong(key, "a number between 0 and 1", help)) }
+            if value < 1.0 {
+                Ok(value)
+            } else {
+                Err(root.wrong(key, "a number between 0 and 1", help))
+            }
         };
         Ok(Self {
             limits: limits(&root.table("limits")?)?,
             failure_probability: share("failure_probability")?,
             confidence: share("confidence")?,
             uncertainty: uncertainty(&root.table("uncertainty")?)?,
-            worst_case: if root.has("worst_case") { limits(&root.table("worst_case")?)? } else { [None; LIMITS.len()] },
-            margins: if root.has("margins") { Some(margins(&root.table("margins")?)?) } else { None },
+            worst_case: if root.has("worst_case") {
+                limits(&root.table("worst_case")?)?
+            } else {
+                [None; LIMITS.len()]
+            },
+            margins: if root.has("margins") {
+                Some(margins(&root.table("margins")?)?)
+            } else {
+                None
+            },
             faults: if root.has("faults") { Some(faults(&root.table("faults")?)?) } else { None },
         })
     }
@@ -153,7 +165,11 @@ fn margins(table: &Table<'_>) -> Result<MarginLimits, InputError> {
     table.only(&[&["places"], &MARGINS[..]].concat())?;
     let places = table.number("places", Bounds::PositiveUpTo(1000.0))?;
     if places < 2.0 || places.fract() != 0.0 {
-        return Err(table.wrong("places", "a whole number from 2 up", "Such as 11: one every tenth of the weld."));
+        return Err(table.wrong(
+            "places",
+            "a whole number from 2 up",
+            "Such as 11: one every tenth of the weld.",
+        ));
     }
     let mut at_least = [None; MARGINS.len()];
     for (limit, key) in at_least.iter_mut().zip(MARGINS) {
@@ -197,7 +213,11 @@ fn uncertainty(table: &Table<'_>) -> Result<Uncertainty, InputError> {
     table.only(&["stiffness", "process", "ripple", "crosstalk", "delay_periods"])?;
     let delay = table.numbers::<2>("delay_periods", Bounds::UpTo(20.0))?;
     if delay[0] > delay[1] {
-        return Err(table.wrong("delay_periods", "the least first, then the most", "Such as [1.0, 2.0]."));
+        return Err(table.wrong(
+            "delay_periods",
+            "the least first, then the most",
+            "Such as [1.0, 2.0].",
+        ));
     }
     // A stiffness or a gain of nothing is no cell.
     let relative = |key| table.number(key, Bounds::UpTo(0.9));

@@ -6,7 +6,8 @@ use nalgebra::{Matrix3, Vector3};
 use std::path::Path;
 use trueweld_core::robot::COUNTERBALANCE_TERMS;
 use trueweld_core::{
-    Counterbalance, Friction, JOINTS, JointParameters, ModelError, Robot, RobotParameters, ToolParameters,
+    Counterbalance, Friction, JOINTS, JointParameters, ModelError, Robot, RobotParameters,
+    ToolParameters,
 };
 
 /// A robot file: the model and the names that reports show.
@@ -25,7 +26,9 @@ pub struct RobotFile {
 /// The model follows from the parameters, so that equal names and parameters are equal files.
 impl PartialEq for RobotFile {
     fn eq(&self, other: &Self) -> bool {
-        self.name == other.name && self.joint_names == other.joint_names && self.parameters == other.parameters
+        self.name == other.name
+            && self.joint_names == other.joint_names
+            && self.parameters == other.parameters
     }
 }
 
@@ -47,7 +50,15 @@ impl RobotFile {
     pub fn parse(text: &str, name: &str) -> Result<Self, InputError> {
         let document = Document::parse(text, name)?;
         let root = document.root_of(Kind::Robot.schema())?;
-        root.only(&["schema", "name", "gravity_m_s2", "joint", "friction", "counterbalance", "tool"])?;
+        root.only(&[
+            "schema",
+            "name",
+            "gravity_m_s2",
+            "joint",
+            "friction",
+            "counterbalance",
+            "tool",
+        ])?;
         let robot_name = root.name("name")?;
         let gravity = root.vector("gravity_m_s2")?;
 
@@ -55,22 +66,34 @@ impl RobotFile {
         if unnamed.len() != JOINTS {
             // At the first joint too many, or at the last one there is.
             let at = unnamed.get(JOINTS).or(unnamed.last()).unwrap_or(&root);
-            let message = format!("ends a list of {} joints; expected {JOINTS} [[joint]] tables", unnamed.len());
-            return Err(at.error(&message, "The arm has six revolute joints, A1 to A6, from the base on."));
+            let message = format!(
+                "ends a list of {} joints; expected {JOINTS} [[joint]] tables",
+                unnamed.len()
+            );
+            return Err(
+                at.error(&message, "The arm has six revolute joints, A1 to A6, from the base on.")
+            );
         }
         let mut tables = Vec::with_capacity(JOINTS);
         let mut joint_names: [String; JOINTS] = Default::default();
         for (i, table) in unnamed.into_iter().enumerate() {
             let joint_name = table.name("name")?;
             if joint_names[..i].contains(&joint_name) {
-                return Err(table.wrong("name", "a name that no other joint has", "Name the joints A1 to A6."));
+                return Err(table.wrong(
+                    "name",
+                    "a name that no other joint has",
+                    "Name the joints A1 to A6.",
+                ));
             }
             tables.push(table.called(&joint_name));
             joint_names[i] = joint_name;
         }
         let joints = tables.iter().map(joint).collect::<Result<Vec<_>, _>>()?;
         let Ok(joints) = <[_; JOINTS]>::try_from(joints) else {
-            return Err(root.error("has another number of joints than six", "The arm has six revolute joints."));
+            return Err(root.error(
+                "has another number of joints than six",
+                "The arm has six revolute joints.",
+            ));
         };
 
         let friction_table = root.table("friction")?;
@@ -83,8 +106,9 @@ impl RobotFile {
             counterbalance: counterbalance(&counterbalance_table)?,
             tool: tool(&tool_table)?,
         };
-        let robot = Robot::new(parameters.clone())
-            .map_err(|error| explain(error, &parameters, &root, &tables, &friction_table, &tool_table))?;
+        let robot = Robot::new(parameters.clone()).map_err(|error| {
+            explain(error, &parameters, &root, &tables, &friction_table, &tool_table)
+        })?;
         Ok(Self { name: robot_name, joint_names, parameters, robot })
     }
 }
@@ -124,7 +148,8 @@ fn inertia(table: &Table<'_>) -> Result<Matrix3<f64>, InputError> {
     use Bounds::{Any, NonNegative};
     let t = table.table("inertia_kg_m2")?;
     t.only(&["xx", "yy", "zz", "xy", "xz", "yz"])?;
-    let [xx, yy, zz] = [t.number("xx", NonNegative)?, t.number("yy", NonNegative)?, t.number("zz", NonNegative)?];
+    let [xx, yy, zz] =
+        [t.number("xx", NonNegative)?, t.number("yy", NonNegative)?, t.number("zz", NonNegative)?];
     let [xy, xz, yz] = [t.number("xy", Any)?, t.number("xz", Any)?, t.number("yz", Any)?];
     Ok(Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz))
 }

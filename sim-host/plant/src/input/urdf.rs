@@ -98,11 +98,19 @@ impl Urdf {
         let (name, version, kept) = scan(source)?;
         let mut urdf = Self { name, links: Vec::new(), joints: Vec::new() };
         for k in kept {
-            let xml = format!("<robot name=\"r\" version=\"{}\">{}</robot>", escape(&version), k.xml);
+            let xml =
+                format!("<robot name=\"r\" version=\"{}\">{}</robot>", escape(&version), k.xml);
             let robot = urdf_rs::read_from_string(&xml).map_err(|error| {
                 let what = if k.is_link { "link" } else { "joint" };
-                let message = format!("this <{what}> is not what URDF asks for: {error}; expected a complete <{what}>");
-                source.error(k.span.clone(), message, "in this element", "Compare it with the URDF reference.")
+                let message = format!(
+                    "this <{what}> is not what URDF asks for: {error}; expected a complete <{what}>"
+                );
+                source.error(
+                    k.span.clone(),
+                    message,
+                    "in this element",
+                    "Compare it with the URDF reference.",
+                )
             })?;
             let place = |stated| (k.span.clone(), stated);
             for element in robot.links {
@@ -130,7 +138,10 @@ fn scan(source: &Source) -> Result<(String, String, Vec<Kept>), InputError> {
         let start = reader.buffer_position() as usize;
         let event = reader.read_event().map_err(|error| {
             let at = reader.error_position() as usize;
-            let message = format!("this is not well-formed XML: {error}; read `{}`", source.excerpt(at..text.len()));
+            let message = format!(
+                "this is not well-formed XML: {error}; read `{}`",
+                source.excerpt(at..text.len())
+            );
             let help = "Close every tag and quote; an XML checker such as xmllint shows the rest.";
             source.error(at..text.len(), message, "expected well-formed XML", help)
         })?;
@@ -151,7 +162,8 @@ fn scan(source: &Source) -> Result<(String, String, Vec<Kept>), InputError> {
         };
         let name = String::from_utf8_lossy(tag.name().as_ref()).into_owned();
         if name.starts_with("xacro:") {
-            let message = format!("<{name}> is a macro; expected a URDF in which macros are expanded");
+            let message =
+                format!("<{name}> is a macro; expected a URDF in which macros are expanded");
             return Err(source.error(
                 span,
                 message,
@@ -162,13 +174,22 @@ fn scan(source: &Source) -> Result<(String, String, Vec<Kept>), InputError> {
         let name = match (open.last(), open.len()) {
             (None, _) if name == "robot" && robot.is_none() => {
                 let attributes = attributes(source, &tag, &name, &span)?;
-                let get = |key: &str| attributes.iter().find(|(k, _)| k == key).map(|(_, v)| v.clone());
-                robot = Some((get("name").unwrap_or_default(), get("version").unwrap_or("1.0".to_owned())));
+                let get =
+                    |key: &str| attributes.iter().find(|(k, _)| k == key).map(|(_, v)| v.clone());
+                robot = Some((
+                    get("name").unwrap_or_default(),
+                    get("version").unwrap_or("1.0".to_owned()),
+                ));
                 Some("robot")
             }
             (None, _) => {
                 let message = format!("the file's element is <{name}>; expected one <robot>");
-                return Err(source.error(span, message, "expected <robot>", "Give the URDF of the arm."));
+                return Err(source.error(
+                    span,
+                    message,
+                    "expected <robot>",
+                    "Give the URDF of the arm.",
+                ));
             }
             (Some(Some("robot")), _) => ["link", "joint"].into_iter().find(|n| *n == name),
             (Some(Some(parent)), _) => {
@@ -180,7 +201,12 @@ fn scan(source: &Source) -> Result<(String, String, Vec<Kept>), InputError> {
         if let Some(name) = name.filter(|n| *n != "robot") {
             let attributes = attributes(source, &tag, name, &span)?;
             if open.len() == 1 {
-                kept.push(Kept { xml: String::new(), is_link: name == "link", span, stated: false });
+                kept.push(Kept {
+                    xml: String::new(),
+                    is_link: name == "link",
+                    span,
+                    stated: false,
+                });
             }
             if let Some(element) = kept.last_mut() {
                 element.stated |= matches!(name, "inertial" | "limit");
@@ -198,11 +224,20 @@ fn scan(source: &Source) -> Result<(String, String, Vec<Kept>), InputError> {
     }
     if !open.is_empty() {
         let end = text.trim_end().len();
-        let message = format!("the file ends with {} elements still open; expected </robot>", open.len());
-        return Err(source.error(end..end, message, "ends here", "The file was cut off: get the whole of it."));
+        let message =
+            format!("the file ends with {} elements still open; expected </robot>", open.len());
+        return Err(source.error(
+            end..end,
+            message,
+            "ends here",
+            "The file was cut off: get the whole of it.",
+        ));
     }
     let Some((name, version)) = robot else {
-        return Err(source.error_of_file("there is no element; expected one <robot>", "Give the URDF of the arm."));
+        return Err(source.error_of_file(
+            "there is no element; expected one <robot>",
+            "Give the URDF of the arm.",
+        ));
     };
     Ok((name, version, kept))
 }
@@ -215,8 +250,14 @@ fn attributes(
     span: &Range<usize>,
 ) -> Result<Vec<(String, String)>, InputError> {
     let broken = |error: &dyn std::fmt::Display| {
-        let message = format!("an attribute of <{element}> cannot be read: {error}; expected name=\"value\"");
-        source.error(span.clone(), message, "in this tag", "Quote every value and name an attribute once.")
+        let message =
+            format!("an attribute of <{element}> cannot be read: {error}; expected name=\"value\"");
+        source.error(
+            span.clone(),
+            message,
+            "in this tag",
+            "Quote every value and name an attribute once.",
+        )
     };
     let mut list = Vec::new();
     for attribute in tag.attributes() {
@@ -229,11 +270,24 @@ fn attributes(
         let value = quick_xml::escape::unescape(&raw).map_err(|error| broken(&error))?.into_owned();
         let count = NUMBERS.iter().find(|(e, k, _)| *e == element && *k == key).map(|(_, _, n)| *n);
         if let Some(count) = count.filter(|n| !are_numbers(&value, *n)) {
-            let offset = source.text().get(span.clone()).and_then(|tag| tag.find(&raw)).unwrap_or(0);
+            let offset =
+                source.text().get(span.clone()).and_then(|tag| tag.find(&raw)).unwrap_or(0);
             let at = span.start + offset..span.start + offset + raw.len();
-            let expected = if count == 1 { "one finite number".to_owned() } else { format!("{count} finite numbers") };
-            let message = format!("`{key}` of <{element}> is \"{}\"; expected {expected}", source.excerpt(at.clone()));
-            return Err(source.error(at, message, format!("expected {expected}"), "Separate numbers by spaces."));
+            let expected = if count == 1 {
+                "one finite number".to_owned()
+            } else {
+                format!("{count} finite numbers")
+            };
+            let message = format!(
+                "`{key}` of <{element}> is \"{}\"; expected {expected}",
+                source.excerpt(at.clone())
+            );
+            return Err(source.error(
+                at,
+                message,
+                format!("expected {expected}"),
+                "Separate numbers by spaces.",
+            ));
         }
         list.push((key, value));
     }
@@ -242,7 +296,8 @@ fn attributes(
 
 fn are_numbers(value: &str, count: usize) -> bool {
     let numbers: Vec<_> = value.split_whitespace().map(str::parse::<f64>).collect();
-    numbers.len() == count && numbers.iter().all(|n| n.as_ref().is_ok_and(|x| x.is_finite() && x.abs() <= LARGEST))
+    numbers.len() == count
+        && numbers.iter().all(|n| n.as_ref().is_ok_and(|x| x.is_finite() && x.abs() <= LARGEST))
 }
 
 /// A rigid body, the URDF at zero, in axes of B.
@@ -326,13 +381,20 @@ impl Arm {
                 urdf.links.len(),
                 urdf.links[tree.root].element.name
             );
-            return Err(source.error_of_file(message, "A joint's child must not be one of its own ancestors."));
+            return Err(source
+                .error_of_file(message, "A joint's child must not be one of its own ancestors."));
         }
         if stages.len() != JOINTS {
             let names: Vec<_> = stages.iter().map(|s| s.name.as_str()).collect();
-            let message =
-                format!("there are {} revolute joints in the chain ({}); expected six", names.len(), names.join(", "));
-            return Err(source.error_of_file(message, "Only serial arms with six revolute joints can be imported."));
+            let message = format!(
+                "there are {} revolute joints in the chain ({}); expected six",
+                names.len(),
+                names.join(", ")
+            );
+            return Err(source.error_of_file(
+                message,
+                "Only serial arms with six revolute joints can be imported.",
+            ));
         }
         Ok(Self { stages })
     }
@@ -367,11 +429,20 @@ impl<'u> Tree<'u> {
         let mut links = HashMap::new();
         for (i, link) in urdf.links.iter().enumerate() {
             if links.insert(link.element.name.as_str(), i).is_some() {
-                let message = format!("there is another link `{}`; expected each name once", link.element.name);
-                return Err(source.error(link.span.clone(), message, "second of this name", "Rename one of them."));
+                let message = format!(
+                    "there is another link `{}`; expected each name once",
+                    link.element.name
+                );
+                return Err(source.error(
+                    link.span.clone(),
+                    message,
+                    "second of this name",
+                    "Rename one of them.",
+                ));
             }
         }
-        let mut tree = Self { urdf, source, links, joints_of: vec![Vec::new(); urdf.links.len()], root: 0 };
+        let mut tree =
+            Self { urdf, source, links, joints_of: vec![Vec::new(); urdf.links.len()], root: 0 };
         let mut joint_of: Vec<Option<&str>> = vec![None; urdf.links.len()];
         for (j, joint) in urdf.joints.iter().enumerate() {
             let parent = tree.link(&joint.element.parent.link, joint)?;
@@ -381,22 +452,38 @@ impl<'u> Tree<'u> {
                     "link `{}` hangs on joint `{other}` and on `{}`; expected one joint",
                     joint.element.child.link, joint.element.name
                 );
-                let help = "Closed chains (parallel linkages) cannot be imported; keep the driven branch.";
-                return Err(source.error(joint.span.clone(), message, "second joint of this link", help));
+                let help =
+                    "Closed chains (parallel linkages) cannot be imported; keep the driven branch.";
+                return Err(source.error(
+                    joint.span.clone(),
+                    message,
+                    "second joint of this link",
+                    help,
+                ));
             }
             tree.joints_of[parent].push(j);
         }
         let mut roots = (0..urdf.links.len()).filter(|i| joint_of[*i].is_none());
         let Some(root) = roots.next() else {
             let message = "there is no link without a joint above it; expected a base";
-            return Err(source.error_of_file(message, "Give the URDF of the whole arm, from its base on."));
+            return Err(
+                source.error_of_file(message, "Give the URDF of the whole arm, from its base on.")
+            );
         };
         if let Some(second) = roots.next() {
             let name = |i: usize| &urdf.links[i].element.name;
-            let message =
-                format!("links `{}` and `{}` both hang on nothing; expected one base", name(root), name(second));
+            let message = format!(
+                "links `{}` and `{}` both hang on nothing; expected one base",
+                name(root),
+                name(second)
+            );
             let help = "Connect them by a fixed joint, or remove the one that is not of the arm.";
-            return Err(source.error(urdf.links[second].span.clone(), message, "hangs on nothing", help));
+            return Err(source.error(
+                urdf.links[second].span.clone(),
+                message,
+                "hangs on nothing",
+                help,
+            ));
         }
         tree.root = root;
         Ok(tree)
@@ -404,7 +491,10 @@ impl<'u> Tree<'u> {
 
     fn link(&self, name: &str, joint: &Placed<urdf_rs::Joint>) -> Result<usize, InputError> {
         self.links.get(name).copied().ok_or_else(|| {
-            let message = format!("joint `{}` names a link `{name}`; expected one of the file's", joint.element.name);
+            let message = format!(
+                "joint `{}` names a link `{name}`; expected one of the file's",
+                joint.element.name
+            );
             let help = match nearest(name, self.links.keys().copied()) {
                 Some(near) => format!("Did you mean `{near}`?"),
                 None => "Add the link, or correct the name.".to_owned(),
@@ -422,7 +512,10 @@ impl<'u> Tree<'u> {
                 let e = &joint.element;
                 match e.joint_type {
                     JointType::Fixed => {
-                        group.links.push((self.link(&e.child.link, joint)?, b_from_link * pose(&e.origin)));
+                        group.links.push((
+                            self.link(&e.child.link, joint)?,
+                            b_from_link * pose(&e.origin),
+                        ));
                     }
                     JointType::Revolute | JointType::Continuous => {
                         if let Some(mimic) = &e.mimic {
@@ -431,7 +524,12 @@ impl<'u> Tree<'u> {
                                 e.name, mimic.joint
                             );
                             let help = "Coupled joints cannot be imported; make this one fixed if it is no axis.";
-                            return Err(self.source.error(joint.span.clone(), message, "coupled", help));
+                            return Err(self.source.error(
+                                joint.span.clone(),
+                                message,
+                                "coupled",
+                                help,
+                            ));
                         }
                         if let Some((other, _)) = group.joint.replace((joint, b_from_link)) {
                             let message = format!(
@@ -439,15 +537,25 @@ impl<'u> Tree<'u> {
                                 other.element.name, e.name
                             );
                             let help = "Only serial arms can be imported; make the joints of grippers fixed.";
-                            return Err(self.source.error(joint.span.clone(), message, "a second branch", help));
+                            return Err(self.source.error(
+                                joint.span.clone(),
+                                message,
+                                "a second branch",
+                                help,
+                            ));
                         }
                     }
                     _ => {
                         let kind = format!("{:?}", e.joint_type).to_lowercase();
-                        let message = format!("joint `{}` is {kind}; expected revolute or fixed", e.name);
-                        let help =
-                            "Only arms with revolute joints can be imported; make this joint fixed if it is no axis.";
-                        return Err(self.source.error(joint.span.clone(), message, format!("a {kind} joint"), help));
+                        let message =
+                            format!("joint `{}` is {kind}; expected revolute or fixed", e.name);
+                        let help = "Only arms with revolute joints can be imported; make this joint fixed if it is no axis.";
+                        return Err(self.source.error(
+                            joint.span.clone(),
+                            message,
+                            format!("a {kind} joint"),
+                            help,
+                        ));
                     }
                 }
             }
@@ -487,8 +595,12 @@ impl<'u> Tree<'u> {
         }
         if bodies.is_empty() {
             let link = self.links.get(e.child.link.as_str()).map(|i| &self.urdf.links[*i]);
-            let message = format!("link `{}` moves and has no <inertial>; expected its mass and inertia", e.child.link);
-            let help = "Add the <inertial> element: the dynamics need the mass of every moving link.";
+            let message = format!(
+                "link `{}` moves and has no <inertial>; expected its mass and inertia",
+                e.child.link
+            );
+            let help =
+                "Add the <inertial> element: the dynamics need the mass of every moving link.";
             let span = link.map_or(joint.span.clone(), |l| l.span.clone());
             return Err(self.source.error(span, message, "no <inertial>", help));
         }
@@ -509,12 +621,24 @@ impl<'u> Tree<'u> {
         })
     }
 
-    fn body(&self, link: &Placed<urdf_rs::Link>, b_from_link: &Isometry3<f64>) -> Result<Body, InputError> {
+    fn body(
+        &self,
+        link: &Placed<urdf_rs::Link>,
+        b_from_link: &Isometry3<f64>,
+    ) -> Result<Body, InputError> {
         let inertial = &link.element.inertial;
         let mass = inertial.mass.value;
         if mass < 0.0 {
-            let message = format!("the mass of link `{}` is {mass} kg; expected a mass not below 0", link.element.name);
-            return Err(self.source.error(link.span.clone(), message, "negative mass", "Check its sign."));
+            let message = format!(
+                "the mass of link `{}` is {mass} kg; expected a mass not below 0",
+                link.element.name
+            );
+            return Err(self.source.error(
+                link.span.clone(),
+                message,
+                "negative mass",
+                "Check its sign.",
+            ));
         }
         let b_from_com = b_from_link * pose(&inertial.origin);
         let i = &inertial.inertia;
@@ -529,7 +653,11 @@ impl Arm {
     /// The text of the robot file.
     fn write(&self, name: &str, file: &str) -> String {
         let mut out = String::new();
-        let name = if name.trim().is_empty() { marker("the URDF has no name for the robot") } else { text(name) };
+        let name = if name.trim().is_empty() {
+            marker("the URDF has no name for the robot")
+        } else {
+            text(name)
+        };
         // Writing to a String cannot fail, so the results are dropped.
         let _ = writeln!(
             out,
@@ -566,7 +694,9 @@ impl Stage {
         let unknown = marker("not in a URDF");
         let or_marker = |x: Option<f64>| x.map_or_else(|| marker("not stated in the URDF"), number);
         let limits = match self.limits {
-            Some([low, high]) => format!("[{}, {}]", number(low.to_degrees()), number(high.to_degrees())),
+            Some([low, high]) => {
+                format!("[{}, {}]", number(low.to_degrees()), number(high.to_degrees()))
+            }
             None => marker("not stated in the URDF"),
         };
         let _ = writeln!(
@@ -574,7 +704,11 @@ impl Stage {
             "\n[[joint]]\nname = {}\norigin_m = {}\naxis = {}\nlimits_deg = {limits}\nmax_speed_deg_s = {}\n\
              max_torque_nm = {}\nstiffness_nm_rad = {unknown}\ndamping_nms_rad = {unknown}\n\
              rotor_inertia_kg_m2 = {unknown}\nmass_kg = {}\ncom_m = {}\ninertia_kg_m2 = {}",
-            if self.name.trim().is_empty() { marker("the URDF has no name for the joint") } else { text(&self.name) },
+            if self.name.trim().is_empty() {
+                marker("the URDF has no name for the joint")
+            } else {
+                text(&self.name)
+            },
             vector(&(self.origin - before)),
             vector(&self.axis),
             or_marker(self.max_rate.map(f64::to_degrees)),
@@ -586,26 +720,40 @@ impl Stage {
     }
 
     /// The first frame behind this joint with one of these words in its name, by the order of the words.
-    fn frame(&self, words: &[&'static str], fits: impl Fn(&Frame) -> bool) -> Option<(&'static str, &Frame)> {
+    fn frame(
+        &self,
+        words: &[&'static str],
+        fits: impl Fn(&Frame) -> bool,
+    ) -> Option<(&'static str, &Frame)> {
         // The link that carries the joint itself is no frame on it.
         let frames = self.frames.get(1..).unwrap_or_default();
         let has = |frame: &&Frame, word: &str| {
-            fits(frame) && frame.name.to_lowercase().split(|c: char| !c.is_alphanumeric()).any(|part| part == word)
+            fits(frame)
+                && frame
+                    .name
+                    .to_lowercase()
+                    .split(|c: char| !c.is_alphanumeric())
+                    .any(|part| part == word)
         };
         words.iter().find_map(|word| frames.iter().find(|f| has(f, word)).map(|f| (*word, f)))
     }
 
     fn write_tool(&self, out: &mut String) {
         let tcp = self.frame(TCP_WORDS, |f| f.is_bare_leaf);
-        let flange = self.frame(FLANGE_WORDS, |_| true).map(|(_, f)| f.b_from_frame.translation.vector - self.origin);
+        let flange = self
+            .frame(FLANGE_WORDS, |_| true)
+            .map(|(_, f)| f.b_from_frame.translation.vector - self.origin);
         let missing = || marker("no fixed leaf frame named tcp, tool0, ee or flange in the URDF");
         let (tcp_from_flange, z_axis, y_axis) = match tcp {
             None => (missing(), missing(), missing()),
             Some((word, frame)) => {
-                let at = frame.b_from_frame.translation.vector - self.origin - flange.unwrap_or_default();
+                let at = frame.b_from_frame.translation.vector
+                    - self.origin
+                    - flange.unwrap_or_default();
                 let axis = |a: Vector3<f64>| vector(&(frame.b_from_frame.rotation * a));
                 // Makers differ in whether x or z of a frame called flange points out of it.
-                let unclear = || marker("a frame named flange does not say which of its axes points out");
+                let unclear =
+                    || marker("a frame named flange does not say which of its axes points out");
                 let is_flange = word == "flange";
                 let z = if is_flange { unclear() } else { axis(Vector3::z()) };
                 (vector(&at), z, if is_flange { unclear() } else { axis(Vector3::y()) })
@@ -613,7 +761,9 @@ impl Stage {
         };
         let origin = match (flange, tcp) {
             (Some(_), _) => "the URDF's flange",
-            (None, Some(_)) => "the URDF names no flange, so that the last joint's origin stands in",
+            (None, Some(_)) => {
+                "the URDF names no flange, so that the last joint's origin stands in"
+            }
             (None, None) => "to be filled in with the tool centre point",
         };
         let offset = match (flange, tcp) {

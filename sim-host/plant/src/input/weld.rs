@@ -73,7 +73,9 @@ impl Weld {
         if (axis.norm() - 1.0).abs() > UNIT {
             let expected = format!("a vector of length 1, not {}", axis.norm());
             let help = match axis.try_normalize(1e-12) {
-                Some(unit) => format!("In the same direction: [{}, {}, {}].", unit.x, unit.y, unit.z),
+                Some(unit) => {
+                    format!("In the same direction: [{}, {}, {}].", unit.x, unit.y, unit.z)
+                }
                 None => "It points along the tool, into the material.".to_owned(),
             };
             return Err(root.wrong("tool_axis", &expected, help));
@@ -81,7 +83,11 @@ impl Weld {
         let tool_axis = axis.normalize();
         if tool_axis.cross(&path.normalize()).norm() < LEAST_SINE {
             let expected = "a direction that is not parallel to the path from `start_m` to `end_m`";
-            return Err(root.wrong("tool_axis", expected, "It points along the tool, into the material."));
+            return Err(root.wrong(
+                "tool_axis",
+                expected,
+                "It points along the tool, into the material.",
+            ));
         }
         Ok(Self {
             start,

@@ -11,14 +11,17 @@ use std::path::Path;
 /// The operating system's, with the path in its text; the temporary file is gone then.
 pub fn write_atomically(path: impl AsRef<Path>, bytes: &[u8]) -> io::Result<()> {
     let path = path.as_ref();
-    replace(path, bytes)
-        .map_err(|error| io::Error::new(error.kind(), format!("{} cannot be written: {error}", path.display())))
+    replace(path, bytes).map_err(|error| {
+        io::Error::new(error.kind(), format!("{} cannot be written: {error}", path.display()))
+    })
 }
 
 fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
     // Through links, so that a link to a file stays a link.
     let target = match fs::metadata(path) {
-        Ok(existing) if existing.is_dir() => return Err(io::Error::from(io::ErrorKind::IsADirectory)),
+        Ok(existing) if existing.is_dir() => {
+            return Err(io::Error::from(io::ErrorKind::IsADirectory));
+        }
         Ok(existing) if !existing.is_file() => return fs::write(path, bytes),
         Ok(_) => fs::canonicalize(path)?,
         Err(_) => path.to_owned(),

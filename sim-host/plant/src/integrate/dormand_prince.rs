@@ -20,8 +20,15 @@ const STAGES: [[f64; 6]; 7] = [
     [35.0 / 384.0, 0.0, 500.0 / 1113.0, 125.0 / 192.0, -2187.0 / 6784.0, 11.0 / 84.0],
 ];
 /// Weights of the fifth-order solution less those of the embedded fourth-order one.
-const ERROR: [f64; 7] =
-    [71.0 / 57600.0, 0.0, -71.0 / 16695.0, 71.0 / 1920.0, -17253.0 / 339200.0, 22.0 / 525.0, -1.0 / 40.0];
+const ERROR: [f64; 7] = [
+    71.0 / 57600.0,
+    0.0,
+    -71.0 / 16695.0,
+    71.0 / 1920.0,
+    -17253.0 / 339200.0,
+    22.0 / 525.0,
+    -1.0 / 40.0,
+];
 
 /// Error allowed per step.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -39,7 +46,10 @@ impl Tolerance {
 
 /// Advances `state` from `time`, where its evaluation is `at`, by `span` seconds with motor torque held. `suggested`: first step to try, s; it is
 /// left at the one to try next. `None` where the state left the finite numbers or the step fell below 1e-9 s.
-#[expect(clippy::too_many_arguments, reason = "the integrator's whole interface; used in one place")]
+#[expect(
+    clippy::too_many_arguments,
+    reason = "the integrator's whole interface; used in one place"
+)]
 pub fn advance(
     cell: &Cell,
     time: f64,

@@ -70,7 +70,12 @@ impl Default for Standing {
 impl Standing {
     /// Gears that remember nothing.
     pub fn new() -> Self {
-        Self { internal: [0.0; INTERNAL_STATES], twist: None, motor: JointVector::zeros(), slack: JointVector::zeros() }
+        Self {
+            internal: [0.0; INTERNAL_STATES],
+            twist: None,
+            motor: JointVector::zeros(),
+            slack: JointVector::zeros(),
+        }
     }
 
     /// The same for loads known to within `slack`, N·m at each joint: a load that small does not take a link from where it was
@@ -85,19 +90,33 @@ impl Standing {
     ///
     /// The load is taken to have come from the one before along a straight line in every joint's twist; at the first load
     /// gears remember nothing. Angles are NaN where the arm cannot carry the load.
-    pub fn follow(&mut self, robot: &ElasticRobot, motors: &Motors, wrench_in_t: &Wrench<f64>, time: f64) -> Stand {
+    pub fn follow(
+        &mut self,
+        robot: &ElasticRobot,
+        motors: &Motors,
+        wrench_in_t: &Wrench<f64>,
+        time: f64,
+    ) -> Stand {
         let mut twist = self.twist.unwrap_or_else(JointVector::zeros);
-        let mut drives =
-            Drives { link: motors.angle - twist, link_rate: motors.rate, motor: motors.angle, motor_rate: motors.rate };
+        let mut drives = Drives {
+            link: motors.angle - twist,
+            link_rate: motors.rate,
+            motor: motors.angle,
+            motor_rate: motors.rate,
+        };
         let mut spring = JointVector::zeros();
         let mut internal = self.internal;
         // Bearings and base that give: their tilt follows the wrench, whose axes follow the tool's.
         let mut frames = robot.model.frames(&drives.link);
-        for _ in 0..if self.twist.is_some() && !self.jumped(motors) { NEXT_ITERATIONS } else { ITERATIONS } {
+        for _ in 0..if self.twist.is_some() && !self.jumped(motors) {
+            NEXT_ITERATIONS
+        } else {
+            ITERATIONS
+        } {
             let wrench = wrench_in_t.rotated(&frames.tcp.rotation);
             frames = robot.frames(&drives.link, &wrench, time);
-            spring =
-                robot.model.rnea(&frames, &motors.rate, &motors.acceleration, &wrench) - robot.link_torque(&drives);
+            spring = robot.model.rnea(&frames, &motors.rate, &motors.acceleration, &wrench)
+                - robot.link_torque(&drives);
             internal = self.internal;
             for i in 0..JOINTS {
                 twist[i] = self.twist_under(robot, &drives, i, spring[i], &mut internal);
@@ -128,7 +147,8 @@ impl Standing {
             *twist -= by;
         }
         stand.link += by;
-        stand.frames = robot.frames(&stand.link, &wrench_in_t.rotated(&stand.frames.tcp.rotation), time);
+        stand.frames =
+            robot.frames(&stand.link, &wrench_in_t.rotated(&stand.frames.tcp.rotation), time);
     }
 
     /// True where the posture is another one than at the call before.
@@ -259,7 +279,12 @@ impl Swinging {
     pub fn start(robot: &ElasticRobot, motors: &Motors, time: f64) -> Self {
         let mut standing = Standing::new();
         let stand = standing.follow(robot, motors, &Wrench::zero(), time);
-        let drives = Drives { link: stand.link, link_rate: motors.rate, motor: motors.angle, motor_rate: motors.rate };
+        let drives = Drives {
+            link: stand.link,
+            link_rate: motors.rate,
+            motor: motors.angle,
+            motor_rate: motors.rate,
+        };
         Self { drives, internal: SVector::from(standing.internal), before: *motors, time }
     }
 
@@ -299,7 +324,8 @@ impl Swinging {
         let middle = self.drives.link + self.drives.link_rate * (0.5 * whole);
         let frames = robot.model.frames(&middle);
         let middle_rate = self.drives.link_rate + (motors.rate - from.rate) * 0.5;
-        let (inertia, bias) = robot.model.equation_of_motion(&frames, &middle_rate, &Wrench::zero());
+        let (inertia, bias) =
+            robot.model.equation_of_motion(&frames, &middle_rate, &Wrench::zero());
         let factor = trueweld_core::crba::factor(inertia).ok_or(Diverged { time })?;
         for k in 0..substeps {
             let part = |c: f64| hermite(&from, motors, whole, (k as f64 + c) / substeps as f64);
@@ -309,13 +335,17 @@ impl Swinging {
                          link_rate: JointVector<f64>,
                          internal: SVector<f64, INTERNAL_STATES>| {
                 let drives = Drives { link, link_rate, motor: input.0, motor_rate: input.1 };
-                let torque = robot.spring_torque(&drives, internal.as_slice()) + robot.link_torque(&drives) - bias;
+                let torque = robot.spring_torque(&drives, internal.as_slice())
+                    + robot.link_torque(&drives)
+                    - bias;
                 let mut remembered = SVector::<f64, INTERNAL_STATES>::zeros();
                 robot.internal_rates(&drives, internal.as_slice(), remembered.as_mut_slice());
                 (link_rate, factor.solve(&torque), remembered)
             };
             let Self { drives: Drives { link, link_rate, .. }, internal, .. } = *self;
-            let step = |r: &Rates, c: f64| (link + r.0 * (c * h), link_rate + r.1 * (c * h), internal + r.2 * (c * h));
+            let step = |r: &Rates, c: f64| {
+                (link + r.0 * (c * h), link_rate + r.1 * (c * h), internal + r.2 * (c * h))
+            };
             let a = rates(&inputs[0], link, link_rate, internal);
             let (l, v, z) = step(&a, 0.5);
             let b = rates(&inputs[1], l, v, z);
@@ -323,9 +353,11 @@ impl Swinging {
             let c = rates(&inputs[1], l, v, z);
             let (l, v, z) = step(&c, 1.0);
             let d = rates(&inputs[2], l, v, z);
-            let mean = |a: JointVector<f64>, b: JointVector<f64>, c: JointVector<f64>, d: JointVector<f64>| {
-                (a + (b + c) * 2.0 + d) * (h / 6.0)
-            };
+            let mean =
+                |a: JointVector<f64>,
+                 b: JointVector<f64>,
+                 c: JointVector<f64>,
+                 d: JointVector<f64>| { (a + (b + c) * 2.0 + d) * (h / 6.0) };
             self.drives.link = link + mean(a.0, b.0, c.0, d.0);
             self.drives.link_rate = link_rate + mean(a.1, b.1, c.1, d.1);
             self.internal = internal + (a.2 + (b.2 + c.2) * 2.0 + d.2) * (h / 6.0);

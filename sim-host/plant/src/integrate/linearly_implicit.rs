@@ -33,7 +33,8 @@ const GAMMA: [[f64; 4]; 4] = [
 ];
 
 /// Weights of the solution.
-const B: [f64; 4] = [2.421_238_070_609_534_6e-1, -1.223_250_583_904_514_7, 1.545_260_255_335_102, G];
+const B: [f64; 4] =
+    [2.421_238_070_609_534_6e-1, -1.223_250_583_904_514_7, 1.545_260_255_335_102, G];
 
 /// The tableau in the variables U = hΓk, in which no product with A is needed.
 struct Tableau {

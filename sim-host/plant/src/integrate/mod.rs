@@ -57,10 +57,19 @@ impl Stepper {
         h: f64,
     ) -> Result<State, Diverged> {
         match self.integrator {
-            Integrator::LinearlyImplicit => linearly_implicit::step(cell, time, state, at, torque, h),
-            Integrator::DormandPrince(tolerance) => {
-                dormand_prince::advance(cell, time, state, at, torque, h, tolerance, &mut self.suggested)
+            Integrator::LinearlyImplicit => {
+                linearly_implicit::step(cell, time, state, at, torque, h)
             }
+            Integrator::DormandPrince(tolerance) => dormand_prince::advance(
+                cell,
+                time,
+                state,
+                at,
+                torque,
+                h,
+                tolerance,
+                &mut self.suggested,
+            ),
         }
         .ok_or(Diverged { time })
     }

@@ -39,7 +39,9 @@ pub struct Rest {
 
 /// No equilibrium was found.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-#[error("no equilibrium within {ITERATIONS} iterations: the load still moves the joints by {residual:e} rad")]
+#[error(
+    "no equilibrium within {ITERATIONS} iterations: the load still moves the joints by {residual:e} rad"
+)]
 pub struct NoRest {
     /// Last step, rad.
     pub residual: f64,
@@ -52,8 +54,15 @@ fn drives_at_rest(link: &JointVector<f64>, motor: &JointVector<f64>) -> Drives {
 }
 
 /// Torque that the springs must carry for the links to stand: g − τ_cb − Jᵀ w and what effects add, N·m.
-fn carried(cell: &Cell, drives: &Drives, frames: &Frames<f64>, wrench: &Wrench<f64>) -> JointVector<f64> {
-    cell.robot.model.gravity_torque(frames) - cell.robot.link_torque(drives) - frames.joint_torque(wrench)
+fn carried(
+    cell: &Cell,
+    drives: &Drives,
+    frames: &Frames<f64>,
+    wrench: &Wrench<f64>,
+) -> JointVector<f64> {
+    cell.robot.model.gravity_torque(frames)
+        - cell.robot.link_torque(drives)
+        - frames.joint_torque(wrench)
 }
 
 /// Link angles at rest for motor angles held at `motor`, and the torque of the springs there: τ_s = g − τ_cb − Jᵀ w, with
@@ -84,14 +93,17 @@ fn settle(
             let (mut above, mut below) = (link, link);
             above[i] += DIFFERENCE;
             below[i] -= DIFFERENCE;
-            (unbalance(&above) - unbalance(&below)).component_div(&unit) / (2.0 * DIFFERENCE * unit[i])
+            (unbalance(&above) - unbalance(&below)).component_div(&unit)
+                / (2.0 * DIFFERENCE * unit[i])
         }));
         let scaled = torque.component_div(&unit);
         let descent = slope.tr_mul(&scaled);
         let normal = slope.tr_mul(&slope);
         let lower = loop {
             let damped = normal + Matrix6::from_diagonal_element(damping);
-            let Some(factor) = damped.cholesky() else { return Err(NoRest { residual }) };
+            let Some(factor) = damped.cholesky() else {
+                return Err(NoRest { residual });
+            };
             let step = -factor.solve(&descent).component_div(&unit);
             residual = step.amax();
             let next = link + step;
@@ -106,7 +118,9 @@ fn settle(
             damping *= 10.0;
         };
         damping = (damping * 0.1).max(LEAST_DAMPING);
-        if residual < TOLERANCE || torque.component_div(cell.robot.model.stiffness()).amax() < BALANCED {
+        if residual < TOLERANCE
+            || torque.component_div(cell.robot.model.stiffness()).amax() < BALANCED
+        {
             let drives = drives_at_rest(&link, motor);
             return Ok((link, spring(&drives)));
         }
@@ -137,8 +151,13 @@ pub fn in_contact(cell: &Cell, motor: &JointVector<f64>) -> Result<Rest, NoRest>
 ///
 /// # Errors
 /// [`NoRest`] where the iteration does not converge.
-pub fn under_wrench(cell: &Cell, motor: &JointVector<f64>, wrench: &Wrench<f64>) -> Result<JointVector<f64>, NoRest> {
-    settle(cell, motor, |drives| (cell.robot.frames(&drives.link, wrench, 0.0), *wrench)).map(|(link, _)| link)
+pub fn under_wrench(
+    cell: &Cell,
+    motor: &JointVector<f64>,
+    wrench: &Wrench<f64>,
+) -> Result<JointVector<f64>, NoRest> {
+    settle(cell, motor, |drives| (cell.robot.frames(&drives.link, wrench, 0.0), *wrench))
+        .map(|(link, _)| link)
 }
 
 /// Motor angles that hold the links at `link` against a given wrench on the tool (at the TCP, axes of B): each spring's
@@ -153,12 +172,16 @@ pub fn motors_for(cell: &Cell, link: &JointVector<f64>, wrench: &Wrench<f64>) ->
         let spare = |angle: f64| {
             let mut motor = motor;
             motor[i] = angle;
-            cell.robot.spring_torque(&drives_at_rest(link, &motor), &[0.0; INTERNAL_STATES])[i] - wanted[i]
+            cell.robot.spring_torque(&drives_at_rest(link, &motor), &[0.0; INTERNAL_STATES])[i]
+                - wanted[i]
         };
-        let short_of = |angle: f64, below: bool| if below { spare(angle) < 0.0 } else { spare(angle) <= 0.0 };
+        let short_of = |angle: f64, below: bool| {
+            if below { spare(angle) < 0.0 } else { spare(angle) <= 0.0 }
+        };
         // A twist of any load first; wider for a gear that adds a share of another joint's angle.
         let mut reach = LARGEST_TWIST;
-        while reach < 1.0 && (short_of(link[i] + reach, false) || !short_of(link[i] - reach, true)) {
+        while reach < 1.0 && (short_of(link[i] + reach, false) || !short_of(link[i] - reach, true))
+        {
             reach *= 4.0;
         }
         // Lower and upper end of the angles that carry just this torque; they differ only across a gap.

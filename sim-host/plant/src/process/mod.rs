@@ -80,10 +80,13 @@ pub fn reaction(
         in_plane += r.in_plane * wave;
     }
     let e = depth_force / process.reference_force;
-    let feed = ports.process.iter().fold(process.feed_drag * velocity.x * e, |feed, t| feed * t.drag(&at));
+    let feed =
+        ports.process.iter().fold(process.feed_drag * velocity.x * e, |feed, t| feed * t.drag(&at));
     let turn = process.lateral_ratio * process.spindle.signum();
-    let across = process.lateral_damping * velocity.y + process.lateral_stiffness * (position.y - channel);
-    let lateral = turn * feed + across * e + ports.process.iter().map(|t| t.lateral_force(&at)).sum::<f64>();
+    let across =
+        process.lateral_damping * velocity.y + process.lateral_stiffness * (position.y - channel);
+    let lateral =
+        turn * feed + across * e + ports.process.iter().map(|t| t.lateral_force(&at)).sum::<f64>();
     let mut force = -Vector3::new(feed * in_plane, lateral * in_plane, depth_force * axial);
     for term in &ports.process {
         force = term.process_force(&at, force);

@@ -52,11 +52,14 @@ impl ElasticRobot {
         for effect in effects {
             effect.apply(model, &mut parameters, process.as_deref_mut(), &mut ports)?;
         }
-        let Some(parameters) = parameters else { return Ok(Self { model: model.clone(), ports }) };
+        let Some(parameters) = parameters else {
+            return Ok(Self { model: model.clone(), ports });
+        };
         // Only effects that change the robot's numbers can make it impossible.
         let changes = effects.iter().rfind(|e| matches!(e.kind.action, Action::Robot(_)));
         let blame = changes.map_or("the robot", |e| e.kind.id);
-        let model = Robot::new(parameters).map_err(|reason| EffectError::Model { id: blame, reason })?;
+        let model =
+            Robot::new(parameters).map_err(|reason| EffectError::Model { id: blame, reason })?;
         Ok(Self { model, ports })
     }
 
@@ -76,7 +79,8 @@ impl ElasticRobot {
     pub fn spring_torque(&self, drives: &Drives, internal: &[f64]) -> JointVector<f64> {
         let twist = drives.motor - drives.link + self.ports.link_angle;
         let rate = drives.motor_rate - drives.link_rate;
-        let mut torque = self.model.stiffness().component_mul(&twist) + self.model.damping().component_mul(&rate);
+        let mut torque = self.model.stiffness().component_mul(&twist)
+            + self.model.damping().component_mul(&rate);
         for i in 0..JOINTS {
             if !self.spring_is_plain(i) {
                 torque[i] = self.joint_spring_torque(drives, i, internal);
@@ -103,15 +107,24 @@ impl ElasticRobot {
         let mut twist = drives.motor[i] - drives.link[i] + self.ports.link_angle[i];
         twist += spring.iter().map(|(t, _)| t.twist(&at)).sum::<f64>();
         let engaged = spring.iter().fold(twist, |twist, (t, _)| t.engaged(twist));
-        let stiffness = spring.iter().fold(self.model.stiffness()[i], |k, (t, _)| k * t.stiffness(engaged));
+        let stiffness =
+            spring.iter().fold(self.model.stiffness()[i], |k, (t, _)| k * t.stiffness(engaged));
         let damping = spring.iter().fold(self.model.damping()[i], |d, (t, _)| d * t.damping());
-        let extra: f64 = spring.iter().map(|(t, s)| t.spring_torque(&at, s.map_or(0.0, |s| internal[s]))).sum();
+        let extra: f64 =
+            spring.iter().map(|(t, s)| t.spring_torque(&at, s.map_or(0.0, |s| internal[s]))).sum();
         stiffness * engaged + damping * (drives.motor_rate[i] - drives.link_rate[i]) + extra
     }
 
     /// What the terms at the spring of one joint remember after its twist has changed by `change`, rad, however slowly:
     /// from `before` into `after`. A term's own state follows dz/dδ = a − b z for either direction of δ.
-    pub(crate) fn remembered(&self, drives: &Drives, i: usize, change: f64, before: &[f64], after: &mut [f64]) {
+    pub(crate) fn remembered(
+        &self,
+        drives: &Drives,
+        i: usize,
+        change: f64,
+        before: &[f64],
+        after: &mut [f64],
+    ) {
         for (term, slot) in &self.ports.spring[i] {
             if let Some(s) = *slot {
                 let mut at = self.joint_point(drives, i);
@@ -171,7 +184,10 @@ impl ElasticRobot {
             if !self.ports.link_torque[i].is_empty() {
                 let at = self.joint_point(drives, i);
                 let balance = if i == 1 { counterbalance } else { 0.0 };
-                torque[i] += self.ports.link_torque[i].iter().map(|t| t.link_torque(&at, balance)).sum::<f64>();
+                torque[i] += self.ports.link_torque[i]
+                    .iter()
+                    .map(|t| t.link_torque(&at, balance))
+                    .sum::<f64>();
             }
         }
         torque
@@ -207,7 +223,8 @@ impl ElasticRobot {
             by.tilt[i] = self.ports.link_frame[i].iter().map(|t| t.tilt(&moment, &axis)).sum();
         }
         let foot = -(loads[0].moment + rigid.origin[0].cross(&loads[0].force));
-        let tilt: Vector3<f64> = self.ports.base_frame.iter().map(|t| t.tilt(&foot, &Vector3::zeros())).sum();
+        let tilt: Vector3<f64> =
+            self.ports.base_frame.iter().map(|t| t.tilt(&foot, &Vector3::zeros())).sum();
         by.base.rotation = trueweld_core::spatial::rotation_from_vector(&tilt);
         by.base.position = self.ports.base_frame.iter().map(|t| t.shift(time)).sum();
         self.model.frames_displaced(link, &by)
@@ -233,11 +250,13 @@ impl ElasticRobot {
     pub fn energy(&self, drives: &Drives) -> f64 {
         let frames = self.model.frames(&drives.link);
         let twist = drives.motor - drives.link;
-        let rotors = self.model.rotor_inertia().dot(&drives.motor_rate.component_mul(&drives.motor_rate));
+        let rotors =
+            self.model.rotor_inertia().dot(&drives.motor_rate.component_mul(&drives.motor_rate));
         let springs = self.model.stiffness().dot(&twist.component_mul(&twist));
         // V_cb = −∫τ_cb dθ₂ of the cosine series.
         let series = self.model.parameters().counterbalance.cosine.iter().zip(1..);
-        let counterbalance: f64 = series.map(|(c, n)| -c * (f64::from(n) * drives.link[1]).sin() / f64::from(n)).sum();
+        let counterbalance: f64 =
+            series.map(|(c, n)| -c * (f64::from(n) * drives.link[1]).sin() / f64::from(n)).sum();
         self.model.kinetic_energy(&frames, &drives.link_rate)
             + self.model.potential_energy(&frames)
             + counterbalance

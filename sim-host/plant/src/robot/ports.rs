@@ -122,7 +122,12 @@ pub struct Readings {
 
 impl Readings {
     /// What ideal instruments would read of the robot, without force.
-    pub fn of(time: f64, motor: &JointVector<f64>, link: &JointVector<f64>, tcp: &Pose<f64>) -> Self {
+    pub fn of(
+        time: f64,
+        motor: &JointVector<f64>,
+        link: &JointVector<f64>,
+        tcp: &Pose<f64>,
+    ) -> Self {
         Self {
             time,
             encoder: (*motor).into(),

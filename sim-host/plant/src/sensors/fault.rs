@@ -118,10 +118,17 @@ impl FaultyInstruments {
     }
 
     /// Makes of what the instruments read at `time`, s, what the controller gets. Called once a period.
-    pub fn pass_on(&mut self, time: f64, sensed: &mut Sensed<f64>, sightings: &mut Vec<Sighting<f64>>) {
+    pub fn pass_on(
+        &mut self,
+        time: f64,
+        sensed: &mut Sensed<f64>,
+        sightings: &mut Vec<Sighting<f64>>,
+    ) {
         let Some(fault) = self.fault else { return };
         match (fault.instrument, fault.is_on(time)) {
-            (Instrument::ForceSensor, true) => sensed.wrench = self.wrench(fault.failure, sensed.wrench),
+            (Instrument::ForceSensor, true) => {
+                sensed.wrench = self.wrench(fault.failure, sensed.wrench)
+            }
             (Instrument::ForceSensor, false) => keep(&mut self.wrenches, sensed.wrench),
             (Instrument::SeamSensor, true) => *sightings = self.sighted(fault.failure, sightings),
             (Instrument::SeamSensor, false) if sightings.is_empty() => {}
@@ -131,7 +138,10 @@ impl FaultyInstruments {
 
     fn wrench(&mut self, failure: Failure, read: Wrench<f64>) -> Wrench<f64> {
         let last = self.wrenches.back().copied().unwrap_or(read);
-        let all = |force: f64, moment: f64| Wrench { moment: Vector3::repeat(moment), force: Vector3::repeat(force) };
+        let all = |force: f64, moment: f64| Wrench {
+            moment: Vector3::repeat(moment),
+            force: Vector3::repeat(force),
+        };
         match failure {
             Failure::NoNumber => all(f64::NAN, f64::NAN),
             Failure::Stuck => last,
@@ -156,11 +166,12 @@ impl FaultyInstruments {
             return Vec::new();
         }
         let last = self.sightings.back().cloned().unwrap_or_else(|| read.to_vec());
-        let told = |from: &[Sighting<f64>], value: &dyn Fn(&Sighting<f64>) -> f64| -> Vec<Sighting<f64>> {
-            // What comes claims to be as fresh as readings are.
-            let age = read[0].age;
-            from.iter().map(|s| Sighting { deviation: value(s), age, ..*s }).collect()
-        };
+        let told =
+            |from: &[Sighting<f64>], value: &dyn Fn(&Sighting<f64>) -> f64| -> Vec<Sighting<f64>> {
+                // What comes claims to be as fresh as readings are.
+                let age = read[0].age;
+                from.iter().map(|s| Sighting { deviation: value(s), age, ..*s }).collect()
+            };
         let by_kind = |s: &Sighting<f64>, linear: f64, angular: f64| {
             if s.along.linear.norm() > 0.0 { linear } else { angular }
         };
@@ -176,7 +187,9 @@ impl FaultyInstruments {
                 let any = &self.sightings[self.random.random_range(0..self.sightings.len())];
                 told(any, &|s| s.deviation)
             }
-            Failure::Offset { linear, angular } => told(read, &|s| s.deviation + by_kind(s, linear, angular)),
+            Failure::Offset { linear, angular } => {
+                told(read, &|s| s.deviation + by_kind(s, linear, angular))
+            }
         }
     }
 }

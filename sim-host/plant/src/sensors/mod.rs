@@ -72,7 +72,12 @@ impl Instruments {
 
     /// What the controller gets at this instant. `truth`: the undisturbed readings; its wrench is replaced by the
     /// filtered and delayed one. `torque`: Γ of the last period, N·m.
-    pub fn read(&mut self, ports: &Ports, mut truth: Readings, torque: &JointVector<f64>) -> Sensed<f64> {
+    pub fn read(
+        &mut self,
+        ports: &Ports,
+        mut truth: Readings,
+        torque: &JointVector<f64>,
+    ) -> Sensed<f64> {
         let wrench = Wrench::from_vector(&self.delayed());
         (truth.force, truth.moment) = (wrench.force, wrench.moment);
         for term in &ports.sensor {
@@ -80,7 +85,8 @@ impl Instruments {
         }
         let resolution = &self.sensors.encoder_resolution;
         let encoder = JointVector::from_fn(|i, _| stepped(truth.encoder[i], resolution[i]));
-        let rate = self.encoder.map_or(JointVector::zeros(), |before| (encoder - before) / self.period);
+        let rate =
+            self.encoder.map_or(JointVector::zeros(), |before| (encoder - before) / self.period);
         self.encoder = Some(encoder);
         let force = &self.sensors.force;
         let noise = &mut self.noise;

@@ -49,10 +49,20 @@ impl SeamSight {
         let across = Twist { angular: Vector3::z() * s.ahead, linear: Vector3::y() };
         let tilted = Twist { angular: Vector3::x(), linear: Vector3::zeros() };
         let mut arrived = Vec::new();
-        while let Some((taken, values)) = self.taken.front().copied().filter(|(at, _)| at + s.delay <= time + INSTANT) {
+        while let Some((taken, values)) =
+            self.taken.front().copied().filter(|(at, _)| at + s.delay <= time + INSTANT)
+        {
             self.taken.pop_front();
-            for (deviation, along, noise) in [(values[0], across, s.noise), (values[1], tilted, s.tilt_noise)] {
-                arrived.push(Sighting { deviation, along, noise, age: time - taken, ahead: s.ahead });
+            for (deviation, along, noise) in
+                [(values[0], across, s.noise), (values[1], tilted, s.tilt_noise)]
+            {
+                arrived.push(Sighting {
+                    deviation,
+                    along,
+                    noise,
+                    age: time - taken,
+                    ahead: s.ahead,
+                });
             }
         }
         arrived

@@ -3,7 +3,8 @@
 use super::RunError;
 use crate::input::{Control, Sensors};
 use trueweld_compensators::{
-    Adaptive, Elastostatic, FeedForward, Learning, Observer, OuterIntegral, SeamTracking, Uncompensated,
+    Adaptive, Elastostatic, FeedForward, Learning, Observer, OuterIntegral, SeamTracking,
+    Uncompensated,
 };
 use trueweld_core::compensation::Compensator;
 
@@ -16,7 +17,12 @@ pub trait BuildLaw: std::fmt::Debug + Sync {
     ///
     /// # Errors
     /// [`RunError::Law`] where a gain does not suit the control period, [`RunError::NoSeamSensor`].
-    fn build(&self, control: &Control, sensors: &Sensors, length: f64) -> Result<Box<dyn Compensator<f64>>, RunError>;
+    fn build(
+        &self,
+        control: &Control,
+        sensors: &Sensors,
+        length: f64,
+    ) -> Result<Box<dyn Compensator<f64>>, RunError>;
 }
 
 /// Which compensation law.
@@ -68,7 +74,9 @@ impl Law {
             Self::FeedForward => "From the planned load and the robot's stiffness",
             Self::Observer => "From motor torque and encoders",
             Self::SeamTracking => "Feed-forward, corrected by a seam sensor",
-            Self::Adaptive => "Feed-forward, with stiffnesses learned from a seam sensor (--passes)",
+            Self::Adaptive => {
+                "Feed-forward, with stiffnesses learned from a seam sensor (--passes)"
+            }
             Self::Learning => "Seam tracking, corrected from pass to pass (--passes)",
         }
     }
@@ -84,7 +92,9 @@ impl Law {
             }
             Self::FeedForward => followed(FeedForward, control),
             Self::Observer => Some(Box::new(Observer::new(gains.observer, period)?)),
-            Self::SeamTracking => followed(SeamTracking::new(FeedForward, gains.tracking, period)?, control),
+            Self::SeamTracking => {
+                followed(SeamTracking::new(FeedForward, gains.tracking, period)?, control)
+            }
             Self::Adaptive => followed(Adaptive::new(gains.prior, period)?, control),
             Self::Learning => {
                 let learning = Learning::new(FeedForward, length, gains.learning, period)?;
@@ -95,7 +105,10 @@ impl Law {
 }
 
 /// A law with what the position loop lacks of its demand made up for. Not for laws fed by force, which answer the motion.
-fn followed(law: impl Compensator<f64> + 'static, control: &Control) -> Option<Box<dyn Compensator<f64>>> {
+fn followed(
+    law: impl Compensator<f64> + 'static,
+    control: &Control,
+) -> Option<Box<dyn Compensator<f64>>> {
     Some(Box::new(OuterIntegral::new(law, control.compensation.following, control.period)?))
 }
 
@@ -112,7 +125,12 @@ impl BuildLaw for Law {
         }
     }
 
-    fn build(&self, control: &Control, sensors: &Sensors, length: f64) -> Result<Box<dyn Compensator<f64>>, RunError> {
+    fn build(
+        &self,
+        control: &Control,
+        sensors: &Sensors,
+        length: f64,
+    ) -> Result<Box<dyn Compensator<f64>>, RunError> {
         if self.needs_seam_sensor() && sensors.seam.is_none() {
             return Err(RunError::NoSeamSensor { law: self.name() });
         }

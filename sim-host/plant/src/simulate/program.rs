@@ -58,7 +58,8 @@ impl Seam {
         let z = weld.tool_axis;
         // Square to the tool axis, should the path not be exactly.
         let x = (along - z * z.dot(&along)).normalize();
-        let b_from_w = Pose { rotation: Matrix3::from_columns(&[x, z.cross(&x), z]), position: weld.start };
+        let b_from_w =
+            Pose { rotation: Matrix3::from_columns(&[x, z.cross(&x), z]), position: weld.start };
         Self { b_from_w, length: along.norm() }
     }
 
@@ -104,7 +105,9 @@ impl Feed {
 
     /// Path position a time after the feed began, m.
     fn path(&self, time: f64) -> f64 {
-        let rising = |t: f64| if self.ramp > 0.0 { 0.5 * self.speed * t * t / self.ramp } else { 0.0 };
+        let rising = |t: f64| {
+            if self.ramp > 0.0 { 0.5 * self.speed * t * t / self.ramp } else { 0.0 }
+        };
         let t = time.clamp(0.0, self.duration());
         if t < self.ramp {
             rising(t)
@@ -121,7 +124,9 @@ impl Program {
     /// How long the run takes, s.
     pub fn duration(&self, weld: &Weld, seam: &Seam) -> f64 {
         match self {
-            Program::Weld => weld.settle + weld.force_ramp + Feed::new(weld, seam.length).duration() + HOLD,
+            Program::Weld => {
+                weld.settle + weld.force_ramp + Feed::new(weld, seam.length).duration() + HOLD
+            }
             Program::ForceStep { hold, length, .. } => weld.settle + hold + length,
         }
     }
@@ -145,11 +150,17 @@ impl Program {
             Program::ForceStep { height, hold, .. } => {
                 let stepped = closed >= *hold;
                 let phase = if stepped { Phase::Hold } else { Phase::ForceRamp };
-                Target { phase, path: 0.0, feed: 0.0, force: Some(contact + if stepped { *height } else { 0.0 }) }
+                Target {
+                    phase,
+                    path: 0.0,
+                    feed: 0.0,
+                    force: Some(contact + if stepped { *height } else { 0.0 }),
+                }
             }
             Program::Weld => {
                 let feed = Feed::new(weld, seam.length);
-                let share = if weld.force_ramp > 0.0 { (closed / weld.force_ramp).min(1.0) } else { 1.0 };
+                let share =
+                    if weld.force_ramp > 0.0 { (closed / weld.force_ramp).min(1.0) } else { 1.0 };
                 let force = Some(contact + (weld.force - contact) * share);
                 let fed = closed - weld.force_ramp;
                 let full = feed.ramp + feed.cruise;

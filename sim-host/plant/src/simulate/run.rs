@@ -14,7 +14,9 @@ use crate::sensors::{FaultyInstruments, InstrumentFault, Instruments, SeamSight}
 use nalgebra::Vector3;
 use std::time::Instant;
 use trueweld_core::compensation::{Compensated, Compensator, Observation};
-use trueweld_core::control::{External, HybridController, JointGains, Parallel, Setpoint, Superposed};
+use trueweld_core::control::{
+    External, HybridController, JointGains, Parallel, Setpoint, Superposed,
+};
 use trueweld_core::{JointVector, KinematicsError, Pose, Robot, Twist, Wrench};
 
 /// Which hybrid controller.
@@ -147,13 +149,17 @@ impl Scenario<'_> {
 pub fn start_angles(robot: &Robot<f64>, seam: &Seam) -> Result<JointVector<f64>, RunError> {
     const POINTS: usize = 200;
     let reason = |e: KinematicsError| match e {
-        KinematicsError::NotDecoupled => "closed-form inverse kinematics needs a spherical wrist and A1 vertical",
+        KinematicsError::NotDecoupled => {
+            "closed-form inverse kinematics needs a spherical wrist and A1 vertical"
+        }
         KinematicsError::Unreachable => "out of reach",
         KinematicsError::Singular => "singular posture",
         KinematicsError::Limit(_) => "a joint limit",
         KinematicsError::NotFinite => "the seam is not a number",
     };
-    let found = robot.inverse_all(&seam.nominal(0.0)).map_err(|e| RunError::Reach { path: 0.0, reason: reason(e) })?;
+    let found = robot
+        .inverse_all(&seam.nominal(0.0))
+        .map_err(|e| RunError::Reach { path: 0.0, reason: reason(e) })?;
     let mut farthest = RunError::Reach { path: 0.0, reason: "a joint limit" };
     let mut reached = 0.0;
     let mut best: Option<JointVector<f64>> = None;
@@ -220,9 +226,17 @@ pub fn run(scenario: &Scenario<'_>, progress: impl FnMut(f64)) -> Result<Recordi
 ///
 /// # Errors
 /// [`RunError`].
-pub fn run_passes(scenario: &Scenario<'_>, passes: usize, progress: impl FnMut(f64)) -> Result<Recording, RunError> {
+pub fn run_passes(
+    scenario: &Scenario<'_>,
+    passes: usize,
+    progress: impl FnMut(f64),
+) -> Result<Recording, RunError> {
     // The last one has the scenario's own noise, and its fault.
-    let noisy = |k: usize| Scenario { seed: scenario.seed.wrapping_add(k as u64), fault: None, ..*scenario };
+    let noisy = |k: usize| Scenario {
+        seed: scenario.seed.wrapping_add(k as u64),
+        fault: None,
+        ..*scenario
+    };
     let before: Vec<Scenario<'_>> = (1..passes.max(1)).rev().map(noisy).collect();
     run_after(&before, scenario, progress)
 }
@@ -267,10 +281,13 @@ fn run_with(
 
     let mut hybrid = scenario.controller.build(control);
     let limits = &control.compensation;
-    let mut controller = Compensated::new(hybrid.as_mut(), law, limits.lateral, limits.orientation, period);
+    let mut controller =
+        Compensated::new(hybrid.as_mut(), law, limits.lateral, limits.orientation, period);
     controller.start(belief, &start.motor, &start.rest.torque);
-    let mut instruments = Instruments::new(scenario.sensors, &cell.robot.ports, h, period, scenario.seed);
-    let mut seam_sensor = scenario.sensors.seam.as_ref().map(|sensor| SeamSight::new(sensor, scenario.seed));
+    let mut instruments =
+        Instruments::new(scenario.sensors, &cell.robot.ports, h, period, scenario.seed);
+    let mut seam_sensor =
+        scenario.sensors.seam.as_ref().map(|sensor| SeamSight::new(sensor, scenario.seed));
     let mut faulty = FaultyInstruments::new(scenario.fault, scenario.seed);
     let mut stepper = Stepper::new(scenario.integrator);
 
@@ -299,10 +316,14 @@ fn run_with(
             force: target.force,
             spindle: scenario.planned.spindle,
         };
-        let deviation_w = nominal.error_to(&at.frames.tcp).rotated(&seam.b_from_w.rotation.transpose());
-        let mut sightings = seam_sensor.as_mut().map_or(Vec::new(), |sensor| sensor.read(time, &deviation_w));
+        let deviation_w =
+            nominal.error_to(&at.frames.tcp).rotated(&seam.b_from_w.rotation.transpose());
+        let mut sightings =
+            seam_sensor.as_mut().map_or(Vec::new(), |sensor| sensor.read(time, &deviation_w));
         faulty.pass_on(time, &mut sensed, &mut sightings);
-        let load = target.force.map_or(Vector3::zeros(), |push| planned(scenario.planned, push, target.feed));
+        let load = target
+            .force
+            .map_or(Vector3::zeros(), |push| planned(scenario.planned, push, target.feed));
         let observation = Observation {
             setpoint: &setpoint,
             nominal: &nominal,
@@ -323,7 +344,10 @@ fn run_with(
             tilt: tool_axis(&at.frames.tcp).angle(&tool_axis(&nominal)),
             lateral_by_joint: lateral_by_joint(&seam, &at, &drives),
             force_w: at.reaction.force,
-            force_sensed_w: seam.b_from_w.rotation.tr_mul(&(at.frames.tcp.rotation * sensed.wrench.force)),
+            force_sensed_w: seam
+                .b_from_w
+                .rotation
+                .tr_mul(&(at.frames.tcp.rotation * sensed.wrench.force)),
             force_desired: target.force,
             link: drives.link,
             motor: drives.motor,
@@ -369,5 +393,7 @@ fn tool_axis(pose: &Pose<f64>) -> Vector3<f64> {
 fn lateral_by_joint(seam: &Seam, at: &Evaluation, drives: &Drives) -> JointVector<f64> {
     let across = seam.b_from_w.rotation.column(1);
     let jacobian = at.frames.jacobian().0;
-    JointVector::from_fn(|i, _| across.dot(&jacobian.fixed_view::<3, 1>(3, i)) * (drives.link[i] - drives.motor[i]))
+    JointVector::from_fn(|i, _| {
+        across.dot(&jacobian.fixed_view::<3, 1>(3, i)) * (drives.link[i] - drives.motor[i])
+    })
 }
