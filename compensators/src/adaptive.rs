@@ -1,13 +1,15 @@
 //! Adaptive compensation: joint compliances estimated from whatever is seen of the tool's pose.
 //!
-//! On top of the planned load case ([`feed_forward`](crate::FeedForward)) the demand is linear in what is not known of it,
+//! On top of the planned load case ([`feed_forward`](crate::FeedForward)) the demand is linear in
+//! what is not known of it,
 //!
 //! ```text
 //! x = x̂₀ + Φ ϑ,   Φ = [ J diag(K⁻¹ τ_s)  |  −J K⁻¹ Jᵀ [f_x e_x, f_y e_y]  |  e_rx, e_y ]
 //! ```
 //!
-//! ϑ: relative errors of six compliances and of the two planned forces in the plane, and two offsets (a sensor's zero, a seam beside
-//! its taught line), that of lateral tilt and that across the seam. Every sighting is one row of a Kalman filter,
+//! ϑ: relative errors of six compliances and of the two planned forces in the plane, and two
+//! offsets (a sensor's zero, a seam beside its taught line), that of lateral tilt and that across
+//! the seam. Every sighting is one row of a Kalman filter,
 //!
 //! ```text
 //! r = h·(E − x̂₀)(t − age) − z − φᵀϑ,  φ = Φᵀh,  s = φᵀPφ + R
@@ -15,23 +17,26 @@
 //! ```
 //!
 //! * R is the square of the reading's noise, and never less than what Φ leaves out of any reading.
-//! * Forgetting: P grows by Q a second, the compliances slowly, the offsets faster; only while there is excitation.
-//! * Compliances and forces learn while the tool feeds evenly only: where it stands, the material holds it beside its line with
-//!   forces that no plan has, and what they bend would pass for compliance. The offsets learn at all times.
+//! * Forgetting: P grows by Q a second, the compliances slowly, the offsets faster; only while
+//!   there is excitation.
+//! * Compliances and forces learn while the tool feeds evenly only: where it stands, the material
+//!   holds it beside its line with forces that no plan has, and what they bend would pass for
+//!   compliance. The offsets learn at all times.
 //! * Freeze: a row that can teach nothing (φᵀPφ below a hundredth of R) changes neither ϑ nor P.
 //! * Covariance bound: no variance ever exceeds its prior.
 //! * Projection: ϑ stays within three priors, no compliance below 0.3 of the believed one.
 //!
-//! What is learned of compliances and planned forces stays from weld to weld; the offsets are begun anew.
+//! What is learned of compliances and planned forces stays from weld to weld; the offsets are begun
+//! anew.
 //!
-//! Needs: sightings of any kind, at any times. Cannot see: compliances that no sighting shows apart (a seam sensor alone shows sums of
-//! six; they serve well where they were learned, and less elsewhere), depth, play and friction. Tuning: none beyond how well the
-//! model is known.
+//! Needs: sightings of any kind, at any times. Cannot see: compliances that no sighting shows apart
+//! (a seam sensor alone shows sums of six; they serve well where they were learned, and less
+//! elsewhere), depth, play and friction. Tuning: none beyond how well the model is known.
 
 use crate::FeedForward;
-use crate::seen::{Seen, beside_depth};
+use crate::seen::{DeviationHistory, beside_depth};
 use nalgebra::{SMatrix, SVector, Vector3};
-use trueweld_core::compensation::{Compensator, Observation, Sighting};
+use trueweld_core::compensation::{Compensator, DeviationMeasurement, Observation};
 use trueweld_core::scalar::lit;
 use trueweld_core::{Fault, Real, Robot, Twist, Wrench};
 
@@ -41,13 +46,15 @@ const UNKNOWN: usize = 10;
 /// First of the offsets.
 const OFFSETS: usize = 8;
 
-/// Change of the feed from period to period that is none, as a share of it; and way at even feed from which on the material behind the
-/// tool has forgotten how it began, m: several shoulder radii.
+/// Change of the feed from period to period that is none, as a share of it; and way at even feed
+/// from which on the material behind the tool has forgotten how it began, m: several shoulder
+/// radii.
 const EVEN: f64 = 0.01;
 const SETTLED: f64 = 0.03;
 
-/// What Φ leaves out of a reading, rad and m: the ripple of the process, and that the material answers a correction with force. A
-/// reading with less noise than that is no better; believed in, it makes the estimate fast enough to swing with the material.
+/// What Φ leaves out of a reading, rad and m: the ripple of the process, and that the material
+/// answers a correction with force. A reading with less noise than that is no better; believed in,
+/// it makes the estimate fast enough to swing with the material.
 const LEFT_OUT: [f64; 2] = [1e-4, 5e-5];
 
 /// Deviations of its noise beyond which a reading says no more than so many.
@@ -62,9 +69,10 @@ const REACH: f64 = 3.0;
 /// Least relative compliance error: none is stiffer than 1/0.3 of what is believed.
 const LEAST: f64 = -0.7;
 
-/// Time in which forgetting would give an unknown its prior variance back, s: of compliances and forces, and of offsets. With the least
-/// noise that is believed the latter makes the offset across the seam follow at 4 rad/s, as fast as the plastic channel behind the
-/// tool lets it be (see seam tracking).
+/// Time in which forgetting would give an unknown its prior variance back, s: of compliances and
+/// forces, and of offsets. With the least noise that is believed the latter makes the offset across
+/// the seam follow at 4 rad/s, as fast as the plastic channel behind the tool lets it be (see seam
+/// tracking).
 const FORGOTTEN: [f64; 2] = [3600.0, 480.0];
 
 /// How well the model is known: one standard deviation each.
@@ -85,7 +93,7 @@ pub struct Prior<T: Real> {
 pub struct Adaptive<T: Real> {
     prior: SVector<T, UNKNOWN>,
     period: T,
-    seen: Seen<T>,
+    seen: DeviationHistory<T>,
     unknown: SVector<T, UNKNOWN>,
     covariance: SMatrix<T, UNKNOWN, UNKNOWN>,
     /// Path position and speed of the last period, and where the speed became even.
@@ -109,7 +117,7 @@ impl<T: Real> Adaptive<T> {
         all.into_iter().all(usable).then(|| Self {
             prior,
             period,
-            seen: Seen::new(period),
+            seen: DeviationHistory::new(period),
             unknown: SVector::zeros(),
             covariance: SMatrix::from_diagonal(&prior.component_mul(&prior)),
             fed: None,
@@ -117,7 +125,8 @@ impl<T: Real> Adaptive<T> {
         })
     }
 
-    /// Relative errors of the six compliances as they are estimated, and the standard deviation of each.
+    /// Relative errors of the six compliances as they are estimated, and the standard deviation of
+    /// each.
     pub fn compliance(&self) -> [(T, T); 6] {
         core::array::from_fn(|i| (self.unknown[i], self.covariance[(i, i)].max(T::zero()).sqrt()))
     }
@@ -128,7 +137,7 @@ impl<T: Real> Adaptive<T> {
         observation: &Observation<'_, T>,
     ) -> Result<SMatrix<T, 6, UNKNOWN>, Fault> {
         let link = robot
-            .track(observation.nominal, &observation.sensed.encoder)
+            .inverse_near(observation.nominal, &observation.sensed.encoder)
             .map_err(|_| Fault::Compensation)?;
         let frames = robot.frames(&link);
         let w = observation.setpoint.b_from_w;
@@ -164,10 +173,15 @@ impl<T: Real> Adaptive<T> {
         even && path - since >= lit(SETTLED)
     }
 
-    fn learn(&mut self, regressor: &SMatrix<T, 6, UNKNOWN>, sighting: &Sighting<T>, evenly: bool) {
+    fn learn(
+        &mut self,
+        regressor: &SMatrix<T, 6, UNKNOWN>,
+        sighting: &DeviationMeasurement<T>,
+        evenly: bool,
+    ) {
         let mut row = regressor.tr_mul(&beside_depth(sighting));
         let expected = row.dot(&self.unknown);
-        let Some(surprise) = self.seen.surprise(sighting, expected, CLIPPED) else {
+        let Some(innovation) = self.seen.innovation(sighting, expected, CLIPPED) else {
             return;
         };
         if !evenly {
@@ -183,7 +197,7 @@ impl<T: Real> Adaptive<T> {
             return;
         }
         let gain = spread / (told + noise);
-        self.unknown += gain * surprise;
+        self.unknown += gain * innovation;
         self.covariance -= gain * spread.transpose();
         for i in 0..UNKNOWN {
             let forgotten: T = lit(FORGOTTEN[usize::from(i >= OFFSETS)]);

@@ -1,12 +1,15 @@
-//! Two laws as one: which owns which direction, what happens when one fails, and how far both may go.
+//! Two laws as one: which owns which direction, what happens when one fails, and how far both may
+//! go.
 //!
-//! Each direction of W takes its demand from the law that owns it, and from the other one while the owner is at fault. Where the
-//! source of a direction changes, the output goes on from where it was, and the difference fades:
+//! Each direction of W takes its demand from the law that owns it, and from the other one while the
+//! owner is at fault. Where the source of a direction changes, the output goes on from where it
+//! was, and the difference fades:
 //!
 //! x = x_source + o,  o ← o e^(−T/τ),  at a change: o = x_last − x_source.
 //!
-//! The whole is held within an authority, displacement and rotation each; KUKA's sensor interface clamps at 5 mm and 5° and stops the
-//! robot at 6 mm and 6°. More than two laws: combine a combination.
+//! The whole is held within an authority, displacement and rotation each; KUKA's sensor interface
+//! clamps at 5 mm and 5° and stops the robot at 6 mm and 6°. More than two laws: combine a
+//! combination.
 
 use nalgebra::SVector;
 use trueweld_core::compensation::{Compensator, Observation, shortened};
@@ -14,7 +17,7 @@ use trueweld_core::{Fault, Real, Robot, Twist};
 
 /// What a combination may do.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Authority<T: Real> {
+pub struct CorrectionLimits<T: Real> {
     /// Largest displacement, m.
     pub displacement: T,
     /// Largest rotation, rad.
@@ -29,23 +32,24 @@ pub struct Combined<T: Real, A, B> {
     first: A,
     second: B,
     owned: [bool; 6],
-    authority: Authority<T>,
+    authority: CorrectionLimits<T>,
     keep: T,
-    /// By direction: true where the first law was its source, and what was demanded, in the last period.
+    /// By direction: true where the first law was its source, and what was demanded, in the last
+    /// period.
     last: Option<([bool; 6], SVector<T, 6>)>,
     offset: SVector<T, 6>,
 }
 
 impl<T: Real, A, B> Combined<T, A, B> {
-    /// `owned`: directions of the first law, angular x, y, z, then linear, axes of W; the second has the others. `period`: of
-    /// control, s.
+    /// `owned`: directions of the first law, angular x, y, z, then linear, axes of W; the second
+    /// has the others. `period`: of control, s.
     ///
     /// `None` unless all of the authority and the period are positive and finite.
     pub fn new(
         first: A,
         second: B,
         owned: [bool; 6],
-        authority: Authority<T>,
+        authority: CorrectionLimits<T>,
         period: T,
     ) -> Option<Self> {
         let all = [authority.displacement, authority.rotation, authority.fade, period];

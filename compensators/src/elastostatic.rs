@@ -1,16 +1,19 @@
-//! Elastostatic compensation from the measured wrench: the fake target of (1.1)–(1.3), exact in the large.
+//! Elastostatic compensation from the measured wrench: the fake target of (1.1)–(1.3), exact in the
+//! large.
 //!
-//! The law asks where the encoders would have to be for the real, loaded tool to stand on its nominal pose, and demands
-//! the way from the set-point to there. With θ the joint angles of the nominal pose,
+//! The law asks where the encoders would have to be for the real, loaded tool to stand on its
+//! nominal pose, and demands the way from the set-point to there. With θ the joint angles of the
+//! nominal pose,
 //!
 //! θ_E = θ + K⁻¹ (g(θ) − τ_cb(θ₂) − J(θ)ᵀ w),  demand = X(θ_E) ⊖ X_set.
 //!
 //! Since the set-point was taught under gravity, what remains of g − τ_cb is its change since then.
 //!
-//! Needs: a force sensor in six axes, and K. Sees nothing of: backlash, friction in the gears, bearings, base and
-//! links; an error of K passes through one to one, and so does cross-talk of the sensor that was not calibrated away: 2 % of
-//! 18 kN are a third of the force across. It is positive feedback: what it gives, the material answers. Tuning: the wrench
-//! filter's corner below the spindle's frequency, and the loops' bandwidth below the force loop's.
+//! Needs: a force sensor in six axes, and K. Sees nothing of: backlash, friction in the gears,
+//! bearings, base and links; an error of K passes through one to one, and so does cross-talk of the
+//! sensor that was not calibrated away: 2 % of 18 kN are a third of the force across. It is
+//! positive feedback: what it gives, the material answers. Tuning: the wrench filter's corner below
+//! the spindle's frequency, and the loops' bandwidth below the force loop's.
 
 use nalgebra::Vector2;
 use trueweld_core::compensation::{Compensator, Observation};
@@ -40,8 +43,8 @@ impl<T: Real> Elastostatic<T> {
         })
     }
 
-    /// Takes out of the forces across the tool what the sensor gives of the axial one: `share` of it along x and y of T, as a
-    /// calibration of the sensor under pure push says.
+    /// Takes out of the forces across the tool what the sensor gives of the axial one: `share` of
+    /// it along x and y of T, as a calibration of the sensor under pure push says.
     pub fn without_crosstalk(self, share: Vector2<T>) -> Self {
         Self { crosstalk: share, ..self }
     }
@@ -71,7 +74,7 @@ impl<T: Real> Compensator<T> for Elastostatic<T> {
         wrench[3] -= self.crosstalk.x * push;
         wrench[4] -= self.crosstalk.y * push;
         if !self.started {
-            self.filter.settle(&wrench);
+            self.filter.initialize(&wrench);
             self.started = true;
         }
         let wrench = Wrench::from_vector(&self.filter.update(&wrench));
@@ -80,8 +83,9 @@ impl<T: Real> Compensator<T> for Elastostatic<T> {
             self.started = false;
             return Err(Fault::Force);
         }
-        let link =
-            robot.track(observation.nominal, &sensed.encoder).map_err(|_| Fault::Compensation)?;
+        let link = robot
+            .inverse_near(observation.nominal, &sensed.encoder)
+            .map_err(|_| Fault::Compensation)?;
         Ok(observation.demand_for(robot, &robot.fake_target(&link, &wrench)))
     }
 }

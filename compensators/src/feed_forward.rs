@@ -1,12 +1,13 @@
-//! Feed-forward from the planned load alone: the elastostatic fake target of (1.1)–(1.3), without a force sensor.
+//! Feed-forward from the planned load alone: the elastostatic fake target of (1.1)–(1.3), without a
+//! force sensor.
 //!
 //! With θ the joint angles of the nominal pose and w the load that the weld was planned with,
 //!
 //! θ_E = θ + K⁻¹ (g(θ) − τ_cb(θ₂) − J(θ)ᵀ w),  demand = X(θ_E) ⊖ X_set.
 //!
-//! Needs: K, and what the process does at the planned push and feed. Sees nothing: an error of K or of the planned force passes
-//! through one to one, and so does all that bends beside the joints. In return it cannot swing, since nothing that it does comes
-//! back to it. Tuning: none.
+//! Needs: K, and what the process does at the planned push and feed. Sees nothing: an error of K or
+//! of the planned force passes through one to one, and so does all that bends beside the joints. In
+//! return it cannot swing, since nothing that it does comes back to it. Tuning: none.
 
 use trueweld_core::compensation::{Compensator, Observation};
 use trueweld_core::{Fault, Real, Robot, Twist};
@@ -24,7 +25,7 @@ impl<T: Real> Compensator<T> for FeedForward {
         observation: &Observation<'_, T>,
     ) -> Result<Twist<T>, Fault> {
         let link = robot
-            .track(observation.nominal, &observation.sensed.encoder)
+            .inverse_near(observation.nominal, &observation.sensed.encoder)
             .map_err(|_| Fault::Compensation)?;
         Ok(observation.demand_for(robot, &robot.fake_target(&link, &observation.planned_in_t())))
     }

@@ -1,22 +1,25 @@
 //! Learning from pass to pass, for repeated parts: what was seen along one weld corrects the next.
 //!
-//! Over the path position s, in places of equal length, with r the surprise of every sighting (see `seen`):
+//! Over the path position s, in places of equal length, with r the surprise of every sighting (see
+//! `seen`):
 //!
 //! ```text
 //! pass j:         x = x̂₀ + c_j(s),   e_j(s) = mean of h r / (h·h) at s
 //! between passes: c_{j+1} = Q (c_j + γ e_j)
 //! ```
 //!
-//! Q: mean over three neighbouring places, without phase, since the whole pass is known. The iteration converges where
+//! Q: mean over three neighbouring places, without phase, since the whole pass is known. The
+//! iteration converges where
 //! |1 − γ| < 1 at all wavelengths that Q passes, whatever the loop's dynamics: e_j is what the demand lacked, not what the loop
 //! made of it. While the push rises the correction rises with it.
 //!
-//! Needs: sightings along the whole weld, a part that repeats. Cannot see: what differs from pass to pass, and within one. Tuning: γ 1
-//! for a sensor whose noise the places average out (a place of 8 mm has 65 readings at 10 mm/s), less for fewer readings.
+//! Needs: sightings along the whole weld, a part that repeats. Cannot see: what differs from pass
+//! to pass, and within one. Tuning: γ 1 for a sensor whose noise the places average out (a place of
+//! 8 mm has 65 readings at 10 mm/s), less for fewer readings.
 
-use crate::seen::{Seen, beside_depth};
+use crate::seen::{DeviationHistory, beside_depth};
 use nalgebra::SVector;
-use trueweld_core::compensation::{Compensator, Observation, Sighting};
+use trueweld_core::compensation::{Compensator, DeviationMeasurement, Observation};
 use trueweld_core::scalar::lit;
 use trueweld_core::{Fault, Real, Robot, Twist};
 
@@ -26,12 +29,13 @@ const PLACES: usize = 256;
 /// Push from which on a sighting teaches, as a share of the largest one planned so far.
 const FULL: f64 = 0.98;
 
-/// Deviations of its noise beyond which a reading says no more than so many. Wide: what a first pass lacks is millimetres.
+/// Deviations of its noise beyond which a reading says no more than so many. Wide: what a first
+/// pass lacks is millimetres.
 const CLIPPED: f64 = 100.0;
 
 /// What was seen at one place: sum of the corrections, and of their weights.
 #[derive(Debug, Clone, Copy)]
-struct Place<T: Real> {
+struct Segment<T: Real> {
     sum: SVector<T, 6>,
     weight: SVector<T, 6>,
 }
@@ -39,30 +43,31 @@ struct Place<T: Real> {
 /// Learning law on top of another one.
 #[derive(Debug, Clone)]
 pub struct Learning<T: Real, L> {
-    beneath: L,
+    inner: L,
     gain: T,
     spacing: T,
-    seen: Seen<T>,
+    seen: DeviationHistory<T>,
     learned: [SVector<T, 6>; PLACES],
-    pass: [Place<T>; PLACES],
+    pass: [Segment<T>; PLACES],
     /// Largest push planned so far, N.
     push: T,
     frozen: bool,
 }
 
 impl<T: Real, L> Learning<T, L> {
-    /// A law that has seen no pass yet, on top of the law `beneath`. `length`: of the weld, m; `gain` γ; `period`: of control, s.
+    /// A law that has seen no pass yet, on top of the law `inner`. `length`: of the weld, m; `gain`
+    /// γ; `period`: of control, s.
     ///
     /// `None` unless length and period are positive and 0 < γ ≤ 1.
-    pub fn new(beneath: L, length: T, gain: T, period: T) -> Option<Self> {
+    pub fn new(inner: L, length: T, gain: T, period: T) -> Option<Self> {
         let usable = |v: T| v.is_finite() && v > T::zero();
         (usable(length) && usable(period) && usable(gain) && gain <= T::one()).then(|| Self {
-            beneath,
+            inner,
             gain,
             spacing: length / lit((PLACES - 1) as f64),
-            seen: Seen::new(period),
+            seen: DeviationHistory::new(period),
             learned: [SVector::zeros(); PLACES],
-            pass: [Place { sum: SVector::zeros(), weight: SVector::zeros() }; PLACES],
+            pass: [Segment { sum: SVector::zeros(), weight: SVector::zeros() }; PLACES],
             push: T::zero(),
             frozen: false,
         })
@@ -86,9 +91,10 @@ impl<T: Real, L> Learning<T, L> {
         }
     }
 
-    fn see(&mut self, sighting: &Sighting<T>, path: T, correction: &SVector<T, 6>) {
+    fn see(&mut self, sighting: &DeviationMeasurement<T>, path: T, correction: &SVector<T, 6>) {
         let along = beside_depth(sighting);
-        let Some(surprise) = self.seen.surprise(sighting, along.dot(correction), CLIPPED) else {
+        let Some(innovation) = self.seen.innovation(sighting, along.dot(correction), CLIPPED)
+        else {
             return;
         };
         let square = along.norm_squared();
@@ -97,7 +103,7 @@ impl<T: Real, L> Learning<T, L> {
         if let Some(place) = self.pass.get_mut(nearest).filter(|_| square > T::zero()) {
             // Each direction learns from the sightings that see most of it.
             let weight = along.component_mul(&along) / square;
-            place.sum += along.component_mul(&weight) * (surprise / square);
+            place.sum += along.component_mul(&weight) * (innovation / square);
             place.weight += weight;
         }
     }
@@ -123,14 +129,14 @@ impl<T: Real, L> Learning<T, L> {
 impl<T: Real, L: Compensator<T>> Compensator<T> for Learning<T, L> {
     fn reset(&mut self) {
         self.learn();
-        self.pass = [Place { sum: SVector::zeros(), weight: SVector::zeros() }; PLACES];
-        self.beneath.reset();
+        self.pass = [Segment { sum: SVector::zeros(), weight: SVector::zeros() }; PLACES];
+        self.inner.reset();
         self.seen.reset();
     }
 
     fn freeze(&mut self) {
         self.frozen = true;
-        self.beneath.freeze();
+        self.inner.freeze();
     }
 
     fn demand(
@@ -138,8 +144,8 @@ impl<T: Real, L: Compensator<T>> Compensator<T> for Learning<T, L> {
         robot: &Robot<T>,
         observation: &Observation<'_, T>,
     ) -> Result<Twist<T>, Fault> {
-        let beneath = self.beneath.demand(robot, observation)?;
-        self.seen.remember(robot, observation, &beneath)?;
+        let inner = self.inner.demand(robot, observation)?;
+        self.seen.remember(robot, observation, &inner)?;
         let push = -observation.planned.force.z;
         self.push = self.push.max(push);
         let raised =
@@ -150,6 +156,6 @@ impl<T: Real, L: Compensator<T>> Compensator<T> for Learning<T, L> {
                 self.see(sighting, observation.path, &correction);
             }
         }
-        Ok(beneath + Twist::from_vector(&correction))
+        Ok(inner + Twist::from_vector(&correction))
     }
 }

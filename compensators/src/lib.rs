@@ -1,4 +1,5 @@
-//! Compensation laws, one file each, over the core's [`Compensator`](trueweld_core::compensation::Compensator) trait.
+//! Compensation laws, one file each, over the core's
+//! [`Compensator`](trueweld_core::compensation::Compensator) trait.
 //!
 //! `no_std`, no allocation: the same code runs in simulation and on the controller.
 #![no_std]
@@ -15,11 +16,11 @@ mod seam_tracking;
 mod seen;
 
 pub use adaptive::{Adaptive, Prior};
-pub use combined::{Authority, Combined};
+pub use combined::{Combined, CorrectionLimits};
 pub use elastostatic::Elastostatic;
 pub use feed_forward::FeedForward;
 pub use learning::Learning;
 pub use none::Uncompensated;
 pub use observer::Observer;
-pub use outer_integral::{Following, OuterIntegral};
-pub use seam_tracking::{SeamTracking, Tracking};
+pub use outer_integral::{FollowingGains, OuterIntegral};
+pub use seam_tracking::{SeamTracking, TrackingGains};

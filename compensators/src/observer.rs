@@ -1,7 +1,8 @@
-//! Compensation from an observer of the flexible joints: motor torque and encoders, no force sensor.
+//! Compensation from an observer of the flexible joints: motor torque and encoders, no force
+//! sensor.
 //!
-//! The motor side of (2.1) says what the spring carries, I_m θ̈_E = Γ − τ_s − τ_f(θ̇_E). With the rate's change over one period T
-//! and a first-order observer of bandwidth λ,
+//! The motor side of (2.1) says what the spring carries, I_m θ̈_E = Γ − τ_s − τ_f(θ̇_E). With the
+//! rate's change over one period T and a first-order observer of bandwidth λ,
 //!
 //! ```text
 //! τ̂ ← τ̂ + (1 − e^(−λT)) (Γ − τ_f − I_m Δθ̇_E / T − τ̂)        spring torque
@@ -10,12 +11,13 @@
 //! demand = X(θ + K⁻¹ τ̂) ⊖ X_set                              θ: joint angles of the nominal pose
 //! ```
 //!
-//! In the line of Qin, Léonard, Abba (2013–2016), whose high-gain observer estimates the same from the same signals; the momentum
-//! form is De Luca and Mattone's (2003).
+//! In the line of Qin, Léonard, Abba (2013–2016), whose high-gain observer estimates the same from
+//! the same signals; the momentum form is De Luca and Mattone's (2003).
 //!
-//! Needs: motor torque, encoders, K, rotor inertia, motor friction. Sees nothing of: an error of K, which passes through one to
-//! one; friction that the model does not have is taken for load, 100 N·m at A2 for 7 µrad; bearings, base and links. Tuning: λ
-//! above what the load changes with, below the spindle's frequency.
+//! Needs: motor torque, encoders, K, rotor inertia, motor friction. Sees nothing of: an error of K,
+//! which passes through one to one; friction that the model does not have is taken for load, 100
+//! N·m at A2 for 7 µrad; bearings, base and links. Tuning: λ above what the load changes with,
+//! below the spindle's frequency.
 
 use trueweld_core::compensation::{Compensator, Observation};
 use trueweld_core::scalar::all_finite;
@@ -50,7 +52,8 @@ impl<T: Real> Observer<T> {
         encoder - self.spring_torque().component_div(robot.stiffness())
     }
 
-    /// What the environment applies to the tool, ŵ, at the TCP in axes of B. `None` where the Jacobian cannot be inverted.
+    /// What the environment applies to the tool, ŵ, at the TCP in axes of B. `None` where the
+    /// Jacobian cannot be inverted.
     pub fn wrench(&self, robot: &Robot<T>, encoder: &JointVector<T>) -> Option<Wrench<T>> {
         let link = self.link(robot, encoder);
         let frames: Frames<T> = robot.frames(&link);
@@ -84,8 +87,9 @@ impl<T: Real> Compensator<T> for Observer<T> {
         }
         let torque = self.last.map_or(seen, |(torque, _)| torque + (seen - torque) * self.share);
         self.last = Some((torque, rate));
-        let link =
-            robot.track(observation.nominal, &sensed.encoder).map_err(|_| Fault::Compensation)?;
+        let link = robot
+            .inverse_near(observation.nominal, &sensed.encoder)
+            .map_err(|_| Fault::Compensation)?;
         Ok(observation.demand_for(robot, &(link + torque.component_div(robot.stiffness()))))
     }
 }

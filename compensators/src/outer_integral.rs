@@ -1,17 +1,19 @@
 //! Outer integral: what the position loop lacks of a law's demand, made up for on top of any law.
 //!
-//! The joint loops' integrators leave no error under a constant load, but one in proportion to its rate under a load that
-//! rises: 9 kN·m/s at A2 and K_i = 6·10⁷ N·m/(rad·s) are 0.15 mrad, a third of a millimetre at the tool. The encoders see that,
-//! and no law that says where they should be does. With x the demand of the law beneath and E where the encoders stand beyond the
-//! set-point, both in W,
+//! The joint loops' integrators leave no error under a constant load, but one in proportion to its
+//! rate under a load that rises: 9 kN·m/s at A2 and K_i = 6·10⁷ N·m/(rad·s) are 0.15 mrad, a third
+//! of a millimetre at the tool. The encoders see that, and no law that says where they should be
+//! does. With x the demand of the law beneath and E where the encoders stand beyond the set-point,
+//! both in W,
 //!
 //! ```text
 //! c ← c + μT (x − E), along and across the seam, |c| bounded        demand = x + c
 //! ```
 //!
-//! Needs: encoders. Sees nothing of: what bends behind them. Not on top of a law that is fed by the force: that is a positive feedback
-//! through the material already, and an integral around it makes it swing (0.2 mm with everything exact, where 0.02 are reached
-//! without). Tuning: μ below the bandwidths of the correction loops and the position loop together, a fifth of the slower one.
+//! Needs: encoders. Sees nothing of: what bends behind them. Not on top of a law that is fed by the
+//! force: that is a positive feedback through the material already, and an integral around it makes
+//! it swing (0.2 mm with everything exact, where 0.02 are reached without). Tuning: μ below the
+//! bandwidths of the correction loops and the position loop together, a fifth of the slower one.
 
 use nalgebra::Vector2;
 use trueweld_core::compensation::{Compensator, Observation, shortened};
@@ -20,7 +22,7 @@ use trueweld_core::{Fault, Real, Robot, Twist};
 
 /// Tuning of an outer integral.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Following<T: Real> {
+pub struct FollowingGains<T: Real> {
     /// μ, rad/s.
     pub rate: T,
     /// Largest |c|, m.
@@ -30,21 +32,21 @@ pub struct Following<T: Real> {
 /// Outer integral on top of another law.
 #[derive(Debug, Clone, Copy)]
 pub struct OuterIntegral<T: Real, L> {
-    beneath: L,
-    tuning: Following<T>,
+    inner: L,
+    tuning: FollowingGains<T>,
     period: T,
     /// c, along x and y of W, m.
     made_up: Vector2<T>,
 }
 
 impl<T: Real, L> OuterIntegral<T, L> {
-    /// On top of the law `beneath`. `period`: of control, s.
+    /// On top of the law `inner`. `period`: of control, s.
     ///
     /// `None` unless all numbers are positive and finite.
-    pub fn new(beneath: L, tuning: Following<T>, period: T) -> Option<Self> {
+    pub fn new(inner: L, tuning: FollowingGains<T>, period: T) -> Option<Self> {
         let usable = [tuning.rate, tuning.size, period];
         usable.iter().all(|v| v.is_finite() && *v > T::zero()).then(|| Self {
-            beneath,
+            inner,
             tuning,
             period,
             made_up: Vector2::zeros(),
@@ -54,12 +56,12 @@ impl<T: Real, L> OuterIntegral<T, L> {
 
 impl<T: Real, L: Compensator<T>> Compensator<T> for OuterIntegral<T, L> {
     fn reset(&mut self) {
-        self.beneath.reset();
+        self.inner.reset();
         self.made_up = Vector2::zeros();
     }
 
     fn freeze(&mut self) {
-        self.beneath.freeze();
+        self.inner.freeze();
     }
 
     fn demand(
@@ -67,7 +69,7 @@ impl<T: Real, L: Compensator<T>> Compensator<T> for OuterIntegral<T, L> {
         robot: &Robot<T>,
         observation: &Observation<'_, T>,
     ) -> Result<Twist<T>, Fault> {
-        let mut demand = self.beneath.demand(robot, observation)?;
+        let mut demand = self.inner.demand(robot, observation)?;
         let stands = observation.encoder_deviation(robot) - observation.setpoint_deviation();
         let lack = (demand - stands).linear.xy();
         if !all_finite(lack.iter()) {

@@ -1,6 +1,7 @@
 //! Seam tracking: what a seam sensor sees across the seam, fed back on top of another law.
 //!
-//! With x̂₀ the demand of the law beneath, the tool's demand is x = x̂₀ + b, and every sighting corrects b:
+//! With x̂₀ the demand of the law beneath, the tool's demand is x = x̂₀ + b, and every sighting
+//! corrects b:
 //!
 //! ```text
 //! r = h·(E − x̂₀)(t − age) − z − h·(b + shape ahead)          surprise (see `seen`)
@@ -9,32 +10,36 @@
 //! ρ = σ v / (1 + σ v)
 //! ```
 //!
-//! A sensor ahead of the tool cannot tell a tool that drifts from a seam that turns. The part ρ of a surprise is taken for the seam's
-//! shape and kept until the tool comes to where it was seen (preview); the rest corrects the tool at once. That is the steady
-//! Kalman filter of two random walks, b over time and the shape over the path, σ the ratio of their spectral densities, s/m. A tool at
-//! rest (v = 0) sees no shape.
+//! A sensor ahead of the tool cannot tell a tool that drifts from a seam that turns. The part ρ of
+//! a surprise is taken for the seam's shape and kept until the tool comes to where it was seen
+//! (preview); the rest corrects the tool at once. That is the steady Kalman filter of two random
+//! walks, b over time and the shape over the path, σ the ratio of their spectral densities, s/m. A
+//! tool at rest (v = 0) sees no shape.
 //!
-//! Needs: sightings; a seam taught to within what σ says. Sees nothing of: depth, and what the sensor does not see, such as the
-//! travel angle; there the law beneath stands alone. A yaw that the law beneath does not know of shows as an offset of look-ahead ×
-//! yaw. Drop-outs hold b; stuck and impossible readings are passed over. Tuning: λ above what the loads change with while the
-//! feed rises, and below what the plastic channel behind the tool makes swing, some 4 rad/s; noise z comes through as z √(λT/2).
+//! Needs: sightings; a seam taught to within what σ says. Sees nothing of: depth, and what the
+//! sensor does not see, such as the travel angle; there the law beneath stands alone. A yaw that
+//! the law beneath does not know of shows as an offset of look-ahead × yaw. Drop-outs hold b; stuck
+//! and impossible readings are passed over. Tuning: λ above what the loads change with while the
+//! feed rises, and below what the plastic channel behind the tool makes swing, some 4 rad/s; noise
+//! z comes through as z √(λT/2).
 
-use crate::seen::{Seen, beside_depth};
+use crate::seen::{DeviationHistory, beside_depth};
 use heapless::Deque;
 use nalgebra::SVector;
-use trueweld_core::compensation::{Compensator, Observation, Sighting};
+use trueweld_core::compensation::{Compensator, DeviationMeasurement, Observation};
 use trueweld_core::scalar::lit;
 use trueweld_core::{Fault, Real, Robot, Twist};
 
 /// Places ahead of the tool where a shape is kept.
 const PLACES: usize = 64;
 
-/// Deviations of its noise beyond which a reading says no more than so many: a wild one moves the tool by less than it misses.
+/// Deviations of its noise beyond which a reading says no more than so many: a wild one moves the
+/// tool by less than it misses.
 const CLIPPED: f64 = 10.0;
 
 /// Tuning of a seam tracker.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Tracking<T: Real> {
+pub struct TrackingGains<T: Real> {
     /// λ, rad/s.
     pub rate: T,
     /// σ, s/m; 0 for a seam that is where it was taught.
@@ -44,10 +49,10 @@ pub struct Tracking<T: Real> {
 /// Seam tracking on top of another law.
 #[derive(Debug, Clone)]
 pub struct SeamTracking<T: Real, L> {
-    beneath: L,
-    tuning: Tracking<T>,
+    inner: L,
+    tuning: TrackingGains<T>,
     period: T,
-    seen: Seen<T>,
+    seen: DeviationHistory<T>,
     /// b, axes of W.
     learned: SVector<T, 6>,
     /// Where along the seam so much shape was seen.
@@ -56,17 +61,17 @@ pub struct SeamTracking<T: Real, L> {
 }
 
 impl<T: Real, L> SeamTracking<T, L> {
-    /// A tracker on top of the law `beneath`. `period`: of control, s.
+    /// A tracker on top of the law `inner`. `period`: of control, s.
     ///
     /// `None` unless rate and period are positive and finite and the shape's share is not negative.
-    pub fn new(beneath: L, tuning: Tracking<T>, period: T) -> Option<Self> {
+    pub fn new(inner: L, tuning: TrackingGains<T>, period: T) -> Option<Self> {
         let usable = |v: T| v.is_finite() && v > T::zero();
         let shape = tuning.shape.is_finite() && tuning.shape >= T::zero();
         (usable(tuning.rate) && usable(period) && shape).then(|| Self {
-            beneath,
+            inner,
             tuning,
             period,
-            seen: Seen::new(period),
+            seen: DeviationHistory::new(period),
             learned: SVector::zeros(),
             ahead: Deque::new(),
             path: None,
@@ -102,18 +107,18 @@ impl<T: Real, L> SeamTracking<T, L> {
         }
     }
 
-    fn correct(&mut self, sighting: &Sighting<T>, path: T, share: T) {
+    fn correct(&mut self, sighting: &DeviationMeasurement<T>, path: T, share: T) {
         let along = beside_depth(sighting);
         let square = along.norm_squared();
         let pending = self.ahead.iter().fold(self.learned, |sum, (_, shape)| sum + shape);
-        let Some(surprise) = self.seen.surprise(sighting, along.dot(&pending), CLIPPED) else {
+        let Some(innovation) = self.seen.innovation(sighting, along.dot(&pending), CLIPPED) else {
             return;
         };
         if square <= T::zero() {
             return;
         }
         let gain = T::one() - (-self.tuning.rate * self.period).exp();
-        let step = along * (gain * surprise / square);
+        let step = along * (gain * innovation / square);
         self.learned += step * (T::one() - share);
         if share > T::zero() {
             self.keep(path + sighting.ahead, step * share);
@@ -123,7 +128,7 @@ impl<T: Real, L> SeamTracking<T, L> {
 
 impl<T: Real, L: Compensator<T>> Compensator<T> for SeamTracking<T, L> {
     fn reset(&mut self) {
-        self.beneath.reset();
+        self.inner.reset();
         self.seen.reset();
         self.learned = SVector::zeros();
         self.ahead.clear();
@@ -131,7 +136,7 @@ impl<T: Real, L: Compensator<T>> Compensator<T> for SeamTracking<T, L> {
     }
 
     fn freeze(&mut self) {
-        self.beneath.freeze();
+        self.inner.freeze();
     }
 
     fn demand(
@@ -139,8 +144,8 @@ impl<T: Real, L: Compensator<T>> Compensator<T> for SeamTracking<T, L> {
         robot: &Robot<T>,
         observation: &Observation<'_, T>,
     ) -> Result<Twist<T>, Fault> {
-        let beneath = self.beneath.demand(robot, observation)?;
-        self.seen.remember(robot, observation, &beneath)?;
+        let inner = self.inner.demand(robot, observation)?;
+        self.seen.remember(robot, observation, &inner)?;
         let speed = self
             .path
             .map_or(T::zero(), |before| (observation.path - before).max(T::zero()) / self.period);
@@ -151,6 +156,6 @@ impl<T: Real, L: Compensator<T>> Compensator<T> for SeamTracking<T, L> {
         for sighting in observation.sightings {
             self.correct(sighting, observation.path, share);
         }
-        Ok(beneath + Twist::from_vector(&self.learned))
+        Ok(inner + Twist::from_vector(&self.learned))
     }
 }

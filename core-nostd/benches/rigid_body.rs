@@ -1,7 +1,9 @@
-//! Time per call of the core's algorithms, beside the crate `dynibo` on the same arm and the same states.
+//! Time per call of the core's algorithms, beside the crate `dynibo` on the same arm and the same
+//! states.
 //!
-//! Every call starts from joint angles: nothing is carried over from one state to the next. Before anything is timed,
-//! both engines must agree on all 1024 states, so that equal work is compared. `docs/speed.md` says how to read it.
+//! Every call starts from joint angles: nothing is carried over from one state to the next. Before
+//! anything is timed, both engines must agree on all 1024 states, so that equal work is compared.
+//! `docs/speed.md` says how to read it.
 
 mod support;
 
@@ -11,10 +13,10 @@ use nalgebra::Vector3;
 use support::{Random, STATES, arm, converted};
 use trueweld_core::compensation::{Compensated, Compensator, LoopLimits, Observation};
 use trueweld_core::control::{
-    External, ExternalGains, ForceGains, HybridController, JointGains, Parallel, Sensed, Setpoint,
-    Superposed,
+    External, ExternalGains, ForceGains, HybridController, JointGains, Parallel, SensorReadings,
+    Setpoint, Superposed,
 };
-use trueweld_core::crba::factor;
+use trueweld_core::ldlt::Ldlt;
 use trueweld_core::scalar::lit;
 use trueweld_core::{Fault, JOINTS, JointVector, Pose, Real, Robot, Twist, Wrench};
 
@@ -30,7 +32,8 @@ const WORK: [f64; JOINTS] = [0.2, -0.6, 0.9, 0.3, 0.8, -0.4];
 /// Control period, s.
 const PERIOD: f64 = 0.012;
 
-/// Random states as plain numbers: whole range for the algorithms, near `WORK` for what runs in a weld.
+/// Random states as plain numbers: whole range for the algorithms, near `WORK` for what runs in a
+/// weld.
 struct States {
     q: Vec<[f64; JOINTS]>,
     v: Vec<[f64; JOINTS]>,
@@ -74,17 +77,19 @@ fn algorithms<T: Real>(criterion: &mut Criterion, scalar: &str) {
     let torque = converted::<T>(&states.torque);
     let none = Wrench::zero();
     time(criterion, &format!("{scalar}/six sine-cosine pairs"), |i| q[i].map(|x| x.sin_cos()));
-    time(criterion, &format!("{scalar}/forward kinematics"), |i| robot.forward(&q[i]));
+    time(criterion, &format!("{scalar}/forward kinematics"), |i| robot.forward_kinematics(&q[i]));
     time(criterion, &format!("{scalar}/all frames"), |i| robot.frames(&q[i]));
     time(criterion, &format!("{scalar}/Jacobian"), |i| robot.frames(&q[i]).jacobian());
     time(criterion, &format!("{scalar}/gravity"), |i| robot.gravity_torque(&robot.frames(&q[i])));
     time(criterion, &format!("{scalar}/RNEA"), |i| {
         robot.rnea(&robot.frames(&q[i]), &v[i], &a[i], &none)
     });
-    time(criterion, &format!("{scalar}/bias"), |i| robot.bias(&robot.frames(&q[i]), &v[i]));
+    time(criterion, &format!("{scalar}/bias"), |i| {
+        robot.nonlinear_effects(&robot.frames(&q[i]), &v[i])
+    });
     time(criterion, &format!("{scalar}/CRBA"), |i| robot.crba(&robot.frames(&q[i])));
     time(criterion, &format!("{scalar}/CRBA, Cholesky, solve"), |i| {
-        factor(robot.crba(&robot.frames(&q[i]))).map(|m| m.solve(&torque[i]))
+        Ldlt::new(robot.crba(&robot.frames(&q[i]))).map(|m| m.solve(&torque[i]))
     });
     time(criterion, &format!("{scalar}/forward dynamics"), |i| {
         robot.forward_dynamics(&robot.frames(&q[i]), &v[i], &torque[i], &none)
@@ -92,7 +97,7 @@ fn algorithms<T: Real>(criterion: &mut Criterion, scalar: &str) {
 }
 
 /// One control period on set-point, nominal pose and instruments.
-type Cycle<'a, T> = dyn FnMut(&Setpoint<T>, &Pose<T>, &Sensed<T>) -> Option<Fault> + 'a;
+type Cycle<'a, T> = dyn FnMut(&Setpoint<T>, &Pose<T>, &SensorReadings<T>) -> Option<Fault> + 'a;
 
 /// What a weld adds: inverse kinematics, deflection, and whole control periods.
 fn welding<T: Real>(criterion: &mut Criterion, scalar: &str) {
@@ -100,14 +105,14 @@ fn welding<T: Real>(criterion: &mut Criterion, scalar: &str) {
     let robot = black_box(&robot);
     let states = States::new();
     let q = converted::<T>(&states.near_work);
-    let poses: Vec<Pose<T>> = q.iter().map(|q| robot.forward(q)).collect();
+    let poses: Vec<Pose<T>> = q.iter().map(|q| robot.forward_kinematics(q)).collect();
     let work = JointVector::from(WORK.map(lit::<T>));
     let push = Wrench {
         moment: Vector3::new(lit(10.0), lit(20.0), lit(30.0)),
         force: Vector3::new(lit(-1000.0), lit(4000.0), lit(-18000.0)),
     };
     time(criterion, &format!("{scalar}/inverse kinematics (track)"), |i| {
-        robot.track(&poses[i], &work)
+        robot.inverse_near(&poses[i], &work)
     });
     time(criterion, &format!("{scalar}/deflected, 3 iterations"), |i| {
         robot.deflected(&q[i], &push, 3)
@@ -143,9 +148,9 @@ fn welding<T: Real>(criterion: &mut Criterion, scalar: &str) {
             pose,
             b_from_w: pose.rotation,
             force: Some(lit(18_000.0)),
-            spindle: lit(62.8),
+            spindle_speed: lit(62.8),
         };
-        let sensed = Sensed {
+        let sensed = SensorReadings {
             encoder: q[i],
             encoder_rate: JointVector::zeros(),
             motor_torque: JointVector::zeros(),
@@ -162,7 +167,7 @@ fn welding<T: Real>(criterion: &mut Criterion, scalar: &str) {
     ];
     for (name, controller) in &mut controllers {
         controller.start(robot, &work, &JointVector::zeros());
-        let mut cycle = |s: &Setpoint<T>, _: &Pose<T>, m: &Sensed<T>| {
+        let mut cycle = |s: &Setpoint<T>, _: &Pose<T>, m: &SensorReadings<T>| {
             black_box(controller.cycle(robot, s, m)).fault
         };
         time(criterion, &format!("{scalar}/control cycle, {name}"), |i| welded(&mut cycle, i));
@@ -170,7 +175,7 @@ fn welding<T: Real>(criterion: &mut Criterion, scalar: &str) {
     let mut compensated =
         Compensated::new(External::new(joint, outer, period), FakeTarget, limits, limits, period);
     compensated.start(robot, &work, &JointVector::zeros());
-    let mut cycle = |s: &Setpoint<T>, n: &Pose<T>, m: &Sensed<T>| {
+    let mut cycle = |s: &Setpoint<T>, n: &Pose<T>, m: &SensorReadings<T>| {
         black_box(compensated.cycle(robot, &Observation::of_robot(s, n, m))).fault
     };
     time(criterion, &format!("{scalar}/control cycle, external + fake target"), |i| {
@@ -178,15 +183,17 @@ fn welding<T: Real>(criterion: &mut Criterion, scalar: &str) {
     });
 }
 
-/// The costliest thing a compensation law does in a period: inverse kinematics, loads, forward kinematics.
+/// The costliest thing a compensation law does in a period: inverse kinematics, loads, forward
+/// kinematics.
 struct FakeTarget;
 
 impl<T: Real> Compensator<T> for FakeTarget {
     fn reset(&mut self) {}
 
     fn demand(&mut self, robot: &Robot<T>, seen: &Observation<'_, T>) -> Result<Twist<T>, Fault> {
-        let link =
-            robot.track(seen.nominal, &seen.sensed.encoder).map_err(|_| Fault::Compensation)?;
+        let link = robot
+            .inverse_near(seen.nominal, &seen.sensed.encoder)
+            .map_err(|_| Fault::Compensation)?;
         Ok(seen.demand_for(robot, &robot.fake_target(&link, &seen.sensed.wrench)))
     }
 }
@@ -258,7 +265,7 @@ fn agree(peer: &mut dynibo::Robot, tcp: dynibo::LinkId, states: &States) {
         peer.inverse_dynamics(q, v, a, &[], &mut out).expect(fails);
         same("RNEA", robot.rnea(&frames, &vector(v), &vector(a), &none).as_slice(), &out);
         peer.inverse_dynamics(q, v, &[0.0; JOINTS], &[], &mut out).expect(fails);
-        same("bias", robot.bias(&frames, &vector(v)).as_slice(), &out);
+        same("bias", robot.nonlinear_effects(&frames, &vector(v)).as_slice(), &out);
         peer.gravity(q, &[], &mut out).expect(fails);
         same("gravity", robot.gravity_torque(&frames).as_slice(), &out);
 

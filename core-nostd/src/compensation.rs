@@ -1,22 +1,24 @@
 //! Compensation of the tool's deviation, on top of a hybrid controller.
 //!
-//! A law ([`Compensator`]) turns what the robot can see into a demanded correction of the pose set-point. Two loops
-//! bring it onto the set-point, one for position (lateral and longitudinal in W) and one for orientation; each follows
-//! the demand with a stated bandwidth, bounded in size and rate. Depth stays with the force loop: S selects here too.
+//! A law ([`Compensator`]) turns what the robot can see into a demanded correction of the pose
+//! set-point. Two loops bring it onto the set-point, one for position (lateral and longitudinal in
+//! W) and one for orientation; each follows the demand with a stated bandwidth, bounded in size and
+//! rate. Depth stays with the force loop: S selects here too.
 
-use crate::control::{Command, HybridController, Sensed, Setpoint, WrenchWatch};
+use crate::control::{Command, HybridController, SensorReadings, Setpoint, StuckDetector};
 use crate::error::Fault;
 use crate::robot::Robot;
 use crate::scalar::{JointVector, Real};
 use crate::spatial::{Pose, Twist, Wrench};
 use nalgebra::{SVector, Vector2, Vector3};
 
-/// What an instrument outside the robot (a seam sensor, a tracker, a touch probe) saw of the tool's deviation.
+/// What an instrument outside the robot (a seam sensor, a tracker, a touch probe) saw of the tool's
+/// deviation.
 ///
-/// It sees h·d of the deviation d of the real tool from its nominal pose: a seam sensor a metres ahead of the tool sees across
-/// the seam d_y + a·d_rz, a tracker one coordinate at a time.
+/// It sees h·d of the deviation d of the real tool from its nominal pose: a seam sensor a metres
+/// ahead of the tool sees across the seam d_y + a·d_rz, a tracker one coordinate at a time.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sighting<T: Real> {
+pub struct DeviationMeasurement<T: Real> {
     /// What was seen, h·d, m or rad.
     pub deviation: T,
     /// h, axes of W: per rad of rotation and per m of displacement at the TCP.
@@ -25,12 +27,14 @@ pub struct Sighting<T: Real> {
     pub noise: T,
     /// How long ago it was seen, s.
     pub age: T,
-    /// How far ahead of the tool along the seam, m: what is seen there of the seam's own shape the tool meets later.
+    /// How far ahead of the tool along the seam, m: what is seen there of the seam's own shape the
+    /// tool meets later.
     pub ahead: T,
 }
 
-impl<T: Real> Sighting<T> {
-    /// True for a reading that can be used at all: finite, with noise, of something, and not from the future.
+impl<T: Real> DeviationMeasurement<T> {
+    /// True for a reading that can be used at all: finite, with noise, of something, and not from
+    /// the future.
     pub fn is_usable(&self) -> bool {
         let finite = self.deviation.is_finite() && self.along.is_finite() && self.noise.is_finite();
         let times = self.age.is_finite() && self.age >= T::zero() && self.ahead.is_finite();
@@ -51,13 +55,13 @@ pub struct Observation<'a, T: Real> {
     /// Where the real tool should be, `b_from_t`.
     pub nominal: &'a Pose<T>,
     /// The robot's instruments.
-    pub sensed: &'a Sensed<T>,
+    pub sensed: &'a SensorReadings<T>,
     /// Where the tool is along the seam, m.
     pub path: T,
     /// The load that the weld was planned with at this instant: on the tool, at the TCP, axes of W.
     pub planned: Wrench<T>,
     /// What came from outside the robot since the last period; empty where nothing did.
-    pub sightings: &'a [Sighting<T>],
+    pub sightings: &'a [DeviationMeasurement<T>],
 }
 
 impl<'a, T: Real> Observation<'a, T> {
@@ -65,14 +69,14 @@ impl<'a, T: Real> Observation<'a, T> {
     pub fn of_robot(
         setpoint: &'a Setpoint<T>,
         nominal: &'a Pose<T>,
-        sensed: &'a Sensed<T>,
+        sensed: &'a SensorReadings<T>,
     ) -> Self {
         Self { setpoint, nominal, sensed, path: T::zero(), planned: Wrench::zero(), sightings: &[] }
     }
 
     /// How far the encoders' pose lies from the nominal one, axes of W.
     pub fn encoder_deviation(&self, robot: &Robot<T>) -> Twist<T> {
-        let encoders = robot.forward(&self.sensed.encoder);
+        let encoders = robot.forward_kinematics(&self.sensed.encoder);
         self.nominal.error_to(&encoders).rotated(&self.setpoint.b_from_w.transpose())
     }
 
@@ -86,28 +90,30 @@ impl<'a, T: Real> Observation<'a, T> {
         self.planned.rotated(&(self.nominal.rotation.transpose() * self.setpoint.b_from_w))
     }
 
-    /// The way from the set-point to the pose that the encoders would see at these angles, axes of W: a law's demand.
+    /// The way from the set-point to the pose that the encoders would see at these angles, axes of
+    /// W: a law's demand.
     pub fn demand_for(&self, robot: &Robot<T>, encoder: &JointVector<T>) -> Twist<T> {
-        let pose = robot.forward(encoder);
+        let pose = robot.forward_kinematics(encoder);
         self.setpoint.pose.error_to(&pose).rotated(&self.setpoint.b_from_w.transpose())
     }
 }
 
 /// A compensation law: from what it sees to the correction it demands, once a control period.
 pub trait Compensator<T: Real> {
-    /// The start of a weld: forgets what belongs to the last one. What was learned of the robot or of the part stays.
+    /// The start of a weld: forgets what belongs to the last one. What was learned of the robot or
+    /// of the part stays.
     fn reset(&mut self);
 
-    /// From now on nothing is learned that would stay from weld to weld: the law as it is, for good. A law that learns nothing of the
-    /// kind is always so.
+    /// From now on nothing is learned that would stay from weld to weld: the law as it is, for
+    /// good. A law that learns nothing of the kind is always so.
     fn freeze(&mut self) {}
 
-    /// Demanded displacement of the set-point, axes of W, about the TCP: linear in m, angular as a rotation vector.
-    /// Its depth component is ignored.
+    /// Demanded displacement of the set-point, axes of W, about the TCP: linear in m, angular as a
+    /// rotation vector. Its depth component is ignored.
     ///
     /// # Errors
-    /// [`Fault::Compensation`] where no correction can be formed, [`Fault::Force`] where the wrench is not a number;
-    /// the loops then hold what they have.
+    /// [`Fault::Compensation`] where no correction can be formed, [`Fault::Force`] where the wrench
+    /// is not a number; the loops then hold what they have.
     fn demand(
         &mut self,
         robot: &Robot<T>,
@@ -164,8 +170,9 @@ impl<T: Real, const D: usize> CorrectionLoop<T, D> {
         Self { limits, period, correction: SVector::zeros() }
     }
 
-    /// One period: c ← c + (1 − e^(−bandwidth·period)) (demand − c), the step held within rate·period and the result
-    /// within size. A demand that is not finite is not followed. Returns the correction and whether a limit held it.
+    /// One period: c ← c + (1 − e^(−bandwidth·period)) (demand − c), the step held within
+    /// rate·period and the result within size. A demand that is not finite is not followed. Returns
+    /// the correction and whether a limit held it.
     pub fn follow(&mut self, demand: &SVector<T, D>) -> (SVector<T, D>, bool) {
         if !crate::scalar::all_finite(demand.iter()) {
             return (self.correction, true);
@@ -195,8 +202,9 @@ pub fn shortened<T: Real, const D: usize>(v: SVector<T, D>, limit: T) -> (SVecto
     if norm > limit { (v * (limit / norm), true) } else { (v, false) }
 }
 
-/// A displacement along (x) and across (y) the seam held within `limit`, Euclidean norm, and whether it was: what is across keeps
-/// its size as far as there is room. A tool that lags along its seam welds where it should; one beside it does not.
+/// A displacement along (x) and across (y) the seam held within `limit`, Euclidean norm, and
+/// whether it was: what is across keeps its size as far as there is room. A tool that lags along
+/// its seam welds where it should; one beside it does not.
 fn across_first<T: Real>(v: Vector2<T>, limit: T) -> (Vector2<T>, bool) {
     if v.norm() <= limit || !crate::scalar::all_finite(v.iter()) {
         return (v, false);
@@ -206,18 +214,20 @@ fn across_first<T: Real>(v: Vector2<T>, limit: T) -> (Vector2<T>, bool) {
     (Vector2::new(v.x.max(-along).min(along), across), true)
 }
 
-/// A hybrid controller whose pose set-point is corrected by a law through the lateral and the orientation loop.
+/// A hybrid controller whose pose set-point is corrected by a law through the lateral and the
+/// orientation loop.
 #[derive(Debug, Clone, Copy)]
 pub struct Compensated<T: Real, C, L> {
     controller: C,
     law: L,
     lateral: LateralLoop<T>,
     orientation: OrientationLoop<T>,
-    force_sensor: WrenchWatch<T>,
+    force_sensor: StuckDetector<T>,
 }
 
 impl<T: Real, C: HybridController<T>, L: Compensator<T>> Compensated<T, C, L> {
-    /// Puts `law` on top of `controller`. `lateral` limits in m and m/s, `orientation` limits in rad and rad/s.
+    /// Puts `law` on top of `controller`. `lateral` limits in m and m/s, `orientation` limits in
+    /// rad and rad/s.
     pub fn new(
         controller: C,
         law: L,
@@ -230,7 +240,7 @@ impl<T: Real, C: HybridController<T>, L: Compensator<T>> Compensated<T, C, L> {
             law,
             lateral: CorrectionLoop::new(lateral, period),
             orientation: CorrectionLoop::new(orientation, period),
-            force_sensor: WrenchWatch::new(),
+            force_sensor: StuckDetector::new(),
         }
     }
 
@@ -240,16 +250,18 @@ impl<T: Real, C: HybridController<T>, L: Compensator<T>> Compensated<T, C, L> {
         self.law.reset();
         self.lateral.reset();
         self.orientation.reset();
-        self.force_sensor = WrenchWatch::new();
+        self.force_sensor = StuckDetector::new();
     }
 
-    /// One period. The law acts while the force loop is closed; before that its correction stays as it is. A force sensor whose reading
-    /// stands still ([`WrenchWatch`]) is at fault for law and controller alike.
+    /// One period. The law acts while the force loop is closed; before that its correction stays as
+    /// it is. A force sensor whose reading stands still ([`StuckDetector`]) is at fault for law and
+    /// controller alike.
     ///
     /// Returns the controller's command, with the law's fault if the controller had none.
     pub fn cycle(&mut self, robot: &Robot<T>, observation: &Observation<'_, T>) -> Command<T> {
         let Observation { setpoint, sensed, .. } = *observation;
-        let sensed = &Sensed { wrench: self.force_sensor.believed(&sensed.wrench), ..*sensed };
+        let sensed =
+            &SensorReadings { wrench: self.force_sensor.believed(&sensed.wrench), ..*sensed };
         let mut law_fault = None;
         let mut held = false;
         let authority = self.lateral.limits.size;

@@ -1,11 +1,13 @@
 //! Composite rigid bodies: the joint-space inertia matrix, and the forward dynamics it gives.
 //!
-//! Links and tool only; rotors belong to the drives. Composite bodies are kept in axes of B about one point, so that adding
-//! two needs no shift. Source: Featherstone, Rigid Body Dynamics Algorithms, 2008, ch. 6.
+//! Links and tool only; rotors belong to the drives. Composite bodies are kept in axes of B about
+//! one point, so that adding two needs no shift. Source: Featherstone, Rigid Body Dynamics
+//! Algorithms, 2008, ch. 6.
 
 use crate::inertia::Bodies;
 use crate::kinematics::Frames;
 use crate::lanes::Lanes3;
+use crate::ldlt::Ldlt;
 use crate::robot::Robot;
 use crate::scalar::{JOINTS, JointVector, Real};
 use crate::spatial::Wrench;
@@ -21,11 +23,13 @@ impl<T: Real> Robot<T> {
     /// [`crba`](Self::crba) with the links already in axes of B.
     #[inline(never)]
     fn inertia_matrix_of(&self, bodies: &Bodies<T>, frames: &Frames<T>) -> Matrix6<T> {
-        // About the last link's origin: far from the base, so that the wrist's small inertias do not drown in f32.
+        // About the last link's origin: far from the base, so that the wrist's small inertias do
+        // not drown in f32.
         let center = Lanes3::from_vectors(&[frames.origin[JOINTS - 1]; JOINTS]);
         let from_center = Lanes3::from_vectors(&frames.origin) - center;
         let outward = bodies.shifted(&from_center).sum_from_tool();
-        // Motion of the centre point for unit rate of each joint, and the wrench that unit acceleration asks for.
+        // Motion of the centre point for unit rate of each joint, and the wrench that unit
+        // acceleration asks for.
         let axis = Lanes3::from_vectors(&frames.axis);
         let linear = from_center.cross(&axis);
         let force = linear * outward.mass + axis.cross(&outward.first);
@@ -40,8 +44,9 @@ impl<T: Real> Robot<T> {
         matrix
     }
 
-    /// M(q) and the bias h(q, v) + g(q) − Jᵀ w, N·m, of the equation of motion M q̈ + bias = τ: [`crba`](Self::crba) and
-    /// [`rnea`](Self::rnea) without acceleration, with the links turned into axes of B once for both.
+    /// M(q) and the bias h(q, v) + g(q) − Jᵀ w, N·m, of the equation of motion M q̈ + bias = τ:
+    /// [`crba`](Self::crba) and [`rnea`](Self::rnea) without acceleration, with the links turned
+    /// into axes of B once for both.
     #[inline]
     pub fn equation_of_motion(
         &self,
@@ -57,8 +62,8 @@ impl<T: Real> Robot<T> {
 
     /// Forward dynamics of the rigid arm: q̈ = M⁻¹ (τ − h − g + Jᵀ w), rad/s², by Cholesky.
     ///
-    /// `None` only where M is not positive definite, which a [`Robot`] that passed its checks reaches for non-finite
-    /// states alone.
+    /// `None` only where M is not positive definite, which a [`Robot`] that passed its checks
+    /// reaches for non-finite states alone.
     #[inline]
     pub fn forward_dynamics(
         &self,
@@ -68,64 +73,11 @@ impl<T: Real> Robot<T> {
         wrench: &Wrench<T>,
     ) -> Option<JointVector<T>> {
         let (inertia, bias) = self.equation_of_motion(frames, rate, wrench);
-        Some(factor(inertia)?.solve(&(torque - bias)))
+        Some(Ldlt::new(inertia)?.solve(&(torque - bias)))
     }
 
     /// Kinetic energy of the links and the tool, J: ½ vᵀ M v.
     pub fn kinetic_energy(&self, frames: &Frames<T>, rate: &JointVector<T>) -> T {
         rate.dot(&(self.crba(frames) * rate)) * crate::scalar::lit(0.5)
-    }
-}
-
-/// The factors L D Lᵀ of a symmetric positive definite joint-space matrix, such as M: Cholesky's without square roots.
-#[derive(Debug, Clone, Copy)]
-pub struct Factor<T: Real> {
-    /// Columns of L below its unit diagonal; what lies above is of no meaning.
-    lower: [[T; JOINTS]; JOINTS],
-    /// 1/D.
-    reciprocal: [T; JOINTS],
-}
-
-/// Factors a symmetric positive definite joint-space matrix; `None` where it is not one.
-#[inline]
-pub fn factor<T: Real>(m: Matrix6<T>) -> Option<Factor<T>> {
-    let mut lower = m.data.0;
-    let mut reciprocal = [T::zero(); JOINTS];
-    for k in 0..JOINTS {
-        let column = lower[k];
-        if column[k] <= T::zero() || !column[k].is_finite() {
-            return None;
-        }
-        reciprocal[k] = column[k].recip();
-        for j in k + 1..JOINTS {
-            lower[k][j] = column[j] * reciprocal[k];
-            for i in j..JOINTS {
-                let product = column[i] * lower[k][j];
-                lower[j][i] -= product;
-            }
-        }
-    }
-    Some(Factor { lower, reciprocal })
-}
-
-impl<T: Real> Factor<T> {
-    /// M⁻¹ b.
-    #[inline]
-    pub fn solve(&self, b: &JointVector<T>) -> JointVector<T> {
-        let mut x = *b;
-        for k in 0..JOINTS {
-            for i in k + 1..JOINTS {
-                let product = self.lower[k][i] * x[k];
-                x[i] -= product;
-            }
-        }
-        for k in (0..JOINTS).rev() {
-            x[k] *= self.reciprocal[k];
-            for i in k + 1..JOINTS {
-                let product = self.lower[k][i] * x[i];
-                x[k] -= product;
-            }
-        }
-        x
     }
 }

@@ -1,7 +1,7 @@
 //! What can go wrong, as small values: the core never panics and never formats text.
 
-/// A robot description that cannot be a robot. Returned by [`Robot::new`](crate::Robot::new), so that nothing
-/// built later can fail for a bad model.
+/// A robot description that cannot be a robot. Returned by [`Robot::new`](crate::Robot::new), so
+/// that nothing built later can fail for a bad model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ModelError {
     /// A number is NaN or infinite.
@@ -14,11 +14,13 @@ pub enum ModelError {
     Rating(usize),
     /// Stiffness or rotor inertia of this joint is not positive, or its damping is negative.
     Drive(usize),
-    /// Mass of this link is negative, or its inertia is not positive semi-definite with the triangle inequality.
+    /// Mass of this link is negative, or its inertia is not positive semi-definite with the
+    /// triangle inequality.
     Inertia(usize),
     /// The tool's mass or inertia is negative or impossible.
     ToolInertia,
-    /// The last moving link (with the tool) has no rotational inertia about some axis: M would be singular.
+    /// The last moving link (with the tool) has no rotational inertia about some axis: M would be
+    /// singular.
     Massless,
     /// The tool's `z_axis` and `y_axis` are not orthonormal to 1e-6.
     ToolAxes,
@@ -42,10 +44,12 @@ pub enum KinematicsError {
     NotFinite,
 }
 
-/// Why a control cycle could not do its work. The cycle still returns a defined safe command beside it.
+/// Why a control cycle could not do its work. The cycle still returns a defined safe command beside
+/// it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Fault {
-    /// Encoder of this joint (0 = A1) is NaN or infinite, or jumped by more than the joint can move in one period.
+    /// Encoder of this joint (0 = A1) is NaN or infinite, or jumped by more than the joint can move
+    /// in one period.
     Encoder(usize),
     /// The force sensor gave NaN or infinity in any of its six channels.
     Force,

@@ -1,7 +1,9 @@
-//! Discrete filters whose delay is part of their contract: a force loop at 12 ms has no phase to give away unseen.
+//! Discrete filters whose delay is part of their contract: a force loop at 12 ms has no phase to
+//! give away unseen.
 //!
-//! All are designed by the bilinear transform with the corner pre-warped, so that corner and notch lie where they are
-//! asked for even near Nyquist. Source: Oppenheim, Schafer, Discrete-Time Signal Processing, 7.2.
+//! All are designed by the bilinear transform with the corner pre-warped, so that corner and notch
+//! lie where they are asked for even near Nyquist. Source: Oppenheim, Schafer, Discrete-Time Signal
+//! Processing, 7.2.
 
 use crate::scalar::{Real, lit};
 use heapless::Deque;
@@ -13,7 +15,7 @@ pub trait Filter<T: Real> {
     /// Group delay for slow signals, s.
     fn delay(&self) -> T;
     /// Starts as if `value` had been the input for ever.
-    fn settle(&mut self, value: T);
+    fn initialize(&mut self, value: T);
 }
 
 /// Second-order section (b₀ + b₁z⁻¹ + b₂z⁻²) / (1 + a₁z⁻¹ + a₂z⁻²), transposed direct form II.
@@ -82,7 +84,7 @@ impl<T: Real> Filter<T> for Biquad<T> {
         (zeros - poles) * self.period
     }
 
-    fn settle(&mut self, value: T) {
+    fn initialize(&mut self, value: T) {
         let gain = (self.b[0] + self.b[1] + self.b[2]) / (T::one() + self.a[0] + self.a[1]);
         let out = gain * value;
         self.state[1] = self.b[2] * value - self.a[1] * out;
@@ -90,8 +92,8 @@ impl<T: Real> Filter<T> for Biquad<T> {
     }
 }
 
-/// Mean of the last `N` samples: zero at every multiple of 1/(N · period), so it removes a spindle line exactly when
-/// its window is one turn.
+/// Mean of the last `N` samples: zero at every multiple of 1/(N · period), so it removes a spindle
+/// line exactly when its window is one turn.
 #[derive(Debug, Clone)]
 pub struct MovingAverage<T: Real, const N: usize> {
     window: Deque<T, N>,
@@ -122,7 +124,7 @@ impl<T: Real, const N: usize> Filter<T> for MovingAverage<T, N> {
         lit::<T>((N.max(1) - 1) as f64 * 0.5) * self.period
     }
 
-    fn settle(&mut self, value: T) {
+    fn initialize(&mut self, value: T) {
         self.window.clear();
         while self.window.push_back(value).is_ok() {}
     }
@@ -151,12 +153,12 @@ impl<F: Clone, const N: usize> FilterBank<F, N> {
     }
 
     /// Starts every channel as if its entry of `value` had been the input for ever.
-    pub fn settle<T: Real>(&mut self, value: &nalgebra::SVector<T, N>)
+    pub fn initialize<T: Real>(&mut self, value: &nalgebra::SVector<T, N>)
     where
         F: Filter<T>,
     {
         for (v, filter) in value.iter().zip(&mut self.0) {
-            filter.settle(*v);
+            filter.initialize(*v);
         }
     }
 }

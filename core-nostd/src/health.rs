@@ -1,10 +1,11 @@
-//! Health signals of the machine, in the approximate mathematics of `micromath`: how much a signal vibrates, and what
-//! the spindle's turning leaves in a force channel.
+//! Health signals of the machine, in the approximate mathematics of `micromath`: how much a signal
+//! vibrates, and what the spindle's turning leaves in a force channel.
 //!
-//! They are for trends and thresholds that a person or a supervisor looks at: a bearing that begins to shake, a tool that
-//! wears, a probe that runs out of round. Those change by tens of percent before anyone acts, so a level known to 6 %
-//! and a phase known to a third of a degree are enough, and `micromath` gives them in a few integer and
-//! multiply instructions, without tables and without a square root unit:
+//! They are for trends and thresholds that a person or a supervisor looks at: a bearing that begins
+//! to shake, a tool that wears, a probe that runs out of round. Those change by tens of percent
+//! before anyone acts, so a level known to 6 % and a phase known to a third of a degree are enough,
+//! and `micromath` gives them in a few integer and multiply instructions, without tables and
+//! without a square root unit:
 //!
 //! | used here | error of `micromath` | what becomes of it |
 //! |---|---|---|
@@ -12,16 +13,20 @@
 //! | `sin_cos` | 1.2e-3 | [`SpindleLine`]: 2e-3 of the amplitude |
 //! | `atan2` | 2.8e-3 rad | phase of [`SpindleLine`]: 5e-3 rad, that is 0.3° |
 //!
-//! Left out: everything that moves the robot. A sine that is off by 1e-3 is two millimetres at 2 m reach; kinematics and
-//! control therefore use the full-precision functions of [`Real`](crate::Real), and nothing here feeds back into them.
+//! Left out: everything that moves the robot. A sine that is off by 1e-3 is two millimetres at 2 m
+//! reach; kinematics and control therefore use the full-precision functions of
+//! [`Real`](crate::Real), and nothing here feeds back into them.
 //!
-//! Both take a stated time constant τ and average to first order, y ← y + T/(τ + T)·(x − y): of all such averages the one
-//! that is late by exactly τ for slow changes, at any period T. A sample that is not a number is passed over.
+//! Both take a stated time constant τ and average to first order, y ← y + T/(τ + T)·(x − y): of all
+//! such averages the one that is late by exactly τ for slow changes, at any period T. A sample that
+//! is not a number is passed over.
 
-// Always called by the trait's name: on a host, where std is somewhere in the build, f32's own methods would be taken.
+// Always called by the trait's name: on a host, where std is somewhere in the build, f32's own
+// methods would be taken.
 use micromath::F32Ext;
 
-/// Share of the new sample in a first-order average, T/(τ + T); `None` unless both times are positive and finite.
+/// Share of the new sample in a first-order average, T/(τ + T); `None` unless both times are
+/// positive and finite.
 fn share(time_constant: f32, period: f32) -> Option<f32> {
     let usable = |t: f32| t.is_finite() && t > 0.0;
     (usable(time_constant) && usable(period)).then(|| period / (time_constant + period))
@@ -29,8 +34,8 @@ fn share(time_constant: f32, period: f32) -> Option<f32> {
 
 /// RMS of a signal about its own mean, old samples forgotten exponentially.
 ///
-/// The mean is averaged with the same time constant, so that what is slower than 1/(2πτ) counts as mean and not as
-/// vibration. After a start the level rises from zero within a few τ.
+/// The mean is averaged with the same time constant, so that what is slower than 1/(2πτ) counts as
+/// mean and not as vibration. After a start the level rises from zero within a few τ.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct VibrationLevel {
     share: f32,
@@ -51,7 +56,8 @@ impl VibrationLevel {
     pub fn update(&mut self, sample: f32) -> f32 {
         let next = match self.moments {
             None => (sample, 0.0),
-            // The weighted form of Welford's update (Finch 2009): no difference of two large squares.
+            // The weighted form of Welford's update (Finch 2009): no difference of two large
+            // squares.
             Some((mean, variance)) => {
                 let apart = sample - mean;
                 let step = self.share * apart;
@@ -64,7 +70,8 @@ impl VibrationLevel {
         self.level()
     }
 
-    /// Root of the variance, in the unit of the samples, to −0.2 % … +6.2 %; zero before the first sample.
+    /// Root of the variance, in the unit of the samples, to −0.2 % … +6.2 %; zero before the first
+    /// sample.
     pub fn level(&self) -> f32 {
         root(self.moments.map_or(0.0, |(_, variance)| variance))
     }
@@ -80,13 +87,16 @@ impl VibrationLevel {
     }
 }
 
-/// Amplitude and phase of one order of the spindle in a channel, by synchronous demodulation with the spindle's angle.
+/// Amplitude and phase of one order of the spindle in a channel, by synchronous demodulation with
+/// the spindle's angle.
 ///
-/// The channel is taken as mean + A cos(n·angle − phase) with slowly changing mean, A and phase. What it differs by from
-/// the present estimate is multiplied by 1, 2 cos(n·angle) and 2 sin(n·angle) and averaged into the mean, A cos(phase)
-/// and A sin(phase). Demodulating the difference, not the channel, keeps the push out of the line and leaves no ripple at
-/// rest. Because the angle is measured, the line is found at any speed, also while it changes; what is not locked to the
-/// spindle averages out, a component Δω away by a factor 1/(Δω τ). τ is to be several turns long.
+/// The channel is taken as mean + A cos(n·angle − phase) with slowly changing mean, A and phase.
+/// What it differs by from the present estimate is multiplied by 1, 2 cos(n·angle) and 2
+/// sin(n·angle) and averaged into the mean, A cos(phase) and A sin(phase). Demodulating the
+/// difference, not the channel, keeps the push out of the line and leaves no ripple at rest.
+/// Because the angle is measured, the line is found at any speed, also while it changes; what is
+/// not locked to the spindle averages out, a component Δω away by a factor 1/(Δω τ). τ is to be
+/// several turns long.
 ///
 /// Needs n spindle turns a second to stay below half of the sampling rate.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -102,8 +112,8 @@ pub struct SpindleLine {
 }
 
 impl SpindleLine {
-    /// `order` n: cycles a turn, 1 for run-out, the number of flutes for the probe's; `time_constant` τ and `period`
-    /// between samples, s.
+    /// `order` n: cycles a turn, 1 for run-out, the number of flutes for the probe's;
+    /// `time_constant` τ and `period` between samples, s.
     ///
     /// `None` unless `order` is at least 1 and both times are positive and finite.
     pub fn new(order: u8, time_constant: f32, period: f32) -> Option<Self> {
@@ -120,7 +130,8 @@ impl SpindleLine {
 
     /// Takes one sample of the channel, in any unit, and the spindle's angle at that moment, rad.
     ///
-    /// The angle is best kept within a few turns of zero: f32 knows an angle of a thousand turns to 5e-4 rad.
+    /// The angle is best kept within a few turns of zero: f32 knows an angle of a thousand turns to
+    /// 5e-4 rad.
     pub fn update(&mut self, sample: f32, spindle_angle: f32) {
         let (s, c) = F32Ext::sin_cos(self.order * spindle_angle);
         let before = self.mean.unwrap_or(sample);
@@ -137,8 +148,8 @@ impl SpindleLine {
         root(self.cosine * self.cosine + self.sine * self.sine)
     }
 
-    /// Phase of the line, rad in [−π, π], to 5e-3: n times the spindle angle at which the channel is greatest. Zero
-    /// where there is no line.
+    /// Phase of the line, rad in [−π, π], to 5e-3: n times the spindle angle at which the channel
+    /// is greatest. Zero where there is no line.
     pub fn phase(&self) -> f32 {
         let phase = F32Ext::atan2(self.sine, self.cosine);
         if phase.is_finite() { phase } else { 0.0 }
@@ -155,7 +166,8 @@ impl SpindleLine {
     }
 }
 
-/// Square root to 0 … +6.1 %; of zero exactly zero, where the approximation alone would leave 1e-19.
+/// Square root to 0 … +6.1 %; of zero exactly zero, where the approximation alone would leave
+/// 1e-19.
 fn root(square: f32) -> f32 {
     if square > 0.0 { F32Ext::sqrt(square) } else { 0.0 }
 }

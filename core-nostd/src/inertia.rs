@@ -1,9 +1,10 @@
 //! Inertia of rigid bodies by their moments of mass: m, ∫ r dm and Σ = ∫ r rᵀ dm about one point.
 //!
-//! The second moments Σ take the place of the rotational inertia I = tr(Σ)·1 − Σ because what dynamics asks of a body
-//! is cheaper in them: turning into other axes, shifting to another point, and the moment of an acceleration field.
-//! Source: Wensing, Kim, Slotine, "Linear matrix inequalities for physically consistent inertial parameter
-//! identification", RA-L 3(1), 2018 (pseudo-inertia).
+//! The second moments Σ take the place of the rotational inertia I = tr(Σ)·1 − Σ because what
+//! dynamics asks of a body is cheaper in them: turning into other axes, shifting to another point,
+//! and the moment of an acceleration field. Source: Wensing, Kim, Slotine, "Linear matrix
+//! inequalities for physically consistent inertial parameter identification", RA-L 3(1), 2018
+//! (pseudo-inertia).
 
 use crate::lanes::{Lanes, Lanes3};
 use crate::scalar::{JOINTS, Real, lit};
@@ -45,7 +46,8 @@ impl<T: Real> Body<T> {
     }
 }
 
-/// All links at once, each about its own point, all in axes of the same kind (each its own, or all those of B).
+/// All links at once, each about its own point, all in axes of the same kind (each its own, or all
+/// those of B).
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Bodies<T: Real> {
     /// Mass, kg.
@@ -121,7 +123,8 @@ impl<T: Real> Bodies<T> {
     pub fn turned(&self, rotation: &Matrices<T>) -> Self {
         let s = &self.second;
         let Matrices { x, y, z } = *rotation;
-        // R Σ Rᵀ = zz·1 + x uᵀ + u xᵀ + y vᵀ + v yᵀ: the isotropic part does not turn, which leaves five numbers.
+        // R Σ Rᵀ = zz·1 + x uᵀ + u xᵀ + y vᵀ + v yᵀ: the isotropic part does not turn, which leaves
+        // five numbers.
         let half = Lanes::splat(lit(0.5));
         let u = x * ((s.xx - s.zz) * half) + y * s.xy + z * s.xz;
         let v = y * ((s.yy - s.zz) * half) + z * s.yz;
@@ -186,7 +189,8 @@ impl<T: Real> Symmetric<T> {
         }
     }
 
-    /// ∫ r × (A r) dm: moment that the acceleration field A r asks for. It is the axial part of A Σ.
+    /// ∫ r × (A r) dm: moment that the acceleration field A r asks for. It is the axial part of A
+    /// Σ.
     #[inline(always)]
     pub fn moment_of(&self, a: &Matrices<T>) -> Lanes3<T> {
         let Matrices { x, y, z } = a;

@@ -1,9 +1,11 @@
-//! Closed-form inverse kinematics of an arm with a decoupled wrist, all eight branches, and branch tracking.
+//! Closed-form inverse kinematics of an arm with a decoupled wrist, all eight branches, and branch
+//! tracking.
 //!
-//! The family covered: A1 vertical (±z), A2 ∥ A3 horizontal (±y), then A4 ±x, A5 ±y, A6 ±x meeting in one point, at the
-//! zero pose where all link frames are parallel. Offsets along and across the arm are free. Shoulder and elbow follow
-//! from the wrist centre (a two-link arm in the plane of A1), the wrist from the rotation that is left
-//! (R_x R_y R_x Euler angles). Source: Pieper 1968; Siciliano et al., Robotics, 2009, 2.12.
+//! The family covered: A1 vertical (±z), A2 ∥ A3 horizontal (±y), then A4 ±x, A5 ±y, A6 ±x meeting
+//! in one point, at the zero pose where all link frames are parallel. Offsets along and across the
+//! arm are free. Shoulder and elbow follow from the wrist centre (a two-link arm in the plane of
+//! A1), the wrist from the rotation that is left (R_x R_y R_x Euler angles). Source: Pieper 1968;
+//! Siciliano et al., Robotics, 2009, 2.12.
 
 use crate::error::KinematicsError;
 use crate::robot::Robot;
@@ -78,7 +80,8 @@ impl<T: Real> Robot<T> {
     /// All branches that exist for the tool pose, with their joint angles.
     ///
     /// # Errors
-    /// As [`inverse`](Self::inverse); an unreachable branch is left out, and only if none is left is it an error.
+    /// As [`inverse`](Self::inverse); an unreachable branch is left out, and only if none is left
+    /// is it an error.
     pub fn inverse_all(
         &self,
         b_from_t: &Pose<T>,
@@ -112,16 +115,18 @@ impl<T: Real> Robot<T> {
         })
     }
 
-    /// Joint angles for the tool pose with the shoulder and elbow of `near`, each turned by whole turns to lie nearest
-    /// to `near`.
+    /// Joint angles for the tool pose with the shoulder and elbow of `near`, each turned by whole
+    /// turns to lie nearest to `near`.
     ///
-    /// In line with A4 ∥ A6 only the sum of the two is defined: A4 is then held where `near` has it. The wrist's branch
-    /// is that of `near` too, unless the other asks less of the wrist's joints: a path straight through the singularity
-    /// has A5 change its sign, where A4 and A6 would else jump by half a turn.
+    /// In line with A4 ∥ A6 only the sum of the two is defined: A4 is then held where `near` has
+    /// it. The wrist's branch is that of `near` too, unless the other asks less of the wrist's
+    /// joints: a path straight through the singularity has A5 change its sign, where A4 and A6
+    /// would else jump by half a turn.
     ///
     /// # Errors
-    /// As [`inverse`](Self::inverse), except for the wrist singularity; and [`KinematicsError::Limit`].
-    pub fn track(
+    /// As [`inverse`](Self::inverse), except for the wrist singularity; and
+    /// [`KinematicsError::Limit`].
+    pub fn inverse_near(
         &self,
         b_from_t: &Pose<T>,
         near: &JointVector<T>,
@@ -165,7 +170,8 @@ impl<T: Real> Robot<T> {
         let b_from_a6 = b_from_t.rotation * self.a6_from_t.rotation.transpose();
         let wrist = b_from_t.position - b_from_a6 * arm.tool - arm.foot;
 
-        // Axis A1: the wrist centre's distance from the axis, less what lies across the arm's plane.
+        // Axis A1: the wrist centre's distance from the axis, less what lies across the arm's
+        // plane.
         let along2 = wrist.x * wrist.x + wrist.y * wrist.y - arm.lateral * arm.lateral;
         if along2 < zero {
             return Err(KinematicsError::Unreachable);
@@ -232,7 +238,8 @@ impl<T: Real> Robot<T> {
             }
             sense[i] = along.signum();
         }
-        // A5 must lie on axis A4 and A6's origin on its own axis through A5, or the wrist has no centre.
+        // A5 must lie on axis A4 and A6's origin on its own axis through A5, or the wrist has no
+        // centre.
         let across = |v: &Vector3<T>| v.y.abs().max(v.z.abs());
         if across(&joints[4].origin) > tiny || across(&joints[5].origin) > tiny {
             return Err(KinematicsError::NotDecoupled);
@@ -250,7 +257,8 @@ impl<T: Real> Robot<T> {
     }
 }
 
-/// Sine of A5 below which A4 and A6 count as in line: 1e-6, or the rounding of a pose where that is coarser.
+/// Sine of A5 below which A4 and A6 count as in line: 1e-6, or the rounding of a pose where that is
+/// coarser.
 fn in_line_below<T: Real>() -> T {
     lit::<T>(1e-6).max(T::default_epsilon() * lit(32.0))
 }

@@ -1,5 +1,5 @@
-//! The geometric Jacobian of the tool, and what (1.2) and (1.3) do with it: loads to joint torques, joint twists to
-//! tool displacements.
+//! The geometric Jacobian of the tool, and what (1.2) and (1.3) do with it: loads to joint torques,
+//! joint twists to tool displacements.
 
 use crate::kinematics::Frames;
 use crate::scalar::{JOINTS, JointVector, Real, lit};
@@ -12,8 +12,8 @@ use nalgebra::{Matrix6, Vector3};
 pub struct Jacobian<T: Real>(pub Matrix6<T>);
 
 impl<T: Real> Jacobian<T> {
-    /// The wrench at the TCP, axes of B, that loads the joints with `torque`, N·m: w = J⁻ᵀ τ, (1.2) backwards. `None` next to a
-    /// singular posture.
+    /// The wrench at the TCP, axes of B, that loads the joints with `torque`, N·m: w = J⁻ᵀ τ, (1.2)
+    /// backwards. `None` next to a singular posture.
     pub fn wrench_for(&self, torque: &JointVector<T>) -> Option<Wrench<T>> {
         Some(Wrench::from_vector(&Lu::new(&self.0.transpose(), lit(1e-4))?.solve(torque)))
     }
@@ -33,7 +33,8 @@ impl<T: Real> Frames<T> {
         Jacobian(j)
     }
 
-    /// Joint torques that balance a wrench at the TCP given in axes of B, N·m: τ = Jᵀ w, (1.2), without forming J.
+    /// Joint torques that balance a wrench at the TCP given in axes of B, N·m: τ = Jᵀ w, (1.2),
+    /// without forming J.
     #[inline]
     pub fn joint_torque(&self, wrench: &Wrench<T>) -> JointVector<T> {
         JointVector::from_fn(|i, _| {

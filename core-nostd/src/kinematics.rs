@@ -1,6 +1,8 @@
-//! Forward kinematics: where every link frame and the tool are, for given joint angles, and how fast the tool moves.
+//! Forward kinematics: where every link frame and the tool are, for given joint angles, and how
+//! fast the tool moves.
 //!
-//! [`Frames`] is computed once per configuration and handed to the Jacobian, RNEA and CRBA, which share it.
+//! [`Frames`] is computed once per configuration and handed to the Jacobian, RNEA and CRBA, which
+//! share it.
 
 use crate::robot::Robot;
 use crate::scalar::{JOINTS, JointVector, Real};
@@ -20,13 +22,14 @@ pub struct Frames<T: Real> {
     pub tcp: Pose<T>,
 }
 
-/// Small rigid motions that a real structure adds to the ideal chain: the base on its foot, and each link on its
-/// bearing.
+/// Small rigid motions that a real structure adds to the ideal chain: the base on its foot, and
+/// each link on its bearing.
 #[derive(Debug, Clone, Copy)]
 pub struct Displacement<T: Real> {
     /// Pose of the arm's ideal base frame in B; identity for a rigid foot.
     pub base: Pose<T>,
-    /// Extra rotation of each link about its frame's origin, as a rotation vector in link axes, rad.
+    /// Extra rotation of each link about its frame's origin, as a rotation vector in link axes,
+    /// rad.
     pub tilt: [Vector3<T>; JOINTS],
 }
 
@@ -37,11 +40,13 @@ impl<T: Real> Displacement<T> {
     }
 }
 
-/// How a joint turns its link: about a coordinate axis of the link frame, as nearly all arms do, or about any other.
+/// How a joint turns its link: about a coordinate axis of the link frame, as nearly all arms do, or
+/// about any other.
 ///
-/// The value beside a coordinate axis is its sense, +1 or −1. A rotation about a coordinate axis mixes two columns of
-/// a matrix only, which more than halves the work. Decided once, when the robot is built, by the numbers given: for
-/// dual numbers the derivatives to an aligned axis' direction are not carried.
+/// The value beside a coordinate axis is its sense, +1 or −1. A rotation about a coordinate axis
+/// mixes two columns of a matrix only, which more than halves the work. Decided once, when the
+/// robot is built, by the numbers given: for dual numbers the derivatives to an aligned axis'
+/// direction are not carried.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Axis<T: Real> {
     X(T),
@@ -108,7 +113,7 @@ impl<T: Real> Robot<T> {
 
     /// Tool pose `b_from_t` at joint angles `q`, rad.
     #[inline]
-    pub fn forward(&self, q: &JointVector<T>) -> Pose<T> {
+    pub fn forward_kinematics(&self, q: &JointVector<T>) -> Pose<T> {
         let turns = sines_and_cosines(q);
         let mut link = Pose::identity();
         for (i, turn) in turns.into_iter().enumerate() {
@@ -155,7 +160,8 @@ impl<T: Real> Robot<T> {
     }
 }
 
-/// Of all joint angles at once: a call amid the chain would throw the running frame out of the registers.
+/// Of all joint angles at once: a call amid the chain would throw the running frame out of the
+/// registers.
 #[inline(always)]
 fn sines_and_cosines<T: Real>(q: &JointVector<T>) -> [(T, T); JOINTS] {
     let mut turns = [(T::zero(), T::one()); JOINTS];

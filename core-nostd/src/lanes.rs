@@ -1,9 +1,10 @@
 //! One number, or one vector, for every link at once.
 //!
-//! What the links ask of dynamics is the same for all six, apart from sums along the chain. Written over all links at
-//! once, every operation is six independent ones that the compiler puts into vector registers, whatever their width.
-//! It finds them from what a function stores: the stages of the dynamics are therefore functions of their own and not
-//! inlined, which is measured to be a fifth faster than one large function (`benches/rigid_body.rs`).
+//! What the links ask of dynamics is the same for all six, apart from sums along the chain. Written
+//! over all links at once, every operation is six independent ones that the compiler puts into
+//! vector registers, whatever their width. It finds them from what a function stores: the stages of
+//! the dynamics are therefore functions of their own and not inlined, which is measured to be a
+//! fifth faster than one large function (`benches/rigid_body.rs`).
 
 use crate::scalar::{JOINTS, Real};
 use core::ops::{Add, Mul, Neg, Sub};

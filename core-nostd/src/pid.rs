@@ -30,13 +30,14 @@ impl<T: Real> Pid<T> {
 
     /// One period: `feed_forward + kp e + ki ∫e + kd ė`, held within ±`limit`.
     ///
-    /// The integrator stops while the output is at its limit and the error would drive it further (anti-windup), and
-    /// so comes back the moment the error changes sign. Returns the output and whether it was limited.
+    /// The integrator stops while the output is at its limit and the error would drive it further
+    /// (anti-windup), and so comes back the moment the error changes sign. Returns the output and
+    /// whether it was limited.
     ///
     /// A limit that is negative or no number counts as zero.
     ///
-    /// Of numbers that are none, or so large that their terms cancel to none, nothing is remembered: the output is then
-    /// the feed-forward alone.
+    /// Of numbers that are none, or so large that their terms cancel to none, nothing is
+    /// remembered: the output is then the feed-forward alone.
     #[inline]
     pub fn update(&mut self, error: T, feed_forward: T, limit: T, period: T) -> (T, bool) {
         let rate = self.previous.map_or(T::zero(), |p| (error - p) / period);
@@ -62,9 +63,9 @@ impl<T: Real> Pid<T> {
         self.previous = None;
     }
 
-    /// Adds to what the integrator holds, in output units: load handed over from or to another loop. A load that is
-    /// not finite is refused.
-    pub fn hand_over(&mut self, load: T) {
+    /// Adds to what the integrator holds, in output units: load handed over from or to another
+    /// loop. A load that is not finite is refused.
+    pub fn transfer_integral(&mut self, load: T) {
         let integral = self.integral + load;
         if integral.is_finite() {
             self.integral = integral;

@@ -1,8 +1,9 @@
 //! Recursive Newton–Euler: joint torques of a motion, gravity, and the load every joint carries.
 //!
-//! The links and the tool only. Rotors, springs, friction and the counterbalance belong to the drives and are not in
-//! here. Everything is formed in axes of B about each link frame's origin, so the backward pass needs no rotations.
-//! Source: Luh, Walker, Paul 1980; Featherstone, Rigid Body Dynamics Algorithms, 2008, ch. 5.
+//! The links and the tool only. Rotors, springs, friction and the counterbalance belong to the
+//! drives and are not in here. Everything is formed in axes of B about each link frame's origin, so
+//! the backward pass needs no rotations. Source: Luh, Walker, Paul 1980; Featherstone, Rigid Body
+//! Dynamics Algorithms, 2008, ch. 5.
 
 use crate::inertia::{Bodies, Matrices};
 use crate::kinematics::Frames;
@@ -15,8 +16,8 @@ use nalgebra::Vector3;
 impl<T: Real> Robot<T> {
     /// Inverse dynamics: τ = M(q) a + h(q, v) + g(q) − Jᵀ w, N·m.
     ///
-    /// `frames` at q; `rate` v in rad/s; `acceleration` a in rad/s²; `wrench` w: what the environment applies to the
-    /// tool, at the TCP, in axes of B.
+    /// `frames` at q; `rate` v in rad/s; `acceleration` a in rad/s²; `wrench` w: what the
+    /// environment applies to the tool, at the TCP, in axes of B.
     #[inline]
     pub fn rnea(
         &self,
@@ -30,14 +31,15 @@ impl<T: Real> Robot<T> {
         JointVector::from(Lanes3::from_vectors(&frames.axis).dot(&moment).0)
     }
 
-    /// Velocity and gravity torques h(q, v) + g(q), N·m: inverse dynamics without acceleration and wrench.
+    /// Velocity and gravity torques h(q, v) + g(q), N·m: inverse dynamics without acceleration and
+    /// wrench.
     #[inline]
-    pub fn bias(&self, frames: &Frames<T>, rate: &JointVector<T>) -> JointVector<T> {
+    pub fn nonlinear_effects(&self, frames: &Frames<T>, rate: &JointVector<T>) -> JointVector<T> {
         self.rnea(frames, rate, &JointVector::zeros(), &Wrench::zero())
     }
 
-    /// The whole wrench each joint passes to its link, about the link frame's origin in axes of B. Its moment along
-    /// the axis is the joint torque; the rest is what the bearing carries.
+    /// The whole wrench each joint passes to its link, about the link frame's origin in axes of B.
+    /// Its moment along the axis is the joint torque; the rest is what the bearing carries.
     #[inline]
     pub fn joint_loads(
         &self,
@@ -143,7 +145,8 @@ struct Motion<T: Real> {
 }
 
 impl<T: Real> Motion<T> {
-    /// Moment and force that each link alone asks for, by Newton and Euler, about its frame's origin.
+    /// Moment and force that each link alone asks for, by Newton and Euler, about its frame's
+    /// origin.
     #[inline(never)]
     fn loads_of(&self, bodies: &Bodies<T>) -> (Lanes3<T>, Lanes3<T>) {
         let force = self.linear * bodies.mass + self.field.times(&bodies.first);

@@ -1,7 +1,7 @@
 //! The immutable model of the arm: geometry, inertia, elasticity, drive ratings and tool.
 //!
-//! [`RobotParameters`] is what a file or a controller's flash holds; [`Robot`] is the checked model built from it.
-//! What is left out: state, time, and everything the process or the sensors add.
+//! [`RobotParameters`] is what a file or a controller's flash holds; [`Robot`] is the checked model
+//! built from it. What is left out: state, time, and everything the process or the sensors add.
 
 use crate::error::ModelError;
 use crate::inertia::{Bodies, Body};
@@ -12,7 +12,8 @@ use nalgebra::{Matrix3, Vector3};
 /// Most cosine terms of a counterbalance law.
 pub const COUNTERBALANCE_TERMS: usize = 8;
 
-/// One joint, its drive, and the link it moves. Zero pose: with all angles 0 every link frame is parallel to B.
+/// One joint, its drive, and the link it moves. Zero pose: with all angles 0 every link frame is
+/// parallel to B.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct JointParameters<T: Real> {
     /// Origin of this joint's frame in the previous joint's frame, m.
@@ -234,7 +235,8 @@ impl<T: Real> Robot<T> {
     /// Counterbalance torque τ_cb(θ₂) on the A2 link, N·m.
     #[inline]
     pub fn counterbalance_torque(&self, q2: T) -> T {
-        // Chebyshev recurrence cos(n q) = 2 cos q cos((n−1) q) − cos((n−2) q): one cosine for all orders.
+        // Chebyshev recurrence cos(n q) = 2 cos q cos((n−1) q) − cos((n−2) q): one cosine for all
+        // orders.
         let c = q2.cos();
         let (mut before, mut now) = (T::one(), c);
         let mut sum = T::zero();
@@ -255,7 +257,8 @@ impl<T: Real> Robot<T> {
         })
     }
 
-    /// The same robot with every joint stiffness multiplied by its factor: a stiffness known with an error.
+    /// The same robot with every joint stiffness multiplied by its factor: a stiffness known with
+    /// an error.
     ///
     /// # Errors
     /// [`ModelError::Drive`] where a factor is not positive.
@@ -268,7 +271,8 @@ impl<T: Real> Robot<T> {
     }
 }
 
-/// Symmetric, and no principal moment above the sum of the other two (with 1e-6 relative slack for rounded files).
+/// Symmetric, and no principal moment above the sum of the other two (with 1e-6 relative slack for
+/// rounded files).
 fn is_inertia<T: Real>(inertia: &Matrix3<T>) -> bool {
     let slack = inertia.amax() * lit(1e-6);
     if (inertia - inertia.transpose()).amax() > slack {

@@ -1,13 +1,15 @@
-//! Small dense linear algebra for what runs on the controller: a 6 × 6 solve and the eigenvalues of a 3 × 3.
+//! Small dense linear algebra for what runs on the controller: a 6 × 6 solve and the eigenvalues of
+//! a 3 × 3.
 //!
-//! nalgebra has both, for any size, and therefore with checks of size that can panic. Here every bound is a constant, so
-//! that the optimiser removes every check and a program with the control law in it links without a panic
-//! (`tests/embedded`).
+//! nalgebra has both, for any size, and therefore with checks of size that can panic. Here every
+//! bound is a constant, so that the optimiser removes every check and a program with the control
+//! law in it links without a panic (`tests/embedded`).
 
 use crate::scalar::{JOINTS, JointVector, Real};
 use nalgebra::{Matrix3, Matrix6};
 
-/// Cyclic Jacobi sweeps of a 3 × 3. Convergence is quadratic: four reach rounding in f64 from any start.
+/// Cyclic Jacobi sweeps of a 3 × 3. Convergence is quadratic: four reach rounding in f64 from any
+/// start.
 const SWEEPS: usize = 6;
 
 /// Factors P L U of a square matrix, by Gaussian elimination with row exchange.
@@ -51,7 +53,8 @@ impl<T: Real> Lu<T> {
 
     /// x of A x = b.
     pub fn solve(&self, b: &JointVector<T>) -> JointVector<T> {
-        // Every row is there; an index would be checked, because the order is only known when the program runs.
+        // Every row is there; an index would be checked, because the order is only known when the
+        // program runs.
         let mut x =
             JointVector::from_fn(|i, _| b.get(self.order[i]).copied().unwrap_or_else(T::zero));
         for k in 0..JOINTS {
@@ -71,8 +74,8 @@ impl<T: Real> Lu<T> {
     }
 }
 
-/// Eigenvalues of a symmetric matrix, in no order, by Jacobi's rotations (Golub, Van Loan, Matrix Computations, 8.5).
-/// The upper triangle is not looked at.
+/// Eigenvalues of a symmetric matrix, in no order, by Jacobi's rotations (Golub, Van Loan, Matrix
+/// Computations, 8.5). The upper triangle is not looked at.
 pub(crate) fn symmetric_eigenvalues<T: Real>(m: &Matrix3<T>) -> [T; 3] {
     let mut diagonal = [m.m11, m.m22, m.m33];
     // Beside each index the entry of the other two.

@@ -1,7 +1,8 @@
-//! Poses, twists and wrenches. A 6-vector always has its angular part first, and says so by its type.
+//! Poses, twists and wrenches. A 6-vector always has its angular part first, and says so by its
+//! type.
 //!
-//! Frames by letter: B base, F flange, T tool, W weld. A pose is named `b_from_t`: it takes coordinates in T to
-//! coordinates in B, and composes as `b_from_t = b_from_f * f_from_t`.
+//! Frames by letter: B base, F flange, T tool, W weld. A pose is named `b_from_t`: it takes
+//! coordinates in T to coordinates in B, and composes as `b_from_t = b_from_f * f_from_t`.
 
 use crate::scalar::{Real, lit};
 use core::ops::{Add, Mul, Neg, Sub};
@@ -32,7 +33,8 @@ pub fn rotation_from_vector<T: Real>(r: &Vector3<T>) -> Matrix3<T> {
     Matrix3::identity() + k * s + k * k * c
 }
 
-/// Rotation vector (axis × angle, rad, angle in [0, π]) of a rotation matrix, accurate at 0 and at π.
+/// Rotation vector (axis × angle, rad, angle in [0, π]) of a rotation matrix, accurate at 0 and at
+/// π.
 pub fn rotation_vector<T: Real>(m: &Matrix3<T>) -> Vector3<T> {
     // Through the quaternion whose largest component is formed by addition only (Shepperd 1978).
     let one = T::one();
@@ -82,8 +84,8 @@ impl<T: Real> Pose<T> {
         self.rotation * p + self.position
     }
 
-    /// The small motion that takes `self` to `target`, in axes of the outer frame, rotation about the inner
-    /// frame's origin: ΔX of (2.2) with `self` the actual and `target` the desired pose.
+    /// The small motion that takes `self` to `target`, in axes of the outer frame, rotation about
+    /// the inner frame's origin: ΔX of (2.2) with `self` the actual and `target` the desired pose.
     #[inline]
     pub fn error_to(&self, target: &Self) -> Twist<T> {
         Twist {
@@ -92,8 +94,8 @@ impl<T: Real> Pose<T> {
         }
     }
 
-    /// Moves the pose by a finite displacement given as a twist in axes of the outer frame, the rotation about the
-    /// inner frame's origin: the inverse of [`error_to`](Self::error_to).
+    /// Moves the pose by a finite displacement given as a twist in axes of the outer frame, the
+    /// rotation about the inner frame's origin: the inverse of [`error_to`](Self::error_to).
     #[inline]
     pub fn displaced(&self, by: &Twist<T>) -> Self {
         Self {
@@ -150,7 +152,8 @@ macro_rules! six_vector {
                 Self { $first: Vector3::new(v[0], v[1], v[2]), $second: Vector3::new(v[3], v[4], v[5]) }
             }
 
-            /// The same quantity in other axes (same reference point): both parts multiplied by `rotation`.
+            /// The same quantity in other axes (same reference point): both parts multiplied by
+            /// `rotation`.
             #[inline]
             pub fn rotated(&self, rotation: &Matrix3<T>) -> Self {
                 Self { $first: rotation * self.$first, $second: rotation * self.$second }

@@ -1,7 +1,8 @@
 //! Cartesian stiffness and compliance of the arm at the tool, and where the tool goes under load.
 //!
-//! (1.1) τ = K Δθ, (1.2) τ = Jᵀ w, (1.3) Δx ≈ J Δθ, (1.4) K_c = J⁻ᵀ K J⁻¹. The first-order forms serve margins and
-//! stiffness maps; [`Robot::deflected`] solves for the loaded pose itself, since at 5 mm first order is not enough.
+//! (1.1) τ = K Δθ, (1.2) τ = Jᵀ w, (1.3) Δx ≈ J Δθ, (1.4) K_c = J⁻ᵀ K J⁻¹. The first-order forms
+//! serve margins and stiffness maps; [`Robot::deflected`] solves for the loaded pose itself, since
+//! at 5 mm first order is not enough.
 
 use crate::error::KinematicsError;
 use crate::jacobian::Jacobian;
@@ -16,8 +17,8 @@ use nalgebra::{Matrix6, Vector3};
 pub struct Deflection<T: Real> {
     /// Real joint angles θ, rad.
     pub link: JointVector<T>,
-    /// Twist of each drive, θ_E − θ, rad.
-    pub twist: JointVector<T>,
+    /// Torsion of each drive, θ_E − θ, rad.
+    pub torsion: JointVector<T>,
     /// Real tool pose `b_from_t`.
     pub real: Pose<T>,
     /// Tool pose that the encoders report.
@@ -27,21 +28,24 @@ pub struct Deflection<T: Real> {
 }
 
 impl<T: Real> Deflection<T> {
-    /// How far the load moved the tool: from the encoders' pose to the real one, axes of B, at the TCP.
+    /// How far the load moved the tool: from the encoders' pose to the real one, axes of B, at the
+    /// TCP.
     pub fn displacement(&self) -> Twist<T> {
         self.encoder.error_to(&self.real)
     }
 }
 
 impl<T: Real> Robot<T> {
-    /// Cartesian compliance C = J K⁻¹ Jᵀ at the TCP, axes of B, angular first: rad or m per N·m or N.
+    /// Cartesian compliance C = J K⁻¹ Jᵀ at the TCP, axes of B, angular first: rad or m per N·m or
+    /// N.
     pub fn cartesian_compliance(&self, jacobian: &Jacobian<T>) -> Matrix6<T> {
         let compliance = Matrix6::from_diagonal(&self.stiffness.map(|k| k.recip()));
         jacobian.0 * compliance * jacobian.0.transpose()
     }
 
-    /// Compliance of the arm at the TCP along a direction, nᵀ J K⁻¹ Jᵀ n, m/N: an entry of [`Robot::cartesian_compliance`] without the
-    /// rest of it. `direction`: unit vector n, axes of B.
+    /// Compliance of the arm at the TCP along a direction, nᵀ J K⁻¹ Jᵀ n, m/N: an entry of
+    /// [`Robot::cartesian_compliance`] without the rest of it. `direction`: unit vector n, axes of
+    /// B.
     #[inline]
     pub fn compliance_along(&self, frames: &Frames<T>, direction: &Vector3<T>) -> T {
         let torque = frames.joint_torque(&Wrench { moment: Vector3::zeros(), force: *direction });
@@ -60,7 +64,8 @@ impl<T: Real> Robot<T> {
         Ok(inverse.transpose() * Matrix6::from_diagonal(&self.stiffness) * inverse)
     }
 
-    /// Torque that every spring carries at rest, τ_s = g(θ) − τ_cb(θ₂) − Jᵀ w, N·m: (2.1) without motion.
+    /// Torque that every spring carries at rest, τ_s = g(θ) − τ_cb(θ₂) − Jᵀ w, N·m: (2.1) without
+    /// motion.
     ///
     /// `wrench`: what the environment applies to the tool, at the TCP, in axes of B.
     #[inline]
@@ -75,12 +80,12 @@ impl<T: Real> Robot<T> {
         torque
     }
 
-    /// Predicts the real pose from encoder angles and the measured wrench: solves K(θ_E − θ) = g(θ) − τ_cb − J(θ)ᵀ w
-    /// in a fixed number of fixed-point iterations.
+    /// Predicts the real pose from encoder angles and the measured wrench: solves K(θ_E − θ) = g(θ)
+    /// − τ_cb − J(θ)ᵀ w in a fixed number of fixed-point iterations.
     ///
-    /// `wrench_in_t`: as the sensor measures it, in axes of the real tool frame. Each iteration divides the error by
-    /// K over the change of load torque with angle, a factor of some hundreds on a heavy robot at 18 kN; three reach
-    /// rounding in f32 and five in f64.
+    /// `wrench_in_t`: as the sensor measures it, in axes of the real tool frame. Each iteration
+    /// divides the error by K over the change of load torque with angle, a factor of some hundreds
+    /// on a heavy robot at 18 kN; three reach rounding in f32 and five in f64.
     pub fn deflected(
         &self,
         encoder: &JointVector<T>,
@@ -93,34 +98,36 @@ impl<T: Real> Robot<T> {
         let mut residual = T::zero();
         for _ in 0..iterations {
             let wrench = wrench_in_t.rotated(&frames.tcp.rotation);
-            let twist =
+            let torsion =
                 self.spring_torque_at_rest(&frames, &link, &wrench).component_div(&self.stiffness);
-            let next = encoder - twist;
+            let next = encoder - torsion;
             residual = (next - link).amax();
             link = next;
             frames = self.frames(&link);
         }
         Deflection {
             link,
-            twist: encoder - link,
+            torsion: encoder - link,
             real: frames.tcp,
             encoder: encoder_frames.tcp,
             residual,
         }
     }
 
-    /// The fake target: encoder angles that put the *real*, loaded tool where `link` puts the unloaded one.
+    /// The fake target: encoder angles that put the *real*, loaded tool where `link` puts the
+    /// unloaded one.
     ///
-    /// With the real angles given the springs' equation is explicit, θ_E = θ + K⁻¹(g(θ) − τ_cb − J(θ)ᵀ w): exact,
-    /// no iteration. `wrench_in_t` in axes of the real tool frame.
+    /// With the real angles given the springs' equation is explicit, θ_E = θ + K⁻¹(g(θ) − τ_cb −
+    /// J(θ)ᵀ w): exact, no iteration. `wrench_in_t` in axes of the real tool frame.
     pub fn fake_target(&self, link: &JointVector<T>, wrench_in_t: &Wrench<T>) -> JointVector<T> {
         let frames = self.frames(link);
         let wrench = wrench_in_t.rotated(&frames.tcp.rotation);
         link + self.spring_torque_at_rest(&frames, link, &wrench).component_div(&self.stiffness)
     }
 
-    /// Locked-motor eigenfrequencies ω² of M⁻¹K at θ, rad²/s², ascending: the arm swinging on its springs.
-    pub fn locked_motor_modes(&self, frames: &Frames<T>) -> Option<JointVector<T>> {
+    /// Natural frequencies of the arm on its springs with the motors locked, rad/s, ascending: square
+    /// roots of the eigenvalues of M⁻¹K at θ. `None` where M is not positive definite.
+    pub fn natural_frequencies(&self, frames: &Frames<T>) -> Option<JointVector<T>> {
         // L⁻¹ K L⁻ᵀ is symmetric and has the eigenvalues of M⁻¹K.
         let l = self.crba(frames).cholesky()?.l();
         let left = l.solve_lower_triangular(&Matrix6::from_diagonal(&self.stiffness))?;
@@ -129,6 +136,6 @@ impl<T: Real> Robot<T> {
         squared
             .as_mut_slice()
             .sort_unstable_by(|a, b| a.partial_cmp(b).unwrap_or(core::cmp::Ordering::Equal));
-        Some(squared)
+        Some(squared.map(|value| value.max(T::zero()).sqrt()))
     }
 }

@@ -1,4 +1,5 @@
-//! Turns the robot file into constants, and runs the weld in double precision for the program to be judged by.
+//! Turns the robot file into constants, and runs the weld in double precision for the program to be
+//! judged by.
 
 #[path = "src/weld.rs"]
 mod weld;
@@ -47,7 +48,8 @@ fn main() {
     let source = format!(
         "/// The robot file.\npub static ROBOT: Numbers = {numbers:?};\n\
          /// Joint angles at the start of the weld, rad.\npub static START: [f64; 6] = {start:?};\n\
-         /// Torques of every cycle in double precision, N·m.\npub static EXPECTED: [[f64; 6]; CYCLES] = {expected:?};\n"
+         /// Torques of every cycle in double precision, N·m.\n\
+         pub static EXPECTED: [[f64; 6]; CYCLES] = {expected:?};\n"
     );
     fs::write(out.join("host.rs"), source).expect("the build directory can be written");
 }

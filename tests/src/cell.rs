@@ -61,7 +61,8 @@ impl Fixtures {
             .expect("room for them")
     }
 
-    /// A run of a cell with the default integrator at 1 ms, the controller knowing the robot as `belief`.
+    /// A run of a cell with the default integrator at 1 ms, the controller knowing the robot as
+    /// `controller_model`.
     ///
     /// # Panics
     /// Where the run fails.
@@ -71,9 +72,9 @@ impl Fixtures {
         program: Program,
         controller: Controller,
         law: &dyn BuildLaw,
-        belief: &Robot<f64>,
+        controller_model: &Robot<f64>,
     ) -> Recording {
-        run(&Scenario { belief, ..self.scenario(cell, program, controller, law) }, |_| {})
+        run(&Scenario { controller_model, ..self.scenario(cell, program, controller, law) }, |_| {})
             .expect("the run ends")
     }
 
@@ -88,7 +89,7 @@ impl Fixtures {
         Scenario {
             name: self.name,
             cell,
-            belief: &self.robot.robot,
+            controller_model: &self.robot.robot,
             planned: &self.process,
             weld: &self.weld,
             program,

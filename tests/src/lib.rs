@@ -1,5 +1,5 @@
-//! What the tests share: the KR 500 MT of the fixtures in any scalar, the golden states of another engine, random states
-//! within the arm's limits, and the maker of synthetic measurement campaigns.
+//! What the tests share: the KR 500 MT of the fixtures in any scalar, the golden states of another
+//! engine, random states within the arm's limits, and the maker of synthetic measurement campaigns.
 //!
 //! No test lives here, and nothing here computes what a test is to judge.
 
@@ -14,8 +14,8 @@ use proptest::test_runner::{Config, RngSeed};
 use std::path::PathBuf;
 use std::sync::LazyLock;
 use trueweld_core::control::{
-    External, ExternalGains, ForceGains, HybridController, JointGains, Parallel, Sensed, Setpoint,
-    Superposed,
+    External, ExternalGains, ForceGains, HybridController, JointGains, Parallel, SensorReadings,
+    Setpoint, Superposed,
 };
 use trueweld_core::{
     Counterbalance, Friction, JOINTS, JointParameters, JointVector, Pose, Real, Robot,
@@ -83,12 +83,14 @@ pub fn kr500_parameters<T: Real>() -> RobotParameters<T> {
     }
 }
 
-/// One state of `fixtures/golden/kr500-rigid.json`, computed by Pinocchio 4.1.0 from the same robot file.
+/// One state of `fixtures/golden/kr500-rigid.json`, computed by Pinocchio 4.1.0 from the same robot
+/// file.
 ///
-/// Base axes throughout, angular rows first. M, rnea, bias and gravity are the links and the tool alone, without a
-/// wrench. The data settle what the file's conventions leave open: `wrench` is (moment, force) on the tool at the TCP in
-/// axes of B, since Jᵀ times it in that order is `wrench_torque` to 4e-12 N·m; and `forward_acceleration` answers
-/// `forward_torque` alone, with no wrench, since it is M⁻¹(forward_torque − bias) to 1e-13 rad/s².
+/// Base axes throughout, angular rows first. M, rnea, bias and gravity are the links and the tool
+/// alone, without a wrench. The data settle what the file's conventions leave open: `wrench` is
+/// (moment, force) on the tool at the TCP in axes of B, since Jᵀ times it in that order is
+/// `wrench_torque` to 4e-12 N·m; and `forward_acceleration` answers `forward_torque` alone, with no
+/// wrench, since it is M⁻¹(forward_torque − bias) to 1e-13 rad/s².
 #[derive(Debug, Clone)]
 pub struct GoldenState<T: Real> {
     /// Joint angles, rad.
@@ -188,7 +190,8 @@ pub fn cast_wrench<T: Real>(wrench: &Wrench<f64>) -> Wrench<T> {
     Wrench { moment: cast(&wrench.moment), force: cast(&wrench.force) }
 }
 
-/// Largest entry of `measured − expected` over the largest entry of `expected`; over `floor` where that is larger.
+/// Largest entry of `measured − expected` over the largest entry of `expected`; over `floor` where
+/// that is larger.
 pub fn relative<T: Real, const R: usize, const C: usize>(
     measured: &nalgebra::SMatrix<T, R, C>,
     expected: &nalgebra::SMatrix<T, R, C>,
@@ -209,7 +212,8 @@ pub fn wrapped(angle: f64) -> f64 {
     angle - (angle / core::f64::consts::TAU).round() * core::f64::consts::TAU
 }
 
-/// Settings of a property test: so many cases from a fixed seed, so that every run tries the same ones.
+/// Settings of a property test: so many cases from a fixed seed, so that every run tries the same
+/// ones.
 pub fn cases(count: u32) -> Config {
     Config {
         cases: count,
@@ -235,8 +239,9 @@ pub fn configuration() -> impl Strategy<Value = JointVector<f64>> {
     })
 }
 
-/// Joint angles within the limits and away from what makes the Jacobian bad: |sin A5| above 0.2, the elbow at least
-/// 0.2 rad from stretched or folded, and the wrist centre 0.3 m or more from axis A1.
+/// Joint angles within the limits and away from what makes the Jacobian bad: |sin A5| above 0.2,
+/// the elbow at least 0.2 rad from stretched or folded, and the wrist centre 0.3 m or more from
+/// axis A1.
 pub fn regular_configuration() -> impl Strategy<Value = JointVector<f64>> {
     configuration().prop_filter("near a singularity", |q| {
         let frames = KR500.frames(q);
@@ -266,13 +271,14 @@ pub fn wrench() -> impl Strategy<Value = Wrench<f64>> {
         .prop_map(|w| Wrench::from_vector(&w))
 }
 
-/// What the published weld puts on the tool at 18 kN depth, 4 kN along and 1 kN across, in axes of T, whose z points
-/// out of the tool into the material: the material pushes back along −z.
+/// What the published weld puts on the tool at 18 kN depth, 4 kN along and 1 kN across, in axes of
+/// T, whose z points out of the tool into the material: the material pushes back along −z.
 pub fn weld_wrench() -> Wrench<f64> {
     Wrench { moment: Vector3::zeros(), force: Vector3::new(-4e3, 1e3, -18e3) }
 }
 
-/// Tool pose at a point of the first published weld (vertical tool): x along the weld, z into the material.
+/// Tool pose at a point of the first published weld (vertical tool): x along the weld, z into the
+/// material.
 pub fn vertical_weld_pose(y: f64) -> Pose<f64> {
     // x = +Y of B (the feed), z = −Z of B, y = z × x.
     let (x, z) = (Vector3::y(), -Vector3::z());
@@ -282,8 +288,8 @@ pub fn vertical_weld_pose(y: f64) -> Pose<f64> {
     }
 }
 
-/// Passes `value` on, and prints it where it is the largest seen of its kind: `--nocapture` shows what a tolerance rests
-/// on.
+/// Passes `value` on, and prints it where it is the largest seen of its kind: `--nocapture` shows
+/// what a tolerance rests on.
 pub fn seen(what: &'static str, value: f64) -> f64 {
     use std::{collections::BTreeMap, sync::Mutex};
     static LARGEST: Mutex<BTreeMap<&str, f64>> = Mutex::new(BTreeMap::new());
@@ -299,7 +305,8 @@ pub fn seen(what: &'static str, value: f64) -> f64 {
 /// Control period of the published controller, s.
 pub const PERIOD: f64 = 0.012;
 
-/// Gains of the joint loop, in the proportions of the springs. Not tuned: what is tested with them holds for any.
+/// Gains of the joint loop, in the proportions of the springs. Not tuned: what is tested with them
+/// holds for any.
 pub fn joint_gains<T: Real>() -> JointGains<T> {
     let stiffness = KR500.stiffness();
     JointGains {
@@ -336,7 +343,8 @@ pub fn controllers<T: Real>() -> [(&'static str, AnyController<T>); 3] {
     ]
 }
 
-/// Motor torque that carries the arm at rest with nothing at the tool: gravity less counterbalance, N·m.
+/// Motor torque that carries the arm at rest with nothing at the tool: gravity less counterbalance,
+/// N·m.
 pub fn weight<T: Real>(robot: &Robot<T>, q: &JointVector<T>) -> JointVector<T> {
     let mut torque = robot.gravity_torque(&robot.frames(q));
     torque[1] -= robot.counterbalance_torque(q[1]);
@@ -345,13 +353,17 @@ pub fn weight<T: Real>(robot: &Robot<T>, q: &JointVector<T>) -> JointVector<T> {
 
 /// A set-point at the tool pose of `q`, W in line with the tool.
 pub fn setpoint_at<T: Real>(robot: &Robot<T>, q: &JointVector<T>, force: Option<T>) -> Setpoint<T> {
-    let pose = robot.forward(q);
-    Setpoint { pose, b_from_w: pose.rotation, force, spindle: T::zero() }
+    let pose = robot.forward_kinematics(q);
+    Setpoint { pose, b_from_w: pose.rotation, force, spindle_speed: T::zero() }
 }
 
 /// Instruments of an arm at rest at `q` with `wrench` at the tool, in axes of T.
-pub fn sensed_at<T: Real>(robot: &Robot<T>, q: &JointVector<T>, wrench: &Wrench<T>) -> Sensed<T> {
-    Sensed {
+pub fn sensed_at<T: Real>(
+    robot: &Robot<T>,
+    q: &JointVector<T>,
+    wrench: &Wrench<T>,
+) -> SensorReadings<T> {
+    SensorReadings {
         encoder: *q,
         encoder_rate: JointVector::zeros(),
         motor_torque: weight(robot, q),
@@ -359,7 +371,8 @@ pub fn sensed_at<T: Real>(robot: &Robot<T>, q: &JointVector<T>, wrench: &Wrench<
     }
 }
 
-/// Any bit pattern of a number, with those that hurt most often: NaN, infinities, the ends of the range.
+/// Any bit pattern of a number, with those that hurt most often: NaN, infinities, the ends of the
+/// range.
 pub fn wild() -> impl Strategy<Value = f64> {
     let bad = [
         f64::NAN,
@@ -384,10 +397,15 @@ pub fn wild() -> impl Strategy<Value = f64> {
 /// How many numbers [`spoil`] can reach.
 pub const PLACES: usize = 47;
 
-/// Overwrites one number of what a controller is given: 0–5 encoders, 6–11 rates, 12–17 motor torques, 18–23 wrench
-/// (moment, force), 24–32 and 33–35 set-point rotation and position, 36–44 weld frame, 45 force, 46
-/// spindle.
-pub fn spoil(setpoint: &mut Setpoint<f64>, sensed: &mut Sensed<f64>, place: usize, value: f64) {
+/// Overwrites one number of what a controller is given: 0–5 encoders, 6–11 rates, 12–17 motor
+/// torques, 18–23 wrench (moment, force), 24–32 and 33–35 set-point rotation and position, 36–44
+/// weld frame, 45 force, 46 spindle.
+pub fn spoil(
+    setpoint: &mut Setpoint<f64>,
+    sensed: &mut SensorReadings<f64>,
+    place: usize,
+    value: f64,
+) {
     match place {
         0..6 => sensed.encoder[place] = value,
         6..12 => sensed.encoder_rate[place - 6] = value,
@@ -398,6 +416,6 @@ pub fn spoil(setpoint: &mut Setpoint<f64>, sensed: &mut Sensed<f64>, place: usiz
         33..36 => setpoint.pose.position[place - 33] = value,
         36..45 => setpoint.b_from_w[place - 36] = value,
         45 => setpoint.force = Some(value),
-        _ => setpoint.spindle = value,
+        _ => setpoint.spindle_speed = value,
     }
 }

@@ -1,5 +1,5 @@
-//! The spindle's ripple on the arm's modes: welds and steps of force with the spindle at some speed, and what of them is locked to
-//! it.
+//! The spindle's ripple on the arm's modes: welds and steps of force with the spindle at some
+//! speed, and what of them is locked to it.
 
 use crate::cell::Fixtures;
 use nalgebra::Vector3;
@@ -9,13 +9,15 @@ use trueweld_core::control::ExternalGains;
 use trueweld_evaluate::StepFigures;
 use trueweld_plant::input::Process;
 use trueweld_plant::simulate::{
-    Controller, Law, Phase, Program, Recording, Row, Scenario, Seam, run, start_angles,
+    Controller, Law, Phase, Program, RecordRow, Recording, Scenario, Seam, run, start_angles,
 };
 
-/// The first weld with the spindle at so many turns a minute and the external force loop so many times faster than tuned.
+/// The first weld with the spindle at so many turns a minute and the external force loop so many
+/// times faster than tuned.
 ///
-/// With the stiff position loop of parallel control, 40 rad/s: it holds the drives, so that the arm swings on its springs. The slower
-/// one of external control gives way, and damps what is shown here.
+/// With the stiff position loop of parallel control, 40 rad/s: it holds the drives, so that the arm
+/// swings on its springs. The slower one of external control gives way, and damps what is shown
+/// here.
 pub fn fixtures(rpm: f64, faster: f64) -> Fixtures {
     let mut fixtures = Fixtures::of("vertical");
     fixtures.process.spindle = -rpm * TAU / 60.0;
@@ -69,8 +71,9 @@ pub fn weld(rpm: f64, controller: Controller, faster: f64, told: bool) -> Lines 
     let mut fixtures = fixtures(rpm, faster);
     fixtures.weld.end.y = fixtures.weld.start.y + 0.18;
     let recording = recorded(&fixtures, controller, Program::Weld, told).expect("the run ends");
-    let rows: Vec<&Row> = recording.rows.iter().filter(|r| r.phase == Phase::Steady).collect();
-    let push = |r: &Row| -r.force_w.z;
+    let rows: Vec<&RecordRow> =
+        recording.rows.iter().filter(|r| r.phase == Phase::Steady).collect();
+    let push = |r: &RecordRow| -r.force_w.z;
     let (low, high) =
         rows.iter().fold((f64::MAX, f64::MIN), |(l, h), r| (l.min(push(r)), h.max(push(r))));
     Lines {
@@ -83,8 +86,9 @@ pub fn weld(rpm: f64, controller: Controller, faster: f64, told: bool) -> Lines 
     }
 }
 
-/// Amplitude at the spindle's first order, through a Hann window: the slow drift along the seam does not leak into it.
-fn line(rows: &[&Row], signal: impl Fn(&Row) -> f64) -> f64 {
+/// Amplitude at the spindle's first order, through a Hann window: the slow drift along the seam
+/// does not leak into it.
+fn line(rows: &[&RecordRow], signal: impl Fn(&RecordRow) -> f64) -> f64 {
     let n = rows.len() as f64;
     let window = |k: usize| 1.0 - (TAU * (k as f64 + 0.5) / n).cos();
     let mean = rows.iter().enumerate().map(|(k, r)| window(k) * signal(r)).sum::<f64>() / n;
@@ -123,7 +127,7 @@ pub fn unscaled(mut fixtures: Fixtures) -> Fixtures {
 pub fn stiffness(robot: &Robot<f64>, fixtures: &Fixtures, path: f64) -> f64 {
     let seam = Seam::of(&fixtures.weld);
     let start = start_angles(robot, &seam).expect("within reach");
-    let q = robot.track(&seam.nominal(path), &start).expect("within reach");
+    let q = robot.inverse_near(&seam.nominal(path), &start).expect("within reach");
     let z: Vector3<f64> = seam.b_from_w.rotation.column(2).into();
     1.0 / (1.0 / fixtures.process.depth_stiffness + robot.compliance_along(&robot.frames(&q), &z))
 }

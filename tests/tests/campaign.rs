@@ -1,4 +1,5 @@
-//! Synthetic campaigns: their form, that a seed gives the same bytes, and that the physics in them is the plant's.
+//! Synthetic campaigns: their form, that a seed gives the same bytes, and that the physics in them
+//! is the plant's.
 
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
@@ -6,12 +7,12 @@ use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 use trueweld_core::{JointVector, Wrench};
-use trueweld_plant::effects::{At, TABLE};
+use trueweld_plant::effects::{Location, TABLE};
 use trueweld_plant::input::{Process, RobotFile, Weld};
 use trueweld_plant::integrate::rest;
 use trueweld_plant::robot::Channel;
 use trueweld_tests::KR500;
-use trueweld_tests::campaign::{Logs, Recipe, Strange, Stranger, draw, effect, write};
+use trueweld_tests::campaign::{Logs, OutOfLibrary, Recipe, Strange, draw, effect, write};
 use trueweld_tests::cell::free_cell;
 
 /// One log's columns by name.
@@ -147,8 +148,8 @@ fn a_seed_gives_the_same_bytes_and_another_seed_other_ones() {
 
 #[test]
 fn static_rows_of_the_baseline_stand_where_the_rest_solver_says() {
-    // Without noise but for the last digits written: forces to 0.01 N, positions to 0.1 µm, and angles to 10 nrad, which at
-    // 3 m and over six joints are some hundredths of a micrometre.
+    // Without noise but for the last digits written: forces to 0.01 N, positions to 0.1 µm, and
+    // angles to 10 nrad, which at 3 m and over six joints are some hundredths of a micrometre.
     let folder =
         made(&Recipe { noise: 1e-6, logs: Logs { postures: 4, ..nothing() }, ..Recipe::plain(21) });
     let samples = samples(folder.path().join("static"));
@@ -161,7 +162,8 @@ fn static_rows_of_the_baseline_stand_where_the_rest_solver_says() {
         let center =
             parameters.tool.flange_offset + vector(&samples, ["cx_m", "cy_m", "cz_m"], row);
         let mut link = motor;
-        // The load turns with the tool as it bends: by 5 mrad at first, by nanoradians after three rounds.
+        // The load turns with the tool as it bends: by 5 mrad at first, by nanoradians after three
+        // rounds.
         for _ in 0..4 {
             let frames = KR500.frames(&link);
             let mut wrench = Wrench { moment, force }.rotated(&frames.tcp.rotation);
@@ -170,7 +172,8 @@ fn static_rows_of_the_baseline_stand_where_the_rest_solver_says() {
             wrench.moment += lever.cross(&weight);
             link = rest::under_wrench(&cell, &motor, &wrench).expect("a rest");
         }
-        let off = (KR500.forward(&link).position - vector(&samples, POSITION, row)).norm();
+        let off =
+            (KR500.forward_kinematics(&link).position - vector(&samples, POSITION, row)).norm();
         assert!(off < 3e-7, "row {row}: {off} m");
     }
 }
@@ -203,14 +206,14 @@ fn a_loop_of_load_leaves_a_trace_of_hysteresis_and_of_a_gap_and_of_nothing_else(
     };
     // The position's last digit.
     assert!(moved(Recipe::plain(23)).iter().all(|m| *m < 4e-7));
-    let stiff = effect("stiffness-error", At::Joint(0), &[0.2]);
+    let stiff = effect("stiffness-error", Location::Joint(0), &[0.2]);
     assert!(moved(Recipe::plain(23).with_effect(stiff)).iter().all(|m| *m < 4e-7));
-    let hysteresis = effect("hysteresis", At::Joint(0), &[2400.0, 1e-4]);
+    let hysteresis = effect("hysteresis", Location::Joint(0), &[2400.0, 1e-4]);
     // A tracker's noise; T/K = 0.18 mrad at A1 over some 2 m would be all that could be left.
     let trace = moved(Recipe::plain(23).with_effect(hysteresis));
     assert!(trace[1] > 3e-5 && trace[1] < 1.5e-3, "{trace:?}");
     // A1 carries no weight: its link is left at the end of the gap that the load came from.
-    let gap = moved(Recipe::plain(23).with_effect(effect("backlash", At::Joint(0), &[2e-4])));
+    let gap = moved(Recipe::plain(23).with_effect(effect("backlash", Location::Joint(0), &[2e-4])));
     assert!(gap[1] > 4e-4 && gap[1] < 1.2e-3, "{gap:?}");
 }
 
@@ -224,10 +227,8 @@ fn a_stopped_arm_rings_at_the_modes_with_its_motors_locked() {
     let samples = samples(folder.path().join("ring-123456"));
     let (first, last) = (110, samples["t_s"].len());
     let frames = KR500.frames(&joints(&samples, last - 1));
-    let modes = KR500
-        .locked_motor_modes(&frames)
-        .expect("the arm has modes")
-        .map(|squared| squared.sqrt() / TAU);
+    let modes =
+        KR500.natural_frequencies(&frames).expect("the arm has modes").map(|omega| omega / TAU);
     let count = last - first;
     for column in POSITION {
         let signal = &samples[column][first..];
@@ -276,7 +277,7 @@ fn a_weld_is_pushed_as_hard_as_it_is_set() {
 fn a_late_tracker_shows_what_was() {
     let logs = Logs { free: 2.0, ..nothing() };
     let quiet = Recipe { noise: 1e-6, logs, ..Recipe::plain(51) };
-    let late = effect("channel-delay", At::Channel(Channel::Tracker), &[0.008]);
+    let late = effect("channel-delay", Location::Channel(Channel::Tracker), &[0.008]);
     let [prompt, late] =
         [quiet.clone(), quiet.with_effect(late)].map(|r| samples(made(&r).path().join("free")));
     for row in 2..prompt["t_s"].len() {
@@ -316,7 +317,7 @@ fn every_stranger_shows_in_some_log() {
     let recipe = || Recipe { noise: 1e-6, logs: logs.clone(), ..Recipe::plain(61) };
     let bare = made(&recipe());
     for what in Strange::ALL {
-        let strange = made(&recipe().with_stranger(Stranger { what, joint: 1, size: 1.0 }));
+        let strange = made(&recipe().with_stranger(OutOfLibrary { what, joint: 1, size: 1.0 }));
         let seen = ["static", "ring-123456", "free"].iter().any(|log| {
             let [bare, strange] = [&bare, &strange].map(|f| samples(f.path().join(log)));
             let mean = |column: &str, noise: f64| -> f64 {

@@ -1,4 +1,5 @@
-//! Certification of laws that are good and of laws that are bad on purpose: each fails for the reason that it was made with.
+//! Certification of laws that are good and of laws that are bad on purpose: each fails for the
+//! reason that it was made with.
 //!
 //! The weld is the first 220 mm of the first published one.
 
@@ -7,7 +8,8 @@ use trueweld_compensators::FeedForward;
 use trueweld_core::compensation::{Compensator, LoopLimits, Observation};
 use trueweld_core::{Fault, Robot, Twist};
 use trueweld_evaluate::certify::{
-    Case, Certification, Draw, Evidence, Needed, Requirement, Trial, judge, search,
+    Certification, Evidence, EvidenceKind, RequiredCorrection, Requirement, SampledCell, Trial,
+    judge, search,
 };
 use trueweld_plant::cell::Cell;
 use trueweld_plant::input::{Control, LIMITS, Requirements, Sensors};
@@ -81,7 +83,8 @@ impl Certified {
         let mut scenario = fixtures.scenario(&CELL, Program::Weld, Controller::External, law);
         scenario.control = control;
         let robot = &fixtures.robot.robot;
-        let needed = Needed::of(&scenario, robot).expect("a weld").expect("a steady part");
+        let needed =
+            RequiredCorrection::of(&scenario, robot).expect("a weld").expect("a steady part");
         let certification =
             Certification { scenario, robot, requirements, needed: &needed, passes: 1, seed: 7 };
         let trials: Vec<Trial> = (0..DRAWS).map(|k| certification.trial(k)).collect();
@@ -90,7 +93,7 @@ impl Certified {
         });
         let faults = certification.faults().expect("long enough");
         let faults = faults.iter().filter(|f| instruments.contains(&f.instrument));
-        let faults = faults.map(|f| certification.strike(f)).collect();
+        let faults = faults.map(|f| certification.run_fault(f)).collect();
         let nominal = certification.nominal();
         let evidence = Evidence {
             nominal,
@@ -104,7 +107,7 @@ impl Certified {
     }
 
     /// The reasons of a section.
-    fn reasons(&self, case: Case) -> Vec<&str> {
+    fn reasons(&self, case: EvidenceKind) -> Vec<&str> {
         let failed = self.requirements.iter().filter(|r| r.case == case && !r.pass);
         failed.map(|r| r.reason.as_deref().expect("a reason with every failure")).collect()
     }
@@ -197,7 +200,9 @@ fn a_good_law_meets_what_bad_ones_are_asked_for() {
     for r in &certified.requirements {
         assert!(r.pass && r.reason.is_none(), "{r:?}");
     }
-    for case in [Case::Nominal, Case::Draws, Case::Margins, Case::Faults] {
+    for case in
+        [EvidenceKind::Nominal, EvidenceKind::Draws, EvidenceKind::Margins, EvidenceKind::Faults]
+    {
         assert!(certified.requirements.iter().any(|r| r.case == case), "{case:?}");
     }
     assert_eq!(certified.evidence.faults.len(), 11);
@@ -217,35 +222,36 @@ fn a_good_law_meets_what_bad_ones_are_asked_for() {
 #[test]
 fn a_law_with_its_sign_flipped_is_told_that_it_goes_the_wrong_way() {
     let certified = Certified::of(&Bad::SignFlipped, &FIXTURES.control, &[]);
-    let nominal = certified.reasons(Case::Nominal);
+    let nominal = certified.reasons(EvidenceKind::Nominal);
     assert!(
         nominal.iter().any(|r| r.contains("leaves its line") && r.contains("the wrong way")),
         "{nominal:?}"
     );
-    let draws = certified.reasons(Case::Draws);
+    let draws = certified.reasons(EvidenceKind::Draws);
     assert!(draws.iter().any(|r| r.contains("3 of 3") && r.contains("the wrong way")), "{draws:?}");
 }
 
 #[test]
 fn a_law_with_too_much_gain_is_told_that_it_swings() {
-    // Sensor, correction and position loop are late together by more than an integrator of 100 rad/s bears.
+    // Sensor, correction and position loop are late together by more than an integrator of 100
+    // rad/s bears.
     let certified = Certified::of(&Bad::Trusting(100.0), &FIXTURES.control, &[]);
-    let nominal = certified.reasons(Case::Nominal);
+    let nominal = certified.reasons(EvidenceKind::Nominal);
     assert!(
         nominal.iter().any(|r| r.contains("leaves its line") && r.contains("the loop swings")),
         "{nominal:?}"
     );
-    let margins = certified.reasons(Case::Margins);
+    let margins = certified.reasons(EvidenceKind::Margins);
     assert!(margins.iter().any(|r| r.contains("the loop is not stable")), "{margins:?}");
 }
 
 #[test]
 fn a_law_that_feeds_itself_is_told_that_only_its_authority_holds_it() {
     let certified = Certified::of(&Bad::GainAboveOne, &FIXTURES.control, &[]);
-    let nominal = certified.reasons(Case::Nominal);
+    let nominal = certified.reasons(EvidenceKind::Nominal);
     let told = |r: &&str| r.contains("of what is needed, held at its authority");
     assert!(nominal.iter().any(told), "{nominal:?}");
-    let margins = certified.reasons(Case::Margins);
+    let margins = certified.reasons(EvidenceKind::Margins);
     assert!(margins.iter().any(|r| r.contains("the loop is not stable")), "{margins:?}");
 }
 
@@ -256,8 +262,12 @@ fn a_law_without_an_authority_is_told_which_fault_drives_it_beyond() {
         LoopLimits { size: 0.1, rate: 0.1, ..control.compensation.lateral };
     let certified = Certified::of(&Bad::Trusting(2.0), &control, &[Instrument::SeamSensor]);
     // While the sensor is in order there is nothing wrong with it.
-    assert!(certified.reasons(Case::Nominal).is_empty(), "{:?}", certified.reasons(Case::Nominal));
-    let faults = certified.reasons(Case::Faults);
+    assert!(
+        certified.reasons(EvidenceKind::Nominal).is_empty(),
+        "{:?}",
+        certified.reasons(EvidenceKind::Nominal)
+    );
+    let faults = certified.reasons(EvidenceKind::Faults);
     let told = |r: &&str| {
         r.contains("seam sensor at the end of its range")
             && r.contains("beyond the authority of 10.000 mm")
@@ -266,7 +276,7 @@ fn a_law_without_an_authority_is_told_which_fault_drives_it_beyond() {
 }
 
 /// What a run gives whose figures grow with how far a few numbers are from the believed ones.
-fn formula(index: u64, draw: Draw) -> Trial {
+fn formula(index: u64, draw: SampledCell) -> Trial {
     let towards: f64 =
         3.0 * (1.0 - draw.stiffness[1]) + 2.0 * (draw.stiffness[2] - 1.0) + (draw.process[4] - 1.0);
     let figure = 1e-5 * (1.0 + towards + 4.0 * (draw.stiffness[1] - 1.0) * (draw.process[0] - 1.0));
@@ -278,9 +288,10 @@ fn formula(index: u64, draw: Draw) -> Trial {
 #[test]
 fn the_search_comes_to_the_worst_corner_of_a_set_and_to_the_same_again() {
     let u = REQUIREMENTS.uncertainty;
-    // Softest A2, stiffest A3, highest lateral ratio, and the lower depth stiffness, which counts with a soft A2.
+    // Softest A2, stiffest A3, highest lateral ratio, and the lower depth stiffness, which counts
+    // with a soft A2.
     let worst = 1e-5 * (1.0 + 6.0 * u.stiffness + 4.0 * u.stiffness * u.process);
-    let trials: Vec<Trial> = (0..DRAWS).map(|k| formula(k, Draw::new(&u, 7, k))).collect();
+    let trials: Vec<Trial> = (0..DRAWS).map(|k| formula(k, SampledCell::new(&u, 7, k))).collect();
     let drawn = trials.iter().map(|t| t.figure(0)).fold(0.0, f64::max);
     let go = |seed| {
         let found = search(&REQUIREMENTS, seed, &trials, 60, |batch| {
@@ -308,19 +319,20 @@ fn the_search_comes_to_the_worst_corner_of_a_set_and_to_the_same_again() {
 fn a_limit_of_the_worst_case_is_a_requirement() {
     let strict = requirements("[worst_case]\nlateral_rms_m = 1.2e-5\n");
     let trials: Vec<Trial> =
-        (0..DRAWS).map(|k| formula(k, Draw::new(&strict.uncertainty, 7, k))).collect();
+        (0..DRAWS).map(|k| formula(k, SampledCell::new(&strict.uncertainty, 7, k))).collect();
     let worst = search(&strict, 7, &trials, 60, |batch| {
         Ok::<_, RunError>(batch.iter().map(|(k, draw)| formula(*k, *draw)).collect())
     });
     let evidence = Evidence {
-        nominal: formula(0, Draw::nominal(1)),
+        nominal: formula(0, SampledCell::nominal(1)),
         trials,
         worst: worst.expect("no errors"),
         margins: Vec::new(),
         faults: Vec::new(),
     };
     let judged = judge(&strict, &evidence);
-    let worst: Vec<&Requirement> = judged.iter().filter(|r| r.case == Case::WorstCase).collect();
+    let worst: Vec<&Requirement> =
+        judged.iter().filter(|r| r.case == EvidenceKind::WorstCase).collect();
     assert_eq!(worst.len(), 1);
     assert!(
         !worst[0].pass
@@ -328,7 +340,7 @@ fn a_limit_of_the_worst_case_is_a_requirement() {
         "{worst:?}"
     );
     // Faults were asked for and none was tried: that is no pass.
-    assert!(judged.iter().filter(|r| r.case == Case::Faults).all(|r| !r.pass));
+    assert!(judged.iter().filter(|r| r.case == EvidenceKind::Faults).all(|r| !r.pass));
 }
 
 fn struck(law: &dyn BuildLaw, fault: Option<InstrumentFault>) -> Recording {
@@ -355,8 +367,7 @@ fn a_fault_changes_nothing_before_it_begins_and_nothing_but_the_readings() {
         assert!((11.95..12.2).contains(&until), "{name} sensor: the same until {until} s");
     }
     // Without anybody who reads it a seam sensor may say what it likes.
-    let bare =
-        [None, fault(Instrument::SeamSensor, Failure::NoNumber)].map(|f| struck(&Law::None, f));
+    let bare = [None, fault(Instrument::SeamSensor, Failure::Nan)].map(|f| struck(&Law::None, f));
     assert!(
         bare[0].rows.iter().zip(&bare[1].rows).all(|(a, b)| a.real.position == b.real.position)
     );
@@ -375,7 +386,7 @@ fn a_force_sensor_reads_what_its_fault_makes_of_it() {
         let rows = recording.rows.into_iter().filter(|r| fault.is_on(r.time));
         rows.map(|r| r.force_sensed_w).collect::<Vec<_>>()
     };
-    assert!(during(Failure::NoNumber).iter().all(|f| f.iter().all(|v| v.is_nan())));
+    assert!(during(Failure::Nan).iter().all(|f| f.iter().all(|v| v.is_nan())));
     assert!(during(Failure::Dropped).iter().all(|f| f.norm() == 0.0));
     // In axes of W a reading that stands still in T turns with the tool, by milliradians.
     let stuck = during(Failure::Stuck);

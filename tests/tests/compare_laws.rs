@@ -24,7 +24,8 @@ fn a_law_depends_on_no_sensor_that_it_does_not_read() {
     let law = Law::FeedForward;
     let all = figures(&[(law, Lost(0.0)), (law, Lost(1.0)), (law, Noise(0.25)), (law, Noise(8.0))]);
     assert!(all[0] == all[1]);
-    // What the force loop makes of the force sensor's noise: depth, and hardly anything beside the seam.
+    // What the force loop makes of the force sensor's noise: depth, and hardly anything beside the
+    // seam.
     let (quiet, loud) = (all[2].lateral.rms, all[3].lateral.rms);
     assert!((quiet - loud).abs() < 0.01 * quiet, "{quiet} {loud}");
 }
@@ -61,8 +62,8 @@ fn what_was_learned_outlives_the_sensor() {
 
 #[test]
 fn a_dead_force_sensor_does_not_take_the_tool_off_its_line() {
-    // The depth is held, and what the seam sensor sees goes on being corrected; believed, a zero would press the tool in by the
-    // limits of the force loop, and the drag with it.
+    // The depth is held, and what the seam sensor sees goes on being corrected; believed, a zero
+    // would press the tool in by the limits of the force loop, and the drag with it.
     let law = Law::SeamTracking;
     let all = figures(&[(law, Change::Lost(0.0)), (law, Change::ForceSensorDies)]);
     assert!(all[0] != all[1] && all[1].lateral.max_abs < 0.2e-3, "{all:?}");

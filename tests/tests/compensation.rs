@@ -1,4 +1,5 @@
-//! Compensation without a plant: bounds that hold for any demand, and the elastostatic law where its answer is known.
+//! Compensation without a plant: bounds that hold for any demand, and the elastostatic law where
+//! its answer is known.
 
 use nalgebra::{SVector, Vector3};
 use proptest::prelude::*;
@@ -6,7 +7,9 @@ use trueweld_compensators::{Elastostatic, Uncompensated};
 use trueweld_core::compensation::{
     Compensated, Compensator, CorrectionLoop, LoopLimits, Observation,
 };
-use trueweld_core::control::{External, HybridController, Parallel, STUCK, Sensed, Setpoint};
+use trueweld_core::control::{
+    External, HybridController, Parallel, STUCK, SensorReadings, Setpoint,
+};
 use trueweld_core::{Fault, JOINTS, JointVector, Pose, Robot, Twist, Wrench};
 use trueweld_tests::{
     KR500, PERIOD, PLACES, cases, external_gains, force_gains, joint_gains, pose_difference,
@@ -37,7 +40,7 @@ impl Compensator<f64> for ScriptedBy {
 
 /// Where the encoders have to be for the real tool to stand at `pose` under gravity and `wrench`.
 fn fake_pose(q: &JointVector<f64>, wrench: &Wrench<f64>) -> Pose<f64> {
-    KR500.forward(&KR500.fake_target(q, wrench))
+    KR500.forward_kinematics(&KR500.fake_target(q, wrench))
 }
 
 fn on_the_weld(y: f64) -> JointVector<f64> {
@@ -153,7 +156,7 @@ proptest! {
         let at = KR500.fake_target(&q, &w);
         prop_assume!(KR500.beyond_limits(&at).is_none());
         robot.start(&KR500, &at, &weight(&KR500, &at));
-        let pose = KR500.forward(&q);
+        let pose = KR500.forward_kinematics(&q);
         for wrong in &cycles {
             let (mut setpoint, mut sensed) = (setpoint_at(&KR500, &at, Some(18e3)), sensed_at(&KR500, &at, &w));
             for (place, value) in wrong {
@@ -177,14 +180,14 @@ proptest! {
     #[test]
     fn elastostatic_demand_puts_the_real_tool_on_its_nominal_pose(q in regular_configuration()) {
         let w = weld_wrench();
-        let nominal = KR500.forward(&q);
+        let nominal = KR500.forward_kinematics(&q);
         let mut law = Elastostatic::new(4.0, PERIOD).unwrap();
         // Taught without any load: the set-point is the nominal pose itself.
-        let setpoint = Setpoint { pose: nominal, b_from_w: nominal.rotation, force: Some(18e3), spindle: 0.0 };
+        let setpoint = Setpoint { pose: nominal, b_from_w: nominal.rotation, force: Some(18e3), spindle_speed: 0.0 };
         let sensed = sensed_at(&KR500, &q, &w);
         let demand = law.demand(&KR500, &Observation::of_robot(&setpoint, &nominal, &sensed)).unwrap();
         let corrected = setpoint.pose.displaced(&demand.rotated(&setpoint.b_from_w));
-        let encoder = KR500.track(&corrected, &q);
+        let encoder = KR500.inverse_near(&corrected, &q);
         prop_assume!(encoder.is_ok());
         let real = KR500.deflected(&encoder.unwrap(), &w, 8).real;
         // As the fake target itself, 1e-9 m, with an inverse kinematics more.
@@ -195,9 +198,9 @@ proptest! {
     #[test]
     fn elastostatic_asks_for_nothing_where_nothing_bends(q in regular_configuration()) {
         // Set-point taught under gravity, no wrench.
-        let nominal = KR500.forward(&q);
+        let nominal = KR500.forward_kinematics(&q);
         let pose = fake_pose(&q, &Wrench::zero());
-        let setpoint = Setpoint { pose, b_from_w: pose.rotation, force: Some(0.0), spindle: 0.0 };
+        let setpoint = Setpoint { pose, b_from_w: pose.rotation, force: Some(0.0), spindle_speed: 0.0 };
         let sensed = sensed_at(&KR500, &KR500.fake_target(&q, &Wrench::zero()), &Wrench::zero());
         prop_assume!(KR500.beyond_limits(&sensed.encoder).is_none());
         let mut law = Elastostatic::new(4.0, PERIOD).unwrap();
@@ -210,11 +213,15 @@ proptest! {
 #[test]
 fn elastostatic_recovers_from_a_glitch() {
     let (q, w) = (on_the_weld(-0.5), weld_wrench());
-    let nominal = KR500.forward(&q);
-    let setpoint =
-        Setpoint { pose: nominal, b_from_w: nominal.rotation, force: Some(18e3), spindle: 0.0 };
+    let nominal = KR500.forward_kinematics(&q);
+    let setpoint = Setpoint {
+        pose: nominal,
+        b_from_w: nominal.rotation,
+        force: Some(18e3),
+        spindle_speed: 0.0,
+    };
     let demand = |law: &mut Elastostatic<f64>, wrench: Wrench<f64>| {
-        let sensed: Sensed<f64> = sensed_at(&KR500, &q, &wrench);
+        let sensed: SensorReadings<f64> = sensed_at(&KR500, &q, &wrench);
         law.demand(&KR500, &Observation::of_robot(&setpoint, &nominal, &sensed))
     };
     let mut law = Elastostatic::new(4.0, PERIOD).unwrap();
@@ -224,11 +231,12 @@ fn elastostatic_recovers_from_a_glitch() {
             let mut wrong = w.to_vector();
             wrong[place] = glitch;
             let answers = [(); 20].map(|()| demand(&mut law, Wrench::from_vector(&wrong)));
-            // Numbers at the end of the range overflow in the filter sooner or later; the law must say so and not keep
-            // what came of them.
+            // Numbers at the end of the range overflow in the filter sooner or later; the law must
+            // say so and not keep what came of them.
             assert!(answers.contains(&Err(Fault::Force)));
             assert!(glitch == f64::MAX || answers.iter().all(|a| *a == Err(Fault::Force)));
-            // 1e308 N dies away by e^(−√½·2π·4 Hz·T) = 0.81 a period: 3500 periods to 1e-9 N, or at once by restart.
+            // 1e308 N dies away by e^(−√½·2π·4 Hz·T) = 0.81 a period: 3500 periods to 1e-9 N, or at
+            // once by restart.
             let periods = if glitch == f64::MAX { 3500 } else { 3 };
             let after = (0..periods).map(|_| demand(&mut law, w)).last().unwrap().unwrap();
             assert!(
@@ -242,9 +250,13 @@ fn elastostatic_recovers_from_a_glitch() {
 #[test]
 fn elastostatic_starts_without_a_transient_and_lags_by_its_declared_delay() {
     let (q, w) = (on_the_weld(0.0), weld_wrench());
-    let nominal = KR500.forward(&q);
-    let setpoint =
-        Setpoint { pose: nominal, b_from_w: nominal.rotation, force: Some(18e3), spindle: 0.0 };
+    let nominal = KR500.forward_kinematics(&q);
+    let setpoint = Setpoint {
+        pose: nominal,
+        b_from_w: nominal.rotation,
+        force: Some(18e3),
+        spindle_speed: 0.0,
+    };
     let mut law = Elastostatic::new(4.0, PERIOD).unwrap();
     let demand = |law: &mut Elastostatic<f64>, scale: f64| {
         let sensed = sensed_at(&KR500, &q, &(w * scale));
@@ -277,11 +289,13 @@ fn elastostatic_starts_without_a_transient_and_lags_by_its_declared_delay() {
 
 #[test]
 fn elastostatic_lateral_demand_is_of_the_published_size() {
-    // Up to 5 mm of lateral deviation at 18/4/1 kN (Bres et al. 2010): the law must ask for as much.
+    // Up to 5 mm of lateral deviation at 18/4/1 kN (Bres et al. 2010): the law must ask for as
+    // much.
     let q = on_the_weld(-1.0);
     let pose = fake_pose(&q, &Wrench::zero());
-    let nominal = KR500.forward(&q);
-    let setpoint = Setpoint { pose, b_from_w: nominal.rotation, force: Some(18e3), spindle: 0.0 };
+    let nominal = KR500.forward_kinematics(&q);
+    let setpoint =
+        Setpoint { pose, b_from_w: nominal.rotation, force: Some(18e3), spindle_speed: 0.0 };
     let sensed = sensed_at(&KR500, &q, &weld_wrench());
     let mut law = Elastostatic::new(4.0, PERIOD).unwrap();
     let observation = Observation::of_robot(&setpoint, &nominal, &sensed);
@@ -296,7 +310,7 @@ fn what_the_law_cannot_do_is_said() {
     let setpoint = setpoint_at(&KR500, &q, Some(18e3));
     let sensed = sensed_at(&KR500, &q, &weld_wrench());
     let mut law = Elastostatic::new(4.0, PERIOD).unwrap();
-    let mut ask = |nominal: &Pose<f64>, sensed: &Sensed<f64>| {
+    let mut ask = |nominal: &Pose<f64>, sensed: &SensorReadings<f64>| {
         law.demand(&KR500, &Observation::of_robot(&setpoint, nominal, sensed))
     };
     let far = Pose { position: Vector3::new(9.0, 0.0, 0.0), ..setpoint.pose };
@@ -361,7 +375,7 @@ fn authority_goes_across_the_seam_first() {
 }
 
 /// A live sensor's readings, no two in a row alike; far below what shows.
-fn trembling(sensed: &Sensed<f64>, k: usize) -> Sensed<f64> {
+fn trembling(sensed: &SensorReadings<f64>, k: usize) -> SensorReadings<f64> {
     let mut sensed = *sensed;
     sensed.wrench.moment.z += 1e-9 * (k % 2) as f64;
     sensed
@@ -376,14 +390,15 @@ fn a_force_sensor_that_stands_still_is_not_believed() {
     let external = External::new(joint_gains(), external_gains(), PERIOD);
     let mut robot = Compensated::new(external, law, LATERAL, ORIENTATION, PERIOD);
     robot.start(&KR500, &q, &weight(&KR500, &q));
-    let mut cycle = |sensed: &Sensed<f64>| {
+    let mut cycle = |sensed: &SensorReadings<f64>| {
         robot.cycle(&KR500, &Observation::of_robot(&setpoint, &setpoint.pose, sensed))
     };
     for k in 0..100 {
         assert_eq!(cycle(&trembling(&live, k)).fault, None);
     }
-    // Dropped to zero: 18 kN are missing, and the loop presses on, until it is seen that nothing moves.
-    let dead = Sensed { wrench: Wrench::zero(), ..live };
+    // Dropped to zero: 18 kN are missing, and the loop presses on, until it is seen that nothing
+    // moves.
+    let dead = SensorReadings { wrench: Wrench::zero(), ..live };
     let believed: Vec<f64> = (1..STUCK)
         .map(|_| {
             let command = cycle(&dead);
@@ -402,7 +417,7 @@ fn a_force_sensor_that_stands_still_is_not_believed() {
 #[test]
 fn correction_waits_for_the_force_loop_and_moves_the_set_point() {
     let (q, w) = (on_the_weld(0.0), weld_wrench());
-    let nominal = KR500.forward(&q);
+    let nominal = KR500.forward_kinematics(&q);
     let at = KR500.fake_target(&q, &Wrench::zero());
     let open = setpoint_at(&KR500, &at, None);
     let sensed = sensed_at(&KR500, &at, &w);
@@ -421,7 +436,8 @@ fn correction_waits_for_the_force_loop_and_moves_the_set_point() {
         let sensed = trembling(&sensed, k);
         robot.cycle(&KR500, &Observation::of_robot(&closed, &nominal, &sensed));
     }
-    // Long after, the correction is the demand but for depth and the limits' slack: e^(−3·24) is nothing.
+    // Long after, the correction is the demand but for depth and the limits' slack: e^(−3·24) is
+    // nothing.
     let mut fresh = Elastostatic::new(4.0, PERIOD).unwrap();
     let observation = Observation::of_robot(&closed, &nominal, &sensed);
     let demand = fresh.demand(&KR500, &observation).unwrap();

@@ -1,9 +1,9 @@
-//! The three hybrid controllers without a plant: what they command for what they are told, above all when they are told
-//! nonsense.
+//! The three hybrid controllers without a plant: what they command for what they are told, above
+//! all when they are told nonsense.
 
 use nalgebra::{Matrix3, Vector3};
 use proptest::prelude::*;
-use trueweld_core::control::{Command, Sensed, Setpoint};
+use trueweld_core::control::{Command, SensorReadings, Setpoint};
 use trueweld_core::{Fault, JOINTS, JointVector, Wrench};
 use trueweld_tests::{
     AnyController, KR500, PERIOD, PLACES, cases, controllers, external_gains, force_gains,
@@ -33,8 +33,9 @@ fn started(q: &JointVector<f64>) -> [(&'static str, AnyController<f64>); 3] {
     })
 }
 
-/// An honest situation at `q`: the tool pressed with `force` N along the depth axis, as the set-point asks.
-fn pressed(q: &JointVector<f64>, force: f64) -> (Setpoint<f64>, Sensed<f64>) {
+/// An honest situation at `q`: the tool pressed with `force` N along the depth axis, as the
+/// set-point asks.
+fn pressed(q: &JointVector<f64>, force: f64) -> (Setpoint<f64>, SensorReadings<f64>) {
     let wrench = Wrench { moment: Vector3::zeros(), force: Vector3::new(0.0, 0.0, -force) };
     (setpoint_at(&KR500, q, Some(force)), sensed_at(&KR500, q, &wrench))
 }
@@ -112,9 +113,9 @@ proptest! {
                 prop_assert_eq!(command.push, before.push);
                 prop_assert_eq!(command.depth_correction, before.depth_correction);
             }
-            // With the signal back all goes on as in a twin that never lost it. The set-points are met, so the one
-            // cycle the twin has less is no cycle of motion; what rounding there is in the error (1e-15) times K_i T
-            // is below 1e-6 N·m.
+            // With the signal back all goes on as in a twin that never lost it. The set-points are
+            // met, so the one cycle the twin has less is no cycle of motion; what rounding there is
+            // in the error (1e-15) times K_i T is below 1e-6 N·m.
             let (back, other) =
                 (controller.cycle(&KR500, &setpoint, &sensed), twin.cycle(&KR500, &setpoint, &sensed));
             prop_assert_eq!(back.fault, None, "{} stays faulty", name);
@@ -129,8 +130,8 @@ proptest! {
         for (name, mut controller) in started(&q) {
             for _ in 0..20 {
                 let command = controller.cycle(&KR500, &setpoint, &sensed);
-                // ΔX of a pose to itself is R Rᵀ − 1 of rounding, 1e-16 rad; times K_p up to 3e6 N·m/rad and J⁻¹ up to
-                // some 10/m.
+                // ΔX of a pose to itself is R Rᵀ − 1 of rounding, 1e-16 rad; times K_p up to 3e6
+                // N·m/rad and J⁻¹ up to some 10/m.
                 let off = seen("torque at rest", (command.torque - weight).amax());
                 prop_assert!(off < 1e-6, "{name}: {off:e} N·m beside the weight");
                 prop_assert_eq!((command.fault, command.limited), (None, false), "{}", name);
@@ -257,7 +258,8 @@ proptest! {
 
     #[test]
     fn a_lost_set_point_does_not_lock_a_moving_arm(q in regular_configuration(), joint in 0..JOINTS) {
-        // Ten periods without a set-point while the arm coasts at half speed, then the set-point is back.
+        // Ten periods without a set-point while the arm coasts at half speed, then the set-point is
+        // back.
         let p = KR500.parameters();
         let mut at = q;
         for (name, mut controller) in started(&q) {
@@ -277,7 +279,8 @@ proptest! {
 
     #[test]
     fn a_lateral_error_is_answered_by_its_stiffness(q in regular_configuration(), across in -1e-3..1e-3_f64) {
-        // ΔX across the weld: Γ − weight = (K_p + K_i T) J⁻¹ΔX in the first period, whatever the scheme.
+        // ΔX across the weld: Γ − weight = (K_p + K_i T) J⁻¹ΔX in the first period, whatever the
+        // scheme.
         let (mut setpoint, sensed) = pressed(&q, 5e3);
         let shift = setpoint.b_from_w.column(1) * across;
         setpoint.pose.position += shift;
@@ -296,7 +299,8 @@ proptest! {
 
     #[test]
     fn selection_takes_depth_from_the_position_branch(q in regular_configuration(), deep in -1e-3..1e-3_f64) {
-        // (2.2) with S: a depth error alone changes nothing once the force loop is closed; (2.3) answers it.
+        // (2.2) with S: a depth error alone changes nothing once the force loop is closed; (2.3)
+        //       answers it.
         let (setpoint, sensed) = pressed(&q, 5e3);
         let mut deeper = setpoint;
         deeper.pose.position += setpoint.depth_axis() * deep;

@@ -1,8 +1,9 @@
-//! A small part of the corpus, in a test's time: a diagnosis names what is hidden where it shows well, keeps silent where
-//! nothing is hidden, and says so where the library does not have it. Cases and seeds were chosen before they were run.
+//! A small part of the corpus, in a test's time: a diagnosis names what is hidden where it shows
+//! well, keeps silent where nothing is hidden, and says so where the library does not have it.
+//! Cases and seeds were chosen before they were run.
 
-use trueweld_tests::campaign::{Logs, Recipe, Strange, Stranger, draw};
-use trueweld_tests::corpus::{Case, Hidden, Judged, Outcome, cases};
+use trueweld_tests::campaign::{Logs, OutOfLibrary, Recipe, Strange, draw};
+use trueweld_tests::corpus::{CorpusCase, Hidden, Judged, Outcome, cases};
 
 /// Ten times the limit of detection: nobody could overlook it.
 const TARGET: f64 = 10.0;
@@ -11,7 +12,7 @@ const TARGET: f64 = 10.0;
 fn examined(name: &str, seed: u64, hidden: Hidden) -> Judged {
     let recipe =
         Recipe { logs: Logs::short(), ..Recipe::plain(seed) }.with_nuisance(0.03, 1e-4, 1e-4);
-    let case = Case { name: name.to_owned(), seed, hidden, target: TARGET, recipe };
+    let case = CorpusCase { name: name.to_owned(), seed, hidden, target: TARGET, recipe };
     let judged = case.examine().expect("the case can be made and diagnosed");
     for seen in &judged.seen {
         assert!(seen.ratio > 3.0, "{name} is to show well: {seen:?}");
@@ -50,7 +51,7 @@ fn an_effect_of_a_sensor_is_named() {
 #[test]
 fn what_the_library_does_not_have_is_unknown() {
     let judged =
-        examined("appendage", 5, Hidden::Unknown(Stranger::draw(Strange::Appendage, 1.0, 5)));
+        examined("appendage", 5, Hidden::Unknown(OutOfLibrary::draw(Strange::Appendage, 1.0, 5)));
     assert_eq!(judged.outcome, Outcome::Right, "{judged:#?}");
 }
 

@@ -1,4 +1,5 @@
-//! The arm bent by its loads: fixed points, orders of convergence, and modes against another eigen-solver.
+//! The arm bent by its loads: fixed points, orders of convergence, and modes against another
+//! eigen-solver.
 
 use nalgebra::{Matrix6, Vector6};
 use proptest::prelude::*;
@@ -55,15 +56,16 @@ proptest! {
         let fake = KR500.fake_target(&q, &w);
         let landed = KR500.deflected(&fake, &w, 8);
         // The requirement: 1e-9 m.
-        let off = seen("f64 fake target", pose_difference(&landed.real, &KR500.forward(&q)));
+        let off = seen("f64 fake target", pose_difference(&landed.real, &KR500.forward_kinematics(&q)));
         prop_assert!(off < 1e-9, "lands {off:e} m away");
-        prop_assert!((landed.twist - (fake - q)).amax() < 1e-12);
+        prop_assert!((landed.torsion - (fake - q)).amax() < 1e-12);
 
         let robot = kr500::<f32>();
         let (q, w) = (cast(&q), cast_wrench(&w));
         let landed = robot.deflected(&robot.fake_target(&q, &w), &w, 4);
-        // An ulp at 3.5 m is 2.4e-7, and that was measured; angles of up to 6 rad have ulps of 5e-7.
-        let off = seen("f32 fake target", pose_difference(&landed.real, &robot.forward(&q)));
+        // An ulp at 3.5 m is 2.4e-7, and that was measured; angles of up to 6 rad have ulps of
+        // 5e-7.
+        let off = seen("f32 fake target", pose_difference(&landed.real, &robot.forward_kinematics(&q)));
         prop_assert!(off < 2e-6, "f32 lands {off:e} m away");
     }
 
@@ -75,8 +77,9 @@ proptest! {
         let in_b = w.rotated(&bent.real.rotation);
         let mut load = KR500.rnea(&frames, &JointVector::zeros(), &JointVector::zeros(), &in_b);
         load[1] -= KR500.counterbalance_torque(bent.link[1]);
-        let spring = KR500.stiffness().component_mul(&bent.twist);
-        // 1.5e7 N·m/rad times an ulp of the angle, 4e-16 at up to 3.5 rad on the stiff axes: 6e-9; measured 3e-9.
+        let spring = KR500.stiffness().component_mul(&bent.torsion);
+        // 1.5e7 N·m/rad times an ulp of the angle, 4e-16 at up to 3.5 rad on the stiff axes: 6e-9;
+        // measured 3e-9.
         prop_assert!(seen("spring balance", (spring - load).amax()) < 2e-8, "out of balance by {:e} N·m", (spring - load).amax());
     }
 
@@ -85,8 +88,8 @@ proptest! {
         let jacobian = KR500.frames(&q).jacobian();
         let compliance = KR500.cartesian_compliance(&jacobian);
         let stiffness = KR500.cartesian_stiffness(&jacobian).unwrap();
-        // Entry by entry in units of the springs, so that rad and m compare: C^½-scaled by the diagonals. The
-        // condition number of J enters squared: measured 2e-13.
+        // Entry by entry in units of the springs, so that rad and m compare: C^½-scaled by the
+        // diagonals. The condition number of J enters squared: measured 2e-13.
         let scale = Vector6::from_fn(|i, _| compliance[(i, i)].sqrt());
         let unit = Matrix6::from_diagonal(&scale);
         let product = unit.try_inverse().unwrap() * compliance * stiffness * unit;
@@ -110,8 +113,8 @@ proptest! {
                 - jacobian.0 * weight.component_div(robot.stiffness());
             (robot.deflected(&q, &w, 12).displacement().to_vector() - first).norm()
         };
-        // Halved loads quarter what first order leaves over. At 1/16 of the load third order is a thousandth of that
-        // (measured 1.2e-3), and rounding (1e-15 of 1e-8) less.
+        // Halved loads quarter what first order leaves over. At 1/16 of the load third order is a
+        // thousandth of that (measured 1.2e-3), and rounding (1e-15 of 1e-8) less.
         let ratio = difference(1.0 / 16.0) / difference(1.0 / 32.0);
         prop_assert!(seen("second order", (ratio - 4.0).abs()) < 0.01, "the ratio is {ratio}");
     }
@@ -119,14 +122,15 @@ proptest! {
     #[test]
     fn modes_are_the_eigenvalues_of_the_unsymmetric_problem(q in regular_configuration()) {
         let frames = KR500.frames(&q);
-        let modes = KR500.locked_motor_modes(&frames).unwrap();
+        let modes = KR500.natural_frequencies(&frames).unwrap().map(|w| w * w);
         let m = KR500.crba(&frames);
         // Independent: M⁻¹K by LU and its complex eigenvalues by the general Schur form.
         let problem = m.lu().solve(&Matrix6::from_diagonal(KR500.stiffness())).unwrap();
         let mut other: Vec<_> = problem.complex_eigenvalues().iter().copied().collect();
         other.sort_by(|a, b| a.re.total_cmp(&b.re));
         for (mode, z) in modes.iter().zip(&other) {
-            // The general solver loses up to the spread of the eigenvalues, some 1e2: measured 1.3e-14.
+            // The general solver loses up to the spread of the eigenvalues, some 1e2: measured
+            // 1.3e-14.
             prop_assert!(seen("f64 modes", (mode - z.re).abs() / mode) < 1e-12, "{mode} against {z}");
             prop_assert!(z.im.abs() < 1e-6 * mode);
         }
@@ -136,8 +140,9 @@ proptest! {
         prop_assert!((product / expected - 1.0).abs() < 1e-10);
 
         let robot = kr500::<f32>();
-        let single = robot.locked_motor_modes(&robot.frames(&cast(&q))).unwrap();
-        // The lowest eigenvalue sits some 1e2 below the highest: that many ε of 1.2e-7; measured 5.7e-6.
+        let single = robot.natural_frequencies(&robot.frames(&cast(&q))).unwrap().map(|w| w * w);
+        // The lowest eigenvalue sits some 1e2 below the highest: that many ε of 1.2e-7; measured
+        // 5.7e-6.
         let off = seen("f32 modes", (widen(&single) - modes).component_div(&modes).amax());
         prop_assert!(off < 3e-5, "f32 modes are off by {off:e}");
     }
@@ -145,8 +150,8 @@ proptest! {
 
 #[test]
 fn modes_at_the_start_of_the_weld() {
-    let modes = KR500.locked_motor_modes(&KR500.frames(&on_the_weld(-1.0))).unwrap();
-    let hertz = modes.map(|m| m.sqrt() / core::f64::consts::TAU);
+    let modes = KR500.natural_frequencies(&KR500.frames(&on_the_weld(-1.0))).unwrap();
+    let hertz = modes / core::f64::consts::TAU;
     println!("locked-motor modes at the start of the first weld: {:.1} Hz", hertz.transpose());
     // Heavy industrial arms swing at 8 Hz and more; the estimate's wrist stays below 60 Hz.
     assert!(hertz.iter().all(|f| (8.0..60.0).contains(f)), "{hertz}");
@@ -160,6 +165,6 @@ fn a_rigid_unloaded_tool_does_not_move() {
     let bent = stiff.deflected(&q, &Wrench::zero(), 3);
     // 1e4 N·m over 1e17 N·m/rad.
     assert!(pose_difference(&bent.real, &bent.encoder) < 1e-12);
-    assert_eq!(bent.encoder, Pose { ..stiff.forward(&q) });
+    assert_eq!(bent.encoder, Pose { ..stiff.forward_kinematics(&q) });
     assert!(KR500.with_stiffness_scaled(&JointVector::repeat(-1.0)).is_err());
 }

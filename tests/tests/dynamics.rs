@@ -1,4 +1,5 @@
-//! The dynamics of the rigid arm against one another and against energy: nothing here knows how they are computed.
+//! The dynamics of the rigid arm against one another and against energy: nothing here knows how
+//! they are computed.
 
 use nalgebra::SymmetricEigen;
 use proptest::prelude::*;
@@ -20,7 +21,8 @@ proptest! {
         let m = KR500.crba(&KR500.frames(&q));
         prop_assert_eq!(m, m.transpose());
         let least = SymmetricEigen::new(m).eigenvalues.min();
-        // M's least eigenvalue is below the least inertia about A6 alone (4.5 kg·m²) but physically far from zero.
+        // M's least eigenvalue is below the least inertia about A6 alone (4.5 kg·m²) but physically
+        // far from zero.
         prop_assert!(seen("1/least inertia", 1.0 / least) < 10.0 && least < 4.6, "least eigenvalue {least}");
         let single = kr500::<f32>();
         prop_assert!(SymmetricEigen::new(single.crba(&single.frames(&cast(&q)))).eigenvalues.min() > 0.1);
@@ -30,27 +32,28 @@ proptest! {
     fn inverse_dynamics_is_inertia_and_bias(q in configuration(), v in rate(), a in acceleration(), w in wrench()) {
         let frames = KR500.frames(&q);
         let whole = KR500.rnea(&frames, &v, &a, &w);
-        let parts = KR500.crba(&frames) * a + KR500.bias(&frames, &v) - frames.jacobian().0.transpose() * w.to_vector();
+        let parts = KR500.crba(&frames) * a + KR500.nonlinear_effects(&frames, &v) - frames.jacobian().0.transpose() * w.to_vector();
         // Torques up to 1e5 N·m, some tens of operations: measured 2e-11 N·m, one ε of that.
         prop_assert!(seen("rnea", (whole - parts).amax()) < 1e-9, "off by {:e} N·m", (whole - parts).amax());
         // Without motion what is left of the bias is gravity.
-        let still = KR500.bias(&frames, &JointVector::zeros());
+        let still = KR500.nonlinear_effects(&frames, &JointVector::zeros());
         prop_assert!((still - KR500.gravity_torque(&frames)).amax() < 1e-10);
     }
 
     #[test]
     fn bias_is_quadratic_in_the_rates(q in configuration(), v in rate()) {
         let frames = KR500.frames(&q);
-        let velocity = |v: JointVector<f64>| KR500.bias(&frames, &v) - KR500.gravity_torque(&frames);
-        // Coriolis and centrifugal torques have degree two: doubled rates, fourfold torque; turned round, the same.
+        let velocity = |v: JointVector<f64>| KR500.nonlinear_effects(&frames, &v) - KR500.gravity_torque(&frames);
+        // Coriolis and centrifugal torques have degree two: doubled rates, fourfold torque; turned
+        // round, the same.
         prop_assert!((velocity(v * 2.0) - velocity(v) * 4.0).amax() < 1e-9);
         prop_assert!((velocity(-v) - velocity(v)).amax() < 1e-9);
     }
 
     #[test]
     fn velocity_torques_follow_from_the_inertia_matrix(q in configuration(), v in rate()) {
-        // Lagrange: h = Ṁ v − ½ ∂(vᵀ M v)/∂q, by central differences. Gyroscopic torques do no work, so that the
-        // energy balance below is blind to them; this is not.
+        // Lagrange: h = Ṁ v − ½ ∂(vᵀ M v)/∂q, by central differences. Gyroscopic torques do no
+        // work, so that the energy balance below is blind to them; this is not.
         let h = 1e-5;
         let inertia = |q: JointVector<f64>| KR500.crba(&KR500.frames(&q));
         let kinetic = |q: JointVector<f64>| KR500.kinetic_energy(&KR500.frames(&q), &v);
@@ -58,8 +61,9 @@ proptest! {
         let gradient = JointVector::from_fn(|i, _| (kinetic(q + unit(i)) - kinetic(q - unit(i))) / (2.0 * h));
         let swept = (inertia(q + v * h) - inertia(q - v * h)) * v / (2.0 * h);
         let frames = KR500.frames(&q);
-        let off = (KR500.bias(&frames, &v) - KR500.gravity_torque(&frames) - (swept - gradient)).amax();
-        // Terms of up to 1e4: rounding 1e4 ε/h = 2e-7, truncation some 1e3 h² = 1e-7; measured 9e-8.
+        let off = (KR500.nonlinear_effects(&frames, &v) - KR500.gravity_torque(&frames) - (swept - gradient)).amax();
+        // Terms of up to 1e4: rounding 1e4 ε/h = 2e-7, truncation some 1e3 h² = 1e-7; measured
+        // 9e-8.
         prop_assert!(seen("Lagrange", off) < 1e-6, "off by {off:e} N·m");
     }
 
@@ -98,7 +102,8 @@ proptest! {
         let frames = KR500.frames(&q);
         let torque = KR500.rnea(&frames, &v, &a, &w);
         let back = KR500.forward_dynamics(&frames, &v, &torque, &w).unwrap();
-        // 1e5 N·m known to ε over the least eigenvalue of M, 1.6 kg·m²: 1e5 ε/1.6 = 1e-11; measured 8e-13.
+        // 1e5 N·m known to ε over the least eigenvalue of M, 1.6 kg·m²: 1e5 ε/1.6 = 1e-11; measured
+        // 8e-13.
         prop_assert!(seen("f64 forward of inverse", (back - a).amax()) < 1e-11, "off by {:e} rad/s²", (back - a).amax());
 
         let robot = kr500::<f32>();
@@ -154,7 +159,8 @@ proptest! {
             state = step(&KR500, state, &torque, &w, 5e-4);
         }
         let gained = energy(&state.0, &state.1) - energy(&q, &v);
-        // Energies of 1e3–1e4 J; rounding over 100 steps and the integrator's own error are measured at 1.7e-9 J.
+        // Energies of 1e3–1e4 J; rounding over 100 steps and the integrator's own error are
+        // measured at 1.7e-9 J.
         prop_assert!(seen("energy", (gained - state.2).abs()) < 1e-7, "gained {gained} J, work {} J", state.2);
     }
 }

@@ -1,5 +1,5 @@
-//! Every effect of the library does in the plant what its equation says, can be seen by whoever fits it, and leaves a weld
-//! that runs.
+//! Every effect of the library does in the plant what its equation says, can be seen by whoever
+//! fits it, and leaves a weld that runs.
 
 use nalgebra::Vector3;
 use trueweld_core::spatial::rotation_from_vector;
@@ -10,11 +10,12 @@ use trueweld_plant::input::{ModelFile, Weld};
 use trueweld_plant::integrate::rest;
 use trueweld_plant::process::reaction;
 use trueweld_plant::robot::{Channel, Drives, Readings};
-use trueweld_plant::simulate::{Controller, Law, Program, Row, RunError, Seam, run};
+use trueweld_plant::simulate::{Controller, Law, Program, RecordRow, RunError, Seam, run};
 use trueweld_tests::cell::Fixtures;
 use trueweld_tests::{KR500, fixture};
 
-/// One of each, at a joint where it matters in the first weld, of a size that a laboratory would look for.
+/// One of each, at a joint where it matters in the first weld, of a size that a laboratory would
+/// look for.
 const ONE_OF_EACH: [&str; 31] = [
     "stiffness-error:A3:relative=0.2",
     "damping-error:A2:relative=0.5",
@@ -50,7 +51,7 @@ const ONE_OF_EACH: [&str; 31] = [
 ];
 
 /// What the instruments that the weld's controller does not read would show of a row.
-fn measured(cell: &Cell, row: &Row) -> Readings {
+fn measured(cell: &Cell, row: &RecordRow) -> Readings {
     let mut readings = Readings {
         force: row.real.rotation.tr_mul(&(cell.b_from_w.rotation * row.force_w)),
         ..Readings::of(row.time, &row.motor, &row.link, &row.real)
@@ -90,8 +91,9 @@ fn every_effect_shows_in_a_weld_that_runs() {
             let cell = fixtures.cell(&[text]);
             let rows = go(&cell);
             assert_eq!(rows.len(), bare.len(), "{text}: the weld must run to its end");
-            // In units of an instrument's noise: tracker 30 µm, link encoder 5 µrad, torque 40 N·m, force 25 N.
-            let one = |a: &Row, b: &Row| {
+            // In units of an instrument's noise: tracker 30 µm, link encoder 5 µrad, torque 40 N·m,
+            // force 25 N.
+            let one = |a: &RecordRow, b: &RecordRow| {
                 let (m, n) = (measured(&cell, a), measured(&bare_cell, b));
                 let encoders =
                     JointVector::from(m.link_encoder) - JointVector::from(n.link_encoder);
@@ -219,7 +221,7 @@ fn frames_give_under_load_and_drift_with_time() {
     let fixtures = Fixtures::of("vertical");
     let q = drives().link;
     let push = Wrench { moment: Vector3::zeros(), force: Vector3::new(0.0, 0.0, 18e3) };
-    let rigid = KR500.forward(&q).position;
+    let rigid = KR500.forward_kinematics(&q).position;
     let moved = |effect: &str, time: f64| {
         fixtures.cell(&[effect]).robot.frames(&q, &push, time).tcp.position - rigid
     };
@@ -240,7 +242,8 @@ fn counterbalance_and_payload_change_what_gravity_asks_for() {
     let hold = |cell: &Cell| rest::under_wrench(cell, &q, &none).expect("rest");
     let lost = hold(&fixtures.cell(&["counterbalance-loss::loss=0.25"]));
     let more = 0.25 * KR500.counterbalance_torque(q[1]) / KR500.stiffness()[1];
-    // The links hang by λ τ_cb/K further on A2; the rest is what the changed posture makes of gravity.
+    // The links hang by λ τ_cb/K further on A2; the rest is what the changed posture makes of
+    // gravity.
     assert!(((lost - hold(&bare))[1] + more).abs() < 2e-2 * more.abs(), "{lost}");
     let heavy = fixtures.cell(&["payload-error::mass_kg=14,x_m=0.015,y_m=0.005,z_m=-0.01"]);
     let tool = heavy.robot.model.parameters().tool;
@@ -389,7 +392,8 @@ fn a_payload_that_leaves_no_robot_is_refused() {
 
 #[test]
 fn a_coupled_wrist_is_still_taught_on_its_line() {
-    // 0.2 of A5's 0.69 rad at the start: far beyond any twist of a load, and the real tool must stand on the line all the same.
+    // 0.2 of A5's 0.69 rad at the start: far beyond any twist of a load, and the real tool must
+    // stand on the line all the same.
     let fixtures = short("vertical");
     let cell = fixtures.cell(&["wrist-coupling:A6:ratio=0.2"]);
     let link =
@@ -480,8 +484,8 @@ fn an_expression_does_what_the_effect_of_the_library_does() {
     }
 }
 
-/// Torque for torque: along a weld the two would part by what the encoders' steps make of rounding, since the integrator's linear
-/// part knows the robot's stiffness and no expression.
+/// Torque for torque: along a weld the two would part by what the encoders' steps make of rounding,
+/// since the integrator's linear part knows the robot's stiffness and no expression.
 #[test]
 fn an_expression_for_a_stiffness_gives_its_torque() {
     let fixtures = short("vertical");
@@ -536,7 +540,8 @@ fn instruments_read_what_expressions_add() {
 #[test]
 fn an_expression_that_ceases_to_be_finite_ends_the_run_and_nothing_else() {
     let fixtures = short("vertical");
-    // Roots of what is negative only on the way: finite at rest and wherever a reader of the file tries them.
+    // Roots of what is negative only on the way: finite at rest and wherever a reader of the file
+    // tries them.
     for (effect, at_rest) in [
         ("A1|spring-torque|sqrt((link_rate + 0.001) * (link_rate + 0.05))", false),
         ("A1|spring-torque|sqrt((link - 0.1) * (link - 0.9))", true),

@@ -1,16 +1,20 @@
-//! The closed loop with an instrument that fails, in cells drawn from the set that the requirements certify: whatever it says, the
-//! tool stays bounded and the correction within its authority, and when it is over the weld goes on as if nothing had been.
+//! The closed loop with an instrument that fails, in cells drawn from the set that the requirements
+//! certify: whatever it says, the tool stays bounded and the correction within its authority, and
+//! when it is over the weld goes on as if nothing had been.
 
 use nalgebra::SVector;
 use proptest::prelude::*;
 use trueweld_plant::cell::Cell;
 use trueweld_plant::input::{Process, Sensors};
 use trueweld_plant::sensors::{Failure, Instrument, InstrumentFault};
-use trueweld_plant::simulate::{Controller, Law, Program, Recording, Row, Scenario, Seam, run};
+use trueweld_plant::simulate::{
+    Controller, Law, Program, RecordRow, Recording, Scenario, Seam, run,
+};
 use trueweld_tests::cases;
 use trueweld_tests::cell::Fixtures;
 
-/// Length of the weld, m, and when the instrument fails, s: in full feed, and early enough to recover.
+/// Length of the weld, m, and when the instrument fails, s: in full feed, and early enough to
+/// recover.
 const LENGTH: f64 = 0.22;
 const FAILS: f64 = 10.0;
 
@@ -37,7 +41,7 @@ fn failure() -> impl Strategy<Value = Failure> {
     // As shares of the instrument's range, 30 kN and 10 mm, either way.
     let size = -1.0..1.0_f64;
     prop_oneof![
-        Just(Failure::NoNumber),
+        Just(Failure::Nan),
         Just(Failure::Stuck),
         Just(Failure::Dropped),
         Just(Failure::OutOfOrder),
@@ -158,11 +162,12 @@ proptest! {
         }
         let last = |r: &Recording| (JUDGED / r.period) as usize;
         let end = |r: &Recording| r.rows[r.rows.len() - last(r)..].to_vec();
-        let apart = |of: fn(&Row) -> f64| {
+        let apart = |of: fn(&RecordRow) -> f64| {
             end(&faulty).iter().zip(&end(&sound)).map(|(a, b)| (of(a) - of(b)).abs()).fold(0.0, f64::max)
         };
         let (lateral, depth, push) = (apart(|r| r.deviation_w.linear.y), apart(|r| r.deviation_w.linear.z), apart(|r| r.force_w.z));
-        // What the adaptive law took for compliance while the force was another than planned goes as slowly as it came.
+        // What the adaptive law took for compliance while the force was another than planned goes
+        // as slowly as it came.
         let near = if struck.law == Law::Adaptive { 3e-4 } else { 1e-4 };
         prop_assert!(lateral < near, "{lateral} m across the seam from the run without the fault");
         prop_assert!(depth < 1e-4 && push < 500.0, "{depth} m, {push} N from the run without the fault");

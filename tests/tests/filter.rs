@@ -10,7 +10,7 @@ const PERIOD: f64 = 0.012;
 
 /// How far a slow ramp comes out late, s, when everything else has died away.
 fn lag(filter: &mut impl Filter<f64>) -> f64 {
-    filter.settle(0.0);
+    filter.initialize(0.0);
     let mut late = 0.0;
     for k in 1..=20_000 {
         let time = f64::from(k) * PERIOD;
@@ -21,8 +21,9 @@ fn lag(filter: &mut impl Filter<f64>) -> f64 {
 
 /// Amplitude of what comes out of a unit sine of `frequency` Hz, by correlation over whole turns.
 fn gain(filter: &mut impl Filter<f64>, frequency: f64, period: f64) -> f64 {
-    filter.settle(0.0);
-    // 2^15 samples to forget the start; then as many turns as fit whole into a window near 2^15 samples.
+    filter.initialize(0.0);
+    // 2^15 samples to forget the start; then as many turns as fit whole into a window near 2^15
+    // samples.
     let turns = (32768.0 * frequency * period).round().max(1.0);
     let window = 32768;
     let frequency = turns / (f64::from(window) * period);
@@ -43,8 +44,8 @@ proptest! {
 
     #[test]
     fn declared_delay_is_the_lag_of_a_ramp(corner in 0.5..35.0_f64, width in 0.5..10.0_f64) {
-        // The ramp ends at 240 s, an ulp of 3e-14 fed back through some hundreds of samples; the slowest filter here
-        // forgets within 2 s.
+        // The ramp ends at 240 s, an ulp of 3e-14 fed back through some hundreds of samples; the
+        // slowest filter here forgets within 2 s.
         let mut low = Biquad::low_pass(corner, PERIOD).unwrap();
         prop_assert!((lag(&mut low) - low.delay()).abs() < 1e-9, "{} against {}", lag(&mut low), low.delay());
         let mut notch = Biquad::notch(corner, width, PERIOD).unwrap();
@@ -62,7 +63,8 @@ proptest! {
         let mut low = Biquad::low_pass(corner, PERIOD).unwrap();
         let at = gain(&mut low, corner, PERIOD);
         prop_assert!((at - core::f64::consts::FRAC_1_SQRT_2).abs() < 1e-9, "gain {at}");
-        // Second-order Butterworth with the corner pre-warped: |H|² = 1 / (1 + (tan πfT / tan πf_cT)⁴).
+        // Second-order Butterworth with the corner pre-warped: |H|² = 1 / (1 + (tan πfT / tan
+        // πf_cT)⁴).
         let warp = |f: f64| (core::f64::consts::PI * f * PERIOD).tan();
         let half = (turns * 0.5).round() / (32768.0 * PERIOD);
         let expected = 1.0 / (1.0 + (warp(half) / warp(corner)).powi(4)).sqrt();
@@ -75,22 +77,23 @@ proptest! {
         let center = turns / (32768.0 * PERIOD);
         let mut notch = Biquad::notch(center, 1.0, PERIOD).unwrap();
         prop_assert!(gain(&mut notch, center, PERIOD) < 1e-9);
-        // A tenth of the centre's frequency, well outside a width of 1 Hz, passes: 1 − gain ≈ (0.1·w/f)²/2 ≤ 4e-4.
+        // A tenth of the centre's frequency, well outside a width of 1 Hz, passes: 1 − gain ≈
+        // (0.1·w/f)²/2 ≤ 4e-4.
         prop_assert!((gain(&mut notch, 0.1 * center, PERIOD) - 1.0).abs() < 2e-3);
     }
 
     #[test]
     fn notch_is_as_wide_as_asked(center in 4.0..20.0_f64, width in 0.2..1.0_f64) {
-        // Slow against Nyquist the −3 dB points lie a width apart; the bilinear transform bends them by
-        // about (πfT)²/3.
+        // Slow against Nyquist the −3 dB points lie a width apart; the bilinear transform bends
+        // them by about (πfT)²/3.
         let period = 1e-3;
         let mut notch = Biquad::notch(center, width, period).unwrap();
         // −3 dB where f/f₀ − f₀/f = ± w/f₀, so f = ±w/2 + √(f₀² + w²/4).
         let root = (center * center + width * width / 4.0).sqrt();
         for edge in [root - width / 2.0, root + width / 2.0] {
             let at = gain(&mut notch, edge, period);
-            // The window fits whole turns to 0.015 Hz, an eighth of the narrowest half width: gain slope 0.35 per half
-            // width, plus the bending above.
+            // The window fits whole turns to 0.015 Hz, an eighth of the narrowest half width: gain
+            // slope 0.35 per half width, plus the bending above.
             prop_assert!((at - core::f64::consts::FRAC_1_SQRT_2).abs() < 0.06, "gain {at} at {edge} Hz");
         }
     }
@@ -100,11 +103,12 @@ proptest! {
         let mut low = Biquad::low_pass(corner, PERIOD).unwrap();
         let mut notch = Biquad::notch(corner, 2.0, PERIOD).unwrap();
         let mut mean = MovingAverage::<f64, 7>::new(PERIOD);
-        low.settle(value);
-        notch.settle(value);
-        mean.settle(value);
+        low.initialize(value);
+        notch.initialize(value);
+        mean.initialize(value);
         for _ in 0..100 {
-            // Gain one at rest. A slow corner forms it from coefficients of (πf_cT)² ≈ 4e-4: 1/4e-4 ε.
+            // Gain one at rest. A slow corner forms it from coefficients of (πf_cT)² ≈ 4e-4: 1/4e-4
+            // ε.
             prop_assert!((low.update(value) - value).abs() <= 1e-12 * value.abs());
             prop_assert!((notch.update(value) - value).abs() <= 1e-12 * value.abs());
             prop_assert!((mean.update(value) - value).abs() <= 1e-15 * 7.0 * value.abs());
@@ -126,8 +130,8 @@ proptest! {
         let one = Biquad::low_pass(8.0, PERIOD).unwrap();
         let mut bank = FilterBank::<_, 3>::new(one);
         let mut alone = [one; 3];
-        bank.settle(&samples[0].into());
-        alone.iter_mut().zip(samples[0]).for_each(|(f, v)| f.settle(v));
+        bank.initialize(&samples[0].into());
+        alone.iter_mut().zip(samples[0]).for_each(|(f, v)| f.initialize(v));
         for sample in samples {
             let out = bank.update(&sample.into());
             for i in 0..3 {
@@ -164,9 +168,10 @@ fn impossible_filters_are_refused() {
 
 #[test]
 fn single_precision_keeps_the_design() {
-    // A 2 Hz corner at 1 kHz, the slowest in sight: coefficients of (πf_cT)² = 4e-5, so 18 kN settle to 18 kN · 3e-3.
+    // A 2 Hz corner at 1 kHz, the slowest in sight: coefficients of (πf_cT)² = 4e-5, so 18 kN
+    // settle to 18 kN · 3e-3.
     let mut low = Biquad::<f32>::low_pass(2.0, 1e-3).unwrap();
-    low.settle(18_000.0);
+    low.initialize(18_000.0);
     for _ in 0..2000 {
         assert!((low.update(18_000.0) - 18_000.0).abs() < 50.0);
     }
@@ -197,8 +202,9 @@ proptest! {
         let sense = if backwards { -60.0 } else { 60.0 };
         let mut filter = spindle(sense * frequency);
         for line in [frequency, 2.0 * frequency].map(folded) {
-            // A line that appears at 2 Hz delays slow signals by 12 ms; below, it is left, and so is the loop's phase.
-            // At Nyquist, 41.67 Hz, the null lies a five-hundredth of the sampling rate beside the line.
+            // A line that appears at 2 Hz delays slow signals by 12 ms; below, it is left, and so
+            // is the loop's phase. At Nyquist, 41.67 Hz, the null lies a five-hundredth of the
+            // sampling rate beside the line.
             if line > 2.05 && line < 41.58 {
                 let left = gain(&mut filter, line, PERIOD);
                 prop_assert!(left < 1e-9, "{left} of the line that appears at {line} Hz is left");
@@ -231,7 +237,7 @@ proptest! {
         value in -2e4..2e4_f64, rates in prop::collection::vec(-700.0..700.0_f64, 1..50),
     ) {
         let mut filter = SpindleFilter::new(PERIOD);
-        filter.settle(value);
+        filter.initialize(value);
         for rate in rates {
             filter.tune(rate);
             // The state is driven by changes, and there are none.
@@ -243,7 +249,7 @@ proptest! {
     fn a_spindle_that_runs_up_and_down_shows_no_more_than_its_ripple(seconds in 2.0..20.0_f64, top in 20.0..130.0_f64) {
         // 10 kN and a ripple of 1 kN while the rate goes up to `top` rad/s and back to 0.
         let mut filter = SpindleFilter::new(PERIOD);
-        filter.settle(1e4);
+        filter.initialize(1e4);
         let (mut angle, mut most) = (0.0_f64, 0.0_f64);
         let ticks = (seconds / PERIOD) as u32;
         for k in 0..ticks {
@@ -271,8 +277,8 @@ proptest! {
             filter.tune(rate);
             most = most.max(filter.update(sample).abs());
         }
-        // A change of at most 2 a sample into a state that shrinks by r: 2/(1 − r) at the 2 Hz of the slowest notch, 90 periods, is a
-        // bound; a random rate stays far below it.
+        // A change of at most 2 a sample into a state that shrinks by r: 2/(1 − r) at the 2 Hz of
+        // the slowest notch, 90 periods, is a bound; a random rate stays far below it.
         prop_assert!(most < 20.0, "{most}");
     }
 }
@@ -286,7 +292,7 @@ fn a_rate_or_a_sample_that_is_none_leaves_no_trace() {
     }
     let (mut filter, mut other) = (spindle(600.0), spindle(600.0));
     for filter in [&mut filter, &mut other] {
-        filter.settle(1e4);
+        filter.initialize(1e4);
     }
     for bad in [f64::NAN, f64::INFINITY] {
         filter.update(bad);

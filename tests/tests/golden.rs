@@ -6,13 +6,15 @@ use nalgebra::SMatrix;
 use trueweld_core::{JointVector, Real, Wrench};
 use trueweld_tests::{golden, kr500, number, relative};
 
-/// Largest relative differences over the states: pose, J, M, rnea, bias, gravity, Jᵀw, forward dynamics.
+/// Largest relative differences over the states: pose, J, M, rnea, bias, gravity, Jᵀw, forward
+/// dynamics.
 fn worst<T: Real>() -> [f64; 8] {
     let robot = kr500::<T>();
     let mut worst = [0.0_f64; 8];
     for s in golden::<T>() {
         let frames = robot.frames(&s.q);
-        // At the zero pose with v = 0 nothing moves and the floor of 1 (m, N·m, kg·m²) stands in for the norm.
+        // At the zero pose with v = 0 nothing moves and the floor of 1 (m, N·m, kg·m²) stands in
+        // for the norm.
         fn off<T: Real, const R: usize, const C: usize>(
             a: &SMatrix<T, R, C>,
             b: &SMatrix<T, R, C>,
@@ -28,7 +30,7 @@ fn worst<T: Real>() -> [f64; 8] {
             off(&frames.jacobian().0, &s.jacobian),
             off(&robot.crba(&frames), &s.mass_matrix),
             off(&robot.rnea(&frames, &s.v, &s.a, &Wrench::zero()), &s.rnea),
-            off(&robot.bias(&frames, &s.v), &s.bias),
+            off(&robot.nonlinear_effects(&frames, &s.v), &s.bias),
             off(&robot.gravity_torque(&frames), &s.gravity),
             off(&frames.joint_torque(&s.wrench), &s.wrench_torque),
             off(&forward, &s.forward_acceleration),
@@ -47,7 +49,8 @@ fn worst<T: Real>() -> [f64; 8] {
 
 #[test]
 fn agrees_with_pinocchio_in_double_precision() {
-    // The requirement: 1e-9. (Rounding of 6 chained rotations and of M's condition number would allow 1e-11.)
+    // The requirement: 1e-9. (Rounding of 6 chained rotations and of M's condition number would
+    // allow 1e-11.)
     for (i, off) in worst::<f64>().into_iter().enumerate() {
         assert!(off < 1e-9, "quantity {i} is off by {off:e}");
     }
@@ -56,14 +59,14 @@ fn agrees_with_pinocchio_in_double_precision() {
 #[test]
 fn agrees_with_pinocchio_in_single_precision() {
     let worst = worst::<f32>();
-    // Inputs rounded to f32, six chained rotations, cancelling sums of some tens of terms: measured up to 6 ε
-    // (gravity, 6.7e-7); three times that is granted to other libraries' sines.
+    // Inputs rounded to f32, six chained rotations, cancelling sums of some tens of terms: measured
+    // up to 6 ε (gravity, 6.7e-7); three times that is granted to other libraries' sines.
     let rounding = 18.0 * number(f32::EPSILON);
     for (i, off) in worst[..7].iter().enumerate() {
         assert!(*off < rounding, "quantity {i} is off by {off:e}");
     }
-    // Forward dynamics multiplies that by the condition of M (1e3 and more, but mostly a matter of unequal links,
-    // which Cholesky does not suffer from): measured 14 ε.
+    // Forward dynamics multiplies that by the condition of M (1e3 and more, but mostly a matter of
+    // unequal links, which Cholesky does not suffer from): measured 14 ε.
     assert!(worst[7] < 3.0 * rounding, "forward dynamics is off by {:e}", worst[7]);
 }
 

@@ -1,4 +1,5 @@
-//! Health signals against double precision: how far approximate mathematics is off, and that it would not do elsewhere.
+//! Health signals against double precision: how far approximate mathematics is off, and that it
+//! would not do elsewhere.
 
 use proptest::prelude::*;
 use std::f64::consts::{PI, TAU};
@@ -48,8 +49,8 @@ proptest! {
         let off = f64::from(level.level()) / exact - 1.0;
         seen("vibration level too high, share", off);
         seen("vibration level too low, share", -off);
-        // micromath's square root is (1 + m/2)/√(1 + m) ≤ 1.061 times the root; the rest is f32 at a mean of up to 1e4
-        // times the vibration. Measured +5.7 %.
+        // micromath's square root is (1 + m/2)/√(1 + m) ≤ 1.061 times the root; the rest is f32 at
+        // a mean of up to 1e4 times the vibration. Measured +5.7 %.
         prop_assert!((-2e-3..0.062).contains(&off), "off by {off}");
     }
 
@@ -76,7 +77,8 @@ proptest! {
             c += 2.0 * step * cosine;
             s += 2.0 * step * sine;
         }
-        // What was put in is found by exact functions to f32's rounding of 18 kN (the start is forgotten to e⁻¹⁶) …
+        // What was put in is found by exact functions to f32's rounding of 18 kN (the start is
+        // forgotten to e⁻¹⁶) …
         let found = seen("double precision, share", (f64::hypot(c, s) / amplitude - 1.0).abs());
         prop_assert!(found < 1e-4 && wrapped(s.atan2(c) - phase).abs() < 1e-4);
         // … and by these as closely as the module says.
@@ -91,7 +93,8 @@ proptest! {
 
 #[test]
 fn spindle_line_is_late_by_its_declared_delay() {
-    // A phase that drifts by 0.2 rad/s, ten turns a second: after long, the line shows what was τ ago.
+    // A phase that drifts by 0.2 rad/s, ten turns a second: after long, the line shows what was τ
+    // ago.
     let mut line = SpindleLine::new(1, TAU_S as f32, PERIOD as f32).unwrap();
     let (drift, steps) = (0.2, 6000);
     let mut ahead = 0.0;

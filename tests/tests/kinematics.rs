@@ -1,5 +1,5 @@
-//! Forward and inverse kinematics: each undoes the other on all eight branches, through the wrist singularity and at
-//! the edges of what exists; the Jacobian is the derivative.
+//! Forward and inverse kinematics: each undoes the other on all eight branches, through the wrist
+//! singularity and at the edges of what exists; the Jacobian is the derivative.
 
 use nalgebra::Vector3;
 use proptest::prelude::*;
@@ -21,18 +21,19 @@ proptest! {
     #[test]
     fn every_branch_returned_reaches_the_pose(q in regular_configuration()) {
         let robot = &*KR500;
-        let pose = robot.forward(&q);
+        let pose = robot.forward_kinematics(&q);
         let all = robot.inverse_all(&pose).unwrap();
         // The wrist flips for every arm posture, so branches come in pairs.
         prop_assert!(all.len() >= 2 && all.len().is_multiple_of(2), "{} branches", all.len());
         for (branch, found) in &all {
             // The requirement: 1e-9 m and rad.
-            let off = seen("f64 inverse, pose", pose_difference(&robot.forward(found), &pose));
+            let off = seen("f64 inverse, pose", pose_difference(&robot.forward_kinematics(found), &pose));
             prop_assert!(off < 1e-9, "{branch:?} misses the pose by {off:e}");
             prop_assert!(found.iter().all(|a| (-core::f64::consts::PI..=core::f64::consts::PI).contains(a)));
             prop_assert_eq!(robot.branch_of(found).unwrap(), *branch, "branch_of names another branch");
         }
-        // Angles lose what the geometry near the filtered singularities amplifies, at most about 1/0.2².
+        // Angles lose what the geometry near the filtered singularities amplifies, at most about
+        // 1/0.2².
         let nearest = all.iter().map(|(_, found)| apart(found, &q)).fold(f64::MAX, f64::min);
         prop_assert!(seen("f64 inverse, angles", nearest) < 1e-9, "the nearest solution is {nearest:e} rad away");
     }
@@ -40,7 +41,8 @@ proptest! {
     #[test]
     fn any_decoupled_arm_is_covered(q in configuration(), offsets in within(JointVector::repeat(0.3)),
                                     turned in prop::array::uniform6(any::<bool>())) {
-        // Offsets along and across the arm, a foot away from B, a wrist of some length and axes of either sense.
+        // Offsets along and across the arm, a foot away from B, a wrist of some length and axes of
+        // either sense.
         let mut parameters = kr500_parameters::<f64>();
         parameters.joints[0].origin += Vector3::new(offsets[0], offsets[1], offsets[2]);
         parameters.joints[1].origin.y += offsets[3];
@@ -54,14 +56,15 @@ proptest! {
         }
         let robot = Robot::new(parameters).unwrap();
         let frames = robot.frames(&q);
-        // Away from singular poses, where the angles are not known to 1e-9: by the singular values of J.
+        // Away from singular poses, where the angles are not known to 1e-9: by the singular values
+        // of J.
         let values = frames.jacobian().0.svd(false, false).singular_values;
         prop_assume!(values.min() > 1e-2 * values.max());
         let branch = robot.branch_of(&q).unwrap();
         let back = robot.inverse(&frames.tcp, branch).unwrap();
         prop_assert!(apart(&back, &q) < 1e-9, "{branch:?} leads to {back} instead of {q}");
         for (branch, found) in robot.inverse_all(&frames.tcp).unwrap() {
-            let off = pose_difference(&robot.forward(&found), &frames.tcp);
+            let off = pose_difference(&robot.forward_kinematics(&found), &frames.tcp);
             prop_assert!(off < 1e-9, "{branch:?} misses the pose by {off:e}");
         }
     }
@@ -69,7 +72,7 @@ proptest! {
     #[test]
     fn branch_of_names_the_branch_that_leads_back(q in regular_configuration()) {
         let branch = KR500.branch_of(&q).unwrap();
-        let back = KR500.inverse(&KR500.forward(&q), branch).unwrap();
+        let back = KR500.inverse(&KR500.forward_kinematics(&q), branch).unwrap();
         prop_assert!(apart(&back, &q) < 1e-9, "{branch:?} leads to {back} instead of {q}");
     }
 
@@ -77,29 +80,30 @@ proptest! {
     fn single_precision_reaches_the_pose(q in regular_configuration()) {
         let robot = kr500::<f32>();
         let q = cast::<f32, 6, 1>(&q);
-        let pose = robot.forward(&q);
+        let pose = robot.forward_kinematics(&q);
         for (branch, found) in robot.inverse_all(&pose).unwrap() {
-            // 3.5 m of reach are 2e-7 m an ulp, and the elbow near stretched amplifies it by up to 1/0.2: measured
-            // 1.8e-6.
-            let off = seen("f32 inverse, pose", pose_difference(&robot.forward(&found), &pose));
+            // 3.5 m of reach are 2e-7 m an ulp, and the elbow near stretched amplifies it by up to
+            // 1/0.2: measured 1.8e-6.
+            let off = seen("f32 inverse, pose", pose_difference(&robot.forward_kinematics(&found), &pose));
             prop_assert!(off < 6e-6, "{branch:?} misses the pose by {off:e}");
         }
-        let back = robot.track(&pose, &q).unwrap();
+        let back = robot.inverse_near(&pose, &q).unwrap();
         prop_assert!(seen("f32 inverse, angles", number((back - q).amax())) < 1e-5, "off by {:e} rad", (back - q).amax());
     }
 
     #[test]
     fn track_follows_a_path_through_every_turn(q in regular_configuration(), rate in rate()) {
         let robot = &*KR500;
-        // 20 steps of 1/200 s at up to full speed: at most 0.2 rad from the start, inside the regular region but for
-        // its rim; a path that leaves the limits or comes near a singularity is not this test's subject.
+        // 20 steps of 1/200 s at up to full speed: at most 0.2 rad from the start, inside the
+        // regular region but for its rim; a path that leaves the limits or comes near a singularity
+        // is not this test's subject.
         let mut near = q;
         for step in 1..=20 {
             let truth = q + rate * (0.005 * f64::from(step));
             if robot.beyond_limits(&truth).is_some() || robot.branch_of(&truth) != robot.branch_of(&q) {
                 break;
             }
-            near = robot.track(&robot.forward(&truth), &near).unwrap();
+            near = robot.inverse_near(&robot.forward_kinematics(&truth), &near).unwrap();
             // No wrapping: A4 and A6 must come back on their own turn.
             prop_assert!((near - truth).amax() < 1e-8, "step {step}: {near} instead of {truth}");
         }
@@ -111,7 +115,8 @@ proptest! {
     ) {
         let robot = &*KR500;
         let sign = if down { -1.0 } else { 1.0 };
-        // A5 from one side to the other in steps of 1/50 rad; with offset 0 a step lands on the singularity itself.
+        // A5 from one side to the other in steps of 1/50 rad; with offset 0 a step lands on the
+        // singularity itself.
         for offset in [offset, 0.0] {
             let at = |k: f64| {
                 let mut at = q;
@@ -121,9 +126,9 @@ proptest! {
             let mut near = at(-10.0);
             for k in -9..=9 {
                 let truth = at(f64::from(k));
-                let pose = robot.forward(&truth);
-                near = robot.track(&pose, &near).unwrap();
-                prop_assert!(pose_difference(&robot.forward(&near), &pose) < 1e-8, "step {k} misses the pose");
+                let pose = robot.forward_kinematics(&truth);
+                near = robot.inverse_near(&pose, &near).unwrap();
+                prop_assert!(pose_difference(&robot.forward_kinematics(&near), &pose) < 1e-8, "step {k} misses the pose");
                 // Close to the singularity A4 is known to 1e-16/sin A5; at it, it is held.
                 prop_assert!(seen("through the singularity", (near - truth).amax()) < 1e-8, "step {k}: {near} instead of {truth}");
             }
@@ -134,15 +139,15 @@ proptest! {
     fn track_holds_a4_at_the_singularity(q in regular_configuration()) {
         let mut q = q;
         q[4] = 0.0;
-        let pose = KR500.forward(&q);
+        let pose = KR500.forward_kinematics(&q);
         prop_assert_eq!(KR500.inverse(&pose, KR500.branch_of(&q).unwrap()), Err(KinematicsError::Singular));
-        let found = KR500.track(&pose, &q).unwrap();
+        let found = KR500.inverse_near(&pose, &q).unwrap();
         // Held by wrapping the difference, one rounding at 2π.
         prop_assert!((found[3] - q[3]).abs() < 1e-14);
         prop_assert!((found - q).amax() < 1e-9);
 
         let (robot, q) = (kr500::<f32>(), cast::<f32, 6, 1>(&q));
-        let found = robot.track(&robot.forward(&q), &q).unwrap();
+        let found = robot.inverse_near(&robot.forward_kinematics(&q), &q).unwrap();
         prop_assert!(seen("f32 A4 held", f64::from((found[3] - q[3]).abs())) < 1e-5, "f32: A4 went from {} to {}", q[3], found[3]);
     }
 
@@ -153,7 +158,7 @@ proptest! {
         for i in 0..JOINTS {
             let mut step = JointVector::zeros();
             step[i] = h;
-            let (before, after) = (KR500.forward(&(q - step)), KR500.forward(&(q + step)));
+            let (before, after) = (KR500.forward_kinematics(&(q - step)), KR500.forward_kinematics(&(q + step)));
             let numeric = before.error_to(&after).to_vector() / (2.0 * h);
             // Central differences: h²/6 · 3.5 m = 6e-11 of truncation, 3.5 ε/h = 8e-11 of rounding.
             let off = seen("Jacobian", (numeric - jacobian.column(i)).amax());
@@ -183,7 +188,7 @@ proptest! {
             tilt: core::array::from_fn(|i| robot.parameters().joints[i].axis * tilt[i]),
         };
         // One more rotation of rounding a joint over 3.5 m.
-        prop_assert!(pose_difference(&robot.frames_displaced(&q, &own).tcp, &robot.forward(&(q + tilt))) < 1e-13);
+        prop_assert!(pose_difference(&robot.frames_displaced(&q, &own).tcp, &robot.forward_kinematics(&(q + tilt))) < 1e-13);
         // A displaced base carries everything with it.
         let foot = Pose {
             rotation: rotation_from_vector(&Vector3::new(base[0], base[1], base[2])),
@@ -201,33 +206,36 @@ proptest! {
         inside[joint] = if upper { high - 0.005 } else { low + 0.005 };
         let mut outside = inside;
         outside[joint] = if upper { high + 0.005 } else { low - 0.005 };
-        // A limit that coincides with another branch's rim (A3 near stretched) is another test's subject.
+        // A limit that coincides with another branch's rim (A3 near stretched) is another test's
+        // subject.
         prop_assume!(robot.branch_of(&inside) == robot.branch_of(&outside));
-        prop_assert!(robot.track(&robot.forward(&inside), &inside).is_ok());
-        prop_assert_eq!(robot.track(&robot.forward(&outside), &inside), Err(KinematicsError::Limit(joint)));
+        prop_assert!(robot.inverse_near(&robot.forward_kinematics(&inside), &inside).is_ok());
+        prop_assert_eq!(robot.inverse_near(&robot.forward_kinematics(&outside), &inside), Err(KinematicsError::Limit(joint)));
         prop_assert_eq!(robot.beyond_limits(&outside), Some(joint));
     }
 
     #[test]
     fn numbers_that_are_none_are_refused(q in regular_configuration(), place in 0..12_usize,
                                          bad in prop::sample::select(vec![f64::NAN, f64::INFINITY, f64::NEG_INFINITY])) {
-        let mut pose = KR500.forward(&q);
+        let mut pose = KR500.forward_kinematics(&q);
         if place < 9 { pose.rotation[place] = bad } else { pose.position[place - 9] = bad }
         prop_assert_eq!(KR500.inverse_all(&pose).unwrap_err(), KinematicsError::NotFinite);
-        prop_assert_eq!(KR500.track(&pose, &q), Err(KinematicsError::NotFinite));
+        prop_assert_eq!(KR500.inverse_near(&pose, &q), Err(KinematicsError::NotFinite));
         let mut near = q;
         near[place % JOINTS] = bad;
-        prop_assert_eq!(KR500.track(&KR500.forward(&q), &near), Err(KinematicsError::NotFinite));
+        prop_assert_eq!(KR500.inverse_near(&KR500.forward_kinematics(&q), &near), Err(KinematicsError::NotFinite));
     }
 }
 
 #[test]
 fn out_of_reach_is_unreachable() {
-    // Reach of the wrist centre from A2: 1.3 m and √(1.025² + 0.055²) m; tool 0.69 m; A2 0.5 m out: 3.6 m in all.
+    // Reach of the wrist centre from A2: 1.3 m and √(1.025² + 0.055²) m; tool 0.69 m; A2 0.5 m out:
+    // 3.6 m in all.
     for pose in [
         Pose { position: Vector3::new(4.0, 0.0, 1.0), ..vertical_weld_pose(0.0) },
         Pose { position: Vector3::new(0.1, 0.0, 5.0), ..vertical_weld_pose(0.0) },
-        // Too near: the wrist centre inside the ring that the folded arm cannot enter, shoulder front and back.
+        // Too near: the wrist centre inside the ring that the folded arm cannot enter, shoulder
+        // front and back.
         Pose { position: Vector3::new(0.5, 0.0, 1.045 - 0.69), ..vertical_weld_pose(0.0) },
     ] {
         let all = KR500.inverse_all(&pose);
@@ -237,14 +245,15 @@ fn out_of_reach_is_unreachable() {
     let far = Pose { position: Vector3::new(4.0, 0.0, 1.0), ..vertical_weld_pose(0.0) };
     assert_eq!(KR500.inverse_all(&far).unwrap_err(), KinematicsError::Unreachable);
     assert_eq!(
-        KR500.track(&far, &JointVector::from([0.0, -1.0, 1.5, 0.0, 0.5, 0.0])),
+        KR500.inverse_near(&far, &JointVector::from([0.0, -1.0, 1.5, 0.0, 0.5, 0.0])),
         Err(KinematicsError::Unreachable)
     );
 }
 
 #[test]
 fn wrist_centre_on_the_first_axis_is_singular() {
-    // Tool vertical: the wrist centre lies 0.69 m above the TCP, and here on A1, within reach of A2.
+    // Tool vertical: the wrist centre lies 0.69 m above the TCP, and here on A1, within reach of
+    // A2.
     let pose = Pose { position: Vector3::new(0.0, 0.0, 2.0), ..vertical_weld_pose(0.0) };
     for branch in Branch::ALL {
         assert_eq!(KR500.inverse(&pose, branch), Err(KinematicsError::Singular));
@@ -279,8 +288,8 @@ fn forward_of_inverse_is_the_weld() {
     let branch = robot.branch_of(&q).unwrap();
     for step in 0..=200 {
         let pose = vertical_weld_pose(-1.0 + 0.01 * f64::from(step));
-        let next = robot.track(&pose, &q).unwrap();
-        assert!(pose_difference(&robot.forward(&next), &pose) < 1e-9);
+        let next = robot.inverse_near(&pose, &q).unwrap();
+        assert!(pose_difference(&robot.forward_kinematics(&next), &pose) < 1e-9);
         // 10 mm at 1.5 m or more from every axis that must turn, a few times as much for the wrist.
         assert!((next - q).amax() < if step == 0 { 1e-9 } else { 0.1 }, "a jump at step {step}");
         assert_eq!(robot.branch_of(&next).unwrap(), branch);
@@ -298,8 +307,8 @@ fn single_precision_weld_path() {
     let mut worst = 0.0_f64;
     for step in 0..=200 {
         let pose = vertical_weld_pose(-1.0 + 0.01 * f64::from(step));
-        q = robot.track(&trueweld_tests::cast_pose(&pose), &q).unwrap();
-        worst = worst.max(pose_difference(&double.forward(&widen(&q)), &pose));
+        q = robot.inverse_near(&trueweld_tests::cast_pose(&pose), &q).unwrap();
+        worst = worst.max(pose_difference(&double.forward_kinematics(&widen(&q)), &pose));
     }
     println!("f32 inverse kinematics along the weld: {worst:.1e} m or rad");
     assert!(worst < 5e-6, "{worst:e}");

@@ -1,17 +1,19 @@
-//! The laws that see more, or less, than a wrench: each in a world where its answer is known, and with sensors gone wrong.
+//! The laws that see more, or less, than a wrench: each in a world where its answer is known, and
+//! with sensors gone wrong.
 //!
-//! The world is at rest at all times: encoders stand where set-point and demand put them, and the real tool where springs of the
-//! true stiffness let it. What the dynamics make of a law is for `published.rs`.
+//! The world is at rest at all times: encoders stand where set-point and demand put them, and the
+//! real tool where springs of the true stiffness let it. What the dynamics make of a law is for
+//! `published.rs`.
 
 use nalgebra::{SVector, Vector3};
 use proptest::prelude::*;
 use std::cell::Cell;
 use trueweld_compensators::{
-    Adaptive, Authority, Combined, Elastostatic, FeedForward, Following, Learning, Observer,
-    OuterIntegral, Prior, SeamTracking, Tracking,
+    Adaptive, Combined, CorrectionLimits, Elastostatic, FeedForward, FollowingGains, Learning,
+    Observer, OuterIntegral, Prior, SeamTracking, TrackingGains,
 };
-use trueweld_core::compensation::{Compensator, Observation, Sighting};
-use trueweld_core::control::{Sensed, Setpoint};
+use trueweld_core::compensation::{Compensator, DeviationMeasurement, Observation};
+use trueweld_core::control::{SensorReadings, Setpoint};
 use trueweld_core::{Fault, JointVector, Pose, Robot, Twist, Wrench};
 use trueweld_tests::{
     KR500, PERIOD, cases, pose_difference, sensed_at, setpoint_at, vertical_weld_pose, weight,
@@ -20,7 +22,7 @@ use trueweld_tests::{
 
 const FEED: f64 = 0.010;
 const AHEAD: f64 = 0.020;
-const TRACKING: Tracking<f64> = Tracking { rate: 8.0, shape: 0.0 };
+const TRACKING: TrackingGains<f64> = TrackingGains { rate: 8.0, shape: 0.0 };
 const PRIOR: Prior<f64> = Prior { compliance: 0.3, force: 0.3, tilt: 5e-4, lateral: 5e-4 };
 
 /// A cell at rest.
@@ -41,8 +43,12 @@ impl World {
     /// One period at a path position; the real tool's deviation from the seam, axes of W.
     fn step(&mut self, law: &mut dyn Compensator<f64>, path: f64, see: bool) -> Twist<f64> {
         let nominal = vertical_weld_pose(path - 0.5);
-        let setpoint =
-            Setpoint { pose: nominal, b_from_w: weld_axes(), force: Some(18e3), spindle: 0.0 };
+        let setpoint = Setpoint {
+            pose: nominal,
+            b_from_w: weld_axes(),
+            force: Some(18e3),
+            spindle_speed: 0.0,
+        };
         let sensed = sensed_at(&KR500, &self.encoder, &weld_wrench());
         let deviation = self.deviation(&nominal);
         let shape =
@@ -56,7 +62,7 @@ impl World {
         };
         let demand = law.demand(&KR500, &observation).expect("a demand");
         let wanted = nominal.displaced(&demand.rotated(&weld_axes()));
-        self.encoder = KR500.track(&wanted, &self.encoder).expect("within reach");
+        self.encoder = KR500.inverse_near(&wanted, &self.encoder).expect("within reach");
         self.deviation(&nominal) - shape(path)
     }
 
@@ -95,11 +101,11 @@ fn on_the_weld(y: f64) -> JointVector<f64> {
         .expect("a branch within the limits")
 }
 
-fn sighting(deviation: f64, along: Twist<f64>) -> Sighting<f64> {
-    Sighting { deviation, along, noise: 5e-5, age: 0.0, ahead: AHEAD }
+fn sighting(deviation: f64, along: Twist<f64>) -> DeviationMeasurement<f64> {
+    DeviationMeasurement { deviation, along, noise: 5e-5, age: 0.0, ahead: AHEAD }
 }
 
-fn seam_sensor(deviation: &Twist<f64>) -> [Sighting<f64>; 2] {
+fn seam_sensor(deviation: &Twist<f64>) -> [DeviationMeasurement<f64>; 2] {
     let across = Twist { angular: Vector3::z() * AHEAD, linear: Vector3::y() };
     let tilted = Twist { angular: Vector3::x(), linear: Vector3::zeros() };
     [across, tilted].map(|along| sighting(along.to_vector().dot(&deviation.to_vector()), along))
@@ -108,7 +114,7 @@ fn seam_sensor(deviation: &Twist<f64>) -> [Sighting<f64>; 2] {
 #[test]
 fn feed_forward_is_the_elastostatic_law_of_the_planned_load() {
     let q = on_the_weld(0.2);
-    let (setpoint, nominal) = (setpoint_at(&KR500, &q, Some(18e3)), KR500.forward(&q));
+    let (setpoint, nominal) = (setpoint_at(&KR500, &q, Some(18e3)), KR500.forward_kinematics(&q));
     let sensed = sensed_at(&KR500, &q, &weld_wrench());
     let planned = weld_wrench().rotated(&(setpoint.b_from_w.transpose() * nominal.rotation));
     let observation =
@@ -121,7 +127,7 @@ fn feed_forward_is_the_elastostatic_law_of_the_planned_load() {
 #[test]
 fn calibrated_crosstalk_is_taken_out() {
     let q = on_the_weld(0.2);
-    let (setpoint, nominal) = (setpoint_at(&KR500, &q, Some(18e3)), KR500.forward(&q));
+    let (setpoint, nominal) = (setpoint_at(&KR500, &q, Some(18e3)), KR500.forward_kinematics(&q));
     let mut sensed = sensed_at(&KR500, &q, &weld_wrench());
     let clean = Observation::of_robot(&setpoint, &nominal, &sensed);
     let wanted = Elastostatic::new(5.0, PERIOD).unwrap().demand(&KR500, &clean).unwrap();
@@ -141,7 +147,7 @@ fn calibrated_crosstalk_is_taken_out() {
 fn the_observer_finds_the_load_of_a_resting_arm_from_its_motors() {
     // At rest the motors carry what the springs do: gravity less the counterbalance less the load.
     let link = on_the_weld(0.1);
-    let nominal = KR500.forward(&link);
+    let nominal = KR500.forward_kinematics(&link);
     let frames = KR500.frames(&link);
     let load = Wrench {
         moment: Vector3::new(20.0, -30.0, 10.0),
@@ -150,7 +156,8 @@ fn the_observer_finds_the_load_of_a_resting_arm_from_its_motors() {
     let torque = KR500.spring_torque_at_rest(&frames, &link, &load);
     let encoder = link + torque.component_div(KR500.stiffness());
     let setpoint = setpoint_at(&KR500, &link, Some(18e3));
-    let sensed = Sensed { motor_torque: torque, ..sensed_at(&KR500, &encoder, &Wrench::zero()) };
+    let sensed =
+        SensorReadings { motor_torque: torque, ..sensed_at(&KR500, &encoder, &Wrench::zero()) };
     let mut law = Observer::new(30.0, PERIOD).unwrap();
     let demand = law.demand(&KR500, &Observation::of_robot(&setpoint, &nominal, &sensed)).unwrap();
     assert!((law.link(&KR500, &encoder) - link).amax() < 1e-12);
@@ -158,17 +165,19 @@ fn the_observer_finds_the_load_of_a_resting_arm_from_its_motors() {
     assert!((found - load).to_vector().amax() < 1e-6, "{found:?}");
     // It demands just the pose that the encoders have: the real tool is where it should be.
     let there = setpoint.pose.displaced(&demand.rotated(&setpoint.b_from_w));
-    assert!(pose_difference(&there, &KR500.forward(&encoder)) < 1e-9);
+    assert!(pose_difference(&there, &KR500.forward_kinematics(&encoder)) < 1e-9);
 }
 
 #[test]
 fn the_observer_follows_a_load_with_its_bandwidth() {
     let link = on_the_weld(0.1);
-    let (nominal, setpoint) = (KR500.forward(&link), setpoint_at(&KR500, &link, Some(18e3)));
+    let (nominal, setpoint) =
+        (KR500.forward_kinematics(&link), setpoint_at(&KR500, &link, Some(18e3)));
     let rest = weight(&KR500, &link);
     let mut law = Observer::new(10.0, PERIOD).unwrap();
     let mut see = |torque: JointVector<f64>| {
-        let sensed = Sensed { motor_torque: torque, ..sensed_at(&KR500, &link, &Wrench::zero()) };
+        let sensed =
+            SensorReadings { motor_torque: torque, ..sensed_at(&KR500, &link, &Wrench::zero()) };
         law.demand(&KR500, &Observation::of_robot(&setpoint, &nominal, &sensed)).unwrap();
         law.spring_torque()
     };
@@ -212,12 +221,14 @@ fn a_lost_sensor_leaves_the_correction_where_it_was() {
 
 #[test]
 fn preview_follows_a_seam_that_bends_where_the_tool_is() {
-    // A seam that swings 0.5 mm to either side over 100 mm. Taken for the tool's own deviation it is followed 20 mm too early.
+    // A seam that swings 0.5 mm to either side over 100 mm. Taken for the tool's own deviation it
+    // is followed 20 mm too early.
     let swing = |path: f64| 0.5e-3 * (path * std::f64::consts::TAU / 0.1).sin();
     let follow = |shape: f64| {
         let mut world = World { shape: swing, ..World::new(1.0) };
         world.pass(
-            &mut SeamTracking::new(FeedForward, Tracking { rate: 8.0, shape }, PERIOD).unwrap(),
+            &mut SeamTracking::new(FeedForward, TrackingGains { rate: 8.0, shape }, PERIOD)
+                .unwrap(),
         )
     };
     let (early, in_time) = (follow(0.0), follow(1e4));
@@ -242,15 +253,19 @@ fn the_adaptive_law_learns_compliances_from_a_tracker_and_keeps_them() {
             moment: Vector3::new(300.0 * turn.cos(), 300.0 * turn.sin(), 500.0),
             force: Vector3::new(4e3 * turn.sin(), 4e3 * turn.cos(), -18e3),
         };
-        let setpoint =
-            Setpoint { pose: nominal, b_from_w: weld_axes(), force: Some(18e3), spindle: 0.0 };
+        let setpoint = Setpoint {
+            pose: nominal,
+            b_from_w: weld_axes(),
+            force: Some(18e3),
+            spindle_speed: 0.0,
+        };
         let in_t = load.rotated(&(nominal.rotation.transpose() * weld_axes()));
         let sensed = sensed_at(&KR500, &encoder, &in_t);
         let deviation = nominal
             .error_to(&real.deflected(&encoder, &in_t, 8).real)
             .rotated(&weld_axes().transpose())
             .to_vector();
-        let seen: Vec<Sighting<f64>> = (0..6)
+        let seen: Vec<DeviationMeasurement<f64>> = (0..6)
             .map(|i| {
                 let mut along = SVector::<f64, 6>::zeros();
                 along[i] = 1.0;
@@ -264,7 +279,9 @@ fn the_adaptive_law_learns_compliances_from_a_tracker_and_keeps_them() {
             ..Observation::of_robot(&setpoint, &nominal, &sensed)
         };
         let demand = law.demand(&KR500, &observation).unwrap();
-        encoder = KR500.track(&nominal.displaced(&demand.rotated(&weld_axes())), &encoder).unwrap();
+        encoder = KR500
+            .inverse_near(&nominal.displaced(&demand.rotated(&weld_axes())), &encoder)
+            .unwrap();
         for ((_, deviation), prior) in law.compliance().iter().zip(&prior) {
             assert!(
                 deviation.is_finite() && *deviation <= prior * (1.0 + 1e-9),
@@ -301,7 +318,8 @@ fn a_frozen_law_learns_nothing_that_stays() {
     let before = adaptive.compliance();
     let left = World::new(0.7).pass(&mut adaptive);
     assert_eq!(before, adaptive.compliance());
-    // Feed-forward alone is off by more than 0.5 mm; offsets reach three times as far as is believed of them, and no farther.
+    // Feed-forward alone is off by more than 0.5 mm; offsets reach three times as far as is
+    // believed of them, and no farther.
     assert!(left < 0.25e-3, "its offsets go on following: {left} m");
     let mut learning = Learning::new(FeedForward, 1.0, 1.0, PERIOD).unwrap();
     learning.freeze();
@@ -334,19 +352,20 @@ impl Compensator<f64> for Told<'_> {
 fn the_outer_integral_makes_up_for_what_the_position_loop_lacks() {
     let q = on_the_weld(0.0);
     let (setpoint, load) = (setpoint_at(&KR500, &q, Some(18e3)), weld_wrench());
-    let nominal = KR500.forward(&q);
+    let nominal = KR500.forward_kinematics(&q);
     let asked = Cell::new(Ok(1e-3));
-    let following = Following { rate: 5.0, size: 0.4e-3 };
+    let following = FollowingGains { rate: 5.0, size: 0.4e-3 };
     let mut law = OuterIntegral::new(Told(&asked), following, PERIOD).unwrap();
     let mut ask = |stands: f64| {
         let there = setpoint.pose.displaced(
             &(Twist { linear: Vector3::y() * stands, ..Twist::zero() }).rotated(&setpoint.b_from_w),
         );
-        let sensed = sensed_at(&KR500, &KR500.track(&there, &q).unwrap(), &load);
+        let sensed = sensed_at(&KR500, &KR500.inverse_near(&there, &q).unwrap(), &load);
         law.demand(&KR500, &Observation::of_robot(&setpoint, &nominal, &sensed))
             .map(|demand| demand.linear)
     };
-    // Drives that stand where they are told to, but for a lack of 0.3 mm: it is gone with the time constant 1/μ.
+    // Drives that stand where they are told to, but for a lack of 0.3 mm: it is gone with the time
+    // constant 1/μ.
     let lack = 0.3e-3;
     let mut told = 1e-3;
     for k in 1..=200 {
@@ -369,15 +388,16 @@ fn the_outer_integral_makes_up_for_what_the_position_loop_lacks() {
 #[test]
 fn a_combination_goes_over_without_a_bump_and_within_its_authority() {
     let q = on_the_weld(0.0);
-    let (setpoint, nominal) = (setpoint_at(&KR500, &q, Some(18e3)), KR500.forward(&q));
+    let (setpoint, nominal) = (setpoint_at(&KR500, &q, Some(18e3)), KR500.forward_kinematics(&q));
     let sensed = sensed_at(&KR500, &q, &weld_wrench());
     let observation = Observation::of_robot(&setpoint, &nominal, &sensed);
-    let authority = Authority { displacement: 5e-3, rotation: 0.08, fade: 0.5 };
+    let authority = CorrectionLimits { displacement: 5e-3, rotation: 0.08, fade: 0.5 };
     let (owner, other) = (Cell::new(Ok(3e-3)), Cell::new(Ok(1e-3)));
     let mut law = Combined::new(Told(&owner), Told(&other), [true; 6], authority, PERIOD).unwrap();
     let mut ask = || law.demand(&KR500, &observation).map(|demand| demand.linear.y);
     assert_eq!(ask(), Ok(3e-3));
-    // The owner fails and comes back: each time the output goes on from where it was, and the 2 mm fade with their time constant.
+    // The owner fails and comes back: each time the output goes on from where it was, and the 2 mm
+    // fade with their time constant.
     let most = 2e-3 * (1.0 - (-PERIOD / authority.fade).exp()) * (1.0 + 1e-9);
     let mut before = 3e-3;
     for (told, goal) in [(Err(Fault::Force), 1e-3), (Ok(3e-3), 3e-3)] {
@@ -411,7 +431,7 @@ proptest! {
         ];
         for mut law in laws {
             let q = on_the_weld(0.0);
-            let (setpoint, nominal) = (setpoint_at(&KR500, &q, Some(18e3)), KR500.forward(&q));
+            let (setpoint, nominal) = (setpoint_at(&KR500, &q, Some(18e3)), KR500.forward_kinematics(&q));
             let sensed = sensed_at(&KR500, &q, &weld_wrench());
             let plain = Observation {
                 planned: weld_wrench().rotated(&(setpoint.b_from_w.transpose() * nominal.rotation)),
@@ -430,7 +450,8 @@ proptest! {
                 let demand = law.demand(&KR500, &observation);
                 prop_assert!(demand.is_ok_and(|d| d.is_finite()), "{:?} after {:?}", demand, wrong);
             }
-            // What was learned of nonsense goes when good readings come: with this weld, or with the next pass.
+            // What was learned of nonsense goes when good readings come: with this weld, or with
+            // the next pass.
             law.reset();
             let mut world = World::new(1.0);
             for _ in 0..400 {

@@ -1,4 +1,5 @@
-//! The PID loop: its law, its limits, and that its integrator neither winds up nor loses what it was given.
+//! The PID loop: its law, its limits, and that its integrator neither winds up nor loses what it
+//! was given.
 
 use proptest::prelude::*;
 use trueweld_core::pid::{Pid, PidGains};
@@ -36,7 +37,8 @@ proptest! {
             prop_assert!(output.abs() <= limit, "{output} for {error} and {feed_forward}");
             prop_assert!(pid.integral().is_finite(), "the integrator is lost after {error} and {feed_forward}");
         }
-        // Whatever came before, an honest error is answered again once the difference has forgotten it.
+        // Whatever came before, an honest error is answered again once the difference has forgotten
+        // it.
         let (held, _) = pid.update(0.0, 0.0, limit, PERIOD);
         prop_assert!(held.abs() <= limit);
     }
@@ -63,8 +65,9 @@ proptest! {
         let mut pid = Pid::new(gains);
         pid.preload(load);
         prop_assert_eq!(pid.update(0.0, 0.0, 1e6, PERIOD), (load, false));
-        // Taken out of the integrator and fed forward instead: the output stays, but for one rounding.
-        pid.hand_over(-other);
+        // Taken out of the integrator and fed forward instead: the output stays, but for one
+        // rounding.
+        pid.transfer_integral(-other);
         prop_assert!((pid.update(0.0, other, 1e6, PERIOD).0 - load).abs() < 1e-11);
     }
 }

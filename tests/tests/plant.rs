@@ -1,12 +1,14 @@
-//! The elastic robot and its contact as a physical system: energy, rest, the rigid limit, and the accuracy of the
-//! default integrator.
+//! The elastic robot and its contact as a physical system: energy, rest, the rigid limit, and the
+//! accuracy of the default integrator.
 
 use nalgebra::Vector3;
 use trueweld_core::{JointVector, Robot, Wrench};
 use trueweld_plant::cell::{Cell, State};
 use trueweld_plant::integrate::{Integrator, Stepper, Tolerance, rest};
 use trueweld_plant::robot::{Port, ProcessPoint, Term};
-use trueweld_plant::simulate::{Controller, Law, Program, Row, Scenario, Seam, run, start_angles};
+use trueweld_plant::simulate::{
+    Controller, Law, Program, RecordRow, Scenario, Seam, run, start_angles,
+};
 use trueweld_tests::cell::{Fixtures, free_cell};
 use trueweld_tests::{KR500, seen};
 
@@ -69,7 +71,8 @@ fn without_friction_and_damping_the_free_arm_keeps_its_energy() {
     };
     let end = advance(&cell, Integrator::LinearlyImplicit, start, &torque, 1e-3, 1000);
     let drift = (energy(&end) - energy(&start)).abs() / exchanged;
-    // Third order at 1 ms: (ωh)³ of the 12 Hz modes that carry the ringing is 4e-4 a radian, damping; seen 6e-6 in all.
+    // Third order at 1 ms: (ωh)³ of the 12 Hz modes that carry the ringing is 4e-4 a radian,
+    // damping; seen 6e-6 in all.
     assert!(seen("default: energy drift in 1 s over what was exchanged", drift) < 1e-4);
 }
 
@@ -100,7 +103,8 @@ fn dampers_and_friction_take_exactly_the_energy_that_is_missing() {
         );
         lost += 0.5 * h * (before + power(&state));
     }
-    // The trapezoid over 0.1 ms of power that changes with 1/375 s (friction turning round) and the modes: 1e-3.
+    // The trapezoid over 0.1 ms of power that changes with 1/375 s (friction turning round) and the
+    // modes: 1e-3.
     let mismatch = (start - energy(&state) - lost).abs() / lost;
     assert!(lost > 1.0, "the fall must have cost something: {lost} J");
     assert!(seen("energy balance with dampers and friction, mismatch over loss", mismatch) < 1e-3);
@@ -142,10 +146,11 @@ fn stiffer_springs_approach_the_rigid_arm() {
         (end.drives().link - rigid).amax()
     };
     let (soft, stiff) = (error(1e2), error(1e4));
-    // Twist is load over K: a hundred times stiffer, a hundred times nearer, until the rigid prediction's own neglect of
-    // the changing posture shows.
+    // Twist is load over K: a hundred times stiffer, a hundred times nearer, until the rigid
+    // prediction's own neglect of the changing posture shows.
     assert!(stiff < soft / 30.0, "×1e2: {soft:e} rad, ×1e4: {stiff:e} rad");
-    // 13 kN·m on 6.2e10 N·m/rad twist the drive by 2e-7 rad; the link follows the motor to less than that.
+    // 13 kN·m on 6.2e10 N·m/rad twist the drive by 2e-7 rad; the link follows the motor to less
+    // than that.
     assert!(seen("elastic against rigid at K × 1e4, rad", stiff) < 2e-7);
 }
 
@@ -175,7 +180,7 @@ fn static_deflection_is_where_the_ringing_plant_comes_to_rest() {
     let rung =
         advance(&cell, Integrator::LinearlyImplicit, start, &JointVector::zeros(), 1e-3, 20_000);
     let at_rest = rest::under_wrench(&cell, &q, &cell.wrench(&load)).expect("an equilibrium");
-    let tool = |link: &JointVector<f64>| KR500.forward(link).position;
+    let tool = |link: &JointVector<f64>| KR500.forward_kinematics(link).position;
     let deflection = tool(&at_rest) - tool(&q);
     let gap = (tool(&rung.drives().link) - tool(&at_rest)).norm();
     assert!(
@@ -185,7 +190,7 @@ fn static_deflection_is_where_the_ringing_plant_comes_to_rest() {
     assert!(seen("static solver against the plant at rest, m", gap) < 1e-6);
     // And the core's prediction, which iterates on the loaded pose, is the same equilibrium.
     let wrench = Wrench { moment: Vector3::zeros(), force: cell.b_from_w.rotation * load };
-    let in_t = wrench.rotated(&KR500.forward(&at_rest).rotation.transpose());
+    let in_t = wrench.rotated(&KR500.forward_kinematics(&at_rest).rotation.transpose());
     let predicted = KR500.deflected(&q, &in_t, 6);
     assert!(
         seen(
@@ -199,8 +204,9 @@ fn static_deflection_is_where_the_ringing_plant_comes_to_rest() {
 fn the_default_integrator_stays_within_a_micrometre_of_the_reference_over_a_whole_weld() {
     let fixtures = Fixtures::of("vertical");
     let cell = fixtures.cell(&[]);
-    // Encoders and force sensor without steps: a reading that falls to the other side of a step, for a difference in the
-    // last digit, moves the closed loop by more than both integrators' errors (1.4 µm at 2 µrad, at any plant step).
+    // Encoders and force sensor without steps: a reading that falls to the other side of a step,
+    // for a difference in the last digit, moves the closed loop by more than both integrators'
+    // errors (1.4 µm at 2 µrad, at any plant step).
     let mut sensors = fixtures.sensors.clone();
     sensors.encoder_resolution = [0.0; 6];
     sensors.force.resolution = 0.0;
@@ -229,7 +235,7 @@ fn the_default_integrator_stays_within_a_micrometre_of_the_reference_over_a_whol
     ];
     for ((metres, newtons), recording) in said.into_iter().zip([fine, coarse]) {
         assert_eq!(recording.rows.len(), exact.rows.len());
-        let rms = |apart: &dyn Fn(&Row, &Row) -> f64| {
+        let rms = |apart: &dyn Fn(&RecordRow, &RecordRow) -> f64| {
             let pairs = recording.rows.iter().zip(&exact.rows);
             (pairs.map(|(a, b)| apart(a, b).powi(2)).sum::<f64>() / exact.rows.len() as f64).sqrt()
         };

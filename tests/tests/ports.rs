@@ -1,13 +1,13 @@
-//! Every named port of the plant: a term put there acts as its port says, and nothing else changes. Then the library's
-//! effects, by their equations.
+//! Every named port of the plant: a term put there acts as its port says, and nothing else changes.
+//! Then the library's effects, by their equations.
 
 use nalgebra::Vector3;
 use trueweld_core::{JointVector, Wrench};
 use trueweld_plant::cell::State;
-use trueweld_plant::effects::{At, Effect, TABLE};
+use trueweld_plant::effects::{Effect, Location, TABLE};
 use trueweld_plant::integrate::rest;
 use trueweld_plant::robot::{
-    Channel, Drives, JointPoint, Port, ProcessPoint, Readings, Sloped, Term,
+    Channel, Drives, JointState, Port, ProcessPoint, Readings, Term, ValueDerivative,
 };
 use trueweld_plant::simulate::{Controller, Law, Program, run};
 use trueweld_tests::KR500;
@@ -20,7 +20,7 @@ const POSTURE: [f64; 6] = [0.286, -0.932, 1.944, 0.1, 0.559, 0.286];
 struct Everything;
 
 impl Term for Everything {
-    fn twist(&self, _: &JointPoint) -> f64 {
+    fn torsion(&self, _: &JointState) -> f64 {
         1e-4
     }
     fn stiffness(&self, _: f64) -> f64 {
@@ -29,13 +29,13 @@ impl Term for Everything {
     fn damping(&self) -> f64 {
         3.0
     }
-    fn spring_torque(&self, _: &JointPoint, _: f64) -> f64 {
+    fn spring_torque(&self, _: &JointState, _: f64) -> f64 {
         7.0
     }
-    fn friction(&self, _: &JointPoint) -> Sloped {
-        Sloped { value: 11.0, slope: 0.0 }
+    fn friction(&self, _: &JointState) -> ValueDerivative {
+        ValueDerivative { value: 11.0, slope: 0.0 }
     }
-    fn link_torque(&self, _: &JointPoint, counterbalance: f64) -> f64 {
+    fn link_torque(&self, _: &JointState, counterbalance: f64) -> f64 {
         -0.5 * counterbalance
     }
     fn link_angle(&self) -> f64 {
@@ -120,7 +120,8 @@ fn frame_ports_tilt_under_the_moment_they_carry() {
         [(Port::LinkFrame(0), Vector3::zeros()), (Port::BaseFrame, Vector3::zeros())]
     {
         let tcp = with(port).robot.frames(&q, &push, 0.0).tcp;
-        // Moment at the foot: the push at its lever, and gravity of all links; the tilt about the horizontal axes.
+        // Moment at the foot: the push at its lever, and gravity of all links; the tilt about the
+        // horizontal axes.
         let gravity = Vector3::new(0.0, 0.0, -9.80665);
         let still = JointVector::zeros();
         let loads = KR500.joint_loads(&KR500.frames(&q), &still, &still, &push);
@@ -208,13 +209,14 @@ fn backlash_lets_the_link_go_until_the_gap_is_taken_up() {
     let cell = fixtures.cell(&["backlash:A5:half_gap_rad=2e-4"]);
     let bare = fixtures.cell(&[]);
     let q = JointVector::from(POSTURE);
-    // Across the tool, so that A5 carries it: 4 kN·m against the 120 N·m that would only take up the gap.
+    // Across the tool, so that A5 carries it: 4 kN·m against the 120 N·m that would only take up
+    // the gap.
     for force in [-6e3, 6e3] {
         let wrench = Wrench { moment: Vector3::zeros(), force: Vector3::new(force, 0.0, 0.0) };
         let loose = rest::under_wrench(&cell, &q, &wrench).expect("rest");
         let tight = rest::under_wrench(&bare, &q, &wrench).expect("rest");
-        // The link goes by b further the way its torque already pushes it, give or take what the moved load adds:
-        // F·L/K = 6 kN · 0.69 m / 0.6 MN·m/rad = 1 % of it.
+        // The link goes by b further the way its torque already pushes it, give or take what the
+        // moved load adds: F·L/K = 6 kN · 0.69 m / 0.6 MN·m/rad = 1 % of it.
         let more = loose - tight;
         let expected = gap * (tight[4] - q[4]).signum();
         assert!((more[4] - expected).abs() < 3e-2 * gap, "{force} N: {more}");
@@ -244,7 +246,7 @@ fn effects_are_read_or_refused_with_what_was_expected() {
     let good = Effect::parse("backlash:A5:half_gap_rad=2e-4", &robot).expect("good");
     assert_eq!(
         (good.kind.id, good.at, good.values.as_slice()),
-        ("backlash", At::Joint(4), &[2e-4][..])
+        ("backlash", Location::Joint(4), &[2e-4][..])
     );
     for (text, says) in [
         ("backlash", "ID:AT:NAME=VALUE"),

@@ -1,15 +1,16 @@
 //! Single against double precision: the controller computes in `f32`, and this is what that costs.
 //!
-//! Both precisions are given the same inputs, rounded to `f32` once, so that what is compared is the arithmetic.
+//! Both precisions are given the same inputs, rounded to `f32` once, so that what is compared is
+//! the arithmetic.
 
 use nalgebra::{SVector, Vector3};
 use proptest::prelude::*;
 use trueweld_compensators::{
-    Adaptive, Elastostatic, FeedForward, Following, Learning, Observer, OuterIntegral, Prior,
-    SeamTracking, Tracking,
+    Adaptive, Elastostatic, FeedForward, FollowingGains, Learning, Observer, OuterIntegral, Prior,
+    SeamTracking, TrackingGains,
 };
-use trueweld_core::compensation::{Compensator, Observation, Sighting};
-use trueweld_core::control::{Sensed, Setpoint};
+use trueweld_core::compensation::{Compensator, DeviationMeasurement, Observation};
+use trueweld_core::control::{SensorReadings, Setpoint};
 use trueweld_core::scalar::lit;
 use trueweld_core::{JOINTS, JointVector, Pose, Real, Twist, Wrench};
 use trueweld_tests::{
@@ -22,12 +23,12 @@ fn cast_setpoint<T: Real>(s: &Setpoint<f64>) -> Setpoint<T> {
         pose: cast_pose(&s.pose),
         b_from_w: cast(&s.b_from_w),
         force: s.force.map(nalgebra::convert),
-        spindle: nalgebra::convert(s.spindle),
+        spindle_speed: nalgebra::convert(s.spindle_speed),
     }
 }
 
-fn cast_sensed<T: Real>(s: &Sensed<f64>) -> Sensed<T> {
-    Sensed {
+fn cast_sensed<T: Real>(s: &SensorReadings<f64>) -> SensorReadings<T> {
+    SensorReadings {
         encoder: cast(&s.encoder),
         encoder_rate: cast(&s.encoder_rate),
         motor_torque: cast(&s.motor_torque),
@@ -48,15 +49,20 @@ fn situation(
     off: &SVector<f64, 6>,
     rate: &JointVector<f64>,
     load: f64,
-) -> (Setpoint<f64>, Sensed<f64>) {
+) -> (Setpoint<f64>, SensorReadings<f64>) {
     let encoder = rounded(q);
-    let actual = KR500.forward(&encoder);
+    let actual = KR500.forward_kinematics(&encoder);
     let exact = actual.displaced(&Twist::from_vector(off));
     let pose = Pose { rotation: rounded(&exact.rotation), position: rounded(&exact.position) };
     let wrench = Wrench::from_vector(&rounded(&(weld_wrench() * load).to_vector()));
     (
-        Setpoint { pose, b_from_w: rounded(&actual.rotation), force: Some(18e3), spindle: -62.5 },
-        Sensed {
+        Setpoint {
+            pose,
+            b_from_w: rounded(&actual.rotation),
+            force: Some(18e3),
+            spindle_speed: -62.5,
+        },
+        SensorReadings {
             encoder,
             encoder_rate: rounded(rate),
             motor_torque: rounded(&weight(&KR500, &encoder)),
@@ -66,19 +72,25 @@ fn situation(
 }
 
 /// A seam sensor 20 mm ahead that misses the seam by so much.
-fn sightings<T: Real>(miss: f64) -> [Sighting<T>; 2] {
+fn sightings<T: Real>(miss: f64) -> [DeviationMeasurement<T>; 2] {
     let across = Twist { angular: Vector3::z() * lit::<T>(0.02), linear: Vector3::y() };
     let tilted = Twist { angular: Vector3::x(), linear: Vector3::zeros() };
     let ahead = lit(0.02);
     [
-        Sighting {
+        DeviationMeasurement {
             deviation: lit(f64::from(miss as f32)),
             along: across,
             noise: lit(5e-5),
             age: T::zero(),
             ahead,
         },
-        Sighting { deviation: T::zero(), along: tilted, noise: lit(1e-3), age: T::zero(), ahead },
+        DeviationMeasurement {
+            deviation: T::zero(),
+            along: tilted,
+            noise: lit(1e-3),
+            age: T::zero(),
+            ahead,
+        },
     ]
 }
 
@@ -86,8 +98,8 @@ fn laws<T: Real>() -> Vec<(&'static str, Box<dyn Compensator<T>>)> {
     let period = lit::<T>(PERIOD);
     let prior =
         Prior { compliance: lit(0.3), force: lit(0.3), tilt: lit(5e-4), lateral: lit(5e-4) };
-    let tracking = Tracking { rate: lit(10.0), shape: lit(25.0) };
-    let following = Following { rate: lit(8.0), size: lit(2e-3) };
+    let tracking = TrackingGains { rate: lit(10.0), shape: lit(25.0) };
+    let following = FollowingGains { rate: lit(8.0), size: lit(2e-3) };
     vec![
         ("feed-forward demand, m", Box::new(FeedForward)),
         ("observer demand, m", Box::new(Observer::new(lit(30.0), period).unwrap())),
@@ -130,16 +142,17 @@ proptest! {
             let (setpoint32, sensed32) = (cast_setpoint::<f32>(&setpoint), cast_sensed::<f32>(&sensed));
             let (a, b) = (wide.cycle(&KR500, &setpoint, &sensed), narrow.cycle(&single, &setpoint32, &sensed32));
             prop_assert_eq!(a.fault, b.fault, "{}", name);
-            // A pose at 3.5 m is known to 2–4e-7 m in f32; through J⁻¹ (up to some 10 rad/m) and K_p (3e6 N·m/rad) that
-            // is up to 10 N·m of drives that give 29 kN·m: measured 1.8e-4 of the limit.
+            // A pose at 3.5 m is known to 2–4e-7 m in f32; through J⁻¹ (up to some 10 rad/m) and
+            // K_p (3e6 N·m/rad) that is up to 10 N·m of drives that give 29 kN·m: measured 1.8e-4
+            // of the limit.
             let off = seen("torque of the first cycle, share of the drive's limit", share(&a.torque, &b.torque));
             prop_assert!(off < 5e-4, "{name}: f32 is off by {off:e} of the limit");
             prop_assert!((a.force_error - number(b.force_error)).abs() < 0.05, "{name}: force error");
             prop_assert!((a.push - number(b.push)).abs() < 0.1, "{name}: push");
             prop_assert!((a.depth_correction - number(b.depth_correction)).abs() < 1e-8, "{name}: depth");
 
-            // The second cycle adds K_d d/dt: the same error of a pose difference, over a period of 12 ms. The arm has
-            // moved on by a period. Measured 1.9e-3 of the limit.
+            // The second cycle adds K_d d/dt: the same error of a pose difference, over a period of
+            // 12 ms. The arm has moved on by a period. Measured 1.9e-3 of the limit.
             let mut next = sensed;
             next.encoder = rounded(&(sensed.encoder + rate * PERIOD));
             let (a, b) = (wide.cycle(&KR500, &setpoint, &next), narrow.cycle(&single, &setpoint32, &cast_sensed(&next)));
@@ -161,7 +174,8 @@ proptest! {
         let b = narrow
             .demand(&single, &Observation::of_robot(&setpoint32, &nominal32, &sensed32))
             .unwrap();
-        // Inverse kinematics and forward again: the pose's own 2e-6 m near the rim of the regular region; measured 1.1e-6.
+        // Inverse kinematics and forward again: the pose's own 2e-6 m near the rim of the regular
+        // region; measured 1.1e-6.
         let linear = seen("elastostatic demand, m", (widen(&b.linear) - a.linear).amax());
         let angular = seen("elastostatic demand, rad", (widen(&b.angular) - a.angular).amax());
         prop_assert!(linear < 4e-6 && angular < 4e-6, "{linear:e} m, {angular:e} rad");
@@ -193,7 +207,8 @@ proptest! {
                     ..Observation::of_robot(&setpoint32, &nominal32, &sensed32)
                 });
                 let (a, b) = (a.unwrap(), b.unwrap());
-                // The pose's own 2e-6 m near the rim of the regular region, and for laws that learn what they make of it.
+                // The pose's own 2e-6 m near the rim of the regular region, and for laws that learn
+                // what they make of it.
                 let linear = seen(name, (widen(&b.linear) - a.linear).amax());
                 let angular = (widen(&b.angular) - a.angular).amax();
                 prop_assert!(linear < 1e-5 && angular < 1e-5, "{name}, period {k}: {linear:e} m, {angular:e} rad");
@@ -218,7 +233,8 @@ proptest! {
 
 #[test]
 fn gravity_feed_forward_in_single_precision_is_far_below_friction() {
-    // The least Coulomb friction of any drive, 80 N·m, hides what f32 gets wrong in the weight by a factor of 1e3.
+    // The least Coulomb friction of any drive, 80 N·m, hides what f32 gets wrong in the weight by a
+    // factor of 1e3.
     let single = kr500::<f32>();
     let q = JointVector::from([0.3, -0.9, 1.4, 0.5, 0.9, -0.2]);
     let off = (widen(&weight(&single, &cast(&q))) - weight(&KR500, &q)).amax();

@@ -1,9 +1,10 @@
-//! What a model predicts of a log: the truth is at the noise floor, and what a changed effect has no say in stays as it was.
+//! What a model predicts of a log: the truth is at the noise floor, and what a changed effect has
+//! no say in stays as it was.
 
 use std::collections::BTreeMap;
 use trueweld_measure::log::LogKind;
 use trueweld_measure::predict::Prediction;
-use trueweld_plant::effects::{At, Effect, TABLE};
+use trueweld_plant::effects::{Effect, Location, TABLE};
 use trueweld_tests::campaign::{Logs, Recipe, draw, effect};
 use trueweld_tests::corpus::{Ready, ready};
 
@@ -14,7 +15,7 @@ fn campaign(hidden: Option<Effect>) -> Ready {
 
 /// Play in A1, which carries no weight: between two pushes its gap is open.
 fn play() -> Effect {
-    effect("backlash", At::Joint(0), &[1.5e-4])
+    effect("backlash", Location::Joint(0), &[1.5e-4])
 }
 
 /// Of the noise: frames that tilt change where swinging links start by a little.
@@ -42,7 +43,8 @@ fn the_truth_is_at_the_floor_where_a_gap_stands_open() {
             "{}: {far} of {all} values far from where they were measured",
             experiment.name
         );
-        // The moment in which a weld's push closes the gap swings, and a weld's pose is predicted at rest.
+        // The moment in which a weld's push closes the gap swings, and a weld's pose is predicted
+        // at rest.
         if experiment.kind == LogKind::Weld {
             continue;
         }

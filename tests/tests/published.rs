@@ -1,4 +1,5 @@
-//! The figures of the published study (Bres et al. 2010): the step of 11 kN, and the two welds of 2000 mm.
+//! The figures of the published study (Bres et al. 2010): the step of 11 kN, and the two welds of
+//! 2000 mm.
 
 use nalgebra::SVector;
 use trueweld_evaluate::{StepFigures, WeldFigures};
@@ -56,12 +57,13 @@ fn external_control_answers_the_step_as_published() {
 fn weld(name: &'static str, law: Law, stiffness_error: f64) -> WeldFigures {
     let fixtures = Fixtures::of(name);
     let cell = fixtures.cell(&[]);
-    let belief = fixtures
+    let controller_model = fixtures
         .robot
         .robot
         .with_stiffness_scaled(&SVector::from_element(1.0 + stiffness_error))
         .expect("a robot");
-    let recording = fixtures.run(&cell, Program::Weld, Controller::External, &law, &belief);
+    let recording =
+        fixtures.run(&cell, Program::Weld, Controller::External, &law, &controller_model);
     WeldFigures::of(&recording).expect("a steady part")
 }
 
@@ -71,7 +73,8 @@ fn first_weld_leaves_its_line_by_five_millimetres_and_holds_its_force() {
     // "Up to 5 mm"; 5.1 mm by a quasi-static estimate of the same cell, plus the ripple on top.
     assert!((4.8e-3..5.4e-3).contains(&figures.lateral.max_abs), "{figures:?}");
     assert!((figures.force.mean - 18e3).abs() < 100.0, "{figures:?}");
-    // "Most of the lateral deviation from the proximal joints"; axes 2 and 3 carry four fifths of it.
+    // "Most of the lateral deviation from the proximal joints"; axes 2 and 3 carry four fifths of
+    // it.
     let proximal = figures.joint_share[1] + figures.joint_share[2];
     assert!((0.75..0.92).contains(&proximal), "{:?}", figures.joint_share);
 }
@@ -80,8 +83,9 @@ fn first_weld_leaves_its_line_by_five_millimetres_and_holds_its_force() {
 fn second_weld_holds_its_force_and_its_line() {
     let figures = weld("inclined", Law::None, 0.0);
     assert!((figures.force.mean - 18e3).abs() < 100.0, "{figures:?}");
-    // The published envelope is wider than the first weld's where axes 4 and 6 fall in line. This cell's tool never comes
-    // nearer to that than 27° (sin A5 = 0.46 at the start), and the envelope stays below the first weld's.
+    // The published envelope is wider than the first weld's where axes 4 and 6 fall in line. This
+    // cell's tool never comes nearer to that than 27° (sin A5 = 0.46 at the start), and the
+    // envelope stays below the first weld's.
     assert!(figures.force.envelope < 300.0, "{:?}", figures.force);
     assert!(figures.lateral.max_abs < 2e-3, "{figures:?}");
 }
@@ -109,24 +113,27 @@ fn a_stiffness_error_passes_through_one_to_one() {
 
 #[test]
 fn believing_in_a_robot_thirty_percent_too_soft_ends_in_a_bounded_limit_cycle() {
-    // The law adds the deflection of the force it measures, and the material answers the motion with force: a positive
-    // feedback whose gain is the believed over the real compliance. Above one it swings until the authority holds it.
+    // The law adds the deflection of the force it measures, and the material answers the motion
+    // with force: a positive feedback whose gain is the believed over the real compliance. Above
+    // one it swings until the authority holds it.
     let figures = weld("vertical", Law::Elastostatic, -0.3);
     assert!(figures.limited_rows > 1000, "{figures:?}");
     assert!(figures.lateral.max_abs < 10e-3, "{figures:?}");
 }
 
-/// The last of so many passes of the first weld with a law that believes in a stiffness off by `error`.
+/// The last of so many passes of the first weld with a law that believes in a stiffness off by
+/// `error`.
 fn passes(law: Law, error: f64, passes: usize) -> WeldFigures {
     let fixtures = Fixtures::of("vertical");
     let cell = fixtures.cell(&[]);
-    let belief = fixtures
+    let controller_model = fixtures
         .robot
         .robot
         .with_stiffness_scaled(&SVector::from_element(1.0 + error))
         .expect("a robot");
     let scenario = fixtures.scenario(&cell, Program::Weld, Controller::External, &law);
-    let scenario = trueweld_plant::simulate::Scenario { belief: &belief, ..scenario };
+    let scenario =
+        trueweld_plant::simulate::Scenario { controller_model: &controller_model, ..scenario };
     let recording =
         trueweld_plant::simulate::run_passes(&scenario, passes, |_| {}).expect("the run ends");
     WeldFigures::of(&recording).expect("a steady part")

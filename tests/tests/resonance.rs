@@ -1,5 +1,6 @@
-//! The spindle's ripple on the arm's modes, and what the force loop makes of it: with the lines taken out of its error and its
-//! gains scaled by the posture's stiffness, and without. What is found is in `docs/resonance.md`.
+//! The spindle's ripple on the arm's modes, and what the force loop makes of it: with the lines
+//! taken out of its error and its gains scaled by the posture's stiffness, and without. What is
+//! found is in `docs/resonance.md`.
 
 use trueweld_plant::simulate::Controller;
 use trueweld_tests::resonance::{fixtures, started_at, step, stiffness, unscaled, weld};
@@ -7,8 +8,8 @@ use trueweld_tests::resonance::{fixtures, started_at, step, stiffness, unscaled,
 #[test]
 fn the_mode_along_the_tool_is_the_one_that_resonates() {
     let [slow, resonant] = [500.0, 1080.0].map(|rpm| weld(rpm, Controller::External, 1.0, false));
-    // 1080 rpm are 18 Hz, the third mode (17.5 Hz with the tool free); the static ripple is the same at both. A mode damped as
-    // this one, some 10 % with the material's, amplifies by five.
+    // 1080 rpm are 18 Hz, the third mode (17.5 Hz with the tool free); the static ripple is the
+    // same at both. A mode damped as this one, some 10 % with the material's, amplifies by five.
     let ratio = resonant.push / slow.push;
     assert!((3.0..8.0).contains(&ratio), "push {ratio}: {slow:?}, {resonant:?}");
     // Across the seam the plastic drag holds the tool: no resonance, the line falls with frequency.
@@ -22,9 +23,11 @@ fn the_mode_along_the_tool_is_the_one_that_resonates() {
 fn the_force_loop_no_longer_answers_the_spindle() {
     for rpm in [750.0, 1080.0] {
         let [without, with] = [false, true].map(|told| weld(rpm, Controller::External, 1.0, told));
-        // The null itself is exact; what is left is the sensor's noise in a window of ten seconds, some nanometres.
+        // The null itself is exact; what is left is the sensor's noise in a window of ten seconds,
+        // some nanometres.
         assert!(with.correction < 0.03 * without.correction, "{rpm}: {with:?}, {without:?}");
-        // The process shakes the structure past the loop, and this slow loop adds a tenth to it at most: little is gained.
+        // The process shakes the structure past the loop, and this slow loop adds a tenth to it at
+        // most: little is gained.
         assert!((0.8..1.1).contains(&(with.push / without.push)), "{rpm}: {with:?}, {without:?}");
     }
 }
@@ -57,7 +60,8 @@ fn with_the_filter_the_loop_bears_more_gain() {
 fn the_slow_response_keeps_its_figures() {
     let [without, with] =
         [false, true].map(|told| step(&fixtures(600.0, 1.0), told).expect("it settles"));
-    // 3.6 ms of delay are 0.7° at the loop's 3.4 rad/s. The 5 % time is told to a control period or two, for the ripple.
+    // 3.6 ms of delay are 0.7° at the loop's 3.4 rad/s. The 5 % time is told to a control period or
+    // two, for the ripple.
     let late = with.settle_5pct.unwrap() - without.settle_5pct.unwrap();
     assert!(
         late.abs() < 0.025 && (with.overshoot - without.overshoot).abs() < 0.01,
@@ -82,6 +86,7 @@ fn the_step_is_the_same_wherever_the_arm_stands() {
         "{scaled:?}, {at_start:?}"
     );
     assert!((scaled.overshoot - at_start.overshoot).abs() < 0.01, "{scaled:?}, {at_start:?}");
-    // Gains that stay as they are overshoot by the 5 % and more, and settle only after the swing back.
+    // Gains that stay as they are overshoot by the 5 % and more, and settle only after the swing
+    // back.
     assert!(fixed.overshoot > 0.06 && fixed.settle_5pct.unwrap() > 1.0, "{fixed:?}");
 }

@@ -17,7 +17,8 @@ fn direction() -> impl Strategy<Value = Vector3<f64>> {
         .prop_map(|v| v.normalize())
 }
 
-/// An angle of any size that matters: across (0, π), within 1e-12 … 1e-1 of 0, and within the same of π.
+/// An angle of any size that matters: across (0, π), within 1e-12 … 1e-1 of 0, and within the same
+/// of π.
 fn angle() -> impl Strategy<Value = f64> {
     let small = || (-12.0..-1.0_f64).prop_map(|e| 10.0_f64.powf(e));
     prop_oneof![

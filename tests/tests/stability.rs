@@ -1,5 +1,5 @@
-//! Stability of the sampled loop: a bound that is known in closed form, and that the loop keeps what its margins promise wherever
-//! the robot stands, whatever its stiffness and the material's.
+//! Stability of the sampled loop: a bound that is known in closed form, and that the loop keeps
+//! what its margins promise wherever the robot stands, whatever its stiffness and the material's.
 
 use nalgebra::SVector;
 use proptest::prelude::*;
@@ -15,8 +15,8 @@ use trueweld_tests::{PERIOD, cases};
 /// The force channel among the margins.
 const FORCE: usize = 5;
 
-/// What is left of a unit of force error after many periods of f_k = k_eq x_k, x from the integrator of the force loop, the force seen
-/// `late` periods late.
+/// What is left of a unit of force error after many periods of f_k = k_eq x_k, x from the
+/// integrator of the force loop, the force seen `late` periods late.
 fn left(gain: f64, late: usize) -> f64 {
     let stiffness = 4.21e6;
     let mut integral = Pid::new(PidGains { kp: 0.0, ki: gain / (stiffness * PERIOD), kd: 0.0 });
@@ -119,7 +119,8 @@ proptest! {
         let then = met.margins(&fixtures, &stiffer, sensors);
         prop_assert!(then.channels.is_some(), "A{} × {more}: {then:?}", joint + 1);
 
-        // And of the delay: the force sensor's reading is in nothing but the force loop, for these laws.
+        // And of the delay: the force sensor's reading is in nothing but the force loop, for these
+        // laws.
         let mut later = sensors.clone();
         later.force.delay += share * channels[FORCE].delay;
         let then = met.margins(&fixtures, control, &later);

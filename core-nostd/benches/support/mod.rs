@@ -1,4 +1,5 @@
-//! The arm of `fixtures/robots/arm6.urdf` as this project's parameters, and the random states of the benchmarks.
+//! The arm of `fixtures/robots/arm6.urdf` as this project's parameters, and the random states of
+//! the benchmarks.
 
 use nalgebra::{Matrix3, Vector3};
 use trueweld_core::scalar::lit;
@@ -33,8 +34,8 @@ const LINKS: [LinkRow; JOINTS] = [
     (X, [0.29, 0.0, 0.0], 250.0, [0.25, 0.0, -0.1], [8.0, 15.0, 12.0]),
 ];
 
-/// The arm. Stiffness, damping and rotors, which a URDF does not have, are of the size of a KR 500's; the tool has no
-/// mass of its own, since the URDF counts it into the last link.
+/// The arm. Stiffness, damping and rotors, which a URDF does not have, are of the size of a KR
+/// 500's; the tool has no mass of its own, since the URDF counts it into the last link.
 pub fn arm<T: Real>(gravity: f64) -> Robot<T> {
     let joint = |(axis, origin, mass, com, moments): LinkRow, stiffness: f64| JointParameters {
         origin: vector(origin),

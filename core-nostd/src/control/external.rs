@@ -1,16 +1,21 @@
-//! Scheme 3, (2.4)–(2.5): an outer force loop corrects the depth of the set-point of an inner position loop.
+//! Scheme 3, (2.4)–(2.5): an outer force loop corrects the depth of the set-point of an inner
+//! position loop.
 //!
-//! (2.4) ΔX_f = (I−S)[K_pf Δf + K_if∫Δf − K_df Ẋ], in metres along z;
-//! (2.5) Γ = K_p J⁻¹(ΔX + ΔX_f) + K_d d/dt(…) + K_i∫(…).
-//! The loop's gain is the force that a depth makes, 1/k_eq = 1/k_material + nᵀ J K⁻¹ Jᵀ n with n along z: the arm in series with the
-//! material. The arm is the softer one, and along one weld it changes by a factor of nearly two; K_pf and K_if are therefore scaled
-//! by (k_eq where they were tuned)/(k_eq here), within a factor of two either way. K_df is not: what it feeds back is motion.
+//! (2.4) ΔX_f = (I−S)[K_pf Δf + K_if∫Δf − K_df Ẋ], in metres along z; (2.5) Γ = K_p J⁻¹(ΔX +
+//! ΔX_f) + K_d d/dt(…) + K_i∫(…). The loop's gain is the force that a depth makes, 1/k_eq =
+//! 1/k_material + nᵀ J K⁻¹ Jᵀ n with n along z: the arm in series with the material. The arm is the softer one,
+//! and along one weld it changes by a factor of nearly two; K_pf and K_if are therefore scaled by
+//! (k_eq where they were tuned)/(k_eq here), within a factor of two either way. K_df is not: what
+//! it feeds back is motion.
 //!
-//! No static force error for any K_if > 0. A sensor that fails moves the tool no further than the correction's limits.
-//! This is the structure a pose correction interface allows. Reconstructed (see the [module](super) text).
+//! No static force error for any K_if > 0. A sensor that fails moves the tool no further than the
+//! correction's limits. This is the structure a pose correction interface allows. Reconstructed
+//! (see the [module](super) text).
 
 use super::position_loop::PositionLoop;
-use super::{Command, HybridController, JointGains, Sensed, Setpoint, SpindleFilter, sensed_push};
+use super::{
+    Command, HybridController, JointGains, SensorReadings, Setpoint, SpindleFilter, sensed_push,
+};
 use crate::error::Fault;
 use crate::filter::Filter;
 use crate::kinematics::Frames;
@@ -33,7 +38,8 @@ pub struct ExternalGains<T: Real> {
     pub kd: T,
     /// What the material's stiffness against depth is believed to be, N/m.
     pub material_stiffness: T,
-    /// Stiffness that the tool met along z where K_pf and K_if were tuned, arm and material in series, N/m.
+    /// Stiffness that the tool met along z where K_pf and K_if were tuned, arm and material in
+    /// series, N/m.
     pub tuned_stiffness: T,
     /// Largest depth correction, m.
     pub max_correction: T,
@@ -63,7 +69,8 @@ impl<T: Real> External<T> {
         }
     }
 
-    /// The force error that would have been met where the gains were tuned: Δf · tuned stiffness / stiffness here.
+    /// The force error that would have been met where the gains were tuned: Δf · tuned stiffness /
+    /// stiffness here.
     fn as_tuned(
         &self,
         robot: &Robot<T>,
@@ -93,7 +100,7 @@ impl<T: Real> HybridController<T> for External<T> {
         &mut self,
         robot: &Robot<T>,
         setpoint: &Setpoint<T>,
-        sensed: &Sensed<T>,
+        sensed: &SensorReadings<T>,
     ) -> Command<T> {
         let view = match self.position.view(robot, setpoint, sensed) {
             Ok(view) => view,
@@ -105,7 +112,7 @@ impl<T: Real> HybridController<T> for External<T> {
         if let Some(desired) = setpoint.force {
             let error = sensed_push(tcp, &z, &sensed.wrench).map(|push| desired - push);
             if let Some(error) = error.filter(|e| e.is_finite()) {
-                self.spindle.tune(setpoint.spindle);
+                self.spindle.tune(setpoint.spindle_speed);
                 force_error = self.spindle.update(error);
                 let velocity = view.frames.twist(&sensed.encoder_rate).linear.dot(&z);
                 let (wanted, at_limit) = self.force.update(

@@ -1,12 +1,14 @@
 //! Hybrid force/position control of the tool: three published structures behind one trait.
 //!
-//! One direction, the tool axis z of the weld frame W, is force-controlled; the selection S keeps the other five under
-//! position control. The controllers see encoders and the force sensor only; that the real tool is elsewhere is what
-//! [`compensation`](crate::compensation) is for. Gravity and the counterbalance are fed forward at the encoder angles. The
-//! force error that the loops answer is without the spindle's line ([`SpindleFilter`]).
+//! One direction, the tool axis z of the weld frame W, is force-controlled; the selection S keeps
+//! the other five under position control. The controllers see encoders and the force sensor only;
+//! that the real tool is elsewhere is what [`compensation`](crate::compensation) is for. Gravity
+//! and the counterbalance are fed forward at the encoder angles. The force error that the loops
+//! answer is without the spindle's line ([`SpindleFilter`]).
 //!
-//! Source: Bres et al. 2010, (2.2)–(2.5). The printed text of (2.3)–(2.5) was not at hand; they are reconstructed from
-//! their description and from Perdereau & Drouin 1993 (external control) and Khalil & Dombre 2002, ch. 16.
+//! Source: Bres et al. 2010, (2.2)–(2.5). The printed text of (2.3)–(2.5) was not at hand; they are
+//! reconstructed from their description and from Perdereau & Drouin 1993 (external control) and
+//! Khalil & Dombre 2002, ch. 16.
 
 mod external;
 mod parallel;
@@ -20,7 +22,7 @@ pub use parallel::{ForceGains, Parallel};
 pub use position_loop::JointGains;
 pub use spindle::{LONGEST_DELAY, SpindleFilter};
 pub use superposed::Superposed;
-pub use watch::{Repeats, STUCK, WrenchWatch};
+pub use watch::{RepeatCounter, STUCK, StuckDetector};
 
 use crate::error::Fault;
 use crate::robot::Robot;
@@ -33,13 +35,14 @@ use nalgebra::{Matrix3, Vector3};
 pub struct Setpoint<T: Real> {
     /// Desired tool pose in encoder kinematics, `b_from_t`.
     pub pose: Pose<T>,
-    /// Axes of the weld frame W in B: x along the weld, z the tool axis into the material, y = z × x.
+    /// Axes of the weld frame W in B: x along the weld, z the tool axis into the material, y = z ×
+    /// x.
     pub b_from_w: Matrix3<T>,
     /// Push into the material along z of W, N. `None`: depth under position control, no force loop.
     pub force: Option<T>,
-    /// Rate of the spindle as its drive reports it, rad/s, in either sense: the force loop does not answer its line. 0 where it
-    /// stands still or is not known.
-    pub spindle: T,
+    /// Rate of the spindle as its drive reports it, rad/s, in either sense: the force loop does not
+    /// answer its line. 0 where it stands still or is not known.
+    pub spindle_speed: T,
 }
 
 impl<T: Real> Setpoint<T> {
@@ -49,21 +52,22 @@ impl<T: Real> Setpoint<T> {
     }
 
     fn is_finite(&self) -> bool {
-        let numbers = self.force.is_none_or(|f| f.is_finite()) && self.spindle.is_finite();
+        let numbers = self.force.is_none_or(|f| f.is_finite()) && self.spindle_speed.is_finite();
         self.pose.is_finite() && all_finite(self.b_from_w.iter()) && numbers
     }
 }
 
 /// What the robot's own instruments say in this period.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sensed<T: Real> {
+pub struct SensorReadings<T: Real> {
     /// Encoder angles θ_E, rad.
     pub encoder: JointVector<T>,
     /// Encoder rates, rad/s.
     pub encoder_rate: JointVector<T>,
     /// Motor torque of the last period, seen from the joint, N·m.
     pub motor_torque: JointVector<T>,
-    /// What the environment applies to the tool, at the TCP, in axes of the real tool frame T; tool weight removed.
+    /// What the environment applies to the tool, at the TCP, in axes of the real tool frame T; tool
+    /// weight removed.
     pub wrench: Wrench<T>,
 }
 
@@ -72,9 +76,11 @@ pub struct Sensed<T: Real> {
 pub struct Command<T: Real> {
     /// Motor torque Γ, seen from the joint, N·m, within the drives' limits.
     pub torque: JointVector<T>,
-    /// Why this is a safe command and not the controller's own; the caller decides whether to brake.
+    /// Why this is a safe command and not the controller's own; the caller decides whether to
+    /// brake.
     pub fault: Option<Fault>,
-    /// Force error Δf = f_d − f_s along z of W without the spindle's line, N; zero without a force loop.
+    /// Force error Δf = f_d − f_s along z of W without the spindle's line, N; zero without a force
+    /// loop.
     pub force_error: T,
     /// Depth the external loop adds to the set-point, m (zero for the others).
     pub depth_correction: T,
@@ -92,10 +98,14 @@ pub trait HybridController<T: Real> {
     /// One control period. Always returns a command that is safe to apply:
     ///
     /// * force sensor faulty: the force branch is held where it was, position control goes on;
-    /// * encoder or set-point faulty, singular Jacobian, limits exceeded: gravity is held at the last good angles with
-    ///   viscous braking (K_d, where the rates are good), integrators frozen.
-    fn cycle(&mut self, robot: &Robot<T>, setpoint: &Setpoint<T>, sensed: &Sensed<T>)
-    -> Command<T>;
+    /// * encoder or set-point faulty, singular Jacobian, limits exceeded: gravity is held at the
+    ///   last good angles with viscous braking (K_d, where the rates are good), integrators frozen.
+    fn cycle(
+        &mut self,
+        robot: &Robot<T>,
+        setpoint: &Setpoint<T>,
+        sensed: &SensorReadings<T>,
+    ) -> Command<T>;
 }
 
 impl<T: Real, C: HybridController<T> + ?Sized> HybridController<T> for &mut C {
@@ -107,15 +117,17 @@ impl<T: Real, C: HybridController<T> + ?Sized> HybridController<T> for &mut C {
         &mut self,
         robot: &Robot<T>,
         setpoint: &Setpoint<T>,
-        sensed: &Sensed<T>,
+        sensed: &SensorReadings<T>,
     ) -> Command<T> {
         (**self).cycle(robot, setpoint, sensed)
     }
 }
 
-/// The push that the force sensor sees along z of W, N, from the wrench in T with T placed by the encoders.
+/// The push that the force sensor sees along z of W, N, from the wrench in T with T placed by the
+/// encoders.
 ///
-/// `None` where the sensor is faulty: a sensor with one channel that is no number is not believed in the others.
+/// `None` where the sensor is faulty: a sensor with one channel that is no number is not believed
+/// in the others.
 fn sensed_push<T: Real>(
     b_from_t: &Pose<T>,
     depth_axis: &Vector3<T>,

@@ -1,16 +1,19 @@
 //! Scheme 1, (2.2): parallel hybrid control with a selection matrix in the position branch.
 //!
-//! Γ = K_p J⁻¹SΔX + K_d d/dt(J⁻¹SΔX) + K_i∫J⁻¹SΔX + Jᵀ(I−S)[f_d + K_pf Δf − K_df Ẋ + K_if∫Δf].
-//! Fast and without static error in force, but depth has no stiffness of its own: the drives give way until the force
-//! branch has caught up.
+//! Γ = K_p J⁻¹SΔX + K_d d/dt(J⁻¹SΔX) + K_i∫J⁻¹SΔX + Jᵀ(I−S)[f_d + K_pf Δf − K_df Ẋ + K_if∫Δf]. Fast
+//! and without static error in force, but depth has no stiffness of its own: the drives give way
+//! until the force branch has caught up.
 //!
-//! The gains are not scaled by the posture's stiffness, as the [external](super::External) scheme's are: here force makes force.
-//! With S nothing but the contact holds the drives along z, so at rest a push arrives one to one whatever the stiffness; without S
-//! the share k_eq/(k_eq + k̄_p) arrives, k̄_p = 1/(nᵀJK_p⁻¹Jᵀn), and since the arm's springs and the position loop act through the
-//! same J, that share hardly knows the posture (0.88 to 0.90 over both published welds).
+//! The gains are not scaled by the posture's stiffness, as the [external](super::External) scheme's
+//! are: here force makes force. With S nothing but the contact holds the drives along z, so at rest
+//! a push arrives one to one whatever the stiffness; without S the share k_eq/(k_eq + k̄_p)
+//! arrives, k̄_p = 1/(nᵀJK_p⁻¹Jᵀn), and since the arm's springs and the position loop act through
+//! the same J, that share hardly knows the posture (0.88 to 0.90 over both published welds).
 
 use super::position_loop::{PositionLoop, push_torque};
-use super::{Command, HybridController, JointGains, Sensed, Setpoint, SpindleFilter, sensed_push};
+use super::{
+    Command, HybridController, JointGains, SensorReadings, Setpoint, SpindleFilter, sensed_push,
+};
 use crate::error::Fault;
 use crate::filter::Filter;
 use crate::pid::{Pid, PidGains};
@@ -28,7 +31,8 @@ pub struct ForceGains<T: Real> {
     pub kd: T,
     /// Largest correction the branch may add to f_d, N.
     pub max_correction: T,
-    /// Largest rate of the push, N/s: a step of f_d put on the drives at once would ring the arm's first modes.
+    /// Largest rate of the push, N/s: a step of f_d put on the drives at once would ring the arm's
+    /// first modes.
     pub max_rate: T,
 }
 
@@ -63,7 +67,8 @@ impl<T: Real> ForceBranch<T> {
         *self = Self::new(self.gains, self.period);
     }
 
-    /// f_d + K_pf Δf − K_df Ẋ + K_if∫Δf within its rate, N; `None` while the set-point asks for no force.
+    /// f_d + K_pf Δf − K_df Ẋ + K_if∫Δf within its rate, N; `None` while the set-point asks for no
+    /// force.
     pub fn update(
         &mut self,
         setpoint: &Setpoint<T>,
@@ -86,7 +91,7 @@ impl<T: Real> ForceBranch<T> {
             });
         };
         let taken_over = self.push.is_none().then_some(desired);
-        self.spindle.tune(setpoint.spindle);
+        self.spindle.tune(setpoint.spindle_speed);
         let error = self.spindle.update(error);
         let (correction, limited) = self.pid.update(
             error,
@@ -102,9 +107,9 @@ impl<T: Real> ForceBranch<T> {
     }
 
     /// Empties the integrator and returns what it held, N, for another loop to carry.
-    fn hand_over(&mut self) -> T {
+    fn transfer_integral(&mut self) -> T {
         let load = self.pid.integral();
-        self.pid.hand_over(-load);
+        self.pid.transfer_integral(-load);
         self.push = self.push.map(|push| push - load);
         load
     }
@@ -134,20 +139,21 @@ impl<T: Real> HybridController<T> for Parallel<T> {
         &mut self,
         robot: &Robot<T>,
         setpoint: &Setpoint<T>,
-        sensed: &Sensed<T>,
+        sensed: &SensorReadings<T>,
     ) -> Command<T> {
         // S takes depth out of the position branch as soon as the force branch has it.
         superpose(&mut self.position, &mut self.force, robot, setpoint, sensed, true)
     }
 }
 
-/// One period of (2.2) (`select` true) or (2.3) (`select` false: the whole ΔX stays under position control).
+/// One period of (2.2) (`select` true) or (2.3) (`select` false: the whole ΔX stays under position
+/// control).
 pub(super) fn superpose<T: Real>(
     position: &mut PositionLoop<T>,
     force: &mut ForceBranch<T>,
     robot: &Robot<T>,
     setpoint: &Setpoint<T>,
-    sensed: &Sensed<T>,
+    sensed: &SensorReadings<T>,
     select: bool,
 ) -> Command<T> {
     let view = match position.view(robot, setpoint, sensed) {
@@ -172,11 +178,12 @@ pub(super) fn superpose<T: Real>(
     match position.torque(robot, &view, &sensed.encoder, &error, &extra) {
         Err(fault) => position.safe(robot, sensed, fault),
         Ok((torque, held)) => {
-            // Where both integrators act on depth, each grows without end against the other at rest (K_i∫ and K_if∫ of
-            // errors that do not vanish), until a limit breaks the balance after some 10 s. Only their sum matters, so
-            // the position loop keeps it, and the drives' limits bound it.
+            // Where both integrators act on depth, each grows without end against the other at rest
+            // (K_i∫ and K_if∫ of errors that do not vanish), until a limit breaks the balance after
+            // some 10 s. Only their sum matters, so the position loop keeps it, and the drives'
+            // limits bound it.
             if !select && !held {
-                position.take_over(&view, &z, force.hand_over());
+                position.take_over(&view, &z, force.transfer_integral());
             }
             Command {
                 torque,

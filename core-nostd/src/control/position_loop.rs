@@ -1,6 +1,7 @@
-//! The part all three structures share: joint errors from a tool pose error, six PID loops, and the safe command.
+//! The part all three structures share: joint errors from a tool pose error, six PID loops, and the
+//! safe command.
 
-use super::{Command, Sensed, Setpoint};
+use super::{Command, SensorReadings, Setpoint};
 use crate::error::Fault;
 use crate::kinematics::Frames;
 use crate::pid::{Pid, PidGains};
@@ -21,7 +22,8 @@ pub struct JointGains<T: Real> {
     pub kd: JointVector<T>,
 }
 
-/// K_p J⁻¹ΔX + K_d d/dt(J⁻¹ΔX) + K_i ∫J⁻¹ΔX with gravity fed forward and every drive held within its torque.
+/// K_p J⁻¹ΔX + K_d d/dt(J⁻¹ΔX) + K_i ∫J⁻¹ΔX with gravity fed forward and every drive held within
+/// its torque.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct PositionLoop<T: Real> {
     gains: JointGains<T>,
@@ -57,7 +59,7 @@ impl<T: Real> PositionLoop<T> {
         &mut self,
         robot: &Robot<T>,
         setpoint: &Setpoint<T>,
-        sensed: &Sensed<T>,
+        sensed: &SensorReadings<T>,
     ) -> Result<View<T>, Fault> {
         for i in 0..JOINTS {
             let (angle, rate) = (sensed.encoder[i], sensed.encoder_rate[i]);
@@ -67,7 +69,8 @@ impl<T: Real> PositionLoop<T> {
                 return Err(Fault::Encoder(i));
             }
         }
-        // Good encoders are remembered whatever else is wrong, or an arm that moves meanwhile would stay locked out.
+        // Good encoders are remembered whatever else is wrong, or an arm that moves meanwhile would
+        // stay locked out.
         self.last_good = sensed.encoder;
         if !setpoint.is_finite() {
             return Err(Fault::Setpoint);
@@ -81,7 +84,8 @@ impl<T: Real> PositionLoop<T> {
         Ok(View { frames, inverse })
     }
 
-    /// Γ for the tool pose error ΔX (axes of B) and extra torque already decided elsewhere. True if a drive saturates.
+    /// Γ for the tool pose error ΔX (axes of B) and extra torque already decided elsewhere. True if
+    /// a drive saturates.
     pub fn torque(
         &mut self,
         robot: &Robot<T>,
@@ -111,7 +115,7 @@ impl<T: Real> PositionLoop<T> {
     pub fn release(&mut self, view: &View<T>, depth_axis: &Vector3<T>, push: T) {
         let load = push_torque(&view.frames, depth_axis, push);
         for (pid, load) in self.pid.iter_mut().zip(load.iter()) {
-            pid.hand_over(-*load);
+            pid.transfer_integral(-*load);
         }
     }
 
@@ -120,8 +124,9 @@ impl<T: Real> PositionLoop<T> {
         self.release(view, depth_axis, -push);
     }
 
-    /// The defined safe command: gravity held at the last good angles, viscous braking, integrators left as they are.
-    pub fn safe(&self, robot: &Robot<T>, sensed: &Sensed<T>, fault: Fault) -> Command<T> {
+    /// The defined safe command: gravity held at the last good angles, viscous braking, integrators
+    /// left as they are.
+    pub fn safe(&self, robot: &Robot<T>, sensed: &SensorReadings<T>, fault: Fault) -> Command<T> {
         let hold = weight(robot, &robot.frames(&self.last_good), &self.last_good);
         let torque = JointVector::from_fn(|i, _| {
             let rate = sensed.encoder_rate[i];

@@ -1,10 +1,12 @@
 //! The spindle's line taken out of the force error that the loop answers.
 //!
-//! The process' force carries a ripple locked to the spindle: 8 to 20 Hz at 500 to 1200 rpm, on the first modes of a heavy
-//! arm and not far below the 41.7 Hz that a loop of 12 ms can tell. A loop that answers it drives those modes, at a phase
-//! that its own delay decides. The rate is known to the controller, so the lines are too: a notch at the first order and
-//! one at the second, retuned whenever the rate changes. It is the error that is filtered and not the push alone, so that a step
-//! of the set-point and the push that answers it come equally late and their difference is not integrated meanwhile.
+//! The process' force carries a ripple locked to the spindle: 8 to 20 Hz at 500 to 1200 rpm, on the
+//! first modes of a heavy arm and not far below the 41.7 Hz that a loop of 12 ms can tell. A loop
+//! that answers it drives those modes, at a phase that its own delay decides. The rate is known to
+//! the controller, so the lines are too: a notch at the first order and one at the second, retuned
+//! whenever the rate changes. It is the error that is filtered and not the push alone, so that a
+//! step of the set-point and the push that answers it come equally late and their difference is not
+//! integrated meanwhile.
 //!
 //! With θ = 2π f T of the line as it appears and r = e^(−π B T), B = 0.15 f:
 //!
@@ -12,14 +14,16 @@
 //! H(z) = g (1 − 2 cos θ z⁻¹ + z⁻²) / (1 − 2 r cos θ z⁻¹ + r² z⁻²),   g: H(1) = 1
 //! ```
 //!
-//! Zeros on the line, poles at the same angle inside: the gain at rest is one, the null is exact, and all that is off dies
-//! away with B up to Nyquist, where a bilinear notch narrows to nothing. Source: Oppenheim, Schafer, Discrete-Time Signal
-//! Processing, 5.3. Computed as the sample less what is to be taken out, (1 − z⁻¹)(c₀ + c₁z⁻¹)/(…), whose state is
-//! driven by the change of the sample and turned by θ and shrunk by r every period: a signal that stands still comes through unchanged
-//! whatever happens to the rate, and no sequence of rates can make the state grow.
+//! Zeros on the line, poles at the same angle inside: the gain at rest is one, the null is exact,
+//! and all that is off dies away with B up to Nyquist, where a bilinear notch narrows to nothing.
+//! Source: Oppenheim, Schafer, Discrete-Time Signal Processing, 5.3. Computed as the sample less
+//! what is to be taken out, (1 − z⁻¹)(c₀ + c₁z⁻¹)/(…), whose state is driven by the change of the
+//! sample and turned by θ and shrunk by r every period: a signal that stands still comes through
+//! unchanged whatever happens to the rate, and no sequence of rates can make the state grow.
 //!
-//! A line beyond Nyquist is taken out where it appears, at |f − n/T|. A line that appears so low that its notch would make
-//! slow signals later than [`LONGEST_DELAY`] is left alone: the loop needs its phase more.
+//! A line beyond Nyquist is taken out where it appears, at |f − n/T|. A line that appears so low
+//! that its notch would make slow signals later than [`LONGEST_DELAY`] is left alone: the loop
+//! needs its phase more.
 
 use crate::filter::Filter;
 use crate::scalar::{Real, lit};
@@ -27,12 +31,12 @@ use crate::scalar::{Real, lit};
 /// Orders of the spindle that are taken out.
 const ORDERS: [f64; 2] = [1.0, 2.0];
 
-/// Width B between the −3 dB points over the line's frequency. The line is known as well as the rate is; of a line that is off by
-/// 1 % a width of 0.15 leaves 13 %, and what is wider is later.
+/// Width B between the −3 dB points over the line's frequency. The line is known as well as the
+/// rate is; of a line that is off by 1 % a width of 0.15 leaves 13 %, and what is wider is later.
 const RELATIVE_WIDTH: f64 = 0.15;
 
-/// Longest delay of slow signals that a notch may cost, s: 14° at the 20 rad/s of the fastest published force loop. A line that
-/// appears at 2 Hz costs as much.
+/// Longest delay of slow signals that a notch may cost, s: 14° at the 20 rad/s of the fastest
+/// published force loop. A line that appears at 2 Hz costs as much.
 pub const LONGEST_DELAY: f64 = 0.012;
 
 /// Notches at the first and the second order of the spindle.
@@ -44,14 +48,17 @@ pub struct SpindleFilter<T: Real> {
 }
 
 impl<T: Real> SpindleFilter<T> {
-    /// A filter for samples `period` s apart that passes everything until it is [tuned](Self::tune).
+    /// A filter for samples `period` s apart that passes everything until it is
+    /// [tuned](Self::tune).
     pub fn new(period: T) -> Self {
         Self { lines: [Line::open(); 2], rate: T::zero(), period }
     }
 
-    /// Follows the spindle's rate, rad/s, in either sense. At 0, and where it is no number, everything passes.
+    /// Follows the spindle's rate, rad/s, in either sense. At 0, and where it is no number,
+    /// everything passes.
     ///
-    /// A signal at rest does not notice. Where a line is given up or taken up, the output moves by no more than that line.
+    /// A signal at rest does not notice. Where a line is given up or taken up, the output moves by
+    /// no more than that line.
     pub fn tune(&mut self, rate: T) {
         if rate == self.rate {
             return;
@@ -68,7 +75,7 @@ impl<T: Real> SpindleFilter<T> {
     /// Forgets the signal; the next sample is taken as if it had been there for ever.
     pub fn reset(&mut self) {
         for line in &mut self.lines {
-            line.settle(None);
+            line.initialize(None);
         }
     }
 }
@@ -90,9 +97,9 @@ impl<T: Real> Filter<T> for SpindleFilter<T> {
         each.fold(T::zero(), |sum, notch| sum + notch.delay) * self.period
     }
 
-    fn settle(&mut self, value: T) {
+    fn initialize(&mut self, value: T) {
         for line in &mut self.lines {
-            line.settle(Some(value));
+            line.initialize(Some(value));
         }
     }
 }
@@ -111,7 +118,7 @@ impl<T: Real> Line<T> {
         Self { notch: None, past: None, state: [T::zero(); 2] }
     }
 
-    fn settle(&mut self, past: Option<T>) {
+    fn initialize(&mut self, past: Option<T>) {
         *self = Self { notch: self.notch, past, ..Self::open() };
     }
 
@@ -140,7 +147,8 @@ struct Notch<T: Real> {
 impl<T: Real> Notch<T> {
     /// At so many turns a sample, 0 … ½. `None` at 0 and where that is no number.
     fn new(turns: T) -> Option<Self> {
-        // At Nyquist itself a line has no phase to turn; a notch a five-hundredth beside it leaves 3 % of it.
+        // At Nyquist itself a line has no phase to turn; a notch a five-hundredth beside it leaves
+        // 3 % of it.
         let turns = turns.min(lit(0.499));
         let (one, two) = (T::one(), lit::<T>(2.0));
         let (sine, cosine) = (T::two_pi() * turns).sin_cos();

@@ -1,29 +1,31 @@
 //! A force sensor that has died without saying so: its reading stands still.
 //!
-//! A live sensor has noise, and its six channels never all repeat themselves to the last digit for long. One that is stuck, whose bus
-//! repeats the last telegram, that stands at the end of its range or has dropped to zero does. What it shows is then made no
-//! number, and the controllers and laws do what they do when a sensor is at fault: hold. A force loop that believes a dead sensor
+//! A live sensor has noise, and its six channels never all repeat themselves to the last digit for
+//! long. One that is stuck, whose bus repeats the last telegram, that stands at the end of its
+//! range or has dropped to zero does. What it shows is then made no number, and the controllers and
+//! laws do what they do when a sensor is at fault: hold. A force loop that believes a dead sensor
 //! pushes the tool in as far as its limits let it.
 //!
-//! Needs noise above the sensor's resolution wherever the force loop is closed; where nothing touches and nothing shakes, a coarse
-//! sensor stands still as well. Cannot see: a sensor that is wrong and goes on trembling.
+//! Needs noise above the sensor's resolution wherever the force loop is closed; where nothing
+//! touches and nothing shakes, a coarse sensor stands still as well. Cannot see: a sensor that is
+//! wrong and goes on trembling.
 
 use crate::scalar::{Real, lit};
 use crate::spatial::Wrench;
 use nalgebra::Vector3;
 
-/// Readings exactly alike, one after another, from which on a sensor is not believed: four periods of 12 ms move the external force
-/// loop's depth by half a millimetre, at most.
+/// Readings exactly alike, one after another, from which on a sensor is not believed: four periods
+/// of 12 ms move the external force loop's depth by half a millimetre, at most.
 pub const STUCK: u8 = 4;
 
 /// Counts how often a reading comes exactly the same again.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Repeats<V> {
+pub struct RepeatCounter<V> {
     last: Option<V>,
     alike: u8,
 }
 
-impl<V: PartialEq> Repeats<V> {
+impl<V: PartialEq> RepeatCounter<V> {
     /// Nothing read yet.
     pub const fn new() -> Self {
         Self { last: None, alike: 0 }
@@ -40,7 +42,7 @@ impl<V: PartialEq> Repeats<V> {
     }
 }
 
-impl<V: PartialEq> Default for Repeats<V> {
+impl<V: PartialEq> Default for RepeatCounter<V> {
     fn default() -> Self {
         Self::new()
     }
@@ -48,16 +50,16 @@ impl<V: PartialEq> Default for Repeats<V> {
 
 /// Watches a force sensor for readings that stand still.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct WrenchWatch<T: Real>(Repeats<Wrench<T>>);
+pub struct StuckDetector<T: Real>(RepeatCounter<Wrench<T>>);
 
-impl<T: Real> WrenchWatch<T> {
+impl<T: Real> StuckDetector<T> {
     /// A watch that has seen nothing.
     pub fn new() -> Self {
-        Self(Repeats::new())
+        Self(RepeatCounter::new())
     }
 
-    /// Takes the reading of this period: the same, or no number where it has stood still for [`STUCK`] periods. One reading that
-    /// differs in any channel is believed again.
+    /// Takes the reading of this period: the same, or no number where it has stood still for
+    /// [`STUCK`] periods. One reading that differs in any channel is believed again.
     pub fn believed(&mut self, wrench: &Wrench<T>) -> Wrench<T> {
         if self.0.count(*wrench) < STUCK {
             return *wrench;
@@ -67,7 +69,7 @@ impl<T: Real> WrenchWatch<T> {
     }
 }
 
-impl<T: Real> Default for WrenchWatch<T> {
+impl<T: Real> Default for StuckDetector<T> {
     fn default() -> Self {
         Self::new()
     }

@@ -6,7 +6,7 @@ use clap::Args;
 use miette::{IntoDiagnostic, Result};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use trueweld_measure::compare::compare;
-use trueweld_measure::fit::Bench;
+use trueweld_measure::fit::FitProblem;
 use trueweld_output::{Progress, html, json, table};
 
 /// Arguments of `compare`.
@@ -30,7 +30,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     };
     let finished = AtomicUsize::new(0);
     let done = || progress.advance_to((finished.fetch_add(1, Ordering::Relaxed) + 1) as f64);
-    let compared = compare(model, &measured.logs, &Bench::new(model, measured.experiments), &done);
+    let compared =
+        compare(model, &measured.logs, &FitProblem::new(model, measured.experiments), &done);
     progress.finish();
     let comparison = compared.into_diagnostic()?;
     say!("{}", table::compare_table(&model.path, &comparison));

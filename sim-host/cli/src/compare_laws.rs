@@ -1,4 +1,5 @@
-//! `trueweld compare-laws`: one weld with every compensation law, over a wrong stiffness, noise, delay and a lost sensor.
+//! `trueweld compare-laws`: one weld with every compensation law, over a wrong stiffness, noise,
+//! delay and a lost sensor.
 
 use crate::inputs::{Files, STEP_OF_MANY, embedded};
 use crate::names::{Compensator, Controller};
@@ -40,8 +41,9 @@ pub struct Arguments {
     quiet: bool,
 }
 
-/// Error of the stiffness believed in where the user gives none: within what is published of one robot, and enough to tell laws
-/// apart that are one where the model is exact. Too stiff, since laws fed by force swing where it is too soft.
+/// Error of the stiffness believed in where the user gives none: within what is published of one
+/// robot, and enough to tell laws apart that are one where the model is exact. Too stiff, since
+/// laws fed by force swing where it is too soft.
 const STIFFNESS_ERROR: f64 = 0.2;
 
 /// Runs the command.

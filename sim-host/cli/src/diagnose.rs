@@ -6,7 +6,7 @@ use clap::Args;
 use miette::{IntoDiagnostic, Result};
 use trueweld_measure::compare::of_logs;
 use trueweld_measure::diagnose::{diagnose, tell};
-use trueweld_measure::fit::Bench;
+use trueweld_measure::fit::FitProblem;
 use trueweld_output::{Diagnosed, Progress, html, json, table};
 
 /// Arguments of `diagnose`.
@@ -23,7 +23,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     arguments.results.check()?;
     let measured = arguments.measurements.read()?;
     let (model, logs) = (&measured.model, &measured.logs);
-    let bench = Bench::new(model, measured.experiments);
+    let bench = FitProblem::new(model, measured.experiments);
     let progress =
         if arguments.results.quiet { Progress::silent() } else { Progress::new("comparing", 1.0) };
     let diagnosis = diagnose(&bench, logs, &|what, share| progress.stage(what, 0.85 * share))

@@ -7,7 +7,7 @@ use miette::{IntoDiagnostic, Result, miette};
 use std::path::{Path, PathBuf};
 use trueweld_measure::campaign::read_logs;
 use trueweld_measure::compare::of_logs;
-use trueweld_measure::fit::Bench;
+use trueweld_measure::fit::FitProblem;
 use trueweld_measure::improve::{HeldOut, improve, model_file};
 use trueweld_measure::log::Log;
 use trueweld_output::{Improved, Progress, html, json, table};
@@ -21,7 +21,8 @@ pub struct Arguments {
     /// Where to write the improved model
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
-    /// Log or campaign that is judged by and not fitted; may be given several times (default: blocks in time of the LOGs)
+    /// Log or campaign that is judged by and not fitted; may be given several times (default:
+    /// blocks in time of the LOGs)
     #[arg(long = "held-out", value_name = "LOG")]
     held_out: Vec<PathBuf>,
     #[command(flatten)]
@@ -37,7 +38,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     not_an_input(&arguments.out, model)?;
     let held_out =
         if arguments.held_out.is_empty() { None } else { Some(held_out(arguments, model, logs)?) };
-    let bench = Bench::new(model, measured.experiments);
+    let bench = FitProblem::new(model, measured.experiments);
     let progress =
         if arguments.results.quiet { Progress::silent() } else { Progress::new("comparing", 1.0) };
     let done = improve(&bench, logs, held_out.as_ref(), &|what, share| progress.stage(what, share));

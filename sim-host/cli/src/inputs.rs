@@ -59,13 +59,16 @@ pub struct CellFiles {
     /// Sensor file (default: encoders and force sensor of the KR 500 MT cell)
     #[arg(long, value_name = "F")]
     sensors: Option<PathBuf>,
-    /// Physical effect of the real robot that the controller does not know; may be given several times
+    /// Physical effect of the real robot that the controller does not know; may be given several
+    /// times
     #[arg(long, value_name = "ID:AT:NAME=VALUE,...")]
     effect: Vec<String>,
-    /// Relative error of the joint stiffness that the controller believes in, such as 0.1 (default: 0; of compare-laws: 0.2)
+    /// Relative error of the joint stiffness that the controller believes in, such as 0.1 (default:
+    /// 0; of compare-laws: 0.2)
     #[arg(long, value_name = "E", allow_negative_numbers = true)]
     pub stiffness_error: Option<f64>,
-    /// Speed of the spindle in turns a minute, in the sense of the process file's (default: the process file's speed)
+    /// Speed of the spindle in turns a minute, in the sense of the process file's (default: the
+    /// process file's speed)
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     spindle_rpm: Option<f64>,
     /// Control period in seconds (default: the control file's)
@@ -79,7 +82,8 @@ pub struct CellFiles {
 /// Longest plant step, s.
 const PLANT_STEP: f64 = 1e-3;
 
-/// Longest plant step where welds are made by the hundred, s: a weld ends within 0.03 µm and 0.4 N of where it does at 0.25 ms.
+/// Longest plant step where welds are made by the hundred, s: a weld ends within 0.03 µm and 0.4 N
+/// of where it does at 0.25 ms.
 pub const STEP_OF_MANY: f64 = 2e-3;
 
 /// Fastest spindle that is believed, turns a minute: ten times what friction stir welding runs at.
@@ -98,7 +102,7 @@ pub struct Inputs {
     /// The process as the weld is planned with it.
     pub planned: Process,
     /// The robot as the controller believes it is.
-    pub belief: Robot<f64>,
+    pub controller_model: Robot<f64>,
     pub seed: u64,
 }
 
@@ -133,7 +137,7 @@ impl CellFiles {
             .into_diagnostic()?;
         let error = self.stiffness_error.unwrap_or(0.0);
         let factor = SVector::from_element(1.0 + error);
-        let belief = robot.robot.with_stiffness_scaled(&factor).map_err(|_| {
+        let controller_model = robot.robot.with_stiffness_scaled(&factor).map_err(|_| {
             miette!("--stiffness-error {error}: expected a number above -1, such as 0.1 for 10 % too stiff")
         })?;
         Ok(Inputs {
@@ -149,7 +153,7 @@ impl CellFiles {
             sensors,
             cell,
             planned: process,
-            belief,
+            controller_model,
         })
     }
 
@@ -205,7 +209,7 @@ impl Inputs {
         Scenario {
             name: &self.weld_name,
             cell: &self.cell,
-            belief: &self.belief,
+            controller_model: &self.controller_model,
             planned: &self.planned,
             weld: &self.weld,
             program,

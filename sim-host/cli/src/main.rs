@@ -1,4 +1,5 @@
-//! `trueweld`: simulate robotic friction stir welding, with and without compensation of the tool's deviation.
+//! `trueweld`: simulate robotic friction stir welding, with and without compensation of the tool's
+//! deviation.
 //!
 //! One short file per subcommand; the work is done in the crates below.
 
@@ -28,8 +29,8 @@ use clap::{Parser, Subcommand};
 
 /// Keeps a robot's welding tool true while the robot bends under it.
 ///
-/// Without a command: the first published weld, with and without compensation, written to out/weld.html and
-/// out/weld.rrd.
+/// Without a command: the first published weld, with and without compensation, written to
+/// out/weld.html and out/weld.rrd.
 #[derive(Parser)]
 #[command(version, max_term_width = 110)]
 struct Arguments {

@@ -1,4 +1,5 @@
-//! What the commands about measurements work on: a model, and logs made ready to be compared with it.
+//! What the commands about measurements work on: a model, and logs made ready to be compared with
+//! it.
 
 use clap::Args;
 use miette::{IntoDiagnostic, Result, miette};

@@ -57,7 +57,8 @@ impl Results {
     }
 }
 
-/// The folder that the program and its guide write into: made where it is not there. A folder of another name may be a slip.
+/// The folder that the program and its guide write into: made where it is not there. A folder of
+/// another name may be a slip.
 const OUT: &str = "out";
 
 /// Refuses what could not be written: a file in no folder, or a folder.

@@ -1,4 +1,5 @@
-//! `trueweld step`: the published step of 11 kN at the start of the weld, with all three controllers.
+//! `trueweld step`: the published step of 11 kN at the start of the weld, with all three
+//! controllers.
 
 use crate::inputs::Files;
 use crate::results::Results;

@@ -21,7 +21,8 @@ pub struct Arguments {
     /// Compensation law (default: a run without and a run with elastostatic)
     #[arg(long, value_enum)]
     compensator: Option<Compensator>,
-    /// Welds of the same seam one after another, the law kept from one to the next; the last one is reported
+    /// Welds of the same seam one after another, the law kept from one to the next; the last one is
+    /// reported
     #[arg(long, value_name = "N", default_value_t = 1)]
     passes: usize,
     /// Factor by which the recording exaggerates deviations

@@ -1,4 +1,5 @@
-//! The program as a user runs it: what it writes, that it writes the same again, and how it refuses.
+//! The program as a user runs it: what it writes, that it writes the same again, and how it
+//! refuses.
 
 use serde_json::Value;
 use std::fs;
@@ -7,14 +8,14 @@ use std::process::{Command, Output};
 use tempfile::TempDir;
 
 /// A folder with short welds; commands run in it.
-struct Place(TempDir);
+struct Workspace(TempDir);
 
 /// The repository's fixtures.
 fn fixture(name: &str) -> String {
     format!("{}/../../fixtures/{name}", env!("CARGO_MANIFEST_DIR"))
 }
 
-impl Place {
+impl Workspace {
     fn new() -> Self {
         let place = Self(tempfile::tempdir().unwrap());
         place.weld("short.toml", "[1.700, -1.000, 0.500]", "[1.700, -0.940, 0.500]");
@@ -88,10 +89,10 @@ impl Place {
 
 #[test]
 fn a_weld_is_told_as_table_json_and_page() {
-    let place = Place::new();
+    let place = Workspace::new();
     let out =
         place.done(&["weld", "--weld", "short.toml", "--json", "weld.json", "--html", "weld.html"]);
-    assert!(out.starts_with("At full feed the tool leaves the seam by up to "), "{out}");
+    assert!(out.starts_with("Location full feed the tool leaves the seam by up to "), "{out}");
     assert!(out.lines().all(|line| line.chars().count() <= 110), "{out}");
     let value = place.json("weld.json");
     assert_eq!(value["schema"], "weld-result/1");
@@ -125,7 +126,7 @@ fn a_weld_is_told_as_table_json_and_page() {
 
 #[test]
 fn a_step_is_told_for_all_three_controllers() {
-    let place = Place::new();
+    let place = Workspace::new();
     // The guide's commands write into `out`, which a new clone does not have.
     let out = place.done(&[
         "step",
@@ -158,7 +159,7 @@ fn a_step_is_told_for_all_three_controllers() {
 
 #[test]
 fn the_same_inputs_and_seed_give_the_same_bytes() {
-    let place = Place::new();
+    let place = Workspace::new();
     let mut outputs = vec!["json", "html"];
     if cfg!(feature = "rerun") {
         outputs.push("rrd");
@@ -196,7 +197,7 @@ fn the_same_inputs_and_seed_give_the_same_bytes() {
 #[cfg(feature = "rerun")]
 #[test]
 fn a_step_recording_is_the_same_again() {
-    let place = Place::new();
+    let place = Workspace::new();
     for name in ["a.rrd", "b.rrd"] {
         place.done(&["step", "--weld", "short.toml", "--rrd", name]);
     }
@@ -206,7 +207,7 @@ fn a_step_recording_is_the_same_again() {
 
 #[test]
 fn bad_input_ends_in_one_message_and_no_file() {
-    let place = Place::new();
+    let place = Workspace::new();
     place.weld("nan.toml", "[1.7, -1.0, 0.5]", "[1.7, nan, 0.5]");
     place.weld("far.toml", "[9.0, -1.0, 0.5]", "[9.0, 1.0, 0.5]");
     place.weld("tiny.toml", "[1.7, -1.0, 0.5]", "[1.7, -0.999, 0.5]");
@@ -261,7 +262,7 @@ fn bad_input_ends_in_one_message_and_no_file() {
 
 #[test]
 fn a_model_file_gives_robot_process_and_effects() {
-    let place = Place::new();
+    let place = Workspace::new();
     let head = format!(
         "schema = \"model/1\"\nrobot = {:?}\nprocess = {:?}\n",
         fixture("robots/kr500-mt.toml"),
@@ -296,7 +297,7 @@ fn a_model_file_gives_robot_process_and_effects() {
 
 #[test]
 fn a_refused_command_leaves_the_former_result() {
-    let place = Place::new();
+    let place = Workspace::new();
     fs::write(place.path().join("out.json"), "former").unwrap();
     place.refused(&["weld", "--weld", "gone.toml", "--json", "out.json"]);
     assert_eq!(place.bytes("out.json"), b"former");
@@ -304,7 +305,7 @@ fn a_refused_command_leaves_the_former_result() {
 
 #[test]
 fn check_says_what_a_file_is_or_what_is_wrong_with_it() {
-    let place = Place::new();
+    let place = Workspace::new();
     let files = [
         "robots/kr500-mt",
         "processes/lap-weld-2024-t3",
@@ -332,7 +333,7 @@ fn check_says_what_a_file_is_or_what_is_wrong_with_it() {
 
 #[test]
 fn an_imported_urdf_says_what_is_still_to_be_filled_in() {
-    let place = Place::new();
+    let place = Workspace::new();
     let out = place.done(&["import-urdf", &fixture("robots/arm6.urdf"), "--out", "arm6.toml"]);
     assert!(
         out.contains("wrote arm6.toml")
@@ -349,7 +350,7 @@ fn an_imported_urdf_says_what_is_still_to_be_filled_in() {
 
 #[test]
 fn a_campaign_is_compared_with_its_model_and_says_where_it_fails() {
-    let place = Place::new();
+    let place = Workspace::new();
     let campaign = fixture("campaigns/backlash");
     let said =
         place.done(&["compare", &campaign, "--quiet", "--json", "c.json", "--html", "c.html"]);
@@ -372,7 +373,7 @@ fn a_campaign_is_compared_with_its_model_and_says_where_it_fails() {
 
 #[test]
 fn a_hidden_effect_is_found_added_and_the_error_falls_where_nothing_was_fitted() {
-    let place = Place::new();
+    let place = Workspace::new();
     let (campaign, holdout) =
         (fixture("campaigns/backlash"), fixture("campaigns/backlash/holdout"));
     let said = place.done(&[
@@ -430,7 +431,7 @@ fn a_hidden_effect_is_found_added_and_the_error_falls_where_nothing_was_fitted()
 
 #[test]
 fn a_diagnosis_names_the_effect_its_size_and_the_curve_that_shows_it() {
-    let place = Place::new();
+    let place = Workspace::new();
     let campaign = fixture("campaigns/backlash");
     let model = format!("{campaign}/model.toml");
     let logs = ["ring-25", "static"].map(|log| format!("{campaign}/{log}"));
@@ -474,7 +475,7 @@ fn a_diagnosis_names_the_effect_its_size_and_the_curve_that_shows_it() {
 
 #[test]
 fn what_cannot_be_improved_is_refused_before_the_work() {
-    let place = Place::new();
+    let place = Workspace::new();
     let campaign = fixture("campaigns/backlash");
     let model = format!("{campaign}/model.toml");
     let log = format!("{campaign}/static");
@@ -517,7 +518,7 @@ fn what_cannot_be_improved_is_refused_before_the_work() {
 
 #[test]
 fn logs_without_a_model_or_of_another_robot_are_refused() {
-    let place = Place::new();
+    let place = Workspace::new();
     let log = fixture("campaigns/backlash/static");
     let message = place.refused(&["compare", &log]);
     assert!(
@@ -533,7 +534,7 @@ fn logs_without_a_model_or_of_another_robot_are_refused() {
 
 #[test]
 fn laws_are_compared_the_same_with_any_number_of_threads() {
-    let place = Place::new();
+    let place = Workspace::new();
     let all = ["compare-laws", "--weld", "short.toml", "--laws", "learning,none", "-q"];
     let out = place.done(&[&all[..], &["--json", "a.json"]].concat());
     assert!(out.starts_with("Within 0.05 mm RMS whatever the stiffness error"), "{out}");
@@ -582,7 +583,7 @@ fn laws_are_compared_the_same_with_any_number_of_threads() {
 
 #[test]
 fn laws_that_cannot_be_compared_are_refused() {
-    let place = Place::new();
+    let place = Workspace::new();
     place.weld("far.toml", "[9.0, -1.0, 0.5]", "[9.0, 1.0, 0.5]");
     place.weld("tiny.toml", "[1.7, -1.0, 0.5]", "[1.7, -0.999, 0.5]");
     let sensors = fs::read_to_string(fixture("sensors/kr500-mt.toml")).unwrap();
@@ -614,7 +615,7 @@ fn certify(evidence: &str) -> Vec<&str> {
 }
 
 /// Requirements that the short weld meets or not, by its lateral limit.
-fn requirements(place: &Place, lateral_rms: &str) {
+fn requirements(place: &Workspace, lateral_rms: &str) {
     let text = fs::read_to_string(fixture("requirements/lap-weld.toml")).unwrap();
     let line = |line: &str| match line.split(" = ").next() {
         Some("lateral_rms_m") => format!("lateral_rms_m = {lateral_rms}\n"),
@@ -649,7 +650,7 @@ const CERTIFY: [&str; 11] = [
 
 #[test]
 fn a_certification_goes_on_where_it_was_stopped_and_is_the_same_with_any_number_of_threads() {
-    let place = Place::new();
+    let place = Workspace::new();
     requirements(&place, "0.002");
     let out = place.done(&certify("whole"));
     assert!(out.contains("pass\n"), "{out}");
@@ -669,7 +670,8 @@ fn a_certification_goes_on_where_it_was_stopped_and_is_the_same_with_any_number_
     }
     assert_eq!(value["welds"][0]["worst_case"]["runs"], 5);
 
-    // Cut off in the middle of the fourth line: three trials, header included two. Of the other sections a few runs are there.
+    // Cut off in the middle of the fourth line: three trials, header included two. Of the other
+    // sections a few runs are there.
     let text = String::from_utf8(place.bytes("whole/trials-short.jsonl")).unwrap();
     let lines: Vec<&str> = text.lines().collect();
     let kept = format!("{}\n{}\n{}\n{}", lines[0], lines[2], lines[4], &lines[3][..40]);
@@ -705,7 +707,7 @@ fn a_certification_goes_on_where_it_was_stopped_and_is_the_same_with_any_number_
 
 #[test]
 fn a_law_that_fails_its_requirements_ends_with_a_status_that_says_so() {
-    let place = Place::new();
+    let place = Workspace::new();
     requirements(&place, "0.00001");
     let output =
         place.run(&[&CERTIFY[..], &["--evidence", "evidence", "--json", "result.json"]].concat());

@@ -1,10 +1,12 @@
 //! Compensation laws side by side: one weld with every law, one thing at a time made worse.
 //!
-//! Four sweeps: what the law believes of the joints' stiffness, the noise of the sensors, their delay, and lost sensors. The last three
-//! are run with a stiffness believed in wrongly, since a seam sensor has nothing to do where the model
-//! is exact. Noise and delay of the force sensor are also those of the force loop: a law that does not read it still welds with it.
+//! Four sweeps: what the law believes of the joints' stiffness, the noise of the sensors, their
+//! delay, and lost sensors. The last three are run with a stiffness believed in wrongly, since a
+//! seam sensor has nothing to do where the model is exact. Noise and delay of the force sensor are
+//! also those of the force loop: a law that does not read it still welds with it.
 //!
-//! Every run depends on scenario and seed alone: not on the number of threads, nor on the order in which they finish.
+//! Every run depends on scenario and seed alone: not on the number of threads, nor on the order in
+//! which they finish.
 
 use crate::WeldFigures;
 use nalgebra::SVector;
@@ -18,9 +20,11 @@ use trueweld_plant::simulate::{Law, RunError, Scenario, Seam, run_after};
 /// One change of the scenario.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Change {
-    /// Relative error of every joint's stiffness as the law believes in it, instead of the comparison's.
+    /// Relative error of every joint's stiffness as the law believes in it, instead of the
+    /// comparison's.
     StiffnessError(f64),
-    /// Factor on the noise of force sensor and seam sensor. Never 0: laws weigh readings by their noise.
+    /// Factor on the noise of force sensor and seam sensor. Never 0: laws weigh readings by their
+    /// noise.
     Noise(f64),
     /// Delay of force sensor and seam sensor, control periods, instead of their file's.
     Delay(f64),
@@ -28,13 +32,14 @@ pub enum Change {
     Lost(f64),
     /// The seam sensor reads nothing in the last pass, and is as its file says in those before.
     DeadInLastPass,
-    /// The force sensor drops to zero half-way through the last pass's steady part, and stays there.
+    /// The force sensor drops to zero half-way through the last pass's steady part, and stays
+    /// there.
     ForceSensorDies,
 }
 
 /// What a sweep changes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Quantity {
+pub enum VariedQuantity {
     /// [`Change::StiffnessError`].
     StiffnessError,
     /// [`Change::Noise`].
@@ -45,7 +50,7 @@ pub enum Quantity {
     Lost,
 }
 
-impl Quantity {
+impl VariedQuantity {
     /// All of them.
     pub const ALL: [Self; 4] = [Self::StiffnessError, Self::Noise, Self::Delay, Self::Lost];
 
@@ -97,7 +102,7 @@ pub type Point = Result<WeldFigures, NoFigures>;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sweep {
     /// What was changed.
-    pub quantity: Quantity,
+    pub quantity: VariedQuantity,
     /// For every law, in the order asked for, one point for each of the quantity's changes.
     pub points: Vec<Vec<Point>>,
 }
@@ -113,8 +118,8 @@ pub struct LawComparison<'a> {
     pub stiffness_error: f64,
     /// The laws.
     pub laws: &'a [Law],
-    /// Welds of the seam, one after another, for a law that learns from one to the next; the last one counts. The others weld
-    /// once, since more would change nothing.
+    /// Welds of the seam, one after another, for a law that learns from one to the next; the last
+    /// one counts. The others weld once, since more would change nothing.
     pub passes: usize,
 }
 
@@ -126,18 +131,18 @@ impl LawComparison<'_> {
 
     /// Welds of the whole comparison.
     pub fn welds(&self) -> usize {
-        let changes: usize = Quantity::ALL.iter().map(|q| q.changes().len()).sum();
+        let changes: usize = VariedQuantity::ALL.iter().map(|q| q.changes().len()).sum();
         changes * self.laws.iter().map(|law| self.passes_of(*law)).sum::<usize>()
     }
 
     /// All sweeps, on all cores. `progress` is told how many welds are done, from whichever thread.
     pub fn run(&self, progress: impl Fn(usize) + Sync) -> Vec<Sweep> {
-        let each = |quantity: Quantity| {
+        let each = |quantity: VariedQuantity| {
             self.laws
                 .iter()
                 .flat_map(move |law| quantity.changes().iter().map(move |change| (law, *change)))
         };
-        let runs: Vec<(&Law, Change)> = Quantity::ALL.into_iter().flat_map(each).collect();
+        let runs: Vec<(&Law, Change)> = VariedQuantity::ALL.into_iter().flat_map(each).collect();
         let done = AtomicUsize::new(0);
         let points: Vec<Point> = runs
             .par_iter()
@@ -149,11 +154,11 @@ impl LawComparison<'_> {
             })
             .collect();
         let mut points = points.into_iter();
-        let sweep = |quantity: Quantity| {
+        let sweep = |quantity: VariedQuantity| {
             let of_law = |_: &Law| points.by_ref().take(quantity.changes().len()).collect();
             Sweep { quantity, points: self.laws.iter().map(of_law).collect() }
         };
-        Quantity::ALL.into_iter().map(sweep).collect()
+        VariedQuantity::ALL.into_iter().map(sweep).collect()
     }
 
     /// One law under one change.
@@ -163,13 +168,19 @@ impl LawComparison<'_> {
     pub fn point(&self, law: &Law, change: Change) -> Point {
         let error =
             if let Change::StiffnessError(error) = change { error } else { self.stiffness_error };
-        let belief = self
+        let controller_model = self
             .robot
             .with_stiffness_scaled(&SVector::repeat(1.0 + error))
             .map_err(|_| RunError::Cell)?;
         let [before, last] = [false, true].map(|last| self.sensors(change, last));
         let fault = if change == Change::ForceSensorDies { self.force_sensor_dies() } else { None };
-        let scenario = Scenario { law, belief: &belief, sensors: &last, fault, ..self.scenario };
+        let scenario = Scenario {
+            law,
+            controller_model: &controller_model,
+            sensors: &last,
+            fault,
+            ..self.scenario
+        };
         // The last pass has the scenario's own noise, as in `run_passes`.
         let earlier: Vec<Scenario<'_>> = (1..self.passes_of(*law))
             .rev()

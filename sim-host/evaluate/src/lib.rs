@@ -1,5 +1,5 @@
-//! What runs amount to: the figures of a weld and of a force step, and what many welds prove of a law, or show of several
-//! side by side.
+//! What runs amount to: the figures of a weld and of a force step, and what many welds prove of a
+//! law, or show of several side by side.
 
 pub mod certify;
 pub mod laws;

@@ -1,4 +1,5 @@
-//! How often something happened, and what that says of its probability: exact binomial limits after Clopper and Pearson.
+//! How often something happened, and what that says of its probability: exact binomial limits after
+//! Clopper and Pearson.
 
 use std::fmt;
 
@@ -23,7 +24,8 @@ impl Rate {
         [low, self.at_most(0.975)]
     }
 
-    /// The probability behind it is at most this, with so much confidence; 1 where nothing was seen.
+    /// The probability behind it is at most this, with so much confidence; 1 where nothing was
+    /// seen.
     pub fn at_most(self, confidence: f64) -> f64 {
         if self.hits >= self.of { 1.0 } else { self.chance(self.hits, 1.0 - confidence) }
     }

@@ -1,13 +1,14 @@
 //! Figures of the response to a step of the force set-point.
 
-use trueweld_plant::simulate::{Recording, Row};
+use trueweld_plant::simulate::{RecordRow, Recording};
 
 /// Response of one controller to a step of the push. "5 %" and overshoot are of the step's height.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StepFigures {
     /// Name of the controller.
     pub controller: &'static str,
-    /// First time after the step at which the push is within 5 % of the set-point, s; `None` where it never is.
+    /// First time after the step at which the push is within 5 % of the set-point, s; `None` where
+    /// it never is.
     pub first_within_5pct: Option<f64>,
     /// Time after which the push stays within 5 % of the set-point, s; `None` where it does not.
     pub settle_5pct: Option<f64>,
@@ -15,20 +16,22 @@ pub struct StepFigures {
     pub overshoot: f64,
     /// Mean push less set-point over the last half second, N.
     pub static_error: f64,
-    /// Largest departure of the push from that mean over the last half second, N: the ripple of the spindle.
+    /// Largest departure of the push from that mean over the last half second, N: the ripple of the
+    /// spindle.
     pub ripple: f64,
 }
 
 impl StepFigures {
     /// Figures of a recording in which the desired push steps once at `at`, s, by `height`, N.
     ///
-    /// Of the real push as it is, row by row: its ripple is a tenth of the 5 % band, and smoothing it away would take
-    /// from the overshoot. `None` where the record ends before the step.
+    /// Of the real push as it is, row by row: its ripple is a tenth of the 5 % band, and smoothing
+    /// it away would take from the overshoot. `None` where the record ends before the step.
     pub fn of(recording: &Recording, at: f64, height: f64) -> Option<Self> {
         let rows = &recording.rows;
-        let push = |r: &Row| -r.force_w.z;
+        let push = |r: &RecordRow| -r.force_w.z;
         let goal = rows.last()?.force_desired?;
-        // The step is commanded with the row at `at`; a hair of slack for the rounding of row times.
+        // The step is commanded with the row at `at`; a hair of slack for the rounding of row
+        // times.
         let step = rows.iter().position(|r| r.time >= at - 0.5 * recording.period)?;
         let after: Vec<(f64, f64)> =
             rows[step..].iter().map(|r| (r.time - rows[step].time, push(r))).collect();

@@ -1,7 +1,7 @@
 //! Figures of a weld over its steady part (full feed, full force).
 
 use trueweld_core::{JOINTS, JointVector};
-use trueweld_plant::simulate::{Phase, Recording, Row};
+use trueweld_plant::simulate::{Phase, RecordRow, Recording};
 
 /// Mean, root mean square and largest magnitude of a signal.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -57,15 +57,16 @@ pub struct WeldFigures {
     pub travel_angle: Spread,
     /// The push.
     pub force: ForceFigures,
-    /// Share of each joint's twist in the lateral deviation; sums to 1. Each joint's contribution is
-    /// averaged along the seam with the sign of the whole, so that a deviation that crosses zero still has shares.
+    /// Share of each joint's twist in the lateral deviation; sums to 1. Each joint's contribution
+    /// is averaged along the seam with the sign of the whole, so that a deviation that crosses zero
+    /// still has shares.
     pub joint_share: JointVector<f64>,
     /// Largest lateral deviation over half the pin's diameter: below 1 the seam is met.
     pub of_half_pin: f64,
     /// Largest correction of the set-point in the whole run: translation in m, rotation in rad.
     pub correction: [f64; 2],
-    /// Largest lateral deviation from the closing of the force loop to full feed, m: the transient before the
-    /// steady part.
+    /// Largest lateral deviation from the closing of the force loop to full feed, m: the transient
+    /// before the steady part.
     pub lateral_before: f64,
     /// Rows in which some limit was reached or a fault was raised, whole run.
     pub limited_rows: usize,
@@ -74,13 +75,13 @@ pub struct WeldFigures {
 impl WeldFigures {
     /// Figures of one recording. `None` where the run never reached its steady part.
     pub fn of(recording: &Recording) -> Option<Self> {
-        let steady: Vec<&Row> =
+        let steady: Vec<&RecordRow> =
             recording.rows.iter().filter(|r| r.phase == Phase::Steady).collect();
         if steady.is_empty() {
             return None;
         }
-        let spread = |f: fn(&Row) -> f64| Spread::of(steady.iter().map(|r| f(r)));
-        let push = |r: &Row| -r.force_w.z;
+        let spread = |f: fn(&RecordRow) -> f64| Spread::of(steady.iter().map(|r| f(r)));
+        let push = |r: &RecordRow| -r.force_w.z;
         let (low, high) = steady
             .iter()
             .map(|r| push(r))

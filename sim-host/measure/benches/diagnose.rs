@@ -1,11 +1,12 @@
-//! How fast measurements are made ready, predicted and diagnosed: the campaign with a backlash, seven logs.
+//! How fast measurements are made ready, predicted and diagnosed: the campaign with a backlash,
+//! seven logs.
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
 use trueweld_measure::campaign::read_logs;
 use trueweld_measure::compare::{baseline, experiments};
 use trueweld_measure::diagnose::diagnose;
-use trueweld_measure::fit::Bench;
+use trueweld_measure::fit::FitProblem;
 use trueweld_plant::input::ModelFile;
 
 fn benches(criterion: &mut Criterion) {
@@ -13,7 +14,7 @@ fn benches(criterion: &mut Criterion) {
     let (model, logs) = read_logs(&[folder.into()]).unwrap();
     let file = ModelFile::read(model.unwrap()).unwrap();
     let model = baseline(&file);
-    let bench = Bench::new(&file, experiments(&logs, &model).unwrap());
+    let bench = FitProblem::new(&file, experiments(&logs, &model).unwrap());
 
     let mut group = criterion.benchmark_group("log");
     for (log, experiment) in logs.iter().zip(&bench.experiments) {
@@ -30,7 +31,8 @@ fn benches(criterion: &mut Criterion) {
     group.bench_function("make ready", |b| {
         b.iter(|| black_box(experiments(&logs, &model).unwrap()))
     });
-    // Calibrations, screening of every effect at every place, full fits of the best, and the verdict; all cores.
+    // Calibrations, screening of every effect at every place, full fits of the best, and the
+    // verdict; all cores.
     group.bench_function("diagnose", |b| {
         b.iter(|| black_box(diagnose(&bench, &logs, &|_, _| {}).unwrap()))
     });

@@ -1,10 +1,11 @@
-//! What may be a little off in any cell without anything being missing from the model: stiffness and damping, where encoders
-//! were zeroed and a tracker registered, a sensor's zero. Fitted under every hypothesis, reported apart.
+//! What may be a little off in any cell without anything being missing from the model: stiffness
+//! and damping, where encoders were zeroed and a tracker registered, a sensor's zero. Fitted under
+//! every hypothesis, reported apart.
 
-use crate::fit::{Bench, Of, Point};
+use crate::fit::{EffectScope, FitProblem, FitState};
 use crate::log::LogKind;
 use crate::predict::Quantity;
-use trueweld_plant::effects::{At, Effect, Kind, Role, TABLE};
+use trueweld_plant::effects::{Effect, EffectKind, Location, Role, TABLE};
 
 /// One kind of calibration.
 struct Calibration {
@@ -15,8 +16,8 @@ struct Calibration {
     each_log: bool,
 }
 
-/// Nobody knows a robot's stiffness to better than a tenth, nor its damping to better than a third. What is zeroed or
-/// registered anew is good to about what the instruments are.
+/// Nobody knows a robot's stiffness to better than a tenth, nor its damping to better than a third.
+/// What is zeroed or registered anew is good to about what the instruments are.
 const CALIBRATIONS: &[Calibration] = &[
     Calibration { id: "stiffness-error", expected: &[0.1], each_log: false },
     Calibration { id: "damping-error", expected: &[0.3], each_log: false },
@@ -31,7 +32,7 @@ const CALIBRATIONS: &[Calibration] = &[
 ];
 
 /// True for an effect that is a calibration of what the model has.
-pub fn is_calibration(kind: &Kind) -> bool {
+pub fn is_calibration(kind: &EffectKind) -> bool {
     CALIBRATIONS.iter().any(|c| c.id == kind.id)
 }
 
@@ -44,12 +45,12 @@ pub fn expected(id: &str) -> Vec<f64> {
 ///
 /// # Panics
 /// Where there is none.
-pub(crate) fn kind(id: &str) -> &'static Kind {
+pub(crate) fn kind(id: &str) -> &'static EffectKind {
     TABLE.iter().find(|k| k.id == id).unwrap_or_else(|| panic!("no effect {id}"))
 }
 
 /// An effect that does nothing yet.
-pub(crate) fn nothing(kind: &'static Kind, at: At) -> Effect {
+pub(crate) fn nothing(kind: &'static EffectKind, at: Location) -> Effect {
     let value = |p: &trueweld_plant::effects::Parameter| match p.role {
         Role::Size { neutral, .. } => neutral,
         Role::Reciprocal { .. } => p.high,
@@ -61,23 +62,23 @@ pub(crate) fn nothing(kind: &'static Kind, at: At) -> Effect {
 }
 
 /// Places that a kind of effect may be at.
-pub(crate) fn places(kind: &Kind) -> Vec<At> {
-    use trueweld_plant::effects::Place;
+pub(crate) fn places(kind: &EffectKind) -> Vec<Location> {
+    use trueweld_plant::effects::LocationKind;
     use trueweld_plant::robot::Channel;
     match kind.place {
-        Place::Joint => (0..6).map(At::Joint).collect(),
-        Place::Channel => {
+        LocationKind::Joint => (0..6).map(Location::Joint).collect(),
+        LocationKind::Channel => {
             [Channel::Tracker, Channel::Wrench, Channel::MotorTorque, Channel::LinkEncoder]
-                .map(At::Channel)
+                .map(Location::Channel)
                 .to_vec()
         }
-        Place::Cell => vec![At::Cell],
+        LocationKind::Cell => vec![Location::Cell],
     }
 }
 
 /// Effects with values of their own in every log of a bench, all free.
-pub fn afresh(bench: &Bench, effects: &[Effect]) -> Point {
-    let mut point = Point::empty(bench.experiments.len());
+pub fn per_log(bench: &FitProblem, effects: &[Effect]) -> FitState {
+    let mut point = FitState::empty(bench.experiments.len());
     for effect in effects {
         let expected = match expected(effect.kind.id) {
             none if none.is_empty() => vec![f64::INFINITY; effect.values.len()],
@@ -92,9 +93,10 @@ pub fn afresh(bench: &Bench, effects: &[Effect]) -> Point {
     point
 }
 
-/// The calibrations that these logs can show anything of, all at nothing, after what is fitted afresh in each log anyway.
-pub fn calibrations(bench: &Bench) -> Point {
-    let mut point = afresh(bench, &bench.afresh);
+/// The calibrations that these logs can show anything of, all at nothing, after what is fitted
+/// afresh in each log anyway.
+pub fn calibrations(bench: &FitProblem) -> FitState {
+    let mut point = per_log(bench, &bench.per_log);
     let moving =
         bench.experiments.iter().any(|e| matches!(e.kind, LogKind::RingDown | LogKind::FreeMotion));
     // Those in proportion to which the residuals are come first: their slopes are taken once.
@@ -106,7 +108,7 @@ pub fn calibrations(bench: &Bench) -> Point {
         let kind = kind(c.id);
         for at in places(kind) {
             if c.each_log {
-                if bench.afresh.iter().any(|e| (e.kind.id, e.at) == (c.id, at)) {
+                if bench.per_log.iter().any(|e| (e.kind.id, e.at) == (c.id, at)) {
                     continue;
                 }
                 for log in 0..bench.experiments.len() {
@@ -123,15 +125,15 @@ pub fn calibrations(bench: &Bench) -> Point {
 }
 
 /// Free values of a point that belong to one log each: those come first.
-pub fn of_logs(point: &Point) -> usize {
-    point.free.iter().filter(|f| matches!(f.of, Of::Log(..))).count()
+pub fn of_logs(point: &FitState) -> usize {
+    point.free.iter().filter(|f| matches!(f.of, EffectScope::Log(..))).count()
 }
 
 /// True where a log's channels can show a calibration of its own.
-fn shows(bench: &Bench, log: usize, id: &str, at: At) -> bool {
+fn shows(bench: &FitProblem, log: usize, id: &str, at: Location) -> bool {
     let experiment = &bench.experiments[log];
     let has = |q: Quantity| experiment.compared.iter().any(|c| c.quantity == q);
-    let joint = |at: At| if let At::Joint(i) = at { i } else { 0 };
+    let joint = |at: Location| if let Location::Joint(i) = at { i } else { 0 };
     match id {
         "link-encoder-offset" => experiment
             .compared

@@ -1,11 +1,11 @@
 //! Campaigns: logs of one cell with the model that they are to be compared with.
 //!
-//! A campaign is a folder with `campaign.toml`. All its logs are of one robot; whether they fit the model is found
-//! out later.
+//! A campaign is a folder with `campaign.toml`. All its logs are of one robot; whether they fit the
+//! model is found out later.
 
 use crate::log::{LOG_FILE, Log, name_of};
 use std::path::{Path, PathBuf};
-use trueweld_plant::input::{Document, InputError, Kind, Source, read_text};
+use trueweld_plant::input::{Document, FileKind, InputError, Source, read_text};
 
 /// Name of the file that lists a campaign's logs.
 pub const CAMPAIGN_FILE: &str = "campaign.toml";
@@ -25,12 +25,13 @@ impl Campaign {
     /// Reads the campaign in a folder with all its logs.
     ///
     /// # Errors
-    /// The first thing that does not fit, with file, line and column; logs that are not of one robot.
+    /// The first thing that does not fit, with file, line and column; logs that are not of one
+    /// robot.
     pub fn read(folder: impl AsRef<Path>) -> Result<Self, InputError> {
         let folder = folder.as_ref();
         let (name, text) = read_text(&folder.join(CAMPAIGN_FILE))?;
         let document = Document::parse(&text, &name)?;
-        let root = document.root_of(Kind::Campaign.schema())?;
+        let root = document.root_of(FileKind::Campaign.schema())?;
         root.only(&["schema", "model", "logs"])?;
         let model = root.file("model", folder)?;
         let mut folders: Vec<(&str, PathBuf)> = Vec::new();
@@ -64,13 +65,13 @@ impl Campaign {
     }
 }
 
-/// Reads logs from folders of logs and folders of campaigns, mixed as one likes; `log.toml` or `campaign.toml` itself
-/// stands for its folder. Also gives the model of the campaigns: none where there is no campaign among them, or
-/// where they name different ones.
+/// Reads logs from folders of logs and folders of campaigns, mixed as one likes; `log.toml` or
+/// `campaign.toml` itself stands for its folder. Also gives the model of the campaigns: none where
+/// there is no campaign among them, or where they name different ones.
 ///
 /// # Errors
-/// Everything that [`Log::read`] and [`Campaign::read`] refuse; a folder that is neither; a log given twice; logs that
-/// are not of one robot.
+/// Everything that [`Log::read`] and [`Campaign::read`] refuse; a folder that is neither; a log
+/// given twice; logs that are not of one robot.
 pub fn read_logs(paths: &[PathBuf]) -> Result<(Option<PathBuf>, Vec<Log>), InputError> {
     let mut models: Vec<PathBuf> = Vec::new();
     let mut logs: Vec<Log> = Vec::new();

@@ -1,22 +1,23 @@
-//! How far a model is from measurements: every residual over its noise, by log and channel, and where it is largest.
+//! How far a model is from measurements: every residual over its noise, by log and channel, and
+//! where it is largest.
 //!
-//! The score √mean((residual/noise)²) is 1.0 where the model is as good as the instruments can tell. Left out: what is
-//! missing in the model, which is for a diagnosis to say.
+//! The score √mean((residual/noise)²) is 1.0 where the model is as good as the instruments can
+//! tell. Left out: what is missing in the model, which is for a diagnosis to say.
 
-use crate::afresh;
 use crate::diagnose;
-use crate::fit::{Bench, Point};
+use crate::fit::{FitProblem, FitState};
 use crate::localize::{Finding, joint_name, localize};
 use crate::log::{Log, LogKind};
 use crate::noise::instruments;
+use crate::per_log;
 use crate::predict::{Compared, Experiment, Model, PredictError, Prediction, Quantity};
 use rayon::prelude::*;
 use std::path::PathBuf;
 use trueweld_plant::effects::{Effect, Parameter};
 use trueweld_plant::input::ModelFile;
 
-/// A score up to here is the noise floor: the deviations that residuals are judged by, propagated through the model to
-/// first order, are themselves known to about a tenth.
+/// A score up to here is the noise floor: the deviations that residuals are judged by, propagated
+/// through the model to first order, are themselves known to about a tenth.
 pub const FLOOR: f64 = 1.1;
 
 /// A model against measurements.
@@ -49,15 +50,16 @@ pub struct LogComparison {
     pub samples: usize,
     /// Every channel that is compared.
     pub channels: Vec<ChannelComparison>,
-    /// Measured and predicted, a column a trace; the amplitudes at the spindle's orders are left out.
+    /// Measured and predicted, a column a trace; the amplitudes at the spindle's orders are left
+    /// out.
     pub traces: Vec<Trace>,
 }
 
 /// A model against one channel of a log, or against one column of it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ChannelComparison {
-    /// Its name: `tcp_position`, `tcp_rotation`, `motor_torque`, `link_encoder`, `force` or `moment`; of a column, with
-    /// its number from 0: `motor_torque[2]`.
+    /// Its name: `tcp_position`, `tcp_rotation`, `motor_torque`, `link_encoder`, `force` or
+    /// `moment`; of a column, with its number from 0: `motor_torque[2]`.
     pub name: String,
     /// What people call a column: x, y, z or the joint's name; empty for a whole channel.
     pub label: String,
@@ -67,9 +69,11 @@ pub struct ChannelComparison {
     pub rmse: f64,
     /// Largest magnitude of measured less predicted.
     pub max: f64,
-    /// Root mean square of the deviation that measured and propagated noise leave in the difference.
+    /// Root mean square of the deviation that measured and propagated noise leave in the
+    /// difference.
     pub noise: f64,
-    /// True where the logs state all of the instruments' noise; false where some was read off the recordings.
+    /// True where the logs state all of the instruments' noise; false where some was read off the
+    /// recordings.
     pub stated: bool,
     /// As [`Comparison::score`], of this channel.
     pub score: f64,
@@ -117,20 +121,21 @@ pub fn experiments(logs: &[Log], model: &Model) -> Result<Vec<Experiment>, Predi
         .collect()
 }
 
-/// Compares a model with the logs that a bench was made of. What every log has of its own (`scope = "log"`) is fitted afresh
-/// to each, and the notices say so. `done` is called once a log, from several threads.
+/// Compares a model with the logs that a bench was made of. What every log has of its own
+/// (`scope = "log"`) is fitted afresh to each, and the notices say so. `done` is called once a log,
+/// from several threads.
 ///
 /// # Errors
 /// [`PredictError`] of the first log that the model cannot be driven through.
 pub fn compare(
     model: &ModelFile,
     logs: &[Log],
-    bench: &Bench,
+    bench: &FitProblem,
     done: &(impl Fn() + Sync),
 ) -> Result<Comparison, PredictError> {
-    let point = match bench.afresh.as_slice() {
-        [] => Point::empty(logs.len()),
-        own => afresh::fitted(bench, own, Vec::new())?.0,
+    let point = match bench.per_log.as_slice() {
+        [] => FitState::empty(logs.len()),
+        own => per_log::fitted(bench, own, Vec::new())?.0,
     };
     let predict = |k: usize| {
         let prediction = bench.experiments[k].predict(&bench.model, &point.effects(bench, k), None);
@@ -142,12 +147,12 @@ pub fn compare(
     let mut comparison = of_predictions(logs, &bench.experiments, &predictions);
     comparison
         .notices
-        .extend(bench.afresh.iter().map(|effect| found_afresh(effect, model, logs, &point)));
+        .extend(bench.per_log.iter().map(|effect| found_afresh(effect, model, logs, &point)));
     Ok(comparison)
 }
 
 /// Which values an effect was found to have in each log.
-fn found_afresh(effect: &Effect, model: &ModelFile, logs: &[Log], point: &Point) -> String {
+fn found_afresh(effect: &Effect, model: &ModelFile, logs: &[Log], point: &FitState) -> String {
     let values = |own: &Effect| {
         let one = |(p, v): (&Parameter, &f64)| format!("{} = {v:.3e}", p.name);
         own.kind.parameters.iter().zip(&own.values).map(one).collect::<Vec<_>>().join(", ")
@@ -159,7 +164,7 @@ fn found_afresh(effect: &Effect, model: &ModelFile, logs: &[Log], point: &Point)
     };
     let found: Vec<String> = (0..logs.len()).filter_map(of_log).collect();
     format!(
-        "{} has values of its own in every log (scope = \"log\"); they were fitted afresh here, so that this part of the \
+        "{} has values of its own in every log (scope = \"log\"); they were fitted per_log here, so that this part of the \
          score is no test of the model: {}",
         diagnose::name(effect, &model.robot),
         found.join("; ")
@@ -183,7 +188,8 @@ pub fn of_predictions(
     }
 }
 
-/// The part of a comparison that is of single logs: their channels and traces, without where the residual concentrates.
+/// The part of a comparison that is of single logs: their channels and traces, without where the
+/// residual concentrates.
 pub fn of_logs(
     logs: &[Log],
     experiments: &[Experiment],
@@ -298,7 +304,8 @@ fn traces(log: &Log, pairs: &[(&Compared, f64)]) -> Vec<Trace> {
         let difference = residual * compared.deviation;
         let trace = &mut traces[place];
         trace.time.push(log.samples.time[compared.row] - start);
-        // A rotation has no measured value that could be drawn over a predicted one: its difference is drawn over nothing.
+        // A rotation has no measured value that could be drawn over a predicted one: its difference
+        // is drawn over nothing.
         let measured =
             if compared.quantity == Quantity::Rotation { difference } else { compared.measured };
         trace.measured.push(measured);

@@ -1,37 +1,39 @@
-//! Adds what is missing to a model, step by step: each step is kept only if it lowers the error where nothing was fitted, and
-//! if the arm with it stays stable.
+//! Adds what is missing to a model, step by step: each step is kept only if it lowers the error
+//! where nothing was fitted, and if the arm with it stays stable.
 //!
-//! First what recalibration alone can do, then the effects that [`crate::diagnose`] names, each step with everything refitted
-//! and those calibrations kept that count; then, where these do not reach the floor, further ones as long as each counts.
+//! First what recalibration alone can do, then the effects that [`crate::diagnose`] names, each
+//! step with everything refitted and those calibrations kept that count; then, where these do not
+//! reach the floor, further ones as long as each counts.
 
-use crate::afresh;
 use crate::calibrate::is_calibration;
 use crate::diagnose::{
-    self, Diagnosis, Found, Ground, Progress, Verdict, at_one_joint, further, longest_weld, rules,
-    score, sparse,
+    self, Context, Diagnosis, FittedEffect, Progress, Verdict, at_one_joint, further, longest_weld,
+    rules, score, sparse,
 };
-use crate::fit::{self, Bench, Effort, Fitted, Of, Point, Residuals};
+use crate::fit::{self, EffectScope, Effort, FitProblem, FitState, Fitted, Residuals};
 use crate::localize::localize;
 use crate::log::Log;
+use crate::per_log;
 use crate::predict::{Experiment, PredictError};
 use trueweld_core::JointVector;
 use trueweld_plant::effects::Effect;
 use trueweld_plant::input::{Comments, EffectComments, ModelEffect, ModelFile, Scope};
-use trueweld_plant::integrate::driven::{Motors, Swinging};
+use trueweld_plant::integrate::link_dynamics::{DynamicLinks, Motors};
 use trueweld_plant::robot::ElasticRobot;
 
 /// One accepted step.
 #[derive(Debug, Clone)]
 pub struct Step {
     /// What was added; nothing at the start and where only the calibration changed.
-    pub added: Vec<Found>,
+    pub added: Vec<FittedEffect>,
     /// Every effect of the model at this step, with the values refitted there.
-    pub effects: Vec<Found>,
+    pub effects: Vec<FittedEffect>,
     /// The calibrations that count beside them.
-    pub calibration: Vec<Found>,
+    pub calibration: Vec<FittedEffect>,
     /// Score on the logs fitted.
     pub score: f64,
-    /// Score where nothing was fitted: on the logs held out, or on blocks in time left out of the fit.
+    /// Score where nothing was fitted: on the logs held out, or on blocks in time left out of the
+    /// fit.
     pub held_out: f64,
 }
 
@@ -39,7 +41,7 @@ pub struct Step {
 #[derive(Debug, Clone)]
 pub struct Rejected {
     /// What would have been added; nothing for a recalibration.
-    pub added: Vec<Found>,
+    pub added: Vec<FittedEffect>,
     /// Score where nothing was fitted, with it.
     pub held_out: f64,
     /// Why it was not kept.
@@ -67,7 +69,7 @@ pub struct Improvement {
 #[derive(Debug)]
 pub struct HeldOut {
     /// The baseline over these logs.
-    bench: Bench,
+    bench: FitProblem,
     /// Their names.
     names: Vec<String>,
 }
@@ -75,8 +77,8 @@ pub struct HeldOut {
 impl HeldOut {
     /// Logs to judge a model by, and the experiments made of them.
     pub fn new(file: &ModelFile, logs: &[Log], experiments: Vec<Experiment>) -> Self {
-        let (known, afresh, own) = (Vec::new(), Vec::new(), Vec::new());
-        let bench = Bench { known, afresh, own, ..Bench::new(file, experiments) };
+        let (known, per_log, own) = (Vec::new(), Vec::new(), Vec::new());
+        let bench = FitProblem { known, per_log, own, ..FitProblem::new(file, experiments) };
         Self { bench, names: logs.iter().map(|l| l.name.clone()).collect() }
     }
 }
@@ -87,13 +89,13 @@ const MOST: usize = 8;
 /// Fall of the held-out score by less than this share is no improvement.
 const LEAST: f64 = 2e-3;
 
-/// Improves the bench's model. `logs`: those that its experiments were made of; `held_out`: where every step is judged, in
-/// place of blocks in time of the same logs.
+/// Improves the bench's model. `logs`: those that its experiments were made of; `held_out`: where
+/// every step is judged, in place of blocks in time of the same logs.
 ///
 /// # Errors
 /// [`PredictError`] where the model as given cannot be driven through the logs.
 pub fn improve(
-    bench: &Bench,
+    bench: &FitProblem,
     logs: &[Log],
     held_out: Option<&HeldOut>,
     progress: Progress<'_>,
@@ -103,7 +105,7 @@ pub fn improve(
     let blocks = fit::blocks_of(bench);
     let start = match held_out {
         Some(held_out) => {
-            score(&elsewhere(bench, held_out, &Point::empty(bench.experiments.len()))?)
+            score(&elsewhere(bench, held_out, &FitState::empty(bench.experiments.len()))?)
         }
         None => diagnosis.score_before,
     };
@@ -175,7 +177,7 @@ fn effects_of(fitted: &Fitted) -> Vec<Effect> {
 
 /// The steps taken so far, and what they are judged by.
 struct Path<'a> {
-    bench: &'a Bench,
+    bench: &'a FitProblem,
     logs: &'a [Log],
     blocks: &'a [Vec<u8>],
     held_out: Option<&'a HeldOut>,
@@ -187,12 +189,14 @@ struct Path<'a> {
 impl Path<'_> {
     /// Takes a step to a fit if it is one forward; `added`: effects it has for the first time.
     fn try_step(&mut self, fitted: Fitted, added: &[Effect]) -> bool {
-        let all = diagnose::found(&fitted, |of| matches!(of, Of::All(_) | Of::Log(..)));
-        let (calibration, effects): (Vec<Found>, Vec<Found>) =
+        let all =
+            diagnose::found(&fitted, |of| matches!(of, EffectScope::All(_) | EffectScope::Log(..)));
+        let (calibration, effects): (Vec<FittedEffect>, Vec<FittedEffect>) =
             all.into_iter().partition(|f| is_calibration(f.effect.kind));
-        let own =
-            |f: &&Found| added.iter().any(|e| (e.kind.id, e.at) == (f.effect.kind.id, f.effect.at));
-        let added: Vec<Found> = effects.iter().filter(own).cloned().collect();
+        let own = |f: &&FittedEffect| {
+            added.iter().any(|e| (e.kind.id, e.at) == (f.effect.kind.id, f.effect.at))
+        };
+        let added: Vec<FittedEffect> = effects.iter().filter(own).cloned().collect();
         let before = self.steps.last().map_or(f64::INFINITY, |s| s.held_out);
         let judged = match self.held_out {
             Some(held_out) => elsewhere(self.bench, held_out, &fitted.point).map(|at| score(&at)),
@@ -226,13 +230,14 @@ impl Path<'_> {
         why.is_none()
     }
 
-    /// Adds one more effect where the explanation is a partial one. What no model explains yet is no noise that instruments
-    /// state: every channel is weighed by what is left in it, so that the worst does not hide the others, and the values
-    /// found before stay, so that none is spent on it.
+    /// Adds one more effect where the explanation is a partial one. What no model explains yet is
+    /// no noise that instruments state: every channel is weighed by what is left in it, so that the
+    /// worst does not hide the others, and the values found before stay, so that none is spent on
+    /// it.
     fn further(&mut self, length: f64) -> bool {
-        let empty = Point::empty(self.bench.experiments.len());
+        let empty = FitState::empty(self.bench.experiments.len());
         let point = self.reached.as_ref().map_or(empty, |f| f.point.clone());
-        let held = Point { free: Vec::new(), ..point.clone() };
+        let held = FitState { free: Vec::new(), ..point.clone() };
         let nothing_free = Effort { steps: 0, stale: 0 };
         let Ok(plain) = fit::fit(self.bench, &held, self.blocks, &[], nothing_free) else {
             return false;
@@ -240,12 +245,17 @@ impl Path<'_> {
         if rules::at_floor(self.bench, &plain.at) {
             return false;
         }
-        let doubted = doubted(self.bench, &plain.at);
-        let Ok(null) = fit::fit(&doubted, &held, self.blocks, &[], nothing_free) else {
+        let inflate_noise = inflate_noise(self.bench, &plain.at);
+        let Ok(null) = fit::fit(&inflate_noise, &held, self.blocks, &[], nothing_free) else {
             return false;
         };
-        let ground =
-            Ground { bench: &doubted, blocks: self.blocks, null: &null, given: &null, length };
+        let ground = Context {
+            bench: &inflate_noise,
+            blocks: self.blocks,
+            null: &null,
+            given: &null,
+            length,
+        };
         for next in further(&ground, &null) {
             let added = effects_of(&next)[effects_of(&null).len()..].to_vec();
             let mut whole = next.point.clone();
@@ -262,37 +272,42 @@ impl Path<'_> {
 }
 
 /// Residuals of a model on other logs; what each log has of its own is found afresh there.
-fn elsewhere(bench: &Bench, held_out: &HeldOut, point: &Point) -> Result<Residuals, PredictError> {
-    let mut own: Vec<Effect> = bench.afresh.clone();
+fn elsewhere(
+    bench: &FitProblem,
+    held_out: &HeldOut,
+    point: &FitState,
+) -> Result<Residuals, PredictError> {
+    let mut own: Vec<Effect> = bench.per_log.clone();
     for effect in point.each.iter().flatten() {
         if !own.iter().any(|e| (e.kind.id, e.at) == (effect.kind.id, effect.at)) {
             own.push(effect.clone());
         }
     }
     let all = [bench.known.clone(), point.all.clone()].concat();
-    Ok(afresh::fitted(&held_out.bench, &own, all)?.1)
+    Ok(per_log::fitted(&held_out.bench, &own, all)?.1)
 }
 
 /// The same logs, with each channel's noise as large as what these residuals leave of it.
-fn doubted(bench: &Bench, at: &Residuals) -> Bench {
+fn inflate_noise(bench: &FitProblem, at: &Residuals) -> FitProblem {
     let parts = diagnose::parts(bench, at);
     let factor = |log: usize, channel: &'static str| {
         parts
             .get(&(log, channel))
             .map_or(1.0, |p| (p.square / p.count.max(1) as f64).sqrt().max(1.0))
     };
-    let doubted = |(log, e): (usize, &Experiment)| e.doubted(|channel| factor(log, channel));
-    Bench {
+    let inflate_noise =
+        |(log, e): (usize, &Experiment)| e.inflate_noise(|channel| factor(log, channel));
+    FitProblem {
         model: bench.model.clone(),
         known: bench.known.clone(),
-        afresh: bench.afresh.clone(),
+        per_log: bench.per_log.clone(),
         own: bench.own.clone(),
-        experiments: bench.experiments.iter().enumerate().map(doubted).collect(),
+        experiments: bench.experiments.iter().enumerate().map(inflate_noise).collect(),
     }
 }
 
 /// True where the arm, struck in every joint at a posture of the logs, comes to rest.
-fn stable(bench: &Bench, logs: &[Log], point: &Point) -> bool {
+fn stable(bench: &FitProblem, logs: &[Log], point: &FitState) -> bool {
     const STRUCK: f64 = 1e-3;
     const PERIOD: f64 = 1e-3;
     let effects: Vec<Effect> = bench.known.iter().chain(&point.all).cloned().collect();
@@ -302,7 +317,7 @@ fn stable(bench: &Bench, logs: &[Log], point: &Point) -> bool {
         return false;
     };
     logs.iter().filter_map(|log| log.samples.encoder.first()).all(|posture| {
-        let mut swinging = Swinging::start(&robot, &Motors::at_rest(*posture), 0.0);
+        let mut swinging = DynamicLinks::start(&robot, &Motors::at_rest(*posture), 0.0);
         let motors = Motors::at_rest(posture + JointVector::repeat(STRUCK));
         // Hardest in the first tenth of two seconds; what is left of it in the last.
         let (mut first, mut last) = (0.0f64, 0.0f64);
@@ -380,28 +395,29 @@ pub fn model_file(
             .collect();
         add(&found.effect, Scope::Campaign, EffectComments { effect: said, parameters });
     }
-    let own: Vec<&Found> =
+    let own: Vec<&FittedEffect> =
         last.effects.iter().chain(&last.calibration).filter(|f| f.log.is_some()).collect();
     for (k, found) in own.iter().enumerate() {
-        let same = |f: &&&Found| {
+        let same = |f: &&&FittedEffect| {
             (f.effect.kind.id, f.effect.at) == (found.effect.kind.id, found.effect.at)
         };
         if own[..k].iter().any(|f| same(&f)) {
             continue;
         }
-        let all: Vec<&&Found> = own.iter().filter(same).collect();
+        let all: Vec<&&FittedEffect> = own.iter().filter(same).collect();
         let mean = (0..found.effect.values.len())
             .map(|v| all.iter().map(|f| f.effect.values[v]).sum::<f64>() / all.len() as f64)
             .collect();
         let parameters = (0..found.effect.values.len())
             .map(|v| {
-                let one = |f: &&&Found| {
+                let one = |f: &&&FittedEffect| {
                     format!("{} in {}", readable(f.effect.values[v]), names[f.log.unwrap_or(0)])
                 };
                 all.iter().map(one).collect::<Vec<_>>().join(", ")
             })
             .collect();
-        let said = "Each log has its own, fitted afresh in every other; below the mean.".to_owned();
+        let said =
+            "Each log has its own, fitted per_log in every other; below the mean.".to_owned();
         add(
             &Effect { values: mean, ..found.effect.clone() },
             Scope::Log,

@@ -1,10 +1,12 @@
 //! Where a model fails: which conditions its residual follows, and in which of them it is large.
 //!
-//! Logs of one kind are put together, channel by channel. Each condition under which a row was recorded (a posture, a torque,
-//! the direction of motion, the load, …) is cut into bins, and two shares of the squared residual are taken: what the
-//! bins' means explain, Σ n_b (m_b − m)² / Σ r², and what would have to move from bin to bin for the squares to lie evenly.
-//! Both are set against residuals of the same log put under other conditions: blocks of rows, longer than the residual
-//! remembers, change places, so that a slow residual does not pass for a dependence. Left out: what the reason is.
+//! Logs of one kind are put together, channel by channel. Each condition under which a row was
+//! recorded (a posture, a torque, the direction of motion, the load, …) is cut into bins, and two
+//! shares of the squared residual are taken: what the bins' means explain, Σ n_b (m_b − m)² / Σ r²,
+//! and what would have to move from bin to bin for the squares to lie evenly. Both are set against
+//! residuals of the same log put under other conditions: blocks of rows, longer than the residual
+//! remembers, change places, so that a slow residual does not pass for a dependence. Left out: what
+//! the reason is.
 
 mod conditions;
 mod orders;
@@ -17,9 +19,9 @@ pub use words::{article, readable, readable_condition};
 use crate::compare::FLOOR;
 use crate::log::{Log, LogKind};
 use crate::predict::{Experiment, Prediction};
-use conditions::Condition;
+use conditions::Covariate;
 use rayon::prelude::*;
-use table::Table;
+use table::ResidualTable;
 
 /// Arrangements that a share is set against: p-values come in steps of 1/200.
 const ARRANGEMENTS: usize = 199;
@@ -36,7 +38,7 @@ const NEARLY: f64 = 0.85;
 
 /// In which way a residual goes with a condition.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum How {
+pub enum Statistic {
     /// Its mean changes with it.
     Mean,
     /// Its size changes with it.
@@ -59,7 +61,7 @@ pub struct Finding {
     /// Its unit; empty for natural categories.
     pub unit: &'static str,
     /// Mean or size.
-    pub how: How,
+    pub how: Statistic,
     /// Share of the channel's squared residual, 0 to 1, that goes with the condition.
     pub share: f64,
     /// The share that the same residual under other conditions shows by chance, on average.
@@ -76,7 +78,8 @@ pub struct Finding {
     pub share_there: f64,
     /// Share of the samples that lie there.
     pub samples_there: f64,
-    /// Other conditions that this channel's residual goes with nearly as much: these data do not tell them apart.
+    /// Other conditions that this channel's residual goes with nearly as much: these data do not
+    /// tell them apart.
     pub similar: Vec<String>,
     /// In plain words.
     pub sentence: String,
@@ -119,21 +122,22 @@ pub struct CurvePoint {
     pub error: f64,
 }
 
-/// What the residuals of some logs go with, largest share first; what goes with nothing beyond chance is not listed.
+/// What the residuals of some logs go with, largest share first; what goes with nothing beyond
+/// chance is not listed.
 ///
-/// `experiments` and `predictions` belong to `logs`, place by place; the predictions need their motion. Random
-/// arrangements are seeded: the same residuals give the same findings.
+/// `experiments` and `predictions` belong to `logs`, place by place; the predictions need their
+/// motion. Random arrangements are seeded: the same residuals give the same findings.
 pub fn localize(
     experiments: &[Experiment],
     predictions: &[Prediction],
     logs: &[Log],
 ) -> Vec<Finding> {
-    let conditions: Vec<Vec<Condition>> = logs
+    let conditions: Vec<Vec<Covariate>> = logs
         .par_iter()
         .zip(predictions)
         .map(|(log, prediction)| conditions::of(log, prediction))
         .collect();
-    let mut findings: Vec<Finding> = Table::all(experiments, predictions, logs)
+    let mut findings: Vec<Finding> = ResidualTable::all(experiments, predictions, logs)
         .par_iter()
         .flat_map(|table| {
             let mut of_table = findings_of(table, &conditions, logs);
@@ -146,8 +150,9 @@ pub fn localize(
     findings
 }
 
-/// The worst finding of each channel of each kind of log above the noise floor, `count` at most: what a person reads first.
-/// The band of frequency, which says little of a reason, stands only where nothing else does.
+/// The worst finding of each channel of each kind of log above the noise floor, `count` at most:
+/// what a person reads first. The band of frequency, which says little of a reason, stands only
+/// where nothing else does.
 pub fn foremost(findings: &[Finding], count: usize) -> Vec<&Finding> {
     let mut chosen: Vec<&Finding> = Vec::new();
     let by_frequency = |f: &&Finding| f.variable == spectrum::NAME;
@@ -168,9 +173,9 @@ pub(crate) fn joint_name(log: &Log, joint: usize) -> String {
 }
 
 /// All that one channel's residual goes with.
-fn findings_of(table: &Table, conditions: &[Vec<Condition>], logs: &[Log]) -> Vec<Finding> {
+fn findings_of(table: &ResidualTable, conditions: &[Vec<Covariate>], logs: &[Log]) -> Vec<Finding> {
     let arrangements = table.arrangements(ARRANGEMENTS);
-    let joined = Condition::joined(table, conditions);
+    let joined = Covariate::joined(table, conditions);
     let mut found: Vec<Finding> = joined
         .par_iter()
         .filter_map(|condition| by_rows(table, condition, &arrangements))
@@ -220,7 +225,7 @@ struct Sums {
 
 impl Sums {
     /// With the residual of row `order(i)` under the condition of row i.
-    fn of(table: &Table, bins: &Bins, order: impl Fn(usize) -> usize) -> Self {
+    fn of(table: &ResidualTable, bins: &Bins, order: impl Fn(usize) -> usize) -> Self {
         let width = table.series.len();
         let mut sums = Self {
             rows: vec![0.0; bins.count],
@@ -307,7 +312,11 @@ fn judge<const N: usize>(
 }
 
 /// What goes with a condition of the rows.
-fn by_rows(table: &Table, condition: &Condition, arrangements: &[Vec<u32>]) -> Option<Finding> {
+fn by_rows(
+    table: &ResidualTable,
+    condition: &Covariate,
+    arrangements: &[Vec<u32>],
+) -> Option<Finding> {
     let bins = condition.bins()?;
     let sums = Sums::of(table, &bins, |i| i);
     let width = table.series.len();
@@ -319,43 +328,43 @@ fn by_rows(table: &Table, condition: &Condition, arrangements: &[Vec<u32>]) -> O
     let [mean, size] = judge([mean, size], arranged);
     let how = match (mean.counts(), size.counts()) {
         (false, false) => return None,
-        (true, false) => How::Mean,
-        (false, true) => How::Size,
+        (true, false) => Statistic::Mean,
+        (false, true) => Statistic::Size,
         (true, true) => {
             if mean.excess() >= size.excess() {
-                How::Mean
+                Statistic::Mean
             } else {
-                How::Size
+                Statistic::Size
             }
         }
     };
-    let judged = if how == How::Mean { mean } else { size };
+    let judged = if how == Statistic::Mean { mean } else { size };
     Some(report(table, condition, &bins, &sums, how, judged))
 }
 
 /// The finding of a condition that was judged.
 fn report(
-    table: &Table,
-    condition: &Condition,
+    table: &ResidualTable,
+    condition: &Covariate,
     bins: &Bins,
     sums: &Sums,
-    how: How,
+    how: Statistic,
     judged: Judged,
 ) -> Finding {
     let width = table.series.len();
     let total: f64 = sums.squares.iter().sum();
     let rows: f64 = sums.rows.iter().sum();
     let by_bin = |bin: usize| match how {
-        How::Mean => {
+        Statistic::Mean => {
             (0..width).map(|s| sums.explained(width, bin, s)).sum::<f64>() / sums.rows[bin].max(1.0)
         }
-        How::Size => sums.squares[bin] / sums.rows[bin].max(1.0),
+        Statistic::Size => sums.squares[bin] / sums.rows[bin].max(1.0),
     };
     let there = largest(bins.count, by_bin);
     // The column that it shows in most.
     let series = largest(width, |s| match how {
-        How::Mean => (0..bins.count).map(|b| sums.explained(width, b, s)).sum(),
-        How::Size => table.squares_of(s, |i| bins.of[i] == Some(there as u16)),
+        Statistic::Mean => (0..bins.count).map(|b| sums.explained(width, b, s)).sum(),
+        Statistic::Size => table.squares_of(s, |i| bins.of[i] == Some(there as u16)),
     });
     let inside = |bin: usize| (0..bins.of.len()).filter(move |i| bins.of[*i] == Some(bin as u16));
     let points = (0..bins.count)
@@ -406,7 +415,7 @@ struct Group {
 }
 
 /// What lies in one group of series more than in the others.
-fn by_series(table: &Table, group: &Group) -> Option<Finding> {
+fn by_series(table: &ResidualTable, group: &Group) -> Option<Finding> {
     let members = |c: usize| group.of.iter().filter(|of| **of == c).count() as f64;
     let width = table.series.len();
     let blocks = table.blocks();
@@ -457,14 +466,15 @@ fn by_series(table: &Table, group: &Group) -> Option<Finding> {
             y_unit: table.series[0].quantity.unit(),
             points,
         },
-        ..table.finding(How::Size, judged)
+        ..table.finding(Statistic::Size, judged)
     };
     finding.sentence = words::sentence(&finding);
     Some(finding)
 }
 
-/// What stays the same in all rows: Σ n m² / Σ r², against residuals of which whole blocks change their sign.
-fn offset(table: &Table) -> Option<Finding> {
+/// What stays the same in all rows: Σ n m² / Σ r², against residuals of which whole blocks change
+/// their sign.
+fn offset(table: &ResidualTable) -> Option<Finding> {
     let width = table.series.len();
     let sums_by_block: Vec<Vec<f64>> = table
         .blocks()
@@ -488,7 +498,7 @@ fn offset(table: &Table) -> Option<Finding> {
     }
     let everywhere = || 0..table.squares.len();
     let points: Vec<CurvePoint> =
-        (0..width).map(|s| table.point(s as f64, How::Mean, s, everywhere())).collect();
+        (0..width).map(|s| table.point(s as f64, Statistic::Mean, s, everywhere())).collect();
     let mean = |s: usize| everywhere().map(|i| table.row(i)[s]).sum::<f64>().abs();
     let there = largest(width, mean);
     let mut finding = Finding {
@@ -506,7 +516,7 @@ fn offset(table: &Table) -> Option<Finding> {
             y_unit: table.series[0].quantity.unit(),
             points,
         },
-        ..table.finding(How::Mean, judged)
+        ..table.finding(Statistic::Mean, judged)
     };
     finding.sentence = words::sentence(&finding);
     Some(finding)

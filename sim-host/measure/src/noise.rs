@@ -1,7 +1,8 @@
 //! How noisy each instrument is: as its maker states it, or read off the recording.
 //!
-//! White noise lies under every frequency alike, and a machine moves slowly: above half of what a series can hold, the
-//! lower half of its spectrum is noise. Lines (a spindle's) stand out of it and do not count.
+//! White noise lies under every frequency alike, and a machine moves slowly: above half of what a
+//! series can hold, the lower half of its spectrum is noise. Lines (a spindle's) stand out of it
+//! and do not count.
 
 use crate::log::{Log, LogKind};
 use nalgebra::Vector3;
@@ -22,9 +23,10 @@ pub struct Level {
     pub stated: bool,
 }
 
-/// Noise of every instrument in one log; `None` for an instrument that no log of the campaign tells of.
+/// Noise of every instrument in one log; `None` for an instrument that no log of the campaign tells
+/// of.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Instruments {
+pub struct NoiseLevels {
     /// Tracker: TCP position, m.
     pub position: [Option<Level>; 3],
     /// Tracker: rotation vector, rad.
@@ -41,12 +43,12 @@ pub struct Instruments {
     pub moment: [Option<Level>; 3],
 }
 
-/// The instruments of every log. What a log neither states nor shows is taken from the other logs of the campaign, whose
-/// instruments are the same.
-pub fn instruments(logs: &[Log]) -> Vec<Instruments> {
-    let mut all: Vec<Instruments> = logs.iter().map(of_log).collect();
+/// The instruments of every log. What a log neither states nor shows is taken from the other logs
+/// of the campaign, whose instruments are the same.
+pub fn instruments(logs: &[Log]) -> Vec<NoiseLevels> {
+    let mut all: Vec<NoiseLevels> = logs.iter().map(of_log).collect();
     let known = all.clone();
-    let fill = |level: &mut Option<Level>, from: &dyn Fn(&Instruments) -> Option<Level>| {
+    let fill = |level: &mut Option<Level>, from: &dyn Fn(&NoiseLevels) -> Option<Level>| {
         if level.is_none() {
             let mut found: Vec<Level> = known.iter().filter_map(from).collect();
             found.sort_by(|a, b| a.deviation.total_cmp(&b.deviation));
@@ -69,7 +71,7 @@ pub fn instruments(logs: &[Log]) -> Vec<Instruments> {
     all
 }
 
-fn of_log(log: &Log) -> Instruments {
+fn of_log(log: &Log) -> NoiseLevels {
     let s = &log.samples;
     let even = log.kind != LogKind::StaticLoad;
     let level = |stated: Option<f64>, series: &dyn Fn() -> Option<Vec<f64>>| match stated {
@@ -89,7 +91,7 @@ fn of_log(log: &Log) -> Instruments {
         std::array::from_fn(|i| level(stated.map(|n| n[i]), &|| series[i].clone()))
     };
     let rotation = s.rotation.as_ref().map(|r| relative_rotation(r));
-    Instruments {
+    NoiseLevels {
         position: three(log.noise.position, &s.position),
         rotation: three(log.noise.rotation, &rotation),
         encoder: std::array::from_fn(|i| {
@@ -104,7 +106,8 @@ fn of_log(log: &Log) -> Instruments {
     }
 }
 
-/// Rotation vectors as seen from the one before, summed up: without the flip of sign near half a turn.
+/// Rotation vectors as seen from the one before, summed up: without the flip of sign near half a
+/// turn.
 fn relative_rotation(rotation: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
     use trueweld_core::spatial::{rotation_from_vector, rotation_vector};
     let mut sum = Vector3::zeros();
@@ -125,8 +128,9 @@ fn relative_rotation(rotation: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
     rotation.iter().map(step).collect()
 }
 
-/// Standard deviation of the white noise under a series: the median over the upper half of its frequencies of Welch's
-/// averaged spectrum. `None` where the series is too short, or has no noise at all.
+/// Standard deviation of the white noise under a series: the median over the upper half of its
+/// frequencies of Welch's averaged spectrum. `None` where the series is too short, or has no noise
+/// at all.
 pub fn floor(series: &[f64]) -> Option<f64> {
     let series: Vec<f64> = series.iter().copied().filter(|v| v.is_finite()).collect();
     if series.len() < SHORTEST {
@@ -180,7 +184,8 @@ fn median_of(sorted: &[f64]) -> f64 {
     if n % 2 == 1 { sorted[n / 2] } else { 0.5 * (sorted[n / 2 - 1] + sorted[n / 2]) }
 }
 
-/// Expected median of so many independent values of mean 1, exponentially distributed as a spectrum's are.
+/// Expected median of so many independent values of mean 1, exponentially distributed as a
+/// spectrum's are.
 fn median_of_exponential(n: usize) -> f64 {
     // The kth smallest of n has the mean Σ 1/(n − j), j = 0 … k − 1.
     let order = |k: usize| (0..k).map(|j| 1.0 / (n - j) as f64).sum::<f64>();

@@ -1,5 +1,5 @@
-//! Comparing and localising: a planted dependence is found and named, noise is not, and a campaign of known origin gives
-//! the scores that its makers state.
+//! Comparing and localising: a planted dependence is found and named, noise is not, and a campaign
+//! of known origin gives the scores that its makers state.
 
 use nalgebra::Vector3;
 use rand::SeedableRng;
@@ -10,10 +10,10 @@ use std::sync::Arc;
 use trueweld_core::JointVector;
 use trueweld_measure::campaign::Campaign;
 use trueweld_measure::compare::{Comparison, baseline, compare, experiments};
-use trueweld_measure::fit::Bench;
-use trueweld_measure::localize::{Finding, How, foremost, localize};
+use trueweld_measure::fit::FitProblem;
+use trueweld_measure::localize::{Finding, Statistic, foremost, localize};
 use trueweld_measure::log::{Log, LogKind};
-use trueweld_measure::noise::{Instruments, Level};
+use trueweld_measure::noise::{Level, NoiseLevels};
 use trueweld_measure::predict::{Experiment, Model, Motion, Prediction};
 use trueweld_plant::input::ModelFile;
 
@@ -58,10 +58,10 @@ impl Series {
         );
         let log = Log::parse(&toml, csv.as_bytes(), "synthetic".as_ref()).unwrap();
         let level = |deviation| Some(Level { deviation, stated: true });
-        let noise = Instruments {
+        let noise = NoiseLevels {
             position: [level(3e-5); 3],
             encoder: [level(2e-6); 6],
-            ..Instruments::default()
+            ..NoiseLevels::default()
         };
         let model = Model { robot: log.robot.robot.clone(), process: None };
         let experiment = Experiment::new(&log, &noise, &model).unwrap();
@@ -105,7 +105,7 @@ fn a_planted_dependence_on_the_sign_of_a_torque_is_found_first_with_its_size() {
     assert_eq!(best.variable, "sign of A5's spring torque", "{}", best.sentence);
     assert_eq!(
         (best.how, best.kind, best.channel),
-        (How::Mean, LogKind::FreeMotion, "tcp_position")
+        (Statistic::Mean, LogKind::FreeMotion, "tcp_position")
     );
     // 1.5² of the three columns' 3 + 1.5².
     let planted = 2.25 / 5.25;
@@ -153,14 +153,16 @@ fn noise_that_grows_is_found_by_its_size() {
     let findings = series
         .localized(|row, _| (1.0 + 5.0 * (row as f64 / ROWS as f64).powi(4)) * normal(&mut random));
     let best = findings.iter().find(|f| f.variable == "time").unwrap();
-    assert_eq!(best.how, How::Size);
+    assert_eq!(best.how, Statistic::Size);
     let last = series.experiment.compared.iter().map(|c| c.row).max().unwrap();
     assert!(best.low > 0.75 * PERIOD * last as f64, "{}", best.sentence);
 }
 
-/// How many of `runs` residuals of pure noise go with something at p ≤ 0.01, per condition that was tried.
+/// Statistic many of `runs` residuals of pure noise go with something at p ≤ 0.01, per condition
+/// that was tried.
 fn false_alarms(runs: u64, mut noise: impl FnMut(&mut ChaCha8Rng, usize) -> f64) -> f64 {
-    // Time, six times angle, rate, direction, acceleration, torque, its sign and tendency, column, offset, band, six waves.
+    // Time, six times angle, rate, direction, acceleration, torque, its sign and tendency, column,
+    // offset, band, six waves.
     const TRIED: f64 = 1.0 + 6.0 * 7.0 + 3.0 + 6.0;
     let series = Series::new();
     let found: usize = (0..runs)
@@ -175,7 +177,8 @@ fn false_alarms(runs: u64, mut noise: impl FnMut(&mut ChaCha8Rng, usize) -> f64)
 #[test]
 fn white_noise_goes_with_nothing() {
     let rate = false_alarms(20, |random, _| normal(random));
-    // Means and sizes are tried: 0.02 at most, and less since a share must also be worth mentioning.
+    // Means and sizes are tried: 0.02 at most, and less since a share must also be worth
+    // mentioning.
     assert!(rate < 0.02, "{rate}");
 }
 
@@ -203,7 +206,7 @@ fn the_same_residual_gives_the_same_findings() {
 fn compared(campaign: &str) -> Comparison {
     let campaign = Campaign::read(fixture(campaign)).unwrap();
     let model = ModelFile::read(&campaign.model).unwrap();
-    let bench = Bench::new(&model, experiments(&campaign.logs, &baseline(&model)).unwrap());
+    let bench = FitProblem::new(&model, experiments(&campaign.logs, &baseline(&model)).unwrap());
     compare(&model, &campaign.logs, &bench, &|| {}).unwrap()
 }
 
@@ -264,7 +267,8 @@ fn noise_that_is_not_stated_is_estimated_and_said_to_be() {
     let channels = || comparison.logs.iter().flat_map(|log| &log.channels);
     assert!(channels().all(|channel| !channel.stated));
     assert!(comparison.notices.iter().any(|n| n.contains("estimated")), "{:?}", comparison.notices);
-    // Second encoders and motor encoders of a real robot disagree by milliradians: zeroed each for itself.
+    // Second encoders and motor encoders of a real robot disagree by milliradians: zeroed each for
+    // itself.
     let second = channels().find(|c| c.name == "link_encoder").unwrap();
     assert_eq!(
         second.columns.iter().map(|c| c.label.as_str()).collect::<Vec<_>>(),

@@ -1,14 +1,14 @@
-//! The curve that shows an effect, on a campaign that this project did not simulate: `fixtures/campaigns/backlash`, whose
-//! README says what is hidden in it.
+//! The curve that shows an effect, on a campaign that this project did not simulate:
+//! `fixtures/campaigns/backlash`, whose README says what is hidden in it.
 
 use trueweld_measure::calibrate::calibrations;
 use trueweld_measure::campaign::Campaign;
 use trueweld_measure::compare::experiments;
-use trueweld_measure::diagnose::Found;
-use trueweld_measure::evidence::{Case, Evidence, evidence, explain};
-use trueweld_measure::fit::{Bench, Effort, Fitted, blocks_of, fit};
+use trueweld_measure::diagnose::FittedEffect;
+use trueweld_measure::evidence::{EffectCurve, ExplainedCase, evidence, explain};
+use trueweld_measure::fit::{Effort, FitProblem, Fitted, blocks_of, fit};
 use trueweld_measure::log::Log;
-use trueweld_plant::effects::{At, Effect, Kind, Place, Role, TABLE};
+use trueweld_plant::effects::{Effect, EffectKind, Location, LocationKind, Role, TABLE};
 use trueweld_plant::input::{ModelFile, RobotFile};
 use trueweld_plant::robot::Channel;
 
@@ -16,7 +16,7 @@ use trueweld_plant::robot::Channel;
 const HALF_GAP: f64 = 2.4e-4;
 
 struct Ready {
-    bench: Bench,
+    bench: FitProblem,
     logs: Vec<Log>,
     robot: RobotFile,
     null: Fitted,
@@ -29,7 +29,7 @@ fn ready(of: impl Fn(&str) -> bool, steps: usize) -> Ready {
     let file = ModelFile::read(&campaign.model).unwrap();
     let logs: Vec<Log> = campaign.logs.into_iter().filter(|log| of(&log.name)).collect();
     let ready = experiments(&logs, &trueweld_measure::compare::baseline(&file)).unwrap();
-    let bench = Bench::new(&file, ready);
+    let bench = FitProblem::new(&file, ready);
     let point = calibrations(&bench);
     let null = fit(&bench, &point, &blocks_of(&bench), &[], Effort { steps, stale: 0 }).unwrap();
     Ready { bench, logs, robot: file.robot, null }
@@ -44,7 +44,7 @@ fn with(Ready { bench, null, .. }: &Ready, effect: &Effect, steps: usize) -> Opt
 }
 
 /// Value of the fitted curve, straight between its points.
-fn fitted_at(evidence: &Evidence, x: f64) -> f64 {
+fn fitted_at(evidence: &EffectCurve, x: f64) -> f64 {
     let after = evidence.fitted.partition_point(|p| p[0] < x).clamp(1, evidence.fitted.len() - 1);
     let ([x0, y0], [x1, y1]) = (evidence.fitted[after - 1], evidence.fitted[after]);
     y0 + (y1 - y0) * ((x - x0) / (x1 - x0)).clamp(0.0, 1.0)
@@ -53,15 +53,18 @@ fn fitted_at(evidence: &Evidence, x: f64) -> f64 {
 #[test]
 fn backlash_shows_as_a_step_of_the_gap_where_the_torque_turns_round() {
     let ready = ready(|_| true, 4);
-    let effect =
-        Effect { kind: Kind::of("backlash").unwrap(), at: At::Joint(4), values: vec![1e-4] };
+    let effect = Effect {
+        kind: EffectKind::of("backlash").unwrap(),
+        at: Location::Joint(4),
+        values: vec![1e-4],
+    };
     let found = with(&ready, &effect, 5).unwrap();
     let evidence = evidence(&ready.bench, &ready.logs, &ready.null, &found, &effect).unwrap();
     assert_eq!((evidence.x_unit, evidence.y_unit), ("N·m", "rad"));
     assert!(evidence.points.len() >= 10);
 
-    // The measurements alone, no form assumed: the twist jumps by the whole gap from one side of zero torque to the other.
-    // 5 % is what the calibrations beside it leave open.
+    // The measurements alone, no form assumed: the twist jumps by the whole gap from one side of
+    // zero torque to the other. 5 % is what the calibrations beside it leave open.
     let side = |sign: f64| {
         let there = || evidence.points.iter().filter(|p| sign * p.x > 100.0);
         let weight: f64 = there().map(|p| p.error.powi(-2)).sum();
@@ -78,10 +81,10 @@ fn backlash_shows_as_a_step_of_the_gap_where_the_torque_turns_round() {
 
     let value = found.point.all.last().unwrap().values.clone();
     let found_effect = Effect { values: value.clone(), ..effect };
-    let sentence = explain(&Case {
+    let sentence = explain(&ExplainedCase {
         robot: &ready.robot,
         bench: &ready.bench,
-        effects: &[Found {
+        effects: &[FittedEffect {
             effect: found_effect,
             log: None,
             interval: vec![[value[0] - 5e-6, value[0] + 5e-6]],
@@ -100,11 +103,11 @@ fn backlash_shows_as_a_step_of_the_gap_where_the_torque_turns_round() {
 }
 
 /// An effect of one small step of each of its sizes.
-fn of_some_size(kind: &'static Kind) -> Effect {
+fn of_some_size(kind: &'static EffectKind) -> Effect {
     let at = match kind.place {
-        Place::Joint => At::Joint(4),
-        Place::Channel => At::Channel(Channel::Tracker),
-        Place::Cell => At::Cell,
+        LocationKind::Joint => Location::Joint(4),
+        LocationKind::Channel => Location::Channel(Channel::Tracker),
+        LocationKind::Cell => Location::Cell,
     };
     let value = |p: &trueweld_plant::effects::Parameter| match p.role {
         Role::Size { step, neutral } => neutral + step,
@@ -138,10 +141,10 @@ fn every_effect_has_its_curve_and_its_sentence() {
             None => assert!(kind.id.starts_with("link-encoder"), "{} shows nothing", kind.id),
         }
         let interval = effect.values.iter().map(|v| [0.9 * v, 1.1 * v]).collect();
-        let sentence = explain(&Case {
+        let sentence = explain(&ExplainedCase {
             robot: &ready.robot,
             bench: &ready.bench,
-            effects: &[Found { effect, log: None, interval }],
+            effects: &[FittedEffect { effect, log: None, interval }],
             before: &ready.null.at,
             after: &found.at,
             held_out: [1.2, 1.1],

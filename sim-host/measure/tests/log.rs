@@ -1,5 +1,5 @@
-//! Logs and campaigns: good ones read as written, every class of mistake is explained at its place, and nothing
-//! whatever in the files makes a reader panic.
+//! Logs and campaigns: good ones read as written, every class of mistake is explained at its place,
+//! and nothing whatever in the files makes a reader panic.
 
 use nalgebra::Vector3;
 use proptest::prelude::*;
@@ -369,7 +369,8 @@ fn time_rises_in_steps_of_the_period() {
         parse(&log_toml("free-motion", ""), changed("0.008", "0.5")).is_ok(),
         "no period, no even steps"
     );
-    // 120 Hz, written to the millisecond: steps of 8 and 9 ms are even to the precision they are written in.
+    // 120 Hz, written to the millisecond: steps of 8 and 9 ms are even to the precision they are
+    // written in.
     let rounded = FREE.replace("0.004,", "0.008,").replacen("\n0.008,1.02", "\n0.017,1.02", 1);
     assert!(even(&rounded, 1.0 / 120.0).is_ok());
     // A clock that counts from 1970.
@@ -587,7 +588,8 @@ fn a_campaign_reads_with_its_logs() {
     assert_eq!(logs[1].path, cell.join("free"));
     assert_eq!(read_logs(&[]).unwrap().1.len(), 0);
 
-    // A second campaign with a model of its own: the logs of both, and no model that could be meant.
+    // A second campaign with a model of its own: the logs of both, and no model that could be
+    // meant.
     let second = cell.join("holdout");
     fs::create_dir(&second).unwrap();
     fs::copy(cell.join("model.toml"), second.join("model.toml")).unwrap();

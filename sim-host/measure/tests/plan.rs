@@ -8,9 +8,9 @@ use std::path::PathBuf;
 use trueweld_core::spatial::{rotation_from_vector, rotation_vector};
 use trueweld_measure::calibrate::calibrations;
 use trueweld_measure::campaign::Campaign;
-use trueweld_measure::fit::{self, Bench, Effort, Of};
+use trueweld_measure::fit::{self, EffectScope, Effort, FitProblem};
 use trueweld_measure::log::{Log, LogKind};
-use trueweld_measure::noise::{Instruments, instruments};
+use trueweld_measure::noise::{NoiseLevels, instruments};
 use trueweld_measure::plan::{Plan, next_experiment};
 use trueweld_measure::predict::{Experiment, Model, Quantity};
 use trueweld_plant::effects::Effect;
@@ -18,8 +18,8 @@ use trueweld_plant::effects::Effect;
 /// A recorded campaign.
 struct Laboratory {
     logs: Vec<Log>,
-    noise: Vec<Instruments>,
-    bench: Bench,
+    noise: Vec<NoiseLevels>,
+    bench: FitProblem,
 }
 
 impl Laboratory {
@@ -38,10 +38,10 @@ impl Laboratory {
         Self {
             logs,
             noise,
-            bench: Bench {
+            bench: FitProblem {
                 model,
                 known: Vec::new(),
-                afresh: Vec::new(),
+                per_log: Vec::new(),
                 own: Vec::new(),
                 experiments,
             },
@@ -65,7 +65,8 @@ fn print(plan: &Plan) {
     println!("  {}\n", plan.reason);
 }
 
-/// What friction and a late channel do to torque goes with speed in different ways: a motion at two speeds tells.
+/// What friction and a late channel do to torque goes with speed in different ways: a motion at two
+/// speeds tells.
 #[test]
 fn friction_and_a_delay_are_told_apart_by_motion() {
     let laboratory = Laboratory::new("backlash");
@@ -127,8 +128,8 @@ fn what_cannot_be_told_apart_is_said_to_be() {
     }
 }
 
-/// The planned experiment, made in a cell where the first rival is the truth, is explained worse by the second by as much as was
-/// expected.
+/// The planned experiment, made in a cell where the first rival is the truth, is explained worse by
+/// the second by as much as was expected.
 #[test]
 fn the_planned_experiment_tells() {
     let laboratory = Laboratory::new("backlash");
@@ -161,10 +162,10 @@ fn the_planned_experiment_tells() {
         *r = rotation_vector(&(rotation_from_vector(r) * rotation_from_vector(by)));
     }
 
-    let bench = Bench {
+    let bench = FitProblem {
         model: model.clone(),
         known: Vec::new(),
-        afresh: Vec::new(),
+        per_log: Vec::new(),
         own: Vec::new(),
         experiments: vec![made(&log)],
     };
@@ -172,7 +173,7 @@ fn the_planned_experiment_tells() {
     let found = |calibrated: bool| {
         let [right, wrong] = rivals.map(|rival| {
             let mut point = calibrations(&bench);
-            point.free.retain(|f| calibrated || matches!(f.of, Of::Log(..)));
+            point.free.retain(|f| calibrated || matches!(f.of, EffectScope::Log(..)));
             point.all.push(laboratory.effect(rival));
             fit::fit(&bench, &point, &fit::blocks_of(&bench), &[], Effort { steps: 4, stale: 0 })
                 .unwrap()

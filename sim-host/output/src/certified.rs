@@ -2,7 +2,9 @@
 
 use serde::Serialize;
 use serde_json::{Map, Value, json};
-use trueweld_evaluate::certify::{Case, Evidence, FAULT_FIGURES, Requirement, Trial, label, shown};
+use trueweld_evaluate::certify::{
+    Evidence, EvidenceKind, FAULT_FIGURES, Requirement, Trial, label, shown,
+};
 use trueweld_evaluate::margins::{CHANNEL_NAMES, Margins};
 use trueweld_plant::input::LIMITS;
 
@@ -109,16 +111,20 @@ impl Certified {
 }
 
 /// How many runs a section has, and of what.
-pub(crate) fn runs(weld: &CertifiedWeld, case: Case) -> String {
+pub(crate) fn runs(weld: &CertifiedWeld, case: EvidenceKind) -> String {
     let evidence = &weld.evidence;
     match case {
-        Case::Nominal => "the cell as it is believed to be, one run".to_owned(),
-        Case::Draws => format!("{} cells drawn from what is not known", evidence.trials.len()),
-        Case::WorstCase => format!("the worst cell found in {} runs", evidence.worst.runs.len()),
-        Case::Margins => {
+        EvidenceKind::Nominal => "the cell as it is believed to be, one run".to_owned(),
+        EvidenceKind::Draws => {
+            format!("{} cells drawn from what is not known", evidence.trials.len())
+        }
+        EvidenceKind::WorstCase => {
+            format!("the worst cell found in {} runs", evidence.worst.runs.len())
+        }
+        EvidenceKind::Margins => {
             format!("margins of the loop at {} places along the weld", evidence.margins.len())
         }
-        Case::Faults => format!("{} faults of instruments", evidence.faults.len()),
+        EvidenceKind::Faults => format!("{} faults of instruments", evidence.faults.len()),
     }
 }
 

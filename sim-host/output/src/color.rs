@@ -1,4 +1,5 @@
-//! Colours, the same in every output: one a run, one a joint (Okabe and Ito's set, told apart by the colour-blind).
+//! Colours, the same in every output: one a run, one a joint (Okabe and Ito's set, told apart by
+//! the colour-blind).
 
 /// Red, green, blue.
 pub(crate) type Rgb = [u8; 3];

@@ -4,11 +4,11 @@ use crate::compared::{counted, rounded};
 use std::path::Path;
 use trueweld_measure::compare::LogComparison;
 use trueweld_measure::diagnose::{
-    Account, Candidate, Confusable, Diagnosis, Found, Limit, Reason, Verdict, name,
+    Candidate, Confusable, Diagnosis, Explanation, FittedEffect, Limit, Reason, Verdict, name,
 };
 use trueweld_measure::improve::{Improvement, Rejected, Step};
 use trueweld_measure::localize::{Finding, article, foremost};
-use trueweld_plant::effects::{At, Kind, Parameter};
+use trueweld_plant::effects::{EffectKind, Location, Parameter};
 use trueweld_plant::input::{ModelFile, RobotFile};
 
 /// A diagnosis with all that is shown of it.
@@ -19,7 +19,7 @@ pub struct Diagnosed<'a> {
     /// What was found.
     pub diagnosis: &'a Diagnosis,
     /// What is told of it.
-    pub account: &'a Account,
+    pub account: &'a Explanation,
     /// The logs under the model as it was given.
     pub before: &'a [LogComparison],
     /// The logs under the model with the best explanation.
@@ -47,7 +47,8 @@ const FAR: f64 = 1.5;
 /// Findings of what remains that are told.
 pub(crate) const REMAINS: usize = 5;
 
-/// Factor and unit in which people read a parameter: per cent, millimetres, milliradians, degrees of a phase.
+/// Factor and unit in which people read a parameter: per cent, millimetres, milliradians, degrees
+/// of a phase.
 fn readable_parameter(parameter: &Parameter) -> (f64, &'static str) {
     match (parameter.unit, parameter.name) {
         ("rad", name) if name.starts_with("phase") => (1f64.to_degrees(), "°"),
@@ -71,7 +72,7 @@ fn spoken(parameter: &Parameter) -> String {
 }
 
 /// A value of a found effect with its 95 % interval, as people read it.
-pub(crate) fn value(found: &Found, k: usize) -> String {
+pub(crate) fn value(found: &FittedEffect, k: usize) -> String {
     let parameter = &found.effect.kind.parameters[k];
     let (factor, unit) = readable_parameter(parameter);
     let value = found.effect.values[k] * factor;
@@ -88,7 +89,7 @@ pub(crate) fn value(found: &Found, k: usize) -> String {
 }
 
 /// Every value of a found effect with its name.
-pub(crate) fn values(found: &Found) -> Vec<(String, String)> {
+pub(crate) fn values(found: &FittedEffect) -> Vec<(String, String)> {
     found
         .effect
         .kind
@@ -100,7 +101,7 @@ pub(crate) fn values(found: &Found) -> Vec<(String, String)> {
 }
 
 /// An effect with its values in one line.
-pub(crate) fn in_a_line(found: &Found, robot: &RobotFile) -> String {
+pub(crate) fn in_a_line(found: &FittedEffect, robot: &RobotFile) -> String {
     let values: Vec<String> =
         values(found).into_iter().map(|(name, value)| format!("{name} {value}")).collect();
     format!("{} ({})", name(&found.effect, robot), values.join(", "))
@@ -207,7 +208,8 @@ impl Diagnosed<'_> {
         setting(self.model, self.before)
     }
 
-    /// Why the best explanation is believed; none where nothing is missing, or where it explains next to nothing.
+    /// Why the best explanation is believed; none where nothing is missing, or where it explains
+    /// next to nothing.
     pub(crate) fn reason(&self) -> Option<&Reason> {
         let best = self.diagnosis.candidates.first()?;
         let told = self.diagnosis.verdict != Verdict::Adequate && best.explains();
@@ -325,7 +327,8 @@ impl Improved<'_> {
         [what, rejected.why.to_owned()]
     }
 
-    /// Every value of the improved model that was fitted, with its interval and where it comes from.
+    /// Every value of the improved model that was fitted, with its interval and where it comes
+    /// from.
     pub(crate) fn fitted(&self) -> Vec<[String; 4]> {
         let last = &self.improvement.steps[self.improvement.steps.len() - 1];
         let effects = last.effects.iter().map(|f| (f, "effect"));
@@ -344,7 +347,7 @@ impl Improved<'_> {
     }
 }
 
-fn listed_names(found: &[Found], robot: &RobotFile) -> String {
+fn listed_names(found: &[FittedEffect], robot: &RobotFile) -> String {
     found.iter().map(|f| name(&f.effect, robot)).collect::<Vec<_>>().join(" + ")
 }
 
@@ -365,7 +368,7 @@ fn two_digits(value: f64) -> String {
 
 /// Detection limits of one kind of effect.
 pub(crate) struct Limits {
-    pub kind: &'static Kind,
+    pub kind: &'static EffectKind,
     /// The parameter that is its size, with its unit.
     pub size: String,
     /// By joint or instrument, or one for the cell: name and size.
@@ -376,12 +379,12 @@ pub(crate) struct Limits {
 pub(crate) fn limits(diagnosis: &Diagnosis, robot: &RobotFile) -> Vec<Limits> {
     let mut all: Vec<&Limit> =
         diagnosis.limits.iter().filter(|limit| limit.value.is_finite()).collect();
-    let place = |at: At| match at {
-        At::Joint(joint) => joint,
-        At::Channel(channel) => channel as usize,
-        At::Cell => 0,
+    let place = |at: Location| match at {
+        Location::Joint(joint) => joint,
+        Location::Channel(channel) => channel as usize,
+        Location::Cell => 0,
     };
-    let row = |kind: &Kind| {
+    let row = |kind: &EffectKind| {
         trueweld_plant::effects::TABLE.iter().position(|k| k.id == kind.id).unwrap_or(usize::MAX)
     };
     all.sort_by_key(|limit| (row(limit.kind), place(limit.at)));
@@ -404,9 +407,10 @@ pub(crate) fn limits(diagnosis: &Diagnosis, robot: &RobotFile) -> Vec<Limits> {
     lines
 }
 
-/// Two hypotheses that are hard to tell apart, and from which multiple of the detection limit on they are.
+/// Two hypotheses that are hard to tell apart, and from which multiple of the detection limit on
+/// they are.
 pub(crate) fn confusable(pair: &Confusable, robot: &RobotFile) -> [String; 3] {
-    let one = |(kind, at): (&'static Kind, At)| {
+    let one = |(kind, at): (&'static EffectKind, Location)| {
         name(&trueweld_plant::effects::Effect { kind, at, values: Vec::new() }, robot)
     };
     let apart = match pair.factor() {

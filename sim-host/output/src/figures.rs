@@ -1,5 +1,5 @@
-//! What tables and pages say of runs: names, units for people, the sentence above everything, and the lines of the
-//! table, written once for terminal and page.
+//! What tables and pages say of runs: names, units for people, the sentence above everything, and
+//! the lines of the table, written once for terminal and page.
 
 #[cfg(feature = "rerun")]
 use crate::StepRun;
@@ -12,11 +12,11 @@ pub(crate) const MILLI: f64 = 1e3;
 /// One line of the table of welds.
 pub(crate) struct Line {
     pub label: String,
-    pub cells: Vec<Cell>,
+    pub cells: Vec<FigureCell>,
 }
 
 /// What one run has in a line.
-pub(crate) enum Cell {
+pub(crate) enum FigureCell {
     /// Mean, root mean square and largest magnitude.
     Spread([String; 3]),
     /// Words; `bad` where something is not as it should be.
@@ -147,7 +147,7 @@ pub(crate) fn weld_lines(runs: &[WeldRun]) -> Vec<Line> {
             .iter()
             .map(|run| {
                 let s = of(run);
-                Cell::Spread(
+                FigureCell::Spread(
                     [s.mean, s.rms, s.max_abs]
                         .map(|v| format!("{:.decimals$}", unsigned_zero(v * scale, decimals))),
                 )
@@ -160,7 +160,7 @@ pub(crate) fn weld_lines(runs: &[WeldRun]) -> Vec<Line> {
             .iter()
             .map(|run| {
                 let (text, bad) = of(run);
-                Cell::Text { text, bad }
+                FigureCell::Text { text, bad }
             })
             .collect(),
     };
@@ -286,11 +286,10 @@ mod tests {
             figures.limited_rows = 0;
             figures.lateral_before = 0.0;
         }
-        let both = "At full feed the tool leaves the seam by up to 5.2 mm without compensation (beyond half the pin, \
+        let both = "Location full feed the tool leaves the seam by up to 5.2 mm without compensation (beyond half the pin, \
                     2.5 mm) and by up to 0.2 mm with elastostatic compensation.";
         assert_eq!(headline(&welds.runs()), both);
-        let one =
-            "At full feed the tool leaves the seam by up to 0.2 mm with elastostatic compensation.";
+        let one = "Location full feed the tool leaves the seam by up to 0.2 mm with elastostatic compensation.";
         assert_eq!(headline(&welds.runs()[1..]), one);
         welds.figures[1].lateral_before = 2.6e-3;
         let early =

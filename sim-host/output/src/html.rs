@@ -1,4 +1,5 @@
-//! Self-contained pages: one file with text, table and pictures, that needs no network and prints as it stands.
+//! Self-contained pages: one file with text, table and pictures, that needs no network and prints
+//! as it stands.
 
 mod certify;
 mod compare;
@@ -13,7 +14,8 @@ pub use improve::improve_page;
 
 use crate::color::{self, css};
 use crate::figures::{
-    Cell, MILLI, STEP_HEADINGS, headline, run_names, setting, step_headline, step_lines, weld_lines,
+    FigureCell, MILLI, STEP_HEADINGS, headline, run_names, setting, step_headline, step_lines,
+    weld_lines,
 };
 use crate::path::{moving, travelled};
 use crate::plot::{Line, Plot, reference};
@@ -21,7 +23,7 @@ use crate::{StepRun, WeldRun};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use trueweld_core::{JOINTS, JointVector};
 use trueweld_evaluate::StepFigures;
-use trueweld_plant::simulate::{Phase, Row};
+use trueweld_plant::simulate::{Phase, RecordRow};
 
 /// The page of one or several welds of a seam, figures and plots over the position on the seam.
 pub fn weld_page(runs: &[WeldRun]) -> String {
@@ -44,8 +46,8 @@ pub fn weld_page(runs: &[WeldRun]) -> String {
                         th scope="row" { (line.label) }
                         @for cell in &line.cells {
                             @match cell {
-                                Cell::Spread(three) => { @for v in three { td { (v) } } }
-                                Cell::Text { text, bad } => { td.bad[*bad] colspan="3" { (text) } }
+                                FigureCell::Spread(three) => { @for v in three { td { (v) } } }
+                                FigureCell::Text { text, bad } => { td.bad[*bad] colspan="3" { (text) } }
                             }
                         }
                     }
@@ -62,7 +64,8 @@ pub fn weld_page(runs: &[WeldRun]) -> String {
     page("Weld", &body)
 }
 
-/// The page of the responses of several controllers to one step of the push by `height`, N, at time `at`, s.
+/// The page of the responses of several controllers to one step of the push by `height`, N, at time
+/// `at`, s.
 pub fn step_page(runs: &[StepRun], at: f64, height: f64) -> String {
     let figures: Vec<StepFigures> = runs.iter().map(|r| r.figures.clone()).collect();
     let goal = runs
@@ -70,7 +73,7 @@ pub fn step_page(runs: &[StepRun], at: f64, height: f64) -> String {
         .and_then(|r| r.recording.rows.last())
         .and_then(|r| r.force_desired)
         .unwrap_or(0.0);
-    let since = |of: &dyn Fn(&Row) -> Option<f64>, run: &StepRun| -> Vec<(f64, f64)> {
+    let since = |of: &dyn Fn(&RecordRow) -> Option<f64>, run: &StepRun| -> Vec<(f64, f64)> {
         let rows = run.recording.rows.iter().filter(|r| r.time >= at - 0.2);
         rows.filter_map(|r| of(r).map(|v| (r.time - at, v / MILLI))).collect()
     };
@@ -154,22 +157,22 @@ fn weld_plots(runs: &[WeldRun], names: &[String]) -> Markup {
     let positions: Vec<Vec<f64>> = runs.iter().map(|r| travelled(&r.recording.rows)).collect();
     let length = positions.iter().filter_map(|p| p.last()).fold(0.0, |a: f64, b| a.max(*b)) * MILLI;
     // One signal of one run over the position on the seam, mm, while the tool moves.
-    let over_path = |k: usize, of: &dyn Fn(&Row) -> Option<f64>| -> Vec<(f64, f64)> {
+    let over_path = |k: usize, of: &dyn Fn(&RecordRow) -> Option<f64>| -> Vec<(f64, f64)> {
         let rows = runs[k].recording.rows.iter().zip(&positions[k]);
         rows.filter(|(r, _)| moving(r.phase))
             .filter_map(|(r, s)| of(r).map(|v| (s * MILLI, v)))
             .collect()
     };
-    let of_run = |k: usize, of: &dyn Fn(&Row) -> Option<f64>| Line {
+    let of_run = |k: usize, of: &dyn Fn(&RecordRow) -> Option<f64>| Line {
         name: names[k].clone(),
         color: color::run(k),
         dashed: false,
         points: over_path(k, of),
     };
-    let of_all = |of: &dyn Fn(&Row) -> Option<f64>| -> Vec<Line> {
+    let of_all = |of: &dyn Fn(&RecordRow) -> Option<f64>| -> Vec<Line> {
         (0..runs.len()).map(|k| of_run(k, of)).collect()
     };
-    let of_joints = |k: usize, of: &dyn Fn(&Row) -> JointVector<f64>| -> Vec<Line> {
+    let of_joints = |k: usize, of: &dyn Fn(&RecordRow) -> JointVector<f64>| -> Vec<Line> {
         (0..JOINTS)
             .map(|j| Line {
                 name: format!("A{}", j + 1),
@@ -187,7 +190,7 @@ fn weld_plots(runs: &[WeldRun], names: &[String]) -> Markup {
         ..Plot::default()
     };
     // A ripple, about the steady part: the ramp to it may leave the picture.
-    let rippled = |y_label: &str, lines: Vec<Line>, of: &dyn Fn(&Row) -> f64| {
+    let rippled = |y_label: &str, lines: Vec<Line>, of: &dyn Fn(&RecordRow) -> f64| {
         let steady =
             runs.iter().flat_map(|r| r.recording.rows.iter()).filter(|r| r.phase == Phase::Steady);
         let [low, high] = steady
@@ -200,8 +203,8 @@ fn weld_plots(runs: &[WeldRun], names: &[String]) -> Markup {
             ..plot(y_label, lines)
         }
     };
-    let lateral = |r: &Row| Some(r.deviation_w.linear.y * MILLI);
-    let depth = |r: &Row| r.deviation_w.linear.z * MILLI;
+    let lateral = |r: &RecordRow| Some(r.deviation_w.linear.y * MILLI);
+    let depth = |r: &RecordRow| r.deviation_w.linear.z * MILLI;
     let limit = runs.first().map_or(0.0, |r| r.recording.half_pin * MILLI);
 
     let all_lateral = Plot {
@@ -262,7 +265,7 @@ fn weld_plots(runs: &[WeldRun], names: &[String]) -> Markup {
             (figure("Tilt of the tool axis", &plot("tilt, °", of_all(&|r| Some(r.tilt.to_degrees())))))
             (figure("Push on the plate", &rippled("push, kN", push, &|r| -r.force_w.z / MILLI)))
             @if let Some(name) = names.get(worst) {
-                (figure(&format!("Twist of the drives, {name}"), &plot("twist, mrad", of_joints(worst, &Row::twist))))
+                (figure(&format!("Twist of the drives, {name}"), &plot("twist, mrad", of_joints(worst, &RecordRow::twist))))
                 (figure(
                     &format!("Lateral deviation by joint, {name}"),
                     &plot("lateral, mm", of_joints(worst, &|r| r.lateral_by_joint)),

@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use std::path::Path;
 use trueweld_evaluate::{Spread, StepFigures};
 use trueweld_measure::compare::{ChannelComparison, Comparison};
-use trueweld_measure::localize::{Finding, How};
+use trueweld_measure::localize::{Finding, Statistic};
 
 /// Figures of welds, schema `weld-result/1`.
 pub fn weld_json(runs: &[WeldRun]) -> Value {
@@ -124,7 +124,7 @@ pub fn finding(finding: &Finding) -> Value {
         "low": finding.low,
         "high": finding.high,
         "category": (!finding.category.is_empty()).then_some(&finding.category),
-        "how": match finding.how { How::Mean => "mean", How::Size => "size" },
+        "how": match finding.how { Statistic::Mean => "mean", Statistic::Size => "size" },
         "share": finding.share,
         "share_by_chance": finding.by_chance,
         "p": finding.p,

@@ -8,7 +8,7 @@ use crate::table::wrapped;
 use maud::{Markup, html};
 use serde_json::{Value, json};
 use trueweld_evaluate::WeldFigures;
-use trueweld_evaluate::laws::{Change, LawComparison, Quantity, Sweep};
+use trueweld_evaluate::laws::{Change, LawComparison, Sweep, VariedQuantity};
 use trueweld_plant::simulate::{BuildLaw, Law};
 
 /// A finished comparison of laws.
@@ -102,7 +102,7 @@ impl LawsCompared<'_> {
                                 Err(why) => json!({ "failed": why.to_string() }),
                             };
                             value[key(sweep.quantity)] = amount(*change).into();
-                            if sweep.quantity == Quantity::Lost {
+                            if sweep.quantity == VariedQuantity::Lost {
                                 value["only_in_last_pass"] =
                                     (*change == Change::DeadInLastPass).into();
                                 value["force_sensor_dies"] =
@@ -294,49 +294,49 @@ impl LawsCompared<'_> {
         }
     }
 
-    fn title(&self, quantity: Quantity) -> String {
+    fn title(&self, quantity: VariedQuantity) -> String {
         let at = signed_percent(self.comparison.stiffness_error);
         match quantity {
-            Quantity::StiffnessError => "Error of the believed stiffness".to_owned(),
-            Quantity::Noise => format!("Sensor noise, believed stiffness {at}"),
-            Quantity::Delay => {
+            VariedQuantity::StiffnessError => "Error of the believed stiffness".to_owned(),
+            VariedQuantity::Noise => format!("Sensor noise, believed stiffness {at}"),
+            VariedQuantity::Delay => {
                 let period = self.comparison.scenario.control.period * MILLI;
                 format!("Sensor delay, periods of {period} ms, believed stiffness {at}")
             }
-            Quantity::Lost => format!("Lost sensors, believed stiffness {at}"),
+            VariedQuantity::Lost => format!("Lost sensors, believed stiffness {at}"),
         }
     }
 }
 
 /// What stands below a picture.
-fn axis(quantity: Quantity) -> &'static str {
+fn axis(quantity: VariedQuantity) -> &'static str {
     match quantity {
-        Quantity::StiffnessError => "error of every joint's stiffness; +: believed too stiff",
-        Quantity::Noise => "factor on the noise of force and seam sensor",
-        Quantity::Delay => "delay of force and seam sensor, periods",
-        Quantity::Lost => {
+        VariedQuantity::StiffnessError => "error of every joint's stiffness; +: believed too stiff",
+        VariedQuantity::Noise => "factor on the noise of force and seam sensor",
+        VariedQuantity::Delay => "delay of force and seam sensor, periods",
+        VariedQuantity::Lost => {
             "share of seam readings lost; all in the last pass alone; force sensor dead from half-way on"
         }
     }
 }
 
 /// The quantity in a sentence.
-fn whatever(quantity: Quantity) -> &'static str {
+fn whatever(quantity: VariedQuantity) -> &'static str {
     match quantity {
-        Quantity::StiffnessError => "stiffness error",
-        Quantity::Noise => "noise",
-        Quantity::Delay => "delay",
-        Quantity::Lost => "sensors lost",
+        VariedQuantity::StiffnessError => "stiffness error",
+        VariedQuantity::Noise => "noise",
+        VariedQuantity::Delay => "delay",
+        VariedQuantity::Lost => "sensors lost",
     }
 }
 
 /// The quantity's key in JSON.
-fn key(quantity: Quantity) -> &'static str {
+fn key(quantity: VariedQuantity) -> &'static str {
     match quantity {
-        Quantity::StiffnessError => "stiffness_error",
-        Quantity::Noise => "noise_factor",
-        Quantity::Delay => "delay_periods",
-        Quantity::Lost => "lost_share",
+        VariedQuantity::StiffnessError => "stiffness_error",
+        VariedQuantity::Noise => "noise_factor",
+        VariedQuantity::Delay => "delay_periods",
+        VariedQuantity::Lost => "lost_share",
     }
 }
 
@@ -349,8 +349,8 @@ fn amount(change: Change) -> f64 {
     }
 }
 
-/// Which part of a law's line a change belongs to: what is lost in the last pass alone, and another sensor, are no more of what
-/// is lost in every pass, but points beside the line.
+/// Which part of a law's line a change belongs to: what is lost in the last pass alone, and another
+/// sensor, are no more of what is lost in every pass, but points beside the line.
 fn part_of(change: Change) -> usize {
     match change {
         Change::DeadInLastPass => 1,

@@ -1,5 +1,5 @@
-//! What people and programs read of finished runs: tables for the terminal, JSON, self-contained HTML pages and Rerun
-//! recordings; and the progress bar shown meanwhile.
+//! What people and programs read of finished runs: tables for the terminal, JSON, self-contained
+//! HTML pages and Rerun recordings; and the progress bar shown meanwhile.
 //!
 //! Everything here takes finished data and computes nothing about the robot but where to draw it.
 

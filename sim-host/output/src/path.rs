@@ -1,9 +1,9 @@
 //! How far along the seam every row is, and which rows lie on it.
 
-use trueweld_plant::simulate::{Phase, Row};
+use trueweld_plant::simulate::{Phase, RecordRow};
 
 /// Distance that the nominal tool has gone since the first row, m, one value a row.
-pub(crate) fn travelled(rows: &[Row]) -> Vec<f64> {
+pub(crate) fn travelled(rows: &[RecordRow]) -> Vec<f64> {
     let mut sum = 0.0;
     let mut before = None;
     rows.iter()
@@ -16,7 +16,8 @@ pub(crate) fn travelled(rows: &[Row]) -> Vec<f64> {
         .collect()
 }
 
-/// True while the tool moves along the seam: only then does a path position say which instant is meant.
+/// True while the tool moves along the seam: only then does a path position say which instant is
+/// meant.
 pub(crate) fn moving(phase: Phase) -> bool {
     matches!(phase, Phase::FeedRamp | Phase::Steady | Phase::Stop)
 }

@@ -1,5 +1,5 @@
-//! Line plots as small SVG pictures: every pixel column keeps its smallest and largest value, so that a ripple of the
-//! spindle stays visible as a band however many rows there are.
+//! Line plots as small SVG pictures: every pixel column keeps its smallest and largest value, so
+//! that a ripple of the spindle stays visible as a band however many rows there are.
 
 use crate::color::{LIMIT, REFERENCE, Rgb, run};
 use plotters::coord::Shift;
@@ -39,7 +39,8 @@ pub(crate) struct Plot {
     pub y_range: Option<[f64; 2]>,
     /// Limits of x where the lines' own are not wanted.
     pub x_range: Option<[f64; 2]>,
-    /// Ripples of several lines cover the same band: the first line's is drawn pale, and all lines as running means.
+    /// Ripples of several lines cover the same band: the first line's is drawn pale, and all lines
+    /// as running means.
     pub rippled: bool,
     /// Full width of the page, or half of it.
     pub wide: bool,
@@ -49,7 +50,8 @@ pub(crate) struct Plot {
     pub rings: Vec<(f64, f64)>,
     /// Names of the categories at x = 0, 1, …, where x is no number.
     pub categories: Vec<String>,
-    /// Lines of few points: every point is dotted, and the line's name, if it has one, stands at its end.
+    /// Lines of few points: every point is dotted, and the line's name, if it has one, stands at
+    /// its end.
     pub named: bool,
     /// y by its logarithm; what is not positive is left out.
     pub logarithmic: bool,
@@ -232,7 +234,8 @@ impl Plot {
     }
 }
 
-/// Names at the ends of their lines, moved apart where ends lie close together. `font`: height of a letter.
+/// Names at the ends of their lines, moved apart where ends lie close together. `font`: height of a
+/// letter.
 fn write_names(
     root: &DrawingArea<SVGBackend<'_>, Shift>,
     font: u32,
@@ -312,7 +315,8 @@ impl Ranged for Upright {
     }
 }
 
-/// Logarithms of the numbers 1, 2 and 5 times a power of ten within a range; of the powers alone where those are many.
+/// Logarithms of the numbers 1, 2 and 5 times a power of ten within a range; of the powers alone
+/// where those are many.
 fn readable_logarithms([low, high]: [f64; 2]) -> Vec<f64> {
     let of_a_decade: &[f64] = if high - low > 3.5 { &[1.0] } else { &[1.0, 2.0, 5.0] };
     let decades = low.floor() as i32..=high.ceil() as i32;
@@ -325,7 +329,8 @@ fn decimals(range: f64) -> usize {
     (1.0 - (range / 2.0).log10()).ceil().clamp(0.0, 6.0) as usize
 }
 
-/// At most two points a column, in the order they came: where the line was lowest and where it was highest.
+/// At most two points a column, in the order they came: where the line was lowest and where it was
+/// highest.
 fn envelope(
     points: impl Iterator<Item = (f64, f64)>,
     x: [f64; 2],

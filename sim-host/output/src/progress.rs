@@ -2,7 +2,8 @@
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-/// How far a simulation is, in simulated seconds. Drawn on standard error where that is a terminal, else silent.
+/// How far a simulation is, in simulated seconds. Drawn on standard error where that is a terminal,
+/// else silent.
 #[derive(Debug)]
 pub struct Progress {
     bar: ProgressBar,

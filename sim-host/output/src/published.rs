@@ -1,5 +1,5 @@
-//! Published responses to a step of 11 kN, set beside ours: Bres et al., "Simulation of robotic friction stir welding
-//! of aerospace components", Industrial Robot 37(1), 2010.
+//! Published responses to a step of 11 kN, set beside ours: Bres et al., "Simulation of robotic
+//! friction stir welding of aerospace components", Industrial Robot 37(1), 2010.
 
 /// What the paper states of one control scheme.
 #[derive(Debug, Clone, Copy)]
@@ -8,8 +8,8 @@ pub(crate) struct PublishedStep {
     pub controller: &'static str,
     /// The paper's number of the scheme.
     pub scheme: u8,
-    /// Time to 5 %, s: after it the response stays within 5 % (for scheme 3, whose overshoot is below 5 %, it is also the
-    /// first entry).
+    /// Time to 5 %, s: after it the response stays within 5 % (for scheme 3, whose overshoot is
+    /// below 5 %, it is also the first entry).
     pub settle: f64,
     /// Overshoot over the step's height.
     pub overshoot: f64,

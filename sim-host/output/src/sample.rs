@@ -1,5 +1,6 @@
-//! Made-up recordings for the tests of this crate: a robot of the KR 500's geometry whose drives twist under a constant
-//! load, so that poses, twists and deviations agree with each other. Not a simulation.
+//! Made-up recordings for the tests of this crate: a robot of the KR 500's geometry whose drives
+//! twist under a constant load, so that poses, twists and deviations agree with each other. Not a
+//! simulation.
 
 use crate::{Diagnosed, StepRun, WeldRun};
 use nalgebra::{DVector, Matrix3, Vector3};
@@ -10,17 +11,17 @@ use trueweld_core::{
 use trueweld_evaluate::{StepFigures, WeldFigures};
 use trueweld_measure::compare::{ChannelComparison, Comparison, LogComparison, Trace};
 use trueweld_measure::diagnose::{
-    Account, Candidate, Confusable, Diagnosis, Found, Limit, Reason, Verdict,
+    Candidate, Confusable, Diagnosis, Explanation, FittedEffect, Limit, Reason, Verdict,
 };
-use trueweld_measure::evidence::Evidence;
-use trueweld_measure::fit::{Fitted, Linear, Point};
+use trueweld_measure::evidence::EffectCurve;
+use trueweld_measure::fit::{FitState, Fitted, Linear};
 use trueweld_measure::improve::{Improvement, Rejected, Step};
-use trueweld_measure::localize::{Curve, CurvePoint, Finding, How};
+use trueweld_measure::localize::{Curve, CurvePoint, Finding, Statistic};
 use trueweld_measure::log::{Log, LogKind};
 use trueweld_measure::plan::Plan;
-use trueweld_plant::effects::{At, Effect, Kind};
+use trueweld_plant::effects::{Effect, EffectKind, Location};
 use trueweld_plant::input::ModelFile;
-use trueweld_plant::simulate::{Phase, Recording, Row};
+use trueweld_plant::simulate::{Phase, RecordRow, Recording};
 
 /// When the push steps, s, and by how much, N.
 pub const STEP_AT: f64 = 1.0;
@@ -104,7 +105,8 @@ pub fn robot() -> Robot<f64> {
     .unwrap()
 }
 
-/// Two welds of 2 m along +Y, `rows` rows each: without compensation, and with the drives turned back by their twist.
+/// Two welds of 2 m along +Y, `rows` rows each: without compensation, and with the drives turned
+/// back by their twist.
 pub fn welds(rows: usize) -> Welds {
     let robot = robot();
     let recordings = vec![weld(&robot, "none", rows), weld(&robot, "elastostatic", rows)];
@@ -138,7 +140,7 @@ fn weld(robot: &Robot<f64>, compensator: &'static str, count: usize) -> Recordin
                 rotation: Matrix3::from_columns(&[Vector3::x(), -Vector3::y(), -Vector3::z()]),
                 position: Vector3::new(1.7, -1.0 + travel, 0.5),
             };
-            near = robot.track(&nominal, &near).unwrap();
+            near = robot.inverse_near(&nominal, &near).unwrap();
             let frames = robot.frames(&near);
             let wrench = Wrench { moment: Vector3::zeros(), force: w_axes * force_w };
             let twist = -frames.joint_torque(&wrench).component_div(robot.stiffness());
@@ -150,11 +152,12 @@ fn weld(robot: &Robot<f64>, compensator: &'static str, count: usize) -> Recordin
             let motor =
                 near + twist * correction - up * (sunk * (1.0 - correction) + 3.0e-4 * load);
             let link = motor - twist;
-            let (real, encoder_pose) = (robot.forward(&link), robot.forward(&motor));
+            let (real, encoder_pose) =
+                (robot.forward_kinematics(&link), robot.forward_kinematics(&motor));
             let error = nominal.error_to(&real).rotated(&w_axes.transpose());
             let jacobian = frames.jacobian().0;
             let lateral = jacobian.row(3).transpose();
-            Row {
+            RecordRow {
                 time,
                 phase,
                 nominal,
@@ -297,7 +300,7 @@ pub fn comparison() -> Comparison {
         score: 2.72,
         variable: "sign of A5's spring torque".to_owned(),
         unit: "",
-        how: How::Mean,
+        how: Statistic::Mean,
         share: 0.62,
         by_chance: 0.02,
         p: 0.005,
@@ -341,7 +344,7 @@ pub fn comparison() -> Comparison {
 pub struct Parts {
     pub model: ModelFile,
     pub diagnosis: Diagnosis,
-    pub account: Account,
+    pub account: Explanation,
     pub before: Vec<LogComparison>,
     pub after: Vec<LogComparison>,
 }
@@ -358,20 +361,20 @@ fn fixture(name: &str) -> String {
     format!("{}/../../fixtures/{name}", env!("CARGO_MANIFEST_DIR"))
 }
 
-/// A diagnosis that found 0.24 mrad of play in A5 before the same of a loop; in the first log, which [`comparison`] gives.
-/// One bound is not known.
+/// A diagnosis that found 0.24 mrad of play in A5 before the same of a loop; in the first log,
+/// which [`comparison`] gives. One bound is not known.
 pub fn diagnosis(verdict: Verdict) -> Parts {
     let found = |id: &str, values: &[f64], half: f64| {
-        let kind = Kind::of(id).unwrap();
+        let kind = EffectKind::of(id).unwrap();
         let interval = values.iter().map(|v| [v - half, v + half]).collect();
-        Found {
-            effect: Effect { kind, at: At::Joint(4), values: values.to_vec() },
+        FittedEffect {
+            effect: Effect { kind, at: Location::Joint(4), values: values.to_vec() },
             log: None,
             interval,
         }
     };
     let fitted = || Fitted {
-        point: Point::empty(1),
+        point: FitState::empty(1),
         at: Vec::new(),
         slopes: Vec::new(),
         linear: Linear {
@@ -385,7 +388,7 @@ pub fn diagnosis(verdict: Verdict) -> Parts {
         },
         cost: 0.0,
     };
-    let candidate = |effect: Found, after: f64, probability: f64, left: f64| Candidate {
+    let candidate = |effect: FittedEffect, after: f64, probability: f64, left: f64| Candidate {
         effects: vec![effect],
         held_out_before: 3.79,
         held_out_after: after,
@@ -398,9 +401,10 @@ pub fn diagnosis(verdict: Verdict) -> Parts {
     let comparison = comparison();
     let mut after = comparison.logs.clone();
     after[0].traces.iter_mut().for_each(|t| t.predicted.clone_from(&t.measured));
-    let kind = Kind::of("backlash").unwrap();
-    let limit = |joint: usize| Limit { kind, at: At::Joint(joint), parameter: 0, value: 5.3e-6 };
-    let curve = Evidence {
+    let kind = EffectKind::of("backlash").unwrap();
+    let limit =
+        |joint: usize| Limit { kind, at: Location::Joint(joint), parameter: 0, value: 5.3e-6 };
+    let curve = EffectCurve {
         title: "twist over torque".to_owned(),
         x_name: "spring torque of A5".to_owned(),
         x_unit: "N·m",
@@ -415,7 +419,7 @@ pub fn diagnosis(verdict: Verdict) -> Parts {
             .collect(),
         fitted: (-3..4).map(|k: i32| [f64::from(k), 2.4e-4 * f64::from(k.signum())]).collect(),
     };
-    let reason = |evidence: Option<Evidence>| Reason {
+    let reason = |evidence: Option<EffectCurve>| Reason {
         explanation: "A5 has a backlash.".to_owned(),
         evidence: vec![evidence],
     };
@@ -431,17 +435,20 @@ pub fn diagnosis(verdict: Verdict) -> Parts {
                 candidate(play, 1.015, 0.98, 0.01),
                 candidate(found("hysteresis", &[310.0, 2e-4], f64::INFINITY), 1.02, 0.01, 0.02),
             ],
-            calibration: vec![Found { log: Some(0), ..found("encoder-offset", &[1e-5], 1e-6) }],
+            calibration: vec![FittedEffect {
+                log: Some(0),
+                ..found("encoder-offset", &[1e-5], 1e-6)
+            }],
             improved: fitted(),
             limits: vec![limit(4), limit(0)],
             confusable: vec![Confusable {
-                first: (kind, At::Joint(4)),
-                second: (kind, At::Joint(3)),
+                first: (kind, Location::Joint(4)),
+                second: (kind, Location::Joint(3)),
                 alike: 0.999,
             }],
             unexplained: comparison.worst,
         },
-        account: Account {
+        account: Explanation {
             reasons: vec![reason(Some(curve)), reason(None)],
             next_experiment: None,
         },
@@ -467,7 +474,7 @@ pub fn plan() -> Plan {
 /// An improvement by what [`diagnosis`] found, its steps judged by a log held out.
 pub fn improvement(diagnosis: Diagnosis) -> Improvement {
     let effects = diagnosis.candidates[0].effects.clone();
-    let step = |added: &[Found], score: f64, held_out: f64| Step {
+    let step = |added: &[FittedEffect], score: f64, held_out: f64| Step {
         added: added.to_vec(),
         effects: added.to_vec(),
         calibration: Vec::new(),

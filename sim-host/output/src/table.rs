@@ -7,7 +7,7 @@ pub use diagnose::{diagnose_table, improve_table};
 use crate::WeldRun;
 use crate::compared;
 use crate::figures::{
-    Cell, STEP_HEADINGS, headline, run_names, setting, step_headline, step_lines, weld_lines,
+    FigureCell, STEP_HEADINGS, headline, run_names, setting, step_headline, step_lines, weld_lines,
 };
 use std::path::Path;
 use trueweld_evaluate::StepFigures;
@@ -27,7 +27,8 @@ const WIDTH: usize = 110;
 /// Runs side by side before a second block begins.
 const ACROSS: usize = 3;
 
-/// How welds came out: the result in words, then deviations, push, joints' shares and time taken, run by run.
+/// How welds came out: the result in words, then deviations, push, joints' shares and time taken,
+/// run by run.
 pub fn weld_table(runs: &[WeldRun]) -> String {
     let mut out = wrapped(&headline(runs)) + &wrapped(&setting(runs));
     let names = run_names(runs);
@@ -46,8 +47,8 @@ pub fn weld_table(runs: &[WeldRun]) -> String {
             line = left(&row.label, LABEL);
             for cell in &row.cells {
                 line += &match cell {
-                    Cell::Spread([mean, rms, max]) => three(mean, rms, max),
-                    Cell::Text { text, .. } => right(text, RUN),
+                    FigureCell::Spread([mean, rms, max]) => three(mean, rms, max),
+                    FigureCell::Text { text, .. } => right(text, RUN),
                 };
             }
             push_line(&mut out, &line);
@@ -75,8 +76,8 @@ pub fn step_table(controllers: &[StepFigures]) -> String {
     out
 }
 
-/// How far a model is from measurements: the score, every channel of every log, where it is worst in words. `model`: where
-/// the model was read from.
+/// How far a model is from measurements: the score, every channel of every log, where it is worst
+/// in words. `model`: where the model was read from.
 pub fn compare_table(model: &Path, comparison: &Comparison) -> String {
     let mut out = wrapped(&compared::headline(comparison))
         + &wrapped(&compared::setting(model, comparison))

@@ -1,5 +1,5 @@
-//! How fast the cell is simulated: one second of plant and control with both integrators, a whole weld, and an
-//! effect stated as an expression.
+//! How fast the cell is simulated: one second of plant and control with both integrators, a whole
+//! weld, and an effect stated as an expression.
 //!
 //! The work of a control period is in here too; `rigid_body` in the core has it by itself.
 
@@ -36,7 +36,7 @@ fn benches(criterion: &mut Criterion) {
         let scenario = Scenario {
             name: "vertical",
             cell: &cell,
-            belief: &robot.robot,
+            controller_model: &robot.robot,
             planned: &process,
             weld,
             program: Program::Weld,

@@ -2,17 +2,20 @@
 //!
 //!     cargo run --release -p trueweld-plant --example own_effect
 //!
-//! The term states what the cable does; the kind says where, with which parameters, and how to build the term. What is
-//! built so stands beside the library's effects in every cell and in every fit. The same effect as an expression, with no
-//! Rust at all, is `fixtures/models/cable-drag.toml`.
+//! The term states what the cable does; the kind says where, with which parameters, and how to
+//! build the term. What is built so stands beside the library's effects in every cell and in every
+//! fit. The same effect as an expression, with no Rust at all, is
+//! `fixtures/models/cable-drag.toml`.
 
 use std::error::Error;
 use std::path::Path;
 use trueweld_plant::cell::Cell;
-use trueweld_plant::effects::{Action, At, Effect, Kind, Parameter, Place, Role};
+use trueweld_plant::effects::{
+    Action, Effect, EffectKind, Location, LocationKind, Parameter, Role,
+};
 use trueweld_plant::input::{Control, Process, RobotFile, Sensors, Weld};
 use trueweld_plant::integrate::Integrator;
-use trueweld_plant::robot::{JointPoint, Port, Term};
+use trueweld_plant::robot::{JointState, Port, Term};
 use trueweld_plant::simulate::{Controller, Law, Program, Recording, Scenario, Seam, run};
 
 /// Torque on the link: −(c tanh(θ̇/smoothing) + s θ).
@@ -23,14 +26,14 @@ struct CableDrag {
 }
 
 impl Term for CableDrag {
-    fn link_torque(&self, at: &JointPoint, _counterbalance: f64) -> f64 {
+    fn link_torque(&self, at: &JointState, _counterbalance: f64) -> f64 {
         -(self.friction * (at.link_rate / at.smoothing).tanh() + self.stiffness * at.link)
     }
 }
 
-static CABLE_DRAG: Kind = Kind {
+static CABLE_DRAG: EffectKind = EffectKind {
     id: "cable-drag",
-    place: Place::Joint,
+    place: LocationKind::Joint,
     equation: "torque on the link −(c tanh(θ̇/smoothing) + s θ)",
     shows: "the tool is drawn back towards the middle of the joint, by more the further it turns",
     experiment: "the joint turned to and fro over its range, tracker",
@@ -71,7 +74,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let scenario = Scenario {
             name: "vertical",
             cell: &cell,
-            belief: &robot.robot,
+            controller_model: &robot.robot,
             planned: &process,
             weld: &weld,
             program: Program::Weld,
@@ -87,8 +90,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         Ok(run(&scenario, |_| {})?)
     };
     let without = simulate(&[])?;
-    let with =
-        simulate(&[Effect { kind: &CABLE_DRAG, at: At::Joint(0), values: vec![150.0, 4000.0] }])?;
+    let with = simulate(&[Effect {
+        kind: &CABLE_DRAG,
+        at: Location::Joint(0),
+        values: vec![150.0, 4000.0],
+    }])?;
 
     println!("     path   lateral deviation, mm");
     println!("        m    without   with cable   difference");

@@ -1,6 +1,8 @@
-//! The cell: elastic robot and process joined at the tool, as one first-order system of differential equations.
+//! The cell: elastic robot and process joined at the tool, as one first-order system of
+//! differential equations.
 //!
-//! The process acts on the real tool pose, never on the encoders'. Who turns the motors is not known here.
+//! The process acts on the real tool pose, never on the encoders'. Who turns the motors is not
+//! known here.
 
 use crate::effects::{Effect, EffectError};
 use crate::input::Process;
@@ -18,8 +20,8 @@ const FRAME_TOLERANCE: f64 = 1e-5;
 /// Length of the state vector.
 pub const STATES: usize = 26 + INTERNAL_STATES;
 
-/// The cell's state: angles and rates on both sides of the gears, the channel behind the tool, the spindle, and what
-/// effects keep.
+/// The cell's state: angles and rates on both sides of the gears, the channel behind the tool, the
+/// spindle, and what effects keep.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct State(pub SVector<f64, STATES>);
 
@@ -120,8 +122,9 @@ impl Cell {
         if !self.robot.ports.frames_give() {
             return (rigid, first);
         }
-        // Bearings and base give under the force, and the force depends on where they give to. The contact can be
-        // stiffer than they are, where the plain fixed point diverges: Aitken's relaxation.
+        // Bearings and base give under the force, and the force depends on where they give to. The
+        // contact can be stiffer than they are, where the plain fixed point diverges: Aitken's
+        // relaxation.
         let mut force = first.force;
         let (mut frames, mut reaction) = (rigid, first);
         let mut relaxation = 0.5;
@@ -153,7 +156,8 @@ impl Cell {
         self.wrench(&at.reaction.force).rotated(&at.frames.tcp.rotation.transpose())
     }
 
-    /// The right-hand side of (2.1) and of the process at a state, but for the motors' torque: see [`driven`](Self::driven).
+    /// The right-hand side of (2.1) and of the process at a state, but for the motors' torque: see
+    /// [`driven`](Self::driven).
     ///
     /// Where the state is not finite the rates are NaN, and whoever integrates sees it.
     #[inline]

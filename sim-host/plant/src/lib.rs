@@ -1,5 +1,5 @@
-//! The simulated welding cell: input files, effects, elastic robot, process, sensors, integrators and the multi-rate
-//! loop that joins them.
+//! The simulated welding cell: input files, effects, elastic robot, process, sensors, integrators
+//! and the multi-rate loop that joins them.
 
 pub mod cell;
 pub mod effects;

@@ -1,5 +1,5 @@
-//! The input layer: the fixtures read as written, every class of mistake is explained at its place, and no input
-//! whatever makes a reader panic.
+//! The input layer: the fixtures read as written, every class of mistake is explained at its place,
+//! and no input whatever makes a reader panic.
 
 use miette::{GraphicalReportHandler, GraphicalTheme};
 use nalgebra::{Matrix3, Matrix4, Rotation3, Vector3, Vector4};
@@ -32,14 +32,14 @@ fn rendered(error: &InputError) -> String {
 /// The file parsed by the reader of its kind.
 fn parse(text: &str, name: &str) -> Result<(), InputError> {
     match Document::parse(text, name)?.kind()? {
-        Kind::Robot => RobotFile::parse(text, name).map(drop),
-        Kind::Process => Process::parse(text, name).map(drop),
-        Kind::Weld => Weld::parse(text, name).map(drop),
-        Kind::Control => Control::parse(text, name).map(drop),
-        Kind::Requirements => Requirements::parse(text, name).map(drop),
-        Kind::Sensors => Sensors::parse(text, name).map(drop),
-        Kind::Log | Kind::Campaign => panic!("{name} belongs to measuring"),
-        Kind::Model => ModelFile::parse(text, name.as_ref()).map(drop),
+        FileKind::Robot => RobotFile::parse(text, name).map(drop),
+        FileKind::Process => Process::parse(text, name).map(drop),
+        FileKind::Weld => Weld::parse(text, name).map(drop),
+        FileKind::Control => Control::parse(text, name).map(drop),
+        FileKind::Requirements => Requirements::parse(text, name).map(drop),
+        FileKind::Sensors => Sensors::parse(text, name).map(drop),
+        FileKind::Log | FileKind::Campaign => panic!("{name} belongs to measuring"),
+        FileKind::Model => ModelFile::parse(text, name.as_ref()).map(drop),
     }
 }
 
@@ -73,7 +73,8 @@ fn process_fixture_holds_its_figures() {
     );
     assert_eq!(p.ripple.len(), 2);
     assert_eq!(p.ripple[1], Ripple { order: 2.0, axial: 0.005, in_plane: 0.03, phase: 0.7 });
-    // The load case that the file says it is calibrated to: 4 kN of drag and 1 kN across at 10 mm/s.
+    // The load case that the file says it is calibrated to: 4 kN of drag and 1 kN across at 10
+    // mm/s.
     assert!((p.feed_drag * 0.010 - 4000.0).abs() < 1e-9);
     assert!((p.lateral_ratio * p.feed_drag * 0.010 - 1000.0).abs() < 1e-9);
     let smooth =
@@ -106,17 +107,18 @@ fn control_and_sensor_fixtures_hold_their_figures() {
 #[test]
 fn check_names_the_kind() {
     for (path, kind) in [
-        ("robots/kr500-mt.toml", Kind::Robot),
-        ("processes/lap-weld-2024-t3.toml", Kind::Process),
-        ("welds/vertical.toml", Kind::Weld),
-        ("control/kr500-mt.toml", Kind::Control),
-        ("sensors/kr500-mt.toml", Kind::Sensors),
+        ("robots/kr500-mt.toml", FileKind::Robot),
+        ("processes/lap-weld-2024-t3.toml", FileKind::Process),
+        ("welds/vertical.toml", FileKind::Weld),
+        ("control/kr500-mt.toml", FileKind::Control),
+        ("sensors/kr500-mt.toml", FileKind::Sensors),
     ] {
         assert_eq!(check(fixture(path)).unwrap(), kind);
     }
 }
 
-/// One mistake: in this text, this becomes that, and the rendered error names the line and contains all of these.
+/// One mistake: in this text, this becomes that, and the rendered error names the line and contains
+/// all of these.
 #[track_caller]
 fn mistake(text: &str, from: &str, to: &str, needles: &[&str]) {
     let broken = text.replacen(from, to, 1);
@@ -537,7 +539,8 @@ fn links_are_merged_and_turned_into_base_axes() {
     let text = import_urdf_text(&turned_urdf(), "t.urdf").unwrap();
     let file = RobotFile::parse(&filled(&text), "t.toml").unwrap();
     let uneven = Matrix3::new(3.0, 0.1, -0.2, 0.1, 4.0, 0.3, -0.2, 0.3, 5.0);
-    // A symmetric tensor is fixed by the energy of turning about the axes and about the diagonals between them.
+    // A symmetric tensor is fixed by the energy of turning about the axes and about the diagonals
+    // between them.
     let (x, y, z) = (Vector3::x(), Vector3::y(), Vector3::z());
     let turns = [x, y, z, x + y, x + z, y + z];
 
@@ -711,7 +714,8 @@ fn what_a_urdf_leaves_unstated_must_be_filled_in() {
     );
 }
 
-/// Runs every reader on a text; the outcome does not matter, only that there is one, and that it can be shown.
+/// Runs every reader on a text; the outcome does not matter, only that there is one, and that it
+/// can be shown.
 fn read_everything(text: &str) {
     let outcomes = [
         RobotFile::parse(text, "x").map(drop),
@@ -727,7 +731,8 @@ fn read_everything(text: &str) {
     }
 }
 
-/// A fixture with a few bytes replaced, removed or put in, mostly by what numbers and syntax are made of.
+/// A fixture with a few bytes replaced, removed or put in, mostly by what numbers and syntax are
+/// made of.
 fn mutated() -> impl Strategy<Value = Vec<u8>> {
     let fixtures = prop::sample::select(vec![ROBOT, PROCESS, VERTICAL, CONTROL, SENSORS, URDF]);
     let pieces = [

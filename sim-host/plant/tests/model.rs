@@ -1,12 +1,12 @@
-//! Model files: read, written and read back; every mistake explained at its place; whatever text a user may write as an
-//! expression, it is either worked out as mathematics has it or refused.
+//! Model files: read, written and read back; every mistake explained at its place; whatever text a
+//! user may write as an expression, it is either worked out as mathematics has it or refused.
 
 use proptest::prelude::*;
 use std::fs;
 use std::path::{Path, PathBuf};
+use trueweld_plant::effects::custom::PORTS;
 use trueweld_plant::effects::expression::Expression;
-use trueweld_plant::effects::own::PORTS;
-use trueweld_plant::effects::{At, Place, TABLE};
+use trueweld_plant::effects::{Location, LocationKind, TABLE};
 use trueweld_plant::input::*;
 
 fn fixture(path: &str) -> PathBuf {
@@ -27,7 +27,7 @@ fn head() -> String {
 }
 
 /// What can be compared of a model's effects.
-fn effects_of(model: &ModelFile) -> Vec<(&'static str, At, Vec<f64>, Scope)> {
+fn effects_of(model: &ModelFile) -> Vec<(&'static str, Location, Vec<f64>, Scope)> {
     model
         .effects
         .iter()
@@ -44,11 +44,11 @@ fn a_model_holds_robot_process_and_effects() {
         Some(Process::read(fixture("processes/lap-weld-2024-t3.toml")).unwrap())
     );
     let expected = vec![
-        ("backlash", At::Joint(4), vec![1e-4], Scope::Campaign),
-        ("cable-drag", At::Joint(0), vec![150.0, 4000.0], Scope::Campaign),
+        ("backlash", Location::Joint(4), vec![1e-4], Scope::Campaign),
+        ("cable-drag", Location::Joint(0), vec![150.0, 4000.0], Scope::Campaign),
     ];
     assert_eq!(effects_of(&model), expected);
-    assert_eq!(check(fixture("models/cable-drag.toml")).unwrap(), Kind::Model);
+    assert_eq!(check(fixture("models/cable-drag.toml")).unwrap(), FileKind::Model);
     let bare = parse(&head()).unwrap();
     assert!(bare.process.is_none() && bare.effects.is_empty());
 }
@@ -82,9 +82,9 @@ fn one_of_each() -> String {
     for (i, kind) in TABLE.iter().enumerate() {
         text += &format!("[[effect]]\nid = \"{}\"\n", kind.id);
         match kind.place {
-            Place::Joint => text += &format!("at = \"A{}\"\n", i % 6 + 1),
-            Place::Channel => text += "at = \"wrench\"\n",
-            Place::Cell => {}
+            LocationKind::Joint => text += &format!("at = \"A{}\"\n", i % 6 + 1),
+            LocationKind::Channel => text += "at = \"wrench\"\n",
+            LocationKind::Cell => {}
         }
         if i % 3 == 0 {
             text += "scope = \"log\"\n";
@@ -174,7 +174,8 @@ fn what_could_not_be_read_is_not_written() {
     assert!(error.to_string().contains("none/improved.toml"), "{error}");
 }
 
-/// In the example file `from` becomes `to`: the error stands at `place` (line:column) and says all of `says`.
+/// In the example file `from` becomes `to`: the error stands at `place` (line:column) and says all
+/// of `says`.
 #[track_caller]
 fn mistake(from: &str, to: &str, place: &str, says: &[&str]) {
     let text = cable_drag();
@@ -291,7 +292,7 @@ fn an_expression_over_several_lines_is_pointed_into() {
 fn every_port_takes_every_one_of_its_variables() {
     for port in PORTS {
         let sum = port.variables.iter().map(|v| v.name).collect::<Vec<_>>().join(" + ");
-        let at = if port.place() == Place::Joint { "at = \"A2\"\n" } else { "" };
+        let at = if port.place() == LocationKind::Joint { "at = \"A2\"\n" } else { "" };
         let text = head()
             + &format!(
                 "[[effect]]\nid = \"mine\"\n{at}port = \"{}\"\nunit = \"{}\"\nexpression = \"a * ({sum})\"\n\

@@ -1,5 +1,5 @@
-//! Start and end of the program on a bare Cortex-M7, and what a control cycle costs there: instructions by SysTick in an
-//! emulator that counts them, stack by painting it beforehand.
+//! Start and end of the program on a bare Cortex-M7, and what a control cycle costs there:
+//! instructions by SysTick in an emulator that counts them, stack by painting it beforehand.
 
 use crate::host_tables::{ROBOT, START};
 use crate::others;
@@ -46,7 +46,8 @@ fn main() -> ! {
     loop {}
 }
 
-/// Runs the weld and reports what its control cycles cost; false where it does not agree with the host.
+/// Runs the weld and reports what its control cycles cost; false where it does not agree with the
+/// host.
 fn judge<T: Real + Into<f64>>(name: &CStr, bound: f64) -> bool {
     let thousand = thousand();
     let (mut most, mut sum, mut stack) = (0, 0, 0);
@@ -118,7 +119,8 @@ fn stack_pointer() -> usize {
 fn paint() {
     let mut at = addr_of!(__sheap).addr();
     while at < stack_pointer() - 64 {
-        // SAFETY: between the statics and this frame's lower end nothing lives; no interrupt is enabled.
+        // SAFETY: between the statics and this frame's lower end nothing lives; no interrupt is
+        // enabled.
         unsafe { write_volatile(at as *mut u32, PAINT) };
         at += 4;
     }

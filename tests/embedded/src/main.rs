@@ -1,14 +1,16 @@
-//! The control law as a controller runs it: in `f32`, without std, without an allocator, without panics.
+//! The control law as a controller runs it: in `f32`, without std, without an allocator, without
+//! panics.
 //!
 //! That this program links is the proof, for the core and the compensators and all they import:
 //!
 //! * It has its own panic handler. Were std anywhere in it, there would be two.
 //! * It names no global allocator. Were `alloc` anywhere in it, there would be none.
-//! * The panic handler calls a function that does not exist. Were there one panic path that the optimiser cannot rule out
-//!   – an index that may be out of bounds, a slice of the wrong length – the linker would ask for it.
+//! * The panic handler calls a function that does not exist. Were there one panic path that the
+//!   optimiser cannot rule out – an index that may be out of bounds, a slice of the wrong length –
+//!   the linker would ask for it.
 //!
-//! It prints nothing and ends with 0 where all torques agree with double precision on the host, 1 where the robot or the
-//! weld is refused, 2 after a fault, and 3 where a torque is off.
+//! It prints nothing and ends with 0 where all torques agree with double precision on the host, 1
+//! where the robot or the weld is refused, 2 after a fault, and 3 where a torque is off.
 #![no_std]
 #![no_main]
 
@@ -26,7 +28,8 @@ use trueweld_core::control::Command;
 use trueweld_core::{Real, Robot};
 use weld::{Inputs, Law, Weld};
 
-/// What the build script wrote: the robot file, the start of the weld, and the torques in double precision.
+/// What the build script wrote: the robot file, the start of the weld, and the torques in double
+/// precision.
 mod host_tables {
     // Some joint angle is a quarter turn.
     #![allow(clippy::approx_constant)]
@@ -45,14 +48,16 @@ fn panic(_: &PanicInfo<'_>) -> ! {
     unsafe { a_panic_path_is_left() }
 }
 
-/// How far a torque in `f32` may be off, as a share of the drive's limit. A pose at 2 m is known to some 2e-7 m; through
-/// J⁻¹ and K_d over one period that is tens of N·m of drives that give 29 kN·m. Measured 6.6e-4.
+/// How far a torque in `f32` may be off, as a share of the drive's limit. A pose at 2 m is known to
+/// some 2e-7 m; through J⁻¹ and K_d over one period that is tens of N·m of drives that give 29
+/// kN·m. Measured 6.6e-4.
 const BOUND: f64 = 2e-3;
 
-/// The whole weld; 0 where its torques are within `bound` of the host's. `measured` is called around every control cycle.
+/// The whole weld; 0 where its torques are within `bound` of the host's. `measured` is called
+/// around every control cycle.
 fn run<T: Real + Into<f64>>(bound: f64, mut measured: impl FnMut(&mut dyn FnMut())) -> i32 {
-    // Nothing of the robot or its instruments may be known to the optimiser, or it would prove the absence of panics for
-    // this weld alone.
+    // Nothing of the robot or its instruments may be known to the optimiser, or it would prove the
+    // absence of panics for this weld alone.
     let Some(mut weld) = Weld::<T>::new(black_box(&ROBOT), black_box(&START)) else {
         return 1;
     };

@@ -5,17 +5,18 @@ use core::ffi::CStr;
 use core::hint::black_box;
 use nalgebra::Vector3;
 use trueweld_compensators::{
-    Adaptive, Authority, Combined, Elastostatic, FeedForward, Following, Learning, Observer,
-    OuterIntegral, Prior, SeamTracking, Tracking,
+    Adaptive, Combined, CorrectionLimits, Elastostatic, FeedForward, FollowingGains, Learning,
+    Observer, OuterIntegral, Prior, SeamTracking, TrackingGains,
 };
-use trueweld_core::compensation::{Compensator, Observation, Sighting};
+use trueweld_core::compensation::{Compensator, DeviationMeasurement, Observation};
 use trueweld_core::control::{ForceGains, HybridController, JointGains, Parallel, Superposed};
 use trueweld_core::filter::{Biquad, Filter, MovingAverage};
 use trueweld_core::scalar::lit;
 use trueweld_core::{JointVector, Real, Robot, Twist, Wrench};
 
-/// Calls the other two controllers, the predicted deflection, forward and inverse dynamics, all branches of the inverse
-/// kinematics and the other filters. What they answer is for the tests on the host to judge.
+/// Calls the other two controllers, the predicted deflection, forward and inverse dynamics, all
+/// branches of the inverse kinematics and the other filters. What they answer is for the tests on
+/// the host to judge.
 #[inline(never)]
 pub fn link<T: Real>(robot: &Robot<T>, inputs: &Inputs<T>) {
     let (robot, inputs) = (black_box(robot), black_box(inputs));
@@ -47,7 +48,7 @@ pub fn link<T: Real>(robot: &Robot<T>, inputs: &Inputs<T>) {
     black_box(robot.rnea(&frames, &sensed.encoder_rate, &sensed.encoder_rate, &sensed.wrench));
     black_box(robot.inverse_all(&inputs.nominal).is_ok());
     let mut mean = black_box(MovingAverage::<T, 5>::new(period));
-    mean.settle(period);
+    mean.initialize(period);
     black_box(mean.update(period));
     black_box(Biquad::notch(lit(16.0), lit(2.0), period));
     if let Some(observer) = black_box(Observer::new(lit(30.0), period)) {
@@ -67,11 +68,12 @@ pub fn link<T: Real>(robot: &Robot<T>, inputs: &Inputs<T>) {
     });
 }
 
-/// One period of a law, with two readings of a seam sensor, the most that a period brings. `k`: the period, which turns what is seen.
+/// One period of a law, with two readings of a seam sensor, the most that a period brings. `k`: the
+/// period, which turns what is seen.
 pub fn ask<T: Real>(law: &mut dyn Compensator<T>, robot: &Robot<T>, inputs: &Inputs<T>, k: usize) {
     let across = Twist { angular: Vector3::z() * lit::<T>(0.02), linear: Vector3::y() };
     let tilted = Twist { angular: Vector3::x(), linear: Vector3::zeros() };
-    let seen = [across, tilted].map(|along| Sighting {
+    let seen = [across, tilted].map(|along| DeviationMeasurement {
         deviation: lit(1e-5 * (k % 7) as f64),
         along,
         noise: lit(5e-5),
@@ -102,10 +104,13 @@ fn learning<T: Real>(each: &mut dyn FnMut(&CStr, &mut dyn Compensator<T>)) {
 /// Every compensation law with its name, one after another.
 pub fn laws<T: Real>(each: &mut dyn FnMut(&CStr, &mut dyn Compensator<T>)) {
     let period = black_box(lit(0.012));
-    let tracking = black_box(Tracking { rate: lit(8.0), shape: lit(20.0) });
-    let following = black_box(Following { rate: lit(8.0), size: lit(2e-3) });
-    let authority =
-        black_box(Authority { displacement: lit(5e-3), rotation: lit(0.08), fade: lit(0.5) });
+    let tracking = black_box(TrackingGains { rate: lit(8.0), shape: lit(20.0) });
+    let following = black_box(FollowingGains { rate: lit(8.0), size: lit(2e-3) });
+    let authority = black_box(CorrectionLimits {
+        displacement: lit(5e-3),
+        rotation: lit(0.08),
+        fade: lit(0.5),
+    });
     let prior = black_box(Prior {
         compliance: lit(0.3),
         force: lit(0.3),

@@ -1,10 +1,13 @@
-//! A short weld in closed loop, in any scalar: the robot, its controller with the elastostatic law, and drives that
-//! follow at once. The build script runs it in double precision on the host, the program in the controller's own.
+//! A short weld in closed loop, in any scalar: the robot, its controller with the elastostatic law,
+//! and drives that follow at once. The build script runs it in double precision on the host, the
+//! program in the controller's own.
 
 use nalgebra::{Matrix3, SVector, Vector3};
 use trueweld_compensators::Elastostatic;
 use trueweld_core::compensation::{Compensated, LoopLimits};
-use trueweld_core::control::{Command, External, ExternalGains, JointGains, Sensed, Setpoint};
+use trueweld_core::control::{
+    Command, External, ExternalGains, JointGains, SensorReadings, Setpoint,
+};
 use trueweld_core::scalar::lit;
 use trueweld_core::{
     Counterbalance, Friction, JOINTS, JointParameters, JointVector, Pose, Real, Robot,
@@ -133,7 +136,7 @@ pub struct Inputs<T: Real> {
     /// The set-point as taught, under gravity alone.
     pub setpoint: Setpoint<T>,
     /// The instruments.
-    pub sensed: Sensed<T>,
+    pub sensed: SensorReadings<T>,
 }
 
 /// The robot on its weld.
@@ -149,11 +152,11 @@ pub struct Weld<T: Real> {
 }
 
 impl<T: Real> Weld<T> {
-    /// At rest on the start of the weld under the full load; `start`: joint angles near it, rad. `None` where the numbers
-    /// are no robot or the weld is out of reach.
+    /// At rest on the start of the weld under the full load; `start`: joint angles near it, rad.
+    /// `None` where the numbers are no robot or the weld is out of reach.
     pub fn new(numbers: &Numbers, start: &[f64; JOINTS]) -> Option<Self> {
         let robot = numbers.robot()?;
-        let link = robot.track(&nominal(0), &vector(start)).ok()?;
+        let link = robot.inverse_near(&nominal(0), &vector(start)).ok()?;
         let encoder = robot.fake_target(&link, &Wrench::zero());
         let frames = robot.frames(&encoder);
         let torque =
@@ -188,17 +191,17 @@ impl<T: Real> Weld<T> {
     /// What cycle `k` is given; `None` where the weld is out of reach.
     pub fn inputs(&self, k: usize) -> Option<Inputs<T>> {
         let nominal = nominal(k);
-        let link = self.robot.track(&nominal, &self.encoder).ok()?;
-        let pose = self.robot.forward(&self.robot.fake_target(&link, &Wrench::zero()));
+        let link = self.robot.inverse_near(&nominal, &self.encoder).ok()?;
+        let pose = self.robot.forward_kinematics(&self.robot.fake_target(&link, &Wrench::zero()));
         Some(Inputs {
             nominal,
             setpoint: Setpoint {
                 pose,
                 b_from_w: nominal.rotation,
                 force: Some(lit(-LOAD[2])),
-                spindle: lit(SPINDLE),
+                spindle_speed: lit(SPINDLE),
             },
-            sensed: Sensed {
+            sensed: SensorReadings {
                 encoder: self.encoder,
                 encoder_rate: self.rate,
                 motor_torque: self.torque,
@@ -207,12 +210,14 @@ impl<T: Real> Weld<T> {
         })
     }
 
-    /// The drives go three tenths of the way to the corrected set-point in a period; `None` where it is out of reach.
+    /// The drives go three tenths of the way to the corrected set-point in a period; `None` where
+    /// it is out of reach.
     pub fn follow(&mut self, inputs: &Inputs<T>, command: &Command<T>) -> Option<()> {
         let mut correction = self.law.correction();
         correction.linear.z += command.depth_correction;
         let target = inputs.setpoint.pose.displaced(&correction.rotated(&inputs.setpoint.b_from_w));
-        let way = (self.robot.track(&target, &self.encoder).ok()? - self.encoder) * lit::<T>(0.3);
+        let way =
+            (self.robot.inverse_near(&target, &self.encoder).ok()? - self.encoder) * lit::<T>(0.3);
         self.encoder += way;
         self.rate = way / lit::<T>(PERIOD);
         self.torque = command.torque;

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use trueweld_plant::effects::{Effect, TABLE};
 use trueweld_plant::input::RobotFile;
-use trueweld_tests::campaign::{Recipe, Strange, Stranger, draw, write};
+use trueweld_tests::campaign::{OutOfLibrary, Recipe, Strange, draw, write};
 use trueweld_tests::fixture;
 
 /// Writes one synthetic measurement campaign, with what was built in stated in its truth.toml.
@@ -14,7 +14,8 @@ struct Arguments {
     /// Folder to write into.
     #[arg(long)]
     out: PathBuf,
-    /// An effect of the truth, ID:AT:NAME=VALUE,… or ID alone for a random place and size; may be repeated.
+    /// An effect of the truth, ID:AT:NAME=VALUE,… or ID alone for a random place and size; may be
+    /// repeated.
     #[arg(long)]
     effect: Vec<String>,
     /// Something outside the library, NAME, or NAME:JOINT with the joint from 1 to 6.
@@ -67,7 +68,7 @@ fn go(arguments: &Arguments) -> Result<(), Box<dyn std::error::Error>> {
         let names = Strange::ALL.map(Strange::name).join(", ");
         let what = Strange::ALL.into_iter().find(|s| s.name() == name);
         let what = what.ok_or_else(|| format!("no stranger `{name}`: expected one of {names}"))?;
-        let mut stranger = Stranger::draw(what, arguments.size, arguments.seed);
+        let mut stranger = OutOfLibrary::draw(what, arguments.size, arguments.seed);
         if let Some(joint) = joint {
             let joint = joint.parse().ok().filter(|j| (1..=6).contains(j));
             let joint: usize =

@@ -1,4 +1,5 @@
-//! The corpus experiment: hides effects in synthetic campaigns, has them diagnosed, and counts the answers.
+//! The corpus experiment: hides effects in synthetic campaigns, has them diagnosed, and counts the
+//! answers.
 
 use clap::Parser;
 use std::collections::BTreeMap;
@@ -75,7 +76,8 @@ fn go(arguments: &Arguments) -> Result<(), Box<dyn std::error::Error>> {
     for (done, case) in missing.iter().enumerate() {
         match case.examine() {
             Ok(judged) => {
-                // One write a line: whoever reads along, or stops the program, never meets half of one.
+                // One write a line: whoever reads along, or stops the program, never meets half of
+                // one.
                 file.write_all((serde_json::to_string(&judged)? + "\n").as_bytes())?;
                 let each = start.elapsed().as_secs_f64() / (done + 1) as f64;
                 let left = each * (missing.len() - done - 1) as f64;
@@ -89,7 +91,8 @@ fn go(arguments: &Arguments) -> Result<(), Box<dyn std::error::Error>> {
                 );
                 known.insert((case.name.clone(), case.seed), judged);
             }
-            // One campaign that cannot be made is no reason to lose the others; it is not counted, and said to be.
+            // One campaign that cannot be made is no reason to lose the others; it is not counted,
+            // and said to be.
             Err(error) => eprintln!("{}/{} {}: {error}", done + 1, missing.len(), case.name),
         }
     }

@@ -1,29 +1,32 @@
-//! A random place and random values for an effect of the library, of a size that a laboratory would want to know of.
+//! A random place and random values for an effect of the library, of a size that a laboratory would
+//! want to know of.
 
 use super::Logs;
 use super::random::{DRAW, Random};
 use crate::KR500;
 use std::f64::consts::PI;
-use trueweld_plant::effects::{At, Effect, TABLE};
+use trueweld_plant::effects::{Effect, Location, TABLE};
 use trueweld_plant::robot::Channel;
 
 /// An effect of the library at a place.
 ///
 /// # Panics
 /// Where the library has no such effect, or it has another number of parameters.
-pub fn effect(id: &str, at: At, values: &[f64]) -> Effect {
+pub fn effect(id: &str, at: Location, values: &[f64]) -> Effect {
     let kind = *TABLE.iter().find(|k| k.id == id).expect("an effect of the library");
     assert_eq!(kind.parameters.len(), values.len(), "{id} has other parameters");
     Effect { kind, at, values: values.to_vec() }
 }
 
-/// A random place and random values for the effect `id`. `size` is a factor on what is usual: 1 shows well above the
-/// noise in logs of the usual kinds, 0.3 hardly. `logs` says how long the seams are, for what happens along them.
+/// A random place and random values for the effect `id`. `size` is a factor on what is usual: 1
+/// shows well above the noise in logs of the usual kinds, 0.3 hardly. `logs` says how long the
+/// seams are, for what happens along them.
 ///
 /// # Panics
 /// Where the library has no such effect, or no size of it is known here.
 pub fn draw(id: &str, size: f64, logs: &Logs, seed: u64) -> Effect {
-    // Each effect has a stream of its own, so that one seed does not put all of them at the same joint.
+    // Each effect has a stream of its own, so that one seed does not put all of them at the same
+    // joint.
     let index = TABLE.iter().position(|k| k.id == id).expect("an effect of the library");
     let mut random = Random::new(seed, DRAW + index as u64);
     let r = &mut random;
@@ -35,7 +38,7 @@ pub fn draw(id: &str, size: f64, logs: &Logs, seed: u64) -> Effect {
     let scale = parameters.joints[joint].max_torque / parameters.joints[1].max_torque;
     let coulomb = parameters.friction.coulomb[joint];
     let viscous = parameters.friction.viscous[joint];
-    let here = At::Joint(joint);
+    let here = Location::Joint(joint);
     let (at, values) = match id {
         "stiffness-error" => (here, vec![size * r.either(0.12, 0.25)]),
         "damping-error" => (here, vec![size * r.either(0.3, 0.6)]),
@@ -56,14 +59,14 @@ pub fn draw(id: &str, size: f64, logs: &Logs, seed: u64) -> Effect {
         "transmission-error" => {
             (here, vec![size * r.between(5e-5, 2e-4), r.whole(10, 80) as f64, r.between(-PI, PI)])
         }
-        "wrist-coupling" => (At::Joint(r.whole(4, 5)), vec![size * r.either(5e-4, 2e-3)]),
+        "wrist-coupling" => (Location::Joint(r.whole(4, 5)), vec![size * r.either(5e-4, 2e-3)]),
         "bearing-tilt" => (here, vec![size * r.between(5e-9, 2e-8)]),
-        "base-compliance" => (At::Cell, vec![size * r.between(1e-9, 4e-9)]),
-        "counterbalance-loss" => (At::Cell, vec![size * r.between(0.1, 0.3)]),
+        "base-compliance" => (Location::Cell, vec![size * r.between(1e-9, 4e-9)]),
+        "counterbalance-loss" => (Location::Cell, vec![size * r.between(0.1, 0.3)]),
         "payload-error" => {
             let center = [(); 3].map(|()| r.between(-0.02, 0.02));
             (
-                At::Cell,
+                Location::Cell,
                 vec![
                     size * r.between(5.0, 15.0),
                     size * center[0],
@@ -73,40 +76,40 @@ pub fn draw(id: &str, size: f64, logs: &Logs, seed: u64) -> Effect {
             )
         }
         "encoder-offset" => (here, vec![size * r.either(1e-4, 3e-4)]),
-        "link-encoder-offset" => (At::Joint(proximal), vec![size * r.either(5e-5, 2e-4)]),
+        "link-encoder-offset" => (Location::Joint(proximal), vec![size * r.either(5e-5, 2e-4)]),
         "link-encoder-ripple" => (
-            At::Joint(proximal),
+            Location::Joint(proximal),
             vec![size * r.between(3e-5, 1.5e-4), r.whole(10, 80) as f64, r.between(-PI, PI)],
         ),
         "tracker-registration" => {
             let (shift, turn) =
                 (r.direction() * r.between(2e-4, 6e-4), r.direction() * r.between(1e-4, 2e-4));
-            (At::Cell, shift.iter().chain(turn.iter()).map(|v| size * v).collect())
+            (Location::Cell, shift.iter().chain(turn.iter()).map(|v| size * v).collect())
         }
         "thermal-drift" => {
             let drift = r.direction() * (size * r.between(1.5e-4, 4e-4));
-            (At::Cell, vec![drift.x, drift.y, drift.z, r.between(10.0, 200.0)])
+            (Location::Cell, vec![drift.x, drift.y, drift.z, r.between(10.0, 200.0)])
         }
         "force-crosstalk" => {
-            (At::Cell, vec![size * r.either(0.005, 0.015), size * r.either(0.005, 0.015)])
+            (Location::Cell, vec![size * r.either(0.005, 0.015), size * r.either(0.005, 0.015)])
         }
-        "force-offset" => (At::Cell, [(); 3].map(|()| size * r.either(60.0, 200.0)).to_vec()),
+        "force-offset" => (Location::Cell, [(); 3].map(|()| size * r.either(60.0, 200.0)).to_vec()),
         "channel-delay" => {
             let channels =
                 [Channel::Tracker, Channel::Wrench, Channel::MotorTorque, Channel::LinkEncoder];
-            (At::Channel(channels[r.whole(0, 3)]), vec![size * r.between(2e-3, 6e-3)])
+            (Location::Channel(channels[r.whole(0, 3)]), vec![size * r.between(2e-3, 6e-3)])
         }
-        "process-stiffness-error" => (At::Cell, vec![size * r.either(0.15, 0.4)]),
-        "drag-error" => (At::Cell, vec![size * r.either(0.1, 0.25)]),
+        "process-stiffness-error" => (Location::Cell, vec![size * r.either(0.15, 0.4)]),
+        "drag-error" => (Location::Cell, vec![size * r.either(0.1, 0.25)]),
         "thermal-softening" => {
-            (At::Cell, vec![size * r.between(0.05, 0.15), r.between(10.0, 40.0)])
+            (Location::Cell, vec![size * r.between(0.05, 0.15), r.between(10.0, 40.0)])
         }
-        "feed-power-law" => (At::Cell, vec![1.0 - size * r.between(0.2, 0.5)]),
-        "advancing-side" => (At::Cell, vec![size * r.either(0.02, 0.05)]),
+        "feed-power-law" => (Location::Cell, vec![1.0 - size * r.between(0.2, 0.5)]),
+        "advancing-side" => (Location::Cell, vec![size * r.either(0.02, 0.05)]),
         "spindle-harmonic" => {
             let order = r.whole(3, 6) as f64;
             (
-                At::Cell,
+                Location::Cell,
                 vec![
                     order,
                     size * r.between(0.01, 0.03),
@@ -117,11 +120,11 @@ pub fn draw(id: &str, size: f64, logs: &Logs, seed: u64) -> Effect {
         }
         "plate-waviness" => {
             let length = logs.seam * r.between(0.2, 0.6);
-            (At::Cell, vec![size * r.between(1e-4, 3e-4), length, r.between(-PI, PI)])
+            (Location::Cell, vec![size * r.between(1e-4, 3e-4), length, r.between(-PI, PI)])
         }
-        "fixture-compliance" => (At::Cell, vec![r.between(3e7, 1e8) / size]),
+        "fixture-compliance" => (Location::Cell, vec![r.between(3e7, 1e8) / size]),
         "material-step" => {
-            (At::Cell, vec![size * r.either(0.1, 0.25), logs.seam * r.between(0.3, 0.7)])
+            (Location::Cell, vec![size * r.either(0.1, 0.25), logs.seam * r.between(0.3, 0.7)])
         }
         _ => panic!("no usual size of the effect `{id}` is known"),
     };

@@ -1,10 +1,12 @@
-//! The links of an arm whose motors are where they are put: quasi-statically under loads, and in motion.
+//! The links of an arm whose motors are where they are put: quasi-statically under loads, and in
+//! motion.
 //!
-//! Equation (2.1), link side, asked of the plant's own robot. Reached by ways that no comparison takes: equilibria by a
-//! descent of its own that carries a hysteresis' history along, motion by Runge–Kutta at steps far below the fastest mode.
+//! Equation (2.1), link side, asked of the plant's own robot. Reached by ways that no comparison
+//! takes: equilibria by a descent of its own that carries a hysteresis' history along, motion by
+//! Runge–Kutta at steps far below the fastest mode.
 
 use super::motion::{Motor, Path};
-use super::stranger::Stranger;
+use super::stranger::OutOfLibrary;
 use nalgebra::{Matrix6, SVector, Vector3};
 use trueweld_core::{Frames, JOINTS, JointVector, Pose, Wrench};
 use trueweld_plant::cell::Cell;
@@ -61,15 +63,17 @@ impl Load {
     }
 }
 
-/// Share of K that holds the links where they come from: what the dampers do in a slow motion. A link that hangs free in
-/// a gap stays at the end that it was left at; elsewhere it shifts an equilibrium by picometres a micrometre.
+/// Share of K that holds the links where they come from: what the dampers do in a slow motion. A
+/// link that hangs free in a gap stays at the end that it was left at; elsewhere it shifts an
+/// equilibrium by picometres a micrometre.
 const HELD: f64 = 1e-6;
 
-/// Share of a joint's largest torque with which a link presses on when its motor stops: enough to cross a gap.
+/// Share of a joint's largest torque with which a link presses on when its motor stops: enough to
+/// cross a gap.
 const ARRIVES: f64 = 0.002;
 
-/// Link angles that balance motors turning evenly (or at rest) and a torque `pushed` on the links, coming from `near`.
-/// `spring` gives τ_s, `wrench` the load.
+/// Link angles that balance motors turning evenly (or at rest) and a torque `pushed` on the links,
+/// coming from `near`. `spring` gives τ_s, `wrench` the load.
 fn balanced(
     cell: &Cell,
     motor: &Motor,
@@ -133,7 +137,8 @@ fn pressing(cell: &Cell, direction: &JointVector<f64>) -> JointVector<f64> {
     })
 }
 
-/// Unloaded links in balance with their motors, effects' own states at zero, after the links pressed in a direction.
+/// Unloaded links in balance with their motors, effects' own states at zero, after the links
+/// pressed in a direction.
 fn settled(
     cell: &Cell,
     motor: &Motor,
@@ -152,7 +157,7 @@ fn at_rest(angle: &JointVector<f64>) -> Motor {
 
 /// An arm that stands, led slowly from one load and posture to the next.
 #[derive(Debug)]
-pub(super) struct Standing<'a> {
+pub(super) struct HeldArm<'a> {
     cell: &'a Cell,
     motor: JointVector<f64>,
     load: Load,
@@ -162,7 +167,7 @@ pub(super) struct Standing<'a> {
     remembers: bool,
 }
 
-impl<'a> Standing<'a> {
+impl<'a> HeldArm<'a> {
     /// At rest, unloaded, effects' own states at zero, having come from angles of 0.
     pub fn new(cell: &'a Cell, motor: &JointVector<f64>) -> Result<Self, Unsettled> {
         let internal = [0.0; INTERNAL_STATES];
@@ -219,7 +224,8 @@ impl<'a> Standing<'a> {
     ) -> Result<(), Unsettled> {
         let robot = &self.cell.robot;
         let spring = |drives: &Drives| robot.spring_torque(drives, &self.carried_along(drives));
-        // The link goes along with its motor: from there the springs only have to take up the change of load.
+        // The link goes along with its motor: from there the springs only have to take up the
+        // change of load.
         let near = self.link + (motor - self.motor);
         let wrench = |frames: &Frames<f64>| load.wrench(self.cell, frames);
         let link = balanced(self.cell, &at_rest(motor), &near, pushed, time, spring, wrench)?;
@@ -266,7 +272,8 @@ impl<'a> Standing<'a> {
     }
 }
 
-/// Change over one step of the classical fourth-order scheme; `slope` takes the time since the step's start.
+/// Change over one step of the classical fourth-order scheme; `slope` takes the time since the
+/// step's start.
 fn runge_kutta<const N: usize>(
     y: &SVector<f64, N>,
     h: f64,
@@ -304,16 +311,18 @@ pub(super) struct Instant {
 #[derive(Debug)]
 pub(super) struct Follower<'a, P> {
     pub cell: &'a Cell,
-    pub stranger: Option<&'a Stranger>,
+    pub stranger: Option<&'a OutOfLibrary>,
     pub path: &'a P,
 }
 
 impl<P: Path> Follower<'_, P> {
-    /// The truth every `step` s from `start` to `end`, the log's own time being from 0 on: before it the arm runs in, and
-    /// what remembers does not yet. It begins in balance at the rate that its motors have then.
+    /// The truth every `step` s from `start` to `end`, the log's own time being from 0 on: before
+    /// it the arm runs in, and what remembers does not yet. It begins in balance at the rate that
+    /// its motors have then.
     pub fn run(&self, start: f64, end: f64, step: f64) -> Result<Vec<Instant>, Unsettled> {
         let motor = self.path.at(start);
-        // Motors that turn drag their links behind them; before a start from rest they came from angles of 0.
+        // Motors that turn drag their links behind them; before a start from rest they came from
+        // angles of 0.
         let came = if motor.rate.amax() > 0.0 { -motor.rate } else { motor.angle };
         let link = settled(self.cell, &motor, &came)?;
         let mut y = Moving::zeros();
@@ -376,7 +385,7 @@ impl<P: Path> Follower<'_, P> {
         if time >= 0.0 {
             robot.internal_rates(&drives, internal, &mut slope.as_mut_slice()[12..HUNG]);
         }
-        if let Some(hung) = self.stranger.and_then(Stranger::appendage) {
+        if let Some(hung) = self.stranger.and_then(OutOfLibrary::appendage) {
             let velocity = y.fixed_rows::<3>(HUNG + 3).into_owned();
             slope.fixed_rows_mut::<3>(HUNG).copy_from(&velocity);
             slope.fixed_rows_mut::<3>(HUNG + 3).copy_from(&(-wrench.force / hung.mass));

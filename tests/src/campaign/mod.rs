@@ -1,9 +1,10 @@
 //! Synthetic measurement campaigns: what a laboratory would record of a cell whose truth we choose.
 //!
-//! The corpus against which a diagnosis is measured: a campaign folder as `MEASUREMENTS` fixes it, made by the plant's
-//! own equations under a [`Recipe`]. The logs carry the truth's effects; the model beside them is the bare baseline.
-//! Nothing here predicts or fits anything, and nothing that does is used. `truth.toml` states what was built in, for
-//! whoever counts the answers. Left out: a spindle whose speed wanders, instruments with a filter.
+//! The corpus against which a diagnosis is measured: a campaign folder as `MEASUREMENTS` fixes it,
+//! made by the plant's own equations under a [`Recipe`]. The logs carry the truth's effects; the
+//! model beside them is the bare baseline. Nothing here predicts or fits anything, and nothing that
+//! does is used. `truth.toml` states what was built in, for whoever counts the answers. Left out: a
+//! spindle whose speed wanders, instruments with a filter.
 
 mod draw;
 mod links;
@@ -14,7 +15,7 @@ mod stranger;
 mod table;
 
 pub use draw::{draw, effect};
-pub use stranger::{Strange, Stranger};
+pub use stranger::{OutOfLibrary, Strange};
 
 use crate::fixture;
 use links::Unsettled;
@@ -22,10 +23,10 @@ use plan::Plan;
 use random::Random;
 use std::fmt::Write as _;
 use std::path::Path;
-use table::Instruments;
+use table::CampaignNoise;
 use trueweld_core::{JOINTS, ModelError, Pose, Robot};
 use trueweld_plant::cell::Cell;
-use trueweld_plant::effects::{At, Effect, EffectError, Place};
+use trueweld_plant::effects::{Effect, EffectError, Location, LocationKind};
 use trueweld_plant::input::{Control, InputError, Process, RobotFile, Sensors, write_atomically};
 use trueweld_plant::robot::{Channel, TooManyStates};
 use trueweld_plant::simulate::RunError;
@@ -33,7 +34,8 @@ use trueweld_plant::simulate::RunError;
 /// Which logs a campaign holds, and how long they are.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Logs {
-    /// Postures of the static log, eight rows each, nearly; 0 leaves the log out. The held-out one has half of them.
+    /// Postures of the static log, eight rows each, nearly; 0 leaves the log out. The held-out one
+    /// has half of them.
     pub postures: usize,
     /// Ring-down logs; the six joints are divided among them. At most 6.
     pub rings: usize,
@@ -59,18 +61,20 @@ impl Logs {
     }
 }
 
-/// What a campaign is made of: the truth, what the laboratory gets wrong, and what it measures with.
+/// What a campaign is made of: the truth, what the laboratory gets wrong, and what it measures
+/// with.
 #[derive(Debug, Clone)]
 pub struct Recipe {
     /// Effects of the library that the truth has.
     pub effects: Vec<Effect>,
     /// What the truth has outside the library.
-    pub stranger: Option<Stranger>,
+    pub stranger: Option<OutOfLibrary>,
     /// Error of each joint's stiffness, relative: what a robot's uncertainty leaves.
     pub stiffness_error: [f64; JOINTS],
     /// Error of each encoder's zero, rad.
     pub encoder_offset: [f64; JOINTS],
-    /// Standard deviation of a tracker set up anew for each log: translation, m, and half of it per metre as rotation, rad.
+    /// Standard deviation of a tracker set up anew for each log: translation, m, and half of it per
+    /// metre as rotation, rad.
     pub registration_per_log: f64,
     /// Factor on the nominal noise of every instrument.
     pub noise: f64,
@@ -108,21 +112,21 @@ impl Recipe {
     #[must_use]
     pub fn with_effect(mut self, effect: Effect) -> Self {
         self.link_encoders |= effect.kind.id.starts_with("link-encoder")
-            || effect.at == At::Channel(Channel::LinkEncoder);
-        self.motor_torque |= effect.at == At::Channel(Channel::MotorTorque);
+            || effect.at == Location::Channel(Channel::LinkEncoder);
+        self.motor_torque |= effect.at == Location::Channel(Channel::MotorTorque);
         self.effects.push(effect);
         self
     }
 
     /// The same with something outside the library.
     #[must_use]
-    pub fn with_stranger(mut self, stranger: Stranger) -> Self {
+    pub fn with_stranger(mut self, stranger: OutOfLibrary) -> Self {
         self.stranger = Some(stranger);
         self
     }
 
-    /// The same with a laboratory's usual errors, normal with these standard deviations: stiffness (relative), encoder zero (rad),
-    /// registration per log (m).
+    /// The same with a laboratory's usual errors, normal with these standard deviations: stiffness
+    /// (relative), encoder zero (rad), registration per log (m).
     #[must_use]
     pub fn with_nuisance(mut self, stiffness: f64, offset: f64, registration: f64) -> Self {
         let mut random = Random::new(self.seed, random::NUISANCE);
@@ -187,13 +191,13 @@ impl<'a> Laboratory<'a> {
         })
     }
 
-    /// The true cell of one log, welding in the frame `b_from_w` with the spindle at `spindle`, rad/s. `log` numbers the
-    /// log: the tracker is set up anew for each.
+    /// The true cell of one log, welding in the frame `b_from_w` with the spindle at `spindle`,
+    /// rad/s. `log` numbers the log: the tracker is set up anew for each.
     fn cell(&self, log: u64, b_from_w: Pose<f64>, spindle: f64) -> Result<Cell, CampaignError> {
         let recipe = self.recipe;
         let mut effects = recipe.effects.clone();
         for i in 0..JOINTS {
-            let at = At::Joint(i);
+            let at = Location::Joint(i);
             if recipe.stiffness_error[i] != 0.0 {
                 effects.push(effect("stiffness-error", at, &[recipe.stiffness_error[i]]));
             }
@@ -205,7 +209,7 @@ impl<'a> Laboratory<'a> {
             let mut random = Random::new(recipe.seed, random::REGISTRATION + log);
             let sd = |k: usize| recipe.registration_per_log * if k < 3 { 1.0 } else { 0.5 };
             let motion: Vec<f64> = (0..6).map(|k| sd(k) * random.normal()).collect();
-            effects.push(effect("tracker-registration", At::Cell, &motion));
+            effects.push(effect("tracker-registration", Location::Cell, &motion));
         }
         let process = Process { spindle, ..self.process.clone() };
         let mut cell = Cell::new(&self.truth, &effects, &process, b_from_w)?;
@@ -215,12 +219,13 @@ impl<'a> Laboratory<'a> {
         Ok(cell)
     }
 
-    fn instruments(&self, log: u64) -> Instruments {
-        Instruments::new(self.recipe, Random::new(self.recipe.seed, random::NOISE + log))
+    fn instruments(&self, log: u64) -> CampaignNoise {
+        CampaignNoise::new(self.recipe, Random::new(self.recipe.seed, random::NOISE + log))
     }
 }
 
-/// Writes a campaign into a folder, with its held-out campaign in `holdout/`. The same recipe gives the same bytes.
+/// Writes a campaign into a folder, with its held-out campaign in `holdout/`. The same recipe gives
+/// the same bytes.
 ///
 /// # Errors
 /// [`CampaignError`].
@@ -285,8 +290,8 @@ fn truth(recipe: &Recipe, robot: &RobotFile) -> String {
     for effect in &recipe.effects {
         line(format_args!("\n[[effect]]\nid = \"{}\"", effect.kind.id));
         match (effect.at, effect.kind.place) {
-            (At::Joint(i), _) => line(format_args!("at = \"{}\"", robot.joint_names[i])),
-            (At::Channel(channel), Place::Channel) => {
+            (Location::Joint(i), _) => line(format_args!("at = \"{}\"", robot.joint_names[i])),
+            (Location::Channel(channel), LocationKind::Channel) => {
                 line(format_args!("at = \"{}\"", channel_name(channel)))
             }
             _ => {}
@@ -312,9 +317,9 @@ fn truth(recipe: &Recipe, robot: &RobotFile) -> String {
 /// What an effect is at, as files and people write it; nothing for the whole cell.
 pub(crate) fn at_name(effect: &Effect) -> String {
     match effect.at {
-        At::Joint(i) => format!("A{}", i + 1),
-        At::Channel(channel) => channel_name(channel).to_owned(),
-        At::Cell => String::new(),
+        Location::Joint(i) => format!("A{}", i + 1),
+        Location::Channel(channel) => channel_name(channel).to_owned(),
+        Location::Cell => String::new(),
     }
 }
 

@@ -1,9 +1,9 @@
 //! What is done in each log: postures and loads, stops, motions, seams.
 
-use super::links::{Follower, Instant, Load, Standing};
+use super::links::{Follower, HeldArm, Instant, Load};
 use super::motion::{Moves, Stop};
 use super::random::{PLAN, Random};
-use super::table::{Besides, Kind, Table, Track, readings};
+use super::table::{Besides, LogKind, SampleTable, Track, readings};
 use super::{CampaignError, Laboratory, Logs};
 use nalgebra::Vector3;
 use std::path::Path;
@@ -11,7 +11,7 @@ use trueweld_core::{JOINTS, JointVector, Pose, Wrench};
 use trueweld_plant::cell::Cell;
 use trueweld_plant::input::{Weld, write_atomically};
 use trueweld_plant::integrate::Integrator;
-use trueweld_plant::simulate::{Controller, Law, Program, Row, Scenario, Seam, run};
+use trueweld_plant::simulate::{Controller, Law, Program, RecordRow, Scenario, Seam, run};
 
 /// Where the postures of static loads and stops lie, rad; A5 of either sign.
 const RANGE: [[f64; 2]; JOINTS] =
@@ -81,8 +81,8 @@ impl Plan {
         folder: &Path,
     ) -> Result<(), CampaignError> {
         let cell = laboratory.cell(log, out_of_reach(), 0.0)?;
-        let mut table = Table::new(Kind::Static, laboratory.instruments(log));
-        let mut arm: Option<Standing<'_>> = None;
+        let mut table = SampleTable::new(LogKind::Static, laboratory.instruments(log));
+        let mut arm: Option<HeldArm<'_>> = None;
         let mut time = 0.0;
         for posture in 0..self.logs.postures {
             let motor = posture_within(random);
@@ -91,7 +91,7 @@ impl Plan {
                     if row == 0 { random.between(50.0, 65.0) } else { random.between(12.0, 20.0) };
                 match &mut arm {
                     None => {
-                        let mut first = Standing::new(&cell, &motor)?;
+                        let mut first = HeldArm::new(&cell, &motor)?;
                         first.lead(&motor, load, time)?;
                         arm = Some(first);
                     }
@@ -134,8 +134,15 @@ impl Plan {
             Follower { cell: &cell, stranger: laboratory.recipe.stranger.as_ref(), path: &path };
         let instants = follower.run(-RUN_IN, self.logs.ring, RING_STEP)?;
         let track = Track { start: -RUN_IN, step: RING_STEP, instants };
-        let table =
-            recorded(laboratory, log, &cell, Kind::Ring, &track, self.logs.ring, Besides::Nothing);
+        let table = recorded(
+            laboratory,
+            log,
+            &cell,
+            LogKind::Ring,
+            &track,
+            self.logs.ring,
+            Besides::Nothing,
+        );
         Ok(table.write(folder, "")?)
     }
 
@@ -152,8 +159,15 @@ impl Plan {
             Follower { cell: &cell, stranger: laboratory.recipe.stranger.as_ref(), path: &path };
         let instants = follower.run(0.0, self.logs.free, FREE_STEP)?;
         let track = Track { start: 0.0, step: FREE_STEP, instants };
-        let table =
-            recorded(laboratory, log, &cell, Kind::Free, &track, self.logs.free, Besides::Nothing);
+        let table = recorded(
+            laboratory,
+            log,
+            &cell,
+            LogKind::Free,
+            &track,
+            self.logs.free,
+            Besides::Nothing,
+        );
         Ok(table.write(folder, "")?)
     }
 
@@ -172,7 +186,7 @@ impl Plan {
                 name: "synthetic",
                 cell: &cell,
                 // The controller knows no more of the truth than the model file does.
-                belief: &laboratory.robot.robot,
+                controller_model: &laboratory.robot.robot,
                 planned: &laboratory.process,
                 weld: &weld,
                 program: Program::Weld,
@@ -187,7 +201,7 @@ impl Plan {
             },
             |_| {},
         )?;
-        let instant = |row: &Row| {
+        let instant = |row: &RecordRow| {
             let force = row.real.rotation.tr_mul(&(cell.b_from_w.rotation * row.force_w));
             Instant {
                 motor: row.motor,
@@ -200,14 +214,22 @@ impl Plan {
         let instants: Vec<_> = recording.rows.iter().map(instant).collect();
         let length = (instants.len() - 1) as f64 * recording.period;
         let track = Track { start: 0.0, step: recording.period, instants };
-        let table =
-            recorded(laboratory, log, &cell, Kind::Weld, &track, length, Besides::Spindle(spindle));
+        let table = recorded(
+            laboratory,
+            log,
+            &cell,
+            LogKind::Weld,
+            &track,
+            length,
+            Besides::Spindle(spindle),
+        );
         table.write(folder, "weld = \"weld.toml\"\nprocess = \"../process.toml\"\n")?;
         Ok(write_atomically(folder.join("weld.toml"), weld_file(&weld).as_bytes())?)
     }
 
-    /// A weld and its spindle speed: the tool upright and inclined by turns, and held out a slanting seam elsewhere. Feeds,
-    /// pushes and speeds differ from weld to weld, so that what scales with them shows.
+    /// A weld and its spindle speed: the tool upright and inclined by turns, and held out a
+    /// slanting seam elsewhere. Feeds, pushes and speeds differ from weld to weld, so that what
+    /// scales with them shows.
     fn seam(&self, number: usize, random: &mut Random) -> (Weld, f64) {
         let upright = Vector3::new(0.0, 0.0, -1.0);
         let inclined = Vector3::new(0.5_f64.sqrt(), 0.0, -0.5_f64.sqrt());
@@ -298,12 +320,12 @@ fn recorded(
     laboratory: &Laboratory<'_>,
     log: u64,
     cell: &Cell,
-    kind: Kind,
+    kind: LogKind,
     track: &Track,
     length: f64,
     besides: Besides,
-) -> Table {
-    let mut table = Table::new(kind, laboratory.instruments(log));
+) -> SampleTable {
+    let mut table = SampleTable::new(kind, laboratory.instruments(log));
     if let Some(period) = kind.period() {
         for row in 0..=(length / period + 1e-6) as usize {
             let (read, torque) = track.read(cell, row as f64 * period);

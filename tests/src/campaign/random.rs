@@ -1,4 +1,5 @@
-//! Seeded random numbers: one stream for each thing drawn, so that a change of one leaves the others as they were.
+//! Seeded random numbers: one stream for each thing drawn, so that a change of one leaves the
+//! others as they were.
 
 use nalgebra::Vector3;
 use rand::SeedableRng;

@@ -1,7 +1,9 @@
-//! What a real cell may have and the library does not: the truth that a diagnosis must call unknown.
+//! What a real cell may have and the library does not: the truth that a diagnosis must call
+//! unknown.
 //!
-//! A term at a port of the plant where one does, other numbers of the robot, or something that only acts on a moving arm
-//! and that [`links`](super::links) asks for. Sizes at factor 1 show well above the noise.
+//! A term at a port of the plant where one does, other numbers of the robot, or something that only
+//! acts on a moving arm and that [`links`](super::links) asks for. Sizes at factor 1 show well
+//! above the noise.
 
 use super::random::{Random, STRANGER};
 use crate::KR500;
@@ -11,7 +13,7 @@ use trueweld_core::RobotParameters;
 use trueweld_core::spatial::rotation_from_vector;
 use trueweld_plant::cell::Cell;
 use trueweld_plant::robot::{
-    JointPoint, Port, ProcessPoint, Readings, Sloped, Term, TooManyStates,
+    JointState, Port, ProcessPoint, Readings, Term, TooManyStates, ValueDerivative,
 };
 
 /// Kinds of strangers.
@@ -91,7 +93,7 @@ impl Strange {
 
 /// Something outside the library, of a size.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Stranger {
+pub struct OutOfLibrary {
     /// What it is.
     pub what: Strange,
     /// The joint it is at, 0 = A1; strangers of the cell or the tool ignore it.
@@ -111,7 +113,7 @@ pub(super) struct Appendage {
     pub damping: f64,
 }
 
-impl Stranger {
+impl OutOfLibrary {
     /// The stranger at a random joint where it can be. `size` is a factor on what is usual.
     pub fn draw(what: Strange, size: f64, seed: u64) -> Self {
         let mut random = Random::new(seed, STRANGER);
@@ -135,7 +137,8 @@ impl Stranger {
     pub(super) fn change(&self, robot: &mut RobotParameters<f64>) {
         match self.what {
             Strange::LinkLength => {
-                // A frame at the one before it has no direction of its own: the arm's length is then the flange's.
+                // A frame at the one before it has no direction of its own: the arm's length is
+                // then the flange's.
                 let origin = match self.joint {
                     0 | 5 => &mut robot.tool.flange_offset,
                     joint => &mut robot.joints[joint].origin,
@@ -208,8 +211,8 @@ impl Stranger {
         (self.what == Strange::Appendage).then_some(hung)
     }
 
-    /// Friction torque against a motor that follows from time alone, N·m. Only motor torque shows it, which a weld's log
-    /// does not have.
+    /// Friction torque against a motor that follows from time alone, N·m. Only motor torque shows
+    /// it, which a weld's log does not have.
     pub(super) fn friction(&self, joint: usize, rate: f64, time: f64, smoothing: f64) -> f64 {
         const FADES_IN: f64 = 4.0;
         if self.what != Strange::FadingFriction || joint != self.joint {
@@ -219,7 +222,7 @@ impl Stranger {
             * 0.8
             * self.coulomb()
             * (-time / FADES_IN).exp()
-            * Sloped::turn(rate, smoothing).value
+            * ValueDerivative::turn(rate, smoothing).value
     }
 }
 
@@ -234,7 +237,7 @@ struct LinkFriction {
 }
 
 impl Term for LinkFriction {
-    fn link_torque(&self, at: &JointPoint, _: f64) -> f64 {
+    fn link_torque(&self, at: &JointState, _: f64) -> f64 {
         -self.viscous * at.link_rate
     }
 }
@@ -245,8 +248,8 @@ struct MotorRipple {
 }
 
 impl Term for MotorRipple {
-    fn friction(&self, at: &JointPoint) -> Sloped {
-        Sloped { value: self.amplitude * (37.0 * at.encoder).sin(), slope: 0.0 }
+    fn friction(&self, at: &JointState) -> ValueDerivative {
+        ValueDerivative { value: self.amplitude * (37.0 * at.encoder).sin(), slope: 0.0 }
     }
 }
 
@@ -267,7 +270,7 @@ struct CubicDamping {
 }
 
 impl Term for CubicDamping {
-    fn spring_torque(&self, at: &JointPoint, _: f64) -> f64 {
+    fn spring_torque(&self, at: &JointState, _: f64) -> f64 {
         self.coefficient * (at.encoder_rate - at.link_rate).powi(3)
     }
 }
@@ -278,7 +281,7 @@ struct UnevenStiffness {
 }
 
 impl Term for UnevenStiffness {
-    fn spring_torque(&self, at: &JointPoint, _: f64) -> f64 {
+    fn spring_torque(&self, at: &JointState, _: f64) -> f64 {
         self.stiffness * (3.0 * at.encoder).sin() * (at.encoder - at.link)
     }
 }

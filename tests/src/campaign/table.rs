@@ -15,8 +15,8 @@ use trueweld_plant::robot::{Channel, Readings};
 /// Joints with a second encoder, where there are any.
 const LINK_ENCODERS: usize = 3;
 
-/// Standard deviations of a laboratory's instruments, SI units: what one thousand shots of a tracker, and a rest of the
-/// others, would give.
+/// Standard deviations of a laboratory's instruments, SI units: what one thousand shots of a
+/// tracker, and a rest of the others, would give.
 const TRACKER_POSITION: f64 = 30e-6;
 const TRACKER_ROTATION: f64 = 50e-6;
 const ENCODER: f64 = 2e-6;
@@ -27,14 +27,14 @@ const MOTOR_TORQUE: f64 = 40.0;
 
 /// What was done in a log.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum LogKind {
     Static,
     Ring,
     Free,
     Weld,
 }
 
-impl Kind {
+impl LogKind {
     fn name(self) -> &'static str {
         match self {
             Self::Static => "static-load",
@@ -67,7 +67,8 @@ pub(super) struct Track {
 }
 
 impl Track {
-    /// The truth at any time, by the cubic through the four samples around it; as it was at the ends beyond them.
+    /// The truth at any time, by the cubic through the four samples around it; as it was at the
+    /// ends beyond them.
     fn at(&self, time: f64) -> Instant {
         let last = self.instants.len() - 1;
         let place = ((time - self.start) / self.step).clamp(0.0, last as f64);
@@ -110,7 +111,8 @@ impl Track {
         }
     }
 
-    /// What instruments without noise read at a time, each as late as it is, and the motors' torque.
+    /// What instruments without noise read at a time, each as late as it is, and the motors'
+    /// torque.
     pub fn read(&self, cell: &Cell, time: f64) -> (Readings, JointVector<f64>) {
         let late = |channel| self.at(time - cell.robot.ports.delay(channel));
         let (tracker, wrench) = (late(Channel::Tracker).pose, late(Channel::Wrench).wrench);
@@ -153,7 +155,7 @@ pub(super) enum Besides {
 
 /// The instruments of one log.
 #[derive(Debug)]
-pub(super) struct Instruments {
+pub(super) struct CampaignNoise {
     random: Random,
     noise: f64,
     stated: bool,
@@ -163,13 +165,13 @@ pub(super) struct Instruments {
 
 /// A log being recorded.
 #[derive(Debug)]
-pub(super) struct Table {
-    kind: Kind,
-    instruments: Instruments,
+pub(super) struct SampleTable {
+    kind: LogKind,
+    instruments: CampaignNoise,
     text: String,
 }
 
-impl Instruments {
+impl CampaignNoise {
     pub fn new(recipe: &Recipe, random: Random) -> Self {
         Self {
             random,
@@ -189,14 +191,14 @@ impl Instruments {
     }
 }
 
-impl Table {
-    pub fn new(kind: Kind, instruments: Instruments) -> Self {
+impl SampleTable {
+    pub fn new(kind: LogKind, instruments: CampaignNoise) -> Self {
         let mut columns = vec!["t_s".to_owned()];
         let mut each = |count: usize, before: &str, after: &str| {
             columns.extend((1..=count).map(|i| format!("{before}{i}{after}")));
         };
         each(JOINTS, "qe", "_rad");
-        if kind == Kind::Free {
+        if kind == LogKind::Free {
             if instruments.link_encoders {
                 each(LINK_ENCODERS, "ql", "_rad");
             }
@@ -205,17 +207,17 @@ impl Table {
             }
         }
         let mut more = |names: &str| columns.extend(names.split(' ').map(str::to_owned));
-        if matches!(kind, Kind::Static | Kind::Weld) {
+        if matches!(kind, LogKind::Static | LogKind::Weld) {
             more("fx_n fy_n fz_n mx_nm my_nm mz_nm");
         }
         more("px_m py_m pz_m");
-        if kind != Kind::Ring {
+        if kind != LogKind::Ring {
             more("rx_rad ry_rad rz_rad");
         }
         match kind {
-            Kind::Static => more("payload_kg cx_m cy_m cz_m"),
-            Kind::Weld => more("spindle_rad_s"),
-            Kind::Ring | Kind::Free => {}
+            LogKind::Static => more("payload_kg cx_m cy_m cz_m"),
+            LogKind::Weld => more("spindle_rad_s"),
+            LogKind::Ring | LogKind::Free => {}
         }
         Self { kind, instruments, text: columns.join(",") + "\n" }
     }
@@ -240,7 +242,7 @@ impl Table {
         for angle in readings.encoder {
             put(at.noisy(angle, ENCODER), 8);
         }
-        if self.kind == Kind::Free {
+        if self.kind == LogKind::Free {
             if at.link_encoders {
                 for angle in &readings.link_encoder[..LINK_ENCODERS] {
                     put(at.noisy(*angle, LINK_ENCODER), 8);
@@ -252,12 +254,12 @@ impl Table {
                 }
             }
         }
-        if matches!(self.kind, Kind::Static | Kind::Weld) {
+        if matches!(self.kind, LogKind::Static | LogKind::Weld) {
             at.noisy_vector(&readings.force, FORCE).iter().for_each(|f| put(*f, 2));
             at.noisy_vector(&readings.moment, MOMENT).iter().for_each(|m| put(*m, 2));
         }
         at.noisy_vector(&readings.tcp_position, TRACKER_POSITION).iter().for_each(|p| put(*p, 7));
-        if self.kind != Kind::Ring {
+        if self.kind != LogKind::Ring {
             let off = rotation_from_vector(&at.noisy_vector(&Vector3::zeros(), TRACKER_ROTATION));
             rotation_vector(&(rotation_from_vector(&readings.tcp_rotation) * off))
                 .iter()
@@ -288,11 +290,11 @@ impl Table {
         // An instrument without noise has none to state: nothing could be judged against it.
         if self.instruments.stated && self.instruments.noise > 0.0 {
             log += "\n[noise]\n";
-            let wrench = matches!(self.kind, Kind::Static | Kind::Weld);
-            let free = self.kind == Kind::Free;
+            let wrench = matches!(self.kind, LogKind::Static | LogKind::Weld);
+            let free = self.kind == LogKind::Free;
             for (there, name, deviation) in [
                 (true, "tcp_position_m", TRACKER_POSITION),
-                (self.kind != Kind::Ring, "tcp_rotation_rad", TRACKER_ROTATION),
+                (self.kind != LogKind::Ring, "tcp_rotation_rad", TRACKER_ROTATION),
                 (true, "encoder_rad", ENCODER),
                 (free && self.instruments.link_encoders, "link_encoder_rad", LINK_ENCODER),
                 (free && self.instruments.motor_torque, "motor_torque_nm", MOTOR_TORQUE),

@@ -4,13 +4,14 @@ use super::Hidden;
 use crate::campaign::Recipe;
 use serde::{Deserialize, Serialize};
 use trueweld_measure::diagnose::{Candidate, Diagnosis, Verdict};
-use trueweld_plant::effects::{At, Effect};
+use trueweld_plant::effects::{Effect, Location};
 
 /// What came of one case, better ones first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Outcome {
-    /// One effect: named, at its place. Two: both. Nothing: adequate. Outside the library: called unknown.
+    /// One effect: named, at its place. Two: both. Nothing: adequate. Outside the library: called
+    /// unknown.
     Right,
     /// Named another that the data do not tell from the truth, and said so.
     RightTie,
@@ -34,7 +35,7 @@ pub enum Outcome {
     FalseAlarm,
 }
 
-type Key = (&'static str, At);
+type Key = (&'static str, Location);
 
 fn key(effect: &Effect) -> Key {
     (effect.kind.id, effect.at)
@@ -107,8 +108,8 @@ fn found(truth: &[Key], first: &Candidate, all: &[Candidate]) -> Outcome {
 /// True for a calibration that the laboratory of a recipe got wrong.
 fn is_nuisance((id, at): Key, recipe: &Recipe) -> bool {
     match (id, at) {
-        ("stiffness-error", At::Joint(i)) => recipe.stiffness_error[i] != 0.0,
-        ("encoder-offset", At::Joint(i)) => recipe.encoder_offset[i] != 0.0,
+        ("stiffness-error", Location::Joint(i)) => recipe.stiffness_error[i] != 0.0,
+        ("encoder-offset", Location::Joint(i)) => recipe.encoder_offset[i] != 0.0,
         ("tracker-registration", _) => recipe.registration_per_log != 0.0,
         _ => false,
     }

@@ -1,8 +1,9 @@
 //! The corpus: how well a diagnosis names effects that we hid in synthetic campaigns.
 //!
-//! [`cases`] draws what is hidden where, how well it shows, and what a laboratory gets wrong beside it. [`Case::examine`]
-//! makes the campaign, has it diagnosed and judges the answer against the truth; [`Tally`] counts. Recorded campaigns play
-//! no part: rules of decision may be set by what is seen here and then meet those unseen.
+//! [`cases`] draws what is hidden where, how well it shows, and what a laboratory gets wrong beside
+//! it. [`CorpusCase::examine`] makes the campaign, has it diagnosed and judges the answer against
+//! the truth; [`Tally`] counts. Recorded campaigns play no part: rules of decision may be set by
+//! what is seen here and then meet those unseen.
 
 mod judge;
 mod tally;
@@ -10,17 +11,17 @@ mod visible;
 
 pub use judge::{Outcome, judge};
 pub use tally::Tally;
-pub use visible::{Ground, Seen};
+pub use visible::{Context, Visibility};
 
 use crate::campaign::random::{CASE, Random};
-use crate::campaign::{CampaignError, Logs, Recipe, Strange, Stranger, draw, write};
+use crate::campaign::{CampaignError, Logs, OutOfLibrary, Recipe, Strange, draw, write};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 use std::time::Instant;
 use trueweld_measure::campaign::Campaign;
 use trueweld_measure::compare::{baseline, experiments};
 use trueweld_measure::diagnose::{Diagnosis, diagnose};
-use trueweld_measure::fit::Bench;
+use trueweld_measure::fit::FitProblem;
 use trueweld_measure::log::Log;
 use trueweld_measure::predict::PredictError;
 use trueweld_plant::effects::{Effect, Role, TABLE};
@@ -36,19 +37,20 @@ pub enum Hidden {
     /// Two effects of the library.
     Two(Effect, Effect),
     /// Something outside the library.
-    Unknown(Stranger),
+    Unknown(OutOfLibrary),
 }
 
 /// One case of the corpus: a campaign yet to be made.
 #[derive(Debug, Clone)]
-pub struct Case {
+pub struct CorpusCase {
     /// Number and contents, unique in a corpus.
     pub name: String,
     /// Seed of the campaign.
     pub seed: u64,
     /// What is hidden, of usual size.
     pub hidden: Hidden,
-    /// How well it is to show, in multiples of the limit of detection ([`Seen::ratio`]); each of two.
+    /// How well it is to show, in multiples of the limit of detection ([`Visibility::ratio`]); each
+    /// of two.
     pub target: f64,
     /// The campaign without what is hidden.
     pub recipe: Recipe,
@@ -60,17 +62,19 @@ const TARGETS: [f64; 3] = [1.0, 3.0, 10.0];
 /// Factors on the noise that cases are drawn at.
 const NOISES: [f64; 3] = [0.3, 1.0, 3.0];
 
-/// Ten cases in their order: half of them one effect, two nothing, two unknown, one with two effects.
+/// Ten cases in their order: half of them one effect, two nothing, two unknown, one with two
+/// effects.
 const ROUND: [char; 10] = ['1', '0', '1', 'u', '1', '2', '1', '0', '1', 'u'];
 
-/// The first `count` cases of the corpus with this seed; more cases do not change those before them. Effects and strangers
-/// come in random order, each once before any comes again.
-pub fn cases(seed: u64, count: usize, logs: &Logs) -> Vec<Case> {
+/// The first `count` cases of the corpus with this seed; more cases do not change those before
+/// them. Effects and strangers come in random order, each once before any comes again.
+pub fn cases(seed: u64, count: usize, logs: &Logs) -> Vec<CorpusCase> {
     let mut deck = Random::new(seed, CASE);
     let (mut effects, mut strangers) = (Vec::new(), Vec::new());
     (0..count)
         .map(|index| {
-            // Campaigns whose seeds are neighbours share nothing: every stream of a seed is its own.
+            // Campaigns whose seeds are neighbours share nothing: every stream of a seed is its
+            // own.
             let case_seed = seed.wrapping_mul(1_000_003).wrapping_add(index as u64);
             let mut next = || dealt(&mut effects, TABLE, &mut deck).id;
             let (hidden, what) = match ROUND[index % ROUND.len()] {
@@ -87,12 +91,15 @@ pub fn cases(seed: u64, count: usize, logs: &Logs) -> Vec<Case> {
                 }
                 _ => {
                     let what = dealt(&mut strangers, &Strange::ALL, &mut deck);
-                    (Hidden::Unknown(Stranger::draw(what, 1.0, case_seed)), what.name().to_owned())
+                    (
+                        Hidden::Unknown(OutOfLibrary::draw(what, 1.0, case_seed)),
+                        what.name().to_owned(),
+                    )
                 }
             };
             let mut random = Random::new(case_seed, CASE);
             let target = TARGETS[random.whole(0, TARGETS.len() - 1)];
-            Case {
+            CorpusCase {
                 name: format!("{index:03}-{what}"),
                 seed: case_seed,
                 hidden,
@@ -146,7 +153,7 @@ pub struct Ready {
     /// Its logs.
     pub logs: Vec<Log>,
     /// The same made ready, and the baseline.
-    pub bench: Bench,
+    pub bench: FitProblem,
 }
 
 /// Writes a recipe's campaign, reads it as anybody would, and removes it.
@@ -163,7 +170,7 @@ fn read(folder: &Path) -> Result<Ready, CorpusError> {
     let campaign = Campaign::read(folder)?;
     let file = ModelFile::read(&campaign.model)?;
     let experiments = experiments(&campaign.logs, &baseline(&file))?;
-    Ok(Ready { bench: Bench::new(&file, experiments), logs: campaign.logs })
+    Ok(Ready { bench: FitProblem::new(&file, experiments), logs: campaign.logs })
 }
 
 /// An effect in words: `backlash [A5]`.
@@ -201,7 +208,7 @@ pub struct Judged {
     /// How well it was to show.
     pub target: f64,
     /// How well each part of the truth shows; empty for nothing.
-    pub seen: Vec<Seen>,
+    pub seen: Vec<Visibility>,
     /// Factor on the noise.
     pub noise: f64,
     /// True where the noise was stated.
@@ -222,13 +229,14 @@ pub struct Judged {
     pub seconds: f64,
 }
 
-impl Case {
-    /// The recipe with what is hidden, of the size at which it shows as it is to, and how well it does.
+impl CorpusCase {
+    /// The recipe with what is hidden, of the size at which it shows as it is to, and how well it
+    /// does.
     ///
     /// # Errors
     /// [`CorpusError`] where the campaign without it cannot be made.
-    pub fn sized(&self) -> Result<(Recipe, Hidden, Vec<Seen>), CorpusError> {
-        let ground = || Ground::new(&self.recipe);
+    pub fn sized(&self) -> Result<(Recipe, Hidden, Vec<Visibility>), CorpusError> {
+        let ground = || Context::new(&self.recipe);
         let drawn =
             |effect: &Effect, size: f64| draw(effect.kind.id, size, &self.recipe.logs, self.seed);
         Ok(match &self.hidden {
@@ -268,7 +276,7 @@ impl Case {
         &self,
         recipe: &Recipe,
         hidden: &Hidden,
-        seen: Vec<Seen>,
+        seen: Vec<Visibility>,
         diagnosis: &Diagnosis,
         seconds: f64,
     ) -> Judged {

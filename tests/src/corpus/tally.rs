@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 use std::fmt::{self, Write as _};
 use trueweld_evaluate::Rate;
 
-/// Ranges of how well something shows, in multiples of the limit of detection, and what they are called.
+/// Ranges of how well something shows, in multiples of the limit of detection, and what they are
+/// called.
 const BANDS: [(&str, f64, f64); 4] = [
     ("below the limit", 0.0, 0.7),
     ("about the limit", 0.7, 1.8),
@@ -102,7 +103,7 @@ impl Tally {
             out,
             "\n| hidden, above the limit | cases | right | instead |\n|---|---|---|---|"
         )?;
-        let mut rows: BTreeMap<(bool, &str), Row> = BTreeMap::new();
+        let mut rows: BTreeMap<(bool, &str), TallyRow> = BTreeMap::new();
         for j in self.with(|j| j.truth.len() == 1 && j.seen[0].ratio >= BANDS[1].1) {
             let row = rows.entry((j.unknown, kind_of(&j.truth[0]))).or_default();
             row.cases += 1;
@@ -114,7 +115,7 @@ impl Tally {
                 _ => *row.instead.entry(answer(j)).or_default() += 1,
             }
         }
-        for ((unknown, truth), Row { cases, right, instead }) in rows {
+        for ((unknown, truth), TallyRow { cases, right, instead }) in rows {
             let mut words = String::new();
             for (what, count) in instead {
                 let separator = if words.is_empty() { "" } else { ", " };
@@ -130,7 +131,7 @@ impl Tally {
 
 /// A row of the confusion matrix: so many cases, right ones, and what was answered to the others.
 #[derive(Default)]
-struct Row {
+struct TallyRow {
     cases: usize,
     right: usize,
     instead: BTreeMap<String, usize>,

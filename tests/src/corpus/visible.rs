@@ -1,41 +1,42 @@
 //! How well something hidden shows in a campaign, before anybody looks for it.
 //!
-//! The same campaign, noise and all, is made with it and without: the difference of what the baseline leaves is what there
-//! is to see of it. Calibrations take their share of that; the rest, over the noise and squared, is by how much the sum of
-//! squares would fall for whoever finds it.
+//! The same campaign, noise and all, is made with it and without: the difference of what the
+//! baseline leaves is what there is to see of it. Calibrations take their share of that; the rest,
+//! over the noise and squared, is by how much the sum of squares would fall for whoever finds it.
 
 use super::{CorpusError, Ready, plausible, ready};
-use crate::campaign::{Recipe, Stranger};
+use crate::campaign::{OutOfLibrary, Recipe};
 use nalgebra::DVector;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, HashMap};
 use trueweld_measure::calibrate::{calibrations, is_calibration};
 use trueweld_measure::diagnose::rules;
-use trueweld_measure::fit::{self, Linear, Point, Residuals, Slopes};
+use trueweld_measure::fit::{self, FitState, Linear, Residuals, Slopes};
 use trueweld_measure::predict::{Compared, Prediction};
-use trueweld_plant::effects::{At, Effect};
+use trueweld_plant::effects::{Effect, Location};
 
 /// How well something shows.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Seen {
+pub struct Visibility {
     /// Factor on its usual size.
     pub size: f64,
-    /// Root of the sum of squares it adds, over that at which a diagnosis begins to believe in an effect
-    /// ([`rules::GAIN`]): 1 is the limit of detection.
+    /// Root of the sum of squares it adds, over that at which a diagnosis begins to believe in an
+    /// effect ([`rules::GAIN`]): 1 is the limit of detection.
     pub ratio: f64,
-    /// The most that the sum of squares of any channel of any log grows by, over the share from which on its noise is
-    /// trusted to be known that well ([`rules::VISIBLE`]): below 1 a diagnosis must not believe in it either.
+    /// The most that the sum of squares of any channel of any log grows by, over the share from
+    /// which on its noise is trusted to be known that well ([`rules::VISIBLE`]): below 1 a
+    /// diagnosis must not believe in it either.
     pub stands_out: f64,
 }
 
 /// A campaign without what is hidden, and what calibrations can do to it.
 #[derive(Debug)]
-pub struct Ground {
+pub struct Context {
     recipe: Recipe,
     without: Ready,
     blocks: Vec<Vec<u8>>,
     at: Residuals,
-    point: Point,
+    point: FitState,
     slopes: Vec<Slopes>,
 }
 
@@ -46,9 +47,9 @@ const STEP: f64 = 0.1;
 const NEAR: f64 = 1.2;
 const TRIES: usize = 4;
 
-impl Ground {
-    /// Makes the campaign of a recipe. Its noise is stated in any case: how well something shows is not a matter of what is
-    /// said of it.
+impl Context {
+    /// Makes the campaign of a recipe. Its noise is stated in any case: how well something shows is
+    /// not a matter of what is said of it.
     ///
     /// # Errors
     /// [`CorpusError`].
@@ -56,18 +57,23 @@ impl Ground {
         let recipe = Recipe { noise_stated: true, ..recipe.clone() };
         let without = ready(&recipe)?;
         let point = calibrations(&without.bench);
-        let at = fit::residuals(&without.bench, &Point::empty(without.bench.experiments.len()))?;
+        let at = fit::residuals(&without.bench, &FitState::empty(without.bench.experiments.len()))?;
         let slopes = fit::slopes(&without.bench, &point, &point.free, &at, STEP);
         Ok(Self { blocks: fit::blocks_of(&without.bench), recipe, without, at, point, slopes })
     }
 
-    /// How well what a recipe has more than this campaign shows. `own`: a calibration that is itself what is hidden.
+    /// How well what a recipe has more than this campaign shows. `own`: a calibration that is
+    /// itself what is hidden.
     ///
     /// # Errors
     /// [`CorpusError`].
-    pub fn seen(&self, with: &Recipe, own: Option<(&str, At)>) -> Result<Seen, CorpusError> {
+    pub fn seen(
+        &self,
+        with: &Recipe,
+        own: Option<(&str, Location)>,
+    ) -> Result<Visibility, CorpusError> {
         let with = ready(with)?;
-        let there = fit::residuals(&with.bench, &Point::empty(with.bench.experiments.len()))?;
+        let there = fit::residuals(&with.bench, &FitState::empty(with.bench.experiments.len()))?;
         let mut difference: Residuals = Vec::new();
         for (log, own) in self.without.bench.experiments.iter().enumerate() {
             let key = |c: &Compared| (c.quantity, c.component, c.row);
@@ -99,7 +105,7 @@ impl Ground {
                 difference[log].residual.iter_mut().zip(slope).for_each(|(d, s)| *d += s * step[k]);
             }
         }
-        Ok(Seen {
+        Ok(Visibility {
             size: 1.0,
             ratio: (linear.cost(&step) / rules::GAIN).sqrt(),
             stands_out: self.most(&difference) / rules::VISIBLE,
@@ -118,8 +124,9 @@ impl Ground {
         parts.values().map(|(square, count)| square / count).fold(0.0, f64::max)
     }
 
-    /// The effect at the size at which it shows as well as `target` says, as far as its values stay plausible.
-    pub fn size_effect(&self, target: f64, drawn: impl Fn(f64) -> Effect) -> (Effect, Seen) {
+    /// The effect at the size at which it shows as well as `target` says, as far as its values stay
+    /// plausible.
+    pub fn size_effect(&self, target: f64, drawn: impl Fn(f64) -> Effect) -> (Effect, Visibility) {
         let own = drawn(1.0);
         let own = is_calibration(own.kind).then_some((own.kind.id, own.at));
         let seen = self.size(target, |size| {
@@ -132,24 +139,25 @@ impl Ground {
     }
 
     /// The stranger at the size at which it shows as well as `target` says.
-    pub fn size_stranger(&self, target: f64, stranger: Stranger) -> (Stranger, Seen) {
-        let at = |size: f64| Stranger { size, ..stranger };
+    pub fn size_stranger(&self, target: f64, stranger: OutOfLibrary) -> (OutOfLibrary, Visibility) {
+        let at = |size: f64| OutOfLibrary { size, ..stranger };
         let seen = self.size(target, |size| {
             self.seen(&self.recipe.clone().with_stranger(at(size)), None).ok()
         });
         (at(seen.size), seen)
     }
 
-    /// The size that comes nearest to `target`. What shows is nearly in proportion to the size; `seen` gives nothing for
-    /// a size that is too large to be plausible or for the campaign to come to an end.
-    fn size(&self, target: f64, seen: impl Fn(f64) -> Option<Seen>) -> Seen {
-        let mut best = Seen { size: 0.0, ratio: 0.0, stands_out: 0.0 };
-        let away = |s: &Seen| (s.ratio.max(1e-9) / target).ln().abs();
+    /// The size that comes nearest to `target`. What shows is nearly in proportion to the size;
+    /// `seen` gives nothing for a size that is too large to be plausible or for the campaign to
+    /// come to an end.
+    fn size(&self, target: f64, seen: impl Fn(f64) -> Option<Visibility>) -> Visibility {
+        let mut best = Visibility { size: 0.0, ratio: 0.0, stands_out: 0.0 };
+        let away = |s: &Visibility| (s.ratio.max(1e-9) / target).ln().abs();
         let (mut size, mut too_large) = (1.0, f64::INFINITY);
         for _ in 0..TRIES {
             match seen(size) {
                 Some(found) => {
-                    let found = Seen { size, ..found };
+                    let found = Visibility { size, ..found };
                     if away(&found) < away(&best) {
                         best = found;
                     }

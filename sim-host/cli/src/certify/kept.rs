@@ -1,4 +1,5 @@
-//! Runs that are kept as they come, one a line, so that an interrupted certification goes on where it was stopped.
+//! Runs that are kept as they come, one a line, so that an interrupted certification goes on where
+//! it was stopped.
 
 use miette::{IntoDiagnostic, Result, WrapErr, miette};
 use rayon::prelude::*;
@@ -11,7 +12,7 @@ use std::sync::Mutex;
 use trueweld_output::write_file;
 
 /// The runs of one section of one weld, and their file.
-pub struct Kept<R> {
+pub struct TrialStore<R> {
     path: PathBuf,
     header: String,
     file: Mutex<File>,
@@ -21,7 +22,7 @@ pub struct Kept<R> {
     done: Vec<R>,
 }
 
-impl<R: Serialize + DeserializeOwned + Clone + Send> Kept<R> {
+impl<R: Serialize + DeserializeOwned + Clone + Send> TrialStore<R> {
     /// Opens the file of a section. `key`: digest of everything that the runs depend on.
     pub fn open(path: PathBuf, key: &str) -> Result<Self> {
         let header = serde_json::json!({ "schema": "trials/1", "inputs": key }).to_string();
@@ -35,8 +36,8 @@ impl<R: Serialize + DeserializeOwned + Clone + Send> Kept<R> {
         self.before.len()
     }
 
-    /// The runs of these jobs in their order: those that are there, and the missing ones on all cores. `is`: whether a run is of a
-    /// job; `run` makes one.
+    /// The runs of these jobs in their order: those that are there, and the missing ones on all
+    /// cores. `is`: whether a run is of a job; `run` makes one.
     pub fn complete<J: Sync>(
         &mut self,
         jobs: &[J],

@@ -1,6 +1,7 @@
 //! `trueweld certify`: many welds of uncertain cells, and what they prove of a compensation law.
 //!
-//! Runs are kept one a line in the evidence folder as they come; the command given again goes on where it was stopped.
+//! Runs are kept one a line in the evidence folder as they come; the command given again goes on
+//! where it was stopped.
 
 mod kept;
 
@@ -8,13 +9,13 @@ use crate::inputs::{CellFiles, Inputs, STEP_OF_MANY, embedded};
 use crate::names::{Compensator, Controller};
 use crate::results::may_be_written;
 use clap::Args;
-use kept::Kept;
+use kept::TrialStore;
 use miette::{IntoDiagnostic, Result, WrapErr, miette};
 use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use trueweld_evaluate::certify::{
-    Certification, Evidence, FaultTrial, Needed, Trial, judge, search,
+    Certification, Evidence, FaultTrial, RequiredCorrection, Trial, judge, search,
 };
 use trueweld_output::{Certified, CertifiedWeld, Input, Progress, html, write_file};
 use trueweld_plant::input::Requirements;
@@ -80,17 +81,17 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         [] => vec![None],
         files => files.iter().map(|f| Some(f.as_path())).collect(),
     };
-    let mut inputs_said = vec![said("requirements", &requirements)];
+    let mut inputs_said = vec![digest("requirements", &requirements)];
     let mut welds = Vec::new();
     for file in files {
         let inputs = arguments.cell.read(file)?;
         let parts = [
-            said(&format!("weld {}", inputs.weld_name), &inputs.weld),
-            said("robot", inputs.robot.robot.parameters()),
-            said("process", &inputs.planned),
-            said("control", &inputs.control),
-            said("sensors", &inputs.sensors),
-            said("belief", inputs.belief.parameters()),
+            digest(&format!("weld {}", inputs.weld_name), &inputs.weld),
+            digest("robot", inputs.robot.robot.parameters()),
+            digest("process", &inputs.planned),
+            digest("control", &inputs.control),
+            digest("sensors", &inputs.sensors),
+            digest("belief", inputs.controller_model.parameters()),
         ];
         for part in &parts {
             if !inputs_said.contains(part) {
@@ -98,7 +99,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             }
         }
         let law = arguments.compensator.law();
-        let key = said(
+        let key = digest(
             "trials",
             &(
                 &parts,
@@ -155,7 +156,7 @@ fn weld(
         .law
         .build(scenario.control, scenario.sensors, Seam::of(scenario.weld).length)
         .map_err(failed)?;
-    let needed = Needed::of(&scenario, robot).map_err(failed)?.ok_or_else(|| {
+    let needed = RequiredCorrection::of(&scenario, robot).map_err(failed)?.ok_or_else(|| {
         miette!(
             help =
                 "Expected a seam long enough for the feed to rise and settle: a few centimetres.",
@@ -181,10 +182,10 @@ fn weld(
     })?;
     let file =
         |section: &str| arguments.evidence.join(format!("{section}-{}.jsonl", inputs.weld_name));
-    let mut nominal = Kept::<Trial>::open(file("nominal"), key)?;
-    let mut trials = Kept::<Trial>::open(file("trials"), key)?;
-    let mut worst = Kept::<Trial>::open(file("worst"), key)?;
-    let mut faults = Kept::<FaultTrial>::open(file("faults"), key)?;
+    let mut nominal = TrialStore::<Trial>::open(file("nominal"), key)?;
+    let mut trials = TrialStore::<Trial>::open(file("trials"), key)?;
+    let mut worst = TrialStore::<Trial>::open(file("worst"), key)?;
+    let mut faults = TrialStore::<FaultTrial>::open(file("faults"), key)?;
     let there = nominal.count() + trials.count() + worst.count() + faults.count();
     let all = 1 + arguments.trials as usize + arguments.worst + cases.len();
     let meter = Meter::new(arguments.quiet, all.saturating_sub(there));
@@ -197,7 +198,7 @@ fn weld(
     let struck = faults.complete(
         &cases,
         |case, run| run.fault == case.to_string(),
-        |case| meter.count("faults", certification.strike(case)),
+        |case| meter.count("faults", certification.run_fault(case)),
     )?;
     let indices: Vec<u64> = (0..arguments.trials).collect();
     let drawn = trials.complete(
@@ -251,7 +252,7 @@ impl Meter {
 }
 
 /// The digest of a value as it was read.
-fn said(what: &str, value: &impl std::fmt::Debug) -> Input {
+fn digest(what: &str, value: &impl std::fmt::Debug) -> Input {
     let digest = Sha256::digest(format!("{value:?}"));
     Input { what: what.to_owned(), sha256: digest.iter().map(|b| format!("{b:02x}")).collect() }
 }

@@ -7,10 +7,11 @@ use trueweld_plant::input::{Process, Sensors, Uncertainty};
 
 /// What a cell turned out to be, relative to what it is believed to be.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Draw {
+pub struct SampledCell {
     /// Factor on every joint's stiffness.
     pub stiffness: [f64; 6],
-    /// Factors on depth stiffness and damping, feed drag, lateral damping, lateral stiffness, lateral ratio.
+    /// Factors on depth stiffness and damping, feed drag, lateral damping, lateral stiffness,
+    /// lateral ratio.
     pub process: [f64; 5],
     /// Factor on the ripple's amplitude, and what is added to its phases, rad.
     pub ripple: [f64; 2],
@@ -22,7 +23,7 @@ pub struct Draw {
     pub noise: u64,
 }
 
-impl Draw {
+impl SampledCell {
     /// The cell of trial `index`.
     pub fn new(uncertainty: &Uncertainty, seed: u64, index: u64) -> Self {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
@@ -39,7 +40,8 @@ impl Draw {
         }
     }
 
-    /// The cell as it is believed to be, with instruments without cross-talk and as late as their file says.
+    /// The cell as it is believed to be, with instruments without cross-talk and as late as their
+    /// file says.
     pub fn nominal(noise: u64) -> Self {
         Self {
             stiffness: [1.0; 6],

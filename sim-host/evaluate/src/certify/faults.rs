@@ -1,27 +1,31 @@
-//! Fault cases: the nominal cell, one instrument failing in the steady part of its weld and coming back.
+//! Fault cases: the nominal cell, one instrument failing in the steady part of its weld and coming
+//! back.
 //!
-//! Asked of every case: the correction stays within what the requirements allow, the tool stays bounded while the fault lasts and
-//! until it must be over it, and then it keeps to the limits of the steady part again.
+//! Asked of every case: the correction stays within what the requirements allow, the tool stays
+//! bounded while the fault lasts and until it must be over it, and then it keeps to the limits of
+//! the steady part again.
 
-use super::{Certification, Draw, Symptoms, record, worst_unless_told};
+use super::{Certification, SampledCell, Symptoms, record, worst_unless_told};
 use crate::weld::Spread;
 use serde::{Deserialize, Serialize};
 use trueweld_plant::input::Faults;
 use trueweld_plant::sensors::{Failure, Instrument, InstrumentFault};
-use trueweld_plant::simulate::{Phase, Recording, Row, Scenario, Seam};
+use trueweld_plant::simulate::{Phase, RecordRow, Recording, Scenario, Seam};
 
 /// Where in the steady part a fault begins, as a share of it.
 const BEGINS: f64 = 0.4;
 
-/// Longest plant step where the force sensor fails, s. A force loop that is lied to may lift the tool off and let it strike the plate;
-/// at 1 ms such a blow throws the simulated arm by a metre, at 0.25 ms it ends as at 0.05 ms, within 0.01 mm.
+/// Longest plant step where the force sensor fails, s. A force loop that is lied to may lift the
+/// tool off and let it strike the plate; at 1 ms such a blow throws the simulated arm by a metre,
+/// at 0.25 ms it ends as at 0.05 ms, within 0.01 mm.
 const BLOW_STEP: f64 = 2.5e-4;
 
 /// Least time after recovery over which it is judged, s.
 const JUDGED: f64 = 1.0;
 
-/// Figures of a fault case, by their names in results: the largest correction of the whole run; while the fault lasts and until it
-/// must be over, how far the tool leaves its line, and how far depth goes from its mean before; after that the steady figures again.
+/// Figures of a fault case, by their names in results: the largest correction of the whole run;
+/// while the fault lasts and until it must be over, how far the tool leaves its line, and how far
+/// depth goes from its mean before; after that the steady figures again.
 pub const FAULT_FIGURES: [&str; 7] = [
     "correction_m",
     "correction_rad",
@@ -39,7 +43,8 @@ pub struct FaultTrial {
     pub fault: String,
     /// When it began and ended, s.
     pub time: [f64; 2],
-    /// Its figures in the order of [`FAULT_FIGURES`], SI units; `None` where the run came to no end.
+    /// Its figures in the order of [`FAULT_FIGURES`], SI units; `None` where the run came to no
+    /// end.
     pub figures: Option<[f64; FAULT_FIGURES.len()]>,
     /// How the loop behaved over the whole steady part.
     pub symptoms: Option<Symptoms>,
@@ -48,7 +53,8 @@ pub struct FaultTrial {
 }
 
 impl FaultTrial {
-    /// A figure by its place in [`FAULT_FIGURES`]; infinite where the run came to no end, or to no number.
+    /// A figure by its place in [`FAULT_FIGURES`]; infinite where the run came to no end, or to no
+    /// number.
     pub fn figure(&self, k: usize) -> f64 {
         worst_unless_told(self.figures.as_ref(), k)
     }
@@ -68,8 +74,8 @@ pub struct SteadyTooShort {
 }
 
 impl Certification<'_> {
-    /// The fault cases of this weld, none where the requirements ask for none: every failure of the force sensor, and of the seam
-    /// sensor where the cell has one.
+    /// The fault cases of this weld, none where the requirements ask for none: every failure of the
+    /// force sensor, and of the seam sensor where the cell has one.
     ///
     /// # Errors
     /// [`SteadyTooShort`].
@@ -104,8 +110,8 @@ impl Certification<'_> {
     }
 
     /// Runs one fault case.
-    pub fn strike(&self, fault: &InstrumentFault) -> FaultTrial {
-        let draw = Draw::nominal(self.scenario.seed);
+    pub fn run_fault(&self, fault: &InstrumentFault) -> FaultTrial {
+        let draw = SampledCell::nominal(self.scenario.seed);
         let plant_step = match fault.instrument {
             Instrument::ForceSensor => self.scenario.plant_step.min(BLOW_STEP),
             Instrument::SeamSensor => self.scenario.plant_step,
@@ -131,7 +137,7 @@ impl Certification<'_> {
 
 fn failures([linear, angular]: [f64; 2]) -> [Failure; 5] {
     let saturated = Failure::Saturated { linear, angular };
-    [Failure::NoNumber, Failure::Stuck, saturated, Failure::Dropped, Failure::OutOfOrder]
+    [Failure::Nan, Failure::Stuck, saturated, Failure::Dropped, Failure::OutOfOrder]
 }
 
 fn figures(
@@ -144,7 +150,7 @@ fn figures(
     let before =
         Spread::of(steady().filter(|r| r.time < fault.from).map(|r| r.deviation_w.linear.z)).mean;
     let during = || recording.rows.iter().filter(|r| (fault.from..over).contains(&r.time));
-    let after = |of: fn(&Row) -> f64| Spread::of(steady().filter(|r| r.time >= over).map(of));
+    let after = |of: fn(&RecordRow) -> f64| Spread::of(steady().filter(|r| r.time >= over).map(of));
     let lateral = after(|r| r.deviation_w.linear.y);
     [
         Spread::of(recording.rows.iter().map(|r| r.correction_w.linear.norm())).max_abs,

@@ -1,4 +1,5 @@
-//! Requirements, judged: what the runs came to, against what was asked for, with the reason where it fell short.
+//! Requirements, judged: what the runs came to, against what was asked for, with the reason where
+//! it fell short.
 
 use super::{FAULT_FIGURES, FaultTrial, Trial, WorstCase, reason};
 use crate::Rate;
@@ -9,7 +10,7 @@ use trueweld_plant::input::{LIMITS, MARGINS, Requirements};
 /// Which runs a requirement is judged by.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Case {
+pub enum EvidenceKind {
     /// The cell as it is believed to be.
     Nominal,
     /// Cells drawn from the uncertainties.
@@ -22,7 +23,7 @@ pub enum Case {
     Faults,
 }
 
-impl Case {
+impl EvidenceKind {
     /// Its name in results.
     pub fn name(self) -> &'static str {
         match self {
@@ -63,14 +64,15 @@ pub struct Beyond {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Requirement {
     /// Which runs it is judged by.
-    pub case: Case,
+    pub case: EvidenceKind,
     /// Its key: one of [`LIMITS`], [`MARGINS`] or [`FAULT_FIGURES`].
     pub name: &'static str,
     /// The limit, SI units: the most that is allowed, and of margins the least.
     pub limit: f64,
     /// What was reached. Of draws: the figure that all but the allowed share of them stay within.
     pub achieved: f64,
-    /// With which confidence the requirement is shown: of draws that asked for; of runs that come out the same every time, 1.
+    /// With which confidence the requirement is shown: of draws that asked for; of runs that come
+    /// out the same every time, 1.
     pub confidence: f64,
     /// Of draws alone.
     #[serde(flatten)]
@@ -81,7 +83,8 @@ pub struct Requirement {
     pub reason: Option<String>,
 }
 
-/// Judges everything that was run of a weld, section by section. Nothing passes without runs enough to show it.
+/// Judges everything that was run of a weld, section by section. Nothing passes without runs enough
+/// to show it.
 pub fn judge(requirements: &Requirements, evidence: &Evidence) -> Vec<Requirement> {
     let mut judged = nominal(requirements, &evidence.nominal);
     judged.extend(draws(requirements, &evidence.trials));
@@ -99,14 +102,15 @@ fn limits(limits: &[Option<f64>]) -> impl Iterator<Item = (usize, &'static str, 
         .filter_map(|(k, (name, limit))| Some((k, name, (*limit)?)))
 }
 
-/// True for a figure within its limit. A correction held at its authority is the limit, to the last digits.
+/// True for a figure within its limit. A correction held at its authority is the limit, to the last
+/// digits.
 pub fn within(figure: f64, limit: f64) -> bool {
     figure <= limit * (1.0 + 1e-9)
 }
 
 /// A requirement on a figure that is what it is.
 fn certain(
-    case: Case,
+    case: EvidenceKind,
     name: &'static str,
     limit: f64,
     achieved: f64,
@@ -119,7 +123,7 @@ fn certain(
 
 fn nominal(requirements: &Requirements, trial: &Trial) -> Vec<Requirement> {
     let judged = limits(&requirements.limits).map(|(k, name, limit)| {
-        certain(Case::Nominal, name, limit, trial.figure(k), || {
+        certain(EvidenceKind::Nominal, name, limit, trial.figure(k), || {
             reason::nominal(name, limit, trial.figure(k), trial)
         })
     });
@@ -142,7 +146,7 @@ fn draws(requirements: &Requirements, trials: &[Trial]) -> Vec<Requirement> {
             reason::draws(name, limit, beyond, asked, worst.map(|t| (t, t.figure(k))))
         };
         Requirement {
-            case: Case::Draws,
+            case: EvidenceKind::Draws,
             name,
             limit,
             achieved,
@@ -160,7 +164,7 @@ fn worst_case(requirements: &Requirements, evidence: &Evidence) -> Vec<Requireme
         let all = evidence.trials.iter().chain(&evidence.worst.runs);
         let worst = all.reduce(|a, b| if b.figure(k) > a.figure(k) { b } else { a });
         let achieved = worst.map_or(f64::INFINITY, |t| t.figure(k));
-        certain(Case::WorstCase, name, limit, achieved, || {
+        certain(EvidenceKind::WorstCase, name, limit, achieved, || {
             reason::worst_case(name, limit, achieved, worst)
         })
     });
@@ -179,7 +183,7 @@ fn margins(requirements: &Requirements, map: &[Margins]) -> Vec<Requirement> {
             let pass = achieved >= limit;
             let reason = (!pass).then(|| reason::margin(name, limit, k, least));
             Some(Requirement {
-                case: Case::Margins,
+                case: EvidenceKind::Margins,
                 name,
                 limit,
                 achieved,
@@ -212,7 +216,7 @@ fn faults(requirements: &Requirements, trials: &[FaultTrial]) -> Vec<Requirement
         let why = || {
             reason::fault(name, limit, asked, worst.map(|t| (t, achieved)), [beyond, trials.len()])
         };
-        Some(certain(Case::Faults, name, limit, achieved, why))
+        Some(certain(EvidenceKind::Faults, name, limit, achieved, why))
     });
     judged.collect()
 }

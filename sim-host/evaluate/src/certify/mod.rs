@@ -1,17 +1,21 @@
 //! Certification of a compensation law: the runs that show what it does, and what they prove.
 //!
-//! Five kinds of evidence of one weld, each a section with requirements of its own ([`Case`]):
+//! Five kinds of evidence of one weld, each a section with requirements of its own
+//! ([`EvidenceKind`]):
 //!
 //! * nominal: the cell as it is believed to be. A law that is bad there need not be asked further.
-//! * draws: seeded Monte Carlo. Every trial draws a cell from the uncertainties of the requirements and welds it with the law that
-//!   still believes in the nominal one. A requirement is met where the probability of a weld beyond its limit is at most what is
-//!   allowed, with the confidence asked for, by the exact binomial bound ([`Rate::at_most`](crate::Rate::at_most)).
-//! * worst case: a search over the whole set that the draws come from, corners included ([`search`]).
+//! * draws: seeded Monte Carlo. Every trial draws a cell from the uncertainties of the requirements
+//!   and welds it with the law that still believes in the nominal one. A requirement is met where
+//!   the probability of a weld beyond its limit is at most what is allowed, with the confidence
+//!   asked for, by the exact binomial bound ([`Rate::at_most`](crate::Rate::at_most)).
+//! * worst case: a search over the whole set that the draws come from, corners included
+//!   ([`search`]).
 //! * margins: of the loop, linear about the working tool, along the nominal weld ([`margin_map`]).
 //! * faults: the nominal cell with one instrument failing for a time ([`Certification::faults`]).
 //!
-//! Figures are those of the last pass's steady part. A run that comes to no end, or never reaches its steady part, is beyond every
-//! limit. Trial k depends on seed and k alone: not on how many there are, who computes them, or in which order.
+//! Figures are those of the last pass's steady part. A run that comes to no end, or never reaches
+//! its steady part, is beyond every limit. Trial k depends on seed and k alone: not on how many
+//! there are, who computes them, or in which order.
 
 mod draw;
 mod faults;
@@ -20,11 +24,11 @@ mod reason;
 mod symptoms;
 mod worst;
 
-pub use draw::Draw;
+pub use draw::SampledCell;
 pub use faults::{FAULT_FIGURES, FaultTrial, SteadyTooShort};
-pub use judge::{Beyond, Case, Evidence, Requirement, judge, within};
+pub use judge::{Beyond, Evidence, EvidenceKind, Requirement, judge, within};
 pub use reason::{label, shown};
-pub use symptoms::{Needed, Swing, Symptoms};
+pub use symptoms::{Oscillation, RequiredCorrection, Symptoms};
 pub use worst::{WorstCase, search};
 
 use crate::WeldFigures;
@@ -33,7 +37,7 @@ use nalgebra::SVector;
 use serde::{Deserialize, Serialize};
 use trueweld_core::{JointVector, Robot};
 use trueweld_plant::cell::Cell;
-use trueweld_plant::effects::{At, Effect, Kind};
+use trueweld_plant::effects::{Effect, EffectKind, Location};
 use trueweld_plant::input::{LIMITS, Process, Requirements};
 use trueweld_plant::sensors::InstrumentFault;
 use trueweld_plant::simulate::{Recording, RunError, Scenario, Seam, run_passes};
@@ -44,7 +48,7 @@ pub struct Trial {
     /// Which.
     pub index: u64,
     /// The cell.
-    pub draw: Draw,
+    pub draw: SampledCell,
     /// The figures of the last pass, SI units.
     pub figures: Option<[f64; LIMITS.len()]>,
     /// How the loop behaved.
@@ -75,7 +79,7 @@ pub struct Certification<'a> {
     /// Requirements and uncertainties.
     pub requirements: &'a Requirements,
     /// What the nominal cell needs of a correction, to tell a law that goes the wrong way.
-    pub needed: &'a Needed,
+    pub needed: &'a RequiredCorrection,
     /// Welds of one seam in a trial, the law kept; the last one counts.
     pub passes: usize,
     /// Of the draws.
@@ -85,15 +89,16 @@ pub struct Certification<'a> {
 impl Certification<'_> {
     /// Runs one trial of the Monte Carlo.
     pub fn trial(&self, index: u64) -> Trial {
-        self.weld(index, Draw::new(&self.requirements.uncertainty, self.seed, index))
+        self.weld(index, SampledCell::new(&self.requirements.uncertainty, self.seed, index))
     }
 
     /// Runs the cell as it is believed to be.
     pub fn nominal(&self) -> Trial {
-        self.weld(0, Draw::nominal(self.scenario.seed))
+        self.weld(0, SampledCell::nominal(self.scenario.seed))
     }
 
-    /// Margins of the loop along the weld in the cell as it is believed to be, without ripple; none where none are asked for.
+    /// Margins of the loop along the weld in the cell as it is believed to be, without ripple; none
+    /// where none are asked for.
     ///
     /// # Errors
     /// [`RunError`] where the seam cannot be followed.
@@ -108,7 +113,7 @@ impl Certification<'_> {
     }
 
     /// Runs a cell of one's own choice.
-    pub fn weld(&self, index: u64, draw: Draw) -> Trial {
+    pub fn weld(&self, index: u64, draw: SampledCell) -> Trial {
         let recording = record(&self.scenario, self.robot, &draw, self.passes, None);
         let (figures, symptoms, failed) = match &recording {
             Ok(recording) => match WeldFigures::of(recording) {
@@ -130,14 +135,14 @@ impl Certification<'_> {
 fn record(
     scenario: &Scenario<'_>,
     robot: &Robot<f64>,
-    draw: &Draw,
+    draw: &SampledCell,
     passes: usize,
     fault: Option<InstrumentFault>,
 ) -> Result<Recording, RunError> {
     let factor: JointVector<f64> = SVector::from(draw.stiffness);
     let robot = robot.with_stiffness_scaled(&factor).map_err(|_| RunError::Cell)?;
-    let kind = Kind::of("force-crosstalk").ok_or(RunError::Cell)?;
-    let crosstalk = Effect { kind, at: At::Cell, values: draw.crosstalk.to_vec() };
+    let kind = EffectKind::of("force-crosstalk").ok_or(RunError::Cell)?;
+    let crosstalk = Effect { kind, at: Location::Cell, values: draw.crosstalk.to_vec() };
     let process = draw.process(scenario.planned);
     let cell = Cell::new(&robot, &[crosstalk], &process, Seam::of(scenario.weld).b_from_w)
         .map_err(|_| RunError::Cell)?;

@@ -1,22 +1,27 @@
-//! Why a requirement was not met, in words: what the runs came to, and what their symptoms say of the loop.
+//! Why a requirement was not met, in words: what the runs came to, and what their symptoms say of
+//! the loop.
 //!
-//! Nothing is said here that a recording does not show. Where no symptom stands out, the figure stands alone.
+//! Nothing is said here that a recording does not show. Where no symptom stands out, the figure
+//! stands alone.
 
 use super::{FaultTrial, Symptoms, Trial};
 use crate::Rate;
 use crate::margins::Margins;
 use trueweld_plant::input::Faults;
 
-/// Share of what is needed below which a correction goes the wrong way; so much may be chance where little is needed.
+/// Share of what is needed below which a correction goes the wrong way; so much may be chance where
+/// little is needed.
 const WRONG_WAY: f64 = -0.2;
 
-/// Share of what is needed above which a correction gives too much, where only its authority holds it.
+/// Share of what is needed above which a correction gives too much, where only its authority holds
+/// it.
 const TOO_MUCH: f64 = 1.1;
 
 /// Correlation of a swing with itself one period later above which it is one and no noise.
 const REGULAR: f64 = 0.5;
 
-/// Least amplitude of a swing that is spoken of, m: noise of a seam sensor comes through with a tenth of it.
+/// Least amplitude of a swing that is spoken of, m: noise of a seam sensor comes through with a
+/// tenth of it.
 const SWINGS: f64 = 1e-4;
 
 /// A requirement's name in words.
@@ -120,8 +125,8 @@ pub(super) fn nominal(name: &str, limit: f64, value: f64, trial: &Trial) -> Stri
     }
 }
 
-/// Of draws: too many beyond the limit, or too few to show that there are few enough. `asked`: allowed probability and confidence;
-/// `worst`: the worst trial and its figure.
+/// Of draws: too many beyond the limit, or too few to show that there are few enough. `asked`:
+/// allowed probability and confidence; `worst`: the worst trial and its figure.
 pub(super) fn draws(
     name: &str,
     limit: f64,
@@ -180,7 +185,8 @@ pub(super) fn worst_case(name: &str, limit: f64, value: f64, trial: Option<&Tria
     }
 }
 
-/// Of fault cases. `worst`: the worst case and its figure; `many`: cases beyond the limit, and all of them.
+/// Of fault cases. `worst`: the worst case and its figure; `many`: cases beyond the limit, and all
+/// of them.
 pub(super) fn fault(
     name: &str,
     limit: f64,

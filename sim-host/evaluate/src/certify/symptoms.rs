@@ -1,19 +1,21 @@
-//! Symptoms of a compensation loop in a recording: which way it corrects, whether it swings, whether it is held at its limits.
+//! Symptoms of a compensation loop in a recording: which way it corrects, whether it swings,
+//! whether it is held at its limits.
 //!
 //! They are what a failed requirement is explained by. Everything is taken over the steady part.
 
-use super::{Draw, record};
+use super::{SampledCell, record};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 use trueweld_core::{Robot, Twist};
 use trueweld_plant::input::CompensationLimits;
-use trueweld_plant::simulate::{Law, Phase, Recording, Row, RunError, Scenario};
+use trueweld_plant::simulate::{Law, Phase, RecordRow, Recording, RunError, Scenario};
 
-/// What changes more slowly than this is followed, not swung, s: the tool's deviation changes over decimetres of the seam.
+/// What changes more slowly than this is followed, not swung, s: the tool's deviation changes over
+/// decimetres of the seam.
 const SLOW: f64 = 4.0;
 
-/// Where the tool's deviation without compensation is below this, RMS over the steady part, there is nothing to tell a direction by:
-/// m, rad, rad.
+/// Where the tool's deviation without compensation is below this, RMS over the steady part, there
+/// is nothing to tell a direction by: m, rad, rad.
 const NEGLIGIBLE: [f64; 3] = [2e-4, 2e-4, 2e-4];
 
 /// Across the seam, tilt across it, tilt along it.
@@ -21,18 +23,20 @@ fn directions(twist: &Twist<f64>) -> [f64; 3] {
     [twist.linear.y, twist.angular.x, twist.angular.y]
 }
 
-/// What the nominal cell needs of a correction: minus the tool's deviation without one, period by period.
+/// What the nominal cell needs of a correction: minus the tool's deviation without one, period by
+/// period.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Needed(Vec<[f64; 3]>);
+pub struct RequiredCorrection(Vec<[f64; 3]>);
 
-impl Needed {
+impl RequiredCorrection {
     /// Welds the nominal cell without compensation.
     ///
     /// # Errors
-    /// [`RunError`] where the weld cannot be made even so; [`None`] inside where it never reaches its steady part.
+    /// [`RunError`] where the weld cannot be made even so; [`None`] inside where it never reaches
+    /// its steady part.
     pub fn of(scenario: &Scenario<'_>, robot: &Robot<f64>) -> Result<Option<Self>, RunError> {
         let bare = Scenario { law: &Law::None, ..*scenario };
-        let recording = record(&bare, robot, &Draw::nominal(scenario.seed), 1, None)?;
+        let recording = record(&bare, robot, &SampledCell::nominal(scenario.seed), 1, None)?;
         let steady = recording.rows.iter().any(|r| r.phase == Phase::Steady);
         let needed =
             recording.rows.iter().map(|r| directions(&r.deviation_w).map(|d| -d)).collect();
@@ -42,7 +46,7 @@ impl Needed {
 
 /// A correction that goes to and fro.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Swing {
+pub struct Oscillation {
     /// Amplitude across the seam, m: that of the sine of the same root mean square.
     pub amplitude: f64,
     /// Its frequency, Hz.
@@ -56,13 +60,15 @@ pub struct Swing {
 /// How the loop behaved.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Symptoms {
-    /// Share of what the nominal cell needs that the correction gave: across the seam, in tilt across it, in tilt along it. Negative: the
-    /// wrong way. `None` where next to nothing is needed.
+    /// Share of what the nominal cell needs that the correction gave: across the seam, in tilt
+    /// across it, in tilt along it. Negative: the wrong way. `None` where next to nothing is
+    /// needed.
     pub given: [Option<f64>; 3],
-    /// Lateral deviation by how fast it changes, RMS, m: over seconds; faster, down to one turn of the spindle; within a turn.
+    /// Lateral deviation by how fast it changes, RMS, m: over seconds; faster, down to one turn of
+    /// the spindle; within a turn.
     pub lateral: [f64; 3],
     /// Going to and fro of the correction across the seam.
-    pub swing: Swing,
+    pub swing: Oscillation,
     /// Share of the periods in which the correction stood at its authority.
     pub at_authority: f64,
     /// Share of the periods in which any limit was reached, or a fault raised.
@@ -73,12 +79,12 @@ impl Symptoms {
     /// Of one recording. `spindle`: its speed, rad/s.
     pub(super) fn of(
         recording: &Recording,
-        needed: &Needed,
+        needed: &RequiredCorrection,
         limits: &CompensationLimits,
         spindle: f64,
     ) -> Self {
         let rows = recording.rows.iter().zip(&needed.0).filter(|(r, _)| r.phase == Phase::Steady);
-        let (steady, needed): (Vec<&Row>, Vec<&[f64; 3]>) = rows.unzip();
+        let (steady, needed): (Vec<&RecordRow>, Vec<&[f64; 3]>) = rows.unzip();
         let given = [0, 1, 2].map(|k| {
             let square: f64 = needed.iter().map(|n| n[k] * n[k]).sum();
             let product: f64 = steady
@@ -91,11 +97,11 @@ impl Symptoms {
                 .then_some(share)
         });
         let period = recording.period;
-        let share = |is: &dyn Fn(&Row) -> bool| {
+        let share = |is: &dyn Fn(&RecordRow) -> bool| {
             steady.iter().filter(|r| is(r)).count() as f64 / steady.len().max(1) as f64
         };
         // A correction held at its authority lies on the bound, to the last digits.
-        let full = |r: &Row| {
+        let full = |r: &RecordRow| {
             r.correction_w.linear.norm() > 0.999 * limits.lateral.size
                 || r.correction_w.angular.norm() > 0.999 * limits.orientation.size
         };
@@ -110,14 +116,17 @@ impl Symptoms {
         Self {
             given,
             lateral: [rms(&slow), rms(&less(&turn, &slow)), rms(&less(&lateral, &turn))],
-            swing: Swing::of(&less(&correction, &moving_mean(&correction, SLOW / period)), period),
+            swing: Oscillation::of(
+                &less(&correction, &moving_mean(&correction, SLOW / period)),
+                period,
+            ),
             at_authority: share(&full),
             limited: share(&|r| r.limited || r.fault.is_some()),
         }
     }
 }
 
-impl Swing {
+impl Oscillation {
     fn of(signal: &[f64], period: f64) -> Self {
         let whole = rms(signal);
         let (first, second) = signal.split_at(signal.len() / 2);
@@ -138,7 +147,8 @@ impl Swing {
                 pairs.fold((0.0, 0.0), |(p, s), (a, b)| (p + a * b, s + 0.5 * (a * a + b * b)));
             over(product, square)
         };
-        // Counted crossings say the period to within a quarter or so, where a swing is not quite regular.
+        // Counted crossings say the period to within a quarter or so, where a swing is not quite
+        // regular.
         let samples =
             if frequency > 0.0 { 1.0 / (frequency * period) } else { signal.len() as f64 };
         let regularity =
@@ -187,7 +197,7 @@ mod tests {
 
     #[test]
     fn a_limit_cycle_is_told_from_noise() {
-        let cycle = Swing::of(&over(30.0, |t| 2e-3 * (TAU * 0.8 * t).sin()), PERIOD);
+        let cycle = Oscillation::of(&over(30.0, |t| 2e-3 * (TAU * 0.8 * t).sin()), PERIOD);
         assert!((cycle.frequency - 0.8).abs() < 0.03, "{cycle:?}");
         assert!((cycle.amplitude - 2e-3).abs() < 2e-5 && cycle.regularity > 0.95, "{cycle:?}");
         assert!((cycle.growth - 1.0).abs() < 0.05, "{cycle:?}");
@@ -197,13 +207,13 @@ mod tests {
             state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
             (state >> 33) as f64 / f64::from(1_u32 << 31) - 0.5
         });
-        let noise = Swing::of(&noise.collect::<Vec<_>>(), PERIOD);
+        let noise = Oscillation::of(&noise.collect::<Vec<_>>(), PERIOD);
         assert!(noise.regularity < 0.3, "{noise:?}");
     }
 
     #[test]
     fn an_oscillation_that_builds_up_is_said_to_grow() {
-        let swing = Swing::of(&over(10.0, |t| (0.3 * t).exp() * (TAU * t).sin()), PERIOD);
+        let swing = Oscillation::of(&over(10.0, |t| (0.3 * t).exp() * (TAU * t).sin()), PERIOD);
         assert!(swing.growth > 2.0, "{swing:?}");
     }
 }

@@ -1,13 +1,17 @@
-//! The worst cell within the uncertainty: a search over the whole set that the trials are drawn from.
+//! The worst cell within the uncertainty: a search over the whole set that the trials are drawn
+//! from.
 //!
-//! A figure over a box of uncertain numbers is mostly largest in a corner. The search begins in the corners next to the worst
-//! trials and in corners drawn at random, turns every number of the worst cell so far to its other end, then those together that
-//! made it worse, and goes on from the worst cell not yet turned. What is maximised is the figure closest to its limit, as a share of the limit.
+//! A figure over a box of uncertain numbers is mostly largest in a corner. The search begins in the
+//! corners next to the worst trials and in corners drawn at random, turns every number of the worst
+//! cell so far to its other end, then those together that made it worse, and goes on from the worst
+//! cell not yet turned. What is maximised is the figure closest to its limit, as a share of the
+//! limit.
 //!
-//! The cells asked for depend on the seed and on what earlier cells came to, in batches of fixed size: the number of threads
-//! changes nothing. A search finds; that nothing is worse it cannot prove.
+//! The cells asked for depend on the seed and on what earlier cells came to, in batches of fixed
+//! size: the number of threads changes nothing. A search finds; that nothing is worse it cannot
+//! prove.
 
-use super::{Draw, Trial};
+use super::{SampledCell, Trial};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::collections::HashSet;
@@ -17,11 +21,12 @@ use trueweld_plant::input::{LIMITS, Requirements, Uncertainty};
 /// Its stream of random numbers: no trial has this index.
 const STREAM: u64 = u64::MAX;
 
-/// Corners that the search begins in next to the worst trials, and corners at random in every batch.
+/// Corners that the search begins in next to the worst trials, and corners at random in every
+/// batch.
 const STARTS: [usize; 2] = [4, 4];
 
-/// Numbers that are not known of a cell: stiffness of six joints, five gains of the process, size and phase of the ripple,
-/// cross-talk along two axes, delay.
+/// Numbers that are not known of a cell: stiffness of six joints, five gains of the process, size
+/// and phase of the ripple, cross-talk along two axes, delay.
 const NUMBERS: usize = 16;
 
 /// Which of them is the phase, which has no ends.
@@ -30,7 +35,8 @@ const PHASE: usize = 12;
 /// The worst that a search found.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WorstCase {
-    /// The worst cell, a trial of the Monte Carlo if the search found none worse. `None` where no run was made.
+    /// The worst cell, a trial of the Monte Carlo if the search found none worse. `None` where no
+    /// run was made.
     pub worst: Option<Trial>,
     /// Its figure that is closest to its limit, or farthest beyond it, by its name.
     pub name: &'static str,
@@ -40,8 +46,8 @@ pub struct WorstCase {
     pub runs: Vec<Trial>,
 }
 
-/// Searches for the worst cell with `budget` runs beside the trials, which are known already. `run` makes the runs of a batch: of
-/// each cell, with its number.
+/// Searches for the worst cell with `budget` runs beside the trials, which are known already. `run`
+/// makes the runs of a batch: of each cell, with its number.
 ///
 /// # Errors
 /// Those of `run`.
@@ -50,7 +56,7 @@ pub fn search<E>(
     seed: u64,
     trials: &[Trial],
     budget: usize,
-    mut run: impl FnMut(&[(u64, Draw)]) -> Result<Vec<Trial>, E>,
+    mut run: impl FnMut(&[(u64, SampledCell)]) -> Result<Vec<Trial>, E>,
 ) -> Result<WorstCase, E> {
     let mut search = Search::new(requirements, seed, trials);
     let mut runs: Vec<Trial> = Vec::new();
@@ -61,7 +67,7 @@ pub fn search<E>(
             break;
         }
         let first = runs.len() as u64;
-        let numbered: Vec<(u64, Draw)> =
+        let numbered: Vec<(u64, SampledCell)> =
             (first..).zip(batch.iter().map(|c| search.draw(c))).collect();
         let done = run(&numbered)?;
         search.learn(&batch, &done);
@@ -77,12 +83,12 @@ pub fn search<E>(
 
 /// A cell: every number as a share of its half width, from −1 to 1, and the seed of its noise.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Cell {
+struct SearchPoint {
     at: [f64; NUMBERS],
     noise: u64,
 }
 
-impl Cell {
+impl SearchPoint {
     fn key(&self) -> [u64; NUMBERS] {
         self.at.map(f64::to_bits)
     }
@@ -98,8 +104,9 @@ enum Stage {
     Start,
     /// Every number of the worst cell not yet turned is turned to its other end.
     Turn,
-    /// Those turns are put together that made the cell worse: the cell, and its turns from the worst down.
-    Together(Cell, Vec<Cell>),
+    /// Those turns are put together that made the cell worse: the cell, and its turns from the
+    /// worst down.
+    Together(SearchPoint, Vec<SearchPoint>),
 }
 
 struct Search<'a> {
@@ -107,11 +114,11 @@ struct Search<'a> {
     limits: [Option<f64>; LIMITS.len()],
     random: ChaCha8Rng,
     /// Cells known, and how bad they were, from the worst down.
-    known: Vec<(Cell, f64)>,
+    known: Vec<(SearchPoint, f64)>,
     asked: HashSet<[u64; NUMBERS]>,
     turned: HashSet<[u64; NUMBERS]>,
     /// The cell that the last batch turned, and how bad it is.
-    turning: Option<(Cell, f64)>,
+    turning: Option<(SearchPoint, f64)>,
     stage: Stage,
 }
 
@@ -136,7 +143,8 @@ impl<'a> Search<'a> {
             stage: Stage::Start,
         };
         for trial in trials {
-            let cell = Cell { at: numbers(uncertainty, &trial.draw), noise: trial.draw.noise };
+            let cell =
+                SearchPoint { at: numbers(uncertainty, &trial.draw), noise: trial.draw.noise };
             search.known.push((cell, search.badness(trial).1));
         }
         search.known.sort_by(|a, b| b.1.total_cmp(&a.1));
@@ -153,7 +161,7 @@ impl<'a> Search<'a> {
         shares.fold((0, 0.0), |most, one| if one.1 > most.1 { one } else { most })
     }
 
-    fn next_batch(&mut self) -> Vec<Cell> {
+    fn next_batch(&mut self) -> Vec<SearchPoint> {
         let mut batch = match std::mem::replace(&mut self.stage, Stage::Turn) {
             Stage::Start => {
                 self.known.iter().take(STARTS[0]).map(|(cell, _)| corner_of(cell)).collect()
@@ -177,8 +185,8 @@ impl<'a> Search<'a> {
         batch
     }
 
-    fn learn(&mut self, batch: &[Cell], done: &[Trial]) {
-        let mut found: Vec<(Cell, f64)> =
+    fn learn(&mut self, batch: &[SearchPoint], done: &[Trial]) {
+        let mut found: Vec<(SearchPoint, f64)> =
             batch.iter().copied().zip(done.iter().map(|t| self.badness(t).1)).collect();
         self.known.extend(&found);
         // Stable: of equals the one known first stays before.
@@ -193,19 +201,19 @@ impl<'a> Search<'a> {
     }
 
     /// What a cell is, whatever its noise: numbers that are known exactly do not tell two apart.
-    fn said(&self, cell: &Cell) -> [u64; NUMBERS] {
+    fn said(&self, cell: &SearchPoint) -> [u64; NUMBERS] {
         let at = numbers(self.uncertainty, &self.draw(cell));
-        Cell { at, ..*cell }.key()
+        SearchPoint { at, ..*cell }.key()
     }
 
-    fn random_corner(&mut self) -> Cell {
+    fn random_corner(&mut self) -> SearchPoint {
         let mut at = [(); NUMBERS].map(|()| if self.random.random::<bool>() { 1.0 } else { -1.0 });
         at[PHASE] = 2.0 * self.random.random::<f64>() - 1.0;
-        Cell { at, noise: self.random.random() }
+        SearchPoint { at, noise: self.random.random() }
     }
 
     /// One number at its other end; the phase anywhere.
-    fn turn(&mut self, cell: &Cell, k: usize) -> Cell {
+    fn turn(&mut self, cell: &SearchPoint, k: usize) -> SearchPoint {
         let mut turned = *cell;
         let anywhere = 2.0 * self.random.random::<f64>() - 1.0;
         turned.at[k] = match cell.at[k] {
@@ -216,10 +224,10 @@ impl<'a> Search<'a> {
         turned
     }
 
-    fn draw(&self, cell: &Cell) -> Draw {
+    fn draw(&self, cell: &SearchPoint) -> SampledCell {
         let u = self.uncertainty;
         let at = &cell.at;
-        Draw {
+        SampledCell {
             stiffness: [0, 1, 2, 3, 4, 5].map(|k| 1.0 + u.stiffness * at[k]),
             process: [6, 7, 8, 9, 10].map(|k| 1.0 + u.process * at[k]),
             ripple: [1.0 + u.ripple * at[11], PI * at[PHASE]],
@@ -231,7 +239,7 @@ impl<'a> Search<'a> {
 }
 
 /// Where in the set a cell lies; 0 along what is known exactly.
-fn numbers(u: &Uncertainty, draw: &Draw) -> [f64; NUMBERS] {
+fn numbers(u: &Uncertainty, draw: &SampledCell) -> [f64; NUMBERS] {
     let share = |value: f64, half: f64| {
         if half > 0.0 { (value / half).clamp(-1.0, 1.0) } else { 0.0 }
     };
@@ -250,7 +258,7 @@ fn numbers(u: &Uncertainty, draw: &Draw) -> [f64; NUMBERS] {
     at
 }
 
-fn corner_of(cell: &Cell) -> Cell {
+fn corner_of(cell: &SearchPoint) -> SearchPoint {
     let mut corner = *cell;
     for (k, v) in corner.at.iter_mut().enumerate() {
         if k != PHASE {
@@ -261,7 +269,7 @@ fn corner_of(cell: &Cell) -> Cell {
 }
 
 /// A cell with every number that any of the others has otherwise.
-fn together<'c>(cell: &Cell, others: impl Iterator<Item = &'c Cell>) -> Cell {
+fn together<'c>(cell: &SearchPoint, others: impl Iterator<Item = &'c SearchPoint>) -> SearchPoint {
     let mut sum = *cell;
     for other in others {
         for (v, (theirs, ours)) in sum.at.iter_mut().zip(other.at.iter().zip(&cell.at)) {

@@ -1,6 +1,6 @@
 //! Margins from a sampled sensitivity: of one direction with the others closed, and of all at once.
 
-use super::response::{CHANNELS, Passing, SETPOINT};
+use super::response::{CHANNELS, LoopSignals, SETPOINT};
 use nalgebra::{Complex, SMatrix};
 use serde::Serialize;
 use std::f64::consts::{PI, TAU};
@@ -11,7 +11,8 @@ const FREQUENCIES: usize = 400;
 /// The lowest of them, Hz.
 const LOWEST: f64 = 0.05;
 
-/// How far one loop, opened where the law or the force loop acts, is from instability. Infinite where nothing comes back.
+/// How far one loop, opened where the law or the force loop acts, is from instability. Infinite
+/// where nothing comes back.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Margin {
     /// Factor by which the loop's gain may grow.
@@ -28,7 +29,7 @@ pub struct Margin {
 
 /// S(e^jωT) of all channels at the frequencies from [`LOWEST`] to half the sampling rate.
 pub struct Sensitivity<'a> {
-    responses: &'a [Vec<Passing>],
+    responses: &'a [Vec<LoopSignals>],
     period: f64,
     /// Frequencies, Hz.
     pub hz: Vec<f64>,
@@ -38,7 +39,7 @@ pub struct Sensitivity<'a> {
 
 impl<'a> Sensitivity<'a> {
     /// Of impulse responses, `period` s between their values.
-    pub fn of(responses: &'a [Vec<Passing>], period: f64) -> Self {
+    pub fn of(responses: &'a [Vec<LoopSignals>], period: f64) -> Self {
         let highest = 0.5 / period;
         let hz: Vec<f64> = (0..FREQUENCIES)
             .map(|k| LOWEST * (highest / LOWEST).powf(k as f64 / (FREQUENCIES - 1) as f64))
@@ -71,8 +72,8 @@ impl<'a> Sensitivity<'a> {
         s.inv() - 1.0
     }
 
-    /// Where `sign` of the open loop changes between two frequencies, Hz, and the open loop there. A mode may turn it all the way
-    /// round between them.
+    /// Where `sign` of the open loop changes between two frequencies, Hz, and the open loop there.
+    /// A mode may turn it all the way round between them.
     fn where_changes(
         &self,
         channel: usize,
@@ -138,8 +139,9 @@ impl<'a> Sensitivity<'a> {
         margin
     }
 
-    /// Disk margin of six channels from `first` on at once: gains and phases may leave in each by itself as far as a disk about 1 of this size, α of
-    /// 2/‖S − T‖ (Seiler, Packard and Gahinet 2020, without skew), in the scaling of the channels that shows most.
+    /// Disk margin of six channels from `first` on at once: gains and phases may leave in each by
+    /// itself as far as a disk about 1 of this size, α of 2/‖S − T‖ (Seiler, Packard and Gahinet
+    /// 2020, without skew), in the scaling of the channels that shows most.
     pub fn disk(&self, first: usize) -> f64 {
         let two = Complex::new(2.0, 0.0);
         let group = |s: &SMatrix<_, CHANNELS, CHANNELS>| {
@@ -150,8 +152,8 @@ impl<'a> Sensitivity<'a> {
     }
 }
 
-/// The largest gain of a matrix in the diagonal scaling that makes rows and columns alike (Osborne 1960): an upper bound of what
-/// independent channels can do.
+/// The largest gain of a matrix in the diagonal scaling that makes rows and columns alike (Osborne
+/// 1960): an upper bound of what independent channels can do.
 fn scaled_norm(matrix: &SMatrix<Complex<f64>, SETPOINT, SETPOINT>) -> f64 {
     let mut balanced = *matrix;
     for _ in 0..30 {
@@ -165,7 +167,8 @@ fn scaled_norm(matrix: &SMatrix<Complex<f64>, SETPOINT, SETPOINT>) -> f64 {
             };
             let (column, row) = (beside(true), beside(false));
             if column > 0.0 || row > 0.0 {
-                // Where nothing goes one way, what goes the other way goes nowhere: it is scaled out.
+                // Where nothing goes one way, what goes the other way goes nowhere: it is scaled
+                // out.
                 let scale = (row / column).sqrt().clamp(1e-2, 1e2);
                 for i in (0..SETPOINT).filter(|i| *i != k) {
                     balanced[(i, k)] *= scale;

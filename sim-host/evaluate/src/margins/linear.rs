@@ -1,12 +1,13 @@
-//! The cell about one operating point: ẋ = A x + B Γ from differences of the plant's own right-hand side, sampled exactly.
+//! The cell about one operating point: ẋ = A x + B Γ from differences of the plant's own right-hand
+//! side, sampled exactly.
 
 use nalgebra::{DMatrix, SMatrix, SVector, Vector3, Vector6};
 use trueweld_core::{JointVector, Pose, Twist, Wrench};
 use trueweld_plant::cell::{Cell, STATES, State};
 use trueweld_plant::integrate::rest;
 
-/// Differences of angles, rates and what else a state holds: good to 1e-6 of the slopes against rounding, and no kink is stepped
-/// over.
+/// Differences of angles, rates and what else a state holds: good to 1e-6 of the slopes against
+/// rounding, and no kink is stepped over.
 const DIFFERENCE: f64 = 1e-6;
 
 /// A cell linear in what it differs by from an operating point.
@@ -22,8 +23,8 @@ pub struct LinearCell {
     sensed: SMatrix<f64, 6, STATES>,
 }
 
-/// The cell at work with its tool on the nominal pose, pressing with `push`, N, and moving at `feed`, m/s: what the weld is to be.
-/// `None` where no posture near `near` does that.
+/// The cell at work with its tool on the nominal pose, pressing with `push`, N, and moving at
+/// `feed`, m/s: what the weld is to be. `None` where no posture near `near` does that.
 pub fn operating_point(
     cell: &Cell,
     nominal: &Pose<f64>,
@@ -36,7 +37,7 @@ pub fn operating_point(
         angular: Vector3::zeros(),
         linear: w.column(2) * (push / cell.process.depth_stiffness),
     };
-    let link = cell.robot.model.track(&nominal.displaced(&deep), near).ok()?;
+    let link = cell.robot.model.inverse_near(&nominal.displaced(&deep), near).ok()?;
     let frames = cell.robot.model.frames(&link);
     let forward = w.column(0) * feed;
     let twist = Vector6::new(0.0, 0.0, 0.0, forward.x, forward.y, forward.z);
@@ -51,7 +52,8 @@ pub fn operating_point(
 }
 
 impl LinearCell {
-    /// The cell about `point`, sampled every `h` s with the torque held. The ripple of the process must be left out of the cell.
+    /// The cell about `point`, sampled every `h` s with the torque held. The ripple of the process
+    /// must be left out of the cell.
     ///
     /// `None` where the right-hand side is not finite there.
     pub fn about(cell: &Cell, point: &State, h: f64) -> Option<Self> {

@@ -1,8 +1,10 @@
-//! Stability of the whole sampled loop at a place of a weld: how far force loop and law are from swinging.
+//! Stability of the whole sampled loop at a place of a weld: how far force loop and law are from
+//! swinging.
 //!
-//! The cell is linear about the working tool, sampled exactly (`linear`); controller, law, instruments and their delays are the
-//! code that runs (`response`). From what comes back follow the spectral radius and the margins: of each direction with the
-//! others closed, and of all at once (`frequency`).
+//! The cell is linear about the working tool, sampled exactly (`linear`); controller, law,
+//! instruments and their delays are the code that runs (`response`). From what comes back follow
+//! the spectral radius and the margins: of each direction with the others closed, and of all at
+//! once (`frequency`).
 
 mod frequency;
 mod linear;
@@ -16,7 +18,7 @@ pub use response::{CHANNEL_NAMES, CHANNELS, SETPOINT};
 use frequency::Sensitivity;
 use linear::{LinearCell, operating_point};
 use rayon::prelude::*;
-use response::{Frozen, Passing, Run, sensitivity};
+use response::{Frozen, LoopSignals, Run, sensitivity};
 use serde::Serialize;
 use trueweld_core::{JointVector, Wrench};
 use trueweld_plant::integrate::rest;
@@ -35,12 +37,13 @@ pub struct Margins {
     pub path: f64,
     /// Largest magnitude of a closed-loop pole that an impulse shows; below 1 the loop is stable.
     pub spectral_radius: f64,
-    /// It comes to rest at a limit, or goes to and fro between limits: what an impulse shows there is the limit and not the loop, which
-    /// counts as not stable.
+    /// It comes to rest at a limit, or goes to and fro between limits: what an impulse shows there
+    /// is the limit and not the loop, which counts as not stable.
     pub held: bool,
     /// Of every channel in the order of [`CHANNEL_NAMES`]; `None` where the loop is not stable.
     pub channels: Option<[Margin; CHANNELS]>,
-    /// Disk margin of corrections and force all at once, and of all drives at once; 0 where the loop is not stable.
+    /// Disk margin of corrections and force all at once, and of all drives at once; 0 where the
+    /// loop is not stable.
     pub disk: [f64; 2],
     /// Of the position loop, at the tool.
     pub passivity: Passivity,
@@ -59,7 +62,8 @@ pub fn margin_map(scenario: &Scenario<'_>, places: usize) -> Result<Vec<Margins>
         .collect()
 }
 
-/// The loop at a path position, m, in the posture that the weld has there. The cell's process must be without ripple.
+/// The loop at a path position, m, in the posture that the weld has there. The cell's process must
+/// be without ripple.
 ///
 /// # Errors
 /// [`RunError`] where the seam cannot be followed or the law cannot be built.
@@ -92,8 +96,8 @@ pub fn margins(scenario: &Scenario<'_>, path: f64) -> Result<Margins, RunError> 
 }
 
 impl Margins {
-    /// The least margin of a kind, in the order of [`MARGINS`](trueweld_plant::input::MARGINS), and of which channel it is. Nothing
-    /// where the loop is not stable.
+    /// The least margin of a kind, in the order of [`MARGINS`](trueweld_plant::input::MARGINS), and
+    /// of which channel it is. Nothing where the loop is not stable.
     pub fn least(&self, k: usize) -> (f64, &'static str) {
         let (group, kind) = (k / 5, k % 5);
         if kind == 4 {
@@ -146,16 +150,17 @@ fn frozen<'a>(scenario: &'a Scenario<'a>, path: f64) -> Result<Frozen<'a>, RunEr
     let mut near = start_angles(model, &seam)?;
     for k in 1..=STEPS {
         near = model
-            .track(&seam.nominal(path * k as f64 / STEPS as f64), &near)
+            .inverse_near(&seam.nominal(path * k as f64 / STEPS as f64), &near)
             .map_err(|_| reach())?;
     }
     let nominal = seam.nominal(path);
     let point = operating_point(cell, &nominal, weld.force, weld.feed, &near).ok_or_else(reach)?;
     let linear = LinearCell::about(cell, &point, step).ok_or_else(reach)?;
-    // As taught under gravity with the tool free, but pressed in already: the force loop is at work.
+    // As taught under gravity with the tool free, but pressed in already: the force loop is at
+    // work.
     let to_w = seam.b_from_w.rotation.transpose();
     let encoders = |motor: &JointVector<f64>| {
-        nominal.error_to(&cell.robot.model.forward(motor)).rotated(&to_w)
+        nominal.error_to(&cell.robot.model.forward_kinematics(motor)).rotated(&to_w)
     };
     let mut taught = encoders(&rest::motors_for(cell, &near, &Wrench::zero()));
     taught.linear.z = encoders(&point.drives().motor).linear.z;
@@ -167,7 +172,7 @@ fn swings(rest: &Run) -> bool {
     let quarter = rest.rows.len() / 4;
     let [before, last] = [2, 3].map(|k| &rest.rows[k * quarter..(k + 1) * quarter]);
     SWING.into_iter().any(|(i, noise)| {
-        let range = |rows: &[Passing]| {
+        let range = |rows: &[LoopSignals]| {
             let ends = (f64::INFINITY, f64::NEG_INFINITY);
             let (low, high) =
                 rows.iter().fold(ends, |(low, high), r| (low.min(r[i]), high.max(r[i])));
@@ -177,16 +182,16 @@ fn swings(rest: &Run) -> bool {
     })
 }
 
-/// How much of an impulse is left after a period, in the long run: over the later half of the time in which it stands above
-/// rounding.
-fn radius(response: &[Passing], period: f64) -> f64 {
+/// How much of an impulse is left after a period, in the long run: over the later half of the time
+/// in which it stands above rounding.
+fn radius(response: &[LoopSignals], period: f64) -> f64 {
     let second = (1.0 / period).round() as usize;
-    let size = |rows: &[Passing]| -> Vec<f64> {
+    let size = |rows: &[LoopSignals]| -> Vec<f64> {
         (0..CHANNELS).map(|i| rows.iter().map(|r| r[i].abs()).fold(0.0, f64::max)).collect()
     };
     let whole = size(response);
     // Each channel by its own largest, so that metres and newtons count alike.
-    let relative = |rows: &[Passing]| {
+    let relative = |rows: &[LoopSignals]| {
         size(rows)
             .iter()
             .zip(&whole)

@@ -1,9 +1,11 @@
-//! Whether the position-controlled robot is passive at its tool, whatever it touches: the sampled wall.
+//! Whether the position-controlled robot is passive at its tool, whatever it touches: the sampled
+//! wall.
 //!
-//! A stiffness K and a damping B given by a controller of period T are passive only on a mechanism whose own damping b is
-//! b > K T/2 + B (Colgate and Schenkel 1997). Along the tool axis n, with the joint gains in series through the arm:
-//! 1/K = Σ (Jᵀn)ᵢ²/K_p,ᵢ, and likewise B from K_d and b from the viscous friction of the drives. A robot that is not passive is stable
-//! only with what it was made stable with: that is what the margins are for.
+//! A stiffness K and a damping B given by a controller of period T are passive only on a mechanism
+//! whose own damping b is b > K T/2 + B (Colgate and Schenkel 1997). Along the tool axis n, with
+//! the joint gains in series through the arm: 1/K = Σ (Jᵀn)ᵢ²/K_p,ᵢ, and likewise B from K_d and b
+//! from the viscous friction of the drives. A robot that is not passive is stable only with what it
+//! was made stable with: that is what the margins are for.
 
 use nalgebra::Vector3;
 use serde::Serialize;
@@ -20,7 +22,8 @@ pub struct Passivity {
 }
 
 impl Passivity {
-    /// Of a joint position loop. `axis`: unit vector in B; `viscous`: friction of the drives, N·m·s/rad; `period`: s.
+    /// Of a joint position loop. `axis`: unit vector in B; `viscous`: friction of the drives,
+    /// N·m·s/rad; `period`: s.
     pub fn of(
         frames: &Frames<f64>,
         axis: &Vector3<f64>,

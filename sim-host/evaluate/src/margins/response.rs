@@ -1,23 +1,26 @@
-//! What comes back round the loop: the linear cell under the very controller and law that run on the robot.
+//! What comes back round the loop: the linear cell under the very controller and law that run on
+//! the robot.
 //!
-//! The set-point's correction (five directions of W), the force error and the drives' torques are opened in turn: a small impulse is
-//! added there, and what the loop returns, less the same run without it, is a column of the sampled sensitivity S. Instruments, their delays and
-//! the noise are those of the run; noise is the same with and without the impulse, and cancels.
+//! The set-point's correction (five directions of W), the force error and the drives' torques are
+//! opened in turn: a small impulse is added there, and what the loop returns, less the same run
+//! without it, is a column of the sampled sensitivity S. Instruments, their delays and the noise
+//! are those of the run; noise is the same with and without the impulse, and cancels.
 
 use super::linear::LinearCell;
 use nalgebra::{SVector, Vector3};
 use std::cell::Cell as Shared;
 use trueweld_core::compensation::{Compensated, Observation};
-use trueweld_core::control::{Command, HybridController, Sensed, Setpoint};
+use trueweld_core::control::{Command, HybridController, SensorReadings, Setpoint};
 use trueweld_core::{JointVector, Robot, Twist, Wrench};
 use trueweld_plant::cell::STATES;
 use trueweld_plant::input::Sensors;
 use trueweld_plant::process::planned;
 use trueweld_plant::robot::Readings;
-use trueweld_plant::sensors::{Instruments, SeamSight};
+use trueweld_plant::sensors::{Instruments, SeamSensing};
 use trueweld_plant::simulate::{RunError, Scenario, Seam};
 
-/// Where the loop is opened: corrections along x and y and about x, y and z of W, and the force error; then the drives.
+/// Where the loop is opened: corrections along x and y and about x, y and z of W, and the force
+/// error; then the drives.
 pub const CHANNELS: usize = 12;
 
 /// How many of them are the set-point's; the others are the drives.
@@ -64,12 +67,12 @@ pub struct Frozen<'a> {
 }
 
 /// What passes these places, once a period: m, rad, N, N·m.
-pub type Passing = [f64; CHANNELS];
+pub type LoopSignals = [f64; CHANNELS];
 
 /// A run of the frozen loop.
 pub struct Run {
     /// From the impulse on.
-    pub rows: Vec<Passing>,
+    pub rows: Vec<LoopSignals>,
     /// It ran away before the end.
     pub away: bool,
     /// A limit held it in most periods.
@@ -79,7 +82,7 @@ pub struct Run {
 /// Adds the impulse behind the law, where only the controller sees it.
 struct Opened<'a> {
     controller: Box<dyn HybridController<f64>>,
-    added: &'a Shared<Passing>,
+    added: &'a Shared<LoopSignals>,
 }
 
 impl HybridController<f64> for Opened<'_> {
@@ -91,7 +94,7 @@ impl HybridController<f64> for Opened<'_> {
         &mut self,
         robot: &Robot<f64>,
         setpoint: &Setpoint<f64>,
-        sensed: &Sensed<f64>,
+        sensed: &SensorReadings<f64>,
     ) -> Command<f64> {
         let [x, y, rx, ry, rz, force, torque @ ..] = self.added.get();
         let twist = Twist { angular: Vector3::new(rx, ry, rz), linear: Vector3::new(x, y, 0.0) };
@@ -112,7 +115,7 @@ impl Frozen<'_> {
     /// # Errors
     /// [`RunError`] where the law cannot be built.
     pub fn run(&self, channel: Option<usize>) -> Result<Run, RunError> {
-        let Scenario { cell, belief, weld, control, .. } = *self.scenario;
+        let Scenario { cell, controller_model, weld, control, .. } = *self.scenario;
         let (seam, period, linear) = (Seam::of(weld), control.period, &self.linear);
         let w = seam.b_from_w.rotation;
         let added = Shared::new([0.0; CHANNELS]);
@@ -126,14 +129,14 @@ impl Frozen<'_> {
         let seed = self.scenario.seed;
         let mut instruments =
             Instruments::new(&sensors, &cell.robot.ports, self.step, period, seed);
-        let mut seam_sensor = sensors.seam.as_ref().map(|sensor| SeamSight::new(sensor, seed));
+        let mut seam_sensor = sensors.seam.as_ref().map(|sensor| SeamSensing::new(sensor, seed));
 
         let nominal = seam.nominal(self.path);
         let setpoint = Setpoint {
             pose: nominal.displaced(&self.taught.rotated(&w)),
             b_from_w: w,
             force: Some(weld.force),
-            spindle: cell.process.spindle,
+            spindle_speed: cell.process.spindle,
         };
         let rate = linear.point.drives().motor_rate;
         let load = Wrench {
@@ -142,7 +145,7 @@ impl Frozen<'_> {
         };
         let mut x = self.uncorrected(&setpoint)?;
         let mut torque = linear.torque;
-        controller.start(belief, &linear.state(&x).drives().motor, &torque);
+        controller.start(controller_model, &linear.state(&x).drives().motor, &torque);
         let [settle, all] = [SETTLE, SETTLE + ANSWER].map(|time| (time / period) as usize);
         let mut run = Run { rows: Vec::with_capacity(all - settle), away: false, held: false };
         let mut held = 0;
@@ -171,7 +174,7 @@ impl Frozen<'_> {
                 planned: load,
                 sightings: &sightings,
             };
-            let command = controller.cycle(belief, &observation);
+            let command = controller.cycle(controller_model, &observation);
             torque = command.torque;
             if tick >= settle {
                 held += usize::from(command.limited);
@@ -185,7 +188,8 @@ impl Frozen<'_> {
                     c.angular.z,
                 ]);
                 // What the controller is asked for less what the sensor shows, before any filter.
-                let push = -(belief.forward(&sensed.encoder).rotation * sensed.wrench.force)
+                let push = -(controller_model.forward_kinematics(&sensed.encoder).rotation
+                    * sensed.wrench.force)
                     .dot(&w.column(2));
                 row[5] = weld.force - push;
                 row.iter_mut()
@@ -211,18 +215,18 @@ impl Frozen<'_> {
         Ok(run)
     }
 
-    /// Where nothing is corrected yet: the encoders at the set-point, the load as at the operating point, the channel behind the
-    /// tool where the tool is.
+    /// Where nothing is corrected yet: the encoders at the set-point, the load as at the operating
+    /// point, the channel behind the tool where the tool is.
     fn uncorrected(&self, setpoint: &Setpoint<f64>) -> Result<SVector<f64, STATES>, RunError> {
         let motor = self.linear.point.drives().motor;
         let model = &self.scenario.cell.robot.model;
         let reach =
             |_| RunError::Reach { path: self.path, reason: "the set-point is out of reach" };
-        let by = model.track(&setpoint.pose, &motor).map_err(reach)? - motor;
+        let by = model.inverse_near(&setpoint.pose, &motor).map_err(reach)? - motor;
         let mut x = SVector::<f64, STATES>::zeros();
         x.fixed_rows_mut::<6>(0).copy_from(&by);
         x.fixed_rows_mut::<6>(6).copy_from(&by);
-        let real = model.forward(&self.linear.state(&x).drives().link);
+        let real = model.forward_kinematics(&self.linear.state(&x).drives().link);
         let seam = Seam::of(self.scenario.weld);
         x[24] = (real.position - seam.nominal(self.path).position)
             .dot(&seam.b_from_w.rotation.column(1));
@@ -230,10 +234,12 @@ impl Frozen<'_> {
     }
 }
 
-/// Noise of a force sensor that never stands still, N: one that does is not believed, and its loop is open.
+/// Noise of a force sensor that never stands still, N: one that does is not believed, and its loop
+/// is open.
 const LIVE: f64 = 1e-6;
 
-/// Instruments without steps, which would swallow the impulse, and without lost readings: the same loop in every period.
+/// Instruments without steps, which would swallow the impulse, and without lost readings: the same
+/// loop in every period.
 fn steady(sensors: &Sensors) -> Sensors {
     let mut sensors = sensors.clone();
     sensors.encoder_resolution = [0.0; 6];
@@ -246,7 +252,7 @@ fn steady(sensors: &Sensors) -> Sensors {
 }
 
 /// Columns of the sampled sensitivity, as impulse responses: S_ij(k) = responses[j][k][i].
-pub fn sensitivity(rest: &Run, impulses: &[Run]) -> Vec<Vec<Passing>> {
+pub fn sensitivity(rest: &Run, impulses: &[Run]) -> Vec<Vec<LoopSignals>> {
     impulses
         .iter()
         .zip(IMPULSE)

@@ -1,19 +1,20 @@
-//! Which hypotheses these data cannot tell apart, whatever they say: what two effects do to the residuals, beyond what
-//! calibrations mend, compared.
+//! Which hypotheses these data cannot tell apart, whatever they say: what two effects do to the
+//! residuals, beyond what calibrations mend, compared.
 
-use super::screen::{Ground, Screened};
+use super::screen::{Context, Screened};
 use crate::fit::Slopes;
 use nalgebra::{DMatrix, DVector};
-use trueweld_plant::effects::{At, Kind};
+use trueweld_plant::effects::{EffectKind, Location};
 
 /// Two hypotheses that the data cannot tell apart, or only where they are large.
 #[derive(Debug, Clone)]
 pub struct Confusable {
     /// One effect and its place.
-    pub first: (&'static Kind, At),
+    pub first: (&'static EffectKind, Location),
     /// The other.
-    pub second: (&'static Kind, At),
-    /// Cosine between what the two do to the residuals beyond what calibrations mend: 1 where they do the same.
+    pub second: (&'static EffectKind, Location),
+    /// Cosine between what the two do to the residuals beyond what calibrations mend: 1 where they
+    /// do the same.
     pub alike: f64,
 }
 
@@ -24,11 +25,12 @@ impl Confusable {
     }
 }
 
-/// Cosine from which on two hypotheses are reported: told apart from ten times the detection limit on.
+/// Cosine from which on two hypotheses are reported: told apart from ten times the detection limit
+/// on.
 const ALIKE: f64 = 0.995;
 
 /// Pairs of hypotheses at their best shapes that do nearly the same, most alike first.
-pub(super) fn confusable(ground: &Ground<'_>, screened: &[Screened]) -> Vec<Confusable> {
+pub(super) fn confusable(ground: &Context<'_>, screened: &[Screened]) -> Vec<Confusable> {
     let calibrations = &ground.null.slopes;
     let Some(factor) = ground.null.linear.factor() else {
         return Vec::new();

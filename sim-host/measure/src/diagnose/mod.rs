@@ -1,9 +1,11 @@
 //! Which physical effect is missing: every effect of the library, at every place, as a hypothesis.
 //!
 //! 1. The logs are fitted with calibrations alone ([`crate::calibrate`]).
-//! 2. Every hypothesis is screened: its slopes at that point, with all calibrations free beside it, say by how much the sum of
-//!    squares would fall, how small an effect would have been seen, and which hypotheses these data cannot tell apart.
-//! 3. The best are fitted in full, calibrations with them, and judged by blocks in time that were left out; then pairs.
+//! 2. Every hypothesis is screened: its slopes at that point, with all calibrations free beside it,
+//!    say by how much the sum of squares would fall, how small an effect would have been seen, and
+//!    which hypotheses these data cannot tell apart.
+//! 3. The best are fitted in full, calibrations with them, and judged by blocks in time that were
+//!    left out; then pairs.
 //! 4. What remains above the floor says whether the library explains the data at all.
 
 mod confuse;
@@ -15,20 +17,20 @@ mod tell;
 
 pub use confuse::Confusable;
 pub use rules::{Part, parts, score};
-pub(crate) use screen::Ground;
+pub(crate) use screen::Context;
 pub(crate) use search::further;
 pub(crate) use sparse::sparse;
-pub use tell::{Account, Reason, name, tell};
+pub use tell::{Explanation, Reason, name, tell};
 
 use crate::calibrate::is_calibration;
-use crate::fit::{self, Bench, Fitted, Of, Point, Residuals};
+use crate::fit::{self, EffectScope, FitProblem, FitState, Fitted, Residuals};
 use crate::localize::{Finding, localize};
 use crate::log::{Log, LogKind};
 use crate::predict::PredictError;
 use rules::{above, at_floor, counts, floor, held_out_score, stands_out};
 use screen::screen;
 use search::{calibrated, fit_all, second, uncalibrated};
-use trueweld_plant::effects::{At, Effect, Kind};
+use trueweld_plant::effects::{Effect, EffectKind, Location};
 
 /// Longest weld among the logs, m, for what is looked for along it.
 pub(crate) fn longest_weld(logs: &[Log]) -> f64 {
@@ -64,7 +66,7 @@ impl Verdict {
 
 /// An effect with fitted values.
 #[derive(Debug, Clone)]
-pub struct Found {
+pub struct FittedEffect {
     /// The effect.
     pub effect: Effect,
     /// Its log, where each has its own.
@@ -77,7 +79,7 @@ pub struct Found {
 #[derive(Debug, Clone)]
 pub struct Candidate {
     /// Its effects.
-    pub effects: Vec<Found>,
+    pub effects: Vec<FittedEffect>,
     /// Score on held-out blocks of the model as it was given.
     pub held_out_before: f64,
     /// Score on held-out blocks with the effects, calibrations refitted.
@@ -108,7 +110,7 @@ pub struct Diagnosis {
     /// Explanations, best first.
     pub candidates: Vec<Candidate>,
     /// What is a little off in the cell besides.
-    pub calibration: Vec<Found>,
+    pub calibration: Vec<FittedEffect>,
     /// The model with the best explanation and the calibrations that count.
     pub improved: Fitted,
     /// Smallest size of each effect that these data would have shown.
@@ -119,13 +121,14 @@ pub struct Diagnosis {
     pub unexplained: Vec<Finding>,
 }
 
-/// Smallest size of one effect at one place that the data would have shown, beside all calibrations.
+/// Smallest size of one effect at one place that the data would have shown, beside all
+/// calibrations.
 #[derive(Debug, Clone)]
 pub struct Limit {
     /// The effect.
-    pub kind: &'static Kind,
+    pub kind: &'static EffectKind,
     /// Where.
-    pub at: At,
+    pub at: Location,
     /// Index of the parameter that is its size.
     pub parameter: usize,
     /// The value of the parameter at the limit.
@@ -140,19 +143,19 @@ pub type Progress<'a> = &'a (dyn Fn(&str, f64) + Sync);
 /// # Errors
 /// [`PredictError`] where the model as given cannot be driven through the logs.
 pub fn diagnose(
-    bench: &Bench,
+    bench: &FitProblem,
     logs: &[Log],
     progress: Progress<'_>,
 ) -> Result<Diagnosis, PredictError> {
     let blocks = fit::blocks_of(bench);
     progress("comparing", 0.0);
-    let before = fit::residuals(bench, &Point::empty(bench.experiments.len()))?;
+    let before = fit::residuals(bench, &FitState::empty(bench.experiments.len()))?;
     progress("calibrating", 0.02);
     let null = calibrated(bench, &blocks)?;
     progress("screening every effect", 0.15);
     let given = uncalibrated(bench, &blocks, &null.point)?;
     let ground =
-        Ground { bench, blocks: &blocks, null: &null, given: &given, length: longest_weld(logs) };
+        Context { bench, blocks: &blocks, null: &null, given: &given, length: longest_weld(logs) };
     let screened = screen(&ground);
     progress("fitting the likeliest", 0.45);
     let mut singles = fit_all(&ground, screened.iter().take(rules::FITTED));
@@ -187,12 +190,12 @@ fn effects_of(fitted: &Fitted) -> Vec<usize> {
 }
 
 /// Fitted effects with their intervals.
-pub(crate) fn found(fitted: &Fitted, wanted: impl Fn(Of) -> bool) -> Vec<Found> {
+pub(crate) fn found(fitted: &Fitted, wanted: impl Fn(EffectScope) -> bool) -> Vec<FittedEffect> {
     let inflation = (fit::chi_square(&fitted.at) / fit::count(&fitted.at).max(1) as f64).max(1.0)
         * rules::CORRELATED;
     let deviations = fitted.linear.solve(None, 0.0, None).map(|s| s.deviations());
-    let mut all: Vec<Found> = Vec::new();
-    let mut seen: Vec<Of> = Vec::new();
+    let mut all: Vec<FittedEffect> = Vec::new();
+    let mut seen: Vec<EffectScope> = Vec::new();
     for (k, free) in fitted.point.free.iter().enumerate() {
         if !wanted(free.of) {
             continue;
@@ -200,9 +203,9 @@ pub(crate) fn found(fitted: &Fitted, wanted: impl Fn(Of) -> bool) -> Vec<Found> 
         let index = seen.iter().position(|of| *of == free.of).unwrap_or_else(|| {
             let effect = fitted.point.effect(free.of).clone();
             let interval = effect.values.iter().map(|v| [*v, *v]).collect();
-            all.push(Found {
+            all.push(FittedEffect {
                 effect,
-                log: if let Of::Log(log, _) = free.of { Some(log) } else { None },
+                log: if let EffectScope::Log(log, _) = free.of { Some(log) } else { None },
                 interval,
             });
             seen.push(free.of);
@@ -217,15 +220,17 @@ pub(crate) fn found(fitted: &Fitted, wanted: impl Fn(Of) -> bool) -> Vec<Found> 
     all
 }
 
-/// True for two effects at the same joint: together they bend to almost anything that one joint does, and far more often that
-/// is one thing which the library does not have.
+/// True for two effects at the same joint: together they bend to almost anything that one joint
+/// does, and far more often that is one thing which the library does not have.
 pub(crate) fn at_one_joint(fitted: &Fitted) -> bool {
-    let places: Vec<At> = effects_of(fitted).into_iter().map(|i| fitted.point.all[i].at).collect();
-    (1..places.len()).any(|k| matches!(places[k], At::Joint(_)) && places[..k].contains(&places[k]))
+    let places: Vec<Location> =
+        effects_of(fitted).into_iter().map(|i| fitted.point.all[i].at).collect();
+    (1..places.len())
+        .any(|k| matches!(places[k], Location::Joint(_)) && places[..k].contains(&places[k]))
 }
 
 /// What is to say where calibrations alone lead to `null` and the explanation is `chosen`.
-fn verdict(bench: &Bench, null: &Fitted, chosen: &[Fitted]) -> Verdict {
+fn verdict(bench: &FitProblem, null: &Fitted, chosen: &[Fitted]) -> Verdict {
     let Some(best) = chosen.last() else {
         return if at_floor(bench, &null.at) { Verdict::Adequate } else { Verdict::UnknownEffect };
     };
@@ -239,14 +244,14 @@ fn verdict(bench: &Bench, null: &Fitted, chosen: &[Fitted]) -> Verdict {
 }
 
 fn conclude(
-    ground: &Ground<'_>,
+    ground: &Context<'_>,
     before: Residuals,
     singles: Vec<Fitted>,
     chosen: Vec<Fitted>,
     tried: usize,
     unexplained: &dyn Fn(&Residuals) -> Vec<Finding>,
 ) -> Diagnosis {
-    let Ground { bench, blocks, null, .. } = *ground;
+    let Context { bench, blocks, null, .. } = *ground;
     let score_before = score(&before);
     let excess = above(bench, &null.at).max(1.0);
     let best = chosen.last().unwrap_or(null);
@@ -266,7 +271,7 @@ fn conclude(
         .map(|fitted| {
             let own = effects_of(&fitted);
             Candidate {
-                effects: found(&fitted, |of| matches!(of, Of::All(i) if own.contains(&i))),
+                effects: found(&fitted, |of| matches!(of, EffectScope::All(i) if own.contains(&i))),
                 held_out_before: score_before,
                 held_out_after: held_out_score(&fitted),
                 probability: 0.0,
@@ -276,7 +281,8 @@ fn conclude(
             }
         })
         .collect();
-    // What it costs to say nothing: with calibrations as they are, or, where a calibration is the answer, with none.
+    // What it costs to say nothing: with calibrations as they are, or, where a calibration is the
+    // answer, with none.
     let mut nothing = null.cost;
     // A single calibration that is all there is to say is the answer.
     // Where each log has its own it is the laboratory's doing, not the cell's.
@@ -288,7 +294,8 @@ fn conclude(
         let item = found(&improved, |_| true);
         verdict = Verdict::EffectFound;
         nothing = fit::chi_square(&before);
-        // What was tried beside all calibrations has no place beside one of them: none of it counts.
+        // What was tried beside all calibrations has no place beside one of them: none of it
+        // counts.
         candidates = vec![Candidate {
             effects: item.into_iter().take(1).collect(),
             held_out_before: score_before,
@@ -329,7 +336,8 @@ fn conclude(
     }
 }
 
-/// Probabilities among the explanations, and which of them the data do not tell apart. `nothing`: what it costs to have none.
+/// Probabilities among the explanations, and which of them the data do not tell apart. `nothing`:
+/// what it costs to have none.
 fn weigh(candidates: &mut [Candidate], nothing: f64, tried: usize, floor: f64, verdict: Verdict) {
     let Some(first) = candidates.first() else {
         return;
@@ -338,8 +346,8 @@ fn weigh(candidates: &mut [Candidate], nothing: f64, tried: usize, floor: f64, v
     // What is left above the floor says how far the sum of squares can be trusted.
     let trust = (fit::chi_square(&first.fitted.at) / n).max(1.0) * rules::CORRELATED;
     let weight = |cost: f64| (-0.5 * (cost - best).max(0.0) / trust).exp();
-    // "None of these" stands beside them: with the calibrations alone, and with what the best leaves above the floor.
-    // Of many that are tried one fits well by chance.
+    // "None of these" stands beside them: with the calibrations alone, and with what the best
+    // leaves above the floor. Of many that are tried one fits well by chance.
     let none = if verdict == Verdict::Adequate { 1.0 } else { weight(nothing) * tried as f64 };
     let sum: f64 = candidates.iter().map(|c| weight(c.fitted.cost)).sum::<f64>() + none;
     let ceiling = match verdict {

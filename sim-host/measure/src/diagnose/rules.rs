@@ -1,7 +1,8 @@
-//! Rules of decision. Their numbers come from the corpus in `tests/`, but for `PLENTY`, `VISIBLE_IN_COLUMN`, `TOO_FAR` and `HELD`:
-//! those were set with recorded campaigns in view, and then held against the corpus.
+//! Rules of decision. Their numbers come from the corpus in `tests/`, but for `PLENTY`,
+//! `VISIBLE_IN_COLUMN`, `TOO_FAR` and `HELD`: those were set with recorded campaigns in view, and
+//! then held against the corpus.
 
-use crate::fit::{self, Bench, Fitted, Residuals};
+use crate::fit::{self, FitProblem, Fitted, Residuals};
 use crate::predict::{Compared, Quantity};
 use std::collections::BTreeMap;
 
@@ -33,16 +34,18 @@ pub const TOO_FAR: f64 = 2.0;
 pub const NEAR: f64 = 1.05;
 /// Score of any channel from which on something is above the floor.
 pub const SURELY_ABOVE: f64 = 1.3;
-/// Fall of the sum of squares that a calibration must bring to be kept, and so much more for each value it has.
+/// Fall of the sum of squares that a calibration must bring to be kept, and so much more for each
+/// value it has.
 pub const KEEP: f64 = 25.0;
 /// The same for each value.
 pub const KEEP_EACH: f64 = 6.0;
 /// Residuals of one channel that follow each other are not as many as they are.
 pub const CORRELATED: f64 = 4.0;
-/// Delay of motor torque that is no more than how a controller holds its commands, as a share of the sampling period.
+/// Delay of motor torque that is no more than how a controller holds its commands, as a share of
+/// the sampling period.
 pub const HELD: f64 = 0.25;
-/// How often what is named at three times the limit of detection is something outside the library that looks alike; less
-/// often the more it shows.
+/// How often what is named at three times the limit of detection is something outside the library
+/// that looks alike; less often the more it shows.
 pub const LOOKS_ALIKE: f64 = 0.2;
 /// Least probability of an explanation that is named; with less there are too many others.
 pub const LEAST_LIKELY: f64 = 0.125;
@@ -77,7 +80,7 @@ pub struct Part {
 
 /// Sums of squares by log and whatever else `key` tells values apart by.
 fn sums<K: Ord>(
-    bench: &Bench,
+    bench: &FitProblem,
     residuals: &Residuals,
     key: impl Fn(usize, &Compared) -> K,
 ) -> BTreeMap<K, Part> {
@@ -93,13 +96,13 @@ fn sums<K: Ord>(
 }
 
 /// Sums of squares by log and channel.
-pub fn parts(bench: &Bench, residuals: &Residuals) -> BTreeMap<(usize, &'static str), Part> {
+pub fn parts(bench: &FitProblem, residuals: &Residuals) -> BTreeMap<(usize, &'static str), Part> {
     sums(bench, residuals, |log, c| (log, c.quantity.channel()))
 }
 
 /// Sums of squares by log and column; the spindle's orders apart from what is slow.
 fn columns(
-    bench: &Bench,
+    bench: &FitProblem,
     residuals: &Residuals,
 ) -> BTreeMap<(usize, &'static str, u8, bool), Part> {
     sums(bench, residuals, |log, c| {
@@ -108,7 +111,7 @@ fn columns(
 }
 
 /// True where a fit explains more than chance does and than the noise is known to.
-pub(crate) fn counts(bench: &Bench, before: &Fitted, after: &Fitted) -> bool {
+pub(crate) fn counts(bench: &FitProblem, before: &Fitted, after: &Fitted) -> bool {
     let (before_out, after_out) = (before.linear.held_out(None), after.linear.held_out(None));
     let differences = || before_out.iter().zip(&after_out).map(|(b, a)| b - a);
     let gained: f64 = differences().filter(|d| *d > 0.0).sum();
@@ -120,8 +123,9 @@ pub(crate) fn counts(bench: &Bench, before: &Fitted, after: &Fitted) -> bool {
     falls >= EXPLAINED * above(bench, &before.at) && stands_out(bench, &before.at, &after.at)
 }
 
-/// True where the sum of squares of some channel, or of one of its columns, falls by more than its noise is known to.
-pub(crate) fn stands_out(bench: &Bench, before: &Residuals, after: &Residuals) -> bool {
+/// True where the sum of squares of some channel, or of one of its columns, falls by more than its
+/// noise is known to.
+pub(crate) fn stands_out(bench: &FitProblem, before: &Residuals, after: &Residuals) -> bool {
     let (before, after) = (columns(bench, before), columns(bench, after));
     let mut channels: BTreeMap<(usize, &'static str, bool), [f64; 2]> = BTreeMap::new();
     let mut seen = false;
@@ -136,23 +140,23 @@ pub(crate) fn stands_out(bench: &Bench, before: &Residuals, after: &Residuals) -
 }
 
 /// Sum of squares that noise may make, as far as it is known.
-pub(crate) fn floor(bench: &Bench) -> f64 {
+pub(crate) fn floor(bench: &FitProblem) -> f64 {
     let all = bench.experiments.iter().flat_map(|e| &e.compared);
     all.map(|c| if c.stated { 1.0 } else { ESTIMATED.powi(2) }).sum()
 }
 
 /// Sum of squares above the floor.
-pub(crate) fn above(bench: &Bench, residuals: &Residuals) -> f64 {
+pub(crate) fn above(bench: &FitProblem, residuals: &Residuals) -> f64 {
     (fit::chi_square(residuals) - floor(bench)).max(0.0)
 }
 
 /// True where no column of any log stands out of the floor.
-pub(crate) fn at_floor(bench: &Bench, residuals: &Residuals) -> bool {
+pub(crate) fn at_floor(bench: &FitProblem, residuals: &Residuals) -> bool {
     standing_out(bench, residuals) == 0.0
 }
 
 /// Sum of squares of the columns that stand out of the floor, above it.
-pub(crate) fn standing_out(bench: &Bench, residuals: &Residuals) -> f64 {
+pub(crate) fn standing_out(bench: &FitProblem, residuals: &Residuals) -> f64 {
     let above = |p: &Part| {
         let count = p.count as f64;
         (p.square - count * (SURELY_ABOVE.powi(2) + 6.0 * (2.0 / count).sqrt())).max(0.0)

@@ -1,10 +1,11 @@
-//! Screening: every effect at every place, by its slopes beside all calibrations where those are at their best.
+//! Screening: every effect at every place, by its slopes beside all calibrations where those are at
+//! their best.
 
 use super::{Limit, rules};
 use crate::calibrate::{is_calibration, nothing, places};
-use crate::fit::{self, Bench, Fitted, Free, Of, Slopes, Step};
+use crate::fit::{self, EffectScope, FitProblem, Fitted, FreeParameter, Slopes, Step};
 use rayon::prelude::*;
-use trueweld_plant::effects::{At, Effect, Kind, Role, TABLE};
+use trueweld_plant::effects::{Effect, EffectKind, Location, Role, TABLE};
 
 /// A hypothesis, and what screening says of it.
 #[derive(Debug, Clone)]
@@ -19,7 +20,8 @@ pub(crate) struct Screened {
     pub slopes: Vec<Slopes>,
 }
 
-/// Share of a torque's small step, which suits the strongest joint, at which its slope is taken: small for the weakest as well.
+/// Share of a torque's small step, which suits the strongest joint, at which its slope is taken:
+/// small for the weakest as well.
 const OF_TORQUE: f64 = 0.1;
 
 /// Waves along a weld that a plate's waviness is looked for with.
@@ -33,7 +35,7 @@ const POSITIONS: [f64; 11] = [0.08, 0.17, 0.25, 0.33, 0.42, 0.5, 0.58, 0.67, 0.7
 const SPINDLE_ORDERS: [f64; 6] = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0];
 
 /// Values of its shaping parameters that a hypothesis is screened with.
-fn shapes(kind: &'static Kind, length: f64) -> Vec<Vec<(usize, f64)>> {
+fn shapes(kind: &'static EffectKind, length: f64) -> Vec<Vec<(usize, f64)>> {
     let mut all = vec![Vec::new()];
     for (k, p) in kind.parameters.iter().enumerate() {
         let values: Vec<f64> = match p.role {
@@ -53,9 +55,9 @@ fn shapes(kind: &'static Kind, length: f64) -> Vec<Vec<(usize, f64)>> {
 
 /// Everything that screening needs of the point it is done at.
 #[derive(Clone, Copy)]
-pub(crate) struct Ground<'a> {
+pub(crate) struct Context<'a> {
     /// The logs.
-    pub bench: &'a Bench,
+    pub bench: &'a FitProblem,
     /// Blocks of their values.
     pub blocks: &'a [Vec<u8>],
     /// Where all hypotheses start from: the calibrations at their best.
@@ -66,9 +68,10 @@ pub(crate) struct Ground<'a> {
     pub length: f64,
 }
 
-impl Ground<'_> {
-    /// Screens one effect at one place with all its shapes; the best of them. `None` where the logs see nothing of it.
-    fn screen(&self, kind: &'static Kind, at: At) -> Option<Screened> {
+impl Context<'_> {
+    /// Screens one effect at one place with all its shapes; the best of them. `None` where the logs
+    /// see nothing of it.
+    fn screen(&self, kind: &'static EffectKind, at: Location) -> Option<Screened> {
         let scans = kind.parameters.iter().any(|p| p.role == Role::Order);
         let shapes = if scans { self.orders(kind, at) } else { shapes(kind, self.length) };
         shapes
@@ -79,8 +82,8 @@ impl Ground<'_> {
 
     fn screen_shape(
         &self,
-        kind: &'static Kind,
-        at: At,
+        kind: &'static EffectKind,
+        at: Location,
         shape: &[(usize, f64)],
     ) -> Option<Screened> {
         let mut effect = nothing(kind, at);
@@ -102,10 +105,12 @@ impl Ground<'_> {
             if let Some(phase) = phase {
                 effect.values[phase] = *turn;
             }
-            let of = Of::All(point.all.len());
+            let of = EffectScope::All(point.all.len());
             point.all.push(effect);
-            let frees: Vec<Free> =
-                sizes.iter().map(|k| Free { of, parameter: *k, expected: f64::INFINITY }).collect();
+            let frees: Vec<FreeParameter> = sizes
+                .iter()
+                .map(|k| FreeParameter { of, parameter: *k, expected: f64::INFINITY })
+                .collect();
             let share = if kind.parameters[sizes[0]].unit == "N·m" { OF_TORQUE } else { 1.0 };
             more.extend(fit::slopes(self.bench, &point, &frees, &self.null.at, share));
         }
@@ -157,7 +162,8 @@ impl Ground<'_> {
         Some(Screened { effect, gain, limit, slopes: more })
     }
 
-    /// By how much the sum of squares falls with these slopes beside all that is free, and the step that does it.
+    /// By how much the sum of squares falls with these slopes beside all that is free, and the step
+    /// that does it.
     fn gain(&self, more: &[Slopes]) -> Option<(f64, Step)> {
         let linear = self.null.linear.extended(self.blocks, &self.null.at, &self.null.slopes, more);
         let before = self.null.linear.solve(None, 0.0, None)?;
@@ -166,10 +172,10 @@ impl Ground<'_> {
         gain.is_finite().then_some((gain, after))
     }
 
-    /// Orders of a sine of the joint's angle worth a closer look: the highest lines of the residual against it, with the
-    /// response to a constant offset as what a slow sine meets.
-    fn orders(&self, kind: &'static Kind, at: At) -> Vec<Vec<(usize, f64)>> {
-        let At::Joint(joint) = at else {
+    /// Orders of a sine of the joint's angle worth a closer look: the highest lines of the residual
+    /// against it, with the response to a constant offset as what a slow sine meets.
+    fn orders(&self, kind: &'static EffectKind, at: Location) -> Vec<Vec<(usize, f64)>> {
+        let Location::Joint(joint) = at else {
             return Vec::new();
         };
         let order = kind.parameters.iter().position(|p| p.role == Role::Order);
@@ -180,9 +186,9 @@ impl Ground<'_> {
             return Vec::new();
         };
         let mut point = self.null.point.clone();
-        let of = Of::All(point.all.len());
+        let of = EffectScope::All(point.all.len());
         point.all.push(nothing(crate::calibrate::kind(offset), at));
-        let free = Free { of, parameter: 0, expected: f64::INFINITY };
+        let free = FreeParameter { of, parameter: 0, expected: f64::INFINITY };
         let slope = &fit::slopes(self.bench, &point, &[free], &self.null.at, 1.0)[0];
         // What is left of the residual with all calibrations at their best.
         let Some(step) = self.null.linear.solve(None, 0.0, None) else {
@@ -257,13 +263,13 @@ impl Ground<'_> {
 const SCANNED: usize = 3000;
 const HIGHEST_ORDER: f64 = 300.0;
 /// Screens every effect that is no calibration, at every place, and the user's own. Best first.
-pub(crate) fn screen(ground: &Ground<'_>) -> Vec<Screened> {
+pub(crate) fn screen(ground: &Context<'_>) -> Vec<Screened> {
     let library = TABLE
         .iter()
         .filter(|k| !is_calibration(k))
         .flat_map(|k| places(k).into_iter().map(move |at| (*k, at)));
     let own = ground.bench.own.iter().map(|effect| (effect.kind, effect.at));
-    let all: Vec<(&'static Kind, At)> = library.chain(own).collect();
+    let all: Vec<(&'static EffectKind, Location)> = library.chain(own).collect();
     let mut screened: Vec<Screened> =
         all.par_iter().filter_map(|(kind, at)| ground.screen(kind, *at)).collect();
     screened.sort_by(|a, b| b.gain.total_cmp(&a.gain));

@@ -1,19 +1,20 @@
 //! Full fits of the hypotheses that screening leaves, and of pairs of them.
 
 use super::rules::{self, at_floor, counts, standing_out};
-use super::screen::{Ground, Screened, screen};
+use super::screen::{Context, Screened, screen};
 use crate::calibrate::{calibrations, is_calibration, of_logs};
-use crate::fit::{self, Bench, Effort, Fitted, Point};
+use crate::fit::{self, Effort, FitProblem, FitState, Fitted};
 use crate::predict::{PredictError, Quantity};
 use rayon::prelude::*;
-use trueweld_plant::effects::{At, Effect, Role};
+use trueweld_plant::effects::{Effect, Location, Role};
 use trueweld_plant::robot::Channel;
 
-/// Fits the calibrations alone: those logs first whose residuals follow them nearly in proportion, then all.
+/// Fits the calibrations alone: those logs first whose residuals follow them nearly in proportion,
+/// then all.
 ///
 /// # Errors
 /// [`PredictError`].
-pub(crate) fn calibrated(bench: &Bench, blocks: &[Vec<u8>]) -> Result<Fitted, PredictError> {
+pub(crate) fn calibrated(bench: &FitProblem, blocks: &[Vec<u8>]) -> Result<Fitted, PredictError> {
     let point = calibrations(bench);
     let stale = of_logs(&point);
     fit::fit(bench, &point, blocks, &[], Effort { steps: 4, stale })
@@ -24,18 +25,18 @@ pub(crate) fn calibrated(bench: &Bench, blocks: &[Vec<u8>]) -> Result<Fitted, Pr
 /// # Errors
 /// [`PredictError`].
 pub(crate) fn uncalibrated(
-    bench: &Bench,
+    bench: &FitProblem,
     blocks: &[Vec<u8>],
-    point: &Point,
+    point: &FitState,
 ) -> Result<Fitted, PredictError> {
     let mut point = point.clone();
     point.reset(|effect| is_calibration(effect.kind));
     fit::fit(bench, &point, blocks, &[], Effort { steps: 0, stale: 0 })
 }
 
-/// Fits one hypothesis roughly from where screening left it: beside the calibrations at their best without it, which may have
-/// moved far to hide it, and beside none.
-fn fit_hypothesis(ground: &Ground<'_>, effect: &Effect) -> Option<Fitted> {
+/// Fits one hypothesis roughly from where screening left it: beside the calibrations at their best
+/// without it, which may have moved far to hide it, and beside none.
+fn fit_hypothesis(ground: &Context<'_>, effect: &Effect) -> Option<Fitted> {
     // The same where nothing is free.
     let bases = if ground.null.slopes.is_empty() { 1 } else { 2 };
     [ground.null, ground.given]
@@ -49,12 +50,13 @@ fn fit_hypothesis(ground: &Ground<'_>, effect: &Effect) -> Option<Fitted> {
         .min_by(|a, b| a.cost.total_cmp(&b.cost))
 }
 
-/// Where a fit of an effect beside `base` starts. Slopes at nothing say little of the size of what is not in proportion to it,
-/// a gap or a loop: several sizes are judged with the calibrations at their best beside them.
-fn start(ground: &Ground<'_>, base: &Fitted, effect: &Effect) -> Option<Point> {
+/// Where a fit of an effect beside `base` starts. Slopes at nothing say little of the size of what
+/// is not in proportion to it, a gap or a loop: several sizes are judged with the calibrations at
+/// their best beside them.
+fn start(ground: &Context<'_>, base: &Fitted, effect: &Effect) -> Option<FitState> {
     let of_size = |factor: f64| {
         let effect = scaled(effect, factor);
-        let with = Point {
+        let with = FitState {
             all: [base.point.all.clone(), vec![effect.clone()]].concat(),
             ..base.point.clone()
         };
@@ -84,9 +86,10 @@ fn scaled(effect: &Effect, factor: f64) -> Effect {
 /// Factors on the size that screening gives, at which a fit may start.
 const FACTORS: [f64; 6] = [0.4, 1.0, 2.5, 6.0, 15.0, 40.0];
 
-/// Fits hypotheses, best first: all of them roughly, those that come near the best in full, the best with slopes taken afresh.
+/// Fits hypotheses, best first: all of them roughly, those that come near the best in full, the
+/// best with slopes taken afresh.
 pub(super) fn fit_all<'s>(
-    ground: &Ground<'_>,
+    ground: &Context<'_>,
     screened: impl Iterator<Item = &'s Screened>,
 ) -> Vec<Fitted> {
     let screened: Vec<&Screened> = screened.filter(|s| s.gain > rules::GAIN * 0.5).collect();
@@ -120,8 +123,8 @@ const ROUGHLY: usize = 2;
 const IN_FULL: usize = 4;
 
 /// True for a delay of motor torque that is no longer than a controller holds its commands.
-fn held(bench: &Bench, effect: &Effect) -> bool {
-    if effect.at != At::Channel(Channel::MotorTorque) {
+fn held(bench: &FitProblem, effect: &Effect) -> bool {
+    if effect.at != Location::Channel(Channel::MotorTorque) {
         return false;
     }
     let seen = bench
@@ -132,9 +135,9 @@ fn held(bench: &Bench, effect: &Effect) -> bool {
     period.is_finite() && effect.values[0].abs() < rules::HELD * period
 }
 
-/// Refits with fresh slopes of all that is not in proportion. What has a threshold, as a gap has, can hold such a fit up: its
-/// sizes are tried a little to either side as well.
-fn polish(bench: &Bench, blocks: &[Vec<u8>], fitted: &mut Fitted) {
+/// Refits with fresh slopes of all that is not in proportion. What has a threshold, as a gap has,
+/// can hold such a fit up: its sizes are tried a little to either side as well.
+fn polish(bench: &FitProblem, blocks: &[Vec<u8>], fitted: &mut Fitted) {
     refit(bench, blocks, fitted);
     let Some(last) = fitted.point.all.len().checked_sub(1) else {
         return;
@@ -158,12 +161,13 @@ fn polish(bench: &Bench, blocks: &[Vec<u8>], fitted: &mut Fitted) {
     }
 }
 
-/// Factors on a size by which it is tried aside, how often, and the share of the cost that must be won by it.
+/// Factors on a size by which it is tried aside, how often, and the share of the cost that must be
+/// won by it.
 const ASIDE: [f64; 6] = [0.8, 0.93, 0.98, 1.02, 1.07, 1.25];
 const ROUNDS: usize = 4;
 const WORTH: f64 = 0.01;
 
-fn refit(bench: &Bench, blocks: &[Vec<u8>], fitted: &mut Fitted) {
+fn refit(bench: &FitProblem, blocks: &[Vec<u8>], fitted: &mut Fitted) {
     let stale = of_logs(&fitted.point);
     let known = fitted.slopes.iter().take(stale).cloned().collect::<Vec<_>>();
     if let Ok(better) = fit::fit(bench, &fitted.point, blocks, &known, Effort { steps: 3, stale })
@@ -173,21 +177,23 @@ fn refit(bench: &Bench, blocks: &[Vec<u8>], fitted: &mut Fitted) {
     }
 }
 
-/// What comes of the best single effect once a second was tried beside it: the effect alone where that is all there is, or
-/// alone and with the second. Both members must earn their place: a pair in which either alone does what both do together is
-/// none.
-pub(super) fn second(ground: &Ground<'_>, best: Fitted, singles: &[Fitted]) -> Vec<Fitted> {
+/// What comes of the best single effect once a second was tried beside it: the effect alone where
+/// that is all there is, or alone and with the second. Both members must earn their place: a pair
+/// in which either alone does what both do together is none.
+pub(super) fn second(ground: &Context<'_>, best: Fitted, singles: &[Fitted]) -> Vec<Fitted> {
     let Some(pair) = further(ground, &best).into_iter().next() else {
         return vec![best];
     };
-    // The first one alone again, from where the pair has taken it: what it gains on the way is not the second one's.
+    // The first one alone again, from where the pair has taken it: what it gains on the way is not
+    // the second one's.
     let mut alone = pair.clone();
     alone.point.drop_last();
     alone.slopes.clear();
     alone.cost = f64::INFINITY;
     refit(ground.bench, ground.blocks, &mut alone);
     let first = if alone.cost < best.cost { alone } else { best };
-    // What is left must fall by half at least: a prediction that is not quite right leaves a little for any effect to mend.
+    // What is left must fall by half at least: a prediction that is not quite right leaves a little
+    // for any effect to mend.
     let enough = standing_out(ground.bench, &pair.at)
         <= rules::HALVED * standing_out(ground.bench, &first.at);
     let same = |a: &Effect, b: &Effect| (a.kind.id, a.at) == (b.kind.id, b.at);
@@ -204,12 +210,13 @@ pub(super) fn second(ground: &Ground<'_>, best: Fitted, singles: &[Fitted]) -> V
     }
 }
 
-/// The effects that bring more than chance beside those of a fit, fitted with them, the one that brings the most first.
-pub(crate) fn further(ground: &Ground<'_>, fitted: &Fitted) -> Vec<Fitted> {
+/// The effects that bring more than chance beside those of a fit, fitted with them, the one that
+/// brings the most first.
+pub(crate) fn further(ground: &Context<'_>, fitted: &Fitted) -> Vec<Fitted> {
     let Ok(given) = uncalibrated(ground.bench, ground.blocks, &fitted.point) else {
         return Vec::new();
     };
-    let beside = Ground { null: fitted, given: &given, ..*ground };
+    let beside = Context { null: fitted, given: &given, ..*ground };
     let screened = screen(&beside);
     let has = |s: &Screened| {
         fitted.point.all.iter().any(|e| (e.kind.id, e.at) == (s.effect.kind.id, s.effect.at))

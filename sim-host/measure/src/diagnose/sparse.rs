@@ -2,20 +2,20 @@
 
 use super::{effects_of, rules};
 use crate::calibrate::{expected, is_calibration, nothing};
-use crate::fit::{self, Bench, Effort, Fitted, Of, Point};
+use crate::fit::{self, EffectScope, Effort, FitProblem, FitState, Fitted};
 use nalgebra::DVector;
 use rayon::prelude::*;
-use trueweld_plant::effects::{At, Effect};
+use trueweld_plant::effects::{Effect, Location};
 
-/// Keeps of the calibrations those that count: by forward steps, each bringing the most, then a refit. Calibrations that are
-/// the same in all logs become one for all. Gives the groups kept.
+/// Keeps of the calibrations those that count: by forward steps, each bringing the most, then a
+/// refit. Calibrations that are the same in all logs become one for all. Gives the groups kept.
 pub(crate) fn sparse(
-    bench: &Bench,
+    bench: &FitProblem,
     blocks: &[Vec<u8>],
     fitted: &Fitted,
-) -> (Fitted, Vec<(&'static str, At)>) {
+) -> (Fitted, Vec<(&'static str, Location)>) {
     let point = &fitted.point;
-    let mut groups: Vec<((&'static str, At), Vec<usize>)> = Vec::new();
+    let mut groups: Vec<((&'static str, Location), Vec<usize>)> = Vec::new();
     let mut kept: Vec<usize> = Vec::new();
     for (k, free) in point.free.iter().enumerate() {
         let effect = point.effect(free.of);
@@ -60,14 +60,14 @@ pub(crate) fn sparse(
         names.push(name);
     }
     let all = point.moved(&step);
-    let mut reduced = Point::empty(bench.experiments.len());
+    let mut reduced = FitState::empty(bench.experiments.len());
     // Effects first, then what is kept of the calibrations.
     for i in effects_of(fitted) {
         reduced.add(point.all[i].clone(), f64::INFINITY);
     }
     for free in point.free.iter().filter(|f| f.parameter == 0) {
         let effect = point.effect(free.of);
-        if let (Of::Log(log, _), false) = (free.of, is_calibration(effect.kind)) {
+        if let (EffectScope::Log(log, _), false) = (free.of, is_calibration(effect.kind)) {
             reduced.add_to_log(log, effect.clone(), &vec![f64::INFINITY; effect.values.len()]);
         }
     }
@@ -84,7 +84,7 @@ pub(crate) fn sparse(
         reduced.add_expected(Effect { values: mean, ..own[0].clone() }, &expected(id));
     }
     let refit =
-        |point: &Point| fit::fit(bench, point, blocks, &[], Effort { steps: 4, stale: 0 }).ok();
+        |point: &FitState| fit::fit(bench, point, blocks, &[], Effort { steps: 4, stale: 0 }).ok();
     let Some(common) = refit(&reduced) else {
         return (fitted.clone(), names);
     };
@@ -103,7 +103,7 @@ pub(crate) fn sparse(
         }
         let effect = apart.all[i].clone();
         apart.all[i] = Effect { values: nothing(effect.kind, effect.at).values, ..effect.clone() };
-        apart.free.retain(|f| f.of != Of::All(i));
+        apart.free.retain(|f| f.of != EffectScope::All(i));
         for log in &logs {
             apart.add_to_log(*log, effect.clone(), &expected(id));
         }

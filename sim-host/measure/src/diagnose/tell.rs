@@ -1,11 +1,11 @@
-//! What is told of a diagnosis beside its figures: why its leading explanations are believed, the curves that show them, and
-//! what to record next where the logs leave a doubt.
+//! What is told of a diagnosis beside its figures: why its leading explanations are believed, the
+//! curves that show them, and what to record next where the logs leave a doubt.
 //!
 //! Apart from the search, since many diagnoses need none of it.
 
 use super::{Candidate, Diagnosis, Progress, Verdict};
-use crate::evidence::{Case, Evidence, evidence, explain};
-use crate::fit::Bench;
+use crate::evidence::{EffectCurve, ExplainedCase, evidence, explain};
+use crate::fit::FitProblem;
 use crate::log::Log;
 use crate::plan::{Plan, next_experiment};
 use rayon::prelude::*;
@@ -23,7 +23,7 @@ const SURE: f64 = 0.9;
 
 /// What is told of a diagnosis.
 #[derive(Debug, Clone)]
-pub struct Account {
+pub struct Explanation {
     /// Of its candidates, in their order.
     pub reasons: Vec<Reason>,
     /// What to record to tell the leading explanations apart, where they are not.
@@ -35,16 +35,21 @@ pub struct Account {
 pub struct Reason {
     /// In words.
     pub explanation: String,
-    /// The curve that shows each of its effects, in their order; `None` where the logs draw none. Of the first explanations
-    /// only.
-    pub evidence: Vec<Option<Evidence>>,
+    /// The curve that shows each of its effects, in their order; `None` where the logs draw none.
+    /// Of the first explanations only.
+    pub evidence: Vec<Option<EffectCurve>>,
 }
 
 /// Tells of a diagnosis. `bench` and `logs`: those it was made from.
-pub fn tell(bench: &Bench, logs: &[Log], diagnosis: &Diagnosis, progress: Progress<'_>) -> Account {
+pub fn tell(
+    bench: &FitProblem,
+    logs: &[Log],
+    diagnosis: &Diagnosis,
+    progress: Progress<'_>,
+) -> Explanation {
     progress("drawing the evidence", 0.0);
     let Some(robot) = logs.first().map(|log| &log.robot) else {
-        return Account { reasons: Vec::new(), next_experiment: None };
+        return Explanation { reasons: Vec::new(), next_experiment: None };
     };
     let all = diagnosis.candidates.par_iter().enumerate();
     let reasons = all.map(|(k, c)| reason(bench, logs, diagnosis, (c, k < DRAWN), robot)).collect();
@@ -52,11 +57,11 @@ pub fn tell(bench: &Bench, logs: &[Log], diagnosis: &Diagnosis, progress: Progre
     let rivals = rivals(diagnosis, robot);
     let next_experiment =
         if rivals.is_empty() { None } else { next_experiment(bench, logs, &rivals) };
-    Account { reasons, next_experiment }
+    Explanation { reasons, next_experiment }
 }
 
 fn reason(
-    bench: &Bench,
+    bench: &FitProblem,
     logs: &[Log],
     diagnosis: &Diagnosis,
     (candidate, drawn): (&Candidate, bool),
@@ -69,7 +74,7 @@ fn reason(
         .map(|effect| (effect.kind.id, effect.at_name(robot)))
         .collect();
     Reason {
-        explanation: explain(&Case {
+        explanation: explain(&ExplainedCase {
             robot,
             bench,
             effects: &candidate.effects,
@@ -88,8 +93,9 @@ fn reason(
     }
 }
 
-/// The explanations that an experiment is worth making for: those tied with the best, or else those after it; none where
-/// nothing is missing, where the best explains next to nothing, or stands alone and sure.
+/// The explanations that an experiment is worth making for: those tied with the best, or else those
+/// after it; none where nothing is missing, where the best explains next to nothing, or stands
+/// alone and sure.
 fn rivals(diagnosis: &Diagnosis, robot: &RobotFile) -> Vec<(String, Vec<Effect>)> {
     let Some(best) = diagnosis.candidates.first() else {
         return Vec::new();
@@ -124,7 +130,8 @@ impl Candidate {
         names.join(" + ")
     }
 
-    /// Effects of the explanations that the data do not tell from this one, without its own; each once.
+    /// Effects of the explanations that the data do not tell from this one, without its own; each
+    /// once.
     pub fn others<'c>(&self, candidates: &'c [Candidate]) -> Vec<&'c Effect> {
         let same = |a: &Effect, b: &Effect| (a.kind.id, a.at) == (b.kind.id, b.at);
         let mut others: Vec<&Effect> = Vec::new();

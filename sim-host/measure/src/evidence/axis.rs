@@ -1,6 +1,6 @@
 //! The variables that effects follow, a value for every row of every log.
 
-use super::Ground;
+use super::Context;
 use crate::localize::joint_name;
 use crate::log::{Log, LogKind};
 use std::f64::consts::TAU;
@@ -40,8 +40,8 @@ pub(super) struct Named {
     pub values: Vec<Option<Vec<f64>>>,
 }
 
-/// Time over which rates are taken and loads averaged, s: longer than noise matters, shorter than the motion lasts. Loads at
-/// rest are what they are, and have no rates.
+/// Time over which rates are taken and loads averaged, s: longer than noise matters, shorter than
+/// the motion lasts. Loads at rest are what they are, and have no rates.
 fn span(kind: LogKind) -> Option<f64> {
     match kind {
         LogKind::StaticLoad => None,
@@ -53,7 +53,7 @@ fn span(kind: LogKind) -> Option<f64> {
 
 impl Axis {
     /// Its name and values; `None` where no log has it.
-    pub fn named(self, ground: &Ground<'_>) -> Option<Named> {
+    pub fn named(self, ground: &Context<'_>) -> Option<Named> {
         let of = |j: usize| ground.logs.first().map_or(String::new(), |log| joint_name(log, j));
         let (name, unit) = match self {
             Self::Time | Self::TimeTo(_) => ("time from the start of the log".to_owned(), "s"),
@@ -80,7 +80,7 @@ impl Axis {
         values.iter().any(Option::is_some).then_some(Named { name, unit, values })
     }
 
-    fn of_log(self, ground: &Ground<'_>, index: usize) -> Option<Vec<f64>> {
+    fn of_log(self, ground: &Context<'_>, index: usize) -> Option<Vec<f64>> {
         let log = ground.logs.get(index)?;
         let samples = &log.samples;
         let motion = ground.found.at[index].motion.as_ref();
@@ -140,8 +140,12 @@ impl Axis {
 
 /// TCP in B by the encoders, by component.
 fn tool(log: &Log) -> Vec<Vec<f64>> {
-    let positions: Vec<_> =
-        log.samples.encoder.iter().map(|q| log.robot.robot.forward(q).position).collect();
+    let positions: Vec<_> = log
+        .samples
+        .encoder
+        .iter()
+        .map(|q| log.robot.robot.forward_kinematics(q).position)
+        .collect();
     (0..3).map(|i| positions.iter().map(|p| p[i]).collect()).collect()
 }
 

@@ -3,7 +3,7 @@
 use super::axis::Named;
 use super::probe::Probe;
 use super::view::Shape;
-use super::{Evidence, Ground};
+use super::{Context, EffectCurve};
 use crate::fit::Slopes;
 use crate::localize::CurvePoint;
 use crate::log::LogKind;
@@ -25,7 +25,7 @@ const WINDOW: f64 = 0.4;
 
 /// What all compared values of one row of a log say.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Row {
+pub(super) struct BinRow {
     log: usize,
     row: usize,
     x: f64,
@@ -42,27 +42,28 @@ pub(super) struct Row {
 
 /// The rows that show anything of the quantity, log after log in order of time.
 pub(super) fn rows(
-    ground: &Ground<'_>,
+    ground: &Context<'_>,
     probe: &Probe,
     slopes: &Slopes,
     axis: &Named,
     shape: Shape,
-) -> Vec<Row> {
-    let mut rows: Vec<Row> = Vec::new();
+) -> Vec<BinRow> {
+    let mut rows: Vec<BinRow> = Vec::new();
     for (log, experiment) in ground.bench.experiments.iter().enumerate() {
         let (Some(slope), Some(x)) = (&slopes[log], &axis.values[log]) else {
             continue;
         };
-        // A constant says little of what swings: an arm answers its own frequencies many times over.
+        // A constant says little of what swings: an arm answers its own frequencies many times
+        // over.
         let swings = experiment.kind == LogKind::RingDown && matches!(probe, Probe::Port { .. });
         if swings {
             continue;
         }
         let (without, with) = (&ground.without[log].residual, &ground.found.at[log].residual);
-        let mut of_row: Vec<Row> = x
+        let mut of_row: Vec<BinRow> = x
             .iter()
             .enumerate()
-            .map(|(row, x)| Row {
+            .map(|(row, x)| BinRow {
                 log,
                 row,
                 x: *x,
@@ -79,7 +80,8 @@ pub(super) fn rows(
                 continue;
             };
             if s != 0.0 {
-                // A value of the effect is asked for about where it was fitted, where the slope was taken.
+                // A value of the effect is asked for about where it was fitted, where the slope was
+                // taken.
                 let taken = value.map_or(without[k] - with[k], |v| -s * v);
                 row.weight += s * s;
                 row.asked -= s * (with[k] + taken);
@@ -100,11 +102,12 @@ pub(super) fn rows(
     rows
 }
 
-/// Keeps the log with the largest loop: ∮ y dx of the effect, whose sense of turning is always the same.
-fn largest_loop(rows: &mut Vec<Row>) {
+/// Keeps the log with the largest loop: ∮ y dx of the effect, whose sense of turning is always the
+/// same.
+fn largest_loop(rows: &mut Vec<BinRow>) {
     let mut areas: Vec<(usize, f64)> = Vec::new();
     for pair in rows.windows(2).filter(|pair| pair[0].log == pair[1].log) {
-        let y = |r: &Row| r.given / r.weight;
+        let y = |r: &BinRow| r.given / r.weight;
         let area = 0.5 * (y(&pair[0]) + y(&pair[1])) * (pair[1].x - pair[0].x);
         match areas.last_mut() {
             Some((log, sum)) if *log == pair[0].log => *sum += area,
@@ -116,15 +119,15 @@ fn largest_loop(rows: &mut Vec<Row>) {
 }
 
 /// Rows in the order of the curve.
-pub(super) fn sort(rows: &mut [Row], shape: Shape) {
+pub(super) fn sort(rows: &mut [BinRow], shape: Shape) {
     if shape == Shape::Curve {
         rows.sort_by(|a, b| a.x.total_cmp(&b.x));
     }
 }
 
-/// Rows of each point: steps of a curve go half by the variable and half by what the rows know, so that both its range and
-/// its dense parts are resolved.
-fn bins(rows: &[Row], shape: Shape, count: usize) -> Vec<Range<usize>> {
+/// Rows of each point: steps of a curve go half by the variable and half by what the rows know, so
+/// that both its range and its dense parts are resolved.
+fn bins(rows: &[BinRow], shape: Shape, count: usize) -> Vec<Range<usize>> {
     let (Some(first), Some(last)) = (rows.first(), rows.last()) else {
         return Vec::new();
     };
@@ -162,7 +165,7 @@ fn bins(rows: &[Row], shape: Shape, count: usize) -> Vec<Range<usize>> {
 }
 
 /// Weighted mean of the variable.
-fn middle(rows: &[Row]) -> f64 {
+fn middle(rows: &[BinRow]) -> f64 {
     rows.iter().map(|r| r.weight * r.x).sum::<f64>() / rows.iter().map(|r| r.weight).sum::<f64>()
 }
 
@@ -171,8 +174,8 @@ fn steps(shape: Shape) -> usize {
 }
 
 /// Σ y²/σ² of the fitted curve: how far the effect stands out along this variable.
-pub(super) fn explained(rows: &[Row], shape: Shape) -> f64 {
-    let of_bin = |rows: &[Row]| {
+pub(super) fn explained(rows: &[BinRow], shape: Shape) -> f64 {
+    let of_bin = |rows: &[BinRow]| {
         let given: f64 = rows.iter().map(|r| r.given).sum();
         given * given / rows.iter().map(|r| r.weight).sum::<f64>()
     };
@@ -181,7 +184,7 @@ pub(super) fn explained(rows: &[Row], shape: Shape) -> f64 {
 
 /// What the rows ask for and what the effect gives; `None` where that is no curve.
 pub(super) fn points(
-    rows: &[Row],
+    rows: &[BinRow],
     shape: Shape,
     sign: f64,
 ) -> Option<(Vec<CurvePoint>, Vec<[f64; 2]>)> {
@@ -192,7 +195,7 @@ pub(super) fn points(
         bins(rows, shape, if shape == Shape::Curve { FINER * count } else { count })
             .into_iter()
             .map(|range| {
-                let sum = |f: fn(&Row) -> f64| rows[range.clone()].iter().map(f).sum::<f64>();
+                let sum = |f: fn(&BinRow) -> f64| rows[range.clone()].iter().map(f).sum::<f64>();
                 [middle(&rows[range.clone()]), sign * sum(|r| r.given) / sum(|r| r.weight)]
             })
             .collect();
@@ -201,18 +204,19 @@ pub(super) fn points(
     (points.len() > 1 && fitted.len() > 1).then_some((points, fitted))
 }
 
-/// One point. Its error is that of independent noise of the size that is left with the effect, and no less than what
-/// the passes through this stretch differ by: what is left of one pass is often of one piece.
-fn point(rows: &[Row], sign: f64) -> CurvePoint {
-    let sum = |f: fn(&Row) -> f64| rows.iter().map(f).sum::<f64>();
+/// One point. Its error is that of independent noise of the size that is left with the effect, and
+/// no less than what the passes through this stretch differ by: what is left of one pass is often
+/// of one piece.
+fn point(rows: &[BinRow], sign: f64) -> CurvePoint {
+    let sum = |f: fn(&BinRow) -> f64| rows.iter().map(f).sum::<f64>();
     let weight = sum(|r| r.weight);
     let y = sum(|r| r.asked) / weight;
     let white = (sum(|r| r.left) / sum(|r| r.count)).max(1.0) / weight;
     // Rows of one pass through this stretch, in order of time.
-    let mut in_time: Vec<&Row> = rows.iter().collect();
+    let mut in_time: Vec<&BinRow> = rows.iter().collect();
     in_time.sort_by_key(|r| (r.log, r.row));
     let mut passes: Vec<f64> = Vec::new();
-    let mut before: Option<&Row> = None;
+    let mut before: Option<&BinRow> = None;
     for row in in_time {
         let own = row.asked - row.weight * y;
         match passes.last_mut() {
@@ -232,14 +236,17 @@ fn point(rows: &[Row], sign: f64) -> CurvePoint {
     CurvePoint { x: middle(rows), y: sign * y, error: white.max(between).sqrt() }
 }
 
-/// Rows that belong to one pass are no further apart: the slowest log is compared at every fiftieth row or so.
+/// Rows that belong to one pass are no further apart: the slowest log is compared at every fiftieth
+/// row or so.
 const GAP: usize = 60;
 
-/// Mean amplitudes of the force at the orders of the spindle, along the axis of the tool where they are largest.
-pub(super) fn orders(ground: &Ground<'_>) -> Option<Evidence> {
-    let mut best: Option<(f64, Evidence)> = None;
+/// Mean amplitudes of the force at the orders of the spindle, along the axis of the tool where they
+/// are largest.
+pub(super) fn orders(ground: &Context<'_>) -> Option<EffectCurve> {
+    let mut best: Option<(f64, EffectCurve)> = None;
     for component in 0..3_u8 {
-        // By order, then cosine and sine: Σ weight·value of what is asked and given, Σ weight, Σ r², number.
+        // By order, then cosine and sine: Σ weight·value of what is asked and given, Σ weight, Σ
+        // r², number.
         let mut sums: Vec<[[f64; 5]; 2]> = Vec::new();
         for (log, experiment) in ground.bench.experiments.iter().enumerate() {
             let (without, with) = (&ground.without[log].residual, &ground.found.at[log].residual);
@@ -281,7 +288,7 @@ pub(super) fn orders(ground: &Ground<'_>) -> Option<Evidence> {
             let axis = ["x", "y", "z"][usize::from(component)];
             let y_name =
                 format!("amplitude of the force along {axis} of the tool beyond the model's");
-            let evidence = Evidence {
+            let evidence = EffectCurve {
                 title: format!("{y_name} over the spindle's orders"),
                 x_name: "order of the spindle".to_owned(),
                 x_unit: "1/turn",
@@ -298,7 +305,7 @@ pub(super) fn orders(ground: &Ground<'_>) -> Option<Evidence> {
 
 /// The stretch of a log, as a range of time, in which one column shows most of the effect.
 pub(super) fn window(
-    ground: &Ground<'_>,
+    ground: &Context<'_>,
     log: usize,
     quantity: Quantity,
     component: u8,

@@ -1,17 +1,20 @@
-//! Why an effect was found: the curve that the measurements draw of it, beside the curve that it draws itself.
+//! Why an effect was found: the curve that the measurements draw of it, beside the curve that it
+//! draws itself.
 //!
-//! Every effect acts through some quantity of the plant: a twist of a joint, a friction torque, a force on the tool. What the
-//! data ask of that quantity is found without the effect's form: with s the slope of the residual r, taken without the
-//! effect, by a constant at the same port (`probe`), the rows of one stretch of the variable that matters ask for
+//! Every effect acts through some quantity of the plant: a twist of a joint, a friction torque, a
+//! force on the tool. What the data ask of that quantity is found without the effect's form: with s
+//! the slope of the residual r, taken without the effect, by a constant at the same port (`probe`),
+//! the rows of one stretch of the variable that matters ask for
 //!
 //! ```text
 //! y = −Σ s·r / Σ s²
 //! ```
 //!
-//! The fitted curve is the same projection of what the effect takes away from r. So both stand in the same terms, and no
-//! equation of an effect is written a second time. An effect through which nothing can be projected shows the channel that it
-//! mends most. The calibrations stay as they were fitted beside the effect. Left out: whether the effect is believed, which
-//! is for a diagnosis to say.
+//! The fitted curve is the same projection of what the effect takes away from r. So both stand in
+//! the same terms, and no equation of an effect is written a second time. An effect through which
+//! nothing can be projected shows the channel that it mends most. The calibrations stay as they
+//! were fitted beside the effect. Left out: whether the effect is believed, which is for a
+//! diagnosis to say.
 
 mod axis;
 mod curve;
@@ -19,19 +22,19 @@ mod probe;
 mod view;
 mod words;
 
-pub use words::{Case, explain};
+pub use words::{ExplainedCase, explain};
 
-use crate::fit::{Bench, Fitted, Of, Point, Residuals, Slopes, residuals};
+use crate::fit::{EffectScope, FitProblem, FitState, Fitted, Residuals, Slopes, residuals};
 use crate::localize::CurvePoint;
 use crate::log::Log;
-use curve::Row;
+use curve::BinRow;
 use probe::Probe;
 use trueweld_plant::effects::Effect;
 use view::{Shape, View};
 
 /// What the measurements say of an effect, and what it says itself.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Evidence {
+pub struct EffectCurve {
     /// What is shown.
     pub title: String,
     /// The variable that matters for the effect.
@@ -49,14 +52,14 @@ pub struct Evidence {
 }
 
 /// Everything that a view is drawn from.
-struct Ground<'a> {
-    bench: &'a Bench,
+struct Context<'a> {
+    bench: &'a FitProblem,
     logs: &'a [Log],
     found: &'a Fitted,
     /// The effect in `found`.
-    of: Of,
+    of: EffectScope,
     /// `found` without the effect, its calibrations as they are.
-    bare: &'a Point,
+    bare: &'a FitState,
     /// Residuals there.
     without: &'a Residuals,
     /// Residuals with calibrations alone, at their best.
@@ -65,16 +68,17 @@ struct Ground<'a> {
 
 /// The curve that shows one effect of a fit.
 ///
-/// `logs` belong to the experiments of `bench`, place by place; `null` is the fit with calibrations alone, `found` the one
-/// that `effect` was found in. `None` where the logs show nothing of the effect. It costs one prediction of every log
-/// without the effect, and one for each quantity that the effect may show in, three at most.
+/// `logs` belong to the experiments of `bench`, place by place; `null` is the fit with calibrations
+/// alone, `found` the one that `effect` was found in. `None` where the logs show nothing of the
+/// effect. It costs one prediction of every log without the effect, and one for each quantity that
+/// the effect may show in, three at most.
 pub fn evidence(
-    bench: &Bench,
+    bench: &FitProblem,
     logs: &[Log],
     null: &Fitted,
     found: &Fitted,
     effect: &Effect,
-) -> Option<Evidence> {
+) -> Option<EffectCurve> {
     let fits = |r: &Residuals| r.len() == logs.len() && bench.experiments.len() == logs.len();
     let of = place(&found.point, effect)?;
     let bare = taken_out(&found.point, of);
@@ -82,20 +86,25 @@ pub fn evidence(
     if !fits(&without) || !fits(&found.at) || !fits(&null.at) {
         return None;
     }
-    let ground = Ground { bench, logs, found, of, bare: &bare, without: &without, null: &null.at };
+    let ground = Context { bench, logs, found, of, bare: &bare, without: &without, null: &null.at };
     let view = View::of(found.point.effect(of), &ground);
     draw(&ground, &view).or_else(|| draw(&ground, &View::fallback(found.point.effect(of), &ground)))
 }
 
 /// Where a point has the effect.
-fn place(point: &Point, effect: &Effect) -> Option<Of> {
+fn place(point: &FitState, effect: &Effect) -> Option<EffectScope> {
     let is = |e: &Effect| e.kind.id == effect.kind.id && e.at == effect.at;
-    let of_log = |log: usize| point.each[log].iter().position(is).map(|i| Of::Log(log, i));
-    point.all.iter().position(is).map(Of::All).or_else(|| (0..point.each.len()).find_map(of_log))
+    let of_log = |log: usize| point.each[log].iter().position(is).map(|i| EffectScope::Log(log, i));
+    point
+        .all
+        .iter()
+        .position(is)
+        .map(EffectScope::All)
+        .or_else(|| (0..point.each.len()).find_map(of_log))
 }
 
 /// The point without that effect, also where every log has it with values of its own.
-fn taken_out(point: &Point, of: Of) -> Point {
+fn taken_out(point: &FitState, of: EffectScope) -> FitState {
     let (kind, at) = (point.effect(of).kind, point.effect(of).at);
     let stays = |e: &Effect| e.kind.id != kind.id || e.at != at;
     let mut point = point.clone();
@@ -106,12 +115,13 @@ fn taken_out(point: &Point, of: Of) -> Point {
     point
 }
 
-/// The view's curve, through the quantity and over the variable in which the effect stands out most.
-fn draw(ground: &Ground<'_>, view: &View) -> Option<Evidence> {
+/// The view's curve, through the quantity and over the variable in which the effect stands out
+/// most.
+fn draw(ground: &Context<'_>, view: &View) -> Option<EffectCurve> {
     if view.shape == Shape::Orders {
         return curve::orders(ground);
     }
-    let mut best: Option<(f64, &Probe, axis::Named, Vec<Row>)> = None;
+    let mut best: Option<(f64, &Probe, axis::Named, Vec<BinRow>)> = None;
     let slopes: Vec<Option<Slopes>> =
         view.probes.iter().map(|probe| probe.slopes(ground)).collect();
     for (k, probe) in view.probes.iter().enumerate() {
@@ -132,7 +142,7 @@ fn draw(ground: &Ground<'_>, view: &View) -> Option<Evidence> {
     }
     let (_, probe, axis, rows) = best?;
     let (points, fitted) = curve::points(&rows, view.shape, probe.sign())?;
-    Some(Evidence {
+    Some(EffectCurve {
         title: format!("{} over {}", probe.y_name(), axis.name),
         x_name: axis.name,
         x_unit: axis.unit,

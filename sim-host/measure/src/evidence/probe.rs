@@ -1,19 +1,21 @@
-//! What residuals are projected on: a constant at a port of the plant, a value of the effect itself, or one column.
+//! What residuals are projected on: a constant at a port of the plant, a value of the effect
+//! itself, or one column.
 
-use super::Ground;
-use crate::fit::{Free, Of, Slopes, slopes, unit};
+use super::Context;
+use crate::fit::{EffectScope, FreeParameter, Slopes, slopes, unit};
 use crate::predict::{Compared, Experiment, Quantity};
-use trueweld_plant::effects::own::{Definition, OwnParameter, OwnRole, PORTS};
-use trueweld_plant::effects::{At, Effect, Kind};
+use trueweld_plant::effects::custom::{CustomParameter, CustomRole, Definition, PORTS};
+use trueweld_plant::effects::{Effect, EffectKind, Location};
 
 /// A quantity that the data can be asked for.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Probe {
     /// A constant at ports of the plant, by the ports' names in model files.
     Port {
-        /// Each port with what the constant is multiplied by there, an expression over the port's variables.
+        /// Each port with what the constant is multiplied by there, an expression over the port's
+        /// variables.
         terms: Vec<(&'static str, &'static str)>,
-        at: At,
+        at: Location,
         /// Unit of the constant.
         unit: &'static str,
         /// −1 where the quantity shown is that much less.
@@ -26,7 +28,8 @@ pub(super) enum Probe {
     Column { quantity: Quantity, component: u8, y_name: String },
 }
 
-/// Size at which the slope by a constant is taken, by unit: small against what any plant does, large against rounding.
+/// Size at which the slope by a constant is taken, by unit: small against what any plant does,
+/// large against rounding.
 fn step(unit: &str) -> f64 {
     match unit {
         "rad" => 5e-5,
@@ -37,14 +40,14 @@ fn step(unit: &str) -> f64 {
 }
 
 /// A constant at a port, as an effect of the user's own.
-fn constant(port: &'static str, times: &str, unit: &str) -> Option<&'static Kind> {
+fn constant(port: &'static str, times: &str, unit: &str) -> Option<&'static EffectKind> {
     let port = PORTS.iter().find(|p| p.name == port)?;
     let size = step(unit);
-    let parameter = OwnParameter {
+    let parameter = CustomParameter {
         name: "constant".to_owned(),
         unit: unit.to_owned(),
         meaning: port.meaning.to_owned(),
-        role: OwnRole::Size(size),
+        role: CustomRole::Size(size),
         low: -1e3 * size,
         high: 1e3 * size,
     };
@@ -68,9 +71,9 @@ fn added(a: Option<Vec<f64>>, b: Option<Vec<f64>>) -> Option<Vec<f64>> {
     }
 }
 
-/// Slopes by one of several quantities, cleared row by row of what the others could do as well: what one component of a force
-/// does to the tool, another does too.
-pub(super) fn apart(ground: &Ground<'_>, all: &[Option<Slopes>], which: usize) -> Option<Slopes> {
+/// Slopes by one of several quantities, cleared row by row of what the others could do as well:
+/// what one component of a force does to the tool, another does too.
+pub(super) fn apart(ground: &Context<'_>, all: &[Option<Slopes>], which: usize) -> Option<Slopes> {
     let mut own = all[which].clone()?;
     let others: Vec<&Slopes> = all
         .iter()
@@ -111,7 +114,7 @@ fn clear(s: &mut [f64], of: &[f64], experiment: &Experiment, rows: usize) {
 
 impl Probe {
     /// Slopes of all residuals by the quantity, in its unit; `None` where no log shows it.
-    pub fn slopes(&self, ground: &Ground<'_>) -> Option<Slopes> {
+    pub fn slopes(&self, ground: &Context<'_>) -> Option<Slopes> {
         let (mut slopes, size): (Slopes, f64) = match self {
             Self::Port { terms, at, unit: of, .. } => {
                 let mut sum: Option<Slopes> = None;
@@ -119,9 +122,9 @@ impl Probe {
                     let kind = constant(port, times, of)?;
                     // Without the effect, so that nothing of its form is assumed.
                     let mut point = ground.bare.clone();
-                    let of = Of::All(point.all.len());
+                    let of = EffectScope::All(point.all.len());
                     point.all.push(Effect { kind, at: *at, values: vec![0.0] });
-                    let free = Free { of, parameter: 0, expected: f64::INFINITY };
+                    let free = FreeParameter { of, parameter: 0, expected: f64::INFINITY };
                     let new = slopes(ground.bench, &point, &[free], ground.without, 1.0).pop()?;
                     sum = Some(match sum {
                         Some(sum) => sum.into_iter().zip(new).map(|(a, b)| added(a, b)).collect(),
@@ -132,7 +135,7 @@ impl Probe {
             }
             Self::Own { parameter, .. } => {
                 let point = &ground.found.point;
-                let is = |f: &Free| f.of == ground.of && f.parameter == *parameter;
+                let is = |f: &FreeParameter| f.of == ground.of && f.parameter == *parameter;
                 let k = point.free.iter().position(is)?;
                 let value = point.value(&point.free[k]);
                 (ground.found.slopes.get(k)?.clone(), unit(point.parameter(&point.free[k]), value))
@@ -156,7 +159,7 @@ impl Probe {
     }
 
     /// The value of the effect that is asked for, as it was fitted.
-    pub fn value(&self, ground: &Ground<'_>) -> Option<f64> {
+    pub fn value(&self, ground: &Context<'_>) -> Option<f64> {
         let Self::Own { parameter, .. } = self else {
             return None;
         };
@@ -175,7 +178,7 @@ impl Probe {
         }
     }
 
-    pub fn y_unit(&self, ground: &Ground<'_>) -> &'static str {
+    pub fn y_unit(&self, ground: &Context<'_>) -> &'static str {
         match self {
             Self::Port { unit, .. } => unit,
             Self::Own { parameter, .. } => ground

@@ -1,6 +1,6 @@
 //! What shows each effect: the quantity it acts through and the variables it may follow.
 
-use super::Ground;
+use super::Context;
 use super::axis::Axis;
 use super::curve::window;
 use super::probe::Probe;
@@ -9,8 +9,8 @@ use crate::localize::joint_name;
 use crate::log::LogKind;
 use crate::predict::Quantity;
 use trueweld_core::JOINTS;
-use trueweld_plant::effects::own::PORTS;
-use trueweld_plant::effects::{Action, At, Effect, Role};
+use trueweld_plant::effects::custom::PORTS;
+use trueweld_plant::effects::{Action, Effect, Location, Role};
 use trueweld_plant::robot::Channel;
 
 /// How rows become points.
@@ -49,8 +49,8 @@ const FOLDED: f64 = 4.0;
 
 impl View {
     /// How an effect is best shown.
-    pub fn of(effect: &Effect, ground: &Ground<'_>) -> Self {
-        let j = if let At::Joint(j) = effect.at { j } else { 0 };
+    pub fn of(effect: &Effect, ground: &Context<'_>) -> Self {
+        let j = if let Location::Joint(j) = effect.at { j } else { 0 };
         let name = ground.logs.first().map_or(String::new(), |log| joint_name(log, j));
         let joint = |port, sign, what: &str| {
             vec![at_port(port, effect.at, sign, what.replace("{}", &name))]
@@ -59,7 +59,7 @@ impl View {
             let axis = |port: &'static str| port.rsplit_once('-').map_or("", |(_, axis)| axis);
             ports
                 .iter()
-                .map(|port| at_port(port, At::Cell, 1.0, format!("{what}{}", axis(port))))
+                .map(|port| at_port(port, Location::Cell, 1.0, format!("{what}{}", axis(port))))
                 .collect()
         };
         let own = |what: &str| vec![Probe::Own { parameter: 0, y_name: what.replace("{}", &name) }];
@@ -67,7 +67,13 @@ impl View {
         let along = "more process force along ";
         let scaled = |terms: &[(&'static str, &'static str)], of: &str| {
             let y_name = format!("relative change of {of}");
-            vec![Probe::Port { terms: terms.to_vec(), at: At::Cell, sign: 1.0, y_name, unit: "1" }]
+            vec![Probe::Port {
+                terms: terms.to_vec(),
+                at: Location::Cell,
+                sign: 1.0,
+                y_name,
+                unit: "1",
+            }]
         };
         let forces = [(process[0], "fx"), (process[1], "fy"), (process[2], "fz")];
         let along_seam = || scaled(&forces[..1], "the force along the seam");
@@ -80,7 +86,7 @@ impl View {
         let height = || {
             vec![at_port(
                 "surface-height",
-                At::Cell,
+                Location::Cell,
                 1.0,
                 "height of the surface towards the tool".to_owned(),
             )]
@@ -125,7 +131,7 @@ impl View {
                 let a2 = ground.logs.first().map_or(String::new(), |log| joint_name(log, 1));
                 let probe = at_port(
                     "link-torque",
-                    At::Joint(1),
+                    Location::Joint(1),
                     1.0,
                     format!("more torque on the link of {a2}"),
                 );
@@ -161,8 +167,8 @@ impl View {
             ),
             "channel-delay" => {
                 let axes = match effect.at {
-                    At::Channel(Channel::Tracker) => vec![Axis::ToolSpeed],
-                    At::Channel(Channel::Wrench) => vec![Axis::Time],
+                    Location::Channel(Channel::Tracker) => vec![Axis::ToolSpeed],
+                    Location::Channel(Channel::Wrench) => vec![Axis::Time],
                     _ => vec![Axis::Rate(0)],
                 };
                 curve(own("lag of the instrument"), axes)
@@ -181,7 +187,7 @@ impl View {
                 Action::Expression(formula) => {
                     let port = &formula.definition.port;
                     let y_name = match effect.at {
-                        At::Joint(_) => format!("{} ({name})", port.meaning),
+                        Location::Joint(_) => format!("{} ({name})", port.meaning),
                         _ => port.meaning.to_owned(),
                     };
                     curve(vec![at_port(port.name, effect.at, 1.0, y_name)], every_axis())
@@ -191,8 +197,9 @@ impl View {
         }
     }
 
-    /// The column that the effect mends most, over what it follows there; where the links swing, as it was recorded.
-    pub fn fallback(effect: &Effect, ground: &Ground<'_>) -> Self {
+    /// The column that the effect mends most, over what it follows there; where the links swing, as
+    /// it was recorded.
+    pub fn fallback(effect: &Effect, ground: &Context<'_>) -> Self {
         let Some((log, quantity, component)) = most_improved(ground) else {
             return Self { probes: Vec::new(), axes: Vec::new(), shape: Shape::Curve };
         };
@@ -215,7 +222,7 @@ impl View {
 }
 
 /// A constant at one port.
-fn at_port(port: &'static str, at: At, sign: f64, y_name: String) -> Probe {
+fn at_port(port: &'static str, at: Location, sign: f64, y_name: String) -> Probe {
     let unit = PORTS.iter().find(|p| p.name == port).map_or("", |p| p.unit);
     Probe::Port { terms: vec![(port, "1")], at, sign, y_name, unit }
 }
@@ -228,7 +235,7 @@ fn every_axis() -> Vec<Axis> {
 }
 
 /// Range that a joint's angle covers in all logs, rad.
-fn range(ground: &Ground<'_>, joint: usize) -> f64 {
+fn range(ground: &Context<'_>, joint: usize) -> f64 {
     let angles = ground.logs.iter().flat_map(|log| log.samples.encoder.iter().map(|q| q[joint]));
     let (low, high) =
         angles.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), q| (l.min(q), h.max(q)));
@@ -236,7 +243,7 @@ fn range(ground: &Ground<'_>, joint: usize) -> f64 {
 }
 
 /// Log and column whose sum of squares the effect lowers most, calibrations alone set beside it.
-fn most_improved(ground: &Ground<'_>) -> Option<(usize, Quantity, u8)> {
+fn most_improved(ground: &Context<'_>) -> Option<(usize, Quantity, u8)> {
     let mut falls: Vec<((usize, Quantity, u8), f64)> = Vec::new();
     for (log, experiment) in ground.bench.experiments.iter().enumerate() {
         let (null, with) = (&ground.null[log].residual, &ground.found.at[log].residual);

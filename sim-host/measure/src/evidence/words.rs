@@ -1,22 +1,22 @@
 //! What was found, in two plain sentences.
 
-use crate::diagnose::{Found, parts};
-use crate::fit::{Bench, Residuals};
+use crate::diagnose::{FittedEffect, parts};
+use crate::fit::{FitProblem, Residuals};
 use crate::log::LogKind;
 use std::collections::BTreeMap;
-use trueweld_plant::effects::{At, Effect};
+use trueweld_plant::effects::{Effect, Location};
 use trueweld_plant::input::RobotFile;
 use trueweld_plant::robot::Channel;
 
 /// An explanation to be put into words.
 #[derive(Debug, Clone, Copy)]
-pub struct Case<'a> {
+pub struct ExplainedCase<'a> {
     /// The robot, for the names of its joints.
     pub robot: &'a RobotFile,
     /// The logs that were fitted.
-    pub bench: &'a Bench,
+    pub bench: &'a FitProblem,
     /// The effects of the explanation, with their intervals.
-    pub effects: &'a [Found],
+    pub effects: &'a [FittedEffect],
     /// Residuals with calibrations alone.
     pub before: &'a Residuals,
     /// Residuals with the effects.
@@ -25,12 +25,14 @@ pub struct Case<'a> {
     pub held_out: [f64; 2],
     /// How likely the explanation is, 0 to 1.
     pub probability: f64,
-    /// Effects, each with what it is at (nothing for the whole cell), that these data do not tell from it.
+    /// Effects, each with what it is at (nothing for the whole cell), that these data do not tell
+    /// from it.
     pub others: &'a [(&'a str, &'a str)],
 }
 
-/// Two sentences: what is there, of which size, and which channel it mends; then how sure that is, and its mark in the data.
-pub fn explain(case: &Case<'_>) -> String {
+/// Two sentences: what is there, of which size, and which channel it mends; then how sure that is,
+/// and its mark in the data.
+pub fn explain(case: &ExplainedCase<'_>) -> String {
     let found: Vec<String> = case.effects.iter().map(|f| statement(f, case.robot)).collect();
     let what = match found.as_slice() {
         [] => "no effect was found".to_owned(),
@@ -67,8 +69,9 @@ pub fn explain(case: &Case<'_>) -> String {
     )
 }
 
-/// The kind of logs and the channel whose sum of squares falls most, with its error over the noise before and after.
-fn mended(case: &Case<'_>) -> Option<(LogKind, &'static str, f64, f64)> {
+/// The kind of logs and the channel whose sum of squares falls most, with its error over the noise
+/// before and after.
+fn mended(case: &ExplainedCase<'_>) -> Option<(LogKind, &'static str, f64, f64)> {
     let mut sums: BTreeMap<(usize, &'static str), [f64; 3]> = BTreeMap::new();
     let mut add = |residuals: &Residuals, which: usize| {
         for ((log, channel), part) in parts(case.bench, residuals) {
@@ -123,11 +126,11 @@ fn percent(share: f64) -> String {
 }
 
 /// What one effect is, where, and of which size.
-fn statement(found: &Found, robot: &RobotFile) -> String {
+fn statement(found: &FittedEffect, robot: &RobotFile) -> String {
     let effect = &found.effect;
     let of_joint =
         |j: usize| robot.joint_names.get(j).cloned().unwrap_or_else(|| format!("joint {}", j + 1));
-    let j = if let At::Joint(j) = effect.at { j } else { 0 };
+    let j = if let Location::Joint(j) = effect.at { j } else { 0 };
     let (name, before) = (of_joint(j), of_joint(j.saturating_sub(1)));
     let v = |k: usize| effect.values.get(k).copied().unwrap_or(0.0);
     // The value of a parameter, and its size with what its sign says.
@@ -286,7 +289,7 @@ fn statement(found: &Found, robot: &RobotFile) -> String {
 }
 
 /// An effect of the user's own: its name and all its values.
-fn own(found: &Found, effect: &Effect, robot: &RobotFile) -> String {
+fn own(found: &FittedEffect, effect: &Effect, robot: &RobotFile) -> String {
     let values: Vec<String> = effect
         .kind
         .parameters
@@ -302,12 +305,12 @@ fn own(found: &Found, effect: &Effect, robot: &RobotFile) -> String {
     }
 }
 
-fn instrument(at: At) -> &'static str {
+fn instrument(at: Location) -> &'static str {
     match at {
-        At::Channel(Channel::Tracker) => "the tracker",
-        At::Channel(Channel::Wrench) => "the force sensor",
-        At::Channel(Channel::MotorTorque) => "the motor torque",
-        At::Channel(Channel::LinkEncoder) => "the second encoders' reading",
+        Location::Channel(Channel::Tracker) => "the tracker",
+        Location::Channel(Channel::Wrench) => "the force sensor",
+        Location::Channel(Channel::MotorTorque) => "the motor torque",
+        Location::Channel(Channel::LinkEncoder) => "the second encoders' reading",
         _ => "the instrument",
     }
 }
@@ -332,7 +335,7 @@ fn readable(value: f64, unit: &str) -> (f64, &str) {
 }
 
 /// A fitted value with its unit and 95 % interval, times a sign.
-fn quantity(found: &Found, k: usize, sign: f64) -> String {
+fn quantity(found: &FittedEffect, k: usize, sign: f64) -> String {
     let unit = found.effect.kind.parameters.get(k).map_or("", |p| p.unit);
     let value = found.effect.values.get(k).copied().unwrap_or(0.0);
     let (factor, unit) = readable(value, unit);
@@ -340,11 +343,11 @@ fn quantity(found: &Found, k: usize, sign: f64) -> String {
 }
 
 /// A fitted value that is not read in per cent.
-fn ratio(found: &Found, k: usize) -> String {
+fn ratio(found: &FittedEffect, k: usize) -> String {
     with_interval(found, k, 1.0, "")
 }
 
-fn with_interval(found: &Found, k: usize, factor: f64, unit: &str) -> String {
+fn with_interval(found: &FittedEffect, k: usize, factor: f64, unit: &str) -> String {
     let value = factor * found.effect.values.get(k).copied().unwrap_or(0.0);
     let [a, b] = found.interval.get(k).map_or([value; 2], |i| i.map(|end| factor * end));
     let (low, high) = (a.min(b), a.max(b));

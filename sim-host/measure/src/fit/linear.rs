@@ -1,5 +1,5 @@
-//! The linear model at a point of a fit, as normal equations in blocks of time, and its solutions: damped, with some values
-//! held, with a block left out.
+//! The linear model at a point of a fit, as normal equations in blocks of time, and its solutions:
+//! damped, with some values held, with a block left out.
 
 use super::{BLOCKS, Residuals, Slopes};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
@@ -19,7 +19,8 @@ pub struct Linear {
     pub weight: DVector<f64>,
     /// Distance from what was expected.
     pub away: DVector<f64>,
-    /// Weight of what each value is drawn to where a block is left out, and the distance from there.
+    /// Weight of what each value is drawn to where a block is left out, and the distance from
+    /// there.
     pub hold: (DVector<f64>, DVector<f64>),
 }
 
@@ -69,7 +70,8 @@ impl Linear {
         linear
     }
 
-    /// The same with more values, of which nothing is known beforehand: `known` are the slopes of those it has.
+    /// The same with more values, of which nothing is known beforehand: `known` are the slopes of
+    /// those it has.
     pub fn extended(
         &self,
         blocks: &[Vec<u8>],
@@ -153,8 +155,8 @@ impl Linear {
         (square, slope)
     }
 
-    /// The best step with `damping` on the diagonal, and the covariance of the values there, in the fit's units. `only`: the
-    /// values that are free; the others stay.
+    /// The best step with `damping` on the diagonal, and the covariance of the values there, in the
+    /// fit's units. `only`: the values that are free; the others stay.
     pub fn solve(
         &self,
         left_out: Option<usize>,
@@ -164,7 +166,8 @@ impl Linear {
         self.solve_beside(&DVector::zeros(self.weight.len()), left_out, damping, only)
     }
 
-    /// The same where the values that are not free step by what `fixed` says; it is 0 for those that are.
+    /// The same where the values that are not free step by what `fixed` says; it is 0 for those
+    /// that are.
     pub(super) fn solve_beside(
         &self,
         fixed: &DVector<f64>,
@@ -208,7 +211,8 @@ impl Linear {
         square.cholesky()
     }
 
-    /// The least cost with only `kept` values free and all others at nothing, and the step that leads there.
+    /// The least cost with only `kept` values free and all others at nothing, and the step that
+    /// leads there.
     pub fn with_only(&self, kept: &[usize]) -> Option<(f64, DVector<f64>)> {
         let (square, slope) = self.without(None);
         let n = self.weight.len();

@@ -1,9 +1,10 @@
-//! Fitting parameters of effects to logs: least squares of whitened residuals, priors on what a calibration may be, and
-//! held-out blocks.
+//! Fitting parameters of effects to logs: least squares of whitened residuals, priors on what a
+//! calibration may be, and held-out blocks.
 //!
-//! A fit works on a [`Point`]: effects that hold for all logs, effects that each log has of its own, and which of their
-//! values are free. Its [`Linear`] model there, residuals and their slopes, comes as normal equations of ten blocks in time
-//! (every tenth of every log), so that leaving blocks out costs a small solve and no new simulation.
+//! A fit works on a [`FitState`]: effects that hold for all logs, effects that each log has of its
+//! own, and which of their values are free. Its [`Linear`] model there, residuals and their slopes,
+//! comes as normal equations of ten blocks in time (every tenth of every log), so that leaving
+//! blocks out costs a small solve and no new simulation.
 
 mod linear;
 
@@ -21,29 +22,30 @@ pub const BLOCKS: usize = 10;
 
 /// Logs made ready, and the model they judge.
 #[derive(Debug)]
-pub struct Bench {
+pub struct FitProblem {
     /// Robot and process without effects.
     pub model: Model,
     /// Effects the model has, that are not fitted here.
     pub known: Vec<Effect>,
     /// Effects the model has whose values every log has of its own, fitted afresh.
-    pub afresh: Vec<Effect>,
+    pub per_log: Vec<Effect>,
     /// Effects of the user's own that are hypotheses, beside the library's.
     pub own: Vec<Effect>,
     /// The logs.
     pub experiments: Vec<Experiment>,
 }
 
-impl Bench {
-    /// Makes ready what a model file and experiments say: an effect with values of its own in every log is fitted afresh,
-    /// and an effect of the user's own whose sizes all stand where there is no effect is a hypothesis.
+impl FitProblem {
+    /// Makes ready what a model file and experiments say: an effect with values of its own in every
+    /// log is fitted afresh, and an effect of the user's own whose sizes all stand where there is
+    /// no effect is a hypothesis.
     pub fn new(file: &ModelFile, experiments: Vec<Experiment>) -> Self {
         let model = Model { robot: file.robot.robot.clone(), process: file.process.clone() };
         let mut bench =
-            Self { model, known: Vec::new(), afresh: Vec::new(), own: Vec::new(), experiments };
+            Self { model, known: Vec::new(), per_log: Vec::new(), own: Vec::new(), experiments };
         for ModelEffect { effect, scope } in &file.effects {
             let list = match scope {
-                Scope::Log => &mut bench.afresh,
+                Scope::Log => &mut bench.per_log,
                 Scope::Campaign if is_own_and_nothing(effect) => &mut bench.own,
                 Scope::Campaign => &mut bench.known,
             };
@@ -65,7 +67,7 @@ pub(crate) fn is_own_and_nothing(effect: &Effect) -> bool {
 
 /// Which effect a free value belongs to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Of {
+pub enum EffectScope {
     /// The effect of that index among those for all logs.
     All(usize),
     /// The effect of that index among those of one log.
@@ -74,25 +76,25 @@ pub enum Of {
 
 /// One free value.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Free {
+pub struct FreeParameter {
     /// Whose.
-    pub of: Of,
+    pub of: EffectScope,
     /// Which of the effect's parameters.
     pub parameter: usize,
-    /// How far from no effect a calibration is expected to be, one standard deviation in the value's unit; infinite for a
-    /// value that nothing is known of.
+    /// How far from no effect a calibration is expected to be, one standard deviation in the
+    /// value's unit; infinite for a value that nothing is known of.
     pub expected: f64,
 }
 
 /// A model being fitted.
 #[derive(Debug, Clone)]
-pub struct Point {
+pub struct FitState {
     /// Effects that hold for all logs.
     pub all: Vec<Effect>,
     /// Effects of each log.
     pub each: Vec<Vec<Effect>>,
     /// Free values.
-    pub free: Vec<Free>,
+    pub free: Vec<FreeParameter>,
 }
 
 /// The value at which an effect is not there; its own for a parameter that only shapes it.
@@ -104,7 +106,8 @@ pub fn neutral(parameter: &Parameter, value: f64) -> f64 {
     }
 }
 
-/// Longest step of a value that shapes an effect, in the fit's units: beyond it slopes say nothing. Sizes may go anywhere.
+/// Longest step of a value that shapes an effect, in the fit's units: beyond it slopes say nothing.
+/// Sizes may go anywhere.
 fn reach(role: Role) -> f64 {
     match role {
         Role::Size { .. } | Role::Reciprocal { .. } => f64::INFINITY,
@@ -112,7 +115,8 @@ fn reach(role: Role) -> f64 {
     }
 }
 
-/// Step of a value in a fit's own units, in which it is of the order of 1; the fit works on value = of(u).
+/// Step of a value in a fit's own units, in which it is of the order of 1; the fit works on value =
+/// of(u).
 fn value_at(parameter: &Parameter, from: f64, u: f64) -> f64 {
     let value = match parameter.role {
         Role::Size { step, .. } => from + step * u,
@@ -142,50 +146,54 @@ pub fn unit(parameter: &Parameter, value: f64) -> f64 {
     }
 }
 
-impl Point {
+impl FitState {
     /// A point without effects beyond the known.
     pub fn empty(logs: usize) -> Self {
         Self { all: Vec::new(), each: vec![Vec::new(); logs], free: Vec::new() }
     }
 
     /// The effect a free value belongs to.
-    pub fn effect(&self, of: Of) -> &Effect {
+    pub fn effect(&self, of: EffectScope) -> &Effect {
         match of {
-            Of::All(i) => &self.all[i],
-            Of::Log(log, i) => &self.each[log][i],
+            EffectScope::All(i) => &self.all[i],
+            EffectScope::Log(log, i) => &self.each[log][i],
         }
     }
 
-    fn effect_mut(&mut self, of: Of) -> &mut Effect {
+    fn effect_mut(&mut self, of: EffectScope) -> &mut Effect {
         match of {
-            Of::All(i) => &mut self.all[i],
-            Of::Log(log, i) => &mut self.each[log][i],
+            EffectScope::All(i) => &mut self.all[i],
+            EffectScope::Log(log, i) => &mut self.each[log][i],
         }
     }
 
     /// A free value's parameter.
-    pub fn parameter(&self, free: &Free) -> &'static Parameter {
+    pub fn parameter(&self, free: &FreeParameter) -> &'static Parameter {
         &self.effect(free.of).kind.parameters[free.parameter]
     }
 
     /// A free value.
-    pub fn value(&self, free: &Free) -> f64 {
+    pub fn value(&self, free: &FreeParameter) -> f64 {
         self.effect(free.of).values[free.parameter]
     }
 
     /// Adds an effect for all logs, with all its values free.
     pub fn add(&mut self, effect: Effect, expected: f64) {
-        let of = Of::All(self.all.len());
+        let of = EffectScope::All(self.all.len());
         let parameters = effect.kind.parameters.len();
         self.all.push(effect);
-        self.free.extend((0..parameters).map(|parameter| Free { of, parameter, expected }));
+        self.free.extend((0..parameters).map(|parameter| FreeParameter {
+            of,
+            parameter,
+            expected,
+        }));
     }
 
     /// Adds an effect for all logs, of whose values this much is expected.
     pub fn add_expected(&mut self, effect: Effect, expected: &[f64]) {
-        let of = Of::All(self.all.len());
+        let of = EffectScope::All(self.all.len());
         self.all.push(effect);
-        self.free.extend(expected.iter().enumerate().map(|(parameter, e)| Free {
+        self.free.extend(expected.iter().enumerate().map(|(parameter, e)| FreeParameter {
             of,
             parameter,
             expected: *e,
@@ -194,9 +202,9 @@ impl Point {
 
     /// Adds an effect of one log, with all its values free.
     pub fn add_to_log(&mut self, log: usize, effect: Effect, expected: &[f64]) {
-        let of = Of::Log(log, self.each[log].len());
+        let of = EffectScope::Log(log, self.each[log].len());
         self.each[log].push(effect);
-        self.free.extend(expected.iter().enumerate().map(|(parameter, e)| Free {
+        self.free.extend(expected.iter().enumerate().map(|(parameter, e)| FreeParameter {
             of,
             parameter,
             expected: *e,
@@ -207,7 +215,7 @@ impl Point {
     pub(crate) fn drop_last(&mut self) {
         if let Some(last) = self.all.len().checked_sub(1) {
             self.all.pop();
-            self.free.retain(|f| f.of != Of::All(last));
+            self.free.retain(|f| f.of != EffectScope::All(last));
         }
     }
 
@@ -223,7 +231,7 @@ impl Point {
     }
 
     /// The effects of one log.
-    pub fn effects(&self, bench: &Bench, log: usize) -> Vec<Effect> {
+    pub fn effects(&self, bench: &FitProblem, log: usize) -> Vec<Effect> {
         bench.known.iter().chain(&self.all).chain(&self.each[log]).cloned().collect()
     }
 
@@ -253,8 +261,9 @@ impl Point {
         }
     }
 
-    /// Weight on each value and how far it is from what it is drawn to, in the fit's units, while blocks are left out: an effect
-    /// of which the other blocks say nothing is none, and what shapes it stays.
+    /// Weight on each value and how far it is from what it is drawn to, in the fit's units, while
+    /// blocks are left out: an effect of which the other blocks say nothing is none, and what
+    /// shapes it stays.
     fn hold(&self) -> (DVector<f64>, DVector<f64>) {
         let n = self.free.len();
         let (mut weight, mut away) = (DVector::zeros(n), DVector::zeros(n));
@@ -271,7 +280,8 @@ impl Point {
         (weight, away)
     }
 
-    /// Weight of each prior and how far each value is from where it was expected, in the fit's units.
+    /// Weight of each prior and how far each value is from where it was expected, in the fit's
+    /// units.
     fn priors(&self) -> (DVector<f64>, DVector<f64>) {
         let n = self.free.len();
         let (mut weight, mut away) = (DVector::zeros(n), DVector::zeros(n));
@@ -295,7 +305,7 @@ pub type Residuals = Vec<Prediction>;
 ///
 /// # Errors
 /// [`PredictError`] of the first log the model cannot be driven through.
-pub fn residuals(bench: &Bench, point: &Point) -> Result<Residuals, PredictError> {
+pub fn residuals(bench: &FitProblem, point: &FitState) -> Result<Residuals, PredictError> {
     (0..bench.experiments.len())
         .into_par_iter()
         .map(|log| bench.experiments[log].predict(&bench.model, &point.effects(bench, log), None))
@@ -312,16 +322,17 @@ pub fn count(residuals: &Residuals) -> usize {
     residuals.iter().map(|p| p.residual.len()).sum()
 }
 
-/// Slope of one log's residuals by one free value in the fit's units; `None` where the log does not see it.
+/// Slope of one log's residuals by one free value in the fit's units; `None` where the log does not
+/// see it.
 fn slope(
-    bench: &Bench,
-    point: &Point,
-    free: &Free,
+    bench: &FitProblem,
+    point: &FitState,
+    free: &FreeParameter,
     log: usize,
     at: &Prediction,
     share: f64,
 ) -> Result<Option<Vec<f64>>, PredictError> {
-    if matches!(free.of, Of::Log(own, _) if own != log) {
+    if matches!(free.of, EffectScope::Log(own, _) if own != log) {
         return Ok(None);
     }
     let experiment = &bench.experiments[log];
@@ -342,12 +353,12 @@ fn slope(
 /// Slopes of one free value in every log.
 pub type Slopes = Vec<Option<Vec<f64>>>;
 
-/// Slopes of some free values of a point, taken over a `share` of a fit's unit, in parallel over values and logs. A value
-/// that makes the model fall apart has none.
+/// Slopes of some free values of a point, taken over a `share` of a fit's unit, in parallel over
+/// values and logs. A value that makes the model fall apart has none.
 pub fn slopes(
-    bench: &Bench,
-    point: &Point,
-    frees: &[Free],
+    bench: &FitProblem,
+    point: &FitState,
+    frees: &[FreeParameter],
     at: &Residuals,
     share: f64,
 ) -> Vec<Slopes> {
@@ -362,8 +373,9 @@ pub fn slopes(
     frees.iter().map(|_| flat.by_ref().take(logs).collect()).collect()
 }
 
-/// Ranges of each log's compared values by block: values of one quantity and component come in order of their rows.
-pub fn blocks_of(bench: &Bench) -> Vec<Vec<u8>> {
+/// Ranges of each log's compared values by block: values of one quantity and component come in
+/// order of their rows.
+pub fn blocks_of(bench: &FitProblem) -> Vec<Vec<u8>> {
     bench.experiments.iter().map(blocks_of_log).collect()
 }
 
@@ -381,7 +393,7 @@ fn blocks_of_log(experiment: &Experiment) -> Vec<u8> {
 #[derive(Debug, Clone)]
 pub struct Fitted {
     /// The values found.
-    pub point: Point,
+    pub point: FitState,
     /// Residuals there.
     pub at: Residuals,
     /// Slopes of every free value there, or near there.
@@ -407,9 +419,9 @@ const STEP: f64 = 0.1;
 /// Improvement of the cost below which a fit has arrived, as a share of it and at least this much.
 const ARRIVED: f64 = 1e-4;
 
-/// The best step with every value within its bounds: one that would leave goes to its bound, and the others are solved for
-/// again.
-fn bounded(linear: &Linear, point: &Point, damping: f64) -> Option<DVector<f64>> {
+/// The best step with every value within its bounds: one that would leave goes to its bound, and
+/// the others are solved for again.
+fn bounded(linear: &Linear, point: &FitState, damping: f64) -> Option<DVector<f64>> {
     let n = point.free.len();
     let mut free: Vec<usize> = (0..n).collect();
     let mut fixed = DVector::zeros(n);
@@ -447,13 +459,14 @@ fn room(parameter: &Parameter, value: f64, step: f64) -> Option<f64> {
     Some(beyond * step)
 }
 
-/// Fits the free values of a point by Levenberg and Marquardt. `slopes`: known ones of the first free values.
+/// Fits the free values of a point by Levenberg and Marquardt. `slopes`: known ones of the first
+/// free values.
 ///
 /// # Errors
 /// [`PredictError`] where the model cannot be driven through the logs at the start.
 pub fn fit(
-    bench: &Bench,
-    point: &Point,
+    bench: &FitProblem,
+    point: &FitState,
     blocks: &[Vec<u8>],
     known: &[Slopes],
     effort: Effort,
@@ -469,7 +482,7 @@ pub fn fit(
         let all: Vec<&Slopes> = stale.iter().chain(&fresh).collect();
         let linear = Linear { hold: point.hold(), ..Linear::new(blocks, &at, &all, weight, away) };
         let cost = linear.cost(&DVector::zeros(point.free.len()));
-        let finish = |point: Point,
+        let finish = |point: FitState,
                       at: Residuals,
                       stale: Vec<Slopes>,
                       fresh: Vec<Slopes>,

@@ -1,6 +1,6 @@
 //! The conditions under which each row of a log was recorded.
 
-use super::table::Table;
+use super::table::ResidualTable;
 use super::{Bins, joint_name};
 use crate::log::{Log, LogKind};
 use crate::predict::Prediction;
@@ -25,7 +25,7 @@ const REST: f64 = 0.03;
 const STILL: f64 = 1e-4;
 
 /// One condition, a value a row.
-pub(super) struct Condition {
+pub(super) struct Covariate {
     pub name: String,
     /// Empty for categories.
     pub unit: &'static str,
@@ -38,12 +38,12 @@ const SIGNS: [&str; 2] = ["negative", "positive"];
 const DIRECTIONS: [&str; 3] = ["negative", "at rest", "positive"];
 const TENDENCIES: [&str; 3] = ["falling", "steady", "rising"];
 
-fn number(name: impl Into<String>, unit: &'static str, values: Vec<f64>) -> Condition {
-    Condition { name: name.into(), unit, values, categories: Vec::new() }
+fn number(name: impl Into<String>, unit: &'static str, values: Vec<f64>) -> Covariate {
+    Covariate { name: name.into(), unit, values, categories: Vec::new() }
 }
 
-fn category(name: String, names: &[&str], values: Vec<f64>) -> Condition {
-    Condition {
+fn category(name: String, names: &[&str], values: Vec<f64>) -> Covariate {
+    Covariate {
         name,
         unit: "",
         values,
@@ -52,7 +52,7 @@ fn category(name: String, names: &[&str], values: Vec<f64>) -> Condition {
 }
 
 /// All conditions of a log, a value a row of it.
-pub(super) fn of(log: &Log, prediction: &Prediction) -> Vec<Condition> {
+pub(super) fn of(log: &Log, prediction: &Prediction) -> Vec<Covariate> {
     let samples = &log.samples;
     let (n, time) = (samples.len(), &samples.time);
     let start = time.first().copied().unwrap_or(0.0);
@@ -129,16 +129,17 @@ pub(super) fn of(log: &Log, prediction: &Prediction) -> Vec<Condition> {
         let seam = Seam::of(weld);
         let along: Vector3<f64> = seam.b_from_w.rotation.column(0).into();
         let on_path = |q: &trueweld_core::JointVector<f64>| {
-            along.dot(&(log.robot.robot.forward(q).position - seam.b_from_w.position))
+            along.dot(&(log.robot.robot.forward_kinematics(q).position - seam.b_from_w.position))
         };
         all.push(number("path position", "m", samples.encoder.iter().map(on_path).collect()));
     }
     all
 }
 
-impl Condition {
-    /// The conditions of the rows of a table, from those of its logs; with the log itself where there are several.
-    pub fn joined(table: &Table, of_logs: &[Vec<Self>]) -> Vec<Self> {
+impl Covariate {
+    /// The conditions of the rows of a table, from those of its logs; with the log itself where
+    /// there are several.
+    pub fn joined(table: &ResidualTable, of_logs: &[Vec<Self>]) -> Vec<Self> {
         let mut names: Vec<(&str, &Self)> = Vec::new();
         for span in &table.spans {
             let (log, _) = table.rows[span.start];

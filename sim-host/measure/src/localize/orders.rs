@@ -1,8 +1,9 @@
-//! Residuals that come again several times a turn of a joint: a gear or an encoder that is not quite round.
+//! Residuals that come again several times a turn of a joint: a gear or an encoder that is not
+//! quite round.
 
-use super::conditions::Condition;
-use super::table::Table;
-use super::{ARRANGEMENTS, Bins, Finding, How, LEAST, Sums, judge, report};
+use super::conditions::Covariate;
+use super::table::ResidualTable;
+use super::{ARRANGEMENTS, Bins, Finding, LEAST, Statistic, Sums, judge, report};
 use crate::log::LogKind;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
@@ -17,10 +18,11 @@ const PERIODS: f64 = 2.0;
 const ROWS: usize = 500;
 const BINS: u16 = 12;
 
-/// The best wave over each joint's angle in a free motion, where it is more than chance; chance may choose its order too.
+/// The best wave over each joint's angle in a free motion, where it is more than chance; chance may
+/// choose its order too.
 pub(super) fn of(
-    table: &Table,
-    conditions: &[Condition],
+    table: &ResidualTable,
+    conditions: &[Covariate],
     arrangements: &[Vec<u32>],
 ) -> Vec<Finding> {
     if table.kind != LogKind::FreeMotion {
@@ -30,7 +32,11 @@ pub(super) fn of(
     angles.filter_map(|angle| of_angle(table, angle, arrangements)).collect()
 }
 
-fn of_angle(table: &Table, angle: &Condition, arrangements: &[Vec<u32>]) -> Option<Finding> {
+fn of_angle(
+    table: &ResidualTable,
+    angle: &Covariate,
+    arrangements: &[Vec<u32>],
+) -> Option<Finding> {
     let (low, high) =
         angle.values.iter().fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(*v), h.max(*v)));
     let first = (PERIODS * TAU / (high - low)).ceil().max(1.0);
@@ -71,9 +77,9 @@ fn of_angle(table: &Table, angle: &Condition, arrangements: &[Vec<u32>]) -> Opti
     let bin = |p: &f64| Some(((p / TAU * f64::from(BINS)) as u16).min(BINS - 1));
     let bins = Bins { of: phase.iter().map(bin).collect(), count: usize::from(BINS) };
     let name = format!("{}, {order} periods a turn", angle.name);
-    let condition = Condition { name, unit: "rad", values: phase, categories: Vec::new() };
+    let condition = Covariate { name, unit: "rad", values: phase, categories: Vec::new() };
     let sums = Sums::of(table, &bins, |i| i);
-    Some(report(table, &condition, &bins, &sums, How::Mean, judged))
+    Some(report(table, &condition, &bins, &sums, Statistic::Mean, judged))
 }
 
 /// Sine and cosine of a multiple of an angle, less their means.

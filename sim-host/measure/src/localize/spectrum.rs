@@ -1,7 +1,8 @@
-//! Bands of frequency in which a residual compared at the log's own rate is larger than white noise of its size would be.
+//! Bands of frequency in which a residual compared at the log's own rate is larger than white noise
+//! of its size would be.
 
-use super::table::Table;
-use super::{Curve, CurvePoint, Finding, How, judge, largest, words};
+use super::table::ResidualTable;
+use super::{Curve, CurvePoint, Finding, Statistic, judge, largest, words};
 use crate::log::{Log, LogKind};
 use crate::predict::Quantity;
 use realfft::RealFftPlanner;
@@ -16,7 +17,11 @@ const BANDS: usize = 8;
 const FEWEST: usize = 64;
 
 /// The band that stands out of a flat spectrum.
-pub(super) fn of(table: &Table, logs: &[Log], arrangements: &[Vec<u32>]) -> Option<Finding> {
+pub(super) fn of(
+    table: &ResidualTable,
+    logs: &[Log],
+    arrangements: &[Vec<u32>],
+) -> Option<Finding> {
     let even = matches!(table.kind, LogKind::RingDown | LogKind::FreeMotion);
     // What is compared in a band of its own is not white, however good the model is.
     let filtered = table.channel == Quantity::MotorTorque.channel();
@@ -85,7 +90,7 @@ pub(super) fn of(table: &Table, logs: &[Log], arrangements: &[Vec<u32>]) -> Opti
             y_unit: "",
             points: (0..BANDS).map(point).collect(),
         },
-        ..table.finding(How::Size, judged)
+        ..table.finding(Statistic::Size, judged)
     };
     finding.sentence = words::sentence(&finding);
     Some(finding)

@@ -1,6 +1,6 @@
 //! Residuals of one channel in all logs of one kind, row by row.
 
-use super::{Curve, CurvePoint, Finding, Group, How, Judged};
+use super::{Curve, CurvePoint, Finding, Group, Judged, Statistic};
 use crate::compare::column_label;
 use crate::log::{Log, LogKind};
 use crate::predict::{Experiment, Prediction, Quantity};
@@ -16,7 +16,8 @@ const MOST_ROWS: usize = 2000;
 /// Fewest rows that something can be told of.
 const FEWEST_ROWS: usize = 24;
 
-/// A residual is taken to remember as long as its autocorrelation exceeds this, and no longer than this share of a log.
+/// A residual is taken to remember as long as its autocorrelation exceeds this, and no longer than
+/// this share of a log.
 const REMEMBERED: f64 = 0.2;
 const LONGEST_SHARE: usize = 8;
 
@@ -31,7 +32,7 @@ pub(super) struct Series {
 }
 
 /// Residuals with a row for every instant and a column for every series.
-pub(super) struct Table {
+pub(super) struct ResidualTable {
     pub kind: LogKind,
     pub channel: &'static str,
     pub series: Vec<Series>,
@@ -61,8 +62,9 @@ struct Gathered {
     of_logs: Vec<(usize, Rows)>,
 }
 
-impl Table {
-    /// All channels of all kinds of logs. Logs of which other columns were recorded make a table of their own.
+impl ResidualTable {
+    /// All channels of all kinds of logs. Logs of which other columns were recorded make a table of
+    /// their own.
     pub fn all(experiments: &[Experiment], predictions: &[Prediction], logs: &[Log]) -> Vec<Self> {
         let mut groups: Vec<Gathered> = Vec::new();
         for (k, (experiment, prediction)) in experiments.iter().zip(predictions).enumerate() {
@@ -287,10 +289,12 @@ impl Table {
     }
 
     /// What a curve over one series shows.
-    pub fn drawn(&self, how: How, series: usize) -> String {
+    pub fn drawn(&self, how: Statistic, series: usize) -> String {
         match how {
-            How::Mean => format!("mean residual, {}", self.series[series].label),
-            How::Size => format!("root mean square of the residual, {}", self.series[series].label),
+            Statistic::Mean => format!("mean residual, {}", self.series[series].label),
+            Statistic::Size => {
+                format!("root mean square of the residual, {}", self.series[series].label)
+            }
         }
     }
 
@@ -298,7 +302,7 @@ impl Table {
     pub fn point(
         &self,
         x: f64,
-        how: How,
+        how: Statistic,
         series: usize,
         rows: impl Iterator<Item = usize>,
     ) -> CurvePoint {
@@ -308,12 +312,12 @@ impl Table {
         let mean = values.iter().sum::<f64>() / n;
         let squares = values.iter().map(|v| v * v).sum::<f64>() / n;
         match how {
-            How::Mean => CurvePoint {
+            Statistic::Mean => CurvePoint {
                 x,
                 y: mean,
                 error: ((squares - mean * mean).max(0.0) / independent).sqrt(),
             },
-            How::Size => {
+            Statistic::Size => {
                 CurvePoint { x, y: squares.sqrt(), error: (squares / (2.0 * independent)).sqrt() }
             }
         }
@@ -330,7 +334,7 @@ impl Table {
     }
 
     /// A finding about this table, with everything still to be said that belongs to its condition.
-    pub fn finding(&self, how: How, judged: Judged) -> Finding {
+    pub fn finding(&self, how: Statistic, judged: Judged) -> Finding {
         Finding {
             kind: self.kind,
             channel: self.channel,

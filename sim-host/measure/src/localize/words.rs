@@ -1,6 +1,6 @@
 //! Findings in plain words.
 
-use super::{ARRANGEMENTS, Finding, How, spectrum};
+use super::{ARRANGEMENTS, Finding, Statistic, spectrum};
 
 /// Name of the condition that holds everywhere.
 pub(super) const OFFSET: &str = "constant offset";
@@ -42,10 +42,10 @@ pub(super) fn sentence(finding: &Finding) -> String {
                 "{kind}, {channel}: {share} of the squared residual is a constant offset ({p}){y}."
             );
         }
-        (_, How::Mean) => {
+        (_, Statistic::Mean) => {
             format!("{share} of the squared residual goes with {} ({p})", article(variable))
         }
-        (spectrum::NAME, How::Size) => {
+        (spectrum::NAME, Statistic::Size) => {
             let (low, high) = (number(finding.low), number(finding.high));
             let noise = percent(finding.samples_there);
             let there = percent(finding.share_there);
@@ -54,7 +54,7 @@ pub(super) fn sentence(finding: &Finding) -> String {
                  {noise} ({p})."
             );
         }
-        (_, How::Size) => format!(
+        (_, Statistic::Size) => format!(
             "{} of the squared residual lies in {} of the samples, {} ({p})",
             percent(finding.share_there),
             percent(finding.samples_there),
@@ -62,7 +62,7 @@ pub(super) fn sentence(finding: &Finding) -> String {
         ),
     };
     let most = match (how, worst(finding)) {
-        (How::Mean, Some((y, _))) => format!("; most {}: {y}", place(finding)),
+        (Statistic::Mean, Some((y, _))) => format!("; most {}: {y}", place(finding)),
         _ => String::new(),
     };
     let similar = match finding.similar.as_slice() {

@@ -25,7 +25,7 @@ pub(super) mod at {
 pub(super) const COUNT: usize = 36;
 
 /// A row as it is read: a value a known column, NaN where there is none.
-pub(super) type Row = [f64; COUNT];
+pub(super) type RawRow = [f64; COUNT];
 
 pub(super) const COLUMNS: [&str; COUNT] = [
     "t_s",
@@ -166,7 +166,8 @@ impl Header {
         notices
     }
 
-    /// A column that is another spelling or another unit of one that is not there would be lost silently.
+    /// A column that is another spelling or another unit of one that is not there would be lost
+    /// silently.
     fn refuse_near_misses<R: Read>(
         &self,
         lines: &Lines<R>,

@@ -1,7 +1,8 @@
 //! The lines of a table of samples, one in memory at a time, with the place of every field.
 //!
-//! Lines are cut here and fields by `csv-core`, so that a line's number is right whatever its ending, an open quote
-//! ends with its line, and an error has the line at hand although the file was never held.
+//! Lines are cut here and fields by `csv-core`, so that a line's number is right whatever its
+//! ending, an open quote ends with its line, and an error has the line at hand although the file
+//! was never held.
 
 use csv_core::{ReadFieldResult, Reader, ReaderBuilder, Terminator};
 use std::io::{BufRead, BufReader, Read};
@@ -11,7 +12,8 @@ use trueweld_plant::input::{InputError, Source};
 /// No table of samples has a line longer than this, bytes; one line is all that is held.
 const LONGEST: u64 = 1 << 20;
 
-/// A line up to this length is shown whole in an error; of a longer one, what stands around the mistake.
+/// A line up to this length is shown whole in an error; of a longer one, what stands around the
+/// mistake.
 const SHOWN: usize = 160;
 
 pub(super) struct Lines<R> {
@@ -115,7 +117,8 @@ impl<R: Read> Lines<R> {
             read += taken;
             written += put;
             match result {
-                // An open quote runs past the line's ending: called again on nothing, the parser closes the field.
+                // An open quote runs past the line's ending: called again on nothing, the parser
+                // closes the field.
                 ReadFieldResult::InputEmpty => {}
                 ReadFieldResult::OutputFull | ReadFieldResult::End => break,
                 ReadFieldResult::Field { record_end } => {

@@ -1,8 +1,10 @@
-//! A recorded log: a folder with `log.toml`, which says what was done, and `samples.csv`, what was measured.
+//! A recorded log: a folder with `log.toml`, which says what was done, and `samples.csv`, what was
+//! measured.
 //!
-//! A log that was read is complete and plausible: every required column is there, every number parsed, the time
-//! rises, and no channel is in another unit than its name says. Rows are read as a stream; what is held is the
-//! columns. Left out: resampling, filtering, and filling in of missing values, which are up to the prediction.
+//! A log that was read is complete and plausible: every required column is there, every number
+//! parsed, the time rises, and no channel is in another unit than its name says. Rows are read as a
+//! stream; what is held is the columns. Left out: resampling, filtering, and filling in of missing
+//! values, which are up to the prediction.
 
 mod columns;
 mod lines;
@@ -21,7 +23,7 @@ use std::path::{Path, PathBuf};
 use trueweld_core::JOINTS;
 use trueweld_plant::input::document::nearest;
 use trueweld_plant::input::{
-    Bounds, Document, InputError, Kind, Process, RobotFile, Source, Table, Weld, read_text,
+    Bounds, Document, FileKind, InputError, Process, RobotFile, Source, Table, Weld, read_text,
 };
 
 /// Name of the file that says what a log is.
@@ -98,8 +100,8 @@ impl fmt::Display for LogKind {
 
 /// Noise as the instruments' makers state it: one standard deviation a column. `None`: not stated.
 ///
-/// Of joints' channels of which only some joints have a column, an entry that was given for those columns alone is NaN for
-/// the other joints.
+/// Of joints' channels of which only some joints have a column, an entry that was given for those
+/// columns alone is NaN for the other joints.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Noise {
     /// Tracker position, m.
@@ -194,8 +196,8 @@ pub struct Log {
     pub weld: Option<Weld>,
     /// The process that was expected; every weld log has one.
     pub process: Option<Process>,
-    /// Sampling period where sampling is even, s. Each step of the time, and their mean, keep it within 1 % and what
-    /// rounding of the written times makes.
+    /// Sampling period where sampling is even, s. Each step of the time, and their mean, keep it
+    /// within 1 % and what rounding of the written times makes.
     pub period: Option<f64>,
     /// Noise as stated.
     pub noise: Noise,
@@ -224,15 +226,15 @@ impl Log {
         Self::parse(&text, file, folder)
     }
 
-    /// Reads a log from the text of its `log.toml` and its rows; `folder` is where its paths start and what errors
-    /// name.
+    /// Reads a log from the text of its `log.toml` and its rows; `folder` is where its paths start
+    /// and what errors name.
     ///
     /// # Errors
     /// As [`Log::read`].
     pub fn parse(text: &str, samples: impl Read, folder: &Path) -> Result<Self, InputError> {
         let file = folder.join(LOG_FILE).display().to_string();
         let document = Document::parse(text, &file)?;
-        let root = document.root_of(Kind::Log.schema())?;
+        let root = document.root_of(FileKind::Log.schema())?;
         root.only(&["schema", "kind", "robot", "weld", "process", "period_s", "noise"])?;
         let kind = kind(&root)?;
         let robot = RobotFile::read(root.file("robot", folder)?)?;
@@ -273,8 +275,9 @@ impl Log {
         })
     }
 
-    /// Checks that the log was recorded on this robot: same name, same joints, same geometry up to the tool centre
-    /// point. Masses, elasticity and friction may differ. `whose` says in the error what the robot belongs to.
+    /// Checks that the log was recorded on this robot: same name, same joints, same geometry up to
+    /// the tool centre point. Masses, elasticity and friction may differ. `whose` says in the error
+    /// what the robot belongs to.
     ///
     /// # Errors
     /// A log of another robot, at the `robot` of its `log.toml`, with the first difference.
@@ -318,7 +321,8 @@ pub(crate) fn name_of(folder: &Path) -> String {
 
 /// The first thing in which two robots differ that no calibration changes.
 fn difference(read: &RobotFile, expected: &RobotFile) -> Option<String> {
-    // Positions to a micrometre, directions to a microradian: below what a file of the same robot may be rounded to.
+    // Positions to a micrometre, directions to a microradian: below what a file of the same robot
+    // may be rounded to.
     let apart = |a: &Vector3<f64>, b: &Vector3<f64>| (a - b).norm() > 1e-6;
     if read.name != expected.name {
         return Some(format!("{:?} instead of {:?}", read.name, expected.name));

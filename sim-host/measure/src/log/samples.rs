@@ -1,7 +1,7 @@
 //! The rows of a log: `samples.csv`, read once from front to back.
 
 use super::LogKind;
-use super::columns::{COLUMNS, COUNT, GROUPS, Header, Row, at, named};
+use super::columns::{COLUMNS, COUNT, GROUPS, Header, RawRow, at, named};
 use super::lines::Lines;
 use nalgebra::Vector3;
 use std::io::Read;
@@ -9,12 +9,13 @@ use trueweld_core::{JOINTS, JointVector};
 use trueweld_plant::input::document::unit_of;
 use trueweld_plant::input::{InputError, RobotFile};
 
-/// How far an encoder may read beyond the robot's limits, rad: limits are set a little inside the hard stops, and
-/// an encoder may be zeroed a little off.
+/// How far an encoder may read beyond the robot's limits, rad: limits are set a little inside the
+/// hard stops, and an encoder may be zeroed a little off.
 const BEYOND_LIMITS: f64 = 10.0 * std::f64::consts::PI / 180.0;
 
-/// A step of the time, and the mean of all steps, may differ from the stated period by this share of it, on top of
-/// what rounding of the written times makes. Clocks jitter by less; a lost row is a whole period.
+/// A step of the time, and the mean of all steps, may differ from the stated period by this share
+/// of it, on top of what rounding of the written times makes. Clocks jitter by less; a lost row is
+/// a whole period.
 const JITTER: f64 = 0.01;
 
 /// Extra mass hung on the flange.
@@ -28,8 +29,8 @@ pub struct Payload {
 
 /// The rows of a log, a vector a channel, all of the same length.
 ///
-/// Time, encoders and payload are there in every row. In the other channels a value that is missing in the file is
-/// NaN, each component for itself. A channel that has no value in any row is `None`.
+/// Time, encoders and payload are there in every row. In the other channels a value that is missing
+/// in the file is NaN, each component for itself. A channel that has no value in any row is `None`.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Samples {
     /// Time, s, strictly rising; it need not begin at 0.
@@ -46,7 +47,8 @@ pub struct Samples {
     pub moment: Option<Vec<Vector3<f64>>>,
     /// Tool centre point in B, by the tracker, m.
     pub position: Option<Vec<Vector3<f64>>>,
-    /// Rotation vector of T in B, by the tracker, rad. Near half a turn its sign may flip from row to row.
+    /// Rotation vector of T in B, by the tracker, rad. Near half a turn its sign may flip from row
+    /// to row.
     pub rotation: Option<Vec<Vector3<f64>>>,
     /// Spindle speed, positive about the tool's z axis, rad/s.
     pub spindle: Option<Vec<f64>>,
@@ -84,7 +86,7 @@ impl Samples {
         }
     }
 
-    fn push(&mut self, row: &Row) {
+    fn push(&mut self, row: &RawRow) {
         let vector = |first: usize| Vector3::new(row[first], row[first + 1], row[first + 2]);
         self.time.push(row[at::TIME]);
         self.encoder.push(JointVector::from_fn(|i, _| row[at::ENCODER + i]));
@@ -359,7 +361,8 @@ impl Clock {
         }
         let Some(period) = period else { return Ok(()) };
         self.steps = self.steps.saturating_add(1);
-        // Two rounded times are together off by at most one unit of their last place, but never by a lost row.
+        // Two rounded times are together off by at most one unit of their last place, but never by
+        // a lost row.
         let rounding = 10f64.powi(-self.decimals).min(0.5 * period);
         // What subtracting two large times leaves of their own precision.
         let slack = rounding + 4.0 * f64::EPSILON * time.abs().max(last.abs());
@@ -400,7 +403,7 @@ fn decimals(text: &[u8]) -> i32 {
 }
 
 /// Checks the payload of a row: a mass in every row, and a centre wherever something hangs.
-fn hang<R: Read>(lines: &Lines<R>, header: &Header, row: &mut Row) -> Result<(), InputError> {
+fn hang<R: Read>(lines: &Lines<R>, header: &Header, row: &mut RawRow) -> Result<(), InputError> {
     for column in at::PAYLOAD..COUNT {
         if !row[column].is_nan() {
             continue;

@@ -1,11 +1,11 @@
-//! What a laboratory can do, as far as its logs and its robot tell: instruments, where the arm may stand, what can be hung on
-//! it and pressed against it.
+//! What a laboratory can do, as far as its logs and its robot tell: instruments, where the arm may
+//! stand, what can be hung on it and pressed against it.
 //!
-//! Postures stay near those of the logs, within the joints' limits, above the floor, clear of the base and, where something is
-//! pressed, of singularities. Left out: what else stands in the cell.
+//! Postures stay near those of the logs, within the joints' limits, above the floor, clear of the
+//! base and, where something is pressed, of singularities. Left out: what else stands in the cell.
 
 use crate::log::{Log, LogKind};
-use crate::noise::{Instruments, instruments};
+use crate::noise::{NoiseLevels, instruments};
 use nalgebra::Vector3;
 use std::f64::consts::PI;
 use trueweld_core::{JOINTS, JointVector, Pose, Robot, Wrench};
@@ -14,11 +14,13 @@ use trueweld_core::{JOINTS, JointVector, Pose, Robot, Wrench};
 const BEYOND: f64 = 20.0 * PI / 180.0;
 const OFF_LIMITS: f64 = 5.0 * PI / 180.0;
 
-/// Shares of the stretched arm's length that joints and tool stay above the floor and off the base's axis.
+/// Shares of the stretched arm's length that joints and tool stay above the floor and off the
+/// base's axis.
 const ABOVE_FLOOR: f64 = 0.1;
 const OFF_BASE: f64 = 0.25;
 
-/// Least ratio of the Jacobian's singular values, lengths in arm's lengths, at which something is pressed.
+/// Least ratio of the Jacobian's singular values, lengths in arm's lengths, at which something is
+/// pressed.
 const LEAST_RATIO: f64 = 0.05;
 
 /// Share of a drive's largest torque that a load may take.
@@ -57,11 +59,11 @@ impl Channels {
 
 /// The laboratory.
 #[derive(Debug)]
-pub(super) struct Cell<'a> {
+pub(super) struct ExperimentCell<'a> {
     pub robot: &'a Robot<f64>,
     pub names: &'a [String; JOINTS],
     logs: &'a [Log],
-    noise: Vec<Instruments>,
+    noise: Vec<NoiseLevels>,
     /// Where each joint may go, rad.
     pub range: [[f64; 2]; JOINTS],
     /// Postures to work in, whole steps of 5°.
@@ -69,7 +71,8 @@ pub(super) struct Cell<'a> {
     /// Largest force, N, and moment, N·m, that can be pressed with; 0 where no log has it.
     pub force: f64,
     pub moment: f64,
-    /// Largest mass to hang on the flange, kg, and its centre from the flange in axes of the last link, m.
+    /// Largest mass to hang on the flange, kg, and its centre from the flange in axes of the last
+    /// link, m.
     pub mass: f64,
     pub centre: Vector3<f64>,
     /// Length of the stretched arm, m, and the floor, m.
@@ -77,7 +80,7 @@ pub(super) struct Cell<'a> {
     floor: f64,
 }
 
-impl<'a> Cell<'a> {
+impl<'a> ExperimentCell<'a> {
     /// What the logs show of the laboratory; `None` where they show nowhere to go.
     pub fn of(robot: &'a Robot<f64>, logs: &'a [Log]) -> Option<Self> {
         let first = logs.first()?;
@@ -107,7 +110,7 @@ impl<'a> Cell<'a> {
         let lowest = logs
             .iter()
             .flat_map(|l| l.samples.encoder.iter().step_by((l.samples.len() / 50).max(1)))
-            .map(|q| robot.forward(q).position.z)
+            .map(|q| robot.forward_kinematics(q).position.z)
             .fold(f64::INFINITY, f64::min);
         // What presses on a resting tool: as far as some log shows that the laboratory has it.
         let most = |part: &dyn Fn(&Log) -> Option<&Vec<Vector3<f64>>>| {
@@ -164,7 +167,8 @@ impl<'a> Cell<'a> {
         }
     }
 
-    /// Channels to expect in a log of a kind: those of the logs of that kind, or of all where there is none.
+    /// Channels to expect in a log of a kind: those of the logs of that kind, or of all where there
+    /// is none.
     pub fn channels(&self, kind: LogKind) -> Channels {
         match self.pattern(kind) {
             Some(_) => Channels::of(self.logs.iter().filter(|l| l.kind == kind)),
@@ -173,7 +177,7 @@ impl<'a> Cell<'a> {
     }
 
     /// Noise of the instruments in a log of a kind.
-    pub fn noise(&self, kind: LogKind) -> Instruments {
+    pub fn noise(&self, kind: LogKind) -> NoiseLevels {
         let index = self.logs.iter().position(|l| l.kind == kind).unwrap_or(0);
         self.noise[index]
     }

@@ -1,9 +1,10 @@
-//! The experiment that would tell rival explanations apart: chosen from feasible poses, loads and motions by expected
-//! separation, and written out as a plan that someone can run.
+//! The experiment that would tell rival explanations apart: chosen from feasible poses, loads and
+//! motions by expected separation, and written out as a plan that someone can run.
 //!
-//! Every procedure that the laboratory's logs show to be possible is made up as a log; the rivals predict it, and what one of
-//! them, refitted together with the calibrations, leaves of the other is its expected separation. Left out: how well the logs
-//! so far can be trusted beyond their residuals, and what a cell has in the arm's way.
+//! Every procedure that the laboratory's logs show to be possible is made up as a log; the rivals
+//! predict it, and what one of them, refitted together with the calibrations, leaves of the other
+//! is its expected separation. Left out: how well the logs so far can be trusted beyond their
+//! residuals, and what a cell has in the arm's way.
 
 mod cell;
 mod procedure;
@@ -11,15 +12,15 @@ mod separation;
 mod words;
 
 use crate::calibrate::is_calibration;
-use crate::fit::Bench;
+use crate::fit::FitProblem;
 use crate::log::{Log, LogKind};
 use crate::predict::Experiment;
-use cell::Cell;
+use cell::ExperimentCell;
 use procedure::{Family, Procedure, procedures};
 use rayon::prelude::*;
-use separation::{Ground, Rival, Trial};
+use separation::{Context, PlannedTrial, Rival};
 use trueweld_core::JOINTS;
-use trueweld_plant::effects::{Action, At, Effect};
+use trueweld_plant::effects::{Action, Effect, Location};
 use trueweld_plant::robot::Port;
 
 /// Separation from which on rivals count as told apart, standard deviations.
@@ -31,12 +32,13 @@ const PLENTY: f64 = 10.0;
 /// Separation beyond which a number says no more: by then something else limits what can be told.
 const MOST_SAID: f64 = 50.0;
 
-/// Difference before any refit below which an experiment is not looked at any closer, standard deviations.
+/// Difference before any refit below which an experiment is not looked at any closer, standard
+/// deviations.
 const LEAST_APART: f64 = 0.3;
 
 /// One set point of a plan.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Row {
+pub struct PlanRow {
     /// When, s from the start of the log.
     pub time: f64,
     /// Encoder angles on the joint side, rad.
@@ -56,17 +58,20 @@ pub struct Plan {
     pub kind: LogKind,
     /// What is done, in one line.
     pub title: String,
-    /// What to do, in order: angles in degrees, loads in kg, N or N·m, speeds, durations, what to record at which rate.
+    /// What to do, in order: angles in degrees, loads in kg, N or N·m, speeds, durations, what to
+    /// record at which rate.
     pub steps: Vec<String>,
     /// Which explanations it separates and by how much, and what the logs so far gave.
     pub reason: String,
-    /// Expected √Δχ² between the first two explanations, once calibrations and the values of either were refitted.
+    /// Expected √Δχ² between the first two explanations, once calibrations and the values of either
+    /// were refitted.
     pub separation: f64,
     /// What it takes of the cell's time, minutes: an estimate.
     pub minutes: f64,
     /// Set points in order: loads at rest, ends of moves, begin and end of a stop or a weld.
-    pub rows: Vec<Row>,
-    /// The log as it would be driven; channels to be measured hold what a baseline at rest would show.
+    pub rows: Vec<PlanRow>,
+    /// The log as it would be driven; channels to be measured hold what a baseline at rest would
+    /// show.
     pub log: Log,
 }
 
@@ -75,8 +80,8 @@ pub struct Plan {
 struct Tried<'p> {
     procedure: &'p Procedure,
     log: Log,
-    rows: Vec<Row>,
-    trial: Trial,
+    rows: Vec<PlanRow>,
+    trial: PlannedTrial,
     apart: f64,
 }
 
@@ -88,19 +93,20 @@ impl Tried<'_> {
     }
 }
 
-/// The experiment that tells the first two of `rivals` apart best for its effort: names and fitted effects of the leading
-/// explanations, best first; of a single one, it and nothing at all. `logs`: those that `bench` was made of, in its order.
+/// The experiment that tells the first two of `rivals` apart best for its effort: names and fitted
+/// effects of the leading explanations, best first; of a single one, it and nothing at all. `logs`:
+/// those that `bench` was made of, in its order.
 ///
 /// `None` where no procedure is feasible, or no prediction of any differs.
 pub fn next_experiment(
-    bench: &Bench,
+    bench: &FitProblem,
     logs: &[Log],
     rivals: &[(String, Vec<Effect>)],
 ) -> Option<Plan> {
     let nothing = ("nothing beyond calibrations".to_owned(), Vec::new());
     let (first, second) = (rivals.first()?, rivals.get(1).unwrap_or(&nothing));
-    let cell = Cell::of(&bench.model.robot, logs)?;
-    let claimed: Vec<(&'static str, At)> = rivals
+    let cell = ExperimentCell::of(&bench.model.robot, logs)?;
+    let claimed: Vec<(&'static str, Location)> = rivals
         .iter()
         .filter(|(_, effects)| effects.iter().all(|e| is_calibration(e.kind)))
         .flat_map(|(_, effects)| effects.iter().map(|e| (e.kind.id, e.at)))
@@ -115,7 +121,7 @@ pub fn next_experiment(
         .filter_map(|procedure| {
             let (log, rows) = procedure.log(&cell, logs, process)?;
             let experiment = Experiment::new(&log, &cell.noise(log.kind), &bench.model).ok()?;
-            let trial = Trial::new(bench, experiment);
+            let trial = PlannedTrial::new(bench, experiment);
             let apart = trial.apart(&first.1, &second.1)?;
             (apart > LEAST_APART).then_some(Tried { procedure, log, rows, trial, apart })
         })
@@ -123,9 +129,10 @@ pub fn next_experiment(
     if tried.is_empty() {
         return None;
     }
-    let ground = Ground::of(bench, claimed)?;
+    let ground = Context::of(bench, claimed)?;
     let (a, b) = (ground.rival(&first.1)?, ground.rival(&second.1)?);
-    // A refit only makes the difference less, so that those that promise most come first, and the rest cannot win.
+    // A refit only makes the difference less, so that those that promise most come first, and the
+    // rest cannot win.
     tried.sort_by(|x, y| y.worth(y.apart).total_cmp(&x.worth(x.apart)));
     let mut looked_at: Vec<Family> = Vec::new();
     let mut best: Option<(f64, &Tried<'_>)> = None;
@@ -171,7 +178,7 @@ pub fn next_experiment(
 fn joints(effects: &[Effect]) -> Vec<usize> {
     let mut joints: Vec<usize> = effects
         .iter()
-        .filter_map(|e| if let At::Joint(joint) = e.at { Some(joint) } else { None })
+        .filter_map(|e| if let Location::Joint(joint) = e.at { Some(joint) } else { None })
         .collect();
     joints.sort_unstable();
     joints.dedup();

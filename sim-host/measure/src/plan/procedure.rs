@@ -1,10 +1,11 @@
-//! Experiments that a laboratory can run: what is commanded, as a log whose driving channels are made up, and in words.
+//! Experiments that a laboratory can run: what is commanded, as a log whose driving channels are
+//! made up, and in words.
 //!
-//! Measured channels hold what the baseline at rest would show: residuals of two models then differ by what their predictions
-//! do, whatever was measured.
+//! Measured channels hold what the baseline at rest would show: residuals of two models then differ
+//! by what their predictions do, whatever was measured.
 
-use super::Row;
-use super::cell::Cell;
+use super::PlanRow;
+use super::cell::ExperimentCell;
 use crate::log::{Log, LogKind, Noise, Payload, Samples};
 use nalgebra::Vector3;
 use trueweld_core::spatial::rotation_vector;
@@ -14,8 +15,8 @@ use trueweld_plant::process::reaction;
 use trueweld_plant::robot::Ports;
 use trueweld_plant::simulate::Seam;
 
-/// Loads as shares of the largest: up, through zero with steps close to it, and back. A gap shows near zero, a loop where the
-/// load turns round.
+/// Loads as shares of the largest: up, through zero with steps close to it, and back. A gap shows
+/// near zero, a loop where the load turns round.
 const TO_AND_FRO: [f64; 12] = [0.0, 0.1, 0.3, 1.0, 0.3, 0.1, 0.0, -0.1, -0.3, -1.0, -0.3, 0.0];
 
 /// Weights on the flange as shares of the heaviest: up and down again.
@@ -31,7 +32,8 @@ pub(super) const RESTED: [f64; 12] =
 /// Time between two loads, s.
 const LOAD_TAKES: f64 = 20.0;
 
-/// A stop: when the brake falls, how long it takes, how long is recorded, s; share of the joint's largest rate.
+/// A stop: when the brake falls, how long it takes, how long is recorded, s; share of the joint's
+/// largest rate.
 pub(super) const FALLS: f64 = 0.1;
 const BRAKES: f64 = 0.003;
 pub(super) const RINGS: f64 = 1.0;
@@ -54,7 +56,7 @@ const WELD_PERIOD: f64 = 0.012;
 
 /// How a static load acts.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum How {
+pub(super) enum Excitation {
     /// A weight on the flange.
     Hung,
     /// A force along an axis of T.
@@ -82,7 +84,7 @@ pub(super) enum Changed {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Procedure {
     /// Loads to and fro in one posture.
-    Load { at: JointVector<f64>, how: How },
+    Load { at: JointVector<f64>, how: Excitation },
     /// One joint through its range, at rest in every posture, with or without a weight.
     Scan { at: JointVector<f64>, joint: usize, mass: f64 },
     /// The same posture again and again, from cold.
@@ -119,15 +121,22 @@ impl Family {
 }
 
 /// Everything worth trying for these joints, with what the laboratory has.
-pub(super) fn procedures(cell: &Cell<'_>, joints: &[usize], welds: &[usize]) -> Vec<Procedure> {
+pub(super) fn procedures(
+    cell: &ExperimentCell<'_>,
+    joints: &[usize],
+    welds: &[usize],
+) -> Vec<Procedure> {
     let mut all = Vec::new();
     let loads = cell.channels(LogKind::StaticLoad);
     if loads.position || loads.rotation {
         for at in cell.postures.iter().copied() {
-            let pressed = (0..3).map(How::Pressed).filter(|_| cell.force > 0.0);
-            let turned = (0..3).map(How::Turned).filter(|_| cell.moment > 0.0);
+            let pressed = (0..3).map(Excitation::Pressed).filter(|_| cell.force > 0.0);
+            let turned = (0..3).map(Excitation::Turned).filter(|_| cell.moment > 0.0);
             all.extend(
-                pressed.chain(turned).chain([How::Hung]).map(|how| Procedure::Load { at, how }),
+                pressed
+                    .chain(turned)
+                    .chain([Excitation::Hung])
+                    .map(|how| Procedure::Load { at, how }),
             );
         }
         for at in cell.postures.iter().copied().take(3) {
@@ -187,7 +196,7 @@ impl Procedure {
     /// What it costs the laboratory, minutes of the cell: setting up and running.
     pub fn minutes(&self) -> f64 {
         match self {
-            Self::Load { how: How::Hung, .. } => 25.0,
+            Self::Load { how: Excitation::Hung, .. } => 25.0,
             Self::Load { .. } => 15.0,
             Self::Scan { mass, .. } => 8.0 + if *mass > 0.0 { 10.0 } else { 0.0 },
             Self::Rest { .. } => 150.0,
@@ -197,21 +206,23 @@ impl Procedure {
         }
     }
 
-    /// The log with its driving channels, and the set points; `None` where the laboratory cannot do it.
+    /// The log with its driving channels, and the set points; `None` where the laboratory cannot do
+    /// it.
     pub fn log(
         &self,
-        cell: &Cell<'_>,
+        cell: &ExperimentCell<'_>,
         logs: &[Log],
         process: Option<&Process>,
-    ) -> Option<(Log, Vec<Row>)> {
+    ) -> Option<(Log, Vec<PlanRow>)> {
         match self {
             Self::Load { at, how } => {
-                let shares: &[f64] = if *how == How::Hung { &UP_AND_DOWN } else { &TO_AND_FRO };
+                let shares: &[f64] =
+                    if *how == Excitation::Hung { &UP_AND_DOWN } else { &TO_AND_FRO };
                 let rows = shares.iter().enumerate().map(|(k, share)| {
-                    let row = Row {
+                    let row = PlanRow {
                         time: LOAD_TAKES * k as f64,
                         encoder: (*at).into(),
-                        ..Row::default()
+                        ..PlanRow::default()
                     };
                     loaded(cell, row, *how, *share)
                 });
@@ -222,20 +233,20 @@ impl Procedure {
                 let row = |k: usize| {
                     let mut q = *at;
                     q[*joint] = low + (high - low) * k as f64 / (SCANNED - 1) as f64;
-                    Row {
+                    PlanRow {
                         time: LOAD_TAKES * k as f64,
                         encoder: q.into(),
                         payload: *mass,
-                        ..Row::default()
+                        ..PlanRow::default()
                     }
                 };
                 at_rest(cell, (0..SCANNED).map(row).collect())
             }
             Self::Rest { at } => {
-                let row = |minutes: &f64| Row {
+                let row = |minutes: &f64| PlanRow {
                     time: 60.0 * minutes,
                     encoder: (*at).into(),
-                    ..Row::default()
+                    ..PlanRow::default()
                 };
                 at_rest(cell, RESTED.iter().map(row).collect())
             }
@@ -248,7 +259,8 @@ impl Procedure {
                     q
                 };
                 let log = in_motion(cell, LogKind::RingDown, RING_PERIOD, RINGS, angle)?;
-                let row = |time: f64| Row { time, encoder: angle(time).into(), ..Row::default() };
+                let row =
+                    |time: f64| PlanRow { time, encoder: angle(time).into(), ..PlanRow::default() };
                 Some((log, vec![row(0.0), row(FALLS)]))
             }
             Self::Move { at, joint, span, takes } => {
@@ -274,10 +286,10 @@ impl Procedure {
                     posture(from + (to - from) * s.powi(3) * (10.0 - 15.0 * s + 6.0 * s * s))
                 };
                 let log = in_motion(cell, LogKind::FreeMotion, FREE_PERIOD, lasts, angle)?;
-                let row = |c: &(f64, f64)| Row {
+                let row = |c: &(f64, f64)| PlanRow {
                     time: c.0,
                     encoder: posture(c.1).into(),
-                    ..Row::default()
+                    ..PlanRow::default()
                 };
                 Some((log, corners.iter().map(row).collect()))
             }
@@ -288,7 +300,7 @@ impl Procedure {
     /// Where a move leads: towards the middle of the joint's range, in whole degrees.
     fn far_end(
         &self,
-        cell: &Cell<'_>,
+        cell: &ExperimentCell<'_>,
         at: &JointVector<f64>,
         joint: usize,
         span: f64,
@@ -306,7 +318,7 @@ impl Procedure {
 }
 
 /// Rows at rest.
-fn at_rest(cell: &Cell<'_>, rows: Vec<Row>) -> Option<(Log, Vec<Row>)> {
+fn at_rest(cell: &ExperimentCell<'_>, rows: Vec<PlanRow>) -> Option<(Log, Vec<PlanRow>)> {
     let channels = cell.channels(LogKind::StaticLoad);
     let mut samples = Samples::default();
     let (mut force, mut moment, mut position, mut rotation, mut payload) =
@@ -339,18 +351,18 @@ fn at_rest(cell: &Cell<'_>, rows: Vec<Row>) -> Option<(Log, Vec<Row>)> {
 }
 
 /// A row with a share of the largest load.
-fn loaded(cell: &Cell<'_>, mut row: Row, how: How, share: f64) -> Row {
+fn loaded(cell: &ExperimentCell<'_>, mut row: PlanRow, how: Excitation, share: f64) -> PlanRow {
     match how {
-        How::Hung => row.payload = (cell.mass * share / 10.0).round() * 10.0,
-        How::Pressed(axis) => row.force[axis] = cell.force * share,
-        How::Turned(axis) => row.moment[axis] = cell.moment * share,
+        Excitation::Hung => row.payload = (cell.mass * share / 10.0).round() * 10.0,
+        Excitation::Pressed(axis) => row.force[axis] = cell.force * share,
+        Excitation::Turned(axis) => row.moment[axis] = cell.moment * share,
     }
     row
 }
 
 /// A log of motion without contact.
 fn in_motion(
-    cell: &Cell<'_>,
+    cell: &ExperimentCell<'_>,
     kind: LogKind,
     usual: f64,
     lasts: f64,
@@ -364,7 +376,7 @@ fn in_motion(
     if !encoder.iter().step_by((n / 10).max(1)).all(|q| cell.reaches(q)) {
         return None;
     }
-    let poses: Vec<Pose<f64>> = encoder.iter().map(|q| cell.robot.forward(q)).collect();
+    let poses: Vec<Pose<f64>> = encoder.iter().map(|q| cell.robot.forward_kinematics(q)).collect();
     let samples = Samples {
         link_encoder: std::array::from_fn(|i| {
             channels.link_encoder[i].then(|| encoder.iter().map(|q| q[i]).collect())
@@ -383,11 +395,11 @@ fn in_motion(
 
 /// A weld that was made, made otherwise.
 fn weld(
-    cell: &Cell<'_>,
+    cell: &ExperimentCell<'_>,
     pattern: &Log,
     process: Option<&Process>,
     changed: Changed,
-) -> Option<(Log, Vec<Row>)> {
+) -> Option<(Log, Vec<PlanRow>)> {
     let mut weld: Weld = pattern.weld.clone()?;
     let mut process = process.or(pattern.process.as_ref())?.clone();
     let spindle = pattern.samples.spindle.as_ref()?.iter().copied().find(|s| s.is_finite())?;
@@ -432,7 +444,7 @@ fn weld(
         // The motors carry the mean load; they do not follow the ripple.
         let mean =
             Wrench { moment: Vector3::zeros(), force: Vector3::new(0.0, 0.0, -weld.force * rise) };
-        near = cell.robot.track(&pose, &near).ok()?;
+        near = cell.robot.inverse_near(&pose, &near).ok()?;
         samples.time.push(time);
         samples.encoder.push(cell.robot.fake_target(&near, &mean));
         force.push(in_t);
@@ -446,11 +458,11 @@ fn weld(
     samples.position = channels.position.then_some(position);
     samples.rotation = channels.rotation.then_some(rotation);
     samples.spindle = Some(vec![process.spindle; n]);
-    let row = |k: usize| Row {
+    let row = |k: usize| PlanRow {
         time: samples.time[k],
         encoder: samples.encoder[k].into(),
         force: [0.0, 0.0, -weld.force],
-        ..Row::default()
+        ..PlanRow::default()
     };
     let rows = vec![row(0), row(n - 1)];
     let mut log = log_of(cell, LogKind::Weld, Some(period), samples);
@@ -459,7 +471,7 @@ fn weld(
     Some((log, rows))
 }
 
-fn log_of(cell: &Cell<'_>, kind: LogKind, period: Option<f64>, samples: Samples) -> Log {
+fn log_of(cell: &ExperimentCell<'_>, kind: LogKind, period: Option<f64>, samples: Samples) -> Log {
     let like = cell.like(kind);
     Log {
         path: "planned".into(),

@@ -1,35 +1,37 @@
-//! By how much an experiment would tell two models apart once either was refitted to what the other makes of it.
+//! By how much an experiment would tell two models apart once either was refitted to what the other
+//! makes of it.
 //!
-//! With D the difference of their predictions over the noise, S the slopes of the second model's residuals by all that may be
-//! refitted, and P what is known of those values before (priors, and what the logs so far say), the least sum of squares that
-//! the second leaves of the first is
+//! With D the difference of their predictions over the noise, S the slopes of the second model's
+//! residuals by all that may be refitted, and P what is known of those values before (priors, and
+//! what the logs so far say), the least sum of squares that the second leaves of the first is
 //!
 //! ```text
 //! Δχ² = DᵀD − DᵀS (SᵀS + P)⁻¹ SᵀD
 //! ```
 
 use crate::calibrate::{calibrations, expected, is_calibration};
-use crate::fit::{self, Bench, Free, Of, Point, Residuals, Slopes};
+use crate::fit::{self, EffectScope, FitProblem, FitState, FreeParameter, Residuals, Slopes};
 use crate::predict::Experiment;
 use nalgebra::{DMatrix, DVector};
-use trueweld_plant::effects::{At, Effect};
+use trueweld_plant::effects::{Effect, Location};
 
 /// Share of a fit's unit over which slopes are taken.
 const STEP: f64 = 0.1;
 
-/// The calibrations, and what the logs so far say of them; slopes are those of the model without any explanation.
+/// The calibrations, and what the logs so far say of them; slopes are those of the model without
+/// any explanation.
 #[derive(Debug)]
-pub(super) struct Ground<'a> {
-    bench: &'a Bench,
+pub(super) struct Context<'a> {
+    bench: &'a FitProblem,
     /// Calibrations that an explanation consists of, and which no other may use.
-    claimed: Vec<(&'static str, At)>,
-    point: Point,
+    claimed: Vec<(&'static str, Location)>,
+    point: FitState,
     slopes: Vec<Slopes>,
 }
 
-impl<'a> Ground<'a> {
+impl<'a> Context<'a> {
     /// `None` where the model cannot be driven through the logs.
-    pub fn of(bench: &'a Bench, claimed: Vec<(&'static str, At)>) -> Option<Self> {
+    pub fn of(bench: &'a FitProblem, claimed: Vec<(&'static str, Location)>) -> Option<Self> {
         let point = unclaimed(calibrations(bench), &claimed);
         let at = fit::residuals(bench, &point).ok()?;
         let slopes = fit::slopes(bench, &point, &point.free, &at, STEP);
@@ -57,11 +59,12 @@ impl<'a> Ground<'a> {
         }
         let step = solve(&with_priors(&normal.square, &point), &normal.slope)?;
         let cost = fit::chi_square(&at) - normal.slope.dot(&step);
-        // Where the model misses more than noise, the logs say less of its values than their noise would have it.
+        // Where the model misses more than noise, the logs say less of its values than their noise
+        // would have it.
         let trust = (cost / fit::count(&at).max(1) as f64).max(1.0);
         let known = with_priors(&(normal.square / trust), &point);
         // What each log has of its own is eliminated.
-        let is_shared = |k: &usize| matches!(point.free[*k].of, Of::All(_));
+        let is_shared = |k: &usize| matches!(point.free[*k].of, EffectScope::All(_));
         let (shared, own): (Vec<usize>, Vec<usize>) = (0..n).partition(is_shared);
         let part = |rows: &[usize], columns: &[usize]| {
             DMatrix::from_fn(rows.len(), columns.len(), |i, j| known[(rows[i], columns[j])])
@@ -76,8 +79,8 @@ impl<'a> Ground<'a> {
     }
 }
 
-/// One rival explanation: its effects as fitted, beside the calibrations that hold for all logs, and how well the values of
-/// both are known.
+/// One rival explanation: its effects as fitted, beside the calibrations that hold for all logs,
+/// and how well the values of both are known.
 #[derive(Debug)]
 pub(super) struct Rival {
     /// Calibrations, then effects.
@@ -85,7 +88,7 @@ pub(super) struct Rival {
     /// How many of them are effects.
     effects: usize,
     /// Which of their values are free.
-    free: Vec<Free>,
+    free: Vec<FreeParameter>,
     /// Inverse covariance of those values, priors and logs so far together, in the fit's units.
     known: DMatrix<f64>,
     /// Least sum of squares and priors over the logs so far.
@@ -93,20 +96,21 @@ pub(super) struct Rival {
 }
 
 impl Rival {
-    /// The rival on a new log, whose own calibrations are free as well: after its own, in their order.
-    fn on(&self, fresh: &Point) -> Point {
+    /// The rival on a new log, whose own calibrations are free as well: after its own, in their
+    /// order.
+    fn on(&self, fresh: &FitState) -> FitState {
         let mut point =
-            Point { all: self.all.clone(), each: fresh.each.clone(), free: self.free.clone() };
+            FitState { all: self.all.clone(), each: fresh.each.clone(), free: self.free.clone() };
         for free in &fresh.free {
             match free.of {
-                Of::Log(..) => point.free.push(*free),
-                Of::All(i) => {
+                EffectScope::Log(..) => point.free.push(*free),
+                EffectScope::All(i) => {
                     let effect = &fresh.all[i];
                     let calibrations = &self.all[..self.all.len() - self.effects];
                     if !calibrations.iter().any(|e| same(e, effect)) {
-                        let of = Of::All(point.all.len());
+                        let of = EffectScope::All(point.all.len());
                         point.all.push(effect.clone());
-                        point.free.push(Free { of, ..*free });
+                        point.free.push(FreeParameter { of, ..*free });
                     }
                 }
             }
@@ -115,8 +119,8 @@ impl Rival {
     }
 
     /// True for a value of one of the effects.
-    fn is_own(&self, free: &Free) -> bool {
-        matches!(free.of, Of::All(i) if (self.all.len() - self.effects..self.all.len()).contains(&i))
+    fn is_own(&self, free: &FreeParameter) -> bool {
+        matches!(free.of, EffectScope::All(i) if (self.all.len() - self.effects..self.all.len()).contains(&i))
     }
 }
 
@@ -126,7 +130,7 @@ fn same(a: &Effect, b: &Effect) -> bool {
 }
 
 /// Calibrations but those that an explanation consists of.
-fn unclaimed(mut point: Point, claimed: &[(&'static str, At)]) -> Point {
+fn unclaimed(mut point: FitState, claimed: &[(&'static str, Location)]) -> FitState {
     let free = std::mem::take(&mut point.free);
     let is_claimed = |effect: &Effect| claimed.contains(&(effect.kind.id, effect.at));
     point.free = free.into_iter().filter(|f| !is_claimed(point.effect(f.of))).collect();
@@ -135,15 +139,15 @@ fn unclaimed(mut point: Point, claimed: &[(&'static str, At)]) -> Point {
 
 /// A new experiment, ready to be predicted.
 #[derive(Debug)]
-pub(super) struct Trial {
-    bench: Bench,
+pub(super) struct PlannedTrial {
+    bench: FitProblem,
 }
 
-impl Trial {
-    pub fn new(bench: &Bench, experiment: Experiment) -> Self {
+impl PlannedTrial {
+    pub fn new(bench: &FitProblem, experiment: Experiment) -> Self {
         Self {
-            bench: Bench {
-                afresh: Vec::new(),
+            bench: FitProblem {
+                per_log: Vec::new(),
                 own: Vec::new(),
                 model: bench.model.clone(),
                 known: bench.known.clone(),
@@ -152,14 +156,14 @@ impl Trial {
         }
     }
 
-    fn at(&self, point: &Point) -> Option<Residuals> {
+    fn at(&self, point: &FitState) -> Option<Residuals> {
         fit::residuals(&self.bench, point).ok()
     }
 
-    /// Difference of two rivals' predictions, in standard deviations of all compared values together: what refitting can only
-    /// make less.
+    /// Difference of two rivals' predictions, in standard deviations of all compared values
+    /// together: what refitting can only make less.
     pub fn apart(&self, a: &[Effect], b: &[Effect]) -> Option<f64> {
-        let point = |effects: &[Effect]| Point {
+        let point = |effects: &[Effect]| FitState {
             all: effects.to_vec(),
             each: vec![Vec::new()],
             free: Vec::new(),
@@ -170,10 +174,11 @@ impl Trial {
         square.is_finite().then(|| square.sqrt())
     }
 
-    /// Expected √Δχ² between rivals and the first of them, whichever is true and the other refitted: the smaller of both.
+    /// Expected √Δχ² between rivals and the first of them, whichever is true and the other
+    /// refitted: the smaller of both.
     pub fn separations(
         &self,
-        ground: &Ground<'_>,
+        ground: &Context<'_>,
         first: &Rival,
         others: &[&Rival],
     ) -> Option<Vec<f64>> {
@@ -193,10 +198,16 @@ impl Trial {
     }
 
     /// A rival's prediction, with slopes of all it may refit.
-    fn predicted(&self, fresh: &Point, calibrated: &[Slopes], rival: &Rival) -> Option<Predicted> {
+    fn predicted(
+        &self,
+        fresh: &FitState,
+        calibrated: &[Slopes],
+        rival: &Rival,
+    ) -> Option<Predicted> {
         let point = rival.on(fresh);
         let at = self.at(&point)?;
-        let own: Vec<Free> = point.free.iter().copied().filter(|f| rival.is_own(f)).collect();
+        let own: Vec<FreeParameter> =
+            point.free.iter().copied().filter(|f| rival.is_own(f)).collect();
         let mut own = fit::slopes(&self.bench, &point, &own, &at, STEP).into_iter();
         let slopes = point
             .free
@@ -205,10 +216,12 @@ impl Trial {
                 if rival.is_own(free) {
                     return own.next();
                 }
-                let wanted = |f: &&Free| {
+                let wanted = |f: &&FreeParameter| {
                     f.parameter == free.parameter
                         && match (f.of, free.of) {
-                            (Of::All(i), Of::All(j)) => same(&fresh.all[i], &point.all[j]),
+                            (EffectScope::All(i), EffectScope::All(j)) => {
+                                same(&fresh.all[i], &point.all[j])
+                            }
                             (one, other) => one == other,
                         }
                 };
@@ -224,7 +237,7 @@ impl Trial {
 
 /// A rival's prediction of a new log.
 struct Predicted {
-    point: Point,
+    point: FitState,
     at: Vec<f64>,
     slopes: Vec<Slopes>,
 }
@@ -279,14 +292,14 @@ impl Normal {
 }
 
 /// Weight of each free value's prior, in the fit's units.
-fn weights(point: &Point) -> impl Iterator<Item = f64> {
+fn weights(point: &FitState) -> impl Iterator<Item = f64> {
     point
         .free
         .iter()
         .map(|free| (fit::unit(point.parameter(free), point.value(free)) / free.expected).powi(2))
 }
 
-fn with_priors(normal: &DMatrix<f64>, point: &Point) -> DMatrix<f64> {
+fn with_priors(normal: &DMatrix<f64>, point: &FitState) -> DMatrix<f64> {
     let mut normal = normal.clone();
     for (k, weight) in weights(point).enumerate() {
         normal[(k, k)] += weight;

@@ -1,9 +1,9 @@
 //! Procedures in words: what someone at the robot does, in order.
 
-use super::Row;
-use super::cell::{Cell, whole_steps};
+use super::PlanRow;
+use super::cell::{ExperimentCell, whole_steps};
 use super::procedure::{
-    Changed, DWELL, FALLS, How, PEAK, Procedure, RESTED, RINGS, STOP_SHARE, WELD_LASTS,
+    Changed, DWELL, Excitation, FALLS, PEAK, Procedure, RESTED, RINGS, STOP_SHARE, WELD_LASTS,
 };
 use crate::log::{Log, LogKind};
 use nalgebra::Vector3;
@@ -13,10 +13,10 @@ const AXES: [&str; 3] = ["x", "y", "z"];
 
 impl Procedure {
     /// One line that says what is done.
-    pub fn title(&self, cell: &Cell<'_>, rows: &[Row]) -> String {
+    pub fn title(&self, cell: &ExperimentCell<'_>, rows: &[PlanRow]) -> String {
         let name = |joint: &usize| &cell.names[*joint];
         match self {
-            Self::Load { how: How::Hung, .. } => {
+            Self::Load { how: Excitation::Hung, .. } => {
                 format!(
                     "Static loads, {} rows: up to {:.0} kg on the flange, up and down",
                     rows.len(),
@@ -53,7 +53,7 @@ impl Procedure {
     }
 
     /// What to do, in order.
-    pub fn steps(&self, cell: &Cell<'_>, log: &Log, rows: &[Row]) -> Vec<String> {
+    pub fn steps(&self, cell: &ExperimentCell<'_>, log: &Log, rows: &[PlanRow]) -> Vec<String> {
         let record = recorded(cell, self.kind());
         let first = rows.first().map_or([0.0; JOINTS], |r| r.encoder);
         let stand = format!(
@@ -63,26 +63,26 @@ impl Procedure {
         let mut steps = Vec::new();
         match self {
             Self::Load { how, .. } => {
-                let list = |value: &dyn Fn(&Row) -> f64| {
+                let list = |value: &dyn Fn(&PlanRow) -> f64| {
                     rows.iter().map(|r| format!("{:.0}", value(r))).collect::<Vec<_>>().join(", ")
                 };
                 let (what, unit) = match how {
-                    How::Hung => (list(&|r| r.payload), "kg"),
-                    How::Pressed(axis) => (list(&|r| r.force[*axis]), "N"),
-                    How::Turned(axis) => (list(&|r| r.moment[*axis]), "N·m"),
+                    Excitation::Hung => (list(&|r| r.payload), "kg"),
+                    Excitation::Pressed(axis) => (list(&|r| r.force[*axis]), "N"),
+                    Excitation::Turned(axis) => (list(&|r| r.moment[*axis]), "N·m"),
                 };
                 let way = match how {
-                    How::Hung => {
+                    Excitation::Hung => {
                         let c = cell.centre * 1e3;
                         format!(
                             "Hang weights on the flange, centre at ({:.0}, {:.0}, {:.0}) mm from it in axes of the last link",
                             c.x, c.y, c.z
                         )
                     }
-                    How::Pressed(axis) => {
+                    Excitation::Pressed(axis) => {
                         format!("Press on the tool centre point along {} of T", AXES[*axis])
                     }
-                    How::Turned(axis) => {
+                    Excitation::Turned(axis) => {
                         format!("Apply a moment to the tool about {} of T", AXES[*axis])
                     }
                 };
@@ -215,7 +215,7 @@ fn degrees(angle: f64, digits: usize) -> String {
     if value == 0.0 { text.replace('+', "") } else { text.replace('-', "−") }
 }
 
-fn posture(cell: &Cell<'_>, q: &[f64; JOINTS]) -> String {
+fn posture(cell: &ExperimentCell<'_>, q: &[f64; JOINTS]) -> String {
     let one = |i: usize| {
         let digits = usize::from((q[i] - whole_steps(q[i])).abs() > 1e-3);
         format!("{} {}", cell.names[i], degrees(q[i], digits))
@@ -224,15 +224,15 @@ fn posture(cell: &Cell<'_>, q: &[f64; JOINTS]) -> String {
 }
 
 /// The largest load of some rows, in words.
-fn largest(rows: &[Row], how: How) -> String {
+fn largest(rows: &[PlanRow], how: Excitation) -> String {
     let most =
-        |value: &dyn Fn(&Row) -> f64| rows.iter().map(|r| value(r).abs()).fold(0.0, f64::max);
+        |value: &dyn Fn(&PlanRow) -> f64| rows.iter().map(|r| value(r).abs()).fold(0.0, f64::max);
     match how {
-        How::Hung => format!("{:.0} kg on the flange", most(&|r| r.payload)),
-        How::Pressed(axis) => {
+        Excitation::Hung => format!("{:.0} kg on the flange", most(&|r| r.payload)),
+        Excitation::Pressed(axis) => {
             format!("{:.1} kN along {} of T", most(&|r| r.force[axis]) * 1e-3, AXES[axis])
         }
-        How::Turned(axis) => {
+        Excitation::Turned(axis) => {
             format!("{:.0} N·m about {} of T", most(&|r| r.moment[axis]), AXES[axis])
         }
     }
@@ -244,7 +244,7 @@ fn rate_of(log: &Log) -> String {
 }
 
 /// Channels to record in a log of this kind, in words.
-fn recorded(cell: &Cell<'_>, kind: LogKind) -> String {
+fn recorded(cell: &ExperimentCell<'_>, kind: LogKind) -> String {
     let channels = cell.channels(kind);
     let mut parts = vec!["encoders"];
     if channels.link_encoder.contains(&true) {

@@ -1,12 +1,13 @@
 //! The force of a weld: the process under the tool, where the tracker saw the tool.
 //!
-//! The contact turns the tracker's noise into hundreds of newtons, so the tool's motion is taken from it slowly only. Forces in
-//! the plane are in proportion to the depth force, which the sensor knows far better than the depth gives it: they are
-//! predicted for the depth force that was measured.
+//! The contact turns the tracker's noise into hundreds of newtons, so the tool's motion is taken
+//! from it slowly only. Forces in the plane are in proportion to the depth force, which the sensor
+//! knows far better than the depth gives it: they are predicted for the depth force that was
+//! measured.
 //!
-//! At the spindle's orders the tool gives way to its own ripple by micrometres, which no tracker sees and which take away most
-//! of the force. There the arm's dynamic compliance closes the loop. With θₙ the encoders' amplitude at order n, and Z = k + iωb
-//! of the contact, in W:
+//! At the spindle's orders the tool gives way to its own ripple by micrometres, which no tracker
+//! sees and which take away most of the force. There the arm's dynamic compliance closes the loop.
+//! With θₙ the encoders' amplitude at order n, and Z = k + iωb of the contact, in W:
 //!
 //! ```text
 //! δx = G θₙ + C δF,   δF = Fₙ − Z δx   →   (1 + Z C) δF = Fₙ − Z G θₙ
@@ -17,9 +18,9 @@ use super::{
     Compared, Model, PredictError, Quantity, filled, filled_vectors, known, mean_abs, period,
     pose_behind, spindle_angle, wrench_behind,
 };
-use crate::band::{LowPass, interpolate};
+use crate::fir::{LowPass, interpolate};
 use crate::log::Log;
-use crate::noise::{Instruments, Level};
+use crate::noise::{Level, NoiseLevels};
 use nalgebra::{Complex, Matrix3, Matrix3x6, Matrix6, SVector, Vector3};
 use trueweld_core::spatial::{rotation_from_vector, rotation_vector};
 use trueweld_core::{JointVector, Pose, Wrench};
@@ -32,7 +33,8 @@ use trueweld_plant::simulate::Seam;
 const BAND: f64 = 1.2;
 const SPINDLE_SHARE: f64 = 0.2;
 
-/// What the predicted slow force is exact to, as a share of the push: the ripple's mean effect is taken to second order.
+/// What the predicted slow force is exact to, as a share of the push: the ripple's mean effect is
+/// taken to second order.
 const EXACT: f64 = 2e-4;
 
 /// Orders of the spindle at which the force is compared, as far as the sampling tells them apart.
@@ -44,10 +46,12 @@ const APART: f64 = 2.0;
 /// Push that counts as firm contact, in deviations of the predicted depth force.
 const FIRM: f64 = 4.0;
 
-/// Share to which the arm's compliance at the spindle's orders is known: its effects change it, and its motors.
+/// Share to which the arm's compliance at the spindle's orders is known: its effects change it, and
+/// its motors.
 const COMPLIANCE_KNOWN: f64 = 0.5;
 
-/// Depth force from which on there is contact to speak of, as a share of the process' reference force.
+/// Depth force from which on there is contact to speak of, as a share of the process' reference
+/// force.
 const CONTACT: f64 = 0.03;
 
 /// A weld with tracker and wrench.
@@ -70,11 +74,13 @@ pub(super) struct Contact {
     rows: Vec<usize>,
     /// Motion of the tool as the tracker tells it without a delay or a term of its own.
     motion: Vec<Tool>,
-    /// How the tool shakes at the spindle's orders on top of that: position and velocity at every row, in W.
+    /// How the tool shakes at the spindle's orders on top of that: position and velocity at every
+    /// row, in W.
     shake: Vec<[Vector3<f64>; 2]>,
     /// What the arm makes of the ripple, for every compared row and order.
     loops: Vec<[Closed; ORDERS]>,
-    /// Orders whose lines, folded by the sampling where they lie beyond half its rate, fall on no lower one.
+    /// Orders whose lines, folded by the sampling where they lie beyond half its rate, fall on no
+    /// lower one.
     orders: Vec<usize>,
     /// How far beside a line, in orders, the filter lets nothing of it through.
     aside: f64,
@@ -115,8 +121,9 @@ struct Tool {
     channel: f64,
 }
 
-/// Orders of a spindle that turns so many times from one sample to the next whose lines lie at least `apart`, as a share of the
-/// sampling rate, from every lower one's, from what is slow and from their own mirror image.
+/// Orders of a spindle that turns so many times from one sample to the next whose lines lie at
+/// least `apart`, as a share of the sampling rate, from every lower one's, from what is slow and
+/// from their own mirror image.
 fn alone(turning: f64, apart: f64) -> Vec<usize> {
     let folded = |orders: usize| {
         let turns = orders as f64 * turning;
@@ -129,7 +136,7 @@ fn alone(turning: f64, apart: f64) -> Vec<usize> {
 impl Contact {
     pub(super) fn new(
         log: &Log,
-        noise: &Instruments,
+        noise: &NoiseLevels,
         model: &Model,
         compared: &mut Vec<Compared>,
     ) -> Result<Option<Self>, PredictError> {
@@ -162,7 +169,8 @@ impl Contact {
         }
         let every = ((0.4 / (band * period)).floor() as usize).max(1);
         let rows: Vec<usize> = (low.half()..n - low.half()).step_by(every).collect();
-        // The sensor's axes: the tool's, which turns slowly. Without a tracked rotation, as the encoders have it.
+        // The sensor's axes: the tool's, which turns slowly. Without a tracked rotation, as the
+        // encoders have it.
         let rotation: Vec<Matrix3<f64>> = match filled_vectors(&s.rotation) {
             Some(r) => {
                 let all: Vec<Matrix3<f64>> = (0..n)
@@ -177,7 +185,7 @@ impl Contact {
                 };
                 (0..n).map(|k| all[0] * smooth(k)).collect()
             }
-            None => s.encoder.iter().map(|q| model.robot.forward(q).rotation).collect(),
+            None => s.encoder.iter().map(|q| model.robot.forward_kinematics(q).rotation).collect(),
         };
         let moment = filled_vectors(&s.moment);
         let mut contact = Self {
@@ -209,7 +217,8 @@ impl Contact {
         contact.motion = contact.tool(None, 0.0);
         let tracker = known(&noise.position, log, "the tracker's position")?;
         let tracker = tracker.iter().map(|l| l.deviation).fold(0.0, f64::max);
-        // Where the noise is of the size of the push, the predicted tool leaves the plate now and then.
+        // Where the noise is of the size of the push, the predicted tool leaves the plate now and
+        // then.
         let firm: Vec<usize> = contact
             .rows
             .iter()
@@ -237,8 +246,8 @@ impl Contact {
         process
     }
 
-    /// Motion of the tool in the bands it is followed in. `robot`: whose sensor terms are undone; `late`: the tracker's
-    /// delay, s.
+    /// Motion of the tool in the bands it is followed in. `robot`: whose sensor terms are undone;
+    /// `late`: the tracker's delay, s.
     fn tool(&self, robot: Option<&ElasticRobot>, late: f64) -> Vec<Tool> {
         let n = self.angle.len();
         let w = &self.seam.b_from_w;
@@ -249,7 +258,8 @@ impl Contact {
             };
             Vector3::new(at(0), at(1), at(2))
         };
-        // What the tracker's terms do to a position changes along a weld as slowly as the tool moves.
+        // What the tracker's terms do to a position changes along a weld as slowly as the tool
+        // moves.
         let stride = self.stride();
         let undone: Vec<Vector3<f64>> = (0..n + stride)
             .step_by(stride)
@@ -296,7 +306,7 @@ impl Contact {
     fn compare(
         &self,
         log: &Log,
-        noise: &Instruments,
+        noise: &NoiseLevels,
         model: &Model,
         compared: &mut Vec<Compared>,
     ) -> Result<(), PredictError> {
@@ -371,8 +381,8 @@ impl Contact {
         Ok(())
     }
 
-    /// A series without what is slow in it: thousands of newtons that change slowly would show at every order, little as the
-    /// filter lets through of what is far from it.
+    /// A series without what is slow in it: thousands of newtons that change slowly would show at
+    /// every order, little as the filter lets through of what is far from it.
     fn quick(&self, series: &[f64]) -> Vec<f64> {
         let (n, stride) = (series.len(), self.stride());
         let slow: Vec<f64> = (0..n + stride)
@@ -396,8 +406,8 @@ impl Contact {
         (self.low.half() / 12).max(1)
     }
 
-    /// Mean square of what a series holds to either side of an order's line: the arm shakes a little of itself, and most
-    /// where it likes to.
+    /// Mean square of what a series holds to either side of an order's line: the arm shakes a
+    /// little of itself, and most where it likes to.
     fn beside(&self, order: usize, series: &[f64]) -> f64 {
         let mut squares = Vec::new();
         for order in [order as f64 - self.aside, order as f64 + self.aside] {
@@ -414,8 +424,8 @@ impl Contact {
         squares.iter().sum::<f64>() / squares.len() as f64
     }
 
-    /// What the tracker's noise becomes in the predicted slow force around a row, in W, N. `tracker`, m, and `sensor`, N:
-    /// deviations of position and of measured depth force.
+    /// What the tracker's noise becomes in the predicted slow force around a row, in W, N.
+    /// `tracker`, m, and `sensor`, N: deviations of position and of measured depth force.
     fn spread(&self, model: &Model, row: usize, tracker: f64, sensor: f64) -> Vector3<f64> {
         let (value, rate) = (self.low.gain(0), self.low.gain(1));
         let (push, r) = self.held(&self.process(model), row);
@@ -428,13 +438,15 @@ impl Contact {
         for c in 0..2 {
             slow[c] += (r.force[c] / push * sensor).powi(2) * value;
         }
-        // Where the channel behind the tool began is as uncertain as one reading, until the tool has left it behind.
+        // Where the channel behind the tool began is as uncertain as one reading, until the tool
+        // has left it behind.
         let travelled = (self.motion[row].position.x - self.motion[0].position.x).abs();
         slow.y += (k[(1, 1)] * tracker * (-travelled / self.process.memory_length).exp()).powi(2);
         slow.map(f64::sqrt)
     }
 
-    /// Measured push around a row, N, and the reaction of a tool that carries it: the noisy depth itself may have lost contact.
+    /// Measured push around a row, N, and the reaction of a tool that carries it: the noisy depth
+    /// itself may have lost contact.
     fn held(&self, process: &Process, row: usize) -> (f64, Reaction) {
         let none = trueweld_plant::robot::Ports::default();
         let tool = &self.motion[row];
@@ -450,14 +462,16 @@ impl Contact {
         order as f64 * self.process.spindle
     }
 
-    /// The slowest angular frequency whose samples are those of an order, rad/s; negative where they run backwards. Motors move
-    /// this slowly rather than as fast as an order beyond half the sampling rate.
+    /// The slowest angular frequency whose samples are those of an order, rad/s; negative where
+    /// they run backwards. Motors move this slowly rather than as fast as an order beyond half the
+    /// sampling rate.
     fn folded(&self, order: usize) -> f64 {
         let rate = std::f64::consts::TAU / self.period;
         self.turning(order) - rate * (self.turning(order) / rate).round()
     }
 
-    /// Arm and contact at an angular frequency, with the links at `q`. `held`: the reaction of a tool that carries the push.
+    /// Arm and contact at an angular frequency, with the links at `q`. `held`: the reaction of a
+    /// tool that carries the push.
     fn shaken(&self, model: &Model, held: &Reaction, q: &JointVector<f64>, turning: f64) -> Shaken {
         let frames = model.robot.frames(q);
         let jacobian =
@@ -484,7 +498,8 @@ impl Contact {
         }
     }
 
-    /// Closes the loop of contact and arm at every compared row, and shakes the tool with what comes of it.
+    /// Closes the loop of contact and arm at every compared row, and shakes the tool with what
+    /// comes of it.
     fn close(&mut self, log: &Log, model: &Model) {
         let process = self.process(model);
         let encoder: Vec<Vec<f64>> =
@@ -517,7 +532,8 @@ impl Contact {
             })
             .collect();
         self.loops = loops;
-        // The nominal ripple shakes the tool: in step with the ripple itself it adds to the mean force.
+        // The nominal ripple shakes the tool: in step with the ripple itself it adds to the mean
+        // force.
         let force =
             self.forces(&process, &trueweld_plant::robot::Ports::default(), &self.motion, false);
         let mut amplitude = vec![[[Vector3::<Complex<f64>>::zeros(); 2]; ORDERS]; self.rows.len()];
@@ -530,7 +546,8 @@ impl Contact {
                 self.loops[k][n].line = (force + closed.driven).map(|z| z.norm());
             }
         }
-        // Before the first row and after the last one it shakes as it does there: what is slow there reaches that far.
+        // Before the first row and after the last one it shakes as it does there: what is slow
+        // there reaches that far.
         for row in 0..self.angle.len() {
             let after = self.rows.partition_point(|r| *r <= row).min(self.rows.len() - 1);
             let before = after.saturating_sub(1);
@@ -552,8 +569,8 @@ impl Contact {
         }
     }
 
-    /// What the encoders' noise becomes in the force at an order of the spindle, in W: deviation per deviation of a
-    /// demodulated reading.
+    /// What the encoders' noise becomes in the force at an order of the spindle, in W: deviation
+    /// per deviation of a demodulated reading.
     fn driven_noise(
         &self,
         model: &Model,
@@ -658,8 +675,8 @@ impl Contact {
             .collect();
         let mut force = self.forces(process, ports, motion, true);
         let mut still = self.forces(process, ports, motion, false);
-        // The depth force as measured against the predicted one, in W, both below the spindle's frequency: as slow as that, a
-        // few values a second tell it.
+        // The depth force as measured against the predicted one, in W, both below the spindle's
+        // frequency: as slow as that, a few values a second tell it.
         let depth: Vec<f64> =
             (0..n).map(|k| w.column(2).dot(&(self.rotation[k] * behind[k]))).collect();
         let stride = self.stride();

@@ -10,8 +10,8 @@
 //! | weld | encoders, wrench | tracker pose | links standing, below 2 Hz |
 //! | weld | tracker pose, spindle | wrench | the process under the tool: slowly, and at the spindle's orders |
 //!
-//! Every residual is measured less predicted, over the standard deviation of measured and propagated noise together: a
-//! perfect model has residuals of mean square 1.
+//! Every residual is measured less predicted, over the standard deviation of measured and
+//! propagated noise together: a perfect model has residuals of mean square 1.
 
 mod contact;
 mod moving;
@@ -19,12 +19,12 @@ mod play;
 mod standing;
 
 use crate::log::{Log, LogKind};
-use crate::noise::{Instruments, Level};
+use crate::noise::{Level, NoiseLevels};
 use nalgebra::Vector3;
 use std::sync::Arc;
 use trueweld_core::spatial::{rotation_from_vector, rotation_vector};
 use trueweld_core::{JointVector, Pose, Robot, Wrench};
-use trueweld_plant::effects::{Action, At, Effect, EffectError};
+use trueweld_plant::effects::{Action, Effect, EffectError, Location};
 use trueweld_plant::input::Process;
 use trueweld_plant::robot::{Channel, ElasticRobot, Port, Ports, Readings};
 
@@ -52,7 +52,8 @@ pub enum Quantity {
     Force,
     /// Moment on the tool in T below the spindle's frequency, N·m.
     Moment,
-    /// Force on the tool in T in step with a multiple of the spindle's angle: real and imaginary amplitude, N.
+    /// Force on the tool in T in step with a multiple of the spindle's angle: real and imaginary
+    /// amplitude, N.
     Ripple {
         /// Periods per turn.
         order: u8,
@@ -107,7 +108,8 @@ pub struct Compared {
     pub stated: bool,
 }
 
-/// What the links did, as far as the model says: reused where a change of the model does not move them.
+/// What the links did, as far as the model says: reused where a change of the model does not move
+/// them.
 #[derive(Debug, Clone)]
 pub struct Motion {
     /// Log rows that the instants belong to.
@@ -169,7 +171,8 @@ pub enum PredictError {
     },
 }
 
-/// One log made ready: its drives smoothed, its measurements brought into their band, their noise known.
+/// One log made ready: its drives smoothed, its measurements brought into their band, their noise
+/// known.
 #[derive(Debug, Clone)]
 pub struct Experiment {
     /// Name of the log.
@@ -195,7 +198,7 @@ impl Experiment {
     ///
     /// # Errors
     /// [`PredictError`].
-    pub fn new(log: &Log, noise: &Instruments, model: &Model) -> Result<Self, PredictError> {
+    pub fn new(log: &Log, noise: &NoiseLevels, model: &Model) -> Result<Self, PredictError> {
         let mut compared = Vec::new();
         let (mut standing, mut moving, mut contact) = (None, None, None);
         match log.kind {
@@ -242,16 +245,17 @@ impl Experiment {
     }
 
     /// The same log with the noise of each channel taken for so many times as large.
-    pub(crate) fn doubted(&self, factor: impl Fn(&'static str) -> f64) -> Self {
-        let mut doubted = self.clone();
-        for compared in &mut doubted.compared {
+    pub(crate) fn inflate_noise(&self, factor: impl Fn(&'static str) -> f64) -> Self {
+        let mut inflate_noise = self.clone();
+        for compared in &mut inflate_noise.compared {
             compared.deviation *= factor(compared.quantity.channel());
         }
-        doubted
+        inflate_noise
     }
 
-    /// Residuals under a model with these effects. `beside`: a prediction of this log under a model that differs in one effect
-    /// alone, and that effect; what it has no say in is taken from there.
+    /// Residuals under a model with these effects. `beside`: a prediction of this log under a model
+    /// that differs in one effect alone, and that effect; what it has no say in is taken from
+    /// there.
     ///
     /// # Errors
     /// [`PredictError::Effect`], [`PredictError::Diverged`].
@@ -311,7 +315,8 @@ impl Experiment {
         Ok(Prediction { residual, motion })
     }
 
-    /// Adds raw residuals, of which the first is that of index `from` among all that could be compared, over their noise.
+    /// Adds raw residuals, of which the first is that of index `from` among all that could be
+    /// compared, over their noise.
     fn weigh(&self, raw: &[f64], from: usize, residual: &mut Vec<f64>) {
         for (r, missing) in raw.iter().zip(&self.missing[from..]) {
             if !missing {
@@ -329,8 +334,8 @@ impl Experiment {
             }
             (_, Some(Port::MotorFriction(_))) => has(Quantity::MotorTorque),
             (_, Some(Port::TimeBase)) => match effect.at {
-                At::Channel(Channel::LinkEncoder) => has(Quantity::LinkEncoder),
-                At::Channel(Channel::MotorTorque) => has(Quantity::MotorTorque),
+                Location::Channel(Channel::LinkEncoder) => has(Quantity::LinkEncoder),
+                Location::Channel(Channel::MotorTorque) => has(Quantity::MotorTorque),
                 // A row at rest is what it is whenever it is read.
                 _ => self.kind != LogKind::StaticLoad,
             },
@@ -338,7 +343,8 @@ impl Experiment {
         }
     }
 
-    /// True where an effect can change how the links move in this log, and not only what is measured of it.
+    /// True where an effect can change how the links move in this log, and not only what is
+    /// measured of it.
     fn moves(&self, effect: &Effect) -> bool {
         let stands = self.standing.is_some();
         match (effect.kind.action, effect.port()) {
@@ -357,13 +363,13 @@ impl Experiment {
         self.moves(effect)
             || match effect.port() {
                 Some(Port::SensorChannel | Port::LinkFrame(_) | Port::BaseFrame) => true,
-                Some(Port::TimeBase) => effect.at != At::Channel(Channel::MotorTorque),
+                Some(Port::TimeBase) => effect.at != Location::Channel(Channel::MotorTorque),
                 _ => false,
             }
     }
 
-    /// True where an effect can change what motors or the force sensor read. A weld's forces follow from where the tool was
-    /// seen, whatever the links did.
+    /// True where an effect can change what motors or the force sensor read. A weld's forces follow
+    /// from where the tool was seen, whatever the links did.
     fn shows_in_loads(&self, effect: &Effect) -> bool {
         match (self.kind, effect.kind.action, effect.port()) {
             (LogKind::Weld, Action::Process(_), _) => true,
@@ -481,7 +487,8 @@ fn mean_abs(series: &[f64]) -> f64 {
     known.iter().sum::<f64>() / known.len().max(1) as f64
 }
 
-/// The true wrench behind a measured one: the sensor's terms undone. They change little, so that the fixed point converges.
+/// The true wrench behind a measured one: the sensor's terms undone. They change little, so that
+/// the fixed point converges.
 fn wrench_behind(ports: &Ports, measured: &Wrench<f64>, time: f64) -> Wrench<f64> {
     if ports.sensor.is_empty() {
         return *measured;

@@ -1,40 +1,45 @@
 //! Free motion and ringing down: the links swing on their springs, driven by the encoders.
 
-use super::play::{Afloat, Seen};
+use super::play::{BacklashObserver, Observed};
 use super::{Compared, Model, Motion, PredictError, Quantity, filled, known, period, seen, unread};
-use crate::band::{LowPass, adaptive, interpolate, start};
+use crate::fir::{LowPass, adaptive, interpolate, start};
 use crate::log::{Log, LogKind};
-use crate::noise::{Instruments, Level};
+use crate::noise::{Level, NoiseLevels};
 use nalgebra::{Complex, Matrix3, SMatrix, SVector, Vector3};
 use std::f64::consts::TAU;
 use trueweld_core::spatial::{rotation_from_vector, rotation_vector};
 use trueweld_core::{JointVector, Pose, Wrench};
 use trueweld_plant::integrate::Diverged;
-use trueweld_plant::integrate::driven::{Motors, Swinging};
-use trueweld_plant::robot::{Channel, Drives, ElasticRobot, Sloped};
+use trueweld_plant::integrate::link_dynamics::{DynamicLinks, Motors};
+use trueweld_plant::robot::{Channel, Drives, ElasticRobot, ValueDerivative};
 
-/// Bands of the encoders that drive the links, Hz, widest first: what a brake does to them, and what is left of their noise
-/// where they move smoothly. Noise in the drive makes a gear's memory fade and lightly damped modes swing.
+/// Bands of the encoders that drive the links, Hz, widest first: what a brake does to them, and
+/// what is left of their noise where they move smoothly. Noise in the drive makes a gear's memory
+/// fade and lightly damped modes swing.
 const DRIVE_BANDS: [f64; 5] = [200.0, 60.0, 20.0, 8.0, 3.0];
 
 /// Band of what the motors did, for their torque, Hz: what is compared of it lies well below.
 const MOTOR_BAND: f64 = 20.0;
 
-/// Band in which motor torque is compared, Hz: above it the encoders' noise, differentiated twice, drowns the torque's own.
+/// Band in which motor torque is compared, Hz: above it the encoders' noise, differentiated twice,
+/// drowns the torque's own.
 const TORQUE_BAND: f64 = 8.0;
 
-/// Band in which a pose or a second encoder is compared in free motion, as a share of the arm's lowest frequency: the encoders'
-/// noise rings the arm there, and what rings is told from an effect by its phase alone, which no sum of squares knows.
+/// Band in which a pose or a second encoder is compared in free motion, as a share of the arm's
+/// lowest frequency: the encoders' noise rings the arm there, and what rings is told from an effect
+/// by its phase alone, which no sum of squares knows.
 const CALM: f64 = 0.5;
 
 /// Longest step of the links' integration, s: a mode of 50 Hz turns by 0.6 rad in it.
 const STEP: f64 = 2e-3;
 
-/// Time at either end of a log that is driven through but not compared, s: there the smoothed drive has one side only.
+/// Time at either end of a log that is driven through but not compared, s: there the smoothed drive
+/// has one side only.
 const END: f64 = 0.1;
 
-/// Postures along a log at which the noise's way through the arm is worked out, the grid of frequencies for it, Hz (a mode of
-/// 10 Hz with 3 % damping is 0.6 Hz wide), and the highest that matters.
+/// Postures along a log at which the noise's way through the arm is worked out, the grid of
+/// frequencies for it, Hz (a mode of 10 Hz with 3 % damping is 0.6 Hz wide), and the highest that
+/// matters.
 const POSTURES: usize = 5;
 const LINE: f64 = 0.1;
 const HIGHEST: f64 = 120.0;
@@ -77,7 +82,7 @@ pub(super) struct Moving {
 impl Moving {
     pub(super) fn new(
         log: &Log,
-        noise: &Instruments,
+        noise: &NoiseLevels,
         model: &Model,
         compared: &mut Vec<Compared>,
     ) -> Result<Self, PredictError> {
@@ -161,12 +166,12 @@ impl Moving {
         Ok(moving)
     }
 
-    /// Lists what is compared, with its noise, in the order in which [`poses`](Self::poses) and [`torques`](Self::torques) give
-    /// it. `quicker`: what the motors did, in a wider band.
+    /// Lists what is compared, with its noise, in the order in which [`poses`](Self::poses) and
+    /// [`torques`](Self::torques) give it. `quicker`: what the motors did, in a wider band.
     fn compare(
         &self,
         log: &Log,
-        noise: &Instruments,
+        noise: &NoiseLevels,
         model: &Model,
         quicker: &[Motors],
         compared: &mut Vec<Compared>,
@@ -236,7 +241,8 @@ impl Moving {
                         component: i as u8,
                         row,
                         measured: self.band.at(0, |k| series[k], series.len(), row),
-                        // Where a joint turns round, friction makes torque of the noise in its rate.
+                        // Where a joint turns round, friction makes torque of the noise in its
+                        // rate.
                         deviation: white
                             .hypot(
                                 encoder[i].deviation
@@ -257,11 +263,12 @@ impl Moving {
         self.calm.as_ref().map_or_else(|| series(row), |low| low.at(0, &series, length, row))
     }
 
-    /// Error that smoothing the motors' motion leaves in their torque, N·m: by how much it changes with the band.
+    /// Error that smoothing the motors' motion leaves in their torque, N·m: by how much it changes
+    /// with the band.
     fn inexact(&self, model: &Model, quicker: &[Motors], i: usize) -> Vec<f64> {
         let friction = &model.robot.parameters().friction;
         let torque = |m: &Motors| {
-            let turn = Sloped::turn(m.rate[i], friction.smoothing).value;
+            let turn = ValueDerivative::turn(m.rate[i], friction.smoothing).value;
             model.robot.rotor_inertia()[i] * m.acceleration[i]
                 + friction.viscous[i] * m.rate[i]
                 + friction.coulomb[i] * turn
@@ -272,13 +279,13 @@ impl Moving {
     /// Slope of the model's friction by the rate at every row, N·m·s/rad.
     fn friction_slope(&self, model: &Model, i: usize) -> Vec<f64> {
         let friction = &model.robot.parameters().friction;
-        let turn = |m: &Motors| Sloped::turn(m.rate[i], friction.smoothing).slope;
+        let turn = |m: &Motors| ValueDerivative::turn(m.rate[i], friction.smoothing).slope;
         self.motor.iter().map(|m| friction.viscous[i] + friction.coulomb[i] * turn(m)).collect()
     }
 
-    /// What the encoders' noise n becomes on its way through the arm, at its mean posture: M θ̈ + D θ̇ + K θ = K n + D ṅ on
-    /// the links, Γ = I_m n̈ + K (n − θ) + D (ṅ − θ̇) at the motors. A lightly damped mode makes several times the noise
-    /// of it.
+    /// What the encoders' noise n becomes on its way through the arm, at its mean posture: M θ̈ + D
+    /// θ̇ + K θ = K n + D ṅ on the links, Γ = I_m n̈ + K (n − θ) + D (ṅ − θ̇) at the motors. A
+    /// lightly damped mode makes several times the noise of it.
     fn through(&self, model: &Model, encoder: &[Level]) -> Through {
         let mut sum =
             (SVector::<f64, 6>::zeros(), SVector::<f64, 6>::zeros(), SVector::<f64, 6>::zeros());
@@ -300,7 +307,8 @@ impl Moving {
                 let dynamic = spring - inertia.map(|m| Complex::new(w * w * m, 0.0));
                 let pass = drive.response(frequency, self.period);
                 if let Some(inverse) = dynamic.try_inverse() {
-                    // One-sided density of white noise: 2 σ²/f_s; a step of the grid takes its share.
+                    // One-sided density of white noise: 2 σ²/f_s; a step of the grid takes its
+                    // share.
                     let density =
                         (2.0 * self.period * step).sqrt() * pass / (POSTURES as f64).sqrt();
                     let noise =
@@ -339,8 +347,8 @@ impl Moving {
 
     pub(super) fn motion(&self, robot: &ElasticRobot) -> Result<Motion, Diverged> {
         let n = self.drive.len();
-        let mut swinging = Swinging::start(robot, &self.drive[0], self.time[0]);
-        let mut afloat = Afloat::new(robot, self.margin, self.period);
+        let mut swinging = DynamicLinks::start(robot, &self.drive[0], self.time[0]);
+        let mut afloat = BacklashObserver::new(robot, self.margin, self.period);
         let mut motion = Motion {
             rows: (0..n).collect(),
             link: Vec::with_capacity(n),
@@ -370,16 +378,17 @@ impl Moving {
     }
 
     /// Where tool and links were seen at a row, less where links at `link` put them.
-    fn seen(&self, robot: &ElasticRobot, link: &JointVector<f64>, row: usize) -> Seen {
+    fn seen(&self, robot: &ElasticRobot, link: &JointVector<f64>, row: usize) -> Observed {
         let time = self.time[row] - self.time[0];
         let tool = self.position.as_ref().map_or(Vector3::repeat(f64::NAN), |position| {
             position[row]
                 - seen(&robot.ports, &robot.frames(link, &Wrench::zero(), time).tcp, time).position
         });
-        Seen { tool, link: std::array::from_fn(|i| self.link_left(robot, i, link[i], row)) }
+        Observed { tool, link: std::array::from_fn(|i| self.link_left(robot, i, link[i], row)) }
     }
 
-    /// What a joint's second encoder read at a row, less what it would with its link at `link`; NaN where there is none.
+    /// What a joint's second encoder read at a row, less what it would with its link at `link`; NaN
+    /// where there is none.
     fn link_left(&self, robot: &ElasticRobot, i: usize, link: f64, row: usize) -> f64 {
         let Some(series) = &self.link_encoder[i] else {
             return f64::NAN;

@@ -1,32 +1,35 @@
 //! Links afloat in the play of their gears.
 //!
-//! Within a gap the spring carries nothing, and where the link lies is decided by torques far below what any model knows: how
-//! it was left before the log began, a bearing's drag, the noise of the encoders that drive the model. A model with play
-//! therefore says "anywhere in the gap", and the link is taken to be where it was seen. Where the gap is closed nothing is
-//! taken from what was measured.
+//! Within a gap the spring carries nothing, and where the link lies is decided by torques far below
+//! what any model knows: how it was left before the log began, a bearing's drag, the noise of the
+//! encoders that drive the model. A model with play therefore says "anywhere in the gap", and the
+//! link is taken to be where it was seen. Where the gap is closed nothing is taken from what was
+//! measured.
 
 use nalgebra::{DMatrix, DVector, Vector3};
 use trueweld_core::{JOINTS, JointVector};
 use trueweld_plant::robot::ElasticRobot;
 
-/// Time over which it is averaged where a link was seen, s: the tracker's noise is that much less, and a link hardly moves
-/// in its gap meanwhile.
+/// Time over which it is averaged where a link was seen, s: the tracker's noise is that much less,
+/// and a link hardly moves in its gap meanwhile.
 const SEEN_OVER: f64 = 0.05;
 
 /// Follows which links are afloat.
 #[derive(Debug, Clone)]
-pub(super) struct Afloat {
+pub(super) struct BacklashObserver {
     play: JointVector<f64>,
     /// Twist beyond the gap that is within what the encoders' noise makes of it, rad.
     margin: JointVector<f64>,
-    /// Instants at which each link has been afloat since the start of the log; none once it was held.
+    /// Instants at which each link has been afloat since the start of the log; none once it was
+    /// held.
     since: [Option<usize>; JOINTS],
     share: f64,
     period: f64,
 }
 
-impl Afloat {
-    /// `None` where no gear of the robot has play. `margin`: twist that is within the noise, rad; `period`: s.
+impl BacklashObserver {
+    /// `None` where no gear of the robot has play. `margin`: twist that is within the noise, rad;
+    /// `period`: s.
     pub(super) fn new(robot: &ElasticRobot, margin: JointVector<f64>, period: f64) -> Option<Self> {
         let play = JointVector::from_fn(|i, _| robot.play(i));
         (play.amax() > 0.0).then(|| Self {
@@ -38,14 +41,14 @@ impl Afloat {
         })
     }
 
-    /// By how much links at `link` behind motors at `motor` are to be moved, rad, and their rates changed, rad/s, to be where
-    /// they were seen. Zero for a link that its spring holds.
+    /// By how much links at `link` behind motors at `motor` are to be moved, rad, and their rates
+    /// changed, rad/s, to be where they were seen. Zero for a link that its spring holds.
     pub(super) fn moved(
         &mut self,
         robot: &ElasticRobot,
         motor: &JointVector<f64>,
         link: &JointVector<f64>,
-        seen: &Seen,
+        seen: &Observed,
     ) -> (JointVector<f64>, JointVector<f64>) {
         let twist = motor - link + robot.ports.link_angle;
         let (mut by, mut rate) = (JointVector::zeros(), JointVector::zeros());
@@ -89,14 +92,15 @@ impl Afloat {
 }
 
 /// Where tool and links were seen, less where they are predicted; NaN where nobody looked.
-pub(super) struct Seen {
+pub(super) struct Observed {
     /// TCP, in B, m.
     pub tool: Vector3<f64>,
     /// Second encoders, rad.
     pub link: [f64; JOINTS],
 }
 
-/// Share of what a second encoder reads that is believed at once: its noise is far below the tracker's.
+/// Share of what a second encoder reads that is believed at once: its noise is far below the
+/// tracker's.
 const OWN_SHARE: f64 = 0.5;
 
 /// Arm below which a joint moves the tool too little to be seen, m.

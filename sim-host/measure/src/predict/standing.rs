@@ -1,22 +1,24 @@
-//! Loads at rest, and a weld's pose below the spindle's frequency: the links stand under their load at every instant.
+//! Loads at rest, and a weld's pose below the spindle's frequency: the links stand under their load
+//! at every instant.
 
-use super::play::{Afloat, Seen};
+use super::play::{BacklashObserver, Observed};
 use super::{
     Compared, Model, Motion, PredictError, Quantity, filled_vectors, known, mean_abs, period, seen,
     spindle_angle, wrench_behind,
 };
-use crate::band::{LowPass, comb};
+use crate::fir::{LowPass, comb};
 use crate::log::{Log, Payload};
-use crate::noise::{Instruments, Level};
+use crate::noise::{Level, NoiseLevels};
 use nalgebra::{Matrix3, Vector3};
 use trueweld_core::spatial::{rotation_from_vector, rotation_vector};
 use trueweld_core::{JOINTS, JointVector, Pose, Robot, Wrench};
 use trueweld_plant::effects::EffectError;
-use trueweld_plant::integrate::driven::{Motors, Standing as Links};
+use trueweld_plant::integrate::link_dynamics::{Motors, QuasiStaticLinks};
 use trueweld_plant::robot::{Channel, ElasticRobot};
 
-/// Band of a weld's pose, Hz: an arm whose first mode lies above 10 Hz follows its load there to a few percent of what
-/// swings, and what swings there is small. Also at most a share of the spindle's frequency.
+/// Band of a weld's pose, Hz: an arm whose first mode lies above 10 Hz follows its load there to a
+/// few percent of what swings, and what swings there is small. Also at most a share of the
+/// spindle's frequency.
 const POSE_BAND: f64 = 2.0;
 const SPINDLE_SHARE: f64 = 0.3;
 
@@ -53,7 +55,7 @@ impl Standing {
     /// A static-load log.
     pub(super) fn of_loads(
         log: &Log,
-        noise: &Instruments,
+        noise: &NoiseLevels,
         model: &Model,
         compared: &mut Vec<Compared>,
     ) -> Result<Option<Self>, PredictError> {
@@ -98,7 +100,7 @@ impl Standing {
     /// The pose of a weld; `None` without a wrench to load the links.
     pub(super) fn of_weld(
         log: &Log,
-        noise: &Instruments,
+        noise: &NoiseLevels,
         model: &Model,
         compared: &mut Vec<Compared>,
     ) -> Result<Option<Self>, PredictError> {
@@ -119,7 +121,8 @@ impl Standing {
         if n < 2 * low.half() + 2 {
             return Ok(None);
         }
-        // The wrench in the bands where it has something to say: its noise would make a gear's memory fade.
+        // The wrench in the bands where it has something to say: its noise would make a gear's
+        // memory fade.
         let heard = |v: [Vec<f64>; 3]| match &angle {
             Some(angle) => v.map(|c| comb(&low, angle, HEARD_ORDERS, &c)),
             None => v,
@@ -141,7 +144,8 @@ impl Standing {
                 .collect()
         };
         let at = |v: &[Vec<f64>; 3], k: usize| Vector3::new(v[0][k], v[1][k], v[2][k]);
-        // Rotations are smoothed as what they turn from the first one: rotation vectors flip their sign near half a turn.
+        // Rotations are smoothed as what they turn from the first one: rotation vectors flip their
+        // sign near half a turn.
         let rotation = rotation.map(|r| {
             let all: Vec<Matrix3<f64>> = (0..n)
                 .map(|k| rotation_from_vector(&Vector3::new(r[0][k], r[1][k], r[2][k])))
@@ -174,12 +178,12 @@ impl Standing {
         Ok(Some(standing))
     }
 
-    /// Lists what is compared, with its noise: the tracker's, the wrench's through the arm's compliance, and the encoders'.
-    /// `gain`: variance that the band leaves of white noise.
+    /// Lists what is compared, with its noise: the tracker's, the wrench's through the arm's
+    /// compliance, and the encoders'. `gain`: variance that the band leaves of white noise.
     fn compare(
         &self,
         log: &Log,
-        noise: &Instruments,
+        noise: &NoiseLevels,
         model: &Model,
         gain: f64,
         compared: &mut Vec<Compared>,
@@ -260,11 +264,11 @@ impl Standing {
             tool: Vec::with_capacity(n),
             placed: false,
         };
-        let mut links = Links::with_slack(self.slack);
+        let mut links = QuasiStaticLinks::with_slack(self.slack);
         let mut afloat = self
             .seen
             .as_ref()
-            .and_then(|s| Some((s, Afloat::new(robot, self.margin, self.period)?)));
+            .and_then(|s| Some((s, BacklashObserver::new(robot, self.margin, self.period)?)));
         motion.placed = afloat.is_some();
         let loaded =
             self.payloads.iter().map(|p| hung(&robot.model, p)).collect::<Result<Vec<_>, _>>()?;
@@ -278,7 +282,7 @@ impl Standing {
             let mut stand = links.follow(robot, &self.motors[k], &wrench, self.time[k]);
             if let Some((position, afloat)) = &mut afloat {
                 let tool = seen(&robot.ports, &stand.frames.tcp, self.time[k]);
-                let left = Seen { tool: position[k] - tool.position, link: [f64::NAN; JOINTS] };
+                let left = Observed { tool: position[k] - tool.position, link: [f64::NAN; JOINTS] };
                 let (by, _) = afloat.moved(robot, &self.motors[k].angle, &stand.link, &left);
                 links.displace(robot, &mut stand, &by, &wrench, self.time[k]);
             }
@@ -358,9 +362,9 @@ impl Standing {
     }
 }
 
-/// Torque at each joint that is within the noise of the wrench, N·m: three deviations, in the middle of the log. `gain`: what
-/// of its variance is left.
-fn slack(log: &Log, noise: &Instruments, model: &Model, gain: f64) -> JointVector<f64> {
+/// Torque at each joint that is within the noise of the wrench, N·m: three deviations, in the
+/// middle of the log. `gain`: what of its variance is left.
+fn slack(log: &Log, noise: &NoiseLevels, model: &Model, gain: f64) -> JointVector<f64> {
     let jacobian =
         model.robot.frames(&log.samples.encoder[log.samples.encoder.len() / 2]).jacobian().0;
     let of = |levels: &[Option<Level>; 3]| {
@@ -374,7 +378,8 @@ fn slack(log: &Log, noise: &Instruments, model: &Model, gain: f64) -> JointVecto
     })
 }
 
-/// The robot with an extra mass on its flange, whose centre is given from the flange in axes of the last link.
+/// The robot with an extra mass on its flange, whose centre is given from the flange in axes of the
+/// last link.
 fn hung(robot: &Robot<f64>, payload: &Payload) -> Result<Robot<f64>, EffectError> {
     if payload.mass == 0.0 {
         return Ok(robot.clone());

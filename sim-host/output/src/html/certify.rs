@@ -4,7 +4,7 @@ use super::page;
 use crate::certified::{Certified, CertifiedWeld, runs, worst_found};
 use maud::{Markup, html};
 use trueweld_evaluate::certify::{
-    Case, Evidence, FAULT_FIGURES, Requirement, Trial, label, shown, within,
+    Evidence, EvidenceKind, FAULT_FIGURES, Requirement, Trial, label, shown, within,
 };
 use trueweld_plant::input::{LIMITS, MARGINS};
 
@@ -81,17 +81,23 @@ fn reasons<'a>(
         .collect()
 }
 
-fn title(case: Case) -> &'static str {
+fn title(case: EvidenceKind) -> &'static str {
     match case {
-        Case::Nominal => "nominal cell",
-        Case::Draws => "drawn cells",
-        Case::WorstCase => "worst cell found",
-        Case::Margins => "margins",
-        Case::Faults => "faults",
+        EvidenceKind::Nominal => "nominal cell",
+        EvidenceKind::Draws => "drawn cells",
+        EvidenceKind::WorstCase => "worst cell found",
+        EvidenceKind::Margins => "margins",
+        EvidenceKind::Faults => "faults",
     }
 }
 
-const CASES: [Case; 5] = [Case::Nominal, Case::Draws, Case::WorstCase, Case::Margins, Case::Faults];
+const CASES: [EvidenceKind; 5] = [
+    EvidenceKind::Nominal,
+    EvidenceKind::Draws,
+    EvidenceKind::WorstCase,
+    EvidenceKind::Margins,
+    EvidenceKind::Faults,
+];
 
 /// Section by section, how many requirements are met.
 fn summary(certified: &Certified) -> Markup {
@@ -124,11 +130,11 @@ fn one(weld: &CertifiedWeld, probability: f64) -> Markup {
     let evidence = &weld.evidence;
     html! {
         h2 { "Weld " (weld.name) }
-        h3 { "Steady part: " (runs(weld, Case::Nominal)) "; " (runs(weld, Case::Draws)) "; " (runs(weld, Case::WorstCase)) }
+        h3 { "Steady part: " (runs(weld, EvidenceKind::Nominal)) "; " (runs(weld, EvidenceKind::Draws)) "; " (runs(weld, EvidenceKind::WorstCase)) }
         (steady(weld, probability))
         p {
             (worst_found(evidence)) ". A search shows how bad it may come, not that nothing is worse"
-            @if !weld.requirements.iter().any(|r| r.case == Case::WorstCase) { "; nothing is required of it here" }
+            @if !weld.requirements.iter().any(|r| r.case == EvidenceKind::WorstCase) { "; nothing is required of it here" }
             "."
         }
         @if !evidence.margins.is_empty() {
@@ -154,14 +160,16 @@ fn one(weld: &CertifiedWeld, probability: f64) -> Markup {
 
 fn steady(weld: &CertifiedWeld, probability: f64) -> Markup {
     let evidence = &weld.evidence;
-    let judged = |case: Case, name: &str| {
+    let judged = |case: EvidenceKind, name: &str| {
         weld.requirements.iter().find(|r| r.case == case && r.name == name)
     };
     let failed = |case, name| judged(case, name).is_some_and(|r| !r.pass);
-    // With a limit of its own the worst of every figure counts; else the cell that is worst as a whole is shown.
+    // With a limit of its own the worst of every figure counts; else the cell that is worst as a
+    // whole is shown.
     let rows = || {
         LIMITS.into_iter().enumerate().filter(|(_, name)| {
-            judged(Case::Nominal, name).is_some() || judged(Case::WorstCase, name).is_some()
+            judged(EvidenceKind::Nominal, name).is_some()
+                || judged(EvidenceKind::WorstCase, name).is_some()
         })
     };
     html! {
@@ -173,9 +181,9 @@ fn steady(weld: &CertifiedWeld, probability: f64) -> Markup {
             } }
             tbody {
                 @for (k, name) in rows() {
-                    @let drawn = judged(Case::Draws, name);
-                    @let all_met = CASES.iter().all(|case| !failed(*case, name) || matches!(case, Case::Margins | Case::Faults));
-                    @let limits = [Case::Nominal, Case::WorstCase].map(|case| judged(case, name).map(|r| r.limit));
+                    @let drawn = judged(EvidenceKind::Draws, name);
+                    @let all_met = CASES.iter().all(|case| !failed(*case, name) || matches!(case, EvidenceKind::Margins | EvidenceKind::Faults));
+                    @let limits = [EvidenceKind::Nominal, EvidenceKind::WorstCase].map(|case| judged(case, name).map(|r| r.limit));
                     tr {
                         th scope="row" { (label(name)) }
                         td {
@@ -185,7 +193,7 @@ fn steady(weld: &CertifiedWeld, probability: f64) -> Markup {
                                 span.aside { "worst " (shown(name, limit)) }
                             }
                         }
-                        td.bad[failed(Case::Nominal, name)] { (shown(name, evidence.nominal.figure(k))) }
+                        td.bad[failed(EvidenceKind::Nominal, name)] { (shown(name, evidence.nominal.figure(k))) }
                         @match drawn.and_then(|r| Some((r, r.draws?))) {
                             Some((r, counted)) => {
                                 td.bad[!r.pass] { (shown(name, r.achieved)) }
@@ -195,7 +203,7 @@ fn steady(weld: &CertifiedWeld, probability: f64) -> Markup {
                             None => { td {} td {} td {} }
                         }
                         td.aside { (shown(name, largest(&evidence.trials, k))) }
-                        td.aside.bad[failed(Case::WorstCase, name)] { (shown(name, found(evidence, k))) }
+                        td.aside.bad[failed(EvidenceKind::WorstCase, name)] { (shown(name, found(evidence, k))) }
                         td.bad[!all_met] { (if all_met { "pass" } else { "fail" }) }
                     }
                 }
@@ -219,7 +227,7 @@ fn margins(weld: &CertifiedWeld) -> Markup {
     let limit = |name: &str| {
         weld.requirements
             .iter()
-            .find(|r| r.case == Case::Margins && r.name == name)
+            .find(|r| r.case == EvidenceKind::Margins && r.name == name)
             .map(|r| r.limit)
     };
     html! {
@@ -248,7 +256,10 @@ fn margins(weld: &CertifiedWeld) -> Markup {
 
 fn faults(weld: &CertifiedWeld) -> Markup {
     let limit = |name: &str| {
-        weld.requirements.iter().find(|r| r.case == Case::Faults && r.name == name).map(|r| r.limit)
+        weld.requirements
+            .iter()
+            .find(|r| r.case == EvidenceKind::Faults && r.name == name)
+            .map(|r| r.limit)
     };
     let columns: Vec<(usize, &str, f64)> = FAULT_FIGURES
         .into_iter()
@@ -277,12 +288,14 @@ fn faults(weld: &CertifiedWeld) -> Markup {
     }
 }
 
-/// The cells behind the worst figures: of the draws by requirement, and the one that the search found.
+/// The cells behind the worst figures: of the draws by requirement, and the one that the search
+/// found.
 fn worst_cells(weld: &CertifiedWeld) -> Markup {
     let evidence = &weld.evidence;
     let mut cells: Vec<(usize, String, &Trial)> = Vec::new();
     for (k, name) in LIMITS.into_iter().enumerate() {
-        let required = weld.requirements.iter().any(|r| r.case == Case::Draws && r.name == name);
+        let required =
+            weld.requirements.iter().any(|r| r.case == EvidenceKind::Draws && r.name == name);
         let worst =
             evidence.trials.iter().reduce(|a, b| if b.figure(k) > a.figure(k) { b } else { a });
         if let Some(trial) = worst.filter(|_| required) {

@@ -1,4 +1,5 @@
-//! The page of a comparison: score, every channel's, measured beside predicted, and what the residual goes with.
+//! The page of a comparison: score, every channel's, measured beside predicted, and what the
+//! residual goes with.
 
 use super::{figure, page};
 use crate::color;

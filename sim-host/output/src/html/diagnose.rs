@@ -1,5 +1,5 @@
-//! The page of a diagnosis: the verdict, the curve that shows the best explanation, what it mends, the others, what could not be
-//! seen or told apart, and what to record next.
+//! The page of a diagnosis: the verdict, the curve that shows the best explanation, what it mends,
+//! the others, what could not be seen or told apart, and what to record next.
 
 use super::residuals::before_and_after;
 use super::{figure, page};
@@ -11,7 +11,7 @@ use crate::diagnosed::{
 use crate::plot::{Line, Marked, Plot};
 use maud::{Markup, html};
 use trueweld_measure::diagnose::{Reason, Verdict};
-use trueweld_measure::evidence::Evidence;
+use trueweld_measure::evidence::EffectCurve;
 use trueweld_measure::localize::{foremost, readable, readable_condition};
 use trueweld_measure::plan::Plan;
 use trueweld_plant::input::RobotFile;
@@ -63,7 +63,7 @@ pub fn diagnose_page(diagnosed: &Diagnosed<'_>) -> String {
 
 /// The curves that show an explanation's effects.
 fn evidences(reason: &Reason) -> Markup {
-    let curves: Vec<&Evidence> = reason.evidence.iter().flatten().collect();
+    let curves: Vec<&EffectCurve> = reason.evidence.iter().flatten().collect();
     html! {
         @if !curves.is_empty() {
             h2 { "The curve that shows it" }
@@ -74,7 +74,7 @@ fn evidences(reason: &Reason) -> Markup {
 }
 
 /// What the measurements draw of an effect, and the effect itself.
-fn evidence(evidence: &Evidence) -> Markup {
+fn evidence(evidence: &EffectCurve) -> Markup {
     let (x_factor, x_unit) = match readable_condition(evidence.x_unit) {
         // A twist is a thousandth of what a joint turns by.
         (_, "°") if evidence.points.iter().all(|p| p.x.abs() < 0.05) => readable(evidence.x_unit),
@@ -91,7 +91,8 @@ fn evidence(evidence: &Evidence) -> Markup {
     };
     let fitted: Vec<(f64, f64)> =
         evidence.fitted.iter().map(|p| (p[0] * x_factor, p[1] * y_factor)).collect();
-    // A loop comes in order of time, from posture to posture: a line through it would be a scribble.
+    // A loop comes in order of time, from posture to posture: a line through it would be a
+    // scribble.
     let winding = !fitted.is_sorted_by(|a, b| a.0 <= b.0);
     let plot = Plot {
         x_label: label(&evidence.x_name, x_unit),

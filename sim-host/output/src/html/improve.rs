@@ -1,5 +1,5 @@
-//! The page of an improvement: how the error fell step by step, what changed in the measurements' terms, and every value with
-//! where it comes from.
+//! The page of an improvement: how the error fell step by step, what changed in the measurements'
+//! terms, and every value with where it comes from.
 
 use super::page;
 use super::residuals::before_and_after;

@@ -21,7 +21,8 @@ struct Column<'a> {
     square: [f64; 2],
 }
 
-/// The columns whose error over its noise falls most, at most `count`, and of one kind of log and channel only the first.
+/// The columns whose error over its noise falls most, at most `count`, and of one kind of log and
+/// channel only the first.
 pub(super) fn before_and_after(
     before: &[LogComparison],
     after: &[LogComparison],

@@ -4,15 +4,15 @@ use super::finding;
 use crate::diagnosed::{Diagnosed, Improved, REMAINS};
 use serde_json::{Map, Value, json};
 use trueweld_measure::compare::LogComparison;
-use trueweld_measure::diagnose::{Candidate, Diagnosis, Found, Reason};
-use trueweld_measure::evidence::Evidence;
+use trueweld_measure::diagnose::{Candidate, Diagnosis, FittedEffect, Reason};
+use trueweld_measure::evidence::EffectCurve;
 use trueweld_measure::localize::foremost;
 use trueweld_measure::plan::Plan;
-use trueweld_plant::effects::{At, Effect, Kind};
+use trueweld_plant::effects::{Effect, EffectKind, Location};
 use trueweld_plant::input::RobotFile;
 
-/// A diagnosis, schema `diagnose/1`. `at` is empty for an effect of the whole cell; a bound that the data do not give is
-/// `null`.
+/// A diagnosis, schema `diagnose/1`. `at` is empty for an effect of the whole cell; a bound that
+/// the data do not give is `null`.
 pub fn diagnose_json(diagnosed: &Diagnosed<'_>) -> Value {
     let Diagnosed { diagnosis, account, .. } = diagnosed;
     let robot = &diagnosed.model.robot;
@@ -67,8 +67,9 @@ pub fn diagnose_json(diagnosed: &Diagnosed<'_>) -> Value {
 pub fn improve_json(improved: &Improved<'_>) -> Value {
     let improvement = improved.improvement;
     let robot = &improved.model.robot;
-    let all =
-        |list: &[Found]| list.iter().map(|f| found(f, robot, improved.before)).collect::<Vec<_>>();
+    let all = |list: &[FittedEffect]| {
+        list.iter().map(|f| found(f, robot, improved.before)).collect::<Vec<_>>()
+    };
     let steps: Vec<Value> = improvement
         .steps
         .iter()
@@ -130,7 +131,7 @@ fn candidate(
 }
 
 /// An effect with its fitted values; the log, where it is of one alone.
-fn found(found: &Found, robot: &RobotFile, logs: &[LogComparison]) -> Value {
+fn found(found: &FittedEffect, robot: &RobotFile, logs: &[LogComparison]) -> Value {
     let mut value = place(found.effect.kind, found.effect.at, robot);
     let parameters: Map<String, Value> = found
         .effect
@@ -151,12 +152,12 @@ fn found(found: &Found, robot: &RobotFile, logs: &[LogComparison]) -> Value {
     value
 }
 
-fn place(kind: &'static Kind, at: At, robot: &RobotFile) -> Value {
+fn place(kind: &'static EffectKind, at: Location, robot: &RobotFile) -> Value {
     let effect = Effect { kind, at, values: Vec::new() };
     json!({ "effect": kind.id, "at": effect.at_name(robot) })
 }
 
-fn evidence(e: &Evidence) -> Value {
+fn evidence(e: &EffectCurve) -> Value {
     let column = |of: fn(&trueweld_measure::localize::CurvePoint) -> f64| {
         e.points.iter().map(of).collect::<Vec<f64>>()
     };

@@ -1,5 +1,5 @@
-//! Measurements beside a model's predictions, or beside those of two models: the way of the tool in space, and every column's
-//! difference over time.
+//! Measurements beside a model's predictions, or beside those of two models: the way of the tool in
+//! space, and every column's difference over time.
 
 use super::signals;
 use super::writer::{RecordError, Store, Writer, refused};
@@ -183,7 +183,7 @@ fn legend(shown: &[Shown]) -> String {
     };
     let mut text = format!(
         "\nIn space: grey where the model has the tool, coloured where it was measured: green within twice the noise, {} from ten \
-         times on.{improved} How much too large deviations are drawn:\n\n",
+         times on.{improved} Statistic much too large deviations are drawn:\n\n",
         crate::color::run_in_words(0)
     );
     for shown in shown {
@@ -244,7 +244,8 @@ fn tool<W: Write>(writer: &mut Writer<W>, shown: &Shown) -> Result<(), RecordErr
     writer.fixed(Store::Recording, &entity("measured"), &measured)
 }
 
-/// Measured less predicted of one channel, a line a column; `which` model's is said after their names.
+/// Measured less predicted of one channel, a line a column; `which` model's is said after their
+/// names.
 fn difference<W: Write>(
     writer: &mut Writer<W>,
     log: &LogComparison,

@@ -1,7 +1,8 @@
-//! The layouts that the viewer opens with: of welds, the cell on the left, time series on the right, events below; of
-//! responses to a step, time series side by side.
+//! The layouts that the viewer opens with: of welds, the cell on the left, time series on the
+//! right, events below; of responses to a step, time series side by side.
 //!
-//! Views are logged by their archetypes, since the typed layout of the Rust library has no camera, grid or axis range.
+//! Views are logged by their archetypes, since the typed layout of the Rust library has no camera,
+//! grid or axis range.
 
 use super::Shown;
 use super::signals::{DESIRED, GROUPS, Of, idle};
@@ -16,7 +17,7 @@ use rerun::{AsComponents, TimePoint, Timeline};
 use std::io::Write;
 use trueweld_core::JOINTS;
 use trueweld_measure::compare::LogComparison;
-use trueweld_plant::simulate::{Phase, Row};
+use trueweld_plant::simulate::{Phase, RecordRow};
 
 /// Time shown before a step, s.
 const BEFORE_STEP: f64 = 0.2;
@@ -307,8 +308,8 @@ pub(super) fn step<W: Write>(
     layout.activate(&root, &time)
 }
 
-/// Writes the layout of a comparison and makes it the active one: the worst channels' differences always seen, the others
-/// as tabs.
+/// Writes the layout of a comparison and makes it the active one: the worst channels' differences
+/// always seen, the others as tabs.
 pub(super) fn compare<W: Write>(
     writer: &mut Writer<W>,
     shown: &[super::compare::Shown],
@@ -387,7 +388,8 @@ pub(super) fn compare<W: Write>(
     layout.activate(&root, &time)
 }
 
-/// A time axis with all of a log on it, also of one whose rows are minutes apart, and room for the legend.
+/// A time axis with all of a log on it, also of one whose rows are minutes apart, and room for the
+/// legend.
 fn whole(log: &LogComparison) -> view::TimeAxis {
     let ends = log.traces.iter().filter_map(|t| Some([*t.time.first()?, *t.time.last()?]));
     let [start, end] =
@@ -407,7 +409,7 @@ fn whole(log: &LogComparison) -> view::TimeAxis {
 }
 
 /// Smallest and largest of some signals over all runs.
-fn extent<const N: usize>(shown: &[Shown], of: impl Fn(&Row) -> [f64; N]) -> [f64; 2] {
+fn extent<const N: usize>(shown: &[Shown], of: impl Fn(&RecordRow) -> [f64; N]) -> [f64; 2] {
     let values = shown.iter().flat_map(|s| s.recording.rows.iter()).flat_map(of);
     values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v), high.max(v)])
 }

@@ -1,9 +1,10 @@
-//! Recordings for the Rerun viewer: the arm, its path and every signal of finished welds, the responses to a step of the
-//! push, measurements beside predictions, each with the layout to see them in.
+//! Recordings for the Rerun viewer: the arm, its path and every signal of finished welds, the
+//! responses to a step of the push, measurements beside predictions, each with the layout to see
+//! them in.
 //!
-//! Deviations of millimetres on an arm of three metres are drawn enlarged by one factor, the arm's with the path's:
-//! joint angles about the angles that would hold the nominal pose, the path about the seam. With a factor of 1 the
-//! picture is to scale. Signals are never enlarged.
+//! Deviations of millimetres on an arm of three metres are drawn enlarged by one factor, the arm's
+//! with the path's: joint angles about the angles that would hold the nominal pose, the path about
+//! the seam. With a factor of 1 the picture is to scale. Signals are never enlarged.
 
 mod compare;
 mod layout;
@@ -35,7 +36,8 @@ struct Shown<'a> {
 
 /// The timeline that a recording has beside `time`.
 enum Beside {
-    /// `path_um`: distance gone along the seam, m, one value a row; counts only while the tool moves.
+    /// `path_um`: distance gone along the seam, m, one value a row; counts only while the tool
+    /// moves.
     Path(Vec<f64>),
     /// `since_step`: time since the step of the set-point at this time, s.
     Step(f64),
@@ -65,10 +67,12 @@ impl Shown<'_> {
     }
 }
 
-/// Writes welds of one seam into a recording at `path`, each under its own root, with the layout to compare them.
+/// Writes welds of one seam into a recording at `path`, each under its own root, with the layout to
+/// compare them.
 ///
-/// `exaggeration` enlarges what is drawn in space, not the signals. Timelines: `time`, and `path_um`, the position on the
-/// seam in micrometres, for rows in which the tool moves. The same runs give the same bytes.
+/// `exaggeration` enlarges what is drawn in space, not the signals. Timelines: `time`, and
+/// `path_um`, the position on the seam in micrometres, for rows in which the tool moves. The same
+/// runs give the same bytes.
 ///
 /// # Errors
 /// [`OutputError`] with the path; no file is left behind.
@@ -87,10 +91,12 @@ pub fn weld_recording(path: &Path, runs: &[WeldRun], exaggeration: f64) -> Resul
     })
 }
 
-/// Writes the responses of several controllers to one step of the push at time `at`, s, into a recording at `path`, with
-/// the layout to compare them: push, force error, what the controller does about it, twists and torques of the drives.
+/// Writes the responses of several controllers to one step of the push at time `at`, s, into a
+/// recording at `path`, with the layout to compare them: push, force error, what the controller
+/// does about it, twists and torques of the drives.
 ///
-/// Timelines: `since_step`, and `time` from the start of the run. The same runs give the same bytes.
+/// Timelines: `since_step`, and `time` from the start of the run. The same runs give the same
+/// bytes.
 ///
 /// # Errors
 /// [`OutputError`] with the path; no file is left behind.
@@ -106,11 +112,12 @@ pub fn step_recording(path: &Path, runs: &[StepRun], at: f64) -> Result<(), Outp
     })
 }
 
-/// Writes measurements beside a model's predictions into a recording at `path`: the way of the tool in every log, deviations
-/// drawn too large by a round factor, and the difference of every column, with the layout that shows the worst first.
+/// Writes measurements beside a model's predictions into a recording at `path`: the way of the tool
+/// in every log, deviations drawn too large by a round factor, and the difference of every column,
+/// with the layout that shows the worst first.
 ///
-/// `model`: where the model was read from. Timeline: `time`, from the start of each log. The same comparison gives the same
-/// bytes.
+/// `model`: where the model was read from. Timeline: `time`, from the start of each log. The same
+/// comparison gives the same bytes.
 ///
 /// # Errors
 /// [`OutputError`] with the path; no file is left behind.
@@ -126,8 +133,9 @@ pub fn compare_recording(
     })
 }
 
-/// Writes a diagnosis into a recording at `path`: the tool's way as measured, as the model has it and as it is with the best
-/// explanation, every column's difference before and after, and the verdict. Timeline: `time`, from the start of each log.
+/// Writes a diagnosis into a recording at `path`: the tool's way as measured, as the model has it
+/// and as it is with the best explanation, every column's difference before and after, and the
+/// verdict. Timeline: `time`, from the start of each log.
 ///
 /// # Errors
 /// [`OutputError`] with the path; no file is left behind.
@@ -147,8 +155,8 @@ pub fn diagnose_recording(path: &Path, diagnosed: &Diagnosed<'_>) -> Result<(), 
     )
 }
 
-/// Writes an improvement into a recording at `path`, as [`diagnose_recording`] does, with the steps in place of the
-/// explanation.
+/// Writes an improvement into a recording at `path`, as [`diagnose_recording`] does, with the steps
+/// in place of the explanation.
 ///
 /// # Errors
 /// [`OutputError`] with the path; no file is left behind.

@@ -1,5 +1,5 @@
-//! The cell in space: plate, seam and limits, and for every run the arm as it stands and as its encoders say, the way of
-//! its tool and the force on it.
+//! The cell in space: plate, seam and limits, and for every run the arm as it stands and as its
+//! encoders say, the way of its tool and the force on it.
 
 use super::writer::{RecordError, Store, Writer, refused};
 use super::{Beside, Shown, signals};
@@ -13,7 +13,7 @@ use rerun::{
 };
 use std::io::Write;
 use trueweld_core::{JOINTS, JointVector, Robot};
-use trueweld_plant::simulate::Row;
+use trueweld_plant::simulate::RecordRow;
 
 /// Poses of the arm a simulated second.
 const POSES_PER_SECOND: f64 = 4.0;
@@ -35,7 +35,7 @@ pub(super) struct Seam {
 
 impl Seam {
     /// From the nominal poses of a run.
-    pub fn of(rows: &[Row]) -> Option<Self> {
+    pub fn of(rows: &[RecordRow]) -> Option<Self> {
         let (first, last) = (rows.first()?.nominal, rows.last()?.nominal);
         let into: Vector3<f64> = first.rotation.column(2).into();
         let way = last.position - first.position;
@@ -57,7 +57,8 @@ impl Seam {
     }
 }
 
-/// What all runs share: plate, seam, the limits of lateral deviation, and the words beside the picture.
+/// What all runs share: plate, seam, the limits of lateral deviation, and the words beside the
+/// picture.
 pub(super) fn cell<W: Write>(
     writer: &mut Writer<W>,
     runs: &[WeldRun],
@@ -173,12 +174,13 @@ pub(super) fn arm<W: Write>(
         let last = range.end - 1;
         let picked: Vec<usize> = range.filter(|k| k % every == 0 || *k == last).collect();
         let times = || shown.times(picked.iter().copied());
-        // Angles that hold the nominal pose; where it has none that are unique, the encoders' own stand for them.
+        // Angles that hold the nominal pose; where it has none that are unique, the encoders' own
+        // stand for them.
         let drawn: Vec<[JointVector<f64>; 2]> = picked
             .iter()
             .map(|k| {
                 let row = &rows[*k];
-                let nominal = robot.track(&row.nominal, &row.motor).unwrap_or(row.motor);
+                let nominal = robot.inverse_near(&row.nominal, &row.motor).unwrap_or(row.motor);
                 [row.link, row.motor].map(|q| nominal + (q - nominal) * exaggeration)
             })
             .collect();
@@ -219,7 +221,8 @@ pub(super) fn arm<W: Write>(
     way(writer, shown, &seam, exaggeration)
 }
 
-/// The way of the real tool over the plate while it moves along the seam, coloured by its lateral deviation.
+/// The way of the real tool over the plate while it moves along the seam, coloured by its lateral
+/// deviation.
 fn way<W: Write>(
     writer: &mut Writer<W>,
     shown: &Shown,
@@ -227,7 +230,7 @@ fn way<W: Write>(
     exaggeration: f64,
 ) -> Result<(), RecordError> {
     let recording = shown.recording;
-    let moving: Vec<&Row> =
+    let moving: Vec<&RecordRow> =
         recording.rows.iter().filter(|r| crate::path::moving(r.phase)).collect();
     // Kept just above the plate: the depth of the tool is a signal, not part of this picture.
     let above = seam.axes.column(2) * -0.004;
@@ -260,7 +263,8 @@ fn grade(of_limit: f64) -> Color {
     Color::from_rgb(r, g, b)
 }
 
-/// One link as a capsule to the next frame; the last one with the tool. `None` where two frames coincide.
+/// One link as a capsule to the next frame; the last one with the tool. `None` where two frames
+/// coincide.
 fn shape(
     robot: &Robot<f64>,
     link: usize,

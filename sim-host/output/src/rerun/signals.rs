@@ -8,7 +8,7 @@ use crate::path::moving;
 use rerun::{Scalars, SeriesLines, TextLog, TextLogLevel, TimeColumn, TimePoint, Timeline};
 use std::io::Write;
 use std::ops::Range;
-use trueweld_plant::simulate::Row;
+use trueweld_plant::simulate::RecordRow;
 
 /// Rows in one chunk.
 const CHUNK: usize = 10_000;
@@ -37,7 +37,7 @@ pub(super) enum Of {
 
 /// What a controller does about the force; the schemes that do without one leave it at zero.
 pub(super) fn idle(shown: &Shown, entity: &str) -> bool {
-    let of: fn(&Row) -> f64 = match entity {
+    let of: fn(&RecordRow) -> f64 = match entity {
         "controller/depth_correction" => |r| r.depth_correction,
         "controller/push" => |r| r.push,
         _ => return false,
@@ -109,7 +109,8 @@ pub(super) const GROUPS: &[Group] = &[
 pub(super) fn all<W: Write>(writer: &mut Writer<W>, shown: &Shown) -> Result<(), RecordError> {
     let (name, color) = (shown.name.as_str(), shown.color);
     let pale = |part: u16| color.map(|c| (u16::from(c) + (255 - u16::from(c)) * part / 10) as u8);
-    // The plots' titles say what and in which unit; the lines' names say whose, and keep the legends small.
+    // The plots' titles say what and in which unit; the lines' names say whose, and keep the
+    // legends small.
     let own = [name.to_owned()];
     let label = |what: &str| [format!("{name}, {what}")];
     let mut signals = Signals { writer, shown };
@@ -151,7 +152,8 @@ pub(super) fn all<W: Write>(writer: &mut Writer<W>, shown: &Shown) -> Result<(),
     events(writer, shown)
 }
 
-/// Limits and set-points that belong to no run: at every instant of `times` the same values of `N` lines.
+/// Limits and set-points that belong to no run: at every instant of `times` the same values of `N`
+/// lines.
 pub(super) fn reference<const N: usize, W: Write>(
     writer: &mut Writer<W>,
     entity: &str,
@@ -181,7 +183,7 @@ impl<W: Write> Signals<'_, '_, W> {
         entity: &str,
         names: &[String; N],
         colors: &[Rgb; N],
-        value: impl Fn(&Row) -> Option<[f64; N]>,
+        value: impl Fn(&RecordRow) -> Option<[f64; N]>,
     ) -> Result<(), RecordError> {
         let entity = format!("/{}/{entity}", self.shown.root);
         let style = SeriesLines::new()
@@ -207,7 +209,7 @@ impl<W: Write> Signals<'_, '_, W> {
 }
 
 /// Ranges of rows that are all on the seam or all off it, none longer than a chunk.
-pub(super) fn chunks(rows: &[Row]) -> impl Iterator<Item = Range<usize>> {
+pub(super) fn chunks(rows: &[RecordRow]) -> impl Iterator<Item = Range<usize>> {
     let mut start = 0;
     std::iter::from_fn(move || {
         let on_path = moving(rows.get(start)?.phase);
@@ -222,7 +224,7 @@ pub(super) fn chunks(rows: &[Row]) -> impl Iterator<Item = Range<usize>> {
 /// Changes of phase, and where limits and faults begin and end.
 fn events<W: Write>(writer: &mut Writer<W>, shown: &Shown) -> Result<(), RecordError> {
     let entity = format!("/{}/events", shown.root);
-    let mut before: Option<&Row> = None;
+    let mut before: Option<&RecordRow> = None;
     for row in &shown.recording.rows {
         let nanoseconds =
             |seconds: f64| rerun::TimeCell::from_duration_nanos((seconds * 1e9).round() as i64);

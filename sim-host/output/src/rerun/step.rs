@@ -1,4 +1,5 @@
-//! What belongs to a step of the push and to no single controller: the 5 % band, and the words beside the plots.
+//! What belongs to a step of the push and to no single controller: the 5 % band, and the words
+//! beside the plots.
 
 use super::writer::{RecordError, Store, Writer};
 use super::{Shown, signals};

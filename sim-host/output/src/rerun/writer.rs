@@ -1,8 +1,9 @@
-//! The file itself: chunks of columns, encoded one after the other, with identifiers that are counted and not drawn from
-//! the clock, so that the same run gives the same bytes.
+//! The file itself: chunks of columns, encoded one after the other, with identifiers that are
+//! counted and not drawn from the clock, so that the same run gives the same bytes.
 //!
-//! Rerun's own recording stream numbers rows by the time of day, writes from a second thread, and leaves its footer in an
-//! order that changes; this goes one level below it, to chunks, messages and frames.
+//! Rerun's own recording stream numbers rows by the time of day, writes from a second thread, and
+//! leaves its footer in an order that changes; this goes one level below it, to chunks, messages
+//! and frames.
 
 use super::APPLICATION;
 use re_span::Span;

@@ -5,7 +5,7 @@ use crate::diagnosed::{
     Diagnosed, Improved, REMAINS, confusable, in_a_line, limits, none_of_these, percent, ranked,
     score, values,
 };
-use trueweld_measure::diagnose::{Found, Verdict};
+use trueweld_measure::diagnose::{FittedEffect, Verdict};
 use trueweld_measure::localize::foremost;
 
 /// Width of a column of figures.
@@ -15,8 +15,8 @@ const NAME: usize = WIDTH - 3 * FIGURE;
 /// Pairs of effects that are hard to tell apart, told at most.
 const PAIRS: usize = 5;
 
-/// What a diagnosis found: the verdict, the explanations, calibrations apart, what could not be seen or told apart, and what
-/// to record next.
+/// What a diagnosis found: the verdict, the explanations, calibrations apart, what could not be
+/// seen or told apart, and what to record next.
 pub fn diagnose_table(diagnosed: &Diagnosed<'_>) -> String {
     let Diagnosed { diagnosis, account, .. } = diagnosed;
     let robot = &diagnosed.model.robot;
@@ -136,7 +136,7 @@ fn row(name: &str, cells: [&str; 3]) -> String {
 }
 
 /// What is a little off besides.
-fn calibration(all: &[Found], diagnosed: &Diagnosed<'_>) -> String {
+fn calibration(all: &[FittedEffect], diagnosed: &Diagnosed<'_>) -> String {
     if all.is_empty() {
         return String::new();
     }

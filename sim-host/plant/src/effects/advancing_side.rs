@@ -2,12 +2,12 @@
 //!
 //! F_l gains a F_d sgn(ω), and carries its ripple.
 
-use super::{Action, Kind, Parameter, Place, Role};
+use super::{Action, EffectKind, LocationKind, Parameter, Role};
 use crate::robot::{Port, ProcessPoint, Term};
 
-pub(super) static KIND: Kind = Kind {
+pub(super) static KIND: EffectKind = EffectKind {
     id: "advancing-side",
-    place: Place::Cell,
+    place: LocationKind::Cell,
     equation: "F_l gains a F_d sgn(ω)",
     shows: "a force across the seam in proportion to the push, turning round with the spindle",
     experiment: "push without feed, spindle one way and the other",

@@ -2,12 +2,12 @@
 //!
 //! τ_f gains a tanh(θ̇_E/smoothing), where θ̇_E > 0 only.
 
-use super::{Action, Kind, Parameter, Place, Role};
-use crate::robot::{JointPoint, Port, Sloped, Term};
+use super::{Action, EffectKind, LocationKind, Parameter, Role};
+use crate::robot::{JointState, Port, Term, ValueDerivative};
 
-pub(super) static KIND: Kind = Kind {
+pub(super) static KIND: EffectKind = EffectKind {
     id: "asymmetric-friction",
-    place: Place::Joint,
+    place: LocationKind::Joint,
     equation: "τ_f gains a tanh(θ̇_E/smoothing) where θ̇_E > 0",
     shows: "motor torque off in one direction of motion only",
     experiment: "the same motion there and back",
@@ -31,11 +31,11 @@ struct AsymmetricFriction {
 }
 
 impl Term for AsymmetricFriction {
-    fn friction(&self, at: &JointPoint) -> Sloped {
+    fn friction(&self, at: &JointState) -> ValueDerivative {
         if at.encoder_rate <= 0.0 {
-            return Sloped::default();
+            return ValueDerivative::default();
         }
-        let turn = Sloped::turn(at.encoder_rate, at.smoothing);
-        Sloped { value: self.torque * turn.value, slope: self.torque * turn.slope }
+        let turn = ValueDerivative::turn(at.encoder_rate, at.smoothing);
+        ValueDerivative { value: self.torque * turn.value, slope: self.torque * turn.slope }
     }
 }

@@ -1,13 +1,14 @@
 //! `backlash`: play in a gear.
 //!
-//! The elastic part of τ_s acts on dz(δ): δ − b above b, δ + b below −b, 0 between. The damper keeps acting inside the gap.
+//! The elastic part of τ_s acts on dz(δ): δ − b above b, δ + b below −b, 0 between. The damper
+//! keeps acting inside the gap.
 
-use super::{Action, Kind, Parameter, Place, Role};
+use super::{Action, EffectKind, LocationKind, Parameter, Role};
 use crate::robot::{Port, Term};
 
-pub(super) static KIND: Kind = Kind {
+pub(super) static KIND: EffectKind = EffectKind {
     id: "backlash",
-    place: Place::Joint,
+    place: LocationKind::Joint,
     equation: "elastic part of τ_s = K dz(δ), dz(δ) = δ − b above b, δ + b below −b, 0 between; δ = θ_E − θ",
     shows: "the tool jumps where the joint's torque changes sign; no offset elsewhere but ± b",
     experiment: "static loads that turn the joint's torque round, a little to either side of zero",

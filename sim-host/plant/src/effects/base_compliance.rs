@@ -2,13 +2,13 @@
 //!
 //! B tilts about its x and y at the foot by c times the moment there, gravity's included.
 
-use super::{Action, Kind, Parameter, Place, Role};
+use super::{Action, EffectKind, LocationKind, Parameter, Role};
 use crate::robot::{Port, Term};
 use nalgebra::Vector3;
 
-pub(super) static KIND: Kind = Kind {
+pub(super) static KIND: EffectKind = EffectKind {
     id: "base-compliance",
-    place: Place::Cell,
+    place: LocationKind::Cell,
     equation: "B tilts about its x and y at the foot by c times the moment there",
     shows: "the whole arm leans with load and reach; the same at every joint angle for the same moment",
     experiment: "static loads at far and near reach, in several directions of A1",

@@ -1,15 +1,15 @@
 //! `bearing-tilt`: a bearing that gives across its axis.
 //!
-//! The link tilts about its frame's origin, about the two axes across the joint's, by c times the moment there, gravity's
-//! included.
+//! The link tilts about its frame's origin, about the two axes across the joint's, by c times the
+//! moment there, gravity's included.
 
-use super::{Action, Kind, Parameter, Place, Role};
+use super::{Action, EffectKind, LocationKind, Parameter, Role};
 use crate::robot::{Port, Term};
 use nalgebra::Vector3;
 
-pub(super) static KIND: Kind = Kind {
+pub(super) static KIND: EffectKind = EffectKind {
     id: "bearing-tilt",
-    place: Place::Joint,
+    place: LocationKind::Joint,
     equation: "the link tilts about the two axes across the joint's, by c times the moment there",
     shows: "tool gives across the joint's axis, in rotation as well as position",
     experiment: "static loads that put a moment across the axis, with the tool's rotation measured",

@@ -2,12 +2,12 @@
 //!
 //! The channel lags the encoders.
 
-use super::{Action, Kind, Parameter, Place, Role};
+use super::{Action, EffectKind, LocationKind, Parameter, Role};
 use crate::robot::{Channel, Term};
 
-pub(super) static KIND: Kind = Kind {
+pub(super) static KIND: EffectKind = EffectKind {
     id: "channel-delay",
-    place: Place::Channel,
+    place: LocationKind::Channel,
     equation: "the channel lags the encoders by a time",
     shows: "an error in proportion to the rate of what the channel measures",
     experiment: "motion to and fro at several speeds",

@@ -2,12 +2,12 @@
 //!
 //! τ_cb × (1 − λ).
 
-use super::{Action, Kind, Parameter, Place, Role};
-use crate::robot::{JointPoint, Port, Term};
+use super::{Action, EffectKind, LocationKind, Parameter, Role};
+use crate::robot::{JointState, Port, Term};
 
-pub(super) static KIND: Kind = Kind {
+pub(super) static KIND: EffectKind = EffectKind {
     id: "counterbalance-loss",
-    place: Place::Cell,
+    place: LocationKind::Cell,
     equation: "τ_cb × (1 − λ)",
     shows: "A2 carries more, most where the arm leans far: motor torque and deflection of A2 with its angle",
     experiment: "free motion or static poses over the range of A2",
@@ -31,7 +31,7 @@ struct CounterbalanceLoss {
 }
 
 impl Term for CounterbalanceLoss {
-    fn link_torque(&self, _: &JointPoint, counterbalance: f64) -> f64 {
+    fn link_torque(&self, _: &JointState, counterbalance: f64) -> f64 {
         -self.loss * counterbalance
     }
 }

@@ -2,11 +2,11 @@
 //!
 //! D → D (1 + e).
 
-use super::{Action, Kind, Parameter, Place, Role};
+use super::{Action, EffectKind, LocationKind, Parameter, Role};
 
-pub(super) static KIND: Kind = Kind {
+pub(super) static KIND: EffectKind = EffectKind {
     id: "damping-error",
-    place: Place::Joint,
+    place: LocationKind::Joint,
     equation: "D → D (1 + e)",
     shows: "ringing dies away faster or slower; nothing at rest",
     experiment: "ring-down after an abrupt stop of the joint",

@@ -2,11 +2,11 @@
 //!
 //! c_x → c_x (1 + e).
 
-use super::{Action, Kind, Parameter, Place, Role};
+use super::{Action, EffectKind, LocationKind, Parameter, Role};
 
-pub(super) static KIND: Kind = Kind {
+pub(super) static KIND: EffectKind = EffectKind {
     id: "drag-error",
-    place: Place::Cell,
+    place: LocationKind::Cell,
     equation: "c_x → c_x (1 + e)",
     shows: "force along the seam off in proportion to the feed and the push",
     experiment: "welds at two feeds",

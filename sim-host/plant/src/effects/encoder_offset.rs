@@ -2,12 +2,12 @@
 //!
 //! Real angle = angle computed from the encoder + o.
 
-use super::{Action, Kind, Parameter, Place, Role};
+use super::{Action, EffectKind, LocationKind, Parameter, Role};
 use crate::robot::{Port, Term};
 
-pub(super) static KIND: Kind = Kind {
+pub(super) static KIND: EffectKind = EffectKind {
     id: "encoder-offset",
-    place: Place::Joint,
+    place: LocationKind::Joint,
     equation: "real angle = angle computed from the encoder + o",
     shows: "tool off by a constant rotation about the joint: a pattern over the postures, whatever the load",
     experiment: "unloaded poses all over the workspace, tracker",

@@ -6,9 +6,9 @@
 //! value    = number | name | function( sum [, sum] ) | ( sum )
 //! ```
 //!
-//! As in print: −x² is −(x²), and a^b^c is a^(b^c). A text becomes a list of operations on a small stack, so that
-//! evaluating neither allocates nor fails; where the mathematics has no answer the value is not finite. Left out:
-//! conditions, for which `step` does.
+//! As in print: −x² is −(x²), and a^b^c is a^(b^c). A text becomes a list of operations on a small
+//! stack, so that evaluating neither allocates nor fails; where the mathematics has no answer the
+//! value is not finite. Left out: conditions, for which `step` does.
 
 use crate::input::nearest;
 use std::ops::Range;
@@ -116,8 +116,8 @@ impl Expression {
     /// Reads an expression over these variables and parameters.
     ///
     /// # Errors
-    /// [`Mistake`]: what is no expression, a name that is none of these, more than 32 levels of parentheses or operands
-    /// waiting for their operator.
+    /// [`Mistake`]: what is no expression, a name that is none of these, more than 32 levels of
+    /// parentheses or operands waiting for their operator.
     pub fn parse(text: &str, variables: &[&str], parameters: &[&str]) -> Result<Self, Mistake> {
         let mut parser = Parser {
             text,
@@ -180,7 +180,8 @@ impl Expression {
     }
 }
 
-/// True where a text can be a parameter's name: a letter, then letters, digits and underscores, and not taken.
+/// True where a text can be a parameter's name: a letter, then letters, digits and underscores, and
+/// not taken.
 pub(super) fn may_be_named(name: &str) -> bool {
     let mut letters = name.chars();
     letters.next().is_some_and(|c| c.is_ascii_alphabetic())

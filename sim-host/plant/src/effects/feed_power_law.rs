@@ -2,12 +2,12 @@
 //!
 //! F_f = c_x v_x e (|v_x| / 0.010)^(p − 1); the transversal force follows F_f.
 
-use super::{Action, Kind, Parameter, Place, Role};
+use super::{Action, EffectKind, LocationKind, Parameter, Role};
 use crate::robot::{Port, ProcessPoint, Term};
 
-pub(super) static KIND: Kind = Kind {
+pub(super) static KIND: EffectKind = EffectKind {
     id: "feed-power-law",
-    place: Place::Cell,
+    place: LocationKind::Cell,
     equation: "F_f = c_x v_x e (|v_x| / 0.010)^(p − 1)",
     shows: "force along the seam not in proportion to the feed",
     experiment: "welds at several feeds",

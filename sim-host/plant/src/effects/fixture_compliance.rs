@@ -1,15 +1,15 @@
 //! `fixture-compliance`: a plate that is not held rigidly.
 //!
-//! The surface gives way by F_d/k. With d_n the depth below the undisturbed surface, F (1 + k_z/k) + (b_z/k) Ḟ = k_z d_n +
-//! b_z ḋ_n; the term in Ḟ, the surface's own velocity, is left out. The force at rest is exact; a change of it comes
-//! earlier by the time b_z/(k + k_z) than it should.
+//! The surface gives way by F_d/k. With d_n the depth below the undisturbed surface, F (1 +
+//! k_z/k) + (b_z/k) Ḟ = k_z d_n + b_z ḋ_n; the term in Ḟ, the surface's own velocity, is left out. The
+//! force at rest is exact; a change of it comes earlier by the time b_z/(k + k_z) than it should.
 
-use super::{Action, Kind, Parameter, Place, Role};
+use super::{Action, EffectKind, LocationKind, Parameter, Role};
 use crate::robot::{Port, Term};
 
-pub(super) static KIND: Kind = Kind {
+pub(super) static KIND: EffectKind = EffectKind {
     id: "fixture-compliance",
-    place: Place::Cell,
+    place: LocationKind::Cell,
     equation: "the surface gives way by F_d/k",
     shows: "tool deeper at the same push, as with softer material, but in proportion to the push from zero on",
     experiment: "push raised and lowered without feed, plate and tool measured apart",

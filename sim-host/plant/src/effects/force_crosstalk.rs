@@ -2,12 +2,12 @@
 //!
 //! Measured lateral forces gain c_x F_z, c_y F_z, in T.
 
-use super::{Action, Kind, Parameter, Place, Role};
+use super::{Action, EffectKind, LocationKind, Parameter, Role};
 use crate::robot::{Port, Readings, Term};
 
-pub(super) static KIND: Kind = Kind {
+pub(super) static KIND: EffectKind = EffectKind {
     id: "force-crosstalk",
-    place: Place::Cell,
+    place: LocationKind::Cell,
     equation: "measured lateral forces gain c_x F_z, c_y F_z",
     shows: "lateral forces measured where there are none, in proportion to the axial one",
     experiment: "axial push without feed",

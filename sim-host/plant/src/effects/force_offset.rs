@@ -2,13 +2,13 @@
 //!
 //! The measured force gains a constant, in T.
 
-use super::{Action, Kind, Parameter, Place, Role};
+use super::{Action, EffectKind, LocationKind, Parameter, Role};
 use crate::robot::{Port, Readings, Term};
 use nalgebra::Vector3;
 
-pub(super) static KIND: Kind = Kind {
+pub(super) static KIND: EffectKind = EffectKind {
     id: "force-offset",
-    place: Place::Cell,
+    place: LocationKind::Cell,
     equation: "measured wrench gains a constant",
     shows: "forces measured in the air",
     experiment: "the sensor read without contact",

@@ -1,13 +1,14 @@
 //! `hysteresis`: friction inside a gear, on the load's side of the encoder.
 //!
-//! τ_s gains T z, dz/dδ = (1 − z sgn δ̇)/δh, a Dahl loop; z is a state of the plant and starts at 0.
+//! τ_s gains T z, dz/dδ = (1 − z sgn δ̇)/δh, a Dahl loop; z is a state of the plant and starts at
+//! 0.
 
-use super::{Action, Kind, Parameter, Place, Role};
-use crate::robot::{JointPoint, Port, Term};
+use super::{Action, EffectKind, LocationKind, Parameter, Role};
+use crate::robot::{JointState, Port, Term};
 
-pub(super) static KIND: Kind = Kind {
+pub(super) static KIND: EffectKind = EffectKind {
     id: "hysteresis",
-    place: Place::Joint,
+    place: LocationKind::Joint,
     equation: "τ_s gains T z, dz/dδ = (1 − z sgn δ̇)/δh",
     shows: "deflection depends on which way the load came: the torque–twist loop has an area",
     experiment: "static loads up and down again, slowly, without overshoot",
@@ -42,12 +43,12 @@ struct Hysteresis {
 }
 
 impl Term for Hysteresis {
-    fn spring_torque(&self, _: &JointPoint, internal: f64) -> f64 {
+    fn spring_torque(&self, _: &JointState, internal: f64) -> f64 {
         self.torque * internal
     }
 
     /// dz/dt = δ̇ (1 − z sgn δ̇)/δh.
-    fn internal_rate(&self, at: &JointPoint, internal: f64) -> Option<f64> {
+    fn internal_rate(&self, at: &JointState, internal: f64) -> Option<f64> {
         let rate = at.encoder_rate - at.link_rate;
         Some((rate - internal * rate.abs()) / self.twist)
     }

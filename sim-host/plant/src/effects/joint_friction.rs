@@ -2,12 +2,12 @@
 //!
 //! τ_f gains c tanh(θ̇_E / smoothing) + v θ̇_E, with the robot's own smoothing rate.
 
-use super::{Action, Kind, Parameter, Place, Role};
-use crate::robot::{JointPoint, Port, Sloped, Term};
+use super::{Action, EffectKind, LocationKind, Parameter, Role};
+use crate::robot::{JointState, Port, Term, ValueDerivative};
 
-pub(super) static KIND: Kind = Kind {
+pub(super) static KIND: EffectKind = EffectKind {
     id: "joint-friction",
-    place: Place::Joint,
+    place: LocationKind::Joint,
     equation: "τ_f gains c tanh(θ̇_E/smoothing) + v θ̇_E",
     shows: "motor torque off by a level that changes sign with the joint's rate, and by a share of the rate; the encoder \
             follows, so the tool stays",
@@ -43,9 +43,9 @@ struct JointFriction {
 }
 
 impl Term for JointFriction {
-    fn friction(&self, at: &JointPoint) -> Sloped {
-        let turn = Sloped::turn(at.encoder_rate, at.smoothing);
-        Sloped {
+    fn friction(&self, at: &JointState) -> ValueDerivative {
+        let turn = ValueDerivative::turn(at.encoder_rate, at.smoothing);
+        ValueDerivative {
             value: self.coulomb * turn.value + self.viscous * at.encoder_rate,
             slope: self.coulomb * turn.slope + self.viscous,
         }

@@ -2,12 +2,12 @@
 //!
 //! The second encoder reads o more.
 
-use super::{Action, Kind, Parameter, Place, Role};
+use super::{Action, EffectKind, LocationKind, Parameter, Role};
 use crate::robot::{Port, Readings, Term};
 
-pub(super) static KIND: Kind = Kind {
+pub(super) static KIND: EffectKind = EffectKind {
     id: "link-encoder-offset",
-    place: Place::Joint,
+    place: LocationKind::Joint,
     equation: "second encoder reads o more",
     shows: "the second encoder off by a constant; torque and tool as they were",
     experiment: "any motion: encoder against second encoder",

@@ -2,12 +2,12 @@
 //!
 //! The second encoder reads A sin(n θ + φ) more; no torque goes with it.
 
-use super::{Action, Kind, Parameter, Place, Role};
+use super::{Action, EffectKind, LocationKind, Parameter, Role};
 use crate::robot::{Port, Readings, Term};
 
-pub(super) static KIND: Kind = Kind {
+pub(super) static KIND: EffectKind = EffectKind {
     id: "link-encoder-ripple",
-    place: Place::Joint,
+    place: LocationKind::Joint,
     equation: "second encoder reads A sin(n θ + φ) more; no torque goes with it",
     shows: "a wave of the second encoder over the joint's angle, and none of the tool",
     experiment: "slow motion of the joint alone, with a tracker beside the second encoder",

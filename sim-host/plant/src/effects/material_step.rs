@@ -2,13 +2,13 @@
 //!
 //! All process forces × (1 + a) beyond path position x0.
 
-use super::{Action, Kind, Parameter, Place, Role};
+use super::{Action, EffectKind, LocationKind, Parameter, Role};
 use crate::robot::{Port, ProcessPoint, Term};
 use nalgebra::Vector3;
 
-pub(super) static KIND: Kind = Kind {
+pub(super) static KIND: EffectKind = EffectKind {
     id: "material-step",
-    place: Place::Cell,
+    place: LocationKind::Cell,
     equation: "all process forces × (1 + a) beyond path position x0",
     shows: "forces jump at one place of the path",
     experiment: "a weld across the place, both ways",

@@ -1,7 +1,8 @@
 //! The physical effects a cell may have beyond the baseline: one file each, and the table of them.
 //!
-//! An effect is a term at one named port of the plant ([`Port`]), or another number of the robot or the process. Its file holds the equation, the parameters with units and
-//! plausible ranges, what it looks like in data, and the term; adding one touches that file and one line of [`TABLE`].
+//! An effect is a term at one named port of the plant ([`Port`]), or another number of the robot or
+//! the process. Its file holds the equation, the parameters with units and plausible ranges, what
+//! it looks like in data, and the term; adding one touches that file and one line of [`TABLE`].
 //! What a model file defines itself is in [`own`].
 
 mod advancing_side;
@@ -11,6 +12,7 @@ mod base_compliance;
 mod bearing_tilt;
 mod channel_delay;
 mod counterbalance_loss;
+pub mod custom;
 mod damping_error;
 mod drag_error;
 mod encoder_offset;
@@ -25,7 +27,6 @@ mod link_encoder_offset;
 mod link_encoder_ripple;
 mod material_step;
 mod nonlinear_stiffness;
-pub mod own;
 mod payload_error;
 mod plate_waviness;
 mod process_stiffness_error;
@@ -43,7 +44,7 @@ use crate::robot::{Channel, Port, Ports, Term, TooManyStates};
 use trueweld_core::{ModelError, Robot, RobotParameters};
 
 /// Every effect of the library.
-pub static TABLE: &[&Kind] = &[
+pub static TABLE: &[&EffectKind] = &[
     &stiffness_error::KIND,
     &damping_error::KIND,
     &nonlinear_stiffness::KIND,
@@ -79,7 +80,7 @@ pub static TABLE: &[&Kind] = &[
 
 /// What an effect may be attached to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Place {
+pub enum LocationKind {
     /// One joint, by its name in the robot file.
     Joint,
     /// One instrument: `tracker`, `wrench`, `torque` or `link-encoder`.
@@ -90,7 +91,7 @@ pub enum Place {
 
 /// Where one effect is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum At {
+pub enum Location {
     /// Joint index, 0 = A1.
     Joint(usize),
     /// An instrument.
@@ -116,7 +117,7 @@ pub enum Action {
     /// Other numbers of the process.
     Process(fn(process: &mut Process, values: &[f64])),
     /// A term at the port that the formula names: an effect of the user's own.
-    Expression(&'static own::Formula),
+    Expression(&'static custom::Formula),
 }
 
 /// Names of the instruments on the command line and in files.
@@ -127,10 +128,12 @@ const CHANNELS: [(&str, Channel); 4] = [
     ("link-encoder", Channel::LinkEncoder),
 ];
 
-/// What a fit makes of a parameter: whether the effect grows with it from nothing, or takes its shape from it.
+/// What a fit makes of a parameter: whether the effect grows with it from nothing, or takes its
+/// shape from it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Role {
-    /// The effect is in proportion to the parameter's distance from `neutral`, nearly, where that is small.
+    /// The effect is in proportion to the parameter's distance from `neutral`, nearly, where that
+    /// is small.
     Size {
         /// A small value, at which the slope is taken.
         step: f64,
@@ -175,11 +178,11 @@ pub struct Parameter {
 
 /// One physical effect of the library.
 #[derive(Debug)]
-pub struct Kind {
+pub struct EffectKind {
     /// Identifier, as in files and on the command line.
     pub id: &'static str,
     /// What it may be attached to.
-    pub place: Place,
+    pub place: LocationKind,
     /// Its equation.
     pub equation: &'static str,
     /// What it looks like in data.
@@ -196,9 +199,9 @@ pub struct Kind {
 #[derive(Debug, Clone)]
 pub struct Effect {
     /// Which effect.
-    pub kind: &'static Kind,
+    pub kind: &'static EffectKind,
     /// Where it is.
-    pub at: At,
+    pub at: Location,
     /// Values, in the order of the kind's parameters, SI units.
     pub values: Vec<f64>,
 }
@@ -224,7 +227,7 @@ pub enum EffectError {
     },
     /// Attached to something that is not there.
     #[error("{id} cannot be at `{read}`: expected {expected}")]
-    Place {
+    LocationKind {
         /// The effect.
         id: &'static str,
         /// What was read.
@@ -269,27 +272,31 @@ impl Parameter {
     }
 }
 
-impl Kind {
+impl EffectKind {
     /// The effect of the library with this identifier.
     pub fn of(id: &str) -> Option<&'static Self> {
         TABLE.iter().find(|k| k.id == id).copied()
     }
 
-    /// What such an effect is attached to, from how files and command lines write it; nothing is for the whole cell.
+    /// What such an effect is attached to, from how files and command lines write it; nothing is
+    /// for the whole cell.
     ///
     /// # Errors
-    /// [`EffectError::Place`].
-    pub fn at(&self, written: &str, robot: &RobotFile) -> Result<At, EffectError> {
-        let wrong =
-            |expected| EffectError::Place { id: self.id, read: written.to_owned(), expected };
+    /// [`EffectError::LocationKind`].
+    pub fn at(&self, written: &str, robot: &RobotFile) -> Result<Location, EffectError> {
+        let wrong = |expected| EffectError::LocationKind {
+            id: self.id,
+            read: written.to_owned(),
+            expected,
+        };
         match self.place {
-            Place::Joint => {
+            LocationKind::Joint => {
                 let found = robot.joint_names.iter().position(|n| n == written);
                 let joints =
                     || wrong(format!("one of the joints {}", robot.joint_names.join(", ")));
-                found.map(At::Joint).ok_or_else(joints)
+                found.map(Location::Joint).ok_or_else(joints)
             }
-            Place::Channel => {
+            LocationKind::Channel => {
                 let found = CHANNELS.iter().find(|(name, _)| *name == written);
                 let names = || {
                     wrong(format!(
@@ -297,10 +304,12 @@ impl Kind {
                         CHANNELS.map(|(name, _)| name).join(", ")
                     ))
                 };
-                found.map(|(_, channel)| At::Channel(*channel)).ok_or_else(names)
+                found.map(|(_, channel)| Location::Channel(*channel)).ok_or_else(names)
             }
-            Place::Cell if written.is_empty() => Ok(At::Cell),
-            Place::Cell => Err(wrong("nothing: it is an effect of the whole cell".to_owned())),
+            LocationKind::Cell if written.is_empty() => Ok(Location::Cell),
+            LocationKind::Cell => {
+                Err(wrong("nothing: it is an effect of the whole cell".to_owned()))
+            }
         }
     }
 
@@ -317,19 +326,19 @@ impl Kind {
 }
 
 impl Effect {
-    /// Reads an effect from a command line, `ID:AT:NAME=VALUE,…`; AT is a joint's name, or empty for an effect of the
-    /// whole cell.
+    /// Reads an effect from a command line, `ID:AT:NAME=VALUE,…`; AT is a joint's name, or empty
+    /// for an effect of the whole cell.
     ///
     /// # Errors
-    /// [`EffectError`], with what was read and what was expected. A value outside the plausible range is accepted: the
-    /// user may want to see it.
+    /// [`EffectError`], with what was read and what was expected. A value outside the plausible
+    /// range is accepted: the user may want to see it.
     pub fn parse(text: &str, robot: &RobotFile) -> Result<Self, EffectError> {
         let form = || EffectError::Form { read: text.to_owned() };
         let mut parts = text.splitn(3, ':');
         let (Some(id), Some(at), Some(values)) = (parts.next(), parts.next(), parts.next()) else {
             return Err(form());
         };
-        let kind = Kind::of(id).ok_or_else(|| EffectError::Unknown {
+        let kind = EffectKind::of(id).ok_or_else(|| EffectError::Unknown {
             read: id.to_owned(),
             known: TABLE.iter().map(|k| k.id).collect::<Vec<_>>().join(", "),
         })?;
@@ -361,7 +370,7 @@ impl Effect {
 
     /// The port it is installed at; `None` for other numbers of robot or process.
     pub fn port(&self) -> Option<Port> {
-        let joint = if let At::Joint(joint) = self.at { joint } else { 0 };
+        let joint = if let Location::Joint(joint) = self.at { joint } else { 0 };
         match self.kind.action {
             Action::Term { port, .. } => Some(port(joint)),
             Action::Expression(formula) => Some(formula.port(joint)),
@@ -373,16 +382,16 @@ impl Effect {
     /// What it is attached to, as files write it; nothing for the whole cell.
     pub fn at_name<'r>(&self, robot: &'r RobotFile) -> &'r str {
         match self.at {
-            At::Joint(joint) => &robot.joint_names[joint],
-            At::Channel(channel) => {
+            Location::Joint(joint) => &robot.joint_names[joint],
+            Location::Channel(channel) => {
                 CHANNELS.iter().find(|(_, c)| *c == channel).map_or("", |(name, _)| name)
             }
-            At::Cell => "",
+            Location::Cell => "",
         }
     }
 
-    /// Puts the effect into the making of a cell: a term at its port, or other numbers of the robot (`robot` holds them once
-    /// they differ from `model`'s) or of the process.
+    /// Puts the effect into the making of a cell: a term at its port, or other numbers of the robot
+    /// (`robot` holds them once they differ from `model`'s) or of the process.
     ///
     /// # Errors
     /// [`EffectError::TooManyStates`].
@@ -393,12 +402,12 @@ impl Effect {
         process: Option<&mut Process>,
         ports: &mut Ports,
     ) -> Result<(), EffectError> {
-        let joint = if let At::Joint(joint) = self.at { joint } else { 0 };
+        let joint = if let Location::Joint(joint) = self.at { joint } else { 0 };
         match (self.kind.action, self.at) {
             (Action::Term { port, build }, _) => {
                 ports.install(port(joint), build(&self.values, joint))?
             }
-            (Action::Channel(build), At::Channel(channel)) => {
+            (Action::Channel(build), Location::Channel(channel)) => {
                 ports.install(Port::TimeBase, build(&self.values, channel))?;
             }
             // The table pairs this action with that place; `parse` gives no other.

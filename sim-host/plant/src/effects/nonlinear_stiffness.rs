@@ -2,12 +2,12 @@
 //!
 //! τ_s elastic part = K δ (1 + β (1 − exp(−(δ/δc)²))).
 
-use super::{Action, Kind, Parameter, Place, Role};
+use super::{Action, EffectKind, LocationKind, Parameter, Role};
 use crate::robot::{Port, Term};
 
-pub(super) static KIND: Kind = Kind {
+pub(super) static KIND: EffectKind = EffectKind {
     id: "nonlinear-stiffness",
-    place: Place::Joint,
+    place: LocationKind::Joint,
     equation: "elastic part of τ_s = K δ (1 + β (1 − exp(−(δ/δc)²)))",
     shows: "soft about zero torque and stiffer above: the torque–twist curve bends",
     experiment: "static loads from a tenth of the rating to all of it, both ways",

@@ -1,13 +1,14 @@
 //! `payload-error`: a tool heavier, or balanced elsewhere, than the model has it.
 //!
-//! Tool mass + m, its centre + (x, y, z) in the last link's frame; its inertia about that centre stays.
+//! Tool mass + m, its centre + (x, y, z) in the last link's frame; its inertia about that centre
+//! stays.
 
-use super::{Action, Kind, Parameter, Place, Role};
+use super::{Action, EffectKind, LocationKind, Parameter, Role};
 use nalgebra::Vector3;
 
-pub(super) static KIND: Kind = Kind {
+pub(super) static KIND: EffectKind = EffectKind {
     id: "payload-error",
-    place: Place::Cell,
+    place: LocationKind::Cell,
     equation: "tool mass + m, its centre + (x, y, z) in the last link's frame",
     shows: "motor torque and sag with the posture of the wrist; inertia torque in motion",
     experiment: "free motion of the wrist, or static poses with the tool in several directions",

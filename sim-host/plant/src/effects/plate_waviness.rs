@@ -2,13 +2,13 @@
 //!
 //! Surface height along the path A sin(2π x/λ + φ), positive towards the tool.
 
-use super::{Action, Kind, Parameter, Place, Role};
+use super::{Action, EffectKind, LocationKind, Parameter, Role};
 use crate::robot::{Port, ProcessPoint, Term};
 use std::f64::consts::TAU;
 
-pub(super) static KIND: Kind = Kind {
+pub(super) static KIND: EffectKind = EffectKind {
     id: "plate-waviness",
-    place: Place::Cell,
+    place: LocationKind::Cell,
     equation: "surface height along the path A sin(2π x/λ + φ), positive towards the tool",
     shows: "depth, or push, waves along the path",
     experiment: "the plate scanned, or a weld twice along the same line",

@@ -2,11 +2,11 @@
 //!
 //! k_z → k_z (1 + e).
 
-use super::{Action, Kind, Parameter, Place, Role};
+use super::{Action, EffectKind, LocationKind, Parameter, Role};
 
-pub(super) static KIND: Kind = Kind {
+pub(super) static KIND: EffectKind = EffectKind {
     id: "process-stiffness-error",
-    place: Place::Cell,
+    place: LocationKind::Cell,
     equation: "k_z → k_z (1 + e)",
     shows: "depth off at the same push, or push at the same depth",
     experiment: "push raised and lowered without feed, depth measured",

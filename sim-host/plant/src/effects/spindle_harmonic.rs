@@ -1,11 +1,11 @@
 //! `spindle-harmonic`: one more order of the spindle's ripple.
 
-use super::{Action, Kind, Parameter, Place, Role};
+use super::{Action, EffectKind, LocationKind, Parameter, Role};
 use crate::input::Ripple;
 
-pub(super) static KIND: Kind = Kind {
+pub(super) static KIND: EffectKind = EffectKind {
     id: "spindle-harmonic",
-    place: Place::Cell,
+    place: LocationKind::Cell,
     equation: "one more ripple order: each force × (1 + … + amplitude sin(order φ + phase))",
     shows: "a line of force and motion at a multiple of the spindle's speed",
     experiment: "a weld at constant push: spectrum over the spindle's angle",

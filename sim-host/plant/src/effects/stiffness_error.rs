@@ -2,11 +2,11 @@
 //!
 //! K → K (1 + e).
 
-use super::{Action, Kind, Parameter, Place, Role};
+use super::{Action, EffectKind, LocationKind, Parameter, Role};
 
-pub(super) static KIND: Kind = Kind {
+pub(super) static KIND: EffectKind = EffectKind {
     id: "stiffness-error",
-    place: Place::Joint,
+    place: LocationKind::Joint,
     equation: "K → K (1 + e)",
     shows: "deflection off in proportion to the joint's torque",
     experiment: "static loads both ways, at several postures",

@@ -2,12 +2,12 @@
 //!
 //! τ_f gains s tanh(θ̇_E/smoothing) exp(−(θ̇_E/vs)²).
 
-use super::{Action, Kind, Parameter, Place, Role};
-use crate::robot::{JointPoint, Port, Sloped, Term};
+use super::{Action, EffectKind, LocationKind, Parameter, Role};
+use crate::robot::{JointState, Port, Term, ValueDerivative};
 
-pub(super) static KIND: Kind = Kind {
+pub(super) static KIND: EffectKind = EffectKind {
     id: "stribeck",
-    place: Place::Joint,
+    place: LocationKind::Joint,
     equation: "τ_f gains s tanh(θ̇_E/smoothing) exp(−(θ̇_E/vs)²)",
     shows: "motor torque higher at creep than at speed, both ways; stick-slip",
     experiment: "slow motion at several constant rates, both ways",
@@ -42,11 +42,14 @@ struct Stribeck {
 }
 
 impl Term for Stribeck {
-    fn friction(&self, at: &JointPoint) -> Sloped {
-        let turn = Sloped::turn(at.encoder_rate, at.smoothing);
+    fn friction(&self, at: &JointState) -> ValueDerivative {
+        let turn = ValueDerivative::turn(at.encoder_rate, at.smoothing);
         let share = at.encoder_rate / self.rate;
         let fade = (-share * share).exp();
         let slope = turn.slope - turn.value * 2.0 * share / self.rate;
-        Sloped { value: self.torque * turn.value * fade, slope: self.torque * fade * slope }
+        ValueDerivative {
+            value: self.torque * turn.value * fade,
+            slope: self.torque * fade * slope,
+        }
     }
 }

@@ -2,13 +2,13 @@
 //!
 //! The real TCP gains v (1 − exp(−t/T)) in B, t from the start.
 
-use super::{Action, Kind, Parameter, Place, Role};
+use super::{Action, EffectKind, LocationKind, Parameter, Role};
 use crate::robot::{Port, Term};
 use nalgebra::Vector3;
 
-pub(super) static KIND: Kind = Kind {
+pub(super) static KIND: EffectKind = EffectKind {
     id: "thermal-drift",
-    place: Place::Cell,
+    place: LocationKind::Cell,
     equation: "TCP gains v (1 − exp(−t/T)) in B, t from the log's start",
     shows: "tool walks off along one line over minutes, whatever the posture and load",
     experiment: "the same unloaded pose again and again while the robot warms up",

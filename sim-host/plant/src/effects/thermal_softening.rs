@@ -2,13 +2,13 @@
 //!
 //! All process forces × (1 − a (1 − exp(−t/T))).
 
-use super::{Action, Kind, Parameter, Place, Role};
+use super::{Action, EffectKind, LocationKind, Parameter, Role};
 use crate::robot::{Port, ProcessPoint, Term};
 use nalgebra::Vector3;
 
-pub(super) static KIND: Kind = Kind {
+pub(super) static KIND: EffectKind = EffectKind {
     id: "thermal-softening",
-    place: Place::Cell,
+    place: LocationKind::Cell,
     equation: "all process forces × (1 − a (1 − exp(−t/T))), at the same depth and speed",
     shows: "forces fall over the first part of a weld; under force control the tool sinks",
     experiment: "a weld at constant depth, or a long one at constant push",

@@ -2,14 +2,14 @@
 //!
 //! p' = exp(r) p + t about B's origin, and the rotation with it.
 
-use super::{Action, Kind, Parameter, Place, Role};
+use super::{Action, EffectKind, LocationKind, Parameter, Role};
 use crate::robot::{Port, Readings, Term};
 use nalgebra::{Matrix3, Vector3};
 use trueweld_core::spatial::{rotation_from_vector, rotation_vector};
 
-pub(super) static KIND: Kind = Kind {
+pub(super) static KIND: EffectKind = EffectKind {
     id: "tracker-registration",
-    place: Place::Cell,
+    place: LocationKind::Cell,
     equation: "tracker pose = small rigid motion of the true pose: p' = exp(r) p + t about B's origin",
     shows: "tool off by one rigid motion of the whole workspace, whatever the load",
     experiment: "unloaded poses all over the workspace, tracker",

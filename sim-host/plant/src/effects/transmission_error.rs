@@ -2,12 +2,12 @@
 //!
 //! δ = θ_E + A sin(n θ_E + φ) − θ; the changed twist acts on both sides of the gear.
 
-use super::{Action, Kind, Parameter, Place, Role};
-use crate::robot::{JointPoint, Port, Term};
+use super::{Action, EffectKind, LocationKind, Parameter, Role};
+use crate::robot::{JointState, Port, Term};
 
-pub(super) static KIND: Kind = Kind {
+pub(super) static KIND: EffectKind = EffectKind {
     id: "transmission-error",
-    place: Place::Joint,
+    place: LocationKind::Joint,
     equation: "δ = θ_E + A sin(n θ_E + φ) − θ",
     shows: "a wave of the tool over the joint's angle, n to the turn, at any load and speed",
     experiment: "slow motion of the joint alone through some teeth, tracker or second encoder",
@@ -51,7 +51,7 @@ struct TransmissionError {
 }
 
 impl Term for TransmissionError {
-    fn twist(&self, at: &JointPoint) -> f64 {
+    fn torsion(&self, at: &JointState) -> f64 {
         self.amplitude * (self.order * at.encoder + self.phase).sin()
     }
 }

@@ -2,12 +2,12 @@
 //!
 //! δ of this joint gains ρ θ_E of the joint before it.
 
-use super::{Action, Kind, Parameter, Place, Role};
-use crate::robot::{JointPoint, Port, Term};
+use super::{Action, EffectKind, LocationKind, Parameter, Role};
+use crate::robot::{JointState, Port, Term};
 
-pub(super) static KIND: Kind = Kind {
+pub(super) static KIND: EffectKind = EffectKind {
     id: "wrist-coupling",
-    place: Place::Joint,
+    place: LocationKind::Joint,
     equation: "δ of this joint gains ρ θ_E of the joint before it",
     shows: "the joint turns by a share of the one before it",
     experiment: "motion of the joint before it alone",
@@ -31,7 +31,7 @@ struct WristCoupling {
 }
 
 impl Term for WristCoupling {
-    fn twist(&self, at: &JointPoint) -> f64 {
+    fn torsion(&self, at: &JointState) -> f64 {
         self.ratio * at.encoder_before
     }
 }

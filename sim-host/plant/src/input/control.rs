@@ -1,10 +1,11 @@
-//! Gains of the three hybrid force/position controllers and limits of the compensation: `control/1`.
+//! Gains of the three hybrid force/position controllers and limits of the compensation:
+//! `control/1`.
 
 use super::document::Table;
-use super::{Bounds, Document, InputError, Kind, read_text};
+use super::{Bounds, Document, FileKind, InputError, read_text};
 use nalgebra::Vector2;
 use std::path::Path;
-use trueweld_compensators::{Following, Prior, Tracking};
+use trueweld_compensators::{FollowingGains, Prior, TrackingGains};
 use trueweld_core::JointVector;
 use trueweld_core::compensation::LoopLimits;
 use trueweld_core::control::{ExternalGains, ForceGains, JointGains};
@@ -56,9 +57,9 @@ pub struct CompensationLimits {
     /// Bandwidth of the observer of spring torques, rad/s.
     pub observer: f64,
     /// What makes up for what the position loop lacks of a demand.
-    pub following: Following<f64>,
+    pub following: FollowingGains<f64>,
     /// Seam tracking.
-    pub tracking: Tracking<f64>,
+    pub tracking: TrackingGains<f64>,
     /// How well the adaptive law believes the model to be known.
     pub prior: Prior<f64>,
     /// Share of what a pass lacked that the next one gets.
@@ -84,7 +85,7 @@ impl Control {
     /// As [`Control::read`].
     pub fn parse(text: &str, name: &str) -> Result<Self, InputError> {
         let document = Document::parse(text, name)?;
-        let root = document.root_of(Kind::Control.schema())?;
+        let root = document.root_of(FileKind::Control.schema())?;
         root.only(&["schema", "period_s", "parallel", "superposed", "external", "compensation"])?;
         Ok(Self {
             period: root.number("period_s", Bounds::PositiveUpTo(1.0))?,
@@ -183,11 +184,11 @@ fn compensation(table: &Table<'_>) -> Result<CompensationLimits, InputError> {
         wrench_filter: table.number("wrench_filter_hz", Bounds::Positive)?,
         crosstalk: table.numbers::<2>("crosstalk", Bounds::Any)?.into(),
         observer: table.number("observer_hz", Bounds::Positive)? * std::f64::consts::TAU,
-        following: Following {
+        following: FollowingGains {
             rate: table.number("following_rad_s", Bounds::Positive)?,
             size: table.number("following_max_m", Bounds::PositiveUpTo(1.0))?,
         },
-        tracking: Tracking {
+        tracking: TrackingGains {
             rate: table.number("tracking_rad_s", Bounds::Positive)?,
             shape: table.number("seam_shape_s_m", Bounds::NonNegative)?,
         },

@@ -1,12 +1,13 @@
 //! Typed access to a TOML file in which every value knows its place.
 //!
-//! A reader opens a [`Document`], states the keys a [`Table`] may have ([`Table::only`]) and asks for values with the
-//! [`Bounds`] they must keep. Whatever does not fit becomes an [`InputError`] that names file, line, table, key, what
-//! was read and what was expected. The unit in a message is taken from the key's ending (`stiffness_nm_rad`), so that
-//! it cannot contradict the file. Left out: defaults. A number that is not in the file is an error.
+//! A reader opens a [`Document`], states the keys a [`Table`] may have ([`Table::only`]) and asks
+//! for values with the [`Bounds`] they must keep. Whatever does not fit becomes an [`InputError`]
+//! that names file, line, table, key, what was read and what was expected. The unit in a message is
+//! taken from the key's ending (`stiffness_nm_rad`), so that it cannot contradict the file. Left
+//! out: defaults. A number that is not in the file is an error.
 
 use super::error::{InputError, Source};
-use super::{KINDS, Kind};
+use super::{FileKind, KINDS};
 use nalgebra::Vector3;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -16,7 +17,8 @@ use toml::de::{DeTable, DeValue};
 /// No quantity of a welding cell in SI units is larger than this; beyond it products overflow.
 const LARGEST: f64 = 1e12;
 
-/// Text that stands for a value still to be written, as [`import_urdf`](super::import_urdf) leaves it.
+/// Text that stands for a value still to be written, as [`import_urdf`](super::import_urdf) leaves
+/// it.
 pub const FILL_IN: &str = "FILL IN";
 
 /// What a number must be. Every number must also be finite and at most 10¹² in magnitude.
@@ -131,7 +133,8 @@ impl<'a> Document<'a> {
         }
     }
 
-    /// The top-level table, after checking that the file says it is of this schema (for example `"robot/1"`).
+    /// The top-level table, after checking that the file says it is of this schema (for example
+    /// `"robot/1"`).
     ///
     /// # Errors
     /// `schema` missing or another one.
@@ -156,10 +159,10 @@ impl<'a> Document<'a> {
     ///
     /// # Errors
     /// `schema` missing, or none of [`KINDS`].
-    pub fn kind(&self) -> Result<Kind, InputError> {
+    pub fn kind(&self) -> Result<FileKind, InputError> {
         let found = self.schema()?;
         KINDS.into_iter().find(|k| k.schema() == found.text).ok_or_else(|| {
-            let near = nearest(found.text, KINDS.map(Kind::schema));
+            let near = nearest(found.text, KINDS.map(FileKind::schema));
             let guess = near.map(|s| format!(" Did you mean \"{s}\"?")).unwrap_or_default();
             let message =
                 format!("`schema` is {:?}; expected one of the kinds that exist", found.text);
@@ -510,8 +513,8 @@ impl<'d> Table<'d> {
         }
     }
 
-    /// An error within the text under a key, at a byte range of that text; at all of it where the file writes it with
-    /// escapes.
+    /// An error within the text under a key, at a byte range of that text; at all of it where the
+    /// file writes it with escapes.
     pub(crate) fn error_in_text(
         &self,
         key: &str,

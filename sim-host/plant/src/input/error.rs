@@ -1,4 +1,5 @@
-//! The one error of the input layer: what was read, where, what was expected and what to do about it.
+//! The one error of the input layer: what was read, where, what was expected and what to do about
+//! it.
 
 use miette::{
     Diagnostic, LabeledSpan, MietteError, MietteSpanContents, SourceCode, SourceSpan, SpanContents,
@@ -8,8 +9,8 @@ use std::sync::Arc;
 
 /// A file that cannot be used.
 ///
-/// Its text opens with the place, `file:line:column`, so that it is complete on one line too; rendered by miette it
-/// underlines the place in the file and adds the help.
+/// Its text opens with the place, `file:line:column`, so that it is complete on one line too;
+/// rendered by miette it underlines the place in the file and adds the help.
 #[derive(Debug, Clone, thiserror::Error, Diagnostic)]
 #[error("{place}: {message}")]
 pub struct InputError {
@@ -82,8 +83,8 @@ impl Source {
         Self::piece(name, 1, 1, text)
     }
 
-    /// A piece of a file too large to be held, which begins at this line and column, both counted from 1. Byte
-    /// ranges count from the piece's start; errors name the place in the file.
+    /// A piece of a file too large to be held, which begins at this line and column, both counted
+    /// from 1. Byte ranges count from the piece's start; errors name the place in the file.
     pub fn piece(name: &str, line: usize, column: usize, text: &str) -> Self {
         let (line, column) = (line.saturating_sub(1), column.saturating_sub(1));
         Self {

@@ -1,11 +1,12 @@
 //! Input files → checked values.
 //!
-//! Seven kinds of TOML file are read here, each with a `schema` line that says which: the robot, the welding process, the
-//! weld, the controllers' gains, the sensors, the requirements of a certification, and the model, which names a robot and a process and lists the effects they
-//! have. Every kind is read from a path (`read`) or from text (`parse`), and everything is checked, so that nothing later
-//! can fail for a bad file. Values come out in SI units and radians. A URDF becomes a robot file by [`import_urdf`].
-//! Left out: logs and campaigns, which belong to measuring; they are known by name only, so that a file of theirs is not
-//! called unknown.
+//! Seven kinds of TOML file are read here, each with a `schema` line that says which: the robot,
+//! the welding process, the weld, the controllers' gains, the sensors, the requirements of a
+//! certification, and the model, which names a robot and a process and lists the effects they have.
+//! Every kind is read from a path (`read`) or from text (`parse`), and everything is checked, so
+//! that nothing later can fail for a bad file. Values come out in SI units and radians. A URDF
+//! becomes a robot file by [`import_urdf`]. Left out: logs and campaigns, which belong to
+//! measuring; they are known by name only, so that a file of theirs is not called unknown.
 
 pub mod control;
 pub mod document;
@@ -37,7 +38,7 @@ use std::path::Path;
 
 /// A kind of input file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
+pub enum FileKind {
     /// `robot/1`, read by [`RobotFile`].
     Robot,
     /// `process/1`, read by [`Process`].
@@ -59,19 +60,19 @@ pub enum Kind {
 }
 
 /// Every kind of input file.
-pub const KINDS: [Kind; 9] = [
-    Kind::Robot,
-    Kind::Process,
-    Kind::Weld,
-    Kind::Control,
-    Kind::Sensors,
-    Kind::Model,
-    Kind::Requirements,
-    Kind::Log,
-    Kind::Campaign,
+pub const KINDS: [FileKind; 9] = [
+    FileKind::Robot,
+    FileKind::Process,
+    FileKind::Weld,
+    FileKind::Control,
+    FileKind::Sensors,
+    FileKind::Model,
+    FileKind::Requirements,
+    FileKind::Log,
+    FileKind::Campaign,
 ];
 
-impl Kind {
+impl FileKind {
     /// The file's `schema`.
     pub fn schema(self) -> &'static str {
         match self {
@@ -103,7 +104,7 @@ impl Kind {
     }
 }
 
-impl fmt::Display for Kind {
+impl fmt::Display for FileKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.describe())
     }
@@ -112,20 +113,20 @@ impl fmt::Display for Kind {
 /// Reads and checks an input file of any kind, and says which kind it is.
 ///
 /// # Errors
-/// Everything the reader of its kind refuses, a `schema` that is none of [`KINDS`], or one that is read where
-/// measurements are.
-pub fn check(path: impl AsRef<Path>) -> Result<Kind, InputError> {
+/// Everything the reader of its kind refuses, a `schema` that is none of [`KINDS`], or one that is
+/// read where measurements are.
+pub fn check(path: impl AsRef<Path>) -> Result<FileKind, InputError> {
     let (name, text) = read_text(path.as_ref())?;
     let document = Document::parse(&text, &name)?;
     let kind = document.kind()?;
     match kind {
-        Kind::Robot => RobotFile::parse(&text, &name).map(drop),
-        Kind::Process => Process::parse(&text, &name).map(drop),
-        Kind::Weld => Weld::parse(&text, &name).map(drop),
-        Kind::Control => Control::parse(&text, &name).map(drop),
-        Kind::Sensors => Sensors::parse(&text, &name).map(drop),
-        Kind::Requirements => Requirements::parse(&text, &name).map(drop),
-        Kind::Log | Kind::Campaign => {
+        FileKind::Robot => RobotFile::parse(&text, &name).map(drop),
+        FileKind::Process => Process::parse(&text, &name).map(drop),
+        FileKind::Weld => Weld::parse(&text, &name).map(drop),
+        FileKind::Control => Control::parse(&text, &name).map(drop),
+        FileKind::Sensors => Sensors::parse(&text, &name).map(drop),
+        FileKind::Requirements => Requirements::parse(&text, &name).map(drop),
+        FileKind::Log | FileKind::Campaign => {
             let help = "`trueweld compare FOLDER` reads and checks it with its samples; give it the folder.";
             Err(document.root().wrong(
                 "schema",
@@ -133,7 +134,7 @@ pub fn check(path: impl AsRef<Path>) -> Result<Kind, InputError> {
                 help,
             ))
         }
-        Kind::Model => ModelFile::parse(&text, path.as_ref()).map(drop),
+        FileKind::Model => ModelFile::parse(&text, path.as_ref()).map(drop),
     }?;
     Ok(kind)
 }

@@ -1,4 +1,5 @@
-//! The model of a cell: `model/1`. A robot, a process, and the effects that the cell has beyond the baseline.
+//! The model of a cell: `model/1`. A robot, a process, and the effects that the cell has beyond the
+//! baseline.
 //!
 //! ```toml
 //! schema = "model/1"
@@ -15,11 +16,11 @@
 
 use super::document::Table;
 use super::{
-    Bounds, Document, InputError, Kind, Process, RobotFile, Source, nearest, read_text,
+    Bounds, Document, FileKind, InputError, Process, RobotFile, Source, nearest, read_text,
     write_atomically,
 };
-use crate::effects::own::{
-    Definition, Formula, MOST_PARAMETERS, NamedPort, OwnParameter, OwnRole, PORTS,
+use crate::effects::custom::{
+    CustomParameter, CustomRole, Definition, Formula, MOST_PARAMETERS, NamedPort, PORTS,
 };
 use crate::effects::{self, Action, Effect, EffectError, TABLE};
 use std::fmt::Write;
@@ -94,7 +95,7 @@ impl ModelFile {
     /// As [`ModelFile::read`].
     pub fn parse(text: &str, path: &Path) -> Result<Self, InputError> {
         let document = Document::parse(text, &path.display().to_string())?;
-        let root = document.root_of(Kind::Model.schema())?;
+        let root = document.root_of(FileKind::Model.schema())?;
         root.only(&["schema", "robot", "process", "effect"])?;
         let robot_path = named_file(&root, "robot", path)?;
         let robot = RobotFile::read(&robot_path)?;
@@ -122,7 +123,7 @@ impl ModelFile {
     pub fn to_toml(&self, folder: &Path, comments: &Comments) -> String {
         let mut text = String::new();
         comment(&mut text, &comments.file);
-        line(&mut text, "schema", quoted(Kind::Model.schema()));
+        line(&mut text, "schema", quoted(FileKind::Model.schema()));
         line(&mut text, "robot", quoted(&from_folder(folder, &self.robot_path)));
         if let Some(process) = &self.process_path {
             line(&mut text, "process", quoted(&from_folder(folder, process)));
@@ -175,8 +176,8 @@ impl ModelFile {
             line(text, "low", number(parameter.low));
             line(text, "high", number(parameter.high));
             match &parameter.role {
-                OwnRole::Size(step) => line(text, "step", number(*step)),
-                OwnRole::Shape(starts) => line(text, "shape", format!("{starts:?}")),
+                CustomRole::Size(step) => line(text, "step", number(*step)),
+                CustomRole::Shape(starts) => line(text, "shape", format!("{starts:?}")),
             }
         }
     }
@@ -217,7 +218,7 @@ fn effect(table: &Table<'_>, robot: &RobotFile) -> Result<ModelEffect, InputErro
     let id = table.name("id")?;
     let table = &table.clone().called(&id);
     let scope = scope(table)?;
-    let (kind, values) = match effects::Kind::of(&id) {
+    let (kind, values) = match effects::EffectKind::of(&id) {
         Some(kind) => (kind, library_values(table, kind, scope)?),
         None if table.has("port") || table.has("expression") => own(table, id, scope)?,
         None => {
@@ -237,7 +238,7 @@ fn effect(table: &Table<'_>, robot: &RobotFile) -> Result<ModelEffect, InputErro
     };
     let written = if table.has("at") { table.text("at")?.text } else { "" };
     let at = kind.at(written, robot).map_err(|error| {
-        let expected = if let EffectError::Place { expected, .. } = error {
+        let expected = if let EffectError::LocationKind { expected, .. } = error {
             expected
         } else {
             error.to_string()
@@ -264,7 +265,7 @@ fn scope(table: &Table<'_>) -> Result<Scope, InputError> {
 
 fn library_values(
     table: &Table<'_>,
-    kind: &effects::Kind,
+    kind: &effects::EffectKind,
     scope: Scope,
 ) -> Result<Vec<f64>, InputError> {
     let mut known = vec!["id", "at", "scope"];
@@ -289,7 +290,7 @@ fn own(
     table: &Table<'_>,
     id: String,
     scope: Scope,
-) -> Result<(&'static effects::Kind, Vec<f64>), InputError> {
+) -> Result<(&'static effects::EffectKind, Vec<f64>), InputError> {
     table.only(&["id", "at", "scope", "port", "unit", "expression", "shows", "parameters"])?;
     let port = port(table)?;
     let text = table.text("expression")?;
@@ -353,9 +354,9 @@ fn own_parameter(
     name: &str,
     port: &NamedPort,
     scope: Scope,
-) -> Result<(OwnParameter, f64), InputError> {
+) -> Result<(CustomParameter, f64), InputError> {
     table.only(&["value", "unit", "meaning", "low", "high", "step", "shape"])?;
-    if !OwnParameter::may_be_named(name, port) {
+    if !CustomParameter::may_be_named(name, port) {
         let message = "is no name for a parameter; expected letters, digits and underscores, no function and no \
                        variable of this port";
         return Err(
@@ -367,7 +368,7 @@ fn own_parameter(
         return Err(table.wrong("high", "a number above `low`", "They bound what is plausible."));
     }
     let role = match (table.has("step"), table.has("shape")) {
-        (true, false) => OwnRole::Size(table.number("step", Bounds::Positive)?),
+        (true, false) => CustomRole::Size(table.number("step", Bounds::Positive)?),
         (false, true) => {
             let starts = table.list("shape", MOST_PARAMETERS, Bounds::Any)?;
             if starts.is_empty() {
@@ -377,7 +378,7 @@ fn own_parameter(
                     "Take plausible values.",
                 ));
             }
-            OwnRole::Shape(starts)
+            CustomRole::Shape(starts)
         }
         _ => {
             let help = "`step`: a small value, where the effect grows from nothing with this parameter. `shape`: a list of \
@@ -386,12 +387,12 @@ fn own_parameter(
                 .error("has both or neither of `step` and `shape`; expected one of them", help));
         }
     };
-    let start = if let OwnRole::Shape(starts) = &role { starts[0] } else { 0.0 };
+    let start = if let CustomRole::Shape(starts) = &role { starts[0] } else { 0.0 };
     let value = value_or_start(table, "value", scope, start)?;
     let text = |key: &str| {
         if table.has(key) { table.name(key) } else { Ok(name.to_owned()) }
     };
-    let parameter = OwnParameter {
+    let parameter = CustomParameter {
         name: name.to_owned(),
         unit: table.name("unit")?,
         meaning: text("meaning")?,

@@ -1,7 +1,7 @@
 //! The welding process: `process/1`.
 
 use super::document::Table;
-use super::{Bounds, Document, InputError, Kind, read_text};
+use super::{Bounds, Document, FileKind, InputError, read_text};
 use std::path::Path;
 
 /// Macroscopic three-axis visco-elastic model of friction stir welding, in the weld frame W
@@ -28,7 +28,8 @@ pub struct Process {
     pub spindle: f64,
     /// Diameter of the pin, m.
     pub pin_diameter: f64,
-    /// Ripple locked to the spindle angle φ: each force is multiplied by 1 + Σ amplitude·sin(order·φ + phase).
+    /// Ripple locked to the spindle angle φ: each force is multiplied by 1 + Σ
+    /// amplitude·sin(order·φ + phase).
     pub ripple: Vec<Ripple>,
 }
 
@@ -62,7 +63,7 @@ impl Process {
     pub fn parse(text: &str, name: &str) -> Result<Self, InputError> {
         use Bounds::{Any, NonNegative, Positive, PositiveUpTo};
         let document = Document::parse(text, name)?;
-        let root = document.root_of(Kind::Process.schema())?;
+        let root = document.root_of(FileKind::Process.schema())?;
         root.only(&[
             "schema",
             "depth_stiffness_n_m",
@@ -88,7 +89,8 @@ impl Process {
             reference_force: root.number("reference_force_n", Positive)?,
             spindle: root.number("spindle_rad_s", Any)?,
             pin_diameter: root.number("pin_diameter_m", PositiveUpTo(0.2))?,
-            // A process without ripple has no [[ripple]] table: that is how TOML writes an empty list of tables.
+            // A process without ripple has no [[ripple]] table: that is how TOML writes an empty
+            // list of tables.
             ripple: if root.has("ripple") {
                 root.tables("ripple")?.iter().map(ripple).collect::<Result<_, _>>()?
             } else {

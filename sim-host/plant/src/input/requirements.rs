@@ -1,13 +1,14 @@
 //! What a compensation law must reach, and under what uncertainty: `requirements/1`.
 
 use super::document::Table;
-use super::{Bounds, Document, InputError, Kind, read_text};
+use super::{Bounds, Document, FileKind, InputError, read_text};
 use std::path::Path;
 
 /// Requirements of a certification.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Requirements {
-    /// Limits of the figures of a weld's steady part, in the order of [`LIMITS`]; `None` where the file has none.
+    /// Limits of the figures of a weld's steady part, in the order of [`LIMITS`]; `None` where the
+    /// file has none.
     pub limits: [Option<f64>; LIMITS.len()],
     /// Share of welds that may fail a requirement.
     pub failure_probability: f64,
@@ -15,11 +16,13 @@ pub struct Requirements {
     pub confidence: f64,
     /// What is not known of the cell.
     pub uncertainty: Uncertainty,
-    /// Limits that the worst cell found within the uncertainty must keep, in the order of [`LIMITS`].
+    /// Limits that the worst cell found within the uncertainty must keep, in the order of
+    /// [`LIMITS`].
     pub worst_case: [Option<f64>; LIMITS.len()],
     /// Margins of the loop along the weld; `None` where none are asked for.
     pub margins: Option<MarginLimits>,
-    /// Instruments that fail, and what the tool must keep to then; `None` where no fault is asked for.
+    /// Instruments that fail, and what the tool must keep to then; `None` where no fault is asked
+    /// for.
     pub faults: Option<Faults>,
 }
 
@@ -51,7 +54,8 @@ pub const MARGINS: [&str; 10] = [
     "drive_disk_margin",
 ];
 
-/// What the margins of the loop must be at least, wherever they are looked at. A loop that is not stable keeps none.
+/// What the margins of the loop must be at least, wherever they are looked at. A loop that is not
+/// stable keeps none.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MarginLimits {
     /// Places along the weld, both ends included.
@@ -75,7 +79,8 @@ pub struct Uncertainty {
     pub delay: [f64; 2],
 }
 
-/// One instrument at a time that fails in the steady part of the nominal weld and comes back, and what the tool must keep to.
+/// One instrument at a time that fails in the steady part of the nominal weld and comes back, and
+/// what the tool must keep to.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Faults {
     /// How long a fault lasts, s.
@@ -84,7 +89,8 @@ pub struct Faults {
     pub recovery: f64,
     /// Largest lateral deviation from the beginning of the fault to the end of that time, m.
     pub lateral: f64,
-    /// How far depth may go from its mean before the fault in the same time, m; `None` where the file does not limit it.
+    /// How far depth may go from its mean before the fault in the same time, m; `None` where the
+    /// file does not limit it.
     pub depth: Option<f64>,
     /// Ends of the force sensor's range: of each force, N, and of each moment, N·m.
     pub force_range: [f64; 2],
@@ -110,7 +116,7 @@ impl Requirements {
     /// As [`Requirements::read`].
     pub fn parse(text: &str, name: &str) -> Result<Self, InputError> {
         let document = Document::parse(text, name)?;
-        let root = document.root_of(Kind::Requirements.schema())?;
+        let root = document.root_of(FileKind::Requirements.schema())?;
         root.only(&[
             "schema",
             "failure_probability",

@@ -1,7 +1,7 @@
 //! The robot with its tool: `robot/1`.
 
 use super::document::Table;
-use super::{Bounds, Document, InputError, Kind, read_text};
+use super::{Bounds, Document, FileKind, InputError, read_text};
 use nalgebra::{Matrix3, Vector3};
 use std::path::Path;
 use trueweld_core::robot::COUNTERBALANCE_TERMS;
@@ -36,8 +36,8 @@ impl RobotFile {
     /// Reads a robot file.
     ///
     /// # Errors
-    /// The first thing in it that does not fit, with its place; a model that cannot be a robot, with the place of
-    /// the value that makes it so.
+    /// The first thing in it that does not fit, with its place; a model that cannot be a robot,
+    /// with the place of the value that makes it so.
     pub fn read(path: impl AsRef<Path>) -> Result<Self, InputError> {
         let (name, text) = read_text(path.as_ref())?;
         Self::parse(&text, &name)
@@ -49,7 +49,7 @@ impl RobotFile {
     /// As [`RobotFile::read`].
     pub fn parse(text: &str, name: &str) -> Result<Self, InputError> {
         let document = Document::parse(text, name)?;
-        let root = document.root_of(Kind::Robot.schema())?;
+        let root = document.root_of(FileKind::Robot.schema())?;
         root.only(&[
             "schema",
             "name",

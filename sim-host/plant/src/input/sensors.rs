@@ -1,7 +1,7 @@
 //! What the controller's sensors add to the truth: `sensors/1`.
 
 use super::document::Table;
-use super::{Bounds, Document, InputError, Kind, read_text};
+use super::{Bounds, Document, FileKind, InputError, read_text};
 use std::path::Path;
 
 /// The sensors of one cell.
@@ -17,8 +17,8 @@ pub struct Sensors {
     pub seed: u64,
 }
 
-/// A laser line across the seam, carried by the tool and looking ahead of it: it sees how far the tool is beside the seam, and how
-/// far it is tilted across it.
+/// A laser line across the seam, carried by the tool and looking ahead of it: it sees how far the
+/// tool is beside the seam, and how far it is tilted across it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SeamSensor {
     /// How far ahead of the tool the line lies, m.
@@ -66,7 +66,7 @@ impl Sensors {
     /// As [`Sensors::read`].
     pub fn parse(text: &str, name: &str) -> Result<Self, InputError> {
         let document = Document::parse(text, name)?;
-        let root = document.root_of(Kind::Sensors.schema())?;
+        let root = document.root_of(FileKind::Sensors.schema())?;
         root.only(&["schema", "seed", "encoder", "force", "seam"])?;
         let seed = root.integer("seed")?;
         let encoder = root.table("encoder")?;

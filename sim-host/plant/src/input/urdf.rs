@@ -1,9 +1,10 @@
 //! A URDF → the text of a robot file.
 //!
-//! Carried over: the six joints' origins, axes, limits and ratings, and the masses, centres and inertias of the links,
-//! merged across fixed joints. In a robot file all link frames are parallel to the base at zero, so everything is
-//! turned into the axes of the URDF's root link at zero. A URDF knows nothing of elasticity, drives, friction,
-//! counterbalance and mounting: those stand as [`FILL_IN`] markers, which the robot reader refuses. Left out: shapes.
+//! Carried over: the six joints' origins, axes, limits and ratings, and the masses, centres and
+//! inertias of the links, merged across fixed joints. In a robot file all link frames are parallel
+//! to the base at zero, so everything is turned into the axes of the URDF's root link at zero. A
+//! URDF knows nothing of elasticity, drives, friction, counterbalance and mounting: those stand as
+//! [`FILL_IN`] markers, which the robot reader refuses. Left out: shapes.
 
 use super::document::nearest;
 use super::{FILL_IN, InputError, Source, read_text};
@@ -39,7 +40,8 @@ const NUMBERS: &[(&str, &str, usize)] = &[
     ("inertia", "izz", 1),
 ];
 
-/// Words in the name of a fixed frame behind the last joint that make it the tool centre point, the likeliest first.
+/// Words in the name of a fixed frame behind the last joint that make it the tool centre point, the
+/// likeliest first.
 const TCP_WORDS: &[&str] = &["tcp", "tool", "ee", "eef", "effector", "tool0", "flange"];
 
 /// Words in the name of a fixed frame behind the last joint that make it the flange.
@@ -51,7 +53,8 @@ const LARGEST: f64 = 1e9;
 /// Turns a URDF of a six-axis arm into the text of a `robot/1` file.
 ///
 /// # Errors
-/// Broken XML, missing or bad numbers, and whatever is no serial chain of six revolute joints with inertias.
+/// Broken XML, missing or bad numbers, and whatever is no serial chain of six revolute joints with
+/// inertias.
 pub fn import_urdf(path: impl AsRef<Path>) -> Result<String, InputError> {
     let (name, text) = read_text(path.as_ref())?;
     import_urdf_text(&text, &name)
@@ -92,8 +95,8 @@ struct Kept {
 }
 
 impl Urdf {
-    /// Reads the XML twice: once for well-formedness, places and numbers, then each link and joint by urdf-rs, which
-    /// knows the format's versions and defaults but no places.
+    /// Reads the XML twice: once for well-formedness, places and numbers, then each link and joint
+    /// by urdf-rs, which knows the format's versions and defaults but no places.
     fn read(source: &Source) -> Result<Self, InputError> {
         let (name, version, kept) = scan(source)?;
         let mut urdf = Self { name, links: Vec::new(), joints: Vec::new() };
@@ -126,7 +129,8 @@ impl Urdf {
     }
 }
 
-/// Checks the XML and keeps what a robot file needs: the robot's name, the URDF version, links and joints.
+/// Checks the XML and keeps what a robot file needs: the robot's name, the URDF version, links and
+/// joints.
 fn scan(source: &Source) -> Result<(String, String, Vec<Kept>), InputError> {
     let text = source.text();
     let mut reader = Reader::from_str(text);
@@ -309,7 +313,8 @@ struct Body {
 }
 
 impl Body {
-    /// Several bodies fixed to one another, by the parallel-axis theorem. Without mass, centred at `origin`.
+    /// Several bodies fixed to one another, by the parallel-axis theorem. Without mass, centred at
+    /// `origin`.
     fn merged(bodies: &[Self], origin: Vector3<f64>) -> Self {
         let mass: f64 = bodies.iter().map(|b| b.mass).sum();
         let moment: Vector3<f64> = bodies.iter().map(|b| b.center_of_mass * b.mass).sum();
@@ -662,7 +667,7 @@ impl Arm {
         let _ = writeln!(
             out,
             "# Imported from {}: geometry, masses, inertias, limits and ratings are the URDF's, in its root link's axes.\n\
-             # Base B: the root link's frame. At zero every link frame is parallel to B. Units are in the names.\n\
+             # Base B: the root link's frame. Location zero every link frame is parallel to B. Units are in the names.\n\
              # What a URDF cannot say is marked {FILL_IN} and must be written before the file can be used.\n\
              schema = \"robot/1\"\n\
              name = {name}\n\
@@ -719,7 +724,8 @@ impl Stage {
         );
     }
 
-    /// The first frame behind this joint with one of these words in its name, by the order of the words.
+    /// The first frame behind this joint with one of these words in its name, by the order of the
+    /// words.
     fn frame(
         &self,
         words: &[&'static str],

@@ -1,6 +1,6 @@
 //! The weld to make: `weld/1`.
 
-use super::{Bounds, Document, InputError, Kind, read_text};
+use super::{Bounds, Document, FileKind, InputError, read_text};
 use nalgebra::Vector3;
 use std::path::Path;
 
@@ -49,7 +49,7 @@ impl Weld {
     /// As [`Weld::read`].
     pub fn parse(text: &str, name: &str) -> Result<Self, InputError> {
         let document = Document::parse(text, name)?;
-        let root = document.root_of(Kind::Weld.schema())?;
+        let root = document.root_of(FileKind::Weld.schema())?;
         root.only(&[
             "schema",
             "start_m",

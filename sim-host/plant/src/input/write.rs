@@ -4,8 +4,9 @@ use std::fs;
 use std::io::{self, Write};
 use std::path::Path;
 
-/// Writes a file under a temporary name in the same folder, then renames it: the path holds either what it held
-/// before or all of `bytes`. A path that is no regular file (`/dev/stdout`, a pipe) is written to directly.
+/// Writes a file under a temporary name in the same folder, then renames it: the path holds either
+/// what it held before or all of `bytes`. A path that is no regular file (`/dev/stdout`, a pipe) is
+/// written to directly.
 ///
 /// # Errors
 /// The operating system's, with the path in its text; the temporary file is gone then.

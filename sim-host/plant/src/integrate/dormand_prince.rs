@@ -1,7 +1,8 @@
 //! The reference integrator: adaptive Dormand–Prince 5(4).
 //!
-//! Explicit, with error control per step and local extrapolation; slow here, because the contact makes the system stiff,
-//! but its error is known. Source: Dormand, Prince 1980; step control after Hairer, Nørsett, Wanner I, II.4.
+//! Explicit, with error control per step and local extrapolation; slow here, because the contact
+//! makes the system stiff, but its error is known. Source: Dormand, Prince 1980; step control after
+//! Hairer, Nørsett, Wanner I, II.4.
 
 use crate::cell::{Cell, Evaluation, STATES, State};
 use nalgebra::SVector;
@@ -44,8 +45,9 @@ impl Tolerance {
     pub const REFERENCE: Self = Self { relative: 1e-9, absolute: 1e-11 };
 }
 
-/// Advances `state` from `time`, where its evaluation is `at`, by `span` seconds with motor torque held. `suggested`: first step to try, s; it is
-/// left at the one to try next. `None` where the state left the finite numbers or the step fell below 1e-9 s.
+/// Advances `state` from `time`, where its evaluation is `at`, by `span` seconds with motor torque
+/// held. `suggested`: first step to try, s; it is left at the one to try next. `None` where the
+/// state left the finite numbers or the step fell below 1e-9 s.
 #[expect(
     clippy::too_many_arguments,
     reason = "the integrator's whole interface; used in one place"

@@ -1,17 +1,19 @@
-//! The default integrator: a linearly implicit four-stage scheme of third order, cut to this system.
+//! The default integrator: a linearly implicit four-stage scheme of third order, cut to this
+//! system.
 //!
 //! ROS34PW2 (Rang, Angermann 2005), L-stable, with s = γh and A an approximation of ∂f/∂u:
 //!
 //! (I − sA) Uᵢ = s f(u + Σ aᵢⱼ Uⱼ) + γ Σ cᵢⱼ Uⱼ,  u⁺ = u + Σ mᵢ Uᵢ.
 //!
-//! It keeps its order for any matrix A (a W-method), so A holds what is stiff and no more: springs, dampers, the slope
-//! of friction, and the contact. Those couple a motor with its own link only, so that the motors are eliminated joint by
-//! joint and each stage solves 6 × 6 instead of 32 × 32. Effects that change a spring keep the baseline's K and D in A.
+//! It keeps its order for any matrix A (a W-method), so A holds what is stiff and no more: springs,
+//! dampers, the slope of friction, and the contact. Those couple a motor with its own link only, so
+//! that the motors are eliminated joint by joint and each stage solves 6 × 6 instead of 32 × 32.
+//! Effects that change a spring keep the baseline's K and D in A.
 
 use crate::cell::{Cell, Evaluation, STATES, State};
 use nalgebra::{Matrix3, Matrix3x6, Matrix6, SVector, Vector3};
 use trueweld_core::JointVector;
-use trueweld_core::crba::{Factor, factor};
+use trueweld_core::ldlt::Ldlt;
 
 /// Diagonal of Γ.
 const G: f64 = 4.358_665_215_084_59e-1;
@@ -105,7 +107,7 @@ struct Stage {
     /// Tool velocity in W for joint rates, and the contact's stiffness along each axis there.
     jacobian: Matrix3x6<f64>,
     contact: Vector3<f64>,
-    link: Factor<f64>,
+    link: Ldlt<f64>,
 }
 
 impl Stage {
@@ -116,14 +118,15 @@ impl Stage {
         let tie = model.damping() * s + stiffness * (s * s);
         let motor = (model.rotor_inertia() + tie + at.friction_slope * s).map(f64::recip);
         let jacobian = cell.tool_jacobian_w(&at.frames);
-        // Along each axis by itself: what couples them is not stiff, and without it the matrix is symmetric.
+        // Along each axis by itself: what couples them is not stiff, and without it the matrix is
+        // symmetric.
         let contact = at.reaction.stiffness.diagonal();
         let tangent = at.reaction.damping.diagonal() * s + contact * (s * s);
         let mut link = at.inertia + jacobian.tr_mul(&(Matrix3::from_diagonal(&tangent) * jacobian));
         for i in 0..6 {
             link[(i, i)] += tie[i] - tie[i] * tie[i] * motor[i];
         }
-        let link = factor(link)?;
+        let link = Ldlt::new(link)?;
         Some(Self {
             s,
             stiffness,
@@ -160,8 +163,8 @@ impl Stage {
     }
 }
 
-/// One step of `h` seconds from `state` at `time`, whose evaluation is `at`, with the motors' torque held. `None` where
-/// the state left the finite numbers.
+/// One step of `h` seconds from `state` at `time`, whose evaluation is `at`, with the motors'
+/// torque held. `None` where the state left the finite numbers.
 pub fn step(
     cell: &Cell,
     time: f64,

@@ -1,8 +1,9 @@
-//! Time integration of the cell, its equilibrium at rest, and the links alone under recorded motors.
+//! Time integration of the cell, its equilibrium at rest, and the links alone under recorded
+//! motors.
 
 mod dormand_prince;
-pub mod driven;
 mod linearly_implicit;
+pub mod link_dynamics;
 pub mod rest;
 
 pub use dormand_prince::Tolerance;
@@ -19,7 +20,8 @@ pub enum Integrator {
     DormandPrince(Tolerance),
 }
 
-/// The plant's state left the finite numbers: the loop is unstable, or a model is far out of its range.
+/// The plant's state left the finite numbers: the loop is unstable, or a model is far out of its
+/// range.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[error(
     "the simulated state left the finite numbers at {time:.3} s: the loop is unstable or the model far out of range"
@@ -42,7 +44,8 @@ impl Stepper {
         Self { integrator, suggested: 1e-5 }
     }
 
-    /// Advances `state` from `time`, where its evaluation is `at`, by `h` seconds, motor torque held.
+    /// Advances `state` from `time`, where its evaluation is `at`, by `h` seconds, motor torque
+    /// held.
     ///
     /// # Errors
     /// [`Diverged`].

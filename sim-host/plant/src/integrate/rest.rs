@@ -5,24 +5,26 @@ use crate::robot::{Drives, INTERNAL_STATES};
 use nalgebra::Matrix6;
 use trueweld_core::{Frames, JOINTS, JointVector, Wrench};
 
-/// Iterations after which an equilibrium is given up. The baseline takes five; every kink (a gap's end, the plate's
-/// surface) costs a few more, and a joint that slides through its gap along the plate some thousand.
+/// Iterations after which an equilibrium is given up. The baseline takes five; every kink (a gap's
+/// end, the plate's surface) costs a few more, and a joint that slides through its gap along the
+/// plate some thousand.
 const ITERATIONS: usize = 5000;
 
-/// Unbalance of a joint that is rest as well, over its K, rad. A joint that hangs in its gap on the plate's edge creeps there
-/// in steps far larger than what is left unbalanced: 1e-11 K is some µN·m, and 10 nm where gravity alone holds it.
+/// Unbalance of a joint that is rest as well, over its K, rad. A joint that hangs in its gap on the
+/// plate's edge creeps there in steps far larger than what is left unbalanced: 1e-11 K is some
+/// µN·m, and 10 nm where gravity alone holds it.
 const BALANCED: f64 = 1e-11;
 
-/// Damping of the first step, and the least, in units in which every spring is 1. Even a joint that hangs in its gap, held
-/// by gravity alone, is stiffer than the least by orders.
+/// Damping of the first step, and the least, in units in which every spring is 1. Even a joint that
+/// hangs in its gap, held by gravity alone, is stiffer than the least by orders.
 const FIRST_DAMPING: f64 = 1e-6;
 const LEAST_DAMPING: f64 = 1e-14;
 
 /// Link angle step at which an equilibrium is found, rad: 1e-12 is a picometre at the tool.
 const TOLERANCE: f64 = 1e-12;
 
-/// Link angle difference for the slope, rad: the slope is good to 1e-4 of K against rounding, and a kink is not stepped
-/// over.
+/// Link angle difference for the slope, rad: the slope is good to 1e-4 of K against rounding, and a
+/// kink is not stepped over.
 const DIFFERENCE: f64 = 1e-8;
 
 /// Largest twist that a spring is asked for, rad: beyond that of any load.
@@ -42,7 +44,7 @@ pub struct Rest {
 #[error(
     "no equilibrium within {ITERATIONS} iterations: the load still moves the joints by {residual:e} rad"
 )]
-pub struct NoRest {
+pub struct EquilibriumError {
     /// Last step, rad.
     pub residual: f64,
 }
@@ -53,7 +55,8 @@ fn drives_at_rest(link: &JointVector<f64>, motor: &JointVector<f64>) -> Drives {
     Drives { link: *link, link_rate: STILL, motor: *motor, motor_rate: STILL }
 }
 
-/// Torque that the springs must carry for the links to stand: g − τ_cb − Jᵀ w and what effects add, N·m.
+/// Torque that the springs must carry for the links to stand: g − τ_cb − Jᵀ w and what effects add,
+/// N·m.
 fn carried(
     cell: &Cell,
     drives: &Drives,
@@ -65,16 +68,17 @@ fn carried(
         - frames.joint_torque(wrench)
 }
 
-/// Link angles at rest for motor angles held at `motor`, and the torque of the springs there: τ_s = g − τ_cb − Jᵀ w, with
-/// `load` giving frames and wrench (axes of B) at a trial state.
+/// Link angles at rest for motor angles held at `motor`, and the torque of the springs there: τ_s =
+/// g − τ_cb − Jᵀ w, with `load` giving frames and wrench (axes of B) at a trial state.
 ///
-/// Levenberg–Marquardt with the slope by differences: a gap, or a plate that ends, changes the slope altogether, and where
-/// Newton's method then jumps to and fro between two of them, this one only ever descends.
+/// Levenberg–Marquardt with the slope by differences: a gap, or a plate that ends, changes the
+/// slope altogether, and where Newton's method then jumps to and fro between two of them, this one
+/// only ever descends.
 fn settle(
     cell: &Cell,
     motor: &JointVector<f64>,
     load: impl Fn(&Drives) -> (Frames<f64>, Wrench<f64>),
-) -> Result<(JointVector<f64>, JointVector<f64>), NoRest> {
+) -> Result<(JointVector<f64>, JointVector<f64>), EquilibriumError> {
     let spring = |drives: &Drives| cell.robot.spring_torque(drives, &[0.0; INTERNAL_STATES]);
     let unbalance = |link: &JointVector<f64>| {
         let drives = drives_at_rest(link, motor);
@@ -89,7 +93,8 @@ fn settle(
     let mut residual = f64::INFINITY;
     for _ in 0..ITERATIONS {
         let slope = Matrix6::from_columns(&std::array::from_fn::<_, JOINTS, _>(|i| {
-            // Central: at a kink the mean of both sides still leads down, where either side alone may not.
+            // Central: at a kink the mean of both sides still leads down, where either side alone
+            // may not.
             let (mut above, mut below) = (link, link);
             above[i] += DIFFERENCE;
             below[i] -= DIFFERENCE;
@@ -102,7 +107,7 @@ fn settle(
         let lower = loop {
             let damped = normal + Matrix6::from_diagonal_element(damping);
             let Some(factor) = damped.cholesky() else {
-                return Err(NoRest { residual });
+                return Err(EquilibriumError { residual });
             };
             let step = -factor.solve(&descent).component_div(&unit);
             residual = step.amax();
@@ -128,16 +133,20 @@ fn settle(
             break;
         }
     }
-    Err(NoRest { residual })
+    Err(EquilibriumError { residual })
 }
 
 /// The cell at rest in contact, motors held at `motor`, the plastic channel under the tool.
 ///
 /// # Errors
-/// [`NoRest`] where the iteration does not converge.
-pub fn in_contact(cell: &Cell, motor: &JointVector<f64>) -> Result<Rest, NoRest> {
+/// [`EquilibriumError`] where the iteration does not converge.
+pub fn in_contact(cell: &Cell, motor: &JointVector<f64>) -> Result<Rest, EquilibriumError> {
     let at_rest = |link: &JointVector<f64>| {
-        let y = cell.b_from_w.inverse().transform_point(&cell.robot.model.forward(link).position).y;
+        let y = cell
+            .b_from_w
+            .inverse()
+            .transform_point(&cell.robot.model.forward_kinematics(link).position)
+            .y;
         State::at_rest(link, motor, y)
     };
     let (link, torque) = settle(cell, motor, |drives| {
@@ -147,22 +156,23 @@ pub fn in_contact(cell: &Cell, motor: &JointVector<f64>) -> Result<Rest, NoRest>
     Ok(Rest { state: at_rest(&link), torque })
 }
 
-/// Link angles at rest under a given wrench on the tool (at the TCP, axes of B), motors held at `motor`.
+/// Link angles at rest under a given wrench on the tool (at the TCP, axes of B), motors held at
+/// `motor`.
 ///
 /// # Errors
-/// [`NoRest`] where the iteration does not converge.
+/// [`EquilibriumError`] where the iteration does not converge.
 pub fn under_wrench(
     cell: &Cell,
     motor: &JointVector<f64>,
     wrench: &Wrench<f64>,
-) -> Result<JointVector<f64>, NoRest> {
+) -> Result<JointVector<f64>, EquilibriumError> {
     settle(cell, motor, |drives| (cell.robot.frames(&drives.link, wrench, 0.0), *wrench))
         .map(|(link, _)| link)
 }
 
-/// Motor angles that hold the links at `link` against a given wrench on the tool (at the TCP, axes of B): each spring's
-/// equation inverted by bisection, so that effects count. Within a gap that carries nothing, its middle is taken; NaN for
-/// a joint whose torques are not finite there.
+/// Motor angles that hold the links at `link` against a given wrench on the tool (at the TCP, axes
+/// of B): each spring's equation inverted by bisection, so that effects count. Within a gap that
+/// carries nothing, its middle is taken; NaN for a joint whose torques are not finite there.
 pub fn motors_for(cell: &Cell, link: &JointVector<f64>, wrench: &Wrench<f64>) -> JointVector<f64> {
     let frames = cell.robot.frames(link, wrench, 0.0);
     let wanted = carried(cell, &drives_at_rest(link, link), &frames, wrench);
@@ -184,7 +194,8 @@ pub fn motors_for(cell: &Cell, link: &JointVector<f64>, wrench: &Wrench<f64>) ->
         {
             reach *= 4.0;
         }
-        // Lower and upper end of the angles that carry just this torque; they differ only across a gap.
+        // Lower and upper end of the angles that carry just this torque; they differ only across a
+        // gap.
         let edge = |below: bool| {
             let (mut low, mut high) = (link[i] - reach, link[i] + reach);
             for _ in 0..60 {

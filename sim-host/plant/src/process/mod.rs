@@ -1,6 +1,7 @@
 //! The welding process: a macroscopic visco-elastic model with ripple locked to the spindle.
 //!
-//! With p the TCP and s the nominal surface point in W, d = (p − s)·z, d₊ = max(d, 0), e = F_d / reference force:
+//! With p the TCP and s the nominal surface point in W, d = (p − s)·z, d₊ = max(d, 0), e = F_d /
+//! reference force:
 //!
 //! ```text
 //! F_d = max(0, k_z d₊ + b_z ḋ·[d > 0])                                 along −z
@@ -8,14 +9,15 @@
 //! F_l = r F_f sgn(ω) + (c_y v_y + k_y (y − y_m)) e,  ẏ_m = (y − y_m)|v_x|/L   along −y
 //! ```
 //!
-//! each × (1 + Σ aₙ sin(nφ + ψₙ)), φ̇ = ω; axial amplitudes for F_d, in-plane ones for F_f and F_l. No moment at the TCP.
+//! each × (1 + Σ aₙ sin(nφ + ψₙ)), φ̇ = ω; axial amplitudes for F_d, in-plane ones for F_f and F_l.
+//! No moment at the TCP.
 
 use crate::input::Process;
 use crate::robot::{Ports, ProcessPoint};
 use nalgebra::{Matrix3, Vector3};
 
-/// Force on a tool that presses with `push`, N, moves along the seam at `feed`, m/s, and stands on the line: what a weld is planned
-/// with. Mean over a turn of the spindle, in axes of W, N.
+/// Force on a tool that presses with `push`, N, moves along the seam at `feed`, m/s, and stands on
+/// the line: what a weld is planned with. Mean over a turn of the spindle, in axes of W, N.
 pub fn planned(process: &Process, push: f64, feed: f64) -> Vector3<f64> {
     let still = Process { ripple: Vec::new(), ..process.clone() };
     let position = Vector3::z() * (push / process.depth_stiffness);
@@ -35,8 +37,8 @@ pub struct Reaction {
     pub channel_rate: f64,
 }
 
-/// Force of the process on the tool. `position` and `velocity` of the TCP in W (origin at the start of the seam, on
-/// the nominal surface); `channel` y_m, m; `spindle_angle` φ, rad.
+/// Force of the process on the tool. `position` and `velocity` of the TCP in W (origin at the start
+/// of the seam, on the nominal surface); `channel` y_m, m; `spindle_angle` φ, rad.
 #[inline]
 pub fn reaction(
     process: &Process,
@@ -62,7 +64,8 @@ pub fn reaction(
     let give: f64 = ports.surface.iter().map(|t| t.surface_compliance()).sum();
     let share = 1.0 / (1.0 + process.depth_stiffness * give);
     let push = share * (process.depth_stiffness * depth + process.depth_damping * velocity.z);
-    // A depth that is not a number makes a force that is not, and the run ends; it must not pass for no contact.
+    // A depth that is not a number makes a force that is not, and the run ends; it must not pass
+    // for no contact.
     let depth_force = if depth <= 0.0 || push < 0.0 { 0.0 } else { push };
     if depth_force == 0.0 {
         return Reaction {
@@ -92,7 +95,8 @@ pub fn reaction(
         force = term.process_force(&at, force);
     }
 
-    // Drag and lateral force scale with e, so depth enters all three rows; feed enters the lateral one through r.
+    // Drag and lateral force scale with e, so depth enters all three rows; feed enters the lateral
+    // one through r.
     let per_force = 1.0 / process.reference_force;
     let by_depth = Vector3::new(
         process.feed_drag * velocity.x * per_force * in_plane,

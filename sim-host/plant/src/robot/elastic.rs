@@ -6,10 +6,10 @@
 //! τ_s = K (θ_E − θ) + D (θ̇_E − θ̇)
 //! ```
 //!
-//! The one description of its physics: whoever drives it (a controller, a recorded log), it is asked here. Rotor
-//! gyroscopic effects are left out.
+//! The one description of its physics: whoever drives it (a controller, a recorded log), it is
+//! asked here. Rotor gyroscopic effects are left out.
 
-use super::ports::{JointPoint, Ports, Sloped};
+use super::ports::{JointState, Ports, ValueDerivative};
 use crate::effects::{Action, Effect, EffectError};
 use crate::input::Process;
 use nalgebra::{Matrix6, Vector3};
@@ -38,7 +38,8 @@ pub struct Drives {
 }
 
 impl ElasticRobot {
-    /// The robot with its effects. What effects do to the process goes to `process`, where there is one.
+    /// The robot with its effects. What effects do to the process goes to `process`, where there is
+    /// one.
     ///
     /// # Errors
     /// [`EffectError`] where an effect cannot be installed.
@@ -63,8 +64,8 @@ impl ElasticRobot {
         Ok(Self { model, ports })
     }
 
-    fn joint_point(&self, drives: &Drives, i: usize) -> JointPoint {
-        JointPoint {
+    fn joint_point(&self, drives: &Drives, i: usize) -> JointState {
+        JointState {
             encoder: drives.motor[i],
             encoder_rate: drives.motor_rate[i],
             link: drives.link[i],
@@ -105,7 +106,7 @@ impl ElasticRobot {
         let spring = &self.ports.spring[i];
         let at = self.joint_point(drives, i);
         let mut twist = drives.motor[i] - drives.link[i] + self.ports.link_angle[i];
-        twist += spring.iter().map(|(t, _)| t.twist(&at)).sum::<f64>();
+        twist += spring.iter().map(|(t, _)| t.torsion(&at)).sum::<f64>();
         let engaged = spring.iter().fold(twist, |twist, (t, _)| t.engaged(twist));
         let stiffness =
             spring.iter().fold(self.model.stiffness()[i], |k, (t, _)| k * t.stiffness(engaged));
@@ -115,8 +116,9 @@ impl ElasticRobot {
         stiffness * engaged + damping * (drives.motor_rate[i] - drives.link_rate[i]) + extra
     }
 
-    /// What the terms at the spring of one joint remember after its twist has changed by `change`, rad, however slowly:
-    /// from `before` into `after`. A term's own state follows dz/dδ = a − b z for either direction of δ.
+    /// What the terms at the spring of one joint remember after its twist has changed by `change`,
+    /// rad, however slowly: from `before` into `after`. A term's own state follows dz/dδ = a − b z
+    /// for either direction of δ.
     pub(crate) fn remembered(
         &self,
         drives: &Drives,
@@ -155,11 +157,11 @@ impl ElasticRobot {
 
     /// Motor friction τ_f of one joint, N·m, with its slope by θ̇_E.
     #[inline]
-    pub fn friction(&self, drives: &Drives, i: usize) -> Sloped {
+    pub fn friction(&self, drives: &Drives, i: usize) -> ValueDerivative {
         let friction = &self.model.parameters().friction;
         let rate = drives.motor_rate[i];
-        let turn = Sloped::turn(rate, friction.smoothing);
-        let mut torque = Sloped {
+        let turn = ValueDerivative::turn(rate, friction.smoothing);
+        let mut torque = ValueDerivative {
             value: friction.viscous[i] * rate + friction.coulomb[i] * turn.value,
             slope: friction.viscous[i] + friction.coulomb[i] * turn.slope,
         };
@@ -174,7 +176,8 @@ impl ElasticRobot {
         torque
     }
 
-    /// Torque on the links that is neither spring nor load: the counterbalance and the link ports, N·m.
+    /// Torque on the links that is neither spring nor load: the counterbalance and the link ports,
+    /// N·m.
     #[inline]
     pub fn link_torque(&self, drives: &Drives) -> JointVector<f64> {
         let mut torque = JointVector::zeros();
@@ -193,8 +196,8 @@ impl ElasticRobot {
         torque
     }
 
-    /// Frames of the real arm at `time`, s. `wrench` on the tool at the TCP in axes of B loads bearings and base, where
-    /// these give.
+    /// Frames of the real arm at `time`, s. `wrench` on the tool at the TCP in axes of B loads
+    /// bearings and base, where these give.
     #[inline]
     pub fn frames(&self, link: &JointVector<f64>, wrench: &Wrench<f64>, time: f64) -> Frames<f64> {
         let rigid = self.model.frames(link);
@@ -204,8 +207,9 @@ impl ElasticRobot {
         self.displaced_frames(link, &rigid, wrench, time)
     }
 
-    /// Bearings and base tilt under the moments that the rigid arm passes them at rest, gravity included. The tilts
-    /// are of the order of 0.1 mrad, so that their own effect on the moments is left out.
+    /// Bearings and base tilt under the moments that the rigid arm passes them at rest, gravity
+    /// included. The tilts are of the order of 0.1 mrad, so that their own effect on the moments is
+    /// left out.
     fn displaced_frames(
         &self,
         link: &JointVector<f64>,
@@ -216,7 +220,8 @@ impl ElasticRobot {
         let still = JointVector::zeros();
         let loads = self.model.joint_loads(rigid, &still, &still, wrench);
         let mut by = Displacement::none();
-        // What a frame carries is the reaction to what it passes on: the loads act outward, the tilt follows them inward.
+        // What a frame carries is the reaction to what it passes on: the loads act outward, the
+        // tilt follows them inward.
         for (i, load) in loads.iter().enumerate() {
             let moment = -rigid.rotation[i].tr_mul(&load.moment);
             let axis = self.model.parameters().joints[i].axis;
@@ -230,7 +235,8 @@ impl ElasticRobot {
         self.model.frames_displaced(link, &by)
     }
 
-    /// Link accelerations θ̈, rad/s², and the inertia matrix used. `None` where the state is not finite.
+    /// Link accelerations θ̈, rad/s², and the inertia matrix used. `None` where the state is not
+    /// finite.
     #[inline]
     pub fn link_acceleration(
         &self,
@@ -241,12 +247,13 @@ impl ElasticRobot {
     ) -> Option<(JointVector<f64>, Matrix6<f64>)> {
         let (inertia, bias) = self.model.equation_of_motion(frames, &drives.link_rate, wrench);
         let torque = spring + self.link_torque(drives) - bias;
-        let factor = trueweld_core::crba::factor(inertia)?;
+        let factor = trueweld_core::ldlt::Ldlt::new(inertia)?;
         Some((factor.solve(&torque), inertia))
     }
 
-    /// Energy of links, rotors, gravity, counterbalance and springs of the baseline, J. Without process and effects it
-    /// changes only by what the motors give and what dampers and friction take.
+    /// Energy of links, rotors, gravity, counterbalance and springs of the baseline, J. Without
+    /// process and effects it changes only by what the motors give and what dampers and friction
+    /// take.
     pub fn energy(&self, drives: &Drives) -> f64 {
         let frames = self.model.frames(&drives.link);
         let twist = drives.motor - drives.link;

@@ -5,6 +5,6 @@ mod ports;
 
 pub use elastic::{Drives, ElasticRobot};
 pub use ports::{
-    Channel, INTERNAL_STATES, JointPoint, Port, Ports, ProcessPoint, Readings, Sloped, Term,
-    TooManyStates,
+    Channel, INTERNAL_STATES, JointState, Port, Ports, ProcessPoint, Readings, Term, TooManyStates,
+    ValueDerivative,
 };

@@ -1,7 +1,8 @@
 //! The named ports of the plant, where effects enter.
 //!
-//! An effect is a [`Term`] at one port. The plant asks a port for its terms where its equations need them and knows
-//! nothing else of them; an empty port costs a comparison. What leaves the plant at a port is stated at each method.
+//! An effect is a [`Term`] at one port. The plant asks a port for its terms where its equations
+//! need them and knows nothing else of them; an empty port costs a comparison. What leaves the
+//! plant at a port is stated at each method.
 
 use nalgebra::Vector3;
 use trueweld_core::spatial::rotation_vector;
@@ -50,7 +51,7 @@ pub enum Channel {
 
 /// One joint at one instant.
 #[derive(Debug, Clone, Copy)]
-pub struct JointPoint {
+pub struct JointState {
     /// Encoder angle θ_E, rad.
     pub encoder: f64,
     /// Encoder rate, rad/s.
@@ -65,7 +66,8 @@ pub struct JointPoint {
     pub smoothing: f64,
 }
 
-/// The process at one instant: tool in the weld frame W, origin at the start of the seam on the nominal surface.
+/// The process at one instant: tool in the weld frame W, origin at the start of the seam on the
+/// nominal surface.
 #[derive(Debug, Clone, Copy)]
 pub struct ProcessPoint {
     /// Time from the start, s.
@@ -84,15 +86,16 @@ pub struct ProcessPoint {
 
 /// A value with its slope: what an implicit integrator needs of a stiff term.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Sloped {
+pub struct ValueDerivative {
     /// The value.
     pub value: f64,
     /// Its derivative by the variable named where it is returned.
     pub slope: f64,
 }
 
-impl Sloped {
-    /// How far friction has turned round at a rate: tanh(rate/smoothing), between −1 and 1, with its slope by the rate.
+impl ValueDerivative {
+    /// How far friction has turned round at a rate: tanh(rate/smoothing), between −1 and 1, with
+    /// its slope by the rate.
     #[inline]
     pub fn turn(rate: f64, smoothing: f64) -> Self {
         // tanh(x) = 1 − 2/(e²ˣ + 1): absolute error 1e-16, at a third of the library's time.
@@ -140,11 +143,11 @@ impl Readings {
     }
 }
 
-/// What an effect does at its port. Every method has the neutral answer as its default; a term overrides those of the
-/// port it is installed at and no others.
+/// What an effect does at its port. Every method has the neutral answer as its default; a term
+/// overrides those of the port it is installed at and no others.
 pub trait Term: std::fmt::Debug + Send + Sync {
     /// Spring torque: added to the twist δ = θ_E − θ, rad (gear error, coupling between axes).
-    fn twist(&self, _at: &JointPoint) -> f64 {
+    fn torsion(&self, _at: &JointState) -> f64 {
         0.0
     }
 
@@ -153,7 +156,8 @@ pub trait Term: std::fmt::Debug + Send + Sync {
         twist
     }
 
-    /// Spring torque: half of the range of twists over which nothing loads the spring, rad (backlash).
+    /// Spring torque: half of the range of twists over which nothing loads the spring, rad
+    /// (backlash).
     fn play(&self) -> f64 {
         0.0
     }
@@ -168,23 +172,25 @@ pub trait Term: std::fmt::Debug + Send + Sync {
         1.0
     }
 
-    /// Spring torque: extra torque on the link, N·m, and less on the motor; `internal` is the term's own state.
-    fn spring_torque(&self, _at: &JointPoint, _internal: f64) -> f64 {
+    /// Spring torque: extra torque on the link, N·m, and less on the motor; `internal` is the
+    /// term's own state.
+    fn spring_torque(&self, _at: &JointState, _internal: f64) -> f64 {
         0.0
     }
 
     /// Spring torque: rate of the term's own state; `None` for a term that keeps none.
-    fn internal_rate(&self, _at: &JointPoint, _internal: f64) -> Option<f64> {
+    fn internal_rate(&self, _at: &JointState, _internal: f64) -> Option<f64> {
         None
     }
 
     /// Motor friction: extra torque against the motor, N·m, with its slope by θ̇_E, N·m·s/rad.
-    fn friction(&self, _at: &JointPoint) -> Sloped {
-        Sloped::default()
+    fn friction(&self, _at: &JointState) -> ValueDerivative {
+        ValueDerivative::default()
     }
 
-    /// Link torque: extra torque on the link, N·m; `counterbalance` is τ_cb on this link, zero but for A2.
-    fn link_torque(&self, _at: &JointPoint, _counterbalance: f64) -> f64 {
+    /// Link torque: extra torque on the link, N·m; `counterbalance` is τ_cb on this link, zero but
+    /// for A2.
+    fn link_torque(&self, _at: &JointState, _counterbalance: f64) -> f64 {
         0.0
     }
 
@@ -193,8 +199,8 @@ pub trait Term: std::fmt::Debug + Send + Sync {
         0.0
     }
 
-    /// Link or base frame: tilt, rad, for the moment the frame carries, N·m, both in axes of that frame; `axis` is the
-    /// joint's (zero for the base).
+    /// Link or base frame: tilt, rad, for the moment the frame carries, N·m, both in axes of that
+    /// frame; `axis` is the joint's (zero for the base).
     fn tilt(&self, _moment: &Vector3<f64>, _axis: &Vector3<f64>) -> Vector3<f64> {
         Vector3::zeros()
     }
@@ -283,7 +289,7 @@ impl Ports {
     pub fn install(&mut self, port: Port, term: Box<dyn Term>) -> Result<(), TooManyStates> {
         match port {
             Port::SpringTorque(i) => {
-                let probe = JointPoint {
+                let probe = JointState {
                     encoder: 0.0,
                     encoder_rate: 0.0,
                     link: 0.0,

@@ -1,9 +1,12 @@
-//! Instruments that fail: what the force sensor or the seam sensor gives the controller while it is faulty.
+//! Instruments that fail: what the force sensor or the seam sensor gives the controller while it is
+//! faulty.
 //!
-//! A fault stands between an instrument and the controller. It changes what is read and nothing else: the physics goes on, and so
-//! does the instrument's noise, so that two runs that differ by a fault alone are the same until it begins.
+//! A fault stands between an instrument and the controller. It changes what is read and nothing
+//! else: the physics goes on, and so does the instrument's noise, so that two runs that differ by a
+//! fault alone are the same until it begins.
 //!
-//! Left out: encoders (the drives' own monitoring stops the robot) and faults that the robot's bus would report.
+//! Left out: encoders (the drives' own monitoring stops the robot) and faults that the robot's bus
+//! would report.
 
 use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};
@@ -11,13 +14,14 @@ use rand_chacha::ChaCha8Rng;
 use std::collections::VecDeque;
 use std::fmt;
 use trueweld_core::Wrench;
-use trueweld_core::compensation::Sighting;
-use trueweld_core::control::Sensed;
+use trueweld_core::compensation::DeviationMeasurement;
+use trueweld_core::control::SensorReadings;
 
 /// Its stream of random numbers, beside those of the instruments.
 const STREAM: u64 = 2;
 
-/// Periods over which readings out of order are mixed: a quarter of a second at the usual control period.
+/// Periods over which readings out of order are mixed: a quarter of a second at the usual control
+/// period.
 const MIXED: usize = 20;
 
 /// Which instrument fails.
@@ -33,23 +37,25 @@ pub enum Instrument {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Failure {
     /// Every reading is NaN.
-    NoNumber,
+    Nan,
     /// Every reading is the last good one, and called fresh.
     Stuck,
-    /// Every reading stands at the end of the instrument's range, with the sign that it last had. `linear`: of forces, N, or of
-    /// displacements, m; `angular`: of moments, N·m, or of angles, rad.
+    /// Every reading stands at the end of the instrument's range, with the sign that it last had.
+    /// `linear`: of forces, N, or of displacements, m; `angular`: of moments, N·m, or of angles,
+    /// rad.
     Saturated {
         /// Range of forces or displacements.
         linear: f64,
         /// Range of moments or angles.
         angular: f64,
     },
-    /// Nothing comes. A seam sensor gives no readings; the channels of a force sensor stand at zero.
+    /// Nothing comes. A seam sensor gives no readings; the channels of a force sensor stand at
+    /// zero.
     Dropped,
     /// Old readings, any of the last quarter of a second or so, each with the age of a fresh one.
     OutOfOrder,
-    /// Readings that are off by a constant: along every axis of a force sensor, in displacement and in tilt of a seam sensor. Units
-    /// as in [`Failure::Saturated`].
+    /// Readings that are off by a constant: along every axis of a force sensor, in displacement and
+    /// in tilt of a seam sensor. Units as in [`Failure::Saturated`].
     Offset {
         /// Of forces or displacements.
         linear: f64,
@@ -86,7 +92,7 @@ impl fmt::Display for InstrumentFault {
             Instrument::SeamSensor => "seam sensor",
         };
         let failure = match (self.failure, self.instrument) {
-            (Failure::NoNumber, _) => "that gives no numbers",
+            (Failure::Nan, _) => "that gives no numbers",
             (Failure::Stuck, _) => "stuck at its last value",
             (Failure::Saturated { .. }, _) => "at the end of its range",
             (Failure::Dropped, Instrument::ForceSensor) => "dropped to zero",
@@ -106,7 +112,7 @@ pub struct FaultyInstruments {
     /// What the force sensor read, newest last.
     wrenches: VecDeque<Wrench<f64>>,
     /// What came of the seam sensor, newest last, periods without readings left out.
-    sightings: VecDeque<Vec<Sighting<f64>>>,
+    sightings: VecDeque<Vec<DeviationMeasurement<f64>>>,
 }
 
 impl FaultyInstruments {
@@ -117,12 +123,13 @@ impl FaultyInstruments {
         Self { fault, random, wrenches: VecDeque::new(), sightings: VecDeque::new() }
     }
 
-    /// Makes of what the instruments read at `time`, s, what the controller gets. Called once a period.
+    /// Makes of what the instruments read at `time`, s, what the controller gets. Called once a
+    /// period.
     pub fn pass_on(
         &mut self,
         time: f64,
-        sensed: &mut Sensed<f64>,
-        sightings: &mut Vec<Sighting<f64>>,
+        sensed: &mut SensorReadings<f64>,
+        sightings: &mut Vec<DeviationMeasurement<f64>>,
     ) {
         let Some(fault) = self.fault else { return };
         match (fault.instrument, fault.is_on(time)) {
@@ -143,7 +150,7 @@ impl FaultyInstruments {
             force: Vector3::repeat(force),
         };
         match failure {
-            Failure::NoNumber => all(f64::NAN, f64::NAN),
+            Failure::Nan => all(f64::NAN, f64::NAN),
             Failure::Stuck => last,
             Failure::Saturated { linear, angular } => Wrench {
                 moment: last.moment.map(|m| angular.copysign(m)),
@@ -161,22 +168,27 @@ impl FaultyInstruments {
         }
     }
 
-    fn sighted(&mut self, failure: Failure, read: &[Sighting<f64>]) -> Vec<Sighting<f64>> {
+    fn sighted(
+        &mut self,
+        failure: Failure,
+        read: &[DeviationMeasurement<f64>],
+    ) -> Vec<DeviationMeasurement<f64>> {
         if read.is_empty() {
             return Vec::new();
         }
         let last = self.sightings.back().cloned().unwrap_or_else(|| read.to_vec());
-        let told =
-            |from: &[Sighting<f64>], value: &dyn Fn(&Sighting<f64>) -> f64| -> Vec<Sighting<f64>> {
-                // What comes claims to be as fresh as readings are.
-                let age = read[0].age;
-                from.iter().map(|s| Sighting { deviation: value(s), age, ..*s }).collect()
-            };
-        let by_kind = |s: &Sighting<f64>, linear: f64, angular: f64| {
+        let told = |from: &[DeviationMeasurement<f64>],
+                    value: &dyn Fn(&DeviationMeasurement<f64>) -> f64|
+         -> Vec<DeviationMeasurement<f64>> {
+            // What comes claims to be as fresh as readings are.
+            let age = read[0].age;
+            from.iter().map(|s| DeviationMeasurement { deviation: value(s), age, ..*s }).collect()
+        };
+        let by_kind = |s: &DeviationMeasurement<f64>, linear: f64, angular: f64| {
             if s.along.linear.norm() > 0.0 { linear } else { angular }
         };
         match failure {
-            Failure::NoNumber => told(read, &|_| f64::NAN),
+            Failure::Nan => told(read, &|_| f64::NAN),
             Failure::Stuck => told(&last, &|s| s.deviation),
             Failure::Saturated { linear, angular } => {
                 told(&last, &|s| by_kind(s, linear, angular).copysign(s.deviation))

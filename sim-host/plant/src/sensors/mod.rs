@@ -1,14 +1,15 @@
-//! The robot's instruments: encoders with their step, and a force sensor with filter, delay, noise and step; beside them the seam
-//! sensor, and what either gives while it is faulty. Seeded.
+//! The robot's instruments: encoders with their step, and a force sensor with filter, delay, noise
+//! and step; beside them the seam sensor, and what either gives while it is faulty. Seeded.
 //!
-//! What an effect does to a channel enters at the ports `SensorChannel` and `TimeBase`. The tracker and the link
-//! encoders are not instruments of the robot's controller; a log's reader compares with them.
+//! What an effect does to a channel enters at the ports `SensorChannel` and `TimeBase`. The tracker
+//! and the link encoders are not instruments of the robot's controller; a log's reader compares
+//! with them.
 
 mod fault;
 mod seam;
 
 pub use fault::{Failure, FaultyInstruments, Instrument, InstrumentFault};
-pub use seam::SeamSight;
+pub use seam::SeamSensing;
 
 use crate::input::Sensors;
 use crate::robot::{Channel, Ports, Readings};
@@ -17,7 +18,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use std::collections::VecDeque;
-use trueweld_core::control::Sensed;
+use trueweld_core::control::SensorReadings;
 use trueweld_core::filter::{Biquad, FilterBank};
 use trueweld_core::{JointVector, Wrench};
 
@@ -38,7 +39,8 @@ pub struct Instruments {
 impl Instruments {
     /// Instruments sampled every `step` s and read every `period` s. `seed` starts the noise.
     ///
-    /// A filter whose corner lies above half the plant's sampling rate passes everything and is left out.
+    /// A filter whose corner lies above half the plant's sampling rate passes everything and is
+    /// left out.
     pub fn new(sensors: &Sensors, ports: &Ports, step: f64, period: f64, seed: u64) -> Self {
         let corner = sensors.force.filter;
         Self {
@@ -58,7 +60,7 @@ impl Instruments {
         let filtered = match &mut self.filter {
             Some(filter) => {
                 if self.line.is_empty() {
-                    filter.settle(&wrench);
+                    filter.initialize(&wrench);
                 }
                 filter.update(&wrench)
             }
@@ -70,14 +72,14 @@ impl Instruments {
         }
     }
 
-    /// What the controller gets at this instant. `truth`: the undisturbed readings; its wrench is replaced by the
-    /// filtered and delayed one. `torque`: Γ of the last period, N·m.
+    /// What the controller gets at this instant. `truth`: the undisturbed readings; its wrench is
+    /// replaced by the filtered and delayed one. `torque`: Γ of the last period, N·m.
     pub fn read(
         &mut self,
         ports: &Ports,
         mut truth: Readings,
         torque: &JointVector<f64>,
-    ) -> Sensed<f64> {
+    ) -> SensorReadings<f64> {
         let wrench = Wrench::from_vector(&self.delayed());
         (truth.force, truth.moment) = (wrench.force, wrench.moment);
         for term in &ports.sensor {
@@ -98,10 +100,11 @@ impl Instruments {
             force: truth.force.map(|v| stepped(noisy(v, force.noise_force), force.resolution)),
             moment: truth.moment.map(|v| noisy(v, force.noise_moment)),
         };
-        Sensed { encoder, encoder_rate: rate, motor_torque: *torque, wrench }
+        SensorReadings { encoder, encoder_rate: rate, motor_torque: *torque, wrench }
     }
 
-    /// The wrench of `delay` steps ago, interpolated between samples; the oldest there is until the line has filled.
+    /// The wrench of `delay` steps ago, interpolated between samples; the oldest there is until the
+    /// line has filled.
     fn delayed(&self) -> SVector<f64, 6> {
         let at = |steps: usize| {
             let last = self.line.len().saturating_sub(1);

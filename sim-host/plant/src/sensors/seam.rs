@@ -1,4 +1,5 @@
-//! The seam sensor: a laser line across the seam ahead of the tool, noisy, late, with lost readings. Seeded.
+//! The seam sensor: a laser line across the seam ahead of the tool, noisy, late, with lost
+//! readings. Seeded.
 
 use crate::input::SeamSensor;
 use nalgebra::Vector3;
@@ -7,14 +8,14 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use std::collections::VecDeque;
 use trueweld_core::Twist;
-use trueweld_core::compensation::Sighting;
+use trueweld_core::compensation::DeviationMeasurement;
 
 /// Its stream of random numbers: that of the robot's own instruments stays what it was without it.
 const STREAM: u64 = 1;
 
 /// The seam sensor of one run.
 #[derive(Debug)]
-pub struct SeamSight {
+pub struct SeamSensing {
     sensor: SeamSensor,
     random: ChaCha8Rng,
     /// Readings taken and not yet given: when, across the seam, and tilt.
@@ -22,7 +23,7 @@ pub struct SeamSight {
     next: f64,
 }
 
-impl SeamSight {
+impl SeamSensing {
     /// A sensor whose noise starts at `seed`.
     pub fn new(sensor: &SeamSensor, seed: u64) -> Self {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
@@ -30,8 +31,9 @@ impl SeamSight {
         Self { sensor: sensor.clone(), random, taken: VecDeque::new(), next: 0.0 }
     }
 
-    /// What reaches the controller at `time`, s. `deviation`: of the real tool from its nominal pose, axes of W.
-    pub fn read(&mut self, time: f64, deviation: &Twist<f64>) -> Vec<Sighting<f64>> {
+    /// What reaches the controller at `time`, s. `deviation`: of the real tool from its nominal
+    /// pose, axes of W.
+    pub fn read(&mut self, time: f64, deviation: &Twist<f64>) -> Vec<DeviationMeasurement<f64>> {
         const INSTANT: f64 = 1e-9;
         let s = &self.sensor;
         if time + INSTANT >= self.next {
@@ -56,7 +58,7 @@ impl SeamSight {
             for (deviation, along, noise) in
                 [(values[0], across, s.noise), (values[1], tilted, s.tilt_noise)]
             {
-                arrived.push(Sighting {
+                arrived.push(DeviationMeasurement {
                     deviation,
                     along,
                     noise,

@@ -104,7 +104,8 @@ impl Law {
     }
 }
 
-/// A law with what the position loop lacks of its demand made up for. Not for laws fed by force, which answer the motion.
+/// A law with what the position loop lacks of its demand made up for. Not for laws fed by force,
+/// which answer the motion.
 fn followed(
     law: impl Compensator<f64> + 'static,
     control: &Control,

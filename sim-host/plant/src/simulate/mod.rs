@@ -7,5 +7,5 @@ mod run;
 
 pub use law::{BuildLaw, Law};
 pub use program::{Program, Seam, Target};
-pub use record::{Phase, Recording, Row};
+pub use record::{Phase, RecordRow, Recording};
 pub use run::{Controller, RunError, Scenario, run, run_after, run_passes, start_angles};

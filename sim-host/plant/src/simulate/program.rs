@@ -1,12 +1,13 @@
-//! What a run asks of the tool over time: settle, close the force loop, feed, stop; or a step of force.
+//! What a run asks of the tool over time: settle, close the force loop, feed, stop; or a step of
+//! force.
 
 use super::Phase;
 use crate::input::Weld;
 use nalgebra::{Matrix3, Vector3};
 use trueweld_core::Pose;
 
-/// Time after full feed is reached before the steady part begins, s: two of the material's memories at 10 mm/s, and
-/// the compensation's rise.
+/// Time after full feed is reached before the steady part begins, s: two of the material's memories
+/// at 10 mm/s, and the compensation's rise.
 const FEED_SETTLE: f64 = 2.0;
 
 /// Time the tool stands at the end of the seam with its force held, s.
@@ -30,8 +31,8 @@ pub struct Target {
 pub enum Program {
     /// A weld along its whole seam.
     Weld,
-    /// At the start of the seam, no feed: after settling, the contact's own force is held for `hold` s, then the
-    /// set-point steps by `height` N and is held for `length` s.
+    /// At the start of the seam, no feed: after settling, the contact's own force is held for
+    /// `hold` s, then the set-point steps by `height` N and is held for `length` s.
     ForceStep {
         /// Height of the step, N.
         height: f64,
@@ -45,7 +46,8 @@ pub enum Program {
 /// A weld's line and its frames.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Seam {
-    /// The weld frame W in B: origin at the start on the plate's surface, x along the seam, z into the material.
+    /// The weld frame W in B: origin at the start on the plate's surface, x along the seam, z into
+    /// the material.
     pub b_from_w: Pose<f64>,
     /// Length, m.
     pub length: f64,
@@ -63,7 +65,8 @@ impl Seam {
         Self { b_from_w, length: along.norm() }
     }
 
-    /// Nominal tool pose at a path position: on the surface, z of T along z of W, y of T along the seam.
+    /// Nominal tool pose at a path position: on the surface, z of T along z of W, y of T along the
+    /// seam.
     pub fn nominal(&self, path: f64) -> Pose<f64> {
         let w = &self.b_from_w.rotation;
         let (x, z) = (w.column(0).into_owned(), w.column(2).into_owned());
@@ -131,7 +134,8 @@ impl Program {
         }
     }
 
-    /// When a weld's steady part begins and ends, s. `None` where the seam is too short to have one, and in a step of force.
+    /// When a weld's steady part begins and ends, s. `None` where the seam is too short to have
+    /// one, and in a step of force.
     pub fn steady(&self, weld: &Weld, seam: &Seam) -> Option<[f64; 2]> {
         let Program::Weld = self else { return None };
         let feed = Feed::new(weld, seam.length);

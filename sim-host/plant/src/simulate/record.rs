@@ -34,10 +34,10 @@ impl Phase {
     }
 }
 
-/// The cell at one instant. Poses and positions in B, everything named `…_w` in axes of the weld frame W
-/// (x along the weld, y lateral, z depth into the material).
+/// The cell at one instant. Poses and positions in B, everything named `…_w` in axes of the weld
+/// frame W (x along the weld, y lateral, z depth into the material).
 #[derive(Debug, Clone, Copy)]
-pub struct Row {
+pub struct RecordRow {
     /// Time, s.
     pub time: f64,
     /// Where the run is in its program.
@@ -48,7 +48,8 @@ pub struct Row {
     pub real: Pose<f64>,
     /// Where the encoders say it is.
     pub encoder_pose: Pose<f64>,
-    /// Real tool against nominal: linear (longitudinal, lateral, depth) in m, angular as a rotation vector, rad.
+    /// Real tool against nominal: linear (longitudinal, lateral, depth) in m, angular as a rotation
+    /// vector, rad.
     pub deviation_w: Twist<f64>,
     /// Angle between real and nominal tool axis, rad.
     pub tilt: f64,
@@ -82,7 +83,7 @@ pub struct Row {
     pub fault: Option<Fault>,
 }
 
-impl Row {
+impl RecordRow {
     /// Twist of every drive, θ_E − θ, rad.
     pub fn twist(&self) -> JointVector<f64> {
         self.motor - self.link
@@ -99,7 +100,7 @@ pub struct Recording {
     /// Name of the compensation law, or "none".
     pub compensator: &'static str,
     /// Rows in time order, `period` apart.
-    pub rows: Vec<Row>,
+    pub rows: Vec<RecordRow>,
     /// Time between rows, s.
     pub period: f64,
     /// Half the pin's diameter, the limit of lateral deviation for a butt weld, m.

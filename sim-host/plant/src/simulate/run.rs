@@ -1,16 +1,17 @@
 //! One run: the plant in small steps, the control held over its period.
 //!
-//! The path is taught under gravity: at the start, with the tool free of contact, the real tool stands on the line.
-//! The set-point then follows the line by the encoders alone, and whatever the load bends from there is deviation.
+//! The path is taught under gravity: at the start, with the tool free of contact, the real tool
+//! stands on the line. The set-point then follows the line by the encoders alone, and whatever the
+//! load bends from there is deviation.
 
-use super::{BuildLaw, Program, Recording, Row, Seam};
+use super::{BuildLaw, Program, RecordRow, Recording, Seam};
 use crate::cell::{Cell, Evaluation};
 use crate::input::{Control, Process, Sensors, Weld};
-use crate::integrate::rest::{self, NoRest};
+use crate::integrate::rest::{self, EquilibriumError};
 use crate::integrate::{Diverged, Integrator, Stepper};
 use crate::process::planned;
 use crate::robot::{Drives, Readings};
-use crate::sensors::{FaultyInstruments, InstrumentFault, Instruments, SeamSight};
+use crate::sensors::{FaultyInstruments, InstrumentFault, Instruments, SeamSensing};
 use nalgebra::Vector3;
 use std::time::Instant;
 use trueweld_core::compensation::{Compensated, Compensator, Observation};
@@ -76,7 +77,7 @@ pub enum RunError {
     },
     /// No deformed start.
     #[error(transparent)]
-    Rest(#[from] NoRest),
+    Rest(#[from] EquilibriumError),
     /// The state left the finite numbers.
     #[error(transparent)]
     Diverged(#[from] Diverged),
@@ -107,7 +108,7 @@ pub struct Scenario<'a> {
     /// Robot and process.
     pub cell: &'a Cell,
     /// The robot as the controller believes it is.
-    pub belief: &'a Robot<f64>,
+    pub controller_model: &'a Robot<f64>,
     /// The process as the weld was planned with it.
     pub planned: &'a Process,
     /// The weld.
@@ -141,8 +142,8 @@ impl Scenario<'_> {
     }
 }
 
-/// Joint angles at the start of a seam, on the branch that follows the whole seam within the limits with the smallest
-/// angles.
+/// Joint angles at the start of a seam, on the branch that follows the whole seam within the limits
+/// with the smallest angles.
 ///
 /// # Errors
 /// [`RunError::Reach`] with the first point that no branch holds.
@@ -167,7 +168,7 @@ pub fn start_angles(robot: &Robot<f64>, seam: &Seam) -> Result<JointVector<f64>,
         let mut q = *start;
         let failed = (1..=POINTS).find_map(|k| {
             let path = seam.length * k as f64 / POINTS as f64;
-            match robot.track(&seam.nominal(path), &q) {
+            match robot.inverse_near(&seam.nominal(path), &q) {
                 Ok(next) => {
                     q = next;
                     None
@@ -187,8 +188,8 @@ pub fn start_angles(robot: &Robot<f64>, seam: &Seam) -> Result<JointVector<f64>,
     best.ok_or(farthest)
 }
 
-/// The deformed start: encoder angles of the taught pose (tool free), and the cell at rest with the tool's set-point
-/// the initial depth in the material.
+/// The deformed start: encoder angles of the taught pose (tool free), and the cell at rest with the
+/// tool's set-point the initial depth in the material.
 struct Start {
     rest: rest::Rest,
     motor: JointVector<f64>,
@@ -201,19 +202,20 @@ fn start(scenario: &Scenario<'_>, seam: &Seam) -> Result<Start, RunError> {
     let link = start_angles(model, seam)?;
     let free = rest::motors_for(scenario.cell, &link, &Wrench::zero());
     if !free.sum().is_finite() {
-        return Err(NoRest { residual: f64::NAN }.into());
+        return Err(EquilibriumError { residual: f64::NAN }.into());
     }
     let nominal = seam.nominal(0.0);
     let w = seam.b_from_w.rotation;
-    let mut taught = nominal.error_to(&model.forward(&free)).rotated(&w.transpose());
+    let mut taught = nominal.error_to(&model.forward_kinematics(&free)).rotated(&w.transpose());
     taught.linear.z += scenario.weld.initial_depth;
     let motor = model
-        .track(&nominal.displaced(&taught.rotated(&w)), &free)
+        .inverse_near(&nominal.displaced(&taught.rotated(&w)), &free)
         .map_err(|_| RunError::Reach { path: 0.0, reason: "the deformed start is out of reach" })?;
     Ok(Start { rest: rest::in_contact(scenario.cell, &motor)?, motor, taught })
 }
 
-/// Runs a scenario to its end. `progress` is called with the simulated time, s, every control period.
+/// Runs a scenario to its end. `progress` is called with the simulated time, s, every control
+/// period.
 ///
 /// # Errors
 /// [`RunError`].
@@ -221,8 +223,8 @@ pub fn run(scenario: &Scenario<'_>, progress: impl FnMut(f64)) -> Result<Recordi
     run_passes(scenario, 1, progress)
 }
 
-/// The same seam so many times one after another, the law kept from one to the next and each with noise of its own; the last run.
-/// `progress` goes on from pass to pass.
+/// The same seam so many times one after another, the law kept from one to the next and each with
+/// noise of its own; the last run. `progress` goes on from pass to pass.
 ///
 /// # Errors
 /// [`RunError`].
@@ -241,8 +243,8 @@ pub fn run_passes(
     run_after(&before, scenario, progress)
 }
 
-/// A run whose law has been through the runs `before`, which differ from it in anything but law and weld. `progress` goes on from
-/// run to run.
+/// A run whose law has been through the runs `before`, which differ from it in anything but law and
+/// weld. `progress` goes on from run to run.
 ///
 /// # Errors
 /// [`RunError`], of whichever run.
@@ -271,7 +273,7 @@ fn run_with(
     mut progress: impl FnMut(f64),
 ) -> Result<Recording, RunError> {
     let clock = Instant::now();
-    let Scenario { cell, belief, weld, program, control, .. } = *scenario;
+    let Scenario { cell, controller_model, weld, program, control, .. } = *scenario;
     let seam = Seam::of(weld);
     let start = start(scenario, &seam)?;
     let period = control.period;
@@ -283,11 +285,11 @@ fn run_with(
     let limits = &control.compensation;
     let mut controller =
         Compensated::new(hybrid.as_mut(), law, limits.lateral, limits.orientation, period);
-    controller.start(belief, &start.motor, &start.rest.torque);
+    controller.start(controller_model, &start.motor, &start.rest.torque);
     let mut instruments =
         Instruments::new(scenario.sensors, &cell.robot.ports, h, period, scenario.seed);
     let mut seam_sensor =
-        scenario.sensors.seam.as_ref().map(|sensor| SeamSight::new(sensor, scenario.seed));
+        scenario.sensors.seam.as_ref().map(|sensor| SeamSensing::new(sensor, scenario.seed));
     let mut faulty = FaultyInstruments::new(scenario.fault, scenario.seed);
     let mut stepper = Stepper::new(scenario.integrator);
 
@@ -314,7 +316,7 @@ fn run_with(
             pose: nominal.displaced(&start.taught.rotated(&seam.b_from_w.rotation)),
             b_from_w: seam.b_from_w.rotation,
             force: target.force,
-            spindle: scenario.planned.spindle,
+            spindle_speed: scenario.planned.spindle,
         };
         let deviation_w =
             nominal.error_to(&at.frames.tcp).rotated(&seam.b_from_w.rotation.transpose());
@@ -332,14 +334,14 @@ fn run_with(
             planned: Wrench { moment: Vector3::zeros(), force: load },
             sightings: &sightings,
         };
-        let command = controller.cycle(belief, &observation);
+        let command = controller.cycle(controller_model, &observation);
         torque = command.torque;
-        rows.push(Row {
+        rows.push(RecordRow {
             time,
             phase: target.phase,
             nominal,
             real: at.frames.tcp,
-            encoder_pose: cell.robot.model.forward(&drives.motor),
+            encoder_pose: cell.robot.model.forward_kinematics(&drives.motor),
             deviation_w,
             tilt: tool_axis(&at.frames.tcp).angle(&tool_axis(&nominal)),
             lateral_by_joint: lateral_by_joint(&seam, &at, &drives),

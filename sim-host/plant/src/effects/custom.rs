@@ -1,19 +1,20 @@
 //! Effects of the user's own: an expression at a named port, stated in a model file.
 //!
-//! A definition becomes a [`Kind`] like those of the library, so that whatever simulates, fits or explains effects
-//! takes it as one of them. Such a kind lives as long as the program; the same definition gives the same one.
+//! A definition becomes a [`EffectKind`] like those of the library, so that whatever simulates,
+//! fits or explains effects takes it as one of them. Such a kind lives as long as the program; the
+//! same definition gives the same one.
 
 use super::expression::{Expression, Mistake, may_be_named};
-use super::{Action, Kind, Parameter, Place, Role};
-use crate::robot::{JointPoint, Port, ProcessPoint, Readings, Sloped, Term};
+use super::{Action, EffectKind, LocationKind, Parameter, Role};
+use crate::robot::{JointState, Port, ProcessPoint, Readings, Term, ValueDerivative};
 use nalgebra::Vector3;
 use std::sync::{Mutex, PoisonError};
 
 /// Most parameters of one effect.
 pub const MOST_PARAMETERS: usize = 16;
 
-/// Rate to either side over which the slope of friction is taken, rad/s: far below any over which friction turns round,
-/// and far above rounding.
+/// Rate to either side over which the slope of friction is taken, rad/s: far below any over which
+/// friction turns round, and far above rounding.
 const RATE_DIFFERENCE: f64 = 1e-6;
 
 /// A variable that expressions at a port may use.
@@ -103,7 +104,7 @@ static JOINT: [Variable; 7] = [
     ),
 ];
 
-fn joint_values(at: &JointPoint) -> [f64; 7] {
+fn joint_values(at: &JointState) -> [f64; 7] {
     [
         at.encoder,
         at.encoder_rate,
@@ -287,18 +288,18 @@ const fn port(
 
 impl NamedPort {
     /// What an effect there is attached to.
-    pub fn place(&self) -> Place {
+    pub fn place(&self) -> LocationKind {
         match self.target {
             Target::SpringTorque
             | Target::Twist
             | Target::MotorFriction
             | Target::LinkTorque
-            | Target::LinkEncoder => Place::Joint,
+            | Target::LinkEncoder => LocationKind::Joint,
             Target::ProcessForce(_)
             | Target::SurfaceHeight
             | Target::ToolShift(_)
             | Target::Tracker(_)
-            | Target::ForceSensor(_) => Place::Cell,
+            | Target::ForceSensor(_) => LocationKind::Cell,
         }
     }
 
@@ -319,7 +320,7 @@ impl NamedPort {
 
 /// What a fit makes of a parameter of the user's own.
 #[derive(Debug, Clone, PartialEq)]
-pub enum OwnRole {
+pub enum CustomRole {
     /// The effect grows from nothing with it; the slope is taken at this value.
     Size(f64),
     /// Shapes the effect; values a fit may start from.
@@ -328,7 +329,7 @@ pub enum OwnRole {
 
 /// A parameter as its author states it; as [`Parameter`], but owned.
 #[derive(Debug, Clone, PartialEq)]
-pub struct OwnParameter {
+pub struct CustomParameter {
     /// Name in the expression.
     pub name: String,
     /// Unit.
@@ -336,7 +337,7 @@ pub struct OwnParameter {
     /// Meaning.
     pub meaning: String,
     /// What a fit makes of it.
-    pub role: OwnRole,
+    pub role: CustomRole,
     /// Smallest plausible value.
     pub low: f64,
     /// Largest plausible value.
@@ -355,7 +356,7 @@ pub struct Definition {
     /// What it looks like in data.
     pub shows: String,
     /// Its parameters.
-    pub parameters: Vec<OwnParameter>,
+    pub parameters: Vec<CustomParameter>,
 }
 
 /// A definition, ready to act.
@@ -366,17 +367,19 @@ pub struct Formula {
     expression: Expression,
 }
 
-static REGISTRY: Mutex<Vec<(&'static Formula, &'static Kind)>> = Mutex::new(Vec::new());
+static REGISTRY: Mutex<Vec<(&'static Formula, &'static EffectKind)>> = Mutex::new(Vec::new());
 
 impl Definition {
     /// The kind of this definition: the same one every time, made and kept for good at the first.
     ///
-    /// `values` are those it is first used with, in the order of its parameters. There, and with each parameter in turn
-    /// at its `low` and `high`, the expression must be finite wherever the port's variables may well be.
+    /// `values` are those it is first used with, in the order of its parameters. There, and with
+    /// each parameter in turn at its `low` and `high`, the expression must be finite wherever the
+    /// port's variables may well be.
     ///
     /// # Errors
-    /// [`Mistake`] in the expression: its text, a parameter it does not use, or a place where it is not finite.
-    pub fn kind(self, values: &[f64]) -> Result<&'static Kind, Mistake> {
+    /// [`Mistake`] in the expression: its text, a parameter it does not use, or a place where it is
+    /// not finite.
+    pub fn kind(self, values: &[f64]) -> Result<&'static EffectKind, Mistake> {
         let variables: Vec<&str> = self.port.variables.iter().map(|v| v.name).collect();
         let names: Vec<&str> = self.parameters.iter().map(|p| p.name.as_str()).collect();
         let expression = Expression::parse(&self.expression, &variables, &names)?;
@@ -388,7 +391,7 @@ impl Definition {
         let formula: &'static Formula =
             Box::leak(Box::new(Formula { definition: self, expression }));
         let own = &formula.definition;
-        let kind: &'static Kind = Box::leak(Box::new(Kind {
+        let kind: &'static EffectKind = Box::leak(Box::new(EffectKind {
             id: &own.id,
             place: own.port.place(),
             equation: Box::leak(
@@ -396,7 +399,12 @@ impl Definition {
             ),
             shows: &own.shows,
             experiment: "an effect of the user's own: whatever moves the variables of its expression",
-            parameters: own.parameters.iter().map(OwnParameter::lasting).collect::<Vec<_>>().leak(),
+            parameters: own
+                .parameters
+                .iter()
+                .map(CustomParameter::lasting)
+                .collect::<Vec<_>>()
+                .leak(),
             action: Action::Expression(formula),
         }));
         registry.push((formula, kind));
@@ -449,7 +457,7 @@ impl Definition {
     }
 }
 
-impl OwnParameter {
+impl CustomParameter {
     /// True where it is a word that an expression at this port can use for a parameter.
     pub fn may_be_named(name: &str, port: &NamedPort) -> bool {
         may_be_named(name) && port.variables.iter().all(|v| v.name != name)
@@ -457,8 +465,8 @@ impl OwnParameter {
 
     fn lasting(&'static self) -> Parameter {
         let role = match &self.role {
-            OwnRole::Size(step) => Role::Size { step: *step, neutral: 0.0 },
-            OwnRole::Shape(starts) => Role::Shape(starts),
+            CustomRole::Size(step) => Role::Size { step: *step, neutral: 0.0 },
+            CustomRole::Shape(starts) => Role::Shape(starts),
         };
         Parameter {
             name: &self.name,
@@ -505,22 +513,22 @@ impl Own {
 }
 
 impl Term for Own {
-    fn twist(&self, at: &JointPoint) -> f64 {
+    fn torsion(&self, at: &JointState) -> f64 {
         if self.target == Target::Twist { self.at(&joint_values(at)) } else { 0.0 }
     }
 
-    fn spring_torque(&self, at: &JointPoint, _: f64) -> f64 {
+    fn spring_torque(&self, at: &JointState, _: f64) -> f64 {
         if self.target == Target::SpringTorque { self.at(&joint_values(at)) } else { 0.0 }
     }
 
-    fn friction(&self, at: &JointPoint) -> Sloped {
+    fn friction(&self, at: &JointState) -> ValueDerivative {
         let off =
-            |by| self.at(&joint_values(&JointPoint { encoder_rate: at.encoder_rate + by, ..*at }));
+            |by| self.at(&joint_values(&JointState { encoder_rate: at.encoder_rate + by, ..*at }));
         let slope = (off(RATE_DIFFERENCE) - off(-RATE_DIFFERENCE)) / (2.0 * RATE_DIFFERENCE);
-        Sloped { value: off(0.0), slope }
+        ValueDerivative { value: off(0.0), slope }
     }
 
-    fn link_torque(&self, at: &JointPoint, counterbalance: f64) -> f64 {
+    fn link_torque(&self, at: &JointState, counterbalance: f64) -> f64 {
         let [a, b, c, d, e, f, g] = joint_values(at);
         self.at(&[a, b, c, d, e, f, g, counterbalance])
     }

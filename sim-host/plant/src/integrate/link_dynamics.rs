@@ -1,16 +1,17 @@
 //! The links alone, driven by a recording of the encoders: (2.1) without its motors.
 //!
-//! Two ways. [`Standing`]: the springs carry what the links ask for at every instant, nothing swings; loads at rest and
-//! slow motion in contact. [`Swinging`]: the links' equation of motion integrated in time; free motion and ringing down.
-//! Both start from, and keep, what the gears remember.
+//! Two ways. [`QuasiStaticLinks`]: the springs carry what the links ask for at every instant,
+//! nothing swings; loads at rest and slow motion in contact. [`DynamicLinks`]: the links' equation
+//! of motion integrated in time; free motion and ringing down. Both start from, and keep, what the
+//! gears remember.
 
 use super::Diverged;
 use crate::robot::{Drives, ElasticRobot, INTERNAL_STATES};
 use nalgebra::SVector;
 use trueweld_core::{Frames, JOINTS, JointVector, Wrench};
 
-/// Fixed-point iterations over the posture; each divides the error by some hundreds, and a load that changes little from call
-/// to call starts near its end.
+/// Fixed-point iterations over the posture; each divides the error by some hundreds, and a load
+/// that changes little from call to call starts near its end.
 const ITERATIONS: usize = 4;
 const NEXT_ITERATIONS: usize = 2;
 
@@ -52,22 +53,23 @@ pub struct Stand {
     pub frames: Frames<f64>,
 }
 
-/// Links that follow the motors and their load without swinging; keeps what the gears remember from call to call.
+/// Links that follow the motors and their load without swinging; keeps what the gears remember from
+/// call to call.
 #[derive(Debug, Clone, Copy)]
-pub struct Standing {
+pub struct QuasiStaticLinks {
     internal: [f64; INTERNAL_STATES],
     twist: Option<JointVector<f64>>,
     motor: JointVector<f64>,
     slack: JointVector<f64>,
 }
 
-impl Default for Standing {
+impl Default for QuasiStaticLinks {
     fn default() -> Self {
         Self::new()
     }
 }
 
-impl Standing {
+impl QuasiStaticLinks {
     /// Gears that remember nothing.
     pub fn new() -> Self {
         Self {
@@ -78,18 +80,19 @@ impl Standing {
         }
     }
 
-    /// The same for loads known to within `slack`, N·m at each joint: a load that small does not take a link from where it was
-    /// left in its gap.
+    /// The same for loads known to within `slack`, N·m at each joint: a load that small does not
+    /// take a link from where it was left in its gap.
     pub fn with_slack(slack: JointVector<f64>) -> Self {
         Self { slack, ..Self::new() }
     }
 
-    /// Where the links stand with the motors at `motors` and a wrench on the tool: τ_s = M(θ) θ̈ + h + g − τ_cb − Jᵀ w, with
-    /// the links' motion taken from the motors'. `wrench_in_t`: at the TCP, in axes of the real tool frame. `time` from
-    /// the start of the log, s.
+    /// Where the links stand with the motors at `motors` and a wrench on the tool: τ_s = M(θ) θ̈ +
+    /// h + g − τ_cb − Jᵀ w, with the links' motion taken from the motors'. `wrench_in_t`: at the
+    /// TCP, in axes of the real tool frame. `time` from the start of the log, s.
     ///
-    /// The load is taken to have come from the one before along a straight line in every joint's twist; at the first load
-    /// gears remember nothing. Angles are NaN where the arm cannot carry the load.
+    /// The load is taken to have come from the one before along a straight line in every joint's
+    /// twist; at the first load gears remember nothing. Angles are NaN where the arm cannot carry
+    /// the load.
     pub fn follow(
         &mut self,
         robot: &ElasticRobot,
@@ -156,7 +159,8 @@ impl Standing {
         (motors.angle - self.motor).amax() > JUMP
     }
 
-    /// Twist θ_E − θ of one joint at which its spring carries `torque`; what the gear remembers there goes to `internal`.
+    /// Twist θ_E − θ of one joint at which its spring carries `torque`; what the gear remembers
+    /// there goes to `internal`.
     fn twist_under(
         &self,
         robot: &ElasticRobot,
@@ -179,8 +183,8 @@ impl Standing {
         };
         let stiffness = robot.model.stiffness()[i];
         let mut twist = root(&mut at, plain, stiffness);
-        // In a gap the spring carries nothing over a range of twists, and the link stays where it was left: at the first load,
-        // by a motion from the zero pose.
+        // In a gap the spring carries nothing over a range of twists, and the link stays where it
+        // was left: at the first load, by a motion from the zero pose.
         let slack = self.slack[i].max(LEAST_SLACK * stiffness);
         if torque.abs() <= slack && robot.play(i) > 0.0 {
             let low = root(&mut |t| at(t) + slack, plain, stiffness);
@@ -203,11 +207,13 @@ impl Standing {
 /// Least slack, as a share of the stiffness, rad.
 const LEAST_SLACK: f64 = 1e-8;
 
-/// Width of what a slack load can move a spring by, in what it moves a plain one by, from which on it is a gap.
+/// Width of what a slack load can move a spring by, in what it moves a plain one by, from which on
+/// it is a gap.
 const GAP: f64 = 6.0;
 
-/// Where a rising function is zero. A few secants first, beginning with `slope`, which suffice for a spring that is straight
-/// there; else Illinois' false position, in a bracket around `guess` that grows until it holds the root. NaN where there is none.
+/// Where a rising function is zero. A few secants first, beginning with `slope`, which suffice for
+/// a spring that is straight there; else Illinois' false position, in a bracket around `guess` that
+/// grows until it holds the root. NaN where there is none.
 fn root(at: &mut impl FnMut(f64) -> f64, guess: f64, slope: f64) -> f64 {
     let (mut before, mut at_before) = (guess, at(guess));
     let mut slope = slope;
@@ -267,17 +273,17 @@ type Rates = (JointVector<f64>, JointVector<f64>, SVector<f64, INTERNAL_STATES>)
 
 /// Links that swing on their springs, no wrench on the tool.
 #[derive(Debug, Clone, Copy)]
-pub struct Swinging {
+pub struct DynamicLinks {
     drives: Drives,
     internal: SVector<f64, INTERNAL_STATES>,
     before: Motors,
     time: f64,
 }
 
-impl Swinging {
+impl DynamicLinks {
     /// Links that at the start neither swing nor fall behind: they follow the motors' motion.
     pub fn start(robot: &ElasticRobot, motors: &Motors, time: f64) -> Self {
-        let mut standing = Standing::new();
+        let mut standing = QuasiStaticLinks::new();
         let stand = standing.follow(robot, motors, &Wrench::zero(), time);
         let drives = Drives {
             link: stand.link,
@@ -304,10 +310,11 @@ impl Swinging {
         self.drives.link_rate += rate;
     }
 
-    /// Advances to `time` at which the encoders are at `motors`; in between these run along the cubic through both ends.
+    /// Advances to `time` at which the encoders are at `motors`; in between these run along the
+    /// cubic through both ends.
     ///
-    /// Runge–Kutta of fourth order in `substeps` for springs, dampers and what gears remember. Inertia and velocity terms,
-    /// which change with the posture, are taken in its middle.
+    /// Runge–Kutta of fourth order in `substeps` for springs, dampers and what gears remember.
+    /// Inertia and velocity terms, which change with the posture, are taken in its middle.
     ///
     /// # Errors
     /// [`Diverged`].
@@ -326,7 +333,7 @@ impl Swinging {
         let middle_rate = self.drives.link_rate + (motors.rate - from.rate) * 0.5;
         let (inertia, bias) =
             robot.model.equation_of_motion(&frames, &middle_rate, &Wrench::zero());
-        let factor = trueweld_core::crba::factor(inertia).ok_or(Diverged { time })?;
+        let factor = trueweld_core::ldlt::Ldlt::new(inertia).ok_or(Diverged { time })?;
         for k in 0..substeps {
             let part = |c: f64| hermite(&from, motors, whole, (k as f64 + c) / substeps as f64);
             let inputs = [part(0.0), part(0.5), part(1.0)];
@@ -374,7 +381,8 @@ impl Swinging {
     }
 }
 
-/// Angle and rate a share of the way between two samples, on the cubic through angles and rates at both ends.
+/// Angle and rate a share of the way between two samples, on the cubic through angles and rates at
+/// both ends.
 fn hermite(from: &Motors, to: &Motors, h: f64, share: f64) -> (JointVector<f64>, JointVector<f64>) {
     let s = share;
     let (s2, s3) = (s * s, s * s * s);

@@ -1,25 +1,26 @@
-//! What every log has of its own, where a model meets logs that it was not fitted to: a tracker registered anew, an encoder
-//! zeroed anew, a payload hung differently. Everything else of the model stays as it is.
+//! What every log has of its own, where a model meets logs that it was not fitted to: a tracker
+//! registered anew, an encoder zeroed anew, a payload hung differently. Everything else of the
+//! model stays as it is.
 
-use crate::calibrate::afresh;
-use crate::fit::{self, Bench, Effort, Point, Residuals};
+use crate::calibrate::per_log;
+use crate::fit::{self, Effort, FitProblem, FitState, Residuals};
 use crate::predict::PredictError;
 use trueweld_plant::effects::Effect;
 
 /// Steps of the fit: such values are of small size, and residuals nearly in proportion to them.
 const STEPS: usize = 4;
 
-/// Fits `own`, with values for each log, beside the bench's known effects and `all`, which stay. Where there is nothing to
-/// fit, the residuals are those of the model as it is.
+/// Fits `own`, with values for each log, beside the bench's known effects and `all`, which stay.
+/// Where there is nothing to fit, the residuals are those of the model as it is.
 ///
 /// # Errors
 /// [`PredictError`] of the first log the model cannot be driven through.
 pub fn fitted(
-    bench: &Bench,
+    bench: &FitProblem,
     own: &[Effect],
     all: Vec<Effect>,
-) -> Result<(Point, Residuals), PredictError> {
-    let mut point = afresh(bench, own);
+) -> Result<(FitState, Residuals), PredictError> {
+    let mut point = per_log(bench, own);
     point.all = all;
     let stale = point.free.len();
     if stale == 0 {

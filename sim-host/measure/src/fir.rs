@@ -1,7 +1,9 @@
-//! Smoothing of evenly sampled series: a low-pass without phase, with first and second derivative, whose noise is known.
+//! Smoothing of evenly sampled series: a low-pass without phase, with first and second derivative,
+//! whose noise is known.
 //!
-//! A windowed sinc (Kaiser's window, 50 dB): flat up to half its cutoff, nothing from one and a half times on. Measured and
-//! predicted series pass the same filter, so that it takes nothing from one that the other keeps.
+//! A windowed sinc (Kaiser's window, 50 dB): flat up to half its cutoff, nothing from one and a
+//! half times on. Measured and predicted series pass the same filter, so that it takes nothing from
+//! one that the other keeps.
 
 use std::f64::consts::PI;
 
@@ -52,7 +54,8 @@ impl LowPass {
                 (kernel(at(k) + step) - 2.0 * kernel(at(k)) + kernel(at(k) - step)) / (step * step)
             })
             .collect();
-        // Exact on constants, ramps and parabolas: a mass's inertia acts in proportion to just what a parabola has.
+        // Exact on constants, ramps and parabolas: a mass's inertia acts in proportion to just what
+        // a parabola has.
         let moment = |taps: &[f64], p: i32| {
             taps.iter().enumerate().map(|(k, w)| w * at(k).powi(p)).sum::<f64>()
         };
@@ -84,13 +87,14 @@ impl LowPass {
         self.half
     }
 
-    /// Variance of the `derivative`th derivative of a smoothed series per variance of its white noise.
+    /// Variance of the `derivative`th derivative of a smoothed series per variance of its white
+    /// noise.
     pub fn gain(&self, derivative: usize) -> f64 {
         self.taps[derivative].iter().map(|w| w * w).sum()
     }
 
-    /// The smoothed series, or its first or second derivative by time, at sample `k`. Beyond its ends the series is taken
-    /// to go on as its mirror image through the last point.
+    /// The smoothed series, or its first or second derivative by time, at sample `k`. Beyond its
+    /// ends the series is taken to go on as its mirror image through the last point.
     pub fn at(
         &self,
         derivative: usize,
@@ -116,8 +120,8 @@ impl LowPass {
             .sum()
     }
 
-    /// The whole smoothed series or its derivative. Beyond its ends the series is taken to go on as its mirror image through
-    /// the end of a straight line fitted to its last samples.
+    /// The whole smoothed series or its derivative. Beyond its ends the series is taken to go on as
+    /// its mirror image through the end of a straight line fitted to its last samples.
     pub fn smooth(&self, derivative: usize, series: &[f64]) -> Vec<f64> {
         let n = series.len();
         let fitted = (self.half / 2).clamp(2, n.div_ceil(2).max(2)).min(n);
@@ -151,7 +155,8 @@ fn line<'a>(values: impl ExactSizeIterator<Item = &'a f64> + Clone) -> (f64, f64
     (mean - middle * slope, slope)
 }
 
-/// Value and rate at the start of a noisy series: by a straight line through as many samples as lie on one.
+/// Value and rate at the start of a noisy series: by a straight line through as many samples as lie
+/// on one.
 pub fn start(period: f64, deviation: f64, series: &[f64]) -> (f64, f64) {
     const LEAST: usize = 8;
     let mut found = (series[0], 0.0);
@@ -173,8 +178,9 @@ pub fn start(period: f64, deviation: f64, series: &[f64]) -> (f64, f64) {
     found
 }
 
-/// A series in a narrow band around zero and around each of the first multiples of an angle that turns with time: what a
-/// spindle makes of a force, with little of its noise. `angle` at every sample, rad; `low`: half the band's width.
+/// A series in a narrow band around zero and around each of the first multiples of an angle that
+/// turns with time: what a spindle makes of a force, with little of its noise. `angle` at every
+/// sample, rad; `low`: half the band's width.
 pub fn comb(low: &LowPass, angle: &[f64], orders: usize, series: &[f64]) -> Vec<f64> {
     let mut sum = low.smooth(0, series);
     let rest: Vec<f64> = series.iter().zip(&sum).map(|(a, b)| a - b).collect();
@@ -190,11 +196,13 @@ pub fn comb(low: &LowPass, angle: &[f64], orders: usize, series: &[f64]) -> Vec<
     sum
 }
 
-/// A noisy series and its rate, each sample in the narrowest band that agrees with all wider ones: a joint that rests or
-/// moves evenly is smoothed over a long time, and where a brake stops it hardly at all. After Lepski: the widest window
-/// whose value lies within `AGREE` deviations of what the narrower windows say.
+/// A noisy series and its rate, each sample in the narrowest band that agrees with all wider ones:
+/// a joint that rests or moves evenly is smoothed over a long time, and where a brake stops it
+/// hardly at all. After Lepski: the widest window whose value lies within `AGREE` deviations of
+/// what the narrower windows say.
 ///
-/// `bands` in Hz, widest first; `deviation` of the white noise. Gives value, rate and the index of the band taken.
+/// `bands` in Hz, widest first; `deviation` of the white noise. Gives value, rate and the index of
+/// the band taken.
 pub fn adaptive(
     bands: &[f64],
     period: f64,
@@ -237,7 +245,8 @@ pub fn adaptive(
     (0..n).map(|k| (smooth[taken[k]][0][k], smooth[taken[k]][1][k], taken[k])).collect()
 }
 
-/// A series at a fractional sample position, by the cubic through its four neighbours; the ends are held.
+/// A series at a fractional sample position, by the cubic through its four neighbours; the ends are
+/// held.
 pub fn interpolate<T>(series: &[T], position: f64) -> T
 where
     T: Copy
