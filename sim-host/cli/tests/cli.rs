@@ -92,7 +92,7 @@ fn a_weld_is_told_as_table_json_and_page() {
     let place = Workspace::new();
     let out =
         place.done(&["weld", "--weld", "short.toml", "--json", "weld.json", "--html", "weld.html"]);
-    assert!(out.starts_with("Location full feed the tool leaves the seam by up to "), "{out}");
+    assert!(out.starts_with("At full feed the tool leaves the seam by up to "), "{out}");
     assert!(out.lines().all(|line| line.chars().count() <= 110), "{out}");
     let value = place.json("weld.json");
     assert_eq!(value["schema"], "weld-result/1");

@@ -164,7 +164,7 @@ fn found_afresh(effect: &Effect, model: &ModelFile, logs: &[Log], point: &FitSta
     };
     let found: Vec<String> = (0..logs.len()).filter_map(of_log).collect();
     format!(
-        "{} has values of its own in every log (scope = \"log\"); they were fitted per_log here, so that this part of the \
+        "{} has values of its own in every log (scope = \"log\"); they were fitted afresh here, so that this part of the \
          score is no test of the model: {}",
         diagnose::name(effect, &model.robot),
         found.join("; ")

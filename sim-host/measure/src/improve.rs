@@ -416,8 +416,7 @@ pub fn model_file(
                 all.iter().map(one).collect::<Vec<_>>().join(", ")
             })
             .collect();
-        let said =
-            "Each log has its own, fitted per_log in every other; below the mean.".to_owned();
+        let said = "Each log has its own, fitted afresh in every other; below the mean.".to_owned();
         add(
             &Effect { values: mean, ..found.effect.clone() },
             Scope::Log,

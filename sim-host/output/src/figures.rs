@@ -286,10 +286,11 @@ mod tests {
             figures.limited_rows = 0;
             figures.lateral_before = 0.0;
         }
-        let both = "Location full feed the tool leaves the seam by up to 5.2 mm without compensation (beyond half the pin, \
+        let both = "At full feed the tool leaves the seam by up to 5.2 mm without compensation (beyond half the pin, \
                     2.5 mm) and by up to 0.2 mm with elastostatic compensation.";
         assert_eq!(headline(&welds.runs()), both);
-        let one = "Location full feed the tool leaves the seam by up to 0.2 mm with elastostatic compensation.";
+        let one =
+            "At full feed the tool leaves the seam by up to 0.2 mm with elastostatic compensation.";
         assert_eq!(headline(&welds.runs()[1..]), one);
         welds.figures[1].lateral_before = 2.6e-3;
         let early =

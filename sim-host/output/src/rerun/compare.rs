@@ -183,7 +183,7 @@ fn legend(shown: &[Shown]) -> String {
     };
     let mut text = format!(
         "\nIn space: grey where the model has the tool, coloured where it was measured: green within twice the noise, {} from ten \
-         times on.{improved} Statistic much too large deviations are drawn:\n\n",
+         times on.{improved} How much too large deviations are drawn:\n\n",
         crate::color::run_in_words(0)
     );
     for shown in shown {

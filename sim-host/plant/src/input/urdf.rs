@@ -667,7 +667,7 @@ impl Arm {
         let _ = writeln!(
             out,
             "# Imported from {}: geometry, masses, inertias, limits and ratings are the URDF's, in its root link's axes.\n\
-             # Base B: the root link's frame. Location zero every link frame is parallel to B. Units are in the names.\n\
+             # Base B: the root link's frame. At zero every link frame is parallel to B. Units are in the names.\n\
              # What a URDF cannot say is marked {FILL_IN} and must be written before the file can be used.\n\
              schema = \"robot/1\"\n\
              name = {name}\n\
