@@ -2,7 +2,7 @@
 //! no say in stays as it was.
 
 use std::collections::BTreeMap;
-use trueweld_measure::log::LogKind;
+use trueweld_measure::data::log::LogKind;
 use trueweld_measure::predict::Prediction;
 use trueweld_plant::effects::{Effect, Location, TABLE};
 use trueweld_tests::campaign::{Logs, Recipe, draw, effect};

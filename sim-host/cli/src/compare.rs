@@ -5,8 +5,8 @@ use crate::results::Results;
 use clap::Args;
 use miette::{IntoDiagnostic, Result};
 use std::sync::atomic::{AtomicUsize, Ordering};
-use trueweld_measure::compare::compare;
 use trueweld_measure::fit::FitProblem;
+use trueweld_measure::residuals::compare::compare;
 use trueweld_output::{Progress, html, json, table};
 
 /// Arguments of `compare`.

@@ -4,9 +4,9 @@ use crate::measured::Measurements;
 use crate::results::Results;
 use clap::Args;
 use miette::{IntoDiagnostic, Result};
-use trueweld_measure::compare::of_logs;
 use trueweld_measure::diagnose::{diagnose, tell};
 use trueweld_measure::fit::FitProblem;
+use trueweld_measure::residuals::compare::of_logs;
 use trueweld_output::{Diagnosed, Progress, html, json, table};
 
 /// Arguments of `diagnose`.

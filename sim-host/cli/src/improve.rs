@@ -5,11 +5,11 @@ use crate::results::{Results, may_be_written};
 use clap::Args;
 use miette::{IntoDiagnostic, Result, miette};
 use std::path::{Path, PathBuf};
-use trueweld_measure::campaign::read_logs;
-use trueweld_measure::compare::of_logs;
+use trueweld_measure::data::campaign::read_logs;
+use trueweld_measure::data::log::Log;
 use trueweld_measure::fit::FitProblem;
 use trueweld_measure::improve::{HeldOut, improve, model_file};
-use trueweld_measure::log::Log;
+use trueweld_measure::residuals::compare::of_logs;
 use trueweld_output::{Improved, Progress, html, json, table};
 use trueweld_plant::input::ModelFile;
 

@@ -4,10 +4,10 @@
 use clap::Args;
 use miette::{IntoDiagnostic, Result, miette};
 use std::path::PathBuf;
-use trueweld_measure::campaign::read_logs;
-use trueweld_measure::compare::{baseline, experiments};
-use trueweld_measure::log::Log;
+use trueweld_measure::data::campaign::read_logs;
+use trueweld_measure::data::log::Log;
 use trueweld_measure::predict::Experiment;
+use trueweld_measure::residuals::compare::{baseline, experiments};
 use trueweld_plant::input::ModelFile;
 
 /// A model and logs.

@@ -3,10 +3,10 @@
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
-use trueweld_measure::campaign::read_logs;
-use trueweld_measure::compare::{baseline, experiments};
+use trueweld_measure::data::campaign::read_logs;
 use trueweld_measure::diagnose::diagnose;
 use trueweld_measure::fit::FitProblem;
+use trueweld_measure::residuals::compare::{baseline, experiments};
 use trueweld_plant::input::ModelFile;
 
 fn benches(criterion: &mut Criterion) {

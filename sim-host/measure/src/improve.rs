@@ -5,16 +5,16 @@
 //! step with everything refitted and those calibrations kept that count; then, where these do not
 //! reach the floor, further ones as long as each counts.
 
-use crate::calibrate::is_calibration;
+use crate::data::log::Log;
 use crate::diagnose::{
     self, Context, Diagnosis, FittedEffect, Progress, Verdict, at_one_joint, further, longest_weld,
     rules, score, sparse,
 };
+use crate::fit::calibration::is_calibration;
+use crate::fit::per_log;
 use crate::fit::{self, EffectScope, Effort, FitProblem, FitState, Fitted, Residuals};
-use crate::localize::localize;
-use crate::log::Log;
-use crate::per_log;
 use crate::predict::{Experiment, PredictError};
+use crate::residuals::localize::localize;
 use trueweld_core::JointVector;
 use trueweld_plant::effects::Effect;
 use trueweld_plant::input::{Comments, EffectComments, ModelEffect, ModelFile, Scope};

@@ -8,13 +8,13 @@ use rand_distr::{Distribution, StandardNormal};
 use std::path::PathBuf;
 use std::sync::Arc;
 use trueweld_core::JointVector;
-use trueweld_measure::campaign::Campaign;
-use trueweld_measure::compare::{Comparison, baseline, compare, experiments};
+use trueweld_measure::data::campaign::Campaign;
+use trueweld_measure::data::log::{Log, LogKind};
+use trueweld_measure::data::noise::{Level, NoiseLevels};
 use trueweld_measure::fit::FitProblem;
-use trueweld_measure::localize::{Finding, Statistic, foremost, localize};
-use trueweld_measure::log::{Log, LogKind};
-use trueweld_measure::noise::{Level, NoiseLevels};
 use trueweld_measure::predict::{Experiment, Model, Motion, Prediction};
+use trueweld_measure::residuals::compare::{Comparison, baseline, compare, experiments};
+use trueweld_measure::residuals::localize::{Finding, Statistic, foremost, localize};
 use trueweld_plant::input::ModelFile;
 
 /// Rows of the synthetic log, and their period, s.

@@ -1,13 +1,13 @@
 //! The curve that shows an effect, on a campaign that this project did not simulate:
 //! `fixtures/campaigns/backlash`, whose README says what is hidden in it.
 
-use trueweld_measure::calibrate::calibrations;
-use trueweld_measure::campaign::Campaign;
-use trueweld_measure::compare::experiments;
+use trueweld_measure::data::campaign::Campaign;
+use trueweld_measure::data::log::Log;
 use trueweld_measure::diagnose::FittedEffect;
-use trueweld_measure::evidence::{EffectCurve, ExplainedCase, evidence, explain};
+use trueweld_measure::diagnose::evidence::{EffectCurve, ExplainedCase, evidence, explain};
+use trueweld_measure::fit::calibration::calibrations;
 use trueweld_measure::fit::{Effort, FitProblem, Fitted, blocks_of, fit};
-use trueweld_measure::log::Log;
+use trueweld_measure::residuals::compare::experiments;
 use trueweld_plant::effects::{Effect, EffectKind, Location, LocationKind, Role, TABLE};
 use trueweld_plant::input::{ModelFile, RobotFile};
 use trueweld_plant::robot::Channel;
@@ -28,7 +28,7 @@ fn ready(of: impl Fn(&str) -> bool, steps: usize) -> Ready {
     let campaign = Campaign::read(folder).unwrap();
     let file = ModelFile::read(&campaign.model).unwrap();
     let logs: Vec<Log> = campaign.logs.into_iter().filter(|log| of(&log.name)).collect();
-    let ready = experiments(&logs, &trueweld_measure::compare::baseline(&file)).unwrap();
+    let ready = experiments(&logs, &trueweld_measure::residuals::compare::baseline(&file)).unwrap();
     let bench = FitProblem::new(&file, ready);
     let point = calibrations(&bench);
     let null = fit(&bench, &point, &blocks_of(&bench), &[], Effort { steps, stale: 0 }).unwrap();

@@ -6,8 +6,8 @@ use proptest::prelude::*;
 use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
-use trueweld_measure::campaign::{Campaign, read_logs};
-use trueweld_measure::log::{Log, LogKind};
+use trueweld_measure::data::campaign::{Campaign, read_logs};
+use trueweld_measure::data::log::{Log, LogKind};
 use trueweld_plant::input::{InputError, RobotFile};
 
 const HEADER: &str =
@@ -526,7 +526,7 @@ fn log_toml_is_checked() {
     refused_toml(&noise("force_n = []"), FREE, "5:11", &["a list of 3"]);
     assert_eq!(
         parse(&log_toml("free-motion", ""), FREE).unwrap().noise,
-        trueweld_measure::log::Noise::default()
+        trueweld_measure::data::log::Noise::default()
     );
 }
 

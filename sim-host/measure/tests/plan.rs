@@ -6,12 +6,12 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use std::path::PathBuf;
 use trueweld_core::spatial::{rotation_from_vector, rotation_vector};
-use trueweld_measure::calibrate::calibrations;
-use trueweld_measure::campaign::Campaign;
+use trueweld_measure::data::campaign::Campaign;
+use trueweld_measure::data::log::{Log, LogKind};
+use trueweld_measure::data::noise::{NoiseLevels, instruments};
+use trueweld_measure::experiment::{Plan, next_experiment};
+use trueweld_measure::fit::calibration::calibrations;
 use trueweld_measure::fit::{self, EffectScope, Effort, FitProblem};
-use trueweld_measure::log::{Log, LogKind};
-use trueweld_measure::noise::{NoiseLevels, instruments};
-use trueweld_measure::plan::{Plan, next_experiment};
 use trueweld_measure::predict::{Experiment, Model, Quantity};
 use trueweld_plant::effects::Effect;
 

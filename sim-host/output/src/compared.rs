@@ -1,8 +1,8 @@
 //! What terminal, page and recording say of a comparison, written once.
 
 use std::path::Path;
-use trueweld_measure::compare::{ChannelComparison, Comparison, FLOOR, LogComparison};
-use trueweld_measure::localize::readable;
+use trueweld_measure::residuals::compare::{ChannelComparison, Comparison, FLOOR, LogComparison};
+use trueweld_measure::residuals::localize::readable;
 
 /// Findings that are told in words.
 pub(crate) const TOLD: usize = 3;

@@ -2,12 +2,12 @@
 
 use crate::compared::{counted, rounded};
 use std::path::Path;
-use trueweld_measure::compare::LogComparison;
 use trueweld_measure::diagnose::{
     Candidate, Confusable, Diagnosis, Explanation, FittedEffect, Limit, Reason, Verdict, name,
 };
 use trueweld_measure::improve::{Improvement, Rejected, Step};
-use trueweld_measure::localize::{Finding, article, foremost};
+use trueweld_measure::residuals::compare::LogComparison;
+use trueweld_measure::residuals::localize::{Finding, article, foremost};
 use trueweld_plant::effects::{EffectKind, Location, Parameter};
 use trueweld_plant::input::{ModelFile, RobotFile};
 

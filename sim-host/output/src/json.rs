@@ -8,8 +8,8 @@ use crate::WeldRun;
 use serde_json::{Value, json};
 use std::path::Path;
 use trueweld_evaluate::{Spread, StepFigures};
-use trueweld_measure::compare::{ChannelComparison, Comparison};
-use trueweld_measure::localize::{Finding, Statistic};
+use trueweld_measure::residuals::compare::{ChannelComparison, Comparison};
+use trueweld_measure::residuals::localize::{Finding, Statistic};
 
 /// Figures of welds, schema `weld-result/1`.
 pub fn weld_json(runs: &[WeldRun]) -> Value {
@@ -111,7 +111,7 @@ fn channel(channel: &ChannelComparison) -> Value {
 /// What a residual goes with: one entry of `worst` in `compare/1`.
 pub fn finding(finding: &Finding) -> Value {
     let curve = &finding.curve;
-    let column = |of: fn(&trueweld_measure::localize::CurvePoint) -> f64| {
+    let column = |of: fn(&trueweld_measure::residuals::localize::CurvePoint) -> f64| {
         curve.points.iter().map(of).collect::<Vec<f64>>()
     };
     json!({

@@ -9,16 +9,16 @@ use trueweld_core::{
     ToolParameters, Twist, Wrench,
 };
 use trueweld_evaluate::{StepFigures, WeldFigures};
-use trueweld_measure::compare::{ChannelComparison, Comparison, LogComparison, Trace};
+use trueweld_measure::data::log::{Log, LogKind};
+use trueweld_measure::diagnose::evidence::EffectCurve;
 use trueweld_measure::diagnose::{
     Candidate, Confusable, Diagnosis, Explanation, FittedEffect, Limit, Reason, Verdict,
 };
-use trueweld_measure::evidence::EffectCurve;
+use trueweld_measure::experiment::Plan;
 use trueweld_measure::fit::{FitState, Fitted, Linear};
 use trueweld_measure::improve::{Improvement, Rejected, Step};
-use trueweld_measure::localize::{Curve, CurvePoint, Finding, Statistic};
-use trueweld_measure::log::{Log, LogKind};
-use trueweld_measure::plan::Plan;
+use trueweld_measure::residuals::compare::{ChannelComparison, Comparison, LogComparison, Trace};
+use trueweld_measure::residuals::localize::{Curve, CurvePoint, Finding, Statistic};
 use trueweld_plant::effects::{Effect, EffectKind, Location};
 use trueweld_plant::input::ModelFile;
 use trueweld_plant::simulate::{Phase, RecordRow, Recording};

@@ -11,8 +11,8 @@ use crate::figures::{
 };
 use std::path::Path;
 use trueweld_evaluate::StepFigures;
-use trueweld_measure::compare::Comparison;
-use trueweld_measure::localize::foremost;
+use trueweld_measure::residuals::compare::Comparison;
+use trueweld_measure::residuals::localize::foremost;
 
 /// Width of the first column.
 const LABEL: usize = 24;

@@ -18,12 +18,12 @@ use crate::campaign::{CampaignError, Logs, OutOfLibrary, Recipe, Strange, draw, 
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 use std::time::Instant;
-use trueweld_measure::campaign::Campaign;
-use trueweld_measure::compare::{baseline, experiments};
+use trueweld_measure::data::campaign::Campaign;
+use trueweld_measure::data::log::Log;
 use trueweld_measure::diagnose::{Diagnosis, diagnose};
 use trueweld_measure::fit::FitProblem;
-use trueweld_measure::log::Log;
 use trueweld_measure::predict::PredictError;
+use trueweld_measure::residuals::compare::{baseline, experiments};
 use trueweld_plant::effects::{Effect, Role, TABLE};
 use trueweld_plant::input::{InputError, ModelFile};
 

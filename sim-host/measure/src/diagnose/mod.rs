@@ -1,6 +1,6 @@
 //! Which physical effect is missing: every effect of the library, at every place, as a hypothesis.
 //!
-//! 1. The logs are fitted with calibrations alone ([`crate::calibrate`]).
+//! 1. The logs are fitted with calibrations alone ([`crate::fit::calibration`]).
 //! 2. Every hypothesis is screened: its slopes at that point, with all calibrations free beside it,
 //!    say by how much the sum of squares would fall, how small an effect would have been seen, and
 //!    which hypotheses these data cannot tell apart.
@@ -9,6 +9,7 @@
 //! 4. What remains above the floor says whether the library explains the data at all.
 
 mod confuse;
+pub mod evidence;
 pub mod rules;
 mod screen;
 mod search;
@@ -22,11 +23,11 @@ pub(crate) use search::further;
 pub(crate) use sparse::sparse;
 pub use tell::{Explanation, Reason, name, tell};
 
-use crate::calibrate::is_calibration;
+use crate::data::log::{Log, LogKind};
+use crate::fit::calibration::is_calibration;
 use crate::fit::{self, EffectScope, FitProblem, FitState, Fitted, Residuals};
-use crate::localize::{Finding, localize};
-use crate::log::{Log, LogKind};
 use crate::predict::PredictError;
+use crate::residuals::localize::{Finding, localize};
 use rules::{above, at_floor, counts, floor, held_out_score, stands_out};
 use screen::screen;
 use search::{calibrated, fit_all, second, uncalibrated};

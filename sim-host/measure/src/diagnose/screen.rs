@@ -2,7 +2,7 @@
 //! their best.
 
 use super::{Limit, rules};
-use crate::calibrate::{is_calibration, nothing, places};
+use crate::fit::calibration::{is_calibration, nothing, places};
 use crate::fit::{self, EffectScope, FitProblem, Fitted, FreeParameter, Slopes, Step};
 use rayon::prelude::*;
 use trueweld_plant::effects::{Effect, EffectKind, Location, Role, TABLE};
@@ -187,7 +187,7 @@ impl Context<'_> {
         };
         let mut point = self.null.point.clone();
         let of = EffectScope::All(point.all.len());
-        point.all.push(nothing(crate::calibrate::kind(offset), at));
+        point.all.push(nothing(crate::fit::calibration::kind(offset), at));
         let free = FreeParameter { of, parameter: 0, expected: f64::INFINITY };
         let slope = &fit::slopes(self.bench, &point, &[free], &self.null.at, 1.0)[0];
         // What is left of the residual with all calibrations at their best.

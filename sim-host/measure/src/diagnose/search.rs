@@ -2,7 +2,7 @@
 
 use super::rules::{self, at_floor, counts, standing_out};
 use super::screen::{Context, Screened, screen};
-use crate::calibrate::{calibrations, is_calibration, of_logs};
+use crate::fit::calibration::{calibrations, is_calibration, of_logs};
 use crate::fit::{self, Effort, FitProblem, FitState, Fitted};
 use crate::predict::{PredictError, Quantity};
 use rayon::prelude::*;

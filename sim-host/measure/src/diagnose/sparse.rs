@@ -1,7 +1,7 @@
 //! Which calibrations count: those that bring more than their values cost.
 
 use super::{effects_of, rules};
-use crate::calibrate::{expected, is_calibration, nothing};
+use crate::fit::calibration::{expected, is_calibration, nothing};
 use crate::fit::{self, EffectScope, Effort, FitProblem, FitState, Fitted};
 use nalgebra::DVector;
 use rayon::prelude::*;

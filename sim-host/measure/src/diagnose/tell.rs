@@ -4,10 +4,10 @@
 //! Apart from the search, since many diagnoses need none of it.
 
 use super::{Candidate, Diagnosis, Progress, Verdict};
-use crate::evidence::{EffectCurve, ExplainedCase, evidence, explain};
+use crate::data::log::Log;
+use crate::diagnose::evidence::{EffectCurve, ExplainedCase, evidence, explain};
+use crate::experiment::{Plan, next_experiment};
 use crate::fit::FitProblem;
-use crate::log::Log;
-use crate::plan::{Plan, next_experiment};
 use rayon::prelude::*;
 use trueweld_plant::effects::Effect;
 use trueweld_plant::input::RobotFile;

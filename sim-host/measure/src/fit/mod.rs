@@ -6,7 +6,9 @@
 //! comes as normal equations of ten blocks in time (every tenth of every log), so that leaving
 //! blocks out costs a small solve and no new simulation.
 
+pub mod calibration;
 mod linear;
+pub mod per_log;
 
 pub(crate) use linear::dot;
 pub use linear::{Linear, Step};

@@ -18,9 +18,9 @@ use super::{
     Compared, Model, PredictError, Quantity, filled, filled_vectors, known, mean_abs, period,
     pose_behind, spindle_angle, wrench_behind,
 };
-use crate::fir::{LowPass, interpolate};
-use crate::log::Log;
-use crate::noise::{Level, NoiseLevels};
+use crate::data::fir::{LowPass, interpolate};
+use crate::data::log::Log;
+use crate::data::noise::{Level, NoiseLevels};
 use nalgebra::{Complex, Matrix3, Matrix3x6, Matrix6, SVector, Vector3};
 use trueweld_core::spatial::{rotation_from_vector, rotation_vector};
 use trueweld_core::{JointVector, Pose, Wrench};

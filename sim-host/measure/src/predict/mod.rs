@@ -18,8 +18,8 @@ mod moving;
 mod play;
 mod standing;
 
-use crate::log::{Log, LogKind};
-use crate::noise::{Level, NoiseLevels};
+use crate::data::log::{Log, LogKind};
+use crate::data::noise::{Level, NoiseLevels};
 use nalgebra::Vector3;
 use std::sync::Arc;
 use trueweld_core::spatial::{rotation_from_vector, rotation_vector};

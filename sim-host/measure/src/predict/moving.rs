@@ -2,9 +2,9 @@
 
 use super::play::{BacklashObserver, Observed};
 use super::{Compared, Model, Motion, PredictError, Quantity, filled, known, period, seen, unread};
-use crate::fir::{LowPass, adaptive, interpolate, start};
-use crate::log::{Log, LogKind};
-use crate::noise::{Level, NoiseLevels};
+use crate::data::fir::{LowPass, adaptive, interpolate, start};
+use crate::data::log::{Log, LogKind};
+use crate::data::noise::{Level, NoiseLevels};
 use nalgebra::{Complex, Matrix3, SMatrix, SVector, Vector3};
 use std::f64::consts::TAU;
 use trueweld_core::spatial::{rotation_from_vector, rotation_vector};

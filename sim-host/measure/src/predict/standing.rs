@@ -6,9 +6,9 @@ use super::{
     Compared, Model, Motion, PredictError, Quantity, filled_vectors, known, mean_abs, period, seen,
     spindle_angle, wrench_behind,
 };
-use crate::fir::{LowPass, comb};
-use crate::log::{Log, Payload};
-use crate::noise::{Level, NoiseLevels};
+use crate::data::fir::{LowPass, comb};
+use crate::data::log::{Log, Payload};
+use crate::data::noise::{Level, NoiseLevels};
 use nalgebra::{Matrix3, Vector3};
 use trueweld_core::spatial::{rotation_from_vector, rotation_vector};
 use trueweld_core::{JOINTS, JointVector, Pose, Robot, Wrench};

@@ -7,8 +7,8 @@ use crate::compared::{self, HEADINGS, cells, headline, setting};
 use crate::plot::{Line, Marked, Plot, reference};
 use maud::{Markup, html};
 use std::path::Path;
-use trueweld_measure::compare::{Comparison, FLOOR, LogComparison, Trace};
-use trueweld_measure::localize::{Finding, foremost, readable, readable_condition};
+use trueweld_measure::residuals::compare::{Comparison, FLOOR, LogComparison, Trace};
+use trueweld_measure::residuals::localize::{Finding, foremost, readable, readable_condition};
 
 /// Findings that are drawn.
 const DRAWN: usize = 6;
@@ -83,7 +83,7 @@ fn finding_figure(finding: &Finding) -> Markup {
     let name = |name: &str, unit: &str| {
         if unit.is_empty() { name.to_owned() } else { format!("{name}, {unit}") }
     };
-    let mark = |(k, p): (usize, &trueweld_measure::localize::CurvePoint)| Marked {
+    let mark = |(k, p): (usize, &trueweld_measure::residuals::localize::CurvePoint)| Marked {
         x: if curve.categories.is_empty() { p.x * x_factor } else { k as f64 },
         y: p.y * y_factor,
         error: p.error * y_factor,

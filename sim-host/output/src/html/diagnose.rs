@@ -10,10 +10,10 @@ use crate::diagnosed::{
 };
 use crate::plot::{Line, Marked, Plot};
 use maud::{Markup, html};
+use trueweld_measure::diagnose::evidence::EffectCurve;
 use trueweld_measure::diagnose::{Reason, Verdict};
-use trueweld_measure::evidence::EffectCurve;
-use trueweld_measure::localize::{foremost, readable, readable_condition};
-use trueweld_measure::plan::Plan;
+use trueweld_measure::experiment::Plan;
+use trueweld_measure::residuals::localize::{foremost, readable, readable_condition};
 use trueweld_plant::input::RobotFile;
 
 /// Columns drawn before and after.
@@ -84,7 +84,7 @@ fn evidence(evidence: &EffectCurve) -> Markup {
     let label = |name: &str, unit: &str| {
         if unit.is_empty() || unit == "1" { name.to_owned() } else { format!("{name}, {unit}") }
     };
-    let marked = |p: &trueweld_measure::localize::CurvePoint| Marked {
+    let marked = |p: &trueweld_measure::residuals::localize::CurvePoint| Marked {
         x: p.x * x_factor,
         y: p.y * y_factor,
         error: p.error * y_factor,

@@ -6,7 +6,7 @@ use super::residuals::before_and_after;
 use crate::diagnosed::{Improved, REMAINS, score};
 use maud::{Markup, html};
 use trueweld_measure::diagnose::Verdict;
-use trueweld_measure::localize::foremost;
+use trueweld_measure::residuals::localize::foremost;
 
 /// Columns drawn before and after.
 const COLUMNS: usize = 5;

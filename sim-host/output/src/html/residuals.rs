@@ -5,8 +5,8 @@ use super::figure;
 use crate::color;
 use crate::plot::{Line, Plot};
 use maud::{Markup, html};
-use trueweld_measure::compare::{LogComparison, Trace};
-use trueweld_measure::localize::{readable, readable_condition};
+use trueweld_measure::residuals::compare::{LogComparison, Trace};
+use trueweld_measure::residuals::localize::{readable, readable_condition};
 
 /// Fall of a column's mean square, as a share, below which it is not drawn.
 const LEAST: f64 = 0.05;

@@ -3,11 +3,11 @@
 use super::finding;
 use crate::diagnosed::{Diagnosed, Improved, REMAINS};
 use serde_json::{Map, Value, json};
-use trueweld_measure::compare::LogComparison;
+use trueweld_measure::diagnose::evidence::EffectCurve;
 use trueweld_measure::diagnose::{Candidate, Diagnosis, FittedEffect, Reason};
-use trueweld_measure::evidence::EffectCurve;
-use trueweld_measure::localize::foremost;
-use trueweld_measure::plan::Plan;
+use trueweld_measure::experiment::Plan;
+use trueweld_measure::residuals::compare::LogComparison;
+use trueweld_measure::residuals::localize::foremost;
 use trueweld_plant::effects::{Effect, EffectKind, Location};
 use trueweld_plant::input::RobotFile;
 
@@ -158,7 +158,7 @@ fn place(kind: &'static EffectKind, at: Location, robot: &RobotFile) -> Value {
 }
 
 fn evidence(e: &EffectCurve) -> Value {
-    let column = |of: fn(&trueweld_measure::localize::CurvePoint) -> f64| {
+    let column = |of: fn(&trueweld_measure::residuals::localize::CurvePoint) -> f64| {
         e.points.iter().map(of).collect::<Vec<f64>>()
     };
     json!({

@@ -12,8 +12,8 @@ use rerun::{
 };
 use std::io::Write;
 use std::path::Path;
-use trueweld_measure::compare::{ChannelComparison, Comparison, LogComparison, Trace};
-use trueweld_measure::localize::{foremost, readable};
+use trueweld_measure::residuals::compare::{ChannelComparison, Comparison, LogComparison, Trace};
+use trueweld_measure::residuals::localize::{foremost, readable};
 
 /// Points of a drawn way.
 const WAY_POINTS: usize = 600;

@@ -16,7 +16,7 @@ use rerun::external::re_sdk_types::blueprint::{archetypes as view, components as
 use rerun::{AsComponents, TimePoint, Timeline};
 use std::io::Write;
 use trueweld_core::JOINTS;
-use trueweld_measure::compare::LogComparison;
+use trueweld_measure::residuals::compare::LogComparison;
 use trueweld_plant::simulate::{Phase, RecordRow};
 
 /// Time shown before a step, s.

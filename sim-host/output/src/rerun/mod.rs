@@ -16,7 +16,7 @@ mod writer;
 use crate::{Diagnosed, Improved, OutputError, StepRun, WeldRun, write_file};
 use rerun::TimeColumn;
 use std::path::Path;
-use trueweld_measure::compare::{Comparison, LogComparison};
+use trueweld_measure::residuals::compare::{Comparison, LogComparison};
 use trueweld_plant::simulate::Recording;
 use writer::{RecordError, Writer};
 

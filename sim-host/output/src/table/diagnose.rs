@@ -6,7 +6,7 @@ use crate::diagnosed::{
     score, values,
 };
 use trueweld_measure::diagnose::{FittedEffect, Verdict};
-use trueweld_measure::localize::foremost;
+use trueweld_measure::residuals::localize::foremost;
 
 /// Width of a column of figures.
 const FIGURE: usize = 16;

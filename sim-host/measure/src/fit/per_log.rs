@@ -2,7 +2,7 @@
 //! registered anew, an encoder zeroed anew, a payload hung differently. Everything else of the
 //! model stays as it is.
 
-use crate::calibrate::per_log;
+use crate::fit::calibration::per_log;
 use crate::fit::{self, Effort, FitProblem, FitState, Residuals};
 use crate::predict::PredictError;
 use trueweld_plant::effects::Effect;

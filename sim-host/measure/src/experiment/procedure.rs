@@ -6,7 +6,7 @@
 
 use super::PlanRow;
 use super::cell::ExperimentCell;
-use crate::log::{Log, LogKind, Noise, Payload, Samples};
+use crate::data::log::{Log, LogKind, Noise, Payload, Samples};
 use nalgebra::Vector3;
 use trueweld_core::spatial::rotation_vector;
 use trueweld_core::{JOINTS, JointVector, Pose, Wrench};

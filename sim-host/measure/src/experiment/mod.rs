@@ -11,9 +11,9 @@ mod procedure;
 mod separation;
 mod words;
 
-use crate::calibrate::is_calibration;
+use crate::data::log::{Log, LogKind};
 use crate::fit::FitProblem;
-use crate::log::{Log, LogKind};
+use crate::fit::calibration::is_calibration;
 use crate::predict::Experiment;
 use cell::ExperimentCell;
 use procedure::{Family, Procedure, procedures};

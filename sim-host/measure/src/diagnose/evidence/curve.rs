@@ -4,10 +4,10 @@ use super::axis::Named;
 use super::probe::Probe;
 use super::view::Shape;
 use super::{Context, EffectCurve};
+use crate::data::log::LogKind;
 use crate::fit::Slopes;
-use crate::localize::CurvePoint;
-use crate::log::LogKind;
 use crate::predict::Quantity;
+use crate::residuals::localize::CurvePoint;
 use std::ops::Range;
 
 /// Points of a curve, and how many of the fitted curve's there are to each.

@@ -1,8 +1,8 @@
 //! What was found, in two plain sentences.
 
+use crate::data::log::LogKind;
 use crate::diagnose::{FittedEffect, parts};
 use crate::fit::{FitProblem, Residuals};
-use crate::log::LogKind;
 use std::collections::BTreeMap;
 use trueweld_plant::effects::{Effect, Location};
 use trueweld_plant::input::RobotFile;

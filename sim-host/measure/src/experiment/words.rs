@@ -5,7 +5,7 @@ use super::cell::{ExperimentCell, whole_steps};
 use super::procedure::{
     Changed, DWELL, Excitation, FALLS, PEAK, Procedure, RESTED, RINGS, STOP_SHARE, WELD_LASTS,
 };
-use crate::log::{Log, LogKind};
+use crate::data::log::{Log, LogKind};
 use nalgebra::Vector3;
 use trueweld_core::JOINTS;
 

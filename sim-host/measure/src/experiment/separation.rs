@@ -9,7 +9,7 @@
 //! Δχ² = DᵀD − DᵀS (SᵀS + P)⁻¹ SᵀD
 //! ```
 
-use crate::calibrate::{calibrations, expected, is_calibration};
+use crate::fit::calibration::{calibrations, expected, is_calibration};
 use crate::fit::{self, EffectScope, FitProblem, FitState, FreeParameter, Residuals, Slopes};
 use crate::predict::Experiment;
 use nalgebra::{DMatrix, DVector};

@@ -3,7 +3,7 @@
 
 use super::table::ResidualTable;
 use super::{Curve, CurvePoint, Finding, Statistic, judge, largest, words};
-use crate::log::{Log, LogKind};
+use crate::data::log::{Log, LogKind};
 use crate::predict::Quantity;
 use realfft::RealFftPlanner;
 

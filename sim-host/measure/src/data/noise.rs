@@ -4,7 +4,7 @@
 //! series can hold, the lower half of its spectrum is noise. Lines (a spindle's) stand out of it
 //! and do not count.
 
-use crate::log::{Log, LogKind};
+use crate::data::log::{Log, LogKind};
 use nalgebra::Vector3;
 use realfft::RealFftPlanner;
 

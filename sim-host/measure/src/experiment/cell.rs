@@ -4,8 +4,8 @@
 //! Postures stay near those of the logs, within the joints' limits, above the floor, clear of the
 //! base and, where something is pressed, of singularities. Left out: what else stands in the cell.
 
-use crate::log::{Log, LogKind};
-use crate::noise::{NoiseLevels, instruments};
+use crate::data::log::{Log, LogKind};
+use crate::data::noise::{NoiseLevels, instruments};
 use nalgebra::Vector3;
 use std::f64::consts::PI;
 use trueweld_core::{JOINTS, JointVector, Pose, Robot, Wrench};

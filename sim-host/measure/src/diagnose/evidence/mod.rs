@@ -24,9 +24,9 @@ mod words;
 
 pub use words::{ExplainedCase, explain};
 
+use crate::data::log::Log;
 use crate::fit::{EffectScope, FitProblem, FitState, Fitted, Residuals, Slopes, residuals};
-use crate::localize::CurvePoint;
-use crate::log::Log;
+use crate::residuals::localize::CurvePoint;
 use curve::BinRow;
 use probe::Probe;
 use trueweld_plant::effects::Effect;

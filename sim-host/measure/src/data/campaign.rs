@@ -3,7 +3,7 @@
 //! A campaign is a folder with `campaign.toml`. All its logs are of one robot; whether they fit the
 //! model is found out later.
 
-use crate::log::{LOG_FILE, Log, name_of};
+use crate::data::log::{LOG_FILE, Log, name_of};
 use std::path::{Path, PathBuf};
 use trueweld_plant::input::{Document, FileKind, InputError, Source, read_text};
 

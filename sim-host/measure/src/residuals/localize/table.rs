@@ -1,9 +1,9 @@
 //! Residuals of one channel in all logs of one kind, row by row.
 
 use super::{Curve, CurvePoint, Finding, Group, Judged, Statistic};
-use crate::compare::column_label;
-use crate::log::{Log, LogKind};
+use crate::data::log::{Log, LogKind};
 use crate::predict::{Experiment, Prediction, Quantity};
+use crate::residuals::compare::column_label;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;

@@ -2,7 +2,7 @@
 
 use super::table::ResidualTable;
 use super::{Bins, joint_name};
-use crate::log::{Log, LogKind};
+use crate::data::log::{Log, LogKind};
 use crate::predict::Prediction;
 use nalgebra::Vector3;
 use trueweld_core::JOINTS;

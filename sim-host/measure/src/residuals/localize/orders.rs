@@ -1,10 +1,10 @@
 //! Residuals that come again several times a turn of a joint: a gear or an encoder that is not
 //! quite round.
 
-use super::conditions::Covariate;
+use super::covariate::Covariate;
 use super::table::ResidualTable;
 use super::{ARRANGEMENTS, Bins, Finding, LEAST, Statistic, Sums, judge, report};
-use crate::log::LogKind;
+use crate::data::log::LogKind;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 

@@ -2,8 +2,8 @@
 //! and damping, where encoders were zeroed and a tracker registered, a sensor's zero. Fitted under
 //! every hypothesis, reported apart.
 
+use crate::data::log::LogKind;
 use crate::fit::{EffectScope, FitProblem, FitState};
-use crate::log::LogKind;
 use crate::predict::Quantity;
 use trueweld_plant::effects::{Effect, EffectKind, Location, Role, TABLE};
 

@@ -8,7 +8,7 @@
 //! remembers, change places, so that a slow residual does not pass for a dependence. Left out: what
 //! the reason is.
 
-mod conditions;
+mod covariate;
 mod orders;
 mod spectrum;
 mod table;
@@ -16,10 +16,10 @@ mod words;
 
 pub use words::{article, readable, readable_condition};
 
-use crate::compare::FLOOR;
-use crate::log::{Log, LogKind};
+use crate::data::log::{Log, LogKind};
 use crate::predict::{Experiment, Prediction};
-use conditions::Covariate;
+use crate::residuals::compare::FLOOR;
+use covariate::Covariate;
 use rayon::prelude::*;
 use table::ResidualTable;
 
@@ -135,7 +135,7 @@ pub fn localize(
     let conditions: Vec<Vec<Covariate>> = logs
         .par_iter()
         .zip(predictions)
-        .map(|(log, prediction)| conditions::of(log, prediction))
+        .map(|(log, prediction)| covariate::of(log, prediction))
         .collect();
     let mut findings: Vec<Finding> = ResidualTable::all(experiments, predictions, logs)
         .par_iter()

@@ -4,13 +4,13 @@
 //! The score √mean((residual/noise)²) is 1.0 where the model is as good as the instruments can
 //! tell. Left out: what is missing in the model, which is for a diagnosis to say.
 
+use crate::data::log::{Log, LogKind};
+use crate::data::noise::instruments;
 use crate::diagnose;
+use crate::fit::per_log;
 use crate::fit::{FitProblem, FitState};
-use crate::localize::{Finding, joint_name, localize};
-use crate::log::{Log, LogKind};
-use crate::noise::instruments;
-use crate::per_log;
 use crate::predict::{Compared, Experiment, Model, PredictError, Prediction, Quantity};
+use crate::residuals::localize::{Finding, joint_name, localize};
 use rayon::prelude::*;
 use std::path::PathBuf;
 use trueweld_plant::effects::{Effect, Parameter};

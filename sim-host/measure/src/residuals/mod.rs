@@ -1,0 +1,4 @@
+//! How far a model is from its logs, channel by channel, and under which conditions it fails.
+
+pub mod compare;
+pub mod localize;
