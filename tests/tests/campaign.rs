@@ -7,7 +7,7 @@ use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 use trueweld_core::{JointVector, Wrench};
-use trueweld_plant::effects::{Location, TABLE};
+use trueweld_plant::effects::{Location, library};
 use trueweld_plant::input::{Process, RobotFile, Weld};
 use trueweld_plant::integrate::rest;
 use trueweld_plant::robot::Channel;
@@ -289,7 +289,7 @@ fn a_late_tracker_shows_what_was() {
 
 #[test]
 fn every_effect_can_be_drawn_and_grows_with_its_size() {
-    for kind in TABLE {
+    for kind in library() {
         for seed in 0..20 {
             let drawn = draw(kind.id, 1.0, &Logs::usual(), seed);
             for (parameter, value) in kind.parameters.iter().zip(&drawn.values) {

@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use trueweld_core::spatial::rotation_from_vector;
 use trueweld_core::{JointVector, Wrench};
 use trueweld_plant::cell::Cell;
-use trueweld_plant::effects::TABLE;
+use trueweld_plant::effects::library;
 use trueweld_plant::input::{ModelFile, Weld};
 use trueweld_plant::integrate::rest;
 use trueweld_plant::process::reaction;
@@ -73,7 +73,7 @@ fn short(name: &'static str) -> Fixtures {
 #[test]
 fn there_is_one_of_each() {
     let tried: Vec<&str> = ONE_OF_EACH.iter().map(|e| e.split(':').next().unwrap_or("")).collect();
-    let table: Vec<&str> = TABLE.iter().map(|k| k.id).collect();
+    let table: Vec<&str> = library().map(|k| k.id).collect();
     assert_eq!(tried, table);
 }
 

@@ -4,7 +4,7 @@
 use nalgebra::Vector3;
 use trueweld_core::{JointVector, Wrench};
 use trueweld_plant::cell::State;
-use trueweld_plant::effects::{Effect, Location, TABLE};
+use trueweld_plant::effects::{Effect, Location, library};
 use trueweld_plant::integrate::rest;
 use trueweld_plant::robot::{
     Channel, Drives, JointState, Port, ProcessPoint, Readings, Term, ValueDerivative,
@@ -266,13 +266,13 @@ fn effects_are_read_or_refused_with_what_was_expected() {
 
 #[test]
 fn every_effect_of_the_table_is_described_and_its_ranges_are_ranges() {
-    for kind in TABLE {
+    for kind in library() {
         assert!(
             !kind.equation.is_empty() && !kind.shows.is_empty() && !kind.parameters.is_empty(),
             "{}",
             kind.id
         );
         assert!(kind.parameters.iter().all(|p| p.low < p.high), "{}", kind.id);
-        assert_eq!(TABLE.iter().filter(|k| k.id == kind.id).count(), 1, "{} stands twice", kind.id);
+        assert_eq!(library().filter(|k| k.id == kind.id).count(), 1, "{} stands twice", kind.id);
     }
 }

@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 use trueweld_measure::data::log::LogKind;
 use trueweld_measure::predict::Prediction;
-use trueweld_plant::effects::{Effect, Location, TABLE};
+use trueweld_plant::effects::{Effect, Location, library};
 use trueweld_tests::campaign::{Logs, Recipe, draw, effect};
 use trueweld_tests::corpus::{Ready, ready};
 
@@ -65,7 +65,7 @@ fn a_prediction_beside_another_is_the_same_as_by_itself() {
     let ready = campaign(None);
     for known in [Vec::new(), vec![play()]] {
         let before = predicted(&ready, &known);
-        for (kind, seed) in TABLE.iter().flat_map(|kind| (1..=4).map(move |seed| (kind, seed))) {
+        for (kind, seed) in library().flat_map(|kind| (1..=4).map(move |seed| (kind, seed))) {
             let added = draw(kind.id, 1.0, &Logs::short(), seed);
             let effects = [known.clone(), vec![added.clone()]].concat();
             let alone = predicted(&ready, &effects);

@@ -8,7 +8,7 @@ use trueweld_measure::diagnose::evidence::{EffectCurve, ExplainedCase, evidence,
 use trueweld_measure::fit::calibration::calibrations;
 use trueweld_measure::fit::{Effort, FitProblem, Fitted, blocks_of, fit};
 use trueweld_measure::residuals::compare::experiments;
-use trueweld_plant::effects::{Effect, EffectKind, Location, LocationKind, Role, TABLE};
+use trueweld_plant::effects::{Effect, EffectKind, Location, LocationKind, Role, library};
 use trueweld_plant::input::{ModelFile, RobotFile};
 use trueweld_plant::robot::Channel;
 
@@ -120,7 +120,7 @@ fn of_some_size(kind: &'static EffectKind) -> Effect {
 #[test]
 fn every_effect_has_its_curve_and_its_sentence() {
     let ready = ready(|name| ["static", "ring-14", "free", "weld-1"].contains(&name), 1);
-    for kind in TABLE {
+    for kind in library() {
         let effect = of_some_size(kind);
         let Some(found) = with(&ready, &effect, 0) else { panic!("{} cannot be driven", kind.id) };
         match evidence(&ready.bench, &ready.logs, &ready.null, &found, &effect) {

@@ -385,7 +385,7 @@ pub(crate) fn limits(diagnosis: &Diagnosis, robot: &RobotFile) -> Vec<Limits> {
         Location::Cell => 0,
     };
     let row = |kind: &EffectKind| {
-        trueweld_plant::effects::TABLE.iter().position(|k| k.id == kind.id).unwrap_or(usize::MAX)
+        trueweld_plant::effects::library().position(|k| k.id == kind.id).unwrap_or(usize::MAX)
     };
     all.sort_by_key(|limit| (row(limit.kind), place(limit.at)));
     let mut lines: Vec<Limits> = Vec::new();

@@ -4,9 +4,9 @@
 use proptest::prelude::*;
 use std::fs;
 use std::path::{Path, PathBuf};
-use trueweld_plant::effects::custom::PORTS;
 use trueweld_plant::effects::expression::Expression;
-use trueweld_plant::effects::{Location, LocationKind, TABLE};
+use trueweld_plant::effects::formula::PORTS;
+use trueweld_plant::effects::{Location, LocationKind, library};
 use trueweld_plant::input::*;
 
 fn fixture(path: &str) -> PathBuf {
@@ -79,7 +79,7 @@ fn values_of_one_log_may_be_left_to_the_fit() {
 /// One effect of each kind of the library, with every value at its upper end, and the user's own.
 fn one_of_each() -> String {
     let mut text = head() + "process = \"../processes/lap-weld-2024-t3.toml\"\n";
-    for (i, kind) in TABLE.iter().enumerate() {
+    for (i, kind) in library().enumerate() {
         text += &format!("[[effect]]\nid = \"{}\"\n", kind.id);
         match kind.place {
             LocationKind::Joint => text += &format!("at = \"A{}\"\n", i % 6 + 1),
@@ -102,7 +102,7 @@ fn one_of_each() -> String {
 #[test]
 fn what_is_written_is_read_back() {
     let model = parse(&one_of_each()).unwrap();
-    assert_eq!(model.effects.len(), TABLE.len() + 1);
+    assert_eq!(model.effects.len(), library().count() + 1);
     let folder = tempfile::tempdir().unwrap();
     let below = folder.path().join("results/of today");
     fs::create_dir_all(&below).unwrap();

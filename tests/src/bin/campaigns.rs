@@ -3,7 +3,7 @@
 use clap::Parser;
 use std::path::PathBuf;
 use std::process::ExitCode;
-use trueweld_plant::effects::{Effect, TABLE};
+use trueweld_plant::effects::{Effect, library};
 use trueweld_plant::input::RobotFile;
 use trueweld_tests::campaign::{OutOfLibrary, Recipe, Strange, draw, write};
 use trueweld_tests::fixture;
@@ -54,7 +54,7 @@ fn go(arguments: &Arguments) -> Result<(), Box<dyn std::error::Error>> {
     recipe.noise_stated = !arguments.unstated;
     let robot = RobotFile::read(fixture("robots/kr500-mt.toml"))?;
     for (seed, text) in (arguments.seed..).zip(&arguments.effect) {
-        let alone = TABLE.iter().any(|k| k.id == text);
+        let alone = library().any(|k| k.id == text);
         let effect = if alone {
             draw(text, arguments.size, &recipe.logs, seed)
         } else {

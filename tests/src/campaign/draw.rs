@@ -5,7 +5,7 @@ use super::Logs;
 use super::random::{DRAW, Random};
 use crate::KR500;
 use std::f64::consts::PI;
-use trueweld_plant::effects::{Effect, Location, TABLE};
+use trueweld_plant::effects::{Effect, EffectKind, Location, library};
 use trueweld_plant::robot::Channel;
 
 /// An effect of the library at a place.
@@ -13,7 +13,7 @@ use trueweld_plant::robot::Channel;
 /// # Panics
 /// Where the library has no such effect, or it has another number of parameters.
 pub fn effect(id: &str, at: Location, values: &[f64]) -> Effect {
-    let kind = *TABLE.iter().find(|k| k.id == id).expect("an effect of the library");
+    let kind = EffectKind::of(id).expect("an effect of the library");
     assert_eq!(kind.parameters.len(), values.len(), "{id} has other parameters");
     Effect { kind, at, values: values.to_vec() }
 }
@@ -27,7 +27,7 @@ pub fn effect(id: &str, at: Location, values: &[f64]) -> Effect {
 pub fn draw(id: &str, size: f64, logs: &Logs, seed: u64) -> Effect {
     // Each effect has a stream of its own, so that one seed does not put all of them at the same
     // joint.
-    let index = TABLE.iter().position(|k| k.id == id).expect("an effect of the library");
+    let index = library().position(|k| k.id == id).expect("an effect of the library");
     let mut random = Random::new(seed, DRAW + index as u64);
     let r = &mut random;
     let joint = r.whole(0, 5);

@@ -24,7 +24,7 @@ use trueweld_measure::diagnose::{Diagnosis, diagnose};
 use trueweld_measure::fit::FitProblem;
 use trueweld_measure::predict::PredictError;
 use trueweld_measure::residuals::compare::{baseline, experiments};
-use trueweld_plant::effects::{Effect, Role, TABLE};
+use trueweld_plant::effects::{Effect, EffectKind, Role, library};
 use trueweld_plant::input::{InputError, ModelFile};
 
 /// What is hidden in a case.
@@ -71,12 +71,13 @@ const ROUND: [char; 10] = ['1', '0', '1', 'u', '1', '2', '1', '0', '1', 'u'];
 pub fn cases(seed: u64, count: usize, logs: &Logs) -> Vec<CorpusCase> {
     let mut deck = Random::new(seed, CASE);
     let (mut effects, mut strangers) = (Vec::new(), Vec::new());
+    let kinds: Vec<&EffectKind> = library().collect();
     (0..count)
         .map(|index| {
             // Campaigns whose seeds are neighbours share nothing: every stream of a seed is its
             // own.
             let case_seed = seed.wrapping_mul(1_000_003).wrapping_add(index as u64);
-            let mut next = || dealt(&mut effects, TABLE, &mut deck).id;
+            let mut next = || dealt(&mut effects, &kinds, &mut deck).id;
             let (hidden, what) = match ROUND[index % ROUND.len()] {
                 '0' => (Hidden::None, "none".to_owned()),
                 '1' => {

@@ -5,7 +5,7 @@ use super::{Limit, rules};
 use crate::fit::calibration::{is_calibration, nothing, places};
 use crate::fit::{self, EffectScope, FitProblem, Fitted, FreeParameter, Slopes, Step};
 use rayon::prelude::*;
-use trueweld_plant::effects::{Effect, EffectKind, Location, Role, TABLE};
+use trueweld_plant::effects::{Effect, EffectKind, Location, Role, library};
 
 /// A hypothesis, and what screening says of it.
 #[derive(Debug, Clone)]
@@ -264,12 +264,11 @@ const SCANNED: usize = 3000;
 const HIGHEST_ORDER: f64 = 300.0;
 /// Screens every effect that is no calibration, at every place, and the user's own. Best first.
 pub(crate) fn screen(ground: &Context<'_>) -> Vec<Screened> {
-    let library = TABLE
-        .iter()
+    let of_library = library()
         .filter(|k| !is_calibration(k))
-        .flat_map(|k| places(k).into_iter().map(move |at| (*k, at)));
+        .flat_map(|k| places(k).into_iter().map(move |at| (k, at)));
     let own = ground.bench.own.iter().map(|effect| (effect.kind, effect.at));
-    let all: Vec<(&'static EffectKind, Location)> = library.chain(own).collect();
+    let all: Vec<(&'static EffectKind, Location)> = of_library.chain(own).collect();
     let mut screened: Vec<Screened> =
         all.par_iter().filter_map(|(kind, at)| ground.screen(kind, *at)).collect();
     screened.sort_by(|a, b| b.gain.total_cmp(&a.gain));

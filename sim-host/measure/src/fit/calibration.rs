@@ -5,7 +5,7 @@
 use crate::data::log::LogKind;
 use crate::fit::{EffectScope, FitProblem, FitState};
 use crate::predict::Quantity;
-use trueweld_plant::effects::{Effect, EffectKind, Location, Role, TABLE};
+use trueweld_plant::effects::{Effect, EffectKind, Location, Role};
 
 /// One kind of calibration.
 struct Calibration {
@@ -46,7 +46,7 @@ pub fn expected(id: &str) -> Vec<f64> {
 /// # Panics
 /// Where there is none.
 pub(crate) fn kind(id: &str) -> &'static EffectKind {
-    TABLE.iter().find(|k| k.id == id).unwrap_or_else(|| panic!("no effect {id}"))
+    EffectKind::of(id).unwrap_or_else(|| panic!("no effect {id}"))
 }
 
 /// An effect that does nothing yet.

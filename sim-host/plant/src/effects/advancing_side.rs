@@ -2,7 +2,8 @@
 //!
 //! F_l gains a F_d sgn(ω), and carries its ripple.
 
-use super::{Action, EffectKind, LocationKind, Parameter, Role};
+use super::kind::{Action, EffectKind, Parameter, Role};
+use super::location::LocationKind;
 use crate::robot::{Port, ProcessPoint, Term};
 
 pub(super) static KIND: EffectKind = EffectKind {

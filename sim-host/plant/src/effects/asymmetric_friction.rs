@@ -2,7 +2,8 @@
 //!
 //! τ_f gains a tanh(θ̇_E/smoothing), where θ̇_E > 0 only.
 
-use super::{Action, EffectKind, LocationKind, Parameter, Role};
+use super::kind::{Action, EffectKind, Parameter, Role};
+use super::location::LocationKind;
 use crate::robot::{JointState, Port, Term, ValueDerivative};
 
 pub(super) static KIND: EffectKind = EffectKind {

@@ -3,7 +3,8 @@
 //! The elastic part of τ_s acts on dz(δ): δ − b above b, δ + b below −b, 0 between. The damper
 //! keeps acting inside the gap.
 
-use super::{Action, EffectKind, LocationKind, Parameter, Role};
+use super::kind::{Action, EffectKind, Parameter, Role};
+use super::location::LocationKind;
 use crate::robot::{Port, Term};
 
 pub(super) static KIND: EffectKind = EffectKind {

@@ -2,7 +2,8 @@
 //!
 //! B tilts about its x and y at the foot by c times the moment there, gravity's included.
 
-use super::{Action, EffectKind, LocationKind, Parameter, Role};
+use super::kind::{Action, EffectKind, Parameter, Role};
+use super::location::LocationKind;
 use crate::robot::{Port, Term};
 use nalgebra::Vector3;
 

@@ -3,7 +3,8 @@
 //! The link tilts about its frame's origin, about the two axes across the joint's, by c times the
 //! moment there, gravity's included.
 
-use super::{Action, EffectKind, LocationKind, Parameter, Role};
+use super::kind::{Action, EffectKind, Parameter, Role};
+use super::location::LocationKind;
 use crate::robot::{Port, Term};
 use nalgebra::Vector3;
 

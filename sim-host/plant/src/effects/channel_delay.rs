@@ -2,7 +2,8 @@
 //!
 //! The channel lags the encoders.
 
-use super::{Action, EffectKind, LocationKind, Parameter, Role};
+use super::kind::{Action, EffectKind, Parameter, Role};
+use super::location::LocationKind;
 use crate::robot::{Channel, Term};
 
 pub(super) static KIND: EffectKind = EffectKind {

@@ -2,7 +2,8 @@
 //!
 //! τ_cb × (1 − λ).
 
-use super::{Action, EffectKind, LocationKind, Parameter, Role};
+use super::kind::{Action, EffectKind, Parameter, Role};
+use super::location::LocationKind;
 use crate::robot::{JointState, Port, Term};
 
 pub(super) static KIND: EffectKind = EffectKind {

@@ -2,7 +2,8 @@
 //!
 //! D → D (1 + e).
 
-use super::{Action, EffectKind, LocationKind, Parameter, Role};
+use super::kind::{Action, EffectKind, Parameter, Role};
+use super::location::LocationKind;
 
 pub(super) static KIND: EffectKind = EffectKind {
     id: "damping-error",

@@ -2,7 +2,8 @@
 //!
 //! Real angle = angle computed from the encoder + o.
 
-use super::{Action, EffectKind, LocationKind, Parameter, Role};
+use super::kind::{Action, EffectKind, Parameter, Role};
+use super::location::LocationKind;
 use crate::robot::{Port, Term};
 
 pub(super) static KIND: EffectKind = EffectKind {

@@ -2,7 +2,8 @@
 //!
 //! F_f = c_x v_x e (|v_x| / 0.010)^(p − 1); the transversal force follows F_f.
 
-use super::{Action, EffectKind, LocationKind, Parameter, Role};
+use super::kind::{Action, EffectKind, Parameter, Role};
+use super::location::LocationKind;
 use crate::robot::{Port, ProcessPoint, Term};
 
 pub(super) static KIND: EffectKind = EffectKind {

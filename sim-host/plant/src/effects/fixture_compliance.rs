@@ -4,7 +4,8 @@
 //! k_z/k) + (b_z/k) Ḟ = k_z d_n + b_z ḋ_n; the term in Ḟ, the surface's own velocity, is left out. The
 //! force at rest is exact; a change of it comes earlier by the time b_z/(k + k_z) than it should.
 
-use super::{Action, EffectKind, LocationKind, Parameter, Role};
+use super::kind::{Action, EffectKind, Parameter, Role};
+use super::location::LocationKind;
 use crate::robot::{Port, Term};
 
 pub(super) static KIND: EffectKind = EffectKind {

@@ -2,7 +2,8 @@
 //!
 //! Measured lateral forces gain c_x F_z, c_y F_z, in T.
 
-use super::{Action, EffectKind, LocationKind, Parameter, Role};
+use super::kind::{Action, EffectKind, Parameter, Role};
+use super::location::LocationKind;
 use crate::robot::{Port, Readings, Term};
 
 pub(super) static KIND: EffectKind = EffectKind {

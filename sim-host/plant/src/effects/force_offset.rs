@@ -2,7 +2,8 @@
 //!
 //! The measured force gains a constant, in T.
 
-use super::{Action, EffectKind, LocationKind, Parameter, Role};
+use super::kind::{Action, EffectKind, Parameter, Role};
+use super::location::LocationKind;
 use crate::robot::{Port, Readings, Term};
 use nalgebra::Vector3;
 

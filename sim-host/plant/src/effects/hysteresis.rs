@@ -3,7 +3,8 @@
 //! τ_s gains T z, dz/dδ = (1 − z sgn δ̇)/δh, a Dahl loop; z is a state of the plant and starts at
 //! 0.
 
-use super::{Action, EffectKind, LocationKind, Parameter, Role};
+use super::kind::{Action, EffectKind, Parameter, Role};
+use super::location::LocationKind;
 use crate::robot::{JointState, Port, Term};
 
 pub(super) static KIND: EffectKind = EffectKind {

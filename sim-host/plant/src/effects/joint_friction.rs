@@ -2,7 +2,8 @@
 //!
 //! τ_f gains c tanh(θ̇_E / smoothing) + v θ̇_E, with the robot's own smoothing rate.
 
-use super::{Action, EffectKind, LocationKind, Parameter, Role};
+use super::kind::{Action, EffectKind, Parameter, Role};
+use super::location::LocationKind;
 use crate::robot::{JointState, Port, Term, ValueDerivative};
 
 pub(super) static KIND: EffectKind = EffectKind {

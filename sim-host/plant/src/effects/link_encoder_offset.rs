@@ -2,7 +2,8 @@
 //!
 //! The second encoder reads o more.
 
-use super::{Action, EffectKind, LocationKind, Parameter, Role};
+use super::kind::{Action, EffectKind, Parameter, Role};
+use super::location::LocationKind;
 use crate::robot::{Port, Readings, Term};
 
 pub(super) static KIND: EffectKind = EffectKind {

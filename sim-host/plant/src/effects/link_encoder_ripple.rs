@@ -2,7 +2,8 @@
 //!
 //! The second encoder reads A sin(n θ + φ) more; no torque goes with it.
 
-use super::{Action, EffectKind, LocationKind, Parameter, Role};
+use super::kind::{Action, EffectKind, Parameter, Role};
+use super::location::LocationKind;
 use crate::robot::{Port, Readings, Term};
 
 pub(super) static KIND: EffectKind = EffectKind {

@@ -2,7 +2,8 @@
 //!
 //! All process forces × (1 + a) beyond path position x0.
 
-use super::{Action, EffectKind, LocationKind, Parameter, Role};
+use super::kind::{Action, EffectKind, Parameter, Role};
+use super::location::LocationKind;
 use crate::robot::{Port, ProcessPoint, Term};
 use nalgebra::Vector3;
 

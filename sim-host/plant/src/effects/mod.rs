@@ -1,9 +1,11 @@
 //! The physical effects a cell may have beyond the baseline: one file each, and the table of them.
 //!
-//! An effect is a term at one named port of the plant ([`Port`]), or another number of the robot or
-//! the process. Its file holds the equation, the parameters with units and plausible ranges, what
-//! it looks like in data, and the term; adding one touches that file and one line of [`TABLE`].
-//! What a model file defines itself is in [`own`].
+//! An effect is a [`Term`](crate::robot::Term) at one named port of the plant
+//! ([`Port`](crate::robot::Port)), or another number of the robot or the process. Its file holds
+//! all that is known of it: equation, parameters with units and plausible ranges, what it looks
+//! like in data, and the term. To add one, write its file, and its line in the
+//! table below; a crate of one's own hands its effects to [`install`]. What a model file defines
+//! itself is in [`custom`].
 
 mod advancing_side;
 mod asymmetric_friction;
@@ -21,10 +23,13 @@ mod feed_power_law;
 mod fixture_compliance;
 mod force_crosstalk;
 mod force_offset;
+pub mod formula;
 mod hysteresis;
 mod joint_friction;
+mod kind;
 mod link_encoder_offset;
 mod link_encoder_ripple;
+mod location;
 mod material_step;
 mod nonlinear_stiffness;
 mod payload_error;
@@ -39,12 +44,14 @@ mod tracker_registration;
 mod transmission_error;
 mod wrist_coupling;
 
-use crate::input::{Process, RobotFile};
-use crate::robot::{Channel, Port, Ports, Term, TooManyStates};
-use trueweld_core::{ModelError, Robot, RobotParameters};
+pub use kind::{Action, Effect, EffectError, EffectKind, Parameter, Role};
+pub use location::{Location, LocationKind};
 
-/// Every effect of the library.
-pub static TABLE: &[&EffectKind] = &[
+use crate::input::RobotFile;
+use std::sync::OnceLock;
+
+/// The effects of this crate: one line each.
+static TABLE: &[&EffectKind] = &[
     &stiffness_error::KIND,
     &damping_error::KIND,
     &nonlinear_stiffness::KIND,
@@ -78,250 +85,43 @@ pub static TABLE: &[&EffectKind] = &[
     &material_step::KIND,
 ];
 
-/// What an effect may be attached to.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum LocationKind {
-    /// One joint, by its name in the robot file.
-    Joint,
-    /// One instrument: `tracker`, `wrench`, `torque` or `link-encoder`.
-    Channel,
-    /// The cell as a whole: `at` is empty.
-    Cell,
+/// Effects from outside this crate.
+static INSTALLED: OnceLock<Vec<&'static EffectKind>> = OnceLock::new();
+
+/// Effects that cannot join the library.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum InstallError {
+    /// Two effects of one identifier.
+    #[error("two effects have the identifier `{0}`")]
+    SameId(&'static str),
+    /// The library is fixed once something was installed.
+    #[error("effects were installed before: a program installs all of its own at once")]
+    Again,
 }
 
-/// Where one effect is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Location {
-    /// Joint index, 0 = A1.
-    Joint(usize),
-    /// An instrument.
-    Channel(Channel),
-    /// The cell as a whole.
-    Cell,
-}
-
-/// How an effect acts, given the values of its parameters.
-#[derive(Debug, Clone, Copy)]
-pub enum Action {
-    /// A term at a port, for the joint it is at (0 for an effect of the whole cell).
-    Term {
-        /// The port.
-        port: fn(joint: usize) -> Port,
-        /// The term.
-        build: fn(values: &[f64], joint: usize) -> Box<dyn Term>,
-    },
-    /// A term at the time base, for the instrument it is at.
-    Channel(fn(values: &[f64], channel: Channel) -> Box<dyn Term>),
-    /// Other numbers of the robot.
-    Robot(fn(robot: &mut RobotParameters<f64>, joint: usize, values: &[f64])),
-    /// Other numbers of the process.
-    Process(fn(process: &mut Process, values: &[f64])),
-    /// A term at the port that the formula names: an effect of the user's own.
-    Expression(&'static custom::Formula),
-}
-
-/// Names of the instruments on the command line and in files.
-const CHANNELS: [(&str, Channel); 4] = [
-    ("tracker", Channel::Tracker),
-    ("wrench", Channel::Wrench),
-    ("torque", Channel::MotorTorque),
-    ("link-encoder", Channel::LinkEncoder),
-];
-
-/// What a fit makes of a parameter: whether the effect grows with it from nothing, or takes its
-/// shape from it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Role {
-    /// The effect is in proportion to the parameter's distance from `neutral`, nearly, where that
-    /// is small.
-    Size {
-        /// A small value, at which the slope is taken.
-        step: f64,
-        /// The value at which there is no effect.
-        neutral: f64,
-    },
-    /// The effect is in proportion to 1/value, nearly, where that is small.
-    Reciprocal {
-        /// A small 1/value, at which the slope is taken.
-        step: f64,
-    },
-    /// Shapes the effect; values a fit may start from.
-    Shape(&'static [f64]),
-    /// Periods per turn of the joint it is at.
-    Order,
-    /// Periods per turn of the spindle.
-    SpindleOrder,
-    /// Wavelength along the weld, m.
-    Wavelength,
-    /// Where along the weld, m.
-    PathPosition,
-    /// Phase of a sine whose amplitude is the parameter of role `Size`, rad.
-    Phase,
-}
-
-/// One parameter of an effect.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Parameter {
-    /// Name, with its unit as the last part.
-    pub name: &'static str,
-    /// Unit.
-    pub unit: &'static str,
-    /// Meaning.
-    pub meaning: &'static str,
-    /// What a fit makes of it.
-    pub role: Role,
-    /// Smallest plausible value.
-    pub low: f64,
-    /// Largest plausible value.
-    pub high: f64,
-}
-
-/// One physical effect of the library.
-#[derive(Debug)]
-pub struct EffectKind {
-    /// Identifier, as in files and on the command line.
-    pub id: &'static str,
-    /// What it may be attached to.
-    pub place: LocationKind,
-    /// Its equation.
-    pub equation: &'static str,
-    /// What it looks like in data.
-    pub shows: &'static str,
-    /// Which experiment shows it best.
-    pub experiment: &'static str,
-    /// Its parameters.
-    pub parameters: &'static [Parameter],
-    /// How it acts.
-    pub action: Action,
-}
-
-/// One effect of a cell: a kind, where it is, and the values of its parameters.
-#[derive(Debug, Clone)]
-pub struct Effect {
-    /// Which effect.
-    pub kind: &'static EffectKind,
-    /// Where it is.
-    pub at: Location,
-    /// Values, in the order of the kind's parameters, SI units.
-    pub values: Vec<f64>,
-}
-
-/// An effect that cannot be understood or installed.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum EffectError {
-    /// Not `ID:AT:NAME=VALUE,…`.
-    #[error(
-        "`{read}` is not an effect: expected ID:AT:NAME=VALUE,… such as backlash:A5:half_gap_rad=2e-4"
-    )]
-    Form {
-        /// What was read.
-        read: String,
-    },
-    /// No such effect.
-    #[error("no effect `{read}` in the library: expected one of {known}")]
-    Unknown {
-        /// What was read.
-        read: String,
-        /// The library's identifiers.
-        known: String,
-    },
-    /// Attached to something that is not there.
-    #[error("{id} cannot be at `{read}`: expected {expected}")]
-    LocationKind {
-        /// The effect.
-        id: &'static str,
-        /// What was read.
-        read: String,
-        /// What would do.
-        expected: String,
-    },
-    /// A parameter is missing, unknown, given twice, not a number, or far out of its range.
-    #[error("{id}: {what}; its parameters are {expected}")]
-    Parameter {
-        /// The effect.
-        id: &'static str,
-        /// What is wrong.
-        what: String,
-        /// The parameters with units and ranges.
-        expected: String,
-    },
-    /// More effects with an internal state than there is room for.
-    #[error(transparent)]
-    TooManyStates(#[from] TooManyStates),
-    /// The robot with the effect is no robot.
-    #[error("{id} with these values leaves no possible robot ({reason:?})")]
-    Model {
-        /// The effect.
-        id: &'static str,
-        /// Why.
-        reason: ModelError,
-    },
-}
-
-impl Parameter {
-    /// A value to start a fit from: that at which there is no effect, where there is one.
-    pub fn start(&self) -> f64 {
-        match self.role {
-            Role::Size { neutral, .. } => neutral,
-            Role::Reciprocal { step } => 1.0 / step,
-            Role::Shape(starts) => starts.first().copied().unwrap_or(self.low),
-            Role::Order | Role::SpindleOrder => self.low.max(1.0),
-            Role::Wavelength | Role::PathPosition => 0.5 * (self.low + self.high),
-            Role::Phase => 0.0,
+/// Adds a program's own effects to the library, once and before the library is used: model files,
+/// command lines, diagnosis and plans then know them beside this crate's.
+///
+/// # Errors
+/// [`InstallError`].
+pub fn install(kinds: Vec<&'static EffectKind>) -> Result<(), InstallError> {
+    for (i, kind) in kinds.iter().enumerate() {
+        if TABLE.iter().chain(&kinds[..i]).any(|known| known.id == kind.id) {
+            return Err(InstallError::SameId(kind.id));
         }
     }
+    INSTALLED.set(kinds).map_err(|_| InstallError::Again)
+}
+
+/// Every effect that there is, this crate's first.
+pub fn library() -> impl Iterator<Item = &'static EffectKind> + Clone {
+    TABLE.iter().chain(INSTALLED.get().into_iter().flatten()).copied()
 }
 
 impl EffectKind {
     /// The effect of the library with this identifier.
     pub fn of(id: &str) -> Option<&'static Self> {
-        TABLE.iter().find(|k| k.id == id).copied()
-    }
-
-    /// What such an effect is attached to, from how files and command lines write it; nothing is
-    /// for the whole cell.
-    ///
-    /// # Errors
-    /// [`EffectError::LocationKind`].
-    pub fn at(&self, written: &str, robot: &RobotFile) -> Result<Location, EffectError> {
-        let wrong = |expected| EffectError::LocationKind {
-            id: self.id,
-            read: written.to_owned(),
-            expected,
-        };
-        match self.place {
-            LocationKind::Joint => {
-                let found = robot.joint_names.iter().position(|n| n == written);
-                let joints =
-                    || wrong(format!("one of the joints {}", robot.joint_names.join(", ")));
-                found.map(Location::Joint).ok_or_else(joints)
-            }
-            LocationKind::Channel => {
-                let found = CHANNELS.iter().find(|(name, _)| *name == written);
-                let names = || {
-                    wrong(format!(
-                        "one of the channels {}",
-                        CHANNELS.map(|(name, _)| name).join(", ")
-                    ))
-                };
-                found.map(|(_, channel)| Location::Channel(*channel)).ok_or_else(names)
-            }
-            LocationKind::Cell if written.is_empty() => Ok(Location::Cell),
-            LocationKind::Cell => {
-                Err(wrong("nothing: it is an effect of the whole cell".to_owned()))
-            }
-        }
-    }
-
-    fn parameters_in_words(&self) -> String {
-        let one = |p: &Parameter| {
-            format!("{} ({}, plausible {:e} to {:e})", p.name, p.unit, p.low, p.high)
-        };
-        self.parameters.iter().map(one).collect::<Vec<_>>().join(", ")
-    }
-
-    fn wrong(&self, what: String) -> EffectError {
-        EffectError::Parameter { id: self.id, what, expected: self.parameters_in_words() }
+        library().find(|k| k.id == id)
     }
 }
 
@@ -340,7 +140,7 @@ impl Effect {
         };
         let kind = EffectKind::of(id).ok_or_else(|| EffectError::Unknown {
             read: id.to_owned(),
-            known: TABLE.iter().map(|k| k.id).collect::<Vec<_>>().join(", "),
+            known: library().map(|k| k.id).collect::<Vec<_>>().join(", "),
         })?;
         let place = kind.at(at, robot)?;
         let mut found = vec![None; kind.parameters.len()];
@@ -366,69 +166,5 @@ impl Effect {
         let values =
             found.into_iter().zip(kind.parameters).map(missing).collect::<Result<_, _>>()?;
         Ok(Self { kind, at: place, values })
-    }
-
-    /// The port it is installed at; `None` for other numbers of robot or process.
-    pub fn port(&self) -> Option<Port> {
-        let joint = if let Location::Joint(joint) = self.at { joint } else { 0 };
-        match self.kind.action {
-            Action::Term { port, .. } => Some(port(joint)),
-            Action::Expression(formula) => Some(formula.port(joint)),
-            Action::Channel(_) => Some(Port::TimeBase),
-            Action::Robot(_) | Action::Process(_) => None,
-        }
-    }
-
-    /// What it is attached to, as files write it; nothing for the whole cell.
-    pub fn at_name<'r>(&self, robot: &'r RobotFile) -> &'r str {
-        match self.at {
-            Location::Joint(joint) => &robot.joint_names[joint],
-            Location::Channel(channel) => {
-                CHANNELS.iter().find(|(_, c)| *c == channel).map_or("", |(name, _)| name)
-            }
-            Location::Cell => "",
-        }
-    }
-
-    /// Puts the effect into the making of a cell: a term at its port, or other numbers of the robot
-    /// (`robot` holds them once they differ from `model`'s) or of the process.
-    ///
-    /// # Errors
-    /// [`EffectError::TooManyStates`].
-    pub(crate) fn apply(
-        &self,
-        model: &Robot<f64>,
-        robot: &mut Option<RobotParameters<f64>>,
-        process: Option<&mut Process>,
-        ports: &mut Ports,
-    ) -> Result<(), EffectError> {
-        let joint = if let Location::Joint(joint) = self.at { joint } else { 0 };
-        match (self.kind.action, self.at) {
-            (Action::Term { port, build }, _) => {
-                ports.install(port(joint), build(&self.values, joint))?
-            }
-            (Action::Channel(build), Location::Channel(channel)) => {
-                ports.install(Port::TimeBase, build(&self.values, channel))?;
-            }
-            // The table pairs this action with that place; `parse` gives no other.
-            (Action::Channel(_), _) => {}
-            (Action::Robot(change), _) => {
-                change(
-                    robot.get_or_insert_with(|| model.parameters().clone()),
-                    joint,
-                    &self.values,
-                );
-            }
-            (Action::Process(change), _) => {
-                if let Some(process) = process {
-                    change(process, &self.values);
-                }
-            }
-            (Action::Expression(formula), _) => {
-                let (port, term) = formula.term(&self.values, joint);
-                ports.install(port, term)?;
-            }
-        }
-        Ok(())
     }
 }

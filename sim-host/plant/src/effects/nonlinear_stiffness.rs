@@ -2,7 +2,8 @@
 //!
 //! τ_s elastic part = K δ (1 + β (1 − exp(−(δ/δc)²))).
 
-use super::{Action, EffectKind, LocationKind, Parameter, Role};
+use super::kind::{Action, EffectKind, Parameter, Role};
+use super::location::LocationKind;
 use crate::robot::{Port, Term};
 
 pub(super) static KIND: EffectKind = EffectKind {

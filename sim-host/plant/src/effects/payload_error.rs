@@ -3,7 +3,8 @@
 //! Tool mass + m, its centre + (x, y, z) in the last link's frame; its inertia about that centre
 //! stays.
 
-use super::{Action, EffectKind, LocationKind, Parameter, Role};
+use super::kind::{Action, EffectKind, Parameter, Role};
+use super::location::LocationKind;
 use nalgebra::Vector3;
 
 pub(super) static KIND: EffectKind = EffectKind {

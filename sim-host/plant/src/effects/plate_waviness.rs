@@ -2,7 +2,8 @@
 //!
 //! Surface height along the path A sin(2π x/λ + φ), positive towards the tool.
 
-use super::{Action, EffectKind, LocationKind, Parameter, Role};
+use super::kind::{Action, EffectKind, Parameter, Role};
+use super::location::LocationKind;
 use crate::robot::{Port, ProcessPoint, Term};
 use std::f64::consts::TAU;
 

@@ -1,6 +1,7 @@
 //! `spindle-harmonic`: one more order of the spindle's ripple.
 
-use super::{Action, EffectKind, LocationKind, Parameter, Role};
+use super::kind::{Action, EffectKind, Parameter, Role};
+use super::location::LocationKind;
 use crate::input::Ripple;
 
 pub(super) static KIND: EffectKind = EffectKind {

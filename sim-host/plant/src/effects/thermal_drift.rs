@@ -2,7 +2,8 @@
 //!
 //! The real TCP gains v (1 − exp(−t/T)) in B, t from the start.
 
-use super::{Action, EffectKind, LocationKind, Parameter, Role};
+use super::kind::{Action, EffectKind, Parameter, Role};
+use super::location::LocationKind;
 use crate::robot::{Port, Term};
 use nalgebra::Vector3;
 

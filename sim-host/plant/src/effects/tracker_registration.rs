@@ -2,7 +2,8 @@
 //!
 //! p' = exp(r) p + t about B's origin, and the rotation with it.
 
-use super::{Action, EffectKind, LocationKind, Parameter, Role};
+use super::kind::{Action, EffectKind, Parameter, Role};
+use super::location::LocationKind;
 use crate::robot::{Port, Readings, Term};
 use nalgebra::{Matrix3, Vector3};
 use trueweld_core::spatial::{rotation_from_vector, rotation_vector};

@@ -2,7 +2,8 @@
 //!
 //! δ = θ_E + A sin(n θ_E + φ) − θ; the changed twist acts on both sides of the gear.
 
-use super::{Action, EffectKind, LocationKind, Parameter, Role};
+use super::kind::{Action, EffectKind, Parameter, Role};
+use super::location::LocationKind;
 use crate::robot::{JointState, Port, Term};
 
 pub(super) static KIND: EffectKind = EffectKind {

@@ -2,7 +2,8 @@
 //!
 //! δ of this joint gains ρ θ_E of the joint before it.
 
-use super::{Action, EffectKind, LocationKind, Parameter, Role};
+use super::kind::{Action, EffectKind, Parameter, Role};
+use super::location::LocationKind;
 use crate::robot::{JointState, Port, Term};
 
 pub(super) static KIND: EffectKind = EffectKind {

@@ -19,10 +19,10 @@ use super::{
     Bounds, Document, FileKind, InputError, Process, RobotFile, Source, nearest, read_text,
     write_atomically,
 };
-use crate::effects::custom::{
+use crate::effects::formula::{
     CustomParameter, CustomRole, Definition, Formula, MOST_PARAMETERS, NamedPort, PORTS,
 };
-use crate::effects::{self, Action, Effect, EffectError, TABLE};
+use crate::effects::{self, Action, Effect, EffectError, library};
 use std::fmt::Write;
 use std::path::{Component, Path, PathBuf};
 
@@ -223,8 +223,8 @@ fn effect(table: &Table<'_>, robot: &RobotFile) -> Result<ModelEffect, InputErro
         None if table.has("port") || table.has("expression") => own(table, id, scope)?,
         None => {
             let guess =
-                nearest(&id, TABLE.iter().map(|k| k.id)).map(|n| format!("Did you mean `{n}`? "));
-            let known = TABLE.iter().map(|k| k.id).collect::<Vec<_>>().join(", ");
+                nearest(&id, library().map(|k| k.id)).map(|n| format!("Did you mean `{n}`? "));
+            let known = library().map(|k| k.id).collect::<Vec<_>>().join(", ");
             let help = format!(
                 "{}An effect of your own has `port` and `expression` (docs/your-own-effect.md).",
                 guess.unwrap_or_default()

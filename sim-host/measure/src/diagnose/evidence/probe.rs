@@ -4,7 +4,7 @@
 use super::Context;
 use crate::fit::{EffectScope, FreeParameter, Slopes, slopes, unit};
 use crate::predict::{Compared, Experiment, Quantity};
-use trueweld_plant::effects::custom::{CustomParameter, CustomRole, Definition, PORTS};
+use trueweld_plant::effects::formula::{CustomParameter, CustomRole, Definition, PORTS};
 use trueweld_plant::effects::{Effect, EffectKind, Location};
 
 /// A quantity that the data can be asked for.

@@ -9,7 +9,7 @@ use crate::predict::Quantity;
 use crate::residuals::compare::column_label;
 use crate::residuals::localize::joint_name;
 use trueweld_core::JOINTS;
-use trueweld_plant::effects::custom::PORTS;
+use trueweld_plant::effects::formula::PORTS;
 use trueweld_plant::effects::{Action, Effect, Location, Role};
 use trueweld_plant::robot::Channel;
 

@@ -1,0 +1,517 @@
+//! Expressions at the ports of the plant: what a port offers to an expression, and the term that an
+//! expression becomes.
+
+use super::expression::{Expression, Mistake, may_be_named};
+use super::location::LocationKind;
+use crate::robot::{JointState, Port, ProcessPoint, Readings, Term, ValueDerivative};
+use nalgebra::Vector3;
+
+/// Most parameters of one effect.
+pub const MOST_PARAMETERS: usize = 16;
+
+/// Rate to either side over which the slope of friction is taken, rad/s: far below any over which
+/// friction turns round, and far above rounding.
+const RATE_DIFFERENCE: f64 = 1e-6;
+
+/// A variable that expressions at a port may use.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Variable {
+    /// Its name in expressions.
+    pub name: &'static str,
+    /// Unit.
+    pub unit: &'static str,
+    /// Meaning.
+    pub meaning: &'static str,
+    /// Values it may well take; an expression must be finite there.
+    probes: [f64; 3],
+}
+
+/// A port that an effect in a model file may act at.
+#[derive(Debug, PartialEq)]
+pub struct NamedPort {
+    /// Its name in files.
+    pub name: &'static str,
+    /// Unit of the expression's value.
+    pub unit: &'static str,
+    /// What the value is.
+    pub meaning: &'static str,
+    /// What expressions may use there.
+    pub variables: &'static [Variable],
+    target: Target,
+}
+
+/// What the value is added to; a number is the axis, 0 for x.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Target {
+    SpringTorque,
+    Twist,
+    MotorFriction,
+    LinkTorque,
+    ProcessForce(usize),
+    SurfaceHeight,
+    ToolShift(usize),
+    Tracker(usize),
+    ForceSensor(usize),
+    LinkEncoder,
+}
+
+const fn variable(
+    name: &'static str,
+    unit: &'static str,
+    meaning: &'static str,
+    probes: [f64; 3],
+) -> Variable {
+    Variable { name, unit, meaning, probes }
+}
+
+const fn joined<const N: usize>(first: &[Variable], second: &[Variable]) -> [Variable; N] {
+    let mut all = [first[0]; N];
+    let mut i = 0;
+    while i < N {
+        all[i] = if i < first.len() { first[i] } else { second[i - first.len()] };
+        i += 1;
+    }
+    all
+}
+
+const TIME: Variable = variable("time", "s", "from the start", [0.0, 1.0, 100.0]);
+const ENCODER: Variable =
+    variable("encoder", "rad", "encoder angle of the joint", [0.0, 1.0, -1.0]);
+const LINK: Variable = variable("link", "rad", "link angle of the joint", [0.0, 1.0, -1.0]);
+
+/// In the order of [`joint_values`].
+static JOINT: [Variable; 7] = [
+    ENCODER,
+    variable("encoder_rate", "rad/s", "rate of the encoder", [0.0, 0.1, -0.1]),
+    LINK,
+    variable("link_rate", "rad/s", "rate of the link", [0.0, 0.1, -0.1]),
+    variable("twist", "rad", "encoder less link", [0.0, 1e-3, -1e-3]),
+    variable(
+        "encoder_before",
+        "rad",
+        "encoder angle of the joint before, 0 for the first",
+        [0.0, 1.0, -1.0],
+    ),
+    variable(
+        "smoothing",
+        "rad/s",
+        "rate over which the robot's friction turns round",
+        [1e-3, 1e-3, 1e-3],
+    ),
+];
+
+fn joint_values(at: &JointState) -> [f64; 7] {
+    [
+        at.encoder,
+        at.encoder_rate,
+        at.link,
+        at.link_rate,
+        at.encoder - at.link,
+        at.encoder_before,
+        at.smoothing,
+    ]
+}
+
+/// Those of a joint, then the counterbalance.
+static LINK_SIDE: [Variable; 8] = joined(
+    &JOINT,
+    &[variable("counterbalance", "N·m", "its torque on this link, 0 but for A2", [0.0, 1e4, -1e4])],
+);
+
+/// In the order of [`surface_values`].
+static SURFACE: [Variable; 9] = [
+    TIME,
+    variable("x", "m", "tool along the seam, in W", [0.0, 0.1, 2.0]),
+    variable("y", "m", "tool across the seam", [0.0, 1e-3, -1e-3]),
+    variable("z", "m", "tool below the nominal surface", [0.0, 1e-3, -1e-3]),
+    variable("vx", "m/s", "velocity along the seam", [0.0, 0.01, -0.01]),
+    variable("vy", "m/s", "velocity across the seam", [0.0, 1e-3, -1e-3]),
+    variable("vz", "m/s", "velocity into the plate", [0.0, 1e-3, -1e-3]),
+    variable("spindle_angle", "rad", "spindle angle", [0.0, 1.0, 100.0]),
+    variable("spindle", "rad/s", "spindle speed, signed", [0.0, 60.0, -60.0]),
+];
+
+fn surface_values(at: &ProcessPoint) -> [f64; 9] {
+    let (p, v) = (&at.position, &at.velocity);
+    [at.time, p.x, p.y, p.z, v.x, v.y, v.z, at.spindle_angle, at.spindle]
+}
+
+/// Those of the surface, then the forces; in the order of [`process_values`].
+static PROCESS: [Variable; 13] = joined(
+    &SURFACE,
+    &[
+        variable("depth_force", "N", "F_d without ripple", [1e3, 1e4, 3e4]),
+        variable("fx", "N", "force on the tool before this effect, in W", [0.0, 1e3, -4e3]),
+        variable("fy", "N", "force on the tool before this effect", [0.0, 1e3, -1e3]),
+        variable("fz", "N", "force on the tool before this effect, below 0", [-1e3, -1e4, -3e4]),
+    ],
+);
+
+fn process_values(at: &ProcessPoint, force: &Vector3<f64>) -> [f64; 13] {
+    let [a, b, c, d, e, f, g, h, i] = surface_values(at);
+    [a, b, c, d, e, f, g, h, i, at.depth_force, force.x, force.y, force.z]
+}
+
+static SHIFT: [Variable; 1] = [TIME];
+
+/// In the order of [`instrument_values`].
+static INSTRUMENT: [Variable; 13] = [
+    TIME,
+    variable("px", "m", "tracker, in B", [0.0, 1.0, 2.0]),
+    variable("py", "m", "tracker", [0.0, 1.0, -1.0]),
+    variable("pz", "m", "tracker", [0.0, 0.5, 1.0]),
+    variable("fx", "N", "force sensor, in T", [0.0, 1e3, -4e3]),
+    variable("fy", "N", "force sensor", [0.0, 1e3, -1e3]),
+    variable("fz", "N", "force sensor", [0.0, -1e4, -3e4]),
+    variable("encoder_1", "rad", "encoder angle of the first joint", [0.0, 1.0, -1.0]),
+    variable("encoder_2", "rad", "encoder angle of the second joint", [0.0, -1.0, -2.0]),
+    variable("encoder_3", "rad", "encoder angle of the third joint", [0.0, 1.0, 2.0]),
+    variable("encoder_4", "rad", "encoder angle of the fourth joint", [0.0, 1.0, -1.0]),
+    variable("encoder_5", "rad", "encoder angle of the fifth joint", [0.0, 1.0, -1.0]),
+    variable("encoder_6", "rad", "encoder angle of the sixth joint", [0.0, 1.0, -1.0]),
+];
+
+fn instrument_values(at: &Readings) -> [f64; 13] {
+    let (p, f, [a, b, c, d, e, g]) = (&at.tcp_position, &at.force, at.encoder);
+    [at.time, p.x, p.y, p.z, f.x, f.y, f.z, a, b, c, d, e, g]
+}
+
+static SECOND_ENCODER: [Variable; 3] = [TIME, ENCODER, LINK];
+
+/// Every port that an effect in a model file may act at.
+pub static PORTS: &[NamedPort] = &[
+    port(
+        "spring-torque",
+        "N·m",
+        "torque on the link, and as much less on the motor",
+        &JOINT,
+        Target::SpringTorque,
+    ),
+    port("twist", "rad", "more twist of the spring", &JOINT, Target::Twist),
+    port("motor-friction", "N·m", "torque against the motor", &JOINT, Target::MotorFriction),
+    port("link-torque", "N·m", "torque on the link", &LINK_SIDE, Target::LinkTorque),
+    port(
+        "process-force-x",
+        "N",
+        "force on the tool along x of W, in contact",
+        &PROCESS,
+        Target::ProcessForce(0),
+    ),
+    port(
+        "process-force-y",
+        "N",
+        "force on the tool along y of W, in contact",
+        &PROCESS,
+        Target::ProcessForce(1),
+    ),
+    port(
+        "process-force-z",
+        "N",
+        "force on the tool along z of W, in contact",
+        &PROCESS,
+        Target::ProcessForce(2),
+    ),
+    port(
+        "surface-height",
+        "m",
+        "height of the plate towards the tool",
+        &SURFACE,
+        Target::SurfaceHeight,
+    ),
+    port("tool-shift-x", "m", "displacement of the arm along x of B", &SHIFT, Target::ToolShift(0)),
+    port("tool-shift-y", "m", "displacement of the arm along y of B", &SHIFT, Target::ToolShift(1)),
+    port("tool-shift-z", "m", "displacement of the arm along z of B", &SHIFT, Target::ToolShift(2)),
+    port(
+        "tracker-x",
+        "m",
+        "what the tracker reads more along x of B",
+        &INSTRUMENT,
+        Target::Tracker(0),
+    ),
+    port(
+        "tracker-y",
+        "m",
+        "what the tracker reads more along y of B",
+        &INSTRUMENT,
+        Target::Tracker(1),
+    ),
+    port(
+        "tracker-z",
+        "m",
+        "what the tracker reads more along z of B",
+        &INSTRUMENT,
+        Target::Tracker(2),
+    ),
+    port(
+        "force-sensor-x",
+        "N",
+        "what the force sensor reads more along x of T",
+        &INSTRUMENT,
+        Target::ForceSensor(0),
+    ),
+    port(
+        "force-sensor-y",
+        "N",
+        "what the force sensor reads more along y of T",
+        &INSTRUMENT,
+        Target::ForceSensor(1),
+    ),
+    port(
+        "force-sensor-z",
+        "N",
+        "what the force sensor reads more along z of T",
+        &INSTRUMENT,
+        Target::ForceSensor(2),
+    ),
+    port(
+        "link-encoder",
+        "rad",
+        "what the second encoder reads more",
+        &SECOND_ENCODER,
+        Target::LinkEncoder,
+    ),
+];
+
+const fn port(
+    name: &'static str,
+    unit: &'static str,
+    meaning: &'static str,
+    variables: &'static [Variable],
+    target: Target,
+) -> NamedPort {
+    NamedPort { name, unit, meaning, variables, target }
+}
+
+impl NamedPort {
+    /// What an effect there is attached to.
+    pub fn place(&self) -> LocationKind {
+        match self.target {
+            Target::SpringTorque
+            | Target::Twist
+            | Target::MotorFriction
+            | Target::LinkTorque
+            | Target::LinkEncoder => LocationKind::Joint,
+            Target::ProcessForce(_)
+            | Target::SurfaceHeight
+            | Target::ToolShift(_)
+            | Target::Tracker(_)
+            | Target::ForceSensor(_) => LocationKind::Cell,
+        }
+    }
+
+    fn of_the_plant(&self, joint: usize) -> Port {
+        match self.target {
+            Target::SpringTorque | Target::Twist => Port::SpringTorque(joint),
+            Target::MotorFriction => Port::MotorFriction(joint),
+            Target::LinkTorque => Port::LinkTorque(joint),
+            Target::ProcessForce(_) => Port::ProcessForce,
+            Target::SurfaceHeight => Port::PlateSurface,
+            Target::ToolShift(_) => Port::BaseFrame,
+            Target::Tracker(_) | Target::ForceSensor(_) | Target::LinkEncoder => {
+                Port::SensorChannel
+            }
+        }
+    }
+}
+
+/// What a fit makes of a parameter of the user's own.
+#[derive(Debug, Clone, PartialEq)]
+pub enum CustomRole {
+    /// The effect grows from nothing with it; the slope is taken at this value.
+    Size(f64),
+    /// Shapes the effect; values a fit may start from.
+    Shape(Vec<f64>),
+}
+
+/// A parameter as its author states it; as [`Parameter`](super::Parameter), but owned.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CustomParameter {
+    /// Name in the expression.
+    pub name: String,
+    /// Unit.
+    pub unit: String,
+    /// Meaning.
+    pub meaning: String,
+    /// What a fit makes of it.
+    pub role: CustomRole,
+    /// Smallest plausible value.
+    pub low: f64,
+    /// Largest plausible value.
+    pub high: f64,
+}
+
+/// An effect as its author states it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Definition {
+    /// Identifier.
+    pub id: String,
+    /// Where it acts.
+    pub port: &'static NamedPort,
+    /// Its value, over the port's variables and the parameters.
+    pub expression: String,
+    /// What it looks like in data.
+    pub shows: String,
+    /// Its parameters.
+    pub parameters: Vec<CustomParameter>,
+}
+
+/// A definition, ready to act.
+#[derive(Debug)]
+pub struct Formula {
+    /// What it was made from.
+    pub definition: Definition,
+    expression: Expression,
+}
+
+impl Definition {
+    /// The expression, checked: every parameter occurs in it, and at `values` and with each
+    /// parameter in turn at its `low` and `high` it is finite wherever the port's variables may
+    /// well be.
+    pub(super) fn checked(&self, values: &[f64]) -> Result<Expression, Mistake> {
+        let variables: Vec<&str> = self.port.variables.iter().map(|v| v.name).collect();
+        let names: Vec<&str> = self.parameters.iter().map(|p| p.name.as_str()).collect();
+        let expression = Expression::parse(&self.expression, &variables, &names)?;
+        let whole = 0..self.expression.len();
+        let mistake = |message, help: &str| {
+            Err(Mistake { at: whole.clone(), message, help: help.to_owned() })
+        };
+        if let Some((_, unused)) =
+            self.parameters.iter().enumerate().find(|(i, _)| !expression.has_parameter(*i))
+        {
+            let message = format!(
+                "the parameter `{}` does not occur; expected each parameter to be used",
+                unused.name
+            );
+            return mistake(message, "A fit cannot find the value of what changes nothing.");
+        }
+        let ends = self.parameters.iter().enumerate().flat_map(|(i, p)| [(i, p.low), (i, p.high)]);
+        for changed in std::iter::once(None).chain(ends.map(Some)) {
+            let mut values = values.to_vec();
+            if let Some((i, end)) = changed {
+                values[i] = end;
+            }
+            for probe in 0..3 {
+                let point: Vec<f64> = self.port.variables.iter().map(|v| v.probes[probe]).collect();
+                let value = expression.eval(&point, &values);
+                if value.is_finite() {
+                    continue;
+                }
+                let variables = self.port.variables.iter().map(|v| v.name).zip(&point).enumerate();
+                let variables =
+                    variables.filter(|(i, _)| expression.has_variable(*i)).map(|(_, named)| named);
+                let parameters = self.parameters.iter().map(|p| p.name.as_str()).zip(&values);
+                let place: Vec<_> =
+                    variables.chain(parameters).map(|(n, v)| format!("{n} = {v:?}")).collect();
+                let message = format!(
+                    "its value is {value} at {}; expected a finite number there",
+                    place.join(", ")
+                );
+                return mistake(
+                    message,
+                    "Keep it finite, also at rest and over the range of each parameter.",
+                );
+            }
+        }
+        Ok(expression)
+    }
+}
+
+impl CustomParameter {
+    /// True where it is a word that an expression at this port can use for a parameter.
+    pub fn may_be_named(name: &str, port: &NamedPort) -> bool {
+        may_be_named(name) && port.variables.iter().all(|v| v.name != name)
+    }
+}
+
+impl Formula {
+    pub(super) fn new(definition: Definition, expression: Expression) -> Self {
+        Self { definition, expression }
+    }
+
+    /// Where it acts in the plant.
+    pub(super) fn port(&self, joint: usize) -> Port {
+        self.definition.port.of_the_plant(joint)
+    }
+
+    /// Where and how it acts in the plant, with these values of its parameters.
+    pub(super) fn term(&'static self, values: &[f64], joint: usize) -> (Port, Box<dyn Term>) {
+        let target = self.definition.port.target;
+        (self.port(joint), Box::new(Own { formula: self, target, joint, values: values.into() }))
+    }
+}
+
+#[derive(Debug)]
+struct Own {
+    formula: &'static Formula,
+    target: Target,
+    joint: usize,
+    values: Box<[f64]>,
+}
+
+impl Own {
+    fn at(&self, variables: &[f64]) -> f64 {
+        self.formula.expression.eval(variables, &self.values)
+    }
+
+    fn along(&self, axis: usize, variables: &[f64]) -> Vector3<f64> {
+        let mut vector = Vector3::zeros();
+        vector[axis] = self.at(variables);
+        vector
+    }
+}
+
+impl Term for Own {
+    fn torsion(&self, at: &JointState) -> f64 {
+        if self.target == Target::Twist { self.at(&joint_values(at)) } else { 0.0 }
+    }
+
+    fn spring_torque(&self, at: &JointState, _: f64) -> f64 {
+        if self.target == Target::SpringTorque { self.at(&joint_values(at)) } else { 0.0 }
+    }
+
+    fn friction(&self, at: &JointState) -> ValueDerivative {
+        let off =
+            |by| self.at(&joint_values(&JointState { encoder_rate: at.encoder_rate + by, ..*at }));
+        let slope = (off(RATE_DIFFERENCE) - off(-RATE_DIFFERENCE)) / (2.0 * RATE_DIFFERENCE);
+        ValueDerivative { value: off(0.0), slope }
+    }
+
+    fn link_torque(&self, at: &JointState, counterbalance: f64) -> f64 {
+        let [a, b, c, d, e, f, g] = joint_values(at);
+        self.at(&[a, b, c, d, e, f, g, counterbalance])
+    }
+
+    fn shift(&self, time: f64) -> Vector3<f64> {
+        match self.target {
+            Target::ToolShift(axis) => self.along(axis, &[time]),
+            _ => Vector3::zeros(),
+        }
+    }
+
+    fn process_force(&self, at: &ProcessPoint, force: Vector3<f64>) -> Vector3<f64> {
+        match self.target {
+            Target::ProcessForce(axis) => force + self.along(axis, &process_values(at, &force)),
+            _ => force,
+        }
+    }
+
+    fn surface(&self, at: &ProcessPoint) -> f64 {
+        self.at(&surface_values(at))
+    }
+
+    fn sense(&self, readings: &mut Readings) {
+        match self.target {
+            Target::Tracker(axis) => {
+                readings.tcp_position += self.along(axis, &instrument_values(readings))
+            }
+            Target::ForceSensor(axis) => {
+                readings.force += self.along(axis, &instrument_values(readings))
+            }
+            _ => {
+                let (encoder, link) =
+                    (readings.encoder[self.joint], readings.link_encoder[self.joint]);
+                readings.link_encoder[self.joint] += self.at(&[readings.time, encoder, link]);
+            }
+        }
+    }
+}

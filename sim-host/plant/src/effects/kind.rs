@@ -1,0 +1,287 @@
+//! What an effect is: its place, its parameters, how it acts, and all that other rooms ask of it.
+//!
+//! Nothing here knows a particular effect.
+
+use super::formula::Formula;
+use super::location::{CHANNELS, Location, LocationKind};
+use crate::input::{Process, RobotFile};
+use crate::robot::{Channel, Port, Ports, Term, TooManyStates};
+use trueweld_core::{ModelError, Robot, RobotParameters};
+
+/// How an effect acts, given the values of its parameters.
+#[derive(Debug, Clone, Copy)]
+pub enum Action {
+    /// A term at a port, for the joint it is at (0 for an effect of the whole cell).
+    Term {
+        /// The port.
+        port: fn(joint: usize) -> Port,
+        /// The term.
+        build: fn(values: &[f64], joint: usize) -> Box<dyn Term>,
+    },
+    /// A term at the time base, for the instrument it is at.
+    Channel(fn(values: &[f64], channel: Channel) -> Box<dyn Term>),
+    /// Other numbers of the robot.
+    Robot(fn(robot: &mut RobotParameters<f64>, joint: usize, values: &[f64])),
+    /// Other numbers of the process.
+    Process(fn(process: &mut Process, values: &[f64])),
+    /// A term at the port that the formula names: an effect of the user's own.
+    Expression(&'static Formula),
+}
+
+/// What a fit makes of a parameter: whether the effect grows with it from nothing, or takes its
+/// shape from it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Role {
+    /// The effect is in proportion to the parameter's distance from `neutral`, nearly, where that
+    /// is small.
+    Size {
+        /// A small value, at which the slope is taken.
+        step: f64,
+        /// The value at which there is no effect.
+        neutral: f64,
+    },
+    /// The effect is in proportion to 1/value, nearly, where that is small.
+    Reciprocal {
+        /// A small 1/value, at which the slope is taken.
+        step: f64,
+    },
+    /// Shapes the effect; values a fit may start from.
+    Shape(&'static [f64]),
+    /// Periods per turn of the joint it is at.
+    Order,
+    /// Periods per turn of the spindle.
+    SpindleOrder,
+    /// Wavelength along the weld, m.
+    Wavelength,
+    /// Where along the weld, m.
+    PathPosition,
+    /// Phase of a sine whose amplitude is the parameter of role `Size`, rad.
+    Phase,
+}
+
+/// One parameter of an effect.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Parameter {
+    /// Name, with its unit as the last part.
+    pub name: &'static str,
+    /// Unit.
+    pub unit: &'static str,
+    /// Meaning.
+    pub meaning: &'static str,
+    /// What a fit makes of it.
+    pub role: Role,
+    /// Smallest plausible value.
+    pub low: f64,
+    /// Largest plausible value.
+    pub high: f64,
+}
+
+/// One physical effect of the library.
+#[derive(Debug)]
+pub struct EffectKind {
+    /// Identifier, as in files and on the command line.
+    pub id: &'static str,
+    /// What it may be attached to.
+    pub place: LocationKind,
+    /// Its equation.
+    pub equation: &'static str,
+    /// What it looks like in data.
+    pub shows: &'static str,
+    /// Which experiment shows it best.
+    pub experiment: &'static str,
+    /// Its parameters.
+    pub parameters: &'static [Parameter],
+    /// How it acts.
+    pub action: Action,
+}
+
+/// One effect of a cell: a kind, where it is, and the values of its parameters.
+#[derive(Debug, Clone)]
+pub struct Effect {
+    /// Which effect.
+    pub kind: &'static EffectKind,
+    /// Where it is.
+    pub at: Location,
+    /// Values, in the order of the kind's parameters, SI units.
+    pub values: Vec<f64>,
+}
+
+/// An effect that cannot be understood or installed.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum EffectError {
+    /// Not `ID:AT:NAME=VALUE,…`.
+    #[error(
+        "`{read}` is not an effect: expected ID:AT:NAME=VALUE,… such as backlash:A5:half_gap_rad=2e-4"
+    )]
+    Form {
+        /// What was read.
+        read: String,
+    },
+    /// No such effect.
+    #[error("no effect `{read}` in the library: expected one of {known}")]
+    Unknown {
+        /// What was read.
+        read: String,
+        /// The library's identifiers.
+        known: String,
+    },
+    /// Attached to something that is not there.
+    #[error("{id} cannot be at `{read}`: expected {expected}")]
+    LocationKind {
+        /// The effect.
+        id: &'static str,
+        /// What was read.
+        read: String,
+        /// What would do.
+        expected: String,
+    },
+    /// A parameter is missing, unknown, given twice, not a number, or far out of its range.
+    #[error("{id}: {what}; its parameters are {expected}")]
+    Parameter {
+        /// The effect.
+        id: &'static str,
+        /// What is wrong.
+        what: String,
+        /// The parameters with units and ranges.
+        expected: String,
+    },
+    /// More effects with an internal state than there is room for.
+    #[error(transparent)]
+    TooManyStates(#[from] TooManyStates),
+    /// The robot with the effect is no robot.
+    #[error("{id} with these values leaves no possible robot ({reason:?})")]
+    Model {
+        /// The effect.
+        id: &'static str,
+        /// Why.
+        reason: ModelError,
+    },
+}
+
+impl Parameter {
+    /// A value to start a fit from: that at which there is no effect, where there is one.
+    pub fn start(&self) -> f64 {
+        match self.role {
+            Role::Size { neutral, .. } => neutral,
+            Role::Reciprocal { step } => 1.0 / step,
+            Role::Shape(starts) => starts.first().copied().unwrap_or(self.low),
+            Role::Order | Role::SpindleOrder => self.low.max(1.0),
+            Role::Wavelength | Role::PathPosition => 0.5 * (self.low + self.high),
+            Role::Phase => 0.0,
+        }
+    }
+}
+
+impl EffectKind {
+    /// What such an effect is attached to, from how files and command lines write it; nothing is
+    /// for the whole cell.
+    ///
+    /// # Errors
+    /// [`EffectError::LocationKind`].
+    pub fn at(&self, written: &str, robot: &RobotFile) -> Result<Location, EffectError> {
+        let wrong = |expected| EffectError::LocationKind {
+            id: self.id,
+            read: written.to_owned(),
+            expected,
+        };
+        match self.place {
+            LocationKind::Joint => {
+                let found = robot.joint_names.iter().position(|n| n == written);
+                let joints =
+                    || wrong(format!("one of the joints {}", robot.joint_names.join(", ")));
+                found.map(Location::Joint).ok_or_else(joints)
+            }
+            LocationKind::Channel => {
+                let found = CHANNELS.iter().find(|(name, _)| *name == written);
+                let names = || {
+                    wrong(format!(
+                        "one of the channels {}",
+                        CHANNELS.map(|(name, _)| name).join(", ")
+                    ))
+                };
+                found.map(|(_, channel)| Location::Channel(*channel)).ok_or_else(names)
+            }
+            LocationKind::Cell if written.is_empty() => Ok(Location::Cell),
+            LocationKind::Cell => {
+                Err(wrong("nothing: it is an effect of the whole cell".to_owned()))
+            }
+        }
+    }
+
+    fn parameters_in_words(&self) -> String {
+        let one = |p: &Parameter| {
+            format!("{} ({}, plausible {:e} to {:e})", p.name, p.unit, p.low, p.high)
+        };
+        self.parameters.iter().map(one).collect::<Vec<_>>().join(", ")
+    }
+
+    pub(super) fn wrong(&self, what: String) -> EffectError {
+        EffectError::Parameter { id: self.id, what, expected: self.parameters_in_words() }
+    }
+}
+
+impl Effect {
+    /// The port it is installed at; `None` for other numbers of robot or process.
+    pub fn port(&self) -> Option<Port> {
+        let joint = if let Location::Joint(joint) = self.at { joint } else { 0 };
+        match self.kind.action {
+            Action::Term { port, .. } => Some(port(joint)),
+            Action::Expression(formula) => Some(formula.port(joint)),
+            Action::Channel(_) => Some(Port::TimeBase),
+            Action::Robot(_) | Action::Process(_) => None,
+        }
+    }
+
+    /// What it is attached to, as files write it; nothing for the whole cell.
+    pub fn at_name<'r>(&self, robot: &'r RobotFile) -> &'r str {
+        match self.at {
+            Location::Joint(joint) => &robot.joint_names[joint],
+            Location::Channel(channel) => {
+                CHANNELS.iter().find(|(_, c)| *c == channel).map_or("", |(name, _)| name)
+            }
+            Location::Cell => "",
+        }
+    }
+
+    /// Puts the effect into the making of a cell: a term at its port, or other numbers of the robot
+    /// (`robot` holds them once they differ from `model`'s) or of the process.
+    ///
+    /// # Errors
+    /// [`EffectError::TooManyStates`].
+    pub(crate) fn apply(
+        &self,
+        model: &Robot<f64>,
+        robot: &mut Option<RobotParameters<f64>>,
+        process: Option<&mut Process>,
+        ports: &mut Ports,
+    ) -> Result<(), EffectError> {
+        let joint = if let Location::Joint(joint) = self.at { joint } else { 0 };
+        match (self.kind.action, self.at) {
+            (Action::Term { port, build }, _) => {
+                ports.install(port(joint), build(&self.values, joint))?
+            }
+            (Action::Channel(build), Location::Channel(channel)) => {
+                ports.install(Port::TimeBase, build(&self.values, channel))?;
+            }
+            // The table pairs this action with that place; `parse` gives no other.
+            (Action::Channel(_), _) => {}
+            (Action::Robot(change), _) => {
+                change(
+                    robot.get_or_insert_with(|| model.parameters().clone()),
+                    joint,
+                    &self.values,
+                );
+            }
+            (Action::Process(change), _) => {
+                if let Some(process) = process {
+                    change(process, &self.values);
+                }
+            }
+            (Action::Expression(formula), _) => {
+                let (port, term) = formula.term(&self.values, joint);
+                ports.install(port, term)?;
+            }
+        }
+        Ok(())
+    }
+}
