@@ -1,30 +1,22 @@
 //! What terminal, page and recording say of a comparison, written once.
 
+use crate::words::{Scale, counted, score};
 use std::path::Path;
 use trueweld_measure::residuals::compare::{ChannelComparison, Comparison, FLOOR, LogComparison};
-use trueweld_measure::residuals::localize::readable;
 
 /// Findings that are told in words.
 pub(crate) const TOLD: usize = 3;
 
-/// A number with three digits that count.
-pub(crate) fn rounded(value: f64) -> String {
-    let size = if value == 0.0 { 0.0 } else { value.abs().log10().floor() };
-    format!("{value:.*}", (2.0 - size).clamp(0.0, 6.0) as usize)
-}
-
 /// The result in a sentence or two.
 pub(crate) fn headline(comparison: &Comparison) -> String {
-    let score = rounded(comparison.score);
     let worst = worst_channel(comparison).filter(|(_, channel)| channel.score > FLOOR);
     let which = worst.map_or(String::new(), |(log, channel)| {
-        let (factor, unit) = readable(channel.unit);
         format!(
-            " Worst: {} of {}, {} {unit} RMS, {} × its noise.",
+            " Worst: {} of {}, {} RMS, {} times its noise.",
             channel.name,
             log.name,
-            rounded(channel.rmse * factor),
-            rounded(channel.score)
+            Scale::small(channel.unit).quantity(channel.rmse),
+            score(channel.score)
         )
     });
     let verdict = match (comparison.score <= FLOOR, worst) {
@@ -32,12 +24,7 @@ pub(crate) fn headline(comparison: &Comparison) -> String {
         (true, Some(_)) => "is near the noise floor on the whole, but not everywhere",
         (false, _) => "is off by more than the noise: something in it is missing or wrong",
     };
-    format!("Score {score}: the model {verdict}.{which}")
-}
-
-/// How many logs, in words.
-pub(crate) fn counted(logs: usize) -> String {
-    if logs == 1 { "1 log".to_owned() } else { format!("{logs} logs") }
+    format!("Score {}: the model {verdict}.{which}", score(comparison.score))
 }
 
 /// What was compared, and what the score means.
@@ -58,7 +45,7 @@ pub(crate) fn setting(model: &Path, comparison: &Comparison) -> String {
         "Model {}, {}, {} samples. Score: root mean square of (measured − predicted)/noise; 1.0 is the noise floor. Noise: \
          {noise}, and what it does on its way through the model.",
         model.display(),
-        counted(comparison.logs.len()),
+        counted(comparison.logs.len(), "log"),
         comparison.samples
     )
 }
@@ -79,8 +66,7 @@ pub(crate) const HEADINGS: [&str; 5] = ["", "RMS", "largest", "noise", "score"];
 
 /// RMS, largest, noise and score of a channel; the first three with their unit.
 pub(crate) fn cells(channel: &ChannelComparison) -> [String; 4] {
-    let (factor, unit) = readable(channel.unit);
-    let number = |value: f64| format!("{} {unit}", rounded(value * factor));
+    let number = |value: f64| Scale::small(channel.unit).quantity(value);
     let noise = if channel.stated {
         number(channel.noise)
     } else {

@@ -1,6 +1,6 @@
 //! What terminal, page, recording and JSON say of a diagnosis and of an improvement, written once.
 
-use crate::compared::{counted, rounded};
+use crate::words::{Scale, counted, listed, probability, score, share};
 use std::path::Path;
 use trueweld_measure::diagnose::{
     Candidate, Confusable, Diagnosis, Explanation, FittedEffect, Limit, Reason, Verdict, name,
@@ -47,22 +47,6 @@ const FAR: f64 = 1.5;
 /// Findings of what remains that are told.
 pub(crate) const REMAINS: usize = 5;
 
-/// Factor and unit in which people read a parameter: per cent, millimetres, milliradians, degrees
-/// of a phase.
-fn readable_parameter(parameter: &Parameter) -> (f64, &'static str) {
-    match (parameter.unit, parameter.name) {
-        ("rad", name) if name.starts_with("phase") => (1f64.to_degrees(), "°"),
-        ("rad" | "rad/s", _) => (1e3, if parameter.unit == "rad" { "mrad" } else { "mrad/s" }),
-        ("m", _) => (1e3, "mm"),
-        ("s", name) if name.starts_with("delay") => (1e3, "ms"),
-        ("N/m", _) => (1e-6, "MN/m"),
-        ("rad/(N·m)", _) => (1e9, "nrad/(N·m)"),
-        ("1", "exponent" | "order") => (1.0, ""),
-        ("1", _) => (1e2, "%"),
-        (unit, _) => (1.0, unit),
-    }
-}
-
 /// The name of a parameter without its unit: `half gap`.
 fn spoken(parameter: &Parameter) -> String {
     let name = parameter.name;
@@ -71,21 +55,16 @@ fn spoken(parameter: &Parameter) -> String {
     short.replace('_', " ")
 }
 
-/// A value of a found effect with its 95 % interval, as people read it.
+/// A value of a found effect with its 95 % interval; where the logs leave more than half of the
+/// plausible range, they do not bound it.
 pub(crate) fn value(found: &FittedEffect, k: usize) -> String {
     let parameter = &found.effect.kind.parameters[k];
-    let (factor, unit) = readable_parameter(parameter);
-    let value = found.effect.values[k] * factor;
-    let half = 0.5 * (found.interval[k][1] - found.interval[k][0]) * factor;
-    let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
-    if half == 0.0 {
-        return format!("{}{unit}", rounded(value));
+    let (scale, value, interval) =
+        (Scale::of_parameter(parameter), found.effect.values[k], found.interval[k]);
+    if interval[1] - interval[0] > (parameter.high - parameter.low).abs() {
+        return format!("{}, hardly bounded by these logs", scale.quantity(value));
     }
-    if !half.is_finite() || half > (parameter.high - parameter.low).abs() * 0.5 * factor {
-        return format!("{}{unit}, hardly bounded by these logs", rounded(value));
-    }
-    let decimals = (1.0 - half.log10().floor()).clamp(0.0, 6.0) as usize;
-    format!("{value:.decimals$} ± {half:.decimals$}{unit}")
+    scale.with_interval(value, interval)
 }
 
 /// Every value of a found effect with its name.
@@ -107,15 +86,6 @@ pub(crate) fn in_a_line(found: &FittedEffect, robot: &RobotFile) -> String {
     format!("{} ({})", name(&found.effect, robot), values.join(", "))
 }
 
-/// Nothing that was fitted to data is certain, nor is anything out of the question.
-pub(crate) fn percent(share: f64) -> String {
-    match 100.0 * share {
-        p if p > 99.0 => "> 99 %".to_owned(),
-        p if p < 1.0 => "< 1 %".to_owned(),
-        p => format!("{p:.0} %"),
-    }
-}
-
 /// Names of the explanations that the data do not tell from the best, with its own.
 fn tied(diagnosis: &Diagnosis, robot: &RobotFile) -> Vec<String> {
     let Some(best) = diagnosis.candidates.first() else {
@@ -131,8 +101,8 @@ fn goes_with(unexplained: &[Finding]) -> String {
         Some(f) => {
             let variable = article(&f.variable);
             format!(
-                "it goes with {variable} ({:.0} % of the squared residual of {})",
-                100.0 * f.share,
+                "it goes with {variable} ({} of the squared residual of {})",
+                share(f.share),
                 f.channel
             )
         }
@@ -147,7 +117,7 @@ pub(crate) fn verdict(
     robot: &RobotFile,
     next: Option<&str>,
 ) -> String {
-    let before = rounded(diagnosis.score_before);
+    let before = score(diagnosis.score_before);
     let best = diagnosis.candidates.first();
     match (verdict, best) {
         (Verdict::EffectFound, Some(best)) if !best.indistinguishable.is_empty() => {
@@ -157,8 +127,8 @@ pub(crate) fn verdict(
             format!(
                 "Something is missing (score {before}), and these logs cannot separate {}: each brings the score to {} where it was \
                  not fitted.{record}",
-                listed(&tied),
-                rounded(best.held_out_after)
+                listed(&tied, "and"),
+                score(best.held_out_after)
             )
         }
         (Verdict::EffectFound, Some(best)) => {
@@ -166,9 +136,9 @@ pub(crate) fn verdict(
             format!(
                 "What is missing: {}. With it the score falls from {} to {} where it was not fitted (probability {}){}.",
                 found.join(" and "),
-                rounded(best.held_out_before),
-                rounded(best.held_out_after),
-                percent(best.probability),
+                score(best.held_out_before),
+                score(best.held_out_after),
+                probability(best.probability),
                 if best.held_out_after > FAR {
                     ", which is still far above the noise floor"
                 } else {
@@ -185,7 +155,7 @@ pub(crate) fn verdict(
                 format!(
                     " The best partial explanation, {}, brings the score to {} where it was not fitted.",
                     best.name(robot),
-                    rounded(best.held_out_after)
+                    score(best.held_out_after)
                 )
             });
             format!(
@@ -237,7 +207,7 @@ fn setting(model: &ModelFile, logs: &[LogComparison]) -> String {
         "Model {}, {}, {} samples. Score: root mean square of (measured − predicted)/noise; 1.0 is the noise floor. ± and \
          intervals are of 95 %.",
         model.path.display(),
-        counted(logs.len()),
+        counted(logs.len(), "log"),
         logs.iter().map(|log| log.samples).sum::<usize>()
     )
 }
@@ -255,8 +225,8 @@ impl Improved<'_> {
             .collect();
         let fall = format!(
             "the score falls from {} to {} where nothing was fitted",
-            rounded(first.held_out),
-            rounded(last.held_out)
+            score(first.held_out),
+            score(last.held_out)
         );
         match (steps.len(), added.as_slice()) {
             (1, _) => "The model stays as it was given: nothing lowers the error where nothing was fitted.".to_owned(),
@@ -291,7 +261,7 @@ impl Improved<'_> {
                     found => format!(
                         "What was missing: {}; probability among all effects of the library {}.",
                         found.join(" and "),
-                        percent(improvement.diagnosis.candidates[0].probability)
+                        probability(improvement.diagnosis.candidates[0].probability)
                     ),
                 }
             }
@@ -351,21 +321,6 @@ fn listed_names(found: &[FittedEffect], robot: &RobotFile) -> String {
     found.iter().map(|f| name(&f.effect, robot)).collect::<Vec<_>>().join(" + ")
 }
 
-/// Words with commas, and an "and" before the last.
-fn listed(words: &[String]) -> String {
-    match words {
-        [] => String::new(),
-        [one] => one.clone(),
-        [first @ .., last] => format!("{} and {last}", first.join(", ")),
-    }
-}
-
-/// A number with two digits that count.
-fn two_digits(value: f64) -> String {
-    let size = if value == 0.0 { 0.0 } else { value.abs().log10().floor() };
-    format!("{value:.*}", (1.0 - size).clamp(0.0, 6.0) as usize)
-}
-
 /// Detection limits of one kind of effect.
 pub(crate) struct Limits {
     pub kind: &'static EffectKind,
@@ -391,15 +346,15 @@ pub(crate) fn limits(diagnosis: &Diagnosis, robot: &RobotFile) -> Vec<Limits> {
     let mut lines: Vec<Limits> = Vec::new();
     for limit in all {
         let parameter = &limit.kind.parameters[limit.parameter];
-        let (factor, unit) = readable_parameter(parameter);
+        let scale = Scale::of_parameter(parameter);
         let effect =
             trueweld_plant::effects::Effect { kind: limit.kind, at: limit.at, values: Vec::new() };
-        let entry = (effect.at_name(robot).to_owned(), two_digits(limit.value * factor));
+        let entry = (effect.at_name(robot).to_owned(), scale.number(limit.value));
         match lines.last_mut().filter(|line| line.kind.id == limit.kind.id) {
             Some(line) => line.places.push(entry),
             None => {
-                let unit = if unit.is_empty() { String::new() } else { format!(", {unit}") };
-                let size = format!("{}{unit}", spoken(parameter));
+                let comma = if scale.unit.is_empty() { "" } else { ", " };
+                let size = format!("{}{comma}{}", spoken(parameter), scale.unit);
                 lines.push(Limits { kind: limit.kind, size, places: vec![entry] });
             }
         }
@@ -418,11 +373,6 @@ pub(crate) fn confusable(pair: &Confusable, robot: &RobotFile) -> [String; 3] {
         factor => format!("{factor:.0}"),
     };
     [one(pair.first), one(pair.second), apart]
-}
-
-/// A score: three decimals near the floor, three digits far above it.
-pub(crate) fn score(score: f64) -> String {
-    if score < 10.0 { format!("{score:.3}") } else { rounded(score) }
 }
 
 /// What the explanations leave of the probability: that it is none of them.
@@ -491,8 +441,8 @@ mod tests {
         let parts = sample::diagnosis(Verdict::Adequate);
         let limits = limits(&parts.diagnosis, &parts.model.robot);
         assert_eq!(limits.len(), 1);
-        let expected =
-            [("A1", "0.0053"), ("A5", "0.0053")].map(|(at, size)| (at.to_owned(), size.to_owned()));
+        let expected = [("A1", "0.00530"), ("A5", "0.00530")]
+            .map(|(at, size)| (at.to_owned(), size.to_owned()));
         assert_eq!(
             (limits[0].size.as_str(), limits[0].places.as_slice()),
             ("half gap, mrad", &expected[..])

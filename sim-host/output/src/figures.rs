@@ -4,6 +4,7 @@
 #[cfg(feature = "rerun")]
 use crate::StepRun;
 use crate::WeldRun;
+use crate::words::{Scale, fixed, listed};
 use trueweld_evaluate::{Spread, StepFigures};
 
 /// Millimetres in a metre, and milliradians in a radian.
@@ -97,46 +98,35 @@ pub(crate) fn headline(runs: &[WeldRun]) -> String {
         who
     };
     let parts = runs.iter().map(|run| {
-        let beyond = match millimetres(run.recording.half_pin) {
+        let beyond = match Scale::small("m").quantity(run.recording.half_pin) {
             limit if run.figures.of_half_pin >= 1.0 => format!(" (beyond half the pin, {limit})"),
             _ => String::new(),
         };
-        format!("by up to {} {}{beyond}", millimetres(run.figures.lateral.max_abs), who(run))
+        format!(
+            "by up to {} {}{beyond}",
+            Scale::small("m").quantity(run.figures.lateral.max_abs),
+            who(run)
+        )
     });
-    let mut sentence =
-        format!("At full feed the tool leaves the seam {}.", listed(&parts.collect::<Vec<_>>()));
+    let mut sentence = format!(
+        "At full feed the tool leaves the seam {}.",
+        listed(&parts.collect::<Vec<_>>(), "and")
+    );
     let early: Vec<String> = runs
         .iter()
         .filter(|r| r.figures.of_half_pin < 1.0 && r.figures.lateral_before >= r.recording.half_pin)
-        .map(|r| format!("{} {}", millimetres(r.figures.lateral_before), who(r)))
+        .map(|r| format!("{} {}", Scale::small("m").quantity(r.figures.lateral_before), who(r)))
         .collect();
     if !early.is_empty() {
-        sentence += &format!(" Before full feed it is beyond half the pin: {}.", listed(&early));
+        sentence +=
+            &format!(" Before full feed it is beyond half the pin: {}.", listed(&early, "and"));
     }
     let limited: Vec<String> =
         runs.iter().filter(|r| r.figures.limited_rows > 0).map(who).collect();
     if !limited.is_empty() {
-        sentence += &format!(" A limit was reached or a fault raised {}.", listed(&limited));
+        sentence += &format!(" A limit was reached or a fault raised {}.", listed(&limited, "and"));
     }
     sentence
-}
-
-/// "a", "a and b", "a, b and c".
-fn listed(parts: &[String]) -> String {
-    match parts {
-        [] => String::new(),
-        [one] => one.clone(),
-        [first @ .., last] => format!("{} and {last}", first.join(", ")),
-    }
-}
-
-/// A length as people say it: a tenth of a millimetre, finer where the length is small.
-fn millimetres(metres: f64) -> String {
-    match metres * MILLI {
-        mm if mm < 0.005 => "less than 0.01 mm".to_owned(),
-        mm if mm < 0.095 => format!("{mm:.2} mm"),
-        mm => format!("{mm:.1} mm"),
-    }
 }
 
 /// The lines of the table of welds, one cell a run.
@@ -147,10 +137,7 @@ pub(crate) fn weld_lines(runs: &[WeldRun]) -> Vec<Line> {
             .iter()
             .map(|run| {
                 let s = of(run);
-                FigureCell::Spread(
-                    [s.mean, s.rms, s.max_abs]
-                        .map(|v| format!("{:.decimals$}", unsigned_zero(v * scale, decimals))),
-                )
+                FigureCell::Spread([s.mean, s.rms, s.max_abs].map(|v| fixed(v * scale, decimals)))
             })
             .collect(),
     };
@@ -193,12 +180,8 @@ pub(crate) fn weld_lines(runs: &[WeldRun]) -> Vec<Line> {
             )
         }),
         text("lateral by A1…A6, %", &|r| {
-            let shares: Vec<String> = r
-                .figures
-                .joint_share
-                .iter()
-                .map(|s| format!("{:.0}", unsigned_zero(100.0 * s, 0)))
-                .collect();
+            let shares: Vec<String> =
+                r.figures.joint_share.iter().map(|s| fixed(100.0 * s, 0)).collect();
             (shares.join(" / "), false)
         }),
         text("at a limit or faulted", &|r| match r.figures.limited_rows {
@@ -244,8 +227,8 @@ pub(crate) fn step_lines(controllers: &[StepFigures]) -> Vec<StepLine> {
                 ours.controller.to_owned(),
                 time(ours.first_within_5pct),
                 time(ours.settle_5pct),
-                format!("{:.1} %", 100.0 * ours.overshoot),
-                format!("{:.0} N", unsigned_zero(ours.static_error, 0)),
+                format!("{} %", fixed(100.0 * ours.overshoot, 1)),
+                format!("{} N", fixed(ours.static_error, 0)),
                 format!("{:.0} N", ours.ripple),
             ],
             published: false,
@@ -256,7 +239,7 @@ pub(crate) fn step_lines(controllers: &[StepFigures]) -> Vec<StepLine> {
                     format!("  published, scheme {}", theirs.scheme),
                     String::new(),
                     time(Some(theirs.settle)),
-                    format!("{:.1} %", 100.0 * theirs.overshoot),
+                    format!("{} %", fixed(100.0 * theirs.overshoot, 1)),
                     theirs.static_error.to_owned(),
                     theirs.ripple.to_owned(),
                 ],
@@ -265,11 +248,6 @@ pub(crate) fn step_lines(controllers: &[StepFigures]) -> Vec<StepLine> {
         }
     }
     lines
-}
-
-/// No "-0.00" where a number rounds to zero.
-fn unsigned_zero(value: f64, decimals: usize) -> f64 {
-    if value.abs() < 0.5 * 10f64.powi(-(decimals as i32)) { 0.0 } else { value }
 }
 
 #[cfg(test)]
@@ -286,15 +264,14 @@ mod tests {
             figures.limited_rows = 0;
             figures.lateral_before = 0.0;
         }
-        let both = "At full feed the tool leaves the seam by up to 5.2 mm without compensation (beyond half the pin, \
-                    2.5 mm) and by up to 0.2 mm with elastostatic compensation.";
+        let both = "At full feed the tool leaves the seam by up to 5.24 mm without compensation (beyond half the pin, \
+                    2.50 mm) and by up to 0.200 mm with elastostatic compensation.";
         assert_eq!(headline(&welds.runs()), both);
-        let one =
-            "At full feed the tool leaves the seam by up to 0.2 mm with elastostatic compensation.";
+        let one = "At full feed the tool leaves the seam by up to 0.200 mm with elastostatic compensation.";
         assert_eq!(headline(&welds.runs()[1..]), one);
         welds.figures[1].lateral_before = 2.6e-3;
         let early =
-            " Before full feed it is beyond half the pin: 2.6 mm with elastostatic compensation.";
+            " Before full feed it is beyond half the pin: 2.60 mm with elastostatic compensation.";
         assert_eq!(headline(&welds.runs()[1..]), one.to_owned() + early);
         welds.figures[1].lateral_before = 0.0;
         welds.figures[1].limited_rows = 3;

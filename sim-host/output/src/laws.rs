@@ -5,6 +5,7 @@ use crate::figures::MILLI;
 use crate::html::{figure, page};
 use crate::plot::{Line, Plot, reference};
 use crate::table::wrapped;
+use crate::words::{share, signed_share};
 use maud::{Markup, html};
 use serde_json::{Value, json};
 use trueweld_evaluate::WeldFigures;
@@ -295,7 +296,7 @@ impl LawsCompared<'_> {
     }
 
     fn title(&self, quantity: VariedQuantity) -> String {
-        let at = signed_percent(self.comparison.stiffness_error);
+        let at = signed_share(self.comparison.stiffness_error);
         match quantity {
             VariedQuantity::StiffnessError => "Error of the believed stiffness".to_owned(),
             VariedQuantity::Noise => format!("Sensor noise, believed stiffness {at}"),
@@ -362,25 +363,12 @@ fn part_of(change: Change) -> usize {
 /// A change in a heading of a table or below a picture.
 fn label(change: Change) -> String {
     match change {
-        Change::StiffnessError(error) => signed_percent(error),
+        Change::StiffnessError(error) => signed_share(error),
         Change::Noise(factor) => format!("×{factor}"),
         Change::Delay(periods) => format!("{periods}"),
         Change::Lost(1.0) => "all".to_owned(),
-        Change::Lost(share) => format!("{} %", 100.0 * share),
+        Change::Lost(lost) => share(lost),
         Change::DeadInLastPass => "last pass".to_owned(),
         Change::ForceSensorDies => "force".to_owned(),
     }
-}
-
-/// +20 %.
-fn signed_percent(share: f64) -> String {
-    let percent = (1e3 * share).round() / 10.0;
-    let sign = if percent > 0.0 {
-        "+"
-    } else if percent < 0.0 {
-        "−"
-    } else {
-        ""
-    };
-    format!("{sign}{} %", percent.abs())
 }

@@ -22,6 +22,7 @@ pub mod rerun;
 #[cfg(test)]
 mod sample;
 pub mod table;
+mod words;
 
 use trueweld_core::Robot;
 use trueweld_evaluate::{StepFigures, WeldFigures};

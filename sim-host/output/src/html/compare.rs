@@ -5,10 +5,11 @@ use super::{figure, page};
 use crate::color;
 use crate::compared::{self, HEADINGS, cells, headline, setting};
 use crate::plot::{Line, Marked, Plot, reference};
+use crate::words::Scale;
 use maud::{Markup, html};
 use std::path::Path;
 use trueweld_measure::residuals::compare::{Comparison, FLOOR, LogComparison, Trace};
-use trueweld_measure::residuals::localize::{Finding, foremost, readable, readable_condition};
+use trueweld_measure::residuals::localize::{Finding, foremost};
 
 /// Findings that are drawn.
 const DRAWN: usize = 6;
@@ -78,8 +79,8 @@ fn scores(comparison: &Comparison) -> Markup {
 /// A finding's sentence and curve.
 fn finding_figure(finding: &Finding) -> Markup {
     let curve = &finding.curve;
-    let (x_factor, x_unit) = readable_condition(curve.x_unit);
-    let (y_factor, y_unit) = readable(curve.y_unit);
+    let Scale { factor: x_factor, unit: x_unit } = Scale::large(curve.x_unit);
+    let Scale { factor: y_factor, unit: y_unit } = Scale::small(curve.y_unit);
     let name = |name: &str, unit: &str| {
         if unit.is_empty() { name.to_owned() } else { format!("{name}, {unit}") }
     };
@@ -140,11 +141,11 @@ fn log_figures(log: &LogComparison) -> Markup {
         lines,
         ..Plot::default()
     };
-    let (factor, unit) = readable_condition(trace.unit);
+    let Scale { factor, unit } = Scale::large(trace.unit);
     let measured = line("measured", 1, over_time(&|k| trace.measured[k] * factor));
     let predicted = reference("predicted", over_time(&|k| trace.predicted[k] * factor));
     let both = plot(format!("{}, {unit}", trace.label), vec![measured, predicted]);
-    let (factor, unit) = readable(trace.unit);
+    let Scale { factor, unit } = Scale::small(trace.unit);
     let difference = line("", 0, over_time(&|k| (trace.measured[k] - trace.predicted[k]) * factor));
     let noise = 2.0 * typical_noise(trace) * factor;
     let rest = Plot {

@@ -5,15 +5,15 @@ use super::residuals::before_and_after;
 use super::{figure, page};
 use crate::color;
 use crate::diagnosed::{
-    Diagnosed, REMAINS, confusable, in_a_line, limits, none_of_these, percent, ranked, score,
-    values,
+    Diagnosed, REMAINS, confusable, in_a_line, limits, none_of_these, ranked, values,
 };
 use crate::plot::{Line, Marked, Plot};
+use crate::words::{self, Scale, score, share};
 use maud::{Markup, html};
 use trueweld_measure::diagnose::evidence::EffectCurve;
 use trueweld_measure::diagnose::{Reason, Verdict};
 use trueweld_measure::experiment::Plan;
-use trueweld_measure::residuals::localize::{foremost, readable, readable_condition};
+use trueweld_measure::residuals::localize::foremost;
 use trueweld_plant::input::RobotFile;
 
 /// Columns drawn before and after.
@@ -75,28 +75,28 @@ fn evidences(reason: &Reason) -> Markup {
 
 /// What the measurements draw of an effect, and the effect itself.
 fn evidence(evidence: &EffectCurve) -> Markup {
-    let (x_factor, x_unit) = match readable_condition(evidence.x_unit) {
-        // A twist is a thousandth of what a joint turns by.
-        (_, "°") if evidence.points.iter().all(|p| p.x.abs() < 0.05) => readable(evidence.x_unit),
-        unit => unit,
+    // A twist is a thousandth of what a joint turns by.
+    let x = match evidence.points.iter().all(|p| p.x.abs() < 0.05) {
+        true => Scale::small(evidence.x_unit),
+        false => Scale::large(evidence.x_unit),
     };
-    let (y_factor, y_unit) = readable(evidence.y_unit);
-    let label = |name: &str, unit: &str| {
-        if unit.is_empty() || unit == "1" { name.to_owned() } else { format!("{name}, {unit}") }
+    let y = Scale::small(evidence.y_unit);
+    let label = |name: &str, scale: Scale| {
+        if scale.unit.is_empty() { name.to_owned() } else { format!("{name}, {}", scale.unit) }
     };
     let marked = |p: &trueweld_measure::residuals::localize::CurvePoint| Marked {
-        x: p.x * x_factor,
-        y: p.y * y_factor,
-        error: p.error * y_factor,
+        x: p.x * x.factor,
+        y: p.y * y.factor,
+        error: p.error * y.factor,
     };
     let fitted: Vec<(f64, f64)> =
-        evidence.fitted.iter().map(|p| (p[0] * x_factor, p[1] * y_factor)).collect();
+        evidence.fitted.iter().map(|p| (p[0] * x.factor, p[1] * y.factor)).collect();
     // A loop comes in order of time, from posture to posture: a line through it would be a
     // scribble.
     let winding = !fitted.is_sorted_by(|a, b| a.0 <= b.0);
     let plot = Plot {
-        x_label: label(&evidence.x_name, x_unit),
-        y_label: label(&evidence.y_name, y_unit),
+        x_label: label(&evidence.x_name, x),
+        y_label: label(&evidence.y_name, y),
         lines: vec![Line {
             name: if winding { "ringed: the effect as fitted" } else { "the effect as fitted" }
                 .to_owned(),
@@ -148,7 +148,7 @@ fn ranking(diagnosed: &Diagnosed<'_>) -> Markup {
                                 @for (name, value) in candidate.effects.iter().flat_map(values) { div { (name) " " (value) } }
                             }
                             td { (score(candidate.held_out_after)) }
-                            td { (format!("{:.0} %", 100.0 * candidate.left.clamp(0.0, 1.0))) }
+                            td { (share(candidate.left.clamp(0.0, 1.0))) }
                             (probability(candidate.probability))
                             td.text {
                                 @for k in &candidate.indistinguishable {
@@ -174,7 +174,7 @@ fn probability(share: f64) -> Markup {
     html! {
         td.share {
             div.bar style={ "width:" (format!("{:.1}%", 60.0 * share)) } {}
-            span { (percent(share)) }
+            span { (words::probability(share)) }
         }
     }
 }

@@ -3,7 +3,8 @@
 
 use super::page;
 use super::residuals::before_and_after;
-use crate::diagnosed::{Improved, REMAINS, score};
+use crate::diagnosed::{Improved, REMAINS};
+use crate::words::score;
 use maud::{Markup, html};
 use trueweld_measure::diagnose::Verdict;
 use trueweld_measure::residuals::localize::foremost;

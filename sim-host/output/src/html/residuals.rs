@@ -4,9 +4,9 @@ use super::compare::typical_noise;
 use super::figure;
 use crate::color;
 use crate::plot::{Line, Plot};
+use crate::words::Scale;
 use maud::{Markup, html};
 use trueweld_measure::residuals::compare::{LogComparison, Trace};
-use trueweld_measure::residuals::localize::{readable, readable_condition};
 
 /// Fall of a column's mean square, as a share, below which it is not drawn.
 const LEAST: f64 = 0.05;
@@ -77,7 +77,7 @@ fn figures(column: &Column<'_>) -> Markup {
         lines,
         ..Plot::default()
     };
-    let (factor, unit) = readable_condition(before.unit);
+    let Scale { factor, unit } = Scale::large(before.unit);
     let predictions = plot(
         unit,
         vec![
@@ -89,7 +89,7 @@ fn figures(column: &Column<'_>) -> Markup {
             line("predicted after", 1, true, after, &|k| after.predicted[k] * factor),
         ],
     );
-    let (factor, unit) = readable(before.unit);
+    let Scale { factor, unit } = Scale::small(before.unit);
     let noise = 2.0 * typical_noise(before) * factor;
     let difference = |trace: &'_ Trace, k: usize| (trace.measured[k] - trace.predicted[k]) * factor;
     let rest = Plot {

@@ -4,7 +4,8 @@
 use super::signals;
 use super::writer::{RecordError, Store, Writer, refused};
 use crate::color::{JOINTS, LIMIT, REFERENCE, Rgb, run};
-use crate::compared::{TOLD, headline, rounded, setting};
+use crate::compared::{TOLD, headline, setting};
+use crate::words::{Scale, score};
 use nalgebra::Vector3;
 use rerun::{
     LineStrips3D, Scalars, SeriesLines, TextDocument, TextLog, TextLogLevel, TimeCell, TimeColumn,
@@ -13,7 +14,7 @@ use rerun::{
 use std::io::Write;
 use std::path::Path;
 use trueweld_measure::residuals::compare::{ChannelComparison, Comparison, LogComparison, Trace};
-use trueweld_measure::residuals::localize::{foremost, readable};
+use trueweld_measure::residuals::localize::foremost;
 
 /// Points of a drawn way.
 const WAY_POINTS: usize = 600;
@@ -77,14 +78,14 @@ impl<'a> Shown<'a> {
 
     /// Title of a channel's plot.
     pub fn title(&self, channel: &ChannelComparison) -> String {
-        let (_, unit) = readable(channel.unit);
+        let unit = Scale::small(channel.unit).unit;
         let after = self.after.and_then(|log| log.channels.iter().find(|c| c.name == channel.name));
-        let after = after.map_or(String::new(), |after| format!(" → {}", rounded(after.score)));
+        let after = after.map_or(String::new(), |after| format!(" → {}", score(after.score)));
         format!(
             "{}: {}, measured − predicted [{unit}], score {}{after}",
             self.log.name,
             channel.name,
-            rounded(channel.score)
+            score(channel.score)
         )
     }
 }
@@ -268,7 +269,7 @@ fn difference<W: Write>(
         .with_colors(traces.iter().map(|t| signals::rgb(color(t))))
         .with_widths(vec![1.5; traces.len()]);
     writer.fixed(Store::Recording, entity, &style)?;
-    let (factor, _) = readable(channel.unit);
+    let factor = Scale::small(channel.unit).factor;
     let picked: Vec<usize> = (0..rows).collect();
     for chunk in picked.chunks(CHUNK) {
         let values = chunk

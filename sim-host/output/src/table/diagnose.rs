@@ -2,9 +2,9 @@
 
 use super::{WIDTH, left, push_line, right, wrapped};
 use crate::diagnosed::{
-    Diagnosed, Improved, REMAINS, confusable, in_a_line, limits, none_of_these, percent, ranked,
-    score, values,
+    Diagnosed, Improved, REMAINS, confusable, in_a_line, limits, none_of_these, ranked, values,
 };
+use crate::words::{probability, score, share};
 use trueweld_measure::diagnose::{FittedEffect, Verdict};
 use trueweld_measure::residuals::localize::foremost;
 
@@ -33,8 +33,8 @@ pub fn diagnose_table(diagnosed: &Diagnosed<'_>) -> String {
             &row("explanations tried", ["held-out score", "still unexplained", "probability"]),
         );
         for (k, c) in candidates.iter().enumerate() {
-            let left = format!("{:.0} %", 100.0 * c.left.clamp(0.0, 1.0));
-            let cells = [score(c.held_out_after), left, percent(c.probability)];
+            let left = share(c.left.clamp(0.0, 1.0));
+            let cells = [score(c.held_out_after), left, probability(c.probability)];
             push_line(
                 &mut out,
                 &row(
@@ -46,7 +46,10 @@ pub fn diagnose_table(diagnosed: &Diagnosed<'_>) -> String {
                 push_line(&mut out, &format!("     {name} {value}"));
             }
         }
-        push_line(&mut out, &row("   none of these", ["", "", &percent(none_of_these(diagnosis))]));
+        push_line(
+            &mut out,
+            &row("   none of these", ["", "", &probability(none_of_these(diagnosis))]),
+        );
     }
     out += &calibration(&diagnosis.calibration, diagnosed);
     if diagnosis.verdict != Verdict::EffectFound {

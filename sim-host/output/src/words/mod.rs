@@ -1,0 +1,23 @@
+//! Every sentence of the program: the crates below return numbers, names and enums, and what a
+//! terminal, a page, a recording or a JSON file says of them is written here, once.
+
+mod quantity;
+
+pub(crate) use quantity::{Scale, fixed, probability, score, share, signed_share};
+
+/// `a`, `a and b`, `a, b and c`; `last`: the word before the last one.
+pub(crate) fn listed<T: AsRef<str>>(parts: &[T], last: &str) -> String {
+    match parts {
+        [] => String::new(),
+        [one] => one.as_ref().to_owned(),
+        [first @ .., end] => {
+            let first: Vec<&str> = first.iter().map(T::as_ref).collect();
+            format!("{} {last} {}", first.join(", "), end.as_ref())
+        }
+    }
+}
+
+/// `1 log`, `3 logs`.
+pub(crate) fn counted(count: usize, noun: &str) -> String {
+    format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
+}
