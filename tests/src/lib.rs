@@ -1,9 +1,8 @@
 //! What the tests share: the KR 500 MT of the fixtures in any scalar, the golden states of another
-//! engine, random states within the arm's limits, and the maker of synthetic measurement campaigns.
+//! engine, random states within the arm's limits, and how answers over the corpus are judged.
 //!
 //! No test lives here, and nothing here computes what a test is to judge.
 
-pub mod campaign;
 pub mod cell;
 pub mod corpus;
 pub mod resonance;
@@ -21,6 +20,7 @@ use trueweld_core::{
     Counterbalance, Friction, JOINTS, JointParameters, JointVector, Pose, Real, Robot,
     RobotParameters, ToolParameters, Wrench,
 };
+use trueweld_laboratory::Laboratory;
 use trueweld_plant::input::RobotFile;
 
 /// Path of a file below `fixtures/`.
@@ -30,6 +30,17 @@ pub fn fixture(relative: &str) -> PathBuf {
 
 /// The KR 500 MT with its end effector, in double precision, read once.
 pub static KR500: LazyLock<Robot<f64>> = LazyLock::new(kr500);
+
+/// The cell of the fixtures, to make campaigns of.
+pub static LABORATORY: LazyLock<Laboratory> = LazyLock::new(|| {
+    let read = Laboratory::read(
+        fixture("robots/kr500-mt.toml"),
+        fixture("processes/lap-weld-2024-t3.toml"),
+        fixture("control/kr500-mt.toml"),
+        fixture("sensors/kr500-mt.toml"),
+    );
+    read.expect("the fixtures are a cell")
+});
 
 /// The KR 500 MT of `fixtures/robots/kr500-mt.toml` in the scalar `T`.
 ///

@@ -7,26 +7,26 @@ use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 use trueweld_core::{JointVector, Wrench};
+use trueweld_laboratory::{OutOfLibrary, OutOfLibraryKind, Protocol, Recipe, effect};
 use trueweld_plant::effects::{Location, library};
 use trueweld_plant::input::{Process, RobotFile, Weld};
 use trueweld_plant::integrate::rest;
 use trueweld_plant::robot::Channel;
-use trueweld_tests::KR500;
-use trueweld_tests::campaign::{Logs, OutOfLibrary, Recipe, Strange, draw, effect, write};
 use trueweld_tests::cell::free_cell;
+use trueweld_tests::{KR500, LABORATORY};
 
 /// One log's columns by name.
 type Samples = BTreeMap<String, Vec<f64>>;
 
 fn made(recipe: &Recipe) -> TempDir {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    write(recipe, folder.path()).expect("the campaign is made");
+    LABORATORY.write(recipe, folder.path()).expect("the campaign is made");
     folder
 }
 
 /// Nothing recorded but what is asked for, and the held-out campaign likewise.
-fn nothing() -> Logs {
-    Logs { postures: 0, rings: 0, free: 0.0, welds: 0, ..Logs::short() }
+fn nothing() -> Protocol {
+    Protocol { postures: 0, rings: 0, free: 0.0, welds: 0, ..Protocol::short() }
 }
 
 fn samples(log: impl AsRef<Path>) -> Samples {
@@ -78,7 +78,7 @@ fn bytes(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
 
 #[test]
 fn a_campaign_has_the_documented_form() {
-    let folder = made(&Recipe { logs: Logs::short(), ..Recipe::plain(11) });
+    let folder = made(&Recipe { protocol: Protocol::short(), ..Recipe::plain(11) });
     let pose = "px_m,py_m,pz_m,rx_rad,ry_rad,rz_rad";
     let motors = "qe1_rad,qe2_rad,qe3_rad,qe4_rad,qe5_rad,qe6_rad";
     let torques = "tm1_nm,tm2_nm,tm3_nm,tm4_nm,tm5_nm,tm6_nm";
@@ -131,13 +131,12 @@ fn a_campaign_has_the_documented_form() {
 
 #[test]
 fn a_seed_gives_the_same_bytes_and_another_seed_other_ones() {
-    let recipe =
-        |seed| {
-            let logs = Logs { welds: 0, ..Logs::short() };
-            Recipe { logs, ..Recipe::plain(seed) }
-                .with_nuisance(0.03, 5e-5, 5e-5)
-                .with_effect(draw("hysteresis", 1.0, &Logs::short(), seed))
-        };
+    let recipe = |seed| {
+        let protocol = Protocol { welds: 0, ..Protocol::short() };
+        Recipe { protocol, ..Recipe::plain(seed) }
+            .with_nuisance(0.03, 5e-5, 5e-5)
+            .with_effect(LABORATORY.draw("hysteresis", 1.0, &Protocol::short(), seed))
+    };
     let (first, again, other) = (made(&recipe(5)), made(&recipe(5)), made(&recipe(6)));
     assert_eq!(bytes(first.path()), bytes(again.path()));
     assert_ne!(
@@ -150,8 +149,11 @@ fn a_seed_gives_the_same_bytes_and_another_seed_other_ones() {
 fn static_rows_of_the_baseline_stand_where_the_rest_solver_says() {
     // Without noise but for the last digits written: forces to 0.01 N, positions to 0.1 µm, and
     // angles to 10 nrad, which at 3 m and over six joints are some hundredths of a micrometre.
-    let folder =
-        made(&Recipe { noise: 1e-6, logs: Logs { postures: 4, ..nothing() }, ..Recipe::plain(21) });
+    let folder = made(&Recipe {
+        noise: 1e-6,
+        protocol: Protocol { postures: 4, ..nothing() },
+        ..Recipe::plain(21)
+    });
     let samples = samples(folder.path().join("static"));
     let cell = free_cell(&KR500, None);
     let parameters = KR500.parameters();
@@ -180,9 +182,9 @@ fn static_rows_of_the_baseline_stand_where_the_rest_solver_says() {
 
 #[test]
 fn noise_is_as_stated() {
-    let logs = Logs { postures: 4, ..nothing() };
-    let quiet = made(&Recipe { noise: 1e-6, logs: logs.clone(), ..Recipe::plain(22) });
-    let loud = made(&Recipe { noise: 2.0, logs, ..Recipe::plain(22) });
+    let protocol = Protocol { postures: 4, ..nothing() };
+    let quiet = made(&Recipe { noise: 1e-6, protocol: protocol.clone(), ..Recipe::plain(22) });
+    let loud = made(&Recipe { noise: 2.0, protocol, ..Recipe::plain(22) });
     let [quiet, loud] = [quiet, loud].map(|f| samples(f.path().join("static")));
     for (column, deviation) in [("px_m", 60e-6), ("qe3_rad", 4e-6), ("fy_n", 50.0), ("mz_nm", 16.0)]
     {
@@ -198,8 +200,11 @@ fn noise_is_as_stated() {
 fn a_loop_of_load_leaves_a_trace_of_hysteresis_and_of_a_gap_and_of_nothing_else() {
     // The first posture's loop: unloaded rows 0, 4 and 8, after loads to one side and to the other.
     let moved = |recipe: Recipe| {
-        let folder =
-            made(&Recipe { noise: 1e-6, logs: Logs { postures: 1, ..nothing() }, ..recipe });
+        let folder = made(&Recipe {
+            noise: 1e-6,
+            protocol: Protocol { postures: 1, ..nothing() },
+            ..recipe
+        });
         let samples = samples(folder.path().join("static"));
         let at = |row| vector(&samples, POSITION, row);
         [(at(4) - at(0)).norm(), (at(8) - at(4)).norm()]
@@ -221,7 +226,7 @@ fn a_loop_of_load_leaves_a_trace_of_hysteresis_and_of_a_gap_and_of_nothing_else(
 fn a_stopped_arm_rings_at_the_modes_with_its_motors_locked() {
     let folder = made(&Recipe {
         noise: 1e-6,
-        logs: Logs { rings: 1, ring: 1.5, ..nothing() },
+        protocol: Protocol { rings: 1, ring: 1.5, ..nothing() },
         ..Recipe::plain(31)
     });
     let samples = samples(folder.path().join("ring-123456"));
@@ -253,8 +258,10 @@ fn a_stopped_arm_rings_at_the_modes_with_its_motors_locked() {
 
 #[test]
 fn a_weld_is_pushed_as_hard_as_it_is_set() {
-    let folder =
-        made(&Recipe { logs: Logs { welds: 1, seam: 0.05, ..nothing() }, ..Recipe::plain(41) });
+    let folder = made(&Recipe {
+        protocol: Protocol { welds: 1, seam: 0.05, ..nothing() },
+        ..Recipe::plain(41)
+    });
     for weld in ["weld-1", "holdout/weld-2"] {
         let folder = folder.path().join(weld);
         let (samples, file) =
@@ -275,8 +282,8 @@ fn a_weld_is_pushed_as_hard_as_it_is_set() {
 
 #[test]
 fn a_late_tracker_shows_what_was() {
-    let logs = Logs { free: 2.0, ..nothing() };
-    let quiet = Recipe { noise: 1e-6, logs, ..Recipe::plain(51) };
+    let protocol = Protocol { free: 2.0, ..nothing() };
+    let quiet = Recipe { noise: 1e-6, protocol, ..Recipe::plain(51) };
     let late = effect("channel-delay", Location::Channel(Channel::Tracker), &[0.008]);
     let [prompt, late] =
         [quiet.clone(), quiet.with_effect(late)].map(|r| samples(made(&r).path().join("free")));
@@ -291,7 +298,7 @@ fn a_late_tracker_shows_what_was() {
 fn every_effect_can_be_drawn_and_grows_with_its_size() {
     for kind in library() {
         for seed in 0..20 {
-            let drawn = draw(kind.id, 1.0, &Logs::usual(), seed);
+            let drawn = LABORATORY.draw(kind.id, 1.0, &Protocol::usual(), seed);
             for (parameter, value) in kind.parameters.iter().zip(&drawn.values) {
                 let inside = (parameter.low..=parameter.high).contains(value);
                 assert!(
@@ -301,7 +308,7 @@ fn every_effect_can_be_drawn_and_grows_with_its_size() {
                 );
             }
             assert_ne!(
-                draw(kind.id, 0.3, &Logs::usual(), seed).values,
+                LABORATORY.draw(kind.id, 0.3, &Protocol::usual(), seed).values,
                 drawn.values,
                 "{}",
                 kind.id
@@ -311,13 +318,14 @@ fn every_effect_can_be_drawn_and_grows_with_its_size() {
 }
 
 #[test]
-fn every_stranger_shows_in_some_log() {
+fn every_effect_outside_the_library_shows_in_some_log() {
     // Whatever is strange at all is so without a weld too.
-    let logs = Logs { welds: 0, free: 1.0, ..Logs::short() };
-    let recipe = || Recipe { noise: 1e-6, logs: logs.clone(), ..Recipe::plain(61) };
+    let protocol = Protocol { welds: 0, free: 1.0, ..Protocol::short() };
+    let recipe = || Recipe { noise: 1e-6, protocol: protocol.clone(), ..Recipe::plain(61) };
     let bare = made(&recipe());
-    for what in Strange::ALL {
-        let strange = made(&recipe().with_stranger(OutOfLibrary { what, joint: 1, size: 1.0 }));
+    for kind in OutOfLibraryKind::ALL {
+        let strange =
+            made(&recipe().with_out_of_library(OutOfLibrary { kind, joint: 1, size: 1.0 }));
         let seen = ["static", "ring-123456", "free"].iter().any(|log| {
             let [bare, strange] = [&bare, &strange].map(|f| samples(f.path().join(log)));
             let mean = |column: &str, noise: f64| -> f64 {
@@ -337,6 +345,6 @@ fn every_stranger_shows_in_some_log() {
             ];
             worst.iter().any(|(column, noise)| mean(column, *noise) > 1.0)
         });
-        assert!(seen, "{}: {} is lost in the noise", what.name(), what.equation());
+        assert!(seen, "{}: {} is lost in the noise", kind.name(), kind.equation());
     }
 }

@@ -2,18 +2,19 @@
 //! well, keeps silent where nothing is hidden, and says so where the library does not have it.
 //! Cases and seeds were chosen before they were run.
 
-use trueweld_tests::campaign::{Logs, OutOfLibrary, Recipe, Strange, draw};
-use trueweld_tests::corpus::{CorpusCase, Hidden, Judged, Outcome, cases};
+use trueweld_laboratory::{CorpusCase, Hidden, OutOfLibrary, OutOfLibraryKind, Protocol, Recipe};
+use trueweld_tests::LABORATORY;
+use trueweld_tests::corpus::{Judged, Outcome, examine};
 
 /// Ten times the limit of detection: nobody could overlook it.
 const TARGET: f64 = 10.0;
 
 /// A case with a laboratory's usual errors beside what is hidden.
 fn examined(name: &str, seed: u64, hidden: Hidden) -> Judged {
-    let recipe =
-        Recipe { logs: Logs::short(), ..Recipe::plain(seed) }.with_nuisance(0.03, 1e-4, 1e-4);
+    let recipe = Recipe { protocol: Protocol::short(), ..Recipe::plain(seed) }
+        .with_nuisance(0.03, 1e-4, 1e-4);
     let case = CorpusCase { name: name.to_owned(), seed, hidden, target: TARGET, recipe };
-    let judged = case.examine().expect("the case can be made and diagnosed");
+    let judged = examine(&case).expect("the case can be made and diagnosed");
     for seen in &judged.seen {
         assert!(seen.ratio > 3.0, "{name} is to show well: {seen:?}");
     }
@@ -21,7 +22,7 @@ fn examined(name: &str, seed: u64, hidden: Hidden) -> Judged {
 }
 
 fn effect(id: &str, seed: u64) -> Judged {
-    examined(id, seed, Hidden::One(draw(id, 1.0, &Logs::short(), seed)))
+    examined(id, seed, Hidden::One(LABORATORY.draw(id, 1.0, &Protocol::short(), seed)))
 }
 
 #[test]
@@ -50,20 +51,23 @@ fn an_effect_of_a_sensor_is_named() {
 
 #[test]
 fn what_the_library_does_not_have_is_unknown() {
-    let judged =
-        examined("appendage", 5, Hidden::Unknown(OutOfLibrary::draw(Strange::Appendage, 1.0, 5)));
+    let judged = examined(
+        "appendage",
+        5,
+        Hidden::Unknown(OutOfLibrary::draw(OutOfLibraryKind::Appendage, 1.0, 5)),
+    );
     assert_eq!(judged.outcome, Outcome::Right, "{judged:#?}");
 }
 
 #[test]
 fn a_corpus_is_the_same_again_and_more_of_it_does_not_change_what_there_is() {
     let words = |count| {
-        let all = cases(7, count, &Logs::short());
+        let all = LABORATORY.corpus(7, count, &Protocol::short());
         all.iter().map(|c| format!("{c:?}")).collect::<Vec<_>>()
     };
     let (few, many) = (words(25), words(70));
     assert_eq!(few[..], many[..25]);
-    let all = cases(7, 70, &Logs::short());
+    let all = LABORATORY.corpus(7, 70, &Protocol::short());
     let count = |is: fn(&Hidden) -> bool| all.iter().filter(|c| is(&c.hidden)).count();
     assert_eq!(count(|h| matches!(h, Hidden::One(_))), 35);
     assert_eq!(count(|h| matches!(h, Hidden::None)), 14);

@@ -2,14 +2,15 @@
 //! no say in stays as it was.
 
 use std::collections::BTreeMap;
+use trueweld_laboratory::{Protocol, Recipe, effect};
 use trueweld_measure::data::log::LogKind;
 use trueweld_measure::predict::Prediction;
 use trueweld_plant::effects::{Effect, Location, library};
-use trueweld_tests::campaign::{Logs, Recipe, draw, effect};
+use trueweld_tests::LABORATORY;
 use trueweld_tests::corpus::{Ready, ready};
 
 fn campaign(hidden: Option<Effect>) -> Ready {
-    let recipe = Recipe { logs: Logs::short(), ..Recipe::plain(21) };
+    let recipe = Recipe { protocol: Protocol::short(), ..Recipe::plain(21) };
     ready(&hidden.into_iter().fold(recipe, Recipe::with_effect)).expect("the campaign is made")
 }
 
@@ -66,7 +67,7 @@ fn a_prediction_beside_another_is_the_same_as_by_itself() {
     for known in [Vec::new(), vec![play()]] {
         let before = predicted(&ready, &known);
         for (kind, seed) in library().flat_map(|kind| (1..=4).map(move |seed| (kind, seed))) {
-            let added = draw(kind.id, 1.0, &Logs::short(), seed);
+            let added = LABORATORY.draw(kind.id, 1.0, &Protocol::short(), seed);
             let effects = [known.clone(), vec![added.clone()]].concat();
             let alone = predicted(&ready, &effects);
             for ((experiment, at), alone) in ready.bench.experiments.iter().zip(&before).zip(&alone)

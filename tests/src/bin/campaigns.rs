@@ -3,10 +3,10 @@
 use clap::Parser;
 use std::path::PathBuf;
 use std::process::ExitCode;
+use trueweld_laboratory::{OutOfLibrary, OutOfLibraryKind, Recipe};
 use trueweld_plant::effects::{Effect, library};
 use trueweld_plant::input::RobotFile;
-use trueweld_tests::campaign::{OutOfLibrary, Recipe, Strange, draw, write};
-use trueweld_tests::fixture;
+use trueweld_tests::{LABORATORY, fixture};
 
 /// Writes one synthetic measurement campaign, with what was built in stated in its truth.toml.
 #[derive(Debug, Parser)]
@@ -18,10 +18,10 @@ struct Arguments {
     /// repeated.
     #[arg(long)]
     effect: Vec<String>,
-    /// Something outside the library, NAME, or NAME:JOINT with the joint from 1 to 6.
+    /// An effect outside the library, NAME, or NAME:JOINT with the joint from 1 to 6.
     #[arg(long)]
-    stranger: Option<String>,
-    /// Factor on the size of effects drawn at random and of the stranger.
+    outside: Option<String>,
+    /// Factor on the size of effects drawn at random and of the one outside the library.
     #[arg(long, default_value_t = 1.0)]
     size: f64,
     /// Standard deviation of the joints' stiffness errors, relative.
@@ -56,28 +56,30 @@ fn go(arguments: &Arguments) -> Result<(), Box<dyn std::error::Error>> {
     for (seed, text) in (arguments.seed..).zip(&arguments.effect) {
         let alone = library().any(|k| k.id == text);
         let effect = if alone {
-            draw(text, arguments.size, &recipe.logs, seed)
+            LABORATORY.draw(text, arguments.size, &recipe.protocol, seed)
         } else {
             Effect::parse(text, &robot)?
         };
         recipe = recipe.with_effect(effect);
     }
-    if let Some(text) = &arguments.stranger {
+    if let Some(text) = &arguments.outside {
         let (name, joint) =
             text.split_once(':').map_or((text.as_str(), None), |(name, joint)| (name, Some(joint)));
-        let names = Strange::ALL.map(Strange::name).join(", ");
-        let what = Strange::ALL.into_iter().find(|s| s.name() == name);
-        let what = what.ok_or_else(|| format!("no stranger `{name}`: expected one of {names}"))?;
-        let mut stranger = OutOfLibrary::draw(what, arguments.size, arguments.seed);
+        let names = OutOfLibraryKind::ALL.map(OutOfLibraryKind::name).join(", ");
+        let kind = OutOfLibraryKind::ALL.into_iter().find(|k| k.name() == name);
+        let kind = kind.ok_or_else(|| {
+            format!("no effect `{name}` outside the library: expected one of {names}")
+        })?;
+        let mut effect = OutOfLibrary::draw(kind, arguments.size, arguments.seed);
         if let Some(joint) = joint {
             let joint = joint.parse().ok().filter(|j| (1..=6).contains(j));
             let joint: usize =
                 joint.ok_or_else(|| format!("`{text}` names no joint from 1 to 6"))?;
-            stranger.joint = joint - 1;
+            effect.joint = joint - 1;
         }
-        recipe = recipe.with_stranger(stranger);
+        recipe = recipe.with_out_of_library(effect);
     }
-    write(&recipe, &arguments.out)?;
+    LABORATORY.write(&recipe, &arguments.out)?;
     println!("{} written, seed {}", arguments.out.display(), arguments.seed);
     Ok(())
 }

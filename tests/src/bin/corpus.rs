@@ -8,9 +8,10 @@ use std::io::{ErrorKind, Write as _};
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Instant;
+use trueweld_laboratory::Protocol;
 use trueweld_plant::input::write_atomically;
-use trueweld_tests::campaign::Logs;
-use trueweld_tests::corpus::{Judged, Tally, cases};
+use trueweld_tests::LABORATORY;
+use trueweld_tests::corpus::{Judged, Tally, examine};
 
 /// Measures how well a diagnosis names what is hidden in synthetic campaigns.
 ///
@@ -44,8 +45,8 @@ fn go(arguments: &Arguments) -> Result<(), Box<dyn std::error::Error>> {
                 .map_err(|error| format!("cannot make {}: {error}", folder.display()))?;
         }
     }
-    let logs = if arguments.short { Logs::short() } else { Logs::usual() };
-    let cases = cases(arguments.seed, arguments.cases, &logs);
+    let protocol = if arguments.short { Protocol::short() } else { Protocol::usual() };
+    let cases = LABORATORY.corpus(arguments.seed, arguments.cases, &protocol);
     let written = match read_to_string(&arguments.out) {
         Ok(text) => text,
         Err(error) if error.kind() == ErrorKind::NotFound => String::new(),
@@ -74,10 +75,9 @@ fn go(arguments: &Arguments) -> Result<(), Box<dyn std::error::Error>> {
     let mut file = OpenOptions::new().create(true).append(true).open(&arguments.out)?;
     let start = Instant::now();
     for (done, case) in missing.iter().enumerate() {
-        match case.examine() {
+        match examine(case) {
             Ok(judged) => {
-                // One write a line: whoever reads along, or stops the program, never meets half of
-                // one.
+                // One write for each line, so that no reader meets half of one.
                 file.write_all((serde_json::to_string(&judged)? + "\n").as_bytes())?;
                 let each = start.elapsed().as_secs_f64() / (done + 1) as f64;
                 let left = each * (missing.len() - done - 1) as f64;
@@ -91,8 +91,7 @@ fn go(arguments: &Arguments) -> Result<(), Box<dyn std::error::Error>> {
                 );
                 known.insert((case.name.clone(), case.seed), judged);
             }
-            // One campaign that cannot be made is no reason to lose the others; it is not counted,
-            // and said to be.
+            // A campaign that cannot be made is reported and not counted.
             Err(error) => eprintln!("{}/{} {}: {error}", done + 1, missing.len(), case.name),
         }
     }

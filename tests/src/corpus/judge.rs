@@ -1,8 +1,7 @@
 //! What an answer is worth against the truth.
 
-use super::Hidden;
-use crate::campaign::Recipe;
 use serde::{Deserialize, Serialize};
+use trueweld_laboratory::{Hidden, Recipe};
 use trueweld_measure::diagnose::{Candidate, Diagnosis, Verdict};
 use trueweld_plant::effects::{Effect, Location};
 

@@ -5,10 +5,10 @@
 //! over the noise and squared, is by how much the sum of squares would fall for whoever finds it.
 
 use super::{CorpusError, Ready, plausible, ready};
-use crate::campaign::{OutOfLibrary, Recipe};
 use nalgebra::DVector;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, HashMap};
+use trueweld_laboratory::{OutOfLibrary, Recipe};
 use trueweld_measure::diagnose::rules;
 use trueweld_measure::fit::calibration::{calibrations, is_calibration};
 use trueweld_measure::fit::{self, FitState, Linear, Residuals, Slopes};
@@ -138,11 +138,15 @@ impl Context {
         (drawn(seen.size), seen)
     }
 
-    /// The stranger at the size at which it shows as well as `target` says.
-    pub fn size_stranger(&self, target: f64, stranger: OutOfLibrary) -> (OutOfLibrary, Visibility) {
-        let at = |size: f64| OutOfLibrary { size, ..stranger };
+    /// The effect outside the library at the size at which it shows as well as `target` says.
+    pub fn size_out_of_library(
+        &self,
+        target: f64,
+        effect: OutOfLibrary,
+    ) -> (OutOfLibrary, Visibility) {
+        let at = |size: f64| OutOfLibrary { size, ..effect };
         let seen = self.size(target, |size| {
-            self.seen(&self.recipe.clone().with_stranger(at(size)), None).ok()
+            self.seen(&self.recipe.clone().with_out_of_library(at(size)), None).ok()
         });
         (at(seen.size), seen)
     }

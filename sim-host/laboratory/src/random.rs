@@ -7,13 +7,13 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal, StandardUniform};
 
 /// Streams. Those from [`REGISTRATION`] on have a log's number added.
-pub(super) const NUISANCE: u64 = 1;
-pub(super) const STRANGER: u64 = 2;
+pub(crate) const NUISANCE: u64 = 1;
+pub(crate) const OUT_OF_LIBRARY: u64 = 2;
 /// Of the library's first effect; the others have their place in its table added.
-pub(super) const DRAW: u64 = 100;
-pub(super) const REGISTRATION: u64 = 1000;
-pub(super) const PLAN: u64 = 2000;
-pub(super) const NOISE: u64 = 3000;
+pub(crate) const DRAW: u64 = 100;
+pub(crate) const REGISTRATION: u64 = 1000;
+pub(crate) const PLAN: u64 = 2000;
+pub(crate) const NOISE: u64 = 3000;
 /// Of the corpus: what is drawn for one case.
 pub(crate) const CASE: u64 = 4000;
 

@@ -1,12 +1,9 @@
-//! The links of an arm whose motors are where they are put: quasi-statically under loads, and in
-//! motion.
+//! An arm at rest under loads, its motors held: the links in quasi-static equilibrium.
 //!
-//! Equation (2.1), link side, asked of the plant's own robot. Reached by ways that no comparison
-//! takes: equilibria by a descent of its own that carries a hysteresis' history along, motion by
-//! Runge–Kutta at steps far below the fastest mode.
+//! Equation (2.1), link side, of the plant's own robot, solved by a damped Newton method that no
+//! comparison uses. The internal states of effects (hysteresis) follow the load's path.
 
-use super::motion::{Motor, Path};
-use super::stranger::OutOfLibrary;
+use crate::motion::Motor;
 use nalgebra::{Matrix6, SVector, Vector3};
 use trueweld_core::{Frames, JOINTS, JointVector, Pose, Wrench};
 use trueweld_plant::cell::Cell;
@@ -22,7 +19,7 @@ pub struct Unsettled {
 
 /// A load hung on or pressed against the tool.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Load {
+pub(crate) struct Load {
     /// At the TCP, in T: what the force sensor sees.
     pub wrench_in_t: Wrench<f64>,
     /// Mass hung on the flange, kg.
@@ -139,7 +136,7 @@ fn pressing(cell: &Cell, direction: &JointVector<f64>) -> JointVector<f64> {
 
 /// Unloaded links in balance with their motors, effects' own states at zero, after the links
 /// pressed in a direction.
-fn settled(
+pub(crate) fn settled(
     cell: &Cell,
     motor: &Motor,
     direction: &JointVector<f64>,
@@ -157,7 +154,7 @@ fn at_rest(angle: &JointVector<f64>) -> Motor {
 
 /// An arm that stands, led slowly from one load and posture to the next.
 #[derive(Debug)]
-pub(super) struct HeldArm<'a> {
+pub(crate) struct StaticArm<'a> {
     cell: &'a Cell,
     motor: JointVector<f64>,
     load: Load,
@@ -167,7 +164,7 @@ pub(super) struct HeldArm<'a> {
     remembers: bool,
 }
 
-impl<'a> HeldArm<'a> {
+impl<'a> StaticArm<'a> {
     /// At rest, unloaded, effects' own states at zero, having come from angles of 0.
     pub fn new(cell: &'a Cell, motor: &JointVector<f64>) -> Result<Self, Unsettled> {
         let internal = [0.0; INTERNAL_STATES];
@@ -274,7 +271,7 @@ impl<'a> HeldArm<'a> {
 
 /// Change over one step of the classical fourth-order scheme; `slope` takes the time since the
 /// step's start.
-fn runge_kutta<const N: usize>(
+pub(crate) fn runge_kutta<const N: usize>(
     y: &SVector<f64, N>,
     h: f64,
     slope: impl Fn(f64, &SVector<f64, N>) -> SVector<f64, N>,
@@ -284,134 +281,4 @@ fn runge_kutta<const N: usize>(
     let k3 = slope(0.5 * h, &(y + k2 * (0.5 * h)));
     let k4 = slope(h, &(y + k3 * h));
     (k1 + k2 * 2.0 + k3 * 2.0 + k4) * (h / 6.0)
-}
-
-/// Links, rates, effects' states, and place and velocity of what hangs on the tool.
-type Moving = SVector<f64, { 12 + INTERNAL_STATES + 6 }>;
-
-/// Where those of what hangs on the tool begin.
-const HUNG: usize = 12 + INTERNAL_STATES;
-
-/// The truth at one instant.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Instant {
-    /// Encoders, rad.
-    pub motor: JointVector<f64>,
-    /// Links, rad.
-    pub link: JointVector<f64>,
-    /// Motor torque, N·m.
-    pub torque: JointVector<f64>,
-    /// Tool in B.
-    pub pose: Pose<f64>,
-    /// What the environment applies to the tool at the TCP, in T.
-    pub wrench: Wrench<f64>,
-}
-
-/// An arm in motion without contact, its motors on a path.
-#[derive(Debug)]
-pub(super) struct Follower<'a, P> {
-    pub cell: &'a Cell,
-    pub stranger: Option<&'a OutOfLibrary>,
-    pub path: &'a P,
-}
-
-impl<P: Path> Follower<'_, P> {
-    /// The truth every `step` s from `start` to `end`, the log's own time being from 0 on: before
-    /// it the arm runs in, and what remembers does not yet. It begins in balance at the rate that
-    /// its motors have then.
-    pub fn run(&self, start: f64, end: f64, step: f64) -> Result<Vec<Instant>, Unsettled> {
-        let motor = self.path.at(start);
-        // Motors that turn drag their links behind them; before a start from rest they came from
-        // angles of 0.
-        let came = if motor.rate.amax() > 0.0 { -motor.rate } else { motor.angle };
-        let link = settled(self.cell, &motor, &came)?;
-        let mut y = Moving::zeros();
-        y.fixed_rows_mut::<6>(0).copy_from(&link);
-        y.fixed_rows_mut::<6>(6).copy_from(&motor.rate);
-        let frames = self.cell.robot.frames(&link, &Wrench::zero(), 0.0);
-        y.fixed_rows_mut::<3>(HUNG).copy_from(&frames.tcp.position);
-        y.fixed_rows_mut::<3>(HUNG + 3).copy_from(&frames.twist(&motor.rate).linear);
-
-        let count = ((end - start) / step).round() as usize;
-        let mut instants = Vec::with_capacity(count + 1);
-        for k in 0..=count {
-            let time = start + k as f64 * step;
-            instants.push(self.instant(time, &y));
-            y += runge_kutta(&y, step, |after, y| self.slope(time + after, y));
-            if !y.sum().is_finite() {
-                return Err(Unsettled { time });
-            }
-        }
-        Ok(instants)
-    }
-
-    fn drives(motor: &Motor, y: &Moving) -> Drives {
-        Drives {
-            link: y.fixed_rows::<6>(0).into_owned(),
-            link_rate: y.fixed_rows::<6>(6).into_owned(),
-            motor: motor.angle,
-            motor_rate: motor.rate,
-        }
-    }
-
-    /// Frames, and the wrench of what hangs on the tool or shakes it.
-    fn frames(&self, time: f64, drives: &Drives, y: &Moving) -> (Frames<f64>, Wrench<f64>) {
-        let (robot, clock) = (&self.cell.robot, time.max(0.0));
-        let free = robot.frames(&drives.link, &Wrench::zero(), clock);
-        let Some(stranger) = self.stranger else {
-            return (free, Wrench::zero());
-        };
-        let mut force = stranger.force(clock);
-        if let Some(hung) = stranger.appendage() {
-            let away = y.fixed_rows::<3>(HUNG) - free.tcp.position;
-            let faster = y.fixed_rows::<3>(HUNG + 3) - free.twist(&drives.link_rate).linear;
-            force += away * hung.stiffness + faster * hung.damping;
-        }
-        let wrench = Wrench { moment: Vector3::zeros(), force };
-        (robot.frames(&drives.link, &wrench, clock), wrench)
-    }
-
-    fn slope(&self, time: f64, y: &Moving) -> Moving {
-        let robot = &self.cell.robot;
-        let drives = Self::drives(&self.path.at(time), y);
-        let internal = &y.as_slice()[12..HUNG];
-        let (frames, wrench) = self.frames(time, &drives, y);
-        let spring = robot.spring_torque(&drives, internal);
-        let acceleration = robot.link_acceleration(&frames, &drives, &spring, &wrench);
-        let mut slope = Moving::zeros();
-        slope.fixed_rows_mut::<6>(0).copy_from(&drives.link_rate);
-        let nowhere = JointVector::repeat(f64::NAN);
-        slope.fixed_rows_mut::<6>(6).copy_from(&acceleration.map_or(nowhere, |(a, _)| a));
-        if time >= 0.0 {
-            robot.internal_rates(&drives, internal, &mut slope.as_mut_slice()[12..HUNG]);
-        }
-        if let Some(hung) = self.stranger.and_then(OutOfLibrary::appendage) {
-            let velocity = y.fixed_rows::<3>(HUNG + 3).into_owned();
-            slope.fixed_rows_mut::<3>(HUNG).copy_from(&velocity);
-            slope.fixed_rows_mut::<3>(HUNG + 3).copy_from(&(-wrench.force / hung.mass));
-        }
-        slope
-    }
-
-    fn instant(&self, time: f64, y: &Moving) -> Instant {
-        let robot = &self.cell.robot;
-        let motor = self.path.at(time);
-        let drives = Self::drives(&motor, y);
-        let spring = robot.spring_torque(&drives, &y.as_slice()[12..HUNG]);
-        let smoothing = robot.model.parameters().friction.smoothing;
-        let friction = JointVector::from_fn(|i, _| {
-            let fading =
-                self.stranger.map_or(0.0, |s| s.friction(i, motor.rate[i], time, smoothing));
-            robot.friction(&drives, i).value + fading
-        });
-        Instant {
-            motor: motor.angle,
-            link: drives.link,
-            torque: robot.model.rotor_inertia().component_mul(&motor.acceleration)
-                + spring
-                + friction,
-            pose: self.frames(time, &drives, y).0.tcp,
-            wrench: Wrench::zero(),
-        }
-    }
 }

@@ -1,24 +1,22 @@
-//! What a real cell may have and the library does not: the truth that a diagnosis must call
+//! Effects that a real cell may have and the library does not have: a diagnosis must call them
 //! unknown.
 //!
-//! A term at a port of the plant where one does, other numbers of the robot, or something that only
-//! acts on a moving arm and that [`links`](super::links) asks for. Sizes at factor 1 show well
-//! above the noise.
+//! Each is a term at a port of the plant, a change of the robot's parameters, or acts on a moving
+//! arm only. At size 1 each shows well above the noise.
 
-use super::random::{Random, STRANGER};
-use crate::KR500;
+use crate::random::{OUT_OF_LIBRARY, Random};
 use nalgebra::Vector3;
 use std::f64::consts::TAU;
-use trueweld_core::RobotParameters;
 use trueweld_core::spatial::rotation_from_vector;
+use trueweld_core::{Friction, RobotParameters};
 use trueweld_plant::cell::Cell;
 use trueweld_plant::robot::{
     JointState, Port, ProcessPoint, Readings, Term, TooManyStates, ValueDerivative,
 };
 
-/// Kinds of strangers.
+/// Kinds of effects outside the library.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Strange {
+pub enum OutOfLibraryKind {
     /// A bearing that drags on the link's side of the gear.
     LinkFriction,
     /// A heavy thing hung softly on the tool: a second mode.
@@ -41,7 +39,7 @@ pub enum Strange {
     Shaker,
 }
 
-impl Strange {
+impl OutOfLibraryKind {
     /// All of them.
     pub const ALL: [Self; 10] = [
         Self::LinkFriction,
@@ -91,12 +89,12 @@ impl Strange {
     }
 }
 
-/// Something outside the library, of a size.
+/// An effect outside the library.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OutOfLibrary {
     /// What it is.
-    pub what: Strange,
-    /// The joint it is at, 0 = A1; strangers of the cell or the tool ignore it.
+    pub kind: OutOfLibraryKind,
+    /// The joint it is at, 0 = A1; effects of the cell or the tool ignore it.
     pub joint: usize,
     /// Factor on its usual size.
     pub size: f64,
@@ -104,7 +102,7 @@ pub struct OutOfLibrary {
 
 /// A mass hung on the tool by spring and damper.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Appendage {
+pub(crate) struct Appendage {
     /// Mass, kg.
     pub mass: f64,
     /// Stiffness, N/m.
@@ -114,29 +112,27 @@ pub(super) struct Appendage {
 }
 
 impl OutOfLibrary {
-    /// The stranger at a random joint where it can be. `size` is a factor on what is usual.
-    pub fn draw(what: Strange, size: f64, seed: u64) -> Self {
-        let mut random = Random::new(seed, STRANGER);
-        let joint = match what {
+    /// The effect at a random joint that can have it. `size` is a factor on the usual size.
+    pub fn draw(kind: OutOfLibraryKind, size: f64, seed: u64) -> Self {
+        let mut random = Random::new(seed, OUT_OF_LIBRARY);
+        let joint = match kind {
             // The frames that are far from the one before them.
-            Strange::LinkLength => [1, 2, 4][random.whole(0, 2)],
+            OutOfLibraryKind::LinkLength => [1, 2, 4][random.whole(0, 2)],
             // Only motor torque shows them, and its noise is the same at the weak joints.
-            Strange::MotorRipple | Strange::FadingFriction => random.whole(0, 2),
+            OutOfLibraryKind::MotorRipple | OutOfLibraryKind::FadingFriction => random.whole(0, 2),
             // The tool centre lies on A6.
-            Strange::UnevenStiffness | Strange::CubicDamping => random.whole(0, 4),
+            OutOfLibraryKind::UnevenStiffness | OutOfLibraryKind::CubicDamping => {
+                random.whole(0, 4)
+            }
             _ => random.whole(0, 5),
         };
-        Self { what, joint, size }
-    }
-
-    fn coulomb(&self) -> f64 {
-        KR500.parameters().friction.coulomb[self.joint]
+        Self { kind, joint, size }
     }
 
     /// What it changes of the robot's numbers.
-    pub(super) fn change(&self, robot: &mut RobotParameters<f64>) {
-        match self.what {
-            Strange::LinkLength => {
+    pub(crate) fn change(&self, robot: &mut RobotParameters<f64>) {
+        match self.kind {
+            OutOfLibraryKind::LinkLength => {
                 // A frame at the one before it has no direction of its own: the arm's length is
                 // then the flange's.
                 let origin = match self.joint {
@@ -145,7 +141,7 @@ impl OutOfLibrary {
                 };
                 *origin += origin.normalize() * (5e-4 * self.size);
             }
-            Strange::TiltedFloor => {
+            OutOfLibraryKind::TiltedFloor => {
                 let axis = Vector3::new(1.0, 1.0, 0.0).normalize();
                 robot.gravity = rotation_from_vector(&(axis * (0.03 * self.size))) * robot.gravity;
             }
@@ -154,40 +150,41 @@ impl OutOfLibrary {
     }
 
     /// Puts its term, if it is one, at its port.
-    pub(super) fn install(&self, cell: &mut Cell) -> Result<(), TooManyStates> {
+    pub(crate) fn install(&self, cell: &mut Cell) -> Result<(), TooManyStates> {
         let joint = self.joint;
         let model = &cell.robot.model;
+        let friction = &model.parameters().friction;
         let (stiffness, damping) = (model.stiffness()[joint], model.damping()[joint]);
-        let (port, term): (Port, Box<dyn Term>) = match self.what {
-            Strange::LinkFriction => {
-                let viscous = self.size * KR500.parameters().friction.viscous[joint];
+        let (port, term): (Port, Box<dyn Term>) = match self.kind {
+            OutOfLibraryKind::LinkFriction => {
+                let viscous = self.size * friction.viscous[joint];
                 (Port::LinkTorque(joint), Box::new(LinkFriction { viscous }))
             }
-            Strange::MotorRipple => (
+            OutOfLibraryKind::MotorRipple => (
                 Port::MotorFriction(joint),
-                Box::new(MotorRipple { amplitude: self.size * 0.8 * self.coulomb() }),
+                Box::new(MotorRipple { amplitude: self.size * 0.8 * friction.coulomb[joint] }),
             ),
-            Strange::ForceScale => {
+            OutOfLibraryKind::ForceScale => {
                 (Port::SensorChannel, Box::new(ForceScale { gain: 0.03 * self.size }))
             }
-            Strange::CubicDamping => {
+            OutOfLibraryKind::CubicDamping => {
                 // Twice as much again as D, at the rate at which a ring-down begins.
                 let rate: f64 = if joint < 3 { 0.05 } else { 0.15 };
                 let coefficient = 2.0 * self.size * damping / (rate * rate);
                 (Port::SpringTorque(joint), Box::new(CubicDamping { coefficient }))
             }
-            Strange::UnevenStiffness => (
+            OutOfLibraryKind::UnevenStiffness => (
                 Port::SpringTorque(joint),
                 Box::new(UnevenStiffness { stiffness: 0.25 * self.size * stiffness }),
             ),
-            Strange::Shaker => {
+            OutOfLibraryKind::Shaker => {
                 let amplitude = cell.b_from_w.rotation.transpose() * self.shaking();
                 (Port::ProcessForce, Box::new(Shaker { amplitude }))
             }
-            Strange::Appendage
-            | Strange::LinkLength
-            | Strange::TiltedFloor
-            | Strange::FadingFriction => return Ok(()),
+            OutOfLibraryKind::Appendage
+            | OutOfLibraryKind::LinkLength
+            | OutOfLibraryKind::TiltedFloor
+            | OutOfLibraryKind::FadingFriction => return Ok(()),
         };
         cell.robot.ports.install(port, term)
     }
@@ -198,31 +195,40 @@ impl OutOfLibrary {
     }
 
     /// Force on the tool of an arm that moves freely, in B, N.
-    pub(super) fn force(&self, time: f64) -> Vector3<f64> {
-        if self.what == Strange::Shaker { self.shaking() * shake(time) } else { Vector3::zeros() }
+    pub(crate) fn force(&self, time: f64) -> Vector3<f64> {
+        if self.kind == OutOfLibraryKind::Shaker {
+            self.shaking() * shake(time)
+        } else {
+            Vector3::zeros()
+        }
     }
 
     /// The mass hung on the tool, where it is one. A weld's feed does not stir it.
-    pub(super) fn appendage(&self) -> Option<Appendage> {
+    pub(crate) fn appendage(&self) -> Option<Appendage> {
         const RATE: f64 = 9.0 * TAU;
         let mass = 12.0 * self.size;
         let hung =
             Appendage { mass, stiffness: mass * RATE * RATE, damping: 2.0 * 0.02 * mass * RATE };
-        (self.what == Strange::Appendage).then_some(hung)
+        (self.kind == OutOfLibraryKind::Appendage).then_some(hung)
     }
 
-    /// Friction torque against a motor that follows from time alone, N·m. Only motor torque shows
-    /// it, which a weld's log does not have.
-    pub(super) fn friction(&self, joint: usize, rate: f64, time: f64, smoothing: f64) -> f64 {
-        const FADES_IN: f64 = 4.0;
-        if self.what != Strange::FadingFriction || joint != self.joint {
+    /// Friction torque of a motor that depends on time, N·m. Only motor torque shows it, which the
+    /// log of a weld does not have.
+    pub(crate) fn friction(
+        &self,
+        joint: usize,
+        rate: f64,
+        time: f64,
+        friction: &Friction<f64>,
+    ) -> f64 {
+        const DECAY_TIME: f64 = 4.0;
+        if self.kind != OutOfLibraryKind::FadingFriction || joint != self.joint {
             return 0.0;
         }
-        self.size
-            * 0.8
-            * self.coulomb()
-            * (-time / FADES_IN).exp()
-            * ValueDerivative::turn(rate, smoothing).value
+        let amplitude = self.size * 0.8 * friction.coulomb[joint];
+        amplitude
+            * (-time / DECAY_TIME).exp()
+            * ValueDerivative::turn(rate, friction.smoothing).value
     }
 }
 

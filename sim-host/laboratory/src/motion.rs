@@ -1,11 +1,11 @@
 //! Encoder paths that are known exactly: angle, rate and acceleration at any time.
 
-use super::random::Random;
+use crate::random::Random;
 use trueweld_core::JointVector;
 
 /// Where the encoders are.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Motor {
+pub(crate) struct Motor {
     /// Angle, rad.
     pub angle: JointVector<f64>,
     /// Rate, rad/s.
@@ -15,14 +15,14 @@ pub(super) struct Motor {
 }
 
 /// A path of the encoders over time.
-pub(super) trait Path {
+pub(crate) trait Path {
     /// Where they are at a time, s.
     fn at(&self, time: f64) -> Motor;
 }
 
 /// Constant rate until the brake falls, then a stop within milliseconds: a ring-down.
 #[derive(Debug)]
-pub(super) struct Stop {
+pub(crate) struct Stop {
     /// Angles at time 0, rad.
     pub start: JointVector<f64>,
     /// Rates until the brake falls, rad/s.
@@ -56,7 +56,7 @@ const RATE: [f64; 6] = [0.45, 0.4, 0.4, 0.6, 0.7, 0.9];
 
 /// Moves of least jerk, waves of two sines a joint, and dwells, one after the other, from rest.
 #[derive(Debug)]
-pub(super) struct Moves {
+pub(crate) struct Moves {
     start: JointVector<f64>,
     pieces: Vec<Piece>,
 }

@@ -1,0 +1,87 @@
+//! Campaign folders: the model, the logs, the logs held out, and the truth.
+
+use crate::error::CampaignError;
+use crate::laboratory::Laboratory;
+use crate::logs::LogWriter;
+use crate::recipe::Recipe;
+use crate::truth::Truth;
+use std::fmt::{self, Write as _};
+use std::fs;
+use std::path::Path;
+use trueweld_plant::effects::Location;
+use trueweld_plant::input::write_atomically;
+
+const MODEL: &str = "schema = \"model/1\"\nrobot = \"robot.toml\"\nprocess = \"process.toml\"\n";
+
+impl Laboratory {
+    /// Simulates a campaign and writes it into a folder, with the campaign held out in `holdout/`
+    /// and the truth in `truth.toml`. The same recipe gives the same bytes.
+    ///
+    /// # Errors
+    /// [`CampaignError`].
+    pub fn write(&self, recipe: &Recipe, folder: &Path) -> Result<(), CampaignError> {
+        let truth = Truth::new(self, recipe)?;
+        for held_out in [false, true] {
+            let (folder, protocol) = if held_out {
+                (folder.join("holdout"), recipe.protocol.held_out())
+            } else {
+                (folder.to_owned(), recipe.protocol.clone())
+            };
+            fs::create_dir_all(&folder)?;
+            write_atomically(folder.join("robot.toml"), &fs::read(&self.robot_path)?)?;
+            write_atomically(folder.join("process.toml"), &fs::read(&self.process_path)?)?;
+            write_atomically(folder.join("model.toml"), MODEL.as_bytes())?;
+            let names =
+                LogWriter { truth: &truth, protocol: &protocol, held_out }.write(&folder)?;
+            let list = names.iter().map(|n| format!("\"{n}\"")).collect::<Vec<_>>().join(", ");
+            let what = if held_out { ", held out" } else { "" };
+            let text = format!(
+                "# Simulated measurements{what}, seed {}.\nschema = \"campaign/1\"\n\
+                 model = \"model.toml\"\nlogs = [{list}]\n",
+                recipe.seed
+            );
+            write_atomically(folder.join("campaign.toml"), text.as_bytes())?;
+        }
+        let text = self.truth_file(recipe).expect("a string takes all");
+        Ok(write_atomically(folder.join("truth.toml"), text.as_bytes())?)
+    }
+
+    fn truth_file(&self, recipe: &Recipe) -> Result<String, fmt::Error> {
+        let verdict = match (&recipe.out_of_library, recipe.effects.is_empty()) {
+            (Some(_), _) => "unknown-effect",
+            (None, false) => "effect-found",
+            (None, true) => "adequate",
+        };
+        let mut text = format!(
+            "# What was built into this campaign.\nschema = \"truth/1\"\nverdict = \"{verdict}\"\n\
+             seed = {}\nnoise = {:?}\nnoise_stated = {}\n\n[nuisance]\n\
+             stiffness_relative = {:?}\nencoder_offset_rad = {:?}\nregistration_per_log_m = {:?}\n",
+            recipe.seed,
+            recipe.noise,
+            recipe.noise_stated,
+            recipe.stiffness_error,
+            recipe.encoder_offset,
+            recipe.registration_per_log
+        );
+        for effect in &recipe.effects {
+            writeln!(text, "\n[[effect]]\nid = \"{}\"", effect.kind.id)?;
+            if effect.at != Location::Cell {
+                writeln!(text, "at = \"{}\"", effect.at_name(&self.robot))?;
+            }
+            for (parameter, value) in effect.kind.parameters.iter().zip(&effect.values) {
+                writeln!(text, "{} = {value:?}", parameter.name)?;
+            }
+        }
+        if let Some(foreign) = &recipe.out_of_library {
+            writeln!(
+                text,
+                "\n[stranger]\nname = \"{}\"\nequation = \"{}\"\nat = \"{}\"\nsize = {:?}",
+                foreign.kind.name(),
+                foreign.kind.equation(),
+                self.robot.joint_names[foreign.joint],
+                foreign.size
+            )?;
+        }
+        Ok(text)
+    }
+}

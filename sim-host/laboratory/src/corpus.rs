@@ -1,0 +1,119 @@
+//! Random campaigns: what is hidden in each, how well it is to show, and what the laboratory gets
+//! wrong besides.
+
+use crate::laboratory::Laboratory;
+use crate::out_of_library::{OutOfLibrary, OutOfLibraryKind};
+use crate::protocol::Protocol;
+use crate::random::{CASE, Random};
+use crate::recipe::Recipe;
+use trueweld_plant::effects::{Effect, EffectKind, library};
+
+/// What is hidden in a case.
+#[derive(Debug, Clone)]
+pub enum Hidden {
+    /// Nothing, besides what the laboratory gets wrong.
+    None,
+    /// An effect of the library.
+    One(Effect),
+    /// Two effects of the library.
+    Two(Effect, Effect),
+    /// An effect that the library does not have.
+    Unknown(OutOfLibrary),
+}
+
+/// One case of the corpus: a campaign yet to be made.
+#[derive(Debug, Clone)]
+pub struct CorpusCase {
+    /// Number and contents, unique in a corpus.
+    pub name: String,
+    /// Seed of the campaign.
+    pub seed: u64,
+    /// What is hidden, of its usual size.
+    pub hidden: Hidden,
+    /// How well it is to show, in multiples of the limit of detection; of two effects, each.
+    pub target: f64,
+    /// The campaign without what is hidden.
+    pub recipe: Recipe,
+}
+
+/// Multiples of the limit of detection that are drawn.
+const TARGETS: [f64; 3] = [1.0, 3.0, 10.0];
+
+/// Factors on the noise that are drawn.
+const NOISES: [f64; 3] = [0.3, 1.0, 3.0];
+
+#[derive(Clone, Copy)]
+enum CaseKind {
+    None,
+    One,
+    Two,
+    Unknown,
+}
+
+/// Ten cases in their order: five with one effect, two with nothing hidden, two outside the
+/// library, one with two effects.
+const ROUND: [CaseKind; 10] = {
+    use CaseKind::{None, One, Two, Unknown};
+    [One, None, One, Unknown, One, Two, One, None, One, Unknown]
+};
+
+impl Laboratory {
+    /// The first `count` cases of the corpus with this seed; a larger `count` leaves the first ones
+    /// as they are. Effects come in random order, each once before any comes again.
+    pub fn corpus(&self, seed: u64, count: usize, protocol: &Protocol) -> Vec<CorpusCase> {
+        let mut deck = Random::new(seed, CASE);
+        let kinds: Vec<&EffectKind> = library().collect();
+        let (mut effects, mut foreign) = (Vec::new(), Vec::new());
+        let mut case = |index: usize| {
+            // Neighbouring seeds have no stream in common.
+            let seed = seed.wrapping_mul(1_000_003).wrapping_add(index as u64);
+            let mut next = || {
+                let id = deal(&mut effects, &kinds, &mut deck).id;
+                (self.draw(id, 1.0, protocol, seed), id)
+            };
+            let (hidden, what) = match ROUND[index % ROUND.len()] {
+                CaseKind::None => (Hidden::None, "none".to_owned()),
+                CaseKind::One => {
+                    let (effect, id) = next();
+                    (Hidden::One(effect), id.to_owned())
+                }
+                CaseKind::Two => {
+                    let ((a, id_a), (b, id_b)) = (next(), next());
+                    (Hidden::Two(a, b), format!("{id_a}+{id_b}"))
+                }
+                CaseKind::Unknown => {
+                    let kind = deal(&mut foreign, &OutOfLibraryKind::ALL, &mut deck);
+                    let effect = OutOfLibrary::draw(kind, 1.0, seed);
+                    (Hidden::Unknown(effect), kind.name().to_owned())
+                }
+            };
+            let mut random = Random::new(seed, CASE);
+            let target = TARGETS[random.whole(0, TARGETS.len() - 1)];
+            let recipe = nuisance(seed, protocol, &mut random);
+            CorpusCase { name: format!("{index:03}-{what}"), seed, hidden, target, recipe }
+        };
+        (0..count).map(&mut case).collect()
+    }
+}
+
+/// Draws one of `all` without replacement; `pack` holds those left, and is refilled when empty.
+fn deal<T: Copy>(pack: &mut Vec<T>, all: &[T], random: &mut Random) -> T {
+    if pack.is_empty() {
+        pack.extend_from_slice(all);
+    }
+    pack.swap_remove(random.whole(0, pack.len() - 1))
+}
+
+/// Draws the noise, whether it is stated, and what the laboratory gets wrong.
+fn nuisance(seed: u64, protocol: &Protocol, random: &mut Random) -> Recipe {
+    let stiffness = [0.0, 0.03, 0.05][random.whole(0, 2)];
+    let offset = [0.0, 1e-4][random.whole(0, 1)];
+    let registration = [0.0, 1e-4][random.whole(0, 1)];
+    let noise = NOISES[random.whole(0, NOISES.len() - 1)];
+    let noise_stated = random.whole(0, 3) > 0;
+    Recipe { protocol: protocol.clone(), noise, noise_stated, ..Recipe::plain(seed) }.with_nuisance(
+        stiffness,
+        offset,
+        registration,
+    )
+}

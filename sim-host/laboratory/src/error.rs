@@ -1,0 +1,30 @@
+//! Why a campaign could not be made.
+
+use crate::static_arm::Unsettled;
+use trueweld_core::ModelError;
+use trueweld_plant::effects::EffectError;
+use trueweld_plant::robot::TooManyStates;
+use trueweld_plant::simulate::RunError;
+
+/// Why a campaign could not be made.
+#[derive(Debug, thiserror::Error)]
+pub enum CampaignError {
+    /// An effect cannot be installed.
+    #[error(transparent)]
+    Effect(#[from] EffectError),
+    /// The effect outside the library needs a state of its own and there is no room.
+    #[error(transparent)]
+    States(#[from] TooManyStates),
+    /// With the effect outside the library the robot is not a possible one.
+    #[error("with the effect outside the library the robot is not a possible one ({0:?})")]
+    Model(ModelError),
+    /// A posture has no equilibrium, or a motion diverged.
+    #[error(transparent)]
+    Links(#[from] Unsettled),
+    /// A weld did not come to its end.
+    #[error(transparent)]
+    Weld(#[from] RunError),
+    /// A file cannot be written.
+    #[error(transparent)]
+    Write(#[from] std::io::Error),
+}

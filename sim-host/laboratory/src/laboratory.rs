@@ -1,0 +1,45 @@
+//! The cell of a laboratory as its input files describe it.
+
+use std::path::{Path, PathBuf};
+use trueweld_plant::effects::Effect;
+use trueweld_plant::input::{Control, InputError, Process, RobotFile, Sensors};
+
+/// A cell as its input files describe it: what the model in a campaign states.
+#[derive(Debug)]
+pub struct Laboratory {
+    pub(crate) robot: RobotFile,
+    pub(crate) process: Process,
+    pub(crate) control: Control,
+    pub(crate) sensors: Sensors,
+    /// Paths of the robot and the process, which a campaign gets copies of.
+    pub(crate) robot_path: PathBuf,
+    pub(crate) process_path: PathBuf,
+}
+
+impl Laboratory {
+    /// Reads the cell's files: robot, process, gains of the controllers, and sensors.
+    ///
+    /// # Errors
+    /// The first thing in a file that does not fit.
+    pub fn read(
+        robot: impl AsRef<Path>,
+        process: impl AsRef<Path>,
+        control: impl AsRef<Path>,
+        sensors: impl AsRef<Path>,
+    ) -> Result<Self, InputError> {
+        let (robot_path, process_path) = (robot.as_ref().into(), process.as_ref().into());
+        Ok(Self {
+            robot: RobotFile::read(&robot_path)?,
+            process: Process::read(&process_path)?,
+            control: Control::read(control)?,
+            sensors: Sensors::read(sensors)?,
+            robot_path,
+            process_path,
+        })
+    }
+
+    /// The name of what an effect is attached to, as files write it; empty for the whole cell.
+    pub fn at_name(&self, effect: &Effect) -> &str {
+        effect.at_name(&self.robot)
+    }
+}

@@ -1,0 +1,314 @@
+//! The logs of a campaign: postures and loads, stops, motions, welds.
+
+use crate::error::CampaignError;
+use crate::motion::{Moves, Path, Stop};
+use crate::moving_arm::MovingArm;
+use crate::protocol::Protocol;
+use crate::random::{self, Random};
+use crate::samples::{LogKind, SampleTable};
+use crate::static_arm::{Load, StaticArm};
+use crate::track::{Instant, Track, readings};
+use crate::truth::Truth;
+use nalgebra::Vector3;
+use std::path;
+use trueweld_core::{JOINTS, JointVector, Pose, Wrench};
+use trueweld_plant::cell::Cell;
+use trueweld_plant::input::{Weld, write_atomically};
+use trueweld_plant::integrate::Integrator;
+use trueweld_plant::simulate::{Controller, Law, Program, RecordRow, Scenario, Seam, run};
+
+/// Range of the postures of static loads and ring-downs, rad; A5 of either sign.
+const RANGE: [[f64; 2]; JOINTS] =
+    [[-0.8, 0.9], [-1.05, -0.65], [1.15, 2.2], [-1.2, 1.2], [0.25, 1.5], [-1.6, 1.6]];
+
+/// Plant step of a weld, s.
+const WELD_STEP: f64 = 5e-4;
+
+/// Step of a motion without contact, s; of a ring-down, s, which divides the brake's time.
+const FREE_STEP: f64 = 5e-4;
+const RING_STEP: f64 = 2.5e-4;
+
+/// Time that the arm runs at constant rate before the log of a ring-down begins, s.
+const RUN_IN: f64 = 1.0;
+
+/// Writes the logs of one campaign, or of the campaign held out beside it.
+#[derive(Debug)]
+pub(crate) struct LogWriter<'a> {
+    pub truth: &'a Truth<'a>,
+    pub protocol: &'a Protocol,
+    pub held_out: bool,
+}
+
+/// One log about to be written.
+struct NewLog {
+    /// Its number, which all its streams of random numbers have added.
+    number: u64,
+    /// What is done in it.
+    random: Random,
+    folder: path::PathBuf,
+}
+
+impl LogWriter<'_> {
+    /// Writes every log into the campaign's folder and returns their names.
+    pub fn write(&self, folder: &path::Path) -> Result<Vec<String>, CampaignError> {
+        let mut names = Vec::new();
+        // The logs held out carry numbers of their own.
+        let (suffix, mut number) = if self.held_out { ("-2", 100) } else { ("", 0) };
+        let mut next = |name: String| {
+            number += 1;
+            let folder = folder.join(&name);
+            names.push(name);
+            let random = Random::new(self.truth.recipe.seed, random::PLAN + number);
+            NewLog { number, random, folder }
+        };
+        let protocol = self.protocol;
+        if protocol.postures > 0 {
+            self.load(next(format!("static{suffix}")))?;
+        }
+        let rings = protocol.rings.min(JOINTS);
+        for ring in 0..rings {
+            let joints: Vec<usize> = (ring..JOINTS).step_by(rings).collect();
+            let digits: String = joints.iter().map(|j| (j + 1).to_string()).collect();
+            self.ring_down(next(format!("ring-{digits}")), &joints)?;
+        }
+        if protocol.free > 0.0 {
+            self.move_freely(next(format!("free{suffix}")))?;
+        }
+        for weld in 0..protocol.welds {
+            let number = if self.held_out { self.truth.recipe.protocol.welds } else { weld };
+            self.weld(next(format!("weld-{}", number + 1)), weld)?;
+        }
+        Ok(names)
+    }
+
+    fn load(&self, mut log: NewLog) -> Result<(), CampaignError> {
+        let cell = self.truth.cell(log.number, out_of_reach(), 0.0)?;
+        let mut table = self.table(LogKind::Static, &log);
+        let random = &mut log.random;
+        let mut arm: Option<StaticArm<'_>> = None;
+        let mut time = 0.0;
+        for posture in 0..self.protocol.postures {
+            let motor = draw_posture(random);
+            for (row, load) in loads(posture, random).iter().enumerate() {
+                let pause =
+                    if row == 0 { random.between(50.0, 65.0) } else { random.between(12.0, 20.0) };
+                let arm = match &mut arm {
+                    None => arm.insert(StaticArm::new(&cell, &motor)?),
+                    Some(arm) => {
+                        time += (pause * 10.0).round() / 10.0;
+                        arm
+                    }
+                };
+                arm.lead(&motor, load, time)?;
+                let read = readings(time, &motor, arm.link(), &load.wrench_in_t, &arm.pose(time));
+                let [x, y, z] = load.center.into();
+                table.record(&cell, read, &JointVector::zeros(), &[load.payload, x, y, z]);
+            }
+        }
+        Ok(table.write(&log.folder, "")?)
+    }
+
+    fn ring_down(&self, mut log: NewLog, joints: &[usize]) -> Result<(), CampaignError> {
+        let start = draw_posture(&mut log.random);
+        let mut rate = JointVector::zeros();
+        for &j in joints {
+            let [low, high] = if j < 3 { [0.05, 0.08] } else { [0.12, 0.2] };
+            rate[j] = log.random.either(low, high);
+        }
+        let path = Stop { start, rate, falls: 0.1, takes: 0.003 };
+        self.follow(log, LogKind::Ring, &path, -RUN_IN, self.protocol.ring, RING_STEP)
+    }
+
+    fn move_freely(&self, mut log: NewLog) -> Result<(), CampaignError> {
+        let path = Moves::random(self.protocol.free, &mut log.random);
+        self.follow(log, LogKind::Free, &path, 0.0, self.protocol.free, FREE_STEP)
+    }
+
+    /// The arm without contact, its motors on a path from `start` (before 0 to run in) to `end`, s.
+    fn follow(
+        &self,
+        log: NewLog,
+        kind: LogKind,
+        path: &impl Path,
+        start: f64,
+        end: f64,
+        step: f64,
+    ) -> Result<(), CampaignError> {
+        let cell = self.truth.cell(log.number, out_of_reach(), 0.0)?;
+        let foreign = self.truth.recipe.out_of_library.as_ref();
+        let instants = MovingArm { cell: &cell, foreign, path }.run(start, end, step)?;
+        let track = Track { start, step, instants };
+        Ok(self.recorded(kind, &log, &cell, &track, end, &[]).write(&log.folder, "")?)
+    }
+
+    fn weld(&self, mut log: NewLog, number: usize) -> Result<(), CampaignError> {
+        let (weld, spindle) = self.seam(number, &mut log.random);
+        let laboratory = self.truth.laboratory;
+        let cell = self.truth.cell(log.number, Seam::of(&weld).b_from_w, spindle)?;
+        let recording = run(
+            &Scenario {
+                name: "synthetic",
+                cell: &cell,
+                // The controller knows no more of the truth than the model file does.
+                controller_model: &laboratory.robot.robot,
+                planned: &laboratory.process,
+                weld: &weld,
+                program: Program::Weld,
+                control: &laboratory.control,
+                sensors: &laboratory.sensors,
+                controller: Controller::External,
+                law: &Law::None,
+                integrator: Integrator::LinearlyImplicit,
+                plant_step: WELD_STEP,
+                seed: self.truth.recipe.seed.wrapping_add(log.number),
+                fault: None,
+            },
+            |_| {},
+        )?;
+        let instant = |row: &RecordRow| {
+            let force = row.real.rotation.tr_mul(&(cell.b_from_w.rotation * row.force_w));
+            Instant {
+                motor: row.motor,
+                link: row.link,
+                torque: row.torque,
+                pose: row.real,
+                wrench: Wrench { moment: Vector3::zeros(), force },
+            }
+        };
+        let instants: Vec<_> = recording.rows.iter().map(instant).collect();
+        let length = (instants.len() - 1) as f64 * recording.period;
+        let track = Track { start: 0.0, step: recording.period, instants };
+        let table = self.recorded(LogKind::Weld, &log, &cell, &track, length, &[spindle]);
+        table.write(&log.folder, "weld = \"weld.toml\"\nprocess = \"../process.toml\"\n")?;
+        Ok(write_atomically(log.folder.join("weld.toml"), weld_file(&weld).as_bytes())?)
+    }
+
+    fn table(&self, kind: LogKind, log: &NewLog) -> SampleTable {
+        SampleTable::new(kind, self.truth.recipe, log.number)
+    }
+
+    /// A log with even sampling from 0 to `length`, s, from a track of the truth; `given` are the
+    /// columns that no instrument reads.
+    fn recorded(
+        &self,
+        kind: LogKind,
+        log: &NewLog,
+        cell: &Cell,
+        track: &Track,
+        length: f64,
+        given: &[f64],
+    ) -> SampleTable {
+        let mut table = self.table(kind, log);
+        if let Some(period) = kind.period() {
+            for row in 0..=(length / period + 1e-6) as usize {
+                let (read, torque) = track.read(cell, row as f64 * period);
+                table.record(cell, read, &torque, given);
+            }
+        }
+        table
+    }
+
+    /// A weld and its spindle speed, rad/s. The tool is upright and inclined in turn; the weld held
+    /// out is a slanting seam elsewhere. Feeds, forces and speeds differ from weld to weld, so that
+    /// an effect in proportion to one of them shows.
+    fn seam(&self, number: usize, random: &mut Random) -> (Weld, f64) {
+        let upright = Vector3::new(0.0, 0.0, -1.0);
+        let inclined = Vector3::new(0.5_f64.sqrt(), 0.0, -0.5_f64.sqrt());
+        let square = Vector3::y();
+        let (x, y, z, axis, along, feed, force, spindle) = match (self.held_out, number % 2) {
+            (false, 0) => {
+                (1.7, random.between(-0.7, -0.2), 0.5, upright, square, 0.008, 18e3, -62.83185)
+            }
+            (false, _) => {
+                (2.0, random.between(0.1, 0.5), 0.5, inclined, square, 0.012, 15e3, 75.39822)
+            }
+            (true, _) => {
+                let along = Vector3::new(random.between(-0.2, 0.2), 1.0, 0.0).normalize();
+                (1.9, random.between(-0.3, 0.1), 0.55, upright, along, 0.010, 17e3, -69.11504)
+            }
+        };
+        // To a tenth of a millimetre, as a file would state it.
+        let round = |p: Vector3<f64>| p.map(|v| (v * 1e4).round() / 1e4);
+        let start = round(Vector3::new(x + random.between(-0.05, 0.05), y, z));
+        let weld = Weld {
+            start,
+            end: round(start + along * self.protocol.seam),
+            tool_axis: axis,
+            feed,
+            feed_ramp: 1.0,
+            force,
+            force_ramp: 3.0,
+            initial_depth: 3e-4,
+            settle: 2.0,
+        };
+        (weld, spindle)
+    }
+}
+
+/// A plate far from the tool.
+fn out_of_reach() -> Pose<f64> {
+    Pose { position: Vector3::new(0.0, 0.0, 100.0), ..Pose::identity() }
+}
+
+fn draw_posture(random: &mut Random) -> JointVector<f64> {
+    let mut posture = JointVector::from_fn(|i, _| random.between(RANGE[i][0], RANGE[i][1]));
+    posture[4] *= random.sign();
+    posture
+}
+
+/// Loads at one posture, in their order: up and down again, so that a hysteresis shows.
+fn loads(posture: usize, random: &mut Random) -> Vec<Load> {
+    let pressed = |force: Vector3<f64>, moment: Vector3<f64>| Load {
+        wrench_in_t: Wrench { moment, force },
+        ..Load::none()
+    };
+    let turn = [0.0, 0.5, 1.0, 0.5, 0.0, -0.5, -1.0, -0.5, 0.0];
+    match posture % 4 {
+        0 => {
+            let force = random.direction() * random.between(5e3, 9e3);
+            turn.map(|share| pressed(force * share, Vector3::zeros())).to_vec()
+        }
+        1 => {
+            let center = Vector3::new(
+                random.between(0.1, 0.2),
+                random.between(-0.1, 0.1),
+                random.between(-0.15, 0.1),
+            );
+            // Where it hangs is known to a tenth of a millimetre.
+            let center = center.map(|v| (v * 1e4).round() / 1e4);
+            let hung = |payload: f64| Load {
+                payload,
+                center: if payload > 0.0 { center } else { Vector3::zeros() },
+                ..Load::none()
+            };
+            [0.0, 150.0, 300.0, 500.0, 300.0, 150.0, 0.0].map(hung).to_vec()
+        }
+        2 => {
+            let moment = random.direction() * random.between(800.0, 1300.0);
+            turn.map(|share| pressed(Vector3::zeros(), moment * share)).to_vec()
+        }
+        _ => (0..8)
+            .map(|_| {
+                let (force, moment) = (random.between(3e3, 7e3), random.between(200.0, 900.0));
+                pressed(random.direction() * force, random.direction() * moment)
+            })
+            .collect(),
+    }
+}
+
+fn weld_file(weld: &Weld) -> String {
+    let list = |v: &Vector3<f64>| format!("[{:?}, {:?}, {:?}]", v.x, v.y, v.z);
+    format!(
+        "schema = \"weld/1\"\nstart_m = {}\nend_m = {}\ntool_axis = {}\nfeed_m_s = {:?}\nfeed_ramp_s = {:?}\n\
+         force_n = {:?}\nforce_ramp_s = {:?}\ninitial_depth_m = {:?}\nsettle_s = {:?}\n",
+        list(&weld.start),
+        list(&weld.end),
+        list(&weld.tool_axis),
+        weld.feed,
+        weld.feed_ramp,
+        weld.force,
+        weld.force_ramp,
+        weld.initial_depth,
+        weld.settle
+    )
+}

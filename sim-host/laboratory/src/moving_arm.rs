@@ -1,0 +1,126 @@
+//! An arm in motion without contact whose motors follow a given path.
+//!
+//! Equation (2.1), link side, integrated by Runge–Kutta at steps far below the fastest mode's period.
+
+use crate::motion::{Motor, Path};
+use crate::out_of_library::OutOfLibrary;
+use crate::static_arm::{Unsettled, runge_kutta, settled};
+use crate::track::Instant;
+use nalgebra::{SVector, Vector3};
+use trueweld_core::{Frames, JointVector, Wrench};
+use trueweld_plant::cell::Cell;
+use trueweld_plant::robot::{Drives, INTERNAL_STATES};
+
+/// Links, rates, effects' states, and place and velocity of what hangs on the tool.
+type Moving = SVector<f64, { 12 + INTERNAL_STATES + 6 }>;
+
+/// Where those of what hangs on the tool begin.
+const HUNG: usize = 12 + INTERNAL_STATES;
+
+/// An arm in motion without contact, its motors on a path.
+#[derive(Debug)]
+pub(crate) struct MovingArm<'a, P> {
+    pub cell: &'a Cell,
+    pub foreign: Option<&'a OutOfLibrary>,
+    pub path: &'a P,
+}
+
+impl<P: Path> MovingArm<'_, P> {
+    /// The truth every `step` s from `start` to `end`, the log's own time being from 0 on: before
+    /// it the arm runs in, and what remembers does not yet. It begins in balance at the rate that
+    /// its motors have then.
+    pub fn run(&self, start: f64, end: f64, step: f64) -> Result<Vec<Instant>, Unsettled> {
+        let motor = self.path.at(start);
+        // Motors that turn drag their links behind them; before a start from rest they came from
+        // angles of 0.
+        let came = if motor.rate.amax() > 0.0 { -motor.rate } else { motor.angle };
+        let link = settled(self.cell, &motor, &came)?;
+        let mut y = Moving::zeros();
+        y.fixed_rows_mut::<6>(0).copy_from(&link);
+        y.fixed_rows_mut::<6>(6).copy_from(&motor.rate);
+        let frames = self.cell.robot.frames(&link, &Wrench::zero(), 0.0);
+        y.fixed_rows_mut::<3>(HUNG).copy_from(&frames.tcp.position);
+        y.fixed_rows_mut::<3>(HUNG + 3).copy_from(&frames.twist(&motor.rate).linear);
+
+        let count = ((end - start) / step).round() as usize;
+        let mut instants = Vec::with_capacity(count + 1);
+        for k in 0..=count {
+            let time = start + k as f64 * step;
+            instants.push(self.instant(time, &y));
+            y += runge_kutta(&y, step, |after, y| self.slope(time + after, y));
+            if !y.sum().is_finite() {
+                return Err(Unsettled { time });
+            }
+        }
+        Ok(instants)
+    }
+
+    fn drives(motor: &Motor, y: &Moving) -> Drives {
+        Drives {
+            link: y.fixed_rows::<6>(0).into_owned(),
+            link_rate: y.fixed_rows::<6>(6).into_owned(),
+            motor: motor.angle,
+            motor_rate: motor.rate,
+        }
+    }
+
+    /// Frames, and the wrench of what hangs on the tool or shakes it.
+    fn frames(&self, time: f64, drives: &Drives, y: &Moving) -> (Frames<f64>, Wrench<f64>) {
+        let (robot, clock) = (&self.cell.robot, time.max(0.0));
+        let free = robot.frames(&drives.link, &Wrench::zero(), clock);
+        let Some(foreign) = self.foreign else {
+            return (free, Wrench::zero());
+        };
+        let mut force = foreign.force(clock);
+        if let Some(hung) = foreign.appendage() {
+            let away = y.fixed_rows::<3>(HUNG) - free.tcp.position;
+            let faster = y.fixed_rows::<3>(HUNG + 3) - free.twist(&drives.link_rate).linear;
+            force += away * hung.stiffness + faster * hung.damping;
+        }
+        let wrench = Wrench { moment: Vector3::zeros(), force };
+        (robot.frames(&drives.link, &wrench, clock), wrench)
+    }
+
+    fn slope(&self, time: f64, y: &Moving) -> Moving {
+        let robot = &self.cell.robot;
+        let drives = Self::drives(&self.path.at(time), y);
+        let internal = &y.as_slice()[12..HUNG];
+        let (frames, wrench) = self.frames(time, &drives, y);
+        let spring = robot.spring_torque(&drives, internal);
+        let acceleration = robot.link_acceleration(&frames, &drives, &spring, &wrench);
+        let mut slope = Moving::zeros();
+        slope.fixed_rows_mut::<6>(0).copy_from(&drives.link_rate);
+        let nowhere = JointVector::repeat(f64::NAN);
+        slope.fixed_rows_mut::<6>(6).copy_from(&acceleration.map_or(nowhere, |(a, _)| a));
+        if time >= 0.0 {
+            robot.internal_rates(&drives, internal, &mut slope.as_mut_slice()[12..HUNG]);
+        }
+        if let Some(hung) = self.foreign.and_then(OutOfLibrary::appendage) {
+            let velocity = y.fixed_rows::<3>(HUNG + 3).into_owned();
+            slope.fixed_rows_mut::<3>(HUNG).copy_from(&velocity);
+            slope.fixed_rows_mut::<3>(HUNG + 3).copy_from(&(-wrench.force / hung.mass));
+        }
+        slope
+    }
+
+    fn instant(&self, time: f64, y: &Moving) -> Instant {
+        let robot = &self.cell.robot;
+        let motor = self.path.at(time);
+        let drives = Self::drives(&motor, y);
+        let spring = robot.spring_torque(&drives, &y.as_slice()[12..HUNG]);
+        let law = &robot.model.parameters().friction;
+        let friction = JointVector::from_fn(|i, _| {
+            let fading = self.foreign.map_or(0.0, |f| f.friction(i, motor.rate[i], time, law));
+            robot.friction(&drives, i).value + fading
+        });
+        Instant {
+            motor: motor.angle,
+            link: drives.link,
+            torque: robot.model.rotor_inertia().component_mul(&motor.acceleration)
+                + spring
+                + friction,
+            pose: self.frames(time, &drives, y).0.tcp,
+            wrench: Wrench::zero(),
+        }
+    }
+}

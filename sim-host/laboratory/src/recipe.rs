@@ -1,0 +1,74 @@
+//! The truth of one campaign, what the laboratory gets wrong, and what it measures.
+
+use crate::out_of_library::OutOfLibrary;
+use crate::protocol::Protocol;
+use crate::random::{self, Random};
+use trueweld_core::JOINTS;
+use trueweld_plant::effects::Effect;
+
+/// What a campaign is made of.
+#[derive(Debug, Clone)]
+pub struct Recipe {
+    /// Effects of the library that the truth has and the model lacks.
+    pub effects: Vec<Effect>,
+    /// An effect of the truth that the library does not have.
+    pub out_of_library: Option<OutOfLibrary>,
+    /// Error of each joint's stiffness, relative.
+    pub stiffness_error: [f64; JOINTS],
+    /// Error of each encoder's zero, rad.
+    pub encoder_offset: [f64; JOINTS],
+    /// Standard deviation of the tracker's registration, drawn anew for each log: translation, m,
+    /// and half of it per metre as rotation, rad.
+    pub registration_per_log: f64,
+    /// Factor on the nominal noise of every instrument.
+    pub noise: f64,
+    /// True where `log.toml` states the noise.
+    pub noise_stated: bool,
+    /// Which logs are recorded.
+    pub protocol: Protocol,
+    /// Seed of everything random: postures, motions, seams, noise.
+    pub seed: u64,
+}
+
+impl Recipe {
+    /// The model itself, measured in a usual protocol with nominal noise, which is stated.
+    pub fn plain(seed: u64) -> Self {
+        Self {
+            effects: Vec::new(),
+            out_of_library: None,
+            stiffness_error: [0.0; JOINTS],
+            encoder_offset: [0.0; JOINTS],
+            registration_per_log: 0.0,
+            noise: 1.0,
+            noise_stated: true,
+            protocol: Protocol::usual(),
+            seed,
+        }
+    }
+
+    /// Adds an effect of the library.
+    #[must_use]
+    pub fn with_effect(mut self, effect: Effect) -> Self {
+        self.effects.push(effect);
+        self
+    }
+
+    /// Adds an effect that the library does not have.
+    #[must_use]
+    pub fn with_out_of_library(mut self, effect: OutOfLibrary) -> Self {
+        self.out_of_library = Some(effect);
+        self
+    }
+
+    /// Draws the laboratory's errors, normal with these standard deviations: stiffness (relative),
+    /// encoder zero (rad), registration per log (m).
+    #[must_use]
+    pub fn with_nuisance(mut self, stiffness: f64, offset: f64, registration: f64) -> Self {
+        let mut random = Random::new(self.seed, random::NUISANCE);
+        // Adding zero turns −0 into 0, which is what truth.toml shows.
+        self.stiffness_error = std::array::from_fn(|_| stiffness * random.normal() + 0.0);
+        self.encoder_offset = std::array::from_fn(|_| offset * random.normal() + 0.0);
+        self.registration_per_log = registration;
+        self
+    }
+}

@@ -1,0 +1,59 @@
+//! The true cell of a campaign: the model with every effect of the recipe in it.
+
+use crate::draw::effect;
+use crate::error::CampaignError;
+use crate::laboratory::Laboratory;
+use crate::random::{self, Random};
+use crate::recipe::Recipe;
+use trueweld_core::{JOINTS, Pose, Robot};
+use trueweld_plant::cell::Cell;
+use trueweld_plant::effects::Location;
+use trueweld_plant::input::Process;
+
+/// The true cell of one campaign.
+#[derive(Debug)]
+pub(crate) struct Truth<'a> {
+    pub laboratory: &'a Laboratory,
+    pub recipe: &'a Recipe,
+    /// The robot with the parameters that an effect outside the library changes.
+    robot: Robot<f64>,
+}
+
+impl<'a> Truth<'a> {
+    pub fn new(laboratory: &'a Laboratory, recipe: &'a Recipe) -> Result<Self, CampaignError> {
+        let mut parameters = laboratory.robot.parameters.clone();
+        if let Some(foreign) = &recipe.out_of_library {
+            foreign.change(&mut parameters);
+        }
+        let robot = Robot::new(parameters).map_err(CampaignError::Model)?;
+        Ok(Self { laboratory, recipe, robot })
+    }
+
+    /// The cell of one log, welding in the frame `b_from_w` with the spindle at `spindle`, rad/s.
+    /// `log` is the log's number: each log has its own registration of the tracker.
+    pub fn cell(&self, log: u64, b_from_w: Pose<f64>, spindle: f64) -> Result<Cell, CampaignError> {
+        let recipe = self.recipe;
+        let mut effects = recipe.effects.clone();
+        for i in 0..JOINTS {
+            let at = Location::Joint(i);
+            if recipe.stiffness_error[i] != 0.0 {
+                effects.push(effect("stiffness-error", at, &[recipe.stiffness_error[i]]));
+            }
+            if recipe.encoder_offset[i] != 0.0 {
+                effects.push(effect("encoder-offset", at, &[recipe.encoder_offset[i]]));
+            }
+        }
+        if recipe.registration_per_log != 0.0 {
+            let mut random = Random::new(recipe.seed, random::REGISTRATION + log);
+            let deviation = |k: usize| recipe.registration_per_log * if k < 3 { 1.0 } else { 0.5 };
+            let motion: Vec<f64> = (0..6).map(|k| deviation(k) * random.normal()).collect();
+            effects.push(effect("tracker-registration", Location::Cell, &motion));
+        }
+        let process = Process { spindle, ..self.laboratory.process.clone() };
+        let mut cell = Cell::new(&self.robot, &effects, &process, b_from_w)?;
+        if let Some(foreign) = &recipe.out_of_library {
+            foreign.install(&mut cell)?;
+        }
+        Ok(cell)
+    }
+}
