@@ -20,8 +20,8 @@ pub struct Arguments {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    arguments.results.check()?;
     let measured = arguments.measurements.read()?;
+    arguments.results.check()?;
     let (model, count) = (&measured.model, measured.logs.len());
     let progress = if arguments.results.quiet {
         Progress::silent()

@@ -53,10 +53,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         html: Some(arguments.html.clone()),
         ..Results::default()
     };
-    results.check()?;
     let requirements =
         embedded!(Requirements, arguments.requirements.as_deref(), "requirements/lap-weld.toml");
     let inputs = arguments.files.read()?;
+    results.check()?;
     let controller = arguments.controller.controller();
     let asked =
         |law: &Law| arguments.laws.is_empty() || arguments.laws.iter().any(|a| a.law() == law);

@@ -20,8 +20,8 @@ pub struct Arguments {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    arguments.results.check()?;
     let measured = arguments.measurements.read()?;
+    arguments.results.check()?;
     let (model, logs) = (&measured.model, &measured.logs);
     let bench = FitProblem::new(model, measured.experiments);
     let progress =

@@ -1,5 +1,7 @@
 //! `trueweld import-urdf`: a robot file from a URDF.
 
+use crate::results::{check_outputs, write};
+use crate::terminal::write_result;
 use clap::Args;
 use miette::Result;
 use std::path::PathBuf;
@@ -20,11 +22,10 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<()> {
     let text = input::import_urdf(&arguments.urdf)?;
     let Some(path) = &arguments.out else {
-        say!("{text}");
-        return Ok(());
+        return write_result(text.as_bytes());
     };
-    trueweld_output::write_file(path, &text)?;
-    say!("wrote {}\n", path.display());
+    check_outputs(&[("--out", path)])?;
+    write(path, &text)?;
     let left = text.matches(input::FILL_IN).count();
     if left > 0 {
         say!(

@@ -1,10 +1,10 @@
 //! `trueweld improve`: adds what is missing to a model, and writes it.
 
 use crate::measured::{Measurements, read_experiments};
-use crate::results::{Results, may_be_written};
+use crate::results::{Results, check_outputs};
 use clap::Args;
 use miette::{IntoDiagnostic, Result, miette};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use trueweld_measure::data::campaign::read_logs;
 use trueweld_measure::data::log::Log;
 use trueweld_measure::fit::FitProblem;
@@ -31,13 +31,13 @@ pub struct Arguments {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    arguments.results.check()?;
-    may_be_written(&arguments.out)?;
     let measured = arguments.measurements.read()?;
     let (model, logs) = (&measured.model, &measured.logs);
-    not_an_input(&arguments.out, model)?;
     let held_out =
         if arguments.held_out.is_empty() { None } else { Some(held_out(arguments, model, logs)?) };
+    let mut outputs = arguments.results.outputs();
+    outputs.push(("--out", &arguments.out));
+    check_outputs(&outputs)?;
     let bench = FitProblem::new(model, measured.experiments);
     let progress =
         if arguments.results.quiet { Progress::silent() } else { Progress::new("comparing", 1.0) };
@@ -66,21 +66,6 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         say!("wrote {}\n", path.display());
     }
     Ok(())
-}
-
-/// Refuses to write over what the improved model is made from.
-fn not_an_input(out: &Path, model: &ModelFile) -> Result<()> {
-    let same = |other: &Path| matches!((out.canonicalize(), other.canonicalize()), (Ok(a), Ok(b)) if a == b);
-    let inputs = [Some(&model.path), Some(&model.robot_path), model.process_path.as_ref()];
-    match inputs.into_iter().flatten().find(|path| same(path)) {
-        Some(path) => Err(miette!(
-            help = "The model as it was given is what the improved one is judged against: keep it, and give --out another name.",
-            "--out {} is {}, which the improved model is made from; expected another file",
-            out.display(),
-            path.display()
-        )),
-        None => Ok(()),
-    }
 }
 
 /// Logs that nothing is fitted to.

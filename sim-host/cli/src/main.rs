@@ -3,12 +3,9 @@
 //!
 //! One short file per subcommand; the work is done in the crates below.
 
-/// Prints to standard output; a reader that has gone (`| head`) is no error.
+/// Prints text for people, in a function that returns a [`miette::Result`].
 macro_rules! say {
-    ($($text:tt)*) => {{
-        use std::io::Write;
-        let _ = write!(std::io::stdout(), $($text)*);
-    }};
+    ($($text:tt)*) => { $crate::terminal::say(&format!($($text)*))? };
 }
 
 mod certify;
@@ -23,6 +20,7 @@ mod measured;
 mod names;
 mod results;
 mod step;
+mod terminal;
 mod weld;
 
 use clap::{Parser, Subcommand};
@@ -61,6 +59,10 @@ enum Command {
 }
 
 fn main() -> miette::Result<()> {
+    run().map_err(terminal::shown)
+}
+
+fn run() -> miette::Result<()> {
     match Arguments::parse().command {
         None => weld::run(&weld::Arguments::first_published()),
         Some(Command::Weld(arguments)) => weld::run(&arguments),

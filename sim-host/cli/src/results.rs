@@ -1,14 +1,16 @@
 //! Where results go.
 
+use crate::terminal;
 use clap::Args;
 use miette::{IntoDiagnostic, Result, WrapErr, miette};
 use std::path::{Path, PathBuf};
 use trueweld_output::write_file;
+use trueweld_plant::input::{files_read, folder_of, remove_stale};
 
 /// Result files.
 #[derive(Args, Default)]
 pub struct Results {
-    /// Write the figures as JSON
+    /// Write the figures as JSON; `-` writes them to standard output, and the text to standard error
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
     /// Write one self-contained HTML page
@@ -23,17 +25,19 @@ pub struct Results {
 }
 
 impl Results {
-    /// Refuses before the work what could not be written after it.
+    /// Refuses what could not be written, and what would overwrite an input: to be asked once the
+    /// inputs are read, before the work.
+    ///
+    /// # Errors
+    /// Those of [`check_outputs`].
     pub fn check(&self) -> Result<()> {
-        if cfg!(not(feature = "rerun")) && self.rrd.is_some() {
-            return Err(miette!(
-                "--rrd: this build has no Rerun; build it with the feature `rerun`"
-            ));
-        }
-        for path in [&self.json, &self.html, &self.rrd].into_iter().flatten() {
-            may_be_written(path)?;
-        }
-        Ok(())
+        check_outputs(&self.outputs())
+    }
+
+    /// The files asked for, and the flags that ask for them.
+    pub fn outputs(&self) -> Vec<(&'static str, &Path)> {
+        let files = [("--json", &self.json), ("--html", &self.html), ("--rrd", &self.rrd)];
+        files.into_iter().filter_map(|(flag, path)| Some((flag, path.as_deref()?))).collect()
     }
 
     /// Writes the JSON and the page that were asked for.
@@ -46,41 +50,84 @@ impl Results {
             let text = serde_json::to_string_pretty(&json())
                 .into_diagnostic()
                 .wrap_err("figures as JSON")?;
-            write_file(path, text + "\n")?;
-            say!("wrote {}\n", path.display());
+            write(path, &(text + "\n"))?;
         }
         if let Some(path) = &self.html {
-            write_file(path, html())?;
-            say!("wrote {}\n", path.display());
+            write(path, &html())?;
         }
         Ok(())
     }
+}
+
+/// The path that stands for standard output.
+const STDOUT: &str = "-";
+
+/// Writes a result and says so; to standard output where the path is `-`.
+///
+/// # Errors
+/// The operating system's.
+pub fn write(path: &Path, text: &str) -> Result<()> {
+    if path == Path::new(STDOUT) {
+        return terminal::write_result(text.as_bytes());
+    }
+    write_file(path, text)?;
+    say!("wrote {}\n", path.display());
+    Ok(())
 }
 
 /// The folder that the program and its guide write into: made where it is not there. A folder of
 /// another name may be a slip.
 const OUT: &str = "out";
 
-/// Refuses what could not be written: a file in no folder, or a folder.
-pub fn may_be_written(path: &Path) -> Result<()> {
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    if folder == Path::new(OUT) {
-        std::fs::create_dir_all(folder)
-            .into_diagnostic()
-            .wrap_err("cannot create the folder out")?;
-    }
-    if !folder.is_dir() {
-        return Err(miette!(
-            "cannot write {}: expected a folder {}, and there is none",
-            path.display(),
-            folder.display()
-        ));
-    }
-    if path.is_dir() {
-        return Err(miette!(
-            "cannot write {}: expected the name of a file, and it is a folder",
-            path.display()
-        ));
+/// Checks the outputs of a command, each with the flag that asks for it, before its work: every
+/// file that was read until now is an input, those that other files name included. Also makes the
+/// folder `out`, removes what a killed run left in the folders, and keeps standard output for the
+/// output that is `-`.
+///
+/// # Errors
+/// A path in no folder, a folder, an output that is an input, or two outputs in one file.
+pub fn check_outputs(outputs: &[(&str, &Path)]) -> Result<()> {
+    let inputs = files_read();
+    let mut targets: Vec<(&str, PathBuf)> = Vec::new();
+    for (flag, path) in outputs {
+        let refuse = |why: &str| Err(miette!("{flag}: cannot write {}: {why}", path.display()));
+        if *flag == "--rrd" && cfg!(not(feature = "rerun")) {
+            return Err(miette!(
+                "--rrd: this build has no Rerun; build it with the feature `rerun`"
+            ));
+        }
+        let folder = folder_of(path);
+        if folder == Path::new(OUT) {
+            std::fs::create_dir_all(folder)
+                .into_diagnostic()
+                .wrap_err("cannot create the folder out")?;
+        }
+        let target = if *path == Path::new(STDOUT) {
+            if !matches!(*flag, "--json" | "--html") {
+                return refuse("only text goes to standard output; expected the name of a file");
+            }
+            terminal::keep_stdout_for_result();
+            path.to_path_buf()
+        } else if !folder.is_dir() {
+            let folder = folder.display();
+            return refuse(&format!("expected a folder {folder}, and there is none"));
+        } else if path.is_dir() {
+            return refuse("expected the name of a file, and it is a folder");
+        } else if path.exists() && !path.is_file() {
+            // Any number of results may go to a device.
+            continue;
+        } else {
+            remove_stale(folder);
+            let folder = folder.canonicalize().into_diagnostic()?;
+            path.canonicalize().unwrap_or(folder.join(path.file_name().unwrap_or_default()))
+        };
+        if inputs.contains(&target) {
+            return refuse("it is an input of this command; expected another file");
+        }
+        if let Some((other, _)) = targets.iter().find(|(_, other)| *other == target) {
+            return refuse(&format!("{other} goes there too; expected another file"));
+        }
+        targets.push((flag, target));
     }
     Ok(())
 }

@@ -29,12 +29,12 @@ const LENGTH: f64 = 3.0;
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    arguments.results.check()?;
     let height = arguments.height;
     if !(height.is_finite() && height != 0.0) {
         return Err(miette!("--height {height}: expected a number of newtons other than 0"));
     }
     let inputs = arguments.files.read()?;
+    arguments.results.check()?;
     let at = inputs.weld.settle + HOLD;
     let program = Program::ForceStep { height, hold: HOLD, length: LENGTH };
     let recordings = Controller::ALL

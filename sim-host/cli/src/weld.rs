@@ -53,7 +53,6 @@ impl Arguments {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    arguments.results.check()?;
     if !(arguments.exaggeration.is_finite() && arguments.exaggeration >= 1.0) {
         return Err(miette!(
             "--exaggeration {}: expected a number from 1 up",
@@ -61,6 +60,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         ));
     }
     let inputs = arguments.files.read()?;
+    arguments.results.check()?;
     let controller = arguments.controller.controller();
     let laws = match arguments.compensator {
         None => vec![&simulate::Law::None, &simulate::Law::Elastostatic],

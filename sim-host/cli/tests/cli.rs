@@ -1,91 +1,12 @@
 //! The program as a user runs it: what it writes, that it writes the same again, and how it
 //! refuses.
 
+mod support;
+
 use serde_json::Value;
 use std::fs;
-use std::path::Path;
-use std::process::{Command, Output};
-use tempfile::TempDir;
-
-/// A folder with short welds; commands run in it.
-struct Workspace(TempDir);
-
-/// The repository's fixtures.
-fn fixture(name: &str) -> String {
-    format!("{}/../../fixtures/{name}", env!("CARGO_MANIFEST_DIR"))
-}
-
-impl Workspace {
-    fn new() -> Self {
-        let place = Self(tempfile::tempdir().unwrap());
-        place.weld("short.toml", "[1.700, -1.000, 0.500]", "[1.700, -0.940, 0.500]");
-        place
-    }
-
-    fn path(&self) -> &Path {
-        self.0.path()
-    }
-
-    /// The first published weld between other points.
-    fn weld(&self, name: &str, start: &str, end: &str) {
-        let text = fs::read_to_string(fixture("welds/vertical.toml")).unwrap();
-        let line = |line: &str| match line.split(" = ").next() {
-            Some("start_m") => format!("start_m = {start}\n"),
-            Some("end_m") => format!("end_m = {end}\n"),
-            _ => format!("{line}\n"),
-        };
-        fs::write(self.path().join(name), text.lines().map(line).collect::<String>()).unwrap();
-    }
-
-    fn run(&self, arguments: &[&str]) -> Output {
-        Command::new(env!("CARGO_BIN_EXE_trueweld"))
-            .args(arguments)
-            .current_dir(self.path())
-            .output()
-            .unwrap()
-    }
-
-    /// Runs what must succeed; its standard output.
-    fn done(&self, arguments: &[&str]) -> String {
-        let output = self.run(arguments);
-        assert!(
-            output.status.success(),
-            "{arguments:?}\n{}",
-            String::from_utf8_lossy(&output.stderr)
-        );
-        String::from_utf8(output.stdout).unwrap()
-    }
-
-    /// Runs what must fail with one message and no new file; the message on one line.
-    fn refused(&self, arguments: &[&str]) -> String {
-        let before = self.files();
-        let output = self.run(arguments);
-        assert!(!output.status.success(), "{arguments:?}");
-        assert_eq!(self.files(), before, "{arguments:?}");
-        let text = String::from_utf8(output.stderr).unwrap();
-        assert!(!text.contains("panicked"), "{text}");
-        assert_eq!(text.to_lowercase().matches("error:").count(), 1, "{text}");
-        // As wide as the terminal, messages are broken into lines.
-        text.split_whitespace().filter(|word| *word != "│").collect::<Vec<_>>().join(" ")
-    }
-
-    fn files(&self) -> Vec<String> {
-        let mut names: Vec<String> = fs::read_dir(self.path())
-            .unwrap()
-            .map(|entry| entry.unwrap().file_name().to_string_lossy().into_owned())
-            .collect();
-        names.sort();
-        names
-    }
-
-    fn bytes(&self, name: &str) -> Vec<u8> {
-        fs::read(self.path().join(name)).unwrap()
-    }
-
-    fn json(&self, name: &str) -> Value {
-        serde_json::from_slice(&self.bytes(name)).unwrap()
-    }
-}
+use std::process::Command;
+use support::{Workspace, fixture};
 
 #[test]
 fn a_weld_is_told_as_table_json_and_page() {
@@ -243,7 +164,7 @@ fn bad_input_ends_in_one_message_and_no_file() {
         ),
         (&["--exaggeration", "0"], &["--exaggeration 0", "expected a number from 1 up"]),
         (&["--html", "absent/page.html"], &["absent/page.html", "expected a folder absent"]),
-        (&["--html", "."], &["cannot write .", "expected the name of a file"]),
+        (&["--html", "."], &["--html: cannot write .", "expected the name of a file"]),
     ];
     for (wrong, expected) in cases {
         let mut arguments = vec!["weld", "--quiet", "--json", "out.json"];
@@ -497,7 +418,7 @@ fn what_cannot_be_improved_is_refused_before_the_work() {
         (&["improve", &campaign, "--out", "."], &["expected the name of a file"]),
         (
             &["improve", "--model", "model.toml", &log, "--out", "model.toml"],
-            &["--out model.toml", "is made from"],
+            &["--out: cannot write model.toml", "it is an input of this command"],
         ),
         (
             &["improve", &campaign, "--out", "improved.toml", "--held-out", &log],

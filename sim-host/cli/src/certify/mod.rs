@@ -7,7 +7,7 @@ mod kept;
 
 use crate::inputs::{CellFiles, Inputs, STEP_OF_MANY, embedded};
 use crate::names::{Compensator, Controller};
-use crate::results::may_be_written;
+use crate::results::{check_outputs, write};
 use clap::Args;
 use kept::TrialStore;
 use miette::{IntoDiagnostic, Result, WrapErr, miette};
@@ -63,9 +63,6 @@ pub struct Arguments {
 
 /// Runs the command. A law that fails ends the program with status 1.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    if let Some(path) = &arguments.json {
-        may_be_written(path)?;
-    }
     let requirements =
         embedded!(Requirements, arguments.requirements.as_deref(), "requirements/lap-weld.toml");
     if requirements.limits.iter().all(Option::is_none) {
@@ -77,6 +74,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     std::fs::create_dir_all(folder)
         .into_diagnostic()
         .wrap_err_with(|| format!("cannot create {}", folder.display()))?;
+    let [certificate, page] = ["certify.json", "certify.html"].map(|name| folder.join(name));
+    let mut outputs = vec![("--evidence", certificate.as_path()), ("--evidence", page.as_path())];
+    outputs.extend(arguments.json.as_deref().map(|path| ("--json", path)));
     let files: Vec<Option<&Path>> = match arguments.weld.as_slice() {
         [] => vec![None],
         files => files.iter().map(|f| Some(f.as_path())).collect(),
@@ -85,6 +85,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let mut welds = Vec::new();
     for file in files {
         let inputs = arguments.cell.read(file)?;
+        check_outputs(&outputs)?;
         let parts = [
             digest(&format!("weld {}", inputs.weld_name), &inputs.weld),
             digest("robot", inputs.robot.robot.parameters()),
@@ -123,12 +124,12 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         version: env!("CARGO_PKG_VERSION"),
     };
     let text = serde_json::to_string_pretty(&certified.json()).into_diagnostic()? + "\n";
-    write_file(&folder.join("certify.json"), &text)?;
-    write_file(&folder.join("certify.html"), html::certify_page(&certified))?;
+    say!("{}", certified.text());
+    write_file(&certificate, &text)?;
+    write(&page, &html::certify_page(&certified))?;
     if let Some(path) = &arguments.json {
-        write_file(path, &text)?;
+        write(path, &text)?;
     }
-    say!("{}wrote {}\n", certified.text(), folder.join("certify.html").display());
     if !certified.passes() {
         std::process::exit(1);
     }

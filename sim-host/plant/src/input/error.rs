@@ -5,7 +5,6 @@ use miette::{
     Diagnostic, LabeledSpan, MietteError, MietteSpanContents, SourceCode, SourceSpan, SpanContents,
 };
 use std::ops::Range;
-use std::sync::Arc;
 
 /// A file that cannot be used.
 ///
@@ -17,7 +16,7 @@ pub struct InputError {
     place: String,
     message: String,
     #[source_code]
-    text: Arc<Excerpt>,
+    excerpt: Excerpt,
     #[label(collection)]
     labels: Vec<LabeledSpan>,
     #[help]
@@ -41,8 +40,29 @@ impl InputError {
     }
 }
 
-/// Text of a file, or a piece of it, and where in the file it begins.
-#[derive(Debug)]
+/// Characters of a line that an error shows to either side of the mistake.
+const SHOWN: usize = 80;
+
+/// Text without what a terminal obeys instead of showing: control characters but line feed and tab,
+/// and marks that turn the direction of writing. Each becomes one visible character.
+pub fn printable(text: &str) -> String {
+    let visible = |c| match c {
+        '\n' | '\t' => c,
+        '\0'..='\x1f' => char::from_u32(0x2400 + u32::from(c)).unwrap_or('�'),
+        '\x7f' => '␡',
+        '\u{80}'..='\u{9f}'
+        | '\u{61c}'
+        | '\u{200e}'
+        | '\u{200f}'
+        | '\u{202a}'..='\u{202e}'
+        | '\u{2066}'..='\u{2069}' => '�',
+        _ => c,
+    };
+    text.chars().map(visible).collect()
+}
+
+/// The lines of a file that an error shows, and where in the file they begin.
+#[derive(Debug, Clone)]
 struct Excerpt {
     name: String,
     text: String,
@@ -74,35 +94,36 @@ impl SourceCode for Excerpt {
 /// A file's text with the name it is shown under; makes the errors that point into it.
 #[derive(Debug, Clone)]
 pub struct Source {
-    text: Arc<Excerpt>,
+    name: String,
+    text: String,
+    /// Of the first line, from 0.
+    line: usize,
 }
 
 impl Source {
     /// Text read from `name` (a path, or what the reader should see instead of one).
     pub fn new(name: &str, text: &str) -> Self {
-        Self::piece(name, 1, 1, text)
+        Self::piece(name, 1, text)
     }
 
-    /// A piece of a file too large to be held, which begins at this line and column, both counted
-    /// from 1. Byte ranges count from the piece's start; errors name the place in the file.
-    pub fn piece(name: &str, line: usize, column: usize, text: &str) -> Self {
-        let (line, column) = (line.saturating_sub(1), column.saturating_sub(1));
-        Self {
-            text: Arc::new(Excerpt { name: name.to_owned(), text: text.to_owned(), line, column }),
-        }
+    /// Lines of a file too large to be held, the first of which has this number, from 1. Byte
+    /// ranges count from the piece's start; errors name the place in the file.
+    pub fn piece(name: &str, line: usize, text: &str) -> Self {
+        Self { name: name.to_owned(), text: text.to_owned(), line: line.saturating_sub(1) }
     }
 
     /// The text.
     pub fn text(&self) -> &str {
-        &self.text.text
+        &self.text
     }
 
     /// The name it is shown under.
     pub fn name(&self) -> &str {
-        &self.text.name
+        &self.name
     }
 
-    /// An error at a byte range of the text. The label stays on the range's first line.
+    /// An error at a byte range of the text. The label stays on the range's first line. A line that
+    /// is long is shown around the mistake only.
     pub fn error(
         &self,
         span: Range<usize>,
@@ -111,39 +132,63 @@ impl Source {
         help: impl Into<String>,
     ) -> InputError {
         let text = self.text();
-        let start = floor_char_boundary(text, span.start);
-        let end = floor_char_boundary(text, span.end.max(start));
-        let first_line = text[start..end].lines().next().unwrap_or_default().len();
-        let before = &text[..start];
-        let lines = before.matches('\n').count();
-        let line = self.text.line + lines + 1;
-        let offset = if lines == 0 { self.text.column } else { 0 };
-        let column = offset + before.chars().rev().take_while(|c| *c != '\n').count() + 1;
+        let start = text.floor_char_boundary(span.start);
+        let (line, end_of_line) = line_around(text, start);
+        let end = text.floor_char_boundary(span.end.clamp(start, end_of_line));
+        let number = self.line + text[..line].matches('\n').count();
+        let column = text[line..start].chars().count();
+
+        let from = line.max(text.floor_char_boundary(start.saturating_sub(SHOWN)));
+        let until = text.floor_char_boundary(end.min(start + 2 * SHOWN) + SHOWN).min(end_of_line);
+        let whole = from == line && until == end_of_line;
+        let neighbour = |at: usize| {
+            let (from, end) = line_around(text, at);
+            printable(&text[from..text.floor_char_boundary(from + 2 * SHOWN).min(end)])
+        };
+        let mut shown = String::new();
+        if whole && line > 0 {
+            shown = neighbour(line - 1) + "\n";
+        }
+        let lines_before = usize::from(!shown.is_empty());
+        shown += &printable(&text[from..start]);
+        let at = shown.len();
+        let marked = printable(&text[start..end.min(until)]);
+        shown += &marked;
+        shown += &printable(&text[end.min(until)..until]);
+        if let Some(next) = text[end_of_line..].find('\n').filter(|_| whole) {
+            shown = shown + "\n" + &neighbour(end_of_line + next + 1);
+        }
         InputError {
-            place: format!("{}:{line}:{column}", self.name()),
-            message: message.into(),
-            text: self.text.clone(),
-            labels: vec![LabeledSpan::new(Some(label.into()), start, first_line)],
-            help: help.into(),
+            place: format!("{}:{}:{}", one_line(&self.name), number + 1, column + 1),
+            message: printable(&message.into()),
+            excerpt: Excerpt {
+                name: one_line(&self.name),
+                text: shown,
+                line: number - lines_before,
+                column: text[line..from].chars().count(),
+            },
+            labels: vec![LabeledSpan::new(Some(printable(&label.into())), at, marked.len())],
+            help: printable(&help.into()),
         }
     }
 
     /// An error of the file as a whole.
     pub fn error_of_file(&self, message: impl Into<String>, help: impl Into<String>) -> InputError {
+        let name = one_line(&self.name);
         InputError {
-            place: self.name().to_owned(),
-            message: message.into(),
-            text: self.text.clone(),
+            place: name.clone(),
+            message: printable(&message.into()),
+            excerpt: Excerpt { name, text: String::new(), line: 0, column: 0 },
             labels: Vec::new(),
-            help: help.into(),
+            help: printable(&help.into()),
         }
     }
 
     /// What stands at a byte range, on one line and cut where it is long.
     pub(crate) fn excerpt(&self, span: Range<usize>) -> String {
         let text = self.text();
-        let start = floor_char_boundary(text, span.start);
-        let end = floor_char_boundary(text, span.end.max(start));
+        let start = text.floor_char_boundary(span.start);
+        let end = text.floor_char_boundary(span.end.max(start));
         let line = text[start..end].lines().next().unwrap_or_default();
         let short: String = line.chars().take(60).collect();
         if short.len() < end - start { format!("{short} …") } else { short }
@@ -151,15 +196,20 @@ impl Source {
 
     /// The whole line that a byte stands on, without the blanks around it.
     pub(crate) fn line_at(&self, at: usize) -> String {
-        let text = self.text();
-        let at = floor_char_boundary(text, at);
-        let start = text[..at].rfind('\n').map_or(0, |i| i + 1);
-        let end = text[at..].find('\n').map_or(text.len(), |i| at + i);
-        let indent = text[start..end].len() - text[start..end].trim_start().len();
+        let (start, end) = line_around(self.text(), self.text().floor_char_boundary(at));
+        let indent = end - start - self.text()[start..end].trim_start().len();
         self.excerpt(start + indent..end).trim_end().to_owned()
     }
 }
 
-fn floor_char_boundary(text: &str, at: usize) -> usize {
-    (0..=at.min(text.len())).rev().find(|i| text.is_char_boundary(*i)).unwrap_or(0)
+/// Start and end of the line that a byte stands on, without its ending (LF or CR LF).
+fn line_around(text: &str, at: usize) -> (usize, usize) {
+    let start = text[..at].rfind('\n').map_or(0, |i| i + 1);
+    let end = text[at..].find('\n').map_or(text.len(), |i| at + i);
+    (start, end - usize::from(end > at && text[..end].ends_with('\r')))
+}
+
+/// A name as one line of visible characters.
+fn one_line(name: &str) -> String {
+    printable(name).replace('\n', "␊")
 }

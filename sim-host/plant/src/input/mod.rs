@@ -11,6 +11,7 @@
 pub mod control;
 pub mod document;
 pub mod error;
+pub mod file;
 pub mod model;
 pub mod process;
 pub mod requirements;
@@ -18,12 +19,12 @@ pub mod robot;
 pub mod sensors;
 pub mod urdf;
 pub mod weld;
-pub mod write;
 
 pub use control::{CascadeGains, CompensationLimits, Control, ParallelGains};
 pub(crate) use document::nearest;
 pub use document::{Bounds, Document, FILL_IN, Table};
-pub use error::{InputError, Source};
+pub use error::{InputError, Source, printable};
+pub use file::{files_read, folder_of, open, read_text, remove_stale, write_atomically};
 pub use model::{Comments, EffectComments, ModelEffect, ModelFile, Scope};
 pub use process::{Process, Ripple};
 pub use requirements::{Faults, LIMITS, MARGINS, MarginLimits, Requirements, Uncertainty};
@@ -31,7 +32,6 @@ pub use robot::RobotFile;
 pub use sensors::{ForceSensor, SeamSensor, Sensors};
 pub use urdf::{import_urdf, import_urdf_text};
 pub use weld::Weld;
-pub use write::write_atomically;
 
 use std::fmt;
 use std::path::Path;
@@ -137,27 +137,4 @@ pub fn check(path: impl AsRef<Path>) -> Result<FileKind, InputError> {
         FileKind::Model => ModelFile::parse(&text, path.as_ref()).map(drop),
     }?;
     Ok(kind)
-}
-
-/// The name to show and the text of a file.
-///
-/// # Errors
-/// A file that cannot be read, or is not UTF-8 text.
-pub fn read_text(path: &Path) -> Result<(String, String), InputError> {
-    let name = path.display().to_string();
-    let bytes = std::fs::read(path).map_err(|error| {
-        Source::new(&name, "").error_of_file(
-            format!("cannot be read: {error}; expected a file"),
-            "Check the path and its permissions.",
-        )
-    })?;
-    let text = String::from_utf8(bytes).map_err(|error| {
-        let good = error.utf8_error().valid_up_to();
-        let byte = error.as_bytes()[good];
-        let source = Source::new(&name, &String::from_utf8_lossy(error.as_bytes()));
-        let message =
-            format!("byte {good} is {byte:#04x}, which is not UTF-8; expected UTF-8 text");
-        source.error(good..good, message, "not UTF-8 from here on", "Save the file as UTF-8 text.")
-    })?;
-    Ok((name, text))
 }

@@ -16,8 +16,8 @@
 
 use super::document::Table;
 use super::{
-    Bounds, Document, FileKind, InputError, Process, RobotFile, Source, nearest, read_text,
-    write_atomically,
+    Bounds, Document, FileKind, InputError, Process, RobotFile, Source, folder_of, nearest,
+    read_text, write_atomically,
 };
 use crate::effects::formula::{
     CustomParameter, CustomRole, Definition, Formula, MOST_PARAMETERS, NamedPort, PORTS,
@@ -195,10 +195,6 @@ impl ModelFile {
             Source::new(&path.display().to_string(), "").error_of_file(error.to_string(), help)
         })
     }
-}
-
-fn folder_of(path: &Path) -> &Path {
-    path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
 /// The file that a key names, from the folder of the model file.

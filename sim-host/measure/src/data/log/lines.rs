@@ -12,10 +12,6 @@ use trueweld_plant::input::{InputError, Source};
 /// No table of samples has a line longer than this, bytes; one line is all that is held.
 const LONGEST: u64 = 1 << 20;
 
-/// A line up to this length is shown whole in an error; of a longer one, what stands around the
-/// mistake.
-const SHOWN: usize = 160;
-
 pub(super) struct Lines<R> {
     name: String,
     input: BufReader<R>,
@@ -187,31 +183,16 @@ impl<R: Read> Lines<R> {
         help: impl Into<String>,
     ) -> InputError {
         let line = self.line();
-        let at = at.start.min(line.len())..at.end.min(line.len());
-        let window = if line.len() <= SHOWN {
-            0..line.len()
-        } else {
-            boundary(line, at.start.saturating_sub(SHOWN / 2))
-                ..boundary(line, (at.end + SHOWN / 2).min(line.len()))
-        };
         let text = |range: Range<usize>| String::from_utf8_lossy(&line[range]).into_owned();
-        let column = text(0..window.start).chars().count() + 1;
-        let (before, marked) = (text(window.start..at.start), text(at.clone()));
+        let at = at.start.min(line.len())..at.end.min(line.len());
+        let (before, marked) = (text(0..at.start), text(at.clone()));
         let span = before.len()..before.len() + marked.len();
-        let piece = before + &marked + &text(at.end..window.end.max(at.end));
-        Source::piece(&self.name, self.number, column, &piece).error(span, message, label, help)
+        let whole = before + &marked + &text(at.end..line.len());
+        Source::piece(&self.name, self.number, &whole).error(span, message, label, help)
     }
 
     /// An error of the file as a whole.
     pub fn error_of_file(&self, message: impl Into<String>, help: impl Into<String>) -> InputError {
         Source::new(&self.name, "").error_of_file(message, help)
     }
-}
-
-/// The start of the UTF-8 character that this byte belongs to.
-fn boundary(line: &[u8], at: usize) -> usize {
-    (at.saturating_sub(3)..=at)
-        .rev()
-        .find(|i| line.get(*i).is_none_or(|b| b & 0xc0 != 0x80))
-        .unwrap_or(at)
 }

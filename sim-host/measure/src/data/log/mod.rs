@@ -17,13 +17,13 @@ use lines::Lines;
 use nalgebra::Vector3;
 use samples::Expected;
 use std::fmt;
-use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use trueweld_core::JOINTS;
 use trueweld_plant::input::document::nearest;
 use trueweld_plant::input::{
-    Bounds, Document, FileKind, InputError, Process, RobotFile, Source, Table, Weld, read_text,
+    Bounds, Document, FileKind, InputError, Process, RobotFile, Source, Table, Weld, open,
+    read_text,
 };
 
 /// Name of the file that says what a log is.
@@ -31,6 +31,9 @@ pub const LOG_FILE: &str = "log.toml";
 
 /// Name of the file with the rows.
 pub const SAMPLES_FILE: &str = "samples.csv";
+
+/// Most bytes of the rows: the columns are held in memory, where they take about as much.
+const MOST_SAMPLES: u64 = 4 << 30;
 
 /// What was done while a log was recorded.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -217,13 +220,8 @@ impl Log {
     pub fn read(folder: impl AsRef<Path>) -> Result<Self, InputError> {
         let folder = folder.as_ref();
         let (_, text) = read_text(&folder.join(LOG_FILE))?;
-        let samples = folder.join(SAMPLES_FILE);
-        let file = File::open(&samples).map_err(|error| {
-            let help = format!("A log is a folder with {LOG_FILE} and {SAMPLES_FILE}.");
-            let message = format!("cannot be read: {error}; expected the rows of the log");
-            Source::new(&samples.display().to_string(), "").error_of_file(message, help)
-        })?;
-        Self::parse(&text, file, folder)
+        let rows = open(&folder.join(SAMPLES_FILE), MOST_SAMPLES)?;
+        Self::parse(&text, rows, folder)
     }
 
     /// Reads a log from the text of its `log.toml` and its rows; `folder` is where its paths start

@@ -1,0 +1,94 @@
+//! A folder in which the program runs as a user runs it.
+
+// Each test file uses its part of it.
+#![allow(dead_code)]
+
+use serde_json::Value;
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+use tempfile::TempDir;
+
+/// A folder with short welds; commands run in it.
+pub struct Workspace(TempDir);
+
+/// The repository's fixtures.
+pub fn fixture(name: &str) -> String {
+    format!("{}/../../fixtures/{name}", env!("CARGO_MANIFEST_DIR"))
+}
+
+impl Workspace {
+    pub fn new() -> Self {
+        let place = Self(tempfile::tempdir().unwrap());
+        place.weld("short.toml", "[1.700, -1.000, 0.500]", "[1.700, -0.940, 0.500]");
+        place
+    }
+
+    pub fn path(&self) -> &Path {
+        self.0.path()
+    }
+
+    /// The first published weld between other points.
+    pub fn weld(&self, name: &str, start: &str, end: &str) {
+        let text = fs::read_to_string(fixture("welds/vertical.toml")).unwrap();
+        let line = |line: &str| match line.split(" = ").next() {
+            Some("start_m") => format!("start_m = {start}\n"),
+            Some("end_m") => format!("end_m = {end}\n"),
+            _ => format!("{line}\n"),
+        };
+        fs::write(self.path().join(name), text.lines().map(line).collect::<String>()).unwrap();
+    }
+
+    pub fn run(&self, arguments: &[&str]) -> Output {
+        Command::new(env!("CARGO_BIN_EXE_trueweld"))
+            .args(arguments)
+            .current_dir(self.path())
+            .output()
+            .unwrap()
+    }
+
+    /// Runs what must succeed; its standard output.
+    pub fn done(&self, arguments: &[&str]) -> String {
+        let output = self.run(arguments);
+        assert!(
+            output.status.success(),
+            "{arguments:?}\n{}",
+            String::from_utf8_lossy(&output.stderr)
+        );
+        String::from_utf8(output.stdout).unwrap()
+    }
+
+    /// Runs what must fail with one message and no new file; the message on one line.
+    pub fn refused(&self, arguments: &[&str]) -> String {
+        let before = self.files();
+        let output = self.run(arguments);
+        assert!(!output.status.success(), "{arguments:?}");
+        assert_eq!(self.files(), before, "{arguments:?}");
+        let text = String::from_utf8(output.stderr).unwrap();
+        assert!(!text.contains("panicked"), "{text}");
+        assert_eq!(text.to_lowercase().matches("error:").count(), 1, "{text}");
+        one_line(&text)
+    }
+
+    pub fn files(&self) -> Vec<String> {
+        let mut names: Vec<String> = fs::read_dir(self.path())
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name().to_string_lossy().into_owned())
+            .collect();
+        names.sort();
+        names
+    }
+
+    pub fn bytes(&self, name: &str) -> Vec<u8> {
+        fs::read(self.path().join(name)).unwrap()
+    }
+
+    pub fn json(&self, name: &str) -> Value {
+        serde_json::from_slice(&self.bytes(name)).unwrap()
+    }
+}
+
+/// A message on one line: as wide as the terminal, messages are broken into lines.
+pub fn one_line(text: &str) -> String {
+    text.split_whitespace().filter(|word| *word != "│").collect::<Vec<_>>().join(" ")
+}
