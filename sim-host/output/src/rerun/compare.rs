@@ -7,10 +7,12 @@ use crate::color::{JOINTS, LIMIT, REFERENCE, Rgb, run};
 use crate::compared::{TOLD, headline, setting};
 use crate::words::{Scale, score};
 use nalgebra::Vector3;
-use rerun::{
-    LineStrips3D, Scalars, SeriesLines, TextDocument, TextLog, TextLogLevel, TimeCell, TimeColumn,
-    TimePoint, Timeline, ViewCoordinates,
+use re_chunk::TimeColumn;
+use re_log_types::{TimeCell, TimePoint, Timeline};
+use re_sdk_types::archetypes::{
+    LineStrips3D, Scalars, SeriesLines, TextDocument, TextLog, ViewCoordinates,
 };
+use re_sdk_types::components::{MediaType, TextLogLevel};
 use std::io::Write;
 use std::path::Path;
 use trueweld_measure::residuals::compare::{ChannelComparison, Comparison, LogComparison, Trace};
@@ -132,8 +134,7 @@ pub(super) fn all<W: Write>(
     about: String,
     shown: &[Shown],
 ) -> Result<(), RecordError> {
-    let text =
-        TextDocument::new(about + &legend(shown)).with_media_type(rerun::MediaType::MARKDOWN);
+    let text = TextDocument::new(about + &legend(shown)).with_media_type(MediaType::MARKDOWN);
     writer.fixed(Store::Recording, "/about", &text)?;
     for shown in shown {
         tool(writer, shown)?;

@@ -10,10 +10,14 @@ use super::step::{self, Step};
 use super::writer::{RecordError, Store, Writer};
 use crate::figures::MILLI;
 use nalgebra::{Rotation3, Vector3};
-use rerun::datatypes::Uuid;
-use rerun::external::re_sdk_types::blueprint::datatypes::{TextLogColumn, TextLogColumnKind};
-use rerun::external::re_sdk_types::blueprint::{archetypes as view, components as part};
-use rerun::{AsComponents, TimePoint, Timeline};
+use re_log_types::{TimePoint, Timeline};
+use re_sdk_types::AsComponents;
+use re_sdk_types::blueprint::datatypes::{TextLogColumn, TextLogColumnKind};
+use re_sdk_types::blueprint::{archetypes as view, components as part};
+use re_sdk_types::components::Color;
+use re_sdk_types::datatypes::{
+    AbsoluteTimeRange, Range1D, TimeInt, TimeRange, TimeRangeBoundary, Uuid,
+};
 use std::io::Write;
 use trueweld_core::JOINTS;
 use trueweld_measure::residuals::compare::LogComparison;
@@ -132,10 +136,7 @@ pub(super) fn weld<W: Write>(
     let left = layout.container(part::ContainerKind::Vertical, &[cell, words], &[4.0, 1.0])?;
 
     // The whole weld, on whichever timeline.
-    let all = rerun::datatypes::TimeRange {
-        start: rerun::datatypes::TimeRangeBoundary::Infinite,
-        end: rerun::datatypes::TimeRangeBoundary::Infinite,
-    };
+    let all = TimeRange { start: TimeRangeBoundary::Infinite, end: TimeRangeBoundary::Infinite };
     let axis = view::TimeAxis::new().with_view_range(all);
     let legend = view::PlotLegend::new().with_corner(part::Corner2D::RightTop);
     // The ripple of the working push, not the ramp to it.
@@ -146,8 +147,7 @@ pub(super) fn weld<W: Write>(
         .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v), high.max(v)]);
     let push_axis = if low < high {
         let room = high - low;
-        view::ScalarAxis::new()
-            .with_range(rerun::datatypes::Range1D([low - 0.3 * room, high + 1.4 * room]))
+        view::ScalarAxis::new().with_range(Range1D([low - 0.3 * room, high + 1.4 * room]))
     } else {
         view::ScalarAxis::new()
     };
@@ -156,8 +156,8 @@ pub(super) fn weld<W: Write>(
     let [low, high] = extent(shown, |r| [r.deviation_w.linear.y * MILLI]);
     let (low, high) = (low.min(-limit), high.max(limit));
     let room = high - low;
-    let lateral_axis = view::ScalarAxis::new()
-        .with_range(rerun::datatypes::Range1D([low - 0.05 * room, high + 0.3 * room]));
+    let lateral_axis =
+        view::ScalarAxis::new().with_range(Range1D([low - 0.05 * room, high + 0.3 * room]));
     let mut plots = Vec::new();
     for group in GROUPS {
         let runs = shown.iter().enumerate().filter(|(k, s)| match group.of {
@@ -204,8 +204,8 @@ pub(super) fn weld<W: Write>(
         .with_loop_mode(part::LoopMode::Selection);
     let time = match shown.first().and_then(steady) {
         Some([from, to]) => {
-            let nanoseconds = |s: f64| rerun::datatypes::TimeInt((s * 1e9) as i64);
-            time.with_time_selection(rerun::datatypes::AbsoluteTimeRange {
+            let nanoseconds = |s: f64| TimeInt((s * 1e9) as i64);
+            time.with_time_selection(AbsoluteTimeRange {
                 min: nanoseconds(from),
                 max: nanoseconds(to),
             })
@@ -223,22 +223,18 @@ pub(super) fn step<W: Write>(
 ) -> Result<(), RecordError> {
     let mut layout = Layout { writer, count: 0 };
     // From a little before the step to the end, on the timeline that counts from it.
-    let boundary = |seconds: f64| {
-        rerun::datatypes::TimeRangeBoundary::Absolute(rerun::datatypes::TimeInt(
-            (seconds * 1e9).round() as i64,
-        ))
-    };
-    let axis = view::TimeAxis::new().with_view_range(rerun::datatypes::TimeRange {
+    let boundary =
+        |seconds: f64| TimeRangeBoundary::Absolute(TimeInt((seconds * 1e9).round() as i64));
+    let axis = view::TimeAxis::new().with_view_range(TimeRange {
         start: boundary(-BEFORE_STEP),
-        end: step.map_or(rerun::datatypes::TimeRangeBoundary::Infinite, |s| {
-            boundary((1.0 + LEGEND_SHARE) * s.length)
-        }),
+        end: step
+            .map_or(TimeRangeBoundary::Infinite, |s| boundary((1.0 + LEGEND_SHARE) * s.length)),
     });
     let legend = view::PlotLegend::new().with_corner(part::Corner2D::RightTop);
     let whole = view::ScalarAxis::new();
     let near = step.map_or_else(view::ScalarAxis::new, |s| {
         let [low, high] = [-3.0, 3.0].map(|bands| (s.goal + bands * s.near) / MILLI);
-        view::ScalarAxis::new().with_range(rerun::datatypes::Range1D([low, high]))
+        view::ScalarAxis::new().with_range(Range1D([low, high]))
     });
     let mut plot = |name: &str, entities: Vec<String>, y: &view::ScalarAxis| {
         let properties: [(&str, &dyn AsComponents); 3] =
@@ -276,8 +272,7 @@ pub(super) fn step<W: Write>(
         ),
     ] {
         let room = 0.05 * (high - low);
-        let y = view::ScalarAxis::new()
-            .with_range(rerun::datatypes::Range1D([low - room, high + room]));
+        let y = view::ScalarAxis::new().with_range(Range1D([low - room, high + room]));
         let plots = shown
             .iter()
             .map(|s| {
@@ -329,7 +324,7 @@ pub(super) fn compare<W: Write>(
             factor => format!("{}: tool, deviations {factor:.0} × too large", shown.log.name),
         };
         let background = view::Background::new(part::BackgroundKind::SolidColor)
-            .with_color(rerun::Color::from_rgb(244, 245, 247));
+            .with_color(Color::from_rgb(244, 245, 247));
         // All of it, seen from beyond it and a little above.
         let outward =
             Vector3::new(middle.x, middle.y, 0.0).try_normalize(1e-6).unwrap_or_else(Vector3::x);
@@ -397,15 +392,11 @@ fn whole(log: &LogComparison) -> view::TimeAxis {
     if start >= end {
         return view::TimeAxis::new();
     }
-    let boundary = |seconds: f64| {
-        rerun::datatypes::TimeRangeBoundary::Absolute(rerun::datatypes::TimeInt(
-            (seconds * 1e9).round() as i64,
-        ))
-    };
+    let boundary =
+        |seconds: f64| TimeRangeBoundary::Absolute(TimeInt((seconds * 1e9).round() as i64));
     // These plots are wide: the legend takes a tenth of them.
     let end = boundary(end + 0.1 * (end - start));
-    view::TimeAxis::new()
-        .with_view_range(rerun::datatypes::TimeRange { start: boundary(start), end })
+    view::TimeAxis::new().with_view_range(TimeRange { start: boundary(start), end })
 }
 
 /// Smallest and largest of some signals over all runs.
@@ -444,7 +435,7 @@ fn cell<W: Write>(
         .with_eye_up([0.0, 0.0, 1.0]);
     let grid = view::LineGrid3D::new().with_visible(true).with_spacing(0.5);
     let background = view::Background::new(part::BackgroundKind::SolidColor)
-        .with_color(rerun::Color::from_rgb(244, 245, 247));
+        .with_color(Color::from_rgb(244, 245, 247));
     let title = match exaggeration {
         1.0 => "cell, to scale".to_owned(),
         factor => format!("cell: deviations drawn {factor:.0} × too large"),

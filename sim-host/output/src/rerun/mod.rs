@@ -14,7 +14,7 @@ mod step;
 mod writer;
 
 use crate::{Diagnosed, Improved, OutputError, StepRun, WeldRun, write_file};
-use rerun::TimeColumn;
+use re_chunk::TimeColumn;
 use std::path::Path;
 use trueweld_measure::residuals::compare::{Comparison, LogComparison};
 use trueweld_plant::simulate::Recording;

@@ -7,10 +7,13 @@ use crate::WeldRun;
 use crate::color::LIMIT;
 use crate::figures::{MILLI, headline};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
-use rerun::{
-    Arrows3D, Boxes3D, Capsules3D, Color, FillMode, LineStrips3D, TextDocument, TimeColumn,
-    Transform3D,
+use re_chunk::TimeColumn;
+use re_sdk_types::AsComponents;
+use re_sdk_types::archetypes::{
+    Arrows3D, Boxes3D, Capsules3D, LineStrips3D, TextDocument, Transform3D, ViewCoordinates,
 };
+use re_sdk_types::components::{Color, FillMode, MediaType};
+use re_sdk_types::datatypes::Quaternion;
 use std::io::Write;
 use trueweld_core::{JOINTS, JointVector, Robot};
 use trueweld_plant::simulate::RecordRow;
@@ -72,9 +75,9 @@ pub(super) fn cell<W: Write>(
         return Ok(());
     };
     let mut fixed =
-        |entity: &str, what: &dyn rerun::AsComponents| writer.fixed(Store::Recording, entity, what);
+        |entity: &str, what: &dyn AsComponents| writer.fixed(Store::Recording, entity, what);
 
-    fixed("/cell", &rerun::ViewCoordinates::RIGHT_HAND_Z_UP())?;
+    fixed("/cell", &ViewCoordinates::RIGHT_HAND_Z_UP())?;
     let thickness = 0.02;
     let [along, lateral, into] = [0, 1, 2].map(|i| Vector3::<f64>::from(seam.axes.column(i)));
     let length = (seam.end - seam.start).norm();
@@ -103,8 +106,7 @@ pub(super) fn cell<W: Write>(
     fixed("/cell/weld_direction", &end)?;
     fixed(
         "/about",
-        &TextDocument::new(about(runs, shown, exaggeration))
-            .with_media_type(rerun::MediaType::MARKDOWN),
+        &TextDocument::new(about(runs, shown, exaggeration)).with_media_type(MediaType::MARKDOWN),
     )?;
     half_pin(writer, first)
 }
@@ -324,7 +326,7 @@ fn point(p: &Vector3<f64>) -> [f32; 3] {
     [p.x as f32, p.y as f32, p.z as f32]
 }
 
-fn quaternion(rotation: &Matrix3<f64>) -> rerun::Quaternion {
+fn quaternion(rotation: &Matrix3<f64>) -> Quaternion {
     let q = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(*rotation));
-    rerun::Quaternion::from_xyzw([q.i as f32, q.j as f32, q.k as f32, q.w as f32])
+    Quaternion::from_xyzw([q.i as f32, q.j as f32, q.k as f32, q.w as f32])
 }

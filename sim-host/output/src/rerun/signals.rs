@@ -5,7 +5,10 @@ use super::{Beside, Shown};
 use crate::color::{JOINTS as JOINT_COLORS, REFERENCE, Rgb};
 use crate::figures::MILLI;
 use crate::path::moving;
-use rerun::{Scalars, SeriesLines, TextLog, TextLogLevel, TimeColumn, TimePoint, Timeline};
+use re_chunk::TimeColumn;
+use re_log_types::{TimeCell, TimePoint, Timeline};
+use re_sdk_types::archetypes::{Scalars, SeriesLines, TextLog};
+use re_sdk_types::components::{Color, TextLogLevel};
 use std::io::Write;
 use std::ops::Range;
 use trueweld_plant::simulate::RecordRow;
@@ -227,7 +230,7 @@ fn events<W: Write>(writer: &mut Writer<W>, shown: &Shown) -> Result<(), RecordE
     let mut before: Option<&RecordRow> = None;
     for row in &shown.recording.rows {
         let nanoseconds =
-            |seconds: f64| rerun::TimeCell::from_duration_nanos((seconds * 1e9).round() as i64);
+            |seconds: f64| TimeCell::from_duration_nanos((seconds * 1e9).round() as i64);
         let mut log = |text: String, level: TextLogLevel| {
             let mut when =
                 TimePoint::default().with(Timeline::new_duration("time"), nanoseconds(row.time));
@@ -272,6 +275,6 @@ pub(super) fn micrometres(metres: f64) -> i64 {
     (metres * 1e6).round() as i64
 }
 
-pub(super) fn rgb([r, g, b]: Rgb) -> rerun::Color {
-    rerun::Color::from_rgb(r, g, b)
+pub(super) fn rgb([r, g, b]: Rgb) -> Color {
+    Color::from_rgb(r, g, b)
 }

@@ -6,7 +6,9 @@ use super::{Shown, signals};
 use crate::StepRun;
 use crate::color::LIMIT;
 use crate::figures::{MILLI, STEP_HEADINGS, step_headline, step_lines};
-use rerun::{TextDocument, TimeColumn};
+use re_chunk::TimeColumn;
+use re_sdk_types::archetypes::TextDocument;
+use re_sdk_types::components::MediaType;
 use std::io::Write;
 use trueweld_evaluate::StepFigures;
 
@@ -50,7 +52,7 @@ pub(super) fn references<W: Write>(
     runs: &[StepRun],
     step: Option<&Step>,
 ) -> Result<(), RecordError> {
-    let text = TextDocument::new(about(runs)).with_media_type(rerun::MediaType::MARKDOWN);
+    let text = TextDocument::new(about(runs)).with_media_type(MediaType::MARKDOWN);
     writer.fixed(Store::Recording, "/about", &text)?;
     let Some(step) = step else { return Ok(()) };
     let times = [

@@ -2,9 +2,10 @@
 
 use super::*;
 use crate::sample;
-use ::rerun::external::re_log_encoding::DecoderApp;
-use ::rerun::log::{Chunk, LogMsg};
-use ::rerun::{Scalars, StoreKind};
+use re_chunk::Chunk;
+use re_log_encoding::DecoderApp;
+use re_log_types::{LogMsg, StoreKind};
+use re_sdk_types::archetypes::Scalars;
 use std::collections::BTreeMap;
 
 /// Rows of every entity of the recording, and the chunks of one of them.

@@ -6,18 +6,19 @@
 //! and frames.
 
 use super::APPLICATION;
+use re_chunk::external::arrow::datatypes::Schema;
+use re_chunk::{Chunk, ChunkComponents, ChunkId, RowId, TimeColumn};
+use re_log_encoding::{
+    Compression, CrateVersion, Encodable, EncodingOptions, MessageHeader, MessageKind, RRD_FOURCC,
+    RrdFooter, RrdManifestBuilder, StreamFooter, StreamHeader, ToTransport,
+};
+use re_log_types::external::re_tuid::Tuid;
+use re_log_types::{
+    ArrowMsg, BlueprintActivationCommand, LogMsg, SetStoreInfo, StoreId, StoreInfo, StoreKind,
+    StoreSource, TimePoint,
+};
+use re_sdk_types::{AsComponents, SerializedComponentColumn};
 use re_span::Span;
-use rerun::external::arrow::datatypes::Schema;
-use rerun::external::re_log_encoding::{
-    Compression, Encodable, EncodingOptions, MessageHeader, MessageKind, RRD_FOURCC, RrdFooter,
-    RrdManifestBuilder, StreamFooter, StreamHeader, ToTransport,
-};
-use rerun::external::re_log_types::external::re_tuid::Tuid;
-use rerun::external::re_log_types::{
-    ArrowMsg, BlueprintActivationCommand, SetStoreInfo, StoreId, StoreInfo, StoreKind, StoreSource,
-};
-use rerun::log::{Chunk, ChunkComponents, ChunkId, LogMsg, RowId, TimeColumn};
-use rerun::{AsComponents, SerializedComponentColumn, TimePoint};
 use std::io::Write;
 
 /// Why a recording could not be put together: what the recording library said.
@@ -60,7 +61,7 @@ impl<W: Write> Writer<W> {
     pub fn new(mut file: W, recording_id: &str) -> Result<Self, RecordError> {
         let mut message = Vec::new();
         let options = EncodingOptions::PROTOBUF_COMPRESSED;
-        let version = rerun::build_info().version.to_bytes();
+        let version = CrateVersion::LOCAL.to_bytes();
         StreamHeader { fourcc: RRD_FOURCC, version, options }
             .to_rrd_bytes(&mut message)
             .map_err(refused)?;
