@@ -22,6 +22,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<()> {
     let measured = arguments.measurements.read()?;
     arguments.results.check()?;
+    let provenance = measured.provenance("compare")?;
     let (model, count) = (&measured.model, measured.logs.len());
     let progress = if arguments.results.quiet {
         Progress::silent()
@@ -37,6 +38,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     say!("{}", table::compare_table(&model.path, &comparison));
     let results = &arguments.results;
     results.write(
+        &provenance,
         || json::compare_json(&model.path, &comparison),
         || html::compare_page(&model.path, &comparison),
     )?;

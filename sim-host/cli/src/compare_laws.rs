@@ -1,17 +1,16 @@
 //! `trueweld compare-laws`: one weld with every compensation law, over a wrong stiffness, noise,
 //! delay and a lost sensor.
 
-use crate::inputs::{Files, STEP_OF_MANY, embedded};
+use crate::inputs::{Embedded, Files, STEP_OF_MANY, passes, read};
 use crate::names::{Compensator, Controller};
 use crate::results::Results;
 use clap::Args;
 use miette::Result;
-use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use trueweld_evaluate::laws::{LawComparison, NoFigures};
 use trueweld_output::{LawsCompared, Progress};
 use trueweld_plant::input::{LIMITS, Requirements};
-use trueweld_plant::simulate::{Law, Program, Scenario};
+use trueweld_plant::simulate::{BuildLaw, Law, Program, Scenario};
 
 /// Arguments of `compare-laws`.
 #[derive(Args)]
@@ -25,8 +24,8 @@ pub struct Arguments {
     #[arg(long, value_enum, default_value_t = Controller::External)]
     controller: Controller,
     /// Welds of the seam for laws that learn from one to the next; the last one counts
-    #[arg(long, value_name = "N", default_value = "2")]
-    passes: NonZeroUsize,
+    #[arg(long, value_name = "N", default_value_t = 2, value_parser = passes())]
+    passes: u32,
     /// Requirements, whose lateral limit is drawn (default: those of the lap weld)
     #[arg(long, value_name = "F")]
     requirements: Option<PathBuf>,
@@ -53,8 +52,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         html: Some(arguments.html.clone()),
         ..Results::default()
     };
-    let requirements =
-        embedded!(Requirements, arguments.requirements.as_deref(), "requirements/lap-weld.toml");
+    let mut files = Vec::new();
+    let (file, embedded) = (arguments.requirements.as_deref(), Embedded::Requirements);
+    let requirements = read("requirements", file, embedded, Requirements::parse, &mut files)?;
     let inputs = arguments.files.read()?;
     results.check()?;
     let controller = arguments.controller.controller();
@@ -69,7 +69,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         robot: &inputs.robot.robot,
         stiffness_error: arguments.files.cell.stiffness_error.unwrap_or(STIFFNESS_ERROR),
         laws: &laws,
-        passes: arguments.passes.get(),
+        passes: arguments.passes as usize,
     };
     let welds = comparison.welds();
     let progress =
@@ -87,5 +87,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let limit = lateral.and_then(|k| requirements.limits[k]);
     let compared = LawsCompared { comparison: &comparison, sweeps: &sweeps, limit };
     say!("{}", compared.text());
-    results.write(|| compared.json(), || compared.html())
+    let named: Vec<&dyn BuildLaw> = laws.iter().map(|law| law as &dyn BuildLaw).collect();
+    let mut simulation = inputs.simulation(&[controller], &named, comparison.passes, STEP_OF_MANY);
+    simulation.stiffness_error = comparison.stiffness_error;
+    let mut provenance = inputs.provenance("compare-laws", simulation);
+    provenance.files.extend(files);
+    results.write(&provenance, || compared.json(), || compared.html())
 }

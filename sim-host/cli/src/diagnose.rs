@@ -22,6 +22,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<()> {
     let measured = arguments.measurements.read()?;
     arguments.results.check()?;
+    let provenance = measured.provenance("diagnose")?;
     let (model, logs) = (&measured.model, &measured.logs);
     let bench = FitProblem::new(model, measured.experiments);
     let progress =
@@ -42,7 +43,11 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     };
     say!("{}", table::diagnose_table(&diagnosed));
     let results = &arguments.results;
-    results.write(|| json::diagnose_json(&diagnosed), || html::diagnose_page(&diagnosed))?;
+    results.write(
+        &provenance,
+        || json::diagnose_json(&diagnosed),
+        || html::diagnose_page(&diagnosed),
+    )?;
     #[cfg(feature = "rerun")]
     if let Some(path) = &results.rrd {
         trueweld_output::rerun::diagnose_recording(path, &diagnosed)?;

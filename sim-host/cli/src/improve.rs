@@ -1,6 +1,6 @@
 //! `trueweld improve`: adds what is missing to a model, and writes it.
 
-use crate::measured::{Measurements, read_experiments};
+use crate::measured::{Measurements, digests, read_experiments};
 use crate::results::{Results, check_outputs};
 use clap::Args;
 use miette::{IntoDiagnostic, Result, miette};
@@ -32,9 +32,16 @@ pub struct Arguments {
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
     let measured = arguments.measurements.read()?;
+    let mut provenance = measured.provenance("improve")?;
     let (model, logs) = (&measured.model, &measured.logs);
-    let held_out =
-        if arguments.held_out.is_empty() { None } else { Some(held_out(arguments, model, logs)?) };
+    let held_out = if arguments.held_out.is_empty() {
+        None
+    } else {
+        let held_out = held_out(arguments, model, logs)?;
+        provenance.files.extend(digests("held-out log", &held_out)?);
+        let experiments = read_experiments(&held_out, model)?;
+        Some(HeldOut::new(model, &held_out, experiments))
+    };
     let mut outputs = arguments.results.outputs();
     outputs.push(("--out", &arguments.out));
     check_outputs(&outputs)?;
@@ -59,7 +66,11 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     say!("{}", table::improve_table(&improved));
     say!("wrote {}\n", arguments.out.display());
     let results = &arguments.results;
-    results.write(|| json::improve_json(&improved), || html::improve_page(&improved))?;
+    results.write(
+        &provenance,
+        || json::improve_json(&improved),
+        || html::improve_page(&improved),
+    )?;
     #[cfg(feature = "rerun")]
     if let Some(path) = &results.rrd {
         trueweld_output::rerun::improve_recording(path, &improved)?;
@@ -69,7 +80,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
 }
 
 /// Logs that nothing is fitted to.
-fn held_out(arguments: &Arguments, model: &ModelFile, fitted: &[Log]) -> Result<HeldOut> {
+fn held_out(arguments: &Arguments, model: &ModelFile, fitted: &[Log]) -> Result<Vec<Log>> {
     let (_, logs) = read_logs(&arguments.held_out)?;
     for log in &logs {
         log.must_be_of(&model.robot, &format!("the model {}", model.path.display()))?;
@@ -82,6 +93,5 @@ fn held_out(arguments: &Arguments, model: &ModelFile, fitted: &[Log]) -> Result<
             ));
         }
     }
-    let experiments = read_experiments(&logs, model)?;
-    Ok(HeldOut::new(model, &logs, experiments))
+    Ok(logs)
 }

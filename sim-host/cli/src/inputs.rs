@@ -1,29 +1,72 @@
 //! The cell that a command works on: input files given, or the embedded ones.
 
 use clap::Args;
+use clap::builder::RangedI64ValueParser;
 use miette::{IntoDiagnostic, Report, Result, miette};
 use nalgebra::SVector;
 use std::path::{Path, PathBuf};
 use trueweld_core::Robot;
+use trueweld_evaluate::certify::NominalCell;
 use trueweld_plant::cell::Cell;
 use trueweld_plant::effects::Effect;
-use trueweld_plant::input::{Control, ModelFile, Process, RobotFile, Sensors, Weld};
+use trueweld_plant::input::{
+    Control, InputError, ModelFile, Process, RobotFile, Sensors, Weld, read_text,
+};
 use trueweld_plant::integrate::Integrator;
+use trueweld_plant::provenance::{EffectRecord, FileDigest, Provenance, SimulationRecord};
 use trueweld_plant::simulate::{BuildLaw, Controller, Program, RunError, Scenario, Seam};
 
-/// Reads a file, or the embedded one where none is given.
-macro_rules! embedded {
-    ($type:ty, $path:expr, $file:literal) => {
-        match $path {
-            Some(path) => <$type>::read(path)?,
-            None => <$type>::parse(
-                include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/", $file)),
-                concat!("embedded ", $file),
-            )?,
+/// A fixture that is part of the program, the default of an option.
+#[derive(Clone, Copy)]
+pub enum Embedded {
+    Weld,
+    Robot,
+    Process,
+    Control,
+    Sensors,
+    Requirements,
+}
+
+impl Embedded {
+    /// Name and text.
+    fn file(self) -> (&'static str, &'static str) {
+        macro_rules! fixture {
+            ($file:literal) => {
+                (
+                    concat!("embedded ", $file),
+                    include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/", $file)),
+                )
+            };
+        }
+        match self {
+            Self::Weld => fixture!("welds/vertical.toml"),
+            Self::Robot => fixture!("robots/kr500-mt.toml"),
+            Self::Process => fixture!("processes/lap-weld-2024-t3.toml"),
+            Self::Control => fixture!("control/kr500-mt.toml"),
+            Self::Sensors => fixture!("sensors/kr500-mt.toml"),
+            Self::Requirements => fixture!("requirements/lap-weld.toml"),
+        }
+    }
+}
+
+/// Reads a file, or the embedded one where none is given, and adds its digest to `files`.
+pub fn read<T>(
+    role: &str,
+    path: Option<&Path>,
+    embedded: Embedded,
+    parse: fn(&str, &str) -> Result<T, InputError>,
+    files: &mut Vec<FileDigest>,
+) -> Result<T> {
+    let (name, text) = match path {
+        Some(path) => read_text(path)?,
+        None => {
+            let (name, text) = embedded.file();
+            (name.to_owned(), text.to_owned())
         }
     };
+    files.push(FileDigest::new(role, &name, text.as_bytes()));
+    Ok(parse(&text, &name)?)
 }
-pub(crate) use embedded;
 
 /// Input files of one weld; each has an embedded default.
 #[derive(Args, Default)]
@@ -79,8 +122,13 @@ pub struct CellFiles {
     seed: Option<u64>,
 }
 
+/// Welds of one seam that may be asked for: a law that has not learned by then does not.
+pub fn passes() -> RangedI64ValueParser<u32> {
+    clap::value_parser!(u32).range(1..=1000)
+}
+
 /// Longest plant step, s.
-const PLANT_STEP: f64 = 1e-3;
+pub const PLANT_STEP: f64 = 1e-3;
 
 /// Longest plant step where welds are made by the hundred, s: a weld ends within 0.03 µm and 0.4 N
 /// of where it does at 0.25 ms.
@@ -99,18 +147,25 @@ pub struct Inputs {
     pub control: Control,
     pub sensors: Sensors,
     pub cell: Cell,
+    /// Effects of the real cell: the model file's, then those of the command line.
+    pub effects: Vec<Effect>,
     /// The process as the weld is planned with it.
     pub planned: Process,
     /// The robot as the controller believes it is.
     pub controller_model: Robot<f64>,
     pub seed: u64,
+    /// Relative error of the stiffness in `controller_model`.
+    pub stiffness_error: f64,
+    /// Every file that was read.
+    pub files: Vec<FileDigest>,
 }
 
 impl CellFiles {
     /// Everything that a weld in this cell needs. `weld_file`: `None` for the embedded one.
     pub fn read(&self, weld_file: Option<&Path>) -> Result<Inputs> {
-        let weld = embedded!(Weld, weld_file, "welds/vertical.toml");
-        let (robot, mut process, mut effects) = self.model()?;
+        let mut files = Vec::new();
+        let weld = read("weld", weld_file, Embedded::Weld, Weld::parse, &mut files)?;
+        let (robot, mut process, mut effects) = self.model(&mut files)?;
         if let Some(rpm) = self.spindle_rpm {
             if !(0.0..=FASTEST_SPINDLE).contains(&rpm) {
                 return Err(miette!(
@@ -119,8 +174,10 @@ impl CellFiles {
             }
             process.spindle = (rpm * std::f64::consts::TAU / 60.0).copysign(process.spindle);
         }
-        let mut control = embedded!(Control, &self.control, "control/kr500-mt.toml");
-        let sensors = embedded!(Sensors, &self.sensors, "sensors/kr500-mt.toml");
+        let file = self.control.as_deref();
+        let mut control = read("control", file, Embedded::Control, Control::parse, &mut files)?;
+        let file = self.sensors.as_deref();
+        let sensors = read("sensors", file, Embedded::Sensors, Sensors::parse, &mut files)?;
         if let Some(period) = self.period {
             if !(1e-4..=1.0).contains(&period) {
                 return Err(miette!(
@@ -152,19 +209,24 @@ impl CellFiles {
             control,
             sensors,
             cell,
+            effects,
             planned: process,
             controller_model,
+            stiffness_error: error,
+            files,
         })
     }
 
     /// Robot, process and effects of the real cell.
-    fn model(&self) -> Result<(RobotFile, Process, Vec<Effect>)> {
+    fn model(&self, files: &mut Vec<FileDigest>) -> Result<(RobotFile, Process, Vec<Effect>)> {
         let Some(path) = &self.model else {
-            let robot = embedded!(RobotFile, &self.robot, "robots/kr500-mt.toml");
-            let process = embedded!(Process, &self.process, "processes/lap-weld-2024-t3.toml");
+            let (robot, process) = (self.robot.as_deref(), self.process.as_deref());
+            let robot = read("robot", robot, Embedded::Robot, RobotFile::parse, files)?;
+            let process = read("process", process, Embedded::Process, Process::parse, files)?;
             return Ok((robot, process, Vec::new()));
         };
         let model = ModelFile::read(path)?;
+        files.extend(FileDigest::of_model(&model)?);
         let effects = model.cell_effects();
         let process = model.process.ok_or_else(|| {
             miette!(
@@ -178,6 +240,46 @@ impl CellFiles {
 }
 
 impl Inputs {
+    /// What the cells of a certification are made from.
+    pub fn nominal(&self) -> NominalCell<'_> {
+        NominalCell { robot: &self.robot.robot, effects: &self.effects }
+    }
+
+    /// The options of a simulation. `plant_step`: the longest, s.
+    pub fn simulation(
+        &self,
+        controllers: &[Controller],
+        laws: &[&dyn BuildLaw],
+        passes: usize,
+        plant_step: f64,
+    ) -> SimulationRecord {
+        SimulationRecord {
+            welds: vec![self.weld_name.clone()],
+            controllers: controllers.iter().map(|c| c.name().to_owned()).collect(),
+            laws: laws.iter().map(|law| law.name().to_owned()).collect(),
+            stiffness_error: self.stiffness_error,
+            spindle_rad_s: self.planned.spindle,
+            control_period_s: self.control.period,
+            plant_step_s: plant_step,
+            passes,
+            noise_seed: self.seed,
+            draws_seed: None,
+            force_step_n: None,
+        }
+    }
+
+    /// What a result of these inputs is of.
+    pub fn provenance(&self, command: &str, simulation: SimulationRecord) -> Provenance {
+        Provenance {
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            command: command.to_owned(),
+            robot: self.robot.name.clone(),
+            effects: self.effects.iter().map(|e| EffectRecord::new(e, &self.robot)).collect(),
+            simulation: Some(simulation),
+            files: self.files.clone(),
+        }
+    }
+
     /// What to say of a run that did not come to its end.
     pub fn failed(&self, controller: Controller, error: &RunError) -> Report {
         match error {

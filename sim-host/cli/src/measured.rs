@@ -9,6 +9,7 @@ use trueweld_measure::data::log::Log;
 use trueweld_measure::predict::Experiment;
 use trueweld_measure::residuals::compare::{baseline, experiments};
 use trueweld_plant::input::ModelFile;
+use trueweld_plant::provenance::{EffectRecord, FileDigest, Provenance};
 
 /// A model and logs.
 #[derive(Args)]
@@ -51,6 +52,34 @@ impl Measurements {
         let experiments = read_experiments(&logs, &model)?;
         Ok(Measured { model, logs, experiments })
     }
+}
+
+impl Measured {
+    /// What a result of these measurements is of.
+    pub fn provenance(&self, command: &str) -> Result<Provenance> {
+        let mut files = FileDigest::of_model(&self.model)?;
+        files.extend(digests("log", &self.logs)?);
+        let effects = self.model.effects.iter();
+        Ok(Provenance {
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            command: command.to_owned(),
+            robot: self.model.robot.name.clone(),
+            effects: effects.map(|e| EffectRecord::new(&e.effect, &self.model.robot)).collect(),
+            simulation: None,
+            files,
+        })
+    }
+}
+
+/// Digests of the files of logs, each file once.
+pub fn digests(role: &str, logs: &[Log]) -> Result<Vec<FileDigest>> {
+    let mut paths: Vec<&PathBuf> = Vec::new();
+    for path in logs.iter().flat_map(|log| &log.files) {
+        if !paths.contains(&path) {
+            paths.push(path);
+        }
+    }
+    Ok(paths.into_iter().map(|p| FileDigest::of_file(role, p)).collect::<Result<_, _>>()?)
 }
 
 /// Logs made ready to be compared with a model.

@@ -4,8 +4,9 @@ use crate::terminal;
 use clap::Args;
 use miette::{IntoDiagnostic, Result, WrapErr, miette};
 use std::path::{Path, PathBuf};
-use trueweld_output::write_file;
+use trueweld_output::{json, write_file};
 use trueweld_plant::input::{files_read, folder_of, remove_stale};
+use trueweld_plant::provenance::Provenance;
 
 /// Result files.
 #[derive(Args, Default)]
@@ -40,17 +41,15 @@ impl Results {
         files.into_iter().filter_map(|(flag, path)| Some((flag, path.as_deref()?))).collect()
     }
 
-    /// Writes the JSON and the page that were asked for.
+    /// Writes the JSON and the page that were asked for; `provenance`: what they are of.
     pub fn write(
         &self,
+        provenance: &Provenance,
         json: impl FnOnce() -> serde_json::Value,
         html: impl FnOnce() -> String,
     ) -> Result<()> {
         if let Some(path) = &self.json {
-            let text = serde_json::to_string_pretty(&json())
-                .into_diagnostic()
-                .wrap_err("figures as JSON")?;
-            write(path, &(text + "\n"))?;
+            write(path, &json::document(json(), provenance))?;
         }
         if let Some(path) = &self.html {
             write(path, &html())?;

@@ -1,7 +1,7 @@
 //! `trueweld step`: the published step of 11 kN at the start of the weld, with all three
 //! controllers.
 
-use crate::inputs::Files;
+use crate::inputs::{Files, PLANT_STEP};
 use crate::results::Results;
 use clap::Args;
 use miette::{Result, miette};
@@ -56,7 +56,14 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         .map(|(recording, figures)| StepRun { recording, figures })
         .collect();
     say!("{}", table::step_table(&figures));
-    arguments.results.write(|| json::step_json(&figures), || html::step_page(&runs, at, height))?;
+    let mut simulation = inputs.simulation(&Controller::ALL, &[&Law::None], 1, PLANT_STEP);
+    simulation.force_step_n = Some(height);
+    let provenance = inputs.provenance("step", simulation);
+    arguments.results.write(
+        &provenance,
+        || json::step_json(&figures),
+        || html::step_page(&runs, at, height),
+    )?;
     #[cfg(feature = "rerun")]
     if let Some(path) = &arguments.results.rrd {
         trueweld_output::rerun::step_recording(path, &runs, at)?;

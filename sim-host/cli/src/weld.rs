@@ -1,6 +1,6 @@
 //! `trueweld weld`: a weld, with and without compensation, and how far the tool leaves its line.
 
-use crate::inputs::{Files, Inputs};
+use crate::inputs::{Files, Inputs, PLANT_STEP, passes};
 use crate::names::{Compensator, Controller};
 use crate::results::Results;
 use clap::Args;
@@ -8,7 +8,7 @@ use miette::{Result, miette};
 use std::path::PathBuf;
 use trueweld_evaluate::WeldFigures;
 use trueweld_output::{Progress, WeldRun, html, json, table};
-use trueweld_plant::simulate::{self, Program, Recording, Seam};
+use trueweld_plant::simulate::{self, BuildLaw, Program, Recording, Seam};
 
 /// Arguments of `weld`.
 #[derive(Args)]
@@ -23,10 +23,16 @@ pub struct Arguments {
     compensator: Option<Compensator>,
     /// Welds of the same seam one after another, the law kept from one to the next; the last one is
     /// reported
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    passes: usize,
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = passes())]
+    passes: u32,
     /// Factor by which the recording exaggerates deviations
-    #[arg(long, value_name = "X", default_value_t = 50.0, allow_negative_numbers = true)]
+    #[arg(
+        long,
+        value_name = "X",
+        default_value_t = 50.0,
+        allow_negative_numbers = true,
+        requires = "rrd"
+    )]
     exaggeration: f64,
     #[command(flatten)]
     results: Results,
@@ -77,7 +83,11 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         .map(|(recording, figures)| WeldRun { recording, figures, robot: &inputs.robot.robot })
         .collect();
     say!("{}", table::weld_table(&runs));
-    arguments.results.write(|| json::weld_json(&runs), || html::weld_page(&runs))?;
+    let named: Vec<&dyn BuildLaw> = laws.iter().map(|law| *law as &dyn BuildLaw).collect();
+    let passes = arguments.passes as usize;
+    let simulation = inputs.simulation(&[controller], &named, passes, PLANT_STEP);
+    let provenance = inputs.provenance("weld", simulation);
+    arguments.results.write(&provenance, || json::weld_json(&runs), || html::weld_page(&runs))?;
     #[cfg(feature = "rerun")]
     if let Some(path) = &arguments.results.rrd {
         trueweld_output::rerun::weld_recording(path, &runs, arguments.exaggeration)?;
@@ -94,7 +104,7 @@ fn simulate_all(
     arguments: &Arguments,
 ) -> Result<Vec<Recording>> {
     let duration = Program::Weld.duration(&inputs.weld, &Seam::of(&inputs.weld));
-    let passes = arguments.passes.max(1);
+    let passes = arguments.passes as usize;
     let progress = if arguments.results.quiet {
         Progress::silent()
     } else {

@@ -619,11 +619,98 @@ fn a_certification_goes_on_where_it_was_stopped_and_is_the_same_with_any_number_
             "{file}"
         );
     }
-    // Trials of other requirements do not count.
+    // Runs of other requirements do not count, nor of another controller, seed, effect, speed,
+    // period, belief or number of passes.
+    let refused = |more: &[&str]| {
+        let message = place.refused(&[&certify("whole")[..], more].concat());
+        assert!(message.contains("runs of another certification"), "{more:?}: {message}");
+    };
+    for more in [
+        &["--controller", "superposed"][..],
+        &["--seed", "7"],
+        &["--draws", "7"],
+        &["--effect", "backlash:A5:half_gap_rad=1e-4"],
+        &["--spindle-rpm", "700"],
+        &["--period", "0.006"],
+        &["--stiffness-error", "0.01"],
+        &["--passes", "2"],
+    ] {
+        refused(more);
+    }
     requirements(&place, "0.003");
-    let output = place.run(&certify("whole"));
-    assert!(!output.status.success());
-    assert!(String::from_utf8_lossy(&output.stderr).contains("another certification"));
+    refused(&[]);
+}
+
+#[test]
+fn a_certificate_says_what_it_is_of_so_that_sha256sum_agrees() {
+    let place = Workspace::new();
+    requirements(&place, "0.002");
+    let model = format!(
+        "schema = \"model/1\"\nrobot = {:?}\nprocess = {:?}\n[[effect]]\nid = \"backlash\"\nat = \"A5\"\nhalf_gap_rad = 1e-4\n",
+        fixture("robots/kr500-mt.toml"),
+        fixture("processes/lap-weld-2024-t3.toml")
+    );
+    fs::write(place.path().join("model.toml"), model).unwrap();
+    let few = ["--trials", "1", "--worst", "0", "--model", "model.toml", "--seed", "9", "-q"];
+    let own = ["--effect", "joint-friction:A1:coulomb_nm=20"];
+    let output = place.run(&[&CERTIFY[..7], &few, &own, &["--evidence", "e"]].concat());
+    // One draw shows nothing of one weld in two at 95 %: that is no pass, and no failure.
+    assert_eq!(output.status.code(), Some(1), "{}", String::from_utf8_lossy(&output.stderr));
+    let value = place.json("e/certify.json");
+    assert_eq!(value["verdict"], "not-shown");
+    let draws: Vec<&Value> =
+        value["requirements"].as_array().unwrap().iter().filter(|r| r["case"] == "draws").collect();
+    assert!(draws.iter().all(|r| r["verdict"] == "not-shown" && r["pass"] == false), "{draws:?}");
+    let of = &value["provenance"];
+    let ids: Vec<&Value> = of["effects"].as_array().unwrap().iter().map(|e| &e["id"]).collect();
+    assert_eq!(ids, ["backlash", "joint-friction"]);
+    assert_eq!(of["effects"][0]["values"]["half_gap_rad"], 1e-4);
+    let simulation = &of["simulation"];
+    assert_eq!(simulation["noise_seed"], 9);
+    assert_eq!(
+        (&simulation["controllers"][0], &simulation["laws"][0]),
+        (&"external".into(), &"seam-tracking".into())
+    );
+    let files = of["files"].as_array().unwrap();
+    let roles: Vec<&str> = files.iter().map(|f| f["role"].as_str().unwrap()).collect();
+    assert_eq!(roles, ["weld", "model", "robot", "process", "control", "sensors", "requirements"]);
+    for file in files.iter().filter(|f| !f["file"].as_str().unwrap().starts_with("embedded")) {
+        let path = file["file"].as_str().unwrap();
+        let sum = Command::new("sha256sum").arg(path).current_dir(place.path()).output().unwrap();
+        let sum = String::from_utf8(sum.stdout).unwrap();
+        assert_eq!(sum.split_whitespace().next(), file["sha256"].as_str(), "{path}");
+    }
+}
+
+#[test]
+fn two_welds_of_one_name_are_refused_before_anything_runs() {
+    let place = Workspace::new();
+    requirements(&place, "0.002");
+    fs::create_dir(place.path().join("other")).unwrap();
+    fs::copy(place.path().join("short.toml"), place.path().join("other/short.toml")).unwrap();
+    fs::create_dir(place.path().join("e")).unwrap();
+    let message =
+        place.refused(&[&CERTIFY[..], &["--weld", "other/short.toml", "--evidence", "e"]].concat());
+    assert!(message.contains("other/short.toml") && message.contains("two welds"), "{message}");
+    assert_eq!(fs::read_dir(place.path().join("e")).unwrap().count(), 0);
+}
+
+#[test]
+fn counts_out_of_their_range_are_refused() {
+    let place = Workspace::new();
+    for arguments in [
+        &["weld", "--passes", "0"][..],
+        &["weld", "--passes", "18446744073709551615"],
+        &["compare-laws", "--passes", "1000000"],
+        &["certify", "--compensator", "none", "--passes", "0"],
+        &["certify", "--compensator", "none", "--trials", "18446744073709551615"],
+        &["certify", "--compensator", "none", "--worst", "1000000000000"],
+        // It acts on a recording alone.
+        &["weld", "--exaggeration", "2"],
+    ] {
+        let message = place.refused(arguments);
+        assert!(message.contains(arguments[arguments.len() - 2]), "{message}");
+    }
 }
 
 #[test]

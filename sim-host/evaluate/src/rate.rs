@@ -20,14 +20,19 @@ impl Rate {
 
     /// Clopper and Pearson's 95 % interval of the probability behind it.
     pub fn limits(self) -> [f64; 2] {
-        let low = if self.hits == 0 { 0.0 } else { self.chance(self.hits - 1, 0.975) };
-        [low, self.at_most(0.975)]
+        [self.at_least(0.975), self.at_most(0.975)]
     }
 
     /// The probability behind it is at most this, with so much confidence; 1 where nothing was
     /// seen.
     pub fn at_most(self, confidence: f64) -> f64 {
         if self.hits >= self.of { 1.0 } else { self.chance(self.hits, 1.0 - confidence) }
+    }
+
+    /// The probability behind it is at least this, with so much confidence; 0 where nothing was
+    /// seen.
+    pub fn at_least(self, confidence: f64) -> f64 {
+        if self.hits == 0 { 0.0 } else { self.chance(self.hits - 1, confidence) }
     }
 
     /// The probability at which `hits` or fewer become as rare as `tail`.

@@ -1,12 +1,12 @@
 //! A certification as it is told: one JSON value, and text for the terminal.
 
-use serde::Serialize;
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 use trueweld_evaluate::certify::{
-    Evidence, EvidenceKind, FAULT_FIGURES, Requirement, Trial, label, shown,
+    Evidence, EvidenceKind, FAULT_FIGURES, Requirement, Trial, Verdict, label, shown,
 };
 use trueweld_evaluate::margins::{CHANNEL_NAMES, Margins};
 use trueweld_plant::input::LIMITS;
+use trueweld_plant::provenance::Provenance;
 
 /// What one weld's runs came to.
 #[derive(Debug, Clone)]
@@ -19,18 +19,9 @@ pub struct CertifiedWeld {
     pub requirements: Vec<Requirement>,
 }
 
-/// Something that went into a certification, and its SHA-256.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct Input {
-    /// What it is.
-    pub what: String,
-    /// SHA-256 of it, hexadecimal.
-    pub sha256: String,
-}
-
 /// A whole certification.
 #[derive(Debug, Clone)]
-pub struct Certified {
+pub struct Certified<'a> {
     /// Name of the law.
     pub law: &'static str,
     /// Name of the controller.
@@ -43,17 +34,14 @@ pub struct Certified {
     pub asked: [f64; 2],
     /// Every weld.
     pub welds: Vec<CertifiedWeld>,
-    /// What went in.
-    pub inputs: Vec<Input>,
-    /// Version of the program.
-    pub version: &'static str,
+    /// What it is of.
+    pub provenance: &'a Provenance,
 }
 
-impl Certified {
-    /// True where every requirement of every weld is met, and there is one.
-    pub fn passes(&self) -> bool {
-        let all: Vec<&Requirement> = self.welds.iter().flat_map(|w| &w.requirements).collect();
-        !all.is_empty() && all.iter().all(|r| r.pass)
+impl Certified<'_> {
+    /// Of every requirement of every weld together.
+    pub fn verdict(&self) -> Verdict {
+        Verdict::of(self.welds.iter().flat_map(|w| &w.requirements))
     }
 
     /// The result as one JSON value, schema `certify/1`.
@@ -61,12 +49,12 @@ impl Certified {
         let requirements: Vec<Value> = self
             .welds
             .iter()
-            .flat_map(|weld| weld.requirements.iter().map(|r| of_weld(&weld.name, json!(r))))
+            .flat_map(|weld| weld.requirements.iter().map(|r| of_weld(&weld.name, r)))
             .collect();
         let welds: Vec<Value> = self.welds.iter().map(told).collect();
         json!({
             "schema": "certify/1",
-            "verdict": if self.passes() { "pass" } else { "fail" },
+            "verdict": self.verdict(),
             "law": self.law,
             "controller": self.controller,
             "passes": self.passes,
@@ -75,8 +63,6 @@ impl Certified {
             "confidence": self.asked[1],
             "requirements": requirements,
             "welds": welds,
-            "inputs": self.inputs,
-            "version": self.version,
         })
     }
 
@@ -98,7 +84,7 @@ impl Certified {
                     label(r.name),
                     shown(r.name, r.limit),
                     shown(r.name, r.achieved),
-                    if r.pass { "pass" } else { "FAIL" }
+                    spoken(r.verdict)
                 );
                 if let Some(reason) = &r.reason {
                     out += &format!("      {reason}\n");
@@ -106,7 +92,7 @@ impl Certified {
             }
             out += &format!("{}, {}: {}\n", weld.name, self.law, worst_found(&weld.evidence));
         }
-        out + if self.passes() { "pass\n" } else { "fail\n" }
+        out + spoken(self.verdict()) + "\n"
     }
 }
 
@@ -151,13 +137,20 @@ pub(crate) fn worst_found(evidence: &Evidence) -> String {
     }
 }
 
-fn of_weld(name: &str, value: Value) -> Value {
-    let mut whole = Map::new();
-    whole.insert("weld".to_owned(), json!(name));
-    if let Value::Object(rest) = value {
-        whole.extend(rest);
+fn of_weld(name: &str, requirement: &Requirement) -> Value {
+    let mut value = json!(requirement);
+    value["weld"] = json!(name);
+    value["pass"] = json!(requirement.verdict == Verdict::Pass);
+    value
+}
+
+/// A verdict in a line of text.
+pub(crate) fn spoken(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Pass => "pass",
+        Verdict::NotShown => "not shown",
+        Verdict::Fail => "FAIL",
     }
-    Value::Object(whole)
 }
 
 fn told(weld: &CertifiedWeld) -> Value {

@@ -10,6 +10,13 @@ use std::path::Path;
 use trueweld_evaluate::{Spread, StepFigures};
 use trueweld_measure::residuals::compare::{ChannelComparison, Comparison};
 use trueweld_measure::residuals::localize::{Finding, Statistic};
+use trueweld_plant::provenance::Provenance;
+
+/// The text of a result's file: the result, and what it is of under `provenance`.
+pub fn document(mut result: Value, provenance: &Provenance) -> String {
+    result["provenance"] = json!(provenance);
+    format!("{result:#}\n")
+}
 
 /// Figures of welds, schema `weld-result/1`.
 pub fn weld_json(runs: &[WeldRun]) -> Value {

@@ -28,7 +28,7 @@ use trueweld_core::Robot;
 use trueweld_evaluate::{StepFigures, WeldFigures};
 use trueweld_plant::simulate::Recording;
 
-pub use certified::{Certified, CertifiedWeld, Input};
+pub use certified::{Certified, CertifiedWeld};
 pub use diagnosed::{Diagnosed, Improved};
 pub use error::OutputError;
 pub use file::write_file;

@@ -6,6 +6,7 @@ pub mod effects;
 pub mod input;
 pub mod integrate;
 pub mod process;
+pub mod provenance;
 pub mod robot;
 pub mod sensors;
 pub mod simulate;

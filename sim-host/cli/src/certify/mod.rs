@@ -3,22 +3,22 @@
 //! Runs are kept one a line in the evidence folder as they come; the command given again goes on
 //! where it was stopped.
 
-mod kept;
+mod store;
 
-use crate::inputs::{CellFiles, Inputs, STEP_OF_MANY, embedded};
+use crate::inputs::{CellFiles, Embedded, Inputs, STEP_OF_MANY, passes, read};
 use crate::names::{Compensator, Controller};
 use crate::results::{check_outputs, write};
-use clap::Args;
-use kept::TrialStore;
+use clap::{Args, value_parser};
 use miette::{IntoDiagnostic, Result, WrapErr, miette};
-use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
+use store::TrialStore;
 use trueweld_evaluate::certify::{
-    Certification, Evidence, FaultTrial, RequiredCorrection, Trial, judge, search,
+    Certification, Evidence, FaultTrial, RequiredCorrection, Trial, Verdict, judge, search,
 };
-use trueweld_output::{Certified, CertifiedWeld, Input, Progress, html, write_file};
+use trueweld_output::{Certified, CertifiedWeld, Progress, html, json, write_file};
 use trueweld_plant::input::Requirements;
+use trueweld_plant::provenance::{FileDigest, Provenance, sha256};
 use trueweld_plant::simulate::{BuildLaw, Program, RunError, Scenario, Seam};
 
 /// Arguments of `certify`.
@@ -34,14 +34,14 @@ pub struct Arguments {
     #[arg(long, value_name = "F")]
     weld: Vec<PathBuf>,
     /// Trials of each weld
-    #[arg(long, value_name = "N", default_value_t = 100)]
+    #[arg(long, value_name = "N", default_value_t = 100, value_parser = value_parser!(u64).range(..=100_000))]
     trials: u64,
     /// Runs of the search for the worst cell, of each weld
-    #[arg(long, value_name = "N", default_value_t = 60)]
-    worst: usize,
+    #[arg(long, value_name = "N", default_value_t = 60, value_parser = value_parser!(u32).range(..=10_000))]
+    worst: u32,
     /// Welds of one seam in a trial, the law kept; the last one counts
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    passes: usize,
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = passes())]
+    passes: u32,
     /// Seed of the draws
     #[arg(long, value_name = "N", default_value_t = 1)]
     draws: u64,
@@ -61,10 +61,12 @@ pub struct Arguments {
     quiet: bool,
 }
 
-/// Runs the command. A law that fails ends the program with status 1.
+/// Runs the command. A law that fails, or that so few runs do not show to pass, ends the program
+/// with status 1.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    let requirements =
-        embedded!(Requirements, arguments.requirements.as_deref(), "requirements/lap-weld.toml");
+    let mut files = Vec::new();
+    let (file, embedded) = (arguments.requirements.as_deref(), Embedded::Requirements);
+    let requirements = read("requirements", file, embedded, Requirements::parse, &mut files)?;
     if requirements.limits.iter().all(Option::is_none) {
         return Err(miette!(
             "the requirements limit nothing; expected at least one key in [limits]"
@@ -77,153 +79,192 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let [certificate, page] = ["certify.json", "certify.html"].map(|name| folder.join(name));
     let mut outputs = vec![("--evidence", certificate.as_path()), ("--evidence", page.as_path())];
     outputs.extend(arguments.json.as_deref().map(|path| ("--json", path)));
-    let files: Vec<Option<&Path>> = match arguments.weld.as_slice() {
-        [] => vec![None],
-        files => files.iter().map(|f| Some(f.as_path())).collect(),
-    };
-    let mut inputs_said = vec![digest("requirements", &requirements)];
-    let mut welds = Vec::new();
-    for file in files {
-        let inputs = arguments.cell.read(file)?;
-        check_outputs(&outputs)?;
-        let parts = [
-            digest(&format!("weld {}", inputs.weld_name), &inputs.weld),
-            digest("robot", inputs.robot.robot.parameters()),
-            digest("process", &inputs.planned),
-            digest("control", &inputs.control),
-            digest("sensors", &inputs.sensors),
-            digest("belief", inputs.controller_model.parameters()),
-        ];
-        for part in &parts {
-            if !inputs_said.contains(part) {
-                inputs_said.push(part.clone());
-            }
-        }
-        let law = arguments.compensator.law();
-        let key = digest(
-            "trials",
-            &(
-                &parts,
-                &requirements,
-                law.name(),
-                arguments.passes,
-                arguments.draws,
-                env!("CARGO_PKG_VERSION"),
-            ),
-        );
-        welds.push(weld(arguments, &requirements, &inputs, &key.sha256)?);
+    // Everything is read and judged usable before the first run.
+    let inputs = inputs(arguments)?;
+    check_outputs(&outputs)?;
+    let campaigns = inputs
+        .iter()
+        .map(|inputs| WeldCampaign::open(arguments, &files, inputs))
+        .collect::<Result<Vec<_>>>()?;
+    let mut provenance = campaigns[0].provenance.clone();
+    for campaign in &campaigns[1..] {
+        provenance.join(&campaign.provenance);
     }
+    let welds = campaigns
+        .into_iter()
+        .map(|campaign| campaign.run(arguments, &requirements))
+        .collect::<Result<Vec<_>>>()?;
     let certified = Certified {
         law: arguments.compensator.law().name(),
         controller: arguments.controller.controller().name(),
-        passes: arguments.passes,
+        passes: arguments.passes as usize,
         seed: arguments.draws,
         asked: [requirements.failure_probability, requirements.confidence],
         welds,
-        inputs: inputs_said,
-        version: env!("CARGO_PKG_VERSION"),
+        provenance: &provenance,
     };
-    let text = serde_json::to_string_pretty(&certified.json()).into_diagnostic()? + "\n";
+    let text = json::document(certified.json(), &provenance);
     say!("{}", certified.text());
     write_file(&certificate, &text)?;
     write(&page, &html::certify_page(&certified))?;
     if let Some(path) = &arguments.json {
         write(path, &text)?;
     }
-    if !certified.passes() {
+    if certified.verdict() != Verdict::Pass {
         std::process::exit(1);
     }
     Ok(())
 }
 
-/// Every run of one weld: those that are there, and the missing ones.
-fn weld(
-    arguments: &Arguments,
-    requirements: &Requirements,
-    inputs: &Inputs,
-    key: &str,
-) -> Result<CertifiedWeld> {
-    let scenario = Scenario {
-        plant_step: STEP_OF_MANY,
-        ..inputs.scenario(
-            Program::Weld,
-            arguments.controller.controller(),
-            arguments.compensator.law(),
-        )
+/// The cell with each of the welds. Evidence is named after the weld: two of one name would share it.
+fn inputs(arguments: &Arguments) -> Result<Vec<Inputs>> {
+    let files: Vec<Option<&Path>> = match arguments.weld.as_slice() {
+        [] => vec![None],
+        files => files.iter().map(|f| Some(f.as_path())).collect(),
     };
-    let robot = &inputs.robot.robot;
-    let failed = |error: RunError| inputs.failed(scenario.controller, &error);
-    scenario
-        .law
-        .build(scenario.control, scenario.sensors, Seam::of(scenario.weld).length)
-        .map_err(failed)?;
-    let needed = RequiredCorrection::of(&scenario, robot).map_err(failed)?.ok_or_else(|| {
-        miette!(
-            help =
-                "Expected a seam long enough for the feed to rise and settle: a few centimetres.",
-            "{}: the weld is too short to reach its steady part",
-            inputs.weld_file
-        )
-    })?;
-    let passes = arguments.passes.max(1);
-    let certification = Certification {
-        scenario,
-        robot,
-        requirements,
-        needed: &needed,
-        passes,
-        seed: arguments.draws,
-    };
-    let cases = certification.faults().map_err(|error| {
-        miette!(
-            help = "Expected a longer seam, or shorter duration_s and recovery_s in [faults].",
-            "{}: {error}",
-            inputs.weld_file
-        )
-    })?;
-    let file =
-        |section: &str| arguments.evidence.join(format!("{section}-{}.jsonl", inputs.weld_name));
-    let mut nominal = TrialStore::<Trial>::open(file("nominal"), key)?;
-    let mut trials = TrialStore::<Trial>::open(file("trials"), key)?;
-    let mut worst = TrialStore::<Trial>::open(file("worst"), key)?;
-    let mut faults = TrialStore::<FaultTrial>::open(file("faults"), key)?;
-    let there = nominal.count() + trials.count() + worst.count() + faults.count();
-    let all = 1 + arguments.trials as usize + arguments.worst + cases.len();
-    let meter = Meter::new(arguments.quiet, all.saturating_sub(there));
+    let inputs =
+        files.into_iter().map(|f| arguments.cell.read(f)).collect::<Result<Vec<Inputs>>>()?;
+    for (k, one) in inputs.iter().enumerate() {
+        if let Some(other) = inputs[..k].iter().find(|other| other.weld_name == one.weld_name) {
+            return Err(miette!(
+                help = "Evidence and results are named after the weld file: give one of them another name.",
+                "--weld {} and --weld {}: two welds of the name {}; expected each weld once, by a name of its own",
+                other.weld_file,
+                one.weld_file,
+                one.weld_name
+            ));
+        }
+    }
+    Ok(inputs)
+}
 
-    let nominals = nominal.complete(
-        &[()],
-        |(), _| true,
-        |()| meter.count("nominal", certification.nominal()),
-    )?;
-    let struck = faults.complete(
-        &cases,
-        |case, run| run.fault == case.to_string(),
-        |case| meter.count("faults", certification.run_fault(case)),
-    )?;
-    let indices: Vec<u64> = (0..arguments.trials).collect();
-    let drawn = trials.complete(
-        &indices,
-        |index, run| run.index == *index,
-        |index| meter.count("draws", certification.trial(*index)),
-    )?;
-    let found = search(requirements, arguments.draws, &drawn, arguments.worst, |batch| {
-        let is = |(index, draw): &(u64, _), run: &Trial| run.index == *index && run.draw == *draw;
-        worst.complete(batch, is, |(index, draw)| {
-            meter.count("worst case", certification.weld(*index, *draw))
+/// One weld that is to be certified.
+struct WeldCampaign<'a> {
+    inputs: &'a Inputs,
+    scenario: Scenario<'a>,
+    provenance: Provenance,
+    needed: RequiredCorrection,
+    kept: EvidenceFiles,
+}
+
+/// SHA-256 of everything that runs depend on: options and bytes of files, wherever these lie.
+fn key(provenance: &Provenance) -> Result<String> {
+    let mut of = provenance.clone();
+    of.files.iter_mut().for_each(|file| file.file.clear());
+    Ok(sha256(serde_json::to_string(&of).into_diagnostic()?.as_bytes()))
+}
+
+/// The runs that are kept of a weld.
+struct EvidenceFiles {
+    nominal: TrialStore<Trial>,
+    trials: TrialStore<Trial>,
+    worst: TrialStore<Trial>,
+    faults: TrialStore<FaultTrial>,
+}
+
+impl EvidenceFiles {
+    fn open(folder: &Path, weld: &str, key: &str) -> Result<Self> {
+        let file = |section: &str| folder.join(format!("{section}-{weld}.jsonl"));
+        Ok(Self {
+            nominal: TrialStore::open(file("nominal"), key)?,
+            trials: TrialStore::open(file("trials"), key)?,
+            worst: TrialStore::open(file("worst"), key)?,
+            faults: TrialStore::open(file("faults"), key)?,
         })
-    })?;
-    meter.finish();
-    nominal.close()?;
-    trials.close()?;
-    worst.close()?;
-    faults.close()?;
-    let nominal =
-        nominals.into_iter().next().ok_or_else(|| miette!("the nominal run is missing"))?;
-    let margins = certification.margins().map_err(failed)?;
-    let evidence = Evidence { nominal, trials: drawn, worst: found, margins, faults: struck };
-    let requirements = judge(requirements, &evidence);
-    Ok(CertifiedWeld { name: inputs.weld_name.clone(), evidence, requirements })
+    }
+
+    /// How many runs need not be made again.
+    fn count(&self) -> usize {
+        self.nominal.count() + self.trials.count() + self.worst.count() + self.faults.count()
+    }
+
+    fn close(self) -> Result<()> {
+        self.nominal.close()?;
+        self.trials.close()?;
+        self.worst.close()?;
+        self.faults.close()
+    }
+}
+
+impl<'a> WeldCampaign<'a> {
+    /// Reads what is kept, and finds out whether the law can be built and the weld be made.
+    /// `files`: read for all welds.
+    fn open(arguments: &Arguments, files: &[FileDigest], inputs: &'a Inputs) -> Result<Self> {
+        let (controller, law) = (arguments.controller.controller(), arguments.compensator.law());
+        let passes = arguments.passes as usize;
+        let mut simulation = inputs.simulation(&[controller], &[law], passes, STEP_OF_MANY);
+        simulation.draws_seed = Some(arguments.draws);
+        let mut provenance = inputs.provenance("certify", simulation);
+        provenance.files.extend_from_slice(files);
+        let kept = EvidenceFiles::open(&arguments.evidence, &inputs.weld_name, &key(&provenance)?)?;
+        let scenario = Scenario {
+            plant_step: STEP_OF_MANY,
+            ..inputs.scenario(Program::Weld, controller, law)
+        };
+        let failed = |error: RunError| inputs.failed(controller, &error);
+        law.build(scenario.control, scenario.sensors, Seam::of(scenario.weld).length)
+            .map_err(failed)?;
+        let needed = RequiredCorrection::of(&scenario, &inputs.nominal())
+            .map_err(failed)?
+            .ok_or_else(|| inputs.too_short())?;
+        Ok(Self { inputs, scenario, provenance, needed, kept })
+    }
+
+    /// Every run: those that are kept, and the missing ones.
+    fn run(self, arguments: &Arguments, requirements: &Requirements) -> Result<CertifiedWeld> {
+        let Self { inputs, scenario, needed, mut kept, .. } = self;
+        let certification = Certification {
+            scenario,
+            cell: inputs.nominal(),
+            requirements,
+            needed: &needed,
+            passes: arguments.passes as usize,
+            seed: arguments.draws,
+        };
+        let cases = certification.faults().map_err(|error| {
+            miette!(
+                help = "Expected a longer seam, or shorter duration_s and recovery_s in [faults].",
+                "{}: {error}",
+                inputs.weld_file
+            )
+        })?;
+        let budget = arguments.worst as usize;
+        let all = 1 + arguments.trials as usize + budget + cases.len();
+        let meter = Meter::new(arguments.quiet, all.saturating_sub(kept.count()));
+
+        let nominals = kept.nominal.complete(
+            &[()],
+            |(), _| true,
+            |()| meter.count("nominal", certification.nominal()),
+        )?;
+        let faults = kept.faults.complete(
+            &cases,
+            |case, run| run.fault == case.to_string(),
+            |case| meter.count("faults", certification.run_fault(case)),
+        )?;
+        let indices: Vec<u64> = (0..arguments.trials).collect();
+        let trials = kept.trials.complete(
+            &indices,
+            |index, run| run.index == *index,
+            |index| meter.count("draws", certification.trial(*index)),
+        )?;
+        let worst = search(requirements, arguments.draws, &trials, budget, |batch| {
+            let is =
+                |(index, draw): &(u64, _), run: &Trial| run.index == *index && run.draw == *draw;
+            kept.worst.complete(batch, is, |(index, draw)| {
+                meter.count("worst case", certification.weld(*index, *draw))
+            })
+        })?;
+        meter.finish();
+        kept.close()?;
+        let nominal =
+            nominals.into_iter().next().ok_or_else(|| miette!("the nominal run is missing"))?;
+        let margins =
+            certification.margins().map_err(|error| inputs.failed(scenario.controller, &error))?;
+        let evidence = Evidence { nominal, trials, worst, margins, faults };
+        let requirements = judge(requirements, &evidence);
+        Ok(CertifiedWeld { name: inputs.weld_name.clone(), evidence, requirements })
+    }
 }
 
 /// How many of the missing runs of a weld are made.
@@ -250,10 +291,4 @@ impl Meter {
     fn finish(self) {
         self.progress.finish();
     }
-}
-
-/// The digest of a value as it was read.
-fn digest(what: &str, value: &impl std::fmt::Debug) -> Input {
-    let digest = Sha256::digest(format!("{value:?}"));
-    Input { what: what.to_owned(), sha256: digest.iter().map(|b| format!("{b:02x}")).collect() }
 }

@@ -1,9 +1,62 @@
-//! What is drawn of a cell: how the real one differs from the one that the law believes in.
+//! The cells of a certification: the nominal one, and how a drawn one differs from it.
 
+use nalgebra::SVector;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
-use trueweld_plant::input::{Process, Sensors, Uncertainty};
+use trueweld_core::{JointVector, Robot};
+use trueweld_plant::cell::Cell;
+use trueweld_plant::effects::{Effect, EffectKind, Location};
+use trueweld_plant::input::{Process, Sensors, Uncertainty, Weld};
+use trueweld_plant::simulate::{Recording, RunError, Scenario, Seam, run_passes};
+
+/// What every cell of a certification is made from: a robot, and the effects that it has whatever
+/// else is drawn.
+#[derive(Debug, Clone, Copy)]
+pub struct NominalCell<'a> {
+    /// The robot as it is believed to be.
+    pub robot: &'a Robot<f64>,
+    /// Effects of the real cell, of the command line and the model file.
+    pub effects: &'a [Effect],
+}
+
+impl NominalCell<'_> {
+    /// The cell with what was drawn: factors on the robot's stiffness, cross-talk of the force
+    /// sensor beside the cell's own effects. `process` is taken as it is.
+    ///
+    /// # Errors
+    /// [`RunError::Cell`] where no cell can be built.
+    pub(super) fn build(
+        &self,
+        draw: &SampledCell,
+        process: &Process,
+        weld: &Weld,
+    ) -> Result<Cell, RunError> {
+        let factor: JointVector<f64> = SVector::from(draw.stiffness);
+        let robot = self.robot.with_stiffness_scaled(&factor).map_err(|_| RunError::Cell)?;
+        let kind = EffectKind::of("force-crosstalk").ok_or(RunError::Cell)?;
+        let crosstalk = Effect { kind, at: Location::Cell, values: draw.crosstalk.to_vec() };
+        let effects: Vec<Effect> = self.effects.iter().cloned().chain([crosstalk]).collect();
+        Cell::new(&robot, &effects, process, Seam::of(weld).b_from_w).map_err(|_| RunError::Cell)
+    }
+
+    /// Welds with what was drawn of cell, process and instruments; the scenario's own cell is not
+    /// used.
+    ///
+    /// # Errors
+    /// [`RunError`].
+    pub(super) fn weld(
+        &self,
+        scenario: &Scenario<'_>,
+        draw: &SampledCell,
+        passes: usize,
+    ) -> Result<Recording, RunError> {
+        let cell = self.build(draw, &draw.process(scenario.planned), scenario.weld)?;
+        let sensors = draw.sensors(scenario.sensors, scenario.control.period);
+        let scenario = Scenario { cell: &cell, sensors: &sensors, seed: draw.noise, ..*scenario };
+        run_passes(&scenario, passes, |_| {})
+    }
+}
 
 /// What a cell turned out to be, relative to what it is believed to be.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -54,7 +107,7 @@ impl SampledCell {
     }
 
     /// The process of this cell.
-    pub(super) fn process(&self, nominal: &Process) -> Process {
+    fn process(&self, nominal: &Process) -> Process {
         let [depth, drag, damping, stiffness, ratio] = self.process;
         let mut process = nominal.clone();
         process.depth_stiffness *= depth;
@@ -72,7 +125,7 @@ impl SampledCell {
     }
 
     /// The instruments of this cell; `period`: of control, s.
-    pub(super) fn sensors(&self, nominal: &Sensors, period: f64) -> Sensors {
+    fn sensors(&self, nominal: &Sensors, period: f64) -> Sensors {
         let mut sensors = nominal.clone();
         let delay = self.delay * period;
         sensors.force.delay = sensors.force.delay.max(delay);

@@ -5,7 +5,7 @@
 //! bounded while the fault lasts and until it must be over it, and then it keeps to the limits of
 //! the steady part again.
 
-use super::{Certification, SampledCell, Symptoms, record, worst_unless_told};
+use super::{Certification, SampledCell, Symptoms, worst_unless_told};
 use crate::weld::Spread;
 use serde::{Deserialize, Serialize};
 use trueweld_plant::input::Faults;
@@ -116,8 +116,8 @@ impl Certification<'_> {
             Instrument::ForceSensor => self.scenario.plant_step.min(BLOW_STEP),
             Instrument::SeamSensor => self.scenario.plant_step,
         };
-        let scenario = Scenario { plant_step, ..self.scenario };
-        let recording = record(&scenario, self.robot, &draw, self.passes, Some(*fault));
+        let scenario = Scenario { plant_step, fault: Some(*fault), ..self.scenario };
+        let recording = self.cell.weld(&scenario, &draw, self.passes);
         let (figures, symptoms, failed) = match (&recording, &self.requirements.faults) {
             (Ok(recording), Some(asked)) => {
                 (Some(figures(recording, fault, asked)), Some(self.symptoms(recording)), None)

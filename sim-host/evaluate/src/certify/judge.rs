@@ -4,7 +4,7 @@
 use super::{FAULT_FIGURES, FaultTrial, Trial, WorstCase, reason};
 use crate::Rate;
 use crate::margins::Margins;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use trueweld_plant::input::{LIMITS, MARGINS, Requirements};
 
 /// Which runs a requirement is judged by.
@@ -32,6 +32,43 @@ impl EvidenceKind {
             Self::WorstCase => "worst-case",
             Self::Margins => "margins",
             Self::Faults => "faults",
+        }
+    }
+}
+
+/// What the runs say of a requirement, the better first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Verdict {
+    /// It is met, with the confidence asked for.
+    Pass,
+    /// Neither that it is met nor that it is not: there are too few runs.
+    NotShown,
+    /// It is not met, with the confidence asked for.
+    Fail,
+}
+
+impl Verdict {
+    /// Its name in results.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Pass => "pass",
+            Self::NotShown => "not-shown",
+            Self::Fail => "fail",
+        }
+    }
+
+    /// Of several requirements together: the worst. Nothing is shown where nothing is required.
+    pub fn of<'a>(requirements: impl IntoIterator<Item = &'a Requirement>) -> Self {
+        requirements.into_iter().map(|r| r.verdict).max().unwrap_or(Self::NotShown)
+    }
+
+    /// Of a figure against its limit; `None` where no run gave one.
+    fn of_figure(within: Option<bool>) -> Self {
+        match within {
+            Some(true) => Self::Pass,
+            Some(false) => Self::Fail,
+            None => Self::NotShown,
         }
     }
 }
@@ -77,14 +114,14 @@ pub struct Requirement {
     /// Of draws alone.
     #[serde(flatten)]
     pub draws: Option<Beyond>,
-    /// True where what was reached is within what is asked for.
-    pub pass: bool,
-    /// Why it failed; `None` where it did not.
+    /// What the runs say of it.
+    pub verdict: Verdict,
+    /// Why it is not met or not shown; `None` where it is met.
     pub reason: Option<String>,
 }
 
 /// Judges everything that was run of a weld, section by section. Nothing passes without runs enough
-/// to show it.
+/// to show it, and nothing fails that more runs may show yet.
 pub fn judge(requirements: &Requirements, evidence: &Evidence) -> Vec<Requirement> {
     let mut judged = nominal(requirements, &evidence.nominal);
     judged.extend(draws(requirements, &evidence.trials));
@@ -108,22 +145,31 @@ pub fn within(figure: f64, limit: f64) -> bool {
     figure <= limit * (1.0 + 1e-9)
 }
 
-/// A requirement on a figure that is what it is.
+/// A requirement on the worst figure of runs that come out the same every time; `None` where there
+/// was no run.
 fn certain(
     case: EvidenceKind,
     name: &'static str,
     limit: f64,
-    achieved: f64,
+    worst: Option<f64>,
     why: impl FnOnce() -> String,
 ) -> Requirement {
-    let pass = within(achieved, limit);
-    let reason = (!pass).then(why);
-    Requirement { case, name, limit, achieved, confidence: 1.0, draws: None, pass, reason }
+    let verdict = Verdict::of_figure(worst.map(|figure| within(figure, limit)));
+    Requirement {
+        case,
+        name,
+        limit,
+        achieved: worst.unwrap_or(f64::INFINITY),
+        confidence: 1.0,
+        draws: None,
+        verdict,
+        reason: (verdict != Verdict::Pass).then(why),
+    }
 }
 
 fn nominal(requirements: &Requirements, trial: &Trial) -> Vec<Requirement> {
     let judged = limits(&requirements.limits).map(|(k, name, limit)| {
-        certain(EvidenceKind::Nominal, name, limit, trial.figure(k), || {
+        certain(EvidenceKind::Nominal, name, limit, Some(trial.figure(k)), || {
             reason::nominal(name, limit, trial.figure(k), trial)
         })
     });
@@ -139,7 +185,13 @@ fn draws(requirements: &Requirements, trials: &[Trial]) -> Vec<Requirement> {
             ((1.0 - requirements.failure_probability) * sorted.len() as f64).ceil() as usize;
         let achieved = sorted.get(within.saturating_sub(1)).copied().unwrap_or(f64::INFINITY);
         let bound = beyond.at_most(requirements.confidence);
-        let pass = bound <= requirements.failure_probability;
+        let verdict = if bound <= requirements.failure_probability {
+            Verdict::Pass
+        } else if beyond.at_least(requirements.confidence) > requirements.failure_probability {
+            Verdict::Fail
+        } else {
+            Verdict::NotShown
+        };
         let worst = trials.iter().reduce(|a, b| if b.figure(k) > a.figure(k) { b } else { a });
         let why = || {
             let asked = [requirements.failure_probability, requirements.confidence];
@@ -152,8 +204,8 @@ fn draws(requirements: &Requirements, trials: &[Trial]) -> Vec<Requirement> {
             achieved,
             confidence: requirements.confidence,
             draws: Some(Beyond { beyond: beyond.hits, failure_probability: bound }),
-            pass,
-            reason: (!pass).then(why),
+            verdict,
+            reason: (verdict != Verdict::Pass).then(why),
         }
     });
     judged.collect()
@@ -163,9 +215,8 @@ fn worst_case(requirements: &Requirements, evidence: &Evidence) -> Vec<Requireme
     let judged = limits(&requirements.worst_case).map(|(k, name, limit)| {
         let all = evidence.trials.iter().chain(&evidence.worst.runs);
         let worst = all.reduce(|a, b| if b.figure(k) > a.figure(k) { b } else { a });
-        let achieved = worst.map_or(f64::INFINITY, |t| t.figure(k));
-        certain(EvidenceKind::WorstCase, name, limit, achieved, || {
-            reason::worst_case(name, limit, achieved, worst)
+        certain(EvidenceKind::WorstCase, name, limit, worst.map(|t| t.figure(k)), || {
+            reason::worst_case(name, limit, worst.map(|t| (t, t.figure(k))))
         })
     });
     judged.collect()
@@ -180,8 +231,8 @@ fn margins(requirements: &Requirements, map: &[Margins]) -> Vec<Requirement> {
             let limit = limit?;
             let least = map.iter().reduce(|a, b| if b.least(k).0 < a.least(k).0 { b } else { a });
             let achieved = least.map_or(0.0, |m| m.least(k).0);
-            let pass = achieved >= limit;
-            let reason = (!pass).then(|| reason::margin(name, limit, k, least));
+            let verdict = Verdict::of_figure(least.map(|_| achieved >= limit));
+            let reason = (verdict != Verdict::Pass).then(|| reason::margin(name, limit, k, least));
             Some(Requirement {
                 case: EvidenceKind::Margins,
                 name,
@@ -189,7 +240,7 @@ fn margins(requirements: &Requirements, map: &[Margins]) -> Vec<Requirement> {
                 achieved,
                 confidence: 1.0,
                 draws: None,
-                pass,
+                verdict,
                 reason,
             })
         });
@@ -211,12 +262,10 @@ fn faults(requirements: &Requirements, trials: &[FaultTrial]) -> Vec<Requirement
     let judged = FAULT_FIGURES.into_iter().enumerate().filter_map(|(k, name)| {
         let limit = limit(name)?;
         let worst = trials.iter().reduce(|a, b| if b.figure(k) > a.figure(k) { b } else { a });
-        let achieved = worst.map_or(f64::INFINITY, |t| t.figure(k));
+        let figure = worst.map(|t| t.figure(k));
         let beyond = trials.iter().filter(|t| !within(t.figure(k), limit)).count();
-        let why = || {
-            reason::fault(name, limit, asked, worst.map(|t| (t, achieved)), [beyond, trials.len()])
-        };
-        Some(certain(EvidenceKind::Faults, name, limit, achieved, why))
+        let why = || reason::fault(name, limit, asked, worst.zip(figure), [beyond, trials.len()]);
+        Some(certain(EvidenceKind::Faults, name, limit, figure, why))
     });
     judged.collect()
 }

@@ -24,23 +24,18 @@ mod reason;
 mod symptoms;
 mod worst;
 
-pub use draw::SampledCell;
+pub use draw::{NominalCell, SampledCell};
 pub use faults::{FAULT_FIGURES, FaultTrial, SteadyTooShort};
-pub use judge::{Beyond, Evidence, EvidenceKind, Requirement, judge, within};
+pub use judge::{Beyond, Evidence, EvidenceKind, Requirement, Verdict, judge, within};
 pub use reason::{label, shown};
 pub use symptoms::{Oscillation, RequiredCorrection, Symptoms};
 pub use worst::{WorstCase, search};
 
 use crate::WeldFigures;
 use crate::margins::{Margins, margin_map};
-use nalgebra::SVector;
 use serde::{Deserialize, Serialize};
-use trueweld_core::{JointVector, Robot};
-use trueweld_plant::cell::Cell;
-use trueweld_plant::effects::{Effect, EffectKind, Location};
 use trueweld_plant::input::{LIMITS, Process, Requirements};
-use trueweld_plant::sensors::InstrumentFault;
-use trueweld_plant::simulate::{Recording, RunError, Scenario, Seam, run_passes};
+use trueweld_plant::simulate::{Recording, RunError, Scenario};
 
 /// Figures of one trial, in the order of [`LIMITS`]; a reason where there are none.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -74,8 +69,8 @@ fn worst_unless_told<const N: usize>(figures: Option<&[f64; N]>, k: usize) -> f6
 pub struct Certification<'a> {
     /// The nominal scenario: law, weld, gains, instruments. Its cell is not used.
     pub scenario: Scenario<'a>,
-    /// The robot as it is believed to be.
-    pub robot: &'a Robot<f64>,
+    /// What every cell of the certification is made from.
+    pub cell: NominalCell<'a>,
     /// Requirements and uncertainties.
     pub requirements: &'a Requirements,
     /// What the nominal cell needs of a correction, to tell a law that goes the wrong way.
@@ -97,8 +92,8 @@ impl Certification<'_> {
         self.weld(0, SampledCell::nominal(self.scenario.seed))
     }
 
-    /// Margins of the loop along the weld in the cell as it is believed to be, without ripple; none
-    /// where none are asked for.
+    /// Margins of the loop along the weld in the nominal cell with its effects, without the ripple
+    /// of its process; none where none are asked for.
     ///
     /// # Errors
     /// [`RunError`] where the seam cannot be followed.
@@ -107,14 +102,13 @@ impl Certification<'_> {
             return Ok(Vec::new());
         };
         let process = Process { ripple: Vec::new(), ..self.scenario.planned.clone() };
-        let b_from_w = Seam::of(self.scenario.weld).b_from_w;
-        let cell = Cell::new(self.robot, &[], &process, b_from_w).map_err(|_| RunError::Cell)?;
+        let cell = self.cell.build(&SampledCell::nominal(0), &process, self.scenario.weld)?;
         margin_map(&Scenario { cell: &cell, ..self.scenario }, asked.places)
     }
 
     /// Runs a cell of one's own choice.
     pub fn weld(&self, index: u64, draw: SampledCell) -> Trial {
-        let recording = record(&self.scenario, self.robot, &draw, self.passes, None);
+        let recording = self.cell.weld(&self.scenario, &draw, self.passes);
         let (figures, symptoms, failed) = match &recording {
             Ok(recording) => match WeldFigures::of(recording) {
                 Some(figures) => (Some(limited(&figures)), Some(self.symptoms(recording)), None),
@@ -129,27 +123,6 @@ impl Certification<'_> {
         let spindle = self.scenario.planned.spindle.abs();
         Symptoms::of(recording, self.needed, &self.scenario.control.compensation, spindle)
     }
-}
-
-/// Welds a cell that turned out to be `draw`.
-fn record(
-    scenario: &Scenario<'_>,
-    robot: &Robot<f64>,
-    draw: &SampledCell,
-    passes: usize,
-    fault: Option<InstrumentFault>,
-) -> Result<Recording, RunError> {
-    let factor: JointVector<f64> = SVector::from(draw.stiffness);
-    let robot = robot.with_stiffness_scaled(&factor).map_err(|_| RunError::Cell)?;
-    let kind = EffectKind::of("force-crosstalk").ok_or(RunError::Cell)?;
-    let crosstalk = Effect { kind, at: Location::Cell, values: draw.crosstalk.to_vec() };
-    let process = draw.process(scenario.planned);
-    let cell = Cell::new(&robot, &[crosstalk], &process, Seam::of(scenario.weld).b_from_w)
-        .map_err(|_| RunError::Cell)?;
-    let sensors = draw.sensors(scenario.sensors, scenario.control.period);
-    let scenario =
-        Scenario { cell: &cell, sensors: &sensors, seed: draw.noise, fault, ..*scenario };
-    run_passes(&scenario, passes, |_| {})
 }
 
 /// Figures that may be limited, in the order of [`LIMITS`].

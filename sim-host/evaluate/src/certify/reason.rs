@@ -161,8 +161,11 @@ pub(super) fn draws(
             "{many}: few enough, but so few trials show no more than {shows} at {confidence}{enough}"
         );
     }
-    let least = Rate::limits(beyond)[0];
-    let surely = if least > probability { "" } else { "; more trials may tell otherwise" };
+    let surely = if beyond.at_least(confidence) > probability {
+        ""
+    } else {
+        "; more trials may tell otherwise"
+    };
     let allowed = percent(probability);
     let why = match &trial.failed {
         Some(why) => format!("the weld is not made: {why}"),
@@ -172,13 +175,13 @@ pub(super) fn draws(
 }
 
 /// Of the worst cell found.
-pub(super) fn worst_case(name: &str, limit: f64, value: f64, trial: Option<&Trial>) -> String {
-    match trial {
+pub(super) fn worst_case(name: &str, limit: f64, worst: Option<(&Trial, f64)>) -> String {
+    match worst {
         None => "no run was made".to_owned(),
-        Some(Trial { failed: Some(why), .. }) => {
+        Some((Trial { failed: Some(why), .. }, _)) => {
             format!("in the worst cell found the weld is not made: {why}")
         }
-        Some(trial) => {
+        Some((trial, value)) => {
             let clause = clause(name, value, limit);
             format!("in the worst cell found {clause}{}", because(name, trial.symptoms.as_ref()))
         }

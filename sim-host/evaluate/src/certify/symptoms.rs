@@ -3,10 +3,10 @@
 //!
 //! They are what a failed requirement is explained by. Everything is taken over the steady part.
 
-use super::{SampledCell, record};
+use super::{NominalCell, SampledCell};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
-use trueweld_core::{Robot, Twist};
+use trueweld_core::Twist;
 use trueweld_plant::input::CompensationLimits;
 use trueweld_plant::simulate::{Law, Phase, RecordRow, Recording, RunError, Scenario};
 
@@ -34,9 +34,9 @@ impl RequiredCorrection {
     /// # Errors
     /// [`RunError`] where the weld cannot be made even so; [`None`] inside where it never reaches
     /// its steady part.
-    pub fn of(scenario: &Scenario<'_>, robot: &Robot<f64>) -> Result<Option<Self>, RunError> {
+    pub fn of(scenario: &Scenario<'_>, cell: &NominalCell<'_>) -> Result<Option<Self>, RunError> {
         let bare = Scenario { law: &Law::None, ..*scenario };
-        let recording = record(&bare, robot, &SampledCell::nominal(scenario.seed), 1, None)?;
+        let recording = cell.weld(&bare, &SampledCell::nominal(scenario.seed), 1)?;
         let steady = recording.rows.iter().any(|r| r.phase == Phase::Steady);
         let needed =
             recording.rows.iter().map(|r| directions(&r.deviation_w).map(|d| -d)).collect();

@@ -58,7 +58,9 @@ impl Campaign {
         }
         let mut logs = Vec::with_capacity(folders.len());
         for (listed, path) in folders {
-            logs.push(Log { name: listed.to_owned(), ..Log::read(path)? });
+            let mut log = Log { name: listed.to_owned(), ..Log::read(path)? };
+            log.files.push(folder.join(CAMPAIGN_FILE));
+            logs.push(log);
         }
         of_one_robot(&logs)?;
         Ok(Self { name: name_of(folder), model, logs })

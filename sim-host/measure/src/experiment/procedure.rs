@@ -474,6 +474,7 @@ fn weld(
 fn log_of(cell: &ExperimentCell<'_>, kind: LogKind, period: Option<f64>, samples: Samples) -> Log {
     let like = cell.like(kind);
     Log {
+        files: Vec::new(),
         path: "planned".into(),
         name: "planned".to_owned(),
         kind,

@@ -1,17 +1,21 @@
 //! The page of a certification: the verdict and what it hangs on first, then the figures behind it.
 
 use super::page;
-use crate::certified::{Certified, CertifiedWeld, runs, worst_found};
+use crate::certified::{Certified, CertifiedWeld, runs, spoken, worst_found};
 use maud::{Markup, html};
 use trueweld_evaluate::certify::{
-    Evidence, EvidenceKind, FAULT_FIGURES, Requirement, Trial, label, shown, within,
+    Evidence, EvidenceKind, FAULT_FIGURES, Requirement, Trial, Verdict, label, shown, within,
 };
 use trueweld_plant::input::{LIMITS, MARGINS};
 
 /// One page that a certifying engineer can read.
-pub fn certify_page(certified: &Certified) -> String {
-    let passes = certified.passes();
-    let verdict = if passes { "meets its requirements" } else { "does not meet its requirements" };
+pub fn certify_page(certified: &Certified<'_>) -> String {
+    let (mark, verdict) = match certified.verdict() {
+        Verdict::Pass => ("PASS", "meets its requirements"),
+        Verdict::NotShown => ("NOT SHOWN", "is not shown to meet its requirements: too few runs"),
+        Verdict::Fail => ("FAIL", "does not meet its requirements"),
+    };
+    let passes = certified.verdict() == Verdict::Pass;
     let whole = |p: f64| format!("{} %", 100.0 * p);
     let [probability, confidence] = certified.asked;
     let failed = || {
@@ -19,20 +23,23 @@ pub fn certify_page(certified: &Certified) -> String {
             .welds
             .iter()
             .flat_map(|w| w.requirements.iter().map(move |r| (w, r)))
-            .filter(|(_, r)| !r.pass)
+            .filter(|(_, r)| r.verdict != Verdict::Pass)
     };
+    let unshown = failed().filter(|(_, r)| r.verdict == Verdict::NotShown).count();
     let count = certified.welds.iter().map(|w| w.requirements.len()).sum::<usize>();
     let body = html! {
-        h1 { span.verdict.failed[!passes] { (if passes { "PASS" } else { "FAIL" }) } "The law " (certified.law) " " (verdict) }
+        h1 { span.verdict.failed[!passes] { (mark) } "The law " (certified.law) " " (verdict) }
         p.lead {
             @match failed().count() {
                 0 => { "All " (count) " requirements are met." }
-                n => { (n) " of " (count) " requirements are not met." }
+                n => {
+                    (n - unshown) " of " (count) " requirements are not met, " (unshown) " are not shown to be met with so few runs."
+                }
             }
         }
         (summary(certified))
         @if !passes {
-            h2 { "Why it fails" }
+            h2 { "Why it does not pass" }
             ul.reasons {
                 @for (of, reason) in reasons(failed()) {
                     li { b { (of) } ": " (reason) "." }
@@ -52,11 +59,15 @@ pub fn certify_page(certified: &Certified) -> String {
         }
         h2 { "What went in" }
         table {
-            thead { tr { th { "" } th { "SHA-256" } } }
-            tbody { @for input in &certified.inputs { tr { th scope="row" { (input.what) } td { code { (input.sha256) } } } } }
+            thead { tr { th { "" } th { "file" } th { "SHA-256" } } }
+            tbody {
+                @for file in &certified.provenance.files {
+                    tr { th scope="row" { (file.role) } td { (file.file) } td { code { (file.sha256) } } }
+                }
+            }
         }
         p {
-            "Program version " (certified.version) ". Every run comes out the same again with these inputs and this seed, whatever the "
+            "Program version " (certified.provenance.version) ". Every run comes out the same again with these inputs and this seed, whatever the "
             "number of runs and threads."
         }
     };
@@ -100,7 +111,7 @@ const CASES: [EvidenceKind; 5] = [
 ];
 
 /// Section by section, how many requirements are met.
-fn summary(certified: &Certified) -> Markup {
+fn summary(certified: &Certified<'_>) -> Markup {
     html! {
         table {
             thead { tr { th { "weld" } @for case in CASES { th { (title(case)) } } } }
@@ -110,12 +121,12 @@ fn summary(certified: &Certified) -> Markup {
                         th scope="row" { (weld.name) }
                         @for case in CASES {
                             @let of: Vec<&Requirement> = weld.requirements.iter().filter(|r| r.case == case).collect();
-                            @let met = of.iter().filter(|r| r.pass).count();
+                            @let met = of.iter().filter(|r| r.verdict == Verdict::Pass).count();
                             @if of.is_empty() {
                                 td.aside { "nothing required" }
                             } @else {
                                 td.bad[met < of.len()] {
-                                    (if met < of.len() { "fail" } else { "pass" }) ", " (met) " of " (of.len()) " met"
+                                    (spoken(Verdict::of(of.iter().copied()))) ", " (met) " of " (of.len()) " met"
                                 }
                             }
                         }
@@ -163,7 +174,7 @@ fn steady(weld: &CertifiedWeld, probability: f64) -> Markup {
     let judged = |case: EvidenceKind, name: &str| {
         weld.requirements.iter().find(|r| r.case == case && r.name == name)
     };
-    let failed = |case, name| judged(case, name).is_some_and(|r| !r.pass);
+    let failed = |case, name| judged(case, name).is_some_and(|r| r.verdict != Verdict::Pass);
     // With a limit of its own the worst of every figure counts; else the cell that is worst as a
     // whole is shown.
     let rows = || {
@@ -196,9 +207,9 @@ fn steady(weld: &CertifiedWeld, probability: f64) -> Markup {
                         td.bad[failed(EvidenceKind::Nominal, name)] { (shown(name, evidence.nominal.figure(k))) }
                         @match drawn.and_then(|r| Some((r, r.draws?))) {
                             Some((r, counted)) => {
-                                td.bad[!r.pass] { (shown(name, r.achieved)) }
-                                td.bad[!r.pass] { (counted.beyond) }
-                                td.bad[!r.pass] { (format!("{:.2} %", 100.0 * counted.failure_probability)) }
+                                td.bad[r.verdict != Verdict::Pass] { (shown(name, r.achieved)) }
+                                td.bad[r.verdict != Verdict::Pass] { (counted.beyond) }
+                                td.bad[r.verdict != Verdict::Pass] { (format!("{:.2} %", 100.0 * counted.failure_probability)) }
                             }
                             None => { td {} td {} td {} }
                         }

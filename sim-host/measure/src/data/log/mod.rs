@@ -189,6 +189,8 @@ fn deviation<const N: usize>(
 pub struct Log {
     /// The folder.
     pub path: PathBuf,
+    /// Every file that it was read from, and the list of the campaign it was read as a part of.
+    pub files: Vec<PathBuf>,
     /// Name of the folder; in a campaign, as the campaign lists it.
     pub name: String,
     /// What was done.
@@ -235,15 +237,17 @@ impl Log {
         let root = document.root_of(FileKind::Log.schema())?;
         root.only(&["schema", "kind", "robot", "weld", "process", "period_s", "noise"])?;
         let kind = kind(&root)?;
-        let robot = RobotFile::read(root.file("robot", folder)?)?;
-        let wanted = |key: &str| kind == LogKind::Weld || root.has(key);
-        let weld =
-            if wanted("weld") { Some(Weld::read(root.file("weld", folder)?)?) } else { None };
-        let process = if wanted("process") {
-            Some(Process::read(root.file("process", folder)?)?)
-        } else {
-            None
+        let mut files = vec![folder.join(LOG_FILE), folder.join(SAMPLES_FILE)];
+        let mut named = |key| {
+            let file = root.file(key, folder)?;
+            files.push(file.clone());
+            Ok::<PathBuf, InputError>(file)
         };
+        let robot = RobotFile::read(named("robot")?)?;
+        let wanted = |key: &str| kind == LogKind::Weld || root.has(key);
+        let weld = if wanted("weld") { Some(Weld::read(named("weld")?)?) } else { None };
+        let process =
+            if wanted("process") { Some(Process::read(named("process")?)?) } else { None };
         let period =
             root.has("period_s").then(|| root.number("period_s", Bounds::Positive)).transpose()?;
 
@@ -260,6 +264,7 @@ impl Log {
             Expected { kind, robot: &robot, period }.read(&mut lines, &header, &mut notices)?;
         Ok(Self {
             path: folder.to_owned(),
+            files,
             name: name_of(folder),
             kind,
             robot,

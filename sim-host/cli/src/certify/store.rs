@@ -1,0 +1,326 @@
+//! Runs that are kept as they are made, one a line, so that an interrupted certification goes on
+//! where it was stopped.
+//!
+//! The first line names the key of everything that the runs depend on. Every line after it holds a
+//! run and a SHA-256 of the digest before it and of the run: a line that was changed, moved or taken
+//! out no longer fits, and the file is refused. A last line without its end was cut off by the
+//! interruption and is run again. A digest can be computed anew by whoever changes a line; a sample
+//! of the kept runs is therefore run again, and must come out as kept.
+
+use miette::{IntoDiagnostic, Report, Result, WrapErr, miette};
+use rayon::prelude::*;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use std::collections::HashSet;
+use std::fs::{File, OpenOptions};
+use std::io::{ErrorKind, Write};
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::time::{SystemTime, UNIX_EPOCH};
+use trueweld_output::write_file;
+use trueweld_plant::provenance::sha256;
+
+/// One of so many kept runs is run again.
+const SAMPLE: usize = 20;
+
+/// The runs of one section of one weld, and their file.
+pub struct TrialStore<R> {
+    path: PathBuf,
+    header: String,
+    /// Of an interrupted certification of the same.
+    kept: Vec<Kept<R>>,
+    /// Those asked for so far, in their order, as they are written.
+    done: Vec<String>,
+    /// The digest at the end of the file, once runs are added to it.
+    last: Option<String>,
+}
+
+/// A run of an earlier call.
+struct Kept<R> {
+    run: R,
+    /// As it is written.
+    text: String,
+    /// It belongs to the sample that is run again.
+    sampled: bool,
+}
+
+impl<R: Serialize + DeserializeOwned + Clone + Send + Sync> TrialStore<R> {
+    /// Reads what there is of a section; nothing is written yet. `key`: digest of everything that
+    /// the runs depend on.
+    ///
+    /// # Errors
+    /// A file of another key, or one that was changed.
+    pub fn open(path: PathBuf, key: &str) -> Result<Self> {
+        let header = serde_json::json!({ "schema": "trials/2", "inputs": key }).to_string();
+        let kept = match std::fs::read(&path) {
+            Ok(bytes) => read(&path, &bytes, &header)?,
+            Err(error) if error.kind() == ErrorKind::NotFound => Vec::new(),
+            Err(error) => {
+                return Err(error)
+                    .into_diagnostic()
+                    .wrap_err_with(|| format!("cannot read {}", path.display()));
+            }
+        };
+        Ok(Self { path, header, kept, done: Vec::new(), last: None })
+    }
+
+    /// How many kept runs need not be made again.
+    pub fn count(&self) -> usize {
+        self.kept.iter().filter(|kept| !kept.sampled).count()
+    }
+
+    /// The runs of these jobs in their order: those that are kept, and the missing ones on all
+    /// cores. `is`: whether a run is of a job; `run` makes one.
+    ///
+    /// # Errors
+    /// A file that cannot be written; a kept run that comes out otherwise when it is run again.
+    pub fn complete<J: Sync>(
+        &mut self,
+        jobs: &[J],
+        is: impl Fn(&J, &R) -> bool,
+        run: impl Fn(&J) -> R + Sync,
+    ) -> Result<Vec<R>> {
+        let file = Mutex::new(self.appended()?);
+        let kept = |(i, job): (usize, &J)| {
+            let there = self.kept.get(i).filter(|kept| is(job, &kept.run));
+            there.or_else(|| self.kept.iter().find(|kept| is(job, &kept.run)))
+        };
+        let kept: Vec<Option<&Kept<R>>> = jobs.iter().enumerate().map(kept).collect();
+        let runs = jobs.par_iter().zip(kept).map(|(job, kept)| {
+            if let Some(kept) = kept.filter(|kept| !kept.sampled) {
+                return Ok((kept.run.clone(), kept.text.clone()));
+            }
+            let run = run(job);
+            let text = serde_json::to_string(&run).into_diagnostic()?;
+            match kept {
+                Some(kept) if kept.text != text => return Err(self.otherwise(&kept.text, &text)),
+                Some(_) => {}
+                None => {
+                    let mut file = file.lock().map_err(|_| miette!("a thread stopped"))?;
+                    file.append(&text).into_diagnostic().wrap_err_with(|| self.unwritable())?;
+                }
+            }
+            Ok((run, text))
+        });
+        let runs: Vec<Result<(R, String)>> = runs.collect();
+        let (runs, texts): (Vec<R>, Vec<String>) =
+            runs.into_iter().collect::<Result<Vec<_>>>()?.into_iter().unzip();
+        self.done.extend(texts);
+        self.last = Some(file.into_inner().map_err(|_| miette!("a thread stopped"))?.last);
+        Ok(runs)
+    }
+
+    /// Writes the runs in the order in which they were asked for, whoever was first, and then what
+    /// else was kept.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn close(self) -> Result<()> {
+        let asked: HashSet<&str> = self.done.iter().map(String::as_str).collect();
+        let others = self.kept.iter().map(|kept| kept.text.as_str());
+        let others = others.filter(|text| !asked.contains(text));
+        let all = self.done.iter().map(String::as_str).chain(others);
+        write_file(&self.path, chained(&self.header, all).0)?;
+        Ok(())
+    }
+
+    /// The file, ready for further runs: whole lines that were kept, and nothing else.
+    fn appended(&self) -> Result<Chain> {
+        let last = match &self.last {
+            Some(last) => last.clone(),
+            None => {
+                let kept = self.kept.iter().map(|kept| kept.text.as_str());
+                let (text, last) = chained(&self.header, kept);
+                write_file(&self.path, text)?;
+                last
+            }
+        };
+        let file = OpenOptions::new().append(true).open(&self.path);
+        Ok(Chain { file: file.into_diagnostic().wrap_err_with(|| self.unwritable())?, last })
+    }
+
+    fn unwritable(&self) -> String {
+        format!("cannot write {}", self.path.display())
+    }
+
+    fn otherwise(&self, kept: &str, again: &str) -> Report {
+        let differ = kept.bytes().zip(again.bytes()).take_while(|(a, b)| a == b).count();
+        let excerpt = |text: &str| {
+            let from = differ.saturating_sub(60);
+            String::from_utf8_lossy(&text.as_bytes()[from..text.len().min(differ + 40)])
+                .into_owned()
+        };
+        miette!(
+            help = "Another build of the program or of a law of one's own made these runs, or they were changed: give another --evidence folder.",
+            "{}: a kept run comes out otherwise when it is run again: kept …{}…, now …{}…",
+            self.path.display(),
+            excerpt(kept),
+            excerpt(again)
+        )
+    }
+}
+
+/// A file that grows by lines, each with a digest of itself and all before it.
+struct Chain {
+    file: File,
+    last: String,
+}
+
+impl Chain {
+    fn append(&mut self, run: &str) -> std::io::Result<()> {
+        let (line, last) = line(&self.last, run);
+        self.file.write_all(line.as_bytes())?;
+        self.last = last;
+        self.file.flush()
+    }
+}
+
+/// A line with its end, and its digest.
+fn line(before: &str, run: &str) -> (String, String) {
+    let digest = sha256(format!("{before}\n{run}").as_bytes());
+    (format!("{{\"sha256\":\"{digest}\",\"run\":{run}}}\n"), digest)
+}
+
+/// A whole file, and its last digest.
+fn chained<'a>(header: &str, runs: impl Iterator<Item = &'a str>) -> (String, String) {
+    let mut text = format!("{header}\n");
+    let mut last = sha256(header.as_bytes());
+    for run in runs {
+        let (line, digest) = line(&last, run);
+        text += &line;
+        last = digest;
+    }
+    (text, last)
+}
+
+/// The runs of a file.
+fn read<R: DeserializeOwned>(path: &Path, bytes: &[u8], header: &str) -> Result<Vec<Kept<R>>> {
+    // Cut off while the header was written.
+    if !bytes.contains(&b'\n') && header.as_bytes().starts_with(bytes) {
+        return Ok(Vec::new());
+    }
+    let mut lines = bytes.split_inclusive(|byte| *byte == b'\n');
+    if lines.next().and_then(|first| first.strip_suffix(b"\n")) != Some(header.as_bytes()) {
+        return Err(miette!(
+            help = "Give another --evidence folder, or remove this one.",
+            "{} holds runs of another certification; expected none, or some of the same files and options",
+            path.display()
+        ));
+    }
+    let mut last = sha256(header.as_bytes());
+    let mut kept = Vec::new();
+    for (i, bytes) in lines.enumerate() {
+        if !bytes.ends_with(b"\n") {
+            break;
+        }
+        let found = std::str::from_utf8(bytes).ok().and_then(|text| {
+            let run = text.strip_prefix("{\"sha256\":\"")?.split_once("\",\"run\":")?.1;
+            let run = run.strip_suffix("}\n")?;
+            let (expected, digest) = line(&last, run);
+            let read = serde_json::from_str(run).ok()?;
+            (expected == text)
+                .then(|| (Kept { run: read, text: run.to_owned(), sampled: false }, digest))
+        });
+        let Some((run, digest)) = found else {
+            return Err(miette!(
+                help = "Keep the lines before it, or give another --evidence folder: what is missing is run again.",
+                "{}, line {}: not as it was written; expected a run and the digest of it and the lines before",
+                path.display(),
+                i + 2
+            ));
+        };
+        kept.push(run);
+        last = digest;
+    }
+    let now = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |time| time.subsec_nanos());
+    let first = now as usize % kept.len().clamp(1, SAMPLE);
+    kept.iter_mut().skip(first).step_by(SAMPLE).for_each(|kept| kept.sampled = true);
+    Ok(kept)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn squares(path: &Path, key: &str, jobs: &[u64]) -> Result<Vec<[u64; 2]>> {
+        let mut store = TrialStore::<[u64; 2]>::open(path.to_owned(), key)?;
+        let runs = store.complete(jobs, |job, run| run[0] == *job, |job| [*job, job * job])?;
+        store.close()?;
+        Ok(runs)
+    }
+
+    #[test]
+    fn fewer_runs_than_before_delete_none() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("trials.jsonl");
+        squares(&path, "key", &[0, 1, 2, 3, 4]).unwrap();
+        let whole = std::fs::read(&path).unwrap();
+        assert_eq!(squares(&path, "key", &[0, 1]).unwrap(), [[0, 0], [1, 1]]);
+        assert!(std::fs::read(&path).unwrap() == whole);
+    }
+
+    #[test]
+    fn what_was_cut_off_is_run_again_and_ends_with_the_same_bytes() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("trials.jsonl");
+        let jobs = [0, 1, 2, 3, 4];
+        squares(&path, "key", &jobs).unwrap();
+        let whole = std::fs::read(&path).unwrap();
+        for kept in 0..whole.len() {
+            std::fs::write(&path, &whole[..kept]).unwrap();
+            squares(&path, "key", &jobs).unwrap();
+            assert!(std::fs::read(&path).unwrap() == whole, "{kept} bytes kept");
+        }
+    }
+
+    #[test]
+    fn a_changed_byte_anywhere_is_refused_and_the_file_stays() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("trials.jsonl");
+        let jobs = [0, 1, 2];
+        squares(&path, "key", &jobs).unwrap();
+        let whole = std::fs::read(&path).unwrap();
+        // But for the end of the last line, without which it was cut off.
+        for at in 0..whole.len() - 1 {
+            let mut changed = whole.clone();
+            // 0xff is in no UTF-8 text.
+            changed[at] = if at % 2 == 0 { 0xff } else { changed[at] ^ 1 };
+            std::fs::write(&path, &changed).unwrap();
+            assert!(squares(&path, "key", &jobs).is_err(), "byte {at}");
+            assert!(std::fs::read(&path).unwrap() == changed, "byte {at}");
+        }
+        let lines: Vec<&[u8]> = whole.split_inclusive(|b| *b == b'\n').collect();
+        std::fs::write(&path, [lines[0], lines[2], lines[3]].concat()).unwrap();
+        let error = squares(&path, "key", &jobs).unwrap_err().to_string();
+        assert!(error.contains("trials.jsonl, line 2"), "{error}");
+    }
+
+    #[test]
+    fn runs_of_another_key_are_not_taken() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("trials.jsonl");
+        squares(&path, "key", &[0, 1]).unwrap();
+        let error = squares(&path, "other", &[0, 1]).unwrap_err().to_string();
+        assert!(error.contains("another certification"), "{error}");
+    }
+
+    #[test]
+    fn kept_runs_with_digests_of_their_own_are_found_out_by_running_a_sample() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("trials.jsonl");
+        let header = serde_json::json!({ "schema": "trials/2", "inputs": "key" }).to_string();
+        std::fs::write(&path, chained(&header, ["[3,8]"].into_iter()).0).unwrap();
+        let error = squares(&path, "key", &[3]).unwrap_err().to_string();
+        assert!(error.contains("comes out otherwise"), "{error}");
+    }
+
+    #[test]
+    fn of_kept_runs_one_in_twenty_is_run_again() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("trials.jsonl");
+        let jobs: Vec<u64> = (0..100).collect();
+        squares(&path, "key", &jobs).unwrap();
+        let store = TrialStore::<[u64; 2]>::open(path, "key").unwrap();
+        assert_eq!(jobs.len() - store.count(), 5);
+    }
+}
