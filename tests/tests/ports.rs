@@ -189,7 +189,7 @@ fn sensor_and_time_ports_change_what_the_controller_sees_and_when() {
     // Ideal instruments read the truth.
     assert!(bare.iter().all(|r| (r.force_sensed_w - r.force_w).norm() < 1e-6));
     // x of T is −y of W here: the term's 100 N in T.
-    let shifted = sensed(Some(Port::SensorChannel));
+    let shifted = sensed(Some(Port::SensorChannel(Channel::Tracker)));
     assert!(shifted.iter().all(|r| ((r.force_sensed_w - r.force_w).norm() - 100.0).abs() < 1e-6));
     // 24 ms late: the sensed push is the true one of two control periods before.
     let late = sensed(Some(Port::TimeBase));

@@ -4,9 +4,10 @@
 use crate::laboratory::Laboratory;
 use crate::out_of_library::{OutOfLibrary, OutOfLibraryKind};
 use crate::protocol::Protocol;
-use crate::random::{CASE, Random};
+use crate::random::CASE;
 use crate::recipe::Recipe;
 use trueweld_plant::effects::{Effect, EffectKind, library};
+use trueweld_plant::random::Random;
 
 /// What is hidden in a case.
 #[derive(Debug, Clone)]

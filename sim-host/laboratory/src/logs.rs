@@ -4,7 +4,7 @@ use crate::error::CampaignError;
 use crate::motion::{Moves, Path, Stop};
 use crate::moving_arm::MovingArm;
 use crate::protocol::Protocol;
-use crate::random::{self, Random};
+use crate::random;
 use crate::samples::{LogKind, SampleTable};
 use crate::static_arm::{Load, StaticArm};
 use crate::track::{Instant, Track, readings};
@@ -15,6 +15,7 @@ use trueweld_core::{JOINTS, JointVector, Pose, Wrench};
 use trueweld_plant::cell::Cell;
 use trueweld_plant::input::{Weld, write_atomically};
 use trueweld_plant::integrate::Integrator;
+use trueweld_plant::random::Random;
 use trueweld_plant::simulate::{Controller, Law, Program, RecordRow, Scenario, Seam, run};
 
 /// Range of the postures of static loads and ring-downs, rad; A5 of either sign.

@@ -1,7 +1,7 @@
 //! Encoder paths that are known exactly: angle, rate and acceleration at any time.
 
-use crate::random::Random;
 use trueweld_core::JointVector;
+use trueweld_plant::random::Random;
 
 /// Where the encoders are.
 #[derive(Debug, Clone, Copy)]

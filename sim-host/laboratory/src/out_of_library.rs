@@ -4,14 +4,15 @@
 //! Each is a term at a port of the plant, a change of the robot's parameters, or acts on a moving
 //! arm only. At size 1 each shows well above the noise.
 
-use crate::random::{OUT_OF_LIBRARY, Random};
+use crate::random::OUT_OF_LIBRARY;
 use nalgebra::Vector3;
 use std::f64::consts::TAU;
 use trueweld_core::spatial::rotation_from_vector;
 use trueweld_core::{Friction, RobotParameters};
 use trueweld_plant::cell::Cell;
+use trueweld_plant::random::Random;
 use trueweld_plant::robot::{
-    JointState, Port, ProcessPoint, Readings, Term, TooManyStates, ValueDerivative,
+    Channel, JointState, Port, ProcessPoint, Readings, Term, TooManyStates, ValueDerivative,
 };
 
 /// Kinds of effects outside the library.
@@ -164,9 +165,10 @@ impl OutOfLibrary {
                 Port::MotorFriction(joint),
                 Box::new(MotorRipple { amplitude: self.size * 0.8 * friction.coulomb[joint] }),
             ),
-            OutOfLibraryKind::ForceScale => {
-                (Port::SensorChannel, Box::new(ForceScale { gain: 0.03 * self.size }))
-            }
+            OutOfLibraryKind::ForceScale => (
+                Port::SensorChannel(Channel::Wrench),
+                Box::new(ForceScale { gain: 0.03 * self.size }),
+            ),
             OutOfLibraryKind::CubicDamping => {
                 // Twice as much again as D, at the rate at which a ring-down begins.
                 let rate: f64 = if joint < 3 { 0.05 } else { 0.15 };

@@ -2,9 +2,10 @@
 
 use crate::out_of_library::OutOfLibrary;
 use crate::protocol::Protocol;
-use crate::random::{self, Random};
+use crate::random;
 use trueweld_core::JOINTS;
-use trueweld_plant::effects::Effect;
+use trueweld_plant::effects::{Effect, encoder_offset, stiffness_error, tracker_registration};
+use trueweld_plant::random::Random;
 
 /// What a campaign is made of.
 #[derive(Debug, Clone)]
@@ -44,6 +45,28 @@ impl Recipe {
             protocol: Protocol::usual(),
             seed,
         }
+    }
+
+    /// What the laboratory got wrong in one log: stiffnesses and encoder zeros of the campaign, the
+    /// log's own tracker registration.
+    pub fn miscalibrations(&self, log: u64) -> Vec<Effect> {
+        let mut effects = Vec::new();
+        for joint in 0..JOINTS {
+            let (stiffness, zero) = (self.stiffness_error[joint], self.encoder_offset[joint]);
+            if stiffness != 0.0 {
+                effects.push(stiffness_error::effect(joint, stiffness));
+            }
+            if zero != 0.0 {
+                effects.push(encoder_offset::effect(joint, zero));
+            }
+        }
+        if self.registration_per_log != 0.0 {
+            let mut random = Random::new(self.seed, random::REGISTRATION + log);
+            let deviation = |k| self.registration_per_log * if k < 3 { 1.0 } else { 0.5 };
+            let motion = std::array::from_fn(|k: usize| deviation(k) * random.normal());
+            effects.push(tracker_registration::effect(motion));
+        }
+        effects
     }
 
     /// Adds an effect of the library.

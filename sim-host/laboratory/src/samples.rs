@@ -1,6 +1,6 @@
 //! From readings to the recorded table: faults of the sensors, noise, columns.
 
-use crate::random::{self, Random};
+use crate::random;
 use crate::recipe::Recipe;
 use nalgebra::Vector3;
 use std::fmt::Write as _;
@@ -9,6 +9,7 @@ use trueweld_core::JointVector;
 use trueweld_core::spatial::{rotation_from_vector, rotation_vector};
 use trueweld_plant::cell::Cell;
 use trueweld_plant::input::write_atomically;
+use trueweld_plant::random::Random;
 use trueweld_plant::robot::Readings;
 
 /// What was done in a log.

@@ -1,13 +1,10 @@
 //! The true cell of a campaign: the model with every effect of the recipe in it.
 
-use crate::draw::effect;
 use crate::error::CampaignError;
 use crate::laboratory::Laboratory;
-use crate::random::{self, Random};
 use crate::recipe::Recipe;
-use trueweld_core::{JOINTS, Pose, Robot};
+use trueweld_core::{Pose, Robot};
 use trueweld_plant::cell::Cell;
-use trueweld_plant::effects::Location;
 use trueweld_plant::input::Process;
 
 /// The true cell of one campaign.
@@ -34,21 +31,7 @@ impl<'a> Truth<'a> {
     pub fn cell(&self, log: u64, b_from_w: Pose<f64>, spindle: f64) -> Result<Cell, CampaignError> {
         let recipe = self.recipe;
         let mut effects = recipe.effects.clone();
-        for i in 0..JOINTS {
-            let at = Location::Joint(i);
-            if recipe.stiffness_error[i] != 0.0 {
-                effects.push(effect("stiffness-error", at, &[recipe.stiffness_error[i]]));
-            }
-            if recipe.encoder_offset[i] != 0.0 {
-                effects.push(effect("encoder-offset", at, &[recipe.encoder_offset[i]]));
-            }
-        }
-        if recipe.registration_per_log != 0.0 {
-            let mut random = Random::new(recipe.seed, random::REGISTRATION + log);
-            let deviation = |k: usize| recipe.registration_per_log * if k < 3 { 1.0 } else { 0.5 };
-            let motion: Vec<f64> = (0..6).map(|k| deviation(k) * random.normal()).collect();
-            effects.push(effect("tracker-registration", Location::Cell, &motion));
-        }
+        effects.extend(recipe.miscalibrations(log));
         let process = Process { spindle, ..self.laboratory.process.clone() };
         let mut cell = Cell::new(&self.robot, &effects, &process, b_from_w)?;
         if let Some(foreign) = &recipe.out_of_library {

@@ -38,7 +38,7 @@ fn ready(of: impl Fn(&str) -> bool, steps: usize) -> Ready {
 /// The fit with an effect beside the calibrations.
 fn with(Ready { bench, null, .. }: &Ready, effect: &Effect, steps: usize) -> Option<Fitted> {
     let mut point = null.point.clone();
-    point.add(effect.clone(), f64::INFINITY);
+    point.add(effect.clone());
     let effort = Effort { steps, stale: null.slopes.len() };
     fit(bench, &point, &blocks_of(bench), &null.slopes, effort).ok()
 }
@@ -112,7 +112,7 @@ fn of_some_size(kind: &'static EffectKind) -> Effect {
     let value = |p: &trueweld_plant::effects::Parameter| match p.role {
         Role::Size { step, neutral } => neutral + step,
         Role::PathPosition => 0.08,
-        _ => p.start(),
+        _ => p.neutral(),
     };
     Effect { kind, at, values: kind.parameters.iter().map(value).collect() }
 }

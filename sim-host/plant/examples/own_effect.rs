@@ -10,9 +10,8 @@
 use std::error::Error;
 use std::path::Path;
 use trueweld_plant::cell::Cell;
-use trueweld_plant::effects::{
-    Action, Effect, EffectKind, Location, LocationKind, Parameter, Role,
-};
+use trueweld_plant::effects::curve::{Curve, CurveAxis, ShownQuantity};
+use trueweld_plant::effects::{Action, Effect, EffectKind, Location, LocationKind, Parameter};
 use trueweld_plant::input::{Control, Process, RobotFile, Sensors, Weld};
 use trueweld_plant::integrate::Integrator;
 use trueweld_plant::robot::{JointState, Port, Term};
@@ -38,27 +37,25 @@ static CABLE_DRAG: EffectKind = EffectKind {
     shows: "the tool is drawn back towards the middle of the joint, by more the further it turns",
     experiment: "the joint turned to and fro over its range, tracker",
     parameters: &[
-        Parameter {
-            name: "friction_nm",
-            role: Role::Size { step: 20.0, neutral: 0.0 },
-            unit: "N·m",
-            meaning: "friction c of the cable",
-            low: 0.0,
-            high: 500.0,
-        },
-        Parameter {
-            name: "stiffness_nm_rad",
-            role: Role::Size { step: 500.0, neutral: 0.0 },
-            unit: "N·m/rad",
-            meaning: "stiffness s of the cable",
-            low: 0.0,
-            high: 20_000.0,
-        },
+        Parameter::size("friction_nm", "N·m", "friction c of the cable", 20.0, [0.0, 500.0]),
+        Parameter::size(
+            "stiffness_nm_rad",
+            "N·m/rad",
+            "stiffness s of the cable",
+            500.0,
+            [0.0, 2e4],
+        ),
     ],
+    sentence: "a cable drags on {joint}, with a friction of {0} and a stiffness of {1}",
+    curve: Curve::Quantity(
+        &[ShownQuantity::port("link-torque", "more torque on the link of {joint}")],
+        &[CurveAxis::Angle, CurveAxis::Rate],
+    ),
     action: Action::Term {
         port: Port::LinkTorque,
         build: |values, _joint| Box::new(CableDrag { friction: values[0], stiffness: values[1] }),
     },
+    ..EffectKind::DEFAULT
 };
 
 fn main() -> Result<(), Box<dyn Error>> {

@@ -7,6 +7,7 @@ pub mod input;
 pub mod integrate;
 pub mod process;
 pub mod provenance;
+pub mod random;
 pub mod robot;
 pub mod sensors;
 pub mod simulate;

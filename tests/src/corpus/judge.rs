@@ -105,11 +105,6 @@ fn found(truth: &[Key], first: &Candidate, all: &[Candidate]) -> Outcome {
 }
 
 /// True for a calibration that the laboratory of a recipe got wrong.
-fn is_nuisance((id, at): Key, recipe: &Recipe) -> bool {
-    match (id, at) {
-        ("stiffness-error", Location::Joint(i)) => recipe.stiffness_error[i] != 0.0,
-        ("encoder-offset", Location::Joint(i)) => recipe.encoder_offset[i] != 0.0,
-        ("tracker-registration", _) => recipe.registration_per_log != 0.0,
-        _ => false,
-    }
+fn is_nuisance(named: Key, recipe: &Recipe) -> bool {
+    recipe.miscalibrations(0).iter().any(|effect| key(effect) == named)
 }

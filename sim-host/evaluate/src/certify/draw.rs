@@ -6,7 +6,7 @@ use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 use trueweld_core::{JointVector, Robot};
 use trueweld_plant::cell::Cell;
-use trueweld_plant::effects::{Effect, EffectKind, Location};
+use trueweld_plant::effects::{Effect, force_crosstalk};
 use trueweld_plant::input::{Process, Sensors, Uncertainty, Weld};
 use trueweld_plant::simulate::{Recording, RunError, Scenario, Seam, run_passes};
 
@@ -34,8 +34,7 @@ impl NominalCell<'_> {
     ) -> Result<Cell, RunError> {
         let factor: JointVector<f64> = SVector::from(draw.stiffness);
         let robot = self.robot.with_stiffness_scaled(&factor).map_err(|_| RunError::Cell)?;
-        let kind = EffectKind::of("force-crosstalk").ok_or(RunError::Cell)?;
-        let crosstalk = Effect { kind, at: Location::Cell, values: draw.crosstalk.to_vec() };
+        let crosstalk = force_crosstalk::effect(draw.crosstalk);
         let effects: Vec<Effect> = self.effects.iter().cloned().chain([crosstalk]).collect();
         Cell::new(&robot, &effects, process, Seam::of(weld).b_from_w).map_err(|_| RunError::Cell)
     }

@@ -2,10 +2,11 @@
 //! their best.
 
 use super::{Limit, rules};
-use crate::fit::calibration::{is_calibration, nothing, places};
+use crate::fit::calibration::is_calibration;
 use crate::fit::{self, EffectScope, FitProblem, Fitted, FreeParameter, Slopes, Step};
 use rayon::prelude::*;
-use trueweld_plant::effects::{Effect, EffectKind, Location, Role, library};
+use std::f64::consts::FRAC_PI_2;
+use trueweld_plant::effects::{Effect, EffectKind, Location, Parameter, Role, library};
 
 /// A hypothesis, and what screening says of it.
 #[derive(Debug, Clone)]
@@ -86,18 +87,14 @@ impl Context<'_> {
         at: Location,
         shape: &[(usize, f64)],
     ) -> Option<Screened> {
-        let mut effect = nothing(kind, at);
+        let mut effect = kind.neutral(at);
         for (k, v) in shape {
             effect.values[*k] = *v;
         }
         let phase = kind.parameters.iter().position(|p| p.role == Role::Phase);
-        let turns: &[f64] =
-            if phase.is_some() { &[0.0, std::f64::consts::FRAC_PI_2] } else { &[0.0] };
-        let sizes: Vec<usize> = (0..kind.parameters.len())
-            .filter(|k| {
-                matches!(kind.parameters[*k].role, Role::Size { .. } | Role::Reciprocal { .. })
-            })
-            .collect();
+        let turns: &[f64] = if phase.is_some() { &[0.0, FRAC_PI_2] } else { &[0.0] };
+        let sizes: Vec<usize> =
+            (0..kind.parameters.len()).filter(|k| kind.parameters[*k].is_size()).collect();
         let mut more: Vec<Slopes> = Vec::new();
         for turn in turns {
             let mut point = self.null.point.clone();
@@ -178,17 +175,19 @@ impl Context<'_> {
         let Location::Joint(joint) = at else {
             return Vec::new();
         };
-        let order = kind.parameters.iter().position(|p| p.role == Role::Order);
-        let (Some(order), offset) = (
-            order,
-            if kind.id == "link-encoder-ripple" { "link-encoder-offset" } else { "encoder-offset" },
-        ) else {
+        let role = |role: Role| kind.parameters.iter().position(|p| p.role == role);
+        let size = kind.parameters.iter().position(Parameter::is_size);
+        let (Some(order), Some(phase), Some(size)) = (role(Role::Order), role(Role::Phase), size)
+        else {
             return Vec::new();
         };
+        // A sine of no periods, a quarter turn on, is a constant.
+        let mut constant = kind.neutral(at);
+        (constant.values[order], constant.values[phase]) = (0.0, FRAC_PI_2);
         let mut point = self.null.point.clone();
         let of = EffectScope::All(point.all.len());
-        point.all.push(nothing(crate::fit::calibration::kind(offset), at));
-        let free = FreeParameter { of, parameter: 0, expected: f64::INFINITY };
+        point.all.push(constant);
+        let free = FreeParameter { of, parameter: size, expected: f64::INFINITY };
         let slope = &fit::slopes(self.bench, &point, &[free], &self.null.at, 1.0)[0];
         // What is left of the residual with all calibrations at their best.
         let Some(step) = self.null.linear.solve(None, 0.0, None) else {
@@ -223,7 +222,7 @@ impl Context<'_> {
             return Vec::new();
         }
         // Half a turn of phase over the range tells two orders apart.
-        let spacing = (0.5 * std::f64::consts::PI / (high - low)).clamp(0.25, 4.0);
+        let spacing = (FRAC_PI_2 / (high - low)).clamp(0.25, 4.0);
         let top = kind.parameters[order].high.min(HIGHEST_ORDER);
         let count = ((top - 1.0) / spacing) as usize;
         let power: Vec<(f64, f64)> = (0..count)
@@ -266,7 +265,7 @@ const HIGHEST_ORDER: f64 = 300.0;
 pub(crate) fn screen(ground: &Context<'_>) -> Vec<Screened> {
     let of_library = library()
         .filter(|k| !is_calibration(k))
-        .flat_map(|k| places(k).into_iter().map(move |at| (k, at)));
+        .flat_map(|k| k.places().into_iter().map(move |at| (k, at)));
     let own = ground.bench.own.iter().map(|effect| (effect.kind, effect.at));
     let all: Vec<(&'static EffectKind, Location)> = of_library.chain(own).collect();
     let mut screened: Vec<Screened> =

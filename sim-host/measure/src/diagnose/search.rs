@@ -65,7 +65,7 @@ fn start(ground: &Context<'_>, base: &Fitted, effect: &Effect) -> Option<FitStat
         let step = linear.solve(None, 0.0, None)?.step;
         let mut point =
             if base.slopes.is_empty() { base.point.clone() } else { base.point.moved(&step) };
-        point.add(effect, f64::INFINITY);
+        point.add(effect);
         Some((linear.cost(&step), point))
     };
     let best = FACTORS.iter().filter_map(|f| of_size(*f)).min_by(|a, b| a.0.total_cmp(&b.0));

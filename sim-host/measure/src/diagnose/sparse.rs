@@ -1,7 +1,7 @@
 //! Which calibrations count: those that bring more than their values cost.
 
 use super::{effects_of, rules};
-use crate::fit::calibration::{expected, is_calibration, nothing};
+use crate::fit::calibration::{expected, is_calibration};
 use crate::fit::{self, EffectScope, Effort, FitProblem, FitState, Fitted};
 use nalgebra::DVector;
 use rayon::prelude::*;
@@ -63,7 +63,7 @@ pub(crate) fn sparse(
     let mut reduced = FitState::empty(bench.experiments.len());
     // Effects first, then what is kept of the calibrations.
     for i in effects_of(fitted) {
-        reduced.add(point.all[i].clone(), f64::INFINITY);
+        reduced.add(point.all[i].clone());
     }
     for free in point.free.iter().filter(|f| f.parameter == 0) {
         let effect = point.effect(free.of);
@@ -81,7 +81,7 @@ pub(crate) fn sparse(
         let mean = (0..own[0].values.len())
             .map(|v| own.iter().map(|e| e.values[v]).sum::<f64>() / own.len() as f64)
             .collect();
-        reduced.add_expected(Effect { values: mean, ..own[0].clone() }, &expected(id));
+        reduced.add_expected(Effect { values: mean, ..own[0].clone() }, &expected(own[0].kind));
     }
     let refit =
         |point: &FitState| fit::fit(bench, point, blocks, &[], Effort { steps: 4, stale: 0 }).ok();
@@ -102,10 +102,10 @@ pub(crate) fn sparse(
             continue;
         }
         let effect = apart.all[i].clone();
-        apart.all[i] = Effect { values: nothing(effect.kind, effect.at).values, ..effect.clone() };
+        apart.all[i] = effect.kind.neutral(effect.at);
         apart.free.retain(|f| f.of != EffectScope::All(i));
         for log in &logs {
-            apart.add_to_log(*log, effect.clone(), &expected(id));
+            apart.add_to_log(*log, effect.clone(), &expected(effect.kind));
         }
         split = true;
     }

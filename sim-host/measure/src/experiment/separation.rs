@@ -9,7 +9,7 @@
 //! Δχ² = DᵀD − DᵀS (SᵀS + P)⁻¹ SᵀD
 //! ```
 
-use crate::fit::calibration::{calibrations, expected, is_calibration};
+use crate::fit::calibration::{calibrations, expected};
 use crate::fit::{self, EffectScope, FitProblem, FitState, FreeParameter, Residuals, Slopes};
 use crate::predict::Experiment;
 use nalgebra::{DMatrix, DVector};
@@ -43,11 +43,7 @@ impl<'a> Context<'a> {
         let bench = self.bench;
         let mut point = self.point.clone();
         for effect in effects {
-            let expected = match is_calibration(effect.kind) {
-                true => expected(effect.kind.id),
-                false => vec![f64::INFINITY; effect.kind.parameters.len()],
-            };
-            point.add_expected(effect.clone(), &expected);
+            point.add_expected(effect.clone(), &expected(effect.kind));
         }
         let at = fit::residuals(bench, &point).ok()?;
         let own = fit::slopes(bench, &point, &point.free[self.slopes.len()..], &at, STEP);

@@ -180,37 +180,28 @@ impl FitState {
     }
 
     /// Adds an effect for all logs, with all its values free.
-    pub fn add(&mut self, effect: Effect, expected: f64) {
-        let of = EffectScope::All(self.all.len());
-        let parameters = effect.kind.parameters.len();
-        self.all.push(effect);
-        self.free.extend((0..parameters).map(|parameter| FreeParameter {
-            of,
-            parameter,
-            expected,
-        }));
+    pub fn add(&mut self, effect: Effect) {
+        let nothing_known = vec![f64::INFINITY; effect.values.len()];
+        self.add_expected(effect, &nothing_known);
     }
 
     /// Adds an effect for all logs, of whose values this much is expected.
     pub fn add_expected(&mut self, effect: Effect, expected: &[f64]) {
         let of = EffectScope::All(self.all.len());
         self.all.push(effect);
-        self.free.extend(expected.iter().enumerate().map(|(parameter, e)| FreeParameter {
-            of,
-            parameter,
-            expected: *e,
-        }));
+        self.release(of, expected);
     }
 
     /// Adds an effect of one log, with all its values free.
     pub fn add_to_log(&mut self, log: usize, effect: Effect, expected: &[f64]) {
         let of = EffectScope::Log(log, self.each[log].len());
         self.each[log].push(effect);
-        self.free.extend(expected.iter().enumerate().map(|(parameter, e)| FreeParameter {
-            of,
-            parameter,
-            expected: *e,
-        }));
+        self.release(of, expected);
+    }
+
+    fn release(&mut self, of: EffectScope, expected: &[f64]) {
+        let free = |(parameter, e): (usize, &f64)| FreeParameter { of, parameter, expected: *e };
+        self.free.extend(expected.iter().enumerate().map(free));
     }
 
     /// Takes away the last effect for all logs.

@@ -191,6 +191,8 @@ pub struct Experiment {
     standing: Option<standing::Standing>,
     moving: Option<moving::Moving>,
     contact: Option<contact::Contact>,
+    /// True where a measured force drives the prediction or is compared.
+    force: bool,
 }
 
 impl Experiment {
@@ -229,6 +231,8 @@ impl Experiment {
         let raw_poses = of_poses(&compared);
         compared.retain(|c| c.measured.is_finite());
         let poses = of_poses(&compared);
+        let read = |force: &Vec<Vector3<f64>>| force.iter().any(|f| f.sum().is_finite());
+        let force = moving.is_none() && log.samples.force.as_ref().is_some_and(read);
         let period = if log.kind == LogKind::StaticLoad { f64::INFINITY } else { period(log) };
         Ok(Self {
             name: log.name.clone(),
@@ -241,6 +245,7 @@ impl Experiment {
             standing,
             moving,
             contact,
+            force,
         })
     }
 
@@ -325,19 +330,33 @@ impl Experiment {
         }
     }
 
+    /// True where this log compares what an instrument read, or is driven by it. `joint`: the
+    /// joint that is asked for, where the instrument is one of each joint.
+    pub fn measures(&self, instrument: Channel, joint: Option<usize>) -> bool {
+        let of_joint = |c: &Compared| joint.is_none_or(|j| usize::from(c.component) == j);
+        self.compared.iter().any(|c| match (instrument, c.quantity) {
+            (Channel::Tracker, Quantity::Position | Quantity::Rotation) => true,
+            (Channel::MotorTorque, Quantity::MotorTorque)
+            | (Channel::LinkEncoder, Quantity::LinkEncoder) => of_joint(c),
+            (Channel::Wrench, _) => self.force,
+            _ => false,
+        })
+    }
+
     /// True where an effect can change anything that this log compares.
     pub fn concerns(&self, effect: &Effect) -> bool {
-        let has = |q: Quantity| self.compared.iter().any(|c| c.quantity == q);
+        let joint = if let Location::Joint(joint) = effect.at { Some(joint) } else { None };
         match (effect.kind.action, effect.port()) {
             (Action::Process(_), _) | (_, Some(Port::ProcessForce | Port::PlateSurface)) => {
                 self.contact.is_some()
             }
-            (_, Some(Port::MotorFriction(_))) => has(Quantity::MotorTorque),
+            (_, Some(Port::MotorFriction(_))) => self.measures(Channel::MotorTorque, None),
+            (_, Some(Port::SensorChannel(instrument))) => self.measures(instrument, joint),
             (_, Some(Port::TimeBase)) => match effect.at {
-                Location::Channel(Channel::LinkEncoder) => has(Quantity::LinkEncoder),
-                Location::Channel(Channel::MotorTorque) => has(Quantity::MotorTorque),
                 // A row at rest is what it is whenever it is read.
-                _ => self.kind != LogKind::StaticLoad,
+                _ if self.kind == LogKind::StaticLoad => false,
+                Location::Channel(instrument) => self.measures(instrument, None),
+                _ => true,
             },
             _ => true,
         }
@@ -352,7 +371,9 @@ impl Experiment {
             (_, Some(Port::ProcessForce | Port::PlateSurface | Port::MotorFriction(_))) => false,
             (
                 _,
-                Some(Port::SensorChannel | Port::TimeBase | Port::LinkFrame(_) | Port::BaseFrame),
+                Some(
+                    Port::SensorChannel(_) | Port::TimeBase | Port::LinkFrame(_) | Port::BaseFrame,
+                ),
             ) => stands,
             _ => true,
         }
@@ -362,7 +383,7 @@ impl Experiment {
     fn shows_in_poses(&self, effect: &Effect) -> bool {
         self.moves(effect)
             || match effect.port() {
-                Some(Port::SensorChannel | Port::LinkFrame(_) | Port::BaseFrame) => true,
+                Some(Port::SensorChannel(_) | Port::LinkFrame(_) | Port::BaseFrame) => true,
                 Some(Port::TimeBase) => effect.at != Location::Channel(Channel::MotorTorque),
                 _ => false,
             }
@@ -377,7 +398,10 @@ impl Experiment {
                 LogKind::Weld,
                 _,
                 Some(
-                    Port::ProcessForce | Port::PlateSurface | Port::SensorChannel | Port::TimeBase,
+                    Port::ProcessForce
+                    | Port::PlateSurface
+                    | Port::SensorChannel(_)
+                    | Port::TimeBase,
                 ),
             ) => true,
             (LogKind::Weld, ..) => false,

@@ -2,8 +2,10 @@
 //!
 //! F_l gains a F_d sgn(ω), and carries its ripple.
 
-use super::kind::{Action, EffectKind, Parameter, Role};
-use super::location::LocationKind;
+use super::curve::{Curve, CurveAxis, ShownQuantity};
+use super::kind::{Action, EffectKind};
+use super::location::{Location, LocationKind};
+use super::parameter::Parameter;
 use crate::robot::{Port, ProcessPoint, Term};
 
 pub(super) static KIND: EffectKind = EffectKind {
@@ -12,18 +14,18 @@ pub(super) static KIND: EffectKind = EffectKind {
     equation: "F_l gains a F_d sgn(ω)",
     shows: "a force across the seam in proportion to the push, turning round with the spindle",
     experiment: "push without feed, spindle one way and the other",
-    parameters: &[Parameter {
-        name: "ratio",
-        role: Role::Size { step: 0.02, neutral: 0.0 },
-        unit: "1",
-        meaning: "ratio a",
-        low: -0.3,
-        high: 0.3,
-    }],
+    parameters: &[Parameter::size("ratio", "1", "ratio a", 0.02, [-0.3, 0.3])],
+    sentence: "a force across the seam of {0} of the push acts besides, in the spindle's sense",
+    curve: Curve::Quantity(
+        &[ShownQuantity::port("process-force-y", "more process force along y")],
+        &[CurveAxis::PushBySpindle],
+    ),
+    drawn: Some(|d| (Location::Cell, vec![d.size * d.either(0.02, 0.05)])),
     action: Action::Term {
         port: |_| Port::ProcessForce,
         build: |v, _| Box::new(AdvancingSide { ratio: v[0] }),
     },
+    ..EffectKind::DEFAULT
 };
 
 #[derive(Debug)]

@@ -2,8 +2,10 @@
 //!
 //! τ_f gains a tanh(θ̇_E/smoothing), where θ̇_E > 0 only.
 
-use super::kind::{Action, EffectKind, Parameter, Role};
+use super::curve::{Curve, CurveAxis, MORE_FRICTION};
+use super::kind::{Action, EffectKind};
 use super::location::LocationKind;
+use super::parameter::Parameter;
 use crate::robot::{JointState, Port, Term, ValueDerivative};
 
 pub(super) static KIND: EffectKind = EffectKind {
@@ -12,18 +14,21 @@ pub(super) static KIND: EffectKind = EffectKind {
     equation: "τ_f gains a tanh(θ̇_E/smoothing) where θ̇_E > 0",
     shows: "motor torque off in one direction of motion only",
     experiment: "the same motion there and back",
-    parameters: &[Parameter {
-        name: "torque_nm",
-        role: Role::Size { step: 50.0, neutral: 0.0 },
-        unit: "N·m",
-        meaning: "extra level a in positive motion",
-        low: -1000.0,
-        high: 2000.0,
-    }],
+    parameters: &[Parameter::size(
+        "torque_nm",
+        "N·m",
+        "extra level a in positive motion",
+        50.0,
+        [-1000.0, 2000.0],
+    )],
+    sentence: "{joint} has {|0|} {0?more|less} friction in positive than in negative motion",
+    curve: Curve::Quantity(&[MORE_FRICTION], &[CurveAxis::Rate]),
+    drawn: Some(|d| (d.here(), vec![d.size * d.friction().0 * d.between(0.25, 0.5)])),
     action: Action::Term {
         port: |j| Port::MotorFriction(j),
         build: |v, _| Box::new(AsymmetricFriction { torque: v[0] }),
     },
+    ..EffectKind::DEFAULT
 };
 
 #[derive(Debug)]

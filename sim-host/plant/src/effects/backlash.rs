@@ -3,8 +3,10 @@
 //! The elastic part of τ_s acts on dz(δ): δ − b above b, δ + b below −b, 0 between. The damper
 //! keeps acting inside the gap.
 
-use super::kind::{Action, EffectKind, Parameter, Role};
+use super::curve::{Curve, CurveAxis, TWIST_BEYOND_SPRING};
+use super::kind::{Action, EffectKind};
 use super::location::LocationKind;
+use super::parameter::Parameter;
 use crate::robot::{Port, Term};
 
 pub(super) static KIND: EffectKind = EffectKind {
@@ -13,18 +15,15 @@ pub(super) static KIND: EffectKind = EffectKind {
     equation: "elastic part of τ_s = K dz(δ), dz(δ) = δ − b above b, δ + b below −b, 0 between; δ = θ_E − θ",
     shows: "the tool jumps where the joint's torque changes sign; no offset elsewhere but ± b",
     experiment: "static loads that turn the joint's torque round, a little to either side of zero",
-    parameters: &[Parameter {
-        name: "half_gap_rad",
-        role: Role::Size { step: 5e-5, neutral: 0.0 },
-        unit: "rad",
-        meaning: "half of the play, b",
-        low: 0.0,
-        high: 1e-3,
-    }],
+    parameters: &[Parameter::size("half_gap_rad", "rad", "half of the play, b", 5e-5, [0.0, 1e-3])],
+    sentence: "{joint} has a backlash of ± {0}",
+    curve: Curve::Quantity(&[TWIST_BEYOND_SPRING], &[CurveAxis::SpringTorque]),
+    drawn: Some(|d| (d.here(), vec![d.size * d.between(1e-4, 3e-4)])),
     action: Action::Term {
         port: |j| Port::SpringTorque(j),
         build: |v, _| Box::new(Backlash { half_gap: v[0] }),
     },
+    ..EffectKind::DEFAULT
 };
 
 #[derive(Debug)]

@@ -2,8 +2,10 @@
 //!
 //! B tilts about its x and y at the foot by c times the moment there, gravity's included.
 
-use super::kind::{Action, EffectKind, Parameter, Role};
-use super::location::LocationKind;
+use super::curve::{Curve, CurveAxis, ShownQuantity};
+use super::kind::{Action, EffectKind};
+use super::location::{Location, LocationKind};
+use super::parameter::Parameter;
 use crate::robot::{Port, Term};
 use nalgebra::Vector3;
 
@@ -13,18 +15,24 @@ pub(super) static KIND: EffectKind = EffectKind {
     equation: "B tilts about its x and y at the foot by c times the moment there",
     shows: "the whole arm leans with load and reach; the same at every joint angle for the same moment",
     experiment: "static loads at far and near reach, in several directions of A1",
-    parameters: &[Parameter {
-        name: "compliance_rad_nm",
-        role: Role::Size { step: 2e-10, neutral: 0.0 },
-        unit: "rad/(N·m)",
-        meaning: "compliance c",
-        low: 0.0,
-        high: 2e-08,
-    }],
+    parameters: &[Parameter::size(
+        "compliance_rad_nm",
+        "rad/(N·m)",
+        "compliance c",
+        2e-10,
+        [0.0, 2e-08],
+    )],
+    sentence: "the base tilts on its foot by {0} of moment",
+    curve: Curve::Quantity(
+        &[ShownQuantity::parameter(0, "compliance of the base to tilt")],
+        &[CurveAxis::Load],
+    ),
+    drawn: Some(|d| (Location::Cell, vec![d.size * d.between(1e-9, 4e-9)])),
     action: Action::Term {
         port: |_| Port::BaseFrame,
         build: |v, _| Box::new(BaseCompliance { compliance: v[0] }),
     },
+    ..EffectKind::DEFAULT
 };
 
 #[derive(Debug)]

@@ -3,8 +3,10 @@
 //! The link tilts about its frame's origin, about the two axes across the joint's, by c times the
 //! moment there, gravity's included.
 
-use super::kind::{Action, EffectKind, Parameter, Role};
+use super::curve::{Curve, CurveAxis, ShownQuantity};
+use super::kind::{Action, EffectKind};
 use super::location::LocationKind;
+use super::parameter::Parameter;
 use crate::robot::{Port, Term};
 use nalgebra::Vector3;
 
@@ -14,18 +16,24 @@ pub(super) static KIND: EffectKind = EffectKind {
     equation: "the link tilts about the two axes across the joint's, by c times the moment there",
     shows: "tool gives across the joint's axis, in rotation as well as position",
     experiment: "static loads that put a moment across the axis, with the tool's rotation measured",
-    parameters: &[Parameter {
-        name: "compliance_rad_nm",
-        role: Role::Size { step: 2e-9, neutral: 0.0 },
-        unit: "rad/(N·m)",
-        meaning: "compliance c",
-        low: 0.0,
-        high: 2e-07,
-    }],
+    parameters: &[Parameter::size(
+        "compliance_rad_nm",
+        "rad/(N·m)",
+        "compliance c",
+        2e-9,
+        [0.0, 2e-07],
+    )],
+    sentence: "the bearing of {joint} tilts by {0} of moment across its axis",
+    curve: Curve::Quantity(
+        &[ShownQuantity::parameter(0, "compliance of {joint}'s bearing to tilt")],
+        &[CurveAxis::Load],
+    ),
+    drawn: Some(|d| (d.here(), vec![d.size * d.between(5e-9, 2e-8)])),
     action: Action::Term {
         port: |j| Port::LinkFrame(j),
         build: |v, _| Box::new(BearingTilt { compliance: v[0] }),
     },
+    ..EffectKind::DEFAULT
 };
 
 #[derive(Debug)]

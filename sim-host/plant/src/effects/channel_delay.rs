@@ -2,8 +2,10 @@
 //!
 //! The channel lags the encoders.
 
-use super::kind::{Action, EffectKind, Parameter, Role};
-use super::location::LocationKind;
+use super::curve::{Curve, CurveAxis, ShownQuantity};
+use super::kind::{Action, EffectKind};
+use super::location::{CHANNELS, Location, LocationKind};
+use super::parameter::Parameter;
 use crate::robot::{Channel, Term};
 
 pub(super) static KIND: EffectKind = EffectKind {
@@ -12,15 +14,17 @@ pub(super) static KIND: EffectKind = EffectKind {
     equation: "the channel lags the encoders by a time",
     shows: "an error in proportion to the rate of what the channel measures",
     experiment: "motion to and fro at several speeds",
-    parameters: &[Parameter {
-        name: "delay_s",
-        role: Role::Size { step: 1e-3, neutral: 0.0 },
-        unit: "s",
-        meaning: "lag",
-        low: -0.02,
-        high: 0.1,
-    }],
+    parameters: &[Parameter::size("delay_s", "s", "lag", 1e-3, [-0.02, 0.1])],
+    sentence: "{instrument} {0?lags|leads} the encoders by {|0|}",
+    curve: Curve::Quantity(
+        &[ShownQuantity::parameter(0, "lag of the instrument")],
+        &[CurveAxis::OfInstrument],
+    ),
+    drawn: Some(|d| {
+        (Location::Channel(CHANNELS[d.whole(0, 3)].1), vec![d.size * d.between(2e-3, 6e-3)])
+    }),
     action: Action::Channel(|v, channel| Box::new(ChannelDelay { channel, delay: v[0] })),
+    ..EffectKind::DEFAULT
 };
 
 #[derive(Debug)]

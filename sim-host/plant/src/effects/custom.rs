@@ -4,9 +4,12 @@
 //! fits or explains effects takes it as one of them. Such a kind lives as long as the program; the
 //! same definition gives the same one.
 
+use super::curve::{Curve, ShownQuantity};
 use super::expression::Mistake;
 use super::formula::{CustomParameter, CustomRole, Definition, Formula};
-use super::kind::{Action, EffectKind, Parameter, Role};
+use super::kind::{Action, EffectKind};
+use super::location::LocationKind;
+use super::parameter::{Parameter, Role};
 use std::sync::{Mutex, PoisonError};
 
 static REGISTRY: Mutex<Vec<(&'static Formula, &'static EffectKind)>> = Mutex::new(Vec::new());
@@ -39,10 +42,23 @@ impl Definition {
             experiment: "an effect of the user's own: whatever moves the variables of its expression",
             parameters: own.parameters.iter().map(lasting).collect::<Vec<_>>().leak(),
             action: Action::Expression(formula),
+            curve: curve(own),
+            ..EffectKind::DEFAULT
         }));
         registry.push((formula, kind));
         Ok(kind)
     }
+}
+
+/// The value at its port, over whatever it follows.
+fn curve(own: &'static Definition) -> Curve {
+    let name: &'static str = match own.port.place() {
+        LocationKind::Joint => {
+            Box::leak(format!("{} ({{joint}})", own.port.meaning).into_boxed_str())
+        }
+        _ => own.port.meaning,
+    };
+    Curve::Quantity(Box::leak(Box::new([ShownQuantity::port(own.port.name, name)])), &[])
 }
 
 /// A parameter that lives as long as the program.

@@ -2,8 +2,10 @@
 //!
 //! c_x → c_x (1 + e).
 
-use super::kind::{Action, EffectKind, Parameter, Role};
-use super::location::LocationKind;
+use super::curve::{Curve, CurveAxis, SEAM_FORCE};
+use super::kind::{Action, EffectKind};
+use super::location::{Location, LocationKind};
+use super::parameter::Parameter;
 
 pub(super) static KIND: EffectKind = EffectKind {
     id: "drag-error",
@@ -11,13 +13,10 @@ pub(super) static KIND: EffectKind = EffectKind {
     equation: "c_x → c_x (1 + e)",
     shows: "force along the seam off in proportion to the feed and the push",
     experiment: "welds at two feeds",
-    parameters: &[Parameter {
-        name: "relative",
-        role: Role::Size { step: 0.05, neutral: 0.0 },
-        unit: "1",
-        meaning: "e",
-        low: -0.8,
-        high: 3.0,
-    }],
+    parameters: &[Parameter::size("relative", "1", "e", 0.05, [-0.8, 3.0])],
+    sentence: "the drag along the seam is {|0|} {0?higher|lower} than in the model",
+    curve: Curve::Quantity(&[SEAM_FORCE], &[CurveAxis::Feed]),
+    drawn: Some(|d| (Location::Cell, vec![d.size * d.either(0.1, 0.25)])),
     action: Action::Process(|process, v| process.feed_drag *= 1.0 + v[0]),
+    ..EffectKind::DEFAULT
 };

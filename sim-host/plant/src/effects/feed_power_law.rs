@@ -2,8 +2,10 @@
 //!
 //! F_f = c_x v_x e (|v_x| / 0.010)^(p − 1); the transversal force follows F_f.
 
-use super::kind::{Action, EffectKind, Parameter, Role};
-use super::location::LocationKind;
+use super::curve::{Curve, CurveAxis, SEAM_FORCE};
+use super::kind::{Action, EffectKind};
+use super::location::{Location, LocationKind};
+use super::parameter::{Parameter, Role};
 use crate::robot::{Port, ProcessPoint, Term};
 
 pub(super) static KIND: EffectKind = EffectKind {
@@ -12,18 +14,21 @@ pub(super) static KIND: EffectKind = EffectKind {
     equation: "F_f = c_x v_x e (|v_x| / 0.010)^(p − 1)",
     shows: "force along the seam not in proportion to the feed",
     experiment: "welds at several feeds",
-    parameters: &[Parameter {
-        name: "exponent",
-        role: Role::Size { step: 0.1, neutral: 1.0 },
-        unit: "1",
-        meaning: "exponent p",
-        low: 0.1,
-        high: 2.0,
-    }],
+    parameters: &[Parameter::new(
+        "exponent",
+        "1",
+        "exponent p",
+        Role::Size { step: 0.1, neutral: 1.0 },
+        [0.1, 2.0],
+    )],
+    sentence: "the drag grows with the feed to the power of {ratio 0} and not in proportion",
+    curve: Curve::Quantity(&[SEAM_FORCE], &[CurveAxis::Feed]),
+    drawn: Some(|d| (Location::Cell, vec![1.0 - d.size * d.between(0.2, 0.5)])),
     action: Action::Term {
         port: |_| Port::ProcessForce,
         build: |v, _| Box::new(FeedPowerLaw { exponent: v[0] }),
     },
+    ..EffectKind::DEFAULT
 };
 
 /// Feed at which the power law meets the linear one, m/s.

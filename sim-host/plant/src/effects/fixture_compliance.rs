@@ -4,8 +4,10 @@
 //! k_z/k) + (b_z/k) Ḟ = k_z d_n + b_z ḋ_n; the term in Ḟ, the surface's own velocity, is left out. The
 //! force at rest is exact; a change of it comes earlier by the time b_z/(k + k_z) than it should.
 
-use super::kind::{Action, EffectKind, Parameter, Role};
-use super::location::LocationKind;
+use super::curve::{Curve, CurveAxis, SURFACE_HEIGHT};
+use super::kind::{Action, EffectKind};
+use super::location::{Location, LocationKind};
+use super::parameter::{Parameter, Role};
 use crate::robot::{Port, Term};
 
 pub(super) static KIND: EffectKind = EffectKind {
@@ -14,18 +16,21 @@ pub(super) static KIND: EffectKind = EffectKind {
     equation: "the surface gives way by F_d/k",
     shows: "tool deeper at the same push, as with softer material, but in proportion to the push from zero on",
     experiment: "push raised and lowered without feed, plate and tool measured apart",
-    parameters: &[Parameter {
-        name: "stiffness_n_m",
-        role: Role::Reciprocal { step: 1e-9 },
-        unit: "N/m",
-        meaning: "stiffness k of the fixture",
-        low: 5000000.0,
-        high: 1000000000.0,
-    }],
+    parameters: &[Parameter::new(
+        "stiffness_n_m",
+        "N/m",
+        "stiffness k of the fixture",
+        Role::Reciprocal { step: 1e-9 },
+        [5000000.0, 1000000000.0],
+    )],
+    sentence: "the fixture gives way under the push, with a stiffness of {0}",
+    curve: Curve::Quantity(&[SURFACE_HEIGHT], &[CurveAxis::AxialForce]),
+    drawn: Some(|d| (Location::Cell, vec![d.between(3e7, 1e8) / d.size])),
     action: Action::Term {
         port: |_| Port::PlateSurface,
         build: |v, _| Box::new(FixtureCompliance { compliance: 1.0 / v[0] }),
     },
+    ..EffectKind::DEFAULT
 };
 
 #[derive(Debug)]

@@ -3,7 +3,7 @@
 
 use super::expression::{Expression, Mistake, may_be_named};
 use super::location::LocationKind;
-use crate::robot::{JointState, Port, ProcessPoint, Readings, Term, ValueDerivative};
+use crate::robot::{Channel, JointState, Port, ProcessPoint, Readings, Term, ValueDerivative};
 use nalgebra::Vector3;
 
 /// Most parameters of one effect.
@@ -307,9 +307,9 @@ impl NamedPort {
             Target::ProcessForce(_) => Port::ProcessForce,
             Target::SurfaceHeight => Port::PlateSurface,
             Target::ToolShift(_) => Port::BaseFrame,
-            Target::Tracker(_) | Target::ForceSensor(_) | Target::LinkEncoder => {
-                Port::SensorChannel
-            }
+            Target::Tracker(_) => Port::SensorChannel(Channel::Tracker),
+            Target::ForceSensor(_) => Port::SensorChannel(Channel::Wrench),
+            Target::LinkEncoder => Port::SensorChannel(Channel::LinkEncoder),
         }
     }
 }

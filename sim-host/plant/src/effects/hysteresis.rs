@@ -3,8 +3,10 @@
 //! τ_s gains T z, dz/dδ = (1 − z sgn δ̇)/δh, a Dahl loop; z is a state of the plant and starts at
 //! 0.
 
-use super::kind::{Action, EffectKind, Parameter, Role};
+use super::curve::{Curve, CurveAxis, TWIST_BEYOND_SPRING};
+use super::kind::{Action, EffectKind};
 use super::location::LocationKind;
+use super::parameter::{Parameter, Role};
 use crate::robot::{JointState, Port, Term};
 
 pub(super) static KIND: EffectKind = EffectKind {
@@ -14,27 +16,26 @@ pub(super) static KIND: EffectKind = EffectKind {
     shows: "deflection depends on which way the load came: the torque–twist loop has an area",
     experiment: "static loads up and down again, slowly, without overshoot",
     parameters: &[
-        Parameter {
-            name: "torque_nm",
-            role: Role::Size { step: 500.0, neutral: 0.0 },
-            unit: "N·m",
-            meaning: "half-height T of the loop",
-            low: 0.0,
-            high: 10000.0,
-        },
-        Parameter {
-            name: "twist_rad",
-            role: Role::Shape(&[3e-5, 1.5e-4, 7e-4]),
-            unit: "rad",
-            meaning: "twist δh over which it turns round",
-            low: 1e-06,
-            high: 0.01,
-        },
+        Parameter::size("torque_nm", "N·m", "half-height T of the loop", 500.0, [0.0, 10000.0]),
+        Parameter::new(
+            "twist_rad",
+            "rad",
+            "twist δh over which it turns round",
+            Role::Shape(&[3e-5, 1.5e-4, 7e-4]),
+            [1e-06, 0.01],
+        ),
     ],
+    sentence: "the gear of {joint} has friction under load, a torque–twist loop of ± {0} that turns round over {1}",
+    curve: Curve::Loop(&[TWIST_BEYOND_SPRING], &[CurveAxis::SpringTorque]),
+    drawn: Some(|d| {
+        let twist = if d.joint < 3 { d.between(7e-5, 1.5e-4) } else { d.between(1e-4, 3e-4) };
+        (d.here(), vec![d.size * d.strength() * d.between(1000.0, 2500.0), twist])
+    }),
     action: Action::Term {
         port: |j| Port::SpringTorque(j),
         build: |v, _| Box::new(Hysteresis { torque: v[0], twist: v[1] }),
     },
+    ..EffectKind::DEFAULT
 };
 
 #[derive(Debug)]

@@ -2,8 +2,10 @@
 //!
 //! τ_f gains c tanh(θ̇_E / smoothing) + v θ̇_E, with the robot's own smoothing rate.
 
-use super::kind::{Action, EffectKind, Parameter, Role};
+use super::curve::{Curve, CurveAxis, MORE_FRICTION};
+use super::kind::{Action, EffectKind};
 use super::location::LocationKind;
+use super::parameter::Parameter;
 use crate::robot::{JointState, Port, Term, ValueDerivative};
 
 pub(super) static KIND: EffectKind = EffectKind {
@@ -14,27 +16,29 @@ pub(super) static KIND: EffectKind = EffectKind {
             follows, so the tool stays",
     experiment: "motion of the joint at several constant rates, both ways",
     parameters: &[
-        Parameter {
-            name: "coulomb_nm",
-            role: Role::Size { step: 50.0, neutral: 0.0 },
-            unit: "N·m",
-            meaning: "Coulomb level c",
-            low: -500.0,
-            high: 2000.0,
-        },
-        Parameter {
-            name: "viscous_nms_rad",
-            role: Role::Size { step: 200.0, neutral: 0.0 },
-            unit: "N·m·s/rad",
-            meaning: "viscous coefficient v",
-            low: -1000.0,
-            high: 5000.0,
-        },
+        Parameter::size("coulomb_nm", "N·m", "Coulomb level c", 50.0, [-500.0, 2000.0]),
+        Parameter::size(
+            "viscous_nms_rad",
+            "N·m·s/rad",
+            "viscous coefficient v",
+            200.0,
+            [-1000.0, 5000.0],
+        ),
     ],
+    sentence: "{joint} has {|0|} {0?more|less} Coulomb friction and {|1|} {1?more|less} viscous friction than the model",
+    curve: Curve::Quantity(&[MORE_FRICTION], &[CurveAxis::Rate]),
+    drawn: Some(|d| {
+        let (coulomb, viscous) = d.friction();
+        (
+            d.here(),
+            vec![d.size * coulomb * d.between(0.3, 0.6), d.size * viscous * d.between(0.3, 0.6)],
+        )
+    }),
     action: Action::Term {
         port: |j| Port::MotorFriction(j),
         build: |v, _| Box::new(JointFriction { coulomb: v[0], viscous: v[1] }),
     },
+    ..EffectKind::DEFAULT
 };
 
 #[derive(Debug)]

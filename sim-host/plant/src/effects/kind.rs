@@ -2,11 +2,14 @@
 //!
 //! Nothing here knows a particular effect.
 
+use super::curve::Curve;
+use super::draw::Draw;
 use super::formula::Formula;
 use super::location::{CHANNELS, Location, LocationKind};
+use super::parameter::Parameter;
 use crate::input::{Process, RobotFile};
 use crate::robot::{Channel, Port, Ports, Term, TooManyStates};
-use trueweld_core::{ModelError, Robot, RobotParameters};
+use trueweld_core::{JOINTS, ModelError, Robot, RobotParameters};
 
 /// How an effect acts, given the values of its parameters.
 #[derive(Debug, Clone, Copy)]
@@ -28,54 +31,6 @@ pub enum Action {
     Expression(&'static Formula),
 }
 
-/// What a fit makes of a parameter: whether the effect grows with it from nothing, or takes its
-/// shape from it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Role {
-    /// The effect is in proportion to the parameter's distance from `neutral`, nearly, where that
-    /// is small.
-    Size {
-        /// A small value, at which the slope is taken.
-        step: f64,
-        /// The value at which there is no effect.
-        neutral: f64,
-    },
-    /// The effect is in proportion to 1/value, nearly, where that is small.
-    Reciprocal {
-        /// A small 1/value, at which the slope is taken.
-        step: f64,
-    },
-    /// Shapes the effect; values a fit may start from.
-    Shape(&'static [f64]),
-    /// Periods per turn of the joint it is at.
-    Order,
-    /// Periods per turn of the spindle.
-    SpindleOrder,
-    /// Wavelength along the weld, m.
-    Wavelength,
-    /// Where along the weld, m.
-    PathPosition,
-    /// Phase of a sine whose amplitude is the parameter of role `Size`, rad.
-    Phase,
-}
-
-/// One parameter of an effect.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Parameter {
-    /// Name, with its unit as the last part.
-    pub name: &'static str,
-    /// Unit.
-    pub unit: &'static str,
-    /// Meaning.
-    pub meaning: &'static str,
-    /// What a fit makes of it.
-    pub role: Role,
-    /// Smallest plausible value.
-    pub low: f64,
-    /// Largest plausible value.
-    pub high: f64,
-}
-
 /// One physical effect of the library.
 #[derive(Debug)]
 pub struct EffectKind {
@@ -93,6 +48,47 @@ pub struct EffectKind {
     pub parameters: &'static [Parameter],
     /// How it acts.
     pub action: Action,
+    /// What is said where it was found: a template, without capital and full stop. Empty: its
+    /// identifier and its values.
+    ///
+    /// | in braces | stands for |
+    /// |---|---|
+    /// | `{joint}`, `{before}`, `{instrument}` | name of the joint, of the joint before, of the instrument |
+    /// | `{0}`, `{\|0\|}` | value of the first parameter with its interval; the same without its sign |
+    /// | `{0?more\|less}` | the first word, or the second where the value is below 0 |
+    /// | `{plain 0}` | the value without its interval |
+    /// | `{norm 0}` | length of the vector that the first three parameters are |
+    /// | `{ratio 0}` | a value of unit 1 that is not read in per cent |
+    /// | `{0#}` | the value with two decimals and no unit |
+    pub sentence: &'static str,
+    /// The curve that shows it.
+    pub curve: Curve,
+    /// What is known of it beforehand, for what may be a little off in any cell without anything
+    /// being missing from the model.
+    pub calibration: Option<Calibration>,
+    /// Where and how large a simulated campaign hides it; `None` where none does.
+    pub drawn: Option<fn(&mut Draw<'_>) -> (Location, Vec<f64>)>,
+}
+
+/// What is known beforehand of an effect that is a calibration.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Calibration {
+    /// Expected size of each parameter, one standard deviation, in the parameter's unit.
+    pub expected: &'static [f64],
+    /// Which logs share a value.
+    pub scope: CalibrationScope,
+}
+
+/// Which logs share the values of a calibration.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum CalibrationScope {
+    /// All logs.
+    AllLogs {
+        /// True where only a log of an arm that moves shows it.
+        motion: bool,
+    },
+    /// Each log has its own, where it has a channel of one of these instruments.
+    EachLog(&'static [Channel]),
 }
 
 /// One effect of a cell: a kind, where it is, and the values of its parameters.
@@ -158,21 +154,39 @@ pub enum EffectError {
     },
 }
 
-impl Parameter {
-    /// A value to start a fit from: that at which there is no effect, where there is one.
-    pub fn start(&self) -> f64 {
-        match self.role {
-            Role::Size { neutral, .. } => neutral,
-            Role::Reciprocal { step } => 1.0 / step,
-            Role::Shape(starts) => starts.first().copied().unwrap_or(self.low),
-            Role::Order | Role::SpindleOrder => self.low.max(1.0),
-            Role::Wavelength | Role::PathPosition => 0.5 * (self.low + self.high),
-            Role::Phase => 0.0,
+impl EffectKind {
+    /// An effect of the whole cell that does nothing, is shown by the column that it improves most
+    /// and is hidden in no campaign: an effect's file states what is different.
+    pub const DEFAULT: Self = Self {
+        id: "",
+        place: LocationKind::Cell,
+        equation: "",
+        shows: "",
+        experiment: "",
+        parameters: &[],
+        action: Action::Robot(|_, _, _| {}),
+        sentence: "",
+        curve: Curve::Column,
+        calibration: None,
+        drawn: None,
+    };
+
+    /// Every place that it may be at.
+    pub fn places(&self) -> Vec<Location> {
+        match self.place {
+            LocationKind::Joint => (0..JOINTS).map(Location::Joint).collect(),
+            LocationKind::Channel => {
+                CHANNELS.map(|(_, channel)| Location::Channel(channel)).to_vec()
+            }
+            LocationKind::Cell => vec![Location::Cell],
         }
     }
-}
 
-impl EffectKind {
+    /// The effect without effect: every size at its neutral value.
+    pub fn neutral(&'static self, at: Location) -> Effect {
+        Effect { kind: self, at, values: self.parameters.iter().map(Parameter::neutral).collect() }
+    }
+
     /// What such an effect is attached to, from how files and command lines write it; nothing is
     /// for the whole cell.
     ///

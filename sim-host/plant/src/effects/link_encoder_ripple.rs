@@ -2,9 +2,11 @@
 //!
 //! The second encoder reads A sin(n θ + φ) more; no torque goes with it.
 
-use super::kind::{Action, EffectKind, Parameter, Role};
-use super::location::LocationKind;
-use crate::robot::{Port, Readings, Term};
+use super::curve::{Curve, CurveAxis, LINK_ENCODER_READS_MORE};
+use super::kind::{Action, EffectKind};
+use super::location::{Location, LocationKind};
+use super::parameter::{Parameter, Role};
+use crate::robot::{Channel, Port, Readings, Term};
 
 pub(super) static KIND: EffectKind = EffectKind {
     id: "link-encoder-ripple",
@@ -13,37 +15,31 @@ pub(super) static KIND: EffectKind = EffectKind {
     shows: "a wave of the second encoder over the joint's angle, and none of the tool",
     experiment: "slow motion of the joint alone, with a tracker beside the second encoder",
     parameters: &[
-        Parameter {
-            name: "amplitude_rad",
-            role: Role::Size { step: 5e-5, neutral: 0.0 },
-            unit: "rad",
-            meaning: "amplitude A",
-            low: 0.0,
-            high: 0.001,
-        },
-        Parameter {
-            name: "order",
-            role: Role::Order,
-            unit: "1/turn",
-            meaning: "periods n per turn of the joint",
-            low: 0.5,
-            high: 2000.0,
-        },
-        Parameter {
-            name: "phase_rad",
-            role: Role::Phase,
-            unit: "rad",
-            meaning: "phase φ",
-            low: -3.15,
-            high: 3.15,
-        },
+        Parameter::size("amplitude_rad", "rad", "amplitude A", 5e-5, [0.0, 0.001]),
+        Parameter::new(
+            "order",
+            "1/turn",
+            "periods n per turn of the joint",
+            Role::Order,
+            [0.5, 2000.0],
+        ),
+        Parameter::new("phase_rad", "rad", "phase φ", Role::Phase, [-3.15, 3.15]),
     ],
+    sentence: "the second encoder of {joint} has an error of its own of amplitude {|0|}, {1#} periods a turn",
+    curve: Curve::Quantity(&[LINK_ENCODER_READS_MORE], &[CurveAxis::Angle]),
+    drawn: Some(|d| {
+        (
+            Location::Joint(d.proximal),
+            vec![d.size * d.between(3e-5, 1.5e-4), d.whole(10, 80) as f64, d.phase()],
+        )
+    }),
     action: Action::Term {
-        port: |_| Port::SensorChannel,
+        port: |_| Port::SensorChannel(Channel::LinkEncoder),
         build: |v, joint| {
             Box::new(LinkEncoderRipple { joint, amplitude: v[0], order: v[1], phase: v[2] })
         },
     },
+    ..EffectKind::DEFAULT
 };
 
 #[derive(Debug)]

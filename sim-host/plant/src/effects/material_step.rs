@@ -2,8 +2,10 @@
 //!
 //! All process forces × (1 + a) beyond path position x0.
 
-use super::kind::{Action, EffectKind, Parameter, Role};
-use super::location::LocationKind;
+use super::curve::{ALL_FORCES, Curve, CurveAxis};
+use super::kind::{Action, EffectKind};
+use super::location::{Location, LocationKind};
+use super::parameter::{Parameter, Role};
 use crate::robot::{Port, ProcessPoint, Term};
 use nalgebra::Vector3;
 
@@ -14,27 +16,19 @@ pub(super) static KIND: EffectKind = EffectKind {
     shows: "forces jump at one place of the path",
     experiment: "a weld across the place, both ways",
     parameters: &[
-        Parameter {
-            name: "ratio",
-            role: Role::Size { step: 0.05, neutral: 0.0 },
-            unit: "1",
-            meaning: "step a",
-            low: -0.9,
-            high: 2.0,
-        },
-        Parameter {
-            name: "position_m",
-            role: Role::PathPosition,
-            unit: "m",
-            meaning: "path position x0",
-            low: 0.0,
-            high: 10.0,
-        },
+        Parameter::size("ratio", "1", "step a", 0.05, [-0.9, 2.0]),
+        Parameter::new("position_m", "m", "path position x0", Role::PathPosition, [0.0, 10.0]),
     ],
+    sentence: "the process forces are {|0|} {0?higher|lower} beyond {1} of the path",
+    curve: Curve::Quantity(&[ALL_FORCES], &[CurveAxis::Path]),
+    drawn: Some(|d| {
+        (Location::Cell, vec![d.size * d.either(0.1, 0.25), d.seam * d.between(0.3, 0.7)])
+    }),
     action: Action::Term {
         port: |_| Port::ProcessForce,
         build: |v, _| Box::new(MaterialStep { ratio: v[0], position: v[1] }),
     },
+    ..EffectKind::DEFAULT
 };
 
 #[derive(Debug)]

@@ -2,8 +2,10 @@
 //!
 //! τ_s elastic part = K δ (1 + β (1 − exp(−(δ/δc)²))).
 
-use super::kind::{Action, EffectKind, Parameter, Role};
+use super::curve::{Curve, CurveAxis, TWIST_BEYOND_SPRING};
+use super::kind::{Action, EffectKind};
 use super::location::LocationKind;
+use super::parameter::{Parameter, Role};
 use crate::robot::{Port, Term};
 
 pub(super) static KIND: EffectKind = EffectKind {
@@ -13,27 +15,26 @@ pub(super) static KIND: EffectKind = EffectKind {
     shows: "soft about zero torque and stiffer above: the torque–twist curve bends",
     experiment: "static loads from a tenth of the rating to all of it, both ways",
     parameters: &[
-        Parameter {
-            name: "gain",
-            role: Role::Size { step: 0.2, neutral: 0.0 },
-            unit: "1",
-            meaning: "stiffening β far from zero",
-            low: -0.5,
-            high: 2.0,
-        },
-        Parameter {
-            name: "twist_rad",
-            role: Role::Shape(&[1e-4, 4e-4, 1.2e-3, 4e-3]),
-            unit: "rad",
-            meaning: "twist δc at which it sets in",
-            low: 1e-05,
-            high: 0.005,
-        },
+        Parameter::size("gain", "1", "stiffening β far from zero", 0.2, [-0.5, 2.0]),
+        Parameter::new(
+            "twist_rad",
+            "rad",
+            "twist δc at which it sets in",
+            Role::Shape(&[1e-4, 4e-4, 1.2e-3, 4e-3]),
+            [1e-05, 0.005],
+        ),
     ],
+    sentence: "the spring of {joint} becomes {|0|} {0?stiffer|softer} under load than about zero torque, from a twist of {1} on",
+    curve: Curve::Quantity(&[TWIST_BEYOND_SPRING], &[CurveAxis::SpringTorque]),
+    drawn: Some(|d| {
+        let twist = if d.joint < 3 { d.between(2e-4, 6e-4) } else { d.between(5e-4, 1.2e-3) };
+        (d.here(), vec![d.size * d.between(0.3, 0.6), twist])
+    }),
     action: Action::Term {
         port: |j| Port::SpringTorque(j),
         build: |v, _| Box::new(NonlinearStiffness { gain: v[0], twist: v[1] }),
     },
+    ..EffectKind::DEFAULT
 };
 
 #[derive(Debug)]

@@ -2,8 +2,10 @@
 //!
 //! k_z → k_z (1 + e).
 
-use super::kind::{Action, EffectKind, Parameter, Role};
-use super::location::LocationKind;
+use super::curve::{Curve, CurveAxis, ShownQuantity};
+use super::kind::{Action, EffectKind};
+use super::location::{Location, LocationKind};
+use super::parameter::Parameter;
 
 pub(super) static KIND: EffectKind = EffectKind {
     id: "process-stiffness-error",
@@ -11,13 +13,13 @@ pub(super) static KIND: EffectKind = EffectKind {
     equation: "k_z → k_z (1 + e)",
     shows: "depth off at the same push, or push at the same depth",
     experiment: "push raised and lowered without feed, depth measured",
-    parameters: &[Parameter {
-        name: "relative",
-        role: Role::Size { step: 0.05, neutral: 0.0 },
-        unit: "1",
-        meaning: "e",
-        low: -0.8,
-        high: 3.0,
-    }],
+    parameters: &[Parameter::size("relative", "1", "e", 0.05, [-0.8, 3.0])],
+    sentence: "the material resists the push {|0|} {0?more|less} than in the model",
+    curve: Curve::Quantity(
+        &[ShownQuantity::port("process-force-z", "more process force along z")],
+        &[CurveAxis::AxialForce],
+    ),
+    drawn: Some(|d| (Location::Cell, vec![d.size * d.either(0.15, 0.4)])),
     action: Action::Process(|process, v| process.depth_stiffness *= 1.0 + v[0]),
+    ..EffectKind::DEFAULT
 };

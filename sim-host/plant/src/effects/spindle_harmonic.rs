@@ -1,7 +1,9 @@
 //! `spindle-harmonic`: one more order of the spindle's ripple.
 
-use super::kind::{Action, EffectKind, Parameter, Role};
-use super::location::LocationKind;
+use super::curve::Curve;
+use super::kind::{Action, EffectKind};
+use super::location::{Location, LocationKind};
+use super::parameter::{Parameter, Role};
 use crate::input::Ripple;
 
 pub(super) static KIND: EffectKind = EffectKind {
@@ -11,40 +13,26 @@ pub(super) static KIND: EffectKind = EffectKind {
     shows: "a line of force and motion at a multiple of the spindle's speed",
     experiment: "a weld at constant push: spectrum over the spindle's angle",
     parameters: &[
-        Parameter {
-            name: "order",
-            role: Role::SpindleOrder,
-            unit: "1/turn",
-            meaning: "periods per spindle turn",
-            low: 0.1,
-            high: 20.0,
-        },
-        Parameter {
-            name: "axial",
-            role: Role::Size { step: 0.01, neutral: 0.0 },
-            unit: "1",
-            meaning: "amplitude of the depth force",
-            low: 0.0,
-            high: 0.3,
-        },
-        Parameter {
-            name: "in_plane",
-            role: Role::Size { step: 0.01, neutral: 0.0 },
-            unit: "1",
-            meaning: "amplitude of the forces in the plane",
-            low: 0.0,
-            high: 0.5,
-        },
-        Parameter {
-            name: "phase_rad",
-            role: Role::Phase,
-            unit: "rad",
-            meaning: "phase",
-            low: -3.15,
-            high: 3.15,
-        },
+        Parameter::new(
+            "order",
+            "1/turn",
+            "periods per spindle turn",
+            Role::SpindleOrder,
+            [0.1, 20.0],
+        ),
+        Parameter::size("axial", "1", "amplitude of the depth force", 0.01, [0.0, 0.3]),
+        Parameter::size("in_plane", "1", "amplitude of the forces in the plane", 0.01, [0.0, 0.5]),
+        Parameter::new("phase_rad", "rad", "phase", Role::Phase, [-3.15, 3.15]),
     ],
+    sentence: "the force has one more ripple at {0#} times the spindle's speed, {|1|} of the push and {|2|} in the plane",
+    curve: Curve::SpindleOrders,
+    drawn: Some(|d| {
+        let order = d.whole(3, 6) as f64;
+        let amplitudes = (d.size * d.between(0.01, 0.03), d.size * d.between(0.03, 0.08));
+        (Location::Cell, vec![order, amplitudes.0, amplitudes.1, d.phase()])
+    }),
     action: Action::Process(|process, v| {
         process.ripple.push(Ripple { order: v[0], axial: v[1], in_plane: v[2], phase: v[3] });
     }),
+    ..EffectKind::DEFAULT
 };

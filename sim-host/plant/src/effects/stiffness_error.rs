@@ -2,8 +2,10 @@
 //!
 //! K → K (1 + e).
 
-use super::kind::{Action, EffectKind, Parameter, Role};
-use super::location::LocationKind;
+use super::curve::{Curve, CurveAxis, TWIST_BEYOND_SPRING};
+use super::kind::{Action, Calibration, CalibrationScope, Effect, EffectKind};
+use super::location::{Location, LocationKind};
+use super::parameter::Parameter;
 
 pub(super) static KIND: EffectKind = EffectKind {
     id: "stiffness-error",
@@ -11,13 +13,19 @@ pub(super) static KIND: EffectKind = EffectKind {
     equation: "K → K (1 + e)",
     shows: "deflection off in proportion to the joint's torque",
     experiment: "static loads both ways, at several postures",
-    parameters: &[Parameter {
-        name: "relative",
-        role: Role::Size { step: 0.05, neutral: 0.0 },
-        unit: "1",
-        meaning: "e",
-        low: -0.5,
-        high: 1.0,
-    }],
+    parameters: &[Parameter::size("relative", "1", "e", 0.05, [-0.5, 1.0])],
+    sentence: "{joint} is {|0|} {0?stiffer|softer} than in the model",
+    curve: Curve::Quantity(&[TWIST_BEYOND_SPRING], &[CurveAxis::SpringTorque]),
+    calibration: Some(Calibration {
+        expected: &[0.1],
+        scope: CalibrationScope::AllLogs { motion: false },
+    }),
+    drawn: Some(|d| (d.here(), vec![d.size * d.either(0.12, 0.25)])),
     action: Action::Robot(|robot, joint, v| robot.joints[joint].stiffness *= 1.0 + v[0]),
+    ..EffectKind::DEFAULT
 };
+
+/// A joint, from 0, whose drive is stiffer by this share.
+pub fn effect(joint: usize, relative: f64) -> Effect {
+    Effect { kind: &KIND, at: Location::Joint(joint), values: vec![relative] }
+}

@@ -2,8 +2,10 @@
 //!
 //! All process forces × (1 − a (1 − exp(−t/T))).
 
-use super::kind::{Action, EffectKind, Parameter, Role};
-use super::location::LocationKind;
+use super::curve::{ALL_FORCES, Curve, CurveAxis};
+use super::kind::{Action, EffectKind};
+use super::location::{Location, LocationKind};
+use super::parameter::{Parameter, Role};
 use crate::robot::{Port, ProcessPoint, Term};
 use nalgebra::Vector3;
 
@@ -14,27 +16,23 @@ pub(super) static KIND: EffectKind = EffectKind {
     shows: "forces fall over the first part of a weld; under force control the tool sinks",
     experiment: "a weld at constant depth, or a long one at constant push",
     parameters: &[
-        Parameter {
-            name: "share",
-            role: Role::Size { step: 0.05, neutral: 0.0 },
-            unit: "1",
-            meaning: "share a lost in the end",
-            low: -0.5,
-            high: 0.9,
-        },
-        Parameter {
-            name: "time_s",
-            role: Role::Shape(&[3.0, 12.0, 50.0, 200.0]),
-            unit: "s",
-            meaning: "time constant T",
-            low: 0.5,
-            high: 600.0,
-        },
+        Parameter::size("share", "1", "share a lost in the end", 0.05, [-0.5, 0.9]),
+        Parameter::new(
+            "time_s",
+            "s",
+            "time constant T",
+            Role::Shape(&[3.0, 12.0, 50.0, 200.0]),
+            [0.5, 600.0],
+        ),
     ],
+    sentence: "the process forces {0?fall|rise} by {|0|} as the weld goes on, with a time constant of {1}",
+    curve: Curve::Quantity(&[ALL_FORCES], &[CurveAxis::TimeTo { constant: 1 }]),
+    drawn: Some(|d| (Location::Cell, vec![d.size * d.between(0.05, 0.15), d.between(10.0, 40.0)])),
     action: Action::Term {
         port: |_| Port::ProcessForce,
         build: |v, _| Box::new(ThermalSoftening { share: v[0], time: v[1] }),
     },
+    ..EffectKind::DEFAULT
 };
 
 #[derive(Debug)]

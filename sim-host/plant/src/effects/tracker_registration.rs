@@ -2,9 +2,11 @@
 //!
 //! p' = exp(r) p + t about B's origin, and the rotation with it.
 
-use super::kind::{Action, EffectKind, Parameter, Role};
-use super::location::LocationKind;
-use crate::robot::{Port, Readings, Term};
+use super::curve::{Curve, CurveAxis, TRACKER_READS_MORE};
+use super::kind::{Action, Calibration, CalibrationScope, Effect, EffectKind};
+use super::location::{Location, LocationKind};
+use super::parameter::Parameter;
+use crate::robot::{Channel, Port, Readings, Term};
 use nalgebra::{Matrix3, Vector3};
 use trueweld_core::spatial::{rotation_from_vector, rotation_vector};
 
@@ -15,64 +17,42 @@ pub(super) static KIND: EffectKind = EffectKind {
     shows: "tool off by one rigid motion of the whole workspace, whatever the load",
     experiment: "unloaded poses all over the workspace, tracker",
     parameters: &[
-        Parameter {
-            name: "x_m",
-            role: Role::Size { step: 1e-4, neutral: 0.0 },
-            unit: "m",
-            meaning: "translation",
-            low: -0.01,
-            high: 0.01,
-        },
-        Parameter {
-            name: "y_m",
-            role: Role::Size { step: 1e-4, neutral: 0.0 },
-            unit: "m",
-            meaning: "translation",
-            low: -0.01,
-            high: 0.01,
-        },
-        Parameter {
-            name: "z_m",
-            role: Role::Size { step: 1e-4, neutral: 0.0 },
-            unit: "m",
-            meaning: "translation",
-            low: -0.01,
-            high: 0.01,
-        },
-        Parameter {
-            name: "rx_rad",
-            role: Role::Size { step: 5e-5, neutral: 0.0 },
-            unit: "rad",
-            meaning: "rotation vector",
-            low: -0.01,
-            high: 0.01,
-        },
-        Parameter {
-            name: "ry_rad",
-            role: Role::Size { step: 5e-5, neutral: 0.0 },
-            unit: "rad",
-            meaning: "rotation vector",
-            low: -0.01,
-            high: 0.01,
-        },
-        Parameter {
-            name: "rz_rad",
-            role: Role::Size { step: 5e-5, neutral: 0.0 },
-            unit: "rad",
-            meaning: "rotation vector",
-            low: -0.01,
-            high: 0.01,
-        },
+        Parameter::size("x_m", "m", "translation", 1e-4, [-0.01, 0.01]),
+        Parameter::size("y_m", "m", "translation", 1e-4, [-0.01, 0.01]),
+        Parameter::size("z_m", "m", "translation", 1e-4, [-0.01, 0.01]),
+        Parameter::size("rx_rad", "rad", "rotation vector", 5e-5, [-0.01, 0.01]),
+        Parameter::size("ry_rad", "rad", "rotation vector", 5e-5, [-0.01, 0.01]),
+        Parameter::size("rz_rad", "rad", "rotation vector", 5e-5, [-0.01, 0.01]),
     ],
+    sentence: "the tracker's frame is off by {norm 0} and {norm 3}",
+    curve: Curve::Quantity(
+        &TRACKER_READS_MORE,
+        &[CurveAxis::Tool(0), CurveAxis::Tool(1), CurveAxis::Tool(2)],
+    ),
+    calibration: Some(Calibration {
+        expected: &[1e-4, 1e-4, 1e-4, 5e-5, 5e-5, 5e-5],
+        scope: CalibrationScope::EachLog(&[Channel::Tracker]),
+    }),
+    drawn: Some(|d| {
+        let shift = d.direction() * d.between(2e-4, 6e-4);
+        let turn = d.direction() * d.between(1e-4, 2e-4);
+        (Location::Cell, shift.iter().chain(&turn).map(|v| d.size * v).collect())
+    }),
     action: Action::Term {
-        port: |_| Port::SensorChannel,
+        port: |_| Port::SensorChannel(Channel::Tracker),
         build: |v, _| {
             let (translation, rotation) =
                 (Vector3::new(v[0], v[1], v[2]), Vector3::new(v[3], v[4], v[5]));
             Box::new(TrackerRegistration { translation, rotation: rotation_from_vector(&rotation) })
         },
     },
+    ..EffectKind::DEFAULT
 };
+
+/// A tracker registered wrongly: translation, m, then rotation vector, rad.
+pub fn effect(motion: [f64; 6]) -> Effect {
+    Effect { kind: &KIND, at: Location::Cell, values: motion.to_vec() }
+}
 
 #[derive(Debug)]
 struct TrackerRegistration {

@@ -2,8 +2,10 @@
 //!
 //! δ = θ_E + A sin(n θ_E + φ) − θ; the changed twist acts on both sides of the gear.
 
-use super::kind::{Action, EffectKind, Parameter, Role};
+use super::curve::{Curve, CurveAxis, ShownQuantity};
+use super::kind::{Action, EffectKind};
 use super::location::LocationKind;
+use super::parameter::{Parameter, Role};
 use crate::robot::{JointState, Port, Term};
 
 pub(super) static KIND: EffectKind = EffectKind {
@@ -13,35 +15,29 @@ pub(super) static KIND: EffectKind = EffectKind {
     shows: "a wave of the tool over the joint's angle, n to the turn, at any load and speed",
     experiment: "slow motion of the joint alone through some teeth, tracker or second encoder",
     parameters: &[
-        Parameter {
-            name: "amplitude_rad",
-            role: Role::Size { step: 5e-5, neutral: 0.0 },
-            unit: "rad",
-            meaning: "amplitude A",
-            low: 0.0,
-            high: 0.001,
-        },
-        Parameter {
-            name: "order",
-            role: Role::Order,
-            unit: "1/turn",
-            meaning: "periods n per turn of the joint",
-            low: 0.5,
-            high: 500.0,
-        },
-        Parameter {
-            name: "phase_rad",
-            role: Role::Phase,
-            unit: "rad",
-            meaning: "phase φ",
-            low: -3.15,
-            high: 3.15,
-        },
+        Parameter::size("amplitude_rad", "rad", "amplitude A", 5e-5, [0.0, 0.001]),
+        Parameter::new(
+            "order",
+            "1/turn",
+            "periods n per turn of the joint",
+            Role::Order,
+            [0.5, 500.0],
+        ),
+        Parameter::new("phase_rad", "rad", "phase φ", Role::Phase, [-3.15, 3.15]),
     ],
+    sentence: "the gear of {joint} has a transmission error of amplitude {|0|}, {1#} periods a turn",
+    curve: Curve::Quantity(
+        &[ShownQuantity::port("twist", "error of {joint}'s gear")],
+        &[CurveAxis::Angle],
+    ),
+    drawn: Some(|d| {
+        (d.here(), vec![d.size * d.between(5e-5, 2e-4), d.whole(10, 80) as f64, d.phase()])
+    }),
     action: Action::Term {
         port: |j| Port::SpringTorque(j),
         build: |v, _| Box::new(TransmissionError { amplitude: v[0], order: v[1], phase: v[2] }),
     },
+    ..EffectKind::DEFAULT
 };
 
 #[derive(Debug)]

@@ -2,8 +2,10 @@
 //!
 //! δ of this joint gains ρ θ_E of the joint before it.
 
-use super::kind::{Action, EffectKind, Parameter, Role};
-use super::location::LocationKind;
+use super::curve::{ANGLE_BEYOND_ENCODER, Curve, CurveAxis};
+use super::kind::{Action, EffectKind};
+use super::location::{Location, LocationKind};
+use super::parameter::Parameter;
 use crate::robot::{JointState, Port, Term};
 
 pub(super) static KIND: EffectKind = EffectKind {
@@ -12,18 +14,15 @@ pub(super) static KIND: EffectKind = EffectKind {
     equation: "δ of this joint gains ρ θ_E of the joint before it",
     shows: "the joint turns by a share of the one before it",
     experiment: "motion of the joint before it alone",
-    parameters: &[Parameter {
-        name: "ratio",
-        role: Role::Size { step: 0.001, neutral: 0.0 },
-        unit: "1",
-        meaning: "ratio ρ",
-        low: -0.2,
-        high: 0.2,
-    }],
+    parameters: &[Parameter::size("ratio", "1", "ratio ρ", 0.001, [-0.2, 0.2])],
+    sentence: "{joint} turns along with {before}, by {0} of its angle",
+    curve: Curve::Quantity(&[ANGLE_BEYOND_ENCODER], &[CurveAxis::AngleBefore]),
+    drawn: Some(|d| (Location::Joint(d.whole(4, 5)), vec![d.size * d.either(5e-4, 2e-3)])),
     action: Action::Term {
         port: |j| Port::SpringTorque(j),
         build: |v, _| Box::new(WristCoupling { ratio: v[0] }),
     },
+    ..EffectKind::DEFAULT
 };
 
 #[derive(Debug)]

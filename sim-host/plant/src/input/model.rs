@@ -267,7 +267,7 @@ fn library_values(
     let mut known = vec!["id", "at", "scope"];
     known.extend(kind.parameters.iter().map(|p| p.name));
     table.only(&known)?;
-    let value = |p: &effects::Parameter| value_or_start(table, p.name, scope, p.start());
+    let value = |p: &effects::Parameter| value_or_start(table, p.name, scope, p.neutral());
     kind.parameters.iter().map(value).collect()
 }
 

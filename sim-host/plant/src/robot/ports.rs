@@ -31,7 +31,7 @@ pub enum Port {
     /// Height of the plate's surface.
     PlateSurface,
     /// What an instrument reads.
-    SensorChannel,
+    SensorChannel(Channel),
     /// When an instrument reads it.
     TimeBase,
 }
@@ -311,7 +311,7 @@ impl Ports {
             Port::BaseFrame => self.base_frame.push(term),
             Port::ProcessForce => self.process.push(term),
             Port::PlateSurface => self.surface.push(term),
-            Port::SensorChannel => self.sensor.push(term),
+            Port::SensorChannel(_) => self.sensor.push(term),
             Port::TimeBase => self.time.push(term),
         }
         Ok(())

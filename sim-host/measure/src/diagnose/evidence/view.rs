@@ -9,8 +9,9 @@ use crate::predict::Quantity;
 use crate::residuals::compare::column_label;
 use crate::residuals::localize::joint_name;
 use trueweld_core::JOINTS;
+use trueweld_plant::effects::curve::{Curve, CurveAxis, ShownQuantity};
 use trueweld_plant::effects::formula::PORTS;
-use trueweld_plant::effects::{Action, Effect, Location, Role};
+use trueweld_plant::effects::{Effect, Location, Role};
 use trueweld_plant::robot::Channel;
 
 /// How rows become points.
@@ -50,151 +51,19 @@ const FOLDED: f64 = 4.0;
 impl View {
     /// How an effect is best shown.
     pub fn of(effect: &Effect, ground: &Context<'_>) -> Self {
-        let j = if let Location::Joint(j) = effect.at { j } else { 0 };
-        let name = ground.logs.first().map_or(String::new(), |log| joint_name(log, j));
-        let joint = |port, sign, what: &str| {
-            vec![at_port(port, effect.at, sign, what.replace("{}", &name))]
-        };
-        let cell = |ports: &[&'static str], what: &str| -> Vec<Probe> {
-            let axis = |port: &'static str| port.rsplit_once('-').map_or("", |(_, axis)| axis);
-            ports
-                .iter()
-                .map(|port| at_port(port, Location::Cell, 1.0, format!("{what}{}", axis(port))))
-                .collect()
-        };
-        let own = |what: &str| vec![Probe::Own { parameter: 0, y_name: what.replace("{}", &name) }];
-        let process = ["process-force-x", "process-force-y", "process-force-z"];
-        let along = "more process force along ";
-        let scaled = |terms: &[(&'static str, &'static str)], of: &str| {
-            let y_name = format!("relative change of {of}");
-            vec![Probe::Port {
-                terms: terms.to_vec(),
-                at: Location::Cell,
-                sign: 1.0,
-                y_name,
-                unit: "1",
-            }]
-        };
-        let forces = [(process[0], "fx"), (process[1], "fy"), (process[2], "fz")];
-        let along_seam = || scaled(&forces[..1], "the force along the seam");
-        let all_forces = || scaled(&forces, "the process forces");
-        // A change that has come to its end says nothing more: five time constants.
-        let time = || {
-            let constant = effect.kind.parameters.iter().position(|p| p.name == "time_s");
-            vec![constant.map_or(Axis::Time, |k| Axis::TimeTo(5.0 * effect.values[k]))]
-        };
-        let height = || {
-            vec![at_port(
-                "surface-height",
-                Location::Cell,
-                1.0,
-                "height of the surface towards the tool".to_owned(),
-            )]
-        };
-        let more_twist = "twist of {} beyond the linear spring's";
-        let wave = || {
-            let order = effect.kind.parameters.iter().position(|p| p.role == Role::Order);
-            let order = order.map_or(1.0, |k| effect.values[k]);
-            vec![if order * range(ground, j) > FOLDED * std::f64::consts::TAU {
-                Axis::Phase(j, order)
-            } else {
-                Axis::Angle(j)
-            }]
-        };
-        let curve = |probes, axes| Self { probes, axes, shape: Shape::Curve };
-        match effect.kind.id {
-            "stiffness-error" | "nonlinear-stiffness" | "backlash" => {
-                curve(joint("twist", -1.0, more_twist), vec![Axis::SpringTorque(j)])
+        let (quantities, axes, shape) = match effect.kind.curve {
+            Curve::Column => return Self::fallback(effect, ground),
+            Curve::SpindleOrders => {
+                return Self { probes: Vec::new(), axes: Vec::new(), shape: Shape::Orders };
             }
-            "hysteresis" => Self {
-                shape: Shape::Loop,
-                ..curve(joint("twist", -1.0, more_twist), vec![Axis::SpringTorque(j)])
-            },
-            "transmission-error" => curve(joint("twist", 1.0, "error of {}'s gear"), wave()),
-            "encoder-offset" => curve(
-                joint("twist", 1.0, "angle of {} beyond its encoder's"),
-                vec![Axis::Angle(j), Axis::SpringTorque(j)],
-            ),
-            "wrist-coupling" => curve(
-                joint("twist", 1.0, "angle of {} beyond its encoder's"),
-                vec![Axis::Angle(j.saturating_sub(1))],
-            ),
-            "link-encoder-offset" | "link-encoder-ripple" => curve(
-                joint("link-encoder", 1.0, "what the second encoder of {} reads more"),
-                wave(),
-            ),
-            "joint-friction" | "stribeck" | "asymmetric-friction" => curve(
-                joint("motor-friction", 1.0, "more friction torque of {}"),
-                vec![Axis::Rate(j)],
-            ),
-            "counterbalance-loss" => {
-                let a2 = ground.logs.first().map_or(String::new(), |log| joint_name(log, 1));
-                let probe = at_port(
-                    "link-torque",
-                    Location::Joint(1),
-                    1.0,
-                    format!("more torque on the link of {a2}"),
-                );
-                curve(vec![probe], vec![Axis::Angle(1)])
-            }
-            "payload-error" => curve(own("mass that the tool has more"), vec![Axis::Angle(4)]),
-            "bearing-tilt" => curve(own("compliance of {}'s bearing to tilt"), vec![Axis::Load]),
-            "base-compliance" => curve(own("compliance of the base to tilt"), vec![Axis::Load]),
-            "tracker-registration" => curve(
-                cell(
-                    &["tracker-x", "tracker-y", "tracker-z"],
-                    "what the tracker reads more along ",
-                ),
-                (0..3).map(Axis::Tool).collect(),
-            ),
-            "thermal-drift" => curve(
-                cell(&["tool-shift-x", "tool-shift-y", "tool-shift-z"], "drift of the tool along "),
-                time(),
-            ),
-            "force-crosstalk" => curve(
-                cell(
-                    &["force-sensor-x", "force-sensor-y"],
-                    "what the force sensor reads more along ",
-                ),
-                vec![Axis::AxialForce],
-            ),
-            "force-offset" => curve(
-                cell(
-                    &["force-sensor-x", "force-sensor-y", "force-sensor-z"],
-                    "what the force sensor reads more along ",
-                ),
-                vec![Axis::AxialForce],
-            ),
-            "channel-delay" => {
-                let axes = match effect.at {
-                    Location::Channel(Channel::Tracker) => vec![Axis::ToolSpeed],
-                    Location::Channel(Channel::Wrench) => vec![Axis::Time],
-                    _ => vec![Axis::Rate(0)],
-                };
-                curve(own("lag of the instrument"), axes)
-            }
-            "process-stiffness-error" => curve(cell(&process[2..], along), vec![Axis::AxialForce]),
-            "drag-error" | "feed-power-law" => curve(along_seam(), vec![Axis::Feed]),
-            "advancing-side" => curve(cell(&process[1..2], along), vec![Axis::PushBySpindle]),
-            "thermal-softening" => curve(all_forces(), time()),
-            "material-step" => curve(all_forces(), vec![Axis::Path]),
-            "plate-waviness" => curve(height(), vec![Axis::Path]),
-            "fixture-compliance" => curve(height(), vec![Axis::AxialForce]),
-            "spindle-harmonic" => {
-                Self { probes: Vec::new(), axes: Vec::new(), shape: Shape::Orders }
-            }
-            _ => match effect.kind.action {
-                Action::Expression(formula) => {
-                    let port = &formula.definition.port;
-                    let y_name = match effect.at {
-                        Location::Joint(_) => format!("{} ({name})", port.meaning),
-                        _ => port.meaning.to_owned(),
-                    };
-                    curve(vec![at_port(port.name, effect.at, 1.0, y_name)], every_axis())
-                }
-                _ => Self::fallback(effect, ground),
-            },
-        }
+            Curve::Quantity(quantities, axes) => (quantities, axes, Shape::Curve),
+            Curve::Loop(quantities, axes) => (quantities, axes, Shape::Loop),
+        };
+        let axes = match axes {
+            [] => every_axis(),
+            axes => axes.iter().map(|axis| of_effect(*axis, effect, ground)).collect(),
+        };
+        Self { probes: quantities.iter().map(|q| probe(q, effect, ground)).collect(), axes, shape }
     }
 
     /// The column that the effect mends most, over what it follows there; where the links swing, as
@@ -221,10 +90,64 @@ impl View {
     }
 }
 
-/// A constant at one port.
-fn at_port(port: &'static str, at: Location, sign: f64, y_name: String) -> Probe {
-    let unit = PORTS.iter().find(|p| p.name == port).map_or("", |p| p.unit);
-    Probe::Port { terms: vec![(port, "1")], at, sign, y_name, unit }
+/// What the quantity of an effect's curve is asked of the data by.
+fn probe(quantity: &ShownQuantity, effect: &Effect, ground: &Context<'_>) -> Probe {
+    let name = |name: &str, at: Location| {
+        let j = if let Location::Joint(j) = at { j } else { 0 };
+        let joint = ground.logs.first().map_or(String::new(), |log| joint_name(log, j));
+        name.replace("{joint}", &joint)
+    };
+    match *quantity {
+        ShownQuantity::Port { port, joint, sign, name: y_name } => {
+            let unit = PORTS.iter().find(|p| p.name == port).map_or("", |p| p.unit);
+            let at = joint.map_or(effect.at, Location::Joint);
+            Probe::Port { terms: vec![(port, "1")], at, sign, y_name: name(y_name, at), unit }
+        }
+        ShownQuantity::Factor { terms, name } => Probe::Port {
+            terms: terms.to_vec(),
+            at: effect.at,
+            sign: 1.0,
+            y_name: name.to_owned(),
+            unit: "1",
+        },
+        ShownQuantity::Parameter { index, name: y_name } => {
+            Probe::Own { parameter: index, y_name: name(y_name, effect.at) }
+        }
+    }
+}
+
+/// The variable that an effect's curve names, of its joint and with its values.
+fn of_effect(axis: CurveAxis, effect: &Effect, ground: &Context<'_>) -> Axis {
+    let j = if let Location::Joint(j) = effect.at { j } else { 0 };
+    match axis {
+        CurveAxis::Time => Axis::Time,
+        // A change that has come to its end says nothing more: five time constants.
+        CurveAxis::TimeTo { constant } => Axis::TimeTo(5.0 * effect.values[constant]),
+        CurveAxis::SpringTorque => Axis::SpringTorque(j),
+        CurveAxis::Angle => {
+            let order = effect.kind.parameters.iter().position(|p| p.role == Role::Order);
+            let order = order.map_or(1.0, |k| effect.values[k]);
+            if order * range(ground, j) > FOLDED * std::f64::consts::TAU {
+                Axis::Phase(j, order)
+            } else {
+                Axis::Angle(j)
+            }
+        }
+        CurveAxis::AngleBefore => Axis::Angle(j.saturating_sub(1)),
+        CurveAxis::AngleOf(j) => Axis::Angle(j),
+        CurveAxis::Rate => Axis::Rate(j),
+        CurveAxis::Path => Axis::Path,
+        CurveAxis::Feed => Axis::Feed,
+        CurveAxis::AxialForce => Axis::AxialForce,
+        CurveAxis::PushBySpindle => Axis::PushBySpindle,
+        CurveAxis::Load => Axis::Load,
+        CurveAxis::Tool(i) => Axis::Tool(i),
+        CurveAxis::OfInstrument => match effect.at {
+            Location::Channel(Channel::Tracker) => Axis::ToolSpeed,
+            Location::Channel(Channel::Wrench) => Axis::Time,
+            _ => Axis::Rate(0),
+        },
+    }
 }
 
 fn every_axis() -> Vec<Axis> {
