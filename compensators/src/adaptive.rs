@@ -33,8 +33,9 @@
 //! (a seam sensor alone shows sums of six; they serve well where they were learned, and less
 //! elsewhere), depth, play and friction. Tuning: none beyond how well the model is known.
 
-use crate::FeedForward;
-use crate::seen::{DeviationHistory, beside_depth};
+use crate::deviation_history::{DeviationHistory, beside_depth};
+use crate::law::{GainError, Law, Needs, Setup, require, usable_period};
+use crate::{FeedForward, OuterIntegral};
 use nalgebra::{SMatrix, SVector, Vector3};
 use trueweld_core::compensation::{Compensator, DeviationMeasurement, Observation};
 use trueweld_core::scalar::lit;
@@ -77,15 +78,28 @@ const FORGOTTEN: [f64; 2] = [3600.0, 480.0];
 
 /// How well the model is known: one standard deviation each.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Prior<T: Real> {
-    /// Of every joint's compliance, relative.
-    pub compliance: T,
-    /// Of the planned forces in the plane, relative.
-    pub force: T,
-    /// Of the offset of lateral tilt, rad.
-    pub tilt: T,
-    /// Of the offset across the seam, m.
-    pub lateral: T,
+#[cfg_attr(feature = "host", derive(serde::Serialize, serde::Deserialize))]
+pub struct AdaptiveGains {
+    /// Of every joint's compliance, relative. 0.3: published stiffnesses of one robot differ by
+    /// more.
+    pub prior_compliance: f64,
+    /// Of the planned forces in the plane, relative. 0.3.
+    pub prior_force: f64,
+    /// Of the offset of lateral tilt, rad. 0.0005.
+    pub prior_tilt_rad: f64,
+    /// Of the offset across the seam, m. 0.0005.
+    pub prior_lateral_m: f64,
+}
+
+impl Default for AdaptiveGains {
+    fn default() -> Self {
+        Self {
+            prior_compliance: 0.3,
+            prior_force: 0.3,
+            prior_tilt_rad: 5e-4,
+            prior_lateral_m: 5e-4,
+        }
+    }
 }
 
 /// Adaptive law.
@@ -104,17 +118,27 @@ pub struct Adaptive<T: Real> {
 impl<T: Real> Adaptive<T> {
     /// A law that knows nothing yet. `period`: of control, s.
     ///
-    /// `None` unless all are positive and finite.
-    pub fn new(prior: Prior<T>, period: T) -> Option<Self> {
-        let usable = |v: T| v.is_finite() && v > T::zero();
-        let all = [prior.compliance, prior.force, prior.tilt, prior.lateral, period];
-        let prior = SVector::from_fn(|i, _| match i {
-            0..6 => prior.compliance,
-            6 | 7 => prior.force,
-            8 => prior.tilt,
-            _ => prior.lateral,
+    /// # Errors
+    /// [`GainError`] unless period and priors are positive, relative ones at most 10, and the
+    /// others at most 1 rad and 1 m.
+    pub fn new(gains: &AdaptiveGains, period: T) -> Result<Self, GainError> {
+        const UP_TO_10: &str = "a number above 0 and at most 10";
+        const UP_TO_1: &str = "a number above 0 and at most 1";
+        let within = |value: f64, most: f64| value > 0.0 && value <= most;
+        require(within(gains.prior_compliance, 10.0), "prior_compliance", UP_TO_10)?;
+        require(within(gains.prior_force, 10.0), "prior_force", UP_TO_10)?;
+        require(within(gains.prior_tilt_rad, 1.0), "prior_tilt_rad", UP_TO_1)?;
+        require(within(gains.prior_lateral_m, 1.0), "prior_lateral_m", UP_TO_1)?;
+        usable_period(period)?;
+        let prior = SVector::from_fn(|i, _| {
+            lit(match i {
+                0..6 => gains.prior_compliance,
+                6 | 7 => gains.prior_force,
+                8 => gains.prior_tilt_rad,
+                _ => gains.prior_lateral_m,
+            })
         });
-        all.into_iter().all(usable).then(|| Self {
+        Ok(Self {
             prior,
             period,
             seen: DeviationHistory::new(period),
@@ -211,6 +235,19 @@ impl<T: Real> Adaptive<T> {
         // What rounding takes from its symmetry.
         let transposed = self.covariance.transpose();
         self.covariance = (self.covariance + transposed) * lit::<T>(0.5);
+    }
+}
+
+impl<T: Real> Law<T> for Adaptive<T> {
+    const NAME: &'static str = "adaptive";
+    const SUMMARY: &'static str =
+        "Feed-forward, with stiffnesses learned from a seam sensor (--passes)";
+    const NEEDS: Needs = Needs { seam_sensor: true, passes: true, ..Needs::NOTHING };
+    type Gains = AdaptiveGains;
+    type Built = OuterIntegral<T, Self>;
+
+    fn build(gains: &AdaptiveGains, setup: &Setup<T>) -> Result<Self::Built, GainError> {
+        OuterIntegral::new(Self::new(gains, setup.period)?, &setup.following, setup.period)
     }
 }
 

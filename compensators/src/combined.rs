@@ -11,19 +11,61 @@
 //! clamps at 5 mm and 5° and stops the robot at 6 mm and 6°. More than two laws: combine a
 //! combination.
 
+use crate::law::{GainError, positive, usable_period};
 use nalgebra::SVector;
 use trueweld_core::compensation::{Compensator, Observation, shortened};
+use trueweld_core::scalar::lit;
 use trueweld_core::{Fault, Real, Robot, Twist};
 
-/// What a combination may do.
+/// Gains of a combination: `[law."FIRST+SECOND"]` of a control file.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct CorrectionLimits<T: Real> {
-    /// Largest displacement, m.
-    pub displacement: T,
-    /// Largest rotation, rad.
-    pub rotation: T,
-    /// τ, s: time in which the step of a change fades.
-    pub fade: T,
+#[cfg_attr(feature = "host", derive(serde::Serialize, serde::Deserialize))]
+pub struct CombinedGains {
+    /// Directions that the first law owns: angular x, y, z, then linear, axes of W; the second has
+    /// the others. In a file a list of "rx", "ry", "rz", "x", "y", "z". All six: the second law
+    /// stands by.
+    #[cfg_attr(feature = "host", serde(with = "directions"))]
+    pub first_owns: [bool; 6],
+    /// Largest displacement, m. 0.010.
+    pub max_translation_m: f64,
+    /// Largest rotation, rad. 0.015.
+    pub max_rotation_rad: f64,
+    /// τ, s: time in which the step of a change of source fades. 0.5.
+    pub fade_s: f64,
+}
+
+impl Default for CombinedGains {
+    fn default() -> Self {
+        Self {
+            first_owns: [true; 6],
+            max_translation_m: 0.010,
+            max_rotation_rad: 0.015,
+            fade_s: 0.5,
+        }
+    }
+}
+
+/// Directions in a file: the names of those that are true.
+#[cfg(feature = "host")]
+mod directions {
+    use serde::{Deserialize, Deserializer, Serializer, de::Error};
+
+    const NAMES: [&str; 6] = ["rx", "ry", "rz", "x", "y", "z"];
+
+    pub fn serialize<S: Serializer>(owned: &[bool; 6], serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_seq(NAMES.iter().zip(owned).filter(|(_, owned)| **owned).map(|(n, _)| n))
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<[bool; 6], D::Error> {
+        let mut owned = [false; 6];
+        for name in Vec::<String>::deserialize(deserializer)? {
+            let k = NAMES.iter().position(|n| *n == name).ok_or_else(|| {
+                D::Error::custom(format!("{name:?} is no direction; expected some of {NAMES:?}"))
+            })?;
+            owned[k] = true;
+        }
+        Ok(owned)
+    }
 }
 
 /// Two laws as one.
@@ -32,7 +74,8 @@ pub struct Combined<T: Real, A, B> {
     first: A,
     second: B,
     owned: [bool; 6],
-    authority: CorrectionLimits<T>,
+    /// Largest displacement, m, and rotation, rad.
+    limits: [T; 2],
     keep: T,
     /// By direction: true where the first law was its source, and what was demanded, in the last
     /// period.
@@ -41,33 +84,31 @@ pub struct Combined<T: Real, A, B> {
 }
 
 impl<T: Real, A, B> Combined<T, A, B> {
-    /// `owned`: directions of the first law, angular x, y, z, then linear, axes of W; the second
-    /// has the others. `period`: of control, s.
+    /// `period`: of control, s.
     ///
-    /// `None` unless all of the authority and the period are positive and finite.
-    pub fn new(
-        first: A,
-        second: B,
-        owned: [bool; 6],
-        authority: CorrectionLimits<T>,
-        period: T,
-    ) -> Option<Self> {
-        let all = [authority.displacement, authority.rotation, authority.fade, period];
-        all.iter().all(|v| v.is_finite() && *v > T::zero()).then(|| Self {
+    /// # Errors
+    /// [`GainError`] unless limits, fade and period are positive and finite.
+    pub fn new(first: A, second: B, gains: &CombinedGains, period: T) -> Result<Self, GainError> {
+        positive(gains.max_translation_m, "max_translation_m")?;
+        positive(gains.max_rotation_rad, "max_rotation_rad")?;
+        positive(gains.fade_s, "fade_s")?;
+        usable_period(period)?;
+        Ok(Self {
             first,
             second,
-            owned,
-            authority,
-            keep: (-period / authority.fade).exp(),
+            owned: gains.first_owns,
+            limits: [lit(gains.max_translation_m), lit(gains.max_rotation_rad)],
+            keep: (-period / lit(gains.fade_s)).exp(),
             last: None,
             offset: SVector::zeros(),
         })
     }
 
     fn within(&self, demand: Twist<T>) -> Twist<T> {
+        let [displacement, rotation] = self.limits;
         Twist {
-            angular: shortened(demand.angular, self.authority.rotation).0,
-            linear: shortened(demand.linear, self.authority.displacement).0,
+            angular: shortened(demand.angular, rotation).0,
+            linear: shortened(demand.linear, displacement).0,
         }
     }
 }

@@ -15,10 +15,29 @@
 //! positive feedback: what it gives, the material answers. Tuning: the wrench filter's corner below
 //! the spindle's frequency, and the loops' bandwidth below the force loop's.
 
+use crate::law::{GainError, Law, Needs, Setup, require};
 use nalgebra::Vector2;
 use trueweld_core::compensation::{Compensator, Observation};
 use trueweld_core::filter::{Biquad, Filter, FilterBank};
+use trueweld_core::scalar::lit;
 use trueweld_core::{Fault, Real, Robot, Twist, Wrench};
+
+/// Gains of the elastostatic law.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "host", derive(serde::Serialize, serde::Deserialize))]
+pub struct ElastostaticGains {
+    /// Corner of the second-order low-pass on the wrench, Hz. 5: half of a spindle's 600 rpm.
+    pub wrench_filter_hz: f64,
+    /// What the force sensor gives along x and y of T per axial force, as a calibration under pure
+    /// push says. 0 each.
+    pub crosstalk: [f64; 2],
+}
+
+impl Default for ElastostaticGains {
+    fn default() -> Self {
+        Self { wrench_filter_hz: 5.0, crosstalk: [0.0; 2] }
+    }
+}
 
 /// Elastostatic law with a low-pass on the wrench.
 #[derive(Debug, Clone, Copy)]
@@ -30,28 +49,40 @@ pub struct Elastostatic<T: Real> {
 }
 
 impl<T: Real> Elastostatic<T> {
-    /// `corner`: of the second-order low-pass on the wrench, Hz; `period`: of control, s.
+    /// `period`: of control, s.
     ///
-    /// `None` unless 0 < corner < Nyquist.
-    pub fn new(corner: T, period: T) -> Option<Self> {
-        let filter = Biquad::low_pass(corner, period)?;
-        Some(Self {
+    /// # Errors
+    /// [`GainError`] unless 0 < corner < Nyquist and the cross-talk is finite.
+    pub fn new(gains: &ElastostaticGains, period: T) -> Result<Self, GainError> {
+        let filter = Biquad::low_pass(lit(gains.wrench_filter_hz), period).ok_or(GainError {
+            key: "wrench_filter_hz",
+            expected: "a number above 0 and below half the control rate",
+        })?;
+        let [x, y] = gains.crosstalk;
+        require(x.is_finite() && y.is_finite(), "crosstalk", "two numbers")?;
+        Ok(Self {
             filter: FilterBank::new(filter),
             started: false,
             delay: filter.delay(),
-            crosstalk: Vector2::zeros(),
+            crosstalk: Vector2::new(lit(x), lit(y)),
         })
-    }
-
-    /// Takes out of the forces across the tool what the sensor gives of the axial one: `share` of
-    /// it along x and y of T, as a calibration of the sensor under pure push says.
-    pub fn without_crosstalk(self, share: Vector2<T>) -> Self {
-        Self { crosstalk: share, ..self }
     }
 
     /// How late the filtered wrench is, s.
     pub fn delay(&self) -> T {
         self.delay
+    }
+}
+
+impl<T: Real> Law<T> for Elastostatic<T> {
+    const NAME: &'static str = "elastostatic";
+    const SUMMARY: &'static str = "From the measured wrench and the robot's stiffness";
+    const NEEDS: Needs = Needs { force_sensor: true, ..Needs::NOTHING };
+    type Gains = ElastostaticGains;
+    type Built = Self;
+
+    fn build(gains: &ElastostaticGains, setup: &Setup<T>) -> Result<Self, GainError> {
+        Self::new(gains, setup.period)
     }
 }
 

@@ -9,12 +9,25 @@
 //! of the planned force passes through one to one, and so does all that bends beside the joints. In
 //! return it cannot swing, since nothing that it does comes back to it. Tuning: none.
 
+use crate::OuterIntegral;
+use crate::law::{GainError, Law, NoGains, Setup};
 use trueweld_core::compensation::{Compensator, Observation};
 use trueweld_core::{Fault, Real, Robot, Twist};
 
 /// Feed-forward law.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct FeedForward;
+
+impl<T: Real> Law<T> for FeedForward {
+    const NAME: &'static str = "feed-forward";
+    const SUMMARY: &'static str = "From the planned load and the robot's stiffness";
+    type Gains = NoGains;
+    type Built = OuterIntegral<T, Self>;
+
+    fn build(_: &NoGains, setup: &Setup<T>) -> Result<Self::Built, GainError> {
+        OuterIntegral::new(Self, &setup.following, setup.period)
+    }
+}
 
 impl<T: Real> Compensator<T> for FeedForward {
     fn reset(&mut self) {}

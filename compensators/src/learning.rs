@@ -17,7 +17,9 @@
 //! to pass, and within one. Tuning: γ 1 for a sensor whose noise the places average out (a place of
 //! 8 mm has 65 readings at 10 mm/s), less for fewer readings.
 
-use crate::seen::{DeviationHistory, beside_depth};
+use crate::deviation_history::{DeviationHistory, beside_depth};
+use crate::law::{GainError, Law, Needs, Setup, positive, require, usable_period};
+use crate::{FeedForward, OuterIntegral, SeamTracking, TrackingGains};
 use nalgebra::SVector;
 use trueweld_core::compensation::{Compensator, DeviationMeasurement, Observation};
 use trueweld_core::scalar::lit;
@@ -40,6 +42,25 @@ struct Segment<T: Real> {
     weight: SVector<T, 6>,
 }
 
+/// Gains of the learning law.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "host", derive(serde::Serialize, serde::Deserialize))]
+pub struct LearningGains {
+    /// γ, above 0 and at most 1. 1: the next pass gets all of what this one lacked.
+    pub share: f64,
+    /// λ of the seam tracking on top, rad/s; see [`TrackingGains`].
+    pub rate_rad_s: f64,
+    /// σ of the seam tracking on top, s/m; see [`TrackingGains`].
+    pub seam_shape_s_m: f64,
+}
+
+impl Default for LearningGains {
+    fn default() -> Self {
+        let TrackingGains { rate_rad_s, seam_shape_s_m } = TrackingGains::default();
+        Self { share: 1.0, rate_rad_s, seam_shape_s_m }
+    }
+}
+
 /// Learning law on top of another one.
 #[derive(Debug, Clone)]
 pub struct Learning<T: Real, L> {
@@ -55,15 +76,18 @@ pub struct Learning<T: Real, L> {
 }
 
 impl<T: Real, L> Learning<T, L> {
-    /// A law that has seen no pass yet, on top of the law `inner`. `length`: of the weld, m; `gain`
-    /// γ; `period`: of control, s.
+    /// A law that has seen no pass yet, on top of the law `inner`. `length`: of the weld, m;
+    /// `share`: γ; `period`: of control, s.
     ///
-    /// `None` unless length and period are positive and 0 < γ ≤ 1.
-    pub fn new(inner: L, length: T, gain: T, period: T) -> Option<Self> {
-        let usable = |v: T| v.is_finite() && v > T::zero();
-        (usable(length) && usable(period) && usable(gain) && gain <= T::one()).then(|| Self {
+    /// # Errors
+    /// [`GainError`] unless length and period are positive and 0 < γ ≤ 1.
+    pub fn new(inner: L, length: T, share: f64, period: T) -> Result<Self, GainError> {
+        require(share > 0.0 && share <= 1.0, "share", "a number above 0 and at most 1")?;
+        positive(length, "length")?;
+        usable_period(period)?;
+        Ok(Self {
             inner,
-            gain,
+            gain: lit(share),
             spacing: length / lit((PLACES - 1) as f64),
             seen: DeviationHistory::new(period),
             learned: [SVector::zeros(); PLACES],
@@ -123,6 +147,22 @@ impl<T: Real, L> Learning<T, L> {
                 around.fold((SVector::zeros(), T::zero()), |(sum, n), v| (sum + v, n + T::one()));
             *learned = sum / count;
         }
+    }
+}
+
+impl<T: Real> Law<T> for Learning<T, FeedForward> {
+    const NAME: &'static str = "learning";
+    const SUMMARY: &'static str = "Seam tracking, corrected from pass to pass (--passes)";
+    const NEEDS: Needs = Needs { seam_sensor: true, passes: true, ..Needs::NOTHING };
+    type Gains = LearningGains;
+    type Built = OuterIntegral<T, SeamTracking<T, Self>>;
+
+    fn build(gains: &LearningGains, setup: &Setup<T>) -> Result<Self::Built, GainError> {
+        let LearningGains { share, rate_rad_s, seam_shape_s_m } = *gains;
+        let law = Self::new(FeedForward, setup.length, share, setup.period)?;
+        let tracking = TrackingGains { rate_rad_s, seam_shape_s_m };
+        let law = SeamTracking::new(law, &tracking, setup.period)?;
+        OuterIntegral::new(law, &setup.following, setup.period)
     }
 }
 

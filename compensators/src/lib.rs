@@ -1,26 +1,49 @@
-//! Compensation laws, one file each, over the core's
-//! [`Compensator`](trueweld_core::compensation::Compensator) trait.
+//! Compensation laws, one file each, over the core's [`Compensator`] trait.
 //!
-//! `no_std`, no allocation: the same code runs in simulation and on the controller.
-#![no_std]
+//! A law's file holds its equations, its gains with their defaults, and an implementation of
+//! [`Law`]: name, summary, what it needs, how it is built. [`for_each`] is the table of all laws,
+//! one line each. `no_std`, no allocation: the same code runs in simulation and on the controller.
+//! With the feature `host`, [`Entry`] is a law with its type erased, found by name and built from
+//! a table of gains.
+//!
+//! ```
+//! use trueweld_compensators::{FeedForward, Law, SeamTracking, Setup, TrackingGains};
+//!
+//! let setup = Setup::new(0.012, 2.0);
+//! let gains = TrackingGains { rate_rad_s: 2.0, ..TrackingGains::default() };
+//! let law = SeamTracking::<f64, FeedForward>::build(&gains, &setup);
+//! assert!(law.is_ok());
+//! let wrong = TrackingGains { rate_rad_s: -2.0, ..gains };
+//! let error = SeamTracking::<f64, FeedForward>::build(&wrong, &setup).err();
+//! assert_eq!(error.map(|e| e.key), Some("rate_rad_s"));
+//! ```
+//!
+//! [`Compensator`]: trueweld_core::compensation::Compensator
+#![cfg_attr(not(feature = "host"), no_std)]
 
 mod adaptive;
 mod combined;
+mod deviation_history;
 mod elastostatic;
+#[cfg(feature = "host")]
+mod entry;
 mod feed_forward;
+mod law;
 mod learning;
 mod none;
 mod observer;
 mod outer_integral;
 mod seam_tracking;
-mod seen;
 
-pub use adaptive::{Adaptive, Prior};
-pub use combined::{Combined, CorrectionLimits};
-pub use elastostatic::Elastostatic;
+pub use adaptive::{Adaptive, AdaptiveGains};
+pub use combined::{Combined, CombinedGains};
+pub use elastostatic::{Elastostatic, ElastostaticGains};
+#[cfg(feature = "host")]
+pub use entry::{BuildError, Entry, GainTables, InstallError, find, install, library};
 pub use feed_forward::FeedForward;
-pub use learning::Learning;
+pub use law::{GainError, GainSet, Law, Needs, NoGains, Setup, Visitor, for_each, require};
+pub use learning::{Learning, LearningGains};
 pub use none::Uncompensated;
-pub use observer::Observer;
+pub use observer::{Observer, ObserverGains};
 pub use outer_integral::{FollowingGains, OuterIntegral};
 pub use seam_tracking::{SeamTracking, TrackingGains};

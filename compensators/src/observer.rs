@@ -19,9 +19,24 @@
 //! N·m at A2 for 7 µrad; bearings, base and links. Tuning: λ above what the load changes with,
 //! below the spindle's frequency.
 
+use crate::law::{GainError, Law, Needs, Setup, positive, usable_period};
 use trueweld_core::compensation::{Compensator, Observation};
-use trueweld_core::scalar::all_finite;
+use trueweld_core::scalar::{all_finite, lit};
 use trueweld_core::{Fault, Frames, JointVector, Real, Robot, Twist, Wrench};
+
+/// Gains of the observer.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "host", derive(serde::Serialize, serde::Deserialize))]
+pub struct ObserverGains {
+    /// λ/2π, Hz. 5: half of a spindle's 600 rpm.
+    pub bandwidth_hz: f64,
+}
+
+impl Default for ObserverGains {
+    fn default() -> Self {
+        Self { bandwidth_hz: 5.0 }
+    }
+}
 
 /// Observer of spring torques, and the law on top of it.
 #[derive(Debug, Clone, Copy)]
@@ -33,13 +48,15 @@ pub struct Observer<T: Real> {
 }
 
 impl<T: Real> Observer<T> {
-    /// `bandwidth` λ, rad/s; `period`: of control, s.
+    /// `period`: of control, s.
     ///
-    /// `None` unless both are positive and finite.
-    pub fn new(bandwidth: T, period: T) -> Option<Self> {
-        let usable = |v: T| v.is_finite() && v > T::zero();
-        let share = T::one() - (-bandwidth * period).exp();
-        (usable(bandwidth) && usable(period)).then_some(Self { share, period, last: None })
+    /// # Errors
+    /// [`GainError`] unless bandwidth and period are positive and finite.
+    pub fn new(gains: &ObserverGains, period: T) -> Result<Self, GainError> {
+        positive(gains.bandwidth_hz, "bandwidth_hz")?;
+        usable_period(period)?;
+        let bandwidth: T = lit(gains.bandwidth_hz * core::f64::consts::TAU);
+        Ok(Self { share: T::one() - (-bandwidth * period).exp(), period, last: None })
     }
 
     /// Spring torque τ̂, N·m; zero before the first period.
@@ -60,6 +77,18 @@ impl<T: Real> Observer<T> {
         let load =
             robot.spring_torque_at_rest(&frames, &link, &Wrench::zero()) - self.spring_torque();
         frames.jacobian().wrench_for(&load)
+    }
+}
+
+impl<T: Real> Law<T> for Observer<T> {
+    const NAME: &'static str = "observer";
+    const SUMMARY: &'static str = "From motor torque and encoders";
+    const NEEDS: Needs = Needs { motor_torque: true, ..Needs::NOTHING };
+    type Gains = ObserverGains;
+    type Built = Self;
+
+    fn build(gains: &ObserverGains, setup: &Setup<T>) -> Result<Self, GainError> {
+        Self::new(gains, setup.period)
     }
 }
 

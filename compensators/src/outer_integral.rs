@@ -15,26 +15,34 @@
 //! it swing (0.2 mm with everything exact, where 0.02 are reached without). Tuning: μ below the
 //! bandwidths of the correction loops and the position loop together, a fifth of the slower one.
 
+use crate::law::{GainError, positive, usable_period};
 use nalgebra::Vector2;
 use trueweld_core::compensation::{Compensator, Observation, shortened};
-use trueweld_core::scalar::all_finite;
+use trueweld_core::scalar::{all_finite, lit};
 use trueweld_core::{Fault, Real, Robot, Twist};
 
-/// Tuning of an outer integral.
+/// Gains of the outer integral.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FollowingGains<T: Real> {
-    /// μ, rad/s.
-    pub rate: T,
-    /// Largest |c|, m.
-    pub size: T,
+pub struct FollowingGains {
+    /// μ, rad/s. 5: a fifth of correction loops of 4 Hz.
+    pub rate: f64,
+    /// Largest |c|, m. 0.002.
+    pub size: f64,
+}
+
+impl Default for FollowingGains {
+    fn default() -> Self {
+        Self { rate: 5.0, size: 0.002 }
+    }
 }
 
 /// Outer integral on top of another law.
 #[derive(Debug, Clone, Copy)]
 pub struct OuterIntegral<T: Real, L> {
     inner: L,
-    tuning: FollowingGains<T>,
-    period: T,
+    /// μT.
+    share: T,
+    size: T,
     /// c, along x and y of W, m.
     made_up: Vector2<T>,
 }
@@ -42,15 +50,14 @@ pub struct OuterIntegral<T: Real, L> {
 impl<T: Real, L> OuterIntegral<T, L> {
     /// On top of the law `inner`. `period`: of control, s.
     ///
-    /// `None` unless all numbers are positive and finite.
-    pub fn new(inner: L, tuning: FollowingGains<T>, period: T) -> Option<Self> {
-        let usable = [tuning.rate, tuning.size, period];
-        usable.iter().all(|v| v.is_finite() && *v > T::zero()).then(|| Self {
-            inner,
-            tuning,
-            period,
-            made_up: Vector2::zeros(),
-        })
+    /// # Errors
+    /// [`GainError`] unless gains and period are positive and finite.
+    pub fn new(inner: L, gains: &FollowingGains, period: T) -> Result<Self, GainError> {
+        positive(gains.rate, "following_rad_s")?;
+        positive(gains.size, "following_max_m")?;
+        usable_period(period)?;
+        let share = lit::<T>(gains.rate) * period;
+        Ok(Self { inner, share, size: lit(gains.size), made_up: Vector2::zeros() })
     }
 }
 
@@ -75,8 +82,7 @@ impl<T: Real, L: Compensator<T>> Compensator<T> for OuterIntegral<T, L> {
         if !all_finite(lack.iter()) {
             return Err(Fault::Compensation);
         }
-        self.made_up =
-            shortened(self.made_up + lack * (self.tuning.rate * self.period), self.tuning.size).0;
+        self.made_up = shortened(self.made_up + lack * self.share, self.size).0;
         demand.linear.x += self.made_up.x;
         demand.linear.y += self.made_up.y;
         Ok(demand)

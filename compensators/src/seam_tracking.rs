@@ -23,7 +23,9 @@
 //! feed rises, and below what the plastic channel behind the tool makes swing, some 4 rad/s; noise
 //! z comes through as z √(λT/2).
 
-use crate::seen::{DeviationHistory, beside_depth};
+use crate::deviation_history::{DeviationHistory, beside_depth};
+use crate::law::{GainError, Law, Needs, Setup, positive, require, usable_period};
+use crate::{FeedForward, OuterIntegral};
 use heapless::Deque;
 use nalgebra::SVector;
 use trueweld_core::compensation::{Compensator, DeviationMeasurement, Observation};
@@ -37,20 +39,30 @@ const PLACES: usize = 64;
 /// tool by less than it misses.
 const CLIPPED: f64 = 10.0;
 
-/// Tuning of a seam tracker.
+/// Gains of seam tracking.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TrackingGains<T: Real> {
-    /// λ, rad/s.
-    pub rate: T,
-    /// σ, s/m; 0 for a seam that is where it was taught.
-    pub shape: T,
+#[cfg_attr(feature = "host", derive(serde::Serialize, serde::Deserialize))]
+pub struct TrackingGains {
+    /// λ, rad/s. 4: as fast as the plastic channel behind the tool lets it be without oscillation.
+    pub rate_rad_s: f64,
+    /// σ, s/m. 0: the seam is where it was taught; 25 for one that is a line on a drawing.
+    pub seam_shape_s_m: f64,
+}
+
+impl Default for TrackingGains {
+    fn default() -> Self {
+        Self { rate_rad_s: 4.0, seam_shape_s_m: 0.0 }
+    }
 }
 
 /// Seam tracking on top of another law.
 #[derive(Debug, Clone)]
 pub struct SeamTracking<T: Real, L> {
     inner: L,
-    tuning: TrackingGains<T>,
+    /// g.
+    gain: T,
+    /// σ, s/m.
+    shape: T,
     period: T,
     seen: DeviationHistory<T>,
     /// b, axes of W.
@@ -63,13 +75,17 @@ pub struct SeamTracking<T: Real, L> {
 impl<T: Real, L> SeamTracking<T, L> {
     /// A tracker on top of the law `inner`. `period`: of control, s.
     ///
-    /// `None` unless rate and period are positive and finite and the shape's share is not negative.
-    pub fn new(inner: L, tuning: TrackingGains<T>, period: T) -> Option<Self> {
-        let usable = |v: T| v.is_finite() && v > T::zero();
-        let shape = tuning.shape.is_finite() && tuning.shape >= T::zero();
-        (usable(tuning.rate) && usable(period) && shape).then(|| Self {
+    /// # Errors
+    /// [`GainError`] unless rate and period are positive and σ is not negative, all finite.
+    pub fn new(inner: L, gains: &TrackingGains, period: T) -> Result<Self, GainError> {
+        positive(gains.rate_rad_s, "rate_rad_s")?;
+        let shape = gains.seam_shape_s_m;
+        require(shape.is_finite() && shape >= 0.0, "seam_shape_s_m", "a number not below 0")?;
+        usable_period(period)?;
+        Ok(Self {
             inner,
-            tuning,
+            gain: T::one() - (-lit::<T>(gains.rate_rad_s) * period).exp(),
+            shape: lit(shape),
             period,
             seen: DeviationHistory::new(period),
             learned: SVector::zeros(),
@@ -117,12 +133,24 @@ impl<T: Real, L> SeamTracking<T, L> {
         if square <= T::zero() {
             return;
         }
-        let gain = T::one() - (-self.tuning.rate * self.period).exp();
-        let step = along * (gain * innovation / square);
+        let step = along * (self.gain * innovation / square);
         self.learned += step * (T::one() - share);
         if share > T::zero() {
             self.keep(path + sighting.ahead, step * share);
         }
+    }
+}
+
+impl<T: Real> Law<T> for SeamTracking<T, FeedForward> {
+    const NAME: &'static str = "seam-tracking";
+    const SUMMARY: &'static str = "Feed-forward, corrected by a seam sensor";
+    const NEEDS: Needs = Needs { seam_sensor: true, ..Needs::NOTHING };
+    type Gains = TrackingGains;
+    type Built = OuterIntegral<T, Self>;
+
+    fn build(gains: &TrackingGains, setup: &Setup<T>) -> Result<Self::Built, GainError> {
+        let law = Self::new(FeedForward, gains, setup.period)?;
+        OuterIntegral::new(law, &setup.following, setup.period)
     }
 }
 
@@ -150,7 +178,7 @@ impl<T: Real, L: Compensator<T>> Compensator<T> for SeamTracking<T, L> {
             .path
             .map_or(T::zero(), |before| (observation.path - before).max(T::zero()) / self.period);
         self.path = Some(observation.path);
-        let turns = self.tuning.shape * speed;
+        let turns = self.shape * speed;
         let share = turns / (T::one() + turns);
         self.arrive(observation.path);
         for sighting in observation.sightings {

@@ -8,8 +8,7 @@ use core::hint::black_box;
 use criterion::{Criterion, criterion_group, criterion_main};
 use nalgebra::Vector3;
 use trueweld_compensators::{
-    Adaptive, Combined, CorrectionLimits, Elastostatic, FeedForward, FollowingGains, Learning,
-    Observer, OuterIntegral, Prior, SeamTracking, TrackingGains,
+    Combined, CombinedGains, Elastostatic, FeedForward, Law, SeamTracking, Setup, Visitor, for_each,
 };
 use trueweld_core::compensation::{Compensator, DeviationMeasurement, Observation};
 use trueweld_core::scalar::lit;
@@ -48,32 +47,30 @@ fn law<T: Real, L: Compensator<T>>(criterion: &mut Criterion, name: &str, mut la
     });
 }
 
-fn laws<T: Real>(criterion: &mut Criterion, scalar: &str) {
-    let name = |law: &str| format!("{scalar}/{law}");
-    let period = lit::<T>(PERIOD);
-    let elastostatic = || Elastostatic::new(lit::<T>(5.0), period).expect("a corner below Nyquist");
-    let tracking = TrackingGains { rate: lit(10.0), shape: lit(25.0) };
-    let tracker = || SeamTracking::new(FeedForward, tracking, period).expect("a rate");
-    let following = FollowingGains { rate: lit(8.0), size: lit(2e-3) };
-    let followed = OuterIntegral::new(tracker(), following, period).expect("a rate");
-    let prior =
-        Prior { compliance: lit(0.3), force: lit(0.3), tilt: lit(5e-4), lateral: lit(5e-4) };
-    let authority =
-        CorrectionLimits { displacement: lit(5e-3), rotation: lit(0.08), fade: lit(0.5) };
-    let combined = Combined::new(tracker(), elastostatic(), [true; 6], authority, period)
-        .expect("an authority");
-    law(criterion, &name("elastostatic"), elastostatic());
-    law::<T, _>(criterion, &name("feed-forward"), FeedForward);
-    law(criterion, &name("observer"), Observer::new(lit(30.0), period).expect("a bandwidth"));
-    law(criterion, &name("seam-tracking"), tracker());
-    law(criterion, &name("seam-tracking with outer integral"), followed);
-    law(criterion, &name("adaptive"), Adaptive::new(prior, period).expect("a prior"));
-    law(
-        criterion,
-        &name("learning"),
-        Learning::new(FeedForward, lit(2.0), lit(1.0), period).expect("a length"),
-    );
-    law(criterion, &name("seam-tracking, elastostatic to fall back on"), combined);
+/// Benches every law of the table with its defaults.
+struct Bench<'a> {
+    criterion: &'a mut Criterion,
+    scalar: &'static str,
+}
+
+impl<T: Real> Visitor<T> for Bench<'_> {
+    fn visit<L: Law<T>>(&mut self) {
+        law::<T, _>(self.criterion, &format!("{}/{}", self.scalar, L::NAME), built::<T, L>());
+    }
+}
+
+fn built<T: Real, L: Law<T>>() -> L::Built {
+    let setup = Setup::new(lit(PERIOD), lit(2.0));
+    L::build(&L::Gains::default(), &setup).expect("defaults suit the period")
+}
+
+fn laws<T: Real>(criterion: &mut Criterion, scalar: &'static str) {
+    for_each::<T>(&mut Bench { criterion, scalar });
+    let tracking = built::<T, SeamTracking<T, FeedForward>>();
+    let stand_by = built::<T, Elastostatic<T>>();
+    let combined = Combined::new(tracking, stand_by, &CombinedGains::default(), lit(PERIOD))
+        .expect("limits above 0");
+    law(criterion, &format!("{scalar}/seam-tracking+elastostatic"), combined);
 }
 
 fn all(criterion: &mut Criterion) {

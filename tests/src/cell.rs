@@ -2,13 +2,14 @@
 
 use crate::fixture;
 use nalgebra::Vector3;
+use trueweld_compensators::{Entry, find};
 use trueweld_core::{Pose, Robot};
 use trueweld_plant::cell::Cell;
 use trueweld_plant::effects::Effect;
 use trueweld_plant::input::{Control, Process, RobotFile, Sensors, Weld};
 use trueweld_plant::integrate::Integrator;
 use trueweld_plant::robot::{ElasticRobot, Port, Ports, Term};
-use trueweld_plant::simulate::{BuildLaw, Controller, Program, Recording, Scenario, Seam, run};
+use trueweld_plant::simulate::{Controller, Program, Recording, Scenario, Seam, run};
 
 /// The fixtures of one weld.
 #[derive(Debug)]
@@ -71,7 +72,7 @@ impl Fixtures {
         cell: &Cell,
         program: Program,
         controller: Controller,
-        law: &dyn BuildLaw,
+        law: &Entry,
         controller_model: &Robot<f64>,
     ) -> Recording {
         run(&Scenario { controller_model, ..self.scenario(cell, program, controller, law) }, |_| {})
@@ -84,7 +85,7 @@ impl Fixtures {
         cell: &'a Cell,
         program: Program,
         controller: Controller,
-        law: &'a dyn BuildLaw,
+        law: &'a Entry,
     ) -> Scenario<'a> {
         Scenario {
             name: self.name,
@@ -103,6 +104,14 @@ impl Fixtures {
             fault: None,
         }
     }
+}
+
+/// The law of a name.
+///
+/// # Panics
+/// Where there is none.
+pub fn law(name: &str) -> Entry {
+    find(name).expect("a law of the table")
 }
 
 /// The KR 500 MT in free space (the plate out of reach), with one term at a port if given.

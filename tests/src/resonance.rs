@@ -1,7 +1,7 @@
 //! The spindle's ripple on the arm's modes: welds and steps of force with the spindle at some
 //! speed, and what of them is locked to it.
 
-use crate::cell::Fixtures;
+use crate::cell::{Fixtures, law};
 use nalgebra::Vector3;
 use std::f64::consts::TAU;
 use trueweld_core::Robot;
@@ -9,7 +9,7 @@ use trueweld_core::control::ExternalGains;
 use trueweld_evaluate::StepFigures;
 use trueweld_plant::input::Process;
 use trueweld_plant::simulate::{
-    Controller, Law, Phase, Program, RecordRow, Recording, Scenario, Seam, run, start_angles,
+    Controller, Phase, Program, RecordRow, Recording, Scenario, Seam, run, start_angles,
 };
 
 /// The first weld with the spindle at so many turns a minute and the external force loop so many
@@ -39,11 +39,9 @@ fn recorded(
     let cell = fixtures.cell(&[]);
     let spindle = if told { fixtures.process.spindle } else { 0.0 };
     let planned = Process { spindle, ..fixtures.process.clone() };
+    let none = law("none");
     run(
-        &Scenario {
-            planned: &planned,
-            ..fixtures.scenario(&cell, program, controller, &Law::None)
-        },
+        &Scenario { planned: &planned, ..fixtures.scenario(&cell, program, controller, &none) },
         |_| {},
     )
     .ok()

@@ -4,7 +4,10 @@
 //! The weld is the first 220 mm of the first published one.
 
 use std::sync::LazyLock;
-use trueweld_compensators::FeedForward;
+use trueweld_compensators::{
+    Elastostatic, ElastostaticGains, Entry, FeedForward, GainError, Law, NoGains, Setup,
+    TrackingGains,
+};
 use trueweld_core::compensation::{Compensator, LoopLimits, Observation};
 use trueweld_core::{Fault, Robot, Twist};
 use trueweld_evaluate::WeldFigures;
@@ -14,12 +17,10 @@ use trueweld_evaluate::certify::{
 };
 use trueweld_plant::cell::Cell;
 use trueweld_plant::effects::Effect;
-use trueweld_plant::input::{Control, LIMITS, Requirements, Sensors};
+use trueweld_plant::input::{Control, LIMITS, Requirements};
 use trueweld_plant::sensors::{Failure, Instrument, InstrumentFault};
-use trueweld_plant::simulate::{
-    BuildLaw, Controller, Law, Program, Recording, RunError, Scenario, run,
-};
-use trueweld_tests::cell::Fixtures;
+use trueweld_plant::simulate::{Controller, Program, Recording, RunError, Scenario, run};
+use trueweld_tests::cell::{Fixtures, law};
 
 /// So many draws, few as they are, show a share of a half at 75 %: 0.5³ = 0.125.
 const DRAWS: u64 = 3;
@@ -80,7 +81,7 @@ struct Certified {
 
 impl Certified {
     /// Of a law under the faults of these instruments.
-    fn of(law: &dyn BuildLaw, control: &Control, instruments: &[Instrument]) -> Self {
+    fn of(law: &Entry, control: &Control, instruments: &[Instrument]) -> Self {
         let (requirements, fixtures) = (&*REQUIREMENTS, &*FIXTURES);
         let mut scenario = fixtures.scenario(&CELL, Program::Weld, Controller::External, law);
         scenario.control = control;
@@ -116,47 +117,37 @@ impl Certified {
     }
 }
 
-/// A user's own law, made to be bad.
-#[derive(Debug, Clone, Copy)]
-enum Bad {
-    /// Feed-forward the other way.
-    SignFlipped,
-    /// Elastostatic, 1.6 times: what it gives, the material answers with more force than that took.
-    GainAboveOne,
-    /// An integrator of what the seam sensor says, whatever it says, at so many rad/s.
-    Trusting(f64),
-}
+/// Feed-forward the other way.
+struct SignFlipped;
 
-impl BuildLaw for Bad {
-    fn name(&self) -> &'static str {
-        match self {
-            Self::SignFlipped => "sign-flipped",
-            Self::GainAboveOne => "gain-above-one",
-            Self::Trusting(_) => "trusting",
-        }
-    }
+impl Law<f64> for SignFlipped {
+    const NAME: &'static str = "sign-flipped";
+    const SUMMARY: &'static str = "Feed-forward the other way";
+    type Gains = NoGains;
+    type Built = Scaled<FeedForward>;
 
-    fn build(
-        &self,
-        control: &Control,
-        sensors: &Sensors,
-        length: f64,
-    ) -> Result<Box<dyn Compensator<f64>>, RunError> {
-        Ok(match self {
-            Self::SignFlipped => Box::new(Scaled(Box::new(FeedForward), -1.0)),
-            Self::GainAboveOne => {
-                Box::new(Scaled(Law::Elastostatic.build(control, sensors, length)?, 1.6))
-            }
-            Self::Trusting(rate) => {
-                Box::new(Trusting { share: rate * control.period, learned: Twist::zero() })
-            }
-        })
+    fn build(_: &NoGains, _: &Setup<f64>) -> Result<Self::Built, GainError> {
+        Ok(Scaled(FeedForward, -1.0))
     }
 }
 
-struct Scaled(Box<dyn Compensator<f64>>, f64);
+/// Elastostatic, 1.6 times: what it gives, the material answers with more force than that took.
+struct GainAboveOne;
 
-impl Compensator<f64> for Scaled {
+impl Law<f64> for GainAboveOne {
+    const NAME: &'static str = "gain-above-one";
+    const SUMMARY: &'static str = "Elastostatic, 1.6 times";
+    type Gains = ElastostaticGains;
+    type Built = Scaled<Elastostatic<f64>>;
+
+    fn build(gains: &ElastostaticGains, setup: &Setup<f64>) -> Result<Self::Built, GainError> {
+        Ok(Scaled(Elastostatic::new(gains, setup.period)?, 1.6))
+    }
+}
+
+struct Scaled<L>(L, f64);
+
+impl<L: Compensator<f64>> Compensator<f64> for Scaled<L> {
     fn reset(&mut self) {
         self.0.reset();
     }
@@ -171,9 +162,31 @@ impl Compensator<f64> for Scaled {
     }
 }
 
+/// An integrator of what the seam sensor says, whatever it says.
 struct Trusting {
     share: f64,
     learned: Twist<f64>,
+}
+
+impl Law<f64> for Trusting {
+    const NAME: &'static str = "trusting";
+    const SUMMARY: &'static str = "An integrator of what the seam sensor says";
+    type Gains = TrackingGains;
+    type Built = Self;
+
+    fn build(gains: &TrackingGains, setup: &Setup<f64>) -> Result<Self, GainError> {
+        Ok(Self { share: gains.rate_rad_s * setup.period, learned: Twist::zero() })
+    }
+}
+
+/// The control file with an integrator of so many rad/s.
+fn trusting(rate: f64) -> Control {
+    let mut control = FIXTURES.control.clone();
+    control.laws.insert(
+        Trusting::NAME.into(),
+        toml::Table::from_iter([("rate_rad_s".to_owned(), rate.into())]),
+    );
+    control
 }
 
 impl Compensator<f64> for Trusting {
@@ -196,7 +209,7 @@ impl Compensator<f64> for Trusting {
 #[test]
 fn a_good_law_meets_what_bad_ones_are_asked_for() {
     let certified = Certified::of(
-        &Law::SeamTracking,
+        &law("seam-tracking"),
         &FIXTURES.control,
         &[Instrument::ForceSensor, Instrument::SeamSensor],
     );
@@ -224,7 +237,7 @@ fn a_good_law_meets_what_bad_ones_are_asked_for() {
 
 #[test]
 fn a_law_with_its_sign_flipped_is_told_that_it_goes_the_wrong_way() {
-    let certified = Certified::of(&Bad::SignFlipped, &FIXTURES.control, &[]);
+    let certified = Certified::of(&SignFlipped::entry(), &FIXTURES.control, &[]);
     let nominal = certified.reasons(EvidenceKind::Nominal);
     assert!(
         nominal.iter().any(|r| r.contains("leaves its line") && r.contains("the wrong way")),
@@ -238,7 +251,7 @@ fn a_law_with_its_sign_flipped_is_told_that_it_goes_the_wrong_way() {
 fn a_law_with_too_much_gain_is_told_that_it_swings() {
     // Sensor, correction and position loop are late together by more than an integrator of 100
     // rad/s bears.
-    let certified = Certified::of(&Bad::Trusting(100.0), &FIXTURES.control, &[]);
+    let certified = Certified::of(&Trusting::entry(), &trusting(100.0), &[]);
     let nominal = certified.reasons(EvidenceKind::Nominal);
     assert!(
         nominal.iter().any(|r| r.contains("leaves its line") && r.contains("the loop swings")),
@@ -250,7 +263,7 @@ fn a_law_with_too_much_gain_is_told_that_it_swings() {
 
 #[test]
 fn a_law_that_feeds_itself_is_told_that_only_its_authority_holds_it() {
-    let certified = Certified::of(&Bad::GainAboveOne, &FIXTURES.control, &[]);
+    let certified = Certified::of(&GainAboveOne::entry(), &FIXTURES.control, &[]);
     let nominal = certified.reasons(EvidenceKind::Nominal);
     let told = |r: &&str| r.contains("of what is needed, held at its authority");
     assert!(nominal.iter().any(told), "{nominal:?}");
@@ -260,10 +273,10 @@ fn a_law_that_feeds_itself_is_told_that_only_its_authority_holds_it() {
 
 #[test]
 fn a_law_without_an_authority_is_told_which_fault_drives_it_beyond() {
-    let mut control = FIXTURES.control.clone();
+    let mut control = trusting(2.0);
     control.compensation.lateral =
         LoopLimits { size: 0.1, rate: 0.1, ..control.compensation.lateral };
-    let certified = Certified::of(&Bad::Trusting(2.0), &control, &[Instrument::SeamSensor]);
+    let certified = Certified::of(&Trusting::entry(), &control, &[Instrument::SeamSensor]);
     // While the sensor is in order there is nothing wrong with it.
     assert!(
         certified.reasons(EvidenceKind::Nominal).is_empty(),
@@ -284,8 +297,8 @@ fn the_effects_of_a_cell_are_in_every_run_of_its_certification() {
     let text = "nonlinear-stiffness:A2:gain=-0.3,twist_rad=1e-3";
     let effects = [Effect::parse(text, &fixtures.robot).expect("in the library")];
     let real = fixtures.cell(&[text]);
-    let scenario =
-        fixtures.scenario(&real, Program::Weld, Controller::External, &Law::SeamTracking);
+    let law = law("seam-tracking");
+    let scenario = fixtures.scenario(&real, Program::Weld, Controller::External, &law);
     let certification = |effects| {
         let cell = NominalCell { robot: &fixtures.robot.robot, effects };
         let needed =
@@ -414,7 +427,7 @@ fn a_limit_of_the_worst_case_is_a_requirement() {
     assert!(faults.clone().count() > 0 && faults.clone().all(|r| r.verdict == Verdict::NotShown));
 }
 
-fn struck(law: &dyn BuildLaw, fault: Option<InstrumentFault>) -> Recording {
+fn struck(law: &Entry, fault: Option<InstrumentFault>) -> Recording {
     let scenario = FIXTURES.scenario(&CELL, Program::Weld, Controller::External, law);
     run(&Scenario { fault, ..scenario }, |_| {}).expect("the run ends")
 }
@@ -424,21 +437,21 @@ fn a_fault_changes_nothing_before_it_begins_and_nothing_but_the_readings() {
     let fault = |instrument, failure| {
         Some(InstrumentFault { instrument, failure, from: 12.0, until: 12.6 })
     };
-    let sound = struck(&Law::SeamTracking, None);
+    let sound = struck(&law("seam-tracking"), None);
     let pairs = |other: &Recording| {
         let same = sound.rows.iter().zip(&other.rows).take_while(|(a, b)| {
             a.real.position == b.real.position && (a.force_sensed_w == b.force_sensed_w)
         });
         same.count() as f64 * sound.period
     };
-    let lost = struck(&Law::SeamTracking, fault(Instrument::SeamSensor, Failure::Dropped));
-    let zero = struck(&Law::SeamTracking, fault(Instrument::ForceSensor, Failure::Dropped));
+    let lost = struck(&law("seam-tracking"), fault(Instrument::SeamSensor, Failure::Dropped));
+    let zero = struck(&law("seam-tracking"), fault(Instrument::ForceSensor, Failure::Dropped));
     for (name, run) in [("seam", &lost), ("force", &zero)] {
         let until = pairs(run);
         assert!((11.95..12.2).contains(&until), "{name} sensor: the same until {until} s");
     }
     // Without anybody who reads it a seam sensor may say what it likes.
-    let bare = [None, fault(Instrument::SeamSensor, Failure::Nan)].map(|f| struck(&Law::None, f));
+    let bare = [None, fault(Instrument::SeamSensor, Failure::Nan)].map(|f| struck(&law("none"), f));
     assert!(
         bare[0].rows.iter().zip(&bare[1].rows).all(|(a, b)| a.real.position == b.real.position)
     );
@@ -453,7 +466,7 @@ fn a_force_sensor_reads_what_its_fault_makes_of_it() {
             from: 12.0,
             until: 12.6,
         };
-        let recording = struck(&Law::SeamTracking, Some(fault));
+        let recording = struck(&law("seam-tracking"), Some(fault));
         let rows = recording.rows.into_iter().filter(|r| fault.is_on(r.time));
         rows.map(|r| r.force_sensed_w).collect::<Vec<_>>()
     };

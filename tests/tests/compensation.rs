@@ -3,7 +3,7 @@
 
 use nalgebra::{SVector, Vector3};
 use proptest::prelude::*;
-use trueweld_compensators::{Elastostatic, Uncompensated};
+use trueweld_compensators::{Elastostatic, ElastostaticGains, Uncompensated};
 use trueweld_core::compensation::{
     Compensated, Compensator, CorrectionLoop, LoopLimits, Observation,
 };
@@ -75,6 +75,11 @@ fn check_limits(before: &Twist<f64>, after: &Twist<f64>) {
         "orientation turned {turned} rad"
     );
     assert_eq!(after.linear.z, 0.0, "depth belongs to the force loop");
+}
+
+fn elastostatic(wrench_filter_hz: f64) -> Elastostatic<f64> {
+    Elastostatic::new(&ElastostaticGains { wrench_filter_hz, crosstalk: [0.0; 2] }, PERIOD)
+        .expect("a corner below Nyquist")
 }
 
 proptest! {
@@ -151,7 +156,7 @@ proptest! {
         let w = weld_wrench();
         let mut robot = Compensated::new(
             External::new(joint_gains(), external_gains(), PERIOD),
-            Elastostatic::new(4.0, PERIOD).unwrap(), LATERAL, ORIENTATION, PERIOD,
+            elastostatic(4.0), LATERAL, ORIENTATION, PERIOD,
         );
         let at = KR500.fake_target(&q, &w);
         prop_assume!(KR500.beyond_limits(&at).is_none());
@@ -181,7 +186,7 @@ proptest! {
     fn elastostatic_demand_puts_the_real_tool_on_its_nominal_pose(q in regular_configuration()) {
         let w = weld_wrench();
         let nominal = KR500.forward_kinematics(&q);
-        let mut law = Elastostatic::new(4.0, PERIOD).unwrap();
+        let mut law = elastostatic(4.0);
         // Taught without any load: the set-point is the nominal pose itself.
         let setpoint = Setpoint { pose: nominal, b_from_w: nominal.rotation, force: Some(18e3), spindle_speed: 0.0 };
         let sensed = sensed_at(&KR500, &q, &w);
@@ -203,7 +208,7 @@ proptest! {
         let setpoint = Setpoint { pose, b_from_w: pose.rotation, force: Some(0.0), spindle_speed: 0.0 };
         let sensed = sensed_at(&KR500, &KR500.fake_target(&q, &Wrench::zero()), &Wrench::zero());
         prop_assume!(KR500.beyond_limits(&sensed.encoder).is_none());
-        let mut law = Elastostatic::new(4.0, PERIOD).unwrap();
+        let mut law = elastostatic(4.0);
         let demand = law.demand(&KR500, &Observation::of_robot(&setpoint, &nominal, &sensed)).unwrap();
         // An inverse kinematics there and back: rounding at 3.5 m.
         prop_assert!(seen("demand without load", demand.to_vector().amax()) < 1e-12);
@@ -224,7 +229,7 @@ fn elastostatic_recovers_from_a_glitch() {
         let sensed: SensorReadings<f64> = sensed_at(&KR500, &q, &wrench);
         law.demand(&KR500, &Observation::of_robot(&setpoint, &nominal, &sensed))
     };
-    let mut law = Elastostatic::new(4.0, PERIOD).unwrap();
+    let mut law = elastostatic(4.0);
     let good = demand(&mut law, w).unwrap();
     for (glitch, places) in [(f64::NAN, 0..6), (f64::INFINITY, 0..6), (f64::MAX, 5..6)] {
         for place in places {
@@ -257,7 +262,7 @@ fn elastostatic_starts_without_a_transient_and_lags_by_its_declared_delay() {
         force: Some(18e3),
         spindle_speed: 0.0,
     };
-    let mut law = Elastostatic::new(4.0, PERIOD).unwrap();
+    let mut law = elastostatic(4.0);
     let demand = |law: &mut Elastostatic<f64>, scale: f64| {
         let sensed = sensed_at(&KR500, &q, &(w * scale));
         law.demand(&KR500, &Observation::of_robot(&setpoint, &nominal, &sensed))
@@ -276,15 +281,11 @@ fn elastostatic_starts_without_a_transient_and_lags_by_its_declared_delay() {
         last = demand(&mut law, 1.0 + per_period * f64::from(k));
     }
     let ago = 1.0 + per_period * (400.0 - law.delay() / PERIOD);
-    let mut fresh = Elastostatic::new(4.0, PERIOD).unwrap();
+    let mut fresh = elastostatic(4.0);
     assert!((demand(&mut fresh, ago) - last).amax() < 1e-13);
     // After a reset nothing of the old wrench is left.
     law.reset();
-    assert!(
-        (demand(&mut law, 0.5) - demand(&mut { Elastostatic::new(4.0, PERIOD).unwrap() }, 0.5))
-            .amax()
-            < 1e-16
-    );
+    assert!((demand(&mut law, 0.5) - demand(&mut { elastostatic(4.0) }, 0.5)).amax() < 1e-16);
 }
 
 #[test]
@@ -297,7 +298,7 @@ fn elastostatic_lateral_demand_is_of_the_published_size() {
     let setpoint =
         Setpoint { pose, b_from_w: nominal.rotation, force: Some(18e3), spindle_speed: 0.0 };
     let sensed = sensed_at(&KR500, &q, &weld_wrench());
-    let mut law = Elastostatic::new(4.0, PERIOD).unwrap();
+    let mut law = elastostatic(4.0);
     let observation = Observation::of_robot(&setpoint, &nominal, &sensed);
     let demand = law.demand(&KR500, &observation).unwrap();
     println!("demanded at the start of the weld: {:.2} mm", demand.linear.transpose() * 1e3);
@@ -309,7 +310,7 @@ fn what_the_law_cannot_do_is_said() {
     let q = on_the_weld(0.0);
     let setpoint = setpoint_at(&KR500, &q, Some(18e3));
     let sensed = sensed_at(&KR500, &q, &weld_wrench());
-    let mut law = Elastostatic::new(4.0, PERIOD).unwrap();
+    let mut law = elastostatic(4.0);
     let mut ask = |nominal: &Pose<f64>, sensed: &SensorReadings<f64>| {
         law.demand(&KR500, &Observation::of_robot(&setpoint, nominal, sensed))
     };
@@ -321,7 +322,11 @@ fn what_the_law_cannot_do_is_said() {
     blind.wrench.moment.y = f64::NAN;
     assert_eq!(ask(&setpoint.pose, &blind), Err(Fault::Force));
     assert!(ask(&setpoint.pose, &sensed).is_ok());
-    assert!(Elastostatic::new(50.0, PERIOD).is_none(), "a corner above Nyquist");
+    let above_nyquist = ElastostaticGains { wrench_filter_hz: 50.0, crosstalk: [0.0; 2] };
+    assert_eq!(
+        Elastostatic::new(&above_nyquist, PERIOD).err().map(|error| error.key),
+        Some("wrench_filter_hz")
+    );
 }
 
 #[test]
@@ -386,7 +391,7 @@ fn a_force_sensor_that_stands_still_is_not_believed() {
     let q = on_the_weld(0.0);
     let (setpoint, live) =
         (setpoint_at(&KR500, &q, Some(18e3)), sensed_at(&KR500, &q, &weld_wrench()));
-    let law = Elastostatic::new(4.0, PERIOD).unwrap();
+    let law = elastostatic(4.0);
     let external = External::new(joint_gains(), external_gains(), PERIOD);
     let mut robot = Compensated::new(external, law, LATERAL, ORIENTATION, PERIOD);
     robot.start(&KR500, &q, &weight(&KR500, &q));
@@ -421,7 +426,7 @@ fn correction_waits_for_the_force_loop_and_moves_the_set_point() {
     let at = KR500.fake_target(&q, &Wrench::zero());
     let open = setpoint_at(&KR500, &at, None);
     let sensed = sensed_at(&KR500, &at, &w);
-    let law = Elastostatic::new(4.0, PERIOD).unwrap();
+    let law = elastostatic(4.0);
     let mut robot = Compensated::new(parallel(), law, LATERAL, ORIENTATION, PERIOD);
     robot.start(&KR500, &at, &weight(&KR500, &at));
     for _ in 0..10 {
@@ -438,7 +443,7 @@ fn correction_waits_for_the_force_loop_and_moves_the_set_point() {
     }
     // Long after, the correction is the demand but for depth and the limits' slack: e^(−3·24) is
     // nothing.
-    let mut fresh = Elastostatic::new(4.0, PERIOD).unwrap();
+    let mut fresh = elastostatic(4.0);
     let observation = Observation::of_robot(&closed, &nominal, &sensed);
     let demand = fresh.demand(&KR500, &observation).unwrap();
     let mut expected = demand;

@@ -10,8 +10,8 @@ use trueweld_plant::input::{ModelFile, Weld};
 use trueweld_plant::integrate::rest;
 use trueweld_plant::process::reaction;
 use trueweld_plant::robot::{Channel, Drives, Readings};
-use trueweld_plant::simulate::{Controller, Law, Program, RecordRow, RunError, Seam, run};
-use trueweld_tests::cell::Fixtures;
+use trueweld_plant::simulate::{Controller, Program, RecordRow, RunError, Seam, run};
+use trueweld_tests::cell::{Fixtures, law};
 use trueweld_tests::{KR500, fixture};
 
 /// One of each, at a joint where it matters in the first weld, of a size that a laboratory would
@@ -82,7 +82,7 @@ fn every_effect_shows_in_a_weld_that_runs() {
     let fixtures = short("vertical");
     let program = Program::Weld;
     let go = |cell: &Cell| {
-        fixtures.run(cell, program, Controller::External, &Law::None, &fixtures.robot.robot).rows
+        fixtures.run(cell, program, Controller::External, &law("none"), &fixtures.robot.robot).rows
     };
     let bare_cell = fixtures.cell(&[]);
     let bare = go(&bare_cell);
@@ -466,7 +466,7 @@ fn an_expression_does_what_the_effect_of_the_library_does() {
     for (library, expressions) in cases {
         let weld = |cell: &Cell| {
             fixtures
-                .run(cell, Program::Weld, Controller::External, &Law::None, &fixtures.robot.robot)
+                .run(cell, Program::Weld, Controller::External, &law("none"), &fixtures.robot.robot)
                 .rows
         };
         let (wanted, got) = (weld(&fixtures.cell(&[library])), weld(&own(&fixtures, expressions)));
@@ -554,7 +554,8 @@ fn an_expression_that_ceases_to_be_finite_ends_the_run_and_nothing_else() {
         ("|force-sensor-z|1e-6 * sqrt((time - 2) * (time - 90))", false),
     ] {
         let cell = own(&fixtures, &[effect]);
-        let scenario = fixtures.scenario(&cell, Program::Weld, Controller::External, &Law::None);
+        let none = law("none");
+        let scenario = fixtures.scenario(&cell, Program::Weld, Controller::External, &none);
         match run(&scenario, |_| {}) {
             Err(RunError::Diverged(_)) => assert!(!at_rest, "{effect}"),
             Err(RunError::Rest(_)) => assert!(at_rest, "{effect}"),

@@ -9,8 +9,9 @@ use nalgebra::{SVector, Vector3};
 use proptest::prelude::*;
 use std::cell::Cell;
 use trueweld_compensators::{
-    Adaptive, Combined, CorrectionLimits, Elastostatic, FeedForward, FollowingGains, Learning,
-    Observer, OuterIntegral, Prior, SeamTracking, TrackingGains,
+    Adaptive, AdaptiveGains, BuildError, Combined, CombinedGains, Elastostatic, ElastostaticGains,
+    Entry, FeedForward, FollowingGains, GainTables, Learning, Observer, ObserverGains,
+    OuterIntegral, SeamTracking, Setup, TrackingGains, find, library,
 };
 use trueweld_core::compensation::{Compensator, DeviationMeasurement, Observation};
 use trueweld_core::control::{SensorReadings, Setpoint};
@@ -22,8 +23,7 @@ use trueweld_tests::{
 
 const FEED: f64 = 0.010;
 const AHEAD: f64 = 0.020;
-const TRACKING: TrackingGains<f64> = TrackingGains { rate: 8.0, shape: 0.0 };
-const PRIOR: Prior<f64> = Prior { compliance: 0.3, force: 0.3, tilt: 5e-4, lateral: 5e-4 };
+const TRACKING: TrackingGains = TrackingGains { rate_rad_s: 8.0, seam_shape_s_m: 0.0 };
 
 /// A cell at rest.
 struct World {
@@ -111,6 +111,23 @@ fn seam_sensor(deviation: &Twist<f64>) -> [DeviationMeasurement<f64>; 2] {
     [across, tilted].map(|along| sighting(along.to_vector().dot(&deviation.to_vector()), along))
 }
 
+fn elastostatic(crosstalk: [f64; 2]) -> Elastostatic<f64> {
+    let gains = ElastostaticGains { crosstalk, ..ElastostaticGains::default() };
+    Elastostatic::new(&gains, PERIOD).expect("a corner below Nyquist")
+}
+
+/// `bandwidth`: rad/s.
+fn observer(bandwidth: f64) -> Observer<f64> {
+    let gains = ObserverGains { bandwidth_hz: bandwidth / std::f64::consts::TAU };
+    Observer::new(&gains, PERIOD).expect("a bandwidth")
+}
+
+/// A law as control files without gains have it.
+fn built(law: &Entry) -> Box<dyn Compensator<f64>> {
+    let setup = Setup::new(PERIOD, 1.0);
+    law.build(&GainTables::new(), &setup).expect("defaults suit the period")
+}
+
 #[test]
 fn feed_forward_is_the_elastostatic_law_of_the_planned_load() {
     let q = on_the_weld(0.2);
@@ -119,7 +136,7 @@ fn feed_forward_is_the_elastostatic_law_of_the_planned_load() {
     let planned = weld_wrench().rotated(&(setpoint.b_from_w.transpose() * nominal.rotation));
     let observation =
         Observation { planned, ..Observation::of_robot(&setpoint, &nominal, &sensed) };
-    let measured = Elastostatic::new(5.0, PERIOD).unwrap().demand(&KR500, &observation).unwrap();
+    let measured = elastostatic([0.0; 2]).demand(&KR500, &observation).unwrap();
     let planned = FeedForward.demand(&KR500, &observation).unwrap();
     assert!((measured - planned).to_vector().amax() < 1e-12);
 }
@@ -130,16 +147,15 @@ fn calibrated_crosstalk_is_taken_out() {
     let (setpoint, nominal) = (setpoint_at(&KR500, &q, Some(18e3)), KR500.forward_kinematics(&q));
     let mut sensed = sensed_at(&KR500, &q, &weld_wrench());
     let clean = Observation::of_robot(&setpoint, &nominal, &sensed);
-    let wanted = Elastostatic::new(5.0, PERIOD).unwrap().demand(&KR500, &clean).unwrap();
-    let share = nalgebra::Vector2::new(0.02, -0.01);
-    sensed.wrench.force.x += share.x * sensed.wrench.force.z;
-    sensed.wrench.force.y += share.y * sensed.wrench.force.z;
+    let wanted = elastostatic([0.0; 2]).demand(&KR500, &clean).unwrap();
+    let [x, y] = [0.02, -0.01];
+    sensed.wrench.force.x += x * sensed.wrench.force.z;
+    sensed.wrench.force.y += y * sensed.wrench.force.z;
     let crossed = Observation::of_robot(&setpoint, &nominal, &sensed);
-    let mut law = Elastostatic::new(5.0, PERIOD).unwrap();
+    let mut law = elastostatic([0.0; 2]);
     let off = (law.demand(&KR500, &crossed).unwrap() - wanted).linear.norm();
     assert!(off > 0.1e-3, "cross-talk of 2 % moves the tool: {off} m");
-    let mut law = law.without_crosstalk(share);
-    law.reset();
+    let mut law = elastostatic([x, y]);
     assert!((law.demand(&KR500, &crossed).unwrap() - wanted).to_vector().amax() < 1e-12);
 }
 
@@ -158,7 +174,7 @@ fn the_observer_finds_the_load_of_a_resting_arm_from_its_motors() {
     let setpoint = setpoint_at(&KR500, &link, Some(18e3));
     let sensed =
         SensorReadings { motor_torque: torque, ..sensed_at(&KR500, &encoder, &Wrench::zero()) };
-    let mut law = Observer::new(30.0, PERIOD).unwrap();
+    let mut law = observer(30.0);
     let demand = law.demand(&KR500, &Observation::of_robot(&setpoint, &nominal, &sensed)).unwrap();
     assert!((law.link(&KR500, &encoder) - link).amax() < 1e-12);
     let found = law.wrench(&KR500, &encoder).unwrap();
@@ -174,7 +190,7 @@ fn the_observer_follows_a_load_with_its_bandwidth() {
     let (nominal, setpoint) =
         (KR500.forward_kinematics(&link), setpoint_at(&KR500, &link, Some(18e3)));
     let rest = weight(&KR500, &link);
-    let mut law = Observer::new(10.0, PERIOD).unwrap();
+    let mut law = observer(10.0);
     let mut see = |torque: JointVector<f64>| {
         let sensed =
             SensorReadings { motor_torque: torque, ..sensed_at(&KR500, &link, &Wrench::zero()) };
@@ -198,7 +214,7 @@ fn a_seam_sensor_corrects_what_a_wrong_stiffness_leaves() {
     for stiffness in [0.7, 1.3] {
         let left = World::new(stiffness).pass(&mut FeedForward);
         assert!(left > 0.5e-3, "feed-forward alone is off by the stiffness: {left} m");
-        let mut law = SeamTracking::new(FeedForward, TRACKING, PERIOD).unwrap();
+        let mut law = SeamTracking::new(FeedForward, &TRACKING, PERIOD).unwrap();
         let left = World::new(stiffness).pass(&mut law);
         // What is left: look-ahead times the yaw that nobody sees, 20 mm × 1 mrad.
         assert!(left < 0.03e-3, "{left} m at {stiffness}");
@@ -208,7 +224,7 @@ fn a_seam_sensor_corrects_what_a_wrong_stiffness_leaves() {
 #[test]
 fn a_lost_sensor_leaves_the_correction_where_it_was() {
     let mut world = World::new(0.7);
-    let mut law = SeamTracking::new(FeedForward, TRACKING, PERIOD).unwrap();
+    let mut law = SeamTracking::new(FeedForward, &TRACKING, PERIOD).unwrap();
     for _ in 0..500 {
         world.step(&mut law, 0.3, true);
     }
@@ -226,10 +242,8 @@ fn preview_follows_a_seam_that_bends_where_the_tool_is() {
     let swing = |path: f64| 0.5e-3 * (path * std::f64::consts::TAU / 0.1).sin();
     let follow = |shape: f64| {
         let mut world = World { shape: swing, ..World::new(1.0) };
-        world.pass(
-            &mut SeamTracking::new(FeedForward, TrackingGains { rate: 8.0, shape }, PERIOD)
-                .unwrap(),
-        )
+        let gains = TrackingGains { seam_shape_s_m: shape, ..TRACKING };
+        world.pass(&mut SeamTracking::new(FeedForward, &gains, PERIOD).unwrap())
     };
     let (early, in_time) = (follow(0.0), follow(1e4));
     // sin(2π s/0.1) against the same 20 mm on: 2 sin(2π 0.02/0.1 / 2) / √2 of the amplitude.
@@ -241,7 +255,7 @@ fn preview_follows_a_seam_that_bends_where_the_tool_is() {
 fn the_adaptive_law_learns_compliances_from_a_tracker_and_keeps_them() {
     let truth = JointVector::from([0.75, 1.2, 1.3, 0.8, 1.25, 0.7]);
     let real = KR500.with_stiffness_scaled(&truth).unwrap();
-    let mut law = Adaptive::new(PRIOR, PERIOD).unwrap();
+    let mut law = Adaptive::new(&AdaptiveGains::default(), PERIOD).unwrap();
     let prior: Vec<f64> = law.compliance().iter().map(|(_, d)| *d).collect();
     let mut encoder = on_the_weld(0.0);
     // A tracker sees the whole pose all along; loads turn, so that every joint is asked.
@@ -303,7 +317,7 @@ fn the_adaptive_law_learns_compliances_from_a_tracker_and_keeps_them() {
 #[test]
 fn nothing_is_learned_of_the_robot_where_the_tool_stands() {
     let mut world = World::new(0.7);
-    let mut law = Adaptive::new(PRIOR, PERIOD).unwrap();
+    let mut law = Adaptive::new(&AdaptiveGains::default(), PERIOD).unwrap();
     let before = law.compliance();
     for _ in 0..2000 {
         world.step(&mut law, 0.3, true);
@@ -313,7 +327,7 @@ fn nothing_is_learned_of_the_robot_where_the_tool_stands() {
 
 #[test]
 fn a_frozen_law_learns_nothing_that_stays() {
-    let mut adaptive = Adaptive::new(PRIOR, PERIOD).unwrap();
+    let mut adaptive = Adaptive::new(&AdaptiveGains::default(), PERIOD).unwrap();
     adaptive.freeze();
     let before = adaptive.compliance();
     let left = World::new(0.7).pass(&mut adaptive);
@@ -355,7 +369,7 @@ fn the_outer_integral_makes_up_for_what_the_position_loop_lacks() {
     let nominal = KR500.forward_kinematics(&q);
     let asked = Cell::new(Ok(1e-3));
     let following = FollowingGains { rate: 5.0, size: 0.4e-3 };
-    let mut law = OuterIntegral::new(Told(&asked), following, PERIOD).unwrap();
+    let mut law = OuterIntegral::new(Told(&asked), &following, PERIOD).unwrap();
     let mut ask = |stands: f64| {
         let there = setpoint.pose.displaced(
             &(Twist { linear: Vector3::y() * stands, ..Twist::zero() }).rotated(&setpoint.b_from_w),
@@ -391,14 +405,14 @@ fn a_combination_goes_over_without_a_bump_and_within_its_authority() {
     let (setpoint, nominal) = (setpoint_at(&KR500, &q, Some(18e3)), KR500.forward_kinematics(&q));
     let sensed = sensed_at(&KR500, &q, &weld_wrench());
     let observation = Observation::of_robot(&setpoint, &nominal, &sensed);
-    let authority = CorrectionLimits { displacement: 5e-3, rotation: 0.08, fade: 0.5 };
+    let gains = CombinedGains { max_translation_m: 5e-3, ..CombinedGains::default() };
     let (owner, other) = (Cell::new(Ok(3e-3)), Cell::new(Ok(1e-3)));
-    let mut law = Combined::new(Told(&owner), Told(&other), [true; 6], authority, PERIOD).unwrap();
+    let mut law = Combined::new(Told(&owner), Told(&other), &gains, PERIOD).unwrap();
     let mut ask = || law.demand(&KR500, &observation).map(|demand| demand.linear.y);
     assert_eq!(ask(), Ok(3e-3));
     // The owner fails and comes back: each time the output goes on from where it was, and the 2 mm
     // fade with their time constant.
-    let most = 2e-3 * (1.0 - (-PERIOD / authority.fade).exp()) * (1.0 + 1e-9);
+    let most = 2e-3 * (1.0 - (-PERIOD / gains.fade_s).exp()) * (1.0 + 1e-9);
     let mut before = 3e-3;
     for (told, goal) in [(Err(Fault::Force), 1e-3), (Ok(3e-3), 3e-3)] {
         owner.set(told);
@@ -417,6 +431,55 @@ fn a_combination_goes_over_without_a_bump_and_within_its_authority() {
     assert_eq!(ask(), Err(Fault::Force));
 }
 
+#[test]
+fn laws_are_combined_by_their_names() {
+    let by_name = find("elastostatic+feed-forward").unwrap();
+    assert!(by_name.name() == "elastostatic+feed-forward" && by_name.needs().force_sensor);
+    // The elastostatic law owns rx and y, the planned load is half of the measured one.
+    let table = toml::from_str("first_owns = [\"rx\", \"y\"]").unwrap();
+    let gains = GainTables::from([(by_name.name().to_owned(), table)]);
+    let mut law = by_name.build(&gains, &Setup::new(PERIOD, 1.0)).unwrap();
+    let q = on_the_weld(0.2);
+    let (setpoint, nominal) = (setpoint_at(&KR500, &q, Some(18e3)), KR500.forward_kinematics(&q));
+    let sensed = sensed_at(&KR500, &q, &weld_wrench());
+    let observation = Observation {
+        planned: weld_wrench().rotated(&(setpoint.b_from_w.transpose() * nominal.rotation)) * 0.5,
+        ..Observation::of_robot(&setpoint, &nominal, &sensed)
+    };
+    let ask = |law: &mut dyn Compensator<f64>| law.demand(&KR500, &observation).unwrap();
+    let [measured, planned] =
+        ["elastostatic", "feed-forward"].map(|name| ask(built(&find(name).unwrap()).as_mut()));
+    let both = ask(law.as_mut()).to_vector();
+    let [measured, planned] = [measured, planned].map(|demand| demand.to_vector());
+    for (k, both) in both.iter().enumerate() {
+        assert_eq!(*both, if [0, 4].contains(&k) { measured[k] } else { planned[k] }, "{k}");
+    }
+    assert!(measured != planned);
+
+    assert_eq!(find("elastostatic+feed-forwrd").err(), Some("feed-forwrd"));
+    assert_eq!(find("elastostatic+").err(), Some(""));
+    let error = built_with(&by_name, "max_rotation_rad = -1.0").unwrap_err();
+    assert_eq!(error.key, Some("max_rotation_rad"));
+}
+
+fn built_with(law: &Entry, gains: &str) -> Result<(), BuildError> {
+    let gains = GainTables::from([(law.name().to_owned(), toml::from_str(gains).unwrap())]);
+    law.build(&gains, &Setup::new(PERIOD, 1.0)).map(|_| ())
+}
+
+#[test]
+fn every_law_has_a_name_of_its_own_and_refuses_gains_out_of_range() {
+    for (k, law) in library().iter().enumerate() {
+        assert!(library()[..k].iter().all(|other| other.name() != law.name()));
+        for (key, default) in law.defaults() {
+            if default.is_float() {
+                let error = built_with(law, &format!("{key} = -1.0")).unwrap_err();
+                assert_eq!((error.law.as_str(), error.key), (law.name(), Some(key.as_str())));
+            }
+        }
+    }
+}
+
 proptest! {
     #![proptest_config(cases(20))]
 
@@ -424,12 +487,8 @@ proptest! {
     fn whatever_the_sensors_say_demands_are_numbers_and_good_readings_bring_them_back(
         script in prop::collection::vec((wild(), wild(), wild(), 0..4_u8), 1..40),
     ) {
-        let laws: [Box<dyn Compensator<f64>>; 3] = [
-            Box::new(SeamTracking::new(FeedForward, TRACKING, PERIOD).unwrap()),
-            Box::new(Adaptive::new(PRIOR, PERIOD).unwrap()),
-            Box::new(Learning::new(FeedForward, 1.0, 1.0, PERIOD).unwrap()),
-        ];
-        for mut law in laws {
+        for law in library().iter().filter(|law| law.needs().seam_sensor) {
+            let mut law = built(law);
             let q = on_the_weld(0.0);
             let (setpoint, nominal) = (setpoint_at(&KR500, &q, Some(18e3)), KR500.forward_kinematics(&q));
             let sensed = sensed_at(&KR500, &q, &weld_wrench());

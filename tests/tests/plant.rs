@@ -6,10 +6,8 @@ use trueweld_core::{JointVector, Robot, Wrench};
 use trueweld_plant::cell::{Cell, State};
 use trueweld_plant::integrate::{Integrator, Stepper, Tolerance, rest};
 use trueweld_plant::robot::{Port, ProcessPoint, Term};
-use trueweld_plant::simulate::{
-    Controller, Law, Program, RecordRow, Scenario, Seam, run, start_angles,
-};
-use trueweld_tests::cell::{Fixtures, free_cell};
+use trueweld_plant::simulate::{Controller, Program, RecordRow, Scenario, Seam, run, start_angles};
+use trueweld_tests::cell::{Fixtures, free_cell, law};
 use trueweld_tests::{KR500, seen};
 
 /// A posture in the middle of the first weld.
@@ -210,9 +208,10 @@ fn the_default_integrator_stays_within_a_micrometre_of_the_reference_over_a_whol
     let mut sensors = fixtures.sensors.clone();
     sensors.encoder_resolution = [0.0; 6];
     sensors.force.resolution = 0.0;
+    let law = law("elastostatic");
     let scenario = Scenario {
         sensors: &sensors,
-        ..fixtures.scenario(&cell, Program::Weld, Controller::External, &Law::Elastostatic)
+        ..fixtures.scenario(&cell, Program::Weld, Controller::External, &law)
     };
     let exact =
         Scenario { integrator: Integrator::DormandPrince(Tolerance::REFERENCE), ..scenario };

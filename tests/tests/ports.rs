@@ -9,9 +9,9 @@ use trueweld_plant::integrate::rest;
 use trueweld_plant::robot::{
     Channel, Drives, JointState, Port, ProcessPoint, Readings, Term, ValueDerivative,
 };
-use trueweld_plant::simulate::{Controller, Law, Program, run};
+use trueweld_plant::simulate::{Controller, Program, run};
 use trueweld_tests::KR500;
-use trueweld_tests::cell::{Fixtures, free_cell};
+use trueweld_tests::cell::{Fixtures, free_cell, law};
 
 const POSTURE: [f64; 6] = [0.286, -0.932, 1.944, 0.1, 0.559, 0.286];
 
@@ -180,7 +180,8 @@ fn sensor_and_time_ports_change_what_the_controller_sees_and_when() {
             sensors.force.delay,
             sensors.force.resolution,
         ) = (0.0, 0.0, 0.0, 0.0);
-        let scenario = fixtures.scenario(&cell, program, Controller::External, &Law::None);
+        let none = law("none");
+        let scenario = fixtures.scenario(&cell, program, Controller::External, &none);
         run(&trueweld_plant::simulate::Scenario { sensors: &sensors, ..scenario }, |_| {})
             .expect("runs")
             .rows

@@ -2,24 +2,25 @@
 //! delay and a lost sensor.
 
 use crate::inputs::{Embedded, Files, STEP_OF_MANY, passes, read};
-use crate::names::{Compensator, Controller};
+use crate::names::{Controller, LawParser};
 use crate::results::Results;
 use clap::Args;
 use miette::Result;
 use std::path::PathBuf;
+use trueweld_compensators::{Entry, library};
 use trueweld_evaluate::laws::{LawComparison, NoFigures};
 use trueweld_output::{LawsCompared, Progress};
 use trueweld_plant::input::{LIMITS, Requirements};
-use trueweld_plant::simulate::{BuildLaw, Law, Program, Scenario};
+use trueweld_plant::simulate::{Program, Scenario};
 
 /// Arguments of `compare-laws`.
 #[derive(Args)]
 pub struct Arguments {
     #[command(flatten)]
     files: Files,
-    /// Compensation laws, comma between them (default: all)
-    #[arg(long, value_enum, value_delimiter = ',', value_name = "LAW,...")]
-    laws: Vec<Compensator>,
+    /// Compensation laws, comma between them (default: all, without combinations)
+    #[arg(long, value_delimiter = ',', value_name = "LAW,...", value_parser = LawParser)]
+    laws: Vec<Entry>,
     /// Hybrid force/position controller
     #[arg(long, value_enum, default_value_t = Controller::External)]
     controller: Controller,
@@ -58,17 +59,15 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let inputs = arguments.files.read()?;
     results.check()?;
     let controller = arguments.controller.controller();
-    let asked =
-        |law: &Law| arguments.laws.is_empty() || arguments.laws.iter().any(|a| a.law() == law);
-    let laws: Vec<Law> = Law::ALL.into_iter().filter(asked).collect();
+    let laws = if arguments.laws.is_empty() { library() } else { &arguments.laws };
     let comparison = LawComparison {
         scenario: Scenario {
             plant_step: STEP_OF_MANY,
-            ..inputs.scenario(Program::Weld, controller, &Law::None)
+            ..inputs.scenario(Program::Weld, controller, &laws[0])
         },
         robot: &inputs.robot.robot,
         stiffness_error: arguments.files.cell.stiffness_error.unwrap_or(STIFFNESS_ERROR),
-        laws: &laws,
+        laws,
         passes: arguments.passes as usize,
     };
     let welds = comparison.welds();
@@ -87,8 +86,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let limit = lateral.and_then(|k| requirements.limits[k]);
     let compared = LawsCompared { comparison: &comparison, sweeps: &sweeps, limit };
     say!("{}", compared.text());
-    let named: Vec<&dyn BuildLaw> = laws.iter().map(|law| law as &dyn BuildLaw).collect();
-    let mut simulation = inputs.simulation(&[controller], &named, comparison.passes, STEP_OF_MANY);
+    let mut simulation = inputs.simulation(&[controller], laws, comparison.passes, STEP_OF_MANY);
     simulation.stiffness_error = comparison.stiffness_error;
     let mut provenance = inputs.provenance("compare-laws", simulation);
     provenance.files.extend(files);

@@ -5,6 +5,7 @@ use clap::builder::RangedI64ValueParser;
 use miette::{IntoDiagnostic, Report, Result, miette};
 use nalgebra::SVector;
 use std::path::{Path, PathBuf};
+use trueweld_compensators::Entry;
 use trueweld_core::Robot;
 use trueweld_evaluate::certify::NominalCell;
 use trueweld_plant::cell::Cell;
@@ -14,7 +15,7 @@ use trueweld_plant::input::{
 };
 use trueweld_plant::integrate::Integrator;
 use trueweld_plant::provenance::{EffectRecord, FileDigest, Provenance, SimulationRecord};
-use trueweld_plant::simulate::{BuildLaw, Controller, Program, RunError, Scenario, Seam};
+use trueweld_plant::simulate::{Controller, Program, RunError, Scenario, Seam};
 
 /// A fixture that is part of the program, the default of an option.
 #[derive(Clone, Copy)]
@@ -249,7 +250,7 @@ impl Inputs {
     pub fn simulation(
         &self,
         controllers: &[Controller],
-        laws: &[&dyn BuildLaw],
+        laws: &[Entry],
         passes: usize,
         plant_step: f64,
     ) -> SimulationRecord {
@@ -302,12 +303,12 @@ impl Inputs {
         )
     }
 
-    pub fn scenario(
-        &self,
+    pub fn scenario<'a>(
+        &'a self,
         program: Program,
         controller: Controller,
-        law: &'static dyn BuildLaw,
-    ) -> Scenario<'_> {
+        law: &'a Entry,
+    ) -> Scenario<'a> {
         Scenario {
             name: &self.weld_name,
             cell: &self.cell,

@@ -1,8 +1,12 @@
-//! Names of controllers and laws on the command line.
+//! Controllers and laws on the command line.
 
-use clap::ValueEnum;
-use clap::builder::PossibleValue;
-use trueweld_plant::simulate::{self, BuildLaw};
+use clap::builder::{PossibleValue, TypedValueParser};
+use clap::error::{ContextKind, ContextValue, ErrorKind};
+use clap::{Arg, Command, ValueEnum};
+use std::ffi::OsStr;
+use trueweld_compensators::{Entry, find, library};
+use trueweld_plant::input::nearest;
+use trueweld_plant::simulate;
 
 /// A hybrid controller.
 #[derive(Clone, Copy, ValueEnum)]
@@ -25,33 +29,39 @@ impl Controller {
     }
 }
 
-/// A compensation law.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub struct Compensator(&'static simulate::Law);
+/// Reads the name of a law, or the names of several with a plus between them.
+#[derive(Clone)]
+pub struct LawParser;
 
-impl Compensator {
-    const ALL: [Self; simulate::Law::ALL.len()] = {
-        const LAWS: &[simulate::Law] = &simulate::Law::ALL;
-        let mut all = [Self(&LAWS[0]); LAWS.len()];
-        let mut k = 0;
-        while k < all.len() {
-            all[k] = Self(&LAWS[k]);
-            k += 1;
-        }
-        all
-    };
+impl TypedValueParser for LawParser {
+    type Value = Entry;
 
-    pub fn law(self) -> &'static simulate::Law {
-        self.0
+    fn parse_ref(
+        &self,
+        command: &Command,
+        argument: Option<&Arg>,
+        value: &OsStr,
+    ) -> Result<Entry, clap::Error> {
+        let name = value.to_string_lossy();
+        find(&name).map_err(|unknown| {
+            let known = library().iter().map(Entry::name);
+            let text = |text: &str| ContextValue::String(text.to_owned());
+            let mut error = clap::Error::new(ErrorKind::InvalidValue).with_cmd(command);
+            if let Some(argument) = argument {
+                error.insert(ContextKind::InvalidArg, text(&argument.to_string()));
+            }
+            error.insert(ContextKind::InvalidValue, text(unknown));
+            if let Some(near) = nearest(unknown, known.clone()) {
+                error.insert(ContextKind::SuggestedValue, text(near));
+            }
+            let known = known.map(str::to_owned).collect();
+            error.insert(ContextKind::ValidValue, ContextValue::Strings(known));
+            error
+        })
     }
-}
 
-impl ValueEnum for Compensator {
-    fn value_variants<'a>() -> &'a [Self] {
-        &Self::ALL
-    }
-
-    fn to_possible_value(&self) -> Option<PossibleValue> {
-        Some(PossibleValue::new(self.0.name()).help(self.0.summary()))
+    fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
+        let value = |law: &'static Entry| PossibleValue::new(law.name()).help(law.summary());
+        Some(Box::new(library().iter().map(value)))
     }
 }

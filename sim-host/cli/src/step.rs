@@ -5,9 +5,11 @@ use crate::inputs::{Files, PLANT_STEP};
 use crate::results::Results;
 use clap::Args;
 use miette::{Result, miette};
+use std::slice;
+use trueweld_compensators::{Law, Uncompensated};
 use trueweld_evaluate::StepFigures;
 use trueweld_output::{StepRun, html, json, table};
-use trueweld_plant::simulate::{self, Controller, Law, Program};
+use trueweld_plant::simulate::{self, Controller, Program};
 
 /// Arguments of `step`.
 #[derive(Args)]
@@ -37,10 +39,11 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     arguments.results.check()?;
     let at = inputs.weld.settle + HOLD;
     let program = Program::ForceStep { height, hold: HOLD, length: LENGTH };
+    let none = <Uncompensated as Law<f64>>::entry();
     let recordings = Controller::ALL
         .iter()
         .map(|controller| {
-            simulate::run(&inputs.scenario(program, *controller, &Law::None), |_| {})
+            simulate::run(&inputs.scenario(program, *controller, &none), |_| {})
                 .map_err(|error| inputs.failed(*controller, &error))
         })
         .collect::<Result<Vec<_>>>()?;
@@ -56,7 +59,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         .map(|(recording, figures)| StepRun { recording, figures })
         .collect();
     say!("{}", table::step_table(&figures));
-    let mut simulation = inputs.simulation(&Controller::ALL, &[&Law::None], 1, PLANT_STEP);
+    let mut simulation = inputs.simulation(&Controller::ALL, slice::from_ref(&none), 1, PLANT_STEP);
     simulation.force_step_n = Some(height);
     let provenance = inputs.provenance("step", simulation);
     arguments.results.write(

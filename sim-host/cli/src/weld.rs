@@ -1,14 +1,15 @@
 //! `trueweld weld`: a weld, with and without compensation, and how far the tool leaves its line.
 
 use crate::inputs::{Files, Inputs, PLANT_STEP, passes};
-use crate::names::{Compensator, Controller};
+use crate::names::{Controller, LawParser};
 use crate::results::Results;
 use clap::Args;
 use miette::{Result, miette};
 use std::path::PathBuf;
+use trueweld_compensators::{Elastostatic, Entry, Law, Uncompensated};
 use trueweld_evaluate::WeldFigures;
 use trueweld_output::{Progress, WeldRun, html, json, table};
-use trueweld_plant::simulate::{self, BuildLaw, Program, Recording, Seam};
+use trueweld_plant::simulate::{self, Program, Recording, Seam};
 
 /// Arguments of `weld`.
 #[derive(Args)]
@@ -18,9 +19,10 @@ pub struct Arguments {
     /// Hybrid force/position controller
     #[arg(long, value_enum, default_value_t = Controller::External)]
     controller: Controller,
-    /// Compensation law (default: a run without and a run with elastostatic)
-    #[arg(long, value_enum)]
-    compensator: Option<Compensator>,
+    /// Compensation law, or several with + between them (default: a run without and a run with
+    /// elastostatic)
+    #[arg(long, value_name = "LAW", value_parser = LawParser)]
+    compensator: Option<Entry>,
     /// Welds of the same seam one after another, the law kept from one to the next; the last one is
     /// reported
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = passes())]
@@ -68,9 +70,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let inputs = arguments.files.read()?;
     arguments.results.check()?;
     let controller = arguments.controller.controller();
-    let laws = match arguments.compensator {
-        None => vec![&simulate::Law::None, &simulate::Law::Elastostatic],
-        Some(compensator) => vec![compensator.law()],
+    let laws = match &arguments.compensator {
+        None => vec![<Uncompensated as Law<f64>>::entry(), Elastostatic::<f64>::entry()],
+        Some(law) => vec![law.clone()],
     };
     let recordings = simulate_all(&inputs, controller, &laws, arguments)?;
     let figures = recordings
@@ -83,9 +85,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         .map(|(recording, figures)| WeldRun { recording, figures, robot: &inputs.robot.robot })
         .collect();
     say!("{}", table::weld_table(&runs));
-    let named: Vec<&dyn BuildLaw> = laws.iter().map(|law| *law as &dyn BuildLaw).collect();
     let passes = arguments.passes as usize;
-    let simulation = inputs.simulation(&[controller], &named, passes, PLANT_STEP);
+    let simulation = inputs.simulation(&[controller], &laws, passes, PLANT_STEP);
     let provenance = inputs.provenance("weld", simulation);
     arguments.results.write(&provenance, || json::weld_json(&runs), || html::weld_page(&runs))?;
     #[cfg(feature = "rerun")]
@@ -100,7 +101,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
 fn simulate_all(
     inputs: &Inputs,
     controller: simulate::Controller,
-    laws: &[&'static simulate::Law],
+    laws: &[Entry],
     arguments: &Arguments,
 ) -> Result<Vec<Recording>> {
     let duration = Program::Weld.duration(&inputs.weld, &Seam::of(&inputs.weld));
@@ -116,7 +117,7 @@ fn simulate_all(
             .enumerate()
             .map(|(k, law)| {
                 let progress = (k == 0).then_some(&progress);
-                let scenario = inputs.scenario(Program::Weld, controller, *law);
+                let scenario = inputs.scenario(Program::Weld, controller, law);
                 scope.spawn(move || {
                     simulate::run_passes(&scenario, passes, |time| {
                         if let Some(progress) = progress {

@@ -12,10 +12,11 @@ use crate::WeldFigures;
 use nalgebra::SVector;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use trueweld_compensators::Entry;
 use trueweld_core::Robot;
 use trueweld_plant::input::Sensors;
 use trueweld_plant::sensors::{Failure, Instrument, InstrumentFault};
-use trueweld_plant::simulate::{Law, RunError, Scenario, Seam, run_after};
+use trueweld_plant::simulate::{RunError, Scenario, Seam, run_after};
 
 /// One change of the scenario.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -117,7 +118,7 @@ pub struct LawComparison<'a> {
     /// Relative error of the stiffness believed in, except where that is what is changed.
     pub stiffness_error: f64,
     /// The laws.
-    pub laws: &'a [Law],
+    pub laws: &'a [Entry],
     /// Welds of the seam, one after another, for a law that learns from one to the next; the last
     /// one counts. The others weld once, since more would change nothing.
     pub passes: usize,
@@ -125,14 +126,14 @@ pub struct LawComparison<'a> {
 
 impl LawComparison<'_> {
     /// Passes that a law is given.
-    pub fn passes_of(&self, law: Law) -> usize {
-        if law.learns() { self.passes.max(1) } else { 1 }
+    pub fn passes_of(&self, law: &Entry) -> usize {
+        if law.needs().passes { self.passes.max(1) } else { 1 }
     }
 
     /// Welds of the whole comparison.
     pub fn welds(&self) -> usize {
         let changes: usize = VariedQuantity::ALL.iter().map(|q| q.changes().len()).sum();
-        changes * self.laws.iter().map(|law| self.passes_of(*law)).sum::<usize>()
+        changes * self.laws.iter().map(|law| self.passes_of(law)).sum::<usize>()
     }
 
     /// All sweeps, on all cores. `progress` is told how many welds are done, from whichever thread.
@@ -142,20 +143,20 @@ impl LawComparison<'_> {
                 .iter()
                 .flat_map(move |law| quantity.changes().iter().map(move |change| (law, *change)))
         };
-        let runs: Vec<(&Law, Change)> = VariedQuantity::ALL.into_iter().flat_map(each).collect();
+        let runs: Vec<(&Entry, Change)> = VariedQuantity::ALL.into_iter().flat_map(each).collect();
         let done = AtomicUsize::new(0);
         let points: Vec<Point> = runs
             .par_iter()
             .map(|(law, change)| {
                 let point = self.point(law, *change);
-                let welds = self.passes_of(**law);
+                let welds = self.passes_of(law);
                 progress(done.fetch_add(welds, Ordering::Relaxed) + welds);
                 point
             })
             .collect();
         let mut points = points.into_iter();
         let sweep = |quantity: VariedQuantity| {
-            let of_law = |_: &Law| points.by_ref().take(quantity.changes().len()).collect();
+            let of_law = |_: &Entry| points.by_ref().take(quantity.changes().len()).collect();
             Sweep { quantity, points: self.laws.iter().map(of_law).collect() }
         };
         VariedQuantity::ALL.into_iter().map(sweep).collect()
@@ -165,7 +166,7 @@ impl LawComparison<'_> {
     ///
     /// # Errors
     /// [`NoFigures`].
-    pub fn point(&self, law: &Law, change: Change) -> Point {
+    pub fn point(&self, law: &Entry, change: Change) -> Point {
         let error =
             if let Change::StiffnessError(error) = change { error } else { self.stiffness_error };
         let controller_model = self
@@ -182,7 +183,7 @@ impl LawComparison<'_> {
             ..self.scenario
         };
         // The last pass has the scenario's own noise, as in `run_passes`.
-        let earlier: Vec<Scenario<'_>> = (1..self.passes_of(*law))
+        let earlier: Vec<Scenario<'_>> = (1..self.passes_of(law))
             .rev()
             .map(|k| Scenario {
                 sensors: &before,

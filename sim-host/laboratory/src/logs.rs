@@ -11,12 +11,13 @@ use crate::track::{Instant, Track, readings};
 use crate::truth::Truth;
 use nalgebra::Vector3;
 use std::path;
+use trueweld_compensators::{Law, Uncompensated};
 use trueweld_core::{JOINTS, JointVector, Pose, Wrench};
 use trueweld_plant::cell::Cell;
 use trueweld_plant::input::{Weld, write_atomically};
 use trueweld_plant::integrate::Integrator;
 use trueweld_plant::random::Random;
-use trueweld_plant::simulate::{Controller, Law, Program, RecordRow, Scenario, Seam, run};
+use trueweld_plant::simulate::{Controller, Program, RecordRow, Scenario, Seam, run};
 
 /// Range of the postures of static loads and ring-downs, rad; A5 of either sign.
 const RANGE: [[f64; 2]; JOINTS] =
@@ -158,7 +159,7 @@ impl LogWriter<'_> {
                 control: &laboratory.control,
                 sensors: &laboratory.sensors,
                 controller: Controller::External,
-                law: &Law::None,
+                law: &<Uncompensated as Law<f64>>::entry(),
                 integrator: Integrator::LinearlyImplicit,
                 plant_step: WELD_STEP,
                 seed: self.truth.recipe.seed.wrapping_add(log.number),

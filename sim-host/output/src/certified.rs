@@ -23,7 +23,7 @@ pub struct CertifiedWeld {
 #[derive(Debug, Clone)]
 pub struct Certified<'a> {
     /// Name of the law.
-    pub law: &'static str,
+    pub law: String,
     /// Name of the controller.
     pub controller: &'static str,
     /// Passes of one trial.

@@ -26,7 +26,7 @@ pub(crate) enum FigureCell {
 
 /// Short names of the runs, all different: the compensation law alone where that tells them apart.
 pub(crate) fn run_names(runs: &[WeldRun]) -> Vec<String> {
-    let law = |r: &WeldRun| match r.recording.compensator {
+    let law = |r: &WeldRun| match r.recording.compensator.as_str() {
         "none" => "no compensation".to_owned(),
         law => law.to_owned(),
     };
@@ -85,7 +85,7 @@ pub(crate) fn headline(runs: &[WeldRun]) -> String {
     let several_controllers =
         runs.iter().any(|r| r.recording.controller != runs[0].recording.controller);
     let who = |run: &WeldRun| {
-        let mut who = match run.recording.compensator {
+        let mut who = match run.recording.compensator.as_str() {
             "none" => "without compensation".to_owned(),
             law => format!("with {law} compensation"),
         };

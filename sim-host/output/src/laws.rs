@@ -8,9 +8,9 @@ use crate::table::wrapped;
 use crate::words::{share, signed_share};
 use maud::{Markup, html};
 use serde_json::{Value, json};
+use trueweld_compensators::{Entry, library};
 use trueweld_evaluate::WeldFigures;
 use trueweld_evaluate::laws::{Change, LawComparison, Sweep, VariedQuantity};
-use trueweld_plant::simulate::{BuildLaw, Law};
 
 /// A finished comparison of laws.
 #[derive(Debug, Clone, Copy)]
@@ -79,7 +79,7 @@ impl LawsCompared<'_> {
         let laws: Vec<Value> = c
             .laws
             .iter()
-            .map(|law| json!({ "name": law.name(), "passes": c.passes_of(*law) }))
+            .map(|law| json!({ "name": law.name(), "passes": c.passes_of(law) }))
             .collect();
         let sweep = |sweep: &Sweep| {
             let results: Vec<Value> = c
@@ -174,7 +174,7 @@ impl LawsCompared<'_> {
             let of_line = |part: usize| Line {
                 name: String::new(),
                 // A law has its colour whichever others it is compared with.
-                color: color::run(Law::ALL.iter().position(|l| l == law).unwrap_or(0)),
+                color: color::run(place(law)),
                 dashed: false,
                 points: sweep
                     .quantity
@@ -226,7 +226,7 @@ impl LawsCompared<'_> {
     }
 
     /// Every law with its cells.
-    fn rows(&self, sweep: &Sweep, figures: &[Shown]) -> Vec<(Law, Vec<String>)> {
+    fn rows(&self, sweep: &Sweep, figures: &[Shown]) -> Vec<(&Entry, Vec<String>)> {
         let cell = |point: &Result<WeldFigures, _>| match point {
             Ok(f) => figures
                 .iter()
@@ -239,7 +239,7 @@ impl LawsCompared<'_> {
             .laws
             .iter()
             .zip(&sweep.points)
-            .map(|(law, p)| (*law, p.iter().map(cell).collect()))
+            .map(|(law, p)| (law, p.iter().map(cell).collect()))
             .collect()
     }
 
@@ -287,7 +287,7 @@ impl LawsCompared<'_> {
     fn passes(&self) -> String {
         let c = self.comparison;
         let learning: Vec<&str> =
-            c.laws.iter().filter(|law| c.passes_of(**law) > 1).map(|law| law.name()).collect();
+            c.laws.iter().filter(|law| c.passes_of(law) > 1).map(|law| law.name()).collect();
         if learning.is_empty() {
             String::new()
         } else {
@@ -348,6 +348,11 @@ fn amount(change: Change) -> f64 {
         Change::DeadInLastPass => 1.0,
         Change::ForceSensorDies => 0.0,
     }
+}
+
+/// Place in the library, and after it for a combination.
+fn place(law: &Entry) -> usize {
+    library().iter().position(|l| l.name() == law.name()).unwrap_or(library().len())
 }
 
 /// Which part of a law's line a change belongs to: what is lost in the last pass alone, and another

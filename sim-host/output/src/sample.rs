@@ -188,7 +188,7 @@ fn weld(robot: &Robot<f64>, compensator: &'static str, count: usize) -> Recordin
     Recording {
         weld: "vertical".to_owned(),
         controller: "external",
-        compensator,
+        compensator: compensator.to_owned(),
         rows,
         period,
         half_pin: 0.0025,
@@ -232,7 +232,7 @@ pub fn steps() -> Steps {
                 Recording {
                     weld,
                     controller,
-                    compensator: "none",
+                    compensator: "none".to_owned(),
                     rows,
                     period,
                     half_pin,

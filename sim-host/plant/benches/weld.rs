@@ -5,11 +5,12 @@
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
+use trueweld_compensators::{Elastostatic, Law};
 use trueweld_plant::cell::Cell;
 use trueweld_plant::effects::expression::Expression;
 use trueweld_plant::input::{Control, Process, RobotFile, Sensors, Weld};
 use trueweld_plant::integrate::{Integrator, Tolerance};
-use trueweld_plant::simulate::{Controller, Law, Program, Scenario, Seam, run};
+use trueweld_plant::simulate::{Controller, Program, Scenario, Seam, run};
 
 fn fixture(path: &str) -> String {
     format!("{}/../../fixtures/{path}", env!("CARGO_MANIFEST_DIR"))
@@ -43,7 +44,7 @@ fn benches(criterion: &mut Criterion) {
             control: &control,
             sensors: &sensors,
             controller: Controller::External,
-            law: &Law::Elastostatic,
+            law: &Elastostatic::<f64>::entry(),
             integrator,
             plant_step,
             seed: 1,

@@ -9,13 +9,14 @@
 
 use std::error::Error;
 use std::path::Path;
+use trueweld_compensators::{Elastostatic, Law};
 use trueweld_plant::cell::Cell;
 use trueweld_plant::effects::curve::{Curve, CurveAxis, ShownQuantity};
 use trueweld_plant::effects::{Action, Effect, EffectKind, Location, LocationKind, Parameter};
 use trueweld_plant::input::{Control, Process, RobotFile, Sensors, Weld};
 use trueweld_plant::integrate::Integrator;
 use trueweld_plant::robot::{JointState, Port, Term};
-use trueweld_plant::simulate::{Controller, Law, Program, Recording, Scenario, Seam, run};
+use trueweld_plant::simulate::{Controller, Program, Recording, Scenario, Seam, run};
 
 /// Torque on the link: −(c tanh(θ̇/smoothing) + s θ).
 #[derive(Debug)]
@@ -78,7 +79,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             control: &control,
             sensors: &sensors,
             controller: Controller::External,
-            law: &Law::Elastostatic,
+            law: &Elastostatic::<f64>::entry(),
             integrator: Integrator::LinearlyImplicit,
             plant_step: 1e-3,
             seed: sensors.seed,

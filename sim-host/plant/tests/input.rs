@@ -156,12 +156,48 @@ fn unknown_keys_are_refused_with_the_likely_one() {
         "inplane = 0.03",
         &["[[ripple]] 2", "Did you mean `in_plane`?"],
     );
-    mistake(
-        CONTROL,
-        "bandwidth_hz",
-        "colour",
-        &["unknown key `colour`", "[compensation]", "`wrench_filter_hz`"],
+    let wrong = ["unknown key `colour`", "[compensation]", "`following_rad_s`"];
+    mistake(CONTROL, "following_max_m", "colour", &wrong);
+}
+
+#[test]
+fn gains_of_a_law_are_checked_where_they_stand() {
+    let near = ["unknown key `seam-trackin` in [law]", "Did you mean `seam-tracking`?"];
+    mistake(CONTROL, "law.seam-tracking", "law.seam-trackin", &near);
+    let near = ["unknown key `rate_rads`", "`seam-tracking` in [law]", "`rate_rad_s`"];
+    mistake(CONTROL, "rate_rad_s = 4.0", "rate_rads = 4.0", &near);
+    let text = ["`rate_rad_s`", "in rad/s"];
+    mistake(CONTROL, "rate_rad_s = 4.0", "rate_rad_s = \"fast\"", &text);
+    let nyquist = ["`wrench_filter_hz`", "is 50.0", "below half the control rate"];
+    mistake(CONTROL, "wrench_filter_hz = 5.0", "wrench_filter_hz = 50.0", &nyquist);
+    mistake(CONTROL, "share = 1.0", "share = 1.5", &["is 1.5", "at most 1"]);
+    let combination = "[law.\"observer+feed-forward\"]\nfirst_owns = [\"w\"]\n[law.learning]";
+    mistake(CONTROL, "[law.learning]", combination, &["\"w\" is no direction"]);
+    let part = "[law.\"observer+feed-forwrd\"]\n[law.learning]";
+    mistake(CONTROL, "[law.learning]", part, &["unknown key `observer+feed-forwrd` in [law]"]);
+}
+
+#[test]
+fn a_gain_that_the_control_file_leaves_out_has_its_default() {
+    use trueweld_compensators::{GainTables, find};
+    let stated = Control::parse(CONTROL, "control.toml").unwrap();
+    let silent = CONTROL.split("[law.elastostatic]").next().unwrap();
+    let silent = Control::parse(silent, "control.toml").unwrap();
+    assert_eq!(silent.laws, GainTables::new());
+    // The fixture states every default.
+    for name in stated.laws.keys() {
+        let law = find(name).unwrap();
+        assert_eq!(law.gains(&stated.laws), law.gains(&silent.laws), "{name}");
+    }
+    let one = CONTROL.replacen("rate_rad_s = 4.0", "", 1).replacen(
+        "seam_shape_s_m = 0.0",
+        "seam_shape_s_m = 25",
+        1,
     );
+    let gains =
+        find("seam-tracking").unwrap().gains(&Control::parse(&one, "control.toml").unwrap().laws);
+    assert_eq!(gains["rate_rad_s"].as_float(), Some(4.0));
+    assert_eq!(gains["seam_shape_s_m"].as_float(), Some(25.0));
 }
 
 #[test]

@@ -86,7 +86,10 @@ fn laws<T: Real>() {
             (least, most) = (least.min(spent), most.max(spent));
             stack = stack.max(unpainted());
         }
-        print(name);
+        for byte in name.bytes() {
+            // SAFETY: the debugger reads the one byte.
+            unsafe { syscall1!(WRITEC, &raw const byte) };
+        }
         print_number(c"\n  instructions a period, least", least);
         print_number(c"  instructions a period, most", most);
         print_number(c"  stack of a period, bytes", stack);

@@ -1,12 +1,11 @@
 //! What the weld does not use and a controller may: linked here, so that the proof covers it too.
 
 use crate::weld::Inputs;
-use core::ffi::CStr;
 use core::hint::black_box;
 use nalgebra::Vector3;
 use trueweld_compensators::{
-    Adaptive, Combined, CorrectionLimits, Elastostatic, FeedForward, FollowingGains, Learning,
-    Observer, OuterIntegral, Prior, SeamTracking, TrackingGains,
+    Adaptive, AdaptiveGains, Combined, CombinedGains, Elastostatic, ElastostaticGains, FeedForward,
+    Law, Observer, ObserverGains, Setup, Visitor, for_each,
 };
 use trueweld_core::compensation::{Compensator, DeviationMeasurement, Observation};
 use trueweld_core::control::{ForceGains, HybridController, JointGains, Parallel, Superposed};
@@ -51,13 +50,10 @@ pub fn link<T: Real>(robot: &Robot<T>, inputs: &Inputs<T>) {
     mean.initialize(period);
     black_box(mean.update(period));
     black_box(Biquad::notch(lit(16.0), lit(2.0), period));
-    if let Some(observer) = black_box(Observer::new(lit(30.0), period)) {
+    if let Ok(observer) = black_box(Observer::new(&black_box(ObserverGains::default()), period)) {
         black_box(observer.wrench(robot, &sensed.encoder));
     }
-    if let Some(law) = black_box(Adaptive::new(
-        Prior { compliance: gain[0], force: gain[1], tilt: gain[2], lateral: gain[3] },
-        period,
-    )) {
+    if let Ok(law) = black_box(Adaptive::new(&black_box(AdaptiveGains::default()), period)) {
         black_box(law.compliance());
     }
     laws(&mut |_, law| {
@@ -92,54 +88,32 @@ pub fn ask<T: Real>(law: &mut dyn Compensator<T>, robot: &Robot<T>, inputs: &Inp
     black_box(black_box(law).demand(robot, &observation).is_ok());
 }
 
-/// In a frame of its own, and without a copy for the optimiser's sake: it is large.
-#[inline(never)]
-fn learning<T: Real>(each: &mut dyn FnMut(&CStr, &mut dyn Compensator<T>)) {
-    let [length, gain, period] = black_box([lit(2.0), lit(1.0), lit(0.012)]);
-    if let Some(mut law) = Learning::new(FeedForward, length, gain, period) {
-        each(c"learning", &mut law);
+/// Hands every law on with its name.
+struct Each<'a, T: Real>(&'a mut dyn FnMut(&str, &mut dyn Compensator<T>));
+
+impl<T: Real> Visitor<T> for Each<'_, T> {
+    /// In a frame of its own, and without a copy for the optimiser's sake: some laws are large.
+    #[inline(never)]
+    fn visit<L: Law<T>>(&mut self) {
+        if let Ok(mut law) = L::build(&black_box(L::Gains::default()), &setup()) {
+            (self.0)(L::NAME, &mut law);
+        }
     }
 }
 
-/// Every compensation law with its name, one after another.
-pub fn laws<T: Real>(each: &mut dyn FnMut(&CStr, &mut dyn Compensator<T>)) {
-    let period = black_box(lit(0.012));
-    let tracking = black_box(TrackingGains { rate: lit(8.0), shape: lit(20.0) });
-    let following = black_box(FollowingGains { rate: lit(8.0), size: lit(2e-3) });
-    let authority = black_box(CorrectionLimits {
-        displacement: lit(5e-3),
-        rotation: lit(0.08),
-        fade: lit(0.5),
-    });
-    let prior = black_box(Prior {
-        compliance: lit(0.3),
-        force: lit(0.3),
-        tilt: lit(5e-4),
-        lateral: lit(5e-4),
-    });
-    let elastostatic = || black_box(Elastostatic::new(lit(5.0), period));
-    if let Some(mut law) = elastostatic() {
-        each(c"elastostatic", &mut law);
-    }
-    each(c"feed-forward", &mut FeedForward);
-    if let Some(mut law) = black_box(Observer::new(lit(30.0), period)) {
-        each(c"observer", &mut law);
-    }
-    if let Some(tracking) = black_box(SeamTracking::new(FeedForward, tracking, period))
-        && let Some(mut law) = black_box(OuterIntegral::new(tracking, following, period))
+/// As far as the optimiser knows, any.
+fn setup<T: Real>() -> Setup<T> {
+    black_box(Setup::new(lit(0.012), lit(2.0)))
+}
+
+/// Every compensation law with its name, one after another, and one combination.
+pub fn laws<T: Real>(each: &mut dyn FnMut(&str, &mut dyn Compensator<T>)) {
+    for_each(&mut Each(each));
+    let gains = black_box(ElastostaticGains::default());
+    if let Ok(first) = Elastostatic::new(&gains, setup().period)
+        && let Ok(mut law) =
+            Combined::new(first, FeedForward, &black_box(CombinedGains::default()), setup().period)
     {
-        each(c"seam tracking, outer integral", &mut law);
-    }
-    if let Some(adaptive) = black_box(Adaptive::new(prior, period))
-        && let Some(mut law) = black_box(OuterIntegral::new(adaptive, following, period))
-    {
-        each(c"adaptive, outer integral", &mut law);
-    }
-    learning(each);
-    if let Some(elastostatic) = elastostatic()
-        && let Some(mut law) =
-            black_box(Combined::new(elastostatic, FeedForward, [true; 6], authority, period))
-    {
-        each(c"elastostatic and feed-forward combined", &mut law);
+        each("elastostatic+feed-forward", &mut law);
     }
 }

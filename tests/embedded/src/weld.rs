@@ -3,7 +3,7 @@
 //! program in the controller's own.
 
 use nalgebra::{Matrix3, SVector, Vector3};
-use trueweld_compensators::Elastostatic;
+use trueweld_compensators::{Elastostatic, ElastostaticGains};
 use trueweld_core::compensation::{Compensated, LoopLimits};
 use trueweld_core::control::{
     Command, External, ExternalGains, JointGains, SensorReadings, Setpoint,
@@ -182,7 +182,7 @@ impl<T: Real> Weld<T> {
         });
         let period = lit(PERIOD);
         let external = External::new(position, force, period);
-        let elastostatic = Elastostatic::new(lit(5.0), period)?;
+        let elastostatic = Elastostatic::new(&ElastostaticGains::default(), period).ok()?;
         let mut law = Compensated::new(external, elastostatic, lateral, orientation, period);
         law.start(&robot, &encoder, &torque);
         Some(Self { robot, law, encoder, rate: JointVector::zeros(), torque })

@@ -6,27 +6,29 @@
 mod store;
 
 use crate::inputs::{CellFiles, Embedded, Inputs, STEP_OF_MANY, passes, read};
-use crate::names::{Compensator, Controller};
+use crate::names::{Controller, LawParser};
 use crate::results::{check_outputs, write};
 use clap::{Args, value_parser};
 use miette::{IntoDiagnostic, Result, WrapErr, miette};
 use std::path::{Path, PathBuf};
+use std::slice;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use store::TrialStore;
+use trueweld_compensators::Entry;
 use trueweld_evaluate::certify::{
     Certification, Evidence, FaultTrial, RequiredCorrection, Trial, Verdict, judge, search,
 };
 use trueweld_output::{Certified, CertifiedWeld, Progress, html, json, write_file};
 use trueweld_plant::input::Requirements;
 use trueweld_plant::provenance::{FileDigest, Provenance, sha256};
-use trueweld_plant::simulate::{BuildLaw, Program, RunError, Scenario, Seam};
+use trueweld_plant::simulate::{Program, RunError, Scenario};
 
 /// Arguments of `certify`.
 #[derive(Args)]
 pub struct Arguments {
-    /// Compensation law
-    #[arg(long, value_enum)]
-    compensator: Compensator,
+    /// Compensation law, or several with + between them
+    #[arg(long, value_name = "LAW", value_parser = LawParser)]
+    compensator: Entry,
     /// Requirements (default: those of the lap weld)
     #[arg(long, value_name = "F")]
     requirements: Option<PathBuf>,
@@ -95,7 +97,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         .map(|campaign| campaign.run(arguments, &requirements))
         .collect::<Result<Vec<_>>>()?;
     let certified = Certified {
-        law: arguments.compensator.law().name(),
+        law: arguments.compensator.name().to_owned(),
         controller: arguments.controller.controller().name(),
         passes: arguments.passes as usize,
         seed: arguments.draws,
@@ -189,10 +191,11 @@ impl EvidenceFiles {
 impl<'a> WeldCampaign<'a> {
     /// Reads what is kept, and finds out whether the law can be built and the weld be made.
     /// `files`: read for all welds.
-    fn open(arguments: &Arguments, files: &[FileDigest], inputs: &'a Inputs) -> Result<Self> {
-        let (controller, law) = (arguments.controller.controller(), arguments.compensator.law());
+    fn open(arguments: &'a Arguments, files: &[FileDigest], inputs: &'a Inputs) -> Result<Self> {
+        let (controller, law) = (arguments.controller.controller(), &arguments.compensator);
         let passes = arguments.passes as usize;
-        let mut simulation = inputs.simulation(&[controller], &[law], passes, STEP_OF_MANY);
+        let mut simulation =
+            inputs.simulation(&[controller], slice::from_ref(law), passes, STEP_OF_MANY);
         simulation.draws_seed = Some(arguments.draws);
         let mut provenance = inputs.provenance("certify", simulation);
         provenance.files.extend_from_slice(files);
@@ -202,8 +205,7 @@ impl<'a> WeldCampaign<'a> {
             ..inputs.scenario(Program::Weld, controller, law)
         };
         let failed = |error: RunError| inputs.failed(controller, &error);
-        law.build(scenario.control, scenario.sensors, Seam::of(scenario.weld).length)
-            .map_err(failed)?;
+        scenario.build_law().map_err(failed)?;
         let needed = RequiredCorrection::of(&scenario, &inputs.nominal())
             .map_err(failed)?
             .ok_or_else(|| inputs.too_short())?;

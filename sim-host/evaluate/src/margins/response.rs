@@ -119,7 +119,7 @@ impl Frozen<'_> {
         let (seam, period, linear) = (Seam::of(weld), control.period, &self.linear);
         let w = seam.b_from_w.rotation;
         let added = Shared::new([0.0; CHANNELS]);
-        let mut law = self.scenario.law.build(control, self.scenario.sensors, seam.length)?;
+        let mut law = self.scenario.build_law()?;
         law.freeze();
         let opened = Opened { controller: self.scenario.controller.build(control), added: &added };
         let limits = &control.compensation;

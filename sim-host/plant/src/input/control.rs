@@ -3,9 +3,8 @@
 
 use super::document::Table;
 use super::{Bounds, Document, FileKind, InputError, read_text};
-use nalgebra::Vector2;
 use std::path::Path;
-use trueweld_compensators::{FollowingGains, Prior, TrackingGains};
+use trueweld_compensators::{Entry, FollowingGains, GainTables, Setup, find, library};
 use trueweld_core::JointVector;
 use trueweld_core::compensation::LoopLimits;
 use trueweld_core::control::{ExternalGains, ForceGains, JointGains};
@@ -23,6 +22,8 @@ pub struct Control {
     pub external: CascadeGains,
     /// Bounds of the compensation.
     pub compensation: CompensationLimits,
+    /// Gains of the laws, as far as the file states them.
+    pub laws: GainTables,
 }
 
 /// Gains of a scheme whose force branch gives a force, (2.2) and (2.3).
@@ -50,20 +51,8 @@ pub struct CompensationLimits {
     pub lateral: LoopLimits<f64>,
     /// Of the rotation.
     pub orientation: LoopLimits<f64>,
-    /// Corner of the low-pass filter on the measured wrench, Hz.
-    pub wrench_filter: f64,
-    /// What the force sensor gives along x and y of T per axial force, as it was calibrated.
-    pub crosstalk: Vector2<f64>,
-    /// Bandwidth of the observer of spring torques, rad/s.
-    pub observer: f64,
     /// What makes up for what the position loop lacks of a demand.
-    pub following: FollowingGains<f64>,
-    /// Seam tracking.
-    pub tracking: TrackingGains<f64>,
-    /// How well the adaptive law believes the model to be known.
-    pub prior: Prior<f64>,
-    /// Share of what a pass lacked that the next one gets.
-    pub learning: f64,
+    pub following: FollowingGains,
 }
 
 /// The keys of the position loop, common to the three schemes.
@@ -86,15 +75,56 @@ impl Control {
     pub fn parse(text: &str, name: &str) -> Result<Self, InputError> {
         let document = Document::parse(text, name)?;
         let root = document.root_of(FileKind::Control.schema())?;
-        root.only(&["schema", "period_s", "parallel", "superposed", "external", "compensation"])?;
+        root.only(&[
+            "schema",
+            "period_s",
+            "parallel",
+            "superposed",
+            "external",
+            "compensation",
+            "law",
+        ])?;
+        let period = root.number("period_s", Bounds::PositiveUpTo(1.0))?;
+        let compensation = compensation(&root.table("compensation")?)?;
         Ok(Self {
-            period: root.number("period_s", Bounds::PositiveUpTo(1.0))?,
+            period,
             parallel: parallel(&root.table("parallel")?)?,
             superposed: parallel(&root.table("superposed")?)?,
             external: external(&root.table("external")?)?,
-            compensation: compensation(&root.table("compensation")?)?,
+            laws: laws(&root, &Setup { period, length: 1.0, following: compensation.following })?,
+            compensation,
         })
     }
+
+    /// What laws are built for, to weld a seam of so many metres.
+    pub fn setup(&self, length: f64) -> Setup<f64> {
+        Setup { period: self.period, length, following: self.compensation.following }
+    }
+}
+
+/// Where the range of a gain comes from.
+const RANGE: &str = "The law cannot be built with this gain at the control period of this file.";
+
+/// The `[law.NAME]` tables: each must name a law and gains that the law has, with values that it
+/// can be built with.
+fn laws(root: &Table<'_>, setup: &Setup<f64>) -> Result<GainTables, InputError> {
+    let mut gains = GainTables::new();
+    if !root.has("law") {
+        return Ok(gains);
+    }
+    let laws = root.table("law")?;
+    let combined = laws.keys().into_iter().filter(|name| find(name).is_ok());
+    let known: Vec<&str> = library().iter().map(Entry::name).chain(combined).collect();
+    laws.only(&known)?;
+    for law in laws.keys().into_iter().flat_map(find) {
+        let table = laws.table(law.name())?;
+        gains.insert(law.name().to_owned(), table.like(&law.defaults())?);
+        law.build(&gains, setup).map_err(|error| match error.key {
+            Some(key) if table.has(key) => table.wrong(key, &error.problem, RANGE),
+            _ => laws.wrong(law.name(), "gains that suit the law", error.to_string()),
+        })?;
+    }
+    Ok(gains)
 }
 
 fn joint(table: &Table<'_>) -> Result<JointGains<f64>, InputError> {
@@ -156,18 +186,8 @@ fn compensation(table: &Table<'_>) -> Result<CompensationLimits, InputError> {
         "max_rotation_rad",
         "max_translation_rate_m_s",
         "max_rotation_rate_rad_s",
-        "wrench_filter_hz",
         "following_rad_s",
         "following_max_m",
-        "crosstalk",
-        "observer_hz",
-        "tracking_rad_s",
-        "seam_shape_s_m",
-        "prior_compliance",
-        "prior_force",
-        "prior_tilt_rad",
-        "prior_lateral_m",
-        "learning",
     ])?;
     let bandwidth = table.number("bandwidth_hz", Bounds::Positive)? * std::f64::consts::TAU;
     Ok(CompensationLimits {
@@ -181,23 +201,9 @@ fn compensation(table: &Table<'_>) -> Result<CompensationLimits, InputError> {
             size: table.number("max_rotation_rad", Bounds::PositiveUpTo(1.0))?,
             rate: table.number("max_rotation_rate_rad_s", Bounds::PositiveUpTo(10.0))?,
         },
-        wrench_filter: table.number("wrench_filter_hz", Bounds::Positive)?,
-        crosstalk: table.numbers::<2>("crosstalk", Bounds::Any)?.into(),
-        observer: table.number("observer_hz", Bounds::Positive)? * std::f64::consts::TAU,
         following: FollowingGains {
             rate: table.number("following_rad_s", Bounds::Positive)?,
             size: table.number("following_max_m", Bounds::PositiveUpTo(1.0))?,
         },
-        tracking: TrackingGains {
-            rate: table.number("tracking_rad_s", Bounds::Positive)?,
-            shape: table.number("seam_shape_s_m", Bounds::NonNegative)?,
-        },
-        prior: Prior {
-            compliance: table.number("prior_compliance", Bounds::PositiveUpTo(10.0))?,
-            force: table.number("prior_force", Bounds::PositiveUpTo(10.0))?,
-            tilt: table.number("prior_tilt_rad", Bounds::PositiveUpTo(1.0))?,
-            lateral: table.number("prior_lateral_m", Bounds::PositiveUpTo(1.0))?,
-        },
-        learning: table.number("learning", Bounds::PositiveUpTo(1.0))?,
     })
 }

@@ -73,6 +73,7 @@ const UNITS: &[(&str, &str)] = &[
     ("_m_s2", "m/s²"),
     ("_ns_m", "N·s/m"),
     ("_m_ns", "m/(N·s)"),
+    ("_s_m", "s/m"),
     ("_m_s", "m/s"),
     ("_n_m", "N/m"),
     ("_m_n", "m/N"),
@@ -503,6 +504,45 @@ impl<'d> Table<'d> {
         help: impl Into<String>,
     ) -> InputError {
         self.source.error(text.span.clone(), message, "here", help)
+    }
+
+    /// The values of this table, each under a key of `defaults` and of its type there: a finite
+    /// number, a whole number, a truth value, a text, as many numbers as there, or texts.
+    ///
+    /// # Errors
+    /// A key that `defaults` does not have, or a value of another type.
+    pub(crate) fn like(&self, defaults: &toml::Table) -> Result<toml::Table, InputError> {
+        self.only(&defaults.keys().map(String::as_str).collect::<Vec<_>>())?;
+        let mut values = toml::Table::new();
+        for (key, default) in defaults.iter().filter(|(key, _)| self.has(key)) {
+            let value = match default {
+                toml::Value::Float(_) => self.number(key, Bounds::Any)?.into(),
+                toml::Value::Integer(_) => toml::Value::try_from(self.integer(key)?)
+                    .map_err(|error| self.wrong(key, "a whole number", error.to_string()))?,
+                toml::Value::Boolean(_) => self.truth(key)?.into(),
+                toml::Value::Array(list) if list.iter().all(toml::Value::is_float) => {
+                    let (n, expected) = (list.len(), format!("a list of {} numbers", list.len()));
+                    self.entries(key, &expected, |given| given == n, Bounds::Any)?.into()
+                }
+                toml::Value::Array(_) => {
+                    let texts = self.texts(key)?;
+                    texts.iter().map(|text| text.text).collect::<Vec<_>>().into()
+                }
+                toml::Value::Table(inner) => self.table(key)?.like(inner)?.into(),
+                toml::Value::String(_) | toml::Value::Datetime(_) => self.text(key)?.text.into(),
+            };
+            values.insert(key.clone(), value);
+        }
+        Ok(values)
+    }
+
+    /// True or false under a key.
+    fn truth(&self, key: &str) -> Result<bool, InputError> {
+        let value = self.value(key, "true or false")?;
+        match value.value {
+            DeValue::Boolean(truth) => Ok(*truth),
+            _ => Err(value.wrong("true or false", "Write it without quotes.")),
+        }
     }
 
     /// An error at the value of a key: what was read there is not what was expected.

@@ -5,6 +5,7 @@ use miette::{
     Diagnostic, LabeledSpan, MietteError, MietteSpanContents, SourceCode, SourceSpan, SpanContents,
 };
 use std::ops::Range;
+use std::sync::Arc;
 
 /// A file that cannot be used.
 ///
@@ -16,7 +17,7 @@ pub struct InputError {
     place: String,
     message: String,
     #[source_code]
-    excerpt: Excerpt,
+    excerpt: Arc<Excerpt>,
     #[label(collection)]
     labels: Vec<LabeledSpan>,
     #[help]
@@ -161,12 +162,12 @@ impl Source {
         InputError {
             place: format!("{}:{}:{}", one_line(&self.name), number + 1, column + 1),
             message: printable(&message.into()),
-            excerpt: Excerpt {
+            excerpt: Arc::new(Excerpt {
                 name: one_line(&self.name),
                 text: shown,
                 line: number - lines_before,
                 column: text[line..from].chars().count(),
-            },
+            }),
             labels: vec![LabeledSpan::new(Some(printable(&label.into())), at, marked.len())],
             help: printable(&help.into()),
         }
@@ -178,7 +179,7 @@ impl Source {
         InputError {
             place: name.clone(),
             message: printable(&message.into()),
-            excerpt: Excerpt { name, text: String::new(), line: 0, column: 0 },
+            excerpt: Arc::new(Excerpt { name, text: String::new(), line: 0, column: 0 }),
             labels: Vec::new(),
             help: printable(&help.into()),
         }

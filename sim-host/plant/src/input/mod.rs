@@ -21,7 +21,7 @@ pub mod urdf;
 pub mod weld;
 
 pub use control::{CascadeGains, CompensationLimits, Control, ParallelGains};
-pub(crate) use document::nearest;
+pub use document::nearest;
 pub use document::{Bounds, Document, FILL_IN, Table};
 pub use error::{InputError, Source, printable};
 pub use file::{files_read, folder_of, open, read_text, remove_stale, write_atomically};

@@ -98,7 +98,7 @@ pub struct Recording {
     /// Name of the controller: parallel, superposed or external.
     pub controller: &'static str,
     /// Name of the compensation law, or "none".
-    pub compensator: &'static str,
+    pub compensator: String,
     /// Rows in time order, `period` apart.
     pub rows: Vec<RecordRow>,
     /// Time between rows, s.

@@ -4,7 +4,7 @@
 //! stands on the line. The set-point then follows the line by the encoders alone, and whatever the
 //! load bends from there is deviation.
 
-use super::{BuildLaw, Program, RecordRow, Recording, Seam};
+use super::{Program, RecordRow, Recording, Seam};
 use crate::cell::{Cell, Evaluation};
 use crate::input::{Control, Process, Sensors, Weld};
 use crate::integrate::rest::{self, EquilibriumError};
@@ -14,6 +14,7 @@ use crate::robot::{Drives, Readings};
 use crate::sensors::{FaultyInstruments, InstrumentFault, Instruments, SeamSensing};
 use nalgebra::Vector3;
 use std::time::Instant;
+use trueweld_compensators::{BuildError, Entry};
 use trueweld_core::compensation::{Compensated, Compensator, Observation};
 use trueweld_core::control::{
     External, HybridController, JointGains, Parallel, Setpoint, Superposed,
@@ -82,10 +83,10 @@ pub enum RunError {
     #[error(transparent)]
     Diverged(#[from] Diverged),
     /// A gain that does not suit the control period.
-    #[error("the law {law} cannot be built with these gains at a period of {period} s")]
+    #[error("at a control period of {period} s {source}")]
     Law {
-        /// Its name.
-        law: &'static str,
+        /// The law and its gain.
+        source: BuildError,
         /// Control period, s.
         period: f64,
     },
@@ -96,7 +97,7 @@ pub enum RunError {
     #[error("the law {law} needs a seam sensor, and the sensor file has no [seam]")]
     NoSeamSensor {
         /// Its name.
-        law: &'static str,
+        law: String,
     },
 }
 
@@ -122,7 +123,7 @@ pub struct Scenario<'a> {
     /// Which controller.
     pub controller: Controller,
     /// Which law.
-    pub law: &'a dyn BuildLaw,
+    pub law: &'a Entry,
     /// How the plant is integrated.
     pub integrator: Integrator,
     /// Longest plant step, s; the control period is divided evenly.
@@ -139,6 +140,21 @@ impl Scenario<'_> {
         let period = self.control.period;
         let steps = (period / self.plant_step - 1e-9).ceil().max(1.0);
         (steps as usize, period / steps)
+    }
+
+    /// The law as it is before its first weld.
+    ///
+    /// # Errors
+    /// [`RunError::NoSeamSensor`], and [`RunError::Law`] where a gain does not suit the control
+    /// period.
+    pub fn build_law(&self) -> Result<Box<dyn Compensator<f64>>, RunError> {
+        if self.law.needs().seam_sensor && self.sensors.seam.is_none() {
+            return Err(RunError::NoSeamSensor { law: self.law.name().to_owned() });
+        }
+        let setup = self.control.setup(Seam::of(self.weld).length);
+        self.law
+            .build(&self.control.laws, &setup)
+            .map_err(|source| RunError::Law { source, period: setup.period })
     }
 }
 
@@ -254,7 +270,7 @@ pub fn run_after(
     mut progress: impl FnMut(f64),
 ) -> Result<Recording, RunError> {
     let seam = Seam::of(scenario.weld);
-    let mut law = scenario.law.build(scenario.control, scenario.sensors, seam.length)?;
+    let mut law = scenario.build_law()?;
     let mut begun = 0.0;
     for earlier in before {
         run_with(earlier, law.as_mut(), |time| progress(begun + time))?;
@@ -375,7 +391,7 @@ fn run_with(
     Ok(Recording {
         weld: scenario.name.to_owned(),
         controller: scenario.controller.name(),
-        compensator: scenario.law.name(),
+        compensator: scenario.law.name().to_owned(),
         rows,
         period,
         half_pin: 0.5 * cell.process.pin_diameter,

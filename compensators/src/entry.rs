@@ -1,0 +1,267 @@
+//! Laws with their types erased: found by name, built from tables of gains.
+
+use crate::law::{GainError, Law, Needs, Setup, Visitor, for_each};
+use crate::{Combined, CombinedGains};
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::fmt;
+use std::sync::{Arc, OnceLock};
+use toml::Table;
+use trueweld_core::compensation::{Compensator, Observation};
+use trueweld_core::{Fault, Robot, Twist};
+
+/// Between the names of two laws that are combined.
+const AND: char = '+';
+
+/// Gains by the name of the law. A law that is not in it has its defaults, and so has a gain that
+/// is not in the law's table.
+pub type GainTables = BTreeMap<String, Table>;
+
+/// A law on the heap.
+type Boxed = Box<dyn Compensator<f64>>;
+
+/// A law of a list: a [`Law`] with its type erased, or two of them [`Combined`].
+#[derive(Clone)]
+pub struct Entry {
+    name: Cow<'static, str>,
+    summary: Cow<'static, str>,
+    needs: Needs,
+    recipe: Recipe,
+}
+
+#[derive(Clone)]
+enum Recipe {
+    Law { defaults: fn() -> Table, build: fn(Table, &Setup<f64>) -> Result<Boxed, Refusal> },
+    Combined(Arc<[Entry; 2]>),
+}
+
+/// Why a law is not built from a table.
+enum Refusal {
+    Gain(GainError),
+    Table(toml::de::Error),
+}
+
+/// Why a law cannot be built.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BuildError {
+    /// Name of the law.
+    pub law: String,
+    /// The gain that is at fault, where it is one.
+    pub key: Option<&'static str>,
+    /// What was expected, or what is wrong with the table.
+    pub problem: String,
+}
+
+impl fmt::Display for BuildError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "the law {} cannot be built: ", self.law)?;
+        match self.key {
+            Some(key) => write!(f, "`{key}` is out of range; expected {}", self.problem),
+            None => f.write_str(&self.problem),
+        }
+    }
+}
+
+impl std::error::Error for BuildError {}
+
+impl Entry {
+    pub(crate) fn of<L: Law<f64>>() -> Self {
+        Self {
+            name: L::NAME.into(),
+            summary: L::SUMMARY.into(),
+            needs: L::NEEDS,
+            recipe: Recipe::Law {
+                defaults: || table(&L::Gains::default()),
+                build: |gains, setup| {
+                    let gains: L::Gains = gains.try_into().map_err(Refusal::Table)?;
+                    Ok(Box::new(L::build(&gains, setup).map_err(Refusal::Gain)?))
+                },
+            },
+        }
+    }
+
+    /// Two laws as one; see [`Combined`].
+    fn combined(first: Self, second: Self) -> Self {
+        Self {
+            name: format!("{}{AND}{}", first.name, second.name).into(),
+            summary: format!("{}, with {} beside it", first.name, second.name).into(),
+            needs: Needs {
+                force_sensor: first.needs.force_sensor || second.needs.force_sensor,
+                motor_torque: first.needs.motor_torque || second.needs.motor_torque,
+                seam_sensor: first.needs.seam_sensor || second.needs.seam_sensor,
+                passes: first.needs.passes || second.needs.passes,
+            },
+            recipe: Recipe::Combined(Arc::new([first, second])),
+        }
+    }
+
+    /// Its name on the command line, in control files and in results.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// What it does, in one line.
+    pub fn summary(&self) -> &str {
+        &self.summary
+    }
+
+    /// What it reads or keeps.
+    pub fn needs(&self) -> Needs {
+        self.needs
+    }
+
+    /// Its gains where a control file is silent.
+    pub fn defaults(&self) -> Table {
+        match &self.recipe {
+            Recipe::Law { defaults, .. } => defaults(),
+            Recipe::Combined(_) => table(&CombinedGains::default()),
+        }
+    }
+
+    /// Its gains: what its table of a control file says, and the defaults of the others.
+    pub fn gains(&self, tables: &GainTables) -> Table {
+        let mut gains = self.defaults();
+        gains.extend(tables.get(self.name()).cloned().unwrap_or_default());
+        gains
+    }
+
+    /// The law as it is before its first weld.
+    ///
+    /// # Errors
+    /// [`BuildError`] where a gain is out of range or does not suit the control period.
+    pub fn build(&self, gains: &GainTables, setup: &Setup<f64>) -> Result<Boxed, BuildError> {
+        let own = self.gains(gains);
+        let built = match &self.recipe {
+            Recipe::Law { build, .. } => build(own, setup),
+            Recipe::Combined(laws) => {
+                let [first, second] = &**laws;
+                let inner = [first.build(gains, setup)?, second.build(gains, setup)?];
+                combine(inner.map(Inner), own, setup)
+            }
+        };
+        built.map_err(|refusal| BuildError {
+            law: self.name().to_owned(),
+            key: if let Refusal::Gain(error) = &refusal { Some(error.key) } else { None },
+            problem: match refusal {
+                Refusal::Gain(error) => error.expected.to_owned(),
+                Refusal::Table(error) => error.message().to_owned(),
+            },
+        })
+    }
+}
+
+impl fmt::Debug for Entry {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.name)
+    }
+}
+
+fn combine(inner: [Inner; 2], own: Table, setup: &Setup<f64>) -> Result<Boxed, Refusal> {
+    let [first, second] = inner;
+    let gains: CombinedGains = own.try_into().map_err(Refusal::Table)?;
+    let law = Combined::new(first, second, &gains, setup.period).map_err(Refusal::Gain)?;
+    Ok(Box::new(law))
+}
+
+/// Gains as a file has them. Gains that are no table of TOML values have no keys.
+fn table(gains: &impl serde::Serialize) -> Table {
+    Table::try_from(gains).unwrap_or_default()
+}
+
+/// A law on the heap as part of another.
+struct Inner(Boxed);
+
+impl Compensator<f64> for Inner {
+    fn reset(&mut self) {
+        self.0.reset();
+    }
+
+    fn freeze(&mut self) {
+        self.0.freeze();
+    }
+
+    fn demand(
+        &mut self,
+        robot: &Robot<f64>,
+        observation: &Observation<'_, f64>,
+    ) -> Result<Twist<f64>, Fault> {
+        self.0.demand(robot, observation)
+    }
+}
+
+static LIBRARY: OnceLock<Vec<Entry>> = OnceLock::new();
+
+/// The laws of the table.
+fn of_table() -> Vec<Entry> {
+    struct List(Vec<Entry>);
+    impl Visitor<f64> for List {
+        fn visit<L: Law<f64>>(&mut self) {
+            self.0.push(Entry::of::<L>());
+        }
+    }
+    let mut list = List(Vec::new());
+    for_each(&mut list);
+    list.0
+}
+
+/// All laws that this program knows: those of the table, then those that were installed.
+pub fn library() -> &'static [Entry] {
+    LIBRARY.get_or_init(of_table)
+}
+
+/// Why laws are not taken into the library.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum InstallError {
+    /// A name that is not lower-case letters, digits and single hyphens, beginning with a letter.
+    Name(String),
+    /// A name that another law has.
+    Taken(String),
+    /// The library was installed or used before.
+    Late,
+}
+
+impl fmt::Display for InstallError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Name(name) => write!(
+                f,
+                "a law is called {name:?}; expected lower-case letters, digits and hyphens, beginning with a letter"
+            ),
+            Self::Taken(name) => write!(f, "two laws are called {name:?}; expected another name"),
+            Self::Late => f.write_str("laws must be installed once, before any is looked up"),
+        }
+    }
+}
+
+impl std::error::Error for InstallError {}
+
+/// Adds laws to the library of this program: once, before any law is looked up.
+///
+/// # Errors
+/// [`InstallError`]; the library is then as it was.
+pub fn install(own: Vec<Entry>) -> Result<(), InstallError> {
+    let mut all = of_table();
+    for entry in own {
+        let name = entry.name();
+        let letters = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
+        if !name.starts_with(|c: char| c.is_ascii_lowercase()) || !name.chars().all(letters) {
+            return Err(InstallError::Name(name.to_owned()));
+        }
+        if all.iter().any(|law| law.name == entry.name) {
+            return Err(InstallError::Taken(name.to_owned()));
+        }
+        all.push(entry);
+    }
+    LIBRARY.set(all).map_err(|_| InstallError::Late)
+}
+
+/// The law of a name, or the combination of laws with a plus between their names.
+///
+/// # Errors
+/// The name, or the part of it, that no law has.
+pub fn find(name: &str) -> Result<Entry, &str> {
+    if let Some((first, second)) = name.rsplit_once(AND) {
+        return Ok(Entry::combined(find(first)?, find(second)?));
+    }
+    library().iter().find(|law| law.name() == name).cloned().ok_or(name)
+}

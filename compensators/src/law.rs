@@ -1,0 +1,154 @@
+//! What a law states besides its equations, and the table of all laws.
+
+use crate::{
+    Adaptive, Elastostatic, FeedForward, FollowingGains, Learning, Observer, SeamTracking,
+    Uncompensated,
+};
+use core::fmt;
+use trueweld_core::Real;
+use trueweld_core::compensation::Compensator;
+
+/// Calls the visitor with every law. The table: a new law is one line here.
+pub fn for_each<T: Real>(visitor: &mut impl Visitor<T>) {
+    visitor.visit::<Uncompensated>();
+    visitor.visit::<Elastostatic<T>>();
+    visitor.visit::<FeedForward>();
+    visitor.visit::<Observer<T>>();
+    visitor.visit::<SeamTracking<T, FeedForward>>();
+    visitor.visit::<Adaptive<T>>();
+    visitor.visit::<Learning<T, FeedForward>>();
+}
+
+/// What is done with every law of the table.
+pub trait Visitor<T: Real> {
+    /// Called once a law.
+    fn visit<L: Law<T>>(&mut self);
+}
+
+/// A law as programs list it. The implementor is the type that the law's file is about;
+/// [`Law::Built`] is that type with whatever stands below and above it.
+pub trait Law<T: Real> {
+    /// Its name on the command line, in control files and in results: lower case, with hyphens.
+    const NAME: &'static str;
+
+    /// What it does, in one line.
+    const SUMMARY: &'static str;
+
+    /// What it reads or keeps.
+    const NEEDS: Needs = Needs::NOTHING;
+
+    /// Its gains, `[law.NAME]` of a control file: a struct with the unit in the name of each field.
+    /// The default is what holds where the file is silent. [`NoGains`] for none.
+    type Gains: GainSet;
+
+    /// The law as it runs.
+    type Built: Compensator<T> + 'static;
+
+    /// The law as it is before its first weld.
+    ///
+    /// # Errors
+    /// The first gain that is out of range, or does not suit the control period.
+    fn build(gains: &Self::Gains, setup: &Setup<T>) -> Result<Self::Built, GainError>;
+
+    /// The law with its type erased, for a list of laws.
+    #[cfg(feature = "host")]
+    fn entry() -> crate::Entry
+    where
+        Self: Law<f64> + Sized,
+    {
+        crate::Entry::of::<Self>()
+    }
+}
+
+/// Gains with defaults; on the host they are also read from a file.
+#[cfg(not(feature = "host"))]
+pub trait GainSet: Default {}
+#[cfg(not(feature = "host"))]
+impl<G: Default> GainSet for G {}
+
+/// Gains with defaults that are read from a file.
+#[cfg(feature = "host")]
+pub trait GainSet: Default + serde::Serialize + serde::de::DeserializeOwned {}
+#[cfg(feature = "host")]
+impl<G: Default + serde::Serialize + serde::de::DeserializeOwned> GainSet for G {}
+
+/// The gains of a law without gains.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "host", derive(serde::Serialize, serde::Deserialize))]
+pub struct NoGains {}
+
+/// What a law reads, besides encoders, set-point and planned load, and what it keeps.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Needs {
+    /// A six-axis force sensor. Such a law is a positive feedback through the material.
+    pub force_sensor: bool,
+    /// Motor torques. Such a law is a positive feedback through the material.
+    pub motor_torque: bool,
+    /// A seam sensor: without one the law is no better than the one inside it, and is refused.
+    pub seam_sensor: bool,
+    /// Several passes: it keeps something from one weld of a seam to the next.
+    pub passes: bool,
+}
+
+impl Needs {
+    /// Neither sensor nor passes.
+    pub const NOTHING: Self =
+        Self { force_sensor: false, motor_torque: false, seam_sensor: false, passes: false };
+}
+
+/// What a law is built for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Setup<T: Real> {
+    /// Control period, s.
+    pub period: T,
+    /// Length of the weld, m.
+    pub length: T,
+    /// Gains of the outer integral, for laws that are built with one.
+    pub following: FollowingGains,
+}
+
+impl<T: Real> Setup<T> {
+    /// With the outer integral's defaults. `period`: of control, s; `length`: of the weld, m.
+    pub fn new(period: T, length: T) -> Self {
+        Self { period, length, following: FollowingGains::default() }
+    }
+}
+
+/// A gain that is out of range.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct GainError {
+    /// Name of the gain, as in the control file.
+    pub key: &'static str,
+    /// What it must be.
+    pub expected: &'static str,
+}
+
+impl fmt::Display for GainError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "`{}` is out of range; expected {}", self.key, self.expected)
+    }
+}
+
+impl core::error::Error for GainError {}
+
+/// An error that names the gain, unless the condition holds.
+///
+/// # Errors
+/// The condition does not hold.
+pub fn require(
+    condition: bool,
+    key: &'static str,
+    expected: &'static str,
+) -> Result<(), GainError> {
+    if condition { Ok(()) } else { Err(GainError { key, expected }) }
+}
+
+/// Above zero and finite.
+pub(crate) fn positive(value: impl Real, key: &'static str) -> Result<(), GainError> {
+    require(value.is_finite() && value > nalgebra::zero(), key, "a number above 0")
+}
+
+/// A control period.
+pub(crate) fn usable_period(period: impl Real) -> Result<(), GainError> {
+    positive(period, "period_s")
+}

@@ -1,0 +1,134 @@
+//! The program `trueweld` as a library: its commands, with laws and effects of one's own beside
+//! those that it has.
+//!
+//! One short file a command; the work is done in the crates below. A program of one's own is a
+//! `main` that adds what it has and runs:
+//!
+//! ```no_run
+//! # fn entry() -> trueweld::laws::Entry { trueweld::laws::library()[0].clone() }
+//! # static MY_EFFECT: trueweld::effects::EffectKind = todo!();
+//! fn main() -> trueweld::Result<()> {
+//!     trueweld::Program::new().law(entry()).effect(&MY_EFFECT).run()
+//! }
+//! ```
+
+/// Prints text for people, in a function that returns a [`miette::Result`].
+macro_rules! say {
+    ($($text:tt)*) => { $crate::terminal::say(&format!($($text)*))? };
+}
+
+mod certify;
+mod check;
+mod compare;
+mod compare_laws;
+mod diagnose;
+mod import_urdf;
+mod improve;
+mod inputs;
+mod measured;
+mod names;
+mod results;
+mod step;
+mod terminal;
+mod weld;
+
+/// Laws: the trait to implement, and what it is made of.
+pub use trueweld_compensators as laws;
+/// What a law runs on: robot, poses, observations.
+pub use trueweld_core as core;
+pub use trueweld_plant::effects;
+
+pub use miette::Result;
+
+use clap::{Parser, Subcommand};
+use effects::EffectKind;
+use laws::Entry;
+use miette::IntoDiagnostic;
+
+/// Keeps a robot's welding tool true while the robot bends under it.
+///
+/// Without a command: the first published weld, with and without compensation, written to
+/// out/weld.html and out/weld.rrd.
+#[derive(Parser)]
+#[command(version, max_term_width = 110)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Option<Command>,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Simulate a weld and show how far the tool leaves its line
+    Weld(weld::Arguments),
+    /// Simulate a step of the force set-point with all three controllers
+    Step(step::Arguments),
+    /// Show what every compensation law makes of a wrong stiffness, noise, delay and a lost sensor
+    CompareLaws(compare_laws::Arguments),
+    /// Prove by many welds of uncertain cells that a compensation law meets its requirements
+    Certify(certify::Arguments),
+    /// Show how far a model is from measurements, and where
+    Compare(compare::Arguments),
+    /// Find out which physical effect is missing in a model
+    Diagnose(diagnose::Arguments),
+    /// Add what is missing to a model, refit it, and write it
+    Improve(improve::Arguments),
+    /// Check input files of any kind
+    Check(check::Arguments),
+    /// Turn a URDF into a robot file; what a URDF cannot know is marked to be filled in
+    ImportUrdf(import_urdf::Arguments),
+}
+
+/// The program: its commands, and the laws and effects that they know.
+#[derive(Debug, Default)]
+pub struct Program {
+    laws: Vec<Entry>,
+    effects: Vec<&'static EffectKind>,
+}
+
+impl Program {
+    /// The program with the laws and effects of this project.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Adds a law, which every command then knows by its name.
+    #[must_use]
+    pub fn law(mut self, law: Entry) -> Self {
+        self.laws.push(law);
+        self
+    }
+
+    /// Adds an effect, which every command then knows by its identifier.
+    #[must_use]
+    pub fn effect(mut self, effect: &'static EffectKind) -> Self {
+        self.effects.push(effect);
+        self
+    }
+
+    /// Runs the command of this process's arguments. Wrong arguments end the process.
+    ///
+    /// # Errors
+    /// What the command cannot do, to be shown to the user.
+    pub fn run(self) -> Result<()> {
+        laws::install(self.laws).into_diagnostic()?;
+        effects::install(self.effects).into_diagnostic()?;
+        Arguments::parse().run().map_err(terminal::shown)
+    }
+}
+
+impl Arguments {
+    fn run(&self) -> Result<()> {
+        match &self.command {
+            None => weld::run(&weld::Arguments::first_published()),
+            Some(Command::Weld(arguments)) => weld::run(arguments),
+            Some(Command::Step(arguments)) => step::run(arguments),
+            Some(Command::CompareLaws(arguments)) => compare_laws::run(arguments),
+            Some(Command::Certify(arguments)) => certify::run(arguments),
+            Some(Command::Compare(arguments)) => compare::run(arguments),
+            Some(Command::Diagnose(arguments)) => diagnose::run(arguments),
+            Some(Command::Improve(arguments)) => improve::run(arguments),
+            Some(Command::Check(arguments)) => check::run(arguments),
+            Some(Command::ImportUrdf(arguments)) => import_urdf::run(arguments),
+        }
+    }
+}
