@@ -6,7 +6,7 @@ use trueweld_compensators::{Entry, find};
 use trueweld_core::{Pose, Robot};
 use trueweld_plant::cell::Cell;
 use trueweld_plant::effects::Effect;
-use trueweld_plant::input::{Control, Process, RobotFile, Sensors, Weld};
+use trueweld_plant::input::{Control, InputFile, Process, RobotFile, Sensors, Weld};
 use trueweld_plant::integrate::Integrator;
 use trueweld_plant::robot::{ElasticRobot, Port, Ports, Term};
 use trueweld_plant::simulate::{Controller, Program, Recording, Scenario, Seam, run};

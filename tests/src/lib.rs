@@ -21,7 +21,7 @@ use trueweld_core::{
     RobotParameters, ToolParameters, Wrench,
 };
 use trueweld_laboratory::Laboratory;
-use trueweld_plant::input::RobotFile;
+use trueweld_plant::input::{InputFile, RobotFile};
 
 /// Path of a file below `fixtures/`.
 pub fn fixture(relative: &str) -> PathBuf {

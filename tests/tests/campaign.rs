@@ -9,7 +9,7 @@ use tempfile::TempDir;
 use trueweld_core::{JointVector, Wrench};
 use trueweld_laboratory::{OutOfLibrary, OutOfLibraryKind, Protocol, Recipe, effect};
 use trueweld_plant::effects::{Location, library};
-use trueweld_plant::input::{Process, RobotFile, Weld};
+use trueweld_plant::input::{InputFile, Process, RobotFile, Weld};
 use trueweld_plant::integrate::rest;
 use trueweld_plant::robot::Channel;
 use trueweld_tests::cell::free_cell;

@@ -11,7 +11,8 @@ use trueweld_evaluate::certify::NominalCell;
 use trueweld_plant::cell::Cell;
 use trueweld_plant::effects::Effect;
 use trueweld_plant::input::{
-    Control, InputError, ModelFile, Process, RobotFile, Sensors, Weld, read_text,
+    Control, InputError, InputFile, ModelFile, Process, RobotFile, Sensors, Weld, check_option,
+    read_text,
 };
 use trueweld_plant::integrate::Integrator;
 use trueweld_plant::provenance::{EffectRecord, FileDigest, Provenance, SimulationRecord};
@@ -79,6 +80,11 @@ pub struct Files {
     pub cell: CellFiles,
 }
 
+/// The value of an option within the possible range of its quantity.
+fn option(flag: &str, key: &str, value: f64) -> Result<f64> {
+    check_option(flag, key, value).map_err(|error| miette!("{error}"))
+}
+
 impl Files {
     pub fn read(&self) -> Result<Inputs> {
         self.cell.read(self.weld.as_deref())
@@ -135,9 +141,6 @@ pub const PLANT_STEP: f64 = 1e-3;
 /// of where it does at 0.25 ms.
 pub const STEP_OF_MANY: f64 = 2e-3;
 
-/// Fastest spindle that is believed, turns a minute: ten times what friction stir welding runs at.
-const FASTEST_SPINDLE: f64 = 30_000.0;
-
 /// Everything read and checked.
 pub struct Inputs {
     /// Where the weld was read from, for messages.
@@ -168,11 +171,7 @@ impl CellFiles {
         let weld = read("weld", weld_file, Embedded::Weld, Weld::parse, &mut files)?;
         let (robot, mut process, mut effects) = self.model(&mut files)?;
         if let Some(rpm) = self.spindle_rpm {
-            if !(0.0..=FASTEST_SPINDLE).contains(&rpm) {
-                return Err(miette!(
-                    "--spindle-rpm {rpm}: expected turns a minute between 0 and {FASTEST_SPINDLE}, such as 750"
-                ));
-            }
+            let rpm = option("--spindle-rpm", "spindle_rpm", rpm)?;
             process.spindle = (rpm * std::f64::consts::TAU / 60.0).copysign(process.spindle);
         }
         let file = self.control.as_deref();
@@ -180,12 +179,7 @@ impl CellFiles {
         let file = self.sensors.as_deref();
         let sensors = read("sensors", file, Embedded::Sensors, Sensors::parse, &mut files)?;
         if let Some(period) = self.period {
-            if !(1e-4..=1.0).contains(&period) {
-                return Err(miette!(
-                    "--period {period}: expected seconds between 0.0001 and 1, such as 0.004"
-                ));
-            }
-            control.period = period;
+            control.period = option("--period", "period_s", period)?;
         }
         let parse = |text: &String| {
             Effect::parse(text, &robot).map_err(|error| miette!("--effect {text}: {error}"))
@@ -194,10 +188,12 @@ impl CellFiles {
         let cell = Cell::new(&robot.robot, &effects, &process, Seam::of(&weld).b_from_w)
             .into_diagnostic()?;
         let error = self.stiffness_error.unwrap_or(0.0);
+        let error = option("--stiffness-error", "stiffness_error", error)?;
         let factor = SVector::from_element(1.0 + error);
-        let controller_model = robot.robot.with_stiffness_scaled(&factor).map_err(|_| {
-            miette!("--stiffness-error {error}: expected a number above -1, such as 0.1 for 10 % too stiff")
-        })?;
+        let controller_model = robot
+            .robot
+            .with_stiffness_scaled(&factor)
+            .map_err(|_| miette!("--stiffness-error {error} leaves no possible robot"))?;
         Ok(Inputs {
             weld_file: weld_file
                 .map_or("embedded welds/vertical.toml".into(), |p| p.display().to_string()),

@@ -5,7 +5,7 @@ use clap::Args;
 use miette::{IntoDiagnostic, Result, WrapErr, miette};
 use std::path::{Path, PathBuf};
 use trueweld_output::{json, write_file};
-use trueweld_plant::input::{files_read, folder_of, remove_stale};
+use trueweld_plant::input::{files_read, folder_of, remove_stale, warnings};
 use trueweld_plant::provenance::Provenance;
 
 /// Result files.
@@ -49,7 +49,12 @@ impl Results {
         html: impl FnOnce() -> String,
     ) -> Result<()> {
         if let Some(path) = &self.json {
-            write(path, &json::document(json(), provenance))?;
+            let mut value = json();
+            let warnings = warnings();
+            if !warnings.is_empty() {
+                value["warnings"] = warnings.into();
+            }
+            write(path, &json::document(value, provenance))?;
         }
         if let Some(path) = &self.html {
             write(path, &html())?;
@@ -79,13 +84,14 @@ pub fn write(path: &Path, text: &str) -> Result<()> {
 const OUT: &str = "out";
 
 /// Checks the outputs of a command, each with the flag that asks for it, before its work: every
-/// file that was read until now is an input, those that other files name included. Also makes the
-/// folder `out`, removes what a killed run left in the folders, and keeps standard output for the
-/// output that is `-`.
+/// file that was read until now is an input, those that other files name included. Also tells the
+/// warnings about the inputs, makes the folder `out`, removes what a killed run left in the
+/// folders, and keeps standard output for the output that is `-`.
 ///
 /// # Errors
 /// A path in no folder, a folder, an output that is an input, or two outputs in one file.
 pub fn check_outputs(outputs: &[(&str, &Path)]) -> Result<()> {
+    terminal::tell_warnings();
     let inputs = files_read();
     let mut targets: Vec<(&str, PathBuf)> = Vec::new();
     for (flag, path) in outputs {

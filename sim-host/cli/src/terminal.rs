@@ -2,8 +2,8 @@
 
 use miette::{IntoDiagnostic, MietteDiagnostic, Report, Result, WrapErr};
 use std::io::{ErrorKind, Write, stderr, stdout};
-use std::sync::atomic::{AtomicBool, Ordering};
-use trueweld_plant::input::{InputError, printable};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use trueweld_plant::input::{InputError, printable, warnings};
 
 /// True where standard output is for a result alone (`--json -`): text goes to standard error then.
 static RESULT_ON_STDOUT: AtomicBool = AtomicBool::new(false);
@@ -23,6 +23,16 @@ pub fn say(text: &str) -> Result<()> {
         write_all(stderr(), text.as_bytes())
     } else {
         write_all(stdout(), text.as_bytes())
+    }
+}
+
+/// Tells values outside their plausible range on standard error, each once.
+pub fn tell_warnings() {
+    static TOLD: AtomicUsize = AtomicUsize::new(0);
+    let warnings = warnings();
+    let told = TOLD.swap(warnings.len(), Ordering::Relaxed);
+    for warning in warnings.iter().skip(told) {
+        eprintln!("Warning: {}", printable(warning));
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 use trueweld_plant::effects::Effect;
-use trueweld_plant::input::{Control, InputError, Process, RobotFile, Sensors};
+use trueweld_plant::input::{Control, InputError, InputFile, Process, RobotFile, Sensors};
 
 /// A cell as its input files describe it: what the model in a campaign states.
 #[derive(Debug)]

@@ -8,7 +8,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use trueweld_measure::data::campaign::{Campaign, read_logs};
 use trueweld_measure::data::log::{Log, LogKind};
-use trueweld_plant::input::{InputError, RobotFile};
+use trueweld_plant::input::{InputError, InputFile, RobotFile};
 
 const HEADER: &str =
     "t_s,qe1_rad,qe2_rad,qe3_rad,qe4_rad,qe5_rad,qe6_rad,ql1_rad,ql3_rad,tm2_nm,px_m,py_m,pz_m";

@@ -8,7 +8,7 @@ use std::hint::black_box;
 use trueweld_compensators::{Elastostatic, Law};
 use trueweld_plant::cell::Cell;
 use trueweld_plant::effects::expression::Expression;
-use trueweld_plant::input::{Control, Process, RobotFile, Sensors, Weld};
+use trueweld_plant::input::{Control, InputFile, Process, RobotFile, Sensors, Weld};
 use trueweld_plant::integrate::{Integrator, Tolerance};
 use trueweld_plant::simulate::{Controller, Program, Scenario, Seam, run};
 

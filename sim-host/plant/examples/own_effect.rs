@@ -13,7 +13,7 @@ use trueweld_compensators::{Elastostatic, Law};
 use trueweld_plant::cell::Cell;
 use trueweld_plant::effects::curve::{Curve, CurveAxis, ShownQuantity};
 use trueweld_plant::effects::{Action, Effect, EffectKind, Location, LocationKind, Parameter};
-use trueweld_plant::input::{Control, Process, RobotFile, Sensors, Weld};
+use trueweld_plant::input::{Control, InputFile, Process, RobotFile, Sensors, Weld};
 use trueweld_plant::integrate::Integrator;
 use trueweld_plant::robot::{JointState, Port, Term};
 use trueweld_plant::simulate::{Controller, Program, Recording, Scenario, Seam, run};

@@ -231,7 +231,7 @@ fn wrong_types_say_what_was_read() {
         ROBOT,
         "mass_kg = 485.0",
         "mass_kg = \"heavy\"",
-        &["\"heavy\"", "a number not below 0 in kg", "(A2)"],
+        &["\"heavy\"", "a number from 0 to 1e6 in kg", "(A2)"],
     );
     mistake(ROBOT, origin, "origin_m = 0.5", &["`origin_m`", "a list of 3 numbers in m"]);
     mistake(ROBOT, origin, "origin_m = [0.5, 1.045]", &["has 2 entries", "3 numbers"]);
@@ -262,45 +262,67 @@ fn wrong_types_say_what_was_read() {
 #[test]
 fn numbers_out_of_range_are_underlined() {
     let stiffness = "stiffness_nm_rad = 13.0e6";
-    mistake(ROBOT, stiffness, "stiffness_nm_rad = -13.0e6", &["is -13.0e6", "above 0 in N·m/rad"]);
-    mistake(ROBOT, stiffness, "stiffness_nm_rad = nan", &["is nan", "a number above 0"]);
-    mistake(ROBOT, "com_m = [0.453", "com_m = [-inf", &["entry 1 of `com_m`", "is -inf", "finite"]);
+    let range = "a number from 1 to 1e11 in N·m/rad";
+    mistake(ROBOT, stiffness, "stiffness_nm_rad = -13.0e6", &["is -13.0e6", range]);
+    mistake(ROBOT, stiffness, "stiffness_nm_rad = nan", &["is nan", range]);
+    mistake(ROBOT, stiffness, "stiffness_nm_rad = 5e-324", &["is 5e-324", range]);
+    mistake(ROBOT, "com_m = [0.453", "com_m = [-inf", &["entry 1 of `com_m`", "is -inf", "-20 to"]);
     mistake(ROBOT, "mass_kg = 485.0", "mass_kg = 1e400", &["is 1e400"]);
+    mistake(ROBOT, "mass_kg = 485.0", "mass_kg = 1e12", &["is 1e12", "0 to 1e6 in kg"]);
     mistake(ROBOT, "mass_kg = 485.0", "mass_kg = 1e200", &["is 1e200", "at most 1e12"]);
+    mistake(ROBOT, "max_speed_deg_s = 40.0", "max_speed_deg_s = 1e-6", &["is 1e-6", "deg/s"]);
     mistake(ROBOT, "damping_nms_rad = 8600.0", "damping_nms_rad = -1", &["is -1", "N·m·s/rad"]);
-    mistake(
-        VERTICAL,
-        "feed_m_s = 0.010",
-        "feed_m_s = 10",
-        &["is 10", "above 0 and at most 1 in m/s"],
-    );
-    mistake(VERTICAL, "force_n = 18000.0", "force_n = 0", &["is 0", "above 0 in N"]);
-    mistake(
-        PROCESS,
-        "pin_diameter_m = 0.005",
-        "pin_diameter_m = 5.0",
-        &["is 5.0", "at most 0.2 in m"],
-    );
+    mistake(VERTICAL, "feed_m_s = 0.010", "feed_m_s = 10", &["is 10", "from 1e-6 to 1 in m/s"]);
+    mistake(VERTICAL, "force_n = 18000.0", "force_n = 0", &["is 0", "from 1 to 1e7 in N"]);
+    mistake(VERTICAL, "settle_s = 2.0", "settle_s = 1e12", &["is 1e12", "in s"]);
+    let pin = "pin_diameter_m = 0.005";
+    mistake(PROCESS, pin, "pin_diameter_m = 5.0", &["is 5.0", "to 0.2 in m"]);
+    let depth = "depth_stiffness_n_m = 30.0e6";
+    mistake(PROCESS, depth, "depth_stiffness_n_m = 1e-6", &["is 1e-6", "1000 to 1e11 in N/m"]);
+    let spindle = "spindle_rad_s = -62.83185307179586";
+    mistake(PROCESS, spindle, "spindle_rad_s = 1e12", &["is 1e12", "-3200 to 3200 in rad/s"]);
     mistake(SENSORS, "delay_s = 0.002", "delay_s = -0.002", &["is -0.002", "from 0 to 1 in s"]);
-    mistake(
-        CONTROL,
-        "force_ki_m_ns = 5.4e-7",
-        "force_ki_m_ns = -2.0e-8",
-        &["[external]", "m/(N·s)"],
-    );
-    mistake(
-        CONTROL,
-        "material_stiffness_n_m = 30.0e6",
-        "material_stiffness_n_m = 0.0",
-        &["[external]", "in N/m"],
-    );
+    let gain = "force_ki_m_ns = 5.4e-7";
+    mistake(CONTROL, gain, "force_ki_m_ns = -2.0e-8", &["[external]", "m/(N·s)"]);
+    let material = "material_stiffness_n_m = 30.0e6";
+    mistake(CONTROL, material, "material_stiffness_n_m = 0.0", &["[external]", "in N/m"]);
     mistake(
         CONTROL,
         "tuned_stiffness_n_m",
         "tuned_stiffness",
         &["unknown key `tuned_stiffness`", "`tuned_stiffness_n_m`"],
     );
-    mistake(CONTROL, "period_s = 0.012", "period_s = 12", &["is 12", "at most 1 in s"]);
+    mistake(CONTROL, "period_s = 0.012", "period_s = 1e-9", &["is 1e-9", "to 1 in s"]);
+}
+
+#[test]
+fn a_value_that_is_possible_and_not_plausible_is_told_once() {
+    let name = "a push of three hundred kilonewtons.toml";
+    let text = VERTICAL.replace("force_n = 18000.0", "force_n = 3e5");
+    for _ in 0..2 {
+        Weld::parse(&text, name).unwrap();
+    }
+    let told: Vec<_> = warnings().into_iter().filter(|w| w.starts_with(name)).collect();
+    let line = VERTICAL.lines().position(|l| l.starts_with("force_n")).unwrap() + 1;
+    let expected = format!(
+        "{name}:{line}:11: `force_n` at the top level is 3e5; plausible are 100 to 1e5 N (depth force)"
+    );
+    assert_eq!(told, [expected]);
+}
+
+#[test]
+fn nothing_in_the_fixtures_is_implausible() {
+    RobotFile::read(fixture("robots/kr500-mt.toml")).unwrap();
+    Process::read(fixture("processes/lap-weld-2024-t3.toml")).unwrap();
+    Weld::read(fixture("welds/vertical.toml")).unwrap();
+    Weld::read(fixture("welds/inclined.toml")).unwrap();
+    Control::read(fixture("control/kr500-mt.toml")).unwrap();
+    Sensors::read(fixture("sensors/kr500-mt.toml")).unwrap();
+    for campaign in ["backlash", "nothing-missing", "kr300-measured"] {
+        ModelFile::read(fixture(&format!("campaigns/{campaign}/model.toml"))).unwrap();
+    }
+    let told: Vec<_> = warnings().into_iter().filter(|w| w.contains("fixtures/")).collect();
+    assert!(told.is_empty(), "{told:#?}");
 }
 
 #[test]

@@ -217,8 +217,9 @@ fn mistakes_in_the_file_are_explained_at_their_place() {
     );
     mistake("\"A5\"", "\"A9\"", "9:6", &["\"A9\"", "A1, A2, A3, A4, A5, A6"]);
     mistake("at = \"A5\"", "", "7:1", &["missing key `at`", "A1, A2, A3, A4, A5, A6"]);
-    mistake("1e-4", "nan", "10:16", &["nan", "a finite number in rad"]);
-    mistake("1e-4", "\"small\"", "10:16", &["a finite number in rad"]);
+    mistake("1e-4", "nan", "10:16", &["nan", "a number from 0.0 to 0.001 in rad"]);
+    mistake("1e-4", "0.2", "10:16", &["0.2", "a number from 0.0 to 0.001 in rad"]);
+    mistake("1e-4", "\"small\"", "10:16", &["a number from 0.0 to 0.001 in rad"]);
     mistake("1e-4", "1e-4\nscope = \"weld\"", "11:9", &["\"weld\"", "\"campaign\" or \"log\""]);
     mistake(
         "\"backlash\"\nat = \"A5\"\nhalf_gap_rad = 1e-4",
@@ -271,6 +272,7 @@ fn mistakes_in_an_effect_of_ones_own_are_explained_at_their_place() {
     );
     mistake("step = 20.0", "", "21:1", &["`step` and `shape`"]);
     mistake("step = 20.0", "shape = []", "27:9", &["at least one value"]);
+    mistake("value = 150.0", "value = 501.0", "22:9", &["501.0", "a number from 0.0 to 500.0"]);
     mistake("high = 500.0", "high = 0.0", "26:8", &["a number above `low`"]);
     mistake("value = 150.0", "", "21:1", &["missing key `value`", "`c`"]);
     mistake("\"A1\"", "\"X\"", "15:6", &["\"X\"", "one of the joints"]);

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use trueweld_laboratory::{OutOfLibrary, OutOfLibraryKind, Recipe};
 use trueweld_plant::effects::{Effect, library};
-use trueweld_plant::input::RobotFile;
+use trueweld_plant::input::{InputFile, RobotFile};
 use trueweld_tests::{LABORATORY, fixture};
 
 /// Writes one synthetic measurement campaign, with what was built in stated in its truth.toml.

@@ -7,7 +7,7 @@ use super::draw::Draw;
 use super::formula::Formula;
 use super::location::{CHANNELS, Location, LocationKind};
 use super::parameter::Parameter;
-use crate::input::{Process, RobotFile};
+use crate::input::{Process, RobotFile, did_you_mean};
 use crate::robot::{Channel, Port, Ports, Term, TooManyStates};
 use trueweld_core::{JOINTS, ModelError, Robot, RobotParameters};
 
@@ -114,10 +114,12 @@ pub enum EffectError {
         read: String,
     },
     /// No such effect.
-    #[error("no effect `{read}` in the library: expected one of {known}")]
+    #[error("no effect `{read}` in the library{guess}: expected one of {known}")]
     Unknown {
         /// What was read.
         read: String,
+        /// The one it resembles, as a question, or nothing.
+        guess: String,
         /// The library's identifiers.
         known: String,
     },
@@ -131,7 +133,7 @@ pub enum EffectError {
         /// What would do.
         expected: String,
     },
-    /// A parameter is missing, unknown, given twice, not a number, or far out of its range.
+    /// A parameter is missing, unknown, given twice, not a number, or outside its range.
     #[error("{id}: {what}; its parameters are {expected}")]
     Parameter {
         /// The effect.
@@ -208,10 +210,9 @@ impl EffectKind {
             LocationKind::Channel => {
                 let found = CHANNELS.iter().find(|(name, _)| *name == written);
                 let names = || {
-                    wrong(format!(
-                        "one of the channels {}",
-                        CHANNELS.map(|(name, _)| name).join(", ")
-                    ))
+                    let names = CHANNELS.map(|(name, _)| name);
+                    let guess = did_you_mean(written, names);
+                    wrong(format!("one of the channels {}{guess}", names.join(", ")))
                 };
                 found.map(|(_, channel)| Location::Channel(*channel)).ok_or_else(names)
             }
@@ -223,9 +224,8 @@ impl EffectKind {
     }
 
     fn parameters_in_words(&self) -> String {
-        let one = |p: &Parameter| {
-            format!("{} ({}, plausible {:e} to {:e})", p.name, p.unit, p.low, p.high)
-        };
+        let one =
+            |p: &Parameter| format!("{} ({}, from {:e} to {:e})", p.name, p.unit, p.low, p.high);
         self.parameters.iter().map(one).collect::<Vec<_>>().join(", ")
     }
 

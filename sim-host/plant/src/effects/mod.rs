@@ -52,7 +52,7 @@ pub use kind::{Action, Calibration, CalibrationScope, Effect, EffectError, Effec
 pub use location::{Location, LocationKind};
 pub use parameter::{Parameter, Role};
 
-use crate::input::RobotFile;
+use crate::input::{RobotFile, did_you_mean};
 use std::sync::OnceLock;
 
 /// The effects of this crate: one line each.
@@ -135,8 +135,7 @@ impl Effect {
     /// for an effect of the whole cell.
     ///
     /// # Errors
-    /// [`EffectError`], with what was read and what was expected. A value outside the plausible
-    /// range is accepted: the user may want to see it.
+    /// [`EffectError`], with what was read and what was expected.
     pub fn parse(text: &str, robot: &RobotFile) -> Result<Self, EffectError> {
         let form = || EffectError::Form { read: text.to_owned() };
         let mut parts = text.splitn(3, ':');
@@ -146,20 +145,23 @@ impl Effect {
         let kind = EffectKind::of(id).ok_or_else(|| EffectError::Unknown {
             read: id.to_owned(),
             known: library().map(|k| k.id).collect::<Vec<_>>().join(", "),
+            guess: did_you_mean(id, library().map(|k| k.id)),
         })?;
         let place = kind.at(at, robot)?;
         let mut found = vec![None; kind.parameters.len()];
         for pair in values.split(',') {
             let (name, value) = pair.split_once('=').ok_or_else(form)?;
-            let index = kind
-                .parameters
-                .iter()
-                .position(|p| p.name == name)
-                .ok_or_else(|| kind.wrong(format!("no parameter `{name}`")))?;
+            let index = kind.parameters.iter().position(|p| p.name == name).ok_or_else(|| {
+                let guess = did_you_mean(name, kind.parameters.iter().map(|p| p.name));
+                kind.wrong(format!("no parameter `{name}`{guess}"))
+            })?;
             let number: f64 =
                 value.parse().map_err(|_| kind.wrong(format!("`{value}` is not a number")))?;
             if !number.is_finite() {
                 return Err(kind.wrong(format!("{name} = {value} is not finite")));
+            }
+            if !kind.parameters[index].holds(number) {
+                return Err(kind.wrong(format!("{name} = {value} is outside its range")));
             }
             if found[index].replace(number).is_some() {
                 return Err(kind.wrong(format!("{name} is given twice")));

@@ -49,6 +49,11 @@ pub struct Parameter {
 }
 
 impl Parameter {
+    /// True for a value that the effect may have. A phase may have any: it comes round.
+    pub fn holds(&self, value: f64) -> bool {
+        value.is_finite() && (self.role == Role::Phase || (self.low..=self.high).contains(&value))
+    }
+
     /// A parameter, plausible within `range`.
     pub const fn new(
         name: &'static str,

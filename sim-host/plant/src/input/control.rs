@@ -1,9 +1,7 @@
 //! Gains of the three hybrid force/position controllers and limits of the compensation:
 //! `control/1`.
 
-use super::document::Table;
-use super::{Bounds, Document, FileKind, InputError, read_text};
-use std::path::Path;
+use super::{FileKind, InputError, InputFile, Table};
 use trueweld_compensators::{Entry, FollowingGains, GainTables, Setup, find, library};
 use trueweld_core::JointVector;
 use trueweld_core::compensation::LoopLimits;
@@ -58,23 +56,10 @@ pub struct CompensationLimits {
 /// The keys of the position loop, common to the three schemes.
 const JOINT_KEYS: [&str; 3] = ["position_kp_nm_rad", "position_ki_nm_rad_s", "position_kd_nms_rad"];
 
-impl Control {
-    /// Reads a file of gains.
-    ///
-    /// # Errors
-    /// The first thing in it that does not fit, with its place.
-    pub fn read(path: impl AsRef<Path>) -> Result<Self, InputError> {
-        let (name, text) = read_text(path.as_ref())?;
-        Self::parse(&text, &name)
-    }
+impl InputFile for Control {
+    const KIND: FileKind = FileKind::Control;
 
-    /// Reads gains from text; `name` is what errors call it.
-    ///
-    /// # Errors
-    /// As [`Control::read`].
-    pub fn parse(text: &str, name: &str) -> Result<Self, InputError> {
-        let document = Document::parse(text, name)?;
-        let root = document.root_of(FileKind::Control.schema())?;
+    fn from_root(root: &Table<'_>) -> Result<Self, InputError> {
         root.only(&[
             "schema",
             "period_s",
@@ -84,18 +69,20 @@ impl Control {
             "compensation",
             "law",
         ])?;
-        let period = root.number("period_s", Bounds::PositiveUpTo(1.0))?;
+        let period = root.quantity("period_s")?;
         let compensation = compensation(&root.table("compensation")?)?;
         Ok(Self {
             period,
             parallel: parallel(&root.table("parallel")?)?,
             superposed: parallel(&root.table("superposed")?)?,
             external: external(&root.table("external")?)?,
-            laws: laws(&root, &Setup { period, length: 1.0, following: compensation.following })?,
+            laws: laws(root, &Setup { period, length: 1.0, following: compensation.following })?,
             compensation,
         })
     }
+}
 
+impl Control {
     /// What laws are built for, to weld a seam of so many metres.
     pub fn setup(&self, length: f64) -> Setup<f64> {
         Setup { period: self.period, length, following: self.compensation.following }
@@ -129,7 +116,7 @@ fn laws(root: &Table<'_>, setup: &Setup<f64>) -> Result<GainTables, InputError> 
 
 fn joint(table: &Table<'_>) -> Result<JointGains<f64>, InputError> {
     let [kp, ki, kd] = JOINT_KEYS;
-    let gains = |key| table.numbers::<6>(key, Bounds::NonNegative).map(JointVector::from);
+    let gains = |key| table.quantities::<6>(key).map(JointVector::from);
     Ok(JointGains { kp: gains(kp)?, ki: gains(ki)?, kd: gains(kd)? })
 }
 
@@ -145,11 +132,11 @@ fn parallel(table: &Table<'_>) -> Result<ParallelGains, InputError> {
     Ok(ParallelGains {
         joint: joint(table)?,
         force: ForceGains {
-            kp: table.number("force_kp", Bounds::NonNegative)?,
-            ki: table.number("force_ki_1_s", Bounds::NonNegative)?,
-            kd: table.number("force_kd_ns_m", Bounds::NonNegative)?,
-            max_correction: table.number("max_force_correction_n", Bounds::Positive)?,
-            max_rate: table.number("max_push_rate_n_s", Bounds::Positive)?,
+            kp: table.quantity("force_kp")?,
+            ki: table.quantity("force_ki_1_s")?,
+            kd: table.quantity("force_kd_ns_m")?,
+            max_correction: table.quantity("max_force_correction_n")?,
+            max_rate: table.quantity("max_push_rate_n_s")?,
         },
     })
 }
@@ -168,13 +155,13 @@ fn external(table: &Table<'_>) -> Result<CascadeGains, InputError> {
     Ok(CascadeGains {
         joint: joint(table)?,
         force: ExternalGains {
-            kp: table.number("force_kp_m_n", Bounds::NonNegative)?,
-            ki: table.number("force_ki_m_ns", Bounds::NonNegative)?,
-            kd: table.number("force_kd_s", Bounds::NonNegative)?,
-            material_stiffness: table.number("material_stiffness_n_m", Bounds::Positive)?,
-            tuned_stiffness: table.number("tuned_stiffness_n_m", Bounds::Positive)?,
-            max_correction: table.number("max_depth_correction_m", Bounds::PositiveUpTo(1.0))?,
-            max_rate: table.number("max_depth_rate_m_s", Bounds::PositiveUpTo(10.0))?,
+            kp: table.quantity("force_kp_m_n")?,
+            ki: table.quantity("force_ki_m_ns")?,
+            kd: table.quantity("force_kd_s")?,
+            material_stiffness: table.quantity("material_stiffness_n_m")?,
+            tuned_stiffness: table.quantity("tuned_stiffness_n_m")?,
+            max_correction: table.quantity("max_depth_correction_m")?,
+            max_rate: table.quantity("max_depth_rate_m_s")?,
         },
     })
 }
@@ -189,21 +176,21 @@ fn compensation(table: &Table<'_>) -> Result<CompensationLimits, InputError> {
         "following_rad_s",
         "following_max_m",
     ])?;
-    let bandwidth = table.number("bandwidth_hz", Bounds::Positive)? * std::f64::consts::TAU;
+    let bandwidth = table.quantity("bandwidth_hz")? * std::f64::consts::TAU;
     Ok(CompensationLimits {
         lateral: LoopLimits {
             bandwidth,
-            size: table.number("max_translation_m", Bounds::PositiveUpTo(1.0))?,
-            rate: table.number("max_translation_rate_m_s", Bounds::PositiveUpTo(10.0))?,
+            size: table.quantity("max_translation_m")?,
+            rate: table.quantity("max_translation_rate_m_s")?,
         },
         orientation: LoopLimits {
             bandwidth,
-            size: table.number("max_rotation_rad", Bounds::PositiveUpTo(1.0))?,
-            rate: table.number("max_rotation_rate_rad_s", Bounds::PositiveUpTo(10.0))?,
+            size: table.quantity("max_rotation_rad")?,
+            rate: table.quantity("max_rotation_rate_rad_s")?,
         },
         following: FollowingGains {
-            rate: table.number("following_rad_s", Bounds::Positive)?,
-            size: table.number("following_max_m", Bounds::PositiveUpTo(1.0))?,
+            rate: table.quantity("following_rad_s")?,
+            size: table.quantity("following_max_m")?,
         },
     })
 }

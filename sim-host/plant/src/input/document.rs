@@ -7,6 +7,7 @@
 //! out: defaults. A number that is not in the file is an error.
 
 use super::error::{InputError, Source};
+use super::quantity::{Judgement, Quantity, quantity, warn};
 use super::{FileKind, KINDS};
 use nalgebra::Vector3;
 use std::ops::Range;
@@ -23,24 +24,30 @@ pub const FILL_IN: &str = "FILL IN";
 
 /// What a number must be. Every number must also be finite and at most 10¹² in magnitude.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Bounds {
+pub enum Bounds<'k> {
+    /// The possible range of a [`Quantity`](super::quantity::Quantity), by its key.
+    Of(&'k str),
     /// Any finite number.
     Any,
     /// Above zero.
     Positive,
     /// Zero or above.
     NonNegative,
+    /// From the first to the second.
+    Between(f64, f64),
     /// Above zero, and at most this: a larger one is most likely in another unit.
     PositiveUpTo(f64),
     /// Zero or above, and at most this: a larger one is most likely in another unit.
     UpTo(f64),
 }
 
-impl Bounds {
+impl Bounds<'_> {
     fn hold(self, x: f64) -> bool {
         x.is_finite()
             && x.abs() <= LARGEST
             && match self {
+                Self::Of(key) => quantity(key).is_some_and(|q| q.judge(x) != Judgement::Impossible),
+                Self::Between(low, high) => (low..=high).contains(&x),
                 Self::Any => true,
                 Self::Positive => x > 0.0,
                 Self::NonNegative => x >= 0.0,
@@ -52,6 +59,9 @@ impl Bounds {
     fn describe(self, unit: Option<&str>) -> String {
         let unit = unit.map(|u| format!(" in {u}")).unwrap_or_default();
         match self {
+            Self::Of(key) => quantity(key)
+                .map_or(format!("a quantity of the table, not {key}"), Quantity::expected),
+            Self::Between(low, high) => format!("a number from {low:?} to {high:?}{unit}"),
             Self::Any => format!("a finite number{unit}"),
             Self::Positive => format!("a number above 0{unit}"),
             Self::NonNegative => format!("a number not below 0{unit}"),
@@ -80,6 +90,7 @@ const UNITS: &[(&str, &str)] = &[
     ("_1_s", "1/s"),
     ("_deg", "deg"),
     ("_rad", "rad"),
+    ("_rpm", "1/min"),
     ("_kg", "kg"),
     ("_nm", "N·m"),
     ("_hz", "Hz"),
@@ -205,6 +216,12 @@ pub fn nearest<'k>(word: &str, candidates: impl IntoIterator<Item = &'k str>) ->
         .filter(|(likeness, _)| *likeness > 0.6)
         .max_by(|a, b| a.0.total_cmp(&b.0))
         .map(|(_, c)| c)
+}
+
+/// What was probably meant by an unknown word, as a question in brackets; nothing where it
+/// resembles none of the candidates.
+pub fn did_you_mean<'k>(word: &str, candidates: impl IntoIterator<Item = &'k str>) -> String {
+    nearest(word, candidates).map_or(String::new(), |near| format!(" (did you mean `{near}`?)"))
 }
 
 /// A piece of text and where it stands.
@@ -367,9 +384,35 @@ impl<'d> Table<'d> {
     ///
     /// # Errors
     /// Missing, not a number, not finite, or outside the bounds.
-    pub fn number(&self, key: &str, bounds: Bounds) -> Result<f64, InputError> {
+    pub fn number(&self, key: &str, bounds: Bounds<'_>) -> Result<f64, InputError> {
         let expected = bounds.describe(unit_of(key));
         self.value(key, &expected)?.number(bounds, &expected)
+    }
+
+    /// The number under a key of the table of quantities.
+    ///
+    /// # Errors
+    /// Missing, not a number, or outside the quantity's possible range. One outside its plausible
+    /// range is noted as a warning.
+    pub fn quantity(&self, key: &str) -> Result<f64, InputError> {
+        self.quantity_as(key, key)
+    }
+
+    /// As [`Table::quantity`], of a quantity that goes by another name than its key.
+    ///
+    /// # Errors
+    /// As [`Table::quantity`].
+    pub fn quantity_as(&self, key: &str, name: &str) -> Result<f64, InputError> {
+        let expected = Bounds::Of(name).describe(unit_of(key));
+        self.value(key, &expected)?.number(Bounds::Of(name), &expected)
+    }
+
+    /// Exactly `N` numbers under a key of the table of quantities.
+    ///
+    /// # Errors
+    /// As [`Table::numbers`] and [`Table::quantity`].
+    pub fn quantities<const N: usize>(&self, key: &str) -> Result<[f64; N], InputError> {
+        self.numbers(key, Bounds::Of(key))
     }
 
     /// The whole number, zero or above, under a key.
@@ -392,7 +435,7 @@ impl<'d> Table<'d> {
     ///
     /// # Errors
     /// Missing, not a list, longer than `most`, or an entry that is not a number within the bounds.
-    pub fn list(&self, key: &str, most: usize, bounds: Bounds) -> Result<Vec<f64>, InputError> {
+    pub fn list(&self, key: &str, most: usize, bounds: Bounds<'_>) -> Result<Vec<f64>, InputError> {
         let expected = format!("a list of at most {most} numbers");
         self.entries(key, &expected, |n| n <= most, bounds)
     }
@@ -404,7 +447,7 @@ impl<'d> Table<'d> {
     pub fn numbers<const N: usize>(
         &self,
         key: &str,
-        bounds: Bounds,
+        bounds: Bounds<'_>,
     ) -> Result<[f64; N], InputError> {
         let expected = format!("a list of {N} numbers");
         let entries = self.entries(key, &expected, |n| n == N, bounds)?;
@@ -418,7 +461,7 @@ impl<'d> Table<'d> {
     /// # Errors
     /// As [`Table::numbers`].
     pub fn vector(&self, key: &str) -> Result<Vector3<f64>, InputError> {
-        self.numbers::<3>(key, Bounds::Any).map(Vector3::from)
+        self.quantities::<3>(key).map(Vector3::from)
     }
 
     fn entries(
@@ -426,7 +469,7 @@ impl<'d> Table<'d> {
         key: &str,
         expected: &str,
         length: impl Fn(usize) -> bool,
-        bounds: Bounds,
+        bounds: Bounds<'_>,
     ) -> Result<Vec<f64>, InputError> {
         let unit = unit_of(key);
         let expected =
@@ -605,7 +648,7 @@ impl<'d> Value<'d> {
         }
     }
 
-    fn number(&self, bounds: Bounds, expected: &str) -> Result<f64, InputError> {
+    fn number(&self, bounds: Bounds<'_>, expected: &str) -> Result<f64, InputError> {
         let number = match self.value {
             DeValue::Integer(i) => {
                 i128::from_str_radix(i.as_str(), i.radix()).ok().map(|i| i as f64)
@@ -617,7 +660,17 @@ impl<'d> Value<'d> {
             _ => None,
         };
         match number {
-            Some(x) if bounds.hold(x) => Ok(x),
+            Some(x) if bounds.hold(x) => {
+                if let Bounds::Of(key) = bounds
+                    && let Some(quantity) = quantity(key)
+                    && quantity.judge(x) == Judgement::Implausible
+                {
+                    let place = self.source.place(self.span.start);
+                    let (what, read, usual) = (&self.what, self.read(), quantity.usual());
+                    warn(format!("{place}: {what} is {read}; plausible are {usual}"));
+                }
+                Ok(x)
+            }
             Some(x) if x.is_finite() && x.abs() > LARGEST => {
                 let help = "No quantity of a welding cell in SI units is that large; check the exponent and the unit.";
                 Err(self.wrong(&format!("{expected}, at most 1e12 in magnitude"), help))

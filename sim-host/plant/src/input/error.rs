@@ -137,8 +137,6 @@ impl Source {
         let (line, end_of_line) = line_around(text, start);
         let end = text.floor_char_boundary(span.end.clamp(start, end_of_line));
         let number = self.line + text[..line].matches('\n').count();
-        let column = text[line..start].chars().count();
-
         let from = line.max(text.floor_char_boundary(start.saturating_sub(SHOWN)));
         let until = text.floor_char_boundary(end.min(start + 2 * SHOWN) + SHOWN).min(end_of_line);
         let whole = from == line && until == end_of_line;
@@ -160,7 +158,7 @@ impl Source {
             shown = shown + "\n" + &neighbour(end_of_line + next + 1);
         }
         InputError {
-            place: format!("{}:{}:{}", one_line(&self.name), number + 1, column + 1),
+            place: self.place(start),
             message: printable(&message.into()),
             excerpt: Arc::new(Excerpt {
                 name: one_line(&self.name),
@@ -183,6 +181,14 @@ impl Source {
             labels: Vec::new(),
             help: printable(&help.into()),
         }
+    }
+
+    /// Where a byte stands: `file:line:column`.
+    pub(crate) fn place(&self, at: usize) -> String {
+        let before = &self.text[..self.text.floor_char_boundary(at)];
+        let number = self.line + before.matches('\n').count() + 1;
+        let column = before.chars().rev().take_while(|c| *c != '\n').count() + 1;
+        format!("{}:{number}:{column}", one_line(&self.name))
     }
 
     /// What stands at a byte range, on one line and cut where it is long.

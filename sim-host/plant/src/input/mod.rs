@@ -14,6 +14,7 @@ pub mod error;
 pub mod file;
 pub mod model;
 pub mod process;
+pub mod quantity;
 pub mod requirements;
 pub mod robot;
 pub mod sensors;
@@ -21,12 +22,12 @@ pub mod urdf;
 pub mod weld;
 
 pub use control::{CascadeGains, CompensationLimits, Control, ParallelGains};
-pub use document::nearest;
-pub use document::{Bounds, Document, FILL_IN, Table};
+pub use document::{Bounds, Document, FILL_IN, Table, did_you_mean, nearest};
 pub use error::{InputError, Source, printable};
 pub use file::{files_read, folder_of, open, read_text, remove_stale, write_atomically};
 pub use model::{Comments, EffectComments, ModelEffect, ModelFile, Scope};
 pub use process::{Process, Ripple};
+pub use quantity::{Quantity, check_option, quantity, warnings};
 pub use requirements::{Faults, LIMITS, MARGINS, MarginLimits, Requirements, Uncertainty};
 pub use robot::RobotFile;
 pub use sensors::{ForceSensor, SeamSensor, Sensors};
@@ -107,6 +108,36 @@ impl FileKind {
 impl fmt::Display for FileKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.describe())
+    }
+}
+
+/// An input file of one kind: what its reader makes of the top-level table.
+pub trait InputFile: Sized {
+    /// Its kind.
+    const KIND: FileKind;
+
+    /// Reads and checks the values of the file.
+    ///
+    /// # Errors
+    /// The first thing that does not fit, with its place.
+    fn from_root(root: &Table<'_>) -> Result<Self, InputError>;
+
+    /// Reads a file.
+    ///
+    /// # Errors
+    /// As [`InputFile::from_root`]; a file that cannot be read, or is of another kind.
+    fn read(path: impl AsRef<Path>) -> Result<Self, InputError> {
+        let (name, text) = read_text(path.as_ref())?;
+        Self::parse(&text, &name)
+    }
+
+    /// Reads text; `name` is what errors call it.
+    ///
+    /// # Errors
+    /// As [`InputFile::from_root`]; text of another kind of file.
+    fn parse(text: &str, name: &str) -> Result<Self, InputError> {
+        let document = Document::parse(text, name)?;
+        Self::from_root(&document.root_of(Self::KIND.schema())?)
     }
 }
 

@@ -16,13 +16,13 @@
 
 use super::document::Table;
 use super::{
-    Bounds, Document, FileKind, InputError, Process, RobotFile, Source, folder_of, nearest,
-    read_text, write_atomically,
+    Bounds, Document, FileKind, InputError, InputFile, Process, RobotFile, Source, folder_of,
+    nearest, read_text, write_atomically,
 };
 use crate::effects::formula::{
     CustomParameter, CustomRole, Definition, Formula, MOST_PARAMETERS, NamedPort, PORTS,
 };
-use crate::effects::{self, Action, Effect, EffectError, library};
+use crate::effects::{self, Action, Effect, EffectError, Role, library};
 use std::fmt::Write;
 use std::path::{Component, Path, PathBuf};
 
@@ -267,7 +267,11 @@ fn library_values(
     let mut known = vec!["id", "at", "scope"];
     known.extend(kind.parameters.iter().map(|p| p.name));
     table.only(&known)?;
-    let value = |p: &effects::Parameter| value_or_start(table, p.name, scope, p.neutral());
+    let value = |p: &effects::Parameter| {
+        let range =
+            if p.role == Role::Phase { Bounds::Any } else { Bounds::Between(p.low, p.high) };
+        value_or_start(table, p.name, scope, p.neutral(), range)
+    };
     kind.parameters.iter().map(value).collect()
 }
 
@@ -277,8 +281,9 @@ fn value_or_start(
     key: &str,
     scope: Scope,
     start: f64,
+    range: Bounds<'_>,
 ) -> Result<f64, InputError> {
-    if scope == Scope::Log && !table.has(key) { Ok(start) } else { table.number(key, Bounds::Any) }
+    if scope == Scope::Log && !table.has(key) { Ok(start) } else { table.number(key, range) }
 }
 
 /// An effect of the user's own.
@@ -366,7 +371,7 @@ fn own_parameter(
     let role = match (table.has("step"), table.has("shape")) {
         (true, false) => CustomRole::Size(table.number("step", Bounds::Positive)?),
         (false, true) => {
-            let starts = table.list("shape", MOST_PARAMETERS, Bounds::Any)?;
+            let starts = table.list("shape", MOST_PARAMETERS, Bounds::Between(low, high))?;
             if starts.is_empty() {
                 return Err(table.wrong(
                     "shape",
@@ -384,7 +389,7 @@ fn own_parameter(
         }
     };
     let start = if let CustomRole::Shape(starts) = &role { starts[0] } else { 0.0 };
-    let value = value_or_start(table, "value", scope, start)?;
+    let value = value_or_start(table, "value", scope, start, Bounds::Between(low, high))?;
     let text = |key: &str| {
         if table.has(key) { table.name(key) } else { Ok(name.to_owned()) }
     };

@@ -1,8 +1,6 @@
 //! The welding process: `process/1`.
 
-use super::document::Table;
-use super::{Bounds, Document, FileKind, InputError, read_text};
-use std::path::Path;
+use super::{FileKind, InputError, InputFile, Table};
 
 /// Macroscopic three-axis visco-elastic model of friction stir welding, in the weld frame W
 /// (x along the weld, z along the tool into the material).
@@ -46,24 +44,10 @@ pub struct Ripple {
     pub phase: f64,
 }
 
-impl Process {
-    /// Reads a process file.
-    ///
-    /// # Errors
-    /// The first thing in it that does not fit, with its place.
-    pub fn read(path: impl AsRef<Path>) -> Result<Self, InputError> {
-        let (name, text) = read_text(path.as_ref())?;
-        Self::parse(&text, &name)
-    }
+impl InputFile for Process {
+    const KIND: FileKind = FileKind::Process;
 
-    /// Reads a process from text; `name` is what errors call it.
-    ///
-    /// # Errors
-    /// As [`Process::read`].
-    pub fn parse(text: &str, name: &str) -> Result<Self, InputError> {
-        use Bounds::{Any, NonNegative, Positive, PositiveUpTo};
-        let document = Document::parse(text, name)?;
-        let root = document.root_of(FileKind::Process.schema())?;
+    fn from_root(root: &Table<'_>) -> Result<Self, InputError> {
         root.only(&[
             "schema",
             "depth_stiffness_n_m",
@@ -79,16 +63,16 @@ impl Process {
             "ripple",
         ])?;
         Ok(Self {
-            depth_stiffness: root.number("depth_stiffness_n_m", Positive)?,
-            depth_damping: root.number("depth_damping_ns_m", NonNegative)?,
-            feed_drag: root.number("feed_drag_ns_m", NonNegative)?,
-            lateral_damping: root.number("lateral_damping_ns_m", NonNegative)?,
-            lateral_stiffness: root.number("lateral_stiffness_n_m", NonNegative)?,
-            memory_length: root.number("memory_length_m", PositiveUpTo(1.0))?,
-            lateral_ratio: root.number("lateral_ratio", NonNegative)?,
-            reference_force: root.number("reference_force_n", Positive)?,
-            spindle: root.number("spindle_rad_s", Any)?,
-            pin_diameter: root.number("pin_diameter_m", PositiveUpTo(0.2))?,
+            depth_stiffness: root.quantity("depth_stiffness_n_m")?,
+            depth_damping: root.quantity("depth_damping_ns_m")?,
+            feed_drag: root.quantity("feed_drag_ns_m")?,
+            lateral_damping: root.quantity("lateral_damping_ns_m")?,
+            lateral_stiffness: root.quantity("lateral_stiffness_n_m")?,
+            memory_length: root.quantity("memory_length_m")?,
+            lateral_ratio: root.quantity("lateral_ratio")?,
+            reference_force: root.quantity("reference_force_n")?,
+            spindle: root.quantity("spindle_rad_s")?,
+            pin_diameter: root.quantity("pin_diameter_m")?,
             // A process without ripple has no [[ripple]] table: that is how TOML writes an empty
             // list of tables.
             ripple: if root.has("ripple") {
@@ -103,9 +87,9 @@ impl Process {
 fn ripple(table: &Table<'_>) -> Result<Ripple, InputError> {
     table.only(&["order", "axial", "in_plane", "phase_rad"])?;
     Ok(Ripple {
-        order: table.number("order", Bounds::Positive)?,
-        axial: table.number("axial", Bounds::UpTo(1.0))?,
-        in_plane: table.number("in_plane", Bounds::UpTo(1.0))?,
-        phase: table.number("phase_rad", Bounds::Any)?,
+        order: table.quantity("order")?,
+        axial: table.quantity("axial")?,
+        in_plane: table.quantity("in_plane")?,
+        phase: table.quantity("phase_rad")?,
     })
 }

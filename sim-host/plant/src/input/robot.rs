@@ -1,9 +1,7 @@
 //! The robot with its tool: `robot/1`.
 
-use super::document::Table;
-use super::{Bounds, Document, FileKind, InputError, read_text};
+use super::{Bounds, FileKind, InputError, InputFile, Table};
 use nalgebra::{Matrix3, Vector3};
-use std::path::Path;
 use trueweld_core::robot::COUNTERBALANCE_TERMS;
 use trueweld_core::{
     Counterbalance, Friction, JOINTS, JointParameters, ModelError, Robot, RobotParameters,
@@ -32,24 +30,10 @@ impl PartialEq for RobotFile {
     }
 }
 
-impl RobotFile {
-    /// Reads a robot file.
-    ///
-    /// # Errors
-    /// The first thing in it that does not fit, with its place; a model that cannot be a robot,
-    /// with the place of the value that makes it so.
-    pub fn read(path: impl AsRef<Path>) -> Result<Self, InputError> {
-        let (name, text) = read_text(path.as_ref())?;
-        Self::parse(&text, &name)
-    }
+impl InputFile for RobotFile {
+    const KIND: FileKind = FileKind::Robot;
 
-    /// Reads a robot from text; `name` is what errors call it.
-    ///
-    /// # Errors
-    /// As [`RobotFile::read`].
-    pub fn parse(text: &str, name: &str) -> Result<Self, InputError> {
-        let document = Document::parse(text, name)?;
-        let root = document.root_of(FileKind::Robot.schema())?;
+    fn from_root(root: &Table<'_>) -> Result<Self, InputError> {
         root.only(&[
             "schema",
             "name",
@@ -65,7 +49,7 @@ impl RobotFile {
         let unnamed = root.tables("joint")?;
         if unnamed.len() != JOINTS {
             // At the first joint too many, or at the last one there is.
-            let at = unnamed.get(JOINTS).or(unnamed.last()).unwrap_or(&root);
+            let at = unnamed.get(JOINTS).or(unnamed.last()).unwrap_or(root);
             let message = format!(
                 "ends a list of {} joints; expected {JOINTS} [[joint]] tables",
                 unnamed.len()
@@ -107,14 +91,13 @@ impl RobotFile {
             tool: tool(&tool_table)?,
         };
         let robot = Robot::new(parameters.clone()).map_err(|error| {
-            explain(error, &parameters, &root, &tables, &friction_table, &tool_table)
+            explain(error, &parameters, root, &tables, &friction_table, &tool_table)
         })?;
         Ok(Self { name: robot_name, joint_names, parameters, robot })
     }
 }
 
 fn joint(table: &Table<'_>) -> Result<JointParameters<f64>, InputError> {
-    use Bounds::{Any, NonNegative, Positive};
     table.only(&[
         "name",
         "origin_m",
@@ -132,40 +115,39 @@ fn joint(table: &Table<'_>) -> Result<JointParameters<f64>, InputError> {
     Ok(JointParameters {
         origin: table.vector("origin_m")?,
         axis: table.vector("axis")?,
-        limits: table.numbers("limits_deg", Any)?.map(f64::to_radians),
-        max_rate: table.number("max_speed_deg_s", Positive)?.to_radians(),
-        max_torque: table.number("max_torque_nm", Positive)?,
-        stiffness: table.number("stiffness_nm_rad", Positive)?,
-        damping: table.number("damping_nms_rad", NonNegative)?,
-        rotor_inertia: table.number("rotor_inertia_kg_m2", Positive)?,
-        mass: table.number("mass_kg", NonNegative)?,
+        limits: table.quantities("limits_deg")?.map(f64::to_radians),
+        max_rate: table.quantity("max_speed_deg_s")?.to_radians(),
+        max_torque: table.quantity("max_torque_nm")?,
+        stiffness: table.quantity("stiffness_nm_rad")?,
+        damping: table.quantity("damping_nms_rad")?,
+        rotor_inertia: table.quantity("rotor_inertia_kg_m2")?,
+        mass: table.quantity("mass_kg")?,
         center_of_mass: table.vector("com_m")?,
         inertia: inertia(table)?,
     })
 }
 
 fn inertia(table: &Table<'_>) -> Result<Matrix3<f64>, InputError> {
-    use Bounds::{Any, NonNegative};
     let t = table.table("inertia_kg_m2")?;
     t.only(&["xx", "yy", "zz", "xy", "xz", "yz"])?;
-    let [xx, yy, zz] =
-        [t.number("xx", NonNegative)?, t.number("yy", NonNegative)?, t.number("zz", NonNegative)?];
-    let [xy, xz, yz] = [t.number("xy", Any)?, t.number("xz", Any)?, t.number("yz", Any)?];
+    let [xx, yy, zz] = [t.quantity("xx")?, t.quantity("yy")?, t.quantity("zz")?];
+    let [xy, xz, yz] = [t.quantity("xy")?, t.quantity("xz")?, t.quantity("yz")?];
     Ok(Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz))
 }
 
 fn friction(table: &Table<'_>) -> Result<Friction<f64>, InputError> {
     table.only(&["viscous_nms_rad", "coulomb_nm", "smoothing_rad_s"])?;
     Ok(Friction {
-        viscous: table.numbers("viscous_nms_rad", Bounds::NonNegative)?.into(),
-        coulomb: table.numbers("coulomb_nm", Bounds::NonNegative)?.into(),
-        smoothing: table.number("smoothing_rad_s", Bounds::Positive)?,
+        viscous: table.quantities("viscous_nms_rad")?.into(),
+        coulomb: table.quantities("coulomb_nm")?.into(),
+        smoothing: table.quantity("smoothing_rad_s")?,
     })
 }
 
 fn counterbalance(table: &Table<'_>) -> Result<Counterbalance<f64>, InputError> {
     table.only(&["cos_nm"])?;
-    let cosine = table.list("cos_nm", COUNTERBALANCE_TERMS, Bounds::Any)?.into_iter().collect();
+    let cosine =
+        table.list("cos_nm", COUNTERBALANCE_TERMS, Bounds::Of("cos_nm"))?.into_iter().collect();
     Ok(Counterbalance { cosine })
 }
 
@@ -181,7 +163,7 @@ fn tool(table: &Table<'_>) -> Result<ToolParameters<f64>, InputError> {
     ])?;
     Ok(ToolParameters {
         flange_offset: table.vector("flange_offset_m")?,
-        mass: table.number("mass_kg", Bounds::NonNegative)?,
+        mass: table.quantity("mass_kg")?,
         com_from_flange: table.vector("com_from_flange_m")?,
         inertia: inertia(table)?,
         tcp_from_flange: table.vector("tcp_from_flange_m")?,

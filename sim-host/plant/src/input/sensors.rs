@@ -1,8 +1,6 @@
 //! What the controller's sensors add to the truth: `sensors/1`.
 
-use super::document::Table;
-use super::{Bounds, Document, FileKind, InputError, read_text};
-use std::path::Path;
+use super::{FileKind, InputError, InputFile, Table};
 
 /// The sensors of one cell.
 #[derive(Debug, Clone, PartialEq)]
@@ -50,23 +48,10 @@ pub struct ForceSensor {
     pub resolution: f64,
 }
 
-impl Sensors {
-    /// Reads a sensor file.
-    ///
-    /// # Errors
-    /// The first thing in it that does not fit, with its place.
-    pub fn read(path: impl AsRef<Path>) -> Result<Self, InputError> {
-        let (name, text) = read_text(path.as_ref())?;
-        Self::parse(&text, &name)
-    }
+impl InputFile for Sensors {
+    const KIND: FileKind = FileKind::Sensors;
 
-    /// Reads sensors from text; `name` is what errors call it.
-    ///
-    /// # Errors
-    /// As [`Sensors::read`].
-    pub fn parse(text: &str, name: &str) -> Result<Self, InputError> {
-        let document = Document::parse(text, name)?;
-        let root = document.root_of(FileKind::Sensors.schema())?;
+    fn from_root(root: &Table<'_>) -> Result<Self, InputError> {
         root.only(&["schema", "seed", "encoder", "force", "seam"])?;
         let seed = root.integer("seed")?;
         let encoder = root.table("encoder")?;
@@ -74,13 +59,13 @@ impl Sensors {
         let force = root.table("force")?;
         force.only(&["noise_n", "noise_nm", "filter_hz", "delay_s", "resolution_n"])?;
         Ok(Self {
-            encoder_resolution: encoder.numbers("resolution_rad", Bounds::UpTo(0.1))?,
+            encoder_resolution: encoder.quantities("resolution_rad")?,
             force: ForceSensor {
-                noise_force: force.number("noise_n", Bounds::NonNegative)?,
-                noise_moment: force.number("noise_nm", Bounds::NonNegative)?,
-                filter: force.number("filter_hz", Bounds::NonNegative)?,
-                delay: force.number("delay_s", Bounds::UpTo(1.0))?,
-                resolution: force.number("resolution_n", Bounds::NonNegative)?,
+                noise_force: force.quantity("noise_n")?,
+                noise_moment: force.quantity("noise_nm")?,
+                filter: force.quantity("filter_hz")?,
+                delay: force.quantity("delay_s")?,
+                resolution: force.quantity("resolution_n")?,
             },
             seam: if root.has("seam") { Some(seam(&root.table("seam")?)?) } else { None },
             seed,
@@ -91,11 +76,11 @@ impl Sensors {
 fn seam(table: &Table<'_>) -> Result<SeamSensor, InputError> {
     table.only(&["ahead_m", "noise_m", "tilt_noise_rad", "period_s", "delay_s", "lost"])?;
     Ok(SeamSensor {
-        ahead: table.number("ahead_m", Bounds::UpTo(1.0))?,
-        noise: table.number("noise_m", Bounds::PositiveUpTo(0.1))?,
-        tilt_noise: table.number("tilt_noise_rad", Bounds::PositiveUpTo(0.1))?,
-        period: table.number("period_s", Bounds::PositiveUpTo(10.0))?,
-        delay: table.number("delay_s", Bounds::UpTo(0.3))?,
-        lost: table.number("lost", Bounds::UpTo(1.0))?,
+        ahead: table.quantity("ahead_m")?,
+        noise: table.quantity("noise_m")?,
+        tilt_noise: table.quantity("tilt_noise_rad")?,
+        period: table.quantity_as("period_s", "seam.period_s")?,
+        delay: table.quantity_as("delay_s", "seam.delay_s")?,
+        lost: table.quantity("lost")?,
     })
 }

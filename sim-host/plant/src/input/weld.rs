@@ -1,8 +1,7 @@
 //! The weld to make: `weld/1`.
 
-use super::{Bounds, Document, FileKind, InputError, read_text};
+use super::{FileKind, InputError, InputFile, Table};
 use nalgebra::Vector3;
-use std::path::Path;
 
 /// How far a stated unit vector's length may be from 1.
 const UNIT: f64 = 1e-6;
@@ -33,23 +32,10 @@ pub struct Weld {
     pub settle: f64,
 }
 
-impl Weld {
-    /// Reads a weld file.
-    ///
-    /// # Errors
-    /// The first thing in it that does not fit, with its place.
-    pub fn read(path: impl AsRef<Path>) -> Result<Self, InputError> {
-        let (name, text) = read_text(path.as_ref())?;
-        Self::parse(&text, &name)
-    }
+impl InputFile for Weld {
+    const KIND: FileKind = FileKind::Weld;
 
-    /// Reads a weld from text; `name` is what errors call it.
-    ///
-    /// # Errors
-    /// As [`Weld::read`].
-    pub fn parse(text: &str, name: &str) -> Result<Self, InputError> {
-        let document = Document::parse(text, name)?;
-        let root = document.root_of(FileKind::Weld.schema())?;
+    fn from_root(root: &Table<'_>) -> Result<Self, InputError> {
         root.only(&[
             "schema",
             "start_m",
@@ -93,12 +79,12 @@ impl Weld {
             start,
             end,
             tool_axis,
-            feed: root.number("feed_m_s", Bounds::PositiveUpTo(1.0))?,
-            feed_ramp: root.number("feed_ramp_s", Bounds::NonNegative)?,
-            force: root.number("force_n", Bounds::Positive)?,
-            force_ramp: root.number("force_ramp_s", Bounds::NonNegative)?,
-            initial_depth: root.number("initial_depth_m", Bounds::UpTo(0.05))?,
-            settle: root.number("settle_s", Bounds::NonNegative)?,
+            feed: root.quantity("feed_m_s")?,
+            feed_ramp: root.quantity("feed_ramp_s")?,
+            force: root.quantity("force_n")?,
+            force_ramp: root.quantity("force_ramp_s")?,
+            initial_depth: root.quantity("initial_depth_m")?,
+            settle: root.quantity("settle_s")?,
         })
     }
 }

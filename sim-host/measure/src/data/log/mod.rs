@@ -22,8 +22,8 @@ use std::path::{Path, PathBuf};
 use trueweld_core::JOINTS;
 use trueweld_plant::input::document::nearest;
 use trueweld_plant::input::{
-    Bounds, Document, FileKind, InputError, Process, RobotFile, Source, Table, Weld, open,
-    read_text,
+    Bounds, Document, FileKind, InputError, InputFile, Process, RobotFile, Source, Table, Weld,
+    open, read_text,
 };
 
 /// Name of the file that says what a log is.

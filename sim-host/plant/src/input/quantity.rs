@@ -1,0 +1,234 @@
+//! The quantities that input files and options hold, each with its ranges: one table.
+//!
+//! A value outside the possible range is refused: nothing good can come of it. One outside the
+//! plausible range is taken with a warning, since it is more often a slip or another unit than a
+//! cell. The plausible ranges are those of friction stir welding on serial robots from 5 kg to
+//! 1000 kg of payload, with room to either side.
+
+use std::sync::{Mutex, PoisonError};
+
+/// A quantity, by the key under which files state it.
+#[derive(Debug, PartialEq)]
+pub struct Quantity {
+    /// Its key, which ends in the unit. Where one key stands for several quantities: table, dot,
+    /// key.
+    pub key: &'static str,
+    /// What it is.
+    pub meaning: &'static str,
+    /// Least and largest value that is taken.
+    pub possible: [f64; 2],
+    /// Least and largest value that is taken without a warning; of the magnitude, where the value
+    /// may be negative. Zero, where it is possible, stands for something that is not there.
+    pub plausible: [f64; 2],
+}
+
+/// What a range says of a value.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Judgement {
+    /// Within the plausible range.
+    Plausible,
+    /// Within the possible range only.
+    Implausible,
+    /// Outside the possible range, or not a number.
+    Impossible,
+}
+
+const fn row(
+    key: &'static str,
+    possible: [f64; 2],
+    plausible: [f64; 2],
+    meaning: &'static str,
+) -> Quantity {
+    Quantity { key, meaning, possible, plausible }
+}
+
+/// No coordinate, direction or product of inertia is refused for its sign.
+const fn signed(
+    key: &'static str,
+    possible: f64,
+    plausible: f64,
+    meaning: &'static str,
+) -> Quantity {
+    row(key, [-possible, possible], [0.0, plausible], meaning)
+}
+
+/// Every quantity.
+#[rustfmt::skip]
+pub static QUANTITIES: &[Quantity] = &[
+    // Robot.
+    signed("gravity_m_s2", 100.0, 10.0, "acceleration of gravity"),
+    signed("origin_m", 20.0, 5.0, "origin of a joint in the frame before"),
+    signed("axis", 1e3, 1.0, "direction of a joint's axis"),
+    signed("limits_deg", 1e5, 1080.0, "position limit of a joint"),
+    row("max_speed_deg_s", [1e-2, 1e4], [1.0, 1e3], "largest speed of a joint"),
+    row("max_torque_nm", [1e-2, 1e7], [1.0, 2e5], "largest torque of a drive, at the joint"),
+    row("stiffness_nm_rad", [1.0, 1e11], [1e3, 1e9], "stiffness of a drive train, at the joint"),
+    row("damping_nms_rad", [0.0, 1e9], [0.0, 1e6], "damping of a drive train, at the joint"),
+    row("rotor_inertia_kg_m2", [1e-6, 1e6], [1e-3, 2e4], "inertia of motor and gear, at the joint"),
+    row("mass_kg", [0.0, 1e6], [0.0, 5e3], "mass of a link or of the tool"),
+    signed("com_m", 20.0, 5.0, "centre of mass in the link frame"),
+    row("xx", [0.0, 1e7], [0.0, 1e4], "moment of inertia, kg·m²"),
+    row("yy", [0.0, 1e7], [0.0, 1e4], "moment of inertia, kg·m²"),
+    row("zz", [0.0, 1e7], [0.0, 1e4], "moment of inertia, kg·m²"),
+    signed("xy", 1e7, 1e4, "product of inertia, kg·m²"),
+    signed("xz", 1e7, 1e4, "product of inertia, kg·m²"),
+    signed("yz", 1e7, 1e4, "product of inertia, kg·m²"),
+    row("viscous_nms_rad", [0.0, 1e8], [0.0, 1e5], "viscous friction of a motor, at the joint"),
+    row("coulomb_nm", [0.0, 1e7], [0.0, 2e4], "Coulomb friction of a motor, at the joint"),
+    row("smoothing_rad_s", [1e-6, 10.0], [1e-5, 1.0], "rate over which friction turns round"),
+    signed("cos_nm", 1e7, 1e5, "cosine term of the counterbalance"),
+    signed("flange_offset_m", 20.0, 3.0, "flange in the frame of the last joint"),
+    signed("com_from_flange_m", 20.0, 3.0, "centre of mass of the tool from the flange"),
+    signed("tcp_from_flange_m", 20.0, 3.0, "tool centre point from the flange"),
+    signed("z_axis", 1e3, 1.0, "axis of the tool"),
+    signed("y_axis", 1e3, 1.0, "axis across the tool"),
+    // Process.
+    row("depth_stiffness_n_m", [1e3, 1e11], [1e6, 1e9], "stiffness of the material in depth"),
+    row("depth_damping_ns_m", [0.0, 1e10], [0.0, 1e8], "damping of the material in depth"),
+    row("feed_drag_ns_m", [0.0, 1e10], [0.0, 1e7], "drag along the weld"),
+    row("lateral_damping_ns_m", [0.0, 1e10], [0.0, 1e7], "damping across the weld"),
+    row("lateral_stiffness_n_m", [0.0, 1e11], [0.0, 1e9], "stiffness across the weld"),
+    row("memory_length_m", [1e-6, 1.0], [1e-4, 0.1], "travel over which the channel follows"),
+    row("lateral_ratio", [0.0, 100.0], [0.0, 2.0], "transversal force per feed force"),
+    row("reference_force_n", [1.0, 1e7], [100.0, 1e5], "depth force at which drag is stated"),
+    row("spindle_rad_s", [-3200.0, 3200.0], [5.0, 650.0], "speed of the spindle"),
+    row("pin_diameter_m", [1e-5, 0.2], [1e-3, 0.05], "diameter of the pin"),
+    row("order", [1e-3, 1e4], [0.1, 100.0], "periods of a ripple per turn of the spindle"),
+    row("axial", [0.0, 1.0], [0.0, 0.5], "relative ripple of the depth force"),
+    row("in_plane", [0.0, 1.0], [0.0, 0.5], "relative ripple of the forces in the plane"),
+    signed("phase_rad", 1e4, 7.0, "phase of a ripple"),
+    // Weld.
+    signed("start_m", 1e3, 10.0, "start of the weld"),
+    signed("end_m", 1e3, 10.0, "end of the weld"),
+    signed("tool_axis", 1e3, 1.0, "direction of the tool"),
+    row("feed_m_s", [1e-6, 1.0], [1e-4, 0.1], "speed along the weld"),
+    row("feed_ramp_s", [0.0, 1e4], [0.0, 60.0], "time in which the feed rises"),
+    row("force_n", [1.0, 1e7], [100.0, 1e5], "depth force"),
+    row("force_ramp_s", [0.0, 1e4], [0.0, 60.0], "time in which the force rises"),
+    row("initial_depth_m", [0.0, 0.05], [0.0, 5e-3], "depth of the tool at the start"),
+    row("settle_s", [0.0, 1e4], [0.0, 60.0], "time before the force loop closes"),
+    // Sensors.
+    row("resolution_rad", [0.0, 0.1], [0.0, 1e-3], "step of an encoder"),
+    row("noise_n", [0.0, 1e6], [0.0, 1e3], "noise of a force"),
+    row("noise_nm", [0.0, 1e6], [0.0, 1e3], "noise of a moment"),
+    row("filter_hz", [0.0, 1e6], [0.0, 1e4], "corner of the force sensor's filter"),
+    row("delay_s", [0.0, 1.0], [0.0, 0.1], "age of a reading of the force sensor"),
+    row("resolution_n", [0.0, 1e5], [0.0, 100.0], "step of a force"),
+    row("ahead_m", [0.0, 1.0], [0.0, 0.3], "how far ahead the seam sensor looks"),
+    row("noise_m", [1e-9, 0.1], [1e-7, 5e-3], "noise of the seam sensor across the seam"),
+    row("tilt_noise_rad", [1e-9, 0.1], [1e-6, 0.02], "noise of the seam sensor in tilt"),
+    row("seam.period_s", [1e-4, 10.0], [1e-3, 1.0], "time between readings of the seam sensor"),
+    row("seam.delay_s", [0.0, 0.3], [0.0, 0.2], "age of a reading of the seam sensor"),
+    row("lost", [0.0, 1.0], [0.0, 0.5], "share of readings that are lost"),
+    // Controllers.
+    row("period_s", [1e-4, 1.0], [5e-4, 0.05], "control period"),
+    row("position_kp_nm_rad", [0.0, 1e11], [1e2, 1e9], "proportional gain of a joint"),
+    row("position_ki_nm_rad_s", [0.0, 1e12], [0.0, 1e10], "integral gain of a joint"),
+    row("position_kd_nms_rad", [0.0, 1e10], [0.0, 1e8], "derivative gain of a joint"),
+    row("force_kp", [0.0, 1e3], [0.0, 10.0], "proportional gain of the force"),
+    row("force_ki_1_s", [0.0, 1e4], [1e-2, 100.0], "integral gain of the force"),
+    row("force_kd_ns_m", [0.0, 1e9], [0.0, 1e7], "derivative gain of the force"),
+    row("max_force_correction_n", [1.0, 1e7], [100.0, 1e5], "limit of the force correction"),
+    row("max_push_rate_n_s", [1.0, 1e9], [1e3, 1e7], "limit of the rate of the push"),
+    row("force_kp_m_n", [0.0, 1e-3], [0.0, 1e-6], "proportional gain of the force loop"),
+    row("force_ki_m_ns", [0.0, 1e-2], [1e-9, 1e-4], "integral gain of the force loop"),
+    row("force_kd_s", [0.0, 1e3], [0.0, 10.0], "derivative gain of the force loop"),
+    row("material_stiffness_n_m", [1e3, 1e11], [1e6, 1e9], "material that the force loop believes in"),
+    row("tuned_stiffness_n_m", [1e3, 1e11], [1e5, 1e9], "stiffness that the force loop is tuned for"),
+    row("max_depth_correction_m", [1e-6, 1.0], [1e-4, 0.1], "limit of the depth correction"),
+    row("max_depth_rate_m_s", [1e-6, 10.0], [1e-4, 1.0], "limit of the rate of the depth correction"),
+    row("bandwidth_hz", [1e-3, 1e4], [0.01, 100.0], "bandwidth of the corrections"),
+    row("max_translation_m", [1e-6, 1.0], [1e-4, 0.1], "limit of the lateral correction"),
+    row("max_rotation_rad", [1e-6, 1.0], [1e-4, 0.2], "limit of the correction of orientation"),
+    row("max_translation_rate_m_s", [1e-6, 10.0], [1e-4, 1.0], "limit of its rate"),
+    row("max_rotation_rate_rad_s", [1e-6, 10.0], [1e-4, 2.0], "limit of its rate"),
+    row("following_rad_s", [1e-3, 1e4], [0.01, 500.0], "bandwidth of following"),
+    row("following_max_m", [1e-6, 1.0], [1e-5, 0.1], "limit of following"),
+    // Options of the command line.
+    row("spindle_rpm", [0.0, 3e4], [50.0, 6000.0], "speed of the spindle"),
+    row("stiffness_error", [-0.9, 2.0], [0.0, 1.0], "relative error of the stiffness believed in"),
+    // Requirements.
+    row("failure_probability", [1e-6, 0.999], [1e-4, 0.5], "share of welds that may fail"),
+    row("confidence", [0.5, 0.999_999], [0.8, 0.9999], "confidence of a certification"),
+];
+
+/// The row of a key.
+pub fn quantity(key: &str) -> Option<&'static Quantity> {
+    QUANTITIES.iter().find(|q| q.key == key)
+}
+
+impl Quantity {
+    /// What the ranges say of a value.
+    pub fn judge(&self, x: f64) -> Judgement {
+        let [least, most] = self.possible;
+        let [low, high] = self.plausible;
+        if !(x >= least && x <= most) {
+            Judgement::Impossible
+        } else if x.abs() <= high && (x.abs() >= low || (x == 0.0 && low == 0.0)) {
+            Judgement::Plausible
+        } else {
+            Judgement::Implausible
+        }
+    }
+
+    /// The possible range in words, with the unit.
+    pub fn expected(&self) -> String {
+        let [least, most] = self.possible.map(short);
+        let unit = self.unit().map(|u| format!(" in {u}")).unwrap_or_default();
+        format!("a number from {least} to {most}{unit}")
+    }
+
+    /// The plausible range in words.
+    pub fn usual(&self) -> String {
+        let [low, high] = self.plausible.map(short);
+        let of = if self.possible[0] < 0.0 { "a magnitude from " } else { "" };
+        let unit = self.unit().map(|u| format!(" {u}")).unwrap_or_default();
+        format!("{of}{low} to {high}{unit} ({})", self.meaning)
+    }
+
+    fn unit(&self) -> Option<&'static str> {
+        super::document::unit_of(self.key)
+    }
+}
+
+/// A number with an exponent where it would be long without.
+fn short(x: f64) -> String {
+    if x == 0.0 || (1e-3..1e5).contains(&x.abs()) { format!("{x}") } else { format!("{x:e}") }
+}
+
+/// Values outside their plausible range, as they were read.
+static WARNINGS: Mutex<Vec<String>> = Mutex::new(Vec::new());
+
+/// Notes a value outside its plausible range; a place that is read again is noted once.
+pub(super) fn warn(warning: String) {
+    let mut warnings = WARNINGS.lock().unwrap_or_else(PoisonError::into_inner);
+    if !warnings.contains(&warning) {
+        warnings.push(warning);
+    }
+}
+
+/// Checks the value of an option of the command line, as files' values are checked.
+///
+/// # Errors
+/// In words, where the value is outside the possible range.
+pub fn check_option(flag: &str, key: &str, value: f64) -> Result<f64, String> {
+    let Some(quantity) = quantity(key) else {
+        return Err(format!("{flag}: {key} is not in the table of quantities"));
+    };
+    match quantity.judge(value) {
+        Judgement::Plausible => {}
+        Judgement::Implausible => {
+            warn(format!("{flag} is {}; plausible are {}", short(value), quantity.usual()));
+        }
+        Judgement::Impossible => {
+            return Err(format!("{flag} {value}: expected {}", quantity.expected()));
+        }
+    }
+    Ok(value)
+}
+
+/// Every value outside its plausible range that this process has read: where it stands, what it is,
+/// and the range.
+pub fn warnings() -> Vec<String> {
+    WARNINGS.lock().unwrap_or_else(PoisonError::into_inner).clone()
+}
