@@ -1,0 +1,141 @@
+//! What is said of simulated welds.
+
+use super::{Scale, listed};
+use crate::WeldRun;
+
+/// Short names of the runs, all different: the compensation law alone where that tells them apart.
+pub(crate) fn run_names(runs: &[WeldRun]) -> Vec<String> {
+    let law = |r: &WeldRun| match r.recording.compensator.as_str() {
+        "none" => "no compensation".to_owned(),
+        law => law.to_owned(),
+    };
+    let full =
+        |r: &WeldRun| format!("{}, {}, {}", r.recording.weld, r.recording.controller, law(r));
+    let laws: Vec<String> = runs.iter().map(law).collect();
+    numbered(if all_different(&laws) { laws } else { runs.iter().map(full).collect() })
+}
+
+/// Tells equal names apart.
+pub(super) fn numbered(mut names: Vec<String>) -> Vec<String> {
+    for i in 1..names.len() {
+        let same =
+            names[..i].iter().filter(|n| n.split(" #").next() == Some(names[i].as_str())).count();
+        if same > 0 {
+            names[i] = format!("{} #{}", names[i], same + 1);
+        }
+    }
+    names
+}
+
+fn all_different(names: &[String]) -> bool {
+    names.iter().enumerate().all(|(i, n)| !names[..i].contains(n))
+}
+
+/// What all runs share: weld, controller, push, seed; "several" where they differ.
+pub(crate) fn setting(runs: &[WeldRun]) -> String {
+    fn shared(values: impl Iterator<Item = String>) -> String {
+        let values: Vec<String> = values.collect();
+        match values.split_first() {
+            Some((first, rest)) if rest.iter().all(|v| v == first) => first.clone(),
+            _ => "several".to_owned(),
+        }
+    }
+    format!(
+        "Weld {}, controller {}, push {}, seed {}. Figures over the steady part (full feed, full push).",
+        shared(runs.iter().map(|r| r.recording.weld.clone())),
+        shared(runs.iter().map(|r| r.recording.controller.to_owned())),
+        shared(runs.iter().map(|r| format!("{:.1} kN", 1e-3 * r.recording.force))),
+        shared(runs.iter().map(|r| r.recording.seed.to_string())),
+    )
+}
+
+/// The result in a sentence or two, true of whatever runs there are.
+pub(crate) fn headline(runs: &[WeldRun]) -> String {
+    if runs.is_empty() {
+        return "No weld.".to_owned();
+    }
+    let several = runs.iter().any(|r| r.recording.weld != runs[0].recording.weld);
+    let several_controllers =
+        runs.iter().any(|r| r.recording.controller != runs[0].recording.controller);
+    let who = |run: &WeldRun| {
+        let mut who = match run.recording.compensator.as_str() {
+            "none" => "without compensation".to_owned(),
+            law => format!("with {law} compensation"),
+        };
+        if several_controllers {
+            who += &format!(" under {} control", run.recording.controller);
+        }
+        if several {
+            who += &format!(" ({})", run.recording.weld);
+        }
+        who
+    };
+    let parts = runs.iter().map(|run| {
+        let beyond = match Scale::small("m").quantity(run.recording.half_pin) {
+            limit if run.figures.of_half_pin >= 1.0 => format!(" (beyond half the pin, {limit})"),
+            _ => String::new(),
+        };
+        format!(
+            "by up to {} {}{beyond}",
+            Scale::small("m").quantity(run.figures.lateral.max_abs),
+            who(run)
+        )
+    });
+    let mut sentence = format!(
+        "At full feed the tool leaves the seam {}.",
+        listed(&parts.collect::<Vec<_>>(), "and")
+    );
+    let early: Vec<String> = runs
+        .iter()
+        .filter(|r| r.figures.of_half_pin < 1.0 && r.figures.lateral_before >= r.recording.half_pin)
+        .map(|r| format!("{} {}", Scale::small("m").quantity(r.figures.lateral_before), who(r)))
+        .collect();
+    if !early.is_empty() {
+        sentence +=
+            &format!(" Before full feed it is beyond half the pin: {}.", listed(&early, "and"));
+    }
+    let limited: Vec<String> =
+        runs.iter().filter(|r| r.figures.limited_rows > 0).map(who).collect();
+    if !limited.is_empty() {
+        sentence += &format!(" A limit was reached or a fault raised {}.", listed(&limited, "and"));
+    }
+    sentence
+}
+
+/// How fast the simulation was.
+pub(crate) fn speed(runs: &[WeldRun]) -> String {
+    let simulated: f64 = runs.iter().map(|r| r.recording.simulated).sum();
+    let wall = runs.iter().map(|r| r.recording.wall).fold(1e-9, f64::max);
+    format!("{simulated:.0} s simulated in {wall:.1} s, {:.0} × real time.", simulated / wall)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sample;
+
+    #[test]
+    fn the_headline_is_true_of_whatever_runs_there_are() {
+        let mut welds = sample::welds(400);
+        for (figures, largest) in welds.figures.iter_mut().zip([5.24e-3, 0.2e-3]) {
+            figures.lateral.max_abs = largest;
+            figures.of_half_pin = largest / 2.5e-3;
+            figures.limited_rows = 0;
+            figures.lateral_before = 0.0;
+        }
+        let both = "At full feed the tool leaves the seam by up to 5.24 mm without compensation (beyond half the pin, \
+                    2.50 mm) and by up to 0.200 mm with elastostatic compensation.";
+        assert_eq!(headline(&welds.runs()), both);
+        let one = "At full feed the tool leaves the seam by up to 0.200 mm with elastostatic compensation.";
+        assert_eq!(headline(&welds.runs()[1..]), one);
+        welds.figures[1].lateral_before = 2.6e-3;
+        let early =
+            " Before full feed it is beyond half the pin: 2.60 mm with elastostatic compensation.";
+        assert_eq!(headline(&welds.runs()[1..]), one.to_owned() + early);
+        welds.figures[1].lateral_before = 0.0;
+        welds.figures[1].limited_rows = 3;
+        let limited = " A limit was reached or a fault raised with elastostatic compensation.";
+        assert_eq!(headline(&welds.runs()), both.to_owned() + limited);
+        assert_eq!(headline(&[]), "No weld.");
+    }
+}
