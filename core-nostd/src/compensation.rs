@@ -281,7 +281,7 @@ impl<T: Real, C: HybridController<T>, L: Compensator<T>> Compensated<T, C, L> {
         let corrected = Setpoint { pose: setpoint.pose.displaced(&correction), ..*setpoint };
         let mut command = self.controller.cycle(robot, &corrected, sensed);
         command.fault = command.fault.or(law_fault);
-        command.limited |= held;
+        command.limited.compensation |= held;
         command
     }
 

@@ -10,14 +10,14 @@ use trueweld_compensators::{
 };
 use trueweld_core::compensation::{Compensator, LoopLimits, Observation};
 use trueweld_core::{Fault, Robot, Twist};
-use trueweld_evaluate::WeldFigures;
 use trueweld_evaluate::certify::{
-    Certification, Evidence, EvidenceKind, NominalCell, RequiredCorrection, Requirement,
-    SampledCell, Trial, Verdict, judge, search,
+    Certification, Evidence, EvidenceKind, FigureValues, NominalCell, RequiredCorrection,
+    Requirement, SampledCell, Trial, Verdict, judge, search,
 };
+use trueweld_evaluate::{Requirements, WELD_FIGURES, WeldFigures};
 use trueweld_plant::cell::Cell;
 use trueweld_plant::effects::Effect;
-use trueweld_plant::input::{Control, LIMITS, Requirements};
+use trueweld_plant::input::{Control, InputFile};
 use trueweld_plant::sensors::{Failure, Instrument, InstrumentFault};
 use trueweld_plant::simulate::{Controller, Program, Recording, RunError, Scenario, run};
 use trueweld_tests::cell::{Fixtures, law};
@@ -223,9 +223,9 @@ fn a_good_law_meets_what_bad_ones_are_asked_for() {
     }
     assert_eq!(certified.evidence.faults.len(), 11);
     // Nothing that the search gives is better than what the draws had shown.
-    let most = REQUIREMENTS.limits.iter().enumerate().filter_map(|(k, limit)| Some((k, (*limit)?)));
+    let limits = &REQUIREMENTS.limits;
     let of_limit =
-        |t: &Trial| most.clone().map(|(k, limit)| t.figure(k) / limit).fold(0.0, f64::max);
+        |t: &Trial| limits.iter().map(|l| t.figure(l.figure.key) / l.value).fold(0.0, f64::max);
     let drawn = certified.evidence.trials.iter().map(of_limit).fold(0.0, f64::max);
     let worst = &certified.evidence.worst;
     assert!(
@@ -324,7 +324,7 @@ fn the_effects_of_a_cell_are_in_every_run_of_its_certification() {
     assert!(bare.3.expect("within reach") != with.3.expect("within reach"));
     // The nominal run is the weld that `trueweld weld` makes in the same cell.
     let weld = WeldFigures::of(&run(&scenario, |_| {}).expect("the run ends")).expect("steady");
-    let lateral = with.1[0].expect("figures")[0];
+    let lateral = with.1[0].as_ref().expect("figures")["lateral_rms_m"];
     assert!((lateral - weld.lateral.rms).abs() < 1e-12, "{lateral} against {}", weld.lateral.rms);
 }
 
@@ -333,8 +333,9 @@ fn formula(index: u64, draw: SampledCell) -> Trial {
     let towards: f64 =
         3.0 * (1.0 - draw.stiffness[1]) + 2.0 * (draw.stiffness[2] - 1.0) + (draw.process[4] - 1.0);
     let figure = 1e-5 * (1.0 + towards + 4.0 * (draw.stiffness[1] - 1.0) * (draw.process[0] - 1.0));
-    let mut figures = [0.0; LIMITS.len()];
-    figures[0] = figure;
+    let mut figures: FigureValues =
+        WELD_FIGURES.iter().map(|of| (of.figure.key.to_owned(), 0.0)).collect();
+    figures.insert("lateral_rms_m".to_owned(), figure);
     Trial { index, draw, figures: Some(figures), symptoms: None, failed: None }
 }
 
@@ -345,7 +346,7 @@ fn the_search_comes_to_the_worst_corner_of_a_set_and_to_the_same_again() {
     // with a soft A2.
     let worst = 1e-5 * (1.0 + 6.0 * u.stiffness + 4.0 * u.stiffness * u.process);
     let trials: Vec<Trial> = (0..DRAWS).map(|k| formula(k, SampledCell::new(&u, 7, k))).collect();
-    let drawn = trials.iter().map(|t| t.figure(0)).fold(0.0, f64::max);
+    let drawn = trials.iter().map(|t| t.figure("lateral_rms_m")).fold(0.0, f64::max);
     let go = |seed| {
         let found = search(&REQUIREMENTS, seed, &trials, 60, |batch| {
             Ok::<_, RunError>(batch.iter().map(|(k, draw)| formula(*k, *draw)).collect())
@@ -354,7 +355,7 @@ fn the_search_comes_to_the_worst_corner_of_a_set_and_to_the_same_again() {
     };
     for seed in 0..20 {
         let found = go(seed);
-        let figure = found.worst.as_ref().expect("runs were made").figure(0);
+        let figure = found.worst.as_ref().expect("runs were made").figure("lateral_rms_m");
         assert!(
             figure > 0.999 * worst && figure > drawn,
             "seed {seed}: {figure}, worst {worst}, drawn {drawn}"
@@ -378,7 +379,9 @@ fn too_few_draws_to_tell_are_no_failure_and_no_pass() {
         let figure = |k| if k < beyond { 1.0 } else { 0.0 };
         let run = |k| {
             let mut trial = formula(k, SampledCell::nominal(k));
-            trial.figures.iter_mut().for_each(|figures| figures[0] = figure(k));
+            trial.figures.iter_mut().for_each(|figures| {
+                figures.insert("lateral_rms_m".to_owned(), figure(k));
+            });
             trial
         };
         let evidence = Evidence {

@@ -3,7 +3,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 use proptest::prelude::*;
-use trueweld_core::control::{Command, SensorReadings, Setpoint};
+use trueweld_core::control::{Command, Limited, SensorReadings, Setpoint};
 use trueweld_core::{Fault, JOINTS, JointVector, Wrench};
 use trueweld_tests::{
     AnyController, KR500, PERIOD, PLACES, cases, controllers, external_gains, force_gains,
@@ -134,7 +134,7 @@ proptest! {
                 // N·m/rad and J⁻¹ up to some 10/m.
                 let off = seen("torque at rest", (command.torque - weight).amax());
                 prop_assert!(off < 1e-6, "{name}: {off:e} N·m beside the weight");
-                prop_assert_eq!((command.fault, command.limited), (None, false), "{}", name);
+                prop_assert_eq!((command.fault, command.limited), (None, Limited::default()), "{}", name);
             }
         }
     }
@@ -165,7 +165,7 @@ proptest! {
             let even = controller.cycle(&KR500, &setpoint, &sensed);
             sensed.wrench.force.z += less;
             let weak = controller.cycle(&KR500, &setpoint, &sensed);
-            prop_assume!(!even.limited && !weak.limited);
+            prop_assume!(!even.limited.any() && !weak.limited.any());
             prop_assert!((weak.force_error - less).abs() < 1e-9);
             // The torque added does positive work on a tool that moves along z of W.
             let into = KR500.frames(&q).jacobian().0.lu()
@@ -292,7 +292,7 @@ proptest! {
         let expected = weight(&KR500, &q) + (g.kp + g.ki * PERIOD).component_mul(&joint);
         for (name, mut controller) in started(&q) {
             let command = controller.cycle(&KR500, &setpoint, &sensed);
-            prop_assume!(!command.limited);
+            prop_assume!(!command.limited.any());
             prop_assert!((command.torque - expected).amax() < 1e-5, "{name}");
         }
     }

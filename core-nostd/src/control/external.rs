@@ -14,7 +14,8 @@
 
 use super::position_loop::PositionLoop;
 use super::{
-    Command, HybridController, JointGains, SensorReadings, Setpoint, SpindleFilter, sensed_push,
+    Command, HybridController, JointGains, Limited, SensorReadings, Setpoint, SpindleFilter,
+    sensed_push,
 };
 use crate::error::Fault;
 use crate::filter::Filter;
@@ -142,7 +143,7 @@ impl<T: Real> HybridController<T> for External<T> {
                 force_error,
                 depth_correction: self.correction,
                 push: T::zero(),
-                limited: limited || held,
+                limited: Limited { torque: held, force_loop: limited, compensation: false },
             },
         }
     }

@@ -86,8 +86,26 @@ pub struct Command<T: Real> {
     pub depth_correction: T,
     /// Push the force branch adds through Jᵀ, N (zero for the external controller).
     pub push: T,
-    /// Some drive's torque, or a correction, was held at its limit.
-    pub limited: bool,
+    /// What was held at a limit.
+    pub limited: Limited,
+}
+
+/// What was held at a limit in a period, or held where it was for a fault.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Limited {
+    /// The torque of some drive.
+    pub torque: bool,
+    /// What the force loop adds, in size or rate.
+    pub force_loop: bool,
+    /// The compensation, in size or rate.
+    pub compensation: bool,
+}
+
+impl Limited {
+    /// True where anything was.
+    pub fn any(self) -> bool {
+        self.torque || self.force_loop || self.compensation
+    }
 }
 
 /// A hybrid force/position controller, called once a period.

@@ -12,7 +12,8 @@
 
 use super::position_loop::{PositionLoop, push_torque};
 use super::{
-    Command, HybridController, JointGains, SensorReadings, Setpoint, SpindleFilter, sensed_push,
+    Command, HybridController, JointGains, Limited, SensorReadings, Setpoint, SpindleFilter,
+    sensed_push,
 };
 use crate::error::Fault;
 use crate::filter::Filter;
@@ -191,7 +192,11 @@ pub(super) fn superpose<T: Real>(
                 force_error: push.as_ref().map_or(T::zero(), |p| p.error),
                 depth_correction: T::zero(),
                 push: push.as_ref().map_or(T::zero(), |p| p.push),
-                limited: held || push.is_some_and(|p| p.limited),
+                limited: Limited {
+                    torque: held,
+                    force_loop: push.is_some_and(|p| p.limited),
+                    compensation: false,
+                },
             }
         }
     }

@@ -1,7 +1,7 @@
 //! The part all three structures share: joint errors from a tool pose error, six PID loops, and the
 //! safe command.
 
-use super::{Command, SensorReadings, Setpoint};
+use super::{Command, Limited, SensorReadings, Setpoint};
 use crate::error::Fault;
 use crate::kinematics::Frames;
 use crate::pid::{Pid, PidGains};
@@ -140,7 +140,7 @@ impl<T: Real> PositionLoop<T> {
             force_error: T::zero(),
             depth_correction: T::zero(),
             push: T::zero(),
-            limited: true,
+            limited: Limited { torque: true, ..Limited::default() },
         }
     }
 }

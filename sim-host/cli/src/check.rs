@@ -3,13 +3,17 @@
 use crate::results::{check_outputs, write};
 use clap::Args;
 use miette::{Report, Result, miette};
-use std::path::PathBuf;
-use trueweld_plant::input;
+use std::path::{Path, PathBuf};
+use trueweld_evaluate::Requirements;
+use trueweld_plant::input::{
+    Control, Document, FileKind, InputError, InputFile, ModelFile, Process, RobotFile, Sensors,
+    Weld, read_text,
+};
 
 /// Arguments of `check`.
 #[derive(Args)]
 pub struct Arguments {
-    /// Files to check: robots, processes, welds, gains, sensors, models
+    /// Files to check: robots, processes, welds, gains, sensors, requirements, models
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
     /// Write the verdicts as JSON; `-` writes them to standard output, and the text to standard error
@@ -19,7 +23,7 @@ pub struct Arguments {
 
 /// Runs the command: one line a file, and each error where it stands.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    let checked: Vec<_> = arguments.files.iter().map(|path| (path, input::check(path))).collect();
+    let checked: Vec<_> = arguments.files.iter().map(|path| (path, check(path))).collect();
     if let Some(path) = &arguments.json {
         check_outputs(&[("--json", path)])?;
     }
@@ -50,4 +54,33 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         1 => Err(miette!("1 file is not in order")),
         n => Err(miette!("{n} files are not in order")),
     }
+}
+
+/// Reads and checks an input file of any kind, and says which kind it is.
+///
+/// # Errors
+/// Everything the reader of its kind refuses; a `schema` that is of no kind, or of one that is not
+/// checked on its own.
+fn check(path: &Path) -> Result<FileKind, InputError> {
+    let (name, text) = read_text(path)?;
+    let document = Document::parse(&text, &name)?;
+    let kind = document.kind()?;
+    match kind {
+        FileKind::Robot => RobotFile::parse(&text, &name).map(drop),
+        FileKind::Process => Process::parse(&text, &name).map(drop),
+        FileKind::Weld => Weld::parse(&text, &name).map(drop),
+        FileKind::Control => Control::parse(&text, &name).map(drop),
+        FileKind::Sensors => Sensors::parse(&text, &name).map(drop),
+        FileKind::Requirements => Requirements::parse(&text, &name).map(drop),
+        FileKind::Model => ModelFile::parse(&text, path).map(drop),
+        FileKind::Log | FileKind::Campaign => {
+            let help = "`trueweld compare FOLDER` reads and checks it with its samples; give it the folder.";
+            Err(document.root().wrong(
+                "schema",
+                "a kind of file that can be checked on its own",
+                help,
+            ))
+        }
+    }?;
+    Ok(kind)
 }

@@ -1,16 +1,16 @@
 //! `trueweld compare-laws`: one weld with every compensation law, over a wrong stiffness, noise,
 //! delay and a lost sensor.
 
-use crate::inputs::{Embedded, Files, STEP_OF_MANY, passes, read};
+use crate::inputs::{Files, STEP_OF_MANY, passes, read};
 use crate::names::{Controller, LawParser};
 use crate::results::Results;
 use clap::Args;
 use miette::Result;
 use std::path::PathBuf;
 use trueweld_compensators::{Entry, library};
+use trueweld_evaluate::Requirements;
 use trueweld_evaluate::laws::{LawComparison, NoFigures};
-use trueweld_output::{LawsReport, Progress};
-use trueweld_plant::input::{LIMITS, Requirements};
+use trueweld_output::{LawsCompared, Progress};
 use trueweld_plant::simulate::{Program, Scenario};
 
 /// Arguments of `compare-laws`.
@@ -54,8 +54,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         ..Results::default()
     };
     let mut files = Vec::new();
-    let (file, embedded) = (arguments.requirements.as_deref(), Embedded::Requirements);
-    let requirements = read("requirements", file, embedded, Requirements::parse, &mut files)?;
+    let requirements: Requirements = read(arguments.requirements.as_deref(), &mut files)?;
     let inputs = arguments.files.read()?;
     results.check()?;
     let controller = arguments.controller.controller();
@@ -82,16 +81,12 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             NoFigures::NotSteady => inputs.too_short(),
         });
     }
-    let lateral = LIMITS.iter().position(|name| *name == "lateral_rms_m");
-    let limit = lateral.and_then(|k| requirements.limits[k]);
+    let limit = requirements.limit("lateral_rms_m");
+    let compared = LawsCompared { comparison: &comparison, sweeps: &sweeps, limit };
+    say!("{}", compared.text());
     let mut simulation = inputs.simulation(&[controller], laws, comparison.passes, STEP_OF_MANY);
     simulation.stiffness_error = comparison.stiffness_error;
     let mut provenance = inputs.provenance("compare-laws", simulation);
     provenance.files.extend(files);
-    results.write_unrecorded(&LawsReport {
-        comparison: &comparison,
-        sweeps: &sweeps,
-        limit,
-        provenance: &provenance,
-    })
+    results.write(&provenance, || compared.json(), || compared.html())
 }

@@ -7,67 +7,51 @@ use nalgebra::SVector;
 use std::path::{Path, PathBuf};
 use trueweld_compensators::Entry;
 use trueweld_core::Robot;
+use trueweld_evaluate::Requirements;
 use trueweld_evaluate::certify::NominalCell;
 use trueweld_plant::cell::Cell;
 use trueweld_plant::effects::Effect;
 use trueweld_plant::input::{
-    Control, InputError, InputFile, ModelFile, Process, RobotFile, Sensors, Weld, check_option,
-    read_text, warnings,
+    Control, InputFile, ModelFile, Process, RobotFile, Sensors, Weld, check_option, read_text,
 };
 use trueweld_plant::integrate::Integrator;
 use trueweld_plant::provenance::{EffectRecord, FileDigest, Provenance, SimulationRecord};
 use trueweld_plant::simulate::{Controller, Program, RunError, Scenario, Seam};
 
-/// A fixture that is part of the program, the default of an option.
-#[derive(Clone, Copy)]
-pub enum Embedded {
-    Weld,
-    Robot,
-    Process,
-    Control,
-    Sensors,
-    Requirements,
+/// A kind of file with a fixture that is part of the program: what is read where none is given.
+pub trait Embedded: InputFile {
+    /// Name and text of the fixture.
+    const FIXTURE: [&str; 2];
 }
 
-impl Embedded {
-    /// Name and text.
-    fn file(self) -> (&'static str, &'static str) {
-        macro_rules! fixture {
-            ($file:literal) => {
-                (
-                    concat!("embedded ", $file),
-                    include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/", $file)),
-                )
-            };
+macro_rules! embedded {
+    ($($type:ty: $file:literal;)*) => {$(
+        impl Embedded for $type {
+            const FIXTURE: [&str; 2] = [
+                concat!("embedded ", $file),
+                include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/", $file)),
+            ];
         }
-        match self {
-            Self::Weld => fixture!("welds/vertical.toml"),
-            Self::Robot => fixture!("robots/kr500-mt.toml"),
-            Self::Process => fixture!("processes/lap-weld-2024-t3.toml"),
-            Self::Control => fixture!("control/kr500-mt.toml"),
-            Self::Sensors => fixture!("sensors/kr500-mt.toml"),
-            Self::Requirements => fixture!("requirements/lap-weld.toml"),
-        }
-    }
+    )*};
+}
+
+embedded! {
+    Weld: "welds/vertical.toml";
+    RobotFile: "robots/kr500-mt.toml";
+    Process: "processes/lap-weld-2024-t3.toml";
+    Control: "control/kr500-mt.toml";
+    Sensors: "sensors/kr500-mt.toml";
+    Requirements: "requirements/lap-weld.toml";
 }
 
 /// Reads a file, or the embedded one where none is given, and adds its digest to `files`.
-pub fn read<T>(
-    role: &str,
-    path: Option<&Path>,
-    embedded: Embedded,
-    parse: fn(&str, &str) -> Result<T, InputError>,
-    files: &mut Vec<FileDigest>,
-) -> Result<T> {
+pub fn read<T: Embedded>(path: Option<&Path>, files: &mut Vec<FileDigest>) -> Result<T> {
     let (name, text) = match path {
         Some(path) => read_text(path)?,
-        None => {
-            let (name, text) = embedded.file();
-            (name.to_owned(), text.to_owned())
-        }
+        None => T::FIXTURE.map(str::to_owned).into(),
     };
-    files.push(FileDigest::new(role, &name, text.as_bytes()));
-    Ok(parse(&text, &name)?)
+    files.push(FileDigest::new(T::KIND.name(), &name, text.as_bytes()));
+    Ok(T::parse(&text, &name)?)
 }
 
 /// Input files of one weld; each has an embedded default.
@@ -168,16 +152,14 @@ impl CellFiles {
     /// Everything that a weld in this cell needs. `weld_file`: `None` for the embedded one.
     pub fn read(&self, weld_file: Option<&Path>) -> Result<Inputs> {
         let mut files = Vec::new();
-        let weld = read("weld", weld_file, Embedded::Weld, Weld::parse, &mut files)?;
+        let weld = read::<Weld>(weld_file, &mut files)?;
         let (robot, mut process, mut effects) = self.model(&mut files)?;
         if let Some(rpm) = self.spindle_rpm {
             let rpm = option("--spindle-rpm", "spindle_rpm", rpm)?;
             process.spindle = (rpm * std::f64::consts::TAU / 60.0).copysign(process.spindle);
         }
-        let file = self.control.as_deref();
-        let mut control = read("control", file, Embedded::Control, Control::parse, &mut files)?;
-        let file = self.sensors.as_deref();
-        let sensors = read("sensors", file, Embedded::Sensors, Sensors::parse, &mut files)?;
+        let mut control: Control = read(self.control.as_deref(), &mut files)?;
+        let sensors: Sensors = read(self.sensors.as_deref(), &mut files)?;
         if let Some(period) = self.period {
             control.period = option("--period", "period_s", period)?;
         }
@@ -217,9 +199,8 @@ impl CellFiles {
     /// Robot, process and effects of the real cell.
     fn model(&self, files: &mut Vec<FileDigest>) -> Result<(RobotFile, Process, Vec<Effect>)> {
         let Some(path) = &self.model else {
-            let (robot, process) = (self.robot.as_deref(), self.process.as_deref());
-            let robot = read("robot", robot, Embedded::Robot, RobotFile::parse, files)?;
-            let process = read("process", process, Embedded::Process, Process::parse, files)?;
+            let robot = read(self.robot.as_deref(), files)?;
+            let process = read(self.process.as_deref(), files)?;
             return Ok((robot, process, Vec::new()));
         };
         let model = ModelFile::read(path)?;
@@ -268,7 +249,6 @@ impl Inputs {
     /// What a result of these inputs is of.
     pub fn provenance(&self, command: &str, simulation: SimulationRecord) -> Provenance {
         Provenance {
-            warnings: warnings(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
             command: command.to_owned(),
             robot: self.robot.name.clone(),

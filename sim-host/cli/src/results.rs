@@ -4,8 +4,9 @@ use crate::terminal;
 use clap::Args;
 use miette::{IntoDiagnostic, Result, WrapErr, miette};
 use std::path::{Path, PathBuf};
-use trueweld_output::{Recorded, Report, write_file};
-use trueweld_plant::input::{files_read, folder_of, remove_stale};
+use trueweld_output::{json, write_file};
+use trueweld_plant::input::{files_read, folder_of, remove_stale, warnings};
+use trueweld_plant::provenance::Provenance;
 
 /// Result files.
 #[derive(Args, Default)]
@@ -40,25 +41,23 @@ impl Results {
         files.into_iter().filter_map(|(flag, path)| Some((flag, path.as_deref()?))).collect()
     }
 
-    /// Shows a result, and writes the files that were asked for.
-    pub fn write(&self, report: &(impl Report + Recorded)) -> Result<()> {
-        self.write_unrecorded(report)?;
-        #[cfg(feature = "rerun")]
-        if let Some(path) = &self.rrd {
-            report.record(path)?;
-            say!("wrote {}\n", path.display());
-        }
-        Ok(())
-    }
-
-    /// The same of a result that has no recording.
-    pub fn write_unrecorded(&self, report: &impl Report) -> Result<()> {
-        say!("{}", report.text());
+    /// Writes the JSON and the page that were asked for; `provenance`: what they are of.
+    pub fn write(
+        &self,
+        provenance: &Provenance,
+        json: impl FnOnce() -> serde_json::Value,
+        html: impl FnOnce() -> String,
+    ) -> Result<()> {
         if let Some(path) = &self.json {
-            write(path, &report.json_text())?;
+            let mut value = json();
+            let warnings = warnings();
+            if !warnings.is_empty() {
+                value["warnings"] = warnings.into();
+            }
+            write(path, &json::document(value, provenance))?;
         }
         if let Some(path) = &self.html {
-            write(path, &report.page())?;
+            write(path, &html())?;
         }
         Ok(())
     }

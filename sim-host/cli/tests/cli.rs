@@ -688,6 +688,63 @@ fn a_certificate_says_what_it_is_of_so_that_sha256sum_agrees() {
 }
 
 #[test]
+fn a_weld_that_is_not_the_one_asked_for_is_said_to_be_none() {
+    let place = Workspace::new();
+    let changed = |name: &str, from: &str, changes: &[(&str, &str)]| {
+        let text = fs::read_to_string(fixture(from)).unwrap();
+        let line = |line: &str| match changes.iter().find(|(key, _)| line.starts_with(key)) {
+            Some((key, value)) => format!("{key} = {value}\n"),
+            None => format!("{line}\n"),
+        };
+        fs::write(place.path().join(name), text.lines().map(line).collect::<String>()).unwrap();
+    };
+    let verdict = |more: &[&str], expected: &[&str]| {
+        let short = ["weld", "--weld", "short.toml", "--compensator", "elastostatic", "-q"];
+        let out = place.done(&[&short[..], more, &["--json", "out.json"]].concat());
+        let run = place.json("out.json")["runs"][0].clone();
+        let judged = run["judged"].as_array().unwrap();
+        let missed = judged.iter().filter(|j| j["met"] == false);
+        let missed: Vec<&str> = missed.map(|j| j["figure"].as_str().unwrap()).collect();
+        assert!(expected.iter().all(|key| missed.contains(key)), "{more:?}: {missed:?}");
+        assert_eq!(run["verdict"] == "pass", missed.is_empty());
+        let told = "not the weld that was asked for";
+        assert_eq!(out.contains(told), missed.iter().any(|k| *k != "lateral_max_m"), "{out}");
+    };
+    verdict(&[], &[]);
+    assert_eq!(place.json("out.json")["runs"][0]["verdict"], "pass");
+    // The force loop does nothing; the weld is laterally on its line.
+    let idle = [("force_kp_m_n", "0.0"), ("force_ki_m_ns", "0.0")];
+    changed("idle.toml", "control/kr500-mt.toml", &idle);
+    verdict(&["--control", "idle.toml"], &["push_mean_n"]);
+    // The correction may be no larger than a few micrometres.
+    let held = [("max_translation_m", "1e-5")];
+    changed("held.toml", "control/kr500-mt.toml", &held);
+    place.done(&["weld", "--weld", "short.toml", "--control", "held.toml", "--json", "out.json"]);
+    let first = &place.json("out.json")["runs"][1]["first_limit"];
+    assert_eq!((&first["compensation"], &first["torque"]), (&true.into(), &false.into()));
+    assert!(first["time_s"].as_f64() > Some(0.0) && first["phase"].is_string(), "{first}");
+}
+
+#[test]
+fn equal_runs_give_equal_pages_and_equal_text() {
+    let place = Workspace::new();
+    let weld = |page: &str| place.done(&["weld", "--weld", "short.toml", "--html", page]);
+    let [first, second] = ["a.html", "b.html"].map(|page| weld(page).replace(page, ""));
+    assert_eq!(first, second);
+    assert!(place.bytes("a.html") == place.bytes("b.html"));
+}
+
+#[test]
+fn requirements_are_checked_too() {
+    let place = Workspace::new();
+    let file = fixture("requirements/lap-weld.toml");
+    assert!(place.done(&["check", &file]).contains("requirements of a certification, in order"));
+    let text = fs::read_to_string(file).unwrap().replace("recovery_s", "recover_s");
+    fs::write(place.path().join("wrong.toml"), text).unwrap();
+    assert!(place.refused(&["check", "wrong.toml"]).contains("unknown key `recover_s`"));
+}
+
+#[test]
 fn two_welds_of_one_name_are_refused_before_anything_runs() {
     let place = Workspace::new();
     requirements(&place, "0.002");

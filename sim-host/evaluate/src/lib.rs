@@ -2,12 +2,16 @@
 //! law, or show of several side by side.
 
 pub mod certify;
+mod figure;
 pub mod laws;
 pub mod margins;
 mod rate;
+mod requirements;
 mod step;
 mod weld;
 
+pub use figure::{Figure, FigureOf, Limit};
 pub use rate::Rate;
+pub use requirements::{Faults, MarginLimits, Requirements, Uncertainty};
 pub use step::StepFigures;
-pub use weld::{ForceFigures, Spread, WeldFigures};
+pub use weld::{FirstLimit, ForceFigures, JudgedFigure, Spread, WELD_FIGURES, WeldFigures};

@@ -1,6 +1,9 @@
-//! Figures of a weld over its steady part (full feed, full force).
+//! Figures of a weld over its steady part (full feed, full force), and whether it is the weld that
+//! was asked for.
 
-use trueweld_core::{JOINTS, JointVector};
+use crate::figure::{Figure, FigureOf};
+use trueweld_core::control::Limited;
+use trueweld_core::{Fault, JOINTS, JointVector};
 use trueweld_plant::simulate::{Phase, RecordRow, Recording};
 
 /// Mean, root mean square and largest magnitude of a signal.
@@ -70,9 +73,77 @@ pub struct WeldFigures {
     pub lateral_before: f64,
     /// Rows in which some limit was reached or a fault was raised, whole run.
     pub limited_rows: usize,
+    /// The first of them.
+    pub first_limit: Option<FirstLimit>,
+    /// Whether it is the weld that was asked for, quantity by quantity.
+    pub judged: [JudgedFigure; 6],
 }
 
+/// Where a run first came to a limit or a fault.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FirstLimit {
+    /// Time, s.
+    pub time: f64,
+    /// Where the run was in its program.
+    pub phase: Phase,
+    /// What was held at a limit.
+    pub limited: Limited,
+    /// The fault, if there was one.
+    pub fault: Option<Fault>,
+}
+
+/// A figure of a weld against what it is to be.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct JudgedFigure {
+    /// Which.
+    pub figure: Figure,
+    /// What it came to, SI units: of deviations the largest, of push and speed the mean.
+    pub value: f64,
+    /// What it is to be.
+    pub expected: f64,
+    /// How far from that it may be.
+    pub tolerance: f64,
+}
+
+impl JudgedFigure {
+    /// True where the figure is within its tolerance, false where it is not a number.
+    pub fn is_met(&self) -> bool {
+        (self.value - self.expected).abs() < self.tolerance
+    }
+}
+
+/// Share by which the mean push and the mean speed may be off: the band within which a force step
+/// counts as settled.
+const OFF: f64 = 0.05;
+
+/// Largest tilt of the tool, rad: half a degree, the tolerance in use (`fixtures/requirements`).
+const TILT: f64 = 0.5 * std::f64::consts::PI / 180.0;
+
+/// Figures of a weld that requirements may limit.
+pub static WELD_FIGURES: [FigureOf<WeldFigures>; 10] = [
+    FigureOf::new("lateral_rms_m", "lateral, RMS", "m", |f| f.lateral.rms),
+    FigureOf::new("lateral_max_m", "lateral, largest", "m", |f| f.lateral.max_abs),
+    // Depth is what the push makes it; what may be limited is how far it wanders from its mean.
+    FigureOf::new("depth_rms_m", "depth about its mean, RMS", "m", |f| {
+        (f.depth.rms.powi(2) - f.depth.mean.powi(2)).max(0.0).sqrt()
+    }),
+    FigureOf::new("tilt_rms_rad", "tilt, RMS", "rad", |f| f.tilt.rms),
+    FigureOf::new("side_tilt_rms_rad", "tilt across the seam, RMS", "rad", |f| f.side_tilt.rms),
+    FigureOf::new("travel_angle_rms_rad", "tilt along the seam, RMS", "rad", |f| {
+        f.travel_angle.rms
+    }),
+    FigureOf::new("push_error_rms_n", "push, RMS of its error", "N", |f| f.force.error_rms),
+    FigureOf::new("lateral_before_m", "lateral before the steady part", "m", |f| f.lateral_before),
+    FigureOf::new("correction_m", "correction, translation", "m", |f| f.correction[0]),
+    FigureOf::new("correction_rad", "correction, rotation", "rad", |f| f.correction[1]),
+];
+
 impl WeldFigures {
+    /// True where it is the weld that was asked for, in every quantity that is judged.
+    pub fn is_met(&self) -> bool {
+        self.judged.iter().all(JudgedFigure::is_met)
+    }
+
     /// Figures of one recording. `None` where the run never reached its steady part.
     pub fn of(recording: &Recording) -> Option<Self> {
         let steady: Vec<&RecordRow> =
@@ -94,20 +165,20 @@ impl WeldFigures {
         }
         let total: f64 = (0..JOINTS).map(|i| share[i]).sum();
         let lateral = spread(|r| r.deviation_w.linear.y);
+        let longitudinal = spread(|r| r.deviation_w.linear.x);
+        let depth = spread(|r| r.deviation_w.linear.z);
+        let tilt = spread(|r| r.tilt);
+        let mean_push = spread(|r| -r.force_w.z).mean;
         let before =
             recording.rows.iter().filter(|r| matches!(r.phase, Phase::ForceRamp | Phase::FeedRamp));
         Some(Self {
             lateral,
-            longitudinal: spread(|r| r.deviation_w.linear.x),
-            depth: spread(|r| r.deviation_w.linear.z),
-            tilt: spread(|r| r.tilt),
+            longitudinal,
+            depth,
+            tilt,
             side_tilt: spread(|r| r.deviation_w.angular.x),
             travel_angle: spread(|r| r.deviation_w.angular.y),
-            force: ForceFigures {
-                mean: spread(|r| -r.force_w.z).mean,
-                envelope: high - low,
-                error_rms: error.rms,
-            },
+            force: ForceFigures { mean: mean_push, envelope: high - low, error_rms: error.rms },
             joint_share: if total > 0.0 { share / total } else { share },
             of_half_pin: lateral.max_abs / recording.half_pin,
             correction: [
@@ -115,7 +186,63 @@ impl WeldFigures {
                 Spread::of(recording.rows.iter().map(|r| r.correction_w.angular.norm())).max_abs,
             ],
             lateral_before: Spread::of(before.map(|r| r.deviation_w.linear.y)).max_abs,
-            limited_rows: recording.rows.iter().filter(|r| r.limited || r.fault.is_some()).count(),
+            limited_rows: recording.rows.iter().filter(|r| held(r)).count(),
+            first_limit: recording.rows.iter().find(|r| held(r)).map(|r| FirstLimit {
+                time: r.time,
+                phase: r.phase,
+                limited: r.limited,
+                fault: r.fault,
+            }),
+            judged: judged(recording, &steady, [lateral, longitudinal, tilt], mean_push),
         })
     }
+}
+
+fn held(row: &RecordRow) -> bool {
+    row.limited.any() || row.fault.is_some()
+}
+
+/// Lateral: within half the pin, or the joint line of a butt weld is missed. Along the seam: within
+/// a pin, so that the weld begins and ends where it is to. Depth: within half a pin of where the
+/// process as planned bears the push, whether the tool sinks or is lifted off. Push and speed: see
+/// [`OFF`]; tilt: see [`TILT`].
+fn judged(
+    recording: &Recording,
+    steady: &[&RecordRow],
+    [lateral, longitudinal, tilt]: [Spread; 3],
+    push: f64,
+) -> [JudgedFigure; 6] {
+    let of = |key, label, unit, value, expected, tolerance| JudgedFigure {
+        figure: Figure { key, label, unit },
+        value,
+        expected,
+        tolerance,
+    };
+    let half = recording.half_pin;
+    let planned = recording.planned_depth;
+    let depths = steady.iter().map(|r| r.deviation_w.linear.z);
+    let depth = depths.fold(planned, |farthest, depth| {
+        // Not a number is farthest of all.
+        if (depth - planned).abs() <= (farthest - planned).abs() { farthest } else { depth }
+    });
+    let (first, last) = (steady[0], steady[steady.len() - 1]);
+    let along = last.nominal.position - first.nominal.position;
+    let time = last.time - first.time;
+    let real = (last.real.position - first.real.position).dot(&along) / along.norm();
+    let [speed, feed] = [real, along.norm()].map(|length| length / time);
+    [
+        of("lateral_max_m", "lateral, largest", "m", lateral.max_abs, 0.0, half),
+        of(
+            "longitudinal_max_m",
+            "along the seam, largest",
+            "m",
+            longitudinal.max_abs,
+            0.0,
+            2.0 * half,
+        ),
+        of("depth_m", "depth farthest from the planned", "m", depth, planned, half),
+        of("push_mean_n", "push, mean", "N", push, recording.force, OFF * recording.force),
+        of("speed_mean_m_s", "speed along the seam, mean", "m/s", speed, feed, OFF * feed),
+        of("tilt_max_rad", "tilt, largest", "rad", tilt.max_abs, 0.0, TILT),
+    ]
 }

@@ -2,9 +2,9 @@
 //! twist under a constant load, so that poses, twists and deviations agree with each other. Not a
 //! simulation.
 
-use crate::{DiagnoseReport, StepRun, WeldRun};
+use crate::{Diagnosed, StepRun, WeldRun};
 use nalgebra::{DVector, Matrix3, Vector3};
-use std::sync::LazyLock;
+use trueweld_core::control::Limited;
 use trueweld_core::{
     Counterbalance, Friction, JointParameters, JointVector, Pose, Robot, RobotParameters,
     ToolParameters, Twist, Wrench,
@@ -22,7 +22,6 @@ use trueweld_measure::residuals::compare::{ChannelComparison, Comparison, LogCom
 use trueweld_measure::residuals::localize::{Curve, CurvePoint, Finding, Statistic};
 use trueweld_plant::effects::{Effect, EffectKind, Location};
 use trueweld_plant::input::ModelFile;
-use trueweld_plant::provenance::{FileDigest, Provenance};
 use trueweld_plant::simulate::{Phase, RecordRow, Recording};
 
 /// When the push steps, s, and by how much, N.
@@ -182,7 +181,7 @@ fn weld(robot: &Robot<f64>, compensator: &'static str, count: usize) -> Recordin
                     linear: w_axes.transpose() * frames.twist(&(twist * correction)).linear,
                     angular: frames.twist(&(twist * correction)).angular,
                 },
-                limited: (3.0..3.2).contains(&time),
+                limited: Limited { torque: (3.0..3.2).contains(&time), ..Limited::default() },
                 fault: None,
             }
         })
@@ -195,6 +194,7 @@ fn weld(robot: &Robot<f64>, compensator: &'static str, count: usize) -> Recordin
         period,
         half_pin: 0.0025,
         force: 18_000.0,
+        planned_depth: 3e-4,
         seed: 7,
         simulated: total,
         wall: 2.5,
@@ -239,6 +239,7 @@ pub fn steps() -> Steps {
                     period,
                     half_pin,
                     force,
+                    planned_depth: 3e-4,
                     seed,
                     simulated,
                     wall,
@@ -342,7 +343,7 @@ pub fn comparison() -> Comparison {
     }
 }
 
-/// The parts of a diagnosis that a [`DiagnoseReport`] borrows.
+/// The parts of a diagnosis that a [`Diagnosed`] borrows.
 pub struct Parts {
     pub model: ModelFile,
     pub diagnosis: Diagnosis,
@@ -352,9 +353,9 @@ pub struct Parts {
 }
 
 impl Parts {
-    pub fn diagnosed(&self) -> DiagnoseReport<'_> {
+    pub fn diagnosed(&self) -> Diagnosed<'_> {
         let Self { model, diagnosis, account, before, after } = self;
-        DiagnoseReport { model, diagnosis, account, before, after, provenance: provenance() }
+        Diagnosed { model, diagnosis, account, before, after }
     }
 }
 
@@ -495,18 +496,4 @@ pub fn improvement(diagnosis: Diagnosis) -> Improvement {
         diagnosis,
         held_out_logs: vec!["weld-3".to_owned()],
     }
-}
-
-/// What the samples are of.
-pub fn provenance() -> &'static Provenance {
-    static OF: LazyLock<Provenance> = LazyLock::new(|| Provenance {
-        version: "0.1.0".to_owned(),
-        command: "weld".to_owned(),
-        robot: "KR 500".to_owned(),
-        effects: Vec::new(),
-        simulation: None,
-        files: vec![FileDigest::new("weld", "vertical.toml", b"abc")],
-        warnings: Vec::new(),
-    });
-    &OF
 }

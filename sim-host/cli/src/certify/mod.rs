@@ -5,7 +5,7 @@
 
 mod store;
 
-use crate::inputs::{CellFiles, Embedded, Inputs, STEP_OF_MANY, passes, read};
+use crate::inputs::{CellFiles, Inputs, STEP_OF_MANY, passes, read};
 use crate::names::{Controller, LawParser};
 use crate::results::{check_outputs, write};
 use clap::{Args, value_parser};
@@ -15,11 +15,11 @@ use std::slice;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use store::TrialStore;
 use trueweld_compensators::Entry;
+use trueweld_evaluate::Requirements;
 use trueweld_evaluate::certify::{
     Certification, Evidence, FaultTrial, RequiredCorrection, Trial, Verdict, judge, search,
 };
-use trueweld_output::{CertifiedWeld, CertifyReport, Progress, Report, write_file};
-use trueweld_plant::input::Requirements;
+use trueweld_output::{Certified, CertifiedWeld, Progress, html, json, write_file};
 use trueweld_plant::provenance::{FileDigest, Provenance, sha256};
 use trueweld_plant::simulate::{Program, RunError, Scenario};
 
@@ -67,9 +67,8 @@ pub struct Arguments {
 /// with status 1.
 pub fn run(arguments: &Arguments) -> Result<()> {
     let mut files = Vec::new();
-    let (file, embedded) = (arguments.requirements.as_deref(), Embedded::Requirements);
-    let requirements = read("requirements", file, embedded, Requirements::parse, &mut files)?;
-    if requirements.limits.iter().all(Option::is_none) {
+    let requirements: Requirements = read(arguments.requirements.as_deref(), &mut files)?;
+    if requirements.limits.is_empty() {
         return Err(miette!(
             "the requirements limit nothing; expected at least one key in [limits]"
         ));
@@ -96,7 +95,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         .into_iter()
         .map(|campaign| campaign.run(arguments, &requirements))
         .collect::<Result<Vec<_>>>()?;
-    let report = CertifyReport {
+    let certified = Certified {
         law: arguments.compensator.name().to_owned(),
         controller: arguments.controller.controller().name(),
         passes: arguments.passes as usize,
@@ -105,14 +104,14 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         welds,
         provenance: &provenance,
     };
-    let text = report.json_text();
-    say!("{}", report.text());
+    let text = json::document(certified.json(), &provenance);
+    say!("{}", certified.text());
     write_file(&certificate, &text)?;
-    write(&page, &report.page())?;
+    write(&page, &html::certify_page(&certified))?;
     if let Some(path) = &arguments.json {
         write(path, &text)?;
     }
-    if report.verdict() != Verdict::Pass {
+    if certified.verdict() != Verdict::Pass {
         std::process::exit(1);
     }
     Ok(())

@@ -1,5 +1,6 @@
 //! The cells of a certification: the nominal one, and how a drawn one differs from it.
 
+use crate::requirements::Uncertainty;
 use nalgebra::SVector;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -7,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use trueweld_core::{JointVector, Robot};
 use trueweld_plant::cell::Cell;
 use trueweld_plant::effects::{Effect, force_crosstalk};
-use trueweld_plant::input::{Process, Sensors, Uncertainty, Weld};
+use trueweld_plant::input::{Process, Sensors, Weld};
 use trueweld_plant::simulate::{Recording, RunError, Scenario, Seam, run_passes};
 
 /// What every cell of a certification is made from: a robot, and the effects that it has whatever

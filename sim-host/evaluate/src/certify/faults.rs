@@ -5,10 +5,11 @@
 //! bounded while the fault lasts and until it must be over it, and then it keeps to the limits of
 //! the steady part again.
 
-use super::{Certification, SampledCell, Symptoms, worst_unless_told};
+use super::{Certification, FigureValues, SampledCell, Symptoms, figure_of, values};
+use crate::figure::FigureOf;
+use crate::requirements::{Faults, Requirements};
 use crate::weld::Spread;
 use serde::{Deserialize, Serialize};
-use trueweld_plant::input::Faults;
 use trueweld_plant::sensors::{Failure, Instrument, InstrumentFault};
 use trueweld_plant::simulate::{Phase, RecordRow, Recording, Scenario, Seam};
 
@@ -23,18 +24,89 @@ const BLOW_STEP: f64 = 2.5e-4;
 /// Least time after recovery over which it is judged, s.
 const JUDGED: f64 = 1.0;
 
-/// Figures of a fault case, by their names in results: the largest correction of the whole run;
-/// while the fault lasts and until it must be over, how far the tool leaves its line, and how far
-/// depth goes from its mean before; after that the steady figures again.
-pub const FAULT_FIGURES: [&str; 7] = [
-    "correction_m",
-    "correction_rad",
-    "fault_lateral_max_m",
-    "fault_depth_max_m",
-    "recovered_lateral_rms_m",
-    "recovered_lateral_max_m",
-    "recovered_push_error_rms_n",
+/// A figure of a fault case, and where its limit stands.
+#[derive(Debug, Clone, Copy)]
+pub struct FaultFigure {
+    /// The figure.
+    pub of: FigureOf<FaultSpreads>,
+    /// The most that it may be, SI units; `None` where nothing limits it.
+    pub limit: fn(&Requirements, &Faults) -> Option<f64>,
+}
+
+const fn figure(
+    key: &'static str,
+    label: &'static str,
+    unit: &'static str,
+    value: fn(&FaultSpreads) -> f64,
+    limit: fn(&Requirements, &Faults) -> Option<f64>,
+) -> FaultFigure {
+    FaultFigure { of: FigureOf::new(key, label, unit, value), limit }
+}
+
+/// Figures of a fault case: the largest correction of the whole run; while the fault lasts and until
+/// the tool must be over it, how far it leaves its line, and how far depth goes from its mean before;
+/// after that the steady figures again.
+pub static FAULT_FIGURES: [FaultFigure; 7] = [
+    figure(
+        "correction_m",
+        "correction, translation",
+        "m",
+        |f| f.correction[0],
+        |r, _| r.limit("correction_m"),
+    ),
+    figure(
+        "correction_rad",
+        "correction, rotation",
+        "rad",
+        |f| f.correction[1],
+        |r, _| r.limit("correction_rad"),
+    ),
+    figure(
+        "fault_lateral_max_m",
+        "lateral in the fault, largest",
+        "m",
+        |f| f.lateral_during.max_abs,
+        |_, asked| Some(asked.lateral),
+    ),
+    figure(
+        "fault_depth_max_m",
+        "depth in the fault, largest change",
+        "m",
+        |f| f.depth_during.max_abs,
+        |_, asked| asked.depth,
+    ),
+    figure(
+        "recovered_lateral_rms_m",
+        "lateral after recovery, RMS",
+        "m",
+        |f| f.lateral_after.rms,
+        |r, _| r.limit("lateral_rms_m"),
+    ),
+    figure(
+        "recovered_lateral_max_m",
+        "lateral after recovery, largest",
+        "m",
+        |f| f.lateral_after.max_abs,
+        |r, _| r.limit("lateral_max_m"),
+    ),
+    figure(
+        "recovered_push_error_rms_n",
+        "push after recovery, RMS of its error",
+        "N",
+        |f| f.push_error_after.rms,
+        |r, _| r.limit("push_error_rms_n"),
+    ),
 ];
+
+/// What a run with a fault came to, SI units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FaultSpreads {
+    correction: [f64; 2],
+    lateral_during: Spread,
+    depth_during: Spread,
+    lateral_after: Spread,
+    push_error_after: Spread,
+}
 
 /// What one fault did.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -43,9 +115,8 @@ pub struct FaultTrial {
     pub fault: String,
     /// When it began and ended, s.
     pub time: [f64; 2],
-    /// Its figures in the order of [`FAULT_FIGURES`], SI units; `None` where the run came to no
-    /// end.
-    pub figures: Option<[f64; FAULT_FIGURES.len()]>,
+    /// [`FAULT_FIGURES`]; `None` where the run came to no end.
+    pub figures: Option<FigureValues>,
     /// How the loop behaved over the whole steady part.
     pub symptoms: Option<Symptoms>,
     /// Why there are no figures.
@@ -53,10 +124,9 @@ pub struct FaultTrial {
 }
 
 impl FaultTrial {
-    /// A figure by its place in [`FAULT_FIGURES`]; infinite where the run came to no end, or to no
-    /// number.
-    pub fn figure(&self, k: usize) -> f64 {
-        worst_unless_told(self.figures.as_ref(), k)
+    /// A figure by its key; infinite where the run came to no end, or to no number.
+    pub fn figure(&self, key: &str) -> f64 {
+        figure_of(self.figures.as_ref(), key)
     }
 }
 
@@ -119,9 +189,11 @@ impl Certification<'_> {
         let scenario = Scenario { plant_step, fault: Some(*fault), ..self.scenario };
         let recording = self.cell.weld(&scenario, &draw, self.passes);
         let (figures, symptoms, failed) = match (&recording, &self.requirements.faults) {
-            (Ok(recording), Some(asked)) => {
-                (Some(figures(recording, fault, asked)), Some(self.symptoms(recording)), None)
-            }
+            (Ok(recording), Some(asked)) => (
+                Some(FaultSpreads::of(recording, fault, asked).values()),
+                Some(self.symptoms(recording)),
+                None,
+            ),
             (Ok(_), None) => (None, None, Some("no requirement asks for faults".to_owned())),
             (Err(error), _) => (None, None, Some(error.to_string())),
         };
@@ -140,25 +212,29 @@ fn failures([linear, angular]: [f64; 2]) -> [Failure; 5] {
     [Failure::Nan, Failure::Stuck, saturated, Failure::Dropped, Failure::OutOfOrder]
 }
 
-fn figures(
-    recording: &Recording,
-    fault: &InstrumentFault,
-    asked: &Faults,
-) -> [f64; FAULT_FIGURES.len()] {
-    let steady = || recording.rows.iter().filter(|r| r.phase == Phase::Steady);
-    let over = fault.until + asked.recovery;
-    let before =
-        Spread::of(steady().filter(|r| r.time < fault.from).map(|r| r.deviation_w.linear.z)).mean;
-    let during = || recording.rows.iter().filter(|r| (fault.from..over).contains(&r.time));
-    let after = |of: fn(&RecordRow) -> f64| Spread::of(steady().filter(|r| r.time >= over).map(of));
-    let lateral = after(|r| r.deviation_w.linear.y);
-    [
-        Spread::of(recording.rows.iter().map(|r| r.correction_w.linear.norm())).max_abs,
-        Spread::of(recording.rows.iter().map(|r| r.correction_w.angular.norm())).max_abs,
-        Spread::of(during().map(|r| r.deviation_w.linear.y)).max_abs,
-        Spread::of(during().map(|r| r.deviation_w.linear.z - before)).max_abs,
-        lateral.rms,
-        lateral.max_abs,
-        after(|r| -r.force_w.z - r.force_desired.unwrap_or(0.0)).rms,
-    ]
+impl FaultSpreads {
+    fn of(recording: &Recording, fault: &InstrumentFault, asked: &Faults) -> Self {
+        let rows = || recording.rows.iter();
+        let steady = || rows().filter(|r| r.phase == Phase::Steady);
+        let over = fault.until + asked.recovery;
+        let before = steady().filter(|r| r.time < fault.from).map(|r| r.deviation_w.linear.z);
+        let before = Spread::of(before).mean;
+        let during = || rows().filter(|r| (fault.from..over).contains(&r.time));
+        let after =
+            |of: fn(&RecordRow) -> f64| Spread::of(steady().filter(|r| r.time >= over).map(of));
+        Self {
+            correction: [
+                Spread::of(rows().map(|r| r.correction_w.linear.norm())).max_abs,
+                Spread::of(rows().map(|r| r.correction_w.angular.norm())).max_abs,
+            ],
+            lateral_during: Spread::of(during().map(|r| r.deviation_w.linear.y)),
+            depth_during: Spread::of(during().map(|r| r.deviation_w.linear.z - before)),
+            lateral_after: after(|r| r.deviation_w.linear.y),
+            push_error_after: after(|r| -r.force_w.z - r.force_desired.unwrap_or(0.0)),
+        }
+    }
+
+    fn values(&self) -> FigureValues {
+        values(FAULT_FIGURES.iter().map(|figure| &figure.of), self)
+    }
 }

@@ -3,9 +3,10 @@
 
 use super::{FAULT_FIGURES, FaultTrial, Trial, WorstCase, reason};
 use crate::Rate;
-use crate::margins::Margins;
+use crate::figure::Limit;
+use crate::margins::{MARGIN_FIGURES, Margins};
+use crate::requirements::Requirements;
 use serde::{Deserialize, Serialize};
-use trueweld_plant::input::{LIMITS, MARGINS, Requirements};
 
 /// Which runs a requirement is judged by.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -102,7 +103,8 @@ pub struct Beyond {
 pub struct Requirement {
     /// Which runs it is judged by.
     pub case: EvidenceKind,
-    /// Its key: one of [`LIMITS`], [`MARGINS`] or [`FAULT_FIGURES`].
+    /// Key of its figure: one of [`WELD_FIGURES`](crate::WELD_FIGURES), [`MARGIN_FIGURES`] or
+    /// [`FAULT_FIGURES`].
     pub name: &'static str,
     /// The limit, SI units: the most that is allowed, and of margins the least.
     pub limit: f64,
@@ -129,14 +131,6 @@ pub fn judge(requirements: &Requirements, evidence: &Evidence) -> Vec<Requiremen
     judged.extend(margins(requirements, &evidence.margins));
     judged.extend(faults(requirements, &evidence.faults));
     judged
-}
-
-fn limits(limits: &[Option<f64>]) -> impl Iterator<Item = (usize, &'static str, f64)> {
-    LIMITS
-        .into_iter()
-        .zip(limits)
-        .enumerate()
-        .filter_map(|(k, (name, limit))| Some((k, name, (*limit)?)))
 }
 
 /// True for a figure within its limit. A correction held at its authority is the limit, to the last
@@ -168,18 +162,20 @@ fn certain(
 }
 
 fn nominal(requirements: &Requirements, trial: &Trial) -> Vec<Requirement> {
-    let judged = limits(&requirements.limits).map(|(k, name, limit)| {
-        certain(EvidenceKind::Nominal, name, limit, Some(trial.figure(k)), || {
-            reason::nominal(name, limit, trial.figure(k), trial)
+    let judged = requirements.limits.iter().map(|Limit { figure, value }| {
+        let (name, limit) = (figure.key, *value);
+        certain(EvidenceKind::Nominal, name, limit, Some(trial.figure(name)), || {
+            reason::nominal(name, limit, trial.figure(name), trial)
         })
     });
     judged.collect()
 }
 
 fn draws(requirements: &Requirements, trials: &[Trial]) -> Vec<Requirement> {
-    let judged = limits(&requirements.limits).map(|(k, name, limit)| {
-        let beyond = Rate::of(trials, |t| !within(t.figure(k), limit));
-        let mut sorted: Vec<f64> = trials.iter().map(|t| t.figure(k)).collect();
+    let judged = requirements.limits.iter().map(|Limit { figure, value }| {
+        let (name, limit) = (figure.key, *value);
+        let beyond = Rate::of(trials, |t| !within(t.figure(name), limit));
+        let mut sorted: Vec<f64> = trials.iter().map(|t| t.figure(name)).collect();
         sorted.sort_by(f64::total_cmp);
         let within =
             ((1.0 - requirements.failure_probability) * sorted.len() as f64).ceil() as usize;
@@ -192,10 +188,11 @@ fn draws(requirements: &Requirements, trials: &[Trial]) -> Vec<Requirement> {
         } else {
             Verdict::NotShown
         };
-        let worst = trials.iter().reduce(|a, b| if b.figure(k) > a.figure(k) { b } else { a });
+        let worst =
+            trials.iter().reduce(|a, b| if b.figure(name) > a.figure(name) { b } else { a });
         let why = || {
             let asked = [requirements.failure_probability, requirements.confidence];
-            reason::draws(name, limit, beyond, asked, worst.map(|t| (t, t.figure(k))))
+            reason::draws(name, limit, beyond, asked, worst.map(|t| (t, t.figure(name))))
         };
         Requirement {
             case: EvidenceKind::Draws,
@@ -212,11 +209,12 @@ fn draws(requirements: &Requirements, trials: &[Trial]) -> Vec<Requirement> {
 }
 
 fn worst_case(requirements: &Requirements, evidence: &Evidence) -> Vec<Requirement> {
-    let judged = limits(&requirements.worst_case).map(|(k, name, limit)| {
+    let judged = requirements.worst_case.iter().map(|Limit { figure, value }| {
+        let (name, limit) = (figure.key, *value);
         let all = evidence.trials.iter().chain(&evidence.worst.runs);
-        let worst = all.reduce(|a, b| if b.figure(k) > a.figure(k) { b } else { a });
-        certain(EvidenceKind::WorstCase, name, limit, worst.map(|t| t.figure(k)), || {
-            reason::worst_case(name, limit, worst.map(|t| (t, t.figure(k))))
+        let worst = all.reduce(|a, b| if b.figure(name) > a.figure(name) { b } else { a });
+        certain(EvidenceKind::WorstCase, name, limit, worst.map(|t| t.figure(name)), || {
+            reason::worst_case(name, limit, worst.map(|t| (t, t.figure(name))))
         })
     });
     judged.collect()
@@ -226,24 +224,27 @@ fn margins(requirements: &Requirements, map: &[Margins]) -> Vec<Requirement> {
     let Some(asked) = &requirements.margins else {
         return Vec::new();
     };
-    let judged =
-        MARGINS.into_iter().zip(asked.at_least).enumerate().filter_map(|(k, (name, limit))| {
-            let limit = limit?;
-            let least = map.iter().reduce(|a, b| if b.least(k).0 < a.least(k).0 { b } else { a });
-            let achieved = least.map_or(0.0, |m| m.least(k).0);
-            let verdict = Verdict::of_figure(least.map(|_| achieved >= limit));
-            let reason = (verdict != Verdict::Pass).then(|| reason::margin(name, limit, k, least));
-            Some(Requirement {
-                case: EvidenceKind::Margins,
-                name,
-                limit,
-                achieved,
-                confidence: 1.0,
-                draws: None,
-                verdict,
-                reason,
-            })
-        });
+    let judged = asked.at_least.iter().map(|Limit { figure, value }| {
+        let (name, limit) = (figure.key, *value);
+        let of = |at: &Margins| {
+            let figure = MARGIN_FIGURES.iter().find(|of| of.figure.key == name);
+            figure.map_or((0.0, "the loop"), |figure| (figure.value)(at))
+        };
+        let least = map.iter().reduce(|a, b| if of(b).0 < of(a).0 { b } else { a });
+        let achieved = least.map_or(0.0, |at| of(at).0);
+        let verdict = Verdict::of_figure(least.map(|_| achieved >= limit));
+        let why = || reason::margin(name, limit, least.map(|at| (at, of(at))));
+        Requirement {
+            case: EvidenceKind::Margins,
+            name,
+            limit,
+            achieved,
+            confidence: 1.0,
+            draws: None,
+            verdict,
+            reason: (verdict != Verdict::Pass).then(why),
+        }
+    });
     judged.collect()
 }
 
@@ -251,19 +252,13 @@ fn faults(requirements: &Requirements, trials: &[FaultTrial]) -> Vec<Requirement
     let Some(asked) = &requirements.faults else {
         return Vec::new();
     };
-    let steady = |name| {
-        LIMITS.iter().zip(&requirements.limits).find(|(key, _)| **key == name).and_then(|(_, l)| *l)
-    };
-    let limit = |name: &'static str| match name {
-        "fault_lateral_max_m" => Some(asked.lateral),
-        "fault_depth_max_m" => asked.depth,
-        name => steady(name.strip_prefix("recovered_").unwrap_or(name)),
-    };
-    let judged = FAULT_FIGURES.into_iter().enumerate().filter_map(|(k, name)| {
-        let limit = limit(name)?;
-        let worst = trials.iter().reduce(|a, b| if b.figure(k) > a.figure(k) { b } else { a });
-        let figure = worst.map(|t| t.figure(k));
-        let beyond = trials.iter().filter(|t| !within(t.figure(k), limit)).count();
+    let judged = FAULT_FIGURES.iter().filter_map(|figure| {
+        let name = figure.of.figure.key;
+        let limit = (figure.limit)(requirements, asked)?;
+        let worst =
+            trials.iter().reduce(|a, b| if b.figure(name) > a.figure(name) { b } else { a });
+        let figure = worst.map(|t| t.figure(name));
+        let beyond = trials.iter().filter(|t| !within(t.figure(name), limit)).count();
         let why = || reason::fault(name, limit, asked, worst.zip(figure), [beyond, trials.len()]);
         Some(certain(EvidenceKind::Faults, name, limit, figure, why))
     });

@@ -25,27 +25,33 @@ mod symptoms;
 mod worst;
 
 pub use draw::{NominalCell, SampledCell};
-pub use faults::{FAULT_FIGURES, FaultTrial, SteadyTooShort};
+pub use faults::{FAULT_FIGURES, FaultFigure, FaultTrial, SteadyTooShort};
 pub use judge::{Beyond, Evidence, EvidenceKind, Requirement, Verdict, judge, within};
-pub use reason::{label, shown};
+pub use reason::{figure, label, shown};
 pub use symptoms::{Oscillation, RequiredCorrection, Symptoms};
 pub use worst::{WorstCase, search};
 
-use crate::WeldFigures;
+use crate::figure::FigureOf;
 use crate::margins::{Margins, margin_map};
+use crate::requirements::Requirements;
+use crate::weld::{WELD_FIGURES, WeldFigures};
 use serde::{Deserialize, Serialize};
-use trueweld_plant::input::{LIMITS, Process, Requirements};
+use std::collections::BTreeMap;
+use trueweld_plant::input::Process;
 use trueweld_plant::simulate::{Recording, RunError, Scenario};
 
-/// Figures of one trial, in the order of [`LIMITS`]; a reason where there are none.
+/// Figures by their keys, SI units; all of them numbers.
+pub type FigureValues = BTreeMap<String, f64>;
+
+/// Figures of one trial; a reason where there are none.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Trial {
     /// Which.
     pub index: u64,
     /// The cell.
     pub draw: SampledCell,
-    /// The figures of the last pass, SI units.
-    pub figures: Option<[f64; LIMITS.len()]>,
+    /// [`WELD_FIGURES`] of the last pass.
+    pub figures: Option<FigureValues>,
     /// How the loop behaved.
     pub symptoms: Option<Symptoms>,
     /// Why there are no figures.
@@ -53,15 +59,21 @@ pub struct Trial {
 }
 
 impl Trial {
-    /// A figure by its place in [`LIMITS`]; infinite where the run came to no end, or to no number.
-    pub fn figure(&self, k: usize) -> f64 {
-        worst_unless_told(self.figures.as_ref(), k)
+    /// A figure by its key; infinite where the run came to no end, or to no number.
+    pub fn figure(&self, key: &str) -> f64 {
+        figure_of(self.figures.as_ref(), key)
     }
 }
 
 /// A figure of a run; infinite where it came to no end, or to no number.
-fn worst_unless_told<const N: usize>(figures: Option<&[f64; N]>, k: usize) -> f64 {
-    figures.map(|f| f[k]).filter(|figure| !figure.is_nan()).unwrap_or(f64::INFINITY)
+fn figure_of(figures: Option<&FigureValues>, key: &str) -> f64 {
+    figures.and_then(|figures| figures.get(key)).copied().unwrap_or(f64::INFINITY)
+}
+
+/// Figures by their keys; what is no number is left out.
+fn values<'a, S: 'static>(table: impl Iterator<Item = &'a FigureOf<S>>, of: &S) -> FigureValues {
+    let all = table.map(|figure| (figure.figure.key.to_owned(), (figure.value)(of)));
+    all.filter(|(_, value)| value.is_finite()).collect()
 }
 
 /// What is to be certified.
@@ -111,7 +123,11 @@ impl Certification<'_> {
         let recording = self.cell.weld(&self.scenario, &draw, self.passes);
         let (figures, symptoms, failed) = match &recording {
             Ok(recording) => match WeldFigures::of(recording) {
-                Some(figures) => (Some(limited(&figures)), Some(self.symptoms(recording)), None),
+                Some(figures) => (
+                    Some(values(WELD_FIGURES.iter(), &figures)),
+                    Some(self.symptoms(recording)),
+                    None,
+                ),
                 None => (None, None, Some("the steady part is not reached".to_owned())),
             },
             Err(error) => (None, None, Some(error.to_string())),
@@ -123,23 +139,4 @@ impl Certification<'_> {
         let spindle = self.scenario.planned.spindle.abs();
         Symptoms::of(recording, self.needed, &self.scenario.control.compensation, spindle)
     }
-}
-
-/// Figures that may be limited, in the order of [`LIMITS`].
-fn limited(f: &WeldFigures) -> [f64; LIMITS.len()] {
-    // Depth is what the push makes it; what may be limited is how far it wanders from its mean.
-    let depth = (f.depth.rms.powi(2) - f.depth.mean.powi(2)).max(0.0).sqrt();
-    let [correction, turned] = f.correction;
-    [
-        f.lateral.rms,
-        f.lateral.max_abs,
-        depth,
-        f.tilt.rms,
-        f.side_tilt.rms,
-        f.travel_angle.rms,
-        f.force.error_rms,
-        f.lateral_before,
-        correction,
-        turned,
-    ]
 }

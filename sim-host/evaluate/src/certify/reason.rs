@@ -4,10 +4,12 @@
 //! Nothing is said here that a recording does not show. Where no symptom stands out, the figure
 //! stands alone.
 
-use super::{FaultTrial, Symptoms, Trial};
+use super::{FAULT_FIGURES, FaultTrial, Symptoms, Trial};
 use crate::Rate;
-use crate::margins::Margins;
-use trueweld_plant::input::Faults;
+use crate::figure::Figure;
+use crate::margins::{LeastMargin, MARGIN_FIGURES, Margins};
+use crate::requirements::Faults;
+use crate::weld::WELD_FIGURES;
 
 /// Share of what is needed below which a correction goes the wrong way; so much may be chance where
 /// little is needed.
@@ -24,53 +26,34 @@ const REGULAR: f64 = 0.5;
 /// tenth of it.
 const SWINGS: f64 = 1e-4;
 
-/// A requirement's name in words.
-pub fn label(name: &str) -> &str {
-    match name {
-        "lateral_rms_m" => "lateral, RMS",
-        "lateral_max_m" => "lateral, largest",
-        "depth_rms_m" => "depth about its mean, RMS",
-        "tilt_rms_rad" => "tilt, RMS",
-        "side_tilt_rms_rad" => "tilt across the seam, RMS",
-        "travel_angle_rms_rad" => "tilt along the seam, RMS",
-        "push_error_rms_n" => "push, RMS of its error",
-        "lateral_before_m" => "lateral before the steady part",
-        "correction_m" => "correction, translation",
-        "correction_rad" => "correction, rotation",
-        "fault_lateral_max_m" => "lateral in the fault, largest",
-        "fault_depth_max_m" => "depth in the fault, largest change",
-        "recovered_lateral_rms_m" => "lateral after recovery, RMS",
-        "recovered_lateral_max_m" => "lateral after recovery, largest",
-        "recovered_push_error_rms_n" => "push after recovery, RMS of its error",
-        "gain_margin" => "gain margin",
-        "phase_margin_rad" => "phase margin",
-        "modulus_margin" => "modulus margin",
-        "delay_margin_s" => "delay margin",
-        "disk_margin" => "disk margin, all at once",
-        "drive_gain_margin" => "gain margin, drives",
-        "drive_phase_margin_rad" => "phase margin, drives",
-        "drive_modulus_margin" => "modulus margin, drives",
-        "drive_delay_margin_s" => "delay margin, drives",
-        "drive_disk_margin" => "disk margin, all drives at once",
-        other => other,
-    }
+/// The figure with a key, of whichever kind of run.
+pub fn figure(key: &str) -> Option<&'static Figure> {
+    let weld = WELD_FIGURES.iter().map(|of| &of.figure);
+    let margins = MARGIN_FIGURES.iter().map(|of| &of.figure);
+    let faults = FAULT_FIGURES.iter().map(|of| &of.of.figure);
+    weld.chain(margins).chain(faults).find(|figure| figure.key == key)
 }
 
-/// A value with the unit of its key: mm, degrees, ms, a ratio or N; "none" where there is none.
-pub fn shown(name: &str, value: f64) -> String {
-    match name {
+/// A requirement's name in words.
+pub fn label(key: &str) -> &str {
+    figure(key).map_or(key, |figure| figure.label)
+}
+
+/// A value of a figure in mm, degrees, ms, N or as a ratio; "none" where there is none.
+pub fn shown(key: &str, value: f64) -> String {
+    match figure(key).map_or("1", |figure| figure.unit) {
         _ if !value.is_finite() => "none".to_owned(),
-        n if n.ends_with("_s") => format!("{:.0} ms", 1e3 * value),
-        n if n.ends_with("_margin") => format!("{value:.2}"),
-        n if n.ends_with("_m") => format!("{:.3} mm", 1e3 * value),
-        n if n.ends_with("_rad") => format!("{:.3}°", value.to_degrees()),
-        _ => format!("{value:.0} N"),
+        "s" => format!("{:.0} ms", 1e3 * value),
+        "m" => format!("{:.3} mm", 1e3 * value),
+        "rad" => format!("{:.3}°", value.to_degrees()),
+        "N" => format!("{value:.0} N"),
+        _ => format!("{value:.2}"),
     }
 }
 
 /// Why a margin is too small.
-pub(super) fn margin(name: &str, limit: f64, k: usize, at: Option<&Margins>) -> String {
-    let Some(at) = at else {
+pub(super) fn margin(name: &str, limit: f64, least: Option<(&Margins, LeastMargin)>) -> String {
+    let Some((at, (least, channel))) = least else {
         return "no margins were determined".to_owned();
     };
     let place = format!("{:.2} m along the weld", at.path);
@@ -82,7 +65,6 @@ pub(super) fn margin(name: &str, limit: f64, k: usize, at: Option<&Margins>) -> 
         };
         return format!("{place}, the loop is not stable: {why}");
     }
-    let (least, channel) = at.least(k);
     let [reached, limit] = [least, limit].map(|v| shown(name, v));
     format!(
         "{place}, the {} of {channel} is {reached} (limit {limit})",

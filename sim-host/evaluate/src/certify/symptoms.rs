@@ -123,7 +123,7 @@ impl Symptoms {
                 period,
             ),
             at_authority: share(&full),
-            limited: share(&|r| r.limited || r.fault.is_some()),
+            limited: share(&|r| r.limited.any() || r.fault.is_some()),
         }
     }
 }

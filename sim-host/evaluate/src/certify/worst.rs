@@ -12,11 +12,12 @@
 //! prove.
 
 use super::{SampledCell, Trial};
+use crate::requirements::{Requirements, Uncertainty};
+use crate::weld::WELD_FIGURES;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::collections::HashSet;
 use std::f64::consts::PI;
-use trueweld_plant::input::{LIMITS, Requirements, Uncertainty};
 
 /// Its stream of random numbers: no trial has this index.
 const STREAM: u64 = u64::MAX;
@@ -77,8 +78,8 @@ pub fn search<E>(
     // Of equals the first.
     let worst =
         all.reduce(|a, b| if search.badness(b).1 > search.badness(a).1 { b } else { a }).cloned();
-    let (k, of_limit) = worst.as_ref().map_or((0, 0.0), |t| search.badness(t));
-    Ok(WorstCase { worst, name: LIMITS[k], of_limit, runs })
+    let (name, of_limit) = worst.as_ref().map_or(search.nothing(), |t| search.badness(t));
+    Ok(WorstCase { worst, name, of_limit, runs })
 }
 
 /// A cell: every number as a share of its half width, from −1 to 1, and the seed of its noise.
@@ -111,7 +112,8 @@ enum Stage {
 
 struct Search<'a> {
     uncertainty: &'a Uncertainty,
-    limits: [Option<f64>; LIMITS.len()],
+    /// Of every figure that is limited, by its key.
+    limits: Vec<(&'static str, f64)>,
     random: ChaCha8Rng,
     /// Cells known, and how bad they were, from the worst down.
     known: Vec<(SearchPoint, f64)>,
@@ -127,11 +129,11 @@ impl<'a> Search<'a> {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         random.set_stream(STREAM);
         let uncertainty = &requirements.uncertainty;
-        let pairs = requirements.worst_case.iter().zip(&requirements.limits);
-        let mut limits = [None; LIMITS.len()];
-        for (limit, (worst_case, steady)) in limits.iter_mut().zip(pairs) {
-            *limit = worst_case.or(*steady);
-        }
+        let limit = |key| {
+            let mut all = requirements.worst_case.iter().chain(&requirements.limits);
+            Some((key, all.find(|limit| limit.figure.key == key)?.value))
+        };
+        let limits = WELD_FIGURES.iter().filter_map(|of| limit(of.figure.key)).collect();
         let mut search = Self {
             uncertainty,
             limits,
@@ -152,13 +154,14 @@ impl<'a> Search<'a> {
     }
 
     /// The figure closest to its limit, and its share of it.
-    fn badness(&self, trial: &Trial) -> (usize, f64) {
-        let shares = self
-            .limits
-            .iter()
-            .enumerate()
-            .filter_map(|(k, limit)| Some((k, trial.figure(k) / (*limit)?)));
-        shares.fold((0, 0.0), |most, one| if one.1 > most.1 { one } else { most })
+    fn badness(&self, trial: &Trial) -> (&'static str, f64) {
+        let shares = self.limits.iter().map(|(key, limit)| (*key, trial.figure(key) / limit));
+        shares.fold(self.nothing(), |most, one| if one.1 > most.1 { one } else { most })
+    }
+
+    /// What is closest to its limit where nothing is anywhere near.
+    fn nothing(&self) -> (&'static str, f64) {
+        (self.limits.first().map_or(WELD_FIGURES[0].figure.key, |(key, _)| key), 0.0)
     }
 
     fn next_batch(&mut self) -> Vec<SearchPoint> {

@@ -15,6 +15,7 @@ pub use frequency::Margin;
 pub use passivity::Passivity;
 pub use response::{CHANNEL_NAMES, CHANNELS, SETPOINT};
 
+use crate::figure::FigureOf;
 use frequency::Sensitivity;
 use linear::{LinearCell, operating_point};
 use rayon::prelude::*;
@@ -95,24 +96,50 @@ pub fn margins(scenario: &Scenario<'_>, path: f64) -> Result<Margins, RunError> 
     })
 }
 
+/// A margin, and the channel that it is of.
+pub type LeastMargin = (f64, &'static str);
+
+/// Margins that may be asked for: of corrections and force loop, then of the drives.
+pub static MARGIN_FIGURES: [FigureOf<Margins, LeastMargin>; 10] = [
+    FigureOf::new("gain_margin", "gain margin", "1", |m| m.least(0, gain)),
+    FigureOf::new("phase_margin_rad", "phase margin", "rad", |m| m.least(0, |c| c.phase)),
+    FigureOf::new("modulus_margin", "modulus margin", "1", |m| m.least(0, |c| c.modulus)),
+    FigureOf::new("delay_margin_s", "delay margin", "s", |m| m.least(0, |c| c.delay)),
+    FigureOf::new("disk_margin", "disk margin, all at once", "1", |m| {
+        (m.disk[0], "all of corrections and force")
+    }),
+    FigureOf::new("drive_gain_margin", "gain margin, drives", "1", |m| m.least(SETPOINT, gain)),
+    FigureOf::new("drive_phase_margin_rad", "phase margin, drives", "rad", |m| {
+        m.least(SETPOINT, |c| c.phase)
+    }),
+    FigureOf::new("drive_modulus_margin", "modulus margin, drives", "1", |m| {
+        m.least(SETPOINT, |c| c.modulus)
+    }),
+    FigureOf::new("drive_delay_margin_s", "delay margin, drives", "s", |m| {
+        m.least(SETPOINT, |c| c.delay)
+    }),
+    FigureOf::new("drive_disk_margin", "disk margin, all drives at once", "1", |m| {
+        (m.disk[1], "all drives")
+    }),
+];
+
+fn gain(margin: &Margin) -> f64 {
+    margin.gain.min(margin.fall)
+}
+
 impl Margins {
-    /// The least margin of a kind, in the order of [`MARGINS`](trueweld_plant::input::MARGINS), and
-    /// of which channel it is. Nothing where the loop is not stable.
-    pub fn least(&self, k: usize) -> (f64, &'static str) {
-        let (group, kind) = (k / 5, k % 5);
-        if kind == 4 {
-            return (
-                self.disk[group],
-                if group == 0 { "all of corrections and force" } else { "all drives" },
-            );
-        }
+    /// The least of six channels from `first` on, and of which it is. Nothing where the loop is not
+    /// stable.
+    fn least(&self, first: usize, of: fn(&Margin) -> f64) -> LeastMargin {
         let Some(channels) = &self.channels else {
             return (0.0, "the loop");
         };
-        let named = CHANNEL_NAMES.iter().zip(channels).skip(group * SETPOINT).take(SETPOINT);
-        let of =
-            named.map(|(name, m)| ([m.gain.min(m.fall), m.phase, m.modulus, m.delay][kind], *name));
-        of.fold((f64::INFINITY, "none"), |least, next| if next.0 < least.0 { next } else { least })
+        let group = CHANNEL_NAMES.iter().zip(channels).skip(first).take(SETPOINT);
+        let each = group.map(|(name, margin)| (of(margin), *name));
+        each.fold(
+            (f64::INFINITY, "none"),
+            |least, next| if next.0 < least.0 { next } else { least },
+        )
     }
 }
 

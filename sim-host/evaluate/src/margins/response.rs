@@ -177,7 +177,7 @@ impl Frozen<'_> {
             let command = controller.cycle(controller_model, &observation);
             torque = command.torque;
             if tick >= settle {
-                held += usize::from(command.limited);
+                held += usize::from(command.limited.any());
                 let c = controller.correction();
                 let mut row = [0.0; CHANNELS];
                 row[..5].copy_from_slice(&[

@@ -13,7 +13,7 @@ mod signals;
 mod step;
 mod writer;
 
-use crate::{DiagnoseReport, ImproveReport, OutputError, Report, StepReport, WeldRun, write_file};
+use crate::{Diagnosed, Improved, OutputError, StepRun, WeldRun, write_file};
 use re_chunk::TimeColumn;
 use std::path::Path;
 use trueweld_measure::residuals::compare::{Comparison, LogComparison};
@@ -76,14 +76,9 @@ impl Shown<'_> {
 ///
 /// # Errors
 /// [`OutputError`] with the path; no file is left behind.
-pub(crate) fn weld_recording(
-    path: &Path,
-    runs: &[WeldRun],
-    exaggeration: f64,
-) -> Result<(), OutputError> {
+pub fn weld_recording(path: &Path, runs: &[WeldRun], exaggeration: f64) -> Result<(), OutputError> {
     let beside = |r: &Recording| Beside::Path(crate::path::travelled(&r.rows));
-    let shown =
-        shown(runs.iter().map(|r| r.recording), &crate::words::weld::run_names(runs), beside);
+    let shown = shown(runs.iter().map(|r| r.recording), &crate::figures::run_names(runs), beside);
     let id = shown.first().map_or("empty", |s| s.recording.weld.as_str());
     save(path, id, |writer| {
         layout::weld(writer, &shown, exaggeration)?;
@@ -96,7 +91,8 @@ pub(crate) fn weld_recording(
     })
 }
 
-/// Writes the responses of several controllers to one step of the push into a recording at `path`, with the layout to compare them: push, force error, what the controller
+/// Writes the responses of several controllers to one step of the push at time `at`, s, into a
+/// recording at `path`, with the layout to compare them: push, force error, what the controller
 /// does about it, twists and torques of the drives.
 ///
 /// Timelines: `since_step`, and `time` from the start of the run. The same runs give the same
@@ -104,15 +100,14 @@ pub(crate) fn weld_recording(
 ///
 /// # Errors
 /// [`OutputError`] with the path; no file is left behind.
-pub(crate) fn step_recording(path: &Path, report: &StepReport<'_>) -> Result<(), OutputError> {
-    let StepReport { runs, at, .. } = *report;
-    let names = crate::words::step::controller_names(runs);
+pub fn step_recording(path: &Path, runs: &[StepRun], at: f64) -> Result<(), OutputError> {
+    let names = crate::figures::controller_names(runs);
     let shown = shown(runs.iter().map(|r| r.recording), &names, |_| Beside::Step(at));
     let id = shown.first().map_or("step".to_owned(), |s| format!("{}, step", s.recording.weld));
     save(path, &id, |writer| {
         let step = step::Step::of(&shown, at);
         layout::step(writer, &shown, step.as_ref())?;
-        step::references(writer, report.document().markdown(), step.as_ref())?;
+        step::references(writer, runs, step.as_ref())?;
         shown.iter().try_for_each(|shown| signals::all(writer, shown))
     })
 }
@@ -126,7 +121,7 @@ pub(crate) fn step_recording(path: &Path, report: &StepReport<'_>) -> Result<(),
 ///
 /// # Errors
 /// [`OutputError`] with the path; no file is left behind.
-pub(crate) fn compare_recording(
+pub fn compare_recording(
     path: &Path,
     model: &Path,
     comparison: &Comparison,
@@ -144,10 +139,7 @@ pub(crate) fn compare_recording(
 ///
 /// # Errors
 /// [`OutputError`] with the path; no file is left behind.
-pub(crate) fn diagnose_recording(
-    path: &Path,
-    diagnosed: &DiagnoseReport<'_>,
-) -> Result<(), OutputError> {
+pub fn diagnose_recording(path: &Path, diagnosed: &Diagnosed<'_>) -> Result<(), OutputError> {
     let mut said = vec![diagnosed.headline()];
     said.extend(diagnosed.explanation().map(str::to_owned));
     if let Some(plan) = &diagnosed.account.next_experiment {
@@ -168,10 +160,7 @@ pub(crate) fn diagnose_recording(
 ///
 /// # Errors
 /// [`OutputError`] with the path; no file is left behind.
-pub(crate) fn improve_recording(
-    path: &Path,
-    improved: &ImproveReport<'_>,
-) -> Result<(), OutputError> {
+pub fn improve_recording(path: &Path, improved: &Improved<'_>) -> Result<(), OutputError> {
     let steps = improved.improvement.steps.iter().enumerate();
     let step = |(k, step): (usize, &trueweld_measure::improve::Step)| {
         format!(

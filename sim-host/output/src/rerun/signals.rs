@@ -2,8 +2,8 @@
 
 use super::writer::{RecordError, Store, Writer, refused};
 use super::{Beside, Shown};
-use crate::MILLI;
 use crate::color::{JOINTS as JOINT_COLORS, REFERENCE, Rgb};
+use crate::figures::MILLI;
 use crate::path::moving;
 use re_chunk::TimeColumn;
 use re_log_types::{TimeCell, TimePoint, Timeline};
@@ -248,15 +248,16 @@ fn events<W: Write>(writer: &mut Writer<W>, shown: &Shown) -> Result<(), RecordE
         if before.is_none_or(|b| b.phase != row.phase) {
             log(row.phase.name().to_owned(), TextLogLevel::INFO.into())?;
         }
-        if row.limited != before.is_some_and(|b| b.limited) {
-            let text = if row.limited {
+        let limited = row.limited.any();
+        if limited != before.is_some_and(|b| b.limited.any()) {
+            let text = if limited {
                 "a limit of drive or correction reached"
             } else {
                 "within limits again"
             };
             log(
                 text.to_owned(),
-                if row.limited { TextLogLevel::WARN } else { TextLogLevel::INFO }.into(),
+                if limited { TextLogLevel::WARN } else { TextLogLevel::INFO }.into(),
             )?;
         }
         if row.fault != before.and_then(|b| b.fault) {

@@ -1,12 +1,13 @@
 //! Input files → checked values.
 //!
-//! Seven kinds of TOML file are read here, each with a `schema` line that says which: the robot,
-//! the welding process, the weld, the controllers' gains, the sensors, the requirements of a
-//! certification, and the model, which names a robot and a process and lists the effects they have.
+//! Six kinds of TOML file are read here, each with a `schema` line that says which: the robot, the
+//! welding process, the weld, the controllers' gains, the sensors, and the model, which names a
+//! robot and a process and lists the effects they have.
 //! Every kind is read from a path (`read`) or from text (`parse`), and everything is checked, so
 //! that nothing later can fail for a bad file. Values come out in SI units and radians. A URDF
-//! becomes a robot file by [`import_urdf`]. Left out: logs and campaigns, which belong to
-//! measuring; they are known by name only, so that a file of theirs is not called unknown.
+//! becomes a robot file by [`import_urdf`]. Left out: requirements, logs
+//! and campaigns, which belong where runs are judged and where measurements are; they are known by
+//! name only, so that a file of theirs is not called unknown.
 
 pub mod control;
 pub mod document;
@@ -15,7 +16,6 @@ pub mod file;
 pub mod model;
 pub mod process;
 pub mod quantity;
-pub mod requirements;
 pub mod robot;
 pub mod sensors;
 pub mod urdf;
@@ -28,7 +28,6 @@ pub use file::{files_read, folder_of, open, read_text, remove_stale, write_atomi
 pub use model::{Comments, EffectComments, ModelEffect, ModelFile, Scope};
 pub use process::{Process, Ripple};
 pub use quantity::{Quantity, check_option, quantity, warnings};
-pub use requirements::{Faults, LIMITS, MARGINS, MarginLimits, Requirements, Uncertainty};
 pub use robot::RobotFile;
 pub use sensors::{ForceSensor, SeamSensor, Sensors};
 pub use urdf::{import_urdf, import_urdf_text};
@@ -52,7 +51,7 @@ pub enum FileKind {
     Sensors,
     /// `model/1`, read by [`ModelFile`].
     Model,
-    /// `requirements/1`, read by [`Requirements`].
+    /// `requirements/1`, what a law must reach; read where runs are judged.
     Requirements,
     /// `log/1`, a recorded log; read where measurements are.
     Log,
@@ -87,6 +86,11 @@ impl FileKind {
             Self::Campaign => "campaign/1",
             Self::Model => "model/1",
         }
+    }
+
+    /// Its name in one word.
+    pub fn name(self) -> &'static str {
+        self.schema().trim_end_matches("/1")
     }
 
     /// What such a file describes.
@@ -139,33 +143,4 @@ pub trait InputFile: Sized {
         let document = Document::parse(text, name)?;
         Self::from_root(&document.root_of(Self::KIND.schema())?)
     }
-}
-
-/// Reads and checks an input file of any kind, and says which kind it is.
-///
-/// # Errors
-/// Everything the reader of its kind refuses, a `schema` that is none of [`KINDS`], or one that is
-/// read where measurements are.
-pub fn check(path: impl AsRef<Path>) -> Result<FileKind, InputError> {
-    let (name, text) = read_text(path.as_ref())?;
-    let document = Document::parse(&text, &name)?;
-    let kind = document.kind()?;
-    match kind {
-        FileKind::Robot => RobotFile::parse(&text, &name).map(drop),
-        FileKind::Process => Process::parse(&text, &name).map(drop),
-        FileKind::Weld => Weld::parse(&text, &name).map(drop),
-        FileKind::Control => Control::parse(&text, &name).map(drop),
-        FileKind::Sensors => Sensors::parse(&text, &name).map(drop),
-        FileKind::Requirements => Requirements::parse(&text, &name).map(drop),
-        FileKind::Log | FileKind::Campaign => {
-            let help = "`trueweld compare FOLDER` reads and checks it with its samples; give it the folder.";
-            Err(document.root().wrong(
-                "schema",
-                "a kind of file that can be checked on its own",
-                help,
-            ))
-        }
-        FileKind::Model => ModelFile::parse(&text, path.as_ref()).map(drop),
-    }?;
-    Ok(kind)
 }

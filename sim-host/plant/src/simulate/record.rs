@@ -1,6 +1,7 @@
 //! What a simulated run leaves behind: one row a control period, and what the run was.
 
 use nalgebra::Vector3;
+use trueweld_core::control::Limited;
 use trueweld_core::{Fault, JointVector, Pose, Twist};
 
 /// Where the run was in its program.
@@ -77,8 +78,8 @@ pub struct RecordRow {
     pub push: f64,
     /// Compensation in force on the set-point, axes of W.
     pub correction_w: Twist<f64>,
-    /// Some limit of drive or correction was reached.
-    pub limited: bool,
+    /// What was held at a limit.
+    pub limited: Limited,
     /// Fault of the controller or the law in this period.
     pub fault: Option<Fault>,
 }
@@ -107,6 +108,8 @@ pub struct Recording {
     pub half_pin: f64,
     /// Push of the weld program, N.
     pub force: f64,
+    /// Depth at which the process as planned bears that push, m.
+    pub planned_depth: f64,
     /// Seed of the sensors' noise.
     pub seed: u64,
     /// Simulated time, s.

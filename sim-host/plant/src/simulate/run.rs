@@ -396,6 +396,7 @@ fn run_with(
         period,
         half_pin: 0.5 * cell.process.pin_diameter,
         force: weld.force,
+        planned_depth: weld.force / scenario.planned.depth_stiffness,
         seed: scenario.seed,
         simulated: ticks as f64 * period,
         wall: clock.elapsed().as_secs_f64(),

@@ -46,9 +46,7 @@ const SCHEMES: [PublishedStep; 3] = [
     },
 ];
 
-impl PublishedStep {
-    /// What is published of the controller of this name.
-    pub(crate) fn of(controller: &str) -> Option<&'static Self> {
-        SCHEMES.iter().find(|s| s.controller == controller)
-    }
+/// What is published of the controller of this name.
+pub(crate) fn step_of(controller: &str) -> Option<&'static PublishedStep> {
+    SCHEMES.iter().find(|s| s.controller == controller)
 }

@@ -1,24 +1,23 @@
 //! What a compensation law must reach, and under what uncertainty: `requirements/1`.
 
-use super::document::Table;
-use super::{Bounds, Document, FileKind, InputError, read_text};
-use std::path::Path;
+use crate::figure::{Figure, Limit};
+use crate::margins::MARGIN_FIGURES;
+use crate::weld::WELD_FIGURES;
+use trueweld_plant::input::{Bounds, FileKind, InputError, InputFile, Table};
 
 /// Requirements of a certification.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Requirements {
-    /// Limits of the figures of a weld's steady part, in the order of [`LIMITS`]; `None` where the
-    /// file has none.
-    pub limits: [Option<f64>; LIMITS.len()],
+    /// The most that figures of a weld's steady part may be, in the order of [`WELD_FIGURES`].
+    pub limits: Vec<Limit>,
     /// Share of welds that may fail a requirement.
     pub failure_probability: f64,
     /// Confidence with which that must be shown.
     pub confidence: f64,
     /// What is not known of the cell.
     pub uncertainty: Uncertainty,
-    /// Limits that the worst cell found within the uncertainty must keep, in the order of
-    /// [`LIMITS`].
-    pub worst_case: [Option<f64>; LIMITS.len()],
+    /// Limits that the worst cell found within the uncertainty must keep, in the same order.
+    pub worst_case: Vec<Limit>,
     /// Margins of the loop along the weld; `None` where none are asked for.
     pub margins: Option<MarginLimits>,
     /// Instruments that fail, and what the tool must keep to then; `None` where no fault is asked
@@ -26,42 +25,14 @@ pub struct Requirements {
     pub faults: Option<Faults>,
 }
 
-/// Figures that may be limited, by their keys.
-pub const LIMITS: [&str; 10] = [
-    "lateral_rms_m",
-    "lateral_max_m",
-    "depth_rms_m",
-    "tilt_rms_rad",
-    "side_tilt_rms_rad",
-    "travel_angle_rms_rad",
-    "push_error_rms_n",
-    "lateral_before_m",
-    "correction_m",
-    "correction_rad",
-];
-
-/// Margins that may be asked for, by their keys: of corrections and force loop, then of the drives.
-pub const MARGINS: [&str; 10] = [
-    "gain_margin",
-    "phase_margin_rad",
-    "modulus_margin",
-    "delay_margin_s",
-    "disk_margin",
-    "drive_gain_margin",
-    "drive_phase_margin_rad",
-    "drive_modulus_margin",
-    "drive_delay_margin_s",
-    "drive_disk_margin",
-];
-
 /// What the margins of the loop must be at least, wherever they are looked at. A loop that is not
 /// stable keeps none.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct MarginLimits {
     /// Places along the weld, both ends included.
     pub places: usize,
-    /// In the order of [`MARGINS`]; `None` where the file has none.
-    pub at_least: [Option<f64>; MARGINS.len()],
+    /// The least that they may be, in the order of [`MARGIN_FIGURES`].
+    pub at_least: Vec<Limit>,
 }
 
 /// What is not known of a cell: half widths of uniform distributions about the nominal value.
@@ -101,22 +72,16 @@ pub struct Faults {
 }
 
 impl Requirements {
-    /// Reads a file of requirements.
-    ///
-    /// # Errors
-    /// The first thing in it that does not fit, with its place.
-    pub fn read(path: impl AsRef<Path>) -> Result<Self, InputError> {
-        let (name, text) = read_text(path.as_ref())?;
-        Self::parse(&text, &name)
+    /// The limit of a figure of a weld's steady part, by its key.
+    pub fn limit(&self, key: &str) -> Option<f64> {
+        self.limits.iter().find(|limit| limit.figure.key == key).map(|limit| limit.value)
     }
+}
 
-    /// Reads requirements from text; `name` is what errors call it.
-    ///
-    /// # Errors
-    /// As [`Requirements::read`].
-    pub fn parse(text: &str, name: &str) -> Result<Self, InputError> {
-        let document = Document::parse(text, name)?;
-        let root = document.root_of(FileKind::Requirements.schema())?;
+impl InputFile for Requirements {
+    const KIND: FileKind = FileKind::Requirements;
+
+    fn from_root(root: &Table<'_>) -> Result<Self, InputError> {
         root.only(&[
             "schema",
             "failure_probability",
@@ -137,14 +102,14 @@ impl Requirements {
             }
         };
         Ok(Self {
-            limits: limits(&root.table("limits")?)?,
+            limits: of_weld(&root.table("limits")?)?,
             failure_probability: share("failure_probability")?,
             confidence: share("confidence")?,
             uncertainty: uncertainty(&root.table("uncertainty")?)?,
             worst_case: if root.has("worst_case") {
-                limits(&root.table("worst_case")?)?
+                of_weld(&root.table("worst_case")?)?
             } else {
-                [None; LIMITS.len()]
+                Vec::new()
             },
             margins: if root.has("margins") {
                 Some(margins(&root.table("margins")?)?)
@@ -156,19 +121,26 @@ impl Requirements {
     }
 }
 
-fn limits(table: &Table<'_>) -> Result<[Option<f64>; LIMITS.len()], InputError> {
-    table.only(&LIMITS)?;
-    let mut limits = [None; LIMITS.len()];
-    for (limit, key) in limits.iter_mut().zip(LIMITS) {
-        if table.has(key) {
-            *limit = Some(table.number(key, Bounds::Positive)?);
-        }
-    }
-    Ok(limits)
+fn of_weld(table: &Table<'_>) -> Result<Vec<Limit>, InputError> {
+    limits(table, &[], WELD_FIGURES.iter().map(|of| &of.figure))
+}
+
+/// The limits of a table, whose other keys are given.
+fn limits(
+    table: &Table<'_>,
+    others: &[&'static str],
+    figures: impl Iterator<Item = &'static Figure> + Clone,
+) -> Result<Vec<Limit>, InputError> {
+    table
+        .only(&others.iter().copied().chain(figures.clone().map(|f| f.key)).collect::<Vec<_>>())?;
+    figures
+        .filter(|figure| table.has(figure.key))
+        .map(|figure| Ok(Limit { figure, value: table.number(figure.key, Bounds::Positive)? }))
+        .collect()
 }
 
 fn margins(table: &Table<'_>) -> Result<MarginLimits, InputError> {
-    table.only(&[&["places"], &MARGINS[..]].concat())?;
+    let at_least = limits(table, &["places"], MARGIN_FIGURES.iter().map(|of| &of.figure))?;
     let places = table.number("places", Bounds::PositiveUpTo(1000.0))?;
     if places < 2.0 || places.fract() != 0.0 {
         return Err(table.wrong(
@@ -176,12 +148,6 @@ fn margins(table: &Table<'_>) -> Result<MarginLimits, InputError> {
             "a whole number from 2 up",
             "Such as 11: one every tenth of the weld.",
         ));
-    }
-    let mut at_least = [None; MARGINS.len()];
-    for (limit, key) in at_least.iter_mut().zip(MARGINS) {
-        if table.has(key) {
-            *limit = Some(table.number(key, Bounds::Positive)?);
-        }
     }
     Ok(MarginLimits { places: places as usize, at_least })
 }

@@ -1,0 +1,46 @@
+//! What a figure of a run is: its key in files and results, what people call it, its unit.
+//!
+//! The figures themselves stand in one table for each kind of run, where the run is looked at:
+//! [`WELD_FIGURES`](crate::WELD_FIGURES), [`MARGIN_FIGURES`](crate::margins::MARGIN_FIGURES) and
+//! [`FAULT_FIGURES`](crate::certify::FAULT_FIGURES). Limits, results and pages follow from them.
+
+/// A figure of a run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Figure {
+    /// Its key in requirements and results, the unit at its end.
+    pub key: &'static str,
+    /// What it is, for people.
+    pub label: &'static str,
+    /// SI unit: "m", "m/s", "rad", "s", "N", or "1" for a ratio.
+    pub unit: &'static str,
+}
+
+/// A figure and how it follows from what was recorded or computed of a run.
+#[derive(Debug, Clone, Copy)]
+pub struct FigureOf<S: 'static, V: 'static = f64> {
+    /// Which.
+    pub figure: Figure,
+    /// Its value, SI units.
+    pub value: fn(&S) -> V,
+}
+
+impl<S, V> FigureOf<S, V> {
+    /// A row of a table.
+    pub(crate) const fn new(
+        key: &'static str,
+        label: &'static str,
+        unit: &'static str,
+        value: fn(&S) -> V,
+    ) -> Self {
+        Self { figure: Figure { key, label, unit }, value }
+    }
+}
+
+/// The most, or of margins the least, that a figure may be, SI units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Limit {
+    /// Which figure.
+    pub figure: &'static Figure,
+    /// The limit.
+    pub value: f64,
+}
