@@ -3,13 +3,12 @@
 
 use trueweld_measure::data::campaign::Campaign;
 use trueweld_measure::data::log::Log;
-use trueweld_measure::diagnose::FittedEffect;
-use trueweld_measure::diagnose::evidence::{EffectCurve, ExplainedCase, evidence, explain};
+use trueweld_measure::diagnose::evidence::{EffectCurve, evidence};
 use trueweld_measure::fit::calibration::calibrations;
 use trueweld_measure::fit::{Effort, FitProblem, Fitted, blocks_of, fit};
 use trueweld_measure::residuals::compare::experiments;
 use trueweld_plant::effects::{Effect, EffectKind, Location, LocationKind, Role, library};
-use trueweld_plant::input::{ModelFile, RobotFile};
+use trueweld_plant::input::ModelFile;
 use trueweld_plant::robot::Channel;
 
 /// What is hidden: half of the play of A5, rad.
@@ -18,7 +17,6 @@ const HALF_GAP: f64 = 2.4e-4;
 struct Ready {
     bench: FitProblem,
     logs: Vec<Log>,
-    robot: RobotFile,
     null: Fitted,
 }
 
@@ -32,7 +30,7 @@ fn ready(of: impl Fn(&str) -> bool, steps: usize) -> Ready {
     let bench = FitProblem::new(&file, ready);
     let point = calibrations(&bench);
     let null = fit(&bench, &point, &blocks_of(&bench), &[], Effort { steps, stale: 0 }).unwrap();
-    Ready { bench, logs, robot: file.robot, null }
+    Ready { bench, logs, null }
 }
 
 /// The fit with an effect beside the calibrations.
@@ -78,28 +76,6 @@ fn backlash_shows_as_a_step_of_the_gap_where_the_torque_turns_round() {
         evidence.points.iter().map(|p| (p.y - fitted_at(&evidence, p.x)) / p.error).collect();
     let score = (apart.iter().map(|a| a * a).sum::<f64>() / apart.len() as f64).sqrt();
     assert!(score < 2.0, "points lie {score:.2} errors off the curve: {apart:.1?}");
-
-    let value = found.point.all.last().unwrap().values.clone();
-    let found_effect = Effect { values: value.clone(), ..effect };
-    let sentence = explain(&ExplainedCase {
-        robot: &ready.robot,
-        bench: &ready.bench,
-        effects: &[FittedEffect {
-            effect: found_effect,
-            log: None,
-            interval: vec![[value[0] - 5e-6, value[0] + 5e-6]],
-        }],
-        before: &ready.null.at,
-        after: &found.at,
-        held_out: [1.75, 1.01],
-        probability: 0.97,
-        others: &[("hysteresis", "A5")],
-    });
-    assert!(sentence.starts_with("A5 has a backlash of ± 2"), "{sentence}");
-    assert!(
-        sentence.contains("µrad (95 %: ") && sentence.contains("hysteresis at A5"),
-        "{sentence}"
-    );
 }
 
 /// An effect of one small step of each of its sizes.
@@ -118,7 +94,7 @@ fn of_some_size(kind: &'static EffectKind) -> Effect {
 }
 
 #[test]
-fn every_effect_has_its_curve_and_its_sentence() {
+fn every_effect_has_its_curve() {
     let ready = ready(|name| ["static", "ring-14", "free", "weld-1"].contains(&name), 1);
     for kind in library() {
         let effect = of_some_size(kind);
@@ -140,21 +116,5 @@ fn every_effect_has_its_curve_and_its_sentence() {
             // The cell has no second encoders.
             None => assert!(kind.id.starts_with("link-encoder"), "{} shows nothing", kind.id),
         }
-        let interval = effect.values.iter().map(|v| [0.9 * v, 1.1 * v]).collect();
-        let sentence = explain(&ExplainedCase {
-            robot: &ready.robot,
-            bench: &ready.bench,
-            effects: &[FittedEffect { effect, log: None, interval }],
-            before: &ready.null.at,
-            after: &found.at,
-            held_out: [1.2, 1.1],
-            probability: 0.5,
-            others: &[],
-        });
-        assert!(
-            !sentence.contains("there is"),
-            "{} has no sentence of its own: {sentence}",
-            kind.id
-        );
     }
 }

@@ -1,6 +1,6 @@
 //! What terminal, page, recording and JSON say of a diagnosis and of an improvement, written once.
 
-use crate::words::{Scale, counted, listed, probability, score, share};
+use crate::words::{Scale, counted, effects, listed, probability, score, share};
 use std::path::Path;
 use trueweld_measure::diagnose::{
     Candidate, Confusable, Diagnosis, Explanation, FittedEffect, Limit, Reason, Verdict, name,
@@ -187,8 +187,9 @@ impl Diagnosed<'_> {
     }
 
     /// The same in words.
-    pub(crate) fn explanation(&self) -> Option<&str> {
-        self.reason().map(|reason| reason.explanation.as_str())
+    pub(crate) fn explanation(&self) -> Option<String> {
+        let all = &self.diagnosis.candidates;
+        Some(effects::explanation(all.first()?, all, self.reason()?, &self.model.robot))
     }
 
     /// Score of the logs with the best explanation and the calibrations that count.

@@ -13,7 +13,8 @@ use trueweld_evaluate::{StepFigures, WeldFigures};
 use trueweld_measure::data::log::{Log, LogKind};
 use trueweld_measure::diagnose::evidence::EffectCurve;
 use trueweld_measure::diagnose::{
-    Candidate, Confusable, Diagnosis, Explanation, FittedEffect, Limit, Reason, Verdict,
+    Candidate, Confusable, Diagnosis, Explanation, FittedEffect, ImprovedChannel, Limit, Reason,
+    Verdict,
 };
 use trueweld_measure::experiment::Plan;
 use trueweld_measure::fit::{FitState, Fitted, Linear};
@@ -423,7 +424,12 @@ pub fn diagnosis(verdict: Verdict) -> Parts {
         fitted: (-3..4).map(|k: i32| [f64::from(k), 2.4e-4 * f64::from(k.signum())]).collect(),
     };
     let reason = |evidence: Option<EffectCurve>| Reason {
-        explanation: "A5 has a backlash.".to_owned(),
+        improved: Some(ImprovedChannel {
+            kind: LogKind::RingDown,
+            channel: "tcp_position",
+            before: 3.8,
+            after: 1.0,
+        }),
         evidence: vec![evidence],
     };
     Parts {

@@ -3,12 +3,13 @@
 //!
 //! Apart from the search, since many diagnoses need none of it.
 
-use super::{Candidate, Diagnosis, Progress, Verdict};
-use crate::data::log::Log;
-use crate::diagnose::evidence::{EffectCurve, ExplainedCase, evidence, explain};
+use super::{Candidate, Diagnosis, Progress, Verdict, parts};
+use crate::data::log::{Log, LogKind};
+use crate::diagnose::evidence::{EffectCurve, evidence};
 use crate::experiment::{Plan, next_experiment};
-use crate::fit::FitProblem;
+use crate::fit::{FitProblem, Residuals};
 use rayon::prelude::*;
+use std::collections::BTreeMap;
 use trueweld_plant::effects::Effect;
 use trueweld_plant::input::RobotFile;
 
@@ -33,11 +34,24 @@ pub struct Explanation {
 /// Why an explanation is believed.
 #[derive(Debug, Clone)]
 pub struct Reason {
-    /// In words.
-    pub explanation: String,
+    /// What it improves most; `None` where it improves no channel.
+    pub improved: Option<ImprovedChannel>,
     /// The curve that shows each of its effects, in their order; `None` where the logs draw none.
     /// Of the first explanations only.
     pub evidence: Vec<Option<EffectCurve>>,
+}
+
+/// The channel of one kind of logs that an explanation improves.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ImprovedChannel {
+    /// Kind of the logs.
+    pub kind: LogKind,
+    /// The channel, as in a comparison.
+    pub channel: &'static str,
+    /// Its error over the noise with calibrations alone.
+    pub before: f64,
+    /// Its error over the noise with the explanation.
+    pub after: f64,
 }
 
 /// Tells of a diagnosis. `bench` and `logs`: those it was made from.
@@ -52,7 +66,7 @@ pub fn tell(
         return Explanation { reasons: Vec::new(), next_experiment: None };
     };
     let all = diagnosis.candidates.par_iter().enumerate();
-    let reasons = all.map(|(k, c)| reason(bench, logs, diagnosis, (c, k < DRAWN), robot)).collect();
+    let reasons = all.map(|(k, c)| reason(bench, logs, diagnosis, (c, k < DRAWN))).collect();
     progress("planning the next experiment", 0.6);
     let rivals = rivals(diagnosis, robot);
     let next_experiment =
@@ -65,25 +79,10 @@ fn reason(
     logs: &[Log],
     diagnosis: &Diagnosis,
     (candidate, drawn): (&Candidate, bool),
-    robot: &RobotFile,
 ) -> Reason {
     let curve = |effect: &Effect| evidence(bench, logs, &diagnosis.null, &candidate.fitted, effect);
-    let others: Vec<(&str, &str)> = candidate
-        .others(&diagnosis.candidates)
-        .iter()
-        .map(|effect| (effect.kind.id, effect.at_name(robot)))
-        .collect();
     Reason {
-        explanation: explain(&ExplainedCase {
-            robot,
-            bench,
-            effects: &candidate.effects,
-            before: &diagnosis.null.at,
-            after: &candidate.fitted.at,
-            held_out: [candidate.held_out_before, candidate.held_out_after],
-            probability: candidate.probability,
-            others: &others,
-        }),
+        improved: improved(bench, &diagnosis.null.at, &candidate.fitted.at),
         evidence: candidate
             .effects
             .iter()
@@ -91,6 +90,31 @@ fn reason(
             .map(|found| curve(&found.effect))
             .collect(),
     }
+}
+
+/// The kind of logs and the channel whose sum of squares falls most.
+fn improved(bench: &FitProblem, before: &Residuals, after: &Residuals) -> Option<ImprovedChannel> {
+    let mut sums: BTreeMap<(usize, &'static str), [f64; 3]> = BTreeMap::new();
+    let mut add = |residuals: &Residuals, which: usize| {
+        for ((log, channel), part) in parts(bench, residuals) {
+            let kind = bench.experiments[log].kind;
+            let place = LogKind::ALL.iter().position(|k| *k == kind).unwrap_or(0);
+            let sum = sums.entry((place, channel)).or_default();
+            sum[which] += part.square;
+            sum[2] += if which == 0 { part.count as f64 } else { 0.0 };
+        }
+    };
+    add(before, 0);
+    add(after, 1);
+    let ((place, channel), [before, after, count]) =
+        sums.into_iter().max_by(|a, b| (a.1[0] - a.1[1]).total_cmp(&(b.1[0] - b.1[1])))?;
+    let error = |square: f64| (square / count).sqrt();
+    (before > after).then(|| ImprovedChannel {
+        kind: LogKind::ALL[place],
+        channel,
+        before: error(before),
+        after: error(after),
+    })
 }
 
 /// The explanations that an experiment is worth making for: those tied with the best, or else those

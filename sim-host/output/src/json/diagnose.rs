@@ -2,6 +2,7 @@
 
 use super::finding;
 use crate::diagnosed::{Diagnosed, Improved, REMAINS};
+use crate::words::effects::explanation;
 use serde_json::{Map, Value, json};
 use trueweld_measure::diagnose::evidence::EffectCurve;
 use trueweld_measure::diagnose::{Candidate, Diagnosis, FittedEffect, Reason};
@@ -124,7 +125,9 @@ fn candidate(
         "probability": c.probability,
         "left": c.left,
         "indistinguishable": others,
-        "explanation": reason.map_or("", |r| r.explanation.as_str()),
+        "explanation": reason.map_or(String::new(), |reason| {
+            explanation(c, &diagnosis.candidates, reason, robot)
+        }),
         "evidence": curves.iter().find(|curve| !curve.is_null()).unwrap_or(&Value::Null),
         "evidence_of_effects": curves,
     })

@@ -141,7 +141,7 @@ pub fn compare_recording(
 /// [`OutputError`] with the path; no file is left behind.
 pub fn diagnose_recording(path: &Path, diagnosed: &Diagnosed<'_>) -> Result<(), OutputError> {
     let mut said = vec![diagnosed.headline()];
-    said.extend(diagnosed.explanation().map(str::to_owned));
+    said.extend(diagnosed.explanation());
     if let Some(plan) = &diagnosed.account.next_experiment {
         said.push(format!("Next experiment: {}. {}", plan.title, plan.reason));
         said.extend(plan.steps.iter().cloned());

@@ -22,7 +22,7 @@ pub fn diagnose_table(diagnosed: &Diagnosed<'_>) -> String {
     let robot = &diagnosed.model.robot;
     let mut out = wrapped(&diagnosed.headline());
     if let Some(explanation) = diagnosed.explanation() {
-        out += &wrapped(explanation);
+        out += &wrapped(&explanation);
     }
     out += &wrapped(&diagnosed.setting());
     let candidates = ranked(diagnosis);

@@ -1,6 +1,7 @@
 //! Every sentence of the program: the crates below return numbers, names and enums, and what a
 //! terminal, a page, a recording or a JSON file says of them is written here, once.
 
+pub(crate) mod effects;
 mod quantity;
 
 pub(crate) use quantity::{Scale, fixed, probability, score, share, signed_share};

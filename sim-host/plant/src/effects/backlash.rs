@@ -16,7 +16,7 @@ pub(super) static KIND: EffectKind = EffectKind {
     shows: "the tool jumps where the joint's torque changes sign; no offset elsewhere but ± b",
     experiment: "static loads that turn the joint's torque round, a little to either side of zero",
     parameters: &[Parameter::size("half_gap_rad", "rad", "half of the play, b", 5e-5, [0.0, 1e-3])],
-    sentence: "{joint} has a backlash of ± {0}",
+    sentence: "{joint} has a backlash with a half gap of {0}",
     curve: Curve::Quantity(&[TWIST_BEYOND_SPRING], &[CurveAxis::SpringTorque]),
     drawn: Some(|d| (d.here(), vec![d.size * d.between(1e-4, 3e-4)])),
     action: Action::Term {

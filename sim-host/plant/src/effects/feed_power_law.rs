@@ -21,7 +21,7 @@ pub(super) static KIND: EffectKind = EffectKind {
         Role::Size { step: 0.1, neutral: 1.0 },
         [0.1, 2.0],
     )],
-    sentence: "the drag grows with the feed to the power of {ratio 0} and not in proportion",
+    sentence: "the drag grows with the feed to the power of {0} and not in proportion",
     curve: Curve::Quantity(&[SEAM_FORCE], &[CurveAxis::Feed]),
     drawn: Some(|d| (Location::Cell, vec![1.0 - d.size * d.between(0.2, 0.5)])),
     action: Action::Term {

@@ -25,7 +25,7 @@ pub(super) static KIND: EffectKind = EffectKind {
             [1e-06, 0.01],
         ),
     ],
-    sentence: "the gear of {joint} has friction under load, a torque–twist loop of ± {0} that turns round over {1}",
+    sentence: "the gear of {joint} has friction under load: a torque–twist loop with a half height of {0} that turns round over {1}",
     curve: Curve::Loop(&[TWIST_BEYOND_SPRING], &[CurveAxis::SpringTorque]),
     drawn: Some(|d| {
         let twist = if d.joint < 3 { d.between(7e-5, 1.5e-4) } else { d.between(1e-4, 3e-4) };

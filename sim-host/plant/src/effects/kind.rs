@@ -58,7 +58,6 @@ pub struct EffectKind {
     /// | `{0?more\|less}` | the first word, or the second where the value is below 0 |
     /// | `{plain 0}` | the value without its interval |
     /// | `{norm 0}` | length of the vector that the first three parameters are |
-    /// | `{ratio 0}` | a value of unit 1 that is not read in per cent |
     /// | `{0#}` | the value with two decimals and no unit |
     pub sentence: &'static str,
     /// The curve that shows it.

@@ -20,9 +20,6 @@ mod axis;
 mod curve;
 mod probe;
 mod view;
-mod words;
-
-pub use words::{ExplainedCase, explain};
 
 use crate::data::log::Log;
 use crate::fit::{EffectScope, FitProblem, FitState, Fitted, Residuals, Slopes, residuals};
