@@ -212,7 +212,7 @@ pub fn library() -> &'static [Entry] {
 /// Why laws are not taken into the library.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum InstallError {
-    /// A name that is not lower-case letters, digits and single hyphens, beginning with a letter.
+    /// Not [`may_be_name`].
     Name(String),
     /// A name that another law has.
     Taken(String),
@@ -235,6 +235,12 @@ impl fmt::Display for InstallError {
 
 impl std::error::Error for InstallError {}
 
+/// Whether a law may be called so: lower-case letters, digits and hyphens, beginning with a letter.
+pub fn may_be_name(name: &str) -> bool {
+    name.starts_with(|c: char| c.is_ascii_lowercase())
+        && name.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-')
+}
+
 /// Adds laws to the library of this program: once, before any law is looked up.
 ///
 /// # Errors
@@ -243,8 +249,7 @@ pub fn install(own: Vec<Entry>) -> Result<(), InstallError> {
     let mut all = of_table();
     for entry in own {
         let name = entry.name();
-        let letters = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
-        if !name.starts_with(|c: char| c.is_ascii_lowercase()) || !name.chars().all(letters) {
+        if !may_be_name(name) {
             return Err(InstallError::Name(name.to_owned()));
         }
         if all.iter().any(|law| law.name == entry.name) {

@@ -39,7 +39,7 @@ pub use adaptive::{Adaptive, AdaptiveGains};
 pub use combined::{Combined, CombinedGains};
 pub use elastostatic::{Elastostatic, ElastostaticGains};
 #[cfg(feature = "host")]
-pub use entry::{BuildError, Entry, GainTables, InstallError, find, install, library};
+pub use entry::{BuildError, Entry, GainTables, InstallError, find, install, library, may_be_name};
 pub use feed_forward::FeedForward;
 pub use law::{GainError, GainSet, Law, Needs, NoGains, Setup, Visitor, for_each, require};
 pub use learning::{Learning, LearningGains};

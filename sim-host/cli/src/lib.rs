@@ -27,6 +27,7 @@ mod improve;
 mod inputs;
 mod measured;
 mod names;
+mod new_law;
 mod results;
 mod step;
 mod terminal;
@@ -34,9 +35,9 @@ mod weld;
 
 /// Laws: the trait to implement, and what it is made of.
 pub use trueweld_compensators as laws;
-/// What a law runs on: robot, poses, observations.
+/// What a law works with: robot, poses, observations.
 pub use trueweld_core as core;
-pub use trueweld_plant::effects;
+pub use trueweld_plant::{effects, robot};
 
 pub use miette::Result;
 
@@ -74,6 +75,8 @@ enum Command {
     Improve(improve::Arguments),
     /// Check input files of any kind
     Check(check::Arguments),
+    /// Write a crate with a law and an effect of your own, beside those of this program
+    NewLaw(new_law::Arguments),
     /// Turn a URDF into a robot file; what a URDF cannot know is marked to be filled in
     ImportUrdf(import_urdf::Arguments),
 }
@@ -128,6 +131,7 @@ impl Arguments {
             Some(Command::Diagnose(arguments)) => diagnose::run(arguments),
             Some(Command::Improve(arguments)) => improve::run(arguments),
             Some(Command::Check(arguments)) => check::run(arguments),
+            Some(Command::NewLaw(arguments)) => new_law::run(arguments),
             Some(Command::ImportUrdf(arguments)) => import_urdf::run(arguments),
         }
     }

@@ -14,7 +14,7 @@ use trueweld_core::JointVector;
 /// How the plant is integrated between two samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Integrator {
-    /// Linearly implicit, second order, fixed step: the default.
+    /// Linearly implicit, third order, fixed step: the default.
     LinearlyImplicit,
     /// Adaptive Dormand–Prince 5(4): the reference.
     DormandPrince(Tolerance),

@@ -1,0 +1,106 @@
+//! The program `trueweld` with a law and an effect of one's own beside those that it has.
+
+use serde::{Deserialize, Serialize};
+use trueweld::core::compensation::{Compensator, Observation};
+use trueweld::core::{Fault, Robot, Twist};
+use trueweld::effects::{Action, EffectKind, LocationKind, Parameter};
+use trueweld::laws::{FeedForward, GainError, Law, Needs, Setup, require};
+use trueweld::robot::{JointState, Port, Term};
+
+/// Gains, `[law.own-law]` of a control file.
+#[derive(Serialize, Deserialize)]
+struct Gains {
+    /// Bandwidth of the correction, rad/s.
+    rate_rad_s: f64,
+    /// Largest correction, m.
+    max_m: f64,
+}
+
+impl Default for Gains {
+    fn default() -> Self {
+        Self { rate_rad_s: 2.0, max_m: 0.005 }
+    }
+}
+
+/// Feed-forward, and the integral of what a seam sensor sees across the seam.
+struct OwnLaw {
+    share: f64,
+    max: f64,
+    correction: f64,
+}
+
+impl Law<f64> for OwnLaw {
+    const NAME: &'static str = "own-law";
+    const SUMMARY: &'static str = "Feed-forward, and the integral of a seam sensor";
+    const NEEDS: Needs = Needs { seam_sensor: true, ..Needs::NOTHING };
+    type Gains = Gains;
+    type Built = Self;
+
+    fn build(gains: &Gains, setup: &Setup<f64>) -> Result<Self, GainError> {
+        require(gains.rate_rad_s > 0.0, "rate_rad_s", "a number above 0")?;
+        require(gains.max_m > 0.0, "max_m", "a number above 0")?;
+        Ok(Self { share: gains.rate_rad_s * setup.period, max: gains.max_m, correction: 0.0 })
+    }
+}
+
+impl Compensator<f64> for OwnLaw {
+    fn reset(&mut self) {
+        self.correction = 0.0;
+    }
+
+    fn demand(
+        &mut self,
+        robot: &Robot<f64>,
+        observation: &Observation<'_, f64>,
+    ) -> Result<Twist<f64>, Fault> {
+        let usable = observation.sightings.iter().filter(|m| m.is_usable());
+        for across in usable.filter(|m| m.along.linear.y > 0.0) {
+            let wanted = self.correction - self.share * across.deviation;
+            self.correction = wanted.clamp(-self.max, self.max);
+        }
+        let mut demand = FeedForward.demand(robot, observation)?;
+        demand.linear.y += self.correction;
+        Ok(demand)
+    }
+}
+
+/// A cable package that pulls a joint back: −(c tanh(θ̇/smoothing) + s θ) on its link.
+#[derive(Debug)]
+struct CableDrag {
+    friction: f64,
+    stiffness: f64,
+}
+
+impl Term for CableDrag {
+    fn link_torque(&self, at: &JointState, _counterbalance: f64) -> f64 {
+        -(self.friction * (at.link_rate / at.smoothing).tanh() + self.stiffness * at.link)
+    }
+}
+
+static CABLE_DRAG: EffectKind = EffectKind {
+    id: "cable-drag",
+    place: LocationKind::Joint,
+    equation: "torque on the link −(c tanh(θ̇/smoothing) + s θ)",
+    shows: "the tool is drawn back towards the middle of the joint, by more the further it turns",
+    experiment: "the joint turned to and fro over its range, tracker",
+    parameters: &[
+        Parameter::size("friction_nm", "N·m", "friction c of the cable", 20.0, [0.0, 500.0]),
+        Parameter::size(
+            "stiffness_nm_rad",
+            "N·m/rad",
+            "stiffness s of the cable",
+            500.0,
+            [0.0, 2e4],
+        ),
+    ],
+    sentence: "a cable drags on {joint}, with a friction of {0} and a stiffness of {1}",
+    action: Action::Term {
+        port: Port::LinkTorque,
+        build: |values, _joint| Box::new(CableDrag { friction: values[0], stiffness: values[1] }),
+    },
+    ..EffectKind::DEFAULT
+};
+
+fn main() -> trueweld::Result<()> {
+    trueweld::Program::new().law(OwnLaw::entry()).effect(&CABLE_DRAG).run()
+}

@@ -1,0 +1,59 @@
+//! `trueweld new-law`: a crate with a law and an effect of one's own, to begin with.
+
+use clap::Args;
+use miette::{IntoDiagnostic, Result, WrapErr, miette};
+use std::fs;
+use std::path::{Path, PathBuf};
+use trueweld_compensators::{Entry, library, may_be_name};
+
+/// Arguments of `new-law`.
+#[derive(Args)]
+pub struct Arguments {
+    /// Name of the law: lower-case letters, digits and hyphens
+    name: String,
+    /// Folder to write (default: the name)
+    #[arg(long, value_name = "FOLDER")]
+    out: Option<PathBuf>,
+}
+
+/// Folder of this crate, on which the written one depends.
+const TRUEWELD: &str = env!("CARGO_MANIFEST_DIR");
+
+/// What the example calls its law.
+const EXAMPLE: &str = "own-law";
+
+/// The example's files, which tests build and run.
+const FILES: [(&str, &str); 2] = [
+    ("Cargo.toml", include_str!("../../../examples/own-law/Cargo.toml")),
+    ("src/main.rs", include_str!("../../../examples/own-law/src/main.rs")),
+];
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    let name = &arguments.name;
+    if !may_be_name(name) {
+        return Err(miette!(
+            "{name:?} is no name of a law; expected lower-case letters, digits and hyphens, beginning with a letter, such as my-law"
+        ));
+    }
+    if library().iter().map(Entry::name).any(|known| known == name) {
+        return Err(miette!("there is a law {name}; expected a name of its own"));
+    }
+    let folder = arguments.out.as_deref().unwrap_or(Path::new(name));
+    // Makes the folder or fails: nothing is written over.
+    fs::create_dir(folder)
+        .and_then(|()| fs::create_dir(folder.join("src")))
+        .into_diagnostic()
+        .wrap_err_with(|| format!("cannot make the folder {}", folder.display()))?;
+    for (file, text) in FILES {
+        let text = text
+            .replace(EXAMPLE, name)
+            .replace("\"../../sim-host/cli\"", &toml::Value::from(TRUEWELD).to_string());
+        trueweld_output::write_file(&folder.join(file), text)?;
+    }
+    say!(
+        "wrote {0}: a law in {0}/src/main.rs, and the program around it\ncargo run --release --manifest-path {0}/Cargo.toml -- compare-laws --laws feed-forward,{name}\n",
+        folder.display()
+    );
+    Ok(())
+}
