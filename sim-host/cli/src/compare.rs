@@ -7,7 +7,7 @@ use miette::{IntoDiagnostic, Result};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use trueweld_measure::fit::FitProblem;
 use trueweld_measure::residuals::compare::compare;
-use trueweld_output::{Progress, html, json, table};
+use trueweld_output::{CompareReport, Progress};
 
 /// Arguments of `compare`.
 #[derive(Args)]
@@ -35,17 +35,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         compare(model, &measured.logs, &FitProblem::new(model, measured.experiments), &done);
     progress.finish();
     let comparison = compared.into_diagnostic()?;
-    say!("{}", table::compare_table(&model.path, &comparison));
-    let results = &arguments.results;
-    results.write(
-        &provenance,
-        || json::compare_json(&model.path, &comparison),
-        || html::compare_page(&model.path, &comparison),
-    )?;
-    #[cfg(feature = "rerun")]
-    if let Some(path) = &results.rrd {
-        trueweld_output::rerun::compare_recording(path, &model.path, &comparison)?;
-        say!("wrote {}\n", path.display());
-    }
-    Ok(())
+    arguments.results.write(&CompareReport {
+        model: &model.path,
+        comparison: &comparison,
+        provenance: &provenance,
+    })
 }

@@ -10,7 +10,7 @@ use std::path::PathBuf;
 use trueweld_compensators::{Entry, library};
 use trueweld_evaluate::Requirements;
 use trueweld_evaluate::laws::{LawComparison, NoFigures};
-use trueweld_output::{LawsCompared, Progress};
+use trueweld_output::{LawsReport, Progress};
 use trueweld_plant::simulate::{Program, Scenario};
 
 /// Arguments of `compare-laws`.
@@ -82,11 +82,14 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         });
     }
     let limit = requirements.limit("lateral_rms_m");
-    let compared = LawsCompared { comparison: &comparison, sweeps: &sweeps, limit };
-    say!("{}", compared.text());
     let mut simulation = inputs.simulation(&[controller], laws, comparison.passes, STEP_OF_MANY);
     simulation.stiffness_error = comparison.stiffness_error;
     let mut provenance = inputs.provenance("compare-laws", simulation);
     provenance.files.extend(files);
-    results.write(&provenance, || compared.json(), || compared.html())
+    results.write_unrecorded(&LawsReport {
+        comparison: &comparison,
+        sweeps: &sweeps,
+        limit,
+        provenance: &provenance,
+    })
 }

@@ -7,7 +7,7 @@ use miette::{IntoDiagnostic, Result};
 use trueweld_measure::diagnose::{diagnose, tell};
 use trueweld_measure::fit::FitProblem;
 use trueweld_measure::residuals::compare::of_logs;
-use trueweld_output::{Diagnosed, Progress, html, json, table};
+use trueweld_output::{DiagnoseReport, Progress};
 
 /// Arguments of `diagnose`.
 #[derive(Args)]
@@ -34,24 +34,12 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     progress.finish();
     let before = of_logs(logs, &bench.experiments, &diagnosis.before);
     let after = of_logs(logs, &bench.experiments, &diagnosis.improved.at);
-    let diagnosed = Diagnosed {
+    arguments.results.write(&DiagnoseReport {
         model,
         diagnosis: &diagnosis,
         account: &account,
         before: &before,
         after: &after,
-    };
-    say!("{}", table::diagnose_table(&diagnosed));
-    let results = &arguments.results;
-    results.write(
-        &provenance,
-        || json::diagnose_json(&diagnosed),
-        || html::diagnose_page(&diagnosed),
-    )?;
-    #[cfg(feature = "rerun")]
-    if let Some(path) = &results.rrd {
-        trueweld_output::rerun::diagnose_recording(path, &diagnosed)?;
-        say!("wrote {}\n", path.display());
-    }
-    Ok(())
+        provenance: &provenance,
+    })
 }

@@ -10,7 +10,7 @@ use trueweld_measure::data::log::Log;
 use trueweld_measure::fit::FitProblem;
 use trueweld_measure::improve::{HeldOut, improve, model_file};
 use trueweld_measure::residuals::compare::of_logs;
-use trueweld_output::{Improved, Progress, html, json, table};
+use trueweld_output::{ImproveReport, Progress};
 use trueweld_plant::input::ModelFile;
 
 /// Arguments of `improve`.
@@ -56,27 +56,15 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let at = improvement.fitted.as_ref().map_or(&improvement.diagnosis.before, |fitted| &fitted.at);
     let before = of_logs(logs, &bench.experiments, &improvement.diagnosis.before);
     let after = of_logs(logs, &bench.experiments, at);
-    let improved = Improved {
+    say!("wrote {}\n", arguments.out.display());
+    arguments.results.write(&ImproveReport {
         model,
         out: &arguments.out,
         improvement: &improvement,
         before: &before,
         after: &after,
-    };
-    say!("{}", table::improve_table(&improved));
-    say!("wrote {}\n", arguments.out.display());
-    let results = &arguments.results;
-    results.write(
-        &provenance,
-        || json::improve_json(&improved),
-        || html::improve_page(&improved),
-    )?;
-    #[cfg(feature = "rerun")]
-    if let Some(path) = &results.rrd {
-        trueweld_output::rerun::improve_recording(path, &improved)?;
-        say!("wrote {}\n", path.display());
-    }
-    Ok(())
+        provenance: &provenance,
+    })
 }
 
 /// Logs that nothing is fitted to.

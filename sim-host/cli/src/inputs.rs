@@ -13,6 +13,7 @@ use trueweld_plant::cell::Cell;
 use trueweld_plant::effects::Effect;
 use trueweld_plant::input::{
     Control, InputFile, ModelFile, Process, RobotFile, Sensors, Weld, check_option, read_text,
+    warnings,
 };
 use trueweld_plant::integrate::Integrator;
 use trueweld_plant::provenance::{EffectRecord, FileDigest, Provenance, SimulationRecord};
@@ -249,6 +250,7 @@ impl Inputs {
     /// What a result of these inputs is of.
     pub fn provenance(&self, command: &str, simulation: SimulationRecord) -> Provenance {
         Provenance {
+            warnings: warnings(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
             command: command.to_owned(),
             robot: self.robot.name.clone(),

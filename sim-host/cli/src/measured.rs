@@ -8,7 +8,7 @@ use trueweld_measure::data::campaign::read_logs;
 use trueweld_measure::data::log::Log;
 use trueweld_measure::predict::Experiment;
 use trueweld_measure::residuals::compare::{baseline, experiments};
-use trueweld_plant::input::ModelFile;
+use trueweld_plant::input::{ModelFile, warnings};
 use trueweld_plant::provenance::{EffectRecord, FileDigest, Provenance};
 
 /// A model and logs.
@@ -61,6 +61,7 @@ impl Measured {
         files.extend(digests("log", &self.logs)?);
         let effects = self.model.effects.iter();
         Ok(Provenance {
+            warnings: warnings(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
             command: command.to_owned(),
             robot: self.model.robot.name.clone(),

@@ -4,9 +4,8 @@ use crate::terminal;
 use clap::Args;
 use miette::{IntoDiagnostic, Result, WrapErr, miette};
 use std::path::{Path, PathBuf};
-use trueweld_output::{json, write_file};
-use trueweld_plant::input::{files_read, folder_of, remove_stale, warnings};
-use trueweld_plant::provenance::Provenance;
+use trueweld_output::{Recorded, Report, write_file};
+use trueweld_plant::input::{files_read, folder_of, remove_stale};
 
 /// Result files.
 #[derive(Args, Default)]
@@ -41,23 +40,25 @@ impl Results {
         files.into_iter().filter_map(|(flag, path)| Some((flag, path.as_deref()?))).collect()
     }
 
-    /// Writes the JSON and the page that were asked for; `provenance`: what they are of.
-    pub fn write(
-        &self,
-        provenance: &Provenance,
-        json: impl FnOnce() -> serde_json::Value,
-        html: impl FnOnce() -> String,
-    ) -> Result<()> {
+    /// Shows a result, and writes the files that were asked for.
+    pub fn write(&self, report: &(impl Report + Recorded)) -> Result<()> {
+        self.write_unrecorded(report)?;
+        #[cfg(feature = "rerun")]
+        if let Some(path) = &self.rrd {
+            report.record(path)?;
+            say!("wrote {}\n", path.display());
+        }
+        Ok(())
+    }
+
+    /// The same of a result that has no recording.
+    pub fn write_unrecorded(&self, report: &impl Report) -> Result<()> {
+        say!("{}", report.text());
         if let Some(path) = &self.json {
-            let mut value = json();
-            let warnings = warnings();
-            if !warnings.is_empty() {
-                value["warnings"] = warnings.into();
-            }
-            write(path, &json::document(value, provenance))?;
+            write(path, &report.json_text())?;
         }
         if let Some(path) = &self.html {
-            write(path, &html())?;
+            write(path, &report.page())?;
         }
         Ok(())
     }

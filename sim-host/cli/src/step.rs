@@ -8,7 +8,7 @@ use miette::{Result, miette};
 use std::slice;
 use trueweld_compensators::{Law, Uncompensated};
 use trueweld_evaluate::StepFigures;
-use trueweld_output::{StepRun, html, json, table};
+use trueweld_output::{StepReport, StepRun};
 use trueweld_plant::simulate::{self, Controller, Program};
 
 /// Arguments of `step`.
@@ -58,19 +58,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         .zip(&figures)
         .map(|(recording, figures)| StepRun { recording, figures })
         .collect();
-    say!("{}", table::step_table(&figures));
     let mut simulation = inputs.simulation(&Controller::ALL, slice::from_ref(&none), 1, PLANT_STEP);
     simulation.force_step_n = Some(height);
     let provenance = inputs.provenance("step", simulation);
-    arguments.results.write(
-        &provenance,
-        || json::step_json(&figures),
-        || html::step_page(&runs, at, height),
-    )?;
-    #[cfg(feature = "rerun")]
-    if let Some(path) = &arguments.results.rrd {
-        trueweld_output::rerun::step_recording(path, &runs, at)?;
-        say!("wrote {}\n", path.display());
-    }
-    Ok(())
+    arguments.results.write(&StepReport { runs: &runs, at, height, provenance: &provenance })
 }

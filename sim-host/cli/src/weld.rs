@@ -8,7 +8,7 @@ use miette::{Result, miette};
 use std::path::PathBuf;
 use trueweld_compensators::{Elastostatic, Entry, Law, Uncompensated};
 use trueweld_evaluate::WeldFigures;
-use trueweld_output::{Progress, WeldRun, html, json, table};
+use trueweld_output::{Progress, WeldReport, WeldRun};
 use trueweld_plant::simulate::{self, Program, Recording, Seam};
 
 /// Arguments of `weld`.
@@ -84,22 +84,14 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         .zip(&figures)
         .map(|(recording, figures)| WeldRun { recording, figures, robot: &inputs.robot.robot })
         .collect();
-    say!("{}", table::weld_table(&runs));
-    // Not in the result: equal runs give equal results.
-    for run in runs.iter().filter(|_| !arguments.results.quiet) {
-        let Recording { simulated, wall, .. } = run.recording;
-        eprintln!("{simulated:.0} s simulated in {wall:.1} s");
-    }
     let passes = arguments.passes as usize;
     let simulation = inputs.simulation(&[controller], &laws, passes, PLANT_STEP);
     let provenance = inputs.provenance("weld", simulation);
-    arguments.results.write(&provenance, || json::weld_json(&runs), || html::weld_page(&runs))?;
-    #[cfg(feature = "rerun")]
-    if let Some(path) = &arguments.results.rrd {
-        trueweld_output::rerun::weld_recording(path, &runs, arguments.exaggeration)?;
-        say!("wrote {}\n", path.display());
-    }
-    Ok(())
+    arguments.results.write(&WeldReport {
+        runs: &runs,
+        exaggeration: arguments.exaggeration,
+        provenance: &provenance,
+    })
 }
 
 /// One run a law, side by side on their own threads; the same bytes come out whatever their number.

@@ -1,56 +1,33 @@
-//! What people and programs read of finished runs: tables for the terminal, JSON, self-contained
-//! HTML pages and Rerun recordings; and the progress bar shown meanwhile.
+//! What people and programs read of finished runs: text for the terminal, JSON, self-contained pages
+//! and Rerun recordings; and the progress bar shown meanwhile.
 //!
-//! Everything here takes finished data and computes nothing about the robot but where to draw it.
+//! Every command hands its result to one [`Report`], from which all of these follow. A report takes
+//! finished data and computes nothing about the robot but where to draw it: `words` turns numbers
+//! into sentences, `json` into typed files, `document` into text and pages, `rerun` into
+//! recordings.
 
-mod certified;
 mod color;
-mod compared;
-mod diagnosed;
+mod document;
 mod error;
-mod figures;
 mod file;
-pub mod html;
 pub mod json;
-mod laws;
 mod path;
-mod plot;
 mod progress;
-mod published;
+mod report;
 #[cfg(feature = "rerun")]
-pub mod rerun;
+mod rerun;
 #[cfg(test)]
 mod sample;
-pub mod table;
 mod words;
 
-use trueweld_core::Robot;
-use trueweld_evaluate::{StepFigures, WeldFigures};
-use trueweld_plant::simulate::Recording;
-
-pub use certified::{Certified, CertifiedWeld};
-pub use diagnosed::{Diagnosed, Improved};
+pub use document::Document;
 pub use error::OutputError;
 pub use file::write_file;
-pub use laws::LawsCompared;
 pub use progress::Progress;
+pub use report::{
+    CertifiedWeld, CertifyReport, CompareReport, DiagnoseReport, ImproveReport, LawsReport,
+    Recorded, Report, StepReport, StepRun, WeldReport, WeldRun,
+};
 
-/// One finished weld, with what it amounts to and the robot that made it.
-#[derive(Debug, Clone, Copy)]
-pub struct WeldRun<'a> {
-    /// What the run left behind.
-    pub recording: &'a Recording,
-    /// Its figures.
-    pub figures: &'a WeldFigures,
-    /// The robot, to draw it.
-    pub robot: &'a Robot<f64>,
-}
-
-/// One finished step of the force set-point.
-#[derive(Debug, Clone, Copy)]
-pub struct StepRun<'a> {
-    /// What the run left behind.
-    pub recording: &'a Recording,
-    /// Its figures.
-    pub figures: &'a StepFigures,
-}
+/// Millimetres in a metre, and milliradians in a radian.
+pub(crate) const MILLI: f64 = 1e3;

@@ -2,8 +2,9 @@
 //! twist under a constant load, so that poses, twists and deviations agree with each other. Not a
 //! simulation.
 
-use crate::{Diagnosed, StepRun, WeldRun};
+use crate::{DiagnoseReport, StepRun, WeldRun};
 use nalgebra::{DVector, Matrix3, Vector3};
+use std::sync::LazyLock;
 use trueweld_core::control::Limited;
 use trueweld_core::{
     Counterbalance, Friction, JointParameters, JointVector, Pose, Robot, RobotParameters,
@@ -23,6 +24,7 @@ use trueweld_measure::residuals::compare::{ChannelComparison, Comparison, LogCom
 use trueweld_measure::residuals::localize::{Curve, CurvePoint, Finding, Statistic};
 use trueweld_plant::effects::{Effect, EffectKind, Location};
 use trueweld_plant::input::ModelFile;
+use trueweld_plant::provenance::{FileDigest, Provenance};
 use trueweld_plant::simulate::{Phase, RecordRow, Recording};
 
 /// When the push steps, s, and by how much, N.
@@ -344,7 +346,7 @@ pub fn comparison() -> Comparison {
     }
 }
 
-/// The parts of a diagnosis that a [`Diagnosed`] borrows.
+/// The parts of a diagnosis that a [`DiagnoseReport`] borrows.
 pub struct Parts {
     pub model: ModelFile,
     pub diagnosis: Diagnosis,
@@ -354,9 +356,9 @@ pub struct Parts {
 }
 
 impl Parts {
-    pub fn diagnosed(&self) -> Diagnosed<'_> {
+    pub fn diagnosed(&self) -> DiagnoseReport<'_> {
         let Self { model, diagnosis, account, before, after } = self;
-        Diagnosed { model, diagnosis, account, before, after }
+        DiagnoseReport { model, diagnosis, account, before, after, provenance: provenance() }
     }
 }
 
@@ -502,4 +504,18 @@ pub fn improvement(diagnosis: Diagnosis) -> Improvement {
         diagnosis,
         held_out_logs: vec!["weld-3".to_owned()],
     }
+}
+
+/// What the samples are of.
+pub fn provenance() -> &'static Provenance {
+    static OF: LazyLock<Provenance> = LazyLock::new(|| Provenance {
+        version: "0.1.0".to_owned(),
+        command: "weld".to_owned(),
+        robot: "KR 500".to_owned(),
+        effects: Vec::new(),
+        simulation: None,
+        files: vec![FileDigest::new("weld", "vertical.toml", b"abc")],
+        warnings: Vec::new(),
+    });
+    &OF
 }

@@ -3,6 +3,7 @@
 
 use crate::effects::Effect;
 use crate::input::{InputError, ModelFile, RobotFile, Source};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
@@ -10,7 +11,8 @@ use std::fs::File;
 use std::path::Path;
 
 /// Everything that a result depends on.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
 pub struct Provenance {
     /// Version of the program.
     pub version: String,
@@ -22,14 +24,18 @@ pub struct Provenance {
     /// are compared with.
     pub effects: Vec<EffectRecord>,
     /// How the cell was simulated; `None` where measurements were looked at.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub simulation: Option<SimulationRecord>,
     /// Every file that was read.
     pub files: Vec<FileDigest>,
+    /// Values of the files that are possible but not plausible.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub warnings: Vec<String>,
 }
 
 /// An effect and its values.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
 pub struct EffectRecord {
     /// Identifier of its kind.
     pub id: String,
@@ -40,7 +46,8 @@ pub struct EffectRecord {
 }
 
 /// The options of a simulation.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
 pub struct SimulationRecord {
     /// Names of the welds.
     pub welds: Vec<String>,
@@ -62,15 +69,16 @@ pub struct SimulationRecord {
     /// Seed of the sensors' noise in the nominal cell.
     pub noise_seed: u64,
     /// Seed of the drawn cells.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub draws_seed: Option<u64>,
     /// Height of a step of the force set-point, N.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub force_step_n: Option<f64>,
 }
 
 /// A file and the digest of its bytes.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
 pub struct FileDigest {
     /// What it was read as.
     pub role: String,

@@ -19,7 +19,7 @@ use trueweld_evaluate::Requirements;
 use trueweld_evaluate::certify::{
     Certification, Evidence, FaultTrial, RequiredCorrection, Trial, Verdict, judge, search,
 };
-use trueweld_output::{Certified, CertifiedWeld, Progress, html, json, write_file};
+use trueweld_output::{CertifiedWeld, CertifyReport, Progress, Report, write_file};
 use trueweld_plant::provenance::{FileDigest, Provenance, sha256};
 use trueweld_plant::simulate::{Program, RunError, Scenario};
 
@@ -95,7 +95,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         .into_iter()
         .map(|campaign| campaign.run(arguments, &requirements))
         .collect::<Result<Vec<_>>>()?;
-    let certified = Certified {
+    let report = CertifyReport {
         law: arguments.compensator.name().to_owned(),
         controller: arguments.controller.controller().name(),
         passes: arguments.passes as usize,
@@ -104,14 +104,14 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         welds,
         provenance: &provenance,
     };
-    let text = json::document(certified.json(), &provenance);
-    say!("{}", certified.text());
+    let text = report.json_text();
+    say!("{}", report.text());
     write_file(&certificate, &text)?;
-    write(&page, &html::certify_page(&certified))?;
+    write(&page, &report.page())?;
     if let Some(path) = &arguments.json {
         write(path, &text)?;
     }
-    if certified.verdict() != Verdict::Pass {
+    if report.verdict() != Verdict::Pass {
         std::process::exit(1);
     }
     Ok(())

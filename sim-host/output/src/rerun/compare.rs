@@ -4,7 +4,7 @@
 use super::signals;
 use super::writer::{RecordError, Store, Writer, refused};
 use crate::color::{JOINTS, LIMIT, REFERENCE, Rgb, run};
-use crate::compared::{TOLD, headline, setting};
+use crate::words::compare::{TOLD, headline, setting};
 use crate::words::{Scale, score};
 use nalgebra::Vector3;
 use re_chunk::TimeColumn;

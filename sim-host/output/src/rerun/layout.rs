@@ -8,7 +8,7 @@ use super::Shown;
 use super::signals::{DESIRED, GROUPS, Of, idle};
 use super::step::{self, Step};
 use super::writer::{RecordError, Store, Writer};
-use crate::figures::MILLI;
+use crate::MILLI;
 use nalgebra::{Rotation3, Vector3};
 use re_log_types::{TimePoint, Timeline};
 use re_sdk_types::AsComponents;

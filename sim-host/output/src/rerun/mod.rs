@@ -13,7 +13,7 @@ mod signals;
 mod step;
 mod writer;
 
-use crate::{Diagnosed, Improved, OutputError, StepRun, WeldRun, write_file};
+use crate::{DiagnoseReport, ImproveReport, OutputError, Report, StepReport, WeldRun, write_file};
 use re_chunk::TimeColumn;
 use std::path::Path;
 use trueweld_measure::residuals::compare::{Comparison, LogComparison};
@@ -76,9 +76,14 @@ impl Shown<'_> {
 ///
 /// # Errors
 /// [`OutputError`] with the path; no file is left behind.
-pub fn weld_recording(path: &Path, runs: &[WeldRun], exaggeration: f64) -> Result<(), OutputError> {
+pub(crate) fn weld_recording(
+    path: &Path,
+    runs: &[WeldRun],
+    exaggeration: f64,
+) -> Result<(), OutputError> {
     let beside = |r: &Recording| Beside::Path(crate::path::travelled(&r.rows));
-    let shown = shown(runs.iter().map(|r| r.recording), &crate::figures::run_names(runs), beside);
+    let shown =
+        shown(runs.iter().map(|r| r.recording), &crate::words::weld::run_names(runs), beside);
     let id = shown.first().map_or("empty", |s| s.recording.weld.as_str());
     save(path, id, |writer| {
         layout::weld(writer, &shown, exaggeration)?;
@@ -91,8 +96,7 @@ pub fn weld_recording(path: &Path, runs: &[WeldRun], exaggeration: f64) -> Resul
     })
 }
 
-/// Writes the responses of several controllers to one step of the push at time `at`, s, into a
-/// recording at `path`, with the layout to compare them: push, force error, what the controller
+/// Writes the responses of several controllers to one step of the push into a recording at `path`, with the layout to compare them: push, force error, what the controller
 /// does about it, twists and torques of the drives.
 ///
 /// Timelines: `since_step`, and `time` from the start of the run. The same runs give the same
@@ -100,14 +104,15 @@ pub fn weld_recording(path: &Path, runs: &[WeldRun], exaggeration: f64) -> Resul
 ///
 /// # Errors
 /// [`OutputError`] with the path; no file is left behind.
-pub fn step_recording(path: &Path, runs: &[StepRun], at: f64) -> Result<(), OutputError> {
-    let names = crate::figures::controller_names(runs);
+pub(crate) fn step_recording(path: &Path, report: &StepReport<'_>) -> Result<(), OutputError> {
+    let StepReport { runs, at, .. } = *report;
+    let names = crate::words::step::controller_names(runs);
     let shown = shown(runs.iter().map(|r| r.recording), &names, |_| Beside::Step(at));
     let id = shown.first().map_or("step".to_owned(), |s| format!("{}, step", s.recording.weld));
     save(path, &id, |writer| {
         let step = step::Step::of(&shown, at);
         layout::step(writer, &shown, step.as_ref())?;
-        step::references(writer, runs, step.as_ref())?;
+        step::references(writer, report.document().markdown(), step.as_ref())?;
         shown.iter().try_for_each(|shown| signals::all(writer, shown))
     })
 }
@@ -121,7 +126,7 @@ pub fn step_recording(path: &Path, runs: &[StepRun], at: f64) -> Result<(), Outp
 ///
 /// # Errors
 /// [`OutputError`] with the path; no file is left behind.
-pub fn compare_recording(
+pub(crate) fn compare_recording(
     path: &Path,
     model: &Path,
     comparison: &Comparison,
@@ -139,7 +144,10 @@ pub fn compare_recording(
 ///
 /// # Errors
 /// [`OutputError`] with the path; no file is left behind.
-pub fn diagnose_recording(path: &Path, diagnosed: &Diagnosed<'_>) -> Result<(), OutputError> {
+pub(crate) fn diagnose_recording(
+    path: &Path,
+    diagnosed: &DiagnoseReport<'_>,
+) -> Result<(), OutputError> {
     let mut said = vec![diagnosed.headline()];
     said.extend(diagnosed.explanation());
     if let Some(plan) = &diagnosed.account.next_experiment {
@@ -160,7 +168,10 @@ pub fn diagnose_recording(path: &Path, diagnosed: &Diagnosed<'_>) -> Result<(), 
 ///
 /// # Errors
 /// [`OutputError`] with the path; no file is left behind.
-pub fn improve_recording(path: &Path, improved: &Improved<'_>) -> Result<(), OutputError> {
+pub(crate) fn improve_recording(
+    path: &Path,
+    improved: &ImproveReport<'_>,
+) -> Result<(), OutputError> {
     let steps = improved.improvement.steps.iter().enumerate();
     let step = |(k, step): (usize, &trueweld_measure::improve::Step)| {
         format!(

@@ -3,9 +3,10 @@
 
 use super::writer::{RecordError, Store, Writer, refused};
 use super::{Beside, Shown, signals};
+use crate::MILLI;
 use crate::WeldRun;
 use crate::color::LIMIT;
-use crate::figures::{MILLI, headline};
+use crate::words::weld::headline;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use re_chunk::TimeColumn;
 use re_sdk_types::AsComponents;

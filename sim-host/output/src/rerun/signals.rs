@@ -2,8 +2,8 @@
 
 use super::writer::{RecordError, Store, Writer, refused};
 use super::{Beside, Shown};
+use crate::MILLI;
 use crate::color::{JOINTS as JOINT_COLORS, REFERENCE, Rgb};
-use crate::figures::MILLI;
 use crate::path::moving;
 use re_chunk::TimeColumn;
 use re_log_types::{TimeCell, TimePoint, Timeline};

@@ -3,14 +3,12 @@
 
 use super::writer::{RecordError, Store, Writer};
 use super::{Shown, signals};
-use crate::StepRun;
+use crate::MILLI;
 use crate::color::LIMIT;
-use crate::figures::{MILLI, STEP_HEADINGS, step_headline, step_lines};
 use re_chunk::TimeColumn;
 use re_sdk_types::archetypes::TextDocument;
 use re_sdk_types::components::MediaType;
 use std::io::Write;
-use trueweld_evaluate::StepFigures;
 
 /// Timeline that counts from the step.
 pub(super) const TIMELINE: &str = "since_step";
@@ -49,10 +47,10 @@ impl Step {
 /// Writes the band and the words.
 pub(super) fn references<W: Write>(
     writer: &mut Writer<W>,
-    runs: &[StepRun],
+    about: String,
     step: Option<&Step>,
 ) -> Result<(), RecordError> {
-    let text = TextDocument::new(about(runs)).with_media_type(MediaType::MARKDOWN);
+    let text = TextDocument::new(about).with_media_type(MediaType::MARKDOWN);
     writer.fixed(Store::Recording, "/about", &text)?;
     let Some(step) = step else { return Ok(()) };
     let times = [
@@ -61,17 +59,4 @@ pub(super) fn references<W: Write>(
     ];
     let limits = [-1.0, 1.0].map(|side| (step.goal + side * step.near) / MILLI);
     signals::reference(writer, BAND, "±5 %", LIMIT, times, &[limits; 2])
-}
-
-/// The figures beside the published ones.
-fn about(runs: &[StepRun]) -> String {
-    let figures: Vec<StepFigures> = runs.iter().map(|r| r.figures.clone()).collect();
-    let row = |cells: &[String]| format!("| {} |\n", cells.join(" | "));
-    let mut text = format!("**{}**\n\n", step_headline(&figures));
-    text += &row(&STEP_HEADINGS.map(str::to_owned));
-    text += &row(&STEP_HEADINGS.map(|_| "---".to_owned()));
-    for line in step_lines(&figures) {
-        text += &row(&line.cells.map(|cell| cell.trim().to_owned()));
-    }
-    text + "\nPublished: Bres et al., Industrial Robot 37(1), 2010.\n"
 }

@@ -1,7 +1,7 @@
 //! Recordings are read back with Rerun's own decoder.
 
 use super::*;
-use crate::sample;
+use crate::{StepRun, sample};
 use re_chunk::Chunk;
 use re_log_encoding::DecoderApp;
 use re_log_types::{LogMsg, StoreKind};
@@ -98,12 +98,17 @@ fn the_same_runs_give_the_same_bytes() {
     assert!(first == second);
 }
 
+fn report<'a>(runs: &'a [StepRun<'a>], at: f64) -> StepReport<'a> {
+    StepReport { runs, at, height: sample::STEP_HEIGHT, provenance: sample::provenance() }
+}
+
 #[test]
 fn a_step_recording_holds_every_signal_of_every_controller_and_is_the_same_again() {
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("step.rrd");
     let steps = sample::steps();
-    step_recording(&path, &steps.runs(), sample::STEP_AT).unwrap();
+    let runs = steps.runs();
+    step_recording(&path, &report(&runs, sample::STEP_AT)).unwrap();
     let (rows, chunks, activations) = read(&path, "/external/force/real");
     assert_eq!(activations, 1);
     for root in ["parallel", "superposed", "external"] {
@@ -128,11 +133,11 @@ fn a_step_recording_holds_every_signal_of_every_controller_and_is_the_same_again
         .collect();
     assert_eq!((since[0], since[1000]), (-1_000_000_000, 0));
     let again = directory.path().join("again.rrd");
-    step_recording(&again, &steps.runs(), sample::STEP_AT).unwrap();
+    step_recording(&again, &report(&runs, sample::STEP_AT)).unwrap();
     assert!(std::fs::read(&path).unwrap() == std::fs::read(&again).unwrap());
     // Without a run, and with a step before everything, there is no band but still a recording.
-    step_recording(&again, &[], sample::STEP_AT).unwrap();
-    step_recording(&again, &steps.runs(), 0.0).unwrap();
+    step_recording(&again, &report(&[], sample::STEP_AT)).unwrap();
+    step_recording(&again, &report(&runs, 0.0)).unwrap();
     assert!(!read(&again, "").0.contains_key("/reference/band"));
 }
 

@@ -1,10 +1,19 @@
 //! Every sentence of the program: the crates below return numbers, names and enums, and what a
 //! terminal, a page, a recording or a JSON file says of them is written here, once.
 
+pub(crate) mod certify;
+pub(crate) mod compare;
+pub(crate) mod diagnose;
 pub(crate) mod effects;
+pub(crate) mod laws;
+pub(crate) mod provenance;
+mod published;
 mod quantity;
+pub(crate) mod step;
+pub(crate) mod weld;
 
-pub(crate) use quantity::{Scale, fixed, probability, score, share, signed_share};
+pub(crate) use published::PublishedStep;
+pub(crate) use quantity::{Scale, digits, fixed, probability, score, share, signed_share};
 
 /// `a`, `a and b`, `a, b and c`; `last`: the word before the last one.
 pub(crate) fn listed<T: AsRef<str>>(parts: &[T], last: &str) -> String {

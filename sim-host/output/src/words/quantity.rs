@@ -74,6 +74,14 @@ impl Scale {
         self.with_unit(format!("{} ± {half:.decimals$}", fixed(value, decimals)))
     }
 
+    /// The name of an axis or a row, with the unit: `lateral, mm`.
+    pub(crate) fn named(self, name: &str) -> String {
+        match self.unit {
+            "" => name.to_owned(),
+            unit => format!("{name}, {unit}"),
+        }
+    }
+
     /// A number that is written already, with the unit.
     pub(crate) fn with_unit(self, number: String) -> String {
         match self.unit {
@@ -129,7 +137,7 @@ pub(crate) fn fixed(value: f64, decimals: usize) -> String {
 }
 
 /// A number with so many digits that count.
-fn digits(value: f64, count: usize) -> String {
+pub(crate) fn digits(value: f64, count: usize) -> String {
     if value.abs() < 0.5 * 10f64.powf(-MOST_DECIMALS) {
         return "0".to_owned();
     }

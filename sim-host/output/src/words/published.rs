@@ -46,7 +46,9 @@ const SCHEMES: [PublishedStep; 3] = [
     },
 ];
 
-/// What is published of the controller of this name.
-pub(crate) fn step_of(controller: &str) -> Option<&'static PublishedStep> {
-    SCHEMES.iter().find(|s| s.controller == controller)
+impl PublishedStep {
+    /// What is published of the controller of this name.
+    pub(crate) fn of(controller: &str) -> Option<&'static Self> {
+        SCHEMES.iter().find(|s| s.controller == controller)
+    }
 }

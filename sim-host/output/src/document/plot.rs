@@ -1,19 +1,20 @@
 //! Line plots as small SVG pictures: every pixel column keeps its smallest and largest value, so
 //! that a ripple of the spindle stays visible as a band however many rows there are.
 
-use crate::color::{LIMIT, REFERENCE, Rgb, run};
+use crate::color::{LIMIT, REFERENCE, Rgb, css, run};
 use plotters::coord::Shift;
 use plotters::coord::ranged1d::{DefaultFormatting, KeyPointHint, Ranged};
 use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
+use serde::Serialize;
 
 /// One line of a plot.
 pub(crate) struct Line {
     pub name: String,
     pub color: Rgb,
     pub dashed: bool,
-    /// x not decreasing.
+    /// x not decreasing; a y that is NaN breaks the line.
     pub points: Vec<(f64, f64)>,
 }
 
@@ -57,6 +58,37 @@ pub(crate) struct Plot {
     pub logarithmic: bool,
 }
 
+/// Points of a line that a script gets for each pixel of a page's column: enough to enlarge it.
+const COLUMNS: usize = 700;
+
+/// What a script draws a plot from.
+#[derive(Serialize)]
+pub(super) struct PlotData<'a> {
+    x_label: &'a str,
+    y_label: &'a str,
+    categories: &'a [String],
+    band: Option<[f64; 2]>,
+    y_range: Option<[f64; 2]>,
+    wide: bool,
+    logarithmic: bool,
+    series: Vec<Series>,
+}
+
+/// One line, or points that none joins.
+#[derive(Serialize)]
+struct Series {
+    name: String,
+    color: String,
+    dashed: bool,
+    joined: bool,
+    dotted: bool,
+    x: Vec<f64>,
+    y: Vec<Option<f64>>,
+    /// Standard error of each point.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    error: Option<Vec<f64>>,
+}
+
 /// Drawn at twice the size it is shown at, since the coordinates of the picture are whole numbers.
 const SCALE: u32 = 2;
 
@@ -65,10 +97,49 @@ const NAMES: u32 = 108 * SCALE;
 
 impl Plot {
     /// The picture, to be put into a page as it stands.
-    pub(crate) fn svg(&self) -> String {
+    pub(super) fn svg(&self) -> String {
         let mut svg = String::new();
         self.draw(&mut svg).expect("drawing into a string does not fail");
         svg
+    }
+
+    /// The same for the page's script.
+    pub(super) fn data(&self) -> PlotData<'_> {
+        let [x, _] = self.ranges();
+        let columns = if self.wide { 2 * COLUMNS } else { COLUMNS };
+        let of_line = |line: &Line| Series {
+            joined: true,
+            dotted: self.named,
+            dashed: line.dashed,
+            ..Series::of(
+                &line.name,
+                line.color,
+                match self.named {
+                    true => line.points.clone(),
+                    false => envelope(line.points.iter().copied(), x, columns),
+                },
+            )
+        };
+        let mut series: Vec<Series> =
+            self.lines.iter().filter(|l| !l.points.is_empty()).map(of_line).collect();
+        if !self.rings.is_empty() {
+            series.push(Series::of("as fitted", run(1), self.rings.clone()));
+        }
+        if !self.marked.is_empty() {
+            let points = self.marked.iter().map(|m| (m.x, m.y)).collect();
+            let error = Some(self.marked.iter().map(|m| five_digits(m.error)).collect());
+            series.push(Series { error, ..Series::of("measured", run(0), points) });
+        }
+        PlotData {
+            x_label: &self.x_label,
+            y_label: &self.y_label,
+            categories: &self.categories,
+            band: self.band,
+            y_range: self.y_range,
+            wide: self.wide,
+            logarithmic: self.logarithmic,
+            series,
+        }
     }
 
     fn draw(&self, svg: &mut String) -> Result<(), Box<dyn std::error::Error + '_>> {
@@ -137,7 +208,11 @@ impl Plot {
             let opacity = if rippled { 0.35 } else { 1.0 };
             let style = RGBColor(r, g, b).mix(opacity).stroke_width(3 * SCALE / 2);
             let inside = || self.drawn(line).filter(|p| p.0 >= x[0] && p.0 <= x[1]);
-            let shown = if rippled && k > 0 { Vec::new() } else { envelope(inside(), x, columns) };
+            let shown = match () {
+                () if rippled && k > 0 => Vec::new(),
+                () if self.named => inside().collect(),
+                () => envelope(inside(), x, columns),
+            };
             for points in clipped(&shown, y) {
                 if line.dashed {
                     chart.draw_series(DashedLineSeries::new(
@@ -159,13 +234,17 @@ impl Plot {
             }
             if self.named && !line.dashed {
                 chart.draw_series(
-                    shown.iter().map(|place| Circle::new(*place, 3 * SCALE, style.filled())),
+                    shown
+                        .iter()
+                        .filter(|p| p.1.is_finite())
+                        .map(|place| Circle::new(*place, 3 * SCALE, style.filled())),
                 )?;
             }
         }
         if self.named {
             let named = self.lines.iter().filter(|l| !l.name.is_empty());
-            let ends = named.map(|l| Some((l, chart.backend_coord(&self.drawn(l).last()?))));
+            let end = |l: &Line| self.drawn(l).filter(|p| p.1.is_finite()).last();
+            let ends = named.map(|l| Some((l, chart.backend_coord(&end(l)?))));
             write_names(&root, font, ends.flatten().collect())?;
         }
         let [r, g, b] = run(1);
@@ -188,9 +267,7 @@ impl Plot {
     /// A line's points as they are drawn.
     fn drawn<'a>(&self, line: &'a Line) -> impl Iterator<Item = (f64, f64)> + use<'a> {
         let logarithmic = self.logarithmic;
-        let points =
-            line.points.iter().map(move |p| (p.0, if logarithmic { p.1.log10() } else { p.1 }));
-        points.filter(move |p| !logarithmic || p.1.is_finite())
+        line.points.iter().map(move |p| (p.0, if logarithmic { p.1.log10() } else { p.1 }))
     }
 
     /// Label of a place on the x axis.
@@ -232,6 +309,28 @@ impl Plot {
         });
         [x, y]
     }
+}
+
+impl Series {
+    /// Points, drawn as dots.
+    fn of(name: &str, color: Rgb, mut points: Vec<(f64, f64)>) -> Self {
+        points.sort_by(|a, b| a.0.total_cmp(&b.0));
+        Self {
+            name: name.to_owned(),
+            color: css(color),
+            dashed: false,
+            joined: false,
+            dotted: true,
+            x: points.iter().map(|p| five_digits(p.0)).collect(),
+            y: points.iter().map(|p| p.1.is_finite().then(|| five_digits(p.1))).collect(),
+            error: None,
+        }
+    }
+}
+
+/// A number to five digits, which a picture does not show more of.
+fn five_digits(value: f64) -> f64 {
+    format!("{value:.4e}").parse().unwrap_or(value)
 }
 
 /// Names at the ends of their lines, moved apart where ends lie close together. `font`: height of a
@@ -383,6 +482,10 @@ fn clipped(points: &[(f64, f64)], [low, high]: [f64; 2]) -> Vec<Vec<(f64, f64)>>
     let mut open = false;
     for pair in points.windows(2) {
         let ((x0, y0), (x1, y1)) = (pair[0], pair[1]);
+        if !(y0.is_finite() && y1.is_finite()) {
+            open = false;
+            continue;
+        }
         // Part of the segment, from 0 to 1, that lies within both limits.
         let (mut from, mut to) = (0.0_f64, 1.0_f64);
         for (start, end) in [(y0 - low, y1 - low), (high - y0, high - y1)] {

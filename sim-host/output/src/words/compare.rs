@@ -1,6 +1,6 @@
-//! What terminal, page and recording say of a comparison, written once.
+//! What is said of a model against measurements.
 
-use crate::words::{Scale, counted, score};
+use super::{Scale, counted, score};
 use std::path::Path;
 use trueweld_measure::residuals::compare::{ChannelComparison, Comparison, FLOOR, LogComparison};
 
@@ -61,16 +61,7 @@ pub(crate) fn worst_channel(
     all.max_by(|a, b| a.1.score.total_cmp(&b.1.score))
 }
 
-/// Headings of the figures of a channel, and the figures as people read them.
-pub(crate) const HEADINGS: [&str; 5] = ["", "RMS", "largest", "noise", "score"];
-
-/// RMS, largest, noise and score of a channel; the first three with their unit.
-pub(crate) fn cells(channel: &ChannelComparison) -> [String; 4] {
-    let number = |value: f64| Scale::small(channel.unit).quantity(value);
-    let noise = if channel.stated {
-        number(channel.noise)
-    } else {
-        format!("≈ {}", number(channel.noise))
-    };
-    [number(channel.rmse), number(channel.max), noise, format!("{:.2}", channel.score)]
+/// What a reader should know besides.
+pub(crate) fn notes(notices: &[String]) -> Vec<String> {
+    notices.iter().map(|notice| format!("Note: {notice}.")).collect()
 }

@@ -1,45 +1,16 @@
-//! What terminal, page, recording and JSON say of a diagnosis and of an improvement, written once.
+//! What is said of a diagnosis and of an improvement.
 
-use crate::words::{Scale, counted, effects, listed, probability, score, share};
-use std::path::Path;
+use super::{Scale, counted, effects, listed, probability, score, share};
+use crate::{DiagnoseReport, ImproveReport};
 use trueweld_measure::diagnose::{
-    Candidate, Confusable, Diagnosis, Explanation, FittedEffect, Limit, Reason, Verdict, name,
+    Candidate, Confusable, Diagnosis, FittedEffect, Limit, Reason, Verdict, name,
 };
-use trueweld_measure::improve::{Improvement, Rejected, Step};
+use trueweld_measure::experiment::Plan;
+use trueweld_measure::improve::{Rejected, Step};
 use trueweld_measure::residuals::compare::LogComparison;
 use trueweld_measure::residuals::localize::{Finding, article, foremost};
 use trueweld_plant::effects::{EffectKind, Location, Parameter};
 use trueweld_plant::input::{ModelFile, RobotFile};
-
-/// A diagnosis with all that is shown of it.
-#[derive(Clone, Copy)]
-pub struct Diagnosed<'a> {
-    /// The model that was given.
-    pub model: &'a ModelFile,
-    /// What was found.
-    pub diagnosis: &'a Diagnosis,
-    /// What is told of it.
-    pub account: &'a Explanation,
-    /// The logs under the model as it was given.
-    pub before: &'a [LogComparison],
-    /// The logs under the model with the best explanation.
-    pub after: &'a [LogComparison],
-}
-
-/// An improvement with all that is shown of it.
-#[derive(Clone, Copy)]
-pub struct Improved<'a> {
-    /// The model that was given.
-    pub model: &'a ModelFile,
-    /// Where the improved model was written.
-    pub out: &'a Path,
-    /// What was done.
-    pub improvement: &'a Improvement,
-    /// The logs fitted, under the model as it was given.
-    pub before: &'a [LogComparison],
-    /// The logs fitted, under the improved model.
-    pub after: &'a [LogComparison],
-}
 
 /// Held-out score from which on an explanation is said not to be the end of it.
 const FAR: f64 = 1.5;
@@ -166,7 +137,7 @@ pub(crate) fn verdict(
     }
 }
 
-impl Diagnosed<'_> {
+impl DiagnoseReport<'_> {
     /// The verdict in a sentence or two.
     pub(crate) fn headline(&self) -> String {
         let next = self.account.next_experiment.as_ref().map(|plan| plan.title.as_str());
@@ -213,7 +184,7 @@ fn setting(model: &ModelFile, logs: &[LogComparison]) -> String {
     )
 }
 
-impl Improved<'_> {
+impl ImproveReport<'_> {
     /// What came of it, in a sentence or two.
     pub(crate) fn headline(&self) -> String {
         let steps = &self.improvement.steps;
@@ -276,7 +247,11 @@ impl Improved<'_> {
             [] => "every tenth of each log, predicted from a fit to the others".to_owned(),
             logs => format!("{}, to which nothing was fitted", logs.join(", ")),
         };
-        format!("{} Steps are judged by: {judged}.", setting(self.model, self.before))
+        format!(
+            "{} Steps are judged by: {judged}. The improved model: {}.",
+            setting(self.model, self.before),
+            self.out.display()
+        )
     }
 
     /// What a step did, in a line.
@@ -384,6 +359,21 @@ pub(crate) fn none_of_these(diagnosis: &Diagnosis) -> f64 {
 /// Candidates that are told: those that are likely at all, and some.
 pub(crate) fn ranked(diagnosis: &Diagnosis) -> &[Candidate] {
     &diagnosis.candidates[..diagnosis.candidates.len().min(6)]
+}
+
+/// Above the curves of evidence.
+pub(crate) const CURVES: &str = "The curve that shows it: points are what the measurements ask for, \
+     with standard errors, whatever the form of the effect";
+
+/// What to record next.
+pub(crate) fn next_experiment(plan: &Plan) -> String {
+    format!("{}, about {:.0} minutes. {}", plan.title, plan.minutes.ceil(), plan.reason)
+}
+
+/// What is left that the residual follows, a sentence each.
+pub(crate) fn remains(diagnosis: &Diagnosis) -> Vec<String> {
+    let all = foremost(&diagnosis.unexplained, REMAINS);
+    all.into_iter().map(|finding| finding.sentence.clone()).collect()
 }
 
 #[cfg(test)]

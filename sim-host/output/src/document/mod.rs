@@ -1,0 +1,217 @@
+//! What a command has to show, described once: the terminal and the page are two ways to draw the
+//! same document. The finding stands first, then its numbers, then what to do.
+
+mod page;
+mod plot;
+mod text;
+
+pub(crate) use plot::{Line, Marked, Plot, reference};
+
+use crate::color::Rgb;
+use crate::words::provenance;
+use trueweld_plant::provenance::Provenance;
+
+/// Where a block is shown.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Medium {
+    /// Terminal, page and recording.
+    All,
+    Terminal,
+    Page,
+    #[cfg(feature = "rerun")]
+    Recording,
+}
+
+/// A result as people read it, for the terminal and for a page.
+#[derive(Default)]
+pub struct Document {
+    /// Name of the page.
+    title: &'static str,
+    /// The verdict in a word, and whether it is good; none where nothing is judged.
+    verdict: Option<(&'static str, bool)>,
+    /// The finding in a sentence or two.
+    headline: String,
+    blocks: Vec<(Medium, Block)>,
+}
+
+/// A part of a document.
+pub(crate) enum Block {
+    /// What the finding means or asks for.
+    Lead(String),
+    /// How the result came about.
+    Note(String),
+    Heading(String),
+    List(Vec<String>),
+    /// What to do, in order.
+    Steps(Vec<String>),
+    Table(Table),
+    /// Pictures, two in a row where they are not wide. On pages alone.
+    Figures(Vec<Figure>),
+}
+
+impl Document {
+    pub(crate) fn new(title: &'static str, headline: String) -> Self {
+        Self { title, headline, ..Self::default() }
+    }
+
+    /// The same with a verdict before the headline.
+    pub(crate) fn judged(self, verdict: &'static str, good: bool) -> Self {
+        Self { verdict: Some((verdict, good)), ..self }
+    }
+
+    /// The same with what the result is of, at the end of pages and recordings.
+    pub(crate) fn with_provenance(mut self, of: &Provenance) -> Self {
+        let rows = |rows: Vec<[String; 2]>| Table {
+            head: Vec::new(),
+            rows: rows.into_iter().map(|row| row.map(words).to_vec()).collect(),
+        };
+        let heading = "What this is of";
+        self.section(Medium::Page, heading, Block::Table(rows(provenance::options(of))));
+        self.push_on(Medium::Page, Block::List(of.warnings.clone()));
+        let head = ["file", "read as", "SHA-256"].map(words).to_vec();
+        let files = of
+            .files
+            .iter()
+            .map(|f| [&f.file, &f.role, &f.sha256].map(|text| words(text.as_str())).to_vec());
+        let files = Table { head: vec![head], rows: files.collect() };
+        self.push_on(Medium::Page, Block::Table(files));
+        self
+    }
+
+    /// Adds a block; what is empty is left out.
+    pub(crate) fn push(&mut self, block: Block) {
+        self.push_on(Medium::All, block);
+    }
+
+    /// Adds a block of one medium.
+    pub(crate) fn push_on(&mut self, medium: Medium, block: Block) {
+        let empty = match &block {
+            Block::Lead(text) | Block::Note(text) | Block::Heading(text) => text.is_empty(),
+            Block::List(items) | Block::Steps(items) => items.is_empty(),
+            Block::Table(table) => table.rows.is_empty(),
+            Block::Figures(figures) => figures.is_empty(),
+        };
+        if !empty {
+            self.blocks.push((medium, block));
+        }
+    }
+
+    /// Adds a block beneath a heading; neither where the block is empty.
+    pub(crate) fn section(&mut self, medium: Medium, heading: &str, block: Block) {
+        let before = self.blocks.len();
+        self.push_on(medium, block);
+        if self.blocks.len() > before {
+            self.blocks.insert(before, (medium, Block::Heading(heading.to_owned())));
+        }
+    }
+
+    /// The blocks of a medium, in order.
+    fn blocks(&self, medium: Medium) -> impl Iterator<Item = &Block> {
+        let shown = move |of: Medium| of == Medium::All || of == medium;
+        self.blocks.iter().filter(move |(of, _)| shown(*of)).map(|(_, block)| block)
+    }
+}
+
+/// A table; every row has cells for the same columns.
+#[derive(Default)]
+pub(crate) struct Table {
+    pub head: Vec<Vec<Cell>>,
+    pub rows: Vec<Vec<Cell>>,
+}
+
+/// A cell of a table.
+#[derive(Clone, Default)]
+pub(crate) struct Cell {
+    /// What it says, a line each.
+    pub lines: Vec<String>,
+    /// Words stand left, numbers right.
+    pub left: bool,
+    /// Columns that it takes, less one.
+    pub more_columns: usize,
+    pub tone: Tone,
+    /// Colour of the run that the column is of.
+    pub color: Option<Rgb>,
+    /// A bar behind the text on a page.
+    pub bar: Option<Bar>,
+}
+
+/// How a cell is meant.
+#[derive(Clone, Copy, Default, PartialEq, Eq)]
+pub(crate) enum Tone {
+    #[default]
+    Plain,
+    /// Something is not as it should be.
+    Bad,
+    /// Beside the point.
+    Aside,
+    /// Heads the rows below it.
+    Strong,
+}
+
+/// A bar of a share of the cell's width, and a mark in it.
+#[derive(Clone, Copy)]
+pub(crate) struct Bar {
+    pub share: f64,
+    pub mark: Option<f64>,
+    pub color: Rgb,
+}
+
+/// Words in a cell.
+pub(crate) fn words(text: impl Into<String>) -> Cell {
+    Cell { left: true, ..number(text) }
+}
+
+/// A number in a cell.
+pub(crate) fn number(text: impl Into<String>) -> Cell {
+    Cell { lines: vec![text.into()], ..Cell::default() }
+}
+
+impl Cell {
+    pub(crate) fn over(self, columns: usize) -> Self {
+        Self { more_columns: columns - 1, ..self }
+    }
+
+    pub(crate) fn tone(self, tone: Tone) -> Self {
+        Self { tone, ..self }
+    }
+
+    /// Something is not as it should be.
+    pub(crate) fn bad(self, bad: bool) -> Self {
+        if bad { self.tone(Tone::Bad) } else { self }
+    }
+
+    pub(crate) fn colored(self, color: Rgb) -> Self {
+        Self { color: Some(color), ..self }
+    }
+
+    pub(crate) fn with_bar(self, bar: Bar) -> Self {
+        Self { bar: Some(bar), ..self }
+    }
+}
+
+/// A picture with what it shows.
+pub(crate) struct Figure {
+    pub title: String,
+    /// What it means, above it.
+    pub text: String,
+    pub plot: Plot,
+}
+
+impl Figure {
+    pub(crate) fn new(title: impl Into<String>, plot: Plot) -> Self {
+        Self { title: title.into(), text: String::new(), plot }
+    }
+}
+
+/// The addresses in a page are the name of the SVG name space and the home of the vendored library.
+#[cfg(test)]
+pub(crate) fn assert_self_contained(page: &str) {
+    let outside = page
+        .replace("http://www.w3.org/2000/svg", "")
+        .replace("https://github.com/leeoniya/uPlot", "");
+    assert!(!outside.contains("http"), "an address in the page");
+    for word in ["<link", "@import", "src=", "<script>fetch"] {
+        assert!(!page.contains(word), "{word}");
+    }
+    assert!(page.len() < 3_000_000, "{} bytes", page.len());
+}

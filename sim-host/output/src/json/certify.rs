@@ -1,0 +1,327 @@
+//! A certification.
+
+use super::finite;
+use crate::CertifyReport;
+use crate::report::CertifiedWeld;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use trueweld_evaluate::certify::{FaultTrial, Requirement, Trial, Verdict};
+use trueweld_evaluate::margins::{CHANNEL_NAMES, Margin, Margins};
+use trueweld_plant::provenance::Provenance;
+
+/// What many welds of uncertain cells show of a compensation law.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CertifyResult {
+    /// Name and version of this format.
+    #[schemars(extend("const" = "certify/1"))]
+    pub schema: String,
+    /// What the result is of.
+    pub provenance: Provenance,
+    /// `pass`, `not-shown` or `fail`, of all requirements together.
+    pub verdict: String,
+    /// Name of the law.
+    pub law: String,
+    /// Name of the hybrid controller.
+    pub controller: String,
+    /// Welds of one seam in a trial; the last one counts.
+    pub passes: usize,
+    /// Seed of the draws.
+    pub seed: u64,
+    /// Share of welds that may be beyond a limit.
+    pub allowed_failure_probability: f64,
+    /// Confidence with which that is to be shown.
+    pub confidence: f64,
+    /// Every requirement of every weld.
+    pub requirements: Vec<JudgedRequirement>,
+    /// What the runs of every weld came to.
+    pub welds: Vec<WeldEvidence>,
+}
+
+/// One requirement, judged.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct JudgedRequirement {
+    /// Name of the weld.
+    pub weld: String,
+    /// Which runs it is judged by: `nominal`, `draws`, `worst-case`, `margins` or `faults`.
+    pub case: String,
+    /// Key of the figure.
+    pub name: String,
+    /// The most that is allowed, of margins the least, in the unit of the key.
+    pub limit: f64,
+    /// What was reached; of draws what all but the allowed share stay within.
+    pub achieved: Option<f64>,
+    /// Confidence with which it is shown.
+    pub confidence: f64,
+    /// Draws beyond the limit.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub beyond: Option<usize>,
+    /// Largest probability of a weld beyond the limit that the draws leave open.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub failure_probability: Option<f64>,
+    /// `pass`, `not-shown` or `fail`.
+    pub verdict: String,
+    /// Whether the verdict is `pass`.
+    pub pass: bool,
+    /// Why it is not met or not shown.
+    pub reason: Option<String>,
+}
+
+/// What the runs of one weld came to.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct WeldEvidence {
+    /// Name of the weld.
+    pub name: String,
+    /// Number of drawn cells.
+    pub trials: usize,
+    /// The cell as it is believed to be.
+    pub nominal: TrialFigures,
+    /// Drawn cells in which no weld was made.
+    pub failed: Vec<UnfinishedTrial>,
+    /// The worst cell that a search found.
+    pub worst_case: WorstCell,
+    /// The loop along the weld.
+    pub margins: Vec<MarginPlace>,
+    /// Instruments that fail, one at a time.
+    pub faults: Vec<FaultRun>,
+}
+
+/// Figures of a run by their keys, or why it has none.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum TrialFigures {
+    /// Why the weld was not made.
+    Failed {
+        /// The reason.
+        failed: Option<String>,
+    },
+    /// SI units, units in the keys.
+    Figures(BTreeMap<String, f64>),
+}
+
+/// A drawn cell in which no weld was made.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[allow(missing_docs)]
+pub struct UnfinishedTrial {
+    pub trial: u64,
+    pub why: String,
+}
+
+/// The worst cell that a search found.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct WorstCell {
+    /// Runs of the search.
+    pub runs: usize,
+    /// Key of the figure that it is worst in.
+    pub figure: String,
+    /// That figure over its limit.
+    pub of_limit: Option<f64>,
+    /// The cell.
+    pub cell: Option<DrawnCell>,
+    /// Its figures.
+    pub figures: Option<TrialFigures>,
+}
+
+/// A cell, relative to what it is believed to be.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DrawnCell {
+    /// Factor on every joint's stiffness.
+    pub stiffness: Vec<f64>,
+    /// Factors on depth stiffness and damping, feed drag, lateral damping, lateral stiffness and
+    /// lateral ratio.
+    pub process: [f64; 5],
+    /// Factor on the ripple's amplitude, and what is added to its phases, rad.
+    pub ripple: [f64; 2],
+    /// What the force sensor shows along x and y per axial force.
+    pub crosstalk: [f64; 2],
+    /// Delay of force and seam sensor, control periods.
+    pub delay: f64,
+    /// Seed of the instruments' noise.
+    pub noise: u64,
+}
+
+/// The loop at one place of the weld.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MarginPlace {
+    /// Path position, m.
+    pub path_m: f64,
+    /// Largest magnitude of a closed-loop pole; `null` where the loop runs away.
+    pub spectral_radius: Option<f64>,
+    /// Whether only a limit holds the loop.
+    pub held_at_a_limit: bool,
+    /// Margins of every channel by its name; `null` where the loop is not stable.
+    pub channels: Option<BTreeMap<String, LoopMargins>>,
+    /// Disk margin of corrections and force all at once.
+    pub disk: f64,
+    /// Disk margin of all drives at once.
+    pub drive_disk: f64,
+    /// Damping of the position loop at the tool.
+    pub passivity: LoopPassivity,
+}
+
+/// Margins of one channel with the others closed; `null` where there is no limit.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[allow(missing_docs)]
+pub struct LoopMargins {
+    /// Largest factor on the gain.
+    pub gain: Option<f64>,
+    /// Smallest factor on the gain.
+    pub fall: Option<f64>,
+    pub phase_rad: Option<f64>,
+    pub modulus: Option<f64>,
+    pub delay_s: Option<f64>,
+}
+
+/// Damping that the position loop needs at the tool and that is there, N·s/m.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[allow(missing_docs)]
+pub struct LoopPassivity {
+    pub needed_ns_m: Option<f64>,
+    pub there_ns_m: Option<f64>,
+}
+
+/// One instrument that fails for a while.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FaultRun {
+    /// The fault in words.
+    pub fault: String,
+    /// When it begins, s.
+    pub from_s: f64,
+    /// When it ends, s.
+    pub until_s: f64,
+    /// Figures by their keys.
+    pub figures: Option<BTreeMap<String, f64>>,
+    /// Why there are none.
+    pub failed: Option<String>,
+}
+
+impl CertifyResult {
+    pub(crate) fn of(report: &CertifyReport<'_>) -> Self {
+        let requirements = report.welds.iter().flat_map(|weld| {
+            weld.requirements.iter().map(|r| JudgedRequirement::of(&weld.name, r))
+        });
+        Self {
+            schema: "certify/1".to_owned(),
+            provenance: report.provenance.clone(),
+            verdict: report.verdict().name().to_owned(),
+            law: report.law.clone(),
+            controller: report.controller.to_owned(),
+            passes: report.passes,
+            seed: report.seed,
+            allowed_failure_probability: report.asked[0],
+            confidence: report.asked[1],
+            requirements: requirements.collect(),
+            welds: report.welds.iter().map(WeldEvidence::of).collect(),
+        }
+    }
+}
+
+impl JudgedRequirement {
+    fn of(weld: &str, requirement: &Requirement) -> Self {
+        Self {
+            weld: weld.to_owned(),
+            case: requirement.case.name().to_owned(),
+            name: requirement.name.to_owned(),
+            limit: requirement.limit,
+            achieved: finite(requirement.achieved),
+            confidence: requirement.confidence,
+            beyond: requirement.draws.map(|draws| draws.beyond),
+            failure_probability: requirement.draws.map(|draws| draws.failure_probability),
+            verdict: requirement.verdict.name().to_owned(),
+            pass: requirement.verdict == Verdict::Pass,
+            reason: requirement.reason.clone(),
+        }
+    }
+}
+
+impl TrialFigures {
+    fn of(trial: &Trial) -> Self {
+        match &trial.figures {
+            Some(figures) => Self::Figures(figures.clone()),
+            None => Self::Failed { failed: trial.failed.clone() },
+        }
+    }
+}
+
+impl WeldEvidence {
+    fn of(weld: &CertifiedWeld) -> Self {
+        let evidence = &weld.evidence;
+        let unfinished = evidence.trials.iter().filter_map(|trial| {
+            Some(UnfinishedTrial { trial: trial.index, why: trial.failed.clone()? })
+        });
+        let worst = &evidence.worst;
+        let cell = worst.worst.as_ref().map(|trial| DrawnCell {
+            stiffness: trial.draw.stiffness.to_vec(),
+            process: trial.draw.process,
+            ripple: trial.draw.ripple,
+            crosstalk: trial.draw.crosstalk,
+            delay: trial.draw.delay,
+            noise: trial.draw.noise,
+        });
+        Self {
+            name: weld.name.clone(),
+            trials: evidence.trials.len(),
+            nominal: TrialFigures::of(&evidence.nominal),
+            failed: unfinished.collect(),
+            worst_case: WorstCell {
+                runs: worst.runs.len(),
+                figure: worst.name.to_owned(),
+                of_limit: finite(worst.of_limit),
+                cell,
+                figures: worst.worst.as_ref().map(TrialFigures::of),
+            },
+            margins: evidence.margins.iter().map(MarginPlace::of).collect(),
+            faults: evidence.faults.iter().map(FaultRun::of).collect(),
+        }
+    }
+}
+
+impl MarginPlace {
+    fn of(at: &Margins) -> Self {
+        let one = |margin: &Margin| LoopMargins {
+            gain: finite(margin.gain),
+            fall: finite(margin.fall),
+            phase_rad: finite(margin.phase),
+            modulus: finite(margin.modulus),
+            delay_s: finite(margin.delay),
+        };
+        let channels = at.channels.map(|channels| {
+            let named = CHANNEL_NAMES.iter().zip(&channels);
+            named.map(|(name, margin)| ((*name).to_owned(), one(margin))).collect()
+        });
+        Self {
+            path_m: at.path,
+            spectral_radius: finite(at.spectral_radius),
+            held_at_a_limit: at.held,
+            channels,
+            disk: at.disk[0],
+            drive_disk: at.disk[1],
+            passivity: LoopPassivity {
+                needed_ns_m: finite(at.passivity.needed_ns_m),
+                there_ns_m: finite(at.passivity.there_ns_m),
+            },
+        }
+    }
+}
+
+impl FaultRun {
+    fn of(trial: &FaultTrial) -> Self {
+        Self {
+            fault: trial.fault.clone(),
+            from_s: trial.time[0],
+            until_s: trial.time[1],
+            figures: trial.figures.clone(),
+            failed: trial.failed.clone(),
+        }
+    }
+}

@@ -1,0 +1,48 @@
+//! Results for programs: a type for each file, read as it is written. SI units, units in the keys.
+//!
+//! What does not exist (a time that was never reached, a bound that the data do not give) is
+//! `null`. The schemas of all files are in `docs/schema`; [`schemas`] makes them.
+
+mod certify;
+mod measurement;
+mod simulation;
+
+pub use certify::{
+    CertifyResult, DrawnCell, FaultRun, JudgedRequirement, LoopMargins, LoopPassivity, MarginPlace,
+    TrialFigures, UnfinishedTrial, WeldEvidence, WorstCell,
+};
+pub use measurement::{
+    AddedStep, CompareResult, ComparedChannel, ComparedLog, ConfusablePair, DetectionLimit,
+    DiagnoseResult, DiagnosisCandidate, EffectCurveData, EffectPlace, FittedEffectValues,
+    FittedValue, ImproveResult, PlanPoint, PlannedExperiment, RejectedStep, ResidualCurve,
+    ResidualFinding,
+};
+pub use simulation::{
+    CheckResult, CheckedFile, ComparedLaw, FirstLimitResult, ForceResult, JudgedFigureResult,
+    LawPoint, LawPoints, LawSweep, LawsResult, SpreadResult, StepResponse, StepResult, WeldResult,
+    WeldRunResult,
+};
+
+use schemars::{JsonSchema, Schema, schema_for};
+
+/// The name of every schema, which a file has as its `schema`, without its version; and the schema.
+pub fn schemas() -> Vec<(&'static str, Schema)> {
+    fn of<T: JsonSchema>(name: &'static str) -> (&'static str, Schema) {
+        (name, schema_for!(T))
+    }
+    vec![
+        of::<WeldResult>("weld-result"),
+        of::<StepResult>("step-result"),
+        of::<LawsResult>("compare-laws"),
+        of::<CertifyResult>("certify"),
+        of::<CompareResult>("compare"),
+        of::<DiagnoseResult>("diagnose"),
+        of::<ImproveResult>("improve"),
+        of::<CheckResult>("check"),
+    ]
+}
+
+/// A number that JSON can hold: `None` for what is infinite or no number.
+fn finite(value: f64) -> Option<f64> {
+    value.is_finite().then_some(value)
+}

@@ -1,0 +1,214 @@
+//! What many welds of uncertain cells show of a compensation law.
+
+use super::Report;
+use crate::document::{Block, Cell, Document, Medium, Table, Tone, number, words};
+use crate::json::CertifyResult;
+use crate::words::certify::{
+    headline, lead, of_case, reasons, setting, verdict_word, worst_cell, worst_found,
+};
+use crate::words::{fixed, share};
+use trueweld_evaluate::WELD_FIGURES;
+use trueweld_evaluate::certify::{
+    Evidence, EvidenceKind, FaultTrial, Requirement, Trial, Verdict, label, shown, within,
+};
+use trueweld_evaluate::margins::{MARGIN_FIGURES, Margins};
+use trueweld_plant::provenance::Provenance;
+
+/// A finished certification.
+#[derive(Debug, Clone)]
+pub struct CertifyReport<'a> {
+    /// Name of the law.
+    pub law: String,
+    /// Name of the controller.
+    pub controller: &'static str,
+    /// Passes of one trial.
+    pub passes: usize,
+    /// Seed of the draws.
+    pub seed: u64,
+    /// Share of welds that may fail, and the confidence with which that must be shown.
+    pub asked: [f64; 2],
+    /// Every weld.
+    pub welds: Vec<CertifiedWeld>,
+    /// What the result is of.
+    pub provenance: &'a Provenance,
+}
+
+/// What one weld's runs came to.
+#[derive(Debug, Clone)]
+pub struct CertifiedWeld {
+    /// Name of the weld.
+    pub name: String,
+    /// Every run.
+    pub evidence: Evidence,
+    /// The requirements, judged.
+    pub requirements: Vec<Requirement>,
+}
+
+impl Report for CertifyReport<'_> {
+    type Json = CertifyResult;
+
+    fn provenance(&self) -> &Provenance {
+        self.provenance
+    }
+
+    fn json(&self) -> CertifyResult {
+        CertifyResult::of(self)
+    }
+
+    fn document(&self) -> Document {
+        let verdict = self.verdict();
+        let mut document = Document::new("Certification", headline(self))
+            .judged(verdict_word(verdict), verdict == Verdict::Pass);
+        document.push(Block::Lead(lead(self)));
+        document.section(Medium::All, "Why it does not pass", Block::List(reasons(self)));
+        document.push(Block::Note(setting(self)));
+        for weld in &self.welds {
+            let heading = format!("Weld {}", weld.name);
+            document.section(Medium::All, &heading, Block::Table(weld.requirements_table()));
+            document.push(Block::Note(worst_found(&weld.evidence)));
+            document.section(
+                Medium::Page,
+                "Margins of the sampled loop along the weld, in the nominal cell",
+                Block::Table(weld.margins_table()),
+            );
+            document.section(
+                Medium::Page,
+                "Faults of instruments, one at a time, in the nominal cell",
+                Block::Table(weld.faults_table()),
+            );
+            document.section(
+                Medium::Page,
+                "The worst cells, as shares of the believed one",
+                Block::Table(weld.worst_cells()),
+            );
+        }
+        document
+    }
+}
+
+impl CertifyReport<'_> {
+    /// Of every requirement of every weld together.
+    pub fn verdict(&self) -> Verdict {
+        Verdict::of(self.welds.iter().flat_map(|weld| &weld.requirements))
+    }
+}
+
+impl CertifiedWeld {
+    fn limit(&self, case: EvidenceKind, name: &str) -> Option<f64> {
+        let of = self.requirements.iter().find(|r| r.case == case && r.name == name);
+        of.map(|requirement| requirement.limit)
+    }
+
+    /// Every requirement with its verdict, by what it is judged by.
+    fn requirements_table(&self) -> Table {
+        let mut rows = Vec::new();
+        let mut case = None;
+        for r in &self.requirements {
+            if case != Some(r.case) {
+                rows.push(vec![words(of_case(self, r.case)).tone(Tone::Strong).over(6)]);
+                case = Some(r.case);
+            }
+            let not = r.verdict != Verdict::Pass;
+            let of_draws = r.draws.map_or([number(""), number("")], |draws| {
+                [number(draws.beyond.to_string()), number(share(draws.failure_probability))]
+            });
+            let [beyond, probability] = of_draws.map(|cell| cell.bad(not));
+            rows.push(vec![
+                words(format!("  {}", label(r.name))),
+                number(shown(r.name, r.limit)),
+                number(shown(r.name, r.achieved)).bad(not),
+                beyond,
+                probability,
+                words(verdict_word(r.verdict)).bad(not),
+            ]);
+        }
+        let head = vec![
+            words(""),
+            number("limit"),
+            number("reached"),
+            number("beyond"),
+            number("probability ≤"),
+            words("verdict"),
+        ];
+        Table { head: vec![head], rows }
+    }
+
+    fn margins_table(&self) -> Table {
+        let heads = || [words("path"), number("spectral radius")].into_iter();
+        let names = heads().chain(MARGIN_FIGURES.iter().map(|of| number(of.figure.label)));
+        let limits = MARGIN_FIGURES.iter().map(|of| {
+            let limit = self.limit(EvidenceKind::Margins, of.figure.key);
+            number(limit.map_or(String::new(), |limit| shown(of.figure.key, limit)))
+        });
+        let limits = [words("limit"), number("1")].into_iter().chain(limits);
+        let row = |at: &Margins| -> Vec<Cell> {
+            let radius =
+                if at.held { "at a limit".to_owned() } else { fixed(at.spectral_radius, 4) };
+            let first =
+                [words(format!("{:.2} m", at.path)), number(radius).bad(at.channels.is_none())];
+            let margins = MARGIN_FIGURES.iter().map(|of| {
+                let (name, (least, _)) = (of.figure.key, (of.value)(at));
+                let text = if least.is_infinite() { "any".to_owned() } else { shown(name, least) };
+                let limit = self.limit(EvidenceKind::Margins, name);
+                number(text).bad(limit.is_some_and(|limit| least < limit))
+            });
+            first.into_iter().chain(margins).collect()
+        };
+        let rows = self.evidence.margins.iter().map(row).collect();
+        Table { head: vec![names.collect(), limits.collect()], rows }
+    }
+
+    fn faults_table(&self) -> Table {
+        let limited = self.requirements.iter().filter(|r| r.case == EvidenceKind::Faults);
+        let columns: Vec<(&str, f64)> = limited.map(|r| (r.name, r.limit)).collect();
+        let row = |first: &str, of: &dyn Fn(&(&str, f64)) -> Cell| -> Vec<Cell> {
+            std::iter::once(words(first)).chain(columns.iter().map(of)).collect()
+        };
+        let head = vec![
+            row("fault", &|(name, _)| number(label(name))),
+            row("limit", &|(name, limit)| number(shown(name, *limit))),
+        ];
+        let of_trial = |trial: &FaultTrial| {
+            row(&trial.fault, &|(name, limit)| {
+                let figure = trial.figure(name);
+                number(shown(name, figure)).bad(!within(figure, *limit))
+            })
+        };
+        Table { head, rows: self.evidence.faults.iter().map(of_trial).collect() }
+    }
+
+    /// The cells behind the worst figures: of the draws by requirement, and the one that the search
+    /// found.
+    fn worst_cells(&self) -> Table {
+        let trials = &self.evidence.trials;
+        let mut cells: Vec<(&str, String, &Trial)> = Vec::new();
+        for name in WELD_FIGURES.iter().map(|of| of.figure.key) {
+            let worst =
+                trials.iter().reduce(|a, b| if b.figure(name) > a.figure(name) { b } else { a });
+            let required = self.limit(EvidenceKind::Draws, name).is_some();
+            if let Some(trial) = worst.filter(|_| required) {
+                cells.push((name, format!("draw {}", trial.index), trial));
+            }
+        }
+        if let Some(trial) = &self.evidence.worst.worst {
+            let run = if trials.contains(trial) { "draw" } else { "search" };
+            cells.push((self.evidence.worst.name, format!("{run} {}", trial.index), trial));
+        }
+        let rows = cells.into_iter().map(|(name, run, trial)| {
+            let figure = trial.failed.clone().unwrap_or_else(|| shown(name, trial.figure(name)));
+            let cell = worst_cell(&trial.draw).map(words);
+            [words(label(name)), words(run), words(figure)].into_iter().chain(cell).collect()
+        });
+        let head = [
+            "requirement",
+            "run",
+            "figure",
+            "stiffness A1…A6",
+            "depth, drag, lateral damping, stiffness, ratio",
+            "ripple",
+            "cross-talk",
+            "delay, periods",
+        ];
+        Table { head: vec![head.map(words).to_vec()], rows: rows.collect() }
+    }
+}

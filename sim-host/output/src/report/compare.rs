@@ -1,0 +1,205 @@
+//! A model against measurements.
+
+use super::Report;
+use super::residuals::{Columns, score_bar};
+use crate::color::{self, REFERENCE};
+use crate::document::{
+    Block, Document, Figure, Line, Marked, Medium, Plot, Table, Tone, number, words,
+};
+use crate::json::CompareResult;
+use crate::words::compare::{TOLD, headline, notes, setting};
+use crate::words::{Scale, fixed};
+use std::path::Path;
+use trueweld_measure::residuals::compare::{ChannelComparison, Comparison, FLOOR, LogComparison};
+use trueweld_measure::residuals::localize::{CurvePoint, Finding, foremost};
+
+use trueweld_plant::provenance::Provenance;
+
+/// Findings that are drawn.
+const DRAWN: usize = 6;
+
+/// A finished comparison.
+#[derive(Debug, Clone, Copy)]
+pub struct CompareReport<'a> {
+    /// Where the model was read from.
+    pub model: &'a Path,
+    /// What was found.
+    pub comparison: &'a Comparison,
+    /// What the result is of.
+    pub provenance: &'a Provenance,
+}
+
+impl Report for CompareReport<'_> {
+    type Json = CompareResult;
+
+    fn provenance(&self) -> &Provenance {
+        self.provenance
+    }
+
+    fn json(&self) -> CompareResult {
+        CompareResult::of(self)
+    }
+
+    fn document(&self) -> Document {
+        let comparison = self.comparison;
+        let told = foremost(&comparison.worst, DRAWN);
+        let sentences = told.iter().take(TOLD).map(|finding| finding.sentence.clone()).collect();
+        let mut document = Document::new("Compare", headline(comparison));
+        document.push(Block::Note(setting(self.model, comparison)));
+        document.push(Block::List(sentences));
+        document.push(Block::Table(table(comparison)));
+        document.section(
+            Medium::Page,
+            "What the difference follows",
+            Block::Figures(told.into_iter().map(finding_figure).collect()),
+        );
+        let logs = comparison
+            .logs
+            .iter()
+            .flat_map(|log| Columns::worst_of(log).map_or(Vec::new(), |columns| columns.figures()));
+        document.section(
+            Medium::Page,
+            "Measured and predicted: of every log the worst column",
+            Block::Figures(logs.collect()),
+        );
+        document.push(Block::List(notes(&comparison.notices)));
+        document
+    }
+}
+
+impl super::Recorded for CompareReport<'_> {
+    #[cfg(feature = "rerun")]
+    fn record(&self, path: &Path) -> Result<(), crate::OutputError> {
+        crate::rerun::compare_recording(path, self.model, self.comparison)
+    }
+}
+
+/// Every channel of every log.
+fn table(comparison: &Comparison) -> Table {
+    let channels = || comparison.logs.iter().flat_map(|log| &log.channels);
+    let highest = channels().map(|channel| channel.score).fold(2.0, f64::max);
+    let of_log = |log: &LogComparison| {
+        let name = words(format!("{}, {}", log.name, log.kind)).tone(Tone::Strong).over(4);
+        vec![name, number(fixed(log.score, 2)).bad(log.score > FLOOR)]
+    };
+    let of_channel = |channel: &ChannelComparison| {
+        let quantity = |value: f64| Scale::small(channel.unit).quantity(value);
+        let sign = if channel.stated { "" } else { "≈ " };
+        vec![
+            words(format!("  {}", channel.name)),
+            number(quantity(channel.rmse)),
+            number(quantity(channel.max)),
+            number(format!("{sign}{}", quantity(channel.noise))),
+            number(fixed(channel.score, 2)).with_bar(score_bar(channel.score, highest)),
+        ]
+    };
+    let rows = comparison
+        .logs
+        .iter()
+        .flat_map(|log| std::iter::once(of_log(log)).chain(log.channels.iter().map(of_channel)));
+    let head = ["", "RMS", "largest", "noise", "score"].map(number).to_vec();
+    Table { head: vec![head], rows: rows.collect() }
+}
+
+/// The residual over the condition that it follows.
+fn finding_figure(finding: &Finding) -> Figure {
+    let curve = &finding.curve;
+    let (x, y) = (Scale::large(curve.x_unit), Scale::small(curve.y_unit));
+    let numbered = curve.categories.is_empty();
+    let mark = |(k, point): (usize, &CurvePoint)| Marked {
+        x: if numbered { point.x * x.factor } else { k as f64 },
+        y: point.y * y.factor,
+        error: point.error * y.factor,
+    };
+    let marked: Vec<Marked> = curve.points.iter().enumerate().map(mark).collect();
+    let points = marked.iter().filter(|_| numbered).map(|m| (m.x, m.y)).collect();
+    Figure {
+        title: format!("{}: {}", finding.channel, curve.y_name),
+        text: finding.sentence.clone(),
+        plot: Plot {
+            x_label: x.named(&curve.x_name),
+            y_label: y.named("measured less predicted"),
+            lines: vec![Line { name: String::new(), color: color::run(0), dashed: false, points }],
+            marked,
+            categories: curve.categories.clone(),
+            ..Plot::default()
+        },
+    }
+}
+
+impl Columns<'_> {
+    /// The worst column of a log.
+    fn worst_of(log: &LogComparison) -> Option<Columns<'_>> {
+        let mut columns: Vec<_> = log.channels.iter().flat_map(|c| &c.columns).collect();
+        columns.sort_by(|a, b| b.score.total_cmp(&a.score));
+        columns.iter().find_map(|column| {
+            let trace = log
+                .traces
+                .iter()
+                .find(|t| format!("{}[{}]", t.channel, t.column) == column.name)?;
+            Some(Columns {
+                log: &log.name,
+                scores: fixed(column.score, 1),
+                predictions: vec![("predicted", REFERENCE, trace)],
+            })
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::document::assert_self_contained;
+    use crate::sample;
+
+    #[test]
+    fn text_and_page_say_the_score_and_where_the_model_fails() {
+        let comparison = sample::comparison();
+        let report = CompareReport {
+            model: Path::new("model.toml"),
+            comparison: &comparison,
+            provenance: sample::provenance(),
+        };
+        let (text, page) = (report.text(), report.page());
+        assert_self_contained(&page);
+        for said in ["0.0816 mm", "0.200 mm", "0.0300 mm", "2.72"] {
+            assert!(text.contains(said) && page.contains(said), "{said}: {text}");
+        }
+        // The finding's curve; measured over predicted, and their difference.
+        assert_eq!(page.matches("<svg").count(), 3);
+    }
+
+    #[test]
+    fn names_of_files_are_no_markup_and_end_no_script() {
+        let mut comparison = sample::comparison();
+        let name = "</script><script>alert(1)</script><b>";
+        comparison.logs[0].name = name.to_owned();
+        comparison.logs[0].traces.iter_mut().for_each(|t| t.label = name.to_owned());
+        comparison.worst[0].curve.x_name = name.to_owned();
+        let page = CompareReport {
+            model: Path::new(name),
+            comparison: &comparison,
+            provenance: sample::provenance(),
+        }
+        .page();
+        assert!(!page.contains("alert(1)</script>") && !page.contains("<b>: "), "a name is markup");
+        assert_eq!(page.matches("</script>").count(), page.matches("<script").count());
+    }
+
+    #[test]
+    fn at_the_noise_floor_nothing_is_drawn_as_a_failure() {
+        let mut comparison = sample::comparison();
+        comparison.score = 0.99;
+        comparison.logs[0].score = 0.99;
+        comparison.logs[0].channels[0].score = 0.99;
+        comparison.worst.clear();
+        let page = CompareReport {
+            model: Path::new("m.toml"),
+            comparison: &comparison,
+            provenance: sample::provenance(),
+        }
+        .page();
+        assert!(page.contains("is as good as these measurements can tell"));
+        assert!(!page.contains("What the difference follows"));
+    }
+}

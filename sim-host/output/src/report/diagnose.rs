@@ -1,0 +1,250 @@
+//! Which physical effect is missing in a model.
+
+use super::Report;
+use super::residuals::before_and_after;
+use crate::color;
+use crate::document::{
+    Bar, Block, Cell, Document, Figure, Line, Marked, Medium, Plot, Table, number, words,
+};
+use crate::json::DiagnoseResult;
+use crate::words::diagnose::{
+    confusable, in_a_line, limits, none_of_these, ranked, remains, values,
+};
+use crate::words::{self, Scale, probability, score, share};
+use trueweld_measure::diagnose::evidence::EffectCurve;
+use trueweld_measure::diagnose::{Diagnosis, Explanation, FittedEffect, Reason, Verdict};
+use trueweld_measure::residuals::compare::LogComparison;
+use trueweld_measure::residuals::localize::CurvePoint;
+use trueweld_plant::input::ModelFile;
+
+use trueweld_plant::provenance::Provenance;
+
+/// Columns drawn before and after.
+const COLUMNS: usize = 4;
+/// Pairs of effects that are hard to tell apart, shown at most.
+const PAIRS: usize = 12;
+
+/// A finished diagnosis.
+#[derive(Clone, Copy)]
+pub struct DiagnoseReport<'a> {
+    /// The model that was given.
+    pub model: &'a ModelFile,
+    /// What was found.
+    pub diagnosis: &'a Diagnosis,
+    /// What is told of it.
+    pub account: &'a Explanation,
+    /// The logs under the model as it was given.
+    pub before: &'a [LogComparison],
+    /// The logs under the model with the best explanation.
+    pub after: &'a [LogComparison],
+    /// What the result is of.
+    pub provenance: &'a Provenance,
+}
+
+impl Report for DiagnoseReport<'_> {
+    type Json = DiagnoseResult;
+
+    fn provenance(&self) -> &Provenance {
+        self.provenance
+    }
+
+    fn json(&self) -> DiagnoseResult {
+        DiagnoseResult::of(self)
+    }
+
+    fn document(&self) -> Document {
+        let diagnosis = self.diagnosis;
+        let missing = diagnosis.verdict != Verdict::Adequate;
+        let mut document = Document::new("Diagnose", self.headline());
+        document.push(Block::Lead(self.explanation().unwrap_or_default()));
+        document.push(Block::Note(self.setting()));
+        let curves = self.reason().map_or(Vec::new(), evidence);
+        document.section(Medium::Page, words::diagnose::CURVES, Block::Figures(curves));
+        if let Some(plan) = &self.account.next_experiment {
+            let lead = words::diagnose::next_experiment(plan);
+            document.section(Medium::All, "What to record next", Block::Lead(lead));
+            document.push(Block::Steps(plan.steps.clone()));
+        }
+        if missing && !diagnosis.chosen.is_empty() {
+            document.section(
+                Medium::Page,
+                "Measured and predicted, with the model as given and with the best explanation",
+                Block::Figures(before_and_after(self.before, self.after, COLUMNS)),
+            );
+        }
+        document.section(
+            Medium::All,
+            "Explanations that were fitted, every effect of the library at every place, best first",
+            Block::Table(self.ranking()),
+        );
+        let calibrations = diagnosis.calibration.iter().map(|found| self.calibration(found));
+        document.section(
+            Medium::All,
+            "Calibrations that are off, which are no missing effect",
+            Block::List(calibrations.collect()),
+        );
+        document.section(
+            Medium::All,
+            &format!(
+                "What the residual follows that is left (score {})",
+                score(self.score_after())
+            ),
+            Block::List(remains(diagnosis)),
+        );
+        let medium = if missing { Medium::Page } else { Medium::All };
+        document.section(
+            medium,
+            "The smallest effects that these logs would have shown",
+            Block::Table(self.limits()),
+        );
+        document.section(
+            medium,
+            "What these logs hardly tell apart, and from how many times the smallest size on",
+            Block::Table(self.confusable()),
+        );
+        document
+    }
+}
+
+impl super::Recorded for DiagnoseReport<'_> {
+    #[cfg(feature = "rerun")]
+    fn record(&self, path: &std::path::Path) -> Result<(), crate::OutputError> {
+        crate::rerun::diagnose_recording(path, self)
+    }
+}
+
+impl DiagnoseReport<'_> {
+    fn calibration(&self, found: &FittedEffect) -> String {
+        let of = found.log.map_or(String::new(), |log| format!(" in {}", self.log(log)));
+        format!("{}{of}", in_a_line(found, &self.model.robot))
+    }
+
+    fn ranking(&self) -> Table {
+        let robot = &self.model.robot;
+        let likely = |p: f64| {
+            number(probability(p)).with_bar(Bar { share: p, mark: None, color: color::run(1) })
+        };
+        let lines = |lines: Vec<String>| Cell { lines, ..words("") };
+        let mut rows: Vec<Vec<Cell>> = ranked(self.diagnosis)
+            .iter()
+            .map(|candidate| {
+                let told = candidate.effects.iter().flat_map(values);
+                let tied = candidate.indistinguishable.iter();
+                let tied = tied.filter_map(|k| self.diagnosis.candidates.get(*k));
+                vec![
+                    words(candidate.name(robot)),
+                    lines(told.map(|(name, value)| format!("{name} {value}")).collect()),
+                    number(score(candidate.held_out_after)),
+                    number(share(candidate.left.clamp(0.0, 1.0))),
+                    likely(candidate.probability),
+                    lines(tied.map(|other| other.name(robot)).collect()),
+                ]
+            })
+            .collect();
+        if !rows.is_empty() {
+            let none = likely(none_of_these(self.diagnosis));
+            rows.push(vec![
+                words("none of these"),
+                words(""),
+                number(score(self.diagnosis.score_before)),
+                number(""),
+                none,
+                words(""),
+            ]);
+        }
+        let head = vec![
+            words(""),
+            words("values, 95 %"),
+            number("held-out score"),
+            number("unexplained"),
+            number("probability"),
+            words("cannot be told from"),
+        ];
+        Table { head: vec![head], rows }
+    }
+
+    fn limits(&self) -> Table {
+        let lines = limits(self.diagnosis, &self.model.robot);
+        let rows = lines.into_iter().map(|line| {
+            let places = line.places.iter().map(|(at, size)| format!("{at} {size}"));
+            let places = places.collect::<Vec<_>>().join("; ");
+            vec![words(line.kind.id), words(line.size), words(places.trim())]
+        });
+        let head = vec![words("effect"), words("size"), words("by place")];
+        Table { head: vec![head], rows: rows.collect() }
+    }
+
+    fn confusable(&self) -> Table {
+        let pairs = self.diagnosis.confusable.iter().take(PAIRS);
+        let rows = pairs.map(|pair| {
+            let [first, second, apart] = confusable(pair, &self.model.robot);
+            vec![words(first), words(second), number(apart)]
+        });
+        let head = vec![words("one"), words("the other"), number("from × its limit")];
+        Table { head: vec![head], rows: rows.collect() }
+    }
+}
+
+/// The curves that show an explanation's effects.
+fn evidence(reason: &Reason) -> Vec<Figure> {
+    reason.evidence.iter().flatten().map(curve).collect()
+}
+
+/// What the measurements show of an effect, and the effect as fitted.
+fn curve(curve: &EffectCurve) -> Figure {
+    // A twist is a thousandth of what a joint turns by.
+    let x = match curve.points.iter().all(|p| p.x.abs() < 0.05) {
+        true => Scale::small(curve.x_unit),
+        false => Scale::large(curve.x_unit),
+    };
+    let y = Scale::small(curve.y_unit);
+    let marked =
+        |p: &CurvePoint| Marked { x: p.x * x.factor, y: p.y * y.factor, error: p.error * y.factor };
+    let fitted: Vec<(f64, f64)> =
+        curve.fitted.iter().map(|p| (p[0] * x.factor, p[1] * y.factor)).collect();
+    // A loop comes in order of time, from posture to posture: a line through it would be a
+    // scribble.
+    let winding = !fitted.is_sorted_by(|a, b| a.0 <= b.0);
+    let name = if winding { "ringed: the effect as fitted" } else { "the effect as fitted" };
+    let points = if winding { Vec::new() } else { fitted.clone() };
+    let plot = Plot {
+        x_label: x.named(&curve.x_name),
+        y_label: y.named(&curve.y_name),
+        lines: vec![Line { name: name.to_owned(), color: color::run(1), dashed: false, points }],
+        rings: if winding { fitted } else { Vec::new() },
+        marked: curve.points.iter().map(marked).collect(),
+        wide: true,
+        ..Plot::default()
+    };
+    Figure::new(curve.title.clone(), plot)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::document::assert_self_contained;
+    use crate::sample;
+
+    #[test]
+    fn the_page_says_the_verdict_and_draws_what_shows_it() {
+        let page = sample::diagnosis(Verdict::EffectFound).diagnosed().page();
+        assert_self_contained(&page);
+        assert!(page.contains("What is missing: backlash at A5"));
+        // The evidence; measured with both predictions, and the differences.
+        assert_eq!(page.matches("<svg").count(), 3);
+        assert!(page.contains("What these logs hardly tell apart"));
+        assert!(!page.contains("What to record next"));
+    }
+
+    #[test]
+    fn where_nothing_is_missing_nothing_is_drawn_as_found() {
+        let mut parts = sample::diagnosis(Verdict::Adequate);
+        parts.diagnosis.unexplained.clear();
+        let (text, page) = (parts.diagnosed().text(), parts.diagnosed().page());
+        for shown in [&text, &page] {
+            assert!(shown.contains("Nothing is missing above the noise floor"));
+            assert!(shown.contains("The smallest effects that these logs would have shown"));
+        }
+        assert_eq!(page.matches("<svg").count(), 0);
+    }
+}

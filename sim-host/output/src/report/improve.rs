@@ -1,0 +1,148 @@
+//! How a model was improved: how the error fell step by step, and every value with where it comes
+//! from.
+
+use super::Report;
+use super::residuals::{before_and_after, score_bar};
+use crate::document::{Block, Document, Medium, Table, number, words};
+use crate::json::ImproveResult;
+use crate::words::diagnose::remains;
+use crate::words::score;
+use std::path::Path;
+use trueweld_measure::diagnose::Verdict;
+use trueweld_measure::improve::Improvement;
+use trueweld_measure::residuals::compare::LogComparison;
+use trueweld_plant::input::ModelFile;
+
+use trueweld_plant::provenance::Provenance;
+
+/// Columns drawn before and after.
+const COLUMNS: usize = 5;
+
+/// A finished improvement.
+#[derive(Clone, Copy)]
+pub struct ImproveReport<'a> {
+    /// The model that was given.
+    pub model: &'a ModelFile,
+    /// Where the improved model was written.
+    pub out: &'a Path,
+    /// What was done.
+    pub improvement: &'a Improvement,
+    /// The logs fitted, under the model as it was given.
+    pub before: &'a [LogComparison],
+    /// The logs fitted, under the improved model.
+    pub after: &'a [LogComparison],
+    /// What the result is of.
+    pub provenance: &'a Provenance,
+}
+
+impl Report for ImproveReport<'_> {
+    type Json = ImproveResult;
+
+    fn provenance(&self) -> &Provenance {
+        self.provenance
+    }
+
+    fn json(&self) -> ImproveResult {
+        ImproveResult::of(self)
+    }
+
+    fn document(&self) -> Document {
+        let improvement = self.improvement;
+        let mut document = Document::new("Improve", self.headline());
+        document.push(Block::Lead(self.verdict()));
+        document.push(Block::Note(self.setting()));
+        document.section(Medium::All, "Step by step", Block::Table(self.steps()));
+        if improvement.fitted.is_some() {
+            document.section(
+                Medium::Page,
+                "Measured and predicted, before and after: the columns that changed most",
+                Block::Figures(before_and_after(self.before, self.after, COLUMNS)),
+            );
+        }
+        document.section(
+            Medium::All,
+            "The values of the improved model",
+            Block::Table(self.values()),
+        );
+        document.section(Medium::All, "Tried and not kept", Block::Table(self.rejections()));
+        if improvement.verdict == Verdict::UnknownEffect {
+            document.section(
+                Medium::All,
+                "What the residual follows that is left",
+                Block::List(remains(&improvement.diagnosis)),
+            );
+        }
+        document
+    }
+}
+
+impl super::Recorded for ImproveReport<'_> {
+    #[cfg(feature = "rerun")]
+    fn record(&self, path: &Path) -> Result<(), crate::OutputError> {
+        crate::rerun::improve_recording(path, self)
+    }
+}
+
+impl ImproveReport<'_> {
+    /// The score of every step, on the logs fitted and where nothing was fitted.
+    fn steps(&self) -> Table {
+        let steps = &self.improvement.steps;
+        let highest = steps.iter().flat_map(|s| [s.score, s.held_out]).fold(2.0, f64::max);
+        let cell = |value: f64| number(score(value)).with_bar(score_bar(value, highest));
+        let row = |(k, step): (usize, _)| {
+            let step: &trueweld_measure::improve::Step = step;
+            vec![words(self.step(k)), cell(step.score), cell(step.held_out)]
+        };
+        let head = vec![words("score"), number("logs fitted"), number("not fitted")];
+        Table { head: vec![head], rows: steps.iter().enumerate().map(row).collect() }
+    }
+
+    fn values(&self) -> Table {
+        let rows = self.fitted().into_iter().map(|cells| cells.map(words).to_vec());
+        let head = ["", "parameter", "value, 95 %", "where it comes from"].map(words).to_vec();
+        Table { head: vec![head], rows: rows.collect() }
+    }
+
+    fn rejections(&self) -> Table {
+        let rows = self.improvement.rejected.iter().map(|rejected| {
+            let [what, why] = self.rejected(rejected);
+            let held_out = rejected.held_out;
+            let held_out = if held_out.is_finite() { score(held_out) } else { "–".to_owned() };
+            vec![words(what), number(held_out), words(why)]
+        });
+        let head = vec![words(""), number("held-out score"), words("why not")];
+        Table { head: vec![head], rows: rows.collect() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::document::assert_self_contained;
+    use crate::sample;
+
+    #[test]
+    fn text_and_page_have_every_step_and_say_what_was_not_kept() {
+        let parts = sample::diagnosis(Verdict::EffectFound);
+        let improvement = sample::improvement(parts.diagnosis);
+        let report = ImproveReport {
+            model: &parts.model,
+            out: Path::new("improved.toml"),
+            improvement: &improvement,
+            before: &parts.before,
+            after: &parts.after,
+            provenance: sample::provenance(),
+        };
+        let (text, page) = (report.text(), report.page());
+        assert_self_contained(&page);
+        for said in [
+            "With backlash at A5 the score falls from 3.37 to 1.07 where nothing was fitted.",
+            "recalibration alone",
+            "the error elsewhere does not fall",
+            "improved.toml",
+        ] {
+            assert!(text.replace('\n', " ").contains(said), "{said}: {text}");
+            assert!(page.contains(said), "{said}");
+        }
+    }
+}

@@ -1,0 +1,121 @@
+//! Measured values beside what one model or two predict of them.
+
+use crate::color::{self, REFERENCE, Rgb};
+use crate::document::{Bar, Figure, Line, Plot};
+use crate::words::{Scale, fixed};
+use trueweld_measure::residuals::compare::{LogComparison, Trace};
+
+/// Bars of scores begin here: their length is a logarithm.
+const SHORTEST: f64 = 0.5;
+
+/// Fall of a column's mean square, as a share, below which it is not drawn.
+const LEAST: f64 = 0.05;
+
+/// The channel that has no measured value of its own to draw: its difference is all there is.
+const DIFFERENCE_ALONE: &str = "tcp_rotation";
+
+/// A score's bar, logarithmic, with the noise floor marked.
+pub(super) fn score_bar(score: f64, highest: f64) -> Bar {
+    let share = |score: f64| (score.max(SHORTEST) / SHORTEST).ln() / (highest / SHORTEST).ln();
+    let color = if score > 1.0 { color::run(0) } else { color::run(1) };
+    Bar { share: share(score), mark: Some(share(1.0)), color }
+}
+
+/// One column of a log under one model or two.
+pub(super) struct Columns<'a> {
+    pub log: &'a str,
+    /// What the title says of the scores.
+    pub scores: String,
+    /// Name, colour and values of each prediction.
+    pub predictions: Vec<(&'static str, Rgb, &'a Trace)>,
+}
+
+/// The columns whose error over its noise falls most, at most `count`, and of one kind of log and
+/// channel only the first.
+pub(super) fn before_and_after<'a>(
+    before: &'a [LogComparison],
+    after: &'a [LogComparison],
+    count: usize,
+) -> Vec<Figure> {
+    let mut all = Vec::new();
+    for (log, other) in before.iter().zip(after) {
+        for (trace, after) in log.traces.iter().zip(&other.traces) {
+            all.push((log, trace, after, [mean_square(trace), mean_square(after)]));
+        }
+    }
+    all.sort_by(|a, b| (b.3[0] - b.3[1]).total_cmp(&(a.3[0] - a.3[1])));
+    let mut drawn: Vec<(&str, &str)> = Vec::new();
+    let mut figures = Vec::new();
+    for (log, before, after, square) in all {
+        let of = (log.kind.name(), before.channel);
+        let changed = square[0] - square[1] > LEAST * square[0] || drawn.is_empty();
+        if !changed || drawn.len() == count || drawn.contains(&of) {
+            continue;
+        }
+        drawn.push(of);
+        let [from, to] = square.map(|square| fixed(square.sqrt(), 1));
+        let columns = Columns {
+            log: &log.name,
+            scores: format!("{from} → {to}"),
+            predictions: vec![("before", color::run(0), before), ("after", color::run(1), after)],
+        };
+        figures.extend(columns.figures());
+    }
+    figures
+}
+
+impl Columns<'_> {
+    /// Measured beside predicted, and their difference.
+    pub(super) fn figures(&self) -> Vec<Figure> {
+        let trace = self.predictions[0].2;
+        let title =
+            format!("{}: {}, {}; score {}", self.log, trace.channel, trace.label, self.scores);
+        let wide = trace.channel == DIFFERENCE_ALONE;
+        let plot = |scale: Scale, lines| Plot {
+            x_label: "time, s".to_owned(),
+            y_label: scale.named(&trace.label),
+            lines,
+            wide,
+            ..Plot::default()
+        };
+        let large = Scale::large(trace.unit);
+        let predicted = self.predictions.iter().map(|(name, color, trace)| {
+            line(name, *color, true, trace, |k| trace.predicted[k] * large.factor)
+        });
+        let measured =
+            line("measured", REFERENCE, false, trace, |k| trace.measured[k] * large.factor);
+        let both = plot(large, std::iter::once(measured).chain(predicted).collect());
+        let small = Scale::small(trace.unit);
+        let differences = self.predictions.iter().map(|(name, color, trace)| {
+            let difference = |k: usize| (trace.measured[k] - trace.predicted[k]) * small.factor;
+            line(name, *color, false, trace, difference)
+        });
+        let noise = 2.0 * typical_noise(trace) * small.factor;
+        let rest = Plot {
+            band: Some([-noise, noise]),
+            band_name: "twice the noise",
+            ..plot(small, differences.collect())
+        };
+        if wide {
+            return vec![Figure::new(format!("{title}: measured less predicted"), rest)];
+        }
+        vec![Figure::new(title, both), Figure::new("Measured less predicted", rest)]
+    }
+}
+
+fn line(name: &str, color: Rgb, dashed: bool, trace: &Trace, of: impl Fn(usize) -> f64) -> Line {
+    let points = (0..trace.time.len()).map(|k| (trace.time[k], of(k))).collect();
+    Line { name: name.to_owned(), color, dashed, points }
+}
+
+fn mean_square(trace: &Trace) -> f64 {
+    let residual = |k: usize| (trace.measured[k] - trace.predicted[k]) / trace.deviation[k];
+    (0..trace.time.len()).map(|k| residual(k).powi(2)).sum::<f64>() / trace.time.len().max(1) as f64
+}
+
+/// Median of a trace's noise.
+fn typical_noise(trace: &Trace) -> f64 {
+    let mut sorted = trace.deviation.clone();
+    sorted.sort_by(f64::total_cmp);
+    sorted.get(sorted.len() / 2).copied().unwrap_or(0.0)
+}

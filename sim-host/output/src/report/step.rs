@@ -1,0 +1,187 @@
+//! Responses of the controllers to a step of the push.
+
+use super::Report;
+use crate::MILLI;
+use crate::color;
+use crate::document::{
+    Block, Cell, Document, Figure, Line, Medium, Plot, Table, Tone, number, reference, words,
+};
+use crate::json::StepResult;
+use crate::words::step::{headline, milliseconds, setting};
+use crate::words::{PublishedStep, fixed};
+use trueweld_evaluate::StepFigures;
+use trueweld_plant::simulate::{RecordRow, Recording};
+
+use trueweld_plant::provenance::Provenance;
+
+/// Finished steps, one a controller.
+#[derive(Debug, Clone, Copy)]
+pub struct StepReport<'a> {
+    /// The steps, in the order of the table.
+    pub runs: &'a [StepRun<'a>],
+    /// When the set-point steps, s.
+    pub at: f64,
+    /// By how much, N.
+    pub height: f64,
+    /// What the result is of.
+    pub provenance: &'a Provenance,
+}
+
+/// One finished step of the force set-point.
+#[derive(Debug, Clone, Copy)]
+pub struct StepRun<'a> {
+    /// What the run left behind.
+    pub recording: &'a Recording,
+    /// Its figures.
+    pub figures: &'a StepFigures,
+}
+
+impl Report for StepReport<'_> {
+    type Json = StepResult;
+
+    fn provenance(&self) -> &Provenance {
+        self.provenance
+    }
+
+    fn json(&self) -> StepResult {
+        StepResult::of(self)
+    }
+
+    fn document(&self) -> Document {
+        let mut document = Document::new("Force step", headline(self.runs));
+        document.push(Block::Note(setting(self.height)));
+        document.push(Block::Table(table(self.runs)));
+        document.push_on(Medium::Page, Block::Figures(self.figures()));
+        document
+    }
+}
+
+impl super::Recorded for StepReport<'_> {
+    #[cfg(feature = "rerun")]
+    fn record(&self, path: &std::path::Path) -> Result<(), crate::OutputError> {
+        crate::rerun::step_recording(path, self.runs, self.at)
+    }
+}
+
+/// Ours, and below it what is published of the same scheme.
+fn table(runs: &[StepRun]) -> Table {
+    let time = |time: Option<f64>| time.map_or("never".to_owned(), milliseconds);
+    let percent = |share: f64| format!("{} %", fixed(100.0 * share, 1));
+    let mut rows = Vec::new();
+    for StepRun { figures: ours, .. } in runs {
+        rows.push(vec![
+            words(ours.controller),
+            number(time(ours.first_within_5pct)),
+            number(time(ours.settle_5pct)),
+            number(percent(ours.overshoot)),
+            number(format!("{} N", fixed(ours.static_error, 0))),
+            number(format!("{:.0} N", ours.ripple)),
+        ]);
+        if let Some(theirs) = PublishedStep::of(ours.controller) {
+            rows.push(vec![
+                words(format!("  published, scheme {}", theirs.scheme)).tone(Tone::Aside),
+                number(""),
+                number(milliseconds(theirs.settle)),
+                number(percent(theirs.overshoot)),
+                number(theirs.static_error),
+                number(theirs.ripple),
+            ]);
+        }
+    }
+    Table { head: vec![headings().to_vec()], rows }
+}
+
+/// Headings of the table, in its order.
+fn headings() -> [Cell; 6] {
+    ["controller", "first within 5 %", "stays within 5 %", "overshoot", "static error", "ripple"]
+        .map(number)
+}
+
+impl StepReport<'_> {
+    /// A signal of a run since shortly before the step.
+    fn since_step(
+        run: &StepRun,
+        at: f64,
+        of: impl Fn(&RecordRow) -> Option<f64>,
+    ) -> Vec<(f64, f64)> {
+        let rows = run.recording.rows.iter().filter(|row| row.time >= at - 0.2);
+        rows.filter_map(|row| of(row).map(|value| (row.time - at, value))).collect()
+    }
+
+    fn figures(&self) -> Vec<Figure> {
+        let lines = |of: &dyn Fn(&RecordRow) -> Option<f64>| -> Vec<Line> {
+            let line = |(k, run): (usize, &StepRun)| Line {
+                name: run.recording.controller.to_owned(),
+                color: color::run(k),
+                dashed: false,
+                points: Self::since_step(run, self.at, of),
+            };
+            self.runs.iter().enumerate().map(line).collect()
+        };
+        let last = self.runs.first().and_then(|run| run.recording.rows.last());
+        let goal = last.and_then(|row| row.force_desired).unwrap_or(0.0);
+        let near = 0.05 * self.height.abs();
+        let mut push = lines(&|row| Some(-row.force_w.z / MILLI));
+        push.extend(self.runs.first().map(|run| {
+            let desired = |row: &RecordRow| row.force_desired.map(|force| force / MILLI);
+            reference("push asked for", held(&Self::since_step(run, self.at, desired)))
+        }));
+        let plot = |y_label: &str, lines: Vec<Line>, band: [f64; 2]| Plot {
+            x_label: "time since the step, s".to_owned(),
+            y_label: y_label.to_owned(),
+            lines,
+            band: Some(band),
+            band_name: "±5 % of the step",
+            wide: true,
+            ..Plot::default()
+        };
+        let errors = lines(&|row| row.force_desired.map(|desired| -row.force_w.z - desired));
+        vec![
+            Figure::new(
+                "Response",
+                plot("push, kN", push, [goal - near, goal + near].map(|f| f / MILLI)),
+            ),
+            Figure::new(
+                "The same near its end value, less the push asked for: static error and ripple",
+                Plot {
+                    y_range: Some([-3.0 * near, 3.0 * near]),
+                    ..plot("push less push asked for, N", errors, [-near, near])
+                },
+            ),
+        ]
+    }
+}
+
+/// A line that holds each value until the next one.
+fn held(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    let corner = |pair: &[(f64, f64)]| [pair[0], (pair[1].0, pair[0].1)];
+    points.windows(2).flat_map(corner).chain(points.last().copied()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::document::assert_self_contained;
+    use crate::sample;
+
+    #[test]
+    fn the_published_figures_stand_below_ours() {
+        let steps = sample::steps();
+        let runs = steps.runs();
+        let report = StepReport {
+            runs: &runs,
+            at: sample::STEP_AT,
+            height: sample::STEP_HEIGHT,
+            provenance: sample::provenance(),
+        };
+        let (text, page) = (report.text(), report.page());
+        assert_self_contained(&page);
+        let lines: Vec<&str> = text.lines().skip_while(|l| !l.starts_with("controller")).collect();
+        let published = [("370 ms", "24.0 %"), ("580 ms", "20.0 %"), ("860 ms", "4.5 %")];
+        for (k, (settled, overshoot)) in published.iter().enumerate() {
+            assert!(lines[1 + 2 * k].starts_with(steps.figures[k].controller), "{text}");
+            assert!(lines[2 + 2 * k].contains(settled) && lines[2 + 2 * k].contains(overshoot));
+            assert!(page.contains(settled) && page.contains(overshoot));
+        }
+    }
+}

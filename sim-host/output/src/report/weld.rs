@@ -1,0 +1,323 @@
+//! Welds of a seam, side by side.
+
+use super::Report;
+use crate::MILLI;
+use crate::color::{self, JOINTS as JOINT_COLORS};
+use crate::document::{
+    Block, Document, Figure, Line, Medium, Plot, Table, number, reference, words,
+};
+use crate::json::WeldResult;
+use crate::path::{moving, travelled};
+use crate::words::weld::{headline, run_names, setting, speed};
+use crate::words::{Scale, fixed};
+use trueweld_core::{JOINTS, JointVector, Robot};
+use trueweld_evaluate::{Spread, WeldFigures};
+use trueweld_plant::simulate::{Phase, RecordRow, Recording};
+
+use trueweld_plant::provenance::Provenance;
+
+/// Finished welds of one seam.
+#[derive(Debug, Clone, Copy)]
+pub struct WeldReport<'a> {
+    /// The welds, in the order of the table.
+    pub runs: &'a [WeldRun<'a>],
+    /// Factor by which a recording enlarges deviations.
+    pub exaggeration: f64,
+    /// What the result is of.
+    pub provenance: &'a Provenance,
+}
+
+/// One finished weld, with what it amounts to and the robot that made it.
+#[derive(Debug, Clone, Copy)]
+pub struct WeldRun<'a> {
+    /// What the run left behind.
+    pub recording: &'a Recording,
+    /// Its figures.
+    pub figures: &'a WeldFigures,
+    /// The robot, to draw it.
+    pub robot: &'a Robot<f64>,
+}
+
+impl Report for WeldReport<'_> {
+    type Json = WeldResult;
+
+    fn provenance(&self) -> &Provenance {
+        self.provenance
+    }
+
+    fn json(&self) -> WeldResult {
+        WeldResult::of(self)
+    }
+
+    fn document(&self) -> Document {
+        let names = run_names(self.runs);
+        let mut document = Document::new("Weld", headline(self.runs));
+        document.push(Block::Note(setting(self.runs)));
+        document.push(Block::Table(table(self.runs, &names)));
+        document.push_on(Medium::Terminal, Block::Note(speed(self.runs)));
+        document.push_on(Medium::Page, Block::Figures(figures(self.runs, &names)));
+        document
+    }
+}
+
+impl super::Recorded for WeldReport<'_> {
+    #[cfg(feature = "rerun")]
+    fn record(&self, path: &std::path::Path) -> Result<(), crate::OutputError> {
+        crate::rerun::weld_recording(path, self.runs, self.exaggeration)
+    }
+}
+
+/// Three columns a run: mean, root mean square and largest magnitude.
+fn table(runs: &[WeldRun], names: &[String]) -> Table {
+    let mut head = vec![vec![words("")], vec![words("")]];
+    for (k, name) in names.iter().enumerate() {
+        head[0].push(number(name).over(3).colored(color::run(k)));
+        head[1].extend(["mean", "RMS", "|max|"].map(number));
+    }
+    let mut rows = Vec::new();
+    let mut spread = |label: &str, scale: Scale, of: fn(&WeldFigures) -> Spread| {
+        let mut row = vec![words(scale.named(label))];
+        for run in runs {
+            let Spread { mean, rms, max_abs } = of(run.figures);
+            row.extend([mean, rms, max_abs].map(|v| number(fixed(v * scale.factor, 3))));
+        }
+        rows.push(row);
+    };
+    spread("lateral", Scale::small("m"), |f| f.lateral);
+    spread("longitudinal", Scale::small("m"), |f| f.longitudinal);
+    spread("depth", Scale::small("m"), |f| f.depth);
+    spread("tilt", Scale::large("rad"), |f| f.tilt);
+    let mut text = |label: &str, of: &dyn Fn(&WeldRun) -> (String, bool)| {
+        let cells = runs.iter().map(|run| {
+            let (text, bad) = of(run);
+            number(text).over(3).bad(bad)
+        });
+        rows.push(std::iter::once(words(label)).chain(cells).collect());
+    };
+    text("within half the pin?", &|run| {
+        let met = run.figures.of_half_pin < 1.0;
+        let [largest, limit] =
+            [run.figures.lateral.max_abs, run.recording.half_pin].map(|v| fixed(v * MILLI, 2));
+        (format!("{largest} of ±{limit} mm: {}", if met { "yes" } else { "exceeded" }), !met)
+    });
+    text("the weld asked for?", &|run| {
+        let judged = &run.figures.judged;
+        match judged.iter().filter(|judged| !judged.is_met()).count() {
+            0 => ("yes".to_owned(), false),
+            missed => (format!("no, {missed} of {} missed", judged.len()), true),
+        }
+    });
+    text("before the steady part", &|run| {
+        let largest = run.figures.lateral_before;
+        (format!("{} mm lateral", fixed(largest * MILLI, 2)), largest >= run.recording.half_pin)
+    });
+    text("push, mean", &|run| (format!("{:.3} kN", run.figures.force.mean / MILLI), false));
+    text("push, max − min", &|run| {
+        let force = run.figures.force;
+        (format!("{:.0} N, error RMS {:.0} N", force.envelope, force.error_rms), false)
+    });
+    text("lateral by A1…A6, %", &|run| {
+        let shares: Vec<String> =
+            run.figures.joint_share.iter().map(|share| fixed(100.0 * share, 0)).collect();
+        (shares.join(" / "), false)
+    });
+    text("at a limit or faulted", &|run| match run.figures.limited_rows {
+        0 => ("never".to_owned(), false),
+        rows => {
+            let first = run.figures.first_limit.map_or(0.0, |first| first.time);
+            (format!("{:.2} s, first at {first:.2} s", rows as f64 * run.recording.period), true)
+        }
+    });
+    Table { head, rows }
+}
+
+/// Signals over the position on the seam.
+struct Signals<'a> {
+    runs: &'a [WeldRun<'a>],
+    names: &'a [String],
+    /// Distance gone, m, one value a row.
+    positions: Vec<Vec<f64>>,
+}
+
+impl Signals<'_> {
+    /// One signal of one run, while the tool moves.
+    fn over_path(&self, k: usize, of: impl Fn(&RecordRow) -> Option<f64>) -> Vec<(f64, f64)> {
+        let rows = self.runs[k].recording.rows.iter().zip(&self.positions[k]);
+        rows.filter(|(row, _)| moving(row.phase))
+            .filter_map(|(row, s)| of(row).map(|value| (s * MILLI, value)))
+            .collect()
+    }
+
+    fn of_run(&self, k: usize, of: impl Fn(&RecordRow) -> f64) -> Line {
+        Line {
+            name: self.names[k].clone(),
+            color: color::run(k),
+            dashed: false,
+            points: self.over_path(k, |row| Some(of(row))),
+        }
+    }
+
+    fn of_all(&self, of: impl Fn(&RecordRow) -> f64 + Copy) -> Vec<Line> {
+        (0..self.runs.len()).map(|k| self.of_run(k, of)).collect()
+    }
+
+    fn of_joints(&self, k: usize, of: impl Fn(&RecordRow) -> JointVector<f64>) -> Vec<Line> {
+        (0..JOINTS)
+            .map(|joint| Line {
+                name: format!("A{}", joint + 1),
+                color: JOINT_COLORS[joint],
+                ..self.of_run(k, |row| of(row)[joint] * MILLI)
+            })
+            .collect()
+    }
+
+    fn plot(&self, y_label: &str, lines: Vec<Line>) -> Plot {
+        let ends = self.positions.iter().filter_map(|p| p.last());
+        let length = MILLI * ends.fold(0.0, |longest: f64, end| longest.max(*end));
+        Plot {
+            x_label: "position on the seam, mm".to_owned(),
+            y_label: y_label.to_owned(),
+            lines,
+            x_range: (length > 0.0).then_some([0.0, length]),
+            ..Plot::default()
+        }
+    }
+
+    /// A signal with a ripple, about its steady part: the ramp to it may leave the picture.
+    fn rippled(&self, y_label: &str, of: impl Fn(&RecordRow) -> f64 + Copy) -> Plot {
+        let steady = self.runs.iter().flat_map(|run| &run.recording.rows);
+        let [low, high] = steady
+            .filter(|row| row.phase == Phase::Steady)
+            .map(of)
+            .fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], v| [l.min(v), h.max(v)]);
+        let room = 0.3 * (high - low);
+        Plot {
+            y_range: (low < high).then_some([low - room, high + room]),
+            rippled: true,
+            ..self.plot(y_label, self.of_all(of))
+        }
+    }
+}
+
+fn figures(runs: &[WeldRun], names: &[String]) -> Vec<Figure> {
+    if runs.is_empty() {
+        return Vec::new();
+    }
+    let positions = runs.iter().map(|run| travelled(&run.recording.rows)).collect();
+    let signals = Signals { runs, names, positions };
+    let lateral = |row: &RecordRow| row.deviation_w.linear.y * MILLI;
+    let limit = runs[0].recording.half_pin * MILLI;
+    let compensated: Vec<usize> =
+        (0..runs.len()).filter(|k| runs[*k].recording.compensator != "none").collect();
+    let mut push = signals.rippled("push, kN", |row| -row.force_w.z / MILLI);
+    let asked_for = signals.over_path(0, |row| row.force_desired.map(|force| force / MILLI));
+    push.lines.push(reference("asked for", asked_for));
+    let all = Plot {
+        band: Some([-limit, limit]),
+        band_name: "within half the pin",
+        wide: true,
+        ..signals.plot("lateral deviation, mm", signals.of_all(lateral))
+    };
+    let mut figures =
+        vec![Figure::new(format!("Lateral deviation; half the pin is ±{limit:.1} mm"), all)];
+    if !compensated.is_empty() {
+        // Enlarged about the steady part: the transient of the ramp may leave the picture.
+        let rows = compensated.iter().flat_map(|k| &runs[*k].recording.rows);
+        let steady = rows.filter(|row| row.phase == Phase::Steady);
+        let extent = 1.3 * steady.map(|row| lateral(row).abs()).fold(0.01, f64::max);
+        let lines = compensated.iter().map(|k| signals.of_run(*k, lateral)).collect();
+        figures.push(Figure::new(
+            "Lateral deviation with compensation, enlarged",
+            Plot {
+                y_range: Some([-extent, extent]),
+                wide: true,
+                ..signals.plot("lateral deviation, mm", lines)
+            },
+        ));
+    }
+    let mut add = |title: &str, plot: Plot| figures.push(Figure::new(title, plot));
+    let longitudinal = signals.of_all(|row| row.deviation_w.linear.x * MILLI);
+    add("Longitudinal deviation", signals.plot("longitudinal, mm", longitudinal));
+    add(
+        "Depth of the tool in the plate",
+        signals.rippled("depth, mm", |row| row.deviation_w.linear.z * MILLI),
+    );
+    let tilt = signals.of_all(|row| row.tilt.to_degrees());
+    add("Tilt of the tool axis", signals.plot("tilt, °", tilt));
+    add("Push on the plate", push);
+    let worst = (0..runs.len()).find(|k| !compensated.contains(k)).unwrap_or(0);
+    add(
+        &format!("Twist of the drives, {}", names[worst]),
+        signals.plot("twist, mrad", signals.of_joints(worst, RecordRow::twist)),
+    );
+    add(
+        &format!("Lateral deviation by joint, {}", names[worst]),
+        signals.plot("lateral, mm", signals.of_joints(worst, |row| row.lateral_by_joint)),
+    );
+    add("Controller: error of the push", signals.rippled("force error, N", |row| row.force_error));
+    let added = signals.of_all(|row| row.depth_correction * MILLI);
+    add("Controller: depth added by the force loop", signals.plot("depth, mm", added));
+    if !compensated.is_empty() {
+        let shifts = compensated.iter().flat_map(|k| {
+            let of = |direction: &str, dashed, axis: usize| Line {
+                name: format!("{}, {direction}", names[*k]),
+                dashed,
+                ..signals.of_run(*k, |row| row.correction_w.linear[axis] * MILLI)
+            };
+            [of("lateral", false, 1), of("longitudinal", true, 0)]
+        });
+        add("Compensation: shift of the set-point", signals.plot("shift, mm", shifts.collect()));
+        let turned = |row: &RecordRow| row.correction_w.angular.norm() * MILLI;
+        let turns = compensated.iter().map(|k| signals.of_run(*k, turned)).collect();
+        add("Compensation: turn of the set-point", signals.plot("turn, mrad", turns));
+    }
+    figures
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::document::assert_self_contained;
+    use crate::sample;
+
+    fn report<'a>(runs: &'a [WeldRun<'a>]) -> WeldReport<'a> {
+        WeldReport { runs, exaggeration: 50.0, provenance: sample::provenance() }
+    }
+
+    #[test]
+    fn text_and_page_say_by_how_much_and_whether_that_is_allowed() {
+        let welds = sample::welds(20_000);
+        let runs = welds.runs();
+        let (text, page) = (report(&runs).text(), report(&runs).page());
+        assert_self_contained(&page);
+        for (figures, verdict) in welds.figures.iter().zip(["exceeded", "yes"]) {
+            let max = figures.lateral.max_abs * 1e3;
+            for said in [
+                format!("{max:.3}"),
+                format!("{max:.2} of ±2.50 mm: {verdict}"),
+                format!("{:.3} kN", figures.force.mean / 1e3),
+                format!("{:.3}", figures.tilt.rms.to_degrees()),
+            ] {
+                assert!(text.contains(&said) && page.contains(&said), "{said}: {text}");
+            }
+        }
+        assert_eq!(page.matches("<svg").count(), 12);
+        assert_eq!(page.matches("application/json").count(), 12 + 1);
+    }
+
+    #[test]
+    fn equal_runs_give_equal_pages_whatever_time_they_took() {
+        let mut welds = sample::welds(200);
+        let before = report(&welds.runs()).page();
+        welds.recordings[0].wall *= 3.0;
+        assert_eq!(report(&welds.runs()).page(), before);
+        assert!(report(&welds.runs()).text().contains("× real time"));
+    }
+
+    #[test]
+    fn a_single_uncompensated_weld_has_no_plots_of_a_correction() {
+        let welds = sample::welds(100);
+        let page = report(&welds.runs()[..1]).page();
+        assert!(!page.contains("Compensation: ") && !page.contains("enlarged"));
+    }
+}

@@ -1,0 +1,136 @@
+//! What is said of a certification.
+
+use super::{counted, share};
+use crate::CertifyReport;
+use crate::report::CertifiedWeld;
+use trueweld_evaluate::certify::{
+    Evidence, EvidenceKind, Requirement, SampledCell, Verdict, label, shown,
+};
+
+/// The verdict in a sentence.
+pub(crate) fn headline(report: &CertifyReport<'_>) -> String {
+    let verdict = match report.verdict() {
+        Verdict::Pass => "meets its requirements",
+        Verdict::NotShown => "is not shown to meet its requirements: there are too few runs",
+        Verdict::Fail => "does not meet its requirements",
+    };
+    format!("The law {} {verdict}", report.law)
+}
+
+/// A verdict in a cell.
+pub(crate) fn verdict_word(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Pass => "PASS",
+        Verdict::NotShown => "NOT SHOWN",
+        Verdict::Fail => "FAIL",
+    }
+}
+
+/// How many requirements are met.
+pub(crate) fn lead(report: &CertifyReport<'_>) -> String {
+    let all = || report.welds.iter().flat_map(|weld| &weld.requirements);
+    let count = |verdict: Verdict| all().filter(|r| r.verdict == verdict).count();
+    let of = |count: usize, what: &str| match count {
+        0 => String::new(),
+        count => format!(", {count} {what}"),
+    };
+    format!(
+        "{} of {} met{}{}.",
+        count(Verdict::Pass),
+        counted(all().count(), "requirement"),
+        of(count(Verdict::Fail), "not met"),
+        of(count(Verdict::NotShown), "not shown with so few trials"),
+    )
+}
+
+/// Why requirements are not met or not shown, each reason once with the requirements that it is of.
+pub(crate) fn reasons(report: &CertifyReport<'_>) -> Vec<String> {
+    let mut told: Vec<(String, &str, Vec<&str>)> = Vec::new();
+    let failed = |r: &&Requirement| r.verdict != Verdict::Pass;
+    for weld in &report.welds {
+        for r in weld.requirements.iter().filter(failed) {
+            let of = format!("{}, {}", weld.name, case_name(r.case));
+            let reason = r.reason.as_deref().unwrap_or_default();
+            match told.last_mut().filter(|last| last.0 == of && last.1 == reason) {
+                Some(last) => last.2.push(label(r.name)),
+                None => told.push((of, reason, vec![label(r.name)])),
+            }
+        }
+    }
+    let sentence = |(of, reason, names): (String, &str, Vec<&str>)| {
+        format!("{of}: {}: {reason}.", names.join("; "))
+    };
+    told.into_iter().map(sentence).collect()
+}
+
+/// How the runs were made.
+pub(crate) fn setting(report: &CertifyReport<'_>) -> String {
+    let [probability, confidence] = report.asked.map(share);
+    format!(
+        "Asked of drawn cells: no more than {probability} of welds beyond a limit, shown with a \
+         confidence of {confidence} (exact binomial bound). With {} control, pass {} of each run, \
+         seed {}. Every drawn cell differs from what the law believes in by as much as the \
+         requirements say is not known.",
+        report.controller, report.passes, report.seed
+    )
+}
+
+fn case_name(case: EvidenceKind) -> &'static str {
+    match case {
+        EvidenceKind::Nominal => "nominal cell",
+        EvidenceKind::Draws => "drawn cells",
+        EvidenceKind::WorstCase => "worst cell found",
+        EvidenceKind::Margins => "margins",
+        EvidenceKind::Faults => "faults",
+    }
+}
+
+/// How many runs a section has, and of what.
+pub(crate) fn of_case(weld: &CertifiedWeld, case: EvidenceKind) -> String {
+    let evidence = &weld.evidence;
+    match case {
+        EvidenceKind::Nominal => "Nominal cell, one run".to_owned(),
+        EvidenceKind::Draws => counted(evidence.trials.len(), "drawn cell"),
+        EvidenceKind::WorstCase => {
+            format!("Worst cell found in {}", counted(evidence.worst.runs.len(), "run"))
+        }
+        EvidenceKind::Margins => {
+            format!("Margins of the loop at {}", counted(evidence.margins.len(), "place"))
+        }
+        EvidenceKind::Faults => {
+            format!("Instruments that fail, {}", counted(evidence.faults.len(), "fault"))
+        }
+    }
+}
+
+/// The worst cell found, in a sentence.
+pub(crate) fn worst_found(evidence: &Evidence) -> String {
+    let worst = &evidence.worst;
+    let runs = counted(worst.runs.len(), "run");
+    let Some(trial) = &worst.worst else {
+        return "No search for the worst cell was made.".to_owned();
+    };
+    if let Some(why) = &trial.failed {
+        return format!("In the worst cell found ({runs} of search) the weld is not made: {why}.");
+    }
+    format!(
+        "Worst cell found in {runs} of search: {} {}, {} of its limit. A search shows how bad it can \
+         be, not that nothing is worse.",
+        label(worst.name),
+        shown(worst.name, trial.figure(worst.name)),
+        share(worst.of_limit)
+    )
+}
+
+/// What a cell differs in: stiffness, process gains, ripple, cross-talk, delay.
+pub(crate) fn worst_cell(cell: &SampledCell) -> [String; 5] {
+    let factors =
+        |all: &[f64]| all.iter().map(|factor| format!("{factor:.2}")).collect::<Vec<_>>().join(" ");
+    [
+        factors(&cell.stiffness),
+        factors(&cell.process),
+        format!("{:.2}", cell.ripple[0]),
+        cell.crosstalk.map(share).join(" "),
+        format!("{:.1}", cell.delay),
+    ]
+}

@@ -1,0 +1,50 @@
+//! What is said of responses to a step of the push.
+
+use super::Scale;
+use crate::StepRun;
+
+/// The controllers' names, all different.
+#[cfg(feature = "rerun")]
+pub(crate) fn controller_names(runs: &[StepRun]) -> Vec<String> {
+    super::weld::numbered(runs.iter().map(|r| r.recording.controller.to_owned()).collect())
+}
+
+/// The result in one sentence.
+pub(crate) fn headline(runs: &[StepRun]) -> String {
+    let parts: Vec<String> = runs
+        .iter()
+        .map(|run| match run.figures.settle_5pct {
+            Some(t) => format!("{} in {}", run.figures.controller, milliseconds(t)),
+            None => format!("{} not within the time recorded", run.figures.controller),
+        })
+        .collect();
+    format!("The push settles within 5 % of the step: {}.", parts.join(", "))
+}
+
+/// How the step was made.
+pub(crate) fn setting(height: f64) -> String {
+    format!(
+        "Step of the push by {}; 5 % and overshoot are of its height, taken from the real push with \
+         its ripple. Published figures: Bres et al., Industrial Robot 37(1), 2010.",
+        Scale { factor: 1e-3, unit: "kN" }.quantity(height)
+    )
+}
+
+/// A time of a response.
+pub(crate) fn milliseconds(time: f64) -> String {
+    format!("{:.0} ms", 1e3 * time)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sample;
+
+    #[test]
+    fn a_response_that_does_not_settle_is_said_not_to() {
+        let mut steps = sample::steps();
+        steps.figures[1].settle_5pct = None;
+        let sentence = headline(&steps.runs());
+        assert!(sentence.contains("superposed not within the time recorded, external in "));
+    }
+}

@@ -1,0 +1,191 @@
+//! What is said of simulated welds.
+
+use super::{Scale, listed};
+use crate::WeldRun;
+use trueweld_core::control::Limited;
+use trueweld_evaluate::{FirstLimit, JudgedFigure};
+
+/// Short names of the runs, all different: the compensation law alone where that tells them apart.
+pub(crate) fn run_names(runs: &[WeldRun]) -> Vec<String> {
+    let law = |r: &WeldRun| match r.recording.compensator.as_str() {
+        "none" => "no compensation".to_owned(),
+        law => law.to_owned(),
+    };
+    let full =
+        |r: &WeldRun| format!("{}, {}, {}", r.recording.weld, r.recording.controller, law(r));
+    let laws: Vec<String> = runs.iter().map(law).collect();
+    numbered(if all_different(&laws) { laws } else { runs.iter().map(full).collect() })
+}
+
+/// Tells equal names apart.
+pub(super) fn numbered(mut names: Vec<String>) -> Vec<String> {
+    for i in 1..names.len() {
+        let same =
+            names[..i].iter().filter(|n| n.split(" #").next() == Some(names[i].as_str())).count();
+        if same > 0 {
+            names[i] = format!("{} #{}", names[i], same + 1);
+        }
+    }
+    names
+}
+
+fn all_different(names: &[String]) -> bool {
+    names.iter().enumerate().all(|(i, n)| !names[..i].contains(n))
+}
+
+/// What all runs share: weld, controller, push, seed; "several" where they differ.
+pub(crate) fn setting(runs: &[WeldRun]) -> String {
+    fn shared(values: impl Iterator<Item = String>) -> String {
+        let values: Vec<String> = values.collect();
+        match values.split_first() {
+            Some((first, rest)) if rest.iter().all(|v| v == first) => first.clone(),
+            _ => "several".to_owned(),
+        }
+    }
+    format!(
+        "Weld {}, controller {}, push {}, seed {}. Figures over the steady part (full feed, full push).",
+        shared(runs.iter().map(|r| r.recording.weld.clone())),
+        shared(runs.iter().map(|r| r.recording.controller.to_owned())),
+        shared(runs.iter().map(|r| format!("{:.1} kN", 1e-3 * r.recording.force))),
+        shared(runs.iter().map(|r| r.recording.seed.to_string())),
+    )
+}
+
+/// The result in a sentence or two, true of whatever runs there are.
+pub(crate) fn headline(runs: &[WeldRun]) -> String {
+    if runs.is_empty() {
+        return "No weld.".to_owned();
+    }
+    let several = runs.iter().any(|r| r.recording.weld != runs[0].recording.weld);
+    let several_controllers =
+        runs.iter().any(|r| r.recording.controller != runs[0].recording.controller);
+    let who = |run: &WeldRun| {
+        let mut who = match run.recording.compensator.as_str() {
+            "none" => "without compensation".to_owned(),
+            law => format!("with {law} compensation"),
+        };
+        if several_controllers {
+            who += &format!(" under {} control", run.recording.controller);
+        }
+        if several {
+            who += &format!(" ({})", run.recording.weld);
+        }
+        who
+    };
+    let parts = runs.iter().map(|run| {
+        let beyond = match Scale::small("m").quantity(run.recording.half_pin) {
+            limit if run.figures.of_half_pin >= 1.0 => format!(" (beyond half the pin, {limit})"),
+            _ => String::new(),
+        };
+        format!(
+            "by up to {} {}{beyond}",
+            Scale::small("m").quantity(run.figures.lateral.max_abs),
+            who(run)
+        )
+    });
+    let mut sentence = format!(
+        "At full feed the tool leaves the seam {}.",
+        listed(&parts.collect::<Vec<_>>(), "and")
+    );
+    let early: Vec<String> = runs
+        .iter()
+        .filter(|r| r.figures.of_half_pin < 1.0 && r.figures.lateral_before >= r.recording.half_pin)
+        .map(|r| format!("{} {}", Scale::small("m").quantity(r.figures.lateral_before), who(r)))
+        .collect();
+    if !early.is_empty() {
+        sentence +=
+            &format!(" Before full feed it is beyond half the pin: {}.", listed(&early, "and"));
+    }
+    for run in runs {
+        // Beyond half the pin is said above.
+        let missed = run.figures.judged.iter().skip(1).filter(|judged| !judged.is_met());
+        let missed: Vec<String> = missed.map(missed_figure).collect();
+        if !missed.is_empty() {
+            let missed = listed(&missed, "and");
+            sentence += &format!(" It is not the weld that was asked for {}: {missed}.", who(run));
+        }
+    }
+    let first = |run: &WeldRun| {
+        run.figures.first_limit.map(|first| format!("{}, {}", who(run), first_limit(&first)))
+    };
+    let limited: Vec<String> = runs.iter().filter_map(first).collect();
+    if !limited.is_empty() {
+        sentence += &format!(" At a limit or faulted {}.", limited.join("; "));
+    }
+    sentence
+}
+
+/// A figure of a weld that is not what it is to be.
+fn missed_figure(judged: &JudgedFigure) -> String {
+    let scale = Scale::large(judged.figure.unit);
+    let [value, expected, tolerance] =
+        [judged.value, judged.expected, judged.tolerance].map(|v| scale.quantity(v));
+    let allowed = if judged.expected == 0.0 {
+        format!("at most {tolerance}")
+    } else {
+        format!("expected {expected} ± {tolerance}")
+    };
+    format!("{} {value} ({allowed})", judged.figure.label)
+}
+
+/// Where a run first came to a limit: "first at 3.02 s (feed rising): torque of a drive".
+fn first_limit(first: &FirstLimit) -> String {
+    let Limited { torque, force_loop, compensation } = first.limited;
+    let limits =
+        [(torque, "torque of a drive"), (force_loop, "force loop"), (compensation, "compensation")];
+    let held = limits.into_iter().filter(|(held, _)| *held).map(|(_, name)| name.to_owned());
+    let what = match first.fault {
+        Some(fault) => format!("fault {fault:?}"),
+        None => listed(&held.collect::<Vec<_>>(), "and"),
+    };
+    format!("first at {:.2} s ({}): {what}", first.time, first.phase.name())
+}
+
+/// How fast the simulation was.
+pub(crate) fn speed(runs: &[WeldRun]) -> String {
+    let simulated: f64 = runs.iter().map(|r| r.recording.simulated).sum();
+    let wall = runs.iter().map(|r| r.recording.wall).fold(1e-9, f64::max);
+    format!("{simulated:.0} s simulated in {wall:.1} s, {:.0} × real time.", simulated / wall)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sample;
+    use trueweld_plant::simulate::Phase;
+
+    #[test]
+    fn the_headline_is_true_of_whatever_runs_there_are() {
+        let mut welds = sample::welds(400);
+        for (figures, largest) in welds.figures.iter_mut().zip([5.24e-3, 0.2e-3]) {
+            figures.lateral.max_abs = largest;
+            figures.of_half_pin = largest / 2.5e-3;
+            figures.first_limit = None;
+            figures.judged.iter_mut().for_each(|judged| judged.value = judged.expected);
+            figures.lateral_before = 0.0;
+        }
+        let both = "At full feed the tool leaves the seam by up to 5.24 mm without compensation (beyond half the pin, \
+                    2.50 mm) and by up to 0.200 mm with elastostatic compensation.";
+        assert_eq!(headline(&welds.runs()), both);
+        let one = "At full feed the tool leaves the seam by up to 0.200 mm with elastostatic compensation.";
+        assert_eq!(headline(&welds.runs()[1..]), one);
+        welds.figures[1].lateral_before = 2.6e-3;
+        let early =
+            " Before full feed it is beyond half the pin: 2.60 mm with elastostatic compensation.";
+        assert_eq!(headline(&welds.runs()[1..]), one.to_owned() + early);
+        welds.figures[1].lateral_before = 0.0;
+        let limited = Limited { torque: true, ..Limited::default() };
+        let first = FirstLimit { time: 3.0, phase: Phase::ForceRamp, limited, fault: None };
+        welds.figures[1].first_limit = Some(first);
+        let limited = " At a limit or faulted with elastostatic compensation, first at 3.00 s (force loop closed, \
+                       force rising): torque of a drive.";
+        assert_eq!(headline(&welds.runs()), both.to_owned() + limited);
+        welds.figures[1].first_limit = None;
+        let push = welds.figures[1].judged.iter_mut().find(|j| j.figure.key == "push_mean_n");
+        push.unwrap().value = 1080.0;
+        let missed = " It is not the weld that was asked for with elastostatic compensation: push, mean 1080 N \
+                      (expected 18000 N ± 900 N).";
+        assert_eq!(headline(&welds.runs()), both.to_owned() + missed);
+        assert_eq!(headline(&[]), "No weld.");
+    }
+}
