@@ -1,9 +1,9 @@
 //! Compensation of the tool's deviation, on top of a hybrid controller.
 //!
-//! A law ([`Compensator`]) turns what the robot can see into a demanded correction of the pose
-//! set-point. Two loops bring it onto the set-point, one for position (lateral and longitudinal in
-//! W) and one for orientation; each follows the demand with a stated bandwidth, bounded in size and
-//! rate. Depth stays with the force loop: S selects here too.
+//! A law ([`Compensator`]) turns measurements into a demanded correction of the pose set-point. Two
+//! loops bring it onto the set-point, one for position (lateral and longitudinal in W) and one for
+//! orientation; each follows the demand with a stated bandwidth, bounded in size and rate. Depth
+//! stays with the force loop: S selects here too.
 
 use crate::control::{Command, HybridController, SensorReadings, Setpoint, StuckDetector};
 use crate::error::Fault;
@@ -47,25 +47,25 @@ impl<T: Real> DeviationMeasurement<T> {
     }
 }
 
-/// What a law may look at in one period.
+/// Inputs of a law in one period.
 #[derive(Debug, Clone, Copy)]
 pub struct Observation<'a, T: Real> {
     /// The set-point before correction: where the encoders would be if nothing bent.
     pub setpoint: &'a Setpoint<T>,
     /// Where the real tool should be, `b_from_t`.
     pub nominal: &'a Pose<T>,
-    /// The robot's instruments.
+    /// Readings of the robot's instruments.
     pub sensed: &'a SensorReadings<T>,
     /// Where the tool is along the seam, m.
     pub path: T,
     /// The load that the weld was planned with at this instant: on the tool, at the TCP, axes of W.
     pub planned: Wrench<T>,
-    /// What came from outside the robot since the last period; empty where nothing did.
+    /// Measurements from outside the robot since the last period; may be empty.
     pub sightings: &'a [DeviationMeasurement<T>],
 }
 
 impl<'a, T: Real> Observation<'a, T> {
-    /// What the robot's own instruments say, at the start of a seam that is planned without load.
+    /// The robot's own instruments alone, at the start of a seam planned without load.
     pub fn of_robot(
         setpoint: &'a Setpoint<T>,
         nominal: &'a Pose<T>,
@@ -104,8 +104,7 @@ pub trait Compensator<T: Real> {
     /// of the part stays.
     fn reset(&mut self);
 
-    /// From now on nothing is learned that would stay from weld to weld: the law as it is, for
-    /// good. A law that learns nothing of the kind is always so.
+    /// Stops learning what would stay from weld to weld. No effect on a law that does not learn.
     fn freeze(&mut self) {}
 
     /// Demanded displacement of the set-point, axes of W, about the TCP: linear in m, angular as a
@@ -203,8 +202,8 @@ pub fn shortened<T: Real, const D: usize>(v: SVector<T, D>, limit: T) -> (SVecto
 }
 
 /// A displacement along (x) and across (y) the seam held within `limit`, Euclidean norm, and
-/// whether it was: what is across keeps its size as far as there is room. A tool that lags along
-/// its seam welds where it should; one beside it does not.
+/// whether it was: the part across is shortened last. A tool that lags along its seam still welds
+/// on it; one beside it does not.
 fn across_first<T: Real>(v: Vector2<T>, limit: T) -> (Vector2<T>, bool) {
     if v.norm() <= limit || !crate::scalar::all_finite(v.iter()) {
         return (v, false);
@@ -254,14 +253,13 @@ impl<T: Real, C: HybridController<T>, L: Compensator<T>> Compensated<T, C, L> {
     }
 
     /// One period. The law acts while the force loop is closed; before that its correction stays as
-    /// it is. A force sensor whose reading stands still ([`StuckDetector`]) is at fault for law and
-    /// controller alike.
+    /// it is. A stuck force sensor ([`StuckDetector`]) is a fault for law and controller alike.
     ///
     /// Returns the controller's command, with the law's fault if the controller had none.
     pub fn cycle(&mut self, robot: &Robot<T>, observation: &Observation<'_, T>) -> Command<T> {
         let Observation { setpoint, sensed, .. } = *observation;
         let sensed =
-            &SensorReadings { wrench: self.force_sensor.believed(&sensed.wrench), ..*sensed };
+            &SensorReadings { wrench: self.force_sensor.checked(&sensed.wrench), ..*sensed };
         let mut law_fault = None;
         let mut held = false;
         let authority = self.lateral.limits.size;

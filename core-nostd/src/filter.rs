@@ -1,5 +1,4 @@
-//! Discrete filters whose delay is part of their contract: a force loop at 12 ms has no phase to
-//! give away unseen.
+//! Discrete filters that state their delay: a force loop at 12 ms has little phase to spare.
 //!
 //! All are designed by the bilinear transform with the corner pre-warped, so that corner and notch
 //! lie where they are asked for even near Nyquist. Source: Oppenheim, Schafer, Discrete-Time Signal
@@ -8,13 +7,13 @@
 use crate::scalar::{Real, lit};
 use heapless::Deque;
 
-/// A filter that says how late it is.
+/// A filter with a stated delay.
 pub trait Filter<T: Real> {
-    /// Takes one sample, gives one.
+    /// Takes one sample, returns one.
     fn update(&mut self, sample: T) -> T;
     /// Group delay for slow signals, s.
     fn delay(&self) -> T;
-    /// Starts as if `value` had been the input for ever.
+    /// Sets the steady state for a constant input `value`.
     fn initialize(&mut self, value: T);
 }
 
@@ -140,7 +139,7 @@ impl<F: Clone, const N: usize> FilterBank<F, N> {
         Self(core::array::from_fn(|_| filter.clone()))
     }
 
-    /// Takes one sample a channel, gives one a channel.
+    /// Takes one sample for each channel, returns one for each.
     pub fn update<T: Real>(&mut self, sample: &nalgebra::SVector<T, N>) -> nalgebra::SVector<T, N>
     where
         F: Filter<T>,
@@ -152,7 +151,7 @@ impl<F: Clone, const N: usize> FilterBank<F, N> {
         out
     }
 
-    /// Starts every channel as if its entry of `value` had been the input for ever.
+    /// Sets every channel's steady state for a constant input, its entry of `value`.
     pub fn initialize<T: Real>(&mut self, value: &nalgebra::SVector<T, N>)
     where
         F: Filter<T>,

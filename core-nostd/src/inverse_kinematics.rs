@@ -68,7 +68,7 @@ impl<T: Real> Robot<T> {
     /// [`KinematicsError::NotDecoupled`], [`Unreachable`](KinematicsError::Unreachable),
     /// [`Singular`](KinematicsError::Singular) within 1e-6 rad of A4 ∥ A6 (in `f32` 4e-6),
     /// [`NotFinite`](KinematicsError::NotFinite).
-    /// Joint limits are not looked at; [`track`](Self::track) does.
+    /// Joint limits are not checked; [`inverse_near`](Self::inverse_near) checks them.
     pub fn inverse(
         &self,
         b_from_t: &Pose<T>,
@@ -80,8 +80,8 @@ impl<T: Real> Robot<T> {
     /// All branches that exist for the tool pose, with their joint angles.
     ///
     /// # Errors
-    /// As [`inverse`](Self::inverse); an unreachable branch is left out, and only if none is left
-    /// is it an error.
+    /// As [`inverse_kinematics`](Self::inverse_kinematics); unreachable branches are left out, and
+    /// it is an error only if none is left.
     pub fn inverse_all(
         &self,
         b_from_t: &Pose<T>,
@@ -124,7 +124,7 @@ impl<T: Real> Robot<T> {
     /// would else jump by half a turn.
     ///
     /// # Errors
-    /// As [`inverse`](Self::inverse), except for the wrist singularity; and
+    /// As [`inverse_kinematics`](Self::inverse_kinematics), except for the wrist singularity; and
     /// [`KinematicsError::Limit`].
     pub fn inverse_near(
         &self,

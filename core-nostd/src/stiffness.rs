@@ -10,7 +10,7 @@ use crate::kinematics::Frames;
 use crate::robot::Robot;
 use crate::scalar::{JointVector, Real};
 use crate::spatial::{Pose, Twist, Wrench};
-use nalgebra::{Matrix6, Vector3};
+use nalgebra::{Complex, Matrix6, Vector3};
 
 /// The arm bent by its loads, at rest.
 #[derive(Debug, Clone, Copy)]
@@ -125,17 +125,32 @@ impl<T: Real> Robot<T> {
         link + self.spring_torque_at_rest(&frames, link, &wrench).component_div(&self.stiffness)
     }
 
-    /// Natural frequencies of the arm on its springs with the motors locked, rad/s, ascending: square
-    /// roots of the eigenvalues of M⁻¹K at θ. `None` where M is not positive definite.
+    /// Stiffness of the drives' springs and dampers at an angular frequency ω, rad/s: K + iωD,
+    /// N·m/rad.
+    pub fn dynamic_stiffness(&self, omega: T) -> JointVector<Complex<T>> {
+        self.stiffness.zip_map(&self.damping, |k, d| Complex::new(k, omega * d))
+    }
+
+    /// Compliance of the links with the motors locked at an angular frequency ω, rad/s: (K + iωD −
+    /// ω²M)⁻¹, rad/(N·m). `None` where there is no inverse.
+    pub fn dynamic_compliance(&self, frames: &Frames<T>, omega: T) -> Option<Matrix6<Complex<T>>> {
+        let inertia = self.crba(frames).map(|m| Complex::new(omega * omega * m, T::zero()));
+        (Matrix6::from_diagonal(&self.dynamic_stiffness(omega)) - inertia).try_inverse()
+    }
+
+    /// Natural frequencies of the arm on its springs with the motors locked, rad/s, ascending: ω²
+    /// are the eigenvalues of M⁻¹K at θ. `None` where M is not positive definite.
     pub fn natural_frequencies(&self, frames: &Frames<T>) -> Option<JointVector<T>> {
-        // L⁻¹ K L⁻ᵀ is symmetric and has the eigenvalues of M⁻¹K.
-        let l = self.crba(frames).cholesky()?.l();
-        let left = l.solve_lower_triangular(&Matrix6::from_diagonal(&self.stiffness))?;
-        let both = l.solve_lower_triangular(&left.transpose())?;
-        let mut squared = both.symmetric_eigenvalues();
+        // K^−½ M K^−½ is symmetric and has the eigenvalues 1/ω²; its largest, those of the slowest
+        // modes, come out most accurately.
+        let inertia = self.crba(frames);
+        let soft = self.stiffness.map(|k| k.sqrt().recip());
+        let scaled = Matrix6::from_fn(|i, j| soft[i] * inertia[(i, j)] * soft[j]);
+        let mut squared = scaled.symmetric_eigenvalues();
         squared
             .as_mut_slice()
-            .sort_unstable_by(|a, b| a.partial_cmp(b).unwrap_or(core::cmp::Ordering::Equal));
-        Some(squared.map(|value| value.max(T::zero()).sqrt()))
+            .sort_unstable_by(|a, b| b.partial_cmp(a).unwrap_or(core::cmp::Ordering::Equal));
+        let definite = squared.iter().all(|s| *s > T::zero());
+        definite.then(|| squared.map(|s| s.sqrt().recip()))
     }
 }

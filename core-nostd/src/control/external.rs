@@ -83,7 +83,7 @@ impl<T: Real> External<T> {
         let scale =
             self.gains.tuned_stiffness * (material + robot.compliance_along(frames, depth_axis));
         let widest = lit::<T>(WIDEST_SCALE);
-        // Also where the scale is no number.
+        // A scale of NaN becomes the smallest as well.
         let scale = if scale > widest.recip() { scale.min(widest) } else { widest.recip() };
         error * scale
     }

@@ -2,9 +2,9 @@
 //!
 //! One direction, the tool axis z of the weld frame W, is force-controlled; the selection S keeps
 //! the other five under position control. The controllers see encoders and the force sensor only;
-//! that the real tool is elsewhere is what [`compensation`](crate::compensation) is for. Gravity
-//! and the counterbalance are fed forward at the encoder angles. The force error that the loops
-//! answer is without the spindle's line ([`SpindleFilter`]).
+//! that the loaded tool is elsewhere is for [`compensation`](crate::compensation). Gravity
+//! and the counterbalance are fed forward at the encoder angles. The spindle's line is
+//! filtered out of the force error ([`SpindleFilter`]).
 //!
 //! Source: Bres et al. 2010, (2.2)–(2.5). The printed text of (2.3)–(2.5) was not at hand; they are
 //! reconstructed from their description and from Perdereau & Drouin 1993 (external control) and
@@ -57,7 +57,7 @@ impl<T: Real> Setpoint<T> {
     }
 }
 
-/// What the robot's own instruments say in this period.
+/// Readings of the robot's own instruments in this period.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SensorReadings<T: Real> {
     /// Encoder angles θ_E, rad.
@@ -71,13 +71,13 @@ pub struct SensorReadings<T: Real> {
     pub wrench: Wrench<T>,
 }
 
-/// What the drives are to do in this period, and what the controller was thinking.
+/// Torque of the drives in this period, and the controller's internal signals.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Command<T: Real> {
     /// Motor torque Γ, seen from the joint, N·m, within the drives' limits.
     pub torque: JointVector<T>,
-    /// Why this is a safe command and not the controller's own; the caller decides whether to
-    /// brake.
+    /// Set where this is the safe command in place of the controller's; the caller decides whether
+    /// to brake.
     pub fault: Option<Fault>,
     /// Force error Δf = f_d − f_s along z of W without the spindle's line, N; zero without a force
     /// loop.
@@ -144,8 +144,7 @@ impl<T: Real, C: HybridController<T> + ?Sized> HybridController<T> for &mut C {
 /// The push that the force sensor sees along z of W, N, from the wrench in T with T placed by the
 /// encoders.
 ///
-/// `None` where the sensor is faulty: a sensor with one channel that is no number is not believed
-/// in the others.
+/// `None` where any of the sensor's channels is NaN or infinite: the others are not trusted either.
 fn sensed_push<T: Real>(
     b_from_t: &Pose<T>,
     depth_axis: &Vector3<T>,

@@ -54,11 +54,10 @@ impl<T: Real> SpindleFilter<T> {
         Self { lines: [Line::open(); 2], rate: T::zero(), period }
     }
 
-    /// Follows the spindle's rate, rad/s, in either sense. At 0, and where it is no number,
-    /// everything passes.
+    /// Moves the notches to the spindle's rate, rad/s, of either sign. At 0 or NaN everything passes.
     ///
-    /// A signal at rest does not notice. Where a line is given up or taken up, the output moves by
-    /// no more than that line.
+    /// A constant signal passes unchanged meanwhile. Where a notch is added or removed, the output
+    /// changes by no more than the line it takes out.
     pub fn tune(&mut self, rate: T) {
         if rate == self.rate {
             return;
@@ -72,7 +71,7 @@ impl<T: Real> SpindleFilter<T> {
         }
     }
 
-    /// Forgets the signal; the next sample is taken as if it had been there for ever.
+    /// Forgets the signal; the filter starts in steady state at the next sample.
     pub fn reset(&mut self) {
         for line in &mut self.lines {
             line.initialize(None);
@@ -81,7 +80,7 @@ impl<T: Real> SpindleFilter<T> {
 }
 
 impl<T: Real> Filter<T> for SpindleFilter<T> {
-    /// Of a sample that is no number, or too large to compute with, nothing is remembered.
+    /// A sample with which the output is not finite passes through; the state stays as it was.
     fn update(&mut self, sample: T) -> T {
         let before = self.lines;
         let out = self.lines.iter_mut().fold(sample, |value, line| line.update(value));
@@ -104,7 +103,7 @@ impl<T: Real> Filter<T> for SpindleFilter<T> {
     }
 }
 
-/// One order: its notch where there is one, and what it remembers.
+/// One order: its notch, if there is one, and the filter's state.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Line<T: Real> {
     notch: Option<Notch<T>>,
@@ -135,7 +134,7 @@ impl<T: Real> Line<T> {
     }
 }
 
-/// One notch: r cos θ and r sin θ, what of the state is taken out, and the delay it costs.
+/// One notch: r cos θ and r sin θ, the share of the state taken out, and the delay.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Notch<T: Real> {
     turn: [T; 2],
@@ -145,7 +144,7 @@ struct Notch<T: Real> {
 }
 
 impl<T: Real> Notch<T> {
-    /// At so many turns a sample, 0 … ½. `None` at 0 and where that is no number.
+    /// A notch at `turns` per sample, 0 … ½. `None` at 0 or NaN.
     fn new(turns: T) -> Option<Self> {
         // At Nyquist itself a line has no phase to turn; a notch a five-hundredth beside it leaves
         // 3 % of it.

@@ -1,44 +1,43 @@
-//! A force sensor that has died without saying so: its reading stands still.
+//! Detects a force sensor whose reading is stuck.
 //!
-//! A live sensor has noise, and its six channels never all repeat themselves to the last digit for
-//! long. One that is stuck, whose bus repeats the last telegram, that stands at the end of its
-//! range or has dropped to zero does. What it shows is then made no number, and the controllers and
-//! laws do what they do when a sensor is at fault: hold. A force loop that believes a dead sensor
-//! pushes the tool in as far as its limits let it.
+//! A live sensor has noise: its six channels do not all repeat to the last digit for long. They do
+//! where the sensor is stuck or saturated, has dropped to zero, or its bus repeats the last telegram.
+//! Its readings are then replaced by NaN, and controllers and laws hold as for any faulty sensor. A
+//! force loop on a stuck reading would press the tool in up to its limits.
 //!
-//! Needs noise above the sensor's resolution wherever the force loop is closed; where nothing
-//! touches and nothing shakes, a coarse sensor stands still as well. Cannot see: a sensor that is
-//! wrong and goes on trembling.
+//! Requires noise above the sensor's resolution while the force loop is closed: with the tool free
+//! and at rest, a coarse sensor repeats its reading too. Not detected: a reading that is wrong but
+//! still noisy.
 
 use crate::scalar::{Real, lit};
 use crate::spatial::Wrench;
 use nalgebra::Vector3;
 
-/// Readings exactly alike, one after another, from which on a sensor is not believed: four periods
-/// of 12 ms move the external force loop's depth by half a millimetre, at most.
+/// Number of equal readings in a row from which on a sensor counts as stuck: in four periods of
+/// 12 ms the external force loop moves the depth by half a millimetre at most.
 pub const STUCK: u8 = 4;
 
-/// Counts how often a reading comes exactly the same again.
+/// Counts equal readings in a row.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RepeatCounter<V> {
     last: Option<V>,
-    alike: u8,
+    equal: u8,
 }
 
 impl<V: PartialEq> RepeatCounter<V> {
     /// Nothing read yet.
     pub const fn new() -> Self {
-        Self { last: None, alike: 0 }
+        Self { last: None, equal: 0 }
     }
 
-    /// Takes a reading; how many in a row have been like it, itself included.
+    /// Takes a reading; returns how many in a row have been equal to it, itself included.
     pub fn count(&mut self, reading: V) -> u8 {
         if self.last.as_ref() == Some(&reading) {
-            self.alike = self.alike.saturating_add(1);
+            self.equal = self.equal.saturating_add(1);
         } else {
-            (self.last, self.alike) = (Some(reading), 1);
+            (self.last, self.equal) = (Some(reading), 1);
         }
-        self.alike
+        self.equal
     }
 }
 
@@ -48,24 +47,24 @@ impl<V: PartialEq> Default for RepeatCounter<V> {
     }
 }
 
-/// Watches a force sensor for readings that stand still.
+/// Replaces the readings of a stuck force sensor by NaN.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StuckDetector<T: Real>(RepeatCounter<Wrench<T>>);
 
 impl<T: Real> StuckDetector<T> {
-    /// A watch that has seen nothing.
+    /// Nothing read yet.
     pub fn new() -> Self {
         Self(RepeatCounter::new())
     }
 
-    /// Takes the reading of this period: the same, or no number where it has stood still for
-    /// [`STUCK`] periods. One reading that differs in any channel is believed again.
-    pub fn believed(&mut self, wrench: &Wrench<T>) -> Wrench<T> {
+    /// Takes the reading of this period and returns it, or NaN from the [`STUCK`]th equal reading
+    /// on, until one differs in any channel.
+    pub fn checked(&mut self, wrench: &Wrench<T>) -> Wrench<T> {
         if self.0.count(*wrench) < STUCK {
             return *wrench;
         }
-        let nothing = Vector3::repeat(lit(f64::NAN));
-        Wrench { moment: nothing, force: nothing }
+        let nan = Vector3::repeat(lit(f64::NAN));
+        Wrench { moment: nan, force: nan }
     }
 }
 

@@ -1,5 +1,20 @@
-//! What runs amount to: the figures of a weld and of a force step, and what many welds prove of a
-//! law, or show of several side by side.
+//! What runs amount to: figures, margins, certificates, comparisons of laws.
+//!
+//! Figures ([`WeldFigures`], [`StepFigures`]) reduce one recording to numbers; [`margins`] opens the
+//! loop at places of a weld; [`certify`] runs many sampled cells against requirements, and [`laws`]
+//! sets laws side by side on the same cells. All take a
+//! [`Scenario`](trueweld_plant::simulate::Scenario) and run the plant's own code.
+//!
+//! ```
+//! use trueweld_evaluate::WeldFigures;
+//! use trueweld_plant::simulate::{RunError, Scenario, run};
+//!
+//! /// Largest lateral deviation in the steady part, m; nothing where there is none.
+//! fn lateral(scenario: &Scenario<'_>) -> Result<Option<f64>, RunError> {
+//!     let recording = run(scenario, |_| {})?;
+//!     Ok(WeldFigures::of(&recording).map(|figures| figures.lateral.max_abs))
+//! }
+//! ```
 
 pub mod certify;
 mod figure;

@@ -3,7 +3,7 @@
 
 use crate::figure::{Figure, FigureOf};
 use trueweld_core::control::Limited;
-use trueweld_core::{Fault, JOINTS, JointVector};
+use trueweld_core::{Fault, JointVector};
 use trueweld_plant::simulate::{Phase, RecordRow, Recording};
 
 /// Mean, root mean square and largest magnitude of a signal.
@@ -60,9 +60,10 @@ pub struct WeldFigures {
     pub travel_angle: Spread,
     /// The push.
     pub force: ForceFigures,
-    /// Share of each joint's twist in the lateral deviation; sums to 1. Each joint's contribution
-    /// is averaged along the seam with the sign of the whole, so that a deviation that crosses zero
-    /// still has shares.
+    /// Share of each joint in the lateral deviation before correction: what the torsion that the
+    /// process adds to it displaces ([`RecordRow::lateral_by_joint`]), over the deviation less the
+    /// correction, both averaged along the seam with the sign of that difference. To first order
+    /// the shares sum to 1.
     pub joint_share: JointVector<f64>,
     /// Largest lateral deviation over half the pin's diameter: below 1 the seam is met.
     pub of_half_pin: f64,
@@ -158,12 +159,12 @@ impl WeldFigures {
             .map(|r| push(r))
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
         let error = Spread::of(steady.iter().map(|r| push(r) - r.force_desired.unwrap_or(0.0)));
-        let mut share = JointVector::zeros();
+        let (mut by_joint, mut uncorrected) = (JointVector::zeros(), 0.0);
         for row in &steady {
-            let sign = row.lateral_by_joint.sum().signum();
-            share += row.lateral_by_joint * sign;
+            let lateral = row.deviation_w.linear.y - row.correction_w.linear.y;
+            by_joint += row.lateral_by_joint * lateral.signum();
+            uncorrected += lateral.abs();
         }
-        let total: f64 = (0..JOINTS).map(|i| share[i]).sum();
         let lateral = spread(|r| r.deviation_w.linear.y);
         let longitudinal = spread(|r| r.deviation_w.linear.x);
         let depth = spread(|r| r.deviation_w.linear.z);
@@ -179,7 +180,7 @@ impl WeldFigures {
             side_tilt: spread(|r| r.deviation_w.angular.x),
             travel_angle: spread(|r| r.deviation_w.angular.y),
             force: ForceFigures { mean: mean_push, envelope: high - low, error_rms: error.rms },
-            joint_share: if total > 0.0 { share / total } else { share },
+            joint_share: if uncorrected > 0.0 { by_joint / uncorrected } else { by_joint },
             of_half_pin: lateral.max_abs / recording.half_pin,
             correction: [
                 Spread::of(recording.rows.iter().map(|r| r.correction_w.linear.norm())).max_abs,

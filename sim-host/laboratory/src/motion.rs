@@ -1,6 +1,6 @@
 //! Encoder paths that are known exactly: angle, rate and acceleration at any time.
 
-use trueweld_core::JointVector;
+use trueweld_core::{JOINTS, JointVector};
 use trueweld_plant::random::Random;
 
 /// Where the encoders are.
@@ -48,11 +48,11 @@ impl Path for Stop {
 }
 
 /// Where free motion stays, rad: in front of the robot, the tool clear of the arm.
-const RANGE: [[f64; 2]; 6] =
+const RANGE: [[f64; 2]; JOINTS] =
     [[-0.8, 0.8], [-1.25, -0.55], [1.2, 2.1], [-1.2, 1.2], [0.15, 1.5], [-1.4, 1.4]];
 
 /// Largest rates of free motion, rad/s.
-const RATE: [f64; 6] = [0.45, 0.4, 0.4, 0.6, 0.7, 0.9];
+const RATE: [f64; JOINTS] = [0.45, 0.4, 0.4, 0.6, 0.7, 0.9];
 
 /// Moves of least jerk, waves of two sines a joint, and dwells, one after the other, from rest.
 #[derive(Debug)]
@@ -136,7 +136,7 @@ impl Path for Moves {
                 ];
                 let mut at = rest(piece.from);
                 for [amplitude, rate, phase] in sines.iter() {
-                    for i in 0..6 {
+                    for i in 0..JOINTS {
                         let (sine, cosine) = (rate[i] * (time - piece.begins) + phase[i]).sin_cos();
                         let wave = [sine, rate[i] * cosine, -rate[i] * rate[i] * sine]
                             .map(|w| amplitude[i] * w);

@@ -7,15 +7,16 @@ use crate::out_of_library::OutOfLibrary;
 use crate::static_arm::{Unsettled, runge_kutta, settled};
 use crate::track::Instant;
 use nalgebra::{SVector, Vector3};
-use trueweld_core::{Frames, JointVector, Wrench};
+use trueweld_core::{Frames, JOINTS, JointVector, Wrench};
 use trueweld_plant::cell::Cell;
 use trueweld_plant::robot::{Drives, INTERNAL_STATES};
 
 /// Links, rates, effects' states, and place and velocity of what hangs on the tool.
-type Moving = SVector<f64, { 12 + INTERNAL_STATES + 6 }>;
+type Moving = SVector<f64, { HUNG + 6 }>;
 
-/// Where those of what hangs on the tool begin.
-const HUNG: usize = 12 + INTERNAL_STATES;
+/// Where the effects' states begin, and those of what hangs on the tool.
+const INTERNAL: usize = 2 * JOINTS;
+const HUNG: usize = INTERNAL + INTERNAL_STATES;
 
 /// An arm in motion without contact, its motors on a path.
 #[derive(Debug)]
@@ -36,8 +37,8 @@ impl<P: Path> MovingArm<'_, P> {
         let came = if motor.rate.amax() > 0.0 { -motor.rate } else { motor.angle };
         let link = settled(self.cell, &motor, &came)?;
         let mut y = Moving::zeros();
-        y.fixed_rows_mut::<6>(0).copy_from(&link);
-        y.fixed_rows_mut::<6>(6).copy_from(&motor.rate);
+        y.fixed_rows_mut::<JOINTS>(0).copy_from(&link);
+        y.fixed_rows_mut::<JOINTS>(JOINTS).copy_from(&motor.rate);
         let frames = self.cell.robot.frames(&link, &Wrench::zero(), 0.0);
         y.fixed_rows_mut::<3>(HUNG).copy_from(&frames.tcp.position);
         y.fixed_rows_mut::<3>(HUNG + 3).copy_from(&frames.twist(&motor.rate).linear);
@@ -57,8 +58,8 @@ impl<P: Path> MovingArm<'_, P> {
 
     fn drives(motor: &Motor, y: &Moving) -> Drives {
         Drives {
-            link: y.fixed_rows::<6>(0).into_owned(),
-            link_rate: y.fixed_rows::<6>(6).into_owned(),
+            link: y.fixed_rows::<JOINTS>(0).into_owned(),
+            link_rate: y.fixed_rows::<JOINTS>(JOINTS).into_owned(),
             motor: motor.angle,
             motor_rate: motor.rate,
         }
@@ -84,16 +85,16 @@ impl<P: Path> MovingArm<'_, P> {
     fn slope(&self, time: f64, y: &Moving) -> Moving {
         let robot = &self.cell.robot;
         let drives = Self::drives(&self.path.at(time), y);
-        let internal = &y.as_slice()[12..HUNG];
+        let internal = &y.as_slice()[INTERNAL..HUNG];
         let (frames, wrench) = self.frames(time, &drives, y);
         let spring = robot.spring_torque(&drives, internal);
         let acceleration = robot.link_acceleration(&frames, &drives, &spring, &wrench);
         let mut slope = Moving::zeros();
-        slope.fixed_rows_mut::<6>(0).copy_from(&drives.link_rate);
+        slope.fixed_rows_mut::<JOINTS>(0).copy_from(&drives.link_rate);
         let nowhere = JointVector::repeat(f64::NAN);
-        slope.fixed_rows_mut::<6>(6).copy_from(&acceleration.map_or(nowhere, |(a, _)| a));
+        slope.fixed_rows_mut::<JOINTS>(JOINTS).copy_from(&acceleration.map_or(nowhere, |(a, _)| a));
         if time >= 0.0 {
-            robot.internal_rates(&drives, internal, &mut slope.as_mut_slice()[12..HUNG]);
+            robot.internal_rates(&drives, internal, &mut slope.as_mut_slice()[INTERNAL..HUNG]);
         }
         if let Some(hung) = self.foreign.and_then(OutOfLibrary::appendage) {
             let velocity = y.fixed_rows::<3>(HUNG + 3).into_owned();
@@ -107,7 +108,7 @@ impl<P: Path> MovingArm<'_, P> {
         let robot = &self.cell.robot;
         let motor = self.path.at(time);
         let drives = Self::drives(&motor, y);
-        let spring = robot.spring_torque(&drives, &y.as_slice()[12..HUNG]);
+        let spring = robot.spring_torque(&drives, &y.as_slice()[INTERNAL..HUNG]);
         let law = &robot.model.parameters().friction;
         let friction = JointVector::from_fn(|i, _| {
             let fading = self.foreign.map_or(0.0, |f| f.friction(i, motor.rate[i], time, law));

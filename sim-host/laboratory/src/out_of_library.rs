@@ -8,7 +8,7 @@ use crate::random::OUT_OF_LIBRARY;
 use nalgebra::Vector3;
 use std::f64::consts::TAU;
 use trueweld_core::spatial::rotation_from_vector;
-use trueweld_core::{Friction, RobotParameters};
+use trueweld_core::{Friction, JOINTS, RobotParameters};
 use trueweld_plant::cell::Cell;
 use trueweld_plant::random::Random;
 use trueweld_plant::robot::{
@@ -125,7 +125,7 @@ impl OutOfLibrary {
             OutOfLibraryKind::UnevenStiffness | OutOfLibraryKind::CubicDamping => {
                 random.whole(0, 4)
             }
-            _ => random.whole(0, 5),
+            _ => random.whole(0, JOINTS - 1),
         };
         Self { kind, joint, size }
     }

@@ -21,9 +21,7 @@ use linear::{LinearCell, operating_point};
 use rayon::prelude::*;
 use response::{Frozen, LoopSignals, Run, sensitivity};
 use serde::Serialize;
-use trueweld_core::{JointVector, Wrench};
-use trueweld_plant::integrate::rest;
-use trueweld_plant::simulate::{RunError, Scenario, Seam, start_angles};
+use trueweld_plant::simulate::{RunError, Scenario, Seam, Taught, encoder_offset, start_angles};
 
 /// Where what is left of an impulse is lost in rounding, of its largest.
 const ROUNDING: f64 = 2e-6;
@@ -172,7 +170,7 @@ fn frozen<'a>(scenario: &'a Scenario<'a>, path: f64) -> Result<Frozen<'a>, RunEr
     let Scenario { cell, weld, .. } = *scenario;
     let seam = Seam::of(weld);
     let model = &cell.robot.model;
-    let (substeps, step) = scenario.plant_steps();
+    let (_, step) = scenario.plant_steps();
     let reach = || RunError::Reach { path, reason: "no posture welds there" };
     let mut near = start_angles(model, &seam)?;
     for k in 1..=STEPS {
@@ -183,15 +181,10 @@ fn frozen<'a>(scenario: &'a Scenario<'a>, path: f64) -> Result<Frozen<'a>, RunEr
     let nominal = seam.nominal(path);
     let point = operating_point(cell, &nominal, weld.force, weld.feed, &near).ok_or_else(reach)?;
     let linear = LinearCell::about(cell, &point, step).ok_or_else(reach)?;
-    // As taught under gravity with the tool free, but pressed in already: the force loop is at
-    // work.
-    let to_w = seam.b_from_w.rotation.transpose();
-    let encoders = |motor: &JointVector<f64>| {
-        nominal.error_to(&cell.robot.model.forward_kinematics(motor)).rotated(&to_w)
-    };
-    let mut taught = encoders(&rest::motors_for(cell, &near, &Wrench::zero()));
-    taught.linear.z = encoders(&point.drives().motor).linear.z;
-    Ok(Frozen { scenario, linear, path, taught, step, substeps })
+    // Taught under gravity with the tool free, but as deep as the force loop presses it.
+    let mut taught = Taught::at(cell, &seam, path, &near).offset;
+    taught.linear.z = encoder_offset(model, &seam, path, &point.drives().motor).linear.z;
+    Ok(Frozen { scenario, linear, path, taught })
 }
 
 /// True where the loop does not come to rest but goes on swinging, held by a limit.

@@ -9,15 +9,15 @@
 use super::linear::LinearCell;
 use nalgebra::{SVector, Vector3};
 use std::cell::Cell as Shared;
-use trueweld_core::compensation::{Compensated, Observation};
 use trueweld_core::control::{Command, HybridController, SensorReadings, Setpoint};
-use trueweld_core::{JointVector, Robot, Twist, Wrench};
+use trueweld_core::{JointVector, Pose, Robot, Twist, Wrench};
 use trueweld_plant::cell::STATES;
 use trueweld_plant::input::Sensors;
-use trueweld_plant::process::planned;
-use trueweld_plant::robot::Readings;
-use trueweld_plant::sensors::{Instruments, SeamSensing};
-use trueweld_plant::simulate::{RunError, Scenario, Seam};
+use trueweld_plant::integrate::Diverged;
+use trueweld_plant::robot::Drives;
+use trueweld_plant::simulate::{
+    ControlCycle, Controlled, Phase, Plant, Reference, RunError, Scenario, Seam, Target,
+};
 
 /// Where the loop is opened: corrections along x and y and about x, y and z of W, and the force
 /// error; then the drives.
@@ -61,9 +61,6 @@ pub struct Frozen<'a> {
     pub path: f64,
     /// From the nominal pose to the set-point, axes of W.
     pub taught: Twist<f64>,
-    /// Step of the linear cell, s, and how many make a control period.
-    pub step: f64,
-    pub substeps: usize,
 }
 
 /// What passes these places, once a period: m, rad, N, N·m.
@@ -109,103 +106,93 @@ impl HybridController<f64> for Opened<'_> {
     }
 }
 
+/// The linear cell as the control cycle drives it.
+struct LinearPlant<'a> {
+    frozen: &'a Frozen<'a>,
+    /// What the state differs by from the operating point.
+    x: SVector<f64, STATES>,
+}
+
+impl Plant for LinearPlant<'_> {
+    fn evaluate(&mut self, _: f64) {}
+
+    fn drives(&self) -> Drives {
+        self.frozen.linear.state(&self.x).drives()
+    }
+
+    fn tcp(&self) -> Pose<f64> {
+        self.frozen.scenario.cell.robot.model.frames(&self.drives().link).tcp
+    }
+
+    fn wrench_in_t(&self) -> Wrench<f64> {
+        self.frozen.linear.wrench(&self.x)
+    }
+
+    fn advance(&mut self, _: f64, torque: &JointVector<f64>, _: f64) -> Result<(), Diverged> {
+        self.x = self.frozen.linear.advance(&self.x, torque);
+        Ok(())
+    }
+}
+
 impl Frozen<'_> {
     /// Runs the loop to rest and then with an impulse at `channel`, if any.
     ///
     /// # Errors
     /// [`RunError`] where the law cannot be built.
     pub fn run(&self, channel: Option<usize>) -> Result<Run, RunError> {
-        let Scenario { cell, controller_model, weld, control, .. } = *self.scenario;
-        let (seam, period, linear) = (Seam::of(weld), control.period, &self.linear);
-        let w = seam.b_from_w.rotation;
+        let Scenario { controller_model, weld, control, .. } = *self.scenario;
+        let (seam, period) = (Seam::of(weld), control.period);
         let added = Shared::new([0.0; CHANNELS]);
         let mut law = self.scenario.build_law()?;
         law.freeze();
         let opened = Opened { controller: self.scenario.controller.build(control), added: &added };
-        let limits = &control.compensation;
-        let mut controller =
-            Compensated::new(opened, law.as_mut(), limits.lateral, limits.orientation, period);
         let sensors = steady(self.scenario.sensors);
-        let seed = self.scenario.seed;
-        let mut instruments =
-            Instruments::new(&sensors, &cell.robot.ports, self.step, period, seed);
-        let mut seam_sensor = sensors.seam.as_ref().map(|sensor| SeamSensing::new(sensor, seed));
-
-        let nominal = seam.nominal(self.path);
-        let setpoint = Setpoint {
-            pose: nominal.displaced(&self.taught.rotated(&w)),
-            b_from_w: w,
+        let scenario = Scenario { sensors: &sensors, fault: None, ..*self.scenario };
+        let target = Target {
+            phase: Phase::Steady,
+            path: self.path,
+            feed: weld.feed,
             force: Some(weld.force),
-            spindle_speed: cell.process.spindle,
         };
-        let rate = linear.point.drives().motor_rate;
-        let load = Wrench {
-            moment: Vector3::zeros(),
-            force: planned(self.scenario.planned, weld.force, weld.feed),
-        };
-        let mut x = self.uncorrected(&setpoint)?;
-        let mut torque = linear.torque;
-        controller.start(controller_model, &linear.state(&x).drives().motor, &torque);
+        let at_place = Reference::of(&scenario, &seam, &self.taught, &target);
+        let plant = LinearPlant { frozen: self, x: self.uncorrected(&at_place.setpoint)? };
+        let motor = plant.drives().motor;
+        let mut cycle =
+            ControlCycle::new(&scenario, plant, opened, law.as_mut(), &motor, &self.linear.torque);
+        // The encoders of a frozen posture stand still; the robot's do not.
+        cycle.frozen_rate = self.linear.point.drives().motor_rate;
         let [settle, all] = [SETTLE, SETTLE + ANSWER].map(|time| (time / period) as usize);
         let mut run = Run { rows: Vec::with_capacity(all - settle), away: false, held: false };
         let mut held = 0;
         for tick in 0..all {
             let time = tick as f64 * period;
-            let drives = linear.state(&x).drives();
-            let tcp = cell.robot.model.frames(&drives.link).tcp;
-            instruments.observe(&linear.wrench(&x));
-            let truth = Readings::of(time, &drives.motor, &drives.link, &tcp);
-            let mut sensed = instruments.read(&cell.robot.ports, truth, &torque);
-            // The encoders of a frozen posture stand still; the robot's do not.
-            sensed.encoder_rate += rate;
-            let deviation = nominal.error_to(&tcp).rotated(&w.transpose());
-            let sightings =
-                seam_sensor.as_mut().map_or(Vec::new(), |sensor| sensor.read(time, &deviation));
             let mut now = [0.0; CHANNELS];
             if let Some(c) = channel.filter(|_| tick == settle) {
                 now[c] = IMPULSE[c];
             }
             added.set(now);
-            let observation = Observation {
-                setpoint: &setpoint,
-                nominal: &nominal,
-                sensed: &sensed,
-                path: self.path + weld.feed * time,
-                planned: load,
-                sightings: &sightings,
-            };
-            let command = controller.cycle(controller_model, &observation);
-            torque = command.torque;
+            let reference = Reference { path: self.path + weld.feed * time, ..at_place };
+            let Controlled { sensed, command, correction_w, .. } = cycle.control(time, &reference);
             if tick >= settle {
                 held += usize::from(command.limited.any());
-                let c = controller.correction();
+                let (linear, angular) = (correction_w.linear, correction_w.angular);
                 let mut row = [0.0; CHANNELS];
-                row[..5].copy_from_slice(&[
-                    c.linear.x,
-                    c.linear.y,
-                    c.angular.x,
-                    c.angular.y,
-                    c.angular.z,
-                ]);
+                row[..5].copy_from_slice(&[linear.x, linear.y, angular.x, angular.y, angular.z]);
                 // What the controller is asked for less what the sensor shows, before any filter.
                 let push = -(controller_model.forward_kinematics(&sensed.encoder).rotation
                     * sensed.wrench.force)
-                    .dot(&w.column(2));
+                    .dot(&seam.b_from_w.rotation.column(2));
                 row[5] = weld.force - push;
                 row.iter_mut()
                     .zip(now)
                     .take(SETPOINT)
                     .for_each(|(passing, added)| *passing += added);
                 // Torque has the impulse in it already.
-                row[SETPOINT..].copy_from_slice(torque.as_slice());
+                row[SETPOINT..].copy_from_slice(command.torque.as_slice());
                 run.rows.push(row);
             }
-            for k in 0..self.substeps {
-                if k > 0 {
-                    instruments.observe(&linear.wrench(&x));
-                }
-                x = linear.advance(&x, &torque);
-            }
+            cycle.advance(time)?;
+            let x = &cycle.plant.x;
             if x.fixed_rows::<12>(0).amax() > AWAY || !x.sum().is_finite() {
                 run.away = true;
                 return Ok(run);

@@ -477,25 +477,14 @@ impl Contact {
         let jacobian =
             self.seam.b_from_w.rotation.transpose() * frames.jacobian().0.fixed_rows::<3>(3);
         let jacobian = jacobian.map(|x| Complex::new(x, 0.0));
-        let inertia = model.robot.crba(&frames);
-        let spring = model
-            .robot
-            .stiffness()
-            .zip_map(model.robot.damping(), |k, d| Complex::new(k, turning * d));
-        let matrix = Matrix6::from_diagonal(&spring)
-            - inertia.map(|m| Complex::new(turning * turning * m, 0.0));
-        let h = matrix.try_inverse().unwrap_or_else(Matrix6::zeros);
+        let spring = Matrix6::from_diagonal(&model.robot.dynamic_stiffness(turning));
+        let h = model.robot.dynamic_compliance(&frames, turning).unwrap_or_else(Matrix6::zeros);
         let contact = held.stiffness.zip_map(&held.damping, |k, b| Complex::new(k, turning * b));
         let compliance = jacobian * h * jacobian.transpose();
         let pass = (Matrix3::identity() + contact * compliance)
             .try_inverse()
             .unwrap_or_else(Matrix3::zeros);
-        Shaken {
-            carried: jacobian * h * Matrix6::from_diagonal(&spring),
-            compliance,
-            contact,
-            pass,
-        }
+        Shaken { carried: jacobian * h * spring, compliance, contact, pass }
     }
 
     /// Closes the loop of contact and arm at every compared row, and shakes the tool with what

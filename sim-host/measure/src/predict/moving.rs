@@ -11,7 +11,7 @@ use trueweld_core::spatial::{rotation_from_vector, rotation_vector};
 use trueweld_core::{JointVector, Pose, Wrench};
 use trueweld_plant::integrate::Diverged;
 use trueweld_plant::integrate::link_dynamics::{DynamicLinks, Motors};
-use trueweld_plant::robot::{Channel, Drives, ElasticRobot, ValueDerivative};
+use trueweld_plant::robot::{Channel, Drives, ElasticRobot};
 
 /// Bands of the encoders that drive the links, Hz, widest first: what a brake does to them, and
 /// what is left of their noise where they move smoothly. Noise in the drive makes a gear's memory
@@ -126,8 +126,14 @@ impl Moving {
         // A channel with missing values, or one read more seldom, is compared where it was read.
         let whole = s.position.iter().chain(&s.rotation).flatten().all(|v| v.sum().is_finite())
             && s.link_encoder.iter().flatten().flatten().all(|v| v.is_finite());
+        let lowest = || {
+            let frames = model.robot.frames(&s.encoder[n / 2]);
+            model.robot.natural_frequencies(&frames).map(|omega| omega[0] / TAU)
+        };
         let calm = (log.kind == LogKind::FreeMotion && whole)
-            .then(|| CALM * lowest_frequency(model, &s.encoder[n / 2]))
+            .then(lowest)
+            .flatten()
+            .map(|frequency| CALM * frequency)
             .filter(|band| band.is_finite() && *band < 0.2 / period)
             .map(|band| (band, LowPass::new(band, period)))
             .filter(|(_, low)| n > 4 * low.half());
@@ -268,10 +274,7 @@ impl Moving {
     fn inexact(&self, model: &Model, quicker: &[Motors], i: usize) -> Vec<f64> {
         let friction = &model.robot.parameters().friction;
         let torque = |m: &Motors| {
-            let turn = ValueDerivative::turn(m.rate[i], friction.smoothing).value;
-            model.robot.rotor_inertia()[i] * m.acceleration[i]
-                + friction.viscous[i] * m.rate[i]
-                + friction.coulomb[i] * turn
+            model.robot.rotor_inertia()[i] * m.acceleration[i] + friction.torque(i, m.rate[i]).0
         };
         self.motor.iter().zip(quicker).map(|(m, q)| torque(m) - torque(q)).collect()
     }
@@ -279,8 +282,7 @@ impl Moving {
     /// Slope of the model's friction by the rate at every row, N·m·s/rad.
     fn friction_slope(&self, model: &Model, i: usize) -> Vec<f64> {
         let friction = &model.robot.parameters().friction;
-        let turn = |m: &Motors| ValueDerivative::turn(m.rate[i], friction.smoothing).slope;
-        self.motor.iter().map(|m| friction.viscous[i] + friction.coulomb[i] * turn(m)).collect()
+        self.motor.iter().map(|m| friction.torque(i, m.rate[i]).1).collect()
     }
 
     /// What the encoders' noise n becomes on its way through the arm, at its mean posture: M θ̈ + D
@@ -294,19 +296,15 @@ impl Moving {
             let k = (2 * posture + 1) * (self.drive.len() - 1) / (2 * POSTURES);
             let frames = model.robot.frames(&self.drive[k].angle);
             let jacobian = frames.jacobian().0.map(|x| Complex::new(x, 0.0));
-            let inertia = model.robot.crba(&frames);
             let top = 0.5 / self.period;
             let step = LINE.min(top / 50.0);
             let mut frequency = 0.5 * step;
             while frequency < top.min(HIGHEST) {
                 let w = TAU * frequency;
                 let spring =
-                    SMatrix::<Complex<f64>, 6, 6>::from_diagonal(&SVector::from_fn(|i, _| {
-                        Complex::new(model.robot.stiffness()[i], w * model.robot.damping()[i])
-                    }));
-                let dynamic = spring - inertia.map(|m| Complex::new(w * w * m, 0.0));
+                    SMatrix::<Complex<f64>, 6, 6>::from_diagonal(&model.robot.dynamic_stiffness(w));
                 let pass = drive.response(frequency, self.period);
-                if let Some(inverse) = dynamic.try_inverse() {
+                if let Some(inverse) = model.robot.dynamic_compliance(&frames, w) {
                     // One-sided density of white noise: 2 σ²/f_s; a step of the grid takes its
                     // share.
                     let density =
@@ -490,12 +488,4 @@ impl Moving {
             }
         }
     }
-}
-
-/// The arm's lowest natural frequency at a posture, motors held, Hz.
-fn lowest_frequency(model: &Model, posture: &JointVector<f64>) -> f64 {
-    let inertia = model.robot.crba(&model.robot.frames(posture));
-    let soft = model.robot.stiffness().map(|k| k.sqrt().recip());
-    let slow = SMatrix::<f64, 6, 6>::from_fn(|i, j| soft[i] * inertia[(i, j)] * soft[j]);
-    slow.symmetric_eigenvalues().max().sqrt().recip() / TAU
 }

@@ -248,7 +248,7 @@ fn figures(runs: &[WeldRun], names: &[String]) -> Vec<Figure> {
     let worst = (0..runs.len()).find(|k| !compensated.contains(k)).unwrap_or(0);
     add(
         &format!("Twist of the drives, {}", names[worst]),
-        signals.plot("twist, mrad", signals.of_joints(worst, RecordRow::twist)),
+        signals.plot("twist, mrad", signals.of_joints(worst, RecordRow::torsion)),
     );
     add(
         &format!("Lateral deviation by joint, {}", names[worst]),

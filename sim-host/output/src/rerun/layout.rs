@@ -263,7 +263,7 @@ pub(super) fn step<W: Write>(
         (
             "twist of the drives [mrad]",
             "twist",
-            extent::<JOINTS>(shown, |r| (r.twist() * MILLI).into()),
+            extent::<JOINTS>(shown, |r| (r.torsion() * MILLI).into()),
         ),
         (
             "torque of the motors [kN·m]",

@@ -20,9 +20,6 @@ use trueweld_measure::residuals::compare::{Comparison, LogComparison};
 use trueweld_plant::simulate::Recording;
 use writer::{RecordError, Writer};
 
-/// Name under which the viewer files recordings and keeps their layout.
-const APPLICATION: &str = "trueweld";
-
 /// A run and how it appears in the recording.
 struct Shown<'a> {
     recording: &'a Recording,

@@ -133,7 +133,7 @@ pub(super) fn all<W: Write>(writer: &mut Writer<W>, shown: &Shown) -> Result<(),
     })?;
 
     let joints = std::array::from_fn::<String, 6, _>(|i| format!("A{}", i + 1));
-    signals.send("twist", &joints, &JOINT_COLORS, |r| Some((r.twist() * MILLI).into()))?;
+    signals.send("twist", &joints, &JOINT_COLORS, |r| Some((r.torsion() * MILLI).into()))?;
     signals.send("lateral_by_joint", &joints, &JOINT_COLORS, |r| {
         Some((r.lateral_by_joint * MILLI).into())
     })?;

@@ -5,7 +5,6 @@
 //! leaves its footer in an order that changes; this goes one level below it, to chunks, messages
 //! and frames.
 
-use super::APPLICATION;
 use re_chunk::external::arrow::datatypes::Schema;
 use re_chunk::{Chunk, ChunkComponents, ChunkId, RowId, TimeColumn};
 use re_log_encoding::{
@@ -20,6 +19,9 @@ use re_log_types::{
 use re_sdk_types::{AsComponents, SerializedComponentColumn};
 use re_span::Span;
 use std::io::Write;
+
+/// Name under which the viewer files recordings and keeps their layout.
+const APPLICATION: &str = "trueweld";
 
 /// Why a recording could not be put together: what the recording library said.
 #[derive(Debug)]

@@ -58,7 +58,7 @@ pub struct Stand {
 #[derive(Debug, Clone, Copy)]
 pub struct QuasiStaticLinks {
     internal: [f64; INTERNAL_STATES],
-    twist: Option<JointVector<f64>>,
+    torsion: Option<JointVector<f64>>,
     motor: JointVector<f64>,
     slack: JointVector<f64>,
 }
@@ -74,7 +74,7 @@ impl QuasiStaticLinks {
     pub fn new() -> Self {
         Self {
             internal: [0.0; INTERNAL_STATES],
-            twist: None,
+            torsion: None,
             motor: JointVector::zeros(),
             slack: JointVector::zeros(),
         }
@@ -91,7 +91,7 @@ impl QuasiStaticLinks {
     /// TCP, in axes of the real tool frame. `time` from the start of the log, s.
     ///
     /// The load is taken to have come from the one before along a straight line in every joint's
-    /// twist; at the first load gears remember nothing. Angles are NaN where the arm cannot carry
+    /// torsion; at the first load gears remember nothing. Angles are NaN where the arm cannot carry
     /// the load.
     pub fn follow(
         &mut self,
@@ -100,9 +100,9 @@ impl QuasiStaticLinks {
         wrench_in_t: &Wrench<f64>,
         time: f64,
     ) -> Stand {
-        let mut twist = self.twist.unwrap_or_else(JointVector::zeros);
+        let mut torsion = self.torsion.unwrap_or_else(JointVector::zeros);
         let mut drives = Drives {
-            link: motors.angle - twist,
+            link: motors.angle - torsion,
             link_rate: motors.rate,
             motor: motors.angle,
             motor_rate: motors.rate,
@@ -111,7 +111,7 @@ impl QuasiStaticLinks {
         let mut internal = self.internal;
         // Bearings and base that give: their tilt follows the wrench, whose axes follow the tool's.
         let mut frames = robot.model.frames(&drives.link);
-        for _ in 0..if self.twist.is_some() && !self.jumped(motors) {
+        for _ in 0..if self.torsion.is_some() && !self.jumped(motors) {
             NEXT_ITERATIONS
         } else {
             ITERATIONS
@@ -122,14 +122,14 @@ impl QuasiStaticLinks {
                 - robot.link_torque(&drives);
             internal = self.internal;
             for i in 0..JOINTS {
-                twist[i] = self.twist_under(robot, &drives, i, spring[i], &mut internal);
+                torsion[i] = self.torsion_under(robot, &drives, i, spring[i], &mut internal);
             }
-            drives.link = motors.angle - twist;
+            drives.link = motors.angle - torsion;
         }
         let wrench = wrench_in_t.rotated(&frames.tcp.rotation);
         frames = robot.frames(&drives.link, &wrench, time);
         self.internal = internal;
-        self.twist = Some(twist);
+        self.torsion = Some(torsion);
         self.motor = motors.angle;
         Stand { link: drives.link, spring, frames }
     }
@@ -146,8 +146,8 @@ impl QuasiStaticLinks {
         if *by == JointVector::zeros() {
             return;
         }
-        if let Some(twist) = &mut self.twist {
-            *twist -= by;
+        if let Some(torsion) = &mut self.torsion {
+            *torsion -= by;
         }
         stand.link += by;
         stand.frames =
@@ -161,7 +161,7 @@ impl QuasiStaticLinks {
 
     /// Twist θ_E − θ of one joint at which its spring carries `torque`; what the gear remembers
     /// there goes to `internal`.
-    fn twist_under(
+    fn torsion_under(
         &self,
         robot: &ElasticRobot,
         drives: &Drives,
@@ -173,17 +173,17 @@ impl QuasiStaticLinks {
         if robot.spring_is_plain(i) {
             return plain;
         }
-        let mut at = |twist: f64| {
+        let mut at = |torsion: f64| {
             let mut drives = *drives;
-            drives.link[i] = drives.motor[i] - twist;
-            if let Some(before) = &self.twist {
-                robot.remembered(&drives, i, twist - before[i], &self.internal, internal);
+            drives.link[i] = drives.motor[i] - torsion;
+            if let Some(before) = &self.torsion {
+                robot.remembered(&drives, i, torsion - before[i], &self.internal, internal);
             }
             robot.joint_spring_torque(&drives, i, internal) - torque
         };
         let stiffness = robot.model.stiffness()[i];
-        let mut twist = root(&mut at, plain, stiffness);
-        // In a gap the spring carries nothing over a range of twists, and the link stays where it
+        let mut torsion = root(&mut at, plain, stiffness);
+        // In a gap the spring carries nothing over a range of torsions, and the link stays where it
         // was left: at the first load, by a motion from the zero pose.
         let slack = self.slack[i].max(LEAST_SLACK * stiffness);
         if torque.abs() <= slack && robot.play(i) > 0.0 {
@@ -191,7 +191,7 @@ impl QuasiStaticLinks {
             let high = root(&mut |t| at(t) - slack, plain, stiffness);
             if high - low > GAP * slack / stiffness {
                 let moved = drives.motor[i] - self.motor[i];
-                twist = match self.twist {
+                torsion = match self.torsion {
                     Some(before) if moved.abs() < JUMP => before[i].clamp(low, high),
                     // A link that nothing holds runs on in its gap when its joint stops.
                     _ if moved > 0.0 => low,
@@ -199,8 +199,8 @@ impl QuasiStaticLinks {
                 };
             }
         }
-        at(twist);
-        twist
+        at(torsion);
+        torsion
     }
 }
 

@@ -27,7 +27,7 @@ const TOLERANCE: f64 = 1e-12;
 /// kink is not stepped over.
 const DIFFERENCE: f64 = 1e-8;
 
-/// Largest twist that a spring is asked for, rad: beyond that of any load.
+/// Largest torsion that a spring is asked for, rad: beyond that of any load.
 const LARGEST_TWIST: f64 = 1e-2;
 
 /// The cell at rest.
@@ -188,7 +188,7 @@ pub fn motors_for(cell: &Cell, link: &JointVector<f64>, wrench: &Wrench<f64>) ->
         let short_of = |angle: f64, below: bool| {
             if below { spare(angle) < 0.0 } else { spare(angle) <= 0.0 }
         };
-        // A twist of any load first; wider for a gear that adds a share of another joint's angle.
+        // A torsion of any load first; wider for a gear that adds a share of another joint's angle.
         let mut reach = LARGEST_TWIST;
         while reach < 1.0 && (short_of(link[i] + reach, false) || !short_of(link[i] - reach, true))
         {

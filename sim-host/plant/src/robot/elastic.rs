@@ -78,9 +78,9 @@ impl ElasticRobot {
     /// Spring torque τ_s of every joint, N·m: on the link, and its reaction on the motor.
     #[inline]
     pub fn spring_torque(&self, drives: &Drives, internal: &[f64]) -> JointVector<f64> {
-        let twist = drives.motor - drives.link + self.ports.link_angle;
+        let torsion = drives.motor - drives.link + self.ports.link_angle;
         let rate = drives.motor_rate - drives.link_rate;
-        let mut torque = self.model.stiffness().component_mul(&twist)
+        let mut torque = self.model.stiffness().component_mul(&torsion)
             + self.model.damping().component_mul(&rate);
         for i in 0..JOINTS {
             if !self.spring_is_plain(i) {
@@ -105,9 +105,9 @@ impl ElasticRobot {
     pub(crate) fn joint_spring_torque(&self, drives: &Drives, i: usize, internal: &[f64]) -> f64 {
         let spring = &self.ports.spring[i];
         let at = self.joint_point(drives, i);
-        let mut twist = drives.motor[i] - drives.link[i] + self.ports.link_angle[i];
-        twist += spring.iter().map(|(t, _)| t.torsion(&at)).sum::<f64>();
-        let engaged = spring.iter().fold(twist, |twist, (t, _)| t.engaged(twist));
+        let mut torsion = drives.motor[i] - drives.link[i] + self.ports.link_angle[i];
+        torsion += spring.iter().map(|(t, _)| t.torsion(&at)).sum::<f64>();
+        let engaged = spring.iter().fold(torsion, |torsion, (t, _)| t.engaged(torsion));
         let stiffness =
             spring.iter().fold(self.model.stiffness()[i], |k, (t, _)| k * t.stiffness(engaged));
         let damping = spring.iter().fold(self.model.damping()[i], |d, (t, _)| d * t.damping());
@@ -116,7 +116,7 @@ impl ElasticRobot {
         stiffness * engaged + damping * (drives.motor_rate[i] - drives.link_rate[i]) + extra
     }
 
-    /// What the terms at the spring of one joint remember after its twist has changed by `change`,
+    /// What the terms at the spring of one joint remember after its torsion has changed by `change`,
     /// rad, however slowly: from `before` into `after`. A term's own state follows dz/dδ = a − b z
     /// for either direction of δ.
     pub(crate) fn remembered(
@@ -158,13 +158,8 @@ impl ElasticRobot {
     /// Motor friction τ_f of one joint, N·m, with its slope by θ̇_E.
     #[inline]
     pub fn friction(&self, drives: &Drives, i: usize) -> ValueDerivative {
-        let friction = &self.model.parameters().friction;
-        let rate = drives.motor_rate[i];
-        let turn = ValueDerivative::turn(rate, friction.smoothing);
-        let mut torque = ValueDerivative {
-            value: friction.viscous[i] * rate + friction.coulomb[i] * turn.value,
-            slope: friction.viscous[i] + friction.coulomb[i] * turn.slope,
-        };
+        let (value, slope) = self.model.parameters().friction.torque(i, drives.motor_rate[i]);
+        let mut torque = ValueDerivative { value, slope };
         if !self.ports.friction[i].is_empty() {
             let at = self.joint_point(drives, i);
             for term in &self.ports.friction[i] {
@@ -256,10 +251,10 @@ impl ElasticRobot {
     /// take.
     pub fn energy(&self, drives: &Drives) -> f64 {
         let frames = self.model.frames(&drives.link);
-        let twist = drives.motor - drives.link;
+        let torsion = drives.motor - drives.link;
         let rotors =
             self.model.rotor_inertia().dot(&drives.motor_rate.component_mul(&drives.motor_rate));
-        let springs = self.model.stiffness().dot(&twist.component_mul(&twist));
+        let springs = self.model.stiffness().dot(&torsion.component_mul(&torsion));
         // V_cb = −∫τ_cb dθ₂ of the cosine series.
         let series = self.model.parameters().counterbalance.cosine.iter().zip(1..);
         let counterbalance: f64 =

@@ -6,7 +6,7 @@
 
 use nalgebra::Vector3;
 use trueweld_core::spatial::rotation_vector;
-use trueweld_core::{JOINTS, JointVector, Pose};
+use trueweld_core::{JOINTS, JointVector, Pose, smooth_sign};
 
 /// Most continuous states that all effects of one cell may keep (a hysteresis keeps one a joint).
 pub const INTERNAL_STATES: usize = 6;
@@ -98,9 +98,8 @@ impl ValueDerivative {
     /// its slope by the rate.
     #[inline]
     pub fn turn(rate: f64, smoothing: f64) -> Self {
-        // tanh(x) = 1 − 2/(e²ˣ + 1): absolute error 1e-16, at a third of the library's time.
-        let value = 1.0 - 2.0 / ((2.0 * rate / smoothing).exp() + 1.0);
-        Self { value, slope: (1.0 - value * value) / smoothing }
+        let (value, slope) = smooth_sign(rate, smoothing);
+        Self { value, slope }
     }
 }
 

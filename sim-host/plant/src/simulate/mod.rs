@@ -1,9 +1,17 @@
-//! The multi-rate loop: plant at 1 ms or less, control held over its period.
+//! Simulated runs: the plant at 1 ms or less, the control held over its period.
 
+mod cycle;
+mod error;
 mod program;
 mod record;
 mod run;
+mod scenario;
+mod start;
 
+pub use cycle::{ControlCycle, Controlled, Plant, Reference};
+pub use error::RunError;
 pub use program::{Program, Seam, Target};
 pub use record::{Phase, RecordRow, Recording};
-pub use run::{Controller, RunError, Scenario, run, run_after, run_passes, start_angles};
+pub use run::{run, run_after, run_passes};
+pub use scenario::{Controller, Scenario};
+pub use start::{Taught, encoder_offset, start_angles};

@@ -54,7 +54,11 @@ pub struct RecordRow {
     pub deviation_w: Twist<f64>,
     /// Angle between real and nominal tool axis, rad.
     pub tilt: f64,
-    /// Lateral deviation that the twist of each joint causes, m: row y of W_R_B · J times −twist.
+    /// Lateral deviation by the torsion that the process adds to each joint, m: to first order, the
+    /// displacement by its torsion less that by the torsion which the same posture has with the
+    /// tool free. Their sum is the lateral deviation before correction, `deviation_w` less
+    /// `correction_w`, but for the change of gravity's part along the seam, terms of second order
+    /// and the position loop's error.
     pub lateral_by_joint: JointVector<f64>,
     /// Real force of the process on the tool, N.
     pub force_w: Vector3<f64>,
@@ -85,8 +89,8 @@ pub struct RecordRow {
 }
 
 impl RecordRow {
-    /// Twist of every drive, θ_E − θ, rad.
-    pub fn twist(&self) -> JointVector<f64> {
+    /// Torsion of every drive, θ_E − θ, rad.
+    pub fn torsion(&self) -> JointVector<f64> {
         self.motor - self.link
     }
 }

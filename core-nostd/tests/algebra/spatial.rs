@@ -1,10 +1,10 @@
 //! Rotations, poses and displacements: closed-form identities, in both precisions.
 
+use crate::support::{cases, cast, number, pose_difference, within};
 use nalgebra::{Matrix3, SVector, Vector3};
 use proptest::prelude::*;
 use trueweld_core::spatial::{rotation_from_vector, rotation_vector, skew};
 use trueweld_core::{Pose, Real, Twist, Wrench};
-use trueweld_tests::{cases, cast, number, pose_difference, within};
 
 /// Machine epsilon of the scalar.
 fn epsilon<T: Real>() -> f64 {

@@ -1,9 +1,9 @@
 //! Filters as signal theory has them: declared delay, corner, notch, steady state.
 
+use crate::support::cases;
 use proptest::prelude::*;
 use trueweld_core::control::{LONGEST_DELAY, SpindleFilter};
 use trueweld_core::filter::{Biquad, Filter, FilterBank, MovingAverage};
-use trueweld_tests::cases;
 
 /// Control period of the tests, s: the published controller's.
 const PERIOD: f64 = 0.012;

@@ -1,9 +1,9 @@
 //! The PID loop: its law, its limits, and that its integrator neither winds up nor loses what it
 //! was given.
 
+use crate::support::{cases, wild};
 use proptest::prelude::*;
 use trueweld_core::pid::{Pid, PidGains};
-use trueweld_tests::{cases, wild};
 
 const PERIOD: f64 = 0.012;
 

@@ -1,10 +1,10 @@
 //! Health signals against double precision: how far approximate mathematics is off, and that it
 //! would not do elsewhere.
 
+use crate::support::{cases, seen, wrapped};
 use proptest::prelude::*;
 use std::f64::consts::{PI, TAU};
 use trueweld_core::health::{SpindleLine, VibrationLevel};
-use trueweld_tests::{cases, seen, wrapped};
 
 /// Sampling of the signals, s: a force channel at 1 kHz.
 const PERIOD: f64 = 1e-3;

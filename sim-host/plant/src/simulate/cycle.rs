@@ -1,0 +1,183 @@
+//! The control cycle: what happens in one control period, whatever the plant and the controller.
+//!
+//! At the start of a period the instruments are read and the controller commands a torque; the plant
+//! then moves in small steps with the torque held, and the force sensor samples at each step. Runs
+//! step the nonlinear cell, stability margins its linearisation.
+
+use super::{Scenario, Seam, Target};
+use crate::integrate::Diverged;
+use crate::process::planned;
+use crate::robot::{Drives, Ports, Readings};
+use crate::sensors::{FaultyInstruments, Instruments, SeamSensing};
+use nalgebra::Vector3;
+use trueweld_core::compensation::{Compensated, Compensator, Observation};
+use trueweld_core::control::{Command, HybridController, SensorReadings, Setpoint};
+use trueweld_core::{JointVector, Pose, Robot, Twist, Wrench};
+
+/// A plant that motor torques drive.
+pub trait Plant {
+    /// Evaluates the present state. `time` in s.
+    fn evaluate(&mut self, time: f64);
+
+    /// Joint angles and rates of the present state.
+    fn drives(&self) -> Drives;
+
+    /// Real tool in B, as last evaluated.
+    fn tcp(&self) -> Pose<f64>;
+
+    /// The process' wrench on the tool, in T, as last evaluated.
+    fn wrench_in_t(&self) -> Wrench<f64>;
+
+    /// Advances the state, last evaluated at `time`, by `step` s under motor torque, N·m.
+    ///
+    /// # Errors
+    /// [`Diverged`] where the state leaves the finite numbers.
+    fn advance(&mut self, time: f64, torque: &JointVector<f64>, step: f64) -> Result<(), Diverged>;
+}
+
+/// What is asked of the tool in one period.
+#[derive(Debug, Clone, Copy)]
+pub struct Reference {
+    /// Where the real tool should be, in B.
+    pub nominal: Pose<f64>,
+    /// The set-point of the encoders' pose, in B, and of the force.
+    pub setpoint: Setpoint<f64>,
+    /// Path position, m.
+    pub path: f64,
+    /// Load that the plan expects on the tool, axes of W.
+    pub planned: Wrench<f64>,
+}
+
+impl Reference {
+    /// What a program's target asks for. `offset`: from the nominal pose to the set-point, axes of
+    /// W, m and rad.
+    pub fn of(scenario: &Scenario<'_>, seam: &Seam, offset: &Twist<f64>, target: &Target) -> Self {
+        let b_from_w = seam.b_from_w.rotation;
+        let nominal = seam.nominal(target.path);
+        let force = target
+            .force
+            .map_or(Vector3::zeros(), |push| planned(scenario.planned, push, target.feed));
+        Self {
+            nominal,
+            setpoint: Setpoint {
+                pose: nominal.displaced(&offset.rotated(&b_from_w)),
+                b_from_w,
+                force: target.force,
+                spindle_speed: scenario.planned.spindle,
+            },
+            path: target.path,
+            planned: Wrench { moment: Vector3::zeros(), force },
+        }
+    }
+}
+
+/// What one period of control saw and commanded.
+#[derive(Debug, Clone, Copy)]
+pub struct Controlled {
+    /// What the instruments gave the controller.
+    pub sensed: SensorReadings<f64>,
+    /// Real tool against nominal, axes of W: m and rad.
+    pub deviation_w: Twist<f64>,
+    /// What the controller commanded.
+    pub command: Command<f64>,
+    /// Correction of the set-point in force, axes of W: m and rad.
+    pub correction_w: Twist<f64>,
+}
+
+/// A plant with its instruments, controller and law.
+pub struct ControlCycle<'a, P, H> {
+    /// The plant.
+    pub plant: P,
+    /// Rate of the encoders that the plant's state does not contain, rad/s: of a posture that is
+    /// frozen on its way.
+    pub frozen_rate: JointVector<f64>,
+    controller: Compensated<f64, H, &'a mut dyn Compensator<f64>>,
+    controller_model: &'a Robot<f64>,
+    ports: &'a Ports,
+    instruments: Instruments,
+    seam_sensor: Option<SeamSensing>,
+    faulty: FaultyInstruments,
+    /// Torque held over the period, N·m.
+    torque: JointVector<f64>,
+    /// Plant steps in a period, and the length of each, s.
+    steps: (usize, f64),
+}
+
+impl<'a, P: Plant, H: HybridController<f64>> ControlCycle<'a, P, H> {
+    /// A cycle of the scenario's instruments and limits that starts at rest, with the encoders at
+    /// `motor`, rad, and the motors holding `torque`, N·m.
+    pub fn new(
+        scenario: &Scenario<'a>,
+        plant: P,
+        hybrid: H,
+        law: &'a mut dyn Compensator<f64>,
+        motor: &JointVector<f64>,
+        torque: &JointVector<f64>,
+    ) -> Self {
+        let Scenario { controller_model, sensors, seed, .. } = *scenario;
+        let (period, limits) = (scenario.control.period, &scenario.control.compensation);
+        let ports = &scenario.cell.robot.ports;
+        let steps = scenario.plant_steps();
+        let mut controller =
+            Compensated::new(hybrid, law, limits.lateral, limits.orientation, period);
+        controller.start(controller_model, motor, torque);
+        Self {
+            plant,
+            frozen_rate: JointVector::zeros(),
+            controller,
+            controller_model,
+            ports,
+            instruments: Instruments::new(sensors, ports, steps.1, period, seed),
+            seam_sensor: sensors.seam.as_ref().map(|sensor| SeamSensing::new(sensor, seed)),
+            faulty: FaultyInstruments::new(scenario.fault, seed),
+            torque: *torque,
+            steps,
+        }
+    }
+
+    /// The start of a period: reads the instruments and has the controller command a torque.
+    pub fn control(&mut self, time: f64, reference: &Reference) -> Controlled {
+        self.sample(time);
+        let (drives, tcp) = (self.plant.drives(), self.plant.tcp());
+        let truth = Readings::of(time, &drives.motor, &drives.link, &tcp);
+        let mut sensed = self.instruments.read(self.ports, truth, &self.torque);
+        sensed.encoder_rate += self.frozen_rate;
+        let to_w = reference.setpoint.b_from_w.transpose();
+        let deviation_w = reference.nominal.error_to(&tcp).rotated(&to_w);
+        let mut sightings =
+            self.seam_sensor.as_mut().map_or(Vec::new(), |s| s.read(time, &deviation_w));
+        self.faulty.pass_on(time, &mut sensed, &mut sightings);
+        let observation = Observation {
+            setpoint: &reference.setpoint,
+            nominal: &reference.nominal,
+            sensed: &sensed,
+            path: reference.path,
+            planned: reference.planned,
+            sightings: &sightings,
+        };
+        let command = self.controller.cycle(self.controller_model, &observation);
+        self.torque = command.torque;
+        Controlled { sensed, deviation_w, command, correction_w: self.controller.correction() }
+    }
+
+    /// The period itself: the plant moves with the torque held.
+    ///
+    /// # Errors
+    /// [`Diverged`].
+    pub fn advance(&mut self, time: f64) -> Result<(), Diverged> {
+        let (count, step) = self.steps;
+        for k in 0..count {
+            let now = time + k as f64 * step;
+            if k > 0 {
+                self.sample(now);
+            }
+            self.plant.advance(now, &self.torque, step)?;
+        }
+        Ok(())
+    }
+
+    fn sample(&mut self, time: f64) {
+        self.plant.evaluate(time);
+        self.instruments.observe(&self.plant.wrench_in_t());
+    }
+}

@@ -1,0 +1,141 @@
+//! Where a run starts: the posture at the start of the seam, the pose taught there under gravity, and
+//! the deformed cell in contact.
+
+use super::{RunError, Scenario, Seam};
+use crate::cell::Cell;
+use crate::integrate::rest::{self, EquilibriumError};
+use crate::robot::Drives;
+use trueweld_core::{Frames, JointVector, KinematicsError, Robot, Twist, Wrench};
+
+/// Joint angles at the start of a seam, on the branch that follows the whole seam within the limits
+/// with the smallest angles.
+///
+/// # Errors
+/// [`RunError::Reach`] with the first point that no branch holds.
+pub fn start_angles(robot: &Robot<f64>, seam: &Seam) -> Result<JointVector<f64>, RunError> {
+    const POINTS: usize = 200;
+    let reason = |e: KinematicsError| match e {
+        KinematicsError::NotDecoupled => {
+            "closed-form inverse kinematics needs a spherical wrist and A1 vertical"
+        }
+        KinematicsError::Unreachable => "out of reach",
+        KinematicsError::Singular => "singular posture",
+        KinematicsError::Limit(_) => "a joint limit",
+        KinematicsError::NotFinite => "the seam is not a number",
+    };
+    let found = robot
+        .inverse_all(&seam.nominal(0.0))
+        .map_err(|e| RunError::Reach { path: 0.0, reason: reason(e) })?;
+    let mut farthest = RunError::Reach { path: 0.0, reason: "a joint limit" };
+    let mut reached = 0.0;
+    let mut best: Option<JointVector<f64>> = None;
+    for (_, start) in found.iter().filter(|(_, q)| robot.beyond_limits(q).is_none()) {
+        let mut q = *start;
+        let failed = (1..=POINTS).find_map(|k| {
+            let path = seam.length * k as f64 / POINTS as f64;
+            match robot.inverse_near(&seam.nominal(path), &q) {
+                Ok(next) => {
+                    q = next;
+                    None
+                }
+                Err(e) => Some((path, reason(e))),
+            }
+        });
+        match failed {
+            None if best.is_none_or(|b| start.norm() < b.norm()) => best = Some(*start),
+            Some((path, reason)) if path > reached => {
+                reached = path;
+                farthest = RunError::Reach { path, reason };
+            }
+            _ => {}
+        }
+    }
+    best.ok_or(farthest)
+}
+
+/// The taught pose at a posture: with the tool free of contact the real tool stands on the nominal
+/// pose, and the encoders show an offset from it.
+#[derive(Debug, Clone, Copy)]
+pub struct Taught {
+    /// Encoder angles, rad.
+    pub motor: JointVector<f64>,
+    /// From the nominal pose to the encoders' pose, axes of W: m and rad.
+    pub offset: Twist<f64>,
+}
+
+impl Taught {
+    /// The pose taught at link angles `link`, at which the real tool is `path` m along the seam.
+    pub fn at(cell: &Cell, seam: &Seam, path: f64, link: &JointVector<f64>) -> Self {
+        let motor = rest::motors_for(cell, link, &Wrench::zero());
+        Self { motor, offset: encoder_offset(&cell.robot.model, seam, path, &motor) }
+    }
+}
+
+/// From the nominal pose `path` m along the seam to the pose at encoder angles `motor`, axes of W: m
+/// and rad.
+pub fn encoder_offset(
+    model: &Robot<f64>,
+    seam: &Seam,
+    path: f64,
+    motor: &JointVector<f64>,
+) -> Twist<f64> {
+    let to_w = seam.b_from_w.rotation.transpose();
+    seam.nominal(path).error_to(&model.forward_kinematics(motor)).rotated(&to_w)
+}
+
+/// The deformed start: the cell at rest with the tool's set-point the initial depth in the material.
+pub(super) struct Start {
+    pub rest: rest::Rest,
+    /// Encoder angles, rad.
+    pub motor: JointVector<f64>,
+    /// From the nominal pose to the set-point, axes of W: m and rad.
+    pub offset: Twist<f64>,
+    /// Torsion in the taught pose beyond that of gravity on the model: of effects, rad.
+    pub extra_torsion: JointVector<f64>,
+}
+
+impl Start {
+    pub fn of(scenario: &Scenario<'_>, seam: &Seam) -> Result<Self, RunError> {
+        let model = &scenario.cell.robot.model;
+        let link = start_angles(model, seam)?;
+        let taught = Taught::at(scenario.cell, seam, 0.0, &link);
+        if !taught.motor.sum().is_finite() {
+            return Err(EquilibriumError { residual: f64::NAN }.into());
+        }
+        let mut offset = taught.offset;
+        offset.linear.z += scenario.weld.initial_depth;
+        let setpoint = seam.nominal(0.0).displaced(&offset.rotated(&seam.b_from_w.rotation));
+        let motor = model.inverse_near(&setpoint, &taught.motor).map_err(|_| RunError::Reach {
+            path: 0.0,
+            reason: "the deformed start is out of reach",
+        })?;
+        let extra_torsion =
+            taught.motor - link - gravity_torsion(model, &model.frames(&link), &link);
+        Ok(Self { rest: rest::in_contact(scenario.cell, &motor)?, motor, offset, extra_torsion })
+    }
+}
+
+/// Torsion of every drive at rest with the tool free, rad.
+fn gravity_torsion(
+    model: &Robot<f64>,
+    frames: &Frames<f64>,
+    link: &JointVector<f64>,
+) -> JointVector<f64> {
+    model.spring_torque_at_rest(frames, link, &Wrench::zero()).component_div(model.stiffness())
+}
+
+/// Lateral displacement of the tool by the torsion that the process adds to each joint, m: to first
+/// order −(W_R_B J)_y times the torsion θ_E − θ, less that of the same posture with the tool free.
+pub(super) fn lateral_by_joint(
+    model: &Robot<f64>,
+    seam: &Seam,
+    frames: &Frames<f64>,
+    drives: &Drives,
+    extra_torsion: &JointVector<f64>,
+) -> JointVector<f64> {
+    let free = gravity_torsion(model, frames, &drives.link) + extra_torsion;
+    let torsion = drives.motor - drives.link - free;
+    let across = seam.b_from_w.rotation.column(1);
+    let jacobian = frames.jacobian().0;
+    JointVector::from_fn(|i, _| -across.dot(&jacobian.fixed_view::<3, 1>(3, i)) * torsion[i])
+}
