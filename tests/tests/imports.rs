@@ -119,7 +119,7 @@ fn resolve(path: &[String], sources: &BTreeMap<Module, Source>) -> Module {
 fn files(folder: &Path, module: &Module, found: &mut BTreeMap<Module, PathBuf>) {
     for entry in fs::read_dir(folder).expect("a folder").map(|e| e.expect("an entry").path()) {
         let stem = entry.file_stem().and_then(|s| s.to_str()).expect("a name").to_owned();
-        let inner = [module.as_slice(), &[stem.clone()]].concat();
+        let inner = [module.as_slice(), std::slice::from_ref(&stem)].concat();
         if entry.is_dir() {
             files(&entry, &inner, found);
         } else if entry.extension().is_some_and(|e| e == "rs") {

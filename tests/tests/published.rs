@@ -3,7 +3,7 @@
 
 use nalgebra::SVector;
 use trueweld_evaluate::{StepFigures, WeldFigures};
-use trueweld_plant::simulate::{Controller, Phase, Program};
+use trueweld_plant::simulate::{Controller, Program};
 use trueweld_tests::cell::{Fixtures, law};
 
 fn step(controller: Controller) -> StepFigures {
@@ -77,29 +77,6 @@ fn first_weld_leaves_its_line_by_five_millimetres_and_holds_its_force() {
     // it.
     let proximal = figures.joint_share[1] + figures.joint_share[2];
     assert!((0.75..0.92).contains(&proximal), "{:?}", figures.joint_share);
-}
-
-#[test]
-fn the_parts_of_the_joints_sum_to_the_lateral_deviation_on_both_welds() {
-    for (name, law_name) in [
-        ("vertical", "none"),
-        ("vertical", "seam-tracking"),
-        ("inclined", "none"),
-        ("inclined", "seam-tracking"),
-    ] {
-        let fixtures = Fixtures::of(name);
-        let (cell, law) = (fixtures.cell(&[]), law(law_name));
-        let model = &fixtures.robot.robot;
-        let recording = fixtures.run(&cell, Program::Weld, Controller::External, &law, model);
-        let figures = WeldFigures::of(&recording).expect("a steady part");
-        let share = figures.joint_share;
-        let mut largest: f64 = 0.0;
-        for row in recording.rows.iter().filter(|r| r.phase == Phase::Steady) {
-            let lateral = row.deviation_w.linear.y - row.correction_w.linear.y;
-            largest = largest.max((row.lateral_by_joint.sum() - lateral).abs());
-        }
-        println!("{name} {law_name} {} {share:?} {largest} {:?}", share.sum(), figures.lateral);
-    }
 }
 
 #[test]

@@ -9,9 +9,9 @@
 //! ```
 //! use trueweld_plant::cell::Cell;
 //! use trueweld_plant::effects::Effect;
-//! use trueweld_plant::input::{Control, Process, RobotFile, Sensors, Weld};
+//! use trueweld_plant::input::{Control, InputFile, Process, RobotFile, Sensors, Weld};
 //! use trueweld_plant::integrate::Integrator;
-//! use trueweld_plant::simulate::{Controller, Law, Program, Scenario, Seam, run};
+//! use trueweld_plant::simulate::{Controller, Program, Scenario, Seam, run};
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! # let fixture = |name| format!("{}/../../fixtures/{name}", env!("CARGO_MANIFEST_DIR"));
@@ -33,7 +33,7 @@
 //!     control: &control,
 //!     sensors: &sensors,
 //!     controller: Controller::External,
-//!     law: &Law::None,
+//!     law: &trueweld_compensators::find("none").expect("a law of the table"),
 //!     integrator: Integrator::LinearlyImplicit,
 //!     plant_step: 1e-3,
 //!     seed: 1,

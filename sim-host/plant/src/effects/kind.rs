@@ -66,8 +66,11 @@ pub struct EffectKind {
     /// being missing from the model.
     pub calibration: Option<Calibration>,
     /// Where and how large a simulated campaign hides it; `None` where none does.
-    pub drawn: Option<fn(&mut Draw<'_>) -> (Location, Vec<f64>)>,
+    pub drawn: Option<DrawEffect>,
 }
+
+/// Draws a place and values of an effect for a simulated campaign.
+pub type DrawEffect = fn(&mut Draw<'_>) -> (Location, Vec<f64>);
 
 /// What is known beforehand of an effect that is a calibration.
 #[derive(Debug, Clone, Copy, PartialEq)]

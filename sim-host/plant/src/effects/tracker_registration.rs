@@ -46,7 +46,6 @@ pub(super) static KIND: EffectKind = EffectKind {
             Box::new(TrackerRegistration { translation, rotation: rotation_from_vector(&rotation) })
         },
     },
-    ..EffectKind::DEFAULT
 };
 
 /// A tracker registered wrongly: translation, m, then rotation vector, rad.
