@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use trueweld_evaluate::Requirements;
 use trueweld_plant::input::{
     Control, Document, FileKind, InputError, InputFile, ModelFile, Process, RobotFile, Sensors,
-    Weld, read_text,
+    Weld, open_entries, read_text,
 };
 
 /// Arguments of `check`.
@@ -24,9 +24,8 @@ pub struct Arguments {
 /// Runs the command: one line a file, and each error where it stands.
 pub fn run(arguments: &Arguments) -> Result<()> {
     let checked: Vec<_> = arguments.files.iter().map(|path| (path, check(path))).collect();
-    if let Some(path) = &arguments.json {
-        check_outputs(&[("--json", path)])?;
-    }
+    let outputs = arguments.json.as_deref().map(|path| ("--json", path));
+    check_outputs(outputs.as_slice())?;
     let mut verdicts = Vec::new();
     let mut wrong = 0;
     for (path, result) in checked {
@@ -39,7 +38,14 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             Err(error) => {
                 wrong += 1;
                 let said = error.to_string();
-                eprintln!("{:?}", Report::new(error));
+                let open = open_entries(path).unwrap_or_default();
+                if open.len() > 1 {
+                    eprintln!("{name}: {} entries are still to be filled in:", open.len());
+                    open.iter().for_each(|entry| eprintln!("  {entry}"));
+                    eprintln!("  help: {}\n", open[0].help_text());
+                } else {
+                    eprintln!("{:?}", Report::new(error));
+                }
                 ("error", said)
             }
         };

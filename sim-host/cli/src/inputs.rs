@@ -17,7 +17,7 @@ use trueweld_plant::input::{
 };
 use trueweld_plant::integrate::Integrator;
 use trueweld_plant::provenance::{EffectRecord, FileDigest, Provenance, SimulationRecord};
-use trueweld_plant::simulate::{Controller, Program, RunError, Scenario, Seam};
+use trueweld_plant::simulate::{Controller, Program, RecordRow, RunError, Scenario, Seam};
 
 /// A kind of file with a fixture that is part of the program: what is read where none is given.
 pub trait Embedded: InputFile {
@@ -126,6 +126,9 @@ pub const PLANT_STEP: f64 = 1e-3;
 /// of where it does at 0.25 ms.
 pub const STEP_OF_MANY: f64 = 2e-3;
 
+/// Most memory that the record of one run may take, bytes.
+const MOST_MEMORY: f64 = 2e9;
+
 /// Everything read and checked.
 pub struct Inputs {
     /// Where the weld was read from, for messages.
@@ -163,6 +166,16 @@ impl CellFiles {
         let sensors: Sensors = read(self.sensors.as_deref(), &mut files)?;
         if let Some(period) = self.period {
             control.period = option("--period", "period_s", period)?;
+        }
+        let cycles = Program::Weld.duration(&weld, &Seam::of(&weld)) / control.period;
+        let memory = cycles * size_of::<RecordRow>() as f64;
+        if memory > MOST_MEMORY {
+            return Err(miette!(
+                help = "Raise the feed or the control period, or shorten the ramps and settle_s.",
+                "the weld takes {cycles:.1e} control cycles, and its record {:.1} GB of memory; expected at most {:.1} GB",
+                memory / 1e9,
+                MOST_MEMORY / 1e9
+            ));
         }
         let parse = |text: &String| {
             Effect::parse(text, &robot).map_err(|error| miette!("--effect {text}: {error}"))

@@ -133,6 +133,9 @@ fn bad_input_ends_in_one_message_and_no_file() {
     place.weld("nan.toml", "[1.7, -1.0, 0.5]", "[1.7, nan, 0.5]");
     place.weld("far.toml", "[9.0, -1.0, 0.5]", "[9.0, 1.0, 0.5]");
     place.weld("tiny.toml", "[1.7, -1.0, 0.5]", "[1.7, -0.999, 0.5]");
+    let slow = String::from_utf8(place.bytes("short.toml")).unwrap();
+    let slow = slow.replace("feed_m_s = 0.010", "feed_m_s = 1e-6");
+    fs::write(place.path().join("slow.toml"), slow).unwrap();
     let robot = fixture("robots/kr500-mt.toml");
     fs::write(place.path().join("half.toml"), format!("schema = \"model/1\"\nrobot = {robot:?}\n"))
         .unwrap();
@@ -164,6 +167,7 @@ fn bad_input_ends_in_one_message_and_no_file() {
             &["'--model <F>' cannot be used with '--robot <F>'"],
         ),
         (&["--period", "-0.012"], &["--period -0.012", "a number from 1e-4 to 1 in s"]),
+        (&["--weld", "slow.toml"], &["control cycles", "GB of memory; expected at most 2.0 GB"]),
         (&["--period", "nan"], &["--period NaN", "a number from 1e-4 to 1 in s"]),
         (&["--stiffness-error", "-1"], &["--stiffness-error -1", "a number from -0.9 to 2"]),
         (&["--stiffness-error", "30"], &["--stiffness-error 30", "a number from -0.9 to 2"]),
@@ -269,10 +273,10 @@ fn an_imported_urdf_says_what_is_still_to_be_filled_in() {
         "{out}"
     );
     let message = place.refused(&["check", "arm6.toml"]);
-    assert!(
-        message.contains("arm6.toml:") && message.contains("is still to be filled in"),
-        "{message}"
-    );
+    assert!(message.contains("arm6.toml: 23 entries are still to be filled in:"), "{message}");
+    for entry in ["gravity_m_s2", "`stiffness_nm_rad` in [[joint]] 6 (A6)", "[counterbalance]"] {
+        assert!(message.contains(entry), "{entry} in {message}");
+    }
 }
 
 #[test]

@@ -92,19 +92,10 @@ impl InputFile for Requirements {
             "margins",
             "faults",
         ])?;
-        let share = |key| {
-            let value = root.number(key, Bounds::PositiveUpTo(1.0))?;
-            let help = "0.05 for one weld in twenty, or a confidence of 0.95.";
-            if value < 1.0 {
-                Ok(value)
-            } else {
-                Err(root.wrong(key, "a number between 0 and 1", help))
-            }
-        };
         Ok(Self {
             limits: of_weld(&root.table("limits")?)?,
-            failure_probability: share("failure_probability")?,
-            confidence: share("confidence")?,
+            failure_probability: root.quantity("failure_probability")?,
+            confidence: root.quantity("confidence")?,
             uncertainty: uncertainty(&root.table("uncertainty")?)?,
             worst_case: if root.has("worst_case") {
                 of_weld(&root.table("worst_case")?)?
@@ -135,7 +126,7 @@ fn limits(
         .only(&others.iter().copied().chain(figures.clone().map(|f| f.key)).collect::<Vec<_>>())?;
     figures
         .filter(|figure| table.has(figure.key))
-        .map(|figure| Ok(Limit { figure, value: table.number(figure.key, Bounds::Positive)? }))
+        .map(|figure| Ok(Limit { figure, value: table.quantity(figure.key)? }))
         .collect()
 }
 

@@ -509,8 +509,11 @@ fn log_toml_is_checked() {
         "5:1",
         &["unknown key", "Did you mean `tcp_position_m`?"],
     );
-    refused_toml(&noise("encoder_rad = 0"), FREE, "5:15", &["above 0"]);
-    refused_toml(&noise("tcp_position_m = 30"), FREE, "5:18", &["at most 0.1 in m"]);
+    for value in ["0", "1e-300"] {
+        let range = ["a number from 1e-10 to 0.1 in rad"];
+        refused_toml(&noise(&format!("encoder_rad = {value}")), FREE, "5:15", &range);
+    }
+    refused_toml(&noise("tcp_position_m = 30"), FREE, "5:18", &["to 0.1 in m"]);
     refused_toml(
         &noise("tcp_position_m = [1e-5, 1e-5]"),
         FREE,

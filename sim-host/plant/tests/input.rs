@@ -175,7 +175,7 @@ fn gains_of_a_law_are_checked_where_they_stand() {
 fn a_gain_that_the_control_file_leaves_out_has_its_default() {
     use trueweld_compensators::{GainTables, find};
     let stated = Control::parse(CONTROL, "control.toml").unwrap();
-    let silent = CONTROL.split("[law.elastostatic]").next().unwrap();
+    let silent = CONTROL.split("\n[law.elastostatic]").next().unwrap();
     let silent = Control::parse(silent, "control.toml").unwrap();
     assert_eq!(silent.laws, GainTables::new());
     // The fixture states every default.
@@ -664,7 +664,7 @@ fn a_urdf_that_is_no_six_axis_arm_is_refused() {
     urdf_mistake(
         r#"name="tool" type="fixed""#,
         r#"name="tool" type="revolute""#,
-        &["no <inertial>"],
+        &["`tool`", "number 7"],
     );
     let (on_l2, on_l1) = (r#"<parent link="l2"/>"#, r#"<parent link="l1"/>"#);
     urdf_mistake(on_l2, on_l1, &["`A2` and `A3` branch"]);
@@ -683,7 +683,6 @@ fn a_urdf_that_is_no_six_axis_arm_is_refused() {
     );
     let axis = r#"<axis xyz="0 0 1"/>"#;
     urdf_mistake(axis, r#"<axis xyz="0 0 0"/>"#, &["`A1` is 0 0 0"]);
-    urdf_mistake(axis, r#"<axis xyz="0 0 1"/><mimic joint="A2"/>"#, &["`A1` mimics `A2`"]);
     let seventh = r#"<link name="l7"><inertial><mass value="1"/>
         <inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
         <joint name="A7" type="revolute"><parent link="tcp"/><child link="l7"/>
@@ -743,6 +742,64 @@ fn what_surrounds_the_arm_in_a_urdf_does_not_matter() {
             <gazebo reference="l1"><link name="l1"/></gazebo><!-- <joint> -->"#,
     );
     assert_eq!(import_urdf_text(&dressed, "arm.urdf").unwrap(), plain);
+}
+
+#[test]
+fn joints_that_mimic_others_are_held_or_axes_and_the_file_says_which() {
+    let plain = import_urdf_text(URDF, "arm.urdf").unwrap();
+    // A finger turned by 0.5 rad and one that slides: fixed to the last link, at their offsets.
+    let fingers = r#"<link name="f1"><inertial><origin xyz="0.1 0 0"/><mass value="2"/>
+        <inertia ixx="0" iyy="0" izz="0" ixy="0" ixz="0" iyz="0"/></inertial></link>
+        <joint name="F1" type="revolute"><parent link="l6"/><child link="f1"/><axis xyz="0 0 1"/>
+        <mimic joint="A6" multiplier="-1" offset="0.5"/>
+        <limit lower="-1" upper="1" effort="1" velocity="1"/></joint>
+        <link name="f2"/><joint name="F2" type="prismatic"><parent link="f1"/><child link="f2"/>
+        <axis xyz="1 0 0"/><mimic joint="F1" multiplier="2"/>
+        <limit lower="-1" upper="1" effort="1" velocity="1"/></joint></robot>"#;
+    let text = import_urdf_text(&URDF.replace("</robot>", fingers), "arm.urdf").unwrap();
+    assert!(
+        text.contains("# Joint F1 is held at 0.5 rad: it follows A6 by a factor of -1"),
+        "{text}"
+    );
+    assert!(text.contains("# Joint F2 is held at 0 m: it follows F1 by a factor of 2"), "{text}");
+    let last = |text: &str| RobotFile::parse(&filled(text), "a.toml").unwrap().parameters.joints[5];
+    let (with, without) = (last(&text), last(&plain));
+    assert!((with.mass - without.mass - 2.0).abs() < 1e-12);
+    let finger = Vector3::new(0.1 * 0.5_f64.cos(), 0.1 * 0.5_f64.sin(), 0.0);
+    let expected = (without.center_of_mass * without.mass + finger * 2.0) / with.mass;
+    assert!((with.center_of_mass - expected).norm() < 1e-11);
+
+    let axis = r#"<axis xyz="0 0 1"/>"#;
+    let coupled = URDF.replacen(axis, &format!("{axis}<mimic joint=\"A2\"/>"), 1);
+    let text = import_urdf_text(&coupled, "arm.urdf").unwrap();
+    let said =
+        "# Joint A1 is an axis of its own here: that it follows A2 by a factor of 1 is left out.";
+    assert!(text.contains(said), "{text}");
+    let all = |text: &str| RobotFile::parse(&filled(text), "a.toml").unwrap().parameters;
+    assert_eq!(all(&text), all(&plain));
+}
+
+#[test]
+fn every_entry_still_to_be_filled_in_is_listed_with_its_place_and_meaning() {
+    let bare = URDF.replace(
+        r#"<mass value="120"/><inertia ixx="2" iyy="6" izz="6" ixy="0" ixz="0" iyz="0"/>"#,
+        "",
+    );
+    let bare = bare.replace(r#"<inertial><origin xyz="0.15 0 0"/></inertial>"#, "");
+    let text = import_urdf_text(&bare, "arm.urdf").unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("arm.toml");
+    fs::write(&path, &text).unwrap();
+    let open: Vec<String> = open_entries(&path).unwrap().iter().map(ToString::to_string).collect();
+    assert_eq!(open.len(), text.matches("= \"FILL IN").count(), "{open:#?}");
+    // Gravity, three values of each drive, three of the link without inertia, friction, weight.
+    assert_eq!(open.len(), 1 + 6 * 3 + 3 + 3 + 1);
+    let line = text.lines().position(|l| l.starts_with("mass_kg = \"FILL IN")).unwrap() + 1;
+    let mass = open.iter().find(|entry| entry.contains("mass_kg")).unwrap();
+    for words in [&format!("arm.toml:{line}:11"), "[[joint]] 4 (A4)", "mass of a link", "in kg"] {
+        assert!(mass.contains(words), "{words} in {mass}");
+    }
+    assert_eq!(open_entries(fixture("robots/kr500-mt.toml")).unwrap().len(), 0);
 }
 
 #[test]

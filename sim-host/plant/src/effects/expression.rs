@@ -16,6 +16,9 @@ use std::ops::Range;
 /// Values that an evaluation may hold at once, and parentheses that may stand inside one another.
 const DEPTH: usize = 32;
 
+/// Numbers, names and operators that one expression may have: it is evaluated at every step.
+const MOST_OPERATIONS: usize = 1000;
+
 type Function = fn(f64) -> f64;
 type FunctionOfTwo = fn(f64, f64) -> f64;
 
@@ -117,7 +120,7 @@ impl Expression {
     ///
     /// # Errors
     /// [`Mistake`]: what is no expression, a name that is none of these, more than 32 levels of
-    /// parentheses or operands waiting for their operator.
+    /// parentheses or operands waiting for their operator, or more than 1000 operations.
     pub fn parse(text: &str, variables: &[&str], parameters: &[&str]) -> Result<Self, Mistake> {
         let mut parser = Parser {
             text,
@@ -239,6 +242,13 @@ impl Parser<'_> {
     }
 
     fn emit(&mut self, operation: Operation) -> Result<(), Mistake> {
+        if self.operations.len() == MOST_OPERATIONS {
+            let message = format!(
+                "more than {MOST_OPERATIONS} numbers, names and operators; expected at most so many"
+            );
+            let help = "It would be evaluated at every step of the plant: shorten it.";
+            return Err(self.mistake(self.at..self.at, message, help));
+        }
         self.operations.push(operation);
         self.held = self.held.saturating_add_signed(operation.growth());
         if self.held > DEPTH { Err(self.too_deep()) } else { Ok(()) }

@@ -187,6 +187,13 @@ impl<'a> Document<'a> {
         })
     }
 
+    /// An error for every entry that is still to be filled in, in the file's order.
+    pub fn open_entries(&self) -> Vec<InputError> {
+        let mut open = self.root().open_entries();
+        open.sort_by_key(|(at, _)| *at);
+        open.into_iter().map(|(_, error)| error).collect()
+    }
+
     fn schema(&self) -> Result<Text<'_>, InputError> {
         let root = self.root();
         if !self.root.contains_key("schema") {
@@ -269,6 +276,30 @@ impl<'d> Table<'d> {
     pub(crate) fn called(mut self, name: &str) -> Self {
         self.place = format!("{} ({name})", self.place);
         self
+    }
+
+    /// Entries still to be filled in here and in the tables below, each with where it stands.
+    fn open_entries(&self) -> Vec<(usize, InputError)> {
+        let mut open = Vec::new();
+        for key in self.keys() {
+            let below = self.tables(key).or_else(|_| self.table(key).map(|table| vec![table]));
+            for table in below.unwrap_or_default() {
+                let table = match table.name("name") {
+                    Ok(name) => table.called(&name),
+                    Err(_) => table,
+                };
+                open.append(&mut table.open_entries());
+            }
+            if let Some((_, value)) = self.table.get_key_value(key)
+                && let DeValue::String(text) = value.get_ref()
+                && text.starts_with(FILL_IN)
+            {
+                let expected = quantity(key)
+                    .map_or("a value".to_owned(), |q| format!("{} ({})", q.expected(), q.meaning));
+                open.extend(self.value(key, &expected).err().map(|e| (value.span().start, e)));
+            }
+        }
+        open
     }
 
     /// True where the key is written.

@@ -144,3 +144,12 @@ pub trait InputFile: Sized {
         Self::from_root(&document.root_of(Self::KIND.schema())?)
     }
 }
+
+/// An error for every entry of a file that is still to be filled in, in the file's order.
+///
+/// # Errors
+/// A file that cannot be read, or is not TOML.
+pub fn open_entries(path: impl AsRef<Path>) -> Result<Vec<InputError>, InputError> {
+    let (name, text) = read_text(path.as_ref())?;
+    Ok(Document::parse(&text, &name)?.open_entries())
+}

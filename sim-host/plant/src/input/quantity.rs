@@ -150,6 +150,26 @@ pub static QUANTITIES: &[Quantity] = &[
     // Requirements.
     row("failure_probability", [1e-6, 0.999], [1e-4, 0.5], "share of welds that may fail"),
     row("confidence", [0.5, 0.999_999], [0.8, 0.9999], "confidence of a certification"),
+    row("lateral_rms_m", [1e-9, 1.0], [1e-6, 0.02], "limit of the lateral deviation"),
+    row("lateral_max_m", [1e-9, 1.0], [1e-6, 0.02], "limit of the lateral deviation"),
+    row("lateral_before_m", [1e-9, 1.0], [1e-6, 0.02], "limit of the lateral deviation"),
+    row("depth_rms_m", [1e-9, 1.0], [1e-6, 0.02], "limit of the deviation in depth"),
+    row("tilt_rms_rad", [1e-9, 1.0], [1e-6, 0.1], "limit of the tilt"),
+    row("side_tilt_rms_rad", [1e-9, 1.0], [1e-6, 0.1], "limit of the tilt across the seam"),
+    row("travel_angle_rms_rad", [1e-9, 1.0], [1e-6, 0.1], "limit of the tilt along the seam"),
+    row("push_error_rms_n", [1e-3, 1e7], [1.0, 1e4], "limit of the error of the push"),
+    row("correction_m", [1e-9, 1.0], [1e-5, 0.2], "limit of the correction"),
+    row("correction_rad", [1e-9, 1.0], [1e-5, 0.2], "limit of the correction"),
+    row("gain_margin", [1e-3, 1e6], [1.0, 100.0], "least gain margin"),
+    row("phase_margin_rad", [1e-6, 3.2], [1e-3, 2.0], "least phase margin"),
+    row("modulus_margin", [1e-6, 1.0], [1e-3, 1.0], "least modulus margin"),
+    row("delay_margin_s", [1e-9, 10.0], [1e-5, 1.0], "least delay margin"),
+    row("disk_margin", [1e-6, 10.0], [1e-3, 2.0], "least disk margin"),
+    row("drive_gain_margin", [1e-3, 1e6], [1.0, 100.0], "least gain margin of the drives"),
+    row("drive_phase_margin_rad", [1e-6, 3.2], [1e-3, 2.0], "least phase margin of the drives"),
+    row("drive_modulus_margin", [1e-6, 1.0], [1e-3, 1.0], "least modulus margin of the drives"),
+    row("drive_delay_margin_s", [1e-9, 10.0], [1e-5, 1.0], "least delay margin of the drives"),
+    row("drive_disk_margin", [1e-6, 10.0], [1e-3, 2.0], "least disk margin of the drives"),
 ];
 
 /// The row of a key.

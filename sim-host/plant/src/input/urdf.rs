@@ -4,7 +4,10 @@
 //! inertias of the links, merged across fixed joints. In a robot file all link frames are parallel
 //! to the base at zero, so everything is turned into the axes of the URDF's root link at zero. A
 //! URDF knows nothing of elasticity, drives, friction, counterbalance and mounting: those stand as
-//! [`FILL_IN`] markers, which the robot reader refuses. Left out: shapes.
+//! [`FILL_IN`] markers, which the robot reader refuses, as does what a link without `<inertial>`
+//! leaves open. A joint that mimics another and carries no axis of its own (a finger of a gripper)
+//! is held where it stands when that other is at zero; one that carries an axis is an axis, and its
+//! coupling is left out. The file says so of each. Left out: shapes.
 
 use super::document::nearest;
 use super::{FILL_IN, InputError, Source, read_text};
@@ -344,27 +347,32 @@ struct Stage {
     limits: Option<[f64; 2]>,
     max_rate: Option<f64>,
     max_torque: Option<f64>,
-    body: Body,
+    /// None where no link behind the joint has an `<inertial>`.
+    body: Option<Body>,
     frames: Vec<Frame>,
 }
 
 /// The serial arm.
 struct Arm {
     stages: Vec<Stage>,
+    /// What became of joints that mimic others, a sentence each.
+    mimics: Vec<String>,
 }
 
 impl Arm {
     fn from_urdf(urdf: &Urdf, source: &Source) -> Result<Self, InputError> {
         let tree = Tree::new(urdf, source)?;
-        let mut stages = Vec::new();
+        let (mut stages, mut mimics) = (Vec::new(), Vec::new());
         let mut seen = 0;
         let mut next = tree.explore(tree.root, Isometry3::identity())?;
         seen += next.links.len();
+        mimics.append(&mut next.mimics);
         while let Some((joint, b_from_parent)) = next.joint {
             let b_from_joint = b_from_parent * pose(&joint.element.origin);
             let child = tree.link(&joint.element.child.link, joint)?;
             next = tree.explore(child, b_from_joint)?;
             seen += next.links.len();
+            mimics.append(&mut next.mimics);
             stages.push(tree.stage(joint, b_from_joint, &next)?);
             if stages.len() > JOINTS {
                 let names: Vec<_> = stages.iter().map(|s| s.name.as_str()).collect();
@@ -401,7 +409,7 @@ impl Arm {
                 "Only serial arms with six revolute joints can be imported.",
             ));
         }
-        Ok(Self { stages })
+        Ok(Self { stages, mimics })
     }
 }
 
@@ -427,6 +435,7 @@ struct Tree<'u> {
 struct Group<'u> {
     links: Vec<(usize, Isometry3<f64>)>,
     joint: Option<(&'u Placed<urdf_rs::Joint>, Isometry3<f64>)>,
+    mimics: Vec<String>,
 }
 
 impl<'u> Tree<'u> {
@@ -510,7 +519,7 @@ impl<'u> Tree<'u> {
 
     /// Everything fixed to a link, and the one revolute joint behind it.
     fn explore(&self, link: usize, b_from_link: Isometry3<f64>) -> Result<Group<'u>, InputError> {
-        let mut group = Group { links: vec![(link, b_from_link)], joint: None };
+        let mut group = Group { links: vec![(link, b_from_link)], joint: None, mimics: Vec::new() };
         let mut at = 0;
         while let Some((link, b_from_link)) = group.links.get(at).copied() {
             for joint in self.joints_of[link].iter().map(|j| &self.urdf.joints[*j]) {
@@ -522,18 +531,16 @@ impl<'u> Tree<'u> {
                             b_from_link * pose(&e.origin),
                         ));
                     }
+                    _ if e.mimic.is_some() && !self.carries_axis(joint) => {
+                        let (b_from_child, said) = self.held(joint, b_from_link)?;
+                        group.links.push((self.link(&e.child.link, joint)?, b_from_child));
+                        group.mimics.push(said);
+                    }
                     JointType::Revolute | JointType::Continuous => {
                         if let Some(mimic) = &e.mimic {
-                            let message = format!(
-                                "joint `{}` mimics `{}`; expected axes that move on their own",
-                                e.name, mimic.joint
-                            );
-                            let help = "Coupled joints cannot be imported; make this one fixed if it is no axis.";
-                            return Err(self.source.error(
-                                joint.span.clone(),
-                                message,
-                                "coupled",
-                                help,
+                            group.mimics.push(format!(
+                                "Joint {} is an axis of its own here: that it follows {} by a factor of {} is left out.",
+                                e.name, mimic.joint, mimic.multiplier.unwrap_or(1.0)
                             ));
                         }
                         if let Some((other, _)) = group.joint.replace((joint, b_from_link)) {
@@ -569,6 +576,48 @@ impl<'u> Tree<'u> {
         Ok(group)
     }
 
+    /// True where a joint that moves on its own hangs on this one.
+    fn carries_axis(&self, joint: &Placed<urdf_rs::Joint>) -> bool {
+        let mut behind = vec![joint];
+        while let Some(joint) = behind.pop() {
+            let link = self.links.get(joint.element.child.link.as_str());
+            for j in link.into_iter().flat_map(|link| &self.joints_of[*link]) {
+                let next = &self.urdf.joints[*j];
+                let moves = !matches!(next.element.joint_type, JointType::Fixed);
+                if moves && next.element.mimic.is_none() {
+                    return true;
+                }
+                behind.push(next);
+            }
+        }
+        false
+    }
+
+    /// The child's pose of a joint that mimics another, held where it stands when that other is at
+    /// zero, and what to say of it.
+    fn held(
+        &self,
+        joint: &Placed<urdf_rs::Joint>,
+        b_from_link: Isometry3<f64>,
+    ) -> Result<(Isometry3<f64>, String), InputError> {
+        let e = &joint.element;
+        let Some(mimic) = &e.mimic else {
+            return Ok((b_from_link * pose(&e.origin), String::new()));
+        };
+        let offset = mimic.offset.unwrap_or(0.0);
+        let axis = Vector3::from(e.axis.xyz.0).try_normalize(1e-9).unwrap_or_default() * offset;
+        let (motion, unit) = match e.joint_type {
+            JointType::Prismatic => (Isometry3::translation(axis.x, axis.y, axis.z), "m"),
+            _ => (Isometry3::rotation(axis), "rad"),
+        };
+        let factor = mimic.multiplier.unwrap_or(1.0);
+        let said = format!(
+            "Joint {} is held at {offset} {unit}: it follows {} by a factor of {factor} and carries no axis.",
+            e.name, mimic.joint
+        );
+        Ok((b_from_link * pose(&e.origin) * motion, said))
+    }
+
     fn stage(
         &self,
         joint: &Placed<urdf_rs::Joint>,
@@ -598,17 +647,6 @@ impl<'u> Tree<'u> {
                 bodies.push(self.body(link, b_from_link)?);
             }
         }
-        if bodies.is_empty() {
-            let link = self.links.get(e.child.link.as_str()).map(|i| &self.urdf.links[*i]);
-            let message = format!(
-                "link `{}` moves and has no <inertial>; expected its mass and inertia",
-                e.child.link
-            );
-            let help =
-                "Add the <inertial> element: the dynamics need the mass of every moving link.";
-            let span = link.map_or(joint.span.clone(), |l| l.span.clone());
-            return Err(self.source.error(span, message, "no <inertial>", help));
-        }
         let limits = (joint.stated && e.joint_type == JointType::Revolute)
             .then_some([e.limit.lower, e.limit.upper])
             .filter(|[low, high]| low.is_finite() && high.is_finite() && low != high);
@@ -621,7 +659,7 @@ impl<'u> Tree<'u> {
             limits,
             max_rate: rating(e.limit.velocity),
             max_torque: rating(e.limit.effort),
-            body: Body::merged(&bodies, origin),
+            body: (!bodies.is_empty()).then(|| Body::merged(&bodies, origin)),
             frames,
         })
     }
@@ -658,6 +696,8 @@ impl Arm {
     /// The text of the robot file.
     fn write(&self, name: &str, file: &str) -> String {
         let mut out = String::new();
+        let mimics: String =
+            self.mimics.iter().map(|said| format!("# {}\n", said.escape_debug())).collect();
         let name = if name.trim().is_empty() {
             marker("the URDF has no name for the robot")
         } else {
@@ -669,7 +709,7 @@ impl Arm {
             "# Imported from {}: geometry, masses, inertias, limits and ratings are the URDF's, in its root link's axes.\n\
              # Base B: the root link's frame. At zero every link frame is parallel to B. Units are in the names.\n\
              # What a URDF cannot say is marked {FILL_IN} and must be written before the file can be used.\n\
-             schema = \"robot/1\"\n\
+             {mimics}schema = \"robot/1\"\n\
              name = {name}\n\
              # With the root link upright on the floor: [0.0, 0.0, -9.80665].\n\
              gravity_m_s2 = {}",
@@ -698,6 +738,9 @@ impl Stage {
     fn write(&self, out: &mut String, before: &Vector3<f64>) {
         let unknown = marker("not in a URDF");
         let or_marker = |x: Option<f64>| x.map_or_else(|| marker("not stated in the URDF"), number);
+        let or_no_inertial = |write: &dyn Fn(&Body) -> String| {
+            self.body.as_ref().map_or_else(|| marker("no <inertial> in the URDF"), write)
+        };
         let limits = match self.limits {
             Some([low, high]) => {
                 format!("[{}, {}]", number(low.to_degrees()), number(high.to_degrees()))
@@ -718,9 +761,9 @@ impl Stage {
             vector(&self.axis),
             or_marker(self.max_rate.map(f64::to_degrees)),
             or_marker(self.max_torque),
-            number(self.body.mass),
-            vector(&(self.body.center_of_mass - self.origin)),
-            inertia(&self.body.inertia),
+            or_no_inertial(&|body| number(body.mass)),
+            or_no_inertial(&|body| vector(&(body.center_of_mass - self.origin))),
+            or_no_inertial(&|body| inertia(&body.inertia)),
         );
     }
 

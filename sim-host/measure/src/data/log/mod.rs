@@ -159,7 +159,8 @@ fn deviation<const N: usize>(
     most: f64,
     there: [bool; N],
 ) -> Result<Option<[f64; N]>, InputError> {
-    let bounds = Bounds::PositiveUpTo(most);
+    // A smaller one is a slip: squares of residuals over it overflow.
+    let bounds = Bounds::Between(most / 1e9, most);
     if !table.has(key) {
         return Ok(None);
     }
