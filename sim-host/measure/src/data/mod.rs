@@ -1,6 +1,8 @@
 //! What was recorded: logs, campaigns of logs, the noise of their channels, filters for them.
 
 pub mod campaign;
+pub mod channel;
 pub mod fir;
+mod kind;
 pub mod log;
 pub mod noise;

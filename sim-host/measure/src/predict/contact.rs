@@ -18,6 +18,7 @@ use super::{
     Compared, Model, PredictError, Quantity, filled, filled_vectors, known, mean_abs, period,
     pose_behind, spindle_angle, wrench_behind,
 };
+use crate::data::channel::LogChannel;
 use crate::data::fir::{LowPass, interpolate};
 use crate::data::log::Log;
 use crate::data::noise::{Level, NoiseLevels};
@@ -215,7 +216,7 @@ impl Contact {
             lines: Vec::new(),
         };
         contact.motion = contact.tool(None, 0.0);
-        let tracker = known(&noise.position, log, "the tracker's position")?;
+        let tracker = known(&noise.position, log, LogChannel::Position)?;
         let tracker = tracker.iter().map(|l| l.deviation).fold(0.0, f64::max);
         // Where the noise is of the size of the push, the predicted tool leaves the plate now and
         // then.
@@ -310,8 +311,8 @@ impl Contact {
         model: &Model,
         compared: &mut Vec<Compared>,
     ) -> Result<(), PredictError> {
-        let force = known(&noise.force, log, "the force sensor")?;
-        let tracker = known(&noise.position, log, "the tracker's position")?;
+        let force = known(&noise.force, log, LogChannel::Force)?;
+        let tracker = known(&noise.position, log, LogChannel::Position)?;
         let tracker = (tracker.iter().map(|l| l.deviation.powi(2)).sum::<f64>() / 3.0).sqrt();
         let spreads: Vec<Vector3<f64>> = self
             .rows
@@ -340,7 +341,7 @@ impl Contact {
             }
         }
         if let Some(moment) = &self.moment {
-            let level = known(&noise.moment, log, "the moment sensor")?;
+            let level = known(&noise.moment, log, LogChannel::Moment)?;
             for &row in &self.rows {
                 for c in 0..3 {
                     compared.push(Compared {
@@ -354,7 +355,7 @@ impl Contact {
                 }
             }
         }
-        let encoder = known(&noise.encoder, log, "the encoders")?;
+        let encoder = known(&noise.encoder, log, LogChannel::Encoder)?;
         let measured = measured.map(|series| self.quick(&series));
         for &order in &self.orders {
             let beside = measured.each_ref().map(|series| self.beside(order, series));

@@ -18,6 +18,7 @@ mod moving;
 mod play;
 mod standing;
 
+use crate::data::channel::LogChannel;
 use crate::data::log::{Log, LogKind};
 use crate::data::noise::{Level, NoiseLevels};
 use nalgebra::Vector3;
@@ -63,16 +64,21 @@ pub enum Quantity {
 }
 
 impl Quantity {
+    /// The channel of the log that it is of.
+    pub fn log_channel(self) -> LogChannel {
+        match self {
+            Self::Position => LogChannel::Position,
+            Self::Rotation => LogChannel::Rotation,
+            Self::LinkEncoder => LogChannel::LinkEncoder,
+            Self::MotorTorque => LogChannel::MotorTorque,
+            Self::Force | Self::Ripple { .. } => LogChannel::Force,
+            Self::Moment => LogChannel::Moment,
+        }
+    }
+
     /// Channel name in results.
     pub fn channel(self) -> &'static str {
-        match self {
-            Self::Position => "tcp_position",
-            Self::Rotation => "tcp_rotation",
-            Self::LinkEncoder => "link_encoder",
-            Self::MotorTorque => "motor_torque",
-            Self::Force | Self::Ripple { .. } => "force",
-            Self::Moment => "moment",
-        }
+        self.log_channel().entry().name
     }
 
     /// True for what tracker and second encoders read, false for forces and torques.
@@ -82,12 +88,7 @@ impl Quantity {
 
     /// Unit.
     pub fn unit(self) -> &'static str {
-        match self {
-            Self::Position => "m",
-            Self::Rotation | Self::LinkEncoder => "rad",
-            Self::MotorTorque | Self::Moment => "N·m",
-            Self::Force | Self::Ripple { .. } => "N",
-        }
+        self.log_channel().entry().unit
     }
 }
 
@@ -415,8 +416,9 @@ impl Experiment {
 fn known(
     levels: &[Option<Level>],
     log: &Log,
-    what: &'static str,
+    channel: LogChannel,
 ) -> Result<Vec<Level>, PredictError> {
+    let what = channel.entry().instrument;
     let error = || PredictError::Noise { log: log.name.clone(), what };
     levels.iter().map(|l| l.ok_or_else(error)).collect()
 }

@@ -2,6 +2,7 @@
 
 use super::play::{BacklashObserver, Observed};
 use super::{Compared, Model, Motion, PredictError, Quantity, filled, known, period, seen, unread};
+use crate::data::channel::LogChannel;
 use crate::data::fir::{LowPass, adaptive, interpolate, start};
 use crate::data::log::{Log, LogKind};
 use crate::data::noise::{Level, NoiseLevels};
@@ -102,7 +103,7 @@ impl Moving {
                 .map(|k| Motors { angle: six(0, k), rate: six(1, k), acceleration: six(2, k) })
                 .collect()
         };
-        let encoder = known(&noise.encoder, log, "the encoders")?;
+        let encoder = known(&noise.encoder, log, LogChannel::Encoder)?;
         let columns_in_bands: Vec<_> = (0..6)
             .map(|i| adaptive(&DRIVE_BANDS, period, encoder[i].deviation, &columns[i]))
             .collect();
@@ -186,11 +187,11 @@ impl Moving {
         if self.pose_rows.is_empty() {
             return Ok(());
         }
-        let encoder = known(&noise.encoder, log, "the encoders")?;
+        let encoder = known(&noise.encoder, log, LogChannel::Encoder)?;
         let through = self.through(model, &encoder);
         let white = self.calm.as_ref().map_or(1.0, |low| low.gain(0).sqrt());
         if let Some(position) = &self.position {
-            let level = known(&noise.position, log, "the tracker's position")?;
+            let level = known(&noise.position, log, LogChannel::Position)?;
             for &row in &self.pose_rows {
                 for c in 0..3 {
                     compared.push(Compared {
@@ -205,7 +206,7 @@ impl Moving {
             }
         }
         if let Some(rotation) = &self.rotation {
-            let level = known(&noise.rotation, log, "the tracker's rotation")?;
+            let level = known(&noise.rotation, log, LogChannel::Rotation)?;
             let turned = (through.tool.fixed_rows::<3>(0).norm_squared() / 3.0).sqrt();
             for &row in &self.pose_rows {
                 for c in 0..3 {
@@ -222,7 +223,7 @@ impl Moving {
         }
         for i in 0..6 {
             if let Some(series) = &self.link_encoder[i] {
-                let level = known(&noise.link_encoder[i..=i], log, "the second encoders")?[0];
+                let level = known(&noise.link_encoder[i..=i], log, LogChannel::LinkEncoder)?[0];
                 for &row in &self.pose_rows {
                     compared.push(Compared {
                         quantity: Quantity::LinkEncoder,
@@ -237,7 +238,7 @@ impl Moving {
         }
         for i in 0..6 {
             if let Some(series) = &self.torque[i] {
-                let level = known(&noise.motor_torque[i..=i], log, "motor torque")?[0];
+                let level = known(&noise.motor_torque[i..=i], log, LogChannel::MotorTorque)?[0];
                 let white = (level.deviation * self.band.gain(0).sqrt()).hypot(through.torque[i]);
                 let friction = self.friction_slope(model, i);
                 let inexact = self.inexact(model, quicker, i);

@@ -6,6 +6,7 @@ use super::{
     Compared, Model, Motion, PredictError, Quantity, filled_vectors, known, mean_abs, period, seen,
     spindle_angle, wrench_behind,
 };
+use crate::data::channel::LogChannel;
 use crate::data::fir::{LowPass, comb};
 use crate::data::log::{Log, Payload};
 use crate::data::noise::{Level, NoiseLevels};
@@ -188,7 +189,7 @@ impl Standing {
         gain: f64,
         compared: &mut Vec<Compared>,
     ) -> Result<(), PredictError> {
-        let encoder = known(&noise.encoder, log, "the encoders")?;
+        let encoder = known(&noise.encoder, log, LogChannel::Encoder)?;
         let none = |levels: &[Option<Level>; 3]| levels.map(|l| l.map_or(0.0, |l| l.deviation));
         let (moment, force) = (none(&noise.moment), none(&noise.force));
         let through: Vec<[f64; 6]> = self
@@ -218,12 +219,11 @@ impl Standing {
                 [variance(3), variance(4), variance(5), rotation, rotation, rotation]
             })
             .collect();
-        let mut list = |quantity,
+        let mut list = |quantity: Quantity,
                         levels: &[Option<Level>; 3],
-                        what,
                         offset: usize,
                         measured: &dyn Fn(usize, usize) -> f64| {
-            let level = known(levels, log, what)?;
+            let level = known(levels, log, quantity.log_channel())?;
             for (k, &row) in self.rows.iter().enumerate() {
                 for c in 0..3 {
                     compared.push(Compared {
@@ -240,17 +240,13 @@ impl Standing {
             Ok::<_, PredictError>(())
         };
         if let Some(position) = &self.position {
-            list(Quantity::Position, &noise.position, "the tracker's position", 0, &|k, c| {
-                position[k][c]
-            })?;
+            list(Quantity::Position, &noise.position, 0, &|k, c| position[k][c])?;
         }
         if let Some(rotation) = &self.rotation {
             let missing = |k: usize| {
                 if rotation[k].sum().is_finite() { 0.0 } else { f64::NAN }
             };
-            list(Quantity::Rotation, &noise.rotation, "the tracker's rotation", 3, &|k, _| {
-                missing(k)
-            })?;
+            list(Quantity::Rotation, &noise.rotation, 3, &|k, _| missing(k))?;
         }
         Ok(())
     }

@@ -1,74 +1,14 @@
 //! The columns that a table of samples may have, and the header that says which it has.
 
-use super::LogKind;
 use super::lines::Lines;
+use crate::data::channel::{CHANNELS, COUNT, LogChannel, column_name};
+use crate::data::kind::LogKind;
 use std::io::Read;
-use trueweld_core::JOINTS;
 use trueweld_plant::input::InputError;
 use trueweld_plant::input::document::{nearest, unit_of};
 
-/// Index of the first column of each group in [`COLUMNS`].
-pub(super) mod at {
-    pub const TIME: usize = 0;
-    pub const ENCODER: usize = 1;
-    pub const LINK_ENCODER: usize = 7;
-    pub const MOTOR_TORQUE: usize = 13;
-    pub const FORCE: usize = 19;
-    pub const MOMENT: usize = 22;
-    pub const POSITION: usize = 25;
-    pub const ROTATION: usize = 28;
-    pub const SPINDLE: usize = 31;
-    pub const PAYLOAD: usize = 32;
-}
-
-/// Number of columns that are known.
-pub(super) const COUNT: usize = 36;
-
 /// A row as it is read: a value a known column, NaN where there is none.
 pub(super) type RawRow = [f64; COUNT];
-
-pub(super) const COLUMNS: [&str; COUNT] = [
-    "t_s",
-    "qe1_rad",
-    "qe2_rad",
-    "qe3_rad",
-    "qe4_rad",
-    "qe5_rad",
-    "qe6_rad",
-    "ql1_rad",
-    "ql2_rad",
-    "ql3_rad",
-    "ql4_rad",
-    "ql5_rad",
-    "ql6_rad",
-    "tm1_nm",
-    "tm2_nm",
-    "tm3_nm",
-    "tm4_nm",
-    "tm5_nm",
-    "tm6_nm",
-    "fx_n",
-    "fy_n",
-    "fz_n",
-    "mx_nm",
-    "my_nm",
-    "mz_nm",
-    "px_m",
-    "py_m",
-    "pz_m",
-    "rx_rad",
-    "ry_rad",
-    "rz_rad",
-    "spindle_rad_s",
-    "payload_kg",
-    "cx_m",
-    "cy_m",
-    "cz_m",
-];
-
-/// Columns that come together or not at all: first, number.
-pub(super) const GROUPS: [(usize, usize); 5] =
-    [(at::FORCE, 3), (at::MOMENT, 3), (at::POSITION, 3), (at::ROTATION, 3), (at::PAYLOAD, 4)];
 
 /// Units that people record in, the unit that is read, and the factor between them.
 const OTHER_UNITS: &[(&str, &str, &str)] = &[
@@ -117,7 +57,7 @@ impl Header {
         let mut others = Vec::new();
         for field in 0..lines.width() {
             let name = String::from_utf8_lossy(lines.field(field)).into_owned();
-            match COLUMNS.iter().position(|column| *column == name) {
+            match (0..COUNT).find(|column| column_name(*column) == name) {
                 Some(column) if place[column].is_some() => {
                     let message = format!(
                         "column `{name}` stands here a second time; expected each column once"
@@ -144,9 +84,14 @@ impl Header {
         self.place[column].is_some()
     }
 
-    /// Which of the columns from this one on are there.
-    pub fn which<const N: usize>(&self, first: usize) -> [bool; N] {
-        std::array::from_fn(|i| self.has(first + i))
+    /// Which columns of a channel are there.
+    pub fn which<const N: usize>(&self, channel: LogChannel) -> [bool; N] {
+        std::array::from_fn(|i| self.has(channel.columns().start + i))
+    }
+
+    /// True where a channel has any column.
+    pub fn has_channel(&self, channel: LogChannel) -> bool {
+        channel.columns().any(|column| self.has(column))
     }
 
     /// What is told about columns that are not read.
@@ -157,8 +102,8 @@ impl Header {
                 self.unknown.iter().map(|name| format!("`{}`", name.escape_debug())).collect();
             notices.push(format!("columns that are not known, left out: {}", names.join(", ")));
         }
-        if self.has(at::PAYLOAD) && kind != LogKind::StaticLoad {
-            let columns = named(at::PAYLOAD..COUNT);
+        if self.has_channel(LogChannel::Payload) && kind != LogKind::StaticLoad {
+            let columns = named(LogChannel::Payload.columns());
             notices.push(format!(
                 "columns of static-load logs only, left out of this {kind} log: {columns}"
             ));
@@ -176,8 +121,11 @@ impl Header {
     ) -> Result<(), InputError> {
         let bare = |name: &str| name.to_lowercase().replace(|c: char| !c.is_alphanumeric(), "");
         for (field, name) in others {
-            for column in (0..kind.columns()).filter(|column| !self.has(*column)) {
-                let right = COLUMNS[column];
+            let of_kind = |column: &usize| {
+                kind == LogKind::StaticLoad || LogChannel::of(*column).0.id != LogChannel::Payload
+            };
+            for column in (0..COUNT).filter(|column| !self.has(*column)).filter(of_kind) {
+                let right = column_name(column);
                 let shown = lines.shown(*field);
                 if bare(name) == bare(right) {
                     let message =
@@ -198,7 +146,7 @@ impl Header {
                     continue;
                 };
                 let is_unit = |u: &str| {
-                    COLUMNS.iter().any(|c| c.split_once('_').is_some_and(|(_, ending)| ending == u))
+                    column_names().any(|c| c.split_once('_').is_some_and(|(_, ending)| ending == u))
                 };
                 let factor =
                     OTHER_UNITS.iter().find(|(other, read, _)| *other == unit && *read == reads);
@@ -237,12 +185,12 @@ impl Header {
         others: &[(usize, String)],
     ) -> Result<(), InputError> {
         let whole = 0..lines.line().len();
-        let mut required: Vec<usize> = (at::TIME..at::ENCODER + JOINTS).collect();
-        if kind == LogKind::Weld {
-            required.push(at::SPINDLE);
-        }
+        let required = CHANNELS
+            .iter()
+            .filter(|channel| channel.needed.contains(&kind))
+            .flat_map(|channel| channel.id.columns());
         if let Some(column) = required.into_iter().find(|column| !self.has(*column)) {
-            let name = COLUMNS[column];
+            let name = column_name(column);
             let message = format!("missing column `{name}`; expected in every {kind} log");
             let near = nearest(name, others.iter().map(|(_, other)| other.as_str()));
             return Err(match others.iter().find(|(_, other)| near == Some(other)) {
@@ -267,19 +215,19 @@ impl Header {
                 }
             });
         }
-        for (first, number) in GROUPS {
-            let columns = first..first + number;
+        for columns in CHANNELS.iter().filter(|c| c.together).map(|c| c.id.columns()) {
             let there = columns.clone().find(|column| self.has(*column));
             let missing = columns.clone().find(|column| !self.has(*column));
             if let (Some(there), Some(missing)) = (there, missing) {
                 let all = named(columns);
                 let message = format!(
                     "`{}` without `{}`; expected all of {all}, or none",
-                    COLUMNS[there], COLUMNS[missing]
+                    column_name(there),
+                    column_name(missing)
                 );
                 let help = format!(
                     "Add `{}`, with empty fields where it has no values.",
-                    COLUMNS[missing]
+                    column_name(missing)
                 );
                 return Err(lines.error_at(
                     self.place[there].unwrap_or_default(),
@@ -289,10 +237,10 @@ impl Header {
                 ));
             }
         }
-        let predicted = kind.predicted();
+        let predicted = predicted(kind);
         if !predicted.iter().any(|column| self.has(*column)) {
             let message =
-                format!("a {kind} log is compared by {}; expected at least one", named(predicted));
+                format!("a {kind} log is compared by {}; expected at least one", named(&predicted));
             return Err(lines.error(
                 whole,
                 message,
@@ -304,16 +252,29 @@ impl Header {
     }
 }
 
+fn column_names() -> impl Iterator<Item = &'static str> {
+    CHANNELS.iter().flat_map(|channel| channel.columns).copied()
+}
+
+/// The columns that a kind of log may be compared by: the first of each channel whose columns come
+/// together, all of the others.
+pub(super) fn predicted(kind: LogKind) -> Vec<usize> {
+    let channels = CHANNELS.iter().filter(|channel| channel.predicted.contains(&kind));
+    channels
+        .flat_map(|channel| channel.id.columns().take(if channel.together { 1 } else { COUNT }))
+        .collect()
+}
+
 /// Names of columns as messages show them.
 pub(super) fn named(columns: impl IntoIterator<Item = impl std::borrow::Borrow<usize>>) -> String {
     let names: Vec<_> =
-        columns.into_iter().map(|column| format!("`{}`", COLUMNS[*column.borrow()])).collect();
+        columns.into_iter().map(|column| format!("`{}`", column_name(*column.borrow()))).collect();
     names.join(", ")
 }
 
 /// A header that makes sense with another separator was written with it.
 fn refuse_other_separators<R: Read>(lines: &Lines<R>) -> Result<(), InputError> {
-    let known = |field: &[u8]| COLUMNS.iter().any(|column| column.as_bytes() == field);
+    let known = |field: &[u8]| column_names().any(|column| column.as_bytes() == field);
     if (0..lines.width()).any(|field| known(lines.field(field))) {
         return Ok(());
     }

@@ -12,11 +12,12 @@ mod samples;
 
 pub use samples::{Payload, Samples};
 
-use columns::{Header, at};
+use super::channel::{CHANNELS, LogChannel};
+pub use super::kind::LogKind;
+use columns::Header;
 use lines::Lines;
 use nalgebra::Vector3;
 use samples::Expected;
-use std::fmt;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use trueweld_core::JOINTS;
@@ -34,72 +35,6 @@ pub const SAMPLES_FILE: &str = "samples.csv";
 
 /// Most bytes of the rows: the columns are held in memory, where they take about as much.
 const MOST_SAMPLES: u64 = 4 << 30;
-
-/// What was done while a log was recorded.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum LogKind {
-    /// Rows at rest, in the order in which loads went up and down.
-    StaticLoad,
-    /// A joint stopped abruptly by its brake.
-    RingDown,
-    /// Motion without contact.
-    FreeMotion,
-    /// A weld.
-    Weld,
-}
-
-impl LogKind {
-    /// Every kind of log.
-    pub const ALL: [Self; 4] = [Self::StaticLoad, Self::RingDown, Self::FreeMotion, Self::Weld];
-
-    /// The name in `log.toml` and in results.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::StaticLoad => "static-load",
-            Self::RingDown => "ring-down",
-            Self::FreeMotion => "free-motion",
-            Self::Weld => "weld",
-        }
-    }
-
-    /// First columns of the channels that the model predicts in this kind of log.
-    fn predicted(self) -> &'static [usize] {
-        const TORQUE: usize = at::MOTOR_TORQUE;
-        const LINK: usize = at::LINK_ENCODER;
-        match self {
-            Self::StaticLoad => &[at::POSITION, at::ROTATION],
-            Self::RingDown => &[at::POSITION],
-            Self::FreeMotion => &[
-                at::POSITION,
-                at::ROTATION,
-                TORQUE,
-                TORQUE + 1,
-                TORQUE + 2,
-                TORQUE + 3,
-                TORQUE + 4,
-                TORQUE + 5,
-                LINK,
-                LINK + 1,
-                LINK + 2,
-                LINK + 3,
-                LINK + 4,
-                LINK + 5,
-            ],
-            Self::Weld => &[at::POSITION, at::ROTATION, at::FORCE, at::MOMENT],
-        }
-    }
-
-    /// Number of known columns that this kind of log may have; those of the payload come last.
-    fn columns(self) -> usize {
-        if self == Self::StaticLoad { columns::COUNT } else { at::PAYLOAD }
-    }
-}
-
-impl fmt::Display for LogKind {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
 
 /// Noise as the instruments' makers state it: one standard deviation a column. `None`: not stated.
 ///
@@ -125,29 +60,16 @@ pub struct Noise {
 
 impl Noise {
     fn read(table: &Table<'_>, header: &Header) -> Result<Self, InputError> {
-        table.only(&[
-            "tcp_position_m",
-            "tcp_rotation_rad",
-            "encoder_rad",
-            "force_n",
-            "moment_nm",
-            "motor_torque_nm",
-            "link_encoder_rad",
-        ])?;
-        // Larger ones are in another unit: no instrument of a cell is that poor.
+        let keys: Vec<&str> = CHANNELS.iter().map(|c| c.noise).filter(|k| !k.is_empty()).collect();
+        table.only(&keys)?;
         Ok(Self {
-            position: deviation(table, "tcp_position_m", 0.1, header.which(at::POSITION))?,
-            rotation: deviation(table, "tcp_rotation_rad", 0.5, header.which(at::ROTATION))?,
-            encoder: deviation(table, "encoder_rad", 0.1, header.which(at::ENCODER))?,
-            force: deviation(table, "force_n", 1e5, header.which(at::FORCE))?,
-            moment: deviation(table, "moment_nm", 1e5, header.which(at::MOMENT))?,
-            motor_torque: deviation(table, "motor_torque_nm", 1e5, header.which(at::MOTOR_TORQUE))?,
-            link_encoder: deviation(
-                table,
-                "link_encoder_rad",
-                0.1,
-                header.which(at::LINK_ENCODER),
-            )?,
+            position: deviation(table, header, LogChannel::Position)?,
+            rotation: deviation(table, header, LogChannel::Rotation)?,
+            encoder: deviation(table, header, LogChannel::Encoder)?,
+            force: deviation(table, header, LogChannel::Force)?,
+            moment: deviation(table, header, LogChannel::Moment)?,
+            motor_torque: deviation(table, header, LogChannel::MotorTorque)?,
+            link_encoder: deviation(table, header, LogChannel::LinkEncoder)?,
         })
     }
 }
@@ -155,11 +77,13 @@ impl Noise {
 /// One standard deviation for all columns, or one a column that the log has.
 fn deviation<const N: usize>(
     table: &Table<'_>,
-    key: &str,
-    most: f64,
-    there: [bool; N],
+    header: &Header,
+    channel: LogChannel,
 ) -> Result<Option<[f64; N]>, InputError> {
-    // A smaller one is a slip: squares of residuals over it overflow.
+    let there: [bool; N] = header.which(channel);
+    let (key, most) = (channel.entry().noise, channel.entry().most_noise);
+    // A larger one is in another unit; a smaller one is a slip: squares of residuals over it
+    // overflow.
     let bounds = Bounds::Between(most / 1e9, most);
     if !table.has(key) {
         return Ok(None);

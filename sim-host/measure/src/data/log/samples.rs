@@ -1,8 +1,9 @@
 //! The rows of a log: `samples.csv`, read once from front to back.
 
-use super::LogKind;
-use super::columns::{COLUMNS, COUNT, GROUPS, Header, RawRow, at, named};
+use super::columns::{Header, RawRow, named, predicted};
 use super::lines::Lines;
+use crate::data::channel::{COUNT, LogChannel, column_name};
+use crate::data::kind::LogKind;
 use nalgebra::Vector3;
 use std::io::Read;
 use trueweld_core::{JOINTS, JointVector};
@@ -17,6 +18,10 @@ const BEYOND_LIMITS: f64 = 10.0 * std::f64::consts::PI / 180.0;
 /// of it, on top of what rounding of the written times makes. Clocks jitter by less; a lost row is
 /// a whole period.
 const JITTER: f64 = 0.01;
+
+/// Columns that every row is read by.
+const TIME: usize = LogChannel::Time.columns().start;
+const PAYLOAD: usize = LogChannel::Payload.columns().start;
 
 /// Extra mass hung on the flange.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -72,54 +77,57 @@ impl Samples {
         fn channel<T>(there: bool) -> Option<Vec<T>> {
             there.then(Vec::new)
         }
+        let has = |channel| header.has_channel(channel);
         Self {
             time: Vec::new(),
             encoder: Vec::new(),
-            link_encoder: header.which(at::LINK_ENCODER).map(channel),
-            motor_torque: header.which(at::MOTOR_TORQUE).map(channel),
-            force: channel(header.has(at::FORCE)),
-            moment: channel(header.has(at::MOMENT)),
-            position: channel(header.has(at::POSITION)),
-            rotation: channel(header.has(at::ROTATION)),
-            spindle: channel(header.has(at::SPINDLE)),
-            payload: channel(header.has(at::PAYLOAD) && kind == LogKind::StaticLoad),
+            link_encoder: header.which(LogChannel::LinkEncoder).map(channel),
+            motor_torque: header.which(LogChannel::MotorTorque).map(channel),
+            force: channel(has(LogChannel::Force)),
+            moment: channel(has(LogChannel::Moment)),
+            position: channel(has(LogChannel::Position)),
+            rotation: channel(has(LogChannel::Rotation)),
+            spindle: channel(has(LogChannel::Spindle)),
+            payload: channel(has(LogChannel::Payload) && kind == LogKind::StaticLoad),
         }
     }
 
     fn push(&mut self, row: &RawRow) {
-        let vector = |first: usize| Vector3::new(row[first], row[first + 1], row[first + 2]);
-        self.time.push(row[at::TIME]);
-        self.encoder.push(JointVector::from_fn(|i, _| row[at::ENCODER + i]));
+        let at = |channel: LogChannel| &row[channel.columns()];
+        let vector = |values: &[f64]| Vector3::new(values[0], values[1], values[2]);
+        self.time.push(at(LogChannel::Time)[0]);
+        self.encoder.push(JointVector::from_row_slice(at(LogChannel::Encoder)));
         for i in 0..JOINTS {
-            self.link_encoder[i].iter_mut().for_each(|c| c.push(row[at::LINK_ENCODER + i]));
-            self.motor_torque[i].iter_mut().for_each(|c| c.push(row[at::MOTOR_TORQUE + i]));
+            let (link, motor) = (at(LogChannel::LinkEncoder)[i], at(LogChannel::MotorTorque)[i]);
+            self.link_encoder[i].iter_mut().for_each(|c| c.push(link));
+            self.motor_torque[i].iter_mut().for_each(|c| c.push(motor));
         }
-        for (channel, first) in [
-            (&mut self.force, at::FORCE),
-            (&mut self.moment, at::MOMENT),
-            (&mut self.position, at::POSITION),
-            (&mut self.rotation, at::ROTATION),
+        for (series, channel) in [
+            (&mut self.force, LogChannel::Force),
+            (&mut self.moment, LogChannel::Moment),
+            (&mut self.position, LogChannel::Position),
+            (&mut self.rotation, LogChannel::Rotation),
         ] {
-            channel.iter_mut().for_each(|c| c.push(vector(first)));
+            series.iter_mut().for_each(|s| s.push(vector(at(channel))));
         }
-        self.spindle.iter_mut().for_each(|c| c.push(row[at::SPINDLE]));
-        let payload = Payload { mass: row[at::PAYLOAD], centre: vector(at::PAYLOAD + 1) };
-        self.payload.iter_mut().for_each(|c| c.push(payload));
+        self.spindle.iter_mut().for_each(|s| s.push(at(LogChannel::Spindle)[0]));
+        let [mass, centre @ ..] = at(LogChannel::Payload) else { return };
+        let payload = Payload { mass: *mass, centre: vector(centre) };
+        self.payload.iter_mut().for_each(|s| s.push(payload));
     }
 
     /// Drops the channels of columns that hold no value.
     fn drop_channel(&mut self, column: usize) {
-        match column {
-            at::LINK_ENCODER..at::MOTOR_TORQUE => {
-                self.link_encoder[column - at::LINK_ENCODER] = None
-            }
-            at::MOTOR_TORQUE..at::FORCE => self.motor_torque[column - at::MOTOR_TORQUE] = None,
-            at::FORCE..at::MOMENT => self.force = None,
-            at::MOMENT..at::POSITION => self.moment = None,
-            at::POSITION..at::ROTATION => self.position = None,
-            at::ROTATION..at::SPINDLE => self.rotation = None,
-            at::SPINDLE => self.spindle = None,
-            _ => {}
+        let (channel, place) = LogChannel::of(column);
+        match channel.id {
+            LogChannel::LinkEncoder => self.link_encoder[place] = None,
+            LogChannel::MotorTorque => self.motor_torque[place] = None,
+            LogChannel::Force => self.force = None,
+            LogChannel::Moment => self.moment = None,
+            LogChannel::Position => self.position = None,
+            LogChannel::Rotation => self.rotation = None,
+            LogChannel::Spindle => self.spindle = None,
+            LogChannel::Time | LogChannel::Encoder | LogChannel::Payload => {}
         }
     }
 }
@@ -153,11 +161,11 @@ impl Expected<'_> {
                 row[*column] = self.value(lines, *column, *field)?;
                 any[*column] |= !row[*column].is_nan();
             }
-            clock.tick(lines, header, row[at::TIME], self.period)?;
+            clock.tick(lines, header, row[TIME], self.period)?;
             if samples.payload.is_some() {
                 hang(lines, header, &mut row)?;
-            } else if row[at::PAYLOAD] != 0.0 && !row[at::PAYLOAD].is_nan() {
-                let place = header.place[at::PAYLOAD].unwrap_or_default();
+            } else if row[PAYLOAD] != 0.0 && !row[PAYLOAD].is_nan() {
+                let place = header.place[PAYLOAD].unwrap_or_default();
                 let message = format!(
                     "`payload_kg` is {}; expected 0 or nothing: masses are hung on in static-load logs only",
                     lines.shown(place)
@@ -181,7 +189,7 @@ impl Expected<'_> {
     ) -> Result<f64, InputError> {
         let text = lines.field(field);
         if text.is_empty() {
-            return if column < at::LINK_ENCODER {
+            return if LogChannel::of(column).0.every_row {
                 Err(missing(lines, column, field))
             } else {
                 Ok(f64::NAN)
@@ -202,15 +210,14 @@ impl Expected<'_> {
         field: usize,
         x: f64,
     ) -> Result<f64, InputError> {
-        let name = COLUMNS[column];
+        let name = column_name(column);
+        let (channel, place) = LogChannel::of(column);
         let limits = |joint: usize| {
             let [low, high] = self.robot.parameters.joints[joint].limits;
             [low - BEYOND_LIMITS, high + BEYOND_LIMITS]
         };
-        let (most, hint) = match column {
-            at::TIME => (1e10, "milliseconds or less"),
-            at::ENCODER..at::LINK_ENCODER => {
-                let joint = column - at::ENCODER;
+        let (most, hint) = match (channel.id, place) {
+            (LogChannel::Encoder, joint) => {
                 let [low, high] = limits(joint);
                 if (low..=high).contains(&x) {
                     return Ok(x);
@@ -228,16 +235,11 @@ impl Expected<'_> {
                 };
                 return Err(lines.error_at(field, message, "beyond the joint's limits", help));
             }
-            at::LINK_ENCODER..at::MOTOR_TORQUE => {
-                let [low, high] = limits(column - at::LINK_ENCODER);
-                (low.abs().max(high.abs()).max(7.0), "degrees")
+            (LogChannel::LinkEncoder, joint) => {
+                let [low, high] = limits(joint);
+                (low.abs().max(high.abs()).max(channel.most.0), channel.most.1)
             }
-            at::MOTOR_TORQUE..at::FORCE => (1e6, "another unit"),
-            at::FORCE..at::POSITION => (1e6, "another unit"),
-            at::POSITION..at::ROTATION => (20.0, "millimetres"),
-            at::ROTATION..at::SPINDLE => (7.0, "degrees"),
-            at::SPINDLE => (1e4, "another unit"),
-            at::PAYLOAD if x < 0.0 => {
+            (LogChannel::Payload, 0) if x < 0.0 => {
                 let message =
                     format!("`{name}` is {}; expected a mass not below 0", lines.shown(field));
                 return Err(lines.error_at(
@@ -247,8 +249,8 @@ impl Expected<'_> {
                     "Write 0 where nothing hangs on the flange.",
                 ));
             }
-            at::PAYLOAD => (1e4, "grams"),
-            _ => (10.0, "millimetres"),
+            (LogChannel::Payload, 1..) => (10.0, "millimetres"),
+            _ => channel.most,
         };
         if x.abs() <= most {
             return Ok(x);
@@ -286,25 +288,21 @@ impl Expected<'_> {
         notices: &mut Vec<String>,
     ) -> Result<(), InputError> {
         let group = |column: usize| {
-            let whole = GROUPS
-                .into_iter()
-                .find(|(first, number)| (*first..first + number).contains(&column));
-            whole.map_or(column..column + 1, |(first, number)| first..first + number)
+            let (channel, _) = LogChannel::of(column);
+            if channel.together { channel.id.columns() } else { column..column + 1 }
         };
-        let empty: Vec<_> = (at::LINK_ENCODER..at::PAYLOAD)
+        let empty: Vec<_> = (LogChannel::LinkEncoder.columns().start..PAYLOAD)
             .filter(|column| header.has(*column) && !group(*column).any(|member| any[member]))
             .collect();
         if empty.is_empty() {
             return Ok(());
         }
-        if self.kind == LogKind::Weld && empty.contains(&at::SPINDLE) {
+        if self.kind == LogKind::Weld && empty.contains(&LogChannel::Spindle.columns().start) {
             let message = "column `spindle_rad_s` holds no value; expected the spindle's speed, which drives a weld";
             return Err(lines
                 .error_of_file(message, "Write the commanded speed where it was not measured."));
         }
-        let left = self
-            .kind
-            .predicted()
+        let left = predicted(self.kind)
             .iter()
             .any(|column| header.has(*column) && !empty.contains(column));
         if !left {
@@ -338,7 +336,7 @@ impl Clock {
         time: f64,
         period: Option<f64>,
     ) -> Result<(), InputError> {
-        let place = header.place[at::TIME].unwrap_or_default();
+        let place = header.place[TIME].unwrap_or_default();
         self.decimals = self.decimals.max(decimals(lines.field(place)));
         let Some(last) = self.last.replace(time) else {
             self.first = time;
@@ -404,11 +402,11 @@ fn decimals(text: &[u8]) -> i32 {
 
 /// Checks the payload of a row: a mass in every row, and a centre wherever something hangs.
 fn hang<R: Read>(lines: &Lines<R>, header: &Header, row: &mut RawRow) -> Result<(), InputError> {
-    for column in at::PAYLOAD..COUNT {
+    for column in PAYLOAD..COUNT {
         if !row[column].is_nan() {
             continue;
         }
-        if column != at::PAYLOAD && row[at::PAYLOAD] == 0.0 {
+        if column != PAYLOAD && row[PAYLOAD] == 0.0 {
             row[column] = 0.0;
             continue;
         }
@@ -418,12 +416,12 @@ fn hang<R: Read>(lines: &Lines<R>, header: &Header, row: &mut RawRow) -> Result<
 }
 
 fn missing<R: Read>(lines: &Lines<R>, column: usize, field: usize) -> InputError {
-    let unit = unit_of(COLUMNS[column]).unwrap_or_default();
+    let unit = unit_of(column_name(column)).unwrap_or_default();
     let message =
-        format!("`{}` is missing in this row; expected a number in {unit}", COLUMNS[column]);
+        format!("`{}` is missing in this row; expected a number in {unit}", column_name(column));
     let help = match column {
-        at::PAYLOAD => "Write 0 where nothing hangs on the flange.",
-        column if column > at::PAYLOAD => "Where a mass hangs on the flange, its centre is needed.",
+        PAYLOAD => "Write 0 where nothing hangs on the flange.",
+        column if column > PAYLOAD => "Where a mass hangs on the flange, its centre is needed.",
         _ => {
             "Time and encoders drive the model and are needed in every row; other channels may have empty fields."
         }
@@ -432,7 +430,7 @@ fn missing<R: Read>(lines: &Lines<R>, column: usize, field: usize) -> InputError
 }
 
 fn not_a_number<R: Read>(lines: &Lines<R>, column: usize, field: usize) -> InputError {
-    let unit = unit_of(COLUMNS[column]).unwrap_or_default();
+    let unit = unit_of(column_name(column)).unwrap_or_default();
     let text = String::from_utf8_lossy(lines.field(field)).into_owned();
     let is_number = |text: &str| text.parse::<f64>().is_ok_and(f64::is_finite);
     let (expected, help) = if text.parse::<f64>().is_ok() {
@@ -448,8 +446,11 @@ fn not_a_number<R: Read>(lines: &Lines<R>, column: usize, field: usize) -> Input
             "Write the number alone, with a dot as decimal mark; the unit stands in the column's name.",
         )
     };
-    let message =
-        format!("`{}` is {}; expected {expected} in {unit}", COLUMNS[column], lines.shown(field));
+    let message = format!(
+        "`{}` is {}; expected {expected} in {unit}",
+        column_name(column),
+        lines.shown(field)
+    );
     lines.error_at(field, message, format!("expected {expected} in {unit}"), help)
 }
 
