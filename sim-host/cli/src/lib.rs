@@ -29,6 +29,7 @@ mod measured;
 mod names;
 mod new_law;
 mod results;
+mod schema;
 mod step;
 mod terminal;
 mod weld;
@@ -79,6 +80,8 @@ enum Command {
     NewLaw(new_law::Arguments),
     /// Turn a URDF into a robot file; what a URDF cannot know is marked to be filled in
     ImportUrdf(import_urdf::Arguments),
+    /// Print the JSON Schema of a result, or list the schemas
+    Schema(schema::Arguments),
 }
 
 /// The program: its commands, and the laws and effects that they know.
@@ -133,6 +136,7 @@ impl Arguments {
             Some(Command::Check(arguments)) => check::run(arguments),
             Some(Command::NewLaw(arguments)) => new_law::run(arguments),
             Some(Command::ImportUrdf(arguments)) => import_urdf::run(arguments),
+            Some(Command::Schema(arguments)) => schema::run(arguments),
         }
     }
 }

@@ -316,9 +316,6 @@ pub fn comparison() -> Comparison {
         share_there: 0.9,
         samples_there: 0.5,
         similar: Vec::new(),
-        sentence: "free-motion, tcp_position: 62 % of the squared residual goes with the sign of A5's spring torque \
-                   (p ≤ 0.005)."
-            .to_owned(),
         curve: Curve {
             x_name: "sign of A5's spring torque".to_owned(),
             x_unit: "",

@@ -32,13 +32,19 @@ for (const source of document.querySelectorAll("figure > script[type='applicatio
       chart.ctx.stroke();
     });
   };
+  // The range given is that of the whole; enlarged, what is seen fills the picture.
+  const range = (chart, low, high) => {
+    const { min, max } = chart.scales.x;
+    const whole = min <= table[0][0] && max >= table[0][table[0].length - 1];
+    return whole ? plot.y_range : uPlot.rangeNum(low, high, 0.1, true);
+  };
   const axis = { font: "12px system-ui, sans-serif", labelFont: "12px system-ui, sans-serif", labelSize: 18, grid: { stroke: "#e6e6e6", width: 1 }, ticks: { stroke: "#ccc", width: 1 } };
   const size = () => ({ width: place.clientWidth, height: plot.wide ? 290 : 230 });
   const chart = new uPlot({
     ...size(),
     scales: {
       x: { time: false, range: (_, low, high) => (named ? [-0.5, plot.categories.length - 0.5] : [low, high]) },
-      y: { distr: plot.logarithmic ? 3 : 1, range: plot.y_range ? (_, low, high) => (plot.zoomed ? [low, high] : plot.y_range) : undefined },
+      y: { distr: plot.logarithmic ? 3 : 1, range: plot.y_range && !plot.logarithmic ? range : undefined },
     },
     axes: [
       { ...axis, label: plot.x_label, ...(named ? { splits: () => plot.categories.map((_, k) => k), values: (_, all) => all.map(category) } : {}) },

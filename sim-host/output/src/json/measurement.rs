@@ -2,6 +2,7 @@
 
 use super::finite;
 use crate::words;
+use crate::words::finding::sentence;
 use crate::{CompareReport, DiagnoseReport, ImproveReport};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -437,7 +438,7 @@ impl ResidualFinding {
             share_there: finite(finding.share_there),
             samples_there: finite(finding.samples_there),
             similar: finding.similar.clone(),
-            sentence: finding.sentence.clone(),
+            sentence: sentence(finding),
             curve: ResidualCurve {
                 x_name: curve.x_name.clone(),
                 x_unit: curve.x_unit.to_owned(),

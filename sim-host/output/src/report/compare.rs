@@ -8,6 +8,7 @@ use crate::document::{
 };
 use crate::json::CompareResult;
 use crate::words::compare::{TOLD, headline, notes, setting};
+use crate::words::finding::sentence;
 use crate::words::{Scale, fixed};
 use std::path::Path;
 use trueweld_measure::residuals::compare::{ChannelComparison, Comparison, FLOOR, LogComparison};
@@ -43,7 +44,7 @@ impl Report for CompareReport<'_> {
     fn document(&self) -> Document {
         let comparison = self.comparison;
         let told = foremost(&comparison.worst, DRAWN);
-        let sentences = told.iter().take(TOLD).map(|finding| finding.sentence.clone()).collect();
+        let sentences = told.iter().take(TOLD).map(|finding| sentence(finding)).collect();
         let mut document = Document::new("Compare", headline(comparison));
         document.push(Block::Note(setting(self.model, comparison)));
         document.push(Block::List(sentences));
@@ -115,7 +116,7 @@ fn finding_figure(finding: &Finding) -> Figure {
     let points = marked.iter().filter(|_| numbered).map(|m| (m.x, m.y)).collect();
     Figure {
         title: format!("{}: {}", finding.channel, curve.y_name),
-        text: finding.sentence.clone(),
+        text: sentence(finding),
         plot: Plot {
             x_label: x.named(&curve.x_name),
             y_label: y.named("measured less predicted"),

@@ -59,7 +59,7 @@ impl Report for StepReport<'_> {
 impl super::Recorded for StepReport<'_> {
     #[cfg(feature = "rerun")]
     fn record(&self, path: &std::path::Path) -> Result<(), crate::OutputError> {
-        crate::rerun::step_recording(path, self.runs, self.at)
+        crate::rerun::step_recording(path, self)
     }
 }
 

@@ -318,6 +318,6 @@ mod tests {
     fn a_single_uncompensated_weld_has_no_plots_of_a_correction() {
         let welds = sample::welds(100);
         let page = report(&welds.runs()[..1]).page();
-        assert!(!page.contains("Compensation: ") && !page.contains("enlarged"));
+        assert!(!page.contains("Compensation: ") && !page.contains("compensation, enlarged"));
     }
 }

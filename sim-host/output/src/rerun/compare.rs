@@ -5,6 +5,7 @@ use super::signals;
 use super::writer::{RecordError, Store, Writer, refused};
 use crate::color::{JOINTS, LIMIT, REFERENCE, Rgb, run};
 use crate::words::compare::{TOLD, headline, setting};
+use crate::words::finding::sentence;
 use crate::words::{Scale, score};
 use nalgebra::Vector3;
 use re_chunk::TimeColumn;
@@ -170,7 +171,7 @@ pub(super) fn verdict<W: Write>(
 pub(super) fn about(model: &Path, comparison: &Comparison) -> String {
     let mut text = format!("**{}**\n\n{}\n\n", headline(comparison), setting(model, comparison));
     for finding in foremost(&comparison.worst, TOLD) {
-        text += &format!("- {}\n", finding.sentence);
+        text += &format!("- {}\n", sentence(finding));
     }
     text
 }

@@ -1,5 +1,6 @@
 //! What is said of a diagnosis and of an improvement.
 
+use super::finding::{article, sentence};
 use super::{Scale, counted, effects, listed, probability, score, share};
 use crate::{DiagnoseReport, ImproveReport};
 use trueweld_measure::diagnose::{
@@ -8,7 +9,7 @@ use trueweld_measure::diagnose::{
 use trueweld_measure::experiment::Plan;
 use trueweld_measure::improve::{Rejected, Step};
 use trueweld_measure::residuals::compare::LogComparison;
-use trueweld_measure::residuals::localize::{Finding, article, foremost};
+use trueweld_measure::residuals::localize::{Finding, foremost};
 use trueweld_plant::effects::{EffectKind, Location, Parameter};
 use trueweld_plant::input::{ModelFile, RobotFile};
 
@@ -66,18 +67,18 @@ fn tied(diagnosis: &Diagnosis, robot: &RobotFile) -> Vec<String> {
     std::iter::once(best).chain(others).map(|candidate| candidate.name(robot)).collect()
 }
 
-/// What the rest of the residual goes with, in a few words.
-fn goes_with(unexplained: &[Finding]) -> String {
+/// What the rest of the residual follows, in a few words.
+fn followed(unexplained: &[Finding]) -> String {
     match foremost(unexplained, 1).first() {
         Some(f) => {
             let variable = article(&f.variable);
             format!(
-                "it goes with {variable} ({} of the squared residual of {})",
+                "it follows {variable} ({} of the squared residual of {})",
                 share(f.share),
                 f.channel
             )
         }
-        None => "it goes with no single condition of those that are looked at".to_owned(),
+        None => "it follows no single condition of those that are looked at".to_owned(),
     }
 }
 
@@ -131,7 +132,7 @@ pub(crate) fn verdict(
             });
             format!(
                 "Something is missing that no effect here explains (score {before}); {}.{partial}",
-                goes_with(&diagnosis.unexplained)
+                followed(&diagnosis.unexplained)
             )
         }
     }
@@ -373,7 +374,7 @@ pub(crate) fn next_experiment(plan: &Plan) -> String {
 /// What is left that the residual follows, a sentence each.
 pub(crate) fn remains(diagnosis: &Diagnosis) -> Vec<String> {
     let all = foremost(&diagnosis.unexplained, REMAINS);
-    all.into_iter().map(|finding| finding.sentence.clone()).collect()
+    all.into_iter().map(|finding| sentence(finding)).collect()
 }
 
 #[cfg(test)]
@@ -398,7 +399,7 @@ mod tests {
         let unknown = parts.diagnosed().headline();
         assert!(
             unknown.starts_with(
-                "Something is missing that no effect here explains (score 3.79); it goes with"
+                "Something is missing that no effect here explains (score 3.79); it follows"
             ),
             "{unknown}"
         );

@@ -63,6 +63,12 @@ impl Scale {
         self.with_unit(self.number(value))
     }
 
+    /// The number with its sign and unit: `+0.240 mm`.
+    pub(crate) fn signed(self, value: f64) -> String {
+        let sign = if value > 0.0 { "+" } else { "" };
+        format!("{sign}{}", self.quantity(value))
+    }
+
     /// The number with its 95 % interval and unit: `0.2400 ± 0.0020 mm`, as many digits as the
     /// interval leaves; without an interval where that has no width or no bounds.
     pub(crate) fn with_interval(self, value: f64, [low, high]: [f64; 2]) -> String {

@@ -12,9 +12,8 @@ mod covariate;
 mod orders;
 mod spectrum;
 mod table;
-mod words;
 
-pub use words::{article, readable, readable_condition};
+pub use spectrum::NAME as FREQUENCY;
 
 use crate::data::log::{Log, LogKind};
 use crate::predict::{Experiment, Prediction};
@@ -23,8 +22,11 @@ use covariate::Covariate;
 use rayon::prelude::*;
 use table::ResidualTable;
 
+/// Name of the condition that holds everywhere.
+pub const OFFSET: &str = "constant offset";
+
 /// Arrangements that a share is set against: p-values come in steps of 1/200.
-const ARRANGEMENTS: usize = 199;
+pub const ARRANGEMENTS: usize = 199;
 
 /// Exceeded so often, a share is taken for chance without trying the other arrangements.
 const ENOUGH: usize = 10;
@@ -81,8 +83,6 @@ pub struct Finding {
     /// Other conditions that this channel's residual goes with nearly as much: these data do not
     /// tell them apart.
     pub similar: Vec<String>,
-    /// In plain words.
-    pub sentence: String,
     /// The residual over the condition.
     pub curve: Curve,
 }
@@ -198,7 +198,6 @@ fn name_similar(findings: &mut [Finding]) {
         let near =
             all.iter().filter(|(name, excess)| *name != finding.variable && *excess >= least);
         finding.similar = near.take(3).map(|(name, _)| name.clone()).collect();
-        finding.sentence = words::sentence(finding);
     }
 }
 
@@ -384,7 +383,7 @@ fn report(
             (0..bins.count).filter(|bin| sums.rows[*bin] > 0.0).map(|bin| named(&bin)).collect()
         }
     };
-    let mut finding = Finding {
+    Finding {
         variable: condition.name.clone(),
         unit: condition.unit,
         low,
@@ -401,9 +400,7 @@ fn report(
             points,
         },
         ..table.finding(how, judged)
-    };
-    finding.sentence = words::sentence(&finding);
-    finding
+    }
 }
 
 /// Series of a table put together in groups: its columns, or the spindle's orders.
@@ -451,7 +448,7 @@ fn by_series(table: &ResidualTable, group: &Group) -> Option<Finding> {
             table.point_of_group(c as f64, &of_group)
         })
         .collect();
-    let mut finding = Finding {
+    Some(Finding {
         variable: group.name.to_owned(),
         low: there as f64,
         high: there as f64,
@@ -467,9 +464,7 @@ fn by_series(table: &ResidualTable, group: &Group) -> Option<Finding> {
             points,
         },
         ..table.finding(Statistic::Size, judged)
-    };
-    finding.sentence = words::sentence(&finding);
-    Some(finding)
+    })
 }
 
 /// What stays the same in all rows: Σ n m² / Σ r², against residuals of which whole blocks change
@@ -501,8 +496,8 @@ fn offset(table: &ResidualTable) -> Option<Finding> {
         (0..width).map(|s| table.point(s as f64, Statistic::Mean, s, everywhere())).collect();
     let mean = |s: usize| everywhere().map(|i| table.row(i)[s]).sum::<f64>().abs();
     let there = largest(width, mean);
-    let mut finding = Finding {
-        variable: words::OFFSET.to_owned(),
+    Some(Finding {
+        variable: OFFSET.to_owned(),
         low: there as f64,
         high: there as f64,
         category: table.series[there].label.clone(),
@@ -517,9 +512,7 @@ fn offset(table: &ResidualTable) -> Option<Finding> {
             points,
         },
         ..table.finding(Statistic::Mean, judged)
-    };
-    finding.sentence = words::sentence(&finding);
-    Some(finding)
+    })
 }
 
 /// Place of the largest of some values.

@@ -2,13 +2,14 @@
 //! of its size would be.
 
 use super::table::ResidualTable;
-use super::{Curve, CurvePoint, Finding, Statistic, judge, largest, words};
+use super::{Curve, CurvePoint, Finding, Statistic, judge, largest};
 use crate::data::log::{Log, LogKind};
 use crate::predict::Quantity;
 use realfft::RealFftPlanner;
 
 /// Name of the condition.
-pub(super) const NAME: &str = "frequency";
+/// Name of the condition that a band of frequencies is.
+pub const NAME: &str = "frequency";
 
 /// Bands, each an octave wide but for the lowest.
 const BANDS: usize = 8;
@@ -75,7 +76,7 @@ pub(super) fn of(
         let (low, high) = edges(b);
         CurvePoint { x: 0.5 * (low + high) * highest, y: shares[b] / width(b), error: 0.0 }
     };
-    let mut finding = Finding {
+    Some(Finding {
         variable: NAME.to_owned(),
         unit: "Hz",
         low: low * highest,
@@ -91,9 +92,7 @@ pub(super) fn of(
             points: (0..BANDS).map(point).collect(),
         },
         ..table.finding(Statistic::Size, judged)
-    };
-    finding.sentence = words::sentence(&finding);
-    Some(finding)
+    })
 }
 
 /// Band of a frequency, as a share of the highest.

@@ -352,7 +352,6 @@ impl ResidualTable {
             share_there: 0.0,
             samples_there: 0.0,
             similar: Vec::new(),
-            sentence: String::new(),
             curve: Curve {
                 x_name: String::new(),
                 x_unit: "",

@@ -1,54 +1,32 @@
-//! Findings in plain words.
+//! What is said of a residual that follows a condition.
 
-use super::{ARRANGEMENTS, Finding, Statistic, spectrum};
+use super::{Scale, listed, share};
+use trueweld_measure::residuals::localize::{ARRANGEMENTS, FREQUENCY, Finding, OFFSET, Statistic};
 
-/// Name of the condition that holds everywhere.
-pub(super) const OFFSET: &str = "constant offset";
-
-/// Factor and unit in which people read a residual: millimetres and milliradians.
-pub fn readable(unit: &'static str) -> (f64, &'static str) {
-    match unit {
-        "m" => (1e3, "mm"),
-        "rad" => (1e3, "mrad"),
-        other => (1.0, other),
-    }
-}
-
-/// Factor and unit in which people read a condition: millimetres and degrees.
-pub fn readable_condition(unit: &'static str) -> (f64, &'static str) {
-    match unit {
-        "m" => (1e3, "mm"),
-        "rad" => (1f64.to_degrees(), "°"),
-        "rad/s" => (1f64.to_degrees(), "°/s"),
-        "rad/s²" => (1f64.to_degrees(), "°/s²"),
-        other => (1.0, other),
-    }
-}
-
-pub(super) fn sentence(finding: &Finding) -> String {
-    let Finding { kind, channel, variable, how, share, .. } = finding;
+/// The finding in a sentence.
+pub(crate) fn sentence(finding: &Finding) -> String {
+    let Finding { kind, channel, variable, how, .. } = finding;
     let p = match finding.p {
         p if p < 1.5 / (ARRANGEMENTS + 1) as f64 => {
             format!("p ≤ {:.3}", 1.0 / (ARRANGEMENTS + 1) as f64)
         }
         p => format!("p = {p:.3}"),
     };
-    let share = percent(*share);
+    let explained = share(finding.share);
     let said = match (variable.as_str(), how) {
         (OFFSET, _) => {
-            let y = worst(finding)
-                .map_or(String::new(), |y| format!(": {} in {}", y.0, finding.category));
+            let y =
+                worst(finding).map_or(String::new(), |y| format!(": {y} in {}", finding.category));
             return format!(
-                "{kind}, {channel}: {share} of the squared residual is a constant offset ({p}){y}."
+                "{kind}, {channel}: {explained} of the squared residual is a constant offset ({p}){y}."
             );
         }
         (_, Statistic::Mean) => {
-            format!("{share} of the squared residual goes with {} ({p})", article(variable))
+            format!("{explained} of the squared residual follows {} ({p})", article(variable))
         }
-        (spectrum::NAME, Statistic::Size) => {
-            let (low, high) = (number(finding.low), number(finding.high));
-            let noise = percent(finding.samples_there);
-            let there = percent(finding.share_there);
+        (FREQUENCY, Statistic::Size) => {
+            let [low, high] = [finding.low, finding.high].map(|f| Scale::small("Hz").number(f));
+            let [noise, there] = [finding.samples_there, finding.share_there].map(share);
             return format!(
                 "{kind}, {channel}: {there} of the squared residual lies between {low} and {high} Hz, where white noise has \
                  {noise} ({p})."
@@ -56,20 +34,20 @@ pub(super) fn sentence(finding: &Finding) -> String {
         }
         (_, Statistic::Size) => format!(
             "{} of the squared residual lies in {} of the samples, {} ({p})",
-            percent(finding.share_there),
-            percent(finding.samples_there),
+            share(finding.share_there),
+            share(finding.samples_there),
             place(finding)
         ),
     };
     let most = match (how, worst(finding)) {
-        (Statistic::Mean, Some((y, _))) => format!("; most {}: {y}", place(finding)),
+        (Statistic::Mean, Some(y)) => format!("; most {}: {y}", place(finding)),
         _ => String::new(),
     };
     let similar = match finding.similar.as_slice() {
         [] => String::new(),
         all => format!(
-            "; nearly as much with {}",
-            all.iter().map(|v| article(v)).collect::<Vec<_>>().join(", ")
+            "; nearly as much {}",
+            listed(&all.iter().map(|v| article(v)).collect::<Vec<_>>(), "and")
         ),
     };
     format!("{kind}, {channel}: {said}{most}{similar}.")
@@ -100,17 +78,18 @@ fn place(finding: &Finding) -> String {
             _ => format!("where {variable} is {}", finding.category),
         };
     }
-    let (factor, unit) = readable_condition(finding.unit);
-    let (low, high) = (number(finding.low * factor), number(finding.high * factor));
+    let scale = Scale::large(finding.unit);
+    let range =
+        scale.with_unit(format!("{} to {}", scale.number(finding.low), scale.number(finding.high)));
     let variable = variable.split(',').next().unwrap_or_default().to_owned();
     if finding.variable.ends_with("periods a turn") {
-        return format!("at a phase of {low} to {high} {unit}");
+        return format!("at a phase of {range}");
     }
-    format!("where {variable} is {low} to {high} {unit}")
+    format!("where {variable} is {range}")
 }
 
 /// The mean residual where it is largest, with its column.
-fn worst(finding: &Finding) -> Option<(String, f64)> {
+fn worst(finding: &Finding) -> Option<String> {
     let curve = &finding.curve;
     let point = if finding.variable == OFFSET {
         curve.points.get(finding.low as usize)?
@@ -119,14 +98,13 @@ fn worst(finding: &Finding) -> Option<(String, f64)> {
     } else {
         curve.points.iter().find(|p| p.x >= finding.low && p.x <= finding.high)?
     };
-    let (factor, unit) = readable(curve.y_unit);
     let column =
         curve.y_name.split_once(", ").map_or(String::new(), |(_, column)| format!(" in {column}"));
-    Some((format!("{:+} {unit}{column}", Rounded(point.y * factor)), point.y))
+    Some(format!("{}{column}", Scale::small(curve.y_unit).signed(point.y)))
 }
 
 /// A condition as it stands in a sentence: with its article, or as the joint's own.
-pub fn article(variable: &str) -> String {
+pub(crate) fn article(variable: &str) -> String {
     match variable {
         OFFSET => format!("a {OFFSET}"),
         "log" => "which log it is".to_owned(),
@@ -149,32 +127,5 @@ pub fn article(variable: &str) -> String {
             Some((joint, rest)) if !joint.ends_with("'s") => format!("{joint}'s {rest}"),
             _ => name.to_owned(),
         },
-    }
-}
-
-fn percent(share: f64) -> String {
-    format!("{:.0} %", 100.0 * share)
-}
-
-fn number(value: f64) -> String {
-    Rounded(value).to_string()
-}
-
-/// A number with three digits that count.
-struct Rounded(f64);
-
-impl std::fmt::Display for Rounded {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let decimals = if self.0 == 0.0 {
-            0
-        } else {
-            (2.0 - self.0.abs().log10().floor()).clamp(0.0, 6.0) as usize
-        };
-        let value = if self.0.abs() < 0.5 * 10f64.powi(-(decimals as i32)) { 0.0 } else { self.0 };
-        if f.sign_plus() {
-            write!(f, "{value:+.decimals$}")
-        } else {
-            write!(f, "{value:.decimals$}")
-        }
     }
 }
