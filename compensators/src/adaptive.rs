@@ -1,7 +1,6 @@
-//! Adaptive compensation: joint compliances estimated from whatever is seen of the tool's pose.
+//! Adaptive compensation: joint compliances estimated from measurements of the tool's deviation.
 //!
-//! On top of the planned load case ([`feed_forward`](crate::FeedForward)) the demand is linear in
-//! what is not known of it,
+//! Beyond the planned load case ([`FeedForward`]) the demand is linear in the unknowns ϑ,
 //!
 //! ```text
 //! x = x̂₀ + Φ ϑ,   Φ = [ J diag(K⁻¹ τ_s)  |  −J K⁻¹ Jᵀ [f_x e_x, f_y e_y]  |  e_rx, e_y ]
@@ -9,29 +8,28 @@
 //!
 //! ϑ: relative errors of six compliances and of the two planned forces in the plane, and two
 //! offsets (a sensor's zero, a seam beside its taught line), that of lateral tilt and that across
-//! the seam. Every sighting is one row of a Kalman filter,
+//! the seam. Every measurement is one update of a Kalman filter,
 //!
 //! ```text
 //! r = h·(E − x̂₀)(t − age) − z − φᵀϑ,  φ = Φᵀh,  s = φᵀPφ + R
 //! ϑ ← ϑ + P φ r / s,   P ← P − P φ φᵀ P / s
 //! ```
 //!
-//! * R is the square of the reading's noise, and never less than what Φ leaves out of any reading.
-//! * Forgetting: P grows by Q a second, the compliances slowly, the offsets faster; only while
-//!   there is excitation.
-//! * Compliances and forces learn while the tool feeds evenly only: where it stands, the material
-//!   holds it beside its line with forces that no plan has, and what they bend would pass for
-//!   compliance. The offsets learn at all times.
-//! * Freeze: a row that can teach nothing (φᵀPφ below a hundredth of R) changes neither ϑ nor P.
-//! * Covariance bound: no variance ever exceeds its prior.
-//! * Projection: ϑ stays within three priors, no compliance below 0.3 of the believed one.
+//! * R is the variance of the measurement, and at least the square of what Φ leaves out.
+//! * Forgetting: P grows at a rate Q, slowly for the compliances, faster for the offsets, and only
+//!   under excitation.
+//! * Compliances and forces are estimated at constant feed only: a tool that stands is held beside
+//!   its line by forces that are not planned, and their deflection would be taken for compliance.
+//!   The offsets are always estimated.
+//! * A measurement without information (φᵀPφ below a hundredth of R) changes neither ϑ nor P.
+//! * No variance exceeds its prior.
+//! * Projection: ϑ stays within three prior deviations, and no compliance below 0.3 of the model's.
 //!
-//! What is learned of compliances and planned forces stays from weld to weld; the offsets are begun
-//! anew.
+//! Compliances and planned forces are kept from weld to weld; the offsets are reset.
 //!
-//! Needs: sightings of any kind, at any times. Cannot see: compliances that no sighting shows apart
-//! (a seam sensor alone shows sums of six; they serve well where they were learned, and less
-//! elsewhere), depth, play and friction. Tuning: none beyond how well the model is known.
+//! Needs: deviation measurements of any kind, at any time. Not observable: compliances that no
+//! measurement separates (a seam sensor alone shows one sum of six, which holds where it was
+//! learned and less elsewhere), depth, backlash, friction. Tuning: the priors.
 
 use crate::deviation_history::{DeviationHistory, beside_depth};
 use crate::law::{GainError, Law, Needs, Setup, require, usable_period};
@@ -47,36 +45,35 @@ const UNKNOWN: usize = 10;
 /// First of the offsets.
 const OFFSETS: usize = 8;
 
-/// Change of the feed from period to period that is none, as a share of it; and way at even feed
-/// from which on the material behind the tool has forgotten how it began, m: several shoulder
-/// radii.
+/// Relative change of the feed over a period up to which it counts as constant; and distance at
+/// constant feed after which the material behind the tool is in its steady state, m: several
+/// shoulder radii.
 const EVEN: f64 = 0.01;
 const SETTLED: f64 = 0.03;
 
-/// What Φ leaves out of a reading, rad and m: the ripple of the process, and that the material
-/// answers a correction with force. A reading with less noise than that is no better; believed in,
-/// it makes the estimate fast enough to swing with the material.
+/// What Φ leaves out of a measurement, rad and m: the ripple of the process, and the force with
+/// which the material answers a correction. A smaller R would make the estimate so fast that it
+/// oscillates with the material.
 const LEFT_OUT: [f64; 2] = [1e-4, 5e-5];
 
-/// Deviations of its noise beyond which a reading says no more than so many.
+/// Innovations are clipped at so many standard deviations of the noise.
 const CLIPPED: f64 = 30.0;
 
-/// A row that could lower no variance by more than this share of the noise teaches nothing.
+/// A measurement is used only where φᵀPφ is more than this share of R.
 const EXCITED: f64 = 0.01;
 
-/// Deviations of the prior that an unknown is held within.
+/// An unknown is held within so many of its prior deviations.
 const REACH: f64 = 3.0;
 
-/// Least relative compliance error: none is stiffer than 1/0.3 of what is believed.
+/// Least relative compliance error: a joint is at most 1/0.3 times as stiff as the model says.
 const LEAST: f64 = -0.7;
 
-/// Time in which forgetting would give an unknown its prior variance back, s: of compliances and
-/// forces, and of offsets. With the least noise that is believed the latter makes the offset across
-/// the seam follow at 4 rad/s, as fast as the plastic channel behind the tool lets it be (see seam
-/// tracking).
+/// Time in which forgetting restores the prior variance, s: of compliances and forces, and of
+/// offsets. At the smallest R the offset across the seam then follows at 4 rad/s, the limit that
+/// the plastic channel behind the tool sets (see seam tracking).
 const FORGOTTEN: [f64; 2] = [3600.0, 480.0];
 
-/// How well the model is known: one standard deviation each.
+/// Gains of the adaptive law: how well the model is known, one standard deviation each.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "host", derive(serde::Serialize, serde::Deserialize))]
 pub struct AdaptiveGains {
@@ -107,7 +104,7 @@ impl Default for AdaptiveGains {
 pub struct Adaptive<T: Real> {
     prior: SVector<T, UNKNOWN>,
     period: T,
-    seen: DeviationHistory<T>,
+    history: DeviationHistory<T>,
     unknown: SVector<T, UNKNOWN>,
     covariance: SMatrix<T, UNKNOWN, UNKNOWN>,
     /// Path position and speed of the last period, and where the speed became even.
@@ -116,7 +113,7 @@ pub struct Adaptive<T: Real> {
 }
 
 impl<T: Real> Adaptive<T> {
-    /// A law that knows nothing yet. `period`: of control, s.
+    /// A law that has learned nothing yet. `period`: of control, s.
     ///
     /// # Errors
     /// [`GainError`] unless period and priors are positive, relative ones at most 10, and the
@@ -141,7 +138,7 @@ impl<T: Real> Adaptive<T> {
         Ok(Self {
             prior,
             period,
-            seen: DeviationHistory::new(period),
+            history: DeviationHistory::new(period),
             unknown: SVector::zeros(),
             covariance: SMatrix::from_diagonal(&prior.component_mul(&prior)),
             fed: None,
@@ -149,8 +146,7 @@ impl<T: Real> Adaptive<T> {
         })
     }
 
-    /// Relative errors of the six compliances as they are estimated, and the standard deviation of
-    /// each.
+    /// Estimated relative errors of the six compliances, each with its standard deviation.
     pub fn compliance(&self) -> [(T, T); 6] {
         core::array::from_fn(|i| (self.unknown[i], self.covariance[(i, i)].max(T::zero()).sqrt()))
     }
@@ -187,7 +183,7 @@ impl<T: Real> Adaptive<T> {
         Ok(regressor)
     }
 
-    /// True where the feed has been the same for long enough.
+    /// True where the feed has been constant for long enough.
     fn feeds_evenly(&mut self, path: T) -> bool {
         let (before, speed, since) = self.fed.unwrap_or((path, T::zero(), path));
         let now = (path - before) / self.period;
@@ -200,12 +196,12 @@ impl<T: Real> Adaptive<T> {
     fn learn(
         &mut self,
         regressor: &SMatrix<T, 6, UNKNOWN>,
-        sighting: &DeviationMeasurement<T>,
+        measurement: &DeviationMeasurement<T>,
         evenly: bool,
     ) {
-        let mut row = regressor.tr_mul(&beside_depth(sighting));
+        let mut row = regressor.tr_mul(&beside_depth(measurement));
         let expected = row.dot(&self.unknown);
-        let Some(innovation) = self.seen.innovation(sighting, expected, CLIPPED) else {
+        let Some(innovation) = self.history.innovation(measurement, expected, CLIPPED) else {
             return;
         };
         if !evenly {
@@ -214,9 +210,9 @@ impl<T: Real> Adaptive<T> {
         let spread = self.covariance * row;
         let along =
             |axes: &Vector3<T>, left_out: f64| axes.norm_squared() * lit(left_out * left_out);
-        let left_out = along(&sighting.along.angular, LEFT_OUT[0])
-            + along(&sighting.along.linear, LEFT_OUT[1]);
-        let (told, noise) = (row.dot(&spread), left_out.max(sighting.noise * sighting.noise));
+        let left_out = along(&measurement.along.angular, LEFT_OUT[0])
+            + along(&measurement.along.linear, LEFT_OUT[1]);
+        let (told, noise) = (row.dot(&spread), left_out.max(measurement.noise * measurement.noise));
         if !told.is_finite() || told < noise * lit(EXCITED) {
             return;
         }
@@ -253,7 +249,7 @@ impl<T: Real> Law<T> for Adaptive<T> {
 
 impl<T: Real> Compensator<T> for Adaptive<T> {
     fn reset(&mut self) {
-        self.seen.reset();
+        self.history.reset();
         self.fed = None;
         for i in OFFSETS..UNKNOWN {
             self.unknown[i] = T::zero();
@@ -275,10 +271,10 @@ impl<T: Real> Compensator<T> for Adaptive<T> {
     ) -> Result<Twist<T>, Fault> {
         let planned = FeedForward.demand(robot, observation)?;
         let regressor = Self::regressor(robot, observation)?;
-        self.seen.remember(robot, observation, &planned)?;
+        self.history.remember(robot, observation, &planned)?;
         let evenly = self.feeds_evenly(observation.path) && !self.frozen;
-        for sighting in observation.sightings {
-            self.learn(&regressor, sighting, evenly);
+        for measurement in observation.sightings {
+            self.learn(&regressor, measurement, evenly);
         }
         Ok(planned + Twist::from_vector(&(regressor * self.unknown)))
     }

@@ -1,15 +1,14 @@
-//! Two laws as one: which owns which direction, what happens when one fails, and how far both may
-//! go.
+//! Two laws as one: each owns directions of W and stands in for the other at a fault; both together
+//! are limited.
 //!
-//! Each direction of W takes its demand from the law that owns it, and from the other one while the
-//! owner is at fault. Where the source of a direction changes, the output goes on from where it
-//! was, and the difference fades:
+//! Each direction takes its demand from the law that owns it, and from the other one while the
+//! owner is at fault. Where the source of a direction changes, the output continues from its last
+//! value and the difference decays:
 //!
 //! x = x_source + o,  o ← o e^(−T/τ),  at a change: o = x_last − x_source.
 //!
-//! The whole is held within an authority, displacement and rotation each; KUKA's sensor interface
-//! clamps at 5 mm and 5° and stops the robot at 6 mm and 6°. More than two laws: combine a
-//! combination.
+//! Displacement and rotation of the whole are limited. KUKA's sensor interface clamps at 5 mm and
+//! 5° and stops the robot at 6 mm and 6°. More than two laws: combine a combination.
 
 use crate::law::{GainError, positive, usable_period};
 use nalgebra::SVector;
@@ -30,7 +29,7 @@ pub struct CombinedGains {
     pub max_translation_m: f64,
     /// Largest rotation, rad. 0.015.
     pub max_rotation_rad: f64,
-    /// τ, s: time in which the step of a change of source fades. 0.5.
+    /// τ, s: time constant in which the step of a change of source decays. 0.5.
     pub fade_s: f64,
 }
 

@@ -1,13 +1,13 @@
-//! What sightings say of the demand, for all laws that learn from them.
+//! Innovations of deviation measurements, for all laws that learn from them.
 //!
-//! Encoders that stand at set-point and demand x put the real tool on its nominal pose. Where they
-//! stand at E beyond the set-point instead, the tool deviates by d = E − x. A sighting z = h·d
-//! therefore says of the demand
+//! The real tool is on its nominal pose where the encoders are displaced from the set-point by the
+//! right demand x. Where they are displaced by E instead, the tool deviates by d = E − x. A
+//! measurement z = h·d therefore measures the demand,
 //!
 //! h·x = h·E(t − age) − z,
 //!
-//! whatever the robot did meanwhile: laws that learn x from it are observers beside the control
-//! loop, and the delay of a sensor does not take away from the loop's phase.
+//! whatever the robot did meanwhile. A law that estimates x from it is an observer beside the
+//! control loop: the delay of a sensor costs the loop no phase.
 
 use heapless::Deque;
 use nalgebra::SVector;
@@ -16,26 +16,26 @@ use trueweld_core::control::RepeatCounter;
 use trueweld_core::scalar::lit;
 use trueweld_core::{Fault, Real, Robot, Twist};
 
-/// Periods that a sighting may be old.
+/// Largest age of a measurement, periods.
 const REMEMBERED: usize = 32;
 
-/// A reading that comes so often exactly the same again is no reading: sensors have noise.
+/// A sensor that repeats a reading exactly so often is stuck: sensors have noise.
 const STUCK: u8 = 8;
 
 /// h without depth, which is the force loop's.
-pub(crate) fn beside_depth<T: Real>(sighting: &DeviationMeasurement<T>) -> SVector<T, 6> {
-    let mut along = sighting.along.to_vector();
+pub(crate) fn beside_depth<T: Real>(measurement: &DeviationMeasurement<T>) -> SVector<T, 6> {
+    let mut along = measurement.along.to_vector();
     along[5] = T::zero();
     along
 }
 
-/// Sightings against what a law expects, with the past that old ones speak of.
+/// The recent displacements of the encoders, which measurements with an age refer to.
 #[derive(Debug, Clone)]
 pub(crate) struct DeviationHistory<T: Real> {
     period: T,
-    /// E less what is already demanded of it, newest last.
+    /// E − x̂₀, newest last.
     past: Deque<Twist<T>, REMEMBERED>,
-    /// By kind of reading, told apart by the direction that it sees most of.
+    /// One counter for each direction that a sensor measures most.
     same: [RepeatCounter<T>; 6],
 }
 
@@ -48,10 +48,10 @@ impl<T: Real> DeviationHistory<T> {
         *self = Self::new(self.period);
     }
 
-    /// Takes E − x̂₀ of this period, x̂₀ what is demanded without anything learned.
+    /// Stores E − x̂₀ of this period, with x̂₀ the demand without anything learned.
     ///
     /// # Errors
-    /// [`Fault::Compensation`] where that is no number.
+    /// [`Fault::Compensation`] where it is not finite.
     pub fn remember(
         &mut self,
         robot: &Robot<T>,
@@ -71,32 +71,31 @@ impl<T: Real> DeviationHistory<T> {
         Ok(())
     }
 
-    /// h·(x − x̂₀) as a sighting has it, less what is `expected` of it, no further than so many
-    /// deviations of its noise. `None` for a reading that is not to be used: no number, older than
-    /// is remembered, or stuck.
+    /// h·(x − x̂₀) as measured, less the `expected` value, clipped at so many standard deviations of
+    /// the noise. `None` for a measurement that cannot be used: not finite, too old, or stuck.
     pub fn innovation(
         &mut self,
-        sighting: &DeviationMeasurement<T>,
+        measurement: &DeviationMeasurement<T>,
         expected: T,
         clipped: f64,
     ) -> Option<T> {
-        if !sighting.is_usable() || self.is_stuck(sighting) {
+        if !measurement.is_usable() || self.is_stuck(measurement) {
             return None;
         }
-        let periods = sighting.age / self.period;
+        let periods = measurement.age / self.period;
         let back = (0..self.past.len()).find(|back| lit::<T>(*back as f64 + 0.5) >= periods)?;
         let then = self.past.iter().rev().nth(back)?;
-        let innovation = sighting.of(then) - sighting.deviation - expected;
-        let most = sighting.noise * lit(clipped);
+        let innovation = measurement.of(then) - measurement.deviation - expected;
+        let most = measurement.noise * lit(clipped);
         innovation.is_finite().then(|| innovation.max(-most).min(most))
     }
 
-    fn is_stuck(&mut self, sighting: &DeviationMeasurement<T>) -> bool {
-        let along = sighting.along.to_vector();
-        // The direction seen most of, a radian counted as a metre.
+    fn is_stuck(&mut self, measurement: &DeviationMeasurement<T>) -> bool {
+        let along = measurement.along.to_vector();
+        // The direction measured most, with a radian counted as a metre.
         let kind = along.iter().enumerate().fold((0, T::zero()), |(k, most), (i, a)| {
             if a.abs() > most { (i, a.abs()) } else { (k, most) }
         });
-        self.same.get_mut(kind.0).is_some_and(|same| same.count(sighting.deviation) >= STUCK)
+        self.same.get_mut(kind.0).is_some_and(|same| same.count(measurement.deviation) >= STUCK)
     }
 }

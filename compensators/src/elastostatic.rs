@@ -1,19 +1,19 @@
 //! Elastostatic compensation from the measured wrench: the fake target of (1.1)–(1.3), exact in the
 //! large.
 //!
-//! The law asks where the encoders would have to be for the real, loaded tool to stand on its
-//! nominal pose, and demands the way from the set-point to there. With θ the joint angles of the
+//! The law computes where the encoders must be for the real, loaded tool to stand on its nominal
+//! pose, and demands the displacement of the set-point to there. With θ the joint angles of the
 //! nominal pose,
 //!
 //! θ_E = θ + K⁻¹ (g(θ) − τ_cb(θ₂) − J(θ)ᵀ w),  demand = X(θ_E) ⊖ X_set.
 //!
 //! Since the set-point was taught under gravity, what remains of g − τ_cb is its change since then.
 //!
-//! Needs: a force sensor in six axes, and K. Sees nothing of: backlash, friction in the gears,
-//! bearings, base and links; an error of K passes through one to one, and so does cross-talk of the
-//! sensor that was not calibrated away: 2 % of 18 kN are a third of the force across. It is
-//! positive feedback: what it gives, the material answers. Tuning: the wrench filter's corner below
-//! the spindle's frequency, and the loops' bandwidth below the force loop's.
+//! Needs: a six-axis force sensor, and K. Not observable: backlash, friction in the gears,
+//! compliance of bearings, base and links. An error of K passes through one to one, and so does
+//! cross-talk of the sensor that is not calibrated: 2 % of 18 kN are a third of the force across.
+//! It is a positive feedback: the material answers the correction with force. Tuning: the wrench
+//! filter's corner below the spindle's frequency, and the loops' bandwidth below the force loop's.
 
 use crate::law::{GainError, Law, Needs, Setup, require};
 use nalgebra::Vector2;

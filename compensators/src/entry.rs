@@ -225,7 +225,7 @@ impl fmt::Display for InstallError {
         match self {
             Self::Name(name) => write!(
                 f,
-                "a law is called {name:?}; expected lower-case letters, digits and hyphens, beginning with a letter"
+                "a law is called {name:?}; expected lower-case letters, digits and hyphens"
             ),
             Self::Taken(name) => write!(f, "two laws are called {name:?}; expected another name"),
             Self::Late => f.write_str("laws must be installed once, before any is looked up"),

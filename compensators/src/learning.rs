@@ -1,21 +1,21 @@
-//! Learning from pass to pass, for repeated parts: what was seen along one weld corrects the next.
+//! Iterative learning for repeated parts: the deviation measured along one weld corrects the next.
 //!
-//! Over the path position s, in places of equal length, with r the surprise of every sighting (see
-//! `seen`):
+//! Over the path position s, in segments of equal length, with r the innovation of every measurement
+//! (see `deviation_history`):
 //!
 //! ```text
 //! pass j:         x = x̂₀ + c_j(s),   e_j(s) = mean of h r / (h·h) at s
 //! between passes: c_{j+1} = Q (c_j + γ e_j)
 //! ```
 //!
-//! Q: mean over three neighbouring places, without phase, since the whole pass is known. The
-//! iteration converges where
-//! |1 − γ| < 1 at all wavelengths that Q passes, whatever the loop's dynamics: e_j is what the demand lacked, not what the loop
-//! made of it. While the push rises the correction rises with it.
+//! Q: mean over three neighbouring segments, without phase, since the whole pass is known. The
+//! iteration converges where |1 − γ| < 1 at all wavelengths that Q passes, whatever the dynamics of
+//! the loop: e_j is the error of the demand, not of the loop. While the push rises, the correction
+//! rises with it.
 //!
-//! Needs: sightings along the whole weld, a part that repeats. Cannot see: what differs from pass
-//! to pass, and within one. Tuning: γ 1 for a sensor whose noise the places average out (a place of
-//! 8 mm has 65 readings at 10 mm/s), less for fewer readings.
+//! Needs: deviation measurements along the whole weld, and a part that repeats. Not observable:
+//! what differs from pass to pass. Tuning: γ = 1 for a sensor whose noise the segments average out (a
+//! segment of 8 mm has 65 readings at 10 mm/s), less for fewer readings.
 
 use crate::deviation_history::{DeviationHistory, beside_depth};
 use crate::law::{GainError, Law, Needs, Setup, positive, require, usable_period};
@@ -25,17 +25,17 @@ use trueweld_core::compensation::{Compensator, DeviationMeasurement, Observation
 use trueweld_core::scalar::lit;
 use trueweld_core::{Fault, Real, Robot, Twist};
 
-/// Places along a weld.
-const PLACES: usize = 256;
+/// Segments along a weld.
+const SEGMENTS: usize = 256;
 
-/// Push from which on a sighting teaches, as a share of the largest one planned so far.
+/// Push from which on a measurement is used, as a share of the largest push planned so far.
 const FULL: f64 = 0.98;
 
-/// Deviations of its noise beyond which a reading says no more than so many. Wide: what a first
-/// pass lacks is millimetres.
+/// Innovations are clipped at so many standard deviations of the noise. Wide: a first pass is off
+/// by millimetres.
 const CLIPPED: f64 = 100.0;
 
-/// What was seen at one place: sum of the corrections, and of their weights.
+/// What was measured in one segment: sum of the corrections, and of their weights.
 #[derive(Debug, Clone, Copy)]
 struct Segment<T: Real> {
     sum: SVector<T, 6>,
@@ -46,7 +46,7 @@ struct Segment<T: Real> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "host", derive(serde::Serialize, serde::Deserialize))]
 pub struct LearningGains {
-    /// γ, above 0 and at most 1. 1: the next pass gets all of what this one lacked.
+    /// γ, above 0 and at most 1. 1: the next pass is corrected by all of this one's error.
     pub share: f64,
     /// λ of the seam tracking on top, rad/s; see [`TrackingGains`].
     pub rate_rad_s: f64,
@@ -67,16 +67,16 @@ pub struct Learning<T: Real, L> {
     inner: L,
     gain: T,
     spacing: T,
-    seen: DeviationHistory<T>,
-    learned: [SVector<T, 6>; PLACES],
-    pass: [Segment<T>; PLACES],
+    history: DeviationHistory<T>,
+    learned: [SVector<T, 6>; SEGMENTS],
+    pass: [Segment<T>; SEGMENTS],
     /// Largest push planned so far, N.
     push: T,
     frozen: bool,
 }
 
 impl<T: Real, L> Learning<T, L> {
-    /// A law that has seen no pass yet, on top of the law `inner`. `length`: of the weld, m;
+    /// A law before its first pass, on top of the law `inner`. `length`: of the weld, m;
     /// `share`: γ; `period`: of control, s.
     ///
     /// # Errors
@@ -88,51 +88,51 @@ impl<T: Real, L> Learning<T, L> {
         Ok(Self {
             inner,
             gain: lit(share),
-            spacing: length / lit((PLACES - 1) as f64),
-            seen: DeviationHistory::new(period),
-            learned: [SVector::zeros(); PLACES],
-            pass: [Segment { sum: SVector::zeros(), weight: SVector::zeros() }; PLACES],
+            spacing: length / lit((SEGMENTS - 1) as f64),
+            history: DeviationHistory::new(period),
+            learned: [SVector::zeros(); SEGMENTS],
+            pass: [Segment { sum: SVector::zeros(), weight: SVector::zeros() }; SEGMENTS],
             push: T::zero(),
             frozen: false,
         })
     }
 
-    /// The places before and after a path position, and how far it is from one to the other.
-    fn places(&self, path: T) -> (usize, usize, T) {
-        let at = (path / self.spacing).max(T::zero()).min(lit((PLACES - 1) as f64));
-        // A path that is no number is at the start.
+    /// The nodes before and after a path position, and the share of the way between them.
+    fn nodes(&self, path: T) -> (usize, usize, T) {
+        let at = (path / self.spacing).max(T::zero()).min(lit((SEGMENTS - 1) as f64));
+        // NaN counts as the start.
         let before =
-            nalgebra::try_convert::<T, f64>(at).map_or(0, |at| (at as usize).min(PLACES - 2));
+            nalgebra::try_convert::<T, f64>(at).map_or(0, |at| (at as usize).min(SEGMENTS - 2));
         (before, before + 1, at - lit(before as f64))
     }
 
     /// c(s).
     fn correction(&self, path: T) -> SVector<T, 6> {
-        let (before, after, share) = self.places(path);
+        let (before, after, share) = self.nodes(path);
         match (self.learned.get(before), self.learned.get(after)) {
             (Some(a), Some(b)) => a * (T::one() - share) + b * share,
             _ => SVector::zeros(),
         }
     }
 
-    fn see(&mut self, sighting: &DeviationMeasurement<T>, path: T, correction: &SVector<T, 6>) {
-        let along = beside_depth(sighting);
-        let Some(innovation) = self.seen.innovation(sighting, along.dot(correction), CLIPPED)
+    fn see(&mut self, measurement: &DeviationMeasurement<T>, path: T, correction: &SVector<T, 6>) {
+        let along = beside_depth(measurement);
+        let Some(innovation) = self.history.innovation(measurement, along.dot(correction), CLIPPED)
         else {
             return;
         };
         let square = along.norm_squared();
-        let (before, after, share) = self.places(path);
+        let (before, after, share) = self.nodes(path);
         let nearest = if share < lit(0.5) { before } else { after };
         if let Some(place) = self.pass.get_mut(nearest).filter(|_| square > T::zero()) {
-            // Each direction learns from the sightings that see most of it.
+            // A measurement weighs most in the direction that it measures most.
             let weight = along.component_mul(&along) / square;
             place.sum += along.component_mul(&weight) * (innovation / square);
             place.weight += weight;
         }
     }
 
-    /// What the last pass saw becomes part of the correction.
+    /// Adds what the last pass measured to the correction.
     fn learn(&mut self) {
         let mut wanted = self.learned;
         for (wanted, place) in wanted.iter_mut().zip(&self.pass) {
@@ -169,9 +169,9 @@ impl<T: Real> Law<T> for Learning<T, FeedForward> {
 impl<T: Real, L: Compensator<T>> Compensator<T> for Learning<T, L> {
     fn reset(&mut self) {
         self.learn();
-        self.pass = [Segment { sum: SVector::zeros(), weight: SVector::zeros() }; PLACES];
+        self.pass = [Segment { sum: SVector::zeros(), weight: SVector::zeros() }; SEGMENTS];
         self.inner.reset();
-        self.seen.reset();
+        self.history.reset();
     }
 
     fn freeze(&mut self) {
@@ -185,15 +185,15 @@ impl<T: Real, L: Compensator<T>> Compensator<T> for Learning<T, L> {
         observation: &Observation<'_, T>,
     ) -> Result<Twist<T>, Fault> {
         let inner = self.inner.demand(robot, observation)?;
-        self.seen.remember(robot, observation, &inner)?;
+        self.history.remember(robot, observation, &inner)?;
         let push = -observation.planned.force.z;
         self.push = self.push.max(push);
         let raised =
             if self.push > T::zero() { (push / self.push).max(T::zero()) } else { T::zero() };
         let correction = self.correction(observation.path) * raised;
         if raised >= lit(FULL) && !self.frozen {
-            for sighting in observation.sightings {
-                self.see(sighting, observation.path, &correction);
+            for measurement in observation.sightings {
+                self.see(measurement, observation.path, &correction);
             }
         }
         Ok(inner + Twist::from_vector(&correction))

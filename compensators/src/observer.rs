@@ -1,8 +1,8 @@
 //! Compensation from an observer of the flexible joints: motor torque and encoders, no force
 //! sensor.
 //!
-//! The motor side of (2.1) says what the spring carries, I_m θ̈_E = Γ − τ_s − τ_f(θ̇_E). With the
-//! rate's change over one period T and a first-order observer of bandwidth λ,
+//! The spring torque τ_s follows from the motor side of (2.1), I_m θ̈_E = Γ − τ_s − τ_f(θ̇_E). With
+//! the rate's change over one period T and a first-order observer of bandwidth λ,
 //!
 //! ```text
 //! τ̂ ← τ̂ + (1 − e^(−λT)) (Γ − τ_f − I_m Δθ̇_E / T − τ̂)        spring torque
@@ -14,9 +14,10 @@
 //! In the line of Qin, Léonard, Abba (2013–2016), whose high-gain observer estimates the same from
 //! the same signals; the momentum form is De Luca and Mattone's (2003).
 //!
-//! Needs: motor torque, encoders, K, rotor inertia, motor friction. Sees nothing of: an error of K,
-//! which passes through one to one; friction that the model does not have is taken for load, 100
-//! N·m at A2 for 7 µrad; bearings, base and links. Tuning: λ above what the load changes with,
+//! Needs: motor torque, encoders, K, rotor inertia, motor friction. Not observable: an error of K,
+//! which passes through one to one; compliance of bearings, base and links. Friction that the model
+//! lacks is taken for load: 100 N·m at A2 for 7 µrad. Like every law fed by the load it is a
+//! positive feedback through the material. Tuning: λ above the rate at which the load changes,
 //! below the spindle's frequency.
 
 use crate::law::{GainError, Law, Needs, Setup, positive, usable_period};

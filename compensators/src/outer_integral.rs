@@ -1,19 +1,18 @@
-//! Outer integral: what the position loop lacks of a law's demand, made up for on top of any law.
+//! Outer integral: removes the following error that the position loop leaves of a law's demand.
 //!
-//! The joint loops' integrators leave no error under a constant load, but one in proportion to its
-//! rate under a load that rises: 9 kN·m/s at A2 and K_i = 6·10⁷ N·m/(rad·s) are 0.15 mrad, a third
-//! of a millimetre at the tool. The encoders see that, and no law that says where they should be
-//! does. With x the demand of the law beneath and E where the encoders stand beyond the set-point,
-//! both in W,
+//! The joint loops' integrators leave no error under a constant load, but under a rising load one
+//! in proportion to its rate: 9 kN·m/s at A2 and K_i = 6·10⁷ N·m/(rad·s) give 0.15 mrad, a third of
+//! a millimetre at the tool. The encoders measure it. With x the demand of the inner law and E the
+//! displacement of the encoders' pose from the set-point, both in W,
 //!
 //! ```text
 //! c ← c + μT (x − E), along and across the seam, |c| bounded        demand = x + c
 //! ```
 //!
-//! Needs: encoders. Sees nothing of: what bends behind them. Not on top of a law that is fed by the
-//! force: that is a positive feedback through the material already, and an integral around it makes
-//! it swing (0.2 mm with everything exact, where 0.02 are reached without). Tuning: μ below the
-//! bandwidths of the correction loops and the position loop together, a fifth of the slower one.
+//! Needs: encoders. Not observable: deflection behind them. Not on top of a law that is fed by the
+//! load: that is a positive feedback through the material already, and with an integral around it
+//! it oscillates (0.2 mm with an exact model, 0.02 mm without the integral). Tuning: μ a fifth of
+//! the bandwidth of the slower of correction loops and position loop.
 
 use crate::law::{GainError, positive, usable_period};
 use nalgebra::Vector2;
@@ -44,7 +43,7 @@ pub struct OuterIntegral<T: Real, L> {
     share: T,
     size: T,
     /// c, along x and y of W, m.
-    made_up: Vector2<T>,
+    correction: Vector2<T>,
 }
 
 impl<T: Real, L> OuterIntegral<T, L> {
@@ -57,14 +56,14 @@ impl<T: Real, L> OuterIntegral<T, L> {
         positive(gains.size, "following_max_m")?;
         usable_period(period)?;
         let share = lit::<T>(gains.rate) * period;
-        Ok(Self { inner, share, size: lit(gains.size), made_up: Vector2::zeros() })
+        Ok(Self { inner, share, size: lit(gains.size), correction: Vector2::zeros() })
     }
 }
 
 impl<T: Real, L: Compensator<T>> Compensator<T> for OuterIntegral<T, L> {
     fn reset(&mut self) {
         self.inner.reset();
-        self.made_up = Vector2::zeros();
+        self.correction = Vector2::zeros();
     }
 
     fn freeze(&mut self) {
@@ -78,13 +77,13 @@ impl<T: Real, L: Compensator<T>> Compensator<T> for OuterIntegral<T, L> {
     ) -> Result<Twist<T>, Fault> {
         let mut demand = self.inner.demand(robot, observation)?;
         let stands = observation.encoder_deviation(robot) - observation.setpoint_deviation();
-        let lack = (demand - stands).linear.xy();
-        if !all_finite(lack.iter()) {
+        let error = (demand - stands).linear.xy();
+        if !all_finite(error.iter()) {
             return Err(Fault::Compensation);
         }
-        self.made_up = shortened(self.made_up + lack * self.share, self.size).0;
-        demand.linear.x += self.made_up.x;
-        demand.linear.y += self.made_up.y;
+        self.correction = shortened(self.correction + error * self.share, self.size).0;
+        demand.linear.x += self.correction.x;
+        demand.linear.y += self.correction.y;
         Ok(demand)
     }
 }

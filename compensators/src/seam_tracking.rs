@@ -1,27 +1,26 @@
-//! Seam tracking: what a seam sensor sees across the seam, fed back on top of another law.
+//! Seam tracking: the reading of a seam sensor fed back on top of another law.
 //!
-//! With x̂₀ the demand of the law beneath, the tool's demand is x = x̂₀ + b, and every sighting
-//! corrects b:
+//! With x̂₀ the demand of the inner law, the demand is x = x̂₀ + b. Every measurement corrects b:
 //!
 //! ```text
-//! r = h·(E − x̂₀)(t − age) − z − h·(b + shape ahead)          surprise (see `seen`)
+//! r = h·(E − x̂₀)(t − age) − z − h·(b + shape ahead)          innovation (see `deviation_history`)
 //! Δ = g h r / (h·h),  g = 1 − e^(−λT)                         depth left out
 //! b ← b + (1 − ρ) Δ,   shape ahead ← shape ahead + ρ Δ
 //! ρ = σ v / (1 + σ v)
 //! ```
 //!
-//! A sensor ahead of the tool cannot tell a tool that drifts from a seam that turns. The part ρ of
-//! a surprise is taken for the seam's shape and kept until the tool comes to where it was seen
-//! (preview); the rest corrects the tool at once. That is the steady Kalman filter of two random
-//! walks, b over time and the shape over the path, σ the ratio of their spectral densities, s/m. A
-//! tool at rest (v = 0) sees no shape.
+//! A sensor ahead of the tool cannot separate a drifting tool from a turning seam. The share ρ of an
+//! innovation is taken for the seam's shape and kept until the tool arrives where it was seen
+//! (preview); the rest corrects the tool at once. That is the steady-state Kalman filter of two
+//! random walks, b over time and the shape over the path, with σ the ratio of their spectral
+//! densities, s/m. At rest (v = 0) all of it corrects the tool.
 //!
-//! Needs: sightings; a seam taught to within what σ says. Sees nothing of: depth, and what the
-//! sensor does not see, such as the travel angle; there the law beneath stands alone. A yaw that
-//! the law beneath does not know of shows as an offset of look-ahead × yaw. Drop-outs hold b; stuck
-//! and impossible readings are passed over. Tuning: λ above what the loads change with while the
-//! feed rises, and below what the plastic channel behind the tool makes swing, some 4 rad/s; noise
-//! z comes through as z √(λT/2).
+//! Needs: deviation measurements. Not observable: depth, and directions that the sensor does not
+//! measure, such as the travel angle; there the inner law acts alone. A yaw that the inner law does
+//! not know of shows as an offset of look-ahead × yaw. Without readings b is held; stuck and
+//! impossible readings are ignored. Tuning: λ above the rate at which loads change while the feed
+//! rises, and below some 4 rad/s, from where the plastic channel behind the tool makes the loop
+//! oscillate; noise z passes as z √(λT/2).
 
 use crate::deviation_history::{DeviationHistory, beside_depth};
 use crate::law::{GainError, Law, Needs, Setup, positive, require, usable_period};
@@ -32,11 +31,11 @@ use trueweld_core::compensation::{Compensator, DeviationMeasurement, Observation
 use trueweld_core::scalar::lit;
 use trueweld_core::{Fault, Real, Robot, Twist};
 
-/// Places ahead of the tool where a shape is kept.
+/// Places ahead of the tool at which a shape is kept.
 const PLACES: usize = 64;
 
-/// Deviations of its noise beyond which a reading says no more than so many: a wild one moves the
-/// tool by less than it misses.
+/// Innovations are clipped at so many standard deviations of the noise: an outlier moves the tool
+/// little.
 const CLIPPED: f64 = 10.0;
 
 /// Gains of seam tracking.
@@ -64,10 +63,10 @@ pub struct SeamTracking<T: Real, L> {
     /// σ, s/m.
     shape: T,
     period: T,
-    seen: DeviationHistory<T>,
+    history: DeviationHistory<T>,
     /// b, axes of W.
     learned: SVector<T, 6>,
-    /// Where along the seam so much shape was seen.
+    /// Path position of each place, m, and the shape seen there.
     ahead: Deque<(T, SVector<T, 6>), PLACES>,
     path: Option<T>,
 }
@@ -87,14 +86,14 @@ impl<T: Real, L> SeamTracking<T, L> {
             gain: T::one() - (-lit::<T>(gains.rate_rad_s) * period).exp(),
             shape: lit(shape),
             period,
-            seen: DeviationHistory::new(period),
+            history: DeviationHistory::new(period),
             learned: SVector::zeros(),
             ahead: Deque::new(),
             path: None,
         })
     }
 
-    /// The shape ahead that the tool has come to is the tool's to follow.
+    /// Moves the shape at which the tool has arrived into the correction.
     fn arrive(&mut self, path: T) {
         while let Some((place, shape)) = self.ahead.front().copied() {
             if place > path {
@@ -106,7 +105,7 @@ impl<T: Real, L> SeamTracking<T, L> {
     }
 
     fn keep(&mut self, place: T, shape: SVector<T, 6>) {
-        // One place holds what is seen over a share of the look-ahead, so that all of it fits.
+        // One place spans so much of the look-ahead that all of it fits.
         let width = self
             .ahead
             .front()
@@ -123,11 +122,12 @@ impl<T: Real, L> SeamTracking<T, L> {
         }
     }
 
-    fn correct(&mut self, sighting: &DeviationMeasurement<T>, path: T, share: T) {
-        let along = beside_depth(sighting);
+    fn correct(&mut self, measurement: &DeviationMeasurement<T>, path: T, share: T) {
+        let along = beside_depth(measurement);
         let square = along.norm_squared();
         let pending = self.ahead.iter().fold(self.learned, |sum, (_, shape)| sum + shape);
-        let Some(innovation) = self.seen.innovation(sighting, along.dot(&pending), CLIPPED) else {
+        let Some(innovation) = self.history.innovation(measurement, along.dot(&pending), CLIPPED)
+        else {
             return;
         };
         if square <= T::zero() {
@@ -136,7 +136,7 @@ impl<T: Real, L> SeamTracking<T, L> {
         let step = along * (self.gain * innovation / square);
         self.learned += step * (T::one() - share);
         if share > T::zero() {
-            self.keep(path + sighting.ahead, step * share);
+            self.keep(path + measurement.ahead, step * share);
         }
     }
 }
@@ -157,7 +157,7 @@ impl<T: Real> Law<T> for SeamTracking<T, FeedForward> {
 impl<T: Real, L: Compensator<T>> Compensator<T> for SeamTracking<T, L> {
     fn reset(&mut self) {
         self.inner.reset();
-        self.seen.reset();
+        self.history.reset();
         self.learned = SVector::zeros();
         self.ahead.clear();
         self.path = None;
@@ -173,7 +173,7 @@ impl<T: Real, L: Compensator<T>> Compensator<T> for SeamTracking<T, L> {
         observation: &Observation<'_, T>,
     ) -> Result<Twist<T>, Fault> {
         let inner = self.inner.demand(robot, observation)?;
-        self.seen.remember(robot, observation, &inner)?;
+        self.history.remember(robot, observation, &inner)?;
         let speed = self
             .path
             .map_or(T::zero(), |before| (observation.path - before).max(T::zero()) / self.period);
@@ -181,8 +181,8 @@ impl<T: Real, L: Compensator<T>> Compensator<T> for SeamTracking<T, L> {
         let turns = self.shape * speed;
         let share = turns / (T::one() + turns);
         self.arrive(observation.path);
-        for sighting in observation.sightings {
-            self.correct(sighting, observation.path, share);
+        for measurement in observation.sightings {
+            self.correct(measurement, observation.path, share);
         }
         Ok(inner + Twist::from_vector(&self.learned))
     }
