@@ -40,6 +40,7 @@
 mod axis;
 pub mod compensation;
 pub mod control;
+mod counterbalance;
 pub mod crba;
 pub mod error;
 pub mod filter;
@@ -59,13 +60,12 @@ mod solve;
 pub mod spatial;
 pub mod stiffness;
 
+pub use counterbalance::{COUNTERBALANCE_POINTS, COUNTERBALANCE_TERMS, Counterbalance};
 pub use error::{Fault, KinematicsError, ModelError};
 pub use inverse_kinematics::Branch;
 pub use jacobian::Jacobian;
 pub use kinematics::{Displacement, Frames};
-pub use robot::{
-    Counterbalance, Friction, JointParameters, Robot, RobotParameters, ToolParameters, smooth_sign,
-};
+pub use robot::{Friction, JointParameters, Robot, RobotParameters, ToolParameters, smooth_sign};
 pub use scalar::{JOINTS, JointVector, Real};
 pub use spatial::{Pose, Twist, Wrench};
 pub use stiffness::Deflection;

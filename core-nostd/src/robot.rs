@@ -4,13 +4,11 @@
 //! built from it. What is left out: state, time, and everything the process or the sensors add.
 
 use crate::axis::Axis;
+use crate::counterbalance::Counterbalance;
 use crate::error::ModelError;
 use crate::inertia::{Bodies, Body};
 use crate::scalar::{JOINTS, JointVector, Real, lit};
 use nalgebra::{Matrix3, Vector3};
-
-/// Most cosine terms of a counterbalance law.
-pub const COUNTERBALANCE_TERMS: usize = 8;
 
 /// One joint, its drive, and the link it moves. Zero pose: with all angles 0 every link frame is
 /// parallel to B.
@@ -68,13 +66,6 @@ pub fn smooth_sign<T: Real>(rate: T, smoothing: T) -> (T, T) {
     let (one, two) = (T::one(), lit::<T>(2.0));
     let value = one - two / ((two * rate / smoothing).exp() + one);
     (value, (one - value * value) / smoothing)
-}
-
-/// Weight counterbalance on A2: torque on the link about axis A2, τ_cb = Σ cₙ cos(n q₂), n = 1 …
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Counterbalance<T: Real> {
-    /// c₁, c₂, …, N·m. Empty: no counterbalance.
-    pub cosine: heapless::Vec<T, COUNTERBALANCE_TERMS>,
 }
 
 /// The rigid tool on the flange (frame F: at the flange's centre, axes of the A6 link).
@@ -177,7 +168,7 @@ impl<T: Real> Robot<T> {
         let f = &parameters.friction;
         if !crate::scalar::all_finite(
             f.viscous.iter().chain(f.coulomb.iter()).chain([&f.smoothing]),
-        ) || !crate::scalar::all_finite(parameters.counterbalance.cosine.iter())
+        ) || !parameters.counterbalance.is_sound()
         {
             return Err(ModelError::NotFinite);
         }
@@ -254,18 +245,7 @@ impl<T: Real> Robot<T> {
     /// Counterbalance torque τ_cb(θ₂) on the A2 link, N·m.
     #[inline]
     pub fn counterbalance_torque(&self, q2: T) -> T {
-        // Chebyshev recurrence cos(n q) = 2 cos q cos((n−1) q) − cos((n−2) q): one cosine for all
-        // orders.
-        let c = q2.cos();
-        let (mut before, mut now) = (T::one(), c);
-        let mut sum = T::zero();
-        for a in &self.parameters.counterbalance.cosine {
-            sum += *a * now;
-            let next = (c + c) * now - before;
-            before = now;
-            now = next;
-        }
-        sum
+        self.parameters.counterbalance.torque(q2)
     }
 
     /// First joint (0 = A1) outside its limits, if any.

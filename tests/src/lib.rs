@@ -84,6 +84,8 @@ pub fn kr500_parameters<T: Real>() -> RobotParameters<T> {
         },
         counterbalance: Counterbalance {
             cosine: read.counterbalance.cosine.iter().map(|c| one(*c)).collect(),
+            phase: one(read.counterbalance.phase),
+            table: read.counterbalance.table.iter().map(|point| point.map(one)).collect(),
         },
         tool: ToolParameters {
             flange_offset: cast(&read.tool.flange_offset),

@@ -62,6 +62,7 @@ pub fn arm<T: Real>(gravity: f64) -> Robot<T> {
         },
         counterbalance: Counterbalance {
             cosine: [-9000.0, -80.0, 290.0].into_iter().map(lit).collect(),
+            ..Counterbalance::default()
         },
         tool: ToolParameters {
             flange_offset: Vector3::zeros(),

@@ -350,6 +350,23 @@ fn a_model_that_is_no_robot_is_traced_to_its_line() {
 }
 
 #[test]
+fn a_counterbalance_has_a_phase_or_a_table() {
+    let series = "cos_nm = [-9000.0, -80.0, 290.0]";
+    let torque = |to: &str, q: f64| {
+        let text = ROBOT.replace(series, to);
+        RobotFile::parse(&text, "a.toml").unwrap().robot.counterbalance_torque(q)
+    };
+    let phase = format!("{series}\nphase_rad = 0.3");
+    assert!((torque(&phase, 0.8) - torque(series, 0.5)).abs() < 1e-9);
+    let table = "angle_deg = [-90, -45, 0]\ntorque_nm = [-1e3, -7e3, -9e3]";
+    assert!((torque(table, -45_f64.to_radians()) + 7e3).abs() < 1e-9);
+    let uneven = "angle_deg = [-90, -45, 0]\ntorque_nm = [-1e3, -7e3]";
+    mistake(ROBOT, series, uneven, &["`torque_nm` in [counterbalance]", "as many numbers"]);
+    let falling = "angle_deg = [0, -45]\ntorque_nm = [-1e3, -7e3]";
+    mistake(ROBOT, series, falling, &["`angle_deg`", "rising angles"]);
+}
+
+#[test]
 fn a_robot_has_six_joints() {
     let (head, tail) = ROBOT.split_at(ROBOT.find("# Friction").unwrap());
     let last = &head[head.rfind("[[joint]]").unwrap()..];

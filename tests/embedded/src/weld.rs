@@ -67,7 +67,7 @@ pub struct Numbers {
 impl Numbers {
     /// The checked model in the scalar `T`; `None` where the numbers are no robot.
     pub fn robot<T: Real>(&self) -> Option<Robot<T>> {
-        let mut counterbalance = Counterbalance { cosine: Default::default() };
+        let mut counterbalance = Counterbalance::default();
         for c in self.counterbalance {
             counterbalance.cosine.push(lit(c)).ok()?;
         }

@@ -77,6 +77,8 @@ pub static QUANTITIES: &[Quantity] = &[
     row("coulomb_nm", [0.0, 1e7], [0.0, 2e4], "Coulomb friction of a motor, at the joint"),
     row("smoothing_rad_s", [1e-6, 10.0], [1e-5, 1.0], "rate over which friction turns round"),
     signed("cos_nm", 1e7, 1e5, "cosine term of the counterbalance"),
+    signed("angle_deg", 720.0, 360.0, "angle of A2 in the table of the counterbalance"),
+    signed("torque_nm", 1e7, 1e5, "torque in the table of the counterbalance"),
     signed("flange_offset_m", 20.0, 3.0, "flange in the frame of the last joint"),
     signed("com_from_flange_m", 20.0, 3.0, "centre of mass of the tool from the flange"),
     signed("tcp_from_flange_m", 20.0, 3.0, "tool centre point from the flange"),
@@ -96,7 +98,7 @@ pub static QUANTITIES: &[Quantity] = &[
     row("order", [1e-3, 1e4], [0.1, 100.0], "periods of a ripple per turn of the spindle"),
     row("axial", [0.0, 1.0], [0.0, 0.5], "relative ripple of the depth force"),
     row("in_plane", [0.0, 1.0], [0.0, 0.5], "relative ripple of the forces in the plane"),
-    signed("phase_rad", 1e4, 7.0, "phase of a ripple"),
+    signed("phase_rad", 1e4, 7.0, "phase of a ripple or of the counterbalance"),
     // Weld.
     signed("start_m", 1e3, 10.0, "start of the weld"),
     signed("end_m", 1e3, 10.0, "end of the weld"),

@@ -2,10 +2,9 @@
 
 use super::{Bounds, FileKind, InputError, InputFile, Table};
 use nalgebra::{Matrix3, Vector3};
-use trueweld_core::robot::COUNTERBALANCE_TERMS;
 use trueweld_core::{
-    Counterbalance, Friction, JOINTS, JointParameters, ModelError, Robot, RobotParameters,
-    ToolParameters,
+    COUNTERBALANCE_POINTS, COUNTERBALANCE_TERMS, Counterbalance, Friction, JOINTS, JointParameters,
+    ModelError, Robot, RobotParameters, ToolParameters,
 };
 
 /// A robot file: the model and the names that reports show.
@@ -145,10 +144,29 @@ fn friction(table: &Table<'_>) -> Result<Friction<f64>, InputError> {
 }
 
 fn counterbalance(table: &Table<'_>) -> Result<Counterbalance<f64>, InputError> {
-    table.only(&["cos_nm"])?;
-    let cosine =
-        table.list("cos_nm", COUNTERBALANCE_TERMS, Bounds::Of("cos_nm"))?.into_iter().collect();
-    Ok(Counterbalance { cosine })
+    table.only(&["cos_nm", "phase_rad", "angle_deg", "torque_nm"])?;
+    let list = |key, most| {
+        if table.has(key) { table.list(key, most, Bounds::Of(key)) } else { Ok(Vec::new()) }
+    };
+    let angles = list("angle_deg", COUNTERBALANCE_POINTS)?;
+    let torques = list("torque_nm", COUNTERBALANCE_POINTS)?;
+    if angles.len() != torques.len() || angles.len() == 1 {
+        let expected = format!("as many numbers as the other, from 2 to {COUNTERBALANCE_POINTS}");
+        let key = if table.has("torque_nm") { "torque_nm" } else { "angle_deg" };
+        return Err(table.wrong(key, &expected, "`angle_deg` and `torque_nm` make one table."));
+    }
+    if !angles.is_sorted_by(|a, b| a < b) {
+        return Err(table.wrong("angle_deg", "rising angles", "Sort the table by angle."));
+    }
+    // What is in a table needs no series; without either the arm says so: cos_nm = [].
+    let cosine = if angles.is_empty() || table.has("cos_nm") {
+        table.list("cos_nm", COUNTERBALANCE_TERMS, Bounds::Of("cos_nm"))?
+    } else {
+        Vec::new()
+    };
+    let phase = if table.has("phase_rad") { table.quantity("phase_rad")? } else { 0.0 };
+    let points = angles.iter().zip(torques).map(|(angle, torque)| [angle.to_radians(), torque]);
+    Ok(Counterbalance { cosine: cosine.into_iter().collect(), phase, table: points.collect() })
 }
 
 fn tool(table: &Table<'_>) -> Result<ToolParameters<f64>, InputError> {

@@ -725,7 +725,7 @@ impl Arm {
         let _ = writeln!(
             out,
             "\n[friction]\nviscous_nms_rad = {unknown}\ncoulomb_nm = {unknown}\nsmoothing_rad_s = {unknown}\n\
-             \n# An arm without a counterbalance on A2: cos_nm = [].\n[counterbalance]\ncos_nm = {unknown}",
+             \n# An arm without a counterbalance on A2: cos_nm = []; measured: angle_deg and torque_nm.\n[counterbalance]\ncos_nm = {unknown}",
         );
         if let Some(last) = self.stages.last() {
             last.write_tool(&mut out);

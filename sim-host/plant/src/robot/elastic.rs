@@ -255,13 +255,9 @@ impl ElasticRobot {
         let rotors =
             self.model.rotor_inertia().dot(&drives.motor_rate.component_mul(&drives.motor_rate));
         let springs = self.model.stiffness().dot(&torsion.component_mul(&torsion));
-        // V_cb = −∫τ_cb dθ₂ of the cosine series.
-        let series = self.model.parameters().counterbalance.cosine.iter().zip(1..);
-        let counterbalance: f64 =
-            series.map(|(c, n)| -c * (f64::from(n) * drives.link[1]).sin() / f64::from(n)).sum();
-        self.model.kinetic_energy(&frames, &drives.link_rate)
-            + self.model.potential_energy(&frames)
-            + counterbalance
+        let counterbalance = self.model.parameters().counterbalance.work(drives.link[1]);
+        self.model.kinetic_energy(&frames, &drives.link_rate) + self.model.potential_energy(&frames)
+            - counterbalance
             + 0.5 * (rotors + springs)
     }
 }
