@@ -488,17 +488,18 @@ fn a_force_sensor_reads_what_its_fault_makes_of_it() {
 
 #[test]
 fn requirements_say_where_they_are_wrong() {
-    let refused = |more: &str| {
-        let text = std::fs::read_to_string(trueweld_tests::fixture("requirements/lap-weld.toml"))
-            .expect("a fixture");
-        let text = text.replace("recovery_s", more);
-        Requirements::parse(&text, "requirements.toml").expect_err("a mistake").to_string()
-    };
-    assert!(
-        refused("recover_s").contains("unknown key `recover_s` in [faults]"),
-        "{}",
-        refused("recover_s")
-    );
-    let text = refused("recovery_s = -1.0 #");
-    assert!(text.contains("requirements.toml:") && text.contains("above 0"), "{text}");
+    let text = std::fs::read_to_string(trueweld_tests::fixture("requirements/lap-weld.toml"))
+        .expect("a fixture");
+    for (right, wrong, expected) in [
+        ("recovery_s", "recover_s", "unknown key `recover_s` in [faults]"),
+        ("recovery_s", "recovery_s = -1.0 #", "above 0"),
+        // What any law meets is no requirement.
+        ("confidence = 0.95", "confidence = 1e-9", "confidence"),
+        ("lateral_rms_m = 5.0e-5", "lateral_rms_m = 1e12", "lateral_rms_m"),
+    ] {
+        assert!(text.contains(right));
+        let error = Requirements::parse(&text.replacen(right, wrong, 1), "requirements.toml");
+        let error = error.expect_err("a mistake").to_string();
+        assert!(error.contains("requirements.toml:") && error.contains(expected), "{error}");
+    }
 }
