@@ -8,6 +8,7 @@
 
 use super::error::{InputError, Source};
 use super::quantity::{Judgement, Quantity, quantity, warn};
+use super::unit::unit_of;
 use super::{FileKind, KINDS};
 use nalgebra::Vector3;
 use std::ops::Range;
@@ -69,39 +70,6 @@ impl Bounds<'_> {
             Self::UpTo(top) => format!("a number from 0 to {top}{unit}"),
         }
     }
-}
-
-/// Endings of keys and the units they stand for, longer endings before those they end in.
-const UNITS: &[(&str, &str)] = &[
-    ("_nm_rad_s", "N·m/(rad·s)"),
-    ("_nms_rad", "N·m·s/rad"),
-    ("_nm_rad", "N·m/rad"),
-    ("_rad_nm", "rad/(N·m)"),
-    ("_kg_m2", "kg·m²"),
-    ("_deg_s", "deg/s"),
-    ("_rad_s", "rad/s"),
-    ("_m_s2", "m/s²"),
-    ("_ns_m", "N·s/m"),
-    ("_m_ns", "m/(N·s)"),
-    ("_s_m", "s/m"),
-    ("_m_s", "m/s"),
-    ("_n_m", "N/m"),
-    ("_m_n", "m/N"),
-    ("_1_s", "1/s"),
-    ("_deg", "deg"),
-    ("_rad", "rad"),
-    ("_rpm", "1/min"),
-    ("_kg", "kg"),
-    ("_nm", "N·m"),
-    ("_hz", "Hz"),
-    ("_n", "N"),
-    ("_m", "m"),
-    ("_s", "s"),
-];
-
-/// The unit that a key or a column states by its ending, as messages write it.
-pub fn unit_of(key: &str) -> Option<&'static str> {
-    UNITS.iter().find(|(suffix, _)| key.ends_with(suffix)).map(|(_, unit)| *unit)
 }
 
 /// A TOML file that parsed, with the place of every value.

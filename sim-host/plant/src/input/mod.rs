@@ -18,6 +18,7 @@ pub mod process;
 pub mod quantity;
 pub mod robot;
 pub mod sensors;
+mod unit;
 pub mod urdf;
 pub mod weld;
 
@@ -30,6 +31,7 @@ pub use process::{Process, Ripple};
 pub use quantity::{Quantity, check_option, quantity, warnings};
 pub use robot::RobotFile;
 pub use sensors::{ForceSensor, SeamSensor, Sensors};
+pub use unit::unit_of;
 pub use urdf::{import_urdf, import_urdf_text};
 pub use weld::Weld;
 

@@ -209,7 +209,7 @@ impl Quantity {
     }
 
     fn unit(&self) -> Option<&'static str> {
-        super::document::unit_of(self.key)
+        super::unit::unit_of(self.key)
     }
 }
 

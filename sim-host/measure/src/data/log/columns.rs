@@ -5,7 +5,7 @@ use crate::data::channel::{CHANNELS, COUNT, LogChannel, column_name};
 use crate::data::kind::LogKind;
 use std::io::Read;
 use trueweld_plant::input::InputError;
-use trueweld_plant::input::document::{nearest, unit_of};
+use trueweld_plant::input::{nearest, unit_of};
 
 /// A row as it is read: a value a known column, NaN where there is none.
 pub(super) type RawRow = [f64; COUNT];

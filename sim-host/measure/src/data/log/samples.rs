@@ -7,7 +7,7 @@ use crate::data::kind::LogKind;
 use nalgebra::Vector3;
 use std::io::Read;
 use trueweld_core::{JOINTS, JointVector};
-use trueweld_plant::input::document::unit_of;
+use trueweld_plant::input::unit_of;
 use trueweld_plant::input::{InputError, RobotFile};
 
 /// How far an encoder may read beyond the robot's limits, rad: limits are set a little inside the
