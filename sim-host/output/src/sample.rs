@@ -432,7 +432,10 @@ pub fn diagnosis(verdict: Verdict) -> Parts {
         evidence: vec![evidence],
     };
     Parts {
-        model: ModelFile::read(fixture("campaigns/backlash/model.toml")).unwrap(),
+        model: ModelFile {
+            path: "model.toml".into(),
+            ..ModelFile::read(fixture("campaigns/backlash/model.toml")).unwrap()
+        },
         diagnosis: Diagnosis {
             verdict,
             score_before: 3.79,

@@ -6,6 +6,8 @@ mod diagnose;
 mod improve;
 mod laws;
 mod residuals;
+#[cfg(test)]
+mod snapshots;
 mod step;
 mod weld;
 

@@ -1,0 +1,121 @@
+//! What every report says on a terminal, word for word, and that its file is valid by its published
+//! schema and reads back as it was written.
+
+use super::*;
+use crate::json;
+use crate::sample;
+use serde::de::DeserializeOwned;
+use serde_json::Value;
+use std::path::PathBuf;
+use trueweld_measure::diagnose::Verdict;
+
+fn published(name: &str) -> PathBuf {
+    PathBuf::from(format!("{}/../../docs/schema/{name}.json", env!("CARGO_MANIFEST_DIR")))
+}
+
+/// The text of a report, whose file is tested by the way.
+fn told<R: Report>(report: &R) -> String
+where
+    R::Json: DeserializeOwned + PartialEq + std::fmt::Debug,
+{
+    let text = report.json_text();
+    let value: Value = serde_json::from_str(&text).unwrap();
+    let name = value["schema"].as_str().unwrap().split('/').next().unwrap();
+    let schema: Value =
+        serde_json::from_str(&std::fs::read_to_string(published(name)).unwrap()).unwrap();
+    jsonschema::validate(&schema, &value).unwrap_or_else(|error| panic!("{name}: {error}"));
+    assert_eq!(serde_json::from_str::<R::Json>(&text).unwrap(), report.json());
+    let mut wrong = value.clone();
+    wrong["a_key_that_no_one_wrote"] = Value::Null;
+    assert!(!jsonschema::is_valid(&schema, &wrong), "{name} takes any key");
+    report.text()
+}
+
+#[test]
+fn the_published_schemas_are_those_that_the_program_prints() {
+    let mut files: Vec<String> = std::fs::read_dir(published("x").parent().unwrap())
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    files.sort();
+    let mut names = Vec::new();
+    for (name, schema) in json::schemas() {
+        let file = std::fs::read_to_string(published(name)).unwrap_or_default();
+        let printed = format!("{:#}\n", schema.as_value());
+        assert!(file == printed, "trueweld schema {name} > docs/schema/{name}.json");
+        names.push(format!("{name}.json"));
+    }
+    names.sort();
+    assert_eq!(files, names);
+}
+
+#[test]
+fn weld() {
+    let mut welds = sample::welds(400);
+    welds.figures[0].limited_rows = 0;
+    let report =
+        WeldReport { runs: &welds.runs(), exaggeration: 50.0, provenance: sample::provenance() };
+    insta::assert_snapshot!(told(&report));
+}
+
+#[test]
+fn step() {
+    let mut steps = sample::steps();
+    steps.figures[1].settle_5pct = None;
+    let report = StepReport {
+        runs: &steps.runs(),
+        at: sample::STEP_AT,
+        height: sample::STEP_HEIGHT,
+        provenance: sample::provenance(),
+    };
+    insta::assert_snapshot!(told(&report));
+}
+
+#[test]
+fn compare() {
+    let comparison = sample::comparison();
+    let report = CompareReport {
+        model: "model.toml".as_ref(),
+        comparison: &comparison,
+        provenance: sample::provenance(),
+    };
+    insta::assert_snapshot!(told(&report));
+}
+
+#[test]
+fn diagnosis_of_one_effect() {
+    insta::assert_snapshot!(told(&sample::diagnosis(Verdict::EffectFound).diagnosed()));
+}
+
+#[test]
+fn diagnosis_of_two_that_the_logs_do_not_separate() {
+    let mut parts = sample::diagnosis(Verdict::EffectFound);
+    parts.diagnosis.candidates[0].indistinguishable = vec![1];
+    parts.account.next_experiment = Some(sample::plan());
+    insta::assert_snapshot!(told(&parts.diagnosed()));
+}
+
+#[test]
+fn diagnosis_of_an_unknown_effect() {
+    insta::assert_snapshot!(told(&sample::diagnosis(Verdict::UnknownEffect).diagnosed()));
+}
+
+#[test]
+fn diagnosis_of_nothing() {
+    insta::assert_snapshot!(told(&sample::diagnosis(Verdict::Adequate).diagnosed()));
+}
+
+#[test]
+fn improvement() {
+    let parts = sample::diagnosis(Verdict::EffectFound);
+    let improvement = sample::improvement(parts.diagnosis);
+    let report = ImproveReport {
+        model: &parts.model,
+        out: "improved.toml".as_ref(),
+        improvement: &improvement,
+        before: &parts.before,
+        after: &parts.after,
+        provenance: sample::provenance(),
+    };
+    insta::assert_snapshot!(told(&report));
+}
