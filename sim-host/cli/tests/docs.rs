@@ -1,8 +1,9 @@
 //! The commands in README.md and docs/ run, and the figures shown are those printed.
 //!
 //! * In a code block, a line that begins with `trueweld ` or `cargo ` is a command and must
-//!   succeed. Lines after it in the same block are its output: they must be printed in this order;
-//!   `…` stands for output left out. Spaces and line breaks do not matter.
+//!   succeed, or end with N where `# status N` is behind it. Lines after it in the same block are
+//!   its output: they must be printed in this order; `…` stands for output left out. Spaces and
+//!   line breaks do not matter.
 //! * `<!-- figures: COMMAND`, lines of `TEXT = POINTER, … * FACTOR`, `-->`: TEXT must stand in the
 //!   section above, and its numbers, in order, must be the values at the pointers in the command's
 //!   JSON, times FACTOR.
@@ -23,6 +24,8 @@ use std::process::Command;
 struct Step {
     long: bool,
     command: String,
+    /// The status with which it must end.
+    status: i32,
     /// Lines of output shown.
     shown: Vec<String>,
     figures: Vec<Figure>,
@@ -101,8 +104,15 @@ fn steps(page: &str) -> Vec<Step> {
             .iter()
             .find_map(|p| line.trim().strip_prefix(p).map(|_| line.trim()))
         {
-            let command = command.split(" # ").next().unwrap_or(command).trim().to_owned();
-            steps.push(Step { long, command, ..Step::default() });
+            let (command, remark) = command.split_once(" # ").unwrap_or((command, ""));
+            let status =
+                remark.trim().strip_prefix("status ").map_or(0, |s| s.parse().expect("status"));
+            steps.push(Step {
+                long,
+                command: command.trim().to_owned(),
+                status,
+                ..Step::default()
+            });
             open = true;
         } else if open && let Some(step) = steps.last_mut() {
             step.shown.push(line.to_owned());
@@ -199,9 +209,13 @@ fn copy(from: &Path, to: &Path) {
 /// Runs a step in `folder`; what is wrong with it.
 fn problems(step: &Step, folder: &Path) -> Vec<String> {
     let json = folder.join("figures.json");
-    let program = ["cargo run --release -- ", "cargo run --release", "trueweld "];
-    let arguments = program.iter().find_map(|p| step.command.strip_prefix(p));
-    let mut command = match arguments.filter(|a| !a.starts_with(" -p ")) {
+    let arguments = match step.command.as_str() {
+        "cargo run --release" => Some(""),
+        other => {
+            ["cargo run --release -- ", "trueweld "].iter().find_map(|p| other.strip_prefix(p))
+        }
+    };
+    let mut command = match arguments {
         Some(arguments) => {
             let mut command = Command::new(env!("CARGO_BIN_EXE_trueweld"));
             let recording =
@@ -221,7 +235,7 @@ fn problems(step: &Step, folder: &Path) -> Vec<String> {
     };
     let output = command.output().unwrap();
     let printed = String::from_utf8_lossy(&output.stdout);
-    if !output.status.success() {
+    if output.status.code() != Some(step.status) {
         return vec![format!(
             "{}\n{printed}{}",
             output.status,
