@@ -86,7 +86,7 @@ pub(crate) fn weld_recording(
         layout::weld(writer, &shown, exaggeration)?;
         scene::cell(writer, runs, &shown, exaggeration)?;
         for (run, shown) in runs.iter().zip(&shown) {
-            scene::arm(writer, run.robot, shown, exaggeration)?;
+            scene::arm(writer, run, shown, exaggeration)?;
             signals::all(writer, shown)?;
         }
         Ok(())

@@ -11,7 +11,8 @@ use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use re_chunk::TimeColumn;
 use re_sdk_types::AsComponents;
 use re_sdk_types::archetypes::{
-    Arrows3D, Boxes3D, Capsules3D, LineStrips3D, TextDocument, Transform3D, ViewCoordinates,
+    Arrows3D, Boxes3D, Capsules3D, LineStrips3D, Points3D, TextDocument, Transform3D,
+    ViewCoordinates,
 };
 use re_sdk_types::components::{Color, FillMode, MediaType};
 use re_sdk_types::datatypes::Quaternion;
@@ -25,6 +26,8 @@ const POSES_PER_SECOND: f64 = 4.0;
 const PATH_POINTS: usize = 200;
 /// Radii of the drawn links from base to wrist, and of the tool, m.
 const RADII: [f32; JOINTS] = [0.20, 0.15, 0.13, 0.11, 0.09, 0.07];
+/// Drawn distance of a path's name from the path, m.
+const NAME_DISTANCE: f64 = 0.22;
 /// Drawn length of a force, m/N.
 const FORCE_LENGTH: f64 = 0.5 / 18_000.0;
 
@@ -154,11 +157,11 @@ fn about(runs: &[WeldRun], shown: &[Shown], exaggeration: f64) -> String {
 /// One run's arm, tool path and force.
 pub(super) fn arm<W: Write>(
     writer: &mut Writer<W>,
-    robot: &Robot<f64>,
+    run: &WeldRun,
     shown: &Shown,
     exaggeration: f64,
 ) -> Result<(), RecordError> {
-    let recording = shown.recording;
+    let (recording, robot) = (shown.recording, run.robot);
     let rows = &recording.rows;
     let Some(seam) = Seam::of(rows) else {
         return Ok(());
@@ -221,14 +224,16 @@ pub(super) fn arm<W: Write>(
     let style =
         Arrows3D::update_fields().with_colors([Color::from_rgb(r, g, b)]).with_radii([0.008]);
     writer.fixed(Store::Recording, &format!("/{}/cell/force", shown.root), &style)?;
-    way(writer, shown, &seam, exaggeration)
+    let name = format!("{}: up to {:.1} mm", shown.name, run.figures.lateral.max_abs * MILLI);
+    way(writer, shown, &name, &seam, exaggeration)
 }
 
 /// The way of the real tool over the plate while it moves along the seam, coloured by its lateral
-/// deviation.
+/// deviation, with `name` beside it.
 fn way<W: Write>(
     writer: &mut Writer<W>,
     shown: &Shown,
+    name: &str,
     seam: &Seam,
     exaggeration: f64,
 ) -> Result<(), RecordError> {
@@ -248,6 +253,16 @@ fn way<W: Write>(
             (point(&(nominal + seam.axes * off * exaggeration + above)), off.y)
         })
         .unzip();
+    // On the side that the tool is on, so that the names of two runs stand apart.
+    let at = 3 * points.len() / 4;
+    if let (Some(point), Some(off)) = (points.get(at), lateral.get(at)) {
+        let aside = (seam.axes.column(1) * NAME_DISTANCE.copysign(*off)).map(|v| v as f32);
+        let name = Points3D::new([std::array::from_fn::<_, 3, _>(|i| point[i] + aside[i])])
+            .with_radii([0.0])
+            .with_labels([name])
+            .with_colors([Color::from_rgb(255, 255, 255)]);
+        writer.fixed(Store::Recording, &format!("/{}/cell/name", shown.root), &name)?;
+    }
     let pieces: Vec<[[f32; 3]; 2]> = points.windows(2).map(|w| [w[0], w[1]]).collect();
     let colors = lateral.iter().skip(1).map(|y| grade(y.abs() / recording.half_pin));
     let line = LineStrips3D::new(pieces).with_colors(colors).with_radii([0.009]);
