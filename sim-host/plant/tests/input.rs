@@ -360,7 +360,7 @@ fn a_counterbalance_has_a_phase_or_a_table() {
     assert!((torque(&phase, 0.8) - torque(series, 0.5)).abs() < 1e-9);
     let table = "angle_deg = [-90, -45, 0]\ntorque_nm = [-1e3, -7e3, -9e3]";
     assert!((torque(table, -45_f64.to_radians()) + 7e3).abs() < 1e-9);
-    let uneven = "angle_deg = [-90, -45, 0]\ntorque_nm = [-1e3, -7e3]";
+    let uneven = "torque_nm = [-1e3, -7e3]\nangle_deg = [-90, -45, 0]";
     mistake(ROBOT, series, uneven, &["`torque_nm` in [counterbalance]", "as many numbers"]);
     let falling = "angle_deg = [0, -45]\ntorque_nm = [-1e3, -7e3]";
     mistake(ROBOT, series, falling, &["`angle_deg`", "rising angles"]);
