@@ -374,7 +374,7 @@ pub(crate) fn next_experiment(plan: &Plan) -> String {
 /// What is left that the residual follows, a sentence each.
 pub(crate) fn remains(diagnosis: &Diagnosis) -> Vec<String> {
     let all = foremost(&diagnosis.unexplained, REMAINS);
-    all.into_iter().map(|finding| sentence(finding)).collect()
+    all.into_iter().map(sentence).collect()
 }
 
 #[cfg(test)]
