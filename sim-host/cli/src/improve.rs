@@ -56,7 +56,6 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let at = improvement.fitted.as_ref().map_or(&improvement.diagnosis.before, |fitted| &fitted.at);
     let before = of_logs(logs, &bench.experiments, &improvement.diagnosis.before);
     let after = of_logs(logs, &bench.experiments, at);
-    say!("wrote {}\n", arguments.out.display());
     arguments.results.write(&ImproveReport {
         model,
         out: &arguments.out,
@@ -64,7 +63,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         before: &before,
         after: &after,
         provenance: &provenance,
-    })
+    })?;
+    say!("wrote {}\n", arguments.out.display());
+    Ok(())
 }
 
 /// Logs that nothing is fitted to.

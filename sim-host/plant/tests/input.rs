@@ -420,19 +420,6 @@ fn another_kind_of_file_is_named() {
 }
 
 #[test]
-fn files_of_measuring_are_known_and_sent_to_their_reader() {
-    let folder = tempfile::tempdir().unwrap();
-    for schema in ["log/1", "campaign/1"] {
-        let path = folder.path().join("file.toml");
-        fs::write(&path, format!("# what it is\nschema = \"{schema}\"\n")).unwrap();
-        let shown = rendered(&check(&path).unwrap_err());
-        for needle in ["file.toml:2:10", schema, "expected a kind", "trueweld compare"] {
-            assert!(shown.contains(needle), "`{needle}` is not in {shown}");
-        }
-    }
-}
-
-#[test]
 fn a_piece_of_a_large_file_keeps_its_place() {
     let source = Source::piece("big.csv", 1_000_000, "1.5,x7,2.5\nnext");
     assert_eq!(source.error(4..6, "m", "l", "h").place(), "big.csv:1000000:5");
