@@ -6,7 +6,8 @@
 //!
 //! ```no_run
 //! # fn entry() -> trueweld::laws::Entry { trueweld::laws::library()[0].clone() }
-//! # static MY_EFFECT: trueweld::effects::EffectKind = todo!();
+//! # use trueweld::effects::EffectKind;
+//! # static MY_EFFECT: EffectKind = EffectKind { id: "my-effect", ..EffectKind::DEFAULT };
 //! fn main() -> trueweld::Result<()> {
 //!     trueweld::Program::new().law(entry()).effect(&MY_EFFECT).run()
 //! }

@@ -168,7 +168,10 @@ fn bad_input_ends_in_one_message_and_no_file() {
         (&["--stiffness-error", "-1"], &["--stiffness-error -1", "a number from -0.9 to 2"]),
         (&["--stiffness-error", "30"], &["--stiffness-error 30", "a number from -0.9 to 2"]),
         (&["--spindle-rpm", "-750"], &["--spindle-rpm -750", "a number from 0 to 30000 in 1/min"]),
-        (&["--exaggeration", "0"], &["--exaggeration 0", "expected a number from 1 up"]),
+        (
+            &["--exaggeration", "0", "--rrd", "out.rrd"],
+            &["--exaggeration 0", "expected a number from 1 up"],
+        ),
         (&["--html", "absent/page.html"], &["absent/page.html", "expected a folder absent"]),
         (&["--html", "."], &["--html: cannot write .", "expected the name of a file"]),
     ];
