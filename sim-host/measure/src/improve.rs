@@ -45,7 +45,18 @@ pub struct Rejected {
     /// Score where nothing was fitted, with it.
     pub held_out: f64,
     /// Why it was not kept.
-    pub why: &'static str,
+    pub why: Rejection,
+}
+
+/// Why a step is not kept.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Rejection {
+    /// The model with it cannot be driven through the logs held out.
+    NotPredicted,
+    /// The score where nothing was fitted does not fall.
+    NoGain,
+    /// The arm with it does not come to rest.
+    Unstable,
 }
 
 /// A model improved.
@@ -203,14 +214,10 @@ impl Path<'_> {
             None => Ok(rules::held_out_score(&fitted)),
         };
         let (held_out, why) = match judged {
-            Err(_) => {
-                (f64::NAN, Some("the model with it cannot be driven through the logs held out"))
-            }
-            Ok(score) if score > before * (1.0 - LEAST) => {
-                (score, Some("the error elsewhere does not fall"))
-            }
+            Err(_) => (f64::NAN, Some(Rejection::NotPredicted)),
+            Ok(score) if score > before * (1.0 - LEAST) => (score, Some(Rejection::NoGain)),
             Ok(score) if !stable(self.bench, self.logs, &fitted.point) => {
-                (score, Some("the arm with it does not come to rest"))
+                (score, Some(Rejection::Unstable))
             }
             Ok(score) => (score, None),
         };

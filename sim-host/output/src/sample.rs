@@ -19,7 +19,7 @@ use trueweld_measure::diagnose::{
 };
 use trueweld_measure::experiment::Plan;
 use trueweld_measure::fit::{FitState, Fitted, Linear};
-use trueweld_measure::improve::{Improvement, Rejected, Step};
+use trueweld_measure::improve::{Improvement, Rejected, Rejection, Step};
 use trueweld_measure::residuals::compare::{ChannelComparison, Comparison, LogComparison, Trace};
 use trueweld_measure::residuals::localize::{Curve, CurvePoint, Finding, Statistic};
 use trueweld_plant::effects::{Effect, EffectKind, Location};
@@ -494,11 +494,7 @@ pub fn improvement(diagnosis: Diagnosis) -> Improvement {
     };
     Improvement {
         steps: vec![step(&[], 3.79, 3.37), step(&effects, 1.015, 1.07)],
-        rejected: vec![Rejected {
-            added: Vec::new(),
-            held_out: f64::NAN,
-            why: "the error elsewhere does not fall",
-        }],
+        rejected: vec![Rejected { added: Vec::new(), held_out: f64::NAN, why: Rejection::NoGain }],
         verdict: diagnosis.verdict,
         fitted: Some(diagnosis.improved.clone()),
         diagnosis,

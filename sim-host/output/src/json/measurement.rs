@@ -2,6 +2,7 @@
 
 use super::finite;
 use crate::words;
+use crate::words::diagnose::not_kept;
 use crate::words::finding::sentence;
 use crate::{CompareReport, DiagnoseReport, ImproveReport};
 use schemars::JsonSchema;
@@ -613,7 +614,7 @@ impl ImproveResult {
         let rejected = improvement.rejected.iter().map(|step| RejectedStep {
             added: all(&step.added),
             holdout_score: finite(step.held_out),
-            why: step.why.to_owned(),
+            why: not_kept(step.why).to_owned(),
         });
         Self {
             schema: "improve/1".to_owned(),

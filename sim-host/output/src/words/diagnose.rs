@@ -7,7 +7,7 @@ use trueweld_measure::diagnose::{
     Candidate, Confusable, Diagnosis, FittedEffect, Limit, Reason, Verdict, name,
 };
 use trueweld_measure::experiment::Plan;
-use trueweld_measure::improve::{Rejected, Step};
+use trueweld_measure::improve::{Rejected, Rejection, Step};
 use trueweld_measure::residuals::compare::LogComparison;
 use trueweld_measure::residuals::localize::{Finding, foremost};
 use trueweld_plant::effects::{EffectKind, Location, Parameter};
@@ -271,7 +271,7 @@ impl ImproveReport<'_> {
             [] => "recalibration alone".to_owned(),
             added => listed_names(added, &self.model.robot),
         };
-        [what, rejected.why.to_owned()]
+        [what, not_kept(rejected.why).to_owned()]
     }
 
     /// Every value of the improved model that was fitted, with its interval and where it comes
@@ -291,6 +291,15 @@ impl ImproveReport<'_> {
                 .map(move |(parameter, value)| [name.clone(), parameter, value, from.clone()])
         })
         .collect()
+    }
+}
+
+/// Why a step was not kept.
+pub(crate) fn not_kept(why: Rejection) -> &'static str {
+    match why {
+        Rejection::NotPredicted => "the model with it cannot be driven through the logs held out",
+        Rejection::NoGain => "the error elsewhere does not fall",
+        Rejection::Unstable => "the arm with it does not come to rest",
     }
 }
 

@@ -10,6 +10,7 @@ pub(crate) mod laws;
 pub(crate) mod provenance;
 mod published;
 mod quantity;
+pub(crate) mod requirement;
 pub(crate) mod step;
 pub(crate) mod weld;
 
