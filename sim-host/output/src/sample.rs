@@ -17,7 +17,7 @@ use trueweld_measure::diagnose::{
     Candidate, Confusable, Diagnosis, Explanation, FittedEffect, ImprovedChannel, Limit, Reason,
     Verdict,
 };
-use trueweld_measure::experiment::Plan;
+use trueweld_measure::experiment::{Channels, Excitation, Plan, PlanRow, Procedure};
 use trueweld_measure::fit::{FitState, Fitted, Linear};
 use trueweld_measure::improve::{Improvement, Rejected, Rejection, Step};
 use trueweld_measure::residuals::compare::{ChannelComparison, Comparison, LogComparison, Trace};
@@ -470,15 +470,20 @@ pub fn diagnosis(verdict: Verdict) -> Parts {
 
 /// A plan for an experiment.
 pub fn plan() -> Plan {
+    let row = |(k, payload)| PlanRow { time: 20.0 * f64::from(k), payload, ..PlanRow::default() };
     Plan {
-        kind: LogKind::StaticLoad,
-        title: "static loads on A5, up and down again".to_owned(),
-        steps: vec!["Hang 20 kg on the flange.".to_owned(), "Take it off again.".to_owned()],
-        reason: "It is expected to set backlash at A5 and hysteresis at A5 12.0 standard deviations apart.".to_owned(),
+        procedure: Procedure::Load { at: JointVector::zeros(), how: Excitation::Hung },
+        channels: Channels { position: true, ..Channels::default() },
+        rivals: ["backlash at A5".to_owned(), "hysteresis at A5".to_owned()],
+        so_far: 0.5,
+        others: Vec::new(),
         separation: 12.0,
         minutes: 14.0,
-        rows: Vec::new(),
-        log: Log::read(fixture("campaigns/backlash/ring-25")).unwrap(),
+        rows: [(0u8, 0.0), (1, 20.0), (2, 0.0)].map(row).to_vec(),
+        log: Log {
+            kind: LogKind::StaticLoad,
+            ..Log::read(fixture("campaigns/backlash/ring-25")).unwrap()
+        },
     }
 }
 

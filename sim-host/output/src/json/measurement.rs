@@ -3,6 +3,7 @@
 use super::finite;
 use crate::words;
 use crate::words::diagnose::not_kept;
+use crate::words::experiment;
 use crate::words::finding::sentence;
 use crate::{CompareReport, DiagnoseReport, ImproveReport};
 use schemars::JsonSchema;
@@ -589,10 +590,10 @@ impl PlannedExperiment {
             payload_kg: row.payload,
         });
         Self {
-            kind: plan.kind.name().to_owned(),
-            title: plan.title.clone(),
-            steps: plan.steps.clone(),
-            reason: plan.reason.clone(),
+            kind: plan.log.kind.name().to_owned(),
+            title: experiment::title(plan),
+            steps: experiment::steps(plan),
+            reason: experiment::reason(plan),
             separation: finite(plan.separation),
             minutes: plan.minutes,
             rows: rows.collect(),

@@ -1,12 +1,11 @@
 //! What is said of a diagnosis and of an improvement.
 
 use super::finding::{article, sentence};
-use super::{Scale, counted, effects, listed, probability, score, share};
+use super::{Scale, counted, effects, experiment, listed, probability, score, share};
 use crate::{DiagnoseReport, ImproveReport};
 use trueweld_measure::diagnose::{
     Candidate, Confusable, Diagnosis, FittedEffect, Limit, Reason, Verdict, name,
 };
-use trueweld_measure::experiment::Plan;
 use trueweld_measure::improve::{Rejected, Rejection, Step};
 use trueweld_measure::residuals::compare::LogComparison;
 use trueweld_measure::residuals::localize::{Finding, foremost};
@@ -141,8 +140,8 @@ pub(crate) fn verdict(
 impl DiagnoseReport<'_> {
     /// The verdict in a sentence or two.
     pub(crate) fn headline(&self) -> String {
-        let next = self.account.next_experiment.as_ref().map(|plan| plan.title.as_str());
-        verdict(self.diagnosis, self.diagnosis.verdict, &self.model.robot, next)
+        let next = self.account.next_experiment.as_ref().map(experiment::title);
+        verdict(self.diagnosis, self.diagnosis.verdict, &self.model.robot, next.as_deref())
     }
 
     /// What was diagnosed.
@@ -375,11 +374,6 @@ pub(crate) fn ranked(diagnosis: &Diagnosis) -> &[Candidate] {
 pub(crate) const CURVES: &str = "The curve that shows it: points are what the measurements ask for, \
      with standard errors, whatever the form of the effect";
 
-/// What to record next.
-pub(crate) fn next_experiment(plan: &Plan) -> String {
-    format!("{}, about {:.0} minutes. {}", plan.title, plan.minutes.ceil(), plan.reason)
-}
-
 /// What is left that the residual follows, a sentence each.
 pub(crate) fn remains(diagnosis: &Diagnosis) -> Vec<String> {
     let all = foremost(&diagnosis.unexplained, REMAINS);
@@ -426,7 +420,10 @@ mod tests {
             tied.contains("these logs cannot separate backlash at A5 and hysteresis at A5"),
             "{tied}"
         );
-        assert!(tied.contains("record: static loads on A5, up and down again."), "{tied}");
+        assert!(
+            tied.contains("record: Static loads, 3 rows: up to 20 kg on the flange, up and down."),
+            "{tied}"
+        );
     }
 
     #[test]

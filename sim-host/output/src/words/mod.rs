@@ -5,6 +5,7 @@ pub(crate) mod certify;
 pub(crate) mod compare;
 pub(crate) mod diagnose;
 pub(crate) mod effects;
+pub(crate) mod experiment;
 pub(crate) mod finding;
 pub(crate) mod laws;
 pub(crate) mod provenance;
