@@ -20,7 +20,9 @@ use trueweld_measure::diagnose::{
 use trueweld_measure::experiment::{Channels, Excitation, Plan, PlanRow, Procedure};
 use trueweld_measure::fit::{FitState, Fitted, Linear};
 use trueweld_measure::improve::{Improvement, Rejected, Rejection, Step};
-use trueweld_measure::residuals::compare::{ChannelComparison, Comparison, LogComparison, Trace};
+use trueweld_measure::residuals::compare::{
+    ChannelComparison, Comparison, LogComparison, Notice, Trace,
+};
 use trueweld_measure::residuals::localize::{Curve, CurvePoint, Finding, Statistic};
 use trueweld_plant::effects::{Effect, EffectKind, Location};
 use trueweld_plant::input::ModelFile;
@@ -339,7 +341,10 @@ pub fn comparison() -> Comparison {
         samples: 3 * rows,
         logs: vec![log],
         worst: vec![finding],
-        notices: vec!["free: the column `temperature_c` is not known".to_owned()],
+        notices: vec![Notice::Log {
+            log: "free".to_owned(),
+            notice: "the column `temperature_c` is not known".to_owned(),
+        }],
     }
 }
 

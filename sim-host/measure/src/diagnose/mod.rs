@@ -21,7 +21,7 @@ pub use rules::{Part, parts, score};
 pub(crate) use screen::Context;
 pub(crate) use search::further;
 pub(crate) use sparse::sparse;
-pub use tell::{Explanation, ImprovedChannel, Reason, name, tell};
+pub use tell::{Explanation, ImprovedChannel, Reason, tell};
 
 use crate::data::log::{Log, LogKind};
 use crate::fit::calibration::is_calibration;

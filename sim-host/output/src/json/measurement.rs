@@ -2,6 +2,7 @@
 
 use super::finite;
 use crate::words;
+use crate::words::compare::notice;
 use crate::words::diagnose::not_kept;
 use crate::words::experiment;
 use crate::words::finding::sentence;
@@ -392,7 +393,7 @@ impl CompareResult {
             samples: comparison.samples,
             logs: comparison.logs.iter().map(log).collect(),
             worst: comparison.worst.iter().map(ResidualFinding::of).collect(),
-            notices: comparison.notices.clone(),
+            notices: comparison.notices.iter().map(notice).collect(),
         }
     }
 }

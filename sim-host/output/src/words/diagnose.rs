@@ -4,12 +4,12 @@ use super::finding::{article, sentence};
 use super::{Scale, counted, effects, experiment, listed, probability, score, share};
 use crate::{DiagnoseReport, ImproveReport};
 use trueweld_measure::diagnose::{
-    Candidate, Confusable, Diagnosis, FittedEffect, Limit, Reason, Verdict, name,
+    Candidate, Confusable, Diagnosis, FittedEffect, Limit, Reason, Verdict,
 };
 use trueweld_measure::improve::{Rejected, Rejection, Step};
 use trueweld_measure::residuals::compare::LogComparison;
 use trueweld_measure::residuals::localize::{Finding, foremost};
-use trueweld_plant::effects::{EffectKind, Location, Parameter};
+use trueweld_plant::effects::{Effect, EffectKind, Location, Parameter};
 use trueweld_plant::input::{ModelFile, RobotFile};
 
 /// Held-out score from which on an explanation is said not to be the end of it.
@@ -54,7 +54,7 @@ pub(crate) fn values(found: &FittedEffect) -> Vec<(String, String)> {
 pub(crate) fn in_a_line(found: &FittedEffect, robot: &RobotFile) -> String {
     let values: Vec<String> =
         values(found).into_iter().map(|(name, value)| format!("{name} {value}")).collect();
-    format!("{} ({})", name(&found.effect, robot), values.join(", "))
+    format!("{} ({})", found.effect.name(robot), values.join(", "))
 }
 
 /// Names of the explanations that the data do not tell from the best, with its own.
@@ -193,7 +193,7 @@ impl ImproveReport<'_> {
             .effects
             .iter()
             .filter(|f| f.log.is_none())
-            .map(|f| name(&f.effect, &self.model.robot))
+            .map(|f| f.effect.name(&self.model.robot))
             .collect();
         let fall = format!(
             "the score falls from {} to {} where nothing was fitted",
@@ -284,7 +284,7 @@ impl ImproveReport<'_> {
                 Some(log) => format!("{sort}, fitted to {} alone", log.name),
                 None => format!("{sort}, fitted to all logs"),
             };
-            let name = name(&found.effect, &self.model.robot);
+            let name = found.effect.name(&self.model.robot);
             values(found)
                 .into_iter()
                 .map(move |(parameter, value)| [name.clone(), parameter, value, from.clone()])
@@ -303,7 +303,7 @@ pub(crate) fn not_kept(why: Rejection) -> &'static str {
 }
 
 fn listed_names(found: &[FittedEffect], robot: &RobotFile) -> String {
-    found.iter().map(|f| name(&f.effect, robot)).collect::<Vec<_>>().join(" + ")
+    found.iter().map(|f| f.effect.name(robot)).collect::<Vec<_>>().join(" + ")
 }
 
 /// Detection limits of one kind of effect.
@@ -332,8 +332,7 @@ pub(crate) fn limits(diagnosis: &Diagnosis, robot: &RobotFile) -> Vec<Limits> {
     for limit in all {
         let parameter = &limit.kind.parameters[limit.parameter];
         let scale = Scale::of_parameter(parameter);
-        let effect =
-            trueweld_plant::effects::Effect { kind: limit.kind, at: limit.at, values: Vec::new() };
+        let effect = Effect { kind: limit.kind, at: limit.at, values: Vec::new() };
         let entry = (effect.at_name(robot).to_owned(), scale.number(limit.value));
         match lines.last_mut().filter(|line| line.kind.id == limit.kind.id) {
             Some(line) => line.places.push(entry),
@@ -351,7 +350,7 @@ pub(crate) fn limits(diagnosis: &Diagnosis, robot: &RobotFile) -> Vec<Limits> {
 /// they are.
 pub(crate) fn confusable(pair: &Confusable, robot: &RobotFile) -> [String; 3] {
     let one = |(kind, at): (&'static EffectKind, Location)| {
-        name(&trueweld_plant::effects::Effect { kind, at, values: Vec::new() }, robot)
+        Effect { kind, at, values: Vec::new() }.name(robot)
     };
     let apart = match pair.factor() {
         factor if factor > 300.0 => "not at any size".to_owned(),
