@@ -4,20 +4,19 @@
 //! The score √mean((residual/noise)²) is 1.0 where the model is as good as the instruments can
 //! tell. Left out: what is missing in the model, which is for a diagnosis to say.
 
+pub use crate::residuals::finding::FLOOR;
+
 use crate::data::log::{Log, LogKind};
 use crate::data::noise::instruments;
 use crate::fit::per_log;
 use crate::fit::{FitProblem, FitState};
 use crate::predict::{Compared, Experiment, Model, PredictError, Prediction, Quantity};
-use crate::residuals::localize::{Finding, joint_name, localize};
+use crate::residuals::finding::{Finding, column_label};
+use crate::residuals::localize::localize;
 use rayon::prelude::*;
 use std::path::PathBuf;
 use trueweld_plant::effects::Effect;
 use trueweld_plant::input::ModelFile;
-
-/// A score up to here is the noise floor: the deviations that residuals are judged by, propagated
-/// through the model to first order, are themselves known to about a tenth.
-pub const FLOOR: f64 = 1.1;
 
 /// A model against measurements.
 #[derive(Debug, Clone)]
@@ -315,14 +314,6 @@ fn traces(log: &Log, pairs: &[(&Compared, f64)]) -> Vec<Trace> {
         trace.deviation.push(compared.deviation);
     }
     traces
-}
-
-/// What people call a column of a channel.
-pub(crate) fn column_label(log: &Log, quantity: Quantity, column: u8) -> String {
-    match quantity {
-        Quantity::LinkEncoder | Quantity::MotorTorque => joint_name(log, usize::from(column)),
-        _ => ["x", "y", "z"][usize::from(column).min(2)].to_owned(),
-    }
 }
 
 fn root_mean_square(values: &[f64]) -> f64 {

@@ -376,7 +376,7 @@ pub(crate) const CURVES: &str = "The curve that shows it: points are what the me
 /// What is left that the residual follows, a sentence each.
 pub(crate) fn remains(diagnosis: &Diagnosis) -> Vec<String> {
     let all = foremost(&diagnosis.unexplained, REMAINS);
-    all.into_iter().map(|finding| sentence(finding)).collect()
+    all.into_iter().map(sentence).collect()
 }
 
 #[cfg(test)]
