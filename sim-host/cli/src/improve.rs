@@ -10,7 +10,7 @@ use trueweld_measure::data::log::Log;
 use trueweld_measure::fit::FitProblem;
 use trueweld_measure::improve::{HeldOut, improve, model_file};
 use trueweld_measure::residuals::compare::of_logs;
-use trueweld_output::{ImproveReport, Progress};
+use trueweld_output::{ImproveReport, Progress, model_comments};
 use trueweld_plant::input::ModelFile;
 
 /// Arguments of `improve`.
@@ -51,7 +51,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let done = improve(&bench, logs, held_out.as_ref(), &|what, share| progress.stage(what, share));
     progress.finish();
     let improvement = done.into_diagnostic()?;
-    let (file, comments) = model_file(&improvement, model, logs);
+    let (file, origins) = model_file(&improvement, model);
+    let comments = model_comments(&improvement, model, logs, &origins);
     file.write(&arguments.out, &comments)?;
     let at = improvement.fitted.as_ref().map_or(&improvement.diagnosis.before, |fitted| &fitted.at);
     let before = of_logs(logs, &bench.experiments, &improvement.diagnosis.before);

@@ -17,7 +17,7 @@ use crate::predict::{Experiment, PredictError};
 use crate::residuals::localize::localize;
 use trueweld_core::JointVector;
 use trueweld_plant::effects::Effect;
-use trueweld_plant::input::{Comments, EffectComments, ModelEffect, ModelFile, Scope};
+use trueweld_plant::input::{ModelEffect, ModelFile, Scope};
 use trueweld_plant::integrate::link_dynamics::{DynamicLinks, Motors};
 use trueweld_plant::robot::ElasticRobot;
 
@@ -45,7 +45,18 @@ pub struct Rejected {
     /// Score where nothing was fitted, with it.
     pub held_out: f64,
     /// Why it was not kept.
-    pub why: &'static str,
+    pub why: Rejection,
+}
+
+/// Why a step is not kept.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Rejection {
+    /// The model with it cannot be driven through the logs held out.
+    NotPredicted,
+    /// The score where nothing was fitted does not fall.
+    NoGain,
+    /// The arm with it does not come to rest.
+    Unstable,
 }
 
 /// A model improved.
@@ -203,14 +214,10 @@ impl Path<'_> {
             None => Ok(rules::held_out_score(&fitted)),
         };
         let (held_out, why) = match judged {
-            Err(_) => {
-                (f64::NAN, Some("the model with it cannot be driven through the logs held out"))
-            }
-            Ok(score) if score > before * (1.0 - LEAST) => {
-                (score, Some("the error elsewhere does not fall"))
-            }
+            Err(_) => (f64::NAN, Some(Rejection::NotPredicted)),
+            Ok(score) if score > before * (1.0 - LEAST) => (score, Some(Rejection::NoGain)),
             Ok(score) if !stable(self.bench, self.logs, &fitted.point) => {
-                (score, Some("the arm with it does not come to rest"))
+                (score, Some(Rejection::Unstable))
             }
             Ok(score) => (score, None),
         };
@@ -336,67 +343,45 @@ fn stable(bench: &FitProblem, logs: &[Log], point: &FitState) -> bool {
     })
 }
 
-/// The improved model as a file, with where each number comes from.
-pub fn model_file(
-    improvement: &Improvement,
-    file: &ModelFile,
-    logs: &[Log],
-) -> (ModelFile, Comments) {
-    let names: Vec<&str> = logs.iter().map(|l| l.name.as_str()).collect();
-    let judged = match improvement.held_out_logs.as_slice() {
-        [] => "every tenth of each log, predicted from the rest".to_owned(),
-        held_out => held_out.join(", "),
-    };
-    let (first, last) = (&improvement.steps[0], &improvement.steps[improvement.steps.len() - 1]);
-    let mut comments = Comments {
-        file: format!(
-            "Improved from {} by fitting {}. Score {:.3} before, {:.3} now; where nothing was fitted ({judged}) {:.3} \
-             before, {:.3} now. 1.0 is the noise floor.",
-            file.path.display(),
-            names.join(", "),
-            first.score,
-            last.score,
-            first.held_out,
-            last.held_out,
-        ),
-        effects: file
-            .effects
-            .iter()
-            .map(|_| EffectComments { effect: "As given.".to_owned(), parameters: Vec::new() })
-            .collect(),
-    };
+/// Where the values of an effect in an improved model come from.
+#[derive(Debug, Clone)]
+pub enum Origin {
+    /// The model as it was given.
+    Given,
+    /// The fit to all logs.
+    Fitted(FittedEffect),
+    /// A fit to each log alone; the model has the mean.
+    PerLog(Vec<FittedEffect>),
+}
+
+/// The improved model as a file, and where each of its effects comes from, in its order.
+pub fn model_file(improvement: &Improvement, file: &ModelFile) -> (ModelFile, Vec<Origin>) {
+    let last = &improvement.steps[improvement.steps.len() - 1];
+    let mut origins = vec![Origin::Given; file.effects.len()];
     let mut improved = file.clone();
     // The user's own that were hypotheses come back with their fitted values.
-    let mut add = |effect: &Effect, scope: Scope, said: EffectComments| {
-        let entry = ModelEffect { effect: effect.clone(), scope };
+    let mut add = |effect: Effect, scope: Scope, origin: Origin| {
         let place = improved
             .effects
             .iter()
             .position(|e| std::ptr::eq(e.effect.kind, effect.kind) && e.effect.at == effect.at);
+        let entry = ModelEffect { effect, scope };
         match place.filter(|p| scope == Scope::Log || is_hypothesis(&improved.effects[*p])) {
             Some(place) => {
                 improved.effects[place] = entry;
-                comments.effects[place] = said;
+                origins[place] = origin;
             }
             None => {
                 improved.effects.push(entry);
-                comments.effects.push(said);
+                origins.push(origin);
             }
         }
     };
-    for found in last.effects.iter().chain(&last.calibration).filter(|f| f.log.is_none()) {
-        let sort = if is_calibration(found.effect.kind) { "Calibration" } else { "Effect" };
-        let said =
-            format!("{sort}, fitted to {}; 95 % intervals beside the values.", names.join(", "));
-        let parameters = (0..found.effect.values.len())
-            .map(|k| {
-                format!("{} to {}", readable(found.interval[k][0]), readable(found.interval[k][1]))
-            })
-            .collect();
-        add(&found.effect, Scope::Campaign, EffectComments { effect: said, parameters });
+    let (own, common): (Vec<&FittedEffect>, Vec<&FittedEffect>) =
+        last.effects.iter().chain(&last.calibration).partition(|f| f.log.is_some());
+    for found in common {
+        add(found.effect.clone(), Scope::Campaign, Origin::Fitted(found.clone()));
     }
-    let own: Vec<&FittedEffect> =
-        last.effects.iter().chain(&last.calibration).filter(|f| f.log.is_some()).collect();
     for (k, found) in own.iter().enumerate() {
         let same = |f: &&&FittedEffect| {
             (f.effect.kind.id, f.effect.at) == (found.effect.kind.id, found.effect.at)
@@ -404,33 +389,17 @@ pub fn model_file(
         if own[..k].iter().any(|f| same(&f)) {
             continue;
         }
-        let all: Vec<&&FittedEffect> = own.iter().filter(same).collect();
+        let all: Vec<FittedEffect> = own.iter().filter(same).map(|f| (*f).clone()).collect();
         let mean = (0..found.effect.values.len())
             .map(|v| all.iter().map(|f| f.effect.values[v]).sum::<f64>() / all.len() as f64)
             .collect();
-        let parameters = (0..found.effect.values.len())
-            .map(|v| {
-                let one = |f: &&&FittedEffect| {
-                    format!("{} in {}", readable(f.effect.values[v]), names[f.log.unwrap_or(0)])
-                };
-                all.iter().map(one).collect::<Vec<_>>().join(", ")
-            })
-            .collect();
-        let said = "Each log has its own, fitted afresh in every other; below the mean.".to_owned();
-        add(
-            &Effect { values: mean, ..found.effect.clone() },
-            Scope::Log,
-            EffectComments { effect: said, parameters },
-        );
+        let effect = Effect { values: mean, ..found.effect.clone() };
+        add(effect, Scope::Log, Origin::PerLog(all));
     }
-    (improved, comments)
+    (improved, origins)
 }
 
 /// True for an effect of the user's own that does nothing as it is written.
 fn is_hypothesis(entry: &ModelEffect) -> bool {
     entry.scope == Scope::Campaign && fit::is_own_and_nothing(&entry.effect)
-}
-
-fn readable(value: f64) -> String {
-    format!("{value:.4e}")
 }

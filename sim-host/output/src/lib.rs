@@ -28,6 +28,7 @@ pub use report::{
     CertifiedWeld, CertifyReport, CompareReport, DiagnoseReport, ImproveReport, LawsReport,
     Recorded, Report, StepReport, StepRun, WeldReport, WeldRun,
 };
+pub use words::model_comments;
 
 /// Millimetres in a metre, and milliradians in a radian.
 pub(crate) const MILLI: f64 = 1e3;

@@ -17,10 +17,12 @@ use trueweld_measure::diagnose::{
     Candidate, Confusable, Diagnosis, Explanation, FittedEffect, ImprovedChannel, Limit, Reason,
     Verdict,
 };
-use trueweld_measure::experiment::Plan;
+use trueweld_measure::experiment::{Channels, Excitation, Plan, PlanRow, Procedure};
 use trueweld_measure::fit::{FitState, Fitted, Linear};
-use trueweld_measure::improve::{Improvement, Rejected, Step};
-use trueweld_measure::residuals::compare::{ChannelComparison, Comparison, LogComparison, Trace};
+use trueweld_measure::improve::{Improvement, Rejected, Rejection, Step};
+use trueweld_measure::residuals::compare::{
+    ChannelComparison, Comparison, LogComparison, Notice, Trace,
+};
 use trueweld_measure::residuals::localize::{Curve, CurvePoint, Finding, Statistic};
 use trueweld_plant::effects::{Effect, EffectKind, Location};
 use trueweld_plant::input::ModelFile;
@@ -339,7 +341,10 @@ pub fn comparison() -> Comparison {
         samples: 3 * rows,
         logs: vec![log],
         worst: vec![finding],
-        notices: vec!["free: the column `temperature_c` is not known".to_owned()],
+        notices: vec![Notice::Log {
+            log: "free".to_owned(),
+            notice: "the column `temperature_c` is not known".to_owned(),
+        }],
     }
 }
 
@@ -470,15 +475,20 @@ pub fn diagnosis(verdict: Verdict) -> Parts {
 
 /// A plan for an experiment.
 pub fn plan() -> Plan {
+    let row = |(k, payload)| PlanRow { time: 20.0 * f64::from(k), payload, ..PlanRow::default() };
     Plan {
-        kind: LogKind::StaticLoad,
-        title: "static loads on A5, up and down again".to_owned(),
-        steps: vec!["Hang 20 kg on the flange.".to_owned(), "Take it off again.".to_owned()],
-        reason: "It is expected to set backlash at A5 and hysteresis at A5 12.0 standard deviations apart.".to_owned(),
+        procedure: Procedure::Load { at: JointVector::zeros(), how: Excitation::Hung },
+        channels: Channels { position: true, ..Channels::default() },
+        rivals: ["backlash at A5".to_owned(), "hysteresis at A5".to_owned()],
+        so_far: 0.5,
+        others: Vec::new(),
         separation: 12.0,
         minutes: 14.0,
-        rows: Vec::new(),
-        log: Log::read(fixture("campaigns/backlash/ring-25")).unwrap(),
+        rows: [(0u8, 0.0), (1, 20.0), (2, 0.0)].map(row).to_vec(),
+        log: Log {
+            kind: LogKind::StaticLoad,
+            ..Log::read(fixture("campaigns/backlash/ring-25")).unwrap()
+        },
     }
 }
 
@@ -494,11 +504,7 @@ pub fn improvement(diagnosis: Diagnosis) -> Improvement {
     };
     Improvement {
         steps: vec![step(&[], 3.79, 3.37), step(&effects, 1.015, 1.07)],
-        rejected: vec![Rejected {
-            added: Vec::new(),
-            held_out: f64::NAN,
-            why: "the error elsewhere does not fall",
-        }],
+        rejected: vec![Rejected { added: Vec::new(), held_out: f64::NAN, why: Rejection::NoGain }],
         verdict: diagnosis.verdict,
         fitted: Some(diagnosis.improved.clone()),
         diagnosis,

@@ -1,7 +1,8 @@
 //! Requirements, judged: what the runs came to, against what was asked for, with the reason where
 //! it fell short.
 
-use super::{FAULT_FIGURES, FaultTrial, Trial, WorstCase, reason};
+use super::reason::{self, Reason, Shortfall};
+use super::{FAULT_FIGURES, FaultTrial, Trial, WorstCase};
 use crate::Rate;
 use crate::figure::Limit;
 use crate::margins::{MARGIN_FIGURES, Margins};
@@ -9,8 +10,7 @@ use crate::requirements::Requirements;
 use serde::{Deserialize, Serialize};
 
 /// Which runs a requirement is judged by.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum EvidenceKind {
     /// The cell as it is believed to be.
     Nominal,
@@ -90,7 +90,7 @@ pub struct Evidence {
 }
 
 /// How many of the draws were beyond a limit, and what that shows.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Beyond {
     /// Trials beyond the limit.
     pub beyond: usize,
@@ -99,7 +99,7 @@ pub struct Beyond {
 }
 
 /// One requirement, judged.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Requirement {
     /// Which runs it is judged by.
     pub case: EvidenceKind,
@@ -114,12 +114,11 @@ pub struct Requirement {
     /// out the same every time, 1.
     pub confidence: f64,
     /// Of draws alone.
-    #[serde(flatten)]
     pub draws: Option<Beyond>,
     /// What the runs say of it.
     pub verdict: Verdict,
     /// Why it is not met or not shown; `None` where it is met.
-    pub reason: Option<String>,
+    pub reason: Option<Reason>,
 }
 
 /// Judges everything that was run of a weld, section by section. Nothing passes without runs enough
@@ -146,7 +145,7 @@ fn certain(
     name: &'static str,
     limit: f64,
     worst: Option<f64>,
-    why: impl FnOnce() -> String,
+    why: impl FnOnce() -> Reason,
 ) -> Requirement {
     let verdict = Verdict::of_figure(worst.map(|figure| within(figure, limit)));
     Requirement {
@@ -165,7 +164,7 @@ fn nominal(requirements: &Requirements, trial: &Trial) -> Vec<Requirement> {
     let judged = requirements.limits.iter().map(|Limit { figure, value }| {
         let (name, limit) = (figure.key, *value);
         certain(EvidenceKind::Nominal, name, limit, Some(trial.figure(name)), || {
-            reason::nominal(name, limit, trial.figure(name), trial)
+            Reason::Run(Shortfall::of(name, trial))
         })
     });
     judged.collect()
@@ -191,8 +190,8 @@ fn draws(requirements: &Requirements, trials: &[Trial]) -> Vec<Requirement> {
         let worst =
             trials.iter().reduce(|a, b| if b.figure(name) > a.figure(name) { b } else { a });
         let why = || {
-            let asked = [requirements.failure_probability, requirements.confidence];
-            reason::draws(name, limit, beyond, asked, worst.map(|t| (t, t.figure(name))))
+            let (allowed, confidence) = (requirements.failure_probability, requirements.confidence);
+            reason::draws(name, beyond, allowed, confidence, worst)
         };
         Requirement {
             case: EvidenceKind::Draws,
@@ -214,7 +213,7 @@ fn worst_case(requirements: &Requirements, evidence: &Evidence) -> Vec<Requireme
         let all = evidence.trials.iter().chain(&evidence.worst.runs);
         let worst = all.reduce(|a, b| if b.figure(name) > a.figure(name) { b } else { a });
         certain(EvidenceKind::WorstCase, name, limit, worst.map(|t| t.figure(name)), || {
-            reason::worst_case(name, limit, worst.map(|t| (t, t.figure(name))))
+            worst.map_or(Reason::NoRun, |trial| Reason::Run(Shortfall::of(name, trial)))
         })
     });
     judged.collect()
@@ -233,7 +232,13 @@ fn margins(requirements: &Requirements, map: &[Margins]) -> Vec<Requirement> {
         let least = map.iter().reduce(|a, b| if of(b).0 < of(a).0 { b } else { a });
         let achieved = least.map_or(0.0, |at| of(at).0);
         let verdict = Verdict::of_figure(least.map(|_| achieved >= limit));
-        let why = || reason::margin(name, limit, least.map(|at| (at, of(at))));
+        let why = || match least {
+            None => Reason::NoRun,
+            Some(Margins { path, held, spectral_radius, channels: None, .. }) => {
+                Reason::Unstable { path: *path, held: *held, spectral_radius: *spectral_radius }
+            }
+            Some(at) => Reason::Margin { path: at.path, channel: of(at).1 },
+        };
         Requirement {
             case: EvidenceKind::Margins,
             name,
@@ -258,8 +263,14 @@ fn faults(requirements: &Requirements, trials: &[FaultTrial]) -> Vec<Requirement
         let worst =
             trials.iter().reduce(|a, b| if b.figure(name) > a.figure(name) { b } else { a });
         let figure = worst.map(|t| t.figure(name));
-        let beyond = trials.iter().filter(|t| !within(t.figure(name), limit)).count();
-        let why = || reason::fault(name, limit, asked, worst.zip(figure), [beyond, trials.len()]);
+        let why = || {
+            worst.map_or(Reason::NoRun, |trial| Reason::Fault {
+                fault: trial.fault.clone(),
+                recovery: asked.recovery,
+                beyond: Rate::of(trials, |t| !within(t.figure(name), limit)),
+                worst: Shortfall::of_fault(name, trial),
+            })
+        };
         Some(certain(EvidenceKind::Faults, name, limit, figure, why))
     });
     judged.collect()

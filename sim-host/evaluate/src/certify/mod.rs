@@ -27,12 +27,12 @@ mod worst;
 pub use draw::{NominalCell, SampledCell};
 pub use faults::{FAULT_FIGURES, FaultFigure, FaultTrial, SteadyTooShort};
 pub use judge::{Beyond, Evidence, EvidenceKind, Requirement, Verdict, judge, within};
-pub use reason::{figure, label, shown};
+pub use reason::{Held, Pace, Reason, Shortfall, Symptom};
 pub use symptoms::{Oscillation, RequiredCorrection, Symptoms};
 pub use worst::{WorstCase, search};
 
-use crate::figure::FigureOf;
-use crate::margins::{Margins, margin_map};
+use crate::figure::{Figure, FigureOf};
+use crate::margins::{MARGIN_FIGURES, Margins, margin_map};
 use crate::requirements::Requirements;
 use crate::weld::{WELD_FIGURES, WeldFigures};
 use serde::{Deserialize, Serialize};
@@ -63,6 +63,14 @@ impl Trial {
     pub fn figure(&self, key: &str) -> f64 {
         figure_of(self.figures.as_ref(), key)
     }
+}
+
+/// The figure with a key, of whichever kind of run.
+pub fn figure(key: &str) -> Option<&'static Figure> {
+    let weld = WELD_FIGURES.iter().map(|of| &of.figure);
+    let margins = MARGIN_FIGURES.iter().map(|of| &of.figure);
+    let faults = FAULT_FIGURES.iter().map(|of| &of.of.figure);
+    weld.chain(margins).chain(faults).find(|figure| figure.key == key)
 }
 
 /// A figure of a run; infinite where it came to no end, or to no number.

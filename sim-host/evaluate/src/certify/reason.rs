@@ -1,15 +1,11 @@
-//! Why a requirement was not met, in words: what the runs came to, and what their symptoms say of
-//! the loop.
+//! Why a requirement is not met or not shown: what the runs came to, and what their symptoms show
+//! of the loop.
 //!
-//! Nothing is said here that a recording does not show. Where no symptom stands out, the figure
-//! stands alone.
+//! Nothing is stated that a recording does not show. Where no symptom stands out, the figure stands
+//! alone.
 
-use super::{FAULT_FIGURES, FaultTrial, Symptoms, Trial};
+use super::{FaultTrial, Symptoms, Trial};
 use crate::Rate;
-use crate::figure::Figure;
-use crate::margins::{LeastMargin, MARGIN_FIGURES, Margins};
-use crate::requirements::Faults;
-use crate::weld::WELD_FIGURES;
 
 /// Share of what is needed below which a correction goes the wrong way; so much may be chance where
 /// little is needed.
@@ -19,251 +15,208 @@ const WRONG_WAY: f64 = -0.2;
 /// it.
 const TOO_MUCH: f64 = 1.1;
 
-/// Correlation of a swing with itself one period later above which it is one and no noise.
+/// Share of what is needed below which a correction gives too little.
+const TOO_LITTLE: f64 = 0.5;
+
+/// Share of the periods at a limit from which on the limit is named.
+const HELD: f64 = 0.05;
+
+/// Correlation of an oscillation with itself one period later above which it is no noise.
 const REGULAR: f64 = 0.5;
 
-/// Least amplitude of a swing that is spoken of, m: noise of a seam sensor comes through with a
+/// Least amplitude of an oscillation that is named, m: noise of a seam sensor comes through with a
 /// tenth of it.
-const SWINGS: f64 = 1e-4;
+const OSCILLATES: f64 = 1e-4;
 
-/// The figure with a key, of whichever kind of run.
-pub fn figure(key: &str) -> Option<&'static Figure> {
-    let weld = WELD_FIGURES.iter().map(|of| &of.figure);
-    let margins = MARGIN_FIGURES.iter().map(|of| &of.figure);
-    let faults = FAULT_FIGURES.iter().map(|of| &of.of.figure);
-    weld.chain(margins).chain(faults).find(|figure| figure.key == key)
+/// Why a requirement is not met or not shown.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Reason {
+    /// Nothing was run.
+    NoRun,
+    /// The nominal run, or that of the worst cell found.
+    Run(Shortfall),
+    /// So few draws do not show it.
+    TooFewDraws {
+        /// Draws made.
+        of: usize,
+        /// So many with no more beyond the limit show it; `None` where 100 000 do not.
+        enough: Option<usize>,
+    },
+    /// A larger share of the draws than allowed is beyond the limit.
+    Draws {
+        /// Draws made.
+        of: usize,
+        /// Share allowed.
+        allowed: f64,
+        /// Index of the worst trial.
+        index: u64,
+        /// The worst trial.
+        worst: Shortfall,
+    },
+    /// A margin is too small.
+    Margin {
+        /// Path position, m.
+        path: f64,
+        /// Where the loop was opened.
+        channel: &'static str,
+    },
+    /// The loop is not stable.
+    Unstable {
+        /// Path position, m.
+        path: f64,
+        /// Only a limit holds it.
+        held: bool,
+        /// [`Margins::spectral_radius`](crate::margins::Margins::spectral_radius).
+        spectral_radius: f64,
+    },
+    /// Instruments that fail.
+    Fault {
+        /// The worst fault in words.
+        fault: String,
+        /// Time allowed for the recovery, s.
+        recovery: f64,
+        /// Fault cases beyond the limit.
+        beyond: Rate,
+        /// The run with the worst fault.
+        worst: Shortfall,
+    },
 }
 
-/// A requirement's name in words.
-pub fn label(key: &str) -> &str {
-    figure(key).map_or(key, |figure| figure.label)
+/// One run beyond a limit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Shortfall {
+    /// Its figure, SI units.
+    pub value: f64,
+    /// Why the weld was not made; `None` where it was.
+    pub failed: Option<String>,
+    /// What stands out in the loop.
+    pub symptom: Option<Symptom>,
+    /// The limit that held the correction.
+    pub held: Option<Held>,
 }
 
-/// A value of a figure in mm, degrees, ms, N or as a ratio; "none" where there is none.
-pub fn shown(key: &str, value: f64) -> String {
-    match figure(key).map_or("1", |figure| figure.unit) {
-        _ if !value.is_finite() => "none".to_owned(),
-        "s" => format!("{:.0} ms", 1e3 * value),
-        "m" => format!("{:.3} mm", 1e3 * value),
-        "rad" => format!("{:.3}°", value.to_degrees()),
-        "N" => format!("{value:.0} N"),
-        _ => format!("{value:.2}"),
+/// What stands out in a loop.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Symptom {
+    /// The correction goes the wrong way: share given of what is needed.
+    WrongWay(f64),
+    /// The correction oscillates.
+    Oscillates {
+        /// Amplitude, m.
+        amplitude: f64,
+        /// Frequency, Hz.
+        frequency: f64,
+        /// It grows along the weld.
+        grows: bool,
+    },
+    /// Share given of what is needed, more than all.
+    TooMuch(f64),
+    /// Share given of what is needed.
+    TooLittle(f64),
+    /// Most of the lateral deviation left is of one kind.
+    Remains {
+        /// How fast it changes.
+        pace: Pace,
+        /// RMS of that part, m.
+        part: f64,
+        /// RMS of the whole, m.
+        whole: f64,
+    },
+}
+
+/// How fast a deviation changes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Pace {
+    /// Over seconds.
+    Slow,
+    /// Within seconds, more slowly than the spindle turns.
+    Middle,
+    /// Within a turn of the spindle.
+    Ripple,
+}
+
+/// A limit that held a correction: share of the periods.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Held {
+    /// At its authority.
+    Authority(f64),
+    /// At any limit.
+    Limit(f64),
+}
+
+impl Shortfall {
+    pub(super) fn of(name: &str, trial: &Trial) -> Self {
+        let stands_out = |s: &Symptoms| (symptom(name, s), held(s));
+        let (symptom, held) = trial.symptoms.as_ref().map_or((None, None), stands_out);
+        Self { value: trial.figure(name), failed: trial.failed.clone(), symptom, held }
+    }
+
+    pub(super) fn of_fault(name: &str, trial: &FaultTrial) -> Self {
+        let (value, failed) = (trial.figure(name), trial.failed.clone());
+        Self { value, failed, symptom: None, held: None }
     }
 }
 
-/// Why a margin is too small.
-pub(super) fn margin(name: &str, limit: f64, least: Option<(&Margins, LeastMargin)>) -> String {
-    let Some((at, (least, channel))) = least else {
-        return "no margins were determined".to_owned();
-    };
-    let place = format!("{:.2} m along the weld", at.path);
-    if at.channels.is_none() {
-        let why = match at.spectral_radius {
-            _ if at.held => "only a limit holds it".to_owned(),
-            radius if radius.is_finite() => format!("spectral radius {radius:.4}"),
-            _ => "it runs away".to_owned(),
-        };
-        return format!("{place}, the loop is not stable: {why}");
-    }
-    let [reached, limit] = [least, limit].map(|v| shown(name, v));
-    format!(
-        "{place}, the {} of {channel} is {reached} (limit {limit})",
-        label(name).trim_end_matches(", drives")
-    )
-}
-
-/// "leaves its line by 8.05 mm RMS (limit 0.05 mm)", of a tool or a law.
-fn clause(name: &str, value: f64, limit: f64) -> String {
-    let [reached, limit] = [value, limit].map(|v| shown(name, v));
-    match name.strip_prefix("recovered_").or(name.strip_prefix("fault_")).unwrap_or(name) {
-        "lateral_rms_m" => format!("the tool leaves its line by {reached} RMS (limit {limit})"),
-        "lateral_max_m" => format!("the tool leaves its line by up to {reached} (limit {limit})"),
-        "lateral_before_m" => {
-            format!(
-                "the tool leaves its line by up to {reached} before the steady part (limit {limit})"
-            )
-        }
-        "depth_rms_m" => format!("depth wanders by {reached} RMS (limit {limit})"),
-        "depth_max_m" => format!("depth goes off by up to {reached} (limit {limit})"),
-        "push_error_rms_n" => format!("the push is off by {reached} RMS (limit {limit})"),
-        "correction_m" | "correction_rad" => {
-            format!("the correction is driven to {reached}, beyond the authority of {limit}")
-        }
-        name => format!("{} comes to {reached} (limit {limit})", label(name)),
-    }
-}
-
-/// Of the cell as it is believed to be.
-pub(super) fn nominal(name: &str, limit: f64, value: f64, trial: &Trial) -> String {
-    match &trial.failed {
-        Some(why) => format!("with everything as believed the weld is not made: {why}"),
-        None => {
-            let clause = clause(name, value, limit);
-            format!(
-                "with everything as believed {clause}{}",
-                because(name, trial.symptoms.as_ref())
-            )
-        }
-    }
-}
-
-/// Of draws: too many beyond the limit, or too few to show that there are few enough. `asked`:
-/// allowed probability and confidence; `worst`: the worst trial and its figure.
+/// Of draws: too many beyond the limit, or too few to show that there are few enough.
 pub(super) fn draws(
     name: &str,
-    limit: f64,
     beyond: Rate,
-    asked: [f64; 2],
-    worst: Option<(&Trial, f64)>,
-) -> String {
-    let [probability, confidence] = asked;
-    let percent = |p: f64| format!("{} %", (1e4 * p).round() / 100.0);
-    let Some((trial, value)) = worst else {
-        return "no trial was run".to_owned();
-    };
-    let needed = (beyond.of..=100_000).find(|n| {
-        *n > beyond.hits && Rate { hits: beyond.hits, of: *n }.at_most(confidence) <= probability
-    });
-    let shows = percent(beyond.at_most(confidence));
-    if beyond.hits == 0 {
-        let enough = needed.map_or(String::new(), |n| format!("; {n} without one beyond would do"));
-        return format!(
-            "{} trials are too few: none is beyond the limit, which shows no more than {shows} at {}{enough}",
-            beyond.of,
-            percent(confidence)
-        );
+    allowed: f64,
+    confidence: f64,
+    worst: Option<&Trial>,
+) -> Reason {
+    let Some(trial) = worst else { return Reason::NoRun };
+    let of = beyond.of;
+    if beyond.hits as f64 / of as f64 <= allowed {
+        let shows = |n: &usize| Rate { hits: beyond.hits, of: *n }.at_most(confidence) <= allowed;
+        let enough = (of..=100_000).find(|n| *n > beyond.hits && shows(n));
+        return Reason::TooFewDraws { of, enough };
     }
-    let share = beyond.hits as f64 / beyond.of as f64;
-    let many = format!("{} of {} cells are beyond the limit", beyond.hits, beyond.of);
-    if share <= probability {
-        let enough =
-            needed.map_or(String::new(), |n| format!("; {n} trials with no more beyond would do"));
-        let confidence = percent(confidence);
-        return format!(
-            "{many}: few enough, but so few trials show no more than {shows} at {confidence}{enough}"
-        );
-    }
-    let surely = if beyond.at_least(confidence) > probability {
-        ""
-    } else {
-        "; more trials may tell otherwise"
-    };
-    let allowed = percent(probability);
-    let why = match &trial.failed {
-        Some(why) => format!("the weld is not made: {why}"),
-        None => format!("{}{}", clause(name, value, limit), because(name, trial.symptoms.as_ref())),
-    };
-    format!("{many}, {allowed} allowed{surely}; in the worst, trial {}, {why}", trial.index)
+    Reason::Draws { of, allowed, index: trial.index, worst: Shortfall::of(name, trial) }
 }
 
-/// Of the worst cell found.
-pub(super) fn worst_case(name: &str, limit: f64, worst: Option<(&Trial, f64)>) -> String {
-    match worst {
-        None => "no run was made".to_owned(),
-        Some((Trial { failed: Some(why), .. }, _)) => {
-            format!("in the worst cell found the weld is not made: {why}")
-        }
-        Some((trial, value)) => {
-            let clause = clause(name, value, limit);
-            format!("in the worst cell found {clause}{}", because(name, trial.symptoms.as_ref()))
-        }
+fn held(s: &Symptoms) -> Option<Held> {
+    match (s.at_authority, s.limited) {
+        (share, _) if share >= HELD => Some(Held::Authority(share)),
+        (_, share) if share >= HELD => Some(Held::Limit(share)),
+        _ => None,
     }
 }
 
-/// Of fault cases. `worst`: the worst case and its figure; `many`: cases beyond the limit, and all
-/// of them.
-pub(super) fn fault(
-    name: &str,
-    limit: f64,
-    asked: &Faults,
-    worst: Option<(&FaultTrial, f64)>,
-    many: [usize; 2],
-) -> String {
-    let Some((trial, value)) = worst else {
-        return "no fault was tried".to_owned();
+fn symptom(name: &str, s: &Symptoms) -> Option<Symptom> {
+    let given = match name {
+        "side_tilt_rms_rad" => s.given[1],
+        "travel_angle_rms_rad" => s.given[2],
+        _ => s.given[0],
     };
-    let with = format!("with a {}", trial.fault);
-    let others = match many[0] {
-        0 | 1 => String::new(),
-        beyond => {
-            format!("; {beyond} of {} faults are beyond the limit, this one farthest", many[1])
-        }
-    };
-    let why = match &trial.failed {
-        Some(why) => return format!("{with} the weld is not made: {why}"),
-        None if name.starts_with("recovered_") => {
-            let after = asked.recovery;
-            format!(
-                "{after} s after the end of the fault, {with}, {} still",
-                clause(name, value, limit)
-            )
-        }
-        None => format!("{with} {}", clause(name, value, limit)),
-    };
-    format!("{why}{others}")
-}
-
-/// What the symptoms say, from ": " on; empty where nothing stands out.
-fn because(name: &str, symptoms: Option<&Symptoms>) -> String {
-    let Some(s) = symptoms else {
-        return String::new();
-    };
-    let percent = |share: f64| format!("{:.0} %", 100.0 * share);
-    let direction = match name {
-        "side_tilt_rms_rad" => 1,
-        "travel_angle_rms_rad" => 2,
-        _ => 0,
-    };
-    let pushed = name == "push_error_rms_n" || name == "depth_rms_m";
-    let held = match (s.at_authority, s.limited) {
-        (authority, _) if authority >= 0.05 => {
-            format!(", held at its authority in {} of the time", percent(authority))
-        }
-        (_, limited) if limited >= 0.05 => {
-            format!(", held at a limit in {} of the time", percent(limited))
-        }
-        _ => String::new(),
-    };
+    // A wrong sign comes first: what follows from it may oscillate as well.
+    if let Some(given) = given.filter(|given| *given < WRONG_WAY) {
+        return Some(Symptom::WrongWay(given));
+    }
     let swing = s.swing;
-    // Wherever the sign is wrong it is said first: what follows from it may swing as well.
-    if let Some(given) = s.given[direction].filter(|given| *given < WRONG_WAY) {
-        return format!(
-            ": the correction goes the wrong way (it gives {} of what is needed){held}",
-            percent(given)
-        );
+    if swing.amplitude >= OSCILLATES && swing.regularity >= REGULAR {
+        let (amplitude, frequency, grows) = (swing.amplitude, swing.frequency, swing.growth > 1.5);
+        return Some(Symptom::Oscillates { amplitude, frequency, grows });
     }
-    if swing.amplitude >= SWINGS && swing.regularity >= REGULAR {
-        let grows = if swing.growth > 1.5 { " and grows" } else { "" };
-        let [amplitude, frequency] = [1e3 * swing.amplitude, swing.frequency];
-        return format!(
-            ": the loop swings, the correction by ±{amplitude:.2} mm at {frequency:.2} Hz{grows}{held}"
-        );
+    if let Some(given) = given.filter(|given| *given > TOO_MUCH && s.at_authority >= HELD) {
+        return Some(Symptom::TooMuch(given));
     }
-    if let Some(given) =
-        s.given[direction].filter(|given| *given > TOO_MUCH && s.at_authority >= 0.05)
-    {
-        return format!(": the correction gives {} of what is needed{held}", percent(given));
+    let pushed = name == "push_error_rms_n" || name == "depth_rms_m";
+    if held(s).is_some() || pushed || name.starts_with("correction") {
+        return None;
     }
-    if !held.is_empty() {
-        return format!(": the correction is{}", held.trim_start_matches(','));
-    }
-    if pushed || name.starts_with("correction") {
-        return String::new();
-    }
-    if let Some(given) = s.given[direction].filter(|given| *given < 0.5) {
-        return format!(": the correction gives only {} of what is needed", percent(given));
+    if let Some(given) = given.filter(|given| *given < TOO_LITTLE) {
+        return Some(Symptom::TooLittle(given));
     }
     if !name.starts_with("lateral") || name == "lateral_before_m" {
-        return String::new();
+        return None;
     }
-    let [slow, swinging, ripple] = s.lateral;
-    let [whole, most] = [slow.hypot(swinging).hypot(ripple), slow.max(swinging).max(ripple)];
-    let what = if most == slow {
-        "changes over seconds: the law does not see it, or is off by as much"
-    } else if most == ripple {
-        "repeats with the spindle, faster than the correction follows"
-    } else {
-        "comes and goes within seconds"
+    let [slow, middle, ripple] = s.lateral;
+    let (whole, part) = (slow.hypot(middle).hypot(ripple), slow.max(middle).max(ripple));
+    let pace = match part {
+        part if part == slow => Pace::Slow,
+        part if part == ripple => Pace::Ripple,
+        _ => Pace::Middle,
     };
-    format!(": what is left, {:.3} mm RMS of {:.3} mm, {what}", 1e3 * most, 1e3 * whole)
+    Some(Symptom::Remains { pace, part, whole })
 }

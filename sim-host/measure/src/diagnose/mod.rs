@@ -19,9 +19,10 @@ mod tell;
 pub use confuse::Confusable;
 pub use rules::{Part, parts, score};
 pub(crate) use screen::Context;
+pub use screen::Limit;
 pub(crate) use search::further;
 pub(crate) use sparse::sparse;
-pub use tell::{Explanation, ImprovedChannel, Reason, name, tell};
+pub use tell::{Explanation, ImprovedChannel, Reason, tell};
 
 use crate::data::log::{Log, LogKind};
 use crate::fit::calibration::is_calibration;
@@ -31,7 +32,7 @@ use crate::residuals::localize::{Finding, localize};
 use rules::{above, at_floor, counts, floor, held_out_score, stands_out};
 use screen::screen;
 use search::{calibrated, fit_all, second, uncalibrated};
-use trueweld_plant::effects::{Effect, EffectKind, Location};
+use trueweld_plant::effects::{Effect, Location};
 
 /// Longest weld among the logs, m, for what is looked for along it.
 pub(crate) fn longest_weld(logs: &[Log]) -> f64 {
@@ -120,20 +121,6 @@ pub struct Diagnosis {
     pub confusable: Vec<Confusable>,
     /// What the residual of the improved model still goes with, where it is above the floor.
     pub unexplained: Vec<Finding>,
-}
-
-/// Smallest size of one effect at one place that the data would have shown, beside all
-/// calibrations.
-#[derive(Debug, Clone)]
-pub struct Limit {
-    /// The effect.
-    pub kind: &'static EffectKind,
-    /// Where.
-    pub at: Location,
-    /// Index of the parameter that is its size.
-    pub parameter: usize,
-    /// The value of the parameter at the limit.
-    pub value: f64,
 }
 
 /// What a diagnosis is at, for whoever waits.

@@ -1,12 +1,26 @@
 //! Screening: every effect at every place, by its slopes beside all calibrations where those are at
 //! their best.
 
-use super::{Limit, rules};
+use super::rules;
 use crate::fit::calibration::is_calibration;
 use crate::fit::{self, EffectScope, FitProblem, Fitted, FreeParameter, Slopes, Step};
 use rayon::prelude::*;
 use std::f64::consts::FRAC_PI_2;
 use trueweld_plant::effects::{Effect, EffectKind, Location, Parameter, Role, library};
+
+/// Smallest size of one effect at one place that the data would have shown, beside all
+/// calibrations.
+#[derive(Debug, Clone)]
+pub struct Limit {
+    /// The effect.
+    pub kind: &'static EffectKind,
+    /// Where.
+    pub at: Location,
+    /// Index of the parameter that is its size.
+    pub parameter: usize,
+    /// The value of the parameter at the limit.
+    pub value: f64,
+}
 
 /// A hypothesis, and what screening says of it.
 #[derive(Debug, Clone)]

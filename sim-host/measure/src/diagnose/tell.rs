@@ -150,7 +150,7 @@ impl Candidate {
     /// Its effects with their places, such as `backlash at A5`; a pair's with a plus between them.
     pub fn name(&self, robot: &RobotFile) -> String {
         let names: Vec<String> =
-            self.effects.iter().map(|found| name(&found.effect, robot)).collect();
+            self.effects.iter().map(|found| found.effect.name(robot)).collect();
         names.join(" + ")
     }
 
@@ -171,13 +171,5 @@ impl Candidate {
             }
         }
         others
-    }
-}
-
-/// An effect with its place, such as `backlash at A5`.
-pub fn name(effect: &Effect, robot: &RobotFile) -> String {
-    match effect.at_name(robot) {
-        "" => effect.kind.id.to_owned(),
-        at => format!("{} at {at}", effect.kind.id),
     }
 }

@@ -33,13 +33,19 @@ const POSTURES: usize = 8;
 const USUAL_PAYLOAD: (f64, [f64; 3]) = (100.0, [0.15, 0.0, 0.0]);
 
 /// Channels that logs of one kind have.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Channels {
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Channels {
+    /// Position of the tool.
     pub position: bool,
+    /// Orientation of the tool.
     pub rotation: bool,
+    /// Encoders on the links.
     pub link_encoder: [bool; JOINTS],
+    /// Torques of the motors.
     pub motor_torque: [bool; JOINTS],
+    /// Force on the tool.
     pub force: bool,
+    /// Moment on the tool.
     pub moment: bool,
 }
 
@@ -61,7 +67,6 @@ impl Channels {
 #[derive(Debug)]
 pub(super) struct ExperimentCell<'a> {
     pub robot: &'a Robot<f64>,
-    pub names: &'a [String; JOINTS],
     logs: &'a [Log],
     noise: Vec<NoiseLevels>,
     /// Where each joint may go, rad.
@@ -83,7 +88,7 @@ pub(super) struct ExperimentCell<'a> {
 impl<'a> ExperimentCell<'a> {
     /// What the logs show of the laboratory; `None` where they show nowhere to go.
     pub fn of(robot: &'a Robot<f64>, logs: &'a [Log]) -> Option<Self> {
-        let first = logs.first()?;
+        logs.first()?;
         let mut range = [[f64::INFINITY, f64::NEG_INFINITY]; JOINTS];
         for q in logs.iter().flat_map(|l| &l.samples.encoder) {
             for i in 0..JOINTS {
@@ -125,7 +130,6 @@ impl<'a> ExperimentCell<'a> {
             hung.map_or((USUAL_PAYLOAD.0, USUAL_PAYLOAD.1.into()), |p| (p.mass, p.centre));
         let mut cell = Self {
             robot,
-            names: &first.robot.joint_names,
             logs,
             noise: instruments(logs),
             range,
@@ -228,7 +232,7 @@ impl<'a> ExperimentCell<'a> {
 }
 
 /// An angle to whole steps of 5°.
-pub(super) fn whole_steps(angle: f64) -> f64 {
+fn whole_steps(angle: f64) -> f64 {
     (angle / OFF_LIMITS).round() * OFF_LIMITS
 }
 

@@ -9,14 +9,16 @@
 mod cell;
 mod procedure;
 mod separation;
-mod words;
+
+pub use cell::Channels;
+pub use procedure::{Changed, DWELL, Excitation, FALLS, PEAK, PlanRow, Procedure, RINGS};
 
 use crate::data::log::{Log, LogKind};
 use crate::fit::FitProblem;
 use crate::fit::calibration::is_calibration;
 use crate::predict::Experiment;
 use cell::ExperimentCell;
-use procedure::{Family, Procedure, procedures};
+use procedure::{Family, procedures};
 use rayon::prelude::*;
 use separation::{Context, PlannedTrial, Rival};
 use trueweld_core::JOINTS;
@@ -29,40 +31,23 @@ pub const TOLD_APART: f64 = 3.0;
 /// Separation beyond which more of it is worth little: an experiment half as long is worth more.
 const PLENTY: f64 = 10.0;
 
-/// Separation beyond which a number says no more: by then something else limits what can be told.
-const MOST_SAID: f64 = 50.0;
-
 /// Difference before any refit below which an experiment is not looked at any closer, standard
 /// deviations.
 const LEAST_APART: f64 = 0.3;
 
-/// One set point of a plan.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct PlanRow {
-    /// When, s from the start of the log.
-    pub time: f64,
-    /// Encoder angles on the joint side, rad.
-    pub encoder: [f64; JOINTS],
-    /// Force on the tool in T, N.
-    pub force: [f64; 3],
-    /// Moment on the tool at the tool centre point in T, N·m.
-    pub moment: [f64; 3],
-    /// Extra mass on the flange, kg.
-    pub payload: f64,
-}
-
 /// An experiment to make next.
 #[derive(Debug, Clone)]
 pub struct Plan {
-    /// Kind of log to record.
-    pub kind: LogKind,
-    /// What is done, in one line.
-    pub title: String,
-    /// What to do, in order: angles in degrees, loads in kg, N or N·m, speeds, durations, what to
-    /// record at which rate.
-    pub steps: Vec<String>,
-    /// Which explanations it separates and by how much, and what the logs so far gave.
-    pub reason: String,
+    /// What is done.
+    pub procedure: Procedure,
+    /// What is measured.
+    pub channels: Channels,
+    /// Names of the two explanations that it is to separate, the likelier first.
+    pub rivals: [String; 2],
+    /// By how much more of the sum of squares the second leaves in the logs so far.
+    pub so_far: f64,
+    /// Further explanations, and the separation of the first from each.
+    pub others: Vec<(String, f64)>,
     /// Expected √Δχ² between the first two explanations, once calibrations and the values of either
     /// were refitted.
     pub separation: f64,
@@ -153,20 +138,16 @@ pub fn next_experiment(
         }
     }
     let (separation, best) = best?;
-    let more: Vec<_> = rivals
-        .iter()
-        .skip(2)
-        .filter_map(|(name, e)| Some((name.as_str(), ground.rival(e)?)))
-        .collect();
+    let more: Vec<_> =
+        rivals.iter().skip(2).filter_map(|(name, e)| Some((name, ground.rival(e)?))).collect();
     let others: Vec<&Rival> = more.iter().map(|(_, rival)| rival).collect();
     let others = best.trial.separations(&ground, &a, &others).unwrap_or_default();
-    let others: Vec<(&str, f64)> = more.iter().map(|(name, _)| *name).zip(others).collect();
-    let so_far = b.cost - a.cost;
     Some(Plan {
-        kind: best.procedure.kind(),
-        title: best.procedure.title(&cell, &best.rows),
-        steps: best.procedure.steps(&cell, &best.log, &best.rows),
-        reason: reason([&first.0, &second.0], separation, so_far, &others),
+        procedure: best.procedure.clone(),
+        channels: cell.channels(best.procedure.kind()),
+        rivals: [first.0.clone(), second.0.clone()],
+        so_far: b.cost - a.cost,
+        others: more.iter().map(|(name, _)| (*name).clone()).zip(others).collect(),
         separation,
         minutes: best.procedure.minutes(),
         rows: best.rows.clone(),
@@ -199,32 +180,4 @@ fn may_show(kind: LogKind, effect: &Effect) -> bool {
         (_, Some(Port::MotorFriction(_))) => kind == LogKind::FreeMotion,
         _ => true,
     }
-}
-
-/// `so_far`: by how much more of the sum of squares the second leaves in the logs so far.
-fn reason(names: [&str; 2], separation: f64, so_far: f64, others: &[(&str, f64)]) -> String {
-    let [a, b] = names;
-    let deviations = |s: f64| {
-        if s > MOST_SAID { format!("more than {MOST_SAID:.0}") } else { format!("{s:.1}") }
-    };
-    let expected = format!(
-        "expected to set {a} and {b} {} standard deviations apart after refitting the calibrations and the values of either",
-        deviations(separation)
-    );
-    let better = if so_far > 0.0 { a } else { b };
-    let before = match deviations(so_far.abs().sqrt()) {
-        s if so_far.abs() < 1.0 => format!("the logs so far leave them {s} apart"),
-        s => format!("the logs so far set them {s} apart, in favour of {better}"),
-    };
-    let mut reason = if separation < TOLD_APART {
-        format!(
-            "No feasible experiment tells {a} from {b}: the best found is {expected}, less than {TOLD_APART:.0}; {before}."
-        )
-    } else {
-        format!("It is {expected}; {before}.")
-    };
-    for (name, separation) in others {
-        reason += &format!(" From {a} to {name} it is {}.", deviations(*separation));
-    }
-    reason
 }

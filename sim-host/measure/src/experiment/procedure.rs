@@ -1,10 +1,9 @@
 //! Experiments that a laboratory can run: what is commanded, as a log whose driving channels are
-//! made up, and in words.
+//! made up.
 //!
 //! Measured channels hold what the baseline at rest would show: residuals of two models then differ
 //! by what their predictions do, whatever was measured.
 
-use super::PlanRow;
 use super::cell::ExperimentCell;
 use crate::data::log::{Log, LogKind, Noise, Payload, Samples};
 use nalgebra::Vector3;
@@ -26,37 +25,53 @@ const UP_AND_DOWN: [f64; 7] = [0.0, 0.33, 0.67, 1.0, 0.67, 0.33, 0.0];
 const SCANNED: usize = 12;
 
 /// When a resting arm is read, minutes.
-pub(super) const RESTED: [f64; 12] =
-    [0.0, 0.5, 1.0, 2.0, 3.0, 5.0, 8.0, 12.0, 16.0, 20.0, 25.0, 30.0];
+const RESTED: [f64; 12] = [0.0, 0.5, 1.0, 2.0, 3.0, 5.0, 8.0, 12.0, 16.0, 20.0, 25.0, 30.0];
 
 /// Time between two loads, s.
 const LOAD_TAKES: f64 = 20.0;
 
-/// A stop: when the brake falls, how long it takes, how long is recorded, s; share of the joint's
-/// largest rate.
-pub(super) const FALLS: f64 = 0.1;
+/// When the brake falls in the log of a stop, s.
+pub const FALLS: f64 = 0.1;
+/// How long a stop is recorded, s.
+pub const RINGS: f64 = 1.0;
+/// How long the brake takes, s, and the share of the joint's largest rate that it stops.
 const BRAKES: f64 = 0.003;
-pub(super) const RINGS: f64 = 1.0;
-pub(super) const STOP_SHARE: f64 = 0.1;
+const STOP_SHARE: f64 = 0.1;
 
-/// Share of a joint's largest rate that a motion reaches, and the rest between two moves, s.
+/// Share of a joint's largest rate that a motion reaches.
 const MOVE_SHARE: f64 = 0.5;
-pub(super) const DWELL: f64 = 0.4;
+/// The rest before, between and after moves, s.
+pub const DWELL: f64 = 0.4;
 
 /// Peak rate of a move of least jerk over its mean.
-pub(super) const PEAK: f64 = 15.0 / 8.0;
+pub const PEAK: f64 = 15.0 / 8.0;
 
 /// Longest time that a weld is recorded, s.
-pub(super) const WELD_LASTS: f64 = 30.0;
+const WELD_LASTS: f64 = 30.0;
 
 /// Sampling periods where no log shows the laboratory's own, s.
 const RING_PERIOD: f64 = 0.001;
 const FREE_PERIOD: f64 = 0.004;
 const WELD_PERIOD: f64 = 0.012;
 
+/// One set point of a plan.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct PlanRow {
+    /// When, s from the start of the log.
+    pub time: f64,
+    /// Encoder angles on the joint side, rad.
+    pub encoder: [f64; JOINTS],
+    /// Force on the tool in T, N.
+    pub force: [f64; 3],
+    /// Moment on the tool at the tool centre point in T, N·m.
+    pub moment: [f64; 3],
+    /// Extra mass on the flange, kg.
+    pub payload: f64,
+}
+
 /// How a static load acts.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Excitation {
+pub enum Excitation {
     /// A weight on the flange.
     Hung,
     /// A force along an axis of T.
@@ -67,7 +82,7 @@ pub(super) enum Excitation {
 
 /// How a weld differs from one that was made.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Changed {
+pub enum Changed {
     /// Feed times this.
     Feed(f64),
     /// Depth force times this.
@@ -80,21 +95,57 @@ pub(super) enum Changed {
     Shifted(f64),
 }
 
-/// One experiment.
+/// One experiment. Postures: encoder angles on the joint side, rad.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) enum Procedure {
+pub enum Procedure {
     /// Loads to and fro in one posture.
-    Load { at: JointVector<f64>, how: Excitation },
+    Load {
+        /// The posture.
+        at: JointVector<f64>,
+        /// The load.
+        how: Excitation,
+    },
     /// One joint through its range, at rest in every posture, with or without a weight.
-    Scan { at: JointVector<f64>, joint: usize, mass: f64 },
+    Scan {
+        /// The posture of the other joints.
+        at: JointVector<f64>,
+        /// The joint, from 0.
+        joint: usize,
+        /// Weight on the flange, kg.
+        mass: f64,
+    },
     /// The same posture again and again, from cold.
-    Rest { at: JointVector<f64> },
-    /// Joints running evenly, stopped by their brakes.
-    Stop { at: JointVector<f64>, joint: usize, sense: f64 },
-    /// One joint there and back, in each of these times, s.
-    Move { at: JointVector<f64>, joint: usize, span: f64, takes: Vec<f64> },
+    Rest {
+        /// The posture.
+        at: JointVector<f64>,
+    },
+    /// One joint running evenly, stopped by its brake.
+    Stop {
+        /// Where it begins.
+        at: JointVector<f64>,
+        /// The joint, from 0.
+        joint: usize,
+        /// Its rate, rad/s.
+        rate: f64,
+    },
+    /// One joint there and back.
+    Move {
+        /// Where it begins.
+        at: JointVector<f64>,
+        /// The joint, from 0.
+        joint: usize,
+        /// How far, rad.
+        span: f64,
+        /// Time of each move one way, s.
+        takes: Vec<f64>,
+    },
     /// A weld made otherwise.
-    Seam { of: usize, changed: Changed },
+    Seam {
+        /// Index of the log that has it.
+        of: usize,
+        /// The difference.
+        changed: Changed,
+    },
 }
 
 /// Procedures that are much alike.
@@ -150,8 +201,13 @@ pub(super) fn procedures(
     let moved = if joints.len() == JOINTS { &[0, 1, 4] } else { joints };
     for at in cell.postures.iter().copied().take(2) {
         for &joint in moved {
-            all.extend([1.0, -1.0].map(|sense| Procedure::Stop { at, joint, sense }));
-            let rate = cell.robot.parameters().joints[joint].max_rate * MOVE_SHARE;
+            let max_rate = cell.robot.parameters().joints[joint].max_rate;
+            all.extend([STOP_SHARE, -STOP_SHARE].map(|share| Procedure::Stop {
+                at,
+                joint,
+                rate: share * max_rate,
+            }));
+            let rate = max_rate * MOVE_SHARE;
             // Fast and slow over a short way; once over a long one.
             all.push(Procedure::Move { at, joint, span: rate * 1.5 / PEAK, takes: vec![4.0, 1.5] });
             all.push(Procedure::Move { at, joint, span: rate * 6.0 / PEAK, takes: vec![6.0] });
@@ -173,6 +229,7 @@ pub(super) fn procedures(
 }
 
 impl Procedure {
+    /// Kind of log to record.
     pub fn kind(&self) -> LogKind {
         match self {
             Self::Load { .. } | Self::Scan { .. } | Self::Rest { .. } => LogKind::StaticLoad,
@@ -182,7 +239,7 @@ impl Procedure {
         }
     }
 
-    pub fn family(&self) -> Family {
+    pub(super) fn family(&self) -> Family {
         match self {
             Self::Load { .. } => Family::Loads,
             Self::Scan { .. } | Self::Rest { .. } => Family::Poses,
@@ -208,7 +265,7 @@ impl Procedure {
 
     /// The log with its driving channels, and the set points; `None` where the laboratory cannot do
     /// it.
-    pub fn log(
+    pub(super) fn log(
         &self,
         cell: &ExperimentCell<'_>,
         logs: &[Log],
@@ -250,8 +307,7 @@ impl Procedure {
                 };
                 at_rest(cell, RESTED.iter().map(row).collect())
             }
-            Self::Stop { at, joint, sense } => {
-                let rate = sense * STOP_SHARE * cell.robot.parameters().joints[*joint].max_rate;
+            Self::Stop { at, joint, rate } => {
                 let angle = |time: f64| {
                     let braked = (time - FALLS).clamp(0.0, BRAKES);
                     let mut q = *at;

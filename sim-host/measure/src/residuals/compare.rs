@@ -4,21 +4,19 @@
 //! The score √mean((residual/noise)²) is 1.0 where the model is as good as the instruments can
 //! tell. Left out: what is missing in the model, which is for a diagnosis to say.
 
+pub use crate::residuals::finding::FLOOR;
+
 use crate::data::log::{Log, LogKind};
 use crate::data::noise::instruments;
-use crate::diagnose;
 use crate::fit::per_log;
 use crate::fit::{FitProblem, FitState};
 use crate::predict::{Compared, Experiment, Model, PredictError, Prediction, Quantity};
-use crate::residuals::localize::{Finding, joint_name, localize};
+use crate::residuals::finding::{Finding, column_label};
+use crate::residuals::localize::localize;
 use rayon::prelude::*;
 use std::path::PathBuf;
-use trueweld_plant::effects::{Effect, Parameter};
+use trueweld_plant::effects::Effect;
 use trueweld_plant::input::ModelFile;
-
-/// A score up to here is the noise floor: the deviations that residuals are judged by, propagated
-/// through the model to first order, are themselves known to about a tenth.
-pub const FLOOR: f64 = 1.1;
 
 /// A model against measurements.
 #[derive(Debug, Clone)]
@@ -32,7 +30,28 @@ pub struct Comparison {
     /// Where the residual concentrates, worst first.
     pub worst: Vec<Finding>,
     /// What a person should know although nothing is wrong.
-    pub notices: Vec<String>,
+    pub notices: Vec<Notice>,
+}
+
+/// What a person should know of a comparison although nothing is wrong.
+#[derive(Debug, Clone)]
+pub enum Notice {
+    /// What was noticed when a log was read.
+    Log {
+        /// The log's name.
+        log: String,
+        /// The notice.
+        notice: String,
+    },
+    /// The noise is not stated in these logs and was estimated from the recordings.
+    NoiseEstimated(Vec<String>),
+    /// An effect of `scope = "log"` was fitted to the logs compared.
+    PerLog {
+        /// The effect with where it acts: `backlash at A5`.
+        name: String,
+        /// The effect with its values in each log, by the log's name.
+        found: Vec<(String, Effect)>,
+    },
 }
 
 /// A model against one log.
@@ -145,30 +164,17 @@ pub fn compare(
     let predictions =
         (0..logs.len()).into_par_iter().map(predict).collect::<Result<Vec<_>, _>>()?;
     let mut comparison = of_predictions(logs, &bench.experiments, &predictions);
-    comparison
-        .notices
-        .extend(bench.per_log.iter().map(|effect| found_afresh(effect, model, logs, &point)));
+    comparison.notices.extend(bench.per_log.iter().map(|effect| {
+        let same = |e: &&Effect| (e.kind.id, e.at) == (effect.kind.id, effect.at);
+        let of_log = |(log, each): (&Log, &Vec<Effect>)| {
+            Some((log.name.clone(), each.iter().find(same)?.clone()))
+        };
+        Notice::PerLog {
+            name: effect.name(&model.robot),
+            found: logs.iter().zip(&point.each).filter_map(of_log).collect(),
+        }
+    }));
     Ok(comparison)
-}
-
-/// Which values an effect was found to have in each log.
-fn found_afresh(effect: &Effect, model: &ModelFile, logs: &[Log], point: &FitState) -> String {
-    let values = |own: &Effect| {
-        let one = |(p, v): (&Parameter, &f64)| format!("{} = {v:.3e}", p.name);
-        own.kind.parameters.iter().zip(&own.values).map(one).collect::<Vec<_>>().join(", ")
-    };
-    let of_log = |k: usize| {
-        let own =
-            point.each[k].iter().find(|e| (e.kind.id, e.at) == (effect.kind.id, effect.at))?;
-        Some(format!("{}: {}", logs[k].name, values(own)))
-    };
-    let found: Vec<String> = (0..logs.len()).filter_map(of_log).collect();
-    format!(
-        "{} has values of its own in every log (scope = \"log\"); they were fitted afresh here, so that this part of the \
-         score is no test of the model: {}",
-        diagnose::name(effect, &model.robot),
-        found.join("; ")
-    )
 }
 
 /// The comparison that predictions of all logs make.
@@ -198,23 +204,18 @@ pub fn of_logs(
     (0..logs.len()).map(|k| of_log(&logs[k], &experiments[k], &predictions[k])).collect()
 }
 
-fn notices(logs: &[Log], compared: &[LogComparison]) -> Vec<String> {
-    let mut notices: Vec<String> = Vec::new();
-    for log in logs {
-        notices.extend(log.notices.iter().map(|notice| format!("{}: {notice}", log.name)));
-    }
-    let estimated: Vec<&str> = compared
+fn notices(logs: &[Log], compared: &[LogComparison]) -> Vec<Notice> {
+    let read = logs.iter().flat_map(|log| {
+        let of = |notice: &String| Notice::Log { log: log.name.clone(), notice: notice.clone() };
+        log.notices.iter().map(of)
+    });
+    let estimated: Vec<String> = compared
         .iter()
         .filter(|log| log.channels.iter().any(|channel| !channel.stated))
-        .map(|log| log.name.as_str())
+        .map(|log| log.name.clone())
         .collect();
-    if !estimated.is_empty() {
-        notices.push(format!(
-            "the noise is not stated and was estimated from the recordings: {}",
-            estimated.join(", ")
-        ));
-    }
-    notices
+    let noise = (!estimated.is_empty()).then_some(Notice::NoiseEstimated(estimated));
+    read.chain(noise).collect()
 }
 
 fn of_log(log: &Log, experiment: &Experiment, prediction: &Prediction) -> LogComparison {
@@ -313,14 +314,6 @@ fn traces(log: &Log, pairs: &[(&Compared, f64)]) -> Vec<Trace> {
         trace.deviation.push(compared.deviation);
     }
     traces
-}
-
-/// What people call a column of a channel.
-pub(crate) fn column_label(log: &Log, quantity: Quantity, column: u8) -> String {
-    match quantity {
-        Quantity::LinkEncoder | Quantity::MotorTorque => joint_name(log, usize::from(column)),
-        _ => ["x", "y", "z"][usize::from(column).min(2)].to_owned(),
-    }
 }
 
 fn root_mean_square(values: &[f64]) -> f64 {

@@ -1,4 +1,5 @@
 //! How far a model is from its logs, channel by channel, and under which conditions it fails.
 
 pub mod compare;
+pub(crate) mod finding;
 pub mod localize;

@@ -3,6 +3,7 @@
 use super::finite;
 use crate::CertifyReport;
 use crate::report::CertifiedWeld;
+use crate::words::requirement::reason;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -239,7 +240,7 @@ impl JudgedRequirement {
             failure_probability: requirement.draws.map(|draws| draws.failure_probability),
             verdict: requirement.verdict.name().to_owned(),
             pass: requirement.verdict == Verdict::Pass,
-            reason: requirement.reason.clone(),
+            reason: reason(requirement),
         }
     }
 }

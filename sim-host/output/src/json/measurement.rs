@@ -2,6 +2,9 @@
 
 use super::finite;
 use crate::words;
+use crate::words::compare::notice;
+use crate::words::diagnose::not_kept;
+use crate::words::experiment;
 use crate::words::finding::sentence;
 use crate::{CompareReport, DiagnoseReport, ImproveReport};
 use schemars::JsonSchema;
@@ -390,7 +393,7 @@ impl CompareResult {
             samples: comparison.samples,
             logs: comparison.logs.iter().map(log).collect(),
             worst: comparison.worst.iter().map(ResidualFinding::of).collect(),
-            notices: comparison.notices.clone(),
+            notices: comparison.notices.iter().map(notice).collect(),
         }
     }
 }
@@ -588,10 +591,10 @@ impl PlannedExperiment {
             payload_kg: row.payload,
         });
         Self {
-            kind: plan.kind.name().to_owned(),
-            title: plan.title.clone(),
-            steps: plan.steps.clone(),
-            reason: plan.reason.clone(),
+            kind: plan.log.kind.name().to_owned(),
+            title: experiment::title(plan),
+            steps: experiment::steps(plan),
+            reason: experiment::reason(plan),
             separation: finite(plan.separation),
             minutes: plan.minutes,
             rows: rows.collect(),
@@ -613,7 +616,7 @@ impl ImproveResult {
         let rejected = improvement.rejected.iter().map(|step| RejectedStep {
             added: all(&step.added),
             holdout_score: finite(step.held_out),
-            why: step.why.to_owned(),
+            why: not_kept(step.why).to_owned(),
         });
         Self {
             schema: "improve/1".to_owned(),

@@ -6,10 +6,11 @@ use crate::json::CertifyResult;
 use crate::words::certify::{
     headline, lead, of_case, reasons, setting, verdict_word, worst_cell, worst_found,
 };
+use crate::words::requirement::{label, shown};
 use crate::words::{fixed, share};
 use trueweld_evaluate::WELD_FIGURES;
 use trueweld_evaluate::certify::{
-    Evidence, EvidenceKind, FaultTrial, Requirement, Trial, Verdict, label, shown, within,
+    Evidence, EvidenceKind, FaultTrial, Requirement, Trial, Verdict, within,
 };
 use trueweld_evaluate::margins::{MARGIN_FIGURES, Margins};
 use trueweld_plant::provenance::Provenance;

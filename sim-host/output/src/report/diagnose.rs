@@ -61,9 +61,9 @@ impl Report for DiagnoseReport<'_> {
         let curves = self.reason().map_or(Vec::new(), evidence);
         document.section(Medium::Page, words::diagnose::CURVES, Block::Figures(curves));
         if let Some(plan) = &self.account.next_experiment {
-            let lead = words::diagnose::next_experiment(plan);
+            let lead = words::experiment::lead(plan);
             document.section(Medium::All, "What to record next", Block::Lead(lead));
-            document.push(Block::Steps(plan.steps.clone()));
+            document.push(Block::Steps(words::experiment::steps(plan)));
         }
         if missing && !diagnosis.chosen.is_empty() {
             document.section(

@@ -13,6 +13,7 @@ mod signals;
 mod step;
 mod writer;
 
+use crate::words::experiment;
 use crate::{DiagnoseReport, ImproveReport, OutputError, Report, StepReport, WeldRun, write_file};
 use re_chunk::TimeColumn;
 use std::path::Path;
@@ -148,8 +149,12 @@ pub(crate) fn diagnose_recording(
     let mut said = vec![diagnosed.headline()];
     said.extend(diagnosed.explanation());
     if let Some(plan) = &diagnosed.account.next_experiment {
-        said.push(format!("Next experiment: {}. {}", plan.title, plan.reason));
-        said.extend(plan.steps.iter().cloned());
+        said.push(format!(
+            "Next experiment: {}. {}",
+            experiment::title(plan),
+            experiment::reason(plan)
+        ));
+        said.extend(experiment::steps(plan));
     }
     before_and_after(
         path,

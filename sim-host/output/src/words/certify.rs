@@ -1,11 +1,10 @@
 //! What is said of a certification.
 
+use super::requirement::{label, reason, shown};
 use super::{counted, share};
 use crate::CertifyReport;
 use crate::report::CertifiedWeld;
-use trueweld_evaluate::certify::{
-    Evidence, EvidenceKind, Requirement, SampledCell, Verdict, label, shown,
-};
+use trueweld_evaluate::certify::{Evidence, EvidenceKind, Requirement, SampledCell, Verdict};
 
 /// The verdict in a sentence.
 pub(crate) fn headline(report: &CertifyReport<'_>) -> String {
@@ -45,19 +44,19 @@ pub(crate) fn lead(report: &CertifyReport<'_>) -> String {
 
 /// Why requirements are not met or not shown, each reason once with the requirements that it is of.
 pub(crate) fn reasons(report: &CertifyReport<'_>) -> Vec<String> {
-    let mut told: Vec<(String, &str, Vec<&str>)> = Vec::new();
+    let mut told: Vec<(String, String, Vec<&str>)> = Vec::new();
     let failed = |r: &&Requirement| r.verdict != Verdict::Pass;
     for weld in &report.welds {
         for r in weld.requirements.iter().filter(failed) {
             let of = format!("{}, {}", weld.name, case_name(r.case));
-            let reason = r.reason.as_deref().unwrap_or_default();
+            let reason = reason(r).unwrap_or_default();
             match told.last_mut().filter(|last| last.0 == of && last.1 == reason) {
                 Some(last) => last.2.push(label(r.name)),
                 None => told.push((of, reason, vec![label(r.name)])),
             }
         }
     }
-    let sentence = |(of, reason, names): (String, &str, Vec<&str>)| {
+    let sentence = |(of, reason, names): (String, String, Vec<&str>)| {
         format!("{of}: {}: {reason}.", names.join("; "))
     };
     told.into_iter().map(sentence).collect()

@@ -2,7 +2,10 @@
 
 use super::{Scale, counted, score};
 use std::path::Path;
-use trueweld_measure::residuals::compare::{ChannelComparison, Comparison, FLOOR, LogComparison};
+use trueweld_measure::residuals::compare::{
+    ChannelComparison, Comparison, FLOOR, LogComparison, Notice,
+};
+use trueweld_plant::effects::Effect;
 
 /// Findings that are told in words.
 pub(crate) const TOLD: usize = 3;
@@ -62,6 +65,31 @@ pub(crate) fn worst_channel(
 }
 
 /// What a reader should know besides.
-pub(crate) fn notes(notices: &[String]) -> Vec<String> {
-    notices.iter().map(|notice| format!("Note: {notice}.")).collect()
+pub(crate) fn notes(notices: &[Notice]) -> Vec<String> {
+    notices.iter().map(|notice| format!("Note: {}.", self::notice(notice))).collect()
+}
+
+/// A notice in a sentence without its full stop.
+pub(crate) fn notice(notice: &Notice) -> String {
+    match notice {
+        Notice::Log { log, notice } => format!("{log}: {notice}"),
+        Notice::NoiseEstimated(logs) => format!(
+            "the noise is not stated and was estimated from the recordings: {}",
+            logs.join(", ")
+        ),
+        Notice::PerLog { name, found } => {
+            let of_log = |(log, effect): &(String, Effect)| {
+                let values = effect.kind.parameters.iter().zip(&effect.values);
+                let values: Vec<String> =
+                    values.map(|(p, v)| format!("{} = {v:.3e}", p.name)).collect();
+                format!("{log}: {}", values.join(", "))
+            };
+            let found: Vec<String> = found.iter().map(of_log).collect();
+            format!(
+                "{name} has values of its own in every log (scope = \"log\"); they were fitted afresh here, so that this part of the \
+                 score is no test of the model: {}",
+                found.join("; ")
+            )
+        }
+    }
 }

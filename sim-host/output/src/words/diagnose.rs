@@ -1,16 +1,15 @@
 //! What is said of a diagnosis and of an improvement.
 
 use super::finding::{article, sentence};
-use super::{Scale, counted, effects, listed, probability, score, share};
+use super::{Scale, counted, effects, experiment, listed, probability, score, share};
 use crate::{DiagnoseReport, ImproveReport};
 use trueweld_measure::diagnose::{
-    Candidate, Confusable, Diagnosis, FittedEffect, Limit, Reason, Verdict, name,
+    Candidate, Confusable, Diagnosis, FittedEffect, Limit, Reason, Verdict,
 };
-use trueweld_measure::experiment::Plan;
-use trueweld_measure::improve::{Rejected, Step};
+use trueweld_measure::improve::{Rejected, Rejection, Step};
 use trueweld_measure::residuals::compare::LogComparison;
 use trueweld_measure::residuals::localize::{Finding, foremost};
-use trueweld_plant::effects::{EffectKind, Location, Parameter};
+use trueweld_plant::effects::{Effect, EffectKind, Location, Parameter};
 use trueweld_plant::input::{ModelFile, RobotFile};
 
 /// Held-out score from which on an explanation is said not to be the end of it.
@@ -55,7 +54,7 @@ pub(crate) fn values(found: &FittedEffect) -> Vec<(String, String)> {
 pub(crate) fn in_a_line(found: &FittedEffect, robot: &RobotFile) -> String {
     let values: Vec<String> =
         values(found).into_iter().map(|(name, value)| format!("{name} {value}")).collect();
-    format!("{} ({})", name(&found.effect, robot), values.join(", "))
+    format!("{} ({})", found.effect.name(robot), values.join(", "))
 }
 
 /// Names of the explanations that the data do not tell from the best, with its own.
@@ -141,8 +140,8 @@ pub(crate) fn verdict(
 impl DiagnoseReport<'_> {
     /// The verdict in a sentence or two.
     pub(crate) fn headline(&self) -> String {
-        let next = self.account.next_experiment.as_ref().map(|plan| plan.title.as_str());
-        verdict(self.diagnosis, self.diagnosis.verdict, &self.model.robot, next)
+        let next = self.account.next_experiment.as_ref().map(experiment::title);
+        verdict(self.diagnosis, self.diagnosis.verdict, &self.model.robot, next.as_deref())
     }
 
     /// What was diagnosed.
@@ -194,7 +193,7 @@ impl ImproveReport<'_> {
             .effects
             .iter()
             .filter(|f| f.log.is_none())
-            .map(|f| name(&f.effect, &self.model.robot))
+            .map(|f| f.effect.name(&self.model.robot))
             .collect();
         let fall = format!(
             "the score falls from {} to {} where nothing was fitted",
@@ -271,7 +270,7 @@ impl ImproveReport<'_> {
             [] => "recalibration alone".to_owned(),
             added => listed_names(added, &self.model.robot),
         };
-        [what, rejected.why.to_owned()]
+        [what, not_kept(rejected.why).to_owned()]
     }
 
     /// Every value of the improved model that was fitted, with its interval and where it comes
@@ -285,7 +284,7 @@ impl ImproveReport<'_> {
                 Some(log) => format!("{sort}, fitted to {} alone", log.name),
                 None => format!("{sort}, fitted to all logs"),
             };
-            let name = name(&found.effect, &self.model.robot);
+            let name = found.effect.name(&self.model.robot);
             values(found)
                 .into_iter()
                 .map(move |(parameter, value)| [name.clone(), parameter, value, from.clone()])
@@ -294,8 +293,17 @@ impl ImproveReport<'_> {
     }
 }
 
+/// Why a step was not kept.
+pub(crate) fn not_kept(why: Rejection) -> &'static str {
+    match why {
+        Rejection::NotPredicted => "the model with it cannot be driven through the logs held out",
+        Rejection::NoGain => "the error elsewhere does not fall",
+        Rejection::Unstable => "the arm with it does not come to rest",
+    }
+}
+
 fn listed_names(found: &[FittedEffect], robot: &RobotFile) -> String {
-    found.iter().map(|f| name(&f.effect, robot)).collect::<Vec<_>>().join(" + ")
+    found.iter().map(|f| f.effect.name(robot)).collect::<Vec<_>>().join(" + ")
 }
 
 /// Detection limits of one kind of effect.
@@ -324,8 +332,7 @@ pub(crate) fn limits(diagnosis: &Diagnosis, robot: &RobotFile) -> Vec<Limits> {
     for limit in all {
         let parameter = &limit.kind.parameters[limit.parameter];
         let scale = Scale::of_parameter(parameter);
-        let effect =
-            trueweld_plant::effects::Effect { kind: limit.kind, at: limit.at, values: Vec::new() };
+        let effect = Effect { kind: limit.kind, at: limit.at, values: Vec::new() };
         let entry = (effect.at_name(robot).to_owned(), scale.number(limit.value));
         match lines.last_mut().filter(|line| line.kind.id == limit.kind.id) {
             Some(line) => line.places.push(entry),
@@ -343,7 +350,7 @@ pub(crate) fn limits(diagnosis: &Diagnosis, robot: &RobotFile) -> Vec<Limits> {
 /// they are.
 pub(crate) fn confusable(pair: &Confusable, robot: &RobotFile) -> [String; 3] {
     let one = |(kind, at): (&'static EffectKind, Location)| {
-        name(&trueweld_plant::effects::Effect { kind, at, values: Vec::new() }, robot)
+        Effect { kind, at, values: Vec::new() }.name(robot)
     };
     let apart = match pair.factor() {
         factor if factor > 300.0 => "not at any size".to_owned(),
@@ -365,11 +372,6 @@ pub(crate) fn ranked(diagnosis: &Diagnosis) -> &[Candidate] {
 /// Above the curves of evidence.
 pub(crate) const CURVES: &str = "The curve that shows it: points are what the measurements ask for, \
      with standard errors, whatever the form of the effect";
-
-/// What to record next.
-pub(crate) fn next_experiment(plan: &Plan) -> String {
-    format!("{}, about {:.0} minutes. {}", plan.title, plan.minutes.ceil(), plan.reason)
-}
 
 /// What is left that the residual follows, a sentence each.
 pub(crate) fn remains(diagnosis: &Diagnosis) -> Vec<String> {
@@ -417,7 +419,10 @@ mod tests {
             tied.contains("these logs cannot separate backlash at A5 and hysteresis at A5"),
             "{tied}"
         );
-        assert!(tied.contains("record: static loads on A5, up and down again."), "{tied}");
+        assert!(
+            tied.contains("record: Static loads, 3 rows: up to 20 kg on the flange, up and down."),
+            "{tied}"
+        );
     }
 
     #[test]

@@ -3,7 +3,7 @@
 
 use super::{Scale, fixed, listed, probability, score};
 use trueweld_measure::data::log::LogKind;
-use trueweld_measure::diagnose::{Candidate, FittedEffect, Reason, name};
+use trueweld_measure::diagnose::{Candidate, FittedEffect, Reason};
 use trueweld_plant::effects::Location;
 use trueweld_plant::input::RobotFile;
 use trueweld_plant::robot::Channel;
@@ -43,7 +43,7 @@ pub(crate) fn explanation(
         _ => format!("the score stays at {}", score(after)),
     };
     let alike: Vec<String> =
-        candidate.others(all).into_iter().map(|effect| name(effect, robot)).collect();
+        candidate.others(all).into_iter().map(|effect| effect.name(robot)).collect();
     let alike = match alike.as_slice() {
         [] => "no other explanation that was tried fits as well".to_owned(),
         alike => format!("{} would explain these data as well", listed(alike, "or")),
@@ -88,7 +88,7 @@ fn statement(found: &FittedEffect, robot: &RobotFile) -> String {
             .collect();
         let with =
             if values.is_empty() { String::new() } else { format!(" with {}", values.join(", ")) };
-        format!("there is {}{with}", name(&found.effect, robot))
+        format!("there is {}{with}", found.effect.name(robot))
     } else {
         filled(found, robot)
     };

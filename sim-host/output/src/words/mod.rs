@@ -5,14 +5,18 @@ pub(crate) mod certify;
 pub(crate) mod compare;
 pub(crate) mod diagnose;
 pub(crate) mod effects;
+pub(crate) mod experiment;
 pub(crate) mod finding;
 pub(crate) mod laws;
+mod model;
 pub(crate) mod provenance;
 mod published;
 mod quantity;
+pub(crate) mod requirement;
 pub(crate) mod step;
 pub(crate) mod weld;
 
+pub use model::model_comments;
 pub(crate) use published::PublishedStep;
 pub(crate) use quantity::{Scale, digits, fixed, probability, score, share, signed_share};
 

@@ -248,6 +248,14 @@ impl Effect {
         }
     }
 
+    /// Its kind with its place, such as `backlash at A5`.
+    pub fn name(&self, robot: &RobotFile) -> String {
+        match self.at_name(robot) {
+            "" => self.kind.id.to_owned(),
+            at => format!("{} at {at}", self.kind.id),
+        }
+    }
+
     /// What it is attached to, as files write it; nothing for the whole cell.
     pub fn at_name<'r>(&self, robot: &'r RobotFile) -> &'r str {
         match self.at {

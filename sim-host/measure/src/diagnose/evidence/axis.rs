@@ -1,8 +1,8 @@
 //! The variables that effects follow, a value for every row of every log.
 
-use super::Context;
+use super::context::Context;
 use crate::data::log::{Log, LogKind};
-use crate::residuals::localize::joint_name;
+use crate::residuals::finding::joint_name;
 use std::f64::consts::TAU;
 use trueweld_plant::simulate::Seam;
 

@@ -1,9 +1,9 @@
 //! Rows of logs put together to the points of a curve.
 
 use super::axis::Named;
+use super::context::{Context, EffectCurve};
 use super::probe::Probe;
 use super::view::Shape;
-use super::{Context, EffectCurve};
 use crate::data::log::LogKind;
 use crate::fit::Slopes;
 use crate::predict::Quantity;
@@ -19,9 +19,6 @@ const STEPS: usize = 100;
 
 /// Points of a curve that lie nearer each other than this, as a share of its range, become one.
 const NEAR: f64 = 0.005;
-
-/// Longest stretch of a swinging log that is shown as it was, s.
-const WINDOW: f64 = 0.4;
 
 /// What all compared values of one row of a log say.
 #[derive(Debug, Clone, Copy)]
@@ -301,30 +298,4 @@ pub(super) fn orders(ground: &Context<'_>) -> Option<EffectCurve> {
         }
     }
     best.map(|b| b.1)
-}
-
-/// The stretch of a log, as a range of time, in which one column shows most of the effect.
-pub(super) fn window(
-    ground: &Context<'_>,
-    log: usize,
-    quantity: Quantity,
-    component: u8,
-) -> Option<(f64, f64)> {
-    let time = &ground.logs.get(log)?.samples.time;
-    let experiment = &ground.bench.experiments[log];
-    let (without, with) = (&ground.without[log].residual, &ground.found.at[log].residual);
-    let (first, last) = (*time.first()?, *time.last()?);
-    let windows = ((last - first) / WINDOW).ceil().max(1.0) as usize;
-    let mut done = vec![0.0; windows];
-    for (k, c) in experiment
-        .compared
-        .iter()
-        .enumerate()
-        .filter(|(_, c)| c.quantity == quantity && c.component == component)
-    {
-        let place = ((time.get(c.row)? - first) / WINDOW) as usize;
-        done[place.min(windows - 1)] += (without[k] - with[k]).powi(2);
-    }
-    let most = (0..windows).max_by(|a, b| done[*a].total_cmp(&done[*b]))? as f64;
-    Some((most * WINDOW, (most + 1.0) * WINDOW))
 }

@@ -17,51 +17,20 @@
 //! diagnosis to say.
 
 mod axis;
+mod context;
 mod curve;
 mod probe;
 mod view;
 
+pub use context::EffectCurve;
+
 use crate::data::log::Log;
 use crate::fit::{EffectScope, FitProblem, FitState, Fitted, Residuals, Slopes, residuals};
-use crate::residuals::localize::CurvePoint;
+use context::Context;
 use curve::BinRow;
 use probe::Probe;
 use trueweld_plant::effects::Effect;
 use view::{Shape, View};
-
-/// What the measurements say of an effect, and what it says itself.
-#[derive(Debug, Clone, PartialEq)]
-pub struct EffectCurve {
-    /// What is shown.
-    pub title: String,
-    /// The variable that matters for the effect.
-    pub x_name: String,
-    /// Its unit.
-    pub x_unit: &'static str,
-    /// The quantity that the data ask for.
-    pub y_name: String,
-    /// Its unit.
-    pub y_unit: &'static str,
-    /// What the measurements say. A loop comes in order of time, everything else in order of `x`.
-    pub points: Vec<CurvePoint>,
-    /// The same quantity as the effect with its fitted values has it, in the same order.
-    pub fitted: Vec<[f64; 2]>,
-}
-
-/// Everything that a view is drawn from.
-struct Context<'a> {
-    bench: &'a FitProblem,
-    logs: &'a [Log],
-    found: &'a Fitted,
-    /// The effect in `found`.
-    of: EffectScope,
-    /// `found` without the effect, its calibrations as they are.
-    bare: &'a FitState,
-    /// Residuals there.
-    without: &'a Residuals,
-    /// Residuals with calibrations alone, at their best.
-    null: &'a Residuals,
-}
 
 /// The curve that shows one effect of a fit.
 ///

@@ -1,7 +1,7 @@
 //! What residuals are projected on: a constant at a port of the plant, a value of the effect
 //! itself, or one column.
 
-use super::Context;
+use super::context::Context;
 use crate::fit::{EffectScope, FreeParameter, Slopes, slopes, unit};
 use crate::predict::{Compared, Experiment, Quantity};
 use trueweld_plant::effects::formula::{CustomParameter, CustomRole, Definition, PORTS};

@@ -1,18 +1,19 @@
 //! What shows each effect: the quantity it acts through and the variables it may follow.
 
-use super::Context;
 use super::axis::Axis;
-use super::curve::window;
+use super::context::Context;
 use super::probe::Probe;
 use crate::data::log::LogKind;
 use crate::predict::Quantity;
-use crate::residuals::compare::column_label;
-use crate::residuals::localize::joint_name;
+use crate::residuals::finding::{column_label, joint_name};
 use trueweld_core::JOINTS;
 use trueweld_plant::effects::curve::{Curve, CurveAxis, ShownQuantity};
 use trueweld_plant::effects::formula::PORTS;
 use trueweld_plant::effects::{Effect, Location, Role};
 use trueweld_plant::robot::Channel;
+
+/// Longest stretch of a swinging log that is shown as it was, s.
+const WINDOW: f64 = 0.4;
 
 /// How rows become points.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -183,4 +184,30 @@ fn most_improved(ground: &Context<'_>) -> Option<(usize, Quantity, u8)> {
         }
     }
     falls.into_iter().max_by(|a, b| a.1.total_cmp(&b.1)).map(|f| f.0)
+}
+
+/// The stretch of a log, as a range of time, in which one column shows most of the effect.
+fn window(
+    ground: &Context<'_>,
+    log: usize,
+    quantity: Quantity,
+    component: u8,
+) -> Option<(f64, f64)> {
+    let time = &ground.logs.get(log)?.samples.time;
+    let experiment = &ground.bench.experiments[log];
+    let (without, with) = (&ground.without[log].residual, &ground.found.at[log].residual);
+    let (first, last) = (*time.first()?, *time.last()?);
+    let windows = ((last - first) / WINDOW).ceil().max(1.0) as usize;
+    let mut done = vec![0.0; windows];
+    for (k, c) in experiment
+        .compared
+        .iter()
+        .enumerate()
+        .filter(|(_, c)| c.quantity == quantity && c.component == component)
+    {
+        let place = ((time.get(c.row)? - first) / WINDOW) as usize;
+        done[place.min(windows - 1)] += (without[k] - with[k]).powi(2);
+    }
+    let most = (0..windows).max_by(|a, b| done[*a].total_cmp(&done[*b]))? as f64;
+    Some((most * WINDOW, (most + 1.0) * WINDOW))
 }

@@ -1,9 +1,9 @@
 //! The conditions under which each row of a log was recorded.
 
 use super::table::ResidualTable;
-use super::{Bins, joint_name};
 use crate::data::log::{Log, LogKind};
 use crate::predict::Prediction;
+use crate::residuals::finding::joint_name;
 use nalgebra::Vector3;
 use trueweld_core::JOINTS;
 use trueweld_plant::simulate::Seam;
@@ -32,6 +32,14 @@ pub(super) struct Covariate {
     /// NaN where it is not known; of categories their numbers.
     pub values: Vec<f64>,
     pub categories: Vec<String>,
+}
+
+/// Which bin each row of a table lies in.
+pub(super) struct Bins {
+    /// One entry a row; `None` where the condition is not known.
+    pub of: Vec<Option<u16>>,
+    /// Number of bins.
+    pub count: usize,
 }
 
 const SIGNS: [&str; 2] = ["negative", "positive"];

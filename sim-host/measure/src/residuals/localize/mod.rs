@@ -13,14 +13,15 @@ mod orders;
 mod spectrum;
 mod table;
 
+pub use crate::residuals::finding::{Curve, CurvePoint, Finding, Statistic};
 pub use spectrum::NAME as FREQUENCY;
 
-use crate::data::log::{Log, LogKind};
+use crate::data::log::Log;
 use crate::predict::{Experiment, Prediction};
-use crate::residuals::compare::FLOOR;
-use covariate::Covariate;
+use crate::residuals::finding::FLOOR;
+use covariate::{Bins, Covariate};
 use rayon::prelude::*;
-use table::ResidualTable;
+use table::{Group, Judged, ResidualTable};
 
 /// Name of the condition that holds everywhere.
 pub const OFFSET: &str = "constant offset";
@@ -31,96 +32,8 @@ pub const ARRANGEMENTS: usize = 199;
 /// Exceeded so often, a share is taken for chance without trying the other arrangements.
 const ENOUGH: usize = 10;
 
-/// Largest p of what is reported, and least share above chance.
-const SIGNIFICANT: f64 = 0.01;
-const LEAST: f64 = 0.01;
-
 /// Findings of one channel whose share above chance comes so near the best are named with it.
 const NEARLY: f64 = 0.85;
-
-/// In which way a residual goes with a condition.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Statistic {
-    /// Its mean changes with it.
-    Mean,
-    /// Its size changes with it.
-    Size,
-}
-
-/// One condition that the residual of one channel goes with.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Finding {
-    /// Kind of the logs.
-    pub kind: LogKind,
-    /// The channel, as in a comparison.
-    pub channel: &'static str,
-    /// Names of the logs.
-    pub logs: Vec<String>,
-    /// √mean((residual/noise)²) of this channel in these logs.
-    pub score: f64,
-    /// The condition, such as `A5 spring torque`.
-    pub variable: String,
-    /// Its unit; empty for natural categories.
-    pub unit: &'static str,
-    /// Mean or size.
-    pub how: Statistic,
-    /// Share of the channel's squared residual, 0 to 1, that goes with the condition.
-    pub share: f64,
-    /// The share that the same residual under other conditions shows by chance, on average.
-    pub by_chance: f64,
-    /// Share of the arrangements in which chance does as much; never below 1/200.
-    pub p: f64,
-    /// Where it shows most: range of the condition; of a natural category its number, twice.
-    pub low: f64,
-    /// See `low`.
-    pub high: f64,
-    /// Name of the category where it shows most; empty where the condition is a number.
-    pub category: String,
-    /// Share of the squared residual that lies there.
-    pub share_there: f64,
-    /// Share of the samples that lie there.
-    pub samples_there: f64,
-    /// Other conditions that this channel's residual goes with nearly as much: these data do not
-    /// tell them apart.
-    pub similar: Vec<String>,
-    /// The residual over the condition.
-    pub curve: Curve,
-}
-
-impl Finding {
-    /// Share beyond chance, which findings are ordered by.
-    pub fn excess(&self) -> f64 {
-        self.share - self.by_chance
-    }
-}
-
-/// A residual over a condition, for one column.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Curve {
-    /// The condition.
-    pub x_name: String,
-    /// Its unit; empty for natural categories.
-    pub x_unit: &'static str,
-    /// Names of the categories, one a point; empty where the condition is a number.
-    pub categories: Vec<String>,
-    /// What is drawn, with the column where the condition shows most.
-    pub y_name: String,
-    /// Unit of `y` and `error`.
-    pub y_unit: &'static str,
-    /// The points, in the order of the condition.
-    pub points: Vec<CurvePoint>,
-}
-
-/// One bin of a condition.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct CurvePoint {
-    /// Mean of the condition in the bin; of a category its number.
-    pub x: f64,
-    /// Mean of the residual there, or its root mean square.
-    pub y: f64,
-    /// Standard error of `y`, with as many independent samples as the residual's memory leaves.
-    pub error: f64,
-}
 
 /// What the residuals of some logs go with, largest share first; what goes with nothing beyond
 /// chance is not listed.
@@ -167,11 +80,6 @@ pub fn foremost(findings: &[Finding], count: usize) -> Vec<&Finding> {
     chosen
 }
 
-/// Name of a joint of the robot that a log is of.
-pub(crate) fn joint_name(log: &Log, joint: usize) -> String {
-    log.robot.joint_names.get(joint).cloned().unwrap_or_else(|| format!("joint {}", joint + 1))
-}
-
 /// All that one channel's residual goes with.
 fn findings_of(table: &ResidualTable, conditions: &[Vec<Covariate>], logs: &[Log]) -> Vec<Finding> {
     let arrangements = table.arrangements(ARRANGEMENTS);
@@ -205,13 +113,6 @@ fn name_similar(findings: &mut [Finding]) {
 struct Shares {
     mean: f64,
     size: f64,
-}
-
-/// Which bin each row of a table lies in.
-struct Bins {
-    /// One entry a row; `None` where the condition is not known.
-    of: Vec<Option<u16>>,
-    count: usize,
 }
 
 /// Sums over the rows of each bin.
@@ -267,24 +168,6 @@ impl Sums {
         let away = |(squares, n): (&f64, &f64)| (squares - n * total / rows).abs();
         let moved: f64 = self.squares.iter().zip(&self.rows).map(away).sum();
         Shares { mean: between.max(0.0) / total, size: 0.5 * moved / total }
-    }
-}
-
-/// A share set against chance.
-#[derive(Clone, Copy)]
-struct Judged {
-    share: f64,
-    by_chance: f64,
-    p: f64,
-}
-
-impl Judged {
-    fn excess(self) -> f64 {
-        self.share - self.by_chance
-    }
-
-    fn counts(self) -> bool {
-        self.p <= SIGNIFICANT && self.excess() >= LEAST
     }
 }
 
@@ -401,14 +284,6 @@ fn report(
         },
         ..table.finding(how, judged)
     }
-}
-
-/// Series of a table put together in groups: its columns, or the spindle's orders.
-struct Group {
-    name: &'static str,
-    categories: Vec<String>,
-    /// Category of every series.
-    of: Vec<usize>,
 }
 
 /// What lies in one group of series more than in the others.

@@ -1,9 +1,9 @@
 //! Residuals that come again several times a turn of a joint: a gear or an encoder that is not
 //! quite round.
 
-use super::covariate::Covariate;
-use super::table::ResidualTable;
-use super::{ARRANGEMENTS, Bins, Finding, LEAST, Statistic, Sums, judge, report};
+use super::covariate::{Bins, Covariate};
+use super::table::{LEAST, ResidualTable};
+use super::{ARRANGEMENTS, Finding, Statistic, Sums, judge, report};
 use crate::data::log::LogKind;
 use rayon::prelude::*;
 use std::f64::consts::TAU;

@@ -1,9 +1,8 @@
 //! Residuals of one channel in all logs of one kind, row by row.
 
-use super::{Curve, CurvePoint, Finding, Group, Judged, Statistic};
 use crate::data::log::{Log, LogKind};
 use crate::predict::{Experiment, Prediction, Quantity};
-use crate::residuals::compare::column_label;
+use crate::residuals::finding::{Curve, CurvePoint, Finding, Statistic, column_label};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -23,6 +22,36 @@ const LONGEST_SHARE: usize = 8;
 
 /// Seed of all arrangements.
 const SEED: u64 = 20_100_137;
+
+/// Largest p of what is reported, and least share above chance.
+const SIGNIFICANT: f64 = 0.01;
+pub(super) const LEAST: f64 = 0.01;
+
+/// A share set against chance.
+#[derive(Clone, Copy)]
+pub(super) struct Judged {
+    pub share: f64,
+    pub by_chance: f64,
+    pub p: f64,
+}
+
+impl Judged {
+    pub fn excess(self) -> f64 {
+        self.share - self.by_chance
+    }
+
+    pub fn counts(self) -> bool {
+        self.p <= SIGNIFICANT && self.excess() >= LEAST
+    }
+}
+
+/// Series of a table put together in groups: its columns, or the spindle's orders.
+pub(super) struct Group {
+    pub name: &'static str,
+    pub categories: Vec<String>,
+    /// Category of every series.
+    pub of: Vec<usize>,
+}
 
 /// One compared series.
 pub(super) struct Series {

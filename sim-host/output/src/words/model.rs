@@ -1,0 +1,68 @@
+//! Comments of an improved model file: where each number comes from.
+
+use trueweld_measure::data::log::Log;
+use trueweld_measure::diagnose::FittedEffect;
+use trueweld_measure::fit::calibration::is_calibration;
+use trueweld_measure::improve::{Improvement, Origin};
+use trueweld_plant::input::{Comments, EffectComments, ModelFile};
+
+/// Comments of the model that `improvement` made of `given` with `logs`. `origins`: of its effects,
+/// in order.
+pub fn model_comments(
+    improvement: &Improvement,
+    given: &ModelFile,
+    logs: &[Log],
+    origins: &[Origin],
+) -> Comments {
+    let names = logs.iter().map(|l| l.name.as_str()).collect::<Vec<_>>().join(", ");
+    let judged = match improvement.held_out_logs.as_slice() {
+        [] => "every tenth of each log, predicted from the rest".to_owned(),
+        held_out => held_out.join(", "),
+    };
+    let (first, last) = (&improvement.steps[0], &improvement.steps[improvement.steps.len() - 1]);
+    Comments {
+        file: format!(
+            "Improved from {} by fitting {names}. Score {:.3} before, {:.3} now; where nothing was fitted ({judged}) {:.3} \
+             before, {:.3} now. 1.0 is the noise floor.",
+            given.path.display(),
+            first.score,
+            last.score,
+            first.held_out,
+            last.held_out,
+        ),
+        effects: origins.iter().map(|origin| comments(origin, &names, logs)).collect(),
+    }
+}
+
+fn comments(origin: &Origin, names: &str, logs: &[Log]) -> EffectComments {
+    match origin {
+        Origin::Given => EffectComments { effect: "As given.".to_owned(), parameters: Vec::new() },
+        Origin::Fitted(found) => {
+            let sort = if is_calibration(found.effect.kind) { "Calibration" } else { "Effect" };
+            let bounds =
+                |[low, high]: &[f64; 2]| format!("{} to {}", readable(*low), readable(*high));
+            EffectComments {
+                effect: format!("{sort}, fitted to {names}; 95 % intervals beside the values."),
+                parameters: found.interval.iter().map(bounds).collect(),
+            }
+        }
+        Origin::PerLog(all) => {
+            let parameter = |v: usize| {
+                let one = |f: &FittedEffect| {
+                    format!("{} in {}", readable(f.effect.values[v]), logs[f.log.unwrap_or(0)].name)
+                };
+                all.iter().map(one).collect::<Vec<_>>().join(", ")
+            };
+            let count = all.first().map_or(0, |f| f.effect.values.len());
+            EffectComments {
+                effect: "Each log has its own, fitted afresh in every other; below the mean."
+                    .to_owned(),
+                parameters: (0..count).map(parameter).collect(),
+            }
+        }
+    }
+}
+
+fn readable(value: f64) -> String {
+    format!("{value:.4e}")
+}

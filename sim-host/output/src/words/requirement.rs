@@ -1,0 +1,179 @@
+//! Requirements of a certification: their names, their values, and why one is not met.
+
+use trueweld_evaluate::certify::{
+    EvidenceKind, Held, Pace, Reason, Requirement, Shortfall, Symptom, Verdict, figure,
+};
+
+/// A requirement's name.
+pub(crate) fn label(key: &str) -> &str {
+    figure(key).map_or(key, |figure| figure.label)
+}
+
+/// A value of a figure in mm, degrees, ms, N or as a ratio; "none" where there is none.
+pub(crate) fn shown(key: &str, value: f64) -> String {
+    match figure(key).map_or("1", |figure| figure.unit) {
+        _ if !value.is_finite() => "none".to_owned(),
+        "s" => format!("{:.0} ms", 1e3 * value),
+        "m" => format!("{:.3} mm", 1e3 * value),
+        "rad" => format!("{:.3}°", value.to_degrees()),
+        "N" => format!("{value:.0} N"),
+        _ => format!("{value:.2}"),
+    }
+}
+
+/// Why a requirement is not met or not shown; `None` where it is met.
+pub(crate) fn reason(of: &Requirement) -> Option<String> {
+    Some(match of.reason.as_ref()? {
+        Reason::NoRun => match of.case {
+            EvidenceKind::Margins => "no margins were determined",
+            EvidenceKind::Draws => "no trial was run",
+            EvidenceKind::Faults => "no fault was tried",
+            EvidenceKind::Nominal | EvidenceKind::WorstCase => "no run was made",
+        }
+        .to_owned(),
+        Reason::Run(run) => {
+            let cell = match of.case {
+                EvidenceKind::WorstCase => "in the worst cell found",
+                _ => "with everything as believed",
+            };
+            format!("{cell} {}", shortfall(of, run))
+        }
+        Reason::TooFewDraws { of: trials, enough } => too_few(of, *trials, *enough),
+        Reason::Draws { of: trials, allowed, index, worst } => {
+            let beyond = of.draws.map_or(0, |draws| draws.beyond);
+            let surely =
+                if of.verdict == Verdict::Fail { "" } else { "; more trials may tell otherwise" };
+            format!(
+                "{beyond} of {trials} cells are beyond the limit, {} allowed{surely}; in the worst, trial {index}, {}",
+                percent(*allowed),
+                shortfall(of, worst)
+            )
+        }
+        Reason::Margin { path, channel } => {
+            let [reached, limit] = [of.achieved, of.limit].map(|v| shown(of.name, v));
+            format!(
+                "{path:.2} m along the weld, the {} of {channel} is {reached} (limit {limit})",
+                label(of.name).trim_end_matches(", drives")
+            )
+        }
+        Reason::Unstable { path, held, spectral_radius } => {
+            let why = match spectral_radius {
+                _ if *held => "only a limit holds it".to_owned(),
+                radius if radius.is_finite() => format!("spectral radius {radius:.4}"),
+                _ => "it runs away".to_owned(),
+            };
+            format!("{path:.2} m along the weld, the loop is not stable: {why}")
+        }
+        Reason::Fault { fault, worst: Shortfall { failed: Some(why), .. }, .. } => {
+            format!("with a {fault} the weld is not made: {why}")
+        }
+        Reason::Fault { fault, recovery, beyond, worst } => {
+            let clause = clause(of, worst.value);
+            let mut why = if of.name.starts_with("recovered_") {
+                format!("{recovery} s after the end of the fault, with a {fault}, {clause} still")
+            } else {
+                format!("with a {fault} {clause}")
+            };
+            if beyond.hits > 1 {
+                why += &format!(
+                    "; {} of {} faults are beyond the limit, this one farthest",
+                    beyond.hits, beyond.of
+                );
+            }
+            why
+        }
+    })
+}
+
+fn too_few(of: &Requirement, trials: usize, enough: Option<usize>) -> String {
+    let draws = of.draws.as_ref();
+    let beyond = draws.map_or(0, |draws| draws.beyond);
+    let shows = percent(draws.map_or(1.0, |draws| draws.failure_probability));
+    let confidence = percent(of.confidence);
+    let enough = |with: &str| enough.map_or(String::new(), |n| format!("; {n} {with} would do"));
+    if beyond == 0 {
+        return format!(
+            "{trials} trials are too few: none is beyond the limit, which shows no more than {shows} at {confidence}{}",
+            enough("without one beyond")
+        );
+    }
+    format!(
+        "{beyond} of {trials} cells are beyond the limit: few enough, but so few trials show no more than {shows} at {confidence}{}",
+        enough("trials with no more beyond")
+    )
+}
+
+/// A probability, to a hundredth of a per cent.
+fn percent(p: f64) -> String {
+    format!("{} %", (1e4 * p).round() / 100.0)
+}
+
+/// What one run came to, and what stands out in its loop.
+fn shortfall(of: &Requirement, run: &Shortfall) -> String {
+    if let Some(why) = &run.failed {
+        return format!("the weld is not made: {why}");
+    }
+    let percent = |share: f64| format!("{:.0} %", 100.0 * share);
+    let held = run.held.map(|held| match held {
+        Held::Authority(share) => {
+            format!("held at its authority in {} of the time", percent(share))
+        }
+        Held::Limit(share) => format!("held at a limit in {} of the time", percent(share)),
+    });
+    let symptom = run.symptom.map(|symptom| match symptom {
+        Symptom::WrongWay(given) => format!(
+            "the correction goes the wrong way (it gives {} of what is needed)",
+            percent(given)
+        ),
+        Symptom::Oscillates { amplitude, frequency, grows } => {
+            let grows = if grows { " and grows" } else { "" };
+            format!(
+                "the loop swings, the correction by ±{:.2} mm at {frequency:.2} Hz{grows}",
+                1e3 * amplitude
+            )
+        }
+        Symptom::TooMuch(given) => {
+            format!("the correction gives {} of what is needed", percent(given))
+        }
+        Symptom::TooLittle(given) => {
+            format!("the correction gives only {} of what is needed", percent(given))
+        }
+        Symptom::Remains { pace, part, whole } => {
+            let what = match pace {
+                Pace::Slow => "changes over seconds: the law does not see it, or is off by as much",
+                Pace::Ripple => "repeats with the spindle, faster than the correction follows",
+                Pace::Middle => "comes and goes within seconds",
+            };
+            format!("what is left, {:.3} mm RMS of {:.3} mm, {what}", 1e3 * part, 1e3 * whole)
+        }
+    });
+    let clause = clause(of, run.value);
+    match (symptom, held) {
+        (Some(symptom), Some(held)) => format!("{clause}: {symptom}, {held}"),
+        (Some(symptom), None) => format!("{clause}: {symptom}"),
+        (None, Some(held)) => format!("{clause}: the correction is {held}"),
+        (None, None) => clause,
+    }
+}
+
+/// "the tool leaves its line by 8.050 mm RMS (limit 0.050 mm)", of a tool or a law.
+fn clause(of: &Requirement, value: f64) -> String {
+    let name = of.name;
+    let [reached, limit] = [value, of.limit].map(|v| shown(name, v));
+    match name.strip_prefix("recovered_").or(name.strip_prefix("fault_")).unwrap_or(name) {
+        "lateral_rms_m" => format!("the tool leaves its line by {reached} RMS (limit {limit})"),
+        "lateral_max_m" => format!("the tool leaves its line by up to {reached} (limit {limit})"),
+        "lateral_before_m" => {
+            format!(
+                "the tool leaves its line by up to {reached} before the steady part (limit {limit})"
+            )
+        }
+        "depth_rms_m" => format!("depth wanders by {reached} RMS (limit {limit})"),
+        "depth_max_m" => format!("depth goes off by up to {reached} (limit {limit})"),
+        "push_error_rms_n" => format!("the push is off by {reached} RMS (limit {limit})"),
+        "correction_m" | "correction_rad" => {
+            format!("the correction is driven to {reached}, beyond the authority of {limit}")
+        }
+        name => format!("{} comes to {reached} (limit {limit})", label(name)),
+    }
+}
