@@ -69,7 +69,7 @@ impl<T: Real> Robot<T> {
     /// [`Singular`](KinematicsError::Singular) within 1e-6 rad of A4 ∥ A6 (in `f32` 4e-6),
     /// [`NotFinite`](KinematicsError::NotFinite).
     /// Joint limits are not checked; [`inverse_near`](Self::inverse_near) checks them.
-    pub fn inverse(
+    pub fn inverse_kinematics(
         &self,
         b_from_t: &Pose<T>,
         branch: Branch,
@@ -89,7 +89,7 @@ impl<T: Real> Robot<T> {
         let mut found = heapless::Vec::new();
         let mut error = KinematicsError::Unreachable;
         for branch in Branch::ALL {
-            match self.inverse(b_from_t, branch) {
+            match self.inverse_kinematics(b_from_t, branch) {
                 // Eight places for eight branches: the push cannot fail.
                 Ok(q) => drop(found.push((branch, q))),
                 Err(e) => error = e,

@@ -61,7 +61,7 @@ proptest! {
         let values = frames.jacobian().0.svd(false, false).singular_values;
         prop_assume!(values.min() > 1e-2 * values.max());
         let branch = robot.branch_of(&q).unwrap();
-        let back = robot.inverse(&frames.tcp, branch).unwrap();
+        let back = robot.inverse_kinematics(&frames.tcp, branch).unwrap();
         prop_assert!(apart(&back, &q) < 1e-9, "{branch:?} leads to {back} instead of {q}");
         for (branch, found) in robot.inverse_all(&frames.tcp).unwrap() {
             let off = pose_difference(&robot.forward_kinematics(&found), &frames.tcp);
@@ -72,7 +72,7 @@ proptest! {
     #[test]
     fn branch_of_names_the_branch_that_leads_back(q in regular_configuration()) {
         let branch = KR500.branch_of(&q).unwrap();
-        let back = KR500.inverse(&KR500.forward_kinematics(&q), branch).unwrap();
+        let back = KR500.inverse_kinematics(&KR500.forward_kinematics(&q), branch).unwrap();
         prop_assert!(apart(&back, &q) < 1e-9, "{branch:?} leads to {back} instead of {q}");
     }
 
@@ -140,7 +140,7 @@ proptest! {
         let mut q = q;
         q[4] = 0.0;
         let pose = KR500.forward_kinematics(&q);
-        prop_assert_eq!(KR500.inverse(&pose, KR500.branch_of(&q).unwrap()), Err(KinematicsError::Singular));
+        prop_assert_eq!(KR500.inverse_kinematics(&pose, KR500.branch_of(&q).unwrap()), Err(KinematicsError::Singular));
         let found = KR500.inverse_near(&pose, &q).unwrap();
         // Held by wrapping the difference, one rounding at 2π.
         prop_assert!((found[3] - q[3]).abs() < 1e-14);
@@ -240,7 +240,11 @@ fn out_of_reach_is_unreachable() {
     ] {
         let all = KR500.inverse_all(&pose);
         let front = Branch { shoulder_back: false, elbow_flipped: false, wrist_flipped: false };
-        assert_eq!(KR500.inverse(&pose, front), Err(KinematicsError::Unreachable), "{all:?}");
+        assert_eq!(
+            KR500.inverse_kinematics(&pose, front),
+            Err(KinematicsError::Unreachable),
+            "{all:?}"
+        );
     }
     let far = Pose { position: Vector3::new(4.0, 0.0, 1.0), ..vertical_weld_pose(0.0) };
     assert_eq!(KR500.inverse_all(&far).unwrap_err(), KinematicsError::Unreachable);
@@ -256,7 +260,7 @@ fn wrist_centre_on_the_first_axis_is_singular() {
     // A2.
     let pose = Pose { position: Vector3::new(0.0, 0.0, 2.0), ..vertical_weld_pose(0.0) };
     for branch in Branch::ALL {
-        assert_eq!(KR500.inverse(&pose, branch), Err(KinematicsError::Singular));
+        assert_eq!(KR500.inverse_kinematics(&pose, branch), Err(KinematicsError::Singular));
     }
     assert_eq!(KR500.inverse_all(&pose).unwrap_err(), KinematicsError::Singular);
 }

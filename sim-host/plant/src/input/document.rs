@@ -26,7 +26,7 @@ pub const FILL_IN: &str = "FILL IN";
 /// What a number must be. Every number must also be finite and at most 10¹² in magnitude.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Bounds<'k> {
-    /// The possible range of a [`Quantity`](super::quantity::Quantity), by its key.
+    /// The possible range of a [`Quantity`], by its key.
     Of(&'k str),
     /// Any finite number.
     Any,
