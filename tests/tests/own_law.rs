@@ -92,10 +92,6 @@ fn a_law_of_ones_own_is_certified_with_its_gains() {
         ripple = 0.5
         crosstalk = 0.01
         delay_periods = [1.0, 2.0]
-        [margins]
-        places = 1
-        gain_margin = 1.0
-        modulus_margin = 0.1
     "#;
     fs::write(place.path().join("requirements.toml"), requirements).expect("requirements");
     let control = fs::read_to_string(fixture("control/kr500-mt.toml")).expect("gains");
@@ -152,7 +148,7 @@ fn an_effect_of_ones_own_is_found_in_logs() {
         (&"cable-drag".into(), &"A1".into()),
         "{text}"
     );
-    assert!(text.contains("a cable drags on A1"), "{text}");
+    assert!(text.contains("A cable drags on A1"), "{text}");
 }
 
 #[test]
