@@ -32,7 +32,8 @@
 //! learned and less elsewhere), depth, backlash, friction. Tuning: the priors.
 
 use crate::deviation_history::{DeviationHistory, beside_depth};
-use crate::law::{GainError, Law, Needs, Setup, require, usable_period};
+use crate::gain::{GainError, require, usable_period};
+use crate::law::{Law, Needs, Setup};
 use crate::{FeedForward, OuterIntegral};
 use nalgebra::{SMatrix, SVector, Vector3};
 use trueweld_core::compensation::{Compensator, DeviationMeasurement, Observation};

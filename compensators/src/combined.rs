@@ -10,7 +10,7 @@
 //! Displacement and rotation of the whole are limited. KUKA's sensor interface clamps at 5 mm and
 //! 5° and stops the robot at 6 mm and 6°. More than two laws: combine a combination.
 
-use crate::law::{GainError, positive, usable_period};
+use crate::gain::{GainError, positive, usable_period};
 use nalgebra::SVector;
 use trueweld_core::compensation::{Compensator, Observation, shortened};
 use trueweld_core::scalar::lit;

@@ -15,7 +15,8 @@
 //! It is a positive feedback: the material answers the correction with force. Tuning: the wrench
 //! filter's corner below the spindle's frequency, and the loops' bandwidth below the force loop's.
 
-use crate::law::{GainError, Law, Needs, Setup, require};
+use crate::gain::{GainError, require};
+use crate::law::{Law, Needs, Setup};
 use nalgebra::Vector2;
 use trueweld_core::compensation::{Compensator, Observation};
 use trueweld_core::filter::{Biquad, Filter, FilterBank};

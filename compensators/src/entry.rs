@@ -1,6 +1,8 @@
 //! Laws with their types erased: found by name, built from tables of gains.
 
-use crate::law::{GainError, Law, Needs, Setup, Visitor, for_each};
+use crate::gain::GainError;
+use crate::law::{Law, Needs, Setup};
+use crate::table::{Visitor, for_each};
 use crate::{Combined, CombinedGains};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -65,7 +67,8 @@ impl fmt::Display for BuildError {
 impl std::error::Error for BuildError {}
 
 impl Entry {
-    pub(crate) fn of<L: Law<f64>>() -> Self {
+    /// The entry of a law.
+    pub fn of<L: Law<f64>>() -> Self {
         Self {
             name: L::NAME.into(),
             summary: L::SUMMARY.into(),

@@ -13,7 +13,8 @@
 //! Tuning: none.
 
 use crate::OuterIntegral;
-use crate::law::{GainError, Law, NoGains, Setup};
+use crate::gain::GainError;
+use crate::law::{Law, NoGains, Setup};
 use trueweld_core::compensation::{Compensator, Observation};
 use trueweld_core::{Fault, Real, Robot, Twist};
 

@@ -1,29 +1,9 @@
-//! What a law states besides its equations, and the table of all laws.
+//! What a law states besides its equations.
 
-use crate::{
-    Adaptive, Elastostatic, FeedForward, FollowingGains, Learning, Observer, SeamTracking,
-    Uncompensated,
-};
-use core::fmt;
+use crate::FollowingGains;
+use crate::gain::GainError;
 use trueweld_core::Real;
 use trueweld_core::compensation::Compensator;
-
-/// Calls the visitor with every law. The table: a new law is one line here.
-pub fn for_each<T: Real>(visitor: &mut impl Visitor<T>) {
-    visitor.visit::<Uncompensated>();
-    visitor.visit::<Elastostatic<T>>();
-    visitor.visit::<FeedForward>();
-    visitor.visit::<Observer<T>>();
-    visitor.visit::<SeamTracking<T, FeedForward>>();
-    visitor.visit::<Adaptive<T>>();
-    visitor.visit::<Learning<T, FeedForward>>();
-}
-
-/// What is done with every law of the table.
-pub trait Visitor<T: Real> {
-    /// Called once a law.
-    fn visit<L: Law<T>>(&mut self);
-}
 
 /// A law as programs list it. The implementor is the type that the law's file is about;
 /// [`Law::Built`] is that type with whatever stands below and above it.
@@ -49,15 +29,6 @@ pub trait Law<T: Real> {
     /// # Errors
     /// The first gain that is out of range, or does not suit the control period.
     fn build(gains: &Self::Gains, setup: &Setup<T>) -> Result<Self::Built, GainError>;
-
-    /// The law with its type erased, for a list of laws.
-    #[cfg(feature = "host")]
-    fn entry() -> crate::Entry
-    where
-        Self: Law<f64> + Sized,
-    {
-        crate::Entry::of::<Self>()
-    }
 }
 
 /// Gains with defaults; on the host they are also read from a file.
@@ -112,43 +83,4 @@ impl<T: Real> Setup<T> {
     pub fn new(period: T, length: T) -> Self {
         Self { period, length, following: FollowingGains::default() }
     }
-}
-
-/// A gain that is out of range.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct GainError {
-    /// Name of the gain, as in the control file.
-    pub key: &'static str,
-    /// What it must be.
-    pub expected: &'static str,
-}
-
-impl fmt::Display for GainError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "`{}` is out of range; expected {}", self.key, self.expected)
-    }
-}
-
-impl core::error::Error for GainError {}
-
-/// An error that names the gain, unless the condition holds.
-///
-/// # Errors
-/// The condition does not hold.
-pub fn require(
-    condition: bool,
-    key: &'static str,
-    expected: &'static str,
-) -> Result<(), GainError> {
-    if condition { Ok(()) } else { Err(GainError { key, expected }) }
-}
-
-/// Above zero and finite.
-pub(crate) fn positive(value: impl Real, key: &'static str) -> Result<(), GainError> {
-    require(value.is_finite() && value > nalgebra::zero(), key, "a number above 0")
-}
-
-/// A control period.
-pub(crate) fn usable_period(period: impl Real) -> Result<(), GainError> {
-    positive(period, "period_s")
 }

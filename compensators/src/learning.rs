@@ -18,7 +18,8 @@
 //! segment of 8 mm has 65 readings at 10 mm/s), less for fewer readings.
 
 use crate::deviation_history::{DeviationHistory, beside_depth};
-use crate::law::{GainError, Law, Needs, Setup, positive, require, usable_period};
+use crate::gain::{GainError, positive, require, usable_period};
+use crate::law::{Law, Needs, Setup};
 use crate::{FeedForward, OuterIntegral, SeamTracking, TrackingGains};
 use nalgebra::SVector;
 use trueweld_core::compensation::{Compensator, DeviationMeasurement, Observation};

@@ -28,12 +28,14 @@ mod elastostatic;
 #[cfg(feature = "host")]
 mod entry;
 mod feed_forward;
+mod gain;
 mod law;
 mod learning;
 mod none;
 mod observer;
 mod outer_integral;
 mod seam_tracking;
+mod table;
 
 pub use adaptive::{Adaptive, AdaptiveGains};
 pub use combined::{Combined, CombinedGains};
@@ -41,9 +43,11 @@ pub use elastostatic::{Elastostatic, ElastostaticGains};
 #[cfg(feature = "host")]
 pub use entry::{BuildError, Entry, GainTables, InstallError, find, install, library, may_be_name};
 pub use feed_forward::FeedForward;
-pub use law::{GainError, GainSet, Law, Needs, NoGains, Setup, Visitor, for_each, require};
+pub use gain::{GainError, require};
+pub use law::{GainSet, Law, Needs, NoGains, Setup};
 pub use learning::{Learning, LearningGains};
 pub use none::Uncompensated;
 pub use observer::{Observer, ObserverGains};
 pub use outer_integral::{FollowingGains, OuterIntegral};
 pub use seam_tracking::{SeamTracking, TrackingGains};
+pub use table::{Visitor, for_each};

@@ -1,6 +1,7 @@
 //! No compensation: the law every other one is compared with.
 
-use crate::law::{GainError, Law, NoGains, Setup};
+use crate::gain::GainError;
+use crate::law::{Law, NoGains, Setup};
 use trueweld_core::compensation::{Compensator, Observation};
 use trueweld_core::{Fault, Real, Robot, Twist};
 

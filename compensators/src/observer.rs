@@ -20,7 +20,8 @@
 //! positive feedback through the material. Tuning: λ above the rate at which the load changes,
 //! below the spindle's frequency.
 
-use crate::law::{GainError, Law, Needs, Setup, positive, usable_period};
+use crate::gain::{GainError, positive, usable_period};
+use crate::law::{Law, Needs, Setup};
 use trueweld_core::compensation::{Compensator, Observation};
 use trueweld_core::scalar::{all_finite, lit};
 use trueweld_core::{Fault, Frames, JointVector, Real, Robot, Twist, Wrench};

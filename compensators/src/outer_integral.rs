@@ -14,7 +14,7 @@
 //! it oscillates (0.2 mm with an exact model, 0.02 mm without the integral). Tuning: μ a fifth of
 //! the bandwidth of the slower of correction loops and position loop.
 
-use crate::law::{GainError, positive, usable_period};
+use crate::gain::{GainError, positive, usable_period};
 use nalgebra::Vector2;
 use trueweld_core::compensation::{Compensator, Observation, shortened};
 use trueweld_core::scalar::{all_finite, lit};

@@ -23,7 +23,8 @@
 //! oscillate; noise z passes as z √(λT/2).
 
 use crate::deviation_history::{DeviationHistory, beside_depth};
-use crate::law::{GainError, Law, Needs, Setup, positive, require, usable_period};
+use crate::gain::{GainError, positive, require, usable_period};
+use crate::law::{Law, Needs, Setup};
 use crate::{FeedForward, OuterIntegral};
 use heapless::Deque;
 use nalgebra::SVector;

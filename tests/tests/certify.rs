@@ -243,7 +243,7 @@ fn a_good_law_meets_what_bad_ones_are_asked_for() {
 
 #[test]
 fn a_law_with_its_sign_flipped_is_told_that_it_goes_the_wrong_way() {
-    let certified = Certified::of(&SignFlipped::entry(), &FIXTURES.control, &[]);
+    let certified = Certified::of(&Entry::of::<SignFlipped>(), &FIXTURES.control, &[]);
     let nominal = certified.reasons(EvidenceKind::Nominal);
     assert!(
         nominal.iter().any(|r| matches!(symptom(r), Some(Symptom::WrongWay(_)))),
@@ -261,7 +261,7 @@ fn a_law_with_its_sign_flipped_is_told_that_it_goes_the_wrong_way() {
 fn a_law_with_too_much_gain_is_told_that_it_swings() {
     // Sensor, correction and position loop are late together by more than an integrator of 100
     // rad/s bears.
-    let certified = Certified::of(&Trusting::entry(), &trusting(100.0), &[]);
+    let certified = Certified::of(&Entry::of::<Trusting>(), &trusting(100.0), &[]);
     let nominal = certified.reasons(EvidenceKind::Nominal);
     assert!(
         nominal.iter().any(|r| matches!(symptom(r), Some(Symptom::Oscillates { .. }))),
@@ -273,7 +273,7 @@ fn a_law_with_too_much_gain_is_told_that_it_swings() {
 
 #[test]
 fn a_law_that_feeds_itself_is_told_that_only_its_authority_holds_it() {
-    let certified = Certified::of(&GainAboveOne::entry(), &FIXTURES.control, &[]);
+    let certified = Certified::of(&Entry::of::<GainAboveOne>(), &FIXTURES.control, &[]);
     let nominal = certified.reasons(EvidenceKind::Nominal);
     let told = |r: &&Reason| {
         matches!(r, Reason::Run(Shortfall { symptom: Some(_), held: Some(Held::Authority(_)), .. }))
@@ -288,7 +288,7 @@ fn a_law_without_an_authority_is_told_which_fault_drives_it_beyond() {
     let mut control = trusting(2.0);
     control.compensation.lateral =
         LoopLimits { size: 0.1, rate: 0.1, ..control.compensation.lateral };
-    let certified = Certified::of(&Trusting::entry(), &control, &[Instrument::SeamSensor]);
+    let certified = Certified::of(&Entry::of::<Trusting>(), &control, &[Instrument::SeamSensor]);
     // While the sensor is in order there is nothing wrong with it.
     assert!(
         certified.reasons(EvidenceKind::Nominal).is_empty(),

@@ -102,5 +102,5 @@ static CABLE_DRAG: EffectKind = EffectKind {
 };
 
 fn main() -> trueweld::Result<()> {
-    trueweld::Program::new().law(OwnLaw::entry()).effect(&CABLE_DRAG).run()
+    trueweld::Program::new().law::<OwnLaw>().effect(&CABLE_DRAG).run()
 }

@@ -5,11 +5,11 @@
 //! `main` that adds what it has and runs:
 //!
 //! ```no_run
-//! # fn entry() -> trueweld::laws::Entry { trueweld::laws::library()[0].clone() }
+//! # use trueweld::laws::Uncompensated as MyLaw;
 //! # use trueweld::effects::EffectKind;
 //! # static MY_EFFECT: EffectKind = EffectKind { id: "my-effect", ..EffectKind::DEFAULT };
 //! fn main() -> trueweld::Result<()> {
-//!     trueweld::Program::new().law(entry()).effect(&MY_EFFECT).run()
+//!     trueweld::Program::new().law::<MyLaw>().effect(&MY_EFFECT).run()
 //! }
 //! ```
 
@@ -45,7 +45,7 @@ pub use miette::Result;
 
 use clap::{Parser, Subcommand};
 use effects::EffectKind;
-use laws::Entry;
+use laws::{Entry, Law};
 use miette::IntoDiagnostic;
 
 /// Keeps a robot's welding tool true while the robot bends under it.
@@ -100,8 +100,8 @@ impl Program {
 
     /// Adds a law, which every command then knows by its name.
     #[must_use]
-    pub fn law(mut self, law: Entry) -> Self {
-        self.laws.push(law);
+    pub fn law<L: Law<f64>>(mut self) -> Self {
+        self.laws.push(Entry::of::<L>());
         self
     }
 

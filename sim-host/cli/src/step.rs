@@ -6,7 +6,7 @@ use crate::results::Results;
 use clap::Args;
 use miette::{Result, miette};
 use std::slice;
-use trueweld_compensators::{Law, Uncompensated};
+use trueweld_compensators::{Entry, Uncompensated};
 use trueweld_evaluate::StepFigures;
 use trueweld_output::{StepReport, StepRun};
 use trueweld_plant::simulate::{self, Controller, Program};
@@ -39,7 +39,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     arguments.results.check()?;
     let at = inputs.weld.settle + HOLD;
     let program = Program::ForceStep { height, hold: HOLD, length: LENGTH };
-    let none = <Uncompensated as Law<f64>>::entry();
+    let none = Entry::of::<Uncompensated>();
     let recordings = Controller::ALL
         .iter()
         .map(|controller| {

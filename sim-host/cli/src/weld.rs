@@ -6,7 +6,7 @@ use crate::results::Results;
 use clap::Args;
 use miette::{Result, miette};
 use std::path::PathBuf;
-use trueweld_compensators::{Elastostatic, Entry, Law, Uncompensated};
+use trueweld_compensators::{Elastostatic, Entry, Uncompensated};
 use trueweld_evaluate::WeldFigures;
 use trueweld_output::{Progress, WeldReport, WeldRun};
 use trueweld_plant::simulate::{self, Program, Recording, Seam};
@@ -71,7 +71,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     arguments.results.check()?;
     let controller = arguments.controller.controller();
     let laws = match &arguments.compensator {
-        None => vec![<Uncompensated as Law<f64>>::entry(), Elastostatic::<f64>::entry()],
+        None => vec![Entry::of::<Uncompensated>(), Entry::of::<Elastostatic<f64>>()],
         Some(law) => vec![law.clone()],
     };
     let recordings = simulate_all(&inputs, controller, &laws, arguments)?;

@@ -11,7 +11,7 @@ use crate::track::{Instant, Track, readings};
 use crate::truth::Truth;
 use nalgebra::Vector3;
 use std::path;
-use trueweld_compensators::{Law, Uncompensated};
+use trueweld_compensators::{Entry, Uncompensated};
 use trueweld_core::{JOINTS, JointVector, Pose, Wrench};
 use trueweld_plant::cell::Cell;
 use trueweld_plant::input::{Weld, write_atomically};
@@ -159,7 +159,7 @@ impl LogWriter<'_> {
                 control: &laboratory.control,
                 sensors: &laboratory.sensors,
                 controller: Controller::External,
-                law: &<Uncompensated as Law<f64>>::entry(),
+                law: &Entry::of::<Uncompensated>(),
                 integrator: Integrator::LinearlyImplicit,
                 plant_step: WELD_STEP,
                 seed: self.truth.recipe.seed.wrapping_add(log.number),

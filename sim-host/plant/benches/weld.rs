@@ -5,7 +5,7 @@
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
-use trueweld_compensators::{Elastostatic, Law};
+use trueweld_compensators::{Elastostatic, Entry};
 use trueweld_plant::cell::Cell;
 use trueweld_plant::effects::expression::Expression;
 use trueweld_plant::input::{Control, InputFile, Process, RobotFile, Sensors, Weld};
@@ -44,7 +44,7 @@ fn benches(criterion: &mut Criterion) {
             control: &control,
             sensors: &sensors,
             controller: Controller::External,
-            law: &Elastostatic::<f64>::entry(),
+            law: &Entry::of::<Elastostatic<f64>>(),
             integrator,
             plant_step,
             seed: 1,

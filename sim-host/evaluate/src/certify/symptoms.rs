@@ -6,7 +6,7 @@
 use super::{NominalCell, SampledCell};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
-use trueweld_compensators::{Law, Uncompensated};
+use trueweld_compensators::{Entry, Uncompensated};
 use trueweld_core::Twist;
 use trueweld_plant::input::CompensationLimits;
 use trueweld_plant::simulate::{Phase, RecordRow, Recording, RunError, Scenario};
@@ -36,7 +36,7 @@ impl RequiredCorrection {
     /// [`RunError`] where the weld cannot be made even so; [`None`] inside where it never reaches
     /// its steady part.
     pub fn of(scenario: &Scenario<'_>, cell: &NominalCell<'_>) -> Result<Option<Self>, RunError> {
-        let none = <Uncompensated as Law<f64>>::entry();
+        let none = Entry::of::<Uncompensated>();
         let bare = Scenario { law: &none, ..*scenario };
         let recording = cell.weld(&bare, &SampledCell::nominal(scenario.seed), 1)?;
         let steady = recording.rows.iter().any(|r| r.phase == Phase::Steady);

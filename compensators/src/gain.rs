@@ -1,0 +1,43 @@
+//! Checks of gains.
+
+use core::fmt;
+use trueweld_core::Real;
+
+/// A gain that is out of range.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct GainError {
+    /// Name of the gain, as in the control file.
+    pub key: &'static str,
+    /// What it must be.
+    pub expected: &'static str,
+}
+
+impl fmt::Display for GainError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "`{}` is out of range; expected {}", self.key, self.expected)
+    }
+}
+
+impl core::error::Error for GainError {}
+
+/// An error that names the gain, unless the condition holds.
+///
+/// # Errors
+/// The condition does not hold.
+pub fn require(
+    condition: bool,
+    key: &'static str,
+    expected: &'static str,
+) -> Result<(), GainError> {
+    if condition { Ok(()) } else { Err(GainError { key, expected }) }
+}
+
+/// Above zero and finite.
+pub(crate) fn positive(value: impl Real, key: &'static str) -> Result<(), GainError> {
+    require(value.is_finite() && value > nalgebra::zero(), key, "a number above 0")
+}
+
+/// A control period.
+pub(crate) fn usable_period(period: impl Real) -> Result<(), GainError> {
+    positive(period, "period_s")
+}
