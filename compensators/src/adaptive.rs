@@ -157,9 +157,7 @@ impl<T: Real> Adaptive<T> {
         robot: &Robot<T>,
         observation: &Observation<'_, T>,
     ) -> Result<SMatrix<T, 6, UNKNOWN>, Fault> {
-        let link = robot
-            .inverse_near(observation.nominal, &observation.sensed.encoder)
-            .map_err(|_| Fault::Compensation)?;
+        let link = observation.nominal_angles(robot)?;
         let frames = robot.frames(&link);
         let w = observation.setpoint.b_from_w;
         let load = observation.planned.rotated(&w);

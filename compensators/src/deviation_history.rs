@@ -58,8 +58,7 @@ impl<T: Real> DeviationHistory<T> {
         observation: &Observation<'_, T>,
         inner: &Twist<T>,
     ) -> Result<(), Fault> {
-        let beyond =
-            observation.encoder_deviation(robot) - observation.setpoint_deviation() - *inner;
+        let beyond = observation.encoder_displacement(robot) - *inner;
         if !beyond.is_finite() {
             return Err(Fault::Compensation);
         }
@@ -88,6 +87,19 @@ impl<T: Real> DeviationHistory<T> {
         let innovation = measurement.of(then) - measurement.deviation - expected;
         let most = measurement.noise * lit(clipped);
         innovation.is_finite().then(|| innovation.max(-most).min(most))
+    }
+
+    /// h without depth, and the innovation against an `expected` x − x̂₀. `None` as for
+    /// [`innovation`](Self::innovation), and where nothing but depth was measured.
+    pub fn innovation_along(
+        &mut self,
+        measurement: &DeviationMeasurement<T>,
+        expected: &SVector<T, 6>,
+        clipped: f64,
+    ) -> Option<(SVector<T, 6>, T)> {
+        let along = beside_depth(measurement);
+        let innovation = self.innovation(measurement, along.dot(expected), clipped)?;
+        (along.norm_squared() > T::zero()).then_some((along, innovation))
     }
 
     fn is_stuck(&mut self, measurement: &DeviationMeasurement<T>) -> bool {

@@ -115,9 +115,7 @@ impl<T: Real> Compensator<T> for Elastostatic<T> {
             self.started = false;
             return Err(Fault::Force);
         }
-        let link = robot
-            .inverse_near(observation.nominal, &sensed.encoder)
-            .map_err(|_| Fault::Compensation)?;
+        let link = observation.nominal_angles(robot)?;
         Ok(observation.demand_for(robot, &robot.fake_target(&link, &wrench)))
     }
 }

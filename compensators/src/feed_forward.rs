@@ -41,9 +41,7 @@ impl<T: Real> Compensator<T> for FeedForward {
         robot: &Robot<T>,
         observation: &Observation<'_, T>,
     ) -> Result<Twist<T>, Fault> {
-        let link = robot
-            .inverse_near(observation.nominal, &observation.sensed.encoder)
-            .map_err(|_| Fault::Compensation)?;
+        let link = observation.nominal_angles(robot)?;
         Ok(observation.demand_for(robot, &robot.fake_target(&link, &observation.planned_in_t())))
     }
 }

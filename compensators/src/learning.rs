@@ -17,7 +17,7 @@
 //! what differs from pass to pass. Tuning: γ = 1 for a sensor whose noise the segments average out (a
 //! segment of 8 mm has 65 readings at 10 mm/s), less for fewer readings.
 
-use crate::deviation_history::{DeviationHistory, beside_depth};
+use crate::deviation_history::DeviationHistory;
 use crate::gain::{GainError, positive, require, usable_period};
 use crate::law::{Law, Needs, Setup};
 use crate::{FeedForward, OuterIntegral, SeamTracking, TrackingGains};
@@ -117,15 +117,15 @@ impl<T: Real, L> Learning<T, L> {
     }
 
     fn see(&mut self, measurement: &DeviationMeasurement<T>, path: T, correction: &SVector<T, 6>) {
-        let along = beside_depth(measurement);
-        let Some(innovation) = self.history.innovation(measurement, along.dot(correction), CLIPPED)
+        let Some((along, innovation)) =
+            self.history.innovation_along(measurement, correction, CLIPPED)
         else {
             return;
         };
         let square = along.norm_squared();
         let (before, after, share) = self.nodes(path);
         let nearest = if share < lit(0.5) { before } else { after };
-        if let Some(place) = self.pass.get_mut(nearest).filter(|_| square > T::zero()) {
+        if let Some(place) = self.pass.get_mut(nearest) {
             // A measurement weighs most in the direction that it measures most.
             let weight = along.component_mul(&along) / square;
             place.sum += along.component_mul(&weight) * (innovation / square);

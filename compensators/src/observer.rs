@@ -118,9 +118,7 @@ impl<T: Real> Compensator<T> for Observer<T> {
         }
         let torque = self.last.map_or(seen, |(torque, _)| torque + (seen - torque) * self.share);
         self.last = Some((torque, rate));
-        let link = robot
-            .inverse_near(observation.nominal, &sensed.encoder)
-            .map_err(|_| Fault::Compensation)?;
+        let link = observation.nominal_angles(robot)?;
         Ok(observation.demand_for(robot, &(link + torque.component_div(robot.stiffness()))))
     }
 }

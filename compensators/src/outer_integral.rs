@@ -76,8 +76,7 @@ impl<T: Real, L: Compensator<T>> Compensator<T> for OuterIntegral<T, L> {
         observation: &Observation<'_, T>,
     ) -> Result<Twist<T>, Fault> {
         let mut demand = self.inner.demand(robot, observation)?;
-        let stands = observation.encoder_deviation(robot) - observation.setpoint_deviation();
-        let error = (demand - stands).linear.xy();
+        let error = (demand - observation.encoder_displacement(robot)).linear.xy();
         if !all_finite(error.iter()) {
             return Err(Fault::Compensation);
         }

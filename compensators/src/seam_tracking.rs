@@ -22,7 +22,7 @@
 //! rises, and below some 4 rad/s, from where the plastic channel behind the tool makes the loop
 //! oscillate; noise z passes as z √(λT/2).
 
-use crate::deviation_history::{DeviationHistory, beside_depth};
+use crate::deviation_history::DeviationHistory;
 use crate::gain::{GainError, positive, require, usable_period};
 use crate::law::{Law, Needs, Setup};
 use crate::{FeedForward, OuterIntegral};
@@ -124,17 +124,13 @@ impl<T: Real, L> SeamTracking<T, L> {
     }
 
     fn correct(&mut self, measurement: &DeviationMeasurement<T>, path: T, share: T) {
-        let along = beside_depth(measurement);
-        let square = along.norm_squared();
         let pending = self.ahead.iter().fold(self.learned, |sum, (_, shape)| sum + shape);
-        let Some(innovation) = self.history.innovation(measurement, along.dot(&pending), CLIPPED)
+        let Some((along, innovation)) =
+            self.history.innovation_along(measurement, &pending, CLIPPED)
         else {
             return;
         };
-        if square <= T::zero() {
-            return;
-        }
-        let step = along * (self.gain * innovation / square);
+        let step = along * (self.gain * innovation / along.norm_squared());
         self.learned += step * (T::one() - share);
         if share > T::zero() {
             self.keep(path + measurement.ahead, step * share);

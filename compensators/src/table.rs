@@ -1,9 +1,7 @@
 //! The table of all laws.
 
 use crate::law::Law;
-use crate::{
-    Adaptive, Elastostatic, FeedForward, Learning, Observer, SeamTracking, Uncompensated,
-};
+use crate::{Adaptive, Elastostatic, FeedForward, Learning, Observer, SeamTracking, Uncompensated};
 use trueweld_core::Real;
 
 /// Calls the visitor with every law. The table: a new law is one line here.

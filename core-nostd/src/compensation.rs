@@ -85,6 +85,19 @@ impl<'a, T: Real> Observation<'a, T> {
         self.nominal.error_to(&self.setpoint.pose).rotated(&self.setpoint.b_from_w.transpose())
     }
 
+    /// How far the encoders' pose lies from the set-point before correction, axes of W.
+    pub fn encoder_displacement(&self, robot: &Robot<T>) -> Twist<T> {
+        self.encoder_deviation(robot) - self.setpoint_deviation()
+    }
+
+    /// Joint angles of the nominal pose on the encoders' branch, rad.
+    ///
+    /// # Errors
+    /// [`Fault::Compensation`] where there are none.
+    pub fn nominal_angles(&self, robot: &Robot<T>) -> Result<JointVector<T>, Fault> {
+        robot.inverse_near(self.nominal, &self.sensed.encoder).map_err(|_| Fault::Compensation)
+    }
+
     /// The planned load in axes of the tool frame T, as a force sensor would measure it.
     pub fn planned_in_t(&self) -> Wrench<T> {
         self.planned.rotated(&(self.nominal.rotation.transpose() * self.setpoint.b_from_w))

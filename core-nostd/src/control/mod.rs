@@ -18,7 +18,7 @@ mod superposed;
 mod watch;
 
 pub use external::{External, ExternalGains};
-pub use parallel::{ForceGains, Parallel};
+pub use parallel::{Branches, ForceGains, Parallel};
 pub use position_loop::JointGains;
 pub use spindle::{LONGEST_DELAY, SpindleFilter};
 pub use superposed::Superposed;

@@ -39,7 +39,7 @@ pub struct ForceGains<T: Real> {
 
 /// State of the force branch: what (2.2) and (2.3) have in common.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct ForceBranch<T: Real> {
+struct ForceBranch<T: Real> {
     gains: ForceGains<T>,
     pid: Pid<T>,
     spindle: SpindleFilter<T>,
@@ -49,7 +49,7 @@ pub(super) struct ForceBranch<T: Real> {
 }
 
 /// What the force branch decided in one period.
-pub(super) struct Push<T: Real> {
+struct Push<T: Real> {
     pub push: T,
     pub error: T,
     /// The loop closed in this period: the push that the position loop must hand over.
@@ -116,21 +116,25 @@ impl<T: Real> ForceBranch<T> {
     }
 }
 
-/// Parallel hybrid controller (2.2).
+/// Force branch beside position branch: (2.2) where the selection acts (`SELECT`), (2.3) where the
+/// whole ΔX stays under position control.
 #[derive(Debug, Clone, Copy)]
-pub struct Parallel<T: Real> {
+pub struct Branches<T: Real, const SELECT: bool> {
     position: PositionLoop<T>,
     force: ForceBranch<T>,
 }
 
-impl<T: Real> Parallel<T> {
+/// Parallel hybrid controller (2.2).
+pub type Parallel<T> = Branches<T, true>;
+
+impl<T: Real, const SELECT: bool> Branches<T, SELECT> {
     /// Controller at rest. `period`: s between calls of [`cycle`](HybridController::cycle).
     pub fn new(joint: JointGains<T>, force: ForceGains<T>, period: T) -> Self {
         Self { position: PositionLoop::new(joint, period), force: ForceBranch::new(force, period) }
     }
 }
 
-impl<T: Real> HybridController<T> for Parallel<T> {
+impl<T: Real, const SELECT: bool> HybridController<T> for Branches<T, SELECT> {
     fn start(&mut self, robot: &Robot<T>, encoder: &JointVector<T>, torque: &JointVector<T>) {
         self.position.start(robot, encoder, torque);
         self.force.reset();
@@ -142,61 +146,49 @@ impl<T: Real> HybridController<T> for Parallel<T> {
         setpoint: &Setpoint<T>,
         sensed: &SensorReadings<T>,
     ) -> Command<T> {
-        // S takes depth out of the position branch as soon as the force branch has it.
-        superpose(&mut self.position, &mut self.force, robot, setpoint, sensed, true)
-    }
-}
-
-/// One period of (2.2) (`select` true) or (2.3) (`select` false: the whole ΔX stays under position
-/// control).
-pub(super) fn superpose<T: Real>(
-    position: &mut PositionLoop<T>,
-    force: &mut ForceBranch<T>,
-    robot: &Robot<T>,
-    setpoint: &Setpoint<T>,
-    sensed: &SensorReadings<T>,
-    select: bool,
-) -> Command<T> {
-    let view = match position.view(robot, setpoint, sensed) {
-        Ok(view) => view,
-        Err(fault) => return position.safe(robot, sensed, fault),
-    };
-    let z = setpoint.depth_axis();
-    let tcp = &view.frames.tcp;
-    let velocity = view.frames.twist(&sensed.encoder_rate).linear.dot(&z);
-    let push = force.update(setpoint, sensed_push(tcp, &z, &sensed.wrench), velocity);
-    let mut error = tcp.error_to(&setpoint.pose);
-    let mut extra = JointVector::zeros();
-    if let Some(push) = &push {
-        if let Some(load) = push.taken_over {
-            position.release(&view, &z, load);
-        }
-        if select {
-            error.linear -= z * z.dot(&error.linear);
-        }
-        extra = push_torque(&view.frames, &z, push.push);
-    }
-    match position.torque(robot, &view, &sensed.encoder, &error, &extra) {
-        Err(fault) => position.safe(robot, sensed, fault),
-        Ok((torque, held)) => {
-            // Where both integrators act on depth, each grows without end against the other at rest
-            // (K_i∫ and K_if∫ of errors that do not vanish), until a limit breaks the balance after
-            // some 10 s. Only their sum matters, so the position loop keeps it, and the drives'
-            // limits bound it.
-            if !select && !held {
-                position.take_over(&view, &z, force.transfer_integral());
+        let Self { position, force } = self;
+        let view = match position.view(robot, setpoint, sensed) {
+            Ok(view) => view,
+            Err(fault) => return position.safe(robot, sensed, fault),
+        };
+        let z = setpoint.depth_axis();
+        let tcp = &view.frames.tcp;
+        let velocity = view.frames.twist(&sensed.encoder_rate).linear.dot(&z);
+        let push = force.update(setpoint, sensed_push(tcp, &z, &sensed.wrench), velocity);
+        let mut error = tcp.error_to(&setpoint.pose);
+        let mut extra = JointVector::zeros();
+        if let Some(push) = &push {
+            if let Some(load) = push.taken_over {
+                position.release(&view, &z, load);
             }
-            Command {
-                torque,
-                fault: push.as_ref().and_then(|p| p.fault),
-                force_error: push.as_ref().map_or(T::zero(), |p| p.error),
-                depth_correction: T::zero(),
-                push: push.as_ref().map_or(T::zero(), |p| p.push),
-                limited: Limited {
-                    torque: held,
-                    force_loop: push.is_some_and(|p| p.limited),
-                    compensation: false,
-                },
+            // S takes depth out of the position branch as soon as the force branch has it.
+            if SELECT {
+                error.linear -= z * z.dot(&error.linear);
+            }
+            extra = push_torque(&view.frames, &z, push.push);
+        }
+        match position.torque(robot, &view, &sensed.encoder, &error, &extra) {
+            Err(fault) => position.safe(robot, sensed, fault),
+            Ok((torque, held)) => {
+                // Where both integrators act on depth, each grows without end against the other at
+                // rest (K_i∫ and K_if∫ of errors that do not vanish), until a limit breaks the
+                // balance after some 10 s. Only their sum matters, so the position loop keeps it,
+                // and the drives' limits bound it.
+                if !SELECT && !held {
+                    position.take_over(&view, &z, force.transfer_integral());
+                }
+                Command {
+                    torque,
+                    fault: push.as_ref().and_then(|p| p.fault),
+                    force_error: push.as_ref().map_or(T::zero(), |p| p.error),
+                    depth_correction: T::zero(),
+                    push: push.as_ref().map_or(T::zero(), |p| p.push),
+                    limited: Limited {
+                        torque: held,
+                        force_loop: push.is_some_and(|p| p.limited),
+                        compensation: false,
+                    },
+                }
             }
         }
     }

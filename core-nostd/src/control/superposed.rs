@@ -7,38 +7,7 @@
 //! against each other, so one set of joint integrators holds their sum, ∫(K_i J⁻¹ΔX + Jᵀn K_if Δf)
 //! dt: the same law at rest, and bounded. Reconstructed (see the [module](super) text).
 
-use super::parallel::{ForceBranch, superpose};
-use super::position_loop::PositionLoop;
-use super::{Command, ForceGains, HybridController, JointGains, SensorReadings, Setpoint};
-use crate::robot::Robot;
-use crate::scalar::{JointVector, Real};
+use super::parallel::Branches;
 
 /// Superposed hybrid controller (2.3).
-#[derive(Debug, Clone, Copy)]
-pub struct Superposed<T: Real> {
-    position: PositionLoop<T>,
-    force: ForceBranch<T>,
-}
-
-impl<T: Real> Superposed<T> {
-    /// Controller at rest. `period`: s between calls of [`cycle`](HybridController::cycle).
-    pub fn new(joint: JointGains<T>, force: ForceGains<T>, period: T) -> Self {
-        Self { position: PositionLoop::new(joint, period), force: ForceBranch::new(force, period) }
-    }
-}
-
-impl<T: Real> HybridController<T> for Superposed<T> {
-    fn start(&mut self, robot: &Robot<T>, encoder: &JointVector<T>, torque: &JointVector<T>) {
-        self.position.start(robot, encoder, torque);
-        self.force.reset();
-    }
-
-    fn cycle(
-        &mut self,
-        robot: &Robot<T>,
-        setpoint: &Setpoint<T>,
-        sensed: &SensorReadings<T>,
-    ) -> Command<T> {
-        superpose(&mut self.position, &mut self.force, robot, setpoint, sensed, false)
-    }
-}
+pub type Superposed<T> = Branches<T, false>;
