@@ -67,7 +67,7 @@ fn a_prediction_beside_another_is_the_same_as_by_itself() {
     for known in [Vec::new(), vec![play()]] {
         let before = predicted(&ready, &known);
         for (kind, seed) in library().flat_map(|kind| (1..=4).map(move |seed| (kind, seed))) {
-            let added = LABORATORY.draw(kind.id, 1.0, &Protocol::short(), seed);
+            let added = LABORATORY.draw(kind.id, 1.0, &Protocol::short(), seed).expect("drawn");
             let effects = [known.clone(), vec![added.clone()]].concat();
             let alone = predicted(&ready, &effects);
             for ((experiment, at), alone) in ready.bench.experiments.iter().zip(&before).zip(&alone)

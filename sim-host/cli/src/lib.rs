@@ -6,8 +6,9 @@
 //!
 //! ```no_run
 //! # use trueweld::laws::Uncompensated as MyLaw;
-//! # use trueweld::effects::EffectKind;
-//! # static MY_EFFECT: EffectKind = EffectKind { id: "my-effect", ..EffectKind::DEFAULT };
+//! # use trueweld::effects::{Action, EffectKind};
+//! # static MY_EFFECT: EffectKind =
+//! #     EffectKind { id: "my-effect", action: Action::Process(|_, _| {}), ..EffectKind::DEFAULT };
 //! fn main() -> trueweld::Result<()> {
 //!     trueweld::Program::new().law::<MyLaw>().effect(&MY_EFFECT).run()
 //! }

@@ -63,14 +63,14 @@ impl Laboratory {
     /// as they are. Effects come in random order, each once before any comes again.
     pub fn corpus(&self, seed: u64, count: usize, protocol: &Protocol) -> Vec<CorpusCase> {
         let mut deck = Random::new(seed, CASE);
-        let kinds: Vec<&EffectKind> = library().collect();
+        let kinds: Vec<&EffectKind> = library().filter(|kind| kind.drawn.is_some()).collect();
         let (mut effects, mut foreign) = (Vec::new(), Vec::new());
         let mut case = |index: usize| {
             // Neighbouring seeds have no stream in common.
             let seed = seed.wrapping_mul(1_000_003).wrapping_add(index as u64);
             let mut next = || {
                 let id = deal(&mut effects, &kinds, &mut deck).id;
-                (self.draw(id, 1.0, protocol, seed), id)
+                (self.draw(id, 1.0, protocol, seed).expect("drawn, as all of these"), id)
             };
             let (hidden, what) = match ROUND[index % ROUND.len()] {
                 CaseKind::None => (Hidden::None, "none".to_owned()),

@@ -20,19 +20,16 @@ pub fn effect(id: &str, at: Location, values: &[f64]) -> Effect {
 impl Laboratory {
     /// A random place and random values for the effect `id`. `size` is a factor on what is usual: 1
     /// shows well above the noise in logs of the usual kinds, 0.3 hardly. `protocol` states the
-    /// seams' length, on which some effects depend.
-    ///
-    /// # Panics
-    /// Where the library has no such effect, or no campaign hides it.
-    pub fn draw(&self, id: &str, size: f64, protocol: &Protocol, seed: u64) -> Effect {
+    /// seams' length, on which some effects depend. `None` where the library has no such effect, or
+    /// the effect does not state how it is drawn.
+    pub fn draw(&self, id: &str, size: f64, protocol: &Protocol, seed: u64) -> Option<Effect> {
         // Each effect has a stream of its own, so that one seed does not put all of them at the same
         // joint.
-        let (index, kind) =
-            library().enumerate().find(|(_, k)| k.id == id).expect("an effect of the library");
-        let drawn = kind.drawn.expect("an effect that campaigns hide");
+        let (index, kind) = library().enumerate().find(|(_, k)| k.id == id)?;
+        let drawn = kind.drawn?;
         let random = Random::new(seed, DRAW + index as u64);
         let mut draw = Draw::new(random, size, &self.robot.parameters, protocol.seam);
         let (at, values) = drawn(&mut draw);
-        Effect { kind, at, values }
+        Some(Effect { kind, at, values })
     }
 }

@@ -25,7 +25,7 @@
 //!     fixture("sensors/kr500-mt.toml"),
 //! )?;
 //! let protocol = Protocol { rings: 0, welds: 0, free: 0.0, ..Protocol::short() };
-//! let effect = laboratory.draw("backlash", 1.0, &protocol, 7);
+//! let effect = laboratory.draw("backlash", 1.0, &protocol, 7).ok_or("no such effect")?;
 //! let recipe = Recipe { protocol, ..Recipe::plain(7) }.with_effect(effect);
 //! # let folder = std::env::temp_dir().join(format!("trueweld-laboratory-{}", std::process::id()));
 //! laboratory.write(&recipe, &folder)?;

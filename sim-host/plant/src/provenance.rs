@@ -2,12 +2,11 @@
 //! every file is checked with `sha256sum`.
 
 use crate::effects::Effect;
-use crate::input::{InputError, ModelFile, RobotFile, Source};
+use crate::input::{InputError, ModelFile, RobotFile, hash_of_file};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
-use std::fs::File;
 use std::path::Path;
 
 /// Everything that a result depends on.
@@ -105,22 +104,13 @@ impl FileDigest {
         Self { role: role.to_owned(), file: file.to_owned(), sha256: sha256(bytes) }
     }
 
-    /// Of a file, whatever its size.
+    /// Of a file, as it was read: a change since then is not in it.
     ///
     /// # Errors
     /// A file that cannot be read.
     pub fn of_file(role: &str, path: &Path) -> Result<Self, InputError> {
-        let file = path.display().to_string();
-        let mut digest = Sha256::new();
-        File::open(path).and_then(|mut from| std::io::copy(&mut from, &mut digest)).map_err(
-            |error| {
-                Source::new(&file, "").error_of_file(
-                    format!("cannot be read: {error}; expected a file"),
-                    "Check the path and its permissions.",
-                )
-            },
-        )?;
-        Ok(Self { role: role.to_owned(), file, sha256: hexadecimal(&digest.finalize()) })
+        let sha256 = hexadecimal(&hash_of_file(path)?);
+        Ok(Self { role: role.to_owned(), file: path.display().to_string(), sha256 })
     }
 
     /// Of a model file and of the files that it names.
@@ -171,5 +161,10 @@ mod tests {
         std::fs::write(&path, "abc").unwrap();
         assert_eq!(FileDigest::of_file("weld", &path).unwrap().sha256, expected);
         assert_eq!(FileDigest::new("weld", "abc.toml", b"abc").sha256, expected);
+        // What was read, and not what stands there since.
+        std::fs::write(&path, "abcd").unwrap();
+        assert_eq!(FileDigest::of_file("weld", &path).unwrap().sha256, expected);
+        assert_eq!(crate::input::read_text(&path).unwrap().1, "abcd");
+        assert_eq!(FileDigest::of_file("weld", &path).unwrap().sha256, sha256(b"abcd"));
     }
 }

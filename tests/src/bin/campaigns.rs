@@ -56,7 +56,8 @@ fn go(arguments: &Arguments) -> Result<(), Box<dyn std::error::Error>> {
     for (seed, text) in (arguments.seed..).zip(&arguments.effect) {
         let alone = library().any(|k| k.id == text);
         let effect = if alone {
-            LABORATORY.draw(text, arguments.size, &recipe.protocol, seed)
+            let drawn = LABORATORY.draw(text, arguments.size, &recipe.protocol, seed);
+            drawn.ok_or_else(|| format!("`{text}` has no usual size: expected its parameters"))?
         } else {
             Effect::parse(text, &robot)?
         };

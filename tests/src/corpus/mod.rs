@@ -133,7 +133,8 @@ pub struct Judged {
 pub fn sized(case: &CorpusCase) -> Result<(Recipe, Hidden, Vec<Visibility>), CorpusError> {
     let ground = || Context::new(&case.recipe);
     let drawn = |effect: &Effect, size: f64| {
-        LABORATORY.draw(effect.kind.id, size, &case.recipe.protocol, case.seed)
+        let protocol = &case.recipe.protocol;
+        LABORATORY.draw(effect.kind.id, size, protocol, case.seed).expect("drawn for the corpus")
     };
     Ok(match &case.hidden {
         Hidden::None => (case.recipe.clone(), Hidden::None, Vec::new()),

@@ -10,7 +10,7 @@ use trueweld_measure::improve::{Rejected, Rejection, Step};
 use trueweld_measure::residuals::compare::LogComparison;
 use trueweld_measure::residuals::localize::{Finding, foremost};
 use trueweld_plant::effects::{Effect, EffectKind, Location, Parameter};
-use trueweld_plant::input::{ModelFile, RobotFile};
+use trueweld_plant::input::{ModelFile, RobotFile, unit_suffix};
 
 /// Held-out score from which on an explanation is said not to be the end of it.
 const FAR: f64 = 1.5;
@@ -21,9 +21,7 @@ pub(crate) const REMAINS: usize = 5;
 /// The name of a parameter without its unit: `half gap`.
 fn spoken(parameter: &Parameter) -> String {
     let name = parameter.name;
-    let cut = ["_rad_nm", "_nms_rad", "_rad_s", "_rad", "_nm", "_n_m", "_kg", "_m", "_n", "_s"];
-    let short = cut.iter().find_map(|unit| name.strip_suffix(unit)).unwrap_or(name);
-    short.replace('_', " ")
+    unit_suffix(name).map_or(name, |(short, _)| short).replace('_', " ")
 }
 
 /// A value of a found effect with its 95 % interval; where the logs leave more than half of the

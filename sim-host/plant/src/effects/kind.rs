@@ -14,6 +14,8 @@ use trueweld_core::{JOINTS, ModelError, Robot, RobotParameters};
 /// How an effect acts, given the values of its parameters.
 #[derive(Debug, Clone, Copy)]
 pub enum Action {
+    /// Not stated: such an effect cannot join the library.
+    Unstated,
     /// A term at a port, for the joint it is at (0 for an effect of the whole cell).
     Term {
         /// The port.
@@ -159,8 +161,8 @@ pub enum EffectError {
 }
 
 impl EffectKind {
-    /// An effect of the whole cell that does nothing, is shown by the column that it improves most
-    /// and is hidden in no campaign: an effect's file states what is different.
+    /// An effect of the whole cell that is shown by the column that it improves most and is hidden
+    /// in no campaign. Identifier and action are yet to be stated, and whatever else is different.
     pub const DEFAULT: Self = Self {
         id: "",
         place: LocationKind::Cell,
@@ -168,7 +170,7 @@ impl EffectKind {
         shows: "",
         experiment: "",
         parameters: &[],
-        action: Action::Robot(|_, _, _| {}),
+        action: Action::Unstated,
         sentence: "",
         curve: Curve::Column,
         calibration: None,
@@ -244,7 +246,7 @@ impl Effect {
             Action::Term { port, .. } => Some(port(joint)),
             Action::Expression(formula) => Some(formula.port(joint)),
             Action::Channel(_) => Some(Port::TimeBase),
-            Action::Robot(_) | Action::Process(_) => None,
+            Action::Robot(_) | Action::Process(_) | Action::Unstated => None,
         }
     }
 
@@ -288,7 +290,7 @@ impl Effect {
                 ports.install(Port::TimeBase, build(&self.values, channel))?;
             }
             // The table pairs this action with that place; `parse` gives no other.
-            (Action::Channel(_), _) => {}
+            (Action::Channel(_) | Action::Unstated, _) => {}
             (Action::Robot(change), _) => {
                 change(
                     robot.get_or_insert_with(|| model.parameters().clone()),

@@ -96,6 +96,12 @@ static INSTALLED: OnceLock<Vec<&'static EffectKind>> = OnceLock::new();
 /// Effects that cannot join the library.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum InstallError {
+    /// An effect without an identifier.
+    #[error("an effect has no identifier: expected `id` to be stated")]
+    NoId,
+    /// An effect that would do nothing.
+    #[error("the effect `{0}` does not state its `action`: expected a term, or a change of robot or process")]
+    NoAction(&'static str),
     /// Two effects of one identifier.
     #[error("two effects have the identifier `{0}`")]
     SameId(&'static str),
@@ -111,6 +117,12 @@ pub enum InstallError {
 /// [`InstallError`].
 pub fn install(kinds: Vec<&'static EffectKind>) -> Result<(), InstallError> {
     for (i, kind) in kinds.iter().enumerate() {
+        if kind.id.is_empty() {
+            return Err(InstallError::NoId);
+        }
+        if matches!(kind.action, Action::Unstated) {
+            return Err(InstallError::NoAction(kind.id));
+        }
         if TABLE.iter().chain(&kinds[..i]).any(|known| known.id == kind.id) {
             return Err(InstallError::SameId(kind.id));
         }
@@ -173,5 +185,20 @@ impl Effect {
         let values =
             found.into_iter().zip(kind.parameters).map(missing).collect::<Result<_, _>>()?;
         Ok(Self { kind, at: place, values })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_effect_that_states_too_little_does_not_join() {
+        static NAMELESS: EffectKind =
+            EffectKind { action: Action::Process(|_, _| {}), ..EffectKind::DEFAULT };
+        static IDLE: EffectKind = EffectKind { id: "idle", ..EffectKind::DEFAULT };
+        assert_eq!(install(vec![&NAMELESS]), Err(InstallError::NoId));
+        assert_eq!(install(vec![&IDLE]), Err(InstallError::NoAction("idle")));
+        assert!(library().all(|kind| !matches!(kind.action, Action::Unstated)));
     }
 }

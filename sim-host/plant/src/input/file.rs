@@ -1,6 +1,7 @@
 //! Files: which may be read, which were read, and writing one so that nobody ever sees half of it.
 
 use super::error::{InputError, Source};
+use sha2::{Digest, Sha256};
 use std::fs::{self, File};
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
@@ -10,21 +11,74 @@ use std::time::Duration;
 /// Most bytes of a TOML file or a URDF: a hundred times the largest that is known.
 const MOST_TEXT: u64 = 16 << 20;
 
-/// Every file that this process opened through [`open`], by its canonical path.
-static READ: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+/// Every file that this process opened through [`open`], by its canonical path, with the SHA-256 of
+/// its bytes where it was read to its end.
+static READ: Mutex<Vec<(PathBuf, Option<Hash>)>> = Mutex::new(Vec::new());
+
+/// A SHA-256.
+type Hash = [u8; 32];
+
+/// An input file that is read from its beginning. What was read is what its digest is of.
+#[derive(Debug)]
+pub struct InputReader {
+    file: File,
+    canonical: PathBuf,
+    hasher: Sha256,
+}
+
+impl Read for InputReader {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let count = self.file.read(buffer)?;
+        self.hasher.update(&buffer[..count]);
+        if count == 0 && !buffer.is_empty() {
+            remember(&self.canonical, Some(self.hasher.clone().finalize().into()));
+        }
+        Ok(count)
+    }
+}
+
+fn remember(canonical: &Path, hash: Option<Hash>) {
+    let mut read = READ.lock().unwrap_or_else(PoisonError::into_inner);
+    match read.iter_mut().find(|(path, _)| path == canonical) {
+        Some((_, known)) => *known = hash,
+        None => read.push((canonical.to_owned(), hash)),
+    }
+}
+
+/// SHA-256 of a file's bytes: of those that were read, where it was read to its end.
+///
+/// # Errors
+/// As [`open`].
+pub fn hash_of_file(path: &Path) -> Result<Hash, InputError> {
+    let known = |canonical: &Path| {
+        let read = READ.lock().unwrap_or_else(PoisonError::into_inner);
+        read.iter().find(|(path, _)| path == canonical).and_then(|(_, hash)| *hash)
+    };
+    if let Some(hash) = path.canonicalize().ok().and_then(|canonical| known(&canonical)) {
+        return Ok(hash);
+    }
+    let mut reader = open(path, u64::MAX)?;
+    io::copy(&mut reader, &mut io::sink()).map_err(|error| refused(path, &error))?;
+    Ok(reader.hasher.finalize().into())
+}
+
+fn refused(path: &Path, error: &io::Error) -> InputError {
+    let message = format!("cannot be read: {error}; expected a file");
+    Source::new(&path.display().to_string(), "")
+        .error_of_file(message, "Check the path and its permissions.")
+}
 
 /// Opens an input file for reading.
 ///
 /// # Errors
 /// A file that is not there or may not be read, one that is not a regular file (a pipe would wait
 /// for ever, a device has no end), or one of more than `most` bytes.
-pub fn open(path: &Path, most: u64) -> Result<File, InputError> {
+pub fn open(path: &Path, most: u64) -> Result<InputReader, InputError> {
     let refuse = |what: String, help: &str| {
         let message = format!("cannot be read: {what}; expected a file");
         Source::new(&path.display().to_string(), "").error_of_file(message, help)
     };
-    let failed =
-        |error: io::Error| refuse(error.to_string(), "Check the path and its permissions.");
+    let failed = |error: io::Error| refused(path, &error);
     let metadata = fs::metadata(path).map_err(failed)?;
     if !metadata.is_file() {
         let what = if metadata.is_dir() { "it is a folder" } else { "it is a pipe or a device" };
@@ -36,17 +90,15 @@ pub fn open(path: &Path, most: u64) -> Result<File, InputError> {
     }
     let file = File::open(path).map_err(failed)?;
     let canonical = path.canonicalize().map_err(failed)?;
-    let mut read = READ.lock().unwrap_or_else(PoisonError::into_inner);
-    if !read.contains(&canonical) {
-        read.push(canonical);
-    }
-    Ok(file)
+    remember(&canonical, None);
+    Ok(InputReader { file, canonical, hasher: Sha256::new() })
 }
 
 /// Canonical paths of every input file that was read so far, those that other files name included:
 /// what no output may overwrite.
 pub fn files_read() -> Vec<PathBuf> {
-    READ.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    let read = READ.lock().unwrap_or_else(PoisonError::into_inner);
+    read.iter().map(|(path, _)| path.clone()).collect()
 }
 
 /// The name to show and the text of a file.
@@ -56,10 +108,8 @@ pub fn files_read() -> Vec<PathBuf> {
 pub fn read_text(path: &Path) -> Result<(String, String), InputError> {
     let name = path.display().to_string();
     let mut bytes = Vec::new();
-    open(path, MOST_TEXT)?.take(MOST_TEXT).read_to_end(&mut bytes).map_err(|error| {
-        let message = format!("cannot be read: {error}; expected a file");
-        Source::new(&name, "").error_of_file(message, "Check the path and its permissions.")
-    })?;
+    let reader = open(path, MOST_TEXT)?;
+    reader.take(MOST_TEXT).read_to_end(&mut bytes).map_err(|error| refused(path, &error))?;
     let text = String::from_utf8(bytes).map_err(|error| {
         let good = error.utf8_error().valid_up_to();
         let byte = error.as_bytes()[good];

@@ -25,13 +25,16 @@ pub mod weld;
 pub use control::{CascadeGains, CompensationLimits, Control, ParallelGains};
 pub use document::{Bounds, Document, FILL_IN, Table, did_you_mean, nearest};
 pub use error::{InputError, Source, printable};
-pub use file::{files_read, folder_of, open, read_text, remove_stale, write_atomically};
+pub use file::{
+    InputReader, files_read, folder_of, hash_of_file, open, read_text, remove_stale,
+    write_atomically,
+};
 pub use model::{Comments, EffectComments, ModelEffect, ModelFile, Scope};
 pub use process::{Process, Ripple};
 pub use quantity::{Quantity, check_option, quantity, warnings};
 pub use robot::RobotFile;
 pub use sensors::{ForceSensor, SeamSensor, Sensors};
-pub use unit::unit_of;
+pub use unit::{unit_of, unit_suffix};
 pub use urdf::{import_urdf, import_urdf_text};
 pub use weld::Weld;
 

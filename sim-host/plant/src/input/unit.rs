@@ -28,7 +28,24 @@ const UNITS: &[(&str, &str)] = &[
     ("_s", "s"),
 ];
 
+/// A name without the ending that states its unit, and the unit as messages write it.
+pub fn unit_suffix(name: &str) -> Option<(&str, &'static str)> {
+    UNITS.iter().find_map(|(suffix, unit)| Some((name.strip_suffix(suffix)?, *unit)))
+}
+
 /// The unit that a key or a column states by its ending, as messages write it.
 pub fn unit_of(key: &str) -> Option<&'static str> {
-    UNITS.iter().find(|(suffix, _)| key.ends_with(suffix)).map(|(_, unit)| *unit)
+    unit_suffix(key).map(|(_, unit)| unit)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_ending_hides_a_longer_one() {
+        for (k, (long, unit)) in UNITS.iter().enumerate() {
+            assert_eq!(unit_suffix(&format!("x{long}")), Some(("x", *unit)), "entry {k}");
+        }
+    }
 }
