@@ -3,6 +3,7 @@
 //!
 //! No test lives here, and nothing here computes what a test is to judge.
 
+#[path = "../../sim-host/plant/tests/cell/support.rs"]
 pub mod cell;
 pub mod corpus;
 pub mod resonance;

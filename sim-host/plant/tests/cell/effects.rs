@@ -1,6 +1,8 @@
 //! Every effect of the library does in the plant what its equation says, can be seen by whoever
 //! fits it, and leaves a weld that runs.
 
+use crate::support::{Fixtures, law};
+use crate::{KR500, fixture};
 use nalgebra::Vector3;
 use trueweld_core::spatial::rotation_from_vector;
 use trueweld_core::{JointVector, Wrench};
@@ -11,8 +13,6 @@ use trueweld_plant::integrate::rest;
 use trueweld_plant::process::reaction;
 use trueweld_plant::robot::{Channel, Drives, Readings};
 use trueweld_plant::simulate::{Controller, Program, RecordRow, RunError, Seam, run};
-use trueweld_tests::cell::{Fixtures, law};
-use trueweld_tests::{KR500, fixture};
 
 /// One of each, at a joint where it matters in the first weld, of a size that a laboratory would
 /// look for.

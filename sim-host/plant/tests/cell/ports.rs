@@ -1,6 +1,8 @@
 //! Every named port of the plant: a term put there acts as its port says, and nothing else changes.
 //! Then the library's effects, by their equations.
 
+use crate::KR500;
+use crate::support::{Fixtures, free_cell, law};
 use nalgebra::Vector3;
 use trueweld_core::{JointVector, Wrench};
 use trueweld_plant::cell::State;
@@ -10,8 +12,6 @@ use trueweld_plant::robot::{
     Channel, Drives, JointState, Port, ProcessPoint, Readings, Term, ValueDerivative,
 };
 use trueweld_plant::simulate::{Controller, Program, run};
-use trueweld_tests::KR500;
-use trueweld_tests::cell::{Fixtures, free_cell, law};
 
 const POSTURE: [f64; 6] = [0.286, -0.932, 1.944, 0.1, 0.559, 0.286];
 

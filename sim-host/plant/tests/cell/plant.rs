@@ -1,14 +1,15 @@
 //! The elastic robot and its contact as a physical system: energy, rest, the rigid limit, and the
 //! accuracy of the default integrator.
 
+use crate::KR500;
+use crate::numbers::seen;
+use crate::support::{Fixtures, free_cell, law};
 use nalgebra::Vector3;
 use trueweld_core::{JointVector, Robot, Wrench};
 use trueweld_plant::cell::{Cell, State};
 use trueweld_plant::integrate::{Integrator, Stepper, Tolerance, rest};
 use trueweld_plant::robot::{Port, ProcessPoint, Term};
 use trueweld_plant::simulate::{Controller, Program, RecordRow, Scenario, Seam, run, start_angles};
-use trueweld_tests::cell::{Fixtures, free_cell, law};
-use trueweld_tests::{KR500, seen};
 
 /// A posture in the middle of the first weld.
 const POSTURE: [f64; 6] = [0.286, -0.932, 1.944, 0.1, 0.559, 0.286];
