@@ -133,9 +133,9 @@ fn a_campaign_has_the_documented_form() {
 fn a_seed_gives_the_same_bytes_and_another_seed_other_ones() {
     let recipe = |seed| {
         let protocol = Protocol { welds: 0, ..Protocol::short() };
-        Recipe { protocol, ..Recipe::plain(seed) }
-            .with_nuisance(0.03, 5e-5, 5e-5)
-            .with_effect(LABORATORY.draw("hysteresis", 1.0, &Protocol::short(), seed).expect("drawn"))
+        Recipe { protocol, ..Recipe::plain(seed) }.with_nuisance(0.03, 5e-5, 5e-5).with_effect(
+            LABORATORY.draw("hysteresis", 1.0, &Protocol::short(), seed).expect("drawn"),
+        )
     };
     let (first, again, other) = (made(&recipe(5)), made(&recipe(5)), made(&recipe(6)));
     assert_eq!(bytes(first.path()), bytes(again.path()));

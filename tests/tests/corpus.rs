@@ -22,7 +22,11 @@ fn examined(name: &str, seed: u64, hidden: Hidden) -> Judged {
 }
 
 fn effect(id: &str, seed: u64) -> Judged {
-    examined(id, seed, Hidden::One(LABORATORY.draw(id, 1.0, &Protocol::short(), seed).expect("drawn")))
+    examined(
+        id,
+        seed,
+        Hidden::One(LABORATORY.draw(id, 1.0, &Protocol::short(), seed).expect("drawn")),
+    )
 }
 
 #[test]

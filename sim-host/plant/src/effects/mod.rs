@@ -100,7 +100,9 @@ pub enum InstallError {
     #[error("an effect has no identifier: expected `id` to be stated")]
     NoId,
     /// An effect that would do nothing.
-    #[error("the effect `{0}` does not state its `action`: expected a term, or a change of robot or process")]
+    #[error(
+        "the effect `{0}` does not state its `action`: expected a term, or a change of robot or process"
+    )]
     NoAction(&'static str),
     /// Two effects of one identifier.
     #[error("two effects have the identifier `{0}`")]
