@@ -3,7 +3,7 @@
 //! A campaign is a folder with `campaign.toml`. All its logs are of one robot; whether they fit the
 //! model is found out later.
 
-use crate::data::log::{LOG_FILE, Log, name_of};
+use crate::data::log::{LOG_FILE, Log, name_of, piece_name};
 use std::path::{Path, PathBuf};
 use trueweld_plant::input::{Document, FileKind, InputError, Source, read_text};
 
@@ -58,9 +58,13 @@ impl Campaign {
         }
         let mut logs = Vec::with_capacity(folders.len());
         for (listed, path) in folders {
-            let mut log = Log { name: listed.to_owned(), ..Log::read(path)? };
-            log.files.push(folder.join(CAMPAIGN_FILE));
-            logs.push(log);
+            let pieces = Log::read_pieces(path)?;
+            let count = pieces.len();
+            for (number, log) in pieces.into_iter().enumerate() {
+                let mut log = Log { name: piece_name(listed, number, count), ..log };
+                log.files.push(folder.join(CAMPAIGN_FILE));
+                logs.push(log);
+            }
         }
         of_one_robot(&logs)?;
         Ok(Self { name: name_of(folder), model, logs })
@@ -84,7 +88,7 @@ pub fn read_logs(paths: &[PathBuf]) -> Result<(Option<PathBuf>, Vec<Log>), Input
             models.push(campaign.model);
             campaign.logs
         } else if folder.join(LOG_FILE).is_file() {
-            vec![Log::read(&folder)?]
+            Log::read_pieces(&folder)?
         } else {
             let found = match path.exists() {
                 true => format!("holds neither {LOG_FILE} nor {CAMPAIGN_FILE}"),
@@ -96,8 +100,9 @@ pub fn read_logs(paths: &[PathBuf]) -> Result<(Option<PathBuf>, Vec<Log>), Input
             );
             return Err(Source::new(&path.display().to_string(), "").error_of_file(message, help));
         };
+        let before = logs.len();
         for log in read {
-            if logs.iter().any(|other| same(&other.path, &log.path)) {
+            if logs[..before].iter().any(|other| same(&other.path, &log.path)) {
                 let message = "this log is given twice; expected each log once";
                 let help = "A log that counts twice would weigh twice. Is it part of a campaign that is given too?";
                 return Err(

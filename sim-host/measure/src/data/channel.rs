@@ -43,8 +43,6 @@ pub(crate) struct ChannelEntry {
     pub columns: &'static [&'static str],
     /// True where a log has all of its columns or none.
     pub together: bool,
-    /// True where no row may be without a value.
-    pub every_row: bool,
     /// Key of its noise in `log.toml`; empty where it has none.
     pub noise: &'static str,
     /// Largest noise that an instrument of a cell may have, in the unit.
@@ -71,7 +69,6 @@ impl ChannelEntry {
             instrument: name,
             columns,
             together: false,
-            every_row: false,
             noise: "",
             most_noise: 0.0,
             most: (1e6, "another unit"),
@@ -86,14 +83,12 @@ use LogKind::{FreeMotion, StaticLoad, Weld};
 /// Every channel, in the order in which columns are numbered.
 pub(crate) static CHANNELS: [ChannelEntry; 10] = [
     ChannelEntry {
-        every_row: true,
         most: (1e10, "milliseconds or less"),
         needed: &LogKind::ALL,
         ..ChannelEntry::new(LogChannel::Time, "time", "s", &["t_s"])
     },
     ChannelEntry {
         instrument: "the encoders",
-        every_row: true,
         noise: "encoder_rad",
         most_noise: 0.1,
         most: (7.0, "degrees"),

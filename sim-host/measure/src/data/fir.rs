@@ -19,7 +19,7 @@ pub struct LowPass {
 }
 
 /// Modified Bessel function I₀.
-fn bessel(x: f64) -> f64 {
+pub(super) fn bessel(x: f64) -> f64 {
     let (mut sum, mut term, mut k) = (1.0, 1.0, 1.0);
     while term > 1e-17 * sum {
         term *= (x / (2.0 * k)) * (x / (2.0 * k));

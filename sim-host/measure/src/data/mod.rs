@@ -2,7 +2,9 @@
 
 pub mod campaign;
 pub mod channel;
+pub mod clock;
 pub mod fir;
 mod kind;
 pub mod log;
 pub mod noise;
+pub mod resample;

@@ -276,7 +276,7 @@ impl<'d> Table<'d> {
     }
 
     /// The keys, in the file's order.
-    pub(crate) fn keys(&self) -> Vec<&'d str> {
+    pub fn keys(&self) -> Vec<&'d str> {
         let mut keys: Vec<_> = self.table.keys().collect();
         keys.sort_by_key(|key| key.span().start);
         keys.into_iter().map(|key| key.get_ref().as_ref()).collect()
@@ -593,6 +593,13 @@ impl<'d> Table<'d> {
             Ok(value) => value.wrong(expected, help),
             Err(missing) => missing,
         }
+    }
+
+    /// An error at a key: it is not what was expected.
+    pub fn wrong_key(&self, key: &str, expected: &str, help: impl Into<String>) -> InputError {
+        let span = self.table.get_key_value(key).map_or(self.span.clone(), |(key, _)| key.span());
+        let message = format!("`{}` {}; expected {expected}", key.escape_debug(), self.place);
+        self.source.error(span, message, "not this", help)
     }
 
     /// An error within the text under a key, at a byte range of that text; at all of it where the

@@ -16,6 +16,8 @@ pub(super) struct Lines<R> {
     name: String,
     input: BufReader<R>,
     parser: Reader,
+    /// Any number of blanks and tabs is one separator.
+    blanks: bool,
     /// Of the current line, from 1; 0 before the first.
     number: usize,
     /// The current line with `\n` as its ending.
@@ -30,12 +32,15 @@ pub(super) struct Lines<R> {
 }
 
 impl<R: Read> Lines<R> {
-    /// Lines of a file that errors call `name`.
-    pub fn new(name: String, input: R) -> Self {
+    /// Lines of a file that errors call `name`, with this byte between the fields.
+    pub fn new(name: String, input: R, delimiter: u8) -> Self {
+        let mut parser = ReaderBuilder::new();
+        parser.terminator(Terminator::Any(b'\n')).delimiter(delimiter);
         Self {
             name,
             input: BufReader::with_capacity(1 << 16, input),
-            parser: ReaderBuilder::new().terminator(Terminator::Any(b'\n')).build(),
+            parser: parser.build(),
+            blanks: delimiter == b' ',
             number: 0,
             line: Vec::new(),
             values: Vec::new(),
@@ -104,6 +109,10 @@ impl<R: Read> Lines<R> {
         self.parser.reset();
         self.ends.clear();
         self.spans.clear();
+        if self.blanks {
+            self.split_at_blanks();
+            return;
+        }
         // Values are never longer than what they are read from.
         self.values.resize(self.line.len() + 1, 0);
         let (mut start, mut read, mut written) = (0, 0, 0);
@@ -130,6 +139,28 @@ impl<R: Read> Lines<R> {
         }
     }
 
+    fn split_at_blanks(&mut self) {
+        self.values.clear();
+        let mut start = None;
+        for (at, byte) in self.line.iter().enumerate() {
+            match (byte.is_ascii_whitespace(), start) {
+                (false, None) => start = Some(at),
+                (true, Some(from)) => {
+                    self.values.extend_from_slice(&self.line[from..at]);
+                    self.ends.push(self.values.len());
+                    self.spans.push(from..at);
+                    start = None;
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// Number of the line, from 1.
+    pub fn number(&self) -> usize {
+        self.number
+    }
+
     /// Number of fields in the line.
     pub fn width(&self) -> usize {
         self.ends.len()
@@ -142,14 +173,6 @@ impl<R: Read> Lines<R> {
         };
         let start = if index == 0 { 0 } else { self.ends[index - 1] };
         self.values[start..*end].trim_ascii()
-    }
-
-    /// A field as an error shows it: on one line, and cut where it is long.
-    pub fn shown(&self, index: usize) -> String {
-        let text = String::from_utf8_lossy(self.field(index)).into_owned();
-        let short: String = text.chars().take(40).collect();
-        let dots = if short.len() < text.len() { " …" } else { "" };
-        format!("`{}{dots}`", short.escape_debug())
     }
 
     /// The line without its ending.

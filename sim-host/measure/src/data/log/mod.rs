@@ -1,40 +1,56 @@
-//! A recorded log: a folder with `log.toml`, which says what was done, and `samples.csv`, what was
-//! measured.
+//! A recorded log: a folder with `log.toml`, which says what was done, and the files that hold what
+//! was measured.
+//!
+//! `samples.csv` with the columns of [`crate::data::channel`] needs no more; other files are mapped
+//! by `files`, `[clock]`, `[columns]` and `[reflectors]`. One way leads through both:
+//!
+//! ```text
+//! file ─ rows ─► named columns ─ columns ─► SI units, checked ─ track ─► join ─► rows of the log
+//! text, …                        [columns]                      [clock], [reflectors]
+//! ```
 //!
 //! A log that was read is complete and plausible: every required column is there, every number
 //! parsed, the time rises, and no channel is in another unit than its name says. Rows are read as a
-//! stream; what is held is the columns. Left out: resampling, filtering, and filling in of missing
-//! values, which are up to the prediction.
+//! stream; what is held is the columns. Left out: filtering, and filling in of missing values but
+//! short gaps of the encoders, which are up to the prediction.
 
 mod columns;
+mod files;
+mod join;
 mod lines;
+mod pose;
+mod rows;
 mod samples;
+mod source;
+mod text;
+mod track;
+pub mod units;
 
+pub use columns::{ColumnMapping, channel_name, channel_named, dimension};
+pub use files::SAMPLES_FILE;
+pub use join::LogClock;
 pub use samples::{Payload, Samples};
 
-use super::channel::{CHANNELS, LogChannel};
+use super::channel::{CHANNELS, COUNT, LogChannel};
 pub use super::kind::LogKind;
-use columns::Header;
-use lines::Lines;
+use columns::{Bound, Header};
+use files::Plan;
+use join::{Join, Joined};
 use nalgebra::Vector3;
-use samples::Expected;
+use rows::Rows;
 use std::io::Read;
 use std::path::{Path, PathBuf};
-use trueweld_core::JOINTS;
+use std::sync::Arc;
+use track::{Expected, Track};
+use trueweld_core::{JOINTS, Pose};
 use trueweld_plant::input::document::nearest;
 use trueweld_plant::input::{
     Bounds, Document, FileKind, InputError, InputFile, Process, RobotFile, Source, Table, Weld,
-    open, read_text,
+    read_text,
 };
 
 /// Name of the file that says what a log is.
 pub const LOG_FILE: &str = "log.toml";
-
-/// Name of the file with the rows.
-pub const SAMPLES_FILE: &str = "samples.csv";
-
-/// Most bytes of the rows: the columns are held in memory, where they take about as much.
-const MOST_SAMPLES: u64 = 4 << 30;
 
 /// Noise as the instruments' makers state it: one standard deviation a column. `None`: not stated.
 ///
@@ -71,6 +87,27 @@ impl Noise {
             motor_torque: deviation(table, header, LogChannel::MotorTorque)?,
             link_encoder: deviation(table, header, LogChannel::LinkEncoder)?,
         })
+    }
+
+    /// What becomes of it where a column's variance is changed by a factor.
+    fn propagated(&self, gain: &[f64; COUNT]) -> Self {
+        fn scaled<const N: usize>(
+            noise: Option<[f64; N]>,
+            channel: LogChannel,
+            gain: &[f64; COUNT],
+        ) -> Option<[f64; N]> {
+            let factor = |i: usize| gain[channel.columns().start + i].sqrt();
+            noise.map(|noise| std::array::from_fn(|i| noise[i] * factor(i)))
+        }
+        Self {
+            position: scaled(self.position, LogChannel::Position, gain),
+            rotation: scaled(self.rotation, LogChannel::Rotation, gain),
+            encoder: scaled(self.encoder, LogChannel::Encoder, gain),
+            force: scaled(self.force, LogChannel::Force, gain),
+            moment: scaled(self.moment, LogChannel::Moment, gain),
+            motor_torque: scaled(self.motor_torque, LogChannel::MotorTorque, gain),
+            link_encoder: scaled(self.link_encoder, LogChannel::LinkEncoder, gain),
+        }
     }
 }
 
@@ -137,35 +174,70 @@ pub struct Log {
     pub notices: Vec<String>,
     /// Text of `log.toml`, for errors that point into it.
     pub source: Source,
+    /// How the files became the rows.
+    pub origin: Origin,
+}
+
+/// How the files of a log became its rows.
+#[derive(Debug, Clone, Default)]
+pub struct Origin {
+    /// The entries of `[columns]`.
+    pub columns: Vec<ColumnMapping>,
+    /// The clocks of its instruments.
+    pub clocks: Vec<LogClock>,
+    /// The point of the tool that the tracker saw, in T, m, where it is not the tool centre point.
+    pub target: Option<Vector3<f64>>,
+    /// What stands on clocks that were fitted.
+    later: Arc<Vec<Track>>,
 }
 
 impl Log {
-    /// Reads the log in a folder, with the robot, weld and process that it names.
+    /// Reads the log in a folder, with the robot, weld and process that it names: of one that gaps
+    /// cut into pieces the longest.
     ///
     /// # Errors
     /// The first thing that does not fit, with file, line and column.
     pub fn read(folder: impl AsRef<Path>) -> Result<Self, InputError> {
-        let folder = folder.as_ref();
-        let (_, text) = read_text(&folder.join(LOG_FILE))?;
-        let rows = open(&folder.join(SAMPLES_FILE), MOST_SAMPLES)?;
-        Self::parse(&text, rows, folder)
+        Ok(longest(Self::read_pieces(folder)?))
     }
 
-    /// Reads a log from the text of its `log.toml` and its rows; `folder` is where its paths start
-    /// and what errors name.
+    /// Reads the log in a folder. Where the encoders, which drive the model, were not recorded for
+    /// a while, it is cut into pieces, each a log of its own.
+    ///
+    /// # Errors
+    /// As [`Log::read`].
+    pub fn read_pieces(folder: impl AsRef<Path>) -> Result<Vec<Self>, InputError> {
+        let folder = folder.as_ref();
+        let (_, text) = read_text(&folder.join(LOG_FILE))?;
+        Self::parse_pieces(&text, None, folder)
+    }
+
+    /// Reads a log from the text of its `log.toml` and its rows, as of `samples.csv`; `folder` is
+    /// where its paths start and what errors name.
     ///
     /// # Errors
     /// As [`Log::read`].
     pub fn parse(text: &str, samples: impl Read, folder: &Path) -> Result<Self, InputError> {
+        let mut samples = samples;
+        Ok(longest(Self::parse_pieces(text, Some(&mut samples), folder)?))
+    }
+
+    fn parse_pieces(
+        text: &str,
+        samples: Option<&mut dyn Read>,
+        folder: &Path,
+    ) -> Result<Vec<Self>, InputError> {
         let file = folder.join(LOG_FILE).display().to_string();
         let document = Document::parse(text, &file)?;
         let root = document.root_of(FileKind::Log.schema())?;
-        root.only(&["schema", "kind", "robot", "weld", "process", "period_s", "noise"])?;
+        let mut keys = vec!["schema", "kind", "robot", "weld", "process", "period_s", "noise"];
+        keys.extend(files::KEYS);
+        root.only(&keys)?;
         let kind = kind(&root)?;
-        let mut files = vec![folder.join(LOG_FILE), folder.join(SAMPLES_FILE)];
+        let mut read = vec![folder.join(LOG_FILE)];
         let mut named = |key| {
             let file = root.file(key, folder)?;
-            files.push(file.clone());
+            read.push(file.clone());
             Ok::<PathBuf, InputError>(file)
         };
         let robot = RobotFile::read(named("robot")?)?;
@@ -175,9 +247,38 @@ impl Log {
             if wanted("process") { Some(Process::read(named("process")?)?) } else { None };
         let period =
             root.has("period_s").then(|| root.number("period_s", Bounds::Positive)).transpose()?;
+        let plan = Plan::read(&root, folder)?;
+        read.extend(plan.files.iter().map(|file| file.path.clone()));
 
-        let mut lines = Lines::new(folder.join(SAMPLES_FILE).display().to_string(), samples);
-        let header = Header::read(&mut lines, kind)?;
+        let mut samples = samples;
+        let mut opened: Vec<Box<dyn Rows + '_>> = Vec::with_capacity(plan.files.len());
+        for entry in &plan.files {
+            opened.push(match samples.take() {
+                Some(input) => source::open_text(entry, input)?,
+                None => source::open(entry)?,
+            });
+        }
+        let bounds = opened
+            .iter()
+            .zip(&plan.files)
+            .map(|(rows, entry)| Bound::new(rows.as_ref(), &entry.written, &plan.columns))
+            .collect::<Result<Vec<_>, _>>()?;
+        let names: Vec<&[String]> = opened.iter().map(|rows| rows.names()).collect();
+        plan.all_found(&root, &names)?;
+        once(&opened, &bounds)?;
+        let header = Header::of(&bounds);
+        let plain = plan.columns.is_empty();
+        if plain {
+            for (rows, bound) in opened.iter().zip(&bounds) {
+                header.refuse_near_misses(rows.as_ref(), kind, &bound.others)?;
+            }
+        }
+        let columns = if plain { None } else { Some(root.table("columns")?) };
+        let only = match (opened.as_slice(), bounds.as_slice()) {
+            ([rows], [bound]) => Some((rows.as_ref(), bound)),
+            _ => None,
+        };
+        header.require(kind, only, columns.as_ref().unwrap_or(&root))?;
         // Before the rows, of which there may be a gigabyte.
         let noise = if root.has("noise") {
             Noise::read(&root.table("noise")?, &header)?
@@ -185,22 +286,86 @@ impl Log {
             Noise::default()
         };
         let mut notices = header.notices(kind);
-        let samples =
-            Expected { kind, robot: &robot, period }.read(&mut lines, &header, &mut notices)?;
-        Ok(Self {
-            path: folder.to_owned(),
-            files,
-            name: name_of(folder),
-            kind,
-            robot,
-            weld,
-            process,
-            period,
-            noise,
-            samples,
-            notices,
-            source: Source::new(&file, text),
-        })
+        let leads = leader(&bounds);
+        let mut tracks = Vec::with_capacity(opened.len());
+        let mut last: Option<Box<dyn Rows + '_>> = None;
+        for (k, mut rows) in opened.into_iter().enumerate() {
+            let period = period.filter(|_| k == leads);
+            let entry = &plan.files[k];
+            let expected = Expected { kind, robot: &robot, period };
+            tracks.push(expected.read(rows.as_mut(), &bounds[k], entry.clock.clone())?);
+            if k == leads {
+                last = Some(rows);
+            }
+        }
+        let join = Join { kind, robot: &robot, period, plan: &plan, root: &root };
+        let Joined { mut columns, gain, clocks, target, later } = join.run(tracks, &mut notices)?;
+        let file_error = |message: String, help: &str| match &last {
+            Some(rows) => rows.error_of_file(message, help),
+            None => Source::new(&file, "").error_of_file(message, help),
+        };
+        columns
+            .drop_empty(kind, &header, &mut notices)
+            .map_err(|(message, help)| file_error(message, help))?;
+        let period = period.map(|period| {
+            // What a thinned log has.
+            let now = super::resample::median_step(&columns.time);
+            if now > 1.5 * period { now } else { period }
+        });
+        let all = join::pieces(&mut columns, kind, period, &header, &mut notices);
+        let least = if kind == LogKind::StaticLoad { 1 } else { 2 };
+        let pieces: Vec<_> = all.into_iter().filter(|piece| piece.len() >= least).collect();
+        if pieces.is_empty() {
+            let message =
+                "no row has a value of every encoder; expected them, they drive the model";
+            return Err(file_error(message.to_owned(), "Were the encoders recorded?"));
+        }
+        let origin = Origin { columns: plan.columns.clone(), clocks, target, later };
+        let count = pieces.len();
+        let whole = name_of(folder);
+        let log = |(number, rows): (usize, std::ops::Range<usize>)| {
+            let mut samples = Samples::default();
+            let mut part = if count == 1 && rows.len() == columns.time.len() {
+                std::mem::take(&mut columns)
+            } else {
+                columns.rows(rows)
+            };
+            samples.take(&mut part, kind);
+            let name = piece_name(&whole, number, count);
+            Self {
+                path: folder.to_owned(),
+                files: read.clone(),
+                name,
+                kind,
+                robot: robot.clone(),
+                weld: weld.clone(),
+                process: process.clone(),
+                period,
+                noise: noise.propagated(&gain),
+                samples,
+                // Once, not with every piece.
+                notices: if number == 0 { notices.clone() } else { Vec::new() },
+                source: Source::new(&file, text),
+                origin: origin.clone(),
+            }
+        };
+        Ok(pieces.into_iter().enumerate().map(log).collect())
+    }
+
+    /// Fits the clocks of instruments that were not given once more: to the motion that a model
+    /// predicts, which bends as the arm does. `poses`: of the tool, at the rows.
+    pub fn refit_clocks(&mut self, poses: &[Pose<f64>]) {
+        let Self { samples, origin, kind, .. } = self;
+        let later = Arc::clone(&origin.later);
+        if later.is_empty() || poses.len() != samples.time.len() {
+            return;
+        }
+        let refitted =
+            join::refit(&samples.time, poses, origin.target, &mut origin.clocks, &later, *kind);
+        if let Some(mut columns) = refitted {
+            columns.time.clear();
+            samples.take(&mut columns, *kind);
+        }
     }
 
     /// Checks that the log was recorded on this robot: same name, same joints, same geometry up to
@@ -221,6 +386,49 @@ impl Log {
             Err(error) => Err(error),
         }
     }
+}
+
+/// The longest of the pieces of a log.
+fn longest(pieces: Vec<Log>) -> Log {
+    let notices: Vec<String> = pieces.iter().flat_map(|p| p.notices.clone()).collect();
+    let longest = pieces.into_iter().max_by_key(|log| log.samples.len());
+    let mut log = longest.expect("a log has a piece");
+    log.notices = notices;
+    log
+}
+
+/// Name of a piece of a log; the log's own where it is whole.
+pub(crate) fn piece_name(whole: &str, number: usize, count: usize) -> String {
+    if count == 1 { whole.to_owned() } else { format!("{whole}, {} of {count}", number + 1) }
+}
+
+/// Which file has the encoders, or most of them.
+fn leader(bounds: &[Bound]) -> usize {
+    let encoders = |bound: &Bound| {
+        let encoder = LogChannel::Encoder.columns();
+        bound.bindings.iter().filter(|b| encoder.contains(&b.column)).count()
+    };
+    (0..bounds.len()).rev().max_by_key(|k| encoders(&bounds[*k])).unwrap_or(0)
+}
+
+/// No channel but the time may be read from two files.
+fn once(opened: &[Box<dyn Rows + '_>], bounds: &[Bound]) -> Result<(), InputError> {
+    for (k, bound) in bounds.iter().enumerate() {
+        for binding in &bound.bindings {
+            let column = binding.column;
+            let earlier = bounds[..k].iter().any(|b| b.bindings.iter().any(|b| b.column == column));
+            if earlier && !LogChannel::Time.columns().contains(&column) {
+                let message = format!(
+                    "column {} is `{}`, which another file has; expected each channel once",
+                    opened[k].shown(binding.field),
+                    channel_name(column)
+                );
+                let help = "Leave out one of the two. Where both files have a header of this name, write                             \"FILE:HEADER\" in [columns].";
+                return Err(opened[k].error_at(Some(binding.field), message, "again", help));
+            }
+        }
+    }
+    Ok(())
 }
 
 fn kind(root: &Table<'_>) -> Result<LogKind, InputError> {
