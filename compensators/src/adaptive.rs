@@ -272,7 +272,7 @@ impl<T: Real> Compensator<T> for Adaptive<T> {
         let regressor = Self::regressor(robot, observation)?;
         self.history.remember(robot, observation, &planned)?;
         let evenly = self.feeds_evenly(observation.path) && !self.frozen;
-        for measurement in observation.sightings {
+        for measurement in observation.measurements {
             self.learn(&regressor, measurement, evenly);
         }
         Ok(planned + Twist::from_vector(&(regressor * self.unknown)))

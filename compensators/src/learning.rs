@@ -193,7 +193,7 @@ impl<T: Real, L: Compensator<T>> Compensator<T> for Learning<T, L> {
             if self.push > T::zero() { (push / self.push).max(T::zero()) } else { T::zero() };
         let correction = self.correction(observation.path) * raised;
         if raised >= lit(FULL) && !self.frozen {
-            for measurement in observation.sightings {
+            for measurement in observation.measurements {
                 self.see(measurement, observation.path, &correction);
             }
         }

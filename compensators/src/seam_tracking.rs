@@ -178,7 +178,7 @@ impl<T: Real, L: Compensator<T>> Compensator<T> for SeamTracking<T, L> {
         let turns = self.shape * speed;
         let share = turns / (T::one() + turns);
         self.arrive(observation.path);
-        for measurement in observation.sightings {
+        for measurement in observation.measurements {
             self.correct(measurement, observation.path, share);
         }
         Ok(inner + Twist::from_vector(&self.learned))

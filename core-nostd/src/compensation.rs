@@ -61,7 +61,7 @@ pub struct Observation<'a, T: Real> {
     /// The load that the weld was planned with at this instant: on the tool, at the TCP, axes of W.
     pub planned: Wrench<T>,
     /// Measurements from outside the robot since the last period; may be empty.
-    pub sightings: &'a [DeviationMeasurement<T>],
+    pub measurements: &'a [DeviationMeasurement<T>],
 }
 
 impl<'a, T: Real> Observation<'a, T> {
@@ -71,7 +71,14 @@ impl<'a, T: Real> Observation<'a, T> {
         nominal: &'a Pose<T>,
         sensed: &'a SensorReadings<T>,
     ) -> Self {
-        Self { setpoint, nominal, sensed, path: T::zero(), planned: Wrench::zero(), sightings: &[] }
+        Self {
+            setpoint,
+            nominal,
+            sensed,
+            path: T::zero(),
+            planned: Wrench::zero(),
+            measurements: &[],
+        }
     }
 
     /// How far the encoders' pose lies from the nominal one, axes of W.

@@ -39,7 +39,7 @@ fn law<T: Real, L: Compensator<T>>(criterion: &mut Criterion, name: &str, mut la
             let observation = Observation {
                 path: lit((1.2e-4 * k) % 2.0),
                 planned: load,
-                sightings: &seen,
+                measurements: &seen,
                 ..Observation::of_robot(&setpoint, &nominal, &sensed)
             };
             law.demand(&robot, black_box(&observation))

@@ -205,8 +205,8 @@ impl Compensator<f64> for Trusting {
         robot: &Robot<f64>,
         observation: &Observation<'_, f64>,
     ) -> Result<Twist<f64>, Fault> {
-        for sighting in observation.sightings.iter().filter(|s| s.is_usable()) {
-            self.learned.linear -= sighting.along.linear * (sighting.deviation * self.share);
+        for measurement in observation.measurements.iter().filter(|s| s.is_usable()) {
+            self.learned.linear -= measurement.along.linear * (measurement.deviation * self.share);
         }
         Ok(FeedForward.demand(robot, observation)? + self.learned)
     }

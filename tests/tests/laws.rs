@@ -57,7 +57,7 @@ impl World {
         let observation = Observation {
             path,
             planned: weld_wrench().rotated(&(weld_axes().transpose() * nominal.rotation)),
-            sightings: if see { &seen } else { &[] },
+            measurements: if see { &seen } else { &[] },
             ..Observation::of_robot(&setpoint, &nominal, &sensed)
         };
         let demand = law.demand(&KR500, &observation).expect("a demand");
@@ -101,14 +101,14 @@ fn on_the_weld(y: f64) -> JointVector<f64> {
         .expect("a branch within the limits")
 }
 
-fn sighting(deviation: f64, along: Twist<f64>) -> DeviationMeasurement<f64> {
+fn measurement(deviation: f64, along: Twist<f64>) -> DeviationMeasurement<f64> {
     DeviationMeasurement { deviation, along, noise: 5e-5, age: 0.0, ahead: AHEAD }
 }
 
 fn seam_sensor(deviation: &Twist<f64>) -> [DeviationMeasurement<f64>; 2] {
     let across = Twist { angular: Vector3::z() * AHEAD, linear: Vector3::y() };
     let tilted = Twist { angular: Vector3::x(), linear: Vector3::zeros() };
-    [across, tilted].map(|along| sighting(along.to_vector().dot(&deviation.to_vector()), along))
+    [across, tilted].map(|along| measurement(along.to_vector().dot(&deviation.to_vector()), along))
 }
 
 fn elastostatic(crosstalk: [f64; 2]) -> Elastostatic<f64> {
@@ -283,13 +283,13 @@ fn the_adaptive_law_learns_compliances_from_a_tracker_and_keeps_them() {
             .map(|i| {
                 let mut along = SVector::<f64, 6>::zeros();
                 along[i] = 1.0;
-                sighting(deviation[i], Twist::from_vector(&along))
+                measurement(deviation[i], Twist::from_vector(&along))
             })
             .collect();
         let observation = Observation {
             path,
             planned: load,
-            sightings: &seen,
+            measurements: &seen,
             ..Observation::of_robot(&setpoint, &nominal, &sensed)
         };
         let demand = law.demand(&KR500, &observation).unwrap();
@@ -505,7 +505,7 @@ proptest! {
                     _ => wrong[1].deviation = *third,
                 }
                 let path = if k % 3 == 0 { 0.1 } else { 0.1 + 1e-4 * k as f64 };
-                let observation = Observation { sightings: &wrong, path, ..plain };
+                let observation = Observation { measurements: &wrong, path, ..plain };
                 let demand = law.demand(&KR500, &observation);
                 prop_assert!(demand.is_ok_and(|d| d.is_finite()), "{:?} after {:?}", demand, wrong);
             }

@@ -72,7 +72,7 @@ fn situation(
 }
 
 /// A seam sensor 20 mm ahead that misses the seam by so much.
-fn sightings<T: Real>(miss: f64) -> [DeviationMeasurement<T>; 2] {
+fn measurements<T: Real>(miss: f64) -> [DeviationMeasurement<T>; 2] {
     let across = Twist { angular: Vector3::z() * lit::<T>(0.02), linear: Vector3::y() };
     let tilted = Twist { angular: Vector3::x(), linear: Vector3::zeros() };
     let ahead = lit(0.02);
@@ -183,8 +183,8 @@ proptest! {
         let (setpoint32, sensed32) = (cast_setpoint::<f32>(&setpoint), cast_sensed::<f32>(&sensed));
         let (nominal, nominal32) = (setpoint.pose, cast_pose(&setpoint.pose));
         let planned = weld_wrench() * load;
-        let seen_by = sightings::<f64>(miss);
-        let seen_by32 = sightings::<f32>(miss);
+        let seen_by = measurements::<f64>(miss);
+        let seen_by32 = measurements::<f32>(miss);
         for ((name, mut wide), (_, mut narrow)) in laws::<f64>().into_iter().zip(laws::<f32>()) {
             // A second of even feed, the sensor seeing the same: what is learned of it included.
             for k in 0..80 {
@@ -192,13 +192,13 @@ proptest! {
                 let a = wide.demand(&KR500, &Observation {
                     path,
                     planned,
-                    sightings: &seen_by,
+                    measurements: &seen_by,
                     ..Observation::of_robot(&setpoint, &nominal, &sensed)
                 });
                 let b = narrow.demand(&single, &Observation {
                     path: path as f32,
                     planned: cast_wrench(&planned),
-                    sightings: &seen_by32,
+                    measurements: &seen_by32,
                     ..Observation::of_robot(&setpoint32, &nominal32, &sensed32)
                 });
                 let (a, b) = (a.unwrap(), b.unwrap());

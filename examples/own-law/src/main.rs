@@ -53,7 +53,7 @@ impl Compensator<f64> for OwnLaw {
         robot: &Robot<f64>,
         observation: &Observation<'_, f64>,
     ) -> Result<Twist<f64>, Fault> {
-        let usable = observation.sightings.iter().filter(|m| m.is_usable());
+        let usable = observation.measurements.iter().filter(|m| m.is_usable());
         for across in usable.filter(|m| m.along.linear.y > 0.0) {
             let wanted = self.correction - self.share * across.deviation;
             self.correction = wanted.clamp(-self.max, self.max);

@@ -82,7 +82,7 @@ pub fn ask<T: Real>(law: &mut dyn Compensator<T>, robot: &Robot<T>, inputs: &Inp
             moment: Vector3::zeros(),
             force: Vector3::z() * lit::<T>(-18e3),
         }),
-        sightings: black_box(&seen),
+        measurements: black_box(&seen),
         ..Observation::of_robot(&inputs.setpoint, &inputs.nominal, &inputs.sensed)
     };
     black_box(black_box(law).demand(robot, &observation).is_ok());

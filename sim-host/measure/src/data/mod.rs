@@ -8,3 +8,4 @@ mod kind;
 pub mod log;
 pub mod noise;
 pub mod resample;
+pub(crate) mod rates;

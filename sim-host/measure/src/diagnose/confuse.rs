@@ -3,7 +3,6 @@
 
 use super::screen::{Context, Screened};
 use crate::fit::Slopes;
-use nalgebra::{DMatrix, DVector};
 use trueweld_plant::effects::{EffectKind, Location};
 
 /// Two hypotheses that the data cannot tell apart, or only where they are large.
@@ -31,36 +30,22 @@ const ALIKE: f64 = 0.995;
 
 /// Pairs of hypotheses at their best shapes that do nearly the same, most alike first.
 pub(super) fn confusable(ground: &Context<'_>, screened: &[Screened]) -> Vec<Confusable> {
-    let calibrations = &ground.null.slopes;
-    let Some(factor) = ground.null.linear.factor() else {
-        return Vec::new();
-    };
-    let dot = |a: &Slopes, b: &Slopes| -> f64 {
-        let pairs = a.iter().zip(b).filter_map(|(a, b)| Some((a.as_deref()?, b.as_deref()?)));
-        pairs.map(|(a, b)| crate::fit::dot(a, b)).sum()
-    };
-    // Every slope with its shadow on the calibrations.
-    let columns: Vec<(usize, &Slopes)> = screened
+    let (columns, more): (Vec<usize>, Vec<&Slopes>) = screened
         .iter()
         .enumerate()
         .flat_map(|(h, s)| s.slopes.iter().map(move |slope| (h, slope)))
-        .collect();
-    let shadows: Vec<(DVector<f64>, DVector<f64>)> = columns
-        .iter()
-        .map(|(_, slope)| {
-            let own = DVector::from_fn(calibrations.len(), |k, _| dot(&calibrations[k], slope));
-            let solved = factor.solve(&own);
-            (own, solved)
-        })
-        .collect();
-    let gram = DMatrix::from_fn(columns.len(), columns.len(), |i, j| {
-        if j > i { 0.0 } else { dot(columns[i].1, columns[j].1) - shadows[i].0.dot(&shadows[j].1) }
-    });
-    let gram = |i: usize, j: usize| if j > i { gram[(j, i)] } else { gram[(i, j)] };
-    let of =
-        |h: usize| -> Vec<usize> { (0..columns.len()).filter(|c| columns[*c].0 == h).collect() };
-    let block =
-        |a: &[usize], b: &[usize]| DMatrix::from_fn(a.len(), b.len(), |i, j| gram(a[i], b[j]));
+        .unzip();
+    let Context { null, blocks, .. } = ground;
+    let all = null.linear.extended(blocks, &null.at, &null.slopes, &more).information(None, 1.0);
+    // Without the shadow that each slope has on the calibrations.
+    let (n, m) = (null.slopes.len(), columns.len());
+    let cross = all.view((0, n), (n, m)).into_owned();
+    let Some(factor) = null.linear.factor() else {
+        return Vec::new();
+    };
+    let gram = all.view((n, n), (m, m)) - cross.tr_mul(&factor.solve(&cross));
+    let of = |h: usize| -> Vec<usize> { (0..columns.len()).filter(|c| columns[*c] == h).collect() };
+    let block = |a: &[usize], b: &[usize]| gram.select_rows(a).select_columns(b);
     let mut pairs = Vec::new();
     for a in 0..screened.len() {
         let Some(left) = block(&of(a), &of(a)).cholesky() else {

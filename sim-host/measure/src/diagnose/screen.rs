@@ -176,7 +176,8 @@ impl Context<'_> {
     /// By how much the sum of squares falls with these slopes beside all that is free, and the step
     /// that does it.
     fn gain(&self, more: &[Slopes]) -> Option<(f64, Step)> {
-        let linear = self.null.linear.extended(self.blocks, &self.null.at, &self.null.slopes, more);
+        let Fitted { linear, at, slopes, .. } = self.null;
+        let linear = linear.extended(self.blocks, at, slopes, &more.iter().collect::<Vec<_>>());
         let before = self.null.linear.solve(None, 0.0, None)?;
         let after = linear.solve(None, 0.0, None)?;
         let gain = self.null.linear.cost(&before.step) - linear.cost(&after.step);

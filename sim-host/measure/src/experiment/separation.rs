@@ -10,8 +10,10 @@
 //! ```
 
 use crate::fit::calibration::{calibrations, expected};
-use crate::fit::{self, EffectScope, FitProblem, FitState, FreeParameter, Residuals, Slopes};
-use crate::predict::Experiment;
+use crate::fit::{
+    self, EffectScope, Factor, FitProblem, FitState, FreeParameter, Linear, Residuals, Slopes,
+};
+use crate::predict::{Experiment, Prediction};
 use nalgebra::{DMatrix, DVector};
 use trueweld_plant::effects::{Effect, Location};
 
@@ -48,27 +50,21 @@ impl<'a> Context<'a> {
         let at = fit::residuals(bench, &point).ok()?;
         let own = fit::slopes(bench, &point, &point.free[self.slopes.len()..], &at, STEP);
         let slopes: Vec<&Slopes> = self.slopes.iter().chain(&own).collect();
-        let n = point.free.len();
-        let mut normal = Normal::new(n);
-        for (log, at) in at.iter().enumerate() {
-            normal.add(&slopes, log, &at.residual);
-        }
-        let step = solve(&with_priors(&normal.square, &point), &normal.slope)?;
-        let cost = fit::chi_square(&at) - normal.slope.dot(&step);
+        let linear = unexpected(bench, &at, &slopes, weights(&point));
+        let cost = linear.cost(&linear.solve(None, 0.0, None)?.step);
         // Where the model misses more than noise, the logs say less of its values than their noise
         // would have it.
         let trust = (cost / fit::count(&at).max(1) as f64).max(1.0);
-        let known = with_priors(&(normal.square / trust), &point);
+        let known = linear.information(None, trust);
         // What each log has of its own is eliminated.
         let is_shared = |k: &usize| matches!(point.free[*k].of, EffectScope::All(_));
-        let (shared, own): (Vec<usize>, Vec<usize>) = (0..n).partition(is_shared);
-        let part = |rows: &[usize], columns: &[usize]| {
-            DMatrix::from_fn(rows.len(), columns.len(), |i, j| known[(rows[i], columns[j])])
-        };
+        let (shared, own): (Vec<usize>, Vec<usize>) = (0..slopes.len()).partition(is_shared);
+        let part =
+            |rows: &[usize], columns: &[usize]| known.select_rows(rows).select_columns(columns);
         let mut left = part(&shared, &shared);
         if !own.is_empty() {
             let cross = part(&own, &shared);
-            left -= cross.tr_mul(&regular(part(&own, &own)).cholesky()?.solve(&cross));
+            left -= cross.tr_mul(&Factor::new(&part(&own, &own), 0.0)?.solve(&cross));
         }
         let free = shared.iter().map(|k| point.free[*k]).collect();
         Some(Rival { all: point.all, effects: effects.len(), free, known: left, cost })
@@ -187,7 +183,8 @@ impl PlannedTrial {
             .map(|other| {
                 let b = self.predicted(&fresh, &calibrated, other)?;
                 let apart: Vec<f64> = b.at.iter().zip(&a.at).map(|(b, a)| b - a).collect();
-                let least = b.left(other, &apart)?.min(a.left(first, &apart)?);
+                let left_of_b = b.left(&self.bench, other, &apart)?;
+                let least = left_of_b.min(a.left(&self.bench, first, &apart)?);
                 least.is_finite().then(|| least.max(0.0).sqrt())
             })
             .collect()
@@ -240,78 +237,36 @@ struct Predicted {
 
 impl Predicted {
     /// Least sum of squares and priors that a refit leaves of a difference.
-    fn left(&self, rival: &Rival, difference: &[f64]) -> Option<f64> {
-        let (n, before) = (self.point.free.len(), rival.free.len());
-        let mut normal = Normal::new(n);
-        normal.add(&self.slopes.iter().collect::<Vec<_>>(), 0, difference);
-        let mut known = normal.square;
-        let mut shared = known.view_mut((0, 0), (before, before));
+    fn left(&self, bench: &FitProblem, rival: &Rival, difference: &[f64]) -> Option<f64> {
+        let before = rival.free.len();
+        let mut weights = weights(&self.point);
+        weights.rows_mut(0, before).fill(0.0);
+        let at = vec![Prediction { residual: difference.to_vec(), motion: None }];
+        let mut linear = unexpected(bench, &at, &self.slopes.iter().collect::<Vec<_>>(), weights);
+        // What the logs so far say counts as one more block.
+        let mut shared = linear.square[0].view_mut((0, 0), (before, before));
         shared += &rival.known;
-        for (k, weight) in weights(&self.point).enumerate().skip(before) {
-            known[(k, k)] += weight;
-        }
-        let step = solve(&known, &normal.slope)?;
-        Some(difference.iter().map(|d| d * d).sum::<f64>() - normal.slope.dot(&step))
+        Some(linear.cost(&linear.solve(None, 0.0, None)?.step))
     }
 }
 
-/// Normal equations.
-struct Normal {
-    square: DMatrix<f64>,
-    slope: DVector<f64>,
-}
-
-impl Normal {
-    fn new(n: usize) -> Self {
-        Self { square: DMatrix::zeros(n, n), slope: DVector::zeros(n) }
-    }
-
-    /// Adds AᵀA and Aᵀr of one log.
-    fn add(&mut self, slopes: &[&Slopes], log: usize, residual: &[f64]) {
-        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
-        let seen: Vec<(usize, &[f64])> = slopes
-            .iter()
-            .enumerate()
-            .filter_map(|(k, s)| s[log].as_deref().map(|c| (k, c)))
-            .collect();
-        for (i, (k, a)) in seen.iter().enumerate() {
-            self.slope[*k] += dot(a, residual);
-            for (l, b) in &seen[..=i] {
-                let product = dot(a, b);
-                self.square[(*k, *l)] += product;
-                if k != l {
-                    self.square[(*l, *k)] += product;
-                }
-            }
-        }
-    }
+/// The linear model of values that are expected where they stand.
+fn unexpected(
+    bench: &FitProblem,
+    at: &Residuals,
+    slopes: &[&Slopes],
+    weights: DVector<f64>,
+) -> Linear {
+    let away = DVector::zeros(slopes.len());
+    Linear::new(&fit::blocks_of(bench), at, slopes, weights, away)
 }
 
 /// Weight of each free value's prior, in the fit's units.
-fn weights(point: &FitState) -> impl Iterator<Item = f64> {
-    point
-        .free
-        .iter()
-        .map(|free| (fit::unit(point.parameter(free), point.value(free)) / free.expected).powi(2))
-}
-
-fn with_priors(normal: &DMatrix<f64>, point: &FitState) -> DMatrix<f64> {
-    let mut normal = normal.clone();
-    for (k, weight) in weights(point).enumerate() {
-        normal[(k, k)] += weight;
-    }
-    normal
-}
-
-/// A little on the diagonal: a value that nothing depends on stays where it is.
-fn regular(mut matrix: DMatrix<f64>) -> DMatrix<f64> {
-    for k in 0..matrix.nrows() {
-        let own = matrix[(k, k)];
-        matrix[(k, k)] = if own > 0.0 { own * (1.0 + 1e-9) } else { 1.0 };
-    }
-    matrix
-}
-
-fn solve(normal: &DMatrix<f64>, slope: &DVector<f64>) -> Option<DVector<f64>> {
-    Some(regular(normal.clone()).cholesky()?.solve(slope))
+fn weights(point: &FitState) -> DVector<f64> {
+    DVector::from_iterator(
+        point.free.len(),
+        point.free.iter().map(|free| {
+            (fit::unit(point.parameter(free), point.value(free)) / free.expected).powi(2)
+        }),
+    )
 }

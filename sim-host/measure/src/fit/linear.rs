@@ -3,6 +3,7 @@
 
 use super::{BLOCKS, Residuals, Slopes};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use std::ops::Range;
 
 /// Normal equations of a linear model in blocks: Σ (r + A u)² over each block.
 #[derive(Debug, Clone)]
@@ -13,8 +14,6 @@ pub struct Linear {
     pub slope: Vec<DVector<f64>>,
     /// rᵀr of each block.
     pub rest: Vec<f64>,
-    /// Number of residuals in each block.
-    pub count: Vec<usize>,
     /// Weight of each prior.
     pub weight: DVector<f64>,
     /// Distance from what was expected.
@@ -38,13 +37,25 @@ impl Linear {
             square: vec![DMatrix::zeros(n, n); BLOCKS],
             slope: vec![DVector::zeros(n); BLOCKS],
             rest: vec![0.0; BLOCKS],
-            count: vec![0; BLOCKS],
             weight,
             away,
             hold: (DVector::zeros(n), DVector::zeros(n)),
         };
+        linear.add(blocks, at, slopes, (0..n, 0..n));
+        linear
+    }
+
+    /// Adds to the normal equations: products of the values in one range with those before them,
+    /// and with the residuals of those in the other; the residuals' own where it begins with the
+    /// first.
+    fn add(
+        &mut self,
+        blocks: &[Vec<u8>],
+        at: &Residuals,
+        slopes: &[&Slopes],
+        (products, gradients): (Range<usize>, Range<usize>),
+    ) {
         for (log, blocks) in blocks.iter().enumerate() {
-            let r = &at[log].residual;
             let seen: Vec<(usize, &[f64])> = slopes
                 .iter()
                 .enumerate()
@@ -52,22 +63,25 @@ impl Linear {
                 .collect();
             for run in runs(blocks) {
                 let b = blocks[run.start] as usize;
-                let r = &r[run.clone()];
-                linear.rest[b] += dot(r, r);
-                linear.count[b] += r.len();
+                let r = &at[log].residual[run.clone()];
+                if gradients.start == 0 {
+                    self.rest[b] += dot(r, r);
+                }
                 for (i, (k, a)) in seen.iter().enumerate() {
                     let a = &a[run.clone()];
-                    linear.slope[b][*k] += dot(a, r);
-                    for (l, c) in &seen[..=i] {
-                        linear.square[b][(*k, *l)] += dot(a, &c[run.clone()]);
+                    if gradients.contains(k) {
+                        self.slope[b][*k] += dot(a, r);
+                    }
+                    for (l, c) in seen[..=i].iter().filter(|_| products.contains(k)) {
+                        let product = dot(a, &c[run.clone()]);
+                        self.square[b][(*k, *l)] += product;
+                        if k != l {
+                            self.square[b][(*l, *k)] += product;
+                        }
                     }
                 }
             }
         }
-        for square in &mut linear.square {
-            square.fill_upper_triangle_with_lower_triangle();
-        }
-        linear
     }
 
     /// The same with more values, of which nothing is known beforehand: `known` are the slopes of
@@ -77,42 +91,20 @@ impl Linear {
         blocks: &[Vec<u8>],
         at: &Residuals,
         known: &[Slopes],
-        more: &[Slopes],
+        more: &[&Slopes],
     ) -> Self {
-        let (n, m) = (self.weight.len(), more.len());
-        let mut linear = self.clone();
-        for b in 0..BLOCKS {
-            linear.square[b] = self.square[b].clone().resize(n + m, n + m, 0.0);
-            linear.slope[b] = self.slope[b].clone().resize_vertically(n + m, 0.0);
-        }
-        linear.weight = self.weight.clone().resize_vertically(n + m, 0.0);
-        linear.away = self.away.clone().resize_vertically(n + m, 0.0);
-        linear.hold.0 = self.hold.0.clone().resize_vertically(n + m, 0.0);
-        linear.hold.1 = self.hold.1.clone().resize_vertically(n + m, 0.0);
-        for (log, blocks) in blocks.iter().enumerate() {
-            let r = &at[log].residual;
-            let column = |k: usize| {
-                if k < n { known[k][log].as_deref() } else { more[k - n][log].as_deref() }
-            };
-            for (i, new) in more.iter().enumerate() {
-                let Some(new) = new[log].as_deref() else {
-                    continue;
-                };
-                for run in runs(blocks) {
-                    let b = blocks[run.start] as usize;
-                    let a = &new[run.clone()];
-                    linear.slope[b][n + i] += dot(a, &r[run.clone()]);
-                    for k in 0..=n + i {
-                        let Some(c) = column(k) else { continue };
-                        let product = dot(a, &c[run.clone()]);
-                        linear.square[b][(n + i, k)] += product;
-                        if k != n + i {
-                            linear.square[b][(k, n + i)] += product;
-                        }
-                    }
-                }
-            }
-        }
+        let (n, all) = (self.weight.len(), self.weight.len() + more.len());
+        let longer = |v: &DVector<f64>| v.clone().resize_vertically(all, 0.0);
+        let mut linear = Self {
+            square: self.square.iter().map(|s| s.clone().resize(all, all, 0.0)).collect(),
+            slope: self.slope.iter().map(longer).collect(),
+            rest: self.rest.clone(),
+            weight: longer(&self.weight),
+            away: longer(&self.away),
+            hold: (longer(&self.hold.0), longer(&self.hold.1)),
+        };
+        let slopes: Vec<&Slopes> = known[..n].iter().chain(more.iter().copied()).collect();
+        linear.add(blocks, at, &slopes, (n..all, n..all));
         linear
     }
 
@@ -121,36 +113,27 @@ impl Linear {
         let mut linear = self.clone();
         linear.slope.iter_mut().for_each(|s| s.fill(0.0));
         linear.rest.fill(0.0);
-        for (log, blocks) in blocks.iter().enumerate() {
-            let r = &at[log].residual;
-            for run in runs(blocks) {
-                let b = blocks[run.start] as usize;
-                linear.rest[b] += dot(&r[run.clone()], &r[run.clone()]);
-                for (k, slope) in slopes.iter().enumerate() {
-                    if let Some(a) = &slope[log] {
-                        linear.slope[b][k] += dot(&a[run.clone()], &r[run.clone()]);
-                    }
-                }
-            }
-        }
+        let slopes: Vec<&Slopes> = slopes.iter().collect();
+        linear.add(blocks, at, &slopes, (0..0, 0..slopes.len()));
         linear
+    }
+
+    /// AᵀA over all blocks but one (`None`: over all), so many times smaller, and the priors.
+    pub(crate) fn information(&self, left_out: Option<usize>, trust: f64) -> DMatrix<f64> {
+        let mut square = DMatrix::from_diagonal(&self.weight);
+        let used = (0..BLOCKS).filter(|b| Some(*b) != left_out);
+        used.for_each(|b| square += &self.square[b] / trust);
+        square
     }
 
     /// Sums over all blocks but one (`None`: over all).
     fn without(&self, left_out: Option<usize>) -> (DMatrix<f64>, DVector<f64>) {
-        let n = self.weight.len();
-        let (mut square, mut slope) = (DMatrix::zeros(n, n), DVector::zeros(n));
-        for b in (0..BLOCKS).filter(|b| Some(*b) != left_out) {
-            square += &self.square[b];
-            slope += &self.slope[b];
-        }
-        for k in 0..n {
-            square[(k, k)] += self.weight[k];
-            slope[k] += self.weight[k] * self.away[k];
-            if left_out.is_some() {
-                square[(k, k)] += self.hold.0[k];
-                slope[k] += self.hold.0[k] * self.hold.1[k];
-            }
+        let mut square = self.information(left_out, 1.0);
+        let mut slope = self.weight.component_mul(&self.away);
+        (0..BLOCKS).filter(|b| Some(*b) != left_out).for_each(|b| slope += &self.slope[b]);
+        if left_out.is_some() {
+            square += DMatrix::from_diagonal(&self.hold.0);
+            slope += self.hold.0.component_mul(&self.hold.1);
         }
         (square, slope)
     }
@@ -177,64 +160,27 @@ impl Linear {
     ) -> Option<Step> {
         let (square, slope) = self.without(left_out);
         let slope = slope + &square * fixed;
-        let n = self.weight.len();
-        let every: Vec<usize> = (0..n).collect();
-        let only = only.unwrap_or(&every);
-        let m = only.len();
-        let mut reduced = DMatrix::from_fn(m, m, |i, j| square[(only[i], only[j])]);
-        let right = DVector::from_fn(m, |i, _| slope[only[i]]);
-        // Scaled to ones on the diagonal; a value that nothing depends on stays where it is.
-        let scale = DVector::from_fn(m, |i, _| {
-            if reduced[(i, i)] > 0.0 { reduced[(i, i)].sqrt().recip() } else { 1.0 }
-        });
-        for i in 0..m {
-            for j in 0..m {
-                reduced[(i, j)] *= scale[i] * scale[j];
-            }
-            reduced[(i, i)] += damping + 1e-10;
-        }
-        let factor = reduced.cholesky()?;
-        let step = factor.solve(&right.component_mul(&scale)).component_mul(&scale);
+        let only = only.map_or_else(|| (0..slope.len()).collect(), <[usize]>::to_vec);
+        let factor = Factor::new(&square.select_rows(&only).select_columns(&only), damping)?;
+        let step = factor.solve(&slope.select_rows(&only));
         let mut full = fixed.clone();
         for (i, k) in only.iter().enumerate() {
             full[*k] = -step[i];
         }
-        Some(Step { step: full, only: only.to_vec(), scale, factor })
+        Some(Step { step: full, only, factor })
     }
 
     /// Factor of the normal equations over all blocks, priors with them.
-    pub(crate) fn factor(&self) -> Option<Cholesky<f64, Dyn>> {
-        let (mut square, _) = self.without(None);
-        for k in 0..square.nrows() {
-            square[(k, k)] = square[(k, k)] * (1.0 + 1e-10) + 1e-12;
-        }
-        square.cholesky()
+    pub(crate) fn factor(&self) -> Option<Factor> {
+        Factor::new(&self.information(None, 1.0), 0.0)
     }
 
     /// The least cost with only `kept` values free and all others at nothing, and the step that
     /// leads there.
     pub fn with_only(&self, kept: &[usize]) -> Option<(f64, DVector<f64>)> {
-        let (square, slope) = self.without(None);
-        let n = self.weight.len();
-        let mut step = -&self.away;
-        for k in kept {
-            step[*k] = 0.0;
-        }
-        let right = slope + &square * &step;
-        let m = kept.len();
-        let scale =
-            DVector::from_fn(m, |i, _| square[(kept[i], kept[i])].max(1e-30).sqrt().recip());
-        let mut reduced =
-            DMatrix::from_fn(m, m, |i, j| square[(kept[i], kept[j])] * scale[i] * scale[j]);
-        for i in 0..m {
-            reduced[(i, i)] += 1e-10;
-        }
-        let found =
-            reduced.cholesky()?.solve(&DVector::from_fn(m, |i, _| right[kept[i]] * scale[i]));
-        for i in 0..m {
-            step[kept[i]] = -found[i] * scale[i];
-        }
-        debug_assert_eq!(step.len(), n);
+        let mut nothing = -&self.away;
+        kept.iter().for_each(|k| nothing[*k] = 0.0);
+        let step = self.solve_beside(&nothing, None, 0.0, Some(kept))?.step;
         Some((self.cost(&step), step))
     }
 
@@ -265,42 +211,77 @@ impl Linear {
     }
 }
 
+/// Factor of normal equations, scaled to ones on the diagonal; a value that nothing depends on
+/// stays where it is.
+#[derive(Debug, Clone)]
+pub(crate) struct Factor {
+    scale: DVector<f64>,
+    cholesky: Cholesky<f64, Dyn>,
+}
+
+impl Factor {
+    /// With `damping` added to the ones; `None` where that is not positive definite.
+    pub fn new(square: &DMatrix<f64>, damping: f64) -> Option<Self> {
+        let scale = square.diagonal().map(|own| if own > 0.0 { own.sqrt().recip() } else { 1.0 });
+        let mut scaled = square.component_mul(&(&scale * scale.transpose()));
+        (0..scale.len()).for_each(|i| scaled[(i, i)] += damping + 1e-10);
+        Some(Self { scale, cholesky: scaled.cholesky()? })
+    }
+
+    /// The solution for a right side, a vector or several.
+    pub fn solve<C: nalgebra::Dim>(&self, right: &Columns<C>) -> Columns<C>
+    where
+        nalgebra::DefaultAllocator: nalgebra::allocator::Allocator<Dyn, C>,
+    {
+        let scaled = |m: &Columns<C>| {
+            let mut m = m.clone();
+            m.row_iter_mut().zip(&self.scale).for_each(|(mut row, s)| row *= *s);
+            m
+        };
+        scaled(&self.cholesky.solve(&scaled(right)))
+    }
+
+    /// Standard deviations of the values.
+    pub fn deviations(&self) -> DVector<f64> {
+        let covariance = self.cholesky.inverse().diagonal();
+        covariance.map(|v| v.max(0.0).sqrt()).component_mul(&self.scale)
+    }
+}
+
+/// Right sides of normal equations.
+type Columns<C> = nalgebra::OMatrix<f64, Dyn, C>;
+
 /// The step to the least sum of squares of a linear model.
 #[derive(Debug, Clone)]
 pub struct Step {
     /// Of all values, in the fit's units.
     pub step: DVector<f64>,
     only: Vec<usize>,
-    scale: DVector<f64>,
-    factor: Cholesky<f64, Dyn>,
+    factor: Factor,
 }
 
 impl Step {
     /// Standard deviations of the free values, in the fit's units; 0 for those that stay.
     pub fn deviations(&self) -> DVector<f64> {
-        let covariance = self.factor.inverse();
         let mut all = DVector::zeros(self.step.len());
-        for (i, k) in self.only.iter().enumerate() {
-            all[*k] = covariance[(i, i)].max(0.0).sqrt() * self.scale[i];
-        }
+        let own = self.factor.deviations();
+        self.only.iter().zip(own.iter()).for_each(|(k, d)| all[*k] = *d);
         all
     }
 }
 
 /// Stretches of equal values.
-fn runs(blocks: &[u8]) -> Vec<std::ops::Range<usize>> {
-    let mut runs = Vec::new();
+fn runs(blocks: &[u8]) -> Vec<Range<usize>> {
     let mut start = 0;
-    for k in 1..=blocks.len() {
-        if k == blocks.len() || blocks[k] != blocks[start] {
-            runs.push(start..k);
-            start = k;
-        }
-    }
-    runs
+    let run = |same: &[u8]| {
+        let from = start;
+        start += same.len();
+        from..start
+    };
+    blocks.chunk_by(|a, b| a == b).map(run).collect()
 }
 
-pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
+fn dot(a: &[f64], b: &[f64]) -> f64 {
     // Four sums, so that they can run side by side.
     let mut sums = [0.0; 4];
     let (fours, rest) = a.as_chunks::<4>();

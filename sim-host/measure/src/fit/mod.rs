@@ -10,7 +10,7 @@ pub mod calibration;
 mod linear;
 pub mod per_log;
 
-pub(crate) use linear::dot;
+pub(crate) use linear::Factor;
 pub use linear::{Linear, Step};
 
 use crate::predict::{Experiment, Model, PredictError, Prediction};

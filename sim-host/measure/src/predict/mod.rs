@@ -21,7 +21,7 @@ mod standing;
 use crate::data::channel::LogChannel;
 use crate::data::log::{Log, LogKind};
 use crate::data::noise::{Level, NoiseLevels};
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 use std::sync::Arc;
 use trueweld_core::spatial::{rotation_from_vector, rotation_vector};
 use trueweld_core::{JointVector, Pose, Robot, Wrench};
@@ -448,6 +448,45 @@ fn filled(series: &[f64]) -> Option<Vec<f64>> {
     Some(out)
 }
 
+/// One row of three columns.
+fn vector(columns: &[Vec<f64>; 3], row: usize) -> Vector3<f64> {
+    Vector3::from_fn(|c, _| columns[c][row])
+}
+
+/// Rotations as the first one and what every one turns from there: rotation vectors flip their
+/// sign near half a turn.
+fn turned_from_first(rotation: &[Vec<f64>; 3]) -> (Matrix3<f64>, [Vec<f64>; 3]) {
+    let all: Vec<Matrix3<f64>> =
+        (0..rotation[0].len()).map(|k| rotation_from_vector(&vector(rotation, k))).collect();
+    let turned: Vec<Vector3<f64>> =
+        all.iter().map(|r| rotation_vector(&all[0].tr_mul(r))).collect();
+    (all[0], [0, 1, 2].map(|c| turned.iter().map(|v| v[c]).collect()))
+}
+
+/// Measured value of a rotation, which is compared as what it turns from the predicted one: NaN
+/// where there is none.
+fn none_where_missing(rotation: &Matrix3<f64>) -> f64 {
+    if rotation.sum().is_finite() { 0.0 } else { f64::NAN }
+}
+
+/// Lists what is compared of some columns of a quantity, row by row. `of`: measured value,
+/// deviation of its noise, and whether that was stated, by index of the row and by column.
+fn list(
+    compared: &mut Vec<Compared>,
+    quantity: Quantity,
+    rows: &[usize],
+    columns: std::ops::Range<usize>,
+    of: impl Fn(usize, usize) -> (f64, f64, bool),
+) {
+    for (k, &row) in rows.iter().enumerate() {
+        for c in columns.clone() {
+            let (measured, deviation, stated) = of(k, c);
+            let component = c as u8;
+            compared.push(Compared { quantity, component, row, measured, deviation, stated });
+        }
+    }
+}
+
 /// Spindle angle at every row, 0 at the first, rad; `None` without a spindle column.
 fn spindle_angle(log: &Log) -> Option<Vec<f64>> {
     let spindle = filled(log.samples.spindle.as_ref()?)?;
@@ -479,17 +518,23 @@ fn unread(time: f64) -> Readings {
     }
 }
 
+/// What the instruments make of what is true.
+fn sensed(ports: &Ports, mut truth: Readings) -> Readings {
+    ports.sensor.iter().for_each(|term| term.sense(&mut truth));
+    truth
+}
+
 /// What the tracker makes of a tool pose.
 fn seen(ports: &Ports, pose: &Pose<f64>, time: f64) -> Pose<f64> {
     if ports.sensor.is_empty() {
         return *pose;
     }
-    let mut readings = Readings {
+    let readings = Readings {
         tcp_position: pose.position,
         tcp_rotation: rotation_vector(&pose.rotation),
         ..unread(time)
     };
-    ports.sensor.iter().for_each(|t| t.sense(&mut readings));
+    let readings = sensed(ports, readings);
     Pose { position: readings.tcp_position, rotation: rotation_from_vector(&readings.tcp_rotation) }
 }
 
@@ -521,8 +566,8 @@ fn wrench_behind(ports: &Ports, measured: &Wrench<f64>, time: f64) -> Wrench<f64
     }
     let mut truth = *measured;
     for _ in 0..4 {
-        let mut readings = Readings { force: truth.force, moment: truth.moment, ..unread(time) };
-        ports.sensor.iter().for_each(|t| t.sense(&mut readings));
+        let Wrench { force, moment } = truth;
+        let readings = sensed(ports, Readings { force, moment, ..unread(time) });
         truth.force += measured.force - readings.force;
         truth.moment += measured.moment - readings.moment;
     }

@@ -1,7 +1,10 @@
 //! Free motion and ringing down: the links swing on their springs, driven by the encoders.
 
 use super::play::{BacklashObserver, Observed};
-use super::{Compared, Model, Motion, PredictError, Quantity, filled, known, period, seen, unread};
+use super::{
+    Compared, Model, Motion, PredictError, Quantity, filled, known, list, none_where_missing,
+    period, seen, sensed, unread,
+};
 use crate::data::channel::LogChannel;
 use crate::data::fir::{LowPass, adaptive, interpolate, start};
 use crate::data::log::{Log, LogKind};
@@ -190,77 +193,45 @@ impl Moving {
         let encoder = known(&noise.encoder, log, LogChannel::Encoder)?;
         let through = self.through(model, &encoder);
         let white = self.calm.as_ref().map_or(1.0, |low| low.gain(0).sqrt());
+        let rows = &self.pose_rows;
         if let Some(position) = &self.position {
             let level = known(&noise.position, log, LogChannel::Position)?;
-            for &row in &self.pose_rows {
-                for c in 0..3 {
-                    compared.push(Compared {
-                        quantity: Quantity::Position,
-                        component: c as u8,
-                        row,
-                        measured: self.calmed(position.len(), row, |k| position[k][c]),
-                        deviation: (level[c].deviation * white).hypot(through.tool[3 + c]),
-                        stated: level[c].stated,
-                    });
-                }
-            }
+            list(compared, Quantity::Position, rows, 0..3, |k, c| {
+                let measured = self.calmed(position.len(), rows[k], |k| position[k][c]);
+                let deviation = (level[c].deviation * white).hypot(through.tool[3 + c]);
+                (measured, deviation, level[c].stated)
+            });
         }
         if let Some(rotation) = &self.rotation {
             let level = known(&noise.rotation, log, LogChannel::Rotation)?;
             let turned = (through.tool.fixed_rows::<3>(0).norm_squared() / 3.0).sqrt();
-            for &row in &self.pose_rows {
-                for c in 0..3 {
-                    compared.push(Compared {
-                        quantity: Quantity::Rotation,
-                        component: c as u8,
-                        row,
-                        measured: if rotation[row].sum().is_finite() { 0.0 } else { f64::NAN },
-                        deviation: (level[c].deviation * white).hypot(turned),
-                        stated: level[c].stated,
-                    });
-                }
-            }
+            list(compared, Quantity::Rotation, rows, 0..3, |k, c| {
+                let deviation = (level[c].deviation * white).hypot(turned);
+                (none_where_missing(&rotation[rows[k]]), deviation, level[c].stated)
+            });
         }
         for i in 0..6 {
-            if let Some(series) = &self.link_encoder[i] {
-                let level = known(&noise.link_encoder[i..=i], log, LogChannel::LinkEncoder)?[0];
-                for &row in &self.pose_rows {
-                    compared.push(Compared {
-                        quantity: Quantity::LinkEncoder,
-                        component: i as u8,
-                        row,
-                        measured: self.calmed(series.len(), row, |k| series[k]),
-                        deviation: (level.deviation * white).hypot(through.link[i]),
-                        stated: level.stated,
-                    });
-                }
-            }
+            let Some(series) = &self.link_encoder[i] else { continue };
+            let level = known(&noise.link_encoder[i..=i], log, LogChannel::LinkEncoder)?[0];
+            let deviation = (level.deviation * white).hypot(through.link[i]);
+            list(compared, Quantity::LinkEncoder, rows, i..i + 1, |k, _| {
+                (self.calmed(series.len(), rows[k], |k| series[k]), deviation, level.stated)
+            });
         }
+        let rows = &self.torque_rows;
         for i in 0..6 {
-            if let Some(series) = &self.torque[i] {
-                let level = known(&noise.motor_torque[i..=i], log, LogChannel::MotorTorque)?[0];
-                let white = (level.deviation * self.band.gain(0).sqrt()).hypot(through.torque[i]);
-                let friction = self.friction_slope(model, i);
-                let inexact = self.inexact(model, quicker, i);
-                for &row in &self.torque_rows {
-                    compared.push(Compared {
-                        quantity: Quantity::MotorTorque,
-                        component: i as u8,
-                        row,
-                        measured: self.band.at(0, |k| series[k], series.len(), row),
-                        // Where a joint turns round, friction makes torque of the noise in its
-                        // rate.
-                        deviation: white
-                            .hypot(
-                                encoder[i].deviation
-                                    * self.band.gain(1).sqrt()
-                                    * self.band.at(0, |k| friction[k], n, row),
-                            )
-                            .hypot(self.band.at(0, |k| inexact[k], n, row)),
-                        stated: level.stated,
-                    });
-                }
-            }
+            let Some(series) = &self.torque[i] else { continue };
+            let level = known(&noise.motor_torque[i..=i], log, LogChannel::MotorTorque)?[0];
+            let white = (level.deviation * self.band.gain(0).sqrt()).hypot(through.torque[i]);
+            let friction = self.friction_slope(model, i);
+            let inexact = self.inexact(model, quicker, i);
+            let rate = encoder[i].deviation * self.band.gain(1).sqrt();
+            list(compared, Quantity::MotorTorque, rows, i..i + 1, |k, _| {
+                let banded = |series: &[f64]| self.band.at(0, |k| series[k], n, rows[k]);
+                // Where a joint turns round, friction makes torque of the noise in its rate.
+                let deviation = white.hypot(rate * banded(&friction)).hypot(banded(&inexact));
+                (banded(series), deviation, level.stated)
+            });
         }
         Ok(())
     }
@@ -392,10 +363,9 @@ impl Moving {
         let Some(series) = &self.link_encoder[i] else {
             return f64::NAN;
         };
-        let mut readings = unread(self.time[row] - self.time[0]);
-        readings.link_encoder[i] = link;
-        robot.ports.sensor.iter().for_each(|t| t.sense(&mut readings));
-        series[row] - readings.link_encoder[i]
+        let mut truth = unread(self.time[row] - self.time[0]);
+        truth.link_encoder[i] = link;
+        series[row] - sensed(&robot.ports, truth).link_encoder[i]
     }
 
     /// Measured less predicted of tracker and second encoders, in engineering units.

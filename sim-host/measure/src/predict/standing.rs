@@ -3,8 +3,8 @@
 
 use super::play::{BacklashObserver, Observed};
 use super::{
-    Compared, Model, Motion, PredictError, Quantity, filled_vectors, known, mean_abs, period, seen,
-    spindle_angle, wrench_behind,
+    Compared, Model, Motion, PredictError, Quantity, filled_vectors, known, list, mean_abs,
+    none_where_missing, period, seen, spindle_angle, turned_from_first, vector, wrench_behind,
 };
 use crate::data::channel::LogChannel;
 use crate::data::fir::{LowPass, comb};
@@ -144,17 +144,8 @@ impl Standing {
                 .map(|row| Vector3::from_fn(|c, _| low.at(0, |k| v[c][k], n, *row)))
                 .collect()
         };
-        let at = |v: &[Vec<f64>; 3], k: usize| Vector3::new(v[0][k], v[1][k], v[2][k]);
-        // Rotations are smoothed as what they turn from the first one: rotation vectors flip their
-        // sign near half a turn.
         let rotation = rotation.map(|r| {
-            let all: Vec<Matrix3<f64>> = (0..n)
-                .map(|k| rotation_from_vector(&Vector3::new(r[0][k], r[1][k], r[2][k])))
-                .collect();
-            let first = all[0];
-            let turned: Vec<Vector3<f64>> =
-                all.iter().map(|r| rotation_vector(&first.tr_mul(r))).collect();
-            let turned = [0, 1, 2].map(|i| turned.iter().map(|v| v[i]).collect::<Vec<f64>>());
+            let (first, turned) = turned_from_first(&r);
             slow(&turned).iter().map(|r| first * rotation_from_vector(r)).collect()
         });
         let slack = slack(log, noise, model, low.gain(0) * (1 + 2 * HEARD_ORDERS) as f64);
@@ -162,14 +153,14 @@ impl Standing {
             time: s.time.iter().map(|t| t - s.time[0]).collect(),
             motors,
             wrench: (0..n)
-                .map(|k| Wrench { moment: at(&moment, k), force: at(&force, k) })
+                .map(|k| Wrench { moment: vector(&moment, k), force: vector(&force, k) })
                 .collect(),
             band: Some(low.clone()),
             payload: vec![0; n],
             payloads: vec![Payload { mass: 0.0, centre: Vector3::zeros() }],
             slack,
             margin: slack.component_div(model.robot.stiffness()),
-            seen: tracker.as_ref().map(|t| (0..n).map(|k| at(t, k)).collect()),
+            seen: tracker.as_ref().map(|t| (0..n).map(|k| vector(t, k)).collect()),
             position: tracker.map(|t| slow(&t)),
             rotation,
             period,
@@ -192,7 +183,7 @@ impl Standing {
         let encoder = known(&noise.encoder, log, LogChannel::Encoder)?;
         let none = |levels: &[Option<Level>; 3]| levels.map(|l| l.map_or(0.0, |l| l.deviation));
         let (moment, force) = (none(&noise.moment), none(&noise.force));
-        let through: Vec<[f64; 6]> = self
+        let through: Vec<[f64; 4]> = self
             .rows
             .iter()
             .map(|row| {
@@ -216,37 +207,23 @@ impl Standing {
                     e + w
                 };
                 let rotation = (0..3).map(variance).sum::<f64>() / 3.0;
-                [variance(3), variance(4), variance(5), rotation, rotation, rotation]
+                [variance(3), variance(4), variance(5), rotation]
             })
             .collect();
-        let mut list = |quantity: Quantity,
-                        levels: &[Option<Level>; 3],
-                        offset: usize,
-                        measured: &dyn Fn(usize, usize) -> f64| {
-            let level = known(levels, log, quantity.log_channel())?;
-            for (k, &row) in self.rows.iter().enumerate() {
-                for c in 0..3 {
-                    compared.push(Compared {
-                        quantity,
-                        component: c as u8,
-                        row,
-                        measured: measured(k, c),
-                        deviation: ((level[c].deviation.powi(2) + through[k][offset + c]) * gain)
-                            .sqrt(),
-                        stated: level[c].stated,
-                    });
-                }
-            }
-            Ok::<_, PredictError>(())
-        };
+        let rows = &self.rows;
+        let deviation = |level: &Level, own: f64| ((level.deviation.powi(2) + own) * gain).sqrt();
         if let Some(position) = &self.position {
-            list(Quantity::Position, &noise.position, 0, &|k, c| position[k][c])?;
+            let level = known(&noise.position, log, LogChannel::Position)?;
+            list(compared, Quantity::Position, rows, 0..3, |k, c| {
+                (position[k][c], deviation(&level[c], through[k][c]), level[c].stated)
+            });
         }
         if let Some(rotation) = &self.rotation {
-            let missing = |k: usize| {
-                if rotation[k].sum().is_finite() { 0.0 } else { f64::NAN }
-            };
-            list(Quantity::Rotation, &noise.rotation, 3, &|k, _| missing(k))?;
+            let level = known(&noise.rotation, log, LogChannel::Rotation)?;
+            list(compared, Quantity::Rotation, rows, 0..3, |k, c| {
+                let deviation = deviation(&level[c], through[k][3]);
+                (none_where_missing(&rotation[k]), deviation, level[c].stated)
+            });
         }
         Ok(())
     }

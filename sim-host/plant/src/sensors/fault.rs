@@ -112,7 +112,7 @@ pub struct FaultyInstruments {
     /// What the force sensor read, newest last.
     wrenches: VecDeque<Wrench<f64>>,
     /// What came of the seam sensor, newest last, periods without readings left out.
-    sightings: VecDeque<Vec<DeviationMeasurement<f64>>>,
+    measurements: VecDeque<Vec<DeviationMeasurement<f64>>>,
 }
 
 impl FaultyInstruments {
@@ -120,7 +120,7 @@ impl FaultyInstruments {
     pub fn new(fault: Option<InstrumentFault>, seed: u64) -> Self {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         random.set_stream(STREAM);
-        Self { fault, random, wrenches: VecDeque::new(), sightings: VecDeque::new() }
+        Self { fault, random, wrenches: VecDeque::new(), measurements: VecDeque::new() }
     }
 
     /// Makes of what the instruments read at `time`, s, what the controller gets. Called once a
@@ -129,7 +129,7 @@ impl FaultyInstruments {
         &mut self,
         time: f64,
         sensed: &mut SensorReadings<f64>,
-        sightings: &mut Vec<DeviationMeasurement<f64>>,
+        measurements: &mut Vec<DeviationMeasurement<f64>>,
     ) {
         let Some(fault) = self.fault else { return };
         match (fault.instrument, fault.is_on(time)) {
@@ -137,9 +137,11 @@ impl FaultyInstruments {
                 sensed.wrench = self.wrench(fault.failure, sensed.wrench)
             }
             (Instrument::ForceSensor, false) => keep(&mut self.wrenches, sensed.wrench),
-            (Instrument::SeamSensor, true) => *sightings = self.sighted(fault.failure, sightings),
-            (Instrument::SeamSensor, false) if sightings.is_empty() => {}
-            (Instrument::SeamSensor, false) => keep(&mut self.sightings, sightings.clone()),
+            (Instrument::SeamSensor, true) => {
+                *measurements = self.sighted(fault.failure, measurements)
+            }
+            (Instrument::SeamSensor, false) if measurements.is_empty() => {}
+            (Instrument::SeamSensor, false) => keep(&mut self.measurements, measurements.clone()),
         }
     }
 
@@ -176,7 +178,7 @@ impl FaultyInstruments {
         if read.is_empty() {
             return Vec::new();
         }
-        let last = self.sightings.back().cloned().unwrap_or_else(|| read.to_vec());
+        let last = self.measurements.back().cloned().unwrap_or_else(|| read.to_vec());
         let told = |from: &[DeviationMeasurement<f64>],
                     value: &dyn Fn(&DeviationMeasurement<f64>) -> f64|
          -> Vec<DeviationMeasurement<f64>> {
@@ -195,8 +197,8 @@ impl FaultyInstruments {
             }
             Failure::Dropped => Vec::new(),
             Failure::OutOfOrder => {
-                keep(&mut self.sightings, read.to_vec());
-                let any = &self.sightings[self.random.random_range(0..self.sightings.len())];
+                keep(&mut self.measurements, read.to_vec());
+                let any = &self.measurements[self.random.random_range(0..self.measurements.len())];
                 told(any, &|s| s.deviation)
             }
             Failure::Offset { linear, angular } => {

@@ -144,16 +144,16 @@ impl<'a, P: Plant, H: HybridController<f64>> ControlCycle<'a, P, H> {
         sensed.encoder_rate += self.frozen_rate;
         let to_w = reference.setpoint.b_from_w.transpose();
         let deviation_w = reference.nominal.error_to(&tcp).rotated(&to_w);
-        let mut sightings =
+        let mut measurements =
             self.seam_sensor.as_mut().map_or(Vec::new(), |s| s.read(time, &deviation_w));
-        self.faulty.pass_on(time, &mut sensed, &mut sightings);
+        self.faulty.pass_on(time, &mut sensed, &mut measurements);
         let observation = Observation {
             setpoint: &reference.setpoint,
             nominal: &reference.nominal,
             sensed: &sensed,
             path: reference.path,
             planned: reference.planned,
-            sightings: &sightings,
+            measurements: &measurements,
         };
         let command = self.controller.cycle(self.controller_model, &observation);
         self.torque = command.torque;

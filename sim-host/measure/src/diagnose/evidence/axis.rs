@@ -2,6 +2,7 @@
 
 use super::context::Context;
 use crate::data::log::{Log, LogKind};
+use crate::data::rates::{rate, reach};
 use crate::residuals::finding::joint_name;
 use std::f64::consts::TAU;
 use trueweld_plant::simulate::Seam;
@@ -38,17 +39,6 @@ pub(super) struct Named {
     pub name: String,
     pub unit: &'static str,
     pub values: Vec<Option<Vec<f64>>>,
-}
-
-/// Time over which rates are taken and loads averaged, s: longer than noise matters, shorter than
-/// the motion lasts. Loads at rest are what they are, and have no rates.
-fn span(kind: LogKind) -> Option<f64> {
-    match kind {
-        LogKind::StaticLoad => None,
-        LogKind::RingDown => Some(0.004),
-        LogKind::FreeMotion => Some(0.04),
-        LogKind::Weld => Some(0.5),
-    }
 }
 
 impl Axis {
@@ -161,25 +151,7 @@ fn path(log: &Log) -> Option<Vec<f64>> {
     )
 }
 
-/// Rows to either side within the span of the log's kind.
-fn reach(log: &Log) -> Option<usize> {
-    let time = &log.samples.time;
-    let step = (time.last()? - time.first()?) / (time.len().max(2) - 1) as f64;
-    let half = 0.5 * span(log.kind)? / step;
-    half.is_finite().then(|| (half.round() as usize).max(1))
-}
-
-fn rate(log: &Log, series: &[f64]) -> Option<Vec<f64>> {
-    let (reach, time) = (reach(log)?, &log.samples.time);
-    let last = series.len().checked_sub(1)?;
-    let slope = |k: usize| {
-        let (a, b) = (k.saturating_sub(reach), (k + reach).min(last));
-        (series[b] - series[a]) / (time[b] - time[a])
-    };
-    Some((0..series.len()).map(slope).collect())
-}
-
-/// Means over the span of the log's kind, so that the spindle's ripple does not spread a load.
+/// Means over the time that a rate is taken over, so that the spindle's ripple does not spread a load.
 fn averaged(log: &Log, series: Vec<f64>) -> Vec<f64> {
     let Some(reach) = reach(log).filter(|_| log.kind == LogKind::Weld) else {
         return series;

@@ -2,6 +2,7 @@
 
 use super::table::ResidualTable;
 use crate::data::log::{Log, LogKind};
+use crate::data::rates::rate;
 use crate::predict::Prediction;
 use crate::residuals::finding::joint_name;
 use nalgebra::Vector3;
@@ -13,10 +14,6 @@ const BINS: usize = 8;
 
 /// Fewest rows in a category, as a share of all.
 const LEAST_SHARE: f64 = 0.04;
-
-/// Time over which rates are taken, s: longer than noise matters, shorter than the motion lasts.
-const RATE_TIME: [(LogKind, f64); 3] =
-    [(LogKind::RingDown, 0.004), (LogKind::FreeMotion, 0.02), (LogKind::Weld, 0.2)];
 
 /// A rate below this share of its largest is rest.
 const REST: f64 = 0.03;
@@ -66,21 +63,11 @@ pub(super) fn of(log: &Log, prediction: &Prediction) -> Vec<Covariate> {
     let start = time.first().copied().unwrap_or(0.0);
     let mut all = vec![number("time", "s", time.iter().map(|t| t - start).collect())];
     let still = log.kind == LogKind::StaticLoad;
-    let reach = RATE_TIME.iter().find(|(kind, _)| *kind == log.kind).map_or(0.0, |(_, time)| *time);
-    let step = (time.last().copied().unwrap_or(0.0) - start) / (n.max(2) - 1) as f64;
-    let half = ((reach / step).round() as usize).max(1);
-    // Slope by the row before and the row after; between loads at rest, what the last change was.
-    let slope = |series: &[f64]| -> Vec<f64> {
-        (0..n)
-            .map(|k| match still {
-                true => series[k] - series[k.saturating_sub(1)],
-                false => {
-                    let (a, b) = (k.saturating_sub(half), (k + half).min(n - 1));
-                    (series[b] - series[a]) / (time[b] - time[a])
-                }
-            })
-            .collect()
+    // Between loads at rest, what the last change was.
+    let change = |series: &[f64]| -> Vec<f64> {
+        (0..n).map(|k| series[k] - series[k.saturating_sub(1)]).collect()
     };
+    let slope = |series: &[f64]| rate(log, series).unwrap_or_else(|| change(series));
     // Falling, steady or rising, by a share of the largest change.
     let tendency = |slope: &[f64]| -> Vec<f64> {
         let most = slope.iter().fold(0.0_f64, |m, v| m.max(v.abs()));

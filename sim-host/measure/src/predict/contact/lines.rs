@@ -1,0 +1,344 @@
+//! The force at the spindle's orders, with the loop closed through the arm's dynamic compliance.
+//!
+//! At these orders the tool gives way to its own ripple by micrometres, which no tracker sees and
+//! which take away most of the force. With θₙ the encoders' amplitude at order n, and Z = k + iωb of
+//! the contact, in W:
+//!
+//! ```text
+//! δx = G θₙ + C δF,   δF = Fₙ − Z δx   →   (1 + Z C) δF = Fₙ − Z G θₙ
+//! H = (K + iωD − ω²M)⁻¹,   G = J H (K + iωD),   C = J H Jᵀ
+//! ```
+
+use super::super::{Compared, Model, Quantity, sensed, unread};
+use super::tool::Weld;
+use crate::data::noise::Level;
+use nalgebra::{Complex, Matrix3, Matrix3x6, Matrix6, SVector, Vector3};
+use trueweld_core::JointVector;
+use trueweld_plant::process::Reaction;
+use trueweld_plant::robot::{Channel, Ports, Readings};
+
+/// Orders of the spindle at which the force is compared, as far as the sampling tells them apart.
+const ORDERS: usize = 6;
+
+/// How far apart two lines must lie for the filter to tell them apart, in widths of its band.
+const APART: f64 = 2.0;
+
+/// Share to which the arm's compliance at the spindle's orders is known: its effects change it, and
+/// its motors.
+const COMPLIANCE_KNOWN: f64 = 0.5;
+
+/// The spindle's lines in the force of a weld.
+#[derive(Debug, Clone)]
+pub(super) struct Lines {
+    encoder: Vec<JointVector<f64>>,
+    /// Twice the cosine and the sine of the spindle's angle, times each order.
+    waves: Vec<[Vec<f64>; 2]>,
+    /// How the tool shakes at the spindle's orders, beside what the tracker sees: position and
+    /// velocity at every row, in W.
+    pub shake: Vec<[Vector3<f64>; 2]>,
+    /// What the arm makes of the ripple, for every compared row and order.
+    loops: Vec<[Closed; ORDERS]>,
+    /// Orders whose lines, folded by the sampling where they lie beyond half its rate, fall on no
+    /// lower one.
+    orders: Vec<usize>,
+    /// How far beside a line, in orders, the filter lets nothing of it through.
+    aside: f64,
+    /// What was measured at these orders, as it is compared.
+    measured: Vec<f64>,
+}
+
+/// (1 + Z C)⁻¹ at one row and order, and what of the force comes with the motors' own motion.
+#[derive(Debug, Clone, Copy)]
+struct Closed {
+    pass: Matrix3<Complex<f64>>,
+    driven: Vector3<Complex<f64>>,
+    /// δx per δF.
+    compliance: Matrix3<Complex<f64>>,
+    /// What the motors move, the contact against them.
+    moved: Vector3<Complex<f64>>,
+    /// Size of the nominal ripple's force, N.
+    line: Vector3<f64>,
+}
+
+/// What shakes at one angular frequency, in W.
+struct Shaken {
+    /// The tool's motion per motor's motion.
+    carried: Matrix3x6<Complex<f64>>,
+    /// The same per force.
+    compliance: Matrix3<Complex<f64>>,
+    /// The material's force against it per motion.
+    contact: Matrix3<Complex<f64>>,
+    /// (1 + Z C)⁻¹.
+    pass: Matrix3<Complex<f64>>,
+}
+
+/// Orders of a spindle that turns so many times from one sample to the next whose lines lie at
+/// least `apart`, as a share of the sampling rate, from every lower one's, from what is slow and
+/// from their own mirror image.
+fn alone(turning: f64, apart: f64) -> Vec<usize> {
+    let folded = |orders: usize| {
+        let turns = orders as f64 * turning;
+        (turns - turns.round()).abs()
+    };
+    // From -n to n - 1.
+    (1..=ORDERS).filter(|n| (1..=2 * n).all(|away| folded(away) >= apart)).collect()
+}
+
+impl Lines {
+    /// Closes the loop of contact and arm at every compared row, and shakes the tool with what
+    /// comes of it. `turning`: turns of the spindle a second; `band`, Hz, of the slow force.
+    pub fn new(
+        weld: &Weld,
+        encoder: &[JointVector<f64>],
+        model: &Model,
+        turning: f64,
+        band: f64,
+    ) -> Self {
+        let wave = |n: usize, f: fn(f64) -> f64| {
+            weld.angle.iter().map(|a| 2.0 * f(n as f64 * a)).collect::<Vec<f64>>()
+        };
+        let mut lines = Self {
+            encoder: encoder.to_vec(),
+            waves: (1..=ORDERS).map(|n| [wave(n, f64::cos), wave(n, f64::sin)]).collect(),
+            shake: vec![[Vector3::zeros(); 2]; encoder.len()],
+            loops: Vec::new(),
+            orders: alone(turning * weld.period, APART * band * weld.period),
+            aside: APART * band / turning,
+            measured: Vec::new(),
+        };
+        lines.close(weld, model);
+        lines
+    }
+
+    fn close(&mut self, weld: &Weld, model: &Model) {
+        let process = weld.process(model);
+        let encoder: Vec<Vec<f64>> =
+            (0..6).map(|i| self.encoder.iter().map(|q| q[i]).collect()).collect();
+        let smooth: Vec<Vec<f64>> = encoder.iter().map(|e| weld.low.smooth(0, e)).collect();
+        let shaking: Vec<Vec<f64>> = encoder
+            .iter()
+            .zip(&smooth)
+            .map(|(e, s)| e.iter().zip(s).map(|(a, b)| a - b).collect())
+            .collect();
+        self.loops = weld
+            .rows
+            .iter()
+            .map(|&row| {
+                let (_, held) = weld.held(&process, row);
+                let q = JointVector::from_fn(|i, _| smooth[i][row]);
+                std::array::from_fn(|n| {
+                    let order = n + 1;
+                    let motor = SVector::<_, 6>::from_fn(|i, _| {
+                        self.amplitude_of(weld, order, row, |k| shaking[i][k])
+                    });
+                    let Shaken { compliance, pass, .. } =
+                        shaken(weld, model, &held, &q, turning(weld, order));
+                    let slow = shaken(weld, model, &held, &q, folded(weld, order));
+                    let free = slow.carried * motor;
+                    let driven = -(slow.pass * slow.contact * free);
+                    let moved = free + slow.compliance * driven;
+                    Closed { pass, driven, compliance, moved, line: Vector3::zeros() }
+                })
+            })
+            .collect();
+        // The nominal ripple shakes the tool: in step with the ripple itself it adds to the mean
+        // force.
+        let force = weld.forces(&process, &Ports::default(), &weld.motion, None);
+        let mut amplitude = vec![[[Vector3::<Complex<f64>>::zeros(); 2]; ORDERS]; weld.rows.len()];
+        let force = weld.quick_vectors(&force);
+        for (k, &row) in weld.rows.iter().enumerate() {
+            for n in self.orders.iter().map(|order| order - 1) {
+                let closed = &self.loops[k][n];
+                let force = closed.pass * self.amplitude(weld, n + 1, row, &force);
+                amplitude[k][n] = [closed.compliance * force, closed.moved];
+                self.loops[k][n].line = (force + closed.driven).map(|z| z.norm());
+            }
+        }
+        // Before the first row and after the last one it shakes as it does there: what is slow
+        // there reaches that far.
+        for row in 0..weld.angle.len() {
+            let after = weld.rows.partition_point(|r| *r <= row).min(weld.rows.len() - 1);
+            let before = after.saturating_sub(1);
+            let span = (weld.rows[after] - weld.rows[before]).max(1) as f64;
+            let share = ((row as f64 - weld.rows[before] as f64) / span).clamp(0.0, 1.0);
+            for n in self.orders.iter().map(|order| order - 1) {
+                let wave = Complex::from_polar(1.0, (n + 1) as f64 * weld.angle[row]);
+                for (part, turning) in
+                    [turning(weld, n + 1), folded(weld, n + 1)].into_iter().enumerate()
+                {
+                    for c in 0..3 {
+                        let at = |k: usize| amplitude[k][n][part][c];
+                        let z = (at(before) * (1.0 - share) + at(after) * share) * wave;
+                        self.shake[row][0][c] += z.re;
+                        self.shake[row][1][c] += (z * Complex::new(0.0, turning)).re;
+                    }
+                }
+            }
+        }
+    }
+
+    /// Lists what is compared at these orders, with its noise. `level`: of the measured force;
+    /// `encoder`: of the encoders.
+    pub fn compare(
+        &mut self,
+        weld: &Weld,
+        model: &Model,
+        (level, encoder): (&[Level], &[Level]),
+        compared: &mut Vec<Compared>,
+    ) {
+        let white = 2.0 * weld.low.gain(0);
+        let measured = weld.quick_vectors(&weld.force);
+        for &order in &self.orders {
+            let beside = measured.each_ref().map(|series| self.beside(weld, order, series));
+            for (k, &row) in weld.rows.iter().enumerate() {
+                let driven = self.driven_noise(weld, model, encoder, order, k);
+                let arm = self.loops[k][order - 1].line * COMPLIANCE_KNOWN;
+                let amplitude = self.amplitude(weld, order, row, &measured);
+                for c in 0..3 {
+                    let through = white * weld.turned(&driven, row, c) + weld.turned(&arm, row, c);
+                    let variance = white * level[c].deviation.powi(2) + through;
+                    for (sine, value) in [(false, amplitude[c].re), (true, -amplitude[c].im)] {
+                        self.measured.push(value);
+                        compared.push(Compared {
+                            quantity: Quantity::Ripple { order: order as u8, sine },
+                            component: c as u8,
+                            row,
+                            measured: value,
+                            deviation: variance.max(beside[c]).sqrt(),
+                            stated: level[c].stated,
+                        });
+                    }
+                }
+            }
+        }
+    }
+
+    /// Mean square of what a series holds to either side of an order's line: the arm shakes a
+    /// little of itself, and most where it likes to.
+    fn beside(&self, weld: &Weld, order: usize, series: &[f64]) -> f64 {
+        let mut squares = Vec::new();
+        for order in [order as f64 - self.aside, order as f64 + self.aside] {
+            let wave = |f: fn(f64) -> f64| {
+                weld.angle.iter().map(|a| 2.0 * f(order * a)).collect::<Vec<f64>>()
+            };
+            for wave in [wave(f64::cos), wave(f64::sin)] {
+                let at = |row: &usize| {
+                    weld.low.at(0, |k| series[k] * wave[k], series.len(), *row).powi(2)
+                };
+                squares.extend(weld.rows.iter().map(at));
+            }
+        }
+        squares.iter().sum::<f64>() / squares.len() as f64
+    }
+
+    /// What the encoders' noise becomes in the force at an order of the spindle, in W: deviation
+    /// per deviation of a demodulated reading.
+    fn driven_noise(
+        &self,
+        weld: &Weld,
+        model: &Model,
+        encoder: &[Level],
+        order: usize,
+        k: usize,
+    ) -> Vector3<f64> {
+        let row = weld.rows[k];
+        let q = JointVector::from_fn(|i, _| self.encoder[row][i]);
+        let (_, held) = weld.held(&weld.process(model), row);
+        let Shaken { carried, contact, pass, .. } =
+            shaken(weld, model, &held, &q, folded(weld, order));
+        let noise = SVector::<_, 6>::from_fn(|i, _| Complex::new(encoder[i].deviation, 0.0));
+        let all = pass * contact * carried * Matrix6::from_diagonal(&noise);
+        Vector3::from_fn(|c, _| all.row(c).iter().map(|z| z.norm_sqr()).sum::<f64>().sqrt())
+    }
+
+    /// Complex amplitude of a vector series at an order around a row: x = Re(z exp(i n φ)).
+    fn amplitude(
+        &self,
+        weld: &Weld,
+        order: usize,
+        row: usize,
+        series: &[Vec<f64>; 3],
+    ) -> Vector3<Complex<f64>> {
+        Vector3::from_fn(|c, _| self.amplitude_of(weld, order, row, |k| series[c][k]))
+    }
+
+    /// The same of one series.
+    fn amplitude_of(
+        &self,
+        weld: &Weld,
+        order: usize,
+        row: usize,
+        series: impl Fn(usize) -> f64,
+    ) -> Complex<f64> {
+        let [cosine, sine] = [0, 1].map(|part| {
+            let wave = &self.waves[order - 1][part];
+            weld.low.at(0, |k| series(k) * wave[k], wave.len(), row)
+        });
+        Complex::new(cosine, -sine)
+    }
+
+    /// Measured less predicted, N, where `still` is the force on a tool that does not shake.
+    pub fn residual(
+        &self,
+        weld: &Weld,
+        ports: &Ports,
+        still: &[Vector3<f64>],
+        residual: &mut Vec<f64>,
+    ) {
+        let zero = sensed(ports, unread(0.0)).force;
+        let late_by = ports.delay(Channel::Wrench);
+        let still = weld.quick_vectors(still);
+        let mut measured = self.measured.iter();
+        for &order in &self.orders {
+            let back = Complex::from_polar(1.0, -turning(weld, order) * late_by);
+            let driven_back = Complex::from_polar(1.0, -folded(weld, order) * late_by);
+            for (k, &row) in weld.rows.iter().enumerate() {
+                let closed = &self.loops[k][order - 1];
+                let ripple = closed.pass * self.amplitude(weld, order, row, &still);
+                let force = ripple.map(|z| z * back) + closed.driven.map(|z| z * driven_back);
+                let read = |part: Vector3<f64>| {
+                    let force = weld.rotation[row].tr_mul(&(weld.seam.b_from_w.rotation * part));
+                    let truth = Readings { force, ..unread(row as f64 * weld.period) };
+                    sensed(ports, truth).force - zero
+                };
+                let (cosine, sine) = (read(force.map(|z| z.re)), read(force.map(|z| -z.im)));
+                let predicted = (0..3).flat_map(|c| [cosine[c], sine[c]]);
+                residual.extend(measured.by_ref().zip(predicted).map(|(m, p)| m - p));
+            }
+        }
+    }
+}
+
+/// Angular frequency of an order, rad/s; signed, as a spindle turns.
+fn turning(weld: &Weld, order: usize) -> f64 {
+    order as f64 * weld.process.spindle
+}
+
+/// The slowest angular frequency whose samples are those of an order, rad/s; negative where
+/// they run backwards. Motors move this slowly rather than as fast as an order beyond half the
+/// sampling rate.
+fn folded(weld: &Weld, order: usize) -> f64 {
+    let rate = std::f64::consts::TAU / weld.period;
+    turning(weld, order) - rate * (turning(weld, order) / rate).round()
+}
+
+/// Arm and contact at an angular frequency, with the links at `q`. `held`: the reaction of a
+/// tool that carries the push.
+fn shaken(
+    weld: &Weld,
+    model: &Model,
+    held: &Reaction,
+    q: &JointVector<f64>,
+    turning: f64,
+) -> Shaken {
+    let frames = model.robot.frames(q);
+    let jacobian = weld.seam.b_from_w.rotation.transpose() * frames.jacobian().0.fixed_rows::<3>(3);
+    let jacobian = jacobian.map(|x| Complex::new(x, 0.0));
+    let spring = Matrix6::from_diagonal(&model.robot.dynamic_stiffness(turning));
+    let h = model.robot.dynamic_compliance(&frames, turning).unwrap_or_else(Matrix6::zeros);
+    let contact = held.stiffness.zip_map(&held.damping, |k, b| Complex::new(k, turning * b));
+    let compliance = jacobian * h * jacobian.transpose();
+    let pass =
+        (Matrix3::identity() + contact * compliance).try_inverse().unwrap_or_else(Matrix3::zeros);
+    Shaken { carried: jacobian * h * spring, compliance, contact, pass }
+}

@@ -1,0 +1,269 @@
+//! The force of a weld: the process under the tool, where the tracker saw the tool.
+//!
+//! The contact turns the tracker's noise into hundreds of newtons, so the tool's motion is taken
+//! from it slowly only. Forces in the plane are in proportion to the depth force, which the sensor
+//! knows far better than the depth gives it: they are predicted for the depth force that was
+//! measured. What the spindle's ripple does is predicted at its lines ([`lines`]).
+
+mod lines;
+mod tool;
+
+use super::{
+    Compared, Model, PredictError, Quantity, filled, filled_vectors, known, list, mean_abs, period,
+    sensed, spindle_angle, turned_from_first, unread, vector, wrench_behind,
+};
+use crate::data::channel::LogChannel;
+use crate::data::fir::{LowPass, interpolate};
+use crate::data::log::Log;
+use crate::data::noise::{Level, NoiseLevels};
+use lines::Lines;
+use nalgebra::{Matrix3, Vector3};
+use tool::Weld;
+use trueweld_core::Wrench;
+use trueweld_core::spatial::rotation_from_vector;
+use trueweld_plant::input::Process;
+use trueweld_plant::robot::{Channel, ElasticRobot, Readings};
+use trueweld_plant::simulate::Seam;
+
+/// Band of the slow force, Hz, and its largest share of the spindle's frequency.
+const BAND: f64 = 1.2;
+const SPINDLE_SHARE: f64 = 0.2;
+
+/// What the predicted slow force is exact to, as a share of the push: the ripple's mean effect is
+/// taken to second order.
+const EXACT: f64 = 2e-4;
+
+/// Push that counts as firm contact, in deviations of the predicted depth force.
+const FIRM: f64 = 4.0;
+
+/// Depth force from which on there is contact to speak of, as a share of the process' reference
+/// force.
+const CONTACT: f64 = 0.03;
+
+/// A weld with tracker and wrench.
+#[derive(Debug, Clone)]
+pub(super) struct Contact {
+    weld: Weld,
+    moment: Option<[Vec<f64>; 3]>,
+    lines: Lines,
+}
+
+impl Contact {
+    pub(super) fn new(
+        log: &Log,
+        noise: &NoiseLevels,
+        model: &Model,
+        compared: &mut Vec<Compared>,
+    ) -> Result<Option<Self>, PredictError> {
+        let s = &log.samples;
+        let n = s.time.len();
+        let (Some(force), Some(position)) = (filled_vectors(&s.force), filled_vectors(&s.position))
+        else {
+            return Ok(None);
+        };
+        let Some(weld) = &log.weld else {
+            return Ok(None);
+        };
+        let named = model.process.as_ref().or(log.process.as_ref());
+        let mut process =
+            named.ok_or_else(|| PredictError::NoProcess { log: log.name.clone() })?.clone();
+        let spindle =
+            s.spindle.as_ref().and_then(|v| filled(v)).unwrap_or_else(|| vec![process.spindle; n]);
+        process.spindle = spindle.iter().sum::<f64>() / n as f64;
+        let period = period(log);
+        let angle = spindle_angle(log)
+            .unwrap_or_else(|| (0..n).map(|k| process.spindle * k as f64 * period).collect());
+        let turning = mean_abs(&spindle) / std::f64::consts::TAU;
+        let band = BAND.min(SPINDLE_SHARE * turning).min(0.2 / period);
+        if band.is_nan() || band <= 0.0 {
+            return Ok(None);
+        }
+        let low = LowPass::new(band, period);
+        if n < 2 * low.half() + 2 {
+            return Ok(None);
+        }
+        let every = ((0.4 / (band * period)).floor() as usize).max(1);
+        let rows: Vec<usize> = (low.half()..n - low.half()).step_by(every).collect();
+        // The sensor's axes: the tool's, which turns slowly. Without a tracked rotation, as the
+        // encoders have it.
+        let rotation: Vec<Matrix3<f64>> = match filled_vectors(&s.rotation) {
+            Some(r) => {
+                let (first, turned) = turned_from_first(&r);
+                let turned = turned.map(|v| low.smooth(0, &v));
+                (0..n).map(|k| first * rotation_from_vector(&vector(&turned, k))).collect()
+            }
+            None => s.encoder.iter().map(|q| model.robot.forward_kinematics(q).rotation).collect(),
+        };
+        let mut weld = Weld {
+            process,
+            seam: Seam::of(weld),
+            period,
+            angle,
+            position,
+            rotation,
+            force: (0..n).map(|k| vector(&force, k)).collect(),
+            low,
+            rows,
+            motion: Vec::new(),
+        };
+        weld.motion = weld.tool(None, 0.0);
+        let encoder = known(&noise.encoder, log, LogChannel::Encoder)?;
+        let level = known(&noise.force, log, LogChannel::Force)?;
+        let tracker = known(&noise.position, log, LogChannel::Position)?;
+        let largest = tracker.iter().map(|l| l.deviation).fold(0.0, f64::max);
+        // Where the noise is of the size of the push, the predicted tool leaves the plate now and
+        // then.
+        let is_firm = |row: &usize| {
+            let spread = spread(&weld, model, *row, largest, 0.0).z;
+            weld.push(*row) > FIRM * spread.max(CONTACT * weld.process.reference_force)
+        };
+        weld.rows = weld.rows.iter().copied().filter(is_firm).collect();
+        if weld.rows.is_empty() {
+            return Ok(None);
+        }
+        let lines = Lines::new(&weld, &s.encoder, model, turning, band);
+        let mut contact = Self { weld, moment: filled_vectors(&s.moment), lines };
+        let mean = (tracker.iter().map(|l| l.deviation.powi(2)).sum::<f64>() / 3.0).sqrt();
+        contact.compare(log, noise, model, (&level, mean), compared)?;
+        contact.lines.compare(&contact.weld, model, (&level, &encoder), compared);
+        Ok(Some(contact))
+    }
+
+    /// The process of this log: the model's, turning as the spindle was recorded.
+    pub(super) fn process(&self, model: &Model) -> Process {
+        self.weld.process(model)
+    }
+
+    /// Lists what is compared of the slow force and moment, with its noise: `level` of the measured
+    /// force, `tracker`, m, of the tool's position.
+    fn compare(
+        &self,
+        log: &Log,
+        noise: &NoiseLevels,
+        model: &Model,
+        (level, tracker): (&[Level], f64),
+        compared: &mut Vec<Compared>,
+    ) -> Result<(), PredictError> {
+        let Weld { low, rows, force, .. } = &self.weld;
+        let (white, n) = (low.gain(0), force.len());
+        let spreads: Vec<Vector3<f64>> = rows
+            .iter()
+            .map(|row| spread(&self.weld, model, *row, tracker, level[2].deviation))
+            .collect();
+        list(compared, Quantity::Force, rows, 0..3, |k, c| {
+            let row = rows[k];
+            let variance = level[c].deviation.powi(2) * white
+                + self.weld.turned(&spreads[k], row, c)
+                + (EXACT * self.weld.push(row)).powi(2);
+            (low.at(0, |i| force[i][c], n, row), variance.sqrt(), level[c].stated)
+        });
+        if let Some(moment) = &self.moment {
+            let level = known(&noise.moment, log, LogChannel::Moment)?;
+            list(compared, Quantity::Moment, rows, 0..3, |k, c| {
+                let deviation = level[c].deviation * white.sqrt();
+                (low.at(0, |i| moment[c][i], n, rows[k]), deviation, level[c].stated)
+            });
+        }
+        Ok(())
+    }
+
+    /// Measured less predicted, in engineering units.
+    pub(super) fn residual(
+        &self,
+        robot: &ElasticRobot,
+        process: &Process,
+        residual: &mut Vec<f64>,
+    ) {
+        let Self { weld, lines, .. } = self;
+        let n = weld.angle.len();
+        let ports = &robot.ports;
+        let late = ports.delay(Channel::Tracker);
+        let followed;
+        let motion = if late != 0.0 || !ports.sensor.is_empty() {
+            followed = weld.tool(Some(robot), late);
+            &followed
+        } else {
+            &weld.motion
+        };
+        let w = &weld.seam.b_from_w.rotation;
+        let behind: Vec<Vector3<f64>> = (0..n)
+            .map(|k| {
+                let read = Wrench { moment: Vector3::zeros(), force: weld.force[k] };
+                wrench_behind(ports, &read, k as f64 * weld.period).force
+            })
+            .collect();
+        let mut force = weld.forces(process, ports, motion, Some(&lines.shake));
+        let mut still = weld.forces(process, ports, motion, None);
+        // The depth force as measured against the predicted one, in W, both below the spindle's
+        // frequency: as slow as that, a few values a second tell it.
+        let depth: Vec<f64> =
+            (0..n).map(|k| w.column(2).dot(&(weld.rotation[k] * behind[k]))).collect();
+        let stride = weld.stride();
+        let least = CONTACT * process.reference_force;
+        let share: Vec<f64> = (0..n + stride)
+            .step_by(stride)
+            .map(|k| {
+                let k = k.min(n - 1);
+                let (measured, predicted) =
+                    (weld.low.at(0, |i| depth[i], n, k), weld.low.at(0, |i| force[i].z, n, k));
+                if predicted.abs() > least && measured.abs() > least {
+                    measured / predicted
+                } else {
+                    1.0
+                }
+            })
+            .collect();
+        for (k, force) in force.iter_mut().enumerate() {
+            let share = interpolate(&share, k as f64 / stride as f64);
+            for force in [force, &mut still[k]] {
+                force.x *= share;
+                force.y *= share;
+            }
+        }
+        let read = |k: usize| {
+            let force = weld.rotation[k].tr_mul(&(w * force[k]));
+            sensed(ports, Readings { force, ..unread(k as f64 * weld.period) })
+        };
+        let (mut force, mut turning): (Vec<_>, Vec<_>) =
+            (0..n).map(read).map(|r| (r.force, r.moment)).unzip();
+        let lag = ports.delay(Channel::Wrench) / weld.period;
+        if lag != 0.0 {
+            [force, turning] = [force, turning]
+                .map(|series| (0..n).map(|k| interpolate(&series, k as f64 - lag)).collect());
+        }
+        let left: [Vec<f64>; 3] =
+            [0, 1, 2].map(|c| (0..n).map(|k| weld.force[k][c] - force[k][c]).collect());
+        for &row in &weld.rows {
+            residual.extend(left.iter().map(|l| weld.low.at(0, |i| l[i], n, row)));
+        }
+        if let Some(moment) = &self.moment {
+            for &row in &weld.rows {
+                residual.extend(
+                    (0..3).map(|c| weld.low.at(0, |i| moment[c][i] - turning[i][c], n, row)),
+                );
+            }
+        }
+        lines.residual(weld, ports, &still, residual);
+    }
+}
+
+/// What the tracker's noise becomes in the predicted slow force around a row, in W, N.
+/// `tracker`, m, and `sensor`, N: deviations of position and of measured depth force.
+fn spread(weld: &Weld, model: &Model, row: usize, tracker: f64, sensor: f64) -> Vector3<f64> {
+    let (value, rate) = (weld.low.gain(0), weld.low.gain(1));
+    let (push, r) = weld.held(&weld.process(model), row);
+    let (k, b) = (r.stiffness, r.damping);
+    let from = |c: usize| if c == 2 { 2..3 } else { 0..2 };
+    let mut slow = Vector3::from_fn(|c, _| {
+        from(c).map(|j| k[(c, j)].powi(2) * value + b[(c, j)].powi(2) * rate).sum::<f64>()
+            * tracker.powi(2)
+    });
+    for c in 0..2 {
+        slow[c] += (r.force[c] / push * sensor).powi(2) * value;
+    }
+    // Where the channel behind the tool began is as uncertain as one reading, until the tool
+    // has left it behind.
+    let travelled = (weld.motion[row].position.x - weld.motion[0].position.x).abs();
+    slow.y += (k[(1, 1)] * tracker * (-travelled / weld.process.memory_length).exp()).powi(2);
+    slow.map(f64::sqrt)
+}

@@ -1,0 +1,178 @@
+//! A weld as it was recorded, in the bands in which its forces are predicted, and the tool followed
+//! through it as the tracker saw it.
+
+use super::super::{Model, pose_behind};
+use crate::data::fir::{LowPass, interpolate};
+use nalgebra::{Matrix3, Vector3};
+use trueweld_core::Pose;
+use trueweld_plant::input::Process;
+use trueweld_plant::process::{Reaction, reaction};
+use trueweld_plant::robot::{ElasticRobot, Ports};
+use trueweld_plant::simulate::Seam;
+
+/// A weld with tracker and wrench.
+#[derive(Debug, Clone)]
+pub(super) struct Weld {
+    pub process: Process,
+    pub seam: Seam,
+    pub period: f64,
+    /// Spindle angle at every row, rad.
+    pub angle: Vec<f64>,
+    /// Tracker, all rows.
+    pub position: [Vec<f64>; 3],
+    pub rotation: Vec<Matrix3<f64>>,
+    pub force: Vec<Vector3<f64>>,
+    pub low: LowPass,
+    /// Rows that are compared.
+    pub rows: Vec<usize>,
+    /// Motion of the tool as the tracker tells it without a delay or a term of its own.
+    pub motion: Vec<Tool>,
+}
+
+/// The tool at one row: TCP and velocity in W, and the channel behind it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Tool {
+    pub position: Vector3<f64>,
+    pub velocity: Vector3<f64>,
+    pub channel: f64,
+}
+
+impl Weld {
+    /// The process of this log: the model's, turning as the spindle was recorded.
+    pub fn process(&self, model: &Model) -> Process {
+        let mut process = model.process.clone().unwrap_or_else(|| self.process.clone());
+        process.spindle = self.process.spindle;
+        process
+    }
+
+    /// Motion of the tool in the bands it is followed in. `robot`: whose sensor terms are undone;
+    /// `late`: the tracker's delay, s.
+    pub fn tool(&self, robot: Option<&ElasticRobot>, late: f64) -> Vec<Tool> {
+        let n = self.angle.len();
+        let w = &self.seam.b_from_w;
+        let read = |k: usize| {
+            let at = |i: usize| match late {
+                0.0 => self.position[i][k],
+                _ => interpolate(&self.position[i], k as f64 + late / self.period),
+            };
+            Vector3::new(at(0), at(1), at(2))
+        };
+        // What the tracker's terms do to a position changes along a weld as slowly as the tool
+        // moves.
+        let stride = self.stride();
+        let undone: Vec<Vector3<f64>> = (0..n + stride)
+            .step_by(stride)
+            .map(|k| {
+                let k = k.min(n - 1);
+                let pose = Pose { position: read(k), rotation: self.rotation[k] };
+                robot.map_or(Vector3::zeros(), |r| {
+                    pose_behind(&r.ports, &pose, k as f64 * self.period).position - pose.position
+                })
+            })
+            .collect();
+        let raw: Vec<Vector3<f64>> = (0..n)
+            .map(|k| {
+                let (before, share) = (k / stride, (k % stride) as f64 / stride as f64);
+                let undone = undone[before] * (1.0 - share) + undone[before + 1] * share;
+                w.rotation.tr_mul(&(read(k) + undone - w.position))
+            })
+            .collect();
+        let mut position = vec![Vector3::zeros(); n];
+        let mut velocity = vec![Vector3::zeros(); n];
+        for c in 0..3 {
+            let series: Vec<f64> = raw.iter().map(|p| p[c]).collect();
+            let slow = self.low.smooth(0, &series);
+            let rate = self.low.smooth(1, &series);
+            for k in 0..n {
+                position[k][c] = slow[k];
+                velocity[k][c] = rate[k];
+            }
+        }
+        let mut channel = position[0].y;
+        (0..n)
+            .map(|k| {
+                let tool = Tool { position: position[k], velocity: velocity[k], channel };
+                // ẏ_m = (y − y_m)|v_x|/L, exactly over one row.
+                let share =
+                    -(-velocity[k].x.abs() * self.period / self.process.memory_length).exp_m1();
+                channel += (position[k].y - channel) * share;
+                tool
+            })
+            .collect()
+    }
+
+    /// A series without what is slow in it: thousands of newtons that change slowly would show at
+    /// every order, little as the filter lets through of what is far from it.
+    pub fn quick(&self, series: &[f64]) -> Vec<f64> {
+        let (n, stride) = (series.len(), self.stride());
+        let slow: Vec<f64> = (0..n + stride)
+            .step_by(stride)
+            .map(|k| self.low.at(0, |i| series[i], n, k.min(n - 1)))
+            .collect();
+        series
+            .iter()
+            .enumerate()
+            .map(|(k, s)| s - interpolate(&slow, k as f64 / stride as f64))
+            .collect()
+    }
+
+    /// The same of every component.
+    pub fn quick_vectors(&self, series: &[Vector3<f64>]) -> [Vec<f64>; 3] {
+        [0, 1, 2].map(|c| self.quick(&series.iter().map(|v| v[c]).collect::<Vec<f64>>()))
+    }
+
+    /// Samples between two that tell what is slow.
+    pub fn stride(&self) -> usize {
+        (self.low.half() / 12).max(1)
+    }
+
+    /// Measured push around a row, N, and the reaction of a tool that carries it: the noisy depth
+    /// itself may have lost contact.
+    pub fn held(&self, process: &Process, row: usize) -> (f64, Reaction) {
+        let none = Ports::default();
+        let tool = &self.motion[row];
+        let push = self.push(row).max(1.0);
+        let position =
+            Vector3::new(tool.position.x, tool.position.y, push / process.depth_stiffness);
+        let velocity = Vector3::new(tool.velocity.x, tool.velocity.y, 0.0);
+        (push, reaction(process, &none, 0.0, &position, &velocity, tool.channel, self.angle[row]))
+    }
+
+    /// Measured depth force around a row, N.
+    pub fn push(&self, row: usize) -> f64 {
+        self.low.at(0, |i| self.force[i].z.abs(), self.force.len(), row)
+    }
+
+    /// The process' force at every row, in W. `shake`: position and velocity, in W, of what the tool does beside the motion.
+    pub fn forces(
+        &self,
+        process: &Process,
+        ports: &Ports,
+        motion: &[Tool],
+        shake: Option<&[[Vector3<f64>; 2]]>,
+    ) -> Vec<Vector3<f64>> {
+        let force = |k: usize| {
+            let tool = &motion[k];
+            let [by, at] = shake.map_or([Vector3::zeros(); 2], |shake| shake[k]);
+            let time = k as f64 * self.period;
+            reaction(
+                process,
+                ports,
+                time,
+                &(tool.position + by),
+                &(tool.velocity + at),
+                tool.channel,
+                self.angle[k],
+            )
+            .force
+        };
+        (0..self.angle.len()).map(force).collect()
+    }
+
+    /// Variance of a component in the sensor's axes at a row, where those in W have these
+    /// deviations.
+    pub fn turned(&self, deviations: &Vector3<f64>, row: usize, component: usize) -> f64 {
+        let turn = self.seam.b_from_w.rotation.tr_mul(&self.rotation[row]);
+        (0..3).map(|j| (turn[(j, component)] * deviations[j]).powi(2)).sum()
+    }
+}
