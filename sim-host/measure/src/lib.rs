@@ -1,6 +1,23 @@
 //! Measurements judge the model: logs, comparison, diagnosis of missing effects, improvement.
 //!
-//! The rooms, in the order in which data pass through them:
+//! ```text
+//!   log folders                         model.toml
+//!       │ data: columns, units, noise       │ plant/input
+//!       ▼                                   ▼
+//!      Log ──► predict::Experiment ◄── Model, Effects
+//!                      │ predict: the plant driven by the log
+//!                      ▼
+//!      Prediction: (measured − predicted)/noise ──► residuals: Comparison, Findings
+//!                      │
+//!                      ▼
+//!      fit: FitState ──► Fitted   least squares, priors, blocks left out
+//!                      │
+//!                      ▼
+//!      diagnose: every effect at every place ──► Diagnosis ──► experiment: Plan
+//!                      │
+//!                      ▼
+//!      improve: steps, each judged where nothing was fitted ──► Improvement, model.toml
+//! ```
 //!
 //! | room | holds |
 //! |---|---|
@@ -11,6 +28,22 @@
 //! | [`diagnose`] | which effect is missing, and the curve that shows it |
 //! | [`experiment`] | what to record next |
 //! | [`improve`] | a model with what was found, step by step |
+//!
+//! ```no_run
+//! use trueweld_measure::data::campaign::read_logs;
+//! use trueweld_measure::residuals::compare::{baseline, experiments};
+//! use trueweld_measure::{diagnose::diagnose, fit::FitProblem};
+//! use trueweld_plant::input::ModelFile;
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let (_, logs) = read_logs(&["my-campaign".into()])?;
+//! let model = ModelFile::read("my-campaign/model.toml")?;
+//! let experiments = experiments(&logs, &baseline(&model))?;
+//! let diagnosis = diagnose(&FitProblem::new(&model, experiments), &logs, &|_, _| ())?;
+//! println!("{}: {} explanations", diagnosis.verdict.name(), diagnosis.candidates.len());
+//! # Ok(())
+//! # }
+//! ```
 
 pub mod data;
 pub mod diagnose;
