@@ -389,7 +389,6 @@ pub fn diagnosis(verdict: Verdict) -> Parts {
             square: Vec::new(),
             slope: Vec::new(),
             rest: Vec::new(),
-            count: Vec::new(),
             weight: DVector::zeros(0),
             away: DVector::zeros(0),
             hold: (DVector::zeros(0), DVector::zeros(0)),
