@@ -7,5 +7,5 @@ pub mod fir;
 mod kind;
 pub mod log;
 pub mod noise;
-pub mod resample;
 pub(crate) mod rates;
+pub mod resample;
