@@ -20,7 +20,7 @@ impl Laboratory {
     /// # Errors
     /// [`CampaignError`].
     pub fn write(&self, recipe: &Recipe, folder: &Path) -> Result<(), CampaignError> {
-        let truth = Truth::new(self, recipe)?;
+        let truth = Truth { laboratory: self, recipe };
         for held_out in [false, true] {
             let (folder, protocol) = if held_out {
                 (folder.join("holdout"), recipe.protocol.held_out())
@@ -55,13 +55,15 @@ impl Laboratory {
         let mut text = format!(
             "# What was built into this campaign.\nschema = \"truth/1\"\nverdict = \"{verdict}\"\n\
              seed = {}\nnoise = {:?}\nnoise_stated = {}\n\n[nuisance]\n\
-             stiffness_relative = {:?}\nencoder_offset_rad = {:?}\nregistration_per_log_m = {:?}\n",
+             stiffness_relative = {:?}\nencoder_offset_rad = {:?}\nregistration_per_log_m = {:?}\n\
+             geometry_m_rad = {:?}\n",
             recipe.seed,
             recipe.noise,
             recipe.noise_stated,
             recipe.stiffness_error,
             recipe.encoder_offset,
-            recipe.registration_per_log
+            recipe.registration_per_log,
+            recipe.geometry_error
         );
         for effect in &recipe.effects {
             writeln!(text, "\n[[effect]]\nid = \"{}\"", effect.kind.id)?;

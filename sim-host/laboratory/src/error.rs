@@ -1,7 +1,6 @@
 //! Why a campaign could not be made.
 
 use crate::static_arm::Unsettled;
-use trueweld_core::ModelError;
 use trueweld_plant::effects::EffectError;
 use trueweld_plant::robot::TooManyStates;
 use trueweld_plant::simulate::RunError;
@@ -15,9 +14,6 @@ pub enum CampaignError {
     /// The effect outside the library needs a state of its own and there is no room.
     #[error(transparent)]
     States(#[from] TooManyStates),
-    /// With the effect outside the library the robot is not a possible one.
-    #[error("with the effect outside the library the robot is not a possible one ({0:?})")]
-    Model(ModelError),
     /// A posture has no equilibrium, or a motion diverged.
     #[error(transparent)]
     Links(#[from] Unsettled),

@@ -104,7 +104,7 @@ impl LogWriter<'_> {
                 arm.lead(&motor, load, time)?;
                 let read = readings(time, &motor, arm.link(), &load.wrench_in_t, &arm.pose(time));
                 let [x, y, z] = load.center.into();
-                table.record(&cell, read, &JointVector::zeros(), &[load.payload, x, y, z]);
+                table.record(&cell, read, &[load.payload, x, y, z]);
             }
         }
         Ok(table.write(&log.folder, "")?)
@@ -203,8 +203,7 @@ impl LogWriter<'_> {
         let mut table = self.table(kind, log);
         if let Some(period) = kind.period() {
             for row in 0..=(length / period + 1e-6) as usize {
-                let (read, torque) = track.read(cell, row as f64 * period);
-                table.record(cell, read, &torque, given);
+                table.record(cell, track.read(cell, row as f64 * period), given);
             }
         }
         table

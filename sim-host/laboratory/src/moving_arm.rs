@@ -112,7 +112,7 @@ impl<P: Path> MovingArm<'_, P> {
         let law = &robot.model.parameters().friction;
         let friction = JointVector::from_fn(|i, _| {
             let fading = self.foreign.map_or(0.0, |f| f.friction(i, motor.rate[i], time, law));
-            robot.friction(&drives, i).value + fading
+            robot.friction(&drives, i, spring[i]).value + fading
         });
         Instant {
             motor: motor.angle,

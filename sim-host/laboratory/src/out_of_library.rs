@@ -1,14 +1,12 @@
 //! Effects that a real cell may have and the library does not have: a diagnosis must call them
 //! unknown.
 //!
-//! Each is a term at a port of the plant, a change of the robot's parameters, or acts on a moving
-//! arm only. At size 1 each shows well above the noise.
+//! Each is a term at a port of the plant, or acts on a moving arm only. At size 1 each shows well above the noise.
 
 use crate::random::OUT_OF_LIBRARY;
 use nalgebra::Vector3;
 use std::f64::consts::TAU;
-use trueweld_core::spatial::rotation_from_vector;
-use trueweld_core::{Friction, JOINTS, RobotParameters};
+use trueweld_core::{Friction, JOINTS};
 use trueweld_plant::cell::Cell;
 use trueweld_plant::random::Random;
 use trueweld_plant::robot::{
@@ -22,14 +20,12 @@ pub enum OutOfLibraryKind {
     LinkFriction,
     /// A heavy thing hung softly on the tool: a second mode.
     Appendage,
-    /// A motor whose torque pulsates with its angle.
-    MotorRipple,
-    /// A force sensor whose axial channel reads too much.
-    ForceScale,
-    /// A link longer than the model has it.
-    LinkLength,
-    /// A robot installed on a floor out of level.
-    TiltedFloor,
+    /// A gear that rubs more on one side of its turn.
+    UnevenFriction,
+    /// A force sensor whose axial channel reads too much of a large force.
+    ForceCurve,
+    /// A cable package that draws a joint back to its middle.
+    CablePull,
     /// A gear that damps fast twisting more than slow.
     CubicDamping,
     /// A gear softer on one side of its turn.
@@ -42,13 +38,12 @@ pub enum OutOfLibraryKind {
 
 impl OutOfLibraryKind {
     /// All of them.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 9] = [
         Self::LinkFriction,
         Self::Appendage,
-        Self::MotorRipple,
-        Self::ForceScale,
-        Self::LinkLength,
-        Self::TiltedFloor,
+        Self::UnevenFriction,
+        Self::ForceCurve,
+        Self::CablePull,
         Self::CubicDamping,
         Self::UnevenStiffness,
         Self::FadingFriction,
@@ -60,10 +55,9 @@ impl OutOfLibraryKind {
         match self {
             Self::LinkFriction => "link-friction",
             Self::Appendage => "appendage",
-            Self::MotorRipple => "motor-ripple",
-            Self::ForceScale => "force-scale",
-            Self::LinkLength => "link-length",
-            Self::TiltedFloor => "tilted-floor",
+            Self::UnevenFriction => "uneven-friction",
+            Self::ForceCurve => "force-curve",
+            Self::CablePull => "cable-pull",
             Self::CubicDamping => "cubic-damping",
             Self::UnevenStiffness => "uneven-stiffness",
             Self::FadingFriction => "fading-friction",
@@ -78,10 +72,9 @@ impl OutOfLibraryKind {
             Self::Appendage => {
                 "m ü = −k (u − p) − c (u̇ − ṗ) and its reaction on the TCP p, in motion; its weight is balanced"
             }
-            Self::MotorRipple => "τ_f gains a sin(37 θ_E)",
-            Self::ForceScale => "measured F_z × (1 + g)",
-            Self::LinkLength => "origin of this joint's frame moves outward by d",
-            Self::TiltedFloor => "gravity turned by an angle about (1, 1, 0) of B",
+            Self::UnevenFriction => "τ_f gains a sin(7 θ_E) tanh(θ̇_E/smoothing)",
+            Self::ForceCurve => "measured F_z gains g F_z |F_z|",
+            Self::CablePull => "link side gains −k θ",
             Self::CubicDamping => "τ_s gains c δ̇³",
             Self::UnevenStiffness => "τ_s gains a K sin(3 θ_E) δ",
             Self::FadingFriction => "τ_f gains f exp(−t/T) tanh(θ̇_E/smoothing)",
@@ -117,10 +110,12 @@ impl OutOfLibrary {
     pub fn draw(kind: OutOfLibraryKind, size: f64, seed: u64) -> Self {
         let mut random = Random::new(seed, OUT_OF_LIBRARY);
         let joint = match kind {
-            // The frames that are far from the one before them.
-            OutOfLibraryKind::LinkLength => [1, 2, 4][random.whole(0, 2)],
             // Only motor torque shows them, and its noise is the same at the weak joints.
-            OutOfLibraryKind::MotorRipple | OutOfLibraryKind::FadingFriction => random.whole(0, 2),
+            OutOfLibraryKind::UnevenFriction | OutOfLibraryKind::FadingFriction => {
+                random.whole(0, 2)
+            }
+            // Where it is not like gravity.
+            OutOfLibraryKind::CablePull => [0, 3][random.whole(0, 1)],
             // The tool centre lies on A6.
             OutOfLibraryKind::UnevenStiffness | OutOfLibraryKind::CubicDamping => {
                 random.whole(0, 4)
@@ -128,26 +123,6 @@ impl OutOfLibrary {
             _ => random.whole(0, JOINTS - 1),
         };
         Self { kind, joint, size }
-    }
-
-    /// What it changes of the robot's numbers.
-    pub(crate) fn change(&self, robot: &mut RobotParameters<f64>) {
-        match self.kind {
-            OutOfLibraryKind::LinkLength => {
-                // A frame at the one before it has no direction of its own: the arm's length is
-                // then the flange's.
-                let origin = match self.joint {
-                    0 | 5 => &mut robot.tool.flange_offset,
-                    joint => &mut robot.joints[joint].origin,
-                };
-                *origin += origin.normalize() * (5e-4 * self.size);
-            }
-            OutOfLibraryKind::TiltedFloor => {
-                let axis = Vector3::new(1.0, 1.0, 0.0).normalize();
-                robot.gravity = rotation_from_vector(&(axis * (0.03 * self.size))) * robot.gravity;
-            }
-            _ => {}
-        }
     }
 
     /// Puts its term, if it is one, at its port.
@@ -161,13 +136,19 @@ impl OutOfLibrary {
                 let viscous = self.size * friction.viscous[joint];
                 (Port::LinkTorque(joint), Box::new(LinkFriction { viscous }))
             }
-            OutOfLibraryKind::MotorRipple => (
+            OutOfLibraryKind::UnevenFriction => (
                 Port::MotorFriction(joint),
-                Box::new(MotorRipple { amplitude: self.size * 0.8 * friction.coulomb[joint] }),
+                Box::new(UnevenFriction { amplitude: self.size * 0.8 * friction.coulomb[joint] }),
             ),
-            OutOfLibraryKind::ForceScale => (
+            OutOfLibraryKind::ForceCurve => (
                 Port::SensorChannel(Channel::Wrench),
-                Box::new(ForceScale { gain: 0.03 * self.size }),
+                Box::new(ForceCurve { gain: 5e-6 * self.size }),
+            ),
+            OutOfLibraryKind::CablePull => (
+                Port::LinkTorque(joint),
+                Box::new(CablePull {
+                    stiffness: self.size * 0.1 * model.parameters().joints[joint].max_torque,
+                }),
             ),
             OutOfLibraryKind::CubicDamping => {
                 // Twice as much again as D, at the rate at which a ring-down begins.
@@ -183,10 +164,7 @@ impl OutOfLibrary {
                 let amplitude = cell.b_from_w.rotation.transpose() * self.shaking();
                 (Port::ProcessForce, Box::new(Shaker { amplitude }))
             }
-            OutOfLibraryKind::Appendage
-            | OutOfLibraryKind::LinkLength
-            | OutOfLibraryKind::TiltedFloor
-            | OutOfLibraryKind::FadingFriction => return Ok(()),
+            OutOfLibraryKind::Appendage | OutOfLibraryKind::FadingFriction => return Ok(()),
         };
         cell.robot.ports.install(port, term)
     }
@@ -251,24 +229,37 @@ impl Term for LinkFriction {
 }
 
 #[derive(Debug)]
-struct MotorRipple {
+struct UnevenFriction {
     amplitude: f64,
 }
 
-impl Term for MotorRipple {
+impl Term for UnevenFriction {
     fn friction(&self, at: &JointState) -> ValueDerivative {
-        ValueDerivative { value: self.amplitude * (37.0 * at.encoder).sin(), slope: 0.0 }
+        let turn = ValueDerivative::turn(at.encoder_rate, at.smoothing);
+        let level = self.amplitude * (7.0 * at.encoder).sin();
+        ValueDerivative { value: level * turn.value, slope: level * turn.slope }
     }
 }
 
 #[derive(Debug)]
-struct ForceScale {
+struct ForceCurve {
     gain: f64,
 }
 
-impl Term for ForceScale {
+impl Term for ForceCurve {
     fn sense(&self, readings: &mut Readings) {
-        readings.force.z *= 1.0 + self.gain;
+        readings.force.z *= 1.0 + self.gain * readings.force.z.abs();
+    }
+}
+
+#[derive(Debug)]
+struct CablePull {
+    stiffness: f64,
+}
+
+impl Term for CablePull {
+    fn link_torque(&self, at: &JointState, _: f64) -> f64 {
+        -self.stiffness * at.link
     }
 }
 

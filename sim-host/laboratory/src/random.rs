@@ -4,6 +4,7 @@
 // Those from [`REGISTRATION`] on have a log's number added.
 pub(crate) const NUISANCE: u64 = 1;
 pub(crate) const OUT_OF_LIBRARY: u64 = 2;
+pub(crate) const GEOMETRY: u64 = 3;
 /// Of the library's first effect; the others have their place in its table added.
 pub(crate) const DRAW: u64 = 100;
 pub(crate) const REGISTRATION: u64 = 1000;

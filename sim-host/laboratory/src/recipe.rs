@@ -4,7 +4,9 @@ use crate::out_of_library::OutOfLibrary;
 use crate::protocol::Protocol;
 use crate::random;
 use trueweld_core::JOINTS;
-use trueweld_plant::effects::{Effect, encoder_offset, stiffness_error, tracker_registration};
+use trueweld_plant::effects::{
+    Effect, encoder_offset, geometry_error, stiffness_error, tracker_registration,
+};
 use trueweld_plant::random::Random;
 
 /// What a campaign is made of.
@@ -21,6 +23,9 @@ pub struct Recipe {
     /// Standard deviation of the tracker's registration, drawn anew for each log: translation, m,
     /// and half of it per metre as rotation, rad.
     pub registration_per_log: f64,
+    /// Standard deviation of how each link is mounted off its joint: translation, m, and as much in
+    /// rad as rotation.
+    pub geometry_error: f64,
     /// Factor on the nominal noise of every instrument.
     pub noise: f64,
     /// True where `log.toml` states the noise.
@@ -40,6 +45,7 @@ impl Recipe {
             stiffness_error: [0.0; JOINTS],
             encoder_offset: [0.0; JOINTS],
             registration_per_log: 0.0,
+            geometry_error: 0.0,
             noise: 1.0,
             noise_stated: true,
             protocol: Protocol::usual(),
@@ -47,8 +53,8 @@ impl Recipe {
         }
     }
 
-    /// What the laboratory got wrong in one log: stiffnesses and encoder zeros of the campaign, the
-    /// log's own tracker registration.
+    /// What the laboratory got wrong in one log: stiffnesses, encoder zeros and geometry of the
+    /// campaign, the log's own tracker registration.
     pub fn miscalibrations(&self, log: u64) -> Vec<Effect> {
         let mut effects = Vec::new();
         for joint in 0..JOINTS {
@@ -65,6 +71,15 @@ impl Recipe {
             let deviation = |k| self.registration_per_log * if k < 3 { 1.0 } else { 0.5 };
             let motion = std::array::from_fn(|k: usize| deviation(k) * random.normal());
             effects.push(tracker_registration::effect(motion));
+        }
+        if self.geometry_error != 0.0 {
+            let mut random = Random::new(self.seed, random::GEOMETRY);
+            effects.extend((0..JOINTS).map(|joint| {
+                geometry_error::effect(
+                    joint,
+                    [(); 6].map(|()| self.geometry_error * random.normal()),
+                )
+            }));
         }
         effects
     }

@@ -5,7 +5,6 @@ use crate::recipe::Recipe;
 use nalgebra::Vector3;
 use std::fmt::Write as _;
 use std::path::Path;
-use trueweld_core::JointVector;
 use trueweld_core::spatial::{rotation_from_vector, rotation_vector};
 use trueweld_plant::cell::Cell;
 use trueweld_plant::input::write_atomically;
@@ -171,15 +170,8 @@ impl SampleTable {
         INSTRUMENTS.iter().filter(move |i| i.logs.contains(&kind))
     }
 
-    /// Records one row: `readings` without noise, the motors' torque, N·m, and the columns that no
-    /// instrument reads.
-    pub fn record(
-        &mut self,
-        cell: &Cell,
-        mut readings: Readings,
-        torque: &JointVector<f64>,
-        given: &[f64],
-    ) {
+    /// Records one row: `readings` without noise, and the columns that no instrument reads.
+    pub fn record(&mut self, cell: &Cell, mut readings: Readings, given: &[f64]) {
         for term in &cell.robot.ports.sensor {
             term.sense(&mut readings);
         }
@@ -188,7 +180,7 @@ impl SampleTable {
             let values = match instrument.quantity {
                 Quantity::Encoder => readings.encoder.as_slice(),
                 Quantity::LinkEncoder => readings.link_encoder.as_slice(),
-                Quantity::MotorTorque => torque.as_slice(),
+                Quantity::MotorTorque => readings.motor_torque.as_slice(),
                 Quantity::Force => readings.force.as_slice(),
                 Quantity::Moment => readings.moment.as_slice(),
                 Quantity::Position => readings.tcp_position.as_slice(),

@@ -77,23 +77,24 @@ impl Track {
         }
     }
 
-    /// What instruments without noise read at a time, each as late as it is, and the motors'
-    /// torque.
-    pub fn read(&self, cell: &Cell, time: f64) -> (Readings, JointVector<f64>) {
+    /// What instruments without noise read at a time, each as late as it is.
+    pub fn read(&self, cell: &Cell, time: f64) -> Readings {
         let late = |channel| self.at(time - cell.robot.ports.delay(channel));
         let (tracker, wrench) = (late(Channel::Tracker).pose, late(Channel::Wrench).wrench);
-        let readings = readings(
-            time,
-            &self.at(time).motor,
-            &late(Channel::LinkEncoder).link,
-            &wrench,
-            &tracker,
-        );
-        (readings, late(Channel::MotorTorque).torque)
+        Readings {
+            motor_torque: late(Channel::MotorTorque).torque.into(),
+            ..readings(
+                time,
+                &self.at(time).motor,
+                &late(Channel::LinkEncoder).link,
+                &wrench,
+                &tracker,
+            )
+        }
     }
 }
 
-/// The truth as readings.
+/// The truth as readings, but for the motors' torque.
 pub(crate) fn readings(
     time: f64,
     motor: &JointVector<f64>,

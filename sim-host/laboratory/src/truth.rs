@@ -3,7 +3,7 @@
 use crate::error::CampaignError;
 use crate::laboratory::Laboratory;
 use crate::recipe::Recipe;
-use trueweld_core::{Pose, Robot};
+use trueweld_core::Pose;
 use trueweld_plant::cell::Cell;
 use trueweld_plant::input::Process;
 
@@ -12,20 +12,9 @@ use trueweld_plant::input::Process;
 pub(crate) struct Truth<'a> {
     pub laboratory: &'a Laboratory,
     pub recipe: &'a Recipe,
-    /// The robot with the parameters that an effect outside the library changes.
-    robot: Robot<f64>,
 }
 
-impl<'a> Truth<'a> {
-    pub fn new(laboratory: &'a Laboratory, recipe: &'a Recipe) -> Result<Self, CampaignError> {
-        let mut parameters = laboratory.robot.parameters.clone();
-        if let Some(foreign) = &recipe.out_of_library {
-            foreign.change(&mut parameters);
-        }
-        let robot = Robot::new(parameters).map_err(CampaignError::Model)?;
-        Ok(Self { laboratory, recipe, robot })
-    }
-
+impl Truth<'_> {
     /// The cell of one log, welding in the frame `b_from_w` with the spindle at `spindle`, rad/s.
     /// `log` is the log's number: each log has its own registration of the tracker.
     pub fn cell(&self, log: u64, b_from_w: Pose<f64>, spindle: f64) -> Result<Cell, CampaignError> {
@@ -33,7 +22,7 @@ impl<'a> Truth<'a> {
         let mut effects = recipe.effects.clone();
         effects.extend(recipe.miscalibrations(log));
         let process = Process { spindle, ..self.laboratory.process.clone() };
-        let mut cell = Cell::new(&self.robot, &effects, &process, b_from_w)?;
+        let mut cell = Cell::new(&self.laboratory.robot.robot, &effects, &process, b_from_w)?;
         if let Some(foreign) = &recipe.out_of_library {
             foreign.install(&mut cell)?;
         }

@@ -2,9 +2,10 @@
 //! side, sampled exactly.
 
 use nalgebra::{DMatrix, SMatrix, SVector, Vector3, Vector6};
-use trueweld_core::{JointVector, Pose, Twist, Wrench};
+use trueweld_core::{JointVector, Pose, Robot, Twist, Wrench};
 use trueweld_plant::cell::{Cell, STATES, State};
 use trueweld_plant::integrate::rest;
+use trueweld_plant::simulate::real_inverse_near;
 
 /// Differences of angles, rates and what else a state holds: good to 1e-6 of the slopes against
 /// rounding, and no kink is stepped over.
@@ -24,9 +25,11 @@ pub struct LinearCell {
 }
 
 /// The cell at work with its tool on the nominal pose, pressing with `push`, N, and moving at
-/// `feed`, m/s: what the weld is to be. `None` where no posture near `near` does that.
+/// `feed`, m/s: what the weld is to be. `None` where no posture near `near` does that;
+/// `planned` is the arm as the controller knows it.
 pub fn operating_point(
     cell: &Cell,
+    planned: &Robot<f64>,
     nominal: &Pose<f64>,
     push: f64,
     feed: f64,
@@ -37,7 +40,8 @@ pub fn operating_point(
         angular: Vector3::zeros(),
         linear: w.column(2) * (push / cell.process.depth_stiffness),
     };
-    let link = cell.robot.model.inverse_near(&nominal.displaced(&deep), near).ok()?;
+    let pose = nominal.displaced(&deep);
+    let link = real_inverse_near(&cell.robot.model, planned, &pose, near).ok()?;
     let frames = cell.robot.model.frames(&link);
     let forward = w.column(0) * feed;
     let twist = Vector6::new(0.0, 0.0, 0.0, forward.x, forward.y, forward.z);

@@ -21,7 +21,9 @@ use linear::{LinearCell, operating_point};
 use rayon::prelude::*;
 use response::{Frozen, LoopSignals, Run, sensitivity};
 use serde::Serialize;
-use trueweld_plant::simulate::{RunError, Scenario, Seam, Taught, encoder_offset, start_angles};
+use trueweld_plant::simulate::{
+    RunError, Scenario, Seam, Taught, encoder_offset, real_inverse_near, start_angles,
+};
 
 /// Where what is left of an impulse is lost in rounding, of its largest.
 const ROUNDING: f64 = 2e-6;
@@ -169,21 +171,23 @@ fn frozen<'a>(scenario: &'a Scenario<'a>, path: f64) -> Result<Frozen<'a>, RunEr
     const STEPS: usize = 100;
     let Scenario { cell, weld, .. } = *scenario;
     let seam = Seam::of(weld);
-    let model = &cell.robot.model;
+    let (model, planned) = (&cell.robot.model, scenario.controller_model);
     let (_, step) = scenario.plant_steps();
     let reach = || RunError::Reach { path, reason: "no posture welds there" };
-    let mut near = start_angles(model, &seam)?;
+    let mut near = start_angles(planned, &seam)?;
     for k in 1..=STEPS {
-        near = model
+        near = planned
             .inverse_near(&seam.nominal(path * k as f64 / STEPS as f64), &near)
             .map_err(|_| reach())?;
     }
     let nominal = seam.nominal(path);
-    let point = operating_point(cell, &nominal, weld.force, weld.feed, &near).ok_or_else(reach)?;
+    near = real_inverse_near(model, planned, &nominal, &near).map_err(|_| reach())?;
+    let point =
+        operating_point(cell, planned, &nominal, weld.force, weld.feed, &near).ok_or_else(reach)?;
     let linear = LinearCell::about(cell, &point, step).ok_or_else(reach)?;
     // Taught under gravity with the tool free, but as deep as the force loop presses it.
-    let mut taught = Taught::at(cell, &seam, path, &near).offset;
-    taught.linear.z = encoder_offset(model, &seam, path, &point.drives().motor).linear.z;
+    let mut taught = Taught::at(cell, planned, &seam, path, &near).offset;
+    taught.linear.z = encoder_offset(planned, &seam, path, &point.drives().motor).linear.z;
     Ok(Frozen { scenario, linear, path, taught })
 }
 

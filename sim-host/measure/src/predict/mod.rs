@@ -27,7 +27,10 @@ use trueweld_core::spatial::{rotation_from_vector, rotation_vector};
 use trueweld_core::{JointVector, Pose, Robot, Wrench};
 use trueweld_plant::effects::{Action, Effect, EffectError, Location};
 use trueweld_plant::input::Process;
-use trueweld_plant::robot::{Channel, ElasticRobot, Port, Ports, Readings};
+use trueweld_plant::robot::{Channel, ElasticRobot, Port, Ports, Readings, mount};
+
+/// Angle of a joint by which one posture is another, rad.
+const ANOTHER_POSTURE: f64 = 0.1;
 
 /// The model that logs are compared with, before effects.
 #[derive(Debug, Clone)]
@@ -321,6 +324,61 @@ impl Experiment {
         Ok(Prediction { residual, motion })
     }
 
+    /// Residuals where the link behind a joint is mounted off by `motion` more, in its frame before
+    /// that, and the links stay where they are in `at`, the prediction under `effects`: what gravity
+    /// makes of the motion is left out, a hundredth of it.
+    ///
+    /// # Errors
+    /// [`PredictError::Effect`].
+    pub(crate) fn remounted(
+        &self,
+        model: &Model,
+        effects: &[Effect],
+        at: &Prediction,
+        joint: usize,
+        motion: &Pose<f64>,
+    ) -> Result<Vec<f64>, PredictError> {
+        let mut robot = ElasticRobot::with_effects(&model.robot, effects, None)?;
+        let mut raw = Vec::with_capacity(self.raw_poses);
+        if let Some(links) = &at.motion {
+            if let Some(standing) = &self.standing {
+                let mut links = Motion::clone(links);
+                for (tool, link) in links.tool.iter_mut().zip(&links.link) {
+                    let frames = robot.model.frames(link);
+                    let frame =
+                        Pose { rotation: frames.rotation[joint], position: frames.origin[joint] };
+                    *tool = frame * *motion * frame.inverse() * *tool;
+                }
+                standing.residual(&robot, &links, &mut raw);
+            }
+            if let Some(moving) = &self.moving {
+                let mut parameters = robot.model.parameters().clone();
+                mount(&mut parameters, joint, motion);
+                robot.model = Robot::new(parameters)
+                    .map_err(|reason| EffectError::Model { id: "a link's mounting", reason })?;
+                moving.poses(&robot, links, &mut raw);
+            }
+        }
+        let mut residual = Vec::with_capacity(self.compared.len());
+        self.weigh(&raw, 0, &mut residual);
+        residual.extend_from_slice(&at.residual[self.poses..]);
+        Ok(residual)
+    }
+
+    /// True where a tracker saw the tool in postures that differ by more than a load's bending.
+    pub fn sees_postures(&self) -> bool {
+        let motors = match (&self.standing, &self.moving) {
+            (Some(standing), _) => standing.motors(),
+            (None, Some(moving)) => moving.motors(),
+            (None, None) => return false,
+        };
+        let Some(first) = motors.first() else {
+            return false;
+        };
+        self.measures(Channel::Tracker, None)
+            && motors.iter().any(|m| (m.angle - first.angle).amax() > ANOTHER_POSTURE)
+    }
+
     /// Adds raw residuals, of which the first is that of index `from` among all that could be
     /// compared, over their noise.
     fn weigh(&self, raw: &[f64], from: usize, residual: &mut Vec<f64>) {
@@ -351,6 +409,7 @@ impl Experiment {
             (Action::Process(_), _) | (_, Some(Port::ProcessForce | Port::PlateSurface)) => {
                 self.contact.is_some()
             }
+            (Action::Mounting(_), _) => self.measures(Channel::Tracker, None),
             (_, Some(Port::MotorFriction(_))) => self.measures(Channel::MotorTorque, None),
             (_, Some(Port::SensorChannel(instrument))) => self.measures(instrument, joint),
             (_, Some(Port::TimeBase)) => match effect.at {
@@ -384,6 +443,7 @@ impl Experiment {
     fn shows_in_poses(&self, effect: &Effect) -> bool {
         self.moves(effect)
             || match effect.port() {
+                Some(Port::SensorChannel(Channel::MotorTorque)) => false,
                 Some(Port::SensorChannel(_) | Port::LinkFrame(_) | Port::BaseFrame) => true,
                 Some(Port::TimeBase) => effect.at != Location::Channel(Channel::MotorTorque),
                 _ => false,
@@ -406,7 +466,15 @@ impl Experiment {
                 ),
             ) => true,
             (LogKind::Weld, ..) => false,
-            (_, _, Some(Port::MotorFriction(_) | Port::TimeBase)) => true,
+            (
+                _,
+                _,
+                Some(
+                    Port::MotorFriction(_)
+                    | Port::TimeBase
+                    | Port::SensorChannel(Channel::MotorTorque),
+                ),
+            ) => true,
             _ => self.moves(effect),
         }
     }
@@ -511,6 +579,7 @@ fn unread(time: f64) -> Readings {
         time,
         encoder: [0.0; 6],
         link_encoder: [0.0; 6],
+        motor_torque: [0.0; 6],
         force: Vector3::zeros(),
         moment: Vector3::zeros(),
         tcp_position: Vector3::zeros(),
@@ -559,17 +628,22 @@ fn mean_abs(series: &[f64]) -> f64 {
 }
 
 /// The true wrench behind a measured one: the sensor's terms undone. They change little, so that
-/// the fixed point converges.
+/// the fixed point converges: with a gain off by a third to 1e-12 in 25 steps.
 fn wrench_behind(ports: &Ports, measured: &Wrench<f64>, time: f64) -> Wrench<f64> {
     if ports.sensor.is_empty() {
         return *measured;
     }
     let mut truth = *measured;
-    for _ in 0..4 {
+    let enough = 1e-12 * (measured.force.norm() + measured.moment.norm());
+    for _ in 0..25 {
         let Wrench { force, moment } = truth;
         let readings = sensed(ports, Readings { force, moment, ..unread(time) });
-        truth.force += measured.force - readings.force;
-        truth.moment += measured.moment - readings.moment;
+        let (force, moment) = (measured.force - readings.force, measured.moment - readings.moment);
+        truth.force += force;
+        truth.moment += moment;
+        if force.norm() + moment.norm() <= enough {
+            break;
+        }
     }
     truth
 }

@@ -15,7 +15,7 @@ use trueweld_core::spatial::{rotation_from_vector, rotation_vector};
 use trueweld_core::{JointVector, Pose, Wrench};
 use trueweld_plant::integrate::Diverged;
 use trueweld_plant::integrate::link_dynamics::{DynamicLinks, Motors};
-use trueweld_plant::robot::{Channel, Drives, ElasticRobot};
+use trueweld_plant::robot::{Channel, Drives, ElasticRobot, Readings};
 
 /// Bands of the encoders that drive the links, Hz, widest first: what a brake does to them, and
 /// what is left of their noise where they move smoothly. Noise in the drive makes a gear's memory
@@ -315,6 +315,11 @@ impl Moving {
         }
     }
 
+    /// Where the motors were at every instant.
+    pub(super) fn motors(&self) -> &[Motors] {
+        &self.drive
+    }
+
     pub(super) fn motion(&self, robot: &ElasticRobot) -> Result<Motion, Diverged> {
         let n = self.drive.len();
         let mut swinging = DynamicLinks::start(robot, &self.drive[0], self.time[0]);
@@ -433,6 +438,7 @@ impl Moving {
     /// Measured less predicted of motor torque, N·m.
     pub(super) fn torques(&self, robot: &ElasticRobot, motion: &Motion, residual: &mut Vec<f64>) {
         let torque_lag = robot.ports.delay(Channel::MotorTorque) / self.period;
+        let begin = self.time[0];
         for (i, series) in self.torque.iter().enumerate() {
             let Some(series) = series else { continue };
             let mut predicted: Vec<f64> = (0..self.motor.len())
@@ -446,13 +452,24 @@ impl Moving {
                     };
                     robot.model.rotor_inertia()[i] * m.acceleration[i]
                         + motion.spring[k][i]
-                        + robot.friction(&drives, i).value
+                        + robot.friction(&drives, i, motion.spring[k][i]).value
                 })
                 .collect();
             if torque_lag != 0.0 {
                 predicted = (0..predicted.len())
                     .map(|k| interpolate(&predicted, k as f64 - torque_lag))
                     .collect();
+            }
+            if robot.ports.senses_torque() {
+                for (k, predicted) in predicted.iter_mut().enumerate() {
+                    let mut readings = Readings {
+                        encoder: self.motor[k].angle.into(),
+                        ..unread(self.time[k] - begin)
+                    };
+                    readings.motor_torque[i] = *predicted;
+                    robot.ports.sensor.iter().for_each(|t| t.sense(&mut readings));
+                    *predicted = readings.motor_torque[i];
+                }
             }
             for &row in &self.torque_rows {
                 residual.push(self.band.at(0, |k| series[k] - predicted[k], series.len(), row));

@@ -228,6 +228,11 @@ impl Standing {
         Ok(())
     }
 
+    /// Where the motors were at every instant.
+    pub(super) fn motors(&self) -> &[Motors] {
+        &self.motors
+    }
+
     pub(super) fn motion(&self, robot: &mut ElasticRobot) -> Result<Motion, EffectError> {
         let n = self.time.len();
         let mut motion = Motion {

@@ -53,6 +53,7 @@ enum Target {
     Tracker(usize),
     ForceSensor(usize),
     LinkEncoder,
+    MotorTorque,
 }
 
 const fn variable(
@@ -111,6 +112,12 @@ fn joint_values(at: &JointState) -> [f64; 7] {
         at.smoothing,
     ]
 }
+
+/// Those of a joint, then the load of its gear.
+static MOTOR_SIDE: [Variable; 8] = joined(
+    &JOINT,
+    &[variable("spring_torque", "N·m", "torque that the joint's gear carries", [0.0, 1e4, -1e4])],
+);
 
 /// Those of a joint, then the counterbalance.
 static LINK_SIDE: [Variable; 8] = joined(
@@ -178,6 +185,9 @@ fn instrument_values(at: &Readings) -> [f64; 13] {
 
 static SECOND_ENCODER: [Variable; 3] = [TIME, ENCODER, LINK];
 
+static MOTOR: [Variable; 3] =
+    [TIME, ENCODER, variable("torque", "N·m", "motor torque as commanded", [0.0, 1e4, -1e4])];
+
 /// Every port that an effect in a model file may act at.
 pub static PORTS: &[NamedPort] = &[
     port(
@@ -188,7 +198,7 @@ pub static PORTS: &[NamedPort] = &[
         Target::SpringTorque,
     ),
     port("twist", "rad", "more twist of the spring", &JOINT, Target::Twist),
-    port("motor-friction", "N·m", "torque against the motor", &JOINT, Target::MotorFriction),
+    port("motor-friction", "N·m", "torque against the motor", &MOTOR_SIDE, Target::MotorFriction),
     port("link-torque", "N·m", "torque on the link", &LINK_SIDE, Target::LinkTorque),
     port(
         "process-force-x",
@@ -270,6 +280,13 @@ pub static PORTS: &[NamedPort] = &[
         &SECOND_ENCODER,
         Target::LinkEncoder,
     ),
+    port(
+        "recorded-torque",
+        "N·m",
+        "what is recorded more as motor torque",
+        &MOTOR,
+        Target::MotorTorque,
+    ),
 ];
 
 const fn port(
@@ -290,7 +307,8 @@ impl NamedPort {
             | Target::Twist
             | Target::MotorFriction
             | Target::LinkTorque
-            | Target::LinkEncoder => LocationKind::Joint,
+            | Target::LinkEncoder
+            | Target::MotorTorque => LocationKind::Joint,
             Target::ProcessForce(_)
             | Target::SurfaceHeight
             | Target::ToolShift(_)
@@ -310,6 +328,7 @@ impl NamedPort {
             Target::Tracker(_) => Port::SensorChannel(Channel::Tracker),
             Target::ForceSensor(_) => Port::SensorChannel(Channel::Wrench),
             Target::LinkEncoder => Port::SensorChannel(Channel::LinkEncoder),
+            Target::MotorTorque => Port::SensorChannel(Channel::MotorTorque),
         }
     }
 }
@@ -470,8 +489,11 @@ impl Term for Own {
     }
 
     fn friction(&self, at: &JointState) -> ValueDerivative {
-        let off =
-            |by| self.at(&joint_values(&JointState { encoder_rate: at.encoder_rate + by, ..*at }));
+        let off = |by| {
+            let at = JointState { encoder_rate: at.encoder_rate + by, ..*at };
+            let [a, b, c, d, e, f, g] = joint_values(&at);
+            self.at(&[a, b, c, d, e, f, g, at.spring_torque])
+        };
         let slope = (off(RATE_DIFFERENCE) - off(-RATE_DIFFERENCE)) / (2.0 * RATE_DIFFERENCE);
         ValueDerivative { value: off(0.0), slope }
     }
@@ -506,6 +528,11 @@ impl Term for Own {
             }
             Target::ForceSensor(axis) => {
                 readings.force += self.along(axis, &instrument_values(readings))
+            }
+            Target::MotorTorque => {
+                let (encoder, torque) =
+                    (readings.encoder[self.joint], readings.motor_torque[self.joint]);
+                readings.motor_torque[self.joint] += self.at(&[readings.time, encoder, torque]);
             }
             _ => {
                 let (encoder, link) =

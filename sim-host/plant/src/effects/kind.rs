@@ -8,8 +8,8 @@ use super::formula::Formula;
 use super::location::{CHANNELS, Location, LocationKind};
 use super::parameter::Parameter;
 use crate::input::{Process, RobotFile, did_you_mean};
-use crate::robot::{Channel, Port, Ports, Term, TooManyStates};
-use trueweld_core::{JOINTS, ModelError, Robot, RobotParameters};
+use crate::robot::{Channel, Port, Ports, Term, TooManyStates, mount};
+use trueweld_core::{JOINTS, ModelError, Pose, Robot, RobotParameters};
 
 /// How an effect acts, given the values of its parameters.
 #[derive(Debug, Clone, Copy)]
@@ -27,6 +27,8 @@ pub enum Action {
     Channel(fn(values: &[f64], channel: Channel) -> Box<dyn Term>),
     /// Other numbers of the robot.
     Robot(fn(robot: &mut RobotParameters<f64>, joint: usize, values: &[f64])),
+    /// The link behind the joint is mounted off by a small rigid motion p' = R p + t, in its frame.
+    Mounting(fn(values: &[f64]) -> Pose<f64>),
     /// Other numbers of the process.
     Process(fn(process: &mut Process, values: &[f64])),
     /// A term at the port that the formula names: an effect of the user's own.
@@ -86,6 +88,8 @@ pub struct Calibration {
 /// Which logs share the values of a calibration.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum CalibrationScope {
+    /// All logs, where a tracker saw the tool in several postures.
+    Postures,
     /// All logs.
     AllLogs {
         /// True where only a log of an arm that moves shows it.
@@ -246,7 +250,7 @@ impl Effect {
             Action::Term { port, .. } => Some(port(joint)),
             Action::Expression(formula) => Some(formula.port(joint)),
             Action::Channel(_) => Some(Port::TimeBase),
-            Action::Robot(_) | Action::Process(_) | Action::Unstated => None,
+            Action::Robot(_) | Action::Mounting(_) | Action::Process(_) | Action::Unstated => None,
         }
     }
 
@@ -297,6 +301,10 @@ impl Effect {
                     joint,
                     &self.values,
                 );
+            }
+            (Action::Mounting(motion), _) => {
+                let parameters = robot.get_or_insert_with(|| model.parameters().clone());
+                mount(parameters, joint, &motion(&self.values));
             }
             (Action::Process(change), _) => {
                 if let Some(process) = process {

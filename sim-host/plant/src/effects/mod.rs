@@ -25,12 +25,16 @@ mod feed_power_law;
 mod fixture_compliance;
 pub mod force_crosstalk;
 mod force_offset;
+mod force_scale;
 pub mod formula;
+pub mod geometry_error;
+mod gravity_direction;
 mod hysteresis;
 mod joint_friction;
 mod kind;
 mod link_encoder_offset;
 mod link_encoder_ripple;
+mod load_friction;
 mod location;
 mod material_step;
 mod nonlinear_stiffness;
@@ -43,6 +47,8 @@ pub mod stiffness_error;
 mod stribeck;
 mod thermal_drift;
 mod thermal_softening;
+mod torque_ripple;
+mod torque_scale;
 pub mod tracker_registration;
 mod transmission_error;
 mod wrist_coupling;
@@ -88,6 +94,12 @@ static TABLE: &[&EffectKind] = &[
     &plate_waviness::KIND,
     &fixture_compliance::KIND,
     &material_step::KIND,
+    &load_friction::KIND,
+    &torque_ripple::KIND,
+    &torque_scale::KIND,
+    &force_scale::KIND,
+    &gravity_direction::KIND,
+    &geometry_error::KIND,
 ];
 
 /// Effects from outside this crate.

@@ -57,7 +57,9 @@ impl ElasticRobot {
             return Ok(Self { model: model.clone(), ports });
         };
         // Only effects that change the robot's numbers can make it impossible.
-        let changes = effects.iter().rfind(|e| matches!(e.kind.action, Action::Robot(_)));
+        let changes = effects
+            .iter()
+            .rfind(|e| matches!(e.kind.action, Action::Robot(_) | Action::Mounting(_)));
         let blame = changes.map_or("the robot", |e| e.kind.id);
         let model =
             Robot::new(parameters).map_err(|reason| EffectError::Model { id: blame, reason })?;
@@ -72,6 +74,7 @@ impl ElasticRobot {
             link_rate: drives.link_rate[i],
             encoder_before: if i > 0 { drives.motor[i - 1] } else { 0.0 },
             smoothing: self.model.parameters().friction.smoothing,
+            spring_torque: 0.0,
         }
     }
 
@@ -155,13 +158,14 @@ impl ElasticRobot {
         }
     }
 
-    /// Motor friction τ_f of one joint, N·m, with its slope by θ̇_E.
+    /// Motor friction τ_f of one joint whose spring carries τ_s = `spring`, N·m, with its slope by
+    /// θ̇_E.
     #[inline]
-    pub fn friction(&self, drives: &Drives, i: usize) -> ValueDerivative {
+    pub fn friction(&self, drives: &Drives, i: usize, spring: f64) -> ValueDerivative {
         let (value, slope) = self.model.parameters().friction.torque(i, drives.motor_rate[i]);
         let mut torque = ValueDerivative { value, slope };
         if !self.ports.friction[i].is_empty() {
-            let at = self.joint_point(drives, i);
+            let at = JointState { spring_torque: spring, ..self.joint_point(drives, i) };
             for term in &self.ports.friction[i] {
                 let more = term.friction(&at);
                 torque.value += more.value;

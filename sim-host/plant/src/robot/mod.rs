@@ -1,9 +1,11 @@
 //! The elastic robot and the ports where effects enter it.
 
 mod elastic;
+mod mounting;
 mod ports;
 
 pub use elastic::{Drives, ElasticRobot};
+pub use mounting::mount;
 pub use ports::{
     Channel, INTERNAL_STATES, JointState, Port, Ports, ProcessPoint, Readings, Term, TooManyStates,
     ValueDerivative,

@@ -64,6 +64,8 @@ pub struct JointState {
     pub encoder_before: f64,
     /// Rate over which friction turns round, rad/s.
     pub smoothing: f64,
+    /// Spring torque τ_s, N·m, which friction may follow; 0 at all ports but motor friction.
+    pub spring_torque: f64,
 }
 
 /// The process at one instant: tool in the weld frame W, origin at the start of the seam on the
@@ -112,6 +114,8 @@ pub struct Readings {
     pub encoder: [f64; JOINTS],
     /// Link encoder angles, rad.
     pub link_encoder: [f64; JOINTS],
+    /// Motor torques as the controller commands them, N·m.
+    pub motor_torque: [f64; JOINTS],
     /// Wrench on the tool in T: force, N.
     pub force: Vector3<f64>,
     /// Wrench on the tool in T: moment, N·m.
@@ -123,7 +127,7 @@ pub struct Readings {
 }
 
 impl Readings {
-    /// What ideal instruments would read of the robot, without force.
+    /// What ideal instruments would read of the robot, without force and motor torque.
     pub fn of(
         time: f64,
         motor: &JointVector<f64>,
@@ -134,6 +138,7 @@ impl Readings {
             time,
             encoder: (*motor).into(),
             link_encoder: (*link).into(),
+            motor_torque: [0.0; JOINTS],
             force: Vector3::zeros(),
             moment: Vector3::zeros(),
             tcp_position: tcp.position,
@@ -267,6 +272,7 @@ pub struct Ports {
     pub surface: Vec<Box<dyn Term>>,
     /// Sensor channels.
     pub sensor: Vec<Box<dyn Term>>,
+    torque_sensor: bool,
     /// Time base.
     pub time: Vec<Box<dyn Term>>,
     internal_states: usize,
@@ -295,6 +301,7 @@ impl Ports {
                     link_rate: 0.0,
                     encoder_before: 0.0,
                     smoothing: 1.0,
+                    spring_torque: 0.0,
                 };
                 let slot = term.internal_rate(&probe, 0.0).map(|_| self.internal_states);
                 if slot == Some(INTERNAL_STATES) {
@@ -310,7 +317,10 @@ impl Ports {
             Port::BaseFrame => self.base_frame.push(term),
             Port::ProcessForce => self.process.push(term),
             Port::PlateSurface => self.surface.push(term),
-            Port::SensorChannel(_) => self.sensor.push(term),
+            Port::SensorChannel(channel) => {
+                self.torque_sensor |= channel == Channel::MotorTorque;
+                self.sensor.push(term);
+            }
             Port::TimeBase => self.time.push(term),
         }
         Ok(())
@@ -319,6 +329,11 @@ impl Ports {
     /// Lateness of a channel, s: the sum over the time base's terms.
     pub fn delay(&self, channel: Channel) -> f64 {
         self.time.iter().map(|t| t.delay(channel)).sum()
+    }
+
+    /// True where a term changes what is recorded as motor torque.
+    pub fn senses_torque(&self) -> bool {
+        self.torque_sensor
     }
 
     /// True where the frames of links or base give way to their loads.

@@ -82,6 +82,7 @@ impl Instruments {
     ) -> SensorReadings<f64> {
         let wrench = Wrench::from_vector(&self.delayed());
         (truth.force, truth.moment) = (wrench.force, wrench.moment);
+        truth.motor_torque = (*torque).into();
         for term in &ports.sensor {
             term.sense(&mut truth);
         }
@@ -100,7 +101,12 @@ impl Instruments {
             force: truth.force.map(|v| stepped(noisy(v, force.noise_force), force.resolution)),
             moment: truth.moment.map(|v| noisy(v, force.noise_moment)),
         };
-        SensorReadings { encoder, encoder_rate: rate, motor_torque: *torque, wrench }
+        SensorReadings {
+            encoder,
+            encoder_rate: rate,
+            motor_torque: truth.motor_torque.into(),
+            wrench,
+        }
     }
 
     /// The wrench of `delay` steps ago, interpolated between samples; the oldest there is until the

@@ -14,4 +14,4 @@ pub use program::{Program, Seam, Target};
 pub use record::{Phase, RecordRow, Recording};
 pub use run::{run, run_after, run_passes};
 pub use scenario::{Controller, Scenario};
-pub use start::{Taught, encoder_offset, start_angles};
+pub use start::{Taught, encoder_offset, real_inverse_near, start_angles};

@@ -99,7 +99,7 @@ fn run_with(
             phase: target.phase,
             nominal,
             real: tcp,
-            encoder_pose: cell.robot.model.forward_kinematics(&drives.motor),
+            encoder_pose: scenario.controller_model.forward_kinematics(&drives.motor),
             deviation_w: controlled.deviation_w,
             tilt: tool_axis(&tcp).angle(&tool_axis(&nominal)),
             lateral_by_joint: lateral_by_joint(

@@ -5,7 +5,7 @@ use super::{RunError, Scenario, Seam};
 use crate::cell::Cell;
 use crate::integrate::rest::{self, EquilibriumError};
 use crate::robot::Drives;
-use trueweld_core::{Frames, JointVector, KinematicsError, Robot, Twist, Wrench};
+use trueweld_core::{Frames, JointVector, KinematicsError, Pose, Robot, Twist, Wrench};
 
 /// Joint angles at the start of a seam, on the branch that follows the whole seam within the limits
 /// with the smallest angles.
@@ -53,6 +53,31 @@ pub fn start_angles(robot: &Robot<f64>, seam: &Seam) -> Result<JointVector<f64>,
     best.ok_or(farthest)
 }
 
+/// Joint angles near `near` at which the tool of the real arm is at a pose. `planned`: the arm as its
+/// file has it, whose inverse is known in closed form and from which the real one differs by
+/// millimetres.
+///
+/// # Errors
+/// Those of [`Robot::inverse_near`] for the planned arm.
+pub fn real_inverse_near(
+    real: &Robot<f64>,
+    planned: &Robot<f64>,
+    b_from_t: &Pose<f64>,
+    near: &JointVector<f64>,
+) -> Result<JointVector<f64>, KinematicsError> {
+    // A picometre. Each step leaves a hundredth of what is left and less.
+    const EXACT: f64 = 1e-12;
+    let mut q = planned.inverse_near(b_from_t, near)?;
+    for _ in 0..20 {
+        let left = real.forward_kinematics(&q).error_to(b_from_t);
+        if left.to_vector().amax() < EXACT {
+            break;
+        }
+        q = planned.inverse_near(&planned.forward_kinematics(&q).displaced(&left), &q)?;
+    }
+    Ok(q)
+}
+
 /// The taught pose at a posture: with the tool free of contact the real tool stands on the nominal
 /// pose, and the encoders show an offset from it.
 #[derive(Debug, Clone, Copy)]
@@ -64,10 +89,17 @@ pub struct Taught {
 }
 
 impl Taught {
-    /// The pose taught at link angles `link`, at which the real tool is `path` m along the seam.
-    pub fn at(cell: &Cell, seam: &Seam, path: f64, link: &JointVector<f64>) -> Self {
+    /// The pose taught at link angles `link`, at which the real tool is `path` m along the seam, as
+    /// the controller's model of the arm has it.
+    pub fn at(
+        cell: &Cell,
+        controller_model: &Robot<f64>,
+        seam: &Seam,
+        path: f64,
+        link: &JointVector<f64>,
+    ) -> Self {
         let motor = rest::motors_for(cell, link, &Wrench::zero());
-        Self { motor, offset: encoder_offset(&cell.robot.model, seam, path, &motor) }
+        Self { motor, offset: encoder_offset(controller_model, seam, path, &motor) }
     }
 }
 
@@ -96,18 +128,19 @@ pub(super) struct Start {
 
 impl Start {
     pub fn of(scenario: &Scenario<'_>, seam: &Seam) -> Result<Self, RunError> {
-        let model = &scenario.cell.robot.model;
-        let link = start_angles(model, seam)?;
-        let taught = Taught::at(scenario.cell, seam, 0.0, &link);
+        let (model, planned) = (&scenario.cell.robot.model, scenario.controller_model);
+        let link = start_angles(planned, seam)?;
+        let link = real_inverse_near(model, planned, &seam.nominal(0.0), &link)
+            .map_err(|_| RunError::Reach { path: 0.0, reason: "the start is out of reach" })?;
+        let taught = Taught::at(scenario.cell, planned, seam, 0.0, &link);
         if !taught.motor.sum().is_finite() {
             return Err(EquilibriumError { residual: f64::NAN }.into());
         }
         let mut offset = taught.offset;
         offset.linear.z += scenario.weld.initial_depth;
         let setpoint = seam.nominal(0.0).displaced(&offset.rotated(&seam.b_from_w.rotation));
-        let motor = model.inverse_near(&setpoint, &taught.motor).map_err(|_| RunError::Reach {
-            path: 0.0,
-            reason: "the deformed start is out of reach",
+        let motor = planned.inverse_near(&setpoint, &taught.motor).map_err(|_| {
+            RunError::Reach { path: 0.0, reason: "the deformed start is out of reach" }
         })?;
         let extra_torsion =
             taught.motor - link - gravity_torsion(model, &model.frames(&link), &link);

@@ -3,10 +3,10 @@
 
 use crate::support::{Fixtures, law};
 use crate::{KR500, fixture};
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 use trueweld_core::spatial::rotation_from_vector;
-use trueweld_core::{JointVector, Wrench};
-use trueweld_plant::cell::Cell;
+use trueweld_core::{Displacement, JointVector, Pose, Wrench};
+use trueweld_plant::cell::{Cell, State};
 use trueweld_plant::effects::library;
 use trueweld_plant::input::{ModelFile, Weld};
 use trueweld_plant::integrate::rest;
@@ -16,7 +16,7 @@ use trueweld_plant::simulate::{Controller, Program, RecordRow, RunError, Seam, r
 
 /// One of each, at a joint where it matters in the first weld, of a size that a laboratory would
 /// look for.
-const ONE_OF_EACH: [&str; 31] = [
+const ONE_OF_EACH: [&str; 37] = [
     "stiffness-error:A3:relative=0.2",
     "damping-error:A2:relative=0.5",
     "nonlinear-stiffness:A4:gain=0.5,twist_rad=8e-4",
@@ -48,12 +48,19 @@ const ONE_OF_EACH: [&str; 31] = [
     "plate-waviness::amplitude_m=2e-4,length_m=0.05,phase_rad=0",
     "fixture-compliance::stiffness_n_m=5e7",
     "material-step::ratio=0.2,position_m=0.02",
+    "load-friction:A2:ratio=0.1",
+    "torque-ripple:A1:amplitude_nm=300,order=40,phase_rad=0.8",
+    "torque-scale:A2:relative=0.1",
+    "force-scale::relative=-0.05",
+    "gravity-direction::rx_rad=5e-3,ry_rad=-3e-3",
+    "geometry-error:A3:x_m=3e-4,y_m=-2e-4,z_m=1e-4,rx_rad=2e-4,ry_rad=3e-4,rz_rad=-1e-4",
 ];
 
 /// What the instruments that the weld's controller does not read would show of a row.
 fn measured(cell: &Cell, row: &RecordRow) -> Readings {
     let mut readings = Readings {
         force: row.real.rotation.tr_mul(&(cell.b_from_w.rotation * row.force_w)),
+        motor_torque: row.torque.into(),
         ..Readings::of(row.time, &row.motor, &row.link, &row.real)
     };
     for term in &cell.robot.ports.sensor {
@@ -95,11 +102,12 @@ fn every_effect_shows_in_a_weld_that_runs() {
             // force 25 N.
             let one = |a: &RecordRow, b: &RecordRow| {
                 let (m, n) = (measured(&cell, a), measured(&bare_cell, b));
-                let encoders =
-                    JointVector::from(m.link_encoder) - JointVector::from(n.link_encoder);
+                let [encoders, torques] =
+                    [(m.link_encoder, n.link_encoder), (m.motor_torque, n.motor_torque)]
+                        .map(|(m, n)| JointVector::from(m) - JointVector::from(n));
                 (m.tcp_position - n.tcp_position).norm() / 3e-5
                     + encoders.norm() / 5e-6
-                    + (a.torque - b.torque).norm() / 40.0
+                    + torques.norm() / 40.0
                     + (a.force_sensed_w - b.force_sensed_w).norm() / 25.0
             };
             rows.iter().zip(&bare).map(|(a, b)| one(a, b)).sum::<f64>() / rows.len() as f64
@@ -197,7 +205,7 @@ fn friction_effects_follow_their_equations_and_give_their_slope() {
             let friction = |cell: &Cell, rate: f64| {
                 let mut at = drives();
                 at.motor_rate[joint] = rate;
-                cell.robot.friction(&at, joint)
+                cell.robot.friction(&at, joint, 0.0)
             };
             let gained = friction(&cell, rate).value - friction(&bare, rate).value;
             assert!(
@@ -212,6 +220,109 @@ fn friction_effects_follow_their_equations_and_give_their_slope() {
                 (friction(&cell, rate).slope - slope).abs() < 1e-5 * 1e6,
                 "{effect} at {rate}: slope {slope}"
             );
+        }
+    }
+}
+
+#[test]
+fn a_motor_gets_what_was_commanded_and_its_ripple_and_pays_for_its_load() {
+    let fixtures = Fixtures::of("vertical");
+    let at = drives();
+    let state = {
+        let mut state = State::at_rest(&at.link, &at.motor, 0.0);
+        state.0.fixed_rows_mut::<6>(12).copy_from(&at.link_rate);
+        state.0.fixed_rows_mut::<6>(18).copy_from(&at.motor_rate);
+        state
+    };
+    let acceleration = |effects: &[&str]| {
+        fixtures.cell(effects).evaluate(0.0, &state).rates.fixed_rows::<6>(18).into_owned()
+    };
+    let bare = acceleration(&[]);
+    let rotor = KR500.rotor_inertia();
+    let ripple = acceleration(&["torque-ripple:A1:amplitude_nm=300,order=40,phase_rad=0.8"]) - bare;
+    let given = 300.0 * (40.0 * at.motor[0] + 0.8).sin();
+    assert!((ripple[0] * rotor[0] - given).abs() < 1e-6, "{ripple}, {given} N·m");
+    assert_eq!(ripple.remove_row(0).amax(), 0.0);
+    let load = acceleration(&["load-friction:A2:ratio=0.1"]) - bare;
+    let spring = fixtures.cell(&[]).robot.spring_torque(&at, &[0.0; 6])[1];
+    let smoothing = KR500.parameters().friction.smoothing;
+    let lost = 0.1 * spring.abs() * (at.motor_rate[1] / smoothing).tanh();
+    assert!(lost > 100.0 && (load[1] * rotor[1] + lost).abs() < 1e-6, "{load}, {lost} N·m");
+    assert_eq!(load.remove_row(1).amax(), 0.0);
+}
+
+/// dU/dq by central differences of a potential energy, N·m.
+fn gravity_by_energy(
+    q: &JointVector<f64>,
+    energy: impl Fn(&JointVector<f64>) -> f64,
+) -> JointVector<f64> {
+    JointVector::from_fn(|i, _| {
+        let (mut above, mut below) = (*q, *q);
+        above[i] += 1e-4;
+        below[i] -= 1e-4;
+        (energy(&above) - energy(&below)) / 2e-4
+    })
+}
+
+#[test]
+fn gravity_turned_is_the_base_turned_the_other_way() {
+    let fixtures = Fixtures::of("vertical");
+    let q = drives().link;
+    let model = fixtures.cell(&["gravity-direction::rx_rad=0.03,ry_rad=-0.02"]).robot.model;
+    let torque = model.gravity_torque(&model.frames(&q));
+    let mut by = Displacement::none();
+    by.base.rotation = rotation_from_vector(&Vector3::new(-0.03, 0.02, 0.0));
+    let expected =
+        gravity_by_energy(&q, |q| KR500.potential_energy(&KR500.frames_displaced(q, &by)));
+    // Differences over 2e-4 rad: 1e-8 of some 10 kN·m by curvature, 1e-7 N·m by rounding.
+    assert!((torque - expected).amax() < 1e-2, "{torque} {expected}");
+    // A1 carries nothing of gravity as long as it stands upright.
+    assert!(torque[0].abs() > 100.0, "{torque}");
+}
+
+/// Tool in B, and potential energy of links and tool, by the chain of fixed transforms of the robot
+/// file with a rigid motion behind one joint.
+fn by_chain(q: &JointVector<f64>, joint: usize, off: &Pose<f64>) -> (Pose<f64>, f64) {
+    let parameters = KR500.parameters();
+    let shift = |position: Vector3<f64>| Pose { position, ..Pose::identity() };
+    let weight = |mass: f64, at: Vector3<f64>| -mass * parameters.gravity.dot(&at);
+    let (mut frame, mut energy) = (Pose::identity(), 0.0);
+    for (i, link) in parameters.joints.iter().enumerate() {
+        let turn = Pose { rotation: rotation_from_vector(&(link.axis * q[i])), ..Pose::identity() };
+        frame = frame * shift(link.origin) * turn;
+        if i == joint {
+            frame = frame * *off;
+        }
+        energy += weight(link.mass, frame.transform_point(&link.center_of_mass));
+    }
+    let tool = &parameters.tool;
+    let flange = frame * shift(tool.flange_offset);
+    energy += weight(tool.mass, flange.transform_point(&tool.com_from_flange));
+    let axes = Matrix3::from_columns(&[tool.y_axis.cross(&tool.z_axis), tool.y_axis, tool.z_axis]);
+    (flange * Pose { rotation: axes, position: tool.tcp_from_flange }, energy)
+}
+
+#[test]
+fn a_link_mounted_off_takes_tool_and_masses_with_it() {
+    let fixtures = Fixtures::of("vertical");
+    let off = Pose {
+        rotation: rotation_from_vector(&Vector3::new(3e-3, -2e-3, 4e-3)),
+        position: Vector3::new(2e-3, -3e-3, 1e-3),
+    };
+    let motion = "x_m=2e-3,y_m=-3e-3,z_m=1e-3,rx_rad=3e-3,ry_rad=-2e-3,rz_rad=4e-3";
+    for (joint, name) in fixtures.robot.joint_names.iter().enumerate() {
+        let model = fixtures.cell(&[&format!("geometry-error:{name}:{motion}")]).robot.model;
+        for k in 0..10 {
+            let q = JointVector::from_fn(|i, _| f64::from(k * 7 + i as i32 * 3).sin());
+            let tool = model.forward_kinematics(&q);
+            let (expected, _) = by_chain(&q, joint, &off);
+            assert!((tool.position - expected.position).norm() < 1e-12, "{name}: {tool:?}");
+            assert!((tool.rotation - expected.rotation).norm() < 1e-9, "{name}: {tool:?}");
+            let nominal = KR500.forward_kinematics(&q).position;
+            assert!((tool.position - nominal).norm() > 1e-3, "{name} moves the tool");
+            let torque = model.gravity_torque(&model.frames(&q));
+            let asked = gravity_by_energy(&q, |q| by_chain(q, joint, &off).1);
+            assert!((torque - asked).amax() < 1e-2, "{name}: {torque} {asked}");
         }
     }
 }
@@ -262,8 +373,9 @@ fn sensor_effects_follow_their_equations() {
         time: 3.0,
         encoder: [0.1; 6],
         link_encoder: [0.2; 6],
+        motor_torque: [3e3; 6],
         force: Vector3::new(100.0, 200.0, -18e3),
-        moment: Vector3::zeros(),
+        moment: Vector3::new(10.0, -20.0, 30.0),
         tcp_position: Vector3::new(1.7, -0.3, 0.5),
         tcp_rotation: Vector3::new(0.0, 3.1, 0.0),
     };
@@ -284,6 +396,11 @@ fn sensor_effects_follow_their_equations() {
     assert!((crosstalk - Vector3::new(100.0 - 216.0, 200.0 + 144.0, -18e3)).norm() < 1e-9);
     let offset = read("force-offset::fx_n=50,fy_n=-80,fz_n=120").force;
     assert!((offset - truth.force - Vector3::new(50.0, -80.0, 120.0)).norm() < 1e-9);
+    let scaled = read("force-scale::relative=-0.04");
+    assert!((scaled.force - truth.force * 0.96).norm() < 1e-9);
+    assert!((scaled.moment - truth.moment * 0.96).norm() < 1e-9);
+    let torque = read("torque-scale:A3:relative=0.1").motor_torque;
+    assert_eq!(torque, [3e3, 3e3, 1.1 * 3e3, 3e3, 3e3, 3e3]);
     let turned = read("tracker-registration::x_m=0,y_m=0,z_m=1e-3,rx_rad=0,ry_rad=0,rz_rad=1e-3");
     let turn = rotation_from_vector(&Vector3::new(0.0, 0.0, 1e-3));
     assert!(
@@ -425,7 +542,7 @@ fn own(fixtures: &Fixtures, effects: &[&str]) -> Cell {
 #[test]
 fn an_expression_does_what_the_effect_of_the_library_does() {
     let fixtures = short("vertical");
-    let cases: [(&str, &[&str]); 8] = [
+    let cases: [(&str, &[&str]); 9] = [
         (
             "transmission-error:A1:amplitude_rad=1.6e-4,order=40,phase_rad=0.8",
             &["A1|twist|1.6e-4 * sin(40 * encoder + 0.8)"],
@@ -434,6 +551,10 @@ fn an_expression_does_what_the_effect_of_the_library_does() {
         (
             "joint-friction:A1:coulomb_nm=500,viscous_nms_rad=1000",
             &["A1|motor-friction|500 * tanh(encoder_rate / smoothing) + 1000 * encoder_rate"],
+        ),
+        (
+            "load-friction:A2:ratio=0.1",
+            &["A2|motor-friction|0.1 * abs(spring_torque) * tanh(encoder_rate / smoothing)"],
         ),
         ("counterbalance-loss::loss=0.25", &["A2|link-torque|-0.25 * counterbalance"]),
         (
@@ -511,6 +632,7 @@ fn instruments_read_what_expressions_add() {
         time: 3.0,
         encoder: [0.1; 6],
         link_encoder: [0.2; 6],
+        motor_torque: [3e3; 6],
         force: Vector3::new(100.0, 200.0, -18e3),
         moment: Vector3::zeros(),
         tcp_position: Vector3::new(1.7, -0.3, 0.5),
@@ -520,6 +642,7 @@ fn instruments_read_what_expressions_add() {
         &fixtures,
         &[
             "A2|link-encoder|1e-3 * sin(link) + encoder",
+            "A2|recorded-torque|0.01 * torque + encoder",
             "|tracker-z|1e-4 * px * encoder_3",
             "|force-sensor-y|0.1 * time",
         ],
@@ -530,6 +653,7 @@ fn instruments_read_what_expressions_add() {
     }
     let mut expected = truth;
     expected.link_encoder[1] += 1e-3 * 0.2_f64.sin() + 0.1;
+    expected.motor_torque[1] += 0.01 * 3e3 + 0.1;
     expected.tcp_position.z += 1e-4 * 1.7 * 0.1;
     expected.force.y += 0.1 * 3.0;
     assert_eq!(read, expected);

@@ -104,11 +104,11 @@ fn probe(quantity: &ShownQuantity, effect: &Effect, ground: &Context<'_>) -> Pro
             let at = joint.map_or(effect.at, Location::Joint);
             Probe::Port { terms: vec![(port, "1")], at, sign, y_name: name(y_name, at), unit }
         }
-        ShownQuantity::Factor { terms, name } => Probe::Port {
+        ShownQuantity::Factor { terms, name: y_name } => Probe::Port {
             terms: terms.to_vec(),
             at: effect.at,
             sign: 1.0,
-            y_name: name.to_owned(),
+            y_name: name(y_name, effect.at),
             unit: "1",
         },
         ShownQuantity::Parameter { index, name: y_name } => {
