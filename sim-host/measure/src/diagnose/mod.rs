@@ -77,6 +77,14 @@ pub struct FittedEffect {
     pub interval: Vec<[f64; 2]>,
 }
 
+impl FittedEffect {
+    /// True for a parameter that was fitted; false for one that the data carry nothing of, which
+    /// stays as it was.
+    pub fn is_fitted(&self, parameter: usize) -> bool {
+        self.interval.get(parameter).is_none_or(|[low, high]| low != high)
+    }
+}
+
 /// One explanation: an effect, or two that act together.
 #[derive(Debug, Clone)]
 pub struct Candidate {

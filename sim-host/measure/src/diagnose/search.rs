@@ -2,7 +2,7 @@
 
 use super::rules::{self, at_floor, counts, standing_out};
 use super::screen::{Context, Screened, screen};
-use crate::fit::calibration::{calibrations, is_calibration, of_logs};
+use crate::fit::calibration::{calibrations, in_proportion, is_calibration};
 use crate::fit::{self, Effort, FitProblem, FitState, Fitted};
 use crate::predict::{PredictError, Quantity};
 use rayon::prelude::*;
@@ -16,7 +16,7 @@ use trueweld_plant::robot::Channel;
 /// [`PredictError`].
 pub(crate) fn calibrated(bench: &FitProblem, blocks: &[Vec<u8>]) -> Result<Fitted, PredictError> {
     let point = calibrations(bench);
-    let stale = of_logs(&point);
+    let stale = in_proportion(&point);
     fit::fit(bench, &point, blocks, &[], Effort { steps: 4, stale })
 }
 
@@ -168,7 +168,7 @@ const ROUNDS: usize = 4;
 const WORTH: f64 = 0.01;
 
 fn refit(bench: &FitProblem, blocks: &[Vec<u8>], fitted: &mut Fitted) {
-    let stale = of_logs(&fitted.point);
+    let stale = in_proportion(&fitted.point);
     let known = fitted.slopes.iter().take(stale).cloned().collect::<Vec<_>>();
     if let Ok(better) = fit::fit(bench, &fitted.point, blocks, &known, Effort { steps: 3, stale })
         && better.cost <= fitted.cost * (1.0 + 1e-9)

@@ -5,7 +5,38 @@ use crate::fit::calibration::{expected, is_calibration};
 use crate::fit::{self, EffectScope, Effort, FitProblem, FitState, Fitted};
 use nalgebra::DVector;
 use rayon::prelude::*;
-use trueweld_plant::effects::{Effect, Location};
+use trueweld_plant::effects::{CalibrationScope, Effect, EffectKind, Location};
+
+/// Deviation of a value, as a share of what was expected of it before, from which on the data carry
+/// little of it.
+const CARRIED: f64 = 0.5;
+
+/// Takes those values out of `kept` that the postures say little of: of how links are mounted, what
+/// is known hardly better than before. The least known goes first, for another that it is
+/// confounded with is known better without it. True where there were any.
+fn drop_unknown(fitted: &Fitted, kept: &mut Vec<usize>) -> bool {
+    let point = &fitted.point;
+    let before = kept.len();
+    while let Some(found) = fitted.linear.solve(None, 0.0, Some(kept)) {
+        let deviations = found.deviations();
+        let share = |k: usize| {
+            let free = &point.free[k];
+            let scope = point.effect(free.of).kind.calibration.map(|c| c.scope);
+            let unit = fit::unit(point.parameter(free), point.value(free));
+            match scope {
+                Some(CalibrationScope::Postures) => deviations[k] * unit / free.expected,
+                _ => 0.0,
+            }
+        };
+        let least_known =
+            (0..kept.len()).max_by(|a, b| share(kept[*a]).total_cmp(&share(kept[*b])));
+        match least_known {
+            Some(k) if share(kept[k]) > CARRIED => kept.remove(k),
+            _ => break,
+        };
+    }
+    kept.len() < before
+}
 
 /// Keeps of the calibrations those that count: by forward steps, each bringing the most, then a
 /// refit. Calibrations that are the same in all logs become one for all. Gives the groups kept.
@@ -59,6 +90,20 @@ pub(crate) fn sparse(
         kept.extend(values);
         names.push(name);
     }
+    if drop_unknown(fitted, &mut kept) {
+        (_, step) = fitted.linear.with_only(&kept).unwrap_or((cost, step));
+    }
+    let is_kept = |id: &str, at: Location, parameter: usize| {
+        kept.iter().map(|k| &point.free[*k]).any(|free| {
+            let effect = point.effect(free.of);
+            effect.kind.id == id && effect.at == at && free.parameter == parameter
+        })
+    };
+    names.retain(|(id, at)| {
+        EffectKind::of(id).is_none_or(|kind| {
+            (0..kind.parameters.len()).any(|parameter| is_kept(id, *at, parameter))
+        })
+    });
     let all = point.moved(&step);
     let mut reduced = FitState::empty(bench.experiments.len());
     // Effects first, then what is kept of the calibrations.
@@ -81,7 +126,10 @@ pub(crate) fn sparse(
         let mean = (0..own[0].values.len())
             .map(|v| own.iter().map(|e| e.values[v]).sum::<f64>() / own.len() as f64)
             .collect();
-        reduced.add_expected(Effect { values: mean, ..own[0].clone() }, &expected(own[0].kind));
+        let known = expected(own[0].kind).into_iter().enumerate();
+        let known: Vec<f64> =
+            known.map(|(k, e)| if is_kept(id, *at, k) { e } else { 0.0 }).collect();
+        reduced.add_expected(Effect { values: mean, ..own[0].clone() }, &known);
     }
     let refit =
         |point: &FitState| fit::fit(bench, point, blocks, &[], Effort { steps: 4, stale: 0 }).ok();

@@ -3,9 +3,13 @@
 //! every hypothesis, reported apart. Which effects these are, and what is expected of them, they
 //! say themselves ([`Calibration`]).
 
-use super::{EffectScope, FitProblem, FitState};
+use super::{EffectScope, FitProblem, FitState, FreeParameter};
 use crate::data::log::LogKind;
-use trueweld_plant::effects::{Calibration, CalibrationScope, Effect, EffectKind, library};
+use crate::predict::Experiment;
+use trueweld_core::spatial::rotation_vector;
+use trueweld_plant::effects::{
+    Action, Calibration, CalibrationScope, Effect, EffectKind, Location, library,
+};
 
 /// True for an effect that is a calibration of what the model has.
 pub fn is_calibration(kind: &EffectKind) -> bool {
@@ -32,18 +36,21 @@ pub fn per_log(bench: &FitProblem, effects: &[Effect]) -> FitState {
 }
 
 /// The calibrations that these logs can show anything of, all at nothing, after what is fitted
-/// afresh in each log anyway. Those of each log come first, in proportion to which the residuals
-/// are: their slopes are taken once.
+/// afresh in each log anyway. Those of each log come first, then how links are mounted: residuals
+/// are in proportion to them, and their slopes are taken once.
 pub fn calibrations(bench: &FitProblem) -> FitState {
     let mut point = per_log(bench, &bench.per_log);
     let moving =
         bench.experiments.iter().any(|e| matches!(e.kind, LogKind::RingDown | LogKind::FreeMotion));
-    let of = |each_log: bool| {
-        library()
-            .filter_map(move |kind| Some((kind, kind.calibration?)))
-            .filter(move |(_, c)| matches!(c.scope, CalibrationScope::EachLog(_)) == each_log)
-    };
-    for (kind, Calibration { expected, scope }) in of(true).chain(of(false)) {
+    let postures = bench.experiments.iter().any(Experiment::sees_postures);
+    let mut all: Vec<(&'static EffectKind, Calibration)> =
+        library().filter_map(|kind| Some((kind, kind.calibration?))).collect();
+    all.sort_by_key(|(_, calibration)| match calibration.scope {
+        CalibrationScope::EachLog(_) => 0,
+        CalibrationScope::Postures => 1,
+        CalibrationScope::AllLogs { .. } => 2,
+    });
+    for (kind, Calibration { expected, scope }) in all {
         for at in kind.places() {
             match scope {
                 CalibrationScope::EachLog(channels) => {
@@ -58,17 +65,46 @@ pub fn calibrations(bench: &FitProblem) -> FitState {
                         }
                     }
                 }
+                CalibrationScope::Postures if postures => {
+                    let effect = kind.neutral(at);
+                    let expected = beside_zeros(bench, &effect, expected);
+                    point.add_expected(effect, &expected);
+                }
                 CalibrationScope::AllLogs { motion } if moving || !motion => {
                     point.add_expected(kind.neutral(at), expected);
                 }
-                CalibrationScope::AllLogs { .. } => {}
+                CalibrationScope::Postures | CalibrationScope::AllLogs { .. } => {}
             }
         }
     }
     point
 }
 
-/// Free values of a point that belong to one log each: those come first.
-pub fn of_logs(point: &FitState) -> usize {
-    point.free.iter().filter(|f| matches!(f.of, EffectScope::Log(..))).count()
+/// Expected sizes of how a link is mounted off, 0 for a value that only turns or slides it along
+/// its joint's axis: such a turn is the encoder's zero, which is a calibration of its own, and such
+/// a slide is the link's before, or the whole arm's.
+fn beside_zeros(bench: &FitProblem, effect: &Effect, expected: &[f64]) -> Vec<f64> {
+    let (Action::Mounting(motion), Location::Joint(joint)) = (effect.kind.action, effect.at) else {
+        return expected.to_vec();
+    };
+    let axis = bench.model.robot.parameters().joints[joint].axis;
+    let along_axis = |k: usize| {
+        let mut values = effect.values.clone();
+        values[k] += expected[k];
+        let by = motion(&values);
+        let across = rotation_vector(&by.rotation).cross(&axis).norm() / expected[k]
+            + by.position.cross(&axis).norm() / expected[k];
+        across < 1e-6
+    };
+    (0..expected.len()).map(|k| if along_axis(k) { 0.0 } else { expected[k] }).collect()
+}
+
+/// Free values at the head of a point to which residuals are in proportion: those of one log each,
+/// and how links are mounted.
+pub fn in_proportion(point: &FitState) -> usize {
+    let is = |f: &FreeParameter| {
+        matches!(f.of, EffectScope::Log(..))
+            || matches!(point.effect(f.of).kind.action, Action::Mounting(_))
+    };
+    point.free.iter().take_while(|f| is(f)).count()
 }

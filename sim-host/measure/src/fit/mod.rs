@@ -16,7 +16,7 @@ pub use linear::{Linear, Step};
 use crate::predict::{Experiment, Model, PredictError, Prediction};
 use nalgebra::DVector;
 use rayon::prelude::*;
-use trueweld_plant::effects::{Action, Effect, Parameter, Role};
+use trueweld_plant::effects::{Action, Effect, Location, Parameter, Role};
 use trueweld_plant::input::{ModelEffect, ModelFile, Scope};
 
 /// Blocks in time that can be left out.
@@ -185,7 +185,8 @@ impl FitState {
         self.add_expected(effect, &nothing_known);
     }
 
-    /// Adds an effect for all logs, of whose values this much is expected.
+    /// Adds an effect for all logs, of whose values this much is expected; one of which nothing is
+    /// stays as it is.
     pub fn add_expected(&mut self, effect: Effect, expected: &[f64]) {
         let of = EffectScope::All(self.all.len());
         self.all.push(effect);
@@ -200,8 +201,10 @@ impl FitState {
     }
 
     fn release(&mut self, of: EffectScope, expected: &[f64]) {
-        let free = |(parameter, e): (usize, &f64)| FreeParameter { of, parameter, expected: *e };
-        self.free.extend(expected.iter().enumerate().map(free));
+        let free = |(parameter, e): (usize, &f64)| {
+            (*e != 0.0).then_some(FreeParameter { of, parameter, expected: *e })
+        };
+        self.free.extend(expected.iter().enumerate().filter_map(free));
     }
 
     /// Takes away the last effect for all logs.
@@ -339,8 +342,18 @@ fn slope(
     let step = if value_at(parameter, value, share) == value { -share } else { share };
     let mut moved = point.clone();
     moved.effect_mut(free.of).values[free.parameter] = value_at(parameter, value, step);
-    let there = experiment.predict(&bench.model, &moved.effects(bench, log), Some((at, effect)))?;
-    Ok(Some(there.residual.iter().zip(&at.residual).map(|(a, b)| (a - b) / step).collect()))
+    let there = match (effect.kind.action, effect.at) {
+        // Of what is far cheaper to see than to play through.
+        (Action::Mounting(motion), Location::Joint(joint)) => {
+            let more = motion(&moved.effect(free.of).values) * motion(&effect.values).inverse();
+            experiment.remounted(&bench.model, &point.effects(bench, log), at, joint, &more)?
+        }
+        _ => {
+            let effects = moved.effects(bench, log);
+            experiment.predict(&bench.model, &effects, Some((at, effect)))?.residual
+        }
+    };
+    Ok(Some(there.iter().zip(&at.residual).map(|(a, b)| (a - b) / step).collect()))
 }
 
 /// Slopes of one free value in every log.

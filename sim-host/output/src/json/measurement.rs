@@ -496,7 +496,7 @@ impl DiagnoseResult {
             candidates: candidates
                 .map(|(k, c)| DiagnosisCandidate::of(c, account.reasons.get(k), diagnosis, robot))
                 .collect(),
-            calibration: FittedEffectValues::all(&diagnosis.calibration, robot, before),
+            calibration: FittedEffectValues::calibrations(&diagnosis.calibration, robot, before),
             next_experiment: account.next_experiment.as_ref().map(PlannedExperiment::of),
             unexplained: ResidualFinding::remaining(diagnosis),
             limits: diagnosis.limits.iter().map(limit).collect(),
@@ -545,6 +545,19 @@ impl EffectPlace {
 }
 
 impl FittedEffectValues {
+    /// Calibrations, with those of their values that the data carry.
+    fn calibrations(all: &[FittedEffect], robot: &RobotFile, logs: &[LogComparison]) -> Vec<Self> {
+        let carried = |found: &FittedEffect| {
+            let mut of = Self::of(found, robot, logs);
+            let all = found.effect.kind.parameters.iter().enumerate();
+            for (_, p) in all.filter(|(k, _)| !found.is_fitted(*k)) {
+                of.parameters.remove(p.name);
+            }
+            of
+        };
+        all.iter().map(carried).collect()
+    }
+
     fn all(all: &[FittedEffect], robot: &RobotFile, logs: &[LogComparison]) -> Vec<Self> {
         all.iter().map(|found| Self::of(found, robot, logs)).collect()
     }
@@ -552,7 +565,7 @@ impl FittedEffectValues {
     fn of(found: &FittedEffect, robot: &RobotFile, logs: &[LogComparison]) -> Self {
         let EffectPlace { effect, at } = EffectPlace::of(found.effect.kind, found.effect.at, robot);
         let parameters = found.effect.kind.parameters.iter().enumerate().map(|(k, p)| {
-            let [low, high] = found.interval[k].map(finite);
+            let [low, high] = found.interval[k].map(|v| finite(v).filter(|_| found.is_fitted(k)));
             let value = finite(found.effect.values[k]);
             (p.name.to_owned(), FittedValue { value, low, high, unit: p.unit.to_owned() })
         });
@@ -611,7 +624,7 @@ impl ImproveResult {
             score: finite(step.score),
             holdout_score: finite(step.held_out),
             effects: all(&step.effects),
-            calibration: all(&step.calibration),
+            calibration: FittedEffectValues::calibrations(&step.calibration, &model.robot, before),
         });
         let rejected = improvement.rejected.iter().map(|step| RejectedStep {
             added: all(&step.added),

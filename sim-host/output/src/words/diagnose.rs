@@ -44,6 +44,7 @@ pub(crate) fn values(found: &FittedEffect) -> Vec<(String, String)> {
         .parameters
         .iter()
         .enumerate()
+        .filter(|(k, _)| found.is_fitted(*k))
         .map(|(k, p)| (spoken(p), value(found, k)))
         .collect()
 }

@@ -39,11 +39,13 @@ fn comments(origin: &Origin, names: &str, logs: &[Log]) -> EffectComments {
         Origin::Given => EffectComments { effect: "As given.".to_owned(), parameters: Vec::new() },
         Origin::Fitted(found) => {
             let sort = if is_calibration(found.effect.kind) { "Calibration" } else { "Effect" };
-            let bounds =
-                |[low, high]: &[f64; 2]| format!("{} to {}", readable(*low), readable(*high));
+            let bounds = |(k, [low, high]): (usize, &[f64; 2])| match found.is_fitted(k) {
+                true => format!("{} to {}", readable(*low), readable(*high)),
+                false => "not in the data".to_owned(),
+            };
             EffectComments {
                 effect: format!("{sort}, fitted to {names}; 95 % intervals beside the values."),
-                parameters: found.interval.iter().map(bounds).collect(),
+                parameters: found.interval.iter().enumerate().map(bounds).collect(),
             }
         }
         Origin::PerLog(all) => {

@@ -1,0 +1,91 @@
+//! A real arm is off by tenths of a millimetre everywhere. That is a calibration: it hides no effect,
+//! is called none, and what is named beside it is what is named without it.
+
+use trueweld_laboratory::{CorpusCase, Hidden, Protocol, Recipe};
+use trueweld_measure::fit::calibration::calibrations;
+use trueweld_measure::fit::{EffectScope, residuals, slopes};
+use trueweld_measure::predict::Prediction;
+use trueweld_plant::effects::{EffectKind, Location};
+use trueweld_tests::LABORATORY;
+use trueweld_tests::corpus::{Judged, Outcome, examine, ready};
+
+/// What a robot's maker leaves: 0.3 mm and 0.3 mrad behind every joint.
+const EVERYWHERE: f64 = 3e-4;
+
+fn recipe(seed: u64) -> Recipe {
+    Recipe { protocol: Protocol::short(), geometry_error: EVERYWHERE, ..Recipe::plain(seed) }
+}
+
+fn examined(id: &str, seed: u64) -> Judged {
+    let hidden = match id {
+        "none" => Hidden::None,
+        id => Hidden::One(LABORATORY.draw(id, 1.0, &Protocol::short(), seed)),
+    };
+    let case = CorpusCase { name: id.to_owned(), seed, hidden, target: 10.0, recipe: recipe(seed) };
+    examine(&case).expect("the case can be made and diagnosed")
+}
+
+#[test]
+fn nothing_is_missing_where_only_the_geometry_is_off() {
+    let judged = examined("none", 11);
+    assert_eq!(judged.outcome, Outcome::Right, "{judged:#?}");
+    let geometry = judged.calibration.iter().any(|c| c.starts_with("geometry-error"));
+    assert!(judged.score_before > 2.0 && geometry, "{judged:#?}");
+}
+
+#[test]
+fn an_effect_in_the_torques_is_named_beside_it() {
+    let judged = examined("joint-friction", 12);
+    assert_eq!(judged.outcome, Outcome::Right, "{judged:#?}");
+}
+
+#[test]
+fn an_effect_in_the_poses_is_named_beside_it() {
+    for (id, seed) in [("base-compliance", 13), ("bearing-tilt", 14)] {
+        let judged = examined(id, seed);
+        assert_eq!(judged.outcome, Outcome::Right, "{judged:#?}");
+    }
+}
+
+#[test]
+fn slopes_by_the_geometry_are_those_of_the_whole_prediction() {
+    let ready = ready(&recipe(15)).expect("a campaign");
+    let bench = &ready.bench;
+    let point = calibrations(bench);
+    let kind = EffectKind::of("geometry-error").expect("of the library");
+    let free: Vec<_> = point
+        .free
+        .iter()
+        .filter(|f| std::ptr::eq(point.effect(f.of).kind, kind))
+        .copied()
+        .collect();
+    // Three translations and three rotations a joint, less those along its axis.
+    assert_eq!(free.len(), 24);
+    let at = residuals(bench, &point).expect("predicted");
+    let found = slopes(bench, &point, &free, &at, 1.0);
+    for (free, slopes) in free.iter().zip(&found) {
+        let EffectScope::All(index) = free.of else { panic!("one value for all logs") };
+        let mut moved = point.clone();
+        let parameter = &kind.parameters[free.parameter];
+        moved.all[index].values[free.parameter] += trueweld_measure::fit::unit(parameter, 0.0);
+        let there = residuals(bench, &moved).expect("predicted");
+        for (log, experiment) in bench.experiments.iter().enumerate() {
+            let Some(slope) = &slopes[log] else { panic!("{} sees it", experiment.name) };
+            let (mut apart, mut all) = (0.0, 0.0);
+            let rows = |p: &Prediction| p.residual.clone();
+            for (k, (a, b)) in rows(&there[log]).iter().zip(rows(&at[log])).enumerate() {
+                let channel = experiment.compared[k].quantity.channel();
+                if channel.starts_with("tcp") {
+                    apart += (a - b - slope[k]).powi(2);
+                    all += (a - b).powi(2);
+                } else {
+                    assert_eq!(slope[k], 0.0, "{channel}");
+                }
+            }
+            // Left out is what gravity makes of the motion: K against g gives some percent.
+            let place = moved.all[index].at;
+            assert!(matches!(place, Location::Joint(_)));
+            assert!(apart < 0.05_f64.powi(2) * all, "{place:?} {}: {apart} {all}", parameter.name);
+        }
+    }
+}
