@@ -19,7 +19,10 @@ fn recipe(seed: u64) -> Recipe {
 fn examined(id: &str, seed: u64) -> Judged {
     let hidden = match id {
         "none" => Hidden::None,
-        id => Hidden::One(LABORATORY.draw(id, 1.0, &Protocol::short(), seed)),
+        id => {
+            let drawn = LABORATORY.draw(id, 1.0, &Protocol::short(), seed);
+            Hidden::One(drawn.expect("an effect that campaigns hide"))
+        }
     };
     let case = CorpusCase { name: id.to_owned(), seed, hidden, target: 10.0, recipe: recipe(seed) };
     examine(&case).expect("the case can be made and diagnosed")
@@ -41,10 +44,11 @@ fn an_effect_in_the_torques_is_named_beside_it() {
 
 #[test]
 fn an_effect_in_the_poses_is_named_beside_it() {
-    for (id, seed) in [("base-compliance", 13), ("bearing-tilt", 14)] {
-        let judged = examined(id, seed);
-        assert_eq!(judged.outcome, Outcome::Right, "{judged:#?}");
-    }
+    // A foot that gives and a first bearing that does are the same to any tracker.
+    let foot = examined("base-compliance", 13);
+    assert!([Outcome::Right, Outcome::RightTie].contains(&foot.outcome), "{foot:#?}");
+    let bearing = examined("bearing-tilt", 14);
+    assert_eq!(bearing.outcome, Outcome::Right, "{bearing:#?}");
 }
 
 #[test]
@@ -82,10 +86,12 @@ fn slopes_by_the_geometry_are_those_of_the_whole_prediction() {
                     assert_eq!(slope[k], 0.0, "{channel}");
                 }
             }
-            // Left out is what gravity makes of the motion: K against g gives some percent.
+            // Left out is what gravity makes of the motion: K against g gives some percent. A turn
+            // about the tool's axis moves no tool centre, which is all that a ring-down shows.
             let place = moved.all[index].at;
             assert!(matches!(place, Location::Joint(_)));
-            assert!(apart < 0.05_f64.powi(2) * all, "{place:?} {}: {apart} {all}", parameter.name);
+            let seen = all.max(0.1);
+            assert!(apart < 0.05_f64.powi(2) * seen, "{place:?} {}: {apart} {all}", parameter.name);
         }
     }
 }
