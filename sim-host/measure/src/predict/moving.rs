@@ -467,8 +467,7 @@ impl Moving {
                         ..unread(self.time[k] - begin)
                     };
                     readings.motor_torque[i] = *predicted;
-                    robot.ports.sensor.iter().for_each(|t| t.sense(&mut readings));
-                    *predicted = readings.motor_torque[i];
+                    *predicted = sensed(&robot.ports, readings).motor_torque[i];
                 }
             }
             for &row in &self.torque_rows {
