@@ -86,6 +86,10 @@ fn a_law_of_ones_own_is_certified_with_its_gains() {
         confidence = 0.75
         [limits]
         lateral_rms_m = 3.0e-4
+        [margins]
+        places = 3
+        gain_margin = 2.0
+        modulus_margin = 0.5
         [uncertainty]
         stiffness = 0.1
         process = 0.1
@@ -123,9 +127,9 @@ fn a_law_of_ones_own_is_certified_with_its_gains() {
     with("rate_rads = 1.0");
     let error = String::from_utf8(run(place.path(), &arguments).stderr).expect("text");
     assert!(error.contains("Did you mean `rate_rad_s`?"), "{error}");
-    with("max_m = 0.0");
+    with("rate_rad_s = 0.0");
     let error = String::from_utf8(run(place.path(), &arguments).stderr).expect("text");
-    assert!(error.contains("`max_m`") && error.contains("a number above 0"), "{error}");
+    assert!(error.contains("`rate_rad_s`") && error.contains("a number above 0"), "{error}");
 }
 
 #[test]

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use trueweld::core::compensation::{Compensator, Observation};
 use trueweld::core::{Fault, Robot, Twist};
 use trueweld::effects::{Action, EffectKind, LocationKind, Parameter};
-use trueweld::laws::{FeedForward, GainError, Law, Needs, Setup, require};
+use trueweld::laws::{FeedForward, GainError, Law, Needs, OuterIntegral, Setup, require};
 use trueweld::robot::{JointState, Port, Term};
 
 /// Gains, `[law.own-law]` of a control file.
@@ -12,20 +12,17 @@ use trueweld::robot::{JointState, Port, Term};
 struct Gains {
     /// Bandwidth of the correction, rad/s.
     rate_rad_s: f64,
-    /// Largest correction, m.
-    max_m: f64,
 }
 
 impl Default for Gains {
     fn default() -> Self {
-        Self { rate_rad_s: 2.0, max_m: 0.005 }
+        Self { rate_rad_s: 2.0 }
     }
 }
 
 /// Feed-forward, and the integral of what a seam sensor sees across the seam.
 struct OwnLaw {
     share: f64,
-    max: f64,
     correction: f64,
 }
 
@@ -34,12 +31,12 @@ impl Law<f64> for OwnLaw {
     const SUMMARY: &'static str = "Feed-forward, and the integral of a seam sensor";
     const NEEDS: Needs = Needs { seam_sensor: true, ..Needs::NOTHING };
     type Gains = Gains;
-    type Built = Self;
+    type Built = OuterIntegral<f64, Self>;
 
-    fn build(gains: &Gains, setup: &Setup<f64>) -> Result<Self, GainError> {
+    fn build(gains: &Gains, setup: &Setup<f64>) -> Result<Self::Built, GainError> {
         require(gains.rate_rad_s > 0.0, "rate_rad_s", "a number above 0")?;
-        require(gains.max_m > 0.0, "max_m", "a number above 0")?;
-        Ok(Self { share: gains.rate_rad_s * setup.period, max: gains.max_m, correction: 0.0 })
+        let law = Self { share: gains.rate_rad_s * setup.period, correction: 0.0 };
+        OuterIntegral::new(law, &setup.following, setup.period)
     }
 }
 
@@ -55,8 +52,7 @@ impl Compensator<f64> for OwnLaw {
     ) -> Result<Twist<f64>, Fault> {
         let usable = observation.measurements.iter().filter(|m| m.is_usable());
         for across in usable.filter(|m| m.along.linear.y > 0.0) {
-            let wanted = self.correction - self.share * across.deviation;
-            self.correction = wanted.clamp(-self.max, self.max);
+            self.correction -= self.share * across.deviation;
         }
         let mut demand = FeedForward.demand(robot, observation)?;
         demand.linear.y += self.correction;

@@ -6,7 +6,7 @@ use clap::Args;
 use miette::{IntoDiagnostic, Result};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use trueweld_measure::fit::FitProblem;
-use trueweld_measure::residuals::compare::compare;
+use trueweld_measure::residuals::compare::{Notice, compare};
 use trueweld_output::{CompareReport, Progress};
 
 /// Arguments of `compare`.
@@ -23,6 +23,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let measured = arguments.measurements.read()?;
     arguments.results.check()?;
     let provenance = measured.provenance("compare")?;
+    if measured.tell_mistakes(&arguments.results, &provenance)? {
+        return Ok(());
+    }
     let (model, count) = (&measured.model, measured.logs.len());
     let progress = if arguments.results.quiet {
         Progress::silent()
@@ -34,7 +37,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let compared =
         compare(model, &measured.logs, &FitProblem::new(model, measured.experiments), &done);
     progress.finish();
-    let comparison = compared.into_diagnostic()?;
+    let mut comparison = compared.into_diagnostic()?;
+    comparison.notices.extend(measured.found.registered.into_iter().map(Notice::Registered));
     arguments.results.write(&CompareReport {
         model: &model.path,
         comparison: &comparison,

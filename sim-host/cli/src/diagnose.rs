@@ -23,6 +23,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let measured = arguments.measurements.read()?;
     arguments.results.check()?;
     let provenance = measured.provenance("diagnose")?;
+    if measured.tell_mistakes(&arguments.results, &provenance)? {
+        return Ok(());
+    }
+    measured.tell_registered()?;
     let (model, logs) = (&measured.model, &measured.logs);
     let bench = FitProblem::new(model, measured.experiments);
     let progress =

@@ -9,7 +9,8 @@ use trueweld_measure::data::campaign::read_logs;
 use trueweld_measure::data::log::Log;
 use trueweld_measure::fit::FitProblem;
 use trueweld_measure::improve::{HeldOut, improve, model_file};
-use trueweld_measure::residuals::compare::of_logs;
+use trueweld_measure::mistakes::find;
+use trueweld_measure::residuals::compare::{baseline, of_logs};
 use trueweld_output::{ImproveReport, Progress, model_comments};
 use trueweld_plant::input::ModelFile;
 
@@ -45,6 +46,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let mut outputs = arguments.results.outputs();
     outputs.push(("--out", &arguments.out));
     check_outputs(&outputs)?;
+    if measured.tell_mistakes(&arguments.results, &provenance)? {
+        return Ok(());
+    }
+    measured.tell_registered()?;
     let bench = FitProblem::new(model, measured.experiments);
     let progress =
         if arguments.results.quiet { Progress::silent() } else { Progress::new("comparing", 1.0) };
@@ -71,7 +76,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
 
 /// Logs that nothing is fitted to.
 fn held_out(arguments: &Arguments, model: &ModelFile, fitted: &[Log]) -> Result<Vec<Log>> {
-    let (_, logs) = read_logs(&arguments.held_out)?;
+    let (_, mut logs) = read_logs(&arguments.held_out)?;
     for log in &logs {
         log.must_be_of(&model.robot, &format!("the model {}", model.path.display()))?;
         let same = |other: &&Log| matches!((log.path.canonicalize(), other.path.canonicalize()), (Ok(a), Ok(b)) if a == b);
@@ -83,5 +88,7 @@ fn held_out(arguments: &Arguments, model: &ModelFile, fitted: &[Log]) -> Result<
             ));
         }
     }
+    // Their trackers may stand elsewhere too.
+    find(&mut logs, &baseline(model))?;
     Ok(logs)
 }

@@ -30,6 +30,7 @@ mod inputs;
 mod measured;
 mod names;
 mod new_law;
+mod register;
 mod results;
 mod schema;
 mod step;
@@ -76,6 +77,8 @@ enum Command {
     Diagnose(diagnose::Arguments),
     /// Add what is missing to a model, refit it, and write it
     Improve(improve::Arguments),
+    /// Find where the tracker stands and what it sees of the tool, whatever the size
+    Register(register::Arguments),
     /// Check input files of any kind
     Check(check::Arguments),
     /// Write a crate with a law and an effect of your own, beside those of this program
@@ -135,6 +138,7 @@ impl Arguments {
             Some(Command::Compare(arguments)) => compare::run(arguments),
             Some(Command::Diagnose(arguments)) => diagnose::run(arguments),
             Some(Command::Improve(arguments)) => improve::run(arguments),
+            Some(Command::Register(arguments)) => register::run(arguments),
             Some(Command::Check(arguments)) => check::run(arguments),
             Some(Command::NewLaw(arguments)) => new_law::run(arguments),
             Some(Command::ImportUrdf(arguments)) => import_urdf::run(arguments),

@@ -1,13 +1,16 @@
 //! What the commands about measurements work on: a model, and logs made ready to be compared with
 //! it.
 
+use crate::results::Results;
 use clap::Args;
 use miette::{IntoDiagnostic, Result, miette};
 use std::path::PathBuf;
 use trueweld_measure::data::campaign::read_logs;
 use trueweld_measure::data::log::Log;
+use trueweld_measure::mistakes::{Found, find};
 use trueweld_measure::predict::Experiment;
 use trueweld_measure::residuals::compare::{baseline, experiments};
+use trueweld_output::{MistakesReport, registered_in_words};
 use trueweld_plant::input::{ModelFile, warnings};
 use trueweld_plant::provenance::{EffectRecord, FileDigest, Provenance};
 
@@ -26,12 +29,26 @@ pub struct Measurements {
 pub struct Measured {
     pub model: ModelFile,
     pub logs: Vec<Log>,
-    /// In the order of the logs.
+    /// In the order of the logs; none where there are mistakes in the files.
     pub experiments: Vec<Experiment>,
+    /// What was found before any physics.
+    pub found: Found,
 }
 
 impl Measurements {
+    /// Reads the logs, looks for gross mistakes in them, and makes them ready.
     pub fn read(&self) -> Result<Measured> {
+        let (model, mut logs) = self.read_files()?;
+        let found = find(&mut logs, &baseline(&model))?;
+        let experiments = match found.mistakes.as_slice() {
+            [] => read_experiments(&logs, &model)?,
+            _ => Vec::new(),
+        };
+        Ok(Measured { model, logs, experiments, found })
+    }
+
+    /// Model and logs as the files have them.
+    pub fn read_files(&self) -> Result<(ModelFile, Vec<Log>)> {
         // Before the logs, of which there may be gigabytes.
         let given = self.model.as_ref().map(ModelFile::read).transpose()?;
         let (campaign, logs) = read_logs(&self.logs)?;
@@ -49,27 +66,49 @@ impl Measurements {
         for log in &logs {
             log.must_be_of(&model.robot, &format!("the model {}", model.path.display()))?;
         }
-        let experiments = read_experiments(&logs, &model)?;
-        Ok(Measured { model, logs, experiments })
+        Ok((model, logs))
     }
 }
 
 impl Measured {
+    /// Tells of mistakes in the files, if there are any: true where there is nothing else to tell.
+    pub fn tell_mistakes(&self, results: &Results, provenance: &Provenance) -> Result<bool> {
+        if self.found.mistakes.is_empty() {
+            return Ok(false);
+        }
+        let report = MistakesReport { model: &self.model, found: &self.found, provenance };
+        results.write_unrecorded(&report)?;
+        Ok(true)
+    }
+
+    /// Tells which trackers were registered.
+    pub fn tell_registered(&self) -> Result<()> {
+        for registered in &self.found.registered {
+            say!("Note: {}.\n", registered_in_words(registered));
+        }
+        Ok(())
+    }
+
     /// What a result of these measurements is of.
     pub fn provenance(&self, command: &str) -> Result<Provenance> {
-        let mut files = FileDigest::of_model(&self.model)?;
-        files.extend(digests("log", &self.logs)?);
-        let effects = self.model.effects.iter();
-        Ok(Provenance {
-            warnings: warnings(),
-            version: env!("CARGO_PKG_VERSION").to_owned(),
-            command: command.to_owned(),
-            robot: self.model.robot.name.clone(),
-            effects: effects.map(|e| EffectRecord::new(&e.effect, &self.model.robot)).collect(),
-            simulation: None,
-            files,
-        })
+        provenance(command, &self.model, &self.logs)
     }
+}
+
+/// What a result of a model and logs is of.
+pub fn provenance(command: &str, model: &ModelFile, logs: &[Log]) -> Result<Provenance> {
+    let mut files = FileDigest::of_model(model)?;
+    files.extend(digests("log", logs)?);
+    let effects = model.effects.iter();
+    Ok(Provenance {
+        warnings: warnings(),
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        command: command.to_owned(),
+        robot: model.robot.name.clone(),
+        effects: effects.map(|e| EffectRecord::new(&e.effect, &model.robot)).collect(),
+        simulation: None,
+        files,
+    })
 }
 
 /// Digests of the files of logs, each file once.

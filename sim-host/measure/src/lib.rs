@@ -22,6 +22,8 @@
 //! | room | holds |
 //! |---|---|
 //! | [`data`] | logs, campaigns of logs, their noise, filters |
+//! | [`mistakes`] | gross mistakes in the files, found before any physics |
+//! | [`register`] | where a tracker stands, and where on the tool it looks |
 //! | [`predict`] | what a model predicts of a log's channels |
 //! | [`fit`] | effects fitted to logs by their residuals; calibrations |
 //! | [`residuals`] | how far a model is from its logs, and under which conditions |
@@ -50,5 +52,7 @@ pub mod diagnose;
 pub mod experiment;
 pub mod fit;
 pub mod improve;
+pub mod mistakes;
 pub mod predict;
+pub mod register;
 pub mod residuals;

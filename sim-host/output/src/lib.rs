@@ -26,9 +26,11 @@ pub use file::write_file;
 pub use progress::Progress;
 pub use report::{
     CertifiedWeld, CertifyReport, CompareReport, DiagnoseReport, ImproveReport, LawsReport,
-    Recorded, Report, StepReport, StepRun, WeldReport, WeldRun,
+    MistakesReport, Recorded, RegisterReport, Report, StepReport, StepRun, WeldReport, WeldRun,
 };
+pub use words::mistakes::registered as registered_in_words;
 pub use words::model_comments;
+pub use words::register::table as tracker_table;
 
 /// Millimetres in a metre, and milliradians in a radian.
 pub(crate) const MILLI: f64 = 1e3;

@@ -195,6 +195,11 @@ const fn first(index: usize) -> usize {
 }
 
 impl LogChannel {
+    /// Its name in results.
+    pub fn name(self) -> &'static str {
+        self.entry().name
+    }
+
     /// What is known of it.
     pub(crate) fn entry(self) -> &'static ChannelEntry {
         &CHANNELS[self as usize]

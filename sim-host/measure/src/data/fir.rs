@@ -5,6 +5,7 @@
 //! half times on. Measured and predicted series pass the same filter, so that it takes nothing from
 //! one that the other keeps.
 
+use nalgebra::{SMatrix, SVector};
 use std::f64::consts::PI;
 
 /// Kaiser's β for 50 dB.
@@ -176,6 +177,69 @@ pub fn start(period: f64, deviation: f64, series: &[f64]) -> (f64, f64) {
         length += length / 4;
     }
     found
+}
+
+/// How a noisy series begins: value and derivatives at its first sample, by a cubic through as many
+/// samples as lie on one.
+#[derive(Debug, Clone, Copy)]
+pub struct Beginning {
+    /// Value, and first to third derivative by time.
+    pub derivatives: [f64; 4],
+    /// Samples that lie on the cubic.
+    pub length: usize,
+    /// True where the series changes by more than its noise.
+    pub moving: bool,
+}
+
+impl Beginning {
+    /// Of a series with white noise of this deviation; `None` where it is too short.
+    pub fn of(period: f64, deviation: f64, series: &[f64]) -> Option<Self> {
+        const LEAST: usize = 24;
+        /// Deviations of its slope at which a series is taken to move.
+        const MOVES: f64 = 8.0;
+        let mut found = None;
+        let mut length = LEAST;
+        while length <= series.len() {
+            let span = (length - 1) as f64;
+            let powers = |k: usize| {
+                let u = k as f64 / span;
+                SVector::<f64, 4>::new(1.0, u, u * u, u * u * u)
+            };
+            let (mut square, mut right) = (SMatrix::<f64, 4, 4>::zeros(), SVector::zeros());
+            for (k, value) in series[..length].iter().enumerate() {
+                square += powers(k) * powers(k).transpose();
+                right += powers(k) * (value - series[0]);
+            }
+            let inverse = square.try_inverse()?;
+            let fitted = inverse * right;
+            let off =
+                |(k, value): (usize, &f64)| (value - series[0] - fitted.dot(&powers(k))).powi(2);
+            let left: f64 = series[..length].iter().enumerate().map(off).sum();
+            let noise = deviation * (1.0 + 2.0 / (length as f64).sqrt());
+            if found.is_some() && (left / (length - 4) as f64).sqrt() > noise {
+                break;
+            }
+            let time = span * period;
+            let [c0, c1, c2, c3] = [0, 1, 2, 3].map(|k| fitted[k] / time.powi(k as i32));
+            found = Some(Self {
+                derivatives: [series[0] + c0, c1, 2.0 * c2, 6.0 * c3],
+                length,
+                moving: c1.abs() > MOVES * deviation * inverse[(1, 1)].sqrt() / time,
+            });
+            length += length / 4;
+        }
+        found
+    }
+
+    /// Value, first and second derivative so much time after the first sample, s.
+    pub fn after(&self, time: f64) -> [f64; 3] {
+        let [a, b, c, d] = self.derivatives;
+        [
+            a + time * (b + time * (c / 2.0 + time * d / 6.0)),
+            b + time * (c + time * d / 2.0),
+            c + time * d,
+        ]
+    }
 }
 
 /// A series in a narrow band around zero and around each of the first multiples of an angle that

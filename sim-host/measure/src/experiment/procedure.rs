@@ -543,5 +543,6 @@ fn log_of(cell: &ExperimentCell<'_>, kind: LogKind, period: Option<f64>, samples
         notices: Vec::new(),
         source: Source::new("planned", ""),
         origin: Origin::default(),
+        doubt: None,
     }
 }

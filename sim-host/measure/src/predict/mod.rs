@@ -492,7 +492,7 @@ fn known(
 }
 
 /// Period of an evenly sampled log, s: as stated, or the median step.
-fn period(log: &Log) -> f64 {
+pub(crate) fn period(log: &Log) -> f64 {
     log.period.unwrap_or_else(|| {
         let mut steps: Vec<f64> = log.samples.time.windows(2).map(|w| w[1] - w[0]).collect();
         steps.sort_by(f64::total_cmp);

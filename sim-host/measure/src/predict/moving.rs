@@ -6,7 +6,7 @@ use super::{
     period, seen, sensed, unread,
 };
 use crate::data::channel::LogChannel;
-use crate::data::fir::{LowPass, adaptive, interpolate, start};
+use crate::data::fir::{Beginning, LowPass, adaptive, interpolate, start};
 use crate::data::log::{Log, LogKind};
 use crate::data::noise::{Level, NoiseLevels};
 use nalgebra::{Complex, Matrix3, SMatrix, SVector, Vector3};
@@ -70,6 +70,8 @@ pub(super) struct Moving {
     margin: JointVector<f64>,
     /// What drives the links.
     drive: Vec<Motors>,
+    /// Jerk of the motors at the first row, rad/s³, where the log begins in motion.
+    jerk: Option<JointVector<f64>>,
     /// What the motors did, for their torque: smoothed.
     motor: Vec<Motors>,
     position: Option<Vec<Vector3<f64>>>,
@@ -120,8 +122,39 @@ impl Moving {
                 acceleration: JointVector::zeros(),
             })
             .collect();
+        // A filter's window has one side only at the ends; where the motors move there, a cubic
+        // stands in.
+        let mut motor = smoothed(MOTOR_BAND);
+        let mut quicker = smoothed(2.0 * MOTOR_BAND);
+        let ends: [Option<[Beginning; 6]>; 2] = [false, true].map(|back| {
+            let of = |i: usize| {
+                let mut column = columns[i].clone();
+                if back {
+                    column.reverse();
+                }
+                Beginning::of(period, encoder[i].deviation, &column)
+            };
+            let all: Vec<Beginning> = (0..6).map_while(of).collect();
+            let smooth = log.kind == LogKind::FreeMotion;
+            <[Beginning; 6]>::try_from(all).ok().filter(|e| smooth && e.iter().any(|b| b.moving))
+        });
+        for (back, end) in ends.iter().enumerate() {
+            for (i, beginning) in end.iter().flatten().enumerate() {
+                for k in 0..beginning.length / 2 {
+                    let sign = if back == 1 { -1.0 } else { 1.0 };
+                    let [angle, rate, acceleration] = beginning.after(k as f64 * period);
+                    let row = if back == 1 { n - 1 - k } else { k };
+                    for series in [&mut drive, &mut motor, &mut quicker] {
+                        series[row].angle[i] = angle;
+                        series[row].rate[i] = sign * rate;
+                        series[row].acceleration[i] = acceleration;
+                    }
+                }
+            }
+        }
+        let jerk = ends[0].map(|all| JointVector::from_fn(|i, _| all[i].derivatives[3]));
         // The links swing on from how they start.
-        for i in 0..6 {
+        for i in (0..6).filter(|_| jerk.is_none()) {
             (drive[0].angle[i], drive[0].rate[i]) =
                 start(period, encoder[i].deviation, &columns[i]);
         }
@@ -152,15 +185,19 @@ impl Moving {
         let band = LowPass::new(TORQUE_BAND.min(0.2 / period), period);
         let every =
             ((0.5 / (1.25 * TORQUE_BAND.min(0.2 / period) * period)).floor() as usize).max(1);
-        let torque_rows: Vec<usize> =
-            (band.half()..n.saturating_sub(band.half())).step_by(every).collect();
+        // What is smoothed for the torque is one-sided where the motors move at an end.
+        let half = LowPass::new(MOTOR_BAND.min(0.2 / period), period).half();
+        let [first, last] =
+            ends.each_ref().map(|end| band.half() + if end.is_some() { half } else { 0 });
+        let torque_rows: Vec<usize> = (first..n.saturating_sub(last)).step_by(every).collect();
 
         let moving = Self {
             period,
             substeps: (period / STEP - 1e-9).ceil().max(1.0) as usize,
             time: s.time.clone(),
             drive,
-            motor: smoothed(MOTOR_BAND),
+            jerk,
+            motor,
             margin: JointVector::from_fn(|i, _| 3.0 * encoder[i].deviation),
             drive_band: DRIVE_BANDS[bands[bands.len() / 2]],
             position: s.position.clone(),
@@ -172,7 +209,7 @@ impl Moving {
             pose_rows,
             torque_rows,
         };
-        moving.compare(log, noise, model, &smoothed(2.0 * MOTOR_BAND), compared)?;
+        moving.compare(log, noise, model, &quicker, compared)?;
         Ok(moving)
     }
 
@@ -322,7 +359,11 @@ impl Moving {
 
     pub(super) fn motion(&self, robot: &ElasticRobot) -> Result<Motion, Diverged> {
         let n = self.drive.len();
-        let mut swinging = DynamicLinks::start(robot, &self.drive[0], self.time[0]);
+        let (first, time) = (&self.drive[0], self.time[0]);
+        let mut swinging = match &self.jerk {
+            Some(jerk) => DynamicLinks::start_in_motion(robot, first, jerk, time),
+            None => DynamicLinks::start(robot, first, time),
+        };
         let mut afloat = BacklashObserver::new(robot, self.margin, self.period);
         let mut motion = Motion {
             rows: (0..n).collect(),

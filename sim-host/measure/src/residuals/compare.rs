@@ -10,6 +10,7 @@ use crate::data::log::{Log, LogKind};
 use crate::data::noise::instruments;
 use crate::fit::per_log;
 use crate::fit::{FitProblem, FitState};
+use crate::mistakes::Registered;
 use crate::predict::{Compared, Experiment, Model, PredictError, Prediction, Quantity};
 use crate::residuals::finding::{Finding, column_label};
 use crate::residuals::localize::localize;
@@ -43,6 +44,8 @@ pub enum Notice {
         /// The notice.
         notice: String,
     },
+    /// A tracker that stood elsewhere was registered.
+    Registered(Registered),
     /// The noise is not stated in these logs and was estimated from the recordings.
     NoiseEstimated(Vec<String>),
     /// An effect of `scope = "log"` was fitted to the logs compared.

@@ -6,13 +6,16 @@ use crate::words::compare::notice;
 use crate::words::diagnose::not_kept;
 use crate::words::experiment;
 use crate::words::finding::sentence;
-use crate::{CompareReport, DiagnoseReport, ImproveReport};
+use crate::{CompareReport, DiagnoseReport, ImproveReport, MistakesReport, RegisterReport};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use trueweld_core::Pose;
+use trueweld_core::spatial::rotation_vector;
 use trueweld_measure::diagnose::evidence::EffectCurve;
-use trueweld_measure::diagnose::{Candidate, Diagnosis, FittedEffect, Reason};
+use trueweld_measure::diagnose::{Candidate, Diagnosis, FittedEffect, Reason, Verdict};
 use trueweld_measure::experiment::Plan;
+use trueweld_measure::mistakes::{Mistake, Registered};
 use trueweld_measure::residuals::compare::{ChannelComparison, LogComparison};
 use trueweld_measure::residuals::localize::{CurvePoint, Finding, Statistic, foremost};
 use trueweld_plant::effects::{Effect, EffectKind, Location};
@@ -28,6 +31,9 @@ pub struct CompareResult {
     pub schema: String,
     /// What the result is of.
     pub provenance: Provenance,
+    /// Mistakes in the files; where there are any, nothing else was looked for.
+    #[serde(default)]
+    pub mistakes: Vec<FileMistake>,
     /// The model file.
     pub model: String,
     /// √mean((residual/noise)²) over all samples; 1 is the noise floor.
@@ -40,6 +46,44 @@ pub struct CompareResult {
     pub worst: Vec<ResidualFinding>,
     /// What a reader should know although nothing is wrong.
     pub notices: Vec<String>,
+}
+
+/// A gross mistake in the files.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FileMistake {
+    /// `sign`, `zero`, `exchanged`, `unit`, `gear-side`, `tracker-frame`, `time-unit`, `wrench-side`
+    /// or `payload`.
+    pub what: String,
+    /// What it is in: joints by their names, or `encoders`, `torque`, `wrench`, `tracker`, `time`,
+    /// `payload`.
+    pub at: String,
+    /// The channel that it is in.
+    pub channel: String,
+    /// Names of the logs that it is in.
+    pub logs: Vec<String>,
+    /// What shows it.
+    pub evidence: MistakeEvidence,
+    /// The line to write; several where it takes several.
+    pub change: String,
+    /// Where the line belongs.
+    pub change_in: String,
+    /// The same in words.
+    pub sentence: String,
+}
+
+/// What a residual is as the files are, and with the mistake undone.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MistakeEvidence {
+    /// Channel that is compared.
+    pub channel: String,
+    /// Unit of both figures.
+    pub unit: String,
+    /// Root mean square as the files are.
+    pub rms_before: Option<f64>,
+    /// Root mean square with the mistake undone.
+    pub rms_after: Option<f64>,
 }
 
 /// A model against one log.
@@ -156,6 +200,9 @@ pub struct DiagnoseResult {
     pub schema: String,
     /// What the result is of.
     pub provenance: Provenance,
+    /// Mistakes in the files; where there are any, nothing else was looked for.
+    #[serde(default)]
+    pub mistakes: Vec<FileMistake>,
     /// The model file.
     pub model: String,
     /// `adequate`, `effect-found` or `unknown-effect`.
@@ -328,6 +375,9 @@ pub struct ImproveResult {
     pub schema: String,
     /// What the result is of.
     pub provenance: Provenance,
+    /// Mistakes in the files; where there are any, nothing else was looked for.
+    #[serde(default)]
+    pub mistakes: Vec<FileMistake>,
     /// The model file.
     pub model: String,
     /// The improved model file.
@@ -374,6 +424,171 @@ pub struct RejectedStep {
     pub why: String,
 }
 
+/// Mistakes in the files, in the form of the command that found them.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum MistakesResult {
+    /// Of `compare`.
+    Compare(CompareResult),
+    /// Of `diagnose`.
+    Diagnose(DiagnoseResult),
+    /// Of `improve`.
+    Improve(ImproveResult),
+}
+
+impl MistakesResult {
+    pub(crate) fn of(report: &MistakesReport<'_>) -> Self {
+        let joints = &report.model.robot.joint_names;
+        let provenance = report.provenance.clone();
+        let model = report.model.path.display().to_string();
+        let mistakes = report.found.mistakes.iter().map(|m| FileMistake::of(m, joints)).collect();
+        let sentence = words::mistakes::headline(report.found, joints);
+        let verdict = Verdict::UnknownEffect.name().to_owned();
+        match provenance.command.as_str() {
+            "diagnose" => Self::Diagnose(DiagnoseResult {
+                schema: "diagnose/1".to_owned(),
+                provenance,
+                mistakes,
+                model,
+                verdict,
+                sentence,
+                score_before: None,
+                score_calibrated: None,
+                score_after: None,
+                candidates: Vec::new(),
+                calibration: Vec::new(),
+                next_experiment: None,
+                unexplained: Vec::new(),
+                limits: Vec::new(),
+                confusable: Vec::new(),
+            }),
+            "improve" => Self::Improve(ImproveResult {
+                schema: "improve/1".to_owned(),
+                provenance,
+                mistakes,
+                model,
+                out: String::new(),
+                verdict,
+                sentence,
+                steps: Vec::new(),
+                rejected: Vec::new(),
+                held_out: Vec::new(),
+                unexplained: Vec::new(),
+            }),
+            _ => Self::Compare(CompareResult {
+                schema: "compare/1".to_owned(),
+                provenance,
+                mistakes,
+                model,
+                score: None,
+                samples: 0,
+                logs: Vec::new(),
+                worst: Vec::new(),
+                notices: Vec::new(),
+            }),
+        }
+    }
+}
+
+impl FileMistake {
+    fn of(mistake: &Mistake, joints: &[String]) -> Self {
+        use words::mistakes::{change, place, sentence, target};
+        Self {
+            what: mistake.kind.name().to_owned(),
+            at: place(mistake, joints),
+            channel: mistake.channel.name().to_owned(),
+            logs: mistake.logs.clone(),
+            evidence: MistakeEvidence {
+                channel: mistake.evidence.channel.name().to_owned(),
+                unit: mistake.evidence.unit.to_owned(),
+                rms_before: finite(mistake.evidence.before),
+                rms_after: finite(mistake.evidence.after),
+            },
+            change: change(mistake),
+            change_in: target(mistake).to_owned(),
+            sentence: sentence(mistake, joints),
+        }
+    }
+}
+
+/// Where trackers stand.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RegisterResult {
+    /// Name and version of this format.
+    #[schemars(extend("const" = "register/1"))]
+    pub schema: String,
+    /// What the result is of.
+    pub provenance: Provenance,
+    /// The model file.
+    pub model: String,
+    /// Every tracker that was found.
+    pub trackers: Vec<RegisteredTracker>,
+}
+
+/// A tracker's frame and what it sees of the tool.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RegisteredTracker {
+    /// Names of the logs.
+    pub logs: Vec<String>,
+    /// Poses that it rests on.
+    pub poses: usize,
+    /// The robot's base seen by the tracker.
+    pub base: RegisteredPose,
+    /// The tracked point and its axes in the tool frame.
+    pub tool: RegisteredPose,
+    /// Root mean square of what is left of the positions, m.
+    pub left_m: Option<f64>,
+    /// Root mean square of what is left of the rotations, rad.
+    pub left_rad: Option<f64>,
+    /// The table for `log.toml`.
+    pub table: String,
+}
+
+/// A rigid motion with the half-widths of its 95 % intervals.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RegisteredPose {
+    /// Position, m.
+    pub position_m: [f64; 3],
+    /// Rotation vector, rad.
+    pub rotation_rad: [f64; 3],
+    /// Half-widths of the position, m.
+    pub position_interval_m: [f64; 3],
+    /// Half-widths of the rotation, rad.
+    pub rotation_interval_rad: [f64; 3],
+}
+
+impl RegisterResult {
+    pub(crate) fn of(report: &RegisterReport<'_>) -> Self {
+        let pose = |pose: &Pose<f64>, interval: &[f64; 6]| RegisteredPose {
+            position_m: pose.position.into(),
+            rotation_rad: rotation_vector(&pose.rotation).into(),
+            position_interval_m: std::array::from_fn(|k| interval[k]),
+            rotation_interval_rad: std::array::from_fn(|k| interval[3 + k]),
+        };
+        let tracker = |registered: &Registered| {
+            let found = &registered.registration;
+            RegisteredTracker {
+                logs: registered.logs.clone(),
+                poses: found.poses,
+                base: pose(&found.mounting.frame, &found.frame_interval),
+                tool: pose(&found.mounting.tool, &found.tool_interval),
+                left_m: finite(found.left[0]),
+                left_rad: finite(found.left[1]),
+                table: words::register::table(&found.mounting),
+            }
+        };
+        Self {
+            schema: "register/1".to_owned(),
+            provenance: report.provenance.clone(),
+            model: report.model.path.display().to_string(),
+            trackers: report.registered.iter().map(tracker).collect(),
+        }
+    }
+}
+
 impl CompareResult {
     pub(crate) fn of(report: &CompareReport<'_>) -> Self {
         let comparison = report.comparison;
@@ -388,6 +603,7 @@ impl CompareResult {
         Self {
             schema: "compare/1".to_owned(),
             provenance: report.provenance.clone(),
+            mistakes: Vec::new(),
             model: report.model.display().to_string(),
             score: finite(comparison.score),
             samples: comparison.samples,
@@ -487,6 +703,7 @@ impl DiagnoseResult {
         Self {
             schema: "diagnose/1".to_owned(),
             provenance: report.provenance.clone(),
+            mistakes: Vec::new(),
             model: model.path.display().to_string(),
             verdict: diagnosis.verdict.name().to_owned(),
             sentence: report.headline(),
@@ -634,6 +851,7 @@ impl ImproveResult {
         Self {
             schema: "improve/1".to_owned(),
             provenance: report.provenance.clone(),
+            mistakes: Vec::new(),
             model: model.path.display().to_string(),
             out: report.out.display().to_string(),
             verdict: improvement.verdict.name().to_owned(),

@@ -13,9 +13,10 @@ pub use certify::{
 };
 pub use measurement::{
     AddedStep, CompareResult, ComparedChannel, ComparedLog, ConfusablePair, DetectionLimit,
-    DiagnoseResult, DiagnosisCandidate, EffectCurveData, EffectPlace, FittedEffectValues,
-    FittedValue, ImproveResult, PlanPoint, PlannedExperiment, RejectedStep, ResidualCurve,
-    ResidualFinding,
+    DiagnoseResult, DiagnosisCandidate, EffectCurveData, EffectPlace, FileMistake,
+    FittedEffectValues, FittedValue, ImproveResult, MistakeEvidence, MistakesResult, PlanPoint,
+    PlannedExperiment, RegisterResult, RegisteredPose, RegisteredTracker, RejectedStep,
+    ResidualCurve, ResidualFinding,
 };
 pub use simulation::{
     CheckResult, CheckedFile, ComparedLaw, FirstLimitResult, ForceResult, JudgedFigureResult,
@@ -38,6 +39,7 @@ pub fn schemas() -> Vec<(&'static str, Schema)> {
         of::<CompareResult>("compare"),
         of::<DiagnoseResult>("diagnose"),
         of::<ImproveResult>("improve"),
+        of::<RegisterResult>("register"),
         of::<CheckResult>("check"),
     ]
 }

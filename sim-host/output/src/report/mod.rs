@@ -5,6 +5,8 @@ mod compare;
 mod diagnose;
 mod improve;
 mod laws;
+mod mistakes;
+mod register;
 mod residuals;
 #[cfg(test)]
 mod snapshots;
@@ -16,6 +18,8 @@ pub use compare::CompareReport;
 pub use diagnose::DiagnoseReport;
 pub use improve::ImproveReport;
 pub use laws::LawsReport;
+pub use mistakes::MistakesReport;
+pub use register::RegisterReport;
 pub use step::{StepReport, StepRun};
 pub use weld::{WeldReport, WeldRun};
 

@@ -268,6 +268,9 @@ fn root(at: &mut impl FnMut(f64) -> f64, guess: f64, slope: f64) -> f64 {
     0.5 * (low + high)
 }
 
+/// Time over which the rate of a torsion is taken, s.
+const INSTANT: f64 = 1e-3;
+
 /// Rates of change of angles, rates and what gears remember.
 type Rates = (JointVector<f64>, JointVector<f64>, SVector<f64, INTERNAL_STATES>);
 
@@ -292,6 +295,37 @@ impl DynamicLinks {
             motor_rate: motors.rate,
         };
         Self { drives, internal: SVector::from(standing.internal), before: *motors, time }
+    }
+
+    /// The same in the midst of a motion whose jerk is known, rad/s³: the springs' torsion follows
+    /// the inertia of the accelerated links, and its rate the change of it.
+    pub fn start_in_motion(
+        robot: &ElasticRobot,
+        motors: &Motors,
+        jerk: &JointVector<f64>,
+        time: f64,
+    ) -> Self {
+        let mut start = Self::start(robot, motors, time);
+        let stand = |after: f64| {
+            let moved = Motors {
+                angle: motors.angle
+                    + motors.rate * after
+                    + motors.acceleration * (0.5 * after * after),
+                rate: motors.rate + motors.acceleration * after + jerk * (0.5 * after * after),
+                acceleration: motors.acceleration + jerk * after,
+            };
+            moved.angle - QuasiStaticLinks::new().follow(robot, &moved, &Wrench::zero(), time).link
+        };
+        let mut rate = (stand(INSTANT) - stand(-INSTANT)) / (2.0 * INSTANT);
+        // A link in its gap is where it was left.
+        (0..JOINTS).filter(|i| robot.play(*i) > 0.0).for_each(|i| rate[i] = 0.0);
+        if rate.sum().is_finite() {
+            start.drives.link_rate -= rate;
+            // What the dampers carry, the springs need not.
+            let damped = robot.model.damping().component_mul(&rate);
+            start.drives.link += damped.component_div(robot.model.stiffness());
+        }
+        start
     }
 
     /// Angles and rates now.

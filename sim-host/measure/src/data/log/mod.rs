@@ -33,6 +33,7 @@ pub use samples::{Payload, Samples};
 
 use super::channel::{CHANNELS, COUNT, LogChannel};
 pub use super::kind::LogKind;
+use crate::register::Mounting;
 use columns::{Bound, Header};
 use files::Plan;
 use join::{Join, Joined};
@@ -42,6 +43,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use track::{Expected, Track};
+use trueweld_core::spatial::rotation_from_vector;
 use trueweld_core::{JOINTS, Pose};
 use trueweld_plant::input::document::nearest;
 use trueweld_plant::input::{
@@ -176,6 +178,8 @@ pub struct Log {
     pub source: Source,
     /// How the files became the rows.
     pub origin: Origin,
+    /// The first value that cannot be right, in the files as they are.
+    pub doubt: Option<InputError>,
 }
 
 /// How the files of a log became its rows.
@@ -198,10 +202,11 @@ impl Log {
     /// # Errors
     /// The first thing that does not fit, with file, line and column.
     pub fn read(folder: impl AsRef<Path>) -> Result<Self, InputError> {
-        Ok(longest(Self::read_pieces(folder)?))
+        longest(Self::read_pieces(folder)?).plausible()
     }
 
-    /// Reads the log in a folder. Where the encoders, which drive the model, were not recorded for
+    /// Reads the log in a folder; a value that cannot be right is in its
+    /// [`doubt`](Self::doubt). Where the encoders, which drive the model, were not recorded for
     /// a while, it is cut into pieces, each a log of its own.
     ///
     /// # Errors
@@ -219,7 +224,15 @@ impl Log {
     /// As [`Log::read`].
     pub fn parse(text: &str, samples: impl Read, folder: &Path) -> Result<Self, InputError> {
         let mut samples = samples;
-        Ok(longest(Self::parse_pieces(text, Some(&mut samples), folder)?))
+        longest(Self::parse_pieces(text, Some(&mut samples), folder)?).plausible()
+    }
+
+    /// The log, unless a value in it cannot be right.
+    ///
+    /// # Errors
+    /// The first such value.
+    pub fn plausible(self) -> Result<Self, InputError> {
+        self.doubt.clone().map_or(Ok(self), Err)
     }
 
     fn parse_pieces(
@@ -232,6 +245,7 @@ impl Log {
         let root = document.root_of(FileKind::Log.schema())?;
         let mut keys = vec!["schema", "kind", "robot", "weld", "process", "period_s", "noise"];
         keys.extend(files::KEYS);
+        keys.push("tracker");
         root.only(&keys)?;
         let kind = kind(&root)?;
         let mut read = vec![folder.join(LOG_FILE)];
@@ -247,6 +261,8 @@ impl Log {
             if wanted("process") { Some(Process::read(named("process")?)?) } else { None };
         let period =
             root.has("period_s").then(|| root.number("period_s", Bounds::Positive)).transpose()?;
+        let mounting =
+            root.has("tracker").then(|| mounting(&root.table("tracker")?)).transpose()?;
         let plan = Plan::read(&root, folder)?;
         read.extend(plan.files.iter().map(|file| file.path.clone()));
 
@@ -288,12 +304,18 @@ impl Log {
         let mut notices = header.notices(kind);
         let leads = leader(&bounds);
         let mut tracks = Vec::with_capacity(opened.len());
+        let mut doubt = None;
         let mut last: Option<Box<dyn Rows + '_>> = None;
         for (k, mut rows) in opened.into_iter().enumerate() {
             let period = period.filter(|_| k == leads);
             let entry = &plan.files[k];
             let expected = Expected { kind, robot: &robot, period };
-            tracks.push(expected.read(rows.as_mut(), &bounds[k], entry.clock.clone())?);
+            tracks.push(expected.read(
+                rows.as_mut(),
+                &bounds[k],
+                entry.clock.clone(),
+                &mut doubt,
+            )?);
             if k == leads {
                 last = Some(rows);
             }
@@ -331,6 +353,9 @@ impl Log {
                 columns.rows(rows)
             };
             samples.take(&mut part, kind);
+            if let Some(mounting) = &mounting {
+                samples.register(mounting, &robot.robot);
+            }
             let name = piece_name(&whole, number, count);
             Self {
                 path: folder.to_owned(),
@@ -347,6 +372,7 @@ impl Log {
                 notices: if number == 0 { notices.clone() } else { Vec::new() },
                 source: Source::new(&file, text),
                 origin: origin.clone(),
+                doubt: doubt.clone(),
             }
         };
         Ok(pieces.into_iter().enumerate().map(log).collect())
@@ -429,6 +455,28 @@ fn once(opened: &[Box<dyn Rows + '_>], bounds: &[Bound]) -> Result<(), InputErro
         }
     }
     Ok(())
+}
+
+/// Where a tracker stands, and what it sees of the tool; what is left out is nothing.
+fn mounting(table: &Table<'_>) -> Result<Mounting, InputError> {
+    table.only(&["base_m", "base_rad", "point_m", "axes_rad"])?;
+    let pose = |position: &str, rotation: &str, far: f64| {
+        let vector = |key: &str, most: f64| {
+            if !table.has(key) {
+                return Ok(Vector3::zeros());
+            }
+            let read = table.list(key, 3, Bounds::Between(-most, most))?;
+            <[f64; 3]>::try_from(read)
+                .map(Vector3::from)
+                .map_err(|_| table.wrong(key, "a list of 3 numbers", "x, y and z."))
+        };
+        let (position, turn) = (vector(position, far)?, vector(rotation, 7.0)?);
+        Ok::<Pose<f64>, InputError>(Pose { rotation: rotation_from_vector(&turn), position })
+    };
+    Ok(Mounting {
+        frame: pose("base_m", "base_rad", 100.0)?,
+        tool: pose("point_m", "axes_rad", 5.0)?,
+    })
 }
 
 fn kind(root: &Table<'_>) -> Result<LogKind, InputError> {

@@ -3,9 +3,11 @@
 use super::columns::{Header, named, predicted};
 use crate::data::channel::{COUNT, LogChannel};
 use crate::data::kind::LogKind;
+use crate::register::Mounting;
 use nalgebra::Vector3;
 use std::ops::Range;
-use trueweld_core::{JOINTS, JointVector};
+use trueweld_core::spatial::{rotation_from_vector, rotation_vector};
+use trueweld_core::{JOINTS, JointVector, Robot};
 
 /// Extra mass hung on the flange.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -46,6 +48,21 @@ pub struct Samples {
 }
 
 impl Samples {
+    /// Takes a tracker's frame and what it sees of the tool out of its readings.
+    pub fn register(&mut self, mounting: &Mounting, robot: &Robot<f64>) {
+        let Some(position) = &mut self.position else { return };
+        for (k, position) in position.iter_mut().enumerate() {
+            let turned = self.rotation.as_ref().map(|r| rotation_from_vector(&r[k]));
+            let turned = turned.filter(|r| r.sum().is_finite());
+            let nominal = robot.forward_kinematics(&self.encoder[k]).rotation;
+            let (at, rotation) = mounting.corrected(position, turned.as_ref(), &nominal);
+            *position = at;
+            if let (Some(series), Some(rotation)) = (&mut self.rotation, rotation) {
+                series[k] = rotation_vector(&rotation);
+            }
+        }
+    }
+
     /// Number of rows.
     pub fn len(&self) -> usize {
         self.time.len()

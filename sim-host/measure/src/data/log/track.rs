@@ -67,6 +67,7 @@ impl Expected<'_> {
         rows: &mut dyn Rows,
         bound: &Bound,
         clock: Option<String>,
+        doubt: &mut Option<InputError>,
     ) -> Result<Track, InputError> {
         let mut columns: Vec<Option<Vec<f64>>> = vec![None; ALL];
         bound.bindings.iter().for_each(|b| columns[b.column] = Some(Vec::new()));
@@ -85,7 +86,8 @@ impl Expected<'_> {
                 };
                 let value = binding.apply(number);
                 if !(range[0]..=range[1]).contains(&value) && !value.is_nan() {
-                    return Err(self.implausible(rows, binding, value));
+                    // In another unit, or worse: what it is, the whole log tells.
+                    doubt.get_or_insert_with(|| self.implausible(rows, binding, value));
                 }
                 if let Some(series) = &mut columns[binding.column] {
                     series.push(value);
@@ -95,7 +97,9 @@ impl Expected<'_> {
             if now.is_nan() {
                 return Err(missing(rows, time));
             }
-            clock_so_far.tick(rows, time, now, self.period)?;
+            if let Some(slow) = clock_so_far.tick(rows, time, now, self.period)? {
+                doubt.get_or_insert(slow);
+            }
             self.hang(rows, bound, &mut columns)?;
             unit_length(rows, bound, &columns)?;
         }
@@ -278,17 +282,18 @@ struct Clock {
 }
 
 impl Clock {
+    /// Takes the next time. Gives the error of a time that looks like milliseconds.
     fn tick(
         &mut self,
         rows: &dyn Rows,
         binding: &Binding,
         time: f64,
         period: Option<f64>,
-    ) -> Result<(), InputError> {
+    ) -> Result<Option<InputError>, InputError> {
         self.decimals = self.decimals.max(rows.decimals(binding.field));
         let Some(last) = self.last.replace(time) else {
             self.first = time;
-            return Ok(());
+            return Ok(None);
         };
         let place = Some(binding.field);
         if time <= last {
@@ -307,7 +312,7 @@ impl Clock {
                 "Rows are in time order. Two recordings are two logs, each in its own folder.";
             return Err(rows.error_at(place, message, "not later", help));
         }
-        let Some(period) = period else { return Ok(()) };
+        let Some(period) = period else { return Ok(None) };
         // Two rounded times are together off by at most one unit of their last place, but never by
         // a lost row.
         let rounding = (10f64.powi(-self.decimals) * binding.scale.abs()).min(0.5 * period);
@@ -323,7 +328,7 @@ impl Clock {
         let due = (step - periods * period).abs() <= JITTER * period + slack;
         let looks_like_milliseconds = (step / period / 1000.0 - 1.0).abs() < 0.1;
         if due && even(time - self.first, all) && !looks_like_milliseconds {
-            return Ok(());
+            return Ok(None);
         }
         let shown = rows.shown(binding.field);
         let read = if even(step, period) {
@@ -339,7 +344,8 @@ impl Clock {
         } else {
             "Where sampling is uneven by nature, leave `period_s` out."
         };
-        Err(rows.error_at(place, message, "uneven step", help))
+        let error = rows.error_at(place, message, "uneven step", help);
+        if looks_like_milliseconds { Ok(Some(error)) } else { Err(error) }
     }
 }
 

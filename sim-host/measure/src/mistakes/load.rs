@@ -1,0 +1,490 @@
+//! Mistakes that show in loads: motor torque, the wrench, what hangs on the flange. Also encoders of a
+//! cell without a tracker.
+
+use super::pose::column;
+use super::rows::{Needed, Row};
+use super::{Change, Evidence, Mistake, MistakeKind};
+use crate::data::channel::LogChannel;
+use crate::data::log::{Log, LogKind};
+use crate::register::Sighting;
+use nalgebra::{SMatrix, SVector, Vector3};
+use trueweld_core::{JOINTS, JointVector, Robot, Wrench};
+
+/// Rows that a relation of two series rests on, at least.
+const FEWEST: usize = 12;
+
+/// Correlation from which on measured follows predicted.
+const FOLLOWS: f64 = 0.85;
+
+/// Torque or predicted torque below this share of the drive's limit says nothing.
+const FAINT: f64 = 0.01;
+
+/// A torque that is so many times too large or too small is not an effect.
+const FACTOR: f64 = 8.0;
+
+/// Share of the squares that exchanged or reversed columns may leave.
+const LEFT: f64 = 0.1;
+
+/// Mass from which on it is no error of the tool's mass but something that hangs there, kg.
+const HEAVY: f64 = 30.0;
+
+/// Share of a mass's load from which on a joint counts among those that carry it, and how far each
+/// may tell another mass than all of them.
+const CARRIES: f64 = 0.1;
+const ALIKE: f64 = 0.6;
+
+/// Sums of products of predicted x and measured y.
+#[derive(Debug, Clone, Copy, Default)]
+struct Sums {
+    count: usize,
+    xx: f64,
+    xy: f64,
+    yy: f64,
+}
+
+impl Sums {
+    fn of(pairs: impl Iterator<Item = (f64, f64)>) -> Self {
+        pairs.filter(|(x, y)| x.is_finite() && y.is_finite()).fold(Self::default(), |s, (x, y)| {
+            Self { count: s.count + 1, xx: s.xx + x * x, xy: s.xy + x * y, yy: s.yy + y * y }
+        })
+    }
+
+    /// Measured per predicted.
+    fn slope(&self) -> f64 {
+        self.xy / self.xx
+    }
+
+    fn correlation(&self) -> f64 {
+        self.xy / (self.xx * self.yy).sqrt()
+    }
+
+    /// Sum of squares that is left of the measured with the predicted taken so many times.
+    fn left(&self, factor: f64) -> f64 {
+        self.yy - 2.0 * factor * self.xy + factor * factor * self.xx
+    }
+
+    /// Root mean square of a sum of squares.
+    fn root(&self, sum: f64) -> f64 {
+        (sum.max(0.0) / self.count.max(1) as f64).sqrt()
+    }
+
+    /// Larger root mean square of both.
+    fn size(&self) -> f64 {
+        self.root(self.xx.max(self.yy))
+    }
+}
+
+/// Mistakes in torques, wrenches and payloads of logs whose poses are right.
+pub(super) fn find(logs: &[Log], rows: &[Vec<Row>], robot: &Robot<f64>) -> Vec<Mistake> {
+    let mut found = torques(logs, rows, robot);
+    for (log, rows) in logs.iter().zip(rows) {
+        found.extend(match log.kind {
+            LogKind::Weld => weld(log, rows),
+            LogKind::StaticLoad => standing(log, rows, robot),
+            _ => None,
+        });
+    }
+    join(&mut found);
+    if found.is_empty() {
+        found.extend(payload(logs, rows, robot));
+    }
+    found
+}
+
+/// The same mistake in several logs is one.
+fn join(found: &mut Vec<Mistake>) {
+    let mut joined: Vec<Mistake> = Vec::new();
+    for mistake in found.drain(..) {
+        let same = |m: &&mut Mistake| {
+            (m.kind, m.channel, &m.columns) == (mistake.kind, mistake.channel, &mistake.columns)
+        };
+        match joined.iter_mut().find(same) {
+            Some(first) => first.logs.extend(mistake.logs),
+            None => joined.push(mistake),
+        }
+    }
+    *found = joined;
+}
+
+fn names<'a>(logs: impl Iterator<Item = &'a Log>) -> Vec<String> {
+    logs.map(|log| log.name.clone()).collect()
+}
+
+/// Mistakes in motor torques, or in the encoders of logs without a tracker.
+fn torques(logs: &[Log], rows: &[Vec<Row>], robot: &Robot<f64>) -> Vec<Mistake> {
+    let with: Vec<usize> = (0..logs.len())
+        .filter(|k| logs[*k].samples.motor_torque.iter().any(Option::is_some))
+        .collect();
+    let moved: Vec<&Row> = with.iter().flat_map(|k| &rows[*k]).collect();
+    if moved.len() < FEWEST {
+        return Vec::new();
+    }
+    let in_logs = names(with.iter().map(|k| &logs[*k]));
+    let predicted = |change: &dyn Fn(&JointVector<f64>) -> JointVector<f64>| {
+        let of = |row: &&Row| {
+            let [q, v, a] = row.motion().map(change);
+            row.motor_torque(robot, [&q, &v, &a]).sum()
+        };
+        moved.iter().map(of).collect::<Vec<_>>()
+    };
+    let plain = predicted(&|v| *v);
+    let sums = |from: &[JointVector<f64>], i: usize, j: usize| {
+        Sums::of(from.iter().zip(&moved).map(|(x, row)| (x[i], row.torque[j])))
+    };
+    let own: Vec<Sums> = (0..JOINTS).map(|i| sums(&plain, i, i)).collect();
+    let loud = |i: usize| {
+        own[i].count >= FEWEST && own[i].size() > FAINT * robot.parameters().joints[i].max_torque
+    };
+    let named = |kind, channel, columns: Vec<usize>, before: f64, after: f64, changes| Mistake {
+        kind,
+        channel,
+        columns,
+        logs: in_logs.clone(),
+        evidence: Evidence { before, after, unit: "N·m", channel: LogChannel::MotorTorque },
+        change: Change::Columns(changes),
+    };
+    let mut found = encoders(logs, &with, &predicted, &sums, &own, &named);
+    if !found.is_empty() {
+        return found;
+    }
+    let torque = LogChannel::MotorTorque;
+    let parts: Vec<Needed> =
+        moved.iter().map(|row| row.motor_torque(robot, row.motion())).collect();
+    for a in 0..JOINTS {
+        for b in a + 1..JOINTS {
+            let (now, crossed) =
+                (own[a].left(1.0) + own[b].left(1.0), [sums(&plain, a, b), sums(&plain, b, a)]);
+            let swapped = crossed[0].left(1.0) + crossed[1].left(1.0);
+            let like = |i: usize, j: usize| {
+                drive_scale(&parts, &moved, i, j).is_some_and(|s| (0.5..2.0).contains(&s))
+            };
+            let crosswise = like(a, b) && like(b, a) && !like(a, a) && !like(b, b);
+            if loud(a) && loud(b) && (swapped < LEFT * now || (crosswise && swapped < now)) {
+                let mut changes = vec![column(torque, a, "Nm", 1.0), column(torque, b, "Nm", 1.0)];
+                let (first, second) = changes.split_at_mut(1);
+                std::mem::swap(&mut first[0].channel, &mut second[0].channel);
+                let (before, after) = (own[a].root(0.5 * now), own[a].root(0.5 * swapped));
+                let kind = MistakeKind::Exchanged;
+                found.push(named(kind, torque, vec![a, b], before, after, changes));
+            }
+        }
+    }
+    if !found.is_empty() {
+        return found;
+    }
+    // By what it takes to move the joint, which nothing else in a cell does; or all in all.
+    let scale = |i: usize| {
+        let follows = loud(i) && own[i].correlation().abs() > FOLLOWS;
+        let moving = drive_scale(&parts, &moved, i, i);
+        moving.or(follows.then(|| own[i].slope()))
+    };
+    let scales: Vec<Option<f64>> = (0..JOINTS).map(scale).collect();
+    let joints: Vec<usize> = (0..JOINTS).filter(|i| scales[*i].is_some()).collect();
+    let factor = |i: usize| scales[i].unwrap_or(1.0);
+    let scaled: Vec<usize> = joints
+        .iter()
+        .copied()
+        .filter(|i| factor(*i).abs() < 1.0 / FACTOR || factor(*i).abs() > FACTOR)
+        .collect();
+    // One factor for all joints is a unit; gears differ.
+    let whole = [1e-3, 1e3].into_iter().find(|unit| {
+        scaled.len() > 1
+            && scaled.len() == joints.len()
+            && scaled.iter().all(|i| (factor(*i) / unit).ln().abs() < 0.7)
+    });
+    for i in joints {
+        let slope = factor(i);
+        let (before, after) = (own[i].root(own[i].left(1.0)), own[i].root(own[i].left(slope)));
+        if scaled.contains(&i) && whole.is_none() {
+            // Seen from the joint: as many times as the model needs it to be.
+            let change = column(torque, i, "Nm", 1.0 / slope);
+            let after = after / slope.abs();
+            found.push(named(MistakeKind::GearSide, torque, vec![i], before, after, vec![change]));
+        } else if slope < 0.0 && !scaled.contains(&i) {
+            let change = column(torque, i, "Nm", -1.0);
+            let after = own[i].root(own[i].left(-1.0));
+            found.push(named(MistakeKind::Sign, torque, vec![i], before, after, vec![change]));
+        }
+    }
+    if let Some(whole) = whole {
+        let unit = if whole < 1.0 { "kNm" } else { "Nmm" };
+        let sum = |of: &dyn Fn(&Sums) -> f64| {
+            (scaled.iter().map(|i| of(&own[*i]).powi(2)).sum::<f64>() / scaled.len() as f64).sqrt()
+        };
+        let before = sum(&|s| s.root(s.left(1.0)));
+        let after = sum(&|s| s.root(s.left(whole)) / whole);
+        let changes = (0..JOINTS).map(|i| column(torque, i, unit, 1.0)).collect();
+        found.push(named(MistakeKind::Unit, torque, Vec::new(), before, after, changes));
+    }
+    found
+}
+
+/// What is measured at joint `j` per what friction and inertia of joint `i` need, where that stands out.
+fn drive_scale(parts: &[Needed], rows: &[&Row], i: usize, j: usize) -> Option<f64> {
+    /// Standard deviations at which it stands out.
+    const CLEAR: f64 = 8.0;
+    let mut normal = SMatrix::<f64, 4, 4>::zeros();
+    let mut right = SVector::<f64, 4>::zeros();
+    let (mut squares, mut count) = (0.0, 0usize);
+    for (part, row) in parts.iter().zip(rows) {
+        let y = row.torque[j];
+        if y.is_finite() {
+            let x = SVector::from([1.0, part.held[i], part.friction[i], part.inertia[i]]);
+            normal += x * x.transpose();
+            right += x * y;
+            squares += y * y;
+            count += 1;
+        }
+    }
+    let least = 1e-9 * normal.trace();
+    (0..4).for_each(|k| normal[(k, k)] += least);
+    let inverse = normal.try_inverse()?;
+    let found = inverse * right;
+    let variance =
+        (squares - found.dot(&right)).max(0.0) / count.checked_sub(FEWEST)?.max(1) as f64;
+    let (mut sum, mut weight) = (0.0, 0.0);
+    for k in [2, 3] {
+        let w = 1.0 / (variance * inverse[(k, k)]).max(1e-30);
+        sum += w * found[k];
+        weight += w;
+    }
+    let scale = sum / weight;
+    (scale.abs() > CLEAR / weight.sqrt()).then_some(scale)
+}
+
+/// Encoders that count the other way or stand in each other's place, where no tracker says so: all
+/// torques then follow better.
+fn encoders(
+    logs: &[Log],
+    with: &[usize],
+    predicted: &dyn Fn(&dyn Fn(&JointVector<f64>) -> JointVector<f64>) -> Vec<JointVector<f64>>,
+    sums: &dyn Fn(&[JointVector<f64>], usize, usize) -> Sums,
+    own: &[Sums],
+    named: &dyn Fn(
+        MistakeKind,
+        LogChannel,
+        Vec<usize>,
+        f64,
+        f64,
+        Vec<super::ColumnChange>,
+    ) -> Mistake,
+) -> Vec<Mistake> {
+    if with.iter().any(|k| logs[*k].samples.position.is_some()) {
+        return Vec::new();
+    }
+    // Every joint by its own size, so that the wrist counts as much as the base.
+    let share = |all: &[JointVector<f64>]| {
+        let each = (0..JOINTS).filter(|i| own[*i].count > 0);
+        each.map(|i| (sums(all, i, i).left(1.0) / own[i].yy.max(1e-9)).min(4.0)).sum::<f64>()
+    };
+    let before = share(&predicted(&|v| *v));
+    let encoder = LogChannel::Encoder;
+    let mut best: Option<(f64, Mistake)> = None;
+    let mut take = |after: f64, mistake: Mistake| {
+        if after < 0.3 * before && best.as_ref().is_none_or(|(least, _)| after < 0.8 * least) {
+            best = Some((after, mistake));
+        }
+    };
+    for i in 0..JOINTS {
+        let after = share(&predicted(&|v| {
+            let mut v = *v;
+            v[i] = -v[i];
+            v
+        }));
+        let changes = vec![column(encoder, i, "rad", -1.0)];
+        take(after, named(MistakeKind::Sign, encoder, vec![i], before, after, changes));
+        for j in i + 1..JOINTS {
+            let after = share(&predicted(&|v| {
+                let mut v = *v;
+                v.swap_rows(i, j);
+                v
+            }));
+            let mut changes = vec![column(encoder, i, "rad", 1.0), column(encoder, j, "rad", 1.0)];
+            let (first, second) = changes.split_at_mut(1);
+            std::mem::swap(&mut first[0].channel, &mut second[0].channel);
+            take(after, named(MistakeKind::Exchanged, encoder, vec![i, j], before, after, changes));
+        }
+    }
+    best.into_iter()
+        .map(|(_, mistake)| {
+            // Shares of the squares, not torques.
+            let evidence = Evidence { unit: "1", ..mistake.evidence };
+            Mistake { evidence, ..mistake }
+        })
+        .collect()
+}
+
+/// Six lines for the wrench.
+fn wrench_lines(units: [&'static str; 2], factor: f64) -> Change {
+    let lines = [(LogChannel::Force, units[0]), (LogChannel::Moment, units[1])];
+    let lines =
+        lines.into_iter().flat_map(|(c, unit)| (0..3).map(move |k| column(c, k, unit, factor)));
+    Change::Columns(lines.collect())
+}
+
+/// What a factor between measured and expected wrench says: its side, or its unit.
+fn of_wrench(
+    log: &Log,
+    factor: f64,
+    before: f64,
+    after: f64,
+    unit: &'static str,
+) -> Option<Mistake> {
+    let (kind, change) = if factor < 0.0 && factor.abs() > 1.0 / FACTOR && factor.abs() < FACTOR {
+        (MistakeKind::WrenchSide, wrench_lines(["N", "Nm"], -1.0))
+    } else if factor.abs() < 1.0 / FACTOR {
+        (MistakeKind::Unit, wrench_lines(["kN", "kNm"], factor.signum()))
+    } else if factor.abs() > FACTOR {
+        (MistakeKind::Unit, wrench_lines(["N", "Nm"], factor.signum() * 1e-3))
+    } else {
+        return None;
+    };
+    Some(Mistake {
+        kind,
+        channel: LogChannel::Force,
+        columns: Vec::new(),
+        logs: vec![log.name.clone()],
+        evidence: Evidence { before, after, unit, channel: LogChannel::Force },
+        change,
+    })
+}
+
+/// A weld pushes the tool out of the plate: along −z of T.
+fn weld(log: &Log, rows: &[Row]) -> Option<Mistake> {
+    log.samples.force.as_ref()?;
+    let push = log.weld.as_ref()?.force;
+    let mut along: Vec<f64> = rows.iter().map(|row| -row.wrench.force.z).collect();
+    along.sort_by(|a, b| b.abs().total_cmp(&a.abs()));
+    along.truncate(rows.len().div_ceil(2));
+    along.sort_by(f64::total_cmp);
+    let read = *along.get(along.len() / 2)?;
+    if read == 0.0 {
+        return None;
+    }
+    let factor = read / push;
+    // In the unit and with the sign that it would have.
+    let right = if factor.abs() < 1.0 / FACTOR { read.abs() * 1e3 } else { read.abs() };
+    of_wrench(log, factor, (read - push).abs(), (right - push).abs(), "N")
+}
+
+/// What a load on a standing arm does to the tool: it gives way along it.
+fn standing(log: &Log, rows: &[Row], robot: &Robot<f64>) -> Option<Mistake> {
+    log.samples.force.as_ref()?;
+    let loaded = rows.iter().filter_map(|row| {
+        let seen = row.sighting(robot, &row.encoder)?;
+        let free = Row { wrench: Wrench::zero(), ..row.clone() };
+        let unloaded = free.sighting(robot, &row.encoder)?;
+        Some((row, seen, unloaded))
+    });
+    let loaded: Vec<(&Row, Sighting, Sighting)> = loaded.collect();
+    // Rows of one posture differ by their load alone.
+    let mut pairs: Vec<(f64, f64)> = Vec::new();
+    for posture in loaded.chunk_by(|a, b| (a.0.encoder - b.0.encoder).amax() < 5e-3) {
+        let mean = |of: &dyn Fn(&(&Row, Sighting, Sighting)) -> Vector3<f64>| {
+            posture.iter().map(of).sum::<Vector3<f64>>() / posture.len() as f64
+        };
+        let given = |p: &(&Row, Sighting, Sighting)| p.1.nominal.position - p.2.nominal.position;
+        let moved = |p: &(&Row, Sighting, Sighting)| p.2.position - p.2.nominal.position;
+        let (given_mean, moved_mean) = (mean(&given), mean(&moved));
+        for row in posture {
+            let (x, y) = (given(row) - given_mean, moved(row) - moved_mean);
+            pairs.extend(x.iter().copied().zip(y.iter().copied()));
+        }
+    }
+    let sums = Sums::of(pairs.into_iter());
+    // Less than a tenth of a millimetre tells nothing.
+    if sums.count < FEWEST || sums.root(sums.yy) < 1e-4 || sums.correlation().abs() < FOLLOWS {
+        return None;
+    }
+    let slope = sums.slope();
+    let right = if slope < 0.0 && slope.abs() < FACTOR { -1.0 } else { slope };
+    of_wrench(log, 1.0 / slope, sums.root(sums.left(1.0)), sums.root(sums.left(right)), "m")
+}
+
+/// A mass that nobody wrote down.
+fn payload(logs: &[Log], rows: &[Vec<Row>], robot: &Robot<f64>) -> Option<Mistake> {
+    let centre = robot.parameters().tool.com_from_flange;
+    // In motion: what the motors carry besides.
+    let mut in_motion: [Vec<(f64, f64)>; JOINTS] = std::array::from_fn(|_| Vec::new());
+    for (log, rows) in logs.iter().zip(rows) {
+        if log.samples.motor_torque.iter().all(Option::is_none) {
+            continue;
+        }
+        for row in rows {
+            let plain = row.motor_torque(robot, row.motion()).sum();
+            let frames = robot.frames(&row.encoder);
+            let weight = row.weight(robot, &row.encoder, 1.0, &centre);
+            let carried = -frames.joint_torque(&weight.rotated(&frames.tcp.rotation));
+            for (i, pairs) in in_motion.iter_mut().enumerate() {
+                pairs.push((carried[i], row.torque[i] - plain[i]));
+            }
+        }
+    }
+    let moving = Sums::of(in_motion.iter().flatten().copied());
+    // A mass loads every joint that carries it; what one joint does alone is another thing.
+    let each: Vec<Sums> = in_motion.iter().map(|pairs| Sums::of(pairs.iter().copied())).collect();
+    let mut carriers = each.iter().filter(|s| s.xx > CARRIES * moving.xx);
+    let alike = carriers.clone().count() > 1
+        && carriers.all(|s| (s.slope() / moving.slope() - 1.0).abs() < ALIKE);
+    let tracked = logs.iter().zip(rows).filter(|(log, _)| {
+        log.kind == LogKind::StaticLoad
+            && log.samples.payload.as_ref().is_none_or(|p| p.iter().all(|p| p.mass == 0.0))
+    });
+    // At rest: how far rows of one posture lie apart.
+    let mut at_rest = Vec::new();
+    let mut names = Vec::new();
+    for (log, rows) in tracked {
+        names.push(log.name.clone());
+        let sagged = rows.iter().filter_map(|row| {
+            let seen = row.sighting(robot, &row.encoder)?;
+            let weight = row.weight(robot, &row.encoder, HEAVY, &centre);
+            let hung = Row { wrench: row.wrench + weight, ..row.clone() };
+            let hung = hung.sighting(robot, &row.encoder)?;
+            let per_kg = (hung.nominal.position - seen.nominal.position) / HEAVY;
+            Some((row.encoder, per_kg, seen.position - seen.nominal.position))
+        });
+        let sagged: Vec<_> = sagged.collect();
+        for posture in sagged.chunk_by(|a, b| (a.0 - b.0).amax() < 5e-3) {
+            let n = posture.len() as f64;
+            let first = posture.iter().map(|p| p.2).sum::<Vector3<f64>>() / n;
+            // Each row's mass, less the posture's mean.
+            for (_, per_kg, left) in posture {
+                let left = left - first;
+                let mass = per_kg.dot(&left) / per_kg.norm_squared();
+                at_rest.push((mass, left.norm_squared(), (left - per_kg * mass).norm_squared()));
+            }
+        }
+    }
+    let (mass, evidence, change) = if moving.count >= FEWEST
+        && alike
+        && moving.correlation() > FOLLOWS
+        && moving.slope() > HEAVY
+    {
+        let mass = moving.slope();
+        let (before, after) = (moving.root(moving.yy), moving.root(moving.left(mass)));
+        let channel = LogChannel::MotorTorque;
+        names = logs.iter().map(|log| log.name.clone()).collect();
+        let whole = robot.parameters().tool.mass + mass;
+        (mass, Evidence { before, after, unit: "N·m", channel }, Change::ToolMass(whole))
+    } else {
+        let sum = |of: &dyn Fn(&(f64, f64, f64)) -> f64| at_rest.iter().map(of).sum::<f64>();
+        let (all, left) = (sum(&|p| p.1), sum(&|p| p.2));
+        let range = |sign: f64| at_rest.iter().map(|p| sign * p.0).fold(0.0, f64::max);
+        let mass = range(1.0) + range(-1.0);
+        let root = |sum: f64| (sum / at_rest.len().max(1) as f64).sqrt();
+        if at_rest.len() < FEWEST / 2 || mass < HEAVY || left > 0.3 * all {
+            return None;
+        }
+        let channel = LogChannel::Position;
+        let evidence = Evidence { before: root(all), after: root(left), unit: "m", channel };
+        (mass, evidence, Change::PayloadColumns(mass))
+    };
+    (mass > HEAVY).then_some(Mistake {
+        kind: MistakeKind::Payload,
+        channel: LogChannel::Payload,
+        columns: Vec::new(),
+        logs: names,
+        evidence,
+        change,
+    })
+}

@@ -1,0 +1,224 @@
+//! Gross mistakes in the files, looked for before any physics: an axis reversed, a zero elsewhere,
+//! axes exchanged, another unit, the motor's side of the gear, a wrench's other side, a time in
+//! milliseconds, a payload that nobody wrote down.
+//!
+//! Such a mistake leaves a residual that no effect of a cell does: centimetres, radians, torques of
+//! another sign. Each is a hypothesis that changes the numbers as they were read; the one that
+//! explains the residual is named, with the line that undoes it. A tracker that stands anywhere is no
+//! mistake: its frame is found and taken out ([`Registered`]).
+
+mod load;
+mod pose;
+mod rows;
+
+use crate::data::channel::LogChannel;
+use crate::data::log::{Log, LogKind};
+use crate::predict::{Model, period};
+use crate::register::{self, Registration, Sighting};
+use rows::Row;
+use trueweld_plant::input::InputError;
+
+/// What is wrong.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum MistakeKind {
+    /// Angles or torques of a joint count the other way.
+    Sign,
+    /// Angles of a joint count from another zero.
+    Zero,
+    /// Columns of two joints, or of two directions, stand in each other's place.
+    Exchanged,
+    /// Values are in another unit.
+    Unit,
+    /// Values are of the motor's side of the gear.
+    GearSide,
+    /// The tracker's frame is left-handed, or another one in every log.
+    TrackerFrame,
+    /// Times are in another unit.
+    TimeUnit,
+    /// The wrench is what the tool applies.
+    WrenchSide,
+    /// A mass hangs on the flange that neither log nor robot states.
+    Payload,
+}
+
+impl MistakeKind {
+    /// Its name in results.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Sign => "sign",
+            Self::Zero => "zero",
+            Self::Exchanged => "exchanged",
+            Self::Unit => "unit",
+            Self::GearSide => "gear-side",
+            Self::TrackerFrame => "tracker-frame",
+            Self::TimeUnit => "time-unit",
+            Self::WrenchSide => "wrench-side",
+            Self::Payload => "payload",
+        }
+    }
+}
+
+/// What a residual was before a mistake is undone, and after.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Evidence {
+    /// Root mean square as the files are.
+    pub before: f64,
+    /// Root mean square with the mistake undone.
+    pub after: f64,
+    /// Unit of both.
+    pub unit: &'static str,
+    /// What is compared.
+    pub channel: LogChannel,
+}
+
+/// One line of `[columns]` of a `log.toml`: what a column really holds.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ColumnChange {
+    /// The column.
+    pub column: &'static str,
+    /// The channel that it holds.
+    pub channel: &'static str,
+    /// Unit that its values are in.
+    pub unit: &'static str,
+    /// What they are to be multiplied by.
+    pub factor: f64,
+    /// What is then to be added, in the unit.
+    pub offset: f64,
+}
+
+/// What undoes a mistake.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Change {
+    /// Lines under `[columns]` of the logs' `log.toml`.
+    Columns(Vec<ColumnChange>),
+    /// A mass under `[tool]` of the robot file, kg.
+    ToolMass(f64),
+    /// Columns of what hangs on the flange, kg.
+    PayloadColumns(f64),
+}
+
+/// A mistake that was found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mistake {
+    /// What it is.
+    pub kind: MistakeKind,
+    /// The channel that it is in.
+    pub channel: LogChannel,
+    /// Columns of the channel that it is in, from 0; none where it is in all of them.
+    pub columns: Vec<usize>,
+    /// Names of the logs that it is in.
+    pub logs: Vec<String>,
+    /// What shows it.
+    pub evidence: Evidence,
+    /// What undoes it.
+    pub change: Change,
+}
+
+/// The frame of a tracker that was found, and taken out of the logs.
+#[derive(Debug, Clone)]
+pub struct Registered {
+    /// Names of the logs.
+    pub logs: Vec<String>,
+    /// Frame and tool's offset.
+    pub registration: Registration,
+}
+
+/// What was found before any physics.
+#[derive(Debug, Clone, Default)]
+pub struct Found {
+    /// Mistakes; the first one explains most.
+    pub mistakes: Vec<Mistake>,
+    /// Trackers that stood elsewhere.
+    pub registered: Vec<Registered>,
+}
+
+/// Sampling period from which on times of a log in motion are not in seconds, s.
+const SLOWEST: f64 = 0.25;
+
+/// Looks for gross mistakes. Trackers that stand elsewhere than the model's base are registered: their
+/// readings in `logs` are those of a tracker in B afterwards.
+///
+/// # Errors
+/// A value that cannot be right, where no mistake explains it.
+pub fn find(logs: &mut [Log], model: &Model) -> Result<Found, InputError> {
+    let found = found(logs, model);
+    match logs.iter().find_map(|log| log.doubt.clone()) {
+        Some(doubt) if found.mistakes.is_empty() => Err(doubt),
+        _ => Ok(found),
+    }
+}
+
+fn found(logs: &mut [Log], model: &Model) -> Found {
+    let mut found = Found::default();
+    found.mistakes.extend(time_units(logs));
+    if !found.mistakes.is_empty() {
+        return found;
+    }
+    let rows: Vec<Vec<Row>> = logs.iter().map(Row::of).collect();
+    let names: Vec<&str> = logs.iter().map(|log| log.name.as_str()).collect();
+    let (mistakes, registered) = pose::find(&names, &rows, &model.robot);
+    found.mistakes.extend(mistakes);
+    for (in_logs, registration) in registered {
+        let mounting = &registration.mounting;
+        in_logs.iter().for_each(|k| logs[*k].samples.register(mounting, &model.robot));
+        let logs = in_logs.iter().map(|k| logs[*k].name.clone()).collect();
+        found.registered.push(Registered { logs, registration });
+    }
+    if found.mistakes.is_empty() {
+        // With the trackers where they belong.
+        let rows: Vec<Vec<Row>> = match found.registered.is_empty() {
+            true => rows,
+            false => logs.iter().map(Row::of).collect(),
+        };
+        found.mistakes.extend(load::find(logs, &rows, &model.robot));
+    }
+    found
+}
+
+/// Where the trackers of some logs stand: one that all of them share, or where that leaves much, one
+/// for each log that tells.
+pub fn registrations(logs: &[Log], model: &Model) -> Vec<Registered> {
+    /// What one tracker may leave, m, before each log gets its own.
+    const SHARED: f64 = 3e-3;
+    let seen: Vec<Vec<Sighting>> = logs.iter().map(|log| pose::seen(log, &model.robot)).collect();
+    let of = |logs_of: &[usize]| {
+        let sightings: Vec<Sighting> = logs_of.iter().flat_map(|k| seen[*k].clone()).collect();
+        let alone = register::frame(&sightings)?;
+        let whole = register::frame_and_tool(&sightings);
+        // Without a reason the tracker sees the tool centre point.
+        let found = whole.filter(|w| w.left[0] < 0.5 * alone.left[0]).unwrap_or(alone);
+        let names = logs_of.iter().map(|k| logs[*k].name.clone()).collect();
+        Some(Registered { logs: names, registration: found })
+    };
+    let tracked: Vec<usize> = (0..logs.len()).filter(|k| !seen[*k].is_empty()).collect();
+    match of(&tracked) {
+        Some(all) if all.registration.left[0] < SHARED => vec![all],
+        all => {
+            let each: Vec<Registered> = tracked.iter().filter_map(|k| of(&[*k])).collect();
+            if each.is_empty() { all.into_iter().collect() } else { each }
+        }
+    }
+}
+
+/// Logs in motion whose times are not in seconds.
+fn time_units(logs: &[Log]) -> Vec<Mistake> {
+    let slow = |log: &&Log| log.kind != LogKind::StaticLoad && period(log) >= SLOWEST;
+    let slow: Vec<&Log> = logs.iter().filter(slow).collect();
+    let Some(step) = slow.iter().map(|log| period(log)).reduce(f64::max) else {
+        return Vec::new();
+    };
+    let (unit, factor) = if step < SLOWEST * 1e3 { ("ms", 1e-3) } else { ("us", 1e-6) };
+    vec![Mistake {
+        kind: MistakeKind::TimeUnit,
+        channel: LogChannel::Time,
+        columns: Vec::new(),
+        logs: slow.iter().map(|log| log.name.clone()).collect(),
+        evidence: Evidence {
+            before: step,
+            after: step * factor,
+            unit: "s",
+            channel: LogChannel::Time,
+        },
+        change: Change::Columns(vec![pose::column(LogChannel::Time, 0, unit, 1.0)]),
+    }]
+}

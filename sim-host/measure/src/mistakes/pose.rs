@@ -1,0 +1,434 @@
+//! Mistakes that show in where the tool was seen: encoders and tracker.
+//!
+//! A joint that is read wrongly is found by the angle that it must have had in every row for the tool
+//! to be where it was seen: against what was read, these angles lie on a line whose slope and offset
+//! say what is wrong.
+
+use super::rows::Row;
+use super::{Change, ColumnChange, Evidence, Mistake, MistakeKind};
+use crate::data::channel::LogChannel;
+use crate::data::log::Log;
+use crate::register::{self, LEVER, Registration, Sighting};
+use nalgebra::Vector3;
+use std::f64::consts::{PI, TAU};
+use trueweld_core::{JOINTS, JointVector, Pose, Robot};
+use trueweld_plant::input::unit_suffix;
+
+/// Misfit of pose, m (a radian counts half a metre), that no effect of a cell makes.
+const GROSS: f64 = 0.015;
+
+/// Largest share of the misfit that an explanation leaves.
+const LEFT: f64 = 0.3;
+
+/// Share of the rows that may be outliers of the tracker.
+const OUTLIERS: f64 = 0.1;
+
+/// Rows at which the angles of one joint are looked for.
+const ANGLE_ROWS: usize = 40;
+
+/// Least offset of an encoder that is a mistake in its zero, rad; and how near to a whole sign or
+/// unit a slope must lie.
+const ZERO: f64 = 0.02;
+const NEAR: f64 = 0.02;
+
+/// How the encoders are to be read.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Reading {
+    /// As they are.
+    Plain,
+    /// Joints of this set, a bit each, the other way.
+    Signs(u8),
+    /// Two joints for each other.
+    Exchanged(usize, usize),
+    /// All multiplied.
+    Scaled(f64),
+    /// One joint on a line: slope, and offset in rad.
+    Line(usize, f64, f64),
+}
+
+impl Reading {
+    fn of(self, read: &JointVector<f64>) -> JointVector<f64> {
+        let mut q = *read;
+        match self {
+            Self::Plain => {}
+            Self::Signs(set) => {
+                (0..JOINTS).filter(|i| set & (1 << i) != 0).for_each(|i| q[i] = -q[i]);
+            }
+            Self::Exchanged(a, b) => q.swap_rows(a, b),
+            Self::Scaled(factor) => q *= factor,
+            Self::Line(i, slope, offset) => q[i] = slope * q[i] + offset,
+        }
+        q
+    }
+}
+
+/// How the tracker's positions are to be read.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Tracker {
+    /// As they are.
+    Plain,
+    /// Multiplied.
+    Scaled(f64),
+    /// One axis the other way.
+    Mirrored(usize),
+    /// In a frame of its own.
+    Registered(Registration),
+}
+
+/// An explanation and what it leaves, m.
+#[derive(Debug, Clone, Copy)]
+struct Explanation {
+    reading: Reading,
+    tracker: Tracker,
+    left: f64,
+}
+
+/// What was seen of some rows, encoders read in one way.
+fn sightings(rows: &[&Row], robot: &Robot<f64>, reading: Reading) -> Vec<Sighting> {
+    rows.iter().filter_map(|row| row.sighting(robot, &reading.of(&row.encoder))).collect()
+}
+
+/// What a log saw of the tool.
+pub(super) fn seen(log: &Log, robot: &Robot<f64>) -> Vec<Sighting> {
+    sightings(&Row::of(log).iter().collect::<Vec<_>>(), robot, Reading::Plain)
+}
+
+/// Root mean square of what is left, without the outliers, m.
+fn misfit(sightings: &[Sighting], frame: &Pose<f64>, tool: &Pose<f64>) -> f64 {
+    let mut squares: Vec<f64> = sightings.iter().map(|s| s.square(frame, tool)).collect();
+    squares.sort_by(f64::total_cmp);
+    let kept = squares.len() - (OUTLIERS * squares.len() as f64) as usize;
+    (squares[..kept].iter().sum::<f64>() / kept.max(1) as f64).sqrt()
+}
+
+/// What is left with the tracker read in one way; nothing where it does not apply.
+fn with(seen: &[Sighting], tracker: Tracker) -> Option<Explanation> {
+    let identity = Pose::identity();
+    let of = |tracker, left: f64| {
+        let reading = Reading::Plain;
+        left.is_finite().then_some(Explanation { reading, tracker, left })
+    };
+    match tracker {
+        Tracker::Plain => of(tracker, misfit(seen, &identity, &identity)),
+        Tracker::Scaled(factor) => {
+            let read: Vec<_> =
+                seen.iter().map(|s| Sighting { position: s.position * factor, ..*s }).collect();
+            of(tracker, misfit(&read, &identity, &identity))
+        }
+        Tracker::Mirrored(axis) => {
+            let mut mirrored = seen.to_vec();
+            for sighting in &mut mirrored {
+                sighting.position[axis] = -sighting.position[axis];
+                // Which way a mirrored tracker counts rotations nobody knows.
+                sighting.rotation = None;
+            }
+            of(tracker, misfit(&mirrored, &identity, &identity))
+        }
+        Tracker::Registered(found) => of(
+            Tracker::Registered(found),
+            misfit(seen, &found.mounting.frame, &found.mounting.tool),
+        ),
+    }
+}
+
+/// Mistakes in encoders and tracker, and trackers that stand elsewhere with the logs they are of.
+pub(super) fn find(
+    names: &[&str],
+    rows: &[Vec<Row>],
+    robot: &Robot<f64>,
+) -> (Vec<Mistake>, Vec<(Vec<usize>, Registration)>) {
+    let before = |k: &usize| {
+        let rows: Vec<&Row> = rows[*k].iter().collect();
+        let seen = sightings(&rows, robot, Reading::Plain);
+        if seen.is_empty() { 0.0 } else { misfit(&seen, &Pose::identity(), &Pose::identity()) }
+    };
+    let gross: Vec<usize> = (0..rows.len()).filter(|k| before(k) > GROSS).collect();
+    if gross.is_empty() {
+        return (Vec::new(), Vec::new());
+    }
+    // One explanation for all of them, or one for each.
+    let all: Vec<&Row> = gross.iter().flat_map(|k| &rows[*k]).collect();
+    let explained = match explain(&all, robot) {
+        Some(explanation) => vec![(gross.clone(), all, explanation)],
+        None => gross
+            .iter()
+            .filter_map(|k| {
+                let own: Vec<&Row> = rows[*k].iter().collect();
+                let explanation = explain(&own, robot)?;
+                Some((vec![*k], own, explanation))
+            })
+            .collect(),
+    };
+    let (mut mistakes, mut registered) = (Vec::new(), Vec::new());
+    for (logs, rows, explanation) in explained {
+        let plain = sightings(&rows, robot, Reading::Plain);
+        let before = misfit(&plain, &Pose::identity(), &Pose::identity());
+        let in_logs: Vec<String> = logs.iter().map(|k| names[*k].to_owned()).collect();
+        let named = |kind, channel, columns: Vec<usize>, changes: Vec<ColumnChange>| Mistake {
+            kind,
+            channel,
+            columns,
+            logs: in_logs.clone(),
+            evidence: Evidence {
+                before,
+                after: explanation.left,
+                unit: "m",
+                channel: LogChannel::Position,
+            },
+            change: Change::Columns(changes),
+        };
+        mistakes.extend(of_encoders(explanation.reading, &named));
+        match explanation.tracker {
+            Tracker::Plain => {}
+            Tracker::Scaled(factor) => {
+                let unit = if factor < 1.0 { "mm" } else { "km" };
+                let changes = (0..3).map(|c| column(LogChannel::Position, c, unit, 1.0)).collect();
+                mistakes.push(named(MistakeKind::Unit, LogChannel::Position, Vec::new(), changes));
+            }
+            Tracker::Mirrored(axis) => {
+                let change = vec![column(LogChannel::Position, axis, "m", -1.0)];
+                let columns = vec![axis];
+                mistakes.push(named(
+                    MistakeKind::TrackerFrame,
+                    LogChannel::Position,
+                    columns,
+                    change,
+                ));
+            }
+            Tracker::Registered(registration) => registered.push((logs, registration)),
+        }
+    }
+    (mistakes, registered)
+}
+
+/// A column's line with nothing to add.
+pub(super) fn column(
+    channel: LogChannel,
+    place: usize,
+    unit: &'static str,
+    factor: f64,
+) -> ColumnChange {
+    let column = channel.entry().columns[place];
+    ColumnChange { column, channel: short(column), unit, factor, offset: 0.0 }
+}
+
+/// The name of a column's channel: without its unit.
+fn short(column: &'static str) -> &'static str {
+    unit_suffix(column).map_or(column, |(name, _)| name)
+}
+
+/// The mistakes that a reading of the encoders undoes.
+fn of_encoders(
+    reading: Reading,
+    named: &dyn Fn(MistakeKind, LogChannel, Vec<usize>, Vec<ColumnChange>) -> Mistake,
+) -> Vec<Mistake> {
+    let encoder = LogChannel::Encoder;
+    let plain = |i: usize, factor: f64| column(encoder, i, "rad", factor);
+    match reading {
+        Reading::Plain => Vec::new(),
+        Reading::Signs(set) => (0..JOINTS)
+            .filter(|i| set & (1 << i) != 0)
+            .map(|i| named(MistakeKind::Sign, encoder, vec![i], vec![plain(i, -1.0)]))
+            .collect(),
+        Reading::Exchanged(a, b) => {
+            let other = |i: usize, j: usize| ColumnChange {
+                channel: short(encoder.entry().columns[j]),
+                ..plain(i, 1.0)
+            };
+            vec![named(MistakeKind::Exchanged, encoder, vec![a, b], vec![other(a, b), other(b, a)])]
+        }
+        Reading::Scaled(factor) => {
+            let changes = (0..JOINTS).map(|i| in_degrees(plain(i, 1.0), factor)).collect();
+            vec![named(MistakeKind::Unit, encoder, Vec::new(), changes)]
+        }
+        Reading::Line(i, slope, offset) => {
+            let change = ColumnChange { offset, ..in_degrees(plain(i, slope), slope.abs()) };
+            let degrees = change.unit == "deg";
+            let change = if degrees {
+                ColumnChange { factor: slope.signum(), offset: offset.to_degrees(), ..change }
+            } else {
+                change
+            };
+            let kind = if degrees {
+                MistakeKind::Unit
+            } else if (slope.abs() - 1.0).abs() > 2.0 * NEAR {
+                MistakeKind::GearSide
+            } else if slope < 0.0 {
+                MistakeKind::Sign
+            } else {
+                MistakeKind::Zero
+            };
+            vec![named(kind, encoder, vec![i], vec![change])]
+        }
+    }
+}
+
+/// The line in degrees where the factor is that of degrees.
+fn in_degrees(change: ColumnChange, factor: f64) -> ColumnChange {
+    if near(factor, PI / 180.0) {
+        ColumnChange { unit: "deg", factor: 1.0, ..change }
+    } else if near(factor, 180.0 / PI) {
+        ColumnChange { factor: 180.0 / PI, ..change }
+    } else {
+        change
+    }
+}
+
+fn near(value: f64, whole: f64) -> bool {
+    (value / whole - 1.0).abs() < NEAR
+}
+
+/// What explains the poses of some rows; `None` where nothing does.
+fn explain(rows: &[&Row], robot: &Robot<f64>) -> Option<Explanation> {
+    let plain = sightings(rows, robot, Reading::Plain);
+    let before = with(&plain, Tracker::Plain)?.left;
+    let registered = |seen: &[Sighting]| with(seen, Tracker::Registered(register::frame(seen)?));
+    // The simplest first: one thing wrong, then a tracker elsewhere, then both.
+    let mut best = Best { limit: (LEFT * before).min(GROSS), found: None };
+    let readings = readings();
+    for reading in &readings {
+        let seen = sightings(rows, robot, *reading);
+        best.take(with(&seen, Tracker::Plain).map(|e| Explanation { reading: *reading, ..e }));
+    }
+    for factor in [1e-3, 1e3] {
+        best.take(with(&plain, Tracker::Scaled(factor)));
+    }
+    for joint in 0..JOINTS {
+        best.take(line(rows, robot, joint));
+    }
+    best.take(registered(&plain));
+    if best.found.is_none() {
+        (0..3).for_each(|axis| best.take(with(&plain, Tracker::Mirrored(axis))));
+    }
+    if best.found.is_none() {
+        for reading in &readings {
+            let seen = sightings(rows, robot, *reading);
+            best.take(registered(&seen).map(|e| Explanation { reading: *reading, ..e }));
+        }
+    }
+    if best.found.is_none() {
+        best.take(with(&plain, Tracker::Registered(register::frame_and_tool(&plain)?)));
+    }
+    best.found
+}
+
+/// The best explanation so far; a later one must be much better.
+struct Best {
+    /// What it may leave at most, m.
+    limit: f64,
+    found: Option<Explanation>,
+}
+
+impl Best {
+    fn take(&mut self, other: Option<Explanation>) {
+        let other = other.filter(|e| e.left < self.limit);
+        if let Some(other) = other
+            && self.found.is_none_or(|best| other.left < 0.5 * best.left)
+        {
+            self.found = Some(other);
+        }
+    }
+}
+
+/// Every reading that changes whole joints.
+fn readings() -> Vec<Reading> {
+    // Fewer reversed axes before more.
+    let mut sets: Vec<u8> = (1..1 << JOINTS).collect();
+    sets.sort_by_key(|set| set.count_ones());
+    let pairs = (0..JOINTS).flat_map(|a| (a + 1..JOINTS).map(move |b| Reading::Exchanged(a, b)));
+    let scales = [PI / 180.0, 180.0 / PI].map(Reading::Scaled);
+    sets.into_iter().map(Reading::Signs).chain(pairs).chain(scales).collect()
+}
+
+/// The line on which one joint's angles must lie, the simplest that leaves little.
+fn line(rows: &[&Row], robot: &Robot<f64>, joint: usize) -> Option<Explanation> {
+    let every = rows.len().div_ceil(ANGLE_ROWS).max(1);
+    let few: Vec<&Row> = rows.iter().step_by(every).copied().collect();
+    let points: Vec<(f64, f64)> = few
+        .iter()
+        .filter_map(|row| Some((row.encoder[joint], angle(row, robot, joint)?)))
+        .collect();
+    if points.len() < 2 {
+        return None;
+    }
+    let mut best = Best { limit: f64::INFINITY, found: None };
+    for (slope, offset) in lines(&points) {
+        let reading = Reading::Line(joint, slope, offset);
+        let seen = sightings(rows, robot, reading);
+        best.take(with(&seen, Tracker::Plain).map(|e| Explanation { reading, ..e }));
+    }
+    best.found
+}
+
+/// Lines through the points, simple ones first: slope, and offset in rad.
+fn lines(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    let offset = |slope: f64| {
+        // Around the circle, by its median.
+        let first = points[0].1 - slope * points[0].0;
+        let mut apart: Vec<f64> =
+            points.iter().map(|(x, y)| (y - slope * x - first + PI).rem_euclid(TAU) - PI).collect();
+        apart.sort_by(f64::total_cmp);
+        let offset = first + apart[apart.len() / 2];
+        (offset + PI).rem_euclid(TAU) - PI
+    };
+    let mut found: Vec<(f64, f64)> = [1.0, -1.0]
+        .iter()
+        .map(|slope| (*slope, offset(*slope)))
+        .filter(|l| l.1.abs() > ZERO)
+        .collect();
+    let degree = PI / 180.0;
+    found.extend([degree, -degree, 1.0 / degree].map(|slope| (slope, 0.0)));
+    // A gear: the slope through the points, by the medians of its two halves.
+    let mut sorted = points.to_vec();
+    sorted.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let half = sorted.len() / 2;
+    let mean = |part: &[(f64, f64)]| {
+        let n = part.len() as f64;
+        let (x, y) = part.iter().fold((0.0, 0.0), |s, p| (s.0 + p.0, s.1 + p.1));
+        (x / n, y / n)
+    };
+    let (low, high) = (mean(&sorted[..half]), mean(&sorted[half..]));
+    let slope = (high.1 - low.1) / (high.0 - low.0);
+    if slope.is_finite() && slope.abs() > 1e-4 && !near(slope.abs(), 1.0) {
+        // Through zero, weighted by the angle, and with an offset.
+        let (xy, xx) = points.iter().fold((0.0, 0.0), |s, p| (s.0 + p.0 * p.1, s.1 + p.0 * p.0));
+        found.push((xy / xx, 0.0));
+        found.push((slope, low.1 - slope * low.0));
+    }
+    found
+}
+
+/// The angle of one joint with which the tool would be nearest to where it was seen.
+fn angle(row: &Row, robot: &Robot<f64>, joint: usize) -> Option<f64> {
+    /// Angles that are tried first, over a whole turn.
+    const TRIED: usize = 72;
+    let position = row.position?;
+    let frames = robot.frames(&row.encoder);
+    let (origin, axis) = {
+        let axis = frames.rotation[joint] * robot.parameters().joints[joint].axis;
+        (frames.origin[joint], axis)
+    };
+    let tool = frames.tcp;
+    // Only what lies behind the joint turns with it.
+    let square = |by: f64| {
+        let turn = trueweld_core::spatial::rotation_from_vector(&(axis * by));
+        let at: Vector3<f64> = origin + turn * (tool.position - origin);
+        let turned = row.rotation.map_or(0.0, |r| {
+            trueweld_core::spatial::rotation_vector(&((turn * tool.rotation).tr_mul(&r)))
+                .norm_squared()
+        });
+        (at - position).norm_squared() + LEVER * LEVER * turned
+    };
+    let step = TAU / TRIED as f64;
+    let nearest = (0..TRIED)
+        .map(|k| k as f64 * step - PI)
+        .min_by(|a, b| square(*a).total_cmp(&square(*b)))?;
+    // Golden section.
+    let (mut low, mut high) = (nearest - step, nearest + step);
+    for _ in 0..40 {
+        let (a, b) = (high - 0.618 * (high - low), low + 0.618 * (high - low));
+        if square(a) < square(b) { high = b } else { low = a }
+    }
+    let found = row.encoder[joint] + 0.5 * (low + high);
+    Some((found + PI).rem_euclid(TAU) - PI)
+}

@@ -1,0 +1,73 @@
+//! Where a tracker stands, and what it sees of the tool.
+
+use super::Report;
+use crate::document::{Block, Document, Table, number, words};
+use crate::json::RegisterResult;
+use crate::words::register::{half, headline, table};
+use crate::words::{Scale, fixed};
+use trueweld_core::Pose;
+use trueweld_core::spatial::rotation_vector;
+use trueweld_measure::mistakes::Registered;
+use trueweld_plant::input::ModelFile;
+use trueweld_plant::provenance::Provenance;
+
+/// Trackers that were registered.
+#[derive(Debug, Clone, Copy)]
+pub struct RegisterReport<'a> {
+    /// The model whose base and tool they are registered to.
+    pub model: &'a ModelFile,
+    /// What was found.
+    pub registered: &'a [Registered],
+    /// What the result is of.
+    pub provenance: &'a Provenance,
+}
+
+impl Report for RegisterReport<'_> {
+    type Json = RegisterResult;
+
+    fn provenance(&self) -> &Provenance {
+        self.provenance
+    }
+
+    fn json(&self) -> RegisterResult {
+        RegisterResult::of(self)
+    }
+
+    fn document(&self) -> Document {
+        let mut document = Document::new("Register", headline(self.registered));
+        for registered in self.registered {
+            let found = &registered.registration;
+            document.push(Block::Heading(registered.logs.join(", ")));
+            let head = ["", "x", "y", "z", "95 %"].map(number).to_vec();
+            let pose = |name: &str, pose: &Pose<f64>, interval: &[f64; 6]| {
+                let turn = rotation_vector(&pose.rotation);
+                [
+                    (format!("{name}, m"), pose.position, &interval[..3], "m", 6),
+                    (format!("{name}, rad"), turn, &interval[3..], "rad", 6),
+                ]
+                .map(|(label, vector, interval, unit, digits)| {
+                    let widest = interval.iter().copied().fold(0.0, f64::max);
+                    let value = |v: &f64| number(fixed(*v, digits));
+                    let mut row = vec![words(label)];
+                    row.extend(vector.iter().map(value));
+                    row.push(number(half(&Scale::small(unit), widest)));
+                    row
+                })
+            };
+            let rows = [
+                pose("base, seen by the tracker", &found.mounting.frame, &found.frame_interval),
+                pose(
+                    "tracked point, in the tool frame",
+                    &found.mounting.tool,
+                    &found.tool_interval,
+                ),
+            ];
+            document.push(Block::Table(Table {
+                head: vec![head],
+                rows: rows.into_iter().flatten().collect(),
+            }));
+            document.push(Block::Note(table(&found.mounting)));
+        }
+        document
+    }
+}
