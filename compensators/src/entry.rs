@@ -2,7 +2,7 @@
 
 use crate::gain::GainError;
 use crate::law::{Law, Needs, Setup};
-use crate::table::{Visitor, for_each};
+use crate::laws::{Visitor, for_each};
 use crate::{Combined, CombinedGains};
 use std::borrow::Cow;
 use std::collections::BTreeMap;

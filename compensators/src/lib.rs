@@ -2,7 +2,7 @@
 //!
 //! A law's file holds its equations, its gains with their defaults, and an implementation of
 //! [`Law`]: name, summary, what it needs, how it is built. [`for_each`] is the table of all laws,
-//! one line each. `no_std`, no allocation: the same code runs in simulation and on the controller.
+//! one line each, beside their modules. `no_std`, no allocation: the same code runs in simulation and on the controller.
 //! With the feature `host`, [`Entry`] is a law with its type erased, found by name and built from
 //! a table of gains.
 //!
@@ -21,33 +21,19 @@
 //! [`Compensator`]: trueweld_core::compensation::Compensator
 #![cfg_attr(not(feature = "host"), no_std)]
 
-mod adaptive;
 mod combined;
 mod deviation_history;
-mod elastostatic;
 #[cfg(feature = "host")]
 mod entry;
-mod feed_forward;
 mod gain;
 mod law;
-mod learning;
-mod none;
-mod observer;
+mod laws;
 mod outer_integral;
-mod seam_tracking;
-mod table;
 
-pub use adaptive::{Adaptive, AdaptiveGains};
 pub use combined::{Combined, CombinedGains};
-pub use elastostatic::{Elastostatic, ElastostaticGains};
 #[cfg(feature = "host")]
 pub use entry::{BuildError, Entry, GainTables, InstallError, find, install, library, may_be_name};
-pub use feed_forward::FeedForward;
 pub use gain::{GainError, require};
 pub use law::{GainSet, Law, Needs, NoGains, Setup};
-pub use learning::{Learning, LearningGains};
-pub use none::Uncompensated;
-pub use observer::{Observer, ObserverGains};
+pub use laws::*;
 pub use outer_integral::{FollowingGains, OuterIntegral};
-pub use seam_tracking::{SeamTracking, TrackingGains};
-pub use table::{Visitor, for_each};

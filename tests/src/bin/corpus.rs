@@ -8,7 +8,7 @@ use std::io::{ErrorKind, Write as _};
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Instant;
-use trueweld_laboratory::Protocol;
+use trueweld_laboratory::{CorpusCase, Hidden, Protocol};
 use trueweld_plant::input::write_atomically;
 use trueweld_tests::LABORATORY;
 use trueweld_tests::corpus::{Judged, Tally, examine};
@@ -36,6 +36,23 @@ struct Arguments {
     /// Only the case of this number.
     #[arg(long)]
     only: Option<usize>,
+    /// Only cases in which one of these is hidden: an effect, `none`, or one outside the library.
+    #[arg(long, value_delimiter = ',')]
+    hidden: Vec<String>,
+    /// Only cases that are to show so many times the limit of detection; those with nothing hidden
+    /// all the same.
+    #[arg(long)]
+    target: Option<f64>,
+}
+
+impl Arguments {
+    fn wants(&self, index: usize, case: &CorpusCase) -> bool {
+        let what = case.name.split_once('-').map_or("", |(_, what)| what);
+        let nothing = matches!(case.hidden, Hidden::None);
+        self.only.is_none_or(|only| only == index)
+            && (self.hidden.is_empty() || self.hidden.iter().any(|hidden| hidden == what))
+            && self.target.is_none_or(|target| nothing || target == case.target)
+    }
 }
 
 fn go(arguments: &Arguments) -> Result<(), Box<dyn std::error::Error>> {
@@ -65,11 +82,11 @@ fn go(arguments: &Arguments) -> Result<(), Box<dyn std::error::Error>> {
         })?;
         known.insert((judged.name.clone(), judged.seed), judged);
     }
-    let wanted = |index: usize| arguments.only.is_none_or(|only| only == index);
     let missing: Vec<_> = cases
         .iter()
         .enumerate()
-        .filter(|(index, c)| wanted(*index) && !known.contains_key(&(c.name.clone(), c.seed)))
+        .filter(|(index, c)| arguments.wants(*index, c))
+        .filter(|(_, c)| !known.contains_key(&(c.name.clone(), c.seed)))
         .map(|(_, case)| case)
         .collect();
     let mut file = OpenOptions::new().create(true).append(true).open(&arguments.out)?;

@@ -1,7 +1,23 @@
-//! The table of all laws.
+//! The laws: one file each, and the table of them. To add one, write its file, and its module and its
+//! line in the table below.
+
+mod adaptive;
+mod elastostatic;
+mod feed_forward;
+mod learning;
+mod none;
+mod observer;
+mod seam_tracking;
+
+pub use adaptive::{Adaptive, AdaptiveGains};
+pub use elastostatic::{Elastostatic, ElastostaticGains};
+pub use feed_forward::FeedForward;
+pub use learning::{Learning, LearningGains};
+pub use none::Uncompensated;
+pub use observer::{Observer, ObserverGains};
+pub use seam_tracking::{SeamTracking, TrackingGains};
 
 use crate::law::Law;
-use crate::{Adaptive, Elastostatic, FeedForward, Learning, Observer, SeamTracking, Uncompensated};
 use trueweld_core::Real;
 
 /// Calls the visitor with every law. The table: a new law is one line here.
