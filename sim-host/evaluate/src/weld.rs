@@ -2,12 +2,15 @@
 //! was asked for.
 
 use crate::figure::{Figure, FigureOf};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use trueweld_core::control::Limited;
 use trueweld_core::{Fault, JointVector};
 use trueweld_plant::simulate::{Phase, RecordRow, Recording};
 
-/// Mean, root mean square and largest magnitude of a signal.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// Mean, root mean square and largest magnitude of a signal, in the signal's unit.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
 pub struct Spread {
     /// Mean.
     pub mean: f64,
@@ -33,7 +36,8 @@ impl Spread {
 }
 
 /// The push in the steady part.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
 pub struct ForceFigures {
     /// Mean of the real push, N.
     pub mean: f64,
@@ -91,6 +95,15 @@ pub struct FirstLimit {
     pub limited: Limited,
     /// The fault, if there was one.
     pub fault: Option<Fault>,
+}
+
+impl FirstLimit {
+    /// Of a whole run; `None` where there was none.
+    pub fn of(recording: &Recording) -> Option<Self> {
+        let &RecordRow { time, phase, limited, fault, .. } =
+            recording.rows.iter().find(|r| held(r))?;
+        Some(Self { time, phase, limited, fault })
+    }
 }
 
 /// A figure of a weld against what it is to be.
@@ -188,12 +201,7 @@ impl WeldFigures {
             ],
             lateral_before: Spread::of(before.map(|r| r.deviation_w.linear.y)).max_abs,
             limited_rows: recording.rows.iter().filter(|r| held(r)).count(),
-            first_limit: recording.rows.iter().find(|r| held(r)).map(|r| FirstLimit {
-                time: r.time,
-                phase: r.phase,
-                limited: r.limited,
-                fault: r.fault,
-            }),
+            first_limit: FirstLimit::of(recording),
             judged: judged(recording, &steady, [lateral, longitudinal, tilt], mean_push),
         })
     }

@@ -4,6 +4,7 @@ use crate::requirements::Uncertainty;
 use nalgebra::SVector;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use trueweld_core::{JointVector, Robot};
 use trueweld_plant::cell::Cell;
@@ -59,7 +60,8 @@ impl NominalCell<'_> {
 }
 
 /// What a cell turned out to be, relative to what it is believed to be.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
 pub struct SampledCell {
     /// Factor on every joint's stiffness.
     pub stiffness: [f64; 6],

@@ -24,79 +24,41 @@ const BLOW_STEP: f64 = 2.5e-4;
 /// Least time after recovery over which it is judged, s.
 const JUDGED: f64 = 1.0;
 
-/// A figure of a fault case, and where its limit stands.
-#[derive(Debug, Clone, Copy)]
-pub struct FaultFigure {
-    /// The figure.
-    pub of: FigureOf<FaultSpreads>,
-    /// The most that it may be, SI units; `None` where nothing limits it.
-    pub limit: fn(&Requirements, &Faults) -> Option<f64>,
-}
-
-const fn figure(
-    key: &'static str,
-    label: &'static str,
-    unit: &'static str,
-    value: fn(&FaultSpreads) -> f64,
-    limit: fn(&Requirements, &Faults) -> Option<f64>,
-) -> FaultFigure {
-    FaultFigure { of: FigureOf::new(key, label, unit, value), limit }
-}
-
 /// Figures of a fault case: the largest correction of the whole run; while the fault lasts and until
 /// the tool must be over it, how far it leaves its line, and how far depth goes from its mean before;
 /// after that the steady figures again.
-pub static FAULT_FIGURES: [FaultFigure; 7] = [
-    figure(
-        "correction_m",
-        "correction, translation",
-        "m",
-        |f| f.correction[0],
-        |r, _| r.limit("correction_m"),
-    ),
-    figure(
-        "correction_rad",
-        "correction, rotation",
-        "rad",
-        |f| f.correction[1],
-        |r, _| r.limit("correction_rad"),
-    ),
-    figure(
-        "fault_lateral_max_m",
-        "lateral in the fault, largest",
-        "m",
-        |f| f.lateral_during.max_abs,
-        |_, asked| Some(asked.lateral),
-    ),
-    figure(
-        "fault_depth_max_m",
-        "depth in the fault, largest change",
-        "m",
-        |f| f.depth_during.max_abs,
-        |_, asked| asked.depth,
-    ),
-    figure(
-        "recovered_lateral_rms_m",
-        "lateral after recovery, RMS",
-        "m",
-        |f| f.lateral_after.rms,
-        |r, _| r.limit("lateral_rms_m"),
-    ),
-    figure(
-        "recovered_lateral_max_m",
-        "lateral after recovery, largest",
-        "m",
-        |f| f.lateral_after.max_abs,
-        |r, _| r.limit("lateral_max_m"),
-    ),
-    figure(
+pub static FAULT_FIGURES: [FigureOf<FaultSpreads>; 7] = [
+    FigureOf::new("correction_m", "correction, translation", "m", |f| f.correction[0]),
+    FigureOf::new("correction_rad", "correction, rotation", "rad", |f| f.correction[1]),
+    FigureOf::new(LATERAL, "lateral in the fault, largest", "m", |f| f.lateral_during.max_abs),
+    FigureOf::new(DEPTH, "depth in the fault, largest change", "m", |f| f.depth_during.max_abs),
+    FigureOf::new("recovered_lateral_rms_m", "lateral after recovery, RMS", "m", |f| {
+        f.lateral_after.rms
+    }),
+    FigureOf::new("recovered_lateral_max_m", "lateral after recovery, largest", "m", |f| {
+        f.lateral_after.max_abs
+    }),
+    FigureOf::new(
         "recovered_push_error_rms_n",
         "push after recovery, RMS of its error",
         "N",
         |f| f.push_error_after.rms,
-        |r, _| r.limit("push_error_rms_n"),
     ),
 ];
+
+/// Keys of the figures that have limits of their own.
+const LATERAL: &str = "fault_lateral_max_m";
+const DEPTH: &str = "fault_depth_max_m";
+
+/// The most that a figure of a fault case may be, SI units; after recovery that of the steady part.
+/// `None` where nothing limits it.
+pub(super) fn limit(key: &str, requirements: &Requirements, asked: &Faults) -> Option<f64> {
+    match key {
+        LATERAL => Some(asked.lateral),
+        DEPTH => asked.depth,
+        key => requirements.limit(key.strip_prefix("recovered_").unwrap_or(key)),
+    }
+}
 
 /// What a run with a fault came to, SI units.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -179,13 +141,22 @@ impl Certification<'_> {
         Ok(force.into_iter().chain(seam.filter(|_| seen)).map(at).collect())
     }
 
+    fn plant_step(&self, fault: &InstrumentFault) -> f64 {
+        match fault.instrument {
+            Instrument::ForceSensor => self.scenario.plant_step.min(BLOW_STEP),
+            Instrument::SeamSensor => self.scenario.plant_step,
+        }
+    }
+
+    /// Plant steps of a fault case over those of a weld without a fault: how much longer it takes.
+    pub fn cost(&self, fault: &InstrumentFault) -> f64 {
+        self.scenario.plant_step / self.plant_step(fault)
+    }
+
     /// Runs one fault case.
     pub fn run_fault(&self, fault: &InstrumentFault) -> FaultTrial {
         let draw = SampledCell::nominal(self.scenario.seed);
-        let plant_step = match fault.instrument {
-            Instrument::ForceSensor => self.scenario.plant_step.min(BLOW_STEP),
-            Instrument::SeamSensor => self.scenario.plant_step,
-        };
+        let plant_step = self.plant_step(fault);
         let scenario = Scenario { plant_step, fault: Some(*fault), ..self.scenario };
         let recording = self.cell.weld(&scenario, &draw, self.passes);
         let (figures, symptoms, failed) = match (&recording, &self.requirements.faults) {
@@ -235,6 +206,6 @@ impl FaultSpreads {
     }
 
     fn values(&self) -> FigureValues {
-        values(FAULT_FIGURES.iter().map(|figure| &figure.of), self)
+        values(FAULT_FIGURES.iter(), self)
     }
 }

@@ -1,6 +1,7 @@
 //! Requirements, judged: what the runs came to, against what was asked for, with the reason where
 //! it fell short.
 
+use super::faults;
 use super::reason::{self, Reason, Shortfall};
 use super::{FAULT_FIGURES, FaultTrial, Trial, WorstCase};
 use crate::Rate;
@@ -128,7 +129,7 @@ pub fn judge(requirements: &Requirements, evidence: &Evidence) -> Vec<Requiremen
     judged.extend(draws(requirements, &evidence.trials));
     judged.extend(worst_case(requirements, evidence));
     judged.extend(margins(requirements, &evidence.margins));
-    judged.extend(faults(requirements, &evidence.faults));
+    judged.extend(fault_cases(requirements, &evidence.faults));
     judged
 }
 
@@ -253,13 +254,13 @@ fn margins(requirements: &Requirements, map: &[Margins]) -> Vec<Requirement> {
     judged.collect()
 }
 
-fn faults(requirements: &Requirements, trials: &[FaultTrial]) -> Vec<Requirement> {
+fn fault_cases(requirements: &Requirements, trials: &[FaultTrial]) -> Vec<Requirement> {
     let Some(asked) = &requirements.faults else {
         return Vec::new();
     };
     let judged = FAULT_FIGURES.iter().filter_map(|figure| {
-        let name = figure.of.figure.key;
-        let limit = (figure.limit)(requirements, asked)?;
+        let name = figure.figure.key;
+        let limit = faults::limit(name, requirements, asked)?;
         let worst =
             trials.iter().reduce(|a, b| if b.figure(name) > a.figure(name) { b } else { a });
         let figure = worst.map(|t| t.figure(name));

@@ -25,7 +25,7 @@ mod symptoms;
 mod worst;
 
 pub use draw::{NominalCell, SampledCell};
-pub use faults::{FAULT_FIGURES, FaultFigure, FaultTrial, SteadyTooShort};
+pub use faults::{FAULT_FIGURES, FaultTrial, SteadyTooShort};
 pub use judge::{Beyond, Evidence, EvidenceKind, Requirement, Verdict, judge, within};
 pub use reason::{Held, Pace, Reason, Shortfall, Symptom};
 pub use symptoms::{Oscillation, RequiredCorrection, Symptoms};
@@ -69,7 +69,7 @@ impl Trial {
 pub fn figure(key: &str) -> Option<&'static Figure> {
     let weld = WELD_FIGURES.iter().map(|of| &of.figure);
     let margins = MARGIN_FIGURES.iter().map(|of| &of.figure);
-    let faults = FAULT_FIGURES.iter().map(|of| &of.of.figure);
+    let faults = FAULT_FIGURES.iter().map(|of| &of.figure);
     weld.chain(margins).chain(faults).find(|figure| figure.key == key)
 }
 
