@@ -14,6 +14,7 @@ use crate::fit::calibration::is_calibration;
 use crate::fit::per_log;
 use crate::fit::{self, EffectScope, Effort, FitProblem, FitState, Fitted, Residuals};
 use crate::predict::{Experiment, PredictError};
+use crate::residuals::compare::{LogComparison, of_logs};
 use crate::residuals::localize::localize;
 use trueweld_core::JointVector;
 use trueweld_plant::effects::Effect;
@@ -91,6 +92,22 @@ impl HeldOut {
         let (known, per_log, own) = (Vec::new(), Vec::new(), Vec::new());
         let bench = FitProblem { known, per_log, own, ..FitProblem::new(file, experiments) };
         Self { bench, names: logs.iter().map(|l| l.name.clone()).collect() }
+    }
+
+    /// These logs under the model of a fit to other logs of `bench`; `None`: as it was given. `logs`:
+    /// those that this was made of.
+    ///
+    /// # Errors
+    /// [`PredictError`] where the model cannot be driven through them.
+    pub fn compare(
+        &self,
+        logs: &[Log],
+        bench: &FitProblem,
+        fitted: Option<&Fitted>,
+    ) -> Result<Vec<LogComparison>, PredictError> {
+        let given = FitState::empty(bench.experiments.len());
+        let at = elsewhere(bench, self, fitted.map_or(&given, |fitted| &fitted.point))?;
+        Ok(of_logs(logs, &self.bench.experiments, &at))
     }
 }
 

@@ -204,7 +204,7 @@ fn compared(campaign: &str) -> Comparison {
     let campaign = Campaign::read(fixture(campaign)).unwrap();
     let model = ModelFile::read(&campaign.model).unwrap();
     let bench = FitProblem::new(&model, experiments(&campaign.logs, &baseline(&model)).unwrap());
-    compare(&model, &campaign.logs, &bench, &|| {}).unwrap()
+    compare(&model, &campaign.logs, &bench, &|_| {}).unwrap()
 }
 
 #[test]

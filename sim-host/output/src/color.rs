@@ -25,6 +25,41 @@ const RUNS: [Rgb; 7] = [
 pub(crate) const JOINTS: [Rgb; 6] =
     [[0, 114, 178], [213, 94, 0], [0, 158, 115], [204, 121, 167], [190, 160, 0], [86, 180, 233]];
 
+/// How a line is drawn.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(crate) enum Dash {
+    #[default]
+    Solid,
+    Dashed,
+    Dotted,
+}
+
+impl Dash {
+    /// Pixels drawn and left out, over and over.
+    pub(crate) fn pixels(self) -> Option<[u32; 2]> {
+        match self {
+            Self::Solid => None,
+            Self::Dashed => Some([6, 4]),
+            Self::Dotted => Some([2, 3]),
+        }
+    }
+
+    /// Its name in CSS.
+    pub(crate) fn name(self) -> Option<&'static str> {
+        match self {
+            Self::Solid => None,
+            Self::Dashed => Some("dashed"),
+            Self::Dotted => Some("dotted"),
+        }
+    }
+}
+
+/// Of one of many lines: the colours of the runs, solid, then dashed, then dotted.
+pub(crate) fn series(index: usize) -> (Rgb, Dash) {
+    let dashes = [Dash::Solid, Dash::Dashed, Dash::Dotted];
+    (run(index), dashes[index / RUNS.len() % dashes.len()])
+}
+
 /// Of the run at this place.
 pub(crate) fn run(index: usize) -> Rgb {
     RUNS[index % RUNS.len()]

@@ -6,10 +6,15 @@
 //! into sentences, `json` into typed files, `document` into text and pages, `rerun` into
 //! recordings.
 
+// The name under which the samples of the tests know this crate.
+#[cfg(test)]
+extern crate self as trueweld_output;
+
 mod color;
 mod document;
 mod error;
 mod file;
+mod finished;
 pub mod json;
 mod path;
 mod progress;
@@ -17,17 +22,21 @@ mod report;
 #[cfg(feature = "rerun")]
 mod rerun;
 #[cfg(test)]
+#[path = "../tests/sample/mod.rs"]
 mod sample;
+mod samples;
 mod words;
 
 pub use document::Document;
 pub use error::OutputError;
 pub use file::write_file;
-pub use progress::Progress;
-pub use report::{
+pub use finished::{
     CertifiedWeld, CertifyReport, CompareReport, DiagnoseReport, ImproveReport, LawsReport,
-    MistakesReport, Recorded, RegisterReport, Report, StepReport, StepRun, WeldReport, WeldRun,
+    MistakesReport, RegisterReport, StepReport, StepRun, WeldReport, WeldRun,
 };
+pub use progress::Progress;
+pub use report::{Recorded, Report};
+pub use samples::{Samples, is_parquet};
 pub use words::mistakes::registered as registered_in_words;
 pub use words::model_comments;
 pub use words::register::table as tracker_table;

@@ -1,57 +1,93 @@
-//! A progress bar for people at a terminal; nothing at all for everybody else.
+//! A progress bar for people at a terminal, which says at the start how long it will take; nothing
+//! at all for everybody else.
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
 
-/// How far a simulation is, in simulated seconds. Drawn on standard error where that is a terminal,
-/// else silent.
+/// How far some work is. Drawn on standard error where that is a terminal, else silent.
 #[derive(Debug)]
 pub struct Progress {
     bar: ProgressBar,
+    start: Instant,
+    /// How long it will take has been said.
+    told: AtomicBool,
 }
 
-/// Positions of the bar a simulated second.
-const STEPS_PER_SECOND: f64 = 100.0;
+/// Positions of the bar a unit of the total.
+const STEPS_PER_UNIT: f64 = 100.0;
+
+/// Share of the work from which on its duration is known well enough to be said.
+const KNOWN_FROM: f64 = 0.03;
+
+/// Shortest time that is worth saying, s.
+const WORTH_SAYING: f64 = 5.0;
 
 impl Progress {
-    /// A bar named `label` for `total_seconds` of simulated time.
-    pub fn new(label: &str, total_seconds: f64) -> Self {
-        Self::drawn_on(ProgressDrawTarget::stderr(), label, total_seconds)
+    /// A bar named `label` for a `total` in seconds of simulated time, or in pieces of equal work.
+    pub fn new(label: &str, total: f64) -> Self {
+        Self::drawn_on(ProgressDrawTarget::stderr(), label, total)
     }
 
     /// No bar: for quiet commands.
     pub fn silent() -> Self {
-        Self { bar: ProgressBar::hidden() }
+        Self::drawn_on(ProgressDrawTarget::hidden(), "", 1.0)
     }
 
-    fn drawn_on(target: ProgressDrawTarget, label: &str, total_seconds: f64) -> Self {
-        let bar = ProgressBar::with_draw_target(Some(steps(total_seconds)), target);
+    fn drawn_on(target: ProgressDrawTarget, label: &str, total: f64) -> Self {
+        let bar = ProgressBar::with_draw_target(Some(steps(total)), target);
         let style = ProgressStyle::with_template("{msg:>14} {bar:32} {percent:>3} %  {eta} left")
             .expect("the template is well-formed");
         bar.set_style(style.progress_chars("━╸─"));
         bar.set_message(label.to_owned());
-        Self { bar }
+        Self { bar, start: Instant::now(), told: AtomicBool::new(false) }
     }
 
-    /// The simulation has come to `seconds`.
-    pub fn advance_to(&self, seconds: f64) {
-        self.bar.set_position(steps(seconds));
+    /// The work has come to `done` of the total.
+    pub fn advance_to(&self, done: f64) {
+        self.bar.set_position(steps(done));
+        let total = self.bar.length().unwrap_or(0).max(1) as f64;
+        self.tell(self.bar.position() as f64 / total);
     }
 
-    /// Work that is no simulation has come to a `share` of the whole, and is at `what` now.
+    /// The work has come to a `share` of the whole, and is at `what` now.
     pub fn stage(&self, what: &str, share: f64) {
         self.bar.set_message(what.to_owned());
         self.bar
             .set_position((share.clamp(0.0, 1.0) * self.bar.length().unwrap_or(0) as f64) as u64);
+        self.tell(share);
     }
 
-    /// The simulation is over: takes the bar away.
+    /// Says once, as soon as it can be known, how long the whole will take.
+    fn tell(&self, share: f64) {
+        if share < KNOWN_FROM || self.told.swap(true, Ordering::Relaxed) {
+            return;
+        }
+        if let Some(said) = duration(self.start.elapsed().as_secs_f64() / share) {
+            // Goes nowhere but to a terminal.
+            self.bar.println(said);
+        }
+    }
+
+    /// The work is over: takes the bar away.
     pub fn finish(self) {
         self.bar.finish_and_clear();
     }
 }
 
-fn steps(seconds: f64) -> u64 {
-    (seconds.max(0.0) * STEPS_PER_SECOND) as u64
+/// What is said of a duration in seconds; nothing of a short one.
+fn duration(seconds: f64) -> Option<String> {
+    let (value, unit) = match seconds {
+        s if s.is_nan() || s < WORTH_SAYING => return None,
+        s if s < 120.0 => (s, "s"),
+        s if s < 7200.0 => (s / 60.0, "min"),
+        s => (s / 3600.0, "h"),
+    };
+    Some(format!("This takes about {value:.0} {unit}."))
+}
+
+fn steps(units: f64) -> u64 {
+    (units.max(0.0) * STEPS_PER_UNIT) as u64
 }
 
 #[cfg(test)]
@@ -74,5 +110,15 @@ mod tests {
         progress.advance_to(1.0);
         assert!(progress.bar.is_hidden());
         progress.finish();
+    }
+
+    #[test]
+    fn a_duration_is_said_in_the_unit_that_people_use() {
+        let said = |seconds: f64| duration(seconds).unwrap_or_default();
+        assert_eq!(said(2.0), "");
+        assert_eq!(said(f64::NAN), "");
+        assert_eq!(said(42.3), "This takes about 42 s.");
+        assert_eq!(said(250.0), "This takes about 4 min.");
+        assert_eq!(said(9000.0), "This takes about 2 h.");
     }
 }

@@ -22,7 +22,7 @@ pub(crate) use screen::Context;
 pub use screen::Limit;
 pub(crate) use search::further;
 pub(crate) use sparse::sparse;
-pub use tell::{Explanation, ImprovedChannel, Reason, tell};
+pub use tell::{Explanation, ImprovedChannel, Reason, reason_of_best, tell};
 
 use crate::data::log::{Log, LogKind};
 use crate::fit::calibration::is_calibration;

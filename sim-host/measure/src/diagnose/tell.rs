@@ -74,6 +74,13 @@ pub fn tell(
     Explanation { reasons, next_experiment }
 }
 
+/// Why the best explanation is believed, without what else [`tell`] tells; none where there is no
+/// explanation.
+pub fn reason_of_best(bench: &FitProblem, logs: &[Log], diagnosis: &Diagnosis) -> Option<Reason> {
+    let best = diagnosis.candidates.first()?;
+    Some(reason(bench, logs, diagnosis, (best, true)))
+}
+
 fn reason(
     bench: &FitProblem,
     logs: &[Log],

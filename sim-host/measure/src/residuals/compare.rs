@@ -144,8 +144,8 @@ pub fn experiments(logs: &[Log], model: &Model) -> Result<Vec<Experiment>, Predi
 }
 
 /// Compares a model with the logs that a bench was made of. What every log has of its own
-/// (`scope = "log"`) is fitted afresh to each, and the notices say so. `done` is called once a log,
-/// from several threads.
+/// (`scope = "log"`) is fitted afresh to each, and the notices say so. `done` is called with the
+/// number of every log that is done, from several threads.
 ///
 /// # Errors
 /// [`PredictError`] of the first log that the model cannot be driven through.
@@ -153,7 +153,7 @@ pub fn compare(
     model: &ModelFile,
     logs: &[Log],
     bench: &FitProblem,
-    done: &(impl Fn() + Sync),
+    done: &(impl Fn(usize) + Sync),
 ) -> Result<Comparison, PredictError> {
     let point = match bench.per_log.as_slice() {
         [] => FitState::empty(logs.len()),
@@ -161,7 +161,7 @@ pub fn compare(
     };
     let predict = |k: usize| {
         let prediction = bench.experiments[k].predict(&bench.model, &point.effects(bench, k), None);
-        done();
+        done(k);
         prediction
     };
     let predictions =

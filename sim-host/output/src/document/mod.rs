@@ -22,8 +22,7 @@ pub(crate) enum Medium {
     Recording,
 }
 
-/// A result as people read it, for the terminal and for a page.
-#[derive(Default)]
+/// A result as people read it, for the terminal, a page and a recording.
 pub struct Document {
     /// Name of the page.
     title: &'static str,
@@ -32,6 +31,8 @@ pub struct Document {
     /// The finding in a sentence or two.
     headline: String,
     blocks: Vec<(Medium, Block)>,
+    /// What the result is of, at the end of pages and in recordings.
+    provenance: Provenance,
 }
 
 /// A part of a document.
@@ -50,8 +51,8 @@ pub(crate) enum Block {
 }
 
 impl Document {
-    pub(crate) fn new(title: &'static str, headline: String) -> Self {
-        Self { title, headline, ..Self::default() }
+    pub(crate) fn new(title: &'static str, headline: String, of: &Provenance) -> Self {
+        Self { title, verdict: None, headline, blocks: Vec::new(), provenance: of.clone() }
     }
 
     /// The same with a verdict before the headline.
@@ -59,23 +60,21 @@ impl Document {
         Self { verdict: Some((verdict, good)), ..self }
     }
 
-    /// The same with what the result is of, at the end of pages and recordings.
-    pub(crate) fn with_provenance(mut self, of: &Provenance) -> Self {
-        let rows = |rows: Vec<[String; 2]>| Table {
-            head: Vec::new(),
-            rows: rows.into_iter().map(|row| row.map(words).to_vec()).collect(),
+    /// What the result is of: options, warnings and files.
+    fn origin(&self) -> Vec<Block> {
+        let of = &self.provenance;
+        let table = |head: &[[&str; 3]], rows: Vec<Vec<Cell>>| {
+            Block::Table(Table { head: head.iter().map(|h| h.map(words).to_vec()).collect(), rows })
         };
-        let heading = "What this is of";
-        self.section(Medium::Page, heading, Block::Table(rows(provenance::options(of))));
-        self.push_on(Medium::Page, Block::List(of.warnings.clone()));
-        let head = ["file", "read as", "SHA-256"].map(words).to_vec();
-        let files = of
-            .files
-            .iter()
-            .map(|f| [&f.file, &f.role, &f.sha256].map(|text| words(text.as_str())).to_vec());
-        let files = Table { head: vec![head], rows: files.collect() };
-        self.push_on(Medium::Page, Block::Table(files));
-        self
+        let options = provenance::options(of).into_iter().map(|row| row.map(words).to_vec());
+        let files = of.files.iter().map(|f| [&f.file, &f.role, &f.sha256].map(words).to_vec());
+        let blocks = [
+            Block::Heading("What this is of".to_owned()),
+            table(&[], options.collect()),
+            Block::List(of.warnings.clone()),
+            table(&[["file", "read as", "SHA-256"]], files.collect()),
+        ];
+        blocks.into_iter().filter(|block| !block.is_empty()).collect()
     }
 
     /// Adds a block; what is empty is left out.
@@ -85,13 +84,7 @@ impl Document {
 
     /// Adds a block of one medium.
     pub(crate) fn push_on(&mut self, medium: Medium, block: Block) {
-        let empty = match &block {
-            Block::Lead(text) | Block::Note(text) | Block::Heading(text) => text.is_empty(),
-            Block::List(items) | Block::Steps(items) => items.is_empty(),
-            Block::Table(table) => table.rows.is_empty(),
-            Block::Figures(figures) => figures.is_empty(),
-        };
-        if !empty {
+        if !block.is_empty() {
             self.blocks.push((medium, block));
         }
     }
@@ -109,6 +102,17 @@ impl Document {
     fn blocks(&self, medium: Medium) -> impl Iterator<Item = &Block> {
         let shown = move |of: Medium| of == Medium::All || of == medium;
         self.blocks.iter().filter(move |(of, _)| shown(*of)).map(|(_, block)| block)
+    }
+}
+
+impl Block {
+    fn is_empty(&self) -> bool {
+        match self {
+            Self::Lead(text) | Self::Note(text) | Self::Heading(text) => text.is_empty(),
+            Self::List(items) | Self::Steps(items) => items.is_empty(),
+            Self::Table(table) => table.rows.is_empty(),
+            Self::Figures(figures) => figures.is_empty(),
+        }
     }
 }
 

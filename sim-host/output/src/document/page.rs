@@ -3,7 +3,7 @@
 
 use super::plot::PlotData;
 use super::{Bar, Block, Cell, Document, Figure, Medium, Table, Tone};
-use crate::color::css;
+use crate::color::{Dash, css};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 /// uPlot 1.6.32, MIT, © Leon Sorokin: `assets/uPlot.LICENSE`.
@@ -35,6 +35,7 @@ impl Document {
                             (self.headline)
                         }
                         @for block in self.blocks(Medium::Page) { (block.markup()) }
+                        @for block in self.origin() { (block.markup()) }
                     }
                     @if drawn {
                         script { (PreEscaped(UPLOT)) }
@@ -125,10 +126,10 @@ impl Figure {
                 figcaption {
                     b { (self.title) }
                     @for line in plot.lines.iter().filter(|line| !line.name.is_empty() && !plot.named) {
-                        span.key { i.dashed[line.dashed] style={ "border-color:" (css(line.color)) } {} (line.name) }
+                        span.key { i class=[line.dash.name()] style={ "border-color:" (css(line.color)) } {} (line.name) }
                     }
                     @if plot.rippled {
-                        span.key { "pale: ripple" @if plot.lines.iter().filter(|l| !l.dashed).count() > 1 { " of the first" } }
+                        span.key { "pale: ripple" @if plot.lines.iter().filter(|l| l.dash == Dash::Solid).count() > 1 { " of the first" } }
                     }
                     @if plot.band.is_some() { span.key { i.band {} (plot.band_name) } }
                 }

@@ -1,7 +1,7 @@
 //! Line plots as small SVG pictures: every pixel column keeps its smallest and largest value, so
 //! that a ripple of the spindle stays visible as a band however many rows there are.
 
-use crate::color::{LIMIT, REFERENCE, Rgb, css, run};
+use crate::color::{Dash, LIMIT, REFERENCE, Rgb, css, run};
 use plotters::coord::Shift;
 use plotters::coord::ranged1d::{DefaultFormatting, KeyPointHint, Ranged};
 use plotters::coord::types::RangedCoordf64;
@@ -13,9 +13,15 @@ use serde::Serialize;
 pub(crate) struct Line {
     pub name: String,
     pub color: Rgb,
-    pub dashed: bool,
+    pub dash: Dash,
     /// x not decreasing; a y that is NaN breaks the line.
     pub points: Vec<(f64, f64)>,
+}
+
+impl Line {
+    fn is_reference(&self) -> bool {
+        self.color == REFERENCE
+    }
 }
 
 /// A point with its standard error.
@@ -79,7 +85,9 @@ pub(super) struct PlotData<'a> {
 struct Series {
     name: String,
     color: String,
-    dashed: bool,
+    /// Pixels drawn and left out, over and over.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    dash: Option<[u32; 2]>,
     joined: bool,
     dotted: bool,
     x: Vec<f64>,
@@ -92,8 +100,12 @@ struct Series {
 /// Drawn at twice the size it is shown at, since the coordinates of the picture are whole numbers.
 const SCALE: u32 = 2;
 
-/// Room for the names of lines, right of them.
-const NAMES: u32 = 108 * SCALE;
+/// Least and largest room for the names of lines, right of them, and the room of a letter.
+const NAMES: [u32; 2] = [108 * SCALE, 240 * SCALE];
+const LETTER: u32 = 8 * SCALE;
+
+/// Height of a line of text.
+const TEXT: u32 = 15 * SCALE;
 
 impl Plot {
     /// The picture, to be put into a page as it stands.
@@ -110,7 +122,7 @@ impl Plot {
         let of_line = |line: &Line| Series {
             joined: true,
             dotted: self.named,
-            dashed: line.dashed,
+            dash: line.dash.pixels(),
             ..Series::of(
                 &line.name,
                 line.color,
@@ -146,17 +158,18 @@ impl Plot {
         let size = match (self.wide, self.named) {
             (true, _) => (1080 * SCALE, 300 * SCALE),
             (false, false) => (530 * SCALE, 230 * SCALE),
-            (false, true) => (530 * SCALE, 320 * SCALE),
+            // A line of text for every name, and as many below them as the axis takes.
+            (false, true) => (530 * SCALE, (320 * SCALE).max((self.names() + 5) * TEXT)),
         };
         // The SVG backend writes sizes smaller than asked for by 1.24.
-        let font = 15 * SCALE;
+        let font = TEXT;
         let margin = 62 * SCALE;
         let root = SVGBackend::with_string(svg, size).into_drawing_area();
         let [x, y] = self.ranges();
         let logarithmic = self.logarithmic;
         let mut chart = ChartBuilder::on(&root)
             .margin(6 * SCALE)
-            .margin_right(if self.named { NAMES } else { 16 * SCALE })
+            .margin_right(if self.named { self.room() } else { 16 * SCALE })
             .x_label_area_size(36 * SCALE)
             .y_label_area_size(margin)
             .build_cartesian_2d(x[0]..x[1], Upright { range: (y[0]..y[1]).into(), logarithmic })?;
@@ -204,7 +217,7 @@ impl Plot {
         let columns = (size.0 - margin - 22 * SCALE) as usize / SCALE as usize;
         for (k, line) in self.lines.iter().enumerate() {
             let [r, g, b] = line.color;
-            let rippled = self.rippled && !line.dashed;
+            let rippled = self.rippled && !line.is_reference();
             let opacity = if rippled { 0.35 } else { 1.0 };
             let style = RGBColor(r, g, b).mix(opacity).stroke_width(3 * SCALE / 2);
             let inside = || self.drawn(line).filter(|p| p.0 >= x[0] && p.0 <= x[1]);
@@ -214,16 +227,12 @@ impl Plot {
                 () => envelope(inside(), x, columns),
             };
             for points in clipped(&shown, y) {
-                if line.dashed {
-                    chart.draw_series(DashedLineSeries::new(
-                        points,
-                        6 * SCALE,
-                        4 * SCALE,
-                        style,
-                    ))?;
-                } else {
-                    chart.draw_series(LineSeries::new(points, style))?;
-                }
+                match line.dash.pixels().map(|pixels| pixels.map(|p| p * SCALE)) {
+                    Some([on, off]) => {
+                        chart.draw_series(DashedLineSeries::new(points, on, off, style))?
+                    }
+                    None => chart.draw_series(LineSeries::new(points, style))?,
+                };
             }
             if rippled {
                 let inside: Vec<(f64, f64)> = inside().collect();
@@ -232,7 +241,7 @@ impl Plot {
                     chart.draw_series(LineSeries::new(means, style))?;
                 }
             }
-            if self.named && !line.dashed {
+            if self.named && !line.is_reference() {
                 chart.draw_series(
                     shown
                         .iter()
@@ -245,7 +254,7 @@ impl Plot {
             let named = self.lines.iter().filter(|l| !l.name.is_empty());
             let end = |l: &Line| self.drawn(l).filter(|p| p.1.is_finite()).last();
             let ends = named.map(|l| Some((l, chart.backend_coord(&end(l)?))));
-            write_names(&root, font, ends.flatten().collect())?;
+            write_names(&root, self.room(), ends.flatten().collect())?;
         }
         let [r, g, b] = run(1);
         let ring = RGBColor(r, g, b).stroke_width(3 * SCALE / 2);
@@ -262,6 +271,17 @@ impl Plot {
         }
         root.present()?;
         Ok(())
+    }
+
+    /// Lines that have a name.
+    fn names(&self) -> u32 {
+        self.lines.iter().filter(|line| !line.name.is_empty()).count() as u32
+    }
+
+    /// Room for the longest name.
+    fn room(&self) -> u32 {
+        let longest = self.lines.iter().map(|line| line.name.chars().count()).max().unwrap_or(0);
+        ((longest as u32 + 2) * LETTER).clamp(NAMES[0], NAMES[1])
     }
 
     /// A line's points as they are drawn.
@@ -318,7 +338,7 @@ impl Series {
         Self {
             name: name.to_owned(),
             color: css(color),
-            dashed: false,
+            dash: None,
             joined: false,
             dotted: true,
             x: points.iter().map(|p| five_digits(p.0)).collect(),
@@ -333,16 +353,15 @@ fn five_digits(value: f64) -> f64 {
     format!("{value:.4e}").parse().unwrap_or(value)
 }
 
-/// Names at the ends of their lines, moved apart where ends lie close together. `font`: height of a
-/// letter.
+/// Names at the ends of their lines, moved apart where ends lie close together. `room`: for them.
 fn write_names(
     root: &DrawingArea<SVGBackend<'_>, Shift>,
-    font: u32,
+    room: u32,
     mut ends: Vec<(&Line, (i32, i32))>,
 ) -> Result<(), Box<dyn std::error::Error>> {
     const GAP: i32 = 4 * SCALE as i32;
     let (width, height) = root.dim_in_pixel();
-    let (left, apart) = ((width - NAMES) as i32 + 2 * GAP, font as i32);
+    let (left, apart) = ((width - room) as i32 + 2 * GAP, TEXT as i32);
     ends.sort_by_key(|(_, end)| end.1);
     let mut places: Vec<i32> = ends.iter().map(|(_, end)| end.1).collect();
     for k in 1..places.len() {
@@ -360,7 +379,7 @@ fn write_names(
         let leader = vec![(end.0 + GAP, end.1), (left - GAP, place)];
         root.draw(&PathElement::new(leader, ink.mix(0.5).stroke_width(SCALE / 2)))?;
         let style =
-            ("sans-serif", font).into_font().color(&ink).pos(Pos::new(HPos::Left, VPos::Center));
+            ("sans-serif", TEXT).into_font().color(&ink).pos(Pos::new(HPos::Left, VPos::Center));
         root.draw(&Text::new(line.name.as_str(), (left, place), style))?;
     }
     Ok(())
@@ -368,7 +387,7 @@ fn write_names(
 
 /// A dashed line of the reference colour.
 pub(crate) fn reference(name: &str, points: Vec<(f64, f64)>) -> Line {
-    Line { name: name.to_owned(), color: REFERENCE, dashed: true, points }
+    Line { name: name.to_owned(), color: REFERENCE, dash: Dash::Dashed, points }
 }
 
 /// Smallest and largest of some values; never empty, never of no width.

@@ -51,7 +51,7 @@ for (const source of document.querySelectorAll("figure > script[type='applicatio
       { ...axis, label: plot.y_label, size: 58 },
     ],
     cursor: { drag: { x: true, y: false }, points: { size: 5 } },
-    legend: { live: true },
+    legend: { live: true, markers: { dash: (_, k) => (plot.series[k - 1]?.dash ? (plot.series[k - 1].dash[0] > 3 ? "dashed" : "dotted") : "solid") } },
     hooks: { drawClear: [under], draw: [over] },
     series: [
       { label: named ? "" : plot.x_label, value: (_, x) => (x == null ? "–" : named ? category(x) : number(x, 5)) },
@@ -60,7 +60,7 @@ for (const source of document.querySelectorAll("figure > script[type='applicatio
         stroke: line.color,
         width: line.joined ? 1.5 : 0,
         paths: line.joined ? undefined : () => null,
-        dash: line.dashed ? [6, 4] : undefined,
+        dash: line.dash,
         points: { show: line.dotted, size: 6, fill: line.color },
         value: (_, y) => number(y, 4),
       })),

@@ -44,20 +44,28 @@ impl Document {
 impl Document {
     /// The document as Markdown, which recordings show.
     pub(crate) fn markdown(&self) -> String {
-        let mut out = format!("**{}**\n", self.headline);
-        for block in self.blocks(Medium::Recording) {
-            out.push('\n');
-            match block {
-                Block::Lead(text) | Block::Note(text) => out += &format!("{text}\n"),
-                Block::Heading(text) => out += &format!("### {text}\n"),
-                Block::List(items) | Block::Steps(items) => {
-                    items.iter().for_each(|item| out += &format!("- {item}\n"));
-                }
-                Block::Table(table) => out += &table.markdown(),
-                Block::Figures(_) => {}
+        let blocks = self.blocks(Medium::Recording).map(Block::markdown);
+        format!("**{}**\n{}", self.headline, blocks.collect::<String>())
+    }
+
+    /// What the result is of, as Markdown.
+    pub(crate) fn origin_markdown(&self) -> String {
+        self.origin().iter().map(Block::markdown).collect()
+    }
+}
+
+#[cfg(feature = "rerun")]
+impl Block {
+    fn markdown(&self) -> String {
+        match self {
+            Self::Lead(text) | Self::Note(text) => format!("\n{text}\n"),
+            Self::Heading(text) => format!("\n### {text}\n"),
+            Self::List(items) | Self::Steps(items) => {
+                items.iter().fold("\n".to_owned(), |list, item| list + &format!("- {item}\n"))
             }
+            Self::Table(table) => format!("\n{}", table.markdown()),
+            Self::Figures(_) => "\n".to_owned(),
         }
-        out
     }
 }
 
@@ -221,7 +229,8 @@ mod tests {
             rows[0].extend(["4.226", "4.286", "5.215"].map(number));
             rows[1].push(number("18.017 kN").over(3));
         }
-        let mut document = Document::new("Test", "A finding.".to_owned());
+        let mut document =
+            Document::new("Test", "A finding.".to_owned(), crate::sample::provenance());
         document.push(Block::Table(Table { head, rows }));
         document
     }
@@ -241,7 +250,8 @@ mod tests {
 
     #[test]
     fn long_words_are_broken_and_numbers_are_not() {
-        let mut document = Document::new("Test", "A finding.".to_owned());
+        let mut document =
+            Document::new("Test", "A finding.".to_owned(), crate::sample::provenance());
         let row = vec![words("step"), words("because ".repeat(30)), number("0.98")];
         document.push(Block::Table(Table { head: Vec::new(), rows: vec![row] }));
         let text = document.text();

@@ -1,13 +1,12 @@
 //! A certification.
 
 use super::finite;
-use crate::CertifyReport;
-use crate::report::CertifiedWeld;
 use crate::words::requirement::reason;
+use crate::{CertifiedWeld, CertifyReport};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use trueweld_evaluate::certify::{FaultTrial, Requirement, Trial, Verdict};
+use trueweld_evaluate::certify::{FaultTrial, Requirement, SampledCell, Trial, Verdict};
 use trueweld_evaluate::margins::{CHANNEL_NAMES, Margin, Margins};
 use trueweld_plant::provenance::Provenance;
 
@@ -94,13 +93,13 @@ pub struct WeldEvidence {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum TrialFigures {
+    /// SI units, units in the keys.
+    Figures(BTreeMap<String, f64>),
     /// Why the weld was not made.
     Failed {
         /// The reason.
         failed: Option<String>,
     },
-    /// SI units, units in the keys.
-    Figures(BTreeMap<String, f64>),
 }
 
 /// A drawn cell in which no weld was made.
@@ -123,28 +122,9 @@ pub struct WorstCell {
     /// That figure over its limit.
     pub of_limit: Option<f64>,
     /// The cell.
-    pub cell: Option<DrawnCell>,
+    pub cell: Option<SampledCell>,
     /// Its figures.
     pub figures: Option<TrialFigures>,
-}
-
-/// A cell, relative to what it is believed to be.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct DrawnCell {
-    /// Factor on every joint's stiffness.
-    pub stiffness: Vec<f64>,
-    /// Factors on depth stiffness and damping, feed drag, lateral damping, lateral stiffness and
-    /// lateral ratio.
-    pub process: [f64; 5],
-    /// Factor on the ripple's amplitude, and what is added to its phases, rad.
-    pub ripple: [f64; 2],
-    /// What the force sensor shows along x and y per axial force.
-    pub crosstalk: [f64; 2],
-    /// Delay of force and seam sensor, control periods.
-    pub delay: f64,
-    /// Seed of the instruments' noise.
-    pub noise: u64,
 }
 
 /// The loop at one place of the weld.
@@ -261,14 +241,6 @@ impl WeldEvidence {
             Some(UnfinishedTrial { trial: trial.index, why: trial.failed.clone()? })
         });
         let worst = &evidence.worst;
-        let cell = worst.worst.as_ref().map(|trial| DrawnCell {
-            stiffness: trial.draw.stiffness.to_vec(),
-            process: trial.draw.process,
-            ripple: trial.draw.ripple,
-            crosstalk: trial.draw.crosstalk,
-            delay: trial.draw.delay,
-            noise: trial.draw.noise,
-        });
         Self {
             name: weld.name.clone(),
             trials: evidence.trials.len(),
@@ -278,7 +250,7 @@ impl WeldEvidence {
                 runs: worst.runs.len(),
                 figure: worst.name.to_owned(),
                 of_limit: finite(worst.of_limit),
-                cell,
+                cell: worst.worst.as_ref().map(|trial| trial.draw),
                 figures: worst.worst.as_ref().map(TrialFigures::of),
             },
             margins: evidence.margins.iter().map(MarginPlace::of).collect(),

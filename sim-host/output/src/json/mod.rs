@@ -8,7 +8,7 @@ mod measurement;
 mod simulation;
 
 pub use certify::{
-    CertifyResult, DrawnCell, FaultRun, JudgedRequirement, LoopMargins, LoopPassivity, MarginPlace,
+    CertifyResult, FaultRun, JudgedRequirement, LoopMargins, LoopPassivity, MarginPlace,
     TrialFigures, UnfinishedTrial, WeldEvidence, WorstCell,
 };
 pub use measurement::{
@@ -19,12 +19,12 @@ pub use measurement::{
     ResidualCurve, ResidualFinding,
 };
 pub use simulation::{
-    CheckResult, CheckedFile, ComparedLaw, FirstLimitResult, ForceResult, JudgedFigureResult,
-    LawPoint, LawPoints, LawSweep, LawsResult, SpreadResult, StepResponse, StepResult, WeldResult,
-    WeldRunResult,
+    CheckResult, CheckedFile, ComparedLaw, FirstLimitResult, JudgedFigureResult, LawPoint,
+    LawPoints, LawSweep, LawsResult, StepResponse, StepResult, WeldResult, WeldRunResult,
 };
 
 use schemars::{JsonSchema, Schema, schema_for};
+use serde::Serialize;
 
 /// The name of every schema, which a file has as its `schema`, without its version; and the schema.
 pub fn schemas() -> Vec<(&'static str, Schema)> {
@@ -42,6 +42,12 @@ pub fn schemas() -> Vec<(&'static str, Schema)> {
         of::<RegisterResult>("register"),
         of::<CheckResult>("check"),
     ]
+}
+
+/// The text of a file.
+pub fn text(result: &impl Serialize) -> String {
+    let text = serde_json::to_string_pretty(result);
+    text.expect("numbers, texts and lists are written as JSON") + "\n"
 }
 
 /// A number that JSON can hold: `None` for what is infinite or no number.

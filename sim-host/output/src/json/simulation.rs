@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use trueweld_compensators::Entry;
 use trueweld_evaluate::laws::{Change, NoFigures, Sweep, VariedQuantity};
-use trueweld_evaluate::{FirstLimit, JudgedFigure, Spread, WeldFigures};
+use trueweld_evaluate::{FirstLimit, ForceFigures, JudgedFigure, Spread, WeldFigures};
 use trueweld_plant::provenance::Provenance;
 
 /// Figures of welds over their steady part (full feed, full push).
@@ -35,15 +35,15 @@ pub struct WeldRunResult {
     /// Seed of the sensors' noise.
     pub seed: u64,
     /// Deviation across the seam, m.
-    pub lateral_m: SpreadResult,
+    pub lateral_m: Spread,
     /// Deviation along the seam, m.
-    pub longitudinal_m: SpreadResult,
+    pub longitudinal_m: Spread,
     /// Depth below the plate's surface, m.
-    pub depth_m: SpreadResult,
+    pub depth_m: Spread,
     /// Angle between the real and the nominal tool axis, rad.
-    pub tilt_rad: SpreadResult,
+    pub tilt_rad: Spread,
     /// Push on the plate, N.
-    pub force_n: ForceResult,
+    pub force_n: ForceFigures,
     /// Share of each joint's twist in the lateral deviation, A1 to A6.
     pub joint_share: Vec<f64>,
     /// Half the pin's diameter, m: what the lateral deviation is to stay within.
@@ -98,48 +98,20 @@ pub struct JudgedFigureResult {
     pub met: bool,
 }
 
-/// Mean, root mean square and largest magnitude of a signal, in the unit of its key.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-#[allow(missing_docs)]
-pub struct SpreadResult {
-    pub mean: f64,
-    pub rms: f64,
-    pub max_abs: f64,
-}
-
-/// The push in the steady part, N.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct ForceResult {
-    /// Mean of the real push.
-    pub mean: f64,
-    /// Largest less smallest real push.
-    pub envelope: f64,
-    /// Root mean square of real push less the push asked for.
-    pub error_rms: f64,
-}
-
 impl WeldResult {
     pub(crate) fn of(report: &WeldReport<'_>) -> Self {
-        let spread = |s: Spread| SpreadResult { mean: s.mean, rms: s.rms, max_abs: s.max_abs };
         let run = |run: &WeldRun| {
             let WeldRun { recording, figures, .. } = run;
-            let force = figures.force;
             WeldRunResult {
                 weld: recording.weld.clone(),
                 controller: recording.controller.to_owned(),
                 compensator: recording.compensator.clone(),
                 seed: recording.seed,
-                lateral_m: spread(figures.lateral),
-                longitudinal_m: spread(figures.longitudinal),
-                depth_m: spread(figures.depth),
-                tilt_rad: spread(figures.tilt),
-                force_n: ForceResult {
-                    mean: force.mean,
-                    envelope: force.envelope,
-                    error_rms: force.error_rms,
-                },
+                lateral_m: figures.lateral,
+                longitudinal_m: figures.longitudinal,
+                depth_m: figures.depth,
+                tilt_rad: figures.tilt,
+                force_n: figures.force,
                 joint_share: figures.joint_share.as_slice().to_vec(),
                 half_pin_m: recording.half_pin,
                 lateral_before_m: figures.lateral_before,
@@ -408,6 +380,13 @@ pub struct CheckResult {
     pub schema: String,
     /// Every file, in the order given.
     pub files: Vec<CheckedFile>,
+}
+
+impl CheckResult {
+    /// Of these files.
+    pub fn new(files: Vec<CheckedFile>) -> Self {
+        Self { schema: "check/1".to_owned(), files }
+    }
 }
 
 /// One input file: of which kind it is, or what is wrong with it.

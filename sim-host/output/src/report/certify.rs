@@ -3,62 +3,31 @@
 use super::Report;
 use crate::document::{Block, Cell, Document, Medium, Table, Tone, number, words};
 use crate::json::CertifyResult;
+use crate::samples::{self, Samples};
 use crate::words::certify::{
     headline, lead, of_case, reasons, setting, verdict_word, worst_cell, worst_found,
 };
 use crate::words::requirement::{label, shown};
 use crate::words::{fixed, share};
+use crate::{CertifiedWeld, CertifyReport};
 use trueweld_evaluate::WELD_FIGURES;
-use trueweld_evaluate::certify::{
-    Evidence, EvidenceKind, FaultTrial, Requirement, Trial, Verdict, within,
-};
+use trueweld_evaluate::certify::{EvidenceKind, FaultTrial, Trial, Verdict, within};
 use trueweld_evaluate::margins::{MARGIN_FIGURES, Margins};
-use trueweld_plant::provenance::Provenance;
-
-/// A finished certification.
-#[derive(Debug, Clone)]
-pub struct CertifyReport<'a> {
-    /// Name of the law.
-    pub law: String,
-    /// Name of the controller.
-    pub controller: &'static str,
-    /// Passes of one trial.
-    pub passes: usize,
-    /// Seed of the draws.
-    pub seed: u64,
-    /// Share of welds that may fail, and the confidence with which that must be shown.
-    pub asked: [f64; 2],
-    /// Every weld.
-    pub welds: Vec<CertifiedWeld>,
-    /// What the result is of.
-    pub provenance: &'a Provenance,
-}
-
-/// What one weld's runs came to.
-#[derive(Debug, Clone)]
-pub struct CertifiedWeld {
-    /// Name of the weld.
-    pub name: String,
-    /// Every run.
-    pub evidence: Evidence,
-    /// The requirements, judged.
-    pub requirements: Vec<Requirement>,
-}
 
 impl Report for CertifyReport<'_> {
     type Json = CertifyResult;
-
-    fn provenance(&self) -> &Provenance {
-        self.provenance
-    }
 
     fn json(&self) -> CertifyResult {
         CertifyResult::of(self)
     }
 
+    fn samples(&self) -> Option<Samples<'_>> {
+        Some(samples::of_trials(&self.welds))
+    }
+
     fn document(&self) -> Document {
         let verdict = self.verdict();
-        let mut document = Document::new("Certification", headline(self))
+        let mut document = Document::new("Certification", headline(self), self.provenance)
             .judged(verdict_word(verdict), verdict == Verdict::Pass);
         document.push(Block::Lead(lead(self)));
         document.section(Medium::All, "Why it does not pass", Block::List(reasons(self)));
@@ -84,13 +53,6 @@ impl Report for CertifyReport<'_> {
             );
         }
         document
-    }
-}
-
-impl CertifyReport<'_> {
-    /// Of every requirement of every weld together.
-    pub fn verdict(&self) -> Verdict {
-        Verdict::of(self.welds.iter().flat_map(|weld| &weld.requirements))
     }
 }
 

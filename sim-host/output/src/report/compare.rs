@@ -2,50 +2,38 @@
 
 use super::Report;
 use super::residuals::{Columns, score_bar};
-use crate::color::{self, REFERENCE};
+use crate::CompareReport;
+use crate::color::{self, Dash, REFERENCE};
 use crate::document::{
     Block, Document, Figure, Line, Marked, Medium, Plot, Table, Tone, number, words,
 };
 use crate::json::CompareResult;
+use crate::samples::{self, Samples};
 use crate::words::compare::{TOLD, headline, notes, setting};
 use crate::words::finding::sentence;
 use crate::words::{Scale, fixed};
-use std::path::Path;
 use trueweld_measure::residuals::compare::{ChannelComparison, Comparison, FLOOR, LogComparison};
 use trueweld_measure::residuals::localize::{CurvePoint, Finding, foremost};
-
-use trueweld_plant::provenance::Provenance;
 
 /// Findings that are drawn.
 const DRAWN: usize = 6;
 
-/// A finished comparison.
-#[derive(Debug, Clone, Copy)]
-pub struct CompareReport<'a> {
-    /// Where the model was read from.
-    pub model: &'a Path,
-    /// What was found.
-    pub comparison: &'a Comparison,
-    /// What the result is of.
-    pub provenance: &'a Provenance,
-}
-
 impl Report for CompareReport<'_> {
     type Json = CompareResult;
 
-    fn provenance(&self) -> &Provenance {
-        self.provenance
-    }
-
     fn json(&self) -> CompareResult {
         CompareResult::of(self)
+    }
+
+    fn samples(&self) -> Option<Samples<'_>> {
+        Some(samples::of_logs(vec![(["given", "compared"], &self.comparison.logs)]))
     }
 
     fn document(&self) -> Document {
         let comparison = self.comparison;
         let told = foremost(&comparison.worst, DRAWN);
         let sentences = told.iter().take(TOLD).map(|finding| sentence(finding)).collect();
-        let mut document = Document::new("Compare", headline(comparison));
+        let mut document = Document::new("Compare", headline(comparison), self.provenance);
         document.push(Block::Note(setting(self.model, comparison)));
         document.push(Block::List(sentences));
         document.push(Block::Table(table(comparison)));
@@ -70,8 +58,8 @@ impl Report for CompareReport<'_> {
 
 impl super::Recorded for CompareReport<'_> {
     #[cfg(feature = "rerun")]
-    fn record(&self, path: &Path) -> Result<(), crate::OutputError> {
-        crate::rerun::compare_recording(path, self.model, self.comparison)
+    fn record(&self, path: &std::path::Path) -> Result<(), crate::OutputError> {
+        crate::rerun::compare_recording(path, self, &self.document())
     }
 }
 
@@ -120,7 +108,12 @@ fn finding_figure(finding: &Finding) -> Figure {
         plot: Plot {
             x_label: x.named(&curve.x_name),
             y_label: y.named("measured less predicted"),
-            lines: vec![Line { name: String::new(), color: color::run(0), dashed: false, points }],
+            lines: vec![Line {
+                name: String::new(),
+                color: color::run(0),
+                dash: Dash::Solid,
+                points,
+            }],
             marked,
             categories: curve.categories.clone(),
             ..Plot::default()
@@ -152,6 +145,7 @@ mod tests {
     use super::*;
     use crate::document::assert_self_contained;
     use crate::sample;
+    use std::path::Path;
 
     #[test]
     fn text_and_page_say_the_score_and_where_the_model_fails() {
@@ -166,8 +160,8 @@ mod tests {
         for said in ["0.0816 mm", "0.200 mm", "0.0300 mm", "2.72"] {
             assert!(text.contains(said) && page.contains(said), "{said}: {text}");
         }
-        // The finding's curve; measured over predicted, and their difference.
-        assert_eq!(page.matches("<svg").count(), 3);
+        // The finding's curve; of the positions the difference alone.
+        assert_eq!(page.matches("<svg").count(), 2);
     }
 
     #[test]

@@ -2,60 +2,44 @@
 
 use super::Report;
 use super::residuals::before_and_after;
-use crate::color;
+use crate::DiagnoseReport;
+use crate::color::{self, Dash};
 use crate::document::{
     Bar, Block, Cell, Document, Figure, Line, Marked, Medium, Plot, Table, number, words,
 };
 use crate::json::DiagnoseResult;
+use crate::samples::{self, Samples};
 use crate::words::diagnose::{
     confusable, in_a_line, limits, none_of_these, ranked, remains, values,
 };
 use crate::words::{self, Scale, probability, score, share};
 use trueweld_measure::diagnose::evidence::EffectCurve;
-use trueweld_measure::diagnose::{Diagnosis, Explanation, FittedEffect, Reason, Verdict};
-use trueweld_measure::residuals::compare::LogComparison;
+use trueweld_measure::diagnose::{FittedEffect, Reason, Verdict};
 use trueweld_measure::residuals::localize::CurvePoint;
-use trueweld_plant::input::ModelFile;
-
-use trueweld_plant::provenance::Provenance;
 
 /// Columns drawn before and after.
 const COLUMNS: usize = 4;
 /// Pairs of effects that are hard to tell apart, shown at most.
 const PAIRS: usize = 12;
 
-/// A finished diagnosis.
-#[derive(Clone, Copy)]
-pub struct DiagnoseReport<'a> {
-    /// The model that was given.
-    pub model: &'a ModelFile,
-    /// What was found.
-    pub diagnosis: &'a Diagnosis,
-    /// What is told of it.
-    pub account: &'a Explanation,
-    /// The logs under the model as it was given.
-    pub before: &'a [LogComparison],
-    /// The logs under the model with the best explanation.
-    pub after: &'a [LogComparison],
-    /// What the result is of.
-    pub provenance: &'a Provenance,
-}
-
 impl Report for DiagnoseReport<'_> {
     type Json = DiagnoseResult;
-
-    fn provenance(&self) -> &Provenance {
-        self.provenance
-    }
 
     fn json(&self) -> DiagnoseResult {
         DiagnoseResult::of(self)
     }
 
+    fn samples(&self) -> Option<Samples<'_>> {
+        Some(samples::of_logs(vec![
+            (["given", "fitted"], self.before),
+            (["improved", "fitted"], self.after),
+        ]))
+    }
+
     fn document(&self) -> Document {
         let diagnosis = self.diagnosis;
         let missing = diagnosis.verdict != Verdict::Adequate;
-        let mut document = Document::new("Diagnose", self.headline());
+        let mut document = Document::new("Diagnose", self.headline(), self.provenance);
         document.push(Block::Lead(self.explanation().unwrap_or_default()));
         document.push(Block::Note(self.setting()));
         let curves = self.reason().map_or(Vec::new(), evidence);
@@ -109,7 +93,7 @@ impl Report for DiagnoseReport<'_> {
 impl super::Recorded for DiagnoseReport<'_> {
     #[cfg(feature = "rerun")]
     fn record(&self, path: &std::path::Path) -> Result<(), crate::OutputError> {
-        crate::rerun::diagnose_recording(path, self)
+        crate::rerun::diagnose_recording(path, self, &self.document())
     }
 }
 
@@ -186,7 +170,7 @@ impl DiagnoseReport<'_> {
 }
 
 /// The curves that show an explanation's effects.
-fn evidence(reason: &Reason) -> Vec<Figure> {
+pub(super) fn evidence(reason: &Reason) -> Vec<Figure> {
     reason.evidence.iter().flatten().map(curve).collect()
 }
 
@@ -210,7 +194,12 @@ fn curve(curve: &EffectCurve) -> Figure {
     let plot = Plot {
         x_label: x.named(&curve.x_name),
         y_label: y.named(&curve.y_name),
-        lines: vec![Line { name: name.to_owned(), color: color::run(1), dashed: false, points }],
+        lines: vec![Line {
+            name: name.to_owned(),
+            color: color::run(1),
+            dash: Dash::Solid,
+            points,
+        }],
         rings: if winding { fitted } else { Vec::new() },
         marked: curve.points.iter().map(marked).collect(),
         wide: true,
@@ -230,8 +219,8 @@ mod tests {
         let page = sample::diagnosis(Verdict::EffectFound).diagnosed().page();
         assert_self_contained(&page);
         assert!(page.contains("What is missing: backlash at A5"));
-        // The evidence; measured with both predictions, and the differences.
-        assert_eq!(page.matches("<svg").count(), 3);
+        // The evidence, and the differences: of positions nothing else would be seen.
+        assert_eq!(page.matches("<svg").count(), 2);
         assert!(page.contains("What these logs hardly tell apart"));
         assert!(!page.contains("What to record next"));
     }
@@ -239,6 +228,8 @@ mod tests {
     #[test]
     fn where_nothing_is_missing_nothing_is_drawn_as_found() {
         let mut parts = sample::diagnosis(Verdict::Adequate);
+        parts.diagnosis.score_before = 1.02;
+        parts.diagnosis.calibration.clear();
         parts.diagnosis.unexplained.clear();
         let (text, page) = (parts.diagnosed().text(), parts.diagnosed().page());
         for shown in [&text, &page] {

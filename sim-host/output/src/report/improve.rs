@@ -2,62 +2,54 @@
 //! from.
 
 use super::Report;
+use super::diagnose::evidence;
 use super::residuals::{before_and_after, score_bar};
+use crate::ImproveReport;
 use crate::document::{Block, Document, Medium, Table, number, words};
 use crate::json::ImproveResult;
-use crate::words::diagnose::remains;
+use crate::samples::{self, Samples};
+use crate::words::diagnose::{CURVES, remains};
 use crate::words::score;
-use std::path::Path;
 use trueweld_measure::diagnose::Verdict;
-use trueweld_measure::improve::Improvement;
-use trueweld_measure::residuals::compare::LogComparison;
-use trueweld_plant::input::ModelFile;
-
-use trueweld_plant::provenance::Provenance;
 
 /// Columns drawn before and after.
-const COLUMNS: usize = 5;
-
-/// A finished improvement.
-#[derive(Clone, Copy)]
-pub struct ImproveReport<'a> {
-    /// The model that was given.
-    pub model: &'a ModelFile,
-    /// Where the improved model was written.
-    pub out: &'a Path,
-    /// What was done.
-    pub improvement: &'a Improvement,
-    /// The logs fitted, under the model as it was given.
-    pub before: &'a [LogComparison],
-    /// The logs fitted, under the improved model.
-    pub after: &'a [LogComparison],
-    /// What the result is of.
-    pub provenance: &'a Provenance,
-}
+const COLUMNS: usize = 4;
 
 impl Report for ImproveReport<'_> {
     type Json = ImproveResult;
-
-    fn provenance(&self) -> &Provenance {
-        self.provenance
-    }
 
     fn json(&self) -> ImproveResult {
         ImproveResult::of(self)
     }
 
+    fn samples(&self) -> Option<Samples<'_>> {
+        Some(samples::of_logs(vec![
+            (["given", "fitted"], self.before),
+            (["given", "held out"], self.held_out[0]),
+            (["improved", "fitted"], self.after),
+            (["improved", "held out"], self.held_out[1]),
+        ]))
+    }
+
     fn document(&self) -> Document {
         let improvement = self.improvement;
-        let mut document = Document::new("Improve", self.headline());
+        let mut document = Document::new("Improve", self.headline(), self.provenance);
         document.push(Block::Lead(self.verdict()));
         document.push(Block::Note(self.setting()));
         document.section(Medium::All, "Step by step", Block::Table(self.steps()));
         if improvement.fitted.is_some() {
-            document.section(
-                Medium::Page,
-                "Measured and predicted, before and after: the columns that changed most",
-                Block::Figures(before_and_after(self.before, self.after, COLUMNS)),
-            );
+            let curves = self.reason.filter(|_| self.adds_effects()).map_or(Vec::new(), evidence);
+            document.section(Medium::Page, CURVES, Block::Figures(curves));
+            for (logs, [before, after]) in [
+                ("of the logs held out, to which nothing was fitted", self.held_out),
+                ("of the logs fitted", [self.before, self.after]),
+            ] {
+                let heading = format!(
+                    "Measured and predicted, before and after {logs}: the columns that changed most"
+                );
+                let figures = Block::Figures(before_and_after(before, after, COLUMNS));
+                document.section(Medium::Page, &heading, figures);
+            }
         }
         document.section(
             Medium::All,
@@ -78,12 +70,17 @@ impl Report for ImproveReport<'_> {
 
 impl super::Recorded for ImproveReport<'_> {
     #[cfg(feature = "rerun")]
-    fn record(&self, path: &Path) -> Result<(), crate::OutputError> {
-        crate::rerun::improve_recording(path, self)
+    fn record(&self, path: &std::path::Path) -> Result<(), crate::OutputError> {
+        crate::rerun::improve_recording(path, self, &self.document())
     }
 }
 
 impl ImproveReport<'_> {
+    /// Whether the improved model has effects that the given one does not.
+    fn adds_effects(&self) -> bool {
+        self.improvement.steps.iter().any(|step| !step.added.is_empty())
+    }
+
     /// The score of every step, on the logs fitted and where nothing was fitted.
     fn steps(&self) -> Table {
         let steps = &self.improvement.steps;
@@ -120,6 +117,7 @@ mod tests {
     use super::*;
     use crate::document::assert_self_contained;
     use crate::sample;
+    use std::path::Path;
 
     #[test]
     fn text_and_page_have_every_step_and_say_what_was_not_kept() {
@@ -131,6 +129,8 @@ mod tests {
             improvement: &improvement,
             before: &parts.before,
             after: &parts.after,
+            held_out: [&parts.before, &parts.after],
+            reason: parts.account.reasons.first(),
             provenance: sample::provenance(),
         };
         let (text, page) = (report.text(), report.page());
@@ -143,6 +143,11 @@ mod tests {
         ] {
             assert!(text.replace('\n', " ").contains(said), "{said}: {text}");
             assert!(page.contains(said), "{said}");
+        }
+        // The effect's curve; what was held out; what was fitted.
+        assert_eq!(page.matches("<svg").count(), 3);
+        for heading in ["The curve that shows it", "of the logs held out", "of the logs fitted"] {
+            assert!(page.contains(heading), "{heading}");
         }
     }
 }

@@ -1,31 +1,17 @@
 //! Laws side by side.
 
 use super::Report;
-use crate::MILLI;
 use crate::color;
 use crate::document::{
     Block, Document, Figure, Line, Medium, Plot, Table, number, reference, words,
 };
 use crate::json::LawsResult;
+use crate::samples::{self, Samples};
 use crate::words::laws::{axis, failures, headline, label, setting, title};
-use trueweld_compensators::library;
+use crate::{LawsReport, MILLI};
+use trueweld_compensators::{Entry, library};
 use trueweld_evaluate::WeldFigures;
-use trueweld_evaluate::laws::{Change, LawComparison, Sweep};
-
-use trueweld_plant::provenance::Provenance;
-
-/// A finished comparison of laws.
-#[derive(Debug, Clone, Copy)]
-pub struct LawsReport<'a> {
-    /// What was compared.
-    pub comparison: &'a LawComparison<'a>,
-    /// What came out.
-    pub sweeps: &'a [Sweep],
-    /// What the lateral deviation is to stay within, RMS, m; `None` where nothing is required.
-    pub limit: Option<f64>,
-    /// What the result is of.
-    pub provenance: &'a Provenance,
-}
+use trueweld_evaluate::laws::{Change, Sweep};
 
 /// A figure of a table, and the factor to the unit that it is shown in.
 type Shown = (fn(&WeldFigures) -> f64, f64);
@@ -49,12 +35,12 @@ const TABLES: [(Medium, &str, &[Shown]); 3] = [
 impl Report for LawsReport<'_> {
     type Json = LawsResult;
 
-    fn provenance(&self) -> &Provenance {
-        self.provenance
-    }
-
     fn json(&self) -> LawsResult {
         LawsResult::of(self)
+    }
+
+    fn samples(&self) -> Option<Samples<'_>> {
+        Some(samples::of_laws(self))
     }
 
     fn document(&self) -> Document {
@@ -65,7 +51,7 @@ impl Report for LawsReport<'_> {
             .filter(|v| *v > 0.0 && v.is_finite())
             .fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], v| [l.min(v), h.max(v)]);
         let y_range = (low <= high).then_some([0.8 * low * MILLI, 1.25 * high * MILLI]);
-        let mut document = Document::new("Laws", headline(self));
+        let mut document = Document::new("Laws", headline(self), self.provenance);
         document.push(Block::Note(setting(self.comparison)));
         let figures = self.sweeps.iter().map(|sweep| self.figure(sweep, y_range)).collect();
         document.push_on(Medium::Page, Block::Figures(figures));
@@ -98,6 +84,17 @@ impl LawsReport<'_> {
         Table { head: vec![head.collect()], rows: rows.collect() }
     }
 
+    /// Place of a law's colour: a law of the library has its own whichever others it is compared
+    /// with; combinations come after them.
+    fn place(&self, law: &Entry) -> usize {
+        let all = library();
+        let known = |law: &Entry| all.iter().position(|l| l.name() == law.name());
+        let others = self.comparison.laws.iter().filter(|law| known(law).is_none());
+        known(law).unwrap_or_else(|| {
+            all.len() + others.take_while(|other| other.name() != law.name()).count()
+        })
+    }
+
     fn figure(&self, sweep: &Sweep, y_range: Option<[f64; 2]>) -> Figure {
         let changes = sweep.quantity.changes();
         let categories: Vec<String> = changes.iter().map(|change| label(*change)).collect();
@@ -114,10 +111,8 @@ impl LawsReport<'_> {
                 let lateral = weld.as_ref().map_or(f64::NAN, |figures| figures.lateral.rms);
                 points.push((k as f64, lateral * MILLI));
             }
-            // A law has its colour whichever others it is compared with.
-            let all = library();
-            let place = all.iter().position(|l| l.name() == law.name()).unwrap_or(all.len());
-            Line { name: law.name().to_owned(), color: color::run(place), dashed: false, points }
+            let (color, dash) = color::series(self.place(law));
+            Line { name: law.name().to_owned(), color, dash, points }
         });
         let plot = Plot {
             x_label: axis(sweep.quantity).to_owned(),
@@ -131,5 +126,41 @@ impl LawsReport<'_> {
             ..Plot::default()
         };
         Figure::new(title(self.comparison, sweep.quantity), plot)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sample;
+    use std::collections::BTreeSet;
+
+    #[test]
+    fn fifteen_laws_are_told_apart_by_colour_and_dash() {
+        let mut names: Vec<String> = library().iter().map(|law| law.name().to_owned()).collect();
+        for first in ["feed-forward", "elastostatic"] {
+            names.extend(library().iter().map(|law| format!("{first}+{}", law.name())));
+        }
+        let names: Vec<&str> = names.iter().map(String::as_str).take(15).collect();
+        assert_eq!(names.len(), 15);
+        let laws = sample::laws(&names);
+        let report = LawsReport {
+            comparison: &laws.comparison(),
+            sweeps: &laws.sweeps,
+            limit: Some(5e-5),
+            provenance: sample::provenance(),
+        };
+        for sweep in report.sweeps {
+            let figure = report.figure(sweep, None);
+            let drawn: BTreeSet<(color::Rgb, Option<[u32; 2]>)> =
+                figure.plot.lines.iter().map(|line| (line.color, line.dash.pixels())).collect();
+            // And what is required.
+            assert_eq!(drawn.len(), 16);
+        }
+        let page = report.page();
+        for name in names {
+            // Beside its line, in every picture.
+            assert!(page.matches(&format!(">\n{name}\n")).count() == 4, "{name}");
+        }
     }
 }

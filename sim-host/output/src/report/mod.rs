@@ -8,24 +8,13 @@ mod laws;
 mod mistakes;
 mod register;
 mod residuals;
-#[cfg(test)]
-mod snapshots;
 mod step;
 mod weld;
 
-pub use certify::{CertifiedWeld, CertifyReport};
-pub use compare::CompareReport;
-pub use diagnose::DiagnoseReport;
-pub use improve::ImproveReport;
-pub use laws::LawsReport;
-pub use mistakes::MistakesReport;
-pub use register::RegisterReport;
-pub use step::{StepReport, StepRun};
-pub use weld::{WeldReport, WeldRun};
-
 use crate::document::Document;
+use crate::json;
+use crate::samples::Samples;
 use serde::Serialize;
-use trueweld_plant::provenance::Provenance;
 
 #[cfg(feature = "rerun")]
 use crate::OutputError;
@@ -46,19 +35,20 @@ pub trait Report {
     /// The result as one file for programs.
     type Json: Serialize;
 
-    /// What the result is of.
-    fn provenance(&self) -> &Provenance;
-
     /// The result for programs.
     fn json(&self) -> Self::Json;
 
     /// The result as people read it.
     fn document(&self) -> Document;
 
+    /// Every sample behind the result, for other programs; `None` where it has none.
+    fn samples(&self) -> Option<Samples<'_>> {
+        None
+    }
+
     /// The text of the file for programs.
     fn json_text(&self) -> String {
-        let text = serde_json::to_string_pretty(&self.json());
-        text.expect("numbers, texts and lists are written as JSON") + "\n"
+        json::text(&self.json())
     }
 
     /// The result for a terminal.
@@ -68,7 +58,7 @@ pub trait Report {
 
     /// The result as one self-contained page.
     fn page(&self) -> String {
-        self.document().with_provenance(self.provenance()).page()
+        self.document().page()
     }
 }
 

@@ -1,40 +1,23 @@
 //! Where a tracker stands, and what it sees of the tool.
 
 use super::Report;
+use crate::RegisterReport;
 use crate::document::{Block, Document, Table, number, words};
 use crate::json::RegisterResult;
 use crate::words::register::{half, headline, table};
 use crate::words::{Scale, fixed};
 use trueweld_core::Pose;
 use trueweld_core::spatial::rotation_vector;
-use trueweld_measure::mistakes::Registered;
-use trueweld_plant::input::ModelFile;
-use trueweld_plant::provenance::Provenance;
-
-/// Trackers that were registered.
-#[derive(Debug, Clone, Copy)]
-pub struct RegisterReport<'a> {
-    /// The model whose base and tool they are registered to.
-    pub model: &'a ModelFile,
-    /// What was found.
-    pub registered: &'a [Registered],
-    /// What the result is of.
-    pub provenance: &'a Provenance,
-}
 
 impl Report for RegisterReport<'_> {
     type Json = RegisterResult;
-
-    fn provenance(&self) -> &Provenance {
-        self.provenance
-    }
 
     fn json(&self) -> RegisterResult {
         RegisterResult::of(self)
     }
 
     fn document(&self) -> Document {
-        let mut document = Document::new("Register", headline(self.registered));
+        let mut document = Document::new("Register", headline(self.registered), self.provenance);
         for registered in self.registered {
             let found = &registered.registration;
             document.push(Block::Heading(registered.logs.join(", ")));

@@ -1,6 +1,6 @@
 //! Measured values beside what one model or two predict of them.
 
-use crate::color::{self, REFERENCE, Rgb};
+use crate::color::{self, Dash, REFERENCE, Rgb};
 use crate::document::{Bar, Figure, Line, Plot};
 use crate::words::{Scale, fixed};
 use trueweld_measure::residuals::compare::{LogComparison, Trace};
@@ -11,8 +11,9 @@ const SHORTEST: f64 = 0.5;
 /// Fall of a column's mean square, as a share, below which it is not drawn.
 const LEAST: f64 = 0.05;
 
-/// The channel that has no measured value of its own to draw: its difference is all there is.
-const DIFFERENCE_ALONE: &str = "tcp_rotation";
+/// Measured values that span so many times the largest difference hide it: the difference is drawn
+/// alone.
+const HIDDEN: f64 = 50.0;
 
 /// A score's bar, logarithmic, with the noise floor marked.
 pub(super) fn score_bar(score: f64, highest: f64) -> Bar {
@@ -65,12 +66,25 @@ pub(super) fn before_and_after<'a>(
 }
 
 impl Columns<'_> {
+    /// True where a picture of the measured values would not show the difference: of a way of
+    /// metres, and of a rotation, which has no value of its own.
+    fn hides_difference(&self) -> bool {
+        let trace = self.predictions[0].2;
+        let ends = [f64::INFINITY, f64::NEG_INFINITY];
+        let [low, high] = trace.measured.iter().fold(ends, |[l, h], v| [l.min(*v), h.max(*v)]);
+        let differences = self.predictions.iter().flat_map(|(.., trace)| {
+            trace.measured.iter().zip(&trace.predicted).map(|(m, p)| (m - p).abs())
+        });
+        let largest = differences.fold(0.0, f64::max);
+        trace.predicted.iter().all(|v| *v == 0.0) || high - low > HIDDEN * largest
+    }
+
     /// Measured beside predicted, and their difference.
     pub(super) fn figures(&self) -> Vec<Figure> {
         let trace = self.predictions[0].2;
         let title =
             format!("{}: {}, {}; score {}", self.log, trace.channel, trace.label, self.scores);
-        let wide = trace.channel == DIFFERENCE_ALONE;
+        let wide = self.hides_difference();
         let plot = |scale: Scale, lines| Plot {
             x_label: "time, s".to_owned(),
             y_label: scale.named(&trace.label),
@@ -80,15 +94,15 @@ impl Columns<'_> {
         };
         let large = Scale::large(trace.unit);
         let predicted = self.predictions.iter().map(|(name, color, trace)| {
-            line(name, *color, true, trace, |k| trace.predicted[k] * large.factor)
+            line(name, *color, Dash::Dashed, trace, |k| trace.predicted[k] * large.factor)
         });
         let measured =
-            line("measured", REFERENCE, false, trace, |k| trace.measured[k] * large.factor);
+            line("measured", REFERENCE, Dash::Solid, trace, |k| trace.measured[k] * large.factor);
         let both = plot(large, std::iter::once(measured).chain(predicted).collect());
         let small = Scale::small(trace.unit);
         let differences = self.predictions.iter().map(|(name, color, trace)| {
             let difference = |k: usize| (trace.measured[k] - trace.predicted[k]) * small.factor;
-            line(name, *color, false, trace, difference)
+            line(name, *color, Dash::Solid, trace, difference)
         });
         let noise = 2.0 * typical_noise(trace) * small.factor;
         let rest = Plot {
@@ -103,9 +117,9 @@ impl Columns<'_> {
     }
 }
 
-fn line(name: &str, color: Rgb, dashed: bool, trace: &Trace, of: impl Fn(usize) -> f64) -> Line {
+fn line(name: &str, color: Rgb, dash: Dash, trace: &Trace, of: impl Fn(usize) -> f64) -> Line {
     let points = (0..trace.time.len()).map(|k| (trace.time[k], of(k))).collect();
-    Line { name: name.to_owned(), color, dashed, points }
+    Line { name: name.to_owned(), color, dash, points }
 }
 
 fn mean_square(trace: &Trace) -> f64 {

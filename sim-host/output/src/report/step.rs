@@ -1,54 +1,30 @@
 //! Responses of the controllers to a step of the push.
 
 use super::Report;
-use crate::MILLI;
-use crate::color;
+use crate::color::{self, Dash};
 use crate::document::{
     Block, Cell, Document, Figure, Line, Medium, Plot, Table, Tone, number, reference, words,
 };
 use crate::json::StepResult;
+use crate::samples::{self, Samples};
 use crate::words::step::{headline, milliseconds, setting};
 use crate::words::{PublishedStep, fixed};
-use trueweld_evaluate::StepFigures;
-use trueweld_plant::simulate::{RecordRow, Recording};
-
-use trueweld_plant::provenance::Provenance;
-
-/// Finished steps, one a controller.
-#[derive(Debug, Clone, Copy)]
-pub struct StepReport<'a> {
-    /// The steps, in the order of the table.
-    pub runs: &'a [StepRun<'a>],
-    /// When the set-point steps, s.
-    pub at: f64,
-    /// By how much, N.
-    pub height: f64,
-    /// What the result is of.
-    pub provenance: &'a Provenance,
-}
-
-/// One finished step of the force set-point.
-#[derive(Debug, Clone, Copy)]
-pub struct StepRun<'a> {
-    /// What the run left behind.
-    pub recording: &'a Recording,
-    /// Its figures.
-    pub figures: &'a StepFigures,
-}
+use crate::{MILLI, StepReport, StepRun};
+use trueweld_plant::simulate::RecordRow;
 
 impl Report for StepReport<'_> {
     type Json = StepResult;
-
-    fn provenance(&self) -> &Provenance {
-        self.provenance
-    }
 
     fn json(&self) -> StepResult {
         StepResult::of(self)
     }
 
+    fn samples(&self) -> Option<Samples<'_>> {
+        Some(samples::of_runs(self.runs.iter().map(|run| run.recording)))
+    }
+
     fn document(&self) -> Document {
-        let mut document = Document::new("Force step", headline(self.runs));
+        let mut document = Document::new("Force step", headline(self.runs), self.provenance);
         document.push(Block::Note(setting(self.height)));
         document.push(Block::Table(table(self.runs)));
         document.push_on(Medium::Page, Block::Figures(self.figures()));
@@ -59,7 +35,7 @@ impl Report for StepReport<'_> {
 impl super::Recorded for StepReport<'_> {
     #[cfg(feature = "rerun")]
     fn record(&self, path: &std::path::Path) -> Result<(), crate::OutputError> {
-        crate::rerun::step_recording(path, self)
+        crate::rerun::step_recording(path, self, &self.document())
     }
 }
 
@@ -113,7 +89,7 @@ impl StepReport<'_> {
             let line = |(k, run): (usize, &StepRun)| Line {
                 name: run.recording.controller.to_owned(),
                 color: color::run(k),
-                dashed: false,
+                dash: Dash::Solid,
                 points: Self::since_step(run, self.at, of),
             };
             self.runs.iter().enumerate().map(line).collect()

@@ -1,57 +1,34 @@
 //! Welds of a seam, side by side.
 
 use super::Report;
-use crate::MILLI;
-use crate::color::{self, JOINTS as JOINT_COLORS};
+use crate::color::{self, Dash, JOINTS as JOINT_COLORS};
 use crate::document::{
     Block, Document, Figure, Line, Medium, Plot, Table, number, reference, words,
 };
 use crate::json::WeldResult;
 use crate::path::{moving, travelled};
+use crate::samples::{self, Samples};
 use crate::words::weld::{headline, run_names, setting, speed};
 use crate::words::{Scale, fixed};
-use trueweld_core::{JOINTS, JointVector, Robot};
+use crate::{MILLI, WeldReport, WeldRun};
+use trueweld_core::{JOINTS, JointVector};
 use trueweld_evaluate::{Spread, WeldFigures};
-use trueweld_plant::simulate::{Phase, RecordRow, Recording};
-
-use trueweld_plant::provenance::Provenance;
-
-/// Finished welds of one seam.
-#[derive(Debug, Clone, Copy)]
-pub struct WeldReport<'a> {
-    /// The welds, in the order of the table.
-    pub runs: &'a [WeldRun<'a>],
-    /// Factor by which a recording enlarges deviations.
-    pub exaggeration: f64,
-    /// What the result is of.
-    pub provenance: &'a Provenance,
-}
-
-/// One finished weld, with what it amounts to and the robot that made it.
-#[derive(Debug, Clone, Copy)]
-pub struct WeldRun<'a> {
-    /// What the run left behind.
-    pub recording: &'a Recording,
-    /// Its figures.
-    pub figures: &'a WeldFigures,
-    /// The robot, to draw it.
-    pub robot: &'a Robot<f64>,
-}
+use trueweld_plant::simulate::{Phase, RecordRow};
 
 impl Report for WeldReport<'_> {
     type Json = WeldResult;
-
-    fn provenance(&self) -> &Provenance {
-        self.provenance
-    }
 
     fn json(&self) -> WeldResult {
         WeldResult::of(self)
     }
 
+    fn samples(&self) -> Option<Samples<'_>> {
+        Some(samples::of_runs(self.runs.iter().map(|run| run.recording)))
+    }
+
     fn document(&self) -> Document {
         let names = run_names(self.runs);
-        let mut document = Document::new("Weld", headline(self.runs));
+        let mut document = Document::new("Weld", headline(self.runs), self.provenance);
         document.push(Block::Note(setting(self.runs)));
         document.push(Block::Table(table(self.runs, &names)));
         document.push_on(Medium::Terminal, Block::Note(speed(self.runs)));
@@ -63,7 +40,7 @@ impl Report for WeldReport<'_> {
 impl super::Recorded for WeldReport<'_> {
     #[cfg(feature = "rerun")]
     fn record(&self, path: &std::path::Path) -> Result<(), crate::OutputError> {
-        crate::rerun::weld_recording(path, self.runs, self.exaggeration)
+        crate::rerun::weld_recording(path, self, &self.document())
     }
 }
 
@@ -152,7 +129,7 @@ impl Signals<'_> {
         Line {
             name: self.names[k].clone(),
             color: color::run(k),
-            dashed: false,
+            dash: Dash::Solid,
             points: self.over_path(k, |row| Some(of(row))),
         }
     }
@@ -259,12 +236,12 @@ fn figures(runs: &[WeldRun], names: &[String]) -> Vec<Figure> {
     add("Controller: depth added by the force loop", signals.plot("depth, mm", added));
     if !compensated.is_empty() {
         let shifts = compensated.iter().flat_map(|k| {
-            let of = |direction: &str, dashed, axis: usize| Line {
+            let of = |direction: &str, dash, axis: usize| Line {
                 name: format!("{}, {direction}", names[*k]),
-                dashed,
+                dash,
                 ..signals.of_run(*k, |row| row.correction_w.linear[axis] * MILLI)
             };
-            [of("lateral", false, 1), of("longitudinal", true, 0)]
+            [of("lateral", Dash::Solid, 1), of("longitudinal", Dash::Dashed, 0)]
         });
         add("Compensation: shift of the set-point", signals.plot("shift, mm", shifts.collect()));
         let turned = |row: &RecordRow| row.correction_w.angular.norm() * MILLI;

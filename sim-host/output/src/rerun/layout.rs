@@ -4,7 +4,7 @@
 //! Views are logged by their archetypes, since the typed layout of the Rust library has no camera,
 //! grid or axis range.
 
-use super::Shown;
+use super::shown::{ORIGIN, SINCE_STEP, Shown};
 use super::signals::{DESIRED, GROUPS, Of, idle};
 use super::step::{self, Step};
 use super::writer::{RecordError, Store, Writer};
@@ -98,6 +98,16 @@ impl<W: Write> Layout<'_, W> {
         Ok(node)
     }
 
+    /// The words beside the pictures, as tabs: what is shown, what it is of, and `last`.
+    fn words(&mut self, last: Option<Node>) -> Result<Node, RecordError> {
+        let mut tabs = Vec::new();
+        for (name, entity) in [("what is shown", "/about"), ("what it is of", ORIGIN)] {
+            tabs.push(self.view("TextDocument", name, &[entity.to_owned()], &[])?);
+        }
+        tabs.extend(last);
+        self.container(part::ContainerKind::Tabs, &tabs, &[])
+    }
+
     /// The log of all runs' events.
     fn events(&mut self, shown: &[Shown]) -> Result<Node, RecordError> {
         let columns = [TextLogColumnKind::LogLevel, TextLogColumnKind::Body]
@@ -130,9 +140,8 @@ pub(super) fn weld<W: Write>(
 ) -> Result<(), RecordError> {
     let mut layout = Layout { writer, count: 0 };
     let cell = cell(&mut layout, shown, exaggeration)?;
-    let about = layout.view("TextDocument", "what is shown", &["/about".to_owned()], &[])?;
     let events = layout.events(shown)?;
-    let words = layout.container(part::ContainerKind::Tabs, &[about, events], &[])?;
+    let words = layout.words(Some(events))?;
     let left = layout.container(part::ContainerKind::Vertical, &[cell, words], &[4.0, 1.0])?;
 
     // The whole weld, on whichever timeline.
@@ -281,9 +290,8 @@ pub(super) fn step<W: Write>(
             .collect::<Result<Vec<_>, _>>()?;
         rows.push(plots);
     }
-    let about = layout.view("TextDocument", "what is shown", &["/about".to_owned()], &[])?;
     let events = layout.events(shown)?;
-    let words = layout.container(part::ContainerKind::Tabs, &[about, events], &[])?;
+    let words = layout.words(Some(events))?;
     let mut all = vec![
         layout.container(part::ContainerKind::Horizontal, &[response, end, words], &[1.0; 3])?,
         layout.container(part::ContainerKind::Horizontal, &[error, depth, branch], &[1.0; 3])?,
@@ -298,7 +306,7 @@ pub(super) fn step<W: Write>(
     let root = layout.container(part::ContainerKind::Vertical, &all, &[4.6, 2.6, 3.9, 3.9])?;
     let time = view::TimePanelBlueprint::new()
         .with_state(part::PanelState::Collapsed)
-        .with_timeline(step::TIMELINE)
+        .with_timeline(SINCE_STEP)
         .with_play_state(part::PlayState::Paused);
     layout.activate(&root, &time)
 }
@@ -343,12 +351,13 @@ pub(super) fn compare<W: Write>(
             &properties,
         )?);
     }
-    let mut about = layout.view("TextDocument", "what is shown", &["/about".to_owned()], &[])?;
-    if shown.iter().any(|s| s.after.is_some()) {
-        let verdict =
-            layout.view("TextLog", "verdict", &[super::compare::VERDICT.to_owned()], &[])?;
-        about = layout.container(part::ContainerKind::Tabs, &[about, verdict], &[])?;
-    }
+    let verdict = match shown.iter().any(|s| s.after.is_some()) {
+        true => {
+            Some(layout.view("TextLog", "verdict", &[super::compare::VERDICT.to_owned()], &[])?)
+        }
+        false => None,
+    };
+    let about = layout.words(verdict)?;
     let left = match spaces.is_empty() {
         true => about,
         false => {

@@ -1,8 +1,9 @@
 //! The cell in space: plate, seam and limits, and for every run the arm as it stands and as its
 //! encoders say, the way of its tool and the force on it.
 
+use super::shown::{Beside, Shown, micrometres};
+use super::signals;
 use super::writer::{RecordError, Store, Writer, refused};
-use super::{Beside, Shown, signals};
 use crate::MILLI;
 use crate::WeldRun;
 use crate::color::LIMIT;
@@ -128,7 +129,7 @@ fn half_pin<W: Write>(writer: &mut Writer<W>, shown: &Shown) -> Result<(), Recor
         TimeColumn::new_duration_secs("time", [first.time, last.time]),
         TimeColumn::new_sequence(
             "path_um",
-            [0, travelled.last().map_or(0, |far| signals::micrometres(*far))],
+            [0, travelled.last().map_or(0, |far| micrometres(*far))],
         ),
     ];
     let name = format!("half the pin, ±{limit:.1}");

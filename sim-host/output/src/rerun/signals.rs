@@ -1,7 +1,7 @@
 //! Every signal of a run as columns over time and over the position on the seam, and its events.
 
+use super::shown::{Beside, SINCE_STEP, Shown};
 use super::writer::{RecordError, Store, Writer, refused};
-use super::{Beside, Shown};
 use crate::MILLI;
 use crate::color::{JOINTS as JOINT_COLORS, REFERENCE, Rgb};
 use crate::path::moving;
@@ -51,62 +51,28 @@ pub(super) fn idle(shown: &Shown, entity: &str) -> bool {
 /// The plots of the layout; the first three are always seen, the others are tabs.
 pub(super) const GROUPS: &[Group] = &[
     Group {
-        title: "lateral deviation [mm]",
-        entities: &["deviation/lateral"],
         references: &["half_pin"],
-        of: Of::All,
+        ..group("lateral deviation [mm]", Of::All, &["deviation/lateral"])
     },
-    Group { title: "push [kN]", entities: &["force/real", DESIRED], references: &[], of: Of::All },
-    Group {
-        title: "twist of the drives [mrad]",
-        entities: &["twist"],
-        references: &[],
-        of: Of::First,
-    },
-    Group {
-        title: "correction [mm, mrad]",
-        entities: &["controller/correction", "controller/correction_turn"],
-        references: &[],
-        of: Of::Compensated,
-    },
-    Group {
-        title: "torque of the motors [kN·m]",
-        entities: &["torque"],
-        references: &[],
-        of: Of::First,
-    },
-    Group {
-        title: "lateral by joint [mm]",
-        entities: &["lateral_by_joint"],
-        references: &[],
-        of: Of::First,
-    },
-    Group { title: "tilt [°]", entities: &["deviation/tilt"], references: &[], of: Of::All },
-    Group {
-        title: "longitudinal [mm]",
-        entities: &["deviation/longitudinal"],
-        references: &[],
-        of: Of::All,
-    },
-    Group {
-        title: "depth [mm]",
-        entities: &["deviation/depth", "controller/depth_correction"],
-        references: &[],
-        of: Of::All,
-    },
-    Group {
-        title: "sensed [kN]",
-        entities: &["force/sensed", DESIRED],
-        references: &[],
-        of: Of::All,
-    },
-    Group {
-        title: "force loop [N]",
-        entities: &["controller/force_error", "controller/push"],
-        references: &[],
-        of: Of::All,
-    },
+    group("push [kN]", Of::All, &["force/real", DESIRED]),
+    group("twist of the drives [mrad]", Of::First, &["twist"]),
+    group(
+        "correction [mm, mrad]",
+        Of::Compensated,
+        &["controller/correction", "controller/correction_turn"],
+    ),
+    group("torque of the motors [kN·m]", Of::First, &["torque"]),
+    group("lateral by joint [mm]", Of::First, &["lateral_by_joint"]),
+    group("tilt [°]", Of::All, &["deviation/tilt"]),
+    group("longitudinal [mm]", Of::All, &["deviation/longitudinal"]),
+    group("depth [mm]", Of::All, &["deviation/depth", "controller/depth_correction"]),
+    group("sensed [kN]", Of::All, &["force/sensed", DESIRED]),
+    group("force loop [N]", Of::All, &["controller/force_error", "controller/push"]),
 ];
+
+const fn group(title: &'static str, of: Of, entities: &'static [&'static str]) -> Group {
+    Group { title, entities, references: &[], of }
+}
 
 /// Writes the signals and events of one run.
 pub(super) fn all<W: Write>(writer: &mut Writer<W>, shown: &Shown) -> Result<(), RecordError> {
@@ -235,10 +201,7 @@ fn events<W: Write>(writer: &mut Writer<W>, shown: &Shown) -> Result<(), RecordE
             let mut when =
                 TimePoint::default().with(Timeline::new_duration("time"), nanoseconds(row.time));
             if let Beside::Step(at) = shown.beside {
-                when = when.with(
-                    Timeline::new_duration(super::step::TIMELINE),
-                    nanoseconds(row.time - at),
-                );
+                when = when.with(Timeline::new_duration(SINCE_STEP), nanoseconds(row.time - at));
             }
             let entry = TextLog::new(format!("{}: {text}", shown.name))
                 .with_level(level)
@@ -269,11 +232,6 @@ fn events<W: Write>(writer: &mut Writer<W>, shown: &Shown) -> Result<(), RecordE
         before = Some(row);
     }
     Ok(())
-}
-
-/// A position on the seam as the timeline counts it.
-pub(super) fn micrometres(metres: f64) -> i64 {
-    (metres * 1e6).round() as i64
 }
 
 pub(super) fn rgb([r, g, b]: Rgb) -> Color {

@@ -1,17 +1,15 @@
 //! What belongs to a step of the push and to no single controller: the 5 % band, and the words
 //! beside the plots.
 
+use super::shown::{SINCE_STEP, Shown};
+use super::signals;
 use super::writer::{RecordError, Store, Writer};
-use super::{Shown, signals};
 use crate::MILLI;
 use crate::color::LIMIT;
 use re_chunk::TimeColumn;
 use re_sdk_types::archetypes::TextDocument;
 use re_sdk_types::components::MediaType;
 use std::io::Write;
-
-/// Timeline that counts from the step.
-pub(super) const TIMELINE: &str = "since_step";
 
 /// Entity of the 5 % band.
 pub(super) const BAND: &str = "/reference/band";
@@ -55,7 +53,7 @@ pub(super) fn references<W: Write>(
     let Some(step) = step else { return Ok(()) };
     let times = [
         TimeColumn::new_duration_secs("time", [step.at, step.at + step.length]),
-        TimeColumn::new_duration_secs(TIMELINE, [0.0, step.length]),
+        TimeColumn::new_duration_secs(SINCE_STEP, [0.0, step.length]),
     ];
     let limits = [-1.0, 1.0].map(|side| (step.goal + side * step.near) / MILLI);
     signals::reference(writer, BAND, "±5 %", LIMIT, times, &[limits; 2])

@@ -1,12 +1,13 @@
 //! Recordings are read back with Rerun's own decoder.
 
 use super::*;
-use crate::{StepRun, sample};
+use crate::{Recorded, StepRun, WeldRun, sample};
 use re_chunk::Chunk;
 use re_log_encoding::DecoderApp;
 use re_log_types::{LogMsg, StoreKind};
 use re_sdk_types::archetypes::Scalars;
 use std::collections::BTreeMap;
+use trueweld_plant::provenance::{EffectRecord, Provenance, SimulationRecord};
 
 /// Rows of every entity of the recording, and the chunks of one of them.
 fn read(path: &Path, entity: &str) -> (BTreeMap<String, usize>, Vec<Chunk>, usize) {
@@ -29,12 +30,92 @@ fn read(path: &Path, entity: &str) -> (BTreeMap<String, usize>, Vec<Chunk>, usiz
     (rows, wanted, activations)
 }
 
+/// The text of an entity.
+fn text(path: &Path, entity: &str) -> String {
+    let file = std::io::BufReader::new(std::fs::File::open(path).unwrap());
+    let component = TextDocument::descriptor_text().component;
+    let of_message = |message| match message {
+        LogMsg::ArrowMsg(_, message) => {
+            let chunk = Chunk::from_arrow_msg(&message).unwrap();
+            (chunk.entity_path().to_string() == entity).then(|| {
+                chunk.iter_slices::<String>(component).flatten().map(|t| t.to_string()).collect()
+            })
+        }
+        _ => None,
+    };
+    let all = DecoderApp::decode_lazy(file).find_map(|message| of_message(message.unwrap()));
+    all.expect("a text")
+}
+
+#[test]
+fn a_recording_says_what_it_is_of_and_which_limit_was_hit_when() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("weld.rrd");
+    let provenance = Provenance {
+        effects: vec![EffectRecord {
+            id: "backlash".to_owned(),
+            at: "A5".to_owned(),
+            values: [("half_gap_rad".to_owned(), 2e-4)].into(),
+        }],
+        simulation: Some(SimulationRecord {
+            welds: vec!["vertical".to_owned()],
+            controllers: vec!["external".to_owned()],
+            laws: vec!["elastostatic".to_owned()],
+            stiffness_error: 0.1,
+            spindle_rad_s: 62.8,
+            control_period_s: 0.012,
+            plant_step_s: 0.001,
+            passes: 1,
+            noise_seed: 7,
+            draws_seed: None,
+            force_step_n: None,
+        }),
+        warnings: vec!["feed_m_s = 0.1 is not plausible".to_owned()],
+        ..sample::provenance().clone()
+    };
+    let mut welds = sample::welds(400);
+    welds.recordings[1].rows.iter_mut().for_each(|row| row.limited.torque = false);
+    let runs = welds.runs();
+    let report = WeldReport { provenance: &provenance, ..welded(&runs) };
+    report.record(&path).unwrap();
+    let said = text(&path, ORIGIN);
+    for part in [
+        "trueweld 0.1.0 weld",
+        "KR 500",
+        "backlash at A5 (half_gap_rad 0.000200)",
+        "elastostatic",
+        "external",
+        "seed of the noise | 7",
+        "vertical.toml",
+        &provenance.files[0].sha256,
+        "is not plausible",
+        "no compensation: first at 3.1",
+        "torque of a drive",
+        "elastostatic: never at a limit or faulted",
+    ] {
+        assert!(said.contains(part), "{part}: {said}");
+    }
+    report(&sample::steps().runs(), sample::STEP_AT).record(&path).unwrap();
+    assert!(text(&path, ORIGIN).contains("external: never at a limit"));
+    let (comparison, model) = (sample::comparison(), Path::new("model.toml"));
+    let compared = CompareReport { model, comparison: &comparison, provenance: &provenance };
+    compared.record(&path).unwrap();
+    assert!(text(&path, ORIGIN).contains("backlash at A5"));
+    let parts = sample::diagnosis(trueweld_measure::diagnose::Verdict::EffectFound);
+    parts.diagnosed().record(&path).unwrap();
+    assert!(text(&path, ORIGIN).contains("vertical.toml"));
+}
+
+fn welded<'a>(runs: &'a [WeldRun<'a>]) -> WeldReport<'a> {
+    WeldReport { runs, exaggeration: 50.0, provenance: sample::provenance() }
+}
+
 #[test]
 fn a_recording_holds_every_signal_of_every_run() {
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("weld.rrd");
     let welds = sample::welds(12_000);
-    weld_recording(&path, &welds.runs(), 50.0).unwrap();
+    welded(&welds.runs()).record(&path).unwrap();
     let (rows, chunks, activations) = read(&path, "/none/deviation/lateral");
     assert_eq!(activations, 1);
     for root in ["none", "elastostatic"] {
@@ -64,7 +145,9 @@ fn a_recording_holds_every_signal_of_every_run() {
             assert!(rows[&format!("/{root}/cell/encoders/a{link}")] > 600);
         }
     }
-    for entity in ["/about", "/cell/plate", "/cell/seam", "/cell/half_pin", "/reference/half_pin"] {
+    for entity in
+        ["/about", ORIGIN, "/cell/plate", "/cell/seam", "/cell/half_pin", "/reference/half_pin"]
+    {
         assert!(rows.contains_key(entity), "{entity}");
     }
     assert!(chunks.iter().all(|c| c.num_rows() <= 10_000));
@@ -92,7 +175,7 @@ fn the_same_runs_give_the_same_bytes() {
     let welds = sample::welds(500);
     let [first, second] = ["a.rrd", "b.rrd"].map(|name| {
         let path = directory.path().join(name);
-        weld_recording(&path, &welds.runs(), 50.0).unwrap();
+        welded(&welds.runs()).record(&path).unwrap();
         std::fs::read(path).unwrap()
     });
     assert!(first == second);
@@ -108,7 +191,7 @@ fn a_step_recording_holds_every_signal_of_every_controller_and_is_the_same_again
     let path = directory.path().join("step.rrd");
     let steps = sample::steps();
     let runs = steps.runs();
-    step_recording(&path, &report(&runs, sample::STEP_AT)).unwrap();
+    report(&runs, sample::STEP_AT).record(&path).unwrap();
     let (rows, chunks, activations) = read(&path, "/external/force/real");
     assert_eq!(activations, 1);
     for root in ["parallel", "superposed", "external"] {
@@ -129,15 +212,15 @@ fn a_step_recording_holds_every_signal_of_every_controller_and_is_the_same_again
     // Time counts from the step.
     let since: Vec<i64> = chunks
         .iter()
-        .flat_map(|c| c.timelines()[&step::TIMELINE.into()].times_raw().to_vec())
+        .flat_map(|c| c.timelines()[&shown::SINCE_STEP.into()].times_raw().to_vec())
         .collect();
     assert_eq!((since[0], since[1000]), (-1_000_000_000, 0));
     let again = directory.path().join("again.rrd");
-    step_recording(&again, &report(&runs, sample::STEP_AT)).unwrap();
+    report(&runs, sample::STEP_AT).record(&again).unwrap();
     assert!(std::fs::read(&path).unwrap() == std::fs::read(&again).unwrap());
     // Without a run, and with a step before everything, there is no band but still a recording.
-    step_recording(&again, &report(&[], sample::STEP_AT)).unwrap();
-    step_recording(&again, &report(&runs, 0.0)).unwrap();
+    report(&[], sample::STEP_AT).record(&again).unwrap();
+    report(&runs, 0.0).record(&again).unwrap();
     assert!(!read(&again, "").0.contains_key("/reference/band"));
 }
 
@@ -146,8 +229,9 @@ fn a_comparison_holds_the_way_and_the_difference_of_every_column_and_is_the_same
     let directory = tempfile::tempdir().unwrap();
     let [path, again] = ["a.rrd", "b.rrd"].map(|name| directory.path().join(name));
     let comparison = sample::comparison();
-    let model = Path::new("model.toml");
-    compare_recording(&path, model, &comparison).unwrap();
+    let (model, provenance) = (Path::new("model.toml"), sample::provenance());
+    let compared = CompareReport { model, comparison: &comparison, provenance };
+    compared.record(&path).unwrap();
     let (rows, chunks, activations) = read(&path, "/1_free/difference/tcp_position");
     assert_eq!(activations, 1);
     // Names and colours, and a row a sample.
@@ -161,7 +245,7 @@ fn a_comparison_holds_the_way_and_the_difference_of_every_column_and_is_the_same
     assert_eq!(drawn.len(), 1500);
     // x is off by 0.2 mm from the fiftieth row on.
     assert!((drawn[3 * 60] - 0.2).abs() < 1e-6 && drawn[1].abs() < 1e-9);
-    compare_recording(&again, model, &comparison).unwrap();
+    compared.record(&again).unwrap();
     assert!(std::fs::read(&path).unwrap() == std::fs::read(&again).unwrap());
 }
 
@@ -170,7 +254,7 @@ fn a_diagnosis_holds_three_ways_of_the_tool_and_differences_before_and_after() {
     let directory = tempfile::tempdir().unwrap();
     let [path, again] = ["a.rrd", "b.rrd"].map(|name| directory.path().join(name));
     let parts = sample::diagnosis(trueweld_measure::diagnose::Verdict::EffectFound);
-    diagnose_recording(&path, &parts.diagnosed()).unwrap();
+    parts.diagnosed().record(&path).unwrap();
     let (rows, chunks, activations) = read(&path, "/1_free/difference/tcp_position/after");
     assert_eq!(activations, 1);
     for entity in [
@@ -186,7 +270,7 @@ fn a_diagnosis_holds_three_ways_of_the_tool_and_differences_before_and_after() {
     let component = Scalars::descriptor_scalars().component;
     let mut drawn = chunks.iter().flat_map(|c| c.iter_slices::<f64>(component).flatten().copied());
     assert!(drawn.all(|v| v == 0.0));
-    diagnose_recording(&again, &parts.diagnosed()).unwrap();
+    parts.diagnosed().record(&again).unwrap();
     assert!(std::fs::read(&path).unwrap() == std::fs::read(&again).unwrap());
 }
 
@@ -195,7 +279,7 @@ fn a_missing_directory_is_named_and_nothing_is_left() {
     let directory = tempfile::tempdir().unwrap();
     let welds = sample::welds(50);
     let error =
-        weld_recording(&directory.path().join("absent/weld.rrd"), &welds.runs(), 1.0).unwrap_err();
+        welded(&welds.runs()).record(&directory.path().join("absent/weld.rrd")).unwrap_err();
     assert!(error.to_string().contains("absent"), "{error}");
     assert_eq!(std::fs::read_dir(directory.path()).unwrap().count(), 0);
 }
@@ -204,6 +288,7 @@ fn a_missing_directory_is_named_and_nothing_is_left() {
 fn no_run_at_all_is_a_recording_of_nothing() {
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("weld.rrd");
-    weld_recording(&path, &[], 1.0).unwrap();
-    assert!(read(&path, "").0.is_empty());
+    welded(&[]).record(&path).unwrap();
+    let entities: Vec<String> = read(&path, "").0.into_keys().collect();
+    assert_eq!(entities, [ORIGIN]);
 }

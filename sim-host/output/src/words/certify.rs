@@ -2,8 +2,7 @@
 
 use super::requirement::{label, reason, shown};
 use super::{counted, share};
-use crate::CertifyReport;
-use crate::report::CertifiedWeld;
+use crate::{CertifiedWeld, CertifyReport};
 use trueweld_evaluate::certify::{Evidence, EvidenceKind, Requirement, SampledCell, Verdict};
 
 /// The verdict in a sentence.

@@ -7,13 +7,19 @@ use trueweld_measure::diagnose::{
     Candidate, Confusable, Diagnosis, FittedEffect, Limit, Reason, Verdict,
 };
 use trueweld_measure::improve::{Rejected, Rejection, Step};
-use trueweld_measure::residuals::compare::LogComparison;
+use trueweld_measure::residuals::compare::{FLOOR, LogComparison};
 use trueweld_measure::residuals::localize::{Finding, foremost};
 use trueweld_plant::effects::{Effect, EffectKind, Location, Parameter};
 use trueweld_plant::input::{ModelFile, RobotFile, unit_suffix};
 
 /// Held-out score from which on an explanation is said not to be the end of it.
 const FAR: f64 = 1.5;
+
+/// Score after over score before from which down a calibration is the finding.
+const FALL: f64 = 0.95;
+
+/// Calibrations that are named in a sentence.
+const NAMED: usize = 3;
 
 /// Findings of what remains that are told.
 pub(crate) const REMAINS: usize = 5;
@@ -80,7 +86,39 @@ fn followed(unexplained: &[Finding]) -> String {
     }
 }
 
-/// The verdict in a sentence or two; `next`: what to record next, in a line.
+/// Calibrations in a line: those of the cell with their values, those of single logs by how many.
+fn calibrations(found: &[FittedEffect], robot: &RobotFile) -> String {
+    let (of_logs, of_cell): (Vec<_>, Vec<_>) = found.iter().partition(|f| f.log.is_some());
+    let mut told: Vec<String> = of_cell.into_iter().map(|f| in_a_line(f, robot)).collect();
+    let mut names: Vec<(String, usize)> = Vec::new();
+    for name in of_logs.iter().map(|f| f.effect.name(robot)) {
+        match names.iter_mut().find(|(known, _)| *known == name) {
+            Some((_, count)) => *count += 1,
+            None => names.push((name, 1)),
+        }
+    }
+    let of_logs = names.into_iter();
+    told.extend(of_logs.map(|(name, count)| format!("{name} in {}", counted(count, "log"))));
+    if told.len() > NAMED {
+        let more = told.split_off(NAMED).len();
+        told.push(format!("{more} more"));
+    }
+    listed(&told, "and")
+}
+
+/// An explanation that brings the model so far.
+fn found(best: &Candidate, robot: &RobotFile) -> String {
+    let found: Vec<String> = best.effects.iter().map(|f| in_a_line(f, robot)).collect();
+    format!(
+        "What is missing: {}. With it the score falls from {} to {} where it was not fitted (probability {})",
+        found.join(" and "),
+        score(best.held_out_before),
+        score(best.held_out_after),
+        probability(best.probability)
+    )
+}
+
+/// The finding in a sentence or two, of whatever kind it is; `next`: what to record next, in a line.
 pub(crate) fn verdict(
     diagnosis: &Diagnosis,
     verdict: Verdict,
@@ -88,39 +126,43 @@ pub(crate) fn verdict(
     next: Option<&str>,
 ) -> String {
     let before = score(diagnosis.score_before);
+    let after = trueweld_measure::diagnose::score(&diagnosis.improved.at);
     let best = diagnosis.candidates.first();
-    match (verdict, best) {
-        (Verdict::EffectFound, Some(best)) if !best.indistinguishable.is_empty() => {
-            let tied = tied(diagnosis, robot);
+    // What the calibrations do, where they are the finding.
+    let calibrated = (!diagnosis.calibration.is_empty() && after < FALL * diagnosis.score_before)
+        .then(|| {
+            format!(
+                "The calibration is off: {}. With it the score falls from {before} to {}",
+                calibrations(&diagnosis.calibration, robot),
+                score(after)
+            )
+        });
+    let follows = || followed(&diagnosis.unexplained);
+    match (verdict, best, calibrated) {
+        (Verdict::EffectFound, Some(best), _) if !best.indistinguishable.is_empty() => {
             let record = next
                 .map_or(String::new(), |title| format!(" To tell them apart, record: {title}."));
             format!(
                 "Something is missing (score {before}), and these logs cannot separate {}: each brings the score to {} where it was \
                  not fitted.{record}",
-                listed(&tied, "and"),
+                listed(&tied(diagnosis, robot), "and"),
                 score(best.held_out_after)
             )
         }
-        (Verdict::EffectFound, Some(best)) => {
-            let found: Vec<String> = best.effects.iter().map(|f| in_a_line(f, robot)).collect();
-            format!(
-                "What is missing: {}. With it the score falls from {} to {} where it was not fitted (probability {}){}.",
-                found.join(" and "),
-                score(best.held_out_before),
-                score(best.held_out_after),
-                probability(best.probability),
-                if best.held_out_after > FAR {
-                    ", which is still far above the noise floor"
-                } else {
-                    ""
-                }
-            )
+        (Verdict::EffectFound, Some(best), _) => {
+            let far = best.held_out_after > FAR;
+            let far = if far { ", which is still far above the noise floor" } else { "" };
+            format!("{}{far}.", found(best, robot))
         }
-        (Verdict::Adequate | Verdict::EffectFound, _) => format!(
-            "Nothing is missing above the noise floor (score {before}): no effect lowers the error where it was not fitted by more \
-             than chance would."
+        (Verdict::UnknownEffect, Some(best), _) if best.held_out_after <= FLOOR => format!(
+            "{}, which is at the noise floor on the whole, but not everywhere: {}.",
+            found(best, robot),
+            follows()
         ),
-        (Verdict::UnknownEffect, _) => {
+        (Verdict::UnknownEffect, _, Some(calibrated)) => {
+            format!("{calibrated}. What is left no effect here explains: {}.", follows())
+        }
+        (Verdict::UnknownEffect, ..) => {
             let partial = best.filter(|best| best.explains()).map_or(String::new(), |best| {
                 format!(
                     " The best partial explanation, {}, brings the score to {} where it was not fitted.",
@@ -130,9 +172,21 @@ pub(crate) fn verdict(
             });
             format!(
                 "Something is missing that no effect here explains (score {before}); {}.{partial}",
-                followed(&diagnosis.unexplained)
+                follows()
             )
         }
+        (_, _, Some(calibrated)) => format!(
+            "{calibrated}; beside it no effect lowers the error where it was not fitted by more than chance would."
+        ),
+        _ if diagnosis.score_before <= FLOOR => format!(
+            "Nothing is missing above the noise floor (score {before}): no effect lowers the error where it was not fitted by more \
+             than chance would."
+        ),
+        _ => format!(
+            "The model is off by more than the noise (score {before}), but no effect or calibration lowers the error where it was \
+             not fitted by more than chance would; {}.",
+            follows()
+        ),
     }
 }
 
@@ -200,8 +254,14 @@ impl ImproveReport<'_> {
             score(last.held_out)
         );
         match (steps.len(), added.as_slice()) {
-            (1, _) => "The model stays as it was given: nothing lowers the error where nothing was fitted.".to_owned(),
-            (_, []) => format!("Recalibrated: {fall}."),
+            (1, _) => format!(
+                "The model stays as it was given (score {}): nothing lowers the error where nothing was fitted.",
+                score(first.held_out)
+            ),
+            (_, []) => {
+                let names = calibrations(&last.calibration, &self.model.robot);
+                format!("Recalibrated, {names}: {fall}.")
+            }
             (_, added) => format!("With {} {fall}.", added.join(" and ")),
         }
     }
@@ -391,12 +451,24 @@ mod tests {
             "{found}"
         );
         let mut parts = sample::diagnosis(Verdict::Adequate);
+        let calibration = parts.diagnosed().headline();
+        let expected = "The calibration is off: encoder-offset at A5 in 1 log. With it the score falls from 3.79 to 1.02; beside it";
+        assert!(calibration.starts_with(expected), "{calibration}");
+        parts.diagnosis.calibration.clear();
+        let off = parts.diagnosed().headline();
+        let expected =
+            "The model is off by more than the noise (score 3.79), but no effect or calibration";
+        assert!(off.starts_with(expected), "{off}");
+        parts.diagnosis.score_before = 1.02;
         let adequate = parts.diagnosed().headline();
-        assert!(
-            adequate.starts_with("Nothing is missing above the noise floor (score 3.79)"),
-            "{adequate}"
-        );
+        let expected = "Nothing is missing above the noise floor (score 1.02)";
+        assert!(adequate.starts_with(expected), "{adequate}");
+        parts.diagnosis.score_before = 3.79;
         parts.diagnosis.verdict = Verdict::UnknownEffect;
+        let at_floor = parts.diagnosed().headline();
+        assert!(at_floor.starts_with("What is missing: backlash at A5"), "{at_floor}");
+        assert!(at_floor.contains("but not everywhere: it follows"), "{at_floor}");
+        parts.diagnosis.candidates[0].held_out_after = 2.5;
         let unknown = parts.diagnosed().headline();
         assert!(
             unknown.starts_with(

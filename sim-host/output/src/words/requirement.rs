@@ -128,7 +128,7 @@ fn shortfall(of: &Requirement, run: &Shortfall) -> String {
         Symptom::Oscillates { amplitude, frequency, grows } => {
             let grows = if grows { " and grows" } else { "" };
             format!(
-                "the loop swings, the correction by ±{:.2} mm at {frequency:.2} Hz{grows}",
+                "the loop oscillates, the correction by ±{:.2} mm at {frequency:.2} Hz{grows}",
                 1e3 * amplitude
             )
         }
@@ -175,5 +175,95 @@ fn clause(of: &Requirement, value: f64) -> String {
             format!("the correction is driven to {reached}, beyond the authority of {limit}")
         }
         name => format!("{} comes to {reached} (limit {limit})", label(name)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use trueweld_evaluate::Rate;
+    use trueweld_evaluate::certify::Beyond;
+
+    /// A requirement that is not met for a reason.
+    fn told(case: EvidenceKind, name: &'static str, reason: Reason) -> String {
+        let of = Requirement {
+            case,
+            name,
+            limit: 5e-5,
+            achieved: 8.05e-3,
+            confidence: 0.95,
+            draws: Some(Beyond { beyond: 3, failure_probability: 0.31 }),
+            verdict: Verdict::NotShown,
+            reason: Some(reason),
+        };
+        super::reason(&of).unwrap() + "\n"
+    }
+
+    fn run(symptom: Option<Symptom>, held: Option<Held>) -> Shortfall {
+        Shortfall { value: 8.05e-3, failed: None, symptom, held }
+    }
+
+    #[test]
+    fn every_reason_has_its_wording() {
+        use EvidenceKind::{Draws, Faults, Margins, Nominal, WorstCase};
+        const RMS: &str = "lateral_rms_m";
+        let mut all = String::new();
+        for case in [Nominal, Draws, WorstCase, Margins, Faults] {
+            all += &told(case, RMS, Reason::NoRun);
+        }
+        let remains = |pace| Symptom::Remains { pace, part: 3e-5, whole: 4e-5 };
+        let oscillates = |grows| Symptom::Oscillates { amplitude: 1.2e-3, frequency: 2.5, grows };
+        for symptom in [
+            Symptom::WrongWay(-0.8),
+            oscillates(false),
+            oscillates(true),
+            Symptom::TooMuch(1.4),
+            Symptom::TooLittle(0.3),
+            remains(Pace::Slow),
+            remains(Pace::Middle),
+            remains(Pace::Ripple),
+        ] {
+            all += &told(Nominal, RMS, Reason::Run(run(Some(symptom), None)));
+        }
+        let [authority, limit] = [Held::Authority(0.4), Held::Limit(0.07)];
+        all += &told(WorstCase, RMS, Reason::Run(run(Some(oscillates(true)), Some(authority))));
+        all += &told(WorstCase, RMS, Reason::Run(run(None, Some(limit))));
+        let failed =
+            || Shortfall { failed: Some("the seam is out of reach".into()), ..run(None, None) };
+        all += &told(WorstCase, RMS, Reason::Run(failed()));
+        let keys = [
+            "lateral_max_m",
+            "lateral_before_m",
+            "depth_rms_m",
+            "push_error_rms_n",
+            "correction_m",
+            "correction_rad",
+            "tilt_rms_rad",
+        ];
+        for key in keys {
+            all += &told(Nominal, key, Reason::Run(run(None, None)));
+        }
+        for enough in [Some(59), None] {
+            all += &told(Draws, RMS, Reason::TooFewDraws { of: 20, enough });
+        }
+        let worst = run(None, None);
+        all += &told(Draws, RMS, Reason::Draws { of: 20, allowed: 0.05, index: 7, worst });
+        all += &told(Margins, "gain_margin", Reason::Margin { path: 1.2, channel: "force" });
+        for (held, spectral_radius) in [(true, 0.9), (false, 1.02), (false, f64::INFINITY)] {
+            let reason = Reason::Unstable { path: 1.2, held, spectral_radius };
+            all += &told(Margins, "gain_margin", reason);
+        }
+        let faults = [
+            ("recovered_lateral_rms_m", run(None, None), 1),
+            ("fault_lateral_max_m", run(None, None), 3),
+            ("fault_depth_max_m", run(None, None), 1),
+            ("fault_depth_max_m", failed(), 1),
+        ];
+        for (key, worst, hits) in faults {
+            let beyond = Rate { hits, of: 10 };
+            let fault = "seam sensor stuck at its last value".to_owned();
+            all += &told(Faults, key, Reason::Fault { fault, recovery: 15.0, beyond, worst });
+        }
+        insta::assert_snapshot!(all);
     }
 }

@@ -4,6 +4,8 @@ use super::{Scale, listed};
 use crate::WeldRun;
 use trueweld_core::control::Limited;
 use trueweld_evaluate::{FirstLimit, JudgedFigure};
+#[cfg(feature = "rerun")]
+use trueweld_plant::simulate::Recording;
 
 /// Short names of the runs, all different: the compensation law alone where that tells them apart.
 pub(crate) fn run_names(runs: &[WeldRun]) -> Vec<String> {
@@ -139,6 +141,13 @@ fn first_limit(first: &FirstLimit) -> String {
         None => listed(&held.collect::<Vec<_>>(), "and"),
     };
     format!("first at {:.2} s ({}): {what}", first.time, first.phase.name())
+}
+
+/// Which limit a run came to first, if any.
+#[cfg(feature = "rerun")]
+pub(crate) fn limits(recording: &Recording) -> String {
+    FirstLimit::of(recording)
+        .map_or("never at a limit or faulted".to_owned(), |at| first_limit(&at))
 }
 
 /// How fast the simulation was.

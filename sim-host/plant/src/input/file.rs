@@ -134,33 +134,60 @@ const STALE: Duration = Duration::from_secs(3600);
 /// # Errors
 /// The operating system's, with the path in its text; the temporary file is gone then.
 pub fn write_atomically(path: impl AsRef<Path>, bytes: &[u8]) -> io::Result<()> {
+    write_atomically_with(path, |file| file.write_all(bytes))
+}
+
+/// The same of what `fill` writes, which need not be in memory as a whole.
+///
+/// # Errors
+/// As [`write_atomically`]; those of `fill`.
+pub fn write_atomically_with(
+    path: impl AsRef<Path>,
+    fill: impl FnOnce(&mut File) -> io::Result<()>,
+) -> io::Result<()> {
     let path = path.as_ref();
-    replace(path, bytes).map_err(|error| {
+    replace(path, fill).map_err(|error| {
         io::Error::new(error.kind(), format!("{} cannot be written: {error}", path.display()))
     })
 }
 
-fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
+fn replace(path: &Path, fill: impl FnOnce(&mut File) -> io::Result<()>) -> io::Result<()> {
     // Through links, so that a link to a file stays a link.
     let target = match fs::metadata(path) {
         Ok(existing) if existing.is_dir() => {
             return Err(io::Error::from(io::ErrorKind::IsADirectory));
         }
-        Ok(existing) if !existing.is_file() => return fs::write(path, bytes),
+        Ok(existing) if !existing.is_file() => {
+            return fill(&mut File::options().write(true).open(path)?);
+        }
         Ok(_) => fs::canonicalize(path)?,
         Err(_) => path.to_owned(),
     };
+    let mut file = temporary(folder_of(&target))?;
+    fill(file.as_file_mut())?;
+    file.as_file().sync_all()?;
+    file.persist(&target).map_err(|error| error.error)?;
+    Ok(())
+}
+
+/// A file that is being written.
+fn temporary(folder: &Path) -> io::Result<tempfile::NamedTempFile> {
     let [prefix, suffix] = TEMPORARY;
     let mut builder = tempfile::Builder::new();
     builder.prefix(prefix).suffix(suffix);
     // A temporary file is private by default; a result is as readable as any other new file.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    let mut file = builder.tempfile_in(folder_of(&target))?;
-    file.write_all(bytes)?;
-    file.as_file().sync_all()?;
-    file.persist(&target).map_err(|error| error.error)?;
-    Ok(())
+    builder.tempfile_in(folder)
+}
+
+/// Whether [`write_atomically`] may write into a folder: tried, since permissions do not tell of a
+/// file system that is read-only or full.
+///
+/// # Errors
+/// The operating system's.
+pub fn may_write_into(folder: &Path) -> io::Result<()> {
+    temporary(folder).map(drop)
 }
 
 /// The folder that a file is in.

@@ -26,8 +26,8 @@ pub use control::{CascadeGains, CompensationLimits, Control, ParallelGains};
 pub use document::{Bounds, Document, FILL_IN, Table, did_you_mean, nearest};
 pub use error::{InputError, Source, printable};
 pub use file::{
-    InputReader, files_read, folder_of, hash_of_file, open, read_text, remove_stale,
-    write_atomically,
+    InputReader, files_read, folder_of, hash_of_file, may_write_into, open, read_text,
+    remove_stale, write_atomically, write_atomically_with,
 };
 pub use model::{Comments, EffectComments, ModelEffect, ModelFile, Scope};
 pub use process::{Process, Ripple};

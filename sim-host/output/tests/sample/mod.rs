@@ -1,16 +1,25 @@
-//! Made-up recordings for the tests of this crate: a robot of the KR 500's geometry whose drives
+//! Made-up results for the tests of this crate. Recordings: a robot of the KR 500's geometry whose drives
 //! twist under a constant load, so that poses, twists and deviations agree with each other. Not a
 //! simulation.
 
-use crate::{DiagnoseReport, StepRun, WeldRun};
+// Each test uses its part of it.
+#![allow(dead_code)]
+
 use nalgebra::{DVector, Matrix3, Vector3};
 use std::sync::LazyLock;
+use trueweld_compensators::Entry;
 use trueweld_core::control::Limited;
 use trueweld_core::{
     Counterbalance, Friction, JointParameters, JointVector, Pose, Robot, RobotParameters,
     ToolParameters, Twist, Wrench,
 };
-use trueweld_evaluate::{StepFigures, WeldFigures};
+use trueweld_evaluate::certify::{
+    Evidence, FAULT_FIGURES, FaultTrial, Oscillation, SampledCell, Symptoms, Trial, WorstCase,
+    judge,
+};
+use trueweld_evaluate::laws::{Change, LawComparison, NoFigures, Sweep, VariedQuantity};
+use trueweld_evaluate::margins::{CHANNELS, Margin, Margins, Passivity};
+use trueweld_evaluate::{Requirements, StepFigures, WELD_FIGURES, WeldFigures};
 use trueweld_measure::data::log::{Log, LogKind};
 use trueweld_measure::diagnose::evidence::EffectCurve;
 use trueweld_measure::diagnose::{
@@ -20,14 +29,20 @@ use trueweld_measure::diagnose::{
 use trueweld_measure::experiment::{Channels, Excitation, Plan, PlanRow, Procedure};
 use trueweld_measure::fit::{FitState, Fitted, Linear};
 use trueweld_measure::improve::{Improvement, Rejected, Rejection, Step};
+use trueweld_measure::predict::Prediction;
 use trueweld_measure::residuals::compare::{
     ChannelComparison, Comparison, LogComparison, Notice, Trace,
 };
 use trueweld_measure::residuals::localize::{Curve, CurvePoint, Finding, Statistic};
+use trueweld_output::{CertifiedWeld, CertifyReport, DiagnoseReport, StepRun, WeldRun};
+use trueweld_plant::cell::Cell;
 use trueweld_plant::effects::{Effect, EffectKind, Location};
-use trueweld_plant::input::ModelFile;
+use trueweld_plant::input::{Control, InputFile, ModelFile, Process, RobotFile, Sensors, Weld};
+use trueweld_plant::integrate::Integrator;
 use trueweld_plant::provenance::{FileDigest, Provenance};
-use trueweld_plant::simulate::{Phase, RecordRow, Recording};
+use trueweld_plant::simulate::{
+    Controller, Phase, Program, RecordRow, Recording, RunError, Scenario, Seam,
+};
 
 /// When the push steps, s, and by how much, N.
 pub const STEP_AT: f64 = 1.0;
@@ -454,7 +469,10 @@ pub fn diagnosis(verdict: Verdict) -> Parts {
                 log: Some(0),
                 ..found("encoder-offset", &[1e-5], 1e-6)
             }],
-            improved: fitted(),
+            improved: Fitted {
+                at: vec![Prediction { residual: vec![1.015; 100], motion: None }],
+                ..fitted()
+            },
             limits: vec![limit(4), limit(0)],
             confusable: vec![Confusable {
                 first: (kind, Location::Joint(4)),
@@ -508,6 +526,168 @@ pub fn improvement(diagnosis: Diagnosis) -> Improvement {
         fitted: Some(diagnosis.improved.clone()),
         diagnosis,
         held_out_logs: vec!["weld-3".to_owned()],
+    }
+}
+
+/// What a comparison of laws borrows.
+pub struct Laws {
+    robot: RobotFile,
+    process: Process,
+    weld: Weld,
+    control: Control,
+    sensors: Sensors,
+    cell: Cell,
+    laws: Vec<Entry>,
+    pub sweeps: Vec<Sweep>,
+}
+
+impl Laws {
+    pub fn comparison(&self) -> LawComparison<'_> {
+        let scenario = Scenario {
+            name: "vertical",
+            cell: &self.cell,
+            controller_model: &self.robot.robot,
+            planned: &self.process,
+            weld: &self.weld,
+            program: Program::Weld,
+            control: &self.control,
+            sensors: &self.sensors,
+            controller: Controller::External,
+            law: &self.laws[0],
+            integrator: Integrator::LinearlyImplicit,
+            plant_step: 2e-3,
+            seed: 7,
+            fault: None,
+        };
+        LawComparison {
+            scenario,
+            robot: &self.robot.robot,
+            stiffness_error: 0.2,
+            laws: &self.laws,
+            passes: 2,
+        }
+    }
+}
+
+/// Three laws side by side: the first far off, the second within 0.05 mm but for the last noise, the
+/// third too, where it comes to an end.
+pub fn laws(names: &[&str]) -> Laws {
+    let read = |name: &str| fixture(&format!("{name}.toml"));
+    let robot = RobotFile::read(read("robots/kr500-mt")).unwrap();
+    let process = Process::read(read("processes/lap-weld-2024-t3")).unwrap();
+    let weld = Weld::read(read("welds/vertical")).unwrap();
+    let cell = Cell::new(&robot.robot, &[], &process, Seam::of(&weld).b_from_w).unwrap();
+    let figures = welds(100).figures.remove(1);
+    let point = |law: usize, change: &Change| {
+        let lateral = match (law, change) {
+            (0, _) => 4e-3,
+            (1, Change::Noise(8.0)) => 6e-5,
+            (1, _) => 4e-5,
+            (_, Change::DeadInLastPass) => return Err(NoFigures::NotSteady),
+            (_, Change::Delay(4.0 | 8.0)) => return Err(RunError::Cell.into()),
+            (law, _) => 3e-5 - 1e-6 * law as f64,
+        };
+        let mut figures = figures.clone();
+        (figures.lateral.rms, figures.lateral.max_abs) = (lateral, 3.0 * lateral);
+        Ok(figures)
+    };
+    let sweep = |quantity: VariedQuantity| {
+        let points = |k| quantity.changes().iter().map(|change| point(k, change)).collect();
+        Sweep { quantity, points: (0..names.len()).map(points).collect() }
+    };
+    Laws {
+        process,
+        weld,
+        control: Control::read(read("control/kr500-mt")).unwrap(),
+        sensors: Sensors::read(read("sensors/kr500-mt")).unwrap(),
+        cell,
+        laws: names.iter().map(|name| trueweld_compensators::find(name).unwrap()).collect(),
+        sweeps: VariedQuantity::ALL.map(sweep).to_vec(),
+        robot,
+    }
+}
+
+/// A certification of one weld with three drawn cells, one of them beyond the limits and one in
+/// which no weld is made; with a loop that is not stable at its end, and a fault that it does not
+/// bear.
+pub fn certificate() -> CertifyReport<'static> {
+    let requirements = Requirements::read(fixture("requirements/lap-weld.toml")).unwrap();
+    let figures = welds(100).figures.remove(1);
+    let trial = |index: u64, times: f64| {
+        let value = |of: &trueweld_evaluate::FigureOf<WeldFigures>| {
+            (of.figure.key.to_owned(), times * (of.value)(&figures))
+        };
+        Trial {
+            index,
+            draw: SampledCell { stiffness: [0.9 * times; 6], ..SampledCell::nominal(7) },
+            figures: Some(WELD_FIGURES.iter().map(value).collect()),
+            symptoms: Some(Symptoms {
+                given: [Some(0.4), None, Some(0.9)],
+                lateral: [2e-5, 1e-5, 3e-5],
+                swing: Oscillation {
+                    amplitude: 1e-5,
+                    frequency: 2.0,
+                    regularity: 0.1,
+                    growth: 1.0,
+                },
+                at_authority: 0.0,
+                limited: 0.2,
+            }),
+            failed: None,
+        }
+    };
+    let unfinished = Trial {
+        figures: None,
+        symptoms: None,
+        failed: Some("the seam is out of reach".to_owned()),
+        ..trial(2, 1.0)
+    };
+    let margin =
+        Margin { gain: 2.5, fall: f64::INFINITY, phase: 0.6, modulus: 0.55, delay: f64::INFINITY };
+    let place = |path: f64| Margins {
+        path,
+        spectral_radius: 0.991,
+        held: false,
+        channels: Some([margin; CHANNELS]),
+        disk: [0.5, 0.7],
+        passivity: Passivity { needed_ns_m: 9e4, there_ns_m: 1e3 },
+    };
+    let away = Margins { spectral_radius: 1.02, channels: None, disk: [0.0; 2], ..place(2.0) };
+    let fault = |fault: &str, value: f64| FaultTrial {
+        fault: fault.to_owned(),
+        time: [85.6, 88.6],
+        figures: Some(FAULT_FIGURES.iter().map(|f| (f.figure.key.to_owned(), value)).collect()),
+        symptoms: None,
+        failed: None,
+    };
+    let worst = trial(17, 30.0);
+    let evidence = Evidence {
+        nominal: trial(0, 0.1),
+        trials: vec![trial(0, 0.1), trial(1, 25.0), unfinished],
+        worst: WorstCase {
+            name: "lateral_rms_m",
+            of_limit: worst.figure("lateral_rms_m") / 5e-5,
+            runs: vec![worst.clone()],
+            worst: Some(worst),
+        },
+        margins: vec![place(0.0), away],
+        faults: vec![
+            fault("force sensor stuck at its last value", 1e-5),
+            fault("seam sensor dropped", 0.02),
+        ],
+    };
+    CertifyReport {
+        law: "elastostatic".to_owned(),
+        controller: "external",
+        passes: 1,
+        seed: 1,
+        asked: [requirements.failure_probability, requirements.confidence],
+        welds: vec![CertifiedWeld {
+            name: "vertical".to_owned(),
+            requirements: judge(&requirements, &evidence),
+            evidence,
+        }],
+        provenance: provenance(),
     }
 }
 

@@ -1,13 +1,15 @@
 //! What every report says on a terminal, word for word, and that its file is valid by its published
 //! schema and reads back as it was written.
 
-use super::*;
-use crate::json;
-use crate::sample;
+mod sample;
+
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 use std::path::PathBuf;
 use trueweld_measure::diagnose::Verdict;
+use trueweld_output::{
+    CompareReport, ImproveReport, LawsReport, Report, StepReport, WeldReport, json,
+};
 
 fn published(name: &str) -> PathBuf {
     PathBuf::from(format!("{}/../../docs/schema/{name}.json", env!("CARGO_MANIFEST_DIR")))
@@ -97,11 +99,21 @@ fn diagnosis_of_two_that_the_logs_do_not_separate() {
 
 #[test]
 fn diagnosis_of_an_unknown_effect() {
-    insta::assert_snapshot!(told(&sample::diagnosis(Verdict::UnknownEffect).diagnosed()));
+    let mut parts = sample::diagnosis(Verdict::UnknownEffect);
+    parts.diagnosis.candidates[0].held_out_after = 2.5;
+    insta::assert_snapshot!(told(&parts.diagnosed()));
 }
 
 #[test]
 fn diagnosis_of_nothing() {
+    let mut parts = sample::diagnosis(Verdict::Adequate);
+    parts.diagnosis.score_before = 1.02;
+    parts.diagnosis.calibration.clear();
+    insta::assert_snapshot!(told(&parts.diagnosed()));
+}
+
+#[test]
+fn diagnosis_of_a_calibration() {
     insta::assert_snapshot!(told(&sample::diagnosis(Verdict::Adequate).diagnosed()));
 }
 
@@ -115,6 +127,25 @@ fn improvement() {
         improvement: &improvement,
         before: &parts.before,
         after: &parts.after,
+        held_out: [&parts.before, &parts.after],
+        reason: parts.account.reasons.first(),
+        provenance: sample::provenance(),
+    };
+    insta::assert_snapshot!(told(&report));
+}
+
+#[test]
+fn certificate() {
+    insta::assert_snapshot!(told(&sample::certificate()));
+}
+
+#[test]
+fn comparison_of_laws() {
+    let laws = sample::laws(&["none", "elastostatic", "learning"]);
+    let report = LawsReport {
+        comparison: &laws.comparison(),
+        sweeps: &laws.sweeps,
+        limit: Some(5e-5),
         provenance: sample::provenance(),
     };
     insta::assert_snapshot!(told(&report));

@@ -1,0 +1,180 @@
+//! What a command has found, as words, files, pages and recordings are made of it.
+
+use std::path::Path;
+use trueweld_core::Robot;
+use trueweld_evaluate::certify::{Evidence, Requirement, Verdict};
+use trueweld_evaluate::laws::{LawComparison, Sweep};
+use trueweld_evaluate::{StepFigures, WeldFigures};
+use trueweld_measure::diagnose::{Diagnosis, Explanation, Reason};
+use trueweld_measure::improve::Improvement;
+use trueweld_measure::mistakes::{Found, Registered};
+use trueweld_measure::residuals::compare::{Comparison, LogComparison};
+use trueweld_plant::input::ModelFile;
+use trueweld_plant::provenance::Provenance;
+use trueweld_plant::simulate::Recording;
+
+/// Finished welds of one seam.
+#[derive(Debug, Clone, Copy)]
+pub struct WeldReport<'a> {
+    /// The welds, in the order of the table.
+    pub runs: &'a [WeldRun<'a>],
+    /// Factor by which a recording enlarges deviations.
+    pub exaggeration: f64,
+    /// What the result is of.
+    pub provenance: &'a Provenance,
+}
+
+/// One finished weld, with what it amounts to and the robot that made it.
+#[derive(Debug, Clone, Copy)]
+pub struct WeldRun<'a> {
+    /// What the run left behind.
+    pub recording: &'a Recording,
+    /// Its figures.
+    pub figures: &'a WeldFigures,
+    /// The robot, to draw it.
+    pub robot: &'a Robot<f64>,
+}
+
+/// Finished steps, one a controller.
+#[derive(Debug, Clone, Copy)]
+pub struct StepReport<'a> {
+    /// The steps, in the order of the table.
+    pub runs: &'a [StepRun<'a>],
+    /// When the set-point steps, s.
+    pub at: f64,
+    /// By how much, N.
+    pub height: f64,
+    /// What the result is of.
+    pub provenance: &'a Provenance,
+}
+
+/// One finished step of the force set-point.
+#[derive(Debug, Clone, Copy)]
+pub struct StepRun<'a> {
+    /// What the run left behind.
+    pub recording: &'a Recording,
+    /// Its figures.
+    pub figures: &'a StepFigures,
+}
+
+/// A finished comparison of laws.
+#[derive(Debug, Clone, Copy)]
+pub struct LawsReport<'a> {
+    /// What was compared.
+    pub comparison: &'a LawComparison<'a>,
+    /// What came out.
+    pub sweeps: &'a [Sweep],
+    /// What the lateral deviation is to stay within, RMS, m; `None` where nothing is required.
+    pub limit: Option<f64>,
+    /// What the result is of.
+    pub provenance: &'a Provenance,
+}
+
+/// A finished certification.
+#[derive(Debug, Clone)]
+pub struct CertifyReport<'a> {
+    /// Name of the law.
+    pub law: String,
+    /// Name of the controller.
+    pub controller: &'static str,
+    /// Passes of one trial.
+    pub passes: usize,
+    /// Seed of the draws.
+    pub seed: u64,
+    /// Share of welds that may fail, and the confidence with which that must be shown.
+    pub asked: [f64; 2],
+    /// Every weld.
+    pub welds: Vec<CertifiedWeld>,
+    /// What the result is of.
+    pub provenance: &'a Provenance,
+}
+
+/// What one weld's runs came to.
+#[derive(Debug, Clone)]
+pub struct CertifiedWeld {
+    /// Name of the weld.
+    pub name: String,
+    /// Every run.
+    pub evidence: Evidence,
+    /// The requirements, judged.
+    pub requirements: Vec<Requirement>,
+}
+
+/// A finished comparison.
+#[derive(Debug, Clone, Copy)]
+pub struct CompareReport<'a> {
+    /// Where the model was read from.
+    pub model: &'a Path,
+    /// What was found.
+    pub comparison: &'a Comparison,
+    /// What the result is of.
+    pub provenance: &'a Provenance,
+}
+
+/// A finished diagnosis.
+#[derive(Clone, Copy)]
+pub struct DiagnoseReport<'a> {
+    /// The model that was given.
+    pub model: &'a ModelFile,
+    /// What was found.
+    pub diagnosis: &'a Diagnosis,
+    /// What is told of it.
+    pub account: &'a Explanation,
+    /// The logs under the model as it was given.
+    pub before: &'a [LogComparison],
+    /// The logs under the model with the best explanation.
+    pub after: &'a [LogComparison],
+    /// What the result is of.
+    pub provenance: &'a Provenance,
+}
+
+/// A finished improvement.
+#[derive(Clone, Copy)]
+pub struct ImproveReport<'a> {
+    /// The model that was given.
+    pub model: &'a ModelFile,
+    /// Where the improved model was written.
+    pub out: &'a Path,
+    /// What was done.
+    pub improvement: &'a Improvement,
+    /// The logs fitted, under the model as it was given.
+    pub before: &'a [LogComparison],
+    /// The logs fitted, under the improved model.
+    pub after: &'a [LogComparison],
+    /// The logs held out, under the model as it was given and under the improved one; empty where
+    /// stretches of the logs fitted were held out.
+    pub held_out: [&'a [LogComparison]; 2],
+    /// Why what was found first is believed.
+    pub reason: Option<&'a Reason>,
+    /// What the result is of.
+    pub provenance: &'a Provenance,
+}
+
+/// Mistakes that were found.
+#[derive(Debug, Clone, Copy)]
+pub struct MistakesReport<'a> {
+    /// The model that the logs were to be compared with.
+    pub model: &'a ModelFile,
+    /// What was found.
+    pub found: &'a Found,
+    /// What the result is of; its command says in which form programs get it.
+    pub provenance: &'a Provenance,
+}
+
+/// Trackers that were registered.
+#[derive(Debug, Clone, Copy)]
+pub struct RegisterReport<'a> {
+    /// The model whose base and tool they are registered to.
+    pub model: &'a ModelFile,
+    /// What was found.
+    pub registered: &'a [Registered],
+    /// What the result is of.
+    pub provenance: &'a Provenance,
+}
+
+impl CertifyReport<'_> {
+    /// Of every requirement of every weld together.
+    pub fn verdict(&self) -> Verdict {
+        Verdict::of(self.welds.iter().flat_map(|weld| &weld.requirements))
+    }
+}

@@ -1,0 +1,235 @@
+//! Every sample of a result as one table for other programs: CSV, or Parquet where the file's name
+//! ends so. SI units, the unit at the end of a column's name or in a column of its own.
+
+mod measured;
+#[cfg(feature = "parquet")]
+mod parquet;
+mod simulated;
+
+pub(crate) use measured::of_logs;
+pub(crate) use simulated::{of_laws, of_runs, of_trials};
+
+use crate::OutputError;
+use std::borrow::Cow;
+use std::fmt::Write as _;
+use std::io::{self, BufWriter, Write};
+use std::path::Path;
+use trueweld_plant::input::write_atomically_with;
+
+/// A table that is made block by block, while it is written: none need fit into memory as a whole.
+pub struct Samples<'a> {
+    columns: Vec<Column>,
+    blocks: Box<dyn Iterator<Item = Block<'a>> + 'a>,
+}
+
+/// A column of all blocks.
+struct Column {
+    name: String,
+    /// Words, or numbers.
+    words: bool,
+}
+
+/// Some rows, column by column.
+type Block<'a> = Vec<Values<'a>>;
+
+/// The values of a column in one block.
+enum Values<'a> {
+    /// NaN where there is none.
+    Numbers(Vec<f64>),
+    /// Numbers of somebody else.
+    Borrowed(&'a [f64]),
+    Words(Vec<Cow<'a, str>>),
+    /// The same word in every row.
+    Word(&'a str),
+}
+
+impl Values<'_> {
+    fn numbers(&self) -> &[f64] {
+        match self {
+            Self::Numbers(values) => values,
+            Self::Borrowed(values) => values,
+            Self::Words(_) | Self::Word(_) => &[],
+        }
+    }
+
+    fn word(&self, row: usize) -> &str {
+        match self {
+            Self::Words(words) => &words[row],
+            Self::Word(word) => word,
+            Self::Numbers(_) | Self::Borrowed(_) => "",
+        }
+    }
+}
+
+/// Rows of a block.
+fn rows_of(block: &Block<'_>) -> usize {
+    let rows = |values: &Values<'_>| match values {
+        Values::Word(_) => None,
+        Values::Words(words) => Some(words.len()),
+        numbers => Some(numbers.numbers().len()),
+    };
+    block.iter().find_map(rows).unwrap_or(0)
+}
+
+impl<'a> Samples<'a> {
+    /// Columns of words, then columns of numbers.
+    fn new<S: Into<String>>(
+        words: impl IntoIterator<Item = S>,
+        numbers: impl IntoIterator<Item = S>,
+        blocks: impl Iterator<Item = Block<'a>> + 'a,
+    ) -> Self {
+        let column = |words: bool| move |name: S| Column { name: name.into(), words };
+        let columns = words.into_iter().map(column(true));
+        let columns = columns.chain(numbers.into_iter().map(column(false))).collect();
+        Self { columns, blocks: Box::new(blocks) }
+    }
+
+    /// Writes the table to `path`, whole or not at all: Parquet where its name ends in `.parquet`,
+    /// else CSV.
+    ///
+    /// # Errors
+    /// [`OutputError::Write`] with the path.
+    pub fn write(self, path: &Path) -> Result<(), OutputError> {
+        let written = write_atomically_with(path, |file| {
+            if is_parquet(path) { self.parquet(file) } else { self.csv(BufWriter::new(file)) }
+        });
+        written.map_err(|reason| OutputError::Write { path: path.to_owned(), reason })
+    }
+
+    /// As RFC 4180 has it: a header, a dot in numbers, quotes where a word needs them; a value that
+    /// does not exist is an empty field.
+    fn csv(self, mut file: impl Write) -> io::Result<()> {
+        let mut line = String::new();
+        let end = |line: &mut String| {
+            line.pop();
+            line.push('\n');
+        };
+        for column in &self.columns {
+            line += &column.name;
+            line.push(',');
+        }
+        end(&mut line);
+        file.write_all(line.as_bytes())?;
+        for block in self.blocks {
+            for row in 0..rows_of(&block) {
+                line.clear();
+                for (column, values) in self.columns.iter().zip(&block) {
+                    if column.words {
+                        line += &quoted(values.word(row));
+                    } else if let Some(value) =
+                        values.numbers().get(row).filter(|value| value.is_finite())
+                    {
+                        write!(line, "{value}").map_err(io::Error::other)?;
+                    }
+                    line.push(',');
+                }
+                end(&mut line);
+                file.write_all(line.as_bytes())?;
+            }
+        }
+        file.flush()
+    }
+
+    #[cfg(not(feature = "parquet"))]
+    fn parquet(self, _: impl Write) -> io::Result<()> {
+        Err(io::Error::other("this build has no Parquet; build it with the feature `parquet`"))
+    }
+}
+
+/// Whether samples of this name are written as Parquet.
+pub fn is_parquet(path: &Path) -> bool {
+    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("parquet"))
+}
+
+fn quoted(word: &str) -> String {
+    if word.contains([',', '"', '\n', '\r']) {
+        format!("\"{}\"", word.replace('"', "\"\""))
+    } else {
+        word.to_owned()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Report, WeldReport, sample};
+
+    #[test]
+    fn a_field_that_needs_them_has_quotes_and_what_does_not_exist_is_empty() {
+        let blocks = [
+            vec![
+                Values::Word("a, \"b\""),
+                Values::Numbers(vec![0.1, f64::NAN]),
+                Values::Borrowed(&[1.0, -2.5e-7]),
+            ],
+            vec![
+                Values::Words(vec!["c".into()]),
+                Values::Numbers(vec![3.0]),
+                Values::Numbers(vec![f64::INFINITY]),
+            ],
+        ];
+        let mut text = Vec::new();
+        Samples::new(["word"], ["x_m", "y_n"], blocks.into_iter()).csv(&mut text).unwrap();
+        let expected =
+            "word,x_m,y_n\n\"a, \"\"b\"\"\",0.1,1\n\"a, \"\"b\"\"\",,-0.00000025\nc,3,\n";
+        assert_eq!(String::from_utf8(text).unwrap(), expected);
+    }
+
+    #[cfg(feature = "parquet")]
+    #[test]
+    fn parquet_and_csv_hold_the_same_to_the_last_digit() {
+        use ::parquet::file::reader::{FileReader, SerializedFileReader};
+        use ::parquet::record::Field;
+
+        let folder = tempfile::tempdir().unwrap();
+        let welds = sample::welds(300);
+        let runs = welds.runs();
+        let weld = WeldReport { runs: &runs, exaggeration: 1.0, provenance: sample::provenance() };
+        let parts = sample::diagnosis(trueweld_measure::diagnose::Verdict::EffectFound);
+        let both = |name: &str, write: &dyn Fn(&Path)| {
+            let [csv, parquet] =
+                ["csv", "parquet"].map(|e| folder.path().join(name).with_extension(e));
+            write(&csv);
+            write(&parquet);
+            let text = std::fs::read_to_string(csv).unwrap();
+            let mut lines = text.lines();
+            let names: Vec<&str> = lines.next().unwrap().split(',').collect();
+            let reader = SerializedFileReader::new(std::fs::File::open(parquet).unwrap()).unwrap();
+            let mut rows = 0;
+            for (row, line) in reader.get_row_iter(None).unwrap().zip(lines.by_ref()) {
+                let row = row.unwrap();
+                // Phases of a weld have commas in them.
+                let fields = csv_fields(line);
+                assert_eq!(fields.len(), names.len());
+                for (((name, field), expected), text) in
+                    row.get_column_iter().zip(&names).zip(&fields)
+                {
+                    assert_eq!(name, expected);
+                    match field {
+                        Field::Str(word) => assert_eq!(word, text),
+                        Field::Double(value) if value.is_nan() => assert_eq!(text, ""),
+                        Field::Double(value) => assert_eq!(text.parse(), Ok(*value)),
+                        other => panic!("{other:?}"),
+                    }
+                }
+                rows += 1;
+            }
+            assert_eq!((lines.next(), rows), (None, reader.metadata().file_metadata().num_rows()));
+            rows
+        };
+        assert_eq!(both("weld", &|path| weld.samples().unwrap().write(path).unwrap()), 600);
+        // Three columns of 500 rows, under two models.
+        let diagnosed = parts.diagnosed();
+        assert_eq!(both("logs", &|path| diagnosed.samples().unwrap().write(path).unwrap()), 3000);
+    }
+
+    #[cfg(feature = "parquet")]
+    fn csv_fields(line: &str) -> Vec<String> {
+        let quoted = |(k, part): (usize, &str)| match k % 2 {
+            0 => part.replace(',', "\u{1}"),
+            _ => part.to_owned(),
+        };
+        let line: String = line.split('"').enumerate().map(quoted).collect();
+        line.split('\u{1}').map(str::to_owned).collect()
+    }
+}
