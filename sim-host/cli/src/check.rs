@@ -1,10 +1,11 @@
 //! `trueweld check`: input files of any kind.
 
-use crate::results::{check_outputs, write};
+use crate::results::{check_outputs, check_targets, write};
 use clap::Args;
 use miette::{Report, Result, miette};
 use std::path::{Path, PathBuf};
 use trueweld_evaluate::Requirements;
+use trueweld_output::json::{self, CheckResult, CheckedFile};
 use trueweld_plant::input::{
     Control, Document, FileKind, InputError, InputFile, ModelFile, Process, RobotFile, Sensors,
     Weld, open_entries, read_text,
@@ -23,20 +24,19 @@ pub struct Arguments {
 
 /// Runs the command: one line a file, and each error where it stands.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    let checked: Vec<_> = arguments.files.iter().map(|path| (path, check(path))).collect();
     let outputs = arguments.json.as_deref().map(|path| ("--json", path));
+    check_targets(outputs.as_slice())?;
+    let checked: Vec<_> = arguments.files.iter().map(|path| (path, check(path))).collect();
     check_outputs(outputs.as_slice())?;
-    let mut verdicts = Vec::new();
-    let mut wrong = 0;
+    let mut files = Vec::new();
     for (path, result) in checked {
         let name = path.display().to_string();
-        let (key, value) = match result {
+        let (kind, error) = match result {
             Ok(kind) => {
                 say!("{name}: {kind}, in order\n");
-                ("kind", kind.schema().to_owned())
+                (Some(kind.schema().to_owned()), None)
             }
             Err(error) => {
-                wrong += 1;
                 let said = error.to_string();
                 let open = open_entries(path).unwrap_or_default();
                 if open.len() > 1 {
@@ -46,14 +46,14 @@ pub fn run(arguments: &Arguments) -> Result<()> {
                 } else {
                     eprintln!("{:?}", Report::new(error));
                 }
-                ("error", said)
+                (None, Some(said))
             }
         };
-        verdicts.push(serde_json::json!({ "file": name, "ok": key == "kind", key: value }));
+        files.push(CheckedFile { file: name, ok: error.is_none(), kind, error });
     }
+    let wrong = files.iter().filter(|file| !file.ok).count();
     if let Some(path) = &arguments.json {
-        let document = serde_json::json!({ "schema": "check/1", "files": verdicts });
-        write(path, &format!("{document:#}\n"))?;
+        write(path, &json::text(&CheckResult::new(files)))?;
     }
     match wrong {
         0 => Ok(()),

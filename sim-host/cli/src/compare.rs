@@ -1,13 +1,13 @@
 //! `trueweld compare`: how far a model is from measurements, and where.
 
 use crate::measured::Measurements;
-use crate::results::Results;
+use crate::results::{RecordedResults, check_outputs, check_targets};
 use clap::Args;
 use miette::{IntoDiagnostic, Result};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use trueweld_measure::fit::FitProblem;
 use trueweld_measure::residuals::compare::{Notice, compare};
-use trueweld_output::{CompareReport, Progress};
+use trueweld_output::CompareReport;
 
 /// Arguments of `compare`.
 #[derive(Args)]
@@ -15,25 +15,26 @@ pub struct Arguments {
     #[command(flatten)]
     measurements: Measurements,
     #[command(flatten)]
-    results: Results,
+    results: RecordedResults,
 }
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
+    let outputs = arguments.results.outputs();
+    check_targets(&outputs)?;
     let measured = arguments.measurements.read()?;
-    arguments.results.check()?;
+    check_outputs(&outputs)?;
     let provenance = measured.provenance("compare")?;
-    if measured.tell_mistakes(&arguments.results, &provenance)? {
+    if measured.tell_mistakes(&arguments.results.files, &provenance)? {
         return Ok(());
     }
-    let (model, count) = (&measured.model, measured.logs.len());
-    let progress = if arguments.results.quiet {
-        Progress::silent()
-    } else {
-        Progress::new("comparing", count as f64)
-    };
+    let model = &measured.model;
+    let rows: Vec<usize> = measured.logs.iter().map(|log| log.samples.time.len()).collect();
+    let progress = arguments.results.files.progress("comparing", rows.iter().sum::<usize>() as f64);
     let finished = AtomicUsize::new(0);
-    let done = || progress.advance_to((finished.fetch_add(1, Ordering::Relaxed) + 1) as f64);
+    let done = |k: usize| {
+        progress.advance_to((finished.fetch_add(rows[k], Ordering::Relaxed) + rows[k]) as f64);
+    };
     let compared =
         compare(model, &measured.logs, &FitProblem::new(model, measured.experiments), &done);
     progress.finish();

@@ -3,14 +3,14 @@
 
 use crate::inputs::{Files, STEP_OF_MANY, passes, read};
 use crate::names::{Controller, LawParser};
-use crate::results::Results;
+use crate::results::{Results, check_outputs, check_targets};
 use clap::Args;
 use miette::Result;
 use std::path::PathBuf;
 use trueweld_compensators::{Entry, library};
 use trueweld_evaluate::Requirements;
 use trueweld_evaluate::laws::{LawComparison, NoFigures};
-use trueweld_output::{LawsReport, Progress};
+use trueweld_output::LawsReport;
 use trueweld_plant::simulate::{Program, Scenario};
 
 /// Arguments of `compare-laws`.
@@ -30,16 +30,12 @@ pub struct Arguments {
     /// Requirements, whose lateral limit is drawn (default: those of the lap weld)
     #[arg(long, value_name = "F")]
     requirements: Option<PathBuf>,
-    /// Write the figures as JSON
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
-    /// Write one self-contained HTML page to this file
-    #[arg(long, value_name = "FILE", default_value = "out/compare-laws.html")]
-    html: PathBuf,
-    /// No progress bar
-    #[arg(long, short)]
-    quiet: bool,
+    #[command(flatten)]
+    results: Results,
 }
+
+/// Where the page goes if the user does not say.
+const PAGE: &str = "out/compare-laws.html";
 
 /// Error of the stiffness believed in where the user gives none: within what is published of one
 /// robot, and enough to tell laws apart that are one where the model is exact. Too stiff, since
@@ -48,15 +44,13 @@ const STIFFNESS_ERROR: f64 = 0.2;
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    let results = Results {
-        json: arguments.json.clone(),
-        html: Some(arguments.html.clone()),
-        ..Results::default()
-    };
+    let mut results = arguments.results.clone();
+    results.html.get_or_insert_with(|| PAGE.into());
+    check_targets(&results.outputs())?;
     let mut files = Vec::new();
     let requirements: Requirements = read(arguments.requirements.as_deref(), &mut files)?;
     let inputs = arguments.files.read()?;
-    results.check()?;
+    check_outputs(&results.outputs())?;
     let controller = arguments.controller.controller();
     let laws = if arguments.laws.is_empty() { library() } else { &arguments.laws };
     let comparison = LawComparison {
@@ -69,9 +63,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         laws,
         passes: arguments.passes as usize,
     };
-    let welds = comparison.welds();
-    let progress =
-        if arguments.quiet { Progress::silent() } else { Progress::new("welding", welds as f64) };
+    let progress = results.progress("welding", comparison.welds() as f64);
     let sweeps = comparison.run(|done| progress.advance_to(done as f64));
     progress.finish();
     let mut points = sweeps.iter().flat_map(|sweep| sweep.points.iter().flatten());
@@ -86,7 +78,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     simulation.stiffness_error = comparison.stiffness_error;
     let mut provenance = inputs.provenance("compare-laws", simulation);
     provenance.files.extend(files);
-    results.write_unrecorded(&LawsReport {
+    results.write(&LawsReport {
         comparison: &comparison,
         sweeps: &sweeps,
         limit,

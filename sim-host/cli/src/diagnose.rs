@@ -1,13 +1,13 @@
 //! `trueweld diagnose`: which physical effect is missing in a model.
 
 use crate::measured::Measurements;
-use crate::results::Results;
+use crate::results::{RecordedResults, check_outputs, check_targets};
 use clap::Args;
 use miette::{IntoDiagnostic, Result};
 use trueweld_measure::diagnose::{diagnose, tell};
 use trueweld_measure::fit::FitProblem;
 use trueweld_measure::residuals::compare::of_logs;
-use trueweld_output::{DiagnoseReport, Progress};
+use trueweld_output::DiagnoseReport;
 
 /// Arguments of `diagnose`.
 #[derive(Args)]
@@ -15,22 +15,23 @@ pub struct Arguments {
     #[command(flatten)]
     measurements: Measurements,
     #[command(flatten)]
-    results: Results,
+    results: RecordedResults,
 }
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
+    let outputs = arguments.results.outputs();
+    check_targets(&outputs)?;
     let measured = arguments.measurements.read()?;
-    arguments.results.check()?;
+    check_outputs(&outputs)?;
     let provenance = measured.provenance("diagnose")?;
-    if measured.tell_mistakes(&arguments.results, &provenance)? {
+    if measured.tell_mistakes(&arguments.results.files, &provenance)? {
         return Ok(());
     }
     measured.tell_registered()?;
     let (model, logs) = (&measured.model, &measured.logs);
     let bench = FitProblem::new(model, measured.experiments);
-    let progress =
-        if arguments.results.quiet { Progress::silent() } else { Progress::new("comparing", 1.0) };
+    let progress = arguments.results.files.progress("comparing", 1.0);
     let diagnosis = diagnose(&bench, logs, &|what, share| progress.stage(what, 0.85 * share))
         .into_diagnostic()?;
     let account =

@@ -1,6 +1,6 @@
 //! `trueweld import-urdf`: a robot file from a URDF.
 
-use crate::results::{check_outputs, write};
+use crate::results::{check_outputs, check_targets, write};
 use crate::terminal::write_result;
 use clap::Args;
 use miette::Result;
@@ -20,11 +20,13 @@ pub struct Arguments {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
+    let outputs = arguments.out.as_deref().map(|path| ("--out", path));
+    check_targets(outputs.as_slice())?;
     let text = input::import_urdf(&arguments.urdf)?;
     let Some(path) = &arguments.out else {
         return write_result(text.as_bytes());
     };
-    check_outputs(&[("--out", path)])?;
+    check_outputs(outputs.as_slice())?;
     write(path, &text)?;
     let left = text.matches(input::FILL_IN).count();
     if left > 0 {

@@ -1,17 +1,18 @@
 //! `trueweld improve`: adds what is missing to a model, and writes it.
 
 use crate::measured::{Measurements, digests, read_experiments};
-use crate::results::{Results, check_outputs};
+use crate::results::{RecordedResults, check_outputs, check_targets};
 use clap::Args;
 use miette::{IntoDiagnostic, Result, miette};
 use std::path::PathBuf;
 use trueweld_measure::data::campaign::read_logs;
 use trueweld_measure::data::log::Log;
+use trueweld_measure::diagnose::reason_of_best;
 use trueweld_measure::fit::FitProblem;
 use trueweld_measure::improve::{HeldOut, improve, model_file};
 use trueweld_measure::mistakes::find;
 use trueweld_measure::residuals::compare::{baseline, of_logs};
-use trueweld_output::{ImproveReport, Progress, model_comments};
+use trueweld_output::{ImproveReport, model_comments};
 use trueweld_plant::input::ModelFile;
 
 /// Arguments of `improve`.
@@ -27,32 +28,30 @@ pub struct Arguments {
     #[arg(long = "held-out", value_name = "LOG")]
     held_out: Vec<PathBuf>,
     #[command(flatten)]
-    results: Results,
+    results: RecordedResults,
 }
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
+    let mut outputs = arguments.results.outputs();
+    outputs.push(("--out", &arguments.out));
+    check_targets(&outputs)?;
     let measured = arguments.measurements.read()?;
     let mut provenance = measured.provenance("improve")?;
     let (model, logs) = (&measured.model, &measured.logs);
-    let held_out = if arguments.held_out.is_empty() {
-        None
-    } else {
-        let held_out = held_out(arguments, model, logs)?;
-        provenance.files.extend(digests("held-out log", &held_out)?);
-        let experiments = read_experiments(&held_out, model)?;
-        Some(HeldOut::new(model, &held_out, experiments))
+    let apart = held_out(arguments, model, logs)?;
+    provenance.files.extend(digests("held-out log", &apart)?);
+    let held_out = match apart.as_slice() {
+        [] => None,
+        apart => Some(HeldOut::new(model, apart, read_experiments(apart, model)?)),
     };
-    let mut outputs = arguments.results.outputs();
-    outputs.push(("--out", &arguments.out));
     check_outputs(&outputs)?;
-    if measured.tell_mistakes(&arguments.results, &provenance)? {
+    if measured.tell_mistakes(&arguments.results.files, &provenance)? {
         return Ok(());
     }
     measured.tell_registered()?;
     let bench = FitProblem::new(model, measured.experiments);
-    let progress =
-        if arguments.results.quiet { Progress::silent() } else { Progress::new("comparing", 1.0) };
+    let progress = arguments.results.files.progress("comparing", 1.0);
     let done = improve(&bench, logs, held_out.as_ref(), &|what, share| progress.stage(what, share));
     progress.finish();
     let improvement = done.into_diagnostic()?;
@@ -62,12 +61,20 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let at = improvement.fitted.as_ref().map_or(&improvement.diagnosis.before, |fitted| &fitted.at);
     let before = of_logs(logs, &bench.experiments, &improvement.diagnosis.before);
     let after = of_logs(logs, &bench.experiments, at);
+    let elsewhere = |fitted| match &held_out {
+        Some(held_out) => held_out.compare(&apart, &bench, fitted).into_diagnostic(),
+        None => Ok(Vec::new()),
+    };
+    let [given, improved] = [elsewhere(None)?, elsewhere(improvement.fitted.as_ref())?];
+    let reason = reason_of_best(&bench, logs, &improvement.diagnosis);
     arguments.results.write(&ImproveReport {
         model,
         out: &arguments.out,
         improvement: &improvement,
         before: &before,
         after: &after,
+        held_out: [&given, &improved],
+        reason: reason.as_ref(),
         provenance: &provenance,
     })?;
     say!("wrote {}\n", arguments.out.display());
@@ -76,6 +83,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
 
 /// Logs that nothing is fitted to.
 fn held_out(arguments: &Arguments, model: &ModelFile, fitted: &[Log]) -> Result<Vec<Log>> {
+    if arguments.held_out.is_empty() {
+        return Ok(Vec::new());
+    }
     let (_, mut logs) = read_logs(&arguments.held_out)?;
     for log in &logs {
         log.must_be_of(&model.robot, &format!("the model {}", model.path.display()))?;

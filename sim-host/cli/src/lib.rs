@@ -68,6 +68,8 @@ enum Command {
     /// Simulate a step of the force set-point with all three controllers
     Step(step::Arguments),
     /// Show what every compensation law makes of a wrong stiffness, noise, delay and a lost sensor
+    ///
+    /// The page goes to out/compare-laws.html where --html does not say otherwise.
     CompareLaws(compare_laws::Arguments),
     /// Prove by many welds of uncertain cells that a compensation law meets its requirements
     Certify(certify::Arguments),

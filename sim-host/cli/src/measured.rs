@@ -77,7 +77,7 @@ impl Measured {
             return Ok(false);
         }
         let report = MistakesReport { model: &self.model, found: &self.found, provenance };
-        results.write_unrecorded(&report)?;
+        results.write(&report)?;
         Ok(true)
     }
 

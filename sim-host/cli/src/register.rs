@@ -1,7 +1,7 @@
 //! `trueweld register`: where the tracker stands, and what it sees of the tool.
 
 use crate::measured::Measurements;
-use crate::results::Results;
+use crate::results::{Results, check_outputs, check_targets};
 use clap::Args;
 use miette::{IntoDiagnostic, Result, WrapErr, miette};
 use std::fs;
@@ -24,8 +24,10 @@ pub struct Arguments {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
+    let outputs = arguments.results.outputs();
+    check_targets(&outputs)?;
     let (model, logs) = arguments.measurements.read_files()?;
-    arguments.results.check()?;
+    check_outputs(&outputs)?;
     let registered = registrations(&logs, &baseline(&model));
     if registered.is_empty() {
         return Err(miette!(
@@ -35,7 +37,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     }
     let provenance = crate::measured::provenance("register", &model, &logs)?;
     let report = RegisterReport { model: &model, registered: &registered, provenance: &provenance };
-    arguments.results.write_unrecorded(&report)?;
+    arguments.results.write(&report)?;
     for registered in registered.iter().filter(|_| arguments.write) {
         let table = tracker_table(&registered.registration.mounting);
         for log in logs.iter().filter(|log| registered.logs.contains(&log.name)) {

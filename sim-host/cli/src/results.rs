@@ -4,11 +4,11 @@ use crate::terminal;
 use clap::Args;
 use miette::{IntoDiagnostic, Result, WrapErr, miette};
 use std::path::{Path, PathBuf};
-use trueweld_output::{Recorded, Report, write_file};
-use trueweld_plant::input::{files_read, folder_of, remove_stale};
+use trueweld_output::{Progress, Recorded, Report, is_parquet, write_file};
+use trueweld_plant::input::{files_read, folder_of, may_write_into, remove_stale};
 
-/// Result files.
-#[derive(Args, Default)]
+/// Result files of any command.
+#[derive(Args, Clone, Default)]
 pub struct Results {
     /// Write the figures as JSON; `-` writes them to standard output, and the text to standard error
     #[arg(long, value_name = "FILE")]
@@ -16,49 +16,72 @@ pub struct Results {
     /// Write one self-contained HTML page
     #[arg(long, value_name = "FILE")]
     pub html: Option<PathBuf>,
-    /// Write a Rerun recording (open with: rerun FILE)
+    /// Write every sample as a table: Parquet where FILE ends in .parquet, CSV where in .csv
     #[arg(long, value_name = "FILE")]
-    pub rrd: Option<PathBuf>,
+    pub samples: Option<PathBuf>,
     /// No progress bar
     #[arg(long, short)]
     pub quiet: bool,
 }
 
 impl Results {
-    /// Refuses what could not be written, and what would overwrite an input: to be asked once the
-    /// inputs are read, before the work.
-    ///
-    /// # Errors
-    /// Those of [`check_outputs`].
-    pub fn check(&self) -> Result<()> {
-        check_outputs(&self.outputs())
-    }
-
     /// The files asked for, and the flags that ask for them.
     pub fn outputs(&self) -> Vec<(&'static str, &Path)> {
-        let files = [("--json", &self.json), ("--html", &self.html), ("--rrd", &self.rrd)];
+        let files = [("--json", &self.json), ("--html", &self.html), ("--samples", &self.samples)];
         files.into_iter().filter_map(|(flag, path)| Some((flag, path.as_deref()?))).collect()
     }
 
-    /// Shows a result, and writes the files that were asked for.
-    pub fn write(&self, report: &(impl Report + Recorded)) -> Result<()> {
-        self.write_unrecorded(report)?;
-        #[cfg(feature = "rerun")]
-        if let Some(path) = &self.rrd {
-            report.record(path)?;
-            say!("wrote {}\n", path.display());
-        }
-        Ok(())
+    /// The bar of some work.
+    pub fn progress(&self, label: &str, total: f64) -> Progress {
+        if self.quiet { Progress::silent() } else { Progress::new(label, total) }
     }
 
-    /// The same of a result that has no recording.
-    pub fn write_unrecorded(&self, report: &impl Report) -> Result<()> {
+    /// Shows a result, and writes the files that were asked for.
+    pub fn write(&self, report: &impl Report) -> Result<()> {
         say!("{}", report.text());
         if let Some(path) = &self.json {
             write(path, &report.json_text())?;
         }
         if let Some(path) = &self.html {
             write(path, &report.page())?;
+        }
+        match (&self.samples, report.samples()) {
+            (None, _) => {}
+            (Some(path), Some(samples)) => {
+                samples.write(path)?;
+                say!("wrote {}\n", path.display());
+            }
+            (Some(path), None) => say!("nothing was compared: no {} is written\n", path.display()),
+        }
+        Ok(())
+    }
+}
+
+/// Result files of a command whose result can be recorded.
+#[derive(Args, Default)]
+pub struct RecordedResults {
+    #[command(flatten)]
+    pub files: Results,
+    /// Write a Rerun recording (open with: rerun FILE)
+    #[arg(long, value_name = "FILE")]
+    pub rrd: Option<PathBuf>,
+}
+
+impl RecordedResults {
+    /// As [`Results::outputs`].
+    pub fn outputs(&self) -> Vec<(&'static str, &Path)> {
+        let mut outputs = self.files.outputs();
+        outputs.extend(self.rrd.as_deref().map(|path| ("--rrd", path)));
+        outputs
+    }
+
+    /// As [`Results::write`].
+    pub fn write(&self, report: &(impl Report + Recorded)) -> Result<()> {
+        self.files.write(report)?;
+        #[cfg(feature = "rerun")]
+        if let Some(path) = &self.rrd {
+            report.record(path)?;
+            say!("wrote {}\n", path.display());
         }
         Ok(())
     }
@@ -84,54 +107,100 @@ pub fn write(path: &Path, text: &str) -> Result<()> {
 /// another name may be a slip.
 const OUT: &str = "out";
 
-/// Checks the outputs of a command, each with the flag that asks for it, before its work: every
-/// file that was read until now is an input, those that other files name included. Also tells the
-/// warnings about the inputs, makes the folder `out`, removes what a killed run left in the
-/// folders, and keeps standard output for the output that is `-`.
+/// Checks whether the outputs of a command can be written, each with the flag that asks for it:
+/// before anything is read.
 ///
 /// # Errors
-/// A path in no folder, a folder, an output that is an input, or two outputs in one file.
-pub fn check_outputs(outputs: &[(&str, &Path)]) -> Result<()> {
-    terminal::tell_warnings();
-    let inputs = files_read();
-    let mut targets: Vec<(&str, PathBuf)> = Vec::new();
+/// A path in no folder or in one that cannot be written into, a folder, a form that this build does
+/// not have.
+pub fn check_targets(outputs: &[(&str, &Path)]) -> Result<()> {
     for (flag, path) in outputs {
-        let refuse = |why: &str| Err(miette!("{flag}: cannot write {}: {why}", path.display()));
+        let refuse = |why: &str| refused(flag, path, why);
         if *flag == "--rrd" && cfg!(not(feature = "rerun")) {
             return Err(miette!(
                 "--rrd: this build has no Rerun; build it with the feature `rerun`"
             ));
         }
-        let folder = folder_of(path);
-        if folder == Path::new(OUT) {
-            std::fs::create_dir_all(folder)
-                .into_diagnostic()
-                .wrap_err("cannot create the folder out")?;
+        if *flag == "--samples" && is_parquet(path) && cfg!(not(feature = "parquet")) {
+            return refuse("this build has no Parquet; build it with the feature `parquet`");
         }
-        let target = if *path == Path::new(STDOUT) {
+        if *flag == "--samples" && !is_parquet(path) && path.extension() != Some("csv".as_ref()) {
+            return refuse("expected a name that ends in .csv or .parquet");
+        }
+        if *path == Path::new(STDOUT) {
             if !matches!(*flag, "--json" | "--html") {
                 return refuse("only text goes to standard output; expected the name of a file");
             }
             terminal::keep_stdout_for_result();
-            path.to_path_buf()
-        } else if !folder.is_dir() {
-            let folder = folder.display();
-            return refuse(&format!("expected a folder {folder}, and there is none"));
         } else if path.is_dir() {
             return refuse("expected the name of a file, and it is a folder");
+        } else if !path.exists() || path.is_file() {
+            let folder = folder_of(path);
+            let made = folder == Path::new(OUT) && !folder.exists();
+            check_folder(flag, path, if made { Path::new(".") } else { folder })?;
+        }
+    }
+    Ok(())
+}
+
+/// Checks a folder that is to be made where it is not there, with those above it.
+///
+/// # Errors
+/// A file of that name; a folder in which it cannot be made.
+pub fn check_new_folder(flag: &str, path: &Path) -> Result<()> {
+    let there = path.ancestors().find(|folder| folder.exists()).unwrap_or(Path::new("."));
+    check_folder(flag, path, there)
+}
+
+fn check_folder(flag: &str, path: &Path, folder: &Path) -> Result<()> {
+    if !folder.is_dir() {
+        let folder = folder.display();
+        return refused(flag, path, &format!("expected a folder {folder}, and there is none"));
+    }
+    may_write_into(folder).or_else(|error| {
+        let folder = folder.display();
+        refused(flag, path, &format!("the folder {folder} cannot be written into: {error}"))
+    })
+}
+
+fn refused(flag: &str, path: &Path, why: &str) -> Result<()> {
+    Err(miette!("{flag}: cannot write {}: {why}", path.display()))
+}
+
+/// Checks the outputs of a command once its inputs are read, and before its work: every file that
+/// was read until now is an input, those that other files name included. Also tells the warnings
+/// about the inputs, makes the folder `out`, and removes what a killed run left in the folders.
+///
+/// # Errors
+/// Those of [`check_targets`]; an output that is an input, or two outputs in one file.
+pub fn check_outputs(outputs: &[(&str, &Path)]) -> Result<()> {
+    terminal::tell_warnings();
+    check_targets(outputs)?;
+    let inputs = files_read();
+    let mut targets: Vec<(&str, PathBuf)> = Vec::new();
+    for (flag, path) in outputs {
+        let target = if *path == Path::new(STDOUT) {
+            path.to_path_buf()
         } else if path.exists() && !path.is_file() {
             // Any number of results may go to a device.
             continue;
         } else {
+            let folder = folder_of(path);
+            if folder == Path::new(OUT) {
+                std::fs::create_dir_all(folder)
+                    .into_diagnostic()
+                    .wrap_err("cannot create the folder out")?;
+            }
             remove_stale(folder);
             let folder = folder.canonicalize().into_diagnostic()?;
             path.canonicalize().unwrap_or(folder.join(path.file_name().unwrap_or_default()))
         };
         if inputs.contains(&target) {
-            return refuse("it is an input of this command; expected another file");
+            return refused(flag, path, "it is an input of this command; expected another file");
         }
         if let Some((other, _)) = targets.iter().find(|(_, other)| *other == target) {
-            return refuse(&format!("{other} goes there too; expected another file"));
+            let why = format!("{other} goes there too; expected another file");
+            return refused(flag, path, &why);
         }
         targets.push((flag, target));
     }

@@ -2,7 +2,7 @@
 //! controllers.
 
 use crate::inputs::{Files, PLANT_STEP};
-use crate::results::Results;
+use crate::results::{RecordedResults, check_outputs, check_targets};
 use clap::Args;
 use miette::{Result, miette};
 use std::slice;
@@ -20,7 +20,7 @@ pub struct Arguments {
     #[arg(long, value_name = "N", default_value_t = 11_000.0, allow_negative_numbers = true)]
     height: f64,
     #[command(flatten)]
-    results: Results,
+    results: RecordedResults,
 }
 
 /// Time from closing the force loop to the step, s.
@@ -35,8 +35,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     if !(height.is_finite() && height != 0.0) {
         return Err(miette!("--height {height}: expected a number of newtons other than 0"));
     }
+    let outputs = arguments.results.outputs();
+    check_targets(&outputs)?;
     let inputs = arguments.files.read()?;
-    arguments.results.check()?;
+    check_outputs(&outputs)?;
     let at = inputs.weld.settle + HOLD;
     let program = Program::ForceStep { height, hold: HOLD, length: LENGTH };
     let none = Entry::of::<Uncompensated>();

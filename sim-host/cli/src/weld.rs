@@ -2,13 +2,13 @@
 
 use crate::inputs::{Files, Inputs, PLANT_STEP, passes};
 use crate::names::{Controller, LawParser};
-use crate::results::Results;
+use crate::results::{RecordedResults, Results, check_outputs, check_targets};
 use clap::Args;
 use miette::{Result, miette};
 use std::path::PathBuf;
 use trueweld_compensators::{Elastostatic, Entry, Uncompensated};
 use trueweld_evaluate::WeldFigures;
-use trueweld_output::{Progress, WeldReport, WeldRun};
+use trueweld_output::{WeldReport, WeldRun};
 use trueweld_plant::simulate::{self, Program, Recording, Seam};
 
 /// Arguments of `weld`.
@@ -37,16 +37,16 @@ pub struct Arguments {
     )]
     exaggeration: f64,
     #[command(flatten)]
-    results: Results,
+    results: RecordedResults,
 }
 
 impl Arguments {
     /// The first published weld with and without compensation, written to `out/`.
     pub fn first_published() -> Self {
-        let results = Results {
-            html: Some(PathBuf::from("out/weld.html")),
+        let html = Some(PathBuf::from("out/weld.html"));
+        let results = RecordedResults {
+            files: Results { html, ..Results::default() },
             rrd: cfg!(feature = "rerun").then(|| PathBuf::from("out/weld.rrd")),
-            ..Results::default()
         };
         Self {
             files: Files::default(),
@@ -67,8 +67,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             arguments.exaggeration
         ));
     }
+    let outputs = arguments.results.outputs();
+    check_targets(&outputs)?;
     let inputs = arguments.files.read()?;
-    arguments.results.check()?;
+    check_outputs(&outputs)?;
     let controller = arguments.controller.controller();
     let laws = match &arguments.compensator {
         None => vec![Entry::of::<Uncompensated>(), Entry::of::<Elastostatic<f64>>()],
@@ -103,11 +105,7 @@ fn simulate_all(
 ) -> Result<Vec<Recording>> {
     let duration = Program::Weld.duration(&inputs.weld, &Seam::of(&inputs.weld));
     let passes = arguments.passes as usize;
-    let progress = if arguments.results.quiet {
-        Progress::silent()
-    } else {
-        Progress::new("welding", duration * passes as f64)
-    };
+    let progress = arguments.results.files.progress("welding", duration * passes as f64);
     let results: Vec<_> = std::thread::scope(|scope| {
         let threads: Vec<_> = laws
             .iter()

@@ -6,7 +6,7 @@ mod support;
 use serde_json::Value;
 use std::fs;
 use std::process::Command;
-use support::{Workspace, fixture};
+use support::{Workspace, assert_valid, fixture, one_line};
 
 #[test]
 fn a_weld_is_told_as_table_json_and_page() {
@@ -254,11 +254,15 @@ fn check_says_what_a_file_is_or_what_is_wrong_with_it() {
     assert!(value["files"].as_array().unwrap().iter().all(|file| file["ok"] == true));
 
     place.weld("nan.toml", "[1.7, -1.0, 0.5]", "[1.7, nan, 0.5]");
-    let message = place.refused(&["check", "short.toml", "nan.toml"]);
-    assert!(
-        message.contains("nan.toml:4") && message.contains("1 file is not in order"),
-        "{message}"
-    );
+    let output = place.run(&["check", "short.toml", "nan.toml", "--json", "check.json"]);
+    assert!(!output.status.success());
+    let message = one_line(&String::from_utf8(output.stderr).unwrap());
+    for said in ["nan.toml:4", "1 file is not in order"] {
+        assert!(message.contains(said), "{message}");
+    }
+    assert_valid(&place.bytes("check.json"));
+    let wrong = &place.json("check.json")["files"][1];
+    assert!(wrong["ok"] == false && wrong["error"].is_string(), "{wrong}");
 }
 
 #[test]
@@ -286,8 +290,7 @@ fn a_campaign_is_compared_with_its_model_and_says_where_it_fails() {
         place.done(&["compare", &campaign, "--quiet", "--json", "c.json", "--html", "c.html"]);
     assert!(said.starts_with("Score 5."), "{said}");
     assert!(said.contains("A5's spring torque"), "{said}");
-    let value: Value =
-        serde_json::from_str(&fs::read_to_string(place.path().join("c.json")).unwrap()).unwrap();
+    let value = place.json("c.json");
     assert_eq!(value["schema"], "compare/1");
     assert_eq!(value["logs"].as_array().unwrap().len(), 7);
     assert_eq!(value["logs"][0]["channels"][0]["noise_is"], "stated");
@@ -499,14 +502,9 @@ fn laws_are_compared_the_same_with_any_number_of_threads() {
     }
     let page = String::from_utf8(place.bytes("out/compare-laws.html")).unwrap();
     assert_eq!(page.matches("<svg").count(), 4);
-    let status = Command::new(env!("CARGO_BIN_EXE_trueweld"))
-        .args(all)
-        .args(["--json", "b.json"])
-        .env("RAYON_NUM_THREADS", "1")
-        .current_dir(place.path())
-        .status()
-        .unwrap();
-    assert!(status.success());
+    let one_thread = [("RAYON_NUM_THREADS", "1")];
+    let output = place.run_with(&[&all[..], &["--json", "b.json"]].concat(), &one_thread);
+    assert!(output.status.success());
     assert!(place.bytes("a.json") == place.bytes("b.json"));
     assert!(place.bytes("out/compare-laws.html") == page.into_bytes());
 }
@@ -613,13 +611,8 @@ fn a_certification_goes_on_where_it_was_stopped_and_is_the_same_with_any_number_
         fs::write(place.path().join(format!("part/{section}-short.jsonl")), kept.join("\n") + "\n")
             .unwrap();
     }
-    let status = Command::new(env!("CARGO_BIN_EXE_trueweld"))
-        .args(certify("part"))
-        .env("RAYON_NUM_THREADS", "1")
-        .current_dir(place.path())
-        .status()
-        .unwrap();
-    assert!(status.success());
+    let output = place.run_with(&certify("part"), &[("RAYON_NUM_THREADS", "1")]);
+    assert!(output.status.success());
     let sections =
         ["nominal", "trials", "worst", "faults"].map(|section| format!("{section}-short.jsonl"));
     for file in sections.iter().map(String::as_str).chain(["certify.json", "certify.html"]) {
@@ -689,6 +682,26 @@ fn a_certificate_says_what_it_is_of_so_that_sha256sum_agrees() {
         let sum = String::from_utf8(sum.stdout).unwrap();
         assert_eq!(sum.split_whitespace().next(), file["sha256"].as_str(), "{path}");
     }
+}
+
+#[test]
+fn implausible_values_stand_in_a_certificate_too() {
+    let place = Workspace::new();
+    requirements(&place, "0.002");
+    let text = String::from_utf8(place.bytes("requirements.toml")).unwrap();
+    let text = text.replace("failure_probability = 0.5", "failure_probability = 0.6");
+    fs::write(place.path().join("requirements.toml"), text).unwrap();
+    let few = ["--trials", "1", "--worst", "0", "-q", "--evidence", "e"];
+    let output = place.run(&[&CERTIFY[..7], &few].concat());
+    let warned = String::from_utf8(output.stderr).unwrap();
+    assert!(warned.contains("Warning: ") && warned.contains("failure_probability"), "{warned}");
+    assert_valid(&place.bytes("e/certify.json"));
+    let value = place.json("e/certify.json");
+    let warnings = value["provenance"]["warnings"].as_array().unwrap();
+    assert!(
+        warnings.iter().any(|w| w.as_str().unwrap().contains("failure_probability")),
+        "{warnings:?}"
+    );
 }
 
 #[test]

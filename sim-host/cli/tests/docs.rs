@@ -12,12 +12,15 @@
 //!
 //! `trueweld …` and `cargo run --release -- …` run the program under test, beside a copy of
 //! fixtures/. Any other cargo command runs in the repository and must be marked as long. A build
-//! without recordings leaves out `--rrd`.
+//! without recordings leaves out `--rrd`; one without Parquet writes CSV.
+
+mod support;
 
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use support::{assert_results_valid, assert_valid};
 
 /// A command of a page, and what the page says of it.
 #[derive(Debug, Default)]
@@ -220,7 +223,13 @@ fn problems(step: &Step, folder: &Path) -> Vec<String> {
             let mut command = Command::new(env!("CARGO_BIN_EXE_trueweld"));
             let recording =
                 |a: &&str| cfg!(feature = "rerun") || *a != "--rrd" && !a.ends_with(".rrd");
-            command.args(arguments.split_whitespace().filter(recording)).current_dir(folder);
+            // The same table in a form that every build has.
+            let table = |argument: &str| match cfg!(feature = "parquet") {
+                true => argument.to_owned(),
+                false => argument.replace(".parquet", ".csv"),
+            };
+            let arguments = arguments.split_whitespace().filter(recording).map(table);
+            command.args(arguments).current_dir(folder);
             if !step.figures.is_empty() {
                 command.arg("--json").arg(&json);
             }
@@ -242,11 +251,18 @@ fn problems(step: &Step, folder: &Path) -> Vec<String> {
             String::from_utf8_lossy(&output.stderr)
         )];
     }
+    if let Some(arguments) = arguments {
+        let arguments: Vec<&str> = arguments.split_whitespace().collect();
+        assert_results_valid(&arguments, folder, &output);
+    }
     if !step.figures.is_empty() {
+        assert_valid(&fs::read(&json).unwrap());
         let values: Value = serde_json::from_slice(&fs::read(&json).unwrap()).unwrap();
         return step.figures.iter().filter_map(|f| f.wrong(&step.section, &values)).collect();
     }
-    let part = missing(&step.shown.join("\n"), &printed);
+    let shown = step.shown.join("\n");
+    let shown = if cfg!(feature = "parquet") { shown } else { shown.replace(".parquet", ".csv") };
+    let part = missing(&shown, &printed);
     part.map(|part| format!("not printed:\n{part}\nprinted:\n{printed}")).into_iter().collect()
 }
 

@@ -7,12 +7,12 @@ mod store;
 
 use crate::inputs::{CellFiles, Inputs, STEP_OF_MANY, passes, read};
 use crate::names::{Controller, LawParser};
-use crate::results::{check_outputs, write};
+use crate::results::{Results, check_new_folder, check_outputs, check_targets, write};
 use clap::{Args, value_parser};
 use miette::{IntoDiagnostic, Result, WrapErr, miette};
 use std::path::{Path, PathBuf};
 use std::slice;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
 use store::TrialStore;
 use trueweld_compensators::Entry;
 use trueweld_evaluate::Requirements;
@@ -55,17 +55,16 @@ pub struct Arguments {
     /// Evidence folder
     #[arg(long, value_name = "FOLDER", default_value = "out/certify")]
     evidence: PathBuf,
-    /// Write the result as JSON to this file as well
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
-    /// No progress bar
-    #[arg(long, short)]
-    quiet: bool,
+    #[command(flatten)]
+    results: Results,
 }
 
 /// Runs the command. A law that fails, or that so few runs do not show to pass, ends the program
 /// with status 1.
 pub fn run(arguments: &Arguments) -> Result<()> {
+    let (folder, results) = (&arguments.evidence, &arguments.results);
+    check_new_folder("--evidence", folder)?;
+    check_targets(&results.outputs())?;
     let mut files = Vec::new();
     let requirements: Requirements = read(arguments.requirements.as_deref(), &mut files)?;
     if requirements.limits.is_empty() {
@@ -73,15 +72,18 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             "the requirements limit nothing; expected at least one key in [limits]"
         ));
     }
-    let folder = &arguments.evidence;
+    let [certificate, page] = ["certify.json", "certify.html"].map(|name| folder.join(name));
+    // Everything is read and judged usable before the first run.
+    let inputs = inputs(arguments)?;
     std::fs::create_dir_all(folder)
         .into_diagnostic()
         .wrap_err_with(|| format!("cannot create {}", folder.display()))?;
-    let [certificate, page] = ["certify.json", "certify.html"].map(|name| folder.join(name));
-    let mut outputs = vec![("--evidence", certificate.as_path()), ("--evidence", page.as_path())];
-    outputs.extend(arguments.json.as_deref().map(|path| ("--json", path)));
-    // Everything is read and judged usable before the first run.
-    let inputs = inputs(arguments)?;
+    let of_weld = |inputs: &Inputs| SECTIONS.map(|s| section_file(folder, s, &inputs.weld_name));
+    let evidence: Vec<PathBuf> =
+        inputs.iter().flat_map(of_weld).chain([certificate.clone(), page.clone()]).collect();
+    let mut outputs: Vec<(&str, &Path)> =
+        evidence.iter().map(|path| ("--evidence", path.as_path())).collect();
+    outputs.extend(results.outputs());
     check_outputs(&outputs)?;
     let campaigns = inputs
         .iter()
@@ -104,13 +106,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         welds,
         provenance: &provenance,
     };
-    let text = report.json_text();
-    say!("{}", report.text());
-    write_file(&certificate, &text)?;
+    write_file(&certificate, report.json_text())?;
+    results.write(&report)?;
     write(&page, &report.page())?;
-    if let Some(path) = &arguments.json {
-        write(path, &text)?;
-    }
     if report.verdict() != Verdict::Pass {
         std::process::exit(1);
     }
@@ -155,6 +153,14 @@ fn key(provenance: &Provenance) -> Result<String> {
     Ok(sha256(serde_json::to_string(&of).into_diagnostic()?.as_bytes()))
 }
 
+/// The sections of a weld's evidence.
+const SECTIONS: [&str; 4] = ["nominal", "trials", "worst", "faults"];
+
+/// The file of a section of a weld.
+fn section_file(folder: &Path, section: &str, weld: &str) -> PathBuf {
+    folder.join(format!("{section}-{weld}.jsonl"))
+}
+
 /// The runs that are kept of a weld.
 struct EvidenceFiles {
     nominal: TrialStore<Trial>,
@@ -165,18 +171,18 @@ struct EvidenceFiles {
 
 impl EvidenceFiles {
     fn open(folder: &Path, weld: &str, key: &str) -> Result<Self> {
-        let file = |section: &str| folder.join(format!("{section}-{weld}.jsonl"));
+        let [nominal, trials, worst, faults] = SECTIONS.map(|s| section_file(folder, s, weld));
         Ok(Self {
-            nominal: TrialStore::open(file("nominal"), key)?,
-            trials: TrialStore::open(file("trials"), key)?,
-            worst: TrialStore::open(file("worst"), key)?,
-            faults: TrialStore::open(file("faults"), key)?,
+            nominal: TrialStore::open(nominal, key)?,
+            trials: TrialStore::open(trials, key)?,
+            worst: TrialStore::open(worst, key)?,
+            faults: TrialStore::open(faults, key)?,
         })
     }
 
-    /// How many runs need not be made again.
-    fn count(&self) -> usize {
-        self.nominal.count() + self.trials.count() + self.worst.count() + self.faults.count()
+    /// How many welds without a fault need not be made again.
+    fn welds(&self) -> usize {
+        self.nominal.count() + self.trials.count() + self.worst.count()
     }
 
     fn close(self) -> Result<()> {
@@ -230,30 +236,33 @@ impl<'a> WeldCampaign<'a> {
             )
         })?;
         let budget = arguments.worst as usize;
-        let all = 1 + arguments.trials as usize + budget + cases.len();
-        let meter = Meter::new(arguments.quiet, all.saturating_sub(kept.count()));
+        let welds = 1 + arguments.trials as usize + budget;
+        let faults: f64 = cases.iter().map(|case| certification.cost(case)).sum();
+        let of_kept = faults / cases.len().max(1) as f64 * kept.faults.count() as f64;
+        let missing = welds.saturating_sub(kept.welds()) as f64 + faults - of_kept;
+        let meter = Meter::new(&arguments.results, missing);
 
         let nominals = kept.nominal.complete(
             &[()],
             |(), _| true,
-            |()| meter.count("nominal", certification.nominal()),
+            |()| meter.count("nominal", 1.0, certification.nominal()),
         )?;
         let faults = kept.faults.complete(
             &cases,
             |case, run| run.fault == case.to_string(),
-            |case| meter.count("faults", certification.run_fault(case)),
+            |case| meter.count("faults", certification.cost(case), certification.run_fault(case)),
         )?;
         let indices: Vec<u64> = (0..arguments.trials).collect();
         let trials = kept.trials.complete(
             &indices,
             |index, run| run.index == *index,
-            |index| meter.count("draws", certification.trial(*index)),
+            |index| meter.count("draws", 1.0, certification.trial(*index)),
         )?;
         let worst = search(requirements, arguments.draws, &trials, budget, |batch| {
             let is =
                 |(index, draw): &(u64, _), run: &Trial| run.index == *index && run.draw == *draw;
             kept.worst.complete(batch, is, |(index, draw)| {
-                meter.count("worst case", certification.weld(*index, *draw))
+                meter.count("worst case", 1.0, certification.weld(*index, *draw))
             })
         })?;
         meter.finish();
@@ -268,24 +277,23 @@ impl<'a> WeldCampaign<'a> {
     }
 }
 
-/// How many of the missing runs of a weld are made.
+/// How much of the missing runs of a weld is made, in welds without a fault.
 struct Meter {
     progress: Progress,
-    made: AtomicUsize,
-    of: usize,
+    made: Mutex<f64>,
+    of: f64,
 }
 
 impl Meter {
-    fn new(quiet: bool, of: usize) -> Self {
-        let progress =
-            if quiet { Progress::silent() } else { Progress::new("certifying", of as f64) };
-        Self { progress, made: AtomicUsize::new(0), of }
+    fn new(results: &Results, of: f64) -> Self {
+        Self { progress: results.progress("certifying", of), made: Mutex::new(0.0), of }
     }
 
     /// Counts a run that was just made.
-    fn count<R>(&self, section: &str, run: R) -> R {
-        let made = self.made.fetch_add(1, Ordering::Relaxed) + 1;
-        self.progress.stage(section, made as f64 / self.of.max(1) as f64);
+    fn count<R>(&self, section: &str, cost: f64, run: R) -> R {
+        let mut made = self.made.lock().unwrap_or_else(PoisonError::into_inner);
+        *made += cost;
+        self.progress.stage(section, *made / self.of.max(1.0));
         run
     }
 

@@ -39,12 +39,21 @@ impl Workspace {
         fs::write(self.path().join(name), text.lines().map(line).collect::<String>()).unwrap();
     }
 
+    /// Runs the program; every JSON file that it writes must be valid by its published schema.
     pub fn run(&self, arguments: &[&str]) -> Output {
-        Command::new(env!("CARGO_BIN_EXE_trueweld"))
+        self.run_with(arguments, &[])
+    }
+
+    /// The same with variables of the environment.
+    pub fn run_with(&self, arguments: &[&str], environment: &[(&str, &str)]) -> Output {
+        let output = Command::new(env!("CARGO_BIN_EXE_trueweld"))
             .args(arguments)
+            .envs(environment.iter().copied())
             .current_dir(self.path())
             .output()
-            .unwrap()
+            .unwrap();
+        assert_results_valid(arguments, self.path(), &output);
+        output
     }
 
     /// Runs what must succeed; its standard output.
@@ -86,6 +95,32 @@ impl Workspace {
     pub fn json(&self, name: &str) -> Value {
         serde_json::from_slice(&self.bytes(name)).unwrap()
     }
+}
+
+/// Panics where a JSON file that a run has written is not valid by the published schema that it
+/// names. What a refused run left there is not its own.
+pub fn assert_results_valid(arguments: &[&str], folder: &Path, output: &Output) {
+    if !output.status.success() && !output.stderr.is_empty() {
+        return;
+    }
+    let read = |name: &str| fs::read(folder.join(name)).unwrap();
+    for pair in arguments.windows(2) {
+        match pair {
+            ["--json", "-"] => assert_valid(&output.stdout),
+            ["--json", name] if !name.starts_with("/dev/") => assert_valid(&read(name)),
+            ["--evidence", name] => assert_valid(&read(&format!("{name}/certify.json"))),
+            _ => {}
+        }
+    }
+}
+
+/// Panics where a result is not valid by the published schema that it names.
+pub fn assert_valid(result: &[u8]) {
+    let result: Value = serde_json::from_slice(result).unwrap();
+    let name = result["schema"].as_str().and_then(|s| s.split('/').next()).expect("a schema");
+    let file = format!("{}/../../docs/schema/{name}.json", env!("CARGO_MANIFEST_DIR"));
+    let schema: Value = serde_json::from_str(&fs::read_to_string(file).unwrap()).unwrap();
+    jsonschema::validate(&schema, &result).unwrap_or_else(|error| panic!("{name}: {error}"));
 }
 
 /// A message on one line: as wide as the terminal, messages are broken into lines.

@@ -29,11 +29,3 @@ impl Report for MistakesReport<'_> {
         document
     }
 }
-
-impl super::Recorded for MistakesReport<'_> {
-    #[cfg(feature = "rerun")]
-    fn record(&self, path: &std::path::Path) -> Result<(), crate::OutputError> {
-        let reason = "of mistakes in the files there is nothing to be seen".to_owned();
-        Err(crate::OutputError::Record { path: path.to_owned(), reason })
-    }
-}
