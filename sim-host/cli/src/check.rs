@@ -1,20 +1,23 @@
-//! `trueweld check`: input files of any kind.
+//! `trueweld check`: input files of any kind, and folders of logs and campaigns.
 
 use crate::results::{check_outputs, check_targets, write};
 use clap::Args;
-use miette::{Report, Result, miette};
+use miette::{IntoDiagnostic, Report, Result, WrapErr, miette};
 use std::path::{Path, PathBuf};
 use trueweld_evaluate::Requirements;
+use trueweld_measure::data::campaign::Campaign;
+use trueweld_measure::data::log::{LOG_FILE, Log};
 use trueweld_output::json::{self, CheckResult, CheckedFile};
 use trueweld_plant::input::{
     Control, Document, FileKind, InputError, InputFile, ModelFile, Process, RobotFile, Sensors,
-    Weld, open_entries, read_text,
+    Weld, folder_of, open_entries, read_text,
 };
 
 /// Arguments of `check`.
 #[derive(Args)]
 pub struct Arguments {
-    /// Files to check: robots, processes, welds, gains, sensors, requirements, models
+    /// Files to check: robots, processes, welds, gains, sensors, requirements, models, logs, campaigns; or
+    /// folders of logs and campaigns, whose files are all checked
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
     /// Write the verdicts as JSON; `-` writes them to standard output, and the text to standard error
@@ -26,7 +29,15 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<()> {
     let outputs = arguments.json.as_deref().map(|path| ("--json", path));
     check_targets(outputs.as_slice())?;
-    let checked: Vec<_> = arguments.files.iter().map(|path| (path, check(path))).collect();
+    let mut paths = Vec::new();
+    for path in &arguments.files {
+        if path.is_dir() {
+            paths.extend(files_of(path)?);
+        } else {
+            paths.push(path.clone());
+        }
+    }
+    let checked: Vec<_> = paths.iter().map(|path| (path, check(path))).collect();
     check_outputs(outputs.as_slice())?;
     let mut files = Vec::new();
     for (path, result) in checked {
@@ -62,11 +73,37 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     }
 }
 
+/// Every TOML file of a folder and of the folders in it: a campaign's own, then its logs'.
+fn files_of(folder: &Path) -> Result<Vec<PathBuf>> {
+    let listed = |folder: &Path| -> Result<Vec<PathBuf>> {
+        let entries = std::fs::read_dir(folder)
+            .into_diagnostic()
+            .wrap_err_with(|| format!("cannot read {}", folder.display()))?;
+        let mut paths: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).collect();
+        paths.sort();
+        Ok(paths)
+    };
+    let is_toml = |path: &PathBuf| path.is_file() && path.extension().is_some_and(|e| e == "toml");
+    let inside = listed(folder)?;
+    let mut files: Vec<PathBuf> = inside.iter().filter(|path| is_toml(path)).cloned().collect();
+    for below in inside.iter().filter(|path| path.join(LOG_FILE).is_file()) {
+        files.extend(listed(below)?.into_iter().filter(is_toml));
+    }
+    // What a campaign's truth was is no input.
+    files.retain(|path| path.file_name().is_none_or(|name| name != "truth.toml"));
+    if files.is_empty() {
+        return Err(miette!(
+            "{}: there is no TOML file here; expected the folder of a log or of a campaign",
+            folder.display()
+        ));
+    }
+    Ok(files)
+}
+
 /// Reads and checks an input file of any kind, and says which kind it is.
 ///
 /// # Errors
-/// Everything the reader of its kind refuses; a `schema` that is of no kind, or of one that is not
-/// checked on its own.
+/// Everything the reader of its kind refuses; a `schema` that is of no kind.
 fn check(path: &Path) -> Result<FileKind, InputError> {
     let (name, text) = read_text(path)?;
     let document = Document::parse(&text, &name)?;
@@ -79,14 +116,8 @@ fn check(path: &Path) -> Result<FileKind, InputError> {
         FileKind::Sensors => Sensors::parse(&text, &name).map(drop),
         FileKind::Requirements => Requirements::parse(&text, &name).map(drop),
         FileKind::Model => ModelFile::parse(&text, path).map(drop),
-        FileKind::Log | FileKind::Campaign => {
-            let help = "`trueweld compare FOLDER` reads and checks it with its samples; give it the folder.";
-            Err(document.root().wrong(
-                "schema",
-                "a kind of file that can be checked on its own",
-                help,
-            ))
-        }
+        FileKind::Log => Log::read(folder_of(path)).map(drop),
+        FileKind::Campaign => Campaign::list(folder_of(path)).map(drop),
     }?;
     Ok(kind)
 }

@@ -5,6 +5,7 @@ use crate::results::{RecordedResults, check_outputs, check_targets};
 use clap::Args;
 use miette::{IntoDiagnostic, Result, miette};
 use std::path::PathBuf;
+use trueweld_measure::align::align_clocks;
 use trueweld_measure::data::campaign::read_logs;
 use trueweld_measure::data::log::Log;
 use trueweld_measure::diagnose::reason_of_best;
@@ -98,6 +99,7 @@ fn held_out(arguments: &Arguments, model: &ModelFile, fitted: &[Log]) -> Result<
             ));
         }
     }
+    align_clocks(&mut logs, &baseline(model)).into_diagnostic()?;
     // Their trackers may stand elsewhere too.
     find(&mut logs, &baseline(model))?;
     Ok(logs)

@@ -24,8 +24,10 @@ mod check;
 mod compare;
 mod compare_laws;
 mod diagnose;
+mod import_log;
 mod import_urdf;
 mod improve;
+mod init;
 mod inputs;
 mod measured;
 mod names;
@@ -81,10 +83,14 @@ enum Command {
     Improve(improve::Arguments),
     /// Find where the tracker stands and what it sees of the tool, whatever the size
     Register(register::Arguments),
-    /// Check input files of any kind
+    /// Check input files of any kind, and folders of logs and campaigns
     Check(check::Arguments),
     /// Write a crate with a law and an effect of your own, beside those of this program
     NewLaw(new_law::Arguments),
+    /// Write the folder of a campaign, with what is to be filled in
+    Init(init::Arguments),
+    /// Propose how files of any make are read as a log, and write its log.toml
+    ImportLog(import_log::Arguments),
     /// Turn a URDF into a robot file; what a URDF cannot know is marked to be filled in
     ImportUrdf(import_urdf::Arguments),
     /// Print the JSON Schema of a result, or list the schemas
@@ -143,6 +149,8 @@ impl Arguments {
             Some(Command::Register(arguments)) => register::run(arguments),
             Some(Command::Check(arguments)) => check::run(arguments),
             Some(Command::NewLaw(arguments)) => new_law::run(arguments),
+            Some(Command::Init(arguments)) => init::run(arguments),
+            Some(Command::ImportLog(arguments)) => import_log::run(arguments),
             Some(Command::ImportUrdf(arguments)) => import_urdf::run(arguments),
             Some(Command::Schema(arguments)) => schema::run(arguments),
         }

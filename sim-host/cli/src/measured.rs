@@ -5,6 +5,7 @@ use crate::results::Results;
 use clap::Args;
 use miette::{IntoDiagnostic, Result, miette};
 use std::path::PathBuf;
+use trueweld_measure::align::align_clocks;
 use trueweld_measure::data::campaign::read_logs;
 use trueweld_measure::data::log::Log;
 use trueweld_measure::mistakes::{Found, find};
@@ -39,7 +40,12 @@ impl Measurements {
     /// Reads the logs, looks for gross mistakes in them, and makes them ready.
     pub fn read(&self) -> Result<Measured> {
         let (model, mut logs) = self.read_files()?;
+        // Before the tracker's frame is taken out: a clock is found whatever the frame.
+        let aligned = align_clocks(&mut logs, &baseline(&model)).into_diagnostic();
         let found = find(&mut logs, &baseline(&model))?;
+        if found.mistakes.is_empty() {
+            aligned?;
+        }
         let experiments = match found.mistakes.as_slice() {
             [] => read_experiments(&logs, &model)?,
             _ => Vec::new(),

@@ -5,6 +5,7 @@ use crate::results::{Results, check_outputs, check_targets};
 use clap::Args;
 use miette::{IntoDiagnostic, Result, WrapErr, miette};
 use std::fs;
+use trueweld_measure::align::align_clocks;
 use trueweld_measure::data::log::LOG_FILE;
 use trueweld_measure::mistakes::registrations;
 use trueweld_measure::residuals::compare::baseline;
@@ -26,7 +27,8 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<()> {
     let outputs = arguments.results.outputs();
     check_targets(&outputs)?;
-    let (model, logs) = arguments.measurements.read_files()?;
+    let (model, mut logs) = arguments.measurements.read_files()?;
+    align_clocks(&mut logs, &baseline(&model)).into_diagnostic()?;
     check_outputs(&outputs)?;
     let registered = registrations(&logs, &baseline(&model));
     if registered.is_empty() {

@@ -47,6 +47,7 @@
 //! # }
 //! ```
 
+pub mod align;
 pub mod data;
 pub mod diagnose;
 pub mod experiment;

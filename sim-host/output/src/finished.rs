@@ -5,6 +5,7 @@ use trueweld_core::Robot;
 use trueweld_evaluate::certify::{Evidence, Requirement, Verdict};
 use trueweld_evaluate::laws::{LawComparison, Sweep};
 use trueweld_evaluate::{StepFigures, WeldFigures};
+use trueweld_measure::data::log::import::Proposal;
 use trueweld_measure::diagnose::{Diagnosis, Explanation, Reason};
 use trueweld_measure::improve::Improvement;
 use trueweld_measure::mistakes::{Found, Registered};
@@ -168,6 +169,17 @@ pub struct RegisterReport<'a> {
     pub model: &'a ModelFile,
     /// What was found.
     pub registered: &'a [Registered],
+    /// What the result is of.
+    pub provenance: &'a Provenance,
+}
+
+/// How files of unknown make are proposed to be read.
+#[derive(Debug, Clone, Copy)]
+pub struct ImportReport<'a> {
+    /// What is proposed.
+    pub proposal: &'a Proposal,
+    /// The `log.toml` that says it.
+    pub out: &'a Path,
     /// What the result is of.
     pub provenance: &'a Provenance,
 }

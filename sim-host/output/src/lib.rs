@@ -31,12 +31,13 @@ pub use document::Document;
 pub use error::OutputError;
 pub use file::write_file;
 pub use finished::{
-    CertifiedWeld, CertifyReport, CompareReport, DiagnoseReport, ImproveReport, LawsReport,
-    MistakesReport, RegisterReport, StepReport, StepRun, WeldReport, WeldRun,
+    CertifiedWeld, CertifyReport, CompareReport, DiagnoseReport, ImportReport, ImproveReport,
+    LawsReport, MistakesReport, RegisterReport, StepReport, StepRun, WeldReport, WeldRun,
 };
 pub use progress::Progress;
 pub use report::{Recorded, Report};
 pub use samples::{Samples, is_parquet};
+pub use words::import::log_toml;
 pub use words::mistakes::registered as registered_in_words;
 pub use words::model_comments;
 pub use words::register::table as tracker_table;

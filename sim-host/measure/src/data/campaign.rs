@@ -29,19 +29,38 @@ impl Campaign {
     /// robot.
     pub fn read(folder: impl AsRef<Path>) -> Result<Self, InputError> {
         let folder = folder.as_ref();
+        let (model, folders) = Self::list(folder)?;
+        let mut logs = Vec::with_capacity(folders.len());
+        for (listed, path) in &folders {
+            let pieces = Log::read_pieces(path)?;
+            let count = pieces.len();
+            for (number, log) in pieces.into_iter().enumerate() {
+                let mut log = Log { name: piece_name(listed, number, count), ..log };
+                log.files.push(folder.join(CAMPAIGN_FILE));
+                logs.push(log);
+            }
+        }
+        of_one_robot(&logs)?;
+        Ok(Self { name: name_of(folder), model, logs })
+    }
+
+    /// The model file of the campaign in a folder, and its logs: as it lists them, and where they
+    /// are. All exist; none is read.
+    ///
+    /// # Errors
+    /// The first thing that does not fit, with file, line and column.
+    pub fn list(folder: &Path) -> Result<(PathBuf, Vec<(String, PathBuf)>), InputError> {
         let (name, text) = read_text(&folder.join(CAMPAIGN_FILE))?;
         let document = Document::parse(&text, &name)?;
         let root = document.root_of(FileKind::Campaign.schema())?;
         root.only(&["schema", "model", "logs"])?;
         let model = root.file("model", folder)?;
-        let mut folders: Vec<(&str, PathBuf)> = Vec::new();
+        let mut folders: Vec<(String, PathBuf)> = Vec::new();
         for entry in root.texts("logs")? {
             let path = folder.join(entry.text);
             if !path.join(LOG_FILE).is_file() {
-                let message = format!(
-                    "{:?} is no log; expected a folder with {LOG_FILE} and samples.csv",
-                    entry.text
-                );
+                let message =
+                    format!("{:?} is no log; expected a folder with {LOG_FILE}", entry.text);
                 let help =
                     format!("Folders are taken from the campaign's: here {}.", path.display());
                 return Err(root.error_at(&entry, message, help));
@@ -54,20 +73,9 @@ impl Campaign {
                     "A log that counts twice would weigh twice.",
                 ));
             }
-            folders.push((entry.text, path));
+            folders.push((entry.text.to_owned(), path));
         }
-        let mut logs = Vec::with_capacity(folders.len());
-        for (listed, path) in folders {
-            let pieces = Log::read_pieces(path)?;
-            let count = pieces.len();
-            for (number, log) in pieces.into_iter().enumerate() {
-                let mut log = Log { name: piece_name(listed, number, count), ..log };
-                log.files.push(folder.join(CAMPAIGN_FILE));
-                logs.push(log);
-            }
-        }
-        of_one_robot(&logs)?;
-        Ok(Self { name: name_of(folder), model, logs })
+        Ok((model, folders))
     }
 }
 
@@ -95,9 +103,8 @@ pub fn read_logs(paths: &[PathBuf]) -> Result<(Option<PathBuf>, Vec<Log>), Input
                 false => "does not exist".to_owned(),
             };
             let message = format!("{found}; expected the folder of a log or of a campaign");
-            let help = format!(
-                "A log is a folder with {LOG_FILE} and samples.csv, a campaign one with {CAMPAIGN_FILE}."
-            );
+            let help =
+                format!("A log is a folder with {LOG_FILE}, a campaign one with {CAMPAIGN_FILE}.");
             return Err(Source::new(&path.display().to_string(), "").error_of_file(message, help));
         };
         let before = logs.len();

@@ -56,6 +56,10 @@ pub struct Points<'p> {
 /// Crystals are good to this.
 const DRIFT: f64 = 1e-4;
 
+/// What an arm's effects that no model has leave between what both saw, m. It is no noise: it does not
+/// average out, and a clock is not bent to it.
+const UNKNOWN: f64 = 5e-4;
+
 /// How well a correlation finds the offset: steps of its grid.
 const FOUND: f64 = 4.0;
 
@@ -249,9 +253,10 @@ pub fn fit(
         let variance = (squares / (3 * times.len()) as f64).max(1e-14);
         // What is known beforehand, in units of the residual.
         let offset_known = (FOUND * step).max(1e-6);
+        let known = variance.max(UNKNOWN.powi(2));
         let mut prior = |i: usize, deviation: f64, off: f64| {
-            normal[(i, i)] += variance / deviation.powi(2);
-            right[i] -= off * variance / deviation.powi(2);
+            normal[(i, i)] += known / deviation.powi(2);
+            right[i] -= off * known / deviation.powi(2);
         };
         let drift_off = map.drift - start.drift;
         let offset_off = map.offset + map.drift * middle - start.offset - start.drift * middle;

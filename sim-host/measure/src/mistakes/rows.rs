@@ -25,6 +25,8 @@ pub(super) struct Row {
     pub wrench: Wrench<f64>,
     /// Mass stated on the flange.
     pub payload: Payload,
+    /// The point of the tool that the tracker saw, in T, m.
+    pub point: Vector3<f64>,
     /// Tracker.
     pub position: Option<Vector3<f64>>,
     pub rotation: Option<Matrix3<f64>>,
@@ -74,6 +76,7 @@ impl Row {
                     wrench: Wrench { moment: load(&s.moment), force: load(&s.force) },
                     payload: s.payload.as_ref().map_or(still, |p| p[k]),
                     position: vector(&s.position, k),
+                    point: log.origin.target.unwrap_or_else(Vector3::zeros),
                     rotation: vector(&s.rotation, k).map(|r| rotation_from_vector(&r)),
                     torque: JointVector::from_fn(|i, _| {
                         s.motor_torque[i].as_ref().map_or(f64::NAN, |t| at(0, &|r| t[r], k))
@@ -85,7 +88,8 @@ impl Row {
 
     /// The row with the tool where a robot with these encoder angles stands under its load.
     pub fn sighting(&self, robot: &Robot<f64>, encoder: &JointVector<f64>) -> Option<Sighting> {
-        let nominal = robot.deflected(encoder, &self.load(robot, encoder), 2).real;
+        let mut nominal = robot.deflected(encoder, &self.load(robot, encoder), 2).real;
+        nominal.position += nominal.rotation * self.point;
         Some(Sighting { nominal, position: self.position?, rotation: self.rotation })
     }
 

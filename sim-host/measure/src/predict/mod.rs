@@ -27,7 +27,7 @@ use trueweld_core::spatial::{rotation_from_vector, rotation_vector};
 use trueweld_core::{JointVector, Pose, Robot, Wrench};
 use trueweld_plant::effects::{Action, Effect, EffectError, Location};
 use trueweld_plant::input::Process;
-use trueweld_plant::robot::{Channel, ElasticRobot, Port, Ports, Readings, mount};
+use trueweld_plant::robot::{Channel, ElasticRobot, Port, Ports, Readings, Term, mount};
 
 /// Angle of a joint by which one posture is another, rad.
 const ANOTHER_POSTURE: f64 = 0.1;
@@ -195,6 +195,8 @@ pub struct Experiment {
     standing: Option<standing::Standing>,
     moving: Option<moving::Moving>,
     contact: Option<contact::Contact>,
+    /// The point of the tool that the tracker saw, in T, m, where it is not the tool centre point.
+    target: Option<Vector3<f64>>,
     /// True where a measured force drives the prediction or is compared.
     force: bool,
 }
@@ -249,6 +251,7 @@ impl Experiment {
             standing,
             moving,
             contact,
+            target: log.origin.target,
             force,
         })
     }
@@ -282,6 +285,9 @@ impl Experiment {
         });
         let mut process = self.contact.as_ref().map(|c| c.process(model));
         let mut robot = ElasticRobot::with_effects(&model.robot, effects, process.as_mut())?;
+        if let Some(at) = self.target {
+            robot.ports.sensor.insert(0, Box::new(TrackedPoint { at }));
+        }
         let motion = match same_motion {
             Some((at, _)) => at.motion.clone(),
             None => match (&self.standing, &self.moving) {
@@ -591,6 +597,19 @@ fn unread(time: f64) -> Readings {
 fn sensed(ports: &Ports, mut truth: Readings) -> Readings {
     ports.sensor.iter().for_each(|term| term.sense(&mut truth));
     truth
+}
+
+/// A tracker that sees another point of the tool than its centre: p' = p + R b.
+#[derive(Debug)]
+struct TrackedPoint {
+    /// Where the point is, in T, m.
+    at: Vector3<f64>,
+}
+
+impl Term for TrackedPoint {
+    fn sense(&self, readings: &mut Readings) {
+        readings.tcp_position += rotation_from_vector(&readings.tcp_rotation) * self.at;
+    }
 }
 
 /// What the tracker makes of a tool pose.

@@ -4,6 +4,7 @@
 //! `null`. The schemas of all files are in `docs/schema`; [`schemas`] makes them.
 
 mod certify;
+mod import;
 mod measurement;
 mod simulation;
 
@@ -11,6 +12,7 @@ pub use certify::{
     CertifyResult, FaultRun, JudgedRequirement, LoopMargins, LoopPassivity, MarginPlace,
     TrialFigures, UnfinishedTrial, WeldEvidence, WorstCell,
 };
+pub use import::{ImportResult, ImportedColumn, ImportedFile};
 pub use measurement::{
     AddedStep, CompareResult, ComparedChannel, ComparedLog, ConfusablePair, DetectionLimit,
     DiagnoseResult, DiagnosisCandidate, EffectCurveData, EffectPlace, FileMistake,
@@ -40,6 +42,7 @@ pub fn schemas() -> Vec<(&'static str, Schema)> {
         of::<DiagnoseResult>("diagnose"),
         of::<ImproveResult>("improve"),
         of::<RegisterResult>("register"),
+        of::<ImportResult>("import-log"),
         of::<CheckResult>("check"),
     ]
 }

@@ -3,6 +3,7 @@
 mod certify;
 mod compare;
 mod diagnose;
+mod import;
 mod improve;
 mod laws;
 mod mistakes;

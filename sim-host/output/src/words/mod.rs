@@ -7,6 +7,7 @@ pub(crate) mod diagnose;
 pub(crate) mod effects;
 pub(crate) mod experiment;
 pub(crate) mod finding;
+pub(crate) mod import;
 pub(crate) mod laws;
 pub(crate) mod mistakes;
 mod model;

@@ -26,6 +26,14 @@ pub struct InputReader {
     hasher: Sha256,
 }
 
+impl InputReader {
+    /// The file itself, for a format whose end is read first. Its digest is taken when it is asked
+    /// for.
+    pub fn into_file(self) -> File {
+        self.file
+    }
+}
+
 impl Read for InputReader {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let count = self.file.read(buffer)?;

@@ -14,10 +14,17 @@
 //! stream; what is held is the columns. Left out: filtering, and filling in of missing values but
 //! short gaps of the encoders, which are up to the prediction.
 
+mod blocks;
 mod columns;
 mod files;
+pub mod import;
 mod join;
+mod kuka;
 mod lines;
+#[cfg(feature = "mcap")]
+mod mcap;
+#[cfg(feature = "parquet")]
+mod parquet;
 mod pose;
 mod rows;
 mod samples;
@@ -191,6 +198,8 @@ pub struct Origin {
     pub clocks: Vec<LogClock>,
     /// The point of the tool that the tracker saw, in T, m, where it is not the tool centre point.
     pub target: Option<Vector3<f64>>,
+    /// Where the tracker stands, where `log.toml` says so.
+    mounting: Option<Mounting>,
     /// What stands on clocks that were fitted.
     later: Arc<Vec<Track>>,
 }
@@ -342,7 +351,8 @@ impl Log {
                 "no row has a value of every encoder; expected them, they drive the model";
             return Err(file_error(message.to_owned(), "Were the encoders recorded?"));
         }
-        let origin = Origin { columns: plan.columns.clone(), clocks, target, later };
+        let columns_of = plan.columns.clone();
+        let origin = Origin { columns: columns_of, clocks, target, mounting, later };
         let count = pieces.len();
         let whole = name_of(folder);
         let log = |(number, rows): (usize, std::ops::Range<usize>)| {
@@ -353,7 +363,7 @@ impl Log {
                 columns.rows(rows)
             };
             samples.take(&mut part, kind);
-            if let Some(mounting) = &mounting {
+            if let Some(mounting) = &origin.mounting {
                 samples.register(mounting, &robot.robot);
             }
             let name = piece_name(&whole, number, count);
@@ -381,7 +391,7 @@ impl Log {
     /// Fits the clocks of instruments that were not given once more: to the motion that a model
     /// predicts, which bends as the arm does. `poses`: of the tool, at the rows.
     pub fn refit_clocks(&mut self, poses: &[Pose<f64>]) {
-        let Self { samples, origin, kind, .. } = self;
+        let Self { samples, origin, kind, robot, .. } = self;
         let later = Arc::clone(&origin.later);
         if later.is_empty() || poses.len() != samples.time.len() {
             return;
@@ -391,6 +401,9 @@ impl Log {
         if let Some(mut columns) = refitted {
             columns.time.clear();
             samples.take(&mut columns, *kind);
+            if let Some(mounting) = &origin.mounting {
+                samples.register(mounting, &robot.robot);
+            }
         }
     }
 

@@ -64,6 +64,11 @@ impl Contact {
         let Some(weld) = &log.weld else {
             return Ok(None);
         };
+        // A point beside the tool's centre tells where that is by the tool's rotation alone, which
+        // no encoder knows well enough for a contact as stiff.
+        if log.origin.target.is_some_and(|at| at != Vector3::zeros()) && s.rotation.is_none() {
+            return Ok(None);
+        }
         let named = model.process.as_ref().or(log.process.as_ref());
         let mut process =
             named.ok_or_else(|| PredictError::NoProcess { log: log.name.clone() })?.clone();

@@ -1,0 +1,110 @@
+//! `trueweld import-log`: a `log.toml` for files as instruments wrote them.
+
+use crate::results::{check_outputs, check_targets, write};
+use clap::Args;
+use miette::{IntoDiagnostic, Result, WrapErr, miette};
+use std::fs;
+use std::path::{Component, Path, PathBuf};
+use trueweld_measure::data::log::import::propose;
+use trueweld_measure::data::log::{LOG_FILE, LogKind};
+use trueweld_output::{ImportReport, Report, log_toml, write_file};
+use trueweld_plant::input::{InputFile, RobotFile, warnings};
+use trueweld_plant::provenance::{FileDigest, Provenance};
+
+/// Arguments of `import-log`.
+#[derive(Args)]
+pub struct Arguments {
+    /// Files of one recording: text, Parquet, KUKA traces (*.dat), MCAP where built with it
+    #[arg(required = true, value_name = "FILE")]
+    files: Vec<PathBuf>,
+    /// Robot file: signs are told by its limits, its motion and its torques
+    #[arg(long, value_name = "FILE")]
+    robot: Option<PathBuf>,
+    /// What was done: static-load, ring-down, free-motion or weld (default: by the channels)
+    #[arg(long, value_name = "KIND", value_parser = kind)]
+    kind: Option<LogKind>,
+    /// Folder of the log, which is made where it is not there
+    #[arg(long, value_name = "FOLDER")]
+    out: PathBuf,
+    /// Write the proposal as JSON; `-` writes it to standard output, and the text to standard error
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+}
+
+fn kind(text: &str) -> Result<LogKind, String> {
+    LogKind::ALL
+        .into_iter()
+        .find(|kind| kind.name() == text)
+        .ok_or_else(|| format!("expected one of {}", LogKind::ALL.map(LogKind::name).join(", ")))
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    let targets = arguments.json.as_deref().map(|path| ("--json", path));
+    check_targets(targets.as_slice())?;
+    let robot = arguments.robot.as_ref().map(RobotFile::read).transpose()?;
+    let out = arguments.out.join(LOG_FILE);
+    if out.exists() {
+        return Err(miette!(
+            help =
+                "Remove it, or give another folder: a log that was filled in is not written over.",
+            "--out {}: there is a {LOG_FILE} already; expected a folder without one",
+            arguments.out.display()
+        ));
+    }
+    let proposal = propose(&arguments.files, robot.as_ref(), arguments.kind)?;
+    fs::create_dir_all(&arguments.out)
+        .into_diagnostic()
+        .wrap_err_with(|| format!("cannot make the folder {}", arguments.out.display()))?;
+    let mut outputs = vec![("--out", out.as_path())];
+    outputs.extend(arguments.json.as_deref().map(|path| ("--json", path)));
+    check_outputs(&outputs)?;
+    let paths: Vec<String> = proposal
+        .files
+        .iter()
+        .map(|file| from_folder(&arguments.out, &file.path))
+        .collect::<Result<_>>()?;
+    let robot_path =
+        arguments.robot.as_ref().map(|path| from_folder(&arguments.out, path)).transpose()?;
+    let text = log_toml(&proposal, &paths, robot_path.as_deref());
+    let mut files = Vec::new();
+    for path in arguments.files.iter().chain(&arguments.robot) {
+        files.push(FileDigest::of_file("file", path)?);
+    }
+    let provenance = Provenance {
+        warnings: warnings(),
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        command: "import-log".to_owned(),
+        robot: robot.map_or(String::new(), |robot| robot.name),
+        effects: Vec::new(),
+        simulation: None,
+        files,
+    };
+    let report = ImportReport { proposal: &proposal, out: &out, provenance: &provenance };
+    say!("{}", report.text());
+    write_file(&out, text)?;
+    say!("wrote {}\n", out.display());
+    if let Some(path) = &arguments.json {
+        write(path, &report.json_text())?;
+    }
+    say!(
+        "Look it over, fill in what is marked, then: trueweld check {}\n",
+        arguments.out.display()
+    );
+    Ok(())
+}
+
+/// The path of a file as a file in a folder writes it.
+fn from_folder(folder: &Path, file: &Path) -> Result<String> {
+    let canonical = |path: &Path| {
+        path.canonicalize().into_diagnostic().wrap_err_with(|| format!("{}", path.display()))
+    };
+    let (folder, file) = (canonical(folder)?, canonical(file)?);
+    let a: Vec<Component<'_>> = folder.components().collect();
+    let b: Vec<Component<'_>> = file.components().collect();
+    let shared = a.iter().zip(&b).take_while(|(a, b)| a == b).count();
+    let up = std::iter::repeat_n("..", a.len() - shared).map(PathBuf::from);
+    let path: PathBuf =
+        up.chain(b[shared..].iter().map(|part| PathBuf::from(part.as_os_str()))).collect();
+    Ok(path.display().to_string())
+}

@@ -1,0 +1,159 @@
+//! Parquet files: a column of numbers each, as pandas and others write tables.
+//!
+//! Row groups are read one after the other. Times are in seconds where the file says that a column
+//! is one. Left out: nested columns, and compression other than Snappy.
+
+use super::blocks::{BlockRows, Blocks, damaged};
+use super::rows::{MOST_COLUMNS, Rows};
+use parquet::basic::{LogicalType, TimeUnit, Type};
+use parquet::column::reader::ColumnReader;
+use parquet::data_type::{DataType, Int96};
+use parquet::file::reader::{FileReader, SerializedFileReader};
+use parquet::schema::types::ColumnDescriptor;
+use std::fs::File;
+use trueweld_plant::input::InputError;
+
+/// First bytes of such a file.
+pub(super) const MAGIC: &[u8] = b"PAR1";
+
+/// Most rows of a group: they are held at once.
+const MOST_IN_GROUP: i64 = 1 << 24;
+
+/// What is said of a file that cannot be read.
+const HELP: &str = "Write it anew, with Snappy or no compression and numbers in its columns: df.to_parquet(\"log.parquet\").";
+
+/// A column that holds numbers.
+struct NumberColumn {
+    index: usize,
+    /// Of the file's number in the value that is read.
+    factor: f64,
+}
+
+struct Groups {
+    name: String,
+    reader: SerializedFileReader<File>,
+    columns: Vec<NumberColumn>,
+    next: usize,
+}
+
+/// Opens a file.
+pub(super) fn open_parquet(name: String, input: File) -> Result<Box<dyn Rows>, InputError> {
+    let failed = |error: parquet::errors::ParquetError| {
+        damaged(&name, format!("cannot be read as Parquet: {error}"), HELP)
+    };
+    let reader = SerializedFileReader::new(input).map_err(failed)?;
+    let schema = reader.metadata().file_metadata().schema_descr();
+    if schema.num_columns() > MOST_COLUMNS {
+        let message =
+            format!("has {} columns; expected at most {MOST_COLUMNS}", schema.num_columns());
+        return Err(damaged(&name, message, HELP));
+    }
+    let (mut columns, mut names) = (Vec::new(), Vec::new());
+    for (index, column) in schema.columns().iter().enumerate() {
+        if let Some(factor) = numbers(column) {
+            columns.push(NumberColumn { index, factor });
+            names.push(column.path().string());
+        }
+    }
+    if columns.is_empty() {
+        let message = "no column holds numbers; expected the samples";
+        return Err(damaged(&name, message, HELP));
+    }
+    let groups = Groups { name: name.clone(), reader, columns, next: 0 };
+    Ok(Box::new(BlockRows::new(name, names, groups)))
+}
+
+/// The factor of a column's numbers; `None` where it holds none, or lists of them.
+fn numbers(column: &ColumnDescriptor) -> Option<f64> {
+    if column.max_rep_level() > 0 {
+        return None;
+    }
+    match column.physical_type() {
+        Type::BYTE_ARRAY | Type::FIXED_LEN_BYTE_ARRAY => None,
+        Type::INT64 | Type::INT32 => Some(match column.logical_type_ref() {
+            Some(LogicalType::Timestamp { unit, .. } | LogicalType::Time { unit, .. }) => {
+                match unit {
+                    TimeUnit::MILLIS => 1e-3,
+                    TimeUnit::MICROS => 1e-6,
+                    TimeUnit::NANOS => 1e-9,
+                }
+            }
+            Some(LogicalType::Decimal { scale, .. }) => 10f64.powi(-scale),
+            _ => 1.0,
+        }),
+        _ => Some(1.0),
+    }
+}
+
+impl Blocks for Groups {
+    fn next(&mut self) -> Result<Option<Vec<Vec<f64>>>, InputError> {
+        let failed = |error: parquet::errors::ParquetError| {
+            damaged(&self.name, format!("cannot be read as Parquet: {error}"), HELP)
+        };
+        if self.next >= self.reader.num_row_groups() {
+            return Ok(None);
+        }
+        let group = self.reader.get_row_group(self.next).map_err(failed)?;
+        self.next += 1;
+        let rows = group.metadata().num_rows();
+        if !(0..=MOST_IN_GROUP).contains(&rows) {
+            let message = format!("row group {} has {rows} rows", self.next);
+            return Err(damaged(&self.name, message, HELP));
+        }
+        let rows = rows as usize;
+        let mut block = Vec::with_capacity(self.columns.len());
+        for column in &self.columns {
+            let reader = group.get_column_reader(column.index).map_err(failed)?;
+            let mut values = match reader {
+                ColumnReader::BoolColumnReader(r) => read(r, rows, f64::from),
+                ColumnReader::Int32ColumnReader(r) => read(r, rows, f64::from),
+                ColumnReader::Int64ColumnReader(r) => read(r, rows, |v: i64| v as f64),
+                ColumnReader::Int96ColumnReader(r) => {
+                    read(r, rows, |v: Int96| v.to_nanos() as f64 * 1e-9)
+                }
+                ColumnReader::FloatColumnReader(r) => read(r, rows, f64::from),
+                ColumnReader::DoubleColumnReader(r) => read(r, rows, |v: f64| v),
+                _ => Ok(vec![f64::NAN; rows]),
+            }
+            .map_err(failed)?;
+            if column.factor != 1.0 {
+                values.iter_mut().for_each(|v| *v *= column.factor);
+            }
+            block.push(values);
+        }
+        Ok(Some(block))
+    }
+}
+
+/// All values of a column in a group; NaN where one is missing.
+fn read<T: DataType>(
+    mut reader: parquet::column::reader::ColumnReaderImpl<T>,
+    rows: usize,
+    number: impl Fn(T::T) -> f64,
+) -> Result<Vec<f64>, parquet::errors::ParquetError> {
+    let mut out: Vec<f64> = Vec::new();
+    let (mut levels, mut values) = (Vec::new(), Vec::new());
+    while out.len() < rows {
+        levels.clear();
+        values.clear();
+        let most = (rows - out.len()).min(1 << 16);
+        let (records, _, count) =
+            reader.read_records(most, Some(&mut levels), None, &mut values)?;
+        if records == 0 && count == 0 {
+            break;
+        }
+        if levels.is_empty() {
+            out.extend(values.drain(..).map(&number));
+            continue;
+        }
+        // A value stands where the level is the highest: a column that may lack values has 0 and 1.
+        let mut found = values.drain(..);
+        let of = |level: &i16| match *level {
+            0 => f64::NAN,
+            _ => found.next().map_or(f64::NAN, &number),
+        };
+        out.extend(levels.iter().map(of));
+    }
+    out.resize(rows, f64::NAN);
+    Ok(out)
+}

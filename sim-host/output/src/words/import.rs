@@ -1,0 +1,204 @@
+//! What is said of files of unknown make, and the `log.toml` that reads them.
+
+use super::{counted, listed};
+use trueweld_measure::data::log::import::{Doubt, Ground, LeftOut, Proposal, ProposedColumn};
+use trueweld_measure::data::log::units::unit_named;
+use trueweld_measure::data::log::{channel_name, dimension};
+use trueweld_plant::input::FILL_IN;
+
+/// What to do about what is not known.
+const KINDS: &str = "static-load, ring-down, free-motion or weld";
+
+/// The finding in a sentence or two.
+pub(crate) fn headline(proposal: &Proposal) -> String {
+    let mapped = proposal.columns.iter().filter(|c| c.mapping.is_ok());
+    let open = open(proposal);
+    let todo = match open {
+        0 => "nothing is left to fill in".to_owned(),
+        n => format!("{} left to fill in", counted(n, "entry").replace("entrys", "entries")),
+    };
+    let missing = match proposal.missing.as_slice() {
+        [] => String::new(),
+        names => format!(
+            " A {} log also needs {}, which no column seems to be.",
+            proposal.kind,
+            listed(names, "and")
+        ),
+    };
+    format!(
+        "{} of {} in {} mapped; {todo}.{missing}",
+        mapped.count(),
+        counted(proposal.columns.len(), "column"),
+        counted(proposal.files.len(), "file")
+    )
+}
+
+/// Entries of the `log.toml` that are still to be filled in, but for the robot's.
+fn open(proposal: &Proposal) -> usize {
+    let columns = proposal.columns.iter().filter(|c| c.mapping.is_ok());
+    let doubts: usize = columns.map(|c| c.doubts.len()).sum();
+    doubts + usize::from(!proposal.kind_sure)
+}
+
+/// What a column's mapping rests on.
+pub(crate) fn grounds(column: &ProposedColumn) -> String {
+    let of = |ground: &Ground| match ground {
+        Ground::Header => "channel by its header".to_owned(),
+        Ground::UnitInHeader => "unit by its header".to_owned(),
+        Ground::Magnitude => "unit by magnitude".to_owned(),
+        Ground::Limits => "sign by the axis' limits".to_owned(),
+        Ground::Motion { left, others } => format!(
+            "sign by the tracker: {:.1} mm left, with the other sign at least {:.0} mm",
+            1e3 * left,
+            1e3 * others.min(99.0)
+        ),
+        Ground::ModelTorque(correlation) => {
+            format!("sign by the model's torque (correlation {correlation:.2})")
+        }
+    };
+    match &column.mapping {
+        Ok(_) => column.grounds.iter().map(of).collect::<Vec<_>>().join("; "),
+        Err(why) => left_out(*why).to_owned(),
+    }
+}
+
+fn left_out(why: LeftOut) -> &'static str {
+    match why {
+        LeftOut::Unknown => "left out: its header names no channel",
+        LeftOut::Commanded => "left out: commanded, not measured",
+        LeftOut::Twice => "left out: another column is this channel",
+        LeftOut::NoNumbers => "left out: it holds no numbers",
+    }
+}
+
+/// What of a column's mapping is a guess, and why.
+pub(crate) fn doubts(column: &ProposedColumn) -> String {
+    let of = |doubt: &Doubt| match doubt {
+        Doubt::Unit => "the unit: values of this size fit several",
+        Doubt::Sign => "the sign: nothing in these files tells it",
+        Doubt::Factor => "the factor: it stands in the drive's data, not in the file",
+    };
+    if column.mapping.is_err() {
+        return String::new();
+    }
+    column.doubts.iter().map(of).collect::<Vec<_>>().join("; ")
+}
+
+/// The `log.toml` of a proposal. `paths`: of its files, from the folder it is written to; `robot`:
+/// of the robot file, likewise.
+pub fn log_toml(proposal: &Proposal, paths: &[String], robot: Option<&str>) -> String {
+    let mut text = format!(
+        "# Proposed by `trueweld import-log`. Entries that begin with \"{FILL_IN}\" are guesses: put the value in their place.\n\
+         # `trueweld check FOLDER` lists what is left.\n\
+         schema = \"log/1\"\n"
+    );
+    if proposal.kind_sure {
+        text += &format!("kind = \"{}\"\n", proposal.kind);
+    } else {
+        text += &format!("kind = \"{FILL_IN}: {KINDS}? {} fits\"\n", proposal.kind);
+    }
+    match robot {
+        Some(path) => text += &format!("robot = {path:?}\n"),
+        None => text += &format!("robot = \"{FILL_IN}: path of the robot file\"\n"),
+    }
+    if proposal.kind.name() == "weld" {
+        text += &format!(
+            "weld = \"{FILL_IN}: path of the weld file\"\nprocess = \"{FILL_IN}: path of the process file\"\n"
+        );
+    }
+    text += "files = [\n";
+    for (file, path) in proposal.files.iter().zip(paths) {
+        let mut entry = format!("  {{ path = {path:?}");
+        if let Some(topic) = &file.topic {
+            entry += &format!(", topic = {topic:?}");
+        }
+        if let Some(clock) = &file.clock {
+            entry += &format!(", clock = {clock:?}");
+        }
+        if file.text && file.delimiter != ',' {
+            entry += &format!(", delimiter = {:?}", file.delimiter.to_string());
+        }
+        if file.text && file.decimal != '.' {
+            entry += &format!(", decimal = {:?}", file.decimal.to_string());
+        }
+        if file.text && file.header != 1 {
+            entry += &format!(", header = {}", file.header);
+        }
+        if file.text && file.first_row != file.header + 1 {
+            entry += &format!(", rows = {}", file.first_row);
+        }
+        text += &format!("{entry} }},\n");
+    }
+    text += "]\n\n# [noise]               # one standard deviation, as the instruments' makers state it; else it is estimated\n\
+             # tcp_position_m = 3e-5\n";
+    let clocks: Vec<_> = proposal.files.iter().filter(|f| f.clock.is_some()).collect();
+    for file in clocks {
+        let name = file.clock.as_deref().unwrap_or_default();
+        text += &format!(
+            "\n[clock.{name}]    # offset and drift are fitted to the motion that both saw\n"
+        );
+        match &file.fitted {
+            Some(fitted) => {
+                text += &format!(
+                    "# offset_s = {:.6}    # ± {:.1e} s by the encoders' motion; {:.1} mm left\n# drift = {:.2e}\n",
+                    fitted.map.offset,
+                    1.96 * fitted.deviation[0],
+                    1e3 * fitted.left,
+                    fitted.map.drift
+                );
+            }
+            None => {
+                text += "# offset_s = …           # its time where the log's own is 0, where it is known\n";
+            }
+        }
+    }
+    text += "\n[columns]\n";
+    for (k, file) in proposal.files.iter().enumerate() {
+        let shown = file.path.file_name().map(|name| name.to_string_lossy()).unwrap_or_default();
+        text += &format!("# {shown}\n");
+        let columns: Vec<_> = proposal.columns.iter().filter(|c| c.file == k).collect();
+        for column in columns.iter().filter(|c| c.mapping.is_ok()) {
+            text += &line(column, proposal, &paths[k]);
+        }
+        let rest: Vec<String> = columns
+            .iter()
+            .filter(|c| c.mapping.is_err())
+            .map(|c| format!("{:?}", c.header))
+            .collect();
+        if !rest.is_empty() {
+            text += &format!("# left out: {}\n", rest.join(", "));
+        }
+    }
+    text
+}
+
+/// The line of a column, its doubts to be filled in.
+fn line(column: &ProposedColumn, proposal: &Proposal, path: &str) -> String {
+    let Ok(mapping) = &column.mapping else { return String::new() };
+    // A header that two files have is told apart by the file.
+    let twice = proposal
+        .columns
+        .iter()
+        .any(|c| c.file != column.file && c.header == column.header && c.mapping.is_ok());
+    let header = if twice { format!("{path}:{}", mapping.header) } else { mapping.header.clone() };
+    let unit = match column.doubts.contains(&Doubt::Unit) {
+        true => format!("{FILL_IN}: {}?", mapping.unit),
+        false => mapping.unit.to_owned(),
+    };
+    let mut line = format!(
+        "{header:?} = {{ channel = \"{}\", unit = \"{unit}\"",
+        channel_name(mapping.column)
+    );
+    let raw = unit_named(mapping.unit).is_some_and(|u| u.dimension.is_none());
+    let held = dimension(mapping.column).unit();
+    if column.doubts.contains(&Doubt::Factor) || raw {
+        line += &format!(", factor = \"{FILL_IN}: {held} per {}, at the joint\"", mapping.unit);
+    } else if column.doubts.contains(&Doubt::Sign) {
+        line += &format!(", factor = \"{FILL_IN}: 1.0 or -1.0?\"");
+    } else if mapping.factor != 1.0 {
+        line += &format!(", factor = {:?}", mapping.factor);
+    }
+    let doubts = doubts(column);
+    let remark = if doubts.is_empty() { grounds(column) } else { format!("not sure of {doubts}") };
+    format!("{line} }}    # {remark}\n")
+}
