@@ -4,7 +4,7 @@
 
 use super::curve::{Curve, CurveAxis, ShownQuantity};
 use super::kind::{Action, EffectKind};
-use super::location::LocationKind;
+use super::location::{Location, LocationKind};
 use super::parameter::Parameter;
 use crate::robot::{Channel, Port, Readings, Term};
 
@@ -23,7 +23,8 @@ pub(super) static KIND: EffectKind = EffectKind {
         }],
         &[CurveAxis::SpringTorque, CurveAxis::Rate],
     ),
-    drawn: Some(|d| (d.here(), vec![d.size * d.either(0.05, 0.15)])),
+    // A6 carries next to nothing.
+    drawn: Some(|d| (Location::Joint(d.whole(0, 4)), vec![d.size * d.either(0.05, 0.15)])),
     action: Action::Term {
         port: |_| Port::SensorChannel(Channel::MotorTorque),
         build: |v, joint| Box::new(TorqueScale { joint, factor: 1.0 + v[0] }),
