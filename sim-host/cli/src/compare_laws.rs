@@ -45,7 +45,7 @@ const STIFFNESS_ERROR: f64 = 0.2;
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
     let mut results = arguments.results.clone();
-    results.html.get_or_insert_with(|| PAGE.into());
+    results.forms = results.forms.or_page(PAGE);
     check_targets(&results.outputs())?;
     let mut files = Vec::new();
     let requirements: Requirements = read(arguments.requirements.as_deref(), &mut files)?;

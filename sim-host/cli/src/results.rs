@@ -1,10 +1,10 @@
 //! Where results go.
 
 use crate::terminal;
-use clap::Args;
+use clap::{Arg, ArgMatches, Args, Command, FromArgMatches, value_parser};
 use miette::{IntoDiagnostic, Result, WrapErr, miette};
 use std::path::{Path, PathBuf};
-use trueweld_output::{Progress, Recorded, Report, is_parquet, write_file};
+use trueweld_output::{FORMS, Form, Progress, Recorded, Report, is_parquet, write_file};
 use trueweld_plant::input::{files_read, folder_of, may_write_into, remove_stale};
 
 /// Result files of any command.
@@ -13,9 +13,8 @@ pub struct Results {
     /// Write the figures as JSON; `-` writes them to standard output, and the text to standard error
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
-    /// Write one self-contained HTML page
-    #[arg(long, value_name = "FILE")]
-    pub html: Option<PathBuf>,
+    #[command(flatten)]
+    pub forms: FormFiles,
     /// Write every sample as a table: Parquet where FILE ends in .parquet, CSV where in .csv
     #[arg(long, value_name = "FILE")]
     pub samples: Option<PathBuf>,
@@ -27,8 +26,10 @@ pub struct Results {
 impl Results {
     /// The files asked for, and the flags that ask for them.
     pub fn outputs(&self) -> Vec<(&'static str, &Path)> {
-        let files = [("--json", &self.json), ("--html", &self.html), ("--samples", &self.samples)];
-        files.into_iter().filter_map(|(flag, path)| Some((flag, path.as_deref()?))).collect()
+        let json = self.json.iter().map(|path| ("--json", path));
+        let forms = self.forms.0.iter().map(|(form, path)| (form.flag, path));
+        let samples = self.samples.iter().map(|path| ("--samples", path));
+        json.chain(forms).chain(samples).map(|(flag, path)| (flag, path.as_path())).collect()
     }
 
     /// The bar of some work.
@@ -42,8 +43,8 @@ impl Results {
         if let Some(path) = &self.json {
             write(path, &report.json_text())?;
         }
-        if let Some(path) = &self.html {
-            write(path, &report.page())?;
+        for (form, path) in &self.forms.0 {
+            write(path, &(form.write)(&report.document()))?;
         }
         match (&self.samples, report.samples()) {
             (None, _) => {}
@@ -54,6 +55,52 @@ impl Results {
             (Some(path), None) => say!("nothing was compared: no {} is written\n", path.display()),
         }
         Ok(())
+    }
+}
+
+/// Files of the forms that a document can be written in, where they are asked for.
+#[derive(Clone, Default)]
+pub struct FormFiles(Vec<(&'static Form, PathBuf)>);
+
+impl FormFiles {
+    /// The same with a page, where none is asked for.
+    pub fn or_page(mut self, path: &str) -> Self {
+        let page = &FORMS[0];
+        if self.0.iter().all(|(form, _)| form.flag != page.flag) {
+            self.0.push((page, path.into()));
+        }
+        self
+    }
+}
+
+fn option(form: &Form) -> &'static str {
+    form.flag.trim_start_matches('-')
+}
+
+impl FromArgMatches for FormFiles {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
+        let asked =
+            |form: &'static Form| Some((form, matches.get_one::<PathBuf>(option(form)).cloned()?));
+        Ok(Self(FORMS.iter().filter_map(asked).collect()))
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
+        *self = Self::from_arg_matches(matches)?;
+        Ok(())
+    }
+}
+
+impl Args for FormFiles {
+    fn augment_args(command: Command) -> Command {
+        FORMS.iter().fold(command, |command, form| {
+            let name = option(form);
+            let file = Arg::new(name).long(name).value_name("FILE").help(form.help);
+            command.arg(file.value_parser(value_parser!(PathBuf)))
+        })
+    }
+
+    fn augment_args_for_update(command: Command) -> Command {
+        Self::augment_args(command)
     }
 }
 
@@ -128,7 +175,7 @@ pub fn check_targets(outputs: &[(&str, &Path)]) -> Result<()> {
             return refuse("expected a name that ends in .csv or .parquet");
         }
         if *path == Path::new(STDOUT) {
-            if !matches!(*flag, "--json" | "--html") {
+            if *flag != "--json" && FORMS.iter().all(|form| form.flag != *flag) {
                 return refuse("only text goes to standard output; expected the name of a file");
             }
             terminal::keep_stdout_for_result();

@@ -2,7 +2,7 @@
 
 use crate::inputs::{Files, Inputs, PLANT_STEP, passes};
 use crate::names::{Controller, LawParser};
-use crate::results::{RecordedResults, Results, check_outputs, check_targets};
+use crate::results::{FormFiles, RecordedResults, Results, check_outputs, check_targets};
 use clap::Args;
 use miette::{Result, miette};
 use std::path::PathBuf;
@@ -43,9 +43,9 @@ pub struct Arguments {
 impl Arguments {
     /// The first published weld with and without compensation, written to `out/`.
     pub fn first_published() -> Self {
-        let html = Some(PathBuf::from("out/weld.html"));
+        let forms = FormFiles::default().or_page("out/weld.html");
         let results = RecordedResults {
-            files: Results { html, ..Results::default() },
+            files: Results { forms, ..Results::default() },
             rrd: cfg!(feature = "rerun").then(|| PathBuf::from("out/weld.rrd")),
         };
         Self {

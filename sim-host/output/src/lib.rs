@@ -27,7 +27,7 @@ mod sample;
 mod samples;
 mod words;
 
-pub use document::Document;
+pub use document::{Document, FORMS, Form};
 pub use error::OutputError;
 pub use file::write_file;
 pub use finished::{
@@ -35,7 +35,7 @@ pub use finished::{
     LawsReport, MistakesReport, RegisterReport, StepReport, StepRun, WeldReport, WeldRun,
 };
 pub use progress::Progress;
-pub use report::{Recorded, Report};
+pub use report::*;
 pub use samples::{Samples, is_parquet};
 pub use words::import::log_toml;
 pub use words::mistakes::registered as registered_in_words;

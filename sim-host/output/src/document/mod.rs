@@ -11,6 +11,20 @@ use crate::color::Rgb;
 use crate::words::provenance;
 use trueweld_plant::provenance::Provenance;
 
+/// A form that a document can be written in, to a file of its own.
+#[derive(Debug)]
+pub struct Form {
+    /// The option that asks for it.
+    pub flag: &'static str,
+    /// What the option's help says.
+    pub help: &'static str,
+    /// The document in this form.
+    pub write: fn(&Document) -> String,
+}
+
+/// The forms that every command can write: one line each, the page first.
+pub static FORMS: &[Form] = &[page::FORM];
+
 /// Where a block is shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Medium {

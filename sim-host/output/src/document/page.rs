@@ -2,13 +2,16 @@
 //! SVG; a script turns them into plots that answer the mouse, and without it they stay pictures.
 
 use super::plot::PlotData;
-use super::{Bar, Block, Cell, Document, Figure, Medium, Table, Tone};
+use super::{Bar, Block, Cell, Document, Figure, Form, Medium, Table, Tone};
 use crate::color::{Dash, css};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 /// uPlot 1.6.32, MIT, © Leon Sorokin: `assets/uPlot.LICENSE`.
 const UPLOT: &str = include_str!("../../assets/uPlot.iife.min.js");
 const UPLOT_CSS: &str = include_str!("../../assets/uPlot.min.css");
+
+pub(super) const FORM: Form =
+    Form { flag: "--html", help: "Write one self-contained HTML page", write: Document::page };
 
 impl Document {
     /// The document as one self-contained page.
