@@ -1,6 +1,6 @@
 //! `trueweld diagnose`: which physical effect is missing in a model.
 
-use crate::measured::Measurements;
+use crate::measured::{Budget, Measurements};
 use crate::results::{RecordedResults, check_outputs, check_targets};
 use clap::Args;
 use miette::{IntoDiagnostic, Result};
@@ -15,11 +15,14 @@ pub struct Arguments {
     #[command(flatten)]
     measurements: Measurements,
     #[command(flatten)]
+    budget: Budget,
+    #[command(flatten)]
     results: RecordedResults,
 }
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
+    let deadline = arguments.budget.deadline()?;
     let outputs = arguments.results.outputs();
     check_targets(&outputs)?;
     let measured = arguments.measurements.read()?;
@@ -30,7 +33,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     }
     measured.tell_registered()?;
     let (model, logs) = (&measured.model, &measured.logs);
-    let bench = FitProblem::new(model, measured.experiments);
+    let bench = FitProblem { deadline, ..FitProblem::new(model, measured.experiments) };
     let progress = arguments.results.files.progress("comparing", 1.0);
     let diagnosis = diagnose(&bench, logs, &|what, share| progress.stage(what, 0.85 * share))
         .into_diagnostic()?;

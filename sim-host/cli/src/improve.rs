@@ -1,6 +1,6 @@
 //! `trueweld improve`: adds what is missing to a model, and writes it.
 
-use crate::measured::{Measurements, digests, read_experiments};
+use crate::measured::{Budget, Measurements, digests, read_experiments};
 use crate::results::{RecordedResults, check_outputs, check_targets};
 use clap::Args;
 use miette::{IntoDiagnostic, Result, miette};
@@ -29,11 +29,14 @@ pub struct Arguments {
     #[arg(long = "held-out", value_name = "LOG")]
     held_out: Vec<PathBuf>,
     #[command(flatten)]
+    budget: Budget,
+    #[command(flatten)]
     results: RecordedResults,
 }
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
+    let deadline = arguments.budget.deadline()?;
     let mut outputs = arguments.results.outputs();
     outputs.push(("--out", &arguments.out));
     check_targets(&outputs)?;
@@ -51,7 +54,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         return Ok(());
     }
     measured.tell_registered()?;
-    let bench = FitProblem::new(model, measured.experiments);
+    let bench = FitProblem { deadline, ..FitProblem::new(model, measured.experiments) };
     let progress = arguments.results.files.progress("comparing", 1.0);
     let done = improve(&bench, logs, held_out.as_ref(), &|what, share| progress.stage(what, share));
     progress.finish();

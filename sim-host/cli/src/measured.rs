@@ -5,6 +5,7 @@ use crate::results::Results;
 use clap::Args;
 use miette::{IntoDiagnostic, Result, miette};
 use std::path::PathBuf;
+use std::time::{Duration, Instant};
 use trueweld_measure::align::align_clocks;
 use trueweld_measure::data::campaign::read_logs;
 use trueweld_measure::data::log::Log;
@@ -24,6 +25,30 @@ pub struct Measurements {
     /// Folders of logs or of campaigns
     #[arg(required = true, value_name = "LOG")]
     logs: Vec<PathBuf>,
+}
+
+/// How long a command may take.
+#[derive(Args)]
+pub struct Budget {
+    /// Time after which no new work is begun: the best answer so far is given, and what was left
+    /// undone (default: none)
+    #[arg(long = "budget", value_name = "SECONDS")]
+    seconds: Option<f64>,
+}
+
+impl Budget {
+    /// When the time is up, from now on.
+    pub fn deadline(&self) -> Result<Option<Instant>> {
+        let Some(seconds) = self.seconds else { return Ok(None) };
+        let time = Duration::try_from_secs_f64(seconds).ok();
+        match time.and_then(|time| Instant::now().checked_add(time)) {
+            Some(deadline) => Ok(Some(deadline)),
+            None => Err(miette!(
+                help = "Give the time in seconds, such as --budget 60.",
+                "--budget {seconds}: expected a number of seconds from 0 on"
+            )),
+        }
+    }
 }
 
 /// Everything read, checked and made ready.

@@ -9,9 +9,9 @@ use crate::track::Instant;
 use nalgebra::{SVector, Vector3};
 use trueweld_core::{Frames, JOINTS, JointVector, Wrench};
 use trueweld_plant::cell::Cell;
-use trueweld_plant::robot::{Drives, INTERNAL_STATES};
+use trueweld_plant::robot::{Drives, INTERNAL_STATES, JointMotion};
 
-/// Links, rates, effects' states, and place and velocity of what hangs on the tool.
+/// Links (where bearings or base give, β of [`JointMotion`]), rates, effects' states, and place and velocity of what hangs on the tool.
 type Moving = SVector<f64, { HUNG + 6 }>;
 
 /// Where the effects' states begin, and those of what hangs on the tool.
@@ -37,7 +37,8 @@ impl<P: Path> MovingArm<'_, P> {
         let came = if motor.rate.amax() > 0.0 { -motor.rate } else { motor.angle };
         let link = settled(self.cell, &motor, &came)?;
         let mut y = Moving::zeros();
-        y.fixed_rows_mut::<JOINTS>(0).copy_from(&link);
+        let standing = JointMotion::standing(&self.cell.robot, &link);
+        y.fixed_rows_mut::<JOINTS>(0).copy_from(&standing.ok_or(Unsettled { time: start })?);
         y.fixed_rows_mut::<JOINTS>(JOINTS).copy_from(&motor.rate);
         let frames = self.cell.robot.frames(&link, &Wrench::zero(), 0.0);
         y.fixed_rows_mut::<3>(HUNG).copy_from(&frames.tcp.position);
@@ -87,14 +88,15 @@ impl<P: Path> MovingArm<'_, P> {
         let drives = Self::drives(&self.path.at(time), y);
         let internal = &y.as_slice()[INTERNAL..HUNG];
         let (frames, wrench) = self.frames(time, &drives, y);
-        let spring = robot.spring_torque(&drives, internal);
-        let acceleration = robot.link_acceleration(&frames, &drives, &spring, &wrench);
+        let moves = JointMotion::new(robot, &frames, &drives, internal, &wrench);
         let mut slope = Moving::zeros();
         slope.fixed_rows_mut::<JOINTS>(0).copy_from(&drives.link_rate);
         let nowhere = JointVector::repeat(f64::NAN);
-        slope.fixed_rows_mut::<JOINTS>(JOINTS).copy_from(&acceleration.map_or(nowhere, |(a, _)| a));
+        let acceleration = moves.map_or(nowhere, |m| m.acceleration);
+        slope.fixed_rows_mut::<JOINTS>(JOINTS).copy_from(&acceleration);
         if time >= 0.0 {
-            robot.internal_rates(&drives, internal, &mut slope.as_mut_slice()[INTERNAL..HUNG]);
+            let joints = moves.map_or(drives, |m| m.joints);
+            robot.internal_rates(&joints, internal, &mut slope.as_mut_slice()[INTERNAL..HUNG]);
         }
         if let Some(hung) = self.foreign.and_then(OutOfLibrary::appendage) {
             let velocity = y.fixed_rows::<3>(HUNG + 3).into_owned();
@@ -108,19 +110,25 @@ impl<P: Path> MovingArm<'_, P> {
         let robot = &self.cell.robot;
         let motor = self.path.at(time);
         let drives = Self::drives(&motor, y);
-        let spring = robot.spring_torque(&drives, &y.as_slice()[INTERNAL..HUNG]);
+        let internal = &y.as_slice()[INTERNAL..HUNG];
+        let (frames, wrench) = self.frames(time, &drives, y);
+        let moves = JointMotion::new(robot, &frames, &drives, internal, &wrench);
+        let nowhere = JointVector::repeat(f64::NAN);
+        let JointMotion { joints, spring, acceleration } =
+            moves.unwrap_or(JointMotion { joints: drives, spring: nowhere, acceleration: nowhere });
+        let motion = (&drives.link_rate, &acceleration);
         let law = &robot.model.parameters().friction;
         let friction = JointVector::from_fn(|i, _| {
             let fading = self.foreign.map_or(0.0, |f| f.friction(i, motor.rate[i], time, law));
-            robot.friction(&drives, i, spring[i]).value + fading
+            robot.friction(&joints, i, spring[i]).value + fading
         });
         Instant {
             motor: motor.angle,
-            link: drives.link,
+            link: joints.link,
             torque: robot.model.rotor_inertia().component_mul(&motor.acceleration)
                 + spring
                 + friction,
-            pose: self.frames(time, &drives, y).0.tcp,
+            pose: robot.frames_in_motion(&joints.link, motion, &wrench, time.max(0.0)).tcp,
             wrench: Wrench::zero(),
         }
     }

@@ -7,8 +7,8 @@
 
 use crate::data::log::Log;
 use crate::diagnose::{
-    self, Context, Diagnosis, FittedEffect, Progress, Verdict, at_one_joint, further, longest_weld,
-    rules, score, sparse,
+    self, Context, Diagnosis, FittedEffect, Progress, Undone, Verdict, at_one_joint, further,
+    longest_weld, refit, rules, score, sparse,
 };
 use crate::fit::calibration::is_calibration;
 use crate::fit::per_log;
@@ -161,24 +161,31 @@ pub fn improve(
         } else {
             sparse(bench, &blocks, &diagnosis.null).0
         };
-        path.try_step(kept, &[]);
+        path.try_step(kept);
     }
-    let mut known = 0;
     for (k, full) in diagnosis.chosen.iter().enumerate() {
         progress("adding what was found", 0.75 + 0.05 * k as f64);
-        let effects = effects_of(full);
         // The last of them is what the diagnosis keeps.
         let last = k + 1 == diagnosis.chosen.len();
         let kept = if last { diagnosis.improved.clone() } else { sparse(bench, &blocks, full).0 };
-        path.try_step(kept, &effects[known..]);
-        known = effects.len();
+        path.try_step(kept);
     }
     // A partial explanation is carried on as far as it goes.
-    while diagnosis.verdict == Verdict::UnknownEffect && path.steps.len() <= MOST {
+    let mut further = false;
+    while diagnosis.verdict == Verdict::UnknownEffect
+        && path.steps.len() <= MOST
+        && !bench.is_late()
+    {
         progress("looking for more", 0.85 + 0.15 * path.steps.len() as f64 / MOST as f64);
         if !path.further(longest_weld(logs)) {
             break;
         }
+        further = true;
+    }
+    if let Some(mut whole) = path.reached.clone().filter(|_| further) {
+        // What was found one after the other, fitted together.
+        refit(bench, &blocks, &mut whole, 0);
+        path.try_step(whole);
     }
     let Path { steps, rejected, reached, .. } = path;
     let verdict = match &reached {
@@ -194,13 +201,26 @@ pub fn improve(
     if let Some(fitted) = reached.as_ref().filter(|f| !rules::at_floor(bench, &f.at)) {
         diagnosis.unexplained = localize(&bench.experiments, &fitted.at, logs);
     }
+    if bench.is_late() && verdict == Verdict::UnknownEffect {
+        diagnosis.undone.push(Undone::Further);
+    }
     let held_out_logs = held_out.map_or(Vec::new(), |h| h.names.clone());
     Ok(Improvement { steps, rejected, verdict, diagnosis, fitted: reached, held_out_logs })
 }
 
-/// The effects of a fit that are no calibrations.
-fn effects_of(fitted: &Fitted) -> Vec<Effect> {
-    fitted.point.all.iter().filter(|e| !is_calibration(e.kind)).cloned().collect()
+/// The effects that a step has for the first time; a joint may have several of one kind.
+fn added(before: &[FittedEffect], now: &[FittedEffect]) -> Vec<FittedEffect> {
+    let place = |f: &FittedEffect| (f.effect.kind.id, f.effect.at);
+    let mut known: Vec<_> = before.iter().map(place).collect();
+    let mut added = now.to_vec();
+    added.retain(|f| match known.iter().position(|k| *k == place(f)) {
+        Some(k) => {
+            known.swap_remove(k);
+            false
+        }
+        None => true,
+    });
+    added
 }
 
 /// The steps taken so far, and what they are judged by.
@@ -215,16 +235,13 @@ struct Path<'a> {
 }
 
 impl Path<'_> {
-    /// Takes a step to a fit if it is one forward; `added`: effects it has for the first time.
-    fn try_step(&mut self, fitted: Fitted, added: &[Effect]) -> bool {
+    /// Takes a step to a fit if it is one forward.
+    fn try_step(&mut self, fitted: Fitted) -> bool {
         let all =
             diagnose::found(&fitted, |of| matches!(of, EffectScope::All(_) | EffectScope::Log(..)));
         let (calibration, effects): (Vec<FittedEffect>, Vec<FittedEffect>) =
             all.into_iter().partition(|f| is_calibration(f.effect.kind));
-        let own = |f: &&FittedEffect| {
-            added.iter().any(|e| (e.kind.id, e.at) == (f.effect.kind.id, f.effect.at))
-        };
-        let added: Vec<FittedEffect> = effects.iter().filter(own).cloned().collect();
+        let added = added(self.steps.last().map_or(&[], |s| &s.effects), &effects);
         let before = self.steps.last().map_or(f64::INFINITY, |s| s.held_out);
         let judged = match self.held_out {
             Some(held_out) => elsewhere(self.bench, held_out, &fitted.point).map(|at| score(&at)),
@@ -281,13 +298,12 @@ impl Path<'_> {
             length,
         };
         for next in further(&ground, &null) {
-            let added = effects_of(&next)[effects_of(&null).len()..].to_vec();
             let mut whole = next.point.clone();
             whole.free = point.free.iter().chain(&next.point.free).copied().collect();
             let Ok(fitted) = fit::fit(self.bench, &whole, self.blocks, &[], nothing_free) else {
                 continue;
             };
-            if self.try_step(fitted, &added) {
+            if self.try_step(fitted) {
                 return true;
             }
         }
@@ -327,6 +343,7 @@ fn inflate_noise(bench: &FitProblem, at: &Residuals) -> FitProblem {
         per_log: bench.per_log.clone(),
         own: bench.own.clone(),
         experiments: bench.experiments.iter().enumerate().map(inflate_noise).collect(),
+        deadline: bench.deadline,
     }
 }
 

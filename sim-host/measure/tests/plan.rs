@@ -44,6 +44,7 @@ impl Laboratory {
                 per_log: Vec::new(),
                 own: Vec::new(),
                 experiments,
+                deadline: None,
             },
         }
     }
@@ -165,6 +166,7 @@ fn the_planned_experiment_tells() {
         per_log: Vec::new(),
         own: Vec::new(),
         experiments: vec![made(&log)],
+        deadline: None,
     };
     // The logs so far know something of the calibrations: all, or nothing, bounds what is found.
     let found = |calibrated: bool| {

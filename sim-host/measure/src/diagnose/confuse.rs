@@ -65,7 +65,7 @@ pub(super) fn confusable(ground: &Context<'_>, screened: &[Screened]) -> Vec<Con
             };
             let alike = whitened.singular_values().max().min(1.0);
             if alike > ALIKE {
-                let place = |h: usize| (screened[h].effect.kind, screened[h].effect.at);
+                let place = |h: usize| (screened[h].limit.kind, screened[h].limit.at);
                 pairs.push(Confusable { first: place(b), second: place(a), alike });
             }
         }

@@ -20,19 +20,19 @@ pub use confuse::Confusable;
 pub use rules::{Part, parts, score};
 pub(crate) use screen::Context;
 pub use screen::Limit;
-pub(crate) use search::further;
+pub(crate) use search::{further, refit};
 pub(crate) use sparse::sparse;
 pub use tell::{Explanation, ImprovedChannel, Reason, reason_of_best, tell};
 
 use crate::data::log::{Log, LogKind};
 use crate::fit::calibration::is_calibration;
-use crate::fit::{self, EffectScope, FitProblem, FitState, Fitted, Residuals};
+use crate::fit::{self, EffectScope, End, FitProblem, FitState, Fitted, Residuals};
 use crate::predict::PredictError;
 use crate::residuals::localize::{Finding, localize};
 use rules::{above, at_floor, counts, floor, held_out_score, stands_out};
-use screen::screen;
-use search::{calibrated, fit_all, second, uncalibrated};
-use trueweld_plant::effects::{Effect, Location};
+use screen::{likeliest, screen};
+use search::{calibrated, fit_all, uncalibrated};
+use trueweld_plant::effects::{Effect, Location, Role};
 
 /// Longest weld among the logs, m, for what is looked for along it.
 pub(crate) fn longest_weld(logs: &[Log]) -> f64 {
@@ -129,6 +129,21 @@ pub struct Diagnosis {
     pub confusable: Vec<Confusable>,
     /// What the residual of the improved model still goes with, where it is above the floor.
     pub unexplained: Vec<Finding>,
+    /// What there was no time for, and fits that did not arrive.
+    pub undone: Vec<Undone>,
+}
+
+/// What a diagnosis leaves undone.
+#[derive(Debug, Clone)]
+pub enum Undone {
+    /// Not every effect was looked for.
+    Search,
+    /// So many of the likeliest effects were not fitted.
+    Fits(usize),
+    /// No further effect was looked for beside those found.
+    Further,
+    /// A fit took all the steps that it may: of these effects, beside calibrations.
+    Arrival(Vec<Effect>),
 }
 
 /// What a diagnosis is at, for whoever waits.
@@ -149,33 +164,44 @@ pub fn diagnose(
     progress("calibrating", 0.02);
     let null = calibrated(bench, &blocks)?;
     progress("screening every effect", 0.15);
-    let given = uncalibrated(bench, &blocks, &null.point)?;
+    let given =
+        if bench.is_late() { null.clone() } else { uncalibrated(bench, &blocks, &null.point)? };
     let ground =
         Context { bench, blocks: &blocks, null: &null, given: &given, length: longest_weld(logs) };
     let screened = screen(&ground);
+    let mut undone = Vec::new();
+    if bench.is_late() {
+        undone.push(Undone::Search);
+    }
     progress("fitting the likeliest", 0.45);
-    let mut singles = fit_all(&ground, screened.iter().take(rules::FITTED));
+    let wanted = likeliest(screened.iter(), rules::FITTED);
+    let mut singles = fit_all(&ground, &wanted);
+    if bench.is_late() && singles.len() < wanted.len() {
+        undone.push(Undone::Fits(wanted.len() - singles.len()));
+    }
     let limits = screened.iter().map(|s| s.limit.clone()).collect();
     let confusable = confuse::confusable(&ground, &screened);
-    let excess = above(bench, &null.at).max(1.0);
     let mut chosen: Vec<Fitted> = Vec::new();
     if let Some(k) = singles.iter().position(|s| counts(bench, &null, s)) {
         singles[..=k].rotate_right(1);
         let best = singles[0].clone();
-        let left = above(bench, &best.at) / excess;
-        chosen = if left > rules::LEFT || !at_floor(bench, &best.at) {
-            progress("looking for a second effect", 0.65);
-            second(&ground, best, &singles)
-        } else {
-            vec![best]
-        };
+        progress("looking for more effects", 0.65);
+        chosen = search::explained(&ground, best);
         singles[0] = chosen[0].clone();
+        if bench.is_late() && chosen.last().is_some_and(|f| !at_floor(bench, &f.at)) {
+            undone.push(Undone::Further);
+        }
     }
+    let did_not = |f: &&Fitted| f.end == End::Limit && !bench.is_late();
+    undone.extend([&null].into_iter().chain(&chosen).filter(did_not).map(|f| {
+        Undone::Arrival(effects_of(f).into_iter().map(|i| f.point.all[i].clone()).collect())
+    }));
     progress("weighing the evidence", 0.92);
     let unexplained = |at: &Residuals| localize(&bench.experiments, at, logs);
     Ok(Diagnosis {
         limits,
         confusable,
+        undone,
         ..conclude(&ground, before, singles, chosen, screened.len(), &unexplained)
     })
 }
@@ -216,13 +242,18 @@ pub(crate) fn found(fitted: &Fitted, wanted: impl Fn(EffectScope) -> bool) -> Ve
     all
 }
 
-/// True for two effects at the same joint: together they bend to almost anything that one joint
-/// does, and far more often that is one thing which the library does not have.
+/// True for two effects at the same joint, but for waves of several orders: together they bend to
+/// almost anything that one joint does, and far more often that is one thing which the library does
+/// not have.
 pub(crate) fn at_one_joint(fitted: &Fitted) -> bool {
-    let places: Vec<Location> =
-        effects_of(fitted).into_iter().map(|i| fitted.point.all[i].at).collect();
-    (1..places.len())
-        .any(|k| matches!(places[k], Location::Joint(_)) && places[..k].contains(&places[k]))
+    let effects: Vec<&Effect> =
+        effects_of(fitted).into_iter().map(|i| &fitted.point.all[i]).collect();
+    let waves = |a: &Effect, b: &Effect| {
+        a.kind.id == b.kind.id && a.kind.parameters.iter().any(|p| p.role == Role::Order)
+    };
+    let alike =
+        |a: &Effect, b: &Effect| matches!(a.at, Location::Joint(_)) && a.at == b.at && !waves(a, b);
+    (1..effects.len()).any(|k| effects[..k].iter().any(|other| alike(other, effects[k])))
 }
 
 /// What is to say where calibrations alone lead to `null` and the explanation is `chosen`.
@@ -329,6 +360,7 @@ fn conclude(
         improved,
         limits: Vec::new(),
         confusable: Vec::new(),
+        undone: Vec::new(),
     }
 }
 

@@ -25,10 +25,9 @@ pub struct Limit {
 /// A hypothesis, and what screening says of it.
 #[derive(Debug, Clone)]
 pub(crate) struct Screened {
-    /// The effect, with the values to start a fit from.
-    pub effect: Effect,
-    /// By how much the sum of squares would fall.
-    pub gain: f64,
+    /// The effect with the values to start a fit from, and by how much the sum of squares would
+    /// fall: beside the calibrations at their best, and beside none.
+    pub starts: [(Effect, f64); 2],
     /// Smallest size that would have been seen.
     pub limit: Limit,
     /// Slopes of its sizes; of a sine those at both phases.
@@ -84,15 +83,25 @@ pub(crate) struct Context<'a> {
 }
 
 impl Context<'_> {
+    /// Sum of squares above the floor with calibrations alone.
+    pub fn excess(&self) -> f64 {
+        rules::above(self.bench, &self.null.at).max(1.0)
+    }
+
     /// Screens one effect at one place with all its shapes; the best of them. `None` where the logs
     /// see nothing of it.
     fn screen(&self, kind: &'static EffectKind, at: Location) -> Option<Screened> {
         let scans = kind.parameters.iter().any(|p| p.role == Role::Order);
         let shapes = if scans { self.orders(kind, at) } else { shapes(kind, self.length) };
-        shapes
-            .into_iter()
-            .filter_map(|shape| self.screen_shape(kind, at, &shape))
-            .max_by(|a, b| a.gain.total_cmp(&b.gain))
+        let all = shapes.into_iter().filter_map(|shape| self.screen_shape(kind, at, &shape));
+        all.reduce(|mut a, mut b| {
+            if b.starts[1].1 > a.starts[1].1 {
+                a.starts[1] = b.starts[1].clone();
+            } else {
+                b.starts[1] = a.starts[1].clone();
+            }
+            if b.starts[0].1 >= a.starts[0].1 { b } else { a }
+        })
     }
 
     fn screen_shape(
@@ -129,59 +138,33 @@ impl Context<'_> {
         if !(seen.is_finite() && seen > 1e-6) {
             return None;
         }
-        let (gain, after) = self.gain(&more)?;
-        let (step, deviations) = (&after.step, after.deviations());
+        let (gain, after) = self::gain(self.blocks, self.null, &more)?;
         let n = self.null.point.free.len();
-        for (j, k) in sizes.iter().enumerate() {
-            let parameter = &kind.parameters[*k];
-            let cosine = step[n + j];
-            let size = match phase {
-                // a sin(nθ) + b cos(nθ), the second slope being that at a quarter turn.
-                Some(phase) => {
-                    let sine = step[n + sizes.len() + j];
-                    if effect.values[*k] == 0.0 && j == 0 {
-                        effect.values[phase] = sine.atan2(cosine);
-                    }
-                    cosine.hypot(sine)
-                }
-                None => cosine,
-            };
-            effect.values[*k] = match parameter.role {
-                Role::Reciprocal { step } => {
-                    1.0 / (1.0 / effect.values[*k] + step * size).max(1e-12)
-                }
-                Role::Size { step, neutral } => neutral + step * size,
-                _ => effect.values[*k],
-            }
-            .clamp(parameter.low, parameter.high);
-        }
+        let far = rules::GAIN.sqrt() * after.deviations()[n];
+        let effect = (effect, phase);
+        let here = (sized(&effect, &after.step.as_slice()[n..]), gain);
+        let there = self::gain(self.blocks, self.given, &more)
+            .map_or(here.clone(), |(gain, step)| {
+                (sized(&effect, &step.step.as_slice()[n..]), gain)
+            });
         // A value held at the bound where there is no effect explains nothing.
-        let nowhere = sizes.iter().all(|k| {
-            let (p, v) = (&kind.parameters[*k], effect.values[*k]);
-            v == fit::neutral(p, v) || (matches!(p.role, Role::Reciprocal { .. }) && v == p.high)
+        let starts = [here, there].map(|(effect, gain)| {
+            let nowhere = sizes.iter().all(|k| {
+                let (p, v) = (&kind.parameters[*k], effect.values[*k]);
+                let far = matches!(p.role, Role::Reciprocal { .. }) && v == p.high;
+                v == fit::neutral(p, v) || far
+            });
+            (effect, if nowhere { 0.0 } else { gain })
         });
-        let gain = if nowhere { 0.0 } else { gain };
         // As far from nothing as would lower the sum of squares by what counts.
         let parameter = sizes[0];
-        let far = rules::GAIN.sqrt() * deviations[n];
         let value = match kind.parameters[parameter].role {
             Role::Reciprocal { step } => 1.0 / (step * far),
             Role::Size { step, neutral } => neutral + step * far,
             _ => f64::NAN,
         };
         let limit = Limit { kind, at, parameter, value };
-        Some(Screened { effect, gain, limit, slopes: more })
-    }
-
-    /// By how much the sum of squares falls with these slopes beside all that is free, and the step
-    /// that does it.
-    fn gain(&self, more: &[Slopes]) -> Option<(f64, Step)> {
-        let Fitted { linear, at, slopes, .. } = self.null;
-        let linear = linear.extended(self.blocks, at, slopes, &more.iter().collect::<Vec<_>>());
-        let before = self.null.linear.solve(None, 0.0, None)?;
-        let after = linear.solve(None, 0.0, None)?;
-        let gain = self.null.linear.cost(&before.step) - linear.cost(&after.step);
-        gain.is_finite().then_some((gain, after))
+        Some(Screened { starts, limit, slopes: more })
     }
 
     /// Orders of a sine of the joint's angle worth a closer look: the highest lines of the residual
@@ -273,9 +256,69 @@ impl Context<'_> {
     }
 }
 
+/// By how much the sum of squares falls with these slopes beside all that is free, and the step that
+/// does it.
+fn gain(blocks: &[Vec<u8>], base: &Fitted, more: &[Slopes]) -> Option<(f64, Step)> {
+    let more: Vec<&Slopes> = more.iter().collect();
+    let linear = base.linear.extended(blocks, &base.at, &base.slopes, &more);
+    let before = base.linear.solve(None, 0.0, None)?;
+    let after = linear.solve(None, 0.0, None)?;
+    let gain = base.linear.cost(&before.step) - linear.cost(&after.step);
+    gain.is_finite().then_some((gain, after))
+}
+
+/// An effect with the sizes that a step gives it from nothing; of a sine those at both phases, the
+/// second a quarter turn on.
+fn sized((effect, phase): &(Effect, Option<usize>), step: &[f64]) -> Effect {
+    let mut effect = effect.clone();
+    let parameters = effect.kind.parameters;
+    let sizes: Vec<usize> = (0..parameters.len()).filter(|k| parameters[*k].is_size()).collect();
+    for (j, k) in sizes.iter().enumerate() {
+        let parameter = &parameters[*k];
+        let cosine = step[j];
+        let size = match phase {
+            // a sin(nθ) + b cos(nθ), the second slope being that at a quarter turn.
+            Some(phase) => {
+                let sine = step[sizes.len() + j];
+                if effect.values[*k] == 0.0 && j == 0 {
+                    effect.values[*phase] = sine.atan2(cosine);
+                }
+                cosine.hypot(sine)
+            }
+            None => cosine,
+        };
+        effect.values[*k] = match parameter.role {
+            Role::Reciprocal { step } => 1.0 / (1.0 / effect.values[*k] + step * size).max(1e-12),
+            Role::Size { step, neutral } => neutral + step * size,
+            _ => effect.values[*k],
+        }
+        .clamp(parameter.low, parameter.high);
+    }
+    effect
+}
+
 /// Values of a log that a scan over orders looks at, and the highest order it looks for.
 const SCANNED: usize = 3000;
 const HIGHEST_ORDER: f64 = 300.0;
+
+/// The likeliest hypotheses: so many by each of their two starts.
+pub(crate) fn likeliest<'s>(
+    screened: impl Iterator<Item = &'s Screened>,
+    most: usize,
+) -> Vec<&'s Screened> {
+    let all: Vec<&Screened> = screened.collect();
+    let mut places: Vec<usize> = Vec::new();
+    for start in 0..2 {
+        let mut order: Vec<usize> =
+            (0..all.len()).filter(|k| all[*k].starts[start].1 > 0.5 * rules::GAIN).collect();
+        order.sort_by(|a, b| all[*b].starts[start].1.total_cmp(&all[*a].starts[start].1));
+        places.extend(order.into_iter().take(most));
+    }
+    places.sort_unstable();
+    places.dedup();
+    places.into_iter().map(|k| all[k]).collect()
+}
+
 /// Screens every effect that is no calibration, at every place, and the user's own. Best first.
 pub(crate) fn screen(ground: &Context<'_>) -> Vec<Screened> {
     let of_library = library()
@@ -283,8 +326,11 @@ pub(crate) fn screen(ground: &Context<'_>) -> Vec<Screened> {
         .flat_map(|k| k.places().into_iter().map(move |at| (k, at)));
     let own = ground.bench.own.iter().map(|effect| (effect.kind, effect.at));
     let all: Vec<(&'static EffectKind, Location)> = of_library.chain(own).collect();
-    let mut screened: Vec<Screened> =
-        all.par_iter().filter_map(|(kind, at)| ground.screen(kind, *at)).collect();
-    screened.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+    let mut screened: Vec<Screened> = all
+        .par_iter()
+        .filter(|_| !ground.bench.is_late())
+        .filter_map(|(kind, at)| ground.screen(kind, *at))
+        .collect();
+    screened.sort_by(|a, b| b.starts[0].1.total_cmp(&a.starts[0].1));
     screened
 }

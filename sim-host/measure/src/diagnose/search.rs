@@ -1,7 +1,7 @@
 //! Full fits of the hypotheses that screening leaves, and of pairs of them.
 
-use super::rules::{self, at_floor, counts, standing_out};
-use super::screen::{Context, Screened, screen};
+use super::rules::{self, above, at_floor, counts, standing_out};
+use super::screen::{Context, Screened, likeliest, screen};
 use crate::fit::calibration::{calibrations, in_proportion, is_calibration};
 use crate::fit::{self, Effort, FitProblem, FitState, Fitted};
 use crate::predict::{PredictError, Quantity};
@@ -17,7 +17,7 @@ use trueweld_plant::robot::Channel;
 pub(crate) fn calibrated(bench: &FitProblem, blocks: &[Vec<u8>]) -> Result<Fitted, PredictError> {
     let point = calibrations(bench);
     let stale = in_proportion(&point);
-    fit::fit(bench, &point, blocks, &[], Effort { steps: 4, stale })
+    fit::fit(bench, &point, blocks, &[], Effort::full(stale))
 }
 
 /// The same point with those calibrations that are free at nothing, and the slopes there.
@@ -36,18 +36,19 @@ pub(crate) fn uncalibrated(
 
 /// Fits one hypothesis roughly from where screening left it: beside the calibrations at their best
 /// without it, which may have moved far to hide it, and beside none.
-fn fit_hypothesis(ground: &Context<'_>, effect: &Effect) -> Option<Fitted> {
+fn fit_hypothesis(ground: &Context<'_>, screened: &Screened) -> Vec<Fitted> {
     // The same where nothing is free.
     let bases = if ground.null.slopes.is_empty() { 1 } else { 2 };
     [ground.null, ground.given]
-        .into_iter()
+        .into_par_iter()
+        .zip(&screened.starts)
         .take(bases)
-        .filter_map(|base| {
+        .filter_map(|(base, (effect, _))| {
             let point = start(ground, base, effect)?;
             let effort = Effort { steps: ROUGHLY, stale: base.slopes.len() };
             fit::fit(ground.bench, &point, ground.blocks, &base.slopes, effort).ok()
         })
-        .min_by(|a, b| a.cost.total_cmp(&b.cost))
+        .collect()
 }
 
 /// Where a fit of an effect beside `base` starts. Slopes at nothing say little of the size of what
@@ -88,25 +89,23 @@ const FACTORS: [f64; 6] = [0.4, 1.0, 2.5, 6.0, 15.0, 40.0];
 
 /// Fits hypotheses, best first: all of them roughly, those that come near the best in full, the
 /// best with slopes taken afresh.
-pub(super) fn fit_all<'s>(
-    ground: &Context<'_>,
-    screened: impl Iterator<Item = &'s Screened>,
-) -> Vec<Fitted> {
-    let screened: Vec<&Screened> = screened.filter(|s| s.gain > rules::GAIN * 0.5).collect();
-    let mut fits: Vec<Fitted> =
-        screened.par_iter().filter_map(|s| fit_hypothesis(ground, &s.effect)).collect();
-    let least = fits.iter().map(|f| f.cost).fold(f64::INFINITY, f64::min);
+pub(super) fn fit_all(ground: &Context<'_>, screened: &[&Screened]) -> Vec<Fitted> {
+    let in_time = screened.par_iter().filter(|_| !ground.bench.is_late());
+    let rough: Vec<Vec<Fitted>> = in_time.map(|s| fit_hypothesis(ground, s)).collect();
+    let least = rough.iter().flatten().map(|f| f.cost).fold(f64::INFINITY, f64::min);
     let near = ground.null.cost - rules::NEARLY * (ground.null.cost - least);
-    let stale = ground.null.slopes.len();
-    fits.par_iter_mut().filter(|f| f.cost <= near).for_each(|fitted| {
-        let effort = Effort { steps: IN_FULL, stale };
-        if let Ok(better) =
-            fit::fit(ground.bench, &fitted.point, ground.blocks, &fitted.slopes, effort)
-            && better.cost < fitted.cost
-        {
-            *fitted = better;
-        }
-    });
+    let stale = in_proportion(&ground.null.point);
+    let cheapest = |fits: Vec<Fitted>| fits.into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost));
+    let in_full = |fits: Vec<Fitted>| {
+        let full = fits.into_par_iter().map(|mut fitted| {
+            if fitted.cost <= near {
+                refit(ground.bench, ground.blocks, &mut fitted, stale);
+            }
+            fitted
+        });
+        cheapest(full.collect())
+    };
+    let mut fits: Vec<Fitted> = rough.into_par_iter().filter_map(in_full).collect();
     fits.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     // What such a delay does as well or better is not believed of anything else either.
     let by_delay =
@@ -118,9 +117,8 @@ pub(super) fn fit_all<'s>(
     fits
 }
 
-/// Steps of a rough fit, and of the rest of a full one.
-const ROUGHLY: usize = 2;
-const IN_FULL: usize = 4;
+/// Steps of a rough fit.
+const ROUGHLY: usize = 3;
 
 /// True for a delay of motor torque that is no longer than a controller holds its commands.
 fn held(bench: &FitProblem, effect: &Effect) -> bool {
@@ -135,14 +133,13 @@ fn held(bench: &FitProblem, effect: &Effect) -> bool {
     period.is_finite() && effect.values[0].abs() < rules::HELD * period
 }
 
-/// Refits with fresh slopes of all that is not in proportion. What has a threshold, as a gap has,
-/// can hold such a fit up: its sizes are tried a little to either side as well.
+/// What has a threshold, as a gap has, can hold a fit up: its sizes are tried a little to either side
+/// as well.
 fn polish(bench: &FitProblem, blocks: &[Vec<u8>], fitted: &mut Fitted) {
-    refit(bench, blocks, fitted);
     let Some(last) = fitted.point.all.len().checked_sub(1) else {
         return;
     };
-    if at_floor(bench, &fitted.at) {
+    if at_floor(bench, &fitted.at) || bench.is_late() {
         return;
     }
     for _ in 0..ROUNDS {
@@ -157,7 +154,8 @@ fn polish(bench: &FitProblem, blocks: &[Vec<u8>], fitted: &mut Fitted) {
             break;
         };
         *fitted = better;
-        refit(bench, blocks, fitted);
+        let stale = in_proportion(&fitted.point);
+        refit(bench, blocks, fitted, stale);
     }
 }
 
@@ -167,46 +165,72 @@ const ASIDE: [f64; 6] = [0.8, 0.93, 0.98, 1.02, 1.07, 1.25];
 const ROUNDS: usize = 4;
 const WORTH: f64 = 0.01;
 
-fn refit(bench: &FitProblem, blocks: &[Vec<u8>], fitted: &mut Fitted) {
-    let stale = in_proportion(&fitted.point);
-    let known = fitted.slopes.iter().take(stale).cloned().collect::<Vec<_>>();
-    if let Ok(better) = fit::fit(bench, &fitted.point, blocks, &known, Effort { steps: 3, stale })
+/// Fits on until it arrives; slopes of the first `stale` values stay.
+pub(crate) fn refit(bench: &FitProblem, blocks: &[Vec<u8>], fitted: &mut Fitted, stale: usize) {
+    let effort = Effort::full(stale);
+    if let Ok(better) = fit::fit(bench, &fitted.point, blocks, &fitted.slopes, effort)
         && better.cost <= fitted.cost * (1.0 + 1e-9)
     {
         *fitted = better;
     }
 }
 
-/// What comes of the best single effect once a second was tried beside it: the effect alone where
-/// that is all there is, or alone and with the second. Both members must earn their place: a pair
-/// in which either alone does what both do together is none.
-pub(super) fn second(ground: &Context<'_>, best: Fitted, singles: &[Fitted]) -> Vec<Fitted> {
-    let Some(pair) = further(ground, &best).into_iter().next() else {
-        return vec![best];
-    };
-    // The first one alone again, from where the pair has taken it: what it gains on the way is not
-    // the second one's.
-    let mut alone = pair.clone();
-    alone.point.drop_last();
-    alone.slopes.clear();
-    alone.cost = f64::INFINITY;
-    refit(ground.bench, ground.blocks, &mut alone);
-    let first = if alone.cost < best.cost { alone } else { best };
+/// The fit without one of its effects, from where it stands.
+fn without(ground: &Context<'_>, fitted: &Fitted, index: usize) -> Option<Fitted> {
+    let point = fitted.point.without(index);
+    let stale = in_proportion(&point);
+    let known = &fitted.slopes[..stale];
+    fit::fit(ground.bench, &point, ground.blocks, known, Effort::full(stale)).ok()
+}
+
+/// Effects of an explanation at most.
+const MOST: usize = 4;
+
+/// What comes of the best single effect once others were tried beside it: fits with one effect more
+/// each, the last of them the explanation.
+pub(super) fn explained(ground: &Context<'_>, best: Fitted) -> Vec<Fitted> {
+    let mut chosen = vec![best];
+    while chosen.len() < MOST
+        && !ground.bench.is_late()
+        && let Some(fitted) = chosen.last()
+        && let Some((before, after)) = one_more(ground, fitted)
+    {
+        chosen.pop();
+        chosen.extend([before, after]);
+    }
+    chosen
+}
+
+/// A fit with one effect more, and the fit without it from where that has taken the others. Every
+/// effect must earn its place: one that the others do as well without is dropped; of two effects,
+/// either of which does what both do, none is. `None` too where the fit is at the floor already.
+fn one_more(ground: &Context<'_>, fitted: &Fitted) -> Option<(Fitted, Fitted)> {
+    let bench = ground.bench;
+    if at_floor(bench, &fitted.at) && above(bench, &fitted.at) <= rules::LEFT * ground.excess() {
+        return None;
+    }
+    let more = further(ground, fitted).into_iter().next()?;
+    let last = more.point.all.len() - 1;
+    // What the others gain on the way is not the new one's.
+    let mut before = without(ground, &more, last)?;
+    if fitted.cost < before.cost {
+        before = fitted.clone();
+    }
     // What is left must fall by half at least: a prediction that is not quite right leaves a little
     // for any effect to mend.
-    let enough = standing_out(ground.bench, &pair.at)
-        <= rules::HALVED * standing_out(ground.bench, &first.at);
-    let same = |a: &Effect, b: &Effect| (a.kind.id, a.at) == (b.kind.id, b.at);
-    let other = pair.point.all.last();
-    let other_alone =
-        singles.iter().find(|s| s.point.all.last().zip(other).is_some_and(|(e, o)| same(e, o)));
-    let enough = enough && fit::chi_square(&first.at) - fit::chi_square(&pair.at) > rules::SECOND;
-    let both = counts(ground.bench, &first, &pair)
-        && other_alone.is_none_or(|o| counts(ground.bench, o, &pair));
-    if enough && both && !at_floor(ground.bench, &first.at) {
-        vec![first, pair]
-    } else {
-        vec![first]
+    let enough = standing_out(bench, &more.at) <= rules::HALVED * standing_out(bench, &before.at)
+        && fit::chi_square(&before.at) - fit::chi_square(&more.at) > rules::SECOND;
+    if !enough || at_floor(bench, &before.at) || !counts(bench, &before, &more) {
+        return None;
+    }
+    let own = |i: &usize| !is_calibration(more.point.all[*i].kind);
+    let spare = |i: usize| without(ground, &more, i).filter(|f| !counts(bench, f, &more));
+    match (0..last).filter(own).find_map(spare) {
+        None => Some((before, more)),
+        Some(fewer) if (0..last).filter(own).count() > 1 && fewer.cost < before.cost => {
+            Some((before, fewer))
+        }
+        Some(_) => None,
     }
 }
 
@@ -218,10 +242,15 @@ pub(crate) fn further(ground: &Context<'_>, fitted: &Fitted) -> Vec<Fitted> {
     };
     let beside = Context { null: fitted, given: &given, ..*ground };
     let screened = screen(&beside);
+    // A gear has waves of several orders.
+    let once = |e: &Effect| e.kind.parameters.iter().all(|p| p.role != Role::Order);
     let has = |s: &Screened| {
-        fitted.point.all.iter().any(|e| (e.kind.id, e.at) == (s.effect.kind.id, s.effect.at))
+        let effect = &s.starts[0].0;
+        let same = |e: &Effect| (e.kind.id, e.at) == (effect.kind.id, effect.at);
+        once(effect) && fitted.point.all.iter().any(same)
     };
-    let mut next = fit_all(&beside, screened.iter().filter(|s| !has(s)).take(rules::FITTED_BESIDE));
+    let others = likeliest(screened.iter().filter(|s| !has(s)), rules::FITTED_BESIDE);
+    let mut next = fit_all(&beside, &others);
     next.retain(|f| counts(ground.bench, fitted, f));
     next
 }

@@ -131,8 +131,7 @@ pub(crate) fn sparse(
             known.map(|(k, e)| if is_kept(id, *at, k) { e } else { 0.0 }).collect();
         reduced.add_expected(Effect { values: mean, ..own[0].clone() }, &known);
     }
-    let refit =
-        |point: &FitState| fit::fit(bench, point, blocks, &[], Effort { steps: 4, stale: 0 }).ok();
+    let refit = |point: &FitState| fit::fit(bench, point, blocks, &[], Effort::full(0)).ok();
     let Some(common) = refit(&reduced) else {
         return (fitted.clone(), names);
     };

@@ -144,6 +144,7 @@ impl PlannedTrial {
                 model: bench.model.clone(),
                 known: bench.known.clone(),
                 experiments: vec![experiment],
+                deadline: None,
             },
         }
     }

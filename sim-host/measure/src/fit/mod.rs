@@ -9,13 +9,16 @@
 pub mod calibration;
 mod linear;
 pub mod per_log;
+mod solver;
 
 pub(crate) use linear::Factor;
 pub use linear::{Linear, Step};
+pub use solver::{Effort, End, Fitted, fit};
 
 use crate::predict::{Experiment, Model, PredictError, Prediction};
 use nalgebra::DVector;
 use rayon::prelude::*;
+use std::time::Instant;
 use trueweld_plant::effects::{Action, Effect, Location, Parameter, Role};
 use trueweld_plant::input::{ModelEffect, ModelFile, Scope};
 
@@ -35,6 +38,8 @@ pub struct FitProblem {
     pub own: Vec<Effect>,
     /// The logs.
     pub experiments: Vec<Experiment>,
+    /// From when on no new work is begun; `None` where there is no hurry.
+    pub deadline: Option<Instant>,
 }
 
 impl FitProblem {
@@ -43,8 +48,14 @@ impl FitProblem {
     /// no effect is a hypothesis.
     pub fn new(file: &ModelFile, experiments: Vec<Experiment>) -> Self {
         let model = Model { robot: file.robot.robot.clone(), process: file.process.clone() };
-        let mut bench =
-            Self { model, known: Vec::new(), per_log: Vec::new(), own: Vec::new(), experiments };
+        let mut bench = Self {
+            model,
+            known: Vec::new(),
+            per_log: Vec::new(),
+            own: Vec::new(),
+            experiments,
+            deadline: None,
+        };
         for ModelEffect { effect, scope } in &file.effects {
             let list = match scope {
                 Scope::Log => &mut bench.per_log,
@@ -54,6 +65,11 @@ impl FitProblem {
             list.push(effect.clone());
         }
         bench
+    }
+
+    /// True where no new work is to be begun.
+    pub fn is_late(&self) -> bool {
+        self.deadline.is_some_and(|deadline| Instant::now() >= deadline)
     }
 }
 
@@ -207,12 +223,19 @@ impl FitState {
         self.free.extend(expected.iter().enumerate().filter_map(free));
     }
 
-    /// Takes away the last effect for all logs.
-    pub(crate) fn drop_last(&mut self) {
-        if let Some(last) = self.all.len().checked_sub(1) {
-            self.all.pop();
-            self.free.retain(|f| f.of != EffectScope::All(last));
+    /// The same without one of the effects for all logs.
+    pub(crate) fn without(&self, index: usize) -> Self {
+        let mut next = self.clone();
+        next.all.remove(index);
+        next.free.retain(|f| f.of != EffectScope::All(index));
+        for free in &mut next.free {
+            if let EffectScope::All(i) = &mut free.of
+                && *i > index
+            {
+                *i -= 1;
+            }
         }
+        next
     }
 
     /// Takes the free values of some effects back to where the effect is not there.
@@ -395,138 +418,5 @@ fn blocks_of_log(experiment: &Experiment) -> Vec<u8> {
         .collect()
 }
 
-/// A fitted point.
-#[derive(Debug, Clone)]
-pub struct Fitted {
-    /// The values found.
-    pub point: FitState,
-    /// Residuals there.
-    pub at: Residuals,
-    /// Slopes of every free value there, or near there.
-    pub slopes: Vec<Slopes>,
-    /// The linear model there.
-    pub linear: Linear,
-    /// Sum of squares and priors.
-    pub cost: f64,
-}
-
-/// How a fit is done.
-#[derive(Debug, Clone, Copy)]
-pub struct Effort {
-    /// Steps at most.
-    pub steps: usize,
-    /// Slopes that are taken once: those of the first so many free values.
-    pub stale: usize,
-}
-
 /// Share of a fit's unit over which slopes are taken.
 const STEP: f64 = 0.1;
-
-/// Improvement of the cost below which a fit has arrived, as a share of it and at least this much.
-const ARRIVED: f64 = 1e-4;
-
-/// The best step with every value within its bounds: one that would leave goes to its bound, and
-/// the others are solved for again.
-fn bounded(linear: &Linear, point: &FitState, damping: f64) -> Option<DVector<f64>> {
-    let n = point.free.len();
-    let mut free: Vec<usize> = (0..n).collect();
-    let mut fixed = DVector::zeros(n);
-    loop {
-        let found = linear.solve_beside(&fixed, None, damping, Some(&free))?;
-        let leaves = |k: usize| {
-            room(point.parameter(&point.free[k]), point.value(&point.free[k]), found.step[k])
-        };
-        let out: Vec<(usize, f64)> = free.iter().filter_map(|k| Some((*k, leaves(*k)?))).collect();
-        if out.is_empty() {
-            return Some(found.step);
-        }
-        for (k, step) in out {
-            fixed[k] = step;
-            free.retain(|f| *f != k);
-        }
-    }
-}
-
-/// The step that just reaches the bound which a step would pass.
-fn room(parameter: &Parameter, value: f64, step: f64) -> Option<f64> {
-    let reached = value_at(parameter, value, step);
-    if parameter.role == Role::Phase || (reached != parameter.low && reached != parameter.high) {
-        return None;
-    }
-    let (mut within, mut beyond) = (0.0, 1.0);
-    for _ in 0..40 {
-        let middle = 0.5 * (within + beyond);
-        if value_at(parameter, value, middle * step) == reached {
-            beyond = middle
-        } else {
-            within = middle
-        }
-    }
-    Some(beyond * step)
-}
-
-/// Fits the free values of a point by Levenberg and Marquardt. `slopes`: known ones of the first
-/// free values.
-///
-/// # Errors
-/// [`PredictError`] where the model cannot be driven through the logs at the start.
-pub fn fit(
-    bench: &FitProblem,
-    point: &FitState,
-    blocks: &[Vec<u8>],
-    known: &[Slopes],
-    effort: Effort,
-) -> Result<Fitted, PredictError> {
-    let mut point = point.clone();
-    let mut at = residuals(bench, &point)?;
-    let mut damping = 1e-4;
-    let mut stale: Vec<Slopes> = known[..effort.stale.min(known.len())].to_vec();
-    let mut step_count = 0;
-    loop {
-        let fresh = slopes(bench, &point, &point.free[stale.len()..], &at, STEP);
-        let (weight, away) = point.priors();
-        let all: Vec<&Slopes> = stale.iter().chain(&fresh).collect();
-        let linear = Linear { hold: point.hold(), ..Linear::new(blocks, &at, &all, weight, away) };
-        let cost = linear.cost(&DVector::zeros(point.free.len()));
-        let finish = |point: FitState,
-                      at: Residuals,
-                      stale: Vec<Slopes>,
-                      fresh: Vec<Slopes>,
-                      linear: Linear| Fitted {
-            slopes: stale.into_iter().chain(fresh).collect(),
-            point,
-            at,
-            cost: linear.cost(&DVector::zeros(linear.weight.len())),
-            linear,
-        };
-        if step_count >= effort.steps {
-            return Ok(finish(point, at, stale, fresh, linear));
-        }
-        let mut better = None;
-        for _ in 0..6 {
-            let Some(step) = bounded(&linear, &point, damping) else {
-                break;
-            };
-            let next = point.moved(&step);
-            if let Ok(there) = residuals(bench, &next) {
-                let (weight, away) = next.priors();
-                let priors: f64 = weight.iter().zip(away.iter()).map(|(w, a)| w * a * a).sum();
-                let reached = chi_square(&there) + priors;
-                if reached < cost {
-                    damping = (damping * 0.1f64).max(1e-8);
-                    better = Some((next, there, reached));
-                    break;
-                }
-            }
-            damping = (damping * 20.0).max(1e-3);
-        }
-        let Some((next, there, reached)) = better else {
-            return Ok(finish(point, at, stale, fresh, linear));
-        };
-        let arrived = cost - reached < (ARRIVED * cost).max(0.5);
-        step_count = if arrived { effort.steps } else { step_count + 1 };
-        point = next;
-        at = there;
-        stale.extend(fresh.into_iter().take(effort.stale.saturating_sub(stale.len())));
-    }
-}

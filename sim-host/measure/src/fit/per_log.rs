@@ -7,9 +7,6 @@ use crate::fit::{self, Effort, FitProblem, FitState, Residuals};
 use crate::predict::PredictError;
 use trueweld_plant::effects::Effect;
 
-/// Steps of the fit: such values are of small size, and residuals nearly in proportion to them.
-const STEPS: usize = 4;
-
 /// Fits `own`, with values for each log, beside the bench's known effects and `all`, which stay.
 /// Where there is nothing to fit, the residuals are those of the model as it is.
 ///
@@ -27,7 +24,6 @@ pub fn fitted(
         let residuals = fit::residuals(bench, &point)?;
         return Ok((point, residuals));
     }
-    let found =
-        fit::fit(bench, &point, &fit::blocks_of(bench), &[], Effort { steps: STEPS, stale })?;
+    let found = fit::fit(bench, &point, &fit::blocks_of(bench), &[], Effort::full(stale))?;
     Ok((found.point, found.at))
 }

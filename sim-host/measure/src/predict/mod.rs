@@ -122,7 +122,7 @@ pub struct Motion {
     pub link: Vec<JointVector<f64>>,
     /// Spring torques, N·m.
     pub spring: Vec<JointVector<f64>>,
-    /// Real tool poses, where the links stand under a wrench; empty where they swing.
+    /// Real tool poses; empty where the links swing and neither bearings nor base give.
     pub tool: Vec<Pose<f64>>,
     /// True where a link may be where it was seen, for its gear has play.
     pub placed: bool,
@@ -347,14 +347,14 @@ impl Experiment {
         let mut robot = ElasticRobot::with_effects(&model.robot, effects, None)?;
         let mut raw = Vec::with_capacity(self.raw_poses);
         if let Some(links) = &at.motion {
+            let mut links = Motion::clone(links);
+            for (tool, link) in links.tool.iter_mut().zip(&links.link) {
+                let frames = robot.model.frames(link);
+                let frame =
+                    Pose { rotation: frames.rotation[joint], position: frames.origin[joint] };
+                *tool = frame * *motion * frame.inverse() * *tool;
+            }
             if let Some(standing) = &self.standing {
-                let mut links = Motion::clone(links);
-                for (tool, link) in links.tool.iter_mut().zip(&links.link) {
-                    let frames = robot.model.frames(link);
-                    let frame =
-                        Pose { rotation: frames.rotation[joint], position: frames.origin[joint] };
-                    *tool = frame * *motion * frame.inverse() * *tool;
-                }
                 standing.residual(&robot, &links, &mut raw);
             }
             if let Some(moving) = &self.moving {
@@ -362,7 +362,7 @@ impl Experiment {
                 mount(&mut parameters, joint, motion);
                 robot.model = Robot::new(parameters)
                     .map_err(|reason| EffectError::Model { id: "a link's mounting", reason })?;
-                moving.poses(&robot, links, &mut raw);
+                moving.poses(&robot, &links, &mut raw);
             }
         }
         let mut residual = Vec::with_capacity(self.compared.len());
@@ -435,12 +435,7 @@ impl Experiment {
         match (effect.kind.action, effect.port()) {
             (Action::Process(_), _) => false,
             (_, Some(Port::ProcessForce | Port::PlateSurface | Port::MotorFriction(_))) => false,
-            (
-                _,
-                Some(
-                    Port::SensorChannel(_) | Port::TimeBase | Port::LinkFrame(_) | Port::BaseFrame,
-                ),
-            ) => stands,
+            (_, Some(Port::SensorChannel(_) | Port::TimeBase)) => stands,
             _ => true,
         }
     }
@@ -450,7 +445,7 @@ impl Experiment {
         self.moves(effect)
             || match effect.port() {
                 Some(Port::SensorChannel(Channel::MotorTorque)) => false,
-                Some(Port::SensorChannel(_) | Port::LinkFrame(_) | Port::BaseFrame) => true,
+                Some(Port::SensorChannel(_)) => true,
                 Some(Port::TimeBase) => effect.at != Location::Channel(Channel::MotorTorque),
                 _ => false,
             }

@@ -389,6 +389,9 @@ impl Moving {
             }
             motion.link.push(swinging.drives().link);
             motion.spring.push(swinging.spring(robot));
+            if robot.ports.frames_give() {
+                motion.tool.push(swinging.frames(robot, self.time[k] - self.time[0]).tcp);
+            }
         }
         Ok(motion)
     }
@@ -400,7 +403,8 @@ impl Moving {
             position[row]
                 - seen(&robot.ports, &robot.frames(link, &Wrench::zero(), time).tcp, time).position
         });
-        Observed { tool, link: std::array::from_fn(|i| self.link_left(robot, i, link[i], row)) }
+        let link = std::array::from_fn(|i| self.link_left(robot, i, link[i], row));
+        Observed { tool, turn: Vector3::repeat(f64::NAN), lever: 0.0, link }
     }
 
     /// What a joint's second encoder read at a row, less what it would with its link at `link`; NaN
@@ -425,11 +429,11 @@ impl Moving {
             let tracker_lag = lag(Channel::Tracker);
             let pose = |row: &usize| {
                 let time = self.time[*row] - begin;
-                seen(
-                    &robot.ports,
-                    &robot.frames(&late(*row, tracker_lag), &Wrench::zero(), time).tcp,
-                    time,
-                )
+                let tool = match motion.tool.as_slice() {
+                    [] => robot.model.frames(&late(*row, tracker_lag)).tcp,
+                    tools => between(tools, *row as f64 - tracker_lag),
+                };
+                seen(&robot.ports, &tool, time)
             };
             // Every row that a window reaches, or only those compared.
             let rows: Vec<usize> = if self.calm.is_some() {
@@ -515,5 +519,17 @@ impl Moving {
                 residual.push(self.band.at(0, |k| series[k] - predicted[k], series.len(), row));
             }
         }
+    }
+}
+
+/// A pose at a fractional sample position, straight between its neighbours; the ends are held.
+fn between(poses: &[Pose<f64>], position: f64) -> Pose<f64> {
+    let position = position.clamp(0.0, (poses.len() - 1) as f64);
+    let (k, share) = (position.floor() as usize, position.fract());
+    let (before, after) = (&poses[k], &poses[(k + 1).min(poses.len() - 1)]);
+    let turned = rotation_vector(&before.rotation.tr_mul(&after.rotation)) * share;
+    Pose {
+        position: before.position.lerp(&after.position, share),
+        rotation: before.rotation * rotation_from_vector(&turned),
     }
 }

@@ -6,7 +6,7 @@
 //! link is taken to be where it was seen. Where the gap is closed nothing is taken from what was
 //! measured.
 
-use nalgebra::{DMatrix, DVector, Vector3};
+use nalgebra::{Vector3, Vector6};
 use trueweld_core::{JOINTS, JointVector};
 use trueweld_plant::robot::ElasticRobot;
 
@@ -60,17 +60,20 @@ impl BacklashObserver {
         let mut found: Vec<(usize, f64, f64)> =
             by_itself.iter().map(|&i| (i, seen.link[i], OWN_SHARE)).collect();
         if !by_tool.is_empty() && seen.tool.sum().is_finite() {
-            let jacobian = robot.model.frames(link).jacobian().0;
-            let mut tool = seen.tool;
-            by_itself
-                .iter()
-                .for_each(|&i| tool -= jacobian.fixed_view::<3, 1>(3, i) * seen.link[i]);
-            let columns = DMatrix::from_fn(3, by_tool.len(), |r, c| jacobian[(3 + r, by_tool[c])]);
+            // Turns count as what they move at the lever.
+            let lever = if seen.turn.sum().is_finite() { seen.lever } else { 0.0 };
+            let turn = if lever > 0.0 { seen.turn * lever } else { Vector3::zeros() };
+            let mut jacobian = robot.model.frames(link).jacobian().0;
+            jacobian.fixed_rows_mut::<3>(0).scale_mut(lever);
+            let mut tool = Vector6::new(turn.x, turn.y, turn.z, 0.0, 0.0, 0.0);
+            tool.fixed_rows_mut::<3>(3).copy_from(&seen.tool);
+            by_itself.iter().for_each(|&i| tool -= jacobian.column(i) * seen.link[i]);
+            let columns = jacobian.select_columns(&by_tool);
             let mut square = columns.tr_mul(&columns);
             for k in 0..by_tool.len() {
                 square[(k, k)] += LEAST_ARM * LEAST_ARM;
             }
-            let right = columns.tr_mul(&DVector::from_column_slice(tool.as_slice()));
+            let right = columns.tr_mul(&tool);
             if let Some(all) = square.cholesky().map(|c| c.solve(&right)) {
                 found.extend(
                     by_tool.iter().zip(all.iter()).map(|(i, found)| (*i, *found, self.share)),
@@ -95,6 +98,10 @@ impl BacklashObserver {
 pub(super) struct Observed {
     /// TCP, in B, m.
     pub tool: Vector3<f64>,
+    /// Rotation of the tool, in B, rad.
+    pub turn: Vector3<f64>,
+    /// Deviation of a seen position over that of a seen rotation, m.
+    pub lever: f64,
     /// Second encoders, rad.
     pub link: [f64; JOINTS],
 }

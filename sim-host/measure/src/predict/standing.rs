@@ -42,13 +42,16 @@ pub(super) struct Standing {
     payloads: Vec<Payload>,
     position: Option<Vec<Vector3<f64>>>,
     rotation: Option<Vec<Matrix3<f64>>>,
-    /// Where a weld's tool was seen at every instant.
+    /// Where the tool was seen at every instant.
     seen: Option<Vec<Vector3<f64>>>,
+    /// Deviation of the tracker's position over that of its rotation, m; 0 where its rotation at
+    /// every instant is not kept.
+    lever: f64,
     /// Torque that the wrench's noise makes at each joint, N·m.
     slack: JointVector<f64>,
-    /// Twist that this torque makes, rad; of a weld alone.
+    /// Twist that this torque makes, rad.
     margin: JointVector<f64>,
-    /// Of the log's rows, s.
+    /// Of the log's rows, s; infinite where each is at rest.
     period: f64,
 }
 
@@ -79,6 +82,9 @@ impl Standing {
                 });
             }
         }
+        let slack = slack(log, noise, model, 1.0);
+        let deviation = |levels: &[Option<Level>; 3]| levels[0].map_or(0.0, |l| l.deviation);
+        let lever = deviation(&noise.position) / deviation(&noise.rotation);
         let standing = Self {
             rows: (0..n).collect(),
             time: s.time.iter().map(|t| t - s.time[0]).collect(),
@@ -87,12 +93,13 @@ impl Standing {
             band: None,
             payload,
             payloads,
-            slack: slack(log, noise, model, 1.0),
+            slack,
+            margin: slack.component_div(model.robot.stiffness()),
             position: s.position.clone(),
-            seen: None,
-            margin: JointVector::zeros(),
+            seen: s.position.clone(),
+            lever: if lever.is_finite() { lever } else { 0.0 },
             rotation: s.rotation.as_ref().map(|r| r.iter().map(rotation_from_vector).collect()),
-            period: 0.0,
+            period: f64::INFINITY,
         };
         standing.compare(log, noise, model, 1.0, compared)?;
         Ok(Some(standing))
@@ -160,6 +167,7 @@ impl Standing {
             payloads: vec![Payload { mass: 0.0, centre: Vector3::zeros() }],
             slack,
             margin: slack.component_div(model.robot.stiffness()),
+            lever: 0.0,
             seen: tracker.as_ref().map(|t| (0..n).map(|k| vector(t, k)).collect()),
             position: tracker.map(|t| slow(&t)),
             rotation,
@@ -260,7 +268,19 @@ impl Standing {
             let mut stand = links.follow(robot, &self.motors[k], &wrench, self.time[k]);
             if let Some((position, afloat)) = &mut afloat {
                 let tool = seen(&robot.ports, &stand.frames.tcp, self.time[k]);
-                let left = Observed { tool: position[k] - tool.position, link: [f64::NAN; JOINTS] };
+                let turn = self
+                    .rotation
+                    .as_ref()
+                    .filter(|_| self.lever > 0.0)
+                    .map_or(Vector3::repeat(f64::NAN), |r| {
+                        tool.rotation * rotation_vector(&tool.rotation.tr_mul(&r[k]))
+                    });
+                let left = Observed {
+                    tool: position[k] - tool.position,
+                    turn,
+                    lever: self.lever,
+                    link: [f64::NAN; JOINTS],
+                };
                 let (by, _) = afloat.moved(robot, &self.motors[k].angle, &stand.link, &left);
                 links.displace(robot, &mut stand, &by, &wrench, self.time[k]);
             }

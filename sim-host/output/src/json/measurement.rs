@@ -3,7 +3,7 @@
 use super::finite;
 use crate::words;
 use crate::words::compare::notice;
-use crate::words::diagnose::not_kept;
+use crate::words::diagnose::{not_kept, undone};
 use crate::words::experiment;
 use crate::words::finding::sentence;
 use crate::{CompareReport, DiagnoseReport, ImproveReport, MistakesReport, RegisterReport};
@@ -227,6 +227,8 @@ pub struct DiagnoseResult {
     pub limits: Vec<DetectionLimit>,
     /// Effects that these logs hardly tell apart.
     pub confusable: Vec<ConfusablePair>,
+    /// What there was no time for, and fits that did not arrive, in words.
+    pub undone: Vec<String>,
 }
 
 /// One explanation.
@@ -394,6 +396,8 @@ pub struct ImproveResult {
     pub held_out: Vec<String>,
     /// What the residual follows that is left.
     pub unexplained: Vec<ResidualFinding>,
+    /// What there was no time for, and fits that did not arrive, in words.
+    pub undone: Vec<String>,
 }
 
 /// A step of an improvement.
@@ -718,6 +722,7 @@ impl DiagnoseResult {
             unexplained: ResidualFinding::remaining(diagnosis),
             limits: diagnosis.limits.iter().map(limit).collect(),
             confusable: diagnosis.confusable.iter().map(pair).collect(),
+            undone: undone(&diagnosis.undone, robot),
         }
     }
 }
@@ -860,6 +865,7 @@ impl ImproveResult {
             rejected: rejected.collect(),
             held_out: improvement.held_out_logs.clone(),
             unexplained: ResidualFinding::remaining(&improvement.diagnosis),
+            undone: undone(&improvement.diagnosis.undone, &model.robot),
         }
     }
 }

@@ -10,7 +10,7 @@ use crate::document::{
 use crate::json::DiagnoseResult;
 use crate::samples::{self, Samples};
 use crate::words::diagnose::{
-    confusable, in_a_line, limits, none_of_these, ranked, remains, values,
+    confusable, in_a_line, limits, none_of_these, ranked, remains, undone, values,
 };
 use crate::words::{self, Scale, probability, score, share};
 use trueweld_measure::diagnose::evidence::EffectCurve;
@@ -75,6 +75,8 @@ impl Report for DiagnoseReport<'_> {
             ),
             Block::List(remains(diagnosis)),
         );
+        let left_out = undone(&diagnosis.undone, &self.model.robot);
+        document.section(Medium::All, words::diagnose::UNDONE, Block::List(left_out));
         let medium = if missing { Medium::Page } else { Medium::All };
         document.section(
             medium,

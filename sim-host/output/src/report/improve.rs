@@ -8,7 +8,7 @@ use crate::ImproveReport;
 use crate::document::{Block, Document, Medium, Table, number, words};
 use crate::json::ImproveResult;
 use crate::samples::{self, Samples};
-use crate::words::diagnose::{CURVES, remains};
+use crate::words::diagnose::{CURVES, UNDONE, remains, undone};
 use crate::words::score;
 use trueweld_measure::diagnose::Verdict;
 
@@ -57,6 +57,8 @@ impl Report for ImproveReport<'_> {
             Block::Table(self.values()),
         );
         document.section(Medium::All, "Tried and not kept", Block::Table(self.rejections()));
+        let left_out = undone(&improvement.diagnosis.undone, &self.model.robot);
+        document.section(Medium::All, UNDONE, Block::List(left_out));
         if improvement.verdict == Verdict::UnknownEffect {
             document.section(
                 Medium::All,

@@ -4,7 +4,7 @@ use super::finding::{article, sentence};
 use super::{Scale, counted, effects, experiment, listed, probability, score, share};
 use crate::{DiagnoseReport, ImproveReport};
 use trueweld_measure::diagnose::{
-    Candidate, Confusable, Diagnosis, FittedEffect, Limit, Reason, Verdict,
+    Candidate, Confusable, Diagnosis, FittedEffect, Limit, Reason, Undone, Verdict,
 };
 use trueweld_measure::improve::{Rejected, Rejection, Step};
 use trueweld_measure::residuals::compare::{FLOOR, LogComparison};
@@ -431,6 +431,33 @@ pub(crate) fn ranked(diagnosis: &Diagnosis) -> &[Candidate] {
 /// Above the curves of evidence.
 pub(crate) const CURVES: &str = "The curve that shows it: points are what the measurements ask for, \
      with standard errors, whatever the form of the effect";
+
+/// Above what is left undone.
+pub(crate) const UNDONE: &str = "Left undone";
+
+/// What there was no time for, and fits that did not arrive, a sentence each.
+pub(crate) fn undone(all: &[Undone], robot: &RobotFile) -> Vec<String> {
+    let sentence = |undone: &Undone| match undone {
+        Undone::Search => "Not every effect was looked for: the time was up.".to_owned(),
+        Undone::Fits(count) => {
+            format!("{} was left out: the time was up.", counted(*count, "fit of a likely effect"))
+        }
+        Undone::Further => {
+            "No further effect was looked for, though something is left: the time was up."
+                .to_owned()
+        }
+        Undone::Arrival(effects) => {
+            let names: Vec<String> = effects.iter().map(|e| e.name(robot)).collect();
+            let of = if names.is_empty() {
+                "the calibrations".to_owned()
+            } else {
+                listed(&names, "and")
+            };
+            format!("The fit of {of} took all the steps that it may and had not arrived.")
+        }
+    };
+    all.iter().map(sentence).collect()
+}
 
 /// What is left that the residual follows, a sentence each.
 pub(crate) fn remains(diagnosis: &Diagnosis) -> Vec<String> {

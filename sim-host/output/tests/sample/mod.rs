@@ -27,7 +27,7 @@ use trueweld_measure::diagnose::{
     Verdict,
 };
 use trueweld_measure::experiment::{Channels, Excitation, Plan, PlanRow, Procedure};
-use trueweld_measure::fit::{FitState, Fitted, Linear};
+use trueweld_measure::fit::{End, FitState, Fitted, Linear};
 use trueweld_measure::improve::{Improvement, Rejected, Rejection, Step};
 use trueweld_measure::predict::Prediction;
 use trueweld_measure::residuals::compare::{
@@ -409,6 +409,7 @@ pub fn diagnosis(verdict: Verdict) -> Parts {
             hold: (DVector::zeros(0), DVector::zeros(0)),
         },
         cost: 0.0,
+        end: End::Arrived,
     };
     let candidate = |effect: FittedEffect, after: f64, probability: f64, left: f64| Candidate {
         effects: vec![effect],
@@ -480,6 +481,7 @@ pub fn diagnosis(verdict: Verdict) -> Parts {
                 alike: 0.999,
             }],
             unexplained: comparison.worst,
+            undone: Vec::new(),
         },
         account: Explanation {
             reasons: vec![reason(Some(curve)), reason(None)],

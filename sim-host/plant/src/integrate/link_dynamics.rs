@@ -6,8 +6,9 @@
 //! gears remember.
 
 use super::Diverged;
-use crate::robot::{Drives, ElasticRobot, INTERNAL_STATES};
+use crate::robot::{Drives, ElasticRobot, INTERNAL_STATES, JointMotion, Tilts};
 use nalgebra::SVector;
+use trueweld_core::ldlt::Ldlt;
 use trueweld_core::{Frames, JOINTS, JointVector, Wrench};
 
 /// Fixed-point iterations over the posture; each divides the error by some hundreds, and a load
@@ -277,7 +278,10 @@ type Rates = (JointVector<f64>, JointVector<f64>, SVector<f64, INTERNAL_STATES>)
 /// Links that swing on their springs, no wrench on the tool.
 #[derive(Debug, Clone, Copy)]
 pub struct DynamicLinks {
+    /// Where bearings or base give, the links' angles are β of [`Tilts`].
     drives: Drives,
+    /// u of [`Tilts`], its rate, and β̈.
+    tilted: [JointVector<f64>; 3],
     internal: SVector<f64, INTERNAL_STATES>,
     before: Motors,
     time: f64,
@@ -294,7 +298,18 @@ impl DynamicLinks {
             motor: motors.angle,
             motor_rate: motors.rate,
         };
-        Self { drives, internal: SVector::from(standing.internal), before: *motors, time }
+        let mut links = Self {
+            drives,
+            tilted: [JointVector::zeros(); 3],
+            internal: SVector::from(standing.internal),
+            before: *motors,
+            time,
+        };
+        if let Some(link) = JointMotion::standing(robot, &stand.link) {
+            links.drives.link = link;
+            links.tilted[0] = link - stand.link;
+        }
+        links
     }
 
     /// The same in the midst of a motion whose jerk is known, rad/s³: the springs' torsion follows
@@ -329,13 +344,21 @@ impl DynamicLinks {
     }
 
     /// Angles and rates now.
-    pub fn drives(&self) -> &Drives {
-        &self.drives
+    pub fn drives(&self) -> Drives {
+        let [u, u_rate, _] = self.tilted;
+        let Drives { link, link_rate, .. } = self.drives;
+        Drives { link: link - u, link_rate: link_rate - u_rate, ..self.drives }
     }
 
     /// Spring torque now, N·m.
     pub fn spring(&self, robot: &ElasticRobot) -> JointVector<f64> {
-        robot.spring_torque(&self.drives, self.internal.as_slice())
+        robot.spring_torque(&self.drives(), self.internal.as_slice())
+    }
+
+    /// Frames of the real arm at `time`, s.
+    pub fn frames(&self, robot: &ElasticRobot, time: f64) -> Frames<f64> {
+        let motion = (&self.drives.link_rate, &self.tilted[2]);
+        robot.frames_in_motion(&self.drives().link, motion, &Wrench::zero(), time)
     }
 
     /// Takes the links elsewhere by `by`, rad, and changes their rates by `rate`, rad/s.
@@ -367,15 +390,23 @@ impl DynamicLinks {
         let middle_rate = self.drives.link_rate + (motors.rate - from.rate) * 0.5;
         let (inertia, bias) =
             robot.model.equation_of_motion(&frames, &middle_rate, &Wrench::zero());
-        let factor = trueweld_core::ldlt::Ldlt::new(inertia).ok_or(Diverged { time })?;
+        let factor = Ldlt::new(inertia).ok_or(Diverged { time })?;
+        let rest = bias - robot.link_torque(&self.drives);
+        let tilts = Tilts::new(robot, &frames, &middle_rate, &Wrench::zero(), (&factor, &rest));
+        let mut u = self.tilted[0];
+        let mut joints = |drives: Drives, internal: &[f64]| match &tilts {
+            Some(tilts) => tilts.joints(robot, &drives, internal, &mut u),
+            None => drives,
+        };
         for k in 0..substeps {
             let part = |c: f64| hermite(&from, motors, whole, (k as f64 + c) / substeps as f64);
             let inputs = [part(0.0), part(0.5), part(1.0)];
-            let rates = |input: &(JointVector<f64>, JointVector<f64>),
-                         link: JointVector<f64>,
-                         link_rate: JointVector<f64>,
-                         internal: SVector<f64, INTERNAL_STATES>| {
+            let mut rates = |input: &(JointVector<f64>, JointVector<f64>),
+                             link: JointVector<f64>,
+                             link_rate: JointVector<f64>,
+                             internal: SVector<f64, INTERNAL_STATES>| {
                 let drives = Drives { link, link_rate, motor: input.0, motor_rate: input.1 };
+                let drives = joints(drives, internal.as_slice());
                 let torque = robot.spring_torque(&drives, internal.as_slice())
                     + robot.link_torque(&drives)
                     - bias;
@@ -405,6 +436,13 @@ impl DynamicLinks {
         }
         self.drives.motor = motors.angle;
         self.drives.motor_rate = motors.rate;
+        if tilts.is_some() {
+            let now = joints(self.drives, self.internal.as_slice());
+            let torque = robot.spring_torque(&now, self.internal.as_slice());
+            let acceleration = factor.solve(&(torque + robot.link_torque(&now) - bias));
+            self.tilted =
+                [self.drives.link - now.link, self.drives.link_rate - now.link_rate, acceleration];
+        }
         self.before = *motors;
         self.time = time;
         if self.drives.link.sum().is_finite() && self.drives.link.amax() < 1e3 {

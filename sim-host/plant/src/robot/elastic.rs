@@ -199,25 +199,38 @@ impl ElasticRobot {
     /// bearings and base, where these give.
     #[inline]
     pub fn frames(&self, link: &JointVector<f64>, wrench: &Wrench<f64>, time: f64) -> Frames<f64> {
+        let still = JointVector::zeros();
+        self.frames_in_motion(link, (&still, &still), wrench, time)
+    }
+
+    /// The same of an arm in motion, at these rates, rad/s, and accelerations, rad/s².
+    #[inline]
+    pub fn frames_in_motion(
+        &self,
+        link: &JointVector<f64>,
+        motion: (&JointVector<f64>, &JointVector<f64>),
+        wrench: &Wrench<f64>,
+        time: f64,
+    ) -> Frames<f64> {
         let rigid = self.model.frames(link);
         if !self.ports.frames_give() {
             return rigid;
         }
-        self.displaced_frames(link, &rigid, wrench, time)
+        self.displaced_frames(link, motion, &rigid, wrench, time)
     }
 
-    /// Bearings and base tilt under the moments that the rigid arm passes them at rest, gravity
+    /// Bearings and base tilt under the moments that the rigid arm passes them, gravity
     /// included. The tilts are of the order of 0.1 mrad, so that their own effect on the moments is
     /// left out.
     fn displaced_frames(
         &self,
         link: &JointVector<f64>,
+        (rate, acceleration): (&JointVector<f64>, &JointVector<f64>),
         rigid: &Frames<f64>,
         wrench: &Wrench<f64>,
         time: f64,
     ) -> Frames<f64> {
-        let still = JointVector::zeros();
-        let loads = self.model.joint_loads(rigid, &still, &still, wrench);
+        let loads = self.model.joint_loads(rigid, rate, acceleration, wrench);
         let mut by = Displacement::none();
         // What a frame carries is the reaction to what it passes on: the loads act outward, the
         // tilt follows them inward.

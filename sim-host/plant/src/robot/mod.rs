@@ -3,6 +3,7 @@
 mod elastic;
 mod mounting;
 mod ports;
+mod tilt;
 
 pub use elastic::{Drives, ElasticRobot};
 pub use mounting::mount;
@@ -10,3 +11,4 @@ pub use ports::{
     Channel, INTERNAL_STATES, JointState, Port, Ports, ProcessPoint, Readings, Term, TooManyStates,
     ValueDerivative,
 };
+pub use tilt::{JointMotion, Tilts};

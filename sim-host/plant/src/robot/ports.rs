@@ -337,7 +337,7 @@ impl Ports {
     }
 
     /// True where the frames of links or base give way to their loads.
-    pub(crate) fn frames_give(&self) -> bool {
+    pub fn frames_give(&self) -> bool {
         !self.base_frame.is_empty() || self.link_frame.iter().any(|p| !p.is_empty())
     }
 }

@@ -1,0 +1,211 @@
+//! Levenberg and Marquardt's method with a trust region, until the gradient says that a fit has
+//! arrived.
+//!
+//! Slopes are dear and residuals cheap: slopes are kept as long as the linear model foretells what a
+//! step brings, and taken anew where it does not, and before a fit is said to have arrived.
+
+use super::{FitProblem, FitState, Linear, Residuals, STEP, Slopes};
+use super::{chi_square, count, residuals, slopes, value_at};
+use crate::predict::PredictError;
+use nalgebra::DVector;
+use trueweld_plant::effects::{Parameter, Role};
+
+/// A fitted point.
+#[derive(Debug, Clone)]
+pub struct Fitted {
+    /// The values found.
+    pub point: FitState,
+    /// Residuals there.
+    pub at: Residuals,
+    /// Slopes of every free value there, or near there.
+    pub slopes: Vec<Slopes>,
+    /// The linear model there.
+    pub linear: Linear,
+    /// Sum of squares and priors.
+    pub cost: f64,
+    /// Why the fit ended.
+    pub end: End,
+}
+
+/// Why a fit ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum End {
+    /// The gradient, with slopes taken there, promises no more than chance.
+    Arrived,
+    /// No step that the slopes ask for lowers the cost, however short: the cost is not smooth there,
+    /// as with a gap.
+    Stalled,
+    /// The steps allowed are taken, or the time is up.
+    Limit,
+}
+
+/// How a fit is done.
+#[derive(Debug, Clone, Copy)]
+pub struct Effort {
+    /// Steps tried at most.
+    pub steps: usize,
+    /// Slopes that are taken once: those of the first so many free values.
+    pub stale: usize,
+}
+
+impl Effort {
+    /// Until it arrives, with the slopes of the first so many free values taken once.
+    pub fn full(stale: usize) -> Self {
+        Self { steps: 40, stale }
+    }
+}
+
+/// Fall of the cost promised by the gradient from which on a fit goes on, in what chance makes of a
+/// residual: 0.5 is 0.7 standard deviations of all values together.
+const ARRIVED: f64 = 0.5;
+
+/// Share of the foretold fall of the cost from which on a step lets the trust region grow, and below
+/// which it shrinks and slopes are taken anew.
+const FORETOLD: f64 = 0.75;
+const POOR: f64 = 0.4;
+
+/// Damping of the first step, and from which on no step is short enough.
+const FIRST: f64 = 1e-4;
+const LAST: f64 = 1e3;
+
+/// The best step with every value within its bounds: one that would leave goes to its bound, and
+/// the others are solved for again.
+fn bounded(linear: &Linear, point: &FitState, damping: f64) -> Option<DVector<f64>> {
+    let n = point.free.len();
+    let mut free: Vec<usize> = (0..n).collect();
+    let mut fixed = DVector::zeros(n);
+    loop {
+        let found = linear.solve_beside(&fixed, None, damping, Some(&free))?;
+        let leaves = |k: usize| {
+            room(point.parameter(&point.free[k]), point.value(&point.free[k]), found.step[k])
+        };
+        let out: Vec<(usize, f64)> = free.iter().filter_map(|k| Some((*k, leaves(*k)?))).collect();
+        if out.is_empty() {
+            return Some(found.step);
+        }
+        for (k, step) in out {
+            fixed[k] = step;
+            free.retain(|f| *f != k);
+        }
+    }
+}
+
+/// The step that just reaches the bound which a step would pass.
+fn room(parameter: &Parameter, value: f64, step: f64) -> Option<f64> {
+    let reached = value_at(parameter, value, step);
+    if parameter.role == Role::Phase || (reached != parameter.low && reached != parameter.high) {
+        return None;
+    }
+    let (mut within, mut beyond) = (0.0, 1.0);
+    for _ in 0..40 {
+        let middle = 0.5 * (within + beyond);
+        if value_at(parameter, value, middle * step) == reached {
+            beyond = middle
+        } else {
+            within = middle
+        }
+    }
+    Some(beyond * step)
+}
+
+/// Fits the free values of a point. `known`: slopes of the first free values, near the start.
+///
+/// # Errors
+/// [`PredictError`] where the model cannot be driven through the logs at the start.
+pub fn fit(
+    bench: &FitProblem,
+    start: &FitState,
+    blocks: &[Vec<u8>],
+    known: &[Slopes],
+    effort: Effort,
+) -> Result<Fitted, PredictError> {
+    let n = start.free.len();
+    let stale = effort.stale.min(n);
+    let at = residuals(bench, start)?;
+    let mut all = known[..known.len().min(n)].to_vec();
+    // True where the slopes that are taken more than once are those at the point.
+    let mut fresh = all.len() <= stale;
+    all.extend(slopes(bench, start, &start.free[all.len()..], &at, STEP));
+    let mut here = Fitted {
+        linear: linear(blocks, start, &at, &all),
+        point: start.clone(),
+        at,
+        slopes: all,
+        cost: 0.0,
+        end: End::Limit,
+    };
+    here.cost = here.linear.cost(&DVector::zeros(n));
+    let (mut damping, mut steps) = (FIRST, 0);
+    while steps < effort.steps && !bench.is_late() {
+        let trust = (chi_square(&here.at) / count(&here.at).max(1) as f64).max(1.0);
+        let promised = bounded(&here.linear, &here.point, 0.0)
+            .map_or(f64::INFINITY, |step| here.cost - here.linear.cost(&step));
+        if promised < ARRIVED * trust {
+            if fresh {
+                here.end = End::Arrived;
+                break;
+            }
+            fresh = here.refresh(bench, blocks, stale);
+            continue;
+        }
+        let Some(step) = bounded(&here.linear, &here.point, damping).filter(|_| damping < LAST)
+        else {
+            here.end = End::Stalled;
+            break;
+        };
+        steps += 1;
+        let foretold = here.cost - here.linear.cost(&step);
+        let next = here.point.moved(&step);
+        let reached = residuals(bench, &next).ok().map(|at| {
+            let (weight, away) = next.priors();
+            let priors: f64 = weight.iter().zip(away.iter()).map(|(w, a)| w * a * a).sum();
+            (chi_square(&at) + priors, at)
+        });
+        match reached.filter(|(cost, _)| *cost < here.cost) {
+            Some((cost, at)) => {
+                let share = (here.cost - cost) / foretold;
+                (here.point, here.at, here.cost) = (next, at, cost);
+                fresh = stale == n;
+                if share < POOR {
+                    damping = (damping * 4.0).max(1e-3);
+                } else if share > FORETOLD {
+                    damping = (damping * 0.1).max(1e-8);
+                }
+                if share < POOR && !fresh {
+                    fresh = here.refresh(bench, blocks, stale);
+                } else {
+                    let again = here.linear.beside(blocks, &here.at, &here.slopes);
+                    here.linear = with_priors(again, &here.point);
+                }
+            }
+            None if fresh => damping = (damping * 20.0).max(1e-3),
+            None => {
+                damping = damping.max(1e-3);
+                fresh = here.refresh(bench, blocks, stale);
+            }
+        }
+    }
+    Ok(here)
+}
+
+impl Fitted {
+    /// Takes slopes anew where the fit stands, but for the first `stale`.
+    fn refresh(&mut self, bench: &FitProblem, blocks: &[Vec<u8>], stale: usize) -> bool {
+        self.slopes.truncate(stale);
+        let free = &self.point.free[stale..];
+        self.slopes.extend(slopes(bench, &self.point, free, &self.at, STEP));
+        self.linear = linear(blocks, &self.point, &self.at, &self.slopes);
+        true
+    }
+}
+
+fn linear(blocks: &[Vec<u8>], point: &FitState, at: &Residuals, slopes: &[Slopes]) -> Linear {
+    let nothing = DVector::zeros(slopes.len());
+    let all: Vec<&Slopes> = slopes.iter().collect();
+    with_priors(Linear::new(blocks, at, &all, nothing.clone(), nothing), point)
+}
+
+fn with_priors(linear: Linear, point: &FitState) -> Linear {
+    let (weight, away) = point.priors();
+    Linear { weight, away, hold: point.hold(), ..linear }
+}
