@@ -7,6 +7,7 @@ mod numbers;
 mod plant;
 mod ports;
 mod support;
+mod tilt;
 
 use std::path::PathBuf;
 use std::sync::LazyLock;
