@@ -462,6 +462,7 @@ impl MistakesResult {
                 candidates: Vec::new(),
                 calibration: Vec::new(),
                 next_experiment: None,
+                undone: Vec::new(),
                 unexplained: Vec::new(),
                 limits: Vec::new(),
                 confusable: Vec::new(),
@@ -477,6 +478,7 @@ impl MistakesResult {
                 steps: Vec::new(),
                 rejected: Vec::new(),
                 held_out: Vec::new(),
+                undone: Vec::new(),
                 unexplained: Vec::new(),
             }),
             _ => Self::Compare(CompareResult {
