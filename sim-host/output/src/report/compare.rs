@@ -107,7 +107,7 @@ fn finding_figure(finding: &Finding) -> Figure {
         text: sentence(finding),
         plot: Plot {
             x_label: x.named(&curve.x_name),
-            y_label: y.named("measured less predicted"),
+            y_label: y.named("residual"),
             lines: vec![Line {
                 name: String::new(),
                 color: color::run(0),

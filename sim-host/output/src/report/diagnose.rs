@@ -19,6 +19,8 @@ use trueweld_measure::residuals::localize::CurvePoint;
 
 /// Columns drawn before and after.
 const COLUMNS: usize = 4;
+/// Longest name beside an axis.
+const MOST_OF_AXIS: usize = 30;
 /// Pairs of effects that are hard to tell apart, shown at most.
 const PAIRS: usize = 12;
 
@@ -195,7 +197,11 @@ fn curve(curve: &EffectCurve) -> Figure {
     let points = if winding { Vec::new() } else { fitted.clone() };
     let plot = Plot {
         x_label: x.named(&curve.x_name),
-        y_label: y.named(&curve.y_name),
+        // A long name stands in the title.
+        y_label: match curve.y_name.chars().count() {
+            0..=MOST_OF_AXIS => y.named(&curve.y_name),
+            _ => y.unit.to_owned(),
+        },
         lines: vec![Line {
             name: name.to_owned(),
             color: color::run(1),

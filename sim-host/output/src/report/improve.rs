@@ -45,7 +45,7 @@ impl Report for ImproveReport<'_> {
                 ("of the logs fitted", [self.before, self.after]),
             ] {
                 let heading = format!(
-                    "Measured and predicted, before and after {logs}: the columns that changed most"
+                    "Measured and predicted {logs}, before and after: the columns that changed most"
                 );
                 let figures = Block::Figures(before_and_after(before, after, COLUMNS));
                 document.section(Medium::Page, &heading, figures);

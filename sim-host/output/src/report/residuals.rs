@@ -15,6 +15,10 @@ const LEAST: f64 = 0.05;
 /// alone.
 const HIDDEN: f64 = 50.0;
 
+/// Beginning of the channels of which the difference is drawn alone: a way of metres says nothing,
+/// and a rotation has no value of its own.
+const POSES: &str = "tcp_";
+
 /// A score's bar, logarithmic, with the noise floor marked.
 pub(super) fn score_bar(score: f64, highest: f64) -> Bar {
     let share = |score: f64| (score.max(SHORTEST) / SHORTEST).ln() / (highest / SHORTEST).ln();
@@ -66,8 +70,7 @@ pub(super) fn before_and_after<'a>(
 }
 
 impl Columns<'_> {
-    /// True where a picture of the measured values would not show the difference: of a way of
-    /// metres, and of a rotation, which has no value of its own.
+    /// True where a picture of the measured values would not show the difference.
     fn hides_difference(&self) -> bool {
         let trace = self.predictions[0].2;
         let ends = [f64::INFINITY, f64::NEG_INFINITY];
@@ -76,7 +79,7 @@ impl Columns<'_> {
             trace.measured.iter().zip(&trace.predicted).map(|(m, p)| (m - p).abs())
         });
         let largest = differences.fold(0.0, f64::max);
-        trace.predicted.iter().all(|v| *v == 0.0) || high - low > HIDDEN * largest
+        trace.channel.starts_with(POSES) || high - low > HIDDEN * largest
     }
 
     /// Measured beside predicted, and their difference.
@@ -102,7 +105,11 @@ impl Columns<'_> {
         let small = Scale::small(trace.unit);
         let differences = self.predictions.iter().map(|(name, color, trace)| {
             let difference = |k: usize| (trace.measured[k] - trace.predicted[k]) * small.factor;
-            line(name, *color, Dash::Solid, trace, difference)
+            let (name, color) = match self.predictions.len() {
+                1 => ("residual", color::run(0)),
+                _ => (*name, *color),
+            };
+            line(name, color, Dash::Solid, trace, difference)
         });
         let noise = 2.0 * typical_noise(trace) * small.factor;
         let rest = Plot {

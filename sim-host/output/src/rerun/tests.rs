@@ -76,8 +76,7 @@ fn a_recording_says_what_it_is_of_and_which_limit_was_hit_when() {
     let mut welds = sample::welds(400);
     welds.recordings[1].rows.iter_mut().for_each(|row| row.limited.torque = false);
     let runs = welds.runs();
-    let report = WeldReport { provenance: &provenance, ..welded(&runs) };
-    report.record(&path).unwrap();
+    WeldReport { provenance: &provenance, ..welded(&runs) }.record(&path).unwrap();
     let said = text(&path, ORIGIN);
     for part in [
         "trueweld 0.1.0 weld",
@@ -95,7 +94,8 @@ fn a_recording_says_what_it_is_of_and_which_limit_was_hit_when() {
     ] {
         assert!(said.contains(part), "{part}: {said}");
     }
-    report(&sample::steps().runs(), sample::STEP_AT).record(&path).unwrap();
+    let steps = sample::steps();
+    report(&steps.runs(), sample::STEP_AT).record(&path).unwrap();
     assert!(text(&path, ORIGIN).contains("external: never at a limit"));
     let (comparison, model) = (sample::comparison(), Path::new("model.toml"));
     let compared = CompareReport { model, comparison: &comparison, provenance: &provenance };

@@ -90,7 +90,7 @@ pub(crate) fn axis(quantity: VariedQuantity) -> &'static str {
         VariedQuantity::Noise => "factor on the noise of force and seam sensor",
         VariedQuantity::Delay => "delay of force and seam sensor, periods",
         VariedQuantity::Lost => {
-            "share of seam readings lost; all in the last pass alone; force sensor dead from half-way on"
+            "seam readings lost; all in the last pass; force sensor dead half-way"
         }
     }
 }
