@@ -36,7 +36,7 @@ fn case(seed: u64) -> Case {
     let mut random = Random::new(seed, 77);
     let kinds: Vec<_> = library().filter(|kind| kind.drawn.is_some()).collect();
     let kind = kinds[seed as usize % kinds.len()];
-    let protocol = Protocol { postures: 6, ..Protocol::short() };
+    let protocol = Protocol { postures: 6, free: 6.0, ..Protocol::short() };
     let hidden = LABORATORY.draw(kind.id, random.between(0.3, 3.0), &protocol, seed);
     let recipe = Recipe { protocol, ..Recipe::plain(seed) }
         .with_nuisance(0.05, 1e-4, 1e-4)
@@ -176,7 +176,7 @@ fn gross_mistakes_are_named_in_200_campaigns() {
 
 #[test]
 fn a_forgotten_payload_is_named() {
-    let protocol = Protocol { rings: 0, welds: 0, ..Protocol::short() };
+    let protocol = Protocol { rings: 0, welds: 0, free: 6.0, ..Protocol::short() };
     let heavy = effect("payload-error", Location::Cell, &[90.0, 0.05, 0.0, 0.0]);
     let recipe = Recipe { protocol, ..Recipe::plain(4) }.with_effect(heavy);
     let folder = tempfile::tempdir().expect("a folder");

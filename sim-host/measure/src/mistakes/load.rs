@@ -5,7 +5,8 @@ use super::pose::column;
 use super::rows::{Needed, Row};
 use super::{Change, Evidence, Mistake, MistakeKind};
 use crate::data::channel::LogChannel;
-use crate::data::log::{Log, LogKind};
+use crate::data::log::{Log, LogKind, Payload};
+use crate::predict::hung;
 use crate::register::Sighting;
 use nalgebra::{SMatrix, SVector, Vector3};
 use trueweld_core::{JOINTS, JointVector, Robot, Wrench};
@@ -28,10 +29,8 @@ const LEFT: f64 = 0.1;
 /// Mass from which on it is no error of the tool's mass but something that hangs there, kg.
 const HEAVY: f64 = 30.0;
 
-/// Share of a mass's load from which on a joint counts among those that carry it, and how far each
-/// may tell another mass than all of them.
-const CARRIES: f64 = 0.1;
-const ALIKE: f64 = 0.6;
+/// Share of the squares that a mass may leave: what one joint does alone is another thing.
+const CARRIED: f64 = 0.15;
 
 /// Sums of products of predicted x and measured y.
 #[derive(Debug, Clone, Copy, Default)]
@@ -281,10 +280,14 @@ fn encoders(
     let encoder = LogChannel::Encoder;
     let mut best: Option<(f64, Mistake)> = None;
     let mut take = |after: f64, mistake: Mistake| {
-        if after < 0.3 * before && best.as_ref().is_none_or(|(least, _)| after < 0.8 * least) {
+        if after < 0.5 * before && best.as_ref().is_none_or(|(least, _)| after < 0.8 * least) {
             best = Some((after, mistake));
         }
     };
+    let degrees = std::f64::consts::PI / 180.0;
+    let changes = (0..JOINTS).map(|i| column(encoder, i, "deg", 1.0)).collect();
+    let after = share(&predicted(&|v| *v * degrees));
+    take(after, named(MistakeKind::Unit, encoder, Vec::new(), before, after, changes));
     for i in 0..JOINTS {
         let after = share(&predicted(&|v| {
             let mut v = *v;
@@ -404,28 +407,6 @@ fn standing(log: &Log, rows: &[Row], robot: &Robot<f64>) -> Option<Mistake> {
 /// A mass that nobody wrote down.
 fn payload(logs: &[Log], rows: &[Vec<Row>], robot: &Robot<f64>) -> Option<Mistake> {
     let centre = robot.parameters().tool.com_from_flange;
-    // In motion: what the motors carry besides.
-    let mut in_motion: [Vec<(f64, f64)>; JOINTS] = std::array::from_fn(|_| Vec::new());
-    for (log, rows) in logs.iter().zip(rows) {
-        if log.samples.motor_torque.iter().all(Option::is_none) {
-            continue;
-        }
-        for row in rows {
-            let plain = row.motor_torque(robot, row.motion()).sum();
-            let frames = robot.frames(&row.encoder);
-            let weight = row.weight(robot, &row.encoder, 1.0, &centre);
-            let carried = -frames.joint_torque(&weight.rotated(&frames.tcp.rotation));
-            for (i, pairs) in in_motion.iter_mut().enumerate() {
-                pairs.push((carried[i], row.torque[i] - plain[i]));
-            }
-        }
-    }
-    let moving = Sums::of(in_motion.iter().flatten().copied());
-    // A mass loads every joint that carries it; what one joint does alone is another thing.
-    let each: Vec<Sums> = in_motion.iter().map(|pairs| Sums::of(pairs.iter().copied())).collect();
-    let mut carriers = each.iter().filter(|s| s.xx > CARRIES * moving.xx);
-    let alike = carriers.clone().count() > 1
-        && carriers.all(|s| (s.slope() / moving.slope() - 1.0).abs() < ALIKE);
     let tracked = logs.iter().zip(rows).filter(|(log, _)| {
         log.kind == LogKind::StaticLoad
             && log.samples.payload.as_ref().is_none_or(|p| p.iter().all(|p| p.mass == 0.0))
@@ -455,17 +436,9 @@ fn payload(logs: &[Log], rows: &[Vec<Row>], robot: &Robot<f64>) -> Option<Mistak
             }
         }
     }
-    let (mass, evidence, change) = if moving.count >= FEWEST
-        && alike
-        && moving.correlation() > FOLLOWS
-        && moving.slope() > HEAVY
-    {
-        let mass = moving.slope();
-        let (before, after) = (moving.root(moving.yy), moving.root(moving.left(mass)));
-        let channel = LogChannel::MotorTorque;
+    let (mass, evidence, change) = if let Some((mass, evidence)) = carried(logs, rows, robot) {
         names = logs.iter().map(|log| log.name.clone()).collect();
-        let whole = robot.parameters().tool.mass + mass;
-        (mass, Evidence { before, after, unit: "N·m", channel }, Change::ToolMass(whole))
+        (mass, evidence, Change::ToolMass(robot.parameters().tool.mass + mass))
     } else {
         let sum = |of: &dyn Fn(&(f64, f64, f64)) -> f64| at_rest.iter().map(of).sum::<f64>();
         let (all, left) = (sum(&|p| p.1), sum(&|p| p.2));
@@ -487,4 +460,46 @@ fn payload(logs: &[Log], rows: &[Vec<Row>], robot: &Robot<f64>) -> Option<Mistak
         evidence,
         change,
     })
+}
+
+/// A mass, kg, that the motors carry besides, wherever its centre is.
+fn carried(logs: &[Log], rows: &[Vec<Row>], robot: &Robot<f64>) -> Option<(f64, Evidence)> {
+    /// How far the centre is moved for the torque of a first moment, m.
+    const ARM: f64 = 0.1;
+    let tool = &robot.parameters().tool;
+    let with =
+        |by: Vector3<f64>| hung(robot, &Payload { mass: HEAVY, centre: tool.com_from_flange + by });
+    let heavier = with(Vector3::zeros()).ok()?;
+    let axes = [Vector3::x(), Vector3::y(), Vector3::z()];
+    let moved = axes.map(|axis| with(axis * ARM));
+    let mut normal = SMatrix::<f64, 4, 4>::zeros();
+    let mut right = SVector::<f64, 4>::zeros();
+    let (mut squares, mut count) = (0.0, 0usize);
+    let in_motion = logs.iter().zip(rows);
+    let in_motion =
+        in_motion.filter(|(log, _)| log.samples.motor_torque.iter().any(Option::is_some));
+    for row in in_motion.flat_map(|(_, rows)| rows) {
+        let needed = |robot: &Robot<f64>| row.motor_torque(robot, row.motion()).sum();
+        let (plain, heavier) = (needed(robot), needed(&heavier));
+        let moved = moved.each_ref().map(|m| m.as_ref().map_or(heavier, needed));
+        for i in (0..JOINTS).filter(|i| row.torque[*i].is_finite()) {
+            let moment = |k: usize| (moved[k][i] - heavier[i]) / (HEAVY * ARM);
+            let x =
+                SVector::from([(heavier[i] - plain[i]) / HEAVY, moment(0), moment(1), moment(2)]);
+            let y = row.torque[i] - plain[i];
+            normal += x * x.transpose();
+            right += x * y;
+            squares += y * y;
+            count += 1;
+        }
+    }
+    let least = 1e-9 * normal.trace();
+    (0..4).for_each(|k| normal[(k, k)] += least);
+    let found = normal.cholesky()?.solve(&right);
+    let left = (squares - found.dot(&right)).max(0.0);
+    let stands_out = count >= FEWEST && found[0] > HEAVY && left < CARRIED * squares;
+    let root = |sum: f64| (sum / count.max(1) as f64).sqrt();
+    let channel = LogChannel::MotorTorque;
+    let evidence = Evidence { before: root(squares), after: root(left), unit: "N·m", channel };
+    stands_out.then_some((found[0], evidence))
 }

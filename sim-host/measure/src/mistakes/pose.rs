@@ -20,6 +20,9 @@ const GROSS: f64 = 0.015;
 /// Largest share of the misfit that an explanation leaves.
 const LEFT: f64 = 0.3;
 
+/// Poses at rest that tell a frame by themselves.
+const AT_REST: usize = 8;
+
 /// Share of the rows that may be outliers of the tracker.
 const OUTLIERS: f64 = 0.1;
 
@@ -149,7 +152,9 @@ pub(super) fn find(
     // One explanation for all of them, or one for each.
     let all: Vec<&Row> = gross.iter().flat_map(|k| &rows[*k]).collect();
     let explained = match explain(&all, robot) {
-        Some(explanation) => vec![(gross.clone(), all, explanation)],
+        Some(explanation) => {
+            vec![(whole(rows, robot, &gross, &explanation), all, explanation)]
+        }
         None => gross
             .iter()
             .filter_map(|k| {
@@ -199,6 +204,25 @@ pub(super) fn find(
         }
     }
     (mistakes, registered)
+}
+
+/// The logs that an explanation is of: also those in which it hardly shows, unless one says that it
+/// is not so.
+fn whole(
+    rows: &[Vec<Row>],
+    robot: &Robot<f64>,
+    gross: &[usize],
+    explanation: &Explanation,
+) -> Vec<usize> {
+    let read = |k: &usize| {
+        let rows: Vec<&Row> = rows[*k].iter().collect();
+        let seen = sightings(&rows, robot, explanation.reading);
+        if seen.is_empty() { 0.0 } else { misfit(&seen, &Pose::identity(), &Pose::identity()) }
+    };
+    let plain = matches!(explanation.tracker, Tracker::Plain);
+    let all: Vec<usize> = (0..rows.len()).collect();
+    let others = || all.iter().filter(|k| !gross.contains(k));
+    if plain && others().all(|k| read(k) < GROSS) { all } else { gross.to_vec() }
 }
 
 /// A column's line with nothing to add.
@@ -282,7 +306,18 @@ fn near(value: f64, whole: f64) -> bool {
 fn explain(rows: &[&Row], robot: &Robot<f64>) -> Option<Explanation> {
     let plain = sightings(rows, robot, Reading::Plain);
     let before = with(&plain, Tracker::Plain)?.left;
-    let registered = |seen: &[Sighting]| with(seen, Tracker::Registered(register::frame(seen)?));
+    let registered = |reading: Reading| {
+        let seen = sightings(rows, robot, reading);
+        // An arm in motion bends by more than its load at rest: where there are poses at rest, they
+        // tell the frame.
+        let still: Vec<&Row> = rows.iter().filter(|row| row.at_rest).copied().collect();
+        let still = sightings(&still, robot, reading);
+        let of_still = (still.len() >= AT_REST).then(|| register::frame(&still)).flatten();
+        let of = |found| with(&seen, Tracker::Registered(found));
+        let (of_still, of_all) = (of_still.and_then(of), register::frame(&seen).and_then(of));
+        let found = of_still.filter(|e| e.left < GROSS).or(of_all)?;
+        Some(Explanation { reading, ..found })
+    };
     // The simplest first: one thing wrong, then a tracker elsewhere, then both.
     let mut best = Best { limit: (LEFT * before).min(GROSS), found: None };
     let readings = readings();
@@ -296,15 +331,12 @@ fn explain(rows: &[&Row], robot: &Robot<f64>) -> Option<Explanation> {
     for joint in 0..JOINTS {
         best.take(line(rows, robot, joint));
     }
-    best.take(registered(&plain));
+    best.take(registered(Reading::Plain));
     if best.found.is_none() {
         (0..3).for_each(|axis| best.take(with(&plain, Tracker::Mirrored(axis))));
     }
     if best.found.is_none() {
-        for reading in &readings {
-            let seen = sightings(rows, robot, *reading);
-            best.take(registered(&seen).map(|e| Explanation { reading: *reading, ..e }));
-        }
+        readings.iter().for_each(|reading| best.take(registered(*reading)));
     }
     if best.found.is_none() {
         best.take(with(&plain, Tracker::Registered(register::frame_and_tool(&plain)?)));

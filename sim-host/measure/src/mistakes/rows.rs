@@ -16,6 +16,8 @@ const BAND: f64 = 8.0;
 /// One row. Torques that were not measured are NaN.
 #[derive(Debug, Clone)]
 pub(super) struct Row {
+    /// True where nothing moves, and the tool is where its load leaves it.
+    pub at_rest: bool,
     /// Encoder angles, rad.
     pub encoder: JointVector<f64>,
     /// Encoder rates, rad/s, and accelerations, rad/s²; zero at rest.
@@ -70,6 +72,7 @@ impl Row {
                     })
                 };
                 Self {
+                    at_rest: !moving,
                     encoder: s.encoder[k],
                     rate: joints(1),
                     acceleration: joints(2),

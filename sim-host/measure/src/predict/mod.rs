@@ -18,6 +18,8 @@ mod moving;
 mod play;
 mod standing;
 
+pub(crate) use standing::hung;
+
 use crate::data::channel::LogChannel;
 use crate::data::log::{Log, LogKind};
 use crate::data::noise::{Level, NoiseLevels};

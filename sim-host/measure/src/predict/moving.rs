@@ -9,7 +9,7 @@ use crate::data::channel::LogChannel;
 use crate::data::fir::{Beginning, LowPass, adaptive, interpolate, start};
 use crate::data::log::{Log, LogKind};
 use crate::data::noise::{Level, NoiseLevels};
-use nalgebra::{Complex, Matrix3, SMatrix, SVector, Vector3};
+use nalgebra::{Complex, DMatrix, DVector, Matrix3, SMatrix, SVector, Vector3};
 use std::f64::consts::TAU;
 use trueweld_core::spatial::{rotation_from_vector, rotation_vector};
 use trueweld_core::{JointVector, Pose, Wrench};
@@ -58,6 +58,30 @@ struct Through {
     torque: SVector<f64, 6>,
 }
 
+/// How what was seen in the first rows tells the start of the links.
+#[derive(Debug, Clone)]
+struct Swing {
+    rows: Vec<usize>,
+    /// Angles, rad, and rates, rad/s, by which the links start elsewhere, per residual of the
+    /// tracker's position at these rows.
+    gain: DMatrix<f64>,
+}
+
+/// Time over which the start of the links is told, periods of the arm's lowest mode, and the rows
+/// in it that are looked at.
+const SWING_PERIODS: f64 = 1.5;
+const SWING_ROWS: usize = 40;
+
+/// What an arm may swing by when a log begins, rad.
+const SWINGS: f64 = 1e-3;
+
+/// By how much the sum of squares must fall for an arm to be taken to swing when a log begins: twelve
+/// numbers lower it by 12, and by 40 once in ten thousand times.
+const STANDS_OUT: f64 = 60.0;
+
+/// Rate by which motors may change while the start is told, rad/s.
+const STEADY: f64 = 5e-3;
+
 /// A log of links in motion.
 #[derive(Debug, Clone)]
 pub(super) struct Moving {
@@ -70,6 +94,8 @@ pub(super) struct Moving {
     margin: JointVector<f64>,
     /// What drives the links.
     drive: Vec<Motors>,
+    /// How the links swing at the first row is fitted, where a ring-down begins after its stop.
+    swing: Option<Swing>,
     /// Jerk of the motors at the first row, rad/s³, where the log begins in motion.
     jerk: Option<JointVector<f64>>,
     /// What the motors did, for their torque: smoothed.
@@ -191,11 +217,12 @@ impl Moving {
             ends.each_ref().map(|end| band.half() + if end.is_some() { half } else { 0 });
         let torque_rows: Vec<usize> = (first..n.saturating_sub(last)).step_by(every).collect();
 
-        let moving = Self {
+        let mut moving = Self {
             period,
             substeps: (period / STEP - 1e-9).ceil().max(1.0) as usize,
             time: s.time.clone(),
             drive,
+            swing: None,
             jerk,
             motor,
             margin: JointVector::from_fn(|i, _| 3.0 * encoder[i].deviation),
@@ -210,6 +237,9 @@ impl Moving {
             torque_rows,
         };
         moving.compare(log, noise, model, &quicker, compared)?;
+        if log.kind == LogKind::RingDown {
+            moving.swing = moving.swing(log, noise, model);
+        }
         Ok(moving)
     }
 
@@ -352,6 +382,92 @@ impl Moving {
         }
     }
 
+    /// How the start of the links is told; `None` where the arm does not swing when the log begins.
+    fn swing(&self, log: &Log, noise: &NoiseLevels, model: &Model) -> Option<Swing> {
+        let position = self.position.as_ref()?;
+        let level = known(&noise.position, log, LogChannel::Position).ok()?;
+        let frames = model.robot.frames(&self.drive[0].angle);
+        let lowest = model.robot.natural_frequencies(&frames)?[0];
+        let length = (SWING_PERIODS * TAU / lowest / self.period) as usize;
+        let rate = self.drive[0].rate;
+        let steady = self.drive.iter().take_while(|m| (m.rate - rate).amax() < STEADY).count();
+        let length = length.min(steady).min(self.drive.len());
+        let every = length.div_ceil(SWING_ROWS).max(1);
+        let seen = |row: &usize| position[*row].sum().is_finite();
+        let rows: Vec<usize> = (0..length).step_by(every).filter(seen).collect();
+        if rows.len() < SWING_ROWS / 4 {
+            return None;
+        }
+        let robot = ElasticRobot::with_effects(&model.robot, &[], None).ok()?;
+        let still = SVector::<f64, 12>::zeros();
+        let plain = self.first_residual(&robot, &rows, &still)?;
+        // Besides the start: where the tracker stands, and how it drifts.
+        let mut columns = DMatrix::<f64>::zeros(plain.len(), 18);
+        let size = |k: usize| if k < 6 { SWINGS } else { SWINGS * lowest };
+        for k in 0..12 {
+            let mut start = still;
+            start[k] = 0.1 * size(k);
+            let moved = self.first_residual(&robot, &rows, &start)?;
+            columns.set_column(k, &((&plain - moved) / 0.1));
+        }
+        for (r, _) in rows.iter().enumerate() {
+            for c in 0..3 {
+                columns[(3 * r + c, 12 + c)] = 1e-2;
+                columns[(3 * r + c, 15 + c)] = 1e-2 * (r as f64 / rows.len() as f64 - 0.5);
+            }
+        }
+        let weight = DVector::from_fn(plain.len(), |r, _| 1.0 / level[r % 3].deviation.powi(2));
+        let weighted = DMatrix::from_fn(plain.len(), 18, |r, k| columns[(r, k)] * weight[r]);
+        let normal = columns.tr_mul(&weighted) + DMatrix::identity(18, 18);
+        let right = weighted.tr_mul(&plain);
+        let explained = |from: usize| {
+            let size = 18 - from;
+            let normal = normal.view((from, from), (size, size)).into_owned();
+            let right = right.rows(from, size).into_owned();
+            Some(right.dot(&normal.cholesky()?.solve(&right)))
+        };
+        if explained(0)? - explained(12)? < STANDS_OUT {
+            return None;
+        }
+        let mut gain = normal.cholesky()?.solve(&weighted.transpose()).rows(0, 12).into_owned();
+        (0..12).for_each(|k| gain.row_mut(k).scale_mut(size(k)));
+        Some(Swing { rows, gain })
+    }
+
+    /// Measured less predicted position of the tool at the first rows, m, with the links starting
+    /// elsewhere by so much.
+    fn first_residual(
+        &self,
+        robot: &ElasticRobot,
+        rows: &[usize],
+        start: &SVector<f64, 12>,
+    ) -> Option<DVector<f64>> {
+        let mut swinging = self.start(robot, start);
+        let mut left = Vec::with_capacity(3 * rows.len());
+        let mut at = 0;
+        for &row in rows {
+            while at < row {
+                at += 1;
+                let time = at as f64 * self.period + self.time[0];
+                swinging.advance(robot, &self.drive[at], time, self.substeps).ok()?;
+            }
+            left.extend(self.seen(robot, &swinging.drives().link, row).tool.iter());
+        }
+        Some(DVector::from_vec(left))
+    }
+
+    /// The links at the first row, elsewhere by so much than the motors' motion asks for.
+    fn start(&self, robot: &ElasticRobot, elsewhere: &SVector<f64, 12>) -> DynamicLinks {
+        let (first, time) = (&self.drive[0], self.time[0]);
+        let mut swinging = match &self.jerk {
+            Some(jerk) => DynamicLinks::start_in_motion(robot, first, jerk, time),
+            None => DynamicLinks::start(robot, first, time),
+        };
+        let part = |from: usize| elsewhere.fixed_rows::<6>(from).into_owned();
+        swinging.displace(&part(0), &part(6));
+        swinging
+    }
+
     /// Where the motors were at every instant.
     pub(super) fn motors(&self) -> &[Motors] {
         &self.drive
@@ -359,12 +475,19 @@ impl Moving {
 
     pub(super) fn motion(&self, robot: &ElasticRobot) -> Result<Motion, Diverged> {
         let n = self.drive.len();
-        let (first, time) = (&self.drive[0], self.time[0]);
-        let mut swinging = match &self.jerk {
-            Some(jerk) => DynamicLinks::start_in_motion(robot, first, jerk, time),
-            None => DynamicLinks::start(robot, first, time),
-        };
+        /// The slopes are the baseline's; a few rounds bring the start to where the model has it.
+        const ROUNDS: usize = 3;
         let mut afloat = BacklashObserver::new(robot, self.margin, self.period);
+        let mut elsewhere = SVector::<f64, 12>::zeros();
+        // Links afloat are where they are seen anyway.
+        if let Some(swing) = self.swing.as_ref().filter(|_| afloat.is_none()) {
+            for _ in 0..ROUNDS {
+                let Some(left) = self.first_residual(robot, &swing.rows, &elsewhere) else { break };
+                let by = &swing.gain * left;
+                elsewhere += SVector::<f64, 12>::from_column_slice(by.as_slice());
+            }
+        }
+        let mut swinging = self.start(robot, &elsewhere);
         let mut motion = Motion {
             rows: (0..n).collect(),
             link: Vec::with_capacity(n),

@@ -378,7 +378,7 @@ fn slack(log: &Log, noise: &NoiseLevels, model: &Model, gain: f64) -> JointVecto
 
 /// The robot with an extra mass on its flange, whose centre is given from the flange in axes of the
 /// last link.
-fn hung(robot: &Robot<f64>, payload: &Payload) -> Result<Robot<f64>, EffectError> {
+pub(crate) fn hung(robot: &Robot<f64>, payload: &Payload) -> Result<Robot<f64>, EffectError> {
     if payload.mass == 0.0 {
         return Ok(robot.clone());
     }

@@ -177,6 +177,39 @@ impl Lines {
         }
     }
 
+    /// By how much the spindle was ahead of the angles taken for it, rad: where the measured lines fit
+    /// the model's best.
+    pub fn start_angle(&self, weld: &Weld, model: &Model) -> f64 {
+        /// Angles that are tried.
+        const TRIED: usize = 720;
+        let forces = weld.forces(&weld.process(model), &Ports::default(), &weld.motion, None);
+        let (still, measured) = (weld.quick_vectors(&forces), weld.quick_vectors(&weld.force));
+        let mut match_of = [Complex::new(0.0, 0.0); ORDERS];
+        for &order in &self.orders {
+            for (k, &row) in weld.rows.iter().enumerate() {
+                let closed = &self.loops[k][order - 1];
+                let to_tool = weld.rotation[row].transpose() * weld.seam.b_from_w.rotation;
+                let predicted = to_tool.map(|x| Complex::new(x, 0.0))
+                    * (closed.pass * self.amplitude(weld, order, row, &still));
+                let seen = self.amplitude(weld, order, row, &measured);
+                match_of[order - 1] += seen.zip_map(&predicted, |m, p| m.conj() * p).sum();
+            }
+        }
+        let alike = |angle: f64| {
+            let turned = |(n, z): (usize, &Complex<f64>)| {
+                (z * Complex::from_polar(1.0, (n + 1) as f64 * angle)).re
+            };
+            match_of.iter().enumerate().map(turned).sum::<f64>()
+        };
+        let angles = (0..TRIED).map(|k| k as f64 * std::f64::consts::TAU / TRIED as f64);
+        let best = angles.max_by(|a, b| alike(*a).total_cmp(&alike(*b))).unwrap_or(0.0);
+        // The top of the parabola through it and its neighbours.
+        let step = std::f64::consts::TAU / TRIED as f64;
+        let [low, top, high] = [best - step, best, best + step].map(alike);
+        let bend = low - 2.0 * top + high;
+        if bend < 0.0 { best + 0.5 * step * (low - high) / bend } else { best }
+    }
+
     /// Lists what is compared at these orders, with its noise. `level`: of the measured force;
     /// `encoder`: of the encoders.
     pub fn compare(

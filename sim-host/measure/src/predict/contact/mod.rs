@@ -126,7 +126,15 @@ impl Contact {
         if weld.rows.is_empty() {
             return Ok(None);
         }
-        let lines = Lines::new(&weld, &s.encoder, model, turning, band);
+        let mut lines = Lines::new(&weld, &s.encoder, model, turning, band);
+        // A log that begins in contact does not begin with the spindle's angle at 0.
+        let first = weld.force.iter().take(weld.low.half()).map(|f| f.z.abs());
+        let begun = first.sum::<f64>() / weld.low.half() as f64;
+        if begun > CONTACT * weld.process.reference_force {
+            let ahead = lines.start_angle(&weld, model);
+            weld.angle.iter_mut().for_each(|angle| *angle += ahead);
+            lines = Lines::new(&weld, &s.encoder, model, turning, band);
+        }
         let mut contact = Self { weld, moment: filled_vectors(&s.moment), lines };
         let mean = (tracker.iter().map(|l| l.deviation.powi(2)).sum::<f64>() / 3.0).sqrt();
         contact.compare(log, noise, model, (&level, mean), compared)?;
@@ -269,6 +277,8 @@ fn spread(weld: &Weld, model: &Model, row: usize, tracker: f64, sensor: f64) -> 
     // Where the channel behind the tool began is as uncertain as one reading, until the tool
     // has left it behind.
     let travelled = (weld.motion[row].position.x - weld.motion[0].position.x).abs();
-    slow.y += (k[(1, 1)] * tracker * (-travelled / weld.process.memory_length).exp()).powi(2);
+    let first = &weld.motion[0];
+    let began = tracker.hypot(weld.lag(&first.position, &first.velocity));
+    slow.y += (k[(1, 1)] * began * (-travelled / weld.process.memory_length).exp()).powi(2);
     slow.map(f64::sqrt)
 }

@@ -29,6 +29,9 @@ pub(super) struct Weld {
     pub motion: Vec<Tool>,
 }
 
+/// Speed along the seam below which a tool is not on its way, m/s.
+const SLOW: f64 = 1e-3;
+
 /// The tool at one row: TCP and velocity in W, and the channel behind it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Tool {
@@ -88,7 +91,8 @@ impl Weld {
                 velocity[k][c] = rate[k];
             }
         }
-        let mut channel = position[0].y;
+        // Behind a tool that begins on its way the channel is where it was a memory's length before.
+        let mut channel = position[0].y - self.lag(&position[0], &velocity[0]);
         (0..n)
             .map(|k| {
                 let tool = Tool { position: position[k], velocity: velocity[k], channel };
@@ -99,6 +103,12 @@ impl Weld {
                 tool
             })
             .collect()
+    }
+
+    /// How far the channel lags behind a tool on its way, across the seam, m; 0 for one at rest.
+    pub fn lag(&self, position: &Vector3<f64>, velocity: &Vector3<f64>) -> f64 {
+        let deep = position.z > 0.0 && velocity.x.abs() > SLOW;
+        if deep { self.process.memory_length * velocity.y / velocity.x.abs() } else { 0.0 }
     }
 
     /// A series without what is slow in it: thousands of newtons that change slowly would show at
