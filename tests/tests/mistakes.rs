@@ -197,7 +197,7 @@ fn a_forgotten_payload_is_named() {
 
 #[test]
 fn recorded_campaigns_have_no_mistakes() {
-    for name in ["backlash", "kr300-measured", "nothing-missing"] {
+    for name in ["backlash", "kr210-cut", "kr300-measured", "nothing-missing"] {
         let case = read(&fixture(&format!("campaigns/{name}")), name.to_owned());
         let found = found(&case, |_| {});
         assert!(found.mistakes.is_empty() && found.registered.is_empty(), "{name}: {found:?}");
