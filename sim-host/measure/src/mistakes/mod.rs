@@ -182,7 +182,12 @@ pub fn registrations(logs: &[Log], model: &Model) -> Vec<Registered> {
     const SHARED: f64 = 3e-3;
     let seen: Vec<Vec<Sighting>> = logs.iter().map(|log| pose::seen(log, &model.robot)).collect();
     let of = |logs_of: &[usize]| {
-        let sightings: Vec<Sighting> = logs_of.iter().flat_map(|k| seen[*k].clone()).collect();
+        let of = |wanted: &dyn Fn(&usize) -> bool| -> Vec<Sighting> {
+            logs_of.iter().filter(|k| wanted(k)).flat_map(|k| seen[*k].clone()).collect()
+        };
+        // An arm in motion bends by more than its load at rest.
+        let still = of(&|k| logs[*k].kind == LogKind::StaticLoad);
+        let sightings = if still.len() >= pose::AT_REST { still } else { of(&|_| true) };
         let alone = register::frame(&sightings)?;
         let whole = register::frame_and_tool(&sightings);
         // Without a reason the tracker sees the tool centre point.

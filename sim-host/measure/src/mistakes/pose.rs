@@ -21,7 +21,7 @@ const GROSS: f64 = 0.015;
 const LEFT: f64 = 0.3;
 
 /// Poses at rest that tell a frame by themselves.
-const AT_REST: usize = 8;
+pub(super) const AT_REST: usize = 8;
 
 /// Share of the rows that may be outliers of the tracker.
 const OUTLIERS: f64 = 0.1;
