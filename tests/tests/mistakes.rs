@@ -31,13 +31,13 @@ fn read(folder: &std::path::Path, name: String) -> Case {
     Case { name, logs: campaign.logs, model }
 }
 
-/// A short campaign with one effect of the library, of up to three times its usual size.
+/// A short campaign with one effect of the library, of about its usual size.
 fn case(seed: u64) -> Case {
     let mut random = Random::new(seed, 77);
     let kinds: Vec<_> = library().filter(|kind| kind.drawn.is_some()).collect();
     let kind = kinds[seed as usize % kinds.len()];
     let protocol = Protocol { postures: 6, free: 6.0, ..Protocol::short() };
-    let hidden = LABORATORY.draw(kind.id, random.between(0.3, 3.0), &protocol, seed);
+    let hidden = LABORATORY.draw(kind.id, random.between(0.3, 1.5), &protocol, seed);
     let recipe = Recipe { protocol, ..Recipe::plain(seed) }
         .with_nuisance(0.05, 1e-4, 1e-4)
         .with_effect(hidden.expect("drawn"));
