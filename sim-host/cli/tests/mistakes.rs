@@ -65,7 +65,7 @@ fn a_tracker_that_stands_elsewhere_is_registered_and_written_down() {
     let place = Workspace::new();
     let metres_away = [("px_m", 3.0), ("py_m", -2.0), ("pz_m", 1.5)];
     campaign(&place, |name, value| {
-        value + metres_away.iter().find(|(n, _)| *n == name).map_or(0.0, |(_, by)| by)
+        value + metres_away.iter().find(|(n, _)| *n == name).map_or(0.0, |(_, by)| *by)
     });
     let score = |place: &Workspace| {
         place.done(&["compare", "-q", "cell", "--json", "result.json"]);
