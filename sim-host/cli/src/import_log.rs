@@ -1,6 +1,6 @@
 //! `trueweld import-log`: a `log.toml` for files as instruments wrote them.
 
-use crate::results::{check_outputs, check_targets, write};
+use crate::results::{check_new_folder, check_outputs, check_targets, write};
 use clap::Args;
 use miette::{IntoDiagnostic, Result, WrapErr, miette};
 use std::fs;
@@ -42,6 +42,7 @@ fn kind(text: &str) -> Result<LogKind, String> {
 pub fn run(arguments: &Arguments) -> Result<()> {
     let targets = arguments.json.as_deref().map(|path| ("--json", path));
     check_targets(targets.as_slice())?;
+    check_new_folder("--out", &arguments.out)?;
     let robot = arguments.robot.as_ref().map(RobotFile::read).transpose()?;
     let out = arguments.out.join(LOG_FILE);
     if out.exists() {

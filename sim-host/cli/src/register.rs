@@ -30,6 +30,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let (model, mut logs) = arguments.measurements.read_files()?;
     align_clocks(&mut logs, &baseline(&model)).into_diagnostic()?;
     check_outputs(&outputs)?;
+    let files: Vec<_> = logs.iter().map(|log| log.path.join(LOG_FILE)).collect();
+    let written: Vec<_> = files.iter().map(|file| ("--write", file.as_path())).collect();
+    check_targets(if arguments.write { &written } else { &[] })?;
     let registered = registrations(&logs, &baseline(&model));
     if registered.is_empty() {
         return Err(miette!(
