@@ -6,14 +6,25 @@ use serde_json::Value;
 use std::collections::BTreeMap;
 use support::{Workspace, fixture};
 
-/// The columns of a CSV file without quotes, by their names.
+/// The fields of a line; a comma between quotes separates nothing.
+fn fields(line: &str) -> Vec<String> {
+    let mut fields = vec![String::new()];
+    for (k, part) in line.split('"').enumerate() {
+        let mut pieces = part.split(|c| c == ',' && k % 2 == 0);
+        let last = fields.len() - 1;
+        fields[last] += pieces.next().unwrap_or_default();
+        fields.extend(pieces.map(str::to_owned));
+    }
+    fields
+}
+
+/// The columns of a CSV file, by their names.
 fn columns(place: &Workspace, file: &str) -> BTreeMap<String, Vec<String>> {
     let text = String::from_utf8(place.bytes(file)).unwrap();
-    let mut lines = text.lines().map(|line| line.split(',').map(str::to_owned));
+    let mut lines = text.lines().map(fields);
     let mut columns: Vec<(String, Vec<String>)> =
-        lines.next().unwrap().map(|name| (name, Vec::new())).collect();
-    for line in lines {
-        let fields: Vec<String> = line.collect();
+        lines.next().unwrap().into_iter().map(|name| (name, Vec::new())).collect();
+    for fields in lines {
         assert_eq!(fields.len(), columns.len());
         columns.iter_mut().zip(fields).for_each(|((_, column), field)| column.push(field));
     }
