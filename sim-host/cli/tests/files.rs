@@ -144,7 +144,9 @@ fn pipes_devices_and_huge_files_are_refused_at_once() {
         ("huge.toml", "it has 1099511627776 bytes, and at most 16777216 are read"),
     ];
     for (file, expected) in cases {
-        for arguments in [&["check", file][..], &["import-urdf", file], &["weld", "--weld", file]] {
+        let all = [&["check", file][..], &["import-urdf", file], &["weld", "--weld", file]];
+        // `check` takes folders.
+        for arguments in all.iter().skip(usize::from(file == ".")) {
             let output = place.run(arguments);
             let message = one_line(&String::from_utf8(output.stderr).unwrap());
             assert!(!output.status.success() && message.contains(expected), "{message}");
