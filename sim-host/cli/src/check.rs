@@ -50,10 +50,14 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             Err(error) => {
                 let said = error.to_string();
                 let open = open_entries(path).unwrap_or_default();
-                if open.len() > 1 {
+                let elsewhere =
+                    paths.iter().find(|other| *other != path && stands_in(&error, other));
+                if open.len() > 1 || (elsewhere.is_some() && !open.is_empty()) {
                     eprintln!("{name}: {} entries are still to be filled in:", open.len());
                     open.iter().for_each(|entry| eprintln!("  {entry}"));
                     eprintln!("  help: {}\n", open[0].help_text());
+                } else if let Some(other) = elsewhere {
+                    eprintln!("{name}: cannot be read before {} is in order\n", other.display());
                 } else {
                     eprintln!("{:?}", Report::new(error));
                 }
@@ -71,6 +75,14 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         1 => Err(miette!("1 file is not in order")),
         n => Err(miette!("{n} files are not in order")),
     }
+}
+
+/// True where an error stands in a file.
+fn stands_in(error: &InputError, file: &Path) -> bool {
+    let place = error.place();
+    let mut parts = place.rsplitn(3, ':');
+    let named = parts.nth(2).unwrap_or(place);
+    matches!((Path::new(named).canonicalize(), file.canonicalize()), (Ok(a), Ok(b)) if a == b)
 }
 
 /// Every TOML file of a folder and of the folders in it: a campaign's own, then its logs'.

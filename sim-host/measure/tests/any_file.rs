@@ -8,10 +8,11 @@ use std::path::{Path, PathBuf};
 use trueweld_core::spatial::rotation_from_vector;
 use trueweld_measure::align::align_clocks;
 use trueweld_measure::data::campaign::read_logs;
+use trueweld_measure::data::log::import::{LeftOut, propose};
 use trueweld_measure::data::log::{Log, LogKind};
 use trueweld_measure::fit::FitProblem;
 use trueweld_measure::residuals::compare::{Comparison, baseline, compare, experiments};
-use trueweld_plant::input::ModelFile;
+use trueweld_plant::input::{InputFile, ModelFile, RobotFile};
 
 fn fixture(path: &str) -> PathBuf {
     let fixtures = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../fixtures");
@@ -242,4 +243,46 @@ fn a_reflector_alone_is_compared_as_the_point_that_it_is() {
         score(&found),
         score(&clean)
     );
+}
+
+/// Files of two instruments, as `fixtures/raw/README.md` tells.
+#[test]
+fn the_mapping_of_two_instruments_is_proposed() {
+    let robot = RobotFile::read(fixture("campaigns/backlash/robot.toml")).expect("a robot");
+    let files = [fixture("raw/krc.csv"), fixture("raw/tracker.txt")];
+    let found = propose(&files, Some(&robot), None).expect("a proposal");
+    for column in &found.columns {
+        println!(
+            "{:?} {:?} {:?} {:?}",
+            column.header, column.mapping, column.grounds, column.doubts
+        );
+    }
+    assert_eq!(found.kind, LogKind::FreeMotion);
+    assert!(found.missing.is_empty(), "{:?}", found.missing);
+    let mapping = |header: &str| {
+        let column = found.columns.iter().find(|c| c.header == header).expect("a column");
+        assert!(column.doubts.is_empty(), "{header}: {:?}", column.doubts);
+        let mapping = column.mapping.as_ref().expect("a mapping");
+        (mapping.channel(), mapping.unit, mapping.factor)
+    };
+    assert_eq!(mapping("Zeit [ms]"), ("t", "ms", 1.0));
+    for axis in 1..=6 {
+        let sign = if axis == 4 { -1.0 } else { 1.0 };
+        let header = format!("AXIS_ACT.A{axis} [deg]");
+        assert_eq!(mapping(&header), (format!("qe{axis}").as_str(), "deg", sign));
+    }
+    for (axis, header) in [(2, "MOT_TRQ_2 [Nm]"), (3, "MOT_TRQ_3 [Nm]")] {
+        assert_eq!(mapping(header), (format!("tm{axis}").as_str(), "Nm", 1.0));
+    }
+    for (header, channel, unit) in
+        [("X [mm]", "px", "mm"), ("B [deg]", "b", "deg"), ("Stamp [s]", "t", "s")]
+    {
+        assert_eq!(mapping(header), (channel, unit, 1.0));
+    }
+    let commanded = found.columns.iter().find(|c| c.header.contains("SOLL")).expect("a column");
+    assert_eq!(commanded.mapping, Err(LeftOut::Commanded));
+    let clock = found.files[1].fitted.expect("a clock");
+    assert_eq!(found.files[1].clock.as_deref(), Some("tracker"));
+    // To less than a row of either.
+    assert!((clock.map.offset - 512.345_678).abs() < 2e-3, "{clock:?}");
 }

@@ -17,26 +17,25 @@ impl Report for ImportReport<'_> {
     fn document(&self) -> Document {
         let proposal = self.proposal;
         let mut document = Document::new("Import", headline(proposal), self.provenance);
-        let head = ["column", "values", "channel", "sure of", "not sure of"].map(words).to_vec();
+        let head = ["column", "values", "channel", "why"].map(words).to_vec();
         let mut rows = Vec::new();
         for (k, file) in proposal.files.iter().enumerate() {
             let topic = file.topic.as_ref().map_or(String::new(), |topic| format!(", {topic}"));
             let shown = format!("{}{topic}", file.path.display());
-            rows.push(vec![words(shown).tone(Tone::Strong).over(5)]);
+            rows.push(vec![words(shown).tone(Tone::Strong).over(4)]);
             for column in proposal.columns.iter().filter(|c| c.file == k) {
                 let range = column.range.map_or(String::new(), |[a, b]| format!("{a:.4} … {b:.4}"));
                 let channel = column.mapping.as_ref().map_or(String::new(), |mapping| {
                     let sign = if mapping.factor < 0.0 { "−" } else { "" };
                     format!("{sign}{}, {}", channel_name(mapping.column), mapping.unit)
                 });
-                let row = vec![
-                    words(format!("  {}", column.header)),
-                    number(range),
-                    words(channel),
-                    words(grounds(column)),
-                    words(doubts(column)).bad(true),
-                ];
-                rows.push(row);
+                let doubts = doubts(column);
+                let why = match doubts.as_str() {
+                    "" => words(grounds(column)),
+                    doubts => words(format!("{}; not sure of {doubts}", grounds(column))).bad(true),
+                };
+                let header = words(format!("  {}", column.header));
+                rows.push(vec![header, number(range), words(channel), why]);
             }
         }
         document.push_on(Medium::All, Block::Table(Table { head: vec![head], rows }));

@@ -43,8 +43,7 @@ fn open(proposal: &Proposal) -> usize {
 /// What a column's mapping rests on.
 pub(crate) fn grounds(column: &ProposedColumn) -> String {
     let of = |ground: &Ground| match ground {
-        Ground::Header => "channel by its header".to_owned(),
-        Ground::UnitInHeader => "unit by its header".to_owned(),
+        Ground::Header | Ground::UnitInHeader => String::new(),
         Ground::Magnitude => "unit by magnitude".to_owned(),
         Ground::Limits => "sign by the axis' limits".to_owned(),
         Ground::Motion { left, others } => format!(
@@ -57,7 +56,16 @@ pub(crate) fn grounds(column: &ProposedColumn) -> String {
         }
     };
     match &column.mapping {
-        Ok(_) => column.grounds.iter().map(of).collect::<Vec<_>>().join("; "),
+        Ok(_) => {
+            let stated = column.grounds.contains(&Ground::UnitInHeader);
+            let header =
+                if stated { "channel and unit by its header" } else { "channel by its header" };
+            let others = column
+                .grounds
+                .iter()
+                .filter(|ground| !matches!(ground, Ground::Header | Ground::UnitInHeader));
+            std::iter::once(header.to_owned()).chain(others.map(of)).collect::<Vec<_>>().join("; ")
+        }
         Err(why) => left_out(*why).to_owned(),
     }
 }

@@ -6,18 +6,21 @@
 
 use super::columns::{ALL, ColumnMapping, channel_name, channel_named, dimension, reflector};
 use super::files::FileEntry;
+use super::pose::to_rotation_vectors;
 use super::rows::Rows;
 use super::source;
 use super::text::{Dialect, SEPARATORS};
+use super::track::Track;
 use super::units::{Dimension, unit_named};
 use crate::data::channel::LogChannel;
 use crate::data::clock::{ClockMap, FittedClock, Points, correlate, fit, rigid};
 use crate::data::fir::LowPass;
 use crate::data::kind::LogKind;
 use crate::data::resample::median_step;
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 use std::io::Read;
 use std::path::{Path, PathBuf};
+use trueweld_core::spatial::{rotation_from_vector, rotation_vector};
 use trueweld_core::{JOINTS, JointVector, Wrench};
 use trueweld_plant::input::{InputError, RobotFile, open};
 
@@ -26,6 +29,9 @@ const LOOKED_AT: usize = 200_000;
 
 /// Bytes at a file's start from which its form is told.
 const SNIFFED: u64 = 1 << 16;
+
+/// A radian that the tool turned otherwise counts as so many metres.
+const LEVER: f64 = 0.5;
 
 /// Rows that signs are told by.
 const TRIED: usize = 1500;
@@ -786,6 +792,7 @@ fn motion(
     let point: Vec<Vector3<f64>> = (0..other_time.len())
         .map(|k| Vector3::new(coordinates[0][k], coordinates[1][k], coordinates[2][k]))
         .collect();
+    let turned = rotations(columns, raws, other);
     let by_rows = other == own || (kind == LogKind::StaticLoad && other_time.len() == time.len());
     if kind == LogKind::StaticLoad && !by_rows {
         return;
@@ -797,14 +804,28 @@ fn motion(
         if by_rows { rows.iter().map(|k| point[*k]).collect() } else { Vec::new() };
     let seen = thinned(&point, 4 * TRIED);
     let seen_time = thinned(&other_time, 4 * TRIED);
+    let pose = |signs: usize, k: usize| {
+        let sign = |i: usize| if signs & (1 << i) == 0 { 1.0 } else { -1.0 };
+        let q = JointVector::from_fn(|i, _| sign(i) * encoders[i][k]);
+        robot.robot.forward_kinematics(&q)
+    };
     let path = |signs: usize, rows: &[usize]| -> Vec<Vector3<f64>> {
-        rows.iter()
-            .map(|k| {
-                let sign = |i: usize| if signs & (1 << i) == 0 { 1.0 } else { -1.0 };
-                let q = JointVector::from_fn(|i, _| sign(i) * encoders[i][*k]);
-                robot.robot.forward_kinematics(&q).position
-            })
-            .collect()
+        rows.iter().map(|k| pose(signs, *k).position).collect()
+    };
+    // How far the tool turned from its first pose: the same in every frame. `row`: of the tracker.
+    let turn_left = |signs: usize, row: &dyn Fn(usize) -> usize| -> f64 {
+        let Some(turned) = &turned else { return 0.0 };
+        let pairs: Vec<_> = rows
+            .iter()
+            .map(|k| (pose(signs, *k).rotation, turned[row(*k).min(turned.len() - 1)]))
+            .filter(|(a, b)| a.sum().is_finite() && b.sum().is_finite())
+            .map(|(a, b)| (a, rotation_from_vector(&b)))
+            .collect();
+        let Some((a0, b0)) = pairs.first().copied() else { return 0.0 };
+        let angle =
+            |from: &Matrix3<f64>, to: &Matrix3<f64>| rotation_vector(&from.tr_mul(to)).norm();
+        let squares: f64 = pairs.iter().map(|(a, b)| (angle(&a0, a) - angle(&b0, b)).powi(2)).sum();
+        LEVER * (squares / pairs.len() as f64).sqrt()
     };
     let left = |signs: usize| -> f64 {
         let path = path(signs, &rows);
@@ -817,13 +838,19 @@ fn motion(
             let Some((turn, shift)) = rigid(&a, &b) else { return f64::INFINITY };
             let squares: f64 =
                 a.iter().zip(&b).map(|(x, p)| (p - turn * x - shift).norm_squared()).sum();
-            return (squares / a.len().max(1) as f64).sqrt();
+            return (squares / a.len().max(1) as f64).sqrt().hypot(turn_left(signs, &|k| k));
         }
         let a = Points { time: &own_time, point: &path };
         let b = Points { time: &seen_time, point: &seen };
         let Some((offset, step)) = correlate(&a, &b) else { return f64::INFINITY };
         let start = ClockMap { offset, drift: 0.0 };
-        fit(&a, &b, start, step, [false; 2]).map_or(f64::INFINITY, |f| f.left)
+        fit(&a, &b, start, step, [false; 2]).map_or(f64::INFINITY, |fitted| {
+            let row = |k: usize| {
+                let there = fitted.map.offset + (1.0 + fitted.map.drift) * time[k];
+                other_time.partition_point(|t| *t < there)
+            };
+            fitted.left.hypot(turn_left(signs, &row))
+        })
     };
     // Signs that the limits tell are not tried.
     let mask = (0..JOINTS)
@@ -874,6 +901,19 @@ fn motion(
             files[other].fitted = fit(&a, &b, start, step, [false; 2]);
         }
     }
+}
+
+/// Rotation vectors of the tool, in whatever form a file has them.
+fn rotations(columns: &[ProposedColumn], raws: &[Raw], file: usize) -> Option<Vec<Vector3<f64>>> {
+    let of = |column: usize| series(columns, raws, Some(file), column);
+    let mut track = Track { clock: None, columns: (0..ALL).map(of).collect() };
+    to_rotation_vectors(&mut track);
+    let rotation = LogChannel::Rotation.columns();
+    let rows = 0..track.time().len();
+    track
+        .has(rotation.clone())
+        .then(|| rows.map(|k| track.vector(rotation.start, k)).collect::<Vec<_>>())
+        .filter(|rows| !rows.is_empty())
 }
 
 /// Signs of the torques, by what the model needs for the motion.
