@@ -163,7 +163,7 @@ pub fn diagnose(
     let before = fit::residuals(bench, &FitState::empty(bench.experiments.len()))?;
     progress("calibrating", 0.02);
     let null = calibrated(bench, &blocks)?;
-    progress("screening every effect", 0.15);
+    progress("screening every effect", 0.11);
     let given =
         if bench.is_late() { null.clone() } else { uncalibrated(bench, &blocks, &null.point)? };
     let ground =
