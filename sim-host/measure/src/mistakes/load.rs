@@ -286,7 +286,15 @@ fn encoders(
     };
     let degrees = std::f64::consts::PI / 180.0;
     let changes = (0..JOINTS).map(|i| column(encoder, i, "deg", 1.0)).collect();
-    let after = share(&predicted(&|v| *v * degrees));
+    // Angles that one joint alone has too large are not in degrees.
+    let turned = |i: &usize| {
+        let rows = with.iter().flat_map(|k| &logs[*k].samples.encoder);
+        rows.map(|q| q[*i].abs()).fold(0.0, f64::max) > std::f64::consts::TAU
+    };
+    let after = match (0..JOINTS).filter(turned).count() {
+        0 | 1 => f64::INFINITY,
+        _ => share(&predicted(&|v| *v * degrees)),
+    };
     take(after, named(MistakeKind::Unit, encoder, Vec::new(), before, after, changes));
     for i in 0..JOINTS {
         let after = share(&predicted(&|v| {
