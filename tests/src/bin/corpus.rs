@@ -43,6 +43,9 @@ struct Arguments {
     /// all the same.
     #[arg(long)]
     target: Option<f64>,
+    /// Every link mounted off by this much besides, m and rad, one standard deviation.
+    #[arg(long, default_value_t = 0.0)]
+    geometry: f64,
 }
 
 impl Arguments {
@@ -63,7 +66,8 @@ fn go(arguments: &Arguments) -> Result<(), Box<dyn std::error::Error>> {
         }
     }
     let protocol = if arguments.short { Protocol::short() } else { Protocol::usual() };
-    let cases = LABORATORY.corpus(arguments.seed, arguments.cases, &protocol);
+    let mut cases = LABORATORY.corpus(arguments.seed, arguments.cases, &protocol);
+    cases.iter_mut().for_each(|case| case.recipe.geometry_error = arguments.geometry);
     let written = match read_to_string(&arguments.out) {
         Ok(text) => text,
         Err(error) if error.kind() == ErrorKind::NotFound => String::new(),

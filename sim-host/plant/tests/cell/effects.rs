@@ -85,6 +85,18 @@ fn there_is_one_of_each() {
 }
 
 #[test]
+fn the_guide_has_every_effect_with_its_parameters() {
+    let guide = include_str!("../../../../docs/effects.md");
+    for kind in library() {
+        let row = guide.lines().find(|line| line.starts_with(&format!("| `{}`", kind.id)));
+        let row = row.unwrap_or_else(|| panic!("{} has no row", kind.id));
+        for parameter in kind.parameters {
+            assert!(row.contains(&format!("`{}`", parameter.name)), "{}: {row}", kind.id);
+        }
+    }
+}
+
+#[test]
 fn every_effect_shows_in_a_weld_that_runs() {
     let fixtures = short("vertical");
     let program = Program::Weld;
