@@ -260,7 +260,11 @@ fn sniff(start: &[u8]) -> Dialect {
     let split = |line: &str, delimiter: u8| -> Vec<String> {
         let fields: Box<dyn Iterator<Item = &str>> = match delimiter {
             b' ' => Box::new(line.split_whitespace()),
-            _ => Box::new(line.split(char::from(delimiter))),
+            // Many programs end every line with a separator.
+            _ => {
+                let line = line.strip_suffix(char::from(delimiter)).unwrap_or(line);
+                Box::new(line.split(char::from(delimiter)))
+            }
         };
         fields.map(|f| f.trim().trim_matches('"').to_owned()).collect()
     };
