@@ -26,7 +26,7 @@ pub use tell::{Explanation, ImprovedChannel, Reason, reason_of_best, tell};
 
 use crate::data::log::{Log, LogKind};
 use crate::fit::calibration::is_calibration;
-use crate::fit::{self, EffectScope, End, FitProblem, FitState, Fitted, Residuals};
+use crate::fit::{self, EffectScope, End, FitProblem, Fitted, Residuals};
 use crate::predict::PredictError;
 use crate::residuals::localize::{Finding, localize};
 use rules::{above, at_floor, counts, floor, held_out_score, stands_out};
@@ -160,7 +160,7 @@ pub fn diagnose(
 ) -> Result<Diagnosis, PredictError> {
     let blocks = fit::blocks_of(bench);
     progress("comparing", 0.0);
-    let before = fit::residuals(bench, &FitState::empty(bench.experiments.len()))?;
+    let before = fit::per_log::fitted(bench, &bench.per_log, Vec::new())?.1;
     progress("calibrating", 0.02);
     let null = calibrated(bench, &blocks)?;
     progress("screening every effect", 0.11);

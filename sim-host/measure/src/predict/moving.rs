@@ -527,7 +527,7 @@ impl Moving {
                 - seen(&robot.ports, &robot.frames(link, &Wrench::zero(), time).tcp, time).position
         });
         let link = std::array::from_fn(|i| self.link_left(robot, i, link[i], row));
-        Observed { tool, turn: Vector3::repeat(f64::NAN), lever: 0.0, link }
+        Observed { tool, turn: Vector3::repeat(f64::NAN), lever: 0.0, deviation: 0.0, link }
     }
 
     /// What a joint's second encoder read at a row, less what it would with its link at `link`; NaN

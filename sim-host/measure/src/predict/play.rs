@@ -74,10 +74,14 @@ impl BacklashObserver {
                 square[(k, k)] += LEAST_ARM * LEAST_ARM;
             }
             let right = columns.tr_mul(&tool);
-            if let Some(all) = square.cholesky().map(|c| c.solve(&right)) {
-                found.extend(
-                    by_tool.iter().zip(all.iter()).map(|(i, found)| (*i, *found, self.share)),
-                );
+            if let Some(factor) = square.cholesky() {
+                let (all, known) = (factor.solve(&right), factor.inverse());
+                for (k, i) in by_tool.iter().enumerate() {
+                    // What may be noise is none: it would pass for play of the noise's size.
+                    if all[k].abs() > SURE * seen.deviation * known[(k, k)].sqrt() {
+                        found.push((*i, all[k], self.share));
+                    }
+                }
             }
         }
         for (i, found, running) in found {
@@ -102,6 +106,8 @@ pub(super) struct Observed {
     pub turn: Vector3<f64>,
     /// Deviation of a seen position over that of a seen rotation, m.
     pub lever: f64,
+    /// Deviation of a seen position, m, where each is believed by itself; 0 where many are averaged.
+    pub deviation: f64,
     /// Second encoders, rad.
     pub link: [f64; JOINTS],
 }
@@ -109,6 +115,9 @@ pub(super) struct Observed {
 /// Share of what a second encoder reads that is believed at once: its noise is far below the
 /// tracker's.
 const OWN_SHARE: f64 = 0.5;
+
+/// Deviations from which on a link that is seen once is believed to be elsewhere.
+const SURE: f64 = 3.0;
 
 /// Arm below which a joint moves the tool too little to be seen, m.
 const LEAST_ARM: f64 = 0.1;

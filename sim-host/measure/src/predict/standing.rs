@@ -47,6 +47,8 @@ pub(super) struct Standing {
     /// Deviation of the tracker's position over that of its rotation, m; 0 where its rotation at
     /// every instant is not kept.
     lever: f64,
+    /// Deviation of the tracker's position at rest, m; 0 of a weld.
+    seen_deviation: f64,
     /// Torque that the wrench's noise makes at each joint, N·m.
     slack: JointVector<f64>,
     /// Twist that this torque makes, rad.
@@ -98,6 +100,7 @@ impl Standing {
             position: s.position.clone(),
             seen: s.position.clone(),
             lever: if lever.is_finite() { lever } else { 0.0 },
+            seen_deviation: deviation(&noise.position),
             rotation: s.rotation.as_ref().map(|r| r.iter().map(rotation_from_vector).collect()),
             period: f64::INFINITY,
         };
@@ -168,6 +171,7 @@ impl Standing {
             slack,
             margin: slack.component_div(model.robot.stiffness()),
             lever: 0.0,
+            seen_deviation: 0.0,
             seen: tracker.as_ref().map(|t| (0..n).map(|k| vector(t, k)).collect()),
             position: tracker.map(|t| slow(&t)),
             rotation,
@@ -279,6 +283,7 @@ impl Standing {
                     tool: position[k] - tool.position,
                     turn,
                     lever: self.lever,
+                    deviation: self.seen_deviation,
                     link: [f64::NAN; JOINTS],
                 };
                 let (by, _) = afloat.moved(robot, &self.motors[k].angle, &stand.link, &left);
