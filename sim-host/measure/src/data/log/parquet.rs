@@ -103,6 +103,13 @@ impl Blocks for Groups {
         let rows = rows as usize;
         let mut block = Vec::with_capacity(self.columns.len());
         for column in &self.columns {
+            // The crate panics on what no writer writes.
+            let chunk = group.metadata().column(column.index);
+            let places = [chunk.data_page_offset(), chunk.compressed_size()];
+            if places.into_iter().chain(chunk.dictionary_page_offset()).any(|place| place < 0) {
+                let message = format!("row group {} has a column at a negative place", self.next);
+                return Err(damaged(&self.name, message, HELP));
+            }
             let reader = group.get_column_reader(column.index).map_err(failed)?;
             let mut values = match reader {
                 ColumnReader::BoolColumnReader(r) => read(r, rows, f64::from),
