@@ -39,7 +39,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         compare(model, &measured.logs, &FitProblem::new(model, measured.experiments), &done);
     progress.finish();
     let mut comparison = compared.into_diagnostic()?;
-    comparison.notices.extend(measured.found.registered.into_iter().map(Notice::Registered));
+    comparison.notices.extend(
+        measured.found.registered.into_iter().map(|found| Notice::Registered(Box::new(found))),
+    );
     arguments.results.write(&CompareReport {
         model: &model.path,
         comparison: &comparison,

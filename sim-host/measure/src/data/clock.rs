@@ -107,7 +107,7 @@ pub fn correlate(own: &Points<'_>, other: &Points<'_>) -> Option<(f64, f64)> {
         .enumerate()
         .max_by(|(_, a), (_, b)| a.total_cmp(b))
         .map(|(k, v)| (k, *v))?;
-    if !(most > 0.0) {
+    if most.is_nan() || most <= 0.0 {
         return None;
     }
     let lag = if best > n / 2 { best as f64 - n as f64 } else { best as f64 };
@@ -182,37 +182,36 @@ pub fn fit(
         .collect();
     let (first, last) = (*own.time.first()?, *own.time.last()?);
     // Drift is told about the middle, where it does not change the offset.
-    let at =
-        |map: &ClockMap| -> (Vec<f64>, Vec<Vector3<f64>>, Vec<Vector3<f64>>, Vec<Vector3<f64>>) {
-            let (mut times, mut path, mut rate, mut point) = (vec![], vec![], vec![], vec![]);
-            let mut k = 0;
-            for (tau, p) in &seen {
-                let t = map.own(*tau);
-                if t < first + period || t > last - period {
-                    continue;
-                }
-                while k + 1 < own.time.len() && own.time[k + 1] <= t {
-                    k += 1;
-                }
-                let width = own.time.get(k + 1).map_or(period, |next| next - own.time[k]);
-                if width > 3.0 * period.max(f64::MIN_POSITIVE) {
-                    continue;
-                }
-                let place = k as f64 + ((t - own.time[k]) / width).clamp(0.0, 1.0);
-                let half = 0.5;
-                let x = interpolate(own.point, place);
-                let v = (interpolate(own.point, place + half)
-                    - interpolate(own.point, place - half))
-                    / (2.0 * half * width);
-                if x.sum().is_finite() && v.sum().is_finite() {
-                    times.push(t);
-                    path.push(x);
-                    rate.push(v);
-                    point.push(*p);
-                }
+    let at = |map: &ClockMap| {
+        let mut times: Vec<f64> = Vec::new();
+        let [mut path, mut rate, mut point] = [(); 3].map(|()| Vec::<Vector3<f64>>::new());
+        let mut k = 0;
+        for (tau, p) in &seen {
+            let t = map.own(*tau);
+            if t < first + period || t > last - period {
+                continue;
             }
-            (times, path, rate, point)
-        };
+            while k + 1 < own.time.len() && own.time[k + 1] <= t {
+                k += 1;
+            }
+            let width = own.time.get(k + 1).map_or(period, |next| next - own.time[k]);
+            if width > 3.0 * period.max(f64::MIN_POSITIVE) {
+                continue;
+            }
+            let place = k as f64 + ((t - own.time[k]) / width).clamp(0.0, 1.0);
+            let half = 0.5;
+            let x = interpolate(own.point, place);
+            let v = (interpolate(own.point, place + half) - interpolate(own.point, place - half))
+                / (2.0 * half * width);
+            if x.sum().is_finite() && v.sum().is_finite() {
+                times.push(t);
+                path.push(x);
+                rate.push(v);
+                point.push(*p);
+            }
+        }
+        (times, path, rate, point)
+    };
     let mut map = start;
     let mut frame: Option<(Matrix3<f64>, Vector3<f64>, bool)> = None;
     let mut fitted = None;

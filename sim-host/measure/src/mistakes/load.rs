@@ -251,13 +251,20 @@ fn drive_scale(parts: &[Needed], rows: &[&Row], i: usize, j: usize) -> Option<f6
     (scale.abs() > CLEAR / weight.sqrt()).then_some(scale)
 }
 
+/// Torques that the model predicts with encoders read in some way.
+type Predicted<'a> =
+    dyn Fn(&dyn Fn(&JointVector<f64>) -> JointVector<f64>) -> Vec<JointVector<f64>> + 'a;
+
+/// Products of predicted and recorded torques, of a predicted and of a recorded joint.
+type Products<'a> = dyn Fn(&[JointVector<f64>], usize, usize) -> Sums + 'a;
+
 /// Encoders that count the other way or stand in each other's place, where no tracker says so: all
 /// torques then follow better.
 fn encoders(
     logs: &[Log],
     with: &[usize],
-    predicted: &dyn Fn(&dyn Fn(&JointVector<f64>) -> JointVector<f64>) -> Vec<JointVector<f64>>,
-    sums: &dyn Fn(&[JointVector<f64>], usize, usize) -> Sums,
+    predicted: &Predicted<'_>,
+    sums: &Products<'_>,
     own: &[Sums],
     named: &dyn Fn(
         MistakeKind,
@@ -380,6 +387,8 @@ fn weld(log: &Log, rows: &[Row]) -> Option<Mistake> {
 
 /// What a load on a standing arm does to the tool: it gives way along it.
 fn standing(log: &Log, rows: &[Row], robot: &Robot<f64>) -> Option<Mistake> {
+    /// A row, as it was seen, and where it would be without its load.
+    type Loaded<'a> = (&'a Row, Sighting, Sighting);
     log.samples.force.as_ref()?;
     let loaded = rows.iter().filter_map(|row| {
         let seen = row.sighting(robot, &row.encoder)?;
@@ -387,15 +396,15 @@ fn standing(log: &Log, rows: &[Row], robot: &Robot<f64>) -> Option<Mistake> {
         let unloaded = free.sighting(robot, &row.encoder)?;
         Some((row, seen, unloaded))
     });
-    let loaded: Vec<(&Row, Sighting, Sighting)> = loaded.collect();
+    let loaded: Vec<Loaded<'_>> = loaded.collect();
     // Rows of one posture differ by their load alone.
     let mut pairs: Vec<(f64, f64)> = Vec::new();
     for posture in loaded.chunk_by(|a, b| (a.0.encoder - b.0.encoder).amax() < 5e-3) {
-        let mean = |of: &dyn Fn(&(&Row, Sighting, Sighting)) -> Vector3<f64>| {
+        let mean = |of: &dyn Fn(&Loaded<'_>) -> Vector3<f64>| {
             posture.iter().map(of).sum::<Vector3<f64>>() / posture.len() as f64
         };
-        let given = |p: &(&Row, Sighting, Sighting)| p.1.nominal.position - p.2.nominal.position;
-        let moved = |p: &(&Row, Sighting, Sighting)| p.2.position - p.2.nominal.position;
+        let given = |p: &Loaded<'_>| p.1.nominal.position - p.2.nominal.position;
+        let moved = |p: &Loaded<'_>| p.2.position - p.2.nominal.position;
         let (given_mean, moved_mean) = (mean(&given), mean(&moved));
         for row in posture {
             let (x, y) = (given(row) - given_mean, moved(row) - moved_mean);

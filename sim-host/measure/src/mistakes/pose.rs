@@ -66,6 +66,8 @@ impl Reading {
 }
 
 /// How the tracker's positions are to be read.
+// A handful exist at a time: a box would only take `Copy` from them.
+#[allow(clippy::large_enum_variant)]
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Tracker {
     /// As they are.

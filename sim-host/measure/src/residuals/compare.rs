@@ -45,7 +45,7 @@ pub enum Notice {
         notice: String,
     },
     /// A tracker that stood elsewhere was registered.
-    Registered(Registered),
+    Registered(Box<Registered>),
     /// The noise is not stated in these logs and was estimated from the recordings.
     NoiseEstimated(Vec<String>),
     /// An effect of `scope = "log"` was fitted to the logs compared.

@@ -181,7 +181,7 @@ impl Join<'_> {
         let seen = members.iter().find_map(|track| Some((track, points(track)?)));
         let (own_points, track, other_points) = match seen {
             Some((track, seen)) => {
-                (path.iter().map(|pose| pose.position).collect::<Vec<_>>(), track, seen)
+                (path.iter().map(|pose| pose.position).collect::<Vec<_>>(), *track, seen)
             }
             None => self.by_link_encoders(own, members)?,
         };
@@ -201,7 +201,7 @@ impl Join<'_> {
         &self,
         own: &Track,
         members: &'t [&'t Track],
-    ) -> Option<(Vec<Vector3<f64>>, &'t &'t Track, Vec<Vector3<f64>>)> {
+    ) -> Option<(Vec<Vector3<f64>>, &'t Track, Vec<Vector3<f64>>)> {
         let link = LogChannel::LinkEncoder.columns().start;
         let of = |track: &Track| -> Vec<usize> {
             (0..JOINTS).filter(|i| track.columns[link + i].is_some()).take(3).collect()
@@ -220,7 +220,7 @@ impl Join<'_> {
                 .collect::<Vec<_>>()
         };
         let encoder = LogChannel::Encoder.columns().start;
-        Some((series(own, encoder), track, series(track, link)))
+        Some((series(own, encoder), *track, series(track, link)))
     }
 
     /// True where rows at rest belong together by their order.

@@ -18,9 +18,12 @@ const PLACE: f64 = 0.5;
 /// Reflectors that lie nearer to a line than this, m, give no pose.
 const SPREAD: f64 = 5e-3;
 
+/// A rotation from the numbers that stand for it.
+type ToMatrix = fn(&[f64]) -> Matrix3<f64>;
+
 /// Turns any form of a rotation in a track into rotation vectors.
 pub(super) fn to_rotation_vectors(track: &mut Track) {
-    let forms: [(std::ops::Range<usize>, fn(&[f64]) -> Matrix3<f64>); 3] =
+    let forms: [(std::ops::Range<usize>, ToMatrix); 3] =
         [(ABC, of_abc), (QUATERNION, of_quaternion), (MATRIX, Matrix3::from_row_slice)];
     let Some((of, rotation)) = forms.into_iter().find(|(of, _)| track.has(of.clone())) else {
         return;
