@@ -305,7 +305,7 @@ fn sniff(start: &[u8]) -> Dialect {
             // A comma between digits is either; numbers that a dot would make two count as one.
             let score = 2 * numbers + usize::from(decimal == b'.');
             if rows > 0 && width > 1 && score > best.0 {
-                let first = lines.iter().position(|line| numeric(line)).unwrap_or(0);
+                let first = lines.iter().position(numeric).unwrap_or(0);
                 let header = lines[..first].iter().position(|line| {
                     split(line, delimiter).len() >= width && !line.trim().is_empty()
                 });

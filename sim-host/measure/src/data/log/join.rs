@@ -17,6 +17,9 @@ use trueweld_core::spatial::{rotation_from_vector, rotation_vector};
 use trueweld_core::{JOINTS, JointVector, Pose};
 use trueweld_plant::input::{InputError, RobotFile, Table};
 
+/// A point of every row.
+type Series = Vec<Vector3<f64>>;
+
 /// Rows from which on a log that is sampled faster than anything in it needs is thinned.
 const MANY: usize = 100_000;
 
@@ -201,7 +204,7 @@ impl Join<'_> {
         &self,
         own: &Track,
         members: &'t [&'t Track],
-    ) -> Option<(Vec<Vector3<f64>>, &'t Track, Vec<Vector3<f64>>)> {
+    ) -> Option<(Series, &'t Track, Series)> {
         let link = LogChannel::LinkEncoder.columns().start;
         let of = |track: &Track| -> Vec<usize> {
             (0..JOINTS).filter(|i| track.columns[link + i].is_some()).take(3).collect()
