@@ -19,6 +19,9 @@ use std::path::Path;
 use trueweld_plant::input::file::InputReader;
 use trueweld_plant::input::{InputError, open};
 
+/// A message's topic, its kind, and its values by name.
+type Published = (String, Message, Vec<(String, f64)>);
+
 /// First bytes of such a file.
 pub(super) const MAGIC: &[u8] = b"\x89MCAP0\r\n";
 
@@ -165,7 +168,7 @@ impl Bag {
     fn next_message(
         &mut self,
         wanted: &dyn Fn(&str) -> bool,
-    ) -> Result<Option<(String, Message, Vec<(String, f64)>)>, InputError> {
+    ) -> Result<Option<Published>, InputError> {
         loop {
             let event = match self.reader.next_event() {
                 None => return Ok(None),
