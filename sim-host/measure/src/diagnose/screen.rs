@@ -152,7 +152,7 @@ impl Context<'_> {
             let nowhere = sizes.iter().all(|k| {
                 let (p, v) = (&kind.parameters[*k], effect.values[*k]);
                 let far = matches!(p.role, Role::Reciprocal { .. }) && v == p.high;
-                v == fit::neutral(p, v) || far
+                v == p.without_effect(v) || far
             });
             (effect, if nowhere { 0.0 } else { gain })
         });

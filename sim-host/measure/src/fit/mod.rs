@@ -75,10 +75,7 @@ impl FitProblem {
 
 /// True for an effect of the user's own that does nothing with its values.
 pub(crate) fn is_own_and_nothing(effect: &Effect) -> bool {
-    let nothing = |(p, v): (&Parameter, &f64)| match p.role {
-        Role::Size { neutral, .. } => *v == neutral,
-        _ => true,
-    };
+    let nothing = |(p, v): (&Parameter, &f64)| *v == p.without_effect(*v);
     matches!(effect.kind.action, Action::Expression(_))
         && effect.kind.parameters.iter().zip(&effect.values).all(nothing)
 }
@@ -113,15 +110,6 @@ pub struct FitState {
     pub each: Vec<Vec<Effect>>,
     /// Free values.
     pub free: Vec<FreeParameter>,
-}
-
-/// The value at which an effect is not there; its own for a parameter that only shapes it.
-pub fn neutral(parameter: &Parameter, value: f64) -> f64 {
-    match parameter.role {
-        Role::Size { neutral, .. } => neutral,
-        Role::Reciprocal { .. } => f64::INFINITY,
-        _ => value,
-    }
 }
 
 /// Longest step of a value that shapes an effect, in the fit's units: beyond it slopes say nothing.
@@ -243,7 +231,7 @@ impl FitState {
         for k in 0..self.free.len() {
             let free = self.free[k];
             if which(self.effect(free.of)) {
-                let nothing = neutral(self.parameter(&free), self.value(&free));
+                let nothing = self.parameter(&free).without_effect(self.value(&free));
                 self.effect_mut(free.of).values[free.parameter] = nothing;
             }
         }
@@ -310,7 +298,7 @@ impl FitState {
             let unit = unit(parameter, value);
             if free.expected.is_finite() {
                 weight[k] = (unit / free.expected).powi(2);
-                away[k] = (value - neutral(parameter, value)) / unit;
+                away[k] = (value - parameter.without_effect(value)) / unit;
             }
         }
         (weight, away)

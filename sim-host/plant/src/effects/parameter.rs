@@ -89,6 +89,15 @@ impl Parameter {
         }
     }
 
+    /// The value at which the effect is not there; `value` itself of a parameter that only shapes it.
+    pub fn without_effect(&self, value: f64) -> f64 {
+        match self.role {
+            Role::Size { neutral, .. } => neutral,
+            Role::Reciprocal { .. } => f64::INFINITY,
+            _ => value,
+        }
+    }
+
     /// True for a parameter that an effect grows with from nothing.
     pub fn is_size(&self) -> bool {
         matches!(self.role, Role::Size { .. } | Role::Reciprocal { .. })
