@@ -7,7 +7,7 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
 use trueweld_measure::data::campaign::{Campaign, read_logs};
-use trueweld_measure::data::log::{Log, LogKind};
+use trueweld_measure::data::log::{Log, LogKind, LogNotice};
 use trueweld_plant::input::{InputError, InputFile, RobotFile};
 
 const HEADER: &str =
@@ -182,15 +182,15 @@ fn what_spreadsheets_and_systems_add_is_accepted() {
 #[test]
 fn unknown_and_empty_columns_are_left_out_with_a_notice() {
     let log = free(FREE.replace('\n', ",7\n").replacen(",7\n", ",gripper\n", 1)).unwrap();
-    assert_eq!(log.notices, ["columns that are not known, left out: `gripper`"]);
+    assert_eq!(log.notices, [LogNotice::UnknownColumns(vec!["gripper".to_owned()])]);
     let text = FREE.replace('\n', ",broken\n").replacen(",broken\n", ",comment\n", 1);
     assert_eq!(free(text).unwrap().samples.len(), 3, "what is not read need not be a number");
     let log = free(FREE.replace('\n', ",\n").replacen(",\n", ",tm5_nm\n", 1)).unwrap();
-    assert_eq!(log.notices, ["columns without any value, read as absent: `tm5_nm`"]);
+    assert_eq!(log.notices, [LogNotice::EmptyColumns(vec!["tm5_nm"])]);
     assert!(log.samples.motor_torque[4].is_none());
     let log = parse(&weld_toml(), WELD.replace('\n', ",0\n").replacen(",0\n", ",px_mean_m\n", 1))
         .unwrap();
-    assert_eq!(log.notices, ["columns that are not known, left out: `px_mean_m`"]);
+    assert_eq!(log.notices, [LogNotice::UnknownColumns(vec!["px_mean_m".to_owned()])]);
 }
 
 #[test]
@@ -252,7 +252,10 @@ fn another_unit_or_spelling_is_not_lost() {
     refused(parse(&weld_toml(), rpm), "1:86", &["is in rpm", "`spindle_rad_s`, in rad/s", "2π/60"]);
     // Beside the column in the right unit, one in another is only one more.
     let both = FREE.replace('\n', ",5\n").replacen(",5\n", ",qe1_deg\n", 1);
-    assert_eq!(free(both).unwrap().notices, ["columns that are not known, left out: `qe1_deg`"]);
+    assert_eq!(
+        free(both).unwrap().notices,
+        [LogNotice::UnknownColumns(vec!["qe1_deg".to_owned()])]
+    );
 }
 
 #[test]
@@ -393,7 +396,7 @@ fn short_gaps_of_the_encoders_are_filled_and_long_ones_cut_the_log() {
     };
     let log = free(long(200, |_| false, |k| (50..54).contains(&k))).unwrap();
     filled(&log);
-    assert_eq!(log.notices, ["4 rows without encoders are interpolated"]);
+    assert_eq!(log.notices, [LogNotice::RowsInterpolated(4)]);
     let log = free(long(200, |k| (50..54).contains(&k), |_| false)).unwrap();
     filled(&log);
     assert!(log.samples.position.unwrap()[52].x.is_nan(), "what was measured is not made up");
@@ -406,8 +409,11 @@ fn short_gaps_of_the_encoders_are_filled_and_long_ones_cut_the_log() {
         let pieces = Log::read_pieces(folder.path()).unwrap();
         assert_eq!(pieces.iter().map(|p| p.samples.len()).collect::<Vec<_>>(), [50, 110]);
         assert!(pieces[1].name.ends_with(", 2 of 2"), "{}", pieces[1].name);
-        let told = &pieces[0].notices[0];
-        assert!(told.contains("0.196 s to 0.360 s cuts the log into 2 pieces"), "{told}");
+        let LogNotice::Cut { column: None, gaps, pieces: 2 } = &pieces[0].notices[0] else {
+            panic!("{:?}", pieces[0].notices);
+        };
+        let [[from, to]] = gaps[..] else { panic!("{gaps:?}") };
+        assert!((from - 0.196).abs() < 1e-9 && (to - 0.36).abs() < 1e-9, "{gaps:?}");
         assert_eq!(Log::read(folder.path()).unwrap().samples.len(), 110, "the longest");
     }
     refused(free(long(40, |_| false, |_| true)), "", &["no row has a value of every encoder"]);
@@ -445,7 +451,7 @@ fn values_that_cannot_be_are_in_another_unit_or_of_another_robot() {
             rows.replacen(&format!(",{mass},0,0,0\n"), ",payload_kg,cx_m,cy_m,cz_m\n", 1),
         )
     };
-    assert!(hung("0").unwrap().notices[0].contains("static-load logs only"));
+    assert!(matches!(hung("0").unwrap().notices[0], LogNotice::StaticLoadColumns { .. }));
     refused(hung("30"), "2:60", &["`payload_kg` is `30`", "static-load logs only", "robot file"]);
 }
 

@@ -6,7 +6,7 @@
 
 pub use crate::residuals::finding::FLOOR;
 
-use crate::data::log::{Log, LogKind};
+use crate::data::log::{Log, LogKind, LogNotice};
 use crate::data::noise::instruments;
 use crate::fit::per_log;
 use crate::fit::{FitProblem, FitState};
@@ -42,7 +42,7 @@ pub enum Notice {
         /// The log's name.
         log: String,
         /// The notice.
-        notice: String,
+        notice: LogNotice,
     },
     /// A tracker that stood elsewhere was registered.
     Registered(Box<Registered>),
@@ -209,7 +209,7 @@ pub fn of_logs(
 
 fn notices(logs: &[Log], compared: &[LogComparison]) -> Vec<Notice> {
     let read = logs.iter().flat_map(|log| {
-        let of = |notice: &String| Notice::Log { log: log.name.clone(), notice: notice.clone() };
+        let of = |notice: &LogNotice| Notice::Log { log: log.name.clone(), notice: notice.clone() };
         log.notices.iter().map(of)
     });
     let estimated: Vec<String> = compared

@@ -72,7 +72,7 @@ pub(crate) fn notes(notices: &[Notice]) -> Vec<String> {
 /// A notice in a sentence without its full stop.
 pub(crate) fn notice(notice: &Notice) -> String {
     match notice {
-        Notice::Log { log, notice } => format!("{log}: {notice}"),
+        Notice::Log { log, notice } => format!("{log}: {}", super::log::notice(notice)),
         Notice::Registered(found) => super::mistakes::registered(found),
         Notice::NoiseEstimated(logs) => format!(
             "the noise is not stated and was estimated from the recordings: {}",

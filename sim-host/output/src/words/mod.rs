@@ -9,6 +9,7 @@ pub(crate) mod experiment;
 pub(crate) mod finding;
 pub(crate) mod import;
 pub(crate) mod laws;
+mod log;
 pub(crate) mod mistakes;
 mod model;
 pub(crate) mod provenance;

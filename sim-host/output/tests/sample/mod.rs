@@ -20,7 +20,7 @@ use trueweld_evaluate::certify::{
 use trueweld_evaluate::laws::{Change, LawComparison, NoFigures, Sweep, VariedQuantity};
 use trueweld_evaluate::margins::{CHANNELS, Margin, Margins, Passivity};
 use trueweld_evaluate::{Requirements, StepFigures, WELD_FIGURES, WeldFigures};
-use trueweld_measure::data::log::{Log, LogKind};
+use trueweld_measure::data::log::{Log, LogKind, LogNotice};
 use trueweld_measure::diagnose::evidence::EffectCurve;
 use trueweld_measure::diagnose::{
     Candidate, Confusable, Diagnosis, Explanation, FittedEffect, ImprovedChannel, Limit, Reason,
@@ -358,7 +358,7 @@ pub fn comparison() -> Comparison {
         worst: vec![finding],
         notices: vec![Notice::Log {
             log: "free".to_owned(),
-            notice: "the column `temperature_c` is not known".to_owned(),
+            notice: LogNotice::UnknownColumns(vec!["temperature_c".to_owned()]),
         }],
     }
 }

@@ -1,6 +1,7 @@
 //! The columns that files of samples may have, how each becomes a channel, and the headers that say
 //! which of them there are.
 
+use super::notice::LogNotice;
 use super::rows::Rows;
 use super::units::{Dimension, names_of, unit_named};
 use crate::data::channel::{CHANNELS, COUNT, LogChannel, column_name};
@@ -311,27 +312,14 @@ impl Header {
     }
 
     /// What is told about columns that are not read.
-    pub fn notices(&self, kind: LogKind) -> Vec<String> {
-        /// A file of a hundred columns need not be listed.
-        const LISTED: usize = 12;
+    pub fn notices(&self, kind: LogKind) -> Vec<LogNotice> {
         let mut notices = Vec::new();
         if !self.unknown.is_empty() {
-            let names: Vec<_> = self
-                .unknown
-                .iter()
-                .take(LISTED)
-                .map(|name| format!("`{}`", name.escape_debug()))
-                .collect();
-            let more = self.unknown.len() - names.len();
-            let more = if more > 0 { format!(" and {more} more") } else { String::new() };
-            notices
-                .push(format!("columns that are not known, left out: {}{more}", names.join(", ")));
+            notices.push(LogNotice::UnknownColumns(self.unknown.clone()));
         }
         if self.has_channel(LogChannel::Payload) && kind != LogKind::StaticLoad {
-            let columns = named(LogChannel::Payload.columns());
-            notices.push(format!(
-                "columns of static-load logs only, left out of this {kind} log: {columns}"
-            ));
+            let columns = LogChannel::Payload.columns().map(column_name).collect();
+            notices.push(LogNotice::StaticLoadColumns { columns, kind });
         }
         notices
     }

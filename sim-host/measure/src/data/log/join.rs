@@ -3,6 +3,7 @@
 
 use super::columns::{Header, shown_name};
 use super::files::Plan;
+use super::notice::LogNotice;
 use super::pose::{self, fit_places, points, span_a_plane, to_rotation_vectors, to_tool, tracked};
 use super::samples::Columns;
 use super::track::Track;
@@ -78,7 +79,7 @@ impl Join<'_> {
     pub fn run(
         &self,
         mut tracks: Vec<Track>,
-        notices: &mut Vec<String>,
+        notices: &mut Vec<LogNotice>,
     ) -> Result<Joined, InputError> {
         let encoders = |track: &Track| {
             LogChannel::Encoder.columns().filter(|c| track.columns[*c].is_some()).count()
@@ -268,7 +269,7 @@ impl Join<'_> {
         tracks: &mut [Track],
         clocks: &[LogClock],
         path: &[Pose<f64>],
-        notices: &mut Vec<String>,
+        notices: &mut Vec<LogNotice>,
     ) -> Result<Option<Vector3<f64>>, InputError> {
         let own_time = own.time().to_vec();
         let Some(track) =
@@ -287,18 +288,9 @@ impl Join<'_> {
                 return Err(self.root.wrong("columns", expected, help));
             };
             places = found;
-            let list: Vec<String> = there
-                .iter()
-                .filter(|r| self.plan.reflectors[**r].is_none())
-                .filter_map(|r| Some((r, places[*r]?)))
-                .map(|(r, p)| {
-                    format!("reflector{}_m = [{:.5}, {:.5}, {:.5}]", r + 1, p.x, p.y, p.z)
-                })
-                .collect();
-            notices.push(format!(
-                "reflectors are placed in the tool frame as the encoders' motion tells: {}",
-                list.join(", ")
-            ));
+            let placed = there.iter().filter(|r| self.plan.reflectors[**r].is_none());
+            let placed = placed.filter_map(|r| Some((r + 1, places[*r]?))).collect();
+            notices.push(LogNotice::ReflectorsPlaced(placed));
         }
         if there.len() == 3 && !span_a_plane(&places) {
             let expected = "three reflectors that do not lie on a line";
@@ -310,7 +302,7 @@ impl Join<'_> {
     }
 
     /// The times that a log is thinned to; empty where it keeps its own.
-    fn grid(&self, own: &Track, period: f64, notices: &mut Vec<String>) -> Vec<f64> {
+    fn grid(&self, own: &Track, period: f64, notices: &mut Vec<LogNotice>) -> Vec<f64> {
         let target = match self.kind {
             LogKind::StaticLoad => return Vec::new(),
             LogKind::RingDown => THINNED_RING,
@@ -326,13 +318,7 @@ impl Join<'_> {
             return Vec::new();
         }
         let step = every * period;
-        notices.push(format!(
-            "{} rows every {:.3} ms are thinned to one every {:.3} ms: nothing faster is compared, and what the \
-             instruments' noise loses by it is counted",
-            time.len(),
-            1e3 * period,
-            1e3 * step
-        ));
+        notices.push(LogNotice::Thinned { rows: time.len(), from: period, to: step });
         let count = ((last - first) / step).floor() as usize + 1;
         (0..count).map(|k| first + k as f64 * step).collect()
     }
@@ -384,19 +370,13 @@ fn clock_of(track: &Track, clocks: &[LogClock]) -> ClockMap {
 }
 
 /// What is told of a clock that was fitted.
-fn told(name: &str, fitted: &FittedClock) -> String {
-    let strange = if fitted.left > STRANGE {
-        format!(
-            "; {:.0} mm are left between what both saw: was it the same motion?",
-            1e3 * fitted.left
-        )
-    } else {
-        String::new()
-    };
-    format!(
-        "clock `{name}`: offset_s = {:.6}, drift = {:.2e}, fitted to the motion that both saw{strange}",
-        fitted.map.offset, fitted.map.drift
-    )
+fn told(name: &str, fitted: &FittedClock) -> LogNotice {
+    LogNotice::ClockFitted {
+        clock: name.to_owned(),
+        offset: fitted.map.offset,
+        drift: fitted.map.drift,
+        left: (fitted.left > STRANGE).then_some(fitted.left),
+    }
 }
 
 /// Tool poses at the times of another track; NaN where there are none.
@@ -514,7 +494,7 @@ pub(super) fn pieces(
     kind: LogKind,
     period: Option<f64>,
     header: &Header,
-    notices: &mut Vec<String>,
+    notices: &mut Vec<LogNotice>,
 ) -> Vec<std::ops::Range<usize>> {
     let encoder = LogChannel::Encoder.columns();
     let whole = |columns: &Columns, k: usize| {
@@ -524,7 +504,7 @@ pub(super) fn pieces(
         let kept: Vec<usize> = (0..columns.time.len()).filter(|k| whole(columns, *k)).collect();
         let left = columns.time.len() - kept.len();
         if left > 0 {
-            notices.push(format!("{left} rows without a value of every encoder are left out"));
+            notices.push(LogNotice::RowsLeftOut(left));
             keep(columns, &kept);
         }
         return std::iter::once(0..columns.time.len()).collect();
@@ -568,35 +548,20 @@ pub(super) fn pieces(
     }
     let lost = n - pieces.iter().map(|piece| piece.len()).sum::<usize>();
     if filled > 0 {
-        notices.push(format!("{filled} rows without encoders are interpolated"));
+        notices.push(LogNotice::RowsInterpolated(filled));
     }
     if pieces.len() > 1 || lost > 0 {
         let first = columns.time.first().copied().unwrap_or(0.0);
-        let gaps: Vec<String> = pieces
-            .windows(2)
-            .take(6)
-            .map(|w| {
-                let at = |k: usize| columns.time[k.min(n - 1)] - first;
-                format!("{:.3} s to {:.3} s", at(w[0].end - 1), at(w[1].start))
-            })
-            .collect();
-        let between = if gaps.is_empty() {
-            "at its ends".to_owned()
-        } else {
-            format!("between {}", gaps.join(", "))
-        };
-        let cut = match pieces.len() {
-            0 | 1 => "is left out".to_owned(),
-            n => format!("cuts the log into {n} pieces"),
-        };
-        notices.push(format!("a stretch without {} {between} {cut}", shown_names(header)));
+        let at = |k: usize| columns.time[k.min(n - 1)] - first;
+        let gaps = pieces.windows(2).take(6).map(|w| [at(w[0].end - 1), at(w[1].start)]);
+        let encoder = encoder.start;
+        notices.push(LogNotice::Cut {
+            column: (!header.has(encoder)).then(|| shown_name(encoder)),
+            gaps: gaps.collect(),
+            pieces: pieces.len(),
+        });
     }
     pieces
-}
-
-fn shown_names(header: &Header) -> &'static str {
-    let first = LogChannel::Encoder.columns().start;
-    if header.has(first) { "encoders" } else { shown_name(first) }
 }
 
 /// Puts rows without values where single ones were lost.

@@ -23,6 +23,7 @@ mod kuka;
 mod lines;
 #[cfg(feature = "mcap")]
 mod mcap;
+mod notice;
 #[cfg(feature = "parquet")]
 mod parquet;
 mod pose;
@@ -36,6 +37,7 @@ pub mod units;
 pub use columns::{ColumnMapping, channel_name, channel_named, dimension};
 pub use files::SAMPLES_FILE;
 pub use join::LogClock;
+pub use notice::LogNotice;
 pub use samples::{Payload, Samples};
 
 use super::channel::{CHANNELS, COUNT, LogChannel};
@@ -180,7 +182,7 @@ pub struct Log {
     /// The rows.
     pub samples: Samples,
     /// What a person should know although nothing is wrong: columns that were left out.
-    pub notices: Vec<String>,
+    pub notices: Vec<LogNotice>,
     /// Text of `log.toml`, for errors that point into it.
     pub source: Source,
     /// How the files became the rows.
@@ -429,7 +431,7 @@ impl Log {
 
 /// The longest of the pieces of a log.
 fn longest(pieces: Vec<Log>) -> Log {
-    let notices: Vec<String> = pieces.iter().flat_map(|p| p.notices.clone()).collect();
+    let notices = pieces.iter().flat_map(|p| p.notices.clone()).collect();
     let longest = pieces.into_iter().max_by_key(|log| log.samples.len());
     let mut log = longest.expect("a log has a piece");
     log.notices = notices;

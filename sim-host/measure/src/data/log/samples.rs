@@ -1,7 +1,8 @@
 //! The rows of a log: a vector a channel.
 
 use super::columns::{Header, named, predicted};
-use crate::data::channel::{COUNT, LogChannel};
+use super::notice::LogNotice;
+use crate::data::channel::{COUNT, LogChannel, column_name};
 use crate::data::kind::LogKind;
 use crate::register::Mounting;
 use nalgebra::Vector3;
@@ -152,7 +153,7 @@ impl Columns {
         &mut self,
         kind: LogKind,
         header: &Header,
-        notices: &mut Vec<String>,
+        notices: &mut Vec<LogNotice>,
     ) -> Result<(), (String, &'static str)> {
         let any = |column: usize| {
             self.values[column].as_ref().is_some_and(|c| c.iter().any(|v| !v.is_nan()))
@@ -183,7 +184,7 @@ impl Columns {
             return Err((message, "Was the instrument recorded?"));
         }
         empty.iter().for_each(|column| self.values[*column] = None);
-        notices.push(format!("columns without any value, read as absent: {}", named(&empty)));
+        notices.push(LogNotice::EmptyColumns(empty.into_iter().map(column_name).collect()));
         Ok(())
     }
 }

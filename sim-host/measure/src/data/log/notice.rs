@@ -1,0 +1,57 @@
+//! What a reader should know of a log although nothing is wrong with it.
+
+use crate::data::kind::LogKind;
+use nalgebra::Vector3;
+
+/// What was noticed when a log was read.
+#[derive(Debug, Clone, PartialEq)]
+pub enum LogNotice {
+    /// Columns with these headers are not known and left out.
+    UnknownColumns(Vec<String>),
+    /// These columns belong to static-load logs only and are left out.
+    StaticLoadColumns {
+        /// Their names.
+        columns: Vec<&'static str>,
+        /// Kind of this log.
+        kind: LogKind,
+    },
+    /// These columns have no value in any row and are read as absent.
+    EmptyColumns(Vec<&'static str>),
+    /// A clock was fitted to the motion that both instruments saw.
+    ClockFitted {
+        /// Its name.
+        clock: String,
+        /// Offset, s.
+        offset: f64,
+        /// Drift, s/s.
+        drift: f64,
+        /// What is left between the two motions, m, where it is strangely much.
+        left: Option<f64>,
+    },
+    /// Reflectors were placed in the tool frame as the encoders' motion tells: number from 1, and
+    /// place in T, m.
+    ReflectorsPlaced(Vec<(usize, Vector3<f64>)>),
+    /// Rows were thinned to a longer period; nothing faster is compared, and the noise is that of
+    /// the thinned rows.
+    Thinned {
+        /// Number of rows before.
+        rows: usize,
+        /// Period before, s.
+        from: f64,
+        /// Period after, s.
+        to: f64,
+    },
+    /// So many rows at rest lack an encoder and are left out.
+    RowsLeftOut(usize),
+    /// So many rows without encoders are interpolated.
+    RowsInterpolated(usize),
+    /// Stretches without encoders cut the log or its ends.
+    Cut {
+        /// What is missing: the column's name, or none for the encoders.
+        column: Option<&'static str>,
+        /// The first of the stretches: begin and end, s from the log's first row.
+        gaps: Vec<[f64; 2]>,
+        /// Number of pieces left.
+        pieces: usize,
+    },
+}

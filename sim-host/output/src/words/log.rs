@@ -1,0 +1,109 @@
+//! What is said of a log although nothing is wrong with it.
+
+use std::fmt::Display;
+use trueweld_measure::data::log::LogNotice;
+
+/// A file of a hundred columns need not be listed.
+const LISTED: usize = 12;
+
+/// A notice in a sentence without its full stop.
+pub(crate) fn notice(notice: &LogNotice) -> String {
+    match notice {
+        LogNotice::UnknownColumns(headers) => {
+            let shown = named(headers.iter().take(LISTED).map(|name| name.escape_debug()));
+            let more = headers.len().saturating_sub(LISTED);
+            let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+            format!("columns that are not known, left out: {shown}{more}")
+        }
+        LogNotice::StaticLoadColumns { columns, kind } => format!(
+            "columns of static-load logs only, left out of this {kind} log: {}",
+            named(columns)
+        ),
+        LogNotice::EmptyColumns(columns) => {
+            format!("columns without any value, read as absent: {}", named(columns))
+        }
+        LogNotice::ClockFitted { clock, offset, drift, left } => {
+            let strange = left.map(|left| {
+                format!(
+                    "; {:.0} mm are left between what both saw: was it the same motion?",
+                    1e3 * left
+                )
+            });
+            format!(
+                "clock `{clock}`: offset_s = {offset:.6}, drift = {drift:.2e}, fitted to the motion \
+                 that both saw{}",
+                strange.unwrap_or_default()
+            )
+        }
+        LogNotice::ReflectorsPlaced(places) => {
+            let places = places
+                .iter()
+                .map(|(n, p)| format!("reflector{n}_m = [{:.5}, {:.5}, {:.5}]", p.x, p.y, p.z));
+            format!(
+                "reflectors are placed in the tool frame as the encoders' motion tells: {}",
+                places.collect::<Vec<_>>().join(", ")
+            )
+        }
+        LogNotice::Thinned { rows, from, to } => format!(
+            "{rows} rows every {:.3} ms are thinned to one every {:.3} ms: nothing faster is \
+             compared, and what the instruments' noise loses by it is counted",
+            1e3 * from,
+            1e3 * to
+        ),
+        LogNotice::RowsLeftOut(rows) => {
+            format!("{rows} rows without a value of every encoder are left out")
+        }
+        LogNotice::RowsInterpolated(rows) => {
+            format!("{rows} rows without encoders are interpolated")
+        }
+        LogNotice::Cut { column, gaps, pieces } => {
+            let gaps: Vec<String> =
+                gaps.iter().map(|[from, to]| format!("{from:.3} s to {to:.3} s")).collect();
+            let between = if gaps.is_empty() {
+                "at its ends".to_owned()
+            } else {
+                format!("between {}", gaps.join(", "))
+            };
+            let cut = match pieces {
+                0 | 1 => "is left out".to_owned(),
+                n => format!("cuts the log into {n} pieces"),
+            };
+            format!("a stretch without {} {between} {cut}", column.unwrap_or("encoders"))
+        }
+    }
+}
+
+fn named<T: Display>(columns: impl IntoIterator<Item = T>) -> String {
+    let names: Vec<String> = columns.into_iter().map(|name| format!("`{name}`")).collect();
+    names.join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::notice;
+    use trueweld_measure::data::log::{LogKind, LogNotice};
+
+    #[test]
+    fn every_notice_is_one_clause() {
+        let gaps = vec![[0.196, 0.36]];
+        let all = [
+            LogNotice::UnknownColumns((0..14).map(|k| format!("c{k}\u{1b}")).collect()),
+            LogNotice::StaticLoadColumns { columns: vec!["cx_m"], kind: LogKind::Weld },
+            LogNotice::EmptyColumns(vec!["tm5_nm", "tm6_nm"]),
+            LogNotice::ClockFitted {
+                clock: "tracker".to_owned(),
+                offset: 1.25,
+                drift: 2e-6,
+                left: Some(0.04),
+            },
+            LogNotice::ReflectorsPlaced(vec![(2, [0.1, -0.2, 0.05].into())]),
+            LogNotice::Thinned { rows: 2_000_000, from: 1e-3, to: 4e-3 },
+            LogNotice::RowsLeftOut(3),
+            LogNotice::RowsInterpolated(4),
+            LogNotice::Cut { column: None, gaps, pieces: 2 },
+            LogNotice::Cut { column: Some("qe1_rad"), gaps: Vec::new(), pieces: 1 },
+        ];
+        let lines: Vec<String> = all.iter().map(notice).collect();
+        insta::assert_snapshot!(lines.join("\n"));
+    }
+}
