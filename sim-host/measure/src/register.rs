@@ -27,7 +27,7 @@ const SPREAD: f64 = 0.05;
 
 /// One measured pose and the nominal one.
 #[derive(Debug, Clone, Copy)]
-pub struct Sighting {
+pub struct PosePair {
     /// Nominal pose of the tool, `b_from_t`.
     pub nominal: Pose<f64>,
     /// Measured position, m.
@@ -36,7 +36,7 @@ pub struct Sighting {
     pub rotation: Option<Matrix3<f64>>,
 }
 
-impl Sighting {
+impl PosePair {
     /// What is left of it: position, m, and rotation, rad.
     fn left(&self, frame: &Pose<f64>, tool: &Pose<f64>) -> (Vector3<f64>, Vector3<f64>) {
         let seen = Pose {
@@ -111,23 +111,23 @@ fn nearest_rotation(matrix: &Matrix3<f64>) -> Option<Matrix3<f64>> {
     rotation.sum().is_finite().then_some(rotation)
 }
 
-/// The frame alone in closed form. `weights`: of each sighting. `None` where the sightings do not
+/// The frame alone in closed form. `weights`: of each pair. `None` where the pairs do not
 /// fix one: without rotations and all along one line.
-fn closed(sightings: &[Sighting], weights: &[f64], tool: &Pose<f64>) -> Option<Pose<f64>> {
+fn closed(pose_pairs: &[PosePair], weights: &[f64], tool: &Pose<f64>) -> Option<Pose<f64>> {
     let sum: f64 = weights.iter().sum();
     let points =
-        || sightings.iter().map(|s| s.nominal.transform_point(&tool.position)).zip(weights);
+        || pose_pairs.iter().map(|s| s.nominal.transform_point(&tool.position)).zip(weights);
     let from = points().map(|(p, w)| p * *w).sum::<Vector3<f64>>() / sum;
     let to =
-        sightings.iter().zip(weights).map(|(s, w)| s.position * *w).sum::<Vector3<f64>>() / sum;
+        pose_pairs.iter().zip(weights).map(|(s, w)| s.position * *w).sum::<Vector3<f64>>() / sum;
     let (mut cross, mut spread) = (Matrix3::zeros(), Matrix3::zeros());
     let mut rotations = false;
-    for ((point, w), sighting) in points().zip(sightings) {
-        let (a, b) = (point - from, sighting.position - to);
+    for ((point, w), pose_pair) in points().zip(pose_pairs) {
+        let (a, b) = (point - from, pose_pair.position - to);
         cross += b * a.transpose() * *w;
         spread += a * a.transpose() * (*w / sum);
-        if let Some(rotation) = sighting.rotation {
-            let nominal = sighting.nominal.rotation * tool.rotation;
+        if let Some(rotation) = pose_pair.rotation {
+            let nominal = pose_pair.nominal.rotation * tool.rotation;
             cross += rotation * nominal.transpose() * (LEVER * LEVER * *w);
             rotations = true;
         }
@@ -142,8 +142,8 @@ fn closed(sightings: &[Sighting], weights: &[f64], tool: &Pose<f64>) -> Option<P
 }
 
 /// Weights by Tukey's biweight of what is left, beyond several times its median.
-fn weights(sightings: &[Sighting], frame: &Pose<f64>, tool: &Pose<f64>) -> Vec<f64> {
-    let left: Vec<f64> = sightings.iter().map(|s| s.square(frame, tool).sqrt()).collect();
+fn weights(pose_pairs: &[PosePair], frame: &Pose<f64>, tool: &Pose<f64>) -> Vec<f64> {
+    let left: Vec<f64> = pose_pairs.iter().map(|s| s.square(frame, tool).sqrt()).collect();
     let mut sorted = left.clone();
     sorted.sort_by(f64::total_cmp);
     let scale = (6.0 * sorted[sorted.len() / 2]).max(1e-9);
@@ -152,33 +152,33 @@ fn weights(sightings: &[Sighting], frame: &Pose<f64>, tool: &Pose<f64>) -> Vec<f
 }
 
 /// The frame of a tracker that looks at the tool centre point. `None` where too little was seen.
-pub fn frame(sightings: &[Sighting]) -> Option<Registration> {
-    if sightings.is_empty() {
+pub fn frame(pose_pairs: &[PosePair]) -> Option<Registration> {
+    if pose_pairs.is_empty() {
         return None;
     }
     let tool = Pose::identity();
-    let mut weight = vec![1.0; sightings.len()];
-    let mut frame = closed(sightings, &weight, &tool)?;
+    let mut weight = vec![1.0; pose_pairs.len()];
+    let mut frame = closed(pose_pairs, &weight, &tool)?;
     for _ in 0..ITERATIONS / 3 {
-        weight = weights(sightings, &frame, &tool);
-        frame = closed(sightings, &weight, &tool)?;
+        weight = weights(pose_pairs, &frame, &tool);
+        frame = closed(pose_pairs, &weight, &tool)?;
     }
-    Some(refined(sightings, frame, tool, 6))
+    Some(refined(pose_pairs, frame, tool, 6))
 }
 
 /// Frame and tool's offset. `None` where too little was seen.
-pub fn frame_and_tool(sightings: &[Sighting]) -> Option<Registration> {
-    if sightings.len() < 4 {
+pub fn frame_and_tool(pose_pairs: &[PosePair]) -> Option<Registration> {
+    if pose_pairs.len() < 4 {
         return None;
     }
-    let even = vec![1.0; sightings.len()];
+    let even = vec![1.0; pose_pairs.len()];
     let mut tool = Pose::identity();
-    let mut frame = closed(sightings, &even, &tool)?;
-    if sightings.iter().all(|s| s.rotation.is_some()) {
+    let mut frame = closed(pose_pairs, &even, &tool)?;
+    if pose_pairs.iter().all(|s| s.rotation.is_some()) {
         // R X S = P: each rotation in turn, the other one given.
         for _ in 0..10 * ITERATIONS {
-            let sum = |of: &dyn Fn(&Sighting, &Matrix3<f64>) -> Matrix3<f64>| {
-                let each = sightings.iter().filter_map(|s| Some(of(s, s.rotation.as_ref()?)));
+            let sum = |of: &dyn Fn(&PosePair, &Matrix3<f64>) -> Matrix3<f64>| {
+                let each = pose_pairs.iter().filter_map(|s| Some(of(s, s.rotation.as_ref()?)));
                 nearest_rotation(&each.fold(Matrix3::zeros(), |a, b| a + b))
             };
             let (r, s) = (frame.rotation, tool.rotation);
@@ -191,7 +191,7 @@ pub fn frame_and_tool(sightings: &[Sighting]) -> Option<Registration> {
         // p − R x = t + R X c, linear in t and c.
         let mut left = SMatrix::<f64, 6, 6>::zeros();
         let mut right = SVector::<f64, 6>::zeros();
-        for s in sightings {
+        for s in pose_pairs {
             let mut row = SMatrix::<f64, 3, 6>::zeros();
             row.fixed_columns_mut::<3>(0).copy_from(&Matrix3::identity());
             row.fixed_columns_mut::<3>(3).copy_from(&(frame.rotation * s.nominal.rotation));
@@ -205,25 +205,25 @@ pub fn frame_and_tool(sightings: &[Sighting]) -> Option<Registration> {
         frame.position = solved.fixed_rows::<3>(0).into_owned();
         tool.position = solved.fixed_rows::<3>(3).into_owned();
     }
-    Some(refined(sightings, frame, tool, FREE))
+    Some(refined(pose_pairs, frame, tool, FREE))
 }
 
 /// Refines a registration; the first `free` of all parameters are free.
 fn refined(
-    sightings: &[Sighting],
+    pose_pairs: &[PosePair],
     mut frame: Pose<f64>,
     mut tool: Pose<f64>,
     free: usize,
 ) -> Registration {
-    let rotations = sightings.iter().any(|s| s.rotation.is_some());
+    let rotations = pose_pairs.iter().any(|s| s.rotation.is_some());
     // Without rotations nothing tells how the tracked point's axes are turned.
     let free = if rotations { free } else { free.min(9) };
     let mut normal = DMatrix::<f64>::zeros(free, free);
     for _ in 0..ITERATIONS {
-        let weight = weights(sightings, &frame, &tool);
+        let weight = weights(pose_pairs, &frame, &tool);
         normal.fill(0.0);
         let mut right = DVector::<f64>::zeros(free);
-        for (s, w) in sightings.iter().zip(&weight) {
+        for (s, w) in pose_pairs.iter().zip(&weight) {
             let (position, rotation) = s.left(&frame, &tool);
             let point = frame.rotation * s.nominal.transform_point(&tool.position);
             let axes = frame.rotation * s.nominal.rotation;
@@ -258,15 +258,15 @@ fn refined(
             break;
         }
     }
-    let mean = |of: &dyn Fn(&Sighting) -> f64| {
-        sightings.iter().map(of).sum::<f64>() / sightings.len() as f64
+    let mean = |of: &dyn Fn(&PosePair) -> f64| {
+        pose_pairs.iter().map(of).sum::<f64>() / pose_pairs.len() as f64
     };
     let left = [
         mean(&|s| s.left(&frame, &tool).0.norm_squared()).sqrt(),
         mean(&|s| s.left(&frame, &tool).1.norm_squared()).sqrt(),
     ];
-    let numbers = sightings.len() * if rotations { 6 } else { 3 };
-    let sum = mean(&|s| s.square(&frame, &tool)) * sightings.len() as f64;
+    let numbers = pose_pairs.len() * if rotations { 6 } else { 3 };
+    let sum = mean(&|s| s.square(&frame, &tool)) * pose_pairs.len() as f64;
     let variance = sum / numbers.saturating_sub(free).max(1) as f64;
     let covariance = normal.try_inverse();
     let width = |k: usize| {
@@ -278,7 +278,7 @@ fn refined(
         frame_interval: std::array::from_fn(width),
         tool_interval: std::array::from_fn(|k| width(6 + k)),
         left,
-        poses: sightings.len(),
+        poses: pose_pairs.len(),
     }
 }
 
@@ -292,7 +292,7 @@ mod tests {
     }
 
     /// Sightings of a tracker at `frame` of a point at `tool`, with 30 µm and 50 µrad of noise.
-    fn seen(frame: &Pose<f64>, tool: &Pose<f64>, rotations: bool) -> Vec<Sighting> {
+    fn seen(frame: &Pose<f64>, tool: &Pose<f64>, rotations: bool) -> Vec<PosePair> {
         let mut random = Random::new(3, 1);
         let mut vector = |size: f64| Vector3::from_fn(|_, _| size * random.normal());
         (0..40)
@@ -301,7 +301,7 @@ mod tests {
                     rotation: turn(0.0, 2.0, 0.0) * rotation_from_vector(&vector(0.5)),
                     position: vector(0.5),
                 };
-                Sighting {
+                PosePair {
                     nominal,
                     position: frame.transform_point(&nominal.transform_point(&tool.position))
                         + vector(3e-5),
@@ -321,10 +321,10 @@ mod tests {
         let frame_truth =
             Pose { rotation: turn(1.2, -1.5, 1.3), position: Vector3::new(3.0, -2.0, 1.5) };
         for rotations in [false, true] {
-            let mut sightings = seen(&frame_truth, &Pose::identity(), rotations);
+            let mut pose_pairs = seen(&frame_truth, &Pose::identity(), rotations);
             // A reading of another target.
-            sightings[7].position.x += 0.4;
-            let found = frame(&sightings).unwrap();
+            pose_pairs[7].position.x += 0.4;
+            let found = frame(&pose_pairs).unwrap();
             let off = found.mounting.frame.position - frame_truth.position;
             // 30 µm of 40 poses, some metres from the frame's origin.
             assert!(off.norm() < 1e-4, "{off} m");

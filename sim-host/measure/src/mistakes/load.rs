@@ -2,12 +2,12 @@
 //! cell without a tracker.
 
 use super::pose::column;
-use super::rows::{Needed, Row};
+use super::rows::{Row, TorqueParts};
 use super::{Change, Evidence, Mistake, MistakeKind};
 use crate::data::channel::LogChannel;
 use crate::data::log::{Log, LogKind, Payload};
 use crate::predict::hung;
-use crate::register::Sighting;
+use crate::register::PosePair;
 use nalgebra::{SMatrix, SVector, Vector3};
 use trueweld_core::{JOINTS, JointVector, Robot, Wrench};
 
@@ -147,7 +147,7 @@ fn torques(logs: &[Log], rows: &[Vec<Row>], robot: &Robot<f64>) -> Vec<Mistake> 
         return found;
     }
     let torque = LogChannel::MotorTorque;
-    let parts: Vec<Needed> =
+    let parts: Vec<TorqueParts> =
         moved.iter().map(|row| row.motor_torque(robot, row.motion())).collect();
     for a in 0..JOINTS {
         for b in a + 1..JOINTS {
@@ -219,7 +219,7 @@ fn torques(logs: &[Log], rows: &[Vec<Row>], robot: &Robot<f64>) -> Vec<Mistake> 
 }
 
 /// What is measured at joint `j` per what friction and inertia of joint `i` need, where that stands out.
-fn drive_scale(parts: &[Needed], rows: &[&Row], i: usize, j: usize) -> Option<f64> {
+fn drive_scale(parts: &[TorqueParts], rows: &[&Row], i: usize, j: usize) -> Option<f64> {
     /// Standard deviations at which it stands out.
     const CLEAR: f64 = 8.0;
     let mut normal = SMatrix::<f64, 4, 4>::zeros();
@@ -388,12 +388,12 @@ fn weld(log: &Log, rows: &[Row]) -> Option<Mistake> {
 /// What a load on a standing arm does to the tool: it gives way along it.
 fn standing(log: &Log, rows: &[Row], robot: &Robot<f64>) -> Option<Mistake> {
     /// A row, as it was seen, and where it would be without its load.
-    type Loaded<'a> = (&'a Row, Sighting, Sighting);
+    type Loaded<'a> = (&'a Row, PosePair, PosePair);
     log.samples.force.as_ref()?;
     let loaded = rows.iter().filter_map(|row| {
-        let seen = row.sighting(robot, &row.encoder)?;
+        let seen = row.pose_pair(robot, &row.encoder)?;
         let free = Row { wrench: Wrench::zero(), ..row.clone() };
-        let unloaded = free.sighting(robot, &row.encoder)?;
+        let unloaded = free.pose_pair(robot, &row.encoder)?;
         Some((row, seen, unloaded))
     });
     let loaded: Vec<Loaded<'_>> = loaded.collect();
@@ -434,10 +434,10 @@ fn payload(logs: &[Log], rows: &[Vec<Row>], robot: &Robot<f64>) -> Option<Mistak
     for (log, rows) in tracked {
         names.push(log.name.clone());
         let sagged = rows.iter().filter_map(|row| {
-            let seen = row.sighting(robot, &row.encoder)?;
+            let seen = row.pose_pair(robot, &row.encoder)?;
             let weight = row.weight(robot, &row.encoder, HEAVY, &centre);
             let hung = Row { wrench: row.wrench + weight, ..row.clone() };
-            let hung = hung.sighting(robot, &row.encoder)?;
+            let hung = hung.pose_pair(robot, &row.encoder)?;
             let per_kg = (hung.nominal.position - seen.nominal.position) / HEAVY;
             Some((row.encoder, per_kg, seen.position - seen.nominal.position))
         });

@@ -14,7 +14,7 @@ mod rows;
 use crate::data::channel::LogChannel;
 use crate::data::log::{Log, LogKind};
 use crate::predict::{Model, period};
-use crate::register::{self, Registration, Sighting};
+use crate::register::{self, PosePair, Registration};
 use rows::Row;
 use trueweld_plant::input::InputError;
 
@@ -180,16 +180,16 @@ fn found(logs: &mut [Log], model: &Model) -> Found {
 pub fn registrations(logs: &[Log], model: &Model) -> Vec<Registered> {
     /// What one tracker may leave, m, before each log gets its own.
     const SHARED: f64 = 3e-3;
-    let seen: Vec<Vec<Sighting>> = logs.iter().map(|log| pose::seen(log, &model.robot)).collect();
+    let seen: Vec<Vec<PosePair>> = logs.iter().map(|log| pose::seen(log, &model.robot)).collect();
     let of = |logs_of: &[usize]| {
-        let of = |wanted: &dyn Fn(&usize) -> bool| -> Vec<Sighting> {
+        let of = |wanted: &dyn Fn(&usize) -> bool| -> Vec<PosePair> {
             logs_of.iter().filter(|k| wanted(k)).flat_map(|k| seen[*k].clone()).collect()
         };
         // An arm in motion bends by more than its load at rest.
         let still = of(&|k| logs[*k].kind == LogKind::StaticLoad);
-        let sightings = if still.len() >= pose::AT_REST { still } else { of(&|_| true) };
-        let alone = register::frame(&sightings)?;
-        let whole = register::frame_and_tool(&sightings);
+        let pose_pairs = if still.len() >= pose::AT_REST { still } else { of(&|_| true) };
+        let alone = register::frame(&pose_pairs)?;
+        let whole = register::frame_and_tool(&pose_pairs);
         // Without a reason the tracker sees the tool centre point.
         let found = whole.filter(|w| w.left[0] < 0.5 * alone.left[0]).unwrap_or(alone);
         let names = logs_of.iter().map(|k| logs[*k].name.clone()).collect();

@@ -8,7 +8,7 @@ use super::rows::Row;
 use super::{Change, ColumnChange, Evidence, Mistake, MistakeKind};
 use crate::data::channel::LogChannel;
 use crate::data::log::Log;
-use crate::register::{self, LEVER, Registration, Sighting};
+use crate::register::{self, LEVER, PosePair, Registration};
 use nalgebra::Vector3;
 use std::f64::consts::{PI, TAU};
 use trueweld_core::{JOINTS, JointVector, Pose, Robot};
@@ -89,25 +89,25 @@ struct Explanation {
 }
 
 /// What was seen of some rows, encoders read in one way.
-fn sightings(rows: &[&Row], robot: &Robot<f64>, reading: Reading) -> Vec<Sighting> {
-    rows.iter().filter_map(|row| row.sighting(robot, &reading.of(&row.encoder))).collect()
+fn pose_pairs(rows: &[&Row], robot: &Robot<f64>, reading: Reading) -> Vec<PosePair> {
+    rows.iter().filter_map(|row| row.pose_pair(robot, &reading.of(&row.encoder))).collect()
 }
 
 /// What a log saw of the tool.
-pub(super) fn seen(log: &Log, robot: &Robot<f64>) -> Vec<Sighting> {
-    sightings(&Row::of(log).iter().collect::<Vec<_>>(), robot, Reading::Plain)
+pub(super) fn seen(log: &Log, robot: &Robot<f64>) -> Vec<PosePair> {
+    pose_pairs(&Row::of(log).iter().collect::<Vec<_>>(), robot, Reading::Plain)
 }
 
 /// Root mean square of what is left, without the outliers, m.
-fn misfit(sightings: &[Sighting], frame: &Pose<f64>, tool: &Pose<f64>) -> f64 {
-    let mut squares: Vec<f64> = sightings.iter().map(|s| s.square(frame, tool)).collect();
+fn misfit(pose_pairs: &[PosePair], frame: &Pose<f64>, tool: &Pose<f64>) -> f64 {
+    let mut squares: Vec<f64> = pose_pairs.iter().map(|s| s.square(frame, tool)).collect();
     squares.sort_by(f64::total_cmp);
     let kept = squares.len() - (OUTLIERS * squares.len() as f64) as usize;
     (squares[..kept].iter().sum::<f64>() / kept.max(1) as f64).sqrt()
 }
 
 /// What is left with the tracker read in one way; nothing where it does not apply.
-fn with(seen: &[Sighting], tracker: Tracker) -> Option<Explanation> {
+fn with(seen: &[PosePair], tracker: Tracker) -> Option<Explanation> {
     let identity = Pose::identity();
     let of = |tracker, left: f64| {
         let reading = Reading::Plain;
@@ -117,15 +117,15 @@ fn with(seen: &[Sighting], tracker: Tracker) -> Option<Explanation> {
         Tracker::Plain => of(tracker, misfit(seen, &identity, &identity)),
         Tracker::Scaled(factor) => {
             let read: Vec<_> =
-                seen.iter().map(|s| Sighting { position: s.position * factor, ..*s }).collect();
+                seen.iter().map(|s| PosePair { position: s.position * factor, ..*s }).collect();
             of(tracker, misfit(&read, &identity, &identity))
         }
         Tracker::Mirrored(axis) => {
             let mut mirrored = seen.to_vec();
-            for sighting in &mut mirrored {
-                sighting.position[axis] = -sighting.position[axis];
+            for pose_pair in &mut mirrored {
+                pose_pair.position[axis] = -pose_pair.position[axis];
                 // Which way a mirrored tracker counts rotations nobody knows.
-                sighting.rotation = None;
+                pose_pair.rotation = None;
             }
             of(tracker, misfit(&mirrored, &identity, &identity))
         }
@@ -144,7 +144,7 @@ pub(super) fn find(
 ) -> (Vec<Mistake>, Vec<(Vec<usize>, Registration)>) {
     let before = |k: &usize| {
         let rows: Vec<&Row> = rows[*k].iter().collect();
-        let seen = sightings(&rows, robot, Reading::Plain);
+        let seen = pose_pairs(&rows, robot, Reading::Plain);
         if seen.is_empty() { 0.0 } else { misfit(&seen, &Pose::identity(), &Pose::identity()) }
     };
     let gross: Vec<usize> = (0..rows.len()).filter(|k| before(k) > GROSS).collect();
@@ -168,7 +168,7 @@ pub(super) fn find(
     };
     let (mut mistakes, mut registered) = (Vec::new(), Vec::new());
     for (logs, rows, explanation) in explained {
-        let plain = sightings(&rows, robot, Reading::Plain);
+        let plain = pose_pairs(&rows, robot, Reading::Plain);
         let before = misfit(&plain, &Pose::identity(), &Pose::identity());
         let in_logs: Vec<String> = logs.iter().map(|k| names[*k].to_owned()).collect();
         let named = |kind, channel, columns: Vec<usize>, changes: Vec<ColumnChange>| Mistake {
@@ -218,7 +218,7 @@ fn whole(
 ) -> Vec<usize> {
     let read = |k: &usize| {
         let rows: Vec<&Row> = rows[*k].iter().collect();
-        let seen = sightings(&rows, robot, explanation.reading);
+        let seen = pose_pairs(&rows, robot, explanation.reading);
         if seen.is_empty() { 0.0 } else { misfit(&seen, &Pose::identity(), &Pose::identity()) }
     };
     let plain = matches!(explanation.tracker, Tracker::Plain);
@@ -306,14 +306,14 @@ fn near(value: f64, whole: f64) -> bool {
 
 /// What explains the poses of some rows; `None` where nothing does.
 fn explain(rows: &[&Row], robot: &Robot<f64>) -> Option<Explanation> {
-    let plain = sightings(rows, robot, Reading::Plain);
+    let plain = pose_pairs(rows, robot, Reading::Plain);
     let before = with(&plain, Tracker::Plain)?.left;
     let registered = |reading: Reading| {
-        let seen = sightings(rows, robot, reading);
+        let seen = pose_pairs(rows, robot, reading);
         // An arm in motion bends by more than its load at rest: where there are poses at rest, they
         // tell the frame.
         let still: Vec<&Row> = rows.iter().filter(|row| row.at_rest).copied().collect();
-        let still = sightings(&still, robot, reading);
+        let still = pose_pairs(&still, robot, reading);
         let of_still = (still.len() >= AT_REST).then(|| register::frame(&still)).flatten();
         let of = |found| with(&seen, Tracker::Registered(found));
         let (of_still, of_all) = (of_still.and_then(of), register::frame(&seen).and_then(of));
@@ -324,7 +324,7 @@ fn explain(rows: &[&Row], robot: &Robot<f64>) -> Option<Explanation> {
     let mut best = Best { limit: (LEFT * before).min(GROSS), found: None };
     let readings = readings();
     for reading in &readings {
-        let seen = sightings(rows, robot, *reading);
+        let seen = pose_pairs(rows, robot, *reading);
         best.take(with(&seen, Tracker::Plain).map(|e| Explanation { reading: *reading, ..e }));
     }
     for factor in [1e-3, 1e3] {
@@ -388,7 +388,7 @@ fn line(rows: &[&Row], robot: &Robot<f64>, joint: usize) -> Option<Explanation> 
     let mut best = Best { limit: f64::INFINITY, found: None };
     for (slope, offset) in lines(&points) {
         let reading = Reading::Line(joint, slope, offset);
-        let seen = sightings(rows, robot, reading);
+        let seen = pose_pairs(rows, robot, reading);
         best.take(with(&seen, Tracker::Plain).map(|e| Explanation { reading, ..e }));
     }
     best.found

@@ -2,7 +2,7 @@
 
 use crate::data::fir::LowPass;
 use crate::data::log::{Log, LogKind, Payload};
-use crate::register::Sighting;
+use crate::register::PosePair;
 use nalgebra::{Matrix3, Vector3};
 use trueweld_core::spatial::rotation_from_vector;
 use trueweld_core::{JOINTS, JointVector, Robot, Wrench};
@@ -90,10 +90,10 @@ impl Row {
     }
 
     /// The row with the tool where a robot with these encoder angles stands under its load.
-    pub fn sighting(&self, robot: &Robot<f64>, encoder: &JointVector<f64>) -> Option<Sighting> {
+    pub fn pose_pair(&self, robot: &Robot<f64>, encoder: &JointVector<f64>) -> Option<PosePair> {
         let mut nominal = robot.deflected(encoder, &self.load(robot, encoder), 2).real;
         nominal.position += nominal.rotation * self.point;
-        Some(Sighting { nominal, position: self.position?, rotation: self.rotation })
+        Some(PosePair { nominal, position: self.position?, rotation: self.rotation })
     }
 
     /// Measured wrench and what hangs on the flange, at the TCP in T.
@@ -124,7 +124,7 @@ impl Row {
         &self,
         robot: &Robot<f64>,
         [encoder, rate, acceleration]: [&JointVector<f64>; 3],
-    ) -> Needed {
+    ) -> TorqueParts {
         let frames = robot.frames(encoder);
         let slow = robot.rnea(&frames, rate, &JointVector::zeros(), &Wrench::zero());
         let inertia = robot.rnea(&frames, rate, acceleration, &Wrench::zero()) - slow
@@ -132,7 +132,7 @@ impl Row {
         let mut held = slow;
         held[1] -= robot.counterbalance_torque(encoder[1]);
         let friction = &robot.parameters().friction;
-        Needed {
+        TorqueParts {
             held,
             inertia,
             friction: JointVector::from_fn(|i, _| friction.torque(i, rate[i]).0),
@@ -147,7 +147,7 @@ impl Row {
 
 /// Motor torque by what needs it, N·m.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Needed {
+pub(super) struct TorqueParts {
     /// Gravity, counterbalance, and what rates make of the inertia.
     pub held: JointVector<f64>,
     /// Accelerations.
@@ -156,7 +156,7 @@ pub(super) struct Needed {
     pub friction: JointVector<f64>,
 }
 
-impl Needed {
+impl TorqueParts {
     /// All of it.
     pub fn sum(&self) -> JointVector<f64> {
         self.held + self.inertia + self.friction
