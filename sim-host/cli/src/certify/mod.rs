@@ -1,8 +1,9 @@
 //! `trueweld certify`: many welds of uncertain cells, and what they prove of a compensation law.
 //!
 //! Runs are kept one a line in the evidence folder as they come; the command given again goes on
-//! where it was stopped.
+//! where it was stopped. A part of them may be made elsewhere ([`shard`]).
 
+mod shard;
 mod store;
 
 use crate::inputs::{CellFiles, Inputs, STEP_OF_MANY, passes, read};
@@ -10,6 +11,7 @@ use crate::names::{Controller, LawParser};
 use crate::results::{Results, check_new_folder, check_outputs, check_targets, write};
 use clap::{Args, value_parser};
 use miette::{IntoDiagnostic, Result, WrapErr, miette};
+use shard::{Shard, Shards};
 use std::path::{Path, PathBuf};
 use std::slice;
 use std::sync::{Mutex, PoisonError};
@@ -21,6 +23,7 @@ use trueweld_evaluate::certify::{
 };
 use trueweld_output::{CertifiedWeld, CertifyReport, Progress, Report, write_file};
 use trueweld_plant::provenance::{FileDigest, Provenance, sha256};
+use trueweld_plant::sensors::InstrumentFault;
 use trueweld_plant::simulate::{Program, RunError, Scenario};
 
 /// Arguments of `certify`.
@@ -55,6 +58,12 @@ pub struct Arguments {
     /// Evidence folder
     #[arg(long, value_name = "FOLDER", default_value = "out/certify")]
     evidence: PathBuf,
+    /// Make part I of N of the runs, in an evidence folder of its own; no certificate yet
+    #[arg(long, value_name = "I/N", conflicts_with = "merge")]
+    shard: Option<Shard>,
+    /// Put shards together that were made with the same options, and do what is left
+    #[arg(long, value_name = "FOLDER", num_args = 1..)]
+    merge: Vec<PathBuf>,
     #[command(flatten)]
     results: Results,
 }
@@ -64,6 +73,11 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<()> {
     let (folder, results) = (&arguments.evidence, &arguments.results);
     check_new_folder("--evidence", folder)?;
+    if let (Some(shard), Some((flag, _))) = (arguments.shard, results.outputs().first()) {
+        return Err(miette!(
+            "{flag}: shard {shard} has no result yet; expected this option with --merge"
+        ));
+    }
     check_targets(&results.outputs())?;
     let mut files = Vec::new();
     let requirements: Requirements = read(arguments.requirements.as_deref(), &mut files)?;
@@ -72,31 +86,49 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             "the requirements limit nothing; expected at least one key in [limits]"
         ));
     }
-    let [certificate, page] = ["certify.json", "certify.html"].map(|name| folder.join(name));
     // Everything is read and judged usable before the first run.
     let inputs = inputs(arguments)?;
+    let mut campaigns = inputs
+        .iter()
+        .map(|inputs| {
+            WeldSetup::new(arguments, &requirements, &files, inputs).and_then(WeldCampaign::open)
+        })
+        .collect::<Result<Vec<_>>>()?;
+    let mut provenance = campaigns[0].setup.provenance.clone();
+    for campaign in &campaigns[1..] {
+        provenance.join(&campaign.setup.provenance);
+    }
+    shard::check_folder(folder, arguments.shard)?;
+    if !arguments.merge.is_empty() {
+        let shards = Shards::read(&arguments.merge, &provenance, arguments.trials)?;
+        campaigns.iter_mut().try_for_each(|campaign| campaign.take(&shards))?;
+    }
     std::fs::create_dir_all(folder)
         .into_diagnostic()
         .wrap_err_with(|| format!("cannot create {}", folder.display()))?;
-    let of_weld = |inputs: &Inputs| SECTIONS.map(|s| section_file(folder, s, &inputs.weld_name));
-    let evidence: Vec<PathBuf> =
-        inputs.iter().flat_map(of_weld).chain([certificate.clone(), page.clone()]).collect();
-    let mut outputs: Vec<(&str, &Path)> =
-        evidence.iter().map(|path| ("--evidence", path.as_path())).collect();
+    let [certificate, page] = ["certify.json", "certify.html"].map(|name| folder.join(name));
+    let sections: Vec<PathBuf> = inputs
+        .iter()
+        .flat_map(|inputs| SECTIONS.map(|s| section_file(folder, s, &inputs.weld_name)))
+        .collect();
+    let mut outputs: Vec<(&str, &Path)> = sections
+        .iter()
+        .chain([&certificate, &page])
+        .map(|path| ("--evidence", path.as_path()))
+        .collect();
     outputs.extend(results.outputs());
     check_outputs(&outputs)?;
-    let campaigns = inputs
-        .iter()
-        .map(|inputs| WeldCampaign::open(arguments, &files, inputs))
-        .collect::<Result<Vec<_>>>()?;
-    let mut provenance = campaigns[0].provenance.clone();
-    for campaign in &campaigns[1..] {
-        provenance.join(&campaign.provenance);
+    if let Some(shard) = arguments.shard {
+        shard::begin(folder)?;
+        let made = campaigns
+            .into_iter()
+            .map(|campaign| campaign.run_shard(shard))
+            .sum::<Result<usize>>()?;
+        shard.finish(folder, &sections, provenance, arguments.trials)?;
+        say!("shard {shard}: {made} runs in {}\n", folder.display());
+        return Ok(());
     }
-    let welds = campaigns
-        .into_iter()
-        .map(|campaign| campaign.run(arguments, &requirements))
-        .collect::<Result<Vec<_>>>()?;
+    let welds = campaigns.into_iter().map(WeldCampaign::run).collect::<Result<Vec<_>>>()?;
     let report = CertifyReport {
         law: arguments.compensator.name().to_owned(),
         controller: arguments.controller.controller().name(),
@@ -139,11 +171,19 @@ fn inputs(arguments: &Arguments) -> Result<Vec<Inputs>> {
 
 /// One weld that is to be certified.
 struct WeldCampaign<'a> {
+    setup: WeldSetup<'a>,
+    kept: EvidenceFiles,
+}
+
+/// What the runs of a weld are made from.
+struct WeldSetup<'a> {
+    arguments: &'a Arguments,
+    requirements: &'a Requirements,
     inputs: &'a Inputs,
     scenario: Scenario<'a>,
     provenance: Provenance,
+    key: String,
     needed: RequiredCorrection,
-    kept: EvidenceFiles,
 }
 
 /// SHA-256 of everything that runs depend on: options and bytes of files, wherever these lie.
@@ -193,10 +233,14 @@ impl EvidenceFiles {
     }
 }
 
-impl<'a> WeldCampaign<'a> {
-    /// Reads what is kept, and finds out whether the law can be built and the weld be made.
-    /// `files`: read for all welds.
-    fn open(arguments: &'a Arguments, files: &[FileDigest], inputs: &'a Inputs) -> Result<Self> {
+impl<'a> WeldSetup<'a> {
+    /// Finds out whether the law can be built and the weld be made. `files`: read for all welds.
+    fn new(
+        arguments: &'a Arguments,
+        requirements: &'a Requirements,
+        files: &[FileDigest],
+        inputs: &'a Inputs,
+    ) -> Result<Self> {
         let (controller, law) = (arguments.controller.controller(), &arguments.compensator);
         let passes = arguments.passes as usize;
         let mut simulation =
@@ -204,7 +248,7 @@ impl<'a> WeldCampaign<'a> {
         simulation.draws_seed = Some(arguments.draws);
         let mut provenance = inputs.provenance("certify", simulation);
         provenance.files.extend_from_slice(files);
-        let kept = EvidenceFiles::open(&arguments.evidence, &inputs.weld_name, &key(&provenance)?)?;
+        let key = key(&provenance)?;
         let scenario = Scenario {
             plant_step: STEP_OF_MANY,
             ..inputs.scenario(Program::Weld, controller, law)
@@ -214,50 +258,141 @@ impl<'a> WeldCampaign<'a> {
         let needed = RequiredCorrection::of(&scenario, &inputs.nominal())
             .map_err(failed)?
             .ok_or_else(|| inputs.too_short())?;
-        Ok(Self { inputs, scenario, provenance, needed, kept })
+        Ok(Self { arguments, requirements, inputs, scenario, provenance, key, needed })
     }
 
-    /// Every run: those that are kept, and the missing ones.
-    fn run(self, arguments: &Arguments, requirements: &Requirements) -> Result<CertifiedWeld> {
-        let Self { inputs, scenario, needed, mut kept, .. } = self;
-        let certification = Certification {
-            scenario,
-            cell: inputs.nominal(),
-            requirements,
-            needed: &needed,
-            passes: arguments.passes as usize,
-            seed: arguments.draws,
-        };
-        let cases = certification.faults().map_err(|error| {
+    fn certification(&self) -> Certification<'_> {
+        Certification {
+            scenario: self.scenario,
+            cell: self.inputs.nominal(),
+            requirements: self.requirements,
+            needed: &self.needed,
+            passes: self.arguments.passes as usize,
+            seed: self.arguments.draws,
+        }
+    }
+
+    /// The runs that depend on no other; the search for the worst cell needs all of them.
+    fn jobs(&self) -> Result<Jobs> {
+        let faults = self.certification().faults().map_err(|error| {
             miette!(
                 help = "Expected a longer seam, or shorter duration_s and recovery_s in [faults].",
                 "{}: {error}",
-                inputs.weld_file
+                self.inputs.weld_file
             )
         })?;
-        let budget = arguments.worst as usize;
-        let welds = 1 + arguments.trials as usize + budget;
-        let faults: f64 = cases.iter().map(|case| certification.cost(case)).sum();
-        let of_kept = faults / cases.len().max(1) as f64 * kept.faults.count() as f64;
-        let missing = welds.saturating_sub(kept.welds()) as f64 + faults - of_kept;
-        let meter = Meter::new(&arguments.results, missing);
+        Ok(Jobs { nominal: vec![()], faults, trials: (0..self.arguments.trials).collect() })
+    }
 
-        let nominals = kept.nominal.complete(
-            &[()],
-            |(), _| true,
-            |()| meter.count("nominal", 1.0, certification.nominal()),
-        )?;
-        let faults = kept.faults.complete(
-            &cases,
-            |case, run| run.fault == case.to_string(),
-            |case| meter.count("faults", certification.cost(case), certification.run_fault(case)),
-        )?;
-        let indices: Vec<u64> = (0..arguments.trials).collect();
-        let trials = kept.trials.complete(
-            &indices,
-            |index, run| run.index == *index,
-            |index| meter.count("draws", 1.0, certification.trial(*index)),
-        )?;
+    /// A bar of these jobs and so many runs beside them, without those that are kept.
+    fn meter(&self, jobs: &Jobs, more: usize, kept: &EvidenceFiles) -> Meter {
+        let certification = self.certification();
+        let welds = jobs.nominal.len() + jobs.trials.len() + more;
+        let faults: f64 = jobs.faults.iter().map(|case| certification.cost(case)).sum();
+        let of_kept = faults / jobs.faults.len().max(1) as f64 * kept.faults.count() as f64;
+        let missing = welds.saturating_sub(kept.welds()) as f64 + faults - of_kept;
+        Meter::new(&self.arguments.results, missing)
+    }
+}
+
+/// Runs that depend on no other run, in their order.
+struct Jobs {
+    nominal: Vec<()>,
+    faults: Vec<InstrumentFault>,
+    trials: Vec<u64>,
+}
+
+fn is_nominal((): &(), _: &Trial) -> bool {
+    true
+}
+
+fn is_fault(fault: &InstrumentFault, run: &FaultTrial) -> bool {
+    run.fault == fault.to_string()
+}
+
+fn is_trial(index: &u64, run: &Trial) -> bool {
+    run.index == *index
+}
+
+/// What the jobs came to.
+struct Done {
+    nominal: Vec<Trial>,
+    faults: Vec<FaultTrial>,
+    trials: Vec<Trial>,
+}
+
+impl EvidenceFiles {
+    /// The runs of these jobs: those that are kept, and the missing ones.
+    fn complete(
+        &mut self,
+        jobs: &Jobs,
+        certification: &Certification<'_>,
+        meter: &Meter,
+    ) -> Result<Done> {
+        let nominal = self.nominal.complete(&jobs.nominal, is_nominal, |()| {
+            meter.count("nominal", 1.0, certification.nominal())
+        })?;
+        let faults = self.faults.complete(&jobs.faults, is_fault, |case| {
+            meter.count("faults", certification.cost(case), certification.run_fault(case))
+        })?;
+        let trials = self.trials.complete(&jobs.trials, is_trial, |index| {
+            meter.count("draws", 1.0, certification.trial(*index))
+        })?;
+        Ok(Done { nominal, faults, trials })
+    }
+}
+
+impl<'a> WeldCampaign<'a> {
+    /// Reads what is kept of a weld.
+    fn open(setup: WeldSetup<'a>) -> Result<Self> {
+        let folder = &setup.arguments.evidence;
+        let kept = EvidenceFiles::open(folder, &setup.inputs.weld_name, &setup.key)?;
+        Ok(Self { setup, kept })
+    }
+
+    /// Takes over the runs of shards.
+    fn take(&mut self, shards: &Shards) -> Result<()> {
+        let Self { setup, kept } = self;
+        let jobs = setup.jobs()?;
+        let weld = &setup.inputs.weld_name;
+        let (mut nominal, mut faults, mut trials) = (Vec::new(), Vec::new(), Vec::new());
+        for folder in shards.folders() {
+            let files = EvidenceFiles::open(folder, weld, &setup.key)?;
+            nominal.push(files.nominal);
+            faults.push(files.faults);
+            trials.push(files.trials);
+        }
+        let lacks = |shard: usize| shards.lacks(shard, weld);
+        kept.nominal.merge(&jobs.nominal, &nominal, is_nominal).map_err(lacks)?;
+        kept.faults.merge(&jobs.faults, &faults, is_fault).map_err(lacks)?;
+        kept.trials.merge(&jobs.trials, &trials, is_trial).map_err(lacks)
+    }
+
+    /// The runs of one shard; how many there are.
+    fn run_shard(self, shard: Shard) -> Result<usize> {
+        let Self { setup, mut kept } = self;
+        let Jobs { nominal, faults, trials } = setup.jobs()?;
+        let jobs = Jobs {
+            nominal: shard.part(nominal),
+            faults: shard.part(faults),
+            trials: shard.part(trials),
+        };
+        let meter = setup.meter(&jobs, 0, &kept);
+        let done = kept.complete(&jobs, &setup.certification(), &meter)?;
+        meter.finish();
+        kept.close()?;
+        Ok(done.nominal.len() + done.faults.len() + done.trials.len())
+    }
+
+    /// Every run: those that are kept, and the missing ones.
+    fn run(self) -> Result<CertifiedWeld> {
+        let Self { setup, mut kept } = self;
+        let WeldSetup { arguments, requirements, inputs, .. } = setup;
+        let certification = setup.certification();
+        let budget = arguments.worst as usize;
+        let jobs = setup.jobs()?;
+        let meter = setup.meter(&jobs, budget, &kept);
+        let Done { nominal, faults, trials } = kept.complete(&jobs, &certification, &meter)?;
         let worst = search(requirements, arguments.draws, &trials, budget, |batch| {
             let is =
                 |(index, draw): &(u64, _), run: &Trial| run.index == *index && run.draw == *draw;
@@ -268,9 +403,9 @@ impl<'a> WeldCampaign<'a> {
         meter.finish();
         kept.close()?;
         let nominal =
-            nominals.into_iter().next().ok_or_else(|| miette!("the nominal run is missing"))?;
-        let margins =
-            certification.margins().map_err(|error| inputs.failed(scenario.controller, &error))?;
+            nominal.into_iter().next().ok_or_else(|| miette!("the nominal run is missing"))?;
+        let controller = setup.scenario.controller;
+        let margins = certification.margins().map_err(|error| inputs.failed(controller, &error))?;
         let evidence = Evidence { nominal, trials, worst, margins, faults };
         let requirements = judge(requirements, &evidence);
         Ok(CertifiedWeld { name: inputs.weld_name.clone(), evidence, requirements })

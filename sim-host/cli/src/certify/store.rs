@@ -36,6 +36,7 @@ pub struct TrialStore<R> {
 }
 
 /// A run of an earlier call.
+#[derive(Clone)]
 struct Kept<R> {
     run: R,
     /// As it is written.
@@ -81,11 +82,8 @@ impl<R: Serialize + DeserializeOwned + Clone + Send + Sync> TrialStore<R> {
         run: impl Fn(&J) -> R + Sync,
     ) -> Result<Vec<R>> {
         let file = Mutex::new(self.appended()?);
-        let kept = |(i, job): (usize, &J)| {
-            let there = self.kept.get(i).filter(|kept| is(job, &kept.run));
-            there.or_else(|| self.kept.iter().find(|kept| is(job, &kept.run)))
-        };
-        let kept: Vec<Option<&Kept<R>>> = jobs.iter().enumerate().map(kept).collect();
+        let kept = jobs.iter().enumerate().map(|(i, job)| self.kept_run(i, |run| is(job, run)));
+        let kept: Vec<Option<&Kept<R>>> = kept.collect();
         let runs = jobs.par_iter().zip(kept).map(|(job, kept)| {
             if let Some(kept) = kept.filter(|kept| !kept.sampled) {
                 return Ok((kept.run.clone(), kept.text.clone()));
@@ -108,6 +106,35 @@ impl<R: Serialize + DeserializeOwned + Clone + Send + Sync> TrialStore<R> {
         self.done.extend(texts);
         self.last = Some(file.into_inner().map_err(|_| miette!("a thread stopped"))?.last);
         Ok(runs)
+    }
+
+    /// A kept run, which is most likely the one of this number.
+    fn kept_run(&self, number: usize, is: impl Fn(&R) -> bool) -> Option<&Kept<R>> {
+        let there = self.kept.get(number).filter(|kept| is(&kept.run));
+        there.or_else(|| self.kept.iter().find(|kept| is(&kept.run)))
+    }
+
+    /// Takes over what shards have kept: of the jobs of a whole certification, number k is in shard
+    /// k modulo their number. Nothing is written yet.
+    ///
+    /// # Errors
+    /// The shard that lacks a run.
+    pub fn merge<J>(
+        &mut self,
+        jobs: &[J],
+        shards: &[Self],
+        is: impl Fn(&J, &R) -> bool,
+    ) -> Result<(), usize> {
+        let merged = jobs.iter().enumerate().map(|(k, job)| {
+            let shard = k % shards.len();
+            let run = shards[shard].kept_run(k / shards.len(), |run| is(job, run));
+            run.cloned().ok_or(shard)
+        });
+        let mut merged = merged.collect::<Result<Vec<_>, usize>>()?;
+        let texts: HashSet<String> = merged.iter().map(|kept| kept.text.clone()).collect();
+        merged.extend(self.kept.drain(..).filter(|kept| !texts.contains(&kept.text)));
+        self.kept = merged;
+        Ok(())
     }
 
     /// Writes the runs in the order in which they were asked for, whoever was first, and then what
