@@ -1,0 +1,125 @@
+//! What the columns of files of unknown make probably are: channels by their headers, units by
+//! header or magnitude, signs by the robot's limits and motion, clocks by correlation.
+//!
+//! A proposal says of every part what it rests on, and what is only a guess. Left out: zeros of
+//! axes, frames and payloads, which a comparison finds once the log can be read.
+
+mod header;
+mod magnitude;
+mod proposal;
+mod raw;
+mod signs;
+
+pub use proposal::{Doubt, Ground, LeftOut, Proposal, ProposedColumn, ProposedFile};
+
+use super::columns::channel_name;
+use super::files::FileEntry;
+use super::source;
+use super::text::Dialect;
+use crate::data::channel::{CHANNELS, LogChannel};
+use crate::data::kind::LogKind;
+use crate::data::resample::median_step;
+use raw::{ENCODER, Raw, TIME, TORQUE, file_of, series};
+use std::path::{Path, PathBuf};
+use trueweld_core::JOINTS;
+use trueweld_plant::input::{InputError, RobotFile};
+
+/// Looks at files and proposes how they are read as one log.
+///
+/// # Errors
+/// A file that cannot be read at all.
+pub fn propose(
+    paths: &[PathBuf],
+    robot: Option<&RobotFile>,
+    kind: Option<LogKind>,
+) -> Result<Proposal, InputError> {
+    let mut raws = Vec::new();
+    for path in paths {
+        let entry = FileEntry {
+            written: path.display().to_string(),
+            path: path.clone(),
+            clock: None,
+            dialect: Dialect::PLAIN,
+            topic: None,
+        };
+        match source::topics(&entry)? {
+            Some(topics) => {
+                for topic in topics {
+                    raws.push(raw::read(FileEntry { topic: Some(topic), ..entry.clone() })?);
+                }
+            }
+            None => raws.push(raw::read(entry)?),
+        }
+    }
+    let mut columns: Vec<ProposedColumn> = Vec::new();
+    for (file, raw) in raws.iter().enumerate() {
+        columns.extend(header::of_file(file, raw));
+    }
+    header::only_once(&mut columns);
+    magnitude::units_by_magnitude(&mut columns, &raws);
+    signs::signs_by_limits(&mut columns, robot);
+    let mut files: Vec<ProposedFile> = raws.iter().map(raw::proposed_file).collect();
+    for (file, proposed) in files.iter_mut().enumerate() {
+        let time = series(&columns, &raws, Some(file), TIME);
+        proposed.period = time.as_deref().map(median_step).filter(|step| *step > 0.0);
+    }
+    name_clocks(&mut files, &columns, &raws);
+    let (guess, sure) = kind_of(&columns, &files);
+    let kind_given = kind.is_some();
+    let kind = kind.unwrap_or(guess);
+    if let Some(robot) = robot {
+        signs::motion(&mut columns, &mut files, &raws, robot, kind);
+        signs::torque_signs(&mut columns, &raws, robot);
+    }
+    let needed = CHANNELS.iter().filter(|c| c.needed.contains(&kind));
+    let missing = needed
+        .flat_map(|channel| channel.id.columns())
+        .filter(|column| file_of(&columns, *column).is_none())
+        .map(channel_name)
+        .collect();
+    Ok(Proposal { files, columns, kind, kind_sure: kind_given || sure, missing })
+}
+/// A file whose times are others than those of the encoders has a clock of its own.
+fn name_clocks(files: &mut [ProposedFile], columns: &[ProposedColumn], raws: &[Raw]) {
+    let Some(own) = file_of(columns, ENCODER) else { return };
+    let Some(time) = series(columns, raws, Some(own), TIME) else { return };
+    for (file, proposed) in files.iter_mut().enumerate().filter(|(file, _)| *file != own) {
+        let other = series(columns, raws, Some(file), TIME);
+        let same = other.is_some_and(|other| {
+            let ends = |v: &[f64]| Some((*v.first()?, *v.last()?));
+            let period = median_step(&time);
+            matches!((ends(&time), ends(&other)), (Some(a), Some(b))
+                if (a.0 - b.0).abs() < period && (a.1 - b.1).abs() < period)
+        });
+        let ros = proposed.topic.is_some();
+        if !same && !ros {
+            proposed.clock = Some(clock_name(&proposed.path));
+        }
+    }
+}
+
+fn clock_name(path: &Path) -> String {
+    let stem = path.file_stem().map(|stem| stem.to_string_lossy().to_lowercase());
+    let stem = stem.unwrap_or_default();
+    let bare: String =
+        stem.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).collect();
+    if bare.is_empty() { "instrument".to_owned() } else { bare }
+}
+
+/// What was done, by the channels and how fast they were sampled.
+fn kind_of(columns: &[ProposedColumn], files: &[ProposedFile]) -> (LogKind, bool) {
+    let has = |column: usize| file_of(columns, column).is_some();
+    let own = file_of(columns, ENCODER).unwrap_or(0);
+    let period = files.get(own).and_then(|file| file.period).unwrap_or(0.0);
+    if has(LogChannel::Spindle.columns().start) {
+        (LogKind::Weld, true)
+    } else if has(LogChannel::Payload.columns().start) || period > 0.5 {
+        (LogKind::StaticLoad, true)
+    } else if (0..JOINTS).any(|i| has(TORQUE + i)) {
+        (LogKind::FreeMotion, !has(LogChannel::Force.columns().start))
+    } else if period < 2e-3 && period > 0.0 {
+        (LogKind::RingDown, false)
+    } else {
+        (LogKind::FreeMotion, false)
+    }
+}
