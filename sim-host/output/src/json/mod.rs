@@ -4,22 +4,31 @@
 //! `null`. The schemas of all files are in `docs/schema`; [`schemas`] makes them.
 
 mod certify;
+mod compare;
+mod diagnose;
+mod effects;
 mod import;
-mod measurement;
+mod improve;
+mod mistake;
+mod mistakes;
+mod register;
 mod simulation;
 
 pub use certify::{
     CertifyResult, FaultRun, JudgedRequirement, LoopMargins, LoopPassivity, MarginPlace,
     TrialFigures, UnfinishedTrial, WeldEvidence, WorstCell,
 };
-pub use import::{ImportResult, ImportedColumn, ImportedFile};
-pub use measurement::{
-    AddedStep, CompareResult, ComparedChannel, ComparedLog, ConfusablePair, DetectionLimit,
-    DiagnoseResult, DiagnosisCandidate, EffectCurveData, EffectPlace, FileMistake,
-    FittedEffectValues, FittedValue, ImproveResult, MistakeEvidence, MistakesResult, PlanPoint,
-    PlannedExperiment, RegisterResult, RegisteredPose, RegisteredTracker, RejectedStep,
-    ResidualCurve, ResidualFinding,
+pub use compare::{CompareResult, ComparedChannel, ComparedLog, ResidualCurve, ResidualFinding};
+pub use diagnose::{
+    ConfusablePair, DetectionLimit, DiagnoseResult, DiagnosisCandidate, PlanPoint,
+    PlannedExperiment,
 };
+pub use effects::{EffectCurveData, EffectPlace, FittedEffectValues, FittedValue};
+pub use import::{ImportResult, ImportedColumn, ImportedFile};
+pub use improve::{AddedStep, ImproveResult, RejectedStep};
+pub use mistake::{FileMistake, MistakeEvidence};
+pub use mistakes::MistakesResult;
+pub use register::{RegisterResult, RegisteredPose, RegisteredTracker};
 pub use simulation::{
     CheckResult, CheckedFile, ComparedLaw, FirstLimitResult, JudgedFigureResult, LawPoint,
     LawPoints, LawSweep, LawsResult, StepResponse, StepResult, WeldResult, WeldRunResult,

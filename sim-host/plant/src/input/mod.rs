@@ -9,33 +9,41 @@
 //! and campaigns, which belong where runs are judged and where measurements are; they are known by
 //! name only, so that a file of theirs is not called unknown.
 
+mod bounds;
 pub mod control;
 pub mod document;
 pub mod error;
 pub mod file;
 pub mod model;
+mod nearest;
 pub mod process;
 pub mod quantity;
 pub mod robot;
 pub mod sensors;
+mod table;
 mod unit;
 pub mod urdf;
+mod value;
 pub mod weld;
 
+pub use bounds::Bounds;
 pub use control::{CascadeGains, CompensationLimits, Control, ParallelGains};
-pub use document::{Bounds, Document, FILL_IN, Table, did_you_mean, nearest};
+pub use document::Document;
 pub use error::{InputError, Source, printable};
 pub use file::{
     InputReader, files_read, folder_of, hash_of_file, may_write_into, open, read_text,
     remove_stale, write_atomically, write_atomically_with,
 };
 pub use model::{Comments, EffectComments, ModelEffect, ModelFile, Scope};
+pub use nearest::{did_you_mean, nearest};
 pub use process::{Process, Ripple};
 pub use quantity::{Quantity, check_option, quantity, warnings};
 pub use robot::RobotFile;
 pub use sensors::{ForceSensor, SeamSensor, Sensors};
+pub use table::Table;
 pub use unit::{unit_of, unit_suffix};
 pub use urdf::{import_urdf, import_urdf_text};
+pub use value::{FILL_IN, Text};
 pub use weld::Weld;
 
 use std::fmt;

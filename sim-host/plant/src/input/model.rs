@@ -14,7 +14,7 @@
 //!
 //! Read and written here; what is written is read back to the same values.
 
-use super::document::Table;
+use super::table::Table;
 use super::{
     Bounds, Document, FileKind, InputError, InputFile, Process, RobotFile, Source, folder_of,
     nearest, read_text, write_atomically,

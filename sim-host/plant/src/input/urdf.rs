@@ -9,8 +9,7 @@
 //! is held where it stands when that other is at zero; one that carries an axis is an axis, and its
 //! coupling is left out. The file says so of each. Left out: shapes.
 
-use super::document::nearest;
-use super::{FILL_IN, InputError, Source, read_text};
+use super::{FILL_IN, InputError, Source, nearest, read_text};
 use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
 use quick_xml::Reader;
 use quick_xml::escape::escape;

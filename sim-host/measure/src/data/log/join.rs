@@ -1,20 +1,18 @@
 //! Files of several clocks and rates become the rows of one log: those of the file with the
 //! encoders, at whose times the others are read.
 
-use super::columns::{Header, shown_name};
 use super::files::Plan;
 use super::notice::LogNotice;
-use super::pose::{self, fit_places, points, span_a_plane, to_rotation_vectors, to_tool, tracked};
+use super::pose::{fit_places, points, span_a_plane, to_rotation_vectors, to_tool, tracked};
+use super::rows_at::{nearest_rows, poses_at, read_at};
 use super::samples::Columns;
 use super::track::Track;
-use crate::data::channel::{CHANNELS, COUNT, LogChannel};
+use crate::data::channel::{COUNT, LogChannel};
 use crate::data::clock::{ClockMap, FittedClock, Points, correlate, fit};
-use crate::data::fir::interpolate;
 use crate::data::kind::LogKind;
-use crate::data::resample::{Resampler, Weights, median_step};
+use crate::data::resample::median_step;
 use nalgebra::Vector3;
 use std::sync::Arc;
-use trueweld_core::spatial::{rotation_from_vector, rotation_vector};
 use trueweld_core::{JOINTS, JointVector, Pose};
 use trueweld_plant::input::{InputError, RobotFile, Table};
 
@@ -28,12 +26,6 @@ const MANY: usize = 100_000;
 /// a weld, and nothing above 200 Hz of a ring-down.
 const THINNED: f64 = 4e-3;
 const THINNED_RING: f64 = 1e-3;
-
-/// Most missing rows in a row that are interpolated: beyond, the log is cut.
-const FILLED: usize = 5;
-
-/// A step of a log without a stated period is a gap where it is so many times the usual one.
-const GAP: f64 = 10.0;
 
 /// Left between what both saw, m, beyond which it was hardly the same motion.
 const STRANGE: f64 = 0.05;
@@ -340,22 +332,6 @@ impl Join<'_> {
     }
 }
 
-/// For each time the row that is nearest to it, if it is nearer to no other.
-fn nearest_rows(own: &[f64], other: &[f64]) -> Vec<Option<usize>> {
-    let nearest = |to: f64, among: &[f64]| {
-        let after = among.partition_point(|t| *t < to);
-        let candidates = [after.checked_sub(1), (after < among.len()).then_some(after)];
-        candidates
-            .into_iter()
-            .flatten()
-            .min_by(|a, b| (among[*a] - to).abs().total_cmp(&(among[*b] - to).abs()))
-    };
-    let of = |(k, t): (usize, &f64)| {
-        nearest(*t, other).filter(|row| nearest(other[*row], own) == Some(k))
-    };
-    own.iter().enumerate().map(of).collect()
-}
-
 fn set_time(track: &mut Track, map: &ClockMap) {
     if *map != ClockMap::OWN {
         track.columns[TIME].iter_mut().flatten().for_each(|t| *t = map.own(*t));
@@ -379,246 +355,6 @@ fn told(name: &str, fitted: &FittedClock) -> LogNotice {
     }
 }
 
-/// Tool poses at the times of another track; NaN where there are none.
-fn poses_at(own: &[f64], path: &[Pose<f64>], times: &[f64], map: &ClockMap) -> Vec<Pose<f64>> {
-    let positions: Vec<Vector3<f64>> = path.iter().map(|pose| pose.position).collect();
-    let at = |tau: &f64| {
-        let t = map.own(*tau);
-        let after = own.partition_point(|o| *o <= t);
-        let inside = after > 0 && (after < own.len() || own.last() == Some(&t));
-        if !inside {
-            let nowhere = Vector3::repeat(f64::NAN);
-            return Pose { position: nowhere, rotation: nalgebra::Matrix3::identity() };
-        }
-        let k = after - 1;
-        let next = (k + 1).min(own.len() - 1);
-        let share = if next > k { (t - own[k]) / (own[next] - own[k]) } else { 0.0 };
-        let turned = rotation_vector(&path[k].rotation.tr_mul(&path[next].rotation));
-        Pose {
-            position: interpolate(&positions, k as f64 + share),
-            rotation: path[k].rotation * rotation_from_vector(&(turned * share)),
-        }
-    };
-    times.iter().map(at).collect()
-}
-
-/// Reads a track's channels at the times of `columns`. `gain`: what becomes of their noise.
-pub(super) fn read_at(
-    track: &Track,
-    map: &ClockMap,
-    kind: LogKind,
-    columns: &mut Columns,
-    gain: &mut [f64; COUNT],
-) {
-    let times: Vec<f64> = track.time().iter().map(|t| map.own(*t)).collect();
-    let resampler = Resampler::new(&times, median_step(&columns.time));
-    for channel in CHANNELS.iter().filter(|c| !matches!(c.id, LogChannel::Time)) {
-        if channel.id == LogChannel::Payload && kind != LogKind::StaticLoad {
-            continue;
-        }
-        let all = channel.id.columns();
-        let groups: Vec<std::ops::Range<usize>> =
-            if channel.together { vec![all] } else { all.map(|c| c..c + 1).collect() };
-        for group in groups.into_iter().filter(|group| track.has(group.clone())) {
-            let series: Vec<&[f64]> =
-                group.clone().filter_map(|c| track.columns[c].as_deref()).collect();
-            let turns = channel.id == LogChannel::Rotation;
-            let (values, variance) = if series.iter().all(|s| s.iter().all(|v| v.is_finite())) {
-                group_at(&resampler, &series, &columns.time, turns)
-            } else {
-                // Samples that lack a value are none.
-                let whole = |k: &usize| series.iter().all(|s| s[*k].is_finite());
-                let kept: Vec<usize> = (0..times.len()).filter(whole).collect();
-                let pick = |s: &[f64]| kept.iter().map(|k| s[*k]).collect::<Vec<f64>>();
-                let (times, series): (Vec<f64>, Vec<Vec<f64>>) =
-                    (pick(&times), series.iter().map(|s| pick(s)).collect());
-                let series: Vec<&[f64]> = series.iter().map(Vec::as_slice).collect();
-                let resampler = Resampler::new(&times, median_step(&columns.time));
-                group_at(&resampler, &series, &columns.time, turns)
-            };
-            for (column, values) in group.zip(values) {
-                columns.values[column] = Some(values);
-                gain[column] = variance;
-            }
-        }
-    }
-}
-
-/// Series at a grid of times, and the mean gain of their noise.
-fn group_at(
-    resampler: &Resampler<'_>,
-    series: &[&[f64]],
-    grid: &[f64],
-    turns: bool,
-) -> (Vec<Vec<f64>>, f64) {
-    let mut out: Vec<Vec<f64>> = series.iter().map(|_| Vec::with_capacity(grid.len())).collect();
-    let (mut from, mut weights) = (0, Weights::default());
-    let (mut gains, mut count) = (0.0, 0.0);
-    for time in grid {
-        resampler.at(*time, &mut from, &mut weights);
-        let (first, all) = (weights.first, &weights.weights);
-        if all.is_empty() {
-            out.iter_mut().for_each(|column| column.push(f64::NAN));
-            continue;
-        }
-        gains += weights.gain();
-        count += 1.0;
-        if let ([_], true) | ([_], false) = (all.as_slice(), turns) {
-            out.iter_mut().zip(series).for_each(|(column, s)| column.push(s[first]));
-            continue;
-        }
-        if turns {
-            // Rotations are weighed as what they turn from one of them.
-            let vector = |k: usize| Vector3::new(series[0][k], series[1][k], series[2][k]);
-            let middle = rotation_from_vector(&vector(first + all.len() / 2));
-            let turned = |(k, w): (usize, &f64)| {
-                rotation_vector(&middle.tr_mul(&rotation_from_vector(&vector(first + k)))) * *w
-            };
-            let sum: Vector3<f64> = all.iter().enumerate().map(turned).sum();
-            let vector = rotation_vector(&(middle * rotation_from_vector(&sum)));
-            out.iter_mut().zip(vector.iter()).for_each(|(column, v)| column.push(*v));
-            continue;
-        }
-        for (column, s) in out.iter_mut().zip(series) {
-            column.push(all.iter().zip(&s[first..]).map(|(w, v)| w * v).sum());
-        }
-    }
-    let variance: f64 = if count > 0.0 { gains / count } else { 1.0 };
-    (out, variance)
-}
-
-/// Fills short gaps of what drives the model, and says which rows make up the pieces between the
-/// long ones.
-pub(super) fn pieces(
-    columns: &mut Columns,
-    kind: LogKind,
-    period: Option<f64>,
-    header: &Header,
-    notices: &mut Vec<LogNotice>,
-) -> Vec<std::ops::Range<usize>> {
-    let encoder = LogChannel::Encoder.columns();
-    let whole = |columns: &Columns, k: usize| {
-        encoder.clone().all(|c| columns.values[c].as_ref().is_some_and(|v| v[k].is_finite()))
-    };
-    if kind == LogKind::StaticLoad {
-        let kept: Vec<usize> = (0..columns.time.len()).filter(|k| whole(columns, *k)).collect();
-        let left = columns.time.len() - kept.len();
-        if left > 0 {
-            notices.push(LogNotice::RowsLeftOut(left));
-            keep(columns, &kept);
-        }
-        return std::iter::once(0..columns.time.len()).collect();
-    }
-    let usual = period.unwrap_or_else(|| median_step(&columns.time));
-    insert_lost_rows(columns, usual, period.is_some());
-    let n = columns.time.len();
-    let there: Vec<bool> = (0..n).map(|k| whole(columns, k)).collect();
-    let step = |k: usize| columns.time[k + 1] - columns.time[k];
-    let torn = |k: usize| step(k) > if period.is_some() { 1.5 * usual } else { GAP * usual };
-    let mut pieces = Vec::new();
-    let (mut start, mut filled, mut k) = (None::<usize>, 0, 0);
-    let mut runs: Vec<std::ops::Range<usize>> = Vec::new();
-    while k < n {
-        if there[k] {
-            start.get_or_insert(k);
-            k += 1;
-        } else {
-            let end = (k..n).find(|j| there[*j]).unwrap_or(n);
-            let short = end - k <= FILLED && start.is_some() && end < n;
-            if short {
-                runs.push(k..end);
-                filled += end - k;
-            } else if let Some(start) = start.take() {
-                pieces.push(start..k);
-            }
-            k = end;
-        }
-        if let (Some(begin), true) = (start, k < n && k > 0 && torn(k - 1)) {
-            pieces.push(begin..k);
-            start = None;
-        }
-    }
-    pieces.extend(start.map(|start| start..n));
-    for run in &runs {
-        for column in encoder.clone() {
-            if let Some(values) = &mut columns.values[column] {
-                fill(&columns.time, values, run.clone());
-            }
-        }
-    }
-    let lost = n - pieces.iter().map(|piece| piece.len()).sum::<usize>();
-    if filled > 0 {
-        notices.push(LogNotice::RowsInterpolated(filled));
-    }
-    if pieces.len() > 1 || lost > 0 {
-        let first = columns.time.first().copied().unwrap_or(0.0);
-        let at = |k: usize| columns.time[k.min(n - 1)] - first;
-        let gaps = pieces.windows(2).take(6).map(|w| [at(w[0].end - 1), at(w[1].start)]);
-        let encoder = encoder.start;
-        notices.push(LogNotice::Cut {
-            column: (!header.has(encoder)).then(|| shown_name(encoder)),
-            gaps: gaps.collect(),
-            pieces: pieces.len(),
-        });
-    }
-    pieces
-}
-
-/// Puts rows without values where single ones were lost.
-fn insert_lost_rows(columns: &mut Columns, period: f64, stated: bool) {
-    let lost = |w: &[f64]| {
-        let periods = ((w[1] - w[0]) / period).round();
-        let few = periods >= 2.0 && periods <= (FILLED + 1) as f64;
-        if few && stated { periods as usize - 1 } else { 0 }
-    };
-    if columns.time.windows(2).all(|w| lost(w) == 0) {
-        return;
-    }
-    let old = std::mem::take(&mut columns.time);
-    let mut from: Vec<Option<usize>> = Vec::with_capacity(old.len());
-    for k in 0..old.len() {
-        from.push(Some(k));
-        columns.time.push(old[k]);
-        if let Some(pair) = old.get(k..k + 2) {
-            let rows = lost(pair);
-            for j in 1..=rows {
-                from.push(None);
-                columns.time.push(pair[0] + (pair[1] - pair[0]) * j as f64 / (rows + 1) as f64);
-            }
-        }
-    }
-    for values in columns.values.iter_mut().flatten() {
-        *values = from.iter().map(|row| row.map_or(f64::NAN, |k| values[k])).collect();
-    }
-}
-
-fn keep(columns: &mut Columns, rows: &[usize]) {
-    columns.time = rows.iter().map(|k| columns.time[*k]).collect();
-    for values in columns.values.iter_mut().flatten() {
-        *values = rows.iter().map(|k| values[*k]).collect();
-    }
-}
-
-/// Fills a run of missing values by the polynomial through two values on either side.
-fn fill(time: &[f64], values: &mut [f64], run: std::ops::Range<usize>) {
-    let finite = |k: &usize| values[*k].is_finite();
-    let mut around: Vec<usize> = (run.start.saturating_sub(2)..run.start).filter(finite).collect();
-    around.extend((run.end..(run.end + 2).min(values.len())).filter(finite));
-    if around.len() < 2 {
-        return;
-    }
-    for k in run {
-        if values[k].is_finite() {
-            continue;
-        }
-        let weight = |i: &usize| {
-            let others = around.iter().filter(|j| *j != i);
-            others.map(|j| (time[k] - time[*j]) / (time[*i] - time[*j])).product::<f64>()
-        };
-        values[k] = around.iter().map(|i| weight(i) * values[*i]).sum();
-    }
-}
-
 /// Fits the clocks that were not given once more, to the motion that a model predicts, and reads
 /// their files anew. `poses`: the tool's at the rows.
 pub(super) fn refit(
@@ -636,7 +372,7 @@ pub(super) fn refit(
     let mut moved = false;
     for clock in clocks.iter_mut().filter(|clock| clock.fitted.is_some()) {
         let mut members = tracks.iter().filter(|t| t.clock.as_ref() == Some(&clock.name));
-        let Some((track, point)) = members.find_map(|t| Some((t, pose::points(t)?))) else {
+        let Some((track, point)) = members.find_map(|t| Some((t, points(t)?))) else {
             continue;
         };
         let other = Points { time: track.time(), point: &point };

@@ -17,6 +17,7 @@
 mod blocks;
 mod columns;
 mod files;
+mod gaps;
 pub mod import;
 mod join;
 mod kuka;
@@ -28,6 +29,7 @@ mod notice;
 mod parquet;
 mod pose;
 mod rows;
+mod rows_at;
 mod samples;
 mod source;
 mod text;
@@ -54,10 +56,9 @@ use std::sync::Arc;
 use track::{Expected, Track};
 use trueweld_core::spatial::rotation_from_vector;
 use trueweld_core::{JOINTS, Pose};
-use trueweld_plant::input::document::nearest;
 use trueweld_plant::input::{
     Bounds, Document, FileKind, InputError, InputFile, Process, RobotFile, Source, Table, Weld,
-    read_text,
+    nearest, read_text,
 };
 
 /// Name of the file that says what a log is.
@@ -345,7 +346,7 @@ impl Log {
             let now = super::resample::median_step(&columns.time);
             if now > 1.5 * period { now } else { period }
         });
-        let all = join::pieces(&mut columns, kind, period, &header, &mut notices);
+        let all = gaps::pieces(&mut columns, kind, period, &header, &mut notices);
         let least = if kind == LogKind::StaticLoad { 1 } else { 2 };
         let pieces: Vec<_> = all.into_iter().filter(|piece| piece.len() >= least).collect();
         if pieces.is_empty() {
@@ -464,7 +465,8 @@ fn once(opened: &[Box<dyn Rows + '_>], bounds: &[Bound]) -> Result<(), InputErro
                     opened[k].shown(binding.field),
                     channel_name(column)
                 );
-                let help = "Leave out one of the two. Where both files have a header of this name, write                             \"FILE:HEADER\" in [columns].";
+                let help = "Leave out one of the two. Where both files have a header of this name, \
+                            write \"FILE:HEADER\" in [columns].";
                 return Err(opened[k].error_at(Some(binding.field), message, "again", help));
             }
         }

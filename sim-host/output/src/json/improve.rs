@@ -1,0 +1,105 @@
+//! A model improved.
+
+use super::compare::ResidualFinding;
+use super::effects::FittedEffectValues;
+use super::finite;
+use super::mistake::FileMistake;
+use crate::ImproveReport;
+use crate::words::diagnose::{not_kept, undone};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use trueweld_measure::diagnose::FittedEffect;
+use trueweld_plant::provenance::Provenance;
+
+/// A model improved.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ImproveResult {
+    /// Name and version of this format.
+    #[schemars(extend("const" = "improve/1"))]
+    pub schema: String,
+    /// What the result is of.
+    pub provenance: Provenance,
+    /// Mistakes in the files; where there are any, nothing else was looked for.
+    #[serde(default)]
+    pub mistakes: Vec<FileMistake>,
+    /// The model file.
+    pub model: String,
+    /// The improved model file.
+    pub out: String,
+    /// `adequate`, `effect-found` or `unknown-effect`.
+    pub verdict: String,
+    /// The result in words.
+    pub sentence: String,
+    /// Steps that were kept, the model as given first.
+    pub steps: Vec<AddedStep>,
+    /// Steps that were tried and not kept.
+    pub rejected: Vec<RejectedStep>,
+    /// Names of the logs that were held out.
+    pub held_out: Vec<String>,
+    /// What the residual follows that is left.
+    pub unexplained: Vec<ResidualFinding>,
+    /// What there was no time for, and fits that did not arrive, in words.
+    pub undone: Vec<String>,
+}
+
+/// A step of an improvement.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct AddedStep {
+    /// Effects that it added.
+    pub added: Vec<FittedEffectValues>,
+    /// Score on the logs fitted.
+    pub score: Option<f64>,
+    /// Score where nothing was fitted.
+    pub holdout_score: Option<f64>,
+    /// All effects of the model at this step.
+    pub effects: Vec<FittedEffectValues>,
+    /// The calibrations beside them.
+    pub calibration: Vec<FittedEffectValues>,
+}
+
+/// A step that was not kept.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RejectedStep {
+    /// Effects that it would have added; none for a recalibration.
+    pub added: Vec<FittedEffectValues>,
+    /// Score where nothing was fitted, with it.
+    pub holdout_score: Option<f64>,
+    /// Why it was not kept.
+    pub why: String,
+}
+
+impl ImproveResult {
+    pub(crate) fn of(report: &ImproveReport<'_>) -> Self {
+        let ImproveReport { improvement, model, before, .. } = *report;
+        let all = |list: &[FittedEffect]| FittedEffectValues::all(list, &model.robot, before);
+        let steps = improvement.steps.iter().map(|step| AddedStep {
+            added: all(&step.added),
+            score: finite(step.score),
+            holdout_score: finite(step.held_out),
+            effects: all(&step.effects),
+            calibration: FittedEffectValues::calibrations(&step.calibration, &model.robot, before),
+        });
+        let rejected = improvement.rejected.iter().map(|step| RejectedStep {
+            added: all(&step.added),
+            holdout_score: finite(step.held_out),
+            why: not_kept(step.why).to_owned(),
+        });
+        Self {
+            schema: "improve/1".to_owned(),
+            provenance: report.provenance.clone(),
+            mistakes: Vec::new(),
+            model: model.path.display().to_string(),
+            out: report.out.display().to_string(),
+            verdict: improvement.verdict.name().to_owned(),
+            sentence: report.headline(),
+            steps: steps.collect(),
+            rejected: rejected.collect(),
+            held_out: improvement.held_out_logs.clone(),
+            unexplained: ResidualFinding::remaining(&improvement.diagnosis),
+            undone: undone(&improvement.diagnosis.undone, &model.robot),
+        }
+    }
+}

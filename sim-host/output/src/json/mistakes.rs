@@ -1,0 +1,77 @@
+//! Mistakes in the files in place of a result.
+
+use super::compare::CompareResult;
+use super::diagnose::DiagnoseResult;
+use super::improve::ImproveResult;
+use super::mistake::FileMistake;
+use crate::{MistakesReport, words};
+use serde::Serialize;
+use trueweld_measure::diagnose::Verdict;
+
+/// Mistakes in the files, in the form of the command that found them.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum MistakesResult {
+    /// Of `compare`.
+    Compare(CompareResult),
+    /// Of `diagnose`.
+    Diagnose(DiagnoseResult),
+    /// Of `improve`.
+    Improve(ImproveResult),
+}
+
+impl MistakesResult {
+    pub(crate) fn of(report: &MistakesReport<'_>) -> Self {
+        let joints = &report.model.robot.joint_names;
+        let provenance = report.provenance.clone();
+        let model = report.model.path.display().to_string();
+        let mistakes = report.found.mistakes.iter().map(|m| FileMistake::of(m, joints)).collect();
+        let sentence = words::mistakes::headline(report.found, joints);
+        let verdict = Verdict::UnknownEffect.name().to_owned();
+        match provenance.command.as_str() {
+            "diagnose" => Self::Diagnose(DiagnoseResult {
+                schema: "diagnose/1".to_owned(),
+                provenance,
+                mistakes,
+                model,
+                verdict,
+                sentence,
+                score_before: None,
+                score_calibrated: None,
+                score_after: None,
+                candidates: Vec::new(),
+                calibration: Vec::new(),
+                next_experiment: None,
+                undone: Vec::new(),
+                unexplained: Vec::new(),
+                limits: Vec::new(),
+                confusable: Vec::new(),
+            }),
+            "improve" => Self::Improve(ImproveResult {
+                schema: "improve/1".to_owned(),
+                provenance,
+                mistakes,
+                model,
+                out: String::new(),
+                verdict,
+                sentence,
+                steps: Vec::new(),
+                rejected: Vec::new(),
+                held_out: Vec::new(),
+                undone: Vec::new(),
+                unexplained: Vec::new(),
+            }),
+            _ => Self::Compare(CompareResult {
+                schema: "compare/1".to_owned(),
+                provenance,
+                mistakes,
+                model,
+                score: None,
+                samples: 0,
+                logs: Vec::new(),
+                worst: Vec::new(),
+                notices: Vec::new(),
+            }),
+        }
+    }
+}
