@@ -43,6 +43,15 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let targets = arguments.json.as_deref().map(|path| ("--json", path));
     check_targets(targets.as_slice())?;
     check_new_folder("--out", &arguments.out)?;
+    for (k, file) in arguments.files.iter().enumerate() {
+        if arguments.files[..k].iter().any(|other| same_file(other, file)) {
+            return Err(miette!(
+                help = "Name each file of the recording once.",
+                "{}: this file is given twice; expected each once",
+                file.display()
+            ));
+        }
+    }
     let robot = arguments.robot.as_ref().map(RobotFile::read).transpose()?;
     let out = arguments.out.join(LOG_FILE);
     if out.exists() {
@@ -93,6 +102,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         arguments.out.display()
     );
     Ok(())
+}
+
+fn same_file(a: &Path, b: &Path) -> bool {
+    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
 }
 
 /// The path of a file as a file in a folder writes it.

@@ -79,7 +79,7 @@ impl ImportResult {
             }
         };
         let doubt = |doubt: &Doubt| match doubt {
-            Doubt::Unit => "unit".to_owned(),
+            Doubt::Unit | Doubt::Scale => "unit".to_owned(),
             Doubt::Sign => "sign".to_owned(),
             Doubt::Factor => "factor".to_owned(),
         };

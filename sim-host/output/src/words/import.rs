@@ -83,6 +83,7 @@ fn left_out(why: LeftOut) -> &'static str {
 pub(crate) fn doubts(column: &ProposedColumn) -> String {
     let of = |doubt: &Doubt| match doubt {
         Doubt::Unit => "the unit: values of this size fit several",
+        Doubt::Scale => "the unit: against the encoders' motion it is off by a thousand",
         Doubt::Sign => "the sign: nothing in these files tells it",
         Doubt::Factor => "the factor: it stands in the drive's data, not in the file",
     };
@@ -189,7 +190,8 @@ fn line(column: &ProposedColumn, proposal: &Proposal, path: &str) -> String {
         .iter()
         .any(|c| c.file != column.file && c.header == column.header && c.mapping.is_ok());
     let header = if twice { format!("{path}:{}", mapping.header) } else { mapping.header.clone() };
-    let unit = match column.doubts.contains(&Doubt::Unit) {
+    let open = |doubt: &Doubt| matches!(doubt, Doubt::Unit | Doubt::Scale);
+    let unit = match column.doubts.iter().any(open) {
         true => format!("{FILL_IN}: {}?", mapping.unit),
         false => mapping.unit.to_owned(),
     };

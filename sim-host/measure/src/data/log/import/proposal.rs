@@ -34,6 +34,8 @@ pub enum Ground {
 pub enum Doubt {
     /// The values fit several units; this is the usual one.
     Unit,
+    /// The motion of the encoders says a unit a thousand times as large or as small as the header.
+    Scale,
     /// Nothing tells the sign.
     Sign,
     /// A current or a share becomes a torque by a factor that no file holds.

@@ -51,6 +51,10 @@ pub(super) fn read(mut entry: FileEntry) -> Result<Raw, InputError> {
         }
         count += 1;
     }
+    if count == 0 {
+        let message = "there is no row after the header; expected the samples".to_owned();
+        return Err(rows.error_of_file(message, "Was the recording stopped as soon as it began?"));
+    }
     for values in &mut values {
         if values.as_ref().is_some_and(|v| v.iter().all(|x| x.is_nan())) {
             *values = None;

@@ -23,6 +23,11 @@ const LEVER: f64 = 0.5;
 
 /// Rows that signs are told by.
 const TRIED: usize = 1500;
+
+/// What the right signs may leave of a motion, m: the arm bends by millimetres, and a reflector sits
+/// beside the tool's centre.
+const FITS: f64 = 0.15;
+
 /// An axis has one sign alone where the other would leave its limits.
 pub(super) fn signs_by_limits(columns: &mut [ProposedColumn], robot: Option<&RobotFile>) {
     let room = 10f64.to_radians();
@@ -57,8 +62,11 @@ fn thinned<T: Copy>(values: &[T], most: usize) -> Vec<T> {
 }
 
 /// A motion that the encoders and a tracker both saw.
+#[derive(Clone)]
 struct SharedMotion<'a> {
     robot: &'a RobotFile,
+    /// First of the log's columns that the tracker's points are of.
+    first: usize,
     time: Vec<f64>,
     /// A series a joint, rad.
     encoders: Vec<Vec<f64>>,
@@ -100,7 +108,7 @@ impl<'a> SharedMotion<'a> {
             return None;
         }
         let rows = thinned(&(0..time.len()).collect::<Vec<_>>(), TRIED);
-        Some((Self { robot, time, encoders, seen_time, seen, turned, by_rows, rows }, other))
+        Some((Self { robot, first, time, encoders, seen_time, seen, turned, by_rows, rows }, other))
     }
 
     /// Pose of the tool at a row. `signs`: a bit for each axis that counts the other way.
@@ -181,9 +189,29 @@ pub(super) fn motion(
     };
     let mask = columns.iter().filter_map(axis).fold(0, |mask, i| mask | (1 << i));
     let tried: Vec<usize> = (0..1 << JOINTS).filter(|signs| signs & !mask == 0).collect();
-    let mut results: Vec<(f64, usize)> =
-        tried.into_par_iter().map(|signs| (shared.left(signs), signs)).collect();
-    results.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    let search = |shared: &SharedMotion<'_>| {
+        let mut results: Vec<(f64, usize)> =
+            tried.par_iter().map(|signs| (shared.left(*signs), *signs)).collect();
+        results.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        results
+    };
+    let fits = |results: &[(f64, usize)]| results.first().is_some_and(|(left, _)| *left < FITS);
+    let mut shared = shared;
+    let mut results = search(&shared);
+    if !fits(&results) {
+        // The unit that the header says may not be the one of the values.
+        let scaled = [1e3, 1e-3].into_iter().find_map(|factor| {
+            let seen = shared.seen.iter().map(|point| point * factor).collect();
+            let scaled = SharedMotion { seen, ..shared.clone() };
+            let results = search(&scaled);
+            fits(&results).then_some((scaled, results))
+        });
+        if let Some(found) = scaled {
+            (shared, results) = found;
+            let seen = |c: &ProposedColumn| (0..3).any(|i| c.is(shared.first + i));
+            columns.iter_mut().filter(|c| seen(c)).for_each(|c| c.doubts.push(Doubt::Scale));
+        }
+    }
     let Some(&(best, signs)) = results.first().filter(|(left, _)| left.is_finite()) else {
         return;
     };
@@ -192,8 +220,7 @@ pub(super) fn motion(
         let flipped = |s: usize| s & (1 << i) != signs & (1 << i);
         let others =
             results.iter().find(|(_, s)| flipped(*s)).map_or(f64::INFINITY, |(left, _)| *left);
-        // The arm bends by millimetres, and a reflector sits beside the tool's centre.
-        if best < 0.15 && others > 2.0 * best + 0.002 {
+        if best < FITS && others > 2.0 * best + 0.002 {
             column.doubts.retain(|d| *d != Doubt::Sign);
             column.grounds.push(Ground::Motion { left: best, others });
             if signs & (1 << i) != 0
@@ -256,6 +283,8 @@ pub(super) fn torque_signs(columns: &mut [ProposedColumn], raws: &[Raw], robot: 
     };
     for i in 0..JOINTS {
         let measured = series(columns, raws, own, TORQUE + i);
+        // Against an angle whose sign is open, a torque's sign is open too.
+        let open = columns.iter().any(|c| c.is(ENCODER + i) && c.doubts.contains(&Doubt::Sign));
         let Some(column) = columns.iter_mut().find(|c| c.is(TORQUE + i)) else { continue };
         let correlation = match (&predicted, measured) {
             (Some(predicted), Some(measured)) if measured.len() == predicted.len() => {
@@ -266,7 +295,7 @@ pub(super) fn torque_signs(columns: &mut [ProposedColumn], raws: &[Raw], robot: 
             }
             _ => 0.0,
         };
-        if correlation.abs() < 0.5 {
+        if open || correlation.abs() < 0.5 {
             column.doubts.push(Doubt::Sign);
             continue;
         }
