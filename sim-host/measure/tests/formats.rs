@@ -213,12 +213,15 @@ fn mcap() -> Case {
 }
 
 fn cases() -> Vec<Case> {
-    let mut cases = vec![text(), german(), kuka()];
-    #[cfg(feature = "parquet")]
-    cases.push(parquet());
-    #[cfg(feature = "mcap")]
-    cases.push(mcap());
-    cases
+    vec![
+        text(),
+        german(),
+        kuka(),
+        #[cfg(feature = "parquet")]
+        parquet(),
+        #[cfg(feature = "mcap")]
+        mcap(),
+    ]
 }
 
 #[test]

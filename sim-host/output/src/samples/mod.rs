@@ -152,7 +152,6 @@ fn quoted(word: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Report, WeldReport, sample};
 
     #[test]
     fn a_field_that_needs_them_has_quotes_and_what_does_not_exist_is_empty() {
@@ -178,6 +177,7 @@ mod tests {
     #[cfg(feature = "parquet")]
     #[test]
     fn parquet_and_csv_hold_the_same_to_the_last_digit() {
+        use crate::{Report, WeldReport, sample};
         use ::parquet::file::reader::{FileReader, SerializedFileReader};
         use ::parquet::record::Field;
 
