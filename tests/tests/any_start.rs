@@ -1,14 +1,19 @@
 //! A log may begin anywhere: cut at a random time it scores as the whole one does there.
 
-use trueweld_laboratory::{Protocol, Recipe};
+use std::path::Path;
+use tempfile::TempDir;
+use trueweld_laboratory::{Protocol, Recipe, effect};
 use trueweld_measure::data::campaign::Campaign;
 use trueweld_measure::data::log::{Log, LogKind};
 use trueweld_measure::data::noise::instruments;
+use trueweld_measure::diagnose::diagnose;
+use trueweld_measure::fit::FitProblem;
 use trueweld_measure::predict::{Experiment, Model};
-use trueweld_measure::residuals::compare::baseline;
+use trueweld_measure::residuals::compare::{baseline, experiments};
+use trueweld_plant::effects::{Effect, Location};
 use trueweld_plant::input::ModelFile;
 use trueweld_plant::random::Random;
-use trueweld_tests::LABORATORY;
+use trueweld_tests::{LABORATORY, fixture};
 
 /// The rows of a log from one on.
 fn cut(log: &Log, from: usize) -> Log {
@@ -30,10 +35,10 @@ fn cut(log: &Log, from: usize) -> Log {
 }
 
 /// Residuals of a log over their noise, each with its row.
-fn residuals(log: &Log, model: &Model) -> Vec<(usize, f64)> {
+fn residuals(log: &Log, model: &Model, effects: &[Effect]) -> Vec<(usize, f64)> {
     let noise = instruments(std::slice::from_ref(log));
     let experiment = Experiment::new(log, &noise[0], model).expect("compared");
-    let prediction = experiment.predict(model, &[], None).expect("predicted");
+    let prediction = experiment.predict(model, effects, None).expect("predicted");
     experiment.compared.iter().map(|c| c.row).zip(prediction.residual).collect()
 }
 
@@ -42,26 +47,116 @@ fn score(residuals: impl Iterator<Item = f64>) -> f64 {
     (all.iter().map(|r| r * r).sum::<f64>() / all.len() as f64).sqrt()
 }
 
-#[test]
-fn a_log_cut_at_a_random_time_scores_as_the_whole_one() {
-    let protocol = Protocol { postures: 8, rings: 2, ring: 1.2, free: 6.0, welds: 1, seam: 0.12 };
-    let folder = tempfile::tempdir().expect("a folder");
-    LABORATORY.write(&Recipe { protocol, ..Recipe::plain(11) }, folder.path()).expect("a campaign");
-    let campaign = Campaign::read(folder.path()).expect("a campaign");
+/// Cuts the logs of a campaign at random times and compares what is left with the truth's effects:
+/// alone, and as a part of the whole log. `near`: by how much more a kind may score.
+fn cut_logs_score_as_whole_ones(
+    folder: &Path,
+    effects: &[Effect],
+    seed: u64,
+    near: impl Fn(LogKind) -> f64,
+) {
+    let campaign = Campaign::read(folder).expect("a campaign");
     let model = baseline(&ModelFile::read(&campaign.model).expect("a model"));
-    let mut random = Random::new(11, 3);
+    let mut random = Random::new(seed, 3);
+    let mut off = Vec::new();
     for log in &campaign.logs {
-        let whole = residuals(log, &model);
+        let whole = residuals(log, &model, effects);
         for _ in 0..4 {
             let from = (random.between(0.1, 0.6) * log.samples.len() as f64) as usize;
-            let own = residuals(&cut(log, from), &model);
+            let own = residuals(&cut(log, from), &model, effects);
             let (first, last) = (own[0].0 + from, own.iter().map(|r| r.0).max().unwrap() + from);
             let there = whole.iter().filter(|(row, _)| (first..=last).contains(row));
             let (alone, whole) = (score(own.iter().map(|r| r.1)), score(there.map(|r| r.1)));
-            println!("{} from row {from}: {alone:.3}, as a part of the whole {whole:.3}", log.name);
-            // A weld's rows are few, and those compared are others.
-            let near = if log.kind == LogKind::Weld { 0.1 } else { 0.05 };
-            assert!((alone / whole - 1.0).abs() < near, "{}: {alone} against {whole}", log.name);
+            let line =
+                format!("{} from row {from}: {alone:.3}, as a part of it {whole:.3}", log.name);
+            println!("{line}");
+            // A weld's rows are few, and those compared are others. A start that is fitted may take a
+            // little of the noise with it.
+            let few: f64 = if log.kind == LogKind::Weld { 0.1 } else { 0.05 };
+            if alone / whole - 1.0 >= few.max(near(log.kind)) {
+                off.push(line);
+            }
         }
     }
+    assert!(off.is_empty(), "{off:#?}");
+}
+
+/// A campaign of the laboratory.
+fn campaign(recipe: Recipe) -> TempDir {
+    let protocol = Protocol { postures: 8, rings: 2, ring: 1.2, free: 6.0, welds: 1, seam: 0.12 };
+    let folder = tempfile::tempdir().expect("a folder");
+    LABORATORY.write(&Recipe { protocol, ..recipe }, folder.path()).expect("a campaign");
+    folder
+}
+
+#[test]
+fn a_log_cut_at_a_random_time_scores_as_the_whole_one() {
+    cut_logs_score_as_whole_ones(campaign(Recipe::plain(11)).path(), &[], 11, |_| 0.0);
+}
+
+#[test]
+fn a_gear_with_memory_may_be_anywhere_in_it_when_a_log_begins() {
+    let effects = [effect("hysteresis", Location::Joint(1), &[2000.0, 1e-4])];
+    let recipe = Recipe::plain(12).with_effect(effects[0].clone());
+    // A swing as large as the loop, and a load that is smoothed from one side, are told less exactly;
+    // with the gears at nothing it would be 60 %.
+    cut_logs_score_as_whole_ones(campaign(recipe).path(), &effects, 12, |kind| match kind {
+        LogKind::StaticLoad | LogKind::FreeMotion => 0.0,
+        LogKind::RingDown | LogKind::Weld => 0.2,
+    });
+}
+
+#[test]
+fn a_link_may_be_anywhere_in_its_play_when_a_log_begins() {
+    // Recorded on another engine's plant.
+    let effects = [effect("backlash", Location::Joint(4), &[2.4e-4])];
+    cut_logs_score_as_whole_ones(&fixture("campaigns/backlash"), &effects, 14, |_| 0.0);
+}
+
+/// The first explanation of some logs: its effect with its place, the first value with its interval,
+/// the score held out.
+fn answer(logs: &[Log], file: &ModelFile) -> (String, f64, [f64; 2], f64) {
+    let model = baseline(file);
+    let problem = FitProblem::new(file, experiments(logs, &model).expect("experiments"));
+    let found = diagnose(&problem, logs, &|_, _| ()).expect("a diagnosis");
+    let best = &found.candidates[0];
+    let names: Vec<String> = best.effects.iter().map(|f| f.effect.name(&file.robot)).collect();
+    let first = &best.effects[0];
+    println!(
+        "{:?}: {best:?}",
+        found.verdict,
+        best = (&names, &first.effect.values, best.held_out_after)
+    );
+    (names.join(" and "), first.effect.values[0], first.interval[0], best.held_out_after)
+}
+
+/// Cut logs are explained by what explains the whole ones.
+fn cut_logs_are_explained_alike(folder: &Path, names: &[&str], seed: u64) {
+    let campaign = Campaign::read(folder).expect("a campaign");
+    let file = ModelFile::read(&campaign.model).expect("a model");
+    let whole: Vec<Log> =
+        campaign.logs.into_iter().filter(|log| names.contains(&log.name.as_str())).collect();
+    let mut random = Random::new(seed, 4);
+    let mut from = |log: &Log| (random.between(0.1, 0.4) * log.samples.len() as f64) as usize;
+    let parts: Vec<Log> = whole.iter().map(|log| cut(log, from(log))).collect();
+    let (a, b) = (answer(&whole, &file), answer(&parts, &file));
+    assert_eq!(a.0, b.0);
+    // Both intervals hold the same value.
+    assert!(a.2[0] < b.2[1] && b.2[0] < a.2[1], "{a:?} {b:?}");
+    assert!((b.3 / a.3 - 1.0).abs() < 0.05, "{a:?} {b:?}");
+}
+
+#[test]
+fn cut_logs_with_play_are_explained_as_whole_ones() {
+    let logs = ["static", "ring-25", "free"];
+    cut_logs_are_explained_alike(&fixture("campaigns/backlash"), &logs, 15);
+}
+
+#[test]
+#[ignore = "two diagnoses of a campaign of the laboratory: a minute"]
+fn cut_logs_with_hysteresis_are_explained_as_whole_ones() {
+    let hidden = effect("hysteresis", Location::Joint(2), &[2000.0, 1e-4]);
+    let folder = campaign(Recipe::plain(16).with_effect(hidden));
+    let logs = ["static", "ring-135", "free", "weld-1"];
+    cut_logs_are_explained_alike(folder.path(), &logs, 16);
 }

@@ -6,7 +6,7 @@ use clap::Args;
 use miette::{IntoDiagnostic, Result};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use trueweld_measure::fit::FitProblem;
-use trueweld_measure::residuals::compare::{Notice, compare};
+use trueweld_measure::residuals::compare::compare;
 use trueweld_output::CompareReport;
 
 /// Arguments of `compare`.
@@ -39,9 +39,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         compare(model, &measured.logs, &FitProblem::new(model, measured.experiments), &done);
     progress.finish();
     let mut comparison = compared.into_diagnostic()?;
-    comparison.notices.extend(
-        measured.found.registered.into_iter().map(|found| Notice::Registered(Box::new(found))),
-    );
+    comparison.notices.extend(measured.found.notices());
     arguments.results.write(&CompareReport {
         model: &model.path,
         comparison: &comparison,

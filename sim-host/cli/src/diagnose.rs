@@ -6,7 +6,7 @@ use clap::Args;
 use miette::{IntoDiagnostic, Result};
 use trueweld_measure::diagnose::{diagnose, tell};
 use trueweld_measure::fit::FitProblem;
-use trueweld_measure::residuals::compare::of_logs;
+use trueweld_measure::residuals::compare::{notices, of_logs};
 use trueweld_output::DiagnoseReport;
 
 /// Arguments of `diagnose`.
@@ -31,7 +31,6 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     if measured.tell_mistakes(&arguments.results.files, &provenance)? {
         return Ok(());
     }
-    measured.tell_registered()?;
     let (model, logs) = (&measured.model, &measured.logs);
     let bench = FitProblem { deadline, ..FitProblem::new(model, measured.experiments) };
     let progress = arguments.results.files.progress("comparing", 1.0);
@@ -42,12 +41,15 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     progress.finish();
     let before = of_logs(logs, &bench.experiments, &diagnosis.before);
     let after = of_logs(logs, &bench.experiments, &diagnosis.improved.at);
+    let mut notices = notices(logs, &after, &diagnosis.improved.at);
+    notices.extend(measured.found.notices());
     arguments.results.write(&DiagnoseReport {
         model,
         diagnosis: &diagnosis,
         account: &account,
         before: &before,
         after: &after,
+        notices: &notices,
         provenance: &provenance,
     })
 }

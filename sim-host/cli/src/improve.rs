@@ -1,6 +1,6 @@
 //! `trueweld improve`: adds what is missing to a model, and writes it.
 
-use crate::measured::{Budget, Measurements, digests, read_experiments};
+use crate::measured::{Budget, Measurements, digests, read_experiments, refuse_mistakes};
 use crate::results::{RecordedResults, check_outputs, check_targets};
 use clap::Args;
 use miette::{IntoDiagnostic, Result, miette};
@@ -12,7 +12,7 @@ use trueweld_measure::diagnose::reason_of_best;
 use trueweld_measure::fit::FitProblem;
 use trueweld_measure::improve::{HeldOut, improve, model_file};
 use trueweld_measure::mistakes::find;
-use trueweld_measure::residuals::compare::{baseline, of_logs};
+use trueweld_measure::residuals::compare::{baseline, notices, of_logs};
 use trueweld_output::{ImproveReport, model_comments};
 use trueweld_plant::input::ModelFile;
 
@@ -53,7 +53,6 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     if measured.tell_mistakes(&arguments.results.files, &provenance)? {
         return Ok(());
     }
-    measured.tell_registered()?;
     let bench = FitProblem { deadline, ..FitProblem::new(model, measured.experiments) };
     let progress = arguments.results.files.progress("comparing", 1.0);
     let done = improve(&bench, logs, held_out.as_ref(), &|what, share| progress.stage(what, share));
@@ -65,6 +64,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let at = improvement.fitted.as_ref().map_or(&improvement.diagnosis.before, |fitted| &fitted.at);
     let before = of_logs(logs, &bench.experiments, &improvement.diagnosis.before);
     let after = of_logs(logs, &bench.experiments, at);
+    let mut notices = notices(logs, &after, at);
+    notices.extend(measured.found.notices());
     let elsewhere = |fitted| match &held_out {
         Some(held_out) => held_out.compare(&apart, &bench, fitted).into_diagnostic(),
         None => Ok(Vec::new()),
@@ -79,6 +80,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         after: &after,
         held_out: [&given, &improved],
         reason: reason.as_ref(),
+        notices: &notices,
         provenance: &provenance,
     })?;
     say!("wrote {}\n", arguments.out.display());
@@ -104,6 +106,7 @@ fn held_out(arguments: &Arguments, model: &ModelFile, fitted: &[Log]) -> Result<
     }
     align_clocks(&mut logs, &baseline(model)).into_diagnostic()?;
     // Their trackers may stand elsewhere too.
-    find(&mut logs, &baseline(model))?;
+    let found = find(&mut logs, &baseline(model))?;
+    refuse_mistakes("--held-out", &found, model)?;
     Ok(logs)
 }

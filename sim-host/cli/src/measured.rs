@@ -12,7 +12,7 @@ use trueweld_measure::data::log::Log;
 use trueweld_measure::mistakes::{Found, find};
 use trueweld_measure::predict::Experiment;
 use trueweld_measure::residuals::compare::{baseline, experiments};
-use trueweld_output::{MistakesReport, registered_in_words};
+use trueweld_output::{MistakesReport, mistake_in_words};
 use trueweld_plant::input::{ModelFile, warnings};
 use trueweld_plant::provenance::{EffectRecord, FileDigest, Provenance};
 
@@ -112,18 +112,17 @@ impl Measured {
         Ok(true)
     }
 
-    /// Tells which trackers were registered.
-    pub fn tell_registered(&self) -> Result<()> {
-        for registered in &self.found.registered {
-            say!("Note: {}.\n", registered_in_words(registered));
-        }
-        Ok(())
-    }
-
     /// What a result of these measurements is of.
     pub fn provenance(&self, command: &str) -> Result<Provenance> {
         provenance(command, &self.model, &self.logs)
     }
+}
+
+/// Refuses logs with mistakes in them, where nothing can be said of these. `what`: the logs.
+pub fn refuse_mistakes(what: &str, found: &Found, model: &ModelFile) -> Result<()> {
+    let Some(first) = found.mistakes.first() else { return Ok(()) };
+    let [sentence, help] = mistake_in_words(first, &model.robot.joint_names);
+    Err(miette!(help = help, "{what}: a mistake in the files: {sentence}"))
 }
 
 /// What a result of a model and logs is of.

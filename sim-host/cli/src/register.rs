@@ -1,13 +1,13 @@
 //! `trueweld register`: where the tracker stands, and what it sees of the tool.
 
-use crate::measured::Measurements;
+use crate::measured::{Measurements, refuse_mistakes};
 use crate::results::{Results, check_outputs, check_targets};
 use clap::Args;
 use miette::{IntoDiagnostic, Result, WrapErr, miette};
 use std::fs;
 use trueweld_measure::align::align_clocks;
 use trueweld_measure::data::log::LOG_FILE;
-use trueweld_measure::mistakes::registrations;
+use trueweld_measure::mistakes::{find, registrations};
 use trueweld_measure::residuals::compare::baseline;
 use trueweld_output::{RegisterReport, tracker_table, write_file};
 
@@ -33,6 +33,14 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let files: Vec<_> = logs.iter().map(|log| log.path.join(LOG_FILE)).collect();
     let written: Vec<_> = files.iter().map(|file| ("--write", file.as_path())).collect();
     check_targets(if arguments.write { &written } else { &[] })?;
+    refuse_mistakes("register", &find(&mut logs.clone(), &baseline(&model))?, &model)?;
+    if let Some(log) = logs.iter().find(|log| arguments.write && log.origin.is_registered()) {
+        return Err(miette!(
+            help = "What was found is on top of it. Remove the table, and register again.",
+            "{}: there is a table [tracker] already; expected none",
+            log.path.join(LOG_FILE).display()
+        ));
+    }
     let registered = registrations(&logs, &baseline(&model));
     if registered.is_empty() {
         return Err(miette!(
@@ -45,18 +53,15 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     arguments.results.write(&report)?;
     for registered in registered.iter().filter(|_| arguments.write) {
         let table = tracker_table(&registered.registration.mounting);
-        for log in logs.iter().filter(|log| registered.logs.contains(&log.name)) {
+        let mut of_logs: Vec<_> =
+            logs.iter().filter(|l| registered.logs.contains(&l.name)).collect();
+        // A log that gaps cut into pieces has one file.
+        of_logs.dedup_by_key(|log| &log.path);
+        for log in of_logs {
             let file = log.path.join(LOG_FILE);
             let text = fs::read_to_string(&file)
                 .into_diagnostic()
                 .wrap_err_with(|| format!("cannot read {}", file.display()))?;
-            if text.lines().any(|line| line.trim() == "[tracker]") {
-                return Err(miette!(
-                    help = "What was found is on top of it. Remove the table, and register again.",
-                    "{}: there is a table [tracker] already; expected none",
-                    file.display()
-                ));
-            }
             write_file(&file, format!("{}\n\n{table}", text.trim_end()))?;
             say!("wrote {}\n", file.display());
         }

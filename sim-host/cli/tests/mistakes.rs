@@ -60,6 +60,111 @@ fn a_reversed_axis_is_named_with_the_line_that_undoes_it() {
     assert!(result["score"].as_f64().unwrap() < 1.2, "{}", result["score"]);
 }
 
+/// What the proposed lines make of a log's `[columns]`: each takes the place of the one with its
+/// header.
+fn pasted(text: &str, change: &str) -> String {
+    let header = |line: &str| line.split(" = ").next().map(str::to_owned);
+    let lines: Vec<&str> = change.lines().filter(|line| !line.starts_with('#')).collect();
+    let mut text = text.to_owned();
+    for line in lines {
+        let old = text.lines().find(|old| header(old) == header(line)).map(str::to_owned);
+        match old {
+            Some(old) => text = text.replace(&old, line),
+            None => text = format!("{}\n{line}\n", text.trim_end()),
+        }
+    }
+    text
+}
+
+/// Headers of a laboratory, mapped; one entry is wrong. The proposal is the whole line that takes its
+/// place.
+#[test]
+fn the_line_that_undoes_a_mistake_is_composed_with_what_the_log_says() {
+    let degrees = 180.0 / std::f64::consts::PI;
+    for (wrong, right, what) in [
+        ("unit = \"deg\", factor = -1.0", "unit = \"deg\" }", "sign"),
+        ("unit = \"rad\"", "unit = \"deg\" }", "unit"),
+        ("unit = \"deg\", offset = 40.0", "unit = \"deg\", offset = ", "zero"),
+    ] {
+        let place = Workspace::new();
+        campaign(&place, |name, value| match name {
+            "qe2_rad" | "qe5_rad" => value * degrees,
+            name if name.starts_with('p') && name.ends_with("_m") => value * 1e3,
+            _ => value,
+        });
+        let mapped = |text: &str| {
+            let names = [("qe2_rad", "AXIS 2"), ("qe5_rad", "AXIS 5"), ("px_m", "X")];
+            names.iter().fold(text.to_owned(), |text, (from, to)| text.replace(from, to))
+        };
+        let samples = place.path().join("cell/static/samples.csv");
+        fs::write(&samples, mapped(&fs::read_to_string(&samples).unwrap())).unwrap();
+        let log = place.path().join("cell/static/log.toml");
+        let text = fs::read_to_string(&log).unwrap();
+        let text = format!(
+            "{text}\n[columns]\n\"AXIS 2\" = {{ channel = \"qe2\", {wrong} }}\n\
+             \"AXIS 5\" = {{ channel = \"qe5\", unit = \"deg\" }}\n\
+             \"X\" = {{ channel = \"px\", unit = \"mm\" }}\n\
+             \"py_m\" = {{ channel = \"py\", unit = \"mm\" }}\n\
+             \"pz_m\" = {{ channel = \"pz\", unit = \"mm\" }}\n"
+        );
+        fs::write(&log, &text).unwrap();
+        place.done(&["compare", "-q", "cell", "--json", "result.json"]);
+        let result = json(&place, "result.json");
+        let mistakes = result["mistakes"].as_array().unwrap();
+        assert_eq!(mistakes.len(), 1, "{what}: {result}");
+        assert_eq!((&mistakes[0]["what"], &mistakes[0]["at"]), (&what.into(), &"A2".into()));
+        let change = mistakes[0]["change"].as_str().unwrap();
+        assert!(
+            change.contains(&format!("\"AXIS 2\" = {{ channel = \"qe2\", {right}")),
+            "{change}"
+        );
+        assert!(mistakes[0]["change_in"].as_str().unwrap().contains("in place of"), "{result}");
+        fs::write(&log, pasted(&text, change)).unwrap();
+        place.done(&["compare", "-q", "cell", "--json", "result.json"]);
+        let result = json(&place, "result.json");
+        assert!(result["mistakes"].as_array().unwrap().is_empty(), "{what}: {result}");
+        let score = result["score"].as_f64().unwrap();
+        // A zero is told to what the poses tell of it, the rest of which is a calibration.
+        assert!(score < if what == "zero" { 30.0 } else { 1.2 }, "{what}: {score}");
+    }
+}
+
+/// A factor of a thousand that is in the log twice.
+#[test]
+fn a_unit_that_a_factor_says_once_more_is_taken_out() {
+    let place = Workspace::new();
+    campaign(&place, |name, value| {
+        let position = name.starts_with('p') && name.ends_with("_m");
+        if position { value * 1e3 } else { value }
+    });
+    let log = place.path().join("cell/static/log.toml");
+    let mut text = fs::read_to_string(&log).unwrap() + "\n[columns]\n";
+    for axis in ["px", "py", "pz"] {
+        text +=
+            &format!("\"{axis}_m\" = {{ channel = \"{axis}\", unit = \"mm\", factor = 0.001 }}\n");
+    }
+    fs::write(&log, &text).unwrap();
+    place.done(&["compare", "-q", "cell", "--json", "result.json"]);
+    let change = json(&place, "result.json")["mistakes"][0]["change"].clone();
+    let change = change.as_str().unwrap();
+    assert!(change.contains("\"pz_m\" = { channel = \"pz\", unit = \"mm\" }"), "{change}");
+    fs::write(&log, pasted(&text, change)).unwrap();
+    place.done(&["compare", "-q", "cell", "--json", "result.json"]);
+    let score = json(&place, "result.json")["score"].as_f64().unwrap();
+    assert!(score < 1.2, "{score}");
+}
+
+#[test]
+fn nothing_is_registered_on_top_of_a_mistake() {
+    let place = Workspace::new();
+    campaign(&place, |name, value| if name == "qe3_rad" { value + 0.5 } else { value });
+    let refused = place.refused(&["register", "cell", "--write"]);
+    assert!(refused.contains("the zero of A3 is off"), "{refused}");
+    assert!(refused.contains("\"qe3_rad\" = { channel = \"qe3\""), "{refused}");
+    let log = fs::read_to_string(place.path().join("cell/static/log.toml")).unwrap();
+    assert!(!log.contains("[tracker]"), "{log}");
+}
+
 #[test]
 fn a_tracker_that_stands_elsewhere_is_registered_and_written_down() {
     let place = Workspace::new();

@@ -10,8 +10,10 @@ use trueweld_measure::align::align_clocks;
 use trueweld_measure::data::campaign::read_logs;
 use trueweld_measure::data::log::import::{LeftOut, propose};
 use trueweld_measure::data::log::{Log, LogKind};
+use trueweld_measure::diagnose::{FittedEffect, diagnose};
 use trueweld_measure::fit::FitProblem;
 use trueweld_measure::residuals::compare::{Comparison, baseline, compare, experiments};
+use trueweld_plant::effects::Location;
 use trueweld_plant::input::{InputFile, ModelFile, RobotFile};
 
 fn fixture(path: &str) -> PathBuf {
@@ -210,10 +212,95 @@ fn raw_files_of_stated_clocks_score_as_the_clean_ones() {
     same_scores("campaigns/backlash", true);
 }
 
-/// Where the model lacks nothing: what it lacks, a clock that is free takes a part of.
 #[test]
 fn raw_files_of_clocks_that_are_not_known_score_as_the_clean_ones() {
     same_scores("campaigns/nothing-missing", false);
+}
+
+/// Every key that a `log.toml` may have, as its format is published: each is read, and acts.
+#[test]
+fn every_key_of_the_published_format_is_read() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let [plain, full] = ["plain", "full"].map(|name| folder.path().join(name));
+    let campaign = fixture("campaigns/backlash");
+    for log in [&plain, &full] {
+        raw(&campaign.join("free"), log, PoseForm::Reflectors, true);
+    }
+    let file = full.join("log.toml");
+    let text = fs::read_to_string(&file).expect("log.toml");
+    let (top, rest) = text.split_once("[noise]").expect("noise");
+    let (_, rest) = rest.split_once("[clock.tracker]").expect("a clock");
+    let changed = |text: &str, from: &str, to: &str| {
+        assert!(text.contains(from), "{from}");
+        text.replace(from, to)
+    };
+    let rest = changed(
+        rest,
+        "channel = \"tm1\", unit = \"kNm\", factor = 1.0",
+        "channel = \"tm1\", unit = \"A\", factor = 58.2",
+    );
+    let rest = changed(
+        &rest,
+        "channel = \"qe2\", unit = \"deg\", factor = 1.0",
+        "channel = \"qe2\", unit = \"deg\", factor = 1.0, offset = 0.5",
+    );
+    let text = format!(
+        "{top}weld = {:?}\nprocess = {:?}\n[noise]\ntcp_position_m = 3e-5\n\
+         tcp_rotation_rad = [5e-5, 5e-5, 6e-5]\nencoder_rad = 2e-6\nforce_n = 25.0\nmoment_nm = 8\n\
+         motor_torque_nm = [40, 40, 40, 30, 30, 30]\nlink_encoder_rad = 1e-6\n\
+         [tracker]\nbase_m = [0.1, 0.0, 0.0]\n[clock.tracker]{rest}",
+        campaign.join("weld-1/weld.toml"),
+        campaign.join("process.toml"),
+    );
+    fs::write(&file, text).expect("log.toml");
+    let [plain, full] = [&plain, &full].map(|log| Log::read(log).expect("a log"));
+    assert!(full.weld.is_some() && full.process.is_some());
+    assert_eq!(full.period, Some(0.004));
+    assert_eq!(full.noise.motor_torque, Some([40.0, 40.0, 40.0, 30.0, 30.0, 30.0]));
+    assert_eq!(full.noise.link_encoder, Some([1e-6; 6]));
+    let rotation = full.noise.rotation.expect("noise");
+    assert!(rotation[2] > rotation[0], "{rotation:?}");
+    let torque = |log: &Log| log.samples.motor_torque[0].as_ref().expect("a torque")[7];
+    assert!((torque(&full) / torque(&plain) - 58.2e-3).abs() < 1e-9);
+    let turned = full.samples.encoder[7][1] - plain.samples.encoder[7][1];
+    assert!((turned - 0.5f64.to_radians()).abs() < 1e-9, "{turned}");
+    let seen = |log: &Log| log.samples.position.as_ref().expect("positions")[7];
+    assert!((seen(&plain) - seen(&full) - Vector3::new(0.1, 0.0, 0.0)).norm() < 1e-9);
+}
+
+/// What a model lacks bends a clock that is fitted to it; under a model that has it, the clock is
+/// the right one, and no effect is found to mend it.
+#[test]
+fn a_clock_that_is_not_known_is_told_together_with_what_is_missing() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let campaign = fixture("campaigns/backlash");
+    let logs = ["static", "ring-25", "free"];
+    let clean: Vec<PathBuf> = logs.iter().map(|name| campaign.join(name)).collect();
+    raw(&clean[2], &folder.path().join("free"), PoseForm::Abc, false);
+    let unknown = [clean[0].clone(), clean[1].clone(), folder.path().join("free")];
+    let answer = |paths: &[PathBuf]| {
+        let (_, mut logs) = read_logs(paths).expect("logs");
+        let model = ModelFile::read(campaign.join("model.toml")).expect("a model");
+        align_clocks(&mut logs, &baseline(&model)).expect("clocks");
+        let experiments = experiments(&logs, &baseline(&model)).expect("experiments");
+        let problem = FitProblem::new(&model, experiments);
+        let found = diagnose(&problem, &logs, &|_, _| ()).expect("a diagnosis");
+        println!("{:?}", found.improved.at.iter().map(|p| p.late).collect::<Vec<_>>());
+        found
+    };
+    let (clean, raw) = (answer(&clean), answer(&unknown));
+    let [of_clean, of_raw] = [&clean, &raw].map(|found| found.candidates[0].effects.as_slice());
+    let ([of_clean], [of_raw]) = (of_clean, of_raw) else { panic!("{of_clean:?} {of_raw:?}") };
+    println!("{of_clean:?}\n{of_raw:?}");
+    let place = |found: &FittedEffect| (found.effect.kind.id, found.effect.at);
+    assert_eq!(place(of_clean), ("backlash", Location::Joint(4)));
+    assert_eq!(place(of_raw), place(of_clean));
+    assert_eq!((raw.verdict, raw.chosen.len()), (clean.verdict, clean.chosen.len()));
+    let [low, high] = of_raw.interval[0];
+    assert!((low..high).contains(&of_clean.effect.values[0]), "{of_raw:?} {of_clean:?}");
+    let [a, b] = [&clean, &raw].map(|found| found.candidates[0].held_out_after);
+    println!("{a} {b}");
+    assert!((b / a - 1.0).abs() < 0.03, "{b} against {a}");
 }
 
 #[test]

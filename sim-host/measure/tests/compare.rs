@@ -66,11 +66,10 @@ impl Series {
         let model = Model { robot: log.robot.robot.clone(), process: None };
         let experiment = Experiment::new(&log, &noise, &model).unwrap();
         let motion = Motion {
-            placed: false,
             rows: (0..ROWS).collect(),
             link: (0..ROWS).map(|k| JointVector::from_fn(|j, _| angle(j, k))).collect(),
             spring: (0..ROWS).map(|k| JointVector::from_fn(|j, _| torque(j, k))).collect(),
-            tool: Vec::new(),
+            ..Motion::default()
         };
         Self { log, experiment, motion: Arc::new(motion) }
     }
@@ -83,7 +82,7 @@ impl Series {
             .iter()
             .map(|c| residual(c.row, usize::from(c.component)))
             .collect();
-        let prediction = Prediction { residual, motion: Some(self.motion.clone()) };
+        let prediction = Prediction { residual, motion: Some(self.motion.clone()), late: None };
         let (experiments, logs) =
             (std::slice::from_ref(&self.experiment), std::slice::from_ref(&self.log));
         localize(experiments, &[prediction], logs)

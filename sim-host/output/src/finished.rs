@@ -9,7 +9,7 @@ use trueweld_measure::data::log::import::Proposal;
 use trueweld_measure::diagnose::{Diagnosis, Explanation, Reason};
 use trueweld_measure::improve::Improvement;
 use trueweld_measure::mistakes::{Found, Registered};
-use trueweld_measure::residuals::compare::{Comparison, LogComparison};
+use trueweld_measure::residuals::compare::{Comparison, LogComparison, Notice};
 use trueweld_plant::input::ModelFile;
 use trueweld_plant::provenance::Provenance;
 use trueweld_plant::simulate::Recording;
@@ -125,6 +125,8 @@ pub struct DiagnoseReport<'a> {
     pub before: &'a [LogComparison],
     /// The logs under the model with the best explanation.
     pub after: &'a [LogComparison],
+    /// What a person should know besides.
+    pub notices: &'a [Notice],
     /// What the result is of.
     pub provenance: &'a Provenance,
 }
@@ -147,6 +149,8 @@ pub struct ImproveReport<'a> {
     pub held_out: [&'a [LogComparison]; 2],
     /// Why what was found first is believed.
     pub reason: Option<&'a Reason>,
+    /// What a person should know besides.
+    pub notices: &'a [Notice],
     /// What the result is of.
     pub provenance: &'a Provenance,
 }

@@ -38,7 +38,7 @@ pub use progress::Progress;
 pub use report::*;
 pub use samples::{Samples, is_parquet};
 pub use words::import::log_toml;
-pub use words::mistakes::registered as registered_in_words;
+pub use words::mistakes::mistake as mistake_in_words;
 pub use words::model_comments;
 pub use words::register::table as tracker_table;
 

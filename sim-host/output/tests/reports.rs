@@ -129,6 +129,7 @@ fn improvement() {
         after: &parts.after,
         held_out: [&parts.before, &parts.after],
         reason: parts.account.reasons.first(),
+        notices: &[],
         provenance: sample::provenance(),
     };
     insta::assert_snapshot!(told(&report));

@@ -54,7 +54,7 @@ pub struct Points<'p> {
 }
 
 /// Crystals are good to this.
-const DRIFT: f64 = 1e-4;
+pub(crate) const DRIFT: f64 = 1e-4;
 
 /// What an arm's effects that no model has leave between what both saw, m. It is no noise: it does not
 /// average out, and a clock is not bent to it.

@@ -141,6 +141,7 @@ fn torques(logs: &[Log], rows: &[Vec<Row>], robot: &Robot<f64>) -> Vec<Mistake> 
         logs: in_logs.clone(),
         evidence: Evidence { before, after, unit: "N·m", channel: LogChannel::MotorTorque },
         change: Change::Columns(changes),
+        lines: Vec::new(),
     };
     let mut found = encoders(logs, &with, &predicted, &sums, &own, &named);
     if !found.is_empty() {
@@ -364,6 +365,7 @@ fn of_wrench(
         logs: vec![log.name.clone()],
         evidence: Evidence { before, after, unit, channel: LogChannel::Force },
         change,
+        lines: Vec::new(),
     })
 }
 
@@ -476,6 +478,7 @@ fn payload(logs: &[Log], rows: &[Vec<Row>], robot: &Robot<f64>) -> Option<Mistak
         logs: names,
         evidence,
         change,
+        lines: Vec::new(),
     })
 }
 

@@ -10,9 +10,10 @@
 mod load;
 mod pose;
 mod rows;
+mod write;
 
 use crate::data::channel::LogChannel;
-use crate::data::log::{Log, LogKind};
+use crate::data::log::{ColumnMapping, Log, LogKind};
 use crate::predict::{Model, period};
 use crate::register::{self, PosePair, Registration};
 use rows::Row;
@@ -86,6 +87,18 @@ pub struct ColumnChange {
     pub offset: f64,
 }
 
+/// The lines of `[columns]` that undo a mistake, as they stand in the `log.toml` of some logs
+/// afterwards.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ColumnLines {
+    /// Names of the logs.
+    pub logs: Vec<String>,
+    /// The lines.
+    pub lines: Vec<ColumnMapping>,
+    /// True where they take the place of lines with the same headers.
+    pub replace: bool,
+}
+
 /// What undoes a mistake.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Change {
@@ -112,6 +125,9 @@ pub struct Mistake {
     pub evidence: Evidence,
     /// What undoes it.
     pub change: Change,
+    /// The same as lines of `[columns]`, composed with those that the logs have; one entry where the
+    /// same lines undo it in all logs.
+    pub lines: Vec<ColumnLines>,
 }
 
 /// The frame of a tracker that was found, and taken out of the logs.
@@ -141,7 +157,10 @@ const SLOWEST: f64 = 0.25;
 /// # Errors
 /// A value that cannot be right, where no mistake explains it.
 pub fn find(logs: &mut [Log], model: &Model) -> Result<Found, InputError> {
-    let found = found(logs, model);
+    let mut found = found(logs, model);
+    for mistake in &mut found.mistakes {
+        mistake.lines = write::lines(mistake, logs);
+    }
     match logs.iter().find_map(|log| log.doubt.clone()) {
         Some(doubt) if found.mistakes.is_empty() => Err(doubt),
         _ => Ok(found),
@@ -225,5 +244,6 @@ fn time_units(logs: &[Log]) -> Vec<Mistake> {
             channel: LogChannel::Time,
         },
         change: Change::Columns(vec![pose::column(LogChannel::Time, 0, unit, 1.0)]),
+        lines: Vec::new(),
     }]
 }

@@ -183,6 +183,7 @@ pub(super) fn find(
                 channel: LogChannel::Position,
             },
             change: Change::Columns(changes),
+            lines: Vec::new(),
         };
         mistakes.extend(of_encoders(explanation.reading, &named));
         match explanation.tracker {

@@ -13,23 +13,29 @@
 //! Every residual is measured less predicted, over the standard deviation of measured and
 //! propagated noise together: a perfect model has residuals of mean square 1.
 
+mod clock;
 mod contact;
+mod memory;
 mod moving;
 mod play;
 mod standing;
 
+pub use memory::StartState;
 pub(crate) use standing::hung;
 
 use crate::data::channel::LogChannel;
 use crate::data::log::{Log, LogKind};
 use crate::data::noise::{Level, NoiseLevels};
-use nalgebra::{Matrix3, Vector3};
+use clock::{Late, OpenClock};
+use nalgebra::{DMatrix, Matrix3, Vector3};
 use std::sync::Arc;
 use trueweld_core::spatial::{rotation_from_vector, rotation_vector};
 use trueweld_core::{JointVector, Pose, Robot, Wrench};
 use trueweld_plant::effects::{Action, Effect, EffectError, Location};
 use trueweld_plant::input::Process;
-use trueweld_plant::robot::{Channel, ElasticRobot, Port, Ports, Readings, Term, mount};
+use trueweld_plant::robot::{
+    Channel, ElasticRobot, INTERNAL_STATES, Memory, Port, Ports, Readings, Term, mount,
+};
 
 /// Angle of a joint by which one posture is another, rad.
 const ANOTHER_POSTURE: f64 = 0.1;
@@ -116,7 +122,7 @@ pub struct Compared {
 
 /// What the links did, as far as the model says: reused where a change of the model does not move
 /// them.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Motion {
     /// Log rows that the instants belong to.
     pub rows: Vec<usize>,
@@ -126,8 +132,15 @@ pub struct Motion {
     pub spring: Vec<JointVector<f64>>,
     /// Real tool poses; empty where the links swing and neither bearings nor base give.
     pub tool: Vec<Pose<f64>>,
-    /// True where a link may be where it was seen, for its gear has play.
+    /// True where a link may be where it was seen, for its gear has play or remembers what was
+    /// before the log.
     pub placed: bool,
+    /// What the gears remember at every instant; empty where none does.
+    pub memory: Vec<Memory>,
+    /// What the first residuals tell of how links swing that remember; see the rooms of motion.
+    pub swing: Option<Arc<DMatrix<f64>>>,
+    /// What gears were found to remember when the log begins, where that is not nothing.
+    pub start: Vec<StartState>,
 }
 
 /// Residuals of one log, over their noise, with the motion behind them.
@@ -137,6 +150,9 @@ pub struct Prediction {
     pub residual: Vec<f64>,
     /// What the links did.
     pub motion: Option<Arc<Motion>>,
+    /// By how much a tracker whose clock is not given is later than the clock that was fitted before,
+    /// s: in the middle of the log, and more at its end.
+    pub late: Option<[f64; 2]>,
 }
 
 /// A log that cannot be compared, or a model that cannot be driven through it.
@@ -201,6 +217,8 @@ pub struct Experiment {
     target: Option<Vector3<f64>>,
     /// True where a measured force drives the prediction or is compared.
     force: bool,
+    /// The tracker's clock, where it is not given.
+    clock: Option<OpenClock>,
 }
 
 impl Experiment {
@@ -239,6 +257,7 @@ impl Experiment {
         let raw_poses = of_poses(&compared);
         compared.retain(|c| c.measured.is_finite());
         let poses = of_poses(&compared);
+        let clock = OpenClock::of(log, &compared);
         let read = |force: &Vec<Vector3<f64>>| force.iter().any(|f| f.sum().is_finite());
         let force = moving.is_none() && log.samples.force.as_ref().is_some_and(read);
         let period = if log.kind == LogKind::StaticLoad { f64::INFINITY } else { period(log) };
@@ -255,6 +274,7 @@ impl Experiment {
             contact,
             target: log.origin.target,
             force,
+            clock,
         })
     }
 
@@ -292,44 +312,101 @@ impl Experiment {
         }
         let motion = match same_motion {
             Some((at, _)) => at.motion.clone(),
-            None => match (&self.standing, &self.moving) {
-                (Some(standing), _) => Some(Arc::new(standing.motion(&mut robot)?)),
-                (None, Some(moving)) => {
-                    let diverged = |_| PredictError::Diverged { log: self.name.clone() };
-                    Some(Arc::new(moving.motion(&robot).map_err(diverged)?))
-                }
-                (None, None) => None,
-            },
+            None => self.motion(&mut robot)?.map(Arc::new),
         };
+        let process = process.as_ref();
+        let mut late = None;
+        let residual = match (&self.clock, same_poses, same_loads) {
+            (Some(_), Some((at, _)), Some(_)) => {
+                late = at.late;
+                at.residual.clone()
+            }
+            (Some(clock), ..) => {
+                let motion = motion.as_deref();
+                let mut residual = self.residual(&robot, motion, process, [None; 2]);
+                robot.ports.time.push(Box::new(Late(clock::STEP)));
+                let read_late = self.residual(&robot, motion, process, [None; 2]);
+                late = clock.settle(&mut residual, &read_late);
+                residual
+            }
+            _ => {
+                let same = [same_poses, same_loads].map(|same| same.map(|(at, _)| at));
+                self.residual(&robot, motion.as_deref(), process, same)
+            }
+        };
+        if residual.iter().any(|r| !r.is_finite()) {
+            return Err(PredictError::Diverged { log: self.name.clone() });
+        }
+        Ok(Prediction { residual, motion, late })
+    }
+
+    /// Residuals over their noise; poses and loads from another prediction where that is given.
+    fn residual(
+        &self,
+        robot: &ElasticRobot,
+        motion: Option<&Motion>,
+        process: Option<&Process>,
+        [same_poses, same_loads]: [Option<&Prediction>; 2],
+    ) -> Vec<f64> {
         let mut residual = Vec::with_capacity(self.compared.len());
         match same_poses {
-            Some((at, _)) => residual.extend_from_slice(&at.residual[..self.poses]),
-            None => {
-                let mut raw = Vec::with_capacity(self.raw_poses);
-                if let Some(motion) = &motion {
-                    self.standing.iter().for_each(|s| s.residual(&robot, motion, &mut raw));
-                    self.moving.iter().for_each(|m| m.poses(&robot, motion, &mut raw));
-                }
-                self.weigh(&raw, 0, &mut residual);
-            }
+            Some(at) => residual.extend_from_slice(&at.residual[..self.poses]),
+            None => self.pose_residual(robot, motion, &mut residual),
         }
         match same_loads {
-            Some((at, _)) => residual.extend_from_slice(&at.residual[self.poses..]),
+            Some(at) => residual.extend_from_slice(&at.residual[self.poses..]),
             None => {
                 let mut raw = Vec::with_capacity(self.missing.len() - self.raw_poses);
-                if let (Some(moving), Some(motion)) = (&self.moving, &motion) {
-                    moving.torques(&robot, motion, &mut raw);
+                if let (Some(moving), Some(motion)) = (&self.moving, motion) {
+                    moving.torques(robot, motion, &mut raw);
                 }
-                if let (Some(contact), Some(process)) = (&self.contact, &process) {
-                    contact.residual(&robot, process, &mut raw);
+                if let (Some(contact), Some(process)) = (&self.contact, process) {
+                    contact.residual(robot, process, &mut raw);
                 }
                 self.weigh(&raw, self.raw_poses, &mut residual);
             }
         }
-        if residual.iter().any(|r| !r.is_finite()) {
-            return Err(PredictError::Diverged { log: self.name.clone() });
+        residual
+    }
+
+    /// What the links do under a model, `None` where nothing is compared that they have a say in.
+    fn motion(&self, robot: &mut ElasticRobot) -> Result<Option<Motion>, PredictError> {
+        let nothing = [0.0; INTERNAL_STATES];
+        let Some(motion) = self.follow(robot, &nothing, None)? else { return Ok(None) };
+        memory::at_the_start(self, robot, motion).map(Some)
+    }
+
+    /// The same with what the gears remember at the start. `before`: what the links do with another
+    /// memory, which is taken over from where that is forgotten.
+    fn follow(
+        &self,
+        robot: &mut ElasticRobot,
+        memory: &Memory,
+        before: Option<&Motion>,
+    ) -> Result<Option<Motion>, PredictError> {
+        match (&self.standing, &self.moving) {
+            (Some(standing), _) => Ok(Some(standing.motion(robot, memory, before)?)),
+            (None, Some(moving)) => {
+                let diverged = |_| PredictError::Diverged { log: self.name.clone() };
+                moving.motion(robot, memory, before).map(Some).map_err(diverged)
+            }
+            (None, None) => Ok(None),
         }
-        Ok(Prediction { residual, motion })
+    }
+
+    /// Adds residuals of poses over their noise.
+    fn pose_residual(
+        &self,
+        robot: &ElasticRobot,
+        motion: Option<&Motion>,
+        residual: &mut Vec<f64>,
+    ) {
+        let mut raw = Vec::with_capacity(self.raw_poses);
+        if let Some(motion) = motion {
+            self.standing.iter().for_each(|s| s.residual(robot, motion, &mut raw));
+            self.moving.iter().for_each(|m| m.poses(robot, motion, &mut raw));
+        }
+        self.weigh(&raw, 0, residual);
     }
 
     /// Residuals where the link behind a joint is mounted off by `motion` more, in its frame before
@@ -347,7 +424,8 @@ impl Experiment {
         motion: &Pose<f64>,
     ) -> Result<Vec<f64>, PredictError> {
         let mut robot = ElasticRobot::with_effects(&model.robot, effects, None)?;
-        let mut raw = Vec::with_capacity(self.raw_poses);
+        let mut residual = Vec::with_capacity(self.compared.len());
+        let mut moved = None;
         if let Some(links) = &at.motion {
             let mut links = Motion::clone(links);
             for (tool, link) in links.tool.iter_mut().zip(&links.link) {
@@ -356,19 +434,21 @@ impl Experiment {
                     Pose { rotation: frames.rotation[joint], position: frames.origin[joint] };
                 *tool = frame * *motion * frame.inverse() * *tool;
             }
-            if let Some(standing) = &self.standing {
-                standing.residual(&robot, &links, &mut raw);
-            }
-            if let Some(moving) = &self.moving {
+            if self.moving.is_some() {
                 let mut parameters = robot.model.parameters().clone();
                 mount(&mut parameters, joint, motion);
                 robot.model = Robot::new(parameters)
                     .map_err(|reason| EffectError::Model { id: "a link's mounting", reason })?;
-                moving.poses(&robot, &links, &mut raw);
             }
+            moved = Some(links);
         }
-        let mut residual = Vec::with_capacity(self.compared.len());
-        self.weigh(&raw, 0, &mut residual);
+        self.pose_residual(&robot, moved.as_ref(), &mut residual);
+        if let Some(clock) = &self.clock {
+            let mut late = Vec::with_capacity(residual.len());
+            robot.ports.time.push(Box::new(Late(clock::STEP)));
+            self.pose_residual(&robot, moved.as_ref(), &mut late);
+            clock.settle(&mut residual, &late);
+        }
         residual.extend_from_slice(&at.residual[self.poses..]);
         Ok(residual)
     }
@@ -483,6 +563,40 @@ impl Experiment {
     }
 }
 
+impl Motion {
+    /// A motion that is still to come.
+    fn new(length: usize, placed: bool) -> Self {
+        let rows = (0..length).collect();
+        let [link, spring] = [(); 2].map(|()| Vec::with_capacity(length));
+        Self { rows, link, spring, placed, ..Self::default() }
+    }
+
+    /// True where gears and links are at the end of this motion where they are in another one that
+    /// goes on.
+    fn joins(&self, other: &Self) -> bool {
+        let last = self.link.len().wrapping_sub(1);
+        let (Some(a), Some(b)) = (self.memory.get(last), other.memory.get(last)) else {
+            return false;
+        };
+        a.iter().zip(b).all(|(a, b)| (a - b).abs() < FORGOTTEN)
+            && (self.link[last] - other.link[last]).amax() < SAME_LINK
+    }
+
+    /// Goes on as another one does.
+    fn go_on(&mut self, other: &Self) {
+        let from = self.link.len();
+        self.link.extend_from_slice(&other.link[from..]);
+        self.spring.extend_from_slice(&other.spring[from..]);
+        self.tool.extend(other.tool.get(from..).unwrap_or_default());
+        self.memory.extend_from_slice(&other.memory[from..]);
+    }
+}
+
+/// Difference of what gears remember, as a share of all that they can, and of links, rad, below which
+/// two motions are one.
+const FORGOTTEN: f64 = 1e-4;
+const SAME_LINK: f64 = 1e-7;
+
 /// Deviation of an instrument, or the error that says it is not known.
 fn known(
     levels: &[Option<Level>],
@@ -567,6 +681,13 @@ fn spindle_angle(log: &Log) -> Option<Vec<f64>> {
         angle[k] = angle[k - 1] + 0.5 * (spindle[k - 1] + spindle[k]) * (time[k] - time[k - 1]);
     }
     Some(angle)
+}
+
+/// Force and moment at every row, three columns each: filled where a reading is missing, zero where
+/// the log has no such columns.
+fn wrench_columns(log: &Log) -> [[Vec<f64>; 3]; 2] {
+    let none = || std::array::from_fn(|_| vec![0.0; log.samples.time.len()]);
+    [&log.samples.force, &log.samples.moment].map(|v| filled_vectors(v).unwrap_or_else(none))
 }
 
 /// Three columns of vectors, filled.

@@ -11,11 +11,12 @@ use crate::data::log::{Log, LogKind};
 use crate::data::noise::{Level, NoiseLevels};
 use nalgebra::{Complex, DMatrix, DVector, Matrix3, SMatrix, SVector, Vector3};
 use std::f64::consts::TAU;
+use std::sync::Arc;
 use trueweld_core::spatial::{rotation_from_vector, rotation_vector};
 use trueweld_core::{JointVector, Pose, Wrench};
 use trueweld_plant::integrate::Diverged;
 use trueweld_plant::integrate::link_dynamics::{DynamicLinks, Motors};
-use trueweld_plant::robot::{Channel, Drives, ElasticRobot, Readings};
+use trueweld_plant::robot::{Channel, Drives, ElasticRobot, INTERNAL_STATES, Memory, Readings};
 
 /// Bands of the encoders that drive the links, Hz, widest first: what a brake does to them, and
 /// what is left of their noise where they move smoothly. Noise in the drive makes a gear's memory
@@ -62,9 +63,36 @@ struct Through {
 #[derive(Debug, Clone)]
 struct Swing {
     rows: Vec<usize>,
+    /// Lowest natural frequency of the arm, rad/s.
+    lowest: f64,
+    /// Variance of the tracker's position, m².
+    variance: [f64; 3],
     /// Angles, rad, and rates, rad/s, by which the links start elsewhere, per residual of the
     /// tracker's position at these rows.
     gain: DMatrix<f64>,
+}
+
+impl Swing {
+    /// What an angle, rad, or a rate, rad/s, may start elsewhere by.
+    fn size(&self, k: usize) -> f64 {
+        if k < 6 { SWINGS } else { SWINGS * self.lowest }
+    }
+
+    /// Slopes over their noise, and the normal equations.
+    fn normal(&self, slopes: &DMatrix<f64>) -> (DMatrix<f64>, DMatrix<f64>) {
+        let weighted =
+            DMatrix::from_fn(slopes.nrows(), 18, |r, k| slopes[(r, k)] / self.variance[r % 3]);
+        let normal = slopes.tr_mul(&weighted) + DMatrix::identity(18, 18);
+        (weighted, normal)
+    }
+
+    /// What residuals tell of the start, by these slopes.
+    fn gain(&self, slopes: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+        let (weighted, normal) = self.normal(slopes);
+        let mut gain = normal.cholesky()?.solve(&weighted.transpose()).rows(0, 12).into_owned();
+        (0..12).for_each(|k| gain.row_mut(k).scale_mut(self.size(k)));
+        Some(gain)
+    }
 }
 
 /// Time over which the start of the links is told, periods of the arm's lowest mode, and the rows
@@ -81,6 +109,9 @@ const STANDS_OUT: f64 = 60.0;
 
 /// Rate by which motors may change while the start is told, rad/s.
 const STEADY: f64 = 5e-3;
+
+/// Links in motion, and which of them are afloat in the play of their gears.
+type Links = (DynamicLinks, Option<BacklashObserver>);
 
 /// A log of links in motion.
 #[derive(Debug, Clone)]
@@ -399,26 +430,10 @@ impl Moving {
             return None;
         }
         let robot = ElasticRobot::with_effects(&model.robot, &[], None).ok()?;
-        let still = SVector::<f64, 12>::zeros();
-        let plain = self.first_residual(&robot, &rows, &still)?;
-        // Besides the start: where the tracker stands, and how it drifts.
-        let mut columns = DMatrix::<f64>::zeros(plain.len(), 18);
-        let size = |k: usize| if k < 6 { SWINGS } else { SWINGS * lowest };
-        for k in 0..12 {
-            let mut start = still;
-            start[k] = 0.1 * size(k);
-            let moved = self.first_residual(&robot, &rows, &start)?;
-            columns.set_column(k, &((&plain - moved) / 0.1));
-        }
-        for (r, _) in rows.iter().enumerate() {
-            for c in 0..3 {
-                columns[(3 * r + c, 12 + c)] = 1e-2;
-                columns[(3 * r + c, 15 + c)] = 1e-2 * (r as f64 / rows.len() as f64 - 0.5);
-            }
-        }
-        let weight = DVector::from_fn(plain.len(), |r, _| 1.0 / level[r % 3].deviation.powi(2));
-        let weighted = DMatrix::from_fn(plain.len(), 18, |r, k| columns[(r, k)] * weight[r]);
-        let normal = columns.tr_mul(&weighted) + DMatrix::identity(18, 18);
+        let variance = [0, 1, 2].map(|c| level[c].deviation.powi(2));
+        let mut swing = Swing { rows, lowest, variance, gain: DMatrix::zeros(0, 0) };
+        let (slopes, plain) = self.swing_slopes(&robot, &swing, &[0.0; INTERNAL_STATES])?;
+        let (weighted, normal) = swing.normal(&slopes);
         let right = weighted.tr_mul(&plain);
         let explained = |from: usize| {
             let size = 18 - from;
@@ -429,39 +444,91 @@ impl Moving {
         if explained(0)? - explained(12)? < STANDS_OUT {
             return None;
         }
-        let mut gain = normal.cholesky()?.solve(&weighted.transpose()).rows(0, 12).into_owned();
-        (0..12).for_each(|k| gain.row_mut(k).scale_mut(size(k)));
-        Some(Swing { rows, gain })
+        swing.gain = swing.gain(&slopes)?;
+        Some(swing)
+    }
+
+    /// By how much the residuals of the first rows fall with the links starting elsewhere, a column
+    /// for each of their angles and rates, then for where the tracker stands, and how it drifts; and
+    /// these residuals.
+    fn swing_slopes(
+        &self,
+        robot: &ElasticRobot,
+        swing: &Swing,
+        memory: &Memory,
+    ) -> Option<(DMatrix<f64>, DVector<f64>)> {
+        let still = SVector::<f64, 12>::zeros();
+        let begin = |elsewhere: &_| (self.start(robot, memory, elsewhere), None);
+        let plain = self.first_residual(robot, &swing.rows, begin(&still))?;
+        let mut columns = DMatrix::<f64>::zeros(plain.len(), 18);
+        for k in 0..12 {
+            let mut start = still;
+            start[k] = 0.1 * swing.size(k);
+            let moved = self.first_residual(robot, &swing.rows, begin(&start))?;
+            columns.set_column(k, &((&plain - moved) / 0.1));
+        }
+        let count = swing.rows.len();
+        for r in 0..count {
+            for c in 0..3 {
+                columns[(3 * r + c, 12 + c)] = 1e-2;
+                columns[(3 * r + c, 15 + c)] = 1e-2 * (r as f64 / count as f64 - 0.5);
+            }
+        }
+        Some((columns, plain))
     }
 
     /// Measured less predicted position of the tool at the first rows, m, with the links starting
-    /// elsewhere by so much.
+    /// so.
     fn first_residual(
         &self,
         robot: &ElasticRobot,
         rows: &[usize],
-        start: &SVector<f64, 12>,
+        start: Links,
     ) -> Option<DVector<f64>> {
-        let mut swinging = self.start(robot, start);
+        let mut links = start;
         let mut left = Vec::with_capacity(3 * rows.len());
         let mut at = 0;
         for &row in rows {
-            while at < row {
+            while at <= row {
+                self.advance(robot, &mut links, at).ok()?;
                 at += 1;
-                let time = at as f64 * self.period + self.time[0];
-                swinging.advance(robot, &self.drive[at], time, self.substeps).ok()?;
             }
-            left.extend(self.seen(robot, &swinging.drives().link, row).tool.iter());
+            left.extend(self.seen(robot, &links.0.drives().link, row).tool.iter());
         }
         Some(DVector::from_vec(left))
     }
 
+    /// Takes the links from the row before to this one; those afloat to where they were seen.
+    fn advance(
+        &self,
+        robot: &ElasticRobot,
+        (swinging, afloat): &mut Links,
+        row: usize,
+    ) -> Result<(), Diverged> {
+        if row > 0 {
+            let time = row as f64 * self.period + self.time[0];
+            swinging.advance(robot, &self.drive[row], time, self.substeps)?;
+        }
+        if let Some(afloat) = afloat {
+            let link = swinging.drives().link;
+            let seen = self.seen(robot, &link, row);
+            let (by, rate) = afloat.moved(robot, &self.drive[row].angle, &link, &seen);
+            swinging.displace(&by, &rate);
+        }
+        Ok(())
+    }
+
     /// The links at the first row, elsewhere by so much than the motors' motion asks for.
-    fn start(&self, robot: &ElasticRobot, elsewhere: &SVector<f64, 12>) -> DynamicLinks {
+    fn start(
+        &self,
+        robot: &ElasticRobot,
+        memory: &Memory,
+        elsewhere: &SVector<f64, 12>,
+    ) -> DynamicLinks {
         let (first, time) = (&self.drive[0], self.time[0]);
         let mut swinging = match &self.jerk {
-            Some(jerk) => DynamicLinks::start_in_motion(robot, first, jerk, time),
-            None => DynamicLinks::start(robot, first, time),
+            Some(jerk) => DynamicLinks::start_in_motion(robot, first, jerk, memory, time),
+            None => DynamicLinks::start_remembering(robot, first, memory, time),
         };
         let part = |from: usize| elsewhere.fixed_rows::<6>(from).into_owned();
         swinging.displace(&part(0), &part(6));
@@ -473,47 +540,50 @@ impl Moving {
         &self.drive
     }
 
-    pub(super) fn motion(&self, robot: &ElasticRobot) -> Result<Motion, Diverged> {
+    /// What the links do: see [`Experiment::follow`](super::Experiment).
+    pub(super) fn motion(
+        &self,
+        robot: &ElasticRobot,
+        memory: &Memory,
+        before: Option<&Motion>,
+    ) -> Result<Motion, Diverged> {
         let n = self.drive.len();
-        /// The slopes are the baseline's; a few rounds bring the start to where the model has it.
+        /// The slopes are taken once; a few rounds bring the start to where the model has it.
         const ROUNDS: usize = 3;
-        let mut afloat = BacklashObserver::new(robot, self.margin, self.period);
+        let afloat = BacklashObserver::new(robot, self.margin, self.period);
         let mut elsewhere = SVector::<f64, 12>::zeros();
-        // Links afloat are where they are seen anyway.
-        if let Some(swing) = self.swing.as_ref().filter(|_| afloat.is_none()) {
+        let mut gain = None;
+        if let Some(swing) = &self.swing {
+            // A gear that remembers is another spring: its slopes are its own, and taken once.
+            let own = || swing.gain(&self.swing_slopes(robot, swing, memory)?.0).map(Arc::new);
+            gain = match before {
+                Some(before) => before.swing.clone(),
+                None if robot.ports.memories() > 0 => own(),
+                None => None,
+            };
             for _ in 0..ROUNDS {
-                let Some(left) = self.first_residual(robot, &swing.rows, &elsewhere) else { break };
-                let by = &swing.gain * left;
+                let start = (self.start(robot, memory, &elsewhere), afloat.clone());
+                let Some(left) = self.first_residual(robot, &swing.rows, start) else { break };
+                let by = gain.as_deref().unwrap_or(&swing.gain) * left;
                 elsewhere += SVector::<f64, 12>::from_column_slice(by.as_slice());
             }
         }
-        let mut swinging = self.start(robot, &elsewhere);
-        let mut motion = Motion {
-            rows: (0..n).collect(),
-            link: Vec::with_capacity(n),
-            spring: Vec::with_capacity(n),
-            tool: Vec::new(),
-            placed: afloat.is_some(),
-        };
+        let mut motion = Motion { swing: gain, ..Motion::new(n, afloat.is_some()) };
+        let mut links = (self.start(robot, memory, &elsewhere), afloat);
         for k in 0..n {
-            if k > 0 {
-                swinging.advance(
-                    robot,
-                    &self.drive[k],
-                    k as f64 * self.period + self.time[0],
-                    self.substeps,
-                )?;
-            }
-            if let Some(afloat) = &mut afloat {
-                let link = swinging.drives().link;
-                let (by, rate) =
-                    afloat.moved(robot, &self.drive[k].angle, &link, &self.seen(robot, &link, k));
-                swinging.displace(&by, &rate);
-            }
+            self.advance(robot, &mut links, k)?;
+            let swinging = &links.0;
             motion.link.push(swinging.drives().link);
             motion.spring.push(swinging.spring(robot));
             if robot.ports.frames_give() {
                 motion.tool.push(swinging.frames(robot, self.time[k] - self.time[0]).tcp);
+            }
+            if robot.ports.memories() > 0 {
+                motion.memory.push(swinging.memory());
+            }
+            if let Some(before) = before.filter(|before| motion.joins(before)) {
+                motion.go_on(before);
+                break;
             }
         }
         Ok(motion)

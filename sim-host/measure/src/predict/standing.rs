@@ -5,6 +5,7 @@ use super::play::{BacklashObserver, Observed};
 use super::{
     Compared, Model, Motion, PredictError, Quantity, filled_vectors, known, list, mean_abs,
     none_where_missing, period, seen, spindle_angle, turned_from_first, vector, wrench_behind,
+    wrench_columns,
 };
 use crate::data::channel::LogChannel;
 use crate::data::fir::{LowPass, comb};
@@ -15,7 +16,7 @@ use trueweld_core::spatial::{rotation_from_vector, rotation_vector};
 use trueweld_core::{JOINTS, JointVector, Pose, Robot, Wrench};
 use trueweld_plant::effects::EffectError;
 use trueweld_plant::integrate::link_dynamics::{Motors, QuasiStaticLinks};
-use trueweld_plant::robot::{Channel, ElasticRobot};
+use trueweld_plant::robot::{Channel, ElasticRobot, Memory};
 
 /// Band of a weld's pose, Hz: an arm whose first mode lies above 10 Hz follows its load there to a
 /// few percent of what swings, and what swings there is small. Also at most a share of the
@@ -67,13 +68,21 @@ impl Standing {
     ) -> Result<Option<Self>, PredictError> {
         let s = &log.samples;
         let n = s.time.len();
-        let wrench = |k: usize| {
-            let part = |v: &Option<Vec<Vector3<f64>>>| {
-                v.as_ref()
-                    .map_or(Vector3::zeros(), |v| v[k].map(|x| if x.is_finite() { x } else { 0.0 }))
-            };
-            Wrench { moment: part(&s.moment), force: part(&s.force) }
+        let [force, moment] = wrench_columns(log);
+        let wrench = |k: usize| Wrench { moment: vector(&moment, k), force: vector(&force, k) };
+        // A row under a load that was not read is not compared.
+        let loaded = |k: usize| {
+            let read =
+                |v: &Option<Vec<Vector3<f64>>>| v.as_ref().is_none_or(|v| v[k].sum().is_finite());
+            read(&s.force) && read(&s.moment)
         };
+        let told = |series: &Option<Vec<Vector3<f64>>>| {
+            let of = |(k, v): (usize, &Vector3<f64>)| {
+                if loaded(k) { *v } else { Vector3::repeat(f64::NAN) }
+            };
+            series.as_ref().map(|v| v.iter().enumerate().map(of).collect::<Vec<_>>())
+        };
+        let position = told(&s.position);
         let mut payloads = vec![Payload { mass: 0.0, centre: Vector3::zeros() }];
         let mut payload = vec![0; n];
         for (k, p) in s.payload.iter().flatten().enumerate() {
@@ -97,11 +106,11 @@ impl Standing {
             payloads,
             slack,
             margin: slack.component_div(model.robot.stiffness()),
-            position: s.position.clone(),
-            seen: s.position.clone(),
+            seen: position.clone(),
+            position,
             lever: if lever.is_finite() { lever } else { 0.0 },
             seen_deviation: deviation(&noise.position),
-            rotation: s.rotation.as_ref().map(|r| r.iter().map(rotation_from_vector).collect()),
+            rotation: told(&s.rotation).map(|r| r.iter().map(rotation_from_vector).collect()),
             period: f64::INFINITY,
         };
         standing.compare(log, noise, model, 1.0, compared)?;
@@ -117,11 +126,11 @@ impl Standing {
     ) -> Result<Option<Self>, PredictError> {
         let s = &log.samples;
         let n = s.time.len();
-        let (Some(force), tracker) = (filled_vectors(&s.force), filled_vectors(&s.position)) else {
+        if filled_vectors(&s.force).is_none() {
             return Ok(None);
-        };
-        let moment =
-            filled_vectors(&s.moment).unwrap_or_else(|| std::array::from_fn(|_| vec![0.0; n]));
+        }
+        let [force, moment] = wrench_columns(log);
+        let tracker = filled_vectors(&s.position);
         let rotation = filled_vectors(&s.rotation);
         let period = period(log);
         let angle = spindle_angle(log);
@@ -245,21 +254,20 @@ impl Standing {
         &self.motors
     }
 
-    pub(super) fn motion(&self, robot: &mut ElasticRobot) -> Result<Motion, EffectError> {
+    /// What the links do: see [`Experiment::follow`](super::Experiment).
+    pub(super) fn motion(
+        &self,
+        robot: &mut ElasticRobot,
+        memory: &Memory,
+        before: Option<&Motion>,
+    ) -> Result<Motion, EffectError> {
         let n = self.time.len();
-        let mut motion = Motion {
-            rows: (0..n).collect(),
-            link: Vec::with_capacity(n),
-            spring: Vec::with_capacity(n),
-            tool: Vec::with_capacity(n),
-            placed: false,
-        };
-        let mut links = QuasiStaticLinks::with_slack(self.slack);
+        let mut links = QuasiStaticLinks::remembering(memory).with_slack(self.slack);
         let mut afloat = self
             .seen
             .as_ref()
             .and_then(|s| Some((s, BacklashObserver::new(robot, self.margin, self.period)?)));
-        motion.placed = afloat.is_some();
+        let mut motion = Motion::new(n, afloat.is_some());
         let loaded =
             self.payloads.iter().map(|p| hung(&robot.model, p)).collect::<Result<Vec<_>, _>>()?;
         let mut on_flange = 0;
@@ -292,6 +300,13 @@ impl Standing {
             motion.link.push(stand.link);
             motion.spring.push(stand.spring);
             motion.tool.push(stand.frames.tcp);
+            if robot.ports.memories() > 0 {
+                motion.memory.push(*links.memory());
+            }
+            if let Some(before) = before.filter(|before| motion.joins(before)) {
+                motion.go_on(before);
+                break;
+            }
         }
         robot.model = loaded[0].clone();
         Ok(motion)

@@ -10,7 +10,7 @@ use crate::data::log::{Log, LogKind, LogNotice};
 use crate::data::noise::instruments;
 use crate::fit::per_log;
 use crate::fit::{FitProblem, FitState};
-use crate::mistakes::Registered;
+use crate::mistakes::{Found, Registered};
 use crate::predict::{Compared, Experiment, Model, PredictError, Prediction, Quantity};
 use crate::residuals::finding::{Finding, column_label};
 use crate::residuals::localize::localize;
@@ -48,6 +48,20 @@ pub enum Notice {
     Registered(Box<Registered>),
     /// The noise is not stated in these logs and was estimated from the recordings.
     NoiseEstimated(Vec<String>),
+    /// A log begins with gears in the midst of their loops.
+    GearsAtStart {
+        /// The log's name.
+        log: String,
+        /// The joints of these gears, by name, with their state from -1 to 1.
+        gears: Vec<(String, f64)>,
+    },
+    /// A tracker's clock that is not given is another one under this model.
+    ClockSettled {
+        /// The log's name.
+        log: String,
+        /// By how much the tracker is later, s, in the middle of the log.
+        late: f64,
+    },
     /// An effect of `scope = "log"` was fitted to the logs compared.
     PerLog {
         /// The effect with where it acts: `backlash at A5`.
@@ -55,6 +69,13 @@ pub enum Notice {
         /// The effect with its values in each log, by the log's name.
         found: Vec<(String, Effect)>,
     },
+}
+
+impl Found {
+    /// What to tell of trackers that were registered.
+    pub fn notices(&self) -> impl Iterator<Item = Notice> {
+        self.registered.iter().map(|found| Notice::Registered(Box::new(found.clone())))
+    }
 }
 
 /// A model against one log.
@@ -192,7 +213,7 @@ pub fn of_predictions(
         score: root_mean_square(&all),
         samples: all.len(),
         worst: localize(experiments, predictions, logs),
-        notices: notices(logs, &compared),
+        notices: notices(logs, &compared, predictions),
         logs: compared,
     }
 }
@@ -207,7 +228,12 @@ pub fn of_logs(
     (0..logs.len()).map(|k| of_log(&logs[k], &experiments[k], &predictions[k])).collect()
 }
 
-fn notices(logs: &[Log], compared: &[LogComparison]) -> Vec<Notice> {
+/// What a person should know of logs and of their predictions.
+pub fn notices(
+    logs: &[Log],
+    compared: &[LogComparison],
+    predictions: &[Prediction],
+) -> Vec<Notice> {
     let read = logs.iter().flat_map(|log| {
         let of = |notice: &LogNotice| Notice::Log { log: log.name.clone(), notice: notice.clone() };
         log.notices.iter().map(of)
@@ -218,7 +244,20 @@ fn notices(logs: &[Log], compared: &[LogComparison]) -> Vec<Notice> {
         .map(|log| log.name.clone())
         .collect();
     let noise = (!estimated.is_empty()).then_some(Notice::NoiseEstimated(estimated));
-    read.chain(noise).collect()
+    let at_start = logs.iter().zip(predictions).filter_map(|(log, prediction)| {
+        let start = &prediction.motion.as_ref()?.start;
+        let gears = start.iter().map(|g| (log.robot.joint_names[g.joint].clone(), g.state));
+        let gears: Vec<(String, f64)> = gears.collect();
+        (!gears.is_empty()).then(|| Notice::GearsAtStart { log: log.name.clone(), gears })
+    });
+    /// Less says nothing, s.
+    const SETTLED: f64 = 2e-5;
+    let clocks = logs.iter().zip(predictions).filter_map(|(log, prediction)| {
+        let [late, _] = prediction.late?;
+        let log = log.name.clone();
+        (late.abs() > SETTLED).then_some(Notice::ClockSettled { log, late })
+    });
+    read.chain(noise).chain(at_start).chain(clocks).collect()
 }
 
 fn of_log(log: &Log, experiment: &Experiment, prediction: &Prediction) -> LogComparison {

@@ -2,6 +2,7 @@
 
 use super::finite;
 use super::mistake::FileMistake;
+use super::register::RegisteredTracker;
 use crate::words::compare::notice;
 use crate::words::finding::sentence;
 use crate::{CompareReport, words};
@@ -36,6 +37,9 @@ pub struct CompareResult {
     pub worst: Vec<ResidualFinding>,
     /// What a reader should know although nothing is wrong.
     pub notices: Vec<String>,
+    /// Trackers that stood elsewhere, and were registered first.
+    #[serde(default)]
+    pub registered: Vec<RegisteredTracker>,
 }
 
 /// A model against one log.
@@ -164,6 +168,7 @@ impl CompareResult {
             logs: comparison.logs.iter().map(log).collect(),
             worst: comparison.worst.iter().map(ResidualFinding::of).collect(),
             notices: comparison.notices.iter().map(notice).collect(),
+            registered: RegisteredTracker::all(&comparison.notices),
         }
     }
 }

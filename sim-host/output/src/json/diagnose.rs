@@ -4,6 +4,8 @@ use super::compare::ResidualFinding;
 use super::effects::{EffectCurveData, EffectPlace, FittedEffectValues};
 use super::finite;
 use super::mistake::FileMistake;
+use super::register::RegisteredTracker;
+use crate::words::compare::notice;
 use crate::words::diagnose::undone;
 use crate::words::experiment;
 use crate::{DiagnoseReport, words};
@@ -52,6 +54,12 @@ pub struct DiagnoseResult {
     pub confusable: Vec<ConfusablePair>,
     /// What there was no time for, and fits that did not arrive, in words.
     pub undone: Vec<String>,
+    /// What a reader should know although nothing is wrong.
+    #[serde(default)]
+    pub notices: Vec<String>,
+    /// Trackers that stood elsewhere, and were registered first.
+    #[serde(default)]
+    pub registered: Vec<RegisteredTracker>,
 }
 
 /// One explanation.
@@ -179,6 +187,8 @@ impl DiagnoseResult {
             limits: diagnosis.limits.iter().map(limit).collect(),
             confusable: diagnosis.confusable.iter().map(pair).collect(),
             undone: undone(&diagnosis.undone, robot),
+            notices: report.notices.iter().map(notice).collect(),
+            registered: RegisteredTracker::all(report.notices),
         }
     }
 }

@@ -4,7 +4,9 @@ use super::compare::ResidualFinding;
 use super::effects::FittedEffectValues;
 use super::finite;
 use super::mistake::FileMistake;
+use super::register::RegisteredTracker;
 use crate::ImproveReport;
+use crate::words::compare::notice;
 use crate::words::diagnose::{not_kept, undone};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -41,6 +43,12 @@ pub struct ImproveResult {
     pub unexplained: Vec<ResidualFinding>,
     /// What there was no time for, and fits that did not arrive, in words.
     pub undone: Vec<String>,
+    /// What a reader should know although nothing is wrong.
+    #[serde(default)]
+    pub notices: Vec<String>,
+    /// Trackers that stood elsewhere, and were registered first.
+    #[serde(default)]
+    pub registered: Vec<RegisteredTracker>,
 }
 
 /// A step of an improvement.
@@ -100,6 +108,8 @@ impl ImproveResult {
             held_out: improvement.held_out_logs.clone(),
             unexplained: ResidualFinding::remaining(&improvement.diagnosis),
             undone: undone(&improvement.diagnosis.undone, &model.robot),
+            notices: report.notices.iter().map(notice).collect(),
+            registered: RegisteredTracker::all(report.notices),
         }
     }
 }

@@ -4,6 +4,7 @@ use super::compare::CompareResult;
 use super::diagnose::DiagnoseResult;
 use super::improve::ImproveResult;
 use super::mistake::FileMistake;
+use super::register::RegisteredTracker;
 use crate::{MistakesReport, words};
 use serde::Serialize;
 use trueweld_measure::diagnose::Verdict;
@@ -27,6 +28,7 @@ impl MistakesResult {
         let model = report.model.path.display().to_string();
         let mistakes = report.found.mistakes.iter().map(|m| FileMistake::of(m, joints)).collect();
         let sentence = words::mistakes::headline(report.found, joints);
+        let registered = report.found.registered.iter().map(RegisteredTracker::of).collect();
         let verdict = Verdict::UnknownEffect.name().to_owned();
         match provenance.command.as_str() {
             "diagnose" => Self::Diagnose(DiagnoseResult {
@@ -46,6 +48,8 @@ impl MistakesResult {
                 unexplained: Vec::new(),
                 limits: Vec::new(),
                 confusable: Vec::new(),
+                notices: Vec::new(),
+                registered,
             }),
             "improve" => Self::Improve(ImproveResult {
                 schema: "improve/1".to_owned(),
@@ -60,6 +64,8 @@ impl MistakesResult {
                 held_out: Vec::new(),
                 undone: Vec::new(),
                 unexplained: Vec::new(),
+                notices: Vec::new(),
+                registered,
             }),
             _ => Self::Compare(CompareResult {
                 schema: "compare/1".to_owned(),
@@ -71,6 +77,7 @@ impl MistakesResult {
                 logs: Vec::new(),
                 worst: Vec::new(),
                 notices: Vec::new(),
+                registered,
             }),
         }
     }

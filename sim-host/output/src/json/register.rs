@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use trueweld_core::Pose;
 use trueweld_core::spatial::rotation_vector;
 use trueweld_measure::mistakes::Registered;
+use trueweld_measure::residuals::compare::Notice;
 use trueweld_plant::provenance::Provenance;
 
 /// Where trackers stand.
@@ -58,31 +59,43 @@ pub struct RegisteredPose {
     pub rotation_interval_rad: [f64; 3],
 }
 
-impl RegisterResult {
-    pub(crate) fn of(report: &RegisterReport<'_>) -> Self {
+impl RegisteredTracker {
+    pub(super) fn of(registered: &Registered) -> Self {
         let pose = |pose: &Pose<f64>, interval: &[f64; 6]| RegisteredPose {
             position_m: pose.position.into(),
             rotation_rad: rotation_vector(&pose.rotation).into(),
             position_interval_m: std::array::from_fn(|k| interval[k]),
             rotation_interval_rad: std::array::from_fn(|k| interval[3 + k]),
         };
-        let tracker = |registered: &Registered| {
-            let found = &registered.registration;
-            RegisteredTracker {
-                logs: registered.logs.clone(),
-                poses: found.poses,
-                base: pose(&found.mounting.frame, &found.frame_interval),
-                tool: pose(&found.mounting.tool, &found.tool_interval),
-                left_m: finite(found.left[0]),
-                left_rad: finite(found.left[1]),
-                table: words::register::table(&found.mounting),
-            }
+        let found = &registered.registration;
+        Self {
+            logs: registered.logs.clone(),
+            poses: found.poses,
+            base: pose(&found.mounting.frame, &found.frame_interval),
+            tool: pose(&found.mounting.tool, &found.tool_interval),
+            left_m: finite(found.left[0]),
+            left_rad: finite(found.left[1]),
+            table: words::register::table(&found.mounting),
+        }
+    }
+
+    /// Those that notices tell of.
+    pub(super) fn all(notices: &[Notice]) -> Vec<Self> {
+        let of = |notice: &Notice| match notice {
+            Notice::Registered(registered) => Some(Self::of(registered)),
+            _ => None,
         };
+        notices.iter().filter_map(of).collect()
+    }
+}
+
+impl RegisterResult {
+    pub(crate) fn of(report: &RegisterReport<'_>) -> Self {
         Self {
             schema: "register/1".to_owned(),
             provenance: report.provenance.clone(),
             model: report.model.path.display().to_string(),
-            trackers: report.registered.iter().map(tracker).collect(),
+            trackers: report.registered.iter().map(RegisteredTracker::of).collect(),
         }
     }
 }

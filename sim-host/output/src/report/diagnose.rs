@@ -90,6 +90,7 @@ impl Report for DiagnoseReport<'_> {
             "What these logs hardly tell apart, and from how many times the smallest size on",
             Block::Table(self.confusable()),
         );
+        document.push(Block::List(words::compare::notes(self.notices)));
         document
     }
 }

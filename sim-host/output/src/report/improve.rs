@@ -66,6 +66,7 @@ impl Report for ImproveReport<'_> {
                 Block::List(remains(&improvement.diagnosis)),
             );
         }
+        document.push(Block::List(crate::words::compare::notes(self.notices)));
         document
     }
 }
@@ -133,6 +134,7 @@ mod tests {
             after: &parts.after,
             held_out: [&parts.before, &parts.after],
             reason: parts.account.reasons.first(),
+            notices: &[],
             provenance: sample::provenance(),
         };
         let (text, page) = (report.text(), report.page());

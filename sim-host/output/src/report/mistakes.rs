@@ -4,7 +4,7 @@ use super::Report;
 use crate::MistakesReport;
 use crate::document::{Block, Document};
 use crate::json::MistakesResult;
-use crate::words::mistakes::{change, headline, sentence, target};
+use crate::words::mistakes::{headline, mistake};
 
 impl Report for MistakesReport<'_> {
     type Json = MistakesResult;
@@ -20,12 +20,8 @@ impl Report for MistakesReport<'_> {
             "Nothing else was looked for: on top of such a mistake every effect would be wrong."
                 .to_owned(),
         ));
-        let mut lines = Vec::new();
-        for mistake in &self.found.mistakes {
-            lines.push(sentence(mistake, joints));
-            lines.push(format!("In {}: {}", target(mistake), change(mistake)));
-        }
-        document.push(Block::List(lines));
+        let lines = self.found.mistakes.iter().flat_map(|found| mistake(found, joints));
+        document.push(Block::List(lines.collect()));
         document
     }
 }

@@ -1,6 +1,6 @@
 //! What is said of a model against measurements.
 
-use super::{Scale, counted, score};
+use super::{Scale, counted, listed, score};
 use std::path::Path;
 use trueweld_measure::residuals::compare::{
     ChannelComparison, Comparison, FLOOR, LogComparison, Notice,
@@ -77,6 +77,20 @@ pub(crate) fn notice(notice: &Notice) -> String {
         Notice::NoiseEstimated(logs) => format!(
             "the noise is not stated and was estimated from the recordings: {}",
             logs.join(", ")
+        ),
+        Notice::GearsAtStart { log, gears } => {
+            let of = |(joint, state): &(String, f64)| format!("{joint} at {:.0} %", 100.0 * state);
+            let gears: Vec<String> = gears.iter().map(of).collect();
+            format!(
+                "{log} begins with gears in the midst of their torque–twist loop, as what was seen tells: {}",
+                listed(&gears, "and")
+            )
+        }
+        Notice::ClockSettled { log, late } => format!(
+            "{log}: the tracker's clock is not given; under this model the tracker is {:.3} ms {} than its clock, which was fitted to \
+             both instruments' motion, says, and this is taken out",
+            1e3 * late.abs(),
+            if *late > 0.0 { "later" } else { "earlier" }
         ),
         Notice::PerLog { name, found } => {
             let of_log = |(log, effect): &(String, Effect)| {

@@ -3,7 +3,8 @@
 use super::{Scale, listed};
 use trueweld_core::spatial::rotation_vector;
 use trueweld_measure::data::channel::LogChannel;
-use trueweld_measure::mistakes::{Change, ColumnChange, Found, Mistake, MistakeKind, Registered};
+use trueweld_measure::data::log::ColumnMapping;
+use trueweld_measure::mistakes::{Change, ColumnLines, Found, Mistake, MistakeKind, Registered};
 
 /// The finding, first of all that is said.
 pub(crate) fn headline(found: &Found, joints: &[String]) -> String {
@@ -104,36 +105,42 @@ pub(crate) fn sentence(mistake: &Mistake, joints: &[String]) -> String {
 /// What to write, and where.
 pub(crate) fn change(mistake: &Mistake) -> String {
     match &mistake.change {
-        Change::Columns(lines) => lines.iter().map(column).collect::<Vec<_>>().join("\n"),
+        Change::Columns(_) => {
+            let several = mistake.lines.len() > 1;
+            mistake
+                .lines
+                .iter()
+                .flat_map(|of| column_lines(of, several))
+                .collect::<Vec<_>>()
+                .join("\n")
+        }
         Change::ToolMass(mass) => format!("mass_kg = {mass:.1}"),
         Change::PayloadColumns(mass) => format!("payload_kg,cx_m,cy_m,cz_m  # {mass:.0} kg"),
     }
 }
 
+/// The lines for some logs; their names above, where others take other lines.
+fn column_lines(of: &ColumnLines, named: bool) -> Vec<String> {
+    let logs = named.then(|| format!("# {}", of.logs.join(", ")));
+    logs.into_iter().chain(of.lines.iter().map(ColumnMapping::line)).collect()
+}
+
 /// Where the change belongs.
 pub(crate) fn target(mistake: &Mistake) -> &'static str {
     match mistake.change {
+        Change::Columns(_) if mistake.lines.iter().any(|lines| lines.replace) => {
+            "log.toml, under [columns], in place of the lines with the same headers"
+        }
         Change::Columns(_) => "log.toml, under [columns]",
         Change::ToolMass(_) => "robot.toml, under [tool]",
         Change::PayloadColumns(_) => "samples.csv, columns",
     }
 }
 
-fn column(line: &ColumnChange) -> String {
-    let ColumnChange { column, channel, unit, factor, offset } = *line;
-    let mut text = format!("\"{column}\" = {{ channel = \"{channel}\", unit = \"{unit}\"");
-    let number = |value: f64| {
-        let digits = format!("{value:.6}");
-        let short = digits.trim_end_matches('0');
-        if short.ends_with('.') { format!("{short}0") } else { short.to_owned() }
-    };
-    if factor != 1.0 {
-        text += &format!(", factor = {}", number(factor));
-    }
-    if offset != 0.0 {
-        text += &format!(", offset = {}", number(offset));
-    }
-    text + " }"
+/// A mistake, and what to do about it, each in a sentence.
+pub fn mistake(mistake: &Mistake, joints: &[String]) -> [String; 2] {
+    let remedy = format!("In {}: {}", target(mistake), change(mistake));
+    [sentence(mistake, joints), remedy]
 }
 
 /// A tracker that was registered, in a sentence without its full stop.

@@ -375,7 +375,15 @@ pub struct Parts {
 impl Parts {
     pub fn diagnosed(&self) -> DiagnoseReport<'_> {
         let Self { model, diagnosis, account, before, after } = self;
-        DiagnoseReport { model, diagnosis, account, before, after, provenance: provenance() }
+        DiagnoseReport {
+            model,
+            diagnosis,
+            account,
+            before,
+            after,
+            notices: &[],
+            provenance: provenance(),
+        }
     }
 }
 
@@ -471,7 +479,7 @@ pub fn diagnosis(verdict: Verdict) -> Parts {
                 ..found("encoder-offset", &[1e-5], 1e-6)
             }],
             improved: Fitted {
-                at: vec![Prediction { residual: vec![1.015; 100], motion: None }],
+                at: vec![Prediction { residual: vec![1.015; 100], motion: None, late: None }],
                 ..fitted()
             },
             limits: vec![limit(4), limit(0)],

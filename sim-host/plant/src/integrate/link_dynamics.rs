@@ -6,7 +6,7 @@
 //! gears remember.
 
 use super::Diverged;
-use crate::robot::{Drives, ElasticRobot, INTERNAL_STATES, JointMotion, Tilts};
+use crate::robot::{Drives, ElasticRobot, INTERNAL_STATES, JointMotion, Memory, Tilts};
 use nalgebra::SVector;
 use trueweld_core::ldlt::Ldlt;
 use trueweld_core::{Frames, JOINTS, JointVector, Wrench};
@@ -58,7 +58,7 @@ pub struct Stand {
 /// call to call.
 #[derive(Debug, Clone, Copy)]
 pub struct QuasiStaticLinks {
-    internal: [f64; INTERNAL_STATES],
+    internal: Memory,
     torsion: Option<JointVector<f64>>,
     motor: JointVector<f64>,
     slack: JointVector<f64>,
@@ -81,10 +81,21 @@ impl QuasiStaticLinks {
         }
     }
 
+    /// Gears that remember this at the first load.
+    pub fn remembering(memory: &Memory) -> Self {
+        Self { internal: *memory, ..Self::new() }
+    }
+
     /// The same for loads known to within `slack`, N·m at each joint: a load that small does not
     /// take a link from where it was left in its gap.
-    pub fn with_slack(slack: JointVector<f64>) -> Self {
-        Self { slack, ..Self::new() }
+    #[must_use]
+    pub fn with_slack(self, slack: JointVector<f64>) -> Self {
+        Self { slack, ..self }
+    }
+
+    /// What the gears remember now.
+    pub fn memory(&self) -> &Memory {
+        &self.internal
     }
 
     /// Where the links stand with the motors at `motors` and a wrench on the tool: τ_s = M(θ) θ̈ +
@@ -92,8 +103,7 @@ impl QuasiStaticLinks {
     /// TCP, in axes of the real tool frame. `time` from the start of the log, s.
     ///
     /// The load is taken to have come from the one before along a straight line in every joint's
-    /// torsion; at the first load gears remember nothing. Angles are NaN where the arm cannot carry
-    /// the load.
+    /// torsion. Angles are NaN where the arm cannot carry the load.
     pub fn follow(
         &mut self,
         robot: &ElasticRobot,
@@ -168,7 +178,7 @@ impl QuasiStaticLinks {
         drives: &Drives,
         i: usize,
         torque: f64,
-        internal: &mut [f64; INTERNAL_STATES],
+        internal: &mut Memory,
     ) -> f64 {
         let plain = torque / robot.model.stiffness()[i] - robot.ports.link_angle[i];
         if robot.spring_is_plain(i) {
@@ -288,9 +298,20 @@ pub struct DynamicLinks {
 }
 
 impl DynamicLinks {
-    /// Links that at the start neither swing nor fall behind: they follow the motors' motion.
+    /// Links that at the start neither swing nor fall behind: they follow the motors' motion. Their
+    /// gears remember nothing.
     pub fn start(robot: &ElasticRobot, motors: &Motors, time: f64) -> Self {
-        let mut standing = QuasiStaticLinks::new();
+        Self::start_remembering(robot, motors, &[0.0; INTERNAL_STATES], time)
+    }
+
+    /// The same with what the gears remember at the start.
+    pub fn start_remembering(
+        robot: &ElasticRobot,
+        motors: &Motors,
+        memory: &Memory,
+        time: f64,
+    ) -> Self {
+        let mut standing = QuasiStaticLinks::remembering(memory);
         let stand = standing.follow(robot, motors, &Wrench::zero(), time);
         let drives = Drives {
             link: stand.link,
@@ -318,20 +339,29 @@ impl DynamicLinks {
         robot: &ElasticRobot,
         motors: &Motors,
         jerk: &JointVector<f64>,
+        memory: &Memory,
         time: f64,
     ) -> Self {
-        let mut start = Self::start(robot, motors, time);
-        let stand = |after: f64| {
-            let moved = Motors {
-                angle: motors.angle
-                    + motors.rate * after
-                    + motors.acceleration * (0.5 * after * after),
-                rate: motors.rate + motors.acceleration * after + jerk * (0.5 * after * after),
-                acceleration: motors.acceleration + jerk * after,
-            };
-            moved.angle - QuasiStaticLinks::new().follow(robot, &moved, &Wrench::zero(), time).link
+        let mut start = Self::start_remembering(robot, motors, memory, time);
+        let moved = |after: f64| Motors {
+            angle: motors.angle + motors.rate * after + motors.acceleration * (0.5 * after * after),
+            rate: motors.rate + motors.acceleration * after + jerk * (0.5 * after * after),
+            acceleration: motors.acceleration + jerk * after,
         };
-        let mut rate = (stand(INSTANT) - stand(-INSTANT)) / (2.0 * INSTANT);
+        let torsion = |links: &mut QuasiStaticLinks, after: f64| {
+            let motors = moved(after);
+            motors.angle - links.follow(robot, &motors, &Wrench::zero(), time).link
+        };
+        let mut rate = if robot.ports.memories() > 0 {
+            // A gear that remembers is stiffer or softer by which way it goes: only forward.
+            let mut links = QuasiStaticLinks::remembering(memory);
+            let before = torsion(&mut links, 0.0);
+            (torsion(&mut links, INSTANT) - before) / INSTANT
+        } else {
+            let [before, behind] =
+                [-INSTANT, INSTANT].map(|after| torsion(&mut QuasiStaticLinks::new(), after));
+            (behind - before) / (2.0 * INSTANT)
+        };
         // A link in its gap is where it was left.
         (0..JOINTS).filter(|i| robot.play(*i) > 0.0).for_each(|i| rate[i] = 0.0);
         if rate.sum().is_finite() {
@@ -353,6 +383,11 @@ impl DynamicLinks {
     /// Spring torque now, N·m.
     pub fn spring(&self, robot: &ElasticRobot) -> JointVector<f64> {
         robot.spring_torque(&self.drives(), self.internal.as_slice())
+    }
+
+    /// What the gears remember now.
+    pub fn memory(&self) -> Memory {
+        self.internal.into()
     }
 
     /// Frames of the real arm at `time`, s.

@@ -9,7 +9,7 @@
 //! The one description of its physics: whoever drives it (a controller, a recorded log), it is
 //! asked here. Rotor gyroscopic effects are left out.
 
-use super::ports::{JointState, Ports, ValueDerivative};
+use super::ports::{JointState, Ports, Term, ValueDerivative};
 use crate::effects::{Action, Effect, EffectError};
 use crate::input::Process;
 use nalgebra::{Matrix6, Vector3};
@@ -35,6 +35,17 @@ pub struct Drives {
     pub motor: JointVector<f64>,
     /// Encoder rates, rad/s.
     pub motor_rate: JointVector<f64>,
+}
+
+/// A gear that remembers.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GearMemory {
+    /// Its joint, from 0.
+    pub joint: usize,
+    /// Place of its state in a [`Memory`](super::Memory).
+    pub slot: usize,
+    /// The state after a long way back, and after a long way forth.
+    pub ends: [f64; 2],
 }
 
 impl ElasticRobot {
@@ -144,6 +155,27 @@ impl ElasticRobot {
                 };
             }
         }
+    }
+
+    /// The gears that remember, each with its joint and what it remembers after a long way back and
+    /// a long way forth; those left out that no way makes forget.
+    pub fn memories(&self) -> Vec<GearMemory> {
+        let still = JointVector::zeros();
+        let drives = Drives { link: still, link_rate: still, motor: still, motor_rate: still };
+        let ends = |i: usize, term: &dyn Term, slot: usize| {
+            let end = |direction: f64| {
+                let at = JointState { encoder_rate: direction, ..self.joint_point(&drives, i) };
+                let rate = |z| term.internal_rate(&at, z).unwrap_or(0.0);
+                (rate(0.0) > rate(1.0)).then(|| rate(0.0) / (rate(0.0) - rate(1.0)))
+            };
+            let (back, forth) = (end(-1.0)?, end(1.0)?);
+            (back < forth).then_some(GearMemory { joint: i, slot, ends: [back, forth] })
+        };
+        let kept = |i: usize| {
+            let terms = self.ports.spring[i].iter();
+            terms.filter_map(move |(term, slot)| ends(i, term.as_ref(), (*slot)?))
+        };
+        (0..JOINTS).flat_map(kept).collect()
     }
 
     /// Rates of the states that spring terms keep.

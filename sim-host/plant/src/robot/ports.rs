@@ -11,6 +11,9 @@ use trueweld_core::{JOINTS, JointVector, Pose, smooth_sign};
 /// Most continuous states that all effects of one cell may keep (a hysteresis keeps one a joint).
 pub const INTERNAL_STATES: usize = 6;
 
+/// What gears remember: the states that effects keep, by the order in which they were installed.
+pub type Memory = [f64; INTERNAL_STATES];
+
 /// Where a term enters the plant.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Port {
@@ -324,6 +327,11 @@ impl Ports {
             Port::TimeBase => self.time.push(term),
         }
         Ok(())
+    }
+
+    /// Number of effects that keep a state of their own.
+    pub fn memories(&self) -> usize {
+        self.internal_states
     }
 
     /// Lateness of a channel, s: the sum over the time base's terms.

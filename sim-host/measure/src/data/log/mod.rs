@@ -207,6 +207,13 @@ pub struct Origin {
     later: Arc<Vec<Track>>,
 }
 
+impl Origin {
+    /// True where `log.toml` says where the tracker stands.
+    pub fn is_registered(&self) -> bool {
+        self.mounting.is_some()
+    }
+}
+
 impl Log {
     /// Reads the log in a folder, with the robot, weld and process that it names: of one that gaps
     /// cut into pieces the longest.

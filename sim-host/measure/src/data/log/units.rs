@@ -92,6 +92,7 @@ pub static UNITS: &[Unit] = &[
     unit("rpm", AngularSpeed, TAU / 60.0, "2π/60", &["1/min", "u/min", "r/min", "1_min", "min-1"]),
     unit("Hz", AngularSpeed, TAU, "2π", &["rev/s", "turn/s"]),
     unit("m", Length, 1.0, "1", &["metre", "meter", "meters"]),
+    unit("km", Length, 1e3, "1000", &[]),
     unit("cm", Length, 1e-2, "0.01", &[]),
     unit("mm", Length, 1e-3, "0.001", &["millimetre", "millimeter", "millimeters"]),
     unit("um", Length, 1e-6, "1e-6", &["µm", "μm", "micron", "microns"]),
