@@ -12,9 +12,9 @@ use trueweld_measure::data::campaign::Campaign;
 use trueweld_measure::data::log::{Log, LogKind};
 use trueweld_measure::data::noise::{Level, NoiseLevels};
 use trueweld_measure::fit::FitProblem;
-use trueweld_measure::predict::{Experiment, Model, Motion, Prediction};
+use trueweld_measure::predict::{Experiment, Model, Motion, Prediction, Quantity};
 use trueweld_measure::residuals::compare::{Comparison, Notice, baseline, compare, experiments};
-use trueweld_measure::residuals::localize::{Finding, Statistic, foremost, localize};
+use trueweld_measure::residuals::localize::{Finding, Statistic, Variable, foremost, localize};
 use trueweld_plant::input::ModelFile;
 
 /// Rows of the synthetic log, and their period, s.
@@ -101,7 +101,7 @@ fn a_planted_dependence_on_the_sign_of_a_torque_is_found_first_with_its_size() {
     let findings =
         series.localized(|row, c| step[c] * torque(4, row).signum() + normal(&mut random));
     let best = &findings[0];
-    assert_eq!(best.variable, "sign of A5's spring torque", "{best:?}");
+    assert_eq!(best.variable, Variable::SpringSign(4), "{best:?}");
     assert_eq!(
         (best.how, best.kind, best.channel),
         (Statistic::Mean, LogKind::FreeMotion, "tcp_position")
@@ -110,7 +110,7 @@ fn a_planted_dependence_on_the_sign_of_a_torque_is_found_first_with_its_size() {
     let planted = 2.25 / 5.25;
     assert!((best.share - planted).abs() < 0.05, "{} instead of {planted}", best.share);
     assert!(best.p <= 0.005, "{}", best.p);
-    assert!(best.curve.y_name.ends_with(", y"), "{}", best.curve.y_name);
+    assert_eq!(best.curve.series, Some((Quantity::Position, 1)));
     // One and a half deviations, in engineering units.
     let size = 1.5 * series.experiment.compared[0].deviation;
     for (point, sign) in best.curve.points.iter().zip([-1.0, 1.0]) {
@@ -128,15 +128,7 @@ fn a_wave_over_a_joint_is_found_with_its_order() {
         wave + normal(&mut random)
     });
     let best = &findings[0];
-    let order: usize = best
-        .variable
-        .strip_prefix("A1 angle, ")
-        .unwrap()
-        .split(' ')
-        .next()
-        .unwrap()
-        .parse()
-        .unwrap();
+    let Variable::Wave { joint: 0, order } = best.variable else { panic!("{best:?}") };
     // Over 0.6 rad an order is told to about a tenth of 2π/0.6.
     assert!(order.abs_diff(40) <= 1, "{best:?}");
     assert!(best.p <= 0.005 && (best.share - 2.0 / 5.0).abs() < 0.06, "{} {}", best.p, best.share);
@@ -148,7 +140,7 @@ fn noise_that_grows_is_found_by_its_size() {
     let mut random = ChaCha8Rng::seed_from_u64(3);
     let findings = series
         .localized(|row, _| (1.0 + 5.0 * (row as f64 / ROWS as f64).powi(4)) * normal(&mut random));
-    let best = findings.iter().find(|f| f.variable == "time").unwrap();
+    let best = findings.iter().find(|f| f.variable == Variable::Time).unwrap();
     assert_eq!(best.how, Statistic::Size);
     let last = series.experiment.compared.iter().map(|c| c.row).max().unwrap();
     assert!(best.low > 0.75 * PERIOD * last as f64, "{best:?}");
@@ -243,7 +235,11 @@ fn backlash_shows_in_the_joint_that_has_it() {
         .iter()
         .find(|f| f.kind == LogKind::StaticLoad && f.channel == "tcp_position")
         .unwrap();
-    assert!(still.variable.contains("A5") && still.variable.contains("spring torque"), "{still:?}");
+    let of_spring = |v: Variable| match v {
+        Variable::SpringTorque(j) | Variable::SpringSign(j) | Variable::SpringTendency(j) => j == 4,
+        _ => false,
+    };
+    assert!(of_spring(still.variable), "{still:?}");
     // What does not feel the joint's play is at the floor.
     for log in comparison.logs.iter().filter(|log| log.kind == LogKind::Weld) {
         let force = log.channels.iter().find(|c| c.name == "force").unwrap();

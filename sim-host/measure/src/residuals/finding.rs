@@ -1,7 +1,8 @@
-//! What a residual follows, as it is reported, and the names of joints and columns.
+//! What a residual follows, as it is reported, and the names of columns.
 
 use crate::data::log::{Log, LogKind};
 use crate::predict::Quantity;
+use trueweld_core::JOINTS;
 
 /// A score up to here is the noise floor: the deviations that residuals are judged by, propagated
 /// through the model to first order, are themselves known to about a tenth.
@@ -16,6 +17,94 @@ pub enum Statistic {
     Size,
 }
 
+/// A condition under which rows were recorded. Joints count from 0.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Variable {
+    /// Time from the start of the log, s.
+    Time,
+    /// Angle of a joint, rad.
+    Angle(usize),
+    /// Angle of a joint within one of so many periods a turn, rad of the period.
+    Wave {
+        /// The joint.
+        joint: usize,
+        /// Periods a turn.
+        order: usize,
+    },
+    /// Rate of a joint, rad/s.
+    Rate(usize),
+    /// Acceleration of a joint, rad/s².
+    Acceleration(usize),
+    /// Direction in which a joint moves.
+    Motion(usize),
+    /// Spring torque of a joint, N·m.
+    SpringTorque(usize),
+    /// Its sign.
+    SpringSign(usize),
+    /// Whether it falls or rises.
+    SpringTendency(usize),
+    /// Mass on the flange, kg.
+    Payload,
+    /// Size of the force on the tool, N.
+    Load,
+    /// Whether it falls or rises.
+    LoadTendency,
+    /// Position along the weld, m.
+    Path,
+    /// Which log it is.
+    Log,
+    /// Which joint it is.
+    Joint,
+    /// Which Cartesian direction it is.
+    Direction,
+    /// Which order of the spindle it is.
+    SpindleOrder,
+    /// What holds everywhere.
+    Offset,
+    /// Band of frequencies, Hz.
+    Frequency,
+}
+
+impl Variable {
+    /// Its unit; empty for categories.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::Time => "s",
+            Self::Angle(_) | Self::Wave { .. } => "rad",
+            Self::Rate(_) => "rad/s",
+            Self::Acceleration(_) => "rad/s²",
+            Self::SpringTorque(_) => "N·m",
+            Self::Payload => "kg",
+            Self::Load => "N",
+            Self::Path => "m",
+            Self::Frequency => "Hz",
+            _ => "",
+        }
+    }
+}
+
+/// A value of a condition that is not a number.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub enum Category {
+    Negative,
+    AtRest,
+    Positive,
+    Falling,
+    Steady,
+    Rising,
+    /// A log, by its place in [`Finding::logs`].
+    Log(usize),
+    /// A joint, from 0.
+    Joint(usize),
+    /// x, y or z.
+    Direction(u8),
+    /// An order of the spindle; 0 below its frequency.
+    SpindleOrder(u8),
+    /// A compared series: a quantity and its column.
+    Series(Quantity, u8),
+}
+
 /// One condition that the residual of one channel goes with.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Finding {
@@ -27,10 +116,10 @@ pub struct Finding {
     pub logs: Vec<String>,
     /// √mean((residual/noise)²) of this channel in these logs.
     pub score: f64,
-    /// The condition, such as `A5 spring torque`.
-    pub variable: String,
-    /// Its unit; empty for natural categories.
-    pub unit: &'static str,
+    /// Names of the robot's joints.
+    pub joints: [String; JOINTS],
+    /// The condition.
+    pub variable: Variable,
     /// Mean or size.
     pub how: Statistic,
     /// Share of the channel's squared residual, 0 to 1, that goes with the condition.
@@ -43,15 +132,15 @@ pub struct Finding {
     pub low: f64,
     /// See `low`.
     pub high: f64,
-    /// Name of the category where it shows most; empty where the condition is a number.
-    pub category: String,
+    /// The category where it shows most; `None` where the condition is a number.
+    pub category: Option<Category>,
     /// Share of the squared residual that lies there.
     pub share_there: f64,
     /// Share of the samples that lie there.
     pub samples_there: f64,
     /// Other conditions that this channel's residual goes with nearly as much: these data do not
     /// tell them apart.
-    pub similar: Vec<String>,
+    pub similar: Vec<Variable>,
     /// The residual over the condition.
     pub curve: Curve,
 }
@@ -66,14 +155,10 @@ impl Finding {
 /// A residual over a condition, for one column.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Curve {
-    /// The condition.
-    pub x_name: String,
-    /// Its unit; empty for natural categories.
-    pub x_unit: &'static str,
-    /// Names of the categories, one a point; empty where the condition is a number.
-    pub categories: Vec<String>,
-    /// What is drawn, with the column where the condition shows most.
-    pub y_name: String,
+    /// The categories, one a point; empty where the condition is a number.
+    pub categories: Vec<Category>,
+    /// The series where the condition shows most; `None` where all of the channel is drawn.
+    pub series: Option<(Quantity, u8)>,
     /// Unit of `y` and `error`.
     pub y_unit: &'static str,
     /// The points, in the order of the condition.
@@ -91,15 +176,12 @@ pub struct CurvePoint {
     pub error: f64,
 }
 
-/// Name of a joint of the robot that a log is of.
-pub(crate) fn joint_name(log: &Log, joint: usize) -> String {
-    log.robot.joint_names.get(joint).cloned().unwrap_or_else(|| format!("joint {}", joint + 1))
-}
-
 /// What people call a column of a channel.
 pub(crate) fn column_label(log: &Log, quantity: Quantity, column: u8) -> String {
     match quantity {
-        Quantity::LinkEncoder | Quantity::MotorTorque => joint_name(log, usize::from(column)),
+        Quantity::LinkEncoder | Quantity::MotorTorque => {
+            log.robot.joint_names[usize::from(column)].clone()
+        }
         _ => ["x", "y", "z"][usize::from(column).min(2)].to_owned(),
     }
 }

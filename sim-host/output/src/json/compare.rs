@@ -4,7 +4,7 @@ use super::finite;
 use super::mistake::FileMistake;
 use super::register::RegisteredTracker;
 use crate::words::compare::notice;
-use crate::words::finding::sentence;
+use crate::words::finding::{category, sentence, variable, x_name, y_name};
 use crate::{CompareReport, words};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -200,11 +200,11 @@ impl ResidualFinding {
             channel: finding.channel.to_owned(),
             logs: finding.logs.clone(),
             score: finite(finding.score),
-            variable: finding.variable.clone(),
-            unit: finding.unit.to_owned(),
+            variable: variable(finding.variable, &finding.joints),
+            unit: finding.variable.unit().to_owned(),
             low: finite(finding.low),
             high: finite(finding.high),
-            category: (!finding.category.is_empty()).then(|| finding.category.clone()),
+            category: finding.category.map(|c| category(c, finding)),
             how: match finding.how {
                 Statistic::Mean => "mean",
                 Statistic::Size => "size",
@@ -215,13 +215,13 @@ impl ResidualFinding {
             p: finite(finding.p),
             share_there: finite(finding.share_there),
             samples_there: finite(finding.samples_there),
-            similar: finding.similar.clone(),
+            similar: finding.similar.iter().map(|v| variable(*v, &finding.joints)).collect(),
             sentence: sentence(finding),
             curve: ResidualCurve {
-                x_name: curve.x_name.clone(),
-                x_unit: curve.x_unit.to_owned(),
-                categories: curve.categories.clone(),
-                y_name: curve.y_name.clone(),
+                x_name: x_name(finding),
+                x_unit: finding.variable.unit().to_owned(),
+                categories: curve.categories.iter().map(|c| category(*c, finding)).collect(),
+                y_name: y_name(finding),
                 y_unit: curve.y_unit.to_owned(),
                 x: column(|p| p.x),
                 y: column(|p| p.y),

@@ -203,7 +203,7 @@ impl DiagnosisCandidate {
         let curves: Vec<Option<EffectCurveData>> = reason
             .iter()
             .flat_map(|r| &r.evidence)
-            .map(|curve| curve.as_ref().map(EffectCurveData::of))
+            .map(|curve| curve.as_ref().map(|curve| EffectCurveData::of(curve, robot)))
             .collect();
         let others = candidate.others(&diagnosis.candidates);
         Self {

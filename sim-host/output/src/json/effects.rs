@@ -1,6 +1,7 @@
 //! Effects with their fitted values, and the curves that show them.
 
 use super::finite;
+use crate::words::curve::{title, x_name, y_name};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -110,15 +111,16 @@ impl FittedEffectValues {
 }
 
 impl EffectCurveData {
-    pub(super) fn of(curve: &EffectCurve) -> Self {
+    pub(super) fn of(curve: &EffectCurve, robot: &RobotFile) -> Self {
+        let joints = &robot.joint_names;
         let column =
             |of: fn(&CurvePoint) -> f64| curve.points.iter().map(|p| finite(of(p))).collect();
         let fitted = |axis: usize| curve.fitted.iter().map(|p| finite(p[axis])).collect();
         Self {
-            title: curve.title.clone(),
-            x_name: curve.x_name.clone(),
-            x_unit: curve.x_unit.to_owned(),
-            y_name: curve.y_name.clone(),
+            title: title(curve, joints),
+            x_name: x_name(curve, joints),
+            x_unit: curve.x.unit().to_owned(),
+            y_name: y_name(curve, joints),
             y_unit: curve.y_unit.to_owned(),
             x: column(|p| p.x),
             y: column(|p| p.y),

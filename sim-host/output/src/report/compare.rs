@@ -10,7 +10,7 @@ use crate::document::{
 use crate::json::CompareResult;
 use crate::samples::{self, Samples};
 use crate::words::compare::{TOLD, headline, notes, setting};
-use crate::words::finding::sentence;
+use crate::words::finding::{category, sentence, x_name, y_name};
 use crate::words::{Scale, fixed};
 use trueweld_measure::residuals::compare::{ChannelComparison, Comparison, FLOOR, LogComparison};
 use trueweld_measure::residuals::localize::{CurvePoint, Finding, foremost};
@@ -93,7 +93,7 @@ fn table(comparison: &Comparison) -> Table {
 /// The residual over the condition that it follows.
 fn finding_figure(finding: &Finding) -> Figure {
     let curve = &finding.curve;
-    let (x, y) = (Scale::large(curve.x_unit), Scale::small(curve.y_unit));
+    let (x, y) = (Scale::large(finding.variable.unit()), Scale::small(curve.y_unit));
     let numbered = curve.categories.is_empty();
     let mark = |(k, point): (usize, &CurvePoint)| Marked {
         x: if numbered { point.x * x.factor } else { k as f64 },
@@ -103,10 +103,10 @@ fn finding_figure(finding: &Finding) -> Figure {
     let marked: Vec<Marked> = curve.points.iter().enumerate().map(mark).collect();
     let points = marked.iter().filter(|_| numbered).map(|m| (m.x, m.y)).collect();
     Figure {
-        title: format!("{}: {}", finding.channel, curve.y_name),
+        title: format!("{}: {}", finding.channel, y_name(finding)),
         text: sentence(finding),
         plot: Plot {
-            x_label: x.named(&curve.x_name),
+            x_label: x.named(&x_name(finding)),
             y_label: y.named("residual"),
             lines: vec![Line {
                 name: String::new(),
@@ -115,7 +115,7 @@ fn finding_figure(finding: &Finding) -> Figure {
                 points,
             }],
             marked,
-            categories: curve.categories.clone(),
+            categories: curve.categories.iter().map(|c| category(*c, finding)).collect(),
             ..Plot::default()
         },
     }
@@ -170,7 +170,7 @@ mod tests {
         let name = "</script><script>alert(1)</script><b>";
         comparison.logs[0].name = name.to_owned();
         comparison.logs[0].traces.iter_mut().for_each(|t| t.label = name.to_owned());
-        comparison.worst[0].curve.x_name = name.to_owned();
+        comparison.worst[0].joints[4] = name.to_owned();
         let page = CompareReport {
             model: Path::new(name),
             comparison: &comparison,

@@ -9,6 +9,7 @@ use crate::document::{
 };
 use crate::json::DiagnoseResult;
 use crate::samples::{self, Samples};
+use crate::words::curve::{title, x_name, y_name};
 use crate::words::diagnose::{
     confusable, in_a_line, limits, none_of_these, ranked, remains, undone, values,
 };
@@ -16,6 +17,7 @@ use crate::words::{self, Scale, probability, score, share};
 use trueweld_measure::diagnose::evidence::EffectCurve;
 use trueweld_measure::diagnose::{FittedEffect, Reason, Verdict};
 use trueweld_measure::residuals::localize::CurvePoint;
+use trueweld_plant::input::RobotFile;
 
 /// Columns drawn before and after.
 const COLUMNS: usize = 4;
@@ -44,7 +46,7 @@ impl Report for DiagnoseReport<'_> {
         let mut document = Document::new("Diagnose", self.headline(), self.provenance);
         document.push(Block::Lead(self.explanation().unwrap_or_default()));
         document.push(Block::Note(self.setting()));
-        let curves = self.reason().map_or(Vec::new(), evidence);
+        let curves = self.reason().map_or(Vec::new(), |r| evidence(r, &self.model.robot));
         document.section(Medium::Page, words::diagnose::CURVES, Block::Figures(curves));
         if let Some(plan) = &self.account.next_experiment {
             let lead = words::experiment::lead(plan);
@@ -175,18 +177,19 @@ impl DiagnoseReport<'_> {
 }
 
 /// The curves that show an explanation's effects.
-pub(super) fn evidence(reason: &Reason) -> Vec<Figure> {
-    reason.evidence.iter().flatten().map(curve).collect()
+pub(super) fn evidence(reason: &Reason, robot: &RobotFile) -> Vec<Figure> {
+    reason.evidence.iter().flatten().map(|c| curve(c, &robot.joint_names)).collect()
 }
 
 /// What the measurements show of an effect, and the effect as fitted.
-fn curve(curve: &EffectCurve) -> Figure {
+fn curve(curve: &EffectCurve, joints: &[String]) -> Figure {
     // A twist is a thousandth of what a joint turns by.
     let x = match curve.points.iter().all(|p| p.x.abs() < 0.05) {
-        true => Scale::small(curve.x_unit),
-        false => Scale::large(curve.x_unit),
+        true => Scale::small(curve.x.unit()),
+        false => Scale::large(curve.x.unit()),
     };
     let y = Scale::small(curve.y_unit);
+    let shown = y_name(curve, joints);
     let marked =
         |p: &CurvePoint| Marked { x: p.x * x.factor, y: p.y * y.factor, error: p.error * y.factor };
     let fitted: Vec<(f64, f64)> =
@@ -197,10 +200,10 @@ fn curve(curve: &EffectCurve) -> Figure {
     let name = if winding { "ringed: the effect as fitted" } else { "the effect as fitted" };
     let points = if winding { Vec::new() } else { fitted.clone() };
     let plot = Plot {
-        x_label: x.named(&curve.x_name),
+        x_label: x.named(&x_name(curve, joints)),
         // A long name stands in the title.
-        y_label: match curve.y_name.chars().count() {
-            0..=MOST_OF_AXIS => y.named(&curve.y_name),
+        y_label: match shown.chars().count() {
+            0..=MOST_OF_AXIS => y.named(&shown),
             _ => y.unit.to_owned(),
         },
         lines: vec![Line {
@@ -214,7 +217,7 @@ fn curve(curve: &EffectCurve) -> Figure {
         wide: true,
         ..Plot::default()
     };
-    Figure::new(curve.title.clone(), plot)
+    Figure::new(title(curve, joints), plot)
 }
 
 #[cfg(test)]

@@ -38,7 +38,10 @@ impl Report for ImproveReport<'_> {
         document.push(Block::Note(self.setting()));
         document.section(Medium::All, "Step by step", Block::Table(self.steps()));
         if improvement.fitted.is_some() {
-            let curves = self.reason.filter(|_| self.adds_effects()).map_or(Vec::new(), evidence);
+            let curves = self
+                .reason
+                .filter(|_| self.adds_effects())
+                .map_or(Vec::new(), |r| evidence(r, &self.model.robot));
             document.section(Medium::Page, CURVES, Block::Figures(curves));
             for (logs, [before, after]) in [
                 ("of the logs held out, to which nothing was fitted", self.held_out),

@@ -75,7 +75,7 @@ fn tied(diagnosis: &Diagnosis, robot: &RobotFile) -> Vec<String> {
 fn followed(unexplained: &[Finding]) -> String {
     match foremost(unexplained, 1).first() {
         Some(f) => {
-            let variable = article(&f.variable);
+            let variable = article(f.variable, &f.joints);
             format!(
                 "it follows {variable} ({} of the squared residual of {})",
                 share(f.share),

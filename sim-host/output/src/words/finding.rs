@@ -1,11 +1,116 @@
 //! What is said of a residual that follows a condition.
 
 use super::{Scale, listed, share};
-use trueweld_measure::residuals::localize::{ARRANGEMENTS, FREQUENCY, Finding, OFFSET, Statistic};
+use trueweld_measure::predict::Quantity;
+use trueweld_measure::residuals::localize::{ARRANGEMENTS, Category, Finding, Statistic, Variable};
+
+/// The name of a condition.
+pub(crate) fn variable(variable: Variable, joints: &[String]) -> String {
+    match variable {
+        Variable::Time => "time".to_owned(),
+        Variable::Angle(j) => format!("{} angle", joints[j]),
+        Variable::Wave { joint, order } => {
+            format!("{} angle, {order} periods a turn", joints[joint])
+        }
+        Variable::Rate(j) => format!("{} rate", joints[j]),
+        Variable::Acceleration(j) => format!("{} acceleration", joints[j]),
+        Variable::Motion(j) => format!("direction of {}'s motion", joints[j]),
+        Variable::SpringTorque(j) => format!("{} spring torque", joints[j]),
+        Variable::SpringSign(j) => format!("sign of {}'s spring torque", joints[j]),
+        Variable::SpringTendency(j) => format!("tendency of {}'s spring torque", joints[j]),
+        Variable::Payload => "payload".to_owned(),
+        Variable::Load => "load on the tool".to_owned(),
+        Variable::LoadTendency => "tendency of the load".to_owned(),
+        Variable::Path => "path position".to_owned(),
+        Variable::Log => "log".to_owned(),
+        Variable::Joint => "joint".to_owned(),
+        Variable::Direction => "Cartesian direction".to_owned(),
+        Variable::SpindleOrder => "spindle order".to_owned(),
+        Variable::Offset => "constant offset".to_owned(),
+        Variable::Frequency => "frequency".to_owned(),
+    }
+}
+
+/// A condition as it stands in a sentence: with its article, or as the joint's own.
+pub(crate) fn article(condition: Variable, joints: &[String]) -> String {
+    let name = variable(condition, joints);
+    match condition {
+        Variable::Offset => format!("a {name}"),
+        Variable::Log => "which log it is".to_owned(),
+        Variable::Frequency => name,
+        Variable::Angle(j)
+        | Variable::Wave { joint: j, .. }
+        | Variable::Rate(j)
+        | Variable::Acceleration(j)
+        | Variable::SpringTorque(j) => {
+            let joint = &joints[j];
+            format!("{joint}'s{}", &name[joint.len()..])
+        }
+        _ => format!("the {name}"),
+    }
+}
+
+/// The name of a category.
+pub(crate) fn category(category: Category, finding: &Finding) -> String {
+    match category {
+        Category::Negative => "negative".to_owned(),
+        Category::AtRest => "at rest".to_owned(),
+        Category::Positive => "positive".to_owned(),
+        Category::Falling => "falling".to_owned(),
+        Category::Steady => "steady".to_owned(),
+        Category::Rising => "rising".to_owned(),
+        Category::Log(k) => finding.logs[k].clone(),
+        Category::Joint(j) => finding.joints[j].clone(),
+        Category::Direction(c) => direction(c).to_owned(),
+        Category::SpindleOrder(0) => "slow".to_owned(),
+        Category::SpindleOrder(order) => format!("order {order}"),
+        Category::Series(quantity, column) => series(quantity, column, &finding.joints),
+    }
+}
+
+/// A Cartesian direction.
+pub(crate) fn direction(component: u8) -> &'static str {
+    ["x", "y", "z"][usize::from(component).min(2)]
+}
+
+/// What people call a compared series of a channel.
+pub(crate) fn series(quantity: Quantity, column: u8, joints: &[String]) -> String {
+    match quantity {
+        Quantity::LinkEncoder | Quantity::MotorTorque => joints[usize::from(column)].clone(),
+        Quantity::Ripple { order, sine } => {
+            let part = if sine { "sine" } else { "cosine" };
+            format!("{}, spindle order {order}, {part}", direction(column))
+        }
+        _ => direction(column).to_owned(),
+    }
+}
+
+/// Name of the abscissa of a finding's curve.
+pub(crate) fn x_name(finding: &Finding) -> String {
+    match finding.variable {
+        Variable::Offset => "column".to_owned(),
+        condition => variable(condition, &finding.joints),
+    }
+}
+
+/// Name of the ordinate of a finding's curve, with the series that is drawn.
+pub(crate) fn y_name(finding: &Finding) -> String {
+    let drawn = match (finding.variable, finding.how) {
+        (Variable::Frequency, _) => "squared residual over that of white noise",
+        (_, Statistic::Mean) => "mean residual",
+        (_, Statistic::Size) => "root mean square of the residual",
+    };
+    match finding.curve.series {
+        Some((quantity, column)) => {
+            format!("{drawn}, {}", series(quantity, column, &finding.joints))
+        }
+        None => drawn.to_owned(),
+    }
+}
 
 /// The finding in a sentence.
 pub(crate) fn sentence(finding: &Finding) -> String {
-    let Finding { kind, channel, variable, how, .. } = finding;
+    let Finding { kind, channel, how, joints, .. } = finding;
     let p = match finding.p {
         p if p < 1.5 / (ARRANGEMENTS + 1) as f64 => {
             format!("p ≤ {:.3}", 1.0 / (ARRANGEMENTS + 1) as f64)
@@ -13,18 +118,21 @@ pub(crate) fn sentence(finding: &Finding) -> String {
         p => format!("p = {p:.3}"),
     };
     let explained = share(finding.share);
-    let said = match (variable.as_str(), how) {
-        (OFFSET, _) => {
-            let y =
-                worst(finding).map_or(String::new(), |y| format!(": {y} in {}", finding.category));
+    let said = match (finding.variable, how) {
+        (Variable::Offset, _) => {
+            let column = finding.category.map(|c| category(c, finding)).unwrap_or_default();
+            let y = worst(finding).map_or(String::new(), |y| format!(": {y} in {column}"));
             return format!(
                 "{kind}, {channel}: {explained} of the squared residual is a constant offset ({p}){y}."
             );
         }
         (_, Statistic::Mean) => {
-            format!("{explained} of the squared residual follows {} ({p})", article(variable))
+            format!(
+                "{explained} of the squared residual follows {} ({p})",
+                article(finding.variable, joints)
+            )
         }
-        (FREQUENCY, Statistic::Size) => {
+        (Variable::Frequency, Statistic::Size) => {
             let [low, high] = [finding.low, finding.high].map(|f| Scale::small("Hz").number(f));
             let [noise, there] = [finding.samples_there, finding.share_there].map(share);
             return format!(
@@ -47,7 +155,7 @@ pub(crate) fn sentence(finding: &Finding) -> String {
         [] => String::new(),
         all => format!(
             "; nearly as much {}",
-            listed(&all.iter().map(|v| article(v)).collect::<Vec<_>>(), "and")
+            listed(&all.iter().map(|v| article(*v, joints)).collect::<Vec<_>>(), "and")
         ),
     };
     format!("{kind}, {channel}: {said}{most}{similar}.")
@@ -55,77 +163,44 @@ pub(crate) fn sentence(finding: &Finding) -> String {
 
 /// Where a finding shows most.
 fn place(finding: &Finding) -> String {
-    let variable = article(&finding.variable);
-    if !finding.category.is_empty() {
-        return match finding.variable.as_str() {
-            "log" | "joint" => format!("in {}", finding.category),
-            "Cartesian direction" => format!("along {}", finding.category),
-            "spindle order" if finding.category == "slow" => {
-                "below the spindle's frequency".to_owned()
+    let joint = |j: usize| &finding.joints[j];
+    let condition = article(finding.variable, &finding.joints);
+    if let Some(found) = finding.category {
+        let name = category(found, finding);
+        return match (finding.variable, found) {
+            (Variable::Log | Variable::Joint, _) => format!("in {name}"),
+            (Variable::Direction, _) => format!("along {name}"),
+            (_, Category::SpindleOrder(0)) => "below the spindle's frequency".to_owned(),
+            (Variable::SpindleOrder, _) => format!("at the spindle's {name}"),
+            (Variable::Motion(j), Category::AtRest) => format!("while {} is at rest", joint(j)),
+            (Variable::Motion(j), _) => format!("while {} moves in the {name} sense", joint(j)),
+            (Variable::SpringTendency(j), _) => {
+                format!("while {}'s spring torque is {name}", joint(j))
             }
-            "spindle order" => format!("at the spindle's {}", finding.category),
-            name if let Some(joint) =
-                name.strip_prefix("direction of ").and_then(|n| n.split('\'').next()) =>
-            {
-                match finding.category.as_str() {
-                    "at rest" => format!("while {joint} is at rest"),
-                    sense => format!("while {joint} moves in the {sense} sense"),
-                }
-            }
-            name if let Some(quantity) = name.strip_prefix("tendency of ") => {
-                format!("while {quantity} is {}", finding.category)
-            }
-            _ => format!("where {variable} is {}", finding.category),
+            (Variable::LoadTendency, _) => format!("while the load is {name}"),
+            _ => format!("where {condition} is {name}"),
         };
     }
-    let scale = Scale::large(finding.unit);
+    let scale = Scale::large(finding.variable.unit());
     let range =
         scale.with_unit(format!("{} to {}", scale.number(finding.low), scale.number(finding.high)));
-    let variable = variable.split(',').next().unwrap_or_default().to_owned();
-    if finding.variable.ends_with("periods a turn") {
-        return format!("at a phase of {range}");
+    match finding.variable {
+        Variable::Wave { .. } => format!("at a phase of {range}"),
+        _ => format!("where {condition} is {range}"),
     }
-    format!("where {variable} is {range}")
 }
 
 /// The mean residual where it is largest, with its column.
 fn worst(finding: &Finding) -> Option<String> {
     let curve = &finding.curve;
-    let point = if finding.variable == OFFSET {
+    let point = if finding.variable == Variable::Offset {
         curve.points.get(finding.low as usize)?
-    } else if !curve.categories.is_empty() {
-        curve.points.iter().zip(&curve.categories).find(|(_, name)| **name == finding.category)?.0
+    } else if let Some(there) = finding.category {
+        curve.points.iter().zip(&curve.categories).find(|(_, category)| **category == there)?.0
     } else {
         curve.points.iter().find(|p| p.x >= finding.low && p.x <= finding.high)?
     };
-    let column =
-        curve.y_name.split_once(", ").map_or(String::new(), |(_, column)| format!(" in {column}"));
+    let column = curve.series.map(|(quantity, column)| series(quantity, column, &finding.joints));
+    let column = column.map_or(String::new(), |column| format!(" in {column}"));
     Some(format!("{}{column}", Scale::small(curve.y_unit).signed(point.y)))
-}
-
-/// A condition as it stands in a sentence: with its article, or as the joint's own.
-pub(crate) fn article(variable: &str) -> String {
-    match variable {
-        OFFSET => format!("a {OFFSET}"),
-        "log" => "which log it is".to_owned(),
-        "time"
-        | "payload"
-        | "path position"
-        | "joint"
-        | "Cartesian direction"
-        | "spindle order" => {
-            format!("the {variable}")
-        }
-        name if name.starts_with("load")
-            || name.starts_with("sign")
-            || name.starts_with("tendency") =>
-        {
-            format!("the {name}")
-        }
-        name if name.starts_with("direction of") => format!("the {name}"),
-        name => match name.split_once(' ') {
-            Some((joint, rest)) if !joint.ends_with("'s") => format!("{joint}'s {rest}"),
-            _ => name.to_owned(),
-        },
-    }
 }

@@ -3,6 +3,7 @@
 
 pub(crate) mod certify;
 pub(crate) mod compare;
+pub(crate) mod curve;
 pub(crate) mod diagnose;
 pub(crate) mod effects;
 pub(crate) mod experiment;

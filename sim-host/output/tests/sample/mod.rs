@@ -21,7 +21,7 @@ use trueweld_evaluate::laws::{Change, LawComparison, NoFigures, Sweep, VariedQua
 use trueweld_evaluate::margins::{CHANNELS, Margin, Margins, Passivity};
 use trueweld_evaluate::{Requirements, StepFigures, WELD_FIGURES, WeldFigures};
 use trueweld_measure::data::log::{Log, LogKind, LogNotice};
-use trueweld_measure::diagnose::evidence::EffectCurve;
+use trueweld_measure::diagnose::evidence::{Axis, EffectCurve, Ordinate};
 use trueweld_measure::diagnose::{
     Candidate, Confusable, Diagnosis, Explanation, FittedEffect, ImprovedChannel, Limit, Reason,
     Verdict,
@@ -29,11 +29,13 @@ use trueweld_measure::diagnose::{
 use trueweld_measure::experiment::{Channels, Excitation, Plan, PlanRow, Procedure};
 use trueweld_measure::fit::{End, FitState, Fitted, Linear};
 use trueweld_measure::improve::{Improvement, Rejected, Rejection, Step};
-use trueweld_measure::predict::Prediction;
+use trueweld_measure::predict::{Prediction, Quantity};
 use trueweld_measure::residuals::compare::{
     ChannelComparison, Comparison, LogComparison, Notice, Trace,
 };
-use trueweld_measure::residuals::localize::{Curve, CurvePoint, Finding, Statistic};
+use trueweld_measure::residuals::localize::{
+    Category, Curve, CurvePoint, Finding, Statistic, Variable,
+};
 use trueweld_output::{CertifiedWeld, CertifyReport, DiagnoseReport, StepRun, WeldRun};
 use trueweld_plant::cell::Cell;
 use trueweld_plant::effects::{Effect, EffectKind, Location};
@@ -321,23 +323,21 @@ pub fn comparison() -> Comparison {
         channel: "tcp_position",
         logs: vec!["free".to_owned()],
         score: 2.72,
-        variable: "sign of A5's spring torque".to_owned(),
-        unit: "",
+        joints: ["A1", "A2", "A3", "A4", "A5", "A6"].map(str::to_owned),
+        variable: Variable::SpringSign(4),
         how: Statistic::Mean,
         share: 0.62,
         by_chance: 0.02,
         p: 0.005,
         low: 1.0,
         high: 1.0,
-        category: "positive".to_owned(),
+        category: Some(Category::Positive),
         share_there: 0.9,
         samples_there: 0.5,
         similar: Vec::new(),
         curve: Curve {
-            x_name: "sign of A5's spring torque".to_owned(),
-            x_unit: "",
-            categories: vec!["negative".to_owned(), "positive".to_owned()],
-            y_name: "mean residual, x".to_owned(),
+            categories: vec![Category::Negative, Category::Positive],
+            series: Some((Quantity::Position, 0)),
             y_unit: "m",
             points: vec![point(0.0, 0.0), point(1.0, 2e-4)],
         },
@@ -436,10 +436,8 @@ pub fn diagnosis(verdict: Verdict) -> Parts {
     let limit =
         |joint: usize| Limit { kind, at: Location::Joint(joint), parameter: 0, value: 5.3e-6 };
     let curve = EffectCurve {
-        title: "twist over torque".to_owned(),
-        x_name: "spring torque of A5".to_owned(),
-        x_unit: "N·m",
-        y_name: "twist of A5 beyond the linear spring's".to_owned(),
+        x: Axis::SpringTorque(4),
+        y: Ordinate::Named("twist of {joint} beyond the linear spring's", 4),
         y_unit: "rad",
         points: (-3..4)
             .map(|k: i32| CurvePoint {

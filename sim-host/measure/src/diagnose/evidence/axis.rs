@@ -1,73 +1,16 @@
 //! The variables that effects follow, a value for every row of every log.
 
-use super::context::Context;
+use super::context::{Axis, Context};
 use crate::data::log::{Log, LogKind};
 use crate::data::rates::{rate, reach};
-use crate::residuals::finding::joint_name;
 use std::f64::consts::TAU;
 use trueweld_plant::simulate::Seam;
 
-/// What an effect may follow.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Axis {
-    Time,
-    /// Time up to so many seconds.
-    TimeTo(f64),
-    SpringTorque(usize),
-    Angle(usize),
-    /// Angle of a joint within one period of so many a turn.
-    Phase(usize, f64),
-    Rate(usize),
-    /// Position along the weld.
-    Path,
-    /// Along the weld.
-    Feed,
-    /// F_z in the tool's frame: below 0 while the tool is pressed on.
-    AxialForce,
-    /// −F_z, with the sign of the spindle's speed.
-    PushBySpindle,
-    /// Size of the force on the tool.
-    Load,
-    /// Size of the TCP's velocity.
-    ToolSpeed,
-    /// TCP in B, along x, y or z.
-    Tool(usize),
-}
-
-/// An axis with its values: by log, then by row; NaN where it is not known.
-pub(super) struct Named {
-    pub name: String,
-    pub unit: &'static str,
-    pub values: Vec<Option<Vec<f64>>>,
-}
-
 impl Axis {
-    /// Its name and values; `None` where no log has it.
-    pub fn named(self, ground: &Context<'_>) -> Option<Named> {
-        let of = |j: usize| ground.logs.first().map_or(String::new(), |log| joint_name(log, j));
-        let (name, unit) = match self {
-            Self::Time | Self::TimeTo(_) => ("time from the start of the log".to_owned(), "s"),
-            Self::SpringTorque(j) => (format!("spring torque of {}", of(j)), "N·m"),
-            Self::Angle(j) => (format!("angle of {}", of(j)), "rad"),
-            Self::Phase(j, order) => {
-                (format!("angle of {} within one of {order:.1} periods a turn", of(j)), "rad")
-            }
-            Self::Rate(j) => (format!("rate of {}", of(j)), "rad/s"),
-            Self::Path => ("path position".to_owned(), "m"),
-            Self::Feed => ("feed".to_owned(), "m/s"),
-            Self::AxialForce => ("axial force F_z on the tool".to_owned(), "N"),
-            Self::PushBySpindle => {
-                ("push on the tool, signed as the spindle turns".to_owned(), "N")
-            }
-            Self::Load => ("force on the tool".to_owned(), "N"),
-            Self::ToolSpeed => ("speed of the tool".to_owned(), "m/s"),
-            Self::Tool(i) => {
-                (format!("{} of the tool in the base frame", ["x", "y", "z"][i.min(2)]), "m")
-            }
-        };
-        let values: Vec<Option<Vec<f64>>> =
-            (0..ground.logs.len()).map(|log| self.of_log(ground, log)).collect();
-        values.iter().any(Option::is_some).then_some(Named { name, unit, values })
+    /// Its values, by log, then by row, NaN where they are not known; `None` where no log has them.
+    pub(super) fn values(self, ground: &Context<'_>) -> Option<Vec<Option<Vec<f64>>>> {
+        let values: Vec<_> = (0..ground.logs.len()).map(|log| self.of_log(ground, log)).collect();
+        values.iter().any(Option::is_some).then_some(values)
     }
 
     fn of_log(self, ground: &Context<'_>, index: usize) -> Option<Vec<f64>> {
@@ -124,6 +67,7 @@ impl Axis {
                 )
             }
             Self::Tool(i) => Some(tool(log).swap_remove(i.min(2))),
+            Self::SpindleOrder => None,
         }
     }
 }

@@ -2,19 +2,83 @@
 
 use crate::data::log::Log;
 use crate::fit::{EffectScope, FitProblem, FitState, Fitted, Residuals};
+use crate::predict::Quantity;
 use crate::residuals::localize::CurvePoint;
+
+/// What an effect may follow. Joints count from 0.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Axis {
+    /// Time from the start of the log, s.
+    Time,
+    /// Time up to so many seconds, s.
+    TimeTo(f64),
+    /// Spring torque of a joint, N·m.
+    SpringTorque(usize),
+    /// Angle of a joint, rad.
+    Angle(usize),
+    /// Angle of a joint within one period of so many a turn, rad.
+    Phase(usize, f64),
+    /// Rate of a joint, rad/s.
+    Rate(usize),
+    /// Position along the weld, m.
+    Path,
+    /// Speed along the weld, m/s.
+    Feed,
+    /// F_z in the tool's frame, N: below 0 while the tool is pressed on.
+    AxialForce,
+    /// −F_z, with the sign of the spindle's speed, N.
+    PushBySpindle,
+    /// Size of the force on the tool, N.
+    Load,
+    /// Size of the TCP's velocity, m/s.
+    ToolSpeed,
+    /// TCP in B, along x, y or z, m.
+    Tool(usize),
+    /// Order of the spindle.
+    SpindleOrder,
+}
+
+impl Axis {
+    /// Its unit.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::Time | Self::TimeTo(_) => "s",
+            Self::SpringTorque(_) => "N·m",
+            Self::Angle(_) | Self::Phase(..) => "rad",
+            Self::Rate(_) => "rad/s",
+            Self::Path | Self::Tool(_) => "m",
+            Self::Feed | Self::ToolSpeed => "m/s",
+            Self::AxialForce | Self::PushBySpindle | Self::Load => "N",
+            Self::SpindleOrder => "1/turn",
+        }
+    }
+}
+
+/// A quantity that the data are asked for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Ordinate {
+    /// What the effect's own file names, with `{joint}` for the name of a joint, from 0.
+    Named(&'static str, usize),
+    /// What a column of a channel reads beyond what is predicted without the effect.
+    Column {
+        /// The channel.
+        quantity: Quantity,
+        /// The column.
+        component: u8,
+        /// The effect.
+        without: &'static str,
+    },
+    /// Amplitude of the force along x, y or z of the tool beyond the model's.
+    ForceAmplitude(u8),
+}
 
 /// What the measurements say of an effect, and what it says itself.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EffectCurve {
-    /// What is shown.
-    pub title: String,
     /// The variable that matters for the effect.
-    pub x_name: String,
-    /// Its unit.
-    pub x_unit: &'static str,
+    pub x: Axis,
     /// The quantity that the data ask for.
-    pub y_name: String,
+    pub y: Ordinate,
     /// Its unit.
     pub y_unit: &'static str,
     /// What the measurements say. A loop comes in order of time, everything else in order of `x`.

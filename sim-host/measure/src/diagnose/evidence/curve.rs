@@ -1,7 +1,6 @@
 //! Rows of logs put together to the points of a curve.
 
-use super::axis::Named;
-use super::context::{Context, EffectCurve};
+use super::context::{Axis, Context, EffectCurve, Ordinate};
 use super::probe::Probe;
 use super::view::Shape;
 use crate::data::log::LogKind;
@@ -42,12 +41,12 @@ pub(super) fn rows(
     ground: &Context<'_>,
     probe: &Probe,
     slopes: &Slopes,
-    axis: &Named,
+    values: &[Option<Vec<f64>>],
     shape: Shape,
 ) -> Vec<BinRow> {
     let mut rows: Vec<BinRow> = Vec::new();
     for (log, experiment) in ground.bench.experiments.iter().enumerate() {
-        let (Some(slope), Some(x)) = (&slopes[log], &axis.values[log]) else {
+        let (Some(slope), Some(x)) = (&slopes[log], &values[log]) else {
             continue;
         };
         // A constant says little of what swings: an arm answers its own frequencies many times
@@ -282,14 +281,9 @@ pub(super) fn orders(ground: &Context<'_>) -> Option<EffectCurve> {
             known().map(|(order, [c, s])| [order as f64, part(c, 1).hypot(part(s, 1))]).collect();
         let largest = fitted.iter().map(|p| p[1]).fold(0.0, f64::max);
         if points.len() > 1 && largest > best.as_ref().map_or(0.0, |b| b.0) {
-            let axis = ["x", "y", "z"][usize::from(component)];
-            let y_name =
-                format!("amplitude of the force along {axis} of the tool beyond the model's");
             let evidence = EffectCurve {
-                title: format!("{y_name} over the spindle's orders"),
-                x_name: "order of the spindle".to_owned(),
-                x_unit: "1/turn",
-                y_name,
+                x: Axis::SpindleOrder,
+                y: Ordinate::ForceAmplitude(component),
                 y_unit: "N",
                 points,
                 fitted,

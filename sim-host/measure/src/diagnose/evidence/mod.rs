@@ -22,7 +22,7 @@ mod curve;
 mod probe;
 mod view;
 
-pub use context::EffectCurve;
+pub use context::{Axis, EffectCurve, Ordinate};
 
 use crate::data::log::Log;
 use crate::fit::{EffectScope, FitProblem, FitState, Fitted, Residuals, Slopes, residuals};
@@ -87,7 +87,7 @@ fn draw(ground: &Context<'_>, view: &View) -> Option<EffectCurve> {
     if view.shape == Shape::Orders {
         return curve::orders(ground);
     }
-    let mut best: Option<(f64, &Probe, axis::Named, Vec<BinRow>)> = None;
+    let mut best: Option<(f64, &Probe, Axis, Vec<BinRow>)> = None;
     let slopes: Vec<Option<Slopes>> =
         view.probes.iter().map(|probe| probe.slopes(ground)).collect();
     for (k, probe) in view.probes.iter().enumerate() {
@@ -95,26 +95,18 @@ fn draw(ground: &Context<'_>, view: &View) -> Option<EffectCurve> {
             continue;
         };
         for axis in &view.axes {
-            let Some(named) = axis.named(ground) else {
+            let Some(values) = axis.values(ground) else {
                 continue;
             };
-            let mut rows = curve::rows(ground, probe, &slopes, &named, view.shape);
+            let mut rows = curve::rows(ground, probe, &slopes, &values, view.shape);
             curve::sort(&mut rows, view.shape);
             let stands_out = curve::explained(&rows, view.shape);
             if stands_out > best.as_ref().map_or(0.0, |b| b.0) {
-                best = Some((stands_out, probe, named, rows));
+                best = Some((stands_out, probe, *axis, rows));
             }
         }
     }
-    let (_, probe, axis, rows) = best?;
+    let (_, probe, x, rows) = best?;
     let (points, fitted) = curve::points(&rows, view.shape, probe.sign())?;
-    Some(EffectCurve {
-        title: format!("{} over {}", probe.y_name(), axis.name),
-        x_name: axis.name,
-        x_unit: axis.unit,
-        y_name: probe.y_name().to_owned(),
-        y_unit: probe.y_unit(ground),
-        points,
-        fitted,
-    })
+    Some(EffectCurve { x, y: probe.shown(), y_unit: probe.y_unit(ground), points, fitted })
 }

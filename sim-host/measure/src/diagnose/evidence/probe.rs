@@ -1,7 +1,7 @@
 //! What residuals are projected on: a constant at a port of the plant, a value of the effect
 //! itself, or one column.
 
-use super::context::Context;
+use super::context::{Context, Ordinate};
 use crate::fit::{EffectScope, FreeParameter, Slopes, slopes, unit};
 use crate::predict::{Compared, Experiment, Quantity};
 use trueweld_plant::effects::formula::{CustomParameter, CustomRole, Definition, PORTS};
@@ -20,12 +20,12 @@ pub(super) enum Probe {
         unit: &'static str,
         /// −1 where the quantity shown is that much less.
         sign: f64,
-        y_name: String,
+        shown: Ordinate,
     },
     /// The effect's own parameter of that index: which value the data ask for.
-    Own { parameter: usize, y_name: String },
+    Own { parameter: usize, shown: Ordinate },
     /// Nothing but what one channel reads more than is predicted.
-    Column { quantity: Quantity, component: u8, y_name: String },
+    Column { quantity: Quantity, component: u8, shown: Ordinate },
 }
 
 /// Size at which the slope by a constant is taken, by unit: small against what any plant does,
@@ -170,10 +170,11 @@ impl Probe {
         if let Self::Port { sign, .. } = self { *sign } else { 1.0 }
     }
 
-    pub fn y_name(&self) -> &str {
+    /// What is shown of it.
+    pub fn shown(&self) -> Ordinate {
         match self {
-            Self::Port { y_name, .. } | Self::Own { y_name, .. } | Self::Column { y_name, .. } => {
-                y_name
+            Self::Port { shown, .. } | Self::Own { shown, .. } | Self::Column { shown, .. } => {
+                *shown
             }
         }
     }

@@ -1,11 +1,9 @@
 //! What shows each effect: the quantity it acts through and the variables it may follow.
 
-use super::axis::Axis;
-use super::context::Context;
+use super::context::{Axis, Context, Ordinate};
 use super::probe::Probe;
 use crate::data::log::LogKind;
 use crate::predict::Quantity;
-use crate::residuals::finding::{column_label, joint_name};
 use trueweld_core::JOINTS;
 use trueweld_plant::effects::curve::{Curve, CurveAxis, ShownQuantity};
 use trueweld_plant::effects::formula::PORTS;
@@ -64,7 +62,7 @@ impl View {
             [] => every_axis(),
             axes => axes.iter().map(|axis| of_effect(*axis, effect, ground)).collect(),
         };
-        Self { probes: quantities.iter().map(|q| probe(q, effect, ground)).collect(), axes, shape }
+        Self { probes: quantities.iter().map(|q| probe(q, effect)).collect(), axes, shape }
     }
 
     /// The column that the effect mends most, over what it follows there; where the links swing, as
@@ -73,14 +71,8 @@ impl View {
         let Some((log, quantity, component)) = most_improved(ground) else {
             return Self { probes: Vec::new(), axes: Vec::new(), shape: Shape::Curve };
         };
-        let label =
-            ground.logs.get(log).map_or(String::new(), |l| column_label(l, quantity, component));
-        let read = format!(
-            "{}[{label}] beyond what is predicted without {}",
-            quantity.channel(),
-            effect.kind.id
-        );
-        let probes = vec![Probe::Column { quantity, component, y_name: read }];
+        let shown = Ordinate::Column { quantity, component, without: effect.kind.id };
+        let probes = vec![Probe::Column { quantity, component, shown }];
         let swings = ground.bench.experiments[log].kind == LogKind::RingDown;
         match window(ground, log, quantity, component).filter(|_| swings) {
             Some((from, to)) => {
@@ -92,27 +84,25 @@ impl View {
 }
 
 /// What the quantity of an effect's curve is asked of the data by.
-fn probe(quantity: &ShownQuantity, effect: &Effect, ground: &Context<'_>) -> Probe {
-    let name = |name: &str, at: Location| {
-        let j = if let Location::Joint(j) = at { j } else { 0 };
-        let joint = ground.logs.first().map_or(String::new(), |log| joint_name(log, j));
-        name.replace("{joint}", &joint)
+fn probe(quantity: &ShownQuantity, effect: &Effect) -> Probe {
+    let named = |name: &'static str, at: Location| {
+        Ordinate::Named(name, if let Location::Joint(j) = at { j } else { 0 })
     };
     match *quantity {
-        ShownQuantity::Port { port, joint, sign, name: y_name } => {
+        ShownQuantity::Port { port, joint, sign, name } => {
             let unit = PORTS.iter().find(|p| p.name == port).map_or("", |p| p.unit);
             let at = joint.map_or(effect.at, Location::Joint);
-            Probe::Port { terms: vec![(port, "1")], at, sign, y_name: name(y_name, at), unit }
+            Probe::Port { terms: vec![(port, "1")], at, sign, shown: named(name, at), unit }
         }
-        ShownQuantity::Factor { terms, name: y_name } => Probe::Port {
+        ShownQuantity::Factor { terms, name } => Probe::Port {
             terms: terms.to_vec(),
             at: effect.at,
             sign: 1.0,
-            y_name: name(y_name, effect.at),
+            shown: named(name, effect.at),
             unit: "1",
         },
-        ShownQuantity::Parameter { index, name: y_name } => {
-            Probe::Own { parameter: index, y_name: name(y_name, effect.at) }
+        ShownQuantity::Parameter { index, name } => {
+            Probe::Own { parameter: index, shown: named(name, effect.at) }
         }
     }
 }

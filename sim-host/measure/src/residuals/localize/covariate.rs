@@ -4,7 +4,7 @@ use super::table::ResidualTable;
 use crate::data::log::{Log, LogKind};
 use crate::data::rates::rate;
 use crate::predict::Prediction;
-use crate::residuals::finding::joint_name;
+use crate::residuals::finding::{Category, Variable};
 use nalgebra::Vector3;
 use trueweld_core::JOINTS;
 use trueweld_plant::simulate::Seam;
@@ -23,12 +23,10 @@ const STILL: f64 = 1e-4;
 
 /// One condition, a value a row.
 pub(super) struct Covariate {
-    pub name: String,
-    /// Empty for categories.
-    pub unit: &'static str,
+    pub variable: Variable,
     /// NaN where it is not known; of categories their numbers.
     pub values: Vec<f64>,
-    pub categories: Vec<String>,
+    pub categories: Vec<Category>,
 }
 
 /// Which bin each row of a table lies in.
@@ -39,21 +37,16 @@ pub(super) struct Bins {
     pub count: usize,
 }
 
-const SIGNS: [&str; 2] = ["negative", "positive"];
-const DIRECTIONS: [&str; 3] = ["negative", "at rest", "positive"];
-const TENDENCIES: [&str; 3] = ["falling", "steady", "rising"];
+const SIGNS: [Category; 2] = [Category::Negative, Category::Positive];
+const DIRECTIONS: [Category; 3] = [Category::Negative, Category::AtRest, Category::Positive];
+const TENDENCIES: [Category; 3] = [Category::Falling, Category::Steady, Category::Rising];
 
-fn number(name: impl Into<String>, unit: &'static str, values: Vec<f64>) -> Covariate {
-    Covariate { name: name.into(), unit, values, categories: Vec::new() }
+fn number(variable: Variable, values: Vec<f64>) -> Covariate {
+    category(variable, &[], values)
 }
 
-fn category(name: String, names: &[&str], values: Vec<f64>) -> Covariate {
-    Covariate {
-        name,
-        unit: "",
-        values,
-        categories: names.iter().map(|n| (*n).to_owned()).collect(),
-    }
+fn category(variable: Variable, categories: &[Category], values: Vec<f64>) -> Covariate {
+    Covariate { variable, values, categories: categories.to_vec() }
 }
 
 /// All conditions of a log, a value a row of it.
@@ -61,7 +54,7 @@ pub(super) fn of(log: &Log, prediction: &Prediction) -> Vec<Covariate> {
     let samples = &log.samples;
     let (n, time) = (samples.len(), &samples.time);
     let start = time.first().copied().unwrap_or(0.0);
-    let mut all = vec![number("time", "s", time.iter().map(|t| t - start).collect())];
+    let mut all = vec![number(Variable::Time, time.iter().map(|t| t - start).collect())];
     let still = log.kind == LogKind::StaticLoad;
     // Between loads at rest, what the last change was.
     let change = |series: &[f64]| -> Vec<f64> {
@@ -74,51 +67,42 @@ pub(super) fn of(log: &Log, prediction: &Prediction) -> Vec<Covariate> {
         slope.iter().map(|v| if v.abs() <= REST * most { 1.0 } else { 1.0 + v.signum() }).collect()
     };
     for joint in 0..JOINTS {
-        let name = joint_name(log, joint);
         let angle: Vec<f64> = match &prediction.motion {
             Some(motion) if motion.link.len() == n => {
                 motion.link.iter().map(|q| q[joint]).collect()
             }
             _ => samples.encoder.iter().map(|q| q[joint]).collect(),
         };
-        all.push(number(format!("{name} angle"), "rad", angle.clone()));
+        all.push(number(Variable::Angle(joint), angle.clone()));
         if !still {
             let rate = slope(&angle);
             if rate.iter().any(|r| r.abs() > STILL) {
-                all.push(category(
-                    format!("direction of {name}'s motion"),
-                    &DIRECTIONS,
-                    tendency(&rate),
-                ));
-                all.push(number(format!("{name} acceleration"), "rad/s²", slope(&rate)));
-                all.push(number(format!("{name} rate"), "rad/s", rate));
+                all.push(category(Variable::Motion(joint), &DIRECTIONS, tendency(&rate)));
+                all.push(number(Variable::Acceleration(joint), slope(&rate)));
+                all.push(number(Variable::Rate(joint), rate));
             }
         }
         if let Some(motion) = prediction.motion.as_ref().filter(|m| m.spring.len() == n) {
             let torque: Vec<f64> = motion.spring.iter().map(|t| t[joint]).collect();
             let sign = torque.iter().map(|t| if *t > 0.0 { 1.0 } else { 0.0 }).collect();
-            all.push(category(format!("sign of {name}'s spring torque"), &SIGNS, sign));
+            all.push(category(Variable::SpringSign(joint), &SIGNS, sign));
             all.push(category(
-                format!("tendency of {name}'s spring torque"),
+                Variable::SpringTendency(joint),
                 &TENDENCIES,
                 tendency(&slope(&torque)),
             ));
-            all.push(number(format!("{name} spring torque"), "N·m", torque));
+            all.push(number(Variable::SpringTorque(joint), torque));
         }
     }
     if let Some(payload) = &samples.payload {
-        all.push(number("payload", "kg", payload.iter().map(|p| p.mass).collect()));
+        all.push(number(Variable::Payload, payload.iter().map(|p| p.mass).collect()));
     }
     if let Some(force) = &samples.force {
         let load: Vec<f64> = force.iter().map(|f| f.norm()).collect();
         if still {
-            all.push(category(
-                "tendency of the load".to_owned(),
-                &TENDENCIES,
-                tendency(&slope(&load)),
-            ));
+            all.push(category(Variable::LoadTendency, &TENDENCIES, tendency(&slope(&load))));
         }
-        all.push(number("load on the tool", "N", load));
+        all.push(number(Variable::Load, load));
     }
     if let Some(weld) = &log.weld {
         let seam = Seam::of(weld);
@@ -126,7 +110,7 @@ pub(super) fn of(log: &Log, prediction: &Prediction) -> Vec<Covariate> {
         let on_path = |q: &trueweld_core::JointVector<f64>| {
             along.dot(&(log.robot.robot.forward_kinematics(q).position - seam.b_from_w.position))
         };
-        all.push(number("path position", "m", samples.encoder.iter().map(on_path).collect()));
+        all.push(number(Variable::Path, samples.encoder.iter().map(on_path).collect()));
     }
     all
 }
@@ -135,36 +119,32 @@ impl Covariate {
     /// The conditions of the rows of a table, from those of its logs; with the log itself where
     /// there are several.
     pub fn joined(table: &ResidualTable, of_logs: &[Vec<Self>]) -> Vec<Self> {
-        let mut names: Vec<(&str, &Self)> = Vec::new();
+        let mut known: Vec<&Self> = Vec::new();
         for span in &table.spans {
             let (log, _) = table.rows[span.start];
             for condition in &of_logs[log] {
-                if !names.iter().any(|(name, _)| *name == condition.name) {
-                    names.push((&condition.name, condition));
+                if !known.iter().any(|c| c.variable == condition.variable) {
+                    known.push(condition);
                 }
             }
         }
-        let value = |name: &str, (log, row): (usize, usize)| {
-            of_logs[log].iter().find(|c| c.name == name).map_or(f64::NAN, |c| c.values[row])
+        let value = |variable: Variable, (log, row): (usize, usize)| {
+            let found = of_logs[log].iter().find(|c| c.variable == variable);
+            found.map_or(f64::NAN, |c| c.values[row])
         };
-        let mut joined: Vec<Self> = names
+        let mut joined: Vec<Self> = known
             .iter()
-            .map(|(name, like)| Self {
-                name: (*name).to_owned(),
-                unit: like.unit,
-                values: table.rows.iter().map(|row| value(name, *row)).collect(),
+            .map(|like| Self {
+                values: table.rows.iter().map(|row| value(like.variable, *row)).collect(),
                 categories: like.categories.clone(),
+                ..**like
             })
             .collect();
         if table.spans.len() > 1 {
             let mut which = vec![0.0; table.rows.len()];
             table.spans.iter().enumerate().for_each(|(k, span)| which[span.clone()].fill(k as f64));
-            joined.push(Self {
-                name: "log".to_owned(),
-                unit: "",
-                values: which,
-                categories: table.logs.clone(),
-            });
+            let logs: Vec<Category> = (0..table.logs.len()).map(Category::Log).collect();
+            joined.push(category(Variable::Log, &logs, which));
         }
         joined
     }

@@ -13,8 +13,7 @@ mod orders;
 mod spectrum;
 mod table;
 
-pub use crate::residuals::finding::{Curve, CurvePoint, Finding, Statistic};
-pub use spectrum::NAME as FREQUENCY;
+pub use crate::residuals::finding::{Category, Curve, CurvePoint, Finding, Statistic, Variable};
 
 use crate::data::log::Log;
 use crate::predict::{Experiment, Prediction};
@@ -22,9 +21,6 @@ use crate::residuals::finding::FLOOR;
 use covariate::{Bins, Covariate};
 use rayon::prelude::*;
 use table::{Group, Judged, ResidualTable};
-
-/// Name of the condition that holds everywhere.
-pub const OFFSET: &str = "constant offset";
 
 /// Arrangements that a share is set against: p-values come in steps of 1/200.
 pub const ARRANGEMENTS: usize = 199;
@@ -68,7 +64,7 @@ pub fn localize(
 /// where nothing else does.
 pub fn foremost(findings: &[Finding], count: usize) -> Vec<&Finding> {
     let mut chosen: Vec<&Finding> = Vec::new();
-    let by_frequency = |f: &&Finding| f.variable == spectrum::NAME;
+    let by_frequency = |f: &&Finding| f.variable == Variable::Frequency;
     let above = || findings.iter().filter(|f| f.score > FLOOR);
     for finding in above().filter(|f| !by_frequency(f)).chain(above().filter(by_frequency)) {
         if !chosen.iter().any(|f| f.kind == finding.kind && f.channel == finding.channel) {
@@ -96,16 +92,16 @@ fn findings_of(table: &ResidualTable, conditions: &[Vec<Covariate>], logs: &[Log
 }
 
 fn name_similar(findings: &mut [Finding]) {
-    let all: Vec<(String, f64)> = findings
+    let all: Vec<(Variable, f64)> = findings
         .iter()
-        .filter(|f| f.variable != spectrum::NAME)
-        .map(|f| (f.variable.clone(), f.excess()))
+        .filter(|f| f.variable != Variable::Frequency)
+        .map(|f| (f.variable, f.excess()))
         .collect();
-    for finding in findings.iter_mut().filter(|f| f.variable != spectrum::NAME) {
+    for finding in findings.iter_mut().filter(|f| f.variable != Variable::Frequency) {
         let least = NEARLY * finding.excess();
         let near =
-            all.iter().filter(|(name, excess)| *name != finding.variable && *excess >= least);
-        finding.similar = near.take(3).map(|(name, _)| name.clone()).collect();
+            all.iter().filter(|(other, excess)| *other != finding.variable && *excess >= least);
+        finding.similar = near.take(3).map(|(other, _)| *other).collect();
     }
 }
 
@@ -259,26 +255,17 @@ fn report(
     let (low, high) = inside(there)
         .map(|i| condition.values[i])
         .fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(v), h.max(v)));
-    let named = |bin: &usize| condition.categories.get(*bin).cloned().unwrap_or_default();
-    let categories = match condition.categories.is_empty() {
-        true => Vec::new(),
-        false => {
-            (0..bins.count).filter(|bin| sums.rows[*bin] > 0.0).map(|bin| named(&bin)).collect()
-        }
-    };
+    let filled = condition.categories.iter().zip(&sums.rows).filter(|(_, rows)| **rows > 0.0);
     Finding {
-        variable: condition.name.clone(),
-        unit: condition.unit,
+        variable: condition.variable,
         low,
         high,
-        category: named(&there),
+        category: condition.categories.get(there).copied(),
         share_there: sums.squares[there] / total,
         samples_there: sums.rows[there] / rows,
         curve: Curve {
-            x_name: condition.name.clone(),
-            x_unit: condition.unit,
-            categories,
-            y_name: table.drawn(how, series),
+            categories: filled.map(|(category, _)| *category).collect(),
+            series: Some((table.series[series].quantity, table.series[series].column)),
             y_unit: table.series[series].quantity.unit(),
             points,
         },
@@ -324,17 +311,15 @@ fn by_series(table: &ResidualTable, group: &Group) -> Option<Finding> {
         })
         .collect();
     Some(Finding {
-        variable: group.name.to_owned(),
+        variable: group.variable,
         low: there as f64,
         high: there as f64,
-        category: group.categories[there].clone(),
+        category: Some(group.categories[there]),
         share_there: sums[there] / total,
         samples_there: members(there) / width as f64,
         curve: Curve {
-            x_name: group.name.to_owned(),
-            x_unit: "",
             categories: group.categories.clone(),
-            y_name: "root mean square of the residual".to_owned(),
+            series: None,
             y_unit: table.series[0].quantity.unit(),
             points,
         },
@@ -372,17 +357,15 @@ fn offset(table: &ResidualTable) -> Option<Finding> {
     let mean = |s: usize| everywhere().map(|i| table.row(i)[s]).sum::<f64>().abs();
     let there = largest(width, mean);
     Some(Finding {
-        variable: OFFSET.to_owned(),
+        variable: Variable::Offset,
         low: there as f64,
         high: there as f64,
-        category: table.series[there].label.clone(),
+        category: Some(table.series[there].category()),
         share_there: table.squares_of(there, |_| true) / total,
         samples_there: 1.0 / width as f64,
         curve: Curve {
-            x_name: "column".to_owned(),
-            x_unit: "",
-            categories: table.series.iter().map(|s| s.label.clone()).collect(),
-            y_name: "mean residual".to_owned(),
+            categories: table.series.iter().map(table::Series::category).collect(),
+            series: None,
             y_unit: table.series[0].quantity.unit(),
             points,
         },

@@ -3,7 +3,7 @@
 
 use super::covariate::{Bins, Covariate};
 use super::table::{LEAST, ResidualTable};
-use super::{ARRANGEMENTS, Finding, Statistic, Sums, judge, report};
+use super::{ARRANGEMENTS, Finding, Statistic, Sums, Variable, judge, report};
 use crate::data::log::LogKind;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
@@ -28,12 +28,16 @@ pub(super) fn of(
     if table.kind != LogKind::FreeMotion {
         return Vec::new();
     }
-    let angles = conditions.par_iter().filter(|c| c.name.ends_with(" angle"));
-    angles.filter_map(|angle| of_angle(table, angle, arrangements)).collect()
+    let of = |condition: &Covariate| match condition.variable {
+        Variable::Angle(joint) => of_angle(table, joint, condition, arrangements),
+        _ => None,
+    };
+    conditions.par_iter().filter_map(of).collect()
 }
 
 fn of_angle(
     table: &ResidualTable,
+    joint: usize,
     angle: &Covariate,
     arrangements: &[Vec<u32>],
 ) -> Option<Finding> {
@@ -76,8 +80,8 @@ fn of_angle(
     let phase: Vec<f64> = angle.values.iter().map(|q| (order as f64 * q).rem_euclid(TAU)).collect();
     let bin = |p: &f64| Some(((p / TAU * f64::from(BINS)) as u16).min(BINS - 1));
     let bins = Bins { of: phase.iter().map(bin).collect(), count: usize::from(BINS) };
-    let name = format!("{}, {order} periods a turn", angle.name);
-    let condition = Covariate { name, unit: "rad", values: phase, categories: Vec::new() };
+    let variable = Variable::Wave { joint, order };
+    let condition = Covariate { variable, values: phase, categories: Vec::new() };
     let sums = Sums::of(table, &bins, |i| i);
     Some(report(table, &condition, &bins, &sums, Statistic::Mean, judged))
 }

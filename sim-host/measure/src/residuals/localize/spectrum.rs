@@ -2,14 +2,10 @@
 //! of its size would be.
 
 use super::table::ResidualTable;
-use super::{Curve, CurvePoint, Finding, Statistic, judge, largest};
+use super::{Curve, CurvePoint, Finding, Statistic, Variable, judge, largest};
 use crate::data::log::{Log, LogKind};
 use crate::predict::Quantity;
 use realfft::RealFftPlanner;
-
-/// Name of the condition.
-/// Name of the condition that a band of frequencies is.
-pub const NAME: &str = "frequency";
 
 /// Bands, each an octave wide but for the lowest.
 const BANDS: usize = 8;
@@ -77,17 +73,14 @@ pub(super) fn of(
         CurvePoint { x: 0.5 * (low + high) * highest, y: shares[b] / width(b), error: 0.0 }
     };
     Some(Finding {
-        variable: NAME.to_owned(),
-        unit: "Hz",
+        variable: Variable::Frequency,
         low: low * highest,
         high: high * highest,
         share_there: shares[there],
         samples_there: width(there),
         curve: Curve {
-            x_name: NAME.to_owned(),
-            x_unit: "Hz",
             categories: Vec::new(),
-            y_name: "squared residual over that of white noise".to_owned(),
+            series: None,
             y_unit: "",
             points: (0..BANDS).map(point).collect(),
         },

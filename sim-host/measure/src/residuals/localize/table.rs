@@ -2,12 +2,13 @@
 
 use crate::data::log::{Log, LogKind};
 use crate::predict::{Experiment, Prediction, Quantity};
-use crate::residuals::finding::{Curve, CurvePoint, Finding, Statistic, column_label};
+use crate::residuals::finding::{Category, Curve, CurvePoint, Finding, Statistic, Variable};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use std::collections::BTreeMap;
 use std::ops::Range;
+use trueweld_core::JOINTS;
 
 /// Rows kept: of longer logs every second, third, … row.
 const MOST_ROWS: usize = 2000;
@@ -47,8 +48,8 @@ impl Judged {
 
 /// Series of a table put together in groups: its columns, or the spindle's orders.
 pub(super) struct Group {
-    pub name: &'static str,
-    pub categories: Vec<String>,
+    pub variable: Variable,
+    pub categories: Vec<Category>,
     /// Category of every series.
     pub of: Vec<usize>,
 }
@@ -57,7 +58,12 @@ pub(super) struct Group {
 pub(super) struct Series {
     pub quantity: Quantity,
     pub column: u8,
-    pub label: String,
+}
+
+impl Series {
+    pub fn category(&self) -> Category {
+        Category::Series(self.quantity, self.column)
+    }
 }
 
 /// Residuals with a row for every instant and a column for every series.
@@ -65,8 +71,9 @@ pub(super) struct ResidualTable {
     pub kind: LogKind,
     pub channel: &'static str,
     pub series: Vec<Series>,
-    /// Names of the logs.
+    /// Names of the logs, and of their robot's joints.
     pub logs: Vec<String>,
+    joints: [String; JOINTS],
     /// Log, by its place among all logs, and row in it.
     pub rows: Vec<(usize, usize)>,
     /// Rows of each log.
@@ -140,19 +147,15 @@ impl ResidualTable {
             return None;
         }
         let stride = total.div_ceil(MOST_ROWS);
-        let first = &logs[of_logs[0].0];
         let mut table = Self {
             kind,
             channel: series[0].0.channel(),
             series: series
                 .iter()
-                .map(|(quantity, column)| Series {
-                    quantity: *quantity,
-                    column: *column,
-                    label: label(first, *quantity, *column),
-                })
+                .map(|(quantity, column)| Series { quantity: *quantity, column: *column })
                 .collect(),
             logs: of_logs.iter().map(|(k, _)| logs[*k].name.clone()).collect(),
+            joints: logs[of_logs[0].0].robot.joint_names.clone(),
             rows: Vec::new(),
             spans: Vec::new(),
             squares: Vec::new(),
@@ -282,17 +285,15 @@ impl ResidualTable {
         columns.sort_unstable();
         columns.dedup();
         if columns.len() > 1 {
-            let name = |c: &u8| {
-                self.series
-                    .iter()
-                    .find(|s| s.column == *c)
-                    .map_or(String::new(), |s| plain_label(&s.label))
-            };
             let joints =
                 matches!(self.series[0].quantity, Quantity::LinkEncoder | Quantity::MotorTorque);
+            let category = |c: &u8| match joints {
+                true => Category::Joint(usize::from(*c)),
+                false => Category::Direction(*c),
+            };
             groups.push(Group {
-                name: if joints { "joint" } else { "Cartesian direction" },
-                categories: columns.iter().map(name).collect(),
+                variable: if joints { Variable::Joint } else { Variable::Direction },
+                categories: columns.iter().map(category).collect(),
                 of: self
                     .series
                     .iter()
@@ -305,26 +306,13 @@ impl ResidualTable {
         };
         let most = self.series.iter().map(|s| order(s.quantity)).max().unwrap_or(0);
         if most > 0 {
-            let name = |n: usize| {
-                if n == 0 { "slow".to_owned() } else { format!("order {n}") }
-            };
             groups.push(Group {
-                name: "spindle order",
-                categories: (0..=most).map(name).collect(),
+                variable: Variable::SpindleOrder,
+                categories: (0..=most).map(|n| Category::SpindleOrder(n as u8)).collect(),
                 of: self.series.iter().map(|s| order(s.quantity)).collect(),
             });
         }
         groups
-    }
-
-    /// What a curve over one series shows.
-    pub fn drawn(&self, how: Statistic, series: usize) -> String {
-        match how {
-            Statistic::Mean => format!("mean residual, {}", self.series[series].label),
-            Statistic::Size => {
-                format!("root mean square of the residual, {}", self.series[series].label)
-            }
-        }
     }
 
     /// Mean or root mean square of one series over some rows, in its unit.
@@ -369,42 +357,21 @@ impl ResidualTable {
             channel: self.channel,
             logs: self.logs.clone(),
             score: self.score(),
-            variable: String::new(),
-            unit: "",
+            joints: self.joints.clone(),
+            variable: Variable::Offset,
             how,
             share: judged.share,
             by_chance: judged.by_chance,
             p: judged.p,
             low: 0.0,
             high: 0.0,
-            category: String::new(),
+            category: None,
             share_there: 0.0,
             samples_there: 0.0,
             similar: Vec::new(),
-            curve: Curve {
-                x_name: String::new(),
-                x_unit: "",
-                categories: Vec::new(),
-                y_name: String::new(),
-                y_unit: "",
-                points: Vec::new(),
-            },
+            curve: Curve { categories: Vec::new(), series: None, y_unit: "", points: Vec::new() },
         }
     }
-}
-
-fn label(log: &Log, quantity: Quantity, column: u8) -> String {
-    let plain = column_label(log, quantity, column);
-    match quantity {
-        Quantity::Ripple { order, sine } => {
-            format!("{plain}, spindle order {order}, {}", if sine { "sine" } else { "cosine" })
-        }
-        _ => plain,
-    }
-}
-
-fn plain_label(label: &str) -> String {
-    label.split(',').next().unwrap_or_default().to_owned()
 }
 
 /// The numbers below `count` in random order.
