@@ -1,22 +1,12 @@
 //! The program `trueweld` with a law and an effect of one's own beside those that it has.
 
-use serde::{Deserialize, Serialize};
-use trueweld::core::compensation::{Compensator, Observation};
-use trueweld::core::{Fault, Robot, Twist};
-use trueweld::effects::{Action, EffectKind, LocationKind, Parameter};
-use trueweld::laws::{FeedForward, GainError, Law, Needs, OuterIntegral, Setup, require};
-use trueweld::robot::{JointState, Port, Term};
+use trueweld::prelude::*;
 
-/// Gains, `[law.own-law]` of a control file.
-#[derive(Serialize, Deserialize)]
-struct Gains {
-    /// Bandwidth of the correction, rad/s.
-    rate_rad_s: f64,
-}
-
-impl Default for Gains {
-    fn default() -> Self {
-        Self { rate_rad_s: 2.0 }
+gains! {
+    /// Gains, `[law.own-law]` of a control file.
+    Gains {
+        /// Bandwidth of the correction, rad/s.
+        rate_rad_s: f64 = 2.0,
     }
 }
 
@@ -45,34 +35,16 @@ impl Compensator<f64> for OwnLaw {
         self.correction = 0.0;
     }
 
-    fn demand(
-        &mut self,
-        robot: &Robot<f64>,
-        observation: &Observation<'_, f64>,
-    ) -> Result<Twist<f64>, Fault> {
-        let usable = observation.measurements.iter().filter(|m| m.is_usable());
-        for across in usable.filter(|m| m.along.linear.y > 0.0) {
-            self.correction -= self.share * across.deviation;
-        }
-        let mut demand = FeedForward.demand(robot, observation)?;
+    fn demand(&mut self, robot: &Robot<f64>, seen: &Observation<'_, f64>) -> Demand {
+        let across = seen.measurements.iter().filter(|m| m.is_usable() && m.along.linear.y > 0.0);
+        self.correction -= across.map(|m| self.share * m.deviation).sum::<f64>();
+        let mut demand = FeedForward.demand(robot, seen)?;
         demand.linear.y += self.correction;
         Ok(demand)
     }
 }
 
-/// A cable package that pulls a joint back: −(c tanh(θ̇/smoothing) + s θ) on its link.
-#[derive(Debug)]
-struct CableDrag {
-    friction: f64,
-    stiffness: f64,
-}
-
-impl Term for CableDrag {
-    fn link_torque(&self, at: &JointState, _counterbalance: f64) -> f64 {
-        -(self.friction * (at.link_rate / at.smoothing).tanh() + self.stiffness * at.link)
-    }
-}
-
+/// A cable package that pulls a joint back.
 static CABLE_DRAG: EffectKind = EffectKind {
     id: "cable-drag",
     place: LocationKind::Joint,
@@ -80,20 +52,13 @@ static CABLE_DRAG: EffectKind = EffectKind {
     shows: "the tool is drawn back towards the middle of the joint, by more the further it turns",
     experiment: "the joint turned to and fro over its range, tracker",
     parameters: &[
-        Parameter::size("friction_nm", "N·m", "friction c of the cable", 20.0, [0.0, 500.0]),
-        Parameter::size(
-            "stiffness_nm_rad",
-            "N·m/rad",
-            "stiffness s of the cable",
-            500.0,
-            [0.0, 2e4],
-        ),
+        Parameter::size("friction_nm", "N·m", "friction c", 20.0, [0.0, 500.0]),
+        Parameter::size("stiffness_nm_rad", "N·m/rad", "stiffness s", 500.0, [0.0, 2e4]),
     ],
     sentence: "a cable drags on {joint}, with a friction of {0} and a stiffness of {1}",
-    action: Action::Term {
-        port: Port::LinkTorque,
-        build: |values, _joint| Box::new(CableDrag { friction: values[0], stiffness: values[1] }),
-    },
+    action: Action::LinkTorque(|v, at| {
+        -(v[0] * (at.link_rate / at.smoothing).tanh() + v[1] * at.link)
+    }),
     ..EffectKind::DEFAULT
 };
 

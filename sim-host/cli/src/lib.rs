@@ -46,6 +46,43 @@ pub use trueweld_core as core;
 pub use trueweld_plant::{effects, robot};
 
 pub use miette::Result;
+#[doc(hidden)]
+pub use serde;
+
+/// What a law and an effect of one's own are written with.
+pub mod prelude {
+    pub use crate::core::compensation::{Compensator, Observation};
+    pub use crate::core::{Fault, Robot, Twist};
+    pub use crate::effects::{Action, EffectKind, LocationKind, Parameter};
+    pub use crate::gains;
+    pub use crate::laws::{FeedForward, GainError, Law, Needs, OuterIntegral, Setup, require};
+    pub use crate::robot::{JointState, Port, Term};
+
+    /// What a law asks for: a displacement of the set-point, axes of the weld frame.
+    pub type Demand = Result<Twist<f64>, Fault>;
+}
+
+/// Gains of a law of one's own, each with its default: a struct that is read from the law's table
+/// in a control file.
+#[macro_export]
+macro_rules! gains {
+    ($(#[$meta:meta])* $name:ident {
+        $($(#[$of:meta])* $key:ident: $kind:ty = $default:expr),* $(,)?
+    }) => {
+        $(#[$meta])*
+        #[derive($crate::serde::Serialize, $crate::serde::Deserialize)]
+        #[serde(crate = "trueweld::serde")]
+        struct $name {
+            $($(#[$of])* $key: $kind),*
+        }
+
+        impl Default for $name {
+            fn default() -> Self {
+                Self { $($key: $default),* }
+            }
+        }
+    };
+}
 
 use clap::{Parser, Subcommand};
 use effects::EffectKind;

@@ -8,7 +8,7 @@ use super::formula::Formula;
 use super::location::{CHANNELS, Location, LocationKind};
 use super::parameter::Parameter;
 use crate::input::{Process, RobotFile, did_you_mean};
-use crate::robot::{Channel, Port, Ports, Term, TooManyStates, mount};
+use crate::robot::{Channel, JointState, Port, Ports, Term, TooManyStates, mount};
 use trueweld_core::{JOINTS, ModelError, Pose, Robot, RobotParameters};
 
 /// How an effect acts, given the values of its parameters.
@@ -23,6 +23,8 @@ pub enum Action {
         /// The term.
         build: fn(values: &[f64], joint: usize) -> Box<dyn Term>,
     },
+    /// An extra torque on the link of the joint it is at, N·m.
+    LinkTorque(LinkTorque),
     /// A term at the time base, for the instrument it is at.
     Channel(fn(values: &[f64], channel: Channel) -> Box<dyn Term>),
     /// Other numbers of the robot.
@@ -33,6 +35,22 @@ pub enum Action {
     Process(fn(process: &mut Process, values: &[f64])),
     /// A term at the port that the formula names: an effect of the user's own.
     Expression(&'static Formula),
+}
+
+/// Torque on a link, N·m, by the values of an effect's parameters.
+pub type LinkTorque = fn(values: &[f64], at: &JointState) -> f64;
+
+/// A torque on a link with its values.
+#[derive(Debug)]
+struct LinkTerm {
+    values: Vec<f64>,
+    torque: LinkTorque,
+}
+
+impl Term for LinkTerm {
+    fn link_torque(&self, at: &JointState, _counterbalance: f64) -> f64 {
+        (self.torque)(&self.values, at)
+    }
 }
 
 /// One physical effect of the library.
@@ -248,6 +266,7 @@ impl Effect {
         let joint = if let Location::Joint(joint) = self.at { joint } else { 0 };
         match self.kind.action {
             Action::Term { port, .. } => Some(port(joint)),
+            Action::LinkTorque(_) => Some(Port::LinkTorque(joint)),
             Action::Expression(formula) => Some(formula.port(joint)),
             Action::Channel(_) => Some(Port::TimeBase),
             Action::Robot(_) | Action::Mounting(_) | Action::Process(_) | Action::Unstated => None,
@@ -289,6 +308,10 @@ impl Effect {
         match (self.kind.action, self.at) {
             (Action::Term { port, build }, _) => {
                 ports.install(port(joint), build(&self.values, joint))?
+            }
+            (Action::LinkTorque(torque), _) => {
+                let term = LinkTerm { values: self.values.clone(), torque };
+                ports.install(Port::LinkTorque(joint), Box::new(term))?;
             }
             (Action::Channel(build), Location::Channel(channel)) => {
                 ports.install(Port::TimeBase, build(&self.values, channel))?;
