@@ -58,7 +58,7 @@ fn backlash_shows_as_a_step_of_the_gap_where_the_torque_turns_round() {
     };
     let found = with(&ready, &effect, 5).unwrap();
     let evidence = evidence(&ready.bench, &ready.logs, &ready.null, &found, &effect).unwrap();
-    assert_eq!((evidence.x_unit, evidence.y_unit), ("N·m", "rad"));
+    assert_eq!((evidence.x.unit(), evidence.y_unit), ("N·m", "rad"));
     assert!(evidence.points.len() >= 10);
 
     // The measurements alone, no form assumed: the twist jumps by the whole gap from one side of
