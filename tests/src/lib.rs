@@ -6,6 +6,8 @@
 #[path = "../../sim-host/plant/tests/cell/support.rs"]
 pub mod cell;
 pub mod corpus;
+pub mod mutation;
+pub mod raw_files;
 pub mod resonance;
 #[path = "../../core-nostd/tests/algebra/support.rs"]
 mod support;

@@ -171,7 +171,10 @@ fn gross_mistakes_are_named_and_right_files_are_left_alone() {
 #[test]
 #[ignore = "200 campaigns: minutes"]
 fn gross_mistakes_are_named_in_200_campaigns() {
-    (100..300).for_each(judge);
+    // All of them: what fails has more to tell than its first case.
+    let failed: Vec<u64> =
+        (100..300).filter(|seed| std::panic::catch_unwind(|| judge(*seed)).is_err()).collect();
+    assert!(failed.is_empty(), "{} of 200 campaigns: {failed:?}", failed.len());
 }
 
 #[test]

@@ -16,7 +16,7 @@ pub enum Outcome {
     RightTie,
     /// The truth is a calibration and is reported as one, beside others that are there as well.
     RightAsCalibration,
-    /// The truth and a second effect that is not there.
+    /// The truth and another effect that is not there.
     RightAndMore,
     /// One of two, or one of two and another that is not there.
     OneOfTwo,
@@ -95,8 +95,10 @@ fn found(truth: &[Key], first: &Candidate, all: &[Candidate]) -> Outcome {
         Outcome::Right
     } else if first.indistinguishable.iter().any(|k| same(&keys(&all[*k]))) {
         Outcome::RightTie
+    } else if truth.iter().all(|t| named.contains(t)) {
+        Outcome::RightAndMore
     } else if truth.iter().any(|t| named.contains(t)) {
-        if truth.len() == 2 { Outcome::OneOfTwo } else { Outcome::RightAndMore }
+        Outcome::OneOfTwo
     } else if truth.iter().any(|t| named.iter().any(|n| n.0 == t.0)) {
         Outcome::WrongPlace
     } else {

@@ -14,6 +14,10 @@ const BANDS: [(&str, f64, f64); 4] = [
     ("about 10 × the limit and more", 5.5, f64::INFINITY),
 ];
 
+/// What counts as right: all that is hidden is named at its place.
+const RIGHT: [Outcome; 4] =
+    [Outcome::Right, Outcome::RightTie, Outcome::RightAsCalibration, Outcome::RightAndMore];
+
 /// Everything judged.
 #[derive(Debug, Default)]
 pub struct Tally {
@@ -39,8 +43,8 @@ impl Tally {
 
     fn rates(&self, out: &mut String) -> fmt::Result {
         use Outcome::{
-            FalseAlarm, Missed, NamedSomething, OneOfTwo, Right, RightAndMore, RightAsCalibration,
-            RightTie, SaidUnknown, WrongEffect, WrongPlace,
+            FalseAlarm, Missed, NamedSomething, OneOfTwo, Right, SaidUnknown, WrongEffect,
+            WrongPlace,
         };
         let was =
             |cases: &[&Judged], any: &[Outcome]| Rate::of(cases, |j| any.contains(&j.outcome));
@@ -56,7 +60,7 @@ impl Tally {
             writeln!(
                 out,
                 "| {band} | {} | {} | {} | {} | {} |",
-                was(&cases, &[Right, RightTie, RightAsCalibration, RightAndMore]),
+                was(&cases, &RIGHT),
                 was(&cases, &[WrongPlace]),
                 was(&cases, &[WrongEffect]),
                 was(&cases, &[SaidUnknown]),
@@ -85,16 +89,19 @@ impl Tally {
                 was(&cases, &[Missed])
             )?;
         }
-        let two = self.with(|j| !j.unknown && j.truth.len() == 2);
-        writeln!(
-            out,
-            "| two effects | {}; one of them: {} | {} | {} | {} |",
-            was(&two, &[Right, RightTie, RightAsCalibration]),
-            was(&two, &[OneOfTwo]),
-            was(&two, &[WrongEffect]),
-            was(&two, &[SaidUnknown]),
-            was(&two, &[Missed])
-        )
+        for (band, low, high) in BANDS {
+            let two = self.with(|j| j.truth.len() == 2 && (low..high).contains(&weaker(j)));
+            writeln!(
+                out,
+                "| two effects, the weaker {band} | {}; one of them: {} | {} | {} | {} |",
+                was(&two, &RIGHT),
+                was(&two, &[OneOfTwo]),
+                was(&two, &[WrongPlace, WrongEffect]),
+                was(&two, &[SaidUnknown]),
+                was(&two, &[Missed])
+            )?;
+        }
+        Ok(())
     }
 
     /// The confusion matrix, its rows written out: nearly all of its fields are empty.
@@ -103,19 +110,19 @@ impl Tally {
             out,
             "\n| hidden, above the limit | cases | right | instead |\n|---|---|---|---|"
         )?;
-        let mut rows: BTreeMap<(bool, &str), TallyRow> = BTreeMap::new();
-        for j in self.with(|j| j.truth.len() == 1 && j.seen[0].ratio >= BANDS[1].1) {
-            let row = rows.entry((j.unknown, kind_of(&j.truth[0]))).or_default();
+        // One effect, then two, then what the library does not have.
+        let mut rows: BTreeMap<(bool, usize, String), TallyRow> = BTreeMap::new();
+        for j in self.with(|j| !j.truth.is_empty() && weaker(j) >= BANDS[1].1) {
+            let key = (j.unknown, j.truth.len(), kinds_of(&j.truth));
+            let row = rows.entry(key).or_default();
             row.cases += 1;
-            match j.outcome {
-                Outcome::Right
-                | Outcome::RightTie
-                | Outcome::RightAsCalibration
-                | Outcome::RightAndMore => row.right += 1,
-                _ => *row.instead.entry(answer(j)).or_default() += 1,
+            if RIGHT.contains(&j.outcome) {
+                row.right += 1;
+            } else {
+                *row.instead.entry(answer(j)).or_default() += 1;
             }
         }
-        for ((unknown, truth), TallyRow { cases, right, instead }) in rows {
+        for ((unknown, _, truth), TallyRow { cases, right, instead }) in rows {
             let mut words = String::new();
             for (what, count) in instead {
                 let separator = if words.is_empty() { "" } else { ", " };
@@ -137,9 +144,15 @@ struct TallyRow {
     instead: BTreeMap<String, usize>,
 }
 
-/// `backlash [A5]` without its place.
-fn kind_of(words: &str) -> &str {
-    words.split(' ').next().unwrap_or(words)
+/// How well the part of the truth shows that shows least.
+fn weaker(judged: &Judged) -> f64 {
+    judged.seen.iter().map(|seen| seen.ratio).fold(f64::INFINITY, f64::min)
+}
+
+/// `backlash [A5]`, … without their places.
+fn kinds_of(effects: &[String]) -> String {
+    let kind = |words: &String| words.split(' ').next().unwrap_or(words).to_owned();
+    effects.iter().map(kind).collect::<Vec<_>>().join(" + ")
 }
 
 fn answer(judged: &Judged) -> String {
@@ -147,9 +160,7 @@ fn answer(judged: &Judged) -> String {
         (Outcome::Missed, _) => "\"adequate\"".to_owned(),
         (Outcome::SaidUnknown, _) => "\"unknown\"".to_owned(),
         (Outcome::WrongPlace, _) => "wrong place".to_owned(),
-        (_, Some(first)) => {
-            first.effects.iter().map(|e| kind_of(e)).collect::<Vec<_>>().join(" + ")
-        }
+        (_, Some(first)) => kinds_of(&first.effects),
         (_, None) => judged.verdict.clone(),
     }
 }

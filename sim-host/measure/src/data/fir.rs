@@ -11,6 +11,9 @@ use std::f64::consts::PI;
 /// Kaiser's β for 50 dB.
 const BETA: f64 = 4.55;
 
+/// Most samples to either side: an arm's logs have some hundred in a period of any band.
+const MOST_HALF: f64 = 16_384.0;
+
 /// A low-pass filter of one sampling period.
 #[derive(Debug, Clone)]
 pub struct LowPass {
@@ -31,8 +34,10 @@ pub(super) fn bessel(x: f64) -> f64 {
 }
 
 impl LowPass {
-    /// A filter with its half-power point near `cutoff` Hz, for samples every `period` s.
+    /// A filter with its half-power point near `cutoff` Hz, for samples every `period` s; higher
+    /// where the samples are so dense that it would not end.
     pub fn new(cutoff: f64, period: f64) -> Self {
+        let cutoff = cutoff.max(1.46 / (MOST_HALF * period));
         let half = ((1.46 / (cutoff * period)).ceil() as usize).max(1);
         let reach = half as f64 + 1.0;
         let kernel = |k: f64| {

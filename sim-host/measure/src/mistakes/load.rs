@@ -29,8 +29,10 @@ const LEFT: f64 = 0.1;
 /// Mass from which on it is no error of the tool's mass but something that hangs there, kg.
 const HEAVY: f64 = 30.0;
 
-/// Share of the squares that a mass may leave: what one joint does alone is another thing.
+/// Share of the squares that a mass may leave of all joints, and of all but the one that it is seen
+/// best at: what one joint does alone is another thing.
 const CARRIED: f64 = 0.15;
+const CARRIED_BY_OTHERS: f64 = 0.5;
 
 /// Sums of products of predicted x and measured y.
 #[derive(Debug, Clone, Copy, Default)]
@@ -492,9 +494,9 @@ fn carried(logs: &[Log], rows: &[Vec<Row>], robot: &Robot<f64>) -> Option<(f64, 
     let heavier = with(Vector3::zeros()).ok()?;
     let axes = [Vector3::x(), Vector3::y(), Vector3::z()];
     let moved = axes.map(|axis| with(axis * ARM));
-    let mut normal = SMatrix::<f64, 4, 4>::zeros();
-    let mut right = SVector::<f64, 4>::zeros();
-    let (mut squares, mut count) = (0.0, 0usize);
+    let mut normal = [SMatrix::<f64, 4, 4>::zeros(); JOINTS];
+    let mut right = [SVector::<f64, 4>::zeros(); JOINTS];
+    let (mut squares, mut count) = (JointVector::zeros(), 0usize);
     let in_motion = logs.iter().zip(rows);
     let in_motion =
         in_motion.filter(|(log, _)| log.samples.motor_torque.iter().any(Option::is_some));
@@ -507,17 +509,26 @@ fn carried(logs: &[Log], rows: &[Vec<Row>], robot: &Robot<f64>) -> Option<(f64, 
             let x =
                 SVector::from([(heavier[i] - plain[i]) / HEAVY, moment(0), moment(1), moment(2)]);
             let y = row.torque[i] - plain[i];
-            normal += x * x.transpose();
-            right += x * y;
-            squares += y * y;
+            normal[i] += x * x.transpose();
+            right[i] += x * y;
+            squares[i] += y * y;
             count += 1;
         }
     }
-    let least = 1e-9 * normal.trace();
-    (0..4).for_each(|k| normal[(k, k)] += least);
-    let found = normal.cholesky()?.solve(&right);
-    let left = (squares - found.dot(&right)).max(0.0);
-    let stands_out = count >= FEWEST && found[0] > HEAVY && left < CARRIED * squares;
+    let mut all = normal.iter().sum::<SMatrix<f64, 4, 4>>();
+    let least = 1e-9 * all.trace();
+    (0..4).for_each(|k| all[(k, k)] += least);
+    let found = all.cholesky()?.solve(&right.iter().sum());
+    let of_joint =
+        |i: usize, y: f64| y - 2.0 * found.dot(&right[i]) + found.dot(&(normal[i] * found));
+    let left_of = JointVector::from_fn(|i, _| of_joint(i, squares[i]).max(0.0));
+    let alone = (squares - left_of).imax();
+    let others = [squares, left_of].map(|s| s.sum() - s[alone]);
+    let (squares, left) = (squares.sum(), left_of.sum());
+    let stands_out = count >= FEWEST
+        && found[0] > HEAVY
+        && left < CARRIED * squares
+        && others[1] < CARRIED_BY_OTHERS * others[0];
     let root = |sum: f64| (sum / count.max(1) as f64).sqrt();
     let channel = LogChannel::MotorTorque;
     let evidence = Evidence { before: root(squares), after: root(left), unit: "N·m", channel };

@@ -303,16 +303,25 @@ impl Join<'_> {
         let period = self.period.unwrap_or(period);
         let every = (target / period * (1.0 + 1e-9)).floor();
         let time = own.time();
-        let (Some(first), Some(last)) = (time.first(), time.last()) else {
-            return Vec::new();
-        };
+        let Some(first) = time.first() else { return Vec::new() };
         if time.len() < MANY || every < 2.0 {
             return Vec::new();
         }
         let step = every * period;
         notices.push(LogNotice::Thinned { rows: time.len(), from: period, to: step });
-        let count = ((last - first) / step).floor() as usize + 1;
-        (0..count).map(|k| first + k as f64 * step).collect()
+        let mut grid = Vec::with_capacity(time.len() / every as usize + 1);
+        let mut k = 0.0;
+        for pair in time.windows(2) {
+            // No rows over a gap: a clock that was set leaves one of years.
+            if pair[1] - pair[0] > GAP * step {
+                k = ((pair[1] - first) / step).ceil();
+            }
+            while first + k * step <= pair[1] {
+                grid.push(first + k * step);
+                k += 1.0;
+            }
+        }
+        grid
     }
 
     /// Reads rows at rest: by their order, or each at the nearest time.

@@ -166,6 +166,12 @@ fn header(text: &str, name: &str, folder: &Path) -> Result<(Vec<String>, Trace),
         let message = "no #BEGINCHANNELHEADER stands in this header; expected channels";
         return Err(source.error_of_file(message, "Is this the header of a trace, a *.dat file?"));
     };
+    // Counted numbers alone have no end but the one that the header states.
+    if paths.is_empty() {
+        let message =
+            "every channel of this header is IMPLIZIT; expected one with numbers in a file";
+        return Err(source.error_of_file(message, "Was the trace exported whole?"));
+    }
     let widths: Vec<usize> = (0..paths.len())
         .map(|file| {
             let of = |channel: &Channel| match channel.place {

@@ -11,10 +11,10 @@
 
 use super::blocks::{BlockRows, Blocks, damaged};
 use super::rows::{MOST_COLUMNS, MOST_ROWS, Rows};
-use mcap::records::Record;
+use mcap::records::{ChunkHeader, Record};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use std::collections::BTreeMap;
-use std::io::Read;
+use std::io::{self, Read};
 use std::path::Path;
 use trueweld_plant::input::file::InputReader;
 use trueweld_plant::input::{InputError, open};
@@ -25,7 +25,8 @@ type Published = (String, Message, Vec<(String, f64)>);
 /// First bytes of such a file.
 pub(super) const MAGIC: &[u8] = b"\x89MCAP0\r\n";
 
-/// Most bytes of one record, a chunk of messages: writers make them of some megabytes.
+/// Most bytes of one record, a chunk of messages, packed and unpacked: writers make them of some
+/// megabytes.
 const MOST_RECORD: usize = 64 << 20;
 
 /// Rows in a block.
@@ -137,6 +138,9 @@ struct Bag {
     name: String,
     input: InputReader,
     reader: LinearReader,
+    /// The chunk that is being read, unpacked, and how far.
+    chunk: Vec<u8>,
+    at: usize,
     schemas: BTreeMap<u16, String>,
     /// Topics of channels, with what is in them.
     channels: BTreeMap<u16, (String, Option<Message>)>,
@@ -150,11 +154,14 @@ impl Bag {
     fn open(path: &Path) -> Result<Self, InputError> {
         let options = LinearReaderOptions::default()
             .with_record_length_limit(MOST_RECORD)
-            .with_validate_chunk_crcs(false);
+            // The crate unpacks damaged chunks for ever.
+            .with_emit_chunks(true);
         Ok(Self {
             name: path.display().to_string(),
             input: open(path, MOST_ROWS)?,
             reader: LinearReader::new_with_options(options),
+            chunk: Vec::new(),
+            at: 0,
             schemas: BTreeMap::new(),
             channels: BTreeMap::new(),
             topic: String::new(),
@@ -170,29 +177,42 @@ impl Bag {
         wanted: &dyn Fn(&str) -> bool,
     ) -> Result<Option<Published>, InputError> {
         loop {
-            let event = match self.reader.next_event() {
-                None => return Ok(None),
-                Some(Err(error)) => {
-                    let message = format!("cannot be read as MCAP: {error}");
+            let unpacked = self.at < self.chunk.len();
+            let (data, opcode) = if unpacked {
+                let Some((opcode, data)) = record_at(&self.chunk, &mut self.at) else {
+                    let message = "a chunk of messages ends within one";
                     return Err(damaged(&self.name, message, HELP));
+                };
+                (data, opcode)
+            } else {
+                match self.reader.next_event() {
+                    None => return Ok(None),
+                    Some(Err(error)) => {
+                        let message = format!("cannot be read as MCAP: {error}");
+                        return Err(damaged(&self.name, message, HELP));
+                    }
+                    Some(Ok(LinearReadEvent::ReadRequest(need))) => {
+                        let buffer = self.reader.insert(need.min(MOST_RECORD));
+                        let read = self.input.read(buffer).map_err(|error| {
+                            damaged(&self.name, format!("cannot be read: {error}"), HELP)
+                        })?;
+                        self.reader.notify_read(read);
+                        continue;
+                    }
+                    Some(Ok(LinearReadEvent::Record { data, opcode })) => (data, opcode),
                 }
-                Some(Ok(event)) => event,
-            };
-            let (data, opcode) = match event {
-                LinearReadEvent::ReadRequest(need) => {
-                    let buffer = self.reader.insert(need.min(MOST_RECORD));
-                    let read = self.input.read(buffer).map_err(|error| {
-                        damaged(&self.name, format!("cannot be read: {error}"), HELP)
-                    })?;
-                    self.reader.notify_read(read);
-                    continue;
-                }
-                LinearReadEvent::Record { data, opcode } => (data, opcode),
             };
             let record = mcap::parse_record(opcode, data).map_err(|error| {
                 damaged(&self.name, format!("cannot be read as MCAP: {error}"), HELP)
             })?;
             match record {
+                Record::Chunk { header, data } if !unpacked => {
+                    let chunk = unpack(&header, &data).map_err(|error| {
+                        let message = format!("a chunk of messages cannot be unpacked: {error}");
+                        damaged(&self.name, message, HELP)
+                    })?;
+                    (self.chunk, self.at) = (chunk, 0);
+                }
                 Record::Schema { header, .. } => {
                     self.schemas.insert(header.id, header.name);
                 }
@@ -219,6 +239,32 @@ impl Bag {
             }
         }
     }
+}
+
+/// The records of a chunk.
+fn unpack(header: &ChunkHeader, data: &[u8]) -> io::Result<Vec<u8>> {
+    let most = MOST_RECORD as u64;
+    let mut records = Vec::new();
+    match header.compression.as_str() {
+        "" => records.extend_from_slice(data),
+        "zstd" => drop(zstd::Decoder::new(data)?.take(most).read_to_end(&mut records)?),
+        "lz4" => drop(lz4::Decoder::new(data)?.take(most).read_to_end(&mut records)?),
+        other => return Err(io::Error::other(format!("it is packed by {other:?}"))),
+    }
+    if records.len() as u64 == most || records.len() as u64 != header.uncompressed_size {
+        let sizes = format!("{} bytes of {}", records.len(), header.uncompressed_size);
+        return Err(io::Error::other(sizes));
+    }
+    Ok(records)
+}
+
+/// The record at a place of a chunk: its code and its bytes. Moves on behind it.
+fn record_at<'c>(chunk: &'c [u8], at: &mut usize) -> Option<(u8, &'c [u8])> {
+    let (code, rest) = chunk.get(*at..)?.split_first()?;
+    let (length, rest) = rest.split_first_chunk()?;
+    let data = rest.get(..usize::try_from(u64::from_le_bytes(*length)).ok()?)?;
+    *at += 9 + data.len();
+    Some((*code, data))
 }
 
 /// Topics of a recording that can be read.

@@ -1,13 +1,15 @@
 //! Parquet files: a column of numbers each, as pandas and others write tables.
 //!
-//! Row groups are read one after the other. Times are in seconds where the file says that a column
+//! Row groups are read one after the other, each some thousand rows at a time: what is packed in a
+//! few bytes may be long. Times are in seconds where the file says that a column
 //! is one. Left out: nested columns, and compression other than Snappy.
 
 use super::blocks::{BlockRows, Blocks, damaged};
 use super::rows::{MOST_COLUMNS, Rows};
 use parquet::basic::{LogicalType, TimeUnit, Type};
-use parquet::column::reader::ColumnReader;
+use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
 use parquet::data_type::{DataType, Int96};
+use parquet::errors::ParquetError;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::schema::types::ColumnDescriptor;
 use std::fs::File;
@@ -16,8 +18,8 @@ use trueweld_plant::input::InputError;
 /// First bytes of such a file.
 pub(super) const MAGIC: &[u8] = b"PAR1";
 
-/// Most rows of a group: they are held at once.
-const MOST_IN_GROUP: i64 = 1 << 24;
+/// Most numbers in a block.
+const BLOCK: usize = 1 << 20;
 
 /// What is said of a file that cannot be read.
 const HELP: &str = "Write it anew, with Snappy or no compression and numbers in its columns: df.to_parquet(\"log.parquet\").";
@@ -34,13 +36,15 @@ struct Groups {
     reader: SerializedFileReader<File>,
     columns: Vec<NumberColumn>,
     next: usize,
+    /// Of the group that is being read: its columns, and the rows that are left.
+    open: Vec<ColumnReader>,
+    left: usize,
 }
 
 /// Opens a file.
 pub(super) fn open_parquet(name: String, input: File) -> Result<Box<dyn Rows>, InputError> {
-    let failed = |error: parquet::errors::ParquetError| {
-        damaged(&name, format!("cannot be read as Parquet: {error}"), HELP)
-    };
+    let failed =
+        |error: ParquetError| damaged(&name, format!("cannot be read as Parquet: {error}"), HELP);
     let reader = SerializedFileReader::new(input).map_err(failed)?;
     let schema = reader.metadata().file_metadata().schema_descr();
     if schema.num_columns() > MOST_COLUMNS {
@@ -59,7 +63,7 @@ pub(super) fn open_parquet(name: String, input: File) -> Result<Box<dyn Rows>, I
         let message = "no column holds numbers; expected the samples";
         return Err(damaged(&name, message, HELP));
     }
-    let groups = Groups { name: name.clone(), reader, columns, next: 0 };
+    let groups = Groups { name: name.clone(), reader, columns, next: 0, open: Vec::new(), left: 0 };
     Ok(Box::new(BlockRows::new(name, names, groups)))
 }
 
@@ -85,23 +89,24 @@ fn numbers(column: &ColumnDescriptor) -> Option<f64> {
     }
 }
 
-impl Blocks for Groups {
-    fn next(&mut self) -> Result<Option<Vec<Vec<f64>>>, InputError> {
-        let failed = |error: parquet::errors::ParquetError| {
-            damaged(&self.name, format!("cannot be read as Parquet: {error}"), HELP)
-        };
+impl Groups {
+    fn failed(&self, error: &ParquetError) -> InputError {
+        damaged(&self.name, format!("cannot be read as Parquet: {error}"), HELP)
+    }
+
+    /// Opens the next group; false at the end of the file.
+    fn open_group(&mut self) -> Result<bool, InputError> {
         if self.next >= self.reader.num_row_groups() {
-            return Ok(None);
+            return Ok(false);
         }
-        let group = self.reader.get_row_group(self.next).map_err(failed)?;
+        let group = self.reader.get_row_group(self.next).map_err(|e| self.failed(&e))?;
         self.next += 1;
         let rows = group.metadata().num_rows();
-        if !(0..=MOST_IN_GROUP).contains(&rows) {
+        let Ok(rows) = usize::try_from(rows) else {
             let message = format!("row group {} has {rows} rows", self.next);
             return Err(damaged(&self.name, message, HELP));
-        }
-        let rows = rows as usize;
-        let mut block = Vec::with_capacity(self.columns.len());
+        };
+        let mut open = Vec::with_capacity(self.columns.len());
         for column in &self.columns {
             // The crate panics on what no writer writes.
             let chunk = group.metadata().column(column.index);
@@ -110,7 +115,25 @@ impl Blocks for Groups {
                 let message = format!("row group {} has a column at a negative place", self.next);
                 return Err(damaged(&self.name, message, HELP));
             }
-            let reader = group.get_column_reader(column.index).map_err(failed)?;
+            open.push(group.get_column_reader(column.index).map_err(|e| self.failed(&e))?);
+        }
+        (self.open, self.left) = (open, rows);
+        Ok(true)
+    }
+}
+
+impl Blocks for Groups {
+    fn next(&mut self) -> Result<Option<Vec<Vec<f64>>>, InputError> {
+        while self.left == 0 {
+            if !self.open_group()? {
+                return Ok(None);
+            }
+        }
+        let rows = self.left.min((BLOCK / self.columns.len()).max(1));
+        self.left -= rows;
+        let mut open = std::mem::take(&mut self.open);
+        let (mut block, mut ends) = (Vec::with_capacity(open.len()), true);
+        for (reader, column) in open.iter_mut().zip(&self.columns) {
             let mut values = match reader {
                 ColumnReader::BoolColumnReader(r) => read(r, rows, f64::from),
                 ColumnReader::Int32ColumnReader(r) => read(r, rows, f64::from),
@@ -120,30 +143,37 @@ impl Blocks for Groups {
                 }
                 ColumnReader::FloatColumnReader(r) => read(r, rows, f64::from),
                 ColumnReader::DoubleColumnReader(r) => read(r, rows, |v: f64| v),
-                _ => Ok(vec![f64::NAN; rows]),
+                _ => Ok(Vec::new()),
             }
-            .map_err(failed)?;
+            .map_err(|e| self.failed(&e))?;
+            ends &= values.is_empty();
+            values.resize(rows, f64::NAN);
             if column.factor != 1.0 {
                 values.iter_mut().for_each(|v| *v *= column.factor);
             }
             block.push(values);
         }
+        self.open = open;
+        if ends {
+            let message = format!("row group {} ends before its rows do", self.next);
+            return Err(damaged(&self.name, message, HELP));
+        }
         Ok(Some(block))
     }
 }
 
-/// All values of a column in a group; NaN where one is missing.
+/// The next values of a column in a group, at most so many; NaN where one is missing.
 fn read<T: DataType>(
-    mut reader: parquet::column::reader::ColumnReaderImpl<T>,
+    reader: &mut ColumnReaderImpl<T>,
     rows: usize,
     number: impl Fn(T::T) -> f64,
-) -> Result<Vec<f64>, parquet::errors::ParquetError> {
+) -> Result<Vec<f64>, ParquetError> {
     let mut out: Vec<f64> = Vec::new();
     let (mut levels, mut values) = (Vec::new(), Vec::new());
     while out.len() < rows {
         levels.clear();
         values.clear();
-        let most = (rows - out.len()).min(1 << 16);
+        let most = rows - out.len();
         let (records, _, count) =
             reader.read_records(most, Some(&mut levels), None, &mut values)?;
         if records == 0 && count == 0 {
@@ -161,6 +191,5 @@ fn read<T: DataType>(
         };
         out.extend(levels.iter().map(of));
     }
-    out.resize(rows, f64::NAN);
     Ok(out)
 }
