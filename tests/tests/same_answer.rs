@@ -8,21 +8,20 @@ use nalgebra::Vector3;
 use std::fs;
 use std::path::Path;
 use trueweld_core::spatial::{rotation_from_vector, rotation_vector};
-use trueweld_laboratory::{Protocol, Recipe, effect};
+use trueweld_laboratory::{Protocol, Recipe};
 use trueweld_measure::align::align_clocks;
 use trueweld_measure::data::campaign::Campaign;
-use trueweld_measure::diagnose::{Verdict, diagnose};
+use trueweld_measure::diagnose::{FittedEffect, Verdict, diagnose};
 use trueweld_measure::fit::FitProblem;
 use trueweld_measure::mistakes::find;
 use trueweld_measure::residuals::compare::{baseline, experiments};
-use trueweld_plant::effects::Location;
 use trueweld_plant::input::ModelFile;
 use trueweld_plant::random::Random;
 use trueweld_tests::corpus::in_words;
 use trueweld_tests::raw_files::{PoseForm, raw};
 use trueweld_tests::{LABORATORY, fixture};
 
-/// The answer to a campaign: the effects of the best explanation, none where nothing is missing.
+/// The answer to a campaign: its best explanations, none where nothing is missing.
 fn answer(folder: &Path) -> Vec<String> {
     let campaign = Campaign::read(folder).expect("a campaign");
     let model = ModelFile::read(&campaign.model).expect("a model");
@@ -35,17 +34,22 @@ fn answer(folder: &Path) -> Vec<String> {
     let experiments = experiments(&logs, &baseline).expect("experiments");
     let problem = FitProblem::new(&model, experiments);
     let diagnosis = diagnose(&problem, &logs, &|_, _| {}).expect("a diagnosis");
-    let words = |place: &trueweld_plant::effects::Effect| in_words(place);
-    let all = diagnosis.candidates.iter();
-    for candidate in all {
-        let effects: Vec<String> = candidate.effects.iter().map(|f| words(&f.effect)).collect();
-        println!("{:.2} {effects:?}", candidate.probability);
+    let words = |effects: &[FittedEffect]| -> Vec<String> {
+        effects.iter().map(|fitted| in_words(&fitted.effect)).collect()
+    };
+    println!("{:?}, besides {:?}", diagnosis.verdict, words(&diagnosis.calibration));
+    for candidate in &diagnosis.candidates {
+        println!("{:.2} {:?}", candidate.probability, words(&candidate.effects));
     }
     match diagnosis.verdict {
         Verdict::Adequate => Vec::new(),
         Verdict::UnknownEffect => vec!["unknown".to_owned()],
         Verdict::EffectFound => {
-            diagnosis.candidates[0].effects.iter().map(|f| words(&f.effect)).collect()
+            // With what it says that the data do not tell from it.
+            let first = &diagnosis.candidates[0];
+            let ties = first.indistinguishable.iter().map(|k| &diagnosis.candidates[*k]);
+            let all = std::iter::once(first).chain(ties);
+            all.map(|candidate| words(&candidate.effects).join(" and ")).collect()
         }
     }
 }
@@ -146,43 +150,52 @@ const CHANGES: [(&str, fn(&Path)); 4] = [
     ("elsewhere", elsewhere),
 ];
 
-/// The clean campaign has this answer, and so has every other.
-fn same_answer(clean: &Path, expected: &[&str], changes: &[(&str, fn(&Path))]) {
-    assert_eq!(answer(clean), expected, "clean");
-    for (name, change) in changes {
+/// What is hidden is in the answer to the clean campaign, and in that to every other.
+fn same_answer(clean: &Path, hidden: Option<&str>) {
+    let is_right = |answer: &[String]| match hidden {
+        Some(hidden) => answer.iter().any(|one| one == hidden),
+        None => answer.is_empty(),
+    };
+    let found = answer(clean);
+    assert!(is_right(&found), "clean: {found:?}");
+    for (name, change) in CHANGES {
         let folder = tempfile::tempdir().expect("a folder");
         copy(clean, folder.path());
         change(folder.path());
         println!("{name}");
-        assert_eq!(answer(folder.path()), expected, "{name}");
+        let found = answer(folder.path());
+        assert!(is_right(&found), "{name}: {found:?}");
     }
 }
 
-/// A short campaign with play in A2 of twice what the arm of the fixtures might have.
-fn play(geometry_error: f64) -> tempfile::TempDir {
-    let protocol = Protocol { postures: 6, free: 4.0, ..Protocol::short() };
-    let play = effect("backlash", Location::Joint(1), &[3e-4]);
+/// A short campaign of an arm on a soft base.
+fn soft_base(geometry_error: f64) -> (tempfile::TempDir, String) {
+    let protocol = Protocol { postures: 6, welds: 0, ..Protocol::short() };
+    let hidden = LABORATORY.draw("base-compliance", 1.0, &protocol, 19).expect("drawn");
+    let words = in_words(&hidden);
     let recipe = Recipe { protocol, geometry_error, ..Recipe::plain(19) };
     let folder = tempfile::tempdir().expect("a folder");
-    LABORATORY.write(&recipe.with_effect(play), folder.path()).expect("a campaign");
-    folder
+    LABORATORY.write(&recipe.with_effect(hidden), folder.path()).expect("a campaign");
+    (folder, words)
 }
 
 #[test]
 fn a_campaign_of_other_files_has_the_same_answer() {
-    same_answer(play(0.0).path(), &["backlash [A2]"], &CHANGES);
+    let (folder, hidden) = soft_base(0.0);
+    same_answer(folder.path(), Some(&hidden));
 }
 
 #[test]
 fn an_arm_with_links_mounted_off_has_the_same_answer() {
-    assert_eq!(answer(play(3e-4).path()), ["backlash [A2]"]);
+    let (folder, hidden) = soft_base(3e-4);
+    let found = answer(folder.path());
+    assert!(found.contains(&hidden), "{found:?}");
 }
 
 #[test]
 #[ignore = "ten diagnoses of whole campaigns: minutes"]
 fn recorded_campaigns_of_other_files_have_the_same_answer() {
-    let named: [(&str, &[&str]); 2] = [("backlash", &["backlash [A5]"]), ("nothing-missing", &[])];
-    for (name, expected) in named {
-        same_answer(&fixture(&format!("campaigns/{name}")), expected, &CHANGES);
+    for (name, hidden) in [("backlash", Some("backlash [A5]")), ("nothing-missing", None)] {
+        same_answer(&fixture(&format!("campaigns/{name}")), hidden);
     }
 }

@@ -315,3 +315,18 @@ fn damaged_parquet_is_read_or_refused() {
 fn damaged_mcap_is_read_or_refused() {
     damaged(&mcap(), &["MCAP0", "sensor_msgs/msg/JointState", "cdr"]);
 }
+
+/// Sizes of chunks and records stand at the front.
+#[cfg(feature = "mcap")]
+#[test]
+fn any_bit_of_a_recording_may_be_wrong() {
+    let case = mcap();
+    let path = case.folder.path().join(case.files[0]);
+    let good = fs::read(&path).expect("a file");
+    for bit in 0..8 * good.len().min(1000) {
+        let mut bytes = good.clone();
+        bytes[bit / 8] ^= 1 << (bit % 8);
+        fs::write(&path, &bytes).expect("a file");
+        let _ = propose(std::slice::from_ref(&path), None, None);
+    }
+}

@@ -720,6 +720,21 @@ fn reads_or_names_the_file(toml: &str, csv: &[u8]) {
     }
 }
 
+/// Of a long log the rows are thinned, not the years between them.
+#[test]
+fn a_clock_that_was_set_while_it_ran_leaves_a_gap() {
+    let mut csv = HEADER.to_owned();
+    for k in 0..120_000 {
+        let set = if k < 50_000 { 0.0 } else { 1.7e9 };
+        let time = set + 0.001 * f64::from(k);
+        write!(csv, "\n{time:.3},0.1,-0.9,1.6,-0.2,0.6,0.4,0.1,1.6,-2740,2.1,-0.1,0.6").unwrap();
+    }
+    let log = parse(&log_toml("free-motion", ""), csv).unwrap();
+    // The longer part, every fourth row.
+    assert_eq!(log.samples.len(), 70_000 / 4);
+    assert!(log.notices.iter().any(|notice| matches!(notice, LogNotice::Cut { pieces: 2, .. })));
+}
+
 /// A good table with some bytes replaced, put in or taken out, and perhaps cut.
 fn mutated(good: &'static str) -> impl Strategy<Value = Vec<u8>> {
     let bytes = prop_oneof![

@@ -12,7 +12,7 @@ use std::ops::Range;
 const FILLED: usize = 5;
 
 /// A step of a log without a stated period is a gap where it is so many times the usual one.
-const GAP: f64 = 10.0;
+pub(super) const GAP: f64 = 10.0;
 
 /// Fills short gaps of what drives the model, and says which rows make up the pieces between the
 /// long ones.

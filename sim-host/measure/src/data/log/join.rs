@@ -2,6 +2,7 @@
 //! encoders, at whose times the others are read.
 
 use super::files::Plan;
+use super::gaps::GAP;
 use super::notice::LogNotice;
 use super::pose::{fit_places, points, span_a_plane, to_rotation_vectors, to_tool, tracked};
 use super::rows_at::{nearest_rows, poses_at, read_at};
