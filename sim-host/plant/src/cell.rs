@@ -65,7 +65,8 @@ pub struct Cell {
     pub robot: ElasticRobot,
     /// The welding process.
     pub process: Process,
-    /// The weld frame W in B: origin at the start of the seam on the plate's surface.
+    /// The weld frame W in B: origin at the start of the seam on the plate's surface, as the seam
+    /// really lies.
     pub b_from_w: Pose<f64>,
 }
 

@@ -26,6 +26,7 @@ pub(super) static KIND: EffectKind = EffectKind {
         port: |j| Port::JointToLinkAngle(j),
         build: |v, _| Box::new(EncoderOffset { offset: v[0] }),
     },
+    ..EffectKind::DEFAULT
 };
 
 /// A joint, from 0, whose encoder was zeroed wrongly by `offset`, rad.

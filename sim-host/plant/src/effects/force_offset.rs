@@ -31,6 +31,7 @@ pub(super) static KIND: EffectKind = EffectKind {
         port: |_| Port::SensorChannel(Channel::Wrench),
         build: |v, _| Box::new(ForceOffset { offset: Vector3::new(v[0], v[1], v[2]) }),
     },
+    ..EffectKind::DEFAULT
 };
 
 #[derive(Debug)]

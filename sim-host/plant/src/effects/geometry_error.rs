@@ -45,6 +45,7 @@ pub(super) static KIND: EffectKind = EffectKind {
         rotation: rotation_from_vector(&Vector3::new(v[3], v[4], v[5])),
         position: Vector3::new(v[0], v[1], v[2]),
     }),
+    ..EffectKind::DEFAULT
 };
 
 /// The link behind a joint, from 0, mounted off: translation, m, then rotation vector, rad.

@@ -38,6 +38,9 @@ pub(super) static KIND: EffectKind = EffectKind {
         port: |j| Port::MotorFriction(j),
         build: |v, _| Box::new(JointFriction { coulomb: v[0], viscous: v[1] }),
     },
+    adds_to: Some(|robot, joint| {
+        vec![robot.friction.coulomb[joint], robot.friction.viscous[joint]]
+    }),
     ..EffectKind::DEFAULT
 };
 

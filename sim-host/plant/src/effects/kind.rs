@@ -89,6 +89,9 @@ pub struct EffectKind {
     pub calibration: Option<Calibration>,
     /// Where and how large a simulated campaign hides it; `None` where none does.
     pub drawn: Option<DrawEffect>,
+    /// The robot's own numbers that the parameters add to, in their order, for the joint it is at;
+    /// `None` where they stand alone.
+    pub adds_to: Option<fn(robot: &RobotParameters<f64>, joint: usize) -> Vec<f64>>,
 }
 
 /// Draws a place and values of an effect for a simulated campaign.
@@ -197,6 +200,7 @@ impl EffectKind {
         curve: Curve::Column,
         calibration: None,
         drawn: None,
+        adds_to: None,
     };
 
     /// Every place that it may be at.

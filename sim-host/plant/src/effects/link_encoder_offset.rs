@@ -26,6 +26,7 @@ pub(super) static KIND: EffectKind = EffectKind {
         port: |_| Port::SensorChannel(Channel::LinkEncoder),
         build: |v, joint| Box::new(LinkEncoderOffset { joint, offset: v[0] }),
     },
+    ..EffectKind::DEFAULT
 };
 
 #[derive(Debug)]

@@ -35,5 +35,9 @@ pub(super) static KIND: EffectKind = EffectKind {
         robot.tool.mass += v[0];
         robot.tool.com_from_flange += Vector3::new(v[1], v[2], v[3]);
     }),
+    adds_to: Some(|robot, _| {
+        let centre = robot.tool.com_from_flange;
+        vec![robot.tool.mass, centre.x, centre.y, centre.z]
+    }),
     ..EffectKind::DEFAULT
 };

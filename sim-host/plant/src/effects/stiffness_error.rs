@@ -22,6 +22,7 @@ pub(super) static KIND: EffectKind = EffectKind {
     }),
     drawn: Some(|d| (d.here(), vec![d.size * d.either(0.12, 0.25)])),
     action: Action::Robot(|robot, joint, v| robot.joints[joint].stiffness *= 1.0 + v[0]),
+    ..EffectKind::DEFAULT
 };
 
 /// A joint, from 0, whose drive is stiffer by this share.

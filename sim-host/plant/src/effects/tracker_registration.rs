@@ -46,6 +46,7 @@ pub(super) static KIND: EffectKind = EffectKind {
             Box::new(TrackerRegistration { translation, rotation: rotation_from_vector(&rotation) })
         },
     },
+    ..EffectKind::DEFAULT
 };
 
 /// A tracker registered wrongly: translation, m, then rotation vector, rad.

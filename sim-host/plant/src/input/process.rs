@@ -44,6 +44,29 @@ pub struct Ripple {
     pub phase: f64,
 }
 
+/// A number of the process by its key: one place, or one for every order of the ripple.
+type Numbers = (&'static str, fn(&mut Process) -> Vec<&mut f64>);
+
+impl Process {
+    /// Every number that a file states, by its key; those of the ripple as `ripple.axial`.
+    pub const NUMBERS: [Numbers; 14] = [
+        ("depth_stiffness_n_m", |p| vec![&mut p.depth_stiffness]),
+        ("depth_damping_ns_m", |p| vec![&mut p.depth_damping]),
+        ("feed_drag_ns_m", |p| vec![&mut p.feed_drag]),
+        ("lateral_damping_ns_m", |p| vec![&mut p.lateral_damping]),
+        ("lateral_stiffness_n_m", |p| vec![&mut p.lateral_stiffness]),
+        ("memory_length_m", |p| vec![&mut p.memory_length]),
+        ("lateral_ratio", |p| vec![&mut p.lateral_ratio]),
+        ("reference_force_n", |p| vec![&mut p.reference_force]),
+        ("spindle_rad_s", |p| vec![&mut p.spindle]),
+        ("pin_diameter_m", |p| vec![&mut p.pin_diameter]),
+        ("ripple.order", |p| p.ripple.iter_mut().map(|line| &mut line.order).collect()),
+        ("ripple.axial", |p| p.ripple.iter_mut().map(|line| &mut line.axial).collect()),
+        ("ripple.in_plane", |p| p.ripple.iter_mut().map(|line| &mut line.in_plane).collect()),
+        ("ripple.phase_rad", |p| p.ripple.iter_mut().map(|line| &mut line.phase).collect()),
+    ];
+}
+
 impl InputFile for Process {
     const KIND: FileKind = FileKind::Process;
 

@@ -382,7 +382,7 @@ impl<'d> Table<'d> {
     }
 
     /// True or false under a key.
-    fn truth(&self, key: &str) -> Result<bool, InputError> {
+    pub fn truth(&self, key: &str) -> Result<bool, InputError> {
         let value = self.value(key, "true or false")?;
         match value.value {
             DeValue::Boolean(truth) => Ok(*truth),
@@ -396,6 +396,12 @@ impl<'d> Table<'d> {
             Ok(value) => value.wrong(expected, help),
             Err(missing) => missing,
         }
+    }
+
+    /// Where a key stands, as errors name it: `file:line:column`.
+    pub fn place_of(&self, key: &str) -> String {
+        let span = self.table.get_key_value(key).map_or(self.span.clone(), |(key, _)| key.span());
+        self.source.place(span.start)
     }
 
     /// An error at a key: it is not what was expected.

@@ -13,20 +13,29 @@ pub use seam::SeamSensing;
 
 use crate::input::Sensors;
 use crate::robot::{Channel, Ports, Readings};
-use nalgebra::SVector;
-use rand::SeedableRng;
+use nalgebra::{Matrix3, SVector, Vector3};
+use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use std::collections::VecDeque;
 use trueweld_core::control::SensorReadings;
 use trueweld_core::filter::{Biquad, FilterBank};
+use trueweld_core::spatial::rotation_from_vector;
 use trueweld_core::{JointVector, Wrench};
+
+/// Stream of the random numbers of what a sensor file may leave out: what it states is drawn as it
+/// was without.
+const STREAM_OF_ERRORS: u64 = 3;
 
 /// The instruments of one run.
 #[derive(Debug)]
 pub struct Instruments {
     sensors: Sensors,
     noise: ChaCha8Rng,
+    errors: ChaCha8Rng,
+    /// From axes of T to those of a force sensor that is mounted off.
+    sensor_from_t: Option<Matrix3<f64>>,
+    step: f64,
     filter: Option<FilterBank<Biquad<f64>, 6>>,
     /// Filtered wrenches, newest last, one a plant step, as far back as the delay reaches.
     line: VecDeque<SVector<f64, 6>>,
@@ -43,8 +52,15 @@ impl Instruments {
     /// left out.
     pub fn new(sensors: &Sensors, ports: &Ports, step: f64, period: f64, seed: u64) -> Self {
         let corner = sensors.force.filter;
+        let misalignment = Vector3::from(sensors.force.misalignment);
+        let mut errors = ChaCha8Rng::seed_from_u64(seed);
+        errors.set_stream(STREAM_OF_ERRORS);
         Self {
             noise: ChaCha8Rng::seed_from_u64(seed),
+            errors,
+            sensor_from_t: (misalignment != Vector3::zeros())
+                .then(|| rotation_from_vector(&misalignment).transpose()),
+            step,
             filter: Biquad::low_pass(corner, step).map(FilterBank::new),
             line: VecDeque::new(),
             delay: (sensors.force.delay + ports.delay(Channel::Wrench)).max(0.0) / step,
@@ -67,7 +83,8 @@ impl Instruments {
             None => wrench,
         };
         self.line.push_back(filtered);
-        while self.line.len() > self.delay.ceil() as usize + 1 {
+        let oldest = self.delay + self.sensors.force.jitter / self.step;
+        while self.line.len() > oldest.ceil() as usize + 1 {
             self.line.pop_front();
         }
     }
@@ -86,6 +103,15 @@ impl Instruments {
         for term in &ports.sensor {
             term.sense(&mut truth);
         }
+        if let Some(turn) = &self.sensor_from_t {
+            (truth.force, truth.moment) = (turn * truth.force, turn * truth.moment);
+        }
+        for (torque, noise) in truth.motor_torque.iter_mut().zip(&self.sensors.torque_noise) {
+            if *noise > 0.0 {
+                let unit: f64 = StandardNormal.sample(&mut self.errors);
+                *torque += noise * unit;
+            }
+        }
         let resolution = &self.sensors.encoder_resolution;
         let encoder = JointVector::from_fn(|i, _| stepped(truth.encoder[i], resolution[i]));
         let rate =
@@ -99,7 +125,8 @@ impl Instruments {
         };
         let wrench = Wrench {
             force: truth.force.map(|v| stepped(noisy(v, force.noise_force), force.resolution)),
-            moment: truth.moment.map(|v| noisy(v, force.noise_moment)),
+            moment: truth.moment.map(|v| noisy(v, force.noise_moment))
+                + Vector3::from(force.zero_moment),
         };
         SensorReadings {
             encoder,
@@ -111,13 +138,17 @@ impl Instruments {
 
     /// The wrench of `delay` steps ago, interpolated between samples; the oldest there is until the
     /// line has filled.
-    fn delayed(&self) -> SVector<f64, 6> {
+    fn delayed(&mut self) -> SVector<f64, 6> {
+        let mut delay = self.delay;
+        if self.sensors.force.jitter > 0.0 {
+            delay += self.errors.random::<f64>() * self.sensors.force.jitter / self.step;
+        }
         let at = |steps: usize| {
             let last = self.line.len().saturating_sub(1);
             self.line.get(last.saturating_sub(steps)).copied().unwrap_or_else(SVector::zeros)
         };
-        let whole = self.delay.floor();
-        let part = self.delay - whole;
+        let whole = delay.floor();
+        let part = delay - whole;
         at(whole as usize) * (1.0 - part) + at(whole as usize + 1) * part
     }
 }

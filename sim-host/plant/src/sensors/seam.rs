@@ -13,22 +13,45 @@ use trueweld_core::compensation::DeviationMeasurement;
 /// Its stream of random numbers: that of the robot's own instruments stays what it was without it.
 const STREAM: u64 = 1;
 
+/// Stream of the numbers of what a sensor file may leave out.
+const STREAM_OF_ERRORS: u64 = 4;
+
 /// The seam sensor of one run.
 #[derive(Debug)]
 pub struct SeamSensing {
     sensor: SeamSensor,
     random: ChaCha8Rng,
-    /// Readings taken and not yet given: when, across the seam, and tilt.
-    taken: VecDeque<(f64, [f64; 2])>,
+    /// Of what a sensor file may leave out.
+    errors: ChaCha8Rng,
+    /// Readings taken and not yet given.
+    taken: VecDeque<Taken>,
     next: f64,
+}
+
+/// One reading: when it was taken and when it is given, s, and what it shows across the seam, m,
+/// and in tilt, rad.
+#[derive(Debug, Clone, Copy)]
+struct Taken {
+    at: f64,
+    given: f64,
+    values: [f64; 2],
 }
 
 impl SeamSensing {
     /// A sensor whose noise starts at `seed`.
     pub fn new(sensor: &SeamSensor, seed: u64) -> Self {
-        let mut random = ChaCha8Rng::seed_from_u64(seed);
-        random.set_stream(STREAM);
-        Self { sensor: sensor.clone(), random, taken: VecDeque::new(), next: 0.0 }
+        let stream = |stream| {
+            let mut random = ChaCha8Rng::seed_from_u64(seed);
+            random.set_stream(stream);
+            random
+        };
+        Self {
+            sensor: sensor.clone(),
+            random: stream(STREAM),
+            errors: stream(STREAM_OF_ERRORS),
+            taken: VecDeque::new(),
+            next: 0.0,
+        }
     }
 
     /// What reaches the controller at `time`, s. `deviation`: of the real tool from its nominal
@@ -38,21 +61,30 @@ impl SeamSensing {
         let s = &self.sensor;
         if time + INSTANT >= self.next {
             self.next += s.period;
-            let seen = [deviation.linear.y + s.ahead * deviation.angular.z, deviation.angular.x];
+            let across = deviation.linear.y + s.ahead * deviation.angular.z;
+            let [about_x, _, about_z] = s.misalignment;
+            let mounted = about_x * deviation.linear.z + about_z * s.ahead + s.zero;
+            let seen =
+                [across * (1.0 + s.scale) + mounted, deviation.angular.x + (about_x + s.tilt_zero)];
             let noisy = [s.noise, s.tilt_noise].map(|deviation| {
                 let unit: f64 = StandardNormal.sample(&mut self.random);
-                deviation * unit
+                deviation * s.noise_factor * unit
             });
+            let mut given = time + s.delay + s.hidden_delay;
+            if s.jitter > 0.0 {
+                given += s.jitter * self.errors.random::<f64>();
+            }
             let lost = self.random.random::<f64>() < s.lost;
             if !lost {
-                self.taken.push_back((time, [seen[0] + noisy[0], seen[1] + noisy[1]]));
+                let values = [seen[0] + noisy[0], seen[1] + noisy[1]];
+                self.taken.push_back(Taken { at: time, given, values });
             }
         }
         let across = Twist { angular: Vector3::z() * s.ahead, linear: Vector3::y() };
         let tilted = Twist { angular: Vector3::x(), linear: Vector3::zeros() };
         let mut arrived = Vec::new();
-        while let Some((taken, values)) =
-            self.taken.front().copied().filter(|(at, _)| at + s.delay <= time + INSTANT)
+        while let Some(Taken { at, values, .. }) =
+            self.taken.front().copied().filter(|taken| taken.given <= time + INSTANT)
         {
             self.taken.pop_front();
             for (deviation, along, noise) in
@@ -62,7 +94,7 @@ impl SeamSensing {
                     deviation,
                     along,
                     noise,
-                    age: time - taken,
+                    age: time - at - s.hidden_delay,
                     ahead: s.ahead,
                 });
             }

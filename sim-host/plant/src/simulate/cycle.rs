@@ -38,7 +38,7 @@ pub trait Plant {
 /// What is asked of the tool in one period.
 #[derive(Debug, Clone, Copy)]
 pub struct Reference {
-    /// Where the real tool should be, in B.
+    /// Where the tool should be, in B, as the seam was taught.
     pub nominal: Pose<f64>,
     /// The set-point of the encoders' pose, in B, and of the force.
     pub setpoint: Setpoint<f64>,
@@ -74,6 +74,8 @@ impl Reference {
 /// What one period of control saw and commanded.
 #[derive(Debug, Clone, Copy)]
 pub struct Controlled {
+    /// Where the real tool should be, in B: on the seam as it is, not as it was taught.
+    pub nominal: Pose<f64>,
     /// What the instruments gave the controller.
     pub sensed: SensorReadings<f64>,
     /// Real tool against nominal, axes of W: m and rad.
@@ -93,6 +95,8 @@ pub struct ControlCycle<'a, P, H> {
     pub frozen_rate: JointVector<f64>,
     controller: Compensated<f64, H, &'a mut dyn Compensator<f64>>,
     controller_model: &'a Robot<f64>,
+    /// The seam as it is.
+    seam: Seam,
     ports: &'a Ports,
     instruments: Instruments,
     seam_sensor: Option<SeamSensing>,
@@ -126,6 +130,7 @@ impl<'a, P: Plant, H: HybridController<f64>> ControlCycle<'a, P, H> {
             frozen_rate: JointVector::zeros(),
             controller,
             controller_model,
+            seam: scenario.real_seam(),
             ports,
             instruments: Instruments::new(sensors, ports, steps.1, period, seed),
             seam_sensor: sensors.seam.as_ref().map(|sensor| SeamSensing::new(sensor, seed)),
@@ -142,8 +147,9 @@ impl<'a, P: Plant, H: HybridController<f64>> ControlCycle<'a, P, H> {
         let truth = Readings::of(time, &drives.motor, &drives.link, &tcp);
         let mut sensed = self.instruments.read(self.ports, truth, &self.torque);
         sensed.encoder_rate += self.frozen_rate;
-        let to_w = reference.setpoint.b_from_w.transpose();
-        let deviation_w = reference.nominal.error_to(&tcp).rotated(&to_w);
+        let nominal = self.seam.nominal(reference.path);
+        let to_w = self.seam.b_from_w.rotation.transpose();
+        let deviation_w = nominal.error_to(&tcp).rotated(&to_w);
         let mut measurements =
             self.seam_sensor.as_mut().map_or(Vec::new(), |s| s.read(time, &deviation_w));
         self.faulty.pass_on(time, &mut sensed, &mut measurements);
@@ -157,7 +163,8 @@ impl<'a, P: Plant, H: HybridController<f64>> ControlCycle<'a, P, H> {
         };
         let command = self.controller.cycle(self.controller_model, &observation);
         self.torque = command.torque;
-        Controlled { sensed, deviation_w, command, correction_w: self.controller.correction() }
+        let correction_w = self.controller.correction();
+        Controlled { nominal, sensed, deviation_w, command, correction_w }
     }
 
     /// The period itself: the plant moves with the torque held.

@@ -2,7 +2,8 @@
 //!
 //! The path is taught under gravity: at the start, with the tool free of contact, the real tool
 //! stands on the line. The set-point then follows the line by the encoders alone, and whatever the
-//! load bends from there is deviation.
+//! load bends from there is deviation. Where the seam is not where it was taught
+//! ([`Cell::b_from_w`]), deviations are from the seam as it is.
 
 use super::cycle::{ControlCycle, Plant, Reference};
 use super::start::{Start, lateral_by_joint};
@@ -92,7 +93,7 @@ fn run_with(
         let target = program.target(weld, &seam, contact, time);
         let reference = Reference::of(scenario, &seam, &start.offset, &target);
         let controlled = cycle.control(time, &reference);
-        let (SimulatedCell { at, state, .. }, nominal) = (&cycle.plant, reference.nominal);
+        let (SimulatedCell { at, state, .. }, nominal) = (&cycle.plant, controlled.nominal);
         let (command, drives, tcp) = (controlled.command, state.drives(), at.frames.tcp);
         rows.push(RecordRow {
             time,

@@ -88,6 +88,11 @@ pub struct Scenario<'a> {
 }
 
 impl Scenario<'_> {
+    /// The seam as it is: where the cell has it, which need not be where it was taught.
+    pub fn real_seam(&self) -> Seam {
+        Seam { b_from_w: self.cell.b_from_w, ..Seam::of(self.weld) }
+    }
+
     /// Plant steps in a control period, and the length of each, s.
     pub fn plant_steps(&self) -> (usize, f64) {
         let period = self.control.period;
