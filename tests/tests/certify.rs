@@ -15,7 +15,7 @@ use trueweld_evaluate::certify::{
     RequiredCorrection, Requirement, SampledCell, Shortfall, Symptom, Trial, Verdict, judge,
     search,
 };
-use trueweld_evaluate::{Requirements, WELD_FIGURES, WeldFigures};
+use trueweld_evaluate::{Requirements, UncertainCell, WELD_FIGURES, WeldFigures};
 use trueweld_plant::cell::Cell;
 use trueweld_plant::effects::Effect;
 use trueweld_plant::input::{Control, InputFile};
@@ -65,6 +65,14 @@ fn requirements(more: &str) -> Requirements {
     Requirements::parse(&format!("{text}{more}"), "requirements").expect("in order")
 }
 
+/// What is not known of the cell.
+static UNCERTAIN: LazyLock<UncertainCell> = LazyLock::new(|| uncertain(&REQUIREMENTS));
+
+fn uncertain(requirements: &Requirements) -> UncertainCell {
+    let Fixtures { robot, process, sensors, .. } = &*FIXTURES;
+    requirements.uncertain_cell(robot, process, sensors).expect("numbers of the cell")
+}
+
 static FIXTURES: LazyLock<Fixtures> = LazyLock::new(|| {
     let mut fixtures = Fixtures::of("vertical");
     let weld = &mut fixtures.weld;
@@ -86,14 +94,17 @@ impl Certified {
         let (requirements, fixtures) = (&*REQUIREMENTS, &*FIXTURES);
         let mut scenario = fixtures.scenario(&CELL, Program::Weld, Controller::External, law);
         scenario.control = control;
-        let cell = NominalCell { robot: &fixtures.robot.robot, effects: &[] };
+        let cell =
+            NominalCell { robot: &fixtures.robot.robot, effects: &[], uncertain: &UNCERTAIN };
         let needed =
             RequiredCorrection::of(&scenario, &cell).expect("a weld").expect("a steady part");
         let certification =
             Certification { scenario, cell, requirements, needed: &needed, passes: 1, seed: 7 };
         let trials: Vec<Trial> = (0..DRAWS).map(|k| certification.trial(k)).collect();
-        let worst = search(requirements, 7, &trials, SEARCH, |batch| {
-            Ok::<_, RunError>(batch.iter().map(|(k, draw)| certification.weld(*k, *draw)).collect())
+        let worst = search(requirements, &UNCERTAIN, 7, &trials, SEARCH, |batch| {
+            Ok::<_, RunError>(
+                batch.iter().map(|(k, draw)| certification.weld(*k, draw.clone())).collect(),
+            )
         });
         let faults = certification.faults().expect("long enough");
         let faults = faults.iter().filter(|f| instruments.contains(&f.instrument));
@@ -312,7 +323,7 @@ fn the_effects_of_a_cell_are_in_every_run_of_its_certification() {
     let law = law("seam-tracking");
     let scenario = fixtures.scenario(&real, Program::Weld, Controller::External, &law);
     let certification = |effects| {
-        let cell = NominalCell { robot: &fixtures.robot.robot, effects };
+        let cell = NominalCell { robot: &fixtures.robot.robot, effects, uncertain: &UNCERTAIN };
         let needed =
             RequiredCorrection::of(&scenario, &cell).expect("a weld").expect("a steady part");
         let certification = Certification {
@@ -357,11 +368,12 @@ fn the_search_comes_to_the_worst_corner_of_a_set_and_to_the_same_again() {
     // Softest A2, stiffest A3, highest lateral ratio, and the lower depth stiffness, which counts
     // with a soft A2.
     let worst = 1e-5 * (1.0 + 6.0 * u.stiffness + 4.0 * u.stiffness * u.process);
-    let trials: Vec<Trial> = (0..DRAWS).map(|k| formula(k, SampledCell::new(&u, 7, k))).collect();
+    let trials: Vec<Trial> =
+        (0..DRAWS).map(|k| formula(k, SampledCell::new(&UNCERTAIN, 7, k))).collect();
     let drawn = trials.iter().map(|t| t.figure("lateral_rms_m")).fold(0.0, f64::max);
     let go = |seed| {
-        let found = search(&REQUIREMENTS, seed, &trials, 60, |batch| {
-            Ok::<_, RunError>(batch.iter().map(|(k, draw)| formula(*k, *draw)).collect())
+        let found = search(&REQUIREMENTS, &UNCERTAIN, seed, &trials, 60, |batch| {
+            Ok::<_, RunError>(batch.iter().map(|(k, draw)| formula(*k, draw.clone())).collect())
         });
         found.expect("no errors")
     };
@@ -399,7 +411,8 @@ fn too_few_draws_to_tell_are_no_failure_and_no_pass() {
         let evidence = Evidence {
             nominal: run(beyond),
             trials: (0..trials).map(run).collect(),
-            worst: search(&asked, 7, &[], 0, |_| Ok::<_, RunError>(Vec::new())).expect("no runs"),
+            worst: search(&asked, &UNCERTAIN, 7, &[], 0, |_| Ok::<_, RunError>(Vec::new()))
+                .expect("no runs"),
             margins: Vec::new(),
             faults: Vec::new(),
         };
@@ -417,9 +430,9 @@ fn too_few_draws_to_tell_are_no_failure_and_no_pass() {
 fn a_limit_of_the_worst_case_is_a_requirement() {
     let strict = requirements("[worst_case]\nlateral_rms_m = 1.2e-5\n");
     let trials: Vec<Trial> =
-        (0..DRAWS).map(|k| formula(k, SampledCell::new(&strict.uncertainty, 7, k))).collect();
-    let worst = search(&strict, 7, &trials, 60, |batch| {
-        Ok::<_, RunError>(batch.iter().map(|(k, draw)| formula(*k, *draw)).collect())
+        (0..DRAWS).map(|k| formula(k, SampledCell::new(&UNCERTAIN, 7, k))).collect();
+    let worst = search(&strict, &UNCERTAIN, 7, &trials, 60, |batch| {
+        Ok::<_, RunError>(batch.iter().map(|(k, draw)| formula(*k, draw.clone())).collect())
     });
     let evidence = Evidence {
         nominal: formula(0, SampledCell::nominal(1)),
@@ -513,4 +526,40 @@ fn requirements_say_where_they_are_wrong() {
         let error = error.expect_err("a mistake").to_string();
         assert!(error.contains("requirements.toml:") && error.contains(expected), "{error}");
     }
+}
+
+#[test]
+fn a_seam_that_lies_beside_the_taught_one_is_followed_by_who_sees_it() {
+    const BESIDE: f64 = 5e-4;
+    let requirements = requirements(&format!(
+        "[[uncertain]]\nseam = \"shift_y_m\"\ndistribution = \"fixed\"\nvalue = {BESIDE}\n\
+         source = \"test\"\n[limits.start]\nlateral_max_m = 1.0e-3\n"
+    ));
+    let uncertain = uncertain(&requirements);
+    let lateral = |name: &str| {
+        let (law, fixtures) = (law(name), &*FIXTURES);
+        let scenario = fixtures.scenario(&CELL, Program::Weld, Controller::External, &law);
+        let cell =
+            NominalCell { robot: &fixtures.robot.robot, effects: &[], uncertain: &uncertain };
+        let needed =
+            RequiredCorrection::of(&scenario, &cell).expect("a weld").expect("a steady part");
+        let certification = Certification {
+            scenario,
+            cell,
+            requirements: &requirements,
+            needed: &needed,
+            passes: 1,
+            seed: 7,
+        };
+        let beside = SampledCell { latents: vec![0.0], ..SampledCell::nominal(1) };
+        let runs = [SampledCell::nominal(1), beside].map(|draw| certification.weld(0, draw));
+        runs.map(|run| ["start.lateral_max_m", "lateral_rms_m"].map(|key| run.figure(key)))
+    };
+    let [believed, beside] = lateral("feed-forward");
+    // Nobody sees it: the tool is off by it from the start to the end, but for a few hundredths that
+    // the load and the noise make of it.
+    assert!((beside[0] - believed[0] - BESIDE).abs() < 0.1 * BESIDE, "{beside:?}");
+    assert!((beside[1] - BESIDE).abs() < 0.1 * BESIDE, "{beside:?}");
+    let [_, beside] = lateral("seam-tracking");
+    assert!(beside[1] < 0.1 * BESIDE, "{beside:?}");
 }

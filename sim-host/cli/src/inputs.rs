@@ -7,8 +7,8 @@ use nalgebra::SVector;
 use std::path::{Path, PathBuf};
 use trueweld_compensators::Entry;
 use trueweld_core::Robot;
-use trueweld_evaluate::Requirements;
 use trueweld_evaluate::certify::NominalCell;
+use trueweld_evaluate::{Requirements, UncertainCell};
 use trueweld_plant::cell::Cell;
 use trueweld_plant::effects::Effect;
 use trueweld_plant::input::{
@@ -233,8 +233,8 @@ impl CellFiles {
 
 impl Inputs {
     /// What the cells of a certification are made from.
-    pub fn nominal(&self) -> NominalCell<'_> {
-        NominalCell { robot: &self.robot.robot, effects: &self.effects }
+    pub fn nominal<'a>(&'a self, uncertain: &'a UncertainCell) -> NominalCell<'a> {
+        NominalCell { robot: &self.robot.robot, effects: &self.effects, uncertain }
     }
 
     /// The options of a simulation. `plant_step`: the longest, s.

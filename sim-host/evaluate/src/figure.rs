@@ -15,6 +15,19 @@ pub struct Figure {
     pub unit: &'static str,
 }
 
+impl Figure {
+    /// The phase of the weld that it is of, where its key names one; nothing for the steady part
+    /// and for what is of no phase.
+    pub fn phase(&self) -> &'static str {
+        self.key.split_once('.').map_or("", |(phase, _)| phase)
+    }
+
+    /// Its key without the phase.
+    pub fn key_in_phase(&self) -> &'static str {
+        self.key.split_once('.').map_or(self.key, |(_, key)| key)
+    }
+}
+
 /// A figure and how it follows from what was recorded or computed of a run.
 #[derive(Debug, Clone, Copy)]
 pub struct FigureOf<S: 'static, V: 'static = f64> {

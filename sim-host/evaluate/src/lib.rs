@@ -23,10 +23,17 @@ pub mod margins;
 mod rate;
 mod requirements;
 mod step;
+mod uncertain;
 mod weld;
 
 pub use figure::{Figure, FigureOf, Limit};
 pub use rate::Rate;
-pub use requirements::{Faults, MarginLimits, Requirements, Uncertainty};
+pub use requirements::{Faults, MarginLimits, Requirements};
 pub use step::StepFigures;
-pub use weld::{FirstLimit, ForceFigures, JudgedFigure, Spread, WELD_FIGURES, WeldFigures};
+pub use uncertain::{
+    Distribution, Group, NoSuchNumber, SEAM_KEYS, UncertainCell, UncertainEntry, UncertainNumber,
+    Uncertainty,
+};
+pub use weld::{
+    FirstLimit, ForceFigures, JudgedFigure, PHASES, PhaseFigures, Spread, WELD_FIGURES, WeldFigures,
+};

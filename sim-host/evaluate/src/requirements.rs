@@ -2,20 +2,26 @@
 
 use crate::figure::{Figure, Limit};
 use crate::margins::MARGIN_FIGURES;
-use crate::weld::WELD_FIGURES;
-use trueweld_plant::input::{Bounds, FileKind, InputError, InputFile, Table};
+use crate::uncertain::{NoSuchNumber, UncertainCell, UncertainEntry, Uncertainty};
+use crate::weld::{PHASES, WELD_FIGURES};
+use trueweld_plant::input::{
+    Bounds, FileKind, InputError, InputFile, Process, RobotFile, Sensors, Table,
+};
 
 /// Requirements of a certification.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Requirements {
-    /// The most that figures of a weld's steady part may be, in the order of [`WELD_FIGURES`].
+    /// The most that figures of a weld may be, in the order of [`WELD_FIGURES`]: of its steady part,
+    /// and of the phases beside it.
     pub limits: Vec<Limit>,
     /// Share of welds that may fail a requirement.
     pub failure_probability: f64,
     /// Confidence with which that must be shown.
     pub confidence: f64,
-    /// What is not known of the cell.
+    /// What is not known of the cell, in short.
     pub uncertainty: Uncertainty,
+    /// The same number by number, `[[uncertain]]`.
+    pub uncertain: Vec<UncertainEntry>,
     /// Limits that the worst cell found within the uncertainty must keep, in the same order.
     pub worst_case: Vec<Limit>,
     /// Margins of the loop along the weld; `None` where none are asked for.
@@ -33,21 +39,6 @@ pub struct MarginLimits {
     pub places: usize,
     /// The least that they may be, in the order of [`MARGIN_FIGURES`].
     pub at_least: Vec<Limit>,
-}
-
-/// What is not known of a cell: half widths of uniform distributions about the nominal value.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Uncertainty {
-    /// Of every joint's stiffness, relative.
-    pub stiffness: f64,
-    /// Of every gain of the process, relative.
-    pub process: f64,
-    /// Of the amplitude of the spindle's ripple, relative; its phases are anything.
-    pub ripple: f64,
-    /// Of the force across the tool that the sensor shows per axial force, each axis.
-    pub crosstalk: f64,
-    /// Least and most delay of the force sensor and the seam sensor, control periods.
-    pub delay: [f64; 2],
 }
 
 /// One instrument at a time that fails in the steady part of the nominal weld and comes back, and
@@ -72,7 +63,20 @@ pub struct Faults {
 }
 
 impl Requirements {
-    /// The limit of a figure of a weld's steady part, by its key.
+    /// All that is not known of a cell of this robot, process and these sensors.
+    ///
+    /// # Errors
+    /// [`NoSuchNumber`] where the cell has not got a number that the file calls uncertain.
+    pub fn uncertain_cell(
+        &self,
+        robot: &RobotFile,
+        process: &Process,
+        sensors: &Sensors,
+    ) -> Result<UncertainCell, NoSuchNumber> {
+        UncertainCell::of(&self.uncertainty, &self.uncertain, robot, process, sensors)
+    }
+
+    /// The limit of a figure of a weld, by its key.
     pub fn limit(&self, key: &str) -> Option<f64> {
         self.limits.iter().find(|limit| limit.figure.key == key).map(|limit| limit.value)
     }
@@ -88,6 +92,7 @@ impl InputFile for Requirements {
             "confidence",
             "limits",
             "uncertainty",
+            "uncertain",
             "worst_case",
             "margins",
             "faults",
@@ -97,6 +102,12 @@ impl InputFile for Requirements {
             failure_probability: root.quantity("failure_probability")?,
             confidence: root.quantity("confidence")?,
             uncertainty: uncertainty(&root.table("uncertainty")?)?,
+            uncertain: if root.has("uncertain") {
+                let tables = root.tables("uncertain")?;
+                tables.iter().map(UncertainEntry::read).collect::<Result<_, _>>()?
+            } else {
+                Vec::new()
+            },
             worst_case: if root.has("worst_case") {
                 of_weld(&root.table("worst_case")?)?
             } else {
@@ -112,8 +123,16 @@ impl InputFile for Requirements {
     }
 }
 
+/// Limits of the steady part, and in tables of their names those of the phases beside it.
 fn of_weld(table: &Table<'_>) -> Result<Vec<Limit>, InputError> {
-    limits(table, &[], WELD_FIGURES.iter().map(|of| &of.figure))
+    let of_phase = |phase: &'static str| {
+        WELD_FIGURES.iter().map(|of| &of.figure).filter(move |figure| figure.phase() == phase)
+    };
+    let mut all = limits(table, &PHASES, of_phase(""))?;
+    for phase in PHASES.into_iter().filter(|phase| table.has(phase)) {
+        all.extend(limits(&table.table(phase)?, &[], of_phase(phase))?);
+    }
+    Ok(all)
 }
 
 /// The limits of a table, whose other keys are given.
@@ -122,11 +141,11 @@ fn limits(
     others: &[&'static str],
     figures: impl Iterator<Item = &'static Figure> + Clone,
 ) -> Result<Vec<Limit>, InputError> {
-    table
-        .only(&others.iter().copied().chain(figures.clone().map(|f| f.key)).collect::<Vec<_>>())?;
+    let keys = figures.clone().map(Figure::key_in_phase);
+    table.only(&others.iter().copied().chain(keys).collect::<Vec<_>>())?;
     figures
-        .filter(|figure| table.has(figure.key))
-        .map(|figure| Ok(Limit { figure, value: table.quantity(figure.key)? }))
+        .filter(|figure| table.has(figure.key_in_phase()))
+        .map(|figure| Ok(Limit { figure, value: table.quantity(figure.key_in_phase())? }))
         .collect()
 }
 

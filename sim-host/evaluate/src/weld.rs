@@ -47,6 +47,50 @@ pub struct ForceFigures {
     pub error_rms: f64,
 }
 
+/// Parts of a weld beside the steady one, by their names in requirements: at the start, under
+/// position control, the tool in the material; while push and feed rise and settle; at the end,
+/// while the feed falls and the tool stands.
+pub const PHASES: [&str; 3] = ["start", "rise", "end"];
+
+/// The part that a phase belongs to, by its place in [`PHASES`]; `None` for the steady one.
+fn part(phase: Phase) -> Option<usize> {
+    match phase {
+        Phase::Settle => Some(0),
+        Phase::ForceRamp | Phase::FeedRamp => Some(1),
+        Phase::Steady => None,
+        Phase::Stop | Phase::Hold => Some(2),
+    }
+}
+
+/// One part of a weld beside the steady one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PhaseFigures {
+    /// Across the seam, m.
+    pub lateral: Spread,
+    /// Along the seam, m.
+    pub longitudinal: Spread,
+    /// Angle between the real and the nominal tool axis, rad.
+    pub tilt: Spread,
+    /// Greatest depth below the plate's surface, m.
+    pub deepest: f64,
+    /// Real push less the push asked for, N; zeros where none is asked for.
+    pub push_error: Spread,
+}
+
+impl PhaseFigures {
+    fn of<'r>(rows: impl Iterator<Item = &'r RecordRow> + Clone) -> Self {
+        let spread = |f: fn(&RecordRow) -> f64| Spread::of(rows.clone().map(f));
+        let asked = rows.clone().filter_map(|r| Some(-r.force_w.z - r.force_desired?));
+        Self {
+            lateral: spread(|r| r.deviation_w.linear.y),
+            longitudinal: spread(|r| r.deviation_w.linear.x),
+            tilt: spread(|r| r.tilt),
+            deepest: rows.clone().map(|r| r.deviation_w.linear.z).fold(0.0, f64::max),
+            push_error: Spread::of(asked),
+        }
+    }
+}
+
 /// How far the tool left its line in the steady part of one weld.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WeldFigures {
@@ -76,6 +120,8 @@ pub struct WeldFigures {
     /// Largest lateral deviation from the closing of the force loop to full feed, m: the transient
     /// before the steady part.
     pub lateral_before: f64,
+    /// The parts beside the steady one, in the order of [`PHASES`].
+    pub phases: [PhaseFigures; 3],
     /// Rows in which some limit was reached or a fault was raised, whole run.
     pub limited_rows: usize,
     /// The first of them.
@@ -133,8 +179,9 @@ const OFF: f64 = 0.05;
 /// Largest tilt of the tool, rad: half a degree, the tolerance in use (`fixtures/requirements`).
 const TILT: f64 = 0.5 * std::f64::consts::PI / 180.0;
 
-/// Figures of a weld that requirements may limit.
-pub static WELD_FIGURES: [FigureOf<WeldFigures>; 10] = [
+/// Figures of a weld that requirements may limit: of the steady part and of the whole run, then with
+/// the name of the phase before a dot those of [`PHASES`].
+pub static WELD_FIGURES: [FigureOf<WeldFigures>; 27] = [
     FigureOf::new("lateral_rms_m", "lateral, RMS", "m", |f| f.lateral.rms),
     FigureOf::new("lateral_max_m", "lateral, largest", "m", |f| f.lateral.max_abs),
     // Depth is what the push makes it; what may be limited is how far it wanders from its mean.
@@ -150,6 +197,59 @@ pub static WELD_FIGURES: [FigureOf<WeldFigures>; 10] = [
     FigureOf::new("lateral_before_m", "lateral before the steady part", "m", |f| f.lateral_before),
     FigureOf::new("correction_m", "correction, translation", "m", |f| f.correction[0]),
     FigureOf::new("correction_rad", "correction, rotation", "rad", |f| f.correction[1]),
+    FigureOf::new("start.lateral_rms_m", "lateral at the start, RMS", "m", |f| {
+        f.phases[0].lateral.rms
+    }),
+    FigureOf::new("start.lateral_max_m", "lateral at the start, largest", "m", |f| {
+        f.phases[0].lateral.max_abs
+    }),
+    FigureOf::new("start.tilt_max_rad", "tilt at the start, largest", "rad", |f| {
+        f.phases[0].tilt.max_abs
+    }),
+    FigureOf::new("start.depth_max_m", "depth at the start, greatest", "m", |f| {
+        f.phases[0].deepest
+    }),
+    FigureOf::new("rise.lateral_rms_m", "lateral while push and feed rise, RMS", "m", |f| {
+        f.phases[1].lateral.rms
+    }),
+    FigureOf::new("rise.lateral_max_m", "lateral while push and feed rise, largest", "m", |f| {
+        f.phases[1].lateral.max_abs
+    }),
+    FigureOf::new("rise.tilt_max_rad", "tilt while push and feed rise, largest", "rad", |f| {
+        f.phases[1].tilt.max_abs
+    }),
+    FigureOf::new("rise.depth_max_m", "depth while push and feed rise, greatest", "m", |f| {
+        f.phases[1].deepest
+    }),
+    FigureOf::new(
+        "rise.push_error_rms_n",
+        "push while push and feed rise, RMS of its error",
+        "N",
+        |f| f.phases[1].push_error.rms,
+    ),
+    FigureOf::new(
+        "rise.push_error_max_n",
+        "push while push and feed rise, largest error",
+        "N",
+        |f| f.phases[1].push_error.max_abs,
+    ),
+    FigureOf::new("end.lateral_rms_m", "lateral at the end, RMS", "m", |f| f.phases[2].lateral.rms),
+    FigureOf::new("end.lateral_max_m", "lateral at the end, largest", "m", |f| {
+        f.phases[2].lateral.max_abs
+    }),
+    FigureOf::new("end.longitudinal_max_m", "along the seam at the end, largest", "m", |f| {
+        f.phases[2].longitudinal.max_abs
+    }),
+    FigureOf::new("end.tilt_max_rad", "tilt at the end, largest", "rad", |f| {
+        f.phases[2].tilt.max_abs
+    }),
+    FigureOf::new("end.depth_max_m", "depth at the end, greatest", "m", |f| f.phases[2].deepest),
+    FigureOf::new("end.push_error_rms_n", "push at the end, RMS of its error", "N", |f| {
+        f.phases[2].push_error.rms
+    }),
+    FigureOf::new("end.push_error_max_n", "push at the end, largest error", "N", |f| {
+        f.phases[2].push_error.max_abs
+    }),
 ];
 
 impl WeldFigures {
@@ -200,6 +300,9 @@ impl WeldFigures {
                 Spread::of(recording.rows.iter().map(|r| r.correction_w.angular.norm())).max_abs,
             ],
             lateral_before: Spread::of(before.map(|r| r.deviation_w.linear.y)).max_abs,
+            phases: [0, 1, 2].map(|k| {
+                PhaseFigures::of(recording.rows.iter().filter(|r| part(r.phase) == Some(k)))
+            }),
             limited_rows: recording.rows.iter().filter(|r| held(r)).count(),
             first_limit: FirstLimit::of(recording),
             judged: judged(recording, &steady, [lateral, longitudinal, tilt], mean_push),

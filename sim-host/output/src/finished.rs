@@ -4,7 +4,7 @@ use std::path::Path;
 use trueweld_core::Robot;
 use trueweld_evaluate::certify::{Evidence, Requirement, Verdict};
 use trueweld_evaluate::laws::{LawComparison, Sweep};
-use trueweld_evaluate::{StepFigures, WeldFigures};
+use trueweld_evaluate::{StepFigures, UncertainCell, WeldFigures};
 use trueweld_measure::data::log::import::Proposal;
 use trueweld_measure::diagnose::{Diagnosis, Explanation, Reason};
 use trueweld_measure::improve::Improvement;
@@ -86,6 +86,8 @@ pub struct CertifyReport<'a> {
     pub asked: [f64; 2],
     /// Every weld.
     pub welds: Vec<CertifiedWeld>,
+    /// What is not known of the cell.
+    pub uncertain: &'a UncertainCell,
     /// What the result is of.
     pub provenance: &'a Provenance,
 }

@@ -17,10 +17,11 @@ use std::slice;
 use std::sync::{Mutex, PoisonError};
 use store::TrialStore;
 use trueweld_compensators::Entry;
-use trueweld_evaluate::Requirements;
 use trueweld_evaluate::certify::{
-    Certification, Evidence, FaultTrial, RequiredCorrection, Trial, Verdict, judge, search,
+    Certification, Evidence, FaultTrial, RequiredCorrection, SampledCell, Trial, Verdict, judge,
+    search,
 };
+use trueweld_evaluate::{Requirements, UncertainCell};
 use trueweld_output::{CertifiedWeld, CertifyReport, Progress, Report, write_file};
 use trueweld_plant::provenance::{FileDigest, Provenance, sha256};
 use trueweld_plant::sensors::InstrumentFault;
@@ -88,10 +89,15 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     }
     // Everything is read and judged usable before the first run.
     let inputs = inputs(arguments)?;
+    let Inputs { robot, planned, sensors, .. } = &inputs[0];
+    let uncertain = requirements.uncertain_cell(robot, planned, sensors).map_err(|error| {
+        miette!(help = "Numbers in [[uncertain]] are of the cell that is certified.", "{error}")
+    })?;
+    let asked = Asked { requirements: &requirements, uncertain: &uncertain };
     let mut campaigns = inputs
         .iter()
         .map(|inputs| {
-            WeldSetup::new(arguments, &requirements, &files, inputs).and_then(WeldCampaign::open)
+            WeldSetup::new(arguments, asked, &files, inputs).and_then(WeldCampaign::open)
         })
         .collect::<Result<Vec<_>>>()?;
     let mut provenance = campaigns[0].setup.provenance.clone();
@@ -136,6 +142,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         seed: arguments.draws,
         asked: [requirements.failure_probability, requirements.confidence],
         welds,
+        uncertain: &uncertain,
         provenance: &provenance,
     };
     write_file(&certificate, report.json_text())?;
@@ -175,10 +182,17 @@ struct WeldCampaign<'a> {
     kept: EvidenceFiles,
 }
 
+/// What is asked of every weld, and what is not known of the cell.
+#[derive(Clone, Copy)]
+struct Asked<'a> {
+    requirements: &'a Requirements,
+    uncertain: &'a UncertainCell,
+}
+
 /// What the runs of a weld are made from.
 struct WeldSetup<'a> {
     arguments: &'a Arguments,
-    requirements: &'a Requirements,
+    asked: Asked<'a>,
     inputs: &'a Inputs,
     scenario: Scenario<'a>,
     provenance: Provenance,
@@ -237,7 +251,7 @@ impl<'a> WeldSetup<'a> {
     /// Finds out whether the law can be built and the weld be made. `files`: read for all welds.
     fn new(
         arguments: &'a Arguments,
-        requirements: &'a Requirements,
+        asked: Asked<'a>,
         files: &[FileDigest],
         inputs: &'a Inputs,
     ) -> Result<Self> {
@@ -255,17 +269,20 @@ impl<'a> WeldSetup<'a> {
         };
         let failed = |error: RunError| inputs.failed(controller, &error);
         scenario.build_law().map_err(failed)?;
-        let needed = RequiredCorrection::of(&scenario, &inputs.nominal())
+        let cell = inputs.nominal(asked.uncertain);
+        let drawn = SampledCell::new(asked.uncertain, arguments.draws, 0);
+        cell.build(&drawn, &inputs.planned, &inputs.weld).map_err(failed)?;
+        let needed = RequiredCorrection::of(&scenario, &cell)
             .map_err(failed)?
             .ok_or_else(|| inputs.too_short())?;
-        Ok(Self { arguments, requirements, inputs, scenario, provenance, key, needed })
+        Ok(Self { arguments, asked, inputs, scenario, provenance, key, needed })
     }
 
     fn certification(&self) -> Certification<'_> {
         Certification {
             scenario: self.scenario,
-            cell: self.inputs.nominal(),
-            requirements: self.requirements,
+            cell: self.inputs.nominal(self.asked.uncertain),
+            requirements: self.asked.requirements,
             needed: &self.needed,
             passes: self.arguments.passes as usize,
             seed: self.arguments.draws,
@@ -387,17 +404,17 @@ impl<'a> WeldCampaign<'a> {
     /// Every run: those that are kept, and the missing ones.
     fn run(self) -> Result<CertifiedWeld> {
         let Self { setup, mut kept } = self;
-        let WeldSetup { arguments, requirements, inputs, .. } = setup;
+        let WeldSetup { arguments, asked: Asked { requirements, uncertain }, inputs, .. } = setup;
         let certification = setup.certification();
         let budget = arguments.worst as usize;
         let jobs = setup.jobs()?;
         let meter = setup.meter(&jobs, budget, &kept);
         let Done { nominal, faults, trials } = kept.complete(&jobs, &certification, &meter)?;
-        let worst = search(requirements, arguments.draws, &trials, budget, |batch| {
+        let worst = search(requirements, uncertain, arguments.draws, &trials, budget, |batch| {
             let is =
                 |(index, draw): &(u64, _), run: &Trial| run.index == *index && run.draw == *draw;
             kept.worst.complete(batch, is, |(index, draw)| {
-                meter.count("worst case", 1.0, certification.weld(*index, *draw))
+                meter.count("worst case", 1.0, certification.weld(*index, draw.clone()))
             })
         })?;
         meter.finish();

@@ -1,6 +1,6 @@
 //! The cells of a certification: the nominal one, and how a drawn one differs from it.
 
-use crate::requirements::Uncertainty;
+use crate::uncertain::UncertainCell;
 use nalgebra::SVector;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -20,15 +20,18 @@ pub struct NominalCell<'a> {
     pub robot: &'a Robot<f64>,
     /// Effects of the real cell, of the command line and the model file.
     pub effects: &'a [Effect],
+    /// What is not known of it.
+    pub uncertain: &'a UncertainCell,
 }
 
 impl NominalCell<'_> {
     /// The cell with what was drawn: factors on the robot's stiffness, cross-talk of the force
-    /// sensor beside the cell's own effects. `process` is taken as it is.
+    /// sensor and drawn effects beside the cell's own, the seam where it really lies. `process` is
+    /// taken as it is.
     ///
     /// # Errors
     /// [`RunError::Cell`] where no cell can be built.
-    pub(super) fn build(
+    pub fn build(
         &self,
         draw: &SampledCell,
         process: &Process,
@@ -37,8 +40,12 @@ impl NominalCell<'_> {
         let factor: JointVector<f64> = SVector::from(draw.stiffness);
         let robot = self.robot.with_stiffness_scaled(&factor).map_err(|_| RunError::Cell)?;
         let crosstalk = force_crosstalk::effect(draw.crosstalk);
-        let effects: Vec<Effect> = self.effects.iter().cloned().chain([crosstalk]).collect();
-        Cell::new(&robot, &effects, process, Seam::of(weld).b_from_w).map_err(|_| RunError::Cell)
+        let values = self.uncertain.values(&draw.latents);
+        let drawn = self.uncertain.effects(&values, self.robot);
+        let effects: Vec<Effect> =
+            self.effects.iter().cloned().chain([crosstalk]).chain(drawn).collect();
+        let b_from_w = self.uncertain.seam(&values, Seam::of(weld).b_from_w);
+        Cell::new(&robot, &effects, process, b_from_w).map_err(|_| RunError::Cell)
     }
 
     /// Welds with what was drawn of cell, process and instruments; the scenario's own cell is not
@@ -52,15 +59,19 @@ impl NominalCell<'_> {
         draw: &SampledCell,
         passes: usize,
     ) -> Result<Recording, RunError> {
-        let cell = self.build(draw, &draw.process(scenario.planned), scenario.weld)?;
-        let sensors = draw.sensors(scenario.sensors, scenario.control.period);
+        let values = self.uncertain.values(&draw.latents);
+        let mut process = draw.process(scenario.planned);
+        self.uncertain.change_process(&values, &mut process);
+        let cell = self.build(draw, &process, scenario.weld)?;
+        let mut sensors = draw.sensors(scenario.sensors, scenario.control.period);
+        self.uncertain.change_sensors(&values, &mut sensors);
         let scenario = Scenario { cell: &cell, sensors: &sensors, seed: draw.noise, ..*scenario };
         run_passes(&scenario, passes, |_| {})
     }
 }
 
 /// What a cell turned out to be, relative to what it is believed to be.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SampledCell {
     /// Factor on every joint's stiffness.
@@ -76,15 +87,18 @@ pub struct SampledCell {
     pub delay: f64,
     /// Seed of the instruments' noise.
     pub noise: u64,
+    /// Standard normals behind the numbers of `[[uncertain]]`; none in the nominal cell.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub latents: Vec<f64>,
 }
 
 impl SampledCell {
     /// The cell of trial `index`.
-    pub fn new(uncertainty: &Uncertainty, seed: u64, index: u64) -> Self {
+    pub fn new(uncertain: &UncertainCell, seed: u64, index: u64) -> Self {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         random.set_stream(index);
         let mut within = |half: f64| half * (2.0 * random.random::<f64>() - 1.0);
-        let u = uncertainty;
+        let u = &uncertain.short;
         Self {
             stiffness: [(); 6].map(|()| 1.0 + within(u.stiffness)),
             process: [(); 5].map(|()| 1.0 + within(u.process)),
@@ -92,6 +106,7 @@ impl SampledCell {
             crosstalk: [(); 2].map(|()| within(u.crosstalk)),
             delay: 0.5 * (u.delay[0] + u.delay[1]) + within(0.5 * (u.delay[1] - u.delay[0])),
             noise: random.random(),
+            latents: uncertain.draw(seed, index),
         }
     }
 
@@ -105,6 +120,7 @@ impl SampledCell {
             crosstalk: [0.0; 2],
             delay: 0.0,
             noise,
+            latents: Vec::new(),
         }
     }
 

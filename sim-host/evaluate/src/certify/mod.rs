@@ -104,7 +104,7 @@ pub struct Certification<'a> {
 impl Certification<'_> {
     /// Runs one trial of the Monte Carlo.
     pub fn trial(&self, index: u64) -> Trial {
-        self.weld(index, SampledCell::new(&self.requirements.uncertainty, self.seed, index))
+        self.weld(index, SampledCell::new(self.cell.uncertain, self.seed, index))
     }
 
     /// Runs the cell as it is believed to be.
@@ -131,16 +131,23 @@ impl Certification<'_> {
         let recording = self.cell.weld(&self.scenario, &draw, self.passes);
         let (figures, symptoms, failed) = match &recording {
             Ok(recording) => match WeldFigures::of(recording) {
-                Some(figures) => (
-                    Some(values(WELD_FIGURES.iter(), &figures)),
-                    Some(self.symptoms(recording)),
-                    None,
-                ),
+                Some(figures) => {
+                    (Some(values(self.asked(), &figures)), Some(self.symptoms(recording)), None)
+                }
                 None => (None, None, Some("the steady part is not reached".to_owned())),
             },
             Err(error) => (None, None, Some(error.to_string())),
         };
         Trial { index, draw, figures, symptoms, failed }
+    }
+
+    /// Figures that are kept of a weld: all of the steady part, and those of other phases that are
+    /// limited.
+    fn asked(&self) -> impl Iterator<Item = &'static FigureOf<WeldFigures>> {
+        let limits = || self.requirements.limits.iter().chain(&self.requirements.worst_case);
+        WELD_FIGURES.iter().filter(move |of| {
+            of.figure.phase().is_empty() || limits().any(|limit| limit.figure.key == of.figure.key)
+        })
     }
 
     fn symptoms(&self, recording: &Recording) -> Symptoms {

@@ -147,7 +147,9 @@ pub enum Held {
 impl Shortfall {
     pub(super) fn of(name: &str, trial: &Trial) -> Self {
         let stands_out = |s: &Symptoms| (symptom(name, s), held(s));
-        let (symptom, held) = trial.symptoms.as_ref().map_or((None, None), stands_out);
+        // Symptoms are of the steady part.
+        let symptoms = trial.symptoms.as_ref().filter(|_| !name.contains('.'));
+        let (symptom, held) = symptoms.map_or((None, None), stands_out);
         Self { value: trial.figure(name), failed: trial.failed.clone(), symptom, held }
     }
 

@@ -8,14 +8,18 @@
 //! limit.
 //!
 //! The cells asked for depend on the seed and on what earlier cells came to, in batches of fixed
-//! size: the number of threads changes nothing. A search finds; that nothing is worse it cannot
+//! size: the number of threads changes nothing. Where there are many uncertain numbers, those are
+//! turned that the trials show to matter most, and the search begins in the corner that the trials
+//! point at too. A search finds; that nothing is worse it cannot
 //! prove.
 
 use super::{SampledCell, Trial};
-use crate::requirements::{Requirements, Uncertainty};
+use crate::requirements::Requirements;
+use crate::uncertain::UncertainCell;
 use crate::weld::WELD_FIGURES;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use statrs::distribution::{ContinuousCDF, Normal};
 use std::collections::HashSet;
 use std::f64::consts::PI;
 
@@ -26,9 +30,15 @@ const STREAM: u64 = u64::MAX;
 /// batch.
 const STARTS: [usize; 2] = [4, 4];
 
-/// Numbers that are not known of a cell: stiffness of six joints, five gains of the process, size
-/// and phase of the ripple, cross-talk along two axes, delay.
-const NUMBERS: usize = 16;
+/// Numbers of the short keys: stiffness of six joints, five gains of the process, size and phase of
+/// the ripple, cross-talk along two axes, delay. The latents of an [`UncertainCell`] come after.
+const SHORT: usize = 16;
+
+/// Most numbers that are turned at once.
+const MOST_TURNS: usize = 16;
+
+/// A latent at an end of its range, standard deviations: 1 − Φ is 6·10⁻¹⁶.
+const END: f64 = 8.0;
 
 /// Which of them is the phase, which has no ends.
 const PHASE: usize = 12;
@@ -54,12 +64,13 @@ pub struct WorstCase {
 /// Those of `run`.
 pub fn search<E>(
     requirements: &Requirements,
+    uncertain: &UncertainCell,
     seed: u64,
     trials: &[Trial],
     budget: usize,
     mut run: impl FnMut(&[(u64, SampledCell)]) -> Result<Vec<Trial>, E>,
 ) -> Result<WorstCase, E> {
-    let mut search = Search::new(requirements, seed, trials);
+    let mut search = Search::new(requirements, uncertain, seed, trials);
     let mut runs: Vec<Trial> = Vec::new();
     while runs.len() < budget {
         let mut batch = search.next_batch();
@@ -82,16 +93,17 @@ pub fn search<E>(
     Ok(WorstCase { worst, name, of_limit, runs })
 }
 
-/// A cell: every number as a share of its half width, from −1 to 1, and the seed of its noise.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// A cell: every number as a share of its half width, from −1 to 1, and the seed of its noise. Of a
+/// latent the share is 2Φ − 1.
+#[derive(Debug, Clone, PartialEq)]
 struct SearchPoint {
-    at: [f64; NUMBERS],
+    at: Vec<f64>,
     noise: u64,
 }
 
 impl SearchPoint {
-    fn key(&self) -> [u64; NUMBERS] {
-        self.at.map(f64::to_bits)
+    fn key(&self) -> Vec<u64> {
+        self.at.iter().map(|share| share.to_bits()).collect()
     }
 
     /// In how many numbers two cells differ.
@@ -111,31 +123,40 @@ enum Stage {
 }
 
 struct Search<'a> {
-    uncertainty: &'a Uncertainty,
+    uncertain: &'a UncertainCell,
+    /// Numbers that are turned, and the corner that the trials point at where there are more.
+    turned_numbers: Vec<usize>,
+    pointed: Option<SearchPoint>,
     /// Of every figure that is limited, by its key.
     limits: Vec<(&'static str, f64)>,
     random: ChaCha8Rng,
     /// Cells known, and how bad they were, from the worst down.
     known: Vec<(SearchPoint, f64)>,
-    asked: HashSet<[u64; NUMBERS]>,
-    turned: HashSet<[u64; NUMBERS]>,
+    asked: HashSet<Vec<u64>>,
+    turned: HashSet<Vec<u64>>,
     /// The cell that the last batch turned, and how bad it is.
     turning: Option<(SearchPoint, f64)>,
     stage: Stage,
 }
 
 impl<'a> Search<'a> {
-    fn new(requirements: &'a Requirements, seed: u64, trials: &[Trial]) -> Self {
+    fn new(
+        requirements: &'a Requirements,
+        uncertain: &'a UncertainCell,
+        seed: u64,
+        trials: &[Trial],
+    ) -> Self {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         random.set_stream(STREAM);
-        let uncertainty = &requirements.uncertainty;
         let limit = |key| {
             let mut all = requirements.worst_case.iter().chain(&requirements.limits);
             Some((key, all.find(|limit| limit.figure.key == key)?.value))
         };
         let limits = WELD_FIGURES.iter().filter_map(|of| limit(of.figure.key)).collect();
         let mut search = Self {
-            uncertainty,
+            uncertain,
+            turned_numbers: (0..SHORT + uncertain.latents()).collect(),
+            pointed: None,
             limits,
             random,
             known: Vec::new(),
@@ -145,12 +166,32 @@ impl<'a> Search<'a> {
             stage: Stage::Start,
         };
         for trial in trials {
-            let cell =
-                SearchPoint { at: numbers(uncertainty, &trial.draw), noise: trial.draw.noise };
+            let cell = SearchPoint { at: numbers(uncertain, &trial.draw), noise: trial.draw.noise };
             search.known.push((cell, search.badness(trial).1));
         }
         search.known.sort_by(|a, b| b.1.total_cmp(&a.1));
+        if search.turned_numbers.len() > MOST_TURNS {
+            search.choose();
+        }
         search
+    }
+
+    /// Chooses the numbers to be turned, and the corner to begin in: by how each number goes with
+    /// the rank of a trial's badness.
+    fn choose(&mut self) {
+        let last = self.known.len().saturating_sub(1) as f64;
+        let slope = |k: usize| -> f64 {
+            let ranked = self.known.iter().enumerate();
+            ranked.map(|(rank, (cell, _))| cell.at[k] * (0.5 * last - rank as f64)).sum()
+        };
+        let slopes: Vec<f64> = self.turned_numbers.iter().map(|k| slope(*k)).collect();
+        self.turned_numbers.sort_by(|a, b| slopes[*b].abs().total_cmp(&slopes[*a].abs()));
+        self.turned_numbers.truncate(MOST_TURNS);
+        self.pointed = self.known.first().map(|(worst, _)| {
+            let end = |(k, share): (usize, &f64)| if k == PHASE { *share } else { slopes[k] };
+            let at = worst.at.iter().enumerate().map(end).collect();
+            corner_of(&SearchPoint { at, noise: worst.noise })
+        });
     }
 
     /// The figure closest to its limit, and its share of it.
@@ -167,15 +208,18 @@ impl<'a> Search<'a> {
     fn next_batch(&mut self) -> Vec<SearchPoint> {
         let mut batch = match std::mem::replace(&mut self.stage, Stage::Turn) {
             Stage::Start => {
-                self.known.iter().take(STARTS[0]).map(|(cell, _)| corner_of(cell)).collect()
+                let pointed = self.pointed.take();
+                let next_to = self.known.iter().take(STARTS[0]).map(|(cell, _)| corner_of(cell));
+                pointed.into_iter().chain(next_to).collect()
             }
             Stage::Turn => {
                 let next =
-                    self.known.iter().find(|(cell, _)| !self.turned.contains(&cell.key())).copied();
-                self.turning = next;
+                    self.known.iter().find(|(cell, _)| !self.turned.contains(&cell.key())).cloned();
+                self.turning = next.clone();
                 next.map_or(Vec::new(), |(cell, _)| {
                     self.turned.insert(cell.key());
-                    (0..NUMBERS).map(|k| self.turn(&cell, k)).collect()
+                    let numbers = self.turned_numbers.clone();
+                    numbers.into_iter().map(|k| self.turn(&cell, k)).collect()
                 })
             }
             Stage::Together(cell, worse) => {
@@ -190,34 +234,36 @@ impl<'a> Search<'a> {
 
     fn learn(&mut self, batch: &[SearchPoint], done: &[Trial]) {
         let mut found: Vec<(SearchPoint, f64)> =
-            batch.iter().copied().zip(done.iter().map(|t| self.badness(t).1)).collect();
-        self.known.extend(&found);
+            batch.iter().cloned().zip(done.iter().map(|t| self.badness(t).1)).collect();
+        self.known.extend(found.iter().cloned());
         // Stable: of equals the one known first stays before.
         self.known.sort_by(|a, b| b.1.total_cmp(&a.1));
         if let Some((cell, before)) = self.turning.take() {
             found.sort_by(|a, b| b.1.total_cmp(&a.1));
             let turns = found
-                .iter()
+                .into_iter()
                 .filter(|(turn, badness)| turn.differs(&cell) == 1 && *badness > before);
-            self.stage = Stage::Together(cell, turns.map(|t| t.0).collect());
+            let turns = turns.map(|(turn, _)| turn).collect();
+            self.stage = Stage::Together(cell, turns);
         }
     }
 
     /// What a cell is, whatever its noise: numbers that are known exactly do not tell two apart.
-    fn said(&self, cell: &SearchPoint) -> [u64; NUMBERS] {
-        let at = numbers(self.uncertainty, &self.draw(cell));
-        SearchPoint { at, ..*cell }.key()
+    fn said(&self, cell: &SearchPoint) -> Vec<u64> {
+        let at = numbers(self.uncertain, &self.draw(cell));
+        SearchPoint { at, noise: cell.noise }.key()
     }
 
     fn random_corner(&mut self) -> SearchPoint {
-        let mut at = [(); NUMBERS].map(|()| if self.random.random::<bool>() { 1.0 } else { -1.0 });
+        let mut end = |_| if self.random.random::<bool>() { 1.0 } else { -1.0 };
+        let mut at: Vec<f64> = (0..SHORT + self.uncertain.latents()).map(&mut end).collect();
         at[PHASE] = 2.0 * self.random.random::<f64>() - 1.0;
         SearchPoint { at, noise: self.random.random() }
     }
 
     /// One number at its other end; the phase anywhere.
     fn turn(&mut self, cell: &SearchPoint, k: usize) -> SearchPoint {
-        let mut turned = *cell;
+        let mut turned = cell.clone();
         let anywhere = 2.0 * self.random.random::<f64>() - 1.0;
         turned.at[k] = match cell.at[k] {
             _ if k == PHASE => anywhere,
@@ -228,8 +274,12 @@ impl<'a> Search<'a> {
     }
 
     fn draw(&self, cell: &SearchPoint) -> SampledCell {
-        let u = self.uncertainty;
+        let u = &self.uncertain.short;
         let at = &cell.at;
+        let latent = |share: &f64| match 0.5 * (1.0 + share) {
+            u if (0.0..1.0).contains(&u) => Normal::standard().inverse_cdf(u).clamp(-END, END),
+            u => END.copysign(u - 0.5),
+        };
         SampledCell {
             stiffness: [0, 1, 2, 3, 4, 5].map(|k| 1.0 + u.stiffness * at[k]),
             process: [6, 7, 8, 9, 10].map(|k| 1.0 + u.process * at[k]),
@@ -237,16 +287,18 @@ impl<'a> Search<'a> {
             crosstalk: [13, 14].map(|k| u.crosstalk * at[k]),
             delay: 0.5 * (u.delay[0] + u.delay[1]) + 0.5 * (u.delay[1] - u.delay[0]) * at[15],
             noise: cell.noise,
+            latents: at[SHORT..].iter().map(latent).collect(),
         }
     }
 }
 
 /// Where in the set a cell lies; 0 along what is known exactly.
-fn numbers(u: &Uncertainty, draw: &SampledCell) -> [f64; NUMBERS] {
+fn numbers(uncertain: &UncertainCell, draw: &SampledCell) -> Vec<f64> {
+    let u = &uncertain.short;
     let share = |value: f64, half: f64| {
         if half > 0.0 { (value / half).clamp(-1.0, 1.0) } else { 0.0 }
     };
-    let mut at = [0.0; NUMBERS];
+    let mut at = vec![0.0; SHORT];
     for k in 0..6 {
         at[k] = share(draw.stiffness[k] - 1.0, u.stiffness);
     }
@@ -258,11 +310,12 @@ fn numbers(u: &Uncertainty, draw: &SampledCell) -> [f64; NUMBERS] {
     at[13] = share(draw.crosstalk[0], u.crosstalk);
     at[14] = share(draw.crosstalk[1], u.crosstalk);
     at[15] = share(draw.delay - 0.5 * (u.delay[0] + u.delay[1]), 0.5 * (u.delay[1] - u.delay[0]));
+    at.extend(draw.latents.iter().map(|latent| 2.0 * Normal::standard().cdf(*latent) - 1.0));
     at
 }
 
 fn corner_of(cell: &SearchPoint) -> SearchPoint {
-    let mut corner = *cell;
+    let mut corner = cell.clone();
     for (k, v) in corner.at.iter_mut().enumerate() {
         if k != PHASE {
             *v = if *v < 0.0 { -1.0 } else { 1.0 };
@@ -273,7 +326,7 @@ fn corner_of(cell: &SearchPoint) -> SearchPoint {
 
 /// A cell with every number that any of the others has otherwise.
 fn together<'c>(cell: &SearchPoint, others: impl Iterator<Item = &'c SearchPoint>) -> SearchPoint {
-    let mut sum = *cell;
+    let mut sum = cell.clone();
     for other in others {
         for (v, (theirs, ours)) in sum.at.iter_mut().zip(other.at.iter().zip(&cell.at)) {
             if theirs != ours {

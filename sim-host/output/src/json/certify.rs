@@ -1,6 +1,7 @@
 //! A certification.
 
 use super::finite;
+use crate::words::certify::short_numbers;
 use crate::words::requirement::reason;
 use crate::{CertifiedWeld, CertifyReport};
 use schemars::JsonSchema;
@@ -8,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use trueweld_evaluate::certify::{FaultTrial, Requirement, SampledCell, Trial, Verdict};
 use trueweld_evaluate::margins::{CHANNEL_NAMES, Margin, Margins};
+use trueweld_evaluate::{Distribution, Group, UncertainCell};
 use trueweld_plant::provenance::Provenance;
 
 /// What many welds of uncertain cells show of a compensation law.
@@ -33,10 +35,33 @@ pub struct CertifyResult {
     pub allowed_failure_probability: f64,
     /// Confidence with which that is to be shown.
     pub confidence: f64,
+    /// Every number that the draws differ in.
+    pub uncertain: Vec<UncertainRecord>,
+    /// What the draws take as known although it might not be.
+    pub left_out: Vec<String>,
     /// Every requirement of every weld.
     pub requirements: Vec<JudgedRequirement>,
     /// What the runs of every weld came to.
     pub welds: Vec<WeldEvidence>,
+}
+
+/// A number that the draws differ in.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct UncertainRecord {
+    /// What it is.
+    pub number: String,
+    /// Its unit; `1` for a share or a ratio.
+    pub unit: String,
+    /// Whether it is a share by which the number differs from what the files of the cell state.
+    pub relative: bool,
+    /// How it is distributed, in the unit.
+    pub distribution: Distribution,
+    /// What it is uncertain with.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub group: Option<Group>,
+    /// Who assumed it, or what measured it.
+    pub source: String,
 }
 
 /// One requirement, judged.
@@ -123,6 +148,9 @@ pub struct WorstCell {
     pub of_limit: Option<f64>,
     /// The cell.
     pub cell: Option<SampledCell>,
+    /// Its numbers of `[[uncertain]]`, by what they are.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub numbers: BTreeMap<String, f64>,
     /// Its figures.
     pub figures: Option<TrialFigures>,
 }
@@ -201,9 +229,39 @@ impl CertifyResult {
             seed: report.seed,
             allowed_failure_probability: report.asked[0],
             confidence: report.asked[1],
+            uncertain: UncertainRecord::all(report.uncertain),
+            left_out: report.uncertain.left_out().to_vec(),
             requirements: requirements.collect(),
-            welds: report.welds.iter().map(WeldEvidence::of).collect(),
+            welds: report
+                .welds
+                .iter()
+                .map(|weld| WeldEvidence::of(weld, report.uncertain))
+                .collect(),
         }
+    }
+}
+
+impl UncertainRecord {
+    /// Those of the short keys, then those of `[[uncertain]]`.
+    pub(crate) fn all(cell: &UncertainCell) -> Vec<Self> {
+        let short =
+            short_numbers(&cell.short).into_iter().map(|(number, unit, [low, high])| Self {
+                number,
+                unit: unit.to_owned(),
+                relative: unit == "1",
+                distribution: Distribution::Uniform { low, high },
+                group: None,
+                source: "[uncertainty] of the requirements".to_owned(),
+            });
+        let numbers = cell.numbers.iter().map(|number| Self {
+            number: number.name.clone(),
+            unit: number.unit.to_owned(),
+            relative: number.relative,
+            distribution: number.distribution,
+            group: number.group.clone(),
+            source: number.source.clone(),
+        });
+        short.chain(numbers).collect()
     }
 }
 
@@ -235,7 +293,7 @@ impl TrialFigures {
 }
 
 impl WeldEvidence {
-    fn of(weld: &CertifiedWeld) -> Self {
+    fn of(weld: &CertifiedWeld, uncertain: &UncertainCell) -> Self {
         let evidence = &weld.evidence;
         let unfinished = evidence.trials.iter().filter_map(|trial| {
             Some(UnfinishedTrial { trial: trial.index, why: trial.failed.clone()? })
@@ -250,7 +308,11 @@ impl WeldEvidence {
                 runs: worst.runs.len(),
                 figure: worst.name.to_owned(),
                 of_limit: finite(worst.of_limit),
-                cell: worst.worst.as_ref().map(|trial| trial.draw),
+                cell: worst.worst.as_ref().map(|trial| trial.draw.clone()),
+                numbers: worst.worst.as_ref().map_or(BTreeMap::new(), |trial| {
+                    let values = uncertain.values(&trial.draw.latents);
+                    uncertain.numbers.iter().map(|n| n.name.clone()).zip(values).collect()
+                }),
                 figures: worst.worst.as_ref().map(TrialFigures::of),
             },
             margins: evidence.margins.iter().map(MarginPlace::of).collect(),

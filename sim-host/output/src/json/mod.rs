@@ -16,7 +16,7 @@ mod simulation;
 
 pub use certify::{
     CertifyResult, FaultRun, JudgedRequirement, LoopMargins, LoopPassivity, MarginPlace,
-    TrialFigures, UnfinishedTrial, WeldEvidence, WorstCell,
+    TrialFigures, UncertainRecord, UnfinishedTrial, WeldEvidence, WorstCell,
 };
 pub use compare::{CompareResult, ComparedChannel, ComparedLog, ResidualCurve, ResidualFinding};
 pub use diagnose::{

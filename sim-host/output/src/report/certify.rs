@@ -2,17 +2,18 @@
 
 use super::Report;
 use crate::document::{Block, Cell, Document, Medium, Table, Tone, number, words};
-use crate::json::CertifyResult;
+use crate::json::{CertifyResult, UncertainRecord};
 use crate::samples::{self, Samples};
 use crate::words::certify::{
-    headline, lead, of_case, reasons, setting, verdict_word, worst_cell, worst_found,
+    distribution, headline, lead, left_out, of_case, reasons, setting, verdict_word, worst_cell,
+    worst_found,
 };
 use crate::words::requirement::{label, shown};
 use crate::words::{fixed, share};
 use crate::{CertifiedWeld, CertifyReport};
-use trueweld_evaluate::WELD_FIGURES;
 use trueweld_evaluate::certify::{EvidenceKind, FaultTrial, Trial, Verdict, within};
 use trueweld_evaluate::margins::{MARGIN_FIGURES, Margins};
+use trueweld_evaluate::{UncertainCell, WELD_FIGURES};
 
 impl Report for CertifyReport<'_> {
     type Json = CertifyResult;
@@ -52,7 +53,34 @@ impl Report for CertifyReport<'_> {
                 Block::Table(weld.worst_cells()),
             );
         }
+        document.section(
+            Medium::Page,
+            "What is not known of the cell, and drawn",
+            Block::Table(uncertain(self.uncertain)),
+        );
+        document.push_on(Medium::Page, Block::Note(left_out(self.uncertain.left_out())));
         document
+    }
+}
+
+/// Every number that the draws differ in.
+fn uncertain(cell: &UncertainCell) -> Table {
+    let row = |of: UncertainRecord| {
+        let unit = match (of.relative, of.unit.as_str()) {
+            (true, _) => "share of the believed",
+            (false, unit) => unit,
+        };
+        let group = of.group.map_or(String::new(), |group| match group.correlation {
+            1.0 => group.name,
+            correlation => format!("{}, {correlation}", group.name),
+        });
+        let distribution = distribution(&of.distribution);
+        [of.number, distribution, unit.to_owned(), group, of.source].map(words).to_vec()
+    };
+    let head = ["number", "distribution", "unit", "together with, correlation", "source"];
+    Table {
+        head: vec![head.map(words).to_vec()],
+        rows: UncertainRecord::all(cell).into_iter().map(row).collect(),
     }
 }
 

@@ -9,7 +9,7 @@ use nalgebra::Rotation3;
 use std::borrow::Cow;
 use trueweld_core::{JOINTS, JointVector, Pose};
 use trueweld_evaluate::certify::{EvidenceKind, FAULT_FIGURES, FigureValues, Trial};
-use trueweld_evaluate::{WELD_FIGURES, WeldFigures};
+use trueweld_evaluate::{Figure, WELD_FIGURES, WeldFigures};
 use trueweld_plant::simulate::{RecordRow, Recording};
 
 /// A group of signals: what their names begin and end with, what tells them apart, and their values.
@@ -122,6 +122,7 @@ fn block<'a>(run: &'a Recording, rows: &'a [RecordRow], path: Vec<f64>) -> Vec<V
 /// Welds of a comparison of laws: what was varied, and the figures that may be limited.
 pub(crate) fn of_laws<'a>(report: &LawsReport<'a>) -> Samples<'a> {
     let (laws, sweeps) = (report.comparison.laws, report.sweeps);
+    let steady = || WELD_FIGURES.iter().filter(|of| of.figure.phase().is_empty());
     let blocks = sweeps.iter().flat_map(move |sweep| {
         laws.iter().zip(&sweep.points).map(move |(law, points)| {
             let changes = sweep.quantity.changes().iter();
@@ -135,7 +136,7 @@ pub(crate) fn of_laws<'a>(report: &LawsReport<'a>) -> Samples<'a> {
                 Values::Words(changes.map(|change| label(*change).into()).collect()),
                 Values::Words(points.iter().map(failed).collect()),
             ];
-            let numbers = WELD_FIGURES.iter().map(|of| {
+            let numbers = steady().map(|of| {
                 let value = |p: &Result<_, _>| p.as_ref().map_or(f64::NAN, |f| (of.value)(f));
                 Values::Numbers(points.iter().map(value).collect())
             });
@@ -143,13 +144,18 @@ pub(crate) fn of_laws<'a>(report: &LawsReport<'a>) -> Samples<'a> {
         })
     });
     let words = ["law", "varied", "value", "failed"];
-    Samples::new(words, WELD_FIGURES.iter().map(|of| of.figure.key), blocks)
+    Samples::new(words, steady().map(|of| of.figure.key), blocks)
 }
 
 /// Runs of a certification, with their figures.
 pub(crate) fn of_trials(welds: &[CertifiedWeld]) -> Samples<'_> {
     let keys = || {
-        let weld = WELD_FIGURES.iter().map(|of| of.figure.key);
+        // Of phases beside the steady one those that are limited.
+        let limited =
+            |key: &str| welds.iter().any(|w| w.requirements.iter().any(|r| r.name == key));
+        let kept = move |figure: &Figure| figure.phase().is_empty() || limited(figure.key);
+        let weld = WELD_FIGURES.iter().map(|of| &of.figure).filter(move |figure| kept(figure));
+        let weld = weld.map(|figure| figure.key);
         let more = FAULT_FIGURES.iter().map(|of| of.figure.key);
         weld.chain(more.filter(|key| !WELD_FIGURES.iter().any(|of| of.figure.key == *key)))
     };

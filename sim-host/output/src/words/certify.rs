@@ -4,6 +4,7 @@ use super::requirement::{label, reason, shown};
 use super::{counted, share};
 use crate::{CertifiedWeld, CertifyReport};
 use trueweld_evaluate::certify::{Evidence, EvidenceKind, Requirement, SampledCell, Verdict};
+use trueweld_evaluate::{Distribution, Uncertainty};
 
 /// The verdict in a sentence.
 pub(crate) fn headline(report: &CertifyReport<'_>) -> String {
@@ -131,4 +132,71 @@ pub(crate) fn worst_cell(cell: &SampledCell) -> [String; 5] {
         cell.crosstalk.map(share).join(" "),
         format!("{:.1}", cell.delay),
     ]
+}
+
+/// What the short keys of a requirements file draw: names, units and ends. What is known is left
+/// out, but for the ripple's phase.
+pub(crate) fn short_numbers(short: &Uncertainty) -> Vec<(String, &'static str, [f64; 2])> {
+    let half = |half: f64| [-half, half];
+    let all = [
+        ("stiffness of each joint", "1", half(short.stiffness)),
+        (
+            "each gain of the process: depth, drag, lateral damping, stiffness and ratio",
+            "1",
+            half(short.process),
+        ),
+        ("amplitude of the spindle's ripple", "1", half(short.ripple)),
+        ("phase of the spindle's ripple", "rad", half(std::f64::consts::PI)),
+        ("cross-talk of the force sensor, along x and along y", "N/N", half(short.crosstalk)),
+        ("least delay of force sensor and seam sensor together", "periods", short.delay),
+    ];
+    let drawn = all.into_iter().filter(|(.., ends)| ends[0] < ends[1]);
+    drawn.map(|(name, unit, ends)| (name.to_owned(), unit, ends)).collect()
+}
+
+/// A distribution in words, in its unit.
+pub(crate) fn distribution(of: &Distribution) -> String {
+    let [low, high] = of.ends().map(short);
+    let ends = format!("from {low} to {high}");
+    match *of {
+        Distribution::Fixed { value } => format!("{} in every cell", short(value)),
+        Distribution::Uniform { .. } | Distribution::LogUniform { .. } => {
+            format!("{}, {ends}", of.name())
+        }
+        Distribution::Triangular { mode, .. } => {
+            format!("{}, {ends}, most often {}", of.name(), short(mode))
+        }
+        Distribution::Normal { mean, sd, .. } => {
+            format!("{}, {} ± {}, {ends}", of.name(), short(mean), short(sd))
+        }
+        Distribution::Lognormal { median, spread, .. } => {
+            format!("{}, median {}, spread {}, {ends}", of.name(), short(median), short(spread))
+        }
+    }
+}
+
+/// A number with three digits.
+fn short(x: f64) -> String {
+    if x == 0.0 || (1e-2..1e5).contains(&x.abs()) {
+        let digits = (2.0 - x.abs().max(1e-2).log10().floor()).max(0.0) as usize;
+        let text = format!("{x:.digits$}");
+        match text.contains('.') {
+            true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
+            false => text,
+        }
+    } else {
+        format!("{x:.2e}")
+    }
+}
+
+/// What the draws take as known, in a sentence.
+pub(crate) fn left_out(what: &[String]) -> String {
+    if what.is_empty() {
+        return "The draws leave nothing out that the library knows.".to_owned();
+    }
+    format!(
+        "Taken as known, and not drawn: {}. What of this the real cell has, this certificate does not \
+         cover.",
+        what.join("; ")
+    )
 }

@@ -171,6 +171,9 @@ fn clause(of: &Requirement, value: f64) -> String {
         "depth_rms_m" => format!("depth wanders by {reached} RMS (limit {limit})"),
         "depth_max_m" => format!("depth goes off by up to {reached} (limit {limit})"),
         "push_error_rms_n" => format!("the push is off by {reached} RMS (limit {limit})"),
+        "end.longitudinal_max_m" => {
+            format!("the weld ends up to {reached} from where it is to (limit {limit})")
+        }
         "correction_m" | "correction_rad" => {
             format!("the correction is driven to {reached}, beyond the authority of {limit}")
         }

@@ -19,7 +19,7 @@ use trueweld_evaluate::certify::{
 };
 use trueweld_evaluate::laws::{Change, LawComparison, NoFigures, Sweep, VariedQuantity};
 use trueweld_evaluate::margins::{CHANNELS, Margin, Margins, Passivity};
-use trueweld_evaluate::{Requirements, StepFigures, WELD_FIGURES, WeldFigures};
+use trueweld_evaluate::{Requirements, StepFigures, UncertainCell, WELD_FIGURES, WeldFigures};
 use trueweld_measure::data::log::{Log, LogKind, LogNotice};
 use trueweld_measure::diagnose::evidence::{Axis, EffectCurve, Ordinate};
 use trueweld_measure::diagnose::{
@@ -628,7 +628,9 @@ pub fn certificate() -> CertifyReport<'static> {
         Trial {
             index,
             draw: SampledCell { stiffness: [0.9 * times; 6], ..SampledCell::nominal(7) },
-            figures: Some(WELD_FIGURES.iter().map(value).collect()),
+            figures: Some(
+                WELD_FIGURES.iter().filter(|f| f.figure.phase().is_empty()).map(value).collect(),
+            ),
             symptoms: Some(Symptoms {
                 given: [Some(0.4), None, Some(0.9)],
                 lateral: [2e-5, 1e-5, 3e-5],
@@ -695,8 +697,49 @@ pub fn certificate() -> CertifyReport<'static> {
             requirements: judge(&requirements, &evidence),
             evidence,
         }],
+        uncertain: uncertain(),
         provenance: provenance(),
     }
+}
+
+/// What is not known of the cell of the certificate: the short keys, and three numbers of one kind
+/// each.
+fn uncertain() -> &'static UncertainCell {
+    static OF: LazyLock<UncertainCell> = LazyLock::new(|| {
+        let text = std::fs::read_to_string(fixture("requirements/lap-weld.toml")).unwrap();
+        let more = r#"
+            [[uncertain]]
+            effect = "joint-friction"
+            at = "A2"
+            parameter = "coulomb_nm"
+            distribution = "triangular"
+            low = -0.5
+            mode = 0.0
+            high = 1.0
+            relative = true
+            source = "estimated"
+            [[uncertain]]
+            sensor = "seam.zero_m"
+            distribution = "normal"
+            mean = 0.0
+            sd = 2e-5
+            group = "mounting"
+            correlation = 0.5
+            source = "data sheet"
+            [[uncertain]]
+            seam = "shift_y_m"
+            distribution = "uniform"
+            low = -5e-4
+            high = 5e-4
+            source = "estimated"
+        "#;
+        let requirements = Requirements::parse(&format!("{text}{more}"), "requirements").unwrap();
+        let robot = RobotFile::read(fixture("robots/kr500-mt.toml")).unwrap();
+        let process = Process::read(fixture("processes/lap-weld-2024-t3.toml")).unwrap();
+        let sensors = Sensors::read(fixture("sensors/kr500-mt.toml")).unwrap();
+        requirements.uncertain_cell(&robot, &process, &sensors).unwrap()
+    });
+    &OF
 }
 
 /// What the samples are of.

@@ -1,0 +1,730 @@
+//! What is not known of a cell, number by number: `[[uncertain]]` of the requirements.
+//!
+//! An uncertain number is a parameter of an effect of the library at a place, a number of the
+//! process or the sensors, or where the seam really lies. Behind the numbers stand independent
+//! standard normals, the latents: z = Σ w ξ of a number's latents is standard normal, and the number
+//! is the quantile of its distribution at Φ(z). Numbers of one group share a latent; a joint
+//! distribution of measured numbers is the rows of a factor of its correlation matrix as weights.
+//! A search and a method for rare failures walk over the latents.
+//!
+//! Left out: what is not a number, such as which effect a cell has.
+
+use nalgebra::Vector3;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use statrs::distribution::{ContinuousCDF, Normal};
+use trueweld_core::{Pose, Robot};
+use trueweld_plant::effects::{
+    Action, Effect, EffectKind, Location, LocationKind, force_crosstalk, library, stiffness_error,
+};
+use trueweld_plant::input::{
+    Bounds, InputError, Process, RobotFile, Sensors, Table, did_you_mean, quantity, unit_of,
+};
+use trueweld_plant::random::Random;
+use trueweld_plant::robot::{Channel, Port};
+
+/// What is not known of a cell, in short: half widths of uniform distributions about the nominal
+/// value.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Uncertainty {
+    /// Of every joint's stiffness, relative.
+    pub stiffness: f64,
+    /// Of every gain of the process, relative.
+    pub process: f64,
+    /// Of the amplitude of the spindle's ripple, relative; its phases are anything.
+    pub ripple: f64,
+    /// Of the force across the tool that the sensor shows per axial force, each axis.
+    pub crosstalk: f64,
+    /// Least and most delay of the force sensor and the seam sensor, control periods.
+    pub delay: [f64; 2],
+}
+
+/// Where the seam really lies, against where it was taught, axes of the taught W about its origin:
+/// m and rad.
+pub const SEAM_KEYS: [&str; 6] =
+    ["shift_x_m", "shift_y_m", "shift_z_m", "turn_x_rad", "turn_y_rad", "turn_z_rad"];
+
+/// Standard deviations at which a distribution without bounds is cut off: 6 in 100 000 lie beyond.
+const CUT: f64 = 4.0;
+
+/// How an uncertain number is distributed. Every distribution is cut off at its ends.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "name", rename_all = "kebab-case", deny_unknown_fields)]
+#[allow(missing_docs)]
+pub enum Distribution {
+    /// Known: the same in every cell.
+    Fixed { value: f64 },
+    /// Evenly between the ends.
+    Uniform { low: f64, high: f64 },
+    /// Its logarithm evenly between those of the ends.
+    LogUniform { low: f64, high: f64 },
+    /// Rising from the low end to the mode and falling to the high end.
+    Triangular { low: f64, mode: f64, high: f64 },
+    /// Normal.
+    Normal { mean: f64, sd: f64, low: f64, high: f64 },
+    /// Its logarithm is normal; `spread` is the standard deviation of that.
+    Lognormal { median: f64, spread: f64, low: f64, high: f64 },
+}
+
+impl Distribution {
+    /// Names, as in files.
+    const NAMES: [&str; 6] =
+        ["fixed", "uniform", "log-uniform", "triangular", "normal", "lognormal"];
+
+    /// Its name, as in files.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Fixed { .. } => "fixed",
+            Self::Uniform { .. } => "uniform",
+            Self::LogUniform { .. } => "log-uniform",
+            Self::Triangular { .. } => "triangular",
+            Self::Normal { .. } => "normal",
+            Self::Lognormal { .. } => "lognormal",
+        }
+    }
+
+    /// Smallest and largest value.
+    pub fn ends(&self) -> [f64; 2] {
+        match *self {
+            Self::Fixed { value } => [value, value],
+            Self::Uniform { low, high }
+            | Self::LogUniform { low, high }
+            | Self::Triangular { low, high, .. }
+            | Self::Normal { low, high, .. }
+            | Self::Lognormal { low, high, .. } => [low, high],
+        }
+    }
+
+    /// The value at a standard normal: the quantile at Φ(z).
+    pub fn value(&self, z: f64) -> f64 {
+        let standard = Normal::standard();
+        let u = standard.cdf(z);
+        let [low, high] = self.ends();
+        // The part of a normal that is left between two ends.
+        let cut = |[a, b]: [f64; 2]| {
+            let [a, b] = [standard.cdf(a), standard.cdf(b)];
+            standard.inverse_cdf((a + u * (b - a)).clamp(0.0, 1.0))
+        };
+        let value = match *self {
+            Self::Fixed { value } => value,
+            Self::Uniform { .. } => low + u * (high - low),
+            Self::LogUniform { .. } => low * (high / low).powf(u),
+            Self::Triangular { mode, .. } if u * (high - low) < mode - low => {
+                low + (u * (high - low) * (mode - low)).sqrt()
+            }
+            Self::Triangular { mode, .. } => {
+                high - ((1.0 - u) * (high - low) * (high - mode)).sqrt()
+            }
+            Self::Normal { mean, sd, .. } => {
+                mean + sd * cut([(low - mean) / sd, (high - mean) / sd])
+            }
+            Self::Lognormal { median, spread, .. } => {
+                median * (spread * cut([low, high].map(|end| (end / median).ln() / spread))).exp()
+            }
+        };
+        value.clamp(low, high)
+    }
+
+    fn read(table: &Table<'_>) -> Result<(Self, &'static [&'static str]), InputError> {
+        let number = |key| table.number(key, Bounds::Any);
+        let positive = |key| table.number(key, Bounds::Positive);
+        let end = |key, without: f64| if table.has(key) { number(key) } else { Ok(without) };
+        let name = table.text("distribution")?.text;
+        let (read, keys): (Self, &[&str]) = match name {
+            "fixed" => (Self::Fixed { value: number("value")? }, &["value"]),
+            "uniform" => {
+                (Self::Uniform { low: number("low")?, high: number("high")? }, &["low", "high"])
+            }
+            "log-uniform" => (
+                Self::LogUniform { low: positive("low")?, high: positive("high")? },
+                &["low", "high"],
+            ),
+            "triangular" => (
+                Self::Triangular {
+                    low: number("low")?,
+                    mode: number("mode")?,
+                    high: number("high")?,
+                },
+                &["low", "mode", "high"],
+            ),
+            "normal" => {
+                let (mean, sd) = (number("mean")?, positive("sd")?);
+                let (low, high) = (end("low", mean - CUT * sd)?, end("high", mean + CUT * sd)?);
+                (Self::Normal { mean, sd, low, high }, &["mean", "sd", "low", "high"])
+            }
+            "lognormal" => {
+                let (median, spread) = (positive("median")?, positive("spread")?);
+                let factor = (CUT * spread).exp();
+                let low = if table.has("low") { positive("low")? } else { median / factor };
+                let high = end("high", median * factor)?;
+                (
+                    Self::Lognormal { median, spread, low, high },
+                    &["median", "spread", "low", "high"],
+                )
+            }
+            _ => {
+                let guess = did_you_mean(name, Self::NAMES);
+                return Err(table.wrong(
+                    "distribution",
+                    &format!("one of {}{guess}", Self::NAMES.join(", ")),
+                    "Each has its own keys: see docs/certify.md.",
+                ));
+            }
+        };
+        let [low, high] = read.ends();
+        let within = match read {
+            Self::Fixed { .. } => true,
+            Self::Triangular { mode, .. } => low < high && (low..=high).contains(&mode),
+            _ => low < high,
+        };
+        if !within {
+            return Err(table.wrong(
+                "distribution",
+                "ends in their order, and what lies between them between them",
+                "low < high, and mode between them.",
+            ));
+        }
+        Ok((read, keys))
+    }
+}
+
+/// Which number of a cell.
+#[derive(Debug, Clone, Copy)]
+enum Subject {
+    /// A parameter of an effect, by its index.
+    Effect(&'static EffectKind, usize),
+    /// Of [`Process::NUMBERS`], by its index.
+    Process(usize),
+    /// Of [`Sensors::NUMBERS`], by its index.
+    Sensor(usize),
+    /// Of [`SEAM_KEYS`], by its index.
+    Seam(usize),
+}
+
+/// Numbers that are uncertain together.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Group {
+    /// Its name.
+    pub name: String,
+    /// Correlation of the standard normals behind any two of its numbers; 1: one number moves all.
+    pub correlation: f64,
+}
+
+/// One `[[uncertain]]` table.
+#[derive(Debug, Clone)]
+pub struct UncertainEntry {
+    subject: Subject,
+    /// Of an effect, as written; nothing for the whole cell.
+    at: String,
+    relative: bool,
+    distribution: Distribution,
+    group: Option<Group>,
+    source: String,
+    /// `file:line:column`.
+    place: String,
+}
+
+impl PartialEq for UncertainEntry {
+    fn eq(&self, other: &Self) -> bool {
+        self.place == other.place
+    }
+}
+
+impl UncertainEntry {
+    /// Reads one table.
+    ///
+    /// # Errors
+    /// [`InputError`].
+    pub(crate) fn read(table: &Table<'_>) -> Result<Self, InputError> {
+        let (subject, own, key) = Self::subject(table)?;
+        let (distribution, of_distribution) = Distribution::read(table)?;
+        let common = ["distribution", "relative", "group", "correlation", "source"];
+        table.only(&[own, of_distribution, &common].concat())?;
+        let relative = table.has("relative") && table.truth("relative")?;
+        let stands_alone = match subject {
+            Subject::Effect(kind, _) => kind.adds_to.is_none(),
+            Subject::Process(_) | Subject::Sensor(_) => false,
+            Subject::Seam(_) => true,
+        };
+        if relative && stands_alone {
+            return Err(table.wrong(
+                "relative",
+                "false: there is nothing that this number is a share of",
+                "State the number itself, in the unit of its name.",
+            ));
+        }
+        let possible = |end: f64| match subject {
+            _ if relative => end > -1.0,
+            Subject::Effect(kind, parameter) => kind.parameters[parameter].holds(end),
+            Subject::Process(_) | Subject::Sensor(_) | Subject::Seam(_) => is_possible(key, end),
+        };
+        if let Some(end) = distribution.ends().into_iter().find(|end| !possible(*end)) {
+            let range = match subject {
+                _ if relative => "shares above −1".to_owned(),
+                Subject::Effect(kind, parameter) => {
+                    let of = &kind.parameters[parameter];
+                    format!("values from {:e} to {:e} {}", of.low, of.high, of.unit)
+                }
+                _ => quantity_of(key).map_or(String::new(), |q| q.expected()),
+            };
+            return Err(table.wrong(
+                "distribution",
+                &format!("{range}; this one reaches to {end}"),
+                "Set its ends with `low` and `high`.",
+            ));
+        }
+        let group = if table.has("group") {
+            let correlation = if table.has("correlation") {
+                table.number("correlation", Bounds::UpTo(1.0))?
+            } else {
+                1.0
+            };
+            Some(Group { name: table.name("group")?, correlation })
+        } else if table.has("correlation") {
+            return Err(table.wrong("correlation", "a `group` beside it", "Name the group."));
+        } else {
+            None
+        };
+        Ok(Self {
+            subject,
+            at: if table.has("at") { table.text("at")?.text.to_owned() } else { String::new() },
+            relative,
+            distribution,
+            group,
+            source: table.name("source")?,
+            place: table.place_of("distribution"),
+        })
+    }
+
+    /// The number, the keys that name it, and its own key.
+    fn subject(
+        table: &Table<'_>,
+    ) -> Result<(Subject, &'static [&'static str], &'static str), InputError> {
+        let among = |under: &'static str, keys: Vec<&'static str>| {
+            let text = table.text(under)?.text;
+            keys.iter().position(|key| *key == text).map(|k| (k, keys[k])).ok_or_else(|| {
+                let guess = did_you_mean(text, keys.iter().copied());
+                table.wrong(
+                    under,
+                    &format!("one of {}{guess}", keys.join(", ")),
+                    "It is the key of a number in such a file.",
+                )
+            })
+        };
+        if table.has("effect") {
+            let ids = || library().map(|kind| kind.id);
+            let id = table.text("effect")?.text;
+            let kind = EffectKind::of(id).ok_or_else(|| {
+                let guess = did_you_mean(id, ids());
+                let expected = format!("an effect of the library{guess}");
+                table.wrong("effect", &expected, "docs/effects.md lists them.")
+            })?;
+            let names = kind.parameters.iter().map(|p| p.name).collect();
+            let (parameter, name) = among("parameter", names)?;
+            return Ok((Subject::Effect(kind, parameter), &["effect", "at", "parameter"], name));
+        }
+        if table.has("process") {
+            let (k, key) = among("process", Process::NUMBERS.map(|(key, _)| key).to_vec())?;
+            return Ok((Subject::Process(k), &["process"], key));
+        }
+        if table.has("sensor") {
+            let (k, key) = among("sensor", Sensors::NUMBERS.map(|(key, _)| key).to_vec())?;
+            return Ok((Subject::Sensor(k), &["sensor"], key));
+        }
+        let (k, key) = among("seam", SEAM_KEYS.to_vec())?;
+        Ok((Subject::Seam(k), &["seam"], key))
+    }
+}
+
+/// The row of a key of a file, by its table and key or by its key alone.
+fn quantity_of(key: &str) -> Option<&'static trueweld_plant::input::Quantity> {
+    quantity(key).or_else(|| quantity(key.rsplit('.').next().unwrap_or(key)))
+}
+
+fn is_possible(key: &str, value: f64) -> bool {
+    quantity_of(key).is_some_and(|q| (q.possible[0]..=q.possible[1]).contains(&value))
+}
+
+/// An uncertain number of a cell.
+#[derive(Debug, Clone)]
+pub struct UncertainNumber {
+    /// What it is, as in `joint-friction at A2: coulomb_nm` or `sensor force.zero_nm 1`.
+    pub name: String,
+    /// Its unit; "1" for a share.
+    pub unit: &'static str,
+    /// Whether it is a share of the number that the cell's files state.
+    pub relative: bool,
+    /// How it is distributed.
+    pub distribution: Distribution,
+    /// What it is uncertain with.
+    pub group: Option<Group>,
+    /// Who assumed it, or what measured it.
+    pub source: String,
+    subject: Subject,
+    /// Of an effect.
+    at: Location,
+    /// Of a key with several numbers: which.
+    component: usize,
+    /// Latents and their weights, whose squares sum to 1.
+    weights: Vec<(usize, f64)>,
+}
+
+/// An uncertain number that the cell does not have.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("{place}: {why}")]
+pub struct NoSuchNumber {
+    /// `file:line:column` of the requirements.
+    pub place: String,
+    /// What is wrong.
+    pub why: String,
+}
+
+/// All that is not known of one cell.
+#[derive(Debug, Clone)]
+pub struct UncertainCell {
+    /// The short keys, `[uncertainty]`.
+    pub short: Uncertainty,
+    /// The numbers of `[[uncertain]]`, in the file's order.
+    pub numbers: Vec<UncertainNumber>,
+    /// Names of the latents.
+    latents: Vec<String>,
+    left_out: Vec<String>,
+}
+
+impl UncertainCell {
+    /// What entries say of a cell of this robot, process and these sensors.
+    ///
+    /// # Errors
+    /// [`NoSuchNumber`].
+    pub fn of(
+        short: &Uncertainty,
+        entries: &[UncertainEntry],
+        robot: &RobotFile,
+        process: &Process,
+        sensors: &Sensors,
+    ) -> Result<Self, NoSuchNumber> {
+        let mut cell =
+            Self { short: *short, numbers: Vec::new(), latents: Vec::new(), left_out: Vec::new() };
+        let (mut process, mut sensors) = (process.clone(), sensors.clone());
+        for entry in entries {
+            let wrong = |why: String| NoSuchNumber { place: entry.place.clone(), why };
+            for (name, at, component) in
+                places(entry, robot, &mut process, &mut sensors).map_err(&wrong)?
+            {
+                if cell.numbers.iter().any(|number| number.name == name) {
+                    return Err(wrong(format!("{name} is drawn twice; expected each number once")));
+                }
+                let weights = cell.weights(&name, entry.group.as_ref()).map_err(&wrong)?;
+                cell.numbers.push(UncertainNumber {
+                    name,
+                    unit: entry.unit(),
+                    relative: entry.relative,
+                    distribution: entry.distribution,
+                    group: entry.group.clone(),
+                    source: entry.source.clone(),
+                    subject: entry.subject,
+                    at,
+                    component,
+                    weights,
+                });
+            }
+        }
+        cell.left_out = cell.not_drawn(robot, &mut process, &mut sensors);
+        Ok(cell)
+    }
+
+    /// The latent of a name, a new one where there is none yet.
+    fn latent(&mut self, name: &str) -> usize {
+        self.latents.iter().position(|known| known == name).unwrap_or_else(|| {
+            self.latents.push(name.to_owned());
+            self.latents.len() - 1
+        })
+    }
+
+    /// The latents of a number with their weights: its own, or its share in those of a group.
+    fn weights(&mut self, name: &str, group: Option<&Group>) -> Result<Vec<(usize, f64)>, String> {
+        let Some(Group { name: of, correlation }) = group else {
+            return Ok(vec![(self.latent(name), 1.0)]);
+        };
+        let mut others = self.numbers.iter().filter_map(|number| number.group.as_ref());
+        if let Some(other) = others.find(|g| g.name == *of && g.correlation != *correlation) {
+            return Err(format!(
+                "the correlation of the group {of} is {correlation} here and {} before; expected one",
+                other.correlation
+            ));
+        }
+        let shared = (self.latent(&format!("group {of}")), correlation.sqrt());
+        Ok(match 1.0 - correlation {
+            0.0 => vec![shared],
+            rest => vec![shared, (self.latent(name), rest.sqrt())],
+        })
+    }
+
+    /// How many latents there are.
+    pub fn latents(&self) -> usize {
+        self.latents.len()
+    }
+
+    /// The latents of a trial. Each has a stream of its own: a number more or less in the file
+    /// leaves the others as they were.
+    pub fn draw(&self, seed: u64, index: u64) -> Vec<f64> {
+        // FNV-1a.
+        let hash = |name: &str| {
+            name.bytes().fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
+                (hash ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3)
+            })
+        };
+        self.latents.iter().map(|name| Random::new(seed ^ hash(name), index).normal()).collect()
+    }
+
+    /// The numbers at latents; none where there are no latents, as in the nominal cell.
+    pub fn values(&self, latents: &[f64]) -> Vec<f64> {
+        if latents.is_empty() {
+            return Vec::new();
+        }
+        let value = |number: &UncertainNumber| {
+            let z = number.weights.iter().map(|(k, weight)| weight * latents[*k]).sum();
+            number.distribution.value(z)
+        };
+        self.numbers.iter().map(value).collect()
+    }
+
+    /// The effects that values add to a cell of this robot, beside its own.
+    pub(crate) fn effects(&self, values: &[f64], robot: &Robot<f64>) -> Vec<Effect> {
+        let mut effects: Vec<Effect> = Vec::new();
+        for (number, value) in self.numbers.iter().zip(values) {
+            let Subject::Effect(kind, parameter) = number.subject else { continue };
+            let same = |e: &Effect| std::ptr::eq(e.kind, kind) && e.at == number.at;
+            let k = effects.iter().position(same).unwrap_or_else(|| {
+                effects.push(kind.neutral(number.at));
+                effects.len() - 1
+            });
+            let joint = if let Location::Joint(joint) = number.at { joint } else { 0 };
+            let of = match kind.adds_to {
+                Some(own) if number.relative => own(robot.parameters(), joint)[parameter],
+                _ => 1.0,
+            };
+            effects[k].values[parameter] = value * of;
+        }
+        effects
+    }
+
+    pub(crate) fn change_process(&self, values: &[f64], process: &mut Process) {
+        for (number, value) in self.numbers.iter().zip(values) {
+            if let Subject::Process(k) = number.subject {
+                number.change((Process::NUMBERS[k].1)(process), *value);
+            }
+        }
+    }
+
+    pub(crate) fn change_sensors(&self, values: &[f64], sensors: &mut Sensors) {
+        for (number, value) in self.numbers.iter().zip(values) {
+            if let Subject::Sensor(k) = number.subject {
+                number.change((Sensors::NUMBERS[k].1)(sensors), *value);
+            }
+        }
+    }
+
+    /// Where the seam really lies that was taught at this frame.
+    pub(crate) fn seam(&self, values: &[f64], taught: Pose<f64>) -> Pose<f64> {
+        let mut off = [0.0; 6];
+        for (number, value) in self.numbers.iter().zip(values) {
+            if let Subject::Seam(k) = number.subject {
+                off[k] = *value;
+            }
+        }
+        if off == [0.0; 6] {
+            return taught;
+        }
+        let by = trueweld_core::Twist {
+            angular: Vector3::new(off[3], off[4], off[5]),
+            linear: Vector3::new(off[0], off[1], off[2]),
+        };
+        taught.displaced(&by.rotated(&taught.rotation))
+    }
+
+    /// What is taken as known although it might not be: effects of the library that the weld would
+    /// show and nothing draws, and numbers of the files.
+    pub fn left_out(&self) -> &[String] {
+        &self.left_out
+    }
+
+    fn not_drawn(
+        &self,
+        robot: &RobotFile,
+        process: &mut Process,
+        sensors: &mut Sensors,
+    ) -> Vec<String> {
+        let short = &self.short;
+        let draws_process = |k: usize| {
+            let of_short = match k {
+                0..=4 | 6 => short.process > 0.0,
+                11 | 12 => short.ripple > 0.0,
+                13 => true,
+                _ => false,
+            };
+            of_short
+                || self.numbers.iter().any(|n| matches!(n.subject, Subject::Process(i) if i == k))
+        };
+        let mut left = Vec::new();
+        for kind in library() {
+            if let Action::Process(change) = kind.action {
+                // An effect that is another name for numbers of the process.
+                let mut changed = process.clone();
+                change(&mut changed, &kind.parameters.iter().map(|_| 0.01).collect::<Vec<_>>());
+                let values = |p: &mut Process, of: fn(&mut Process) -> Vec<&mut f64>| -> Vec<f64> {
+                    of(p).into_iter().map(|v| *v).collect()
+                };
+                let mut renamed = Vec::new();
+                for (k, (_, of)) in Process::NUMBERS.iter().enumerate() {
+                    if values(&mut changed, *of) != values(process, *of) {
+                        renamed.push(k);
+                    }
+                }
+                if changed.ripple.len() == process.ripple.len()
+                    && !renamed.is_empty()
+                    && renamed.into_iter().all(draws_process)
+                {
+                    continue;
+                }
+            }
+            let of_short = std::ptr::eq(kind, stiffness_error::effect(0, 0.0).kind)
+                && short.stiffness > 0.0
+                || std::ptr::eq(kind, force_crosstalk::effect([0.0; 2]).kind)
+                    && short.crosstalk > 0.0;
+            if of_short {
+                continue;
+            }
+            let drawn = |at: Location, parameter: usize| {
+                self.numbers.iter().any(|n| {
+                    n.at == at
+                        && matches!(n.subject, Subject::Effect(of, p)
+                            if std::ptr::eq(of, kind) && p == parameter)
+                })
+            };
+            let sizes = || (0..kind.parameters.len()).filter(|k| kind.parameters[*k].is_size());
+            let places: Vec<Location> =
+                kind.places().into_iter().filter(|at| is_seen(kind, *at)).collect();
+            let all = |parameter| places.iter().any(|at| drawn(*at, parameter));
+            if !places.is_empty() && !(0..kind.parameters.len()).any(all) {
+                left.push(kind.id.to_owned());
+                continue;
+            }
+            for parameter in sizes() {
+                let not: Vec<Location> =
+                    places.iter().copied().filter(|at| !drawn(*at, parameter)).collect();
+                if not.is_empty() {
+                    continue;
+                }
+                let mut what = kind.id.to_owned();
+                if not.len() < places.len() {
+                    let at = |at: &Location| kind.neutral(*at).at_name(robot).to_owned();
+                    what += &format!(" at {}", not.iter().map(at).collect::<Vec<_>>().join(", "));
+                }
+                if sizes().count() > 1 {
+                    what += &format!(": {}", kind.parameters[parameter].name);
+                }
+                left.push(what);
+            }
+        }
+        let keys = Process::NUMBERS.iter().enumerate().filter(|(k, _)| !draws_process(*k));
+        left.extend(
+            keys.filter(|(_, (_, of))| !of(process).is_empty())
+                .map(|(_, (key, _))| format!("process {key}")),
+        );
+        for (k, (key, of)) in Sensors::NUMBERS.iter().enumerate() {
+            let drawn = |n: &UncertainNumber| matches!(n.subject, Subject::Sensor(i) if i == k);
+            let of_short = key.ends_with(".delay_s") && short.delay[1] > 0.0;
+            if !of_short && !of(sensors).is_empty() && !self.numbers.iter().any(drawn) {
+                left.push(format!("sensor {key}"));
+            }
+        }
+        for (k, key) in SEAM_KEYS.iter().enumerate() {
+            let drawn = |n: &UncertainNumber| matches!(n.subject, Subject::Seam(i) if i == k);
+            if !self.numbers.iter().any(drawn) {
+                left.push(format!("seam {key}"));
+            }
+        }
+        left
+    }
+}
+
+/// False for an effect of an instrument that the controller does not read.
+fn is_seen(kind: &'static EffectKind, at: Location) -> bool {
+    let channel = match (at, kind.neutral(at).port()) {
+        (Location::Channel(channel), _) | (_, Some(Port::SensorChannel(channel))) => channel,
+        _ => return true,
+    };
+    matches!(channel, Channel::Wrench | Channel::MotorTorque)
+}
+
+/// Every number of an entry: its name, the place of its effect, its component.
+fn places(
+    entry: &UncertainEntry,
+    robot: &RobotFile,
+    process: &mut Process,
+    sensors: &mut Sensors,
+) -> Result<Vec<(String, Location, usize)>, String> {
+    let components = |what: &str, key: &str, count: usize| match count {
+        0 => Err(format!("the cell has no {what} {key}")),
+        1 => Ok(vec![(format!("{what} {key}"), Location::Cell, 0)]),
+        n => Ok((0..n).map(|k| (format!("{what} {key} {}", k + 1), Location::Cell, k)).collect()),
+    };
+    match entry.subject {
+        Subject::Effect(kind, parameter) => {
+            let at = match (kind.place, entry.at.as_str()) {
+                (LocationKind::Joint, "all") => kind.places(),
+                (_, at) => vec![kind.at(at, robot).map_err(|error| error.to_string())?],
+            };
+            let name = |at: Location| {
+                let effect = kind.neutral(at).name(robot);
+                (format!("{effect}: {}", kind.parameters[parameter].name), at, 0)
+            };
+            Ok(at.into_iter().map(name).collect())
+        }
+        Subject::Process(k) => {
+            let (key, of) = Process::NUMBERS[k];
+            components("process", key, entry.possible(key, of(process))?)
+        }
+        Subject::Sensor(k) => {
+            let (key, of) = Sensors::NUMBERS[k];
+            components("sensor", key, entry.possible(key, of(sensors))?)
+        }
+        Subject::Seam(k) => components("seam", SEAM_KEYS[k], 1),
+    }
+}
+
+impl UncertainEntry {
+    fn unit(&self) -> &'static str {
+        match self.subject {
+            _ if self.relative => "1",
+            Subject::Effect(kind, parameter) => kind.parameters[parameter].unit,
+            Subject::Process(k) => unit_of(Process::NUMBERS[k].0).unwrap_or("1"),
+            Subject::Sensor(k) => unit_of(Sensors::NUMBERS[k].0).unwrap_or("1"),
+            Subject::Seam(k) => unit_of(SEAM_KEYS[k]).unwrap_or("1"),
+        }
+    }
+
+    /// How many numbers a key has, all of which may be what this makes of them.
+    fn possible(&self, key: &str, nominal: Vec<&mut f64>) -> Result<usize, String> {
+        for nominal in &nominal {
+            for end in self.distribution.ends() {
+                let value = if self.relative { **nominal * (1.0 + end) } else { end };
+                if !is_possible(key, value) {
+                    let expected = quantity_of(key).map_or(String::new(), |q| q.expected());
+                    return Err(format!("{key} may become {value}; expected {expected}"));
+                }
+            }
+        }
+        Ok(nominal.len())
+    }
+}
+
+impl UncertainNumber {
+    fn change(&self, numbers: Vec<&mut f64>, value: f64) {
+        if let Some(number) = numbers.into_iter().nth(self.component) {
+            *number = if self.relative { *number * (1.0 + value) } else { value };
+        }
+    }
+}
