@@ -96,9 +96,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let asked = Asked { requirements: &requirements, uncertain: &uncertain };
     let mut campaigns = inputs
         .iter()
-        .map(|inputs| {
-            WeldSetup::new(arguments, asked, &files, inputs).and_then(WeldCampaign::open)
-        })
+        .map(|inputs| WeldSetup::new(arguments, asked, &files, inputs).and_then(WeldCampaign::open))
         .collect::<Result<Vec<_>>>()?;
     let mut provenance = campaigns[0].setup.provenance.clone();
     for campaign in &campaigns[1..] {
