@@ -5,7 +5,6 @@
 //! prediction anew, r + s Δt + s (Δd) t with the slopes s of the residuals by the tracker's delay, so
 //! that effects are fitted jointly with the clock, and none is made up to mend it.
 
-use super::Compared;
 use crate::data::clock::DRIFT;
 use crate::data::log::{Log, LogKind};
 use nalgebra::{Matrix2, Vector2};
@@ -38,8 +37,9 @@ pub(super) struct OpenClock {
 }
 
 impl OpenClock {
-    /// `None` where the tracker's clock is given, or rows are at rest.
-    pub fn of(log: &Log, compared: &[Compared]) -> Option<Self> {
+    /// Of a log of which these rows are compared, value by value. `None` where the tracker's clock is
+    /// given, or rows are at rest.
+    pub fn of(log: &Log, rows: impl Iterator<Item = usize>) -> Option<Self> {
         let clock = log.origin.clocks.iter().find(|clock| clock.fitted.is_some())?;
         let time = &log.samples.time;
         let (first, last) = (*time.first()?, *time.last()?);
@@ -50,7 +50,7 @@ impl OpenClock {
         let half = 0.5 * (last - first);
         Some(Self {
             deviation: Vector2::new(offset * OFFSET, drift * DRIFT * half),
-            place: compared.iter().map(|c| (time[c.row] - first) / half - 1.0).collect(),
+            place: rows.map(|row| (time[row] - first) / half - 1.0).collect(),
         })
     }
 

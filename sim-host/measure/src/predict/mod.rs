@@ -257,7 +257,7 @@ impl Experiment {
         let raw_poses = of_poses(&compared);
         compared.retain(|c| c.measured.is_finite());
         let poses = of_poses(&compared);
-        let clock = OpenClock::of(log, &compared);
+        let clock = OpenClock::of(log, compared.iter().map(|c| c.row));
         let read = |force: &Vec<Vector3<f64>>| force.iter().any(|f| f.sum().is_finite());
         let force = moving.is_none() && log.samples.force.as_ref().is_some_and(read);
         let period = if log.kind == LogKind::StaticLoad { f64::INFINITY } else { period(log) };
