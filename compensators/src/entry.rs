@@ -28,6 +28,7 @@ pub struct Entry {
     name: Cow<'static, str>,
     summary: Cow<'static, str>,
     needs: Needs,
+    pace: &'static [&'static str],
     recipe: Recipe,
 }
 
@@ -73,6 +74,7 @@ impl Entry {
             name: L::NAME.into(),
             summary: L::SUMMARY.into(),
             needs: L::NEEDS,
+            pace: L::PACE,
             recipe: Recipe::Law {
                 defaults: || table(&L::Gains::default()),
                 build: |gains, setup| {
@@ -94,6 +96,7 @@ impl Entry {
                 seam_sensor: first.needs.seam_sensor || second.needs.seam_sensor,
                 passes: first.needs.passes || second.needs.passes,
             },
+            pace: &[],
             recipe: Recipe::Combined(Arc::new([first, second])),
         }
     }
@@ -111,6 +114,11 @@ impl Entry {
     /// What it reads or keeps.
     pub fn needs(&self) -> Needs {
         self.needs
+    }
+
+    /// Those of its gains that set how fast it acts.
+    pub fn pace(&self) -> &'static [&'static str] {
+        self.pace
     }
 
     /// Its gains where a control file is silent.

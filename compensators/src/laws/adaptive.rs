@@ -238,6 +238,7 @@ impl<T: Real> Law<T> for Adaptive<T> {
     const SUMMARY: &'static str =
         "Feed-forward, with stiffnesses learned from a seam sensor (--passes)";
     const NEEDS: Needs = Needs { seam_sensor: true, passes: true, ..Needs::NOTHING };
+    const PACE: &'static [&'static str] = &["prior_tilt_rad", "prior_lateral_m"];
     type Gains = AdaptiveGains;
     type Built = OuterIntegral<T, Self>;
 

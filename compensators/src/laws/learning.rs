@@ -155,6 +155,7 @@ impl<T: Real> Law<T> for Learning<T, FeedForward> {
     const NAME: &'static str = "learning";
     const SUMMARY: &'static str = "Seam tracking, corrected from pass to pass (--passes)";
     const NEEDS: Needs = Needs { seam_sensor: true, passes: true, ..Needs::NOTHING };
+    const PACE: &'static [&'static str] = &["rate_rad_s"];
     type Gains = LearningGains;
     type Built = OuterIntegral<T, SeamTracking<T, Self>>;
 

@@ -142,6 +142,7 @@ impl<T: Real> Law<T> for SeamTracking<T, FeedForward> {
     const NAME: &'static str = "seam-tracking";
     const SUMMARY: &'static str = "Feed-forward, corrected by a seam sensor";
     const NEEDS: Needs = Needs { seam_sensor: true, ..Needs::NOTHING };
+    const PACE: &'static [&'static str] = &["rate_rad_s"];
     type Gains = TrackingGains;
     type Built = OuterIntegral<T, Self>;
 

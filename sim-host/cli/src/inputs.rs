@@ -153,6 +153,11 @@ pub struct Inputs {
 }
 
 impl CellFiles {
+    /// Whether a control file is given, or the one that is part of the program stands in.
+    pub fn states_control(&self) -> bool {
+        self.control.is_some()
+    }
+
     /// Everything that a weld in this cell needs. `weld_file`: `None` for the embedded one.
     pub fn read(&self, weld_file: Option<&Path>) -> Result<Inputs> {
         let mut files = Vec::new();

@@ -37,6 +37,7 @@ mod results;
 mod schema;
 mod step;
 mod terminal;
+mod tune;
 mod weld;
 
 /// Laws: the trait to implement, and what it is made of.
@@ -112,6 +113,10 @@ enum Command {
     CompareLaws(compare_laws::Arguments),
     /// Prove by many welds of uncertain cells that a compensation law meets its requirements
     Certify(certify::Arguments),
+    /// Find gains for a robot from its model, and confirm them by a step and a weld
+    ///
+    /// The control file goes to out/control.toml where --out does not say otherwise.
+    Tune(tune::Arguments),
     /// Show how far a model is from measurements, and where
     Compare(compare::Arguments),
     /// Find out which physical effect is missing in a model
@@ -180,6 +185,7 @@ impl Arguments {
             Some(Command::Step(arguments)) => step::run(arguments),
             Some(Command::CompareLaws(arguments)) => compare_laws::run(arguments),
             Some(Command::Certify(arguments)) => certify::run(arguments),
+            Some(Command::Tune(arguments)) => tune::run(arguments),
             Some(Command::Compare(arguments)) => compare::run(arguments),
             Some(Command::Diagnose(arguments)) => diagnose::run(arguments),
             Some(Command::Improve(arguments)) => improve::run(arguments),

@@ -741,6 +741,9 @@ fn a_weld_that_is_not_the_one_asked_for_is_said_to_be_none() {
     let first = &place.json("out.json")["runs"][1]["first_limit"];
     assert_eq!((&first["compensation"], &first["torque"]), (&true.into(), &false.into()));
     assert!(first["time_s"].as_f64() > Some(0.0) && first["phase"].is_string(), "{first}");
+    let longest = &place.json("out.json")["runs"][1]["limits"][0];
+    assert_eq!(longest["what"], "compensation");
+    assert!(longest["time_s"].as_f64() > Some(1.0), "{longest}");
 }
 
 #[test]

@@ -23,6 +23,7 @@ pub mod margins;
 mod rate;
 mod requirements;
 mod step;
+pub mod tune;
 mod uncertain;
 mod weld;
 

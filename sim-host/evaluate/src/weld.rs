@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use trueweld_core::control::Limited;
 use trueweld_core::{Fault, JointVector};
-use trueweld_plant::simulate::{Phase, RecordRow, Recording};
+use trueweld_plant::simulate::{LimitSpan, Phase, RecordRow, Recording, limit_spans};
 
 /// Mean, root mean square and largest magnitude of a signal, in the signal's unit.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -126,6 +126,8 @@ pub struct WeldFigures {
     pub limited_rows: usize,
     /// The first of them.
     pub first_limit: Option<FirstLimit>,
+    /// What was at a limit, the longest first.
+    pub limits: Vec<LimitSpan>,
     /// Whether it is the weld that was asked for, quantity by quantity.
     pub judged: [JudgedFigure; 6],
 }
@@ -305,6 +307,7 @@ impl WeldFigures {
             }),
             limited_rows: recording.rows.iter().filter(|r| held(r)).count(),
             first_limit: FirstLimit::of(recording),
+            limits: limit_spans(&recording.rows, &recording.max_torque),
             judged: judged(recording, &steady, [lateral, longitudinal, tilt], mean_push),
         })
     }

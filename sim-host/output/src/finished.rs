@@ -4,6 +4,7 @@ use std::path::Path;
 use trueweld_core::Robot;
 use trueweld_evaluate::certify::{Evidence, Requirement, Verdict};
 use trueweld_evaluate::laws::{LawComparison, Sweep};
+use trueweld_evaluate::tune::{TunedController, TunedLaw, Tuning};
 use trueweld_evaluate::{StepFigures, UncertainCell, WeldFigures};
 use trueweld_measure::data::log::import::Proposal;
 use trueweld_measure::diagnose::{Diagnosis, Explanation, Reason};
@@ -177,6 +178,32 @@ pub struct RegisterReport<'a> {
     pub registered: &'a [Registered],
     /// What the result is of.
     pub provenance: &'a Provenance,
+}
+
+/// Gains that were found for a robot.
+#[derive(Debug, Clone, Copy)]
+pub struct TuneReport<'a> {
+    /// The gains, and what they are worth.
+    pub tuning: &'a Tuning,
+    /// Name of the law that is to be confirmed beside the controllers.
+    pub law: &'a str,
+    /// The control file that is written.
+    pub out: &'a Path,
+    /// What the result is of.
+    pub provenance: &'a Provenance,
+}
+
+impl TuneReport<'_> {
+    /// The law that is to be confirmed; `None` where it was not tuned.
+    pub fn law(&self) -> Option<&TunedLaw> {
+        self.tuning.laws.iter().find(|tuned| tuned.law.name() == self.law)
+    }
+
+    /// Whether the runs confirm all controllers and the law.
+    pub fn is_confirmed(&self) -> bool {
+        let controllers = self.tuning.controllers.iter().all(TunedController::is_confirmed);
+        controllers && self.law().is_none_or(TunedLaw::is_confirmed)
+    }
 }
 
 /// How files of unknown make are proposed to be read.

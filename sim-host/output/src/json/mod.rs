@@ -13,6 +13,7 @@ mod mistake;
 mod mistakes;
 mod register;
 mod simulation;
+mod tune;
 
 pub use certify::{
     CertifyResult, FaultRun, JudgedRequirement, LoopMargins, LoopPassivity, MarginPlace,
@@ -31,7 +32,12 @@ pub use mistakes::MistakesResult;
 pub use register::{RegisterResult, RegisteredPose, RegisteredTracker};
 pub use simulation::{
     CheckResult, CheckedFile, ComparedLaw, FirstLimitResult, JudgedFigureResult, LawPoint,
-    LawPoints, LawSweep, LawsResult, StepResponse, StepResult, WeldResult, WeldRunResult,
+    LawPoints, LawSweep, LawsResult, LimitSpanResult, StepResponse, StepResult, WeldResult,
+    WeldRunResult,
+};
+
+pub use tune::{
+    ArmPlace, RatingResult, TuneResult, TunedControllerResult, TunedLawResult, TunedWeld,
 };
 
 use schemars::{JsonSchema, Schema, schema_for};
@@ -47,6 +53,7 @@ pub fn schemas() -> Vec<(&'static str, Schema)> {
         of::<StepResult>("step-result"),
         of::<LawsResult>("compare-laws"),
         of::<CertifyResult>("certify"),
+        of::<TuneResult>("tune"),
         of::<CompareResult>("compare"),
         of::<DiagnoseResult>("diagnose"),
         of::<ImproveResult>("improve"),

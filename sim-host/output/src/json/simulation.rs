@@ -8,6 +8,7 @@ use trueweld_compensators::Entry;
 use trueweld_evaluate::laws::{Change, NoFigures, Sweep, VariedQuantity};
 use trueweld_evaluate::{FirstLimit, ForceFigures, JudgedFigure, Spread, WeldFigures};
 use trueweld_plant::provenance::Provenance;
+use trueweld_plant::simulate::{LimitSpan, Recording};
 
 /// Figures of welds over their steady part (full feed, full push).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -54,6 +55,8 @@ pub struct WeldRunResult {
     pub limited_rows: usize,
     /// Where the run first was at a limit or faulted.
     pub first_limit: Option<FirstLimitResult>,
+    /// What was at a limit, the longest first.
+    pub limits: Vec<LimitSpanResult>,
     /// `pass` where every figure of `judged` is within its tolerance, else `fail`.
     pub verdict: String,
     /// Whether it is the weld that was asked for, figure by figure.
@@ -80,6 +83,20 @@ pub struct FirstLimitResult {
     pub compensation: bool,
     /// The fault, if there was one.
     pub fault: Option<String>,
+}
+
+/// How long something was at a limit.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LimitSpanResult {
+    /// What: `torque of A1`, `force loop`, `compensation` or the fault.
+    pub what: String,
+    /// For how long, s.
+    pub time_s: f64,
+    /// When first, s.
+    pub first_s: f64,
+    /// Where the run was in its program then.
+    pub phase: String,
 }
 
 /// A figure of a weld against what it is to be, in the unit of its key.
@@ -117,6 +134,7 @@ impl WeldResult {
                 lateral_before_m: figures.lateral_before,
                 limited_rows: figures.limited_rows,
                 first_limit: figures.first_limit.map(FirstLimitResult::of),
+                limits: LimitSpanResult::all(figures, recording),
                 verdict: if figures.is_met() { "pass" } else { "fail" }.to_owned(),
                 judged: figures.judged.iter().map(JudgedFigureResult::of).collect(),
                 simulated_s: recording.simulated,
@@ -128,6 +146,18 @@ impl WeldResult {
             provenance: report.provenance.clone(),
             runs: report.runs.iter().map(run).collect(),
         }
+    }
+}
+
+impl LimitSpanResult {
+    fn all(figures: &WeldFigures, recording: &Recording) -> Vec<Self> {
+        let of = |span: &LimitSpan| Self {
+            what: span.kind.to_string(),
+            time_s: span.rows as f64 * recording.period,
+            first_s: span.first,
+            phase: span.phase.name().to_owned(),
+        };
+        figures.limits.iter().map(of).collect()
     }
 }
 

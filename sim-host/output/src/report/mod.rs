@@ -10,6 +10,7 @@ mod mistakes;
 mod register;
 mod residuals;
 mod step;
+mod tune;
 mod weld;
 
 use crate::document::Document;

@@ -25,7 +25,7 @@ use re_sdk_types::components::MediaType;
 use shown::{Beside, ORIGIN, Shown};
 use std::path::Path;
 use trueweld_measure::residuals::compare::LogComparison;
-use trueweld_plant::simulate::Recording;
+use trueweld_plant::simulate::{Recording, limit_spans};
 use writer::{RecordError, Store, Writer};
 
 /// Writes welds of one seam into a recording at `path`, each under its own root, with the layout to
@@ -58,9 +58,12 @@ pub(crate) fn weld_recording(
     })
 }
 
-/// What simulated runs are of, and which limit each came to first.
+/// What simulated runs are of, and what each stood at.
 fn origin(document: &Document, shown: &[Shown<'_>]) -> String {
-    let limits = shown.iter().map(|s| format!("- {}: {}\n", s.name, limits(s.recording)));
+    let limits = shown.iter().map(|s| {
+        let spans = limit_spans(&s.recording.rows, &s.recording.max_torque);
+        format!("- {}: {}\n", s.name, limits(&spans, s.recording.period))
+    });
     format!("{}\n### Limits\n\n{}", document.origin_markdown(), limits.collect::<String>())
 }
 

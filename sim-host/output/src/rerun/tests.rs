@@ -88,8 +88,8 @@ fn a_recording_says_what_it_is_of_and_which_limit_was_hit_when() {
         "vertical.toml",
         &provenance.files[0].sha256,
         "is not plausible",
-        "no compensation: first at 3.1",
-        "torque of a drive",
+        "no compensation: torque of A2 for ",
+        "first at 3.1",
         "elastostatic: never at a limit or faulted",
     ] {
         assert!(said.contains(part), "{part}: {said}");

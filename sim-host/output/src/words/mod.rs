@@ -3,6 +3,7 @@
 
 pub(crate) mod certify;
 pub(crate) mod compare;
+pub(crate) mod control;
 pub(crate) mod curve;
 pub(crate) mod diagnose;
 pub(crate) mod effects;
@@ -19,6 +20,7 @@ mod quantity;
 pub(crate) mod register;
 pub(crate) mod requirement;
 pub(crate) mod step;
+pub(crate) mod tune;
 pub(crate) mod weld;
 
 pub use model::model_comments;

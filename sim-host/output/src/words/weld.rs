@@ -2,10 +2,8 @@
 
 use super::{Scale, listed};
 use crate::WeldRun;
-use trueweld_core::control::Limited;
-use trueweld_evaluate::{FirstLimit, JudgedFigure};
-#[cfg(feature = "rerun")]
-use trueweld_plant::simulate::Recording;
+use trueweld_evaluate::JudgedFigure;
+use trueweld_plant::simulate::LimitSpan;
 
 /// Short names of the runs, all different: the compensation law alone where that tells them apart.
 pub(crate) fn run_names(runs: &[WeldRun]) -> Vec<String> {
@@ -107,12 +105,9 @@ pub(crate) fn headline(runs: &[WeldRun]) -> String {
             sentence += &format!(" It is not the weld that was asked for {}: {missed}.", who(run));
         }
     }
-    let first = |run: &WeldRun| {
-        run.figures.first_limit.map(|first| format!("{}, {}", who(run), first_limit(&first)))
-    };
-    let limited: Vec<String> = runs.iter().filter_map(first).collect();
-    if !limited.is_empty() {
-        sentence += &format!(" At a limit or faulted {}.", limited.join("; "));
+    for run in runs.iter().filter(|run| !run.figures.limits.is_empty()) {
+        let limits = limits(&run.figures.limits, run.recording.period);
+        sentence += &format!(" At a limit {}: {limits}.", who(run));
     }
     sentence
 }
@@ -130,24 +125,19 @@ fn missed_figure(judged: &JudgedFigure) -> String {
     format!("{} {value} ({allowed})", judged.figure.label)
 }
 
-/// Where a run first came to a limit: "first at 3.02 s (feed rising): torque of a drive".
-fn first_limit(first: &FirstLimit) -> String {
-    let Limited { torque, force_loop, compensation } = first.limited;
-    let limits =
-        [(torque, "torque of a drive"), (force_loop, "force loop"), (compensation, "compensation")];
-    let held = limits.into_iter().filter(|(held, _)| *held).map(|(_, name)| name.to_owned());
-    let what = match first.fault {
-        Some(fault) => format!("fault {fault:?}"),
-        None => listed(&held.collect::<Vec<_>>(), "and"),
-    };
-    format!("first at {:.2} s ({}): {what}", first.time, first.phase.name())
-}
+/// Most limits of a run that are told; the others are shorter.
+const TOLD: usize = 3;
 
-/// Which limit a run came to first, if any.
-#[cfg(feature = "rerun")]
-pub(crate) fn limits(recording: &Recording) -> String {
-    FirstLimit::of(recording)
-        .map_or("never at a limit or faulted".to_owned(), |at| first_limit(&at))
+/// What a run stood at, the longest first: "torque of A2 for 0.20 s, first at 3.02 s (feed rising)".
+pub(crate) fn limits(spans: &[LimitSpan], period: f64) -> String {
+    let told = spans.iter().take(TOLD).map(|span| {
+        let (time, phase) = (span.rows as f64 * period, span.phase.name());
+        format!("{} for {time:.2} s, first at {:.2} s ({phase})", span.kind, span.first)
+    });
+    match &told.collect::<Vec<_>>()[..] {
+        [] => "never at a limit or faulted".to_owned(),
+        told => listed(told, "and"),
+    }
 }
 
 /// How fast the simulation was.
@@ -161,7 +151,7 @@ pub(crate) fn speed(runs: &[WeldRun]) -> String {
 mod tests {
     use super::*;
     use crate::sample;
-    use trueweld_plant::simulate::Phase;
+    use trueweld_plant::simulate::{LimitKind, LimitSpan, Phase};
 
     #[test]
     fn the_headline_is_true_of_whatever_runs_there_are() {
@@ -169,7 +159,7 @@ mod tests {
         for (figures, largest) in welds.figures.iter_mut().zip([5.24e-3, 0.2e-3]) {
             figures.lateral.max_abs = largest;
             figures.of_half_pin = largest / 2.5e-3;
-            figures.first_limit = None;
+            figures.limits.clear();
             figures.judged.iter_mut().for_each(|judged| judged.value = judged.expected);
             figures.lateral_before = 0.0;
         }
@@ -183,13 +173,13 @@ mod tests {
             " Before full feed it is beyond half the pin: 2.60 mm with elastostatic compensation.";
         assert_eq!(headline(&welds.runs()[1..]), one.to_owned() + early);
         welds.figures[1].lateral_before = 0.0;
-        let limited = Limited { torque: true, ..Limited::default() };
-        let first = FirstLimit { time: 3.0, phase: Phase::ForceRamp, limited, fault: None };
-        welds.figures[1].first_limit = Some(first);
-        let limited = " At a limit or faulted with elastostatic compensation, first at 3.00 s (force loop closed, \
-                       force rising): torque of a drive.";
+        let kind = LimitKind::Torque(1);
+        let spans = vec![LimitSpan { kind, first: 3.0, phase: Phase::ForceRamp, rows: 2 }];
+        welds.figures[1].limits = spans;
+        let limited = " At a limit with elastostatic compensation: torque of A2 for 1.03 s, first at 3.00 s (force loop \
+                       closed, force rising).";
         assert_eq!(headline(&welds.runs()), both.to_owned() + limited);
-        welds.figures[1].first_limit = None;
+        welds.figures[1].limits.clear();
         let push = welds.figures[1].judged.iter_mut().find(|j| j.figure.key == "push_mean_n");
         push.unwrap().value = 1080.0;
         let missed = " It is not the weld that was asked for with elastostatic compensation: push, mean 1080 N \

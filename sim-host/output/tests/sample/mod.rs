@@ -137,6 +137,11 @@ pub fn welds(rows: usize) -> Welds {
     Welds { robot, recordings, figures }
 }
 
+/// Where some drive is at its limit, it is A2.
+fn only_a2_limited() -> JointVector<f64> {
+    JointVector::from_fn(|i, _| if i == 1 { 0.0 } else { f64::INFINITY })
+}
+
 fn weld(robot: &Robot<f64>, compensator: &'static str, count: usize) -> Recording {
     let total = 207.0;
     let period = total / count as f64;
@@ -217,6 +222,7 @@ fn weld(robot: &Robot<f64>, compensator: &'static str, count: usize) -> Recordin
         half_pin: 0.0025,
         force: 18_000.0,
         planned_depth: 3e-4,
+        max_torque: only_a2_limited(),
         seed: 7,
         simulated: total,
         wall: 2.5,
@@ -262,6 +268,7 @@ pub fn steps() -> Steps {
                     half_pin,
                     force,
                     planned_depth: 3e-4,
+                    max_torque: only_a2_limited(),
                     seed,
                     simulated,
                     wall,

@@ -1,8 +1,18 @@
 //! Why a run did not come to its end.
 
+use super::LimitSpan;
 use crate::integrate::Diverged;
 use crate::integrate::rest::EquilibriumError;
 use trueweld_compensators::BuildError;
+
+/// What was at a limit before a run broke off.
+fn before(limits: &[LimitSpan]) -> String {
+    let since = |span: &LimitSpan| format!("{} from {:.2} s on", span.kind, span.first);
+    match &limits.iter().map(since).collect::<Vec<_>>()[..] {
+        [] => String::new(),
+        limits => format!("; at a limit before: {}", limits.join(", ")),
+    }
+}
 
 /// Why a run did not come to its end.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -21,6 +31,14 @@ pub enum RunError {
     /// The state left the finite numbers.
     #[error(transparent)]
     Diverged(#[from] Diverged),
+    /// A run whose state left the finite numbers, and what was at a limit before.
+    #[error("{source}{}", before(limits))]
+    RanAway {
+        /// When.
+        source: Diverged,
+        /// What was at a limit before, the longest first.
+        limits: Vec<LimitSpan>,
+    },
     /// A gain that does not suit the control period.
     #[error("at a control period of {period} s {source}")]
     Law {

@@ -2,6 +2,7 @@
 
 mod cycle;
 mod error;
+mod limits;
 mod program;
 mod record;
 mod run;
@@ -10,6 +11,7 @@ mod start;
 
 pub use cycle::{ControlCycle, Controlled, Plant, Reference};
 pub use error::RunError;
+pub use limits::{LimitKind, LimitSpan, limit_spans};
 pub use program::{Program, Seam, Target};
 pub use record::{Phase, RecordRow, Recording};
 pub use run::{run, run_after, run_passes};

@@ -114,6 +114,8 @@ pub struct Recording {
     pub force: f64,
     /// Depth at which the process as planned bears that push, m.
     pub planned_depth: f64,
+    /// Largest torque of each drive, N·m.
+    pub max_torque: JointVector<f64>,
     /// Seed of the sensors' noise.
     pub seed: u64,
     /// Simulated time, s.

@@ -7,7 +7,7 @@
 
 use super::cycle::{ControlCycle, Plant, Reference};
 use super::start::{Start, lateral_by_joint};
-use super::{RecordRow, Recording, RunError, Scenario, Seam};
+use super::{RecordRow, Recording, RunError, Scenario, Seam, limit_spans};
 use crate::cell::{Cell, Evaluation, State};
 use crate::integrate::{Diverged, Stepper};
 use crate::robot::Drives;
@@ -87,6 +87,8 @@ fn run_with(
     let contact = -plant.at.reaction.force.z;
     let torque = &start.rest.torque;
     let mut cycle = ControlCycle::new(scenario, plant, hybrid.as_mut(), law, &start.motor, torque);
+    let joints = &scenario.controller_model.parameters().joints;
+    let max_torque = JointVector::from_fn(|i, _| joints[i].max_torque);
     let mut rows = Vec::with_capacity(ticks);
     for tick in 0..ticks {
         let time = tick as f64 * period;
@@ -124,7 +126,10 @@ fn run_with(
             limited: command.limited,
             fault: command.fault,
         });
-        cycle.advance(time)?;
+        cycle.advance(time).map_err(|source| RunError::RanAway {
+            source,
+            limits: limit_spans(&rows, &max_torque),
+        })?;
         progress(time);
     }
     Ok(Recording {
@@ -136,6 +141,7 @@ fn run_with(
         half_pin: 0.5 * cell.process.pin_diameter,
         force: weld.force,
         planned_depth: weld.force / scenario.planned.depth_stiffness,
+        max_torque,
         seed: scenario.seed,
         simulated: ticks as f64 * period,
         wall: clock.elapsed().as_secs_f64(),

@@ -1,0 +1,212 @@
+//! What the arm is along a weld, as far as gains follow from it, and the gains that do: closed
+//! forms, before anything is searched.
+//!
+//! With I the inertia that a drive moves (rotor and links), ω₁ the lowest natural frequency with the
+//! motors locked, T the control period, k the stiffness that the tool meets along z (arm and material
+//! in series) and m the inertia of the drives along z, m = 1/(nᵀ J I⁻¹ Jᵀ n):
+//!
+//! ```text
+//! position loop    K_p = I w²,  K_d = 2 ζ I w ≤ 0.8 I_m/T,  K_i = K_p w/2.5
+//!                  w = 0.4 ω₁, at most 0.36/T: below the arm's first mode, and slow for the period
+//! external         K_if = 3/(t k),  K_if k T ≤ ½ · 2 sin(π/(2(2N+1))),  K_pf = K_if T
+//! parallel         K_if = 3/t,  K_df = 0.8 √(k m)
+//! superposed       K_if = 3/t,  its position loop at 0.6 w with K_i = K_p w/30
+//! ```
+//!
+//! t: the settling time asked for; a first-order loop is within 5 % after three time constants. N:
+//! periods of delay of force sensor, spindle filter and position loop; half of the bound of a
+//! delayed integral force loop is kept free.
+
+use super::{AskedResponse, TuneError};
+use nalgebra::{Vector3, Vector6};
+use std::collections::BTreeMap;
+use std::f64::consts::{PI, TAU};
+use trueweld_compensators::FollowingGains;
+use trueweld_core::compensation::LoopLimits;
+use trueweld_core::control::{ExternalGains, ForceGains, JointGains, SpindleFilter};
+use trueweld_core::filter::Filter;
+use trueweld_core::{JointParameters, JointVector, Twist, Wrench};
+use trueweld_plant::input::{CascadeGains, CompensationLimits, Control, ParallelGains};
+use trueweld_plant::process::planned;
+use trueweld_plant::simulate::{RunError, Scenario, Seam, Taught, encoder_offset, start_angles};
+
+/// The arm at one place of a weld.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ArmAt {
+    /// Path position, m.
+    pub path: f64,
+    /// Inertia that each drive moves, rotor and links, kg·m².
+    pub inertia: JointVector<f64>,
+    /// Lowest natural frequency with the motors locked, rad/s.
+    pub mode: f64,
+    /// Stiffness that the tool meets along its axis, arm and material in series, N/m.
+    pub stiffness: f64,
+    /// Inertia of the drives along the tool's axis, kg.
+    pub mass: f64,
+    /// Torque of each drive in the steady part with its friction, over what it may give.
+    pub torque: JointVector<f64>,
+    /// Speed of each joint at full feed, over what it may do.
+    pub speed: JointVector<f64>,
+    /// Correction of the set-point that the planned load asks for: m and rad.
+    pub correction: [f64; 2],
+}
+
+/// The arm at so many places from the start of the weld to its end, as the controller believes in
+/// it.
+///
+/// # Errors
+/// [`RunError::Reach`].
+pub(super) fn arm_along(scenario: &Scenario<'_>, places: usize) -> Result<Vec<ArmAt>, TuneError> {
+    let robot = scenario.controller_model;
+    let seam = Seam::of(scenario.weld);
+    let mut near = start_angles(robot, &seam)?;
+    let taught = Taught::at(scenario.cell, robot, &seam, 0.0, &near).offset;
+    let last = places.saturating_sub(1).max(1);
+    let mut arm = Vec::with_capacity(places);
+    for k in 0..places {
+        let path = seam.length * k as f64 / last as f64;
+        near = robot
+            .inverse_near(&seam.nominal(path), &near)
+            .map_err(|_| RunError::Reach { path, reason: "no posture welds there" })?;
+        arm.push(arm_at(scenario, &seam, path, &near, &taught)?);
+    }
+    Ok(arm)
+}
+
+fn arm_at(
+    scenario: &Scenario<'_>,
+    seam: &Seam,
+    path: f64,
+    q: &JointVector<f64>,
+    taught: &Twist<f64>,
+) -> Result<ArmAt, TuneError> {
+    let (robot, weld) = (scenario.controller_model, scenario.weld);
+    let reach = || RunError::Reach { path, reason: "singular posture" };
+    let frames = robot.frames(q);
+    let w = seam.b_from_w.rotation;
+    let z = w.column(2).into_owned();
+    let inertia = robot.rotor_inertia() + robot.crba(&frames).diagonal();
+    let mode = robot.natural_frequencies(&frames).ok_or_else(reach)?[0];
+    let lever = frames.joint_torque(&Wrench { moment: Vector3::zeros(), force: z });
+    let material = scenario.planned.depth_stiffness;
+    let force = planned(scenario.planned, weld.force, weld.feed);
+    let load = Wrench { moment: Vector3::zeros(), force: w * force };
+    let along = w.column(0) * weld.feed;
+    let twist = Vector6::new(0.0, 0.0, 0.0, along.x, along.y, along.z);
+    let rate = frames.jacobian().0.lu().solve(&twist).ok_or_else(reach)?;
+    let spring = robot.spring_torque_at_rest(&frames, q, &load);
+    let friction = &robot.parameters().friction;
+    let rated = |of: fn(&JointParameters<f64>) -> f64| {
+        JointVector::from_fn(|i, _| of(&robot.parameters().joints[i]))
+    };
+    let lost = friction.coulomb + friction.viscous.component_mul(&rate.abs());
+    let to_t = frames.tcp.rotation.transpose();
+    let motor = robot.fake_target(q, &load.rotated(&to_t));
+    let asked = encoder_offset(robot, seam, path, &motor) - *taught;
+    Ok(ArmAt {
+        path,
+        inertia,
+        mode,
+        stiffness: (material.recip() + robot.compliance_along(&frames, &z)).recip(),
+        mass: lever.component_mul(&lever).component_div(&inertia).sum().recip(),
+        torque: (spring.abs() + lost).component_div(&rated(|joint| joint.max_torque)),
+        speed: rate.abs().component_div(&rated(|joint| joint.max_rate)),
+        correction: [asked.linear.x.hypot(asked.linear.y), asked.angular.norm()],
+    })
+}
+
+/// Damping ratio of the position loops.
+const DAMPING: f64 = 0.4;
+
+/// Share of the arm's first natural frequency that a position loop is as fast as.
+const OF_MODE: f64 = 0.4;
+
+/// Most that a position loop may turn in a period, rad.
+const IN_A_PERIOD: f64 = 0.36;
+
+/// Share of the authority that the weld does not ask for.
+const RESERVE: f64 = 0.15;
+
+/// How long slow signals of the force loop are late, s: force sensor with its filter, spindle filter,
+/// half a period of hold, and the position loop's 2ζ/w.
+pub(super) fn force_delay(scenario: &Scenario<'_>, w: f64) -> f64 {
+    let (period, sensor) = (scenario.control.period, &scenario.sensors.force);
+    let mut spindle = SpindleFilter::new(period);
+    spindle.tune(scenario.planned.spindle);
+    let filter = if sensor.filter > 0.0 { (TAU * sensor.filter).recip() } else { 0.0 };
+    sensor.delay + filter + spindle.delay() + 0.5 * period + 2.0 * DAMPING / w
+}
+
+/// Gains from the arm at the start of the weld, where the step of force is made.
+pub(super) fn closed_form(
+    scenario: &Scenario<'_>,
+    asked: &AskedResponse,
+    arm: &[ArmAt],
+) -> Control {
+    let (period, weld) = (scenario.control.period, scenario.weld);
+    let start = &arm[0];
+    let slowest = arm.iter().map(|at| at.mode).fold(f64::INFINITY, f64::min);
+    let w = (OF_MODE * slowest).min(IN_A_PERIOD / period);
+    let rotor = scenario.controller_model.rotor_inertia();
+    let position = |w: f64, integral: f64| {
+        let most = rotor * (0.8 / period);
+        let kp = start.inertia * (w * w);
+        JointGains {
+            kp,
+            ki: kp * integral,
+            kd: (start.inertia * (2.0 * DAMPING * w)).zip_map(&most, f64::min),
+        }
+    };
+    let rise = 3.0 / asked.settle;
+    let delay = (force_delay(scenario, w) / period).ceil();
+    let bound = 2.0 * (PI / (2.0 * (2.0 * delay + 1.0))).sin();
+    let ki = rise.min(0.5 * bound / period) / start.stiffness;
+    let most = weld.force.max(asked.height);
+    let depth = 4.0 * most / start.stiffness;
+    // The height of the step in half a turn of the arm's first mode.
+    let rate = asked.height * slowest / PI;
+    let force = |kd: f64, max_rate: f64| ForceGains {
+        kp: 0.0,
+        ki: rise,
+        kd,
+        max_correction: 1.1 * most,
+        max_rate,
+    };
+    let needed = [0, 1].map(|k| arm.iter().map(|at| at.correction[k]).fold(0.0, f64::max));
+    let [translation, rotation] = needed.map(|size| (1.0 + RESERVE) * size);
+    let bandwidth = 0.83 * w;
+    Control {
+        period,
+        parallel: ParallelGains {
+            joint: position(w, w / 2.5),
+            force: force(2.0 * DAMPING * (start.stiffness * start.mass).sqrt(), rate),
+        },
+        superposed: ParallelGains {
+            joint: position(0.6 * w, 0.6 * w / 30.0),
+            force: force(0.0, 0.3 * rate),
+        },
+        external: CascadeGains {
+            joint: position(w, w / 2.5),
+            force: ExternalGains {
+                kp: ki * period,
+                ki,
+                kd: 0.0,
+                material_stiffness: scenario.planned.depth_stiffness,
+                tuned_stiffness: start.stiffness,
+                max_correction: depth,
+                max_rate: depth,
+            },
+        },
+        compensation: CompensationLimits {
+            lateral: LoopLimits { bandwidth, size: translation, rate: translation },
+            orientation: LoopLimits { bandwidth, size: rotation, rate: rotation },
+            following: FollowingGains { rate: 0.2 * bandwidth, size: 0.2 * translation },
+        },
+        laws: BTreeMap::new(),
+    }
+}
+
+/// The pace w of a position loop, rad/s: the least of its joints.
+pub(super) fn pace(joint: &JointGains<f64>, at: &ArmAt) -> f64 {
+    joint.kp.component_div(&at.inertia).min().sqrt()
+}

@@ -1,0 +1,127 @@
+//! Gains for a robot, what limits them, and the runs that confirm them.
+
+use super::Report;
+use crate::TuneReport;
+use crate::document::{Block, Cell, Document, Medium, Table, number, words};
+use crate::json::TuneResult;
+use crate::words::requirement::shown;
+use crate::words::step::milliseconds;
+use crate::words::tune::{confirmed, headline, limits, of_weld, setting};
+use crate::words::{fixed, share};
+use std::f64::consts::TAU;
+use trueweld_evaluate::tune::{ArmAt, Criterion, Rating};
+
+impl Report for TuneReport<'_> {
+    type Json = TuneResult;
+
+    fn json(&self) -> TuneResult {
+        TuneResult::of(self)
+    }
+
+    fn document(&self) -> Document {
+        let good = self.is_confirmed();
+        let verdict = if good { "CONFIRMED" } else { "NOT CONFIRMED" };
+        let mut document =
+            Document::new("Gains", headline(self), self.provenance).judged(verdict, good);
+        document.push(Block::Note(setting(self)));
+        document.push(Block::Table(self.controllers_table()));
+        document.section(
+            Medium::All,
+            "Laws, on top of the external controller",
+            Block::Table(self.laws_table()),
+        );
+        document.section(Medium::All, "What limits them", Block::List(limits(self)));
+        document.section(Medium::Page, "The arm along the weld", Block::Table(self.arm_table()));
+        document
+    }
+}
+
+impl TuneReport<'_> {
+    fn margin_heads(&self) -> impl Iterator<Item = Cell> {
+        self.tuning.asked.iter().map(|limit| number(limit.figure.label))
+    }
+
+    /// The margins in the order in which they are asked for.
+    fn margin_cells(&self, margins: &[Rating]) -> Vec<Cell> {
+        let cell = |key: &str| {
+            let of = |rating: &&Rating| matches!(rating.criterion, Criterion::Margin { figure, .. } if figure.key == key);
+            match margins.iter().find(of) {
+                Some(rating) => number(shown(key, rating.value)).bad(!rating.is_met()),
+                None => number("unstable").bad(true),
+            }
+        };
+        self.tuning.asked.iter().map(|limit| cell(limit.figure.key)).collect()
+    }
+
+    fn controllers_table(&self) -> Table {
+        let head = ["controller", "confirmed", "within 5 %", "overshoot"].map(words);
+        let head = head
+            .into_iter()
+            .chain(self.margin_heads())
+            .chain([number("weld: lateral, push error")]);
+        let rows = self.tuning.controllers.iter().map(|tuned| {
+            let met = |criterion: Criterion| {
+                tuned.response.iter().any(|r| r.criterion == criterion && r.is_met())
+            };
+            let settled = tuned.step.as_ref().and_then(|step| step.settle_5pct);
+            let settled = settled.map_or("never".to_owned(), milliseconds);
+            let overshoot =
+                tuned.step.as_ref().map_or("–".to_owned(), |step| share(step.overshoot));
+            let first = [
+                words(tuned.controller.name()),
+                words(confirmed(tuned.is_confirmed())).bad(!tuned.is_confirmed()),
+                number(settled).bad(!met(Criterion::Settling)),
+                number(overshoot).bad(!met(Criterion::Overshoot)),
+            ];
+            let weld = number(of_weld(&tuned.weld));
+            first.into_iter().chain(self.margin_cells(&tuned.margins)).chain([weld]).collect()
+        });
+        Table { head: vec![head.collect()], rows: rows.collect() }
+    }
+
+    fn laws_table(&self) -> Table {
+        let head = ["law", "confirmed"].map(words);
+        let head = head
+            .into_iter()
+            .chain(self.margin_heads())
+            .chain([number("weld: lateral, push error")]);
+        let rows = self.tuning.laws.iter().map(|tuned| {
+            let good = tuned.is_confirmed();
+            let first = [words(tuned.law.name()), words(confirmed(good)).bad(!good)];
+            let weld = number(of_weld(&tuned.weld));
+            first.into_iter().chain(self.margin_cells(&tuned.margins)).chain([weld]).collect()
+        });
+        Table { head: vec![head.collect()], rows: rows.collect() }
+    }
+
+    fn arm_table(&self) -> Table {
+        let row = |at: &ArmAt| {
+            let percent = |all: &trueweld_core::JointVector<f64>| {
+                let each: Vec<String> = all.iter().map(|v| fixed(100.0 * v, 0)).collect();
+                number(each.join(" / "))
+            };
+            vec![
+                words(format!("{:.2} m", at.path)),
+                number(fixed(at.mode / TAU, 1)),
+                number(fixed(1e-6 * at.stiffness, 2)),
+                percent(&at.torque),
+                percent(&at.speed),
+                number(fixed(1e3 * at.correction[0], 2)),
+                number(fixed(at.correction[1].to_degrees(), 3)),
+            ]
+        };
+        let head = [
+            "path",
+            "first mode, Hz",
+            "along the tool, kN/mm",
+            "torque A1…A6, %",
+            "speed A1…A6, %",
+            "correction asked for, mm",
+            "°",
+        ];
+        Table {
+            head: vec![head.map(words).to_vec()],
+            rows: self.tuning.arm.iter().map(row).collect(),
+        }
+    }
+}

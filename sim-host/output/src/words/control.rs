@@ -1,0 +1,116 @@
+//! A control file with the gains that were found, and where they come from in its comments.
+
+use super::tune::{confirmation, origin};
+use crate::TuneReport;
+use std::f64::consts::TAU;
+use std::fmt::Write;
+use trueweld_core::JointVector;
+use trueweld_core::control::JointGains;
+use trueweld_plant::input::{Control, ParallelGains};
+
+/// The text of the file.
+pub fn control_toml(report: &TuneReport<'_>) -> String {
+    let mut lines = origin(report);
+    lines.push(String::new());
+    lines.extend(confirmation(report));
+    let comments = lines.iter().flat_map(|line| wrapped(line));
+    let mut text: String =
+        comments.map(|line| format!("# {line}").trim_end().to_owned() + "\n").collect();
+    gains(&mut text, &report.tuning.control);
+    text
+}
+
+/// Lines of a comment that fit.
+fn wrapped(line: &str) -> Vec<String> {
+    const WIDTH: usize = 130;
+    let mut lines = vec![String::new()];
+    for word in line.split(' ') {
+        match lines.last_mut() {
+            Some(last) if last.is_empty() => last.push_str(word),
+            Some(last) if last.chars().count() + 1 + word.chars().count() <= WIDTH => {
+                last.push(' ');
+                last.push_str(word);
+            }
+            _ => lines.push(word.to_owned()),
+        }
+    }
+    lines
+}
+
+/// A number as TOML has it.
+fn number(value: f64) -> String {
+    format!("{value:?}")
+}
+
+fn six(values: &JointVector<f64>) -> String {
+    format!("[{}]", values.iter().map(|v| number(*v)).collect::<Vec<_>>().join(", "))
+}
+
+fn gains(out: &mut String, control: &Control) {
+    let mut put = |text: String| out.push_str(&text);
+    put(format!("schema = \"control/1\"\nperiod_s = {}\n", number(control.period)));
+    for (name, ParallelGains { joint, force }) in
+        [("parallel", &control.parallel), ("superposed", &control.superposed)]
+    {
+        put(format!("\n[{name}]\n{}", position(joint)));
+        put(keys(&[
+            ("force_kp", force.kp),
+            ("force_ki_1_s", force.ki),
+            ("force_kd_ns_m", force.kd),
+            ("max_force_correction_n", force.max_correction),
+            ("max_push_rate_n_s", force.max_rate),
+        ]));
+    }
+    let force = &control.external.force;
+    put(format!("\n[external]\n{}", position(&control.external.joint)));
+    put(keys(&[
+        ("force_kp_m_n", force.kp),
+        ("force_ki_m_ns", force.ki),
+        ("force_kd_s", force.kd),
+        ("material_stiffness_n_m", force.material_stiffness),
+        ("tuned_stiffness_n_m", force.tuned_stiffness),
+        ("max_depth_correction_m", force.max_correction),
+        ("max_depth_rate_m_s", force.max_rate),
+    ]));
+    let limits = &control.compensation;
+    put("\n[compensation]\n".to_owned());
+    put(keys(&[
+        ("bandwidth_hz", digits(limits.lateral.bandwidth / TAU)),
+        ("max_translation_m", limits.lateral.size),
+        ("max_rotation_rad", limits.orientation.size),
+        ("max_translation_rate_m_s", limits.lateral.rate),
+        ("max_rotation_rate_rad_s", limits.orientation.rate),
+        ("following_rad_s", limits.following.rate),
+        ("following_max_m", limits.following.size),
+    ]));
+    for (law, table) in control.laws.iter().filter(|(_, table)| !table.is_empty()) {
+        put(format!("\n[law.{}]\n{table}", toml_key(law)));
+    }
+}
+
+/// Hz to three digits: what turning rad/s into Hz leaves in the last digits is no gain.
+fn digits(value: f64) -> f64 {
+    format!("{value:.2e}").parse().unwrap_or(value)
+}
+
+fn toml_key(name: &str) -> String {
+    if name.contains('+') { format!("{name:?}") } else { name.to_owned() }
+}
+
+fn position(joint: &JointGains<f64>) -> String {
+    let JointGains { kp, ki, kd } = joint;
+    format!(
+        "position_kp_nm_rad = {}\nposition_ki_nm_rad_s = {}\nposition_kd_nms_rad = {}\n",
+        six(kp),
+        six(ki),
+        six(kd)
+    )
+}
+
+fn keys(all: &[(&str, f64)]) -> String {
+    all.iter().fold(String::new(), |mut text, (key, value)| {
+        // Writing to a String cannot fail.
+        let _ = writeln!(text, "{key} = {}", number(*value));
+        text
+    })
+}
