@@ -55,6 +55,7 @@ fn the_published_schemas_are_those_that_the_program_prints() {
 fn weld() {
     let mut welds = sample::welds(400);
     welds.figures[0].limited_rows = 0;
+    welds.figures[0].limits.clear();
     let report =
         WeldReport { runs: &welds.runs(), exaggeration: 50.0, provenance: sample::provenance() };
     insta::assert_snapshot!(told(&report));

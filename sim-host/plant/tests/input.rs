@@ -531,6 +531,29 @@ fn an_imported_urdf_keeps_its_bodies_and_geometry() {
 }
 
 #[test]
+fn the_shipped_arm_is_its_urdf_filled_in() {
+    let text = import_urdf(fixture("robots/kr210-r2700.urdf")).unwrap();
+    let (robot, tool) = text.split_once("[tool]").unwrap();
+    let filled = std::fs::read_to_string(fixture("robots/kr210-fsw.toml")).unwrap();
+    for line in robot.lines().filter(|line| line.contains(" = ") && !line.starts_with('#')) {
+        let (key, value) = line.split_once(" = ").unwrap();
+        if value.contains("FILL IN") {
+            let of = |l: &&str| l.starts_with(key) && l.ends_with("# filled in");
+            assert!(filled.lines().any(|l| of(&l)), "{key}");
+        } else if !value.contains("KR 210") {
+            assert!(filled.lines().any(|l| l == line), "{line}");
+        }
+    }
+    let offset = tool.lines().find(|line| line.starts_with("flange_offset_m")).unwrap();
+    assert!(filled.lines().any(|line| line == offset));
+    let file = RobotFile::read(fixture("robots/kr210-fsw.toml")).unwrap();
+    // 645 + 1150 + 115 mm up with the upper arm upright, 330 + 1220 + 215 + 350 mm out.
+    let upright = [0.0, -90.0_f64.to_radians(), 90.0_f64.to_radians(), 0.0, 0.0, 0.0];
+    let tool = file.robot.forward_kinematics(&upright.into()).position;
+    assert!((tool - Vector3::new(2.115, 0.0, 1.91)).norm() < 1e-9, "{tool}");
+}
+
+#[test]
 fn what_a_urdf_cannot_say_must_be_filled_in() {
     let text = import_urdf_text(URDF, "arm6.urdf").unwrap();
     for key in [

@@ -6,7 +6,7 @@
 //! in series) and m the inertia of the drives along z, m = 1/(nᵀ J I⁻¹ Jᵀ n):
 //!
 //! ```text
-//! position loop    K_p = I w²,  K_d = 2 ζ I w ≤ 0.8 I_m/T,  K_i = K_p w/2.5
+//! position loop    K_p = I w²,  K_d = 2 ζ I w ≤ 0.8 I_m/T,  K_i = K_p w/4
 //!                  w = 0.4 ω₁, at most 0.36/T: below the arm's first mode, and slow for the period
 //! external         K_if = 3/(t k),  K_if k T ≤ ½ · 2 sin(π/(2(2N+1))),  K_pf = K_if T
 //! parallel         K_if = 3/t,  K_df = 0.8 √(k m)
@@ -178,7 +178,7 @@ pub(super) fn closed_form(
     Control {
         period,
         parallel: ParallelGains {
-            joint: position(w, w / 2.5),
+            joint: position(w, w / 4.0),
             force: force(2.0 * DAMPING * (start.stiffness * start.mass).sqrt(), rate),
         },
         superposed: ParallelGains {
@@ -186,7 +186,7 @@ pub(super) fn closed_form(
             force: force(0.0, 0.3 * rate),
         },
         external: CascadeGains {
-            joint: position(w, w / 2.5),
+            joint: position(w, w / 4.0),
             force: ExternalGains {
                 kp: ki * period,
                 ki,

@@ -10,10 +10,12 @@
 //! a law that set no pace (priors, cross-talk) stay as they are.
 
 mod arm;
+mod asked;
 mod rating;
 mod search;
 
 pub use arm::ArmAt;
+pub use asked::{AskedResponse, TuneError};
 pub use rating::{Criterion, Rating, worst};
 
 use crate::figure::Limit;
@@ -27,28 +29,7 @@ use search::{Judge, rounded};
 use trueweld_compensators::{Entry, Uncompensated};
 use trueweld_plant::cell::Cell;
 use trueweld_plant::input::Control;
-use trueweld_plant::simulate::{Controller, LimitKind, Program, RunError, Scenario, run_passes};
-
-/// What is asked of the force loop: of a step of the push at the start of the weld.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct AskedResponse {
-    /// Height of the step, N.
-    pub height: f64,
-    /// Time after which the push stays within 5 % of the step, s.
-    pub settle: f64,
-    /// Largest overshoot over the height.
-    pub overshoot: f64,
-    /// Largest static error over the height.
-    pub static_error: f64,
-}
-
-/// Why no gains were found.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum TuneError {
-    /// A run, or a place of the weld, that cannot be.
-    #[error(transparent)]
-    Run(#[from] RunError),
-}
+use trueweld_plant::simulate::{Controller, LimitKind, LimitSpan, Program, Scenario, run_passes};
 
 /// A robot to be tuned, at a weld.
 #[derive(Debug, Clone, Copy)]
@@ -100,10 +81,10 @@ pub struct TunedLaw {
 /// Figures of a weld that are a controller's own, whatever the arm's deflection.
 const OF_CONTROLLER: [&str; 2] = ["push_mean_n", "speed_mean_m_s"];
 
-/// A drive at its limit, or a fault: no gains can be shown by such a run.
-fn stood(weld: &WeldFigures) -> bool {
+/// What a weld stood at that no gains can be shown by: a drive at its limit, a fault.
+pub fn stood(weld: &WeldFigures) -> impl Iterator<Item = &LimitSpan> {
     let stands = |kind| matches!(kind, LimitKind::Torque(_) | LimitKind::Fault(_));
-    weld.limits.iter().any(|span| stands(span.kind))
+    weld.limits.iter().filter(move |span| stands(span.kind))
 }
 
 impl TunedController {
@@ -111,7 +92,7 @@ impl TunedController {
     pub fn is_confirmed(&self) -> bool {
         let own = |weld: &WeldFigures| {
             let of = |judged: &&JudgedFigure| OF_CONTROLLER.contains(&judged.figure.key);
-            !stood(weld) && weld.judged.iter().filter(of).all(JudgedFigure::is_met)
+            stood(weld).next().is_none() && weld.judged.iter().filter(of).all(JudgedFigure::is_met)
         };
         self.ratings().all(Rating::is_met) && self.weld.as_ref().is_ok_and(own)
     }
@@ -125,7 +106,7 @@ impl TunedController {
 impl TunedLaw {
     /// The margins are kept, and the weld is the one that was asked for.
     pub fn is_confirmed(&self) -> bool {
-        let met = |weld: &WeldFigures| !stood(weld) && weld.is_met();
+        let met = |weld: &WeldFigures| stood(weld).next().is_none() && weld.is_met();
         self.margins.iter().all(Rating::is_met) && self.weld.as_ref().is_ok_and(met)
     }
 }

@@ -3,12 +3,13 @@
 //!
 //! Nothing is drawn: the same robot and the same requirements give the same gains.
 
-use super::rating::{Rating, rate_margins, rate_step, worst};
+use super::rating::{Criterion, Rating, rate_margins, rate_step, worst};
 use super::{AskedResponse, TuneError};
 use crate::figure::Limit;
 use crate::margins::{Margins, margin_map, margins};
 use crate::step::StepFigures;
 use rayon::prelude::*;
+use std::cmp::Ordering;
 use trueweld_compensators::{Entry, Uncompensated};
 use trueweld_core::control::JointGains;
 use trueweld_plant::cell::Cell;
@@ -17,31 +18,49 @@ use trueweld_plant::simulate::{Controller, Program, RunError, Scenario, run};
 
 /// A gain, or several that belong together, that is turned by a factor.
 #[derive(Debug, Clone, Copy)]
-struct Knob(fn(&mut Control, Controller, f64));
+struct Knob {
+    /// Of the position loop; the others are of the force loop.
+    position: bool,
+    turn: fn(&mut Control, Controller, f64),
+}
 
 /// What can be turned, in the order in which it is.
 const KNOBS: [Knob; 6] = [
-    Knob(|control, controller, f| match controller {
-        Controller::External => control.external.force.ki *= f,
-        _ => parallel(control, controller).force.ki *= f,
-    }),
+    // The pace of the force loop.
+    Knob {
+        position: false,
+        turn: |control, controller, f| match controller {
+            Controller::External => control.external.force.ki *= f,
+            _ => parallel(control, controller).force.ki *= f,
+        },
+    },
     // The pace of the position loop; its damping ratio stays.
-    Knob(|control, controller, f| {
-        let joint = joint(control, controller);
-        joint.kp *= f * f;
-        joint.kd *= f;
-        joint.ki *= f * f * f;
-    }),
-    Knob(|control, controller, f| joint(control, controller).kd *= f),
-    Knob(|control, controller, f| joint(control, controller).ki *= f),
-    Knob(|control, controller, f| match controller {
-        Controller::External => control.external.force.kp *= f,
-        _ => parallel(control, controller).force.kd *= f,
-    }),
-    Knob(|control, controller, f| match controller {
-        Controller::External => {}
-        _ => parallel(control, controller).force.max_rate *= f,
-    }),
+    Knob {
+        position: true,
+        turn: |control, controller, f| {
+            let joint = joint(control, controller);
+            joint.kp *= f * f;
+            joint.kd *= f;
+            joint.ki *= f * f * f;
+        },
+    },
+    Knob { position: true, turn: |control, controller, f| joint(control, controller).kd *= f },
+    Knob { position: true, turn: |control, controller, f| joint(control, controller).ki *= f },
+    Knob {
+        position: false,
+        turn: |control, controller, f| match controller {
+            Controller::External => control.external.force.kp *= f,
+            _ => parallel(control, controller).force.kd *= f,
+        },
+    },
+    Knob {
+        position: false,
+        turn: |control, controller, f| {
+            if controller != Controller::External {
+                parallel(control, controller).force.max_rate *= f;
+            }
+        },
+    },
 ];
 
 fn parallel(control: &mut Control, controller: Controller) -> &mut ParallelGains {
@@ -62,15 +81,15 @@ fn joint(control: &mut Control, controller: Controller) -> &mut JointGains<f64> 
 /// Factors by which a knob is turned, the coarse first.
 const FACTORS: [f64; 3] = [1.4, 1.18, 1.08];
 
-/// Most gains that are tried of a controller.
-const MOST: usize = 80;
+/// Most gains that are tried in a round.
+const MOST: usize = 40;
 
 /// What is to be used up at most of what is allowed, so that the last digit of a gain does not
 /// decide.
 const AIM: f64 = 0.97;
 
 /// Rounds in which places are added that turned out to be worse than those looked at.
-const ROUNDS: usize = 4;
+const ROUNDS: usize = 3;
 
 /// How gains are judged.
 #[derive(Debug, Clone, Copy)]
@@ -98,9 +117,28 @@ impl Judged {
     }
 }
 
+impl Judged {
+    /// What is to be mended first.
+    fn binding(&self) -> Option<Criterion> {
+        let group = if excess(&self.margins) > 0.0 { &self.margins } else { &self.response };
+        worst(group).map(|rating| rating.criterion)
+    }
+}
+
+/// What to turn and by which factor, the likeliest to help first.
+fn turns(binding: Option<Criterion>, factor: f64) -> Vec<(Knob, f64)> {
+    let of_drives = binding.is_some_and(|criterion| criterion.is_of_drives());
+    let faster = matches!(binding, Some(Criterion::Settling | Criterion::StaticError));
+    let by = if faster { [factor, factor.recip()] } else { [factor.recip(), factor] };
+    let mut knobs = KNOBS;
+    knobs.sort_by_key(|knob| knob.position != of_drives);
+    knobs.iter().flat_map(|knob| by.map(|by| (*knob, by))).collect()
+}
+
+/// By how much more than is aimed at is used up, over all that is asked: what is missed by most must
+/// not hide the others.
 fn excess(ratings: &[Rating]) -> f64 {
-    let used = worst(ratings).map_or(0.0, |rating| rating.used);
-    if used <= AIM { 0.0 } else { used }
+    ratings.iter().map(|rating| rating.used - AIM).filter(|beyond| *beyond > 0.0).sum()
 }
 
 /// The step of the push, s: time to rest before it, and time recorded after it.
@@ -203,37 +241,34 @@ impl<'a> Judge<'a> {
             })
         };
         let mut best = start;
-        let mut score = judge(&best)?.score();
+        let mut known = judge(&best)?;
         let mut tried = 0;
         for factor in FACTORS {
             let mut improved = true;
-            while improved && score != [0.0; 2] && tried < MOST {
+            while improved {
                 improved = false;
-                for Knob(turn) in KNOBS {
-                    for by in [factor, factor.recip()] {
-                        // On, as long as it gets better.
-                        while score != [0.0; 2] && tried < MOST {
-                            let mut next = best.clone();
-                            turn(&mut next, controller, by);
-                            let next = rounded(&next);
-                            if next == best {
-                                break;
-                            }
-                            tried += 1;
-                            // The step is quick: where only it can be better, it decides first.
-                            if score[0] == 0.0 {
-                                let step = self.step(&next, controller)?;
-                                let response = rate_step(self.response, step.as_ref());
-                                if excess(&response) >= score[1] {
-                                    break;
-                                }
-                            }
-                            let of_next = judge(&next)?.score();
-                            if of_next.partial_cmp(&score) != Some(std::cmp::Ordering::Less) {
-                                break;
-                            }
-                            (best, score, improved) = (next, of_next, true);
+                for (knob, by) in turns(known.binding(), factor) {
+                    // On in the same direction, as long as it gets better.
+                    while known.score() != [0.0; 2] && tried < MOST {
+                        let mut next = best.clone();
+                        (knob.turn)(&mut next, controller, by);
+                        let next = rounded(&next);
+                        if next == best {
+                            break;
                         }
+                        tried += 1;
+                        let of_next = match self.quickly(&next, controller, &known)? {
+                            Some(()) => judge(&next)?,
+                            None => break,
+                        };
+                        if of_next.score().partial_cmp(&known.score()) != Some(Ordering::Less) {
+                            break;
+                        }
+                        (best, known, improved) = (next, of_next, true);
+                    }
+                    // What is closest to its limit may be another now.
+                    if improved {
+                        break;
                     }
                 }
             }
@@ -241,8 +276,25 @@ impl<'a> Judge<'a> {
         Ok(best)
     }
 
-    /// The gains at the fastest pace of a law at which the margins are kept; at its own pace where
-    /// none keeps them. `paced`: the gains at a share of that pace.
+    /// A step is quick: where only the response can be better, it decides before the margins are
+    /// looked at.
+    fn quickly(
+        &self,
+        next: &Control,
+        controller: Controller,
+        known: &Judged,
+    ) -> Result<Option<()>, TuneError> {
+        let [margins, response] = known.score();
+        if margins > 0.0 {
+            return Ok(Some(()));
+        }
+        let step = self.step(next, controller)?;
+        let better = excess(&rate_step(self.response, step.as_ref())) < response;
+        Ok(better.then_some(()))
+    }
+
+    /// The gains at the fastest pace of a law at which the margins are kept, or at which they are
+    /// missed by least. `paced`: the gains at a share of its own pace.
     pub fn pace(&self, law: &Entry, paced: impl Fn(f64) -> Control) -> Result<Control, TuneError> {
         let (controller, own) = (Controller::External, rounded(&paced(1.0)));
         let kept = |map: &[Margins]| rate_margins(self.margins, map).iter().all(Rating::is_met);
@@ -251,24 +303,28 @@ impl<'a> Judge<'a> {
             return Ok(own);
         }
         let mut spots = worst_spots(self.margins, &map, &[]);
+        let mut least = (excess(&rate_margins(self.margins, &map)), own);
         for k in 1..=PACES {
             let slower = rounded(&paced(PACE.powi(-k)));
-            let there = self.margins_at(&slower, controller, law, &spots)?;
-            if !there.iter().all(Rating::is_met) {
-                continue;
+            let mut there = self.margins_at(&slower, controller, law, &spots)?;
+            if there.iter().all(Rating::is_met) {
+                let map = self.map(&slower, controller, law)?;
+                if kept(&map) {
+                    return Ok(slower);
+                }
+                there = rate_margins(self.margins, &map);
+                spots.extend(worst_spots(self.margins, &map, &spots));
             }
-            let map = self.map(&slower, controller, law)?;
-            if kept(&map) {
-                return Ok(slower);
+            if excess(&there) < least.0 {
+                least = (excess(&there), slower);
             }
-            spots.extend(worst_spots(self.margins, &map, &spots));
         }
-        Ok(own)
+        Ok(least.1)
     }
 }
 
 /// Paces that are tried of a law, and the factor between them.
-const PACES: i32 = 6;
+const PACES: i32 = 10;
 const PACE: f64 = 1.25;
 
 /// Places, not looked at yet, where something that is asked for is missed, or closest to it.

@@ -4,7 +4,7 @@ use super::requirement::shown;
 use super::{Scale, fixed, listed, share};
 use crate::TuneReport;
 use trueweld_evaluate::tune::{
-    ArmAt, Criterion, Rating, TunedController, Tuning, WeldOutcome, worst,
+    ArmAt, Criterion, Rating, TunedController, Tuning, WeldOutcome, stood, worst,
 };
 use trueweld_plant::simulate::LimitSpan;
 
@@ -74,7 +74,7 @@ fn unconfirmed<'a>(ratings: impl IntoIterator<Item = &'a Rating>, weld: &WeldOut
             let stands = |span: &LimitSpan| {
                 format!("in the weld {} at its limit, first at {:.2} s", span.kind, span.first)
             };
-            missed.extend(weld.limits.iter().take(2).map(stands));
+            missed.extend(stood(weld).take(2).map(stands));
         }
     }
     listed(&missed, "and")

@@ -5,8 +5,10 @@ use crate::integrate::Diverged;
 use crate::integrate::rest::EquilibriumError;
 use trueweld_compensators::BuildError;
 
-/// What was at a limit before a run broke off.
+/// What was at a limit before a run broke off, the first first.
 fn before(limits: &[LimitSpan]) -> String {
+    let mut limits = limits.to_vec();
+    limits.sort_by(|a, b| a.first.total_cmp(&b.first));
     let since = |span: &LimitSpan| format!("{} from {:.2} s on", span.kind, span.first);
     match &limits.iter().map(since).collect::<Vec<_>>()[..] {
         [] => String::new(),
