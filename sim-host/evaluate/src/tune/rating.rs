@@ -106,11 +106,15 @@ pub(super) fn with_drives(asked: &[Limit]) -> Vec<Limit> {
     all
 }
 
+/// As much as is used up of what is never reached.
+const NEVER: f64 = 20.0;
+
 /// What a step came to; `None` where it came to no end.
 pub(super) fn rate_step(asked: &AskedResponse, step: Option<&StepFigures>) -> Vec<Rating> {
     let most = |criterion, value: f64, asked: f64| {
-        // An overshoot may be forbidden altogether.
-        Rating { criterion, value, asked, used: value / asked.max(1e-6) }
+        // An overshoot may be forbidden altogether; and what is never reached must not hide what
+        // else is missed.
+        Rating { criterion, value, asked, used: (value / asked.max(1e-6)).min(NEVER) }
     };
     let Some(step) = step else {
         return vec![most(Criterion::NoStep, f64::INFINITY, 1.0)];
