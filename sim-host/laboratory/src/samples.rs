@@ -172,9 +172,7 @@ impl SampleTable {
 
     /// Records one row: `readings` without noise, and the columns that no instrument reads.
     pub fn record(&mut self, cell: &Cell, mut readings: Readings, given: &[f64]) {
-        for term in &cell.robot.ports.sensor {
-            term.sense(&mut readings);
-        }
+        cell.robot.ports.sense(&mut readings);
         self.put(format_args!("{:.3}", readings.time));
         for instrument in Self::instruments(self.kind) {
             let values = match instrument.quantity {

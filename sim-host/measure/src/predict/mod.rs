@@ -308,7 +308,8 @@ impl Experiment {
         let mut process = self.contact.as_ref().map(|c| c.process(model));
         let mut robot = ElasticRobot::with_effects(&model.robot, effects, process.as_mut())?;
         if let Some(at) = self.target {
-            robot.ports.sensor.insert(0, Box::new(TrackedPoint { at }));
+            let point = Box::new(TrackedPoint { at });
+            robot.ports.sensor.insert(0, (Channel::Tracker, point));
         }
         let motion = match same_motion {
             Some((at, _)) => at.motion.clone(),
@@ -711,9 +712,9 @@ fn unread(time: f64) -> Readings {
     }
 }
 
-/// What the instruments make of what is true.
-fn sensed(ports: &Ports, mut truth: Readings) -> Readings {
-    ports.sensor.iter().for_each(|term| term.sense(&mut truth));
+/// What an instrument makes of what is true.
+fn sensed(ports: &Ports, instrument: Channel, mut truth: Readings) -> Readings {
+    ports.sense_by(instrument, &mut truth);
     truth
 }
 
@@ -732,7 +733,7 @@ impl Term for TrackedPoint {
 
 /// What the tracker makes of a tool pose.
 fn seen(ports: &Ports, pose: &Pose<f64>, time: f64) -> Pose<f64> {
-    if ports.sensor.is_empty() {
+    if !ports.senses(Channel::Tracker) {
         return *pose;
     }
     let readings = Readings {
@@ -740,13 +741,13 @@ fn seen(ports: &Ports, pose: &Pose<f64>, time: f64) -> Pose<f64> {
         tcp_rotation: rotation_vector(&pose.rotation),
         ..unread(time)
     };
-    let readings = sensed(ports, readings);
+    let readings = sensed(ports, Channel::Tracker, readings);
     Pose { position: readings.tcp_position, rotation: rotation_from_vector(&readings.tcp_rotation) }
 }
 
 /// The true pose behind what the tracker saw.
 fn pose_behind(ports: &Ports, measured: &Pose<f64>, time: f64) -> Pose<f64> {
-    if ports.sensor.is_empty() {
+    if !ports.senses(Channel::Tracker) {
         return *measured;
     }
     let mut truth = *measured;
@@ -767,14 +768,14 @@ fn mean_abs(series: &[f64]) -> f64 {
 /// The true wrench behind a measured one: the sensor's terms undone. They change little, so that
 /// the fixed point converges: with a gain off by a third to 1e-12 in 25 steps.
 fn wrench_behind(ports: &Ports, measured: &Wrench<f64>, time: f64) -> Wrench<f64> {
-    if ports.sensor.is_empty() {
+    if !ports.senses(Channel::Wrench) {
         return *measured;
     }
     let mut truth = *measured;
     let enough = 1e-12 * (measured.force.norm() + measured.moment.norm());
     for _ in 0..25 {
         let Wrench { force, moment } = truth;
-        let readings = sensed(ports, Readings { force, moment, ..unread(time) });
+        let readings = sensed(ports, Channel::Wrench, Readings { force, moment, ..unread(time) });
         let (force, moment) = (measured.force - readings.force, measured.moment - readings.moment);
         truth.force += force;
         truth.moment += moment;

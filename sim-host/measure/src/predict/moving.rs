@@ -608,7 +608,7 @@ impl Moving {
         };
         let mut truth = unread(self.time[row] - self.time[0]);
         truth.link_encoder[i] = link;
-        series[row] - sensed(&robot.ports, truth).link_encoder[i]
+        series[row] - sensed(&robot.ports, Channel::LinkEncoder, truth).link_encoder[i]
     }
 
     /// Measured less predicted of tracker and second encoders, in engineering units.
@@ -698,14 +698,15 @@ impl Moving {
                     .map(|k| interpolate(&predicted, k as f64 - torque_lag))
                     .collect();
             }
-            if robot.ports.senses_torque() {
+            if robot.ports.senses(Channel::MotorTorque) {
                 for (k, predicted) in predicted.iter_mut().enumerate() {
                     let mut readings = Readings {
                         encoder: self.motor[k].angle.into(),
                         ..unread(self.time[k] - begin)
                     };
                     readings.motor_torque[i] = *predicted;
-                    *predicted = sensed(&robot.ports, readings).motor_torque[i];
+                    *predicted =
+                        sensed(&robot.ports, Channel::MotorTorque, readings).motor_torque[i];
                 }
             }
             for &row in &self.torque_rows {

@@ -120,15 +120,14 @@ impl QuasiStaticLinks {
         };
         let mut spring = JointVector::zeros();
         let mut internal = self.internal;
+        let near = self.torsion.is_some() && !self.jumped(motors);
         // Bearings and base that give: their tilt follows the wrench, whose axes follow the tool's.
         let mut frames = robot.model.frames(&drives.link);
-        for _ in 0..if self.torsion.is_some() && !self.jumped(motors) {
-            NEXT_ITERATIONS
-        } else {
-            ITERATIONS
-        } {
+        for round in 0..if near { NEXT_ITERATIONS } else { ITERATIONS } {
             let wrench = wrench_in_t.rotated(&frames.tcp.rotation);
-            frames = robot.frames(&drives.link, &wrench, time);
+            if round > 0 || robot.ports.frames_give() {
+                frames = robot.frames(&drives.link, &wrench, time);
+            }
             spring = robot.model.rnea(&frames, &motors.rate, &motors.acceleration, &wrench)
                 - robot.link_torque(&drives);
             internal = self.internal;

@@ -273,9 +273,8 @@ pub struct Ports {
     pub process: Vec<Box<dyn Term>>,
     /// Plate surface.
     pub surface: Vec<Box<dyn Term>>,
-    /// Sensor channels.
-    pub sensor: Vec<Box<dyn Term>>,
-    torque_sensor: bool,
+    /// Sensor channels, each with the instrument whose readings it changes.
+    pub sensor: Vec<(Channel, Box<dyn Term>)>,
     /// Time base.
     pub time: Vec<Box<dyn Term>>,
     internal_states: usize,
@@ -320,10 +319,7 @@ impl Ports {
             Port::BaseFrame => self.base_frame.push(term),
             Port::ProcessForce => self.process.push(term),
             Port::PlateSurface => self.surface.push(term),
-            Port::SensorChannel(channel) => {
-                self.torque_sensor |= channel == Channel::MotorTorque;
-                self.sensor.push(term);
-            }
+            Port::SensorChannel(channel) => self.sensor.push((channel, term)),
             Port::TimeBase => self.time.push(term),
         }
         Ok(())
@@ -339,9 +335,20 @@ impl Ports {
         self.time.iter().map(|t| t.delay(channel)).sum()
     }
 
-    /// True where a term changes what is recorded as motor torque.
-    pub fn senses_torque(&self) -> bool {
-        self.torque_sensor
+    /// True where a term changes what an instrument reads.
+    pub fn senses(&self, instrument: Channel) -> bool {
+        self.sensor.iter().any(|(channel, _)| *channel == instrument)
+    }
+
+    /// What all instruments read of `readings`, the truth.
+    pub fn sense(&self, readings: &mut Readings) {
+        self.sensor.iter().for_each(|(_, term)| term.sense(readings));
+    }
+
+    /// What one instrument reads of it; the others stay.
+    pub fn sense_by(&self, instrument: Channel, readings: &mut Readings) {
+        let own = self.sensor.iter().filter(|(channel, _)| *channel == instrument);
+        own.for_each(|(_, term)| term.sense(readings));
     }
 
     /// True where the frames of links or base give way to their loads.

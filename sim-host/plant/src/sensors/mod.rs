@@ -100,9 +100,7 @@ impl Instruments {
         let wrench = Wrench::from_vector(&self.delayed());
         (truth.force, truth.moment) = (wrench.force, wrench.moment);
         truth.motor_torque = (*torque).into();
-        for term in &ports.sensor {
-            term.sense(&mut truth);
-        }
+        ports.sense(&mut truth);
         if let Some(turn) = &self.sensor_from_t {
             (truth.force, truth.moment) = (turn * truth.force, turn * truth.moment);
         }

@@ -63,9 +63,7 @@ fn measured(cell: &Cell, row: &RecordRow) -> Readings {
         motor_torque: row.torque.into(),
         ..Readings::of(row.time, &row.motor, &row.link, &row.real)
     };
-    for term in &cell.robot.ports.sensor {
-        term.sense(&mut readings);
-    }
+    cell.robot.ports.sense(&mut readings);
     readings
 }
 
@@ -393,9 +391,7 @@ fn sensor_effects_follow_their_equations() {
     };
     let read = |effect: &str| {
         let mut readings = truth;
-        for term in &fixtures.cell(&[effect]).robot.ports.sensor {
-            term.sense(&mut readings);
-        }
+        fixtures.cell(&[effect]).robot.ports.sense(&mut readings);
         readings
     };
     assert!(
@@ -660,9 +656,7 @@ fn instruments_read_what_expressions_add() {
         ],
     );
     let mut read = truth;
-    for term in &cell.robot.ports.sensor {
-        term.sense(&mut read);
-    }
+    cell.robot.ports.sense(&mut read);
     let mut expected = truth;
     expected.link_encoder[1] += 1e-3 * 0.2_f64.sin() + 0.1;
     expected.motor_torque[1] += 0.01 * 3e3 + 0.1;

@@ -318,7 +318,7 @@ impl Lines {
         still: &[Vector3<f64>],
         residual: &mut Vec<f64>,
     ) {
-        let zero = sensed(ports, unread(0.0)).force;
+        let zero = sensed(ports, Channel::Wrench, unread(0.0)).force;
         let late_by = ports.delay(Channel::Wrench);
         let still = weld.quick_vectors(still);
         let mut measured = self.measured.iter();
@@ -332,7 +332,7 @@ impl Lines {
                 let read = |part: Vector3<f64>| {
                     let force = weld.rotation[row].tr_mul(&(weld.seam.b_from_w.rotation * part));
                     let truth = Readings { force, ..unread(row as f64 * weld.period) };
-                    sensed(ports, truth).force - zero
+                    sensed(ports, Channel::Wrench, truth).force - zero
                 };
                 let (cosine, sine) = (read(force.map(|z| z.re)), read(force.map(|z| -z.im)));
                 let predicted = (0..3).flat_map(|c| [cosine[c], sine[c]]);

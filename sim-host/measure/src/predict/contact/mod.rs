@@ -192,7 +192,7 @@ impl Contact {
         let ports = &robot.ports;
         let late = ports.delay(Channel::Tracker);
         let followed;
-        let motion = if late != 0.0 || !ports.sensor.is_empty() {
+        let motion = if late != 0.0 || ports.senses(Channel::Tracker) {
             followed = weld.tool(Some(robot), late);
             &followed
         } else {
@@ -235,7 +235,8 @@ impl Contact {
         }
         let read = |k: usize| {
             let force = weld.rotation[k].tr_mul(&(w * force[k]));
-            sensed(ports, Readings { force, ..unread(k as f64 * weld.period) })
+            let truth = Readings { force, ..unread(k as f64 * weld.period) };
+            sensed(ports, Channel::Wrench, truth)
         };
         let (mut force, mut turning): (Vec<_>, Vec<_>) =
             (0..n).map(read).map(|r| (r.force, r.moment)).unzip();
