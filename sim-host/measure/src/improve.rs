@@ -184,7 +184,7 @@ pub fn improve(
     }
     if let Some(mut whole) = path.reached.clone().filter(|_| further) {
         // What was found one after the other, fitted together.
-        refit(bench, &blocks, &mut whole, 0);
+        refit(bench, &blocks, &mut whole, Effort::full(0));
         path.try_step(whole);
     }
     let Path { steps, rejected, reached, .. } = path;
@@ -279,7 +279,7 @@ impl Path<'_> {
         let empty = FitState::empty(self.bench.experiments.len());
         let point = self.reached.as_ref().map_or(empty, |f| f.point.clone());
         let held = FitState { free: Vec::new(), ..point.clone() };
-        let nothing_free = Effort { steps: 0, stale: 0 };
+        let nothing_free = Effort::steps(0, 0);
         let Ok(plain) = fit::fit(self.bench, &held, self.blocks, &[], nothing_free) else {
             return false;
         };

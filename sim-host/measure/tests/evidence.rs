@@ -29,7 +29,7 @@ fn ready(of: impl Fn(&str) -> bool, steps: usize) -> Ready {
     let ready = experiments(&logs, &trueweld_measure::residuals::compare::baseline(&file)).unwrap();
     let bench = FitProblem::new(&file, ready);
     let point = calibrations(&bench);
-    let null = fit(&bench, &point, &blocks_of(&bench), &[], Effort { steps, stale: 0 }).unwrap();
+    let null = fit(&bench, &point, &blocks_of(&bench), &[], Effort::steps(steps, 0)).unwrap();
     Ready { bench, logs, null }
 }
 
@@ -37,7 +37,7 @@ fn ready(of: impl Fn(&str) -> bool, steps: usize) -> Ready {
 fn with(Ready { bench, null, .. }: &Ready, effect: &Effect, steps: usize) -> Option<Fitted> {
     let mut point = null.point.clone();
     point.add(effect.clone());
-    let effort = Effort { steps, stale: null.slopes.len() };
+    let effort = Effort::steps(steps, null.slopes.len());
     fit(bench, &point, &blocks_of(bench), &null.slopes, effort).ok()
 }
 

@@ -174,7 +174,7 @@ fn the_planned_experiment_tells() {
             let mut point = calibrations(&bench);
             point.free.retain(|f| calibrated || matches!(f.of, EffectScope::Log(..)));
             point.all.push(laboratory.effect(rival));
-            fit::fit(&bench, &point, &fit::blocks_of(&bench), &[], Effort { steps: 4, stale: 0 })
+            fit::fit(&bench, &point, &fit::blocks_of(&bench), &[], Effort::steps(4, 0))
                 .unwrap()
                 .cost
         });

@@ -164,8 +164,7 @@ pub fn diagnose(
     progress("calibrating", 0.02);
     let null = calibrated(bench, &blocks)?;
     progress("screening every effect", 0.11);
-    let given =
-        if bench.is_late() { null.clone() } else { uncalibrated(bench, &blocks, &null.point)? };
+    let given = if bench.is_late() { null.clone() } else { uncalibrated(bench, &blocks, &null)? };
     let ground =
         Context { bench, blocks: &blocks, null: &null, given: &given, length: longest_weld(logs) };
     let screened = screen(&ground);

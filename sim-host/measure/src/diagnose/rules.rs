@@ -53,6 +53,8 @@ pub const LEAST_LIKELY: f64 = 0.125;
 pub const FAINT: f64 = 9.0 * GAIN;
 /// Share of what the best hypothesis gains from which on another one is fitted in full.
 pub const NEARLY: f64 = 0.3;
+/// Share of what the best fit wins that another one's slopes must promise for it to go on.
+pub const PROMISED: f64 = 0.5;
 /// Hypotheses fitted, first alone and then beside the best.
 pub const FITTED: usize = 8;
 /// Of these, how many beside the best.

@@ -3,7 +3,9 @@
 use super::rules::{self, above, at_floor, counts, standing_out};
 use super::screen::{Context, Screened, likeliest, screen};
 use crate::fit::calibration::{calibrations, in_proportion, is_calibration};
-use crate::fit::{self, Effort, FitProblem, FitState, Fitted};
+use crate::fit::{
+    self, EffectScope, Effort, FitProblem, FitState, Fitted, FreeParameter, Residuals, Slopes,
+};
 use crate::predict::{PredictError, Quantity};
 use rayon::prelude::*;
 use trueweld_plant::effects::{Effect, Location, Role};
@@ -27,11 +29,13 @@ pub(crate) fn calibrated(bench: &FitProblem, blocks: &[Vec<u8>]) -> Result<Fitte
 pub(crate) fn uncalibrated(
     bench: &FitProblem,
     blocks: &[Vec<u8>],
-    point: &FitState,
+    fitted: &Fitted,
 ) -> Result<Fitted, PredictError> {
-    let mut point = point.clone();
+    let mut point = fitted.point.clone();
     point.reset(|effect| is_calibration(effect.kind));
-    fit::fit(bench, &point, blocks, &[], Effort { steps: 0, stale: 0 })
+    // Residuals are in proportion to the first of them: their slopes stay.
+    let stale = in_proportion(&point);
+    fit::fit(bench, &point, blocks, &fitted.slopes[..stale], Effort::steps(0, stale))
 }
 
 /// Fits one hypothesis roughly from where screening left it: beside the calibrations at their best
@@ -45,7 +49,7 @@ fn fit_hypothesis(ground: &Context<'_>, screened: &Screened) -> Vec<Fitted> {
         .take(bases)
         .filter_map(|(base, (effect, _))| {
             let point = start(ground, base, effect)?;
-            let effort = Effort { steps: ROUGHLY, stale: base.slopes.len() };
+            let effort = Effort::steps(ROUGHLY, base.slopes.len());
             fit::fit(ground.bench, &point, ground.blocks, &base.slopes, effort).ok()
         })
         .collect()
@@ -55,23 +59,55 @@ fn fit_hypothesis(ground: &Context<'_>, screened: &Screened) -> Vec<Fitted> {
 /// is not in proportion to it, a gap or a loop: several sizes are judged with the calibrations at
 /// their best beside them.
 fn start(ground: &Context<'_>, base: &Fitted, effect: &Effect) -> Option<FitState> {
-    let of_size = |factor: f64| {
-        let effect = scaled(effect, factor);
-        let with = FitState {
-            all: [base.point.all.clone(), vec![effect.clone()]].concat(),
-            ..base.point.clone()
-        };
-        let at = fit::residuals(ground.bench, &with).ok()?;
+    let mut with = base.point.clone();
+    with.all.push(effect.clone());
+    let last = with.all.len() - 1;
+    let mut at_size = |factor: f64| {
+        with.all[last] = scaled(effect, factor);
+        fit::residuals_beside(ground.bench, &with, (&base.at, &with.all[last])).ok()
+    };
+    let mut tried: Vec<(f64, Residuals)> = Vec::new();
+    for factor in FACTORS {
+        let same = |f: &f64| scaled(effect, *f).values == scaled(effect, factor).values;
+        if tried.iter().any(|(f, _)| same(f)) {
+            continue;
+        }
+        tried.extend(at_size(factor).map(|at| (factor, at)));
+        if let [(smaller, below), (larger, above)] = tried.as_slice()
+            && follows(&base.at, below, above, smaller / larger)
+        {
+            // In proportion: the best size is the one that its slopes gave.
+            break;
+        }
+    }
+    let judged = tried.into_iter().filter_map(|(factor, at)| {
         let linear = base.linear.beside(ground.blocks, &at, &base.slopes);
         let step = linear.solve(None, 0.0, None)?.step;
-        let mut point =
-            if base.slopes.is_empty() { base.point.clone() } else { base.point.moved(&step) };
-        point.add(effect);
-        Some((linear.cost(&step), point))
-    };
-    let best = FACTORS.iter().filter_map(|f| of_size(*f)).min_by(|a, b| a.0.total_cmp(&b.0));
-    best.map(|(_, point)| point)
+        Some((linear.cost(&step), factor, step))
+    });
+    let (_, factor, step) = judged.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    let mut point =
+        if base.slopes.is_empty() { base.point.clone() } else { base.point.moved(&step) };
+    point.add(scaled(effect, factor));
+    Some(point)
 }
+
+/// True where residuals change from `base` to `below` by so large a `share` of what they change to
+/// `above`.
+fn follows(base: &Residuals, below: &Residuals, above: &Residuals, share: f64) -> bool {
+    let (mut off, mut all) = (0.0, 0.0);
+    for ((base, below), above) in base.iter().zip(below).zip(above) {
+        for ((r, b), a) in base.residual.iter().zip(&below.residual).zip(&above.residual) {
+            off += (b - r - share * (a - r)).powi(2);
+            all += (share * (a - r)).powi(2);
+        }
+    }
+    off <= IN_PROPORTION * IN_PROPORTION * all
+}
+
+/// Share of a change of residuals to which it is in proportion to a size where no other size needs
+/// to be tried.
+const IN_PROPORTION: f64 = 0.05;
 
 /// An effect with its sizes so many times as large, within their bounds.
 fn scaled(effect: &Effect, factor: f64) -> Effect {
@@ -91,21 +127,29 @@ const FACTORS: [f64; 6] = [0.4, 1.0, 2.5, 6.0, 15.0, 40.0];
 /// best with slopes taken afresh.
 pub(super) fn fit_all(ground: &Context<'_>, screened: &[&Screened]) -> Vec<Fitted> {
     let in_time = screened.par_iter().filter(|_| !ground.bench.is_late());
-    let rough: Vec<Vec<Fitted>> = in_time.map(|s| fit_hypothesis(ground, s)).collect();
-    let least = rough.iter().flatten().map(|f| f.cost).fold(f64::INFINITY, f64::min);
-    let near = ground.null.cost - rules::NEARLY * (ground.null.cost - least);
-    let stale = in_proportion(&ground.null.point);
     let cheapest = |fits: Vec<Fitted>| fits.into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost));
-    let in_full = |fits: Vec<Fitted>| {
+    let mut rough: Vec<Vec<Fitted>> = in_time.map(|s| fit_hypothesis(ground, s)).collect();
+    rough.sort_by(|a, b| cost_of(a).total_cmp(&cost_of(b)));
+    let mut rough = rough.into_iter();
+    let in_full = |fits: Vec<Fitted>, goal: f64| {
         let full = fits.into_par_iter().map(|mut fitted| {
-            if fitted.cost <= near {
-                refit(ground.bench, ground.blocks, &mut fitted, stale);
-            }
+            let effort = Effort { goal, ..Effort::full(in_proportion(&fitted.point)) };
+            refit(ground.bench, ground.blocks, &mut fitted, effort);
             fitted
         });
         cheapest(full.collect())
     };
-    let mut fits: Vec<Fitted> = rough.into_par_iter().filter_map(in_full).collect();
+    let mut fits: Vec<Fitted> = Vec::new();
+    fits.extend(rough.next().and_then(|best| in_full(best, f64::INFINITY)));
+    let won = fits.first().map_or(0.0, |best| ground.null.cost - best.cost);
+    let others = rough.collect::<Vec<_>>().into_par_iter().filter_map(|fits| {
+        if cost_of(&fits) <= ground.null.cost - rules::NEARLY * won {
+            in_full(fits, ground.null.cost - rules::PROMISED * won)
+        } else {
+            cheapest(fits)
+        }
+    });
+    fits.extend(others.collect::<Vec<_>>());
     fits.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     // What such a delay does as well or better is not believed of anything else either.
     let by_delay =
@@ -115,6 +159,11 @@ pub(super) fn fit_all(ground: &Context<'_>, screened: &[&Screened]) -> Vec<Fitte
         polish(ground.bench, ground.blocks, best);
     }
     fits
+}
+
+/// Cost of the best of some fits.
+fn cost_of(fits: &[Fitted]) -> f64 {
+    fits.iter().map(|f| f.cost).fold(f64::INFINITY, f64::min)
 }
 
 /// Steps of a rough fit.
@@ -146,7 +195,7 @@ fn polish(bench: &FitProblem, blocks: &[Vec<u8>], fitted: &mut Fitted) {
         let aside = ASIDE.par_iter().filter_map(|factor| {
             let mut point = fitted.point.clone();
             point.all[last] = scaled(&point.all[last], *factor);
-            let effort = Effort { steps: 1, stale: fitted.slopes.len() };
+            let effort = Effort::steps(1, fitted.slopes.len());
             fit::fit(bench, &point, blocks, &fitted.slopes, effort).ok()
         });
         let best = aside.min_by(|a, b| a.cost.total_cmp(&b.cost));
@@ -154,8 +203,7 @@ fn polish(bench: &FitProblem, blocks: &[Vec<u8>], fitted: &mut Fitted) {
             break;
         };
         *fitted = better;
-        let stale = in_proportion(&fitted.point);
-        refit(bench, blocks, fitted, stale);
+        refit(bench, blocks, fitted, Effort::full(in_proportion(&fitted.point)));
     }
 }
 
@@ -165,9 +213,8 @@ const ASIDE: [f64; 6] = [0.8, 0.93, 0.98, 1.02, 1.07, 1.25];
 const ROUNDS: usize = 4;
 const WORTH: f64 = 0.01;
 
-/// Fits on until it arrives; slopes of the first `stale` values stay.
-pub(crate) fn refit(bench: &FitProblem, blocks: &[Vec<u8>], fitted: &mut Fitted, stale: usize) {
-    let effort = Effort::full(stale);
+/// Fits on from where a fit stands.
+pub(crate) fn refit(bench: &FitProblem, blocks: &[Vec<u8>], fitted: &mut Fitted, effort: Effort) {
     if let Ok(better) = fit::fit(bench, &fitted.point, blocks, &fitted.slopes, effort)
         && better.cost <= fitted.cost * (1.0 + 1e-9)
     {
@@ -179,8 +226,12 @@ pub(crate) fn refit(bench: &FitProblem, blocks: &[Vec<u8>], fitted: &mut Fitted,
 fn without(ground: &Context<'_>, fitted: &Fitted, index: usize) -> Option<Fitted> {
     let point = fitted.point.without(index);
     let stale = in_proportion(&point);
-    let known = &fitted.slopes[..stale];
-    fit::fit(ground.bench, &point, ground.blocks, known, Effort::full(stale)).ok()
+    let stays = |(free, slopes): (&FreeParameter, &Slopes)| {
+        (free.of != EffectScope::All(index)).then(|| slopes.clone())
+    };
+    let known: Vec<Slopes> =
+        fitted.point.free.iter().zip(&fitted.slopes).filter_map(stays).collect();
+    fit::fit(ground.bench, &point, ground.blocks, &known, Effort::full(stale)).ok()
 }
 
 /// Effects of an explanation at most.
@@ -237,7 +288,7 @@ fn one_more(ground: &Context<'_>, fitted: &Fitted) -> Option<(Fitted, Fitted)> {
 /// The effects that bring more than chance beside those of a fit, fitted with them, the one that
 /// brings the most first.
 pub(crate) fn further(ground: &Context<'_>, fitted: &Fitted) -> Vec<Fitted> {
-    let Ok(given) = uncalibrated(ground.bench, ground.blocks, &fitted.point) else {
+    let Ok(given) = uncalibrated(ground.bench, ground.blocks, fitted) else {
         return Vec::new();
     };
     let beside = Context { null: fitted, given: &given, ..*ground };

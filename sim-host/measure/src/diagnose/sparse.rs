@@ -2,7 +2,7 @@
 
 use super::{effects_of, rules};
 use crate::fit::calibration::{expected, is_calibration};
-use crate::fit::{self, EffectScope, Effort, FitProblem, FitState, Fitted};
+use crate::fit::{self, EffectScope, Effort, FitProblem, FitState, Fitted, FreeParameter, Slopes};
 use nalgebra::DVector;
 use rayon::prelude::*;
 use trueweld_plant::effects::{CalibrationScope, Effect, EffectKind, Location};
@@ -36,6 +36,40 @@ fn drop_unknown(fitted: &Fitted, kept: &mut Vec<usize>) -> bool {
         };
     }
     kept.len() < before
+}
+
+/// Slopes of a free value of a point, where they are known at another, at which the same effect may
+/// hold for all logs in place of one, or have values of its own in each.
+fn slopes_of(
+    point: &FitState,
+    free: &FreeParameter,
+    (there, known): (&FitState, &[Slopes]),
+) -> Option<Slopes> {
+    let effect = point.effect(free.of);
+    let mut found: Option<Slopes> = None;
+    for (other, slopes) in there.free.iter().zip(known) {
+        let like = there.effect(other.of);
+        let same =
+            (like.kind.id, like.at, other.parameter) == (effect.kind.id, effect.at, free.parameter);
+        // A joint has waves of several orders, each with its values.
+        let own = match (free.of, other.of) {
+            (EffectScope::All(_), EffectScope::All(_)) => {
+                like.values == effect.values || is_calibration(like.kind)
+            }
+            _ => true,
+        };
+        if !(same && own) {
+            continue;
+        }
+        let all = found.get_or_insert_with(|| vec![None; slopes.len()]);
+        for (log, slope) in slopes.iter().enumerate() {
+            let wanted = !matches!(free.of, EffectScope::Log(only, _) if only != log);
+            if wanted && slope.is_some() {
+                all[log].clone_from(slope);
+            }
+        }
+    }
+    found
 }
 
 /// Keeps of the calibrations those that count: by forward steps, each bringing the most, then a
@@ -131,8 +165,15 @@ pub(crate) fn sparse(
             known.map(|(k, e)| if is_kept(id, *at, k) { e } else { 0.0 }).collect();
         reduced.add_expected(Effect { values: mean, ..own[0].clone() }, &known);
     }
-    let refit = |point: &FitState| fit::fit(bench, point, blocks, &[], Effort::full(0)).ok();
-    let Some(common) = refit(&reduced) else {
+    let refit = |point: &FitState, known: &[Slopes]| {
+        fit::fit(bench, point, blocks, known, Effort::full(0)).ok()
+    };
+    let known: Vec<Slopes> = reduced
+        .free
+        .iter()
+        .map_while(|free| slopes_of(&reduced, free, (&fitted.point, &fitted.slopes)))
+        .collect();
+    let Some(common) = refit(&reduced, &known) else {
         return (fitted.clone(), names);
     };
     // One for all, unless each log having its own brings what its values cost.
@@ -156,7 +197,12 @@ pub(crate) fn sparse(
         }
         split = true;
     }
-    if split && let Some(apart) = refit(&apart) {
+    let known: Vec<Slopes> = apart
+        .free
+        .iter()
+        .map_while(|free| slopes_of(&apart, free, (&common.point, &common.slopes)))
+        .collect();
+    if split && let Some(apart) = refit(&apart, &known) {
         let more = apart.point.free.len().saturating_sub(common.point.free.len()) as f64;
         if common.cost - apart.cost > trust * (rules::KEEP + rules::KEEP_EACH * more) {
             return (apart, names);

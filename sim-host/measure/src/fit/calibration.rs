@@ -102,9 +102,11 @@ fn beside_zeros(bench: &FitProblem, effect: &Effect, expected: &[f64]) -> Vec<f6
 /// Free values at the head of a point to which residuals are in proportion: those of one log each,
 /// and how links are mounted.
 pub fn in_proportion(point: &FitState) -> usize {
-    let is = |f: &FreeParameter| {
-        matches!(f.of, EffectScope::Log(..))
-            || matches!(point.effect(f.of).kind.action, Action::Mounting(_))
-    };
-    point.free.iter().take_while(|f| is(f)).count()
+    point.free.iter().take_while(|f| is_in_proportion(point, f)).count()
+}
+
+/// True for a free value to which residuals are in proportion.
+pub(super) fn is_in_proportion(point: &FitState, free: &FreeParameter) -> bool {
+    matches!(free.of, EffectScope::Log(..))
+        || matches!(point.effect(free.of).kind.action, Action::Mounting(_))
 }

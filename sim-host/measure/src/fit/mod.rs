@@ -319,6 +319,26 @@ pub fn residuals(bench: &FitProblem, point: &FitState) -> Result<Residuals, Pred
         .collect()
 }
 
+/// The same at a point that has one effect more, or that effect with other values, than where
+/// residuals are `at`: logs and instruments that see nothing of it are not predicted again.
+///
+/// # Errors
+/// [`PredictError`] of the first log the model cannot be driven through.
+pub(crate) fn residuals_beside(
+    bench: &FitProblem,
+    point: &FitState,
+    (at, effect): (&Residuals, &Effect),
+) -> Result<Residuals, PredictError> {
+    let of_log = |(log, at): (usize, &Prediction)| {
+        let experiment = &bench.experiments[log];
+        if !experiment.concerns(effect) {
+            return Ok(at.clone());
+        }
+        experiment.predict(&bench.model, &point.effects(bench, log), Some((at, effect)))
+    };
+    at.par_iter().enumerate().map(of_log).collect()
+}
+
 /// Sum of squares of all residuals.
 pub fn chi_square(residuals: &Residuals) -> f64 {
     residuals.iter().flat_map(|p| &p.residual).map(|r| r * r).sum()

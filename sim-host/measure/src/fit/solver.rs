@@ -2,9 +2,11 @@
 //! arrived.
 //!
 //! Slopes are dear and residuals cheap: slopes are kept as long as the linear model foretells what a
-//! step brings, and taken anew where it does not, and before a fit is said to have arrived.
+//! step brings, corrected along every step by what it brought (Broyden's update), and taken anew
+//! where the model does not foretell, and before a fit is said to have arrived.
 
-use super::{FitProblem, FitState, Linear, Residuals, STEP, Slopes};
+use super::calibration::is_in_proportion;
+use super::{FitProblem, FitState, FreeParameter, Linear, Residuals, STEP, Slopes};
 use super::{chi_square, count, residuals, slopes, value_at};
 use crate::predict::PredictError;
 use nalgebra::DVector;
@@ -37,6 +39,8 @@ pub enum End {
     Stalled,
     /// The steps allowed are taken, or the time is up.
     Limit,
+    /// The slopes do not promise what is asked for.
+    Hopeless,
 }
 
 /// How a fit is done.
@@ -46,12 +50,19 @@ pub struct Effort {
     pub steps: usize,
     /// Slopes that are taken once: those of the first so many free values.
     pub stale: usize,
+    /// Cost that slopes taken at the point must promise for the fit to go on.
+    pub goal: f64,
 }
 
 impl Effort {
-    /// Until it arrives, with the slopes of the first so many free values taken once.
+    /// So many steps, with the slopes of the first so many free values taken once.
+    pub fn steps(steps: usize, stale: usize) -> Self {
+        Self { steps, stale, goal: f64::INFINITY }
+    }
+
+    /// Until it arrives.
     pub fn full(stale: usize) -> Self {
-        Self { steps: 40, stale }
+        Self::steps(40, stale)
     }
 }
 
@@ -148,6 +159,10 @@ pub fn fit(
             fresh = here.refresh(bench, blocks, stale);
             continue;
         }
+        if fresh && here.cost - promised > effort.goal {
+            here.end = End::Hopeless;
+            break;
+        }
         let Some(step) = bounded(&here.linear, &here.point, damping).filter(|_| damping < LAST)
         else {
             here.end = End::Stalled;
@@ -164,7 +179,8 @@ pub fn fit(
         match reached.filter(|(cost, _)| *cost < here.cost) {
             Some((cost, at)) => {
                 let share = (here.cost - cost) / foretold;
-                (here.point, here.at, here.cost) = (next, at, cost);
+                let before = std::mem::replace(&mut here.at, at);
+                (here.point, here.cost) = (next, cost);
                 fresh = stale == n;
                 if share < POOR {
                     damping = (damping * 4.0).max(1e-3);
@@ -174,7 +190,8 @@ pub fn fit(
                 if share < POOR && !fresh {
                     fresh = here.refresh(bench, blocks, stale);
                 } else {
-                    let again = here.linear.beside(blocks, &here.at, &here.slopes);
+                    here.learn(&before, &step, stale);
+                    let again = here.linear.renewed(blocks, &here.at, &here.slopes, stale);
                     here.linear = with_priors(again, &here.point);
                 }
             }
@@ -189,13 +206,47 @@ pub fn fit(
 }
 
 impl Fitted {
-    /// Takes slopes anew where the fit stands, but for the first `stale`.
+    /// Takes slopes anew where the fit stands, but for the first `stale` and for those of values that
+    /// residuals are in proportion to.
     fn refresh(&mut self, bench: &FitProblem, blocks: &[Vec<u8>], stale: usize) -> bool {
-        self.slopes.truncate(stale);
-        let free = &self.point.free[stale..];
-        self.slopes.extend(slopes(bench, &self.point, free, &self.at, STEP));
+        let bends = |k: &usize| !is_in_proportion(&self.point, &self.point.free[*k]);
+        let anew: Vec<usize> = (stale..self.slopes.len()).filter(bends).collect();
+        let free: Vec<FreeParameter> = anew.iter().map(|k| self.point.free[*k]).collect();
+        let found = slopes(bench, &self.point, &free, &self.at, STEP);
+        anew.into_iter().zip(found).for_each(|(k, slopes)| self.slopes[k] = slopes);
         self.linear = linear(blocks, &self.point, &self.at, &self.slopes);
         true
+    }
+
+    /// Corrects all slopes but the first `stale` along a step by what it did to the residuals, from
+    /// `before` to what they are now: Broyden's update, values weighed by what they do.
+    fn learn(&mut self, before: &Residuals, step: &DVector<f64>, stale: usize) {
+        let square = |k: usize| self.linear.square.iter().map(|s| s[(k, k)]).sum::<f64>();
+        let weight: Vec<f64> = (stale..step.len()).map(|k| square(k) * step[k]).collect();
+        let all: f64 = weight.iter().zip(stale..).map(|(w, k)| w * step[k]).sum();
+        if all <= 0.0 {
+            return;
+        }
+        for (log, (now, before)) in self.at.iter().zip(before).enumerate() {
+            let mut left: Vec<f64> =
+                now.residual.iter().zip(&before.residual).map(|(n, b)| n - b).collect();
+            let add = |slopes: &mut [f64], left: &mut [f64], from: f64, to: f64| {
+                for (s, l) in slopes.iter_mut().zip(left) {
+                    *l -= from * *s;
+                    *s += to * *l;
+                }
+            };
+            for (k, slopes) in self.slopes.iter_mut().enumerate() {
+                if let Some(slopes) = &mut slopes[log] {
+                    add(slopes, &mut left, step[k], 0.0);
+                }
+            }
+            for (k, slopes) in self.slopes.iter_mut().enumerate().skip(stale) {
+                if let Some(slopes) = &mut slopes[log] {
+                    add(slopes, &mut left, 0.0, weight[k - stale] / all);
+                }
+            }
+        }
     }
 }
 
