@@ -1,6 +1,6 @@
 //! `trueweld diagnose`: which physical effect is missing in a model.
 
-use crate::measured::{Budget, Measurements};
+use crate::measured::{Budget, Measurements, expect};
 use crate::results::{RecordedResults, check_outputs, check_targets};
 use clap::Args;
 use miette::{IntoDiagnostic, Result};
@@ -20,6 +20,10 @@ pub struct Arguments {
     results: RecordedResults,
 }
 
+/// Predictions of all logs that a diagnosis asks for: at least, where nothing is missing, and at
+/// most, where two effects are.
+const PREDICTIONS: [f64; 2] = [150.0, 600.0];
+
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
     let deadline = arguments.budget.deadline()?;
@@ -34,6 +38,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let (model, logs) = (&measured.model, &measured.logs);
     let bench = FitProblem { deadline, ..FitProblem::new(model, measured.experiments) };
     let progress = arguments.results.files.progress("comparing", 1.0);
+    expect(&progress, &bench, PREDICTIONS);
     let diagnosis = diagnose(&bench, logs, &|what, share| progress.stage(what, 0.85 * share))
         .into_diagnostic()?;
     let account =

@@ -1,6 +1,6 @@
 //! `trueweld improve`: adds what is missing to a model, and writes it.
 
-use crate::measured::{Budget, Measurements, digests, read_experiments, refuse_mistakes};
+use crate::measured::{Budget, Measurements, digests, expect, read_experiments, refuse_mistakes};
 use crate::results::{RecordedResults, check_outputs, check_targets};
 use clap::Args;
 use miette::{IntoDiagnostic, Result, miette};
@@ -34,6 +34,10 @@ pub struct Arguments {
     results: RecordedResults,
 }
 
+/// Predictions of all logs that an improvement asks for: at least, where nothing is missing, and at
+/// most, where two effects are.
+const PREDICTIONS: [f64; 2] = [150.0, 800.0];
+
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
     let deadline = arguments.budget.deadline()?;
@@ -55,6 +59,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     }
     let bench = FitProblem { deadline, ..FitProblem::new(model, measured.experiments) };
     let progress = arguments.results.files.progress("comparing", 1.0);
+    expect(&progress, &bench, PREDICTIONS);
     let done = improve(&bench, logs, held_out.as_ref(), &|what, share| progress.stage(what, share));
     progress.finish();
     let improvement = done.into_diagnostic()?;

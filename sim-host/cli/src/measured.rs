@@ -9,10 +9,11 @@ use std::time::{Duration, Instant};
 use trueweld_measure::align::align_clocks;
 use trueweld_measure::data::campaign::read_logs;
 use trueweld_measure::data::log::Log;
+use trueweld_measure::fit::{FitProblem, FitState, residuals};
 use trueweld_measure::mistakes::{Found, find};
 use trueweld_measure::predict::Experiment;
 use trueweld_measure::residuals::compare::{baseline, experiments};
-use trueweld_output::{MistakesReport, mistake_in_words};
+use trueweld_output::{MistakesReport, Progress, mistake_in_words};
 use trueweld_plant::input::{ModelFile, warnings};
 use trueweld_plant::provenance::{EffectRecord, FileDigest, Provenance};
 
@@ -48,6 +49,16 @@ impl Budget {
                 "--budget {seconds}: expected a number of seconds from 0 on"
             )),
         }
+    }
+}
+
+/// Says how long work on a bench will take that asks for between so many predictions of all its
+/// logs, by the time that one takes on this machine.
+pub fn expect(progress: &Progress, bench: &FitProblem, [least, most]: [f64; 2]) {
+    let begun = Instant::now();
+    if residuals(bench, &FitState::empty(bench.experiments.len())).is_ok() {
+        let one = begun.elapsed().as_secs_f64();
+        progress.expect(least * one, most * one);
     }
 }
 

@@ -42,13 +42,20 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let at = inputs.weld.settle + HOLD;
     let program = Program::ForceStep { height, hold: HOLD, length: LENGTH };
     let none = Entry::of::<Uncompensated>();
+    let whole = at + LENGTH;
+    let total = Controller::ALL.len() as f64 * whole;
+    let progress = arguments.results.files.progress("stepping", total);
     let recordings = Controller::ALL
         .iter()
-        .map(|controller| {
-            simulate::run(&inputs.scenario(program, *controller, &none), |_| {})
+        .enumerate()
+        .map(|(k, controller)| {
+            let begin = k as f64 * whole;
+            let scenario = inputs.scenario(program, *controller, &none);
+            simulate::run(&scenario, |time| progress.advance_to(begin + time))
                 .map_err(|error| inputs.failed(*controller, &error))
         })
         .collect::<Result<Vec<_>>>()?;
+    progress.finish();
     let figures = recordings
         .iter()
         .map(|r| {

@@ -6,6 +6,7 @@ mod support;
 use serde_json::Value;
 use std::fs;
 use std::process::Command;
+use std::time::Instant;
 use support::{Workspace, assert_valid, fixture, one_line};
 
 #[test]
@@ -831,4 +832,22 @@ fn logs_and_campaigns_are_checked_too() {
     for file in ["campaigns/backlash/campaign.toml", "campaigns/backlash/static/log.toml"] {
         assert!(place.done(&["check", &fixture(file)]).contains(", in order"), "{file}");
     }
+}
+
+#[test]
+fn an_improvement_keeps_to_its_budget_and_says_what_it_left_undone() {
+    let place = Workspace::new();
+    let campaign = fixture("campaigns/backlash");
+    let begun = Instant::now();
+    place.done(&["compare", &campaign, "--json", "compare.json"]);
+    // What the logs take to be read and predicted, under whatever else the machine does.
+    let read = begun.elapsed();
+    let begun = Instant::now();
+    let budget = read.as_secs_f64().to_string();
+    let all = ["improve", &campaign, "--out", "m.toml", "--json", "i.json", "--budget", &budget];
+    let out = place.done(&all);
+    // Beyond the budget: what was under way, and the result. Without one it takes ten times as long.
+    assert!(begun.elapsed() < 4 * read, "{:?}, {read:?} to read", begun.elapsed());
+    assert!(out.contains("Left undone"), "{out}");
+    assert!(!place.json("i.json")["undone"].as_array().unwrap().is_empty());
 }

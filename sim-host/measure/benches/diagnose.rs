@@ -1,11 +1,12 @@
-//! How fast measurements are made ready, predicted and diagnosed: the campaign with a backlash,
-//! seven logs.
+//! How fast measurements are made ready, predicted and diagnosed, and a model improved: the campaign
+//! with a backlash, seven logs.
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
 use trueweld_measure::data::campaign::read_logs;
 use trueweld_measure::diagnose::diagnose;
 use trueweld_measure::fit::FitProblem;
+use trueweld_measure::improve::improve;
 use trueweld_measure::residuals::compare::{baseline, experiments};
 use trueweld_plant::input::ModelFile;
 
@@ -35,6 +36,9 @@ fn benches(criterion: &mut Criterion) {
     // verdict; all cores.
     group.bench_function("diagnose", |b| {
         b.iter(|| black_box(diagnose(&bench, &logs, &|_, _| {}).unwrap()))
+    });
+    group.bench_function("improve", |b| {
+        b.iter(|| black_box(improve(&bench, &logs, None, &|_, _| {}).unwrap()))
     });
     group.finish();
 }

@@ -1,8 +1,8 @@
-//! A progress bar for people at a terminal, which says at the start how long it will take; nothing
-//! at all for everybody else.
+//! A progress bar for people at a terminal, which says at the start how long it will take, and again
+//! where it takes longer; nothing at all for everybody else.
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 /// How far some work is. Drawn on standard error where that is a terminal, else silent.
@@ -10,8 +10,8 @@ use std::time::Instant;
 pub struct Progress {
     bar: ProgressBar,
     start: Instant,
-    /// How long it will take has been said.
-    told: AtomicBool,
+    /// Longest time that was said, s.
+    told: Mutex<Option<f64>>,
 }
 
 /// Positions of the bar a unit of the total.
@@ -21,7 +21,11 @@ const STEPS_PER_UNIT: f64 = 100.0;
 const KNOWN_FROM: f64 = 0.03;
 
 /// Shortest time that is worth saying, s.
-const WORTH_SAYING: f64 = 5.0;
+const WORTH_SAYING: f64 = 2.0;
+
+/// Shares of what the work so far makes expect, between which the whole will take.
+const LEAST: f64 = 0.7;
+const MOST: f64 = 1.5;
 
 impl Progress {
     /// A bar named `label` for a `total` in seconds of simulated time, or in pieces of equal work.
@@ -40,7 +44,7 @@ impl Progress {
             .expect("the template is well-formed");
         bar.set_style(style.progress_chars("━╸─"));
         bar.set_message(label.to_owned());
-        Self { bar, start: Instant::now(), told: AtomicBool::new(false) }
+        Self { bar, start: Instant::now(), told: Mutex::new(None) }
     }
 
     /// The work has come to `done` of the total.
@@ -58,12 +62,24 @@ impl Progress {
         self.tell(share);
     }
 
-    /// Says once, as soon as it can be known, how long the whole will take.
+    /// Says, as soon as it can be known, how long the whole will take, and again where it takes
+    /// longer than was said.
     fn tell(&self, share: f64) {
-        if share < KNOWN_FROM || self.told.swap(true, Ordering::Relaxed) {
-            return;
+        let so_far = self.start.elapsed().as_secs_f64();
+        let all = so_far / share;
+        let again = match *self.told.lock().unwrap_or_else(PoisonError::into_inner) {
+            Some(said) => so_far > said || (share > 0.5 && all > said),
+            None => share >= KNOWN_FROM,
+        };
+        if again {
+            self.expect((LEAST * all).max(so_far), MOST * all);
         }
-        if let Some(said) = duration(self.start.elapsed().as_secs_f64() / share) {
+    }
+
+    /// Says that the whole will take from `least` to `most` seconds.
+    pub fn expect(&self, least: f64, most: f64) {
+        *self.told.lock().unwrap_or_else(PoisonError::into_inner) = Some(most);
+        if let Some(said) = duration(least, most) {
             // Goes nowhere but to a terminal.
             self.bar.println(said);
         }
@@ -75,15 +91,19 @@ impl Progress {
     }
 }
 
-/// What is said of a duration in seconds; nothing of a short one.
-fn duration(seconds: f64) -> Option<String> {
-    let (value, unit) = match seconds {
+/// What is said of a duration between two, in seconds; nothing of a short one.
+fn duration(least: f64, most: f64) -> Option<String> {
+    let (second, unit) = match most {
         s if s.is_nan() || s < WORTH_SAYING => return None,
-        s if s < 120.0 => (s, "s"),
-        s if s < 7200.0 => (s / 60.0, "min"),
-        s => (s / 3600.0, "h"),
+        s if s < 120.0 => (1.0, "s"),
+        s if s < 7200.0 => (60.0, "min"),
+        _ => (3600.0, "h"),
     };
-    Some(format!("This takes about {value:.0} {unit}."))
+    let [least, most] = [least, most].map(|s| format!("{:.0}", (s / second).max(1.0)));
+    if least == most {
+        return Some(format!("This takes about {most} {unit}."));
+    }
+    Some(format!("This takes {least} to {most} {unit}."))
 }
 
 fn steps(units: f64) -> u64 {
@@ -114,11 +134,25 @@ mod tests {
 
     #[test]
     fn a_duration_is_said_in_the_unit_that_people_use() {
-        let said = |seconds: f64| duration(seconds).unwrap_or_default();
-        assert_eq!(said(2.0), "");
-        assert_eq!(said(f64::NAN), "");
-        assert_eq!(said(42.3), "This takes about 42 s.");
-        assert_eq!(said(250.0), "This takes about 4 min.");
-        assert_eq!(said(9000.0), "This takes about 2 h.");
+        let said = |least: f64, most: f64| duration(least, most).unwrap_or_default();
+        assert_eq!(said(1.0, 1.9), "");
+        assert_eq!(said(f64::NAN, f64::NAN), "");
+        assert_eq!(said(0.2, 3.0), "This takes 1 to 3 s.");
+        assert_eq!(said(30.2, 42.3), "This takes 30 to 42 s.");
+        assert_eq!(said(220.0, 250.0), "This takes about 4 min.");
+        assert_eq!(said(5000.0, 9000.0), "This takes 1 to 2 h.");
+    }
+
+    #[test]
+    fn what_takes_longer_than_was_said_is_said_again() {
+        let progress = Progress::drawn_on(ProgressDrawTarget::hidden(), "fitting", 1.0);
+        let told = || progress.told.lock().unwrap().unwrap_or_default();
+        progress.expect(0.0, 1e-9);
+        progress.stage("fitting", 0.1);
+        assert!(told() > 1e-9, "{}", told());
+        progress.expect(10.0, 20.0);
+        progress.stage("fitting", 0.5);
+        assert_eq!(told(), 20.0);
+        progress.finish();
     }
 }
