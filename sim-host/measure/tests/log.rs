@@ -7,7 +7,7 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
 use trueweld_measure::data::campaign::{Campaign, read_logs};
-use trueweld_measure::data::log::{Log, LogKind, LogNotice};
+use trueweld_measure::data::log::{Level, Log, LogKind, LogNotice, NoiseLevels};
 use trueweld_plant::input::{InputError, InputFile, RobotFile};
 
 const HEADER: &str =
@@ -130,15 +130,13 @@ fn a_free_motion_log_reads_as_written() {
     );
     assert!(s.rotation.is_none() && s.force.is_none() && s.moment.is_none());
     assert!(s.spindle.is_none() && s.payload.is_none());
-    assert_eq!(log.noise.position, Some([3e-5; 3]));
-    assert_eq!(log.noise.encoder, Some([1e-6, 2e-6, 3e-6, 4e-6, 5e-6, 6e-6]));
-    assert_eq!(log.noise.motor_torque, Some([40.0; 6]));
-    let link = log.noise.link_encoder.unwrap();
-    assert!(
-        link[0] == 5e-6 && link[1].is_nan() && link[2] == 7e-6,
-        "one a column that the log has"
-    );
-    assert_eq!((log.noise.force, log.noise.rotation), (None, None));
+    let stated = |deviation: f64| Some(Level { deviation, stated: true });
+    assert_eq!(log.noise.position, [stated(3e-5); 3]);
+    assert_eq!(log.noise.encoder, [1e-6, 2e-6, 3e-6, 4e-6, 5e-6, 6e-6].map(stated));
+    assert_eq!(log.noise.motor_torque, [stated(40.0); 6]);
+    // One a column that the log has.
+    assert_eq!(log.noise.link_encoder[..3], [stated(5e-6), None, stated(7e-6)]);
+    assert_eq!((log.noise.force, log.noise.rotation), ([None; 3], [None; 3]));
 }
 
 #[test]
@@ -566,10 +564,7 @@ fn log_toml_is_checked() {
         &["a list of 6", "or 2, as many as this log has"],
     );
     refused_toml(&noise("force_n = []"), FREE, "5:11", &["a list of 3"]);
-    assert_eq!(
-        parse(&log_toml("free-motion", ""), FREE).unwrap().noise,
-        trueweld_measure::data::log::Noise::default()
-    );
+    assert_eq!(parse(&log_toml("free-motion", ""), FREE).unwrap().noise, NoiseLevels::default());
 }
 
 /// A folder with a log of this kind; the robot stands one folder up.

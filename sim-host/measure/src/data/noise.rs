@@ -4,9 +4,12 @@
 //! series can hold, the lower half of its spectrum is noise. Lines (a spindle's) stand out of it
 //! and do not count.
 
+pub use crate::data::log::{Level, NoiseLevels};
+
 use crate::data::log::{Log, LogKind};
 use nalgebra::Vector3;
 use realfft::RealFftPlanner;
+use trueweld_core::JOINTS;
 
 /// Samples in one section of a spectrum.
 const SECTION: usize = 256;
@@ -14,96 +17,53 @@ const SECTION: usize = 256;
 /// Samples in the shortest series that noise is read off.
 const SHORTEST: usize = 64;
 
-/// One column's noise.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Level {
-    /// Standard deviation, in the column's unit.
-    pub deviation: f64,
-    /// True where the log states it, false where it was read off the recordings.
-    pub stated: bool,
-}
-
-/// Noise of every instrument in one log; `None` for an instrument that no log of the campaign tells
-/// of.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct NoiseLevels {
-    /// Tracker: TCP position, m.
-    pub position: [Option<Level>; 3],
-    /// Tracker: rotation vector, rad.
-    pub rotation: [Option<Level>; 3],
-    /// Encoders, rad.
-    pub encoder: [Option<Level>; 6],
-    /// Second encoders on the link side, rad.
-    pub link_encoder: [Option<Level>; 6],
-    /// Motor torque, N·m.
-    pub motor_torque: [Option<Level>; 6],
-    /// Force, N.
-    pub force: [Option<Level>; 3],
-    /// Moment, N·m.
-    pub moment: [Option<Level>; 3],
-}
-
 /// The instruments of every log. What a log neither states nor shows is taken from the other logs
 /// of the campaign, whose instruments are the same.
 pub fn instruments(logs: &[Log]) -> Vec<NoiseLevels> {
     let mut all: Vec<NoiseLevels> = logs.iter().map(of_log).collect();
-    let known = all.clone();
-    let fill = |level: &mut Option<Level>, from: &dyn Fn(&NoiseLevels) -> Option<Level>| {
-        if level.is_none() {
-            let mut found: Vec<Level> = known.iter().filter_map(from).collect();
-            found.sort_by(|a, b| a.deviation.total_cmp(&b.deviation));
-            *level = found.get(found.len() / 2).copied();
-        }
-    };
+    let mut known = all.clone();
     for one in &mut all {
-        for i in 0..3 {
-            fill(&mut one.position[i], &|k| k.position[i]);
-            fill(&mut one.rotation[i], &|k| k.rotation[i]);
-            fill(&mut one.force[i], &|k| k.force[i]);
-            fill(&mut one.moment[i], &|k| k.moment[i]);
-        }
-        for i in 0..6 {
-            fill(&mut one.encoder[i], &|k| k.encoder[i]);
-            fill(&mut one.link_encoder[i], &|k| k.link_encoder[i]);
-            fill(&mut one.motor_torque[i], &|k| k.motor_torque[i]);
+        for (channel, (_, levels)) in one.channels_mut().into_iter().enumerate() {
+            for (column, level) in levels.iter_mut().enumerate().filter(|(_, l)| l.is_none()) {
+                let of = |known: &mut NoiseLevels| known.channels_mut()[channel].1[column];
+                let mut found: Vec<Level> = known.iter_mut().filter_map(of).collect();
+                found.sort_by(|a, b| a.deviation.total_cmp(&b.deviation));
+                *level = found.get(found.len() / 2).copied();
+            }
         }
     }
     all
 }
 
+/// What a log states, and where it does not what its recording shows.
 fn of_log(log: &Log) -> NoiseLevels {
     let s = &log.samples;
-    let even = log.kind != LogKind::StaticLoad;
-    let level = |stated: Option<f64>, series: &dyn Fn() -> Option<Vec<f64>>| match stated {
-        Some(deviation) => Some(Level { deviation, stated: true }),
-        None if even => {
-            series().and_then(|s| floor(&s)).map(|deviation| Level { deviation, stated: false })
-        }
-        None => None,
-    };
-    let three = |stated: Option<[f64; 3]>, series: &Option<Vec<Vector3<f64>>>| {
-        std::array::from_fn(|i| {
-            let column = || series.as_ref().map(|v| v.iter().map(|x| x[i]).collect());
-            level(stated.map(|n| n[i]), &column)
-        })
-    };
-    let six = |stated: Option<[f64; 6]>, series: &[Option<Vec<f64>>; 6]| {
-        std::array::from_fn(|i| level(stated.map(|n| n[i]), &|| series[i].clone()))
+    let mut levels = log.noise;
+    if log.kind == LogKind::StaticLoad {
+        return levels;
+    }
+    let read = |level: &mut Option<Level>, series: &dyn Fn() -> Option<Vec<f64>>| {
+        let shown = || floor(&series()?).map(|deviation| Level { deviation, stated: false });
+        *level = level.or_else(shown);
     };
     let rotation = s.rotation.as_ref().map(|r| relative_rotation(r));
-    NoiseLevels {
-        position: three(log.noise.position, &s.position),
-        rotation: three(log.noise.rotation, &rotation),
-        encoder: std::array::from_fn(|i| {
-            level(log.noise.encoder.map(|n| n[i]), &|| {
-                Some(s.encoder.iter().map(|q| q[i]).collect())
-            })
-        }),
-        link_encoder: six(log.noise.link_encoder, &s.link_encoder),
-        motor_torque: six(log.noise.motor_torque, &s.motor_torque),
-        force: three(log.noise.force, &s.force),
-        moment: three(log.noise.moment, &s.moment),
+    let vectors = [
+        (&mut levels.position, &s.position),
+        (&mut levels.rotation, &rotation),
+        (&mut levels.force, &s.force),
+        (&mut levels.moment, &s.moment),
+    ];
+    for (levels, series) in vectors {
+        for (i, level) in levels.iter_mut().enumerate() {
+            read(level, &|| Some(series.as_ref()?.iter().map(|x| x[i]).collect()));
+        }
     }
+    for i in 0..JOINTS {
+        read(&mut levels.encoder[i], &|| Some(s.encoder.iter().map(|q| q[i]).collect()));
+        read(&mut levels.link_encoder[i], &|| s.link_encoder[i].clone());
+        read(&mut levels.motor_torque[i], &|| s.motor_torque[i].clone());
+    }
+    levels
 }
 
 /// Rotation vectors as seen from the one before, summed up: without the flip of sign near half a

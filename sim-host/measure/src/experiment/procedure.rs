@@ -5,7 +5,7 @@
 //! by what their predictions do, whatever was measured.
 
 use super::cell::ExperimentCell;
-use crate::data::log::{Log, LogKind, Noise, Origin, Payload, Samples};
+use crate::data::log::{Log, LogKind, NoiseLevels, Origin, Payload, Samples};
 use nalgebra::Vector3;
 use trueweld_core::spatial::rotation_vector;
 use trueweld_core::{JOINTS, JointVector, Pose, Wrench};
@@ -538,7 +538,7 @@ fn log_of(cell: &ExperimentCell<'_>, kind: LogKind, period: Option<f64>, samples
         weld: None,
         process: None,
         period,
-        noise: Noise::default(),
+        noise: NoiseLevels::default(),
         samples,
         notices: Vec::new(),
         source: Source::new("planned", ""),

@@ -24,6 +24,7 @@ mod kuka;
 mod lines;
 #[cfg(feature = "mcap")]
 mod mcap;
+mod noise;
 mod notice;
 #[cfg(feature = "parquet")]
 mod parquet;
@@ -39,10 +40,11 @@ pub mod units;
 pub use columns::{ColumnMapping, channel_name, channel_named, dimension};
 pub use files::SAMPLES_FILE;
 pub use join::LogClock;
+pub use noise::{Level, NoiseLevels};
 pub use notice::LogNotice;
 pub use samples::{Payload, Samples};
 
-use super::channel::{CHANNELS, COUNT, LogChannel};
+use super::channel::LogChannel;
 pub use super::kind::LogKind;
 use crate::register::Mounting;
 use columns::{Bound, Header};
@@ -54,8 +56,8 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use track::{Expected, Track};
+use trueweld_core::Pose;
 use trueweld_core::spatial::rotation_from_vector;
-use trueweld_core::{JOINTS, Pose};
 use trueweld_plant::input::{
     Bounds, Document, FileKind, InputError, InputFile, Process, RobotFile, Source, Table, Weld,
     nearest, read_text,
@@ -63,100 +65,6 @@ use trueweld_plant::input::{
 
 /// Name of the file that says what a log is.
 pub const LOG_FILE: &str = "log.toml";
-
-/// Noise as the instruments' makers state it: one standard deviation a column. `None`: not stated.
-///
-/// Of joints' channels of which only some joints have a column, an entry that was given for those
-/// columns alone is NaN for the other joints.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Noise {
-    /// Tracker position, m.
-    pub position: Option<[f64; 3]>,
-    /// Tracker rotation, rad.
-    pub rotation: Option<[f64; 3]>,
-    /// Encoders, rad.
-    pub encoder: Option<[f64; JOINTS]>,
-    /// Measured force, N.
-    pub force: Option<[f64; 3]>,
-    /// Measured moment, N·m.
-    pub moment: Option<[f64; 3]>,
-    /// Motor torque, N·m.
-    pub motor_torque: Option<[f64; JOINTS]>,
-    /// Encoders on the link side, rad.
-    pub link_encoder: Option<[f64; JOINTS]>,
-}
-
-impl Noise {
-    fn read(table: &Table<'_>, header: &Header) -> Result<Self, InputError> {
-        let keys: Vec<&str> = CHANNELS.iter().map(|c| c.noise).filter(|k| !k.is_empty()).collect();
-        table.only(&keys)?;
-        Ok(Self {
-            position: deviation(table, header, LogChannel::Position)?,
-            rotation: deviation(table, header, LogChannel::Rotation)?,
-            encoder: deviation(table, header, LogChannel::Encoder)?,
-            force: deviation(table, header, LogChannel::Force)?,
-            moment: deviation(table, header, LogChannel::Moment)?,
-            motor_torque: deviation(table, header, LogChannel::MotorTorque)?,
-            link_encoder: deviation(table, header, LogChannel::LinkEncoder)?,
-        })
-    }
-
-    /// What becomes of it where a column's variance is changed by a factor.
-    fn propagated(&self, gain: &[f64; COUNT]) -> Self {
-        fn scaled<const N: usize>(
-            noise: Option<[f64; N]>,
-            channel: LogChannel,
-            gain: &[f64; COUNT],
-        ) -> Option<[f64; N]> {
-            let factor = |i: usize| gain[channel.columns().start + i].sqrt();
-            noise.map(|noise| std::array::from_fn(|i| noise[i] * factor(i)))
-        }
-        Self {
-            position: scaled(self.position, LogChannel::Position, gain),
-            rotation: scaled(self.rotation, LogChannel::Rotation, gain),
-            encoder: scaled(self.encoder, LogChannel::Encoder, gain),
-            force: scaled(self.force, LogChannel::Force, gain),
-            moment: scaled(self.moment, LogChannel::Moment, gain),
-            motor_torque: scaled(self.motor_torque, LogChannel::MotorTorque, gain),
-            link_encoder: scaled(self.link_encoder, LogChannel::LinkEncoder, gain),
-        }
-    }
-}
-
-/// One standard deviation for all columns, or one a column that the log has.
-fn deviation<const N: usize>(
-    table: &Table<'_>,
-    header: &Header,
-    channel: LogChannel,
-) -> Result<Option<[f64; N]>, InputError> {
-    let there: [bool; N] = header.which(channel);
-    let (key, most) = (channel.entry().noise, channel.entry().most_noise);
-    // A larger one is in another unit; a smaller one is a slip: squares of residuals over it
-    // overflow.
-    let bounds = Bounds::Between(most / 1e9, most);
-    if !table.has(key) {
-        return Ok(None);
-    }
-    if !table.is_list(key) {
-        return Ok(Some([table.number(key, bounds)?; N]));
-    }
-    let list = table.list(key, N, bounds)?;
-    if let Ok(all) = <[f64; N]>::try_from(list.as_slice()) {
-        return Ok(Some(all));
-    }
-    let columns = there.iter().filter(|there| **there).count();
-    if list.is_empty() || list.len() != columns {
-        let or = if (1..N).contains(&columns) {
-            format!(", or {columns}, as many as this log has")
-        } else {
-            String::new()
-        };
-        let expected = format!("one number, or a list of {N}, one a column{or}");
-        return Err(table.wrong(key, &expected, "Leave the key out where the noise is not known."));
-    }
-    let mut stated = list.into_iter();
-    Ok(Some(there.map(|there| if there { stated.next().unwrap_or(f64::NAN) } else { f64::NAN })))
-}
 
 /// A log that was read and checked.
 #[derive(Debug, Clone)]
@@ -179,7 +87,7 @@ pub struct Log {
     /// within 1 % and what rounding of the written times makes.
     pub period: Option<f64>,
     /// Noise as stated.
-    pub noise: Noise,
+    pub noise: NoiseLevels,
     /// The rows.
     pub samples: Samples,
     /// What a person should know although nothing is wrong: columns that were left out.
@@ -316,9 +224,9 @@ impl Log {
         header.require(kind, only, columns.as_ref().unwrap_or(&root))?;
         // Before the rows, of which there may be a gigabyte.
         let noise = if root.has("noise") {
-            Noise::read(&root.table("noise")?, &header)?
+            NoiseLevels::read(&root.table("noise")?, &header)?
         } else {
-            Noise::default()
+            NoiseLevels::default()
         };
         let mut notices = header.notices(kind);
         let leads = leader(&bounds);

@@ -1,0 +1,110 @@
+//! Noise of a log's instruments.
+
+use super::columns::Header;
+use crate::data::channel::{CHANNELS, COUNT, LogChannel};
+use trueweld_core::JOINTS;
+use trueweld_plant::input::{Bounds, InputError, Table};
+
+/// One column's noise.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Level {
+    /// Standard deviation, in the column's unit.
+    pub deviation: f64,
+    /// True where the log states it, false where it was read off the recordings.
+    pub stated: bool,
+}
+
+/// Noise of every instrument in one log; `None` for a column of which nothing tells.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct NoiseLevels {
+    /// Tracker: TCP position, m.
+    pub position: [Option<Level>; 3],
+    /// Tracker: rotation vector, rad.
+    pub rotation: [Option<Level>; 3],
+    /// Encoders, rad.
+    pub encoder: [Option<Level>; JOINTS],
+    /// Second encoders on the link side, rad.
+    pub link_encoder: [Option<Level>; JOINTS],
+    /// Motor torque, N·m.
+    pub motor_torque: [Option<Level>; JOINTS],
+    /// Force, N.
+    pub force: [Option<Level>; 3],
+    /// Moment, N·m.
+    pub moment: [Option<Level>; 3],
+}
+
+impl NoiseLevels {
+    /// What `log.toml` states.
+    pub(super) fn read(table: &Table<'_>, header: &Header) -> Result<Self, InputError> {
+        let keys: Vec<&str> = CHANNELS.iter().map(|c| c.noise).filter(|k| !k.is_empty()).collect();
+        table.only(&keys)?;
+        Ok(Self {
+            position: stated(table, header, LogChannel::Position)?,
+            rotation: stated(table, header, LogChannel::Rotation)?,
+            encoder: stated(table, header, LogChannel::Encoder)?,
+            force: stated(table, header, LogChannel::Force)?,
+            moment: stated(table, header, LogChannel::Moment)?,
+            motor_torque: stated(table, header, LogChannel::MotorTorque)?,
+            link_encoder: stated(table, header, LogChannel::LinkEncoder)?,
+        })
+    }
+
+    /// The columns of each channel.
+    pub(in crate::data) fn channels_mut(&mut self) -> [(LogChannel, &mut [Option<Level>]); 7] {
+        [
+            (LogChannel::Position, &mut self.position),
+            (LogChannel::Rotation, &mut self.rotation),
+            (LogChannel::Encoder, &mut self.encoder),
+            (LogChannel::LinkEncoder, &mut self.link_encoder),
+            (LogChannel::MotorTorque, &mut self.motor_torque),
+            (LogChannel::Force, &mut self.force),
+            (LogChannel::Moment, &mut self.moment),
+        ]
+    }
+
+    /// What becomes of it where a column's variance is changed by a factor.
+    pub(super) fn propagated(mut self, gain: &[f64; COUNT]) -> Self {
+        for (channel, levels) in self.channels_mut() {
+            for (level, gain) in levels.iter_mut().zip(&gain[channel.columns()]) {
+                level.iter_mut().for_each(|level| level.deviation *= gain.sqrt());
+            }
+        }
+        self
+    }
+}
+
+/// One standard deviation for all columns, or one a column that the log has.
+fn stated<const N: usize>(
+    table: &Table<'_>,
+    header: &Header,
+    channel: LogChannel,
+) -> Result<[Option<Level>; N], InputError> {
+    let there: [bool; N] = header.which(channel);
+    let (key, most) = (channel.entry().noise, channel.entry().most_noise);
+    // A larger one is in another unit; a smaller one is a slip: squares of residuals over it
+    // overflow.
+    let bounds = Bounds::Between(most / 1e9, most);
+    let level = |deviation: f64| Some(Level { deviation, stated: true });
+    if !table.has(key) {
+        return Ok([None; N]);
+    }
+    if !table.is_list(key) {
+        return Ok([level(table.number(key, bounds)?); N]);
+    }
+    let list = table.list(key, N, bounds)?;
+    if let Ok(all) = <[f64; N]>::try_from(list.as_slice()) {
+        return Ok(all.map(level));
+    }
+    let columns = there.iter().filter(|there| **there).count();
+    if list.is_empty() || list.len() != columns {
+        let or = if (1..N).contains(&columns) {
+            format!(", or {columns}, as many as this log has")
+        } else {
+            String::new()
+        };
+        let expected = format!("one number, or a list of {N}, one a column{or}");
+        return Err(table.wrong(key, &expected, "Leave the key out where the noise is not known."));
+    }
+    let mut list = list.into_iter();
+    Ok(there.map(|there| if there { list.next().and_then(level) } else { None }))
+}
