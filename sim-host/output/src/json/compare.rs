@@ -14,7 +14,7 @@ use trueweld_measure::residuals::localize::{CurvePoint, Finding, Statistic, fore
 use trueweld_plant::provenance::Provenance;
 
 /// A model against measurements.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CompareResult {
     /// Name and version of this format.

@@ -17,7 +17,7 @@ use trueweld_plant::input::RobotFile;
 use trueweld_plant::provenance::Provenance;
 
 /// Which physical effect is missing in a model.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DiagnoseResult {
     /// Name and version of this format.

@@ -14,7 +14,7 @@ use trueweld_measure::diagnose::FittedEffect;
 use trueweld_plant::provenance::Provenance;
 
 /// A model improved.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ImproveResult {
     /// Name and version of this format.
