@@ -13,6 +13,11 @@ use serde::{Deserialize, Serialize};
 use trueweld_plant::sensors::{Failure, Instrument, InstrumentFault};
 use trueweld_plant::simulate::{Phase, RecordRow, Recording, Scenario, Seam};
 
+/// A run with a fault of which nothing is asked.
+#[derive(Debug, thiserror::Error)]
+#[error("no requirement asks for faults")]
+struct NotAsked;
+
 /// Where in the steady part a fault begins, as a share of it.
 const BEGINS: f64 = 0.4;
 
@@ -170,7 +175,7 @@ impl Certification<'_> {
                 Some(self.symptoms(recording)),
                 None,
             ),
-            (Ok(_), None) => (None, None, Some("no requirement asks for faults".to_owned())),
+            (Ok(_), None) => (None, None, Some(NotAsked.to_string())),
             (Err(error), _) => (None, None, Some(error.to_string())),
         };
         FaultTrial {

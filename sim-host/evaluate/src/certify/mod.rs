@@ -32,6 +32,7 @@ pub use symptoms::{Oscillation, RequiredCorrection, Symptoms};
 pub use worst::{WorstCase, search};
 
 use crate::figure::{Figure, FigureOf};
+use crate::laws::NoFigures;
 use crate::margins::{MARGIN_FIGURES, Margins, margin_map};
 use crate::requirements::Requirements;
 use crate::weld::{WELD_FIGURES, WeldFigures};
@@ -134,7 +135,7 @@ impl Certification<'_> {
                 Some(figures) => {
                     (Some(values(self.asked(), &figures)), Some(self.symptoms(recording)), None)
                 }
-                None => (None, None, Some("the steady part is not reached".to_owned())),
+                None => (None, None, Some(NoFigures::NotSteady.to_string())),
             },
             Err(error) => (None, None, Some(error.to_string())),
         };

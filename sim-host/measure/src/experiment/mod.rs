@@ -42,7 +42,8 @@ pub struct Plan {
     pub procedure: Procedure,
     /// What is measured.
     pub channels: Channels,
-    /// Names of the two explanations that it is to separate, the likelier first.
+    /// Names of the two explanations that it is to separate, the likelier first; empty for nothing
+    /// beyond calibrations.
     pub rivals: [String; 2],
     /// By how much more of the sum of squares the second leaves in the logs so far.
     pub so_far: f64,
@@ -88,7 +89,7 @@ pub fn next_experiment(
     logs: &[Log],
     rivals: &[(String, Vec<Effect>)],
 ) -> Option<Plan> {
-    let nothing = ("nothing beyond calibrations".to_owned(), Vec::new());
+    let nothing = (String::new(), Vec::new());
     let (first, second) = (rivals.first()?, rivals.get(1).unwrap_or(&nothing));
     let cell = ExperimentCell::of(&bench.model.robot, logs)?;
     let claimed: Vec<(&'static str, Location)> = rivals

@@ -161,7 +161,10 @@ pub(crate) fn steps(plan: &Plan) -> Vec<String> {
 
 /// Which explanations it separates and by how much, and what the logs so far gave.
 pub(crate) fn reason(plan: &Plan) -> String {
-    let [a, b] = &plan.rivals;
+    let [a, b] = plan.rivals.each_ref().map(|name| match name.as_str() {
+        "" => "nothing beyond calibrations",
+        name => name,
+    });
     let deviations = |s: f64| {
         if s > MOST_SAID { format!("more than {MOST_SAID:.0}") } else { format!("{s:.1}") }
     };

@@ -52,9 +52,9 @@ fn constant(port: &'static str, times: &str, unit: &str) -> Option<&'static Effe
         high: 1e3 * size,
     };
     let definition = Definition {
-        id: format!("constant {}", port.name),
+        id: format!("constant-{}", port.name),
         port,
-        expression: format!("constant * {times}"),
+        expression: format!("constant*({times})"),
         shows: port.meaning.to_owned(),
         parameters: vec![parameter],
     };
