@@ -21,7 +21,7 @@ const SHORT_RUN: usize = 300;
 const LONGEST: Duration = Duration::from_secs(5);
 
 /// What takes so long will not end.
-const HANGS: Duration = Duration::from_secs(60);
+const HANGS: Duration = Duration::from_secs(120);
 
 /// No process may take more memory, bytes.
 const MOST_MEMORY: u64 = 1 << 30;
@@ -186,7 +186,7 @@ fn peak() -> Option<u64> {
     line.split_whitespace().nth(1)?.parse::<u64>().ok().map(|kilobytes| kilobytes << 10)
 }
 
-/// Ends the process where one input is worked on for a minute: no assertion would see that.
+/// Ends the process where an input is worked on without end: no assertion would see that.
 struct Watch(Arc<Mutex<(Instant, Vec<Edit>)>>);
 
 impl Watch {
@@ -222,9 +222,13 @@ pub fn never_breaks(name: &str, good: &[u8], words: &[&str], read: impl Fn(&[u8]
         |edits| {
             let bytes = damaged(good, edits, words);
             watch.begins(edits);
-            let start = Instant::now();
-            read(&bytes);
-            assert!(start.elapsed() < LONGEST, "{name}: {:?}", start.elapsed());
+            let took = || {
+                let start = Instant::now();
+                read(&bytes);
+                start.elapsed()
+            };
+            // A machine may be busy with something else; not thrice.
+            assert!((0..3).any(|_| took() < LONGEST), "{name}: longer than {LONGEST:?}");
             if count.fetch_add(1, Ordering::Relaxed) % LOOK_EVERY == 0 {
                 let peak = peak().unwrap_or(0);
                 assert!(peak < MOST_MEMORY, "{name}: {peak} bytes");
