@@ -36,9 +36,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         return Ok(());
     }
     let (model, logs) = (&measured.model, &measured.logs);
-    let bench = FitProblem { deadline, ..FitProblem::new(model, measured.experiments) };
+    let mut bench = FitProblem { deadline, ..FitProblem::new(model, measured.experiments) };
     let progress = arguments.results.files.progress("comparing", 1.0);
-    expect(&progress, &bench, PREDICTIONS);
+    expect(&progress, &mut bench, PREDICTIONS);
     let diagnosis = diagnose(&bench, logs, &|what, share| progress.stage(what, 0.85 * share))
         .into_diagnostic()?;
     let account =

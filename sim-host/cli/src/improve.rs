@@ -57,9 +57,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     if measured.tell_mistakes(&arguments.results.files, &provenance)? {
         return Ok(());
     }
-    let bench = FitProblem { deadline, ..FitProblem::new(model, measured.experiments) };
+    let mut bench = FitProblem { deadline, ..FitProblem::new(model, measured.experiments) };
     let progress = arguments.results.files.progress("comparing", 1.0);
-    expect(&progress, &bench, PREDICTIONS);
+    expect(&progress, &mut bench, PREDICTIONS);
     let done = improve(&bench, logs, held_out.as_ref(), &|what, share| progress.stage(what, share));
     progress.finish();
     let improvement = done.into_diagnostic()?;

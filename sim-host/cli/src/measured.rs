@@ -52,13 +52,19 @@ impl Budget {
     }
 }
 
+/// Predictions of all logs that come after the time is up: what is under way, and the conclusion.
+const CLOSING: u32 = 20;
+
 /// Says how long work on a bench will take that asks for between so many predictions of all its
-/// logs, by the time that one takes on this machine.
-pub fn expect(progress: &Progress, bench: &FitProblem, [least, most]: [f64; 2]) {
+/// logs, by the time that one takes on this machine; where there is a budget, time to conclude is
+/// kept back.
+pub fn expect(progress: &Progress, bench: &mut FitProblem, [least, most]: [f64; 2]) {
     let begun = Instant::now();
     if residuals(bench, &FitState::empty(bench.experiments.len())).is_ok() {
-        let one = begun.elapsed().as_secs_f64();
-        progress.expect(least * one, most * one);
+        let one = begun.elapsed();
+        progress.expect(least * one.as_secs_f64(), most * one.as_secs_f64());
+        bench.deadline =
+            bench.deadline.map(|time| time.checked_sub(CLOSING * one).unwrap_or(begun));
     }
 }
 
