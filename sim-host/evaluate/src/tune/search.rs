@@ -257,10 +257,10 @@ impl<'a> Judge<'a> {
                             break;
                         }
                         tried += 1;
-                        let of_next = match self.quickly(&next, controller, &known)? {
-                            Some(()) => judge(&next)?,
-                            None => break,
-                        };
+                        if !self.may_be_better(&next, controller, &known)? {
+                            break;
+                        }
+                        let of_next = judge(&next)?;
                         if of_next.score().partial_cmp(&known.score()) != Some(Ordering::Less) {
                             break;
                         }
@@ -278,19 +278,18 @@ impl<'a> Judge<'a> {
 
     /// A step is quick: where only the response can be better, it decides before the margins are
     /// looked at.
-    fn quickly(
+    fn may_be_better(
         &self,
         next: &Control,
         controller: Controller,
         known: &Judged,
-    ) -> Result<Option<()>, TuneError> {
+    ) -> Result<bool, TuneError> {
         let [margins, response] = known.score();
         if margins > 0.0 {
-            return Ok(Some(()));
+            return Ok(true);
         }
         let step = self.step(next, controller)?;
-        let better = excess(&rate_step(self.response, step.as_ref())) < response;
-        Ok(better.then_some(()))
+        Ok(excess(&rate_step(self.response, step.as_ref())) < response)
     }
 
     /// The gains at the fastest pace of a law at which the margins are kept, or at which they are
