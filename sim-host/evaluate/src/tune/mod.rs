@@ -19,6 +19,7 @@ pub use asked::{AskedResponse, TuneError};
 pub use rating::{Criterion, Rating, worst};
 
 use crate::figure::Limit;
+use crate::laws::NoFigures;
 use crate::requirements::MarginLimits;
 use crate::step::StepFigures;
 use crate::weld::{JudgedFigure, WeldFigures};
@@ -243,5 +244,5 @@ fn weld(scenario: &Scenario<'_>) -> WeldOutcome {
     let scenario = Scenario { program: Program::Weld, ..*scenario };
     let passes = if scenario.law.needs().passes { 2 } else { 1 };
     let recording = run_passes(&scenario, passes, |_| {}).map_err(|error| error.to_string())?;
-    WeldFigures::of(&recording).ok_or_else(|| "the steady part is not reached".to_owned())
+    WeldFigures::of(&recording).ok_or_else(|| NoFigures::NotSteady.to_string())
 }
