@@ -11,7 +11,7 @@ use crate::ldlt::Ldlt;
 use crate::robot::Robot;
 use crate::scalar::{JOINTS, JointVector, Real};
 use crate::spatial::Wrench;
-use nalgebra::Matrix6;
+use nalgebra::{Matrix3, Matrix6, Vector3};
 
 impl<T: Real> Robot<T> {
     /// Inertia matrix M(q), 6 × 6, symmetric positive definite, kg·m².
@@ -42,6 +42,24 @@ impl<T: Real> Robot<T> {
         let mut matrix = Matrix6::from(m);
         matrix.fill_lower_triangle_with_upper_triangle();
         matrix
+    }
+
+    /// Inertia of joint `i`'s link and all that is outward of it as one body, about the point `about`
+    /// in B: 3 × 3, symmetric, kg·m², in axes of B.
+    pub fn composite_inertia(
+        &self,
+        frames: &Frames<T>,
+        i: usize,
+        about: &Vector3<T>,
+    ) -> Matrix3<T> {
+        let from_point = Lanes3::from_vectors(&frames.origin.map(|origin| origin - about));
+        let outward = self.bodies_in_b(frames).shifted(&from_point).sum_from_tool();
+        let column = |k: usize| {
+            outward
+                .second
+                .inertia_times(&Lanes3::from_vectors(&[Vector3::ith(k, T::one()); JOINTS]))
+        };
+        Matrix3::from_columns(&[0, 1, 2].map(|k| column(k).vector(i)))
     }
 
     /// M(q) and the bias h(q, v) + g(q) − Jᵀ w, N·m, of the equation of motion M q̈ + bias = τ:

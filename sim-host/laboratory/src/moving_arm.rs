@@ -9,7 +9,7 @@ use crate::track::Instant;
 use nalgebra::{SVector, Vector3};
 use trueweld_core::{Frames, JOINTS, JointVector, Wrench};
 use trueweld_plant::cell::Cell;
-use trueweld_plant::robot::{Drives, INTERNAL_STATES, JointMotion};
+use trueweld_plant::robot::{Drives, INTERNAL_STATES, JointMotion, TiltMotion};
 
 /// Links (where bearings or base give, β of [`JointMotion`]), rates, effects' states, and place and velocity of what hangs on the tool.
 type Moving = SVector<f64, { HUNG + 6 }>;
@@ -85,14 +85,16 @@ impl<P: Path> MovingArm<'_, P> {
 
     fn slope(&self, time: f64, y: &Moving) -> Moving {
         let robot = &self.cell.robot;
-        let drives = Self::drives(&self.path.at(time), y);
+        let motor = self.path.at(time);
+        let drives = Self::drives(&motor, y);
         let internal = &y.as_slice()[INTERNAL..HUNG];
         let (frames, wrench) = self.frames(time, &drives, y);
-        let moves = JointMotion::new(robot, &frames, &drives, internal, &wrench);
+        let motors = (&drives, &motor.acceleration);
+        let moves = JointMotion::new(robot, &frames, motors, internal, &wrench);
         let mut slope = Moving::zeros();
         slope.fixed_rows_mut::<JOINTS>(0).copy_from(&drives.link_rate);
         let nowhere = JointVector::repeat(f64::NAN);
-        let acceleration = moves.map_or(nowhere, |m| m.acceleration);
+        let acceleration = moves.map_or(nowhere, |m| m.tilts.acceleration);
         slope.fixed_rows_mut::<JOINTS>(JOINTS).copy_from(&acceleration);
         if time >= 0.0 {
             let joints = moves.map_or(drives, |m| m.joints);
@@ -112,11 +114,14 @@ impl<P: Path> MovingArm<'_, P> {
         let drives = Self::drives(&motor, y);
         let internal = &y.as_slice()[INTERNAL..HUNG];
         let (frames, wrench) = self.frames(time, &drives, y);
-        let moves = JointMotion::new(robot, &frames, &drives, internal, &wrench);
+        let motors = (&drives, &motor.acceleration);
+        let moves = JointMotion::new(robot, &frames, motors, internal, &wrench);
         let nowhere = JointVector::repeat(f64::NAN);
-        let JointMotion { joints, spring, acceleration } =
-            moves.unwrap_or(JointMotion { joints: drives, spring: nowhere, acceleration: nowhere });
-        let motion = (&drives.link_rate, &acceleration);
+        let JointMotion { joints, spring, tilts } = moves.unwrap_or(JointMotion {
+            joints: drives,
+            spring: nowhere,
+            tilts: TiltMotion { rate: nowhere, ..TiltMotion::default() },
+        });
         let law = &robot.model.parameters().friction;
         let friction = JointVector::from_fn(|i, _| {
             let fading = self.foreign.map_or(0.0, |f| f.friction(i, motor.rate[i], time, law));
@@ -128,7 +133,7 @@ impl<P: Path> MovingArm<'_, P> {
             torque: robot.model.rotor_inertia().component_mul(&motor.acceleration)
                 + spring
                 + friction,
-            pose: robot.frames_in_motion(&joints.link, motion, &wrench, time.max(0.0)).tcp,
+            pose: robot.frames_in_motion(&joints.link, &tilts, &wrench, time.max(0.0)).tcp,
             wrench: Wrench::zero(),
         }
     }

@@ -6,7 +6,7 @@
 //! gears remember.
 
 use super::Diverged;
-use crate::robot::{Drives, ElasticRobot, INTERNAL_STATES, JointMotion, Memory, Tilts};
+use crate::robot::{Drives, ElasticRobot, INTERNAL_STATES, JointMotion, Memory, TiltMotion, Tilts};
 use nalgebra::SVector;
 use trueweld_core::ldlt::Ldlt;
 use trueweld_core::{Frames, JOINTS, JointVector, Wrench};
@@ -289,8 +289,10 @@ type Rates = (JointVector<f64>, JointVector<f64>, SVector<f64, INTERNAL_STATES>)
 pub struct DynamicLinks {
     /// Where bearings or base give, the links' angles are β of [`Tilts`].
     drives: Drives,
-    /// u of [`Tilts`], its rate, and β̈.
-    tilted: [JointVector<f64>; 3],
+    /// u of [`Tilts`], and its rate.
+    tilted: [JointVector<f64>; 2],
+    /// What bearings and base give to now.
+    tilts: TiltMotion,
     internal: SVector<f64, INTERNAL_STATES>,
     before: Motors,
     time: f64,
@@ -320,7 +322,8 @@ impl DynamicLinks {
         };
         let mut links = Self {
             drives,
-            tilted: [JointVector::zeros(); 3],
+            tilted: [JointVector::zeros(); 2],
+            tilts: TiltMotion { rate: motors.rate, ..TiltMotion::default() },
             internal: SVector::from(standing.internal),
             before: *motors,
             time,
@@ -374,7 +377,7 @@ impl DynamicLinks {
 
     /// Angles and rates now.
     pub fn drives(&self) -> Drives {
-        let [u, u_rate, _] = self.tilted;
+        let [u, u_rate] = self.tilted;
         let Drives { link, link_rate, .. } = self.drives;
         Drives { link: link - u, link_rate: link_rate - u_rate, ..self.drives }
     }
@@ -391,8 +394,7 @@ impl DynamicLinks {
 
     /// Frames of the real arm at `time`, s.
     pub fn frames(&self, robot: &ElasticRobot, time: f64) -> Frames<f64> {
-        let motion = (&self.drives.link_rate, &self.tilted[2]);
-        robot.frames_in_motion(&self.drives().link, motion, &Wrench::zero(), time)
+        robot.frames_in_motion(&self.drives().link, &self.tilts, &Wrench::zero(), time)
     }
 
     /// Takes the links elsewhere by `by`, rad, and changes their rates by `rate`, rad/s.
@@ -426,7 +428,9 @@ impl DynamicLinks {
             robot.model.equation_of_motion(&frames, &middle_rate, &Wrench::zero());
         let factor = Ldlt::new(inertia).ok_or(Diverged { time })?;
         let rest = bias - robot.link_torque(&self.drives);
-        let tilts = Tilts::new(robot, &frames, &middle_rate, &Wrench::zero(), (&factor, &rest));
+        let motor_acceleration = (motors.rate - from.rate) / whole;
+        let rates = (&middle_rate, &motor_acceleration);
+        let tilts = Tilts::new(robot, &frames, rates, &Wrench::zero(), (&factor, &rest));
         let mut u = self.tilted[0];
         let mut joints = |drives: Drives, internal: &[f64]| match &tilts {
             Some(tilts) => tilts.joints(robot, &drives, internal, &mut u),
@@ -470,12 +474,12 @@ impl DynamicLinks {
         }
         self.drives.motor = motors.angle;
         self.drives.motor_rate = motors.rate;
-        if tilts.is_some() {
+        if let Some(tilts) = &tilts {
             let now = joints(self.drives, self.internal.as_slice());
             let torque = robot.spring_torque(&now, self.internal.as_slice());
             let acceleration = factor.solve(&(torque + robot.link_torque(&now) - bias));
-            self.tilted =
-                [self.drives.link - now.link, self.drives.link_rate - now.link_rate, acceleration];
+            self.tilted = [self.drives.link - now.link, self.drives.link_rate - now.link_rate];
+            self.tilts = tilts.motion(&self.drives.link_rate, &acceleration, &motor_acceleration);
         }
         self.before = *motors;
         self.time = time;

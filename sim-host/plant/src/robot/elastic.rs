@@ -10,6 +10,7 @@
 //! asked here. Rotor gyroscopic effects are left out.
 
 use super::ports::{JointState, Ports, Term, ValueDerivative};
+use super::tilt::TiltMotion;
 use crate::effects::{Action, Effect, EffectError};
 use crate::input::Process;
 use nalgebra::{Matrix6, Vector3};
@@ -231,16 +232,15 @@ impl ElasticRobot {
     /// bearings and base, where these give.
     #[inline]
     pub fn frames(&self, link: &JointVector<f64>, wrench: &Wrench<f64>, time: f64) -> Frames<f64> {
-        let still = JointVector::zeros();
-        self.frames_in_motion(link, (&still, &still), wrench, time)
+        self.frames_in_motion(link, &TiltMotion::default(), wrench, time)
     }
 
-    /// The same of an arm in motion, at these rates, rad/s, and accelerations, rad/s².
+    /// The same of an arm in motion.
     #[inline]
     pub fn frames_in_motion(
         &self,
         link: &JointVector<f64>,
-        motion: (&JointVector<f64>, &JointVector<f64>),
+        motion: &TiltMotion,
         wrench: &Wrench<f64>,
         time: f64,
     ) -> Frames<f64> {
@@ -257,12 +257,12 @@ impl ElasticRobot {
     fn displaced_frames(
         &self,
         link: &JointVector<f64>,
-        (rate, acceleration): (&JointVector<f64>, &JointVector<f64>),
+        motion: &TiltMotion,
         rigid: &Frames<f64>,
         wrench: &Wrench<f64>,
         time: f64,
     ) -> Frames<f64> {
-        let loads = self.model.joint_loads(rigid, rate, acceleration, wrench);
+        let loads = self.model.joint_loads(rigid, &motion.rate, &motion.acceleration, wrench);
         let mut by = Displacement::none();
         // What a frame carries is the reaction to what it passes on: the loads act outward, the
         // tilt follows them inward.
@@ -270,10 +270,12 @@ impl ElasticRobot {
             let moment = -rigid.rotation[i].tr_mul(&load.moment);
             let axis = self.model.parameters().joints[i].axis;
             by.tilt[i] = self.ports.link_frame[i].iter().map(|t| t.tilt(&moment, &axis)).sum();
+            by.tilt[i] += rigid.rotation[i].tr_mul(&motion.swing[i]);
         }
         let foot = -(loads[0].moment + rigid.origin[0].cross(&loads[0].force));
         let tilt: Vector3<f64> =
             self.ports.base_frame.iter().map(|t| t.tilt(&foot, &Vector3::zeros())).sum();
+        let tilt = tilt + motion.swing[JOINTS];
         by.base.rotation = trueweld_core::spatial::rotation_from_vector(&tilt);
         by.base.position = self.ports.base_frame.iter().map(|t| t.shift(time)).sum();
         self.model.frames_displaced(link, &by)

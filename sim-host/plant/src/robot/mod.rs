@@ -11,4 +11,4 @@ pub use ports::{
     Channel, INTERNAL_STATES, JointState, Memory, Port, Ports, ProcessPoint, Readings, Term,
     TooManyStates, ValueDerivative,
 };
-pub use tilt::{JointMotion, Tilts};
+pub use tilt::{JointMotion, TiltMotion, Tilts};

@@ -4,12 +4,19 @@
 //! them to the joints, the arm moves by
 //!
 //! ```text
-//! M θ̈ + Lᵀ φ̈ + b = τ_s(θ_E − θ),    φ = −C (L β̈ + n),    β = θ + P φ,    P = M⁻¹ Lᵀ
-//! ⇒  M β̈ + b = τ_s(θ_E − β + u),    u = P φ = −Q (τ_s − b) − w,    Q = P C Pᵀ,   w = P C n
+//! M θ̈ + Lᵀ φ̈ + b = τ_s(θ_E − θ),    β = θ + P φ,    P = M⁻¹ Lᵀ,    φ = −C (L β̈ + n + R φ̈)
+//! ⇒  M β̈ + b = τ_s(θ_E − β + u),    u = P φ = −Q (τ_s − b) − w − P C R φ̈,    Q = P C Pᵀ,   w = P C n
 //! ```
 //!
-//! where n is the moment at the tilts without acceleration. Left out: the inertia M_φφ − L P of what
-//! no joint can follow, whose modes lie far above the joints'.
+//! where n is the moment at the tilts without acceleration, and R = M_φφ − L P the inertia of what
+//! no joint can follow. Its modes lie far above the joints', so that it follows their swing,
+//!
+//! ```text
+//! φ̈ ≈ −C L s,    s = β⁗ = M⁻¹ K (1 + Q K)⁻¹ (θ̈_E − β̈),
+//! ```
+//!
+//! and makes the tilt larger by the square of the ratio of the frequencies, some percent. Left out:
+//! its own swing, and the inertia between several frames that give.
 
 use super::{Drives, ElasticRobot};
 use nalgebra::{Matrix3, Matrix3x6, Matrix6, SMatrix, Vector3};
@@ -19,14 +26,27 @@ use trueweld_core::{Frames, JOINTS, JointVector, Wrench};
 /// The series spring at one posture, linear in the joints' torques.
 #[derive(Debug, Clone, Copy)]
 pub struct Tilts {
-    /// Q, rad/(N·m).
+    /// Q with what the inertia R adds to it, rad/(N·m).
     compliance: Matrix6<f64>,
-    /// u where the springs carry nothing, rad: Q b − w.
+    /// u where the springs carry nothing, rad.
     rest: JointVector<f64>,
     /// u where nothing accelerates, rad: −w.
     still: JointVector<f64>,
     /// (1 + Q K)⁻¹.
     relaxed: Matrix6<f64>,
+    /// −C R φ̈ of each frame, the foot's last, by θ̈_E − β̈, s²; in axes of B.
+    swing: [Matrix3x6<f64>; JOINTS + 1],
+}
+
+/// What bearings and base give to, beside loads at rest.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct TiltMotion {
+    /// β̇, rad/s.
+    pub rate: JointVector<f64>,
+    /// β̈, rad/s².
+    pub acceleration: JointVector<f64>,
+    /// −C R φ̈ of each link's frame and of the foot, rad, in axes of B.
+    pub swing: [Vector3<f64>; JOINTS + 1],
 }
 
 /// How an arm moves at one instant.
@@ -36,8 +56,8 @@ pub struct JointMotion {
     pub joints: Drives,
     /// Their spring torque τ_s, N·m.
     pub spring: JointVector<f64>,
-    /// β̈, rad/s².
-    pub acceleration: JointVector<f64>,
+    /// What bearings and base give to.
+    pub tilts: TiltMotion,
 }
 
 impl JointMotion {
@@ -45,17 +65,22 @@ impl JointMotion {
     pub fn new(
         robot: &ElasticRobot,
         frames: &Frames<f64>,
-        drives: &Drives,
+        (drives, motor_acceleration): (&Drives, &JointVector<f64>),
         internal: &[f64],
         wrench: &Wrench<f64>,
     ) -> Option<Self> {
         let (inertia, bias) = robot.model.equation_of_motion(frames, &drives.link_rate, wrench);
         let (factor, bias) = (Ldlt::new(inertia)?, bias - robot.link_torque(drives));
-        let tilts = Tilts::new(robot, frames, &drives.link_rate, wrench, (&factor, &bias));
+        let rates = (&drives.link_rate, motor_acceleration);
+        let tilts = Tilts::new(robot, frames, rates, wrench, (&factor, &bias));
         let joints = tilts
             .map_or(*drives, |tilts| tilts.joints(robot, drives, internal, &mut tilts.at_rest()));
         let spring = robot.spring_torque(&joints, internal);
-        Some(Self { joints, spring, acceleration: factor.solve(&(spring - bias)) })
+        let acceleration = factor.solve(&(spring - bias));
+        let moves =
+            |tilts: Tilts| tilts.motion(&drives.link_rate, &acceleration, motor_acceleration);
+        let still = TiltMotion { rate: drives.link_rate, acceleration, ..TiltMotion::default() };
+        Some(Self { joints, spring, tilts: tilts.map_or(still, moves) })
     }
 
     /// β of an arm that stands, with its real joints at `link`, rad; `None` as above.
@@ -63,18 +88,19 @@ impl JointMotion {
         let (frames, none) = (robot.model.frames(link), JointVector::zeros());
         let (inertia, bias) = robot.model.equation_of_motion(&frames, &none, &Wrench::zero());
         let factor = Ldlt::new(inertia)?;
-        let tilts = Tilts::new(robot, &frames, &none, &Wrench::zero(), (&factor, &bias));
+        let tilts = Tilts::new(robot, &frames, (&none, &none), &Wrench::zero(), (&factor, &bias));
         Some(link + tilts.map_or(none, |tilts| tilts.at_rest()))
     }
 }
 
 impl Tilts {
     /// The series spring of a robot whose bearings or base give; `None` where none does, or where
-    /// the state is not finite. `inertia` and `bias`: factor of M, and b without the springs, N·m.
+    /// the state is not finite. `rate`: β̇, rad/s; `motor_acceleration`: θ̈_E, rad/s²; `inertia` and
+    /// `bias`: factor of M, and b without the springs, N·m.
     pub fn new(
         robot: &ElasticRobot,
         frames: &Frames<f64>,
-        rate: &JointVector<f64>,
+        (rate, motor_acceleration): (&JointVector<f64>, &JointVector<f64>),
         wrench: &Wrench<f64>,
         (inertia, bias): (&Ldlt<f64>, &JointVector<f64>),
     ) -> Option<Self> {
@@ -90,33 +116,67 @@ impl Tilts {
         let one = |j: usize| JointVector::from_fn(|i, _| if i == j { 1.0 } else { 0.0 });
         let accelerated: [_; JOINTS] = std::array::from_fn(|j| loads(&none, &one(j)));
         let (mut compliance, mut turned) = (Matrix6::zeros(), JointVector::zeros());
-        let mut add = |c: Matrix3<f64>, moment: &dyn Fn(&[Wrench<f64>; JOINTS]) -> Vector3<f64>| {
-            let rest = moment(&still);
-            let coupling =
-                Matrix3x6::from_fn(|r, j| moment(&accelerated[j])[r] - rest[r]).transpose();
-            let mut p = SMatrix::<f64, 6, 3>::zeros();
-            for k in 0..3 {
-                p.set_column(k, &inertia.solve(&coupling.column(k).into_owned()));
-            }
-            compliance += p * c * p.transpose();
-            turned += p * (c * moment(&moving));
-        };
+        // P C R C Pᵀ.
+        let mut swung = Matrix6::zeros();
+        let mut swing = [Matrix3x6::zeros(); JOINTS + 1];
+        let mut add =
+            |frame: usize,
+             c: Matrix3<f64>,
+             moment: &dyn Fn(&[Wrench<f64>; JOINTS]) -> Vector3<f64>| {
+                let rest = moment(&still);
+                let coupling =
+                    Matrix3x6::from_fn(|r, j| moment(&accelerated[j])[r] - rest[r]).transpose();
+                let mut p = SMatrix::<f64, 6, 3>::zeros();
+                for k in 0..3 {
+                    p.set_column(k, &inertia.solve(&coupling.column(k).into_owned()));
+                }
+                compliance += p * c * p.transpose();
+                let about = if frame < JOINTS { frames.origin[frame] } else { Vector3::zeros() };
+                let whole = robot.model.composite_inertia(frames, frame % JOINTS, &about);
+                let more = c * (whole - coupling.transpose() * p) * c;
+                swung += p * more * p.transpose();
+                swing[frame] = more * coupling.transpose();
+                turned += p * (c * moment(&moving));
+            };
         for i in 0..JOINTS {
             if !ports.link_frame[i].is_empty() {
                 let (axis, turn) = (robot.model.parameters().joints[i].axis, frames.rotation[i]);
                 let c = per_moment(|m| ports.link_frame[i].iter().map(|t| t.tilt(m, &axis)).sum());
-                add(turn * c * turn.transpose(), &|loads| loads[i].moment);
+                add(i, turn * c * turn.transpose(), &|loads| loads[i].moment);
             }
         }
         if !ports.base_frame.is_empty() {
             let none = Vector3::zeros();
             let c = per_moment(|m| ports.base_frame.iter().map(|t| t.tilt(m, &none)).sum());
             let origin = frames.origin[0];
-            add(c, &|loads| loads[0].moment + origin.cross(&loads[0].force));
+            add(JOINTS, c, &|loads| loads[0].moment + origin.cross(&loads[0].force));
         }
         let stiffness = Matrix6::from_diagonal(robot.model.stiffness());
+        // s by θ̈_E − β̈ is M⁻¹ times this.
+        let softer = stiffness * (Matrix6::identity() + compliance * stiffness).try_inverse()?;
+        let solved = |m: &Matrix6<f64>| {
+            let column = |k| inertia.solve(&m.column(k).into_owned());
+            Matrix6::from_columns(&[0, 1, 2, 3, 4, 5].map(column))
+        };
+        let by_motors = swung * softer;
+        let snap = solved(&softer);
+        swing.iter_mut().for_each(|s| *s *= snap);
+        compliance += by_motors * solved(&Matrix6::identity());
         let relaxed = (Matrix6::identity() + compliance * stiffness).try_inverse()?;
-        Some(Self { compliance, rest: compliance * bias - turned, still: -turned, relaxed })
+        let rest = compliance * bias - turned + by_motors * motor_acceleration;
+        Some(Self { compliance, rest, still: -turned, relaxed, swing })
+    }
+
+    /// What the frames give to where an arm moves with β̇, rad/s, and β̈, and its motors with θ̈_E,
+    /// rad/s².
+    pub fn motion(
+        &self,
+        rate: &JointVector<f64>,
+        acceleration: &JointVector<f64>,
+        motor_acceleration: &JointVector<f64>,
+    ) -> TiltMotion {
+        let swing = self.swing.map(|s| s * (motor_acceleration - acceleration));
+        TiltMotion { rate: *rate, acceleration: *acceleration, swing }
     }
 
     /// u where nothing accelerates, rad.
