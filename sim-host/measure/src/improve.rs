@@ -77,6 +77,20 @@ pub struct Improvement {
     pub held_out_logs: Vec<String>,
 }
 
+impl Improvement {
+    /// Effects that the data do not tell from those of a step; none where it is not the explanation
+    /// of the diagnosis.
+    pub fn others(&self, step: &Step) -> Vec<&Effect> {
+        let place = |f: &FittedEffect| (f.effect.kind.id, f.effect.at);
+        let candidates = &self.diagnosis.candidates;
+        let same = |best: &&diagnose::Candidate| {
+            !step.added.is_empty()
+                && best.effects.iter().all(|f| step.effects.iter().any(|e| place(e) == place(f)))
+        };
+        candidates.first().filter(same).map_or(Vec::new(), |best| best.others(candidates))
+    }
+}
+
 /// Logs that nothing is fitted to, made ready.
 #[derive(Debug)]
 pub struct HeldOut {

@@ -10,6 +10,7 @@
 
 mod confuse;
 pub mod evidence;
+mod mountings;
 pub mod rules;
 mod screen;
 mod search;
@@ -17,6 +18,7 @@ mod sparse;
 mod tell;
 
 pub use confuse::Confusable;
+pub use mountings::{Combination, Mountings};
 pub use rules::{Part, parts, score};
 pub(crate) use screen::Context;
 pub use screen::Limit;
@@ -83,6 +85,22 @@ impl FittedEffect {
     pub fn is_fitted(&self, parameter: usize) -> bool {
         self.interval.get(parameter).is_none_or(|[low, high]| low != high)
     }
+
+    /// True for a calibration that is larger than any, or held at the bound of its range: a finding
+    /// of its own, whatever it is that makes it.
+    pub fn is_implausible(&self) -> bool {
+        let Some(calibration) = self.effect.kind.calibration else {
+            return false;
+        };
+        let parameters = self.effect.kind.parameters.iter().enumerate();
+        parameters.filter(|(k, _)| self.is_fitted(*k)).any(|(k, parameter)| {
+            let value = self.effect.values[k];
+            let away = (value - parameter.without_effect(value)).abs();
+            away > rules::BEYOND * calibration.expected[k]
+                || value == parameter.low
+                || value == parameter.high
+        })
+    }
 }
 
 /// One explanation: an effect, or two that act together.
@@ -121,6 +139,8 @@ pub struct Diagnosis {
     pub candidates: Vec<Candidate>,
     /// What is a little off in the cell besides.
     pub calibration: Vec<FittedEffect>,
+    /// What the logs fix of how links are mounted; `None` where they see no postures.
+    pub mountings: Option<Mountings>,
     /// The model with the best explanation and the calibrations that count.
     pub improved: Fitted,
     /// Smallest size of each effect that these data would have shown.
@@ -191,8 +211,15 @@ pub fn diagnose(
             undone.push(Undone::Further);
         }
     }
+    if let Some(last) = chosen.last().filter(|_| chosen.len() > 1) {
+        let mut together = vec![last.clone()];
+        together.extend(search::alternatives(&ground, last, &confusable));
+        singles.splice(0..0, together);
+    }
+    // Calibrations that an effect is missing beside need not arrive anywhere.
+    let answer = if chosen.is_empty() { std::slice::from_ref(&null) } else { chosen.as_slice() };
     let did_not = |f: &&Fitted| f.end == End::Limit && !bench.is_late();
-    undone.extend([&null].into_iter().chain(&chosen).filter(did_not).map(|f| {
+    undone.extend(answer.iter().filter(did_not).map(|f| {
         Undone::Arrival(effects_of(f).into_iter().map(|i| f.point.all[i].clone()).collect())
     }));
     progress("weighing the evidence", 0.92);
@@ -210,11 +237,18 @@ fn effects_of(fitted: &Fitted) -> Vec<usize> {
     (0..fitted.point.all.len()).filter(|i| !is_calibration(fitted.point.all[*i].kind)).collect()
 }
 
-/// Fitted effects with their intervals.
+/// Standard deviations of half a 95 % interval: of a normal distribution, and of Student's with the
+/// nine degrees of freedom that ten blocks leave.
+const NORMAL: f64 = 1.96;
+const OF_BLOCKS: f64 = 2.262;
+
+/// Fitted effects with their intervals: of what noise makes of the values, or of what the blocks in
+/// time disagree by, whichever is wider.
 pub(crate) fn found(fitted: &Fitted, wanted: impl Fn(EffectScope) -> bool) -> Vec<FittedEffect> {
     let inflation = (fit::chi_square(&fitted.at) / fit::count(&fitted.at).max(1) as f64).max(1.0)
         * rules::CORRELATED;
     let deviations = fitted.linear.solve(None, 0.0, None).map(|s| s.deviations());
+    let scatter = fitted.linear.scatter();
     let mut all: Vec<FittedEffect> = Vec::new();
     let mut seen: Vec<EffectScope> = Vec::new();
     for (k, free) in fitted.point.free.iter().enumerate() {
@@ -235,7 +269,9 @@ pub(crate) fn found(fitted: &Fitted, wanted: impl Fn(EffectScope) -> bool) -> Ve
         let parameter = fitted.point.parameter(free);
         let value = fitted.point.value(free);
         let deviation = deviations.as_ref().map_or(f64::INFINITY, |d| d[k]);
-        let reach = 1.96 * deviation * fit::unit(parameter, value) * inflation.sqrt();
+        let scattered = scatter.as_ref().map_or(f64::INFINITY, |d| d[k]);
+        let reach = (NORMAL * deviation * inflation.sqrt()).max(OF_BLOCKS * scattered)
+            * fit::unit(parameter, value);
         all[index].interval[free.parameter] = [value - reach, value + reach];
     }
     all
@@ -284,15 +320,14 @@ fn conclude(
     let mut verdict = verdict(bench, null, &chosen);
 
     // Which calibrations count, beside the explanation.
-    let (improved, kept) = sparse(bench, blocks, best);
+    let (mut improved, kept) = sparse(bench, blocks, best);
+    for effect in effects_of(&improved) {
+        search::polish(bench, blocks, &mut improved, effect);
+    }
     let common = improved.point.each.iter().all(Vec::is_empty);
     let calibration = found(&improved, |of| is_calibration(improved.point.effect(of).kind));
 
-    let mut fits = singles;
-    if chosen.len() > 1 {
-        fits.insert(0, chosen[chosen.len() - 1].clone());
-    }
-    let mut candidates: Vec<Candidate> = fits
+    let mut candidates: Vec<Candidate> = singles
         .into_iter()
         .map(|fitted| {
             let own = effects_of(&fitted);
@@ -348,6 +383,7 @@ fn conclude(
         score_before,
         before,
         null: null.clone(),
+        mountings: mountings::mountings(best),
         chosen,
         candidates,
         calibration,
@@ -388,7 +424,7 @@ fn weigh(candidates: &mut [Candidate], nothing: f64, tried: usize, floor: f64, v
     for (k, c) in candidates.iter_mut().enumerate() {
         c.probability = weight(c.fitted.cost) / sum * ceiling;
         c.indistinguishable = (0..costs.len())
-            .filter(|j| *j != k && (costs[*j] - costs[k]).abs() < 9.0 * trust)
+            .filter(|j| *j != k && (costs[*j] - costs[k]).abs() < rules::TIED * trust)
             .collect();
     }
 }

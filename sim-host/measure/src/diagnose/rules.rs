@@ -41,6 +41,10 @@ pub const KEEP: f64 = 25.0;
 pub const KEEP_EACH: f64 = 6.0;
 /// Residuals of one channel that follow each other are not as many as they are.
 pub const CORRELATED: f64 = 4.0;
+/// Difference of the cost up to which two explanations are tied, in what chance makes of a residual.
+pub const TIED: f64 = 9.0;
+/// Standard deviations of what was expected of a calibration beyond which it is none.
+pub const BEYOND: f64 = 5.0;
 /// Delay of motor torque that is no more than how a controller holds its commands, as a share of
 /// the sampling period.
 pub const HELD: f64 = 0.25;

@@ -90,7 +90,7 @@ impl Context<'_> {
 
     /// Screens one effect at one place with all its shapes; the best of them. `None` where the logs
     /// see nothing of it.
-    fn screen(&self, kind: &'static EffectKind, at: Location) -> Option<Screened> {
+    pub(super) fn screen(&self, kind: &'static EffectKind, at: Location) -> Option<Screened> {
         let scans = kind.parameters.iter().any(|p| p.role == Role::Order);
         let shapes = if scans { self.orders(kind, at) } else { shapes(kind, self.length) };
         let all = shapes.into_iter().filter_map(|shape| self.screen_shape(kind, at, &shape));

@@ -1,5 +1,6 @@
 //! Full fits of the hypotheses that screening leaves, and of pairs of them.
 
+use super::confuse::Confusable;
 use super::rules::{self, above, at_floor, counts, standing_out};
 use super::screen::{Context, Screened, likeliest, screen};
 use crate::fit::calibration::{calibrations, in_proportion, is_calibration};
@@ -8,7 +9,7 @@ use crate::fit::{
 };
 use crate::predict::{PredictError, Quantity};
 use rayon::prelude::*;
-use trueweld_plant::effects::{Effect, Location, Role};
+use trueweld_plant::effects::{Effect, EffectKind, Location, Role};
 use trueweld_plant::robot::Channel;
 
 /// Fits the calibrations alone: those logs first whose residuals follow them nearly in proportion,
@@ -155,8 +156,10 @@ pub(super) fn fit_all(ground: &Context<'_>, screened: &[&Screened]) -> Vec<Fitte
     let by_delay =
         fits.iter().position(|f| f.point.all.last().is_some_and(|e| held(ground.bench, e)));
     fits.truncate(by_delay.unwrap_or(fits.len()));
-    if let Some(best) = fits.first_mut() {
-        polish(ground.bench, ground.blocks, best);
+    if let Some(best) = fits.first_mut()
+        && let Some(last) = best.point.all.len().checked_sub(1)
+    {
+        polish(ground.bench, ground.blocks, best, last);
     }
     fits
 }
@@ -182,24 +185,22 @@ fn held(bench: &FitProblem, effect: &Effect) -> bool {
     period.is_finite() && effect.values[0].abs() < rules::HELD * period
 }
 
-/// What has a threshold, as a gap has, can hold a fit up: its sizes are tried a little to either side
-/// as well.
-fn polish(bench: &FitProblem, blocks: &[Vec<u8>], fitted: &mut Fitted) {
-    let Some(last) = fitted.point.all.len().checked_sub(1) else {
-        return;
-    };
-    if at_floor(bench, &fitted.at) || bench.is_late() {
-        return;
-    }
+/// What has a threshold, as a gap has, can hold a fit up: the sizes of one effect are tried a little
+/// to either side as well, all else that is free beside them.
+pub(super) fn polish(bench: &FitProblem, blocks: &[Vec<u8>], fitted: &mut Fitted, effect: usize) {
     for _ in 0..ROUNDS {
+        if bench.is_late() {
+            return;
+        }
         let aside = ASIDE.par_iter().filter_map(|factor| {
             let mut point = fitted.point.clone();
-            point.all[last] = scaled(&point.all[last], *factor);
+            point.all[effect] = scaled(&point.all[effect], *factor);
             let effort = Effort::steps(1, fitted.slopes.len());
             fit::fit(bench, &point, blocks, &fitted.slopes, effort).ok()
         });
+        let trust = (fit::chi_square(&fitted.at) / fit::count(&fitted.at).max(1) as f64).max(1.0);
         let best = aside.min_by(|a, b| a.cost.total_cmp(&b.cost));
-        let Some(better) = best.filter(|b| b.cost < fitted.cost * (1.0 - WORTH)) else {
+        let Some(better) = best.filter(|b| b.cost < fitted.cost - WORTH * trust) else {
             break;
         };
         *fitted = better;
@@ -207,11 +208,11 @@ fn polish(bench: &FitProblem, blocks: &[Vec<u8>], fitted: &mut Fitted) {
     }
 }
 
-/// Factors on a size by which it is tried aside, how often, and the share of the cost that must be
-/// won by it.
+/// Factors on a size by which it is tried aside, how often, and by how much the cost must fall with
+/// it, in what chance makes of a residual: three standard deviations.
 const ASIDE: [f64; 6] = [0.8, 0.93, 0.98, 1.02, 1.07, 1.25];
 const ROUNDS: usize = 4;
-const WORTH: f64 = 0.01;
+const WORTH: f64 = 9.0;
 
 /// Fits on from where a fit stands.
 pub(crate) fn refit(bench: &FitProblem, blocks: &[Vec<u8>], fitted: &mut Fitted, effort: Effort) {
@@ -233,6 +234,50 @@ fn without(ground: &Context<'_>, fitted: &Fitted, index: usize) -> Option<Fitted
         fitted.point.free.iter().zip(&fitted.slopes).filter_map(stays).collect();
     fit::fit(ground.bench, &point, ground.blocks, &known, Effort::full(stale)).ok()
 }
+
+/// Explanations in which another effect that does nearly the same stands for one of several, where
+/// they explain the data about as well: so many for each effect at most.
+pub(super) fn alternatives(
+    ground: &Context<'_>,
+    fitted: &Fitted,
+    confusable: &[Confusable],
+) -> Vec<Fitted> {
+    let trust = (fit::chi_square(&fitted.at) / fit::count(&fitted.at).max(1) as f64).max(1.0)
+        * rules::CORRELATED;
+    let place = |e: &Effect| (e.kind.id, e.at);
+    let all = &fitted.point.all;
+    let mut found = Vec::new();
+    for index in (0..all.len()).filter(|i| !is_calibration(all[*i].kind)) {
+        let others = confusable.iter().filter_map(|pair| {
+            let is = |(kind, at): (&EffectKind, Location)| (kind.id, at) == place(&all[index]);
+            let other = match (is(pair.first), is(pair.second)) {
+                (true, _) => pair.second,
+                (_, true) => pair.first,
+                _ => return None,
+            };
+            (!all.iter().any(|e| place(e) == (other.0.id, other.1))).then_some(other)
+        });
+        let others: Vec<_> = others.take(ALTERNATIVES).collect();
+        if others.is_empty() || ground.bench.is_late() {
+            continue;
+        }
+        let Some(base) = without(ground, fitted, index) else { continue };
+        let beside = Context { null: &base, given: &base, ..*ground };
+        let fits = others.into_iter().filter_map(|(kind, at)| {
+            let mut fits = fit_hypothesis(&beside, &beside.screen(kind, at)?);
+            fits.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+            let mut best = fits.into_iter().next()?;
+            let effort = Effort::full(in_proportion(&base.point));
+            refit(ground.bench, ground.blocks, &mut best, effort);
+            Some(best)
+        });
+        found.extend(fits.filter(|f| f.cost - fitted.cost < rules::TIED * trust));
+    }
+    found
+}
+
+/// Other effects that are tried in place of one.
+const ALTERNATIVES: usize = 2;
 
 /// Effects of an explanation at most.
 const MOST: usize = 4;

@@ -72,58 +72,108 @@ fn slopes_of(
     found
 }
 
-/// Keeps of the calibrations those that count: by forward steps, each bringing the most, then a
-/// refit. Calibrations that are the same in all logs become one for all. Gives the groups kept.
+/// The values of one calibration at one place, in all logs.
+struct Group {
+    name: (&'static str, Location),
+    /// True for how links are mounted.
+    of_postures: bool,
+    values: Vec<usize>,
+}
+
+/// The choice of calibrations on the linear model of a fit.
+struct Choice<'f> {
+    fitted: &'f Fitted,
+    /// What the sum of squares is to be trusted by.
+    trust: f64,
+    kept: Vec<usize>,
+    names: Vec<Group>,
+    cost: f64,
+    step: DVector<f64>,
+}
+
+impl Choice<'_> {
+    /// What a group's values cost.
+    fn price(&self, group: &Group) -> f64 {
+        self.trust * (rules::KEEP + rules::KEEP_EACH * group.values.len() as f64)
+    }
+
+    /// Adds groups by steps, each the one that brings the most, as long as that is more than it
+    /// costs.
+    fn add(&mut self, groups: &mut Vec<Group>) {
+        loop {
+            let tried = groups.par_iter().enumerate().filter_map(|(g, group)| {
+                let with: Vec<usize> = self.kept.iter().chain(&group.values).copied().collect();
+                let (cost, step) = self.fitted.linear.with_only(&with)?;
+                Some((self.cost - cost - self.price(group), cost, step, g))
+            });
+            let best = tried.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|best| best.0 > 0.0);
+            let Some((_, cost, step, g)) = best else { break };
+            (self.cost, self.step) = (cost, step);
+            let group = groups.swap_remove(g);
+            self.kept.extend(&group.values);
+            self.names.push(group);
+        }
+    }
+
+    /// Takes groups out again that bring less than they cost beside those that came later, the
+    /// least of them first.
+    fn drop_spare(&mut self) {
+        loop {
+            let spare = self.names.par_iter().enumerate().filter_map(|(g, group)| {
+                let mut without = self.kept.clone();
+                without.retain(|k| !group.values.contains(k));
+                let (cost, step) = self.fitted.linear.with_only(&without)?;
+                Some((cost - self.cost - self.price(group), cost, step, g))
+            });
+            let least = spare.min_by(|a, b| a.0.total_cmp(&b.0)).filter(|least| least.0 < 0.0);
+            let Some((_, cost, step, g)) = least else { break };
+            (self.cost, self.step) = (cost, step);
+            let group = self.names.remove(g);
+            self.kept.retain(|k| !group.values.contains(k));
+        }
+    }
+}
+
+/// Keeps of the calibrations those that count, then refits. How links are mounted comes last, for
+/// what the others explain: its many values bend to a little of everything. Calibrations that are
+/// the same in all logs become one for all. Gives the groups kept.
 pub(crate) fn sparse(
     bench: &FitProblem,
     blocks: &[Vec<u8>],
     fitted: &Fitted,
 ) -> (Fitted, Vec<(&'static str, Location)>) {
     let point = &fitted.point;
-    let mut groups: Vec<((&'static str, Location), Vec<usize>)> = Vec::new();
+    let mut groups: Vec<Group> = Vec::new();
     let mut kept: Vec<usize> = Vec::new();
     for (k, free) in point.free.iter().enumerate() {
         let effect = point.effect(free.of);
-        if !is_calibration(effect.kind) {
+        let Some(calibration) = effect.kind.calibration else {
             kept.push(k);
             continue;
-        }
-        let key = (effect.kind.id, effect.at);
-        match groups.iter_mut().find(|(g, _)| *g == key) {
-            Some((_, values)) => values.push(k),
-            None => groups.push((key, vec![k])),
+        };
+        let name = (effect.kind.id, effect.at);
+        match groups.iter_mut().find(|g| g.name == name) {
+            Some(group) => group.values.push(k),
+            None => groups.push(Group {
+                name,
+                of_postures: calibration.scope == CalibrationScope::Postures,
+                values: vec![k],
+            }),
         }
     }
-    let mut names = Vec::new();
     let trust = (fit::chi_square(&fitted.at) / fit::count(&fitted.at).max(1) as f64).max(1.0)
         * rules::CORRELATED;
-    let Some((mut cost, mut step)) = fitted.linear.with_only(&kept) else {
-        return (fitted.clone(), names);
+    let Some((cost, step)) = fitted.linear.with_only(&kept) else {
+        return (fitted.clone(), Vec::new());
     };
-    loop {
-        let tried: Vec<(f64, DVector<f64>, usize)> = groups
-            .par_iter()
-            .enumerate()
-            .filter_map(|(g, (_, values))| {
-                let with: Vec<usize> = kept.iter().chain(values).copied().collect();
-                let (cost, step) = fitted.linear.with_only(&with)?;
-                Some((cost, step, g))
-            })
-            .collect();
-        let gain = |t: &(f64, DVector<f64>, usize)| {
-            cost - t.0 - trust * (rules::KEEP + rules::KEEP_EACH * groups[t.2].1.len() as f64)
-        };
-        let Some(best) = tried.into_iter().max_by(|a, b| gain(a).total_cmp(&gain(b))) else {
-            break;
-        };
-        if gain(&best) <= 0.0 {
-            break;
-        }
-        (cost, step) = (best.0, best.1);
-        let (name, values) = groups.swap_remove(best.2);
-        kept.extend(values);
-        names.push(name);
-    }
+    let (mut mounting, mut other): (Vec<Group>, Vec<Group>) =
+        groups.into_iter().partition(|g| g.of_postures);
+    let mut choice = Choice { fitted, trust, kept, names: Vec::new(), cost, step };
+    choice.add(&mut other);
+    choice.add(&mut mounting);
+    choice.drop_spare();
+    let Choice { mut kept, names, cost, mut step, .. } = choice;
+    let mut names: Vec<(&'static str, Location)> = names.into_iter().map(|g| g.name).collect();
     if drop_unknown(fitted, &mut kept) {
         (_, step) = fitted.linear.with_only(&kept).unwrap_or((cost, step));
     }

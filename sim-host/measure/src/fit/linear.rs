@@ -141,6 +141,18 @@ impl Linear {
         square
     }
 
+    /// Standard deviations of the values as the blocks' own pulls at them scatter, in the fit's
+    /// units: residuals that follow each other, or are none of noise, count as they are. `None`
+    /// where the values are not determined.
+    pub(crate) fn scatter(&self) -> Option<DVector<f64>> {
+        let factor = self.factor()?;
+        let mean = self.slope.iter().sum::<DVector<f64>>() / BLOCKS as f64;
+        let pulled = self.slope.iter().map(|slope| factor.solve(&(slope - &mean)));
+        let squares: DVector<f64> = pulled.map(|pull| pull.component_mul(&pull)).sum();
+        let few = BLOCKS as f64 / (BLOCKS - 1) as f64;
+        Some(squares.map(|v| (v * few).sqrt()))
+    }
+
     /// Sums over all blocks but one (`None`: over all).
     fn without(&self, left_out: Option<usize>) -> (DMatrix<f64>, DVector<f64>) {
         let mut square = self.information(left_out, 1.0);

@@ -143,6 +143,9 @@ pub struct Finding {
     pub similar: Vec<Variable>,
     /// The residual over the condition.
     pub curve: Curve,
+    /// Two conditions that it follows together, where one does not do; with the first finding of a
+    /// channel alone.
+    pub map: Option<ResidualMap>,
 }
 
 impl Finding {
@@ -150,6 +153,36 @@ impl Finding {
     pub fn excess(&self) -> f64 {
         self.share - self.by_chance
     }
+}
+
+/// A mean residual over two conditions, for one column.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ResidualMap {
+    /// One condition.
+    pub x: MapAxis,
+    /// The other.
+    pub y: MapAxis,
+    /// The series where it shows most: its quantity and column.
+    pub series: (Quantity, u8),
+    /// Mean residual by y, then by x, in the quantity's unit; NaN where there are too few rows.
+    pub mean: Vec<Vec<f64>>,
+    /// Share of the channel's squared residual that goes with both, 0 to 1.
+    pub share: f64,
+    /// The share that chance gives, on average.
+    pub by_chance: f64,
+    /// Share of the arrangements in which chance does as much.
+    pub p: f64,
+}
+
+/// The bins of one condition of a map.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MapAxis {
+    /// The condition.
+    pub variable: Variable,
+    /// Its categories; empty where the condition is a number.
+    pub categories: Vec<Category>,
+    /// Mean of the condition in each bin; of a category its number, NaN where there is no row.
+    pub values: Vec<f64>,
 }
 
 /// A residual over a condition, for one column.

@@ -151,6 +151,8 @@ pub(crate) struct Cell {
     pub color: Option<Rgb>,
     /// A bar behind the text on a page.
     pub bar: Option<Bar>,
+    /// Colour behind the text on a page.
+    pub shade: Option<Rgb>,
 }
 
 /// How a cell is meant.
@@ -200,6 +202,10 @@ impl Cell {
 
     pub(crate) fn colored(self, color: Rgb) -> Self {
         Self { color: Some(color), ..self }
+    }
+
+    pub(crate) fn shaded(self, shade: Rgb) -> Self {
+        Self { shade: Some(shade), ..self }
     }
 
     pub(crate) fn with_bar(self, bar: Bar) -> Self {

@@ -90,7 +90,8 @@ impl Table {
 impl Cell {
     fn markup(&self, head: bool) -> Markup {
         let span = (self.more_columns > 0).then_some(self.more_columns + 1);
-        let color = self.color.map(|color| format!("border-bottom:3px solid {}", css(color)));
+        let line = self.color.map(|color| format!("border-bottom:3px solid {}", css(color)));
+        let color = line.or(self.shade.map(|shade| format!("background:{}", css(shade))));
         let lines = html! {
             @for (k, line) in self.lines.iter().enumerate() { @if k > 0 { br; } (line) }
         };

@@ -10,7 +10,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use trueweld_measure::diagnose::Diagnosis;
 use trueweld_measure::residuals::compare::{ChannelComparison, LogComparison};
-use trueweld_measure::residuals::localize::{CurvePoint, Finding, Statistic, foremost};
+use trueweld_measure::residuals::localize::{
+    CurvePoint, Finding, MapAxis, ResidualMap, Statistic, foremost,
+};
 use trueweld_plant::provenance::Provenance;
 
 /// A model against measurements.
@@ -128,6 +130,42 @@ pub struct ResidualFinding {
     pub sentence: String,
     /// The residual over the condition.
     pub curve: ResidualCurve,
+    /// Two conditions that it follows together, where one does not do.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub map: Option<ResidualMapData>,
+}
+
+/// A mean residual over two conditions.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[allow(missing_docs)]
+pub struct ResidualMapData {
+    pub x: ResidualMapAxis,
+    pub y: ResidualMapAxis,
+    /// The column.
+    pub series: String,
+    pub unit: String,
+    /// By y, then by x; null where there are too few rows.
+    pub mean: Vec<Vec<Option<f64>>>,
+    /// Share of the squared residual that follows both.
+    pub share: Option<f64>,
+    /// Share that chance gives.
+    pub share_by_chance: Option<f64>,
+    /// How often chance does as much.
+    pub p: Option<f64>,
+}
+
+/// The bins of one condition.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[allow(missing_docs)]
+pub struct ResidualMapAxis {
+    pub name: String,
+    pub unit: String,
+    /// Names of the categories; empty where the condition is a number.
+    pub categories: Vec<String>,
+    /// Mean of the condition in each bin.
+    pub values: Vec<Option<f64>>,
 }
 
 /// A residual over a condition.
@@ -227,6 +265,7 @@ impl ResidualFinding {
                 y: column(|p| p.y),
                 error: column(|p| p.error),
             },
+            map: finding.map.as_ref().map(|map| ResidualMapData::of(map, finding)),
         }
     }
 
@@ -234,5 +273,27 @@ impl ResidualFinding {
     pub(super) fn remaining(diagnosis: &Diagnosis) -> Vec<Self> {
         let all = foremost(&diagnosis.unexplained, words::diagnose::REMAINS);
         all.into_iter().map(Self::of).collect()
+    }
+}
+
+impl ResidualMapData {
+    fn of(map: &ResidualMap, finding: &Finding) -> Self {
+        let axis = |axis: &MapAxis| ResidualMapAxis {
+            name: variable(axis.variable, &finding.joints),
+            unit: axis.variable.unit().to_owned(),
+            categories: axis.categories.iter().map(|c| category(*c, finding)).collect(),
+            values: axis.values.iter().map(|v| finite(*v)).collect(),
+        };
+        let (quantity, column) = map.series;
+        Self {
+            x: axis(&map.x),
+            y: axis(&map.y),
+            series: series(quantity, column, &finding.joints),
+            unit: quantity.unit().to_owned(),
+            mean: map.mean.iter().map(|r| r.iter().map(|v| finite(*v)).collect()).collect(),
+            share: finite(map.share),
+            share_by_chance: finite(map.by_chance),
+            p: finite(map.p),
+        }
     }
 }

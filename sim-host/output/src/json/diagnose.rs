@@ -4,6 +4,7 @@ use super::compare::ResidualFinding;
 use super::effects::{EffectCurveData, EffectPlace, FittedEffectValues};
 use super::finite;
 use super::mistake::FileMistake;
+use super::mountings::LinkMountings;
 use super::register::RegisteredTracker;
 use crate::words::compare::notice;
 use crate::words::diagnose::undone;
@@ -44,6 +45,9 @@ pub struct DiagnoseResult {
     pub candidates: Vec<DiagnosisCandidate>,
     /// Calibrations that are off.
     pub calibration: Vec<FittedEffectValues>,
+    /// What the logs fix of how links are mounted; null where they see no postures.
+    #[serde(default)]
+    pub mountings: Option<LinkMountings>,
     /// What to record next.
     pub next_experiment: Option<PlannedExperiment>,
     /// What the residual follows that is left.
@@ -182,6 +186,7 @@ impl DiagnoseResult {
                 .map(|(k, c)| DiagnosisCandidate::of(c, account.reasons.get(k), diagnosis, robot))
                 .collect(),
             calibration: FittedEffectValues::calibrations(&diagnosis.calibration, robot, before),
+            mountings: diagnosis.mountings.as_ref().map(|m| LinkMountings::of(m, robot)),
             next_experiment: account.next_experiment.as_ref().map(PlannedExperiment::of),
             unexplained: ResidualFinding::remaining(diagnosis),
             limits: diagnosis.limits.iter().map(limit).collect(),

@@ -34,6 +34,9 @@ pub struct FittedEffectValues {
     /// The log, where it is of one alone.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub log: Option<String>,
+    /// True for a calibration that is larger than any, or at the bound of its range.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub implausible: bool,
 }
 
 /// A fitted value with its 95 % interval.
@@ -106,7 +109,13 @@ impl FittedEffectValues {
             (p.name.to_owned(), FittedValue { value, low, high, unit: p.unit.to_owned() })
         });
         let log = found.log.and_then(|log| logs.get(log)).map(|log| log.name.clone());
-        Self { effect, at, parameters: parameters.collect(), log }
+        Self {
+            effect,
+            at,
+            parameters: parameters.collect(),
+            log,
+            implausible: found.is_implausible(),
+        }
     }
 }
 

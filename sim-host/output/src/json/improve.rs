@@ -1,7 +1,7 @@
 //! A model improved.
 
 use super::compare::ResidualFinding;
-use super::effects::FittedEffectValues;
+use super::effects::{EffectPlace, FittedEffectValues};
 use super::finite;
 use super::mistake::FileMistake;
 use super::register::RegisteredTracker;
@@ -65,6 +65,9 @@ pub struct AddedStep {
     pub effects: Vec<FittedEffectValues>,
     /// The calibrations beside them.
     pub calibration: Vec<FittedEffectValues>,
+    /// Effects that the data do not tell from those that it added.
+    #[serde(default)]
+    pub indistinguishable: Vec<EffectPlace>,
 }
 
 /// A step that was not kept.
@@ -89,6 +92,11 @@ impl ImproveResult {
             holdout_score: finite(step.held_out),
             effects: all(&step.effects),
             calibration: FittedEffectValues::calibrations(&step.calibration, &model.robot, before),
+            indistinguishable: improvement
+                .others(step)
+                .into_iter()
+                .map(|e| EffectPlace::of(e.kind, e.at, &model.robot))
+                .collect(),
         });
         let rejected = improvement.rejected.iter().map(|step| RejectedStep {
             added: all(&step.added),

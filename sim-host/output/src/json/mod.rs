@@ -11,6 +11,7 @@ mod import;
 mod improve;
 mod mistake;
 mod mistakes;
+mod mountings;
 mod register;
 mod simulation;
 mod tune;
@@ -19,7 +20,10 @@ pub use certify::{
     CertifyResult, FaultRun, JudgedRequirement, LoopMargins, LoopPassivity, MarginPlace,
     TrialFigures, UncertainRecord, UnfinishedTrial, WeldEvidence, WorstCell,
 };
-pub use compare::{CompareResult, ComparedChannel, ComparedLog, ResidualCurve, ResidualFinding};
+pub use compare::{
+    CompareResult, ComparedChannel, ComparedLog, ResidualCurve, ResidualFinding, ResidualMapAxis,
+    ResidualMapData,
+};
 pub use diagnose::{
     ConfusablePair, DetectionLimit, DiagnoseResult, DiagnosisCandidate, PlanPoint,
     PlannedExperiment,
@@ -29,6 +33,7 @@ pub use import::{ImportResult, ImportedColumn, ImportedFile};
 pub use improve::{AddedStep, ImproveResult, RejectedStep};
 pub use mistake::{FileMistake, MistakeEvidence};
 pub use mistakes::MistakesResult;
+pub use mountings::{LinkMountings, MountingCombination, MountingTerm};
 pub use register::{RegisterResult, RegisteredPose, RegisteredTracker};
 pub use simulation::{
     CheckResult, CheckedFile, ComparedLaw, FirstLimitResult, JudgedFigureResult, LawPoint,

@@ -1,7 +1,7 @@
 //! A model against measurements.
 
 use super::Report;
-use super::residuals::{Columns, score_bar};
+use super::residuals::{Columns, map, score_bar};
 use crate::CompareReport;
 use crate::color::{self, Dash, REFERENCE};
 use crate::document::{
@@ -10,7 +10,7 @@ use crate::document::{
 use crate::json::CompareResult;
 use crate::samples::{self, Samples};
 use crate::words::compare::{TOLD, headline, notes, setting};
-use crate::words::finding::{category, sentence, x_name, y_name};
+use crate::words::finding::{category, map_title, sentence, x_name, y_name};
 use crate::words::{Scale, fixed};
 use trueweld_measure::residuals::compare::{ChannelComparison, Comparison, FLOOR, LogComparison};
 use trueweld_measure::residuals::localize::{CurvePoint, Finding, foremost};
@@ -40,8 +40,12 @@ impl Report for CompareReport<'_> {
         document.section(
             Medium::Page,
             "What the difference follows",
-            Block::Figures(told.into_iter().map(finding_figure).collect()),
+            Block::Figures(told.iter().map(|finding| finding_figure(finding)).collect()),
         );
+        for (finding, over_two) in told.iter().filter_map(|f| Some((f, f.map.as_ref()?))) {
+            let table = Block::Table(map(over_two));
+            document.section(Medium::Page, &map_title(finding, over_two), table);
+        }
         let logs = comparison
             .logs
             .iter()

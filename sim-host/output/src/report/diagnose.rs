@@ -1,7 +1,7 @@
 //! Which physical effect is missing in a model.
 
 use super::Report;
-use super::residuals::before_and_after;
+use super::residuals::{before_and_after, map};
 use crate::DiagnoseReport;
 use crate::color::{self, Dash};
 use crate::document::{
@@ -13,10 +13,12 @@ use crate::words::curve::{title, x_name, y_name};
 use crate::words::diagnose::{
     confusable, in_a_line, limits, none_of_these, ranked, remains, undone, values,
 };
+use crate::words::finding::map_title;
 use crate::words::{self, Scale, probability, score, share};
 use trueweld_measure::diagnose::evidence::EffectCurve;
 use trueweld_measure::diagnose::{FittedEffect, Reason, Verdict};
-use trueweld_measure::residuals::localize::CurvePoint;
+use trueweld_measure::residuals::localize::{CurvePoint, foremost};
+use trueweld_plant::effects::CalibrationScope;
 use trueweld_plant::input::RobotFile;
 
 /// Columns drawn before and after.
@@ -71,6 +73,15 @@ impl Report for DiagnoseReport<'_> {
             "Calibrations that are off, which are no missing effect",
             Block::List(calibrations.collect()),
         );
+        let mountings = diagnosis.mountings.as_ref().filter(|_| {
+            let posture = |f: &FittedEffect| {
+                f.effect.kind.calibration.is_some_and(|c| c.scope == CalibrationScope::Postures)
+            };
+            diagnosis.calibration.iter().any(posture)
+        });
+        if let Some(mountings) = mountings {
+            document.push(Block::Note(words::diagnose::mountings(mountings, &self.model.robot)));
+        }
         document.section(
             Medium::All,
             &format!(
@@ -79,6 +90,11 @@ impl Report for DiagnoseReport<'_> {
             ),
             Block::List(remains(diagnosis)),
         );
+        let left = foremost(&diagnosis.unexplained, words::diagnose::REMAINS);
+        for (finding, over_two) in left.iter().filter_map(|f| Some((f, f.map.as_ref()?))) {
+            let table = Block::Table(map(over_two));
+            document.section(Medium::Page, &map_title(finding, over_two), table);
+        }
         let left_out = undone(&diagnosis.undone, &self.model.robot);
         document.section(Medium::All, words::diagnose::UNDONE, Block::List(left_out));
         let medium = if missing { Medium::Page } else { Medium::All };

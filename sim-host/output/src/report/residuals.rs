@@ -1,9 +1,10 @@
 //! Measured values beside what one model or two predict of them.
 
 use crate::color::{self, Dash, REFERENCE, Rgb};
-use crate::document::{Bar, Figure, Line, Plot};
+use crate::document::{Bar, Figure, Line, Plot, Table, number, words};
 use crate::words::{Scale, fixed};
 use trueweld_measure::residuals::compare::{LogComparison, Trace};
+use trueweld_measure::residuals::localize::{MapAxis, ResidualMap};
 
 /// Bars of scores begin here: their length is a logarithm.
 const SHORTEST: f64 = 0.5;
@@ -24,6 +25,41 @@ pub(super) fn score_bar(score: f64, highest: f64) -> Bar {
     let share = |score: f64| (score.max(SHORTEST) / SHORTEST).ln() / (highest / SHORTEST).ln();
     let color = if score > 1.0 { color::run(0) } else { color::run(1) };
     Bar { share: share(score), mark: Some(share(1.0)), color }
+}
+
+/// The residual of a finding over two conditions: blue where it is negative, orange where it is
+/// positive.
+pub(super) fn map(map: &ResidualMap) -> Table {
+    const COLORS: [Rgb; 2] = [[0, 114, 178], [213, 94, 0]];
+    let labels = |axis: &MapAxis| -> Vec<String> {
+        let scale = Scale::large(axis.unit);
+        let of = |(k, v): (usize, &f64)| match axis.categories.get(k) {
+            Some(name) => name.clone(),
+            None => scale.number(*v),
+        };
+        axis.values.iter().enumerate().map(of).collect()
+    };
+    let name = |axis: &MapAxis| Scale::large(axis.unit).named(&axis.name);
+    let scale = Scale::small(map.unit);
+    let most =
+        map.mean.iter().flatten().filter(|v| v.is_finite()).fold(0.0, |m: f64, v| m.max(v.abs()));
+    let cell = |value: &f64| {
+        if !value.is_finite() {
+            return number("");
+        }
+        let [full, strength] =
+            [COLORS[usize::from(*value > 0.0)].map(f64::from), [value.abs() / most; 3]];
+        // Pale enough for the number to be read.
+        let shade = std::array::from_fn(|k| (255.0 - 0.7 * strength[k] * (255.0 - full[k])) as u8);
+        number(scale.number(*value)).shaded(shade)
+    };
+    let rows = labels(&map.y)
+        .into_iter()
+        .zip(&map.mean)
+        .map(|(label, row)| std::iter::once(words(label)).chain(row.iter().map(cell)).collect());
+    let above = vec![words(name(&map.y)), words(name(&map.x)).over(map.x.values.len())];
+    let head = std::iter::once(words("")).chain(labels(&map.x).into_iter().map(number)).collect();
+    Table { head: vec![above, head], rows: rows.collect() }
 }
 
 /// One column of a log under one model or two.

@@ -1,10 +1,10 @@
 //! What is said of a diagnosis and of an improvement.
 
 use super::finding::{article, sentence};
-use super::{Scale, counted, effects, experiment, listed, probability, score, share};
+use super::{Scale, counted, effects, experiment, fixed, listed, probability, score, share};
 use crate::{DiagnoseReport, ImproveReport};
 use trueweld_measure::diagnose::{
-    Candidate, Confusable, Diagnosis, FittedEffect, Limit, Reason, Undone, Verdict,
+    Candidate, Confusable, Diagnosis, FittedEffect, Limit, Mountings, Reason, Undone, Verdict,
 };
 use trueweld_measure::improve::{Rejected, Rejection, Step};
 use trueweld_measure::residuals::compare::{FLOOR, LogComparison};
@@ -106,6 +106,39 @@ fn calibrations(found: &[FittedEffect], robot: &RobotFile) -> String {
     listed(&told, "and")
 }
 
+/// What is said of calibrations that are larger than any; nothing where there are none.
+fn implausible(found: &[FittedEffect], robot: &RobotFile) -> String {
+    let beyond: Vec<FittedEffect> = found.iter().filter(|f| f.is_implausible()).cloned().collect();
+    if beyond.is_empty() {
+        return String::new();
+    }
+    format!(
+        " More than a calibration: {}. Something else is wrong there, in the robot file or in the cell.",
+        calibrations(&beyond, robot)
+    )
+}
+
+/// What the logs fix of how links are mounted, in a line.
+pub(crate) fn mountings(all: &Mountings, robot: &RobotFile) -> String {
+    let best = all.fixed.first().map_or(String::new(), |best| {
+        let terms = best.terms.iter().take(NAMED).map(|(at, parameter, weight)| {
+            let joint = match at {
+                Location::Joint(joint) => robot.joint_names[*joint].as_str(),
+                _ => "",
+            };
+            format!("{} {joint} {parameter}", fixed(*weight, 2))
+        });
+        let terms = terms.collect::<Vec<_>>().join(", ");
+        format!("; best known, to {} of what was expected: {terms}, …", share(best.deviation))
+    });
+    format!(
+        "How links are mounted: of {} these logs fix {}, and leave {} open{best}.",
+        counted(all.values, "value"),
+        counted(all.fixed.len(), "combination"),
+        all.values - all.fixed.len()
+    )
+}
+
 /// An explanation that brings the model so far.
 fn found(best: &Candidate, robot: &RobotFile) -> String {
     let found: Vec<String> = best.effects.iter().map(|f| in_a_line(f, robot)).collect();
@@ -194,7 +227,9 @@ impl DiagnoseReport<'_> {
     /// The verdict in a sentence or two.
     pub(crate) fn headline(&self) -> String {
         let next = self.account.next_experiment.as_ref().map(experiment::title);
-        verdict(self.diagnosis, self.diagnosis.verdict, &self.model.robot, next.as_deref())
+        let robot = &self.model.robot;
+        let verdict = verdict(self.diagnosis, self.diagnosis.verdict, robot, next.as_deref());
+        format!("{verdict}{}", implausible(&self.diagnosis.calibration, robot))
     }
 
     /// What was diagnosed.
@@ -262,7 +297,17 @@ impl ImproveReport<'_> {
                 let names = calibrations(&last.calibration, &self.model.robot);
                 format!("Recalibrated, {names}: {fall}.")
             }
-            (_, added) => format!("With {} {fall}.", added.join(" and ")),
+            (_, added) => {
+                let others = steps.iter().rev().find(|step| !step.added.is_empty());
+                let others = others.map_or(Vec::new(), |step| self.improvement.others(step));
+                let others: Vec<String> =
+                    others.iter().map(|e| e.name(&self.model.robot)).collect();
+                let tied = match others.as_slice() {
+                    [] => String::new(),
+                    others => format!(" These logs explain as well with {}.", listed(others, "or")),
+                };
+                format!("With {} {fall}.{tied}", added.join(" and "))
+            }
         }
     }
 

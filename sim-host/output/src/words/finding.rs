@@ -2,7 +2,9 @@
 
 use super::{Scale, listed, share};
 use trueweld_measure::predict::Quantity;
-use trueweld_measure::residuals::localize::{ARRANGEMENTS, Category, Finding, Statistic, Variable};
+use trueweld_measure::residuals::localize::{
+    ARRANGEMENTS, Category, Finding, ResidualMap, Statistic, Variable,
+};
 
 /// The name of a condition.
 pub(crate) fn variable(variable: Variable, joints: &[String]) -> String {
@@ -158,7 +160,23 @@ pub(crate) fn sentence(finding: &Finding) -> String {
             listed(&all.iter().map(|v| article(*v, joints)).collect::<Vec<_>>(), "and")
         ),
     };
-    format!("{kind}, {channel}: {said}{most}{similar}.")
+    let together = finding.map.as_ref().map_or(String::new(), |map| {
+        let [x, y] = [map.x.variable, map.y.variable].map(|v| article(v, joints));
+        format!("; {x} and {y} together {}", share(map.share))
+    });
+    format!("{kind}, {channel}: {said}{most}{similar}{together}.")
+}
+
+/// What a map of a residual over two conditions shows.
+pub(crate) fn map_title(finding: &Finding, map: &ResidualMap) -> String {
+    let (quantity, column) = map.series;
+    format!(
+        "{}, {}: mean residual in {}, {}, over two conditions",
+        finding.kind,
+        finding.channel,
+        series(quantity, column, &finding.joints),
+        Scale::small(quantity.unit()).unit
+    )
 }
 
 /// Where a finding shows most.

@@ -34,7 +34,7 @@ use trueweld_measure::residuals::compare::{
     ChannelComparison, Comparison, LogComparison, Notice, Trace,
 };
 use trueweld_measure::residuals::localize::{
-    Category, Curve, CurvePoint, Finding, Statistic, Variable,
+    Category, Curve, CurvePoint, Finding, MapAxis, ResidualMap, Statistic, Variable,
 };
 use trueweld_output::{CertifiedWeld, CertifyReport, DiagnoseReport, StepRun, WeldRun};
 use trueweld_plant::cell::Cell;
@@ -348,6 +348,23 @@ pub fn comparison() -> Comparison {
             y_unit: "m",
             points: vec![point(0.0, 0.0), point(1.0, 2e-4)],
         },
+        map: Some(ResidualMap {
+            x: MapAxis {
+                variable: Variable::SpringTorque(4),
+                categories: Vec::new(),
+                values: vec![-100.0, 100.0],
+            },
+            y: MapAxis {
+                variable: Variable::Motion(4),
+                categories: vec![Category::Negative, Category::Positive],
+                values: vec![0.0, 1.0],
+            },
+            series: (Quantity::Position, 0),
+            mean: vec![vec![1e-4, -1e-4], vec![-1e-4, f64::NAN]],
+            share: 0.8,
+            by_chance: 0.02,
+            p: 0.005,
+        }),
     };
     let log = LogComparison {
         path: "campaign/free".into(),
@@ -483,6 +500,7 @@ pub fn diagnosis(verdict: Verdict) -> Parts {
                 log: Some(0),
                 ..found("encoder-offset", &[1e-5], 1e-6)
             }],
+            mountings: None,
             improved: Fitted {
                 at: vec![Prediction { residual: vec![1.015; 100], motion: None, late: None }],
                 ..fitted()

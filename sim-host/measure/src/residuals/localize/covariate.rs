@@ -37,6 +37,17 @@ pub(super) struct Bins {
     pub count: usize,
 }
 
+impl Bins {
+    /// The cells of two conditions: each bin of this one, then of the other.
+    pub fn across(&self, other: &Self) -> Self {
+        let both = |(a, b): (&Option<u16>, &Option<u16>)| Some((*a)? * other.count as u16 + (*b)?);
+        Self {
+            of: self.of.iter().zip(&other.of).map(both).collect(),
+            count: self.count * other.count,
+        }
+    }
+}
+
 const SIGNS: [Category; 2] = [Category::Negative, Category::Positive];
 const DIRECTIONS: [Category; 3] = [Category::Negative, Category::AtRest, Category::Positive];
 const TENDENCIES: [Category; 3] = [Category::Falling, Category::Steady, Category::Rising];

@@ -9,11 +9,14 @@
 //! the reason is.
 
 mod covariate;
+mod map;
 mod orders;
 mod spectrum;
 mod table;
 
-pub use crate::residuals::finding::{Category, Curve, CurvePoint, Finding, Statistic, Variable};
+pub use crate::residuals::finding::{
+    Category, Curve, CurvePoint, Finding, MapAxis, ResidualMap, Statistic, Variable,
+};
 
 use crate::data::log::Log;
 use crate::predict::{Experiment, Prediction};
@@ -50,7 +53,6 @@ pub fn localize(
         .par_iter()
         .flat_map(|table| {
             let mut of_table = findings_of(table, &conditions, logs);
-            of_table.sort_by(|a, b| b.excess().total_cmp(&a.excess()));
             name_similar(&mut of_table);
             of_table
         })
@@ -88,6 +90,12 @@ fn findings_of(table: &ResidualTable, conditions: &[Vec<Covariate>], logs: &[Log
     found.extend(offset(table));
     found.extend(orders::of(table, &joined, &arrangements));
     found.extend(spectrum::of(table, logs, &arrangements));
+    found.sort_by(|a, b| b.excess().total_cmp(&a.excess()));
+    let map = map::of(table, &joined, &found, &arrangements);
+    // The first that a person is told of.
+    if let Some(first) = found.iter_mut().find(|f| f.variable != Variable::Frequency) {
+        first.map = map;
+    }
     found
 }
 

@@ -370,6 +370,7 @@ impl ResidualTable {
             samples_there: 0.0,
             similar: Vec::new(),
             curve: Curve { categories: Vec::new(), series: None, y_unit: "", points: Vec::new() },
+            map: None,
         }
     }
 }
