@@ -69,8 +69,18 @@ pub fn tell(
     let reasons = all.map(|(k, c)| reason(bench, logs, diagnosis, (c, k < DRAWN))).collect();
     progress("planning the next experiment", 0.6);
     let rivals = rivals(diagnosis, robot);
-    let next_experiment =
+    let mut next_experiment =
         if rivals.is_empty() { None } else { next_experiment(bench, logs, &rivals) };
+    // The fits in full say more of the logs so far than what is left from where they end.
+    let cost = |name: &String| {
+        let of = diagnosis.candidates.iter().find(|c| c.name(robot) == *name);
+        of.map(|c| c.fitted.cost)
+    };
+    if let Some(plan) = &mut next_experiment
+        && let [Some(first), Some(second)] = plan.rivals.each_ref().map(cost)
+    {
+        plan.so_far = second - first;
+    }
     Explanation { reasons, next_experiment }
 }
 

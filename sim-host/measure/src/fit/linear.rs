@@ -320,3 +320,25 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     }
     sums.iter().sum::<f64>() + rest.iter().zip(other_rest).map(|(x, y)| x * y).sum::<f64>()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_blocks_disagree_by_is_the_scatter_of_their_means() {
+        // One value, the mean: the slope of each residual is −1, a block is ten of them.
+        let off = |b: usize| if b.is_multiple_of(2) { 1.0 } else { -1.0 };
+        let linear = Linear {
+            square: vec![DMatrix::from_element(1, 1, 10.0); BLOCKS],
+            slope: (0..BLOCKS).map(|b| DVector::from_element(1, -10.0 * off(b))).collect(),
+            rest: vec![10.0; BLOCKS],
+            weight: DVector::zeros(1),
+            away: DVector::zeros(1),
+            hold: (DVector::zeros(1), DVector::zeros(1)),
+        };
+        // White noise of 1 would leave 1/√100; blocks that are off by ±1 leave √(1/9).
+        assert!((linear.factor().unwrap().deviations()[0] - 0.1).abs() < 1e-6);
+        assert!((linear.scatter().unwrap()[0] - (1.0_f64 / 9.0).sqrt()).abs() < 1e-6);
+    }
+}

@@ -166,6 +166,12 @@ mod tests {
         }
         // The finding's curve; of the positions the difference alone.
         assert_eq!(page.matches("<svg").count(), 2);
+        // What follows two conditions: −0.1 mm as blue as it gets, a cell without rows pale.
+        let together = "A5's spring torque and the direction of A5's motion together 80 %";
+        let words: Vec<&str> = text.split_whitespace().collect();
+        assert!(words.join(" ").contains(together), "{text}");
+        assert!(page.contains("mean residual in x, mm, over two conditions"));
+        assert_eq!(page.matches("background:#4c9cc9").count(), 2);
     }
 
     #[test]

@@ -6,6 +6,7 @@ use crate::{DiagnoseReport, ImproveReport};
 use trueweld_measure::diagnose::{
     Candidate, Confusable, Diagnosis, FittedEffect, Limit, Mountings, Reason, Undone, Verdict,
 };
+use trueweld_measure::experiment::TOLD_APART;
 use trueweld_measure::improve::{Rejected, Rejection, Step};
 use trueweld_measure::residuals::compare::{FLOOR, LogComparison};
 use trueweld_measure::residuals::localize::{Finding, foremost};
@@ -151,7 +152,7 @@ fn found(best: &Candidate, robot: &RobotFile) -> String {
     )
 }
 
-/// The finding in a sentence or two, of whatever kind it is; `next`: what to record next, in a line.
+/// The finding in a sentence or two, of whatever kind it is; `next`: what to record next, in a sentence.
 pub(crate) fn verdict(
     diagnosis: &Diagnosis,
     verdict: Verdict,
@@ -173,8 +174,7 @@ pub(crate) fn verdict(
     let follows = || followed(&diagnosis.unexplained);
     match (verdict, best, calibrated) {
         (Verdict::EffectFound, Some(best), _) if !best.indistinguishable.is_empty() => {
-            let record = next
-                .map_or(String::new(), |title| format!(" To tell them apart, record: {title}."));
+            let record = next.map_or(String::new(), |next| format!(" {next}"));
             format!(
                 "Something is missing (score {before}), and these logs cannot separate {}: each brings the score to {} where it was \
                  not fitted.{record}",
@@ -226,7 +226,13 @@ pub(crate) fn verdict(
 impl DiagnoseReport<'_> {
     /// The verdict in a sentence or two.
     pub(crate) fn headline(&self) -> String {
-        let next = self.account.next_experiment.as_ref().map(experiment::title);
+        let next = self.account.next_experiment.as_ref().map(|plan| {
+            if plan.separation < TOLD_APART {
+                return "No experiment that the logs show to be possible tells them apart."
+                    .to_owned();
+            }
+            format!("To tell them apart, record: {}.", experiment::title(plan))
+        });
         let robot = &self.model.robot;
         let verdict = verdict(self.diagnosis, self.diagnosis.verdict, robot, next.as_deref());
         format!("{verdict}{}", implausible(&self.diagnosis.calibration, robot))

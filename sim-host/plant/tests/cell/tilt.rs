@@ -79,6 +79,6 @@ fn it_swings_at_the_lowest_frequency_of_base_and_joints_together() {
     let halves = (crossings.len() - 1) as f64;
     let measured = std::f64::consts::PI * halves / (crossings[crossings.len() - 1] - crossings[0]);
     // Gravity's own stiffness, 24 kN·m/rad of 10 MN·m/rad, and damping of 3 % change a frequency by
-    // a thousandth; what no joint can follow is left out, and swings at several times it.
-    assert!((measured / expected - 1.0).abs() < 1e-2, "{measured} {expected} {rigid}");
+    // a thousandth; the inertia that no joint follows counts to first order.
+    assert!((measured / expected - 1.0).abs() < 5e-3, "{measured} {expected} {rigid}");
 }
