@@ -38,6 +38,14 @@ pub(super) struct Bins {
 }
 
 impl Bins {
+    /// The same with two bins each as one.
+    pub fn halved(&self) -> Self {
+        Self {
+            of: self.of.iter().map(|bin| bin.map(|b| b / 2)).collect(),
+            count: self.count.div_ceil(2),
+        }
+    }
+
     /// The cells of two conditions: each bin of this one, then of the other.
     pub fn across(&self, other: &Self) -> Self {
         let both = |(a, b): (&Option<u16>, &Option<u16>)| Some((*a)? * other.count as u16 + (*b)?);

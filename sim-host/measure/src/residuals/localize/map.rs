@@ -14,8 +14,12 @@ const FIRST: usize = 3;
 const MORE: f64 = 0.08;
 const TIMES: f64 = 1.25;
 
-/// Fewest rows of a cell whose mean is shown.
+/// Rows for each cell of a map of 8 by 8 bins; where there are fewer, two bins of a number are one.
+const ROWS: usize = 12;
+
+/// Fewest rows of a cell whose mean is shown, and share of the rows that lie in such cells.
 const FEWEST: f64 = 4.0;
+const SHOWN: f64 = 0.8;
 
 /// The two conditions that the mean residual of a table follows together, where no single one
 /// explains nearly as much. `found`: what it follows by one, the most first.
@@ -26,8 +30,13 @@ pub(super) fn of(
     arrangements: &[Vec<u32>],
 ) -> Option<ResidualMap> {
     let width = table.series.len();
+    let few = table.squares.len() < 64 * ROWS;
+    let bins_of = |c: &Covariate| match c.bins()? {
+        bins if few && c.categories.is_empty() => Some(bins.halved()),
+        bins => Some(bins),
+    };
     let binned: Vec<(&Covariate, Bins)> =
-        joined.iter().filter_map(|c| Some((c, c.bins()?))).collect();
+        joined.iter().filter_map(|c| Some((c, bins_of(c)?))).collect();
     let share = |bins: &Bins| Sums::of(table, bins, |i| i).shares(width).mean;
     let alone: Vec<f64> = binned.iter().map(|(_, bins)| share(bins)).collect();
     let mut order: Vec<usize> = (0..binned.len()).collect();
@@ -39,17 +48,21 @@ pub(super) fn of(
     let (together, a, b) = pairs
         .map(|(a, b)| (share(&binned[a].1.across(&binned[b].1)), a, b))
         .max_by(|x, y| x.0.total_cmp(&y.0))?;
-    // What one condition explains that is no condition of rows, such as a wave of the angle, counts
-    // as well.
+    // What else is told of one condition, such as a wave of the angle, counts as well.
     let by_one = found
         .iter()
-        .filter(|f| f.how == Statistic::Mean)
+        .filter(|f| f.variable != super::spectrum::NAME)
         .map(Finding::excess)
         .fold(alone[a].max(alone[b]), f64::max);
     if together < (by_one + MORE).max(TIMES * by_one) {
         return None;
     }
     let cells = binned[a].1.across(&binned[b].1);
+    let rows = Sums::of(table, &cells, |i| i).rows;
+    let shown: f64 = rows.iter().filter(|n| **n >= FEWEST).sum();
+    if shown < SHOWN * table.squares.len() as f64 {
+        return None;
+    }
     let arranged = arrangements
         .iter()
         .map(|order| [Sums::of(table, &cells, |i| order[i] as usize).shares(width).mean]);
