@@ -4,7 +4,7 @@ use super::finite;
 use super::mistake::FileMistake;
 use super::register::RegisteredTracker;
 use crate::words::compare::notice;
-use crate::words::finding::{category, sentence, variable, x_name, y_name};
+use crate::words::finding::{category, sentence, series, variable, x_name, y_name};
 use crate::{CompareReport, words};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -43,7 +43,7 @@ impl Report for CompareReport<'_> {
             Block::Figures(told.iter().map(|finding| finding_figure(finding)).collect()),
         );
         for (finding, over_two) in told.iter().filter_map(|f| Some((f, f.map.as_ref()?))) {
-            let table = Block::Table(map(over_two));
+            let table = Block::Table(map(over_two, finding));
             document.section(Medium::Page, &map_title(finding, over_two), table);
         }
         let logs = comparison

@@ -92,7 +92,7 @@ impl Report for DiagnoseReport<'_> {
         );
         let left = foremost(&diagnosis.unexplained, words::diagnose::REMAINS);
         for (finding, over_two) in left.iter().filter_map(|f| Some((f, f.map.as_ref()?))) {
-            let table = Block::Table(map(over_two));
+            let table = Block::Table(map(over_two, finding));
             document.section(Medium::Page, &map_title(finding, over_two), table);
         }
         let left_out = undone(&diagnosis.undone, &self.model.robot);

@@ -2,9 +2,10 @@
 
 use crate::color::{self, Dash, REFERENCE, Rgb};
 use crate::document::{Bar, Figure, Line, Plot, Table, number, words};
+use crate::words::finding::{category, variable};
 use crate::words::{Scale, fixed};
 use trueweld_measure::residuals::compare::{LogComparison, Trace};
-use trueweld_measure::residuals::localize::{MapAxis, ResidualMap};
+use trueweld_measure::residuals::localize::{Finding, MapAxis, ResidualMap};
 
 /// Bars of scores begin here: their length is a logarithm.
 const SHORTEST: f64 = 0.5;
@@ -29,18 +30,20 @@ pub(super) fn score_bar(score: f64, highest: f64) -> Bar {
 
 /// The residual of a finding over two conditions: blue where it is negative, orange where it is
 /// positive.
-pub(super) fn map(map: &ResidualMap) -> Table {
+pub(super) fn map(map: &ResidualMap, finding: &Finding) -> Table {
     const COLORS: [Rgb; 2] = [[0, 114, 178], [213, 94, 0]];
     let labels = |axis: &MapAxis| -> Vec<String> {
-        let scale = Scale::large(axis.unit);
+        let scale = Scale::large(axis.variable.unit());
         let of = |(k, v): (usize, &f64)| match axis.categories.get(k) {
-            Some(name) => name.clone(),
+            Some(named) => category(*named, finding),
             None => scale.number(*v),
         };
         axis.values.iter().enumerate().map(of).collect()
     };
-    let name = |axis: &MapAxis| Scale::large(axis.unit).named(&axis.name);
-    let scale = Scale::small(map.unit);
+    let name = |axis: &MapAxis| {
+        Scale::large(axis.variable.unit()).named(&variable(axis.variable, &finding.joints))
+    };
+    let scale = Scale::small(map.series.0.unit());
     let most =
         map.mean.iter().flatten().filter(|v| v.is_finite()).fold(0.0, |m: f64, v| m.max(v.abs()));
     let cell = |value: &f64| {

@@ -3,7 +3,7 @@
 
 use super::covariate::{Bins, Covariate};
 use super::table::{Judged, ResidualTable};
-use super::{Finding, Statistic, Sums, judge, largest};
+use super::{Finding, Statistic, Sums, Variable, judge, largest};
 use crate::residuals::finding::{MapAxis, ResidualMap};
 
 /// Conditions by which the residual's mean changes most, of which each is tried with every other.
@@ -51,7 +51,7 @@ pub(super) fn of(
     // What else is told of one condition, such as a wave of the angle, counts as well.
     let by_one = found
         .iter()
-        .filter(|f| f.variable != super::spectrum::NAME)
+        .filter(|f| f.variable != Variable::Frequency)
         .map(Finding::excess)
         .fold(alone[a].max(alone[b]), f64::max);
     if together < (by_one + MORE).max(TIMES * by_one) {
@@ -90,8 +90,7 @@ fn drawn(
     ResidualMap {
         x: axis(x),
         y: axis(y),
-        series: table.series[series].label.clone(),
-        unit: table.series[series].quantity.unit(),
+        series: (table.series[series].quantity, table.series[series].column),
         mean: (0..y.1.count)
             .map(|row| (0..x.1.count).map(|column| mean(column * y.1.count + row)).collect())
             .collect(),
@@ -108,8 +107,7 @@ fn axis((condition, bins): &(&Covariate, Bins)) -> MapAxis {
         sum / count
     };
     MapAxis {
-        name: condition.name.clone(),
-        unit: condition.unit,
+        variable: condition.variable,
         categories: condition.categories.clone(),
         values: (0..bins.count).map(mean).collect(),
     }
