@@ -110,26 +110,11 @@ impl Linear {
 
     /// The same slopes beside other residuals.
     pub(crate) fn beside(&self, blocks: &[Vec<u8>], at: &Residuals, slopes: &[Slopes]) -> Self {
-        self.renewed(blocks, at, slopes, slopes.len())
-    }
-
-    /// The same beside other residuals, where the first `stale` slopes are those it has.
-    pub(super) fn renewed(
-        &self,
-        blocks: &[Vec<u8>],
-        at: &Residuals,
-        slopes: &[Slopes],
-        stale: usize,
-    ) -> Self {
-        let (mut linear, n) = (self.clone(), slopes.len());
-        for square in &mut linear.square {
-            square.rows_mut(stale, n - stale).fill(0.0);
-            square.columns_mut(stale, n - stale).fill(0.0);
-        }
+        let mut linear = self.clone();
         linear.slope.iter_mut().for_each(|s| s.fill(0.0));
         linear.rest.fill(0.0);
         let slopes: Vec<&Slopes> = slopes.iter().collect();
-        linear.add(blocks, at, &slopes, (stale..n, 0..n));
+        linear.add(blocks, at, &slopes, (0..0, 0..slopes.len()));
         linear
     }
 

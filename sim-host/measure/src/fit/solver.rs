@@ -2,8 +2,7 @@
 //! arrived.
 //!
 //! Slopes are dear and residuals cheap: slopes are kept as long as the linear model foretells what a
-//! step brings, corrected along every step by what it brought (Broyden's update), and taken anew
-//! where the model does not foretell, and before a fit is said to have arrived.
+//! step brings, and taken anew where it does not, and before a fit is said to have arrived.
 
 use super::calibration::is_in_proportion;
 use super::{FitProblem, FitState, FreeParameter, Linear, Residuals, STEP, Slopes};
@@ -179,8 +178,7 @@ pub fn fit(
         match reached.filter(|(cost, _)| *cost < here.cost) {
             Some((cost, at)) => {
                 let share = (here.cost - cost) / foretold;
-                let before = std::mem::replace(&mut here.at, at);
-                (here.point, here.cost) = (next, cost);
+                (here.point, here.at, here.cost) = (next, at, cost);
                 fresh = stale == n;
                 if share < POOR {
                     damping = (damping * 4.0).max(1e-3);
@@ -190,8 +188,7 @@ pub fn fit(
                 if share < POOR && !fresh {
                     fresh = here.refresh(bench, blocks, stale);
                 } else {
-                    here.learn(&before, &step, stale);
-                    let again = here.linear.renewed(blocks, &here.at, &here.slopes, stale);
+                    let again = here.linear.beside(blocks, &here.at, &here.slopes);
                     here.linear = with_priors(again, &here.point);
                 }
             }
@@ -216,37 +213,6 @@ impl Fitted {
         anew.into_iter().zip(found).for_each(|(k, slopes)| self.slopes[k] = slopes);
         self.linear = linear(blocks, &self.point, &self.at, &self.slopes);
         true
-    }
-
-    /// Corrects all slopes but the first `stale` along a step by what it did to the residuals, from
-    /// `before` to what they are now: Broyden's update, values weighed by what they do.
-    fn learn(&mut self, before: &Residuals, step: &DVector<f64>, stale: usize) {
-        let square = |k: usize| self.linear.square.iter().map(|s| s[(k, k)]).sum::<f64>();
-        let weight: Vec<f64> = (stale..step.len()).map(|k| square(k) * step[k]).collect();
-        let all: f64 = weight.iter().zip(stale..).map(|(w, k)| w * step[k]).sum();
-        if all <= 0.0 {
-            return;
-        }
-        for (log, (now, before)) in self.at.iter().zip(before).enumerate() {
-            let mut left: Vec<f64> =
-                now.residual.iter().zip(&before.residual).map(|(n, b)| n - b).collect();
-            let add = |slopes: &mut [f64], left: &mut [f64], from: f64, to: f64| {
-                for (s, l) in slopes.iter_mut().zip(left) {
-                    *l -= from * *s;
-                    *s += to * *l;
-                }
-            };
-            for (k, slopes) in self.slopes.iter_mut().enumerate() {
-                if let Some(slopes) = &mut slopes[log] {
-                    add(slopes, &mut left, step[k], 0.0);
-                }
-            }
-            for (k, slopes) in self.slopes.iter_mut().enumerate().skip(stale) {
-                if let Some(slopes) = &mut slopes[log] {
-                    add(slopes, &mut left, 0.0, weight[k - stale] / all);
-                }
-            }
-        }
     }
 }
 
