@@ -13,6 +13,7 @@ use parquet::errors::ParquetError;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::schema::types::ColumnDescriptor;
 use std::fs::File;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use trueweld_plant::input::InputError;
 
 /// First bytes of such a file.
@@ -45,7 +46,7 @@ struct Groups {
 pub(super) fn open_parquet(name: String, input: File) -> Result<Box<dyn Rows>, InputError> {
     let failed =
         |error: ParquetError| damaged(&name, format!("cannot be read as Parquet: {error}"), HELP);
-    let reader = SerializedFileReader::new(input).map_err(failed)?;
+    let reader = caught(|| SerializedFileReader::new(input)).map_err(failed)?;
     let schema = reader.metadata().file_metadata().schema_descr();
     if schema.num_columns() > MOST_COLUMNS {
         let message =
@@ -115,7 +116,8 @@ impl Groups {
                 let message = format!("row group {} has a column at a negative place", self.next);
                 return Err(damaged(&self.name, message, HELP));
             }
-            open.push(group.get_column_reader(column.index).map_err(|e| self.failed(&e))?);
+            let reader = caught(|| group.get_column_reader(column.index));
+            open.push(reader.map_err(|e| self.failed(&e))?);
         }
         (self.open, self.left) = (open, rows);
         Ok(true)
@@ -134,7 +136,7 @@ impl Blocks for Groups {
         let mut open = std::mem::take(&mut self.open);
         let (mut block, mut ends) = (Vec::with_capacity(open.len()), true);
         for (reader, column) in open.iter_mut().zip(&self.columns) {
-            let mut values = match reader {
+            let values = caught(|| match reader {
                 ColumnReader::BoolColumnReader(r) => read(r, rows, f64::from),
                 ColumnReader::Int32ColumnReader(r) => read(r, rows, f64::from),
                 ColumnReader::Int64ColumnReader(r) => read(r, rows, |v: i64| v as f64),
@@ -144,8 +146,8 @@ impl Blocks for Groups {
                 ColumnReader::FloatColumnReader(r) => read(r, rows, f64::from),
                 ColumnReader::DoubleColumnReader(r) => read(r, rows, |v: f64| v),
                 _ => Ok(Vec::new()),
-            }
-            .map_err(|e| self.failed(&e))?;
+            });
+            let mut values = values.map_err(|e| self.failed(&e))?;
             ends &= values.is_empty();
             values.resize(rows, f64::NAN);
             if column.factor != 1.0 {
@@ -160,6 +162,13 @@ impl Blocks for Groups {
         }
         Ok(Some(block))
     }
+}
+
+/// What the crate makes of a file. It panics on some that no writer writes, as on a page that
+/// refers to a dictionary which is not there.
+fn caught<T>(work: impl FnOnce() -> Result<T, ParquetError>) -> Result<T, ParquetError> {
+    let damaged = |_| Err(ParquetError::General("it contradicts itself".to_owned()));
+    catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(damaged)
 }
 
 /// The next values of a column in a group, at most so many; NaN where one is missing.
