@@ -685,7 +685,7 @@ fn an_expression_that_ceases_to_be_finite_ends_the_run_and_nothing_else() {
         let none = law("none");
         let scenario = fixtures.scenario(&cell, Program::Weld, Controller::External, &none);
         match run(&scenario, |_| {}) {
-            Err(RunError::Diverged(_)) => assert!(!at_rest, "{effect}"),
+            Err(RunError::RanAway { .. }) => assert!(!at_rest, "{effect}"),
             Err(RunError::Rest(_)) => assert!(at_rest, "{effect}"),
             // The controller knows a sensor that reads no number, and holds.
             Ok(run) if effect.contains("sensor") => {
