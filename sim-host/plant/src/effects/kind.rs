@@ -91,8 +91,11 @@ pub struct EffectKind {
     pub drawn: Option<DrawEffect>,
     /// The robot's own numbers that the parameters add to, in their order, for the joint it is at;
     /// `None` where they stand alone.
-    pub adds_to: Option<fn(robot: &RobotParameters<f64>, joint: usize) -> Vec<f64>>,
+    pub adds_to: Option<OwnNumbers>,
 }
+
+/// The numbers of a robot's own that an effect's parameters add to, of the joint from 0.
+pub type OwnNumbers = fn(robot: &RobotParameters<f64>, joint: usize) -> Vec<f64>;
 
 /// Draws a place and values of an effect for a simulated campaign.
 pub type DrawEffect = fn(&mut Draw<'_>) -> (Location, Vec<f64>);
