@@ -73,8 +73,10 @@ fn copy(from: &Path, to: &Path) {
     }
 }
 
+type Rows = Vec<Vec<f64>>;
+
 /// Rewrites the samples of every log: header and rows in, rows out.
-fn rewrite(folder: &Path, change: &mut dyn FnMut(&str, &[&str], Vec<Vec<f64>>) -> Vec<Vec<f64>>) {
+fn rewrite(folder: &Path, change: &mut dyn FnMut(&str, &[&str], Rows) -> Rows) {
     for name in logs(folder) {
         let file = folder.join(&name).join("samples.csv");
         let text = fs::read_to_string(&file).expect("samples");
@@ -142,8 +144,11 @@ fn elsewhere(folder: &Path) {
     });
 }
 
+/// A change of a campaign's files.
+type Change = fn(&Path);
+
 /// What becomes of the files, by name.
-const CHANGES: [(&str, fn(&Path)); 4] = [
+const CHANGES: [(&str, Change); 4] = [
     ("cut", cut),
     ("raw", |folder| raw_files(folder, &[PoseForm::Abc, PoseForm::Quaternion])),
     ("reflectors", |folder| raw_files(folder, &[PoseForm::Reflectors])),

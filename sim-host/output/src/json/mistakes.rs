@@ -14,11 +14,11 @@ use trueweld_measure::diagnose::Verdict;
 #[serde(untagged)]
 pub enum MistakesResult {
     /// Of `compare`.
-    Compare(CompareResult),
+    Compare(Box<CompareResult>),
     /// Of `diagnose`.
-    Diagnose(DiagnoseResult),
+    Diagnose(Box<DiagnoseResult>),
     /// Of `improve`.
-    Improve(ImproveResult),
+    Improve(Box<ImproveResult>),
 }
 
 impl MistakesResult {
@@ -31,7 +31,7 @@ impl MistakesResult {
         let registered = report.found.registered.iter().map(RegisteredTracker::of).collect();
         let verdict = Verdict::UnknownEffect.name().to_owned();
         match provenance.command.as_str() {
-            "diagnose" => Self::Diagnose(DiagnoseResult {
+            "diagnose" => Self::Diagnose(Box::new(DiagnoseResult {
                 schema: "diagnose/1".to_owned(),
                 provenance,
                 mistakes,
@@ -40,8 +40,8 @@ impl MistakesResult {
                 sentence,
                 registered,
                 ..DiagnoseResult::default()
-            }),
-            "improve" => Self::Improve(ImproveResult {
+            })),
+            "improve" => Self::Improve(Box::new(ImproveResult {
                 schema: "improve/1".to_owned(),
                 provenance,
                 mistakes,
@@ -50,15 +50,15 @@ impl MistakesResult {
                 sentence,
                 registered,
                 ..ImproveResult::default()
-            }),
-            _ => Self::Compare(CompareResult {
+            })),
+            _ => Self::Compare(Box::new(CompareResult {
                 schema: "compare/1".to_owned(),
                 provenance,
                 mistakes,
                 model,
                 registered,
                 ..CompareResult::default()
-            }),
+            })),
         }
     }
 }

@@ -41,7 +41,7 @@ pub(crate) fn limits(report: &TuneReport<'_>) -> Vec<String> {
         let not = unconfirmed(tuned.ratings(), &tuned.weld);
         let state =
             if tuned.is_confirmed() { String::new() } else { format!("not confirmed: {not}. ") };
-        let closest = [&tuned.margins, &tuned.response].into_iter().filter_map(|all| worst(all));
+        let closest = [&tuned.margins, &tuned.response].into_iter().filter_map(worst);
         let closest: Vec<String> = closest.map(told).collect();
         format!(
             "{}: {state}Closest to its limit: {}.",
