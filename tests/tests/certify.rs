@@ -560,6 +560,7 @@ fn a_seam_that_lies_beside_the_taught_one_is_followed_by_who_sees_it() {
     // drives it, but for a few hundredths that load and noise make of it.
     assert!((beside[0] - believed[0] - BESIDE).abs() < 0.1 * BESIDE, "{beside:?}");
     assert!((beside[1] - BESIDE).abs() < 0.1 * BESIDE, "{beside:?}");
+    // The steady part of the short weld begins before all of it is taken up.
     let [_, beside] = lateral("seam-tracking");
-    assert!(beside[1] < 0.1 * BESIDE, "{beside:?}");
+    assert!(beside[1] < 0.2 * BESIDE, "{beside:?}");
 }

@@ -10,11 +10,21 @@
 //! asked here. Rotor gyroscopic effects are left out.
 
 use super::ports::{JointState, Ports, Term, ValueDerivative};
-use super::tilt::TiltMotion;
 use crate::effects::{Action, Effect, EffectError};
 use crate::input::Process;
 use nalgebra::{Matrix6, Vector3};
 use trueweld_core::{Displacement, Frames, JOINTS, JointVector, Robot, Wrench};
+
+/// What bearings and base give to, beside loads at rest.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct TiltMotion {
+    /// β̇, rad/s.
+    pub rate: JointVector<f64>,
+    /// β̈, rad/s².
+    pub acceleration: JointVector<f64>,
+    /// −C R φ̈ of each link's frame and of the foot, rad, in axes of B.
+    pub swing: [Vector3<f64>; JOINTS + 1],
+}
 
 /// The robot with the terms that effects put at its ports.
 #[derive(Debug)]

@@ -5,10 +5,10 @@ mod mounting;
 mod ports;
 mod tilt;
 
-pub use elastic::{Drives, ElasticRobot, GearMemory};
+pub use elastic::{Drives, ElasticRobot, GearMemory, TiltMotion};
 pub use mounting::mount;
 pub use ports::{
     Channel, INTERNAL_STATES, JointState, Memory, Port, Ports, ProcessPoint, Readings, Term,
     TooManyStates, ValueDerivative,
 };
-pub use tilt::{JointMotion, TiltMotion, Tilts};
+pub use tilt::{JointMotion, Tilts};

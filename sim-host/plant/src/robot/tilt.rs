@@ -18,7 +18,7 @@
 //! and makes the tilt larger by the square of the ratio of the frequencies, some percent. Left out:
 //! its own swing, and the inertia between several frames that give.
 
-use super::{Drives, ElasticRobot};
+use super::{Drives, ElasticRobot, TiltMotion};
 use nalgebra::{Matrix3, Matrix3x6, Matrix6, SMatrix, Vector3};
 use trueweld_core::ldlt::Ldlt;
 use trueweld_core::{Frames, JOINTS, JointVector, Wrench};
@@ -36,17 +36,6 @@ pub struct Tilts {
     relaxed: Matrix6<f64>,
     /// −C R φ̈ of each frame, the foot's last, by θ̈_E − β̈, s²; in axes of B.
     swing: [Matrix3x6<f64>; JOINTS + 1],
-}
-
-/// What bearings and base give to, beside loads at rest.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct TiltMotion {
-    /// β̇, rad/s.
-    pub rate: JointVector<f64>,
-    /// β̈, rad/s².
-    pub acceleration: JointVector<f64>,
-    /// −C R φ̈ of each link's frame and of the foot, rad, in axes of B.
-    pub swing: [Vector3<f64>; JOINTS + 1],
 }
 
 /// How an arm moves at one instant.
