@@ -1,7 +1,7 @@
 //! Typed access to a TOML file in which every value knows its place.
 //!
 //! A reader opens a [`Document`], states the keys a [`Table`] may have ([`Table::only`]) and asks
-//! for values with the [`Bounds`] they must keep. Whatever does not fit becomes an [`InputError`]
+//! for values with the [`Bounds`](super::Bounds) they must keep. Whatever does not fit becomes an [`InputError`]
 //! that names file, line, table, key, what was read and what was expected. The unit in a message is
 //! taken from the key's ending (`stiffness_nm_rad`), so that it cannot contradict the file. Left
 //! out: defaults. A number that is not in the file is an error.
