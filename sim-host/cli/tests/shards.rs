@@ -5,7 +5,7 @@ mod support;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use support::{Workspace, fixture};
+use support::Workspace;
 
 /// Few runs of a short weld whose faults have room.
 const CERTIFY: [&str; 9] = [
@@ -24,16 +24,7 @@ const WORST: [&str; 3] = ["--worst", "2", "-q"];
 
 fn workspace() -> Workspace {
     let place = Workspace::new();
-    let text = fs::read_to_string(fixture("requirements/lap-weld.toml")).unwrap();
-    let line = |line: &str| match line.split(" = ").next() {
-        // As long as the short weld has room for.
-        Some("duration_s") => "duration_s = 0.1\n".to_owned(),
-        Some("recovery_s") => "recovery_s = 0.5\n".to_owned(),
-        Some("places") => "places = 2\n".to_owned(),
-        _ => format!("{line}\n"),
-    };
-    let text: String = text.lines().map(line).collect();
-    fs::write(place.path().join("requirements.toml"), text).unwrap();
+    place.requirements(|key, _| (key == "places").then(|| "places = 2\n".to_owned()));
     place
 }
 

@@ -28,15 +28,33 @@ impl Workspace {
         self.0.path()
     }
 
-    /// The first published weld between other points.
-    pub fn weld(&self, name: &str, start: &str, end: &str) {
-        let text = fs::read_to_string(fixture("welds/vertical.toml")).unwrap();
-        let line = |line: &str| match line.split(" = ").next() {
-            Some("start_m") => format!("start_m = {start}\n"),
-            Some("end_m") => format!("end_m = {end}\n"),
-            _ => format!("{line}\n"),
+    /// A fixture under another name, where `change` gives for key and line what stands in the line's
+    /// place; the line itself where it gives none.
+    fn changed(&self, from: &str, name: &str, change: impl Fn(&str, &str) -> Option<String>) {
+        let text = fs::read_to_string(fixture(from)).unwrap();
+        let line = |line: &str| {
+            let key = line.split(" = ").next().unwrap_or_default();
+            change(key, line).unwrap_or_else(|| format!("{line}\n"))
         };
         fs::write(self.path().join(name), text.lines().map(line).collect::<String>()).unwrap();
+    }
+
+    /// The first published weld between other points.
+    pub fn weld(&self, name: &str, start: &str, end: &str) {
+        self.changed("welds/vertical.toml", name, |key, _| match key {
+            "start_m" => Some(format!("start_m = {start}\n")),
+            "end_m" => Some(format!("end_m = {end}\n")),
+            _ => None,
+        });
+    }
+
+    /// Requirements whose faults are as long as the short weld has room for, with `change` besides.
+    pub fn requirements(&self, change: impl Fn(&str, &str) -> Option<String>) {
+        self.changed("requirements/lap-weld.toml", "requirements.toml", |key, line| match key {
+            "duration_s" => Some("duration_s = 0.1\n".to_owned()),
+            "recovery_s" => Some("recovery_s = 0.5\n".to_owned()),
+            _ => change(key, line),
+        });
     }
 
     /// Runs the program; every JSON file that it writes must be valid by its published schema.
