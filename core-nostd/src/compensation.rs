@@ -4,6 +4,17 @@
 //! loops bring it onto the set-point, one for position (lateral and longitudinal in W) and one for
 //! orientation; each follows the demand with a stated bandwidth, bounded in size and rate. Depth
 //! stays with the force loop: S selects here too.
+//!
+//! A set-point is taught with the real arm, which puts right what the model has wrong there, and a
+//! pose of the model has it wrong again. Demands therefore count from the state in which the weld was
+//! taught, the arm bent by its own weight alone: with X̂(w) the model's pose under the load w and s₀
+//! the place where the loop closes,
+//!
+//! ```text
+//! demand(s) = X̂(w, s) ⊖ X_set(s) − (X̂(0, s₀) ⊖ X_set(s₀))
+//! ```
+//!
+//! so that an error of geometry, zeros or stiffness enters with what load and way add to it.
 
 use crate::control::{Command, HybridController, SensorReadings, Setpoint, StuckDetector};
 use crate::error::Fault;
@@ -62,6 +73,10 @@ pub struct Observation<'a, T: Real> {
     pub planned: Wrench<T>,
     /// Measurements from outside the robot since the last period; may be empty.
     pub measurements: &'a [DeviationMeasurement<T>],
+    /// X̂(0, s₀) ⊖ X_set(s₀), axes of W, depth left out: how far the model had the unloaded arm from
+    /// the set-point where that was taught (see the [module](self) text). [`Compensated`] fills it
+    /// in. `None` for a set-point that was not taught: then the model is believed as it is.
+    pub taught: Option<Twist<T>>,
 }
 
 impl<'a, T: Real> Observation<'a, T> {
@@ -78,6 +93,7 @@ impl<'a, T: Real> Observation<'a, T> {
             path: T::zero(),
             planned: Wrench::zero(),
             measurements: &[],
+            taught: None,
         }
     }
 
@@ -111,10 +127,24 @@ impl<'a, T: Real> Observation<'a, T> {
     }
 
     /// The way from the set-point to the pose that the encoders would see at these angles, axes of
-    /// W: a law's demand.
+    /// W, less that of the unloaded arm where the set-point was [taught](Self::taught): a law's
+    /// demand.
     pub fn demand_for(&self, robot: &Robot<T>, encoder: &JointVector<T>) -> Twist<T> {
+        self.from_setpoint(robot, encoder) - self.taught.unwrap_or_else(Twist::zero)
+    }
+
+    fn from_setpoint(&self, robot: &Robot<T>, encoder: &JointVector<T>) -> Twist<T> {
         let pose = robot.forward_kinematics(encoder);
         self.setpoint.pose.error_to(&pose).rotated(&self.setpoint.b_from_w.transpose())
+    }
+
+    /// X̂(0) ⊖ X_set of this period, axes of W, depth left out. `None` where the nominal pose is out
+    /// of reach.
+    fn unloaded(&self, robot: &Robot<T>) -> Option<Twist<T>> {
+        let link = self.nominal_angles(robot).ok()?;
+        let mut way = self.from_setpoint(robot, &robot.fake_target(&link, &Wrench::zero()));
+        way.linear.z = T::zero();
+        Some(way)
     }
 }
 
@@ -242,6 +272,8 @@ pub struct Compensated<T: Real, C, L> {
     lateral: LateralLoop<T>,
     orientation: OrientationLoop<T>,
     force_sensor: StuckDetector<T>,
+    /// As of the first period with the force loop closed.
+    taught: Option<Twist<T>>,
 }
 
 impl<T: Real, C: HybridController<T>, L: Compensator<T>> Compensated<T, C, L> {
@@ -260,6 +292,7 @@ impl<T: Real, C: HybridController<T>, L: Compensator<T>> Compensated<T, C, L> {
             lateral: CorrectionLoop::new(lateral, period),
             orientation: CorrectionLoop::new(orientation, period),
             force_sensor: StuckDetector::new(),
+            taught: None,
         }
     }
 
@@ -270,6 +303,7 @@ impl<T: Real, C: HybridController<T>, L: Compensator<T>> Compensated<T, C, L> {
         self.lateral.reset();
         self.orientation.reset();
         self.force_sensor = StuckDetector::new();
+        self.taught = None;
     }
 
     /// One period. The law acts while the force loop is closed; before that its correction stays as
@@ -284,7 +318,9 @@ impl<T: Real, C: HybridController<T>, L: Compensator<T>> Compensated<T, C, L> {
         let mut held = false;
         let authority = self.lateral.limits.size;
         if setpoint.force.is_some() {
-            match self.law.demand(robot, &Observation { sensed, ..*observation }) {
+            self.taught = self.taught.or_else(|| self.taught_at(robot, observation));
+            let taught = self.taught;
+            match self.law.demand(robot, &Observation { sensed, taught, ..*observation }) {
                 Ok(demand) => {
                     let (linear, short) =
                         across_first(Vector2::new(demand.linear.x, demand.linear.y), authority);
@@ -301,6 +337,15 @@ impl<T: Real, C: HybridController<T>, L: Compensator<T>> Compensated<T, C, L> {
         command.fault = command.fault.or(law_fault);
         command.limited.compensation |= held;
         command
+    }
+
+    /// What the model has wrong of the taught pose. `None` where that is more than may be corrected:
+    /// such a set-point was not taught.
+    fn taught_at(&self, robot: &Robot<T>, observation: &Observation<'_, T>) -> Option<Twist<T>> {
+        observation.unloaded(robot).filter(|way| {
+            way.linear.norm() <= self.lateral.limits.size
+                && way.angular.norm() <= self.orientation.limits.size
+        })
     }
 
     /// The correction in force, axes of W: linear in m (depth zero), angular as a rotation vector.

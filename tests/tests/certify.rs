@@ -564,3 +564,21 @@ fn a_seam_that_lies_beside_the_taught_one_is_followed_by_who_sees_it() {
     let [_, beside] = lateral("seam-tracking");
     assert!(beside[1] < 0.2 * BESIDE, "{beside:?}");
 }
+
+#[test]
+fn a_link_mounted_off_does_not_come_back_as_the_force_loop_closes() {
+    // 1 mrad at A4: taught with the real arm, so that the start is on the line, and 1.65 mm off it
+    // where the law demands the pose that the model has for the load.
+    let off = "geometry-error:A4:x_m=0,y_m=0,z_m=0,rx_rad=0,ry_rad=1e-3,rz_rad=0";
+    let fixtures = &*FIXTURES;
+    let rise = |effects: &[&str], name: &str| {
+        let (cell, law) = (fixtures.cell(effects), law(name));
+        let scenario = fixtures.scenario(&cell, Program::Weld, Controller::External, &law);
+        let recording = run(&scenario, |_| {}).expect("the run ends");
+        WeldFigures::of(&recording).expect("a steady part").phases[1].lateral.max_abs
+    };
+    for name in ["feed-forward", "elastostatic", "observer", "seam-tracking"] {
+        let (with, without) = (rise(&[off], name), rise(&[], name));
+        assert!((with - without).abs() < 0.1e-3, "{name}: {with} m, {without} m without");
+    }
+}

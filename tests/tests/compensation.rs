@@ -3,18 +3,20 @@
 
 use nalgebra::{SVector, Vector3};
 use proptest::prelude::*;
-use trueweld_compensators::{Elastostatic, ElastostaticGains, Uncompensated};
+use trueweld_compensators::{Elastostatic, ElastostaticGains, Setup, Uncompensated, library};
 use trueweld_core::compensation::{
     Compensated, Compensator, CorrectionLoop, LoopLimits, Observation,
 };
 use trueweld_core::control::{
     External, HybridController, Parallel, STUCK, SensorReadings, Setpoint,
 };
+use trueweld_core::spatial::rotation_from_vector;
 use trueweld_core::{Fault, JOINTS, JointVector, Pose, Robot, Twist, Wrench};
+use trueweld_plant::simulate::real_inverse_near;
 use trueweld_tests::{
-    KR500, PERIOD, PLACES, cases, external_gains, force_gains, joint_gains, pose_difference,
-    regular_configuration, seen, sensed_at, setpoint_at, spoil, vertical_weld_pose, weight,
-    weld_wrench, wild,
+    KR500, PERIOD, PLACES, cases, external_gains, force_gains, joint_gains, kr500_parameters,
+    pose_difference, regular_configuration, seen, sensed_at, setpoint_at, spoil,
+    vertical_weld_pose, weight, weld_wrench, wild,
 };
 
 const LATERAL: LoopLimits<f64> = LoopLimits { bandwidth: 3.0, size: 0.010, rate: 0.005 };
@@ -453,4 +455,37 @@ fn correction_waits_for_the_force_loop_and_moves_the_set_point() {
     // A new weld starts with nothing corrected.
     robot.start(&KR500, &at, &weight(&KR500, &at));
     assert_eq!(robot.correction(), Twist::zero());
+}
+
+#[test]
+fn no_law_takes_back_what_teaching_put_right() {
+    // The fourth axis off by 1 mm and 1 mrad, all joints a fifth stiffer than the model's.
+    let mut parameters = kr500_parameters::<f64>();
+    let joint = &mut parameters.joints[3];
+    joint.origin.y += 1e-3;
+    joint.axis = rotation_from_vector(&(Vector3::y() * 1e-3)) * joint.axis;
+    parameters.joints.iter_mut().for_each(|joint| joint.stiffness *= 1.2);
+    let real = Robot::new(parameters).expect("a robot");
+    // Free of load it stands on the nominal pose, and that is where the set-point is taught.
+    let nominal = vertical_weld_pose(-0.5);
+    let link = real_inverse_near(&real, &KR500, &nominal, &on_the_weld(-0.5)).expect("in reach");
+    let torque = weight(&real, &link);
+    let encoder = link + torque.component_div(real.stiffness());
+    let setpoint = setpoint_at(&KR500, &encoder, Some(0.0));
+    let off = nominal.error_to(&setpoint.pose).to_vector().amax();
+    assert!(off > 0.5e-3, "the model is off by {off} m or rad there");
+    for entry in library() {
+        let mut law =
+            entry.build(&Default::default(), &Setup::new(PERIOD, 1.0)).expect("its defaults");
+        let mut robot = Compensated::new(parallel(), law.as_mut(), LATERAL, ORIENTATION, PERIOD);
+        robot.start(&KR500, &encoder, &torque);
+        for k in 0..200 {
+            let at_rest = sensed_at(&KR500, &encoder, &Wrench::zero());
+            let sensed = SensorReadings { motor_torque: torque, ..trembling(&at_rest, k) };
+            robot.cycle(&KR500, &Observation::of_robot(&setpoint, &nominal, &sensed));
+        }
+        // Second order: the weight of an arm that is turned by 1 mrad.
+        let corrected = robot.correction().to_vector().amax();
+        assert!(corrected < 0.01 * off, "{}: {corrected} m or rad", entry.name());
+    }
 }

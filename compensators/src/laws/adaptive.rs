@@ -3,8 +3,10 @@
 //! Beyond the planned load case ([`FeedForward`]) the demand is linear in the unknowns ϑ,
 //!
 //! ```text
-//! x = x̂₀ + Φ ϑ,   Φ = [ J diag(K⁻¹ τ_s)  |  −J K⁻¹ Jᵀ [f_x e_x, f_y e_y]  |  e_rx, e_y ]
+//! x = x̂₀ + Φ ϑ,   Φ = [ Δ(J diag(K⁻¹ τ_s))  |  −J K⁻¹ Jᵀ [f_x e_x, f_y e_y]  |  e_rx, e_y ]
 //! ```
+//!
+//! Δ: less its value with the arm unloaded where the set-point was taught.
 //!
 //! ϑ: relative errors of six compliances and of the two planned forces in the plane, and two
 //! offsets (a sensor's zero, a seam beside its taught line), that of lateral tilt and that across
@@ -110,6 +112,8 @@ pub struct Adaptive<T: Real> {
     covariance: SMatrix<T, UNKNOWN, UNKNOWN>,
     /// Path position and speed of the last period, and where the speed became even.
     fed: Option<(T, T, T)>,
+    /// J diag(K⁻¹ τ_s) of the unloaded arm where the set-point was taught, axes of W.
+    taught: Option<SMatrix<T, 6, 6>>,
     frozen: bool,
 }
 
@@ -143,6 +147,7 @@ impl<T: Real> Adaptive<T> {
             unknown: SVector::zeros(),
             covariance: SMatrix::from_diagonal(&prior.component_mul(&prior)),
             fed: None,
+            taught: None,
             frozen: false,
         })
     }
@@ -154,22 +159,32 @@ impl<T: Real> Adaptive<T> {
 
     /// Φ at the nominal pose under the planned load, axes of W.
     fn regressor(
+        &mut self,
         robot: &Robot<T>,
         observation: &Observation<'_, T>,
     ) -> Result<SMatrix<T, 6, UNKNOWN>, Fault> {
         let link = observation.nominal_angles(robot)?;
         let frames = robot.frames(&link);
         let w = observation.setpoint.b_from_w;
-        let load = observation.planned.rotated(&w);
-        let twist =
-            robot.spring_torque_at_rest(&frames, &link, &load).component_div(robot.stiffness());
         let jacobian = frames.jacobian();
         let compliance = robot.cartesian_compliance(&jacobian);
         let in_w = |v: SVector<T, 6>| Twist::from_vector(&v).rotated(&w.transpose()).to_vector();
-        let mut regressor = SMatrix::<T, 6, UNKNOWN>::zeros();
-        for i in 0..6 {
-            regressor.set_column(i, &in_w(jacobian.0.column(i) * twist[i]));
+        let by_compliance = |load: &Wrench<T>| {
+            let torsion =
+                robot.spring_torque_at_rest(&frames, &link, load).component_div(robot.stiffness());
+            let mut columns = SMatrix::<T, 6, 6>::zeros();
+            for i in 0..6 {
+                columns.set_column(i, &in_w(jacobian.0.column(i) * torsion[i]));
+            }
+            columns
+        };
+        if observation.taught.is_some() && self.taught.is_none() {
+            self.taught = Some(by_compliance(&Wrench::zero()));
         }
+        let mut regressor = SMatrix::<T, 6, UNKNOWN>::zeros();
+        let columns = by_compliance(&observation.planned.rotated(&w))
+            - self.taught.unwrap_or_else(SMatrix::zeros);
+        regressor.fixed_columns_mut::<6>(0).copy_from(&columns);
         for (i, part) in [
             (6, Vector3::x() * observation.planned.force.x),
             (7, Vector3::y() * observation.planned.force.y),
@@ -251,6 +266,7 @@ impl<T: Real> Compensator<T> for Adaptive<T> {
     fn reset(&mut self) {
         self.history.reset();
         self.fed = None;
+        self.taught = None;
         for i in OFFSETS..UNKNOWN {
             self.unknown[i] = T::zero();
             for j in 0..UNKNOWN {
@@ -270,7 +286,7 @@ impl<T: Real> Compensator<T> for Adaptive<T> {
         observation: &Observation<'_, T>,
     ) -> Result<Twist<T>, Fault> {
         let planned = FeedForward.demand(robot, observation)?;
-        let regressor = Self::regressor(robot, observation)?;
+        let regressor = self.regressor(robot, observation)?;
         self.history.remember(robot, observation, &planned)?;
         let evenly = self.feeds_evenly(observation.path) && !self.frozen;
         for measurement in observation.measurements {

@@ -5,9 +5,9 @@
 //! pose, and demands the displacement of the set-point to there. With θ the joint angles of the
 //! nominal pose,
 //!
-//! θ_E = θ + K⁻¹ (g(θ) − τ_cb(θ₂) − J(θ)ᵀ w),  demand = X(θ_E) ⊖ X_set.
+//! θ_E = θ + K⁻¹ (g(θ) − τ_cb(θ₂) − J(θ)ᵀ w),  demand = X(θ_E) ⊖ X_set − its value at w = 0 as taught.
 //!
-//! Since the set-point was taught under gravity, what remains of g − τ_cb is its change since then.
+//! The set-point was taught under gravity: of g − τ_cb its change since then is demanded.
 //!
 //! Needs: a six-axis force sensor, and K. Not observable: backlash, friction in the gears,
 //! compliance of bearings, base and links. An error of K passes through one to one, and so does

@@ -3,7 +3,7 @@
 //!
 //! With θ the joint angles of the nominal pose and w the load that the weld was planned with,
 //!
-//! θ_E = θ + K⁻¹ (g(θ) − τ_cb(θ₂) − J(θ)ᵀ w),  demand = X(θ_E) ⊖ X_set.
+//! θ_E = θ + K⁻¹ (g(θ) − τ_cb(θ₂) − J(θ)ᵀ w),  demand = X(θ_E) ⊖ X_set − its value at w = 0 as taught.
 //!
 //! Needs: K, and the process forces at the planned push and feed. Measures nothing: an error of K or
 //! of the planned force passes through one to one, and so does the compliance of bearings, base and

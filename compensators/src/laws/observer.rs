@@ -8,7 +8,7 @@
 //! τ̂ ← τ̂ + (1 − e^(−λT)) (Γ − τ_f − I_m Δθ̇_E / T − τ̂)        spring torque
 //! θ̂ = θ_E − K⁻¹ τ̂                                            link angle
 //! ŵ = J(θ̂)⁻ᵀ (g − τ_cb − τ̂)                                  what the environment applies to the tool, at rest
-//! demand = X(θ + K⁻¹ τ̂) ⊖ X_set                              θ: joint angles of the nominal pose
+//! demand = X(θ + K⁻¹ τ̂) ⊖ X_set − its value unloaded, as taught     θ: joint angles of the nominal pose
 //! ```
 //!
 //! In the line of Qin, Léonard, Abba (2013–2016), whose high-gain observer estimates the same from

@@ -160,6 +160,7 @@ impl<'a, P: Plant, H: HybridController<f64>> ControlCycle<'a, P, H> {
             path: reference.path,
             planned: reference.planned,
             measurements: &measurements,
+            taught: None,
         };
         let command = self.controller.cycle(self.controller_model, &observation);
         self.torque = command.torque;
