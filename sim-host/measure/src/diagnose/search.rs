@@ -5,12 +5,14 @@ use super::rules::{self, above, at_floor, counts, standing_out};
 use super::screen::{Context, Screened, likeliest, screen};
 use crate::fit::calibration::{calibrations, in_proportion, is_calibration};
 use crate::fit::{
-    self, EffectScope, Effort, FitProblem, FitState, Fitted, FreeParameter, Residuals, Slopes,
+    self, EffectScope, Effort, End, FitProblem, FitState, Fitted, FreeParameter, Residuals, Slopes,
 };
 use crate::predict::{PredictError, Quantity};
 use rayon::prelude::*;
+use std::slice;
+use trueweld_core::JOINTS;
 use trueweld_plant::effects::{Effect, EffectKind, Location, Role};
-use trueweld_plant::robot::Channel;
+use trueweld_plant::robot::{Channel, ElasticRobot};
 
 /// Fits the calibrations alone: those logs first whose residuals follow them nearly in proportion,
 /// then all.
@@ -132,13 +134,18 @@ pub(super) fn fit_all(ground: &Context<'_>, screened: &[&Screened]) -> Vec<Fitte
     let mut rough: Vec<Vec<Fitted>> = in_time.map(|s| fit_hypothesis(ground, s)).collect();
     rough.sort_by(|a, b| cost_of(a).total_cmp(&cost_of(b)));
     let mut rough = rough.into_iter();
-    let in_full = |fits: Vec<Fitted>, goal: f64| {
-        let full = fits.into_par_iter().map(|mut fitted| {
+    // The better of two starts first: the other must promise to come as far.
+    let in_full = |mut fits: Vec<Fitted>, goal: f64| {
+        fits.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+        fits.into_iter().fold(None, |best: Option<Fitted>, mut fitted| {
+            let goal = best.as_ref().map_or(goal, |best| best.cost.min(goal));
             let effort = Effort { goal, ..Effort::full(in_proportion(&fitted.point)) };
             refit(ground.bench, ground.blocks, &mut fitted, effort);
-            fitted
-        });
-        cheapest(full.collect())
+            match best {
+                Some(best) if best.cost <= fitted.cost => Some(best),
+                _ => Some(fitted),
+            }
+        })
     };
     let mut fits: Vec<Fitted> = Vec::new();
     fits.extend(rough.next().and_then(|best| in_full(best, f64::INFINITY)));
@@ -188,8 +195,9 @@ fn held(bench: &FitProblem, effect: &Effect) -> bool {
 /// What has a threshold, as a gap has, can hold a fit up: the sizes of one effect are tried a little
 /// to either side as well, all else that is free beside them.
 pub(super) fn polish(bench: &FitProblem, blocks: &[Vec<u8>], fitted: &mut Fitted, effect: usize) {
+    let smooth = !has_play(bench, &fitted.point.all[effect]);
     for _ in 0..ROUNDS {
-        if bench.is_late() {
+        if bench.is_late() || (smooth && fitted.end == End::Arrived) {
             return;
         }
         let aside = ASIDE.par_iter().filter_map(|factor| {
@@ -208,6 +216,12 @@ pub(super) fn polish(bench: &FitProblem, blocks: &[Vec<u8>], fitted: &mut Fitted
     }
 }
 
+/// True for an effect that leaves links afloat: the cost has steps where one is held or let go.
+fn has_play(bench: &FitProblem, effect: &Effect) -> bool {
+    let robot = ElasticRobot::with_effects(&bench.model.robot, slice::from_ref(effect), None);
+    robot.is_ok_and(|robot| (0..JOINTS).any(|i| robot.play(i) > 0.0))
+}
+
 /// Factors on a size by which it is tried aside, how often, and by how much the cost must fall with
 /// it, in what chance makes of a residual: three standard deviations.
 const ASIDE: [f64; 6] = [0.8, 0.93, 0.98, 1.02, 1.07, 1.25];
@@ -223,8 +237,9 @@ pub(crate) fn refit(bench: &FitProblem, blocks: &[Vec<u8>], fitted: &mut Fitted,
     }
 }
 
-/// The fit without one of its effects, from where it stands.
-fn without(ground: &Context<'_>, fitted: &Fitted, index: usize) -> Option<Fitted> {
+/// The fit without one of its effects, from where it stands; given up where slopes do not promise
+/// the cost `goal`.
+fn without(ground: &Context<'_>, fitted: &Fitted, index: usize, goal: f64) -> Option<Fitted> {
     let point = fitted.point.without(index);
     let stale = in_proportion(&point);
     let stays = |(free, slopes): (&FreeParameter, &Slopes)| {
@@ -232,7 +247,8 @@ fn without(ground: &Context<'_>, fitted: &Fitted, index: usize) -> Option<Fitted
     };
     let known: Vec<Slopes> =
         fitted.point.free.iter().zip(&fitted.slopes).filter_map(stays).collect();
-    fit::fit(ground.bench, &point, ground.blocks, &known, Effort::full(stale)).ok()
+    let effort = Effort { goal, ..Effort::full(stale) };
+    fit::fit(ground.bench, &point, ground.blocks, &known, effort).ok()
 }
 
 /// Explanations in which another effect that does nearly the same stands for one of several, where
@@ -261,7 +277,7 @@ pub(super) fn alternatives(
         if others.is_empty() || ground.bench.is_late() {
             continue;
         }
-        let Some(base) = without(ground, fitted, index) else { continue };
+        let Some(base) = without(ground, fitted, index, f64::INFINITY) else { continue };
         let beside = Context { null: &base, given: &base, ..*ground };
         let fits = others.into_iter().filter_map(|(kind, at)| {
             let mut fits = fit_hypothesis(&beside, &beside.screen(kind, at)?);
@@ -278,6 +294,9 @@ pub(super) fn alternatives(
 
 /// Other effects that are tried in place of one.
 const ALTERNATIVES: usize = 2;
+
+/// Cost without an effect, in what it is with it, from which on it is surely needed.
+const NEEDED: f64 = 1.5;
 
 /// Effects of an explanation at most.
 const MOST: usize = 4;
@@ -308,7 +327,7 @@ fn one_more(ground: &Context<'_>, fitted: &Fitted) -> Option<(Fitted, Fitted)> {
     let more = further(ground, fitted).into_iter().next()?;
     let last = more.point.all.len() - 1;
     // What the others gain on the way is not the new one's.
-    let mut before = without(ground, &more, last)?;
+    let mut before = without(ground, &more, last, fitted.cost)?;
     if fitted.cost < before.cost {
         before = fitted.clone();
     }
@@ -320,7 +339,8 @@ fn one_more(ground: &Context<'_>, fitted: &Fitted) -> Option<(Fitted, Fitted)> {
         return None;
     }
     let own = |i: &usize| !is_calibration(more.point.all[*i].kind);
-    let spare = |i: usize| without(ground, &more, i).filter(|f| !counts(bench, f, &more));
+    let goal = NEEDED * more.cost;
+    let spare = |i: usize| without(ground, &more, i, goal).filter(|f| !counts(bench, f, &more));
     match (0..last).filter(own).find_map(spare) {
         None => Some((before, more)),
         Some(fewer) if (0..last).filter(own).count() > 1 && fewer.cost < before.cost => {

@@ -313,10 +313,20 @@ pub type Residuals = Vec<Prediction>;
 /// # Errors
 /// [`PredictError`] of the first log the model cannot be driven through.
 pub fn residuals(bench: &FitProblem, point: &FitState) -> Result<Residuals, PredictError> {
-    (0..bench.experiments.len())
-        .into_par_iter()
-        .map(|log| bench.experiments[log].predict(&bench.model, &point.effects(bench, log), None))
-        .collect()
+    residuals_near(bench, point, None)
+}
+
+/// The same; `near`: residuals at a point not far from this one.
+fn residuals_near(
+    bench: &FitProblem,
+    point: &FitState,
+    near: Option<&Residuals>,
+) -> Result<Residuals, PredictError> {
+    let of_log = |(log, experiment): (usize, &Experiment)| {
+        let near = near.map(|at| (&at[log], None));
+        experiment.predict_from(&bench.model, &point.effects(bench, log), near)
+    };
+    bench.experiments.par_iter().enumerate().map(of_log).collect()
 }
 
 /// The same at a point that has one effect more, or that effect with other values, than where

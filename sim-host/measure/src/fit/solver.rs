@@ -6,7 +6,7 @@
 
 use super::calibration::is_in_proportion;
 use super::{FitProblem, FitState, FreeParameter, Linear, Residuals, STEP, Slopes};
-use super::{chi_square, count, residuals, slopes, value_at};
+use super::{chi_square, count, residuals, residuals_near, slopes, value_at};
 use crate::predict::PredictError;
 use nalgebra::DVector;
 use trueweld_plant::effects::{Parameter, Role};
@@ -73,6 +73,10 @@ const ARRIVED: f64 = 0.5;
 /// which it shrinks and slopes are taken anew.
 const FORETOLD: f64 = 0.75;
 const POOR: f64 = 0.4;
+
+/// Share of the fall promised before a step by slopes taken elsewhere from which on what is promised
+/// after it is too much for them: a dozen such steps cost what new slopes do.
+const SLOW: f64 = 0.5;
 
 /// Damping of the first step, and from which on no step is short enough.
 const FIRST: f64 = 1e-4;
@@ -146,6 +150,8 @@ pub fn fit(
     };
     here.cost = here.linear.cost(&DVector::zeros(n));
     let (mut damping, mut steps) = (FIRST, 0);
+    // What slopes taken elsewhere promised before the last step.
+    let mut before = f64::INFINITY;
     while steps < effort.steps && !bench.is_late() {
         let trust = (chi_square(&here.at) / count(&here.at).max(1) as f64).max(1.0);
         let promised = bounded(&here.linear, &here.point, 0.0)
@@ -158,6 +164,12 @@ pub fn fit(
             fresh = here.refresh(bench, blocks, stale);
             continue;
         }
+        if !fresh && promised > SLOW * before {
+            before = f64::INFINITY;
+            fresh = here.refresh(bench, blocks, stale);
+            continue;
+        }
+        before = if fresh { f64::INFINITY } else { promised };
         if fresh && here.cost - promised > effort.goal {
             here.end = End::Hopeless;
             break;
@@ -170,7 +182,7 @@ pub fn fit(
         steps += 1;
         let foretold = here.cost - here.linear.cost(&step);
         let next = here.point.moved(&step);
-        let reached = residuals(bench, &next).ok().map(|at| {
+        let reached = residuals_near(bench, &next, Some(&here.at)).ok().map(|at| {
             let (weight, away) = next.priors();
             let priors: f64 = weight.iter().zip(away.iter()).map(|(w, a)| w * a * a).sum();
             (chi_square(&at) + priors, at)

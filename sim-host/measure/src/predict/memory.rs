@@ -3,10 +3,13 @@
 //! A gear with friction under load carries a state that no instrument reads. It starts at nothing
 //! where a log begins at rest and without a load; one that was cut out of a motion, or begins under
 //! load, starts anywhere in its loop, and the tool is off by T z/K until the gear has turned round.
-//! The state is taken for what fits the log's poses best, beside what is known of it beforehand.
+//! The state is taken for what fits the log's poses best, beside what is known of it beforehand. A
+//! prediction beside another one keeps the motion with the states found there: how far the best
+//! ones move is taken from their slopes.
 
 use super::{Experiment, Motion, PredictError};
 use nalgebra::{DMatrix, DVector};
+use std::sync::Arc;
 use trueweld_plant::robot::{ElasticRobot, GearMemory, INTERNAL_STATES, Memory};
 
 /// What is expected of a state beforehand: a deviation, as a share of half of the loop.
@@ -15,8 +18,10 @@ const EXPECTED: f64 = 0.5;
 /// Step over which slopes are taken, as a share of half of the loop.
 const STEP: f64 = 0.25;
 
-/// Times that the state is fitted anew: the loop is not straight.
+/// Times that the state is fitted anew at most, for the loop is not straight, and the change that
+/// needs no further round, as a share of half of the loop.
 const ROUNDS: usize = 3;
+const SETTLED: f64 = 0.01;
 
 /// Deviations, and share of half of the loop, from which on a state is told.
 const TOLD: f64 = 4.0;
@@ -31,39 +36,90 @@ pub struct StartState {
     pub state: f64,
 }
 
-/// The motion of links whose gears remember what fits best, where `plain` is the one of gears that
-/// remember nothing.
+/// The states of gears that fit a log's poses best.
+#[derive(Debug)]
+pub struct StartFit {
+    gears: Vec<GearMemory>,
+    /// From -1 to 1.
+    states: DVector<f64>,
+    /// Deviations of the states.
+    deviations: DVector<f64>,
+    /// Residuals of the poses with these states.
+    poses: DVector<f64>,
+    /// Slopes of the residuals of poses, and of what motors read, by the states.
+    slopes: DMatrix<f64>,
+    /// By how much the best states fall with each residual of a pose.
+    gain: DMatrix<f64>,
+}
+
+impl StartFit {
+    /// The memory with states for these gears.
+    fn memory(gears: &[GearMemory], states: &DVector<f64>) -> Memory {
+        let mut memory: Memory = [0.0; INTERNAL_STATES];
+        for (gear, state) in gears.iter().zip(states.iter()) {
+            memory[gear.slot] = state.abs() * gear.ends[usize::from(*state > 0.0)];
+        }
+        memory
+    }
+
+    /// Residuals with these states, of a model not far from the one that they were found under, as
+    /// they are with the best states there.
+    pub(super) fn settle(&self, residual: &mut [f64]) {
+        let off = DVector::from_column_slice(&residual[..self.poses.len()]) - &self.poses;
+        let best = (&self.states - &self.gain * off).map(|state| state.clamp(-1.0, 1.0));
+        let by = &self.slopes * (best - &self.states);
+        residual.iter_mut().zip(by.iter()).for_each(|(r, by)| *r += by);
+    }
+
+    /// The states that stand out: what is not nothing.
+    pub fn told(&self) -> Vec<StartState> {
+        let of = |(gear, (state, deviation)): (&GearMemory, (&f64, &f64))| {
+            let stands_out = state.abs() > (TOLD * deviation).max(TOLD_SHARE);
+            stands_out.then_some(StartState { joint: gear.joint, state: *state })
+        };
+        let states = self.states.iter().zip(self.deviations.iter());
+        self.gears.iter().zip(states).filter_map(of).collect()
+    }
+}
+
+/// The motion of links whose gears remember what fits best; `None` where none remembers. `near`: the
+/// motion under a model not far from this one. Its states are kept where `held`, else they are where
+/// the search begins.
 pub(super) fn at_the_start(
     experiment: &Experiment,
     robot: &mut ElasticRobot,
-    plain: Motion,
-) -> Result<Motion, PredictError> {
+    near: Option<&Motion>,
+    held: bool,
+) -> Result<Option<Motion>, PredictError> {
     let gears = robot.memories();
-    if gears.is_empty() || experiment.poses == 0 {
-        return Ok(plain);
+    if gears.is_empty() || experiment.poses == 0 || !experiment.starts_anywhere {
+        return Ok(None);
+    }
+    let slots = |gears: &[GearMemory]| gears.iter().map(|g| g.slot).collect::<Vec<_>>();
+    let known =
+        near.and_then(|n| n.start.as_ref()).filter(|fit| slots(&fit.gears) == slots(&gears));
+    let mut states = known.map_or_else(|| DVector::zeros(gears.len()), |fit| fit.states.clone());
+    let swing = near.filter(|_| known.is_some()).and_then(|near| near.swing.clone());
+    let memory = |states: &DVector<f64>| StartFit::memory(&gears, states);
+    let Some(mut motion) = experiment.follow(robot, &memory(&states), swing.as_ref(), None)? else {
+        return Ok(None);
+    };
+    if let Some(fit) = known.filter(|_| held) {
+        motion.start = Some(fit.clone());
+        return Ok(Some(motion));
     }
     let residual = |robot: &ElasticRobot, motion: &Motion| {
-        let mut left = Vec::with_capacity(experiment.poses);
-        experiment.pose_residual(robot, Some(motion), &mut left);
-        DVector::from_vec(left)
-    };
-    let memory = |states: &DVector<f64>| {
-        let mut memory: Memory = [0.0; INTERNAL_STATES];
-        for (gear, state) in gears.iter().zip(states.iter()) {
-            memory[gear.slot] = within(gear, *state);
-        }
-        memory
+        DVector::from_vec(experiment.residual(robot, Some(motion), None, [None; 2]))
     };
     let follow = |robot: &mut ElasticRobot, states: &DVector<f64>, before: &Motion| {
-        let followed = experiment.follow(robot, &memory(states), Some(before))?;
+        let followed =
+            experiment.follow(robot, &memory(states), before.swing.as_ref(), Some(before))?;
         Ok::<Motion, PredictError>(followed.unwrap_or_else(|| before.clone()))
     };
-    let mut motion = plain;
-    let mut states = DVector::zeros(gears.len());
-    let mut told = states.clone();
+    let mut left = residual(robot, &motion);
+    let mut slopes = DMatrix::zeros(left.len(), gears.len());
+    let mut solved = None;
     for _ in 0..ROUNDS {
-        let left = residual(robot, &motion);
-        let mut slopes = DMatrix::zeros(left.len(), gears.len());
         for k in 0..gears.len() {
             // Away from the end of the loop.
             let step = if states[k] > 0.0 { -STEP } else { STEP };
@@ -72,24 +128,31 @@ pub(super) fn at_the_start(
             let moved = follow(robot, &there, &motion)?;
             slopes.set_column(k, &((residual(robot, &moved) - &left) / step));
         }
+        let of_poses = slopes.rows(0, experiment.poses);
         let known = EXPECTED.powi(-2);
-        let normal = slopes.tr_mul(&slopes) + DMatrix::identity(gears.len(), gears.len()) * known;
-        let Some(factor) = normal.cholesky() else { return Ok(motion) };
-        let by = factor.solve(&(slopes.tr_mul(&left) + &states * known));
-        states = (&states - by).map(|state| state.clamp(-1.0, 1.0));
-        told = factor.inverse().diagonal().map(|v| TOLD * v.sqrt());
+        let normal =
+            of_poses.tr_mul(&of_poses) + DMatrix::<f64>::identity(gears.len(), gears.len()) * known;
+        let Some(factor) = normal.cholesky() else { break };
+        let poses = left.rows(0, experiment.poses);
+        let by = factor.solve(&(of_poses.tr_mul(&poses) + &states * known));
+        let next = (&states - by).map(|state| state.clamp(-1.0, 1.0));
+        let deviations = factor.inverse().diagonal().map(f64::sqrt);
+        solved = Some((factor.solve(&of_poses.transpose()), deviations));
+        if (&next - &states).amax() < SETTLED {
+            break;
+        }
+        states = next;
         motion = follow(robot, &states, &motion)?;
+        left = residual(robot, &motion);
     }
-    motion.placed = true;
-    let of = |(gear, (state, told)): (&GearMemory, (&f64, &f64))| {
-        let stands_out = state.abs() > told.max(TOLD_SHARE);
-        stands_out.then_some(StartState { joint: gear.joint, state: *state })
-    };
-    motion.start = gears.iter().zip(states.iter().zip(told.iter())).filter_map(of).collect();
-    Ok(motion)
-}
-
-/// A gear's own state, of one from -1 to 1.
-fn within(gear: &GearMemory, state: f64) -> f64 {
-    state.abs() * gear.ends[usize::from(state > 0.0)]
+    if let Some((mut gain, deviations)) = solved {
+        // A state at an end of its loop stays there.
+        for k in (0..gears.len()).filter(|k| states[*k].abs() == 1.0) {
+            gain.row_mut(k).fill(0.0);
+        }
+        let poses = left.rows(0, experiment.poses).into_owned();
+        let fit = StartFit { gears, states, deviations, poses, slopes, gain };
+        motion.start = Some(Arc::new(fit));
+    }
+    Ok(Some(motion))
 }

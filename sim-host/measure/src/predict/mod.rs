@@ -20,7 +20,7 @@ mod moving;
 mod play;
 mod standing;
 
-pub use memory::StartState;
+pub use memory::{StartFit, StartState};
 pub(crate) use standing::hung;
 
 use crate::data::channel::LogChannel;
@@ -132,15 +132,15 @@ pub struct Motion {
     pub spring: Vec<JointVector<f64>>,
     /// Real tool poses; empty where the links swing and neither bearings nor base give.
     pub tool: Vec<Pose<f64>>,
-    /// True where a link may be where it was seen, for its gear has play or remembers what was
-    /// before the log.
+    /// True where a link may be where it was seen, for its gear has play.
     pub placed: bool,
     /// What the gears remember at every instant; empty where none does.
     pub memory: Vec<Memory>,
     /// What the first residuals tell of how links swing that remember; see the rooms of motion.
     pub swing: Option<Arc<DMatrix<f64>>>,
-    /// What gears were found to remember when the log begins, where that is not nothing.
-    pub start: Vec<StartState>,
+    /// What gears were found to remember when the log begins; `None` where none remembers, or it
+    /// begins at rest without a load.
+    pub start: Option<Arc<StartFit>>,
 }
 
 /// Residuals of one log, over their noise, with the motion behind them.
@@ -219,6 +219,8 @@ pub struct Experiment {
     force: bool,
     /// The tracker's clock, where it is not given.
     clock: Option<OpenClock>,
+    /// True where the log begins in motion or under a load: gears may remember anything then.
+    starts_anywhere: bool,
 }
 
 impl Experiment {
@@ -261,6 +263,8 @@ impl Experiment {
         let read = |force: &Vec<Vector3<f64>>| force.iter().any(|f| f.sum().is_finite());
         let force = moving.is_none() && log.samples.force.as_ref().is_some_and(read);
         let period = if log.kind == LogKind::StaticLoad { f64::INFINITY } else { period(log) };
+        let starts_anywhere = standing.as_ref().is_some_and(|s| s.begins_under_load(model))
+            || moving.as_ref().is_some_and(|m| m.begins_in_motion());
         Ok(Self {
             name: log.name.clone(),
             kind: log.kind,
@@ -275,6 +279,7 @@ impl Experiment {
             target: log.origin.target,
             force,
             clock,
+            starts_anywhere,
         })
     }
 
@@ -299,6 +304,18 @@ impl Experiment {
         effects: &[Effect],
         beside: Option<(&Prediction, &Effect)>,
     ) -> Result<Prediction, PredictError> {
+        self.predict_from(model, effects, beside.map(|(at, effect)| (at, Some(effect))))
+    }
+
+    /// The same; `known`: a prediction of this log under a model not far from this one, and the
+    /// effect in which the two differ where it is one alone.
+    pub(crate) fn predict_from(
+        &self,
+        model: &Model,
+        effects: &[Effect],
+        known: Option<(&Prediction, Option<&Effect>)>,
+    ) -> Result<Prediction, PredictError> {
+        let beside = known.and_then(|(at, effect)| Some((at, effect?)));
         let placed = |at: &Prediction| at.motion.as_ref().is_some_and(|m| m.placed);
         let same_motion = beside.filter(|(at, effect)| !placed(at) && !self.moves(effect));
         let same_poses = beside.filter(|(at, effect)| !placed(at) && !self.shows_in_poses(effect));
@@ -313,9 +330,16 @@ impl Experiment {
         }
         let motion = match same_motion {
             Some((at, _)) => at.motion.clone(),
-            None => self.motion(&mut robot)?.map(Arc::new),
+            None => {
+                let near = known.and_then(|(at, _)| at.motion.as_deref());
+                self.motion(&mut robot, near, beside.is_some())?.map(Arc::new)
+            }
         };
         let process = process.as_ref();
+        // Beside another prediction the gears begin as there, and where they would is told by slopes.
+        let fit = motion.as_ref().and_then(|m| m.start.as_deref());
+        let held = fit.filter(|_| beside.is_some() && same_poses.is_none());
+        let settle = |residual: &mut [f64]| held.iter().for_each(|fit| fit.settle(residual));
         let mut late = None;
         let residual = match (&self.clock, same_poses, same_loads) {
             (Some(_), Some((at, _)), Some(_)) => {
@@ -326,13 +350,17 @@ impl Experiment {
                 let motion = motion.as_deref();
                 let mut residual = self.residual(&robot, motion, process, [None; 2]);
                 robot.ports.time.push(Box::new(Late(clock::STEP)));
-                let read_late = self.residual(&robot, motion, process, [None; 2]);
+                let mut read_late = self.residual(&robot, motion, process, [None; 2]);
+                settle(&mut residual);
+                settle(&mut read_late);
                 late = clock.settle(&mut residual, &read_late);
                 residual
             }
             _ => {
                 let same = [same_poses, same_loads].map(|same| same.map(|(at, _)| at));
-                self.residual(&robot, motion.as_deref(), process, same)
+                let mut residual = self.residual(&robot, motion.as_deref(), process, same);
+                settle(&mut residual);
+                residual
             }
         };
         if residual.iter().any(|r| !r.is_finite()) {
@@ -371,25 +399,35 @@ impl Experiment {
     }
 
     /// What the links do under a model, `None` where nothing is compared that they have a say in.
-    fn motion(&self, robot: &mut ElasticRobot) -> Result<Option<Motion>, PredictError> {
-        let nothing = [0.0; INTERNAL_STATES];
-        let Some(motion) = self.follow(robot, &nothing, None)? else { return Ok(None) };
-        memory::at_the_start(self, robot, motion).map(Some)
+    /// `near`: what they do under one not far from it, with what gears remember at the start kept
+    /// where `held`.
+    fn motion(
+        &self,
+        robot: &mut ElasticRobot,
+        near: Option<&Motion>,
+        held: bool,
+    ) -> Result<Option<Motion>, PredictError> {
+        match memory::at_the_start(self, robot, near, held)? {
+            Some(motion) => Ok(Some(motion)),
+            None => self.follow(robot, &[0.0; INTERNAL_STATES], None, None),
+        }
     }
 
-    /// The same with what the gears remember at the start. `before`: what the links do with another
-    /// memory, which is taken over from where that is forgotten.
+    /// The same with what the gears remember at the start. `swing`: what tells how links that
+    /// remember swing there, where it is known; `before`: what the links do with another memory,
+    /// which is taken over from where that is forgotten.
     fn follow(
         &self,
         robot: &mut ElasticRobot,
         memory: &Memory,
+        swing: Option<&Arc<DMatrix<f64>>>,
         before: Option<&Motion>,
     ) -> Result<Option<Motion>, PredictError> {
         match (&self.standing, &self.moving) {
             (Some(standing), _) => Ok(Some(standing.motion(robot, memory, before)?)),
             (None, Some(moving)) => {
                 let diverged = |_| PredictError::Diverged { log: self.name.clone() };
-                moving.motion(robot, memory, before).map(Some).map_err(diverged)
+                moving.motion(robot, memory, swing, before).map(Some).map_err(diverged)
             }
             (None, None) => Ok(None),
         }
@@ -444,13 +482,20 @@ impl Experiment {
             moved = Some(links);
         }
         self.pose_residual(&robot, moved.as_ref(), &mut residual);
+        let fit = moved.as_ref().and_then(|m| m.start.as_deref());
+        let settle = |residual: &mut [f64]| fit.iter().for_each(|fit| fit.settle(residual));
         if let Some(clock) = &self.clock {
             let mut late = Vec::with_capacity(residual.len());
             robot.ports.time.push(Box::new(Late(clock::STEP)));
             self.pose_residual(&robot, moved.as_ref(), &mut late);
+            settle(&mut residual);
+            settle(&mut late);
             clock.settle(&mut residual, &late);
+            residual.extend_from_slice(&at.residual[self.poses..]);
+        } else {
+            residual.extend_from_slice(&at.residual[self.poses..]);
+            settle(&mut residual);
         }
-        residual.extend_from_slice(&at.residual[self.poses..]);
         Ok(residual)
     }
 

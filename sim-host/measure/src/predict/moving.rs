@@ -127,7 +127,9 @@ pub(super) struct Moving {
     drive: Vec<Motors>,
     /// How the links swing at the first row is fitted, where a ring-down begins after its stop.
     swing: Option<Swing>,
-    /// Jerk of the motors at the first row, rad/s³, where the log begins in motion.
+    /// True where motors move at the first row.
+    motors_move: bool,
+    /// Jerk of the motors at the first row, rad/s³, where a free motion's log begins in motion.
     jerk: Option<JointVector<f64>>,
     /// What the motors did, for their torque: smoothed.
     motor: Vec<Motors>,
@@ -192,9 +194,10 @@ impl Moving {
                 Beginning::of(period, encoder[i].deviation, &column)
             };
             let all: Vec<Beginning> = (0..6).map_while(of).collect();
-            let smooth = log.kind == LogKind::FreeMotion;
-            <[Beginning; 6]>::try_from(all).ok().filter(|e| smooth && e.iter().any(|b| b.moving))
+            <[Beginning; 6]>::try_from(all).ok().filter(|e| e.iter().any(|b| b.moving))
         });
+        let motors_move = ends[0].is_some();
+        let ends = ends.map(|end| end.filter(|_| log.kind == LogKind::FreeMotion));
         for (back, end) in ends.iter().enumerate() {
             for (i, beginning) in end.iter().flatten().enumerate() {
                 for k in 0..beginning.length / 2 {
@@ -254,6 +257,7 @@ impl Moving {
             time: s.time.clone(),
             drive,
             swing: None,
+            motors_move,
             jerk,
             motor,
             margin: JointVector::from_fn(|i, _| 3.0 * encoder[i].deviation),
@@ -535,6 +539,11 @@ impl Moving {
         swinging
     }
 
+    /// True where motors move at the first row, or links swing.
+    pub(super) fn begins_in_motion(&self) -> bool {
+        self.motors_move || self.swing.is_some()
+    }
+
     /// Where the motors were at every instant.
     pub(super) fn motors(&self) -> &[Motors] {
         &self.drive
@@ -545,6 +554,7 @@ impl Moving {
         &self,
         robot: &ElasticRobot,
         memory: &Memory,
+        known: Option<&Arc<DMatrix<f64>>>,
         before: Option<&Motion>,
     ) -> Result<Motion, Diverged> {
         let n = self.drive.len();
@@ -556,8 +566,8 @@ impl Moving {
         if let Some(swing) = &self.swing {
             // A gear that remembers is another spring: its slopes are its own, and taken once.
             let own = || swing.gain(&self.swing_slopes(robot, swing, memory)?.0).map(Arc::new);
-            gain = match before {
-                Some(before) => before.swing.clone(),
+            gain = match known {
+                Some(known) => Some(known.clone()),
                 None if robot.ports.memories() > 0 => own(),
                 None => None,
             };

@@ -249,6 +249,18 @@ impl Standing {
         Ok(())
     }
 
+    /// True where the first row is under a load that its noise does not make.
+    pub(super) fn begins_under_load(&self, model: &Model) -> bool {
+        let frames = model.robot.frames(&self.motors[0].angle);
+        let wrench = self.wrench[0].rotated(&frames.tcp.rotation);
+        let jacobian = frames.jacobian().0;
+        let torque = |i: usize| {
+            jacobian.fixed_view::<3, 1>(0, i).dot(&wrench.moment)
+                + jacobian.fixed_view::<3, 1>(3, i).dot(&wrench.force)
+        };
+        self.payload[0] != 0 || (0..JOINTS).any(|i| torque(i).abs() > self.slack[i])
+    }
+
     /// Where the motors were at every instant.
     pub(super) fn motors(&self) -> &[Motors] {
         &self.motors
