@@ -1,6 +1,6 @@
 //! Which calibrations count: those that bring more than their values cost.
 
-use super::{effects_of, rules};
+use super::{OF_BLOCKS, effects_of, rules};
 use crate::fit::calibration::{expected, is_calibration};
 use crate::fit::{self, EffectScope, Effort, FitProblem, FitState, Fitted, FreeParameter, Slopes};
 use nalgebra::DVector;
@@ -255,8 +255,59 @@ pub(crate) fn sparse(
     if split && let Some(apart) = refit(&apart, &known) {
         let more = apart.point.free.len().saturating_sub(common.point.free.len()) as f64;
         if common.cost - apart.cost > trust * (rules::KEEP + rules::KEEP_EACH * more) {
-            return (apart, names);
+            return without_doubtful(bench, blocks, apart, names);
         }
     }
-    (common, names)
+    without_doubtful(bench, blocks, common, names)
+}
+
+/// The fit without those calibrations on which the blocks in time disagree by more than they are:
+/// residuals that follow each other let almost any value bring more than it costs.
+fn without_doubtful(
+    bench: &FitProblem,
+    blocks: &[Vec<u8>],
+    fitted: Fitted,
+    mut names: Vec<(&'static str, Location)>,
+) -> (Fitted, Vec<(&'static str, Location)>) {
+    let Some(scatter) = fitted.linear.scatter() else { return (fitted, names) };
+    let name = |free: &FreeParameter| {
+        let effect = fitted.point.effect(free.of);
+        (effect.kind.id, effect.at)
+    };
+    let stands = |(k, free): (usize, &FreeParameter)| {
+        let (parameter, value) = (fitted.point.parameter(free), fitted.point.value(free));
+        let away = (value - parameter.without_effect(value)) / fit::unit(parameter, value);
+        (away.abs() > OF_BLOCKS * scatter[k]).then(|| name(free))
+    };
+    let sure: Vec<_> = fitted.point.free.iter().enumerate().filter_map(stands).collect();
+    let before = names.len();
+    names.retain(|name| sure.contains(name));
+    if names.len() == before {
+        return (fitted, names);
+    }
+    let is_kept = |effect: &Effect| {
+        !is_calibration(effect.kind) || names.contains(&(effect.kind.id, effect.at))
+    };
+    let mut point = FitState::empty(bench.experiments.len());
+    let expected_of = |of: EffectScope, effect: &Effect| -> Vec<f64> {
+        let mut expected = vec![0.0; effect.values.len()];
+        let own = fitted.point.free.iter().filter(|free| free.of == of);
+        own.for_each(|free| expected[free.parameter] = free.expected);
+        expected
+    };
+    for (i, effect) in fitted.point.all.iter().enumerate().filter(|(_, e)| is_kept(e)) {
+        point.add_expected(effect.clone(), &expected_of(EffectScope::All(i), effect));
+    }
+    for (log, own) in fitted.point.each.iter().enumerate() {
+        for (i, effect) in own.iter().enumerate().filter(|(_, e)| is_kept(e)) {
+            point.add_to_log(log, effect.clone(), &expected_of(EffectScope::Log(log, i), effect));
+        }
+    }
+    let slopes = point.free.iter();
+    let known: Vec<Slopes> =
+        slopes.map_while(|free| slopes_of(&point, free, (&fitted.point, &fitted.slopes))).collect();
+    match fit::fit(bench, &point, blocks, &known, Effort::full(0)) {
+        Ok(fewer) => (fewer, names),
+        Err(_) => (fitted, names),
+    }
 }
