@@ -106,6 +106,16 @@ fn control_and_sensor_fixtures_hold_their_figures() {
     assert!(
         c.period > 0.0 && c.external.force.ki > 0.0 && c.parallel.joint.kp.iter().all(|k| *k > 0.0)
     );
+    // The clamped interface differs in what it lets through, and in nothing else.
+    let mut clamped = Control::read(fixture("control/kuka-clamped.toml")).unwrap();
+    let limits = &mut clamped.compensation;
+    assert_eq!(limits.lateral.size, 5e-3);
+    assert!((limits.orientation.size.to_degrees() - 5.0).abs() < 0.01);
+    limits.lateral.size = c.compensation.lateral.size;
+    limits.orientation.size = c.compensation.orientation.size;
+    clamped.external.force.max_correction = c.external.force.max_correction;
+    clamped.laws = c.laws.clone();
+    assert_eq!(clamped, c);
     let s = Sensors::parse(SENSORS, "sensors.toml").unwrap();
     assert_eq!(s.encoder_resolution, [2e-6; 6]);
     assert_eq!((s.force.noise_force, s.force.noise_moment, s.force.delay), (25.0, 8.0, 0.002));
