@@ -33,6 +33,7 @@ mod measured;
 mod names;
 mod new_law;
 mod register;
+mod repeat;
 mod results;
 mod schema;
 mod step;

@@ -466,6 +466,11 @@ impl UncertainCell {
         self.latents.len()
     }
 
+    /// What the latents are of: a number, or a group of them.
+    pub fn latent_names(&self) -> &[String] {
+        &self.latents
+    }
+
     /// The latents of a trial. Each has a stream of its own: a number more or less in the file
     /// leaves the others as they were.
     pub fn draw(&self, seed: u64, index: u64) -> Vec<f64> {

@@ -2,7 +2,9 @@
 
 use std::path::Path;
 use trueweld_core::Robot;
-use trueweld_evaluate::certify::{Evidence, Requirement, Verdict};
+use trueweld_evaluate::certify::{
+    Evidence, Requirement, Sensitivity, ShownRun, Verdict, WeakPoint,
+};
 use trueweld_evaluate::laws::{LawComparison, Sweep};
 use trueweld_evaluate::tune::{TunedController, TunedLaw, Tuning};
 use trueweld_evaluate::{StepFigures, UncertainCell, WeldFigures};
@@ -12,7 +14,7 @@ use trueweld_measure::improve::Improvement;
 use trueweld_measure::mistakes::{Found, Registered};
 use trueweld_measure::residuals::compare::{Comparison, LogComparison, Notice};
 use trueweld_plant::input::ModelFile;
-use trueweld_plant::provenance::Provenance;
+use trueweld_plant::provenance::{FileDigest, Provenance};
 use trueweld_plant::simulate::Recording;
 
 /// Finished welds of one seam.
@@ -89,6 +91,10 @@ pub struct CertifyReport<'a> {
     pub welds: Vec<CertifiedWeld>,
     /// What is not known of the cell.
     pub uncertain: &'a UncertainCell,
+    /// The command line that comes to the same.
+    pub repeat: String,
+    /// The files in which every run is kept, in the folder of the certificate.
+    pub kept: Vec<FileDigest>,
     /// What the result is of.
     pub provenance: &'a Provenance,
 }
@@ -102,6 +108,12 @@ pub struct CertifiedWeld {
     pub evidence: Evidence,
     /// The requirements, judged.
     pub requirements: Vec<Requirement>,
+    /// What the failures follow from.
+    pub sensitivities: Vec<Sensitivity>,
+    /// What is weak and not forbidden.
+    pub weak_points: Vec<WeakPoint>,
+    /// Runs that pages show.
+    pub shown: Vec<ShownRun>,
 }
 
 /// A finished comparison.

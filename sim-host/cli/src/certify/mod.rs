@@ -8,6 +8,7 @@ mod store;
 
 use crate::inputs::{CellFiles, Inputs, STEP_OF_MANY, passes, read};
 use crate::names::{Controller, LawParser};
+use crate::repeat;
 use crate::results::{Results, check_new_folder, check_outputs, check_targets, write};
 use clap::{Args, value_parser};
 use miette::{IntoDiagnostic, Result, WrapErr, miette};
@@ -19,7 +20,7 @@ use store::TrialStore;
 use trueweld_compensators::Entry;
 use trueweld_evaluate::certify::{
     Certification, Evidence, FaultTrial, RequiredCorrection, SampledCell, Trial, Verdict, judge,
-    search,
+    search, sensitivities, weak_points,
 };
 use trueweld_evaluate::{Requirements, UncertainCell};
 use trueweld_output::{CertifiedWeld, CertifyReport, Progress, Report, write_file};
@@ -141,6 +142,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         asked: [requirements.failure_probability, requirements.confidence],
         welds,
         uncertain: &uncertain,
+        repeat: repeat::command_line("certify", &ONLY_HERE),
+        kept: sections.iter().map(|file| digest(file)).collect::<Result<_>>()?,
         provenance: &provenance,
     };
     write_file(&certificate, report.json_text())?;
@@ -150,6 +153,18 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         std::process::exit(1);
     }
     Ok(())
+}
+
+/// Options that do not change what is certified: where runs are made and kept, and what is written.
+const ONLY_HERE: [&str; 7] = ["evidence", "shard", "merge", "json", "html", "samples", "quiet"];
+
+/// The digest of a section as it is kept.
+fn digest(section: &Path) -> Result<FileDigest> {
+    let bytes = std::fs::read(section)
+        .into_diagnostic()
+        .wrap_err_with(|| format!("cannot read {}", section.display()))?;
+    let name = section.file_name().unwrap_or_default().to_string_lossy();
+    Ok(FileDigest::new("evidence", &name, &bytes))
 }
 
 /// The cell with each of the welds. Evidence is named after the weld: two of one name would share it.
@@ -423,7 +438,14 @@ impl<'a> WeldCampaign<'a> {
         let margins = certification.margins().map_err(|error| inputs.failed(controller, &error))?;
         let evidence = Evidence { nominal, trials, worst, margins, faults };
         let requirements = judge(requirements, &evidence);
-        Ok(CertifiedWeld { name: inputs.weld_name.clone(), evidence, requirements })
+        Ok(CertifiedWeld {
+            name: inputs.weld_name.clone(),
+            sensitivities: sensitivities(uncertain, &requirements, &evidence),
+            weak_points: weak_points(&requirements, &evidence.margins),
+            shown: certification.shown(&evidence, &requirements),
+            evidence,
+            requirements,
+        })
     }
 }
 

@@ -254,6 +254,46 @@ fn margins(requirements: &Requirements, map: &[Margins]) -> Vec<Requirement> {
     judged.collect()
 }
 
+/// What margins are customarily asked to be: Åström and Murray, Feedback Systems, 2nd edition,
+/// section 10.3 (gain 2 to 5, phase 30° to 60°, stability margin 0.5 to 0.8).
+const CUSTOMARY: [(&str, f64); 6] = [
+    ("gain_margin", 2.0),
+    ("phase_margin_rad", std::f64::consts::FRAC_PI_6),
+    ("modulus_margin", 0.5),
+    ("drive_gain_margin", 2.0),
+    ("drive_phase_margin_rad", std::f64::consts::FRAC_PI_6),
+    ("drive_modulus_margin", 0.5),
+];
+
+/// A margin that no requirement limits and that is smaller than is customary.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WeakPoint {
+    /// Key of the margin.
+    pub name: &'static str,
+    /// The least along the weld, SI units.
+    pub least: f64,
+    /// What is customary.
+    pub customary: f64,
+    /// Path position, m.
+    pub path: f64,
+    /// Where the loop was opened.
+    pub channel: &'static str,
+}
+
+/// The weak points of a loop that no requirement forbids, where its margins were determined.
+pub fn weak_points(judged: &[Requirement], map: &[Margins]) -> Vec<WeakPoint> {
+    let limited = |name| judged.iter().any(|r| r.case == EvidenceKind::Margins && r.name == name);
+    let free = CUSTOMARY.iter().filter(|(name, _)| !limited(*name));
+    free.filter_map(|(name, customary)| {
+        let of = MARGIN_FIGURES.iter().find(|of| of.figure.key == *name)?;
+        let each = map.iter().map(|at| (at.path, (of.value)(at)));
+        let (path, (least, channel)) = each.reduce(|a, b| if b.1.0 < a.1.0 { b } else { a })?;
+        let weak = WeakPoint { name, least, customary: *customary, path, channel };
+        (least < *customary).then_some(weak)
+    })
+    .collect()
+}
+
 fn fault_cases(requirements: &Requirements, trials: &[FaultTrial]) -> Vec<Requirement> {
     let Some(asked) = &requirements.faults else {
         return Vec::new();

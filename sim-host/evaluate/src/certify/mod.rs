@@ -21,13 +21,17 @@ mod draw;
 mod faults;
 mod judge;
 mod reason;
+mod sensitivity;
 mod symptoms;
 mod worst;
 
 pub use draw::{NominalCell, SampledCell};
 pub use faults::{FAULT_FIGURES, FaultTrial, SteadyTooShort};
-pub use judge::{Beyond, Evidence, EvidenceKind, Requirement, Verdict, judge, within};
+pub use judge::{
+    Beyond, Evidence, EvidenceKind, Requirement, Verdict, WeakPoint, judge, weak_points, within,
+};
 pub use reason::{Held, Pace, Reason, Shortfall, Symptom};
+pub use sensitivity::{Influence, Sensitivity, Trend, sensitivities};
 pub use symptoms::{Oscillation, RequiredCorrection, Symptoms};
 pub use worst::{WorstCase, search};
 
@@ -36,6 +40,7 @@ use crate::laws::NoFigures;
 use crate::margins::{MARGIN_FIGURES, Margins, margin_map};
 use crate::requirements::Requirements;
 use crate::weld::{WELD_FIGURES, WeldFigures};
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use trueweld_plant::input::Process;
@@ -84,6 +89,29 @@ fn values<'a, S: 'static>(table: impl Iterator<Item = &'a FigureOf<S>>, of: &S) 
     let all = table.map(|figure| (figure.figure.key.to_owned(), (figure.value)(of)));
     all.filter(|(_, value)| value.is_finite()).collect()
 }
+
+/// A run that is worth a picture.
+#[derive(Debug, Clone)]
+pub struct ShownRun {
+    /// Which.
+    pub kind: ShownKind,
+    /// What was recorded of its last pass.
+    pub recording: Recording,
+}
+
+/// Which run is shown.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ShownKind {
+    /// The cell as it is believed to be.
+    Nominal,
+    /// The worst draw in a figure, by its key.
+    Draw(u64, &'static str),
+    /// The worst cell that the search found.
+    Search(u64),
+}
+
+/// Most draws that are shown.
+const SHOWN_DRAWS: usize = 3;
 
 /// What is to be certified.
 #[derive(Debug, Clone, Copy)]
@@ -140,6 +168,38 @@ impl Certification<'_> {
             Err(error) => (None, None, Some(error.to_string())),
         };
         Trial { index, draw, figures, symptoms, failed }
+    }
+
+    /// Runs worth a picture, made once more: the nominal one, the worst draws in the figures that
+    /// come closest to their limits or farthest beyond, and the worst cell of the search.
+    pub fn shown(&self, evidence: &Evidence, judged: &[Requirement]) -> Vec<ShownRun> {
+        let trials = &evidence.trials;
+        let of_draws = judged.iter().filter(|r| r.case == EvidenceKind::Draws);
+        let mut worst: Vec<(f64, &'static str, &Trial)> = of_draws
+            .filter_map(|r| {
+                let of = |trial: &Trial| trial.figure(r.name);
+                let trial = trials.iter().reduce(|a, b| if of(b) > of(a) { b } else { a })?;
+                Some((of(trial) / r.limit, r.name, trial))
+            })
+            .collect();
+        worst.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let mut shown = vec![(ShownKind::Nominal, &evidence.nominal.draw)];
+        for (_, name, trial) in worst {
+            let is = |(_, draw): &(ShownKind, &SampledCell)| **draw == trial.draw;
+            if shown.len() <= SHOWN_DRAWS && !shown.iter().any(is) {
+                shown.push((ShownKind::Draw(trial.index, name), &trial.draw));
+            }
+        }
+        if let Some(found) = &evidence.worst.worst
+            && !trials.contains(found)
+        {
+            shown.push((ShownKind::Search(found.index), &found.draw));
+        }
+        let runs = shown.into_par_iter().filter_map(|(kind, draw)| {
+            let recording = self.cell.weld(&self.scenario, draw, self.passes).ok()?;
+            Some(ShownRun { kind, recording })
+        });
+        runs.collect()
     }
 
     /// Figures that are kept of a weld: all of the steady part, and those of other phases that are

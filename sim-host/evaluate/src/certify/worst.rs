@@ -41,7 +41,7 @@ const MOST_TURNS: usize = 16;
 const END: f64 = 8.0;
 
 /// Which of them is the phase, which has no ends.
-const PHASE: usize = 12;
+pub(super) const PHASE: usize = 12;
 
 /// The worst that a search found.
 #[derive(Debug, Clone, PartialEq)]
@@ -292,8 +292,27 @@ impl<'a> Search<'a> {
     }
 }
 
+/// What [`numbers`] are of, in their order.
+pub(super) fn names(uncertain: &UncertainCell) -> Vec<String> {
+    let stiffness = (1..=6).map(|joint| format!("stiffness A{joint}"));
+    let others = [
+        "process depth stiffness and damping",
+        "process feed drag",
+        "process lateral damping",
+        "process lateral stiffness",
+        "process lateral ratio",
+        "ripple of the spindle, size",
+        "ripple of the spindle, phase",
+        "force cross-talk along x",
+        "force cross-talk along y",
+        "delay of the sensors",
+    ];
+    let short = stiffness.chain(others.map(str::to_owned));
+    short.chain(uncertain.latent_names().iter().cloned()).collect()
+}
+
 /// Where in the set a cell lies; 0 along what is known exactly.
-fn numbers(uncertain: &UncertainCell, draw: &SampledCell) -> Vec<f64> {
+pub(super) fn numbers(uncertain: &UncertainCell, draw: &SampledCell) -> Vec<f64> {
     let u = &uncertain.short;
     let share = |value: f64, half: f64| {
         if half > 0.0 { (value / half).clamp(-1.0, 1.0) } else { 0.0 }

@@ -7,10 +7,12 @@ use crate::{CertifiedWeld, CertifyReport};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use trueweld_evaluate::certify::{FaultTrial, Requirement, SampledCell, Trial, Verdict};
+use trueweld_evaluate::certify::{
+    FaultTrial, Requirement, SampledCell, Sensitivity, Trial, Verdict, WeakPoint,
+};
 use trueweld_evaluate::margins::{CHANNEL_NAMES, Margin, Margins};
 use trueweld_evaluate::{Distribution, Group, UncertainCell};
-use trueweld_plant::provenance::Provenance;
+use trueweld_plant::provenance::{FileDigest, Provenance};
 
 /// What many welds of uncertain cells show of a compensation law.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -39,6 +41,10 @@ pub struct CertifyResult {
     pub uncertain: Vec<UncertainRecord>,
     /// What the draws take as known although it might not be.
     pub left_out: Vec<String>,
+    /// The command line that comes to the same.
+    pub repeat: String,
+    /// The files in which every run is kept, in the folder of the certificate.
+    pub kept: Vec<FileDigest>,
     /// Every requirement of every weld.
     pub requirements: Vec<JudgedRequirement>,
     /// What the runs of every weld came to.
@@ -112,6 +118,55 @@ pub struct WeldEvidence {
     pub margins: Vec<MarginPlace>,
     /// Instruments that fail, one at a time.
     pub faults: Vec<FaultRun>,
+    /// What the failures follow from: of the requirements that draws were beyond, or of the one
+    /// that came closest to its limit.
+    pub sensitivity: Vec<FigureSensitivity>,
+    /// Margins that no requirement limits and that are smaller than is customary.
+    pub weak_points: Vec<WeakMargin>,
+}
+
+/// What the draws say of a requirement's dependence on the uncertain numbers.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FigureSensitivity {
+    /// Key of the figure.
+    pub name: String,
+    /// Draws beyond its limit.
+    pub beyond: usize,
+    /// Share of the variance of the figure's logarithm that the numbers explain.
+    pub explained: f64,
+    /// The numbers that matter beyond chance, the most important first.
+    pub numbers: Vec<NumberInfluence>,
+}
+
+/// What one uncertain number has to do with a figure.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct NumberInfluence {
+    /// The number, or the group that moves together.
+    pub number: String,
+    /// Share of the variance of the figure's logarithm.
+    pub share: f64,
+    /// How the figure follows it: `grows`, `falls`, `at-ends` or `in-middle`.
+    pub trend: String,
+    /// Draws beyond the limit were the number always in the middle of its range.
+    pub beyond_without: usize,
+}
+
+/// A margin that is weak and not limited.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct WeakMargin {
+    /// Key of the margin.
+    pub name: String,
+    /// The least along the weld, in the unit of the key.
+    pub least: f64,
+    /// What is customary at least.
+    pub customary: f64,
+    /// Path position, m.
+    pub path_m: f64,
+    /// Where the loop was opened.
+    pub channel: String,
 }
 
 /// Figures of a run by their keys, or why it has none.
@@ -231,6 +286,8 @@ impl CertifyResult {
             confidence: report.asked[1],
             uncertain: UncertainRecord::all(report.uncertain),
             left_out: report.uncertain.left_out().to_vec(),
+            repeat: report.repeat.clone(),
+            kept: report.kept.clone(),
             requirements: requirements.collect(),
             welds: report
                 .welds
@@ -317,6 +374,37 @@ impl WeldEvidence {
             },
             margins: evidence.margins.iter().map(MarginPlace::of).collect(),
             faults: evidence.faults.iter().map(FaultRun::of).collect(),
+            sensitivity: weld.sensitivities.iter().map(FigureSensitivity::of).collect(),
+            weak_points: weld.weak_points.iter().map(WeakMargin::of).collect(),
+        }
+    }
+}
+
+impl FigureSensitivity {
+    fn of(of: &Sensitivity) -> Self {
+        let numbers = of.influences.iter().map(|by| NumberInfluence {
+            number: by.number.clone(),
+            share: by.share,
+            trend: by.trend.name().to_owned(),
+            beyond_without: by.beyond_without,
+        });
+        Self {
+            name: of.name.to_owned(),
+            beyond: of.beyond,
+            explained: of.explained,
+            numbers: numbers.collect(),
+        }
+    }
+}
+
+impl WeakMargin {
+    fn of(of: &WeakPoint) -> Self {
+        Self {
+            name: of.name.to_owned(),
+            least: of.least,
+            customary: of.customary,
+            path_m: of.path,
+            channel: of.channel.to_owned(),
         }
     }
 }

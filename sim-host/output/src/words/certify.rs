@@ -1,9 +1,13 @@
 //! What is said of a certification.
 
 use super::requirement::{label, reason, shown};
-use super::{counted, share};
+use super::{counted, listed, share};
 use crate::{CertifiedWeld, CertifyReport};
-use trueweld_evaluate::certify::{Evidence, EvidenceKind, Requirement, SampledCell, Verdict};
+use trueweld_evaluate::PHASES;
+use trueweld_evaluate::certify::{
+    Evidence, EvidenceKind, Requirement, SampledCell, Sensitivity, ShownKind, Trend, Verdict,
+    WeakPoint,
+};
 use trueweld_evaluate::{Distribution, Uncertainty};
 
 /// The verdict in a sentence.
@@ -188,6 +192,91 @@ fn short(x: f64) -> String {
         format!("{x:.2e}")
     }
 }
+
+/// What the failures of a requirement follow from, in a sentence or two.
+pub(crate) fn sensitivity(of: &Sensitivity) -> String {
+    let beyond = match of.beyond {
+        0 => format!("{}, which came closest to its limit", label(of.name)),
+        beyond => format!("{}, beyond its limit in {beyond} of {}", label(of.name), of.of),
+    };
+    let Some(first) = of.influences.first() else {
+        return format!(
+            "{beyond}: no number stands out among those drawn, with {}.",
+            counted(of.of, "draw")
+        );
+    };
+    let numbers: Vec<String> =
+        of.influences.iter().map(|by| format!("{} ({})", by.number, share(by.share))).collect();
+    let without = match of.beyond {
+        0 => String::new(),
+        _ => format!(
+            " Were {} in the middle of its range in every cell, {} would be beyond.",
+            first.number, first.beyond_without
+        ),
+    };
+    format!(
+        "{beyond}: {} of its spread follows from {}.{without}",
+        share(of.explained),
+        listed(&numbers, "and")
+    )
+}
+
+/// How a figure follows a number: where it is larger.
+pub(crate) fn trend(of: Trend) -> &'static str {
+    match of {
+        Trend::Grows => "the larger the number",
+        Trend::Falls => "the smaller the number",
+        Trend::AtEnds => "at either end of its range",
+        Trend::InMiddle => "in the middle of its range",
+    }
+}
+
+/// A margin that is weak and not limited.
+pub(crate) fn weak_point(of: &WeakPoint) -> String {
+    let [least, customary] = [of.least, of.customary].map(|value| shown(of.name, value));
+    format!(
+        "{}: {least} at {:.2} m, of {}; customary is {customary} at least.",
+        label(of.name),
+        of.path,
+        of.channel
+    )
+}
+
+/// What a run is in a picture.
+pub(crate) fn run_name(of: ShownKind) -> String {
+    match of {
+        ShownKind::Nominal => "nominal".to_owned(),
+        ShownKind::Draw(index, name) => format!("draw {index}, worst: {}", label(name)),
+        ShownKind::Search(index) => format!("worst of the search, {index}"),
+    }
+}
+
+/// What the upper bound of a probability is called.
+pub(crate) fn drawn_label(confidence: f64) -> String {
+    format!("at most, with {} confidence", share(confidence))
+}
+
+/// What the requirements ask nothing of, a sentence each.
+pub(crate) fn not_asked(report: &CertifyReport<'_>) -> Vec<String> {
+    let all = || report.welds.iter().flat_map(|weld| &weld.requirements);
+    let none = |case: EvidenceKind| !all().any(|r| r.case == case);
+    let cases = [
+        (EvidenceKind::Margins, "No margin of the loop is required, and none was determined."),
+        (EvidenceKind::Faults, "No instrument was made to fail."),
+        (EvidenceKind::WorstCase, "The worst cell of the search is told; nothing limits it."),
+    ];
+    let cases = cases.into_iter().filter(|(case, _)| none(*case)).map(|(_, text)| text.to_owned());
+    let free: Vec<&str> = PHASES
+        .into_iter()
+        .filter(|phase| !all().any(|r| r.name.split_once('.').is_some_and(|(p, _)| p == *phase)))
+        .collect();
+    let phases = (!free.is_empty())
+        .then(|| format!("Nothing limits the {} of the weld.", listed(&free, "and the")));
+    cases.chain(phases).collect()
+}
+
+/// What is filled in by hand.
+pub(crate) const SIGNED_BY: [&str; 3] = ["name", "date", "signature"];
 
 /// What the draws take as known, in a sentence.
 pub(crate) fn left_out(what: &[String]) -> String {

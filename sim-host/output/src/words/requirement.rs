@@ -9,6 +9,16 @@ pub(crate) fn label(key: &str) -> &str {
     figure(key).map_or(key, |figure| figure.label)
 }
 
+/// The factor to the unit in which a figure is drawn, and that unit.
+pub(crate) fn scale(key: &str) -> (f64, &'static str) {
+    match figure(key).map_or("1", |figure| figure.unit) {
+        "s" => (1e3, "ms"),
+        "m" => (1e3, "mm"),
+        "rad" => (1f64.to_degrees(), "°"),
+        unit => (1.0, unit),
+    }
+}
+
 /// A value of a figure in mm, degrees, ms, N or as a ratio; "none" where there is none.
 pub(crate) fn shown(key: &str, value: f64) -> String {
     match figure(key).map_or("1", |figure| figure.unit) {

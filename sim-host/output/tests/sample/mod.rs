@@ -14,8 +14,8 @@ use trueweld_core::{
     ToolParameters, Twist, Wrench,
 };
 use trueweld_evaluate::certify::{
-    Evidence, FAULT_FIGURES, FaultTrial, Oscillation, SampledCell, Symptoms, Trial, WorstCase,
-    judge,
+    Evidence, FAULT_FIGURES, FaultTrial, Influence, Oscillation, SampledCell, Sensitivity,
+    ShownKind, ShownRun, Symptoms, Trend, Trial, WorstCase, judge, weak_points,
 };
 use trueweld_evaluate::laws::{Change, LawComparison, NoFigures, Sweep, VariedQuantity};
 use trueweld_evaluate::margins::{CHANNELS, Margin, Margins, Passivity};
@@ -711,6 +711,7 @@ pub fn certificate() -> CertifyReport<'static> {
             fault("seam sensor dropped", 0.02),
         ],
     };
+    let judged = judge(&requirements, &evidence);
     CertifyReport {
         law: "elastostatic".to_owned(),
         controller: "external",
@@ -719,10 +720,37 @@ pub fn certificate() -> CertifyReport<'static> {
         asked: [requirements.failure_probability, requirements.confidence],
         welds: vec![CertifiedWeld {
             name: "vertical".to_owned(),
-            requirements: judge(&requirements, &evidence),
+            sensitivities: vec![Sensitivity {
+                name: "lateral_rms_m",
+                beyond: 2,
+                of: 3,
+                explained: 0.8,
+                influences: vec![
+                    Influence {
+                        number: "stiffness A2".to_owned(),
+                        share: 0.6,
+                        trend: Trend::Falls,
+                        beyond_without: 1,
+                    },
+                    Influence {
+                        number: "seam shift_y_m".to_owned(),
+                        share: 0.2,
+                        trend: Trend::AtEnds,
+                        beyond_without: 2,
+                    },
+                ],
+            }],
+            weak_points: weak_points(&judged, &evidence.margins[..1]),
+            shown: vec![ShownRun {
+                kind: ShownKind::Nominal,
+                recording: welds(100).recordings.remove(1),
+            }],
+            requirements: judged,
             evidence,
         }],
         uncertain: uncertain(),
+        repeat: "trueweld certify --compensator elastostatic".to_owned(),
+        kept: vec![FileDigest::new("evidence", "trials-vertical.jsonl", b"abc")],
         provenance: provenance(),
     }
 }

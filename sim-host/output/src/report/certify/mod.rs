@@ -1,19 +1,24 @@
 //! What many welds of uncertain cells show of a compensation law.
 
+mod figures;
+
 use super::Report;
 use crate::document::{Block, Cell, Document, Medium, Table, Tone, number, words};
 use crate::json::{CertifyResult, UncertainRecord};
 use crate::samples::{self, Samples};
 use crate::words::certify::{
-    distribution, headline, lead, left_out, of_case, reasons, setting, verdict_word, worst_cell,
-    worst_found,
+    SIGNED_BY, distribution, headline, lead, left_out, not_asked, of_case, reasons, sensitivity,
+    setting, trend, verdict_word, weak_point, worst_cell, worst_found,
 };
 use crate::words::requirement::{label, shown};
 use crate::words::{fixed, share};
 use crate::{CertifiedWeld, CertifyReport};
-use trueweld_evaluate::certify::{EvidenceKind, FaultTrial, Trial, Verdict, within};
+use trueweld_evaluate::certify::{
+    EvidenceKind, FaultTrial, Influence, Sensitivity, Trial, Verdict, within,
+};
 use trueweld_evaluate::margins::{MARGIN_FIGURES, Margins};
 use trueweld_evaluate::{UncertainCell, WELD_FIGURES};
+use trueweld_plant::provenance::FileDigest;
 
 impl Report for CertifyReport<'_> {
     type Json = CertifyResult;
@@ -37,11 +42,28 @@ impl Report for CertifyReport<'_> {
             let heading = format!("Weld {}", weld.name);
             document.section(Medium::All, &heading, Block::Table(weld.requirements_table()));
             document.push(Block::Note(worst_found(&weld.evidence)));
+            let weak = weld.weak_points.iter().map(weak_point).collect();
+            document.section(Medium::All, "Weak, though no limit forbids it", Block::List(weak));
+            let failures = weld.sensitivities.iter().map(sensitivity).collect();
+            let heading = "What would most reduce the failures";
+            document.section(Medium::All, heading, Block::List(failures));
+            document.push_on(Medium::Page, Block::Table(weld.influences_table()));
+            document.section(
+                Medium::Page,
+                "How often a weld is beyond a figure, in drawn cells",
+                Block::Figures(figures::draws(weld, self.asked)),
+            );
+            document.section(
+                Medium::Page,
+                "The worst runs beside the nominal one",
+                Block::Figures(figures::worst_runs(weld)),
+            );
             document.section(
                 Medium::Page,
                 "Margins of the sampled loop along the weld, in the nominal cell",
-                Block::Table(weld.margins_table()),
+                Block::Figures(figures::margins(weld)),
             );
+            document.push_on(Medium::Page, Block::Table(weld.margins_table()));
             document.section(
                 Medium::Page,
                 "Faults of instruments, one at a time, in the nominal cell",
@@ -58,9 +80,32 @@ impl Report for CertifyReport<'_> {
             "What is not known of the cell, and drawn",
             Block::Table(uncertain(self.uncertain)),
         );
-        document.push_on(Medium::Page, Block::Note(left_out(self.uncertain.left_out())));
+        let not_shown = std::iter::once(left_out(self.uncertain.left_out()));
+        let not_shown = not_shown.chain(not_asked(self)).collect();
+        let heading = "What this certificate does not show";
+        document.section(Medium::Page, heading, Block::List(not_shown));
+        document.section(Medium::Page, "To repeat it", Block::Note(self.repeat.clone()));
+        document.push_on(Medium::Page, Block::Table(self.kept_table()));
+        document.section(Medium::Page, "Signed", Block::Table(signed()));
         document
     }
+}
+
+impl CertifyReport<'_> {
+    /// The files of every run.
+    fn kept_table(&self) -> Table {
+        let row = |file: &FileDigest| [&file.file, &file.sha256].map(words).to_vec();
+        Table {
+            head: vec![["runs are kept in", "SHA-256"].map(words).to_vec()],
+            rows: self.kept.iter().map(row).collect(),
+        }
+    }
+}
+
+/// Who signs, with room to write.
+fn signed() -> Table {
+    let rows = SIGNED_BY.iter().map(|what| vec![words(*what), words("\u{2003}".repeat(24))]);
+    Table { head: Vec::new(), rows: rows.collect() }
 }
 
 /// Every number that the draws differ in.
@@ -120,6 +165,31 @@ impl CertifiedWeld {
             number("beyond"),
             number("probability ≤"),
             words("verdict"),
+        ];
+        Table { head: vec![head], rows }
+    }
+
+    /// The uncertain numbers that the figures follow from.
+    fn influences_table(&self) -> Table {
+        let row = |of: &Sensitivity, by: &Influence| {
+            vec![
+                words(label(of.name)),
+                words(by.number.clone()),
+                words(trend(by.trend)),
+                number(share(by.share)),
+                number(of.beyond.to_string()),
+                number(by.beyond_without.to_string()),
+            ]
+        };
+        let rows = self.sensitivities.iter();
+        let rows = rows.flat_map(|of| of.influences.iter().map(move |by| row(of, by))).collect();
+        let head = vec![
+            words("requirement"),
+            words("number"),
+            words("the figure is larger"),
+            number("share of its spread"),
+            number("draws beyond"),
+            number("were it always in the middle"),
         ];
         Table { head: vec![head], rows }
     }

@@ -1,0 +1,162 @@
+//! The pictures of a certificate: how the draws lie against a limit, what the worst runs did, and
+//! the margins along the seam.
+
+use crate::color::{self, Dash, LIMIT};
+use crate::document::{Figure, Line, Plot, reference};
+use crate::words::certify::{drawn_label, run_name};
+use crate::words::requirement::{label, scale};
+use crate::{CertifiedWeld, MILLI};
+use trueweld_evaluate::Rate;
+use trueweld_evaluate::certify::{EvidenceKind, Requirement};
+use trueweld_evaluate::margins::{MARGIN_FIGURES, Margins};
+use trueweld_plant::simulate::RecordRow;
+
+/// Least probability of a picture's axis: no more draws are made than show a tenth of it.
+const RAREST: f64 = 1e-5;
+
+/// A line that nothing may be beyond.
+fn limit(name: &str, points: Vec<(f64, f64)>) -> Line {
+    Line { name: name.to_owned(), color: LIMIT, dash: Dash::Solid, points }
+}
+
+/// How often a draw is beyond a figure, one picture a requirement. `asked`: the share of welds that
+/// may be beyond a limit, and the confidence.
+pub(super) fn draws(weld: &CertifiedWeld, asked: [f64; 2]) -> Vec<Figure> {
+    let required = weld.requirements.iter().filter(|r| r.case == EvidenceKind::Draws);
+    required.filter_map(|requirement| exceedance(weld, requirement, asked)).collect()
+}
+
+fn exceedance(weld: &CertifiedWeld, of: &Requirement, asked: [f64; 2]) -> Option<Figure> {
+    let [allowed, confidence] = asked;
+    let (factor, unit) = scale(of.name);
+    let trials = &weld.evidence.trials;
+    let mut sorted: Vec<f64> = trials.iter().map(|t| factor * t.figure(of.name)).collect();
+    sorted.sort_by(f64::total_cmp);
+    let finite: Vec<f64> = sorted.iter().copied().filter(|f| f.is_finite()).collect();
+    let (first, last) = (*finite.first()?, *finite.last()?);
+    let n = sorted.len();
+    let limited = factor * of.limit;
+    let right = 1.08 * limited.max(last);
+    let left = if first > 0.5 * right { 0.9 * first.min(limited) } else { 0.0 };
+    let bottom = (0.3 * (1.0 / n as f64).min(allowed)).max(RAREST);
+    let (mut seen, mut at_most) = (vec![(left, 1.0)], vec![(left, 1.0)]);
+    for (k, figure) in finite.iter().enumerate() {
+        let before = Rate { hits: n - k, of: n };
+        let after = Rate { hits: n - k - 1, of: n };
+        for rate in [before, after] {
+            let share = rate.hits as f64 / n as f64;
+            seen.push((*figure, if rate.hits == 0 { f64::NAN } else { share }));
+            at_most.push((*figure, rate.at_most(confidence)));
+        }
+    }
+    at_most.push((right, at_most.last()?.1));
+    let line = |name: String, color, dash, points| Line { name, color, dash, points };
+    let plot = Plot {
+        x_label: match unit {
+            "1" => label(of.name).to_owned(),
+            unit => format!("{}, {unit}", label(of.name)),
+        },
+        y_label: "share of welds beyond".to_owned(),
+        lines: vec![
+            line(format!("{n} draws"), color::run(1), Dash::Solid, seen),
+            line(drawn_label(confidence), color::run(1), Dash::Dashed, at_most),
+            limit("limit", vec![(limited, bottom), (limited, 1.0)]),
+            reference("allowed share", vec![(left, allowed), (right, allowed)]),
+        ],
+        x_range: Some([left, right]),
+        y_range: Some([bottom, 1.0]),
+        logarithmic: true,
+        ..Plot::default()
+    };
+    Some(Figure::new(label(of.name), plot))
+}
+
+/// A signal of a run over time, and a factor to the unit that it is shown in.
+type Signal = (&'static str, &'static str, &'static str, fn(&RecordRow) -> f64);
+
+/// What the worst runs are shown by, and the figure whose limit is drawn.
+const SIGNALS: [Signal; 4] = [
+    ("Lateral deviation", "lateral, mm", "lateral_max_m", |row| row.deviation_w.linear.y * MILLI),
+    ("Tilt of the tool axis", "tilt, °", "tilt_max_rad", |row| row.tilt.to_degrees()),
+    ("Depth of the tool in the plate", "depth, mm", "depth_max_m", |row| {
+        row.deviation_w.linear.z * MILLI
+    }),
+    ("Lateral correction", "correction, mm", "correction_m", |row| {
+        row.correction_w.linear.y * MILLI
+    }),
+];
+
+/// What the tool did in the nominal cell and in the worst ones, over the whole run.
+pub(super) fn worst_runs(weld: &CertifiedWeld) -> Vec<Figure> {
+    if weld.shown.is_empty() {
+        return Vec::new();
+    }
+    let of_signal = |(title, y_label, key, value): &Signal| {
+        let lines = weld.shown.iter().enumerate().map(|(k, run)| Line {
+            name: run_name(run.kind),
+            color: color::run(k),
+            dash: Dash::Solid,
+            points: run.recording.rows.iter().map(|row| (row.time, value(row))).collect(),
+        });
+        let limited = weld.limit(EvidenceKind::Draws, key).map(|of| scale(key).0 * of);
+        Figure::new(
+            *title,
+            Plot {
+                x_label: "time, s".to_owned(),
+                y_label: (*y_label).to_owned(),
+                lines: lines.collect(),
+                band: limited.map(|limit| [-limit, limit]),
+                band_name: "limit",
+                ..Plot::default()
+            },
+        )
+    };
+    SIGNALS.iter().map(of_signal).collect()
+}
+
+/// Every margin along the seam, of the corrections and of the drives, with its limit.
+pub(super) fn margins(weld: &CertifiedWeld) -> Vec<Figure> {
+    let map = &weld.evidence.margins;
+    if map.is_empty() {
+        return Vec::new();
+    }
+    let ends = [map[0].path, map[map.len() - 1].path].map(|path| path * MILLI);
+    let of_corrections = MARGIN_FIGURES.iter().filter(|of| !of.figure.key.starts_with("drive_"));
+    let figures = of_corrections.map(|of| {
+        let (factor, unit) = scale(of.figure.key);
+        let drives = format!("drive_{}", of.figure.key);
+        let pair =
+            MARGIN_FIGURES.iter().filter(|f| [of.figure.key, &drives].contains(&f.figure.key));
+        let mut lines = Vec::new();
+        for (k, f) in pair.enumerate() {
+            let value = |at: &Margins| factor * (f.value)(at).0;
+            let points = map.iter().map(|at| (at.path * MILLI, value(at)));
+            lines.push(Line {
+                name: ["corrections and force", "drives"][k].to_owned(),
+                color: color::run(k),
+                dash: Dash::Solid,
+                points: points
+                    .map(|p| (p.0, if p.1.is_finite() { p.1 } else { f64::NAN }))
+                    .collect(),
+            });
+            if let Some(least) = weld.limit(EvidenceKind::Margins, f.figure.key) {
+                let name = ["least asked for", "least asked of drives"][k];
+                lines.push(limit(name, ends.map(|path| (path, factor * least)).to_vec()));
+            }
+        }
+        let top = lines.iter().flat_map(|line| &line.points).map(|p| p.1).fold(0.0, f64::max);
+        let plot = Plot {
+            x_label: "position on the seam, mm".to_owned(),
+            y_label: if unit == "1" {
+                of.figure.label.to_owned()
+            } else {
+                format!("{}, {unit}", of.figure.label)
+            },
+            lines,
+            y_range: (top > 0.0).then_some([0.0, 1.08 * top]),
+            ..Plot::default()
+        };
+        Figure::new(label(of.figure.key), plot)
+    });
+    figures.collect()
+}
