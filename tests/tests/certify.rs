@@ -113,6 +113,7 @@ impl Certified {
         let faults = faults.map(|f| certification.run_fault(f)).collect();
         let nominal = certification.nominal();
         let evidence = Evidence {
+            rare: None,
             nominal,
             trials,
             worst: worst.expect("no errors"),
@@ -411,6 +412,7 @@ fn too_few_draws_to_tell_are_no_failure_and_no_pass() {
             trial
         };
         let evidence = Evidence {
+            rare: None,
             nominal: run(beyond),
             trials: (0..trials).map(run).collect(),
             worst: search(&asked, &UNCERTAIN, 7, &[], 0, |_| Ok::<_, RunError>(Vec::new()))
@@ -437,6 +439,7 @@ fn a_limit_of_the_worst_case_is_a_requirement() {
         Ok::<_, RunError>(batch.iter().map(|(k, draw)| formula(*k, draw.clone())).collect())
     });
     let evidence = Evidence {
+        rare: None,
         nominal: formula(0, SampledCell::nominal(1)),
         trials,
         worst: worst.expect("no errors"),

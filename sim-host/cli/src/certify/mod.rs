@@ -19,8 +19,8 @@ use std::sync::{Mutex, PoisonError};
 use store::TrialStore;
 use trueweld_compensators::Entry;
 use trueweld_evaluate::certify::{
-    Certification, Evidence, FaultTrial, RequiredCorrection, SampledCell, Trial, Verdict, judge,
-    search, sensitivities, weak_points,
+    Certification, Evidence, FEWEST_DRAWS, FaultTrial, RequiredCorrection, SampledCell, Trial,
+    Verdict, judge, rare_failure, search, sensitivities, weak_points,
 };
 use trueweld_evaluate::{Requirements, UncertainCell};
 use trueweld_output::{CertifiedWeld, CertifyReport, Progress, Report, write_file};
@@ -43,6 +43,10 @@ pub struct Arguments {
     /// Trials of each weld
     #[arg(long, value_name = "N", default_value_t = 100, value_parser = value_parser!(u64).range(..=100_000))]
     trials: u64,
+    /// Show that a weld beyond any limit is rarer than P, by subset simulation: begun with the
+    /// trials, 100 at least, and with as many runs a level
+    #[arg(long, value_name = "P", value_parser = parse_probability)]
+    failure_probability: Option<f64>,
     /// Runs of the search for the worst cell, of each weld
     #[arg(long, value_name = "N", default_value_t = 60, value_parser = value_parser!(u32).range(..=10_000))]
     worst: u32,
@@ -70,6 +74,15 @@ pub struct Arguments {
     results: Results,
 }
 
+fn parse_probability(text: &str) -> Result<f64, String> {
+    let probability: f64 = text.parse().map_err(|_| "expected a number".to_owned())?;
+    if (1e-9..0.5).contains(&probability) {
+        Ok(probability)
+    } else {
+        Err("expected a probability from 1e-9 to below 0.5".to_owned())
+    }
+}
+
 /// Runs the command. A law that fails, or that so few runs do not show to pass, ends the program
 /// with status 1.
 pub fn run(arguments: &Arguments) -> Result<()> {
@@ -81,6 +94,14 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         ));
     }
     check_targets(&results.outputs())?;
+    let fewest = FEWEST_DRAWS as u64;
+    if arguments.failure_probability.is_some() && arguments.trials < fewest {
+        return Err(miette!(
+            help = "Its first level are the trials, and every later one has as many: some 400 show 1e-4.",
+            "--failure-probability: {} trials are too few to begin with; expected --trials {fewest} or more",
+            arguments.trials
+        ));
+    }
     let mut files = Vec::new();
     let requirements: Requirements = read(arguments.requirements.as_deref(), &mut files)?;
     if requirements.limits.is_empty() {
@@ -129,7 +150,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             .into_iter()
             .map(|campaign| campaign.run_shard(shard))
             .sum::<Result<usize>>()?;
-        shard.finish(folder, &sections, provenance, arguments.trials)?;
+        shard.finish(folder, &written(&sections), provenance, arguments.trials)?;
         say!("shard {shard}: {made} runs in {}\n", folder.display());
         return Ok(());
     }
@@ -143,7 +164,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         welds,
         uncertain: &uncertain,
         repeat: repeat::command_line("certify", &ONLY_HERE),
-        kept: sections.iter().map(|file| digest(file)).collect::<Result<_>>()?,
+        kept: written(&sections).iter().map(|file| digest(file)).collect::<Result<_>>()?,
         provenance: &provenance,
     };
     write_file(&certificate, report.json_text())?;
@@ -157,6 +178,11 @@ pub fn run(arguments: &Arguments) -> Result<()> {
 
 /// Options that do not change what is certified: where runs are made and kept, and what is written.
 const ONLY_HERE: [&str; 7] = ["evidence", "shard", "merge", "json", "html", "samples", "quiet"];
+
+/// The sections that there are: not every certification has all of them.
+fn written(sections: &[PathBuf]) -> Vec<PathBuf> {
+    sections.iter().filter(|file| file.exists()).cloned().collect()
+}
 
 /// The digest of a section as it is kept.
 fn digest(section: &Path) -> Result<FileDigest> {
@@ -221,7 +247,7 @@ fn key(provenance: &Provenance) -> Result<String> {
 }
 
 /// The sections of a weld's evidence.
-const SECTIONS: [&str; 4] = ["nominal", "trials", "worst", "faults"];
+const SECTIONS: [&str; 5] = ["nominal", "trials", "rare", "worst", "faults"];
 
 /// The file of a section of a weld.
 fn section_file(folder: &Path, section: &str, weld: &str) -> PathBuf {
@@ -232,16 +258,19 @@ fn section_file(folder: &Path, section: &str, weld: &str) -> PathBuf {
 struct EvidenceFiles {
     nominal: TrialStore<Trial>,
     trials: TrialStore<Trial>,
+    rare: TrialStore<Trial>,
     worst: TrialStore<Trial>,
     faults: TrialStore<FaultTrial>,
 }
 
 impl EvidenceFiles {
     fn open(folder: &Path, weld: &str, key: &str) -> Result<Self> {
-        let [nominal, trials, worst, faults] = SECTIONS.map(|s| section_file(folder, s, weld));
+        let [nominal, trials, rare, worst, faults] =
+            SECTIONS.map(|s| section_file(folder, s, weld));
         Ok(Self {
             nominal: TrialStore::open(nominal, key)?,
             trials: TrialStore::open(trials, key)?,
+            rare: TrialStore::open(rare, key)?,
             worst: TrialStore::open(worst, key)?,
             faults: TrialStore::open(faults, key)?,
         })
@@ -249,12 +278,16 @@ impl EvidenceFiles {
 
     /// How many welds without a fault need not be made again.
     fn welds(&self) -> usize {
-        self.nominal.count() + self.trials.count() + self.worst.count()
+        self.nominal.count() + self.trials.count() + self.rare.count() + self.worst.count()
     }
 
-    fn close(self) -> Result<()> {
+    /// `rare`: whether rare failures were asked for.
+    fn close(self, rare: bool) -> Result<()> {
         self.nominal.close()?;
         self.trials.close()?;
+        if rare {
+            self.rare.close()?;
+        }
         self.worst.close()?;
         self.faults.close()
     }
@@ -410,7 +443,7 @@ impl<'a> WeldCampaign<'a> {
         let meter = setup.meter(&jobs, 0, &kept);
         let done = kept.complete(&jobs, &setup.certification(), &meter)?;
         meter.finish();
-        kept.close()?;
+        kept.close(false)?;
         Ok(done.nominal.len() + done.faults.len() + done.trials.len())
     }
 
@@ -421,22 +454,33 @@ impl<'a> WeldCampaign<'a> {
         let certification = setup.certification();
         let budget = arguments.worst as usize;
         let jobs = setup.jobs()?;
-        let meter = setup.meter(&jobs, budget, &kept);
+        // Of every level but the first nine tenths are new; the next one's cells are a tenth as rare.
+        let levels = arguments.failure_probability.map_or(0.0, |p| (-p.log10()).ceil());
+        let rare = (0.9 * levels * arguments.trials as f64) as usize;
+        let meter = setup.meter(&jobs, budget + rare, &kept);
         let Done { nominal, faults, trials } = kept.complete(&jobs, &certification, &meter)?;
-        let worst = search(requirements, uncertain, arguments.draws, &trials, budget, |batch| {
-            let is =
-                |(index, draw): &(u64, _), run: &Trial| run.index == *index && run.draw == *draw;
+        let is = |(index, draw): &(u64, _), run: &Trial| run.index == *index && run.draw == *draw;
+        let seed = arguments.draws;
+        let rare = arguments.failure_probability.map(|allowed| {
+            rare_failure(requirements, uncertain, seed, &trials, allowed, |batch| {
+                kept.rare.complete(batch, is, |(index, draw)| {
+                    meter.count("rare failures", 1.0, certification.weld(*index, draw.clone()))
+                })
+            })
+        });
+        let rare = rare.transpose()?;
+        let worst = search(requirements, uncertain, seed, &trials, budget, |batch| {
             kept.worst.complete(batch, is, |(index, draw)| {
                 meter.count("worst case", 1.0, certification.weld(*index, draw.clone()))
             })
         })?;
         meter.finish();
-        kept.close()?;
+        kept.close(arguments.failure_probability.is_some())?;
         let nominal =
             nominal.into_iter().next().ok_or_else(|| miette!("the nominal run is missing"))?;
         let controller = setup.scenario.controller;
         let margins = certification.margins().map_err(|error| inputs.failed(controller, &error))?;
-        let evidence = Evidence { nominal, trials, worst, margins, faults };
+        let evidence = Evidence { nominal, trials, rare, worst, margins, faults };
         let requirements = judge(requirements, &evidence);
         Ok(CertifiedWeld {
             name: inputs.weld_name.clone(),

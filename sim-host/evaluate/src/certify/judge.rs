@@ -3,7 +3,7 @@
 
 use super::faults;
 use super::reason::{self, Reason, Shortfall};
-use super::{FAULT_FIGURES, FaultTrial, Trial, WorstCase};
+use super::{FAULT_FIGURES, FaultTrial, RARE_FIGURE, RareFailure, Trial, WorstCase};
 use crate::Rate;
 use crate::figure::Limit;
 use crate::margins::{MARGIN_FIGURES, Margins};
@@ -17,6 +17,8 @@ pub enum EvidenceKind {
     Nominal,
     /// Cells drawn from the uncertainties.
     Draws,
+    /// Cells that are followed from the worst draws to where a weld fails.
+    Rare,
     /// The worst cell that was found within the uncertainties.
     WorstCase,
     /// Margins of the loop along the weld.
@@ -31,6 +33,7 @@ impl EvidenceKind {
         match self {
             Self::Nominal => "nominal",
             Self::Draws => "draws",
+            Self::Rare => "rare",
             Self::WorstCase => "worst-case",
             Self::Margins => "margins",
             Self::Faults => "faults",
@@ -82,6 +85,8 @@ pub struct Evidence {
     pub nominal: Trial,
     /// The Monte Carlo, in its order.
     pub trials: Vec<Trial>,
+    /// The probability of rare failures; `None` where it was not asked for.
+    pub rare: Option<RareFailure>,
     /// What the search for the worst cell found.
     pub worst: WorstCase,
     /// Margins along the weld; empty where none were asked for.
@@ -114,7 +119,7 @@ pub struct Requirement {
     /// With which confidence the requirement is shown: of draws that asked for; of runs that come
     /// out the same every time, 1.
     pub confidence: f64,
-    /// Of draws alone.
+    /// Of draws, and of rare failures.
     pub draws: Option<Beyond>,
     /// What the runs say of it.
     pub verdict: Verdict,
@@ -127,6 +132,7 @@ pub struct Requirement {
 pub fn judge(requirements: &Requirements, evidence: &Evidence) -> Vec<Requirement> {
     let mut judged = nominal(requirements, &evidence.nominal);
     judged.extend(draws(requirements, &evidence.trials));
+    judged.extend(evidence.rare.as_ref().map(|found| rare(requirements.confidence, found)));
     judged.extend(worst_case(requirements, evidence));
     judged.extend(margins(requirements, &evidence.margins));
     judged.extend(fault_cases(requirements, &evidence.faults));
@@ -206,6 +212,36 @@ fn draws(requirements: &Requirements, trials: &[Trial]) -> Vec<Requirement> {
         }
     });
     judged.collect()
+}
+
+fn rare(confidence: f64, found: &RareFailure) -> Requirement {
+    let bound = found.subset.at_most(confidence);
+    let verdict = if bound <= found.allowed {
+        Verdict::Pass
+    } else if found.subset.at_least(confidence) > found.allowed {
+        Verdict::Fail
+    } else {
+        Verdict::NotShown
+    };
+    let last = found.subset.levels.last();
+    let beyond = last.map_or(0, |level| (level.share * level.points as f64).round() as usize);
+    Requirement {
+        case: EvidenceKind::Rare,
+        name: RARE_FIGURE.key,
+        limit: 1.0,
+        achieved: found.subset.quantile(found.allowed),
+        confidence,
+        draws: Some(Beyond {
+            beyond: if found.subset.reached { beyond } else { 0 },
+            failure_probability: bound,
+        }),
+        verdict,
+        reason: (verdict != Verdict::Pass).then(|| Reason::Rare {
+            allowed: found.allowed,
+            probability: found.subset.probability,
+            reached: found.subset.reached,
+        }),
+    }
 }
 
 fn worst_case(requirements: &Requirements, evidence: &Evidence) -> Vec<Requirement> {

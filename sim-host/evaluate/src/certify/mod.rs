@@ -1,6 +1,6 @@
 //! Certification of a compensation law: the runs that show what it does, and what they prove.
 //!
-//! Five kinds of evidence of one weld, each a section with requirements of its own
+//! Six kinds of evidence of one weld, each a section with requirements of its own
 //! ([`EvidenceKind`]):
 //!
 //! * nominal: the cell as it is believed to be. A law that is bad there need not be asked further.
@@ -8,6 +8,8 @@
 //!   and welds it with the law that still believes in the nominal one. A requirement is met where
 //!   the probability of a weld beyond its limit is at most what is allowed, with the confidence
 //!   asked for, by the exact binomial bound ([`Rate::at_most`](crate::Rate::at_most)).
+//! * rare failures, where they are asked for: the probability of a weld beyond any of the limits, by
+//!   subset simulation ([`rare_failure`]).
 //! * worst case: a search over the whole set that the draws come from, corners included
 //!   ([`search`]).
 //! * margins: of the loop, linear about the working tool, along the nominal weld ([`margin_map`]).
@@ -20,8 +22,10 @@
 mod draw;
 mod faults;
 mod judge;
+mod rare;
 mod reason;
 mod sensitivity;
+mod subset;
 mod symptoms;
 mod worst;
 
@@ -30,8 +34,10 @@ pub use faults::{FAULT_FIGURES, FaultTrial, SteadyTooShort};
 pub use judge::{
     Beyond, Evidence, EvidenceKind, Requirement, Verdict, WeakPoint, judge, weak_points, within,
 };
+pub use rare::{FEWEST_DRAWS, RARE_FIGURE, RareFailure, rare_failure};
 pub use reason::{Held, Pace, Reason, Shortfall, Symptom};
 pub use sensitivity::{Influence, Sensitivity, Trend, sensitivities};
+pub use subset::{Level, Subset};
 pub use symptoms::{Oscillation, RequiredCorrection, Symptoms};
 pub use worst::{WorstCase, search};
 
@@ -76,7 +82,8 @@ pub fn figure(key: &str) -> Option<&'static Figure> {
     let weld = WELD_FIGURES.iter().map(|of| &of.figure);
     let margins = MARGIN_FIGURES.iter().map(|of| &of.figure);
     let faults = FAULT_FIGURES.iter().map(|of| &of.figure);
-    weld.chain(margins).chain(faults).find(|figure| figure.key == key)
+    let rare = std::iter::once(&RARE_FIGURE);
+    weld.chain(margins).chain(faults).chain(rare).find(|figure| figure.key == key)
 }
 
 /// A figure of a run; infinite where it came to no end, or to no number.

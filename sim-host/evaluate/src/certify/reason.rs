@@ -53,6 +53,15 @@ pub enum Reason {
         /// The worst trial.
         worst: Shortfall,
     },
+    /// Rare failures are more probable than allowed, or the error of their probability is too large.
+    Rare {
+        /// Probability allowed.
+        allowed: f64,
+        /// The estimate.
+        probability: f64,
+        /// Whether cells beyond a limit were found at all.
+        reached: bool,
+    },
     /// A margin is too small.
     Margin {
         /// Path position, m.

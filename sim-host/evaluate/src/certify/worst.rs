@@ -32,7 +32,7 @@ const STARTS: [usize; 2] = [4, 4];
 
 /// Numbers of the short keys: stiffness of six joints, five gains of the process, size and phase of
 /// the ripple, cross-talk along two axes, delay. The latents of an [`UncertainCell`] come after.
-const SHORT: usize = 16;
+pub(super) const SHORT: usize = 16;
 
 /// Most numbers that are turned at once.
 const MOST_TURNS: usize = 16;
@@ -274,21 +274,35 @@ impl<'a> Search<'a> {
     }
 
     fn draw(&self, cell: &SearchPoint) -> SampledCell {
-        let u = &self.uncertain.short;
-        let at = &cell.at;
-        let latent = |share: &f64| match 0.5 * (1.0 + share) {
-            u if (0.0..1.0).contains(&u) => Normal::standard().inverse_cdf(u).clamp(-END, END),
-            u => END.copysign(u - 0.5),
-        };
-        SampledCell {
-            stiffness: [0, 1, 2, 3, 4, 5].map(|k| 1.0 + u.stiffness * at[k]),
-            process: [6, 7, 8, 9, 10].map(|k| 1.0 + u.process * at[k]),
-            ripple: [1.0 + u.ripple * at[11], PI * at[PHASE]],
-            crosstalk: [13, 14].map(|k| u.crosstalk * at[k]),
-            delay: 0.5 * (u.delay[0] + u.delay[1]) + 0.5 * (u.delay[1] - u.delay[0]) * at[15],
-            noise: cell.noise,
-            latents: at[SHORT..].iter().map(latent).collect(),
-        }
+        let latents = cell.at[SHORT..].iter().map(latent).collect();
+        cell_at(self.uncertain, &cell.at[..SHORT], latents, cell.noise)
+    }
+}
+
+/// The standard normal at a share of a range, from −1 to 1.
+pub(super) fn latent(share: &f64) -> f64 {
+    match 0.5 * (1.0 + share) {
+        u if (0.0..1.0).contains(&u) => Normal::standard().inverse_cdf(u).clamp(-END, END),
+        u => END.copysign(u - 0.5),
+    }
+}
+
+/// The cell at shares of the ranges of the short keys, with these latents.
+pub(super) fn cell_at(
+    uncertain: &UncertainCell,
+    at: &[f64],
+    latents: Vec<f64>,
+    noise: u64,
+) -> SampledCell {
+    let u = &uncertain.short;
+    SampledCell {
+        stiffness: [0, 1, 2, 3, 4, 5].map(|k| 1.0 + u.stiffness * at[k]),
+        process: [6, 7, 8, 9, 10].map(|k| 1.0 + u.process * at[k]),
+        ripple: [1.0 + u.ripple * at[11], PI * at[PHASE]],
+        crosstalk: [13, 14].map(|k| u.crosstalk * at[k]),
+        delay: 0.5 * (u.delay[0] + u.delay[1]) + 0.5 * (u.delay[1] - u.delay[0]) * at[15],
+        noise,
+        latents,
     }
 }
 

@@ -8,7 +8,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use trueweld_evaluate::certify::{
-    FaultTrial, Requirement, SampledCell, Sensitivity, Trial, Verdict, WeakPoint,
+    FaultTrial, RareFailure, Requirement, SampledCell, Sensitivity, Trial, Verdict, WeakPoint,
 };
 use trueweld_evaluate::margins::{CHANNEL_NAMES, Margin, Margins};
 use trueweld_evaluate::{Distribution, Group, UncertainCell};
@@ -76,7 +76,7 @@ pub struct UncertainRecord {
 pub struct JudgedRequirement {
     /// Name of the weld.
     pub weld: String,
-    /// Which runs it is judged by: `nominal`, `draws`, `worst-case`, `margins` or `faults`.
+    /// Which runs it is judged by: `nominal`, `draws`, `rare`, `worst-case`, `margins` or `faults`.
     pub case: String,
     /// Key of the figure.
     pub name: String,
@@ -112,6 +112,9 @@ pub struct WeldEvidence {
     pub nominal: TrialFigures,
     /// Drawn cells in which no weld was made.
     pub failed: Vec<UnfinishedTrial>,
+    /// How rare a weld beyond any limit is, where that was asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rare: Option<RareEvidence>,
     /// The worst cell that a search found.
     pub worst_case: WorstCell,
     /// The loop along the weld.
@@ -189,6 +192,41 @@ pub enum TrialFigures {
 pub struct UnfinishedTrial {
     pub trial: u64,
     pub why: String,
+}
+
+/// A subset simulation.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RareEvidence {
+    /// Probability of a weld beyond a limit that is allowed.
+    pub allowed: f64,
+    /// The probability; where `reached` is false that of the last level, which failures are rarer
+    /// than.
+    pub probability: f64,
+    /// Its coefficient of variation.
+    pub variation: f64,
+    /// Whether cells beyond a limit were found.
+    pub reached: bool,
+    /// Runs beside the draws.
+    pub runs: usize,
+    /// Every level.
+    pub levels: Vec<RareLevel>,
+}
+
+/// A level of a subset simulation.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RareLevel {
+    /// Least share of any limit in its cells; `null` in the first, which are the draws.
+    pub from: Option<f64>,
+    /// Cells.
+    pub cells: usize,
+    /// Share of them beyond the next level, of the last one beyond a limit.
+    pub share: f64,
+    /// Share of the moves that were accepted.
+    pub acceptance: f64,
+    /// By how much more correlation makes the variance of the share.
+    pub correlation: f64,
 }
 
 /// The worst cell that a search found.
@@ -361,6 +399,7 @@ impl WeldEvidence {
             trials: evidence.trials.len(),
             nominal: TrialFigures::of(&evidence.nominal),
             failed: unfinished.collect(),
+            rare: evidence.rare.as_ref().map(RareEvidence::of),
             worst_case: WorstCell {
                 runs: worst.runs.len(),
                 figure: worst.name.to_owned(),
@@ -376,6 +415,26 @@ impl WeldEvidence {
             faults: evidence.faults.iter().map(FaultRun::of).collect(),
             sensitivity: weld.sensitivities.iter().map(FigureSensitivity::of).collect(),
             weak_points: weld.weak_points.iter().map(WeakMargin::of).collect(),
+        }
+    }
+}
+
+impl RareEvidence {
+    fn of(of: &RareFailure) -> Self {
+        let levels = of.subset.levels.iter().map(|level| RareLevel {
+            from: finite(level.from),
+            cells: level.points,
+            share: level.share,
+            acceptance: level.acceptance,
+            correlation: level.correlation,
+        });
+        Self {
+            allowed: of.allowed,
+            probability: of.subset.probability,
+            variation: of.subset.variation,
+            reached: of.subset.reached,
+            runs: of.runs,
+            levels: levels.collect(),
         }
     }
 }

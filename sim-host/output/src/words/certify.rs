@@ -82,6 +82,7 @@ fn case_name(case: EvidenceKind) -> &'static str {
     match case {
         EvidenceKind::Nominal => "nominal cell",
         EvidenceKind::Draws => "drawn cells",
+        EvidenceKind::Rare => "rare failures",
         EvidenceKind::WorstCase => "worst cell found",
         EvidenceKind::Margins => "margins",
         EvidenceKind::Faults => "faults",
@@ -94,6 +95,11 @@ pub(crate) fn of_case(weld: &CertifiedWeld, case: EvidenceKind) -> String {
     match case {
         EvidenceKind::Nominal => "Nominal cell, one run".to_owned(),
         EvidenceKind::Draws => counted(evidence.trials.len(), "drawn cell"),
+        EvidenceKind::Rare => {
+            let (runs, levels) =
+                evidence.rare.as_ref().map_or((0, 0), |rare| (rare.runs, rare.subset.levels.len()));
+            format!("Rare failures, {} more at {}", counted(runs, "run"), counted(levels, "level"))
+        }
         EvidenceKind::WorstCase => {
             format!("Worst cell found in {}", counted(evidence.worst.runs.len(), "run"))
         }

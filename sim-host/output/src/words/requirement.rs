@@ -36,7 +36,7 @@ pub(crate) fn reason(of: &Requirement) -> Option<String> {
     Some(match of.reason.as_ref()? {
         Reason::NoRun => match of.case {
             EvidenceKind::Margins => "no margins were determined",
-            EvidenceKind::Draws => "no trial was run",
+            EvidenceKind::Draws | EvidenceKind::Rare => "no trial was run",
             EvidenceKind::Faults => "no fault was tried",
             EvidenceKind::Nominal | EvidenceKind::WorstCase => "no run was made",
         }
@@ -57,6 +57,20 @@ pub(crate) fn reason(of: &Requirement) -> Option<String> {
                 "{beyond} of {trials} cells are beyond the limit, {} allowed{surely}; in the worst, trial {index}, {}",
                 percent(*allowed),
                 shortfall(of, worst)
+            )
+        }
+        Reason::Rare { allowed, probability, reached } => {
+            let bound = of.draws.map_or(1.0, |draws| draws.failure_probability);
+            let what = match (reached, of.verdict) {
+                (false, _) => {
+                    "no cell beyond a limit was found, yet the levels do not reach so far"
+                }
+                (true, Verdict::Fail) => "failures are more frequent than that",
+                (true, _) => "more trials would narrow it",
+            };
+            format!(
+                "a weld is beyond a limit with a probability of {probability:.1e}, at most {bound:.1e} at {}, where {allowed:.1e} is allowed: {what}",
+                percent(of.confidence)
             )
         }
         Reason::Margin { path, channel } => {
@@ -218,7 +232,7 @@ mod tests {
 
     #[test]
     fn every_reason_has_its_wording() {
-        use EvidenceKind::{Draws, Faults, Margins, Nominal, WorstCase};
+        use EvidenceKind::{Draws, Faults, Margins, Nominal, Rare, WorstCase};
         const RMS: &str = "lateral_rms_m";
         let mut all = String::new();
         for case in [Nominal, Draws, WorstCase, Margins, Faults] {
@@ -261,6 +275,10 @@ mod tests {
         }
         let worst = run(None, None);
         all += &told(Draws, RMS, Reason::Draws { of: 20, allowed: 0.05, index: 7, worst });
+        for reached in [false, true] {
+            let reason = Reason::Rare { allowed: 1e-4, probability: 2e-4, reached };
+            all += &told(Rare, "of_limit", reason);
+        }
         all += &told(Margins, "gain_margin", Reason::Margin { path: 1.2, channel: "force" });
         for (held, spectral_radius) in [(true, 0.9), (false, 1.02), (false, f64::INFINITY)] {
             let reason = Reason::Unstable { path: 1.2, held, spectral_radius };

@@ -699,6 +699,7 @@ pub fn certificate() -> CertifyReport<'static> {
     let evidence = Evidence {
         nominal: trial(0, 0.1),
         trials: vec![trial(0, 0.1), trial(1, 25.0), unfinished],
+        rare: None,
         worst: WorstCase {
             name: "lateral_rms_m",
             of_limit: worst.figure("lateral_rms_m") / 5e-5,

@@ -19,6 +19,12 @@ fn limit(name: &str, points: Vec<(f64, f64)>) -> Line {
     Line { name: name.to_owned(), color: LIMIT, dash: Dash::Solid, points }
 }
 
+/// The same, upright at a figure; `ends`: of the axis of figures. The page's script knows one y for an
+/// x, so that the line leans by less than its width.
+fn upright(at: f64, ends: [f64; 2], bottom: f64) -> Line {
+    limit("limit", vec![(at, bottom), (at + 1e-3 * (ends[1] - ends[0]), 1.0)])
+}
+
 /// How often a draw is beyond a figure, one picture a requirement. `asked`: the share of welds that
 /// may be beyond a limit, and the confidence.
 pub(super) fn draws(weld: &CertifiedWeld, asked: [f64; 2]) -> Vec<Figure> {
@@ -60,7 +66,7 @@ fn exceedance(weld: &CertifiedWeld, of: &Requirement, asked: [f64; 2]) -> Option
         lines: vec![
             line(format!("{n} draws"), color::run(1), Dash::Solid, seen),
             line(drawn_label(confidence), color::run(1), Dash::Dashed, at_most),
-            limit("limit", vec![(limited, bottom), (limited, 1.0)]),
+            upright(limited, [left, right], bottom),
             reference("allowed share", vec![(left, allowed), (right, allowed)]),
         ],
         x_range: Some([left, right]),
@@ -69,6 +75,38 @@ fn exceedance(weld: &CertifiedWeld, of: &Requirement, asked: [f64; 2]) -> Option
         ..Plot::default()
     };
     Some(Figure::new(label(of.name), plot))
+}
+
+/// How probable it is that the figure closest to its limit is beyond a share of it.
+pub(super) fn rare(weld: &CertifiedWeld) -> Vec<Figure> {
+    let Some(rare) = &weld.evidence.rare else {
+        return Vec::new();
+    };
+    let points = rare.subset.curve();
+    let last = points.last().map_or(1.0, |p| p.1).min(rare.allowed);
+    let right = points.iter().map(|p| p.0).filter(|x| x.is_finite()).fold(1.0, f64::max);
+    let ends = [points.first().map_or(0.0, |p| p.0.min(0.9)), 1.05 * right];
+    let line = Line {
+        name: "subset simulation".to_owned(),
+        color: color::run(1),
+        dash: Dash::Solid,
+        points,
+    };
+    let plot = Plot {
+        x_label: "largest share of any limit".to_owned(),
+        y_label: "probability of a weld beyond".to_owned(),
+        lines: vec![
+            line,
+            upright(1.0, ends, 0.3 * last),
+            reference("allowed", ends.map(|x| (x, rare.allowed)).to_vec()),
+        ],
+        x_range: Some(ends),
+        y_range: Some([0.3 * last, 1.0]),
+        logarithmic: true,
+        wide: true,
+        ..Plot::default()
+    };
+    vec![Figure::new("Probability of a weld beyond a share of any of its limits", plot)]
 }
 
 /// A signal of a run over time, and a factor to the unit that it is shown in.

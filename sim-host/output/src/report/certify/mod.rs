@@ -55,6 +55,12 @@ impl Report for CertifyReport<'_> {
             );
             document.section(
                 Medium::Page,
+                "How rare a weld beyond any limit is",
+                Block::Figures(figures::rare(weld)),
+            );
+            document.push_on(Medium::Page, Block::Table(weld.levels_table()));
+            document.section(
+                Medium::Page,
                 "The worst runs beside the nominal one",
                 Block::Figures(figures::worst_runs(weld)),
             );
@@ -146,7 +152,11 @@ impl CertifiedWeld {
             }
             let not = r.verdict != Verdict::Pass;
             let of_draws = r.draws.map_or([number(""), number("")], |draws| {
-                [number(draws.beyond.to_string()), number(share(draws.failure_probability))]
+                let probability = match r.case {
+                    EvidenceKind::Rare => format!("{:.1e}", draws.failure_probability),
+                    _ => share(draws.failure_probability),
+                };
+                [number(draws.beyond.to_string()), number(probability)]
             });
             let [beyond, probability] = of_draws.map(|cell| cell.bad(not));
             rows.push(vec![
@@ -192,6 +202,36 @@ impl CertifiedWeld {
             number("were it always in the middle"),
         ];
         Table { head: vec![head], rows }
+    }
+
+    /// The levels of the subset simulation.
+    fn levels_table(&self) -> Table {
+        let mut rows = Vec::new();
+        let mut probability = 1.0;
+        for level in self.evidence.rare.iter().flat_map(|rare| &rare.subset.levels) {
+            probability *= level.share;
+            rows.push(vec![
+                number(if level.from.is_finite() {
+                    fixed(level.from, 3)
+                } else {
+                    "–".to_owned()
+                }),
+                number(level.points.to_string()),
+                number(share(level.share)),
+                number(format!("{probability:.1e}")),
+                number(share(level.acceptance)),
+                number(fixed(level.correlation, 1)),
+            ]);
+        }
+        let head = [
+            "from, share of a limit",
+            "cells",
+            "beyond the next",
+            "probability so far",
+            "moves accepted",
+            "variance added by correlation",
+        ];
+        Table { head: vec![head.map(number).to_vec()], rows }
     }
 
     fn margins_table(&self) -> Table {

@@ -1,0 +1,80 @@
+//! Rare failures: how probable a weld beyond any of the limits is, where plain draws would be too
+//! many. Subset simulation over the numbers that the draws differ in, begun with the draws
+//! themselves.
+
+use super::subset::{Point, Subset, subset};
+use super::worst::{SHORT, cell_at, latent, numbers};
+use super::{SampledCell, Trial};
+use crate::figure::{Figure, Limit};
+use crate::requirements::Requirements;
+use crate::uncertain::UncertainCell;
+use statrs::distribution::{ContinuousCDF, Normal};
+
+/// What a rare failure is judged by.
+pub static RARE_FIGURE: Figure =
+    Figure { key: "of_limit", label: "largest share of any limit", unit: "1" };
+
+/// Least draws that a subset simulation may begin with.
+pub const FEWEST_DRAWS: usize = 100;
+
+/// The simulation ends where failures are rarer than this share of what is allowed.
+const ENOUGH: f64 = 0.1;
+
+/// What a subset simulation of a weld's failures comes to.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RareFailure {
+    /// What was allowed.
+    pub allowed: f64,
+    /// Levels, probability and its error.
+    pub subset: Subset,
+    /// Runs beside the draws.
+    pub runs: usize,
+}
+
+/// The largest figure of a trial as a share of its limit; beyond 1 it fails.
+pub(super) fn of_limits(requirements: &Requirements, trial: &Trial) -> f64 {
+    let share = |limit: &Limit| trial.figure(limit.figure.key) / limit.value;
+    requirements.limits.iter().map(share).fold(0.0, f64::max)
+}
+
+/// The probability of a weld beyond any of the limits, from the trials that were drawn and as many
+/// runs a level. `run` makes the runs of a batch: of each cell, with its number.
+///
+/// # Errors
+/// Those of `run`.
+pub fn rare_failure<E>(
+    requirements: &Requirements,
+    uncertain: &UncertainCell,
+    seed: u64,
+    trials: &[Trial],
+    allowed: f64,
+    mut run: impl FnMut(&[(u64, SampledCell)]) -> Result<Vec<Trial>, E>,
+) -> Result<RareFailure, E> {
+    let worth = |trial: &Trial| of_limits(requirements, trial);
+    let first = trials.iter().map(|trial| (point(uncertain, &trial.draw), worth(trial))).collect();
+    let mut runs = 0;
+    // A figure at its limit, to the last digits, is within it.
+    let limit = 1.0 + 1e-9;
+    let subset = subset(first, limit, ENOUGH * allowed, seed, |points| {
+        let first = runs as u64;
+        runs += points.len();
+        let cells = points.iter().map(|point| cell(uncertain, point));
+        let batch: Vec<(u64, SampledCell)> = (first..).zip(cells).collect();
+        Ok(run(&batch)?.iter().map(worth).collect())
+    })?;
+    Ok(RareFailure { allowed, subset, runs })
+}
+
+/// A cell by standard normals and the seed of its noise.
+fn point(uncertain: &UncertainCell, draw: &SampledCell) -> Point {
+    let mut normals: Vec<f64> = numbers(uncertain, draw).iter().map(latent).collect();
+    normals.truncate(SHORT);
+    normals.extend(&draw.latents);
+    Point { normals, seed: draw.noise }
+}
+
+fn cell(uncertain: &UncertainCell, point: &Point) -> SampledCell {
+    let share = |normal: &f64| 2.0 * Normal::standard().cdf(*normal) - 1.0;
+    let short: Vec<f64> = point.normals[..SHORT].iter().map(share).collect();
+    cell_at(uncertain, &short, point.normals[SHORT..].to_vec(), point.seed)
+}
