@@ -308,18 +308,18 @@ pub(super) fn cell_at(
 
 /// What [`numbers`] are of, in their order.
 pub(super) fn names(uncertain: &UncertainCell) -> Vec<String> {
-    let stiffness = (1..=6).map(|joint| format!("stiffness A{joint}"));
+    let stiffness = (1..=6).map(|joint| format!("stiffness.A{joint}"));
     let others = [
-        "process depth stiffness and damping",
-        "process feed drag",
-        "process lateral damping",
-        "process lateral stiffness",
-        "process lateral ratio",
-        "ripple of the spindle, size",
-        "ripple of the spindle, phase",
-        "force cross-talk along x",
-        "force cross-talk along y",
-        "delay of the sensors",
+        "process.depth",
+        "process.feed_drag",
+        "process.lateral_damping",
+        "process.lateral_stiffness",
+        "process.lateral_ratio",
+        "ripple.size",
+        "ripple.phase",
+        "crosstalk.x",
+        "crosstalk.y",
+        "delay",
     ];
     let short = stiffness.chain(others.map(str::to_owned));
     short.chain(uncertain.latent_names().iter().cloned()).collect()

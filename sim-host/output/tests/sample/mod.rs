@@ -728,7 +728,7 @@ pub fn certificate() -> CertifyReport<'static> {
                 explained: 0.8,
                 influences: vec![
                     Influence {
-                        number: "stiffness A2".to_owned(),
+                        number: "stiffness.A2".to_owned(),
                         share: 0.6,
                         trend: Trend::Falls,
                         beyond_without: 1,
