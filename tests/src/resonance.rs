@@ -5,7 +5,7 @@ use crate::cell::{Fixtures, law};
 use nalgebra::Vector3;
 use std::f64::consts::TAU;
 use trueweld_core::Robot;
-use trueweld_core::control::ExternalGains;
+use trueweld_core::control::{ExternalGains, JointGains};
 use trueweld_evaluate::StepFigures;
 use trueweld_plant::input::Process;
 use trueweld_plant::simulate::{
@@ -15,18 +15,30 @@ use trueweld_plant::simulate::{
 /// The first weld with the spindle at so many turns a minute and the external force loop so many
 /// times faster than tuned.
 ///
-/// With the stiff position loop of parallel control, 40 rad/s: it holds the drives, so that the arm
-/// swings on its springs. The slower one of external control gives way, and damps what is shown
-/// here.
+/// With a stiff position loop, 40 rad/s, under either controller: it holds the drives, so that the
+/// arm swings on its springs. The slower ones of the fixture give way, and damp what is shown here.
 pub fn fixtures(rpm: f64, faster: f64) -> Fixtures {
     let mut fixtures = Fixtures::of("vertical");
     fixtures.process.spindle = -rpm * TAU / 60.0;
-    fixtures.control.external.joint = fixtures.control.parallel.joint;
+    let stiff = stiff(&fixtures.control.parallel.joint);
+    fixtures.control.external.joint = stiff;
+    fixtures.control.parallel.joint = stiff;
     let force = &mut fixtures.control.external.force;
     force.kp *= faster;
     force.ki *= faster;
     force.max_rate *= faster;
     fixtures
+}
+
+/// The position loop of parallel control at 40 rad/s, where the fixture has 28: what its search for
+/// the published step ended with.
+pub fn stiff(joint: &JointGains<f64>) -> JointGains<f64> {
+    let faster = 40.0_f64 / 28.0;
+    JointGains {
+        kp: joint.kp * faster.powi(2),
+        ki: joint.ki * faster.powi(2),
+        kd: joint.kd * faster,
+    }
 }
 
 /// A run whose controller is told the spindle's rate, or is not.

@@ -38,7 +38,10 @@ fn a_law_depends_on_no_sensor_that_it_does_not_read() {
 #[test]
 fn seam_tracking_without_a_reading_is_feed_forward() {
     let all = figures(&[("seam-tracking", Change::Lost(1.0)), ("feed-forward", Change::Lost(1.0))]);
-    assert!(all[0] == all[1]);
+    // But for the pace of the outer integral. Either makes up for what the encoders see, to
+    // hundredths of a millimetre; what is left is what bends behind them.
+    let [tracking, planned] = [0, 1].map(|k| all[k].lateral.rms);
+    assert!((tracking - planned).abs() < 0.01 * planned, "{tracking} {planned}");
     // And with them it is not.
     let seeing = figures(&[("seam-tracking", Change::Lost(0.0))]);
     assert!(seeing[0].lateral.rms < 0.5 * all[1].lateral.rms);

@@ -368,7 +368,7 @@ fn the_outer_integral_makes_up_for_what_the_position_loop_lacks() {
     let (setpoint, load) = (setpoint_at(&KR500, &q, Some(18e3)), weld_wrench());
     let nominal = KR500.forward_kinematics(&q);
     let asked = Cell::new(Ok(1e-3));
-    let following = FollowingGains { rate: 5.0, size: 0.4e-3 };
+    let following = FollowingGains { rate: 5.0, along: 5.0, size: 0.4e-3 };
     let mut law = OuterIntegral::new(Told(&asked), &following, PERIOD).unwrap();
     let mut ask = |stands: f64| {
         let there = setpoint.pose.displaced(

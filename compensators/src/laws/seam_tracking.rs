@@ -19,7 +19,7 @@
 //! measure, such as the travel angle; there the inner law acts alone. A yaw that the inner law does
 //! not know of shows as an offset of look-ahead × yaw. Without readings b is held; stuck and
 //! impossible readings are ignored. Tuning: λ above the rate at which loads change while the feed
-//! rises, and below some 4 rad/s, from where the plastic channel behind the tool makes the loop
+//! rises, and below some 5 rad/s, from where the plastic channel behind the tool makes the loop
 //! oscillate; noise z passes as z √(λT/2).
 
 use crate::deviation_history::DeviationHistory;
@@ -43,7 +43,7 @@ const CLIPPED: f64 = 10.0;
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "host", derive(serde::Serialize, serde::Deserialize))]
 pub struct TrackingGains {
-    /// λ, rad/s. 4: as fast as the plastic channel behind the tool lets it be without oscillation.
+    /// λ, rad/s. 4.5: as fast as the plastic channel behind the tool lets it be with margins.
     pub rate_rad_s: f64,
     /// σ, s/m. 0: the seam is where it was taught; 25 for one that is a line on a drawing.
     pub seam_shape_s_m: f64,
@@ -51,7 +51,7 @@ pub struct TrackingGains {
 
 impl Default for TrackingGains {
     fn default() -> Self {
-        Self { rate_rad_s: 4.0, seam_shape_s_m: 0.0 }
+        Self { rate_rad_s: 4.5, seam_shape_s_m: 0.0 }
     }
 }
 

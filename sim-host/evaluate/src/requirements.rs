@@ -35,9 +35,12 @@ pub struct Requirements {
 /// stable keeps none.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MarginLimits {
-    /// Places along the weld, both ends included.
+    /// Places along the steady part of the weld, both ends included.
     pub places: usize,
-    /// The least that they may be, in the order of [`MARGIN_FIGURES`].
+    /// Drawn cells, spread along it as well.
+    pub draws: usize,
+    /// The least that they may be there and in the ramps of push and feed, in the order of
+    /// [`MARGIN_FIGURES`].
     pub at_least: Vec<Limit>,
 }
 
@@ -150,16 +153,21 @@ fn limits(
 }
 
 fn margins(table: &Table<'_>) -> Result<MarginLimits, InputError> {
-    let at_least = limits(table, &["places"], MARGIN_FIGURES.iter().map(|of| &of.figure))?;
-    let places = table.number("places", Bounds::PositiveUpTo(1000.0))?;
-    if places < 2.0 || places.fract() != 0.0 {
-        return Err(table.wrong(
-            "places",
-            "a whole number from 2 up",
-            "Such as 11: one every tenth of the weld.",
-        ));
-    }
-    Ok(MarginLimits { places: places as usize, at_least })
+    let figures = MARGIN_FIGURES.iter().map(|of| &of.figure);
+    let at_least = limits(table, &["places", "draws"], figures)?;
+    let whole = |key, least: f64, hint| {
+        let number = table.number(key, Bounds::UpTo(1000.0))?;
+        if number < least || number.fract() != 0.0 {
+            let expected = if least > 0.0 { "a whole number from 2 up" } else { "a whole number" };
+            return Err(table.wrong(key, expected, hint));
+        }
+        Ok(number as usize)
+    };
+    Ok(MarginLimits {
+        places: whole("places", 2.0, "Such as 11: one every tenth of the weld.")?,
+        draws: if table.has("draws") { whole("draws", 0.0, "Such as 5.")? } else { 0 },
+        at_least,
+    })
 }
 
 fn faults(table: &Table<'_>) -> Result<Faults, InputError> {

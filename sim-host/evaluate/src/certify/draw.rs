@@ -1,5 +1,6 @@
 //! The cells of a certification: the nominal one, and how a drawn one differs from it.
 
+use crate::margins::{Margins, OperatingPoint, sector_margins};
 use crate::uncertain::UncertainCell;
 use nalgebra::SVector;
 use rand::{RngExt, SeedableRng};
@@ -46,6 +47,26 @@ impl NominalCell<'_> {
             self.effects.iter().cloned().chain([crosstalk]).chain(drawn).collect();
         let b_from_w = self.uncertain.seam(&values, Seam::of(weld).b_from_w);
         Cell::new(&robot, &effects, process, b_from_w).map_err(|_| RunError::Cell)
+    }
+
+    /// Margins of the loop at an operating point with what was drawn of cell, process without its
+    /// ripple, and instruments.
+    ///
+    /// # Errors
+    /// [`RunError`].
+    pub(super) fn margins(
+        &self,
+        scenario: &Scenario<'_>,
+        draw: &SampledCell,
+        at: &OperatingPoint,
+    ) -> Result<Vec<Margins>, RunError> {
+        let values = self.uncertain.values(&draw.latents);
+        let mut process = Process { ripple: Vec::new(), ..draw.process(scenario.planned) };
+        self.uncertain.change_process(&values, &mut process);
+        let cell = self.build(draw, &process, scenario.weld)?;
+        let mut sensors = draw.sensors(scenario.sensors, scenario.control.period);
+        self.uncertain.change_sensors(&values, &mut sensors);
+        sector_margins(&Scenario { cell: &cell, sensors: &sensors, ..*scenario }, at)
     }
 
     /// Welds with what was drawn of cell, process and instruments; the scenario's own cell is not

@@ -260,34 +260,36 @@ fn margins(requirements: &Requirements, map: &[Margins]) -> Vec<Requirement> {
     let Some(asked) = &requirements.margins else {
         return Vec::new();
     };
-    let judged = asked.at_least.iter().map(|Limit { figure, value }| {
-        let (name, limit) = (figure.key, *value);
-        let of = |at: &Margins| {
-            let figure = MARGIN_FIGURES.iter().find(|of| of.figure.key == name);
-            figure.map_or((0.0, "the loop"), |figure| (figure.value)(at))
-        };
-        let least = map.iter().reduce(|a, b| if of(b).0 < of(a).0 { b } else { a });
-        let achieved = least.map_or(0.0, |at| of(at).0);
-        let verdict = Verdict::of_figure(least.map(|_| achieved >= limit));
-        let why = || match least {
-            None => Reason::NoRun,
-            Some(Margins { path, held, spectral_radius, channels: None, .. }) => {
-                Reason::Unstable { path: *path, held: *held, spectral_radius: *spectral_radius }
-            }
-            Some(at) => Reason::Margin { path: at.path, channel: of(at).1 },
-        };
-        Requirement {
-            case: EvidenceKind::Margins,
-            name,
-            limit,
-            achieved,
-            confidence: 1.0,
-            draws: None,
-            verdict,
-            reason: (verdict != Verdict::Pass).then(why),
+    asked.at_least.iter().map(|limit| margin(map, limit)).collect()
+}
+
+/// A margin against its limit: the least of all conditions.
+fn margin(map: &[Margins], limit: &Limit) -> Requirement {
+    let (name, limit) = (limit.figure.key, limit.value);
+    let value = |margins: &Margins| {
+        let figure = MARGIN_FIGURES.iter().find(|of| of.figure.key == name);
+        figure.map_or((0.0, "the loop"), |figure| (figure.value)(margins))
+    };
+    let least = map.iter().reduce(|a, b| if value(b).0 < value(a).0 { b } else { a });
+    let achieved = least.map_or(0.0, |margins| value(margins).0);
+    let verdict = Verdict::of_figure(least.map(|_| achieved >= limit));
+    let why = || match least {
+        None => Reason::NoRun,
+        Some(Margins { of, held, spectral_radius, channels: None, .. }) => {
+            Reason::Unstable { of: *of, held: *held, spectral_radius: *spectral_radius }
         }
-    });
-    judged.collect()
+        Some(margins) => Reason::Margin { of: margins.of, channel: value(margins).1 },
+    };
+    Requirement {
+        case: EvidenceKind::Margins,
+        name,
+        limit,
+        achieved,
+        confidence: 1.0,
+        draws: None,
+        verdict,
+        reason: (verdict != Verdict::Pass).then(why),
+    }
 }
 
 /// What margins are customarily asked to be: Åström and Murray, Feedback Systems, 2nd edition,
@@ -322,7 +324,7 @@ pub fn weak_points(judged: &[Requirement], map: &[Margins]) -> Vec<WeakPoint> {
     let free = CUSTOMARY.iter().filter(|(name, _)| !limited(*name));
     free.filter_map(|(name, customary)| {
         let of = MARGIN_FIGURES.iter().find(|of| of.figure.key == *name)?;
-        let each = map.iter().map(|at| (at.path, (of.value)(at)));
+        let each = map.iter().map(|at| (at.of.at.path, (of.value)(at)));
         let (path, (least, channel)) = each.reduce(|a, b| if b.1.0 < a.1.0 { b } else { a })?;
         let weak = WeakPoint { name, least, customary: *customary, path, channel };
         (least < *customary).then_some(weak)

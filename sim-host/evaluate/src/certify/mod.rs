@@ -12,7 +12,8 @@
 //!   subset simulation ([`rare_failure`]).
 //! * worst case: a search over the whole set that the draws come from, corners included
 //!   ([`search`]).
-//! * margins: of the loop, linear about the working tool, along the nominal weld ([`margin_map`]).
+//! * margins: of the loop, linear about the working tool, along the nominal weld and in drawn cells
+//!   ([`sector_margins`](crate::margins::sector_margins)).
 //! * faults: the nominal cell with one instrument failing for a time ([`Certification::faults`]).
 //!
 //! Figures are those of the last pass's steady part. A run that comes to no end, or never reaches
@@ -43,14 +44,13 @@ pub use worst::{WorstCase, search};
 
 use crate::figure::{Figure, FigureOf};
 use crate::laws::NoFigures;
-use crate::margins::{MARGIN_FIGURES, Margins, margin_map};
+use crate::margins::{MARGIN_FIGURES, Margins, OperatingPoint};
 use crate::requirements::Requirements;
 use crate::weld::{WELD_FIGURES, WeldFigures};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use trueweld_plant::input::Process;
-use trueweld_plant::simulate::{Recording, RunError, Scenario};
+use trueweld_plant::simulate::{Recording, RunError, Scenario, Seam};
 
 /// Figures by their keys, SI units; all of them numbers.
 pub type FigureValues = BTreeMap<String, f64>;
@@ -149,7 +149,8 @@ impl Certification<'_> {
     }
 
     /// Margins of the loop along the weld in the nominal cell with its effects, without the ripple
-    /// of its process; none where none are asked for.
+    /// of its process, and in drawn cells, one a place of the steady part; none where none are
+    /// asked for.
     ///
     /// # Errors
     /// [`RunError`] where the seam cannot be followed.
@@ -157,9 +158,24 @@ impl Certification<'_> {
         let Some(asked) = &self.requirements.margins else {
             return Ok(Vec::new());
         };
-        let process = Process { ripple: Vec::new(), ..self.scenario.planned.clone() };
-        let cell = self.cell.build(&SampledCell::nominal(0), &process, self.scenario.weld)?;
-        margin_map(&Scenario { cell: &cell, ..self.scenario }, asked.places)
+        let weld = self.scenario.weld;
+        let nominal = SampledCell::nominal(0);
+        let drawn = (0..asked.draws).map(|k| {
+            let draw = SampledCell::new(self.cell.uncertain, self.seed, k as u64);
+            let share = (k as f64 + 0.5) / asked.draws as f64;
+            (OperatingPoint::steady(weld, Seam::of(weld).length * share), draw, Some(k as u64))
+        });
+        let along = OperatingPoint::along(weld, asked.places).into_iter();
+        let all: Vec<_> = along.map(|at| (at, nominal.clone(), None)).chain(drawn).collect();
+        let each: Result<Vec<_>, RunError> = all
+            .par_iter()
+            .map(|(at, cell, draw)| {
+                let mut margins = self.cell.margins(&self.scenario, cell, at)?;
+                margins.iter_mut().for_each(|margins| margins.of.draw = *draw);
+                Ok(margins)
+            })
+            .collect();
+        Ok(each?.concat())
     }
 
     /// Runs a cell of one's own choice.

@@ -6,6 +6,7 @@
 
 use super::{FaultTrial, Symptoms, Trial};
 use crate::Rate;
+use crate::margins::Condition;
 
 /// Share of what is needed below which a correction goes the wrong way; so much may be chance where
 /// little is needed.
@@ -64,15 +65,15 @@ pub enum Reason {
     },
     /// A margin is too small.
     Margin {
-        /// Path position, m.
-        path: f64,
+        /// Where and of what.
+        of: Condition,
         /// Where the loop was opened.
         channel: &'static str,
     },
     /// The loop is not stable.
     Unstable {
-        /// Path position, m.
-        path: f64,
+        /// Where and of what.
+        of: Condition,
         /// Only a limit holds it.
         held: bool,
         /// [`Margins::spectral_radius`](crate::margins::Margins::spectral_radius).

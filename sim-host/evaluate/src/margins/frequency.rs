@@ -1,6 +1,6 @@
 //! Margins from a sampled sensitivity: of one direction with the others closed, and of all at once.
 
-use super::response::{CHANNELS, LoopSignals, SETPOINT};
+use super::response::{LoopSignals, SETPOINT};
 use nalgebra::{Complex, SMatrix};
 use serde::Serialize;
 use std::f64::consts::{PI, TAU};
@@ -27,48 +27,61 @@ pub struct Margin {
     pub delay: f64,
 }
 
-/// S(e^jωT) of all channels at the frequencies from [`LOWEST`] to half the sampling rate.
+/// S(e^jωT) at the frequencies from [`LOWEST`] to half the sampling rate.
 pub struct Sensitivity<'a> {
     responses: &'a [Vec<LoopSignals>],
     period: f64,
+    /// Factor by which the responses go on to die after their last sample.
+    radius: f64,
     /// Frequencies, Hz.
-    pub hz: Vec<f64>,
-    /// One matrix a frequency.
-    pub at: Vec<SMatrix<Complex<f64>, CHANNELS, CHANNELS>>,
+    hz: Vec<f64>,
+    /// Corrections and force, then drives, each among themselves: one matrix a frequency.
+    groups: [Vec<Group>; 2],
 }
 
+/// S of the channels of a group.
+type Group = SMatrix<Complex<f64>, SETPOINT, SETPOINT>;
+
 impl<'a> Sensitivity<'a> {
-    /// Of impulse responses, `period` s between their values.
-    pub fn of(responses: &'a [Vec<LoopSignals>], period: f64) -> Self {
+    /// Of impulse responses, `period` s between their values, that have come down to the mode which
+    /// dies last: it goes on with the spectral radius `radius`, as slow modes do not turn.
+    pub fn of(responses: &'a [Vec<LoopSignals>], radius: f64, period: f64) -> Self {
         let highest = 0.5 / period;
         let hz: Vec<f64> = (0..FREQUENCIES)
             .map(|k| LOWEST * (highest / LOWEST).powf(k as f64 / (FREQUENCIES - 1) as f64))
             .collect();
-        let at = hz
-            .iter()
-            .map(|hz| {
+        let groups = [0, SETPOINT].map(|first| {
+            // All entries of a sample beside each other, column by column.
+            let samples: Vec<SMatrix<f64, SETPOINT, SETPOINT>> = (0..responses[0].len())
+                .map(|k| SMatrix::from_fn(|i, j| responses[first + j][k][first + i]))
+                .collect();
+            let at = |hz: &f64| {
                 let turn = Complex::from_polar(1.0, -TAU * hz * period);
-                let mut matrix = SMatrix::zeros();
-                for (j, response) in responses.iter().enumerate() {
-                    let mut phase = Complex::new(1.0, 0.0);
-                    for row in response {
-                        for (i, value) in row.iter().enumerate() {
-                            matrix[(i, j)] += phase * *value;
-                        }
-                        phase *= turn;
-                    }
+                let mut phase = Complex::new(1.0, 0.0);
+                let (mut real, mut imaginary) = (SMatrix::zeros(), SMatrix::zeros());
+                for sample in &samples {
+                    real += sample * phase.re;
+                    imaginary += sample * phase.im;
+                    phase *= turn;
                 }
-                matrix
-            })
-            .collect();
-        Self { responses, period, hz, at }
+                let after = phase * radius / (1.0 - turn * radius);
+                let last = samples.last().copied().unwrap_or_default();
+                Group::from_fn(|i, j| {
+                    Complex::new(real[(i, j)], imaginary[(i, j)]) + after * last[(i, j)]
+                })
+            };
+            hz.iter().map(at).collect()
+        });
+        Self { responses, period, radius, hz, groups }
     }
 
     /// L = 1/S_ii − 1 of one channel at a frequency, Hz.
     fn open(&self, channel: usize, hz: f64) -> Complex<f64> {
         let turn = Complex::from_polar(1.0, -TAU * hz * self.period);
-        let rows = self.responses[channel].iter().rev();
-        let s = rows.fold(Complex::new(0.0, 0.0), |sum, row| sum * turn + row[channel]);
+        let rows = &self.responses[channel];
+        let last = rows.last().map_or(0.0, |row| row[channel]);
+        let after = self.radius * last / (1.0 - turn * self.radius);
+        let s = rows.iter().rev().fold(after, |sum, row| sum * turn + row[channel]);
         s.inv() - 1.0
     }
 
@@ -95,7 +108,9 @@ impl<'a> Sensitivity<'a> {
 
     /// Margins of one channel, the others closed: L = 1/S_ii − 1.
     pub fn margin(&self, channel: usize) -> Margin {
-        let s: Vec<Complex<f64>> = self.at.iter().map(|m| m[(channel, channel)]).collect();
+        let k = channel % SETPOINT;
+        let group = &self.groups[channel / SETPOINT];
+        let s: Vec<Complex<f64>> = group.iter().map(|m| m[(k, k)]).collect();
         let largest = s.iter().map(|s| s.norm()).fold(0.0, f64::max);
         let open: Vec<Complex<f64>> = s.iter().map(|s| s.inv() - 1.0).collect();
         let mut margin = Margin {
@@ -139,16 +154,15 @@ impl<'a> Sensitivity<'a> {
         margin
     }
 
-    /// Disk margin of six channels from `first` on at once: gains and phases may leave in each by
-    /// itself as far as a disk about 1 of this size, α of 2/‖S − T‖ (Seiler, Packard and Gahinet
-    /// 2020, without skew), in the scaling of the channels that shows most.
-    pub fn disk(&self, first: usize) -> f64 {
+    /// Disk margin of corrections and force at once, and of the drives at once: gains and phases
+    /// may leave in each by itself as far as a disk about 1 of this size, α of 2/‖S − T‖ (Seiler,
+    /// Packard and Gahinet 2020, without skew), in the scaling of the channels that shows most.
+    pub fn disks(&self) -> [f64; 2] {
         let two = Complex::new(2.0, 0.0);
-        let group = |s: &SMatrix<_, CHANNELS, CHANNELS>| {
-            s.fixed_view::<SETPOINT, SETPOINT>(first, first).into_owned()
-        };
-        let largest = self.at.iter().map(|s| scaled_norm(&(group(s) * two - SMatrix::identity())));
-        2.0 / largest.fold(0.0, f64::max)
+        self.groups.each_ref().map(|group| {
+            let largest = group.iter().map(|s| scaled_norm(&(s * two - SMatrix::identity())));
+            2.0 / largest.fold(0.0, f64::max)
+        })
     }
 }
 

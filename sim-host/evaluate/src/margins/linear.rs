@@ -2,10 +2,12 @@
 //! side, sampled exactly.
 
 use nalgebra::{DMatrix, SMatrix, SVector, Vector3, Vector6};
+use serde::Serialize;
 use trueweld_core::{JointVector, Pose, Robot, Twist, Wrench};
 use trueweld_plant::cell::{Cell, STATES, State};
+use trueweld_plant::input::Weld;
 use trueweld_plant::integrate::rest;
-use trueweld_plant::simulate::real_inverse_near;
+use trueweld_plant::simulate::{Seam, real_inverse_near};
 
 /// Differences of angles, rates and what else a state holds: good to 1e-6 of the slopes against
 /// rounding, and no kink is stepped over.
@@ -24,21 +26,60 @@ pub struct LinearCell {
     sensed: SMatrix<f64, 6, STATES>,
 }
 
-/// The cell at work with its tool on the nominal pose, pressing with `push`, N, and moving at
-/// `feed`, m/s: what the weld is to be. `None` where no posture near `near` does that;
-/// `planned` is the arm as the controller knows it.
+/// Where in a weld a loop is looked at.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct OperatingPoint {
+    /// Path position, m.
+    pub path: f64,
+    /// Push, N.
+    pub push: f64,
+    /// Feed, m/s.
+    pub feed: f64,
+    /// Push and feed are still rising to their full size, or the tool has come to its end.
+    pub ramp: bool,
+}
+
+impl OperatingPoint {
+    /// The steady part of a weld at a path position, m.
+    pub fn steady(weld: &Weld, path: f64) -> Self {
+        Self { path, push: weld.force, feed: weld.feed, ramp: false }
+    }
+
+    /// So many places of the steady part from the start of the seam to its end; then the ramps: at
+    /// the start half of the push, all of it and half of the feed, at the end the tool that stands.
+    pub fn along(weld: &Weld, places: usize) -> Vec<Self> {
+        let length = Seam::of(weld).length;
+        let last = places.saturating_sub(1).max(1) as f64;
+        let steady = (0..places).map(|k| Self::steady(weld, length * k as f64 / last));
+        let ramp = |path| Self { ramp: true, ..Self::steady(weld, path) };
+        let [start, end] = [0.0, length].map(ramp);
+        let ramps = [
+            Self { push: 0.5 * weld.force, feed: 0.0, ..start },
+            Self { feed: 0.0, ..start },
+            Self { feed: 0.5 * weld.feed, ..start },
+            Self { feed: 0.0, ..end },
+        ];
+        steady.chain(ramps).collect()
+    }
+}
+
+/// The cell at work with its tool on the nominal pose. `None` where no posture near `near` does
+/// that; `planned` is the arm as the controller knows it.
 pub fn operating_point(
     cell: &Cell,
     planned: &Robot<f64>,
     nominal: &Pose<f64>,
-    push: f64,
-    feed: f64,
+    at: &OperatingPoint,
     near: &JointVector<f64>,
 ) -> Option<State> {
+    let OperatingPoint { push, feed, .. } = *at;
     let w = cell.b_from_w.rotation;
+    // The real seam may lie beside the taught one: as deep as the force loop presses, in the channel
+    // that the tool itself has left.
+    let beside = w.tr_mul(&(nominal.position - cell.b_from_w.position));
     let deep = Twist {
         angular: Vector3::zeros(),
-        linear: w.column(2) * (push / cell.process.depth_stiffness),
+        linear: w.column(2) * (push / cell.process.depth_stiffness - beside.z),
     };
     let pose = nominal.displaced(&deep);
     let link = real_inverse_near(&cell.robot.model, planned, &pose, near).ok()?;
@@ -46,7 +87,7 @@ pub fn operating_point(
     let forward = w.column(0) * feed;
     let twist = Vector6::new(0.0, 0.0, 0.0, forward.x, forward.y, forward.z);
     let rate = frames.jacobian().0.lu().solve(&twist)?;
-    let mut state = State::at_rest(&link, &link, 0.0);
+    let mut state = State::at_rest(&link, &link, beside.y);
     state.0.fixed_rows_mut::<6>(12).copy_from(&rate);
     state.0.fixed_rows_mut::<6>(18).copy_from(&rate);
     let load = cell.evaluate(0.0, &state).reaction.force;
@@ -56,11 +97,12 @@ pub fn operating_point(
 }
 
 impl LinearCell {
-    /// The cell about `point`, sampled every `h` s with the torque held. The ripple of the process
+    /// The cell about `point`, sampled every `h` s with the torque held, with `friction`,
+    /// N·m·s/rad, for the slopes of the drives' friction by their rates. The ripple of the process
     /// must be left out of the cell.
     ///
     /// `None` where the right-hand side is not finite there.
-    pub fn about(cell: &Cell, point: &State, h: f64) -> Option<Self> {
+    pub fn about(cell: &Cell, point: &State, friction: &JointVector<f64>, h: f64) -> Option<Self> {
         let at = cell.evaluate(0.0, point);
         let torque =
             JointVector::from_fn(|i, _| -at.rates[18 + i] * cell.robot.model.rotor_inertia()[i]);
@@ -79,6 +121,10 @@ impl LinearCell {
             let (ahead, behind) = (beside(DIFFERENCE), beside(-DIFFERENCE));
             slopes.set_column(k, &((ahead.0 - behind.0) / (2.0 * DIFFERENCE)));
             sensed.set_column(k, &((ahead.1 - behind.1) / (2.0 * DIFFERENCE)));
+        }
+        for i in 0..6 {
+            let beyond = friction[i] - at.friction_slope[i];
+            slopes[(18 + i, 18 + i)] -= beyond / cell.robot.model.rotor_inertia()[i];
         }
         // Held input as further states that do not change: exp([A B; 0 0] h) = [A_h B_h; 0 1].
         let mut joined = DMatrix::<f64>::zeros(STATES + 6, STATES + 6);

@@ -1,26 +1,40 @@
 //! Stability of the whole sampled loop at a place of a weld: how far force loop and law are from
 //! swinging.
 //!
+//! Friction is a sector: the loop is looked at with viscous friction alone, with the slope at each
+//! drive's speed, and with the largest slope that a vibration sees (`friction`). Where some of these
+//! are stable and others are not, what is between is a limit cycle (`cycle`).
+//!
 //! The cell is linear about the working tool, sampled exactly (`linear`); controller, law,
 //! instruments and their delays are the code that runs (`response`). From what comes back follow
 //! the spectral radius and the margins: of each direction with the others closed, and of all at
 //! once (`frequency`).
 
+mod cycle;
+mod decay;
 mod frequency;
+mod friction;
 mod linear;
 mod passivity;
 mod response;
 
+pub use cycle::{LimitCycle, limit_cycles};
 pub use frequency::Margin;
+pub use friction::FrictionSlope;
+pub use linear::OperatingPoint;
 pub use passivity::Passivity;
-pub use response::{CHANNEL_NAMES, CHANNELS, SETPOINT};
+pub use response::{CHANNEL_NAMES, CHANNELS, Kick, LoopSignals, Run, SETPOINT};
 
 use crate::figure::FigureOf;
+use decay::Modes;
 use frequency::Sensitivity;
 use linear::{LinearCell, operating_point};
+use nalgebra::DMatrix;
 use rayon::prelude::*;
-use response::{Frozen, LoopSignals, Run, sensitivity};
+use response::{Frozen, sensitivity};
 use serde::Serialize;
+use trueweld_core::JointVector;
+use trueweld_plant::cell::State;
 use trueweld_plant::simulate::{
     RunError, Scenario, Seam, Taught, encoder_offset, real_inverse_near, start_angles,
 };
@@ -28,14 +42,30 @@ use trueweld_plant::simulate::{
 /// Where what is left of an impulse is lost in rounding, of its largest.
 const ROUNDING: f64 = 2e-6;
 
+/// Samples of a second from which the slowest mode is taken, and the share of them below which a
+/// direction is rounding.
+const A_SECOND: f64 = 10.0;
+const SHARE: f64 = 1e-3;
+
 /// Peak to peak of a translation, m, and of the force error, N, that noise alone does not make.
 const SWING: [(usize, f64); 3] = [(0, 5e-4), (1, 5e-4), (5, 1000.0)];
 
-/// The loop at one place.
+/// What margins are of.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Condition {
+    /// Where in the weld.
+    pub at: OperatingPoint,
+    /// What the drives' friction is taken for.
+    pub friction: FrictionSlope,
+    /// Index of the drawn cell; `None` for the one that it is believed to be.
+    pub draw: Option<u64>,
+}
+
+/// The loop under one condition.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Margins {
-    /// Path position, m.
-    pub path: f64,
+    /// What they are of.
+    pub of: Condition,
     /// Largest magnitude of a closed-loop pole that an impulse shows; below 1 the loop is stable.
     pub spectral_radius: f64,
     /// It comes to rest at a limit, or goes to and fro between limits: what an impulse shows there
@@ -50,50 +80,84 @@ pub struct Margins {
     pub passivity: Passivity,
 }
 
-/// The loop at so many places of the weld, from its start to its end, on all cores.
+/// The loop along the whole weld, ramps included, for every slope of friction at each operating
+/// point, on all cores. See [`OperatingPoint::along`].
 ///
 /// # Errors
 /// As [`margins`].
 pub fn margin_map(scenario: &Scenario<'_>, places: usize) -> Result<Vec<Margins>, RunError> {
-    let length = Seam::of(scenario.weld).length;
-    let last = places.saturating_sub(1).max(1);
-    (0..places)
-        .into_par_iter()
-        .map(|k| margins(scenario, length * k as f64 / last as f64))
-        .collect()
+    let points = OperatingPoint::along(scenario.weld, places);
+    let each: Result<Vec<_>, _> =
+        points.par_iter().map(|at| sector_margins(scenario, at)).collect();
+    Ok(each?.concat())
 }
 
-/// The loop at a path position, m, in the posture that the weld has there. The cell's process must
-/// be without ripple.
+/// The loop at an operating point for every slope of friction, from viscous only to all of it.
+///
+/// # Errors
+/// As [`margins`].
+pub fn sector_margins(
+    scenario: &Scenario<'_>,
+    at: &OperatingPoint,
+) -> Result<Vec<Margins>, RunError> {
+    // All drives of a tool that stands are at rest, where the slope at their speed is all of it.
+    let distinct = |slope: &&FrictionSlope| at.feed > 0.0 || **slope != FrictionSlope::AtSpeed;
+    FrictionSlope::ALL.iter().filter(distinct).map(|slope| margins(scenario, at, *slope)).collect()
+}
+
+/// The loop at an operating point, in the posture that the weld has there, with friction taken for
+/// a slope. The cell's process must be without ripple.
 ///
 /// # Errors
 /// [`RunError`] where the seam cannot be followed or the law cannot be built.
-pub fn margins(scenario: &Scenario<'_>, path: f64) -> Result<Margins, RunError> {
-    let frozen = frozen(scenario, path)?;
-    let rest = frozen.run(None)?;
-    let impulses = (0..CHANNELS).map(|c| frozen.run(Some(c))).collect::<Result<Vec<_>, _>>()?;
-    if rest.away || impulses.iter().any(|run| run.away) {
-        return Ok(frozen.unstable(f64::INFINITY));
-    }
-    if rest.held {
-        return Ok(Margins { held: true, ..frozen.unstable(f64::INFINITY) });
+pub fn margins(
+    scenario: &Scenario<'_>,
+    at: &OperatingPoint,
+    friction: FrictionSlope,
+) -> Result<Margins, RunError> {
+    let frozen = frozen(scenario, at, |point| friction.of(scenario.cell, point))?;
+    let unstable = |spectral_radius: f64, held: bool| Margins {
+        of: Condition { at: *at, friction, draw: None },
+        spectral_radius,
+        held,
+        channels: None,
+        disk: [0.0; 2],
+        passivity: frozen.passivity(),
+    };
+    let rest = frozen.run(&Kick::impulse(None))?;
+    let impulses = (0..CHANNELS)
+        .map(|c| frozen.run(&Kick::impulse(Some(c))))
+        .collect::<Result<Vec<_>, _>>()?;
+    if rest.away || rest.held || impulses.iter().any(|run| run.away) {
+        return Ok(unstable(f64::INFINITY, !rest.away && rest.held));
     }
     let responses = sensitivity(&rest, &impulses);
     let period = scenario.control.period;
-    let spectral_radius = responses.iter().map(|r| radius(r, period)).fold(0.0, f64::max);
+    let spectral_radius = radius(&responses, period);
     if spectral_radius >= 1.0 || swings(&rest) {
-        return Ok(frozen.unstable(spectral_radius.max(1.0)));
+        return Ok(unstable(spectral_radius.max(1.0), false));
     }
-    let sensitivity = Sensitivity::of(&responses, period);
-    let channels = std::array::from_fn(|c| sensitivity.margin(c));
+    let sensitivity = Sensitivity::of(&responses, spectral_radius, period);
     Ok(Margins {
-        path,
-        spectral_radius,
-        held: false,
-        channels: Some(channels),
-        disk: [0, SETPOINT].map(|first| sensitivity.disk(first)),
-        passivity: frozen.passivity(),
+        channels: Some(std::array::from_fn(|c| sensitivity.margin(c))),
+        disk: sensitivity.disks(),
+        ..unstable(spectral_radius, false)
     })
+}
+
+/// A run in time of the cell as it is, along its seam from an operating point on, with a kick:
+/// what linear margins are checked by. The law keeps what it learns from weld to weld.
+///
+/// # Errors
+/// [`RunError`] where the seam cannot be followed, the law cannot be built, or the state leaves the
+/// finite numbers.
+pub fn run_in_time(
+    scenario: &Scenario<'_>,
+    from: &OperatingPoint,
+    kick: &Kick,
+) -> Result<Run, RunError> {
+    let at_speed = |point: &State| FrictionSlope::AtSpeed.of(scenario.cell, point);
+    frozen(scenario, from, at_speed)?.run_in_time(kick)
 }
 
 /// A margin, and the channel that it is of.
@@ -144,18 +208,6 @@ impl Margins {
 }
 
 impl Frozen<'_> {
-    fn unstable(&self, spectral_radius: f64) -> Margins {
-        let passivity = self.passivity();
-        Margins {
-            path: self.path,
-            spectral_radius,
-            held: false,
-            channels: None,
-            disk: [0.0; 2],
-            passivity,
-        }
-    }
-
     fn passivity(&self) -> Passivity {
         let Scenario { cell, control, controller, .. } = self.scenario;
         let gains = controller.joint_gains(control);
@@ -166,11 +218,17 @@ impl Frozen<'_> {
     }
 }
 
-fn frozen<'a>(scenario: &'a Scenario<'a>, path: f64) -> Result<Frozen<'a>, RunError> {
+/// The loop at an operating point with slopes of the drives' friction, N·m·s/rad, that follow from
+/// the state there.
+fn frozen<'a>(
+    scenario: &'a Scenario<'a>,
+    at: &OperatingPoint,
+    friction: impl Fn(&State) -> JointVector<f64>,
+) -> Result<Frozen<'a>, RunError> {
     /// Between the start, whose branch is known, and the place.
     const STEPS: usize = 100;
     let Scenario { cell, weld, .. } = *scenario;
-    let seam = Seam::of(weld);
+    let (seam, path) = (Seam::of(weld), at.path);
     let (model, planned) = (&cell.robot.model, scenario.controller_model);
     let (_, step) = scenario.plant_steps();
     let reach = || RunError::Reach { path, reason: "no posture welds there" };
@@ -182,13 +240,12 @@ fn frozen<'a>(scenario: &'a Scenario<'a>, path: f64) -> Result<Frozen<'a>, RunEr
     }
     let nominal = seam.nominal(path);
     near = real_inverse_near(model, planned, &nominal, &near).map_err(|_| reach())?;
-    let point =
-        operating_point(cell, planned, &nominal, weld.force, weld.feed, &near).ok_or_else(reach)?;
-    let linear = LinearCell::about(cell, &point, step).ok_or_else(reach)?;
+    let point = operating_point(cell, planned, &nominal, at, &near).ok_or_else(reach)?;
+    let linear = LinearCell::about(cell, &point, &friction(&point), step).ok_or_else(reach)?;
     // Taught under gravity with the tool free, but as deep as the force loop presses it.
     let mut taught = Taught::at(cell, planned, &seam, path, &near).offset;
     taught.linear.z = encoder_offset(planned, &seam, path, &point.drives().motor).linear.z;
-    Ok(Frozen { scenario, linear, path, taught })
+    Ok(Frozen { scenario, linear, at: *at, taught })
 }
 
 /// True where the loop does not come to rest but goes on swinging, held by a limit.
@@ -206,29 +263,29 @@ fn swings(rest: &Run) -> bool {
     })
 }
 
-/// How much of an impulse is left after a period, in the long run: over the later half of the time
-/// in which it stands above rounding.
-fn radius(response: &[LoopSignals], period: f64) -> f64 {
-    let second = (1.0 / period).round() as usize;
-    let size = |rows: &[LoopSignals]| -> Vec<f64> {
-        (0..CHANNELS).map(|i| rows.iter().map(|r| r[i].abs()).fold(0.0, f64::max)).collect()
-    };
-    let whole = size(response);
-    // Each channel by its own largest, so that metres and newtons count alike.
-    let relative = |rows: &[LoopSignals]| {
-        size(rows)
-            .iter()
-            .zip(&whole)
-            .map(|(s, w)| if *w > 0.0 { s / w } else { 0.0 })
-            .fold(0.0, f64::max)
-    };
-    let seconds: Vec<f64> = response.chunks_exact(second).map(relative).collect();
-    let above = seconds.iter().take_while(|s| **s > ROUNDING).count();
-    match above {
-        0..=2 => 0.0,
-        n => {
-            let from = (n - 1) / 2;
-            (seconds[n - 1] / seconds[from]).powf(1.0 / ((n - 1 - from) * second) as f64)
-        }
-    }
+/// The spectral radius from what impulses leave, one a channel: how much of them stands after a
+/// period, in the long run. `rest`: the same run without an impulse; `period`: of control, s.
+pub fn decay(rest: &Run, impulses: &[Run], period: f64) -> f64 {
+    radius(&sensitivity(rest, impulses), period)
+}
+
+/// The slowest mode of what stands of impulses above rounding, over the later half of that time.
+/// Samples are so far apart that a second has [`A_SECOND`] of them; what turns faster between them
+/// keeps its size.
+fn radius(responses: &[Vec<LoopSignals>], period: f64) -> f64 {
+    let apart = (1.0 / (A_SECOND * period)).round().max(1.0) as usize;
+    let signals = responses.iter().flat_map(|r| (0..CHANNELS).map(move |i| (r, i)));
+    // Each signal by its own largest, so that metres and newtons count alike.
+    let scaled = signals.map(|(r, i)| {
+        let largest = r.iter().map(|row| row[i].abs()).fold(f64::MIN_POSITIVE, f64::max);
+        r.iter().step_by(apart).map(|row| row[i] / largest).collect::<Vec<_>>()
+    });
+    let scaled: Vec<Vec<f64>> = scaled.collect();
+    let last = scaled.iter().filter_map(|s| s.iter().rposition(|v| v.abs() > ROUNDING)).max();
+    let from = last.unwrap_or(0) / 2;
+    let count = last.map_or(0, |last| last + 1 - from);
+    let samples = DMatrix::from_fn(scaled.len(), count, |i, k| scaled[i][from + k]);
+    let modes = Modes::of(&samples, SHARE);
+    let largest = modes.map_or(0.0, |m| m.poles.iter().map(|p| p.norm()).fold(0.0, f64::max));
+    largest.powf(1.0 / apart as f64)
 }

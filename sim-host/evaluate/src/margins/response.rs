@@ -6,17 +6,18 @@
 //! without it, is a column of the sampled sensitivity S. Instruments, their delays and the noise
 //! are those of the run; noise is the same with and without the impulse, and cancels.
 
-use super::linear::LinearCell;
+use super::linear::{LinearCell, OperatingPoint};
 use nalgebra::{SVector, Vector3};
 use std::cell::Cell as Shared;
 use trueweld_core::control::{Command, HybridController, SensorReadings, Setpoint};
 use trueweld_core::{JointVector, Pose, Robot, Twist, Wrench};
 use trueweld_plant::cell::STATES;
 use trueweld_plant::input::Sensors;
-use trueweld_plant::integrate::Diverged;
+use trueweld_plant::integrate::{Diverged, Stepper};
 use trueweld_plant::robot::Drives;
 use trueweld_plant::simulate::{
-    ControlCycle, Controlled, Phase, Plant, Reference, RunError, Scenario, Seam, Target,
+    ControlCycle, Controlled, Phase, Plant, Reference, RunError, Scenario, Seam, SimulatedCell,
+    Target,
 };
 
 /// Where the loop is opened: corrections along x and y and about x, y and z of W, and the force
@@ -51,14 +52,13 @@ const AWAY: f64 = 0.1;
 
 /// How long the loop is given to come to rest, and to answer, s.
 const SETTLE: f64 = 10.0;
-const ANSWER: f64 = 16.0;
+const ANSWER: f64 = 10.0;
 
-/// A loop frozen at one place of a weld.
+/// A loop at one operating point of a weld.
 pub struct Frozen<'a> {
     pub scenario: &'a Scenario<'a>,
     pub linear: LinearCell,
-    /// Path position, m.
-    pub path: f64,
+    pub at: OperatingPoint,
     /// From the nominal pose to the set-point, axes of W.
     pub taught: Twist<f64>,
 }
@@ -66,10 +66,12 @@ pub struct Frozen<'a> {
 /// What passes these places, once a period: m, rad, N, N·m.
 pub type LoopSignals = [f64; CHANNELS];
 
-/// A run of the frozen loop.
+/// A run of the loop.
 pub struct Run {
     /// From the impulse on.
     pub rows: Vec<LoopSignals>,
+    /// Rates of the drives with them, rad/s.
+    pub rates: Vec<JointVector<f64>>,
     /// It ran away before the end.
     pub away: bool,
     /// A limit held it in most periods.
@@ -95,12 +97,15 @@ impl HybridController<f64> for Opened<'_> {
     ) -> Command<f64> {
         let [x, y, rx, ry, rz, force, torque @ ..] = self.added.get();
         let twist = Twist { angular: Vector3::new(rx, ry, rz), linear: Vector3::new(x, y, 0.0) };
-        let setpoint = Setpoint {
-            pose: setpoint.pose.displaced(&twist.rotated(&setpoint.b_from_w)),
-            force: setpoint.force.map(|f| f + force),
-            ..*setpoint
-        };
-        let mut command = self.controller.cycle(robot, &setpoint, sensed);
+        let pose = setpoint.pose.displaced(&twist.rotated(&setpoint.b_from_w));
+        let setpoint = Setpoint { pose, ..*setpoint };
+        // At the sensor and not at the set-point, which is fed forward beside the loop.
+        let mut sensed = *sensed;
+        if force != 0.0 {
+            let tool = robot.forward_kinematics(&sensed.encoder).rotation;
+            sensed.wrench.force += tool.tr_mul(&setpoint.depth_axis()) * force;
+        }
+        let mut command = self.controller.cycle(robot, &setpoint, &sensed);
         command.torque += JointVector::from(torque);
         command
     }
@@ -134,13 +139,62 @@ impl Plant for LinearPlant<'_> {
     }
 }
 
+/// What is added to the loop's signals after it has come to rest, and how long it is watched.
+#[derive(Debug, Clone, Copy)]
+pub struct Kick {
+    /// For one period.
+    pub added: LoopSignals,
+    /// Time before and after, s.
+    pub time: [f64; 2],
+}
+
+impl Kick {
+    /// The impulse at a channel, or none, with the time that margins give it.
+    pub fn impulse(channel: Option<usize>) -> Self {
+        let mut added = [0.0; CHANNELS];
+        if let Some(c) = channel {
+            added[c] = IMPULSE[c];
+        }
+        Self { added, time: [SETTLE, ANSWER] }
+    }
+}
+
 impl Frozen<'_> {
-    /// Runs the loop to rest and then with an impulse at `channel`, if any.
+    /// Runs the linear loop to rest and then with a kick.
     ///
     /// # Errors
     /// [`RunError`] where the law cannot be built.
-    pub fn run(&self, channel: Option<usize>) -> Result<Run, RunError> {
+    pub fn run(&self, kick: &Kick) -> Result<Run, RunError> {
+        let plant = LinearPlant { frozen: self, x: self.uncorrected()? };
+        // The encoders of a frozen posture stand still; the robot's do not.
+        let rate = self.linear.point.drives().motor_rate;
+        self.drive(plant, kick, &rate, |plant| {
+            let x = &plant.x;
+            x.fixed_rows::<12>(0).amax() > AWAY || !x.sum().is_finite()
+        })
+    }
+
+    /// The same of the cell as it is, that moves along its seam.
+    ///
+    /// # Errors
+    /// [`RunError`] where the law cannot be built, and where the state leaves the finite numbers.
+    pub fn run_in_time(&self, kick: &Kick) -> Result<Run, RunError> {
+        let Scenario { cell, integrator, .. } = *self.scenario;
+        let state = self.linear.state(&self.uncorrected()?);
+        let plant = SimulatedCell::new(cell, Stepper::new(integrator), state);
+        self.drive(plant, kick, &JointVector::zeros(), |_| false)
+    }
+
+    /// `standing`: rate that the plant's encoders lack, rad/s: of a plant that stands still.
+    fn drive<P: Plant>(
+        &self,
+        plant: P,
+        kick: &Kick,
+        standing: &JointVector<f64>,
+        away: impl Fn(&P) -> bool,
+    ) -> Result<Run, RunError> {
         let Scenario { controller_model, weld, control, .. } = *self.scenario;
+        let OperatingPoint { path, push, feed, .. } = self.at;
         let (seam, period) = (Seam::of(weld), control.period);
         let added = Shared::new([0.0; CHANNELS]);
         let mut law = self.scenario.build_law()?;
@@ -148,30 +202,27 @@ impl Frozen<'_> {
         let opened = Opened { controller: self.scenario.controller.build(control), added: &added };
         let sensors = steady(self.scenario.sensors);
         let scenario = Scenario { sensors: &sensors, fault: None, ..*self.scenario };
-        let target = Target {
-            phase: Phase::Steady,
-            path: self.path,
-            feed: weld.feed,
-            force: Some(weld.force),
-        };
-        let at_place = Reference::of(&scenario, &seam, &self.taught, &target);
-        let plant = LinearPlant { frozen: self, x: self.uncorrected(&at_place.setpoint)? };
+        let target = |path| Target { phase: Phase::Steady, path, feed, force: Some(push) };
+        let at_place = self.reference();
         let motor = plant.drives().motor;
         let mut cycle =
             ControlCycle::new(&scenario, plant, opened, law.as_mut(), &motor, &self.linear.torque);
-        // The encoders of a frozen posture stand still; the robot's do not.
-        cycle.frozen_rate = self.linear.point.drives().motor_rate;
-        let [settle, all] = [SETTLE, SETTLE + ANSWER].map(|time| (time / period) as usize);
-        let mut run = Run { rows: Vec::with_capacity(all - settle), away: false, held: false };
+        cycle.frozen_rate = *standing;
+        let moves = standing.amax() == 0.0;
+        let [settle, all] =
+            [kick.time[0], kick.time[0] + kick.time[1]].map(|time| (time / period) as usize);
+        let mut run = Run { rows: Vec::new(), rates: Vec::new(), away: false, held: false };
         let mut held = 0;
         for tick in 0..all {
             let time = tick as f64 * period;
-            let mut now = [0.0; CHANNELS];
-            if let Some(c) = channel.filter(|_| tick == settle) {
-                now[c] = IMPULSE[c];
-            }
+            let now = if tick == settle { kick.added } else { [0.0; CHANNELS] };
             added.set(now);
-            let reference = Reference { path: self.path + weld.feed * time, ..at_place };
+            let here = path + feed * time;
+            let reference = if moves {
+                Reference::of(&scenario, &seam, &self.taught, &target(here))
+            } else {
+                Reference { path: here, ..at_place }
+            };
             let Controlled { sensed, command, correction_w, .. } = cycle.control(time, &reference);
             if tick >= settle {
                 held += usize::from(command.limited.any());
@@ -179,10 +230,10 @@ impl Frozen<'_> {
                 let mut row = [0.0; CHANNELS];
                 row[..5].copy_from_slice(&[linear.x, linear.y, angular.x, angular.y, angular.z]);
                 // What the controller is asked for less what the sensor shows, before any filter.
-                let push = -(controller_model.forward_kinematics(&sensed.encoder).rotation
+                let sensed_push = -(controller_model.forward_kinematics(&sensed.encoder).rotation
                     * sensed.wrench.force)
                     .dot(&seam.b_from_w.rotation.column(2));
-                row[5] = weld.force - push;
+                row[5] = push - sensed_push;
                 row.iter_mut()
                     .zip(now)
                     .take(SETPOINT)
@@ -190,10 +241,10 @@ impl Frozen<'_> {
                 // Torque has the impulse in it already.
                 row[SETPOINT..].copy_from_slice(command.torque.as_slice());
                 run.rows.push(row);
+                run.rates.push(cycle.plant.drives().motor_rate);
             }
             cycle.advance(time)?;
-            let x = &cycle.plant.x;
-            if x.fixed_rows::<12>(0).amax() > AWAY || !x.sum().is_finite() {
+            if away(&cycle.plant) {
                 run.away = true;
                 return Ok(run);
             }
@@ -202,21 +253,31 @@ impl Frozen<'_> {
         Ok(run)
     }
 
+    fn reference(&self) -> Reference {
+        let OperatingPoint { path, push, feed, .. } = self.at;
+        let target = Target { phase: Phase::Steady, path, feed, force: Some(push) };
+        Reference::of(self.scenario, &Seam::of(self.scenario.weld), &self.taught, &target)
+    }
+
     /// Where nothing is corrected yet: the encoders at the set-point, the load as at the operating
     /// point, the channel behind the tool where the tool is.
-    fn uncorrected(&self, setpoint: &Setpoint<f64>) -> Result<SVector<f64, STATES>, RunError> {
+    fn uncorrected(&self) -> Result<SVector<f64, STATES>, RunError> {
+        let (path, setpoint) = (self.at.path, self.reference().setpoint);
         let motor = self.linear.point.drives().motor;
         let model = &self.scenario.cell.robot.model;
-        let reach =
-            |_| RunError::Reach { path: self.path, reason: "the set-point is out of reach" };
+        let reach = |_| RunError::Reach { path, reason: "the set-point is out of reach" };
         let by = model.inverse_near(&setpoint.pose, &motor).map_err(reach)? - motor;
         let mut x = SVector::<f64, STATES>::zeros();
         x.fixed_rows_mut::<6>(0).copy_from(&by);
         x.fixed_rows_mut::<6>(6).copy_from(&by);
         let real = model.forward_kinematics(&self.linear.state(&x).drives().link);
         let seam = Seam::of(self.scenario.weld);
-        x[24] = (real.position - seam.nominal(self.path).position)
-            .dot(&seam.b_from_w.rotation.column(1));
+        // Where nothing is fed the channel stays where it was made, and the tool made it.
+        if self.at.feed == 0.0 {
+            return Ok(x);
+        }
+        x[24] =
+            (real.position - seam.nominal(path).position).dot(&seam.b_from_w.rotation.column(1));
         Ok(x)
     }
 }

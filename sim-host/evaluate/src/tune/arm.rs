@@ -200,7 +200,11 @@ pub(super) fn closed_form(
         compensation: CompensationLimits {
             lateral: LoopLimits { bandwidth, size: translation, rate: translation },
             orientation: LoopLimits { bandwidth, size: rotation, rate: rotation },
-            following: FollowingGains { rate: 0.2 * bandwidth, size: 0.2 * translation },
+            following: FollowingGains {
+                rate: 0.24 * bandwidth,
+                along: 0.07 * bandwidth,
+                size: 0.2 * translation,
+            },
         },
         laws: BTreeMap::new(),
     }

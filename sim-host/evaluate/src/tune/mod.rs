@@ -24,7 +24,7 @@ use crate::requirements::MarginLimits;
 use crate::step::StepFigures;
 use crate::weld::{JudgedFigure, WeldFigures};
 use arm::{arm_along, closed_form, force_delay};
-use rating::{rate_margins, rate_step, with_drives};
+use rating::{rate_step, with_drives};
 use rayon::prelude::*;
 use search::{Judge, rounded};
 use trueweld_compensators::{Entry, Uncompensated};
@@ -146,6 +146,7 @@ pub fn tune(
         scenario: *scenario,
         still: task.still,
         margins: &asked,
+        stated: task.margins.at_least.len(),
         places: task.margins.places,
         response: &task.response,
     };
@@ -172,7 +173,7 @@ pub fn tune(
         let step = judge.step(&control, *controller)?;
         Ok(TunedController {
             controller: *controller,
-            margins: rate_margins(&asked, &judge.map(&control, *controller, &none)?),
+            margins: judge.rate(&judge.map(&control, *controller, &none)?),
             response: rate_step(&task.response, step.as_ref()),
             step,
             weld: weld(&judge.with(&control, *controller, &none)),
@@ -182,7 +183,7 @@ pub fn tune(
     let laws = task.laws.par_iter().map(|law| {
         Ok(TunedLaw {
             law: law.clone(),
-            margins: rate_margins(&asked, &judge.map(&control, Controller::External, law)?),
+            margins: judge.rate(&judge.map(&control, Controller::External, law)?),
             weld: weld(&judge.with(&control, Controller::External, law)),
         })
     });
@@ -211,6 +212,7 @@ fn paced_laws(
         control = judge.pace(law, |share| {
             let mut slower = control.clone();
             slower.compensation.following.rate *= share;
+            slower.compensation.following.along *= share;
             slower
         })?;
     }

@@ -6,7 +6,7 @@
 use super::rating::{Criterion, Rating, rate_margins, rate_step, worst};
 use super::{AskedResponse, TuneError};
 use crate::figure::Limit;
-use crate::margins::{Margins, margin_map, margins};
+use crate::margins::{Condition, Margins, margin_map, margins};
 use crate::step::StepFigures;
 use rayon::prelude::*;
 use std::cmp::Ordering;
@@ -88,7 +88,7 @@ const MOST: usize = 40;
 /// decide.
 const AIM: f64 = 0.97;
 
-/// Rounds in which places are added that turned out to be worse than those looked at.
+/// Rounds in which conditions are added that turned out to be worse than those looked at.
 const ROUNDS: usize = 3;
 
 /// How gains are judged.
@@ -98,6 +98,8 @@ pub(super) struct Judge<'a> {
     /// The scenario's cell without ripple, which margins are of.
     pub still: &'a Cell,
     pub margins: &'a [Limit],
+    /// How many of them, the first, the requirements state.
+    pub stated: usize,
     /// Places along the weld.
     pub places: usize,
     pub response: &'a AskedResponse,
@@ -158,7 +160,12 @@ impl<'a> Judge<'a> {
         Scenario { control, controller, law, ..self.scenario }
     }
 
-    /// The loop along the whole weld.
+    /// Margins against what is asked.
+    pub fn rate(&self, map: &[Margins]) -> Vec<Rating> {
+        rate_margins(self.margins, self.stated, map)
+    }
+
+    /// The loop along the whole weld, with every slope of friction.
     pub fn map(
         &self,
         control: &Control,
@@ -191,30 +198,30 @@ impl<'a> Judge<'a> {
         }
     }
 
-    /// Margins at some places.
+    /// Margins under some conditions.
     fn margins_at(
         &self,
         control: &Control,
         controller: Controller,
         law: &Entry,
-        spots: &[f64],
+        spots: &[Condition],
     ) -> Result<Vec<Rating>, TuneError> {
         let scenario = Scenario { cell: self.still, ..self.with(control, controller, law) };
-        let map: Result<Vec<Margins>, RunError> =
-            spots.par_iter().map(|path| margins(&scenario, *path)).collect();
-        Ok(rate_margins(self.margins, &map?))
+        let look = |of: &Condition| margins(&scenario, &of.at, of.friction);
+        let map: Result<Vec<Margins>, RunError> = spots.par_iter().map(look).collect();
+        Ok(self.rate(&map?))
     }
 
     /// Gains of a controller from some to begin with.
     pub fn search(&self, start: &Control, controller: Controller) -> Result<Control, TuneError> {
         let none = Entry::of::<Uncompensated>();
         let mut best = rounded(start);
-        let mut spots: Vec<f64> = Vec::new();
+        let mut spots: Vec<Condition> = Vec::new();
         for _ in 0..ROUNDS {
             let map = self.map(&best, controller, &none)?;
-            let new = worst_spots(self.margins, &map, &spots);
+            let new = self.worst_spots(&map, &spots);
             let judged = Judged {
-                margins: rate_margins(self.margins, &map),
+                margins: self.rate(&map),
                 response: rate_step(self.response, self.step(&best, controller)?.as_ref()),
             };
             if judged.score() == [0.0; 2] || (new.is_empty() && !spots.is_empty()) {
@@ -232,7 +239,7 @@ impl<'a> Judge<'a> {
         start: Control,
         controller: Controller,
         law: &Entry,
-        spots: &[f64],
+        spots: &[Condition],
     ) -> Result<Control, TuneError> {
         let judge = |control: &Control| {
             Ok::<_, TuneError>(Judged {
@@ -296,13 +303,13 @@ impl<'a> Judge<'a> {
     /// missed by least. `paced`: the gains at a share of its own pace.
     pub fn pace(&self, law: &Entry, paced: impl Fn(f64) -> Control) -> Result<Control, TuneError> {
         let (controller, own) = (Controller::External, rounded(&paced(1.0)));
-        let kept = |map: &[Margins]| rate_margins(self.margins, map).iter().all(Rating::is_met);
+        let kept = |map: &[Margins]| self.rate(map).iter().all(Rating::is_met);
         let map = self.map(&own, controller, law)?;
         if kept(&map) {
             return Ok(own);
         }
-        let mut spots = worst_spots(self.margins, &map, &[]);
-        let mut least = (excess(&rate_margins(self.margins, &map)), own);
+        let mut spots = self.worst_spots(&map, &[]);
+        let mut least = (excess(&self.rate(&map)), own);
         for k in 1..=PACES {
             let slower = rounded(&paced(PACE.powi(-k)));
             let mut there = self.margins_at(&slower, controller, law, &spots)?;
@@ -311,8 +318,8 @@ impl<'a> Judge<'a> {
                 if kept(&map) {
                     return Ok(slower);
                 }
-                there = rate_margins(self.margins, &map);
-                spots.extend(worst_spots(self.margins, &map, &spots));
+                there = self.rate(&map);
+                spots.extend(self.worst_spots(&map, &spots));
             }
             if excess(&there) < least.0 {
                 least = (excess(&there), slower);
@@ -320,33 +327,35 @@ impl<'a> Judge<'a> {
         }
         Ok(least.1)
     }
+
+    /// Conditions, not looked at yet, under which something that is asked for is missed, or closest to
+    /// it.
+    fn worst_spots(&self, map: &[Margins], known: &[Condition]) -> Vec<Condition> {
+        let mut spots: Vec<Condition> = Vec::new();
+        for (k, limit) in self.margins.iter().enumerate() {
+            let stated = usize::from(k < self.stated);
+            let used = |at: &Margins| {
+                let (asked, map) = (std::slice::from_ref(limit), std::slice::from_ref(at));
+                worst(&rate_margins(asked, stated, map)).map_or(0.0, |rating| rating.used)
+            };
+            let worst = map.iter().reduce(|a, b| if used(b) > used(a) { b } else { a });
+            // One that is nearly as bad as those looked at tells nothing new.
+            let told = map
+                .iter()
+                .filter(|at| known.contains(&at.of) || spots.contains(&at.of))
+                .map(used)
+                .fold(0.0, f64::max);
+            if let Some(at) = worst.filter(|at| used(at) > 1.02 * told) {
+                spots.push(at.of);
+            }
+        }
+        spots
+    }
 }
 
 /// Paces that are tried of a law, and the factor between them.
 const PACES: i32 = 10;
 const PACE: f64 = 1.25;
-
-/// Places, not looked at yet, where something that is asked for is missed, or closest to it.
-fn worst_spots(asked: &[Limit], map: &[Margins], known: &[f64]) -> Vec<f64> {
-    let mut spots: Vec<f64> = Vec::new();
-    for limit in asked {
-        let used = |at: &Margins| {
-            let ratings = rate_margins(std::slice::from_ref(limit), std::slice::from_ref(at));
-            worst(&ratings).map_or(0.0, |rating| rating.used)
-        };
-        let worst = map.iter().reduce(|a, b| if used(b) > used(a) { b } else { a });
-        // One that is nearly as bad as those looked at tells nothing new.
-        let told = map
-            .iter()
-            .filter(|at| known.contains(&at.path) || spots.contains(&at.path))
-            .map(used)
-            .fold(0.0, f64::max);
-        if let Some(at) = worst.filter(|at| used(at) > 1.02 * told) {
-            spots.push(at.path);
-        }
-    }
-    spots
-}
 
 /// Gains to three digits, as a file states them.
 pub(super) fn rounded(control: &Control) -> Control {
@@ -383,7 +392,8 @@ pub(super) fn rounded(control: &Control) -> Control {
             three_digits(each.bandwidth / std::f64::consts::TAU) * std::f64::consts::TAU;
         [&mut each.size, &mut each.rate].into_iter().for_each(round);
     }
-    [&mut limits.following.rate, &mut limits.following.size].into_iter().for_each(round);
+    let following = &mut limits.following;
+    [&mut following.rate, &mut following.along, &mut following.size].into_iter().for_each(round);
     for table in control.laws.values_mut() {
         for (_, value) in table.iter_mut() {
             if let toml::Value::Float(value) = value {

@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 use trueweld_evaluate::certify::{
     FaultTrial, RareFailure, Requirement, SampledCell, Sensitivity, Trial, Verdict, WeakPoint,
 };
-use trueweld_evaluate::margins::{CHANNEL_NAMES, Margin, Margins};
+use trueweld_evaluate::margins::{CHANNEL_NAMES, Condition, Margin, Margins};
 use trueweld_evaluate::{Distribution, Group, UncertainCell};
 use trueweld_plant::provenance::{FileDigest, Provenance};
 
@@ -248,12 +248,22 @@ pub struct WorstCell {
     pub figures: Option<TrialFigures>,
 }
 
-/// The loop at one place of the weld.
+/// The loop at one place of the weld, with one slope of friction.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MarginPlace {
     /// Path position, m.
     pub path_m: f64,
+    /// Push there, N.
+    pub push_n: f64,
+    /// Feed there, m/s.
+    pub feed_m_s: f64,
+    /// Whether push and feed are still rising, or the tool has come to its end.
+    pub ramp: bool,
+    /// What the drives' friction is taken for: `viscous`, `at-speed` or `full`.
+    pub friction: String,
+    /// Index of the drawn cell; `null` for the nominal one.
+    pub draw: Option<u64>,
     /// Largest magnitude of a closed-loop pole; `null` where the loop runs away.
     pub spectral_radius: Option<f64>,
     /// Whether only a limit holds the loop.
@@ -469,7 +479,8 @@ impl WeakMargin {
 }
 
 impl MarginPlace {
-    fn of(at: &Margins) -> Self {
+    fn of(margins: &Margins) -> Self {
+        let Condition { at, friction, draw } = margins.of;
         let one = |margin: &Margin| LoopMargins {
             gain: finite(margin.gain),
             fall: finite(margin.fall),
@@ -477,20 +488,25 @@ impl MarginPlace {
             modulus: finite(margin.modulus),
             delay_s: finite(margin.delay),
         };
-        let channels = at.channels.map(|channels| {
+        let channels = margins.channels.map(|channels| {
             let named = CHANNEL_NAMES.iter().zip(&channels);
             named.map(|(name, margin)| ((*name).to_owned(), one(margin))).collect()
         });
         Self {
             path_m: at.path,
-            spectral_radius: finite(at.spectral_radius),
-            held_at_a_limit: at.held,
+            push_n: at.push,
+            feed_m_s: at.feed,
+            ramp: at.ramp,
+            friction: friction.name().to_owned(),
+            draw,
+            spectral_radius: finite(margins.spectral_radius),
+            held_at_a_limit: margins.held,
             channels,
-            disk: at.disk[0],
-            drive_disk: at.disk[1],
+            disk: margins.disk[0],
+            drive_disk: margins.disk[1],
             passivity: LoopPassivity {
-                needed_ns_m: finite(at.passivity.needed_ns_m),
-                there_ns_m: finite(at.passivity.there_ns_m),
+                needed_ns_m: finite(margins.passivity.needed_ns_m),
+                there_ns_m: finite(margins.passivity.there_ns_m),
             },
         }
     }

@@ -104,7 +104,7 @@ pub(crate) fn of_case(weld: &CertifiedWeld, case: EvidenceKind) -> String {
             format!("Worst cell found in {}", counted(evidence.worst.runs.len(), "run"))
         }
         EvidenceKind::Margins => {
-            format!("Margins of the loop at {}", counted(evidence.margins.len(), "place"))
+            format!("Margins of the loop in {}", counted(evidence.margins.len(), "condition"))
         }
         EvidenceKind::Faults => {
             format!("Instruments that fail, {}", counted(evidence.faults.len(), "fault"))

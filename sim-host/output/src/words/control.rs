@@ -81,6 +81,7 @@ fn gains(out: &mut String, control: &Control) {
         ("max_translation_rate_m_s", limits.lateral.rate),
         ("max_rotation_rate_rad_s", limits.orientation.rate),
         ("following_rad_s", limits.following.rate),
+        ("following_along_rad_s", limits.following.along),
         ("following_max_m", limits.following.size),
     ]));
     for (law, table) in control.laws.iter().filter(|(_, table)| !table.is_empty()) {

@@ -3,6 +3,7 @@
 use trueweld_evaluate::certify::{
     EvidenceKind, Held, Pace, Reason, Requirement, Shortfall, Symptom, Verdict, figure,
 };
+use trueweld_evaluate::margins::{Condition, FrictionSlope};
 
 /// A requirement's name.
 pub(crate) fn label(key: &str) -> &str {
@@ -73,20 +74,21 @@ pub(crate) fn reason(of: &Requirement) -> Option<String> {
                 percent(of.confidence)
             )
         }
-        Reason::Margin { path, channel } => {
+        Reason::Margin { of: condition, channel } => {
             let [reached, limit] = [of.achieved, of.limit].map(|v| shown(of.name, v));
             format!(
-                "{path:.2} m along the weld, the {} of {channel} is {reached} (limit {limit})",
+                "{}, the {} of {channel} is {reached} (limit {limit})",
+                under(condition),
                 label(of.name).trim_end_matches(", drives")
             )
         }
-        Reason::Unstable { path, held, spectral_radius } => {
+        Reason::Unstable { of: condition, held, spectral_radius } => {
             let why = match spectral_radius {
                 _ if *held => "only a limit holds it".to_owned(),
                 radius if radius.is_finite() => format!("spectral radius {radius:.4}"),
                 _ => "it runs away".to_owned(),
             };
-            format!("{path:.2} m along the weld, the loop is not stable: {why}")
+            format!("{}, the loop is not stable: {why}", under(condition))
         }
         Reason::Fault { fault, worst: Shortfall { failed: Some(why), .. }, .. } => {
             format!("with a {fault} the weld is not made: {why}")
@@ -107,6 +109,25 @@ pub(crate) fn reason(of: &Requirement) -> Option<String> {
             why
         }
     })
+}
+
+/// Where in the weld a loop was looked at, with which friction and in which cell.
+fn under(condition: &Condition) -> String {
+    let Condition { at, friction, draw } = condition;
+    let mut place = format!("{:.2} m along the weld", at.path);
+    if at.ramp {
+        let feed = if at.feed > 0.0 { "as the feed rises" } else { "with the tool standing" };
+        place += &format!(", {feed} at {:.0} kN", at.push / 1e3);
+    }
+    place += match friction {
+        FrictionSlope::Viscous => ", viscous friction alone",
+        FrictionSlope::AtSpeed => "",
+        FrictionSlope::Full => ", the drives held by their friction",
+    };
+    if let Some(index) = draw {
+        place += &format!(", in drawn cell {index}");
+    }
+    place
 }
 
 fn too_few(of: &Requirement, trials: usize, enough: Option<usize>) -> String {
@@ -210,6 +231,7 @@ mod tests {
     use super::*;
     use trueweld_evaluate::Rate;
     use trueweld_evaluate::certify::Beyond;
+    use trueweld_evaluate::margins::OperatingPoint;
 
     /// A requirement that is not met for a reason.
     fn told(case: EvidenceKind, name: &'static str, reason: Reason) -> String {
@@ -279,9 +301,20 @@ mod tests {
             let reason = Reason::Rare { allowed: 1e-4, probability: 2e-4, reached };
             all += &told(Rare, "of_limit", reason);
         }
-        all += &told(Margins, "gain_margin", Reason::Margin { path: 1.2, channel: "force" });
+        let at = OperatingPoint { path: 1.2, push: 18e3, feed: 0.01, ramp: false };
+        let of = Condition { at, friction: FrictionSlope::AtSpeed, draw: None };
+        let standing = OperatingPoint { push: 9e3, feed: 0.0, ramp: true, ..at };
+        let conditions = [
+            of,
+            Condition { friction: FrictionSlope::Viscous, draw: Some(3), ..of },
+            Condition { at: standing, friction: FrictionSlope::Full, ..of },
+            Condition { at: OperatingPoint { feed: 0.005, ..standing }, ..of },
+        ];
+        for of in conditions {
+            all += &told(Margins, "gain_margin", Reason::Margin { of, channel: "force" });
+        }
         for (held, spectral_radius) in [(true, 0.9), (false, 1.02), (false, f64::INFINITY)] {
-            let reason = Reason::Unstable { path: 1.2, held, spectral_radius };
+            let reason = Reason::Unstable { of, held, spectral_radius };
             all += &told(Margins, "gain_margin", reason);
         }
         let faults = [

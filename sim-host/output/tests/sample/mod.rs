@@ -18,7 +18,9 @@ use trueweld_evaluate::certify::{
     ShownKind, ShownRun, Symptoms, Trend, Trial, WorstCase, judge, weak_points,
 };
 use trueweld_evaluate::laws::{Change, LawComparison, NoFigures, Sweep, VariedQuantity};
-use trueweld_evaluate::margins::{CHANNELS, Margin, Margins, Passivity};
+use trueweld_evaluate::margins::{
+    CHANNELS, Condition, FrictionSlope, Margin, Margins, OperatingPoint, Passivity,
+};
 use trueweld_evaluate::{Requirements, StepFigures, UncertainCell, WELD_FIGURES, WeldFigures};
 use trueweld_measure::data::log::{Log, LogKind, LogNotice};
 use trueweld_measure::diagnose::evidence::{Axis, EffectCurve, Ordinate};
@@ -679,14 +681,27 @@ pub fn certificate() -> CertifyReport<'static> {
     };
     let margin =
         Margin { gain: 2.5, fall: f64::INFINITY, phase: 0.6, modulus: 0.55, delay: f64::INFINITY };
+    let condition = |path: f64| Condition {
+        at: OperatingPoint { path, push: 18e3, feed: 0.01, ramp: false },
+        friction: FrictionSlope::AtSpeed,
+        draw: None,
+    };
     let place = |path: f64| Margins {
-        path,
+        of: condition(path),
         spectral_radius: 0.991,
         held: false,
         channels: Some([margin; CHANNELS]),
         disk: [0.5, 0.7],
         passivity: Passivity { needed_ns_m: 9e4, there_ns_m: 1e3 },
     };
+    let stuck = Margins {
+        of: Condition { friction: FrictionSlope::Full, ..condition(0.0) },
+        channels: Some([Margin { modulus: 0.52, ..margin }; CHANNELS]),
+        ..place(0.0)
+    };
+    let drawn = Margins { of: Condition { draw: Some(1), ..condition(1.0) }, ..place(1.0) };
+    let standing = OperatingPoint { feed: 0.0, ramp: true, ..condition(2.0).at };
+    let ramp = Margins { of: Condition { at: standing, ..condition(2.0) }, ..place(2.0) };
     let away = Margins { spectral_radius: 1.02, channels: None, disk: [0.0; 2], ..place(2.0) };
     let fault = |fault: &str, value: f64| FaultTrial {
         fault: fault.to_owned(),
@@ -706,7 +721,7 @@ pub fn certificate() -> CertifyReport<'static> {
             runs: vec![worst.clone()],
             worst: Some(worst),
         },
-        margins: vec![place(0.0), away],
+        margins: vec![place(0.0), stuck, away, ramp, drawn],
         faults: vec![
             fault("force sensor stuck at its last value", 1e-5),
             fault("seam sensor dropped", 0.02),

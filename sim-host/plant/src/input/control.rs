@@ -174,6 +174,7 @@ fn compensation(table: &Table<'_>) -> Result<CompensationLimits, InputError> {
         "max_translation_rate_m_s",
         "max_rotation_rate_rad_s",
         "following_rad_s",
+        "following_along_rad_s",
         "following_max_m",
     ])?;
     let bandwidth = table.quantity("bandwidth_hz")? * std::f64::consts::TAU;
@@ -190,6 +191,11 @@ fn compensation(table: &Table<'_>) -> Result<CompensationLimits, InputError> {
         },
         following: FollowingGains {
             rate: table.quantity("following_rad_s")?,
+            along: if table.has("following_along_rad_s") {
+                table.quantity("following_along_rad_s")?
+            } else {
+                table.quantity("following_rad_s")?
+            },
             size: table.quantity("following_max_m")?,
         },
     })

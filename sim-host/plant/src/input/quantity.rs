@@ -159,6 +159,7 @@ pub static QUANTITIES: &[Quantity] = &[
     row("max_translation_rate_m_s", [1e-6, 10.0], [1e-4, 1.0], "limit of its rate"),
     row("max_rotation_rate_rad_s", [1e-6, 10.0], [1e-4, 2.0], "limit of its rate"),
     row("following_rad_s", [1e-3, 1e4], [0.01, 500.0], "bandwidth of following"),
+    row("following_along_rad_s", [1e-3, 1e4], [0.01, 500.0], "bandwidth of following"),
     row("following_max_m", [1e-6, 1.0], [1e-5, 0.1], "limit of following"),
     // Options of the command line.
     row("spindle_rpm", [0.0, 3e4], [50.0, 6000.0], "speed of the spindle"),

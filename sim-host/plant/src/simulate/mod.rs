@@ -14,6 +14,6 @@ pub use error::RunError;
 pub use limits::{LimitKind, LimitSpan, limit_spans};
 pub use program::{Program, Seam, Target};
 pub use record::{Phase, RecordRow, Recording};
-pub use run::{run, run_after, run_passes};
+pub use run::{SimulatedCell, run, run_after, run_passes};
 pub use scenario::{Controller, Scenario};
 pub use start::{Taught, encoder_offset, real_inverse_near, start_angles};

@@ -154,7 +154,8 @@ fn tool_axis(pose: &Pose<f64>) -> Vector3<f64> {
 }
 
 /// The nonlinear cell, integrated.
-struct SimulatedCell<'a> {
+#[derive(Debug)]
+pub struct SimulatedCell<'a> {
     cell: &'a Cell,
     stepper: Stepper,
     state: State,
@@ -162,7 +163,8 @@ struct SimulatedCell<'a> {
 }
 
 impl<'a> SimulatedCell<'a> {
-    fn new(cell: &'a Cell, stepper: Stepper, state: State) -> Self {
+    /// A cell in this state.
+    pub fn new(cell: &'a Cell, stepper: Stepper, state: State) -> Self {
         Self { cell, stepper, state, at: cell.evaluate(0.0, &state) }
     }
 }

@@ -152,13 +152,18 @@ pub(super) fn worst_runs(weld: &CertifiedWeld) -> Vec<Figure> {
     SIGNALS.iter().map(of_signal).collect()
 }
 
-/// Every margin along the seam, of the corrections and of the drives, with its limit.
+/// Every margin along the nominal weld at work, the least over the slopes of friction, of the
+/// corrections and of the drives, with its limit.
 pub(super) fn margins(weld: &CertifiedWeld) -> Vec<Figure> {
-    let map = &weld.evidence.margins;
-    if map.is_empty() {
+    let same = |a: &Margins, b: &Margins| (a.of.at, a.of.draw) == (b.of.at, b.of.draw);
+    let places = weld.evidence.margins.chunk_by(same);
+    let map: Vec<&[Margins]> =
+        places.filter(|at| !at[0].of.at.ramp && at[0].of.draw.is_none()).collect();
+    let place = |at: &[Margins]| at[0].of.at.path * MILLI;
+    let (Some(first), Some(last)) = (map.first(), map.last()) else {
         return Vec::new();
-    }
-    let ends = [map[0].path, map[map.len() - 1].path].map(|path| path * MILLI);
+    };
+    let ends = [first, last].map(|at| place(at));
     let of_corrections = MARGIN_FIGURES.iter().filter(|of| !of.figure.key.starts_with("drive_"));
     let figures = of_corrections.map(|of| {
         let (factor, unit) = scale(of.figure.key);
@@ -167,8 +172,9 @@ pub(super) fn margins(weld: &CertifiedWeld) -> Vec<Figure> {
             MARGIN_FIGURES.iter().filter(|f| [of.figure.key, &drives].contains(&f.figure.key));
         let mut lines = Vec::new();
         for (k, f) in pair.enumerate() {
-            let value = |at: &Margins| factor * (f.value)(at).0;
-            let points = map.iter().map(|at| (at.path * MILLI, value(at)));
+            let least = |at: &[Margins]| at.iter().map(|at| (f.value)(at).0).reduce(f64::min);
+            let points =
+                map.iter().map(|at| (place(at), factor * least(at).unwrap_or(f64::INFINITY)));
             lines.push(Line {
                 name: ["corrections and force", "drives"][k].to_owned(),
                 color: color::run(k),

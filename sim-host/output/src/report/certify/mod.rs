@@ -66,7 +66,7 @@ impl Report for CertifyReport<'_> {
             );
             document.section(
                 Medium::Page,
-                "Margins of the sampled loop along the weld, in the nominal cell",
+                "Margins of the sampled loop along the weld, the least over all slopes of friction",
                 Block::Figures(figures::margins(weld)),
             );
             document.push_on(Medium::Page, Block::Table(weld.margins_table()));
@@ -162,7 +162,13 @@ impl CertifiedWeld {
             rows.push(vec![
                 words(format!("  {}", label(r.name))),
                 number(shown(r.name, r.limit)),
-                number(shown(r.name, r.achieved)).bad(not),
+                // A margin without end is met; anything else without end is none.
+                number(if r.achieved.is_infinite() && !not {
+                    "any".to_owned()
+                } else {
+                    shown(r.name, r.achieved)
+                })
+                .bad(not),
                 beyond,
                 probability,
                 words(verdict_word(r.verdict)).bad(not),
@@ -234,29 +240,47 @@ impl CertifiedWeld {
         Table { head: vec![head.map(number).to_vec()], rows }
     }
 
+    /// One row for every operating point and cell, with the least over the slopes of friction.
     fn margins_table(&self) -> Table {
-        let heads = || [words("path"), number("spectral radius")].into_iter();
-        let names = heads().chain(MARGIN_FIGURES.iter().map(|of| number(of.figure.label)));
+        let heads = ["path", "push, kN", "feed, mm/s", "cell", "friction", "spectral radius"];
+        let names = heads.map(words).into_iter();
+        let names = names.chain(MARGIN_FIGURES.iter().map(|of| number(of.figure.label)));
         let limits = MARGIN_FIGURES.iter().map(|of| {
             let limit = self.limit(EvidenceKind::Margins, of.figure.key);
             number(limit.map_or(String::new(), |limit| shown(of.figure.key, limit)))
         });
-        let limits = [words("limit"), number("1")].into_iter().chain(limits);
-        let row = |at: &Margins| -> Vec<Cell> {
-            let radius =
-                if at.held { "at a limit".to_owned() } else { fixed(at.spectral_radius, 4) };
-            let first =
-                [words(format!("{:.2} m", at.path)), number(radius).bad(at.channels.is_none())];
+        let limits =
+            ["limit", "", "", "", "", "1"].map(words).into_iter().chain(limits).collect::<Vec<_>>();
+        let row = |slopes: &[Margins]| -> Vec<Cell> {
+            let of = slopes[0].of;
+            let modulus = |at: &Margins| {
+                at.channels.map_or(0.0, |all| all.iter().map(|m| m.modulus).fold(1.0, f64::min))
+            };
+            let least = slopes.iter().min_by(|a, b| modulus(a).total_cmp(&modulus(b)));
+            let largest = slopes.iter().map(|at| at.spectral_radius).fold(0.0, f64::max);
+            let held = slopes.iter().any(|at| at.held);
+            let radius = if held { "at a limit".to_owned() } else { fixed(largest, 4) };
+            let first = [
+                words(format!("{:.2} m", of.at.path)),
+                number(fixed(of.at.push / 1e3, 1)),
+                number(fixed(of.at.feed * 1e3, 0)),
+                words(of.draw.map_or("nominal".to_owned(), |index| format!("drawn {index}"))),
+                words(least.map_or("", |at| at.of.friction.name())),
+                number(radius).bad(slopes.iter().any(|at| at.channels.is_none())),
+            ];
             let margins = MARGIN_FIGURES.iter().map(|of| {
-                let (name, (least, _)) = (of.figure.key, (of.value)(at));
+                let name = of.figure.key;
+                let each = slopes.iter().map(|at| (of.value)(at).0);
+                let least = each.fold(f64::INFINITY, f64::min);
                 let text = if least.is_infinite() { "any".to_owned() } else { shown(name, least) };
                 let limit = self.limit(EvidenceKind::Margins, name);
                 number(text).bad(limit.is_some_and(|limit| least < limit))
             });
             first.into_iter().chain(margins).collect()
         };
-        let rows = self.evidence.margins.iter().map(row).collect();
-        Table { head: vec![names.collect(), limits.collect()], rows }
+        let same = |a: &Margins, b: &Margins| (a.of.at, a.of.draw) == (b.of.at, b.of.draw);
+        let rows = self.evidence.margins.chunk_by(same).map(row).collect();
+        Table { head: vec![names.collect(), limits], rows }
     }
 
     fn faults_table(&self) -> Table {
