@@ -121,7 +121,7 @@ impl Struck {
         let fault =
             Some(InstrumentFault { instrument, failure, from: FAILS, until: FAILS + self.lasts });
         let scenario = fixtures.scenario(&cell, Program::Weld, Controller::External, &self.law);
-        // A tool that is lifted off strikes the plate when it comes back.
+        // A tool that is lifted off hits the plate when it comes back.
         let plant_step = if instrument == Instrument::ForceSensor { 2.5e-4 } else { 2e-3 };
         let scenario = Scenario { sensors: &sensors, plant_step, ..scenario };
         let runs = [fault, None]

@@ -325,7 +325,7 @@ impl Path<'_> {
     }
 }
 
-/// Residuals of a model on other logs; what each log has of its own is found afresh there.
+/// Residuals of a model on other logs; what each log has of its own is found there.
 fn elsewhere(
     bench: &FitProblem,
     held_out: &HeldOut,

@@ -22,7 +22,7 @@ struct NotAsked;
 const BEGINS: f64 = 0.4;
 
 /// Longest plant step where the force sensor fails, s. A force loop that is lied to may lift the
-/// tool off and let it strike the plate; at 1 ms such a blow throws the simulated arm by a metre,
+/// tool off and let it hit the plate; at 1 ms such a blow throws the simulated arm by a metre,
 /// at 0.25 ms it ends as at 0.05 ms, within 0.01 mm.
 const BLOW_STEP: f64 = 2.5e-4;
 

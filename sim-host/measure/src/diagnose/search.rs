@@ -127,7 +127,7 @@ fn scaled(effect: &Effect, factor: f64) -> Effect {
 const FACTORS: [f64; 6] = [0.4, 1.0, 2.5, 6.0, 15.0, 40.0];
 
 /// Fits hypotheses, best first: all of them roughly, those that come near the best in full, the
-/// best with slopes taken afresh.
+/// best with new slopes.
 pub(super) fn fit_all(ground: &Context<'_>, screened: &[&Screened]) -> Vec<Fitted> {
     let in_time = screened.par_iter().filter(|_| !ground.bench.is_late());
     let cheapest = |fits: Vec<Fitted>| fits.into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost));

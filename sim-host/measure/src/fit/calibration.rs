@@ -36,7 +36,7 @@ pub fn per_log(bench: &FitProblem, effects: &[Effect]) -> FitState {
 }
 
 /// The calibrations that these logs can show anything of, all at nothing, after what is fitted
-/// afresh in each log anyway. Those of each log come first, then how links are mounted: residuals
+/// in each log anyway. Those of each log come first, then how links are mounted: residuals
 /// are in proportion to them, and their slopes are taken once.
 pub fn calibrations(bench: &FitProblem) -> FitState {
     let mut point = per_log(bench, &bench.per_log);

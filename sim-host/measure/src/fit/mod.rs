@@ -32,7 +32,7 @@ pub struct FitProblem {
     pub model: Model,
     /// Effects the model has, that are not fitted here.
     pub known: Vec<Effect>,
-    /// Effects the model has whose values every log has of its own, fitted afresh.
+    /// Effects the model has whose values every log has of its own, fitted to it.
     pub per_log: Vec<Effect>,
     /// Effects of the user's own that are hypotheses, beside the library's.
     pub own: Vec<Effect>,
@@ -44,7 +44,7 @@ pub struct FitProblem {
 
 impl FitProblem {
     /// Makes ready what a model file and experiments say: an effect with values of its own in every
-    /// log is fitted afresh, and an effect of the user's own whose sizes all stand where there is
+    /// log is fitted to each, and an effect of the user's own whose sizes all stand where there is
     /// no effect is a hypothesis.
     pub fn new(file: &ModelFile, experiments: Vec<Experiment>) -> Self {
         let model = Model { robot: file.robot.robot.clone(), process: file.process.clone() };

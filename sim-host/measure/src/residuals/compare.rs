@@ -165,7 +165,7 @@ pub fn experiments(logs: &[Log], model: &Model) -> Result<Vec<Experiment>, Predi
 }
 
 /// Compares a model with the logs that a bench was made of. What every log has of its own
-/// (`scope = "log"`) is fitted afresh to each, and the notices say so. `done` is called with the
+/// (`scope = "log"`) is fitted to each, and the notices say so. `done` is called with the
 /// number of every log that is done, from several threads.
 ///
 /// # Errors

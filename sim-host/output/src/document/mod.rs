@@ -103,7 +103,7 @@ impl Document {
         }
     }
 
-    /// Adds a block beneath a heading; neither where the block is empty.
+    /// Adds a block with a heading above it; neither where the block is empty.
     pub(crate) fn section(&mut self, medium: Medium, heading: &str, block: Block) {
         let before = self.blocks.len();
         self.push_on(medium, block);

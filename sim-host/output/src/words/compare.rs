@@ -101,7 +101,7 @@ pub(crate) fn notice(notice: &Notice) -> String {
             };
             let found: Vec<String> = found.iter().map(of_log).collect();
             format!(
-                "{name} has values of its own in every log (scope = \"log\"); they were fitted afresh here, so that this part of the \
+                "{name} has values of its own in every log (scope = \"log\"); they were fitted to these logs, so that this part of the \
                  score is no test of the model: {}",
                 found.join("; ")
             )

@@ -57,8 +57,7 @@ fn comments(origin: &Origin, names: &str, logs: &[Log]) -> EffectComments {
             };
             let count = all.first().map_or(0, |f| f.effect.values.len());
             EffectComments {
-                effect: "Each log has its own, fitted afresh in every other; below the mean."
-                    .to_owned(),
+                effect: "Each log has its own, fitted to it; below the mean.".to_owned(),
                 parameters: (0..count).map(parameter).collect(),
             }
         }

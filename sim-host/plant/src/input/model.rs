@@ -31,7 +31,7 @@ use std::path::{Component, Path, PathBuf};
 pub enum Scope {
     /// For all logs of a campaign.
     Campaign,
-    /// For one log: they are fitted afresh to each, and the file's are where a fit starts.
+    /// For one log: they are fitted to each anew, and the file's are where a fit starts.
     Log,
 }
 
@@ -253,7 +253,7 @@ fn scope(table: &Table<'_>) -> Result<Scope, InputError> {
         "log" => Ok(Scope::Log),
         _ => {
             let help =
-                "One set of values for the whole campaign, or one for each log, fitted afresh.";
+                "One set of values for the whole campaign, or one for each log, fitted to it.";
             Err(table.wrong("scope", "\"campaign\" or \"log\"", help))
         }
     }
