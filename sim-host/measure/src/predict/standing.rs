@@ -343,7 +343,7 @@ impl Standing {
     pub(super) fn residual(&self, robot: &ElasticRobot, motion: &Motion, residual: &mut Vec<f64>) {
         let tool: Vec<Pose<f64>> = match &self.band {
             None => self.rows.iter().map(|row| motion.tool[*row]).collect(),
-            Some(band) => self.smoothed(band, motion, robot.ports.delay(Channel::Tracker)),
+            Some(band) => self.smoothed(band, robot, motion),
         };
         let sensed: Vec<Pose<f64>> = self
             .rows
@@ -364,8 +364,9 @@ impl Standing {
         }
     }
 
-    /// The tool's poses in the band of a weld, as they were `late` s before, at every compared row.
-    fn smoothed(&self, band: &LowPass, motion: &Motion, late: f64) -> Vec<Pose<f64>> {
+    /// The tool's poses in the band of a weld, as late as the tracker is, at every compared row.
+    fn smoothed(&self, band: &LowPass, robot: &ElasticRobot, motion: &Motion) -> Vec<Pose<f64>> {
+        let late = robot.ports.delay(Channel::Tracker);
         let n = motion.tool.len();
         // Turned from the middle one: along a straight seam the tool turns by little.
         let middle = motion.tool[n / 2].rotation;
@@ -383,9 +384,23 @@ impl Standing {
                 if late == 0.0 { now } else { now - late * band.at(1, |k| columns[c][k], n, row) }
             };
             let turned = Vector3::new(value(3), value(4), value(5));
+            // What dampers carry and what the links' own acceleration takes while the load changes,
+            // the springs need not: a micrometre in the ramps of a weld.
+            let twist = |derivative: usize| {
+                JointVector::from_fn(|i, _| {
+                    let of = |k: usize| self.motors[k].angle[i] - motion.link[k][i];
+                    band.at(derivative, of, n, row)
+                })
+            };
+            let frames = robot.model.frames(&motion.link[row]);
+            let spared = robot.model.damping().component_mul(&twist(1))
+                + robot.model.crba(&frames) * twist(2);
+            let by = frames.jacobian().0 * spared.component_div(robot.model.stiffness());
+            let by = |first: usize| by.fixed_rows::<3>(first).into_owned();
+            let rotation = middle * rotation_from_vector(&turned);
             Pose {
-                position: Vector3::new(value(0), value(1), value(2)),
-                rotation: middle * rotation_from_vector(&turned),
+                position: Vector3::new(value(0), value(1), value(2)) + by(3),
+                rotation: rotation * rotation_from_vector(&rotation.tr_mul(&by(0))),
             }
         };
         self.rows.iter().map(|row| at(*row)).collect()

@@ -93,9 +93,11 @@ pub struct LogComparison {
     pub samples: usize,
     /// Every channel that is compared.
     pub channels: Vec<ChannelComparison>,
-    /// Measured and predicted, a column a trace; the amplitudes at the spindle's orders are left
-    /// out.
+    /// Measured and predicted over time, a column a trace.
     pub traces: Vec<Trace>,
+    /// The same of the force's amplitudes at the spindle's orders, of a stretch of the weld around
+    /// each instant: a trace for the cosine and one for the sine, labelled `x order 2 cosine`.
+    pub lines: Vec<Trace>,
 }
 
 /// A model against one channel of a log, or against one column of it.
@@ -271,6 +273,7 @@ fn of_log(log: &Log, experiment: &Experiment, prediction: &Prediction) -> LogCom
         }
     }
     let channels = names.iter().map(|name| channel(log, name, &pairs)).collect();
+    let [traces, lines] = traces(log, &pairs);
     LogComparison {
         path: log.path.clone(),
         name: log.name.clone(),
@@ -278,7 +281,8 @@ fn of_log(log: &Log, experiment: &Experiment, prediction: &Prediction) -> LogCom
         score: root_mean_square(&prediction.residual),
         samples: pairs.len(),
         channels,
-        traces: traces(log, &pairs),
+        traces,
+        lines,
     }
 }
 
@@ -322,30 +326,33 @@ fn figures(name: String, pairs: &[(&Compared, f64)]) -> ChannelComparison {
     }
 }
 
-fn traces(log: &Log, pairs: &[(&Compared, f64)]) -> Vec<Trace> {
-    let mut traces: Vec<Trace> = Vec::new();
+/// What was compared over time, and the amplitudes at the spindle's orders.
+fn traces(log: &Log, pairs: &[(&Compared, f64)]) -> [Vec<Trace>; 2] {
+    let mut traces: Vec<(Quantity, Trace)> = Vec::new();
     let start = log.samples.time.first().copied().unwrap_or(0.0);
     for (compared, residual) in pairs {
-        if matches!(compared.quantity, Quantity::Ripple { .. }) {
-            continue;
-        }
-        let (channel, column) = (compared.quantity.channel(), compared.component);
-        let found = traces.iter().rposition(|t| t.channel == channel && t.column == column);
+        let (quantity, column) = (compared.quantity, compared.component);
+        let found = traces.iter().rposition(|(of, t)| *of == quantity && t.column == column);
         let place = found.unwrap_or_else(|| {
-            traces.push(Trace {
-                channel,
+            let mut label = column_label(log, quantity, column);
+            if let Quantity::Ripple { order, sine } = quantity {
+                label += &format!(" order {order} {}", if sine { "sine" } else { "cosine" });
+            }
+            let trace = Trace {
+                channel: quantity.channel(),
                 column,
-                label: column_label(log, compared.quantity, column),
-                unit: compared.quantity.unit(),
+                label,
+                unit: quantity.unit(),
                 time: Vec::new(),
                 measured: Vec::new(),
                 predicted: Vec::new(),
                 deviation: Vec::new(),
-            });
+            };
+            traces.push((quantity, trace));
             traces.len() - 1
         });
         let difference = residual * compared.deviation;
-        let trace = &mut traces[place];
+        let (_, trace) = &mut traces[place];
         trace.time.push(log.samples.time[compared.row] - start);
         // A rotation has no measured value that could be drawn over a predicted one: its difference
         // is drawn over nothing.
@@ -355,7 +362,9 @@ fn traces(log: &Log, pairs: &[(&Compared, f64)]) -> Vec<Trace> {
         trace.predicted.push(measured - difference);
         trace.deviation.push(compared.deviation);
     }
-    traces
+    let (lines, traces): (Vec<_>, Vec<_>) =
+        traces.into_iter().partition(|(of, _)| matches!(of, Quantity::Ripple { .. }));
+    [traces, lines].map(|of| of.into_iter().map(|(_, trace)| trace).collect())
 }
 
 fn root_mean_square(values: &[f64]) -> f64 {

@@ -10,7 +10,9 @@ const NUMBERS: [&str; 5] = ["time_s", "measured", "predicted", "residual", "nois
 /// Logs under models: the model's name, the part that the logs had, and the logs.
 pub(crate) fn of_logs<'a>(groups: Vec<([&'static str; 2], &'a [LogComparison])>) -> Samples<'a> {
     let traces = groups.into_iter().flat_map(|(group, logs)| {
-        let of_log = move |log: &'a LogComparison| log.traces.iter().map(move |t| (group, log, t));
+        let of_log = move |log: &'a LogComparison| {
+            log.traces.iter().chain(&log.lines).map(move |t| (group, log, t))
+        };
         logs.iter().flat_map(of_log)
     });
     let block = |([model, role], log, trace): ([&'static str; 2], &'a LogComparison, &'a Trace)| {

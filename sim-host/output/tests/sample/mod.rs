@@ -376,6 +376,7 @@ pub fn comparison() -> Comparison {
         samples: 3 * rows,
         channels: vec![channel],
         traces: (0..3).map(trace).collect(),
+        lines: Vec::new(),
     };
     Comparison {
         score: 2.72,

@@ -5,16 +5,26 @@
 //! the contact, in W:
 //!
 //! ```text
-//! δx = G θₙ + C δF,   δF = Fₙ − Z δx   →   (1 + Z C) δF = Fₙ − Z G θₙ
+//! δx = G θₙ + C δF,   δF = Fₙ + Nₙ − Z δx   →   (1 + Z C) δF = Fₙ + Nₙ − Z G θₙ
 //! H = (K + iωD − ω²M)⁻¹,   G = J H (K + iωD),   C = J H Jᵀ
 //! ```
+//!
+//! Fₙ is the ripple of the force on a tool that does not shake. Nₙ is of second order, ripple times
+//! shake and shake times shake: at 10 Hz drag follows the tool's speed and the ripple turns, and both
+//! together make a line at 20 Hz. Where arm and motors take away most of a line that is what is left.
+//!
+//! The two parts of δF, what the ripple makes and what the motors' motion makes, are often far larger
+//! than their sum. An arm whose C is off by a share ε leaves ε (1 − (1 + Z C)⁻¹) δF in it, one whose
+//! G is leaves ε (1 + Z C)⁻¹ Z G θₙ, and one whose inertia is off, which changes both, the difference:
+//! the larger one counts as noise.
 
 use super::super::{Compared, Model, Quantity, sensed, unread};
-use super::tool::Weld;
+use super::tool::{Held, Weld};
 use crate::data::noise::Level;
 use nalgebra::{Complex, Matrix3, Matrix3x6, Matrix6, SVector, Vector3};
 use trueweld_core::JointVector;
-use trueweld_plant::process::Reaction;
+use trueweld_plant::input::Process;
+use trueweld_plant::process::{Reaction, reaction};
 use trueweld_plant::robot::{Channel, Ports, Readings};
 
 /// Orders of the spindle at which the force is compared, as far as the sampling tells them apart.
@@ -26,6 +36,14 @@ const APART: f64 = 2.0;
 /// Share to which the arm's compliance at the spindle's orders is known: its effects change it, and
 /// its motors.
 const COMPLIANCE_KNOWN: f64 = 0.5;
+
+/// Phases of a turn at which the force on a shaken tool is taken: products of three orders do not
+/// fold onto a lower one.
+const PHASES: usize = 32;
+
+/// Fall of the sum of squares from which on the lines tell another angle of the spindle than the
+/// format's 0 at the first row: that of a calibration of one value that is kept.
+const TOLD: f64 = 31.0;
 
 /// The spindle's lines in the force of a weld.
 #[derive(Debug, Clone)]
@@ -48,16 +66,14 @@ pub(super) struct Lines {
 }
 
 /// (1 + Z C)⁻¹ at one row and order, and what of the force comes with the motors' own motion.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 struct Closed {
     pass: Matrix3<Complex<f64>>,
     driven: Vector3<Complex<f64>>,
-    /// δx per δF.
-    compliance: Matrix3<Complex<f64>>,
-    /// What the motors move, the contact against them.
-    moved: Vector3<Complex<f64>>,
-    /// Size of the nominal ripple's force, N.
-    line: Vector3<f64>,
+    /// What comes with ripple and shake together, of the nominal process.
+    product: Vector3<Complex<f64>>,
+    /// Deviation that the arm's compliance leaves in the line, N.
+    arm: Vector3<f64>,
 }
 
 /// What shakes at one angular frequency, in W.
@@ -120,40 +136,45 @@ impl Lines {
             .zip(&smooth)
             .map(|(e, s)| e.iter().zip(s).map(|(a, b)| a - b).collect())
             .collect();
-        self.loops = weld
-            .rows
-            .iter()
-            .map(|&row| {
-                let (_, held) = weld.held(&process, row);
-                let q = JointVector::from_fn(|i, _| smooth[i][row]);
-                std::array::from_fn(|n| {
-                    let order = n + 1;
-                    let motor = SVector::<_, 6>::from_fn(|i, _| {
-                        self.amplitude_of(weld, order, row, |k| shaking[i][k])
-                    });
-                    let Shaken { compliance, pass, .. } =
-                        shaken(weld, model, &held, &q, turning(weld, order));
-                    let slow = shaken(weld, model, &held, &q, folded(weld, order));
-                    let free = slow.carried * motor;
-                    let driven = -(slow.pass * slow.contact * free);
-                    let moved = free + slow.compliance * driven;
-                    Closed { pass, driven, compliance, moved, line: Vector3::zeros() }
-                })
-            })
-            .collect();
-        // The nominal ripple shakes the tool: in step with the ripple itself it adds to the mean
-        // force.
         let force = weld.forces(&process, &Ports::default(), &weld.motion, None);
-        let mut amplitude = vec![[[Vector3::<Complex<f64>>::zeros(); 2]; ORDERS]; weld.rows.len()];
         let force = weld.quick_vectors(&force);
+        let mut amplitude = vec![[[Vector3::<Complex<f64>>::zeros(); 2]; ORDERS]; weld.rows.len()];
+        let mut loops = Vec::with_capacity(weld.rows.len());
         for (k, &row) in weld.rows.iter().enumerate() {
+            let held = weld.held(&process, row);
+            let q = JointVector::from_fn(|i, _| smooth[i][row]);
+            let mut closed = [Closed::default(); ORDERS];
+            let mut contact = [[Matrix3::zeros(); 2]; ORDERS];
             for n in self.orders.iter().map(|order| order - 1) {
-                let closed = &self.loops[k][n];
-                let force = closed.pass * self.amplitude(weld, n + 1, row, &force);
-                amplitude[k][n] = [closed.compliance * force, closed.moved];
-                self.loops[k][n].line = (force + closed.driven).map(|z| z.norm());
+                let motor = SVector::<_, 6>::from_fn(|i, _| {
+                    self.amplitude_of(weld, n + 1, row, |k| shaking[i][k])
+                });
+                let fast = shaken(weld, model, &held.reaction, &q, turning(weld, n + 1));
+                let slow = shaken(weld, model, &held.reaction, &q, folded(weld, n + 1));
+                let free = slow.carried * motor;
+                let driven = -(slow.pass * slow.contact * free);
+                let ripple = fast.pass * self.amplitude(weld, n + 1, row, &force);
+                // The nominal ripple shakes the tool, and the motors move it, the contact against
+                // them.
+                amplitude[k][n] = [fast.compliance * ripple, free + slow.compliance * driven];
+                contact[n] = [fast.contact, slow.contact];
+                // δ(1 + Z C)⁻¹ = −(1 + Z C)⁻¹ Z δC (1 + Z C)⁻¹; what is driven changes as G does.
+                let loop_off = ripple - fast.pass * ripple + driven - slow.pass * driven;
+                let arm =
+                    loop_off.zip_map(&driven, |a, b| COMPLIANCE_KNOWN * a.norm().max(b.norm()));
+                let product = Vector3::zeros();
+                closed[n] = Closed { pass: fast.pass, driven, product, arm };
             }
+            let shake = |phase: f64| self.at_phase(weld, &amplitude[k], phase);
+            let beside = beside_linear(&process, &held, shake);
+            for n in self.orders.iter().map(|order| order - 1) {
+                let linear =
+                    contact[n][0] * amplitude[k][n][0] + contact[n][1] * amplitude[k][n][1];
+                closed[n].product = closed[n].pass * (beside(n + 1) + linear);
+            }
+            loops.push(closed);
         }
+        self.loops = loops;
         // Before the first row and after the last one it shakes as it does there: what is slow
         // there reaches that far.
         for row in 0..weld.angle.len() {
@@ -161,38 +182,57 @@ impl Lines {
             let before = after.saturating_sub(1);
             let span = (weld.rows[after] - weld.rows[before]).max(1) as f64;
             let share = ((row as f64 - weld.rows[before] as f64) / span).clamp(0.0, 1.0);
-            for n in self.orders.iter().map(|order| order - 1) {
-                let wave = Complex::from_polar(1.0, (n + 1) as f64 * weld.angle[row]);
-                for (part, turning) in
-                    [turning(weld, n + 1), folded(weld, n + 1)].into_iter().enumerate()
-                {
-                    for c in 0..3 {
-                        let at = |k: usize| amplitude[k][n][part][c];
-                        let z = (at(before) * (1.0 - share) + at(after) * share) * wave;
-                        self.shake[row][0][c] += z.re;
-                        self.shake[row][1][c] += (z * Complex::new(0.0, turning)).re;
-                    }
-                }
-            }
+            let between: [[Vector3<Complex<f64>>; 2]; ORDERS] = std::array::from_fn(|n| {
+                std::array::from_fn(|part| {
+                    amplitude[before][n][part]
+                        .zip_map(&amplitude[after][n][part], |a, b| a * (1.0 - share) + b * share)
+                })
+            });
+            self.shake[row] = self.at_phase(weld, &between, weld.angle[row]);
         }
     }
 
-    /// By how much the spindle was ahead of the angles taken for it, rad: where the measured lines fit
-    /// the model's best.
-    pub fn start_angle(&self, weld: &Weld, model: &Model) -> f64 {
+    /// Position and velocity, in W, of a tool that shakes with these amplitudes, the spindle at an
+    /// angle: what the ripple makes turns with the spindle, what the motors move as their samples do.
+    fn at_phase(
+        &self,
+        weld: &Weld,
+        amplitude: &[[Vector3<Complex<f64>>; 2]; ORDERS],
+        angle: f64,
+    ) -> [Vector3<f64>; 2] {
+        let mut shake = [Vector3::zeros(); 2];
+        for &order in &self.orders {
+            let wave = Complex::from_polar(1.0, order as f64 * angle);
+            let rates = [turning(weld, order), folded(weld, order)];
+            for (part, rate) in amplitude[order - 1].iter().zip(rates) {
+                shake[0] += part.map(|z| (z * wave).re);
+                shake[1] += part.map(|z| (z * wave * Complex::new(0.0, rate)).re);
+            }
+        }
+        shake
+    }
+
+    /// By how much the spindle was ahead of the angles taken for it, rad: where the lines as they are
+    /// `compared` fit the model's best, should they tell that it was not at 0. What comes with the
+    /// motors' motion is as it was recorded, whatever the angle.
+    pub fn start_angle(&self, weld: &Weld, model: &Model, compared: &[Compared]) -> Option<f64> {
         /// Angles that are tried.
         const TRIED: usize = 720;
         let forces = weld.forces(&weld.process(model), &Ports::default(), &weld.motion, None);
-        let (still, measured) = (weld.quick_vectors(&forces), weld.quick_vectors(&weld.force));
+        let still = weld.quick_vectors(&forces);
         let mut match_of = [Complex::new(0.0, 0.0); ORDERS];
+        let mut values = compared.chunks_exact(6);
         for &order in &self.orders {
-            for (k, &row) in weld.rows.iter().enumerate() {
+            for ((k, &row), values) in weld.rows.iter().enumerate().zip(values.by_ref()) {
                 let closed = &self.loops[k][order - 1];
                 let to_tool = weld.rotation[row].transpose() * weld.seam.b_from_w.rotation;
-                let predicted = to_tool.map(|x| Complex::new(x, 0.0))
-                    * (closed.pass * self.amplitude(weld, order, row, &still));
-                let seen = self.amplitude(weld, order, row, &measured);
-                match_of[order - 1] += seen.zip_map(&predicted, |m, p| m.conj() * p).sum();
+                let to_tool = to_tool.map(|x| Complex::new(x, 0.0));
+                let ripple = to_tool * (closed.pass * self.amplitude(weld, order, row, &still));
+                let driven = to_tool * closed.driven;
+                for (c, pair) in values.chunks_exact(2).enumerate() {
+                    let seen = Complex::new(pair[0].measured, -pair[1].measured) - driven[c];
+                    match_of[order - 1] += seen.conj() * ripple[c] / pair[0].deviation.powi(2);
+                }
             }
         }
         let alike = |angle: f64| {
@@ -202,12 +242,15 @@ impl Lines {
             match_of.iter().enumerate().map(turned).sum::<f64>()
         };
         let angles = (0..TRIED).map(|k| k as f64 * std::f64::consts::TAU / TRIED as f64);
-        let best = angles.max_by(|a, b| alike(*a).total_cmp(&alike(*b))).unwrap_or(0.0);
+        let best = angles.max_by(|a, b| alike(*a).total_cmp(&alike(*b)))?;
+        if 2.0 * (alike(best) - alike(0.0)) < TOLD {
+            return None;
+        }
         // The top of the parabola through it and its neighbours.
         let step = std::f64::consts::TAU / TRIED as f64;
         let [low, top, high] = [best - step, best, best + step].map(alike);
         let bend = low - 2.0 * top + high;
-        if bend < 0.0 { best + 0.5 * step * (low - high) / bend } else { best }
+        Some(if bend < 0.0 { best + 0.5 * step * (low - high) / bend } else { best })
     }
 
     /// Lists what is compared at these orders, with its noise. `level`: of the measured force;
@@ -225,7 +268,7 @@ impl Lines {
             let beside = measured.each_ref().map(|series| self.beside(weld, order, series));
             for (k, &row) in weld.rows.iter().enumerate() {
                 let driven = self.driven_noise(weld, model, encoder, order, k);
-                let arm = self.loops[k][order - 1].line * COMPLIANCE_KNOWN;
+                let arm = self.loops[k][order - 1].arm;
                 let amplitude = self.amplitude(weld, order, row, &measured);
                 for c in 0..3 {
                     let through = white * weld.turned(&driven, row, c) + weld.turned(&arm, row, c);
@@ -276,7 +319,7 @@ impl Lines {
     ) -> Vector3<f64> {
         let row = weld.rows[k];
         let q = JointVector::from_fn(|i, _| self.encoder[row][i]);
-        let (_, held) = weld.held(&weld.process(model), row);
+        let held = weld.held(&weld.process(model), row).reaction;
         let Shaken { carried, contact, pass, .. } =
             shaken(weld, model, &held, &q, folded(weld, order));
         let noise = SVector::<_, 6>::from_fn(|i, _| Complex::new(encoder[i].deviation, 0.0));
@@ -327,7 +370,8 @@ impl Lines {
             let driven_back = Complex::from_polar(1.0, -folded(weld, order) * late_by);
             for (k, &row) in weld.rows.iter().enumerate() {
                 let closed = &self.loops[k][order - 1];
-                let ripple = closed.pass * self.amplitude(weld, order, row, &still);
+                let ripple =
+                    closed.pass * self.amplitude(weld, order, row, &still) + closed.product;
                 let force = ripple.map(|z| z * back) + closed.driven.map(|z| z * driven_back);
                 let read = |part: Vector3<f64>| {
                     let force = weld.rotation[row].tr_mul(&(weld.seam.b_from_w.rotation * part));
@@ -374,4 +418,29 @@ fn shaken(
     let pass =
         (Matrix3::identity() + contact * compliance).try_inverse().unwrap_or_else(Matrix3::zeros);
     Shaken { carried: jacobian * h * spring, compliance, contact, pass }
+}
+
+/// Amplitude by order of what the force on a tool that shakes differs by from that on a tool that
+/// does not, in W: of the nominal process. `shake`: position and velocity by the spindle's angle.
+fn beside_linear(
+    process: &Process,
+    held: &Held,
+    shake: impl Fn(f64) -> [Vector3<f64>; 2],
+) -> impl Fn(usize) -> Vector3<Complex<f64>> {
+    let angle = |k: usize| k as f64 * std::f64::consts::TAU / PHASES as f64;
+    let differences: [Vector3<f64>; PHASES] = std::array::from_fn(|k| {
+        let [by, at] = shake(angle(k));
+        let force = |position, velocity| {
+            let ports = Ports::default();
+            reaction(process, &ports, 0.0, &position, &velocity, held.channel, angle(k)).force
+        };
+        force(held.position + by, held.velocity + at) - force(held.position, held.velocity)
+    });
+    move |order| {
+        let turned = |(k, difference): (usize, &Vector3<f64>)| {
+            let wave = Complex::from_polar(2.0 / PHASES as f64, -(order as f64) * angle(k));
+            difference.map(|d| wave * d)
+        };
+        differences.iter().enumerate().map(turned).sum()
+    }
 }

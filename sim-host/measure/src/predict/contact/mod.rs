@@ -18,7 +18,7 @@ use crate::data::log::Log;
 use crate::data::noise::{Level, NoiseLevels};
 use lines::Lines;
 use nalgebra::{Matrix3, Vector3};
-use tool::Weld;
+use tool::{Held, Weld};
 use trueweld_core::Wrench;
 use trueweld_core::spatial::rotation_from_vector;
 use trueweld_plant::input::Process;
@@ -126,19 +126,26 @@ impl Contact {
         if weld.rows.is_empty() {
             return Ok(None);
         }
-        let mut lines = Lines::new(&weld, &s.encoder, model, turning, band);
-        // A log that begins in contact does not begin with the spindle's angle at 0.
+        let lined = |weld: &Weld| {
+            let mut lines = Lines::new(weld, &s.encoder, model, turning, band);
+            let mut amplitudes = Vec::new();
+            lines.compare(weld, model, (&level, &encoder), &mut amplitudes);
+            (lines, amplitudes)
+        };
+        let (mut lines, mut amplitudes) = lined(&weld);
+        // A log that begins in contact need not begin with the spindle's angle at 0.
         let first = weld.force.iter().take(weld.low.half()).map(|f| f.z.abs());
         let begun = first.sum::<f64>() / weld.low.half() as f64;
         if begun > CONTACT * weld.process.reference_force {
-            let ahead = lines.start_angle(&weld, model);
-            weld.angle.iter_mut().for_each(|angle| *angle += ahead);
-            lines = Lines::new(&weld, &s.encoder, model, turning, band);
+            if let Some(ahead) = lines.start_angle(&weld, model, &amplitudes) {
+                weld.angle.iter_mut().for_each(|angle| *angle += ahead);
+                (lines, amplitudes) = lined(&weld);
+            }
         }
-        let mut contact = Self { weld, moment: filled_vectors(&s.moment), lines };
+        let contact = Self { weld, moment: filled_vectors(&s.moment), lines };
         let mean = (tracker.iter().map(|l| l.deviation.powi(2)).sum::<f64>() / 3.0).sqrt();
         contact.compare(log, noise, model, (&level, mean), compared)?;
-        contact.lines.compare(&contact.weld, model, (&level, &encoder), compared);
+        compared.append(&mut amplitudes);
         Ok(Some(contact))
     }
 
@@ -265,7 +272,7 @@ impl Contact {
 /// `tracker`, m, and `sensor`, N: deviations of position and of measured depth force.
 fn spread(weld: &Weld, model: &Model, row: usize, tracker: f64, sensor: f64) -> Vector3<f64> {
     let (value, rate) = (weld.low.gain(0), weld.low.gain(1));
-    let (push, r) = weld.held(&weld.process(model), row);
+    let Held { push, reaction: r, .. } = weld.held(&weld.process(model), row);
     let (k, b) = (r.stiffness, r.damping);
     let from = |c: usize| if c == 2 { 2..3 } else { 0..2 };
     let mut slow = Vector3::from_fn(|c, _| {

@@ -40,6 +40,17 @@ pub(super) struct Tool {
     pub channel: f64,
 }
 
+/// A tool that carries a measured push: in W, N, m and m/s.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Held {
+    pub push: f64,
+    pub position: Vector3<f64>,
+    pub velocity: Vector3<f64>,
+    pub channel: f64,
+    /// Mean over a turn of the spindle.
+    pub reaction: Reaction,
+}
+
 impl Weld {
     /// The process of this log: the model's, turning as the spindle was recorded.
     pub fn process(&self, model: &Model) -> Process {
@@ -136,16 +147,17 @@ impl Weld {
         (self.low.half() / 12).max(1)
     }
 
-    /// Measured push around a row, N, and the reaction of a tool that carries it: the noisy depth
-    /// itself may have lost contact.
-    pub fn held(&self, process: &Process, row: usize) -> (f64, Reaction) {
-        let none = Ports::default();
+    /// A tool that carries the push measured around a row, its forces those of a mean over a turn: the
+    /// noisy depth itself may have lost contact.
+    pub fn held(&self, process: &Process, row: usize) -> Held {
         let tool = &self.motion[row];
         let push = self.push(row).max(1.0);
         let position =
             Vector3::new(tool.position.x, tool.position.y, push / process.depth_stiffness);
         let velocity = Vector3::new(tool.velocity.x, tool.velocity.y, 0.0);
-        (push, reaction(process, &none, 0.0, &position, &velocity, tool.channel, self.angle[row]))
+        let (even, none) = (Process { ripple: Vec::new(), ..process.clone() }, Ports::default());
+        let reaction = reaction(&even, &none, 0.0, &position, &velocity, tool.channel, 0.0);
+        Held { push, position, velocity, channel: tool.channel, reaction }
     }
 
     /// Measured depth force around a row, N.
