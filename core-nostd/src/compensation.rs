@@ -130,10 +130,10 @@ impl<'a, T: Real> Observation<'a, T> {
     /// W, less that of the unloaded arm where the set-point was [taught](Self::taught): a law's
     /// demand.
     pub fn demand_for(&self, robot: &Robot<T>, encoder: &JointVector<T>) -> Twist<T> {
-        self.from_setpoint(robot, encoder) - self.taught.unwrap_or_else(Twist::zero)
+        self.way_from_setpoint(robot, encoder) - self.taught.unwrap_or_else(Twist::zero)
     }
 
-    fn from_setpoint(&self, robot: &Robot<T>, encoder: &JointVector<T>) -> Twist<T> {
+    fn way_from_setpoint(&self, robot: &Robot<T>, encoder: &JointVector<T>) -> Twist<T> {
         let pose = robot.forward_kinematics(encoder);
         self.setpoint.pose.error_to(&pose).rotated(&self.setpoint.b_from_w.transpose())
     }
@@ -142,7 +142,7 @@ impl<'a, T: Real> Observation<'a, T> {
     /// of reach.
     fn unloaded(&self, robot: &Robot<T>) -> Option<Twist<T>> {
         let link = self.nominal_angles(robot).ok()?;
-        let mut way = self.from_setpoint(robot, &robot.fake_target(&link, &Wrench::zero()));
+        let mut way = self.way_from_setpoint(robot, &robot.fake_target(&link, &Wrench::zero()));
         way.linear.z = T::zero();
         Some(way)
     }
