@@ -236,7 +236,7 @@ fn rare(confidence: f64, found: &RareFailure) -> Requirement {
             failure_probability: bound,
         }),
         verdict,
-        reason: (verdict != Verdict::Pass).then(|| Reason::Rare {
+        reason: (verdict != Verdict::Pass).then_some(Reason::Rare {
             allowed: found.allowed,
             probability: found.subset.probability,
             reached: found.subset.reached,

@@ -119,14 +119,14 @@ impl Numbers {
     /// A number by its share of its range, from −1 to 1; the middle of an angle's range is no
     /// place of its own. What does not vary is left out.
     fn add(&mut self, name: String, shares: &[f64], angle: bool) {
-        let (first, second): (fn(f64) -> f64, fn(f64) -> f64) = match angle {
-            true => (|u| (std::f64::consts::PI * u).cos(), |u| (std::f64::consts::PI * u).sin()),
-            false => (|u| u, |u| u * u),
+        let enters = |u: f64| match angle {
+            true => [(std::f64::consts::PI * u).cos(), (std::f64::consts::PI * u).sin()],
+            false => [u, u * u],
         };
         if shares.iter().any(|share| *share != shares[0]) {
             self.names.push(name);
-            self.columns.push([first, second].map(|of| {
-                DVector::from_iterator(shares.len(), shares.iter().map(|share| of(*share)))
+            self.columns.push([0, 1].map(|term| {
+                DVector::from_iterator(shares.len(), shares.iter().map(|u| enters(*u)[term]))
             }));
         }
     }
@@ -163,7 +163,7 @@ impl Numbers {
             let terms = directions.len() as f64;
             let ratio = (gain / terms) / ((left - gain).max(1e-12 * total) / free);
             let chance = FisherSnedecor::new(terms, free).map_or(1.0, |f| f.sf(ratio));
-            if !(chance * self.columns.len() as f64 <= CHANCE) {
+            if chance * self.columns.len() as f64 > CHANCE {
                 break;
             }
             for direction in directions {

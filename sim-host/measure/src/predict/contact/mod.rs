@@ -136,11 +136,11 @@ impl Contact {
         // A log that begins in contact need not begin with the spindle's angle at 0.
         let first = weld.force.iter().take(weld.low.half()).map(|f| f.z.abs());
         let begun = first.sum::<f64>() / weld.low.half() as f64;
-        if begun > CONTACT * weld.process.reference_force {
-            if let Some(ahead) = lines.start_angle(&weld, model, &amplitudes) {
-                weld.angle.iter_mut().for_each(|angle| *angle += ahead);
-                (lines, amplitudes) = lined(&weld);
-            }
+        if begun > CONTACT * weld.process.reference_force
+            && let Some(ahead) = lines.start_angle(&weld, model, &amplitudes)
+        {
+            weld.angle.iter_mut().for_each(|angle| *angle += ahead);
+            (lines, amplitudes) = lined(&weld);
         }
         let contact = Self { weld, moment: filled_vectors(&s.moment), lines };
         let mean = (tracker.iter().map(|l| l.deviation.powi(2)).sum::<f64>() / 3.0).sqrt();
