@@ -12,6 +12,7 @@ use trueweld_measure::diagnose::reason_of_best;
 use trueweld_measure::fit::FitProblem;
 use trueweld_measure::improve::{HeldOut, improve, model_file};
 use trueweld_measure::mistakes::find;
+use trueweld_measure::posterior::posterior;
 use trueweld_measure::residuals::compare::{baseline, notices, of_logs};
 use trueweld_output::{ImproveReport, model_comments};
 use trueweld_plant::input::ModelFile;
@@ -64,6 +65,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     progress.finish();
     let improvement = done.into_diagnostic()?;
     let (file, origins) = model_file(&improvement, model);
+    let posterior = posterior(&bench, logs, &improvement, &model.robot).into_diagnostic()?;
+    let file = file.with_posterior(posterior.clone())?;
     let comments = model_comments(&improvement, model, logs, &origins);
     file.write(&arguments.out, &comments)?;
     let at = improvement.fitted.as_ref().map_or(&improvement.diagnosis.before, |fitted| &fitted.at);
@@ -81,6 +84,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         model,
         out: &arguments.out,
         improvement: &improvement,
+        posterior: &posterior,
         before: &before,
         after: &after,
         held_out: [&given, &improved],

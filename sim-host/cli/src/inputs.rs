@@ -12,8 +12,8 @@ use trueweld_evaluate::{Requirements, UncertainCell};
 use trueweld_plant::cell::Cell;
 use trueweld_plant::effects::Effect;
 use trueweld_plant::input::{
-    Control, InputFile, ModelFile, Process, RobotFile, Sensors, Weld, check_option, read_text,
-    warnings,
+    Control, InputFile, ModelFile, Posterior, Process, RobotFile, Sensors, Weld, check_option,
+    read_text, warnings,
 };
 use trueweld_plant::integrate::Integrator;
 use trueweld_plant::provenance::{EffectRecord, FileDigest, Provenance, SimulationRecord};
@@ -141,6 +141,8 @@ pub struct Inputs {
     pub cell: Cell,
     /// Effects of the real cell: the model file's, then those of the command line.
     pub effects: Vec<Effect>,
+    /// What measurements leave open of the model file's numbers.
+    posterior: Option<ModelPosterior>,
     /// The process as the weld is planned with it.
     pub planned: Process,
     /// The robot as the controller believes it is.
@@ -150,6 +152,14 @@ pub struct Inputs {
     pub stiffness_error: f64,
     /// Every file that was read.
     pub files: Vec<FileDigest>,
+}
+
+/// The posterior of a model file.
+struct ModelPosterior {
+    of: Posterior,
+    file: PathBuf,
+    /// Whether it belongs to the robot, the process and the effects that the file has now.
+    is_sealed: bool,
 }
 
 impl CellFiles {
@@ -162,7 +172,7 @@ impl CellFiles {
     pub fn read(&self, weld_file: Option<&Path>) -> Result<Inputs> {
         let mut files = Vec::new();
         let weld = read::<Weld>(weld_file, &mut files)?;
-        let (robot, mut process, mut effects) = self.model(&mut files)?;
+        let Model { robot, mut process, mut effects, posterior } = self.model(&mut files)?;
         if let Some(rpm) = self.spindle_rpm {
             let rpm = option("--spindle-rpm", "spindle_rpm", rpm)?;
             process.spindle = (rpm * std::f64::consts::TAU / 60.0).copysign(process.spindle);
@@ -208,6 +218,7 @@ impl CellFiles {
             sensors,
             cell,
             effects,
+            posterior,
             planned: process,
             controller_model,
             stiffness_error: error,
@@ -215,16 +226,18 @@ impl CellFiles {
         })
     }
 
-    /// Robot, process and effects of the real cell.
-    fn model(&self, files: &mut Vec<FileDigest>) -> Result<(RobotFile, Process, Vec<Effect>)> {
+    fn model(&self, files: &mut Vec<FileDigest>) -> Result<Model> {
         let Some(path) = &self.model else {
             let robot = read(self.robot.as_deref(), files)?;
             let process = read(self.process.as_deref(), files)?;
-            return Ok((robot, process, Vec::new()));
+            return Ok(Model { robot, process, effects: Vec::new(), posterior: None });
         };
         let model = ModelFile::read(path)?;
         files.extend(FileDigest::of_model(&model)?);
         let effects = model.cell_effects();
+        let is_sealed = model.is_sealed()?;
+        let posterior =
+            model.posterior.map(|of| ModelPosterior { of, file: path.clone(), is_sealed });
         let process = model.process.ok_or_else(|| {
             miette!(
                 help = "Add `process = \"…\"`, the path of a process file from the model file's folder.",
@@ -232,11 +245,38 @@ impl CellFiles {
                 path.display()
             )
         })?;
-        Ok((model.robot, process, effects))
+        Ok(Model { robot: model.robot, process, effects, posterior })
     }
 }
 
+/// Robot, process and effects of the real cell.
+struct Model {
+    robot: RobotFile,
+    process: Process,
+    effects: Vec<Effect>,
+    posterior: Option<ModelPosterior>,
+}
+
 impl Inputs {
+    /// What is not known of this cell where what was measured of it stands in place of what is
+    /// assumed; `None` where nothing was measured.
+    pub fn measured(&self, assumed: &UncertainCell) -> Result<Option<UncertainCell>> {
+        let Some(ModelPosterior { of, file, is_sealed }) = &self.posterior else {
+            return Ok(None);
+        };
+        let file = file.display();
+        if !is_sealed {
+            return Err(miette!(
+                help = "Run `improve` again for the model as it is; or take the table [posterior] out, and what the \
+                        requirements assume stands in its place.",
+                "{file}: what was measured is of another model: effects, robot, process or [posterior] were changed \
+                 since; expected them as `improve` wrote them"
+            ));
+        }
+        let cell = assumed.clone().measured(of, &self.robot, &self.planned, &self.sensors);
+        cell.map(Some).map_err(|why| miette!("{file}: {why}"))
+    }
+
     /// What the cells of a certification are made from.
     pub fn nominal<'a>(&'a self, uncertain: &'a UncertainCell) -> NominalCell<'a> {
         NominalCell { robot: &self.robot.robot, effects: &self.effects, uncertain }

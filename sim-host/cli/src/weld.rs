@@ -1,5 +1,6 @@
 //! `trueweld weld`: a weld, with and without compensation, and how far the tool leaves its line.
 
+use crate::certify::certificate;
 use crate::inputs::{Files, Inputs, PLANT_STEP, passes};
 use crate::names::{Controller, LawParser};
 use crate::results::{FormFiles, RecordedResults, Results, check_outputs, check_targets};
@@ -27,6 +28,10 @@ pub struct Arguments {
     /// reported
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = passes())]
     passes: u32,
+    /// Certificate (certify.json) that this weld is made under: refused where it is of another cell, law
+    /// or weld, or does not pass
+    #[arg(long, value_name = "FILE", requires = "compensator")]
+    certificate: Option<PathBuf>,
     /// Factor by which the recording exaggerates deviations
     #[arg(
         long,
@@ -53,6 +58,7 @@ impl Arguments {
             controller: Controller::External,
             compensator: None,
             passes: 1,
+            certificate: None,
             exaggeration: 50.0,
             results,
         }
@@ -76,6 +82,12 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         None => vec![Entry::of::<Uncompensated>(), Entry::of::<Elastostatic<f64>>()],
         Some(law) => vec![law.clone()],
     };
+    let passes = arguments.passes as usize;
+    let simulation = inputs.simulation(&[controller], &laws, passes, PLANT_STEP);
+    let provenance = inputs.provenance("weld", simulation);
+    if let Some(path) = &arguments.certificate {
+        certificate::check(path, &provenance)?;
+    }
     let recordings = simulate_all(&inputs, controller, &laws, arguments)?;
     let figures = recordings
         .iter()
@@ -86,9 +98,6 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         .zip(&figures)
         .map(|(recording, figures)| WeldRun { recording, figures, robot: &inputs.robot.robot })
         .collect();
-    let passes = arguments.passes as usize;
-    let simulation = inputs.simulation(&[controller], &laws, passes, PLANT_STEP);
-    let provenance = inputs.provenance("weld", simulation);
     arguments.results.write(&WeldReport {
         runs: &runs,
         exaggeration: arguments.exaggeration,

@@ -32,8 +32,8 @@ pub use rate::Rate;
 pub use requirements::{Faults, MarginLimits, Requirements};
 pub use step::StepFigures;
 pub use uncertain::{
-    Distribution, Group, NoSuchNumber, SEAM_KEYS, UncertainCell, UncertainEntry, UncertainNumber,
-    Uncertainty,
+    Distribution, Group, NoSuchNumber, ReplacedAssumption, SEAM_KEYS, SHORT_SOURCE, UncertainCell,
+    UncertainEntry, UncertainNumber, Uncertainty,
 };
 pub use weld::{
     FirstLimit, ForceFigures, JudgedFigure, PHASES, PhaseFigures, Spread, WELD_FIGURES, WeldFigures,

@@ -3,22 +3,24 @@
 //! An uncertain number is a parameter of an effect of the library at a place, a number of the
 //! process or the sensors, or where the seam really lies. Behind the numbers stand independent
 //! standard normals, the latents: z = Σ w ξ of a number's latents is standard normal, and the number
-//! is the quantile of its distribution at Φ(z). Numbers of one group share a latent; a joint
-//! distribution of measured numbers is the rows of a factor of its correlation matrix as weights.
+//! is the quantile of its distribution at Φ(z). Numbers of one group share a latent; the joint
+//! distribution of measured numbers ([`UncertainCell::measured`]) is the rows of a factor of its
+//! correlation matrix as weights. What was measured stands in place of what was assumed.
 //! A search and a method for rare failures walk over the latents.
 //!
 //! Left out: what is not a number, such as which effect a cell has.
 
-use nalgebra::Vector3;
+use nalgebra::{DMatrix, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, Normal};
-use trueweld_core::{Pose, Robot};
+use trueweld_core::{JOINTS, Pose, Robot};
 use trueweld_plant::effects::{
     Action, Effect, EffectKind, Location, LocationKind, force_crosstalk, library, stiffness_error,
 };
 use trueweld_plant::input::{
-    Bounds, InputError, Process, RobotFile, Sensors, Table, did_you_mean, quantity, unit_of,
+    Bounds, InputError, MeasuredNumber, Posterior, Process, RobotFile, Sensors, Table,
+    did_you_mean, quantity, unit_of,
 };
 use trueweld_plant::random::Random;
 use trueweld_plant::robot::{Channel, Port};
@@ -359,8 +361,11 @@ pub struct UncertainNumber {
     pub distribution: Distribution,
     /// What it is uncertain with.
     pub group: Option<Group>,
-    /// Who assumed it, or what measured it.
+    /// Who assumed it; empty of a measured number.
     pub source: String,
+    /// Where it was measured: which of the effects of its kind at its place it is of, from 0. Its
+    /// value stands in place of the cell's then, and not beside it.
+    measured: Option<usize>,
     subject: Subject,
     /// Of an effect.
     at: Location,
@@ -368,6 +373,20 @@ pub struct UncertainNumber {
     component: usize,
     /// Latents and their weights, whose squares sum to 1.
     weights: Vec<(usize, f64)>,
+}
+
+/// What requirements assume of a number that was measured.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ReplacedAssumption {
+    /// The number.
+    pub number: String,
+    /// Whether the distribution is one of shares.
+    pub relative: bool,
+    /// What was assumed of it.
+    pub distribution: Distribution,
+    /// Who assumed it.
+    pub source: String,
 }
 
 /// An uncertain number that the cell does not have.
@@ -387,12 +406,149 @@ pub struct UncertainCell {
     pub short: Uncertainty,
     /// The numbers of `[[uncertain]]`, in the file's order.
     pub numbers: Vec<UncertainNumber>,
+    /// What was measured; `None` where all is assumed.
+    pub posterior: Option<Posterior>,
+    /// What the requirements assume of numbers that were measured.
+    pub replaced: Vec<ReplacedAssumption>,
+    /// Names of the joints whose stiffness is drawn by the short key.
+    pub assumed_stiffness: Vec<String>,
+    /// True for a joint whose stiffness was measured.
+    measured_stiffness: [bool; JOINTS],
+    /// Of [`Process::NUMBERS`]: those that were measured.
+    measured_process: Vec<usize>,
     /// Names of the latents.
     latents: Vec<String>,
     left_out: Vec<String>,
 }
 
 impl UncertainCell {
+    /// Half width of the uniform distribution of a joint's stiffness, relative, by the short key.
+    pub(crate) fn stiffness(&self, joint: usize) -> f64 {
+        if self.measured_stiffness[joint] { 0.0 } else { self.short.stiffness }
+    }
+
+    /// The same cell where this was measured: jointly, and in place of what was assumed.
+    ///
+    /// # Errors
+    /// Why the covariance is none.
+    pub fn measured(
+        mut self,
+        posterior: &Posterior,
+        robot: &RobotFile,
+        process: &Process,
+        sensors: &Sensors,
+    ) -> Result<Self, String> {
+        let rows = factor(posterior)?;
+        let (mut process, mut sensors) = (process.clone(), sensors.clone());
+        for number in &posterior.numbers {
+            self.replace(number, robot, &mut process);
+        }
+        let mut named: Vec<String> = Vec::new();
+        for (k, (number, row)) in posterior.numbers.iter().zip(rows).enumerate() {
+            let parameter = &number.kind.parameters[number.parameter];
+            let effect = number.kind.neutral(number.at).name(robot);
+            let name = match number.occurrence {
+                0 => format!("{effect}: {}", parameter.name),
+                n => format!("{effect}, number {}: {}", n + 1, parameter.name),
+            };
+            let sd = posterior.deviation(k).hypot(number.between_logs);
+            let distribution = if sd > 0.0 {
+                let end = |x: f64| {
+                    if parameter.holds(x) { x } else { x.clamp(parameter.low, parameter.high) }
+                };
+                let [low, high] = [-CUT, CUT].map(|cut| end(number.value + cut * sd));
+                Distribution::Normal { mean: number.value, sd, low, high }
+            } else {
+                Distribution::Fixed { value: number.value }
+            };
+            named.push(format!("measured {name}"));
+            let weights: Vec<(usize, f64)> = row
+                .into_iter()
+                .enumerate()
+                .filter(|(_, weight)| *weight != 0.0)
+                .map(|(i, weight)| (self.latent(&named[i]), weight))
+                .collect();
+            self.numbers.push(UncertainNumber {
+                name,
+                unit: parameter.unit,
+                relative: false,
+                distribution,
+                group: None,
+                source: String::new(),
+                measured: Some(number.occurrence),
+                subject: Subject::Effect(number.kind, number.parameter),
+                at: number.at,
+                component: 0,
+                weights,
+            });
+        }
+        self.forget_unused();
+        let names = robot.joint_names.iter().zip(self.measured_stiffness);
+        self.assumed_stiffness =
+            names.filter(|(_, measured)| !measured).map(|(name, _)| name.clone()).collect();
+        self.posterior = Some(posterior.clone());
+        self.left_out = self.not_drawn(robot, &mut process, &mut sensors);
+        Ok(self)
+    }
+
+    /// Takes out what is assumed of a number that was measured.
+    fn replace(&mut self, number: &MeasuredNumber, robot: &RobotFile, process: &mut Process) {
+        let changed = match number.kind.action {
+            Action::Process(change) => renamed(process, change, number.kind, number.parameter),
+            _ => Vec::new(),
+        };
+        let same = |n: &UncertainNumber| match n.subject {
+            _ if n.measured.is_some() => false,
+            Subject::Effect(kind, parameter) => {
+                std::ptr::eq(kind, number.kind)
+                    && (n.at, parameter) == (number.at, number.parameter)
+            }
+            Subject::Process(k) => changed.contains(&k),
+            Subject::Sensor(_) | Subject::Seam(_) => false,
+        };
+        let replaced = self.numbers.extract_if(.., |n| same(n)).map(|n| ReplacedAssumption {
+            number: n.name,
+            relative: n.relative,
+            distribution: n.distribution,
+            source: n.source,
+        });
+        self.replaced.extend(replaced.collect::<Vec<_>>());
+        let mut short = |number: String, half: f64| {
+            if half > 0.0 {
+                self.replaced.push(ReplacedAssumption {
+                    number,
+                    relative: true,
+                    distribution: Distribution::Uniform { low: -half, high: half },
+                    source: SHORT_SOURCE.to_owned(),
+                });
+            }
+        };
+        if let Location::Joint(joint) = number.at
+            && std::ptr::eq(number.kind, stiffness_error::effect(joint, 0.0).kind)
+            && !self.measured_stiffness[joint]
+        {
+            short(format!("stiffness of {}", robot.joint_names[joint]), self.short.stiffness);
+            self.measured_stiffness[joint] = true;
+        }
+        for k in changed {
+            if SHORT_PROCESS.contains(&k) && !self.measured_process.contains(&k) {
+                short(format!("process {}", Process::NUMBERS[k].0), self.short.process);
+            }
+            self.measured_process.push(k);
+        }
+    }
+
+    /// Takes out latents that no number stands on any more.
+    fn forget_unused(&mut self) {
+        let used = |k: usize| self.numbers.iter().any(|n| n.weights.iter().any(|w| w.0 == k));
+        let kept: Vec<usize> = (0..self.latents.len()).filter(|k| used(*k)).collect();
+        let position = |k: usize| kept.iter().position(|old| *old == k).unwrap_or(0);
+        for (k, _) in self.numbers.iter_mut().flat_map(|n| &mut n.weights) {
+            *k = position(*k);
+        }
+        self.latents = kept.iter().map(|k| self.latents[*k].clone()).collect();
+    }
+
     /// What entries say of a cell of this robot, process and these sensors.
     ///
     /// # Errors
@@ -404,8 +560,17 @@ impl UncertainCell {
         process: &Process,
         sensors: &Sensors,
     ) -> Result<Self, NoSuchNumber> {
-        let mut cell =
-            Self { short: *short, numbers: Vec::new(), latents: Vec::new(), left_out: Vec::new() };
+        let mut cell = Self {
+            short: *short,
+            numbers: Vec::new(),
+            posterior: None,
+            replaced: Vec::new(),
+            assumed_stiffness: robot.joint_names.to_vec(),
+            measured_stiffness: [false; JOINTS],
+            measured_process: Vec::new(),
+            latents: Vec::new(),
+            left_out: Vec::new(),
+        };
         let (mut process, mut sensors) = (process.clone(), sensors.clone());
         for entry in entries {
             let wrong = |why: String| NoSuchNumber { place: entry.place.clone(), why };
@@ -423,6 +588,7 @@ impl UncertainCell {
                     distribution: entry.distribution,
                     group: entry.group.clone(),
                     source: entry.source.clone(),
+                    measured: None,
                     subject: entry.subject,
                     at,
                     component,
@@ -495,16 +661,37 @@ impl UncertainCell {
         self.numbers.iter().map(value).collect()
     }
 
-    /// The effects that values add to a cell of this robot, beside its own.
-    pub(crate) fn effects(&self, values: &[f64], robot: &Robot<f64>) -> Vec<Effect> {
-        let mut effects: Vec<Effect> = Vec::new();
-        for (number, value) in self.numbers.iter().zip(values) {
-            let Subject::Effect(kind, parameter) = number.subject else { continue };
-            let same = |e: &Effect| std::ptr::eq(e.kind, kind) && e.at == number.at;
-            let k = effects.iter().position(same).unwrap_or_else(|| {
+    /// The effects of a cell of this robot with these values: its own, of which the measured ones have
+    /// the values measured, and beside them those that are assumed.
+    pub(crate) fn effects(
+        &self,
+        own: &[Effect],
+        values: &[f64],
+        robot: &Robot<f64>,
+    ) -> Vec<Effect> {
+        let mut effects: Vec<Effect> = own.to_vec();
+        let drawn = || self.numbers.iter().zip(values);
+        let place = |effects: &mut Vec<Effect>,
+                     from: usize,
+                     number: &UncertainNumber,
+                     kind: &'static EffectKind| {
+            let same = |e: &(usize, &Effect)| std::ptr::eq(e.1.kind, kind) && e.1.at == number.at;
+            let mut all = effects.iter().enumerate().skip(from).filter(same);
+            let found = all.nth(number.measured.unwrap_or(0)).map(|(k, _)| k);
+            found.unwrap_or_else(|| {
                 effects.push(kind.neutral(number.at));
                 effects.len() - 1
-            });
+            })
+        };
+        for (number, value) in drawn().filter(|(number, _)| number.measured.is_some()) {
+            let Subject::Effect(kind, parameter) = number.subject else { continue };
+            let k = place(&mut effects, 0, number, kind);
+            effects[k].values[parameter] = *value;
+        }
+        let beside = effects.len();
+        for (number, value) in drawn().filter(|(number, _)| number.measured.is_none()) {
+            let Subject::Effect(kind, parameter) = number.subject else { continue };
+            let k = place(&mut effects, beside, number, kind);
             let joint = if let Location::Joint(joint) = number.at { joint } else { 0 };
             let of = match kind.adds_to {
                 Some(own) if number.relative => own(robot.parameters(), joint)[parameter],
@@ -515,7 +702,14 @@ impl UncertainCell {
         effects
     }
 
-    pub(crate) fn change_process(&self, values: &[f64], process: &mut Process) {
+    /// Puts into a process what was drawn of it. `planned`: what its measured numbers are as the
+    /// effects that they were measured by find them.
+    pub(crate) fn change_process(&self, values: &[f64], planned: &Process, process: &mut Process) {
+        let mut planned = planned.clone();
+        for (_, of) in self.measured_process.iter().map(|k| Process::NUMBERS[*k]) {
+            let own = of(&mut planned).into_iter().map(|v| *v).collect::<Vec<_>>();
+            of(process).into_iter().zip(own).for_each(|(drawn, own)| *drawn = own);
+        }
         for (number, value) in self.numbers.iter().zip(values) {
             if let Subject::Process(k) = number.subject {
                 number.change((Process::NUMBERS[k].1)(process), *value);
@@ -564,33 +758,24 @@ impl UncertainCell {
         let short = &self.short;
         let draws_process = |k: usize| {
             let of_short = match k {
-                0..=4 | 6 => short.process > 0.0,
+                _ if SHORT_PROCESS.contains(&k) => short.process > 0.0,
                 11 | 12 => short.ripple > 0.0,
                 13 => true,
                 _ => false,
             };
             of_short
+                || self.measured_process.contains(&k)
                 || self.numbers.iter().any(|n| matches!(n.subject, Subject::Process(i) if i == k))
         };
         let mut left = Vec::new();
         for kind in library() {
             if let Action::Process(change) = kind.action {
                 // An effect that is another name for numbers of the process.
-                let mut changed = process.clone();
-                change(&mut changed, &kind.parameters.iter().map(|_| 0.01).collect::<Vec<_>>());
-                let values = |p: &mut Process, of: fn(&mut Process) -> Vec<&mut f64>| -> Vec<f64> {
-                    of(p).into_iter().map(|v| *v).collect()
-                };
-                let mut renamed = Vec::new();
-                for (k, (_, of)) in Process::NUMBERS.iter().enumerate() {
-                    if values(&mut changed, *of) != values(process, *of) {
-                        renamed.push(k);
-                    }
+                let mut renamed: Vec<usize> = Vec::new();
+                for parameter in 0..kind.parameters.len() {
+                    renamed.extend(self::renamed(process, change, kind, parameter));
                 }
-                if changed.ripple.len() == process.ripple.len()
-                    && !renamed.is_empty()
-                    && renamed.into_iter().all(draws_process)
-                {
+                if !renamed.is_empty() && renamed.into_iter().all(draws_process) {
                     continue;
                 }
             }
@@ -653,6 +838,57 @@ impl UncertainCell {
         }
         left
     }
+}
+
+/// Source of what the short keys draw.
+pub const SHORT_SOURCE: &str = "[uncertainty] of the requirements";
+
+/// Of [`Process::NUMBERS`]: what the short key draws.
+const SHORT_PROCESS: [usize; 6] = [0, 1, 2, 3, 4, 6];
+
+/// Which of [`Process::NUMBERS`] a parameter of an effect changes.
+fn renamed(
+    process: &mut Process,
+    change: fn(&mut Process, &[f64]),
+    kind: &EffectKind,
+    parameter: usize,
+) -> Vec<usize> {
+    let mut changed = process.clone();
+    let mut values: Vec<f64> = kind.parameters.iter().map(|p| p.neutral()).collect();
+    values[parameter] += 0.01;
+    change(&mut changed, &values);
+    // One more line of the ripple is no other value of those that there are.
+    if changed.ripple.len() != process.ripple.len() {
+        return Vec::new();
+    }
+    let of = |p: &mut Process, k: usize| -> Vec<f64> {
+        (Process::NUMBERS[k].1)(p).into_iter().map(|v| *v).collect()
+    };
+    (0..Process::NUMBERS.len()).filter(|k| of(&mut changed, *k) != of(process, *k)).collect()
+}
+
+/// Rows of a factor L of the correlation of measured numbers in a cell that is yet to be met, each
+/// of length 1: what they vary by from log to log is each number's own.
+fn factor(posterior: &Posterior) -> Result<Vec<Vec<f64>>, String> {
+    let n = posterior.numbers.len();
+    let variance =
+        |k: usize| posterior.covariance_of(k, k) + posterior.numbers[k].between_logs.powi(2);
+    let correlation = DMatrix::from_fn(n, n, |i, j| {
+        let scale = (variance(i) * variance(j)).sqrt();
+        // Numbers that go together to the last digit leave a factor by a hair.
+        let own = if i == j { 1.0 + 1e-9 } else { 0.0 };
+        if i == j || scale == 0.0 { own } else { posterior.covariance_of(i, j) / scale }
+    });
+    let factor = correlation
+        .cholesky()
+        .ok_or("the covariance of [posterior] is none: a combination of numbers has a variance below zero")?
+        .unpack();
+    let unit = |i: usize| {
+        let row: Vec<f64> = factor.row(i).iter().take(i + 1).copied().collect();
+        let length = row.iter().map(|w| w * w).sum::<f64>().sqrt();
+        row.into_iter().map(|w| w / length).collect()
+    };
+    Ok((0..n).map(unit).collect())
 }
 
 /// False for an effect of an instrument that the controller does not read.
@@ -727,6 +963,11 @@ impl UncertainEntry {
 }
 
 impl UncertainNumber {
+    /// True for a number that was measured, jointly with all others that were.
+    pub fn is_measured(&self) -> bool {
+        self.measured.is_some()
+    }
+
     fn change(&self, numbers: Vec<&mut f64>, value: f64) {
         if let Some(number) = numbers.into_iter().nth(self.component) {
             *number = if self.relative { *number * (1.0 + value) } else { value };

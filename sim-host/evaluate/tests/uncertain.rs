@@ -2,7 +2,8 @@
 
 use trueweld_evaluate::certify::SampledCell;
 use trueweld_evaluate::{Requirements, UncertainCell};
-use trueweld_plant::input::{InputFile, Process, RobotFile, Sensors};
+use trueweld_plant::effects::{EffectKind, Location};
+use trueweld_plant::input::{InputFile, MeasuredNumber, Posterior, Process, RobotFile, Sensors};
 
 fn fixture(name: &str) -> String {
     format!("{}/../../fixtures/{name}.toml", env!("CARGO_MANIFEST_DIR"))
@@ -164,4 +165,94 @@ fn a_number_that_cannot_be_is_told_where_it_stands() {
         let error = one(&lines).expect_err(&lines);
         assert!(error.starts_with("r.toml:") && error.contains(expected), "{error}");
     }
+}
+
+/// A stiffness, a friction and an encoder's zero that were measured, the first two together.
+fn posterior() -> Posterior {
+    let number = |id: &str, joint, value, between_logs| MeasuredNumber {
+        kind: EffectKind::of(id).expect("of the library"),
+        at: Location::Joint(joint),
+        occurrence: 0,
+        parameter: 0,
+        value,
+        between_logs,
+    };
+    Posterior {
+        numbers: vec![
+            number("stiffness-error", 1, 0.05, 0.0),
+            number("joint-friction", 2, 30.0, 0.0),
+            number("encoder-offset", 0, 1e-4, 4e-5),
+        ],
+        // Deviations 0.01 and 20, correlation −0.6; 3e-5.
+        covariance: vec![1e-4, -0.12, 400.0, 0.0, 0.0, 9e-10],
+        logs: vec!["static".to_owned()],
+        campaign: "00".to_owned(),
+        score: 1.0,
+        at_bound: Vec::new(),
+        undetermined: Vec::new(),
+        not_measured: Vec::new(),
+        seal: String::new(),
+    }
+}
+
+fn measured(posterior: &Posterior) -> Result<UncertainCell, String> {
+    let robot = RobotFile::read(fixture("robots/kr500-mt")).expect("a fixture");
+    let process = Process::read(fixture("processes/lap-weld-2024-t3")).expect("a fixture");
+    let sensors = Sensors::read(fixture("sensors/kr500-mt")).expect("a fixture");
+    let assumed = "distribution = \"uniform\"\nlow = -90\nhigh = 90";
+    one(&format!("{FRICTION}{assumed}"))?.measured(posterior, &robot, &process, &sensors)
+}
+
+#[test]
+fn measured_numbers_are_drawn_together_and_in_place_of_what_is_assumed() {
+    let cell = measured(&posterior()).expect("a covariance");
+    let first = cell.numbers.iter().position(|n| n.is_measured()).expect("three of them");
+    // Five of six frictions stay assumed.
+    assert_eq!((first, cell.numbers.len()), (5, 8));
+    let trials = 4000;
+    let values: Vec<Vec<f64>> = (0..trials).map(|k| cell.values(&cell.draw(1, k))).collect();
+    let of = |k: usize| values.iter().map(move |v| v[first + k]);
+    let both: Vec<[f64; 2]> = values.iter().map(|v| [v[first], v[first + 1]]).collect();
+    // Four standard errors: of a mean σ/√n, of a deviation σ/√(2n), of a correlation (1 − r²)/√n.
+    let error = 4.0 / (trials as f64).sqrt();
+    // What varies from log to log adds up: 3e-5 and 4e-5.
+    for (k, (value, deviation)) in
+        [(0.05, 0.01), (30.0, 20.0), (1e-4, 5e-5)].into_iter().enumerate()
+    {
+        let found = mean(of(k));
+        assert!((found - value).abs() < error * deviation, "{k}: {found}");
+        let spread = mean(of(k).map(|v| (v - found).powi(2))).sqrt();
+        assert!((spread / deviation - 1.0).abs() < error / 2f64.sqrt() + 1e-3, "{k}: {spread}");
+    }
+    let found = correlation(&both);
+    assert!((found + 0.6).abs() < error * 0.64, "{found}");
+
+    // The short key draws the other stiffnesses as it did before.
+    let plain = one(&format!("{FRICTION}distribution = \"fixed\"\nvalue = 1")).expect("in order");
+    let [before, after] = [&plain, &cell].map(|cell| SampledCell::new(cell, 1, 3));
+    for joint in 0..6 {
+        let expected = if joint == 1 { 1.0 } else { before.stiffness[joint] };
+        assert_eq!(after.stiffness[joint], expected, "{joint}");
+    }
+    assert_eq!((after.process, after.noise), (before.process, before.noise));
+    let replaced: Vec<&str> = cell.replaced.iter().map(|r| r.number.as_str()).collect();
+    assert_eq!(replaced, ["stiffness of A2", "joint-friction at A3: coulomb_nm"]);
+    assert!(!cell.assumed_stiffness.contains(&"A2".to_owned()));
+}
+
+#[test]
+fn a_measured_number_keeps_to_what_is_possible() {
+    let mut posterior = posterior();
+    // Half of it would lie below −0.5, softer than any drive may be.
+    posterior.numbers[0].value = -0.5;
+    let cell = measured(&posterior).expect("a covariance");
+    let values = (0..200).map(|k| cell.values(&cell.draw(1, k))[5]);
+    assert!(values.clone().all(|v| v >= -0.5) && values.clone().any(|v| v > -0.495));
+}
+
+#[test]
+fn a_covariance_that_is_none_is_refused() {
+    let mut posterior = posterior();
+    posterior.covariance[1] = -0.3;
+    assert!(measured(&posterior).unwrap_err().contains("variance below zero"));
 }

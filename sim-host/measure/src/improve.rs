@@ -406,7 +406,7 @@ pub enum Origin {
 pub fn model_file(improvement: &Improvement, file: &ModelFile) -> (ModelFile, Vec<Origin>) {
     let last = &improvement.steps[improvement.steps.len() - 1];
     let mut origins = vec![Origin::Given; file.effects.len()];
-    let mut improved = file.clone();
+    let mut improved = ModelFile { posterior: None, ..file.clone() };
     // The user's own that were hypotheses come back with their fitted values.
     let mut add = |effect: Effect, scope: Scope, origin: Origin| {
         let place = improved

@@ -30,6 +30,7 @@
 //! | [`diagnose`] | which effect is missing, and the curve that shows it |
 //! | [`experiment`] | what to record next |
 //! | [`improve`] | a model with what was found, step by step |
+//! | [`posterior`] | what logs leave open of all that was fitted, jointly |
 //!
 //! ```no_run
 //! use trueweld_measure::data::campaign::read_logs;
@@ -54,6 +55,7 @@ pub mod experiment;
 pub mod fit;
 pub mod improve;
 pub mod mistakes;
+pub mod posterior;
 pub mod predict;
 pub mod register;
 pub mod residuals;

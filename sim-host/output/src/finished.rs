@@ -3,7 +3,7 @@
 use std::path::Path;
 use trueweld_core::Robot;
 use trueweld_evaluate::certify::{
-    Evidence, Requirement, Sensitivity, ShownRun, Verdict, WeakPoint,
+    Evidence, Requirement, Sensitivity, ShownRun, Trial, Verdict, WeakPoint,
 };
 use trueweld_evaluate::laws::{LawComparison, Sweep};
 use trueweld_evaluate::tune::{TunedController, TunedLaw, Tuning};
@@ -13,7 +13,7 @@ use trueweld_measure::diagnose::{Diagnosis, Explanation, Reason};
 use trueweld_measure::improve::Improvement;
 use trueweld_measure::mistakes::{Found, Registered};
 use trueweld_measure::residuals::compare::{Comparison, LogComparison, Notice};
-use trueweld_plant::input::ModelFile;
+use trueweld_plant::input::{ModelFile, Posterior};
 use trueweld_plant::provenance::{FileDigest, Provenance};
 use trueweld_plant::simulate::Recording;
 
@@ -114,6 +114,17 @@ pub struct CertifiedWeld {
     pub weak_points: Vec<WeakPoint>,
     /// Runs that pages show.
     pub shown: Vec<ShownRun>,
+    /// The same trials with what is assumed of measured numbers, where both are compared.
+    pub assumed: Option<AssumedDraws>,
+}
+
+/// Drawn cells in which measured numbers are as the requirements assume them.
+#[derive(Debug, Clone)]
+pub struct AssumedDraws {
+    /// Every run.
+    pub trials: Vec<Trial>,
+    /// The requirements on draws, judged.
+    pub requirements: Vec<Requirement>,
 }
 
 /// A finished comparison.
@@ -155,6 +166,8 @@ pub struct ImproveReport<'a> {
     pub out: &'a Path,
     /// What was done.
     pub improvement: &'a Improvement,
+    /// What the logs leave open of the improved model's numbers.
+    pub posterior: &'a Posterior,
     /// The logs fitted, under the model as it was given.
     pub before: &'a [LogComparison],
     /// The logs fitted, under the improved model.

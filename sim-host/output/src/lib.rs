@@ -31,9 +31,9 @@ pub use document::{Document, FORMS, Form};
 pub use error::OutputError;
 pub use file::write_file;
 pub use finished::{
-    CertifiedWeld, CertifyReport, CompareReport, DiagnoseReport, ImportReport, ImproveReport,
-    LawsReport, MistakesReport, RegisterReport, StepReport, StepRun, TuneReport, WeldReport,
-    WeldRun,
+    AssumedDraws, CertifiedWeld, CertifyReport, CompareReport, DiagnoseReport, ImportReport,
+    ImproveReport, LawsReport, MistakesReport, RegisterReport, StepReport, StepRun, TuneReport,
+    WeldReport, WeldRun,
 };
 pub use progress::Progress;
 pub use report::*;

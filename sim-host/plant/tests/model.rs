@@ -6,7 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use trueweld_plant::effects::expression::Expression;
 use trueweld_plant::effects::formula::PORTS;
-use trueweld_plant::effects::{Location, LocationKind, library};
+use trueweld_plant::effects::{Effect, Location, LocationKind, library, stiffness_error};
 use trueweld_plant::input::*;
 
 fn fixture(path: &str) -> PathBuf {
@@ -106,6 +106,7 @@ fn what_is_written_is_read_back() {
     let below = folder.path().join("results/of today");
     fs::create_dir_all(&below).unwrap();
     let comments = Comments {
+        posterior: String::new(),
         file: "Fitted to two logs.\nThe first of them is short.".into(),
         effects: vec![EffectComments {
             effect: "Held-out score 3.1 before, 1.2 after.".into(),
@@ -403,5 +404,83 @@ proptest! {
         if let Err(error) = parse(&edited) {
             prop_assert!(Path::new(error.place()).components().count() > 1 && !error.message().is_empty());
         }
+    }
+}
+
+/// The model of a gap at A5 with what was measured of it and of a stiffness.
+fn measured() -> String {
+    let path = fixture("campaigns/backlash/model.toml");
+    let plain = std::fs::read_to_string(&path).unwrap();
+    let text =
+        format!("{plain}\n[[effect]]\nid = \"backlash\"\nat = \"A5\"\nhalf_gap_rad = 2.4e-4\n");
+    let model = ModelFile::parse(&text, &path).unwrap();
+    let number = |effect: &Effect, value: f64| MeasuredNumber {
+        kind: effect.kind,
+        at: effect.at,
+        occurrence: 0,
+        parameter: 0,
+        value,
+        between_logs: 0.0,
+    };
+    let posterior = Posterior {
+        numbers: vec![
+            number(&model.effects[0].effect, 2.3e-4),
+            number(&stiffness_error::effect(1, 0.0), 0.1 + 0.2),
+        ],
+        covariance: vec![1e-12, -3e-10, 1e-6],
+        logs: vec!["static".to_owned()],
+        campaign: "00".to_owned(),
+        score: 1.0,
+        at_bound: Vec::new(),
+        undetermined: vec!["stiffness-error at A2: relative".to_owned()],
+        not_measured: Vec::new(),
+        seal: String::new(),
+    };
+    let model = model.with_posterior(posterior).unwrap();
+    model.to_toml(path.parent().unwrap(), &Comments::default())
+}
+
+fn parsed(text: &str) -> Result<ModelFile, String> {
+    let path = fixture("campaigns/backlash/model.toml");
+    ModelFile::parse(text, &path).map_err(|error| error.to_string())
+}
+
+#[test]
+fn a_posterior_is_read_back_to_the_last_bit_and_does_not_outlive_a_change() {
+    let text = measured();
+    let model = parsed(&text).unwrap();
+    let posterior = model.posterior.as_ref().unwrap();
+    assert_eq!(posterior.numbers[1].value.to_bits(), (0.1_f64 + 0.2).to_bits());
+    assert_eq!(posterior.covariance_of(0, 1), -3e-10);
+    assert_eq!(posterior.covariance_of(1, 0), -3e-10);
+    assert!(model.is_sealed().unwrap());
+    for (from, to) in [
+        ("half_gap_rad = 0.00024", "half_gap_rad = 0.00025"),
+        ("1e-12", "1e-13"),
+        ("[\"static\"]", "[\"other\"]"),
+        ("process = \"process.toml\"", "process = \"holdout/../process.toml\""),
+    ] {
+        assert!(text.contains(from), "{from}: {text}");
+        let changed = parsed(&text.replace(from, to)).unwrap();
+        // Where files lie is no part of it.
+        assert_eq!(changed.is_sealed().unwrap(), from.starts_with("process"), "{from}");
+    }
+}
+
+#[test]
+fn a_posterior_that_does_not_fit_is_refused_at_its_place() {
+    for (from, to, said) in [
+        ("backlash.half_gap_rad", "backlash.gap", "a parameter of backlash"),
+        ("\"stiffness-error.relative\"", "\"stifness.relative\"", "an effect of the library"),
+        ("\"A5\", \"A2\"", "\"A5\"", "2 places"),
+        ("[1e-12, -3e-10, 1e-6]", "[1e-12, -3e-10]", "3 numbers"),
+        ("[1e-12, -3e-10, 1e-6]", "[1e-12, -3e-10, -1e-6]", "no variance below zero"),
+        ("0.30000000000000004", "7.0", "a value that the parameter may have"),
+        ("score = 1.0", "scores = 1.0", "unknown key `scores`"),
+    ] {
+        let text = measured();
+        assert!(text.contains(from), "{from}: {text}");
+        let error = parsed(&text.replace(from, to)).unwrap_err();
+        assert!(error.contains(said), "{error}");
     }
 }

@@ -3,6 +3,7 @@
 //! Runs are kept one a line in the evidence folder as they come; the command given again goes on
 //! where it was stopped. A part of them may be made elsewhere ([`shard`]).
 
+pub mod certificate;
 mod shard;
 mod store;
 
@@ -20,10 +21,10 @@ use store::TrialStore;
 use trueweld_compensators::Entry;
 use trueweld_evaluate::certify::{
     Certification, Evidence, FEWEST_DRAWS, FaultTrial, RequiredCorrection, SampledCell, Trial,
-    Verdict, judge, rare_failure, search, sensitivities, weak_points,
+    Verdict, draws, judge, rare_failure, search, sensitivities, weak_points,
 };
 use trueweld_evaluate::{Requirements, UncertainCell};
-use trueweld_output::{CertifiedWeld, CertifyReport, Progress, Report, write_file};
+use trueweld_output::{AssumedDraws, CertifiedWeld, CertifyReport, Progress, Report, write_file};
 use trueweld_plant::provenance::{FileDigest, Provenance, sha256};
 use trueweld_plant::sensors::InstrumentFault;
 use trueweld_plant::simulate::{Program, RunError, Scenario};
@@ -64,6 +65,10 @@ pub struct Arguments {
     /// Evidence folder
     #[arg(long, value_name = "FOLDER", default_value = "out/certify")]
     evidence: PathBuf,
+    /// Make the trials with what the requirements assume of measured numbers as well, to show what the
+    /// measurement brought
+    #[arg(long, conflicts_with_all = ["shard", "merge"])]
+    compare_assumed: bool,
     /// Make part I of N of the runs, in an evidence folder of its own; no certificate yet
     #[arg(long, value_name = "I/N", conflicts_with = "merge")]
     shard: Option<Shard>,
@@ -112,10 +117,22 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     // Everything is read and judged usable before the first run.
     let inputs = inputs(arguments)?;
     let Inputs { robot, planned, sensors, .. } = &inputs[0];
-    let uncertain = requirements.uncertain_cell(robot, planned, sensors).map_err(|error| {
+    let assumed = requirements.uncertain_cell(robot, planned, sensors).map_err(|error| {
         miette!(help = "Numbers in [[uncertain]] are of the cell that is certified.", "{error}")
     })?;
-    let asked = Asked { requirements: &requirements, uncertain: &uncertain };
+    let measured = inputs[0].measured(&assumed)?;
+    if arguments.compare_assumed && measured.is_none() {
+        return Err(miette!(
+            help = "`improve` writes what it measured into the model file, as [posterior].",
+            "--compare-assumed: nothing of this cell is measured; expected --model with a posterior"
+        ));
+    }
+    let uncertain = measured.as_ref().unwrap_or(&assumed);
+    let asked = Asked {
+        requirements: &requirements,
+        uncertain,
+        assumed: arguments.compare_assumed.then_some(&assumed),
+    };
     let mut campaigns = inputs
         .iter()
         .map(|inputs| WeldSetup::new(arguments, asked, &files, inputs).and_then(WeldCampaign::open))
@@ -137,8 +154,12 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         .iter()
         .flat_map(|inputs| SECTIONS.map(|s| section_file(folder, s, &inputs.weld_name)))
         .collect();
+    let compared = inputs.iter().filter(|_| arguments.compare_assumed);
+    let compared: Vec<PathBuf> =
+        compared.map(|inputs| section_file(folder, ASSUMED, &inputs.weld_name)).collect();
     let mut outputs: Vec<(&str, &Path)> = sections
         .iter()
+        .chain(&compared)
         .chain([&certificate, &page])
         .map(|path| ("--evidence", path.as_path()))
         .collect();
@@ -162,7 +183,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         seed: arguments.draws,
         asked: [requirements.failure_probability, requirements.confidence],
         welds,
-        uncertain: &uncertain,
+        uncertain,
         repeat: repeat::command_line("certify", &ONLY_HERE),
         kept: written(&sections).iter().map(|file| digest(file)).collect::<Result<_>>()?,
         provenance: &provenance,
@@ -226,6 +247,8 @@ struct WeldCampaign<'a> {
 struct Asked<'a> {
     requirements: &'a Requirements,
     uncertain: &'a UncertainCell,
+    /// The same without what was measured, where both are to be compared.
+    assumed: Option<&'a UncertainCell>,
 }
 
 /// What the runs of a weld are made from.
@@ -248,6 +271,9 @@ fn key(provenance: &Provenance) -> Result<String> {
 
 /// The sections of a weld's evidence.
 const SECTIONS: [&str; 5] = ["nominal", "trials", "rare", "worst", "faults"];
+
+/// The section of trials with what is assumed of measured numbers.
+const ASSUMED: &str = "assumed";
 
 /// The file of a section of a weld.
 fn section_file(folder: &Path, section: &str, weld: &str) -> PathBuf {
@@ -333,6 +359,17 @@ impl<'a> WeldSetup<'a> {
             passes: self.arguments.passes as usize,
             seed: self.arguments.draws,
         }
+    }
+
+    /// The same of a cell of which only this is assumed, and its trials.
+    fn assumed<'c>(
+        &'c self,
+        uncertain: &'c UncertainCell,
+    ) -> Result<(Certification<'c>, TrialStore<Trial>)> {
+        let path = section_file(&self.arguments.evidence, ASSUMED, &self.inputs.weld_name);
+        let cell = self.inputs.nominal(uncertain);
+        let certification = Certification { cell, ..self.certification() };
+        Ok((certification, TrialStore::open(path, &self.key)?))
     }
 
     /// The runs that depend on no other; the search for the worst cell needs all of them.
@@ -450,14 +487,17 @@ impl<'a> WeldCampaign<'a> {
     /// Every run: those that are kept, and the missing ones.
     fn run(self) -> Result<CertifiedWeld> {
         let Self { setup, mut kept } = self;
-        let WeldSetup { arguments, asked: Asked { requirements, uncertain }, inputs, .. } = setup;
+        let WeldSetup { arguments, asked, inputs, .. } = setup;
+        let Asked { requirements, uncertain, assumed } = asked;
         let certification = setup.certification();
         let budget = arguments.worst as usize;
         let jobs = setup.jobs()?;
         // Of every level but the first nine tenths are new; the next one's cells are a tenth as rare.
         let levels = arguments.failure_probability.map_or(0.0, |p| (-p.log10()).ceil());
         let rare = (0.9 * levels * arguments.trials as f64) as usize;
-        let meter = setup.meter(&jobs, budget + rare, &kept);
+        let compared = assumed.map(|cell| setup.assumed(cell)).transpose()?;
+        let more = compared.as_ref().map_or(0, |(_, store)| jobs.trials.len() - store.count());
+        let meter = setup.meter(&jobs, budget + rare + more, &kept);
         let Done { nominal, faults, trials } = kept.complete(&jobs, &certification, &meter)?;
         let is = |(index, draw): &(u64, _), run: &Trial| run.index == *index && run.draw == *draw;
         let seed = arguments.draws;
@@ -474,6 +514,16 @@ impl<'a> WeldCampaign<'a> {
                 meter.count("worst case", 1.0, certification.weld(*index, draw.clone()))
             })
         })?;
+        let compared = match compared {
+            Some((certification, mut store)) => {
+                let trials = store.complete(&jobs.trials, is_trial, |index| {
+                    meter.count("assumed", 1.0, certification.trial(*index))
+                })?;
+                store.close()?;
+                Some(AssumedDraws { requirements: draws(requirements, &trials), trials })
+            }
+            None => None,
+        };
         meter.finish();
         kept.close(arguments.failure_probability.is_some())?;
         let nominal =
@@ -489,6 +539,7 @@ impl<'a> WeldCampaign<'a> {
             shown: certification.shown(&evidence, &requirements),
             evidence,
             requirements,
+            assumed: compared,
         })
     }
 }

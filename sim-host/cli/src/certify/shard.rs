@@ -225,7 +225,7 @@ impl Shards {
 }
 
 /// What two certifications differ in, if anything; where files lie does not count.
-fn difference(of: &Provenance, asked: &Provenance) -> Option<String> {
+pub fn difference(of: &Provenance, asked: &Provenance) -> Option<String> {
     if of.version != asked.version {
         let (made, this) = (&of.version, &asked.version);
         return Some(format!("made by version {made} of the program, and this is {this}"));

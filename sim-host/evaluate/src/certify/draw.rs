@@ -42,9 +42,8 @@ impl NominalCell<'_> {
         let robot = self.robot.with_stiffness_scaled(&factor).map_err(|_| RunError::Cell)?;
         let crosstalk = force_crosstalk::effect(draw.crosstalk);
         let values = self.uncertain.values(&draw.latents);
-        let drawn = self.uncertain.effects(&values, self.robot);
-        let effects: Vec<Effect> =
-            self.effects.iter().cloned().chain([crosstalk]).chain(drawn).collect();
+        let mut effects = self.uncertain.effects(self.effects, &values, self.robot);
+        effects.push(crosstalk);
         let b_from_w = self.uncertain.seam(&values, Seam::of(weld).b_from_w);
         Cell::new(&robot, &effects, process, b_from_w).map_err(|_| RunError::Cell)
     }
@@ -62,7 +61,7 @@ impl NominalCell<'_> {
     ) -> Result<Vec<Margins>, RunError> {
         let values = self.uncertain.values(&draw.latents);
         let mut process = Process { ripple: Vec::new(), ..draw.process(scenario.planned) };
-        self.uncertain.change_process(&values, &mut process);
+        self.uncertain.change_process(&values, scenario.planned, &mut process);
         let cell = self.build(draw, &process, scenario.weld)?;
         let mut sensors = draw.sensors(scenario.sensors, scenario.control.period);
         self.uncertain.change_sensors(&values, &mut sensors);
@@ -82,7 +81,7 @@ impl NominalCell<'_> {
     ) -> Result<Recording, RunError> {
         let values = self.uncertain.values(&draw.latents);
         let mut process = draw.process(scenario.planned);
-        self.uncertain.change_process(&values, &mut process);
+        self.uncertain.change_process(&values, scenario.planned, &mut process);
         let cell = self.build(draw, &process, scenario.weld)?;
         let mut sensors = draw.sensors(scenario.sensors, scenario.control.period);
         self.uncertain.change_sensors(&values, &mut sensors);
@@ -121,7 +120,7 @@ impl SampledCell {
         let mut within = |half: f64| half * (2.0 * random.random::<f64>() - 1.0);
         let u = &uncertain.short;
         Self {
-            stiffness: [(); 6].map(|()| 1.0 + within(u.stiffness)),
+            stiffness: [0, 1, 2, 3, 4, 5].map(|joint| 1.0 + within(uncertain.stiffness(joint))),
             process: [(); 5].map(|()| 1.0 + within(u.process)),
             ripple: [1.0 + within(u.ripple), within(std::f64::consts::PI)],
             crosstalk: [(); 2].map(|()| within(u.crosstalk)),

@@ -177,7 +177,8 @@ fn nominal(requirements: &Requirements, trial: &Trial) -> Vec<Requirement> {
     judged.collect()
 }
 
-fn draws(requirements: &Requirements, trials: &[Trial]) -> Vec<Requirement> {
+/// Judges drawn cells alone.
+pub fn draws(requirements: &Requirements, trials: &[Trial]) -> Vec<Requirement> {
     let judged = requirements.limits.iter().map(|Limit { figure, value }| {
         let (name, limit) = (figure.key, *value);
         let beyond = Rate::of(trials, |t| !within(t.figure(name), limit));

@@ -33,7 +33,8 @@ mod worst;
 pub use draw::{NominalCell, SampledCell};
 pub use faults::{FAULT_FIGURES, FaultTrial, SteadyTooShort};
 pub use judge::{
-    Beyond, Evidence, EvidenceKind, Requirement, Verdict, WeakPoint, judge, weak_points, within,
+    Beyond, Evidence, EvidenceKind, Requirement, Verdict, WeakPoint, draws, judge, weak_points,
+    within,
 };
 pub use rare::{FEWEST_DRAWS, RARE_FIGURE, RareFailure, rare_failure};
 pub use reason::{Held, Pace, Reason, Shortfall, Symptom};

@@ -296,7 +296,7 @@ pub(super) fn cell_at(
 ) -> SampledCell {
     let u = &uncertain.short;
     SampledCell {
-        stiffness: [0, 1, 2, 3, 4, 5].map(|k| 1.0 + u.stiffness * at[k]),
+        stiffness: [0, 1, 2, 3, 4, 5].map(|k| 1.0 + uncertain.stiffness(k) * at[k]),
         process: [6, 7, 8, 9, 10].map(|k| 1.0 + u.process * at[k]),
         ripple: [1.0 + u.ripple * at[11], PI * at[PHASE]],
         crosstalk: [13, 14].map(|k| u.crosstalk * at[k]),
@@ -333,7 +333,7 @@ pub(super) fn numbers(uncertain: &UncertainCell, draw: &SampledCell) -> Vec<f64>
     };
     let mut at = vec![0.0; SHORT];
     for k in 0..6 {
-        at[k] = share(draw.stiffness[k] - 1.0, u.stiffness);
+        at[k] = share(draw.stiffness[k] - 1.0, uncertain.stiffness(k));
     }
     for k in 0..5 {
         at[6 + k] = share(draw.process[k] - 1.0, u.process);

@@ -11,7 +11,8 @@ use trueweld_evaluate::certify::{
     FaultTrial, RareFailure, Requirement, SampledCell, Sensitivity, Trial, Verdict, WeakPoint,
 };
 use trueweld_evaluate::margins::{CHANNEL_NAMES, Condition, Margin, Margins};
-use trueweld_evaluate::{Distribution, Group, UncertainCell};
+use trueweld_evaluate::{Distribution, Group, ReplacedAssumption, SHORT_SOURCE, UncertainCell};
+use trueweld_plant::input::FileKind;
 use trueweld_plant::provenance::{FileDigest, Provenance};
 
 /// What many welds of uncertain cells show of a compensation law.
@@ -39,6 +40,12 @@ pub struct CertifyResult {
     pub confidence: f64,
     /// Every number that the draws differ in.
     pub uncertain: Vec<UncertainRecord>,
+    /// What was measured of the cell; `null` where all is assumed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub measurement: Option<MeasurementRecord>,
+    /// What the requirements assume of numbers that were measured: it is not drawn.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub replaced: Vec<ReplacedAssumption>,
     /// What the draws take as known although it might not be.
     pub left_out: Vec<String>,
     /// The command line that comes to the same.
@@ -66,8 +73,57 @@ pub struct UncertainRecord {
     /// What it is uncertain with.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub group: Option<Group>,
-    /// Who assumed it, or what measured it.
+    /// `measured`, together with all others that are, or `assumed`.
+    pub basis: String,
+    /// Who assumed it, or which logs measured it.
     pub source: String,
+    /// The file that says so.
+    pub file: String,
+}
+
+/// What was measured of a cell.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MeasurementRecord {
+    /// Names of the logs.
+    pub logs: Vec<String>,
+    /// SHA-256 of the SHA-256 of every file of the logs, in their order.
+    pub campaign_sha256: String,
+    /// Score of the model on these logs; 1.0 is the noise floor.
+    pub score: f64,
+    /// Numbers whose values stand at the bound of what is possible.
+    pub at_bound: Vec<String>,
+    /// Numbers that the logs hardly determine.
+    pub undetermined: Vec<String>,
+    /// Numbers of which the logs say next to nothing: they are not among those measured.
+    pub not_measured: Vec<String>,
+}
+
+/// What the trials come to by one requirement where measured numbers are as they are assumed, and as
+/// they were measured.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BoughtByMeasurement {
+    /// Key of the figure.
+    pub name: String,
+    /// The most that is allowed, in the unit of the key.
+    pub limit: f64,
+    /// With what the requirements assume.
+    pub assumed: DrawnFigure,
+    /// With what was measured.
+    pub measured: DrawnFigure,
+}
+
+/// A figure over drawn cells.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DrawnFigure {
+    /// Draws beyond the limit.
+    pub beyond: usize,
+    /// Largest probability of a weld beyond the limit that the draws leave open.
+    pub failure_probability: f64,
+    /// Between which 90 % of the draws lie; `null` where they come to no end.
+    pub spread: [Option<f64>; 2],
 }
 
 /// One requirement, judged.
@@ -121,6 +177,9 @@ pub struct WeldEvidence {
     pub margins: Vec<MarginPlace>,
     /// Instruments that fail, one at a time.
     pub faults: Vec<FaultRun>,
+    /// What the measurement brought, where that was asked for.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub bought: Vec<BoughtByMeasurement>,
     /// What the failures follow from: of the requirements that draws were beyond, or of the one
     /// that came closest to its limit.
     pub sensitivity: Vec<FigureSensitivity>,
@@ -332,7 +391,16 @@ impl CertifyResult {
             seed: report.seed,
             allowed_failure_probability: report.asked[0],
             confidence: report.asked[1],
-            uncertain: UncertainRecord::all(report.uncertain),
+            uncertain: UncertainRecord::all(report),
+            measurement: report.uncertain.posterior.as_ref().map(|of| MeasurementRecord {
+                logs: of.logs.clone(),
+                campaign_sha256: of.campaign.clone(),
+                score: of.score,
+                at_bound: of.at_bound.clone(),
+                undetermined: of.undetermined.clone(),
+                not_measured: of.not_measured.clone(),
+            }),
+            replaced: report.uncertain.replaced.clone(),
             left_out: report.uncertain.left_out().to_vec(),
             repeat: report.repeat.clone(),
             kept: report.kept.clone(),
@@ -347,26 +415,80 @@ impl CertifyResult {
 }
 
 impl UncertainRecord {
-    /// Those of the short keys, then those of `[[uncertain]]`.
-    pub(crate) fn all(cell: &UncertainCell) -> Vec<Self> {
-        let short =
-            short_numbers(&cell.short).into_iter().map(|(number, unit, [low, high])| Self {
-                number,
-                unit: unit.to_owned(),
-                relative: unit == "1",
-                distribution: Distribution::Uniform { low, high },
-                group: None,
-                source: "[uncertainty] of the requirements".to_owned(),
-            });
-        let numbers = cell.numbers.iter().map(|number| Self {
-            number: number.name.clone(),
-            unit: number.unit.to_owned(),
-            relative: number.relative,
-            distribution: number.distribution,
-            group: number.group.clone(),
-            source: number.source.clone(),
+    /// Those of the short keys, then those of `[[uncertain]]`, then those measured.
+    pub(crate) fn all(report: &CertifyReport<'_>) -> Vec<Self> {
+        let cell = report.uncertain;
+        let file = |role: &str| {
+            let file = report.provenance.files.iter().find(|file| file.role == role);
+            file.map_or(String::new(), |file| file.file.clone())
+        };
+        let assumed = |number: String, unit: &str, relative, distribution, source: &str| Self {
+            number,
+            unit: unit.to_owned(),
+            relative,
+            distribution,
+            group: None,
+            basis: "assumed".to_owned(),
+            source: source.to_owned(),
+            file: file(FileKind::Requirements.name()),
+        };
+        let short = short_numbers(cell).into_iter().map(|(number, unit, [low, high])| {
+            let distribution = Distribution::Uniform { low, high };
+            assumed(number, unit, unit == "1", distribution, SHORT_SOURCE)
+        });
+        let logs = cell.posterior.as_ref().map(|of| {
+            let campaign = of.campaign.get(..12).unwrap_or(&of.campaign);
+            format!("logs {} of the campaign {campaign}", of.logs.join(", "))
+        });
+        let numbers = cell.numbers.iter().map(|n| {
+            let group = n.group.clone();
+            let of = assumed(n.name.clone(), n.unit, n.relative, n.distribution, &n.source);
+            match &logs {
+                Some(logs) if n.is_measured() => Self {
+                    basis: "measured".to_owned(),
+                    source: logs.clone(),
+                    file: file(FileKind::Model.name()),
+                    ..of
+                },
+                _ => Self { group, ..of },
+            }
         });
         short.chain(numbers).collect()
+    }
+}
+
+impl DrawnFigure {
+    fn of(requirement: &Requirement, trials: &[Trial]) -> Option<Self> {
+        let draws = requirement.draws?;
+        let mut sorted: Vec<f64> = trials.iter().map(|t| t.figure(requirement.name)).collect();
+        sorted.sort_by(f64::total_cmp);
+        let at = |share: f64| {
+            let k = (share * sorted.len().saturating_sub(1) as f64).round() as usize;
+            sorted.get(k).copied().and_then(finite)
+        };
+        Some(Self {
+            beyond: draws.beyond,
+            failure_probability: draws.failure_probability,
+            spread: [at(0.05), at(0.95)],
+        })
+    }
+}
+
+impl BoughtByMeasurement {
+    /// Of every requirement on draws; none where nothing was compared.
+    pub(crate) fn all(weld: &CertifiedWeld) -> Vec<Self> {
+        let Some(assumed) = &weld.assumed else { return Vec::new() };
+        let of = |before: &Requirement| {
+            let same = |r: &&Requirement| (r.case, r.name) == (before.case, before.name);
+            let now = weld.requirements.iter().find(same)?;
+            Some(Self {
+                name: before.name.to_owned(),
+                limit: before.limit,
+                assumed: DrawnFigure::of(before, &assumed.trials)?,
+                measured: DrawnFigure::of(now, &weld.evidence.trials)?,
+            })
+        };
+        assumed.requirements.iter().filter_map(of).collect()
     }
 }
 
@@ -423,6 +545,7 @@ impl WeldEvidence {
             },
             margins: evidence.margins.iter().map(MarginPlace::of).collect(),
             faults: evidence.faults.iter().map(FaultRun::of).collect(),
+            bought: BoughtByMeasurement::all(weld),
             sensitivity: weld.sensitivities.iter().map(FigureSensitivity::of).collect(),
             weak_points: weld.weak_points.iter().map(WeakMargin::of).collect(),
         }

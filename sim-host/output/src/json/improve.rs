@@ -11,6 +11,7 @@ use crate::words::diagnose::{not_kept, undone};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use trueweld_measure::diagnose::FittedEffect;
+use trueweld_plant::input::{MeasuredNumber, Posterior, RobotFile};
 use trueweld_plant::provenance::Provenance;
 
 /// A model improved.
@@ -43,6 +44,13 @@ pub struct ImproveResult {
     pub unexplained: Vec<ResidualFinding>,
     /// What there was no time for, and fits that did not arrive, in words.
     pub undone: Vec<String>,
+    /// What the logs leave open of every number that they measure; their covariance stands in the
+    /// improved model file.
+    #[serde(default)]
+    pub posterior: Vec<PosteriorNumber>,
+    /// Numbers that were fitted and of which the logs say next to nothing.
+    #[serde(default)]
+    pub not_measured: Vec<String>,
     /// What a reader should know although nothing is wrong.
     #[serde(default)]
     pub notices: Vec<String>,
@@ -50,6 +58,52 @@ pub struct ImproveResult {
     #[serde(default)]
     pub registered: Vec<RegisteredTracker>,
 }
+
+/// A number of the cell with its 95 % interval, every calibration free beside it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[allow(missing_docs)]
+pub struct PosteriorNumber {
+    pub effect: String,
+    pub at: String,
+    pub parameter: String,
+    pub value: f64,
+    pub low: f64,
+    pub high: f64,
+    pub unit: String,
+    /// Standard deviation from log to log, in the unit; 0 for a number of the cell.
+    pub between_logs: f64,
+    /// True where the value is at the bound of what is possible: the interval ends there.
+    pub at_bound: bool,
+}
+
+impl PosteriorNumber {
+    pub(crate) fn all(of: &Posterior, robot: &RobotFile) -> Vec<Self> {
+        let one = |(k, n): (usize, &MeasuredNumber)| {
+            let EffectPlace { effect, at } = EffectPlace::of(n.kind, n.at, robot);
+            let parameter = &n.kind.parameters[n.parameter];
+            let end = |x: f64| {
+                if parameter.holds(x) { x } else { x.clamp(parameter.low, parameter.high) }
+            };
+            let half = NORMAL * of.deviation(k);
+            Self {
+                effect,
+                at,
+                parameter: parameter.name.to_owned(),
+                value: n.value,
+                low: end(n.value - half),
+                high: end(n.value + half),
+                unit: parameter.unit.to_owned(),
+                between_logs: n.between_logs,
+                at_bound: n.value == parameter.low || n.value == parameter.high,
+            }
+        };
+        of.numbers.iter().enumerate().map(one).collect()
+    }
+}
+
+/// Standard deviations of half a 95 % interval.
+const NORMAL: f64 = 1.96;
 
 /// A step of an improvement.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -116,6 +170,8 @@ impl ImproveResult {
             held_out: improvement.held_out_logs.clone(),
             unexplained: ResidualFinding::remaining(&improvement.diagnosis),
             undone: undone(&improvement.diagnosis.undone, &model.robot),
+            posterior: PosteriorNumber::all(report.posterior, &model.robot),
+            not_measured: report.posterior.not_measured.clone(),
             notices: report.notices.iter().map(notice).collect(),
             registered: RegisteredTracker::all(report.notices),
         }

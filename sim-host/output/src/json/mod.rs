@@ -17,8 +17,9 @@ mod simulation;
 mod tune;
 
 pub use certify::{
-    CertifyResult, FaultRun, JudgedRequirement, LoopMargins, LoopPassivity, MarginPlace,
-    TrialFigures, UncertainRecord, UnfinishedTrial, WeldEvidence, WorstCell,
+    BoughtByMeasurement, CertifyResult, DrawnFigure, FaultRun, JudgedRequirement, LoopMargins,
+    LoopPassivity, MarginPlace, MeasurementRecord, TrialFigures, UncertainRecord, UnfinishedTrial,
+    WeldEvidence, WorstCell,
 };
 pub use compare::{
     CompareResult, ComparedChannel, ComparedLog, ResidualCurve, ResidualFinding, ResidualMapAxis,
@@ -30,7 +31,7 @@ pub use diagnose::{
 };
 pub use effects::{EffectCurveData, EffectPlace, FittedEffectValues, FittedValue};
 pub use import::{ImportResult, ImportedColumn, ImportedFile};
-pub use improve::{AddedStep, ImproveResult, RejectedStep};
+pub use improve::{AddedStep, ImproveResult, PosteriorNumber, RejectedStep};
 pub use mistake::{FileMistake, MistakeEvidence};
 pub use mistakes::MistakesResult;
 pub use mountings::{LinkMountings, MountingCombination, MountingTerm};

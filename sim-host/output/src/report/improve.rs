@@ -6,10 +6,10 @@ use super::diagnose::evidence;
 use super::residuals::{before_and_after, score_bar};
 use crate::ImproveReport;
 use crate::document::{Block, Document, Medium, Table, number, words};
-use crate::json::ImproveResult;
+use crate::json::{ImproveResult, PosteriorNumber};
 use crate::samples::{self, Samples};
 use crate::words::diagnose::{CURVES, UNDONE, remains, undone};
-use crate::words::score;
+use crate::words::{condensed, digits, score};
 use trueweld_measure::diagnose::Verdict;
 
 /// Columns drawn before and after.
@@ -59,6 +59,12 @@ impl Report for ImproveReport<'_> {
             "The values of the improved model",
             Block::Table(self.values()),
         );
+        document.section(
+            Medium::Page,
+            "What the logs measure of the cell, jointly: [posterior] of the improved model",
+            Block::Table(self.posterior()),
+        );
+        document.push_on(Medium::Page, Block::Note(self.not_measured()));
         document.section(Medium::All, "Tried and not kept", Block::Table(self.rejections()));
         let left_out = undone(&improvement.diagnosis.undone, &self.model.robot);
         document.section(Medium::All, UNDONE, Block::List(left_out));
@@ -106,6 +112,39 @@ impl ImproveReport<'_> {
         Table { head: vec![head], rows: rows.collect() }
     }
 
+    /// Every number that the logs measure, with every calibration free beside it.
+    fn posterior(&self) -> Table {
+        let row = |n: PosteriorNumber| {
+            let name = match n.at.as_str() {
+                "" => format!("{}: {}", n.effect, n.parameter),
+                at => format!("{} at {at}: {}", n.effect, n.parameter),
+            };
+            let between =
+                if n.between_logs > 0.0 { digits(n.between_logs, 2) } else { String::new() };
+            let interval = format!("{} to {}", digits(n.low, 3), digits(n.high, 3));
+            let bound = if n.at_bound { "at the bound" } else { "" };
+            vec![
+                words(name),
+                number(digits(n.value, 3)),
+                number(interval),
+                number(between),
+                words(n.unit),
+                words(bound),
+            ]
+        };
+        let rows = PosteriorNumber::all(self.posterior, &self.model.robot).into_iter().map(row);
+        let numbers = ["value", "95 %", "± from log to log"].map(number);
+        let head = [words("")].into_iter().chain(numbers).chain([words("unit"), words("")]);
+        Table { head: vec![head.collect()], rows: rows.collect() }
+    }
+
+    fn not_measured(&self) -> String {
+        match self.posterior.not_measured.as_slice() {
+            [] => String::new(),
+            names => format!("Fitted, and next to nothing known of it: {}.", condensed(names)),
+        }
+    }
+
     fn rejections(&self) -> Table {
         let rows = self.improvement.rejected.iter().map(|rejected| {
             let [what, why] = self.rejected(rejected);
@@ -133,6 +172,7 @@ mod tests {
             model: &parts.model,
             out: Path::new("improved.toml"),
             improvement: &improvement,
+            posterior: &sample::posterior(),
             before: &parts.before,
             after: &parts.after,
             held_out: [&parts.before, &parts.after],

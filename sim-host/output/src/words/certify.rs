@@ -1,14 +1,14 @@
 //! What is said of a certification.
 
 use super::requirement::{label, reason, shown};
-use super::{counted, listed, share};
+use super::{condensed, counted, listed, share};
 use crate::{CertifiedWeld, CertifyReport};
 use trueweld_evaluate::PHASES;
 use trueweld_evaluate::certify::{
     Evidence, EvidenceKind, Requirement, SampledCell, Sensitivity, ShownKind, Trend, Verdict,
     WeakPoint,
 };
-use trueweld_evaluate::{Distribution, Uncertainty};
+use trueweld_evaluate::{Distribution, UncertainCell};
 
 /// The verdict in a sentence.
 pub(crate) fn headline(report: &CertifyReport<'_>) -> String {
@@ -146,15 +146,21 @@ pub(crate) fn worst_cell(cell: &SampledCell) -> [String; 5] {
 
 /// What the short keys of a requirements file draw: names, units and ends. What is known is left
 /// out, but for the ripple's phase.
-pub(crate) fn short_numbers(short: &Uncertainty) -> Vec<(String, &'static str, [f64; 2])> {
+pub(crate) fn short_numbers(cell: &UncertainCell) -> Vec<(String, &'static str, [f64; 2])> {
+    let short = &cell.short;
     let half = |half: f64| [-half, half];
+    let left = cell.assumed_stiffness.join(", ");
+    let (stiffness, process) = match &cell.posterior {
+        None => ("stiffness of each joint".to_owned(), ""),
+        Some(_) => (format!("stiffness of {left}"), ", but for those measured"),
+    };
+    let stiffness_half = if left.is_empty() { 0.0 } else { short.stiffness };
+    let process = format!(
+        "each gain of the process (depth, drag, lateral damping, stiffness and ratio{process})"
+    );
     let all = [
-        ("stiffness of each joint", "1", half(short.stiffness)),
-        (
-            "each gain of the process: depth, drag, lateral damping, stiffness and ratio",
-            "1",
-            half(short.process),
-        ),
+        (stiffness.as_str(), "1", half(stiffness_half)),
+        (process.as_str(), "1", half(short.process)),
         ("amplitude of the spindle's ripple", "1", half(short.ripple)),
         ("phase of the spindle's ripple", "rad", half(std::f64::consts::PI)),
         ("cross-talk of the force sensor, along x and along y", "N/N", half(short.crosstalk)),
@@ -283,6 +289,43 @@ pub(crate) fn not_asked(report: &CertifyReport<'_>) -> Vec<String> {
 
 /// What is filled in by hand.
 pub(crate) const SIGNED_BY: [&str; 3] = ["name", "date", "signature"];
+
+/// What was measured and by which logs, in a sentence; nothing where all is assumed.
+pub(crate) fn measured(cell: &UncertainCell) -> Option<String> {
+    let of = cell.posterior.as_ref()?;
+    let mut text = format!(
+        "Measured: {}, jointly, by {} ({}) of the campaign {}; score {:.3}, 1.0 is the noise floor.",
+        counted(of.numbers.len(), "number"),
+        counted(of.logs.len(), "log"),
+        of.logs.join(", "),
+        of.campaign.get(..12).unwrap_or(&of.campaign),
+        of.score
+    );
+    let mut also = |names: &[String], what: &str| {
+        if !names.is_empty() {
+            text += &format!(" {what}: {}.", condensed(names));
+        }
+    };
+    also(&of.at_bound, "At the bound of what is possible, where no distribution is normal");
+    also(&of.undetermined, "Hardly determined by the logs");
+    also(&of.not_measured, "Not measured, and left to what is assumed or stated");
+    Some(text)
+}
+
+/// That a model does not explain its logs, and what is measured with it is not all; nothing where it
+/// does.
+pub(crate) fn not_explained(cell: &UncertainCell) -> Option<String> {
+    let score = cell.posterior.as_ref()?.score;
+    (score > FLOOR).then(|| {
+        format!(
+            "The model does not explain its logs: the error is {score:.2} times the noise. What is \
+             missing in it is not in the draws."
+        )
+    })
+}
+
+/// Score up to which a model explains its logs, where their noise is estimated.
+const FLOOR: f64 = 1.1;
 
 /// What the draws take as known, in a sentence.
 pub(crate) fn left_out(what: &[String]) -> String {

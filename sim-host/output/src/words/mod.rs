@@ -23,6 +23,8 @@ pub(crate) mod step;
 pub(crate) mod tune;
 pub(crate) mod weld;
 
+use std::collections::BTreeMap;
+
 pub use model::model_comments;
 pub(crate) use published::PublishedStep;
 pub(crate) use quantity::{Scale, digits, fixed, probability, score, share, signed_share};
@@ -42,4 +44,22 @@ pub(crate) fn listed<T: AsRef<str>>(parts: &[T], last: &str) -> String {
 /// `1 log`, `3 logs`.
 pub(crate) fn counted(count: usize, noun: &str) -> String {
     format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
+}
+
+/// Names of numbers, those of one parameter at several places together.
+pub(crate) fn condensed(names: &[String]) -> String {
+    let mut together: BTreeMap<(&str, &str), Vec<&str>> = BTreeMap::new();
+    for name in names {
+        let (what, parameter) = name.split_once(": ").unwrap_or((name, ""));
+        let (what, at) = what.split_once(" at ").unwrap_or((what, ""));
+        together.entry((what, parameter)).or_default().push(at);
+    }
+    let one = |((what, parameter), at): ((&str, &str), Vec<&str>)| {
+        let parameter = if parameter.is_empty() { "" } else { &format!(" {parameter}") };
+        match at.join(", ") {
+            at if at.is_empty() => format!("{what}{parameter}"),
+            at => format!("{what}{parameter} at {at}"),
+        }
+    };
+    together.into_iter().map(one).collect::<Vec<_>>().join("; ")
 }

@@ -30,6 +30,10 @@ pub fn model_comments(
             first.held_out,
             last.held_out,
         ),
+        posterior: "What the logs leave open of the model's numbers, jointly: `certify --model` draws from it. Every \
+                    calibration is free in it, as are friction, the tool's mass and gains of the process. Belongs to these \
+                    effects and files: a change of them breaks the seal, `sha256`."
+            .to_owned(),
         effects: origins.iter().map(|origin| comments(origin, &names, logs)).collect(),
     }
 }

@@ -41,7 +41,9 @@ use trueweld_measure::residuals::localize::{
 use trueweld_output::{CertifiedWeld, CertifyReport, DiagnoseReport, StepRun, WeldRun};
 use trueweld_plant::cell::Cell;
 use trueweld_plant::effects::{Effect, EffectKind, Location};
-use trueweld_plant::input::{Control, InputFile, ModelFile, Process, RobotFile, Sensors, Weld};
+use trueweld_plant::input::{
+    Control, InputFile, MeasuredNumber, ModelFile, Posterior, Process, RobotFile, Sensors, Weld,
+};
 use trueweld_plant::integrate::Integrator;
 use trueweld_plant::provenance::{FileDigest, Provenance};
 use trueweld_plant::simulate::{
@@ -764,11 +766,41 @@ pub fn certificate() -> CertifyReport<'static> {
             }],
             requirements: judged,
             evidence,
+            assumed: None,
         }],
         uncertain: uncertain(),
         repeat: "trueweld certify --compensator elastostatic".to_owned(),
         kept: vec![FileDigest::new("evidence", "trials-vertical.jsonl", b"abc")],
         provenance: provenance(),
+    }
+}
+
+/// What the logs of the improvement measure: two numbers of the cell, and one of each log at its
+/// bound.
+pub fn posterior() -> Posterior {
+    let kind = |id: &str| EffectKind::of(id).unwrap();
+    let number = |id: &str, joint: usize, value: f64, between_logs: f64| MeasuredNumber {
+        kind: kind(id),
+        at: Location::Joint(joint),
+        occurrence: 0,
+        parameter: 0,
+        value,
+        between_logs,
+    };
+    Posterior {
+        numbers: vec![
+            number("backlash", 4, 2.4e-4, 0.0),
+            number("stiffness-error", 1, 0.01, 0.0),
+            number("encoder-offset", 2, 0.005, 1e-5),
+        ],
+        covariance: vec![1e-12, 0.0, 1e-6, 0.0, 0.0, 1e-12],
+        logs: vec!["static".to_owned(), "free".to_owned()],
+        campaign: "0123456789abcdef".to_owned(),
+        score: 1.02,
+        at_bound: vec!["encoder-offset at A3: offset_rad".to_owned()],
+        undetermined: Vec::new(),
+        not_measured: vec!["damping-error at A6: relative".to_owned()],
+        seal: String::new(),
     }
 }
 

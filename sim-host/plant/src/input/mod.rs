@@ -16,6 +16,7 @@ pub mod error;
 pub mod file;
 pub mod model;
 mod nearest;
+pub mod posterior;
 pub mod process;
 pub mod quantity;
 pub mod robot;
@@ -36,6 +37,7 @@ pub use file::{
 };
 pub use model::{Comments, EffectComments, ModelEffect, ModelFile, Scope};
 pub use nearest::{did_you_mean, nearest};
+pub use posterior::{MeasuredNumber, Posterior};
 pub use process::{Process, Ripple};
 pub use quantity::{Quantity, check_option, quantity, warnings};
 pub use robot::RobotFile;

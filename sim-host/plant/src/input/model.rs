@@ -12,17 +12,20 @@
 //! half_gap_rad = 2e-4
 //! ```
 //!
-//! Read and written here; what is written is read back to the same values.
+//! Read and written here; what is written is read back to the same values. What measurements leave
+//! open of the numbers stands in `[posterior]`, a table of its own.
 
+use super::posterior::{MeasuredNumber, Posterior};
 use super::table::Table;
 use super::{
     Bounds, Document, FileKind, InputError, InputFile, Process, RobotFile, Source, folder_of,
-    nearest, read_text, write_atomically,
+    hash_of_file, nearest, read_text, write_atomically,
 };
 use crate::effects::formula::{
     CustomParameter, CustomRole, Definition, Formula, MOST_PARAMETERS, NamedPort, PORTS,
 };
-use crate::effects::{self, Action, Effect, EffectError, Role, library};
+use crate::effects::{self, Action, Effect, EffectError, EffectKind, Role, library};
+use sha2::{Digest, Sha256};
 use std::fmt::Write;
 use std::path::{Component, Path, PathBuf};
 
@@ -59,6 +62,8 @@ pub struct ModelFile {
     pub process_path: Option<PathBuf>,
     /// The effects, in the file's order.
     pub effects: Vec<ModelEffect>,
+    /// What measurements leave open of its numbers; none where it was not fitted.
+    pub posterior: Option<Posterior>,
 }
 
 /// What a written model file says of where its numbers come from. Empty texts are left out.
@@ -66,6 +71,8 @@ pub struct ModelFile {
 pub struct Comments {
     /// At the head of the file.
     pub file: String,
+    /// Of the posterior.
+    pub posterior: String,
     /// Of each effect, in order; effects beyond the end have none.
     pub effects: Vec<EffectComments>,
 }
@@ -96,7 +103,7 @@ impl ModelFile {
     pub fn parse(text: &str, path: &Path) -> Result<Self, InputError> {
         let document = Document::parse(text, &path.display().to_string())?;
         let root = document.root_of(FileKind::Model.schema())?;
-        root.only(&["schema", "robot", "process", "effect"])?;
+        root.only(&["schema", "robot", "process", "effect", "posterior"])?;
         let robot_path = named_file(&root, "robot", path)?;
         let robot = RobotFile::read(&robot_path)?;
         let process_path =
@@ -111,7 +118,55 @@ impl ModelFile {
         } else {
             Vec::new()
         };
-        Ok(Self { path: path.to_owned(), robot, robot_path, process, process_path, effects })
+        let posterior = if root.has("posterior") {
+            Some(posterior(&root.table("posterior")?, &effects, &robot)?)
+        } else {
+            None
+        };
+        let path = path.to_owned();
+        Ok(Self { path, robot, robot_path, process, process_path, effects, posterior })
+    }
+
+    /// Digest of all that a posterior belongs to, itself with it: SHA-256, hexadecimal. Where files
+    /// lie is not in it.
+    ///
+    /// # Errors
+    /// A file that the model names and that cannot be read.
+    pub fn seal(&self) -> Result<String, InputError> {
+        let mut text = String::new();
+        for path in std::iter::once(&self.robot_path).chain(&self.process_path) {
+            let _ = writeln!(text, "{:x?}", hash_of_file(path)?);
+        }
+        for effect in &self.effects {
+            self.write_effect(&mut text, effect, &EffectComments::default());
+        }
+        if let Some(posterior) = &self.posterior {
+            self.write_posterior(&mut text, posterior, "");
+        }
+        Ok(Sha256::digest(text).iter().map(|b| format!("{b:02x}")).collect())
+    }
+
+    /// This model with a posterior, sealed.
+    ///
+    /// # Errors
+    /// As [`ModelFile::seal`].
+    pub fn with_posterior(self, posterior: Posterior) -> Result<Self, InputError> {
+        let mut model = Self { posterior: Some(posterior), ..self };
+        let seal = model.seal()?;
+        model.posterior.iter_mut().for_each(|posterior| posterior.seal.clone_from(&seal));
+        Ok(model)
+    }
+
+    /// Whether the posterior is of this robot, this process and these effects, as it was written;
+    /// true where there is none.
+    ///
+    /// # Errors
+    /// As [`ModelFile::seal`].
+    pub fn is_sealed(&self) -> Result<bool, InputError> {
+        Ok(match &self.posterior {
+            Some(posterior) => self.seal()? == posterior.seal,
+            None => true,
+        })
     }
 
     /// The effects with the values written in the file, those of one log as well.
@@ -133,7 +188,40 @@ impl ModelFile {
             text.push('\n');
             self.write_effect(&mut text, model_effect, comments.effects.get(i).unwrap_or(&none));
         }
+        if let Some(posterior) = &self.posterior {
+            text.push('\n');
+            self.write_posterior(&mut text, posterior, &comments.posterior);
+            line(&mut text, "sha256", quoted(&posterior.seal));
+        }
         text
+    }
+
+    /// The table but for its seal.
+    fn write_posterior(&self, text: &mut String, of: &Posterior, said: &str) {
+        comment(text, said);
+        text.push_str("[posterior]\n");
+        let mut texts = |key: &str, list: &mut dyn Iterator<Item = String>| {
+            let list: Vec<String> = list.map(|one| quoted(&one)).collect();
+            if !list.is_empty() {
+                line(text, key, rows(&list));
+            }
+        };
+        texts("logs", &mut of.logs.iter().cloned());
+        texts("names", &mut of.numbers.iter().map(|n| n.key()));
+        let at = |n: &MeasuredNumber| {
+            Effect { kind: n.kind, at: n.at, values: Vec::new() }.at_name(&self.robot).to_owned()
+        };
+        texts("at", &mut of.numbers.iter().map(at));
+        texts("at_bound", &mut of.at_bound.iter().cloned());
+        texts("undetermined", &mut of.undetermined.iter().cloned());
+        texts("not_measured", &mut of.not_measured.iter().cloned());
+        let numbers =
+            |list: &mut dyn Iterator<Item = f64>| rows(&list.map(number).collect::<Vec<_>>());
+        line(text, "values", numbers(&mut of.numbers.iter().map(|n| n.value)));
+        line(text, "between_logs", numbers(&mut of.numbers.iter().map(|n| n.between_logs)));
+        line(text, "covariance", numbers(&mut of.covariance.iter().copied()));
+        line(text, "score", number(of.score));
+        line(text, "campaign_sha256", quoted(&of.campaign));
     }
 
     fn write_effect(
@@ -242,6 +330,25 @@ fn effect(table: &Table<'_>, robot: &RobotFile) -> Result<ModelEffect, InputErro
         table.wrong("at", &expected, format!("Expected {expected}."))
     })?;
     Ok(ModelEffect { effect: Effect { kind, at, values }, scope })
+}
+
+/// What measurements leave open of these effects and of others of the library.
+fn posterior(
+    table: &Table<'_>,
+    effects: &[ModelEffect],
+    robot: &RobotFile,
+) -> Result<Posterior, InputError> {
+    let own = |id: &str| effects.iter().map(|e| e.effect.kind).find(|kind| kind.id == id);
+    Posterior::read(
+        table,
+        |id| own(id).or_else(|| EffectKind::of(id)),
+        |kind, at| {
+            kind.at(at, robot).map_err(|error| match error {
+                EffectError::LocationKind { expected, .. } => expected,
+                other => other.to_string(),
+            })
+        },
+    )
 }
 
 fn scope(table: &Table<'_>) -> Result<Scope, InputError> {
@@ -402,6 +509,15 @@ fn own_parameter(
         high,
     };
     Ok((parameter, value))
+}
+
+/// A list, a few entries a line.
+fn rows(list: &[String]) -> String {
+    if list.len() <= 4 {
+        return format!("[{}]", list.join(", "));
+    }
+    let lines: Vec<String> = list.chunks(6).map(|row| format!("  {},\n", row.join(", "))).collect();
+    format!("[\n{}]", lines.concat())
 }
 
 fn line(text: &mut String, key: &str, value: String) {

@@ -4,20 +4,20 @@ mod figures;
 
 use super::Report;
 use crate::document::{Block, Cell, Document, Medium, Table, Tone, number, words};
-use crate::json::{CertifyResult, UncertainRecord};
+use crate::json::{BoughtByMeasurement, CertifyResult, DrawnFigure, UncertainRecord};
 use crate::samples::{self, Samples};
 use crate::words::certify::{
-    SIGNED_BY, distribution, headline, lead, left_out, not_asked, of_case, reasons, sensitivity,
-    setting, trend, verdict_word, weak_point, worst_cell, worst_found,
+    SIGNED_BY, distribution, headline, lead, left_out, measured, not_asked, not_explained, of_case,
+    reasons, sensitivity, setting, trend, verdict_word, weak_point, worst_cell, worst_found,
 };
 use crate::words::requirement::{label, shown};
-use crate::words::{fixed, share};
+use crate::words::{condensed, fixed, share};
 use crate::{CertifiedWeld, CertifyReport};
 use trueweld_evaluate::certify::{
     EvidenceKind, FaultTrial, Influence, Sensitivity, Trial, Verdict, within,
 };
 use trueweld_evaluate::margins::{MARGIN_FIGURES, Margins};
-use trueweld_evaluate::{UncertainCell, WELD_FIGURES};
+use trueweld_evaluate::{ReplacedAssumption, UncertainCell, WELD_FIGURES};
 use trueweld_plant::provenance::FileDigest;
 
 impl Report for CertifyReport<'_> {
@@ -38,6 +38,10 @@ impl Report for CertifyReport<'_> {
         document.push(Block::Lead(lead(self)));
         document.section(Medium::All, "Why it does not pass", Block::List(reasons(self)));
         document.push(Block::Note(setting(self)));
+        for said in [measured(self.uncertain), not_explained(self.uncertain)].into_iter().flatten()
+        {
+            document.push(Block::Note(said));
+        }
         for weld in &self.welds {
             let heading = format!("Weld {}", weld.name);
             document.section(Medium::All, &heading, Block::Table(weld.requirements_table()));
@@ -65,6 +69,11 @@ impl Report for CertifyReport<'_> {
                 Block::Figures(figures::worst_runs(weld)),
             );
             document.section(
+                Medium::All,
+                "What the measurement brought: drawn cells as assumed, and as measured",
+                Block::Table(bought(weld)),
+            );
+            document.section(
                 Medium::Page,
                 "Margins of the sampled loop along the weld, the least over all slopes of friction",
                 Block::Figures(figures::margins(weld)),
@@ -84,7 +93,17 @@ impl Report for CertifyReport<'_> {
         document.section(
             Medium::Page,
             "What is not known of the cell, and drawn",
-            Block::Table(uncertain(self.uncertain)),
+            Block::Table(uncertain(self)),
+        );
+        document.section(
+            Medium::Terminal,
+            "What is not known of the cell, and drawn",
+            Block::List(sources(self)),
+        );
+        document.section(
+            Medium::All,
+            "Assumed in the requirements, and measured: the measurement stands",
+            Block::Table(replaced(self.uncertain)),
         );
         let not_shown = std::iter::once(left_out(self.uncertain.left_out()));
         let not_shown = not_shown.chain(not_asked(self)).collect();
@@ -115,7 +134,7 @@ fn signed() -> Table {
 }
 
 /// Every number that the draws differ in.
-fn uncertain(cell: &UncertainCell) -> Table {
+fn uncertain(report: &CertifyReport<'_>) -> Table {
     let row = |of: UncertainRecord| {
         let unit = match (of.relative, of.unit.as_str()) {
             (true, _) => "share of the believed",
@@ -126,12 +145,72 @@ fn uncertain(cell: &UncertainCell) -> Table {
             correlation => format!("{}, {correlation}", group.name),
         });
         let distribution = distribution(&of.distribution);
-        [of.number, distribution, unit.to_owned(), group, of.source].map(words).to_vec()
+        let group = if of.basis == MEASURED { "all measured ones".to_owned() } else { group };
+        [of.number, distribution, unit.to_owned(), group, of.basis, of.source, of.file]
+            .map(words)
+            .to_vec()
     };
-    let head = ["number", "distribution", "unit", "together with, correlation", "source"];
+    let head = [
+        "number",
+        "distribution",
+        "unit",
+        "together with, correlation",
+        "",
+        "by whom or what",
+        "file",
+    ];
     Table {
         head: vec![head.map(words).to_vec()],
-        rows: UncertainRecord::all(cell).into_iter().map(row).collect(),
+        rows: UncertainRecord::all(report).into_iter().map(row).collect(),
+    }
+}
+
+/// Basis of a number that was measured.
+const MEASURED: &str = "measured";
+
+/// The same by who assumed the numbers, or what measured them, in sentences.
+fn sources(report: &CertifyReport<'_>) -> Vec<String> {
+    let mut rows: Vec<([String; 3], Vec<String>)> = Vec::new();
+    for of in UncertainRecord::all(report) {
+        let key = [of.basis, of.source, of.file];
+        match rows.iter_mut().find(|row| row.0 == key) {
+            Some(row) => row.1.push(of.number),
+            None => rows.push((key, vec![of.number])),
+        }
+    }
+    let sentence = |([basis, source, file], all): ([String; 3], Vec<String>)| {
+        let file = if file.is_empty() { file } else { format!(", {file}") };
+        format!("{basis} ({source}{file}): {}", condensed(&all))
+    };
+    rows.into_iter().map(sentence).collect()
+}
+
+/// What requirements assume of numbers that were measured.
+fn replaced(cell: &UncertainCell) -> Table {
+    let row = |of: &ReplacedAssumption| {
+        let share = if of.relative { " of the believed" } else { "" };
+        let assumed = format!("{}{share}", distribution(&of.distribution));
+        [of.number.clone(), assumed, of.source.clone()].map(words).to_vec()
+    };
+    let head = ["number", "assumed", "by whom"].map(words).to_vec();
+    Table { head: vec![head], rows: cell.replaced.iter().map(row).collect() }
+}
+
+/// What the trials come to as assumed and as measured.
+fn bought(weld: &CertifiedWeld) -> Table {
+    let of = |name: &str, figure: &DrawnFigure| {
+        let [low, high] = figure.spread.map(|v| shown(name, v.unwrap_or(f64::INFINITY)));
+        [number(share(figure.failure_probability)), number(format!("{low} to {high}"))]
+    };
+    let row = |bought: BoughtByMeasurement| {
+        let [assumed, measured] =
+            [&bought.assumed, &bought.measured].map(|figure| of(&bought.name, figure));
+        [words(label(&bought.name))].into_iter().chain(assumed).chain(measured).collect()
+    };
+    let head = ["assumed ≤", "90 % of draws", "measured ≤", "90 % of draws"].map(number);
+    Table {
+        head: vec![[words("probability beyond the limit")].into_iter().chain(head).collect()],
+        rows: BoughtByMeasurement::all(weld).into_iter().map(row).collect(),
     }
 }
 

@@ -1,0 +1,60 @@
+//! A certificate held against a run: it is of this cell, this law and this weld, or it says nothing
+//! of them.
+
+use super::shard::difference;
+use miette::{IntoDiagnostic, Result, WrapErr, miette};
+use std::path::Path;
+use trueweld_evaluate::certify::Verdict;
+use trueweld_output::json::CertifyResult;
+use trueweld_plant::provenance::{Provenance, SimulationRecord};
+
+/// Checks that a certificate passes and is of what a run is of: the bytes of every file, options,
+/// effects and the version of the program. What it was certified against is its own matter.
+///
+/// # Errors
+/// What the certificate is of instead; a certificate that does not pass, or is none.
+pub fn check(path: &Path, run: &Provenance) -> Result<()> {
+    let at = format!("--certificate {}", path.display());
+    let text = std::fs::read(path).into_diagnostic().wrap_err_with(|| at.clone())?;
+    let certificate: CertifyResult = serde_json::from_slice(&text)
+        .map_err(|error| miette!("{at}: expected certify.json of an evidence folder: {error}"))?;
+    let mut of = certificate.provenance;
+    let here = |digest: &str| run.files.iter().any(|file| file.sha256 == digest);
+    // Of its welds the one that is run, where it is among them.
+    let is_among = of.files.iter().any(|f| f.role == "weld" && here(&f.sha256));
+    of.files.retain(|f| match f.role.as_str() {
+        "requirements" => false,
+        "weld" => !is_among || here(&f.sha256),
+        _ => true,
+    });
+    let mut run = run.clone();
+    for one in [&mut of, &mut run] {
+        one.files.sort_by(|a, b| a.role.cmp(&b.role));
+    }
+    of.command.clone_from(&run.command);
+    if let (Some(of), Some(now)) = (&mut of.simulation, &run.simulation) {
+        *of = SimulationRecord {
+            welds: now.welds.clone(),
+            plant_step_s: now.plant_step_s,
+            noise_seed: now.noise_seed,
+            draws_seed: now.draws_seed,
+            ..of.clone()
+        };
+    }
+    if let Some(difference) = difference(&of, &run) {
+        return Err(miette!(
+            help = "A certificate says nothing of another cell: run `certify` for this one.",
+            "{at} is of something else than this run: {difference}"
+        ));
+    }
+    if certificate.verdict != Verdict::Pass.name() {
+        return Err(miette!(
+            help = "Its page certify.html says why.",
+            "{at}: the law {} is not certified for this cell; the certificate says {:?}",
+            certificate.law,
+            certificate.verdict
+        ));
+    }
+    say!("certified: {} in this cell, by {}\n", certificate.law, path.display());
+    Ok(())
+}
