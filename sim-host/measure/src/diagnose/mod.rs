@@ -324,6 +324,8 @@ fn conclude(
     for effect in effects_of(&improved) {
         search::polish(bench, blocks, &mut improved, effect);
     }
+    // Beside an effect of another size others are needed no more.
+    let (improved, kept) = sparse::without_doubtful(bench, blocks, (improved, kept));
     let common = improved.point.each.iter().all(Vec::is_empty);
     let calibration = found(&improved, |of| is_calibration(improved.point.effect(of).kind));
 

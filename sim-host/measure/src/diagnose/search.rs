@@ -197,7 +197,7 @@ fn held(bench: &FitProblem, effect: &Effect) -> bool {
 pub(super) fn polish(bench: &FitProblem, blocks: &[Vec<u8>], fitted: &mut Fitted, effect: usize) {
     let smooth = !has_play(bench, &fitted.point.all[effect]);
     for _ in 0..ROUNDS {
-        if bench.is_late() || (smooth && fitted.end == End::Arrived) {
+        if bench.is_late() || (smooth && matches!(fitted.end, End::Arrived | End::Near)) {
             return;
         }
         let aside = ASIDE.par_iter().filter_map(|factor| {

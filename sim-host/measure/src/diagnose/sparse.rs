@@ -1,6 +1,6 @@
 //! Which calibrations count: those that bring more than their values cost.
 
-use super::{OF_BLOCKS, effects_of, rules};
+use super::{effects_of, found, rules};
 use crate::fit::calibration::{expected, is_calibration};
 use crate::fit::{self, EffectScope, Effort, FitProblem, FitState, Fitted, FreeParameter, Slopes};
 use nalgebra::DVector;
@@ -134,6 +134,12 @@ impl Choice<'_> {
     }
 }
 
+/// What the sum of squares of a fit is to be trusted by.
+fn trust(fitted: &Fitted) -> f64 {
+    (fit::chi_square(&fitted.at) / fit::count(&fitted.at).max(1) as f64).max(1.0)
+        * rules::CORRELATED
+}
+
 /// Keeps of the calibrations those that count, then refits. How links are mounted comes last, for
 /// what the others explain: its many values bend to a little of everything. Calibrations that are
 /// the same in all logs become one for all. Gives the groups kept.
@@ -161,8 +167,7 @@ pub(crate) fn sparse(
             }),
         }
     }
-    let trust = (fit::chi_square(&fitted.at) / fit::count(&fitted.at).max(1) as f64).max(1.0)
-        * rules::CORRELATED;
+    let trust = trust(fitted);
     let Some((cost, step)) = fitted.linear.with_only(&kept) else {
         return (fitted.clone(), Vec::new());
     };
@@ -255,36 +260,38 @@ pub(crate) fn sparse(
     if split && let Some(apart) = refit(&apart, &known) {
         let more = apart.point.free.len().saturating_sub(common.point.free.len()) as f64;
         if common.cost - apart.cost > trust * (rules::KEEP + rules::KEEP_EACH * more) {
-            return without_doubtful(bench, blocks, apart, names);
+            return without_doubtful(bench, blocks, (apart, names));
         }
     }
-    without_doubtful(bench, blocks, common, names)
+    without_doubtful(bench, blocks, (common, names))
 }
 
-/// The fit without those calibrations on which the blocks in time disagree by more than they are:
-/// residuals that follow each other let almost any value bring more than it costs.
-fn without_doubtful(
+/// The fit without those calibrations whose intervals all hold nothing, the least sure first: those
+/// that brought their price beside others that are gone, or of residuals that follow each other.
+pub(super) fn without_doubtful(
     bench: &FitProblem,
     blocks: &[Vec<u8>],
-    fitted: Fitted,
-    mut names: Vec<(&'static str, Location)>,
+    (fitted, mut names): (Fitted, Vec<(&'static str, Location)>),
 ) -> (Fitted, Vec<(&'static str, Location)>) {
-    let Some(scatter) = fitted.linear.scatter() else { return (fitted, names) };
-    let name = |free: &FreeParameter| {
-        let effect = fitted.point.effect(free.of);
-        (effect.kind.id, effect.at)
+    let all = found(&fitted, |of| is_calibration(fitted.point.effect(of).kind));
+    // How far the surest of its values is from nothing, in half of its interval.
+    let sure = |name: &(&str, Location)| {
+        let own = all.iter().filter(|f| (f.effect.kind.id, f.effect.at) == *name);
+        own.flat_map(|f| {
+            let values = f.effect.kind.parameters.iter().zip(&f.effect.values);
+            values.zip(&f.interval).filter(|(_, [low, high])| low < high).map(
+                |((parameter, value), [low, high])| {
+                    (value - parameter.without_effect(*value)).abs() / (0.5 * (high - low))
+                },
+            )
+        })
+        .fold(0.0, f64::max)
     };
-    let stands = |(k, free): (usize, &FreeParameter)| {
-        let (parameter, value) = (fitted.point.parameter(free), fitted.point.value(free));
-        let away = (value - parameter.without_effect(value)) / fit::unit(parameter, value);
-        (away.abs() > OF_BLOCKS * scatter[k]).then(|| name(free))
-    };
-    let sure: Vec<_> = fitted.point.free.iter().enumerate().filter_map(stands).collect();
-    let before = names.len();
-    names.retain(|name| sure.contains(name));
-    if names.len() == before {
+    let doubtful = names.iter().map(sure).enumerate().min_by(|a, b| a.1.total_cmp(&b.1));
+    let Some((least, _)) = doubtful.filter(|(_, sure)| *sure < 1.0) else {
         return (fitted, names);
-    }
+    };
+    let dropped = names.remove(least);
     let is_kept = |effect: &Effect| {
         !is_calibration(effect.kind) || names.contains(&(effect.kind.id, effect.at))
     };
@@ -306,8 +313,15 @@ fn without_doubtful(
     let slopes = point.free.iter();
     let known: Vec<Slopes> =
         slopes.map_while(|free| slopes_of(&point, free, (&fitted.point, &fitted.slopes))).collect();
+    let values = (fitted.point.free.len() - point.free.len()) as f64;
+    let price = trust(&fitted) * (rules::KEEP + rules::KEEP_EACH * values);
     match fit::fit(bench, &point, blocks, &known, Effort::full(0)) {
-        Ok(fewer) => (fewer, names),
-        Err(_) => (fitted, names),
+        Ok(fewer) if fewer.cost - fitted.cost < price => {
+            without_doubtful(bench, blocks, (fewer, names))
+        }
+        _ => {
+            names.insert(least, dropped);
+            (fitted, names)
+        }
     }
 }

@@ -33,6 +33,8 @@ pub struct Fitted {
 pub enum End {
     /// The gradient, with slopes taken there, promises no more than chance.
     Arrived,
+    /// What new slopes brought is little of what is above the noise: something else is missing.
+    Near,
     /// No step that the slopes ask for lowers the cost, however short: the cost is not smooth there,
     /// as with a gap.
     Stalled,
@@ -77,6 +79,10 @@ const POOR: f64 = 0.4;
 /// Share of the fall promised before a step by slopes taken elsewhere from which on what is promised
 /// after it is too much for them: a dozen such steps cost what new slopes do.
 const SLOW: f64 = 0.5;
+
+/// Fall of the cost from one refresh of the slopes to the next below which a fit is near enough, as a
+/// share of what is above the noise.
+const ENOUGH: f64 = 3e-3;
 
 /// Damping of the first step, and from which on no step is short enough.
 const FIRST: f64 = 1e-4;
@@ -150,8 +156,13 @@ pub fn fit(
     };
     here.cost = here.linear.cost(&DVector::zeros(n));
     let (mut damping, mut steps) = (FIRST, 0);
-    // What slopes taken elsewhere promised before the last step.
-    let mut before = f64::INFINITY;
+    // What slopes taken elsewhere promised before the last step, and the cost when slopes were taken.
+    let (mut before, mut taken_at) = (f64::INFINITY, f64::INFINITY);
+    if fresh {
+        taken_at = here.cost;
+    }
+    // True where slopes were seen to fail.
+    let mut doubted = false;
     while steps < effort.steps && !bench.is_late() {
         let trust = (chi_square(&here.at) / count(&here.at).max(1) as f64).max(1.0);
         let promised = bounded(&here.linear, &here.point, 0.0)
@@ -161,11 +172,17 @@ pub fn fit(
                 here.end = End::Arrived;
                 break;
             }
-            fresh = here.refresh(bench, blocks, stale);
-            continue;
+            doubted = true;
         }
-        if !fresh && promised > SLOW * before {
-            before = f64::INFINITY;
+        if doubted || (!fresh && promised > SLOW * before) {
+            // Where the next slopes would hardly bring more than these did.
+            let above = here.cost - count(&here.at) as f64;
+            if taken_at - here.cost < ENOUGH * above {
+                here.end = End::Near;
+                break;
+            }
+            taken_at = here.cost;
+            (before, doubted) = (f64::INFINITY, false);
             fresh = here.refresh(bench, blocks, stale);
             continue;
         }
@@ -197,17 +214,14 @@ pub fn fit(
                 } else if share > FORETOLD {
                     damping = (damping * 0.1).max(1e-8);
                 }
-                if share < POOR && !fresh {
-                    fresh = here.refresh(bench, blocks, stale);
-                } else {
-                    let again = here.linear.beside(blocks, &here.at, &here.slopes);
-                    here.linear = with_priors(again, &here.point);
-                }
+                doubted = share < POOR && !fresh;
+                let again = here.linear.beside(blocks, &here.at, &here.slopes);
+                here.linear = with_priors(again, &here.point);
             }
             None if fresh => damping = (damping * 20.0).max(1e-3),
             None => {
                 damping = damping.max(1e-3);
-                fresh = here.refresh(bench, blocks, stale);
+                doubted = true;
             }
         }
     }
