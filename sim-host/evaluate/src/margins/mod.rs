@@ -263,12 +263,6 @@ fn swings(rest: &Run) -> bool {
     })
 }
 
-/// The spectral radius from what impulses leave, one a channel: how much of them stands after a
-/// period, in the long run. `rest`: the same run without an impulse; `period`: of control, s.
-pub fn decay(rest: &Run, impulses: &[Run], period: f64) -> f64 {
-    radius(&sensitivity(rest, impulses), period)
-}
-
 /// The slowest mode of what stands of impulses above rounding, over the later half of that time.
 /// Samples are so far apart that a second has [`A_SECOND`] of them; what turns faster between them
 /// keeps its size.
