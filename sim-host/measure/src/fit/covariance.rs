@@ -108,7 +108,7 @@ impl Autoregression {
                 coefficients.iter().zip((1..k).rev()).map(|(a, j)| a * covariance[j]).sum();
             let reflection = (covariance[k] - known) / left;
             // No process has this autocovariance.
-            if !(reflection.abs() < 1.0) {
+            if reflection.is_nan() || reflection.abs() >= 1.0 {
                 break;
             }
             let mirrored: Vec<f64> = coefficients.iter().rev().copied().collect();
