@@ -15,7 +15,7 @@ use trueweld_evaluate::certify::{
     RequiredCorrection, Requirement, SampledCell, Shortfall, Symptom, Trial, Verdict, judge,
     search,
 };
-use trueweld_evaluate::{Requirements, UncertainCell, WELD_FIGURES, WeldFigures};
+use trueweld_evaluate::{Requirements, Spread, UncertainCell, WELD_FIGURES, WeldFigures};
 use trueweld_plant::cell::Cell;
 use trueweld_plant::effects::Effect;
 use trueweld_plant::input::{Control, InputFile};
@@ -601,14 +601,22 @@ fn learning_does_not_grow_from_pass_to_pass_on_firm_or_soft_material() {
         let cell = Cell::new(&robot.expect("a robot"), &[], &process, CELL.b_from_w);
         let (cell, law) = (cell.expect("a cell"), law("learning"));
         let scenario = FIXTURES.scenario(&cell, Program::Weld, Controller::External, &law);
+        // RMS and largest, the means over three seeds: of the noise alone the RMS of one weld on soft
+        // material scatters by 6 µm, its largest by 20 µm.
+        let seeds = [1, 2, 3];
         let lateral = [1, 2, 4, 8].map(|passes| {
-            let recording = run_passes(&scenario, passes, |_| {}).expect("the run ends");
-            WeldFigures::of(&recording).expect("a steady part").lateral
+            let all = seeds.map(|seed| {
+                let scenario = Scenario { seed, ..scenario };
+                let recording = run_passes(&scenario, passes, |_| {}).expect("the run ends");
+                let Spread { rms, max_abs, .. } =
+                    WeldFigures::of(&recording).expect("a steady part").lateral;
+                [rms, max_abs]
+            });
+            [0, 1].map(|k| all.iter().map(|of| of[k]).sum::<f64>() / seeds.len() as f64)
         });
-        // The mean of a segment's readings is known to 5 µm, and each pass has noise of its own.
         for (before, after) in lateral.iter().zip(&lateral[1..]) {
-            assert!(after.rms < before.rms + 2e-6, "{firmness}: {lateral:?}");
-            assert!(after.max_abs < before.max_abs + 20e-6, "{firmness}: {lateral:?}");
+            assert!(after[0] < before[0] + 5e-6, "{firmness}: {lateral:?}");
+            assert!(after[1] < before[1] + 20e-6, "{firmness}: {lateral:?}");
         }
     }
 }

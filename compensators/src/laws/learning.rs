@@ -93,8 +93,7 @@ pub struct LearningGains {
 
 impl Default for LearningGains {
     fn default() -> Self {
-        let TrackingGains { rate_rad_s, seam_shape_s_m } = TrackingGains::default();
-        Self { share: 1.0, rate_rad_s, seam_shape_s_m }
+        Self { share: 1.0, rate_rad_s: 3.0, seam_shape_s_m: 0.0 }
     }
 }
 

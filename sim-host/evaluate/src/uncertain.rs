@@ -918,10 +918,7 @@ fn places(
                 (LocationKind::Joint, "all") => kind.places(),
                 (_, at) => vec![kind.at(at, robot).map_err(|error| error.to_string())?],
             };
-            let name = |at: Location| {
-                let effect = kind.neutral(at).name(robot);
-                (format!("{effect}: {}", kind.parameters[parameter].name), at, 0)
-            };
+            let name = |at: Location| (kind.neutral(at).number_name(parameter, robot), at, 0);
             Ok(at.into_iter().map(name).collect())
         }
         Subject::Process(k) => {

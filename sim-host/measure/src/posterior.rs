@@ -161,6 +161,12 @@ struct Candidate {
     expected: f64,
 }
 
+impl Candidate {
+    fn name(&self, robot: &RobotFile) -> String {
+        self.effect.number_name(self.parameter, robot)
+    }
+}
+
 fn candidates(fitted: &Fitted) -> Vec<Candidate> {
     let mut found: Vec<Candidate> = Vec::new();
     for (k, free) in fitted.point.free.iter().enumerate() {
@@ -202,7 +208,8 @@ fn tell(bench: &FitProblem, fitted: &Fitted, robot: &RobotFile, posterior: &mut 
     }
     let linear = Linear { weight, ..fitted.linear.clone() };
     let Some(of_fit) = covariance(&linear, &columns(bench), &fitted.at, &fitted.slopes) else {
-        posterior.not_measured.push("no number: the curvature of the fit is singular".to_owned());
+        // The curvature is singular: nothing that was fitted is measured.
+        posterior.not_measured.extend(candidates(fitted).iter().map(|of| of.name(robot)));
         return;
     };
     let of_values = LEFT_OUT * of_fit.component_mul(&(&unit * unit.transpose()));
@@ -223,7 +230,7 @@ fn tell(bench: &FitProblem, fitted: &Fitted, robot: &RobotFile, posterior: &mut 
             _ if own => MEASURED_OF_RANGE * (parameter.high - parameter.low),
             _ => f64::INFINITY,
         };
-        let name = format!("{}: {}", candidate.effect.name(robot), parameter.name);
+        let name = candidate.name(robot);
         let of_one_log = candidate.per_log && values.len() == 1 && !candidate.expected.is_finite();
         if !deviation.is_finite() || deviation > limit || of_one_log {
             posterior.not_measured.push(name);

@@ -169,9 +169,9 @@ fn gains_of_a_law_are_checked_where_they_stand() {
     let near = ["unknown key `seam-trackin` in [law]", "Did you mean `seam-tracking`?"];
     mistake(CONTROL, "law.seam-tracking", "law.seam-trackin", &near);
     let near = ["unknown key `rate_rads`", "`seam-tracking` in [law]", "`rate_rad_s`"];
-    mistake(CONTROL, "rate_rad_s = 4.0", "rate_rads = 4.0", &near);
+    mistake(CONTROL, "rate_rad_s = 4.5", "rate_rads = 4.0", &near);
     let text = ["`rate_rad_s`", "in rad/s"];
-    mistake(CONTROL, "rate_rad_s = 4.0", "rate_rad_s = \"fast\"", &text);
+    mistake(CONTROL, "rate_rad_s = 4.5", "rate_rad_s = \"fast\"", &text);
     let nyquist = ["`wrench_filter_hz`", "is 50.0", "below half the control rate"];
     mistake(CONTROL, "wrench_filter_hz = 5.0", "wrench_filter_hz = 50.0", &nyquist);
     mistake(CONTROL, "share = 1.0", "share = 1.5", &["is 1.5", "at most 1"]);
@@ -193,14 +193,14 @@ fn a_gain_that_the_control_file_leaves_out_has_its_default() {
         let law = find(name).unwrap();
         assert_eq!(law.gains(&stated.laws), law.gains(&silent.laws), "{name}");
     }
-    let one = CONTROL.replacen("rate_rad_s = 4.0", "", 1).replacen(
+    let one = CONTROL.replacen("rate_rad_s = 4.5", "", 1).replacen(
         "seam_shape_s_m = 0.0",
         "seam_shape_s_m = 25",
         1,
     );
     let gains =
         find("seam-tracking").unwrap().gains(&Control::parse(&one, "control.toml").unwrap().laws);
-    assert_eq!(gains["rate_rad_s"].as_float(), Some(4.0));
+    assert_eq!(gains["rate_rad_s"].as_float(), Some(4.5));
     assert_eq!(gains["seam_shape_s_m"].as_float(), Some(25.0));
 }
 

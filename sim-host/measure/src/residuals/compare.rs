@@ -96,7 +96,7 @@ pub struct LogComparison {
     /// Measured and predicted over time, a column a trace.
     pub traces: Vec<Trace>,
     /// The same of the force's amplitudes at the spindle's orders, of a stretch of the weld around
-    /// each instant: a trace for the cosine and one for the sine, labelled `x order 2 cosine`.
+    /// each instant: a trace for the cosine and one for the sine, labelled `x-order-2-cosine`.
     pub lines: Vec<Trace>,
 }
 
@@ -336,7 +336,7 @@ fn traces(log: &Log, pairs: &[(&Compared, f64)]) -> [Vec<Trace>; 2] {
         let place = found.unwrap_or_else(|| {
             let mut label = column_label(log, quantity, column);
             if let Quantity::Ripple { order, sine } = quantity {
-                label += &format!(" order {order} {}", if sine { "sine" } else { "cosine" });
+                label += &format!("-order-{order}-{}", if sine { "sine" } else { "cosine" });
             }
             let trace = Trace {
                 channel: quantity.channel(),

@@ -288,6 +288,11 @@ impl Effect {
         }
     }
 
+    /// One of its parameters with its kind and place, such as `backlash at A5: half_gap_rad`.
+    pub fn number_name(&self, parameter: usize, robot: &RobotFile) -> String {
+        format!("{}: {}", self.name(robot), self.kind.parameters[parameter].name)
+    }
+
     /// What it is attached to, as files write it; nothing for the whole cell.
     pub fn at_name<'r>(&self, robot: &'r RobotFile) -> &'r str {
         match self.at {
