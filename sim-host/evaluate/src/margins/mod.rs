@@ -248,7 +248,8 @@ fn frozen<'a>(
     Ok(Frozen { scenario, linear, at: *at, taught })
 }
 
-/// True where the loop does not come to rest but goes on swinging, held by a limit.
+/// True where the loop does not come to rest but goes on swinging, held by a limit. What only comes
+/// to rest slowly passes its mean once.
 fn swings(rest: &Run) -> bool {
     let quarter = rest.rows.len() / 4;
     let [before, last] = [2, 3].map(|k| &rest.rows[k * quarter..(k + 1) * quarter]);
@@ -259,7 +260,9 @@ fn swings(rest: &Run) -> bool {
                 rows.iter().fold(ends, |(low, high), r| (low.min(r[i]), high.max(r[i])));
             high - low
         };
-        range(last) > (0.7 * range(before)).max(noise)
+        let mean = last.iter().map(|r| r[i]).sum::<f64>() / quarter.max(1) as f64;
+        let passes = last.windows(2).filter(|r| (r[0][i] > mean) != (r[1][i] > mean)).count();
+        passes > 1 && range(last) > (0.7 * range(before)).max(noise)
     })
 }
 
