@@ -100,7 +100,7 @@ fn a_law_of_ones_own_is_certified_with_its_gains() {
     fs::write(place.path().join("requirements.toml"), requirements).expect("requirements");
     // Feed-forward under the law is to follow slowly enough for drives that friction holds.
     let control = fs::read_to_string(fixture("control/kr500-mt.toml")).expect("gains");
-    let control = control.replace("following_rad_s = 6.0", "following_rad_s = 3.0");
+    let control = control.replace("following_rad_s = 6.0", "following_rad_s = 2.0");
     let with = |gains: &str| {
         let text = format!("{control}\n[law.own-law]\n{gains}\n");
         fs::write(place.path().join("control.toml"), text).expect("a control file");
