@@ -169,13 +169,17 @@ impl<T: Real> Adaptive<T> {
         let jacobian = frames.jacobian();
         let compliance = robot.cartesian_compliance(&jacobian);
         let in_w = |v: SVector<T, 6>| Twist::from_vector(&v).rotated(&w.transpose()).to_vector();
+        // Column by column as a product: no index is left to check.
+        let turn = w.transpose();
+        let angular = turn * jacobian.0.fixed_rows::<3>(0);
+        let linear = turn * jacobian.0.fixed_rows::<3>(3);
         let by_compliance = |load: &Wrench<T>| {
             let torsion =
                 robot.spring_torque_at_rest(&frames, &link, load).component_div(robot.stiffness());
+            let each = SMatrix::<T, 6, 6>::from_diagonal(&torsion);
             let mut columns = SMatrix::<T, 6, 6>::zeros();
-            for i in 0..6 {
-                columns.set_column(i, &in_w(jacobian.0.column(i) * torsion[i]));
-            }
+            columns.fixed_rows_mut::<3>(0).copy_from(&(angular * each));
+            columns.fixed_rows_mut::<3>(3).copy_from(&(linear * each));
             columns
         };
         if observation.taught.is_some() && self.taught.is_none() {
