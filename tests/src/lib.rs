@@ -17,6 +17,7 @@ pub use support::{cases, cast, number, pose_difference, seen, widen, wild, withi
 use nalgebra::{Matrix3, Matrix6, SVector, Vector3};
 use proptest::prelude::*;
 use std::path::PathBuf;
+use std::process::ExitCode;
 use std::sync::LazyLock;
 use trueweld_core::control::{
     External, ExternalGains, ForceGains, HybridController, JointGains, Parallel, SensorReadings,
@@ -28,6 +29,17 @@ use trueweld_core::{
 };
 use trueweld_laboratory::Laboratory;
 use trueweld_plant::input::{InputFile, RobotFile};
+
+/// The status of a program, with its error told.
+pub fn ended(result: Result<(), Box<dyn std::error::Error>>) -> ExitCode {
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("{error}");
+            ExitCode::FAILURE
+        }
+    }
+}
 
 /// Path of a file below `fixtures/`.
 pub fn fixture(relative: &str) -> PathBuf {

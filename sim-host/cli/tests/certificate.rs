@@ -4,24 +4,11 @@
 mod support;
 
 use std::fs;
-use support::{Workspace, fixture};
+use support::{Workspace, fixture, requirements};
 use trueweld_plant::effects::Effect;
 use trueweld_plant::input::{Comments, MeasuredNumber, ModelFile, Posterior};
 
 /// What any law keeps to: of 3 draws none beyond shows a half at 75 %, 0.5³ = 0.125.
-const REQUIREMENTS: &str = "schema = \"requirements/1\"
-failure_probability = 0.5
-confidence = 0.75
-[limits]
-lateral_max_m = 0.05
-[uncertainty]
-stiffness = 0.3
-process = 0.3
-ripple = 0.5
-crosstalk = 0.02
-delay_periods = [1.0, 2.0]
-";
-
 const CERTIFY: [&str; 12] = [
     "certify",
     "-q",
@@ -42,7 +29,7 @@ const WELD: [&str; 6] = ["weld", "-q", "--compensator", "seam-tracking", "--weld
 /// A folder with a model of the default cell whose gap at A5 and stiffness of A2 were measured.
 fn workspace() -> Workspace {
     let place = Workspace::new();
-    fs::write(place.path().join("requirements.toml"), REQUIREMENTS).unwrap();
+    fs::write(place.path().join("requirements.toml"), requirements(0.5, 0.75, 0.05)).unwrap();
     let robot = fixture("robots/kr500-mt.toml");
     let process = fixture("processes/lap-weld-2024-t3.toml");
     let text = format!(

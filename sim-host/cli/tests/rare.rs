@@ -4,21 +4,7 @@ mod support;
 
 use serde_json::Value;
 use std::fs;
-use support::Workspace;
-
-const REQUIREMENTS: &str = r#"
-schema = "requirements/1"
-failure_probability = 0.05
-confidence = 0.95
-[limits]
-lateral_max_m = 1.5e-4
-[uncertainty]
-stiffness = 0.3
-process = 0.3
-ripple = 0.5
-crosstalk = 0.02
-delay_periods = [1.0, 2.0]
-"#;
+use support::{Workspace, requirements};
 
 const CERTIFY: [&str; 12] = [
     "certify",
@@ -47,7 +33,7 @@ fn of_case<'a>(certificate: &'a Value, case: &str) -> Vec<&'a Value> {
 #[test]
 fn rare_failures_begin_with_the_draws_and_go_on_where_they_were_stopped() {
     let place = Workspace::new();
-    fs::write(place.path().join("r.toml"), REQUIREMENTS).unwrap();
+    fs::write(place.path().join("r.toml"), requirements(0.05, 0.95, 1.5e-4)).unwrap();
     place.run(&arguments(&["--trials", "100"]));
     let plain = place.json("kept/certify.json");
     assert!(of_case(&plain, "rare").is_empty());
@@ -82,7 +68,7 @@ fn rare_failures_begin_with_the_draws_and_go_on_where_they_were_stopped() {
 #[test]
 fn what_cannot_be_shown_is_refused() {
     let place = Workspace::new();
-    fs::write(place.path().join("r.toml"), REQUIREMENTS).unwrap();
+    fs::write(place.path().join("r.toml"), requirements(0.05, 0.95, 1.5e-4)).unwrap();
     let told = place.refused(&arguments(&["--trials", "99", "--failure-probability", "1e-4"]));
     assert!(told.contains("expected --trials 100 or more"), "{told}");
     for wrong in ["0", "0.7", "nan", "-1e-3", "rarely"] {

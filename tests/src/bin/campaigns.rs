@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use trueweld_laboratory::{OutOfLibrary, OutOfLibraryKind, Recipe};
 use trueweld_plant::effects::{Effect, library};
 use trueweld_plant::input::{InputFile, RobotFile};
-use trueweld_tests::{LABORATORY, fixture};
+use trueweld_tests::{LABORATORY, ended, fixture};
 
 /// Writes one synthetic measurement campaign, with what was built in stated in its truth.toml.
 #[derive(Debug, Parser)]
@@ -86,11 +86,5 @@ fn go(arguments: &Arguments) -> Result<(), Box<dyn std::error::Error>> {
 }
 
 fn main() -> ExitCode {
-    match go(&Arguments::parse()) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("{error}");
-            ExitCode::FAILURE
-        }
-    }
+    ended(go(&Arguments::parse()))
 }

@@ -10,8 +10,8 @@ use std::process::ExitCode;
 use std::time::Instant;
 use trueweld_laboratory::{CorpusCase, Hidden, Protocol};
 use trueweld_plant::input::write_atomically;
-use trueweld_tests::LABORATORY;
 use trueweld_tests::corpus::{Judged, Tally, examine};
+use trueweld_tests::{LABORATORY, ended};
 
 /// Measures how well a diagnosis names what is hidden in synthetic campaigns.
 ///
@@ -126,11 +126,5 @@ fn go(arguments: &Arguments) -> Result<(), Box<dyn std::error::Error>> {
 }
 
 fn main() -> ExitCode {
-    match go(&Arguments::parse()) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("{error}");
-            ExitCode::FAILURE
-        }
-    }
+    ended(go(&Arguments::parse()))
 }

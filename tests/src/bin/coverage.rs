@@ -17,8 +17,8 @@ use trueweld_measure::posterior::of_fit;
 use trueweld_plant::effects::{CalibrationScope, Effect, EffectKind, Role, library};
 use trueweld_plant::input::Posterior;
 use trueweld_plant::random::Random;
-use trueweld_tests::LABORATORY;
 use trueweld_tests::corpus::ready;
+use trueweld_tests::{LABORATORY, ended};
 
 /// Measures how often the 95 % intervals and ellipsoids of a posterior hold the truth.
 ///
@@ -236,11 +236,5 @@ fn go(arguments: &Arguments) -> Result<(), Box<dyn std::error::Error>> {
 }
 
 fn main() -> ExitCode {
-    match go(&Arguments::parse()) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("{error}");
-            ExitCode::FAILURE
-        }
-    }
+    ended(go(&Arguments::parse()))
 }

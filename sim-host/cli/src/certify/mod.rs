@@ -185,7 +185,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         welds,
         uncertain,
         repeat: repeat::command_line("certify", &ONLY_HERE),
-        kept: written(&sections).iter().map(|file| digest(file)).collect::<Result<_>>()?,
+        kept: written(&sections).iter().map(|file| shard::digest(file)).collect::<Result<_>>()?,
         provenance: &provenance,
     };
     write_file(&certificate, report.json_text())?;
@@ -203,15 +203,6 @@ const ONLY_HERE: [&str; 7] = ["evidence", "shard", "merge", "json", "html", "sam
 /// The sections that there are: not every certification has all of them.
 fn written(sections: &[PathBuf]) -> Vec<PathBuf> {
     sections.iter().filter(|file| file.exists()).cloned().collect()
-}
-
-/// The digest of a section as it is kept.
-fn digest(section: &Path) -> Result<FileDigest> {
-    let bytes = std::fs::read(section)
-        .into_diagnostic()
-        .wrap_err_with(|| format!("cannot read {}", section.display()))?;
-    let name = section.file_name().unwrap_or_default().to_string_lossy();
-    Ok(FileDigest::new("evidence", &name, &bytes))
 }
 
 /// The cell with each of the welds. Evidence is named after the weld: two of one name would share it.

@@ -13,7 +13,7 @@ use std::fmt::{Display, Formatter};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use trueweld_output::write_file;
-use trueweld_plant::provenance::{Provenance, sha256};
+use trueweld_plant::provenance::{FileDigest, Provenance};
 
 /// The file of a finished shard.
 const MANIFEST: &str = "shard.json";
@@ -86,7 +86,7 @@ impl Shard {
     ) -> Result<()> {
         let digest = |path: &PathBuf| {
             let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-            Ok((name, digest(path)?))
+            Ok((name, digest(path)?.sha256))
         };
         let files = files.iter().map(digest).collect::<Result<_>>()?;
         let manifest =
@@ -96,9 +96,13 @@ impl Shard {
     }
 }
 
-fn digest(path: &Path) -> Result<String> {
-    let bytes = std::fs::read(path).into_diagnostic();
-    Ok(sha256(&bytes.wrap_err_with(|| format!("cannot read {}", path.display()))?))
+/// The digest of a file of the evidence as it is kept, by its name alone.
+pub fn digest(path: &Path) -> Result<FileDigest> {
+    let bytes = std::fs::read(path)
+        .into_diagnostic()
+        .wrap_err_with(|| format!("cannot read {}", path.display()))?;
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    Ok(FileDigest::new("evidence", &name, &bytes))
 }
 
 /// Checks that an evidence folder is not that of another shard, or of one where the whole is asked
@@ -182,7 +186,8 @@ impl Shards {
                 return Err(miette!("{at} is part of {made} trials; expected {trials}"));
             }
             for (name, digest_then) in &files {
-                if digest(&folder.join(name)).ok().as_ref() != Some(digest_then) {
+                let now = digest(&folder.join(name)).map(|of| of.sha256);
+                if now.ok().as_ref() != Some(digest_then) {
                     return Err(miette!(
                         help = "Run it again in a new folder.",
                         "{at} is damaged: {name} is not as the shard wrote it"

@@ -17,6 +17,25 @@ pub fn fixture(name: &str) -> String {
     format!("{}/../../fixtures/{name}", env!("CARGO_MANIFEST_DIR"))
 }
 
+/// Requirements with one limit, on how far the tool may leave its line, m; drawn is what few welds
+/// show.
+pub fn requirements(failure_probability: f64, confidence: f64, lateral_max: f64) -> String {
+    format!(
+        "schema = \"requirements/1\"
+failure_probability = {failure_probability}
+confidence = {confidence}
+[limits]
+lateral_max_m = {lateral_max}
+[uncertainty]
+stiffness = 0.3
+process = 0.3
+ripple = 0.5
+crosstalk = 0.02
+delay_periods = [1.0, 2.0]
+"
+    )
+}
+
 impl Workspace {
     pub fn new() -> Self {
         let place = Self(tempfile::tempdir().unwrap());

@@ -6,7 +6,7 @@ use super::reason::{self, Reason, Shortfall};
 use super::{FAULT_FIGURES, FaultTrial, RARE_FIGURE, RareFailure, Trial, WorstCase};
 use crate::Rate;
 use crate::figure::Limit;
-use crate::margins::{MARGIN_FIGURES, Margins};
+use crate::margins::{Condition, MARGIN_FIGURES, Margins};
 use crate::requirements::Requirements;
 use serde::{Deserialize, Serialize};
 
@@ -66,6 +66,18 @@ impl Verdict {
     /// Of several requirements together: the worst. Nothing is shown where nothing is required.
     pub fn of<'a>(requirements: impl IntoIterator<Item = &'a Requirement>) -> Self {
         requirements.into_iter().map(|r| r.verdict).max().unwrap_or(Self::NotShown)
+    }
+
+    /// Of a probability between two bounds, each of the confidence asked for, against what is
+    /// allowed.
+    fn of_probability(at_most: f64, at_least: f64, allowed: f64) -> Self {
+        if at_most <= allowed {
+            Self::Pass
+        } else if at_least > allowed {
+            Self::Fail
+        } else {
+            Self::NotShown
+        }
     }
 
     /// Of a figure against its limit; `None` where no run gave one.
@@ -139,6 +151,11 @@ pub fn judge(requirements: &Requirements, evidence: &Evidence) -> Vec<Requiremen
     judged
 }
 
+/// The one with the greatest figure; the first of equal ones.
+pub fn worst<T>(all: impl IntoIterator<Item = T>, figure: impl Fn(&T) -> f64) -> Option<T> {
+    all.into_iter().reduce(|a, b| if figure(&b) > figure(&a) { b } else { a })
+}
+
 /// True for a figure within its limit. A correction held at its authority is the limit, to the last
 /// digits.
 pub fn within(figure: f64, limit: f64) -> bool {
@@ -179,26 +196,19 @@ fn nominal(requirements: &Requirements, trial: &Trial) -> Vec<Requirement> {
 
 /// Judges drawn cells alone.
 pub fn draws(requirements: &Requirements, trials: &[Trial]) -> Vec<Requirement> {
+    let (allowed, confidence) = (requirements.failure_probability, requirements.confidence);
     let judged = requirements.limits.iter().map(|Limit { figure, value }| {
         let (name, limit) = (figure.key, *value);
         let beyond = Rate::of(trials, |t| !within(t.figure(name), limit));
         let mut sorted: Vec<f64> = trials.iter().map(|t| t.figure(name)).collect();
         sorted.sort_by(f64::total_cmp);
-        let within =
-            ((1.0 - requirements.failure_probability) * sorted.len() as f64).ceil() as usize;
+        let within = ((1.0 - allowed) * sorted.len() as f64).ceil() as usize;
         let achieved = sorted.get(within.saturating_sub(1)).copied().unwrap_or(f64::INFINITY);
-        let bound = beyond.at_most(requirements.confidence);
-        let verdict = if bound <= requirements.failure_probability {
-            Verdict::Pass
-        } else if beyond.at_least(requirements.confidence) > requirements.failure_probability {
-            Verdict::Fail
-        } else {
-            Verdict::NotShown
-        };
-        let worst =
-            trials.iter().reduce(|a, b| if b.figure(name) > a.figure(name) { b } else { a });
+        let bound = beyond.at_most(confidence);
+        let at_least = beyond.at_least(confidence);
+        let verdict = Verdict::of_probability(bound, at_least, allowed);
         let why = || {
-            let (allowed, confidence) = (requirements.failure_probability, requirements.confidence);
+            let worst = worst(trials, |t| t.figure(name));
             reason::draws(name, beyond, allowed, confidence, worst)
         };
         Requirement {
@@ -206,7 +216,7 @@ pub fn draws(requirements: &Requirements, trials: &[Trial]) -> Vec<Requirement> 
             name,
             limit,
             achieved,
-            confidence: requirements.confidence,
+            confidence,
             draws: Some(Beyond { beyond: beyond.hits, failure_probability: bound }),
             verdict,
             reason: (verdict != Verdict::Pass).then(why),
@@ -217,13 +227,8 @@ pub fn draws(requirements: &Requirements, trials: &[Trial]) -> Vec<Requirement> 
 
 fn rare(confidence: f64, found: &RareFailure) -> Requirement {
     let bound = found.subset.at_most(confidence);
-    let verdict = if bound <= found.allowed {
-        Verdict::Pass
-    } else if found.subset.at_least(confidence) > found.allowed {
-        Verdict::Fail
-    } else {
-        Verdict::NotShown
-    };
+    let at_least = found.subset.at_least(confidence);
+    let verdict = Verdict::of_probability(bound, at_least, found.allowed);
     let last = found.subset.levels.last();
     let beyond = last.map_or(0, |level| (level.share * level.points as f64).round() as usize);
     Requirement {
@@ -249,7 +254,7 @@ fn worst_case(requirements: &Requirements, evidence: &Evidence) -> Vec<Requireme
     let judged = requirements.worst_case.iter().map(|Limit { figure, value }| {
         let (name, limit) = (figure.key, *value);
         let all = evidence.trials.iter().chain(&evidence.worst.runs);
-        let worst = all.reduce(|a, b| if b.figure(name) > a.figure(name) { b } else { a });
+        let worst = worst(all, |t| t.figure(name));
         certain(EvidenceKind::WorstCase, name, limit, worst.map(|t| t.figure(name)), || {
             worst.map_or(Reason::NoRun, |trial| Reason::Run(Shortfall::of(name, trial)))
         })
@@ -264,22 +269,28 @@ fn margins(requirements: &Requirements, map: &[Margins]) -> Vec<Requirement> {
     asked.at_least.iter().map(|limit| margin(map, limit)).collect()
 }
 
+/// The least of a margin over all conditions, with its value and where the loop was opened.
+fn least<'a>(map: &'a [Margins], name: &str) -> Option<(&'a Margins, f64, &'static str)> {
+    let of = MARGIN_FIGURES.iter().find(|of| of.figure.key == name)?;
+    let each = map.iter().map(|margins| {
+        let (value, channel) = (of.value)(margins);
+        (margins, value, channel)
+    });
+    worst(each, |(_, value, _)| -value)
+}
+
 /// A margin against its limit: the least of all conditions.
 fn margin(map: &[Margins], limit: &Limit) -> Requirement {
     let (name, limit) = (limit.figure.key, limit.value);
-    let value = |margins: &Margins| {
-        let figure = MARGIN_FIGURES.iter().find(|of| of.figure.key == name);
-        figure.map_or((0.0, "the loop"), |figure| (figure.value)(margins))
-    };
-    let least = map.iter().reduce(|a, b| if value(b).0 < value(a).0 { b } else { a });
-    let achieved = least.map_or(0.0, |margins| value(margins).0);
+    let least = least(map, name);
+    let achieved = least.map_or(0.0, |(_, value, _)| value);
     let verdict = Verdict::of_figure(least.map(|_| achieved >= limit));
     let why = || match least {
         None => Reason::NoRun,
-        Some(Margins { of, held, spectral_radius, channels: None, .. }) => {
+        Some((Margins { of, held, spectral_radius, channels: None, .. }, ..)) => {
             Reason::Unstable { of: *of, held: *held, spectral_radius: *spectral_radius }
         }
-        Some(margins) => Reason::Margin { of: margins.of, channel: value(margins).1 },
+        Some((margins, _, channel)) => Reason::Margin { of: margins.of, channel },
     };
     Requirement {
         case: EvidenceKind::Margins,
@@ -313,22 +324,21 @@ pub struct WeakPoint {
     pub least: f64,
     /// What is customary.
     pub customary: f64,
-    /// Path position, m.
-    pub path: f64,
+    /// The condition that has it.
+    pub of: Condition,
     /// Where the loop was opened.
     pub channel: &'static str,
 }
 
-/// The weak points of a loop that no requirement forbids, where its margins were determined.
+/// The weak points of a loop that no requirement forbids, where its margins were determined. A loop
+/// that is not stable has no margin at all.
 pub fn weak_points(judged: &[Requirement], map: &[Margins]) -> Vec<WeakPoint> {
     let limited = |name| judged.iter().any(|r| r.case == EvidenceKind::Margins && r.name == name);
     let free = CUSTOMARY.iter().filter(|(name, _)| !limited(*name));
-    free.filter_map(|(name, customary)| {
-        let of = MARGIN_FIGURES.iter().find(|of| of.figure.key == *name)?;
-        let each = map.iter().map(|at| (at.of.at.path, (of.value)(at)));
-        let (path, (least, channel)) = each.reduce(|a, b| if b.1.0 < a.1.0 { b } else { a })?;
-        let weak = WeakPoint { name, least, customary: *customary, path, channel };
-        (least < *customary).then_some(weak)
+    free.filter_map(|&(name, customary)| {
+        let (at, least, channel) = least(map, name)?;
+        let weak = at.channels.is_some() && least < customary;
+        weak.then_some(WeakPoint { name, least, customary, of: at.of, channel })
     })
     .collect()
 }
@@ -340,8 +350,7 @@ fn fault_cases(requirements: &Requirements, trials: &[FaultTrial]) -> Vec<Requir
     let judged = FAULT_FIGURES.iter().filter_map(|figure| {
         let name = figure.figure.key;
         let limit = faults::limit(name, requirements, asked)?;
-        let worst =
-            trials.iter().reduce(|a, b| if b.figure(name) > a.figure(name) { b } else { a });
+        let worst = worst(trials, |t| t.figure(name));
         let figure = worst.map(|t| t.figure(name));
         let why = || {
             worst.map_or(Reason::NoRun, |trial| Reason::Fault {

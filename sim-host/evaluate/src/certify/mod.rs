@@ -34,7 +34,7 @@ pub use draw::{NominalCell, SampledCell};
 pub use faults::{FAULT_FIGURES, FaultTrial, SteadyTooShort};
 pub use judge::{
     Beyond, Evidence, EvidenceKind, Requirement, Verdict, WeakPoint, draws, judge, weak_points,
-    within,
+    within, worst,
 };
 pub use rare::{FEWEST_DRAWS, RARE_FIGURE, RareFailure, rare_failure};
 pub use reason::{Held, Pace, Reason, Shortfall, Symptom};
@@ -202,7 +202,7 @@ impl Certification<'_> {
         let mut worst: Vec<(f64, &'static str, &Trial)> = of_draws
             .filter_map(|r| {
                 let of = |trial: &Trial| trial.figure(r.name);
-                let trial = trials.iter().reduce(|a, b| if of(b) > of(a) { b } else { a })?;
+                let trial = worst(trials, |t| of(t))?;
                 Some((of(trial) / r.limit, r.name, trial))
             })
             .collect();

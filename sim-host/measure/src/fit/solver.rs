@@ -162,7 +162,7 @@ pub fn fit(
         taken_at = here.cost;
     }
     // True where slopes were seen to fail.
-    let mut doubted = false;
+    let mut slopes_failed = false;
     while steps < effort.steps && !bench.is_late() {
         let trust = (chi_square(&here.at) / count(&here.at).max(1) as f64).max(1.0);
         let promised = bounded(&here.linear, &here.point, 0.0)
@@ -172,9 +172,9 @@ pub fn fit(
                 here.end = End::Arrived;
                 break;
             }
-            doubted = true;
+            slopes_failed = true;
         }
-        if doubted || (!fresh && promised > SLOW * before) {
+        if slopes_failed || (!fresh && promised > SLOW * before) {
             // Where the next slopes would hardly bring more than these did.
             let above = here.cost - count(&here.at) as f64;
             if taken_at - here.cost < ENOUGH * above {
@@ -182,7 +182,7 @@ pub fn fit(
                 break;
             }
             taken_at = here.cost;
-            (before, doubted) = (f64::INFINITY, false);
+            (before, slopes_failed) = (f64::INFINITY, false);
             fresh = here.refresh(bench, blocks, stale);
             continue;
         }
@@ -214,14 +214,14 @@ pub fn fit(
                 } else if share > FORETOLD {
                     damping = (damping * 0.1).max(1e-8);
                 }
-                doubted = share < POOR && !fresh;
+                slopes_failed = share < POOR && !fresh;
                 let again = here.linear.beside(blocks, &here.at, &here.slopes);
                 here.linear = with_priors(again, &here.point);
             }
             None if fresh => damping = (damping * 20.0).max(1e-3),
             None => {
                 damping = damping.max(1e-3);
-                doubted = true;
+                slopes_failed = true;
             }
         }
     }

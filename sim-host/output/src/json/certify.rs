@@ -227,6 +227,10 @@ pub struct WeakMargin {
     pub customary: f64,
     /// Path position, m.
     pub path_m: f64,
+    /// What the drives' friction is taken for: `viscous`, `at-speed` or `full`.
+    pub friction: String,
+    /// Index of the drawn cell; `null` for the nominal one.
+    pub draw: Option<u64>,
     /// Where the loop was opened.
     pub channel: String,
 }
@@ -595,7 +599,9 @@ impl WeakMargin {
             name: of.name.to_owned(),
             least: of.least,
             customary: of.customary,
-            path_m: of.path,
+            path_m: of.of.at.path,
+            friction: of.of.friction.name().to_owned(),
+            draw: of.of.draw,
             channel: of.channel.to_owned(),
         }
     }

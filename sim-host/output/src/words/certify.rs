@@ -1,6 +1,6 @@
 //! What is said of a certification.
 
-use super::requirement::{label, reason, shown};
+use super::requirement::{label, reason, shown, under};
 use super::{condensed, counted, listed, share};
 use crate::{CertifiedWeld, CertifyReport};
 use trueweld_evaluate::PHASES;
@@ -247,10 +247,10 @@ pub(crate) fn trend(of: Trend) -> &'static str {
 pub(crate) fn weak_point(of: &WeakPoint) -> String {
     let [least, customary] = [of.least, of.customary].map(|value| shown(of.name, value));
     format!(
-        "{}: {least} at {:.2} m, of {}; customary is {customary} at least.",
+        "{}: {least}, of {}, {}; customary is {customary} at least.",
         label(of.name),
-        of.path,
-        of.channel
+        of.channel,
+        under(&of.of)
     )
 }
 

@@ -1,5 +1,6 @@
 //! Requirements of a certification: their names, their values, and why one is not met.
 
+use super::Scale;
 use trueweld_evaluate::certify::{
     EvidenceKind, Held, Pace, Reason, Requirement, Shortfall, Symptom, Verdict, figure,
 };
@@ -10,26 +11,26 @@ pub(crate) fn label(key: &str) -> &str {
     figure(key).map_or(key, |figure| figure.label)
 }
 
-/// The factor to the unit in which a figure is drawn, and that unit.
-pub(crate) fn scale(key: &str) -> (f64, &'static str) {
+/// The unit in which a figure is shown.
+pub(crate) fn scale(key: &str) -> Scale {
     match figure(key).map_or("1", |figure| figure.unit) {
-        "s" => (1e3, "ms"),
-        "m" => (1e3, "mm"),
-        "rad" => (1f64.to_degrees(), "°"),
-        unit => (1.0, unit),
+        "s" => Scale { factor: 1e3, unit: "ms" },
+        unit => Scale::large(unit),
     }
 }
 
 /// A value of a figure in mm, degrees, ms, N or as a ratio; "none" where there is none.
 pub(crate) fn shown(key: &str, value: f64) -> String {
-    match figure(key).map_or("1", |figure| figure.unit) {
-        _ if !value.is_finite() => "none".to_owned(),
-        "s" => format!("{:.0} ms", 1e3 * value),
-        "m" => format!("{:.3} mm", 1e3 * value),
-        "rad" => format!("{:.3}°", value.to_degrees()),
-        "N" => format!("{value:.0} N"),
-        _ => format!("{value:.2}"),
+    if !value.is_finite() {
+        return "none".to_owned();
     }
+    let scale = scale(key);
+    let decimals = match scale.unit {
+        "ms" | "N" => 0,
+        "" => 2,
+        _ => 3,
+    };
+    scale.with_unit(format!("{:.decimals$}", scale.factor * value))
 }
 
 /// Why a requirement is not met or not shown; `None` where it is met.
@@ -112,7 +113,7 @@ pub(crate) fn reason(of: &Requirement) -> Option<String> {
 }
 
 /// Where in the weld a loop was looked at, with which friction and in which cell.
-fn under(condition: &Condition) -> String {
+pub(crate) fn under(condition: &Condition) -> String {
     let Condition { at, friction, draw } = condition;
     let mut place = format!("{:.2} m along the weld", at.path);
     if at.ramp {

@@ -34,7 +34,8 @@ pub(super) fn draws(weld: &CertifiedWeld, asked: [f64; 2]) -> Vec<Figure> {
 
 fn exceedance(weld: &CertifiedWeld, of: &Requirement, asked: [f64; 2]) -> Option<Figure> {
     let [allowed, confidence] = asked;
-    let (factor, unit) = scale(of.name);
+    let scale = scale(of.name);
+    let factor = scale.factor;
     let trials = &weld.evidence.trials;
     let mut sorted: Vec<f64> = trials.iter().map(|t| factor * t.figure(of.name)).collect();
     sorted.sort_by(f64::total_cmp);
@@ -58,10 +59,7 @@ fn exceedance(weld: &CertifiedWeld, of: &Requirement, asked: [f64; 2]) -> Option
     at_most.push((right, at_most.last()?.1));
     let line = |name: String, color, dash, points| Line { name, color, dash, points };
     let plot = Plot {
-        x_label: match unit {
-            "1" => label(of.name).to_owned(),
-            unit => format!("{}, {unit}", label(of.name)),
-        },
+        x_label: scale.named(label(of.name)),
         y_label: "share of welds beyond".to_owned(),
         lines: vec![
             line(format!("{n} draws"), color::run(1), Dash::Solid, seen),
@@ -136,7 +134,7 @@ pub(super) fn worst_runs(weld: &CertifiedWeld) -> Vec<Figure> {
             dash: Dash::Solid,
             points: run.recording.rows.iter().map(|row| (row.time, value(row))).collect(),
         });
-        let limited = weld.limit(EvidenceKind::Draws, key).map(|of| scale(key).0 * of);
+        let limited = weld.limit(EvidenceKind::Draws, key).map(|of| scale(key).factor * of);
         Figure::new(
             *title,
             Plot {
@@ -166,7 +164,8 @@ pub(super) fn margins(weld: &CertifiedWeld) -> Vec<Figure> {
     let ends = [first, last].map(|at| place(at));
     let of_corrections = MARGIN_FIGURES.iter().filter(|of| !of.figure.key.starts_with("drive_"));
     let figures = of_corrections.map(|of| {
-        let (factor, unit) = scale(of.figure.key);
+        let scale = scale(of.figure.key);
+        let factor = scale.factor;
         let drives = format!("drive_{}", of.figure.key);
         let pair =
             MARGIN_FIGURES.iter().filter(|f| [of.figure.key, &drives].contains(&f.figure.key));
@@ -191,11 +190,7 @@ pub(super) fn margins(weld: &CertifiedWeld) -> Vec<Figure> {
         let top = lines.iter().flat_map(|line| &line.points).map(|p| p.1).fold(0.0, f64::max);
         let plot = Plot {
             x_label: "position on the seam, mm".to_owned(),
-            y_label: if unit == "1" {
-                of.figure.label.to_owned()
-            } else {
-                format!("{}, {unit}", of.figure.label)
-            },
+            y_label: scale.named(of.figure.label),
             lines,
             y_range: (top > 0.0).then_some([0.0, 1.08 * top]),
             ..Plot::default()

@@ -14,7 +14,7 @@ use crate::words::requirement::{label, shown};
 use crate::words::{condensed, fixed, share};
 use crate::{CertifiedWeld, CertifyReport};
 use trueweld_evaluate::certify::{
-    EvidenceKind, FaultTrial, Influence, Sensitivity, Trial, Verdict, within,
+    EvidenceKind, FaultTrial, Influence, Sensitivity, Trial, Verdict, within, worst,
 };
 use trueweld_evaluate::margins::{MARGIN_FIGURES, Margins};
 use trueweld_evaluate::{ReplacedAssumption, UncertainCell, WELD_FIGURES};
@@ -387,8 +387,7 @@ impl CertifiedWeld {
         let trials = &self.evidence.trials;
         let mut cells: Vec<(&str, String, &Trial)> = Vec::new();
         for name in WELD_FIGURES.iter().map(|of| of.figure.key) {
-            let worst =
-                trials.iter().reduce(|a, b| if b.figure(name) > a.figure(name) { b } else { a });
+            let worst = worst(trials, |t| t.figure(name));
             let required = self.limit(EvidenceKind::Draws, name).is_some();
             if let Some(trial) = worst.filter(|_| required) {
                 cells.push((name, format!("draw {}", trial.index), trial));
