@@ -175,6 +175,7 @@ fn files_of_a_crate_do_not_import_each_other_in_a_circle() {
         "sim-host/plant",
         "sim-host/measure",
         "sim-host/laboratory",
+        "sim-host/identify",
         "sim-host/evaluate",
         "sim-host/output",
         "sim-host/cli",

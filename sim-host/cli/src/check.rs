@@ -5,6 +5,7 @@ use clap::Args;
 use miette::{IntoDiagnostic, Report, Result, WrapErr, miette};
 use std::path::{Path, PathBuf};
 use trueweld_evaluate::Requirements;
+use trueweld_laboratory::ProtocolFile;
 use trueweld_measure::data::campaign::Campaign;
 use trueweld_measure::data::log::{LOG_FILE, Log};
 use trueweld_output::json::{self, CheckResult, CheckedFile};
@@ -16,7 +17,8 @@ use trueweld_plant::input::{
 /// Arguments of `check`.
 #[derive(Args)]
 pub struct Arguments {
-    /// Files to check: robots, processes, welds, gains, sensors, requirements, models, logs, campaigns; or
+    /// Files to check: robots, processes, welds, gains, sensors, requirements, models, logs, campaigns,
+    /// protocols; or
     /// folders of logs and campaigns, whose files are all checked
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
@@ -130,6 +132,7 @@ fn check(path: &Path) -> Result<FileKind, InputError> {
         FileKind::Model => ModelFile::parse(&text, path).map(drop),
         FileKind::Log => Log::read(folder_of(path)).map(drop),
         FileKind::Campaign => Campaign::list(folder_of(path)).map(drop),
+        FileKind::Protocol => ProtocolFile::parse(&text, path).map(drop),
     }?;
     Ok(kind)
 }

@@ -24,6 +24,7 @@ mod check;
 mod compare;
 mod compare_laws;
 mod diagnose;
+mod identify;
 mod import_log;
 mod import_urdf;
 mod improve;
@@ -32,6 +33,7 @@ mod inputs;
 mod measured;
 mod names;
 mod new_law;
+mod record;
 mod register;
 mod repeat;
 mod results;
@@ -124,8 +126,12 @@ enum Command {
     Diagnose(diagnose::Arguments),
     /// Add what is missing to a model, refit it, and write it
     Improve(improve::Arguments),
+    /// Identify stiffness, damping or process from logs, with intervals
+    Identify(identify::Arguments),
     /// Find where the tracker stands and what it sees of the tool, whatever the size
     Register(register::Arguments),
+    /// Record logs of a simulated cell, as a laboratory would
+    Record(record::Arguments),
     /// Check input files of any kind, and folders of logs and campaigns
     Check(check::Arguments),
     /// Write a crate with a law and an effect of your own, beside those of this program
@@ -190,7 +196,9 @@ impl Arguments {
             Some(Command::Compare(arguments)) => compare::run(arguments),
             Some(Command::Diagnose(arguments)) => diagnose::run(arguments),
             Some(Command::Improve(arguments)) => improve::run(arguments),
+            Some(Command::Identify(arguments)) => identify::run(arguments),
             Some(Command::Register(arguments)) => register::run(arguments),
+            Some(Command::Record(arguments)) => record::run(arguments),
             Some(Command::Check(arguments)) => check::run(arguments),
             Some(Command::NewLaw(arguments)) => new_law::run(arguments),
             Some(Command::Init(arguments)) => init::run(arguments),

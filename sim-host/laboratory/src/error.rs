@@ -2,6 +2,7 @@
 
 use crate::static_arm::Unsettled;
 use trueweld_plant::effects::EffectError;
+use trueweld_plant::input::InputError;
 use trueweld_plant::robot::TooManyStates;
 use trueweld_plant::simulate::RunError;
 
@@ -20,6 +21,15 @@ pub enum CampaignError {
     /// A weld did not come to its end.
     #[error(transparent)]
     Weld(#[from] RunError),
+    /// A weld is to be made in a cell that states no process.
+    #[error("{log}: a weld needs a process, and the protocol names none")]
+    NoProcess {
+        /// The log.
+        log: String,
+    },
+    /// The model of the campaign cannot be written.
+    #[error(transparent)]
+    Input(#[from] InputError),
     /// A file cannot be written.
     #[error(transparent)]
     Write(#[from] std::io::Error),

@@ -8,12 +8,13 @@ use trueweld_plant::input::{Control, InputError, InputFile, Process, RobotFile, 
 #[derive(Debug)]
 pub struct Laboratory {
     pub(crate) robot: RobotFile,
-    pub(crate) process: Process,
+    /// What welds are planned with; `None` where nothing is welded.
+    pub(crate) process: Option<Process>,
     pub(crate) control: Control,
     pub(crate) sensors: Sensors,
     /// Paths of the robot and the process, which a campaign gets copies of.
     pub(crate) robot_path: PathBuf,
-    pub(crate) process_path: PathBuf,
+    pub(crate) process_path: Option<PathBuf>,
 }
 
 impl Laboratory {
@@ -27,14 +28,14 @@ impl Laboratory {
         control: impl AsRef<Path>,
         sensors: impl AsRef<Path>,
     ) -> Result<Self, InputError> {
-        let (robot_path, process_path) = (robot.as_ref().into(), process.as_ref().into());
+        let (robot_path, process_path) = (robot.as_ref().into(), process.as_ref());
         Ok(Self {
             robot: RobotFile::read(&robot_path)?,
-            process: Process::read(&process_path)?,
+            process: Some(Process::read(process_path)?),
             control: Control::read(control)?,
             sensors: Sensors::read(sensors)?,
             robot_path,
-            process_path,
+            process_path: Some(process_path.into()),
         })
     }
 

@@ -5,7 +5,7 @@
 //! besides (stiffnesses, encoder zeros, tracker registration), the noise, and the [`Protocol`]: which
 //! logs are recorded. [`Laboratory::write`] simulates the logs and writes a campaign folder as
 //! `trueweld diagnose` reads it, with the truth in `truth.toml`. [`Laboratory::corpus`] draws
-//! recipes at random.
+//! recipes at random. A [`ProtocolFile`] states instead, row by row, what a user wants recorded.
 //!
 //! Layers, bottom up: `motion` and `protocol` hold what is done; `static_arm` and `moving_arm` solve
 //! the plant's equations for it by methods that no comparison uses, and a weld runs in the plant's
@@ -39,12 +39,14 @@ mod campaign;
 mod corpus;
 mod draw;
 mod error;
+mod instruments;
 mod laboratory;
 mod logs;
 mod motion;
 mod moving_arm;
 mod out_of_library;
 mod protocol;
+mod protocol_file;
 mod random;
 mod recipe;
 mod samples;
@@ -55,8 +57,10 @@ mod truth;
 pub use corpus::{CorpusCase, Hidden};
 pub use draw::effect;
 pub use error::CampaignError;
+pub use instruments::InstrumentNoise;
 pub use laboratory::Laboratory;
 pub use out_of_library::{OutOfLibrary, OutOfLibraryKind};
 pub use protocol::Protocol;
+pub use protocol_file::{LoadRow, LogPlan, PlannedLog, ProtocolFile, Waypoint};
 pub use recipe::Recipe;
 pub use static_arm::Unsettled;

@@ -1,11 +1,13 @@
 //! The logs of a campaign: postures and loads, stops, motions, welds.
 
 use crate::error::CampaignError;
+use crate::instruments::LogKind;
 use crate::motion::{Moves, Path, Stop};
 use crate::moving_arm::MovingArm;
 use crate::protocol::Protocol;
+use crate::protocol_file::{LoadRow, LogPlan, PlannedLog, PlannedWeld};
 use crate::random;
-use crate::samples::{LogKind, SampleTable};
+use crate::samples::SampleTable;
 use crate::static_arm::{Load, StaticArm};
 use crate::track::{Instant, Track, readings};
 use crate::truth::Truth;
@@ -50,80 +52,71 @@ struct NewLog {
     folder: path::PathBuf,
 }
 
-impl LogWriter<'_> {
-    /// Writes every log into the campaign's folder and returns their names.
-    pub fn write(&self, folder: &path::Path) -> Result<Vec<String>, CampaignError> {
-        let mut names = Vec::new();
-        // The logs held out carry numbers of their own.
-        let (suffix, mut number) = if self.held_out { ("-2", 100) } else { ("", 0) };
-        let mut next = |name: String| {
-            number += 1;
-            let folder = folder.join(&name);
-            names.push(name);
-            let random = Random::new(self.truth.recipe.seed, random::PLAN + number);
-            NewLog { number, random, folder }
-        };
-        let protocol = self.protocol;
-        if protocol.postures > 0 {
-            self.load(next(format!("static{suffix}")))?;
+/// Records logs of the true cell.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Recorder<'a> {
+    pub truth: &'a Truth<'a>,
+}
+
+/// When the brake falls in a ring-down, and how long it takes, s.
+const FALLS: f64 = 0.1;
+const BRAKES: f64 = 0.003;
+
+impl Recorder<'_> {
+    /// Records a log of a protocol, which has this number among them, into a folder.
+    pub fn record(
+        &self,
+        number: u64,
+        log: &PlannedLog,
+        folder: &path::Path,
+    ) -> Result<(), CampaignError> {
+        let random = Random::new(self.truth.recipe.seed, random::PLAN + number);
+        let mut new = NewLog { number, random, folder: folder.to_owned() };
+        match &log.plan {
+            LogPlan::Loads(rows) => self.load(&new, rows),
+            LogPlan::Stop { start, rate, lasts } => self.ring_down(new, *start, *rate, *lasts),
+            LogPlan::Moves { start, waypoints } => {
+                let path = Moves::through(*start, waypoints);
+                let lasts = path.lasts();
+                self.follow(new, LogKind::Free, &path, 0.0, lasts, FREE_STEP)
+            }
+            LogPlan::Wander { lasts } => {
+                let path = Moves::random(*lasts, &mut new.random);
+                self.follow(new, LogKind::Free, &path, 0.0, *lasts, FREE_STEP)
+            }
+            LogPlan::Weld(planned) => {
+                let PlannedWeld { weld, text, spindle } = planned.as_ref();
+                self.weld(&new, weld, text, *spindle)
+            }
         }
-        let rings = protocol.rings.min(JOINTS);
-        for ring in 0..rings {
-            let joints: Vec<usize> = (ring..JOINTS).step_by(rings).collect();
-            let digits: String = joints.iter().map(|j| (j + 1).to_string()).collect();
-            self.ring_down(next(format!("ring-{digits}")), &joints)?;
-        }
-        if protocol.free > 0.0 {
-            self.move_freely(next(format!("free{suffix}")))?;
-        }
-        for weld in 0..protocol.welds {
-            let number = if self.held_out { self.truth.recipe.protocol.welds } else { weld };
-            self.weld(next(format!("weld-{}", number + 1)), weld)?;
-        }
-        Ok(names)
     }
 
-    fn load(&self, mut log: NewLog) -> Result<(), CampaignError> {
+    fn load(&self, log: &NewLog, rows: &[LoadRow]) -> Result<(), CampaignError> {
         let cell = self.truth.cell(log.number, out_of_reach(), 0.0)?;
-        let mut table = self.table(LogKind::Static, &log);
-        let random = &mut log.random;
+        let mut table = self.table(LogKind::Static, log);
         let mut arm: Option<StaticArm<'_>> = None;
-        let mut time = 0.0;
-        for posture in 0..self.protocol.postures {
-            let motor = draw_posture(random);
-            for (row, load) in loads(posture, random).iter().enumerate() {
-                let pause =
-                    if row == 0 { random.between(50.0, 65.0) } else { random.between(12.0, 20.0) };
-                let arm = match &mut arm {
-                    None => arm.insert(StaticArm::new(&cell, &motor)?),
-                    Some(arm) => {
-                        time += (pause * 10.0).round() / 10.0;
-                        arm
-                    }
-                };
-                arm.lead(&motor, load, time)?;
-                let read = readings(time, &motor, arm.link(), &load.wrench_in_t, &arm.pose(time));
-                let [x, y, z] = load.center.into();
-                table.record(&cell, read, &[load.payload, x, y, z]);
-            }
+        for LoadRow { time, motor, load } in rows {
+            let arm = match &mut arm {
+                None => arm.insert(StaticArm::new(&cell, motor)?),
+                Some(arm) => arm,
+            };
+            arm.lead(motor, load, *time)?;
+            let read = readings(*time, motor, arm.link(), &load.wrench_in_t, &arm.pose(*time));
+            let [x, y, z] = load.center.into();
+            table.record(&cell, read, &[load.payload, x, y, z]);
         }
         Ok(table.write(&log.folder, "")?)
     }
 
-    fn ring_down(&self, mut log: NewLog, joints: &[usize]) -> Result<(), CampaignError> {
-        let start = draw_posture(&mut log.random);
-        let mut rate = JointVector::zeros();
-        for &j in joints {
-            let [low, high] = if j < 3 { [0.05, 0.08] } else { [0.12, 0.2] };
-            rate[j] = log.random.either(low, high);
-        }
-        let path = Stop { start, rate, falls: 0.1, takes: 0.003 };
-        self.follow(log, LogKind::Ring, &path, -RUN_IN, self.protocol.ring, RING_STEP)
-    }
-
-    fn move_freely(&self, mut log: NewLog) -> Result<(), CampaignError> {
-        let path = Moves::random(self.protocol.free, &mut log.random);
-        self.follow(log, LogKind::Free, &path, 0.0, self.protocol.free, FREE_STEP)
+    fn ring_down(
+        &self,
+        log: NewLog,
+        start: JointVector<f64>,
+        rate: JointVector<f64>,
+        lasts: f64,
+    ) -> Result<(), CampaignError> {
+        let path = Stop { start, rate, falls: FALLS, takes: BRAKES };
+        self.follow(log, LogKind::Ring, &path, -RUN_IN, lasts, RING_STEP)
     }
 
     /// The arm without contact, its motors on a path from `start` (before 0 to run in) to `end`, s.
@@ -143,18 +136,26 @@ impl LogWriter<'_> {
         Ok(self.recorded(kind, &log, &cell, &track, end, &[]).write(&log.folder, "")?)
     }
 
-    fn weld(&self, mut log: NewLog, number: usize) -> Result<(), CampaignError> {
-        let (weld, spindle) = self.seam(number, &mut log.random);
+    /// `text`: of the weld's file.
+    fn weld(
+        &self,
+        log: &NewLog,
+        weld: &Weld,
+        text: &str,
+        spindle: f64,
+    ) -> Result<(), CampaignError> {
         let laboratory = self.truth.laboratory;
-        let cell = self.truth.cell(log.number, Seam::of(&weld).b_from_w, spindle)?;
+        let no_process = || CampaignError::NoProcess { log: log.folder.display().to_string() };
+        let planned = laboratory.process.as_ref().ok_or_else(no_process)?;
+        let cell = self.truth.cell(log.number, Seam::of(weld).b_from_w, spindle)?;
         let recording = run(
             &Scenario {
                 name: "synthetic",
                 cell: &cell,
                 // The controller knows no more of the truth than the model file does.
                 controller_model: &laboratory.robot.robot,
-                planned: &laboratory.process,
-                weld: &weld,
+                planned,
+                weld,
                 program: Program::Weld,
                 control: &laboratory.control,
                 sensors: &laboratory.sensors,
@@ -180,9 +181,9 @@ impl LogWriter<'_> {
         let instants: Vec<_> = recording.rows.iter().map(instant).collect();
         let length = (instants.len() - 1) as f64 * recording.period;
         let track = Track { start: 0.0, step: recording.period, instants };
-        let table = self.recorded(LogKind::Weld, &log, &cell, &track, length, &[spindle]);
+        let table = self.recorded(LogKind::Weld, log, &cell, &track, length, &[spindle]);
         table.write(&log.folder, "weld = \"weld.toml\"\nprocess = \"../process.toml\"\n")?;
-        Ok(write_atomically(log.folder.join("weld.toml"), weld_file(&weld).as_bytes())?)
+        Ok(write_atomically(log.folder.join("weld.toml"), text.as_bytes())?)
     }
 
     fn table(&self, kind: LogKind, log: &NewLog) -> SampleTable {
@@ -207,6 +208,76 @@ impl LogWriter<'_> {
             }
         }
         table
+    }
+}
+
+impl LogWriter<'_> {
+    /// Writes every log into the campaign's folder and returns their names.
+    pub fn write(&self, folder: &path::Path) -> Result<Vec<String>, CampaignError> {
+        let mut names = Vec::new();
+        // The logs held out carry numbers of their own.
+        let (suffix, mut number) = if self.held_out { ("-2", 100) } else { ("", 0) };
+        let mut next = |name: String| {
+            number += 1;
+            let folder = folder.join(&name);
+            names.push(name);
+            let random = Random::new(self.truth.recipe.seed, random::PLAN + number);
+            NewLog { number, random, folder }
+        };
+        let (protocol, recorder) = (self.protocol, Recorder { truth: self.truth });
+        if protocol.postures > 0 {
+            let mut log = next(format!("static{suffix}"));
+            let rows = self.load(&mut log);
+            recorder.load(&log, &rows)?;
+        }
+        let rings = protocol.rings.min(JOINTS);
+        for ring in 0..rings {
+            let joints: Vec<usize> = (ring..JOINTS).step_by(rings).collect();
+            let digits: String = joints.iter().map(|j| (j + 1).to_string()).collect();
+            let mut log = next(format!("ring-{digits}"));
+            let [start, rate] = self.ring_down(&mut log, &joints);
+            recorder.ring_down(log, start, rate, protocol.ring)?;
+        }
+        if protocol.free > 0.0 {
+            let mut log = next(format!("free{suffix}"));
+            let path = Moves::random(protocol.free, &mut log.random);
+            recorder.follow(log, LogKind::Free, &path, 0.0, protocol.free, FREE_STEP)?;
+        }
+        for weld in 0..protocol.welds {
+            let number = if self.held_out { self.truth.recipe.protocol.welds } else { weld };
+            let mut log = next(format!("weld-{}", number + 1));
+            let (weld, spindle) = self.seam(weld, &mut log.random);
+            recorder.weld(&log, &weld, &weld_file(&weld), spindle)?;
+        }
+        Ok(names)
+    }
+
+    fn load(&self, log: &mut NewLog) -> Vec<LoadRow> {
+        let random = &mut log.random;
+        let mut rows = Vec::new();
+        let mut time = 0.0;
+        for posture in 0..self.protocol.postures {
+            let motor = draw_posture(random);
+            for (row, load) in loads(posture, random).into_iter().enumerate() {
+                let pause: f64 =
+                    if row == 0 { random.between(50.0, 65.0) } else { random.between(12.0, 20.0) };
+                if !rows.is_empty() {
+                    time += (pause * 10.0).round() / 10.0;
+                }
+                rows.push(LoadRow { time, motor, load });
+            }
+        }
+        rows
+    }
+
+    fn ring_down(&self, log: &mut NewLog, joints: &[usize]) -> [JointVector<f64>; 2] {
+        let start = draw_posture(&mut log.random);
+        let mut rate = JointVector::zeros();
+        for &j in joints {
+            let [low, high] = if j < 3 { [0.05, 0.08] } else { [0.12, 0.2] };
+            rate[j] = log.random.either(low, high);
+        }
+        [start, rate]
     }
 
     /// A weld and its spindle speed, rad/s. The tool is upright and inclined in turn; the weld held

@@ -1,5 +1,6 @@
 //! Encoder paths that are known exactly: angle, rate and acceleration at any time.
 
+use crate::protocol_file::Waypoint;
 use trueweld_core::{JOINTS, JointVector};
 use trueweld_plant::random::Random;
 
@@ -54,10 +55,14 @@ const RANGE: [[f64; 2]; JOINTS] =
 /// Largest rates of free motion, rad/s.
 const RATE: [f64; JOINTS] = [0.45, 0.4, 0.4, 0.6, 0.7, 0.9];
 
+/// Rest before the first of the moves that a protocol states, s.
+const DWELL: f64 = 0.4;
+
 /// Moves of least jerk, waves of two sines a joint, and dwells, one after the other, from rest.
 #[derive(Debug)]
 pub(crate) struct Moves {
     start: JointVector<f64>,
+    lasts: f64,
     pieces: Vec<Piece>,
 }
 
@@ -78,6 +83,22 @@ enum What {
 }
 
 impl Moves {
+    /// From rest through points, each reached by a move of least jerk and followed by a rest.
+    pub fn through(start: JointVector<f64>, waypoints: &[Waypoint]) -> Self {
+        let (mut from, mut time, mut pieces) = (start, DWELL, Vec::new());
+        for Waypoint { to, takes, dwell } in waypoints {
+            pieces.push(Piece { begins: time, takes: *takes, from, what: What::Move(to - from) });
+            from = *to;
+            time += takes + dwell;
+        }
+        Self { start, lasts: time, pieces }
+    }
+
+    /// How long they last, with the rests, s.
+    pub fn lasts(&self) -> f64 {
+        self.lasts
+    }
+
     /// A random motion that lasts `length` s.
     pub fn random(length: f64, random: &mut Random) -> Self {
         let start = JointVector::from_fn(|i, _| random.between(RANGE[i][0], RANGE[i][1]));
@@ -105,7 +126,7 @@ impl Moves {
             let dwell = if random.sign() > 0.0 { random.between(0.2, 0.6) } else { 0.0 };
             time += takes + dwell;
         }
-        Self { start, pieces }
+        Self { start, lasts: length, pieces }
     }
 }
 

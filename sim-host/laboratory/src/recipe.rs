@@ -1,8 +1,10 @@
 //! The truth of one campaign, what the laboratory gets wrong, and what it measures.
 
+use crate::instruments::InstrumentNoise;
 use crate::out_of_library::OutOfLibrary;
 use crate::protocol::Protocol;
 use crate::random;
+use nalgebra::Vector3;
 use trueweld_core::JOINTS;
 use trueweld_plant::effects::{
     Effect, encoder_offset, geometry_error, stiffness_error, tracker_registration,
@@ -28,6 +30,11 @@ pub struct Recipe {
     pub geometry_error: f64,
     /// Factor on the nominal noise of every instrument.
     pub noise: f64,
+    /// Noise of each instrument before that factor.
+    pub instruments: InstrumentNoise,
+    /// Where the tracker's reflectors sit in T, m: static logs then hold their points instead of a
+    /// pose.
+    pub reflectors: Option<[Vector3<f64>; 3]>,
     /// True where `log.toml` states the noise.
     pub noise_stated: bool,
     /// Which logs are recorded.
@@ -47,6 +54,8 @@ impl Recipe {
             registration_per_log: 0.0,
             geometry_error: 0.0,
             noise: 1.0,
+            instruments: InstrumentNoise::default(),
+            reflectors: None,
             noise_stated: true,
             protocol: Protocol::usual(),
             seed,

@@ -1,5 +1,6 @@
 //! From readings to the recorded table: faults of the sensors, noise, columns.
 
+use crate::instruments::{INSTRUMENTS, Instrument, InstrumentNoise, LogKind, Quantity};
 use crate::random;
 use crate::recipe::Recipe;
 use nalgebra::Vector3;
@@ -11,132 +12,18 @@ use trueweld_plant::input::write_atomically;
 use trueweld_plant::random::Random;
 use trueweld_plant::robot::Readings;
 
-/// What was done in a log.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum LogKind {
-    Static,
-    Ring,
-    Free,
-    Weld,
-}
-
-impl LogKind {
-    fn name(self) -> &'static str {
-        match self {
-            Self::Static => "static-load",
-            Self::Ring => "ring-down",
-            Self::Free => "free-motion",
-            Self::Weld => "weld",
-        }
-    }
-
-    /// Time between rows, s, where it is even.
-    pub fn period(self) -> Option<f64> {
-        match self {
-            Self::Static => None,
-            Self::Ring => Some(0.001),
-            Self::Free => Some(0.004),
-            Self::Weld => Some(0.012),
-        }
-    }
-
-    /// Columns that are set rather than read by an instrument, and their digits: the payload and
-    /// its centre; the spindle speed.
-    fn given(self) -> (&'static [&'static str], usize) {
-        match self {
-            Self::Static => (&["payload_kg", "cx_m", "cy_m", "cz_m"], 4),
-            Self::Weld => (&["spindle_rad_s"], 5),
-            Self::Ring | Self::Free => (&[], 0),
-        }
-    }
-}
-
-/// What an instrument reads.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Quantity {
-    Encoder,
-    LinkEncoder,
-    MotorTorque,
-    Force,
-    Moment,
-    Position,
-    Rotation,
-}
-
-/// One instrument: its columns, and its noise as `log.toml` states it.
-struct Instrument {
-    quantity: Quantity,
-    columns: &'static [&'static str],
-    digits: usize,
-    noise_key: &'static str,
-    /// Standard deviation of the noise, in the unit of the columns: about that of a thousand shots
-    /// of a laser tracker, and of an average of the others at rest.
-    deviation: f64,
-    logs: &'static [LogKind],
-}
-
-/// The instruments, in the order of their columns.
-const INSTRUMENTS: [Instrument; 7] = {
-    use LogKind::{Free, Ring, Static, Weld};
-    [
-        Instrument {
-            quantity: Quantity::Encoder,
-            columns: &["qe1_rad", "qe2_rad", "qe3_rad", "qe4_rad", "qe5_rad", "qe6_rad"],
-            digits: 8,
-            noise_key: "encoder_rad",
-            deviation: 2e-6,
-            logs: &[Static, Ring, Free, Weld],
-        },
-        Instrument {
-            quantity: Quantity::LinkEncoder,
-            columns: &["ql1_rad", "ql2_rad", "ql3_rad"],
-            digits: 8,
-            noise_key: "link_encoder_rad",
-            deviation: 5e-6,
-            logs: &[Free],
-        },
-        Instrument {
-            quantity: Quantity::MotorTorque,
-            columns: &["tm1_nm", "tm2_nm", "tm3_nm", "tm4_nm", "tm5_nm", "tm6_nm"],
-            digits: 2,
-            noise_key: "motor_torque_nm",
-            deviation: 40.0,
-            logs: &[Free],
-        },
-        Instrument {
-            quantity: Quantity::Force,
-            columns: &["fx_n", "fy_n", "fz_n"],
-            digits: 2,
-            noise_key: "force_n",
-            deviation: 25.0,
-            logs: &[Static, Weld],
-        },
-        Instrument {
-            quantity: Quantity::Moment,
-            columns: &["mx_nm", "my_nm", "mz_nm"],
-            digits: 2,
-            noise_key: "moment_nm",
-            deviation: 8.0,
-            logs: &[Static, Weld],
-        },
-        Instrument {
-            quantity: Quantity::Position,
-            columns: &["px_m", "py_m", "pz_m"],
-            digits: 7,
-            noise_key: "tcp_position_m",
-            deviation: 30e-6,
-            logs: &[Static, Ring, Free, Weld],
-        },
-        Instrument {
-            quantity: Quantity::Rotation,
-            columns: &["rx_rad", "ry_rad", "rz_rad"],
-            digits: 7,
-            noise_key: "tcp_rotation_rad",
-            deviation: 50e-6,
-            logs: &[Static, Free, Weld],
-        },
-    ]
-};
+/// Columns of the reflectors' points.
+const REFLECTOR_COLUMNS: [&str; 9] = [
+    "reflector1_x",
+    "reflector1_y",
+    "reflector1_z",
+    "reflector2_x",
+    "reflector2_y",
+    "reflector2_z",
+    "reflector3_x",
+    "reflector3_y",
+    "reflector3_z",
+];
 
 /// A log being recorded.
 #[derive(Debug)]
@@ -146,18 +33,28 @@ pub(crate) struct SampleTable {
     /// Factor on the noise of every instrument.
     noise: f64,
     noise_stated: bool,
+    instruments: InstrumentNoise,
+    /// Where the reflectors sit in T, m, where the log holds their points instead of a pose.
+    reflectors: Option<[Vector3<f64>; 3]>,
     text: String,
 }
 
 impl SampleTable {
     /// An empty table of the log with this number.
     pub fn new(kind: LogKind, recipe: &Recipe, log: u64) -> Self {
+        let reflectors = recipe.reflectors.filter(|_| kind == LogKind::Static);
         let mut columns = vec!["t_s"];
         for instrument in Self::instruments(kind) {
-            columns.extend(instrument.columns);
+            columns.extend(match (instrument.quantity, reflectors) {
+                (Quantity::Position, Some(_)) => &REFLECTOR_COLUMNS,
+                (Quantity::Rotation, Some(_)) => [].as_slice(),
+                _ => instrument.columns,
+            });
         }
         columns.extend(kind.given().0);
         Self {
+            instruments: recipe.instruments.clone(),
+            reflectors,
             kind,
             random: Random::new(recipe.seed, random::NOISE + log),
             noise: recipe.noise,
@@ -184,7 +81,17 @@ impl SampleTable {
                 Quantity::Position => readings.tcp_position.as_slice(),
                 Quantity::Rotation => readings.tcp_rotation.as_slice(),
             };
-            let deviation = self.noise * instrument.deviation;
+            let deviation = self.noise * self.instruments.of(instrument);
+            if let Some(reflectors) = self.reflectors {
+                match instrument.quantity {
+                    Quantity::Position => {
+                        self.record_points(&readings, &reflectors, deviation, instrument.digits);
+                        continue;
+                    }
+                    Quantity::Rotation => continue,
+                    _ => {}
+                }
+            }
             let mut noisy = [0.0; 6];
             let count = instrument.columns.len();
             for (noisy, value) in noisy.iter_mut().zip(values).take(count) {
@@ -207,6 +114,23 @@ impl SampleTable {
         self.put(format_args!("\n"));
     }
 
+    /// Records what the tracker sees of the reflectors.
+    fn record_points(
+        &mut self,
+        readings: &Readings,
+        reflectors: &[Vector3<f64>; 3],
+        deviation: f64,
+        digits: usize,
+    ) {
+        let rotation = rotation_from_vector(&readings.tcp_rotation);
+        for reflector in reflectors {
+            for exact in &(readings.tcp_position + rotation * reflector) {
+                let noisy = exact + deviation * self.random.normal();
+                self.put(format_args!(",{noisy:.digits$}"));
+            }
+        }
+    }
+
     fn put(&mut self, text: std::fmt::Arguments<'_>) {
         self.text.write_fmt(text).expect("a string takes all");
     }
@@ -225,8 +149,30 @@ impl SampleTable {
         if self.noise_stated && self.noise > 0.0 {
             log += "\n[noise]\n";
             for instrument in Self::instruments(self.kind) {
-                let deviation = self.noise * instrument.deviation;
+                if self.reflectors.is_some() && instrument.quantity == Quantity::Rotation {
+                    continue;
+                }
+                let deviation = self.noise * self.instruments.of(instrument);
                 log += &format!("{} = {deviation:?}\n", instrument.noise_key);
+            }
+        }
+        if let Some(reflectors) = &self.reflectors {
+            log += "\n[reflectors]\n";
+            for (k, at) in reflectors.iter().enumerate() {
+                log += &format!("reflector{}_m = [{:?}, {:?}, {:?}]\n", k + 1, at.x, at.y, at.z);
+            }
+            log += "\n[columns]\n";
+            let header = self.text.lines().next().unwrap_or_default();
+            for column in header.split(',') {
+                let (channel, unit) = column.rsplit_once('_').unwrap_or((column, ""));
+                let (channel, unit) = match unit {
+                    // The axis is the end of a reflector's name, the unit is said here.
+                    "x" | "y" | "z" => (column, "m"),
+                    "nm" => (channel, "Nm"),
+                    "n" => (channel, "N"),
+                    other => (channel, other),
+                };
+                log += &format!("{column} = {{ channel = \"{channel}\", unit = \"{unit}\" }}\n");
             }
         }
         write_atomically(folder.join("log.toml"), log.as_bytes())?;

@@ -8,6 +8,7 @@ use trueweld_evaluate::certify::{
 use trueweld_evaluate::laws::{LawComparison, Sweep};
 use trueweld_evaluate::tune::{TunedController, TunedLaw, Tuning};
 use trueweld_evaluate::{StepFigures, UncertainCell, WeldFigures};
+use trueweld_identify::Identification;
 use trueweld_measure::data::log::import::Proposal;
 use trueweld_measure::diagnose::{Diagnosis, Explanation, Reason};
 use trueweld_measure::improve::Improvement;
@@ -201,6 +202,17 @@ pub struct RegisterReport<'a> {
     pub model: &'a ModelFile,
     /// What was found.
     pub registered: &'a [Registered],
+    /// What the result is of.
+    pub provenance: &'a Provenance,
+}
+
+/// Numbers of a cell that were identified.
+#[derive(Debug, Clone, Copy)]
+pub struct IdentifyReport<'a> {
+    /// The model as it was given.
+    pub model: &'a ModelFile,
+    /// What was found.
+    pub found: &'a Identification,
     /// What the result is of.
     pub provenance: &'a Provenance,
 }

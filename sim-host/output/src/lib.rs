@@ -31,14 +31,15 @@ pub use document::{Document, FORMS, Form};
 pub use error::OutputError;
 pub use file::write_file;
 pub use finished::{
-    AssumedDraws, CertifiedWeld, CertifyReport, CompareReport, DiagnoseReport, ImportReport,
-    ImproveReport, LawsReport, MistakesReport, RegisterReport, StepReport, StepRun, TuneReport,
-    WeldReport, WeldRun,
+    AssumedDraws, CertifiedWeld, CertifyReport, CompareReport, DiagnoseReport, IdentifyReport,
+    ImportReport, ImproveReport, LawsReport, MistakesReport, RegisterReport, StepReport, StepRun,
+    TuneReport, WeldReport, WeldRun,
 };
 pub use progress::Progress;
 pub use report::*;
 pub use samples::{Samples, is_parquet};
 pub use words::control::control_toml;
+pub use words::identify::{identified_head, identified_source};
 pub use words::import::log_toml;
 pub use words::mistakes::mistake as mistake_in_words;
 pub use words::model_comments;

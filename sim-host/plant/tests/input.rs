@@ -38,7 +38,7 @@ fn parse(text: &str, name: &str) -> Result<(), InputError> {
         FileKind::Control => Control::parse(text, name).map(drop),
         FileKind::Sensors => Sensors::parse(text, name).map(drop),
         // Not read by this crate.
-        FileKind::Requirements | FileKind::Log | FileKind::Campaign => Ok(()),
+        FileKind::Requirements | FileKind::Log | FileKind::Campaign | FileKind::Protocol => Ok(()),
         FileKind::Model => ModelFile::parse(text, name.as_ref()).map(drop),
     }
 }

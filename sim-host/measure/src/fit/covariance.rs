@@ -19,7 +19,7 @@ use trueweld_plant::random::Random;
 
 /// Residuals of one quantity and component of a log.
 #[derive(Debug, Clone)]
-pub(crate) struct Column {
+pub struct Column {
     /// Which of the log's residuals, in order of time.
     pub at: Vec<usize>,
     /// Rows of the log that they belong to.
@@ -31,7 +31,7 @@ pub(crate) struct Column {
 }
 
 /// The columns of every log.
-pub(crate) fn columns(bench: &FitProblem) -> Vec<Vec<Column>> {
+pub fn columns(bench: &FitProblem) -> Vec<Vec<Column>> {
     bench.experiments.iter().map(columns_of).collect()
 }
 
@@ -281,7 +281,7 @@ const CHANCE: f64 = 21.67 / 9.0;
 
 /// Covariance of the values of a linear model, in the fit's units. `columns`: of every log.
 /// `None` where the curvature is singular.
-pub(crate) fn covariance(
+pub fn covariance(
     linear: &Linear,
     columns: &[Vec<Column>],
     at: &Residuals,

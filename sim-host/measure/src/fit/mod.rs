@@ -7,7 +7,7 @@
 //! blocks out costs a small solve and no new simulation.
 
 pub mod calibration;
-pub(crate) mod covariance;
+pub mod covariance;
 mod linear;
 pub mod per_log;
 mod solver;

@@ -7,6 +7,7 @@ mod certify;
 mod compare;
 mod diagnose;
 mod effects;
+mod identify;
 mod import;
 mod improve;
 mod mistake;
@@ -30,6 +31,7 @@ pub use diagnose::{
     PlannedExperiment,
 };
 pub use effects::{EffectCurveData, EffectPlace, FittedEffectValues, FittedValue};
+pub use identify::{IdentifiedNumber, IdentifyResult, StiffnessOverTorque, StiffnessPoint};
 pub use import::{ImportResult, ImportedColumn, ImportedFile};
 pub use improve::{AddedStep, ImproveResult, PosteriorNumber, RejectedStep};
 pub use mistake::{FileMistake, MistakeEvidence};
@@ -65,6 +67,7 @@ pub fn schemas() -> Vec<(&'static str, Schema)> {
         of::<ImproveResult>("improve"),
         of::<RegisterResult>("register"),
         of::<ImportResult>("import-log"),
+        of::<IdentifyResult>("identify"),
         of::<CheckResult>("check"),
     ]
 }

@@ -3,6 +3,7 @@
 mod certify;
 mod compare;
 mod diagnose;
+mod identify;
 mod import;
 mod improve;
 mod laws;

@@ -9,6 +9,7 @@ pub(crate) mod diagnose;
 pub(crate) mod effects;
 pub(crate) mod experiment;
 pub(crate) mod finding;
+pub(crate) mod identify;
 pub(crate) mod import;
 pub(crate) mod laws;
 mod log;

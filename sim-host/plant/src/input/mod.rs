@@ -7,7 +7,7 @@
 //! that nothing later can fail for a bad file. Values come out in SI units and radians. A URDF
 //! becomes a robot file by [`import_urdf`]. Left out: requirements, logs
 //! and campaigns, which belong where runs are judged and where measurements are; they are known by
-//! name only, so that a file of theirs is not called unknown.
+//! name only, so that a file of theirs is not called unknown. So are protocols of the laboratory.
 
 mod bounds;
 pub mod control;
@@ -72,10 +72,12 @@ pub enum FileKind {
     Log,
     /// `campaign/1`, a list of logs of one cell; read where measurements are.
     Campaign,
+    /// `protocol/1`, what is to be recorded; read by the laboratory.
+    Protocol,
 }
 
 /// Every kind of input file.
-pub const KINDS: [FileKind; 9] = [
+pub const KINDS: [FileKind; 10] = [
     FileKind::Robot,
     FileKind::Process,
     FileKind::Weld,
@@ -85,6 +87,7 @@ pub const KINDS: [FileKind; 9] = [
     FileKind::Requirements,
     FileKind::Log,
     FileKind::Campaign,
+    FileKind::Protocol,
 ];
 
 impl FileKind {
@@ -99,6 +102,7 @@ impl FileKind {
             Self::Requirements => "requirements/1",
             Self::Log => "log/1",
             Self::Campaign => "campaign/1",
+            Self::Protocol => "protocol/1",
             Self::Model => "model/1",
         }
     }
@@ -119,6 +123,7 @@ impl FileKind {
             Self::Requirements => "requirements of a certification",
             Self::Log => "a log of measurements",
             Self::Campaign => "a campaign of logs",
+            Self::Protocol => "a protocol of what is to be recorded",
             Self::Model => "a model of the cell",
         }
     }

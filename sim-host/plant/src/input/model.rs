@@ -113,7 +113,7 @@ impl ModelFile {
         let effects = if root.has("effect") {
             root.tables("effect")?
                 .iter()
-                .map(|table| effect(table, &robot))
+                .map(|table| ModelEffect::read(table, &robot))
                 .collect::<Result<_, _>>()?
         } else {
             Vec::new()
@@ -296,6 +296,16 @@ fn named_file(root: &Table<'_>, key: &str, model: &Path) -> Result<PathBuf, Inpu
         path.display()
     );
     Err(root.wrong(key, &expected, "Paths in a file start from the folder of that file."))
+}
+
+impl ModelEffect {
+    /// Reads an `[[effect]]` table.
+    ///
+    /// # Errors
+    /// What does not fit, with its place.
+    pub fn read(table: &Table<'_>, robot: &RobotFile) -> Result<Self, InputError> {
+        effect(table, robot)
+    }
 }
 
 fn effect(table: &Table<'_>, robot: &RobotFile) -> Result<ModelEffect, InputError> {

@@ -44,7 +44,8 @@ impl<'d> Table<'d> {
     }
 
     /// Adds a name to how this table is called in errors, for tables that come in lists.
-    pub(crate) fn called(mut self, name: &str) -> Self {
+    #[must_use]
+    pub fn called(mut self, name: &str) -> Self {
         self.place = format!("{} ({name})", self.place);
         self
     }

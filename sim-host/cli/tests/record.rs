@@ -1,0 +1,87 @@
+//! The virtual laboratory and what is identified from it, from the command line.
+
+mod support;
+
+use std::fs;
+use support::{Workspace, fixture};
+
+/// Records a fixture's protocol, changed, into `campaign`.
+fn recorded(change: impl Fn(&str) -> String) -> Workspace {
+    let place = Workspace::new();
+    let text = fs::read_to_string(fixture("protocols/laboratory-day.toml")).unwrap();
+    let text = change(&text).replace("\"../", &format!("\"{}", fixture("")));
+    fs::write(place.path().join("protocol.toml"), text).unwrap();
+    place.done(&["record", "protocol.toml", "--out", "campaign", "--truth", "truth.toml", "-q"]);
+    place
+}
+
+#[test]
+fn what_is_recorded_of_the_model_scores_one() {
+    let place = recorded(str::to_owned);
+    place.done(&["compare", "campaign", "--json", "compare.json", "-q"]);
+    let json = place.json("compare.json");
+    let names = ["loads", "stop-123", "stop-456", "motion", "weld"];
+    for (log, name) in json["logs"].as_array().unwrap().iter().zip(names) {
+        assert_eq!(log["path"].as_str().unwrap(), format!("campaign/{name}"));
+        for channel in log["channels"].as_array().unwrap() {
+            // Three standard deviations of √(χ²/n). In a band samples follow each other: a quarter
+            // of them count. What drives a weld's prediction is taken for an upper bound of noise.
+            let samples = channel["samples"].as_f64().unwrap();
+            let each = if ["loads", "stop-123", "stop-456"].contains(&name) { 1.0 } else { 0.25 };
+            let far = channel["score"].as_f64().unwrap() - 1.0;
+            let most = 3.0 / (2.0 * each * samples).sqrt();
+            assert!(far < most, "{name}: {channel}");
+            assert!(far > -most || name == "weld", "{name}: {channel}");
+        }
+    }
+    let truth = fs::read_to_string(place.path().join("truth.toml")).unwrap();
+    assert!(truth.contains("verdict = \"adequate\""));
+    assert!(!place.path().join("campaign/truth.toml").exists());
+}
+
+#[test]
+fn the_same_seed_gives_the_same_bytes_and_another_one_others() {
+    let one = |text: &str| text.split("[[log]]\nname = \"stop").next().unwrap().to_owned();
+    let place = recorded(one);
+    for (out, seed) in [("again", "1"), ("other", "2")] {
+        place.done(&["record", "protocol.toml", "--out", out, "--seed", seed, "-q"]);
+    }
+    let samples = |name: &str| place.bytes(&format!("{name}/loads/samples.csv"));
+    assert_eq!(samples("campaign"), samples("again"));
+    assert_ne!(samples("campaign"), samples("other"));
+}
+
+#[test]
+fn a_protocol_that_cannot_be_recorded_is_refused_at_its_place() {
+    let place = Workspace::new();
+    let text = fs::read_to_string(fixture("protocols/laboratory-day.toml")).unwrap();
+    let text = text.replace("\"../", &format!("\"{}", fixture("")));
+    let cases = [
+        ("[20, -50, 95, 0, 45, 0]", "[20, -50, 950, 0, 45, 0]", "A3 goes from -100.0 to 144.0"),
+        ("payload_kg = 500", "payload_kg = 5e9", "`payload_kg`"),
+        (
+            "rate_deg_s = [4, 3, 4, 0, 0, 0]",
+            "rate_deg_s = [0, 0, 0, 0, 0, 0]",
+            "a joint that turns",
+        ),
+        (
+            "rate_deg_s = [4, 3, 4, 0, 0, 0]",
+            "rate_deg_s = [400, 3, 4, 0, 0, 0]",
+            "A1 turns at up to",
+        ),
+        ("takes_s = 2.5", "takes_s = 0.1", "needs"),
+        ("kind = \"weld\"", "kind = \"wield\"", "static-load, ring-down, free-motion or weld"),
+        ("name = \"motion\"", "name = \"../motion\"", "a short name"),
+        ("name = \"motion\"", "name = \"weld\"", "a name that no other log has"),
+        ("seed = 1", "seed = 1\n[noise]\nforce_n = 1e9\n", "`force_n`"),
+    ];
+    for (from, to, expected) in cases {
+        assert!(text.contains(from), "{from}");
+        fs::write(place.path().join("protocol.toml"), text.replacen(from, to, 1)).unwrap();
+        let told = place.refused(&["record", "protocol.toml", "--out", "campaign", "-q"]);
+        assert!(told.contains(expected), "{to}: {told}");
+    }
+    fs::write(place.path().join("protocol.toml"), "schema = \"protocol/1\"\n").unwrap();
+    let told = place.refused(&["record", "protocol.toml", "--out", "campaign"]);
+    assert!(told.contains("missing key `robot`"), "{told}");
+}

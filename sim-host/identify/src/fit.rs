@@ -1,0 +1,245 @@
+//! Pass after pass: numbers of the model free without a prior beside every calibration, until
+//! nothing moves.
+//!
+//! Within a pass a number is drawn to where the pass began by no more than a factor of e, one
+//! standard deviation: what the logs tell moves freely over the passes, and what they do not tell
+//! stays. Noise that the model carries from the encoders into a prediction, trackers that are
+//! registered and clocks that are fitted follow the numbers from pass to pass.
+
+use crate::coordinates::{Asked, is_replaced};
+use crate::error::IdentifyError;
+use nalgebra::{Complex, DMatrix, DVector};
+use trueweld_core::Robot;
+use trueweld_measure::align::align_clocks;
+use trueweld_measure::data::log::Log;
+use trueweld_measure::fit::calibration::{calibrations, in_proportion};
+use trueweld_measure::fit::covariance::{columns, covariance};
+use trueweld_measure::fit::{
+    EffectScope, Effort, FitProblem, FitState, Fitted, FreeParameter, Linear, blocks_of,
+    chi_square, count, fit, residuals, unit,
+};
+use trueweld_measure::mistakes::{Found, find};
+use trueweld_measure::residuals::compare::{baseline, experiments};
+use trueweld_plant::effects::{Action, Effect, Location};
+use trueweld_plant::input::{ModelFile, Ripple};
+
+/// Passes at most; share of its deviation, and absolute step, below which a number is at rest.
+const PASSES: usize = 12;
+const RESTS: f64 = 0.1;
+const STILL: f64 = 1e-4;
+
+/// What a fit came to.
+#[derive(Debug)]
+pub(crate) struct Fit {
+    /// The model with the numbers found.
+    pub model: ModelFile,
+    /// The logs, their trackers registered under that model.
+    pub logs: Vec<Log>,
+    pub bench: FitProblem,
+    pub fitted: Fitted,
+    /// Free values of the numbers, in the order asked, among all of the fit.
+    pub indices: Vec<usize>,
+    /// Covariance of their logarithms, or of parts of the ripple.
+    pub covariance: DMatrix<f64>,
+    /// Which of them the logs tell.
+    pub told: Vec<bool>,
+    /// What was found of the files.
+    pub found: Found,
+}
+
+/// One pass from where the model stands.
+struct Pass {
+    logs: Vec<Log>,
+    bench: FitProblem,
+    fitted: Fitted,
+    indices: Vec<usize>,
+    found: Found,
+}
+
+fn pass(
+    model: &ModelFile,
+    given: &[Log],
+    asked: &[Asked],
+    expected: &[f64],
+) -> Result<Pass, IdentifyError> {
+    let mut logs = given.to_vec();
+    let aligned = align_clocks(&mut logs, &baseline(model));
+    let found = find(&mut logs, &baseline(model))?;
+    if !found.mistakes.is_empty() {
+        return Err(IdentifyError::Mistakes(Box::new(found)));
+    }
+    aligned?;
+    let bench = FitProblem::new(model, experiments(&logs, &baseline(model))?);
+    let all = calibrations(&bench);
+    let mut point = FitState::empty(logs.len());
+    point.each = all.each.clone();
+    point.free =
+        all.free.iter().filter(|f| matches!(f.of, EffectScope::Log(..))).copied().collect();
+    for (index, effect) in all.all.iter().enumerate().filter(|(_, e)| !is_replaced(e)) {
+        let of = |parameter: usize| {
+            let same =
+                |f: &&FreeParameter| f.of == EffectScope::All(index) && f.parameter == parameter;
+            all.free.iter().find(same).map_or(0.0, |f| f.expected)
+        };
+        let expected: Vec<f64> = (0..effect.values.len()).map(of).collect();
+        point.add_expected(effect.clone(), &expected);
+    }
+    let stale = in_proportion(&point);
+    let first = point.free.len();
+    for (asked, expected) in asked.iter().zip(expected) {
+        point.add_expected(asked.effect(0.0), &asked.expected(*expected));
+    }
+    let indices: Vec<usize> = (first..point.free.len()).collect();
+    let fitted = fit(&bench, &point, &blocks_of(&bench), &[], Effort::full(stale))?;
+    Ok(Pass { logs, bench, fitted, indices, found })
+}
+
+impl Pass {
+    /// Logarithms by which the numbers moved.
+    fn moved(&self) -> Vec<f64> {
+        let point = &self.fitted.point;
+        self.indices.iter().map(|k| point.value(&point.free[*k])).collect()
+    }
+
+    /// Covariance of the logarithms; `drawn`: the standard deviations that they are drawn by.
+    fn covariance(&self, drawn: &[f64]) -> Option<DMatrix<f64>> {
+        let (point, n) = (&self.fitted.point, self.fitted.point.free.len());
+        let units = DVector::from_fn(n, |k, _| {
+            unit(point.parameter(&point.free[k]), point.value(&point.free[k]))
+        });
+        let mut weight = self.fitted.linear.weight.clone();
+        for (k, drawn) in self.indices.iter().zip(drawn) {
+            weight[*k] = (units[*k] / drawn).powi(2);
+        }
+        let linear = Linear { weight, ..self.fitted.linear.clone() };
+        let of_all =
+            covariance(&linear, &columns(&self.bench), &self.fitted.at, &self.fitted.slopes)?;
+        let of_all = of_all.component_mul(&(&units * units.transpose()));
+        Some(of_all.select_rows(&self.indices).select_columns(&self.indices))
+    }
+
+    /// Standard deviations of the logarithms where residuals are white: what decides when a number
+    /// is at rest.
+    fn deviations(&self) -> Vec<f64> {
+        let (point, step) = (&self.fitted.point, self.fitted.linear.solve(None, 0.0, None));
+        let of = |k: &usize| {
+            let deviation = step.as_ref().map_or(0.0, |step| step.deviations()[*k]);
+            deviation * unit(point.parameter(&point.free[*k]), 0.0)
+        };
+        self.indices.iter().map(of).collect()
+    }
+}
+
+/// Entries of the ripple of one order as one, or as one axial and one in the plane where their
+/// phases differ.
+fn merge(ripple: &mut Vec<Ripple>) {
+    let mut orders: Vec<f64> = Vec::new();
+    for line in ripple.iter() {
+        if !orders.contains(&line.order) {
+            orders.push(line.order);
+        }
+    }
+    let of = |order: f64| {
+        let sum = |amplitude: fn(&Ripple) -> f64| -> Complex<f64> {
+            let own = ripple.iter().filter(|line| line.order == order);
+            own.map(|line| Complex::from_polar(amplitude(line), line.phase)).sum()
+        };
+        let (axial, in_plane) = (sum(|line| line.axial), sum(|line| line.in_plane));
+        let line = |axial: f64, in_plane: f64, phase: f64| Ripple { order, axial, in_plane, phase };
+        [line(axial.norm(), 0.0, axial.arg()), line(0.0, in_plane.norm(), in_plane.arg())]
+    };
+    *ripple = orders.into_iter().flat_map(of).collect();
+}
+
+/// A model with its numbers moved by logarithms.
+fn rebased(model: &ModelFile, effects: &[Effect]) -> Result<ModelFile, IdentifyError> {
+    let mut model = model.clone();
+    for effect in effects {
+        let joint = if let Location::Joint(joint) = effect.at { joint } else { 0 };
+        match (effect.kind.action, &mut model.process) {
+            (Action::Robot(change), _) => {
+                change(&mut model.robot.parameters, joint, &effect.values);
+            }
+            (Action::Process(change), Some(process)) => change(process, &effect.values),
+            _ => {}
+        }
+    }
+    model.robot.robot = Robot::new(model.robot.parameters.clone()).map_err(IdentifyError::Model)?;
+    Ok(model)
+}
+
+/// Fits the numbers asked for. `done` gets the share of the passes that are likely.
+pub(crate) fn converge(
+    given: &ModelFile,
+    logs: &[Log],
+    asked: &[Asked],
+    done: &dyn Fn(f64),
+) -> Result<Fit, IdentifyError> {
+    let mut model = given.clone();
+    let mut told = vec![true; asked.len()];
+    let mut known = false;
+    for number in 0..PASSES {
+        done(number as f64 / 5.0);
+        let drawn_by = |of_told: fn(&Asked) -> f64| -> Vec<f64> {
+            let of = |(asked, told): (&Asked, &bool)| {
+                if *told { of_told(asked) } else { asked.coordinate.given }
+            };
+            asked.iter().zip(&told).map(of).collect()
+        };
+        let expected = drawn_by(|of| of.coordinate.drawn);
+        let pass = pass(&model, logs, asked, &expected)?;
+        let rows = count(&pass.fitted.at);
+        if rows < asked.len() {
+            return Err(IdentifyError::TooFew { rows, numbers: asked.len() });
+        }
+        let moved = pass.moved();
+        let deviations = pass.deviations();
+        // A number that is drawn to the value given stands where it stands.
+        let rests = (0..asked.len())
+            .all(|k| !told[k] || moved[k].abs() < (RESTS * deviations[k]).max(STILL));
+        let effects: Vec<Effect> =
+            (0..asked.len()).filter(|k| told[*k]).map(|k| asked[k].effect(moved[k])).collect();
+        let next = rebased(&model, &effects)?;
+        if !rests {
+            model = next;
+            continue;
+        }
+        // What is drawn by nothing is as uncertain as the logs leave it.
+        let drawn = drawn_by(|_| f64::INFINITY);
+        let covariance = pass.covariance(&drawn);
+        if !known {
+            known = true;
+            let untold = |k: usize| {
+                covariance.as_ref().is_none_or(|c| !(c[(k, k)].sqrt() < asked[k].coordinate.untold))
+            };
+            told = (0..asked.len()).map(|k| !untold(k)).collect();
+            if told.iter().any(|t| !t) {
+                // Once more, with these as they were given.
+                model = given.clone();
+                continue;
+            }
+        }
+        let covariance = covariance.unwrap_or_else(|| {
+            DMatrix::from_diagonal_element(asked.len(), asked.len(), f64::INFINITY)
+        });
+        let Pass { logs, bench, fitted, indices, found } = pass;
+        return Ok(Fit { model, logs, bench, fitted, indices, covariance, told, found });
+    }
+    Err(IdentifyError::NoRest { passes: PASSES })
+}
+
+impl Fit {
+    /// √mean((residual/noise)²) of the same logs under a model with the calibrations found.
+    pub fn score_of(&self, model: &ModelFile) -> Result<f64, IdentifyError> {
+        let bench = FitProblem::new(model, experiments(&self.logs, &baseline(model))?);
+        let mut point = self.fitted.point.clone();
+        for k in &self.indices {
+            let free = point.free[*k];
+            if let EffectScope::All(index) = free.of {
+                point.all[index].values[free.parameter] = 0.0;
+            }
+        }
+        let at = residuals(&bench, &point)?;
+        Ok((chi_square(&at) / count(&at).max(1) as f64).sqrt())
+    }
+}

@@ -1,0 +1,497 @@
+//! What is to be recorded of which cell, as a user states it: `protocol/1`.
+//!
+//! ```toml
+//! schema = "protocol/1"
+//! robot = "robot.toml"                     # or model = "model.toml", with effects that are known
+//! seed = 1
+//!
+//! [[effect]]                               # of the cell, and not of the campaign's model
+//! id = "stiffness-error"
+//! at = "A2"
+//! relative = -0.4
+//!
+//! [[log]]
+//! name = "loads"
+//! kind = "static-load"
+//! [[log.load]]
+//! posture_deg = [20, -50, 95, 0, 45, 0]
+//! payload_kg = 500
+//! shares = [0, 0.5, 1, 0.5, 0]
+//!
+//! [[log]]
+//! name = "stop"
+//! kind = "ring-down"
+//! posture_deg = [20, -50, 95, 0, 45, 0]
+//! rate_deg_s = [3, 0, 0, 0, 0, 0]
+//! ```
+//!
+//! Everything is checked against the robot when it is read: postures within the joints' limits, rates
+//! below the drives'. Left out: what stands in the arm's way.
+
+use crate::instruments::InstrumentNoise;
+use crate::laboratory::Laboratory;
+use crate::recipe::Recipe;
+use crate::static_arm::Load;
+use nalgebra::Vector3;
+use std::path::Path;
+use trueweld_core::{JOINTS, JointVector, Wrench};
+use trueweld_plant::effects::Effect;
+use trueweld_plant::input::{
+    Bounds, Control, Document, FileKind, InputError, InputFile, ModelEffect, ModelFile, Sensors,
+    Table, Weld, folder_of, read_text,
+};
+
+/// A protocol that was read and checked.
+#[derive(Debug)]
+pub struct ProtocolFile {
+    /// The model of the campaign: what is known of the cell.
+    pub model: ModelFile,
+    /// Effects that the cell has beyond its model.
+    pub effects: Vec<Effect>,
+    /// Gains of the controllers that weld; `None` where the file names none.
+    pub control: Option<Control>,
+    /// Sensors of the controllers that weld; `None` where the file names none.
+    pub sensors: Option<Sensors>,
+    /// Noise of the instruments.
+    pub noise: InstrumentNoise,
+    /// True where the logs state the noise.
+    pub noise_stated: bool,
+    /// Where the tracker's reflectors sit in T, m; `None` where static logs hold a pose.
+    pub reflectors: Option<[Vector3<f64>; 3]>,
+    /// Seed of everything random.
+    pub seed: u64,
+    /// The logs, in the file's order.
+    pub logs: Vec<PlannedLog>,
+}
+
+/// A log to be recorded.
+#[derive(Debug)]
+pub struct PlannedLog {
+    /// Its folder.
+    pub name: String,
+    /// What is done in it.
+    pub plan: LogPlan,
+}
+
+/// What is done in a log. Angles: encoders on the joint side, rad.
+#[derive(Debug)]
+pub enum LogPlan {
+    /// Loads at rest, one after the other.
+    Loads(Vec<LoadRow>),
+    /// Joints that run evenly and are stopped by their brakes.
+    Stop {
+        /// Where they are when the log begins.
+        start: JointVector<f64>,
+        /// Their rates, rad/s.
+        rate: JointVector<f64>,
+        /// Length of the log, s.
+        lasts: f64,
+    },
+    /// Moves from point to point.
+    Moves {
+        /// Where the arm rests first.
+        start: JointVector<f64>,
+        /// The points, in order.
+        waypoints: Vec<Waypoint>,
+    },
+    /// Random moves and waves.
+    Wander {
+        /// Length of the log, s.
+        lasts: f64,
+    },
+    /// A weld.
+    Weld(Box<PlannedWeld>),
+}
+
+/// A load at rest.
+#[derive(Debug, Clone, Copy)]
+pub struct LoadRow {
+    /// When, s from the log's start.
+    pub time: f64,
+    /// Encoders, rad.
+    pub motor: JointVector<f64>,
+    pub(crate) load: Load,
+}
+
+/// A point that the arm moves to.
+#[derive(Debug, Clone, Copy)]
+pub struct Waypoint {
+    /// Encoders, rad.
+    pub to: JointVector<f64>,
+    /// Time of the move, s.
+    pub takes: f64,
+    /// The rest there, s.
+    pub dwell: f64,
+}
+
+/// A weld to be recorded.
+#[derive(Debug)]
+pub struct PlannedWeld {
+    /// The weld.
+    pub weld: Weld,
+    /// Text of its file.
+    pub text: String,
+    /// Spindle speed, rad/s.
+    pub spindle: f64,
+}
+
+/// Most rows, s and logs that a protocol may ask for: more is a slip.
+const MOST_ROWS: usize = 2000;
+const LONGEST: f64 = 600.0;
+const MOST_LOGS: usize = 100;
+
+/// Time between two loads, and after a change of posture, s, where the file does not say.
+const PAUSE: f64 = 15.0;
+
+/// Length of a ring-down, and rest after a move, s, where the file does not say.
+const RINGS: f64 = 1.0;
+const DWELL: f64 = 0.4;
+
+/// Mean rate of a move of least jerk over its peak.
+const MEAN: f64 = 8.0 / 15.0;
+
+/// Largest force, N, moment, N·m, and payload, kg, that a load may have.
+const MOST_FORCE: f64 = 1e5;
+const MOST_MOMENT: f64 = 1e5;
+const MOST_PAYLOAD: f64 = 1e4;
+
+impl ProtocolFile {
+    /// Reads a protocol, and the files it names.
+    ///
+    /// # Errors
+    /// The first thing in any of them that does not fit, with its place.
+    pub fn read(path: impl AsRef<Path>) -> Result<Self, InputError> {
+        let (_, text) = read_text(path.as_ref())?;
+        Self::parse(&text, path.as_ref())
+    }
+
+    /// Reads a protocol from text that stands, or will stand, at `path`.
+    ///
+    /// # Errors
+    /// As [`ProtocolFile::read`].
+    pub fn parse(text: &str, path: &Path) -> Result<Self, InputError> {
+        let document = Document::parse(text, &path.display().to_string())?;
+        let root = document.root_of(FileKind::Protocol.schema())?;
+        root.only(&[
+            "schema",
+            "model",
+            "robot",
+            "process",
+            "control",
+            "sensors",
+            "seed",
+            "noise",
+            "noise_stated",
+            "reflectors",
+            "effect",
+            "log",
+        ])?;
+        let folder = folder_of(path);
+        let model = model(&root, path)?;
+        let effects = if root.has("effect") {
+            let tables = root.tables("effect")?;
+            let read = |table: &Table<'_>| Ok(ModelEffect::read(table, &model.robot)?.effect);
+            tables.iter().map(read).collect::<Result<_, InputError>>()?
+        } else {
+            Vec::new()
+        };
+        let tables = root.tables("log")?;
+        if tables.is_empty() || tables.len() > MOST_LOGS {
+            let expected = format!("from 1 to {MOST_LOGS} [[log]] tables");
+            return Err(root.wrong("log", &expected, "Each [[log]] is one log to record."));
+        }
+        let mut logs: Vec<PlannedLog> = Vec::with_capacity(tables.len());
+        for table in &tables {
+            let log = log(table, &model, folder)?;
+            if logs.iter().any(|other| other.name == log.name) {
+                return Err(table.wrong("name", "a name that no other log has", "Rename one."));
+            }
+            logs.push(log);
+        }
+        let named = |key: &str| root.has(key).then(|| root.file(key, folder)).transpose();
+        Ok(Self {
+            control: named("control")?.map(Control::read).transpose()?,
+            sensors: named("sensors")?.map(Sensors::read).transpose()?,
+            noise: if root.has("noise") {
+                InstrumentNoise::read(&root.table("noise")?)?
+            } else {
+                InstrumentNoise::default()
+            },
+            noise_stated: if root.has("noise_stated") { root.truth("noise_stated")? } else { true },
+            reflectors: if root.has("reflectors") {
+                Some(reflectors(&root.table("reflectors")?)?)
+            } else {
+                None
+            },
+            seed: if root.has("seed") { root.integer("seed")? } else { 1 },
+            model,
+            effects,
+            logs,
+        })
+    }
+
+    /// The cell as its model states it.
+    pub(crate) fn laboratory(&self, control: Control, sensors: Sensors) -> Laboratory {
+        Laboratory {
+            robot: self.model.robot.clone(),
+            process: self.model.process.clone(),
+            control,
+            sensors,
+            robot_path: self.model.robot_path.clone(),
+            process_path: self.model.process_path.clone(),
+        }
+    }
+
+    /// The truth: the model's effects and those beyond it.
+    pub(crate) fn recipe(&self) -> Recipe {
+        let mut effects = self.model.cell_effects();
+        effects.extend(self.effects.iter().cloned());
+        Recipe {
+            effects,
+            instruments: self.noise.clone(),
+            noise_stated: self.noise_stated,
+            reflectors: self.reflectors,
+            ..Recipe::plain(self.seed)
+        }
+    }
+}
+
+/// The model that the file names, or that robot and process are.
+fn model(root: &Table<'_>, path: &Path) -> Result<ModelFile, InputError> {
+    let folder = folder_of(path);
+    if root.has("model") {
+        for key in ["robot", "process"] {
+            if root.has(key) {
+                let help = "The model file names robot and process itself.";
+                return Err(root.wrong_key(key, "either `model`, or `robot` and `process`", help));
+            }
+        }
+        return ModelFile::read(root.file("model", folder)?);
+    }
+    let mut text = "schema = \"model/1\"\n".to_owned();
+    for key in ["robot", "process"] {
+        if key == "robot" || root.has(key) {
+            root.file(key, folder)?;
+            text += &format!("{key} = {:?}\n", root.text(key)?.text);
+        }
+    }
+    ModelFile::parse(&text, path)
+}
+
+fn reflectors(table: &Table<'_>) -> Result<[Vector3<f64>; 3], InputError> {
+    const NAMES: [&str; 3] = ["reflector1_m", "reflector2_m", "reflector3_m"];
+    /// Least distance of one from the line through the others, m.
+    const SPREAD: f64 = 0.02;
+    table.only(&NAMES)?;
+    let mut at = [Vector3::zeros(); 3];
+    for (at, name) in at.iter_mut().zip(NAMES) {
+        *at = Vector3::from(table.numbers::<3>(name, Bounds::Between(-5.0, 5.0))?);
+    }
+    let [a, b, c] = at;
+    let longest = [b - a, c - a, c - b].iter().map(Vector3::norm).fold(0.0, f64::max);
+    if (b - a).cross(&(c - a)).norm() <= SPREAD * longest {
+        let help = "Three reflectors on a line do not tell how the tool is turned.";
+        return Err(table.wrong(NAMES[2], "a point off the line through the other two", help));
+    }
+    Ok(at)
+}
+
+fn log(table: &Table<'_>, model: &ModelFile, folder: &Path) -> Result<PlannedLog, InputError> {
+    let name = table.name("name")?;
+    let plain = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
+    if !name.chars().all(plain) || name.len() > 60 {
+        let help = "It becomes the log's folder.";
+        return Err(table.wrong("name", "a short name of letters, digits, - and _", help));
+    }
+    let table = &table.clone().called(&name);
+    let kind = table.text("kind")?.text;
+    let keys = |more: &[&str]| table.only(&[&["name", "kind"], more].concat());
+    let plan = match kind {
+        "static-load" => {
+            keys(&["load", "pause_s"])?;
+            loads(table, model)?
+        }
+        "ring-down" => {
+            keys(&["posture_deg", "rate_deg_s", "length_s"])?;
+            stop(table, model)?
+        }
+        "free-motion" => {
+            keys(&["posture_deg", "waypoint", "length_s"])?;
+            motion(table, model)?
+        }
+        "weld" => {
+            keys(&["weld", "spindle_rad_s"])?;
+            weld(table, model, folder)?
+        }
+        _ => {
+            let expected = "static-load, ring-down, free-motion or weld";
+            return Err(table.wrong("kind", expected, "A log holds one kind of experiment."));
+        }
+    };
+    Ok(PlannedLog { name, plan })
+}
+
+/// Angles within the joints' limits, from degrees.
+fn posture(table: &Table<'_>, model: &ModelFile) -> Result<JointVector<f64>, InputError> {
+    let degrees = table.numbers::<JOINTS>("posture_deg", Bounds::Any)?;
+    let joints = &model.robot.parameters.joints;
+    for (i, (degrees, joint)) in degrees.iter().zip(joints).enumerate() {
+        let [low, high] = joint.limits.map(f64::to_degrees);
+        if !(low..=high).contains(degrees) {
+            let name = &model.robot.joint_names[i];
+            let expected =
+                format!("angles within the limits; {name} goes from {low:.1} to {high:.1}");
+            return Err(table.wrong("posture_deg", &expected, "Angles of A1 to A6, degrees."));
+        }
+    }
+    Ok(JointVector::from(degrees.map(f64::to_radians)))
+}
+
+fn length(table: &Table<'_>, otherwise: f64) -> Result<f64, InputError> {
+    if table.has("length_s") {
+        table.number("length_s", Bounds::Between(0.2, LONGEST))
+    } else {
+        Ok(otherwise)
+    }
+}
+
+fn loads(table: &Table<'_>, model: &ModelFile) -> Result<LogPlan, InputError> {
+    let pause = if table.has("pause_s") {
+        table.number("pause_s", Bounds::Between(0.1, 1e5))?
+    } else {
+        PAUSE
+    };
+    let mut rows = Vec::new();
+    for load in table.tables("load")? {
+        load.only(&[
+            "posture_deg",
+            "payload_kg",
+            "centre_m",
+            "force_n",
+            "force_base_n",
+            "moment_nm",
+            "shares",
+        ])?;
+        let motor = posture(&load, model)?;
+        let vector = |key: &str, most: f64| -> Result<Vector3<f64>, InputError> {
+            if !load.has(key) {
+                return Ok(Vector3::zeros());
+            }
+            Ok(Vector3::from(load.numbers::<3>(key, Bounds::Between(-most, most))?))
+        };
+        let to_tool = model.robot.robot.forward_kinematics(&motor).rotation.transpose();
+        let force = vector("force_n", MOST_FORCE)? + to_tool * vector("force_base_n", MOST_FORCE)?;
+        let moment = vector("moment_nm", MOST_MOMENT)?;
+        let payload = if load.has("payload_kg") {
+            load.number("payload_kg", Bounds::UpTo(MOST_PAYLOAD))?
+        } else {
+            0.0
+        };
+        let centre = vector("centre_m", 5.0)?;
+        if load.has("centre_m") && payload == 0.0 {
+            let help = "It is where the payload's centre hangs, from the flange.";
+            return Err(load.wrong_key("centre_m", "`payload_kg` beside it", help));
+        }
+        let shares = if load.has("shares") {
+            load.list("shares", MOST_ROWS, Bounds::Between(-1.0, 1.0))?
+        } else {
+            vec![0.0, 1.0]
+        };
+        if payload > 0.0 && shares.iter().any(|share| *share < 0.0) {
+            let help = "A weight hangs down: its shares are from 0 to 1.";
+            return Err(load.wrong("shares", "shares from 0 to 1, with a payload", help));
+        }
+        for share in shares {
+            let mass = payload * share;
+            rows.push(LoadRow {
+                time: pause * rows.len() as f64,
+                motor,
+                load: Load {
+                    wrench_in_t: Wrench { moment: moment * share, force: force * share },
+                    payload: mass,
+                    center: if mass > 0.0 { centre } else { Vector3::zeros() },
+                },
+            });
+        }
+    }
+    if rows.is_empty() || rows.len() > MOST_ROWS {
+        let expected = format!("[[log.load]] tables with from 1 to {MOST_ROWS} shares together");
+        return Err(table.wrong("load", &expected, "Each share of a load is a row."));
+    }
+    Ok(LogPlan::Loads(rows))
+}
+
+fn stop(table: &Table<'_>, model: &ModelFile) -> Result<LogPlan, InputError> {
+    let start = posture(table, model)?;
+    let degrees = table.numbers::<JOINTS>("rate_deg_s", Bounds::Any)?;
+    let joints = &model.robot.parameters.joints;
+    let rate = JointVector::from(degrees.map(f64::to_radians));
+    let too_fast = (0..JOINTS).find(|i| rate[*i].abs() > joints[*i].max_rate);
+    if let Some(i) = too_fast {
+        let (name, most) = (&model.robot.joint_names[i], joints[i].max_rate.to_degrees());
+        let expected = format!("rates that the drives have; {name} turns at up to {most:.1}");
+        return Err(table.wrong("rate_deg_s", &expected, "Rates before the brakes fall."));
+    }
+    if rate.amax() == 0.0 {
+        let help = "Joints that turn are stopped, and ring.";
+        return Err(table.wrong("rate_deg_s", "a joint that turns", help));
+    }
+    Ok(LogPlan::Stop { start, rate, lasts: length(table, RINGS)? })
+}
+
+fn motion(table: &Table<'_>, model: &ModelFile) -> Result<LogPlan, InputError> {
+    if !table.has("waypoint") {
+        if table.has("posture_deg") {
+            let help = "Without waypoints the motion is random and begins anywhere.";
+            return Err(table.wrong_key("posture_deg", "[[log.waypoint]] tables beside it", help));
+        }
+        return Ok(LogPlan::Wander {
+            lasts: table.number("length_s", Bounds::Between(0.5, LONGEST))?,
+        });
+    }
+    if table.has("length_s") {
+        let help = "The waypoints say how long the motion lasts.";
+        return Err(table.wrong_key("length_s", "either `length_s` or [[log.waypoint]]", help));
+    }
+    let start = posture(table, model)?;
+    let (mut from, mut waypoints, mut lasts) = (start, Vec::new(), 0.0);
+    for table in table.tables("waypoint")? {
+        table.only(&["posture_deg", "takes_s", "dwell_s"])?;
+        let to = posture(&table, model)?;
+        let takes = table.number("takes_s", Bounds::Between(0.1, LONGEST))?;
+        let dwell = if table.has("dwell_s") {
+            table.number("dwell_s", Bounds::UpTo(LONGEST))?
+        } else {
+            DWELL
+        };
+        for (i, joint) in model.robot.parameters.joints.iter().enumerate() {
+            let least = (to[i] - from[i]).abs() / (MEAN * joint.max_rate);
+            if takes < least {
+                let name = &model.robot.joint_names[i];
+                let expected = format!("a time that the drives keep; {name} needs {least:.2} s");
+                return Err(table.wrong("takes_s", &expected, "Give the move more time."));
+            }
+        }
+        lasts += takes + dwell;
+        waypoints.push(Waypoint { to, takes, dwell });
+        from = to;
+    }
+    if waypoints.is_empty() || lasts > LONGEST {
+        let expected = format!("waypoints of at most {LONGEST} s together");
+        return Err(table.wrong("waypoint", &expected, "Record a longer motion as several logs."));
+    }
+    Ok(LogPlan::Moves { start, waypoints })
+}
+
+fn weld(table: &Table<'_>, model: &ModelFile, folder: &Path) -> Result<LogPlan, InputError> {
+    let Some(process) = &model.process else {
+        let help = "Add `process = \"process.toml\"` at the top of the protocol.";
+        return Err(table.wrong_key("weld", "a process for the weld", help));
+    };
+    let path = table.file("weld", folder)?;
+    let (name, text) = read_text(&path)?;
+    let spindle =
+        if table.has("spindle_rad_s") { table.quantity("spindle_rad_s")? } else { process.spindle };
+    let weld = Weld::parse(&text, &name)?;
+    Ok(LogPlan::Weld(Box::new(PlannedWeld { weld, text, spindle })))
+}
