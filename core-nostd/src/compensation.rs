@@ -21,7 +21,7 @@ use crate::error::Fault;
 use crate::robot::Robot;
 use crate::scalar::{JointVector, Real};
 use crate::spatial::{Pose, Twist, Wrench};
-use nalgebra::{SVector, Vector2, Vector3};
+use nalgebra::{Matrix3, SVector, Vector2, Vector3};
 
 /// What an instrument outside the robot (a seam sensor, a tracker, a touch probe) saw of the tool's
 /// deviation.
@@ -272,8 +272,8 @@ pub struct Compensated<T: Real, C, L> {
     lateral: LateralLoop<T>,
     orientation: OrientationLoop<T>,
     force_sensor: StuckDetector<T>,
-    /// As of the first period with the force loop closed.
-    taught: Option<Twist<T>>,
+    /// As of the first period with the force loop closed, with the axes of W in B then.
+    taught: Option<(Twist<T>, Matrix3<T>)>,
 }
 
 impl<T: Real, C: HybridController<T>, L: Compensator<T>> Compensated<T, C, L> {
@@ -318,8 +318,15 @@ impl<T: Real, C: HybridController<T>, L: Compensator<T>> Compensated<T, C, L> {
         let mut held = false;
         let authority = self.lateral.limits.size;
         if setpoint.force.is_some() {
-            self.taught = self.taught.or_else(|| self.taught_at(robot, observation));
-            let taught = self.taught;
+            let w = setpoint.b_from_w;
+            self.taught = self.taught.or_else(|| Some((self.taught_at(robot, observation)?, w)));
+            // Along a curved seam W turns, and what was taught stays what it is in B.
+            let taught =
+                self.taught.map(
+                    |(way, then)| {
+                        if then == w { way } else { way.rotated(&(w.transpose() * then)) }
+                    },
+                );
             match self.law.demand(robot, &Observation { sensed, taught, ..*observation }) {
                 Ok(demand) => {
                     let (linear, short) =

@@ -598,7 +598,7 @@ fn learning_does_not_grow_from_pass_to_pass_on_firm_or_soft_material() {
         process.feed_drag *= drag;
         let stiffness = [1.0, arm, arm, 1.0, 1.0, 1.0];
         let robot = FIXTURES.robot.robot.with_stiffness_scaled(&stiffness.into());
-        let cell = Cell::new(&robot.expect("a robot"), &[], &process, CELL.b_from_w);
+        let cell = Cell::new(&robot.expect("a robot"), &[], &process, CELL.seam.clone());
         let (cell, law) = (cell.expect("a cell"), law("learning"));
         let scenario = FIXTURES.scenario(&cell, Program::Weld, Controller::External, &law);
         // RMS and largest, the means over three seeds: of the noise alone the RMS of one weld on soft

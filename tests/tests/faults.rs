@@ -110,8 +110,7 @@ impl Struck {
             lateral_damping: fixtures.process.lateral_damping * damping,
             ..fixtures.process.clone()
         };
-        let cell =
-            Cell::new(&robot, &[], &process, Seam::of(&fixtures.weld).b_from_w).expect("a cell");
+        let cell = Cell::new(&robot, &[], &process, Seam::of(&fixtures.weld)).expect("a cell");
         let mut sensors: Sensors = fixtures.sensors.clone();
         sensors.force.delay = self.delay;
         if let Some(seam) = &mut sensors.seam {

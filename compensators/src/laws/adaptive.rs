@@ -40,7 +40,7 @@ use crate::{FeedForward, OuterIntegral};
 use nalgebra::{SMatrix, SVector, Vector3};
 use trueweld_core::compensation::{Compensator, DeviationMeasurement, Observation};
 use trueweld_core::scalar::lit;
-use trueweld_core::{Fault, Real, Robot, Twist, Wrench};
+use trueweld_core::{Fault, JointVector, Real, Robot, Twist, Wrench};
 
 /// Unknowns: six compliances, two forces, two offsets.
 const UNKNOWN: usize = 10;
@@ -112,8 +112,8 @@ pub struct Adaptive<T: Real> {
     covariance: SMatrix<T, UNKNOWN, UNKNOWN>,
     /// Path position and speed of the last period, and where the speed became even.
     fed: Option<(T, T, T)>,
-    /// J diag(K⁻¹ τ_s) of the unloaded arm where the set-point was taught, axes of W.
-    taught: Option<SMatrix<T, 6, 6>>,
+    /// J, in B, and K⁻¹ τ_s of the unloaded arm where the set-point was taught.
+    taught: Option<(SMatrix<T, 6, 6>, JointVector<T>)>,
     frozen: bool,
 }
 
@@ -171,23 +171,24 @@ impl<T: Real> Adaptive<T> {
         let in_w = |v: SVector<T, 6>| Twist::from_vector(&v).rotated(&w.transpose()).to_vector();
         // Column by column as a product: no index is left to check.
         let turn = w.transpose();
-        let angular = turn * jacobian.0.fixed_rows::<3>(0);
-        let linear = turn * jacobian.0.fixed_rows::<3>(3);
-        let by_compliance = |load: &Wrench<T>| {
-            let torsion =
-                robot.spring_torque_at_rest(&frames, &link, load).component_div(robot.stiffness());
-            let each = SMatrix::<T, 6, 6>::from_diagonal(&torsion);
+        let torsion = |load: &Wrench<T>| {
+            robot.spring_torque_at_rest(&frames, &link, load).component_div(robot.stiffness())
+        };
+        let by_compliance = |jacobian: &SMatrix<T, 6, 6>, torsion: &JointVector<T>| {
+            let each = SMatrix::<T, 6, 6>::from_diagonal(torsion);
             let mut columns = SMatrix::<T, 6, 6>::zeros();
-            columns.fixed_rows_mut::<3>(0).copy_from(&(angular * each));
-            columns.fixed_rows_mut::<3>(3).copy_from(&(linear * each));
+            let in_w = |first| turn * jacobian.fixed_rows::<3>(first) * each;
+            columns.fixed_rows_mut::<3>(0).copy_from(&in_w(0));
+            columns.fixed_rows_mut::<3>(3).copy_from(&in_w(3));
             columns
         };
         if observation.taught.is_some() && self.taught.is_none() {
-            self.taught = Some(by_compliance(&Wrench::zero()));
+            self.taught = Some((jacobian.0, torsion(&Wrench::zero())));
         }
         let mut regressor = SMatrix::<T, 6, UNKNOWN>::zeros();
-        let columns = by_compliance(&observation.planned.rotated(&w))
-            - self.taught.unwrap_or_else(SMatrix::zeros);
+        let taught = self.taught.as_ref();
+        let columns = by_compliance(&jacobian.0, &torsion(&observation.planned.rotated(&w)))
+            - taught.map_or_else(SMatrix::zeros, |(j, torsion)| by_compliance(j, torsion));
         regressor.fixed_columns_mut::<6>(0).copy_from(&columns);
         for (i, part) in [
             (6, Vector3::x() * observation.planned.force.x),

@@ -17,7 +17,9 @@ use trueweld_plant::input::{
 };
 use trueweld_plant::integrate::Integrator;
 use trueweld_plant::provenance::{EffectRecord, FileDigest, Provenance, SimulationRecord};
-use trueweld_plant::simulate::{Controller, Program, RecordRow, RunError, Scenario, Seam};
+use trueweld_plant::simulate::{
+    Controller, Program, RecordRow, RunError, Scenario, Seam, check_reach,
+};
 
 /// A kind of file with a fixture that is part of the program: what is read where none is given.
 pub trait Embedded: InputFile {
@@ -196,8 +198,8 @@ impl CellFiles {
             Effect::parse(text, &robot).map_err(|error| miette!("--effect {text}: {error}"))
         };
         effects.extend(self.effect.iter().map(parse).collect::<Result<Vec<_>>>()?);
-        let cell = Cell::new(&robot.robot, &effects, &process, Seam::of(&weld).b_from_w)
-            .into_diagnostic()?;
+        let cell =
+            Cell::new(&robot.robot, &effects, &process, Seam::real(&weld)).into_diagnostic()?;
         let error = self.stiffness_error.unwrap_or(0.0);
         let error = option("--stiffness-error", "stiffness_error", error)?;
         let factor = SVector::from_element(1.0 + error);
@@ -205,7 +207,7 @@ impl CellFiles {
             .robot
             .with_stiffness_scaled(&factor)
             .map_err(|_| miette!("--stiffness-error {error} leaves no possible robot"))?;
-        Ok(Inputs {
+        let inputs = Inputs {
             weld_file: weld_file
                 .map_or("embedded welds/vertical.toml".into(), |p| p.display().to_string()),
             weld_name: weld_file
@@ -223,7 +225,10 @@ impl CellFiles {
             controller_model,
             stiffness_error: error,
             files,
-        })
+        };
+        check_reach(&inputs.controller_model, &inputs.weld)
+            .map_err(|error| inputs.failed(Controller::External, &error))?;
+        Ok(inputs)
     }
 
     fn model(&self, files: &mut Vec<FileDigest>) -> Result<Model> {
@@ -321,7 +326,7 @@ impl Inputs {
     /// What to say of a run that did not come to its end.
     pub fn failed(&self, controller: Controller, error: &RunError) -> Report {
         match error {
-            RunError::Reach { .. } => miette!(
+            RunError::Reach { .. } | RunError::TooFast { .. } => miette!(
                 help = "Expected a seam that the robot reaches with the tool square to it: move start_m and end_m.",
                 "{}: {error}",
                 self.weld_file

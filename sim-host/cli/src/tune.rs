@@ -12,7 +12,7 @@ use trueweld_evaluate::tune::{AskedResponse, TuneError, TuneTask, tune};
 use trueweld_output::{TuneReport, control_toml};
 use trueweld_plant::cell::Cell;
 use trueweld_plant::input::{Control, InputFile, Process};
-use trueweld_plant::simulate::{Controller, Program, Scenario, Seam};
+use trueweld_plant::simulate::{Controller, Program, Scenario};
 
 /// Arguments of `tune`.
 #[derive(Args)]
@@ -90,8 +90,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         laws.push(law.clone());
     }
     let still = Process { ripple: Vec::new(), ..inputs.planned.clone() };
-    let frame = Seam::of(&inputs.weld).b_from_w;
-    let still = Cell::new(&inputs.robot.robot, &inputs.effects, &still, frame).into_diagnostic()?;
+    let seam = inputs.cell.seam.clone();
+    let still = Cell::new(&inputs.robot.robot, &inputs.effects, &still, seam).into_diagnostic()?;
     let task = TuneTask {
         scenario: Scenario {
             plant_step: PLANT_STEP,

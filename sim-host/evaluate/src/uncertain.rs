@@ -14,7 +14,7 @@ use nalgebra::{DMatrix, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, Normal};
-use trueweld_core::{JOINTS, Pose, Robot};
+use trueweld_core::{JOINTS, Robot};
 use trueweld_plant::effects::{
     Action, Effect, EffectKind, Location, LocationKind, force_crosstalk, library, stiffness_error,
 };
@@ -24,6 +24,7 @@ use trueweld_plant::input::{
 };
 use trueweld_plant::random::Random;
 use trueweld_plant::robot::{Channel, Port};
+use trueweld_plant::seam::Seam;
 
 /// What is not known of a cell, in short: half widths of uniform distributions about the nominal
 /// value.
@@ -726,7 +727,7 @@ impl UncertainCell {
     }
 
     /// Where the seam really lies that was taught at this frame.
-    pub(crate) fn seam(&self, values: &[f64], taught: Pose<f64>) -> Pose<f64> {
+    pub(crate) fn seam(&self, values: &[f64], real: Seam) -> Seam {
         let mut off = [0.0; 6];
         for (number, value) in self.numbers.iter().zip(values) {
             if let Subject::Seam(k) = number.subject {
@@ -734,13 +735,13 @@ impl UncertainCell {
             }
         }
         if off == [0.0; 6] {
-            return taught;
+            return real;
         }
         let by = trueweld_core::Twist {
             angular: Vector3::new(off[3], off[4], off[5]),
             linear: Vector3::new(off[0], off[1], off[2]),
         };
-        taught.displaced(&by.rotated(&taught.rotation))
+        real.displaced(&by)
     }
 
     /// What is taken as known although it might not be: effects of the library that the weld would

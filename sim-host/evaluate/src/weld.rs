@@ -317,6 +317,19 @@ fn held(row: &RecordRow) -> bool {
     row.limited.any() || row.fault.is_some()
 }
 
+/// How far the real tool went along the seam, and how far it was to go, m.
+fn ways(steady: &[&RecordRow], first: &RecordRow, last: &RecordRow) -> [f64; 2] {
+    if steady.iter().all(|row| row.axes == first.axes) {
+        let along = last.nominal.position - first.nominal.position;
+        let real = last.real.position - first.real.position;
+        return [real.dot(&along) / along.norm(), along.norm()];
+    }
+    let step = |pair: &[&RecordRow]| {
+        (pair[1].real.position - pair[0].real.position).dot(&pair[0].axes.column(0))
+    };
+    [steady.windows(2).map(step).sum(), last.path - first.path]
+}
+
 /// Lateral: within half the pin, or the joint line of a butt weld is missed. Along the seam: within
 /// a pin, so that the weld begins and ends where it is to. Depth: within half a pin of where the
 /// process as planned bears the push, whether the tool sinks or is lifted off. Push and speed: see
@@ -341,10 +354,8 @@ fn judged(
         if (depth - planned).abs() <= (farthest - planned).abs() { farthest } else { depth }
     });
     let (first, last) = (steady[0], steady[steady.len() - 1]);
-    let along = last.nominal.position - first.nominal.position;
     let time = last.time - first.time;
-    let real = (last.real.position - first.real.position).dot(&along) / along.norm();
-    let [speed, feed] = [real, along.norm()].map(|length| length / time);
+    let [speed, feed] = ways(steady, first, last).map(|length| length / time);
     [
         of("lateral_max_m", "lateral, largest", "m", lateral.max_abs, 0.0, half),
         of(

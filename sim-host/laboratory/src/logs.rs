@@ -16,7 +16,7 @@ use std::path;
 use trueweld_compensators::{Entry, Uncompensated};
 use trueweld_core::{JOINTS, JointVector, Pose, Wrench};
 use trueweld_plant::cell::Cell;
-use trueweld_plant::input::{Weld, write_atomically};
+use trueweld_plant::input::{RealSeam, Weld, write_atomically};
 use trueweld_plant::integrate::Integrator;
 use trueweld_plant::random::Random;
 use trueweld_plant::simulate::{Controller, Program, RecordRow, Scenario, Seam, run};
@@ -147,7 +147,7 @@ impl Recorder<'_> {
         let laboratory = self.truth.laboratory;
         let no_process = || CampaignError::NoProcess { log: log.folder.display().to_string() };
         let planned = laboratory.process.as_ref().ok_or_else(no_process)?;
-        let cell = self.truth.cell(log.number, Seam::of(weld).b_from_w, spindle)?;
+        let cell = self.truth.cell(log.number, Seam::real(weld), spindle)?;
         let recording = run(
             &Scenario {
                 name: "synthetic",
@@ -169,7 +169,7 @@ impl Recorder<'_> {
             |_| {},
         )?;
         let instant = |row: &RecordRow| {
-            let force = row.real.rotation.tr_mul(&(cell.b_from_w.rotation * row.force_w));
+            let force = row.real.rotation.tr_mul(&(row.axes * row.force_w));
             Instant {
                 motor: row.motor,
                 link: row.link,
@@ -312,6 +312,12 @@ impl LogWriter<'_> {
             force_ramp: 3.0,
             initial_depth: 3e-4,
             settle: 2.0,
+            path: None,
+            lean: [0.0; 2],
+            dwell: 0.0,
+            run_out: 0.0,
+            feeds: Vec::new(),
+            real: RealSeam::as_taught(),
         };
         (weld, spindle)
     }

@@ -161,7 +161,7 @@ impl OutOfLibrary {
                 Box::new(UnevenStiffness { stiffness: 0.25 * self.size * stiffness }),
             ),
             OutOfLibraryKind::Shaker => {
-                let amplitude = cell.b_from_w.rotation.transpose() * self.shaking();
+                let amplitude = cell.seam.b_from_w.rotation.transpose() * self.shaking();
                 (Port::ProcessForce, Box::new(Shaker { amplitude }))
             }
             OutOfLibraryKind::Appendage | OutOfLibraryKind::FadingFriction => return Ok(()),

@@ -3,9 +3,9 @@
 use crate::error::CampaignError;
 use crate::laboratory::Laboratory;
 use crate::recipe::Recipe;
-use trueweld_core::Pose;
 use trueweld_plant::cell::Cell;
 use trueweld_plant::input::Process;
+use trueweld_plant::seam::Seam;
 
 /// What a cell has in which nothing is welded: no force whatever the tool does.
 const NO_PROCESS: Process = Process {
@@ -30,15 +30,20 @@ pub(crate) struct Truth<'a> {
 }
 
 impl Truth<'_> {
-    /// The cell of one log, welding in the frame `b_from_w` with the spindle at `spindle`, rad/s.
+    /// The cell of one log, welding a seam with the spindle at `spindle`, rad/s.
     /// `log` is the log's number: each log has its own registration of the tracker.
-    pub fn cell(&self, log: u64, b_from_w: Pose<f64>, spindle: f64) -> Result<Cell, CampaignError> {
+    pub fn cell(
+        &self,
+        log: u64,
+        seam: impl Into<Seam>,
+        spindle: f64,
+    ) -> Result<Cell, CampaignError> {
         let recipe = self.recipe;
         let mut effects = recipe.effects.clone();
         effects.extend(recipe.miscalibrations(log));
         let planned = self.laboratory.process.clone();
         let process = Process { spindle, ..planned.unwrap_or(NO_PROCESS) };
-        let mut cell = Cell::new(&self.laboratory.robot.robot, &effects, &process, b_from_w)?;
+        let mut cell = Cell::new(&self.laboratory.robot.robot, &effects, &process, seam)?;
         if let Some(foreign) = &recipe.out_of_library {
             foreign.install(&mut cell)?;
         }

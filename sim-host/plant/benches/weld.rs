@@ -32,7 +32,7 @@ fn benches(criterion: &mut Criterion) {
         feed: 0.01,
         ..whole.clone()
     };
-    let cell = Cell::new(&robot.robot, &[], &process, Seam::of(&whole).b_from_w).unwrap();
+    let cell = Cell::new(&robot.robot, &[], &process, Seam::of(&whole)).unwrap();
     let go = |weld: &Weld, integrator, plant_step| {
         let scenario = Scenario {
             name: "vertical",

@@ -8,8 +8,9 @@ use crate::effects::{Effect, EffectError};
 use crate::input::Process;
 use crate::process::{Reaction, reaction};
 use crate::robot::{Drives, ElasticRobot, INTERNAL_STATES};
-use nalgebra::{Matrix3x6, Matrix6, SVector, Vector3};
-use trueweld_core::{Frames, JointVector, Pose, Robot, Wrench};
+use crate::seam::Seam;
+use nalgebra::{Matrix3, Matrix3x6, Matrix6, SVector, Vector3};
+use trueweld_core::{Frames, JointVector, Robot, Wrench};
 
 /// Iterations in which tilting frames and the contact agree on the force.
 const FRAME_ITERATIONS: usize = 30;
@@ -65,9 +66,30 @@ pub struct Cell {
     pub robot: ElasticRobot,
     /// The welding process.
     pub process: Process,
-    /// The weld frame W in B: origin at the start of the seam on the plate's surface, as the seam
-    /// really lies.
-    pub b_from_w: Pose<f64>,
+    /// The seam as it really lies.
+    pub seam: Seam,
+}
+
+/// The tool in the material.
+#[derive(Debug, Clone, Copy)]
+pub struct Contact {
+    /// Frames of the real arm.
+    pub frames: Frames<f64>,
+    /// What the process does to the tool, in axes of W where the tool is.
+    pub reaction: Reaction,
+    /// These axes in B.
+    pub axes: Matrix3<f64>,
+}
+
+impl Contact {
+    /// The process' force as a wrench at the TCP in axes of B.
+    pub fn wrench(&self) -> Wrench<f64> {
+        wrench(&self.axes, &self.reaction.force)
+    }
+}
+
+fn wrench(axes: &Matrix3<f64>, force_w: &Vector3<f64>) -> Wrench<f64> {
+    Wrench { moment: Vector3::zeros(), force: axes * force_w }
 }
 
 /// The right-hand side at one state, with what it was made of.
@@ -81,12 +103,14 @@ pub struct Evaluation {
     pub inertia: Matrix6<f64>,
     /// Slope of motor friction by θ̇_E, N·m·s/rad.
     pub friction_slope: JointVector<f64>,
-    /// What the process does to the tool, in W.
+    /// What the process does to the tool, in axes of W where the tool is.
     pub reaction: Reaction,
+    /// These axes in B.
+    pub axes: Matrix3<f64>,
 }
 
 impl Cell {
-    /// The cell of a robot with the effects it has, a process, and the frame W it welds in.
+    /// The cell of a robot with the effects it has, a process, and the seam it welds.
     ///
     /// # Errors
     /// [`EffectError`] where an effect cannot be installed.
@@ -94,46 +118,45 @@ impl Cell {
         model: &Robot<f64>,
         effects: &[Effect],
         process: &Process,
-        b_from_w: Pose<f64>,
+        seam: impl Into<Seam>,
     ) -> Result<Self, EffectError> {
         let mut process = process.clone();
         let robot = ElasticRobot::with_effects(model, effects, Some(&mut process))?;
-        Ok(Self { robot, process, b_from_w })
+        Ok(Self { robot, process, seam: seam.into() })
     }
 
     /// Frames of the real arm and the process' reaction on its tool.
     #[inline]
-    pub fn contact(&self, time: f64, state: &State, drives: &Drives) -> (Frames<f64>, Reaction) {
-        let react = |frames: &Frames<f64>| {
-            let t_w = self.b_from_w.rotation.transpose();
-            let position = t_w * (frames.tcp.position - self.b_from_w.position);
-            let velocity = t_w * frames.twist(&drives.link_rate).linear;
-            reaction(
+    pub fn contact(&self, time: f64, state: &State, drives: &Drives) -> Contact {
+        let react = |frames: Frames<f64>| {
+            let placed = self.seam.place(&frames.tcp.position);
+            let velocity = placed.axes.transpose() * frames.twist(&drives.link_rate).linear;
+            let reaction = reaction(
                 &self.process,
                 &self.robot.ports,
                 time,
-                &position,
+                &placed.position,
                 &velocity,
                 state.channel(),
                 state.spindle_angle(),
-            )
+            );
+            Contact { frames, reaction, axes: placed.axes }
         };
-        let rigid = self.robot.model.frames(&drives.link);
-        let first = react(&rigid);
+        let first = react(self.robot.model.frames(&drives.link));
         if !self.robot.ports.frames_give() {
-            return (rigid, first);
+            return first;
         }
         // Bearings and base give under the force, and the force depends on where they give to. The
         // contact can be stiffer than they are, where the plain fixed point diverges: Aitken's
         // relaxation.
-        let mut force = first.force;
-        let (mut frames, mut reaction) = (rigid, first);
+        let mut force = first.reaction.force;
+        let mut contact = first;
         let mut relaxation = 0.5;
         let mut before: Option<Vector3<f64>> = None;
         for _ in 0..FRAME_ITERATIONS {
-            frames = self.robot.frames(&drives.link, &self.wrench(&force), time);
-            reaction = react(&frames);
-            let residual = reaction.force - force;
+            let load = wrench(&contact.axes, &force);
+            contact = react(self.robot.frames(&drives.link, &load, time));
+            let residual = contact.reaction.force - force;
             if residual.amax() < FRAME_TOLERANCE {
                 break;
             }
@@ -144,17 +167,7 @@ impl Cell {
             force += residual * relaxation;
             before = Some(residual);
         }
-        (frames, reaction)
-    }
-
-    /// The process' force in W as a wrench at the TCP in axes of B.
-    pub fn wrench(&self, force_w: &Vector3<f64>) -> Wrench<f64> {
-        Wrench { moment: Vector3::zeros(), force: self.b_from_w.rotation * force_w }
-    }
-
-    /// The process' wrench in axes of the real tool frame T, where the sensor sits.
-    pub fn wrench_in_t(&self, at: &Evaluation) -> Wrench<f64> {
-        self.wrench(&at.reaction.force).rotated(&at.frames.tcp.rotation.transpose())
+        contact
     }
 
     /// The right-hand side of (2.1) and of the process at a state, but for the motors' torque: see
@@ -164,8 +177,8 @@ impl Cell {
     #[inline]
     pub fn evaluate(&self, time: f64, state: &State) -> Evaluation {
         let drives = state.drives();
-        let (frames, reaction) = self.contact(time, state, &drives);
-        let wrench = self.wrench(&reaction.force);
+        let Contact { frames, reaction, axes } = self.contact(time, state, &drives);
+        let wrench = wrench(&axes, &reaction.force);
         let spring = self.robot.spring_torque(&drives, state.internal());
         let (acceleration, inertia) = self
             .robot
@@ -184,7 +197,7 @@ impl Cell {
         rates[24] = reaction.channel_rate;
         rates[25] = self.process.spindle;
         self.robot.internal_rates(&drives, state.internal(), &mut rates.as_mut_slice()[26..]);
-        Evaluation { rates, frames, inertia, friction_slope, reaction }
+        Evaluation { rates, frames, inertia, friction_slope, reaction, axes }
     }
 
     /// Time derivative of the state under motor torque Γ, N·m.
@@ -196,10 +209,22 @@ impl Cell {
         }
         rates
     }
+}
+
+impl Evaluation {
+    /// The process' wrench on the tool, at the TCP in axes of B.
+    pub fn wrench(&self) -> Wrench<f64> {
+        wrench(&self.axes, &self.reaction.force)
+    }
+
+    /// The same in axes of the real tool frame T, where the sensor sits.
+    pub fn wrench_in_t(&self) -> Wrench<f64> {
+        self.wrench().rotated(&self.frames.tcp.rotation.transpose())
+    }
 
     /// The tool's velocity in W for joint rates: rows 4 to 6 of J, turned into axes of W.
     #[inline]
-    pub fn tool_jacobian_w(&self, frames: &Frames<f64>) -> Matrix3x6<f64> {
-        self.b_from_w.rotation.transpose() * frames.jacobian().0.fixed_rows::<3>(3)
+    pub fn tool_jacobian_w(&self) -> Matrix3x6<f64> {
+        self.axes.transpose() * self.frames.jacobian().0.fixed_rows::<3>(3)
     }
 }

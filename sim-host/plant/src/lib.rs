@@ -3,7 +3,7 @@
 //!
 //! Layers, bottom up: [`input`] reads and checks files; [`effects`] are terms at named ports;
 //! [`robot`] is the elastic robot (2.1) with its ports, [`process`] the force of the material;
-//! [`cell`] joins them to one system of differential equations; [`integrate`] solves it in time or
+//! [`path`] and [`seam`] are where it welds; [`cell`] joins them to one system of differential equations; [`integrate`] solves it in time or
 //! at rest; [`sensors`] read it; [`simulate`] runs it under a controller and a law.
 //!
 //! ```
@@ -21,7 +21,7 @@
 //! let control = Control::read(fixture("control/kr500-mt.toml"))?;
 //! let sensors = Sensors::read(fixture("sensors/kr500-mt.toml"))?;
 //! let backlash = Effect::parse("backlash:A5:half_gap_rad=2e-4", &robot)?;
-//! let cell = Cell::new(&robot.robot, &[backlash], &process, Seam::of(&weld).b_from_w)?;
+//! let cell = Cell::new(&robot.robot, &[backlash], &process, Seam::real(&weld))?;
 //! let scenario = Scenario {
 //!     name: "vertical",
 //!     cell: &cell,
@@ -49,9 +49,11 @@ pub mod cell;
 pub mod effects;
 pub mod input;
 pub mod integrate;
+pub mod path;
 pub mod process;
 pub mod provenance;
 pub mod random;
 pub mod robot;
+pub mod seam;
 pub mod sensors;
 pub mod simulate;

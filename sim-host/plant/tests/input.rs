@@ -12,6 +12,7 @@ const ROBOT: &str = include_str!("../../../fixtures/robots/kr500-mt.toml");
 const PROCESS: &str = include_str!("../../../fixtures/processes/lap-weld-2024-t3.toml");
 const VERTICAL: &str = include_str!("../../../fixtures/welds/vertical.toml");
 const INCLINED: &str = include_str!("../../../fixtures/welds/inclined.toml");
+const JOGGLE: &str = include_str!("../../../fixtures/welds/panel-joggle-off.toml");
 const CONTROL: &str = include_str!("../../../fixtures/control/kr500-mt.toml");
 const SENSORS: &str = include_str!("../../../fixtures/sensors/kr500-mt.toml");
 const URDF: &str = include_str!("../../../fixtures/robots/arm6.urdf");
@@ -97,6 +98,74 @@ fn weld_fixtures_are_two_metres_along_y() {
         assert!((w.tool_axis.norm() - 1.0).abs() < 1e-15);
         assert!((-w.tool_axis.z - tilt.to_radians().cos()).abs() < 1e-12);
         assert_eq!((w.feed, w.force, w.initial_depth, w.settle), (0.010, 18_000.0, 0.0003, 2.0));
+    }
+}
+
+/// Points of the fixture: ten centimetres and more apart along the fuselage, on a skin of 2 m radius.
+#[test]
+fn panel_seams_lie_on_the_skin() {
+    let axis = Vector3::new(1.7, 0.0, -1.5);
+    for name in ["panel-joggle", "panel-joggle-off", "panel-frame"] {
+        let weld = Weld::read(fixture(&format!("welds/{name}.toml"))).unwrap();
+        let path = weld.path.as_ref().expect("a curved seam");
+        for k in 0..=50 {
+            let (position, axes) = path.at(path.length() * f64::from(k) / 50.0);
+            let mut outward = position - axis;
+            outward.y = 0.0;
+            // A spline leaves the circle by less than 10 µm between points 50 mm and 100 mm apart, and
+            // the normal by some 0.1 mrad.
+            assert!((outward.norm() - 2.0).abs() < 1e-5, "{name}: {}", outward.norm() - 2.0);
+            assert!(outward.normalize().angle(&-axes.column(2)) < 2e-3, "{name}");
+        }
+    }
+    let stringer = Weld::read(fixture("welds/panel-stringer.toml")).unwrap();
+    assert!(stringer.path.is_none() && stringer.run_out == 0.02 && stringer.dwell == 1.0);
+    let off = Weld::parse(JOGGLE, "joggle.toml").unwrap();
+    assert_eq!(off.real.by.linear, Vector3::new(0.0, 1e-3, 0.0));
+    let wave = off.real.wave.expect("a wave");
+    assert!((wave.at(0.075) - 5e-4).abs() < 1e-12 && wave.at(0.15).abs() < 1e-12);
+}
+
+#[test]
+fn what_no_tool_can_follow_is_refused_at_its_place() {
+    let third = "at_m = [-0.200000, 0.000000, 0.000000]\nnormal = [0.0, 0.000000, 1.000000]";
+    let put = |to: &str, needles: &[&str]| {
+        let broken = JOGGLE.replacen(third, to, 1);
+        assert_ne!(broken, JOGGLE);
+        let error = rendered(&Weld::parse(&broken, "dir/file.toml").expect_err(to));
+        assert!(needles.iter().all(|needle| error.contains(needle)), "{error}");
+    };
+    let second = "at_m = [-0.250000, 0.000000, 0.000000]\nnormal = [0.0, 0.0, 1.0]";
+    put(second, &["[[point]] 3", "does not stand where the one before it does"]);
+    let at = "at_m = [-0.200000, 0.000000, 0.000000]\n";
+    put(&format!("{at}normal = [0.0, 0.0, 0.0]"), &["[[point]] 3", "has a direction"]);
+    put(&format!("{at}normal = [0.0, 0.0, -1.0]"), &["[[point]] 3", "turn over"]);
+    put(&format!("{at}normal = [0.0, 0.0, nan]"), &["[[point]] 3", "finite number"]);
+    put(&format!("{at}normal = [1.0, 0.0, 0.01]"), &["[[point]] 3", "turn over"]);
+    let kink = "at_m = [-0.200000, 0.030000, 0.000000]\nnormal = [0.0, 0.0, 1.0]";
+    put(kink, &["[[point]]", "it bends with"]);
+    let legs = JOGGLE.replace("\"spline\"", "\"legs\"");
+    let error = rendered(&Weld::parse(&legs, "dir/file.toml").expect_err("corners"));
+    assert!(error.contains("[[point]] 3") && error.contains("corner_radius_m"), "{error}");
+    let one = format!("{}[[point]]", JOGGLE.split("[[point]]").next().unwrap());
+    let one = one + "\nat_m = [0.0, 0.0, 0.0]\nnormal = [0.0, 0.0, 1.0]\n";
+    let error = parse(&one, "dir/file.toml").expect_err("one point");
+    assert!(rendered(&error).contains("at least two points"), "{}", rendered(&error));
+    let rest = [
+        ("shift_y_m = 0.001", "shift_y_m = 0.1", "puts the seam 100.5 mm off"),
+        ("shift_y_m = 0.001", "turn_z_rad = 0.1", "mm off at 0.6"),
+        ("feed_m_s = 0.010", "feed_m_s = 0.0", "from 1e-6 to 1"),
+        ("\"spline\"", "\"splines\"", "\"spline\" or \"legs\""),
+        ("lead_deg = 2.0", "corner_radius_m = 0.05", "A spline has no corners"),
+        ("lead_deg = 2.0", "lead_deg = 60.0", "from -20 to 20"),
+        ("wave_length_m = 0.300", "", "missing key `wave_length_m`"),
+        ("[real_seam]", "[[feed]]\nfrom_m = 0.9\nfeed_m_s = 0.005\n[real_seam]", "from 0.0050 to"),
+        ("\"weld/2\"", "\"weld/3\"", "expected \"weld/1\" or \"weld/2\""),
+    ];
+    for (from, to, needle) in rest {
+        let broken = JOGGLE.replacen(from, to, 1);
+        let error = Weld::parse(&broken, "dir/file.toml").expect_err(to);
+        assert!(rendered(&error).contains(needle), "{}", rendered(&error));
     }
 }
 
@@ -880,7 +949,8 @@ fn read_everything(text: &str) {
 /// A fixture with a few bytes replaced, removed or put in, mostly by what numbers and syntax are
 /// made of.
 fn mutated() -> impl Strategy<Value = Vec<u8>> {
-    let fixtures = prop::sample::select(vec![ROBOT, PROCESS, VERTICAL, CONTROL, SENSORS, URDF]);
+    let fixtures =
+        prop::sample::select(vec![ROBOT, PROCESS, VERTICAL, JOGGLE, CONTROL, SENSORS, URDF]);
     let pieces = [
         "-", "e308", "e-320", "nan", "inf", "\"", "[", "]", "{", "}", "=", "\n", "<", ">", "/",
         "&", "é", ".", "9",

@@ -44,8 +44,8 @@ impl NominalCell<'_> {
         let values = self.uncertain.values(&draw.latents);
         let mut effects = self.uncertain.effects(self.effects, &values, self.robot);
         effects.push(crosstalk);
-        let b_from_w = self.uncertain.seam(&values, Seam::of(weld).b_from_w);
-        Cell::new(&robot, &effects, process, b_from_w).map_err(|_| RunError::Cell)
+        let seam = self.uncertain.seam(&values, Seam::real(weld));
+        Cell::new(&robot, &effects, process, seam).map_err(|_| RunError::Cell)
     }
 
     /// Margins of the loop at an operating point with what was drawn of cell, process without its

@@ -7,6 +7,7 @@ use trueweld_core::{JointVector, Pose, Robot, Twist, Wrench};
 use trueweld_plant::cell::{Cell, STATES, State};
 use trueweld_plant::input::Weld;
 use trueweld_plant::integrate::rest;
+use trueweld_plant::seam::Placed;
 use trueweld_plant::simulate::{Seam, real_inverse_near};
 
 /// Differences of angles, rates and what else a state holds: good to 1e-6 of the slopes against
@@ -42,7 +43,7 @@ pub struct OperatingPoint {
 impl OperatingPoint {
     /// The steady part of a weld at a path position, m.
     pub fn steady(weld: &Weld, path: f64) -> Self {
-        Self { path, push: weld.force, feed: weld.feed, ramp: false }
+        Self { path, push: weld.force, feed: weld.feed_at(path), ramp: false }
     }
 
     /// So many places of the steady part from the start of the seam to its end; then the ramps: at
@@ -56,7 +57,7 @@ impl OperatingPoint {
         let ramps = [
             Self { push: 0.5 * weld.force, feed: 0.0, ..start },
             Self { feed: 0.0, ..start },
-            Self { feed: 0.5 * weld.feed, ..start },
+            Self { feed: 0.5 * start.feed, ..start },
             Self { feed: 0.0, ..end },
         ];
         steady.chain(ramps).collect()
@@ -73,10 +74,9 @@ pub fn operating_point(
     near: &JointVector<f64>,
 ) -> Option<State> {
     let OperatingPoint { push, feed, .. } = *at;
-    let w = cell.b_from_w.rotation;
     // The real seam may lie beside the taught one: as deep as the force loop presses, in the channel
     // that the tool itself has left.
-    let beside = w.tr_mul(&(nominal.position - cell.b_from_w.position));
+    let Placed { position: beside, axes: w } = cell.seam.place(&nominal.position);
     let deep = Twist {
         angular: Vector3::zeros(),
         linear: w.column(2) * (push / cell.process.depth_stiffness - beside.z),
@@ -90,8 +90,8 @@ pub fn operating_point(
     let mut state = State::at_rest(&link, &link, beside.y);
     state.0.fixed_rows_mut::<6>(12).copy_from(&rate);
     state.0.fixed_rows_mut::<6>(18).copy_from(&rate);
-    let load = cell.evaluate(0.0, &state).reaction.force;
-    let motor = rest::motors_for(cell, &link, &cell.wrench(&load));
+    let load = cell.evaluate(0.0, &state).wrench();
+    let motor = rest::motors_for(cell, &link, &load);
     state.0.fixed_rows_mut::<6>(6).copy_from(&motor);
     state.0.iter().all(|v| v.is_finite()).then_some(state)
 }
@@ -108,7 +108,7 @@ impl LinearCell {
             JointVector::from_fn(|i, _| -at.rates[18 + i] * cell.robot.model.rotor_inertia()[i]);
         let right = |state: &State| {
             let at = cell.evaluate(0.0, state);
-            (at.rates, cell.wrench_in_t(&at).to_vector())
+            (at.rates, at.wrench_in_t().to_vector())
         };
         let mut slopes = SMatrix::<f64, STATES, STATES>::zeros();
         let mut sensed = SMatrix::<f64, 6, STATES>::zeros();
@@ -136,7 +136,7 @@ impl LinearCell {
         sampled.iter().all(|v| v.is_finite()).then(|| Self {
             point: *point,
             torque,
-            wrench_in_t: cell.wrench_in_t(&at).to_vector(),
+            wrench_in_t: at.wrench_in_t().to_vector(),
             step: sampled.fixed_view::<STATES, STATES>(0, 0).into_owned(),
             input: sampled.fixed_view::<STATES, 6>(0, STATES).into_owned(),
             sensed,

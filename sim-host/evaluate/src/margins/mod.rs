@@ -36,7 +36,7 @@ use serde::Serialize;
 use trueweld_core::JointVector;
 use trueweld_plant::cell::State;
 use trueweld_plant::simulate::{
-    RunError, Scenario, Seam, Taught, encoder_offset, real_inverse_near, start_angles,
+    RunError, Scenario, Seam, Taught, TaughtOffset, encoder_offset, real_inverse_near, start_angles,
 };
 
 /// Where what is left of an impulse is lost in rounding, of its largest.
@@ -213,7 +213,7 @@ impl Frozen<'_> {
         let gains = controller.joint_gains(control);
         let model = &cell.robot.model;
         let frames = model.frames(&self.linear.point.drives().link);
-        let axis = cell.b_from_w.rotation.column(2).into_owned();
+        let axis = Seam::of(self.scenario.weld).axes(self.at.path).column(2).into_owned();
         Passivity::of(&frames, &axis, gains, &model.parameters().friction.viscous, control.period)
     }
 }
@@ -245,6 +245,7 @@ fn frozen<'a>(
     // Taught under gravity with the tool free, but as deep as the force loop presses it.
     let mut taught = Taught::at(cell, planned, &seam, path, &near).offset;
     taught.linear.z = encoder_offset(planned, &seam, path, &point.drives().motor).linear.z;
+    let taught = TaughtOffset::new(&taught, &seam.axes(path), taught.linear.z);
     Ok(Frozen { scenario, linear, at: *at, taught })
 }
 

@@ -17,7 +17,7 @@ use trueweld_plant::integrate::{Diverged, Stepper};
 use trueweld_plant::robot::Drives;
 use trueweld_plant::simulate::{
     ControlCycle, Controlled, Phase, Plant, Reference, RunError, Scenario, Seam, SimulatedCell,
-    Target,
+    Target, TaughtOffset,
 };
 
 /// Where the loop is opened: corrections along x and y and about x, y and z of W, and the force
@@ -59,8 +59,8 @@ pub struct Frozen<'a> {
     pub scenario: &'a Scenario<'a>,
     pub linear: LinearCell,
     pub at: OperatingPoint,
-    /// From the nominal pose to the set-point, axes of W.
-    pub taught: Twist<f64>,
+    /// From the nominal pose to the set-point.
+    pub taught: TaughtOffset,
 }
 
 /// What passes these places, once a period: m, rad, N, N·m.
@@ -232,7 +232,7 @@ impl Frozen<'_> {
                 // What the controller is asked for less what the sensor shows, before any filter.
                 let sensed_push = -(controller_model.forward_kinematics(&sensed.encoder).rotation
                     * sensed.wrench.force)
-                    .dot(&seam.b_from_w.rotation.column(2));
+                    .dot(&reference.setpoint.depth_axis());
                 row[5] = push - sensed_push;
                 row.iter_mut()
                     .zip(now)
@@ -276,8 +276,7 @@ impl Frozen<'_> {
         if self.at.feed == 0.0 {
             return Ok(x);
         }
-        x[24] =
-            (real.position - seam.nominal(path).position).dot(&seam.b_from_w.rotation.column(1));
+        x[24] = (real.position - seam.nominal(path).position).dot(&seam.axes(path).column(1));
         Ok(x)
     }
 }

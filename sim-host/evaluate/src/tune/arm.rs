@@ -25,10 +25,12 @@ use trueweld_compensators::FollowingGains;
 use trueweld_core::compensation::LoopLimits;
 use trueweld_core::control::{ExternalGains, ForceGains, JointGains, SpindleFilter};
 use trueweld_core::filter::Filter;
-use trueweld_core::{JointParameters, JointVector, Twist, Wrench};
+use trueweld_core::{JointParameters, JointVector, Wrench};
 use trueweld_plant::input::{CascadeGains, CompensationLimits, Control, ParallelGains};
 use trueweld_plant::process::planned;
-use trueweld_plant::simulate::{RunError, Scenario, Seam, Taught, encoder_offset, start_angles};
+use trueweld_plant::simulate::{
+    RunError, Scenario, Seam, Taught, TaughtOffset, encoder_offset, start_angles,
+};
 
 /// The arm at one place of a weld.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -61,6 +63,7 @@ pub(super) fn arm_along(scenario: &Scenario<'_>, places: usize) -> Result<Vec<Ar
     let seam = Seam::of(scenario.weld);
     let mut near = start_angles(robot, &seam)?;
     let taught = Taught::at(scenario.cell, robot, &seam, 0.0, &near).offset;
+    let taught = TaughtOffset::new(&taught, &seam.axes(0.0), 0.0);
     let last = places.saturating_sub(1).max(1);
     let mut arm = Vec::with_capacity(places);
     for k in 0..places {
@@ -78,20 +81,21 @@ fn arm_at(
     seam: &Seam,
     path: f64,
     q: &JointVector<f64>,
-    taught: &Twist<f64>,
+    taught: &TaughtOffset,
 ) -> Result<ArmAt, TuneError> {
     let (robot, weld) = (scenario.controller_model, scenario.weld);
     let reach = || RunError::Reach { path, reason: "singular posture" };
     let frames = robot.frames(q);
-    let w = seam.b_from_w.rotation;
+    let w = seam.axes(path);
     let z = w.column(2).into_owned();
     let inertia = robot.rotor_inertia() + robot.crba(&frames).diagonal();
     let mode = robot.natural_frequencies(&frames).ok_or_else(reach)?[0];
     let lever = frames.joint_torque(&Wrench { moment: Vector3::zeros(), force: z });
     let material = scenario.planned.depth_stiffness;
-    let force = planned(scenario.planned, weld.force, weld.feed);
+    let feed = weld.feed_at(path);
+    let force = planned(scenario.planned, weld.force, feed);
     let load = Wrench { moment: Vector3::zeros(), force: w * force };
-    let along = w.column(0) * weld.feed;
+    let along = w.column(0) * feed;
     let twist = Vector6::new(0.0, 0.0, 0.0, along.x, along.y, along.z);
     let rate = frames.jacobian().0.lu().solve(&twist).ok_or_else(reach)?;
     let spring = robot.spring_torque_at_rest(&frames, q, &load);
@@ -102,7 +106,7 @@ fn arm_at(
     let lost = friction.coulomb + friction.viscous.component_mul(&rate.abs());
     let to_t = frames.tcp.rotation.transpose();
     let motor = robot.fake_target(q, &load.rotated(&to_t));
-    let asked = encoder_offset(robot, seam, path, &motor) - *taught;
+    let asked = encoder_offset(robot, seam, path, &motor) - taught.in_b(&w).rotated(&w.transpose());
     Ok(ArmAt {
         path,
         inertia,

@@ -428,13 +428,14 @@ fn cell<W: Write>(
     exaggeration: f64,
 ) -> Result<Node, RecordError> {
     let seam = shown.first().and_then(|s| super::scene::Seam::of(&s.recording.rows));
-    let middle = seam.map_or(Vector3::new(1.5, 0.0, 0.5), |s| s.middle());
+    let seam = seam.map(|seam| seam.middle());
+    let middle = seam.map_or(Vector3::new(1.5, 0.0, 0.5), |(place, _)| place);
     let outward =
         Vector3::new(middle.x, middle.y, 0.0).try_normalize(1e-6).unwrap_or_else(Vector3::x);
     let mut away =
         Rotation3::from_axis_angle(&Vector3::z_axis(), 0.7) * outward * 2.5 + Vector3::z() * 1.7;
     // On the side of the plate that the tool is on, and not along its surface.
-    let face = seam.map_or(Vector3::z(), |s| -s.depth_axis());
+    let face = seam.map_or(Vector3::z(), |(_, axes)| -axes.column(2).into_owned());
     away += face * (0.35 * away.norm() - face.dot(&away)).max(0.0);
     let eye = middle + away;
     let target = middle - outward * 0.5 + Vector3::z() * 0.35;

@@ -12,7 +12,7 @@ use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use re_chunk::TimeColumn;
 use re_sdk_types::AsComponents;
 use re_sdk_types::archetypes::{
-    Arrows3D, Boxes3D, Capsules3D, LineStrips3D, Points3D, TextDocument, Transform3D,
+    Arrows3D, Boxes3D, Capsules3D, LineStrips3D, Mesh3D, Points3D, TextDocument, Transform3D,
     ViewCoordinates,
 };
 use re_sdk_types::components::{Color, FillMode, MediaType};
@@ -27,42 +27,73 @@ const POSES_PER_SECOND: f64 = 4.0;
 const PATH_POINTS: usize = 200;
 /// Radii of the drawn links from base to wrist, and of the tool, m.
 const RADII: [f32; JOINTS] = [0.20, 0.15, 0.13, 0.11, 0.09, 0.07];
+/// Half the width of the strip of surface that is drawn under a curved seam, m.
+const PLATE: f64 = 0.15;
 /// Drawn distance of a path's name from the path, m.
 const NAME_DISTANCE: f64 = 0.22;
 /// Drawn length of a force, m/N.
 const FORCE_LENGTH: f64 = 0.5 / 18_000.0;
 
-/// The nominal seam.
-#[derive(Clone, Copy)]
-pub(super) struct Seam {
-    start: Vector3<f64>,
-    end: Vector3<f64>,
-    /// Axes of W in B: along, lateral, into the material.
-    axes: Matrix3<f64>,
-}
+/// The nominal seam: places along it, and the axes of W in B there (along, lateral, into the
+/// material). Its ends alone, where it is straight.
+pub(super) struct Seam(Vec<(Vector3<f64>, Matrix3<f64>)>);
 
 impl Seam {
     /// From the nominal poses of a run.
     pub fn of(rows: &[RecordRow]) -> Option<Self> {
-        let (first, last) = (rows.first()?.nominal, rows.last()?.nominal);
-        let into: Vector3<f64> = first.rotation.column(2).into();
-        let way = last.position - first.position;
-        let along = (way - into * into.dot(&way))
-            .try_normalize(1e-9)
-            .unwrap_or(first.rotation.column(0).into());
-        let axes = Matrix3::from_columns(&[along, into.cross(&along), into]);
-        Some(Self { start: first.position, end: last.position, axes })
+        let (first, last) = (rows.first()?, rows.last()?);
+        let places = if rows.iter().all(|row| row.axes == first.axes) { 1 } else { PATH_POINTS };
+        let place = |k: usize| {
+            let path = last.path * k as f64 / places as f64;
+            let row = &rows[rows.partition_point(|row| row.path < path).min(rows.len() - 1)];
+            (row.nominal.position, row.axes)
+        };
+        let ends = |k| if k == 0 { (first.nominal.position, first.axes) } else { place(k) };
+        Some(Self((0..=places).map(ends).collect()))
     }
 
-    /// Unit vector into the material.
-    pub fn depth_axis(&self) -> Vector3<f64> {
-        self.axes.column(2).into()
+    /// Half way, m, and the axes of W there.
+    pub fn middle(&self) -> (Vector3<f64>, Matrix3<f64>) {
+        let n = self.0.len();
+        let ((a, _), (b, axes)) = (self.0[(n - 1) / 2], self.0[n / 2]);
+        ((a + b) * 0.5, axes)
     }
 
-    /// Half way, m.
-    pub fn middle(&self) -> Vector3<f64> {
-        (self.start + self.end) * 0.5
+    /// Points beside it, m: across, and into the material.
+    fn line(&self, across: f64, into: f64) -> Vec<[f32; 3]> {
+        let beside = |(place, axes): &(Vector3<f64>, Matrix3<f64>)| {
+            point(&(place + axes * Vector3::new(0.0, across, into)))
+        };
+        self.0.iter().map(beside).collect()
     }
+}
+
+/// The plate under a straight seam; under a curved one a strip of the surface.
+fn plate(seam: &Seam) -> Box<dyn AsComponents> {
+    let color = Color::from_rgb(198, 203, 210);
+    let thickness = 0.02;
+    let (middle, axes) = seam.middle();
+    let [(start, _), (end, _)] = seam.0[..] else {
+        let vertices = [-PLATE, PLATE].map(|across| seam.line(across, 0.003)).concat();
+        let n = seam.0.len() as u32;
+        let quad = |k: u32| [[k, k + 1, n + k], [k + 1, n + k + 1, n + k]];
+        let normals = seam.0.iter().chain(&seam.0).map(|(_, axes)| point(&-axes.column(2)));
+        return Box::new(
+            Mesh3D::new(vertices)
+                .with_vertex_normals(normals)
+                .with_triangle_indices((0..n - 1).flat_map(quad))
+                .with_albedo_factor(color),
+        );
+    };
+    let length = (end - start).norm();
+    let center = middle + axes.column(2) * (thickness + 0.003);
+    Box::new(
+        Boxes3D::from_half_sizes([[(0.5 * length + 0.15) as f32, 0.3, thickness as f32]])
+            .with_centers([point(&center)])
+            .with_quaternions([quaternion(&axes)])
+            .with_fill_mode(FillMode::Solid)
+            .with_colors([color]),
+    )
 }
 
 /// What all runs share: plate, seam, the limits of lateral deviation, and the words beside the
@@ -83,29 +114,21 @@ pub(super) fn cell<W: Write>(
         |entity: &str, what: &dyn AsComponents| writer.fixed(Store::Recording, entity, what);
 
     fixed("/cell", &ViewCoordinates::RIGHT_HAND_Z_UP())?;
-    let thickness = 0.02;
-    let [along, lateral, into] = [0, 1, 2].map(|i| Vector3::<f64>::from(seam.axes.column(i)));
-    let length = (seam.end - seam.start).norm();
-    let plate = Boxes3D::from_half_sizes([[(0.5 * length + 0.15) as f32, 0.3, thickness as f32]])
-        .with_centers([point(&(seam.middle() + into * (thickness + 0.003)))])
-        .with_quaternions([quaternion(&seam.axes)])
-        .with_fill_mode(FillMode::Solid)
-        .with_colors([Color::from_rgb(198, 203, 210)]);
-    fixed("/cell/plate", &plate)?;
-    let line = |offset: f64| [seam.start, seam.end].map(|p| point(&(p + lateral * offset)));
-    let nominal = LineStrips3D::new([line(0.0)])
+    fixed("/cell/plate", plate(&seam).as_ref())?;
+    let nominal = LineStrips3D::new([seam.line(0.0, 0.0)])
         .with_radii([0.005])
         .with_colors([Color::from_rgb(40, 40, 40)]);
     fixed("/cell/seam", &nominal)?;
     let limit = first.recording.half_pin * exaggeration;
-    let limits = LineStrips3D::new([line(limit), line(-limit)])
+    let limits = LineStrips3D::new([limit, -limit].map(|across| seam.line(across, 0.0)))
         .with_radii([0.003])
         .with_colors([signals::rgb(LIMIT)])
         .with_labels([format!("half the pin, ±{:.1} mm", first.recording.half_pin * MILLI)])
         .with_show_labels(false);
     fixed("/cell/half_pin", &limits)?;
-    let end = Arrows3D::from_vectors([point(&(along * 0.25))])
-        .with_origins([point(&seam.end)])
+    let (last, axes) = seam.0[seam.0.len() - 1];
+    let end = Arrows3D::from_vectors([point(&(axes.column(0) * 0.25))])
+        .with_origins([point(&last)])
         .with_radii([0.006])
         .with_colors([Color::from_rgb(90, 90, 90)]);
     fixed("/cell/weld_direction", &end)?;
@@ -164,9 +187,6 @@ pub(super) fn arm<W: Write>(
 ) -> Result<(), RecordError> {
     let (recording, robot) = (shown.recording, run.robot);
     let rows = &recording.rows;
-    let Some(seam) = Seam::of(rows) else {
-        return Ok(());
-    };
     let every = ((1.0 / POSES_PER_SECOND / recording.period.max(1e-9)).round() as usize).max(1);
 
     for (which, solid) in [("real", true), ("encoders", false)] {
@@ -208,7 +228,8 @@ pub(super) fn arm<W: Write>(
                     .with_vectors(
                         picked
                             .iter()
-                            .map(|k| point(&(seam.axes * rows[*k].force_w * FORCE_LENGTH))),
+                            .map(|k| &rows[*k])
+                            .map(|row| point(&(row.axes * row.force_w * FORCE_LENGTH))),
                     )
                     .columns_of_unit_batches()
                     .map_err(refused)?;
@@ -226,7 +247,7 @@ pub(super) fn arm<W: Write>(
         Arrows3D::update_fields().with_colors([Color::from_rgb(r, g, b)]).with_radii([0.008]);
     writer.fixed(Store::Recording, &format!("/{}/cell/force", shown.root), &style)?;
     let name = format!("{}: up to {:.1} mm", shown.name, run.figures.lateral.max_abs * MILLI);
-    way(writer, shown, &name, &seam, exaggeration)
+    way(writer, shown, &name, exaggeration)
 }
 
 /// The way of the real tool over the plate while it moves along the seam, coloured by its lateral
@@ -235,29 +256,29 @@ fn way<W: Write>(
     writer: &mut Writer<W>,
     shown: &Shown,
     name: &str,
-    seam: &Seam,
     exaggeration: f64,
 ) -> Result<(), RecordError> {
     let recording = shown.recording;
     let moving: Vec<&RecordRow> =
         recording.rows.iter().filter(|r| crate::path::moving(r.phase)).collect();
-    // Kept just above the plate: the depth of the tool is a signal, not part of this picture.
-    let above = seam.axes.column(2) * -0.004;
     // Means over many turns of the spindle, whose ripple would alias with the points.
-    let (points, lateral): (Vec<[f32; 3]>, Vec<f64>) = moving
-        .chunks(moving.len().div_ceil(PATH_POINTS).max(1))
+    let chunks = || moving.chunks(moving.len().div_ceil(PATH_POINTS).max(1));
+    let (points, lateral): (Vec<[f32; 3]>, Vec<f64>) = chunks()
         .map(|rows| {
             let share = 1.0 / rows.len() as f64;
             let nominal: Vector3<f64> = rows.iter().map(|r| r.nominal.position * share).sum();
-            let mut off: Vector3<f64> = rows.iter().map(|r| r.deviation_w.linear * share).sum();
-            off.z = 0.0;
-            (point(&(nominal + seam.axes * off * exaggeration + above)), off.y)
+            let off: Vector3<f64> = rows.iter().map(|r| r.deviation_w.linear * share).sum();
+            // Just above the plate: the depth of the tool is a signal, not part of this picture.
+            let drawn = Vector3::new(off.x * exaggeration, off.y * exaggeration, -0.004);
+            (point(&(nominal + rows[rows.len() / 2].axes * drawn)), off.y)
         })
         .unzip();
     // On the side that the tool is on, so that the names of two runs stand apart.
     let at = 3 * points.len() / 4;
-    if let (Some(point), Some(off)) = (points.get(at), lateral.get(at)) {
-        let aside = (seam.axes.column(1) * NAME_DISTANCE.copysign(*off)).map(|v| v as f32);
+    if let (Some(point), Some(off), Some(rows)) =
+        (points.get(at), lateral.get(at), chunks().nth(at))
+    {
+        let aside = (rows[0].axes.column(1) * NAME_DISTANCE.copysign(*off)).map(|v| v as f32);
         let name = Points3D::new([std::array::from_fn::<_, 3, _>(|i| point[i] + aside[i])])
             .with_radii([0.0])
             .with_labels([name])

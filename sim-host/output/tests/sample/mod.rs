@@ -192,6 +192,8 @@ fn weld(robot: &Robot<f64>, compensator: &'static str, count: usize) -> Recordin
             RecordRow {
                 time,
                 phase,
+                path: travel,
+                axes: w_axes,
                 nominal,
                 real,
                 encoder_pose,
@@ -614,7 +616,7 @@ pub fn laws(names: &[&str]) -> Laws {
     let robot = RobotFile::read(read("robots/kr500-mt")).unwrap();
     let process = Process::read(read("processes/lap-weld-2024-t3")).unwrap();
     let weld = Weld::read(read("welds/vertical")).unwrap();
-    let cell = Cell::new(&robot.robot, &[], &process, Seam::of(&weld).b_from_w).unwrap();
+    let cell = Cell::new(&robot.robot, &[], &process, Seam::of(&weld)).unwrap();
     let figures = welds(100).figures.remove(1);
     let point = |law: usize, change: &Change| {
         let lateral = match (law, change) {

@@ -60,18 +60,23 @@ impl<'a> Document<'a> {
     /// # Errors
     /// `schema` missing or another one.
     pub fn root_of(&self, schema: &str) -> Result<Table<'_>, InputError> {
+        self.root_of_one(&[schema])
+    }
+
+    /// As [`Document::root_of`], of one of several schemas.
+    ///
+    /// # Errors
+    /// As [`Document::root_of`].
+    pub fn root_of_one(&self, schemas: &[&str]) -> Result<Table<'_>, InputError> {
         let root = self.root();
         let found = self.schema()?;
-        if found.text != schema {
-            let what = KINDS.iter().find(|k| k.schema() == found.text);
+        if !schemas.contains(&found.text) {
+            let what = KINDS.iter().find(|k| k.schemas().contains(&found.text));
             let found_is = what.map(|k| format!(", {}", k.describe())).unwrap_or_default();
-            let message = format!("`schema` is {:?}{found_is}; expected \"{schema}\"", found.text);
-            return Err(self.source.error(
-                found.span,
-                message,
-                format!("expected \"{schema}\""),
-                list_of_kinds(),
-            ));
+            let quoted: Vec<_> = schemas.iter().map(|schema| format!("\"{schema}\"")).collect();
+            let expected = format!("expected {}", quoted.join(" or "));
+            let message = format!("`schema` is {:?}{found_is}; {expected}", found.text);
+            return Err(self.source.error(found.span, message, expected, list_of_kinds()));
         }
         Ok(root)
     }
@@ -82,7 +87,7 @@ impl<'a> Document<'a> {
     /// `schema` missing, or none of [`KINDS`].
     pub fn kind(&self) -> Result<FileKind, InputError> {
         let found = self.schema()?;
-        KINDS.into_iter().find(|k| k.schema() == found.text).ok_or_else(|| {
+        KINDS.into_iter().find(|k| k.schemas().contains(&found.text)).ok_or_else(|| {
             let near = nearest(found.text, KINDS.map(FileKind::schema));
             let guess = near.map(|s| format!(" Did you mean \"{s}\"?")).unwrap_or_default();
             let message =

@@ -46,7 +46,7 @@ pub use table::Table;
 pub use unit::{unit_of, unit_suffix};
 pub use urdf::{import_urdf, import_urdf_text};
 pub use value::{FILL_IN, Text};
-pub use weld::Weld;
+pub use weld::{RealSeam, Wave, Weld};
 
 use std::fmt;
 use std::path::Path;
@@ -58,7 +58,7 @@ pub enum FileKind {
     Robot,
     /// `process/1`, read by [`Process`].
     Process,
-    /// `weld/1`, read by [`Weld`].
+    /// `weld/1` and `weld/2`, read by [`Weld`].
     Weld,
     /// `control/1`, read by [`Control`].
     Control,
@@ -91,19 +91,24 @@ pub const KINDS: [FileKind; 10] = [
 ];
 
 impl FileKind {
-    /// The file's `schema`.
+    /// The file's `schema`; the first one where there are several.
     pub fn schema(self) -> &'static str {
+        self.schemas()[0]
+    }
+
+    /// Every `schema` that such a file may have, the first one first.
+    pub fn schemas(self) -> &'static [&'static str] {
         match self {
-            Self::Robot => "robot/1",
-            Self::Process => "process/1",
-            Self::Weld => "weld/1",
-            Self::Control => "control/1",
-            Self::Sensors => "sensors/1",
-            Self::Requirements => "requirements/1",
-            Self::Log => "log/1",
-            Self::Campaign => "campaign/1",
-            Self::Protocol => "protocol/1",
-            Self::Model => "model/1",
+            Self::Weld => &["weld/1", "weld/2"],
+            Self::Robot => &["robot/1"],
+            Self::Process => &["process/1"],
+            Self::Control => &["control/1"],
+            Self::Sensors => &["sensors/1"],
+            Self::Requirements => &["requirements/1"],
+            Self::Log => &["log/1"],
+            Self::Campaign => &["campaign/1"],
+            Self::Protocol => &["protocol/1"],
+            Self::Model => &["model/1"],
         }
     }
 
@@ -161,7 +166,7 @@ pub trait InputFile: Sized {
     /// As [`InputFile::from_root`]; text of another kind of file.
     fn parse(text: &str, name: &str) -> Result<Self, InputError> {
         let document = Document::parse(text, name)?;
-        Self::from_root(&document.root_of(Self::KIND.schema())?)
+        Self::from_root(&document.root_of_one(Self::KIND.schemas())?)
     }
 }
 

@@ -117,7 +117,7 @@ impl Stage {
         let stiffness = *model.stiffness();
         let tie = model.damping() * s + stiffness * (s * s);
         let motor = (model.rotor_inertia() + tie + at.friction_slope * s).map(f64::recip);
-        let jacobian = cell.tool_jacobian_w(&at.frames);
+        let jacobian = at.tool_jacobian_w();
         // Along each axis by itself: what couples them is not stiff, and without it the matrix is
         // symmetric.
         let contact = at.reaction.stiffness.diagonal();

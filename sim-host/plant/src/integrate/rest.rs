@@ -142,16 +142,12 @@ fn settle(
 /// [`EquilibriumError`] where the iteration does not converge.
 pub fn in_contact(cell: &Cell, motor: &JointVector<f64>) -> Result<Rest, EquilibriumError> {
     let at_rest = |link: &JointVector<f64>| {
-        let y = cell
-            .b_from_w
-            .inverse()
-            .transform_point(&cell.robot.model.forward_kinematics(link).position)
-            .y;
+        let y = cell.seam.across(&cell.robot.model.forward_kinematics(link).position);
         State::at_rest(link, motor, y)
     };
     let (link, torque) = settle(cell, motor, |drives| {
-        let (frames, reaction) = cell.contact(0.0, &at_rest(&drives.link), drives);
-        (frames, cell.wrench(&reaction.force))
+        let contact = cell.contact(0.0, &at_rest(&drives.link), drives);
+        (contact.frames, contact.wrench())
     })?;
     Ok(Rest { state: at_rest(&link), torque })
 }

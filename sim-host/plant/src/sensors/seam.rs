@@ -54,14 +54,25 @@ impl SeamSensing {
         }
     }
 
+    /// How far ahead of the tool it looks, m.
+    pub fn ahead(&self) -> f64 {
+        self.sensor.ahead
+    }
+
     /// What reaches the controller at `time`, s. `deviation`: of the real tool from its nominal
-    /// pose, axes of W.
-    pub fn read(&mut self, time: f64, deviation: &Twist<f64>) -> Vec<DeviationMeasurement<f64>> {
+    /// pose, axes of W. `bend`: how far across the seam lies where the sensor looks, m, beyond what
+    /// the controller knows of its shape.
+    pub fn read(
+        &mut self,
+        time: f64,
+        deviation: &Twist<f64>,
+        bend: f64,
+    ) -> Vec<DeviationMeasurement<f64>> {
         const INSTANT: f64 = 1e-9;
         let s = &self.sensor;
         if time + INSTANT >= self.next {
             self.next += s.period;
-            let across = deviation.linear.y + s.ahead * deviation.angular.z;
+            let across = deviation.linear.y + s.ahead * deviation.angular.z - bend;
             let [about_x, _, about_z] = s.misalignment;
             let mounted = about_x * deviation.linear.z + about_z * s.ahead + s.zero;
             let seen =

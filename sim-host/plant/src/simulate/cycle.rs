@@ -4,10 +4,11 @@
 //! then moves in small steps with the torque held, and the force sensor samples at each step. Runs
 //! step the nonlinear cell, stability margins its linearisation.
 
-use super::{Scenario, Seam, Target};
+use super::{Scenario, Target, TaughtOffset};
 use crate::integrate::Diverged;
 use crate::process::planned;
 use crate::robot::{Drives, Ports, Readings};
+use crate::seam::Seam;
 use crate::sensors::{FaultyInstruments, Instruments, SeamSensing};
 use nalgebra::Vector3;
 use trueweld_core::compensation::{Compensated, Compensator, Observation};
@@ -49,10 +50,14 @@ pub struct Reference {
 }
 
 impl Reference {
-    /// What a program's target asks for. `offset`: from the nominal pose to the set-point, axes of
-    /// W, m and rad.
-    pub fn of(scenario: &Scenario<'_>, seam: &Seam, offset: &Twist<f64>, target: &Target) -> Self {
-        let b_from_w = seam.b_from_w.rotation;
+    /// What a program's target asks for. `offset`: from the nominal pose to the set-point.
+    pub fn of(
+        scenario: &Scenario<'_>,
+        seam: &Seam,
+        offset: &TaughtOffset,
+        target: &Target,
+    ) -> Self {
+        let b_from_w = seam.axes(target.path);
         let nominal = seam.nominal(target.path);
         let force = target
             .force
@@ -60,7 +65,7 @@ impl Reference {
         Self {
             nominal,
             setpoint: Setpoint {
-                pose: nominal.displaced(&offset.rotated(&b_from_w)),
+                pose: nominal.displaced(&offset.in_b(&b_from_w)),
                 b_from_w,
                 force: target.force,
                 spindle_speed: scenario.planned.spindle,
@@ -78,7 +83,7 @@ pub struct Controlled {
     pub nominal: Pose<f64>,
     /// What the instruments gave the controller.
     pub sensed: SensorReadings<f64>,
-    /// Real tool against nominal, axes of W: m and rad.
+    /// Real tool against nominal, axes of the real seam's W: m and rad.
     pub deviation_w: Twist<f64>,
     /// What the controller commanded.
     pub command: Command<f64>,
@@ -95,8 +100,9 @@ pub struct ControlCycle<'a, P, H> {
     pub frozen_rate: JointVector<f64>,
     controller: Compensated<f64, H, &'a mut dyn Compensator<f64>>,
     controller_model: &'a Robot<f64>,
-    /// The seam as it is.
+    /// The seam as it is, and as it was taught.
     seam: Seam,
+    taught: Seam,
     ports: &'a Ports,
     instruments: Instruments,
     seam_sensor: Option<SeamSensing>,
@@ -130,7 +136,8 @@ impl<'a, P: Plant, H: HybridController<f64>> ControlCycle<'a, P, H> {
             frozen_rate: JointVector::zeros(),
             controller,
             controller_model,
-            seam: scenario.real_seam(),
+            seam: scenario.cell.seam.clone(),
+            taught: Seam::of(scenario.weld),
             ports,
             instruments: Instruments::new(sensors, ports, steps.1, period, seed),
             seam_sensor: sensors.seam.as_ref().map(|sensor| SeamSensing::new(sensor, seed)),
@@ -138,6 +145,11 @@ impl<'a, P: Plant, H: HybridController<f64>> ControlCycle<'a, P, H> {
             torque: *torque,
             steps,
         }
+    }
+
+    /// The seam as it is.
+    pub fn seam(&self) -> &Seam {
+        &self.seam
     }
 
     /// The start of a period: reads the instruments and has the controller command a torque.
@@ -148,10 +160,11 @@ impl<'a, P: Plant, H: HybridController<f64>> ControlCycle<'a, P, H> {
         let mut sensed = self.instruments.read(self.ports, truth, &self.torque);
         sensed.encoder_rate += self.frozen_rate;
         let nominal = self.seam.nominal(reference.path);
-        let to_w = self.seam.b_from_w.rotation.transpose();
+        let to_w = self.seam.axes(reference.path).transpose();
         let deviation_w = nominal.error_to(&tcp).rotated(&to_w);
+        let bend = self.bend(reference.path);
         let mut measurements =
-            self.seam_sensor.as_mut().map_or(Vec::new(), |s| s.read(time, &deviation_w));
+            self.seam_sensor.as_mut().map_or(Vec::new(), |s| s.read(time, &deviation_w, bend));
         self.faulty.pass_on(time, &mut sensed, &mut measurements);
         let observation = Observation {
             setpoint: &reference.setpoint,
@@ -166,6 +179,13 @@ impl<'a, P: Plant, H: HybridController<f64>> ControlCycle<'a, P, H> {
         self.torque = command.torque;
         let correction_w = self.controller.correction();
         Controlled { nominal, sensed, deviation_w, command, correction_w }
+    }
+
+    /// How much more the real seam bends up to where the seam sensor looks than the taught one does,
+    /// across W, m: what the controller knows of the shape is taken off.
+    fn bend(&self, path: f64) -> f64 {
+        let ahead = self.seam_sensor.as_ref().map_or(0.0, SeamSensing::ahead);
+        self.seam.bend(path, ahead) - self.taught.bend(path, ahead)
     }
 
     /// The period itself: the plant moves with the torque held.

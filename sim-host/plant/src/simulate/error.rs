@@ -27,6 +27,22 @@ pub enum RunError {
         /// In words.
         reason: &'static str,
     },
+    /// A joint would have to turn faster than it can at some point of the seam.
+    #[error(
+        "the robot cannot weld {path:.3} m along the seam: A{} would have to turn at {:.1}°/s of its {:.0}, \
+         near a singular posture",
+        joint + 1, rate.to_degrees(), most.to_degrees()
+    )]
+    TooFast {
+        /// Path position, m.
+        path: f64,
+        /// Which joint (0 = A1).
+        joint: usize,
+        /// How fast, rad/s.
+        rate: f64,
+        /// How fast it can turn, rad/s.
+        most: f64,
+    },
     /// No deformed start.
     #[error(transparent)]
     Rest(#[from] EquilibriumError),

@@ -9,11 +9,14 @@ mod run;
 mod scenario;
 mod start;
 
+pub use crate::seam::Seam;
 pub use cycle::{ControlCycle, Controlled, Plant, Reference};
 pub use error::RunError;
 pub use limits::{LimitKind, LimitSpan, limit_spans};
-pub use program::{Program, Seam, Target};
+pub use program::{Program, Target};
 pub use record::{Phase, RecordRow, Recording};
 pub use run::{SimulatedCell, run, run_after, run_passes};
 pub use scenario::{Controller, Scenario};
-pub use start::{Taught, encoder_offset, real_inverse_near, start_angles};
+pub use start::{
+    Taught, TaughtOffset, check_reach, encoder_offset, real_inverse_near, start_angles,
+};

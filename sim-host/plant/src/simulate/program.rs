@@ -3,8 +3,7 @@
 
 use super::Phase;
 use crate::input::Weld;
-use nalgebra::{Matrix3, Vector3};
-use trueweld_core::Pose;
+use crate::seam::Seam;
 
 /// Time after full feed is reached before the steady part begins, s: two of the material's memories
 /// at 10 mm/s, and the compensation's rise.
@@ -43,83 +42,130 @@ pub enum Program {
     },
 }
 
-/// A weld's line and its frames.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Seam {
-    /// The weld frame W in B: origin at the start on the plate's surface, x along the seam, z into
-    /// the material.
-    pub b_from_w: Pose<f64>,
-    /// Length, m.
-    pub length: f64,
-}
-
-impl Seam {
-    /// The seam of a weld.
-    pub fn of(weld: &Weld) -> Self {
-        let along = weld.end - weld.start;
-        let z = weld.tool_axis;
-        // Square to the tool axis, should the path not be exactly.
-        let x = (along - z * z.dot(&along)).normalize();
-        let b_from_w =
-            Pose { rotation: Matrix3::from_columns(&[x, z.cross(&x), z]), position: weld.start };
-        Self { b_from_w, length: along.norm() }
-    }
-
-    /// Nominal tool pose at a path position: on the surface, z of T along z of W, y of T along the
-    /// seam.
-    pub fn nominal(&self, path: f64) -> Pose<f64> {
-        let w = &self.b_from_w.rotation;
-        let (x, z) = (w.column(0).into_owned(), w.column(2).into_owned());
-        Pose {
-            rotation: Matrix3::from_columns(&[x.cross(&z), x, z]),
-            position: self.b_from_w.transform_point(&Vector3::new(path, 0.0, 0.0)),
-        }
-    }
-}
-
-/// The feed along a seam: a trapezoid of speed.
-#[derive(Debug, Clone, Copy)]
+/// The feed along a seam: it rises, changes where the weld says so, and falls to 0 where the run-out
+/// ends, at one acceleration.
 struct Feed {
+    pieces: Vec<Piece>,
+    /// When it has risen and when it begins to fall, s.
+    full: [f64; 2],
+}
+
+/// A time of constant acceleration: v = speed + change·(t − at)/span about an anchor, which may be its
+/// beginning or its end.
+#[derive(Debug, Clone, Copy)]
+struct Piece {
+    /// When it ends, s.
+    until: f64,
+    /// The anchor: time, s, path position, m, and speed, m/s.
+    at: f64,
+    path: f64,
     speed: f64,
-    ramp: f64,
-    cruise: f64,
+    change: f64,
+    span: f64,
+}
+
+impl Piece {
+    fn rate(&self, time: f64) -> f64 {
+        self.speed + self.gain(time) / self.span
+    }
+
+    fn path(&self, time: f64) -> f64 {
+        let by = time - self.at;
+        self.path + self.speed * by + 0.5 * self.gain(time) * by / self.span
+    }
+
+    /// Change times the time since the anchor.
+    fn gain(&self, time: f64) -> f64 {
+        self.change * (time - self.at)
+    }
 }
 
 impl Feed {
     fn new(weld: &Weld, length: f64) -> Self {
+        let length = length + weld.run_out;
         // A seam shorter than both ramps is run at the speed that its ramps reach.
         let speed = weld.feed.min(length / weld.feed_ramp.max(f64::MIN_POSITIVE));
-        Self { speed, ramp: weld.feed_ramp, cruise: (length / speed - weld.feed_ramp).max(0.0) }
+        let ramp = weld.feed_ramp;
+        // Time for a change of speed.
+        let span = |change: f64| (ramp * change / speed).abs().max(f64::MIN_POSITIVE);
+        let rise = if ramp > 0.0 { 0.5 * speed * ramp * ramp / ramp } else { 0.0 };
+        let of_ramp = ramp.max(f64::MIN_POSITIVE);
+        let rising =
+            Piece { until: ramp, at: 0.0, path: 0.0, speed: 0.0, change: speed, span: of_ramp };
+        let mut pieces = vec![rising];
+        let (mut time, mut path, mut now) = (ramp, rise, speed);
+        let even = |time: f64, path: f64, speed: f64, until: f64| Piece {
+            until,
+            at: time,
+            path,
+            speed,
+            change: 0.0,
+            span: 1.0,
+        };
+        for &(from, next) in &weld.feeds {
+            let reached = time + (from - path) / now;
+            pieces.push(even(time, path, now, reached));
+            let takes = span(next - now);
+            pieces.push(Piece {
+                until: reached + takes,
+                at: reached,
+                path: from,
+                speed: now,
+                change: next - now,
+                span: takes,
+            });
+            (time, path) = (reached + takes, from + 0.5 * (now + next) * takes);
+            now = next;
+        }
+        // One feed: both ramps are alike, and the seam may be no longer than they are.
+        let [cruise, falls, end, way] = if weld.feeds.is_empty() {
+            let cruise = (length / speed - ramp).max(0.0);
+            [cruise, of_ramp, cruise + 2.0 * ramp, 2.0 * rise + speed * cruise]
+        } else {
+            let falls = span(now);
+            let cruise = (length - path - 0.5 * now * falls) / now;
+            [cruise, falls, time + cruise + falls, length]
+        };
+        pieces.push(even(time, path, now, time + cruise));
+        let falling =
+            Piece { until: end, at: end, path: way, speed: 0.0, change: -now, span: falls };
+        pieces.push(falling);
+        Self { pieces, full: [ramp, time + cruise] }
     }
 
     fn duration(&self) -> f64 {
-        self.cruise + 2.0 * self.ramp
+        self.pieces.last().map_or(0.0, |piece| piece.until)
+    }
+
+    fn piece(&self, time: f64) -> &Piece {
+        let last = self.pieces.len() - 1;
+        &self.pieces[self.pieces.partition_point(|piece| piece.until <= time).min(last)]
     }
 
     /// Speed a time after the feed began, m/s.
     fn rate(&self, time: f64) -> f64 {
-        let from_end = time.min(self.duration() - time);
-        match from_end {
-            t if t < 0.0 => 0.0,
-            t if t < self.ramp => self.speed * t / self.ramp,
-            _ => self.speed,
-        }
+        if time < 0.0 || time > self.duration() { 0.0 } else { self.piece(time).rate(time) }
     }
 
     /// Path position a time after the feed began, m.
     fn path(&self, time: f64) -> f64 {
-        let rising = |t: f64| {
-            if self.ramp > 0.0 { 0.5 * self.speed * t * t / self.ramp } else { 0.0 }
-        };
-        let t = time.clamp(0.0, self.duration());
-        if t < self.ramp {
-            rising(t)
-        } else if t < self.ramp + self.cruise {
-            rising(self.ramp) + self.speed * (t - self.ramp)
-        } else {
-            let left = self.duration() - t;
-            2.0 * rising(self.ramp) + self.speed * self.cruise - rising(left)
+        let time = time.clamp(0.0, self.duration());
+        self.piece(time).path(time)
+    }
+
+    /// When the tool reaches a path position, s: by bisection.
+    fn reaches(&self, path: f64) -> f64 {
+        let (mut low, mut high) = (0.0, self.duration());
+        for _ in 0..60 {
+            let middle = 0.5 * (low + high);
+            if self.path(middle) < path { low = middle } else { high = middle }
         }
+        high
+    }
+
+    /// When the steady part ends: where the feed falls, or at the end of the seam.
+    fn steady_until(&self, weld: &Weld, length: f64) -> f64 {
+        if weld.run_out > 0.0 { self.reaches(length).min(self.full[1]) } else { self.full[1] }
     }
 }
 
@@ -128,7 +174,11 @@ impl Program {
     pub fn duration(&self, weld: &Weld, seam: &Seam) -> f64 {
         match self {
             Program::Weld => {
-                weld.settle + weld.force_ramp + Feed::new(weld, seam.length).duration() + HOLD
+                weld.settle
+                    + weld.force_ramp
+                    + weld.dwell
+                    + Feed::new(weld, seam.length).duration()
+                    + HOLD
             }
             Program::ForceStep { hold, length, .. } => weld.settle + hold + length,
         }
@@ -139,8 +189,8 @@ impl Program {
     pub fn steady(&self, weld: &Weld, seam: &Seam) -> Option<[f64; 2]> {
         let Program::Weld = self else { return None };
         let feed = Feed::new(weld, seam.length);
-        let start = weld.settle + weld.force_ramp;
-        let [rises, falls] = [feed.ramp + FEED_SETTLE, feed.ramp + feed.cruise];
+        let start = weld.settle + weld.force_ramp + weld.dwell;
+        let [rises, falls] = [feed.full[0] + FEED_SETTLE, feed.steady_until(weld, seam.length)];
         (rises < falls).then_some([start + rises, start + falls])
     }
 
@@ -166,11 +216,11 @@ impl Program {
                 let share =
                     if weld.force_ramp > 0.0 { (closed / weld.force_ramp).min(1.0) } else { 1.0 };
                 let force = Some(contact + (weld.force - contact) * share);
-                let fed = closed - weld.force_ramp;
-                let full = feed.ramp + feed.cruise;
+                let fed = closed - weld.force_ramp - weld.dwell;
+                let full = feed.steady_until(weld, seam.length);
                 let phase = match fed {
                     t if t < 0.0 => Phase::ForceRamp,
-                    t if t < (feed.ramp + FEED_SETTLE).min(full) => Phase::FeedRamp,
+                    t if t < (feed.full[0] + FEED_SETTLE).min(full) => Phase::FeedRamp,
                     t if t < full => Phase::Steady,
                     t if t < feed.duration() => Phase::Stop,
                     _ => Phase::Hold,

@@ -1,6 +1,6 @@
 //! What a simulated run leaves behind: one row a control period, and what the run was.
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 use trueweld_core::control::Limited;
 use trueweld_core::{Fault, JointVector, Pose, Twist};
 
@@ -43,6 +43,10 @@ pub struct RecordRow {
     pub time: f64,
     /// Where the run is in its program.
     pub phase: Phase,
+    /// Path position, m.
+    pub path: f64,
+    /// Axes of W in B there, of the seam as it really lies.
+    pub axes: Matrix3<f64>,
     /// Where the real tool should be: on the plate's surface, square to it.
     pub nominal: Pose<f64>,
     /// Where the real tool is.

@@ -3,14 +3,15 @@
 //! The path is taught under gravity: at the start, with the tool free of contact, the real tool
 //! stands on the line. The set-point then follows the line by the encoders alone, and whatever the
 //! load bends from there is deviation. Where the seam is not where it was taught
-//! ([`Cell::b_from_w`]), deviations are from the seam as it is.
+//! ([`Cell::seam`]), deviations are from the seam as it is.
 
 use super::cycle::{ControlCycle, Plant, Reference};
 use super::start::{Start, lateral_by_joint};
-use super::{RecordRow, Recording, RunError, Scenario, Seam, limit_spans};
+use super::{RecordRow, Recording, RunError, Scenario, limit_spans};
 use crate::cell::{Cell, Evaluation, State};
 use crate::integrate::{Diverged, Stepper};
 use crate::robot::Drives;
+use crate::seam::Seam;
 use nalgebra::Vector3;
 use std::time::Instant;
 use trueweld_core::compensation::Compensator;
@@ -77,7 +78,6 @@ fn run_with(
     let clock = Instant::now();
     let Scenario { cell, weld, program, control, .. } = *scenario;
     let seam = Seam::of(weld);
-    let w = seam.b_from_w.rotation;
     let start = Start::of(scenario, &seam)?;
     let period = control.period;
     let ticks = (program.duration(weld, &seam) / period).round() as usize;
@@ -95,11 +95,14 @@ fn run_with(
         let target = program.target(weld, &seam, contact, time);
         let reference = Reference::of(scenario, &seam, &start.offset, &target);
         let controlled = cycle.control(time, &reference);
+        let w = reference.setpoint.b_from_w;
         let (SimulatedCell { at, state, .. }, nominal) = (&cycle.plant, controlled.nominal);
         let (command, drives, tcp) = (controlled.command, state.drives(), at.frames.tcp);
         rows.push(RecordRow {
             time,
             phase: target.phase,
+            path: target.path,
+            axes: cycle.seam().axes(target.path),
             nominal,
             real: tcp,
             encoder_pose: scenario.controller_model.forward_kinematics(&drives.motor),
@@ -107,7 +110,7 @@ fn run_with(
             tilt: tool_axis(&tcp).angle(&tool_axis(&nominal)),
             lateral_by_joint: lateral_by_joint(
                 &cell.robot.model,
-                &seam,
+                &w,
                 &at.frames,
                 &drives,
                 &start.extra_torsion,
@@ -183,7 +186,7 @@ impl Plant for SimulatedCell<'_> {
     }
 
     fn wrench_in_t(&self) -> Wrench<f64> {
-        self.cell.wrench_in_t(&self.at)
+        self.at.wrench_in_t()
     }
 
     fn advance(&mut self, time: f64, torque: &JointVector<f64>, step: f64) -> Result<(), Diverged> {

@@ -1,9 +1,10 @@
 //! Everything that one run is made of: cell, weld, program, controller, law, instruments.
 
-use super::{Program, RunError, Seam};
+use super::{Program, RunError};
 use crate::cell::Cell;
 use crate::input::{Control, Process, Sensors, Weld};
 use crate::integrate::Integrator;
+use crate::seam::Seam;
 use crate::sensors::InstrumentFault;
 use trueweld_compensators::Entry;
 use trueweld_core::Robot;
@@ -88,11 +89,6 @@ pub struct Scenario<'a> {
 }
 
 impl Scenario<'_> {
-    /// The seam as it is: where the cell has it, which need not be where it was taught.
-    pub fn real_seam(&self) -> Seam {
-        Seam { b_from_w: self.cell.b_from_w, ..Seam::of(self.weld) }
-    }
-
     /// Plant steps in a control period, and the length of each, s.
     pub fn plant_steps(&self) -> (usize, f64) {
         let period = self.control.period;

@@ -1,10 +1,13 @@
 //! Where a run starts: the posture at the start of the seam, the pose taught there under gravity, and
 //! the deformed cell in contact.
 
-use super::{RunError, Scenario, Seam};
+use super::{RunError, Scenario};
 use crate::cell::Cell;
+use crate::input::Weld;
 use crate::integrate::rest::{self, EquilibriumError};
 use crate::robot::Drives;
+use crate::seam::Seam;
+use nalgebra::{Matrix3, Vector3};
 use trueweld_core::{Frames, JointVector, KinematicsError, Pose, Robot, Twist, Wrench};
 
 /// Joint angles at the start of a seam, on the branch that follows the whole seam within the limits
@@ -14,15 +17,6 @@ use trueweld_core::{Frames, JointVector, KinematicsError, Pose, Robot, Twist, Wr
 /// [`RunError::Reach`] with the first point that no branch holds.
 pub fn start_angles(robot: &Robot<f64>, seam: &Seam) -> Result<JointVector<f64>, RunError> {
     const POINTS: usize = 200;
-    let reason = |e: KinematicsError| match e {
-        KinematicsError::NotDecoupled => {
-            "closed-form inverse kinematics needs a spherical wrist and A1 vertical"
-        }
-        KinematicsError::Unreachable => "out of reach",
-        KinematicsError::Singular => "singular posture",
-        KinematicsError::Limit(_) => "a joint limit",
-        KinematicsError::NotFinite => "the seam is not a number",
-    };
     let found = robot
         .inverse_all(&seam.nominal(0.0))
         .map_err(|e| RunError::Reach { path: 0.0, reason: reason(e) })?;
@@ -51,6 +45,47 @@ pub fn start_angles(robot: &Robot<f64>, seam: &Seam) -> Result<JointVector<f64>,
         }
     }
     best.ok_or(farthest)
+}
+
+/// Checks that the arm can weld all of a seam, run-out included, on the branch that it starts on:
+/// within its limits, and no joint faster than it can turn, as one would have to near a singular
+/// posture.
+///
+/// # Errors
+/// [`RunError::Reach`] and [`RunError::TooFast`] with the first place where it cannot.
+pub fn check_reach(robot: &Robot<f64>, weld: &Weld) -> Result<(), RunError> {
+    const POINTS: usize = 400;
+    let seam = Seam::of(weld);
+    let mut q = start_angles(robot, &seam)?;
+    let end = seam.length + weld.run_out;
+    let step = end / POINTS as f64;
+    for k in 1..=POINTS {
+        let path = step * k as f64;
+        let next = robot
+            .inverse_near(&seam.nominal(path), &q)
+            .map_err(|e| RunError::Reach { path, reason: reason(e) })?;
+        let rate = (next - q).abs() * (weld.feed_at(path - step) / step);
+        for (joint, limits) in robot.parameters().joints.iter().enumerate() {
+            if rate[joint] > limits.max_rate {
+                let (rate, most) = (rate[joint], limits.max_rate);
+                return Err(RunError::TooFast { path, joint, rate, most });
+            }
+        }
+        q = next;
+    }
+    Ok(())
+}
+
+fn reason(error: KinematicsError) -> &'static str {
+    match error {
+        KinematicsError::NotDecoupled => {
+            "closed-form inverse kinematics needs a spherical wrist and A1 vertical"
+        }
+        KinematicsError::Unreachable => "out of reach",
+        KinematicsError::Singular => "singular posture",
+        KinematicsError::Limit(_) => "a joint limit",
+        KinematicsError::NotFinite => "the seam is not a number",
+    }
 }
 
 /// Joint angles near `near` at which the tool of the real arm is at a pose. `planned`: the arm as its
@@ -111,8 +146,34 @@ pub fn encoder_offset(
     path: f64,
     motor: &JointVector<f64>,
 ) -> Twist<f64> {
-    let to_w = seam.b_from_w.rotation.transpose();
+    let to_w = seam.axes(path).transpose();
     seam.nominal(path).error_to(&model.forward_kinematics(motor)).rotated(&to_w)
+}
+
+/// From the nominal pose to the set-point all along a seam. What was taught at one place is kept as
+/// it is in B, as a program is shifted as a whole; the depth goes with z of W.
+#[derive(Debug, Clone, Copy)]
+pub struct TaughtOffset {
+    /// Where it was taught, axes of B: m and rad.
+    offset: Twist<f64>,
+    /// z of W there, in B.
+    into: Vector3<f64>,
+    /// Its part that is depth, m.
+    depth: f64,
+}
+
+impl TaughtOffset {
+    /// An offset in W whose axes in B are `axes` where it was taught, `depth` of it, m, along z of W.
+    pub fn new(offset: &Twist<f64>, axes: &Matrix3<f64>, depth: f64) -> Self {
+        Self { offset: offset.rotated(axes), into: axes.column(2).into_owned(), depth }
+    }
+
+    /// In axes of B, where the axes of W in B are `axes`.
+    pub fn in_b(&self, axes: &Matrix3<f64>) -> Twist<f64> {
+        let mut offset = self.offset;
+        offset.linear += (axes.column(2) - self.into) * self.depth;
+        offset
+    }
 }
 
 /// The deformed start: the cell at rest with the tool's set-point the initial depth in the material.
@@ -120,8 +181,8 @@ pub(super) struct Start {
     pub rest: rest::Rest,
     /// Encoder angles, rad.
     pub motor: JointVector<f64>,
-    /// From the nominal pose to the set-point, axes of W: m and rad.
-    pub offset: Twist<f64>,
+    /// From the nominal pose to the set-point.
+    pub offset: TaughtOffset,
     /// Torsion in the taught pose beyond that of gravity on the model: of effects, rad.
     pub extra_torsion: JointVector<f64>,
 }
@@ -136,9 +197,10 @@ impl Start {
         if !taught.motor.sum().is_finite() {
             return Err(EquilibriumError { residual: f64::NAN }.into());
         }
-        let mut offset = taught.offset;
+        let (mut offset, axes) = (taught.offset, seam.axes(0.0));
         offset.linear.z += scenario.weld.initial_depth;
-        let setpoint = seam.nominal(0.0).displaced(&offset.rotated(&seam.b_from_w.rotation));
+        let offset = TaughtOffset::new(&offset, &axes, scenario.weld.initial_depth);
+        let setpoint = seam.nominal(0.0).displaced(&offset.in_b(&axes));
         let motor = planned.inverse_near(&setpoint, &taught.motor).map_err(|_| {
             RunError::Reach { path: 0.0, reason: "the deformed start is out of reach" }
         })?;
@@ -159,16 +221,17 @@ fn gravity_torsion(
 
 /// Lateral displacement of the tool by the torsion that the process adds to each joint, m: to first
 /// order −(W_R_B J)_y times the torsion θ_E − θ, less that of the same posture with the tool free.
+/// `axes`: of W in B where the tool is.
 pub(super) fn lateral_by_joint(
     model: &Robot<f64>,
-    seam: &Seam,
+    axes: &Matrix3<f64>,
     frames: &Frames<f64>,
     drives: &Drives,
     extra_torsion: &JointVector<f64>,
 ) -> JointVector<f64> {
     let free = gravity_torsion(model, frames, &drives.link) + extra_torsion;
     let torsion = drives.motor - drives.link - free;
-    let across = seam.b_from_w.rotation.column(1);
+    let across = axes.column(1);
     let jacobian = frames.jacobian().0;
     JointVector::from_fn(|i, _| -across.dot(&jacobian.fixed_view::<3, 1>(3, i)) * torsion[i])
 }

@@ -59,7 +59,7 @@ const ONE_OF_EACH: [&str; 37] = [
 /// What the instruments that the weld's controller does not read would show of a row.
 fn measured(cell: &Cell, row: &RecordRow) -> Readings {
     let mut readings = Readings {
-        force: row.real.rotation.tr_mul(&(cell.b_from_w.rotation * row.force_w)),
+        force: row.real.rotation.tr_mul(&(row.axes * row.force_w)),
         motor_torque: row.torque.into(),
         ..Readings::of(row.time, &row.motor, &row.link, &row.real)
     };
@@ -507,7 +507,7 @@ fn a_payload_that_leaves_no_robot_is_refused() {
     // What no file or command line may ask for, a program can.
     effect.values[0] = -500.0;
     let seam = Seam::of(&fixtures.weld);
-    let cell = Cell::new(&fixtures.robot.robot, &[effect], &fixtures.process, seam.b_from_w);
+    let cell = Cell::new(&fixtures.robot.robot, &[effect], &fixtures.process, seam);
     assert!(
         cell.expect_err("no robot weighs less than nothing").to_string().contains("payload-error")
     );
@@ -543,7 +543,7 @@ fn own(fixtures: &Fixtures, effects: &[&str]) -> Cell {
     let model =
         ModelFile::parse(&text, &fixture("models/own.toml")).expect("the model is in order");
     let seam = Seam::of(&fixtures.weld);
-    Cell::new(&fixtures.robot.robot, &model.cell_effects(), &fixtures.process, seam.b_from_w)
+    Cell::new(&fixtures.robot.robot, &model.cell_effects(), &fixtures.process, seam)
         .expect("a cell")
 }
 

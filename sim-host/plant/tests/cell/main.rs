@@ -6,6 +6,7 @@ mod effects;
 mod numbers;
 mod plant;
 mod ports;
+mod seams;
 mod support;
 mod tilt;
 

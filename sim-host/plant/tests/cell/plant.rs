@@ -175,11 +175,12 @@ fn static_deflection_is_where_the_ringing_plant_comes_to_rest() {
     cell.robot.ports.install(Port::ProcessForce, Box::new(ConstantForce(load))).expect("room");
     let q = start_angles(&KR500, &Seam::of(&fixtures.weld)).expect("reach");
     // The plate 50 mm above the tool, so that it stays in contact wherever the load takes it.
-    cell.b_from_w.position.z += 0.05;
+    cell.seam.b_from_w.position.z += 0.05;
     let start = State::at_rest(&q, &q, 0.0);
     let rung =
         advance(&cell, Integrator::LinearlyImplicit, start, &JointVector::zeros(), 1e-3, 20_000);
-    let at_rest = rest::under_wrench(&cell, &q, &cell.wrench(&load)).expect("an equilibrium");
+    let wrench = Wrench { moment: Vector3::zeros(), force: cell.seam.b_from_w.rotation * load };
+    let at_rest = rest::under_wrench(&cell, &q, &wrench).expect("an equilibrium");
     let tool = |link: &JointVector<f64>| KR500.forward_kinematics(link).position;
     let deflection = tool(&at_rest) - tool(&q);
     let gap = (tool(&rung.drives().link) - tool(&at_rest)).norm();
@@ -189,7 +190,6 @@ fn static_deflection_is_where_the_ringing_plant_comes_to_rest() {
     );
     assert!(seen("static solver against the plant at rest, m", gap) < 1e-6);
     // And the core's prediction, which iterates on the loaded pose, is the same equilibrium.
-    let wrench = Wrench { moment: Vector3::zeros(), force: cell.b_from_w.rotation * load };
     let in_t = wrench.rotated(&KR500.forward_kinematics(&at_rest).rotation.transpose());
     let predicted = KR500.deflected(&q, &in_t, 6);
     assert!(

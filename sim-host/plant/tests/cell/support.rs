@@ -58,7 +58,7 @@ impl Fixtures {
             .iter()
             .map(|e| Effect::parse(e, &self.robot).expect("an effect of the library"))
             .collect();
-        Cell::new(&self.robot.robot, &effects, &self.process, Seam::of(&self.weld).b_from_w)
+        Cell::new(&self.robot.robot, &effects, &self.process, Seam::real(&self.weld))
             .expect("room for them")
     }
 
@@ -126,5 +126,5 @@ pub fn free_cell(model: &Robot<f64>, term: Option<(Port, Box<dyn Term>)>) -> Cel
     let mut b_from_w = Pose::identity();
     b_from_w.position = Vector3::new(0.0, 0.0, 100.0);
     let process = Fixtures::of("vertical").process;
-    Cell { robot: ElasticRobot { model: model.clone(), ports }, process, b_from_w }
+    Cell { robot: ElasticRobot { model: model.clone(), ports }, process, seam: b_from_w.into() }
 }

@@ -184,6 +184,13 @@ impl Log {
         let robot = RobotFile::read(named("robot")?)?;
         let wanted = |key: &str| kind == LogKind::Weld || root.has(key);
         let weld = if wanted("weld") { Some(Weld::read(named("weld")?)?) } else { None };
+        if weld.as_ref().is_some_and(|weld| weld.path.is_some()) {
+            return Err(root.wrong(
+                "weld",
+                "a straight weld: logs are not yet compared along a curved seam",
+                "A weld/1, or a weld/2 of two points with one normal.",
+            ));
+        }
         let process =
             if wanted("process") { Some(Process::read(named("process")?)?) } else { None };
         let period =
