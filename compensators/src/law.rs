@@ -35,21 +35,21 @@ pub trait Law<T: Real> {
     fn build(gains: &Self::Gains, setup: &Setup<T>) -> Result<Self::Built, GainError>;
 }
 
-/// Gains with defaults; on the host they are also read from a file.
-#[cfg(not(feature = "host"))]
+/// Gains with defaults; with a configuration they are also read from its numbers or from a file.
+#[cfg(not(feature = "configuration"))]
 pub trait GainSet: Default {}
-#[cfg(not(feature = "host"))]
+#[cfg(not(feature = "configuration"))]
 impl<G: Default> GainSet for G {}
 
-/// Gains with defaults that are read from a file.
-#[cfg(feature = "host")]
+/// Gains with defaults that are read from a file, or from the numbers of a configuration.
+#[cfg(feature = "configuration")]
 pub trait GainSet: Default + serde::Serialize + serde::de::DeserializeOwned {}
-#[cfg(feature = "host")]
+#[cfg(feature = "configuration")]
 impl<G: Default + serde::Serialize + serde::de::DeserializeOwned> GainSet for G {}
 
 /// The gains of a law without gains.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "host", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "configuration", derive(serde::Serialize, serde::Deserialize))]
 pub struct NoGains {}
 
 /// What a law reads, besides encoders, set-point and planned load, and what it keeps.

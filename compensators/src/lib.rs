@@ -3,8 +3,9 @@
 //! A law's file holds its equations, its gains with their defaults, and an implementation of
 //! [`Law`]: name, summary, what it needs, how it is built. [`for_each`] is the table of all laws,
 //! one line each, beside their modules. `no_std`, no allocation: the same code runs in simulation and on the controller.
-//! With the feature `host`, [`Entry`] is a law with its type erased, found by name and built from
-//! a table of gains.
+//! With the feature `configuration`, [`RunningCore`] is robot model, controller and law built from
+//! one [`Configuration`] of plain constants. With the feature `host`, [`Entry`] is a law with its
+//! type erased, found by name and built from a table of gains.
 //!
 //! ```
 //! use trueweld_compensators::{FeedForward, Law, SeamTracking, Setup, TrackingGains};
@@ -22,18 +23,35 @@
 #![cfg_attr(not(feature = "host"), no_std)]
 
 mod combined;
+#[cfg(feature = "configuration")]
+mod configuration;
 mod deviation_history;
 #[cfg(feature = "host")]
 mod entry;
 mod gain;
+#[cfg(feature = "configuration")]
+mod gain_numbers;
 mod law;
 mod laws;
 mod outer_integral;
+#[cfg(feature = "configuration")]
+mod running_core;
+#[cfg(feature = "host")]
+mod source;
 
 pub use combined::{Combined, CombinedGains};
+#[cfg(feature = "configuration")]
+pub use configuration::{
+    CONFIGURATION_VERSION, Configuration, ConfigurationError, ControlNumbers, JointNumbers,
+    LawNumbers, LimitNumbers, RobotNumbers, Scheme,
+};
 #[cfg(feature = "host")]
 pub use entry::{BuildError, Entry, GainTables, InstallError, find, install, library, may_be_name};
 pub use gain::{GainError, require};
+#[cfg(feature = "configuration")]
+pub use gain_numbers::{Character, GAIN_VALUES, GAINS, GainNumbers, NAME_BYTES, Name};
 pub use law::{GainSet, Law, Needs, NoGains, Setup};
 pub use laws::*;
 pub use outer_integral::{FollowingGains, OuterIntegral};
+#[cfg(feature = "configuration")]
+pub use running_core::{Hybrid, RunningCore};

@@ -78,7 +78,7 @@ const FORGOTTEN: [f64; 2] = [3600.0, 480.0];
 
 /// Gains of the adaptive law: how well the model is known, one standard deviation each.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "host", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "configuration", derive(serde::Serialize, serde::Deserialize))]
 pub struct AdaptiveGains {
     /// Of every joint's compliance, relative. 0.3: published stiffnesses of one robot differ by
     /// more.

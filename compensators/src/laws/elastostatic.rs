@@ -25,7 +25,7 @@ use trueweld_core::{Fault, Real, Robot, Twist, Wrench};
 
 /// Gains of the elastostatic law.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "host", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "configuration", derive(serde::Serialize, serde::Deserialize))]
 pub struct ElastostaticGains {
     /// Corner of the second-order low-pass on the wrench, Hz. 5: half of a spindle's 600 rpm.
     pub wrench_filter_hz: f64,

@@ -81,7 +81,7 @@ impl<T: Real> Segment<T> {
 
 /// Gains of the learning law.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "host", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "configuration", derive(serde::Serialize, serde::Deserialize))]
 pub struct LearningGains {
     /// γ, above 0 and at most 1. 1: the next pass is corrected by all of this one's error.
     pub share: f64,

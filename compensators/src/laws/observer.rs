@@ -28,7 +28,7 @@ use trueweld_core::{Fault, Frames, JointVector, Real, Robot, Twist, Wrench};
 
 /// Gains of the observer.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "host", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "configuration", derive(serde::Serialize, serde::Deserialize))]
 pub struct ObserverGains {
     /// λ/2π, Hz. 5: half of a spindle's 600 rpm.
     pub bandwidth_hz: f64,

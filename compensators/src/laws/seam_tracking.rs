@@ -41,7 +41,7 @@ const CLIPPED: f64 = 10.0;
 
 /// Gains of seam tracking.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "host", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "configuration", derive(serde::Serialize, serde::Deserialize))]
 pub struct TrackingGains {
     /// λ, rad/s. 4.5: as fast as the plastic channel behind the tool lets it be with margins.
     pub rate_rad_s: f64,

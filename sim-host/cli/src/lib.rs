@@ -24,6 +24,7 @@ mod check;
 mod compare;
 mod compare_laws;
 mod diagnose;
+mod export_core;
 mod identify;
 mod import_log;
 mod import_urdf;
@@ -142,6 +143,8 @@ enum Command {
     ImportLog(import_log::Arguments),
     /// Turn a URDF into a robot file; what a URDF cannot know is marked to be filled in
     ImportUrdf(import_urdf::Arguments),
+    /// Write what a controller's core is built from as constants of Rust and C
+    ExportCore(export_core::Arguments),
     /// Print the JSON Schema of a result, or list the schemas
     Schema(schema::Arguments),
 }
@@ -204,6 +207,7 @@ impl Arguments {
             Some(Command::Init(arguments)) => init::run(arguments),
             Some(Command::ImportLog(arguments)) => import_log::run(arguments),
             Some(Command::ImportUrdf(arguments)) => import_urdf::run(arguments),
+            Some(Command::ExportCore(arguments)) => export_core::run(arguments),
             Some(Command::Schema(arguments)) => schema::run(arguments),
         }
     }

@@ -1,5 +1,6 @@
 //! Simulated runs: the plant at 1 ms or less, the control held over its period.
 
+mod configuration;
 mod cycle;
 mod error;
 mod limits;
@@ -10,12 +11,13 @@ mod scenario;
 mod start;
 
 pub use crate::seam::Seam;
+pub use configuration::{ConfigurationRefused, ControllerConstants};
 pub use cycle::{ControlCycle, Controlled, Plant, Reference};
 pub use error::RunError;
 pub use limits::{LimitKind, LimitSpan, limit_spans};
 pub use program::{Program, Target};
 pub use record::{Phase, RecordRow, Recording};
-pub use run::{SimulatedCell, run, run_after, run_passes};
+pub use run::{SimulatedCell, run, run_after, run_passes, run_with};
 pub use scenario::{Controller, Scenario};
 pub use start::{
     Taught, TaughtOffset, check_reach, encoder_offset, real_inverse_near, start_angles,

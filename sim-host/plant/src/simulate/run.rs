@@ -13,6 +13,7 @@ use crate::integrate::{Diverged, Stepper};
 use crate::robot::Drives;
 use crate::seam::Seam;
 use nalgebra::Vector3;
+use std::ops::ControlFlow;
 use std::time::Instant;
 use trueweld_core::compensation::Compensator;
 use trueweld_core::{JointVector, Pose, Wrench};
@@ -60,20 +61,26 @@ pub fn run_after(
     let mut law = scenario.build_law()?;
     let mut begun = 0.0;
     for earlier in before {
-        run_with(earlier, law.as_mut(), |time| progress(begun + time))?;
+        run_with(earlier, law.as_mut(), |time| going_on(progress(begun + time)))?;
         begun += earlier.program.duration(earlier.weld, &seam);
     }
-    run_with(scenario, law.as_mut(), |time| progress(begun + time))
+    run_with(scenario, law.as_mut(), |time| going_on(progress(begun + time)))
 }
 
-/// One run with a law that may have seen runs before; the scenario's own is not built.
+/// A run that nobody stops.
+fn going_on((): ()) -> ControlFlow<()> {
+    ControlFlow::Continue(())
+}
+
+/// One run with a law that may have seen runs before; the scenario's own is not built. `progress` is
+/// called with the simulated time, s, every control period, and ends the run by breaking.
 ///
 /// # Errors
 /// [`RunError`].
-fn run_with(
+pub fn run_with(
     scenario: &Scenario<'_>,
     law: &mut dyn Compensator<f64>,
-    mut progress: impl FnMut(f64),
+    mut progress: impl FnMut(f64) -> ControlFlow<()>,
 ) -> Result<Recording, RunError> {
     let clock = Instant::now();
     let Scenario { cell, weld, program, control, .. } = *scenario;
@@ -133,8 +140,11 @@ fn run_with(
             source,
             limits: limit_spans(&rows, &max_torque),
         })?;
-        progress(time);
+        if progress(time).is_break() {
+            break;
+        }
     }
+    let simulated = rows.len() as f64 * period;
     Ok(Recording {
         weld: scenario.name.to_owned(),
         controller: scenario.controller.name(),
@@ -146,7 +156,7 @@ fn run_with(
         planned_depth: weld.force / scenario.planned.depth_stiffness,
         max_torque,
         seed: scenario.seed,
-        simulated: ticks as f64 * period,
+        simulated,
         wall: clock.elapsed().as_secs_f64(),
     })
 }

@@ -1,0 +1,64 @@
+//! `trueweld export-core`: the constants that a controller's core is built from.
+
+use crate::inputs::{Files, PLANT_STEP};
+use crate::names::{Controller, LawParser};
+use clap::Args;
+use miette::{IntoDiagnostic, Result};
+use std::path::PathBuf;
+use std::slice;
+use trueweld_compensators::Entry;
+use trueweld_output::write_file;
+use trueweld_plant::provenance::Provenance;
+use trueweld_plant::simulate::Program;
+
+/// Arguments of `export-core`.
+#[derive(Args)]
+pub struct Arguments {
+    #[command(flatten)]
+    files: Files,
+    /// Hybrid force/position controller
+    #[arg(long, value_enum, default_value_t = Controller::External)]
+    controller: Controller,
+    /// Compensation law; no combination
+    #[arg(long, value_name = "LAW", value_parser = LawParser)]
+    compensator: Entry,
+    /// Folder for cell.rs and cell.h
+    #[arg(long, value_name = "FOLDER", default_value = "out/core")]
+    out: PathBuf,
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    let inputs = arguments.files.read()?;
+    let controller = arguments.controller.controller();
+    let law = &arguments.compensator;
+    let scenario = inputs.scenario(Program::Weld, controller, law);
+    let constants = scenario.constants().into_diagnostic()?;
+    let simulation = inputs.simulation(&[controller], slice::from_ref(law), 1, PLANT_STEP);
+    let heading = heading(&inputs.provenance("export-core", simulation), law);
+    let configuration = &constants.configuration;
+    for (file, text) in [
+        ("cell.rs", configuration.rust_source(&heading)),
+        ("cell.h", configuration.c_header(&heading, constants.bytes)),
+    ] {
+        let path = arguments.out.join(file);
+        write_file(&path, text)?;
+        say!("wrote {}\n", path.display());
+    }
+    let [single, double] = constants.bytes;
+    say!(
+        "digest of the core   {}\nmemory in C, bytes   {single} in float, {double} in double\n",
+        configuration.digest_text()
+    );
+    Ok(())
+}
+
+/// What the constants are of.
+fn heading(of: &Provenance, law: &Entry) -> String {
+    let files = of.files.iter().map(|f| format!("{} {} {}", f.role, f.file, f.sha256));
+    let lines = [
+        format!("Written by trueweld {} export-core: do not edit.", of.version),
+        format!("{}, law {}.", of.robot, law.name()),
+    ];
+    lines.into_iter().chain(files).collect::<Vec<_>>().join("\n")
+}
