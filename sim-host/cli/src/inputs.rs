@@ -47,6 +47,12 @@ embedded! {
     Requirements: "requirements/lap-weld.toml";
 }
 
+/// Name and text of the second published weld.
+const INCLINED: [&str; 2] = [
+    "embedded welds/inclined.toml",
+    include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/welds/inclined.toml")),
+];
+
 /// Reads a file, or the embedded one where none is given, and adds its digest to `files`.
 pub fn read<T: Embedded>(path: Option<&Path>, files: &mut Vec<FileDigest>) -> Result<T> {
     let (name, text) = match path {
@@ -172,8 +178,39 @@ impl CellFiles {
 
     /// Everything that a weld in this cell needs. `weld_file`: `None` for the embedded one.
     pub fn read(&self, weld_file: Option<&Path>) -> Result<Inputs> {
+        let inputs = self.read_anywhere(weld_file)?;
+        check_reach(&inputs.controller_model, &inputs.weld)
+            .map_err(|error| inputs.failed(Controller::External, &error))?;
+        Ok(inputs)
+    }
+
+    /// The same of a weld that the arm may not reach where its file has it.
+    pub fn read_anywhere(&self, weld_file: Option<&Path>) -> Result<Inputs> {
         let mut files = Vec::new();
         let weld = read::<Weld>(weld_file, &mut files)?;
+        let file = weld_file
+            .map_or("embedded welds/vertical.toml".into(), |path| path.display().to_string());
+        let name = weld_file
+            .and_then(Path::file_stem)
+            .map_or("vertical".into(), |stem| stem.to_string_lossy().into_owned());
+        self.with_weld(weld, [file, name], files)
+    }
+
+    /// The second published weld in this cell.
+    pub fn read_inclined(&self) -> Result<Inputs> {
+        let [name, text] = INCLINED;
+        let digest = FileDigest::new(Weld::KIND.name(), name, text.as_bytes());
+        let named = [name, "inclined"].map(str::to_owned);
+        self.with_weld(Weld::parse(text, name)?, named, vec![digest])
+    }
+
+    /// The cell with a weld, which was read from `file` and has a name.
+    fn with_weld(
+        &self,
+        weld: Weld,
+        [weld_file, weld_name]: [String; 2],
+        mut files: Vec<FileDigest>,
+    ) -> Result<Inputs> {
         let Model { robot, mut process, mut effects, posterior } = self.model(&mut files)?;
         if let Some(rpm) = self.spindle_rpm {
             let rpm = option("--spindle-rpm", "spindle_rpm", rpm)?;
@@ -207,12 +244,9 @@ impl CellFiles {
             .robot
             .with_stiffness_scaled(&factor)
             .map_err(|_| miette!("--stiffness-error {error} leaves no possible robot"))?;
-        let inputs = Inputs {
-            weld_file: weld_file
-                .map_or("embedded welds/vertical.toml".into(), |p| p.display().to_string()),
-            weld_name: weld_file
-                .and_then(Path::file_stem)
-                .map_or("vertical".into(), |s| s.to_string_lossy().into_owned()),
+        Ok(Inputs {
+            weld_file,
+            weld_name,
             seed: self.seed.unwrap_or(sensors.seed),
             weld,
             robot,
@@ -225,10 +259,7 @@ impl CellFiles {
             controller_model,
             stiffness_error: error,
             files,
-        };
-        check_reach(&inputs.controller_model, &inputs.weld)
-            .map_err(|error| inputs.failed(Controller::External, &error))?;
-        Ok(inputs)
+        })
     }
 
     fn model(&self, files: &mut Vec<FileDigest>) -> Result<Model> {

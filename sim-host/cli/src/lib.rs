@@ -40,6 +40,7 @@ mod repeat;
 mod results;
 mod schema;
 mod step;
+mod study;
 mod terminal;
 mod tune;
 mod weld;
@@ -121,6 +122,9 @@ enum Command {
     ///
     /// The control file goes to out/control.toml where --out does not say otherwise.
     Tune(tune::Arguments),
+    /// Study a cell: what its welds depend on, and what the published study shows
+    #[command(subcommand)]
+    Study(study::Study),
     /// Show how far a model is from measurements, and where
     Compare(compare::Arguments),
     /// Find out which physical effect is missing in a model
@@ -196,6 +200,7 @@ impl Arguments {
             Some(Command::CompareLaws(arguments)) => compare_laws::run(arguments),
             Some(Command::Certify(arguments)) => certify::run(arguments),
             Some(Command::Tune(arguments)) => tune::run(arguments),
+            Some(Command::Study(study)) => study::run(study),
             Some(Command::Compare(arguments)) => compare::run(arguments),
             Some(Command::Diagnose(arguments)) => diagnose::run(arguments),
             Some(Command::Improve(arguments)) => improve::run(arguments),

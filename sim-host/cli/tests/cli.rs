@@ -620,7 +620,7 @@ fn a_certification_goes_on_where_it_was_stopped_and_is_the_same_with_any_number_
     // period, belief or number of passes.
     let refused = |more: &[&str]| {
         let message = place.refused(&[&certify("whole")[..], more].concat());
-        assert!(message.contains("runs of another certification"), "{more:?}: {message}");
+        assert!(message.contains("runs of something else"), "{more:?}: {message}");
     };
     for more in [
         &["--controller", "superposed"][..],

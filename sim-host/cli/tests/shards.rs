@@ -118,7 +118,7 @@ fn merged_shards_are_the_serial_run_and_what_is_no_whole_is_refused() {
     refused(&["1-3", "digest", "3-3"], &["shard 2/3", "its weld file was short.toml"]);
     let more = [&CERTIFY[..8], &["8"], &WORST].concat();
     let more = [&more[..], &["--merge", "1-3", "2-3", "3-3", "--evidence", "no"]].concat();
-    assert!(place.refused(&more).contains("shard 1/3 is part of 7 trials; expected 8"));
+    assert!(place.refused(&more).contains("shard 1/3 is part of 7 runs; expected 8"));
 
     // A folder of a shard is not one of another shard, nor of the whole.
     let message = place.refused(&arguments(&["--shard", "3/3", "--evidence", "1-3"]));

@@ -1,8 +1,9 @@
 //! What runs amount to: figures, margins, certificates, comparisons of laws.
 //!
 //! Figures ([`WeldFigures`], [`StepFigures`]) reduce one recording to numbers; [`margins`] opens the
-//! loop at places of a weld; [`certify`] runs many sampled cells against requirements, and [`laws`]
-//! sets laws side by side on the same cells. All take a
+//! loop at places of a weld; [`certify`] runs many sampled cells against requirements, [`laws`]
+//! sets laws side by side on the same cells, and [`study`] asks where a part is best put, how far the
+//! process can be driven and what its figures depend on. All take a
 //! [`Scenario`](trueweld_plant::simulate::Scenario) and run the plant's own code.
 //!
 //! ```
@@ -16,6 +17,7 @@
 //! }
 //! ```
 
+mod arm;
 pub mod certify;
 mod figure;
 pub mod laws;
@@ -23,10 +25,12 @@ pub mod margins;
 mod rate;
 mod requirements;
 mod step;
+pub mod study;
 pub mod tune;
 mod uncertain;
 mod weld;
 
+pub use arm::{ArmAt, PlacedSeam};
 pub use figure::{Figure, FigureOf, Limit};
 pub use rate::Rate;
 pub use requirements::{Faults, MarginLimits, Requirements};

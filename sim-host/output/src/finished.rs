@@ -6,6 +6,9 @@ use trueweld_evaluate::certify::{
     Evidence, Requirement, Sensitivity, ShownRun, Trial, Verdict, WeakPoint,
 };
 use trueweld_evaluate::laws::{LawComparison, Sweep};
+use trueweld_evaluate::study::{
+    EnvelopePoint, GlobalSensitivity, LocalSensitivity, SensitivityStudy, StudyRun,
+};
 use trueweld_evaluate::tune::{TunedController, TunedLaw, Tuning};
 use trueweld_evaluate::{StepFigures, UncertainCell, WeldFigures};
 use trueweld_identify::Identification;
@@ -241,6 +244,42 @@ impl TuneReport<'_> {
         let controllers = self.tuning.controllers.iter().all(TunedController::is_confirmed);
         controllers && self.law().is_none_or(TunedLaw::is_confirmed)
     }
+}
+
+/// The published study's steps and welds, and welds near collinear axes 4 and 6.
+#[derive(Debug, Clone, Copy)]
+pub struct StudyPaperReport<'a> {
+    /// The published steps, one a controller.
+    pub steps: &'a [StepRun<'a>],
+    /// When the set-point steps, s.
+    pub at: f64,
+    /// By how much, N.
+    pub height: f64,
+    /// The published welds: tool vertical, tool inclined.
+    pub welds: &'a [WeldRun<'a>],
+    /// Welds at several distances: tool vertical, tool inclined.
+    pub envelopes: [&'a [EnvelopePoint]; 2],
+    /// Their length, m.
+    pub length: f64,
+    /// What the result is of.
+    pub provenance: &'a Provenance,
+}
+
+/// A finished study of what a weld's figures depend on.
+#[derive(Debug, Clone, Copy)]
+pub struct StudySensitivityReport<'a> {
+    /// The study.
+    pub study: &'a SensitivityStudy<'a>,
+    /// Length welded, m.
+    pub length: f64,
+    /// Every run of the design, in its order.
+    pub runs: &'a [StudyRun],
+    /// Indices.
+    pub global: &'a GlobalSensitivity,
+    /// Derivatives.
+    pub local: &'a LocalSensitivity,
+    /// What the result is of.
+    pub provenance: &'a Provenance,
 }
 
 /// How files of unknown make are proposed to be read.

@@ -33,7 +33,7 @@ pub use file::write_file;
 pub use finished::{
     AssumedDraws, CertifiedWeld, CertifyReport, CompareReport, DiagnoseReport, IdentifyReport,
     ImportReport, ImproveReport, LawsReport, MistakesReport, RegisterReport, StepReport, StepRun,
-    TuneReport, WeldReport, WeldRun,
+    StudyPaperReport, StudySensitivityReport, TuneReport, WeldReport, WeldRun,
 };
 pub use progress::Progress;
 pub use report::*;

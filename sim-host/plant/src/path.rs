@@ -195,6 +195,13 @@ impl Path {
         Self { step: self.step, entries: entries.collect() }
     }
 
+    /// The first `length` m of the path, to a millimetre.
+    #[must_use]
+    pub fn first(&self, length: f64) -> Self {
+        let count = ((length / self.step).round() as usize).clamp(1, self.entries.len() - 1);
+        Self { step: self.step, entries: self.entries[..=count].to_vec() }
+    }
+
     /// The path in another frame.
     pub fn moved(
         &self,

@@ -4,8 +4,8 @@
 //! where it was stopped. A part of them may be made elsewhere ([`shard`]).
 
 pub mod certificate;
-mod shard;
-mod store;
+pub mod shard;
+pub mod store;
 
 use crate::inputs::{CellFiles, Inputs, STEP_OF_MANY, passes, read};
 use crate::names::{Controller, LawParser};
@@ -254,7 +254,7 @@ struct WeldSetup<'a> {
 }
 
 /// SHA-256 of everything that runs depend on: options and bytes of files, wherever these lie.
-fn key(provenance: &Provenance) -> Result<String> {
+pub fn key(provenance: &Provenance) -> Result<String> {
     let mut of = provenance.clone();
     of.files.iter_mut().for_each(|file| file.file.clear());
     Ok(sha256(serde_json::to_string(&of).into_diagnostic()?.as_bytes()))

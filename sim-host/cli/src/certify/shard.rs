@@ -179,11 +179,11 @@ impl Shards {
             if let Some(difference) = difference(&of, provenance) {
                 return Err(miette!(
                     help = "Shards are put together by the same program with the same options and files.",
-                    "{at} is of another certification: {difference}"
+                    "{at} is of something else: {difference}"
                 ));
             }
             if made != trials {
-                return Err(miette!("{at} is part of {made} trials; expected {trials}"));
+                return Err(miette!("{at} is part of {made} runs; expected {trials}"));
             }
             for (name, digest_then) in &files {
                 let now = digest(&folder.join(name)).map(|of| of.sha256);
@@ -234,6 +234,9 @@ pub fn difference(of: &Provenance, asked: &Provenance) -> Option<String> {
     if of.version != asked.version {
         let (made, this) = (&of.version, &asked.version);
         return Some(format!("made by version {made} of the program, and this is {this}"));
+    }
+    if of.command != asked.command {
+        return Some(format!("made by `{}`, and this is `{}`", of.command, asked.command));
     }
     let count = of.files.len().max(asked.files.len());
     for (a, b) in (0..count).map(|i| (of.files.get(i), asked.files.get(i))) {

@@ -230,7 +230,7 @@ fn read<R: DeserializeOwned>(path: &Path, bytes: &[u8], header: &str) -> Result<
     if lines.next().and_then(|first| first.strip_suffix(b"\n")) != Some(header.as_bytes()) {
         return Err(miette!(
             help = "Give another --evidence folder, or remove this one.",
-            "{} holds runs of another certification; expected none, or some of the same files and options",
+            "{} holds runs of something else; expected none, or some of the same files and options",
             path.display()
         ));
     }
@@ -328,7 +328,7 @@ mod tests {
         let path = folder.path().join("trials.jsonl");
         squares(&path, "key", &[0, 1]).unwrap();
         let error = squares(&path, "other", &[0, 1]).unwrap_err().to_string();
-        assert!(error.contains("another certification"), "{error}");
+        assert!(error.contains("runs of something else"), "{error}");
     }
 
     #[test]

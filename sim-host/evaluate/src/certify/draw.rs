@@ -53,7 +53,7 @@ impl NominalCell<'_> {
     ///
     /// # Errors
     /// [`RunError`].
-    pub(super) fn margins(
+    pub(crate) fn margins(
         &self,
         scenario: &Scenario<'_>,
         draw: &SampledCell,
@@ -73,7 +73,7 @@ impl NominalCell<'_> {
     ///
     /// # Errors
     /// [`RunError`].
-    pub(super) fn weld(
+    pub(crate) fn weld(
         &self,
         scenario: &Scenario<'_>,
         draw: &SampledCell,

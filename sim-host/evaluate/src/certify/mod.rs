@@ -28,7 +28,7 @@ mod reason;
 mod sensitivity;
 mod subset;
 mod symptoms;
-mod worst;
+pub(crate) mod worst;
 
 pub use draw::{NominalCell, SampledCell};
 pub use faults::{FAULT_FIGURES, FaultTrial, SteadyTooShort};
@@ -93,7 +93,10 @@ fn figure_of(figures: Option<&FigureValues>, key: &str) -> f64 {
 }
 
 /// Figures by their keys; what is no number is left out.
-fn values<'a, S: 'static>(table: impl Iterator<Item = &'a FigureOf<S>>, of: &S) -> FigureValues {
+pub(crate) fn values<'a, S: 'static>(
+    table: impl Iterator<Item = &'a FigureOf<S>>,
+    of: &S,
+) -> FigureValues {
     let all = table.map(|figure| (figure.figure.key.to_owned(), (figure.value)(of)));
     all.filter(|(_, value)| value.is_finite()).collect()
 }

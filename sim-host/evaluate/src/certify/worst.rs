@@ -32,7 +32,7 @@ const STARTS: [usize; 2] = [4, 4];
 
 /// Numbers of the short keys: stiffness of six joints, five gains of the process, size and phase of
 /// the ripple, cross-talk along two axes, delay. The latents of an [`UncertainCell`] come after.
-pub(super) const SHORT: usize = 16;
+pub(crate) const SHORT: usize = 16;
 
 /// Most numbers that are turned at once.
 const MOST_TURNS: usize = 16;
@@ -288,7 +288,7 @@ pub(super) fn latent(share: &f64) -> f64 {
 }
 
 /// The cell at shares of the ranges of the short keys, with these latents.
-pub(super) fn cell_at(
+pub(crate) fn cell_at(
     uncertain: &UncertainCell,
     at: &[f64],
     latents: Vec<f64>,
@@ -307,7 +307,7 @@ pub(super) fn cell_at(
 }
 
 /// What [`numbers`] are of, in their order.
-pub(super) fn names(uncertain: &UncertainCell) -> Vec<String> {
+pub(crate) fn names(uncertain: &UncertainCell) -> Vec<String> {
     let stiffness = (1..=6).map(|joint| format!("stiffness.A{joint}"));
     let others = [
         "process.depth",

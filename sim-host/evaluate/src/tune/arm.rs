@@ -18,40 +18,15 @@
 //! delayed integral force loop is kept free.
 
 use super::{AskedResponse, TuneError};
-use nalgebra::{Vector3, Vector6};
+use crate::arm::{ArmAt, PlacedSeam};
 use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
 use trueweld_compensators::FollowingGains;
 use trueweld_core::compensation::LoopLimits;
 use trueweld_core::control::{ExternalGains, ForceGains, JointGains, SpindleFilter};
 use trueweld_core::filter::Filter;
-use trueweld_core::{JointParameters, JointVector, Wrench};
 use trueweld_plant::input::{CascadeGains, CompensationLimits, Control, ParallelGains};
-use trueweld_plant::process::planned;
-use trueweld_plant::simulate::{
-    RunError, Scenario, Seam, Taught, TaughtOffset, encoder_offset, start_angles,
-};
-
-/// The arm at one place of a weld.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ArmAt {
-    /// Path position, m.
-    pub path: f64,
-    /// Inertia that each drive moves, rotor and links, kg·m².
-    pub inertia: JointVector<f64>,
-    /// Lowest natural frequency with the motors locked, rad/s.
-    pub mode: f64,
-    /// Stiffness that the tool meets along its axis, arm and material in series, N/m.
-    pub stiffness: f64,
-    /// Inertia of the drives along the tool's axis, kg.
-    pub mass: f64,
-    /// Torque of each drive in the steady part with its friction, over what it may give.
-    pub torque: JointVector<f64>,
-    /// Speed of each joint at full feed, over what it may do.
-    pub speed: JointVector<f64>,
-    /// Correction of the set-point that the planned load asks for: m and rad.
-    pub correction: [f64; 2],
-}
+use trueweld_plant::simulate::{RunError, Scenario, Seam, Taught, TaughtOffset, start_angles};
 
 /// The arm at so many places from the start of the weld to its end, as the controller believes in
 /// it.
@@ -71,52 +46,11 @@ pub(super) fn arm_along(scenario: &Scenario<'_>, places: usize) -> Result<Vec<Ar
         near = robot
             .inverse_near(&seam.nominal(path), &near)
             .map_err(|_| RunError::Reach { path, reason: "no posture welds there" })?;
-        arm.push(arm_at(scenario, &seam, path, &near, &taught)?);
+        let of = PlacedSeam { robot, planned: scenario.planned, weld: scenario.weld, seam: &seam };
+        let at = ArmAt::of(&of, path, &near, &taught);
+        arm.push(at.ok_or(RunError::Reach { path, reason: "singular posture" })?);
     }
     Ok(arm)
-}
-
-fn arm_at(
-    scenario: &Scenario<'_>,
-    seam: &Seam,
-    path: f64,
-    q: &JointVector<f64>,
-    taught: &TaughtOffset,
-) -> Result<ArmAt, TuneError> {
-    let (robot, weld) = (scenario.controller_model, scenario.weld);
-    let reach = || RunError::Reach { path, reason: "singular posture" };
-    let frames = robot.frames(q);
-    let w = seam.axes(path);
-    let z = w.column(2).into_owned();
-    let inertia = robot.rotor_inertia() + robot.crba(&frames).diagonal();
-    let mode = robot.natural_frequencies(&frames).ok_or_else(reach)?[0];
-    let lever = frames.joint_torque(&Wrench { moment: Vector3::zeros(), force: z });
-    let material = scenario.planned.depth_stiffness;
-    let feed = weld.feed_at(path);
-    let force = planned(scenario.planned, weld.force, feed);
-    let load = Wrench { moment: Vector3::zeros(), force: w * force };
-    let along = w.column(0) * feed;
-    let twist = Vector6::new(0.0, 0.0, 0.0, along.x, along.y, along.z);
-    let rate = frames.jacobian().0.lu().solve(&twist).ok_or_else(reach)?;
-    let spring = robot.spring_torque_at_rest(&frames, q, &load);
-    let friction = &robot.parameters().friction;
-    let rated = |of: fn(&JointParameters<f64>) -> f64| {
-        JointVector::from_fn(|i, _| of(&robot.parameters().joints[i]))
-    };
-    let lost = friction.coulomb + friction.viscous.component_mul(&rate.abs());
-    let to_t = frames.tcp.rotation.transpose();
-    let motor = robot.fake_target(q, &load.rotated(&to_t));
-    let asked = encoder_offset(robot, seam, path, &motor) - taught.in_b(&w).rotated(&w.transpose());
-    Ok(ArmAt {
-        path,
-        inertia,
-        mode,
-        stiffness: (material.recip() + robot.compliance_along(&frames, &z)).recip(),
-        mass: lever.component_mul(&lever).component_div(&inertia).sum().recip(),
-        torque: (spring.abs() + lost).component_div(&rated(|joint| joint.max_torque)),
-        speed: rate.abs().component_div(&rated(|joint| joint.max_rate)),
-        correction: [asked.linear.x.hypot(asked.linear.y), asked.angular.norm()],
-    })
 }
 
 /// Damping ratio of the position loops.

@@ -14,10 +14,10 @@ mod asked;
 mod rating;
 mod search;
 
-pub use arm::ArmAt;
 pub use asked::{AskedResponse, TuneError};
 pub use rating::{Criterion, Rating, worst};
 
+use crate::arm::ArmAt;
 use crate::figure::Limit;
 use crate::laws::NoFigures;
 use crate::requirements::MarginLimits;

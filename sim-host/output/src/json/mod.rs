@@ -15,6 +15,7 @@ mod mistakes;
 mod mountings;
 mod register;
 mod simulation;
+mod study;
 mod tune;
 
 pub use certify::{
@@ -43,7 +44,10 @@ pub use simulation::{
     LawPoints, LawSweep, LawsResult, LimitSpanResult, StepResponse, StepResult, WeldResult,
     WeldRunResult,
 };
-
+pub use study::{
+    EnvelopeResult, InputDerivative, InputIndices, PublishedStatement, SensitivityFigure,
+    StudyInput, StudyPaperResult, StudySensitivityResult,
+};
 pub use tune::{
     ArmPlace, RatingResult, TuneResult, TunedControllerResult, TunedLawResult, TunedWeld,
 };
@@ -62,6 +66,8 @@ pub fn schemas() -> Vec<(&'static str, Schema)> {
         of::<LawsResult>("compare-laws"),
         of::<CertifyResult>("certify"),
         of::<TuneResult>("tune"),
+        of::<StudyPaperResult>("study-paper"),
+        of::<StudySensitivityResult>("study-sensitivity"),
         of::<CompareResult>("compare"),
         of::<DiagnoseResult>("diagnose"),
         of::<ImproveResult>("improve"),

@@ -5,7 +5,8 @@ use crate::TuneReport;
 use crate::words::tune::{limits, told};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use trueweld_evaluate::tune::{ArmAt, Rating, TunedController, TunedLaw, WeldOutcome};
+use trueweld_evaluate::ArmAt;
+use trueweld_evaluate::tune::{Rating, TunedController, TunedLaw, WeldOutcome};
 use trueweld_plant::provenance::Provenance;
 
 /// Gains that were found for a robot, and what they are worth.

@@ -11,6 +11,7 @@ mod mistakes;
 mod register;
 mod residuals;
 mod step;
+mod study;
 mod tune;
 mod weld;
 

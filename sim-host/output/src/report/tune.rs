@@ -9,7 +9,8 @@ use crate::words::step::milliseconds;
 use crate::words::tune::{confirmed, headline, limits, of_weld, setting};
 use crate::words::{fixed, share};
 use std::f64::consts::TAU;
-use trueweld_evaluate::tune::{ArmAt, Criterion, Rating};
+use trueweld_evaluate::ArmAt;
+use trueweld_evaluate::tune::{Criterion, Rating};
 
 impl Report for TuneReport<'_> {
     type Json = TuneResult;

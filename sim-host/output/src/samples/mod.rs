@@ -5,9 +5,11 @@ mod measured;
 #[cfg(feature = "parquet")]
 mod parquet;
 mod simulated;
+mod study;
 
 pub(crate) use measured::of_logs;
 pub(crate) use simulated::{of_laws, of_runs, of_trials};
+pub(crate) use study::of_study;
 
 use crate::OutputError;
 use std::borrow::Cow;

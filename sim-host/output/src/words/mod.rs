@@ -21,6 +21,7 @@ mod quantity;
 pub(crate) mod register;
 pub(crate) mod requirement;
 pub(crate) mod step;
+pub(crate) mod study;
 pub(crate) mod tune;
 pub(crate) mod weld;
 

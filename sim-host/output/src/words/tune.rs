@@ -3,8 +3,9 @@
 use super::requirement::shown;
 use super::{Scale, fixed, listed, share};
 use crate::TuneReport;
+use trueweld_evaluate::ArmAt;
 use trueweld_evaluate::tune::{
-    ArmAt, Criterion, Rating, TunedController, Tuning, WeldOutcome, stood, worst,
+    Criterion, Rating, TunedController, Tuning, WeldOutcome, stood, worst,
 };
 use trueweld_plant::simulate::LimitSpan;
 

@@ -1,0 +1,127 @@
+//! `trueweld study paper`: the published steps and welds beside the printed figures, and the push
+//! near collinear axes 4 and 6.
+
+use crate::inputs::{CellFiles, Inputs, PLANT_STEP};
+use crate::results::{Results, check_outputs, check_targets};
+use clap::Args;
+use miette::{Result, miette};
+use rayon::prelude::*;
+use std::slice;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use trueweld_compensators::{Entry, Uncompensated};
+use trueweld_evaluate::study::{RealArm, centred, envelopes, reachable};
+use trueweld_evaluate::{StepFigures, WeldFigures};
+use trueweld_output::{StepRun, StudyPaperReport, WeldRun};
+use trueweld_plant::simulate::{Controller, Program, Recording, run as simulate};
+
+/// Arguments of `study paper`.
+#[derive(Args)]
+pub struct Arguments {
+    #[command(flatten)]
+    cell: CellFiles,
+    #[command(flatten)]
+    results: Results,
+}
+
+/// Where the page goes if the user does not say.
+const PAGE: &str = "out/study-paper.html";
+
+/// Height of the published step, N, and time before and after it, s.
+const HEIGHT: f64 = 11_000.0;
+const HOLD: f64 = 1.0;
+const AFTER: f64 = 3.0;
+
+/// Length of the welds near collinear axes, m.
+const LENGTH: f64 = 1.0;
+
+/// Range of x of B in which they are put, m, and the step; and the places at which the inclined weld
+/// is looked at besides.
+const RANGE: [f64; 2] = [1.0, 3.2];
+const STEP: f64 = 0.1;
+const CLOSER: [f64; 3] = [2.65, 2.73, 2.76];
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    let mut results = arguments.results.clone();
+    results.forms = results.forms.or_page(PAGE);
+    let outputs = results.outputs();
+    check_targets(&outputs)?;
+    let both = [arguments.cell.read(None)?, arguments.cell.read_inclined()?];
+    check_outputs(&outputs)?;
+    let none = Entry::of::<Uncompensated>();
+    let scenario = |inputs: &'_ Inputs, program, controller| {
+        simulate(&inputs.scenario(program, controller, &none), |_| {})
+            .map_err(|error| inputs.failed(controller, &error))
+    };
+    let first = &both[0];
+    let step = Program::ForceStep { height: HEIGHT, hold: HOLD, length: AFTER };
+    let at = first.weld.settle + HOLD;
+    // A weld moved along x, and where the arm reaches it.
+    let moved = both.iter().map(|inputs| {
+        let weld = centred(&inputs.weld, LENGTH);
+        let scenario = inputs.scenario(Program::Weld, Controller::External, &none);
+        let distances = reachable(&scenario, &weld, RANGE, STEP);
+        (weld, distances)
+    });
+    let (moved, mut distances): (Vec<_>, Vec<Vec<f64>>) = moved.unzip();
+    if let Some(farthest) = distances[1].last().copied() {
+        distances[1].extend(CLOSER.into_iter().filter(|x| *x < farthest));
+        distances[1].sort_by(f64::total_cmp);
+    }
+    let runs = 7 + distances.iter().map(Vec::len).sum::<usize>();
+    let done = AtomicUsize::new(0);
+    let progress = results.progress("welding", runs as f64);
+    let count = |more: usize| {
+        progress.advance_to((done.fetch_add(more, Ordering::Relaxed) + more) as f64);
+    };
+    let steps = Controller::ALL
+        .par_iter()
+        .map(|controller| scenario(first, step, *controller))
+        .collect::<Result<Vec<Recording>>>()?;
+    count(3);
+    let welds = both
+        .par_iter()
+        .map(|inputs| scenario(inputs, Program::Weld, Controller::External))
+        .collect::<Result<Vec<Recording>>>()?;
+    count(4);
+    let [vertical, inclined] = [0, 1].map(|k| {
+        let inputs = &both[k];
+        let arm = RealArm { robot: &inputs.robot.robot, effects: &inputs.effects };
+        let scenario = inputs.scenario(Program::Weld, Controller::External, &none);
+        envelopes(&scenario, &arm, &moved[k], &distances[k], || count(1))
+    });
+    progress.finish();
+    let short = || miette!("the runs are too short to have figures");
+    let of_steps = steps.iter().map(|r| StepFigures::of(r, at, HEIGHT).ok_or_else(short));
+    let of_steps = of_steps.collect::<Result<Vec<_>>>()?;
+    let of_welds = welds.iter().map(|r| WeldFigures::of(r).ok_or_else(short));
+    let of_welds = of_welds.collect::<Result<Vec<_>>>()?;
+    let steps: Vec<StepRun<'_>> = steps
+        .iter()
+        .zip(&of_steps)
+        .map(|(recording, figures)| StepRun { recording, figures })
+        .collect();
+    let robot = &first.robot.robot;
+    let welds: Vec<WeldRun<'_>> = welds
+        .iter()
+        .zip(&of_welds)
+        .map(|(recording, figures)| WeldRun { recording, figures, robot })
+        .collect();
+    let of = |inputs: &Inputs| {
+        let mut simulation =
+            inputs.simulation(&Controller::ALL, slice::from_ref(&none), 1, PLANT_STEP);
+        simulation.force_step_n = Some(HEIGHT);
+        inputs.provenance("study paper", simulation)
+    };
+    let mut provenance = of(first);
+    provenance.join(&of(&both[1]));
+    results.write(&StudyPaperReport {
+        steps: &steps,
+        at,
+        height: HEIGHT,
+        welds: &welds,
+        envelopes: [&vertical, &inclined],
+        length: LENGTH,
+        provenance: &provenance,
+    })
+}

@@ -1,0 +1,199 @@
+//! How far a weld can be driven: the largest push, feed and offset of the seam at which its
+//! requirements are kept, and what limits them.
+//!
+//! A range is looked at evenly first, then the edge of what is kept is halved until it is known. That
+//! more is always worse is not assumed: a range in which requirements are kept again beyond the edge
+//! is told.
+
+use super::place::RealArm;
+use crate::figure::{Figure, Limit};
+use crate::laws::NoFigures;
+use crate::weld::{WELD_FIGURES, WeldFigures};
+use nalgebra::Vector3;
+use rayon::prelude::*;
+use trueweld_core::Twist;
+use trueweld_plant::cell::Cell;
+use trueweld_plant::input::Weld;
+use trueweld_plant::simulate::{LimitKind, RunError, Scenario, Seam, run_passes};
+
+/// What is driven.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Driven {
+    /// The push, N.
+    Force,
+    /// The speed along the seam, m/s.
+    Feed,
+    /// By how much the seam lies beside where it was taught, along y of W, m.
+    Offset,
+}
+
+impl Driven {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Force, Self::Feed, Self::Offset];
+
+    /// Its name in results.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Force => "force_n",
+            Self::Feed => "feed_m_s",
+            Self::Offset => "offset_m",
+        }
+    }
+
+    /// What a weld's file states of it.
+    pub fn nominal(self, weld: &Weld) -> f64 {
+        match self {
+            Self::Force => weld.force,
+            Self::Feed => weld.feed,
+            Self::Offset => 0.0,
+        }
+    }
+}
+
+/// A study of limits.
+#[derive(Debug, Clone, Copy)]
+pub struct LimitStudy<'a> {
+    /// The scenario; its cell is not used.
+    pub scenario: Scenario<'a>,
+    /// The arm of the real cell.
+    pub arm: RealArm<'a>,
+    /// The most that figures may be.
+    pub limits: &'a [Limit],
+    /// Welds of the seam, one after another; the last one counts.
+    pub passes: usize,
+}
+
+/// One run at a value of what is driven.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Probe {
+    /// The value, SI units.
+    pub value: f64,
+    /// The figure that takes the largest share of its limit; `None` where there are no figures.
+    pub figure: Option<&'static Figure>,
+    /// That share; infinite where there are no figures.
+    pub share: f64,
+    /// What stood at a limit, the longest first.
+    pub held: Vec<LimitKind>,
+    /// Why there are no figures.
+    pub failed: Option<NoFigures>,
+}
+
+impl Probe {
+    /// All limits are kept.
+    pub fn is_kept(&self) -> bool {
+        self.share <= 1.0
+    }
+}
+
+/// How far something can be driven.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FoundLimit {
+    /// What.
+    pub driven: Driven,
+    /// What the weld's file states of it.
+    pub nominal: f64,
+    /// The largest value at which all is kept, below the first at which it is not; `None` where the
+    /// least value looked at keeps it not.
+    pub largest: Option<f64>,
+    /// The run just beyond it, which says what limits; `None` where the whole range is kept.
+    pub beyond: Option<Probe>,
+    /// All is kept again at this value beyond the edge.
+    pub kept_again: Option<f64>,
+    /// Every run, by its value.
+    pub probes: Vec<Probe>,
+}
+
+/// Values that a range is looked at first, and how often the edge is halved.
+const EVENLY: usize = 9;
+const HALVINGS: usize = 6;
+
+impl LimitStudy<'_> {
+    /// How many runs a search takes at most.
+    pub const RUNS: usize = EVENLY + HALVINGS;
+
+    /// The edge of what keeps the limits, between two values.
+    pub fn find(
+        &self,
+        driven: Driven,
+        [low, high]: [f64; 2],
+        progress: impl Fn() + Sync,
+    ) -> FoundLimit {
+        let value = |k: usize| low + (high - low) * k as f64 / (EVENLY - 1) as f64;
+        let values: Vec<f64> = (0..EVENLY).map(value).collect();
+        let mut probes: Vec<Probe> = values
+            .par_iter()
+            .map(|value| {
+                let probe = self.probe(driven, *value);
+                progress();
+                probe
+            })
+            .collect();
+        let first = probes.iter().position(|probe| !probe.is_kept());
+        let kept_again = first
+            .and_then(|first| probes[first..].iter().find(|probe| probe.is_kept()))
+            .map(|probe| probe.value);
+        let (largest, beyond) = match first {
+            None => (Some(high), None),
+            Some(0) => (None, Some(probes[0].clone())),
+            Some(first) => {
+                let (mut kept, mut beyond) = (probes[first - 1].value, probes[first].clone());
+                for _ in 0..HALVINGS {
+                    let probe = self.probe(driven, 0.5 * (kept + beyond.value));
+                    progress();
+                    probes.push(probe.clone());
+                    if probe.is_kept() { kept = probe.value } else { beyond = probe }
+                }
+                (Some(kept), Some(beyond))
+            }
+        };
+        probes.sort_by(|a, b| a.value.total_cmp(&b.value));
+        let nominal = driven.nominal(self.scenario.weld);
+        FoundLimit { driven, nominal, largest, beyond, kept_again, probes }
+    }
+
+    /// One run at a value of what is driven.
+    pub fn probe(&self, driven: Driven, value: f64) -> Probe {
+        match self.run(driven, value) {
+            Ok(figures) => {
+                let shares = self.limits.iter().map(|limit| {
+                    let of = WELD_FIGURES.iter().find(|of| of.figure.key == limit.figure.key);
+                    let value = of.map_or(f64::NAN, |of| (of.value)(&figures));
+                    // Not a number is beyond any limit.
+                    let share = if value.is_nan() { f64::INFINITY } else { value / limit.value };
+                    (limit.figure, share)
+                });
+                let worst = shares.reduce(|a, b| if b.1 > a.1 { b } else { a });
+                let (figure, share) =
+                    worst.map_or((None, 0.0), |(figure, share)| (Some(figure), share));
+                let held = figures.limits.iter().map(|span| span.kind).collect();
+                Probe { value, figure, share, held, failed: None }
+            }
+            Err(error) => {
+                let held = match &error {
+                    NoFigures::Run(RunError::RanAway { limits, .. }) => {
+                        limits.iter().map(|span| span.kind).collect()
+                    }
+                    _ => Vec::new(),
+                };
+                Probe { value, figure: None, share: f64::INFINITY, held, failed: Some(error) }
+            }
+        }
+    }
+
+    fn run(&self, driven: Driven, value: f64) -> Result<WeldFigures, NoFigures> {
+        let mut weld = self.scenario.weld.clone();
+        let mut offset = 0.0;
+        match driven {
+            Driven::Force => weld.force = value,
+            Driven::Feed => weld.feed = value,
+            Driven::Offset => offset = value,
+        }
+        let beside = Twist { angular: Vector3::zeros(), linear: Vector3::y() * offset };
+        let real = Seam::real(&weld).displaced(&beside);
+        let cell = Cell::new(self.arm.robot, self.arm.effects, self.scenario.planned, real);
+        let cell = cell.map_err(|_| RunError::Cell)?;
+        let scenario = Scenario { cell: &cell, weld: &weld, ..self.scenario };
+        let recording = run_passes(&scenario, self.passes, |_| {})?;
+        WeldFigures::of(&recording).ok_or(NoFigures::NotSteady)
+    }
+}

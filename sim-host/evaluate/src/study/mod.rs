@@ -1,0 +1,27 @@
+//! Studies of a cell: where to put a part, how far force, feed and offset can be driven, what a
+//! weld's figures depend on, and what the published study shows.
+//!
+//! Everything is run on the plant itself or follows from the statics of the same model; seeds make
+//! the same numbers on any number of threads.
+
+mod envelope;
+mod figures;
+mod layout;
+mod limits;
+mod place;
+mod sensitivity;
+mod sobol;
+
+pub use envelope::{EnvelopePoint, EnvelopeRun, envelopes, reachable};
+pub use figures::{MARGINS_ASKED, STUDY_FIGURES, study_figure};
+pub use layout::{
+    Allowance, Confirmation, ConfirmedWeld, Family, LayoutTask, OutOfReach, PLACES, Placed,
+    PlacedPart, Range, WAY_FIGURES, as_filed, confirm, more_is_better, numbers, pareto, way_figure,
+};
+pub use limits::{Driven, FoundLimit, LimitStudy, Probe};
+pub use place::{Part, Placement, RealArm, Way, centred, rolled, shortened};
+pub use sensitivity::{
+    Derivative, FigureDerivatives, FigureIndices, GlobalSensitivity, Input, LocalSensitivity,
+    SensitivityStudy, StudyRun,
+};
+pub use sobol::{DesignPoint, SobolIndex, WithInterval, indices};

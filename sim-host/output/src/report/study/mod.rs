@@ -1,0 +1,4 @@
+//! Studies of a cell.
+
+mod paper;
+mod sensitivity;

@@ -1,0 +1,227 @@
+//! The published study's figures as curves, ours with the published numbers marked.
+
+use crate::color::{self, Dash, JOINTS as JOINT_COLORS};
+use crate::document::{
+    Block, Document, Figure, Line, Medium, Plot, Table, Tone, number, reference, words,
+};
+use crate::json::StudyPaperResult;
+use crate::path::{moving, travelled};
+use crate::report::Report;
+use crate::words::study::paper::{
+    Kind, LATERAL, headline, held, runs, setting, statements, widest,
+};
+use crate::words::{PublishedStep, fixed};
+use crate::{MILLI, StudyPaperReport};
+use trueweld_core::JOINTS;
+use trueweld_plant::simulate::{Phase, RecordRow, Recording};
+
+/// Time shown after the step, s: all published times and half again.
+const SHOWN: f64 = 1.5;
+
+impl Report for StudyPaperReport<'_> {
+    type Json = StudyPaperResult;
+
+    fn json(&self) -> StudyPaperResult {
+        StudyPaperResult::of(self)
+    }
+
+    fn document(&self) -> Document {
+        let mut document = Document::new("Published study", headline(self), self.provenance);
+        document.push(Block::Note(setting(self)));
+        document.push(Block::Table(published(self)));
+        document.push_on(Medium::Page, Block::Figures(self.figures()));
+        document.section(
+            Medium::All,
+            "Push near collinear axes 4 and 6, without compensation",
+            Block::Table(self.distances()),
+        );
+        document
+    }
+}
+
+fn published(report: &StudyPaperReport<'_>) -> Table {
+    let row = |of: crate::json::PublishedStatement| {
+        let agrees = of.agrees.map_or("–", |agrees| if agrees { "yes" } else { "no" });
+        vec![
+            words(of.what),
+            words(of.published),
+            words(of.ours),
+            words(agrees).bad(of.agrees == Some(false)),
+        ]
+    };
+    let head = ["", "published", "here", "agrees"].map(words);
+    Table { head: vec![head.to_vec()], rows: statements(report).into_iter().map(row).collect() }
+}
+
+impl StudyPaperReport<'_> {
+    fn distances(&self) -> Table {
+        let rows = Kind::ALL.iter().flat_map(|kind| {
+            kind.points(self).iter().map(|point| {
+                let mut row = vec![words(kind.label()), number(fixed(point.x, 2))];
+                match &point.outcome {
+                    Ok(run) => row.extend([
+                        number(fixed(run.collinearity.to_degrees(), 1)),
+                        number(format!("{:.0}", run.figures.force.envelope)),
+                        number(fixed(run.figures.lateral.max_abs * MILLI, 2)),
+                        words(held(run)).tone(Tone::Aside),
+                    ]),
+                    Err(why) => row.push(words(why.to_string()).over(4)),
+                }
+                row
+            })
+        });
+        let head = [
+            words("weld"),
+            number("x, m"),
+            number("angle A4–A6, °"),
+            number("push, max − min, N"),
+            number("lateral, mm"),
+            words(""),
+        ];
+        Table { head: vec![head.to_vec()], rows: rows.collect() }
+    }
+
+    fn figures(&self) -> Vec<Figure> {
+        let mut figures = vec![
+            Figure::new(
+                "Step of the push by 11 kN; dotted: the published peak, drawn to the published 5 % time",
+                self.step(),
+            ),
+            Figure::new("Lateral deviation along both published welds", self.lateral()),
+            Figure::new("Push along both published welds", self.push()),
+            Figure::new(
+                "Torsion of the drives, first weld: the wrist's is of the same order",
+                self.torsion(),
+            ),
+            Figure::new("Width of the push over the angle of axes 4 and 6", self.envelope()),
+        ];
+        if let Some((x, _)) = widest(self, Kind::Inclined) {
+            let title = format!("Push along the weld at 45°, x = {} m", fixed(x, 2));
+            figures.push(Figure::new(title, self.along(1, "push, kN", 1.0 / MILLI)));
+            let title = "Angle between axes 4 and 6 along the same weld";
+            figures.push(Figure::new(title, self.along(2, "angle A4–A6, °", 1f64.to_degrees())));
+        }
+        figures
+    }
+
+    /// The responses, with the published time and peak of each in its colour.
+    fn step(&self) -> Plot {
+        let mut lines = Vec::new();
+        let mut goal = 0.0;
+        for (k, run) in self.steps.iter().enumerate() {
+            let rows = &run.recording.rows;
+            let shown = rows.iter().filter(|r| (-0.2..=SHOWN).contains(&(r.time - self.at)));
+            let points = shown.map(|r| (r.time - self.at, -r.force_w.z / MILLI)).collect();
+            let (name, color) = (run.figures.controller.to_owned(), color::run(k));
+            lines.push(Line { name, color, dash: Dash::Solid, points });
+            let Some(theirs) = PublishedStep::of(run.figures.controller) else { continue };
+            goal = rows.last().and_then(|r| r.force_desired).unwrap_or(0.0) / MILLI;
+            let peak = goal + theirs.overshoot * self.height / MILLI;
+            // At the height of the peak, to the published time.
+            let points = vec![(0.0, peak), (theirs.settle, peak)];
+            let name = format!("published, scheme {}", theirs.scheme);
+            lines.push(Line { name, color, dash: Dash::Dotted, points });
+        }
+        let near = 0.05 * self.height / MILLI;
+        Plot {
+            x_label: "time since the step, s".to_owned(),
+            y_label: "push, kN".to_owned(),
+            lines,
+            band: Some([goal - near, goal + near]),
+            band_name: "±5 % of the step",
+            wide: true,
+            ..Plot::default()
+        }
+    }
+
+    /// A signal of every published weld over the position on its seam.
+    fn over_path(&self, of: impl Fn(&RecordRow) -> f64) -> Vec<Line> {
+        let line = |(k, run): (usize, &crate::WeldRun<'_>)| {
+            let name = Kind::ALL.get(k).map_or("", |kind| kind.label()).to_owned();
+            let points = path_points(run.recording, &of);
+            Line { name, color: color::run(k), dash: Dash::Solid, points }
+        };
+        self.welds.iter().enumerate().map(line).collect()
+    }
+
+    fn lateral(&self) -> Plot {
+        let mut lines = self.over_path(|row| row.deviation_w.linear.y * MILLI);
+        let ends = lines.first().and_then(|l| Some([l.points.first()?.0, l.points.last()?.0]));
+        if let (Some(ends), Some(first)) = (ends, self.welds.first()) {
+            // On the side that the first weld's deviation is on.
+            let limit = LATERAL.copysign(first.figures.lateral.mean) * MILLI;
+            lines.push(reference("published: up to 5 mm", ends.map(|x| (x, limit)).into()));
+        }
+        over_seam("lateral deviation, mm", lines)
+    }
+
+    fn push(&self) -> Plot {
+        let lines = self.over_path(|row| -row.force_w.z / MILLI);
+        let widest = self.welds.iter().map(|run| run.figures.force.envelope).fold(0.0, f64::max);
+        let mean = self.welds.first().map_or(0.0, |run| run.figures.force.mean);
+        let range = [-1.0, 1.0].map(|side| (mean + side * widest) / MILLI);
+        Plot {
+            y_range: (widest > 0.0).then_some(range),
+            rippled: true,
+            ..over_seam("push, kN", lines)
+        }
+    }
+
+    fn torsion(&self) -> Plot {
+        let of_joint = |joint: usize| {
+            let points = self
+                .welds
+                .first()
+                .map(|run| path_points(run.recording, |row| row.torsion()[joint] * MILLI));
+            let name = format!("A{}", joint + 1);
+            let points = points.unwrap_or_default();
+            Line { name, color: JOINT_COLORS[joint], dash: Dash::Solid, points }
+        };
+        over_seam("torsion, mrad", (0..JOINTS).map(of_joint).collect())
+    }
+
+    fn envelope(&self) -> Plot {
+        let line = |(k, kind): (usize, &Kind)| {
+            let of = |(_, run): (f64, &trueweld_evaluate::study::EnvelopeRun)| {
+                (run.collinearity.to_degrees(), run.figures.force.envelope)
+            };
+            let mut points: Vec<(f64, f64)> = runs(self, *kind).map(of).collect();
+            points.sort_by(|a, b| a.0.total_cmp(&b.0));
+            Line { name: kind.label().to_owned(), color: color::run(k), dash: Dash::Solid, points }
+        };
+        Plot {
+            x_label: "least angle between axes 4 and 6, °".to_owned(),
+            y_label: "push, max − min, N".to_owned(),
+            lines: Kind::ALL.iter().enumerate().map(line).collect(),
+            named: true,
+            logarithmic: true,
+            ..Plot::default()
+        }
+    }
+
+    /// A signal of the weld whose push swings most: push (1) or angle (2).
+    fn along(&self, signal: usize, y_label: &str, factor: f64) -> Plot {
+        let points = widest(self, Kind::Inclined).map(|(_, run)| {
+            run.trace.iter().map(|at| (at[0] * MILLI, at[signal] * factor)).collect()
+        });
+        let points = points.unwrap_or_default();
+        let name = Kind::Inclined.label().to_owned();
+        over_seam(y_label, vec![Line { name, color: color::run(1), dash: Dash::Solid, points }])
+    }
+}
+
+/// A signal of a weld over the position on its seam, mm, while the tool moves.
+fn path_points(recording: &Recording, of: impl Fn(&RecordRow) -> f64) -> Vec<(f64, f64)> {
+    let rows = recording.rows.iter().zip(travelled(&recording.rows));
+    let on_seam = rows.filter(|(row, _)| moving(row.phase) && row.phase >= Phase::FeedRamp);
+    on_seam.map(|(row, s)| (s * MILLI, of(row))).collect()
+}
+
+fn over_seam(y_label: &str, lines: Vec<Line>) -> Plot {
+    Plot {
+        x_label: "position on the seam, mm".to_owned(),
+        y_label: y_label.to_owned(),
+        lines,
+        ..Plot::default()
+    }
+}
