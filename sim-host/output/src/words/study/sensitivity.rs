@@ -26,10 +26,7 @@ pub(crate) fn unit(key: &str) -> Scale {
         Some("rad") => Scale::large("rad"),
         Some("s") => Scale { factor: 1e3, unit: "ms" },
         Some(unit) => Scale::small(unit),
-        None => {
-            let (factor, unit) = scale(key);
-            Scale { factor, unit }
-        }
+        None => scale(key),
     }
 }
 
