@@ -114,6 +114,17 @@ fn files_of(folder: &Path) -> Result<Vec<PathBuf>> {
     Ok(files)
 }
 
+/// Checks that what a model says was measured was measured of it.
+fn check_model(model: &ModelFile, document: &Document<'_>) -> Result<(), InputError> {
+    if model.is_sealed()? {
+        return Ok(());
+    }
+    let help = "Effects, robot, process or this table were changed since. Run `improve` again for the model as it is, or \
+                take the table out.";
+    let posterior = document.root().table("posterior")?;
+    Err(posterior.wrong("sha256", "the digest of this model, as `improve` wrote it", help))
+}
+
 /// Reads and checks an input file of any kind, and says which kind it is.
 ///
 /// # Errors
@@ -129,7 +140,7 @@ fn check(path: &Path) -> Result<FileKind, InputError> {
         FileKind::Control => Control::parse(&text, &name).map(drop),
         FileKind::Sensors => Sensors::parse(&text, &name).map(drop),
         FileKind::Requirements => Requirements::parse(&text, &name).map(drop),
-        FileKind::Model => ModelFile::parse(&text, path).map(drop),
+        FileKind::Model => check_model(&ModelFile::parse(&text, path)?, &document),
         FileKind::Log => Log::read(folder_of(path)).map(drop),
         FileKind::Campaign => Campaign::list(folder_of(path)).map(drop),
         FileKind::Protocol => ProtocolFile::parse(&text, path).map(drop),

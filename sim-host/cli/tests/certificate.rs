@@ -109,7 +109,10 @@ fn what_was_measured_of_another_model_is_refused() {
     let place = workspace();
     let path = place.path().join("improved.toml");
     let text = fs::read_to_string(&path).unwrap();
+    assert!(place.done(&["check", "improved.toml"]).contains("in order"));
     fs::write(&path, text.replace("half_gap_rad = 0.00024", "half_gap_rad = 0.00012")).unwrap();
+    let said = place.refused(&["check", "improved.toml"]);
+    assert!(said.contains("expected the digest of this model"), "{said}");
     let said = place.refused(&[&CERTIFY[..], &["--model", "improved.toml"]].concat());
     assert!(said.contains("measured is of another model"), "{said}");
     let said = place.refused(&[&CERTIFY[..], &["--compare-assumed"]].concat());

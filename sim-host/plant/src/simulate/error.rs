@@ -46,15 +46,12 @@ pub enum RunError {
     /// No deformed start.
     #[error(transparent)]
     Rest(#[from] EquilibriumError),
-    /// The state left the finite numbers.
-    #[error(transparent)]
-    Diverged(#[from] Diverged),
     /// A run whose state left the finite numbers, and what was at a limit before.
     #[error("{source}{}", before(limits))]
     RanAway {
         /// When.
         source: Diverged,
-        /// What was at a limit before, the longest first.
+        /// What was at a limit before, the longest first; empty where the run had not begun.
         limits: Vec<LimitSpan>,
     },
     /// A gain that does not suit the control period.
@@ -74,4 +71,10 @@ pub enum RunError {
         /// Its name.
         law: String,
     },
+}
+
+impl From<Diverged> for RunError {
+    fn from(source: Diverged) -> Self {
+        Self::RanAway { source, limits: Vec::new() }
+    }
 }
