@@ -118,3 +118,21 @@ fn what_was_measured_of_another_model_is_refused() {
     let said = place.refused(&[&CERTIFY[..], &["--compare-assumed"]].concat());
     assert!(said.contains("nothing of this cell is measured"), "{said}");
 }
+
+#[test]
+fn margins_are_of_arms_whose_links_are_not_as_the_controller_has_them() {
+    let place = Workspace::new();
+    let drawn = "uncertain = [{ effect = \"geometry-error\", at = \"all\", parameter = \"y_m\", \
+                 distribution = \"uniform\", low = 4e-4, high = 6e-4, source = \"assumed\" }]\n";
+    let margins = "[margins]\nplaces = 2\ndraws = 1\nmodulus_margin = 0.1\n";
+    let text = requirements(0.5, 0.75, 0.05).replace("[limits]", &format!("{drawn}[limits]"));
+    fs::write(place.path().join("requirements.toml"), text + margins).unwrap();
+    let _ = place.run(&CERTIFY);
+    let result = place.json("out/certify/certify.json");
+    let margins = result["welds"][0]["margins"].as_array().unwrap();
+    let drawn = margins.iter().filter(|at| !at["draw"].is_null());
+    assert!(
+        drawn.clone().count() > 0 && drawn.clone().all(|at| at["channels"].is_object()),
+        "{result}"
+    );
+}

@@ -489,6 +489,10 @@ impl<'a> WeldCampaign<'a> {
         let compared = assumed.map(|cell| setup.assumed(cell)).transpose()?;
         let more = compared.as_ref().map_or(0, |(_, store)| jobs.trials.len() - store.count());
         let meter = setup.meter(&jobs, budget + rare + more, &kept);
+        // First: where they cannot be determined, no run is made for nothing.
+        meter.progress.stage("margins", 0.0);
+        let controller = setup.scenario.controller;
+        let margins = certification.margins().map_err(|error| inputs.failed(controller, &error))?;
         let Done { nominal, faults, trials } = kept.complete(&jobs, &certification, &meter)?;
         let is = |(index, draw): &(u64, _), run: &Trial| run.index == *index && run.draw == *draw;
         let seed = arguments.draws;
@@ -519,8 +523,6 @@ impl<'a> WeldCampaign<'a> {
         kept.close(arguments.failure_probability.is_some())?;
         let nominal =
             nominal.into_iter().next().ok_or_else(|| miette!("the nominal run is missing"))?;
-        let controller = setup.scenario.controller;
-        let margins = certification.margins().map_err(|error| inputs.failed(controller, &error))?;
         let evidence = Evidence { nominal, trials, rare, worst, margins, faults };
         let requirements = judge(requirements, &evidence);
         Ok(CertifiedWeld {

@@ -264,9 +264,11 @@ impl Frozen<'_> {
     fn uncorrected(&self) -> Result<SVector<f64, STATES>, RunError> {
         let (path, setpoint) = (self.at.path, self.reference().setpoint);
         let motor = self.linear.point.drives().motor;
-        let model = &self.scenario.cell.robot.model;
+        // The encoders are where the controller's arm has the set-point; the real arm may be bent.
+        let Scenario { cell, controller_model, .. } = self.scenario;
+        let model = &cell.robot.model;
         let reach = |_| RunError::Reach { path, reason: "the set-point is out of reach" };
-        let by = model.inverse_near(&setpoint.pose, &motor).map_err(reach)? - motor;
+        let by = controller_model.inverse_near(&setpoint.pose, &motor).map_err(reach)? - motor;
         let mut x = SVector::<f64, STATES>::zeros();
         x.fixed_rows_mut::<6>(0).copy_from(&by);
         x.fixed_rows_mut::<6>(6).copy_from(&by);
