@@ -1,8 +1,8 @@
 /* The core in C: memory, start, and the function that a control task calls every period.
  *
- * On a controller `setup` runs once and `period` in the task; here, on a host, `main` stands for both: it reads what every
- * period is given from standard input and prints what it commands, as bits. `weld LAW` takes another law than the
- * configuration's, with its default gains. -DDOUBLE: in double instead of float.
+ * On a controller `setup` runs once and `period` in the task; here `main` stands for both: `weld LAW INPUTS OUTPUTS` reads
+ * what every period is given from a file and writes what it commands, as doubles. Another law than the configuration's
+ * has its default gains. -DDOUBLE: in double instead of float.
  */
 #include <stdio.h>
 #include <string.h>
@@ -46,11 +46,11 @@ static TrueweldStatus period(const Inputs *inputs, Outputs *outputs) {
     return TRUEWELD(cycle)(&memory, inputs, outputs);
 }
 
-static int numbers(real *to, int count) {
+static int numbers(FILE *from, real *to, int count) {
     int i;
     for (i = 0; i < count; i++) {
         double number;
-        if (scanf("%lf", &number) != 1) {
+        if (fread(&number, sizeof number, 1, from) != 1) {
             return 0;
         }
         to[i] = (real)number;
@@ -58,40 +58,45 @@ static int numbers(real *to, int count) {
     return 1;
 }
 
-static int measurements(Inputs *inputs) {
-    uint32_t i;
-    if (scanf("%u", &inputs->measurement_count) != 1 || inputs->measurement_count > TRUEWELD_MEASUREMENTS) {
+static int count(FILE *from, uint32_t *to) {
+    double number;
+    if (fread(&number, sizeof number, 1, from) != 1 || !(number >= 0 && number <= TRUEWELD_MEASUREMENTS)) {
         return 0;
     }
+    *to = (uint32_t)number;
+    return 1;
+}
+
+static int measurements(FILE *from, Inputs *inputs) {
+    uint32_t i;
     for (i = 0; i < inputs->measurement_count; i++) {
-        if (!(numbers(&inputs->measurements[i].deviation, 1) && numbers(inputs->measurements[i].along, 6) &&
-              numbers(&inputs->measurements[i].noise, 1) && numbers(&inputs->measurements[i].age, 1) &&
-              numbers(&inputs->measurements[i].ahead, 1))) {
+        if (!(numbers(from, &inputs->measurements[i].deviation, 1) && numbers(from, inputs->measurements[i].along, 6) &&
+              numbers(from, &inputs->measurements[i].noise, 1) && numbers(from, &inputs->measurements[i].age, 1) &&
+              numbers(from, &inputs->measurements[i].ahead, 1))) {
             return 0;
         }
     }
     return 1;
 }
 
-static int read(Inputs *inputs) {
+static int read_inputs(FILE *from, Inputs *inputs) {
     memset(inputs, 0, sizeof *inputs);
     inputs->version = TRUEWELD_INTERFACE_VERSION;
     inputs->bytes = sizeof *inputs;
-    return scanf("%u", &inputs->force_closed) == 1 && numbers(inputs->setpoint.rotation, 9) &&
-           numbers(inputs->setpoint.position, 3) && numbers(inputs->nominal.rotation, 9) &&
-           numbers(inputs->nominal.position, 3) && numbers(inputs->b_from_w, 9) && numbers(&inputs->force, 1) &&
-           numbers(&inputs->spindle_speed, 1) && numbers(inputs->encoder, 6) && numbers(inputs->encoder_rate, 6) &&
-           numbers(inputs->motor_torque, 6) && numbers(inputs->wrench, 6) && numbers(&inputs->path, 1) &&
-           numbers(inputs->planned, 6) && measurements(inputs);
+    return count(from, &inputs->force_closed) && numbers(from, inputs->setpoint.rotation, 9) &&
+           numbers(from, inputs->setpoint.position, 3) && numbers(from, inputs->nominal.rotation, 9) &&
+           numbers(from, inputs->nominal.position, 3) && numbers(from, inputs->b_from_w, 9) &&
+           numbers(from, &inputs->force, 1) && numbers(from, &inputs->spindle_speed, 1) &&
+           numbers(from, inputs->encoder, 6) && numbers(from, inputs->encoder_rate, 6) &&
+           numbers(from, inputs->motor_torque, 6) && numbers(from, inputs->wrench, 6) && numbers(from, &inputs->path, 1) &&
+           numbers(from, inputs->planned, 6) && count(from, &inputs->measurement_count) && measurements(from, inputs);
 }
 
-static void print(const real *values, int count) {
+static void write_numbers(FILE *to, const real *values, int count) {
     int i;
     for (i = 0; i < count; i++) {
         double number = values[i];
-        uint64_t bits;
-        memcpy(&bits, &number, sizeof bits);
-        printf(" %016llx", (unsigned long long)bits);
+        fwrite(&number, sizeof number, 1, to);
     }
 }
 
@@ -102,13 +107,18 @@ int main(int argc, char **argv) {
     Outputs outputs;
     TrueweldStatus status;
     uint8_t digest[32];
+    FILE *from, *to;
 
-    if (argc > 1) {
+    if (argc != 4 || !(from = fopen(argv[2], "rb")) || !(to = fopen(argv[3], "wb"))) {
+        fprintf(stderr, "expected: weld LAW INPUTS OUTPUTS\n");
+        return 2;
+    }
+    if (strcmp(argv[1], configuration.law.name) != 0) {
         memset(configuration.law.name, 0, sizeof configuration.law.name);
         strncpy(configuration.law.name, argv[1], sizeof configuration.law.name - 1);
         configuration.law.gain_count = 0;
     }
-    if (!numbers(encoder, 6) || !numbers(torque, 6)) {
+    if (!numbers(from, encoder, 6) || !numbers(from, torque, 6)) {
         return 2;
     }
     status = setup(&configuration, encoder, torque);
@@ -117,17 +127,19 @@ int main(int argc, char **argv) {
         return 1;
     }
     /* What was certified is what runs. */
-    if (argc == 1 && (trueweld_digest(&memory, digest) != TRUEWELD_STATUS_OK ||
-                      memcmp(digest, trueweld_cell_digest, sizeof digest) != 0)) {
+    if (strcmp(argv[1], trueweld_cell.law.name) == 0 &&
+        (trueweld_digest(&memory, digest) != TRUEWELD_STATUS_OK ||
+         memcmp(digest, trueweld_cell_digest, sizeof digest) != 0)) {
         fprintf(stderr, "the core is of another configuration\n");
         return 1;
     }
-    while (read(&inputs)) {
+    while (read_inputs(from, &inputs)) {
+        real told;
         status = period(&inputs, &outputs);
-        printf("%d", (int)status);
-        print(outputs.torque, 6);
-        print(outputs.correction, 6);
-        printf("\n");
+        told = (real)status;
+        write_numbers(to, &told, 1);
+        write_numbers(to, outputs.torque, 6);
+        write_numbers(to, outputs.correction, 6);
     }
-    return 0;
+    return fclose(to) == 0 ? 0 : 2;
 }

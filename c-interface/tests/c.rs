@@ -3,10 +3,9 @@
 //! Without gcc on the machine these tests are skipped, and say so.
 
 use nalgebra::{Matrix3, Vector3};
-use std::fmt::Write as _;
-use std::io::Write as _;
+use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::Command;
 use std::sync::OnceLock;
 use trueweld_compensators::{Law, LawNumbers, Name, RunningCore, Visitor, for_each};
 use trueweld_core::compensation::{DeviationMeasurement, Observation};
@@ -90,12 +89,15 @@ fn a_weld_in_c_is_the_weld_in_rust_bit_for_bit_under_every_law_in_double() {
     compare_all::<f64>("weld-double", &["-DDOUBLE"]);
 }
 
-/// A core of the constants, whatever the law.
+/// One weld under a law: what every period is given, and what it commands.
 struct Weld<'a> {
     law: &'a str,
-    given: String,
-    expected: String,
+    given: Vec<f64>,
+    expected: Vec<f64>,
 }
+
+/// Status, torques and corrections.
+const OUTPUTS: usize = 13;
 
 fn compare_all<T: Real + Into<f64>>(name: &str, options: &[&str]) {
     let Some(program) = compiled("examples/weld.c", name, options) else { return };
@@ -109,27 +111,23 @@ fn compare_all<T: Real + Into<f64>>(name: &str, options: &[&str]) {
     for_each::<T>(&mut names);
     assert!(names.0.len() > 6, "{:?}", names.0);
     for law in names.0 {
-        let mut weld = Weld { law, given: String::new(), expected: String::new() };
+        let mut weld = Weld { law, given: Vec::new(), expected: Vec::new() };
         for_each::<T>(&mut Each(&mut weld));
-        let mut child = Command::new(&program)
-            .arg(law)
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .spawn()
-            .expect("it starts");
-        let mut input = child.stdin.take().expect("it is piped");
-        let given = std::mem::take(&mut weld.given);
-        let writer = std::thread::spawn(move || input.write_all(given.as_bytes()));
-        let output = child.wait_with_output().expect("it ends");
-        writer.join().expect("no panic").expect("it reads all");
-        assert!(output.status.success(), "{law}");
-        let printed = String::from_utf8(output.stdout).expect("text");
-        assert_eq!(printed.lines().count(), CYCLES, "{law}");
-        for (k, (c, rust)) in printed.lines().zip(weld.expected.lines()).enumerate() {
+        let files = ["given", "told"].map(|file| program.with_extension(format!("{law}.{file}")));
+        let bytes: Vec<u8> = weld.given.iter().flat_map(|n| n.to_le_bytes()).collect();
+        fs::write(&files[0], bytes).expect("the folder is there");
+        let status = Command::new(&program).arg(law).args(&files).status().expect("it runs");
+        assert!(status.success(), "{law}");
+        let bytes = fs::read(&files[1]).expect("it was written");
+        assert_eq!(bytes.len(), CYCLES * OUTPUTS * 8, "{law}");
+        let told = bytes.chunks_exact(8).map(|b| b.try_into().map(u64::from_le_bytes));
+        let told: Vec<u64> = told.map(|bits| bits.expect("eight bytes")).collect();
+        let expected: Vec<u64> = weld.expected.iter().map(|n| n.to_bits()).collect();
+        for (k, (c, rust)) in told.chunks(OUTPUTS).zip(expected.chunks(OUTPUTS)).enumerate() {
             assert_eq!(c, rust, "{law}, cycle {k}");
         }
         // Otherwise nothing was compared but faults.
-        let faults = weld.expected.lines().filter(|line| !line.starts_with("0 ")).count();
+        let faults = weld.expected.chunks(OUTPUTS).filter(|cycle| cycle[0] != 0.0).count();
         assert!((1..20).contains(&faults), "{law}: {faults} faults");
     }
 }
@@ -148,11 +146,6 @@ impl<T: Real + Into<f64>> Visitor<T> for Each<'_, '_> {
         let core = RunningCore::<T, L::Built>::new::<L>(&configuration).expect("a core");
         weld::<T, L>(core, self.0);
     }
-}
-
-/// What a number is to C, which reads it as a double, and to Rust.
-fn rounded<T: Real + Into<f64>>(value: f64) -> f64 {
-    lit::<T>(value).into()
 }
 
 /// A tool that moves along y of B with the load of a weld, seen by two readings of a seam sensor a
@@ -174,8 +167,7 @@ fn weld<T: Real + Into<f64>, L: Law<T>>(mut core: RunningCore<T, L::Built>, weld
         *all.iter().map(|(_, q)| q).find(|q| robot.beyond_limits(q).is_none()).expect("a branch");
     let torque = JointVector::<T>::repeat(lit(500.0));
     core.start(&encoder, &torque);
-    write_all(&mut weld.given, encoder.iter().chain(torque.iter()).copied());
-    weld.given.push('\n');
+    put(&mut weld.given, encoder.iter().chain(torque.iter()).copied());
     for k in 0..CYCLES {
         let nominal = pose(k);
         let before = encoder;
@@ -232,47 +224,39 @@ fn weld<T: Real + Into<f64>, L: Law<T>>(mut core: RunningCore<T, L::Built>, weld
             trueweld_core::Fault::Limit(_) => 5,
             trueweld_core::Fault::Compensation => 6,
         });
-        let _ = write!(weld.expected, "{status}");
-        for value in command.torque.iter().chain(core.correction().to_vector().iter()) {
-            let bits: f64 = (*value).into();
-            let _ = write!(weld.expected, " {:016x}", bits.to_bits());
-        }
-        weld.expected.push('\n');
+        weld.expected.push(f64::from(status));
+        put(&mut weld.expected, command.torque.iter().copied());
+        put(&mut weld.expected, core.correction().to_vector().iter().copied());
     }
 }
 
-fn write_all<T: Real + Into<f64>>(text: &mut String, values: impl IntoIterator<Item = T>) {
-    for value in values {
-        let value: f64 = value.into();
-        // The shortest decimal that reads back as the same bits.
-        let _ = write!(text, "{} ", rounded::<T>(value));
-    }
+fn put<T: Real + Into<f64>>(to: &mut Vec<f64>, values: impl IntoIterator<Item = T>) {
+    to.extend(values.into_iter().map(Into::<f64>::into));
 }
 
 /// An observation as the C program reads it.
-fn give<T: Real + Into<f64>>(text: &mut String, observation: &Observation<'_, T>) {
+fn give<T: Real + Into<f64>>(to: &mut Vec<f64>, observation: &Observation<'_, T>) {
     let Observation { setpoint, nominal, sensed, path, planned, measurements, .. } = observation;
-    let _ = write!(text, "{} ", u32::from(setpoint.force.is_some()));
+    to.push(f64::from(setpoint.force.is_some()));
     let rows = |m: &Matrix3<T>| m.transpose().iter().copied().collect::<Vec<T>>();
     for pose in [&setpoint.pose, nominal] {
-        write_all(text, rows(&pose.rotation));
-        write_all(text, pose.position.iter().copied());
+        put(to, rows(&pose.rotation));
+        put(to, pose.position.iter().copied());
     }
-    write_all(text, rows(&setpoint.b_from_w));
-    write_all(text, [setpoint.force.unwrap_or(T::zero()), setpoint.spindle_speed]);
+    put(to, rows(&setpoint.b_from_w));
+    put(to, [setpoint.force.unwrap_or(T::zero()), setpoint.spindle_speed]);
     for six in [&sensed.encoder, &sensed.encoder_rate, &sensed.motor_torque] {
-        write_all(text, six.iter().copied());
+        put(to, six.iter().copied());
     }
-    write_all(text, sensed.wrench.to_vector().iter().copied());
-    write_all(text, [*path]);
-    write_all(text, planned.to_vector().iter().copied());
-    let _ = write!(text, "{} ", measurements.len());
+    put(to, sensed.wrench.to_vector().iter().copied());
+    put(to, [*path]);
+    put(to, planned.to_vector().iter().copied());
+    to.push(measurements.len() as f64);
     for m in *measurements {
-        write_all(text, [m.deviation]);
-        write_all(text, m.along.to_vector().iter().copied());
-        write_all(text, [m.noise, m.age, m.ahead]);
+        put(to, [m.deviation]);
+        put(to, m.along.to_vector().iter().copied());
+        put(to, [m.noise, m.age, m.ahead]);
     }
-    text.push('\n');
 }
 
 #[test]

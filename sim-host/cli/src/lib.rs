@@ -38,6 +38,9 @@ mod record;
 mod register;
 mod repeat;
 mod results;
+mod rsi_compensate;
+mod rsi_counts;
+mod rsi_robot;
 mod schema;
 mod step;
 mod study;
@@ -149,6 +152,10 @@ enum Command {
     ImportUrdf(import_urdf::Arguments),
     /// Write what a controller's core is built from as constants of Rust and C
     ExportCore(export_core::Arguments),
+    /// Simulate a KUKA controller with the elastic robot behind it, which a client corrects over RSI
+    RsiRobot(rsi_robot::Arguments),
+    /// Run a law as a client of a KUKA controller over RSI, simulated or real
+    RsiCompensate(rsi_compensate::Arguments),
     /// Print the JSON Schema of a result, or list the schemas
     Schema(schema::Arguments),
 }
@@ -213,6 +220,8 @@ impl Arguments {
             Some(Command::ImportLog(arguments)) => import_log::run(arguments),
             Some(Command::ImportUrdf(arguments)) => import_urdf::run(arguments),
             Some(Command::ExportCore(arguments)) => export_core::run(arguments),
+            Some(Command::RsiRobot(arguments)) => rsi_robot::run(arguments),
+            Some(Command::RsiCompensate(arguments)) => rsi_compensate::run(arguments),
             Some(Command::Schema(arguments)) => schema::run(arguments),
         }
     }

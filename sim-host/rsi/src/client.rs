@@ -28,10 +28,9 @@ pub struct Knowledge {
 }
 
 /// A law at the end of a line: answers packets with its correction.
-#[derive(Debug)]
-pub struct Client<L> {
+pub struct Client<'a> {
     knowledge: Knowledge,
-    law: Compensated<f64, NoDrives, L>,
+    law: Compensated<f64, NoDrives, &'a mut dyn Compensator<f64>>,
     period: f64,
     counts: ClientCounts,
     last: Option<Last>,
@@ -70,13 +69,13 @@ impl HybridController<f64> for NoDrives {
     }
 }
 
-impl<L: Compensator<f64>> Client<L> {
+impl<'a> Client<'a> {
     /// A law with the limits of a control file, none larger than `authority_mm` and `authority_deg`:
     /// what the controller would cut off without a word.
     pub fn new(
         knowledge: Knowledge,
         control: &Control,
-        law: L,
+        law: &'a mut dyn Compensator<f64>,
         [authority_mm, authority_deg]: [f64; 2],
     ) -> Self {
         let limits = &control.compensation;
@@ -215,11 +214,11 @@ pub enum Served {
 /// Answers a controller until it has been silent for `silence`, or none was heard for `first`. The
 /// first address with a packet that is answered is the controller's. `answered` is called after
 /// every answer.
-pub fn serve<L: Compensator<f64>>(
+pub fn serve(
     socket: &UdpSocket,
-    client: &mut Client<L>,
+    client: &mut Client<'_>,
     [first, silence]: [Duration; 2],
-    mut answered: impl FnMut(&Client<L>),
+    mut answered: impl FnMut(&Client<'_>),
 ) -> Served {
     let mut buffer = [0; PACKET_BYTES + 1];
     let mut controller: Option<SocketAddr> = None;

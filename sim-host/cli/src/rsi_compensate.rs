@@ -1,0 +1,92 @@
+//! `trueweld rsi-compensate`: a law that drives a robot over RSI, simulated or real.
+
+use crate::inputs::{Files, Inputs};
+use crate::names::LawParser;
+use crate::rsi_counts::{bound, of_client};
+use clap::Args;
+use miette::{IntoDiagnostic, Result, miette};
+use std::net::SocketAddr;
+use std::time::Duration;
+use trueweld_compensators::Entry;
+use trueweld_core::compensation::Compensator;
+use trueweld_plant::simulate::{Controller, Program, Seam};
+use trueweld_rsi::client::Knowledge;
+use trueweld_rsi::{Client, Served, serve};
+
+/// Arguments of `rsi-compensate`.
+#[derive(Args)]
+pub struct Arguments {
+    #[command(flatten)]
+    files: Files,
+    /// Compensation law, or several with + between them
+    #[arg(long, value_name = "LAW", value_parser = LawParser, default_value = "elastostatic")]
+    compensator: Entry,
+    /// Address at which the controller's packets arrive
+    #[arg(long, value_name = "IP:PORT", default_value = "127.0.0.1:49152")]
+    listen: SocketAddr,
+    /// Largest correction that the controller lets through, mm: the law keeps within it
+    #[arg(long, value_name = "MM", default_value_t = 5.0)]
+    authority_mm: f64,
+    /// Largest rotation that the controller lets through, degrees
+    #[arg(long, value_name = "DEG", default_value_t = 5.0)]
+    authority_deg: f64,
+    /// Seconds for which a controller is waited for
+    #[arg(long, value_name = "S", default_value_t = 60.0)]
+    wait: f64,
+    /// Seconds of silence after which the weld is over
+    #[arg(long, value_name = "S", default_value_t = 2.0)]
+    silence: f64,
+}
+
+/// What a client knows of the cell.
+pub fn knowledge(inputs: &Inputs) -> Knowledge {
+    Knowledge {
+        model: inputs.controller_model.clone(),
+        seam: Seam::of(&inputs.weld),
+        process: inputs.planned.clone(),
+        sensor: inputs.sensors.seam.clone(),
+    }
+}
+
+/// The law of a client.
+pub fn law(inputs: &Inputs, law: &Entry) -> Result<Box<dyn Compensator<f64>>> {
+    let scenario = inputs.scenario(Program::Weld, Controller::External, law);
+    scenario.build_law().into_diagnostic()
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    let above = |flag: &str, value: f64| {
+        (value.is_finite() && value > 0.0 && value < 1e6)
+            .then_some(value)
+            .ok_or_else(|| miette!("{flag} {value}: expected a number above 0"))
+    };
+    let authority = [
+        above("--authority-mm", arguments.authority_mm)?,
+        above("--authority-deg", arguments.authority_deg)?,
+    ];
+    let times = [above("--wait", arguments.wait)?, above("--silence", arguments.silence)?];
+    let inputs = arguments.files.read()?;
+    let socket = bound(arguments.listen)?;
+    let mut law = law(&inputs, &arguments.compensator)?;
+    let mut client = Client::new(knowledge(&inputs), &inputs.control, law.as_mut(), authority);
+    say!("{} listens at {}\n", arguments.compensator.name(), arguments.listen);
+    let mut most = 0.0_f64;
+    let served = serve(&socket, &mut client, times.map(Duration::from_secs_f64), |client| {
+        most = most.max(client.correction().linear.norm());
+    });
+    say!("{}", of_client(&client.counts()));
+    match served {
+        Served::Silent => {
+            say!("largest correction      {:>9.3} mm\n", most * 1e3);
+            Ok(())
+        }
+        Served::Nothing => Err(miette!(
+            help = "Expected <Rob> packets with what a law needs: see docs/rsi.md.",
+            "no packet that can be answered came to {} in {} s",
+            arguments.listen,
+            arguments.wait
+        )),
+        Served::Socket(kind) => Err(miette!("{}: {kind}", arguments.listen)),
+    }
+}

@@ -1,0 +1,478 @@
+//! Both sides against each other over the machine's loopback.
+
+use std::cell::Cell;
+use std::net::{SocketAddr, UdpSocket};
+use std::ops::ControlFlow;
+use std::rc::Rc;
+use std::thread;
+use std::time::{Duration, Instant};
+use trueweld_core::compensation::Compensator;
+use trueweld_plant::cell::Cell as WeldingCell;
+use trueweld_plant::input::{Control, InputFile, Process, RobotFile, Sensors, Weld};
+use trueweld_plant::integrate::Integrator;
+use trueweld_plant::simulate::{
+    Controller, Phase, Program, Recording, Scenario, Seam, run, run_with,
+};
+use trueweld_rsi::client::Knowledge;
+use trueweld_rsi::packet::Sen;
+use trueweld_rsi::{
+    Bounds, Client, ClientCounts, Link, LinkCounts, Pace, Served, Stop, pass_through, serve,
+};
+
+/// Longest that an answer may take in lock-step: a busy machine is no fault of the code.
+const PATIENCE: Pace = Pace::LockStep(Duration::from_secs(20));
+
+/// Bounds of a sensor context that was opened as far as the law's own limits go.
+const OPENED: Bounds = Bounds {
+    clamp_mm: 15.0,
+    clamp_deg: 5.0,
+    monitor_mm: 20.0,
+    monitor_deg: 6.0,
+    relative: false,
+    hold: true,
+    timeout: 10,
+};
+
+/// Files of one weld.
+struct Files {
+    robot: RobotFile,
+    process: Process,
+    weld: Weld,
+    control: Control,
+    sensors: Sensors,
+    law: &'static str,
+}
+
+impl Files {
+    /// The embedded cell at a control period, s; a seam so long, m.
+    fn new(law: &'static str, period: f64, length: f64) -> Self {
+        let fixture = |name: &str| format!("{}/../../fixtures/{name}", env!("CARGO_MANIFEST_DIR"));
+        let mut weld = Weld::read(fixture("welds/vertical.toml")).expect("a weld");
+        let along = (weld.end - weld.start).normalize();
+        weld.end = weld.start + along * length;
+        let control = Control::read(fixture("control/kr500-mt.toml")).expect("gains");
+        Self {
+            robot: RobotFile::read(fixture("robots/kr500-mt.toml")).expect("a robot"),
+            process: Process::read(fixture("processes/lap-weld-2024-t3.toml")).expect("a process"),
+            weld,
+            control: Control { period, ..control },
+            sensors: Sensors::read(fixture("sensors/kr500-mt.toml")).expect("sensors"),
+            law,
+        }
+    }
+
+    /// Calls `with` with the scenario under these gains.
+    fn scenario<R>(&self, control: &Control, with: impl FnOnce(&Scenario<'_>) -> R) -> R {
+        let seam = Seam::of(&self.weld);
+        let cell = WeldingCell::new(&self.robot.robot, &[], &self.process, seam.b_from_w);
+        with(&Scenario {
+            name: "vertical",
+            cell: &cell.expect("a cell"),
+            controller_model: &self.robot.robot,
+            planned: &self.process,
+            weld: &self.weld,
+            program: Program::Weld,
+            control,
+            sensors: &self.sensors,
+            controller: Controller::External,
+            law: &trueweld_compensators::find(self.law).expect("a law"),
+            integrator: Integrator::LinearlyImplicit,
+            plant_step: 1e-3,
+            seed: 1,
+            fault: None,
+        })
+    }
+
+    fn law(&self) -> Box<dyn Compensator<f64>> {
+        self.scenario(&self.control, |scenario| scenario.build_law().expect("a law"))
+    }
+
+    fn client<'a>(&self, law: &'a mut dyn Compensator<f64>, authority: [f64; 2]) -> Client<'a> {
+        let knowledge = Knowledge {
+            model: self.robot.robot.clone(),
+            seam: Seam::of(&self.weld),
+            process: self.process.clone(),
+            sensor: self.sensors.seam.clone(),
+        };
+        Client::new(knowledge, &self.control, law, authority)
+    }
+
+    fn in_process(&self) -> Recording {
+        self.scenario(&self.control, |scenario| run(scenario, |_| {}).expect("a weld"))
+    }
+
+    /// The weld with the correction that comes over `socket` from `client`; `longest`: s.
+    fn over_rsi(
+        &self,
+        socket: UdpSocket,
+        client: SocketAddr,
+        bounds: Bounds,
+        pace: Pace,
+        longest: f64,
+    ) -> (Recording, LinkCounts, Option<Stop>) {
+        let seam = Seam::of(&self.weld);
+        let mut link = Link::new(socket, client, &seam, self.control.period, (bounds, pace, false))
+            .expect("a cycle of RSI");
+        let stopped: Rc<Cell<Option<Stop>>> = link.stopped();
+        let recording = self.scenario(&pass_through(&self.control), |scenario| {
+            run_with(scenario, &mut link, |time| match stopped.get() {
+                None if time < longest => ControlFlow::Continue(()),
+                _ => ControlFlow::Break(()),
+            })
+        });
+        (recording.expect("a weld"), link.counts(), stopped.get())
+    }
+}
+
+fn socket() -> UdpSocket {
+    UdpSocket::bind("127.0.0.1:0").expect("loopback")
+}
+
+fn address(socket: &UdpSocket) -> SocketAddr {
+    socket.local_addr().expect("it is bound")
+}
+
+/// Both sides, each on its thread.
+fn both(
+    files: &Files,
+    authority: [f64; 2],
+    bounds: Bounds,
+    pace: Pace,
+    longest: f64,
+) -> (Recording, LinkCounts, Option<Stop>, ClientCounts) {
+    let (robot, pc) = (socket(), socket());
+    let to = address(&pc);
+    thread::scope(|scope| {
+        let served = scope.spawn(move || {
+            let mut law = files.law();
+            let mut client = files.client(law.as_mut(), authority);
+            let times = [Duration::from_secs(60), Duration::from_secs(3)];
+            assert_eq!(serve(&pc, &mut client, times, |_| {}), Served::Silent);
+            client.counts()
+        });
+        let (recording, counts, stop) = files.over_rsi(robot, to, bounds, pace, longest);
+        (recording, counts, stop, served.join().expect("no panic"))
+    })
+}
+
+/// Lateral deviation in the steady part, mm: RMS and largest.
+fn lateral(recording: &Recording) -> [f64; 2] {
+    let rows = recording.rows.iter().filter(|row| row.phase == Phase::Steady);
+    let values: Vec<f64> = rows.map(|row| row.deviation_w.linear.y * 1e3).collect();
+    assert!(!values.is_empty());
+    let square: f64 = values.iter().map(|v| v * v).sum();
+    let largest = values.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+    [(square / values.len() as f64).sqrt(), largest]
+}
+
+/// A weld of so many metres in lock-step, against the same weld in one process.
+fn compared(law: &'static str, period: f64, length: f64) {
+    let files = Files::new(law, period, length);
+    let (recording, link, stop, client) = both(&files, [15.0, 5.0], OPENED, PATIENCE, f64::MAX);
+    assert_eq!(stop, None);
+    let Recording { rows, .. } = files.in_process();
+    assert_eq!(rows.len(), recording.rows.len());
+    let [here, over] = [&Recording { rows, ..recording.clone() }, &recording].map(lateral);
+    println!("{law}, {} ms: in process {here:?} mm, over RSI {over:?} mm", period * 1e3);
+    for (here, over) in here.iter().zip(over) {
+        assert!((here - over).abs() < 0.02, "{law}: {here} and {over} mm");
+    }
+    let expected =
+        LinkCounts { cycles: link.cycles, answered: link.cycles, ..LinkCounts::default() };
+    assert_eq!(link, expected);
+    let faults = client.faults;
+    assert_eq!(client, ClientCounts { answered: link.cycles, faults, ..ClientCounts::default() });
+    // The force loop is closed but for the settling at the start.
+    assert!(link.cycles as f64 > 0.9 * recording.rows.len() as f64);
+}
+
+#[test]
+fn a_weld_over_rsi_is_the_weld_in_process_at_12_ms() {
+    compared("elastostatic", 0.012, 2.0);
+}
+
+#[test]
+fn a_weld_over_rsi_is_the_weld_in_process_at_4_ms() {
+    compared("elastostatic", 0.004, 0.4);
+}
+
+/// Long: by hand, `cargo test -p trueweld-rsi -- --ignored`.
+#[test]
+#[ignore = "minutes on a busy machine"]
+fn a_whole_weld_over_rsi_is_the_weld_in_process_at_4_ms() {
+    compared("elastostatic", 0.004, 2.0);
+}
+
+#[test]
+fn a_seam_tracked_over_rsi_is_the_seam_tracked_in_process() {
+    compared("seam-tracking", 0.012, 0.5);
+}
+
+#[test]
+fn a_part_of_a_weld_in_real_time() {
+    let files = Files::new("elastostatic", 0.012, 0.2);
+    let begun = Instant::now();
+    let (recording, link, stop, client) =
+        both(&files, [5.0, 5.0], Bounds::default(), Pace::RealTime, 4.0);
+    let seconds = link.cycles as f64 * 0.012;
+    // A cycle takes its time; and no more, but for what a busy machine adds.
+    assert!(begun.elapsed().as_secs_f64() > seconds - 0.012);
+    assert!(stop.is_none() || link.late + link.lost() > 10, "{stop:?} {link:?}");
+    assert!(link.cycles > 50 && link.answered + link.late + link.lost() == link.cycles, "{link:?}");
+    assert!(client.answered <= link.cycles);
+    assert!(!recording.rows.is_empty());
+}
+
+#[test]
+fn a_correction_beyond_the_default_bounds_is_cut_off_and_one_that_knows_them_is_not() {
+    let files = Files::new("elastostatic", 0.012, 0.5);
+    // This weld needs up to 5.2 mm. A client that knows its authority stays within it.
+    let (_, link, stop, _) = both(&files, [5.0, 5.0], Bounds::default(), PATIENCE, f64::MAX);
+    assert_eq!((link.clamped, stop), (0, None));
+    let tight = Bounds { clamp_mm: 2.0, ..Bounds::default() };
+    let (_, link, stop, _) = both(&files, [15.0, 5.0], tight, PATIENCE, f64::MAX);
+    assert!(link.clamped > 100 && stop.is_none(), "{link:?} {stop:?}");
+    let watched = Bounds { monitor_mm: 2.0, ..Bounds::default() };
+    let (recording, link, stop, _) = both(&files, [15.0, 5.0], watched, PATIENCE, f64::MAX);
+    assert_eq!(stop, Some(Stop::Correction));
+    // The run ends where RSI stops, and what was too much never acted.
+    assert!((link.cycles as usize) < recording.rows.len());
+    let size = |row: &trueweld_plant::simulate::RecordRow| row.correction_w.linear.norm();
+    assert!(recording.rows.iter().map(size).fold(0.0, f64::max) < 2.0e-3 + 1e-9);
+}
+
+/// A client whose answers are lost, doubled, late and mixed with garbage; and a stranger.
+#[test]
+fn faults_on_the_line_are_counted_and_survived() {
+    let files = Files::new("elastostatic", 0.012, 0.15);
+    let (robot, pc, stranger) = (socket(), socket(), socket());
+    let (to, controller) = (address(&pc), address(&robot));
+    // Short: an answer that is missing is waited for so long.
+    let pace = Pace::LockStep(Duration::from_millis(40));
+    let (recording, link, stop, sent) = thread::scope(|scope| {
+        let files = &files;
+        let served = scope.spawn(move || {
+            let mut law = files.law();
+            let mut client = files.client(law.as_mut(), [15.0, 5.0]);
+            pc.set_read_timeout(Some(Duration::from_secs(20))).expect("a timeout");
+            let (mut buffer, mut k) = ([0; 5000], 0_u64);
+            let mut kept: Option<Vec<u8>> = None;
+            let mut sent = LinkCounts::default();
+            let send = |bytes: &[u8]| pc.send_to(bytes, controller).expect("loopback");
+            while let Ok((length, _)) = pc.recv_from(&mut buffer) {
+                let answer = client.answer(&buffer[..length]).expect("a good packet");
+                k += 1;
+                let before = kept.take();
+                match k {
+                    // The robot ends its weld by falling silent; this client by that too.
+                    _ if k % 97 == 10 => {} // lost
+                    _ if k % 97 == 20 => {
+                        // Kept back for a cycle: late, before its successor.
+                        kept = Some(answer);
+                    }
+                    _ if k % 97 == 30 => {
+                        send(&answer);
+                        send(&answer);
+                        sent.doubled += 1;
+                    }
+                    _ if k % 97 == 40 => {
+                        for garbage in
+                            [&b"<Sen"[..], b"", &[0xff; 900], &answer[..answer.len() - 9]]
+                        {
+                            send(garbage);
+                            sent.malformed += 1;
+                        }
+                        let future = Sen { correction: [5.0; 6], ipoc: u64::MAX, ..Sen::default() };
+                        send(&future.to_bytes());
+                        sent.malformed += 1;
+                        stranger
+                            .send_to(
+                                &Sen::read(&answer)
+                                    .map(|sen| Sen { correction: [5.0; 6], ..sen }.to_bytes())
+                                    .expect("ours"),
+                                controller,
+                            )
+                            .expect("loopback");
+                        sent.strangers += 1;
+                        send(&answer);
+                    }
+                    _ if k % 97 == 21 => {
+                        if let Some(before) = before {
+                            send(&before);
+                            sent.late += 1;
+                        }
+                        send(&answer);
+                    }
+                    _ if k % 97 == 50 => kept = Some(answer),
+                    _ if k % 97 == 51 => {
+                        // The older one after the newer one.
+                        send(&answer);
+                        if let Some(before) = before {
+                            send(&before);
+                            sent.out_of_order += 1;
+                        }
+                    }
+                    _ => {
+                        send(&answer);
+                    }
+                }
+                if k >= 900 {
+                    break;
+                }
+            }
+            sent
+        });
+        let (recording, link, stop) = files.over_rsi(robot, to, OPENED, pace, f64::MAX);
+        (recording, link, stop, served.join().expect("no panic"))
+    });
+    // When the client has gone, ten cycles without an answer are borne, and the next stops RSI.
+    assert_eq!(stop, Some(Stop::Timeout));
+    // A doubled or old answer to the last cycle may not have been read: RSI had ended its wait.
+    assert_eq!(
+        (link.malformed, link.strangers, link.late),
+        (sent.malformed, sent.strangers, sent.late)
+    );
+    assert!(
+        sent.doubled - link.doubled <= 1 && sent.out_of_order - link.out_of_order <= 1,
+        "{link:?}"
+    );
+    assert_eq!(link.lost(), 900 / 97 + 1 + 11, "{link:?}");
+    let worst = recording.rows.iter().map(|row| row.deviation_w.linear.y.abs()).fold(0.0, f64::max);
+    // The first rise of the force leaves some tenths of a millimetre in a weld without faults too.
+    assert!(worst < 1e-3, "{worst} m");
+}
+
+/// Garbage, so many packets in every cycle, moves nothing.
+fn garbage(packets: u64, each: u64, length: f64) {
+    let files = Files::new("elastostatic", 0.012, length);
+    let (robot, pc) = (socket(), socket());
+    let (to, controller) = (address(&pc), address(&robot));
+    let pace = Pace::LockStep(Duration::from_millis(10_000));
+    let (recording, link) = thread::scope(|scope| {
+        scope.spawn(move || {
+            pc.set_read_timeout(Some(Duration::from_secs(20))).expect("a timeout");
+            let (mut buffer, mut sent, mut state) = ([0; 5000], 0, 1_u64);
+            let mut random = |below: u64| {
+                // Xorshift (Marsaglia 2003).
+                state ^= state << 13;
+                state ^= state >> 7;
+                state ^= state << 17;
+                state % below
+            };
+            while sent < packets
+                && let Ok((length, _)) = pc.recv_from(&mut buffer)
+            {
+                let ipoc =
+                    trueweld_rsi::packet::Rob::read(&buffer[..length]).expect("a packet").ipoc;
+                let bad =
+                    Sen { correction: [5.0; 6], axes: [5.0; 6], ipoc, ..Sen::default() }.to_bytes();
+                for _ in 0..each {
+                    let mut bytes = bad.clone();
+                    let at = random(bytes.len() as u64) as usize;
+                    match random(5) {
+                        0 => bytes.truncate(at.min(bytes.len() - 1)),
+                        1 => bytes = bytes.iter().map(|_| random(256) as u8).collect(),
+                        2 => {
+                            bytes =
+                                String::from_utf8_lossy(&bad).replace("5.00000", "NaN").into_bytes()
+                        }
+                        3 => bytes.insert(at, b'<'),
+                        _ => {
+                            bytes = Sen {
+                                correction: [5.0; 6],
+                                ipoc: ipoc + 1 + random(99),
+                                ..Sen::default()
+                            }
+                            .to_bytes()
+                        }
+                    }
+                    pc.send_to(&bytes, controller).expect("loopback");
+                    sent += 1;
+                }
+                // An answer that corrects nothing ends the cycle.
+                pc.send_to(&Sen { ipoc, ..Sen::default() }.to_bytes(), controller)
+                    .expect("loopback");
+            }
+        });
+        // Ends with the first cycle that the client has not answered.
+        let bounds = Bounds { timeout: 0, ..OPENED };
+        let (recording, link, _) = files.over_rsi(robot, to, bounds, pace, f64::MAX);
+        (recording, link)
+    });
+    assert!(link.malformed >= packets * 9 / 10, "{link:?}: the system lost too many");
+    for row in &recording.rows {
+        assert_eq!(row.correction_w.to_vector().amax(), 0.0, "at {} s", row.time);
+    }
+    assert_eq!(link.clamped, 0);
+}
+
+#[test]
+fn twenty_thousand_malformed_packets_move_nothing() {
+    garbage(20_000, 50, 0.15);
+}
+
+/// Long: by hand, as above.
+#[test]
+#[ignore = "a minute"]
+fn a_million_malformed_packets_move_nothing() {
+    garbage(1_000_000, 100, 2.0);
+}
+
+#[test]
+fn a_client_that_is_not_there_stops_rsi_and_nothing_moves() {
+    let files = Files::new("elastostatic", 0.012, 0.15);
+    let nobody = address(&socket());
+    let pace = Pace::LockStep(Duration::from_millis(2));
+    let (recording, link, stop) =
+        files.over_rsi(socket(), nobody, Bounds::default(), pace, f64::MAX);
+    assert_eq!(stop, Some(Stop::Timeout));
+    assert_eq!((link.cycles, link.answered, link.lost()), (11, 0, 11));
+    assert!(recording.rows.iter().all(|row| row.correction_w.to_vector().amax() == 0.0));
+}
+
+#[test]
+fn a_client_answers_doubled_packets_alike_and_old_and_unreadable_ones_not_at_all() {
+    let files = Files::new("elastostatic", 0.012, 0.5);
+    let seam = Seam::of(&files.weld);
+    let mut law = files.law();
+    let mut client = files.client(law.as_mut(), [5.0, 5.0]);
+    let angles = trueweld_plant::simulate::start_angles(&files.robot.robot, &seam).expect("reach");
+    let packet = |ipoc: u64, push: f64| {
+        let base = seam.frame(0.0).inverse();
+        let commanded = trueweld_rsi::frame::of_pose(&(base * seam.nominal(0.0)));
+        trueweld_rsi::packet::Rob {
+            actual: commanded,
+            axes: angles.map(f64::to_degrees).into(),
+            external: [0.0; 6],
+            delay: 0,
+            weld: Some(trueweld_rsi::packet::WeldChannels {
+                commanded,
+                torque: [0.0; 6],
+                wrench: [1e3, -4e3, -18e3 + push, 0.0, 0.0, 0.0],
+                path: 0.0,
+                feed: 0.0,
+                push: 18e3,
+                seam: vec![],
+            }),
+            ipoc,
+        }
+        .to_bytes()
+    };
+    let first = client.answer(&packet(1000, 0.0)).expect("an answer");
+    assert_eq!(client.answer(&packet(1000, 500.0)), Some(first));
+    let next = client.answer(&packet(1012, 1.0)).expect("an answer");
+    assert_eq!(Sen::read(&next).expect("ours").ipoc, 1012);
+    assert_eq!(client.answer(&packet(1000, 2.0)), None);
+    assert_eq!(client.answer(b"<Rob>"), None);
+    assert!(client.answer(&packet(1060, 3.0)).is_some());
+    let expected = ClientCounts {
+        answered: 3,
+        doubled: 1,
+        out_of_order: 1,
+        lost: 3,
+        malformed: 1,
+        ..ClientCounts::default()
+    };
+    assert_eq!(client.counts(), expected);
+    assert!(client.correction().linear.norm() > 1e-5);
+}
