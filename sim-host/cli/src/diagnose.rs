@@ -1,19 +1,26 @@
 //! `trueweld diagnose`: which physical effect is missing in a model.
 
 use crate::measured::{Budget, Measurements, expect};
-use crate::results::{RecordedResults, check_outputs, check_targets};
+use crate::results::{RecordedResults, check_outputs, check_targets, write};
 use clap::Args;
 use miette::{IntoDiagnostic, Result};
+use std::path::{Path, PathBuf};
+use trueweld_laboratory::weld_file;
 use trueweld_measure::diagnose::{diagnose, tell};
+use trueweld_measure::experiment::Plan;
 use trueweld_measure::fit::FitProblem;
 use trueweld_measure::residuals::compare::{notices, of_logs};
-use trueweld_output::DiagnoseReport;
+use trueweld_output::{DiagnoseReport, experiment_protocol};
+use trueweld_plant::input::ModelFile;
 
 /// Arguments of `diagnose`.
 #[derive(Args)]
 pub struct Arguments {
     #[command(flatten)]
     measurements: Measurements,
+    /// Write the experiment to make next as a protocol, which `record` tries in a simulated cell
+    #[arg(long, value_name = "FILE")]
+    protocol: Option<PathBuf>,
     #[command(flatten)]
     budget: Budget,
     #[command(flatten)]
@@ -27,7 +34,8 @@ const PREDICTIONS: [f64; 2] = [350.0, 1200.0];
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
     let deadline = arguments.budget.deadline()?;
-    let outputs = arguments.results.outputs();
+    let mut outputs = arguments.results.outputs();
+    outputs.extend(arguments.protocol.as_deref().map(|path| ("--protocol", path)));
     check_targets(&outputs)?;
     let measured = arguments.measurements.read()?;
     check_outputs(&outputs)?;
@@ -56,5 +64,24 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         after: &after,
         notices: &notices,
         provenance: &provenance,
-    })
+    })?;
+    match (&arguments.protocol, &account.next_experiment) {
+        (None, _) => Ok(()),
+        (Some(path), None) => {
+            say!("there is nothing to tell apart: no {} is written\n", path.display());
+            Ok(())
+        }
+        (Some(path), Some(plan)) => write_protocol(plan, model, path),
+    }
+}
+
+/// Writes an experiment as a protocol, and its weld beside it.
+fn write_protocol(plan: &Plan, model: &ModelFile, path: &Path) -> Result<()> {
+    let weld = path.with_extension("weld.toml");
+    if let Some(made) = &plan.log.weld {
+        write(&weld, &weld_file(made))?;
+    }
+    let model = model.path.canonicalize().into_diagnostic()?;
+    let name = weld.file_name().unwrap_or_default().to_string_lossy();
+    write(path, &experiment_protocol(plan, &model.display().to_string(), &name))
 }

@@ -79,6 +79,11 @@ pub struct Measured {
 }
 
 impl Measurements {
+    /// Of a model file and folders of logs.
+    pub fn new(model: Option<PathBuf>, logs: Vec<PathBuf>) -> Self {
+        Self { model, logs }
+    }
+
     /// Reads the logs, looks for gross mistakes in them, and makes them ready.
     pub fn read(&self) -> Result<Measured> {
         let (model, mut logs) = self.read_files()?;

@@ -19,6 +19,14 @@ pub enum IdentifyError {
         /// Kinds of the logs given.
         given: String,
     },
+    /// Nothing says which process is welded.
+    #[error("the model names no process: expected `process = \"…\"` in the model file, as a start")]
+    NoProcess,
+    /// No force of any weld can be predicted.
+    #[error(
+        "no weld has forces to compare: expected tracker and wrench columns, and seconds in firm contact"
+    )]
+    NoForces,
     /// Mistakes in the files, which come before any physics.
     #[error("there are mistakes in the files")]
     Mistakes(Box<Found>),

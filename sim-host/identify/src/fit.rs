@@ -8,10 +8,10 @@
 
 use crate::coordinates::{Asked, is_replaced};
 use crate::error::IdentifyError;
-use nalgebra::{Complex, DMatrix, DVector};
+use nalgebra::{DMatrix, DVector};
 use trueweld_core::Robot;
 use trueweld_measure::align::align_clocks;
-use trueweld_measure::data::log::Log;
+use trueweld_measure::data::log::{Log, LogKind};
 use trueweld_measure::fit::calibration::{calibrations, in_proportion};
 use trueweld_measure::fit::covariance::{columns, covariance};
 use trueweld_measure::fit::{
@@ -19,14 +19,19 @@ use trueweld_measure::fit::{
     chi_square, count, fit, residuals, unit,
 };
 use trueweld_measure::mistakes::{Found, find};
+use trueweld_measure::posterior::LEFT_OUT;
 use trueweld_measure::residuals::compare::{baseline, experiments};
 use trueweld_plant::effects::{Action, Effect, Location};
-use trueweld_plant::input::{ModelFile, Ripple};
+use trueweld_plant::input::ModelFile;
 
 /// Passes at most; share of its deviation, and absolute step, below which a number is at rest.
-const PASSES: usize = 12;
+const PASSES: usize = 15;
+const LIKELY: f64 = 5.0;
 const RESTS: f64 = 0.1;
 const STILL: f64 = 1e-4;
+
+/// Passes after which a number that the logs do not tell stays one.
+const SETTLED: usize = 4;
 
 /// What a fit came to.
 #[derive(Debug)]
@@ -114,41 +119,26 @@ impl Pass {
         let linear = Linear { weight, ..self.fitted.linear.clone() };
         let of_all =
             covariance(&linear, &columns(&self.bench), &self.fitted.at, &self.fitted.slopes)?;
-        let of_all = of_all.component_mul(&(&units * units.transpose()));
+        let in_motion = self.logs.iter().any(|log| log.kind != LogKind::StaticLoad);
+        let wider = if in_motion { LEFT_OUT } else { 1.0 };
+        let of_all = wider * of_all.component_mul(&(&units * units.transpose()));
         Some(of_all.select_rows(&self.indices).select_columns(&self.indices))
     }
 
-    /// Standard deviations of the logarithms where residuals are white: what decides when a number
-    /// is at rest.
+    /// Standard deviations of the numbers where nothing draws them and residuals are white: what decides
+    /// when a number is at rest, and whether the logs tell it.
     fn deviations(&self) -> Vec<f64> {
-        let (point, step) = (&self.fitted.point, self.fitted.linear.solve(None, 0.0, None));
+        let point = &self.fitted.point;
+        let mut weight = self.fitted.linear.weight.clone();
+        self.indices.iter().for_each(|k| weight[*k] = 0.0);
+        let linear = Linear { weight, ..self.fitted.linear.clone() };
+        let deviations = linear.solve(None, 0.0, None).map(|step| step.deviations());
         let of = |k: &usize| {
-            let deviation = step.as_ref().map_or(0.0, |step| step.deviations()[*k]);
+            let deviation = deviations.as_ref().map_or(f64::INFINITY, |all| all[*k]);
             deviation * unit(point.parameter(&point.free[*k]), 0.0)
         };
         self.indices.iter().map(of).collect()
     }
-}
-
-/// Entries of the ripple of one order as one, or as one axial and one in the plane where their
-/// phases differ.
-fn merge(ripple: &mut Vec<Ripple>) {
-    let mut orders: Vec<f64> = Vec::new();
-    for line in ripple.iter() {
-        if !orders.contains(&line.order) {
-            orders.push(line.order);
-        }
-    }
-    let of = |order: f64| {
-        let sum = |amplitude: fn(&Ripple) -> f64| -> Complex<f64> {
-            let own = ripple.iter().filter(|line| line.order == order);
-            own.map(|line| Complex::from_polar(amplitude(line), line.phase)).sum()
-        };
-        let (axial, in_plane) = (sum(|line| line.axial), sum(|line| line.in_plane));
-        let line = |axial: f64, in_plane: f64, phase: f64| Ripple { order, axial, in_plane, phase };
-        [line(axial.norm(), 0.0, axial.arg()), line(0.0, in_plane.norm(), in_plane.arg())]
-    };
-    *ripple = orders.into_iter().flat_map(of).collect();
 }
 
 /// A model with its numbers moved by logarithms.
@@ -175,55 +165,51 @@ pub(crate) fn converge(
     asked: &[Asked],
     done: &dyn Fn(f64),
 ) -> Result<Fit, IdentifyError> {
+    let n = asked.len();
+    let (mut total, mut told) = (vec![0.0; n], vec![true; n]);
     let mut model = given.clone();
-    let mut told = vec![true; asked.len()];
-    let mut known = false;
     for number in 0..PASSES {
-        done(number as f64 / 5.0);
+        done(number as f64 / LIKELY);
         let drawn_by = |of_told: fn(&Asked) -> f64| -> Vec<f64> {
             let of = |(asked, told): (&Asked, &bool)| {
                 if *told { of_told(asked) } else { asked.coordinate.given }
             };
             asked.iter().zip(&told).map(of).collect()
         };
-        let expected = drawn_by(|of| of.coordinate.drawn);
-        let pass = pass(&model, logs, asked, &expected)?;
+        let pass = pass(&model, logs, asked, &drawn_by(|of| of.coordinate.drawn))?;
         let rows = count(&pass.fitted.at);
-        if rows < asked.len() {
-            return Err(IdentifyError::TooFew { rows, numbers: asked.len() });
+        if rows < n {
+            return Err(IdentifyError::TooFew { rows, numbers: n });
         }
-        let moved = pass.moved();
-        let deviations = pass.deviations();
-        // A number that is drawn to the value given stands where it stands.
-        let rests = (0..asked.len())
-            .all(|k| !told[k] || moved[k].abs() < (RESTS * deviations[k]).max(STILL));
-        let effects: Vec<Effect> =
-            (0..asked.len()).filter(|k| told[*k]).map(|k| asked[k].effect(moved[k])).collect();
-        let next = rebased(&model, &effects)?;
-        if !rests {
-            model = next;
-            continue;
-        }
-        // What is drawn by nothing is as uncertain as the logs leave it.
-        let drawn = drawn_by(|_| f64::INFINITY);
-        let covariance = pass.covariance(&drawn);
-        if !known {
-            known = true;
-            let untold = |k: usize| {
-                covariance.as_ref().is_none_or(|c| !(c[(k, k)].sqrt() < asked[k].coordinate.untold))
-            };
-            told = (0..asked.len()).map(|k| !untold(k)).collect();
-            if told.iter().any(|t| !t) {
-                // Once more, with these as they were given.
-                model = given.clone();
-                continue;
+        let (moved, deviations) = (pass.moved(), pass.deviations());
+        // What the logs do not tell goes back to the value given; first impressions may be wrong, as
+        // long as the numbers are far off.
+        let mut tells: Vec<bool> = (0..n)
+            .map(|k| (told[k] || number < SETTLED) && deviations[k] < asked[k].coordinate.untold)
+            .collect();
+        let rests = |tells: &[bool]| {
+            (0..n).all(|k| !tells[k] || moved[k].abs() < (RESTS * deviations[k]).max(STILL))
+        };
+        let mut covariance = None;
+        if tells == told && rests(&tells) {
+            // What is drawn by nothing is as uncertain as the logs leave it.
+            covariance = pass.covariance(&drawn_by(|_| f64::INFINITY));
+            for k in 0..n {
+                let deviation = covariance.as_ref().map_or(f64::INFINITY, |c| c[(k, k)].sqrt());
+                tells[k] &= deviation < asked[k].coordinate.untold;
             }
         }
-        let covariance = covariance.unwrap_or_else(|| {
-            DMatrix::from_diagonal_element(asked.len(), asked.len(), f64::INFINITY)
-        });
-        let Pass { logs, bench, fitted, indices, found } = pass;
-        return Ok(Fit { model, logs, bench, fitted, indices, covariance, told, found });
+        if let Some(covariance) = covariance.filter(|_| tells == told) {
+            let Pass { logs, bench, fitted, indices, found } = pass;
+            return Ok(Fit { model, logs, bench, fitted, indices, covariance, told, found });
+        }
+        for k in 0..n {
+            total[k] = if tells[k] { total[k] + moved[k] } else { 0.0 };
+        }
+        told = tells;
+        let moved = asked.iter().zip(&total).filter(|(_, total)| **total != 0.0);
+        let effects: Vec<Effect> = moved.map(|(asked, total)| asked.effect(*total)).collect();
+        model = rebased(given, &effects)?;
     }
     Err(IdentifyError::NoRest { passes: PASSES })
 }

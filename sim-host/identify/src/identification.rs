@@ -5,11 +5,13 @@ use crate::coordinates::{Asked, DAMPING, STIFFNESS};
 use crate::curve::{StiffnessCurve, curves};
 use crate::error::IdentifyError;
 use crate::fit::{Fit, converge};
+use crate::modes::{ByDecrement, Mode, modes};
+use crate::process::{self, Section};
 use nalgebra::DMatrix;
-use trueweld_core::JOINTS;
+use trueweld_core::{JOINTS, Robot};
 use trueweld_measure::data::log::{Log, LogKind};
 use trueweld_measure::fit::{chi_square, count};
-use trueweld_measure::residuals::compare::Notice;
+use trueweld_measure::residuals::compare::{Notice, baseline, experiments};
 use trueweld_plant::effects::Location;
 use trueweld_plant::input::ModelFile;
 
@@ -20,6 +22,8 @@ pub enum Target {
     Stiffness,
     /// Damping of the joints, from ring-downs.
     Damping,
+    /// The welding process, from the forces of welds.
+    Process,
 }
 
 impl Target {
@@ -28,6 +32,7 @@ impl Target {
         match self {
             Self::Stiffness => "stiffness",
             Self::Damping => "damping",
+            Self::Process => "process",
         }
     }
 
@@ -36,6 +41,7 @@ impl Target {
         match self {
             Self::Stiffness => &[LogKind::StaticLoad],
             Self::Damping => &[LogKind::RingDown, LogKind::StaticLoad],
+            Self::Process => &[LogKind::Weld],
         }
     }
 }
@@ -51,7 +57,7 @@ pub struct Number {
     pub value: f64,
     /// 95 % interval; `None` where the logs do not tell the number.
     pub interval: Option<[f64; 2]>,
-    /// The value given.
+    /// The value given; NaN where there was none.
     pub given: f64,
     /// Unit.
     pub unit: &'static str,
@@ -73,6 +79,8 @@ pub struct Identification {
     pub model: ModelFile,
     /// The numbers, in their order in the file.
     pub numbers: Vec<Number>,
+    /// Numbers that were free because these hang on them; the model keeps the values given.
+    pub beside: Vec<Number>,
     /// Correlation of the numbers' logarithms.
     pub correlation: DMatrix<f64>,
     /// √mean((residual/noise)²) of the logs used, with the numbers found.
@@ -87,6 +95,12 @@ pub struct Identification {
     pub left_out: Vec<String>,
     /// Stiffness over torque, a curve a joint that the logs tell.
     pub curves: Vec<StiffnessCurve>,
+    /// Modes of the arm, seen in ring-downs.
+    pub modes: Vec<Mode>,
+    /// Damping of each joint by the decrements of the modes alone.
+    pub decrements: [Option<ByDecrement>; JOINTS],
+    /// How well the forces are met in the parts of every weld.
+    pub sections: Vec<Section>,
     /// What a person should know besides.
     pub notices: Vec<Notice>,
 }
@@ -113,35 +127,77 @@ pub fn identify(
     let (used, others): (Vec<Log>, Vec<Log>) =
         logs.into_iter().partition(|log| kinds.contains(&log.kind));
     let joints = |coordinate, told| (0..JOINTS).map(move |j| Asked::of_joint(coordinate, j, told));
+    let mut orders = Vec::new();
     let asked: Vec<Asked> = match target {
         Target::Stiffness => joints(&STIFFNESS, true).collect(),
         Target::Damping => joints(&STIFFNESS, false).chain(joints(&DAMPING, true)).collect(),
+        Target::Process => {
+            if model.process.is_none() {
+                return Err(IdentifyError::NoProcess);
+            }
+            orders = process::orders(&experiments(&used, &baseline(model))?);
+            if orders.is_empty() {
+                return Err(IdentifyError::NoForces);
+            }
+            process::asked(&orders).into_iter().chain(joints(&STIFFNESS, false)).collect()
+        }
     };
-    let fit = converge(model, &used, &asked, &|share| done("fitting", share))?;
-    let shown: Vec<usize> = (0..asked.len()).filter(|k| asked[*k].told).collect();
-    let numbers = shown.iter().map(|k| number(&asked[*k], *k, &fit, model)).collect();
+    let mut fit = converge(model, &used, &asked, &|share| done("fitting", share))?;
+    let shown: Vec<usize> =
+        (0..asked.len()).filter(|k| asked[*k].told && asked[*k].order == 0.0).collect();
+    let mut numbers: Vec<Number> =
+        shown.iter().map(|k| number(&asked[*k], *k, &fit, model)).collect();
     let covariance = fit.covariance.select_rows(&shown).select_columns(&shown);
     let correlation = DMatrix::from_fn(shown.len(), shown.len(), |i, j| {
         let scale = (covariance[(i, i)] * covariance[(j, j)]).sqrt();
         if scale > 0.0 && scale.is_finite() { covariance[(i, j)] / scale } else { f64::NAN }
     });
-    let curves = match target {
-        Target::Stiffness => curves(&fit, &asked),
-        Target::Damping => Vec::new(),
-    };
+    let beside = (0..asked.len())
+        .filter(|k| !asked[*k].told)
+        .map(|k| number(&asked[k], k, &fit, model))
+        .collect();
+    let (mut over_torque, mut seen, mut sections) = (Vec::new(), Vec::new(), Vec::new());
+    let mut decrements = [None; JOINTS];
+    match target {
+        Target::Stiffness => over_torque = curves(&fit, &asked),
+        Target::Damping => (seen, decrements) = modes(&fit),
+        Target::Process => {
+            sections = process::sections(&fit);
+            let (mut of_ripple, file) = process::ripple(&fit, &orders, shown.len());
+            if let (Some(process), Some(given)) = (&mut fit.model.process, &model.process) {
+                process.ripple = file;
+                of_ripple.iter_mut().for_each(|n| n.given = process::given(given, n));
+            }
+            numbers.append(&mut of_ripple);
+        }
+    }
+    // A file has the numbers that were asked for, and no other changed.
+    if target != Target::Stiffness {
+        for (own, given) in
+            fit.model.robot.parameters.joints.iter_mut().zip(&model.robot.parameters.joints)
+        {
+            own.stiffness = given.stiffness;
+        }
+        let parameters = fit.model.robot.parameters.clone();
+        fit.model.robot.robot = Robot::new(parameters).map_err(IdentifyError::Model)?;
+    }
     let samples = count(&fit.fitted.at);
     let score = |sum: f64| (sum / samples.max(1) as f64).sqrt();
     let before = fit.score_of(model)?;
     Ok(Identification {
         target,
         numbers,
+        beside,
         correlation,
         score: score(chi_square(&fit.fitted.at)),
         score_before: before,
         samples,
         logs: fit.logs.iter().map(|log| log.name.clone()).collect(),
         left_out: others.into_iter().map(|log| log.name).collect(),
-        curves,
+        curves: over_torque,
+        modes: seen,
+        decrements,
+        sections,
         notices: fit.found.notices().collect(),
         model: fit.model,
     })

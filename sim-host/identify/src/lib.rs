@@ -41,8 +41,11 @@ pub mod file;
 mod fit;
 mod identification;
 mod modes;
+pub mod plan;
+mod process;
 
 pub use curve::{CurvePoint, StiffnessCurve};
 pub use error::IdentifyError;
 pub use identification::{Identification, Number, Target, identify};
 pub use modes::{ByDecrement, Mode};
+pub use process::{Section, WeldPart};

@@ -59,6 +59,7 @@ pub use draw::effect;
 pub use error::CampaignError;
 pub use instruments::InstrumentNoise;
 pub use laboratory::Laboratory;
+pub use logs::weld_file;
 pub use out_of_library::{OutOfLibrary, OutOfLibraryKind};
 pub use protocol::Protocol;
 pub use protocol_file::{LoadRow, LogPlan, PlannedLog, ProtocolFile, Waypoint};

@@ -374,7 +374,8 @@ fn loads(posture: usize, random: &mut Random) -> Vec<Load> {
     }
 }
 
-fn weld_file(weld: &Weld) -> String {
+/// Text of a weld's file.
+pub fn weld_file(weld: &Weld) -> String {
     let list = |v: &Vector3<f64>| format!("[{:?}, {:?}, {:?}]", v.x, v.y, v.z);
     format!(
         "schema = \"weld/1\"\nstart_m = {}\nend_m = {}\ntool_axis = {}\nfeed_m_s = {:?}\nfeed_ramp_s = {:?}\n\

@@ -371,7 +371,19 @@ fn loads(table: &Table<'_>, model: &ModelFile) -> Result<LogPlan, InputError> {
             "force_base_n",
             "moment_nm",
             "shares",
+            "time_s",
         ])?;
+        let after = rows.last().map_or(0.0, |row: &LoadRow| row.time + pause);
+        let mut time = if load.has("time_s") {
+            let time = load.number("time_s", Bounds::UpTo(1e6))?;
+            if rows.last().is_some_and(|row| time <= row.time) {
+                let help = "Loads are recorded in the order in which they stand.";
+                return Err(load.wrong("time_s", "a time after that of the load before", help));
+            }
+            time
+        } else {
+            after
+        };
         let motor = posture(&load, model)?;
         let vector = |key: &str, most: f64| -> Result<Vector3<f64>, InputError> {
             if !load.has(key) {
@@ -404,7 +416,7 @@ fn loads(table: &Table<'_>, model: &ModelFile) -> Result<LogPlan, InputError> {
         for share in shares {
             let mass = payload * share;
             rows.push(LoadRow {
-                time: pause * rows.len() as f64,
+                time,
                 motor,
                 load: Load {
                     wrench_in_t: Wrench { moment: moment * share, force: force * share },
@@ -412,6 +424,7 @@ fn loads(table: &Table<'_>, model: &ModelFile) -> Result<LogPlan, InputError> {
                     center: if mass > 0.0 { centre } else { Vector3::zeros() },
                 },
             });
+            time += pause;
         }
     }
     if rows.is_empty() || rows.len() > MOST_ROWS {

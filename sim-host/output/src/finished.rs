@@ -12,6 +12,7 @@ use trueweld_evaluate::study::{
 use trueweld_evaluate::tune::{TunedController, TunedLaw, Tuning};
 use trueweld_evaluate::{StepFigures, UncertainCell, WeldFigures};
 use trueweld_identify::Identification;
+use trueweld_identify::plan::{PlanOptions, StiffnessPlan};
 use trueweld_measure::data::log::import::Proposal;
 use trueweld_measure::diagnose::{Diagnosis, Explanation, Reason};
 use trueweld_measure::improve::Improvement;
@@ -216,6 +217,21 @@ pub struct IdentifyReport<'a> {
     pub model: &'a ModelFile,
     /// What was found.
     pub found: &'a Identification,
+    /// What the result is of.
+    pub provenance: &'a Provenance,
+}
+
+/// Loads that are to tell the stiffness.
+#[derive(Debug, Clone, Copy)]
+pub struct StiffnessPlanReport<'a> {
+    /// The model of the robot.
+    pub model: &'a ModelFile,
+    /// The loads.
+    pub plan: &'a StiffnessPlan,
+    /// What the laboratory has.
+    pub options: &'a PlanOptions,
+    /// The protocol that is written.
+    pub out: &'a Path,
     /// What the result is of.
     pub provenance: &'a Provenance,
 }

@@ -33,12 +33,13 @@ pub use file::write_file;
 pub use finished::{
     AssumedDraws, CertifiedWeld, CertifyReport, CompareReport, DiagnoseReport, IdentifyReport,
     ImportReport, ImproveReport, LawsReport, MistakesReport, RegisterReport, StepReport, StepRun,
-    StudyPaperReport, StudySensitivityReport, TuneReport, WeldReport, WeldRun,
+    StiffnessPlanReport, StudyPaperReport, StudySensitivityReport, TuneReport, WeldReport, WeldRun,
 };
 pub use progress::Progress;
 pub use report::*;
 pub use samples::{Samples, is_parquet};
 pub use words::control::control_toml;
+pub use words::experiment::experiment_protocol;
 pub use words::identify::{identified_head, identified_source};
 pub use words::import::log_toml;
 pub use words::mistakes::mistake as mistake_in_words;

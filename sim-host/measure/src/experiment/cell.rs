@@ -63,14 +63,91 @@ impl Channels {
     }
 }
 
+/// Where an arm may stand, and under which loads.
+#[derive(Debug)]
+pub struct SafeSpace<'a> {
+    /// The arm.
+    pub robot: &'a Robot<f64>,
+    /// Where each joint may go, rad.
+    pub range: [[f64; 2]; JOINTS],
+    /// Length of the stretched arm, m, and the floor, m.
+    reach: f64,
+    floor: f64,
+}
+
+impl<'a> SafeSpace<'a> {
+    /// Of an arm whose joints go where their limits let them, a tenth of the stretched arm's length
+    /// above its foot.
+    pub fn new(robot: &'a Robot<f64>) -> Self {
+        let range = robot.parameters().joints.map(|joint| {
+            let [low, high] = joint.limits;
+            [low + OFF_LIMITS, high - OFF_LIMITS]
+        });
+        let reach = Self::reach(robot);
+        Self { robot, range, reach, floor: ABOVE_FLOOR * reach }
+    }
+
+    /// Length of the stretched arm with its tool, m.
+    pub fn reach(robot: &Robot<f64>) -> f64 {
+        let parameters = robot.parameters();
+        let tool = &parameters.tool;
+        let links: f64 = parameters.joints[1..].iter().map(|j| j.origin.norm()).sum();
+        links + (tool.flange_offset + tool.tcp_from_flange).norm()
+    }
+
+    /// True where the arm may stand: in range, above the floor, clear of the base.
+    pub fn reaches(&self, q: &JointVector<f64>) -> bool {
+        const ROUNDING: f64 = 1e-9;
+        let within = (0..JOINTS)
+            .all(|i| q[i] >= self.range[i][0] - ROUNDING && q[i] <= self.range[i][1] + ROUNDING);
+        if !within {
+            return false;
+        }
+        let frames = self.robot.frames(q);
+        let above =
+            frames.origin[2..].iter().chain([&frames.tcp.position]).all(|p| p.z > self.floor);
+        above && frames.tcp.position.xy().norm() > OFF_BASE * self.reach
+    }
+
+    /// True where the arm may be loaded so: a wrench on the tool, in axes of T.
+    pub fn bears(&self, q: &JointVector<f64>, wrench_in_t: &Wrench<f64>) -> bool {
+        if !self.reaches(q) {
+            return false;
+        }
+        let frames = self.robot.frames(q);
+        let mut jacobian = frames.jacobian().0;
+        jacobian.fixed_rows_mut::<3>(3).scale_mut(1.0 / self.reach);
+        let singular = jacobian.singular_values();
+        let wrench = wrench_in_t.rotated(&frames.tcp.rotation);
+        let torque = self.robot.spring_torque_at_rest(&frames, q, &wrench);
+        let joints = &self.robot.parameters().joints;
+        singular.min() > LEAST_RATIO * singular.max()
+            && (0..JOINTS).all(|i| torque[i].abs() < TORQUE_SHARE * joints[i].max_torque)
+    }
+
+    /// Postures that fill the range evenly, in whole steps of 5°: as many as are asked for, of those
+    /// that the unloaded arm may stand in.
+    pub fn postures(&self, count: usize) -> Vec<JointVector<f64>> {
+        const BASES: [u32; JOINTS] = [2, 3, 5, 7, 11, 13];
+        let point = |k: u32| {
+            JointVector::from_fn(|i, _| {
+                let [low, high] = self.range[i];
+                whole_steps(low + (high - low) * radical_inverse(BASES[i], k))
+            })
+        };
+        let tried = 1..50 * count as u32;
+        tried.map(point).filter(|q| self.bears(q, &Wrench::zero())).take(count).collect()
+    }
+}
+
 /// The laboratory.
 #[derive(Debug)]
 pub(super) struct ExperimentCell<'a> {
     pub robot: &'a Robot<f64>,
     logs: &'a [Log],
     noise: Vec<NoiseLevels>,
-    /// Where each joint may go, rad.
-    pub range: [[f64; 2]; JOINTS],
+    /// Where the arm may stand.
+    pub space: SafeSpace<'a>,
     /// Postures to work in, whole steps of 5°.
     pub postures: Vec<JointVector<f64>>,
     /// Largest force, N, and moment, N·m, that can be pressed with; 0 where no log has it.
@@ -80,9 +157,6 @@ pub(super) struct ExperimentCell<'a> {
     /// link, m.
     pub mass: f64,
     pub centre: Vector3<f64>,
-    /// Length of the stretched arm, m, and the floor, m.
-    reach: f64,
-    floor: f64,
 }
 
 impl<'a> ExperimentCell<'a> {
@@ -108,9 +182,7 @@ impl<'a> ExperimentCell<'a> {
             }
             *range = within;
         }
-        let tool = &parameters.tool;
-        let links: f64 = parameters.joints[1..].iter().map(|j| j.origin.norm()).sum();
-        let reach = links + (tool.flange_offset + tool.tcp_from_flange).norm();
+        let reach = SafeSpace::reach(robot);
         // A robot on a pedestal has been below its own base.
         let lowest = logs
             .iter()
@@ -132,25 +204,14 @@ impl<'a> ExperimentCell<'a> {
             robot,
             logs,
             noise: instruments(logs),
-            range,
+            space: SafeSpace { robot, range, reach, floor: (ABOVE_FLOOR * reach).min(lowest) },
             postures: Vec::new(),
             force: round_down(most(&|l| l.samples.force.as_ref()), 500.0),
             moment: round_down(most(&|l| l.samples.moment.as_ref()), 50.0),
             mass,
             centre: centre.map(|x| (x * 1e3).round() / 1e3),
-            reach,
-            floor: (ABOVE_FLOOR * reach).min(lowest),
         };
-        // Points that fill the range evenly, whatever their number.
-        const BASES: [u32; JOINTS] = [2, 3, 5, 7, 11, 13];
-        let point = |k: u32| {
-            JointVector::from_fn(|i, _| {
-                let [low, high] = range[i];
-                whole_steps(low + (high - low) * radical_inverse(BASES[i], k))
-            })
-        };
-        cell.postures =
-            (1..400).map(point).filter(|q| cell.bears(q, &Wrench::zero())).take(POSTURES).collect();
+        cell.postures = cell.space.postures(POSTURES);
         Some(cell)
     }
 
@@ -184,36 +245,6 @@ impl<'a> ExperimentCell<'a> {
     pub fn noise(&self, kind: LogKind) -> NoiseLevels {
         let index = self.logs.iter().position(|l| l.kind == kind).unwrap_or(0);
         self.noise[index]
-    }
-
-    /// True where the arm may stand: in range, above the floor, clear of the base.
-    pub fn reaches(&self, q: &JointVector<f64>) -> bool {
-        const ROUNDING: f64 = 1e-9;
-        let within = (0..JOINTS)
-            .all(|i| q[i] >= self.range[i][0] - ROUNDING && q[i] <= self.range[i][1] + ROUNDING);
-        if !within {
-            return false;
-        }
-        let frames = self.robot.frames(q);
-        let above =
-            frames.origin[2..].iter().chain([&frames.tcp.position]).all(|p| p.z > self.floor);
-        above && frames.tcp.position.xy().norm() > OFF_BASE * self.reach
-    }
-
-    /// True where the arm may be loaded so: a wrench on the tool, in axes of T.
-    pub fn bears(&self, q: &JointVector<f64>, wrench_in_t: &Wrench<f64>) -> bool {
-        if !self.reaches(q) {
-            return false;
-        }
-        let frames = self.robot.frames(q);
-        let mut jacobian = frames.jacobian().0;
-        jacobian.fixed_rows_mut::<3>(3).scale_mut(1.0 / self.reach);
-        let singular = jacobian.singular_values();
-        let wrench = wrench_in_t.rotated(&frames.tcp.rotation);
-        let torque = self.robot.spring_torque_at_rest(&frames, q, &wrench);
-        let joints = &self.robot.parameters().joints;
-        singular.min() > LEAST_RATIO * singular.max()
-            && (0..JOINTS).all(|i| torque[i].abs() < TORQUE_SHARE * joints[i].max_torque)
     }
 
     /// What the weight of a mass on the flange is to the tool, in axes of T.

@@ -10,7 +10,7 @@ mod cell;
 mod procedure;
 mod separation;
 
-pub use cell::Channels;
+pub use cell::{Channels, SafeSpace};
 pub use procedure::{Changed, DWELL, Excitation, FALLS, PEAK, PlanRow, Procedure, RINGS};
 
 use crate::data::log::{Log, LogKind};

@@ -286,7 +286,7 @@ impl Procedure {
                 at_rest(cell, rows.collect())
             }
             Self::Scan { at, joint, mass } => {
-                let [low, high] = cell.range[*joint];
+                let [low, high] = cell.space.range[*joint];
                 let row = |k: usize| {
                     let mut q = *at;
                     q[*joint] = low + (high - low) * k as f64 / (SCANNED - 1) as f64;
@@ -361,13 +361,13 @@ impl Procedure {
         joint: usize,
         span: f64,
     ) -> Option<f64> {
-        let [low, high] = cell.range[joint];
+        let [low, high] = cell.space.range[joint];
         let towards = if at[joint] > 0.5 * (low + high) { -1.0 } else { 1.0 };
         let to = (at[joint] + towards * span).clamp(low, high).to_degrees().trunc().to_radians();
         let clear = (0..=8).all(|k| {
             let mut q = *at;
             q[joint] += (to - at[joint]) * f64::from(k) / 8.0;
-            cell.reaches(&q)
+            cell.space.reaches(&q)
         });
         (clear && (to - at[joint]).abs() > 5f64.to_radians()).then_some(to)
     }
@@ -385,7 +385,7 @@ fn at_rest(cell: &ExperimentCell<'_>, rows: Vec<PlanRow>) -> Option<(Log, Vec<Pl
         let weight = cell.weight(&q, row.payload);
         let carried =
             Wrench { force: wrench.force + weight.force, moment: wrench.moment + weight.moment };
-        if !cell.bears(&q, &carried) {
+        if !cell.space.bears(&q, &carried) {
             return None;
         }
         let pose = cell.pose(&q, &carried);
@@ -429,7 +429,7 @@ fn in_motion(
     let n = (lasts / period) as usize + 1;
     let time: Vec<f64> = (0..n).map(|k| k as f64 * period).collect();
     let encoder: Vec<JointVector<f64>> = time.iter().map(|t| angle(*t)).collect();
-    if !encoder.iter().step_by((n / 10).max(1)).all(|q| cell.reaches(q)) {
+    if !encoder.iter().step_by((n / 10).max(1)).all(|q| cell.space.reaches(q)) {
         return None;
     }
     let poses: Vec<Pose<f64>> = encoder.iter().map(|q| cell.robot.forward_kinematics(q)).collect();

@@ -32,7 +32,10 @@ pub use diagnose::{
     PlannedExperiment,
 };
 pub use effects::{EffectCurveData, EffectPlace, FittedEffectValues, FittedValue};
-pub use identify::{IdentifiedNumber, IdentifyResult, StiffnessOverTorque, StiffnessPoint};
+pub use identify::{
+    DecrementDamping, ExpectedStiffness, IdentifiedMode, IdentifiedNumber, IdentifyResult,
+    PlannedStiffnessLoad, StiffnessOverTorque, StiffnessPlanResult, StiffnessPoint, WeldSection,
+};
 pub use import::{ImportResult, ImportedColumn, ImportedFile};
 pub use improve::{AddedStep, ImproveResult, PosteriorNumber, RejectedStep};
 pub use mistake::{FileMistake, MistakeEvidence};
@@ -74,6 +77,7 @@ pub fn schemas() -> Vec<(&'static str, Schema)> {
         of::<RegisterResult>("register"),
         of::<ImportResult>("import-log"),
         of::<IdentifyResult>("identify"),
+        of::<StiffnessPlanResult>("identify-plan"),
         of::<CheckResult>("check"),
     ]
 }

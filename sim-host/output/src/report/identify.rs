@@ -1,14 +1,16 @@
 //! Numbers that were identified, with intervals, and what shows whether the model fits.
 
 use super::Report;
-use crate::IdentifyReport;
 use crate::color::{Dash, run};
 use crate::document::{Block, Document, Figure, Line, Medium, Plot, Table, number, words};
-use crate::json::IdentifyResult;
+use crate::json::{IdentifyResult, StiffnessPlanResult};
 use crate::words::identify::{
-    headline, is_misfit, lead, linear, open, quantity, setting, with_interval,
+    expected, headline, is_misfit, joints_of, lead, linear, load, open, part, plan_headline,
+    plan_setting, quantity, setting, with_interval,
 };
-use crate::words::{fixed, signed_share};
+use crate::words::{digits, fixed, score, share, signed_share};
+use crate::{IdentifyReport, StiffnessPlanReport};
+use std::f64::consts::TAU;
 use trueweld_identify::{StiffnessCurve, Target};
 
 impl Report for IdentifyReport<'_> {
@@ -27,6 +29,8 @@ impl Report for IdentifyReport<'_> {
         document.push(Block::Lead(lead(found)));
         document.push(Block::Table(self.numbers()));
         document.push(Block::List(open(found)));
+        document.section(Medium::All, "Modes, motors locked", Block::Table(self.modes()));
+        document.section(Medium::All, "Parts of the welds", Block::Table(self.sections()));
         document.push(Block::Note(setting(self)));
         let curves = found.curves.iter().map(|curve| self.curve(curve)).collect();
         document.section(Medium::Page, "Stiffness over torque", Block::Figures(curves));
@@ -42,18 +46,25 @@ impl IdentifyReport<'_> {
         let of_stiffness = found.target == Target::Stiffness;
         let mut head =
             vec![words(""), number("given"), number("identified, 95 %"), number("change")];
-        if of_stiffness {
-            head.push(words("linear"));
+        match found.target {
+            Target::Stiffness => head.push(words("linear")),
+            Target::Damping => head.push(number("by decrements alone, 95 %")),
+            Target::Process => {}
         }
         let joints = &self.model.robot.joint_names;
         let row = |n: &trueweld_identify::Number| {
             let change = match n.interval {
+                Some(_) if n.unit == "rad" || n.given.is_nan() || n.given == 0.0 => String::new(),
                 Some(_) => signed_share(n.value / n.given - 1.0),
                 None => "–".to_owned(),
             };
-            let label = if n.at.is_empty() { &n.name } else { &n.at };
+            let label = match (n.at.as_str(), found.target) {
+                ("", _) => n.name.clone(),
+                (at, Target::Process) => format!("{at}: {}", n.name),
+                (at, _) => at.to_owned(),
+            };
             let mut row = vec![
-                words(label.clone()),
+                words(label),
                 number(quantity(n.given, n.unit)),
                 number(with_interval(n)).bad(!n.is_identifiable()),
                 number(change),
@@ -63,13 +74,64 @@ impl IdentifyReport<'_> {
                 let bent = curve.is_some_and(|c| !c.is_linear());
                 row.push(words(linear(curve)).bad(bent));
             }
+            if found.target == Target::Damping {
+                let joint = joints.iter().position(|name| *name == n.at);
+                let by = joint.and_then(|j| found.decrements[j]);
+                row.push(number(by.map_or("–".to_owned(), |by| {
+                    format!("{} ± {}", quantity(by.value, n.unit), share(by.half / by.value))
+                })));
+            }
             row
         };
         Table { head: vec![head], rows: found.numbers.iter().map(row).collect() }
     }
 
+    fn modes(&self) -> Table {
+        let names = &self.model.robot.joint_names;
+        let row = |m: &trueweld_identify::Mode| {
+            vec![
+                words(m.log.clone()),
+                number(fixed(m.natural / TAU, 2)),
+                number(format!(
+                    "{} ± {}",
+                    fixed(m.frequency / TAU, 3),
+                    fixed(m.frequency_half / TAU, 3)
+                )),
+                number(format!("{} ± {}", digits(m.decay, 3), digits(m.decay_half, 2))),
+                number(digits(m.fitted, 3)),
+                number(share(m.ratio)),
+                words(joints_of(m, names)),
+            ]
+        };
+        let head = [
+            words("log"),
+            number("from M and K, Hz"),
+            number("seen, Hz"),
+            number("c = (2/T) ln(A₁/A₂), 1/s"),
+            number("from D, 1/s"),
+            number("of critical"),
+            words("energy in"),
+        ];
+        Table { head: vec![head.to_vec()], rows: self.found.modes.iter().map(row).collect() }
+    }
+
+    fn sections(&self) -> Table {
+        let row = |s: &trueweld_identify::Section| {
+            vec![
+                words(s.log.clone()),
+                words(part(s)),
+                number(format!("{} s", fixed(s.lasts, 1))),
+                number(s.samples.to_string()),
+                number(score(s.score)),
+            ]
+        };
+        let head =
+            [words("log"), words("part"), number("lasts"), number("values"), number("score")];
+        Table { head: vec![head.to_vec()], rows: self.found.sections.iter().map(row).collect() }
+    }
+
     fn correlation(&self) -> Table {
-        let numbers = &self.found.numbers;
+        let numbers = &self.found.numbers[..self.found.correlation.nrows()];
         if numbers.len() < 2 {
             return Table::default();
         }
@@ -122,5 +184,52 @@ impl IdentifyReport<'_> {
             text: format!("Linear: {}. Dotted: 95 %.", linear(Some(curve))),
             ..Figure::new(joint.clone(), plot)
         }
+    }
+}
+
+impl Report for StiffnessPlanReport<'_> {
+    type Json = StiffnessPlanResult;
+
+    fn json(&self) -> StiffnessPlanResult {
+        StiffnessPlanResult::of(self)
+    }
+
+    fn document(&self) -> Document {
+        let mut document = Document::new("Plan", plan_headline(self), self.provenance);
+        let joints = &self.model.robot.joint_names;
+        let row = |j: usize| {
+            vec![
+                words(joints[j].clone()),
+                number(expected(self.plan.deviations[j])),
+                number(expected(self.plan.by_hand_deviations[j])),
+            ]
+        };
+        let head = vec![words(""), number("planned, 95 %"), number("picked by hand, 95 %")];
+        document.push(Block::Table(Table {
+            head: vec![head],
+            rows: (0..joints.len()).map(row).collect(),
+        }));
+        let degrees = |q: &trueweld_core::JointVector<f64>| {
+            q.iter().map(|a| number(fixed(a.to_degrees(), 0))).collect::<Vec<_>>()
+        };
+        let row = |(k, planned): (usize, &trueweld_identify::plan::PlannedLoad)| {
+            let mut row = vec![words((k + 1).to_string())];
+            row.extend(degrees(&planned.posture));
+            row.push(words(load(self, planned)));
+            row
+        };
+        let mut head = vec![words("")];
+        head.extend(joints.iter().map(|name| number(format!("{name}, °"))));
+        head.push(words("load"));
+        document.section(
+            Medium::All,
+            "The loads, in order",
+            Block::Table(Table {
+                head: vec![head],
+                rows: self.plan.loads.iter().enumerate().map(row).collect(),
+            }),
+        );
+        document.push(Block::Note(plan_setting(self)));
+        document
     }
 }

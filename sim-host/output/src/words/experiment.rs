@@ -47,6 +47,77 @@ pub(crate) fn title(plan: &Plan) -> String {
     }
 }
 
+/// The protocol that records an experiment: `model`, the path of the model file; `weld`, that of the
+/// weld file, where it is a weld.
+pub fn experiment_protocol(plan: &Plan, model: &str, weld: &str) -> String {
+    let degrees = |angles: &[f64]| {
+        let all: Vec<String> =
+            angles.iter().map(|a| format!("{:?}", rounded(a.to_degrees()))).collect();
+        format!("[{}]", all.join(", "))
+    };
+    let vector = |v: &[f64]| format!("{:?}", v.iter().map(|x| rounded(*x)).collect::<Vec<_>>());
+    let kind = plan.procedure.kind();
+    let mut text = format!(
+        "# {}\n# {}\nschema = \"protocol/1\"\nmodel = {model:?}\n\n[[log]]\nname = \"next\"\nkind = \"{kind}\"\n",
+        title(plan),
+        reason(plan)
+    );
+    match &plan.procedure {
+        Procedure::Load { .. } | Procedure::Scan { .. } | Procedure::Rest { .. } => {
+            let hung = plan.log.samples.payload.iter().flatten().find(|p| p.mass > 0.0);
+            for row in &plan.rows {
+                text += &format!(
+                    "\n[[log.load]]\ntime_s = {:?}\nposture_deg = {}\nshares = [1]\n",
+                    rounded(row.time),
+                    degrees(&row.encoder)
+                );
+                if row.force != [0.0; 3] {
+                    text += &format!("force_n = {}\n", vector(&row.force));
+                }
+                if row.moment != [0.0; 3] {
+                    text += &format!("moment_nm = {}\n", vector(&row.moment));
+                }
+                if let Some(hung) = hung.filter(|_| row.payload > 0.0) {
+                    text += &format!(
+                        "payload_kg = {:?}\ncentre_m = {}\n",
+                        row.payload,
+                        vector(hung.centre.as_slice())
+                    );
+                }
+            }
+        }
+        Procedure::Stop { at, joint, rate } => {
+            let mut rates = [0.0; JOINTS];
+            rates[*joint] = *rate;
+            text += &format!(
+                "posture_deg = {}\nrate_deg_s = {}\nlength_s = {RINGS:?}\n",
+                degrees(at.as_slice()),
+                degrees(&rates)
+            );
+        }
+        Procedure::Move { at, .. } => {
+            text += &format!("posture_deg = {}\n", degrees(at.as_slice()));
+            for pair in plan.rows.windows(2).filter(|pair| pair[0].encoder != pair[1].encoder) {
+                text += &format!(
+                    "\n[[log.waypoint]]\nposture_deg = {}\ntakes_s = {:?}\ndwell_s = {DWELL:?}\n",
+                    degrees(&pair[1].encoder),
+                    rounded(pair[1].time - pair[0].time)
+                );
+            }
+        }
+        Procedure::Seam { .. } => {
+            let spindle = plan.log.process.as_ref().map_or(0.0, |process| process.spindle);
+            text += &format!("weld = {weld:?}\nspindle_rad_s = {spindle:?}\n");
+        }
+    }
+    text
+}
+
+/// To a millionth: what a set-point is exact to.
+fn rounded(value: f64) -> f64 {
+    (value * 1e6).round() / 1e6 + 0.0
+}
+
 /// What to do, in order.
 pub(crate) fn steps(plan: &Plan) -> Vec<String> {
     let name = |joint: usize| &plan.log.robot.joint_names[joint];

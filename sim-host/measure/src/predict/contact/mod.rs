@@ -111,7 +111,7 @@ impl Contact {
             rows,
             motion: Vec::new(),
         };
-        weld.motion = weld.tool(None, 0.0);
+        weld.motion = weld.tool(None, 0.0, weld.process.memory_length);
         let encoder = known(&noise.encoder, log, LogChannel::Encoder)?;
         let level = known(&noise.force, log, LogChannel::Force)?;
         let tracker = known(&noise.position, log, LogChannel::Position)?;
@@ -199,8 +199,10 @@ impl Contact {
         let ports = &robot.ports;
         let late = ports.delay(Channel::Tracker);
         let followed;
-        let motion = if late != 0.0 || ports.senses(Channel::Tracker) {
-            followed = weld.tool(Some(robot), late);
+        let memory = process.memory_length;
+        let same_memory = memory == weld.process.memory_length;
+        let motion = if late != 0.0 || ports.senses(Channel::Tracker) || !same_memory {
+            followed = weld.tool(Some(robot), late, memory);
             &followed
         } else {
             &weld.motion

@@ -32,6 +32,13 @@ pub(super) struct Weld {
 /// Speed along the seam below which a tool is not on its way, m/s.
 const SLOW: f64 = 1e-3;
 
+/// How far the channel lags behind a tool on its way, across the seam, m, where it follows over this
+/// travel; 0 for a tool at rest.
+fn lag(memory: f64, position: &Vector3<f64>, velocity: &Vector3<f64>) -> f64 {
+    let deep = position.z > 0.0 && velocity.x.abs() > SLOW;
+    if deep { memory * velocity.y / velocity.x.abs() } else { 0.0 }
+}
+
 /// The tool at one row: TCP and velocity in W, and the channel behind it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Tool {
@@ -60,8 +67,8 @@ impl Weld {
     }
 
     /// Motion of the tool in the bands it is followed in. `robot`: whose sensor terms are undone;
-    /// `late`: the tracker's delay, s.
-    pub fn tool(&self, robot: Option<&ElasticRobot>, late: f64) -> Vec<Tool> {
+    /// `late`: the tracker's delay, s; `memory`: the travel over which the channel follows, m.
+    pub fn tool(&self, robot: Option<&ElasticRobot>, late: f64, memory: f64) -> Vec<Tool> {
         let n = self.angle.len();
         let w = &self.seam.b_from_w;
         let read = |k: usize| {
@@ -103,13 +110,12 @@ impl Weld {
             }
         }
         // Behind a tool that begins on its way the channel is where it was a memory's length before.
-        let mut channel = position[0].y - self.lag(&position[0], &velocity[0]);
+        let mut channel = position[0].y - lag(memory, &position[0], &velocity[0]);
         (0..n)
             .map(|k| {
                 let tool = Tool { position: position[k], velocity: velocity[k], channel };
                 // ẏ_m = (y − y_m)|v_x|/L, exactly over one row.
-                let share =
-                    -(-velocity[k].x.abs() * self.period / self.process.memory_length).exp_m1();
+                let share = -(-velocity[k].x.abs() * self.period / memory).exp_m1();
                 channel += (position[k].y - channel) * share;
                 tool
             })
@@ -118,8 +124,7 @@ impl Weld {
 
     /// How far the channel lags behind a tool on its way, across the seam, m; 0 for one at rest.
     pub fn lag(&self, position: &Vector3<f64>, velocity: &Vector3<f64>) -> f64 {
-        let deep = position.z > 0.0 && velocity.x.abs() > SLOW;
-        if deep { self.process.memory_length * velocity.y / velocity.x.abs() } else { 0.0 }
+        lag(self.process.memory_length, position, velocity)
     }
 
     /// A series without what is slow in it: thousands of newtons that change slowly would show at
