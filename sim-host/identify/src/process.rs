@@ -178,7 +178,8 @@ pub(crate) fn given(process: &Process, number: &Number) -> f64 {
 /// Half of the time over which the speed along the seam is taken, s.
 const HALF: f64 = 0.4;
 
-/// Shares of the feed: below the first a tool stands, and within the second of it the feed is even.
+/// Shares of the feed: below the first a tool stands, and where it changes by less than the second from
+/// one half to the other the feed is even.
 const STANDS: f64 = 0.15;
 const EVEN: f64 = 0.07;
 
@@ -215,17 +216,21 @@ pub(crate) fn sections(fit: &Fit) -> Vec<Section> {
 fn parts(log: &Log) -> Option<Vec<WeldPart>> {
     let (weld, position) = (log.weld.as_ref()?, log.samples.position.as_ref()?);
     let time = &log.samples.time;
-    let along = (weld.end - weld.start).normalize();
     let n = time.len();
     let step = (time[n - 1] - time[0]) / (n - 1).max(1) as f64;
     let half = ((HALF / step) as usize).max(1);
+    let speed = |from: usize, to: usize| {
+        (position[to] - position[from]).norm() / (time[to] - time[from]).max(step)
+    };
     let part = |k: usize| {
         let (from, to) = (k.saturating_sub(half), (k + half).min(n - 1));
-        let speed = (position[to] - position[from]).dot(&along) / (time[to] - time[from]);
-        match speed / weld.feed {
-            share if share.abs() < STANDS => WeldPart::Standing,
-            share if (share - 1.0).abs() < EVEN => WeldPart::Steady,
-            _ => WeldPart::FeedChange,
+        let change = speed(k.min(to - 1), to) - speed(from, k.max(from + 1));
+        if speed(from, to) < STANDS * weld.feed {
+            WeldPart::Standing
+        } else if change.abs() < EVEN * weld.feed {
+            WeldPart::Steady
+        } else {
+            WeldPart::FeedChange
         }
     };
     Some((0..n).map(part).collect())
