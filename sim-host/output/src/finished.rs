@@ -7,7 +7,8 @@ use trueweld_evaluate::certify::{
 };
 use trueweld_evaluate::laws::{LawComparison, Sweep};
 use trueweld_evaluate::study::{
-    EnvelopePoint, GlobalSensitivity, LocalSensitivity, SensitivityStudy, StudyRun,
+    Confirmation, EnvelopePoint, FoundLimit, GlobalSensitivity, LayoutTask, LimitStudy,
+    LocalSensitivity, OutOfReach, Placed, PlacedPart, Placement, SensitivityStudy, StudyRun,
 };
 use trueweld_evaluate::tune::{TunedController, TunedLaw, Tuning};
 use trueweld_evaluate::{StepFigures, UncertainCell, WeldFigures};
@@ -279,6 +280,49 @@ pub struct StudyPaperReport<'a> {
     pub length: f64,
     /// What the result is of.
     pub provenance: &'a Provenance,
+}
+
+/// A finished study of where a part is put.
+#[derive(Debug, Clone, Copy)]
+pub struct StudyLayoutReport<'a> {
+    /// What was asked.
+    pub task: &'a LayoutTask<'a>,
+    /// Every placement of the family's grid.
+    pub grid: &'a [Placed],
+    /// Figures that the front is of, by their places in the table.
+    pub front_of: &'a [usize],
+    /// Placements of the grid that no other one is better than in all of them.
+    pub front: &'a [&'a PlacedPart],
+    /// The part where its files have it.
+    pub filed: &'a Result<Confirmation, OutOfReach>,
+    /// The part where it is best put.
+    pub chosen: &'a Confirmation,
+    /// What the result is of.
+    pub provenance: &'a Provenance,
+}
+
+/// A finished study of how far a weld can be driven.
+#[derive(Debug, Clone, Copy)]
+pub struct StudyLimitsReport<'a> {
+    /// What was asked.
+    pub study: &'a LimitStudy<'a>,
+    /// Length welded, m.
+    pub length: f64,
+    /// Place by place, the weld's own first.
+    pub places: &'a [LimitsAt],
+    /// Places asked for that the arm does not reach.
+    pub out_of_reach: usize,
+    /// What the result is of.
+    pub provenance: &'a Provenance,
+}
+
+/// How far a weld can be driven at one place.
+#[derive(Debug, Clone)]
+pub struct LimitsAt {
+    /// Where.
+    pub at: Placement,
+    /// What was driven, and how far it can be.
+    pub limits: Vec<FoundLimit>,
 }
 
 /// A finished study of what a weld's figures depend on.

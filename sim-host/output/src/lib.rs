@@ -32,8 +32,9 @@ pub use error::OutputError;
 pub use file::write_file;
 pub use finished::{
     AssumedDraws, CertifiedWeld, CertifyReport, CompareReport, DiagnoseReport, IdentifyReport,
-    ImportReport, ImproveReport, LawsReport, MistakesReport, RegisterReport, StepReport, StepRun,
-    StiffnessPlanReport, StudyPaperReport, StudySensitivityReport, TuneReport, WeldReport, WeldRun,
+    ImportReport, ImproveReport, LawsReport, LimitsAt, MistakesReport, RegisterReport, StepReport,
+    StepRun, StiffnessPlanReport, StudyLayoutReport, StudyLimitsReport, StudyPaperReport,
+    StudySensitivityReport, TuneReport, WeldReport, WeldRun,
 };
 pub use progress::Progress;
 pub use report::*;
@@ -45,6 +46,7 @@ pub use words::import::log_toml;
 pub use words::mistakes::mistake as mistake_in_words;
 pub use words::model_comments;
 pub use words::register::table as tracker_table;
+pub use words::study::layout::out_of_reach as out_of_reach_in_words;
 
 /// Millimetres in a metre, and milliradians in a radian.
 pub(crate) const MILLI: f64 = 1e3;

@@ -1,5 +1,9 @@
-//! `trueweld study`: where a weld's figures come from, and how far they can be driven.
+//! `trueweld study`: where to put a part, how far its weld can be driven, what its figures follow from,
+//! and what the published study shows.
 
+mod grid;
+mod layout;
+mod limits;
 mod paper;
 mod sensitivity;
 mod sweep;
@@ -10,6 +14,16 @@ use miette::Result;
 /// Studies of a cell.
 #[derive(Subcommand)]
 pub enum Study {
+    /// Find where a part is best put, and the arm's posture there
+    ///
+    /// Every placement of a family by statics and kinematics, the best one searched between them and
+    /// confirmed by full runs. The page goes to out/study-layout.html where --html does not say
+    /// otherwise.
+    Layout(layout::Arguments),
+    /// Find the largest push, feed and offset of the seam that keep requirements, and what limits them
+    ///
+    /// The page goes to out/study-limits.html where --html does not say otherwise.
+    Limits(limits::Arguments),
     /// Show which of the uncertain numbers of a cell a weld's figures follow from
     ///
     /// Derivatives about the middle of what the requirements call uncertain, and Sobol indices with
@@ -25,6 +39,8 @@ pub enum Study {
 /// Runs a study.
 pub fn run(study: &Study) -> Result<()> {
     match study {
+        Study::Layout(arguments) => layout::run(arguments),
+        Study::Limits(arguments) => limits::run(arguments),
         Study::Sensitivity(arguments) => sensitivity::run(arguments),
         Study::Paper(arguments) => paper::run(arguments),
     }

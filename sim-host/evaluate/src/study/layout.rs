@@ -32,12 +32,10 @@ pub static WAY_FIGURES: [FigureOf<Way>; 10] = [
     FigureOf::new("tilt_max_rad", "tilt, largest, by statics", "rad", |way| {
         way.most(|at| at.displacement.angular.x.hypot(at.displacement.angular.y))
     }),
-    FigureOf::new("torque_share", "torque, largest share of a drive's", "1", |way| {
+    FigureOf::new("torque_share", "torque, largest share", "1", |way| {
         way.most(|at| at.torque.max())
     }),
-    FigureOf::new("speed_share", "speed, largest share of a joint's", "1", |way| {
-        way.most(|at| at.speed.max())
-    }),
+    FigureOf::new("speed_share", "speed, largest share", "1", |way| way.most(|at| at.speed.max())),
     FigureOf::new("collinear_min_rad", "angle between axes 4 and 6, least", "rad", |way| {
         way.least(|at| at.collinearity)
     }),

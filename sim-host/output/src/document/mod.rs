@@ -1,10 +1,14 @@
 //! What a command has to show, described once: the terminal and the page are two ways to draw the
 //! same document. The finding stands first, then its numbers, then what to do.
 
+mod map;
 mod page;
 mod plot;
 mod text;
 
+pub(crate) use map::Map;
+#[cfg(feature = "rerun")]
+pub(crate) use map::within_limit;
 pub(crate) use plot::{Line, Marked, Plot, reference};
 
 use crate::color::Rgb;
@@ -62,6 +66,8 @@ pub(crate) enum Block {
     Table(Table),
     /// Pictures, two in a row where they are not wide. On pages alone.
     Figures(Vec<Figure>),
+    /// Maps, two in a row. On pages alone.
+    Maps(Vec<Map>),
 }
 
 impl Document {
@@ -126,6 +132,7 @@ impl Block {
             Self::List(items) | Self::Steps(items) => items.is_empty(),
             Self::Table(table) => table.rows.is_empty(),
             Self::Figures(figures) => figures.is_empty(),
+            Self::Maps(maps) => maps.is_empty(),
         }
     }
 }

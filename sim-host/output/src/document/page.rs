@@ -62,6 +62,7 @@ impl Block {
                 Self::Steps(items) => ol { @for item in items { li { (item) } } },
                 Self::Table(table) => (table.markup()),
                 Self::Figures(figures) => div.figures { @for figure in figures { (figure.markup()) } },
+                Self::Maps(maps) => div.figures { @for map in maps { (map.markup()) } },
             }
         }
     }

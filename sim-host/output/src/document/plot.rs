@@ -53,8 +53,12 @@ pub(crate) struct Plot {
     pub wide: bool,
     /// Points with their errors, in the first run's colour.
     pub marked: Vec<Marked>,
+    /// What they are; measured, where nothing is said.
+    pub marked_name: &'static str,
     /// Places ringed in the second run's colour: where points are expected.
     pub rings: Vec<(f64, f64)>,
+    /// What they are; as fitted, where nothing is said.
+    pub rings_name: &'static str,
     /// Names of the categories at x = 0, 1, …, where x is no number.
     pub categories: Vec<String>,
     /// Lines of few points: every point is dotted, and the line's name, if it has one, stands at
@@ -134,13 +138,21 @@ impl Plot {
         };
         let mut series: Vec<Series> =
             self.lines.iter().filter(|l| !l.points.is_empty()).map(of_line).collect();
+        let named = |name: &'static str, usual| if name.is_empty() { usual } else { name };
         if !self.rings.is_empty() {
-            series.push(Series::of("as fitted", run(1), self.rings.clone()));
+            series.push(Series::of(
+                named(self.rings_name, "as fitted"),
+                run(1),
+                self.rings.clone(),
+            ));
         }
         if !self.marked.is_empty() {
             let points = self.marked.iter().map(|m| (m.x, m.y)).collect();
             let error = Some(self.marked.iter().map(|m| five_digits(m.error)).collect());
-            series.push(Series { error, ..Series::of("measured", run(0), points) });
+            series.push(Series {
+                error,
+                ..Series::of(named(self.marked_name, "measured"), run(0), points)
+            });
         }
         PlotData {
             x_label: &self.x_label,

@@ -33,7 +33,7 @@ impl Document {
                     }
                 }
                 Block::Table(table) => table.write(&mut out),
-                Block::Figures(_) => {}
+                Block::Figures(_) | Block::Maps(_) => {}
             }
         }
         out.replace("\n\n\n", "\n\n")
@@ -64,7 +64,7 @@ impl Block {
                 items.iter().fold("\n".to_owned(), |list, item| list + &format!("- {item}\n"))
             }
             Self::Table(table) => format!("\n{}", table.markdown()),
-            Self::Figures(_) => "\n".to_owned(),
+            Self::Figures(_) | Self::Maps(_) => "\n".to_owned(),
         }
     }
 }

@@ -48,8 +48,10 @@ pub use simulation::{
     WeldRunResult,
 };
 pub use study::{
-    EnvelopeResult, InputDerivative, InputIndices, PublishedStatement, SensitivityFigure,
-    StudyInput, StudyPaperResult, StudySensitivityResult,
+    AllowedFigure, ConfirmedPlacement, ConfirmedWeldResult, EnvelopeResult, InputDerivative,
+    InputIndices, LimitResult, LimitRun, PlaceLimits, PlacementFigures, PublishedStatement,
+    SensitivityFigure, StudyInput, StudyLayoutResult, StudyLimitsResult, StudyPaperResult,
+    StudySensitivityResult,
 };
 pub use tune::{
     ArmPlace, RatingResult, TuneResult, TunedControllerResult, TunedLawResult, TunedWeld,
@@ -69,6 +71,8 @@ pub fn schemas() -> Vec<(&'static str, Schema)> {
         of::<LawsResult>("compare-laws"),
         of::<CertifyResult>("certify"),
         of::<TuneResult>("tune"),
+        of::<StudyLayoutResult>("study-layout"),
+        of::<StudyLimitsResult>("study-limits"),
         of::<StudyPaperResult>("study-paper"),
         of::<StudySensitivityResult>("study-sensitivity"),
         of::<CompareResult>("compare"),

@@ -311,6 +311,20 @@ pub(super) fn step<W: Write>(
     layout.activate(&root, &time)
 }
 
+/// Writes the layout of a part's placements and makes it the active one.
+pub(super) fn placed<W: Write>(writer: &mut Writer<W>) -> Result<(), RecordError> {
+    let mut layout = Layout { writer, count: 0 };
+    let background = view::Background::new(part::BackgroundKind::SolidColor)
+        .with_color(Color::from_rgb(244, 245, 247));
+    let contents = [super::placed::MAP.to_owned(), format!("{}/**", super::placed::SEAMS)];
+    let title = "placements: blue within what is allowed, orange beyond";
+    let space = layout.view("3D", title, &contents, &[("Background", &background)])?;
+    let words = layout.words(None)?;
+    let root = layout.container(part::ContainerKind::Horizontal, &[space, words], &[3.0, 2.0])?;
+    let time = view::TimePanelBlueprint::new().with_state(part::PanelState::Hidden);
+    layout.activate(&root, &time)
+}
+
 /// Writes the layout of a comparison and makes it the active one: the worst channels' differences
 /// always seen, the others as tabs.
 pub(super) fn compare<W: Write>(

@@ -8,6 +8,7 @@
 
 mod compare;
 mod layout;
+mod placed;
 mod scene;
 mod shown;
 mod signals;
@@ -18,7 +19,8 @@ use crate::document::Document;
 use crate::words::experiment;
 use crate::words::weld::limits;
 use crate::{
-    CompareReport, DiagnoseReport, ImproveReport, OutputError, StepReport, WeldReport, write_file,
+    CompareReport, DiagnoseReport, ImproveReport, OutputError, StepReport, StudyLayoutReport,
+    WeldReport, write_file,
 };
 use re_sdk_types::archetypes::TextDocument;
 use re_sdk_types::components::MediaType;
@@ -171,6 +173,22 @@ pub(crate) fn improve_recording(
         &said,
         &improved.setting(),
     )
+}
+
+/// Writes the placements of a part into a recording at `path`: a point for each, coloured by what it
+/// takes of what is allowed, and the seams as filed and as chosen. `document`: the report in words.
+///
+/// # Errors
+/// [`OutputError`] with the path; no file is left behind.
+pub(crate) fn layout_recording(
+    path: &Path,
+    report: &StudyLayoutReport<'_>,
+    document: &Document,
+) -> Result<(), OutputError> {
+    save(path, "study layout", document.origin_markdown(), |writer| {
+        layout::placed(writer)?;
+        placed::all(writer, document.markdown(), report)
+    })
 }
 
 /// Logs under a model and under a better one, with what is said of it, the most important first.

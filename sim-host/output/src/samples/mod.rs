@@ -9,7 +9,7 @@ mod study;
 
 pub(crate) use measured::of_logs;
 pub(crate) use simulated::{of_laws, of_runs, of_trials};
-pub(crate) use study::of_study;
+pub(crate) use study::{of_layout, of_study};
 
 use crate::OutputError;
 use std::borrow::Cow;

@@ -1,9 +1,10 @@
 //! Samples of studies: a row for every weld, with what it was made of and what came of it.
 
 use super::{Samples, Values};
-use crate::StudySensitivityReport;
+use crate::words::study::layout::out_of_reach;
+use crate::{StudyLayoutReport, StudySensitivityReport};
 use std::borrow::Cow;
-use trueweld_evaluate::study::{DesignPoint, StudyRun};
+use trueweld_evaluate::study::{DesignPoint, Placed, PlacedPart, StudyRun, WAY_FIGURES, numbers};
 
 /// Rows in one block.
 const BLOCK: usize = 10_000;
@@ -67,4 +68,35 @@ fn cell_values(run: &StudyRun) -> impl Iterator<Item = f64> + '_ {
     let short = cell.stiffness.iter().chain(&cell.process).chain(&cell.ripple);
     let short = short.chain(&cell.crosstalk).chain(std::iter::once(&cell.delay));
     short.chain(&cell.latents).copied()
+}
+
+/// Placements of a grid: where, and what statics have of them.
+pub(crate) fn of_layout<'a>(report: &StudyLayoutReport<'a>) -> Samples<'a> {
+    let names = ["x_m", "y_m", "z_m", "turn_rad", "incline_rad", "roll_rad"];
+    let keys = WAY_FIGURES.iter().map(|of| of.figure.key);
+    let columns: Vec<&str> = names.into_iter().chain(keys).chain(["share"]).collect();
+    let limiting = report.task.allowed;
+    let blocks = report.grid.chunks(BLOCK).map(move |placed| {
+        let words = |of: &dyn Fn(&Placed) -> String| {
+            Values::Words(placed.iter().map(|placed| Cow::from(of(placed))).collect())
+        };
+        let mut block = vec![
+            words(&|placed| {
+                placed.outcome.as_ref().err().map_or(String::new(), |w| out_of_reach(*w))
+            }),
+            words(&|placed| {
+                let of = placed.outcome.as_ref().ok().map(|of| limiting[of.limiting].figure);
+                of.map_or(String::new(), |figure| WAY_FIGURES[figure].figure.key.to_owned())
+            }),
+        ];
+        let column = |of: &dyn Fn(&Placed) -> f64| Values::Numbers(placed.iter().map(of).collect());
+        block.extend((0..6).map(|k| column(&|placed| numbers(&placed.placement)[k])));
+        let value = |of: &dyn Fn(&PlacedPart) -> f64| {
+            column(&|placed| placed.outcome.as_ref().map_or(f64::NAN, of))
+        };
+        block.extend((0..WAY_FIGURES.len()).map(|k| value(&|of| of.values[k])));
+        block.push(value(&|of| of.share));
+        block
+    });
+    Samples::new(["out_of_reach", "limiting"], columns, blocks)
 }

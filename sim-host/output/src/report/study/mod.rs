@@ -1,4 +1,6 @@
 //! Studies of a cell.
 
+mod layout;
+mod limits;
 mod paper;
 mod sensitivity;

@@ -1,0 +1,221 @@
+//! Studies: placements, limits and the ways of the arm.
+
+use std::f64::consts::FRAC_PI_6;
+use trueweld_compensators::find;
+use trueweld_core::{JOINTS, Robot};
+use trueweld_evaluate::study::{
+    Allowance, Driven, Family, LayoutTask, LimitStudy, PLACES, Part, Placement, Range, RealArm,
+    WAY_FIGURES, Way, as_filed, confirm, numbers, pareto, shortened,
+};
+use trueweld_evaluate::{Limit, WELD_FIGURES};
+use trueweld_plant::cell::Cell;
+use trueweld_plant::input::{Control, InputFile, Process, RobotFile, Sensors, Weld};
+use trueweld_plant::integrate::Integrator;
+use trueweld_plant::simulate::{Controller, Program, Scenario, Seam};
+
+struct Fixtures {
+    robot: RobotFile,
+    process: Process,
+    control: Control,
+    sensors: Sensors,
+    weld: Weld,
+}
+
+fn read<T: InputFile>(name: &str) -> T {
+    T::read(format!("{}/../../fixtures/{name}", env!("CARGO_MANIFEST_DIR"))).expect("a fixture")
+}
+
+fn fixtures(weld: &str) -> Fixtures {
+    Fixtures {
+        robot: read("robots/kr500-mt.toml"),
+        process: read("processes/lap-weld-2024-t3.toml"),
+        control: read("control/kr500-mt.toml"),
+        sensors: read("sensors/kr500-mt.toml"),
+        weld: read(&format!("welds/{weld}.toml")),
+    }
+}
+
+impl Fixtures {
+    fn robot(&self) -> &Robot<f64> {
+        &self.robot.robot
+    }
+
+    fn cell(&self) -> Cell {
+        Cell::new(self.robot(), &[], &self.process, Seam::real(&self.weld)).expect("a cell")
+    }
+
+    fn scenario<'a>(
+        &'a self,
+        cell: &'a Cell,
+        law: &'a trueweld_compensators::Entry,
+    ) -> Scenario<'a> {
+        Scenario {
+            name: "study",
+            cell,
+            controller_model: self.robot(),
+            planned: &self.process,
+            weld: &self.weld,
+            program: Program::Weld,
+            control: &self.control,
+            sensors: &self.sensors,
+            controller: Controller::External,
+            law,
+            integrator: Integrator::LinearlyImplicit,
+            plant_step: 2e-3,
+            seed: 1,
+            fault: None,
+        }
+    }
+}
+
+fn family(part: &Part, x: Range, z: Range) -> Family {
+    let mut ranges = numbers(&part.placement()).map(Range::at);
+    ranges[0] = x;
+    ranges[2] = z;
+    Family(ranges)
+}
+
+#[test]
+fn a_part_that_is_carried_about_the_axis_of_a1_is_worth_the_same() {
+    let of = fixtures("inclined");
+    let part = Part::new(vec![of.weld.clone()]);
+    let family = family(&part, Range::at(2.0), Range::at(0.5));
+    let allowed = Allowance::usual(of.process.pin_diameter);
+    let task = LayoutTask {
+        robot: of.robot(),
+        planned: &of.process,
+        part: &part,
+        family: &family,
+        allowed: &allowed,
+    };
+    let at = part.placement();
+    let (s, c) = FRAC_PI_6.sin_cos();
+    let carried = Placement {
+        x_m: c * at.x_m - s * at.y_m,
+        y_m: s * at.x_m + c * at.y_m,
+        turn_rad: FRAC_PI_6,
+        ..at
+    };
+    let [here, there] = [at, carried].map(|at| task.place(&at, PLACES[0]).expect("in reach"));
+    for (k, of) in WAY_FIGURES.iter().enumerate() {
+        // The angle to a limit counts A1's.
+        if of.figure.key != "limit_min_rad" {
+            let [a, b] = [here.values[k], there.values[k]];
+            assert!((a - b).abs() <= 1e-6 * a.abs(), "{}: {a}, {b}", of.figure.key);
+        }
+    }
+}
+
+#[test]
+fn the_optimiser_finds_what_a_grid_ten_times_as_fine_finds() {
+    let of = fixtures("vertical");
+    let part = Part::new(vec![of.weld.clone()]);
+    let [x, z] = [[1.3, 2.3], [0.3, 0.9]].map(|[low, high]| Range { low, high, step: 0.3 });
+    let coarse = family(&part, x, z);
+    let fine = family(&part, Range { step: 0.03, ..x }, Range { step: 0.03, ..z });
+    let allowed = Allowance::usual(of.process.pin_diameter);
+    let task = LayoutTask {
+        robot: of.robot(),
+        planned: &of.process,
+        part: &part,
+        family: &coarse,
+        allowed: &allowed,
+    };
+    let found = task.best(&task.grid(|| {})).expect("in reach");
+    let grid = LayoutTask { family: &fine, ..task }.grid(|| {});
+    let best = grid.iter().filter_map(|placed| placed.outcome.as_ref().ok());
+    let best = best.map(|placed| placed.share).fold(f64::INFINITY, f64::min);
+    // The optimiser ends where a step brings less than 1e-4; its last look is closer than the grid's.
+    assert!(found.share <= best * 1.005, "{} against {best}", found.share);
+    let within = |value: f64, range: Range| (range.low..=range.high).contains(&value);
+    assert!(within(found.placement.x_m, x) && within(found.placement.z_m, z), "{found:?}");
+    let reached: Vec<_> = grid.iter().filter_map(|placed| placed.outcome.as_ref().ok()).collect();
+    let front = pareto(&reached, &[0, 3]);
+    assert!(!front.is_empty() && front.len() < reached.len() / 4, "{}", front.len());
+    for one in &front {
+        let better = |other: &&&_| {
+            let (a, b): (&trueweld_evaluate::study::PlacedPart, _) = (other, one);
+            a.values[0] < b.values[0] && a.values[3] < b.values[3]
+        };
+        assert!(!reached.iter().any(|other| better(&other)), "{one:?}");
+    }
+}
+
+#[test]
+fn a_full_run_where_the_file_has_the_part_leaves_the_seam_as_statics_expect() {
+    let of = fixtures("vertical");
+    let part = Part::new(vec![of.weld.clone()]);
+    let family = family(&part, Range::at(1.7), Range::at(0.5));
+    let allowed = Allowance::usual(of.process.pin_diameter);
+    let task = LayoutTask {
+        robot: of.robot(),
+        planned: &of.process,
+        part: &part,
+        family: &family,
+        allowed: &allowed,
+    };
+    let (cell, law) = (of.cell(), find("none").expect("a law"));
+    let scenario = of.scenario(&cell, &law);
+    let arm = RealArm { robot: of.robot(), effects: &[] };
+    let placed = as_filed(&task).expect("in reach");
+    let confirmed = confirm(&task, &scenario, &arm, &placed, &[law.clone()], || {});
+    let (figures, recording) = confirmed.welds[0].outcome.as_ref().expect("the run ends");
+    // Statics leave out the memory of the material and the position loop's error.
+    let share = figures.lateral.max_abs / placed.values[0];
+    assert!((share - 1.0).abs() < 0.05, "{share}");
+    assert!(confirmed.margins.is_ok_and(|margins| margins.len() == 9));
+    // The arm is held to the branch: the same run as without being held.
+    let free = trueweld_plant::simulate::run(&scenario, |_| {}).expect("the run ends");
+    let last = |r: &trueweld_plant::simulate::Recording| r.rows.last().map(|row| row.link);
+    assert_eq!(last(recording), last(&free));
+}
+
+#[test]
+fn every_way_keeps_to_its_branch_and_within_the_ranges_of_the_joints() {
+    let of = fixtures("vertical");
+    let ways = Way::all(of.robot(), &of.process, &of.weld, 41).expect("in reach");
+    assert!(ways.len() > 1);
+    for way in &ways {
+        let held = way.held(of.robot()).expect("a robot");
+        for at in &way.places {
+            assert!(held.beyond_limits(&at.posture).is_none());
+            let seam = Seam::of(&of.weld);
+            let tool = of.robot().forward_kinematics(&at.posture);
+            assert!(tool.error_to(&seam.nominal(at.path)).to_vector().amax() < 1e-9);
+            let least = (0..JOINTS).map(|joint| {
+                let [low, high] = of.robot().parameters().joints[joint].limits;
+                (at.posture[joint] - low).min(high - at.posture[joint])
+            });
+            assert_eq!(at.to_limit, least.fold(f64::INFINITY, f64::min));
+        }
+    }
+}
+
+#[test]
+fn the_edge_of_what_keeps_the_requirements_is_between_runs_that_do_and_do_not() {
+    let mut of = fixtures("vertical");
+    of.weld = shortened(&of.weld, 0.06);
+    let (cell, law) = (of.cell(), find("none").expect("a law"));
+    let figure = WELD_FIGURES.iter().find(|f| f.figure.key == "lateral_max_m").expect("a figure");
+    let limit = Limit { figure: &figure.figure, value: 3e-3 };
+    let study = LimitStudy {
+        scenario: of.scenario(&cell, &law),
+        arm: RealArm { robot: of.robot(), effects: &[] },
+        limits: &[limit],
+        passes: 1,
+    };
+    let found = study.find(Driven::Force, [4e3, 30e3], || {});
+    let largest = found.largest.expect("some push keeps it");
+    let beyond = found.beyond.expect("some push does not");
+    // Nine values evenly and six halvings between two of them.
+    assert!(beyond.value - largest <= (30e3 - 4e3) / 8.0 / 64.0 * 1.001);
+    let [kept, not] = [largest, beyond.value].map(|value| study.probe(Driven::Force, value));
+    assert!(kept.is_kept() && !not.is_kept() && not.share < 1.02, "{kept:?} {not:?}");
+    assert_eq!(found.kept_again, None);
+    // Without a law the seam's own offset is deviation, one to one; what the load bends adds to it.
+    let probe = |offset: f64| study.probe(Driven::Offset, offset).share * limit.value;
+    assert!(((probe(-1e-3) - probe(0.0)).abs() - 1e-3).abs() < 5e-5);
+    // No push keeps a limit of nothing.
+    let none = LimitStudy { limits: &[Limit { value: 1e-12, ..limit }], ..study };
+    assert_eq!(none.find(Driven::Force, [4e3, 8e3], || {}).largest, None);
+}

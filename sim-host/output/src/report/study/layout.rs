@@ -1,0 +1,331 @@
+//! Where a part is best put.
+
+use crate::color::{self, Dash};
+use crate::document::{
+    Block, Cell, Document, Figure, Line, Map, Marked, Medium, Plot, Table, number, reference, words,
+};
+use crate::json::StudyLayoutResult;
+use crate::path::{moving, travelled};
+use crate::report::Report;
+use crate::samples::{self, Samples};
+use crate::words::fixed;
+use crate::words::requirement::shown;
+use crate::words::study::layout::{
+    NUMBERS, allowed, coordinate, headline, notices, posture, setting, unit, value,
+};
+use crate::{MILLI, StudyLayoutReport};
+use trueweld_evaluate::WeldFigures;
+use trueweld_evaluate::margins::MARGIN_FIGURES;
+use trueweld_evaluate::study::{
+    Confirmation, ConfirmedWeld, MARGINS_ASKED, PlacedPart, WAY_FIGURES, more_is_better, numbers,
+};
+
+/// Rows of the front in a table.
+const FRONT: usize = 8;
+
+/// Points of the cloud in a picture.
+const CLOUD: usize = 600;
+
+/// Figures of full runs: what they are called, and how they are written.
+type Shown = (&'static str, fn(&WeldFigures) -> String);
+const FULL: [Shown; 6] = [
+    ("lateral, largest", |f| format!("{} mm", fixed(f.lateral.max_abs * MILLI, 2))),
+    ("lateral, RMS", |f| format!("{} mm", fixed(f.lateral.rms * MILLI, 3))),
+    ("along the seam, largest", |f| format!("{} mm", fixed(f.longitudinal.max_abs * MILLI, 2))),
+    ("tilt, largest", |f| format!("{}°", fixed(f.tilt.max_abs.to_degrees(), 3))),
+    ("push, max − min", |f| format!("{:.0} N", f.force.envelope)),
+    ("the weld asked for?", |f| if f.is_met() { "yes" } else { "no" }.to_owned()),
+];
+
+impl Report for StudyLayoutReport<'_> {
+    type Json = StudyLayoutResult;
+
+    fn json(&self) -> StudyLayoutResult {
+        StudyLayoutResult::of(self)
+    }
+
+    fn samples(&self) -> Option<Samples<'_>> {
+        Some(samples::of_layout(self))
+    }
+
+    fn document(&self) -> Document {
+        let mut document = Document::new("Layout", headline(self), self.provenance);
+        document.push(Block::Note(setting(self)));
+        document.push(Block::List(notices(self)));
+        document.push(Block::Table(self.comparison()));
+        document.push_on(Medium::Page, Block::Maps(self.maps()));
+        document.push_on(Medium::Page, Block::Figures(self.figures()));
+        let of: Vec<&str> = self.front_of.iter().map(|k| WAY_FIGURES[*k].figure.label).collect();
+        let heading = format!("No other placement is better in all of: {}", of.join("; "));
+        document.section(Medium::All, &heading, Block::Table(self.front_table()));
+        document
+    }
+}
+
+impl StudyLayoutReport<'_> {
+    /// Where the file has the part, where that is reached, and where it is best put.
+    fn both(&self) -> Vec<(&'static str, &Confirmation)> {
+        let filed = self.filed.as_ref().ok().map(|of| ("as its file has it", of));
+        filed.into_iter().chain([("chosen", self.chosen)]).collect()
+    }
+
+    /// The placements side by side: where, by statics, by full runs, margins.
+    fn comparison(&self) -> Table {
+        let both = self.both();
+        let mut rows: Vec<Vec<Cell>> = Vec::new();
+        let mut row = |name: &str, cells: Vec<Cell>, aside: String| {
+            let name = match aside.as_str() {
+                "" => name.to_owned(),
+                aside => format!("{name} ({aside})"),
+            };
+            rows.push(std::iter::once(words(name)).chain(cells).collect());
+        };
+        let each = |of: &dyn Fn(&Confirmation) -> Cell| -> Vec<Cell> {
+            both.iter().map(|(_, confirmed)| of(confirmed)).collect()
+        };
+        for k in 0..NUMBERS.len() {
+            let cell = |of: &Confirmation| number(coordinate(k, numbers(&of.placed.placement)[k]));
+            row(NUMBERS[k].0, each(&cell), String::new());
+        }
+        let postures = |of: &Confirmation| {
+            let mut all: Vec<String> = of.placed.branches.iter().map(|b| posture(*b)).collect();
+            all.dedup();
+            Cell { lines: all, ..number("") }
+        };
+        row("posture", each(&postures), String::new());
+        for (k, of) in WAY_FIGURES.iter().enumerate() {
+            let limit = self.task.allowed.iter().find(|a| a.figure == k);
+            let cell = |confirmed: &Confirmation| {
+                let value = confirmed.placed.values[k];
+                let bad = limit.is_some_and(|limit| match more_is_better(k) {
+                    true => value < limit.limit,
+                    false => value > limit.limit,
+                });
+                number(unit(k).quantity(value)).bad(bad)
+            };
+            row(of.figure.label, each(&cell), limit.map_or(String::new(), allowed));
+        }
+        let runs = |confirmed: &Confirmation| confirmed.welds.len();
+        for k in 0..both.iter().map(|(_, of)| runs(of)).max().unwrap_or(0) {
+            let Some(first) = self.chosen.welds.get(k) else { continue };
+            let seam = if self.chosen.placed.branches.len() > 1 {
+                format!("seam {}, ", first.seam + 1)
+            } else {
+                String::new()
+            };
+            let name = match first.law.as_str() {
+                "none" => format!("{seam}no compensation"),
+                law => format!("{seam}{law}"),
+            };
+            for (label, of) in FULL {
+                let cell = |confirmed: &Confirmation| match figures(confirmed.welds.get(k)) {
+                    Some(figures) => number(of(figures)),
+                    None => number("none").bad(true),
+                };
+                row(&format!("{name}, full run: {label}"), each(&cell), String::new());
+            }
+        }
+        for of in MARGIN_FIGURES.iter().take(MARGINS_ASKED) {
+            let cell = |confirmed: &Confirmation| {
+                let margins = confirmed.margins.as_ref().map_or(&[][..], Vec::as_slice);
+                let least = margins.iter().map(|m| (of.value)(m).0);
+                number(shown(of.figure.key, least.fold(f64::INFINITY, f64::min)))
+            };
+            row(of.figure.label, each(&cell), "least of the loop".to_owned());
+        }
+        let head = std::iter::once(words(""));
+        let head = head.chain(
+            both.iter()
+                .enumerate()
+                .map(|(k, (name, _))| number(*name).colored(color::run(k + 2 - both.len()))),
+        );
+        Table { head: vec![head.collect()], rows }
+    }
+
+    fn front_table(&self) -> Table {
+        let varied: Vec<usize> =
+            (0..6).filter(|k| self.task.family.0[*k].high > self.task.family.0[*k].low).collect();
+        let mut front: Vec<&&PlacedPart> = self.front.iter().collect();
+        front.sort_by(|a, b| a.share.total_cmp(&b.share));
+        let row = |of: &&&PlacedPart| {
+            let at = numbers(&of.placement);
+            let place = varied.iter().map(|k| number(coordinate(*k, at[*k])));
+            let values = self.front_of.iter().map(|k| number(value(*k, of)));
+            let share = number(format!("{} %", fixed(100.0 * of.share, 0))).bad(of.share > 1.0);
+            place.chain(values).chain([share]).collect()
+        };
+        let head = varied.iter().map(|k| number(NUMBERS[*k].0));
+        let figures = self.front_of.iter().map(|k| {
+            let label = WAY_FIGURES[*k].figure.label.split(',').next().unwrap_or_default();
+            number(unit(*k).named(label))
+        });
+        let head = head.chain(figures).chain([number("of the allowed")]).collect();
+        Table { head: vec![head], rows: front.iter().take(FRONT).map(row).collect() }
+    }
+
+    /// The two numbers that vary most over the family, for the axes of maps.
+    fn axes(&self) -> Option<[usize; 2]> {
+        let values = self.task.family.0.map(|range| range.values().len());
+        let mut varied: Vec<usize> = (0..6).filter(|k| values[*k] > 1).collect();
+        varied.sort_by_key(|k| std::cmp::Reverse(values[*k]));
+        let mut axes = [*varied.first()?, *varied.get(1)?];
+        axes.sort_unstable();
+        Some(axes)
+    }
+
+    /// Maps through the chosen placement, the other numbers at the nearest of the grid.
+    fn maps(&self) -> Vec<Map> {
+        let Some([across, up]) = self.axes() else { return Vec::new() };
+        let ranges = self.task.family.0.map(|range| range.values());
+        let at = numbers(&self.chosen.placed.placement);
+        let nearest = |k: usize| {
+            let distance = |v: &f64| (v - at[k]).abs();
+            ranges[k].iter().copied().min_by(|a, b| distance(a).total_cmp(&distance(b)))
+        };
+        let fixed_at: Vec<f64> = (0..6).map(|k| nearest(k).unwrap_or(0.0)).collect();
+        let strides: Vec<usize> =
+            (0..6).map(|k| ranges[k + 1..].iter().map(Vec::len).product()).collect();
+        let place = |k: usize, value: f64| {
+            let found = ranges[k].iter().position(|v| (v - value).abs() < 1e-9);
+            found.unwrap_or(0) * strides[k]
+        };
+        let slice = |x: f64, y: f64| -> Option<&PlacedPart> {
+            let index: usize = (0..6)
+                .map(|k| match k {
+                    k if k == across => place(k, x),
+                    k if k == up => place(k, y),
+                    k => place(k, fixed_at[k]),
+                })
+                .sum();
+            self.grid.get(index)?.outcome.as_ref().ok()
+        };
+        let label = |k: usize| format!("{}, {}", NUMBERS[k].0, NUMBERS[k].1);
+        let [fx, fy] = [across, up].map(|k| NUMBERS[k].2);
+        let own = numbers(&self.task.part.placement());
+        let map = |title: String, allowed: Option<(f64, bool)>, of: &dyn Fn(&PlacedPart) -> f64| {
+            let row = |y: &f64| ranges[across].iter().map(|x| slice(*x, *y).map(of)).collect();
+            let inside = |k: usize| {
+                let range = self.task.family.0[k];
+                (range.low - 1e-9..=range.high + 1e-9).contains(&own[k])
+            };
+            let filed =
+                (inside(across) && inside(up)).then_some((own[across] * fx, own[up] * fy, 'F'));
+            let chosen = (at[across] * fx, at[up] * fy, 'C');
+            Map {
+                title,
+                x_label: label(across),
+                y_label: label(up),
+                xs: ranges[across].iter().map(|x| x * fx).collect(),
+                ys: ranges[up].iter().map(|y| y * fy).collect(),
+                values: ranges[up].iter().map(row).collect(),
+                allowed,
+                marks: filed.into_iter().chain([chosen]).collect(),
+            }
+        };
+        let share =
+            map("Largest share of what is allowed, %".to_owned(), Some((100.0, false)), &|p| {
+                100.0 * p.share
+            });
+        let of_figure = |k: usize| {
+            let unit = unit(k);
+            let limit = self.task.allowed.iter().find(|a| a.figure == k);
+            let allowed = limit.map(|limit| (limit.limit * unit.factor, more_is_better(k)));
+            let title = sentence(&unit.named(WAY_FIGURES[k].figure.label));
+            map(title, allowed, &|p| p.values[k] * unit.factor)
+        };
+        std::iter::once(share).chain((0..WAY_FIGURES.len()).map(of_figure)).collect()
+    }
+
+    fn figures(&self) -> Vec<Figure> {
+        let mut figures = vec![Figure {
+            text: "Every dot is a placement of the grid; the line joins those that none is better than in both; ringed: \
+                   the chosen one."
+                .to_owned(),
+            ..Figure::new("What is traded for what", self.trade())
+        }];
+        let lateral = |row: &trueweld_plant::simulate::RecordRow| row.deviation_w.linear.y * MILLI;
+        let tilt = |row: &trueweld_plant::simulate::RecordRow| row.tilt.to_degrees();
+        figures.push(Figure::new(
+            "Lateral deviation without compensation, full runs",
+            self.runs("lateral deviation, mm", lateral),
+        ));
+        figures
+            .push(Figure::new("Tilt without compensation, full runs", self.runs("tilt, °", tilt)));
+        figures
+    }
+
+    /// Placements by the first two figures of the front.
+    fn trade(&self) -> Plot {
+        let &[a, b, ..] = self.front_of else { return Plot::default() };
+        let point =
+            |of: &PlacedPart| (of.values[a] * unit(a).factor, of.values[b] * unit(b).factor);
+        let reached: Vec<&PlacedPart> =
+            self.grid.iter().filter_map(|placed| placed.outcome.as_ref().ok()).collect();
+        let mut front: Vec<(f64, f64)> =
+            trueweld_evaluate::study::pareto(&reached, &[a, b]).into_iter().map(point).collect();
+        front.sort_by(|p, q| p.0.total_cmp(&q.0));
+        let every = reached.len().div_ceil(CLOUD).max(1);
+        let cloud = reached.iter().step_by(every).map(|of| {
+            let (x, y) = point(of);
+            Marked { x, y, error: 0.0 }
+        });
+        let label = |k: usize| unit(k).named(WAY_FIGURES[k].figure.label);
+        Plot {
+            x_label: label(a),
+            y_label: label(b),
+            lines: vec![Line {
+                name: "best in both".to_owned(),
+                color: color::run(1),
+                dash: Dash::Solid,
+                points: front,
+            }],
+            marked: cloud.collect(),
+            marked_name: "placement",
+            rings: vec![point(&self.chosen.placed)],
+            rings_name: "chosen",
+            ..Plot::default()
+        }
+    }
+
+    /// A signal of the first seam's run without compensation, at both placements.
+    fn runs(
+        &self,
+        y_label: &str,
+        of: impl Fn(&trueweld_plant::simulate::RecordRow) -> f64,
+    ) -> Plot {
+        let both = self.both();
+        let lines = both.iter().enumerate().filter_map(|(k, (name, confirmed))| {
+            let weld = confirmed.welds.first()?;
+            let (_, recording) = weld.outcome.as_ref().ok()?;
+            let rows = recording.rows.iter().zip(travelled(&recording.rows));
+            let on_seam = rows.filter(|(row, _)| moving(row.phase));
+            let points = on_seam.map(|(row, s)| (s * MILLI, of(row))).collect();
+            let color = color::run(k + 2 - both.len());
+            Some(Line { name: (*name).to_owned(), color, dash: Dash::Solid, points })
+        });
+        let mut lines: Vec<Line> = lines.collect();
+        let length = lines.iter().filter_map(|l| l.points.last()).map(|p| p.0).fold(0.0, f64::max);
+        lines.push(reference("", vec![(0.0, 0.0), (length, 0.0)]));
+        Plot {
+            x_label: "position on the seam, mm".to_owned(),
+            y_label: y_label.to_owned(),
+            lines,
+            ..Plot::default()
+        }
+    }
+}
+
+fn figures(of: Option<&ConfirmedWeld>) -> Option<&WeldFigures> {
+    of?.outcome.as_ref().ok().map(|(figures, _)| figures)
+}
+
+fn sentence(label: &str) -> String {
+    crate::words::study::sensitivity::capital(label)
+}
+
+impl crate::report::Recorded for StudyLayoutReport<'_> {
+    #[cfg(feature = "rerun")]
+    fn record(&self, path: &std::path::Path) -> Result<(), crate::OutputError> {
+        crate::rerun::layout_recording(path, self, &self.document())
+    }
+}

@@ -1,0 +1,136 @@
+//! How far a weld can be driven.
+
+use crate::StudyLimitsReport;
+use crate::color::{self, Dash};
+use crate::document::{
+    Block, Document, Figure, Line, Map, Medium, Plot, Table, number, reference, words,
+};
+use crate::json::StudyLimitsResult;
+use crate::report::Report;
+use crate::words::fixed;
+use crate::words::study::layout::NUMBERS;
+use crate::words::study::limits::{because, headline, largest, name, notices, setting, unit};
+use crate::words::study::sensitivity::capital;
+use trueweld_evaluate::study::{Driven, FoundLimit, numbers};
+
+/// Share of a limit above which a curve leaves the picture.
+const TOP: f64 = 2.5;
+
+impl Report for StudyLimitsReport<'_> {
+    type Json = StudyLimitsResult;
+
+    fn json(&self) -> StudyLimitsResult {
+        StudyLimitsResult::of(self)
+    }
+
+    fn document(&self) -> Document {
+        let mut document = Document::new("Limits", headline(self), self.provenance);
+        document.push(Block::Note(setting(self)));
+        document.push(Block::List(notices(self)));
+        document.push(Block::Table(self.own()));
+        document.push_on(Medium::Page, Block::Figures(self.curves()));
+        document.push_on(Medium::Page, Block::Maps(self.maps()));
+        if self.places.len() > 1 {
+            document.section(Medium::All, "Place by place", Block::Table(self.by_place()));
+        }
+        document
+    }
+}
+
+impl StudyLimitsReport<'_> {
+    /// The limits at the weld's own place.
+    fn own(&self) -> Table {
+        let rows = self.places.first().into_iter().flat_map(|place| {
+            place.limits.iter().map(|found| {
+                vec![
+                    words(name(found.driven)),
+                    number(unit(found.driven).quantity(found.nominal)),
+                    number(largest(found)).bad(found.largest.is_none()),
+                    words(because(found)),
+                ]
+            })
+        });
+        let head = [words(""), number("weld"), number("largest"), words("limited by")];
+        Table { head: vec![head.to_vec()], rows: rows.collect() }
+    }
+
+    fn by_place(&self) -> Table {
+        let rows = self.places.iter().map(|place| {
+            let at = numbers(&place.at);
+            let cells = at.iter().take(3).map(|v| number(fixed(*v, 2)));
+            cells.chain(place.limits.iter().map(|found| number(largest(found)))).collect()
+        });
+        let head = NUMBERS.iter().take(3).map(|(name, unit, _)| number(format!("{name}, {unit}")));
+        let driven = self.places.first().map_or(&[][..], |place| &place.limits);
+        let head = head.chain(driven.iter().map(|found| number(name(found.driven))));
+        Table { head: vec![head.collect()], rows: rows.collect() }
+    }
+
+    /// The largest share of any limit over what is driven.
+    fn curves(&self) -> Vec<Figure> {
+        let Some(place) = self.places.first() else { return Vec::new() };
+        let curve = |found: &FoundLimit| {
+            let unit = unit(found.driven);
+            // A run without figures breaks the line.
+            let point = |probe: &trueweld_evaluate::study::Probe| {
+                let share = if probe.share.is_finite() { probe.share } else { f64::NAN };
+                (probe.value * unit.factor, 100.0 * share)
+            };
+            let points: Vec<(f64, f64)> = found.probes.iter().map(point).collect();
+            let ends = [points.first(), points.last()].map(|p| p.map_or(0.0, |p| p.0));
+            let top = points.iter().map(|p| p.1).fold(110.0, f64::max).min(100.0 * TOP);
+            let mut lines =
+                vec![Line { name: String::new(), color: color::run(1), dash: Dash::Solid, points }];
+            lines.push(reference("allowed", ends.map(|x| (x, 100.0)).into()));
+            let plot = Plot {
+                x_label: unit.named(name(found.driven)),
+                y_label: "largest share of a limit, %".to_owned(),
+                lines,
+                y_range: Some([0.0, top]),
+                named: true,
+                ..Plot::default()
+            };
+            let title = format!("{}: {}", capital(name(found.driven)), largest(found));
+            Figure::new(title, plot)
+        };
+        place.limits.iter().map(curve).collect()
+    }
+
+    /// Maps of the largest values over the places.
+    fn maps(&self) -> Vec<Map> {
+        let [xs, zs] = [0, 2].map(|k| {
+            let mut all: Vec<f64> = self.places[1.min(self.places.len())..]
+                .iter()
+                .map(|place| numbers(&place.at)[k])
+                .collect();
+            all.sort_by(f64::total_cmp);
+            all.dedup_by(|a, b| (*a - *b).abs() < 1e-9);
+            all
+        });
+        if xs.len() < 2 || zs.len() < 2 {
+            return Vec::new();
+        }
+        let map = |driven: Driven| {
+            let value = |x: f64, z: f64| {
+                let place = self.places[1..].iter().find(|place| {
+                    (place.at.x_m - x).abs() < 1e-9 && (place.at.z_m - z).abs() < 1e-9
+                })?;
+                let found = place.limits.iter().find(|found| found.driven == driven)?;
+                Some(found.largest? * unit(driven).factor)
+            };
+            let row = |z: &f64| xs.iter().map(|x| value(*x, *z)).collect();
+            Map {
+                title: format!("Largest {}", unit(driven).named(name(driven))),
+                x_label: "x, m".to_owned(),
+                y_label: "z, m".to_owned(),
+                xs: xs.clone(),
+                ys: zs.clone(),
+                values: zs.iter().map(row).collect(),
+                allowed: None,
+                marks: Vec::new(),
+            }
+        };
+        let driven = self.places.first().map_or(&[][..], |place| &place.limits);
+        driven.iter().map(|found| map(found.driven)).collect()
+    }
+}
