@@ -7,6 +7,7 @@
 pub mod cell;
 pub mod corpus;
 pub mod mutation;
+pub mod outside;
 pub mod raw_files;
 pub mod resonance;
 #[path = "../../core-nostd/tests/algebra/support.rs"]

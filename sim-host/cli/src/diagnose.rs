@@ -7,6 +7,7 @@ use miette::{IntoDiagnostic, Result};
 use std::path::{Path, PathBuf};
 use trueweld_laboratory::weld_file;
 use trueweld_measure::diagnose::{diagnose, tell};
+use trueweld_measure::discover::discover;
 use trueweld_measure::experiment::Plan;
 use trueweld_measure::fit::FitProblem;
 use trueweld_measure::residuals::compare::{notices, of_logs};
@@ -47,10 +48,16 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let mut bench = FitProblem { deadline, ..FitProblem::new(model, measured.experiments) };
     let progress = arguments.results.files.progress("comparing", 1.0);
     expect(&progress, &mut bench, PREDICTIONS);
-    let diagnosis = diagnose(&bench, logs, &|what, share| progress.stage(what, 0.85 * share))
+    let mut diagnosis = diagnose(&bench, logs, &|what, share| progress.stage(what, 0.7 * share))
         .into_diagnostic()?;
-    let account =
+    let stage = |what: &str, share| progress.stage(what, 0.7 + 0.15 * share);
+    let discovered = discover(&bench, logs, &mut diagnosis, &stage);
+    let mut account =
         tell(&bench, logs, &diagnosis, &|what, share| progress.stage(what, 0.85 + 0.15 * share));
+    if !discovered.is_empty() {
+        // It would tell apart what explains a part within the library.
+        account.next_experiment = None;
+    }
     progress.finish();
     let before = of_logs(logs, &bench.experiments, &diagnosis.before);
     let after = of_logs(logs, &bench.experiments, &diagnosis.improved.at);
@@ -60,6 +67,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         model,
         diagnosis: &diagnosis,
         account: &account,
+        discovered: &discovered,
         before: &before,
         after: &after,
         notices: &notices,

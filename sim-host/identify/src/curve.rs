@@ -172,8 +172,9 @@ fn curve(fit: &Fit, own: usize, joint: usize) -> Option<StiffnessCurve> {
     }
     let linear = &fit.fitted.linear;
     for (i, k) in kept.iter().enumerate() {
-        normal[(i, i)] += linear.weight[*k];
-        right[i] += linear.weight[*k] * linear.away[*k];
+        let weight = linear.prior[(*k, *k)];
+        normal[(i, i)] += weight;
+        right[i] += weight * linear.away[*k];
     }
     // In units in which each has a weight of 1.
     let scale = normal.diagonal().map(|own| if own > 0.0 { own.sqrt().recip() } else { 1.0 });

@@ -112,11 +112,11 @@ impl Pass {
         let units = DVector::from_fn(n, |k, _| {
             unit(point.parameter(&point.free[k]), point.value(&point.free[k]))
         });
-        let mut weight = self.fitted.linear.weight.clone();
+        let mut prior = self.fitted.linear.prior.clone();
         for (k, drawn) in self.indices.iter().zip(drawn) {
-            weight[*k] = (units[*k] / drawn).powi(2);
+            prior[(*k, *k)] = (units[*k] / drawn).powi(2);
         }
-        let linear = Linear { weight, ..self.fitted.linear.clone() };
+        let linear = Linear { prior, ..self.fitted.linear.clone() };
         let of_all =
             covariance(&linear, &columns(&self.bench), &self.fitted.at, &self.fitted.slopes)?;
         let in_motion = self.logs.iter().any(|log| log.kind != LogKind::StaticLoad);

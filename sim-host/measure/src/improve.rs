@@ -10,6 +10,7 @@ use crate::diagnose::{
     self, Context, Diagnosis, FittedEffect, Progress, Undone, Verdict, at_one_joint, further,
     longest_weld, refit, rules, score, sparse,
 };
+use crate::discover::{Discovery, discover};
 use crate::fit::calibration::is_calibration;
 use crate::fit::per_log;
 use crate::fit::{self, EffectScope, Effort, FitProblem, FitState, Fitted, Residuals};
@@ -69,6 +70,8 @@ pub struct Improvement {
     pub rejected: Vec<Rejected>,
     /// What is to say of the improved model.
     pub verdict: Verdict,
+    /// Laws outside the library that were found.
+    pub discovered: Vec<Discovery>,
     /// The diagnosis it rests on; what stays unexplained is that of the improved model.
     pub diagnosis: Diagnosis,
     /// The improved model's fit; `None` where the model stays as it was given.
@@ -143,7 +146,9 @@ pub fn improve(
     progress: Progress<'_>,
 ) -> Result<Improvement, PredictError> {
     let mut diagnosis =
-        diagnose::diagnose(bench, logs, &|what, share| progress(what, 0.7 * share))?;
+        diagnose::diagnose(bench, logs, &|what, share| progress(what, 0.6 * share))?;
+    let discovered =
+        discover(bench, logs, &mut diagnosis, &|what, share| progress(what, 0.6 + 0.1 * share));
     let blocks = fit::blocks_of(bench);
     let start = match held_out {
         Some(held_out) => {
@@ -169,7 +174,7 @@ pub fn improve(
     };
     progress("recalibrating", 0.7);
     if !diagnosis.null.point.free.is_empty() {
-        let alone = diagnosis.chosen.is_empty();
+        let alone = diagnosis.chosen.is_empty() && discovered.is_empty();
         let kept = if alone {
             diagnosis.improved.clone()
         } else {
@@ -177,7 +182,13 @@ pub fn improve(
         };
         path.try_step(kept);
     }
-    for (k, full) in diagnosis.chosen.iter().enumerate() {
+    // What was found outside the library stands in the place of what explains a part within.
+    let outside = !discovered.is_empty();
+    if outside {
+        progress("adding what was found", 0.75);
+        path.try_step(diagnosis.improved.clone());
+    }
+    for (k, full) in diagnosis.chosen.iter().enumerate().filter(|_| !outside) {
         progress("adding what was found", 0.75 + 0.05 * k as f64);
         // The last of them is what the diagnosis keeps.
         let last = k + 1 == diagnosis.chosen.len();
@@ -205,6 +216,7 @@ pub fn improve(
     let verdict = match &reached {
         Some(fitted)
             if diagnosis.verdict == Verdict::UnknownEffect
+                && !outside
                 && rules::at_floor(bench, &fitted.at)
                 && !at_one_joint(fitted) =>
         {
@@ -219,7 +231,8 @@ pub fn improve(
         diagnosis.undone.push(Undone::Further);
     }
     let held_out_logs = held_out.map_or(Vec::new(), |h| h.names.clone());
-    Ok(Improvement { steps, rejected, verdict, diagnosis, fitted: reached, held_out_logs })
+    let fitted = reached;
+    Ok(Improvement { steps, rejected, verdict, discovered, diagnosis, fitted, held_out_logs })
 }
 
 /// The effects that a step has for the first time; a joint may have several of one kind.

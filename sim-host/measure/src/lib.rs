@@ -16,6 +16,9 @@
 //!      diagnose: every effect at every place ──► Diagnosis ──► experiment: Plan
 //!                      │
 //!                      ▼
+//!      discover: where none explains them, a curve at a port, then its formula
+//!                      │
+//!                      ▼
 //!      improve: steps, each judged where nothing was fitted ──► Improvement, model.toml
 //! ```
 //!
@@ -28,6 +31,7 @@
 //! | [`fit`] | effects fitted to logs by their residuals; calibrations |
 //! | [`residuals`] | how far a model is from its logs, and under which conditions |
 //! | [`diagnose`] | which effect is missing, and the curve that shows it |
+//! | [`discover`] | laws that the library does not hold |
 //! | [`experiment`] | what to record next |
 //! | [`improve`] | a model with what was found, step by step |
 //! | [`posterior`] | what logs leave open of all that was fitted, jointly |
@@ -51,6 +55,7 @@
 pub mod align;
 pub mod data;
 pub mod diagnose;
+pub mod discover;
 pub mod experiment;
 pub mod fit;
 pub mod improve;

@@ -202,11 +202,11 @@ fn tell(bench: &FitProblem, fitted: &Fitted, robot: &RobotFile, posterior: &mut 
         let sign = if matches!(parameter.role, Role::Reciprocal { .. }) { -1.0 } else { 1.0 };
         sign * fit::unit(parameter, value)
     });
-    let mut weight = fitted.linear.weight.clone();
+    let mut prior = fitted.linear.prior.clone();
     for (k, free) in point.free.iter().enumerate().filter(|(_, f)| !f.expected.is_finite()) {
-        weight[k] = (unit[k] / range_deviation(point.parameter(free))).powi(2);
+        prior[(k, k)] += (unit[k] / range_deviation(point.parameter(free))).powi(2);
     }
-    let linear = Linear { weight, ..fitted.linear.clone() };
+    let linear = Linear { prior, ..fitted.linear.clone() };
     let Some(of_fit) = covariance(&linear, &columns(bench), &fitted.at, &fitted.slopes) else {
         // The curvature is singular: nothing that was fitted is measured.
         posterior.not_measured.extend(candidates(fitted).iter().map(|of| of.name(robot)));

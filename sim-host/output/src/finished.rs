@@ -16,6 +16,7 @@ use trueweld_identify::Identification;
 use trueweld_identify::plan::{PlanOptions, StiffnessPlan};
 use trueweld_measure::data::log::import::Proposal;
 use trueweld_measure::diagnose::{Diagnosis, Explanation, Reason};
+use trueweld_measure::discover::Discovery;
 use trueweld_measure::improve::Improvement;
 use trueweld_measure::mistakes::{Found, Registered};
 use trueweld_measure::residuals::compare::{Comparison, LogComparison, Notice};
@@ -153,6 +154,8 @@ pub struct DiagnoseReport<'a> {
     pub diagnosis: &'a Diagnosis,
     /// What is told of it.
     pub account: &'a Explanation,
+    /// Laws outside the library that were found.
+    pub discovered: &'a [Discovery],
     /// The logs under the model as it was given.
     pub before: &'a [LogComparison],
     /// The logs under the model with the best explanation.

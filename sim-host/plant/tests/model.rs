@@ -8,6 +8,7 @@ use trueweld_plant::effects::expression::Expression;
 use trueweld_plant::effects::formula::PORTS;
 use trueweld_plant::effects::{Effect, Location, LocationKind, library, stiffness_error};
 use trueweld_plant::input::*;
+use trueweld_plant::robot::{ElasticRobot, JointState};
 
 fn fixture(path: &str) -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../fixtures").join(path)
@@ -96,12 +97,42 @@ fn one_of_each() -> String {
         .split_once("[[effect]]")
         .map_or("", |(_, rest)| rest)
         .trim_start_matches(|c| c != '[')
+        + HOSE
 }
+
+/// An effect of the user's own that is given as a table: a hose that is slack about the middle.
+const HOSE: &str = r#"
+[[effect]]
+id = "hose"
+at = "A4"
+port = "link-torque"
+expression = "gain * table(link - centre)"
+
+[effect.table]
+x = [-1.0, -0.2, 0.2, 1.0]
+y = [160.0, 0.0, 0.0, -160.0]
+bend = 50.0
+
+[effect.parameters.gain]
+value = 1.5
+unit = "1"
+low = 0.0
+high = 2.0
+step = 0.1
+
+[effect.parameters.centre]
+value = 0.1
+unit = "rad"
+low = -0.5
+high = 0.5
+step = 0.01
+shape = [0.0]
+"#;
 
 #[test]
 fn what_is_written_is_read_back() {
     let model = parse(&one_of_each()).unwrap();
-    assert_eq!(model.effects.len(), library().count() + 1);
+    assert_eq!(model.effects.len(), library().count() + 2);
     let folder = tempfile::tempdir().unwrap();
     let below = folder.path().join("results/of today");
     fs::create_dir_all(&below).unwrap();
@@ -280,6 +311,49 @@ fn mistakes_in_an_effect_of_ones_own_are_explained_at_their_place() {
     mistake("\"A1\"", "\"X\"", "15:6", &["\"X\"", "one of the joints"]);
     // Not finite at the end of a parameter's range, though it is at the value.
     mistake("0.001", "c", "18:15", &["NaN at", "c = 0.0"]);
+}
+
+/// Torque of the first effect of the user's own on a link at an angle, N·m.
+fn link_torque(text: &str, link: f64) -> f64 {
+    let model = parse(text).unwrap();
+    let robot = &model.robot.robot;
+    let elastic = ElasticRobot::with_effects(robot, &model.cell_effects(), None).unwrap();
+    let at = JointState {
+        encoder: link,
+        encoder_rate: 0.0,
+        link,
+        link_rate: 0.0,
+        encoder_before: 0.0,
+        smoothing: 1e-3,
+        spring_torque: 0.0,
+    };
+    elastic.ports.link_torque[3][0].link_torque(&at, 0.0)
+}
+
+#[test]
+fn a_table_is_read_by_straight_lines_and_held_beyond_its_ends() {
+    let text = head() + HOSE;
+    // Slack from 0.1 − 0.2 to 0.1 + 0.2 rad; beyond it 1.5 × 200 N·m a radian, up to ±1 rad.
+    for (link, torque) in [(0.0, 0.0), (0.25, 0.0), (0.5, -60.0), (-0.5, 120.0), (1.7, -240.0)] {
+        assert!((link_torque(&text, link) - torque).abs() < 1e-9, "{link} rad");
+    }
+}
+
+#[test]
+fn mistakes_in_a_table_are_explained_at_their_place() {
+    let refused = |from: &str, to: &str, says: &str| {
+        let text = head() + HOSE;
+        assert!(text.contains(from), "{from}");
+        let error = parse(&text.replace(from, to)).unwrap_err().to_string();
+        assert!(error.contains(says), "{error}");
+    };
+    refused("-0.2, 0.2", "0.2, -0.2", "each above the one before");
+    refused("0.0, 0.0, -160.0", "0.0, -160.0", "4 numbers, as many as in `x`");
+    refused("bend = 50.0", "bend = 0.0", "bend");
+    refused("table(link - centre)", "(link - centre)", "the table is not read");
+    refused("bend = 50.0", "low = -100.0", "from -100.0");
+    refused("parameters.gain", "parameters.y1", "another name");
+    refused("[effect.table]\nx", "[effect.parameters.x]\nx", "`table`");
 }
 
 #[test]

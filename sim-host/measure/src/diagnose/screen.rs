@@ -53,7 +53,7 @@ fn shapes(kind: &'static EffectKind, length: f64) -> Vec<Vec<(usize, f64)>> {
     let mut all = vec![Vec::new()];
     for (k, p) in kind.parameters.iter().enumerate() {
         let values: Vec<f64> = match p.role {
-            Role::Shape(starts) => starts.to_vec(),
+            Role::Shape(starts) | Role::Position { starts, .. } => starts.to_vec(),
             Role::SpindleOrder => SPINDLE_ORDERS.to_vec(),
             Role::Wavelength => WAVES.iter().map(|w| length / w).collect(),
             Role::PathPosition => POSITIONS.iter().map(|s| s * length).collect(),

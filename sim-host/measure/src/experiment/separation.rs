@@ -259,7 +259,8 @@ fn unexpected(
     weights: DVector<f64>,
 ) -> Linear {
     let away = DVector::zeros(slopes.len());
-    Linear::new(&fit::blocks_of(bench), at, slopes, weights, away)
+    let prior = DMatrix::from_diagonal(&weights);
+    Linear::new(&fit::blocks_of(bench), at, slopes, prior, away)
 }
 
 /// Weight of each free value's prior, in the fit's units.

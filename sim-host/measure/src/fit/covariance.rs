@@ -287,7 +287,7 @@ pub fn covariance(
     at: &Residuals,
     slopes: &[Slopes],
 ) -> Option<DMatrix<f64>> {
-    let n = linear.weight.len();
+    let n = linear.away.len();
     let factor = linear.factor()?;
     let inverse = factor.solve(&DMatrix::identity(n, n));
     let processes = processes(columns, at, slopes, &inverse);
@@ -306,7 +306,7 @@ pub fn covariance(
         }
     }
     let of_noise = &inverse * score * &inverse;
-    let of_priors = &inverse * DMatrix::from_diagonal(&linear.weight) * &inverse;
+    let of_priors = &inverse * &linear.prior * &inverse;
     let scatter = linear.scatter()?;
     let wider = DVector::from_fn(n, |k, _| {
         let (noise, priors) = (of_noise[(k, k)], of_priors[(k, k)]);
@@ -354,8 +354,8 @@ mod tests {
         let all: Vec<&Slopes> = slopes.iter().collect();
         let of = |residual: Vec<f64>| {
             let at = vec![Prediction { residual, motion: None, late: None }];
-            let nothing = DVector::zeros(3);
-            (Linear::new(&blocks, &at, &all, nothing.clone(), nothing), at)
+            let prior = DMatrix::zeros(3, 3);
+            (Linear::new(&blocks, &at, &all, prior, DVector::zeros(3)), at)
         };
         let step = of(residual.clone()).0.solve(None, 0.0, None).unwrap().step;
         for (k, slope) in slopes.iter().enumerate() {

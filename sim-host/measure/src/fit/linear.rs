@@ -14,8 +14,8 @@ pub struct Linear {
     pub slope: Vec<DVector<f64>>,
     /// rᵀr of each block.
     pub rest: Vec<f64>,
-    /// Weight of each prior.
-    pub weight: DVector<f64>,
+    /// Curvature of the priors: of what each value is expected to be, and how curves bend.
+    pub prior: DMatrix<f64>,
     /// Distance from what was expected.
     pub away: DVector<f64>,
     /// Weight of what each value is drawn to where a block is left out, and the distance from
@@ -29,7 +29,7 @@ impl Linear {
         blocks: &[Vec<u8>],
         at: &Residuals,
         slopes: &[&Slopes],
-        weight: DVector<f64>,
+        prior: DMatrix<f64>,
         away: DVector<f64>,
     ) -> Self {
         let n = slopes.len();
@@ -37,7 +37,7 @@ impl Linear {
             square: vec![DMatrix::zeros(n, n); BLOCKS],
             slope: vec![DVector::zeros(n); BLOCKS],
             rest: vec![0.0; BLOCKS],
-            weight,
+            prior,
             away,
             hold: (DVector::zeros(n), DVector::zeros(n)),
         };
@@ -93,13 +93,13 @@ impl Linear {
         known: &[Slopes],
         more: &[&Slopes],
     ) -> Self {
-        let (n, all) = (self.weight.len(), self.weight.len() + more.len());
+        let (n, all) = (self.away.len(), self.away.len() + more.len());
         let longer = |v: &DVector<f64>| v.clone().resize_vertically(all, 0.0);
         let mut linear = Self {
             square: self.square.iter().map(|s| s.clone().resize(all, all, 0.0)).collect(),
             slope: self.slope.iter().map(longer).collect(),
             rest: self.rest.clone(),
-            weight: longer(&self.weight),
+            prior: self.prior.clone().resize(all, all, 0.0),
             away: longer(&self.away),
             hold: (longer(&self.hold.0), longer(&self.hold.1)),
         };
@@ -120,7 +120,7 @@ impl Linear {
 
     /// AᵀA over all blocks but one (`None`: over all), so many times smaller, and the priors.
     pub(crate) fn information(&self, left_out: Option<usize>, trust: f64) -> DMatrix<f64> {
-        let mut square = DMatrix::from_diagonal(&self.weight);
+        let mut square = self.prior.clone();
         let used = (0..BLOCKS).filter(|b| Some(*b) != left_out);
         used.for_each(|b| square += &self.square[b] / trust);
         square
@@ -141,7 +141,7 @@ impl Linear {
     /// Sums over all blocks but one (`None`: over all).
     fn without(&self, left_out: Option<usize>) -> (DMatrix<f64>, DVector<f64>) {
         let mut square = self.information(left_out, 1.0);
-        let mut slope = self.weight.component_mul(&self.away);
+        let mut slope = &self.prior * &self.away;
         (0..BLOCKS).filter(|b| Some(*b) != left_out).for_each(|b| slope += &self.slope[b]);
         if left_out.is_some() {
             square += DMatrix::from_diagonal(&self.hold.0);
@@ -158,7 +158,7 @@ impl Linear {
         damping: f64,
         only: Option<&[usize]>,
     ) -> Option<Step> {
-        self.solve_beside(&DVector::zeros(self.weight.len()), left_out, damping, only)
+        self.solve_beside(&DVector::zeros(self.away.len()), left_out, damping, only)
     }
 
     /// The same where the values that are not free step by what `fixed` says; it is 0 for those
@@ -203,9 +203,8 @@ impl Linear {
 
     /// Sum of squares and priors together, after a step.
     pub fn cost(&self, step: &DVector<f64>) -> f64 {
-        let prior: f64 =
-            (0..step.len()).map(|k| self.weight[k] * (self.away[k] + step[k]).powi(2)).sum();
-        self.after(step) + prior
+        let away = &self.away + step;
+        self.after(step) + (&self.prior * &away).dot(&away)
     }
 
     fn block_after(&self, b: usize, step: &DVector<f64>) -> f64 {
@@ -318,7 +317,7 @@ mod tests {
             square: vec![DMatrix::from_element(1, 1, 10.0); BLOCKS],
             slope: (0..BLOCKS).map(|b| DVector::from_element(1, -10.0 * off(b))).collect(),
             rest: vec![10.0; BLOCKS],
-            weight: DVector::zeros(1),
+            prior: DMatrix::zeros(1, 1),
             away: DVector::zeros(1),
             hold: (DVector::zeros(1), DVector::zeros(1)),
         };

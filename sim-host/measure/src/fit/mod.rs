@@ -17,9 +17,10 @@ pub use linear::{Linear, Step};
 pub use solver::{Effort, End, Fitted, fit};
 
 use crate::predict::{Experiment, Model, PredictError, Prediction};
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector, Vector3};
 use rayon::prelude::*;
 use std::time::Instant;
+use trueweld_plant::effects::formula::DefinedTable;
 use trueweld_plant::effects::{Action, Effect, Location, Parameter, Role};
 use trueweld_plant::input::{ModelEffect, ModelFile, Scope};
 
@@ -102,6 +103,18 @@ pub struct FreeParameter {
     pub expected: f64,
 }
 
+/// Curvature of what is expected of how a table bends, by its values in this unit.
+pub(crate) fn roughness(table: &DefinedTable, unit: f64) -> DMatrix<f64> {
+    let n = table.x.len();
+    let mut curvature = DMatrix::zeros(n, n);
+    for (k, bend) in table.bends().enumerate() {
+        let row = Vector3::from(bend) * unit;
+        let mut own = curvature.fixed_view_mut::<3, 3>(k, k);
+        own += row * row.transpose();
+    }
+    curvature
+}
+
 /// A model being fitted.
 #[derive(Debug, Clone)]
 pub struct FitState {
@@ -126,7 +139,7 @@ fn reach(role: Role) -> f64 {
 /// of(u).
 fn value_at(parameter: &Parameter, from: f64, u: f64) -> f64 {
     let value = match parameter.role {
-        Role::Size { step, .. } => from + step * u,
+        Role::Size { step, .. } | Role::Position { step, .. } => from + step * u,
         Role::Reciprocal { step } => 1.0 / (1.0 / from + step * u).max(1e-12),
         Role::Shape(_) | Role::Wavelength => from * (0.1 * u).exp(),
         Role::Order => from + 0.05 * u,
@@ -143,7 +156,7 @@ fn value_at(parameter: &Parameter, from: f64, u: f64) -> f64 {
 /// Size of one unit of a fit at a value, in the value's unit.
 pub fn unit(parameter: &Parameter, value: f64) -> f64 {
     match parameter.role {
-        Role::Size { step, .. } => step,
+        Role::Size { step, .. } | Role::Position { step, .. } => step,
         Role::Reciprocal { step } => step * value * value,
         Role::Shape(_) | Role::Wavelength => 0.1 * value,
         Role::Order => 0.05,
@@ -288,21 +301,39 @@ impl FitState {
         (weight, away)
     }
 
-    /// Weight of each prior and how far each value is from where it was expected, in the fit's
+    /// Curvature of the priors and how far each value is from where it was expected, in the fit's
     /// units.
-    fn priors(&self) -> (DVector<f64>, DVector<f64>) {
+    fn priors(&self) -> (DMatrix<f64>, DVector<f64>) {
         let n = self.free.len();
-        let (mut weight, mut away) = (DVector::zeros(n), DVector::zeros(n));
+        let (mut prior, mut away) = (DMatrix::zeros(n, n), DVector::zeros(n));
         for (k, free) in self.free.iter().enumerate() {
             let parameter = self.parameter(free);
             let value = self.value(free);
             let unit = unit(parameter, value);
             if free.expected.is_finite() {
-                weight[k] = (unit / free.expected).powi(2);
+                prior[(k, k)] = (unit / free.expected).powi(2);
                 away[k] = (value - parameter.without_effect(value)) / unit;
             }
         }
-        (weight, away)
+        for (k, free) in self.free.iter().enumerate() {
+            let Action::Expression(formula) = self.effect(free.of).kind.action else { continue };
+            let definition = &formula.definition;
+            let Some(table) = definition.table.as_ref().filter(|t| t.bend.is_finite()) else {
+                continue;
+            };
+            let Some(place) = free.parameter.checked_sub(definition.named().len()) else {
+                continue;
+            };
+            let unit = unit(self.parameter(free), self.value(free));
+            away[k] = self.value(free) / unit;
+            if place == 0 {
+                // The values of a table are freed together, in order.
+                let bends = roughness(table, unit);
+                let mut own = prior.view_mut((k, k), bends.shape());
+                own += bends;
+            }
+        }
+        (prior, away)
     }
 }
 

@@ -8,7 +8,7 @@ use super::calibration::is_in_proportion;
 use super::{FitProblem, FitState, FreeParameter, Linear, Residuals, STEP, Slopes};
 use super::{chi_square, count, residuals, residuals_near, slopes, value_at};
 use crate::predict::PredictError;
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 use trueweld_plant::effects::{Parameter, Role};
 
 /// A fitted point.
@@ -200,9 +200,8 @@ pub fn fit(
         let foretold = here.cost - here.linear.cost(&step);
         let next = here.point.moved(&step);
         let reached = residuals_near(bench, &next, Some(&here.at)).ok().map(|at| {
-            let (weight, away) = next.priors();
-            let priors: f64 = weight.iter().zip(away.iter()).map(|(w, a)| w * a * a).sum();
-            (chi_square(&at) + priors, at)
+            let (prior, away) = next.priors();
+            (chi_square(&at) + (prior * &away).dot(&away), at)
         });
         match reached.filter(|(cost, _)| *cost < here.cost) {
             Some((cost, at)) => {
@@ -245,10 +244,11 @@ impl Fitted {
 fn linear(blocks: &[Vec<u8>], point: &FitState, at: &Residuals, slopes: &[Slopes]) -> Linear {
     let nothing = DVector::zeros(slopes.len());
     let all: Vec<&Slopes> = slopes.iter().collect();
-    with_priors(Linear::new(blocks, at, &all, nothing.clone(), nothing), point)
+    let prior = DMatrix::zeros(slopes.len(), slopes.len());
+    with_priors(Linear::new(blocks, at, &all, prior, nothing), point)
 }
 
 fn with_priors(linear: Linear, point: &FitState) -> Linear {
-    let (weight, away) = point.priors();
-    Linear { weight, away, hold: point.hold(), ..linear }
+    let (prior, away) = point.priors();
+    Linear { prior, away, hold: point.hold(), ..linear }
 }

@@ -1,6 +1,7 @@
 //! Which physical effect is missing in a model, and what to record next.
 
 use super::compare::ResidualFinding;
+use super::discover::DiscoveredLaw;
 use super::effects::{EffectCurveData, EffectPlace, FittedEffectValues};
 use super::finite;
 use super::mistake::FileMistake;
@@ -43,6 +44,9 @@ pub struct DiagnoseResult {
     pub score_after: Option<f64>,
     /// Explanations that were fitted, best first.
     pub candidates: Vec<DiagnosisCandidate>,
+    /// Laws outside the library that were found; then the score after is with the first of them.
+    #[serde(default)]
+    pub discovered: Vec<DiscoveredLaw>,
     /// Calibrations that are off.
     pub calibration: Vec<FittedEffectValues>,
     /// What the logs fix of how links are mounted; null where they see no postures.
@@ -185,6 +189,7 @@ impl DiagnoseResult {
             candidates: candidates
                 .map(|(k, c)| DiagnosisCandidate::of(c, account.reasons.get(k), diagnosis, robot))
                 .collect(),
+            discovered: DiscoveredLaw::all(report.discovered, robot),
             calibration: FittedEffectValues::calibrations(&diagnosis.calibration, robot, before),
             mountings: diagnosis.mountings.as_ref().map(|m| LinkMountings::of(m, robot)),
             next_experiment: account.next_experiment.as_ref().map(PlannedExperiment::of),

@@ -1,6 +1,7 @@
 //! A model improved.
 
 use super::compare::ResidualFinding;
+use super::discover::DiscoveredLaw;
 use super::effects::{EffectPlace, FittedEffectValues};
 use super::finite;
 use super::mistake::FileMistake;
@@ -38,6 +39,9 @@ pub struct ImproveResult {
     pub steps: Vec<AddedStep>,
     /// Steps that were tried and not kept.
     pub rejected: Vec<RejectedStep>,
+    /// Laws outside the library that were found.
+    #[serde(default)]
+    pub discovered: Vec<DiscoveredLaw>,
     /// Names of the logs that were held out.
     pub held_out: Vec<String>,
     /// What the residual follows that is left.
@@ -167,6 +171,7 @@ impl ImproveResult {
             sentence: report.headline(),
             steps: steps.collect(),
             rejected: rejected.collect(),
+            discovered: DiscoveredLaw::all(&improvement.discovered, &model.robot),
             held_out: improvement.held_out_logs.clone(),
             unexplained: ResidualFinding::remaining(&improvement.diagnosis),
             undone: undone(&improvement.diagnosis.undone, &model.robot),

@@ -6,6 +6,7 @@
 mod certify;
 mod compare;
 mod diagnose;
+mod discover;
 mod effects;
 mod identify;
 mod import;
@@ -31,6 +32,7 @@ pub use diagnose::{
     ConfusablePair, DetectionLimit, DiagnoseResult, DiagnosisCandidate, PlanPoint,
     PlannedExperiment,
 };
+pub use discover::{DiscoveredCurve, DiscoveredLaw, DiscoveredPlace};
 pub use effects::{EffectCurveData, EffectPlace, FittedEffectValues, FittedValue};
 pub use identify::{
     DecrementDamping, ExpectedStiffness, IdentifiedMode, IdentifiedNumber, IdentifyResult,

@@ -48,6 +48,8 @@ impl Report for DiagnoseReport<'_> {
         let mut document = Document::new("Diagnose", self.headline(), self.provenance);
         document.push(Block::Lead(self.explanation().unwrap_or_default()));
         document.push(Block::Note(self.setting()));
+        let found = super::discover::curves(self.discovered, &self.model.robot);
+        document.section(Medium::Page, words::discover::CURVE, Block::Figures(found));
         let curves = self.reason().map_or(Vec::new(), |r| evidence(r, &self.model.robot));
         document.section(Medium::Page, words::diagnose::CURVES, Block::Figures(curves));
         if let Some(plan) = &self.account.next_experiment {
@@ -55,7 +57,7 @@ impl Report for DiagnoseReport<'_> {
             document.section(Medium::All, "What to record next", Block::Lead(lead));
             document.push(Block::Steps(words::experiment::steps(plan)));
         }
-        if missing && !diagnosis.chosen.is_empty() {
+        if missing && !(diagnosis.chosen.is_empty() && self.discovered.is_empty()) {
             document.section(
                 Medium::Page,
                 "Measured and predicted, with the model as given and with the best explanation",

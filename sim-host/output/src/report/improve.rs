@@ -38,9 +38,11 @@ impl Report for ImproveReport<'_> {
         document.push(Block::Note(self.setting()));
         document.section(Medium::All, "Step by step", Block::Table(self.steps()));
         if improvement.fitted.is_some() {
+            let found = super::discover::curves(&improvement.discovered, &self.model.robot);
+            document.section(Medium::Page, crate::words::discover::CURVE, Block::Figures(found));
             let curves = self
                 .reason
-                .filter(|_| self.adds_effects())
+                .filter(|_| self.adds_effects() && improvement.discovered.is_empty())
                 .map_or(Vec::new(), |r| evidence(r, &self.model.robot));
             document.section(Medium::Page, CURVES, Block::Figures(curves));
             for (logs, [before, after]) in [

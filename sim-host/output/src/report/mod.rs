@@ -3,6 +3,7 @@
 mod certify;
 mod compare;
 mod diagnose;
+mod discover;
 mod identify;
 mod import;
 mod improve;

@@ -1,7 +1,9 @@
 //! What is said of a diagnosis and of an improvement.
 
 use super::finding::{article, sentence};
-use super::{Scale, counted, effects, experiment, fixed, listed, probability, score, share};
+use super::{
+    Scale, counted, discover, effects, experiment, fixed, listed, probability, score, share,
+};
 use crate::{DiagnoseReport, ImproveReport};
 use trueweld_measure::diagnose::{
     Candidate, Confusable, Diagnosis, FittedEffect, Limit, Mountings, Reason, Undone, Verdict,
@@ -234,6 +236,10 @@ impl DiagnoseReport<'_> {
             format!("To tell them apart, record: {}.", experiment::title(plan))
         });
         let robot = &self.model.robot;
+        if let Some(discovery) = self.discovered.first() {
+            let found = discover::headline(discovery, robot);
+            return format!("{found}{}", implausible(&self.diagnosis.calibration, robot));
+        }
         let verdict = verdict(self.diagnosis, self.diagnosis.verdict, robot, next.as_deref());
         format!("{verdict}{}", implausible(&self.diagnosis.calibration, robot))
     }
@@ -247,12 +253,17 @@ impl DiagnoseReport<'_> {
     /// next to nothing.
     pub(crate) fn reason(&self) -> Option<&Reason> {
         let best = self.diagnosis.candidates.first()?;
-        let told = self.diagnosis.verdict != Verdict::Adequate && best.explains();
+        let told = self.diagnosis.verdict != Verdict::Adequate
+            && best.explains()
+            && self.discovered.is_empty();
         self.account.reasons.first().filter(|_| told)
     }
 
     /// The same in words.
     pub(crate) fn explanation(&self) -> Option<String> {
+        if let Some(discovery) = self.discovered.first() {
+            return Some(discover::explanation(discovery));
+        }
         let all = &self.diagnosis.candidates;
         Some(effects::explanation(all.first()?, all, self.reason()?, &self.model.robot))
     }
@@ -346,6 +357,14 @@ impl ImproveReport<'_> {
                         probability(improvement.diagnosis.candidates[0].probability)
                     ),
                 }
+            }
+            _ if !improvement.discovered.is_empty() => {
+                let robot = &self.model.robot;
+                let found = &improvement.discovered;
+                let told = found.iter().map(|d| {
+                    format!("{} {}", discover::headline(d, robot), discover::explanation(d))
+                });
+                told.collect::<Vec<_>>().join(" ")
             }
             verdict => self::verdict(&improvement.diagnosis, verdict, &self.model.robot, None),
         }

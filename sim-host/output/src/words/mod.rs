@@ -6,6 +6,7 @@ pub(crate) mod compare;
 pub(crate) mod control;
 pub(crate) mod curve;
 pub(crate) mod diagnose;
+pub(crate) mod discover;
 pub(crate) mod effects;
 pub(crate) mod experiment;
 pub(crate) mod finding;

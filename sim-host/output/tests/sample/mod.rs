@@ -5,7 +5,7 @@
 // Each test uses its part of it.
 #![allow(dead_code)]
 
-use nalgebra::{DVector, Matrix3, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use std::sync::LazyLock;
 use trueweld_compensators::Entry;
 use trueweld_core::control::Limited;
@@ -410,6 +410,7 @@ impl Parts {
             model,
             diagnosis,
             account,
+            discovered: &[],
             before,
             after,
             notices: &[],
@@ -443,7 +444,7 @@ pub fn diagnosis(verdict: Verdict) -> Parts {
             square: Vec::new(),
             slope: Vec::new(),
             rest: Vec::new(),
-            weight: DVector::zeros(0),
+            prior: DMatrix::zeros(0, 0),
             away: DVector::zeros(0),
             hold: (DVector::zeros(0), DVector::zeros(0)),
         },
@@ -560,6 +561,7 @@ pub fn improvement(diagnosis: Diagnosis) -> Improvement {
         held_out,
     };
     Improvement {
+        discovered: Vec::new(),
         steps: vec![step(&[], 3.79, 3.37), step(&effects, 1.015, 1.07)],
         rejected: vec![Rejected { added: Vec::new(), held_out: f64::NAN, why: Rejection::NoGain }],
         verdict: diagnosis.verdict,

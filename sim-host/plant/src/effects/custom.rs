@@ -66,6 +66,7 @@ fn lasting(own: &'static CustomParameter) -> Parameter {
     let role = match &own.role {
         CustomRole::Size(step) => Role::Size { step: *step, neutral: 0.0 },
         CustomRole::Shape(starts) => Role::Shape(starts),
+        CustomRole::Position(step, starts) => Role::Position { step: *step, starts },
     };
     Parameter {
         name: &own.name,

@@ -6,6 +6,9 @@
 //! value    = number | name | function( sum [, sum] ) | ( sum )
 //! ```
 //!
+//! An expression may have a table beside it: `table( sum )` is then the straight line between its
+//! values at places on either side, and the nearest of them beyond its ends.
+//!
 //! As in print: −x² is −(x²), and a^b^c is a^(b^c). A text becomes a list of operations on a small
 //! stack, so that evaluating neither allocates nor fails; where the mathematics has no answer the
 //! value is not finite. Left out: conditions, for which `step` does.
@@ -76,6 +79,7 @@ enum Operation {
     Multiply,
     Divide,
     Power,
+    Table,
     Of(Function),
     OfTwo(FunctionOfTwo),
 }
@@ -85,7 +89,7 @@ impl Operation {
     fn growth(self) -> isize {
         match self {
             Self::Number(_) | Self::Variable(_) | Self::Parameter(_) => 1,
-            Self::Negate | Self::Of(_) => 0,
+            Self::Negate | Self::Table | Self::Of(_) => 0,
             Self::Add
             | Self::Subtract
             | Self::Multiply
@@ -101,6 +105,24 @@ impl Operation {
 pub struct Expression {
     /// In postfix order.
     operations: Vec<Operation>,
+    /// Places of the table; none where there is none.
+    places: Box<[f64]>,
+    /// Parameters before the values of the table.
+    named: usize,
+}
+
+/// Name of the function that reads the table.
+const TABLE: &str = "table";
+
+/// The straight line between the values `y` at the places `x`, which rise; held beyond their ends.
+pub fn interpolate(x: &[f64], y: &[f64], at: f64) -> f64 {
+    let above = x.partition_point(|x| *x <= at);
+    match (above, x.len()) {
+        _ if at.is_nan() => at,
+        (0, _) => y[0],
+        (k, n) if k == n => y[n - 1],
+        (k, _) => y[k - 1] + (y[k] - y[k - 1]) * ((at - x[k - 1]) / (x[k] - x[k - 1])),
+    }
 }
 
 /// What is wrong with the text of an expression, and where.
@@ -122,18 +144,37 @@ impl Expression {
     /// [`Mistake`]: what is no expression, a name that is none of these, more than 32 levels of
     /// parentheses or operands waiting for their operator, or more than 1000 operations.
     pub fn parse(text: &str, variables: &[&str], parameters: &[&str]) -> Result<Self, Mistake> {
+        Self::parse_with_table(text, variables, parameters, &[])
+    }
+
+    /// The same with a table of values at these places, which rise: its values are parameters, in
+    /// order, after those that have names.
+    ///
+    /// # Errors
+    /// As [`parse`](Self::parse).
+    pub fn parse_with_table(
+        text: &str,
+        variables: &[&str],
+        parameters: &[&str],
+        places: &[f64],
+    ) -> Result<Self, Mistake> {
         let mut parser = Parser {
             text,
             at: 0,
             variables,
             parameters,
+            has_table: !places.is_empty(),
             operations: Vec::new(),
             held: 0,
             nesting: 0,
         };
         parser.sum()?;
         match parser.peek() {
-            None => Ok(Self { operations: parser.operations }),
+            None => Ok(Self {
+                operations: parser.operations,
+                places: places.into(),
+                named: parameters.len(),
+            }),
             Some(_) => Err(parser.unexpected("an operator (+ - * / ^) or the end")),
         }
     }
@@ -148,10 +189,14 @@ impl Expression {
                 Operation::Number(number) => number,
                 Operation::Variable(i) => variables[i],
                 Operation::Parameter(i) => parameters[i],
-                Operation::Negate | Operation::Of(_) => {
+                Operation::Negate | Operation::Table | Operation::Of(_) => {
                     held -= 1;
                     let a = stack[held];
-                    if let Operation::Of(function) = *operation { function(a) } else { -a }
+                    match *operation {
+                        Operation::Of(function) => function(a),
+                        Operation::Table => interpolate(&self.places, &parameters[self.named..], a),
+                        _ => -a,
+                    }
                 }
                 binary => {
                     held -= 2;
@@ -179,7 +224,12 @@ impl Expression {
 
     /// True where the parameter at this index occurs.
     pub fn has_parameter(&self, index: usize) -> bool {
-        self.operations.iter().any(|o| matches!(o, Operation::Parameter(i) if *i == index))
+        let of_table = index >= self.named;
+        self.operations.iter().any(|o| match o {
+            Operation::Parameter(i) => *i == index,
+            Operation::Table => of_table,
+            _ => false,
+        })
     }
 }
 
@@ -201,6 +251,7 @@ struct Parser<'t> {
     at: usize,
     variables: &'t [&'t str],
     parameters: &'t [&'t str],
+    has_table: bool,
     operations: Vec<Operation>,
     /// Values on the stack after the operations so far.
     held: usize,
@@ -389,6 +440,9 @@ impl Parser<'_> {
         } else if let Some((_, function)) = FUNCTIONS_OF_TWO.iter().find(|(n, _)| *n == name) {
             self.parenthesised(2)?;
             self.emit(Operation::OfTwo(*function))
+        } else if self.has_table && name == TABLE {
+            self.parenthesised(1)?;
+            self.emit(Operation::Table)
         } else if name == "pi" {
             self.emit(Operation::Number(std::f64::consts::PI))
         } else if let Some(i) = index(self.variables) {
@@ -401,7 +455,9 @@ impl Parser<'_> {
     }
 
     fn unknown(&self, name: &str, at: Range<usize>) -> Mistake {
-        let names = self.variables.iter().chain(self.parameters).copied().chain(known_words());
+        let table = self.has_table.then_some(TABLE);
+        let names = self.variables.iter().chain(self.parameters).copied();
+        let names = names.chain(known_words()).chain(table);
         let guess =
             nearest(name, names).map(|n| format!(" Did you mean `{n}`?")).unwrap_or_default();
         let list = |names: &[&str]| {

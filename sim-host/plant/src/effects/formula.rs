@@ -300,6 +300,16 @@ const fn port(
 }
 
 impl NamedPort {
+    /// A size at which a slope is taken, in the port's unit: small against what any plant does,
+    /// large against rounding.
+    pub fn small(&self) -> f64 {
+        match self.unit {
+            "rad" => 5e-5,
+            "m" => 1e-4,
+            _ => 50.0,
+        }
+    }
+
     /// What an effect there is attached to.
     pub fn place(&self) -> LocationKind {
         match self.target {
@@ -338,8 +348,10 @@ impl NamedPort {
 pub enum CustomRole {
     /// The effect grows from nothing with it; the slope is taken at this value.
     Size(f64),
-    /// Shapes the effect; values a fit may start from.
+    /// Shapes the effect; values a fit may start from. A fit takes steps in proportion to it.
     Shape(Vec<f64>),
+    /// The same for what may pass through zero: the slope is taken over this change.
+    Position(f64, Vec<f64>),
 }
 
 /// A parameter as its author states it; as [`Parameter`](super::Parameter), but owned.
@@ -359,6 +371,59 @@ pub struct CustomParameter {
     pub high: f64,
 }
 
+/// What `table(…)` in an expression interpolates; the values at its places are the last parameters
+/// of the effect, in their order.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DefinedTable {
+    /// Places, rising, in the unit of what the table is read at.
+    pub x: Vec<f64>,
+    /// How far a value is expected to be off the straight line through its neighbours, one standard
+    /// deviation at places of equal distance, in the unit of the values; infinite where nothing is
+    /// known.
+    pub bend: f64,
+}
+
+/// Most places of one table.
+pub const MOST_PLACES: usize = 64;
+
+/// Names of the values of a table: `y1` and so on.
+const VALUE: &str = "y";
+
+impl DefinedTable {
+    /// The values of the table as parameters, each plausible within `range`; slopes are taken at
+    /// `step`.
+    pub fn parameters(&self, unit: &str, step: f64, range: [f64; 2]) -> Vec<CustomParameter> {
+        let value = |(k, x): (usize, &f64)| CustomParameter {
+            name: format!("{VALUE}{}", k + 1),
+            unit: unit.to_owned(),
+            meaning: format!("value at {x}"),
+            role: CustomRole::Size(step),
+            low: range[0],
+            high: range[1],
+        };
+        self.x.iter().enumerate().map(value).collect()
+    }
+
+    /// True for a name that a table needs itself.
+    pub fn needs_name(name: &str) -> bool {
+        let number = name.strip_prefix(VALUE).is_some_and(|n| n.parse::<usize>().is_ok());
+        number || name == "table"
+    }
+
+    /// How the curve bends at each inner place, in what is expected of it: weights of the values
+    /// before, at and after it. Their squares sum up to ∫ y″² dx, with places of equal distance to
+    /// Σ (y₋ − 2 y + y₊)²/bend².
+    pub fn bends(&self) -> impl Iterator<Item = [f64; 3]> {
+        let intervals = self.x.len().saturating_sub(1).max(1) as f64;
+        let mean = (self.x[self.x.len() - 1] - self.x[0]) / intervals;
+        self.x.windows(3).map(move |x| {
+            let (before, after) = (x[1] - x[0], x[2] - x[1]);
+            let weight = (mean.powi(3) / (0.5 * (before + after))).sqrt() / self.bend;
+            [weight / before, -weight * (1.0 / before + 1.0 / after), weight / after]
+        })
+    }
+}
+
 /// An effect as its author states it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Definition {
@@ -370,8 +435,10 @@ pub struct Definition {
     pub expression: String,
     /// What it looks like in data.
     pub shows: String,
-    /// Its parameters.
+    /// Its parameters, the values of its table last.
     pub parameters: Vec<CustomParameter>,
+    /// Its table, where the expression reads one.
+    pub table: Option<DefinedTable>,
 }
 
 /// A definition, ready to act.
@@ -383,13 +450,21 @@ pub struct Formula {
 }
 
 impl Definition {
+    /// Its parameters without the values of its table.
+    pub fn named(&self) -> &[CustomParameter] {
+        let places = self.table.as_ref().map_or(0, |table| table.x.len());
+        &self.parameters[..self.parameters.len() - places]
+    }
+
     /// The expression, checked: every parameter occurs in it, and at `values` and with each
     /// parameter in turn at its `low` and `high` it is finite wherever the port's variables may
     /// well be.
     pub(super) fn checked(&self, values: &[f64]) -> Result<Expression, Mistake> {
         let variables: Vec<&str> = self.port.variables.iter().map(|v| v.name).collect();
-        let names: Vec<&str> = self.parameters.iter().map(|p| p.name.as_str()).collect();
-        let expression = Expression::parse(&self.expression, &variables, &names)?;
+        let names: Vec<&str> = self.named().iter().map(|p| p.name.as_str()).collect();
+        let places = self.table.as_ref().map_or(&[][..], |table| &table.x);
+        let expression =
+            Expression::parse_with_table(&self.expression, &variables, &names, places)?;
         let whole = 0..self.expression.len();
         let mistake = |message, help: &str| {
             Err(Mistake { at: whole.clone(), message, help: help.to_owned() })
@@ -397,10 +472,14 @@ impl Definition {
         if let Some((_, unused)) =
             self.parameters.iter().enumerate().find(|(i, _)| !expression.has_parameter(*i))
         {
-            let message = format!(
-                "the parameter `{}` does not occur; expected each parameter to be used",
-                unused.name
-            );
+            let message = if self.named().iter().any(|p| p.name == unused.name) {
+                format!(
+                    "the parameter `{}` does not occur; expected each parameter to be used",
+                    unused.name
+                )
+            } else {
+                "the table is not read; expected `table(…)` of a variable".to_owned()
+            };
             return mistake(message, "A fit cannot find the value of what changes nothing.");
         }
         let ends = self.parameters.iter().enumerate().flat_map(|(i, p)| [(i, p.low), (i, p.high)]);

@@ -19,6 +19,13 @@ pub enum Role {
     },
     /// Shapes the effect; values a fit may start from.
     Shape(&'static [f64]),
+    /// Where along its variable the effect changes: it may pass through zero.
+    Position {
+        /// A small change, over which the slope is taken.
+        step: f64,
+        /// Values a fit may start from.
+        starts: &'static [f64],
+    },
     /// Periods per turn of the joint it is at.
     Order,
     /// Periods per turn of the spindle.
@@ -82,7 +89,9 @@ impl Parameter {
         match self.role {
             Role::Size { neutral, .. } => neutral,
             Role::Reciprocal { .. } => self.high,
-            Role::Shape(starts) => starts.first().copied().unwrap_or(self.low),
+            Role::Shape(starts) | Role::Position { starts, .. } => {
+                starts.first().copied().unwrap_or(self.low)
+            }
             Role::Order | Role::SpindleOrder => self.low.max(1.0),
             Role::Wavelength | Role::PathPosition => 0.5 * (self.low + self.high),
             Role::Phase => 0.0,

@@ -22,7 +22,8 @@ use super::{
     hash_of_file, nearest, read_text, write_atomically,
 };
 use crate::effects::formula::{
-    CustomParameter, CustomRole, Definition, Formula, MOST_PARAMETERS, NamedPort, PORTS,
+    CustomParameter, CustomRole, DefinedTable, Definition, Formula, MOST_PARAMETERS, MOST_PLACES,
+    NamedPort, PORTS,
 };
 use crate::effects::{self, Action, Effect, EffectError, EffectKind, Role, library};
 use sha2::{Digest, Sha256};
@@ -254,8 +255,31 @@ impl ModelFile {
         line(text, "unit", quoted(definition.port.unit));
         line(text, "expression", quoted(&definition.expression));
         line(text, "shows", quoted(&definition.shows));
-        for (i, (parameter, value)) in definition.parameters.iter().zip(&effect.values).enumerate()
-        {
+        let named = definition.named();
+        if let Some(table) = &definition.table {
+            let (of, values) =
+                (&definition.parameters[named.len()..], &effect.values[named.len()..]);
+            let list =
+                |numbers: &[f64]| rows(&numbers.iter().map(|v| number(*v)).collect::<Vec<_>>());
+            text.push_str("\n[effect.table]\n");
+            for (i, parameter) in of.iter().enumerate() {
+                let said = said(named.len() + i);
+                if !said.is_empty() {
+                    comment(text, &format!("{}: {said}", parameter.name));
+                }
+            }
+            line(text, "x", list(&table.x));
+            line(text, "y", list(values));
+            if table.bend.is_finite() {
+                line(text, "bend", number(table.bend));
+            }
+            if let [CustomParameter { role: CustomRole::Size(step), low, high, .. }, ..] = of {
+                line(text, "step", number(*step));
+                line(text, "low", number(*low));
+                line(text, "high", number(*high));
+            }
+        }
+        for (i, (parameter, value)) in named.iter().zip(&effect.values).enumerate() {
             let _ = writeln!(text, "\n[effect.parameters.{}]", parameter.name);
             comment(text, said(i));
             line(text, "value", number(*value));
@@ -266,6 +290,10 @@ impl ModelFile {
             match &parameter.role {
                 CustomRole::Size(step) => line(text, "step", number(*step)),
                 CustomRole::Shape(starts) => line(text, "shape", format!("{starts:?}")),
+                CustomRole::Position(step, starts) => {
+                    line(text, "step", number(*step));
+                    line(text, "shape", format!("{starts:?}"));
+                }
             }
         }
     }
@@ -409,7 +437,8 @@ fn own(
     id: String,
     scope: Scope,
 ) -> Result<(&'static effects::EffectKind, Vec<f64>), InputError> {
-    table.only(&["id", "at", "scope", "port", "unit", "expression", "shows", "parameters"])?;
+    let known = ["id", "at", "scope", "port", "unit", "expression", "shows", "parameters", "table"];
+    table.only(&known)?;
     let port = port(table)?;
     let text = table.text("expression")?;
     let mut parameters = Vec::new();
@@ -431,12 +460,30 @@ fn own(
             );
         }
     }
+    let mut of_table = None;
+    if table.has("table") {
+        let of = table.table("table")?;
+        let taken =
+            parameters.iter().find(|p: &&CustomParameter| DefinedTable::needs_name(&p.name));
+        if let Some(taken) = taken {
+            let message =
+                format!("stands beside a parameter `{}`; expected another name", taken.name);
+            return Err(
+                of.error(&message, "`table` reads the table, and `y1`, `y2`, … are its values.")
+            );
+        }
+        let (defined, values_of_table, own) = own_table(&of, port)?;
+        parameters.extend(own);
+        values.extend(values_of_table);
+        of_table = Some(defined);
+    }
     let shows = if table.has("shows") {
         table.name("shows")?
     } else {
         format!("whatever {} makes of {}", port.meaning, text.text.trim())
     };
-    let definition = Definition { id, port, expression: text.text.to_owned(), shows, parameters };
+    let expression = text.text.to_owned();
+    let definition = Definition { id, port, expression, shows, parameters, table: of_table };
     let kind = definition
         .kind(&values)
         .map_err(|m| table.error_in_text("expression", m.at, &m.message, m.help))?;
@@ -467,6 +514,42 @@ fn port(table: &Table<'_>) -> Result<&'static NamedPort, InputError> {
     Ok(port)
 }
 
+/// Range of a value of a table that states none, in the steps at which slopes are taken.
+const PLAUSIBLE: f64 = 1e3;
+
+/// A table of an effect of the user's own: places, values there, and these as parameters.
+fn own_table(
+    table: &Table<'_>,
+    port: &NamedPort,
+) -> Result<(DefinedTable, Vec<f64>, Vec<CustomParameter>), InputError> {
+    table.only(&["x", "y", "bend", "step", "low", "high"])?;
+    let x = table.list("x", MOST_PLACES, Bounds::Any)?;
+    if x.len() < 2 || !x.is_sorted_by(|a, b| a < b) {
+        let help = "The places between which the table's values are joined by straight lines.";
+        return Err(table.wrong("x", "two numbers or more, each above the one before", help));
+    }
+    let optional =
+        |key: &str, bounds| table.has(key).then(|| table.number(key, bounds)).transpose();
+    let step = optional("step", Bounds::Positive)?.unwrap_or_else(|| port.small());
+    let y = table.list("y", MOST_PLACES, Bounds::Any)?;
+    if y.len() != x.len() {
+        let help = "One value for each place in `x`.";
+        return Err(table.wrong("y", &format!("{} numbers, as many as in `x`", x.len()), help));
+    }
+    let far = y.iter().fold(PLAUSIBLE * step, |far, y| far.max(10.0 * y.abs()));
+    let low = optional("low", Bounds::Any)?.unwrap_or(-far);
+    let high = optional("high", Bounds::Any)?.unwrap_or(far);
+    if low >= high {
+        return Err(table.wrong("high", "a number above `low`", "They bound what is plausible."));
+    }
+    // Each of them within what is plausible.
+    table.list("y", MOST_PLACES, Bounds::Between(low, high))?;
+    let bend = optional("bend", Bounds::Positive)?.unwrap_or(f64::INFINITY);
+    let defined = DefinedTable { x, bend };
+    let parameters = defined.parameters(port.unit, step, [low, high]);
+    Ok((defined, y, parameters))
+}
+
 fn own_parameter(
     table: &Table<'_>,
     name: &str,
@@ -487,7 +570,7 @@ fn own_parameter(
     }
     let role = match (table.has("step"), table.has("shape")) {
         (true, false) => CustomRole::Size(table.number("step", Bounds::Positive)?),
-        (false, true) => {
+        (step, true) => {
             let starts = table.list("shape", MOST_PARAMETERS, Bounds::Between(low, high))?;
             if starts.is_empty() {
                 return Err(table.wrong(
@@ -496,16 +579,24 @@ fn own_parameter(
                     "Take plausible values.",
                 ));
             }
-            CustomRole::Shape(starts)
+            match step {
+                true => CustomRole::Position(table.number("step", Bounds::Positive)?, starts),
+                false => CustomRole::Shape(starts),
+            }
         }
         _ => {
             let help = "`step`: a small value, where the effect grows from nothing with this parameter. `shape`: a list of \
-                        values that a fit may start from, where the parameter shapes the effect.";
-            return Err(table
-                .error("has both or neither of `step` and `shape`; expected one of them", help));
+                        values that a fit may start from, where the parameter shapes the effect; with a `step` as well \
+                        where it may pass through zero.";
+            return Err(
+                table.error("has neither `step` nor `shape`; expected one of them, or both", help)
+            );
         }
     };
-    let start = if let CustomRole::Shape(starts) = &role { starts[0] } else { 0.0 };
+    let start = match &role {
+        CustomRole::Shape(starts) | CustomRole::Position(_, starts) => starts[0],
+        CustomRole::Size(_) => 0.0,
+    };
     let value = value_or_start(table, "value", scope, start, Bounds::Between(low, high))?;
     let text = |key: &str| {
         if table.has(key) { table.name(key) } else { Ok(name.to_owned()) }

@@ -23,6 +23,7 @@ mod probe;
 mod view;
 
 pub use context::{Axis, EffectCurve, Ordinate};
+pub(crate) use probe::constant;
 
 use crate::data::log::Log;
 use crate::fit::{EffectScope, FitProblem, FitState, Fitted, Residuals, Slopes, residuals};

@@ -40,7 +40,7 @@ fn step(unit: &str) -> f64 {
 }
 
 /// A constant at a port, as an effect of the user's own.
-fn constant(port: &'static str, times: &str, unit: &str) -> Option<&'static EffectKind> {
+pub(crate) fn constant(port: &'static str, times: &str, unit: &str) -> Option<&'static EffectKind> {
     let port = PORTS.iter().find(|p| p.name == port)?;
     let size = step(unit);
     let parameter = CustomParameter {
@@ -57,6 +57,7 @@ fn constant(port: &'static str, times: &str, unit: &str) -> Option<&'static Effe
         expression: format!("constant*({times})"),
         shows: port.meaning.to_owned(),
         parameters: vec![parameter],
+        table: None,
     };
     definition.kind(&[0.0]).ok()
 }

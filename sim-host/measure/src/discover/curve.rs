@@ -1,0 +1,279 @@
+//! A free curve at a port: a table whose values are fitted, held together by what is expected of
+//! how it bends. How much that is, held-out blocks say: residuals that follow each other would have
+//! any other criterion take noise for a curve.
+
+use super::Context;
+use super::hypotheses::Hypothesis;
+use super::variables::Series;
+use crate::diagnose::rules;
+use crate::fit::{self, EffectScope, Effort, Fitted, FreeParameter, Linear, Slopes};
+use crate::residuals::localize::CurvePoint;
+use nalgebra::DVector;
+use trueweld_plant::effects::expression::{Expression, interpolate};
+use trueweld_plant::effects::formula::{DefinedTable, Definition};
+use trueweld_plant::effects::{Action, Effect, EffectKind};
+
+/// Places of a curve while it is screened, and while it is fitted.
+pub(super) const SCREENED: usize = 12;
+pub(super) const FITTED: usize = 20;
+
+/// Share of a place that goes by the variable, not by how often it is there.
+const EVENLY: f64 = 0.7;
+
+/// How much a curve may bend from place to place, as shares of its largest value.
+const BENDS: [f64; 7] = [0.001, 0.004, 0.015, 0.05, 0.15, 0.5, 2.0];
+
+/// Range of a value, in the steps at which slopes are taken.
+const PLAUSIBLE: f64 = 1e3;
+
+/// Least range of a variable, as a share of its largest value, over which a curve may be found.
+const LEAST_RANGE: f64 = 1e-3;
+
+/// A hypothesis with its variables on the logs.
+#[derive(Debug, Clone)]
+pub(super) struct Candidate {
+    pub hypothesis: Hypothesis,
+    /// What the curve is over, and what it is multiplied by.
+    pub over: Series,
+    pub times: Series,
+    /// Slopes of all residuals by a constant at the port, in the port's unit.
+    pub constant: Slopes,
+    /// Value at which the slopes by a value of the curve are taken.
+    pub step: f64,
+}
+
+impl Candidate {
+    /// Values of the variable where the logs show the port, rising.
+    fn seen(&self, context: &Context<'_>) -> Vec<f64> {
+        let mut seen = Vec::new();
+        for (log, experiment) in context.bench.experiments.iter().enumerate() {
+            let Some(slope) = &self.constant[log] else { continue };
+            let mut last = usize::MAX;
+            for (k, compared) in experiment.compared.iter().enumerate() {
+                let row = compared.row;
+                let value = self.over[log].get(row).copied().unwrap_or(f64::NAN);
+                if slope[k] != 0.0 && row != last && value.is_finite() {
+                    seen.push(value);
+                    last = row;
+                }
+            }
+        }
+        seen.sort_by(f64::total_cmp);
+        seen
+    }
+
+    /// So many places over the range of the variable, half by the variable and half by how often it
+    /// is there; `None` where it hardly changes.
+    pub fn places(&self, context: &Context<'_>, count: usize) -> Option<Vec<f64>> {
+        let seen = self.seen(context);
+        let (first, last) = (*seen.first()?, *seen.last()?);
+        let range = last - first;
+        if range.is_nan() || range <= LEAST_RANGE * first.abs().max(last.abs()) {
+            return None;
+        }
+        let place = |k: usize| {
+            let share = k as f64 / (count - 1) as f64;
+            let often = seen[((seen.len() - 1) as f64 * share).round() as usize];
+            EVENLY * (first + share * range) + (1.0 - EVENLY) * often
+        };
+        let mut places: Vec<f64> = (0..count).map(place).collect();
+        places.dedup_by(|b, a| *b - *a < 0.1 * range / count as f64);
+        (places.len() >= 4).then_some(places)
+    }
+
+    /// Slopes of all residuals by the values of a table at these places, over its step, where the
+    /// port answers at once: each row as if the variable stood still.
+    pub fn slopes(&self, context: &Context<'_>, places: &[f64]) -> Vec<Slopes> {
+        let logs = context.bench.experiments.len();
+        let mut all: Vec<Slopes> = vec![vec![None; logs]; places.len()];
+        for (log, experiment) in context.bench.experiments.iter().enumerate() {
+            let Some(slope) = &self.constant[log] else { continue };
+            let mut columns = vec![vec![0.0; slope.len()]; places.len()];
+            for (k, compared) in experiment.compared.iter().enumerate() {
+                let x = self.over[log][compared.row];
+                let weight = slope[k] * self.step * self.times[log][compared.row];
+                if weight == 0.0 || !weight.is_finite() || !x.is_finite() {
+                    continue;
+                }
+                let above = places.partition_point(|place| *place <= x);
+                match above {
+                    0 => columns[0][k] = weight,
+                    n if n == places.len() => columns[n - 1][k] = weight,
+                    n => {
+                        let share = (x - places[n - 1]) / (places[n] - places[n - 1]);
+                        columns[n - 1][k] = weight * (1.0 - share);
+                        columns[n][k] = weight * share;
+                    }
+                }
+            }
+            for (slopes, column) in all.iter_mut().zip(columns) {
+                slopes[log] = Some(column);
+            }
+        }
+        all
+    }
+
+    /// The kind of effect that this curve is.
+    pub fn kind(&self, id: &str, table: DefinedTable) -> Option<&'static EffectKind> {
+        let hypothesis = &self.hypothesis;
+        let far = PLAUSIBLE * self.step;
+        let values = vec![0.0; table.x.len()];
+        let definition = Definition {
+            id: id.to_owned(),
+            port: hypothesis.port,
+            expression: hypothesis.expression(&format!("table({})", hypothesis.over)),
+            shows: hypothesis.port.meaning.to_owned(),
+            parameters: table.parameters(&hypothesis.y_unit(), self.step, [-far, far]),
+            table: Some(table),
+        };
+        definition.kind(&values).ok()
+    }
+}
+
+/// A curve in the linear model of a fit.
+#[derive(Debug, Clone)]
+pub(super) struct Smooth {
+    /// What is expected of how it bends, in the unit of its values.
+    pub bend: f64,
+    /// Sum of squares of blocks that were left out.
+    pub held_out: f64,
+    /// Step of all values, in the fit's units, that of the curve last.
+    pub step: DVector<f64>,
+}
+
+/// The linear model beside which nothing is expected of the last values, with these expected to
+/// bend so.
+fn bent(linear: &Linear, table: &DefinedTable, step: f64) -> Linear {
+    let bends = fit::roughness(table, step);
+    let from = linear.away.len() - table.x.len();
+    let mut linear = linear.clone();
+    let mut own = linear.prior.view_mut((from, from), bends.shape());
+    own += bends;
+    linear
+}
+
+/// The curve whose bending predicts blocks best that were left out.
+pub(super) fn smooth(linear: &Linear, places: &[f64], step: f64) -> Option<Smooth> {
+    let table = |bend: f64| DefinedTable { x: places.to_vec(), bend };
+    let of = |bend: f64| {
+        let linear = bent(linear, &table(bend), step);
+        let found = linear.solve(None, 0.0, None)?.step;
+        Some((linear, found))
+    };
+    // As large as a curve is that bends at will.
+    let from = linear.away.len() - places.len();
+    let (_, free) = of(1e3 * step)?;
+    let size = free.rows(from, places.len()).amax() * step;
+    let tried = BENDS.iter().filter_map(|share| {
+        let bend = share * size;
+        let (linear, step) = of(bend)?;
+        let held_out: f64 = linear.held_out(None).iter().sum();
+        (bend > 0.0 && held_out.is_finite()).then_some(Smooth { bend, held_out, step })
+    });
+    tried.min_by(|a, b| a.held_out.total_cmp(&b.held_out))
+}
+
+/// A curve fitted through the plant.
+#[derive(Debug, Clone)]
+pub(super) struct FittedCurve {
+    pub candidate: Candidate,
+    pub places: Vec<f64>,
+    pub fitted: Fitted,
+}
+
+/// Points that a formula is drawn by.
+const DRAWN: usize = 200;
+
+/// Steps of a fit through the plant: a curve is nearly in proportion to its values.
+const STEPS: usize = 6;
+
+/// Fits a curve beside the calibrations, through the plant.
+pub(super) fn fit_curve(context: &Context<'_>, candidate: &Candidate) -> Option<FittedCurve> {
+    let Context { bench, blocks, null, .. } = *context;
+    let places = candidate.places(context, FITTED)?;
+    let at = candidate.hypothesis.at;
+    let point = |bend: f64, values: Vec<f64>| {
+        let kind = candidate.kind(context.id, DefinedTable { x: places.clone(), bend })?;
+        let mut point = null.point.clone();
+        point.add(Effect { kind, at, values });
+        Some(point)
+    };
+    let nothing = vec![0.0; places.len()];
+    let free = point(f64::INFINITY, nothing.clone())?;
+    let of = EffectScope::All(free.all.len() - 1);
+    let frees: Vec<FreeParameter> =
+        free.free.iter().copied().filter(|free| free.of == of).collect();
+    let own = fit::slopes(bench, &free, &frees, &null.at, 1.0);
+    let more: Vec<&Slopes> = own.iter().collect();
+    let linear = null.linear.extended(blocks, &null.at, &null.slopes, &more);
+    let found = smooth(&linear, &places, candidate.step)?;
+    let start = point(found.bend, nothing)?.moved(&found.step);
+    let known = [null.slopes.clone(), own].concat();
+    let effort = Effort::steps(STEPS, known.len());
+    let fitted = fit::fit(bench, &start, blocks, &known, effort).ok()?;
+    Some(FittedCurve { candidate: candidate.clone(), places, fitted })
+}
+
+impl FittedCurve {
+    /// Sum of squares of blocks that were left out.
+    pub fn held_out(&self) -> f64 {
+        self.fitted.linear.held_out(None).iter().sum()
+    }
+
+    /// A formula in its place, over its range.
+    pub fn drawn(&self, formula: &Effect) -> Vec<[f64; 2]> {
+        let Action::Expression(own) = formula.kind.action else {
+            return Vec::new();
+        };
+        let (first, last) = (self.places[0], self.places[self.places.len() - 1]);
+        let at = |k: usize| first + (last - first) * k as f64 / DRAWN as f64;
+        let hypothesis = &self.candidate.hypothesis;
+        // The formula over its variable, its factor left away.
+        let text = hypothesis.within(&own.definition.expression);
+        let names: Vec<&str> = own.definition.parameters.iter().map(|p| p.name.as_str()).collect();
+        match Expression::parse(&text, &["u"], &names) {
+            Ok(curve) => {
+                (0..=DRAWN).map(|k| [at(k), curve.eval(&[at(k)], &formula.values)]).collect()
+            }
+            Err(_) => Vec::new(),
+        }
+    }
+
+    /// The values at its places.
+    pub fn values(&self) -> &[f64] {
+        self.fitted.point.all.last().map_or(&[], |effect| &effect.values)
+    }
+
+    /// What the measurements ask for along the curve, whatever its form, a point a stretch between
+    /// its places: the curve and what is left of the residual there.
+    pub fn points(&self, context: &Context<'_>) -> Vec<CurvePoint> {
+        let stretches = self.places.len() - 1;
+        // Σ s², Σ s² x, −Σ s r, Σ r², number.
+        let mut sums = vec![[0.0; 5]; stretches];
+        for (log, experiment) in context.bench.experiments.iter().enumerate() {
+            let Some(slope) = &self.candidate.constant[log] else { continue };
+            let left = &self.fitted.at[log].residual;
+            for (k, compared) in experiment.compared.iter().enumerate() {
+                let x = self.candidate.over[log][compared.row];
+                let s = slope[k] * self.candidate.times[log][compared.row];
+                if s == 0.0 || !s.is_finite() || !x.is_finite() {
+                    continue;
+                }
+                let above = self.places.partition_point(|place| *place <= x);
+                let sum = &mut sums[above.clamp(1, stretches) - 1];
+                let row = [s * s, s * s * x, -s * left[k], left[k] * left[k], 1.0];
+                sum.iter_mut().zip(row).for_each(|(sum, row)| *sum += row);
+            }
+        }
+        let point = |[weight, x, asked, left, count]: [f64; 5]| {
+            let x = x / weight;
+            CurvePoint {
+                x,
+                y: interpolate(&self.places, self.values(), x) + asked / weight,
+                error: ((left / count).max(1.0) * rules::CORRELATED / weight).sqrt(),
+            }
+        };
+        let points = sums.into_iter().filter(|sum| sum[0] > 0.0).map(point);
+        points.filter(|p| p.y.is_finite() && p.error.is_finite()).collect()
+    }
+}

@@ -1,0 +1,184 @@
+//! What a curve may be: a port of the plant, a place, the variable that the curve is over, and what
+//! it is multiplied by.
+
+use trueweld_core::JOINTS;
+use trueweld_plant::effects::Location;
+use trueweld_plant::effects::LocationKind;
+use trueweld_plant::effects::formula::{NamedPort, PORTS};
+
+/// A curve at a port: its value is `times` × table(`over`).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Hypothesis {
+    /// The port.
+    pub port: &'static NamedPort,
+    /// Where.
+    pub at: Location,
+    /// The variable, an expression over the port's.
+    pub over: &'static str,
+    /// What the curve is multiplied by, an expression over the port's variables.
+    pub times: &'static str,
+}
+
+/// The sense in which a joint turns: friction turns round with it.
+const MOTOR_SENSE: &str = "tanh(encoder_rate/smoothing)";
+const LINK_SENSE: &str = "tanh(link_rate/smoothing)";
+
+/// Ports, variables and factors that are looked at.
+/// Ports, variables and factors that are looked at; of those that the logs do not tell apart the
+/// first is named. What a robot carries about comes before what its gears do, and both before what
+/// instruments read.
+const ALL: &[(&str, &[(&str, &str)])] = &[
+    (
+        "motor-friction",
+        &[
+            ("encoder", MOTOR_SENSE),
+            ("abs(encoder_rate)", MOTOR_SENSE),
+            ("abs(spring_torque)", MOTOR_SENSE),
+            ("spring_torque", MOTOR_SENSE),
+        ],
+    ),
+    (
+        "link-torque",
+        &[
+            ("link", "1"),
+            ("encoder_before", "1"),
+            ("link_rate", "1"),
+            ("link", LINK_SENSE),
+            ("abs(link_rate)", LINK_SENSE),
+            ("link", "link_rate"),
+        ],
+    ),
+    ("spring-torque", &[("encoder", "1"), ("twist", "1"), ("encoder", "twist")]),
+    ("twist", &[("encoder", "1"), ("encoder_before", "1")]),
+    ("motor-friction", &[("encoder", "1"), ("encoder_rate", "1"), ("encoder", "encoder_rate")]),
+    ("process-force-x", &[("x", "1"), ("vx", "1"), ("depth_force", "1"), ("time", "1")]),
+    ("process-force-y", &[("x", "1"), ("vx", "1"), ("depth_force", "1"), ("time", "1")]),
+    ("process-force-z", &[("x", "1"), ("depth_force", "1"), ("time", "1")]),
+    ("surface-height", &[("x", "1"), ("time", "1")]),
+    ("tool-shift-x", &[("time", "1")]),
+    ("tool-shift-y", &[("time", "1")]),
+    ("tool-shift-z", &[("time", "1")]),
+    ("link-encoder", &[("encoder", "1"), ("time", "1")]),
+    ("recorded-torque", &[("encoder", "1"), ("torque", "1"), ("time", "1")]),
+    ("tracker-x", &INSTRUMENT),
+    ("tracker-y", &INSTRUMENT),
+    ("tracker-z", &INSTRUMENT),
+    ("force-sensor-x", &[("fz", "1"), ("time", "1")]),
+    ("force-sensor-y", &[("fz", "1"), ("time", "1")]),
+    ("force-sensor-z", &[("fz", "1"), ("time", "1")]),
+];
+
+/// What a tracker's error may depend on.
+const INSTRUMENT: [(&str, &str); 7] = [
+    ("px", "1"),
+    ("py", "1"),
+    ("pz", "1"),
+    ("encoder_1", "1"),
+    ("encoder_4", "1"),
+    ("encoder_6", "1"),
+    ("time", "1"),
+];
+
+/// Every hypothesis.
+pub(super) fn all() -> Vec<Hypothesis> {
+    let mut found = Vec::new();
+    for (name, curves) in ALL {
+        let Some(port) = PORTS.iter().find(|p| p.name == *name) else { continue };
+        let places: Vec<Location> = match port.place() {
+            LocationKind::Joint => (0..JOINTS).map(Location::Joint).collect(),
+            _ => vec![Location::Cell],
+        };
+        for at in places {
+            let of = curves.iter().map(|(over, times)| Hypothesis { port, at, over, times });
+            found.extend(of);
+        }
+    }
+    found
+}
+
+impl Hypothesis {
+    /// Names of the port's variables that it depends on, that of the curve first.
+    pub fn variables(&self) -> Vec<&'static str> {
+        let within = |text: &str, name: &str| {
+            let word = |c: char| c.is_ascii_alphanumeric() || c == '_';
+            text.split(|c: char| !word(c)).any(|part| part == name)
+        };
+        // The rate over which friction turns round is a number of the robot.
+        let names = || self.port.variables.iter().map(|v| v.name).filter(|n| *n != "smoothing");
+        let mut found: Vec<&str> = names().filter(|n| within(self.over, n)).collect();
+        found.extend(names().filter(|n| within(self.times, n) && !within(self.over, n)));
+        found
+    }
+
+    /// Unit of the variable that the curve is over.
+    pub fn x_unit(&self) -> &'static str {
+        let first = self.variables().first().copied().unwrap_or_default();
+        self.port.variables.iter().find(|v| v.name == first).map_or("", |v| v.unit)
+    }
+
+    /// Unit of the curve: the port's, over that of what it is multiplied by.
+    pub fn y_unit(&self) -> String {
+        let times = self.port.variables.iter().find(|v| v.name == self.times);
+        match (self.port.unit, times.map(|v| v.unit)) {
+            (unit, None) => unit.to_owned(),
+            ("N·m", Some("rad/s")) => "N·m·s/rad".to_owned(),
+            (unit, Some(times)) => format!("{unit}/{times}"),
+        }
+    }
+
+    /// An expression over the hypothesis' variables as one over `u` in the variable's place, without
+    /// its factor.
+    pub(super) fn within(&self, expression: &str) -> String {
+        let factor = format!("*{}", self.times);
+        replaced(expression.strip_suffix(&factor).unwrap_or(expression), self.over, "u")
+    }
+
+    /// The expression in which `of` stands for the curve.
+    pub fn expression(&self, of: &str) -> String {
+        if self.times == "1" { of.to_owned() } else { format!("{of}*{}", self.times) }
+    }
+}
+
+/// A formula with something else read as what stands in it as a word, or as a call.
+pub(super) fn replaced(text: &str, from: &str, with: &str) -> String {
+    let word = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '.';
+    let mut out = String::new();
+    let mut rest = text;
+    while let Some(at) = rest.find(from) {
+        let (before, after) = (&rest[..at], &rest[at + from.len()..]);
+        let apart = !before.ends_with(word) && !after.starts_with(word);
+        out += before;
+        out += if apart { with } else { from };
+        rest = after;
+        if !apart {
+            // The rest of a longer word is no word of its own.
+            let end = rest.find(|c| !word(c)).unwrap_or(rest.len());
+            out += &rest[..end];
+            rest = &rest[end..];
+        }
+    }
+    out + rest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_word_is_replaced_and_not_a_part_of_one() {
+        let read = replaced("sign(u - centre)*unit + u^2", "u", "link");
+        assert_eq!(read, "sign(link - centre)*unit + link^2");
+        assert_eq!(replaced("a*exp(-x/w)", "x", "u"), "a*exp(-u/w)");
+        assert_eq!(replaced("a*abs(encoder_rate)", "abs(encoder_rate)", "u"), "a*u");
+    }
+
+    #[test]
+    fn every_hypothesis_is_of_variables_that_its_port_has() {
+        let all = all();
+        assert!(all.len() > 100);
+        for hypothesis in all {
+            assert!(!hypothesis.variables().is_empty(), "{hypothesis:?}");
+            assert!(!hypothesis.x_unit().is_empty(), "{hypothesis:?}");
+        }
+    }
+}

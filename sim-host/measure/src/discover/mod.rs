@@ -1,0 +1,297 @@
+//! What the library does not hold is found too: a law at a port of the plant, over variables that
+//! the logs carry.
+//!
+//! Where a diagnosis ends without an effect that explains the logs, or with one that leaves them
+//! above the floor, every port at every place is asked whether a free curve over one of its
+//! variables would:
+//!
+//! 1. screened, with the slopes of a constant at the port, as if every row stood still;
+//! 2. the best are fitted through the plant, calibrations with them, and judged by blocks in time
+//!    that were left out, as the library's effects are;
+//! 3. formulas are fitted in the curve's place, and the shortest description is kept.
+//!
+//! Nothing is found that does not predict blocks better that were left out of its fit.
+
+mod curve;
+mod grammar;
+mod hypotheses;
+mod variables;
+
+pub use hypotheses::Hypothesis;
+
+use crate::data::log::{Log, LogKind};
+use crate::diagnose::{self, Diagnosis, FittedEffect, Progress, Verdict, rules};
+use crate::fit::calibration::is_calibration;
+use crate::fit::{self, EffectScope, FitProblem, Fitted, FreeParameter, Slopes};
+use crate::residuals::localize::{CurvePoint, localize};
+use curve::{Candidate, FittedCurve, SCREENED, fit_curve, smooth};
+use rayon::prelude::*;
+use trueweld_plant::effects::formula::NamedPort;
+use trueweld_plant::effects::{Effect, Location};
+use variables::Rows;
+
+/// A law at a port that the logs ask for.
+#[derive(Debug, Clone)]
+pub struct Discovery {
+    /// Port, place and variables.
+    pub hypothesis: Hypothesis,
+    /// The free curve.
+    pub curve: FreeCurve,
+    /// What is added to the model: a formula, or the curve.
+    pub effect: FittedEffect,
+    /// Its expression, where a formula describes it better than the curve does.
+    pub expression: Option<String>,
+    /// Score on held-out blocks of the model as it was given.
+    pub held_out_before: f64,
+    /// Score on held-out blocks with it, calibrations refitted.
+    pub held_out_after: f64,
+    /// Share of what was above the floor that is still there.
+    pub left: f64,
+    /// Curves elsewhere, or over other variables, that these logs do not tell from it.
+    pub tied: Vec<Hypothesis>,
+    /// Effects of the library that are like it, and whose form does not hold; none where the
+    /// library has nothing like it.
+    pub like: Vec<FittedEffect>,
+}
+
+/// A curve with its 95 % band.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FreeCurve {
+    /// Values of the variable.
+    pub x: Vec<f64>,
+    /// Values of the curve.
+    pub y: Vec<f64>,
+    /// Band, low and high.
+    pub band: Vec<[f64; 2]>,
+    /// What the measurements ask for, whatever the form.
+    pub points: Vec<CurvePoint>,
+    /// The formula in its place, over the same range; none where the curve itself is the law.
+    pub formula: Vec<[f64; 2]>,
+}
+
+/// What a discovery is made at.
+#[derive(Clone, Copy)]
+struct Context<'a> {
+    bench: &'a FitProblem,
+    blocks: &'a [Vec<u8>],
+    null: &'a Fitted,
+    /// Identifier of what is found.
+    id: &'a str,
+}
+
+/// Curves that are fitted through the plant.
+const FITTED: usize = 8;
+/// Of these, at one port and place.
+const AT_ONE_PORT: usize = 2;
+/// Share of what the best curve promises from which on another one is fitted.
+const PROMISED: f64 = 0.7;
+/// Share of what is above the floor that a discovery may leave.
+const LEFT: f64 = 0.25;
+
+/// Looks for a law outside the library where a diagnosis found none within that brings the logs to
+/// the floor. Where there is one, the verdict is that the effect is unknown, the improved model of
+/// the diagnosis has it, and its calibrations and what it leaves are those of that model. `logs`:
+/// those that the diagnosis was made from.
+pub fn discover(
+    bench: &FitProblem,
+    logs: &[Log],
+    diagnosis: &mut Diagnosis,
+    progress: Progress<'_>,
+) -> Vec<Discovery> {
+    // An effect whose form holds leaves nothing for a curve.
+    let explained = match (diagnosis.verdict, diagnosis.chosen.last()) {
+        (Verdict::Adequate, _) => true,
+        (Verdict::EffectFound, best) => best.is_none_or(|f| rules::at_floor(bench, &f.at)),
+        (Verdict::UnknownEffect, _) => false,
+    };
+    if explained || bench.is_late() {
+        return Vec::new();
+    }
+    let blocks = fit::blocks_of(bench);
+    let null = diagnosis.null.clone();
+    let id = free_name(&bench.known);
+    let context = Context { bench, blocks: &blocks, null: &null, id: &id };
+    progress("looking outside the library", 0.0);
+    let candidates = candidates(&context, logs);
+    let wanted = likeliest(&context, &candidates);
+    progress("fitting curves", 0.5);
+    let mut curves: Vec<FittedCurve> = wanted
+        .into_par_iter()
+        .filter(|_| !bench.is_late())
+        .filter_map(|candidate| fit_curve(&context, candidate))
+        .filter(|curve| rules::counts(bench, &null, &curve.fitted))
+        .collect();
+    curves.sort_by(|a, b| a.held_out().total_cmp(&b.held_out()));
+    let Some(least) = curves.first() else {
+        return Vec::new();
+    };
+    let trust = trust(&least.fitted);
+    let reach = least.held_out() + rules::TIED * trust;
+    // Of those that the logs do not tell apart the one that comes first is named.
+    curves.retain(|curve| curve.held_out() <= reach);
+    let order = hypotheses::all();
+    curves.sort_by_key(|c| order.iter().position(|h| *h == c.candidate.hypothesis));
+    let best = &curves[0];
+    let left = rules::above(bench, &best.fitted.at) / rules::above(bench, &null.at).max(1.0);
+    // A partial explanation within the library may do as well.
+    let within = diagnosis.chosen.iter().chain(diagnosis.candidates.iter().map(|c| &c.fitted));
+    let library =
+        within.map(|f| f.linear.held_out(None).iter().sum()).fold(f64::INFINITY, f64::min);
+    if left > LEFT || best.held_out() + rules::GAIN * trust > library {
+        return Vec::new();
+    }
+    progress("looking for its formula", 0.8);
+    let law = grammar::law(&context, best);
+    let (fitted, expression) = match law {
+        Some(law) => (law.fitted, Some(law.expression)),
+        None => (best.fitted.clone(), None),
+    };
+    let of_last = |fitted: &Fitted| {
+        let own = EffectScope::All(fitted.point.all.len() - 1);
+        diagnose::found(fitted, |of| of == own).into_iter().next()
+    };
+    let (Some(band), Some(effect)) = (of_last(&best.fitted), of_last(&fitted)) else {
+        return Vec::new();
+    };
+    let formula = expression.as_ref().map_or(Vec::new(), |_| best.drawn(&effect.effect));
+    let held_out_after = rules::held_out_score(&fitted);
+    let (improved, _) = diagnose::sparse(bench, &blocks, &fitted);
+    diagnosis.calibration =
+        diagnose::found(&improved, |of| is_calibration(improved.point.effect(of).kind));
+    diagnosis.unexplained = match rules::at_floor(bench, &improved.at) {
+        true => Vec::new(),
+        false => localize(&bench.experiments, &improved.at, logs),
+    };
+    diagnosis.improved = improved;
+    let mut like = Vec::new();
+    if diagnosis.verdict == Verdict::EffectFound {
+        diagnosis.verdict = Verdict::UnknownEffect;
+        like = diagnosis.candidates.first().map_or(Vec::new(), |best| best.effects.clone());
+        // What is not the explanation is no likelier than that it is none of them.
+        let sum: f64 = diagnosis.candidates.iter().map(|c| c.probability).sum();
+        for candidate in &mut diagnosis.candidates {
+            candidate.probability *= (0.5 / sum).min(1.0);
+        }
+    }
+    vec![Discovery {
+        hypothesis: best.candidate.hypothesis,
+        curve: FreeCurve {
+            x: best.places.clone(),
+            y: best.values().to_vec(),
+            band: band.interval,
+            points: best.points(&context),
+            formula,
+        },
+        effect,
+        expression,
+        held_out_before: diagnosis.score_before,
+        held_out_after,
+        left: rules::above(bench, &fitted.at) / rules::above(bench, &null.at).max(1.0),
+        tied: curves[1..].iter().map(|curve| curve.candidate.hypothesis).collect(),
+        like,
+    }]
+}
+
+/// A name that no effect of the model has.
+fn free_name(known: &[Effect]) -> String {
+    let taken = |name: &str| known.iter().any(|effect| effect.kind.id == name);
+    let more = (2..).map(|k| format!("{DISCOVERED}-{k}"));
+    let mut names = std::iter::once(DISCOVERED.to_owned()).chain(more);
+    names.find(|name| !taken(name)).unwrap_or_default()
+}
+
+/// Name of what is discovered.
+const DISCOVERED: &str = "discovered";
+
+/// What the sum of squares of a fit is to be trusted by.
+fn trust(fitted: &Fitted) -> f64 {
+    (fit::chi_square(&fitted.at) / fit::count(&fitted.at).max(1) as f64).max(1.0)
+        * rules::CORRELATED
+}
+
+/// The candidates that promise most, screened.
+fn likeliest<'c>(context: &Context<'_>, candidates: &'c [Candidate]) -> Vec<&'c Candidate> {
+    let bench = context.bench;
+    let mut screened: Vec<(f64, &Candidate)> = candidates
+        .par_iter()
+        .filter(|_| !bench.is_late())
+        .filter_map(|candidate| Some((screen(context, candidate)?, candidate)))
+        .collect();
+    screened.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let before: f64 = context.null.linear.held_out(None).iter().sum();
+    let promised = screened.first().map_or(0.0, |best| PROMISED * (before - best.0));
+    let mut wanted: Vec<&Candidate> = Vec::new();
+    for (held_out, candidate) in screened {
+        let place = |c: &Candidate| (c.hypothesis.port.name, c.hypothesis.at);
+        let same = wanted.iter().filter(|c| place(c) == place(candidate)).count();
+        let gain = before - held_out;
+        if wanted.len() < FITTED && same < AT_ONE_PORT && gain > promised.max(rules::GAIN) {
+            wanted.push(candidate);
+        }
+    }
+    wanted
+}
+/// Every hypothesis that the logs carry the variables of and show the port of.
+fn candidates(context: &Context<'_>, logs: &[Log]) -> Vec<Candidate> {
+    let rows = Rows { bench: context.bench, logs, at: &context.null.at };
+    let all = hypotheses::all();
+    let mut ports: Vec<(&'static NamedPort, Location)> = Vec::new();
+    for hypothesis in &all {
+        let place = (hypothesis.port, hypothesis.at);
+        if !ports.iter().any(|p| (p.0.name, p.1) == (place.0.name, place.1)) {
+            ports.push(place);
+        }
+    }
+    let constants: Vec<Option<Slopes>> = ports
+        .par_iter()
+        .filter(|_| !context.bench.is_late())
+        .map(|(port, at)| constant(context, port, *at))
+        .collect();
+    let of = |hypothesis: &Hypothesis| {
+        let place =
+            |p: &(&NamedPort, Location)| (p.0.name, p.1) == (hypothesis.port.name, hypothesis.at);
+        let constant = constants.get(ports.iter().position(place)?)?.clone()?;
+        let over = rows.of(hypothesis.port, hypothesis.at, hypothesis.over)?;
+        let times = rows.of(hypothesis.port, hypothesis.at, hypothesis.times)?;
+        let known: Vec<f64> = times.iter().flatten().copied().filter(|t| t.is_finite()).collect();
+        let size = (known.iter().map(|t| t * t).sum::<f64>() / known.len().max(1) as f64).sqrt();
+        let step = hypothesis.port.small() / size;
+        step.is_finite().then_some(Candidate {
+            hypothesis: *hypothesis,
+            over,
+            times,
+            constant,
+            step,
+        })
+    };
+    all.par_iter().filter_map(of).collect()
+}
+
+/// Slopes of all residuals by a constant at a port, in its unit; `None` where no log shows it. What
+/// swings does not answer at once: a ring-down says nothing here.
+fn constant(context: &Context<'_>, port: &'static NamedPort, at: Location) -> Option<Slopes> {
+    let kind = diagnose::evidence::constant(port.name, "1", port.unit)?;
+    let mut point = context.null.point.clone();
+    let of = EffectScope::All(point.all.len());
+    point.all.push(Effect { kind, at, values: vec![0.0] });
+    let free = FreeParameter { of, parameter: 0, expected: f64::INFINITY };
+    let mut slopes = fit::slopes(context.bench, &point, &[free], &context.null.at, 1.0).pop()?;
+    for (slope, experiment) in slopes.iter_mut().zip(&context.bench.experiments) {
+        if experiment.kind == LogKind::RingDown {
+            *slope = None;
+        }
+        slope.iter_mut().flatten().for_each(|s| *s /= port.small());
+    }
+    let seen: f64 = slopes.iter().flatten().flatten().map(|s| s * s).sum();
+    (seen.is_finite() && seen > 0.0).then_some(slopes)
+}
+
+/// Sum of squares of blocks left out, with the curve beside the calibrations, as far as slopes tell.
+fn screen(context: &Context<'_>, candidate: &Candidate) -> Option<f64> {
+    let places = candidate.places(context, SCREENED)?;
+    let slopes = candidate.slopes(context, &places);
+    let more: Vec<&Slopes> = slopes.iter().collect();
+    let Context { blocks, null, .. } = *context;
+    let linear = null.linear.extended(blocks, &null.at, &null.slopes, &more);
+    Some(smooth(&linear, &places, candidate.step)?.held_out)
+}

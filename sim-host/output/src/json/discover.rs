@@ -1,0 +1,121 @@
+//! Laws that the library does not hold.
+
+use super::effects::{FittedEffectValues, FittedValue};
+use super::finite;
+use crate::words;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use trueweld_measure::discover::{Discovery, Hypothesis};
+use trueweld_plant::input::RobotFile;
+
+/// A law outside the library: what is added at a port of the plant, over variables of the logs.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DiscoveredLaw {
+    /// The port, as an effect of one's own names it.
+    pub port: String,
+    /// A joint's name, or nothing for the whole cell.
+    pub at: String,
+    /// Variables of the port, that of the curve first.
+    pub over: Vec<String>,
+    /// What the curve is multiplied by, an expression over the port's variables.
+    pub times: String,
+    /// The free curve.
+    pub curve: DiscoveredCurve,
+    /// The formula; null where the curve itself is the law.
+    pub expression: Option<String>,
+    /// Values of the formula, or of the curve at its places.
+    pub parameters: BTreeMap<String, FittedValue>,
+    /// Score on rows left out of the fit, of the model as given.
+    pub holdout_score_before: Option<f64>,
+    /// Score on rows left out of the fit, with it.
+    pub holdout_score_after: Option<f64>,
+    /// Share of what is above the noise floor that it leaves.
+    pub left: Option<f64>,
+    /// Laws that the data do not tell from it.
+    pub indistinguishable: Vec<DiscoveredPlace>,
+    /// Effects of the library that are like it, and whose form does not hold.
+    pub like: Vec<FittedEffectValues>,
+    /// The same in words.
+    pub explanation: String,
+}
+
+/// Where a law may act, and what it may depend on.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[allow(missing_docs)]
+pub struct DiscoveredPlace {
+    pub port: String,
+    pub at: String,
+    pub over: Vec<String>,
+    pub times: String,
+}
+
+/// A free curve with its 95 % band.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[allow(missing_docs)]
+pub struct DiscoveredCurve {
+    pub x_name: String,
+    pub x_unit: String,
+    pub y_name: String,
+    pub y_unit: String,
+    pub x: Vec<f64>,
+    pub y: Vec<f64>,
+    pub low: Vec<Option<f64>>,
+    pub high: Vec<Option<f64>>,
+}
+
+impl DiscoveredPlace {
+    fn of(hypothesis: &Hypothesis, robot: &RobotFile) -> Self {
+        Self {
+            port: hypothesis.port.name.to_owned(),
+            at: words::discover::joint(hypothesis.at, robot).to_owned(),
+            over: hypothesis.variables().into_iter().map(str::to_owned).collect(),
+            times: hypothesis.times.to_owned(),
+        }
+    }
+}
+
+impl DiscoveredLaw {
+    pub(super) fn all(all: &[Discovery], robot: &RobotFile) -> Vec<Self> {
+        all.iter().map(|discovery| Self::of(discovery, robot)).collect()
+    }
+
+    fn of(discovery: &Discovery, robot: &RobotFile) -> Self {
+        let hypothesis = &discovery.hypothesis;
+        let DiscoveredPlace { port, at, over, times } = DiscoveredPlace::of(hypothesis, robot);
+        let curve = &discovery.curve;
+        let end = |end: usize| curve.band.iter().map(|band| finite(band[end])).collect();
+        let tied = discovery.tied.iter();
+        Self {
+            port,
+            at,
+            over,
+            times,
+            curve: DiscoveredCurve {
+                x_name: hypothesis.over.to_owned(),
+                x_unit: hypothesis.x_unit().to_owned(),
+                y_name: words::discover::quantity(hypothesis, robot),
+                y_unit: hypothesis.y_unit(),
+                x: curve.x.clone(),
+                y: curve.y.clone(),
+                low: end(0),
+                high: end(1),
+            },
+            expression: discovery.expression.clone(),
+            parameters: FittedEffectValues::of(&discovery.effect, robot, &[]).parameters,
+            holdout_score_before: finite(discovery.held_out_before),
+            holdout_score_after: finite(discovery.held_out_after),
+            left: finite(discovery.left),
+            indistinguishable: tied.map(|h| DiscoveredPlace::of(h, robot)).collect(),
+            like: FittedEffectValues::all(&discovery.like, robot, &[]),
+            explanation: format!(
+                "{} {}",
+                words::discover::headline(discovery, robot),
+                words::discover::explanation(discovery)
+            ),
+        }
+    }
+}

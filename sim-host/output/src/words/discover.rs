@@ -1,0 +1,129 @@
+//! What is said of a law that the library does not hold.
+
+use super::{Scale, listed, score, share};
+use trueweld_measure::diagnose::FittedEffect;
+use trueweld_measure::discover::{Discovery, Hypothesis};
+use trueweld_plant::effects::Location;
+use trueweld_plant::input::RobotFile;
+
+/// Name of a joint, or nothing.
+pub(crate) fn joint(at: Location, robot: &RobotFile) -> &str {
+    match at {
+        Location::Joint(joint) => &robot.joint_names[joint],
+        _ => "",
+    }
+}
+
+/// What it is, such as `torque on the link at A4`.
+pub(crate) fn quantity(hypothesis: &Hypothesis, robot: &RobotFile) -> String {
+    match joint(hypothesis.at, robot) {
+        "" => hypothesis.port.meaning.to_owned(),
+        at => format!("{} at {at}", hypothesis.port.meaning),
+    }
+}
+
+/// Name of one of its variables, such as `link angle of A4`.
+pub(crate) fn variable(hypothesis: &Hypothesis, name: &str, robot: &RobotFile) -> String {
+    let found = hypothesis.port.variables.iter().find(|v| v.name == name);
+    let meaning = found.map_or(name, |v| v.meaning);
+    match name {
+        "time" => "time from the start of the log".to_owned(),
+        "encoder_rate" => format!("rate of {}", joint(hypothesis.at, robot)),
+        "link_rate" => format!("rate of {}'s link", joint(hypothesis.at, robot)),
+        "twist" => format!("twist of {}'s gear", joint(hypothesis.at, robot)),
+        "encoder_before" => match hypothesis.at {
+            Location::Joint(j) if j > 0 => format!("angle of {}", robot.joint_names[j - 1]),
+            _ => meaning.to_owned(),
+        },
+        _ => meaning
+            .replace("the joint's", &format!("{}'s", joint(hypothesis.at, robot)))
+            .replace("the joint", joint(hypothesis.at, robot)),
+    }
+}
+
+/// What it depends on, in words.
+fn variables(hypothesis: &Hypothesis, robot: &RobotFile) -> String {
+    let names: Vec<String> =
+        hypothesis.variables().into_iter().map(|name| variable(hypothesis, name, robot)).collect();
+    listed(&names, "and")
+}
+
+/// A law in a few words: `torque on the link at A4 that depends on link angle of A4`.
+pub(crate) fn law(hypothesis: &Hypothesis, robot: &RobotFile) -> String {
+    format!("{} that depends on {}", quantity(hypothesis, robot), variables(hypothesis, robot))
+}
+
+/// The finding in a sentence or two.
+pub(crate) fn headline(discovery: &Discovery, robot: &RobotFile) -> String {
+    let formula = match &discovery.expression {
+        Some(expression) => format!(" It follows {expression} ({}).", values(&discovery.effect)),
+        None => " No formula describes it better than the curve does.".to_owned(),
+    };
+    let tied: Vec<String> = discovery.tied.iter().map(|h| law(h, robot)).collect();
+    let tied = match tied.as_slice() {
+        [] => String::new(),
+        tied => format!(" These logs explain as well with {}.", listed(tied, "or")),
+    };
+    let like: Vec<String> = discovery.like.iter().map(|f| f.effect.name(robot)).collect();
+    let like = match like.as_slice() {
+        [] => String::new(),
+        like => format!(
+            " It is like {0}, but not {0}: the curve is of another form.",
+            listed(like, "and")
+        ),
+    };
+    format!(
+        "What is missing is no effect of the library: {}.{like} With it the score falls from {} to {} where it was not fitted.{formula}{tied}",
+        law(&discovery.hypothesis, robot),
+        score(discovery.held_out_before),
+        score(discovery.held_out_after),
+    )
+}
+
+/// Values of a formula with their intervals, in the units of the expression.
+fn values(found: &FittedEffect) -> String {
+    let all = found.effect.kind.parameters.iter().zip(&found.effect.values);
+    let told = all.zip(&found.interval).map(|((parameter, value), interval)| {
+        let scale =
+            Scale { factor: 1.0, unit: if parameter.unit == "1" { "" } else { parameter.unit } };
+        format!("{} {}", parameter.name.replace('_', " "), scale.with_interval(*value, *interval))
+    });
+    told.collect::<Vec<_>>().join(", ")
+}
+
+/// What kind of physics makes such curves, without a name for it, and what it explains.
+pub(crate) fn explanation(discovery: &Discovery) -> String {
+    let hypothesis = &discovery.hypothesis;
+    let names = hypothesis.variables();
+    let has = |name: &str| names.iter().any(|n| n.contains(name));
+    let kind = if hypothesis.times.starts_with("tanh") {
+        "It changes its sign with the sense of motion: something rubs there, more in one place, at one speed or under one load \
+         than in another."
+    } else if hypothesis.port.name == "recorded-torque"
+        || hypothesis.port.name.contains("tracker")
+        || hypothesis.port.name.contains("sensor")
+        || hypothesis.port.name == "link-encoder"
+    {
+        "Nothing in the arm needs to move for it: an instrument reads more or less than there is, by what it measures or by when."
+    } else if has("time") {
+        "It goes with the time since the log began, whatever the arm does: something warms up, runs in or comes to rest."
+    } else if has("rate") || names.contains(&"vx") {
+        "It grows with speed: something there resists motion, or is driven by it."
+    } else if has("twist") || has("torque") || has("force") {
+        "It goes with the load that is carried: something gives, tightens or slips under it."
+    } else if names.contains(&"x") {
+        "It goes with the place along the seam, whatever the time: the plate, its clamping or its material differ from place to \
+         place."
+    } else {
+        "It is the same in both senses of motion and at every speed: something that is carried along, stretched, lifted or pressed \
+         upon as the joint turns, and gives back what it took."
+    };
+    format!(
+        "{kind} It explains {} of what lies above the noise floor beside the calibrations.",
+        share((1.0 - discovery.left).clamp(0.0, 1.0))
+    )
+}
+
+/// Above the curve.
+pub(crate) const CURVE: &str = "The law that was found outside the library: points are what the \
+     measurements ask for, with standard errors, the band is of 95 %";

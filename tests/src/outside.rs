@@ -1,0 +1,128 @@
+//! Laws that the library does not hold, from textbooks of machine elements, tribology and
+//! measurement: what a discovery is judged by.
+//!
+//! They were written down before the grammar of formulas was tried on them, each as its source has
+//! it; the numbers are such that it shows well in the logs of the fixtures' robot.
+
+use trueweld_plant::effects::formula::{CustomParameter, CustomRole, Definition, PORTS};
+use trueweld_plant::effects::{Effect, Location};
+
+/// A law outside the library.
+#[derive(Debug, Clone, Copy)]
+pub struct OutsideLaw {
+    /// Its name.
+    pub name: &'static str,
+    /// The port that it acts at.
+    pub port: &'static str,
+    /// The joint, from 0; `None` for the whole cell.
+    pub joint: Option<usize>,
+    /// Its value, with numbers.
+    pub expression: &'static str,
+    /// The variables that it depends on.
+    pub over: &'static [&'static str],
+}
+
+const fn law(
+    name: &'static str,
+    port: &'static str,
+    joint: Option<usize>,
+    expression: &'static str,
+    over: &'static [&'static str],
+) -> OutsideLaw {
+    OutsideLaw { name, port, joint, expression, over }
+}
+
+/// The laws.
+pub static LAWS: &[OutsideLaw] = &[
+    // A strap that is slack, then taut.
+    law("strap", "link-torque", Some(3), "-900*max(link - 0.2, 0)", &["link"]),
+    // A hose pack, slack to either side.
+    law(
+        "hose",
+        "link-torque",
+        Some(4),
+        "-700*(link - 0.3 - max(-0.2, min(0.2, link - 0.3)))",
+        &["link"],
+    ),
+    // A weight that was forgotten, on an arm of its own: m g l sin.
+    law("pendulum", "link-torque", Some(5), "60*sin(link + 0.8)", &["link"]),
+    // A rubber bellows, stiffening: Mullins' envelope as a cubic.
+    law("bellows", "link-torque", Some(0), "-(300*link + 1500*link^3)", &["link"]),
+    // A magnet that holds a position: Gaussian in the energy, its slope the torque.
+    law(
+        "detent",
+        "link-torque",
+        Some(4),
+        "-1200*(link - 0.2)*exp(-((link - 0.2)/0.25)^2)",
+        &["link"],
+    ),
+    // Churning of oil: with the square of the speed.
+    law("churning", "link-torque", Some(2), "-900*link_rate*abs(link_rate)", &["link_rate"]),
+    // A brake that drags where its disc is bent: friction with the angle.
+    law(
+        "bent-disc",
+        "motor-friction",
+        Some(1),
+        "260*(1 + cos(2*encoder))*tanh(encoder_rate/smoothing)",
+        &["encoder", "encoder_rate"],
+    ),
+    // Friction of meshing teeth by Niemann: with a power of the load.
+    law(
+        "teeth",
+        "motor-friction",
+        Some(2),
+        "0.8*abs(spring_torque)^0.7*tanh(encoder_rate/smoothing)",
+        &["spring_torque", "encoder_rate"],
+    ),
+    // Shear thinning of grease: v^0.4.
+    law(
+        "grease",
+        "motor-friction",
+        Some(0),
+        "700*abs(encoder_rate)^0.4*tanh(encoder_rate/smoothing)",
+        &["encoder_rate"],
+    ),
+    // A flexspline that is out of round by a parabola over its range.
+    law("out-of-round", "twist", Some(0), "1.2e-3*(encoder - 0.2)^2", &["encoder"]),
+    // Gear whose preload differs over its turn: stiffness with the angle.
+    law("preload", "spring-torque", Some(0), "9e5*twist*cos(1.5*encoder)", &["encoder", "twist"]),
+    // A force sensor that saturates softly.
+    law("soft-sensor", "force-sensor-z", None, "-0.08*fz*tanh(abs(fz)/15000)", &["fz"]),
+    // Refraction: a tracker that is off by the distance squared.
+    law("refraction", "tracker-z", None, "6e-5*px^2", &["px"]),
+    // A foundation that creeps: logarithm of time.
+    law("creep", "tool-shift-z", None, "1.5e-4*ln(1 + time/2)", &["time"]),
+    // A plate that was welded before and is bowed.
+    law("bow", "surface-height", None, "0.02*(x - 0.1)^2 - 2e-4", &["x"]),
+    // A motor constant that falls with the load: magnets that saturate.
+    law("saturation", "recorded-torque", Some(1), "-2e-5*torque*abs(torque)", &["torque"]),
+];
+
+impl OutsideLaw {
+    /// The law as an effect of the truth.
+    ///
+    /// # Panics
+    /// Where its expression cannot be read.
+    pub fn effect(&self, size: f64) -> Effect {
+        let port = PORTS.iter().find(|p| p.name == self.port).expect("a port");
+        let size_of_it = CustomParameter {
+            name: "size".to_owned(),
+            unit: "1".to_owned(),
+            meaning: "size".to_owned(),
+            role: CustomRole::Size(0.1),
+            low: 0.0,
+            high: 100.0,
+        };
+        let definition = Definition {
+            id: self.name.to_owned(),
+            port,
+            expression: format!("size*({})", self.expression),
+            shows: self.name.to_owned(),
+            parameters: vec![size_of_it],
+            table: None,
+        };
+        let kind = definition.kind(&[size]).expect("an expression");
+        let at = self.joint.map_or(Location::Cell, Location::Joint);
+        Effect { kind, at, values: vec![size] }
+    }
+}
