@@ -7,7 +7,7 @@ use miette::{IntoDiagnostic, Result};
 use std::path::{Path, PathBuf};
 use trueweld_laboratory::weld_file;
 use trueweld_measure::diagnose::{diagnose, tell};
-use trueweld_measure::discover::discover;
+use trueweld_measure::discover::{discover, settling_experiment};
 use trueweld_measure::experiment::Plan;
 use trueweld_measure::fit::FitProblem;
 use trueweld_measure::residuals::compare::{notices, of_logs};
@@ -54,9 +54,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let discovered = discover(&bench, logs, &mut diagnosis, &stage);
     let mut account =
         tell(&bench, logs, &diagnosis, &|what, share| progress.stage(what, 0.85 + 0.15 * share));
-    if !discovered.is_empty() {
-        // It would tell apart what explains a part within the library.
-        account.next_experiment = None;
+    if let Some(discovery) = discovered.first() {
+        // The other one would tell apart what explains a part within the library.
+        account.next_experiment = settling_experiment(&bench, logs, discovery);
     }
     progress.finish();
     let before = of_logs(logs, &bench.experiments, &diagnosis.before);

@@ -45,7 +45,7 @@ fn examine(law: &OutsideLaw, size: f64, seed: u64) -> Result<String, CorpusError
             let right = h.port.name == law.port
                 && d.effect.effect.at == law.effect(1.0).at
                 && law.over.iter().all(|v| h.variables().contains(v));
-            let tied: Vec<&str> = d.tied.iter().map(|t| t.port.name).collect();
+            let tied: Vec<&str> = d.tied.iter().map(|t| t.hypothesis.port.name).collect();
             format!(
                 "{} {} [{at}] {} → {:.2}, {}; tied {tied:?}",
                 if right { "RIGHT" } else { "wrong" },

@@ -5,7 +5,7 @@
 //! over the noise and squared, is by how much the sum of squares would fall for whoever finds it.
 
 use super::{CorpusError, Ready, plausible, ready};
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, HashMap};
 use trueweld_laboratory::{OutOfLibrary, Recipe};
@@ -95,9 +95,10 @@ impl Context {
             let free = &self.point.free[free[i]];
             (fit::unit(self.point.parameter(free), self.point.value(free)) / free.expected).powi(2)
         });
+        let prior = DMatrix::from_diagonal(&weight);
         let slopes: Vec<&Slopes> = free.iter().map(|k| &self.slopes[*k]).collect();
         let away = DVector::zeros(free.len());
-        let linear = Linear::new(&self.blocks, &difference, &slopes, weight, away.clone());
+        let linear = Linear::new(&self.blocks, &difference, &slopes, prior, away.clone());
         let step = linear.solve(None, 0.0, None).map_or(away, |s| s.step);
         for (k, slopes) in slopes.iter().enumerate() {
             for (log, slope) in slopes.iter().enumerate() {

@@ -162,6 +162,8 @@ pub enum Undone {
     Fits(usize),
     /// No further effect was looked for beside those found.
     Further,
+    /// Nothing was looked for outside the library.
+    Outside,
     /// A fit took all the steps that it may: of these effects, beside calibrations.
     Arrival(Vec<Effect>),
 }

@@ -104,6 +104,7 @@ const STEPS: usize = 25;
 /// A formula in the place of a curve.
 #[derive(Debug, Clone)]
 pub(super) struct Law {
+    form: &'static Form,
     pub expression: String,
     pub fitted: Fitted,
 }
@@ -288,6 +289,20 @@ pub(super) fn law(context: &Context<'_>, curve: &FittedCurve) -> Option<Law> {
     fits.into_iter().min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, law)| law)
 }
 
+impl Law {
+    /// The effect that the law is.
+    pub fn effect(&self) -> Option<&Effect> {
+        self.fitted.point.all.last()
+    }
+
+    /// A law of the same form in another curve's place.
+    pub fn elsewhere(&self, context: &Context<'_>, curve: &FittedCurve) -> Option<Self> {
+        let trust = rules::CORRELATED;
+        let found = find(self.form, &Cost::of(curve)?, trust, fit::count(&curve.fitted.at))?;
+        fitted(context, curve, &found)
+    }
+}
+
 /// A formula fitted through the plant, calibrations with it.
 fn fitted(context: &Context<'_>, curve: &FittedCurve, found: &Found) -> Option<Law> {
     let Context { bench, blocks, null, .. } = *context;
@@ -299,7 +314,7 @@ fn fitted(context: &Context<'_>, curve: &FittedCurve, found: &Found) -> Option<L
     point.add(Effect { kind, at: hypothesis.at, values });
     let known = &curve.fitted.slopes[..null.slopes.len()];
     let fitted = fit::fit(bench, &point, blocks, known, Effort::steps(STEPS, known.len())).ok()?;
-    Some(Law { expression, fitted })
+    Some(Law { form: found.form, expression, fitted })
 }
 
 /// A formula as an effect of the user's own. A part that stands alone has its sign before it.

@@ -20,7 +20,8 @@ mod variables;
 pub use hypotheses::Hypothesis;
 
 use crate::data::log::{Log, LogKind};
-use crate::diagnose::{self, Diagnosis, FittedEffect, Progress, Verdict, rules};
+use crate::diagnose::{self, Diagnosis, FittedEffect, Progress, Undone, Verdict, rules};
+use crate::experiment::{Plan, next_experiment};
 use crate::fit::calibration::is_calibration;
 use crate::fit::{self, EffectScope, FitProblem, Fitted, FreeParameter, Slopes};
 use crate::residuals::localize::{CurvePoint, localize};
@@ -47,11 +48,20 @@ pub struct Discovery {
     pub held_out_after: f64,
     /// Share of what was above the floor that is still there.
     pub left: f64,
-    /// Curves elsewhere, or over other variables, that these logs do not tell from it.
-    pub tied: Vec<Hypothesis>,
+    /// Laws elsewhere, or over other variables, that these logs do not tell from it.
+    pub tied: Vec<TiedLaw>,
     /// Effects of the library that are like it, and whose form does not hold; none where the
     /// library has nothing like it.
     pub like: Vec<FittedEffect>,
+}
+
+/// A law that the logs do not tell from the one that was found.
+#[derive(Debug, Clone)]
+pub struct TiedLaw {
+    /// Port, place and variables.
+    pub hypothesis: Hypothesis,
+    /// The law, of the same form; `None` where that was not fitted.
+    pub effect: Option<Effect>,
 }
 
 /// A curve with its 95 % band.
@@ -104,7 +114,11 @@ pub fn discover(
         (Verdict::EffectFound, best) => best.is_none_or(|f| rules::at_floor(bench, &f.at)),
         (Verdict::UnknownEffect, _) => false,
     };
-    if explained || bench.is_late() {
+    if explained {
+        return Vec::new();
+    }
+    if bench.is_late() {
+        diagnosis.undone.push(Undone::Outside);
         return Vec::new();
     }
     let blocks = fit::blocks_of(bench);
@@ -142,6 +156,11 @@ pub fn discover(
     }
     progress("looking for its formula", 0.8);
     let law = grammar::law(&context, best);
+    let elsewhere = |curve: &FittedCurve| TiedLaw {
+        hypothesis: curve.candidate.hypothesis,
+        effect: law.as_ref().and_then(|law| law.elsewhere(&context, curve)?.effect().cloned()),
+    };
+    let tied: Vec<TiedLaw> = curves[1..].par_iter().map(elsewhere).collect();
     let (fitted, expression) = match law {
         Some(law) => (law.fitted, Some(law.expression)),
         None => (best.fitted.clone(), None),
@@ -167,11 +186,11 @@ pub fn discover(
     if diagnosis.verdict == Verdict::EffectFound {
         diagnosis.verdict = Verdict::UnknownEffect;
         like = diagnosis.candidates.first().map_or(Vec::new(), |best| best.effects.clone());
-        // What is not the explanation is no likelier than that it is none of them.
-        let sum: f64 = diagnosis.candidates.iter().map(|c| c.probability).sum();
-        for candidate in &mut diagnosis.candidates {
-            candidate.probability *= (0.5 / sum).min(1.0);
-        }
+    }
+    // What is found outside the library stands beside what was tried within.
+    for candidate in &mut diagnosis.candidates {
+        let worse = (candidate.fitted.cost - fitted.cost).max(0.0) / trust;
+        candidate.probability *= (-0.5 * worse).exp();
     }
     vec![Discovery {
         hypothesis: best.candidate.hypothesis,
@@ -187,10 +206,38 @@ pub fn discover(
         held_out_before: diagnosis.score_before,
         held_out_after,
         left: rules::above(bench, &fitted.at) / rules::above(bench, &null.at).max(1.0),
-        tied: curves[1..].iter().map(|curve| curve.candidate.hypothesis).collect(),
+        tied,
         like,
     }]
 }
+
+/// What to record to tell a law from those that the logs do not tell from it, or, where there are
+/// none, to see it best. `None` where no experiment shows it.
+pub fn settling_experiment(
+    bench: &FitProblem,
+    logs: &[Log],
+    discovery: &Discovery,
+) -> Option<Plan> {
+    if bench.is_late() {
+        return None;
+    }
+    let robot = &logs.first()?.robot;
+    let name = |hypothesis: &Hypothesis, effect: &Effect| match effect.at_name(robot) {
+        "" => hypothesis.port.name.to_owned(),
+        at => format!("{} at {at}", hypothesis.port.name),
+    };
+    let own = &discovery.effect.effect;
+    let tied = discovery.tied.iter().filter_map(|t| Some((&t.hypothesis, t.effect.as_ref()?)));
+    let rivals: Vec<(String, Vec<Effect>)> = std::iter::once((&discovery.hypothesis, own))
+        .chain(tied)
+        .take(RIVALS)
+        .map(|(hypothesis, effect)| (name(hypothesis, effect), vec![effect.clone()]))
+        .collect();
+    next_experiment(bench, logs, &rivals)
+}
+
+/// Laws that an experiment is to tell apart, at most.
+const RIVALS: usize = 3;
 
 /// A name that no effect of the model has.
 fn free_name(known: &[Effect]) -> String {
@@ -200,8 +247,8 @@ fn free_name(known: &[Effect]) -> String {
     names.find(|name| !taken(name)).unwrap_or_default()
 }
 
-/// Name of what is discovered.
-const DISCOVERED: &str = "discovered";
+/// Name of an effect that was discovered; a number behind it where a model has several.
+pub const DISCOVERED: &str = "discovered";
 
 /// What the sum of squares of a fit is to be trusted by.
 fn trust(fitted: &Fitted) -> f64 {

@@ -109,7 +109,7 @@ impl DiscoveredLaw {
             holdout_score_before: finite(discovery.held_out_before),
             holdout_score_after: finite(discovery.held_out_after),
             left: finite(discovery.left),
-            indistinguishable: tied.map(|h| DiscoveredPlace::of(h, robot)).collect(),
+            indistinguishable: tied.map(|t| DiscoveredPlace::of(&t.hypothesis, robot)).collect(),
             like: FittedEffectValues::all(&discovery.like, robot, &[]),
             explanation: format!(
                 "{} {}",

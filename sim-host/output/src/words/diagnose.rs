@@ -298,7 +298,7 @@ impl ImproveReport<'_> {
             .effects
             .iter()
             .filter(|f| f.log.is_none())
-            .map(|f| f.effect.name(&self.model.robot))
+            .map(|f| discover::name(&f.effect, &self.model.robot))
             .collect();
         let fall = format!(
             "the score falls from {} to {} where nothing was fitted",
@@ -515,6 +515,9 @@ pub(crate) fn undone(all: &[Undone], robot: &RobotFile) -> Vec<String> {
         Undone::Further => {
             "No further effect was looked for, though something is left: the time was up."
                 .to_owned()
+        }
+        Undone::Outside => {
+            "Outside the library nothing was looked for: the time was up.".to_owned()
         }
         Undone::Arrival(effects) => {
             let names: Vec<String> = effects.iter().map(|e| e.name(robot)).collect();

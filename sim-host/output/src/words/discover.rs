@@ -2,8 +2,8 @@
 
 use super::{Scale, listed, score, share};
 use trueweld_measure::diagnose::FittedEffect;
-use trueweld_measure::discover::{Discovery, Hypothesis};
-use trueweld_plant::effects::Location;
+use trueweld_measure::discover::{DISCOVERED, Discovery, Hypothesis};
+use trueweld_plant::effects::{Effect, Location};
 use trueweld_plant::input::RobotFile;
 
 /// Name of a joint, or nothing.
@@ -14,31 +14,64 @@ pub(crate) fn joint(at: Location, robot: &RobotFile) -> &str {
     }
 }
 
-/// What it is, such as `torque on the link at A4`.
+/// What it is, such as `a torque on the link at A4`.
 pub(crate) fn quantity(hypothesis: &Hypothesis, robot: &RobotFile) -> String {
+    let name = hypothesis.port.name;
+    let axis = name.chars().last().unwrap_or_default();
+    let what = match name.trim_end_matches(['x', 'y', 'z']) {
+        "spring-torque" => "a torque between motor and link".to_owned(),
+        "twist" => "a twist of the gear".to_owned(),
+        "motor-friction" => "a torque against the motor".to_owned(),
+        "link-torque" => "a torque on the link".to_owned(),
+        "process-force-" => format!("a force on the tool along {axis} of the weld"),
+        "surface-height" => "a height of the plate".to_owned(),
+        "tool-shift-" => format!("a displacement of the arm along {axis} of the base"),
+        "tracker-" => format!("an error of the tracker along {axis} of the base"),
+        "force-sensor-" => format!("an error of the force sensor along {axis} of the tool"),
+        "link-encoder" => "an error of the second encoder".to_owned(),
+        "recorded-torque" => "an error of the recorded motor torque".to_owned(),
+        _ => hypothesis.port.meaning.to_owned(),
+    };
     match joint(hypothesis.at, robot) {
-        "" => hypothesis.port.meaning.to_owned(),
-        at => format!("{} at {at}", hypothesis.port.meaning),
+        "" => what,
+        at => format!("{what} at {at}"),
     }
 }
 
-/// Name of one of its variables, such as `link angle of A4`.
+/// Name of one of its variables, such as `the link angle of A4`.
 pub(crate) fn variable(hypothesis: &Hypothesis, name: &str, robot: &RobotFile) -> String {
-    let found = hypothesis.port.variables.iter().find(|v| v.name == name);
-    let meaning = found.map_or(name, |v| v.meaning);
+    let own = joint(hypothesis.at, robot);
+    let before = match hypothesis.at {
+        Location::Joint(j) if j > 0 => robot.joint_names[j - 1].as_str(),
+        _ => "",
+    };
     match name {
-        "time" => "time from the start of the log".to_owned(),
-        "encoder_rate" => format!("rate of {}", joint(hypothesis.at, robot)),
-        "link_rate" => format!("rate of {}'s link", joint(hypothesis.at, robot)),
-        "twist" => format!("twist of {}'s gear", joint(hypothesis.at, robot)),
-        "encoder_before" => match hypothesis.at {
-            Location::Joint(j) if j > 0 => format!("angle of {}", robot.joint_names[j - 1]),
-            _ => meaning.to_owned(),
+        "time" => "the time from the start of the log".to_owned(),
+        "encoder" => format!("the angle of {own}"),
+        "encoder_rate" => format!("the rate of {own}"),
+        "encoder_before" => format!("the angle of {before}"),
+        "link" => format!("the link angle of {own}"),
+        "link_rate" => format!("the link rate of {own}"),
+        "twist" => format!("the twist of {own}'s gear"),
+        "spring_torque" => format!("the torque that {own}'s gear carries"),
+        "torque" => format!("the motor torque of {own}"),
+        "px" | "py" | "pz" => format!("the tool's {} in the base frame", &name[1..]),
+        "fz" | "depth_force" => "the axial force on the tool".to_owned(),
+        "x" => "the position along the seam".to_owned(),
+        "vx" => "the feed".to_owned(),
+        _ => match name.strip_prefix("encoder_").and_then(|n| n.parse::<usize>().ok()) {
+            Some(n) if (1..=robot.joint_names.len()).contains(&n) => {
+                format!("the angle of {}", robot.joint_names[n - 1])
+            }
+            _ => name.replace('_', " "),
         },
-        _ => meaning
-            .replace("the joint's", &format!("{}'s", joint(hypothesis.at, robot)))
-            .replace("the joint", joint(hypothesis.at, robot)),
     }
+}
+
+/// Name of an effect of a model: of one that was discovered what it is.
+pub(crate) fn name(effect: &Effect, robot: &RobotFile) -> String {
+    let name = effect.name(robot);
+    if name.starts_with(DISCOVERED) { format!("the law {name}") } else { name }
 }
 
 /// What it depends on, in words.
@@ -48,7 +81,7 @@ fn variables(hypothesis: &Hypothesis, robot: &RobotFile) -> String {
     listed(&names, "and")
 }
 
-/// A law in a few words: `torque on the link at A4 that depends on link angle of A4`.
+/// A law in a few words: `a torque on the link at A4 that depends on the link angle of A4`.
 pub(crate) fn law(hypothesis: &Hypothesis, robot: &RobotFile) -> String {
     format!("{} that depends on {}", quantity(hypothesis, robot), variables(hypothesis, robot))
 }
@@ -59,7 +92,7 @@ pub(crate) fn headline(discovery: &Discovery, robot: &RobotFile) -> String {
         Some(expression) => format!(" It follows {expression} ({}).", values(&discovery.effect)),
         None => " No formula describes it better than the curve does.".to_owned(),
     };
-    let tied: Vec<String> = discovery.tied.iter().map(|h| law(h, robot)).collect();
+    let tied: Vec<String> = discovery.tied.iter().map(|t| law(&t.hypothesis, robot)).collect();
     let tied = match tied.as_slice() {
         [] => String::new(),
         tied => format!(" These logs explain as well with {}.", listed(tied, "or")),
