@@ -129,9 +129,9 @@ impl Pass {
     /// when a number is at rest, and whether the logs tell it.
     fn deviations(&self) -> Vec<f64> {
         let point = &self.fitted.point;
-        let mut weight = self.fitted.linear.weight.clone();
+        let mut prior = self.fitted.linear.prior.clone();
         self.indices.iter().for_each(|k| weight[*k] = 0.0);
-        let linear = Linear { weight, ..self.fitted.linear.clone() };
+        let linear = Linear { prior, ..self.fitted.linear.clone() };
         let deviations = linear.solve(None, 0.0, None).map(|step| step.deviations());
         let of = |k: &usize| {
             let deviation = deviations.as_ref().map_or(f64::INFINITY, |all| all[*k]);

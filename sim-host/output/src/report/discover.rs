@@ -31,8 +31,8 @@ fn curve(discovery: &Discovery, robot: &RobotFile) -> Figure {
     let edge = |end: usize| free.band.iter().map(move |band| band[end]);
     let mut lines = vec![
         line("the free curve", 0, Dash::Solid, &mut places().zip(free.y.iter().copied())),
-        line("95 %", 0, Dash::Dotted, &mut places().zip(edge(0))),
-        line("", 0, Dash::Dotted, &mut places().zip(edge(1))),
+        line("95 %, low", 0, Dash::Dotted, &mut places().zip(edge(0))),
+        line("95 %, high", 0, Dash::Dotted, &mut places().zip(edge(1))),
     ];
     if !free.formula.is_empty() {
         let mut points = free.formula.iter().map(|[x, y]| (*x, *y));
