@@ -130,7 +130,7 @@ impl Pass {
     fn deviations(&self) -> Vec<f64> {
         let point = &self.fitted.point;
         let mut prior = self.fitted.linear.prior.clone();
-        self.indices.iter().for_each(|k| weight[*k] = 0.0);
+        self.indices.iter().for_each(|k| prior[(*k, *k)] = 0.0);
         let linear = Linear { prior, ..self.fitted.linear.clone() };
         let deviations = linear.solve(None, 0.0, None).map(|step| step.deviations());
         let of = |k: &usize| {
