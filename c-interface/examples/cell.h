@@ -8,8 +8,8 @@
 #include "trueweld.h"
 
 /* Bytes of memory that the core takes in float and in double, at most. */
-#define TRUEWELD_CELL_BYTES_F32 2600u
-#define TRUEWELD_CELL_BYTES_F64 5088u
+#define TRUEWELD_CELL_BYTES_F32 2816u
+#define TRUEWELD_CELL_BYTES_F64 5376u
 
 /* SHA-256 of the configuration. */
 static const uint8_t trueweld_cell_digest[32] = {66, 96, 108, 203, 11, 43, 192, 147, 62, 184, 205, 234, 123, 103, 57, 63, 225, 128, 191, 179, 169, 133, 22, 169, 50, 120, 188, 73, 14, 187, 119, 140};

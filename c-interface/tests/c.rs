@@ -294,3 +294,8 @@ fn largest<T: Real>() -> usize {
     for_each::<T>(&mut most);
     most.0
 }
+
+#[test]
+fn the_constants_carry_the_digest_of_what_they_are() {
+    assert_eq!(cell::DIGEST, cell::CONFIGURATION.digest());
+}

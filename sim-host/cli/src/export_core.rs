@@ -3,7 +3,8 @@
 use crate::inputs::{Files, PLANT_STEP};
 use crate::names::{Controller, LawParser};
 use clap::Args;
-use miette::{IntoDiagnostic, Result};
+use miette::{IntoDiagnostic, Result, WrapErr};
+use std::fs;
 use std::path::PathBuf;
 use std::slice;
 use trueweld_compensators::Entry;
@@ -36,6 +37,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let constants = scenario.constants().into_diagnostic()?;
     let simulation = inputs.simulation(&[controller], slice::from_ref(law), 1, PLANT_STEP);
     let heading = heading(&inputs.provenance("export-core", simulation), law);
+    fs::create_dir_all(&arguments.out)
+        .into_diagnostic()
+        .wrap_err_with(|| format!("cannot make the folder {}", arguments.out.display()))?;
     let configuration = &constants.configuration;
     for (file, text) in [
         ("cell.rs", configuration.rust_source(&heading)),

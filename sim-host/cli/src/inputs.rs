@@ -16,7 +16,9 @@ use trueweld_plant::input::{
     read_text, warnings,
 };
 use trueweld_plant::integrate::Integrator;
-use trueweld_plant::provenance::{EffectRecord, FileDigest, Provenance, SimulationRecord};
+use trueweld_plant::provenance::{
+    CoreRecord, EffectRecord, FileDigest, Provenance, SimulationRecord,
+};
 use trueweld_plant::simulate::{
     Controller, Program, RecordRow, RunError, Scenario, Seam, check_reach,
 };
@@ -338,7 +340,19 @@ impl Inputs {
             noise_seed: self.seed,
             draws_seed: None,
             force_step_n: None,
+            cores: Vec::new(),
         }
+    }
+
+    /// What a controller's core is built from for this weld; nothing for a law that no core has.
+    pub fn cores(&self, controller: Controller, law: &Entry) -> Vec<CoreRecord> {
+        let constants = self.scenario(Program::Weld, controller, law).constants();
+        let record = constants.map(|constants| CoreRecord {
+            weld: self.weld_name.clone(),
+            law: law.name().to_owned(),
+            sha256: constants.configuration.digest_text(),
+        });
+        record.into_iter().collect()
     }
 
     /// What a result of these inputs is of.

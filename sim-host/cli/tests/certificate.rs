@@ -73,6 +73,13 @@ fn a_certificate_says_of_every_number_who_measured_or_assumed_it_and_is_of_one_c
         assert!(said.contains(part), "{part}: {said}");
     }
     let result = place.json("measured/certify.json");
+    // What was certified is what `export-core` writes for the controller.
+    let core = &result["provenance"]["simulation"]["cores"][0]["sha256"];
+    let export = ["export-core", "--compensator", "seam-tracking", "--weld", "short.toml"];
+    let said = place.done(&[&export[..], &model].concat());
+    assert!(said.contains(core.as_str().unwrap()), "{core}: {said}");
+    let other = place.done(&[&export[..], &model, &["--stiffness-error", "0.01"]].concat());
+    assert!(!other.contains(core.as_str().unwrap()), "a controller that believes something else");
     let uncertain = result["uncertain"].as_array().unwrap();
     let of = |number: &str| uncertain.iter().find(|u| u["number"] == number);
     let stiffness = of("stiffness-error at A2: relative").unwrap();

@@ -73,6 +73,21 @@ pub struct SimulationRecord {
     /// Height of a step of the force set-point, N.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub force_step_n: Option<f64>,
+    /// What the cores on a controller are built from, one a weld, where that is certified.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub cores: Vec<CoreRecord>,
+}
+
+/// The constants from which a controller's core is built for a weld.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CoreRecord {
+    /// Name of the weld.
+    pub weld: String,
+    /// Name of the compensation law.
+    pub law: String,
+    /// SHA-256 of the constants, as `export-core` prints it and the running core tells it.
+    pub sha256: String,
 }
 
 /// A file and the digest of its bytes.
@@ -92,6 +107,7 @@ impl Provenance {
     pub fn join(&mut self, other: &Self) {
         if let (Some(all), Some(more)) = (&mut self.simulation, &other.simulation) {
             all.welds.extend_from_slice(&more.welds);
+            all.cores.extend_from_slice(&more.cores);
         }
         let new = other.files.iter().filter(|file| !self.files.contains(file));
         self.files.extend(new.cloned().collect::<Vec<_>>());

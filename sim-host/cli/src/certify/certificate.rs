@@ -38,6 +38,8 @@ pub fn check(path: &Path, run: &Provenance) -> Result<()> {
             plant_step_s: now.plant_step_s,
             noise_seed: now.noise_seed,
             draws_seed: now.draws_seed,
+            // Of the files and options that are compared, and of each weld alone.
+            cores: now.cores.clone(),
             ..of.clone()
         };
     }

@@ -323,6 +323,7 @@ impl<'a> WeldSetup<'a> {
         let mut simulation =
             inputs.simulation(&[controller], slice::from_ref(law), passes, STEP_OF_MANY);
         simulation.draws_seed = Some(arguments.draws);
+        simulation.cores = inputs.cores(controller, law);
         let mut provenance = inputs.provenance("certify", simulation);
         provenance.files.extend_from_slice(files);
         let key = key(&provenance)?;

@@ -69,6 +69,7 @@ fn a_recording_says_what_it_is_of_and_which_limit_was_hit_when() {
             noise_seed: 7,
             draws_seed: None,
             force_step_n: None,
+            cores: Vec::new(),
         }),
         warnings: vec!["feed_m_s = 0.1 is not plausible".to_owned()],
         ..sample::provenance().clone()

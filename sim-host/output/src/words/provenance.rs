@@ -1,7 +1,7 @@
 //! What a result is of.
 
 use super::{Scale, digits, signed_share};
-use trueweld_plant::provenance::Provenance;
+use trueweld_plant::provenance::{CoreRecord, Provenance};
 
 /// Everything but the files, a name and a value each.
 pub(crate) fn options(of: &Provenance) -> Vec<[String; 2]> {
@@ -25,6 +25,8 @@ pub(crate) fn options(of: &Provenance) -> Vec<[String; 2]> {
         rows.extend(s.draws_seed.map(|seed| ("seed of the draws", seed.to_string())));
         let step = |height: f64| Scale { factor: 1e-3, unit: "kN" }.quantity(height);
         rows.extend(s.force_step_n.map(|height| ("step of the push", step(height))));
+        let core = |core: &CoreRecord| ("core", format!("{}: {}", core.weld, core.sha256));
+        rows.extend(s.cores.iter().map(core));
     }
     rows.into_iter().map(|(name, value)| [name.to_owned(), value]).collect()
 }

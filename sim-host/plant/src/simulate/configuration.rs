@@ -11,6 +11,9 @@ use trueweld_core::control::{ExternalGains, ForceGains};
 /// Bytes that lie before a core in the memory of the C interface.
 const BEFORE_A_CORE: usize = 48;
 
+/// Memory is asked for in pieces of so many bytes: a field more in the core need not change it.
+const PIECE: usize = 256;
+
 /// Why a controller cannot be written as constants.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ConfigurationRefused {
@@ -130,7 +133,7 @@ fn built<T: Real>(configuration: &Configuration) -> Option<Result<usize, Configu
         fn visit<L: Law<T>>(&mut self) {
             if self.0.law.name.as_str() == L::NAME {
                 let core = RunningCore::<T, L::Built>::new::<L>(self.0);
-                let bytes = size_of_val(&core).next_multiple_of(8) + BEFORE_A_CORE;
+                let bytes = (size_of_val(&core) + BEFORE_A_CORE).next_multiple_of(PIECE);
                 self.1 = Some(core.map(|_| bytes).map_err(ConfigurationRefused::Core));
             }
         }
