@@ -303,7 +303,7 @@ fn mistakes_in_an_effect_of_ones_own_are_explained_at_their_place() {
         "21:1",
         &["no name for a parameter"],
     );
-    mistake("step = 20.0", "", "21:1", &["`step` and `shape`"]);
+    mistake("step = 20.0", "", "21:1", &["neither `step` nor `shape`"]);
     mistake("step = 20.0", "shape = []", "27:9", &["at least one value"]);
     mistake("value = 150.0", "value = 501.0", "22:9", &["501.0", "a number from 0.0 to 500.0"]);
     mistake("high = 500.0", "high = 0.0", "26:8", &["a number above `low`"]);
@@ -353,7 +353,6 @@ fn mistakes_in_a_table_are_explained_at_their_place() {
     refused("table(link - centre)", "(link - centre)", "the table is not read");
     refused("bend = 50.0", "low = -100.0", "from -100.0");
     refused("parameters.gain", "parameters.y1", "another name");
-    refused("[effect.table]\nx", "[effect.parameters.x]\nx", "`table`");
 }
 
 #[test]
