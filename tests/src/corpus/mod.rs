@@ -12,11 +12,11 @@ pub use judge::{Outcome, judge};
 pub use tally::Tally;
 pub use visible::{Context, Visibility};
 
-use crate::LABORATORY;
+use crate::{LABORATORY, fixture};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 use std::time::Instant;
-use trueweld_laboratory::{CampaignError, CorpusCase, Hidden, Recipe};
+use trueweld_laboratory::{CampaignError, CorpusCase, Hidden, ProtocolFile, Recipe};
 use trueweld_measure::data::campaign::Campaign;
 use trueweld_measure::data::log::Log;
 use trueweld_measure::diagnose::{Diagnosis, diagnose};
@@ -24,7 +24,7 @@ use trueweld_measure::fit::FitProblem;
 use trueweld_measure::predict::PredictError;
 use trueweld_measure::residuals::compare::{baseline, experiments};
 use trueweld_plant::effects::{Effect, Role};
-use trueweld_plant::input::{InputError, ModelFile};
+use trueweld_plant::input::{Control, InputError, InputFile, ModelFile, Sensors};
 
 /// Why a case could not be examined.
 #[derive(Debug, thiserror::Error)]
@@ -59,6 +59,18 @@ pub struct Ready {
 pub fn ready(recipe: &Recipe) -> Result<Ready, CorpusError> {
     let folder = tempfile::tempdir()?;
     LABORATORY.write(recipe, folder.path())?;
+    read(folder.path())
+}
+
+/// Records a protocol file's campaign into a temporary folder and reads it as a command does.
+///
+/// # Errors
+/// [`CorpusError`].
+pub fn recorded(protocol: &ProtocolFile) -> Result<Ready, CorpusError> {
+    let folder = tempfile::tempdir()?;
+    let control = Control::read(fixture("control/kr500-mt.toml"))?;
+    let sensors = Sensors::read(fixture("sensors/kr500-mt.toml"))?;
+    protocol.record(&control, &sensors, folder.path(), &|_| ())?;
     read(folder.path())
 }
 
