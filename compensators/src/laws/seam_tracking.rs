@@ -45,7 +45,8 @@ const CLIPPED: f64 = 10.0;
 pub struct TrackingGains {
     /// λ, rad/s. 4.5: as fast as the plastic channel behind the tool lets it be with margins.
     pub rate_rad_s: f64,
-    /// σ, s/m. 0: the seam is where it was taught; 25 for one that is a line on a drawing.
+    /// σ, s/m. 0: nothing waits. For seams of unknown shape on material that hardly answers the tool;
+    /// on firm material what it answers must not wait for the look-ahead, and the tool swings.
     pub seam_shape_s_m: f64,
 }
 

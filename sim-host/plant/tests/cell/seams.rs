@@ -27,6 +27,17 @@ fn short(mut fixtures: Fixtures, change: impl Fn(&mut Weld)) -> Recording {
     fixtures.run(&cell, Program::Weld, Controller::External, &law("elastostatic"), &KR500)
 }
 
+#[test]
+fn two_points_with_one_normal_are_the_straight_seam_of_a_weld_1() {
+    let straight = Fixtures::of("vertical").weld;
+    let rest = "feed_m_s = 0.01\nfeed_ramp_s = 1.0\nforce_n = 18000.0\nforce_ramp_s = 3.0\n\
+                initial_depth_m = 0.0003\nsettle_s = 2.0\n";
+    let point = |y: f64| format!("[[point]]\nat_m = [1.7, {y:?}, 0.5]\nnormal = [0.0, 0.0, 2.0]\n");
+    let head = "schema = \"weld/2\"\njoined = \"legs\"\n";
+    let text = [head, rest, &point(-1.0), &point(1.0)].concat();
+    assert_eq!(Weld::parse(&text, "weld.toml").expect("a weld"), straight);
+}
+
 /// The same equations in another order of rounding: the encoders' steps make 2 µrad of a difference in
 /// the last digit, 3 µm at the tool.
 #[test]
