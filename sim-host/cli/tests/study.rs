@@ -135,7 +135,9 @@ fn a_part_of_two_seams_is_placed_and_confirmed() {
     assert_eq!((&json["placements"], &json["reached"]), (&9.into(), &9.into()));
     let chosen = &json["chosen"];
     assert_eq!(chosen["welds"].as_array().unwrap().len(), 2);
-    assert!(chosen["statics"]["share"].as_f64() <= json["filed"]["statics"]["share"].as_f64());
+    let lateral =
+        |of: &serde_json::Value| of["statics"]["figures"]["lateral_max_m"].as_f64().unwrap();
+    assert!(lateral(chosen) <= lateral(&json["filed"]), "{json}");
     let samples = fs::read_to_string(place.path().join("l.csv")).unwrap();
     assert_eq!(samples.lines().count(), 1 + 9);
     let page = fs::read_to_string(place.path().join("l.html")).unwrap();

@@ -8,7 +8,7 @@ use clap::Args;
 use miette::{Result, miette};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
-use trueweld_compensators::{Elastostatic, Entry, Uncompensated};
+use trueweld_compensators::{Elastostatic, Entry, FeedForward, SeamTracking, Uncompensated};
 use trueweld_evaluate::study::{
     Allowance, Family, LayoutTask, OutOfReach, Part, PlacedPart, Range, RealArm, WAY_FIGURES,
     as_filed, confirm, numbers, pareto, way_figure,
@@ -55,7 +55,8 @@ pub struct Arguments {
         default_value = "lateral_max_m,torque_share,tilt_max_rad"
     )]
     front: Vec<String>,
-    /// Law that the full runs are made with, beside those without
+    /// Law that the full runs are made with, beside those without (default: seam-tracking, where the cell
+    /// has the sensor)
     #[arg(long, value_name = "LAW", value_parser = LawParser)]
     compensator: Option<Entry>,
     /// Hybrid force/position controller
@@ -104,6 +105,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let none = Entry::of::<Uncompensated>();
     let law = match &arguments.compensator {
         Some(law) => law.clone(),
+        None if first.sensors.seam.is_some() => Entry::of::<SeamTracking<f64, FeedForward>>(),
         None => Entry::of::<Elastostatic<f64>>(),
     };
     let mut laws = vec![none];

@@ -1,10 +1,11 @@
 //! Where to put a part: every placement of a family looked at by statics and kinematics, the best one
 //! searched between them, and confirmed by full runs.
 //!
-//! What a placement is worth is the largest share that any of its figures takes of what it is
-//! allowed ([`Allowance`]): 1 is just allowed. Nothing is weighed against anything else; what is
-//! traded for what is shown by the placements that no other one is better than in everything
-//! ([`pareto`]).
+//! Reserves must be kept: of torque and speed, from collinear axes and from the joints' limits. Among
+//! placements that keep them, the best one is that whose deviation or tilt takes the least share of
+//! what it is allowed ([`Allowance`]), the largest share counting. Nothing is weighed against anything
+//! else; what is traded for what is shown by the placements that no other one is better than in
+//! everything ([`pareto`]).
 
 use super::place::{Part, Placement, RealArm, Way, rolled};
 use crate::figure::{Figure, FigureOf};
@@ -63,6 +64,14 @@ pub fn way_figure(key: &str) -> Option<(usize, &'static Figure)> {
 pub fn more_is_better(figure: usize) -> bool {
     figure >= 5
 }
+
+/// Figures that are a reserve, which must be kept; the others are what the weld is worth.
+fn is_reserve(figure: usize) -> bool {
+    figure >= 3
+}
+
+/// What a reserve that is not kept costs, over a deviation that takes as large a share.
+const NOT_KEPT: f64 = 1e3;
 
 /// What a figure may be: at most, or where more is better at least.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -190,6 +199,9 @@ pub struct PlacedPart {
     pub share: f64,
     /// Place of the allowance that it is of.
     pub limiting: usize,
+    /// What is made least: the largest share of the figures that are no reserve, where all reserves
+    /// are kept; else it is far above any such share, and the larger the less is kept.
+    pub cost: f64,
 }
 
 /// Why the arm does not hold its tool along a seam: how far it comes, m, and what stops it there.
@@ -205,7 +217,7 @@ pub struct Placed {
 }
 
 impl LayoutTask<'_> {
-    /// What a placement is worth: every seam in the posture that takes least of what is allowed.
+    /// What a placement is worth: every seam in the posture that costs least.
     ///
     /// # Errors
     /// [`OutOfReach`].
@@ -229,7 +241,7 @@ impl LayoutTask<'_> {
         for (k, weld) in self.part.welds_at(at).iter().enumerate() {
             let ways = Way::all(&robot, self.planned, weld, places)?;
             let of = ways.iter().filter(|way| is(k, way)).map(|way| self.worth(at, way));
-            let best = of.reduce(|a, b| if b.share < a.share { b } else { a });
+            let best = of.reduce(|a, b| if b.cost < a.cost { b } else { a });
             let best = best.ok_or((0.0, KinematicsError::Unreachable))?;
             part = Some(match part {
                 None => best,
@@ -262,7 +274,13 @@ impl LayoutTask<'_> {
         let shares = self.allowed.iter().map(|allowed| allowed.share(&values)).enumerate();
         let (limiting, share) =
             shares.fold((0, 0.0), |most, one| if one.1 > most.1 { one } else { most });
-        PlacedPart { placement, branches, values, share, limiting }
+        let most = |reserve: bool| {
+            let of = self.allowed.iter().filter(|a| is_reserve(a.figure) == reserve);
+            of.map(|allowed| allowed.share(&values)).fold(0.0, f64::max)
+        };
+        let reserves = most(true);
+        let cost = if reserves > 1.0 { NOT_KEPT * reserves } else { most(false) };
+        PlacedPart { placement, branches, values, share, limiting, cost }
     }
 
     /// Two seams of one part: the worse of every figure.
@@ -289,18 +307,20 @@ impl LayoutTask<'_> {
     /// search from the best points of the grid, one number after the other, with steps that are
     /// halved where none makes it better. `None` where the grid has none that is reached.
     pub fn best(&self, grid: &[Placed]) -> Option<PlacedPart> {
-        /// Points that the search begins at, and how often its steps are halved.
-        const STARTS: usize = 8;
+        /// Points that the search begins at, how often its steps are halved, and from where on the
+        /// arm is looked at closely.
+        const STARTS: usize = 4;
         const HALVINGS: usize = 7;
+        const CLOSELY: usize = 4;
         let mut starts: Vec<&PlacedPart> =
             grid.iter().filter_map(|placed| placed.outcome.as_ref().ok()).collect();
-        starts.sort_by(|a, b| a.share.total_cmp(&b.share));
+        starts.sort_by(|a, b| a.cost.total_cmp(&b.cost));
         starts.truncate(STARTS);
         let found = starts.into_par_iter().map(|start| {
             let mut best = start.clone();
             for halving in 0..HALVINGS {
                 let step = 0.5_f64.powi(halving as i32 + 1);
-                while let Some(better) = self.better(&best, step) {
+                while let Some(better) = self.better(&best, step, PLACES[0]) {
                     best = better;
                 }
             }
@@ -308,13 +328,20 @@ impl LayoutTask<'_> {
         });
         // In the order of the starts: of equals the first.
         let found: Vec<PlacedPart> = found.collect();
-        let best = found.into_iter().reduce(|a, b| if b.share < a.share { b } else { a })?;
-        // What is told of it is looked at closely.
-        self.place(&best.placement, PLACES[1]).ok()
+        let best = found.into_iter().reduce(|a, b| if b.cost < a.cost { b } else { a })?;
+        // What is told of it is looked at closely: a reserve may be kept at few places and not between.
+        let mut best = self.place(&best.placement, PLACES[1]).ok()?;
+        for halving in CLOSELY..HALVINGS {
+            let step = 0.5_f64.powi(halving as i32 + 1);
+            while let Some(better) = self.better(&best, step, PLACES[1]) {
+                best = better;
+            }
+        }
+        Some(best)
     }
 
     /// The best neighbour of a placement, where one is better.
-    fn better(&self, than: &PlacedPart, step: f64) -> Option<PlacedPart> {
+    fn better(&self, than: &PlacedPart, step: f64, places: usize) -> Option<PlacedPart> {
         let here = numbers(&than.placement);
         let neighbours = (0..6).flat_map(|k| {
             let range = self.family.0[k];
@@ -325,10 +352,10 @@ impl LayoutTask<'_> {
             })
         });
         let neighbours = neighbours.filter(|next| *next != here);
-        let placed = neighbours.filter_map(|n| self.place(&Family::placement(n), PLACES[0]).ok());
-        let best = placed.reduce(|a, b| if b.share < a.share { b } else { a })?;
+        let placed = neighbours.filter_map(|n| self.place(&Family::placement(n), places).ok());
+        let best = placed.reduce(|a, b| if b.cost < a.cost { b } else { a })?;
         // A gain that no one would move a part for ends the search.
-        (best.share < than.share * (1.0 - 1e-4)).then_some(best)
+        (best.cost < than.cost * (1.0 - 1e-4)).then_some(best)
     }
 }
 

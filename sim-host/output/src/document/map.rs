@@ -28,6 +28,9 @@ pub(crate) struct Map {
     pub marks: Vec<(f64, f64, char)>,
 }
 
+/// Share of what is allowed at which a colour is full.
+const WORST: f64 = 4.0;
+
 /// Drawn at twice the size it is shown at.
 const SCALE: u32 = 2;
 const SIZE: (u32, u32) = (530 * SCALE, 300 * SCALE);
@@ -63,6 +66,11 @@ impl Map {
         let all = self.values.iter().flatten().flatten().filter(|v| v.is_finite());
         let ends = [f64::INFINITY, f64::NEG_INFINITY];
         let [low, high] = all.fold(ends, |[l, h], v| [l.min(*v), h.max(*v)]);
+        // What is four times too much is as bad as it gets.
+        let high = match self.allowed {
+            Some((limit, false)) => high.min(WORST * limit).max(low),
+            _ => high,
+        };
         match high - low {
             width if width > 0.0 => [low, high],
             _ if low.is_finite() => {
@@ -165,7 +173,11 @@ fn mixed(to: Rgb, share: f64) -> Rgb {
 /// The colour of a share of what is allowed: white at the limit; what is four times too much is as
 /// bad as it gets.
 pub(crate) fn within_limit(share: f64) -> Rgb {
-    if share <= 1.0 { mixed(GOOD, 1.0 - share) } else { mixed(BAD, 0.15 + 0.425 * share.log2()) }
+    if share <= 1.0 {
+        mixed(GOOD, 1.0 - share)
+    } else {
+        mixed(BAD, 0.15 + 0.85 * share.ln() / WORST.ln())
+    }
 }
 
 /// Distance between neighbours; a tenth where there is one alone.

@@ -40,7 +40,7 @@ pub(super) fn all<W: Write>(
             a[..3] == b[..3]
         };
         match best.iter_mut().find(here) {
-            Some(other) if placed.share < other.share => *other = placed,
+            Some(other) if placed.cost < other.cost => *other = placed,
             Some(_) => {}
             None => best.push(placed),
         }

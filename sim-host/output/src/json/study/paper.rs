@@ -1,7 +1,7 @@
 //! What the published study shows, and the same here.
 
 use crate::StudyPaperReport;
-use crate::words::study::paper::{Kind, statements};
+use crate::words::study::paper::{Kind, Statement, statements};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use trueweld_evaluate::study::EnvelopePoint;
@@ -64,9 +64,15 @@ impl StudyPaperResult {
         Self {
             schema: "study-paper/1".to_owned(),
             provenance: report.provenance.clone(),
-            statements: statements(report),
+            statements: statements(report).into_iter().map(PublishedStatement::of).collect(),
             envelopes: kinds.collect(),
         }
+    }
+}
+
+impl PublishedStatement {
+    fn of(Statement { what, published, ours, agrees }: Statement) -> Self {
+        Self { what, published, ours, agrees }
     }
 }
 

@@ -146,7 +146,7 @@ impl StudyLayoutReport<'_> {
         let varied: Vec<usize> =
             (0..6).filter(|k| self.task.family.0[*k].high > self.task.family.0[*k].low).collect();
         let mut front: Vec<&&PlacedPart> = self.front.iter().collect();
-        front.sort_by(|a, b| a.share.total_cmp(&b.share));
+        front.sort_by(|a, b| a.cost.total_cmp(&b.cost));
         let row = |of: &&&PlacedPart| {
             let at = numbers(&of.placement);
             let place = varied.iter().map(|k| number(coordinate(*k, at[*k])));

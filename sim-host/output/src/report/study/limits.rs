@@ -13,9 +13,6 @@ use crate::words::study::limits::{because, headline, largest, name, notices, set
 use crate::words::study::sensitivity::capital;
 use trueweld_evaluate::study::{Driven, FoundLimit, numbers};
 
-/// Share of a limit above which a curve leaves the picture.
-const TOP: f64 = 2.5;
-
 impl Report for StudyLimitsReport<'_> {
     type Json = StudyLimitsResult;
 
@@ -78,7 +75,6 @@ impl StudyLimitsReport<'_> {
             };
             let points: Vec<(f64, f64)> = found.probes.iter().map(point).collect();
             let ends = [points.first(), points.last()].map(|p| p.map_or(0.0, |p| p.0));
-            let top = points.iter().map(|p| p.1).fold(110.0, f64::max).min(100.0 * TOP);
             let mut lines =
                 vec![Line { name: String::new(), color: color::run(1), dash: Dash::Solid, points }];
             lines.push(reference("allowed", ends.map(|x| (x, 100.0)).into()));
@@ -86,8 +82,8 @@ impl StudyLimitsReport<'_> {
                 x_label: unit.named(name(found.driven)),
                 y_label: "largest share of a limit, %".to_owned(),
                 lines,
-                y_range: Some([0.0, top]),
                 named: true,
+                logarithmic: true,
                 ..Plot::default()
             };
             let title = format!("{}: {}", capital(name(found.driven)), largest(found));

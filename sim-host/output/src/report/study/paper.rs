@@ -8,7 +8,7 @@ use crate::json::StudyPaperResult;
 use crate::path::{moving, travelled};
 use crate::report::Report;
 use crate::words::study::paper::{
-    Kind, LATERAL, headline, held, runs, setting, statements, widest,
+    Kind, LATERAL, Statement, headline, held, runs, setting, statements, widest,
 };
 use crate::words::{PublishedStep, fixed};
 use crate::{MILLI, StudyPaperReport};
@@ -40,7 +40,7 @@ impl Report for StudyPaperReport<'_> {
 }
 
 fn published(report: &StudyPaperReport<'_>) -> Table {
-    let row = |of: crate::json::PublishedStatement| {
+    let row = |of: Statement| {
         let agrees = of.agrees.map_or("–", |agrees| if agrees { "yes" } else { "no" });
         vec![
             words(of.what),

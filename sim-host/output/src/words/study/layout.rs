@@ -100,12 +100,12 @@ pub(crate) fn headline(report: &StudyLayoutReport<'_>) -> String {
         ),
         (None, _) => String::new(),
     };
-    let share = format!(
-        "{} % of what is allowed is taken, by {}",
-        fixed(100.0 * chosen.share, 0),
-        limiting.label
+    let taken = format!(
+        "{} takes {} % of what it is allowed",
+        limiting.label,
+        fixed(100.0 * chosen.share, 0)
     );
-    format!("The part is best put at {place}{gain}. {}.", capital(&share))
+    format!("The part is best put at {place}{gain}. {}.", capital(&taken))
 }
 
 fn capital(text: &str) -> String {
@@ -119,8 +119,8 @@ pub(crate) fn setting(report: &StudyLayoutReport<'_>) -> String {
         reached.fold((0, 0), |(n, m), placed| (n + 1, m + usize::from(placed.share <= 1.0)));
     format!(
         "{} by statics and kinematics: {count} are reached, {within} within what is allowed; the best searched between \
-         them, and confirmed by full runs. What a placement is worth is the largest share that a figure takes of what \
-         it is allowed. Whether the arm or the tool touches the part or the fixture is not looked at.",
+         them, and confirmed by full runs. Reserves of torque, speed, collinear axes and joint limits must be kept; among \
+         those the best is where deviation and tilt take the least of what they are allowed. Whether the arm or the tool touches the part or the fixture is not looked at.",
         counted(report.grid.len(), "placement"),
     )
 }

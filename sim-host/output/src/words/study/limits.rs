@@ -70,7 +70,9 @@ pub(crate) fn headline(report: &StudyLimitsReport<'_>) -> String {
         .map(|found| match found.largest {
             None => format!("no {} keeps the requirements", name(found.driven)),
             Some(_) => {
-                format!("{} up to {} ({})", name(found.driven), largest(found), because(found))
+                let figure = found.beyond.as_ref().and_then(|probe| probe.figure);
+                let by = figure.map_or(String::new(), |figure| format!(" ({})", figure.label));
+                format!("{} up to {}{by}", name(found.driven), largest(found))
             }
         })
         .collect();

@@ -1,6 +1,5 @@
 //! The published study beside ours: Bres et al., Industrial Robot 37(1), 2010, sections 5.2 and 5.3.
 
-use crate::json::PublishedStatement;
 use crate::words::step::milliseconds;
 use crate::words::{PublishedStep, fixed, share};
 use crate::{MILLI, StudyPaperReport};
@@ -19,6 +18,18 @@ const WIDER: f64 = 2.0;
 
 /// Angle between the axes of A4 and A6 within which they count as nearly collinear, rad.
 const NEAR: f64 = 5.0 * std::f64::consts::PI / 180.0;
+
+/// A published statement, and what comes out here.
+pub(crate) struct Statement {
+    /// What it is of.
+    pub what: String,
+    /// As published.
+    pub published: String,
+    /// Ours.
+    pub ours: String,
+    /// Whether ours agrees; `None` where nothing measurable is published.
+    pub agrees: Option<bool>,
+}
 
 /// Which weld was moved.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -114,9 +125,12 @@ fn torsion(recording: &Recording, joints: std::ops::Range<usize>) -> f64 {
 }
 
 /// Every published statement beside ours.
-pub(crate) fn statements(report: &StudyPaperReport<'_>) -> Vec<PublishedStatement> {
-    let of = |what: &str, published: String, ours: String, agrees: Option<bool>| {
-        PublishedStatement { what: what.to_owned(), published, ours, agrees }
+pub(crate) fn statements(report: &StudyPaperReport<'_>) -> Vec<Statement> {
+    let of = |what: &str, published: String, ours: String, agrees: Option<bool>| Statement {
+        what: what.to_owned(),
+        published,
+        ours,
+        agrees,
     };
     let near = |ours: f64, published: f64| (ours - published).abs() <= AGREES * published;
     let mut all = Vec::new();
