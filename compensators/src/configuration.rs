@@ -247,18 +247,25 @@ impl Configuration {
 struct Hash(Sha256);
 
 impl Hash {
-    fn integer(&mut self, integer: u32) {
-        self.0.update(integer.to_le_bytes());
+    // Once in flash, not once a field.
+    #[inline(never)]
+    fn bytes(&mut self, bytes: &[u8]) {
+        self.0.update(bytes);
     }
 
+    fn integer(&mut self, integer: u32) {
+        self.bytes(&integer.to_le_bytes());
+    }
+
+    #[inline(never)]
     fn numbers(&mut self, numbers: &[f64]) {
         for number in numbers {
-            self.0.update(number.to_le_bytes());
+            self.bytes(&number.to_le_bytes());
         }
     }
 
     fn name(&mut self, name: &Name) {
-        self.0.update(name.0);
+        self.bytes(&name.0);
     }
 }
 

@@ -1,21 +1,102 @@
 #!/bin/sh
-# Builds the program for a bare Cortex-M7 and runs it in QEMU: fails unless it links without a panic path and all torques
-# agree with the host's. Needs a compiler with the source of `core` beside it, lld, llvm-size and qemu-system-arm.
-# On Debian: rustc-web cargo-web rust-web-src lld llvm qemu-system-arm, which `--install` installs.
+# Builds the program for a bare Cortex-M7 and runs it in QEMU: fails unless it links without a panic path, all torques
+# agree with the host's, and instructions, stack and size stay within bounds.txt.
+#
+#   --install  fetches what is missing by apt first (Debian), and the target by rustup where there is one; also what
+#              recorded-weld.sh needs
+#   --renew    writes bounds.txt anew, 10 % above what is reached
+#   --table    prints what is reached as the table of docs/embedded.md
+#
+# Needs qemu-system-arm and size of LLVM; and either a rustup toolchain with thumbv7em-none-eabihf, or Debian's rustc-web
+# cargo-web rust-web-src lld.
 set -eu
 cd "$(dirname "$0")"
-if [ "${1-}" = --install ]; then
-  apt-get update -qq
-  DEBIAN_FRONTEND=noninteractive apt-get install -y --no-install-recommends \
-    rustc-web cargo-web rust-web-src lld llvm qemu-system-arm
+mode=${1-}
+by_rustup() { command -v rustup > /dev/null && rustup target list --installed | grep -q thumbv7em-none-eabihf; }
+if [ "$mode" = --install ]; then
+  packages=
+  command -v qemu-system-arm > /dev/null || packages=qemu-system-arm
+  command -v llvm-size > /dev/null || packages="$packages llvm"
+  command -v arm-none-eabi-gcc > /dev/null || packages="$packages gcc-arm-none-eabi libnewlib-arm-none-eabi"
+  if command -v rustup > /dev/null; then
+    rustup target add thumbv7em-none-eabihf
+  else
+    packages="$packages rustc-web cargo-web rust-web-src lld"
+  fi
+  if [ -n "$packages" ]; then
+    apt-get update -qq
+    # shellcheck disable=SC2086
+    DEBIAN_FRONTEND=noninteractive apt-get install -qq -y --no-install-recommends $packages
+  fi
 fi
-for tool in /usr/bin/rustc /usr/bin/cargo ld.lld llvm-size qemu-system-arm; do
+if by_rustup; then
+  export CARGO_TARGET_THUMBV7EM_NONE_EABIHF_LINKER=rust-lld
+  build() { cargo build --locked --release --quiet --target thumbv7em-none-eabihf "$@"; }
+  tools="cargo llvm-size qemu-system-arm"
+else
+  # Debian has no ready-made `core` for this target; RUSTC_BOOTSTRAP lets its stable compiler build it.
+  export RUSTC=/usr/bin/rustc RUSTC_BOOTSTRAP=1
+  build() { /usr/bin/cargo build --locked --release --quiet --target thumbv7em-none-eabihf -Zbuild-std=core "$@"; }
+  tools="/usr/bin/rustc /usr/bin/cargo ld.lld llvm-size qemu-system-arm"
+fi
+for tool in $tools; do
   command -v "$tool" > /dev/null || { echo "$tool is missing; see the head of $0" >&2; exit 2; }
 done
-# Debian has no ready-made `core` for this target; RUSTC_BOOTSTRAP lets its stable compiler build it.
-export RUSTC=/usr/bin/rustc RUSTC_BOOTSTRAP=1
-/usr/bin/cargo build --locked --release --target thumbv7em-none-eabihf -Zbuild-std=core
-program=${CARGO_TARGET_DIR:-target}/thumbv7em-none-eabihf/release/trueweld-embedded
-llvm-size "$program"
-timeout 120 qemu-system-arm -M mps2-an500 -nographic -monitor none -serial none \
-  -semihosting-config enable=on,target=native -icount shift=8 -kernel "$program"
+build
+build --bin one-law --features one-law
+folder=${CARGO_TARGET_DIR:-target}/thumbv7em-none-eabihf/release
+printed=$(mktemp)
+trap 'rm -f "$printed"' EXIT
+run() {
+  timeout 300 qemu-system-arm -M mps2-an500 -nographic -monitor none -serial none \
+    -semihosting-config enable=on,target=native -icount shift=8 -kernel "$folder/$1"
+}
+# The emulator prints what the program says on standard error.
+run trueweld-embedded > "$printed" 2>&1 || {
+  code=$?
+  cat "$printed"
+  echo "the program on the target ended with $code: 124 hangs, 1 torques differ from the host's" >&2
+  exit 1
+}
+size() { llvm-size "$folder/$1" | awk 'NR == 2 { print $1 + $2 }'; }
+# program, scalar, instructions at most, stack in bytes
+reached() {
+  awk '
+    /^f(32|64)$/ { scalar = $1; name = "weld" }
+    /^laws alone/ { scalar = $3 }
+    /^[a-z]/ && !/^(f32|f64|laws alone)/ { name = $1 }
+    /instructions.*most/ { instructions = $NF }
+    /stack/ { printf "%s %s %d %d\n", name, scalar, instructions, $NF }
+  ' "$printed"
+  echo "flash-with-tables both $(size trueweld-embedded) 0"
+  echo "flash-of-one-law f32 $(size one-law) 0"
+}
+case $mode in
+  --renew)
+    head -3 bounds.txt > "$printed.new"
+    reached | awk '{ printf "%s %s %d %d\n", $1, $2, $3 * 1.1, $4 * 1.1 }' >> "$printed.new"
+    mv "$printed.new" bounds.txt
+    ;;
+  --table)
+    reached | awk '
+      { if (!(($1) in seen)) { order[++n] = $1; seen[$1] = 1 } i[$1, $2] = $3; s[$1, $2] = $4 }
+      END {
+        print "| | instructions a period at most, `f32` | `f64` | stack, bytes, `f32` | `f64` |"
+        print "|---|---|---|---|---|"
+        for (k = 1; k <= n; k++) if (order[k] !~ /^flash/)
+          printf "| %s | %d | %d | %d | %d |\n", order[k], i[order[k], "f32"], i[order[k], "f64"], s[order[k], "f32"], s[order[k], "f64"]
+      }'
+    ;;
+esac
+reached | awk '
+  BEGIN { while ((getline line < "bounds.txt") > 0) if (line !~ /^#/) { split(line, f, " "); i[f[1], f[2]] = f[3]; s[f[1], f[2]] = f[4] } }
+  {
+    if (!(($1, $2) in i)) { printf "%s in %s has no bound: run cortex-m7.sh --renew\n", $1, $2; bad = 1; next }
+    what = $1 ~ /^flash/ ? "bytes" : "instructions"
+    if ($3 > i[$1, $2]) { printf "%s in %s: %d %s, bound %d\n", $1, $2, $3, what, i[$1, $2]; bad = 1 }
+    if ($4 > s[$1, $2]) { printf "%s in %s: %d bytes of stack, bound %d\n", $1, $2, $4, s[$1, $2]; bad = 1 }
+    n++
+  }
+  END { if (n < 10) { print "the program on the target reported too little"; bad = 1 } exit bad }
+' >&2 || { echo "the target is out of its bounds (tests/embedded/bounds.txt)" >&2; exit 1; }
+echo "Cortex-M7: torques as the host's, instructions, stack and size within bounds"

@@ -14,10 +14,16 @@ library() {
     --manifest-path c-interface/Cargo.toml --target-dir "$target" "$@"
 }
 library
-RUSTFLAGS="-C target-cpu=cortex-m7" library --target thumbv7em-none-eabihf
+if command -v rustup > /dev/null && rustup target list --installed | grep -q thumbv7em-none-eabihf; then
+  RUSTFLAGS="-C target-cpu=cortex-m7" library --target thumbv7em-none-eabihf
+else
+  # As in cortex-m7.sh: Debian's compiler builds `core` itself.
+  export PATH="/usr/bin:$PATH" RUSTC=/usr/bin/rustc RUSTC_BOOTSTRAP=1
+  RUSTFLAGS="-C target-cpu=cortex-m7" library --target thumbv7em-none-eabihf -Zbuild-std=core
+fi
 out=$(mktemp -d)
 trap 'rm -rf "$out"' EXIT
-include="-std=c99 -O1 -Wl,--gc-sections -I c-interface/include -I c-interface/examples c-interface/examples/weld.c"
+include="-std=c99 -O1 -Wl,--gc-sections -Wl,-z,noexecstack -I c-interface/include -I c-interface/examples c-interface/examples/weld.c"
 cp "$inputs" "$out/in"
 for scalar in FLOAT DOUBLE; do
   # shellcheck disable=SC2086

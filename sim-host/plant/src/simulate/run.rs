@@ -60,16 +60,19 @@ pub fn run_after(
     let seam = Seam::of(scenario.weld);
     let mut law = scenario.build_law()?;
     let mut begun = 0.0;
+    // Nobody stops these runs.
+    let going_on = ControlFlow::Continue(());
     for earlier in before {
-        run_with(earlier, law.as_mut(), |time| going_on(progress(begun + time)))?;
+        run_with(earlier, law.as_mut(), |time| {
+            progress(begun + time);
+            going_on
+        })?;
         begun += earlier.program.duration(earlier.weld, &seam);
     }
-    run_with(scenario, law.as_mut(), |time| going_on(progress(begun + time)))
-}
-
-/// A run that nobody stops.
-fn going_on((): ()) -> ControlFlow<()> {
-    ControlFlow::Continue(())
+    run_with(scenario, law.as_mut(), |time| {
+        progress(begun + time);
+        going_on
+    })
 }
 
 /// One run with a law that may have seen runs before; the scenario's own is not built. `progress` is
