@@ -2,7 +2,7 @@
 //! how it bends. How much that is, held-out blocks say: residuals that follow each other would have
 //! any other criterion take noise for a curve.
 
-use super::Context;
+use super::context::Context;
 use super::hypotheses::Hypothesis;
 use super::variables::Series;
 use crate::diagnose::rules;

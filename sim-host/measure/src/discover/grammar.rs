@@ -1,7 +1,7 @@
 //! Formulas that may stand for a free curve: sums of parts of a small grammar, each part with a size
 //! of its own, over shapes that they share.
 
-use super::Context;
+use super::context::Context;
 use super::curve::FittedCurve;
 use super::hypotheses::{Hypothesis, replaced};
 use crate::diagnose::rules;
@@ -341,7 +341,7 @@ fn definition(
     let sign = if negative { "-" } else { "" };
     let (x_unit, y_unit) = (hypothesis.x_unit(), hypothesis.y_unit());
     let mut parameters = Vec::new();
-    for ((name, power, part), size) in form.parts.iter().zip(&sizes) {
+    for ((name, power, _), size) in form.parts.iter().zip(&sizes) {
         let unit = match power {
             0 => y_unit.clone(),
             1 => format!("{y_unit}/{x_unit}"),
@@ -351,10 +351,7 @@ fn definition(
         parameters.push(CustomParameter {
             name: (*name).to_owned(),
             unit,
-            meaning: format!(
-                "size of {}",
-                replaced(&scaled(form, part, wide), "u", hypothesis.over)
-            ),
+            meaning: (*name).to_owned(),
             role: CustomRole::Size(0.1 * size.abs()),
             low: -far,
             high: far,
@@ -371,22 +368,16 @@ fn definition(
             Shape::Order => (format!("rad/({x_unit})"), CustomRole::Shape(vec![*value])),
             Shape::Power => ("1".to_owned(), CustomRole::Shape(vec![*value])),
         };
-        let meaning = match shape {
-            Shape::Place => format!("where {} changes it", hypothesis.over),
-            Shape::Width => format!("over how much of {}", hypothesis.over),
-            Shape::Order => format!("radians of the wave per unit of {}", hypothesis.over),
-            Shape::Power => "exponent".to_owned(),
-        };
         let (name, value) = ((*name).to_owned(), *value);
         let (low, high) = (low.min(value), high.max(value));
-        parameters.push(CustomParameter { name, unit, meaning, role, low, high });
+        parameters.push(CustomParameter { meaning: name.clone(), name, unit, role, low, high });
     }
     let values = sizes.into_iter().chain(found.shapes.iter().copied()).collect();
     let definition = Definition {
         id: id.to_owned(),
         port: hypothesis.port,
         expression: format!("{sign}{}", hypothesis.expression(&sum)),
-        shows: format!("{}, over {}", hypothesis.port.meaning, hypothesis.over),
+        shows: hypothesis.port.meaning.to_owned(),
         parameters,
         table: None,
     };

@@ -12,6 +12,7 @@
 //!
 //! Nothing is found that does not predict blocks better that were left out of its fit.
 
+mod context;
 mod curve;
 mod grammar;
 mod hypotheses;
@@ -25,6 +26,7 @@ use crate::experiment::{Plan, next_experiment};
 use crate::fit::calibration::is_calibration;
 use crate::fit::{self, EffectScope, FitProblem, Fitted, FreeParameter, Slopes};
 use crate::residuals::localize::{CurvePoint, localize};
+use context::Context;
 use curve::{Candidate, FittedCurve, SCREENED, fit_curve, smooth};
 use rayon::prelude::*;
 use trueweld_plant::effects::formula::NamedPort;
@@ -77,16 +79,6 @@ pub struct FreeCurve {
     pub points: Vec<CurvePoint>,
     /// The formula in its place, over the same range; none where the curve itself is the law.
     pub formula: Vec<[f64; 2]>,
-}
-
-/// What a discovery is made at.
-#[derive(Clone, Copy)]
-struct Context<'a> {
-    bench: &'a FitProblem,
-    blocks: &'a [Vec<u8>],
-    null: &'a Fitted,
-    /// Identifier of what is found.
-    id: &'a str,
 }
 
 /// Curves that are fitted through the plant.
@@ -222,9 +214,10 @@ pub fn settling_experiment(
         return None;
     }
     let robot = &logs.first()?.robot;
-    let name = |hypothesis: &Hypothesis, effect: &Effect| match effect.at_name(robot) {
-        "" => hypothesis.port.name.to_owned(),
-        at => format!("{} at {at}", hypothesis.port.name),
+    let name = |hypothesis: &Hypothesis, effect: &Effect| {
+        let at = effect.at_name(robot);
+        let parts = [hypothesis.port.name, at];
+        parts[..if at.is_empty() { 1 } else { 2 }].join(" at ")
     };
     let own = &discovery.effect.effect;
     let tied = discovery.tied.iter().filter_map(|t| Some((&t.hypothesis, t.effect.as_ref()?)));
