@@ -22,6 +22,7 @@
 //! [`Compensator`]: trueweld_core::compensation::Compensator
 #![cfg_attr(not(feature = "host"), no_std)]
 
+mod by_compliance;
 mod combined;
 #[cfg(feature = "configuration")]
 mod configuration;

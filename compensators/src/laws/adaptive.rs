@@ -33,6 +33,7 @@
 //! measurement separates (a seam sensor alone shows one sum of six, which holds where it was
 //! learned and less elsewhere), depth, backlash, friction. Tuning: the priors.
 
+use crate::by_compliance::ByCompliance;
 use crate::deviation_history::{DeviationHistory, beside_depth};
 use crate::gain::{GainError, require, usable_period};
 use crate::law::{Law, Needs, Setup};
@@ -40,7 +41,7 @@ use crate::{FeedForward, OuterIntegral};
 use nalgebra::{SMatrix, SVector, Vector3};
 use trueweld_core::compensation::{Compensator, DeviationMeasurement, Observation};
 use trueweld_core::scalar::lit;
-use trueweld_core::{Fault, JointVector, Real, Robot, Twist, Wrench};
+use trueweld_core::{Fault, Real, Robot, Twist, Wrench};
 
 /// Unknowns: six compliances, two forces, two offsets.
 const UNKNOWN: usize = 10;
@@ -112,8 +113,7 @@ pub struct Adaptive<T: Real> {
     covariance: SMatrix<T, UNKNOWN, UNKNOWN>,
     /// Path position and speed of the last period, and where the speed became even.
     fed: Option<(T, T, T)>,
-    /// J, in B, and K⁻¹ τ_s of the unloaded arm where the set-point was taught.
-    taught: Option<(SMatrix<T, 6, 6>, JointVector<T>)>,
+    by_compliance: ByCompliance<T>,
     frozen: bool,
 }
 
@@ -147,7 +147,7 @@ impl<T: Real> Adaptive<T> {
             unknown: SVector::zeros(),
             covariance: SMatrix::from_diagonal(&prior.component_mul(&prior)),
             fed: None,
-            taught: None,
+            by_compliance: ByCompliance::new(),
             frozen: false,
         })
     }
@@ -169,26 +169,8 @@ impl<T: Real> Adaptive<T> {
         let jacobian = frames.jacobian();
         let compliance = robot.cartesian_compliance(&jacobian);
         let in_w = |v: SVector<T, 6>| Twist::from_vector(&v).rotated(&w.transpose()).to_vector();
-        // Column by column as a product: no index is left to check.
-        let turn = w.transpose();
-        let torsion = |load: &Wrench<T>| {
-            robot.spring_torque_at_rest(&frames, &link, load).component_div(robot.stiffness())
-        };
-        let by_compliance = |jacobian: &SMatrix<T, 6, 6>, torsion: &JointVector<T>| {
-            let each = SMatrix::<T, 6, 6>::from_diagonal(torsion);
-            let mut columns = SMatrix::<T, 6, 6>::zeros();
-            let in_w = |first| turn * jacobian.fixed_rows::<3>(first) * each;
-            columns.fixed_rows_mut::<3>(0).copy_from(&in_w(0));
-            columns.fixed_rows_mut::<3>(3).copy_from(&in_w(3));
-            columns
-        };
-        if observation.taught.is_some() && self.taught.is_none() {
-            self.taught = Some((jacobian.0, torsion(&Wrench::zero())));
-        }
+        let columns = self.by_compliance.columns(robot, &frames, &link, observation);
         let mut regressor = SMatrix::<T, 6, UNKNOWN>::zeros();
-        let taught = self.taught.as_ref();
-        let columns = by_compliance(&jacobian.0, &torsion(&observation.planned.rotated(&w)))
-            - taught.map_or_else(SMatrix::zeros, |(j, torsion)| by_compliance(j, torsion));
         regressor.fixed_columns_mut::<6>(0).copy_from(&columns);
         for (i, part) in [
             (6, Vector3::x() * observation.planned.force.x),
@@ -271,7 +253,7 @@ impl<T: Real> Compensator<T> for Adaptive<T> {
     fn reset(&mut self) {
         self.history.reset();
         self.fed = None;
-        self.taught = None;
+        self.by_compliance = ByCompliance::new();
         for i in OFFSETS..UNKNOWN {
             self.unknown[i] = T::zero();
             for j in 0..UNKNOWN {

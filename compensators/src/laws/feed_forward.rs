@@ -33,9 +33,14 @@ impl<T: Real> Law<T> for FeedForward {
     type Built = OuterIntegral<T, Self>;
 
     fn build(_: &NoGains, setup: &Setup<T>) -> Result<Self::Built, GainError> {
-        let FollowingGains { rate, .. } = setup.following;
-        let following = FollowingGains { rate: SHARE * rate, ..setup.following };
-        OuterIntegral::new(Self, &following, setup.period)
+        OuterIntegral::new(Self, &Self::following(&setup.following), setup.period)
+    }
+}
+
+impl FeedForward {
+    /// Gains of the outer integral of a law without a seam sensor.
+    pub(crate) fn following(of: &FollowingGains) -> FollowingGains {
+        FollowingGains { rate: SHARE * of.rate, ..*of }
     }
 }
 

@@ -8,6 +8,7 @@ mod learning;
 mod none;
 mod observer;
 mod seam_tracking;
+mod self_calibrating;
 
 pub use adaptive::{Adaptive, AdaptiveGains};
 pub use elastostatic::{Elastostatic, ElastostaticGains};
@@ -16,6 +17,7 @@ pub use learning::{Learning, LearningGains};
 pub use none::Uncompensated;
 pub use observer::{Observer, ObserverGains};
 pub use seam_tracking::{SeamTracking, TrackingGains};
+pub use self_calibrating::{SelfCalibrating, SelfCalibratingGains};
 
 use crate::law::Law;
 use trueweld_core::Real;
@@ -26,6 +28,7 @@ pub fn for_each<T: Real>(visitor: &mut impl Visitor<T>) {
     visitor.visit::<Elastostatic<T>>();
     visitor.visit::<FeedForward>();
     visitor.visit::<Observer<T>>();
+    visitor.visit::<SelfCalibrating<T>>();
     visitor.visit::<SeamTracking<T, FeedForward>>();
     visitor.visit::<Adaptive<T>>();
     visitor.visit::<Learning<T, FeedForward>>();
