@@ -3,7 +3,7 @@
 //!
 //! Apart from the search, since many diagnoses need none of it.
 
-use super::{Candidate, Diagnosis, Progress, Verdict, parts};
+use super::{Candidate, Diagnosis, Progress, Verdict, parts, rules};
 use crate::data::log::{Log, LogKind};
 use crate::diagnose::evidence::{EffectCurve, evidence};
 use crate::experiment::{Plan, next_experiment};
@@ -162,6 +162,11 @@ impl Candidate {
     /// True where it takes away a tenth at least of what is above the floor.
     pub fn explains(&self) -> bool {
         self.left < 0.9
+    }
+
+    /// True where not so many others explain the data as well that it is none to be named.
+    pub fn is_likely(&self) -> bool {
+        self.probability >= rules::LEAST_LIKELY
     }
 
     /// Its effects with their places, such as `backlash at A5`; a pair's with a plus between them.

@@ -189,14 +189,22 @@ pub(crate) fn verdict(
             let far = if far { ", which is still far above the noise floor" } else { "" };
             format!("{}{far}.", found(best, robot))
         }
-        (Verdict::UnknownEffect, Some(best), _) if best.held_out_after <= FLOOR => format!(
-            "{}, which is at the noise floor on the whole, but not everywhere: {}.",
-            found(best, robot),
-            follows()
-        ),
+        (Verdict::UnknownEffect, Some(best), _)
+            if best.held_out_after <= FLOOR && best.is_likely() =>
+        {
+            format!(
+                "{}, which is at the noise floor on the whole, but not everywhere: {}.",
+                found(best, robot),
+                follows()
+            )
+        }
         (Verdict::UnknownEffect, _, Some(calibrated)) => {
             format!("{calibrated}. What is left no effect here explains: {}.", follows())
         }
+        (Verdict::UnknownEffect, ..) if diagnosis.score_before <= FLOOR => format!(
+            "The error is at the noise floor on the whole (score {before}), but not everywhere: {}. No effect here explains that.",
+            follows()
+        ),
         (Verdict::UnknownEffect, ..) => {
             let partial = best.filter(|best| best.explains()).map_or(String::new(), |best| {
                 format!(
@@ -253,9 +261,12 @@ impl DiagnoseReport<'_> {
     /// next to nothing.
     pub(crate) fn reason(&self) -> Option<&Reason> {
         let best = self.diagnosis.candidates.first()?;
-        let told = self.diagnosis.verdict != Verdict::Adequate
-            && best.explains()
-            && self.discovered.is_empty();
+        let told = self.discovered.is_empty()
+            && match self.diagnosis.verdict {
+                Verdict::Adequate => false,
+                Verdict::EffectFound => best.explains(),
+                Verdict::UnknownEffect => best.explains() && best.is_likely(),
+            };
         self.account.reasons.first().filter(|_| told)
     }
 
@@ -568,6 +579,14 @@ mod tests {
         let at_floor = parts.diagnosed().headline();
         assert!(at_floor.starts_with("What is missing: backlash at A5"), "{at_floor}");
         assert!(at_floor.contains("but not everywhere: it follows"), "{at_floor}");
+        // So many explain it alike that none is named.
+        let likely = std::mem::replace(&mut parts.diagnosis.candidates[0].probability, 0.08);
+        parts.diagnosis.score_before = 0.986;
+        let none = parts.diagnosed().headline();
+        assert!(none.starts_with("The error is at the noise floor on the whole (score 0.986)"));
+        assert!(!none.contains("backlash at A5"), "{none}");
+        parts.diagnosis.candidates[0].probability = likely;
+        parts.diagnosis.score_before = 3.79;
         parts.diagnosis.candidates[0].held_out_after = 2.5;
         let unknown = parts.diagnosed().headline();
         assert!(

@@ -46,6 +46,53 @@ pub(super) struct Contact {
     weld: Weld,
     moment: Option<[Vec<f64>; 3]>,
     lines: Lines,
+    /// Of a log that begins in contact: what is not known of its start.
+    start: Option<ChannelStart>,
+}
+
+/// The channel behind the tool where a log begins in contact: the log does not say how far beside
+/// the tool it lies, if the log was cut there. What one place of it or another would make of the
+/// slow force is taken out of the residuals.
+#[derive(Debug, Clone)]
+struct ChannelStart {
+    /// The slow force of a channel elsewhere, over its deviations, normalized.
+    direction: Vec<f64>,
+    /// Deviations of the slow force, N, in the same order.
+    deviation: Vec<f64>,
+}
+
+impl ChannelStart {
+    /// `None` where the force does not depend on it.
+    fn of(weld: &Weld, process: &Process, deviation: Vec<f64>) -> Option<Self> {
+        let (w, n) = (&weld.seam.b_from_w.rotation, weld.motion.len());
+        let still = Process { ripple: Vec::new(), ..process.clone() };
+        let first = weld.motion[0].position.x;
+        let elsewhere: Vec<Vector3<f64>> = (0..n)
+            .map(|k| {
+                let travelled = (weld.motion[k].position.x - first).abs();
+                let left = (-travelled / process.memory_length).exp();
+                let push = weld.push(k) / still.reference_force;
+                weld.rotation[k].tr_mul(&(w.column(1) * (still.lateral_stiffness * push * left)))
+            })
+            .collect();
+        let slow = weld.rows.iter().flat_map(|row| {
+            let elsewhere = &elsewhere;
+            (0..3).map(move |c| weld.low.at(0, |i| elsewhere[i][c], n, *row))
+        });
+        let whitened: Vec<f64> = slow.zip(&deviation).map(|(force, by)| force / by).collect();
+        let norm = whitened.iter().map(|v| v * v).sum::<f64>().sqrt();
+        let direction = whitened.iter().map(|v| v / norm).collect();
+        (norm > 0.0 && norm.is_finite()).then_some(Self { direction, deviation })
+    }
+
+    /// Takes it out of residuals of the slow force.
+    fn take_out(&self, residual: &mut [f64]) {
+        let each = || self.direction.iter().zip(&self.deviation);
+        let along: f64 = residual.iter().zip(each()).map(|(r, (d, by))| d * r / by).sum();
+        for (r, (d, by)) in residual.iter_mut().zip(each()) {
+            *r -= along * d * by;
+        }
+    }
 }
 
 impl Contact {
@@ -136,15 +183,21 @@ impl Contact {
         // A log that begins in contact need not begin with the spindle's angle at 0.
         let first = weld.force.iter().take(weld.low.half()).map(|f| f.z.abs());
         let begun = first.sum::<f64>() / weld.low.half() as f64;
-        if begun > CONTACT * weld.process.reference_force
-            && let Some(ahead) = lines.start_angle(&weld, model, &amplitudes)
-        {
+        let begins_in_contact = begun > CONTACT * weld.process.reference_force;
+        if begins_in_contact && let Some(ahead) = lines.start_angle(&weld, model, &amplitudes) {
             weld.angle.iter_mut().for_each(|angle| *angle += ahead);
             (lines, amplitudes) = lined(&weld);
         }
-        let contact = Self { weld, moment: filled_vectors(&s.moment), lines };
+        let mut contact = Self { weld, moment: filled_vectors(&s.moment), lines, start: None };
+        let slow = compared.len();
         let mean = (tracker.iter().map(|l| l.deviation.powi(2)).sum::<f64>() / 3.0).sqrt();
         contact.compare(log, noise, model, (&level, mean), compared)?;
+        if begins_in_contact {
+            let count = 3 * contact.weld.rows.len();
+            let deviation = compared[slow..slow + count].iter().map(|c| c.deviation).collect();
+            contact.start =
+                ChannelStart::of(&contact.weld, &contact.weld.process(model), deviation);
+        }
         compared.append(&mut amplitudes);
         Ok(Some(contact))
     }
@@ -256,8 +309,12 @@ impl Contact {
         }
         let left: [Vec<f64>; 3] =
             [0, 1, 2].map(|c| (0..n).map(|k| weld.force[k][c] - force[k][c]).collect());
+        let slow = residual.len();
         for &row in &weld.rows {
             residual.extend(left.iter().map(|l| weld.low.at(0, |i| l[i], n, row)));
+        }
+        if let Some(start) = &self.start {
+            start.take_out(&mut residual[slow..]);
         }
         if let Some(moment) = &self.moment {
             for &row in &weld.rows {
