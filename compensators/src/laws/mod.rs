@@ -28,10 +28,10 @@ pub fn for_each<T: Real>(visitor: &mut impl Visitor<T>) {
     visitor.visit::<Elastostatic<T>>();
     visitor.visit::<FeedForward>();
     visitor.visit::<Observer<T>>();
-    visitor.visit::<SelfCalibrating<T>>();
     visitor.visit::<SeamTracking<T, FeedForward>>();
     visitor.visit::<Adaptive<T>>();
     visitor.visit::<Learning<T, FeedForward>>();
+    visitor.visit::<SelfCalibrating<T>>();
 }
 
 /// What is done with every law of the table.
