@@ -335,7 +335,8 @@ fn definition(
         part => format!("{size}*{part}"),
     };
     let sum = form.parts.iter().map(of).collect::<Vec<_>>().join(" + ");
-    let sum = replaced(&sum, "u", hypothesis.over);
+    let over = hypothesis.over;
+    let sum = replaced(&sum, "u", over).replace(&format!("abs({over})"), &size_of(over));
     let sum =
         if form.parts.len() > 1 && hypothesis.times != "1" { format!("({sum})") } else { sum };
     let sign = if negative { "-" } else { "" };
@@ -382,6 +383,11 @@ fn definition(
         table: None,
     };
     (definition, values)
+}
+
+/// The size of a variable: of what is one already, itself.
+fn size_of(over: &str) -> String {
+    if over.starts_with("abs(") { over.to_owned() } else { format!("abs({over})") }
 }
 
 /// How many times as large a size may be as the curve shows it.

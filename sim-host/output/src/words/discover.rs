@@ -92,7 +92,13 @@ pub(crate) fn headline(discovery: &Discovery, robot: &RobotFile) -> String {
         Some(expression) => format!(" It follows {expression} ({}).", values(&discovery.effect)),
         None => " No formula describes it better than the curve does.".to_owned(),
     };
-    let tied: Vec<String> = discovery.tied.iter().map(|t| law(&t.hypothesis, robot)).collect();
+    let own = law(&discovery.hypothesis, robot);
+    let mut tied: Vec<String> = Vec::new();
+    for other in discovery.tied.iter().map(|t| law(&t.hypothesis, robot)) {
+        if other != own && !tied.contains(&other) {
+            tied.push(other);
+        }
+    }
     let tied = match tied.as_slice() {
         [] => String::new(),
         tied => format!(" These logs explain as well with {}.", listed(tied, "or")),
@@ -107,7 +113,7 @@ pub(crate) fn headline(discovery: &Discovery, robot: &RobotFile) -> String {
     };
     format!(
         "What is missing is no effect of the library: {}.{like} With it the score falls from {} to {} where it was not fitted.{formula}{tied}",
-        law(&discovery.hypothesis, robot),
+        own,
         score(discovery.held_out_before),
         score(discovery.held_out_after),
     )
