@@ -21,7 +21,7 @@ pub fn of_link(counts: &LinkCounts) -> String {
         ("out of order", counts.out_of_order),
         ("doubled", counts.doubled),
         ("malformed", counts.malformed),
-        ("from another address", counts.strangers),
+        ("from another address", counts.foreign),
         ("corrections cut off", counts.clamped),
         ("cycles that began late", counts.overruns),
     ])
@@ -36,7 +36,7 @@ pub fn of_client(counts: &ClientCounts) -> String {
         ("out of order", counts.out_of_order),
         ("doubled", counts.doubled),
         ("malformed", counts.malformed),
-        ("from another address", counts.strangers),
+        ("from another address", counts.foreign),
         ("periods at fault", counts.faults),
     ])
 }

@@ -236,7 +236,7 @@ pub fn serve(
             },
         };
         if controller.is_some_and(|known| known != from) {
-            client.counts.strangers += 1;
+            client.counts.foreign += 1;
             continue;
         }
         if let Some(answer) = client.answer(&buffer[..length]) {

@@ -21,7 +21,7 @@ pub struct LinkCounts {
     /// Packets that cannot be read, or answer no cycle that was: not obeyed.
     pub malformed: u64,
     /// Packets from another address: not read.
-    pub strangers: u64,
+    pub foreign: u64,
     /// Corrections of which something was cut off.
     pub clamped: u64,
     /// Cycles in real time that began late, because the simulation was not done.
@@ -49,7 +49,7 @@ pub struct ClientCounts {
     /// Packets that cannot be read, or lack what the law needs: not answered.
     pub malformed: u64,
     /// Packets from another address than the first one: not read.
-    pub strangers: u64,
+    pub foreign: u64,
     /// Answers that the controller missed, as its packets say.
     pub late: u64,
     /// Periods in which the law was at fault, and its last correction held.

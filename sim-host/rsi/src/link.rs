@@ -208,7 +208,7 @@ impl Link {
                 },
             };
             if from != self.client {
-                self.counts.strangers += 1;
+                self.counts.foreign += 1;
                 continue;
             }
             let Ok(answer) = Sen::read(&buffer[..length]) else {

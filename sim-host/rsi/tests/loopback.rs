@@ -241,11 +241,11 @@ fn a_correction_beyond_the_default_bounds_is_cut_off_and_one_that_knows_them_is_
     assert!(recording.rows.iter().map(size).fold(0.0, f64::max) < 2.0e-3 + 1e-9);
 }
 
-/// A client whose answers are lost, doubled, late and mixed with garbage; and a stranger.
+/// A client whose answers are lost, doubled, late and mixed with garbage; and another sender.
 #[test]
 fn faults_on_the_line_are_counted_and_survived() {
     let files = Files::new("elastostatic", 0.012, 0.15);
-    let (robot, pc, stranger) = (socket(), socket(), socket());
+    let (robot, pc, other_sender) = (socket(), socket(), socket());
     let (to, controller) = (address(&pc), address(&robot));
     // Short: an answer that is missing is waited for so long.
     let pace = Pace::LockStep(Duration::from_millis(40));
@@ -285,7 +285,7 @@ fn faults_on_the_line_are_counted_and_survived() {
                         let future = Sen { correction: [5.0; 6], ipoc: u64::MAX, ..Sen::default() };
                         send(&future.to_bytes());
                         sent.malformed += 1;
-                        stranger
+                        other_sender
                             .send_to(
                                 &Sen::read(&answer)
                                     .map(|sen| Sen { correction: [5.0; 6], ..sen }.to_bytes())
@@ -293,7 +293,7 @@ fn faults_on_the_line_are_counted_and_survived() {
                                 controller,
                             )
                             .expect("loopback");
-                        sent.strangers += 1;
+                        sent.foreign += 1;
                         send(&answer);
                     }
                     _ if k % 97 == 21 => {
@@ -329,8 +329,8 @@ fn faults_on_the_line_are_counted_and_survived() {
     assert_eq!(stop, Some(Stop::Timeout));
     // A doubled or old answer to the last cycle may not have been read: RSI had ended its wait.
     assert_eq!(
-        (link.malformed, link.strangers, link.late),
-        (sent.malformed, sent.strangers, sent.late)
+        (link.malformed, link.foreign, link.late),
+        (sent.malformed, sent.foreign, sent.late)
     );
     assert!(
         sent.doubled - link.doubled <= 1 && sent.out_of_order - link.out_of_order <= 1,
