@@ -82,7 +82,7 @@ fn plate(seam: &Seam) -> Box<dyn AsComponents> {
             Mesh3D::new(vertices)
                 .with_vertex_normals(normals)
                 .with_triangle_indices((0..n - 1).flat_map(quad))
-                .with_albedo_factor(color),
+                .with_albedo_factor(*color),
         );
     };
     let length = (end - start).norm();
