@@ -139,8 +139,9 @@ pub fn discover(
     curves.sort_by_key(|c| order.iter().position(|h| *h == c.candidate.hypothesis));
     let best = &curves[0];
     let left = rules::above(bench, &best.fitted.at) / rules::above(bench, &null.at).max(1.0);
-    // A partial explanation within the library may do as well.
+    // A partial explanation within the library may do as well; two effects at one joint are none.
     let within = diagnosis.chosen.iter().chain(diagnosis.candidates.iter().map(|c| &c.fitted));
+    let within = within.filter(|fitted| !diagnose::at_one_joint(fitted));
     let library =
         within.map(|f| f.linear.held_out(None).iter().sum()).fold(f64::INFINITY, f64::min);
     if left > LEFT || best.held_out() + rules::GAIN * trust > library {
