@@ -6,6 +6,7 @@
 #[path = "../../sim-host/plant/tests/cell/support.rs"]
 pub mod cell;
 pub mod corpus;
+pub mod identified;
 pub mod mutation;
 pub mod outside;
 pub mod raw_files;

@@ -82,9 +82,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     }
 }
 
-/// Where a payload hangs, from the flange, m, and where three reflectors sit on a tool, in T, m: an
-/// arm's length behind its tip and about its axis.
-const CENTRE: [f64; 3] = [0.15, 0.0, 0.0];
+/// Where a payload hangs, from the flange, m: beside axis 6, which it does not turn otherwise; and
+/// where three reflectors sit on a tool, in T, m.
+const CENTRE: [f64; 3] = [0.15, 0.2, 0.0];
 const REFLECTORS: [[f64; 3]; 3] = [[0.2, 0.0, -0.15], [-0.1, 0.18, -0.15], [-0.1, -0.18, -0.15]];
 
 impl Stiffness {

@@ -7,6 +7,7 @@
 //! exchanged as long as that gains (Fedorov). Left out: what stands in the cell, noise of the wrench.
 
 use nalgebra::{Matrix6, Vector3};
+use std::f64::consts::PI;
 use trueweld_core::{JOINTS, JointVector, Pose, Robot, Wrench};
 use trueweld_measure::experiment::SafeSpace;
 
@@ -80,7 +81,11 @@ const NOTHING: f64 = 3.0;
 
 /// Chooses the loads; `None` where the arm may stand nowhere under them.
 pub fn plan(robot: &Robot<f64>, options: &PlanOptions) -> Option<StiffnessPlan> {
-    let space = SafeSpace::new(robot);
+    let mut space = SafeSpace::new(robot);
+    // A wrist that turns on and on need not.
+    for range in &mut space.range {
+        *range = [range[0].max(-PI), range[1].min(PI)];
+    }
     let mut candidates: Vec<(PlannedLoad, Matrix6<f64>)> = Vec::new();
     for posture in space.postures(POSTURES) {
         let tcp = robot.forward_kinematics(&posture).position;

@@ -1,0 +1,67 @@
+//! The coverage experiment of `identify`: how often a 95 % interval holds the truth of a simulated
+//! campaign whose stiffness or damping is off by up to a factor of two.
+
+use clap::{Parser, ValueEnum};
+use std::process::ExitCode;
+use trueweld_evaluate::Rate;
+use trueweld_tests::identified::{Case, Seen, examine};
+
+/// Which numbers are identified.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum What {
+    Stiffness,
+    Damping,
+}
+
+/// Measures how often the intervals of `identify` hold the truth.
+#[derive(Debug, Parser)]
+struct Arguments {
+    /// What is identified.
+    #[arg(value_enum)]
+    what: What,
+    /// First seed.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Number of campaigns.
+    #[arg(long, default_value_t = 200)]
+    cases: u64,
+}
+
+fn go(arguments: &Arguments) -> Result<(), Box<dyn std::error::Error>> {
+    let mut all = Seen::default();
+    for seed in arguments.seed..arguments.seed + arguments.cases {
+        let case = match arguments.what {
+            What::Stiffness => Case::stiffness(seed),
+            What::Damping => Case::damping(seed),
+        };
+        let seen = examine(&case)?;
+        all.held += seen.held;
+        all.told += seen.told;
+        all.untold += seen.untold;
+        println!(
+            "{seed}: {} of {} hold, {} not told, score {:.3}",
+            seen.held, seen.told, seen.untold, seen.score
+        );
+    }
+    let [low, high] = Rate { hits: all.held, of: all.told }.limits();
+    println!(
+        "{} of {} intervals hold the truth: {:.1} % (95 %: {:.1} to {:.1} %); {} not told",
+        all.held,
+        all.told,
+        100.0 * all.held as f64 / all.told as f64,
+        100.0 * low,
+        100.0 * high,
+        all.untold
+    );
+    Ok(())
+}
+
+fn main() -> ExitCode {
+    match go(&Arguments::parse()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("{error}");
+            ExitCode::FAILURE
+        }
+    }
+}

@@ -1,0 +1,87 @@
+//! Campaigns whose numbers are off by a factor, and whether what is identified holds the truth.
+
+use crate::LABORATORY;
+use std::f64::consts::LN_2;
+use trueweld_identify::{Target, identify};
+use trueweld_laboratory::{Protocol, Recipe};
+use trueweld_measure::data::campaign::read_logs;
+use trueweld_plant::effects::{Effect, EffectKind, Location};
+use trueweld_plant::input::ModelFile;
+use trueweld_plant::random::Random;
+
+/// A campaign with what is to be identified in it.
+#[derive(Debug)]
+pub struct Case {
+    target: Target,
+    recipe: Recipe,
+    /// True factor on each number that the model states.
+    factors: [f64; 6],
+}
+
+/// How many intervals hold the truth.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Seen {
+    /// Intervals that hold it.
+    pub held: usize,
+    /// Intervals given.
+    pub told: usize,
+    /// Numbers that the logs do not tell.
+    pub untold: usize,
+    /// Residuals over noise.
+    pub score: f64,
+}
+
+/// Factors between a half and two, evenly in their logarithm.
+fn factors(random: &mut Random) -> [f64; 6] {
+    std::array::from_fn(|_| (0.98 * random.between(-LN_2, LN_2)).exp())
+}
+
+impl Case {
+    /// Loads at rest; encoder zeros and the tracker are off as well.
+    pub fn stiffness(seed: u64) -> Self {
+        let factors = factors(&mut Random::new(seed, 0));
+        let protocol = Protocol { postures: 8, rings: 0, free: 0.0, welds: 0, ..Protocol::short() };
+        let recipe = Recipe { protocol, ..Recipe::plain(seed) }.with_nuisance(0.0, 5e-5, 5e-5);
+        let recipe = Recipe { stiffness_error: factors.map(|f| f - 1.0), ..recipe };
+        Self { target: Target::Stiffness, recipe, factors }
+    }
+
+    /// Loads at rest and three stops by the brakes.
+    pub fn damping(seed: u64) -> Self {
+        let factors = factors(&mut Random::new(seed, 0));
+        let protocol =
+            Protocol { postures: 4, rings: 3, ring: 1.0, free: 0.0, welds: 0, ..Protocol::short() };
+        let kind = EffectKind::of("damping-error").expect("an effect of the library");
+        let effects = factors.iter().enumerate().map(|(joint, factor)| Effect {
+            kind,
+            at: Location::Joint(joint),
+            values: vec![factor - 1.0],
+        });
+        let recipe = Recipe { protocol, effects: effects.collect(), ..Recipe::plain(seed) };
+        Self { target: Target::Damping, recipe, factors }
+    }
+}
+
+/// Records the campaign, identifies, and counts.
+///
+/// # Errors
+/// A campaign that cannot be recorded or read, or from which nothing is identified.
+pub fn examine(case: &Case) -> Result<Seen, Box<dyn std::error::Error>> {
+    let folder = tempfile::tempdir()?;
+    LABORATORY.write(&case.recipe, folder.path())?;
+    let model = ModelFile::read(folder.path().join("model.toml"))?;
+    let (_, logs) = read_logs(&[folder.path().to_owned()])?;
+    let found = identify(case.target, &model, logs, &|_, _| ())?;
+    let mut seen = Seen { score: found.score, ..Seen::default() };
+    for (number, factor) in found.numbers.iter().zip(case.factors) {
+        let truth = number.given * factor;
+        match number.interval {
+            None => seen.untold += 1,
+            Some([low, high]) => {
+                seen.told += 1;
+                seen.held += usize::from((low..=high).contains(&truth));
+            }
+        }
+    }
+    Ok(seen)
+}

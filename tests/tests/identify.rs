@@ -1,0 +1,91 @@
+//! What is identified from logs: numbers off by a factor of two, and an independent simulator's.
+
+use trueweld_identify::{IdentifyError, Target, identify};
+use trueweld_measure::data::campaign::read_logs;
+use trueweld_plant::input::ModelFile;
+use trueweld_tests::fixture;
+use trueweld_tests::identified::{Case, Seen, examine};
+
+#[test]
+fn a_stiffness_that_is_off_by_up_to_a_factor_of_two_comes_out_right() {
+    let mut all = Seen::default();
+    for seed in 1..=8 {
+        let seen = examine(&Case::stiffness(seed)).expect("identified");
+        all.held += seen.held;
+        all.told += seen.told;
+        // Residuals of some 500 values are within 3/√1000 of the noise.
+        assert!((seen.score - 1.0).abs() < 0.1, "{seed}: {}", seen.score);
+    }
+    assert!(all.told >= 44, "{all:?}");
+    // 95 % of 48 are 45.6 ± 1.5.
+    assert!(all.held as f64 > 0.95 * all.told as f64 - 4.5, "{all:?}");
+}
+
+/// The fixture's campaign is MuJoCo's, recorded of the model as its files state it.
+#[test]
+fn the_stiffness_behind_an_independent_simulators_loads_is_found() {
+    let folder = fixture("campaigns/nothing-missing");
+    let model = ModelFile::read(folder.join("model.toml")).expect("a model");
+    let (_, logs) = read_logs(&[folder]).expect("logs");
+    // From a model that has every second joint twice too stiff and the others twice too soft.
+    let mut off = model.clone();
+    for (j, joint) in off.robot.parameters.joints.iter_mut().enumerate() {
+        joint.stiffness *= if j % 2 == 0 { 2.0 } else { 0.5 };
+    }
+    off.robot.robot = trueweld_core::Robot::new(off.robot.parameters.clone()).expect("a robot");
+    let found = identify(Target::Stiffness, &off, logs, &|_, _| ()).expect("identified");
+    assert!(
+        found.score_before > 3.0 && found.score < 1.1,
+        "{} {}",
+        found.score_before,
+        found.score
+    );
+    for (number, truth) in found.numbers.iter().zip(&model.robot.parameters.joints) {
+        let [low, high] = number.interval.expect("all joints are told");
+        assert!((low..=high).contains(&truth.stiffness), "{number:?}");
+        assert!((high - low) / number.value < 0.05, "{number:?}");
+    }
+    assert!(found.curves.iter().all(|curve| curve.is_linear()), "{:?}", found.curves);
+}
+
+#[test]
+fn logs_that_do_not_show_what_is_asked_for_are_refused() {
+    let folder = fixture("campaigns/nothing-missing");
+    let model = ModelFile::read(folder.join("model.toml")).expect("a model");
+    let (_, logs) = read_logs(&[folder.join("static")]).expect("logs");
+    for target in [Target::Damping, Target::Process] {
+        let refused = identify(target, &model, logs.clone(), &|_, _| ());
+        assert!(matches!(refused, Err(IdentifyError::NoLogs { .. })), "{target:?}");
+    }
+}
+
+/// One load in one posture: the weight does not turn axis 1, whose axis is upright.
+#[test]
+fn what_the_loads_do_not_tell_is_said_and_stays_as_given() {
+    let folder = fixture("campaigns/nothing-missing");
+    let model = ModelFile::read(folder.join("model.toml")).expect("a model");
+    let (_, mut logs) = read_logs(&[folder.join("static")]).expect("logs");
+    let samples = &mut logs[0].samples;
+    let keep: Vec<usize> = (0..samples.len())
+        .filter(|k| {
+            let light = |v: &Option<Vec<nalgebra::Vector3<f64>>>, most: f64| {
+                v.as_ref().is_none_or(|v| v[*k].norm() < most)
+            };
+            light(&samples.force, 200.0) && light(&samples.moment, 60.0)
+        })
+        .collect();
+    assert!(keep.len() > 10, "{}", keep.len());
+    let pick = |v: &mut Option<Vec<nalgebra::Vector3<f64>>>| {
+        *v = v.as_ref().map(|v| keep.iter().map(|k| v[*k]).collect());
+    };
+    samples.time = keep.iter().map(|k| samples.time[*k]).collect();
+    samples.encoder = keep.iter().map(|k| samples.encoder[*k]).collect();
+    samples.payload = samples.payload.as_ref().map(|p| keep.iter().map(|k| p[*k]).collect());
+    [&mut samples.force, &mut samples.moment, &mut samples.position, &mut samples.rotation]
+        .into_iter()
+        .for_each(pick);
+    let found = identify(Target::Stiffness, &model, logs, &|_, _| ()).expect("identified");
+    let first = &found.numbers[0];
+    assert!(!first.is_identifiable(), "{first:?}");
+    assert_eq!(first.value, model.robot.parameters.joints[0].stiffness);
+}
