@@ -10,7 +10,7 @@
 use crate::coordinates::Asked;
 use crate::fit::Fit;
 use crate::identification::TWO_SIDED;
-use nalgebra::{DMatrix, DVector, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix6, Vector3};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 use trueweld_core::JOINTS;
 use trueweld_measure::predict::Quantity;
@@ -128,13 +128,14 @@ fn curve(fit: &Fit, own: usize, joint: usize) -> Option<StiffnessCurve> {
     let kept: Vec<usize> = (0..fit.fitted.slopes.len()).filter(|k| *k != own).collect();
     let n = kept.len() + knots.len();
     let (mut normal, mut right) = (DMatrix::<f64>::zeros(n, n), DVector::<f64>::zeros(n));
-    let mut squares = 0.0;
-    let mut rows = 0;
+    // Slopes and residual of each component at each row: components of a row go together.
+    let mut rows: Vec<[Option<(DVector<f64>, f64)>; 6]> = Vec::new();
     for (log, experiment) in fit.bench.experiments.iter().enumerate() {
         let prediction = &fit.fitted.at[log];
         let motion = prediction.motion.as_ref()?;
         let target = fit.logs[log].origin.target.unwrap_or_else(Vector3::zeros);
         let mut last = usize::MAX;
+        let mut places: Vec<usize> = Vec::new();
         let (mut jacobian, mut turned) =
             (nalgebra::Matrix6::zeros(), nalgebra::Matrix3::identity());
         for (i, compared) in experiment.compared.iter().enumerate() {
@@ -166,8 +167,13 @@ fn curve(fit: &Fit, own: usize, joint: usize) -> Option<StiffnessCurve> {
             let residual = prediction.residual[i];
             normal.ger(1.0, &slope, &slope, 1.0);
             right.axpy(residual, &slope, 1.0);
-            squares += residual * residual;
-            rows += 1;
+            let component = usize::from(compared.component)
+                + if compared.quantity == Quantity::Position { 3 } else { 0 };
+            while places.len() <= compared.row {
+                places.push(rows.len());
+                rows.push(Default::default());
+            }
+            rows[places[compared.row]][component] = Some((slope, residual));
         }
     }
     let linear = &fit.fitted.linear;
@@ -184,10 +190,44 @@ fn curve(fit: &Fit, own: usize, joint: usize) -> Option<StiffnessCurve> {
     let covariance = factor.inverse().component_mul(&(&scale * scale.transpose()));
     let first = kept.len();
     let corners = solved.rows(first, knots.len()).into_owned();
-    // What the model leaves beyond noise widens everything.
-    let trust = (squares / rows.max(1) as f64).max(1.0);
-    let of_corners =
-        covariance.view((first, first), (knots.len(), knots.len())).into_owned() * trust;
+    // Noise of the wrench, and of points that a pose follows from, is shared by the components of a
+    // row: what the residuals show of it counts, and at least the noise itself.
+    let mut together = Matrix6::<f64>::zeros();
+    let mut counts = Matrix6::<f64>::zeros();
+    for row in &rows {
+        for (i, a) in row.iter().enumerate() {
+            for (j, b) in row.iter().enumerate() {
+                if let (Some((slope_a, _)), Some((slope_b, _))) = (a, b) {
+                    let left = |slope: &DVector<f64>, residual: f64| residual + slope.dot(&solved);
+                    let [r, s] = [(slope_a, a), (slope_b, b)]
+                        .map(|(slope, of)| left(slope, of.as_ref().map_or(0.0, |of| of.1)));
+                    together[(i, j)] += r * s;
+                    counts[(i, j)] += 1.0;
+                }
+            }
+        }
+    }
+    let values: f64 = counts.diagonal().sum();
+    let freedom = (values / (values - n as f64).max(1.0)).min(4.0);
+    together = together.zip_map(&counts, |t, c| if c > 0.0 { freedom * t / c } else { 0.0 });
+    for k in 0..6 {
+        together[(k, k)] = together[(k, k)].max(1.0);
+    }
+    let mut score = DMatrix::<f64>::from_diagonal(&DVector::from_fn(n, |k, _| {
+        kept.get(k).map_or(0.0, |k| linear.weight[*k])
+    }));
+    for row in &rows {
+        for (i, a) in row.iter().enumerate() {
+            for (j, b) in row.iter().enumerate() {
+                if let (Some((slope_a, _)), Some((slope_b, _))) = (a, b) {
+                    score.ger(together[(i, j)], slope_a, slope_b, 1.0);
+                }
+            }
+        }
+    }
+    let covariance = &covariance * score * &covariance;
+    let of_corners = covariance.view((first, first), (knots.len(), knots.len())).into_owned();
+    let of_corners = 0.5 * (&of_corners + of_corners.transpose());
     let points = (0..knots.len())
         .map(|k| {
             let load = knots[k] - origin;

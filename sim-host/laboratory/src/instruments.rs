@@ -159,7 +159,12 @@ impl InstrumentNoise {
 
     /// Deviation of one instrument.
     pub(crate) fn of(&self, instrument: &Instrument) -> f64 {
-        let index = INSTRUMENTS.iter().position(|known| known.quantity == instrument.quantity);
+        self.of_quantity(instrument.quantity)
+    }
+
+    /// Deviation of the instrument of a quantity; of the tracker's position also that of a reflector.
+    pub(crate) fn of_quantity(&self, quantity: Quantity) -> f64 {
+        let index = INSTRUMENTS.iter().position(|known| known.quantity == quantity);
         index.map_or(0.0, |index| self.0[index])
     }
 }

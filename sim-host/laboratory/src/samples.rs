@@ -3,10 +3,10 @@
 use crate::instruments::{INSTRUMENTS, Instrument, InstrumentNoise, LogKind, Quantity};
 use crate::random;
 use crate::recipe::Recipe;
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Matrix6, SMatrix, Vector3};
 use std::fmt::Write as _;
 use std::path::Path;
-use trueweld_core::spatial::{rotation_from_vector, rotation_vector};
+use trueweld_core::spatial::{rotation_from_vector, rotation_vector, skew};
 use trueweld_plant::cell::Cell;
 use trueweld_plant::input::write_atomically;
 use trueweld_plant::random::Random;
@@ -24,6 +24,22 @@ const REFLECTOR_COLUMNS: [&str; 9] = [
     "reflector3_y",
     "reflector3_z",
 ];
+
+/// Standard deviations of the rotation, rad, and of the position, m, of a tool whose pose follows from
+/// three points in T, each coordinate seen to `point`, m: root mean squares over the axes.
+fn pose_deviations(points: &[Vector3<f64>; 3], point: f64) -> [f64; 2] {
+    let mut normal = Matrix6::<f64>::zeros();
+    for at in points {
+        let mut by_pose = SMatrix::<f64, 3, 6>::zeros();
+        by_pose.fixed_columns_mut::<3>(0).copy_from(&-skew(at));
+        by_pose.fixed_columns_mut::<3>(3).copy_from(&Matrix3::identity());
+        normal += by_pose.tr_mul(&by_pose);
+    }
+    let covariance = normal.try_inverse().unwrap_or_else(Matrix6::identity);
+    [0, 3].map(|first| {
+        point * ((0..3).map(|k| covariance[(first + k, first + k)]).sum::<f64>() / 3.0).sqrt()
+    })
+}
 
 /// A log being recorded.
 #[derive(Debug)]
@@ -149,10 +165,16 @@ impl SampleTable {
         if self.noise_stated && self.noise > 0.0 {
             log += "\n[noise]\n";
             for instrument in Self::instruments(self.kind) {
-                if self.reflectors.is_some() && instrument.quantity == Quantity::Rotation {
-                    continue;
+                let mut deviation = self.noise * self.instruments.of(instrument);
+                if let Some(reflectors) = &self.reflectors {
+                    let point = self.noise * self.instruments.of_quantity(Quantity::Position);
+                    let [rotation, position] = pose_deviations(reflectors, point);
+                    match instrument.quantity {
+                        Quantity::Position => deviation = position,
+                        Quantity::Rotation => deviation = rotation,
+                        _ => {}
+                    }
                 }
-                let deviation = self.noise * self.instruments.of(instrument);
                 log += &format!("{} = {deviation:?}\n", instrument.noise_key);
             }
         }

@@ -28,7 +28,7 @@ impl Report for IdentifyReport<'_> {
         }
         document.push(Block::Lead(lead(found)));
         document.push(Block::Table(self.numbers()));
-        document.push(Block::List(open(found)));
+        document.push(Block::List(open(self)));
         document.section(Medium::All, "Modes, motors locked", Block::Table(self.modes()));
         document.section(Medium::All, "Parts of the welds", Block::Table(self.sections()));
         document.push(Block::Note(setting(self)));
@@ -168,8 +168,8 @@ impl IdentifyReport<'_> {
             y_label: "stiffness, MN·m/rad".to_owned(),
             lines: vec![
                 line("over torque", run(0), Dash::Solid, &|p| p.stiffness),
-                line("", run(0), Dash::Dotted, &|p| p.interval[0]),
-                line("", run(0), Dash::Dotted, &|p| p.interval[1]),
+                line("95 %, low", run(0), Dash::Dotted, &|p| p.interval[0]),
+                line("95 %, high", run(0), Dash::Dotted, &|p| p.interval[1]),
                 Line {
                     name: "one number".to_owned(),
                     color: run(1),
@@ -181,7 +181,7 @@ impl IdentifyReport<'_> {
             ..Plot::default()
         };
         Figure {
-            text: format!("Linear: {}. Dotted: 95 %.", linear(Some(curve))),
+            text: format!("Linear: {}.", linear(Some(curve))),
             ..Figure::new(joint.clone(), plot)
         }
     }

@@ -58,6 +58,12 @@ fn named(numbers: &[&Number]) -> String {
 
 /// The finding in a sentence or two.
 pub(crate) fn headline(found: &Identification) -> String {
+    if is_misfit(found) {
+        return format!(
+            "The model does not fit these logs, whatever its {}: something else is missing in it.",
+            found.target.name()
+        );
+    }
     if found.target == Target::Process {
         return headline_of_process(found);
     }
@@ -136,8 +142,8 @@ pub(crate) fn lead(found: &Identification) -> String {
     );
     if is_misfit(found) {
         format!(
-            "{scores} The model does not fit at any values: something else is missing in it. The numbers are what fits \
-             best without it, and their intervals do not hold the truth. Run `trueweld diagnose` first."
+            "{scores} The numbers are what fits best without it, and their intervals do not hold the truth. Run \
+             `trueweld diagnose` first."
         )
     } else {
         scores
@@ -162,8 +168,22 @@ pub(crate) fn setting(report: &IdentifyReport<'_>) -> String {
 }
 
 /// What these logs leave open, and what to do.
-pub(crate) fn open(found: &Identification) -> Vec<String> {
+pub(crate) fn open(report: &IdentifyReport<'_>) -> Vec<String> {
+    let found = report.found;
     let mut notes = Vec::new();
+    let bent: Vec<&str> = found
+        .curves
+        .iter()
+        .filter(|curve| !curve.is_linear())
+        .map(|curve| report.model.robot.joint_names[curve.joint].as_str())
+        .collect();
+    if !bent.is_empty() {
+        notes.push(format!(
+            "{}: the spring is not linear, and one number holds for loads like these only. `trueweld improve` finds the effect \
+             and adds it.",
+            listed(&bent, "and")
+        ));
+    }
     let untold: Vec<&Number> = found.numbers.iter().filter(|n| !n.is_identifiable()).collect();
     if !untold.is_empty() {
         notes.push(format!(
