@@ -230,8 +230,9 @@ pub(crate) fn open(report: &IdentifyReport<'_>) -> Vec<String> {
 pub(crate) fn linear(curve: Option<&StiffnessCurve>) -> String {
     match curve {
         None => "not enough loads".to_owned(),
+        Some(curve) if curve.is_linear() && curve.chance < 0.01 => "in doubt (p < 0.01)".to_owned(),
         Some(curve) if curve.is_linear() => format!("yes (p = {})", digits(curve.chance, 2)),
-        Some(_) => "no (p < 0.001)".to_owned(),
+        Some(_) => "no (p < 0.000001)".to_owned(),
     }
 }
 
