@@ -215,7 +215,7 @@ fn curve(fit: &Fit, own: usize, joint: usize) -> Option<StiffnessCurve> {
         together[(k, k)] = together[(k, k)].max(1.0);
     }
     let mut score = DMatrix::<f64>::from_diagonal(&DVector::from_fn(n, |k, _| {
-        kept.get(k).map_or(0.0, |k| linear.weight[*k])
+        kept.get(k).map_or(0.0, |k| linear.prior[(*k, *k)])
     }));
     for row in &rows {
         for (i, a) in row.iter().enumerate() {
