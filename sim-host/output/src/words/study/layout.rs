@@ -120,7 +120,9 @@ pub(crate) fn setting(report: &StudyLayoutReport<'_>) -> String {
     format!(
         "{} by statics and kinematics: {count} are reached, {within} within what is allowed; the best searched between \
          them, and confirmed by full runs. Reserves of torque, speed, collinear axes and joint limits must be kept; among \
-         those the best is where deviation and tilt take the least of what they are allowed. Whether the arm or the tool touches the part or the fixture is not looked at.",
+         those the best is where deviation and tilt take the least of what they are allowed. Maps lie through the chosen \
+         placement, C; F is where the file has the part, in the two numbers of the map. Whether the arm or the tool \
+         touches the part or the fixture is not looked at.",
         counted(report.grid.len(), "placement"),
     )
 }
