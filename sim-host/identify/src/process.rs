@@ -121,7 +121,7 @@ pub(crate) fn ripple(fit: &Fit, orders: &[f64], first: usize) -> (Vec<Number>, V
                 name,
                 at: format!("order {order}"),
                 value,
-                interval: half.is_finite().then(|| [value - half, value + half]),
+                interval: half.is_finite().then_some([value - half, value + half]),
                 given: f64::NAN,
                 unit,
             };

@@ -166,7 +166,7 @@ impl Input {
 
 /// What a number is of: the part of its name before its place or its key.
 fn kind(name: &str) -> &str {
-    let end = name.find(|c: char| c == '.' || c == ':' || c == ' ').unwrap_or(name.len());
+    let end = name.find(['.', ':', ' ']).unwrap_or(name.len());
     match &name[..end] {
         // A measured number stands behind this word.
         "measured" | "group" => name,
