@@ -158,7 +158,7 @@ fn a_full_run_where_the_file_has_the_part_leaves_the_seam_as_statics_expect() {
     let scenario = of.scenario(&cell, &law);
     let arm = RealArm { robot: of.robot(), effects: &[] };
     let placed = as_filed(&task).expect("in reach");
-    let confirmed = confirm(&task, &scenario, &arm, &placed, &[law.clone()], || {});
+    let confirmed = confirm(&task, &scenario, &arm, &placed, std::slice::from_ref(&law), || {});
     let (figures, recording) = confirmed.welds[0].outcome.as_ref().expect("the run ends");
     // Statics leave out the memory of the material and the position loop's error.
     let share = figures.lateral.max_abs / placed.values[0];
