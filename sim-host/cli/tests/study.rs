@@ -85,7 +85,8 @@ fn what_cannot_be_studied_is_refused_with_one_error() {
     for grid in ["1.4:2.4:-0.1", "2:1:0.1", "1:2", "1:2:0", "nan", "1:2:5"] {
         refused(&["study", "layout", "--x", grid], "expected VALUE, or LOW:HIGH:STEP");
     }
-    let own = ["study", "layout", "--weld", "short.toml"];
+    // With a name for the page: else the folder for it is made before the grid is looked at.
+    let own = ["study", "layout", "--weld", "short.toml", "--html", "page.html"];
     let one = [&own[..], &["--x", "1.7", "--z", "0.5", "--turn", "0"]].concat();
     refused(&one, "leave one placement; expected several");
     let far = [&own[..], &["--x", "5:6:0.5", "--z", "0.5", "--turn", "0"]].concat();
@@ -97,6 +98,7 @@ fn what_cannot_be_studied_is_refused_with_one_error() {
     refused(&[&own[..], &["--allow", "torke=1"]].concat(), "there is no such figure");
     refused(&[&own[..], &["--front", "mass"]].concat(), "there is no such figure");
     let limits = ["study", "limits", "--weld", "short.toml", "--requirements", "requirements.toml"];
+    let limits = [&limits[..], &["--html", "page.html"]].concat();
     refused(
         &[&limits[..], &["--most-force", "-1"]].concat(),
         "--most-force -1: expected a number above",

@@ -75,10 +75,11 @@ impl SweepFolder {
         }
     }
 
-    /// The files that are written besides the results.
+    /// The files that are written besides the results, in a folder that is there.
     pub fn files(&self) -> Vec<PathBuf> {
         let names = [RUNS, MANIFEST, TABLE];
-        self.evidence.iter().flat_map(|folder| names.map(|name| folder.join(name))).collect()
+        let there = self.evidence.iter().filter(|folder| folder.exists());
+        there.flat_map(|folder| names.map(|name| folder.join(name))).collect()
     }
 
     /// The runs in their order: those that are kept, and the missing ones on all cores. `more`: runs
