@@ -9,7 +9,7 @@
 
 use crate::coordinates::Asked;
 use crate::fit::Fit;
-use crate::identification::TWO_SIDED;
+use crate::number::TWO_SIDED;
 use nalgebra::{DMatrix, DVector, Matrix6, Vector3};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 use trueweld_core::JOINTS;

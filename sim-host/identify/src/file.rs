@@ -1,7 +1,8 @@
 //! Robot and process files with the numbers found: the file that was given, every other line as it
 //! was, and behind each number its interval and where it comes from.
 
-use crate::identification::{Identification, Number};
+use crate::identification::Identification;
+use crate::number::Number;
 use std::path::Path;
 use trueweld_plant::input::{InputError, InputFile, Process, RobotFile, Source, read_text};
 

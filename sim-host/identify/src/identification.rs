@@ -6,6 +6,7 @@ use crate::curve::{StiffnessCurve, curves};
 use crate::error::IdentifyError;
 use crate::fit::{Fit, converge};
 use crate::modes::{ByDecrement, Mode, modes};
+use crate::number::{Number, TWO_SIDED};
 use crate::process::{self, Section};
 use nalgebra::DMatrix;
 use trueweld_core::{JOINTS, Robot};
@@ -46,30 +47,6 @@ impl Target {
     }
 }
 
-/// One number.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Number {
-    /// Key in its file.
-    pub name: String,
-    /// Name of the joint it is of; empty for one of the whole cell.
-    pub at: String,
-    /// The value found; the one given where the logs do not tell it.
-    pub value: f64,
-    /// 95 % interval; `None` where the logs do not tell the number.
-    pub interval: Option<[f64; 2]>,
-    /// The value given; NaN where there was none.
-    pub given: f64,
-    /// Unit.
-    pub unit: &'static str,
-}
-
-impl Number {
-    /// True where the logs tell it.
-    pub fn is_identifiable(&self) -> bool {
-        self.interval.is_some()
-    }
-}
-
 /// What was identified.
 #[derive(Debug)]
 pub struct Identification {
@@ -104,9 +81,6 @@ pub struct Identification {
     /// What a person should know besides.
     pub notices: Vec<Notice>,
 }
-
-/// Quantile of the normal distribution for 95 %.
-pub(crate) const TWO_SIDED: f64 = 1.959_964;
 
 /// Identifies numbers from logs. `logs`: as read, their trackers not yet registered. `done` gets what
 /// is being done, and the share done of it.

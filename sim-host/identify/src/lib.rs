@@ -41,11 +41,13 @@ pub mod file;
 mod fit;
 mod identification;
 mod modes;
+mod number;
 pub mod plan;
 mod process;
 
 pub use curve::{CurvePoint, StiffnessCurve};
 pub use error::IdentifyError;
-pub use identification::{Identification, Number, Target, identify};
+pub use identification::{Identification, Target, identify};
 pub use modes::{ByDecrement, Mode};
+pub use number::Number;
 pub use process::{Section, WeldPart};

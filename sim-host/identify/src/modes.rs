@@ -10,7 +10,7 @@
 //! over c = vᵀ D v.
 
 use crate::fit::Fit;
-use crate::identification::TWO_SIDED;
+use crate::number::TWO_SIDED;
 use nalgebra::{DMatrix, DVector, Matrix6, SymmetricEigen, Vector3};
 use trueweld_core::{JOINTS, JointVector};
 use trueweld_measure::data::log::{Log, LogKind};

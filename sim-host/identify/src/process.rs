@@ -11,7 +11,7 @@
 
 use crate::coordinates::{Asked, PROCESS, RIPPLE};
 use crate::fit::Fit;
-use crate::identification::{Number, TWO_SIDED};
+use crate::number::{Number, TWO_SIDED};
 use nalgebra::{Complex, Matrix2, Vector2};
 use trueweld_measure::data::log::Log;
 use trueweld_measure::predict::{Experiment, Quantity};

@@ -1,6 +1,5 @@
 //! Encoder paths that are known exactly: angle, rate and acceleration at any time.
 
-use crate::protocol_file::Waypoint;
 use trueweld_core::{JOINTS, JointVector};
 use trueweld_plant::random::Random;
 
@@ -13,6 +12,17 @@ pub(crate) struct Motor {
     pub rate: JointVector<f64>,
     /// Acceleration, rad/s².
     pub acceleration: JointVector<f64>,
+}
+
+/// A point that the arm moves to.
+#[derive(Debug, Clone, Copy)]
+pub struct Waypoint {
+    /// Encoders, rad.
+    pub to: JointVector<f64>,
+    /// Time of the move, s.
+    pub takes: f64,
+    /// The rest there, s.
+    pub dwell: f64,
 }
 
 /// A path of the encoders over time.

@@ -30,6 +30,7 @@
 
 use crate::instruments::InstrumentNoise;
 use crate::laboratory::Laboratory;
+use crate::motion::Waypoint;
 use crate::recipe::Recipe;
 use crate::static_arm::Load;
 use nalgebra::Vector3;
@@ -111,17 +112,6 @@ pub struct LoadRow {
     /// Encoders, rad.
     pub motor: JointVector<f64>,
     pub(crate) load: Load,
-}
-
-/// A point that the arm moves to.
-#[derive(Debug, Clone, Copy)]
-pub struct Waypoint {
-    /// Encoders, rad.
-    pub to: JointVector<f64>,
-    /// Time of the move, s.
-    pub takes: f64,
-    /// The rest there, s.
-    pub dwell: f64,
 }
 
 /// A weld to be recorded.
