@@ -2,7 +2,7 @@
 //!
 //! What the source paper does before it simulates (Bres et al. 2010, section 1): the robot and the
 //! process are known roughly, and measured. Every identification is one fit through the plant
-//! ([`fit`]): the numbers asked for are free without a prior, as logarithms, beside every
+//! (`fit`): the numbers asked for are free without a prior, as logarithms, beside every
 //! calibration that the logs can show (encoder zeros, tracker registration, how links are mounted).
 //! After each pass the model takes the numbers found and the logs are made ready anew, until nothing
 //! moves: a robot that is known to a factor of two only comes out right.
