@@ -128,7 +128,7 @@ pub struct LimitNumbers {
     pub rate: f64,
 }
 
-/// Which hybrid controller: its number in [`ControlNumbers::scheme`].
+/// Which hybrid controller: its number in `ControlNumbers::scheme`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Scheme {
     /// (2.2).
