@@ -39,7 +39,8 @@ fn shards_of_a_study_make_the_bytes_of_one_on_any_number_of_threads() {
     let output = place.run_with(&one, &[("RAYON_NUM_THREADS", "1")]);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     place.done(&with(&["--evidence", "a", "--shard", "1/2"]));
-    let refused = place.refused(&with(&["--evidence", "all", "--merge", "a"]));
+    let refused =
+        place.refused(&with(&["--evidence", "all", "--merge", "a", "--html", "all.html"]));
     assert!(refused.contains("1 of 2 shards not given"), "{refused}");
     place.done(&with(&["--evidence", "b", "--shard", "2/2"]));
     let merge =
@@ -114,13 +115,6 @@ fn what_cannot_be_studied_is_refused_with_one_error() {
     refused(&[&sweep[..], &["--shard", "1/2"]].concat(), "--evidence");
     let shard = ["--shard", "1/2", "--evidence", "e", "--json", "j.json"];
     refused(&[&sweep[..], &shard].concat(), "shard 1/2 has no result yet");
-    place.requirements(|key, _| match key {
-        "delay_periods" => Some("delay_periods = [1.0, 1.0]\n".to_owned()),
-        "stiffness" | "process" | "ripple" | "crosstalk" => Some(format!("{key} = 0.0\n")),
-        _ => None,
-    });
-    let known = [&sweep[..], &["--requirements", "requirements.toml"]].concat();
-    refused(&known, "call nothing uncertain");
 }
 
 #[test]
