@@ -1,6 +1,6 @@
 /*
    The embedded cell with the elastostatic law, written by
-   sim-host/plant/tests/constants.rs as trueweld export-core writes it.
+   sim-host/plant/tests/cell/constants.rs as trueweld export-core writes it.
 */
 #ifndef TRUEWELD_CELL_H
 #define TRUEWELD_CELL_H

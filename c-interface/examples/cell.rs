@@ -1,5 +1,5 @@
 // The embedded cell with the elastostatic law, written by
-// sim-host/plant/tests/constants.rs as trueweld export-core writes it.
+// sim-host/plant/tests/cell/constants.rs as trueweld export-core writes it.
 use trueweld_compensators::{
     Configuration, ControlNumbers, GainNumbers, JointNumbers, LawNumbers, LimitNumbers, Name,
     RobotNumbers,

@@ -29,6 +29,7 @@ mod configuration;
 mod deviation_history;
 #[cfg(feature = "host")]
 mod entry;
+mod estimate;
 mod gain;
 #[cfg(feature = "configuration")]
 mod gain_numbers;

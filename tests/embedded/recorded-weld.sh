@@ -1,7 +1,7 @@
 #!/bin/sh
 # A whole recorded weld through controller and each law, on this machine and on a Cortex-M7 in QEMU, in float and in
 # double: fails unless torques, corrections and faults of every period agree bit for bit. The program is the C
-# interface's example. `recorded-weld.sh INPUTS [LAW…]`: the weld as RECORD_WELD of sim-host/plant/tests/recorded_weld.rs
+# interface's example. `recorded-weld.sh INPUTS [LAW…]`: the weld as RECORD_WELD of sim-host/plant/tests/cell/recorded_weld.rs
 # writes it. Needs gcc, arm-none-eabi-gcc with newlib, qemu-system-arm, and Rust with the target thumbv7em-none-eabihf.
 set -eu
 inputs=$(realpath "$1")

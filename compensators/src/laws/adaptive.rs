@@ -14,7 +14,7 @@
 //!
 //! ```text
 //! r = h·(E − x̂₀)(t − age) − z − φᵀϑ,  φ = Φᵀh,  s = φᵀPφ + R
-//! ϑ ← ϑ + P φ r / s,   P ← P − P φ φᵀ P / s
+//! ϑ ← ϑ + P φ r / s,   P ← P − P φ φᵀ P / s + Q
 //! ```
 //!
 //! * R is the variance of the measurement, and at least the square of what Φ leaves out.
@@ -24,8 +24,7 @@
 //!   its line by forces that are not planned, and their deflection would be taken for compliance.
 //!   The offsets are always estimated.
 //! * A measurement without information (φᵀPφ below a hundredth of R) changes neither ϑ nor P.
-//! * No variance exceeds its prior.
-//! * Projection: ϑ stays within three prior deviations, and no compliance below 0.3 of the model's.
+//! * No variance exceeds its prior, and ϑ stays within bounds (see `estimate.rs`).
 //!
 //! Compliances and planned forces are kept from weld to weld; the offsets are reset.
 //!
@@ -35,6 +34,7 @@
 
 use crate::by_compliance::ByCompliance;
 use crate::deviation_history::{DeviationHistory, beside_depth};
+use crate::estimate::Estimate;
 use crate::gain::{GainError, require, usable_period};
 use crate::law::{Law, Needs, Setup};
 use crate::{FeedForward, OuterIntegral};
@@ -65,12 +65,6 @@ const CLIPPED: f64 = 30.0;
 
 /// A measurement is used only where φᵀPφ is more than this share of R.
 const EXCITED: f64 = 0.01;
-
-/// An unknown is held within so many of its prior deviations.
-const REACH: f64 = 3.0;
-
-/// Least relative compliance error: a joint is at most 1/0.3 times as stiff as the model says.
-const LEAST: f64 = -0.7;
 
 /// Time in which forgetting restores the prior variance, s: of compliances and forces, and of
 /// offsets. At the smallest R the offset across the seam then follows at 4 rad/s, the limit that
@@ -106,11 +100,9 @@ impl Default for AdaptiveGains {
 /// Adaptive law.
 #[derive(Debug, Clone)]
 pub struct Adaptive<T: Real> {
-    prior: SVector<T, UNKNOWN>,
+    estimate: Estimate<T, UNKNOWN>,
     period: T,
     history: DeviationHistory<T>,
-    unknown: SVector<T, UNKNOWN>,
-    covariance: SMatrix<T, UNKNOWN, UNKNOWN>,
     /// Path position and speed of the last period, and where the speed became even.
     fed: Option<(T, T, T)>,
     by_compliance: ByCompliance<T>,
@@ -140,12 +132,14 @@ impl<T: Real> Adaptive<T> {
                 _ => gains.prior_lateral_m,
             })
         });
+        let growth = SVector::from_fn(|i, _| {
+            let forgotten: T = lit(FORGOTTEN[usize::from(i >= OFFSETS)]);
+            period / forgotten
+        });
         Ok(Self {
-            prior,
+            estimate: Estimate::new(prior, &growth),
             period,
             history: DeviationHistory::new(period),
-            unknown: SVector::zeros(),
-            covariance: SMatrix::from_diagonal(&prior.component_mul(&prior)),
             fed: None,
             by_compliance: ByCompliance::new(),
             frozen: false,
@@ -154,7 +148,7 @@ impl<T: Real> Adaptive<T> {
 
     /// Estimated relative errors of the six compliances, each with its standard deviation.
     pub fn compliance(&self) -> [(T, T); 6] {
-        core::array::from_fn(|i| (self.unknown[i], self.covariance[(i, i)].max(T::zero()).sqrt()))
+        self.estimate.compliance()
     }
 
     /// Φ at the nominal pose under the planned load, axes of W.
@@ -201,37 +195,19 @@ impl<T: Real> Adaptive<T> {
         evenly: bool,
     ) {
         let mut row = regressor.tr_mul(&beside_depth(measurement));
-        let expected = row.dot(&self.unknown);
+        let expected = row.dot(self.estimate.unknown());
         let Some(innovation) = self.history.innovation(measurement, expected, CLIPPED) else {
             return;
         };
         if !evenly {
             row.rows_mut(0, OFFSETS).fill(T::zero());
         }
-        let spread = self.covariance * row;
         let along =
             |axes: &Vector3<T>, left_out: f64| axes.norm_squared() * lit(left_out * left_out);
         let left_out = along(&measurement.along.angular, LEFT_OUT[0])
             + along(&measurement.along.linear, LEFT_OUT[1]);
-        let (told, noise) = (row.dot(&spread), left_out.max(measurement.noise * measurement.noise));
-        if !told.is_finite() || told < noise * lit(EXCITED) {
-            return;
-        }
-        let gain = spread / (told + noise);
-        self.unknown += gain * innovation;
-        self.covariance -= gain * spread.transpose();
-        for i in 0..UNKNOWN {
-            let forgotten: T = lit(FORGOTTEN[usize::from(i >= OFFSETS)]);
-            let most = self.prior[i] * self.prior[i];
-            let grown = self.covariance[(i, i)] + most * self.period / forgotten;
-            self.covariance[(i, i)] = grown.min(most).max(most * lit(1e-9));
-            let reach = self.prior[i] * lit(REACH);
-            let least = if i < 6 { (-reach).max(lit(LEAST)) } else { -reach };
-            self.unknown[i] = self.unknown[i].max(least).min(reach);
-        }
-        // What rounding takes from its symmetry.
-        let transposed = self.covariance.transpose();
-        self.covariance = (self.covariance + transposed) * lit::<T>(0.5);
+        let noise = left_out.max(measurement.noise * measurement.noise);
+        self.estimate.update(&row, innovation, noise, lit(EXCITED));
     }
 }
 
@@ -254,13 +230,7 @@ impl<T: Real> Compensator<T> for Adaptive<T> {
         self.history.reset();
         self.fed = None;
         self.by_compliance = ByCompliance::new();
-        for i in OFFSETS..UNKNOWN {
-            self.unknown[i] = T::zero();
-            for j in 0..UNKNOWN {
-                (self.covariance[(i, j)], self.covariance[(j, i)]) = (T::zero(), T::zero());
-            }
-            self.covariance[(i, i)] = self.prior[i] * self.prior[i];
-        }
+        self.estimate.forget_from(OFFSETS);
     }
 
     fn freeze(&mut self) {
@@ -279,6 +249,6 @@ impl<T: Real> Compensator<T> for Adaptive<T> {
         for measurement in observation.measurements {
             self.learn(&regressor, measurement, evenly);
         }
-        Ok(planned + Twist::from_vector(&(regressor * self.unknown)))
+        Ok(planned + Twist::from_vector(&(regressor * self.estimate.unknown())))
     }
 }

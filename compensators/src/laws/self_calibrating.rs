@@ -25,10 +25,11 @@
 
 use crate::OuterIntegral;
 use crate::by_compliance::ByCompliance;
+use crate::estimate::Estimate;
 use crate::gain::{GainError, positive, require, usable_period};
 use crate::law::{Law, Needs, Setup};
 use crate::laws::FeedForward;
-use nalgebra::{SMatrix, SVector};
+use nalgebra::SVector;
 use trueweld_core::compensation::{Compensator, Observation};
 use trueweld_core::scalar::lit;
 use trueweld_core::{Fault, JOINTS, Real, Robot, Twist, Wrench};
@@ -51,11 +52,6 @@ const SETTLED: f64 = 4.0;
 /// the push up to which it is the planned one.
 const STEADY: f64 = 1e-6;
 const NEAR: f64 = 0.05;
-
-/// An unknown is held within so many of its prior deviations, and no compliance below 0.3 of the
-/// model's.
-const REACH: f64 = 3.0;
-const LEAST: f64 = -0.7;
 
 /// Gains of the self-calibrating law: how well the cell is known, one standard deviation each.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -90,14 +86,12 @@ impl Default for SelfCalibratingGains {
 /// Self-calibrating law.
 #[derive(Debug, Clone)]
 pub struct SelfCalibrating<T: Real> {
-    prior: SVector<T, UNKNOWN>,
+    estimate: Estimate<T, UNKNOWN>,
     /// Variance of a reading.
     noise: T,
     compliance_of_material: T,
     period: T,
     by_compliance: ByCompliance<T>,
-    unknown: SVector<T, UNKNOWN>,
-    covariance: SMatrix<T, UNKNOWN, UNKNOWN>,
     /// x̂₀(0, s₀) along z of W, m.
     unloaded: Option<T>,
     depth: Option<Depth<T>>,
@@ -140,13 +134,11 @@ impl<T: Real> SelfCalibrating<T> {
             })
         });
         Ok(Self {
-            prior,
+            estimate: Estimate::new(prior, &SVector::zeros()),
             noise: lit(gains.flatness_m * gains.flatness_m * (UNEVEN_OVER / EVERY)),
             compliance_of_material: lit(gains.material_stiffness_n_m.recip()),
             period,
             by_compliance: ByCompliance::new(),
-            unknown: SVector::zeros(),
-            covariance: SMatrix::from_diagonal(&prior.component_mul(&prior)),
             unloaded: None,
             depth: None,
             frozen: false,
@@ -155,7 +147,7 @@ impl<T: Real> SelfCalibrating<T> {
 
     /// Estimated relative errors of the six compliances, each with its standard deviation.
     pub fn compliance(&self) -> [(T, T); JOINTS] {
-        core::array::from_fn(|i| (self.unknown[i], self.covariance[(i, i)].max(T::zero()).sqrt()))
+        self.estimate.compliance()
     }
 
     /// What the arm bends towards the plate, m, where a reading of it is due.
@@ -186,27 +178,6 @@ impl<T: Real> SelfCalibrating<T> {
         depth.read = Some(path);
         Some(depth.bent)
     }
-
-    fn learn(&mut self, row: &SVector<T, UNKNOWN>, innovation: T) {
-        let spread = self.covariance * row;
-        let told = row.dot(&spread);
-        if !(told.is_finite() && innovation.is_finite()) {
-            return;
-        }
-        let gain = spread / (told + self.noise);
-        self.unknown += gain * innovation;
-        self.covariance -= gain * spread.transpose();
-        for i in 0..UNKNOWN {
-            let most = self.prior[i] * self.prior[i];
-            self.covariance[(i, i)] = self.covariance[(i, i)].min(most).max(most * lit(1e-9));
-            let reach = self.prior[i] * lit(REACH);
-            let least = if i < JOINTS { (-reach).max(lit(LEAST)) } else { -reach };
-            self.unknown[i] = self.unknown[i].max(least).min(reach);
-        }
-        // What rounding takes from its symmetry.
-        let transposed = self.covariance.transpose();
-        self.covariance = (self.covariance + transposed) * lit::<T>(0.5);
-    }
 }
 
 impl<T: Real> Law<T> for SelfCalibrating<T> {
@@ -228,13 +199,7 @@ impl<T: Real> Compensator<T> for SelfCalibrating<T> {
         self.by_compliance = ByCompliance::new();
         self.unloaded = None;
         self.depth = None;
-        for i in JOINTS..UNKNOWN {
-            self.unknown[i] = T::zero();
-            for j in 0..UNKNOWN {
-                (self.covariance[(i, j)], self.covariance[(j, i)]) = (T::zero(), T::zero());
-            }
-            self.covariance[(i, i)] = self.prior[i] * self.prior[i];
-        }
+        self.estimate.forget_from(JOINTS);
     }
 
     fn freeze(&mut self) {
@@ -259,10 +224,10 @@ impl<T: Real> Compensator<T> for SelfCalibrating<T> {
             let mut row = SVector::<T, UNKNOWN>::zeros();
             row.fixed_rows_mut::<JOINTS>(0).copy_from(&columns.row(5).transpose());
             (row[JOINTS], row[JOINTS + 1]) = (T::one(), observation.path);
-            let expected = planned.linear.z - unloaded + row.dot(&self.unknown);
-            self.learn(&row, bent - expected);
+            let expected = planned.linear.z - unloaded + row.dot(self.estimate.unknown());
+            self.estimate.update(&row, bent - expected, self.noise, T::zero());
         }
-        let found = columns * self.unknown.fixed_rows::<JOINTS>(0);
+        let found = columns * self.estimate.unknown().fixed_rows::<JOINTS>(0);
         Ok(planned + Twist::from_vector(&found))
     }
 }

@@ -1,71 +1,56 @@
 //! Studies: placements, limits and the ways of the arm.
 
+#[expect(dead_code, reason = "shared with tests that need more of it")]
+#[path = "../../plant/tests/cell/support.rs"]
+mod cell;
+
+use cell::{Fixtures, law};
 use std::f64::consts::FRAC_PI_6;
-use trueweld_compensators::find;
-use trueweld_core::{JOINTS, Robot};
+use std::path::PathBuf;
+use trueweld_core::JOINTS;
 use trueweld_evaluate::study::{
     Allowance, Driven, Family, LayoutTask, LimitStudy, PLACES, Part, Placement, Range, RealArm,
     WAY_FIGURES, Way, as_filed, confirm, numbers, pareto, shortened,
 };
 use trueweld_evaluate::{Limit, WELD_FIGURES};
-use trueweld_plant::cell::Cell;
-use trueweld_plant::input::{Control, InputFile, Process, RobotFile, Sensors, Weld};
-use trueweld_plant::integrate::Integrator;
 use trueweld_plant::simulate::{Controller, Program, Scenario, Seam};
 
-struct Fixtures {
-    robot: RobotFile,
-    process: Process,
-    control: Control,
-    sensors: Sensors,
-    weld: Weld,
+/// The fixtures of a weld, and its seam as a part that stands in these ranges.
+struct Shop {
+    of: Fixtures,
+    part: Part,
+    family: Family,
+    allowed: Vec<Allowance>,
 }
 
-fn read<T: InputFile>(name: &str) -> T {
-    T::read(format!("{}/../../fixtures/{name}", env!("CARGO_MANIFEST_DIR"))).expect("a fixture")
-}
-
-fn fixtures(weld: &str) -> Fixtures {
-    Fixtures {
-        robot: read("robots/kr500-mt.toml"),
-        process: read("processes/lap-weld-2024-t3.toml"),
-        control: read("control/kr500-mt.toml"),
-        sensors: read("sensors/kr500-mt.toml"),
-        weld: read(&format!("welds/{weld}.toml")),
-    }
-}
-
-impl Fixtures {
-    fn robot(&self) -> &Robot<f64> {
-        &self.robot.robot
+impl Shop {
+    fn of(weld: &'static str, x: Range, z: Range) -> Self {
+        let of = Fixtures::of(weld);
+        let part = Part::new(vec![of.weld.clone()]);
+        let family = family(&part, x, z);
+        let allowed = Allowance::usual(of.process.pin_diameter);
+        Self { of, part, family, allowed }
     }
 
-    fn cell(&self) -> Cell {
-        Cell::new(self.robot(), &[], &self.process, Seam::real(&self.weld)).expect("a cell")
-    }
-
-    fn scenario<'a>(
-        &'a self,
-        cell: &'a Cell,
-        law: &'a trueweld_compensators::Entry,
-    ) -> Scenario<'a> {
-        Scenario {
-            name: "study",
-            cell,
-            controller_model: self.robot(),
-            planned: &self.process,
-            weld: &self.weld,
-            program: Program::Weld,
-            control: &self.control,
-            sensors: &self.sensors,
-            controller: Controller::External,
-            law,
-            integrator: Integrator::LinearlyImplicit,
-            plant_step: 2e-3,
-            seed: 1,
-            fault: None,
+    fn task(&self) -> LayoutTask<'_> {
+        LayoutTask {
+            robot: &self.of.robot.robot,
+            planned: &self.of.process,
+            part: &self.part,
+            family: &self.family,
+            allowed: &self.allowed,
         }
     }
+}
+
+/// Path of a file below `fixtures/`.
+fn fixture(relative: &str) -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../fixtures").join(relative)
+}
+
+/// The same run at the step of studies.
+fn coarse<'a>(scenario: &Scenario<'a>) -> Scenario<'a> {
+    Scenario { plant_step: 2e-3, ..*scenario }
 }
 
 fn family(part: &Part, x: Range, z: Range) -> Family {
@@ -77,18 +62,9 @@ fn family(part: &Part, x: Range, z: Range) -> Family {
 
 #[test]
 fn a_part_that_is_carried_about_the_axis_of_a1_is_worth_the_same() {
-    let of = fixtures("inclined");
-    let part = Part::new(vec![of.weld.clone()]);
-    let family = family(&part, Range::at(2.0), Range::at(0.5));
-    let allowed = Allowance::usual(of.process.pin_diameter);
-    let task = LayoutTask {
-        robot: of.robot(),
-        planned: &of.process,
-        part: &part,
-        family: &family,
-        allowed: &allowed,
-    };
-    let at = part.placement();
+    let shop = Shop::of("inclined", Range::at(2.0), Range::at(0.5));
+    let task = shop.task();
+    let at = shop.part.placement();
     let (s, c) = FRAC_PI_6.sin_cos();
     let carried = Placement {
         x_m: c * at.x_m - s * at.y_m,
@@ -108,19 +84,10 @@ fn a_part_that_is_carried_about_the_axis_of_a1_is_worth_the_same() {
 
 #[test]
 fn the_optimiser_finds_what_a_grid_ten_times_as_fine_finds() {
-    let of = fixtures("vertical");
-    let part = Part::new(vec![of.weld.clone()]);
     let [x, z] = [[1.3, 2.3], [0.3, 0.9]].map(|[low, high]| Range { low, high, step: 0.3 });
-    let coarse = family(&part, x, z);
-    let fine = family(&part, Range { step: 0.03, ..x }, Range { step: 0.03, ..z });
-    let allowed = Allowance::usual(of.process.pin_diameter);
-    let task = LayoutTask {
-        robot: of.robot(),
-        planned: &of.process,
-        part: &part,
-        family: &coarse,
-        allowed: &allowed,
-    };
+    let shop = Shop::of("vertical", x, z);
+    let fine = family(&shop.part, Range { step: 0.03, ..x }, Range { step: 0.03, ..z });
+    let task = shop.task();
     let found = task.best(&task.grid(|| {})).expect("in reach");
     let grid = LayoutTask { family: &fine, ..task }.grid(|| {});
     let best = grid.iter().filter_map(|placed| placed.outcome.as_ref().ok());
@@ -143,20 +110,11 @@ fn the_optimiser_finds_what_a_grid_ten_times_as_fine_finds() {
 
 #[test]
 fn a_full_run_where_the_file_has_the_part_leaves_the_seam_as_statics_expect() {
-    let of = fixtures("vertical");
-    let part = Part::new(vec![of.weld.clone()]);
-    let family = family(&part, Range::at(1.7), Range::at(0.5));
-    let allowed = Allowance::usual(of.process.pin_diameter);
-    let task = LayoutTask {
-        robot: of.robot(),
-        planned: &of.process,
-        part: &part,
-        family: &family,
-        allowed: &allowed,
-    };
-    let (cell, law) = (of.cell(), find("none").expect("a law"));
-    let scenario = of.scenario(&cell, &law);
-    let arm = RealArm { robot: of.robot(), effects: &[] };
+    let shop = Shop::of("vertical", Range::at(1.7), Range::at(0.5));
+    let (task, of) = (shop.task(), &shop.of);
+    let (cell, law) = (of.cell(&[]), law("none"));
+    let scenario = coarse(&of.scenario(&cell, Program::Weld, Controller::External, &law));
+    let arm = RealArm { robot: &of.robot.robot, effects: &[] };
     let placed = as_filed(&task).expect("in reach");
     let confirmed = confirm(&task, &scenario, &arm, &placed, std::slice::from_ref(&law), || {});
     let (figures, recording) = confirmed.welds[0].outcome.as_ref().expect("the run ends");
@@ -172,18 +130,19 @@ fn a_full_run_where_the_file_has_the_part_leaves_the_seam_as_statics_expect() {
 
 #[test]
 fn every_way_keeps_to_its_branch_and_within_the_ranges_of_the_joints() {
-    let of = fixtures("vertical");
-    let ways = Way::all(of.robot(), &of.process, &of.weld, 41).expect("in reach");
+    let of = Fixtures::of("vertical");
+    let robot = &of.robot.robot;
+    let ways = Way::all(robot, &of.process, &of.weld, 41).expect("in reach");
     assert!(ways.len() > 1);
     for way in &ways {
-        let held = way.held(of.robot()).expect("a robot");
+        let held = way.held(robot).expect("a robot");
         for at in &way.places {
             assert!(held.beyond_limits(&at.posture).is_none());
             let seam = Seam::of(&of.weld);
-            let tool = of.robot().forward_kinematics(&at.posture);
+            let tool = robot.forward_kinematics(&at.posture);
             assert!(tool.error_to(&seam.nominal(at.path)).to_vector().amax() < 1e-9);
             let least = (0..JOINTS).map(|joint| {
-                let [low, high] = of.robot().parameters().joints[joint].limits;
+                let [low, high] = robot.parameters().joints[joint].limits;
                 (at.posture[joint] - low).min(high - at.posture[joint])
             });
             assert_eq!(at.to_limit, least.fold(f64::INFINITY, f64::min));
@@ -193,14 +152,14 @@ fn every_way_keeps_to_its_branch_and_within_the_ranges_of_the_joints() {
 
 #[test]
 fn the_edge_of_what_keeps_the_requirements_is_between_runs_that_do_and_do_not() {
-    let mut of = fixtures("vertical");
+    let mut of = Fixtures::of("vertical");
     of.weld = shortened(&of.weld, 0.06);
-    let (cell, law) = (of.cell(), find("none").expect("a law"));
+    let (cell, law) = (of.cell(&[]), law("none"));
     let figure = WELD_FIGURES.iter().find(|f| f.figure.key == "lateral_max_m").expect("a figure");
     let limit = Limit { figure: &figure.figure, value: 3e-3 };
     let study = LimitStudy {
-        scenario: of.scenario(&cell, &law),
-        arm: RealArm { robot: of.robot(), effects: &[] },
+        scenario: coarse(&of.scenario(&cell, Program::Weld, Controller::External, &law)),
+        arm: RealArm { robot: &of.robot.robot, effects: &[] },
         limits: &[limit],
         passes: 1,
     };

@@ -116,8 +116,8 @@ fn share(origin: f64, knots: &[f64], k: usize, torque: f64) -> f64 {
     }
 }
 
-/// A residual with its slopes.
-type Sloped = (DVector<f64>, f64);
+/// Slopes of a residual, and the residual.
+type Row = (DVector<f64>, f64);
 
 fn curve(fit: &Fit, own: usize, joint: usize) -> Option<StiffnessCurve> {
     let torques: Vec<f64> = fit
@@ -133,7 +133,7 @@ fn curve(fit: &Fit, own: usize, joint: usize) -> Option<StiffnessCurve> {
     let n = kept.len() + knots.len();
     let (mut normal, mut right) = (DMatrix::<f64>::zeros(n, n), DVector::<f64>::zeros(n));
     // Slopes and residual of each component at each row: components of a row go together.
-    let mut rows: Vec<[Option<Sloped>; 6]> = Vec::new();
+    let mut rows: Vec<[Option<Row>; 6]> = Vec::new();
     for (log, experiment) in fit.bench.experiments.iter().enumerate() {
         let prediction = &fit.fitted.at[log];
         let motion = prediction.motion.as_ref()?;

@@ -39,11 +39,11 @@ pub enum IdentifyError {
     /// Numbers for which there is no robot.
     #[error("the numbers found leave no possible robot ({0:?})")]
     Model(ModelError),
-    /// The numbers do not come to rest.
+    /// The fit does not converge.
     #[error(
-        "the fit does not come to rest after {passes} passes: the logs do not fit the model at any value; `trueweld diagnose` looks for what is missing in it"
+        "the fit does not converge in {passes} passes: the logs do not fit the model at any value; `trueweld diagnose` looks for what is missing in it"
     )]
-    NoRest {
+    NotConverged {
         /// Passes made.
         passes: usize,
     },

@@ -211,7 +211,7 @@ pub(crate) fn converge(
         let effects: Vec<Effect> = moved.map(|(asked, total)| asked.effect(*total)).collect();
         model = rebased(given, &effects)?;
     }
-    Err(IdentifyError::NoRest { passes: PASSES })
+    Err(IdentifyError::NotConverged { passes: PASSES })
 }
 
 impl Fit {

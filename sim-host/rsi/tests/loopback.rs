@@ -1,15 +1,19 @@
 //! Both sides against each other over the machine's loopback.
 
+#[expect(dead_code, reason = "shared with tests that need more of it")]
+#[path = "../../plant/tests/cell/support.rs"]
+mod cell;
+
+use cell::Fixtures;
 use std::cell::Cell;
 use std::net::{SocketAddr, UdpSocket};
 use std::ops::ControlFlow;
+use std::path::PathBuf;
 use std::rc::Rc;
 use std::thread;
 use std::time::{Duration, Instant};
 use trueweld_core::compensation::Compensator;
-use trueweld_plant::cell::Cell as WeldingCell;
-use trueweld_plant::input::{Control, InputFile, Process, RobotFile, Sensors, Weld};
-use trueweld_plant::integrate::Integrator;
+use trueweld_plant::input::Control;
 use trueweld_plant::simulate::{
     Controller, Phase, Program, Recording, Scenario, Seam, run, run_with,
 };
@@ -33,72 +37,50 @@ const OPENED: Bounds = Bounds {
     timeout: 10,
 };
 
-/// Files of one weld.
+/// Path of a file below `fixtures/`.
+fn fixture(relative: &str) -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../fixtures").join(relative)
+}
+
+/// Files of one weld, and the law's name.
 struct Files {
-    robot: RobotFile,
-    process: Process,
-    weld: Weld,
-    control: Control,
-    sensors: Sensors,
+    of: Fixtures,
     law: &'static str,
 }
 
 impl Files {
     /// The embedded cell at a control period, s; a seam so long, m.
     fn new(law: &'static str, period: f64, length: f64) -> Self {
-        let fixture = |name: &str| format!("{}/../../fixtures/{name}", env!("CARGO_MANIFEST_DIR"));
-        let mut weld = Weld::read(fixture("welds/vertical.toml")).expect("a weld");
-        let along = (weld.end - weld.start).normalize();
-        weld.end = weld.start + along * length;
-        let control = Control::read(fixture("control/kr500-mt.toml")).expect("gains");
-        Self {
-            robot: RobotFile::read(fixture("robots/kr500-mt.toml")).expect("a robot"),
-            process: Process::read(fixture("processes/lap-weld-2024-t3.toml")).expect("a process"),
-            weld,
-            control: Control { period, ..control },
-            sensors: Sensors::read(fixture("sensors/kr500-mt.toml")).expect("sensors"),
-            law,
-        }
+        let mut of = Fixtures::of("vertical");
+        let along = (of.weld.end - of.weld.start).normalize();
+        of.weld.end = of.weld.start + along * length;
+        of.control.period = period;
+        Self { of, law }
     }
 
     /// Calls `with` with the scenario under these gains.
     fn scenario<R>(&self, control: &Control, with: impl FnOnce(&Scenario<'_>) -> R) -> R {
-        let seam = Seam::of(&self.weld);
-        let cell = WeldingCell::new(&self.robot.robot, &[], &self.process, seam.b_from_w);
-        with(&Scenario {
-            name: "vertical",
-            cell: &cell.expect("a cell"),
-            controller_model: &self.robot.robot,
-            planned: &self.process,
-            weld: &self.weld,
-            program: Program::Weld,
-            control,
-            sensors: &self.sensors,
-            controller: Controller::External,
-            law: &trueweld_compensators::find(self.law).expect("a law"),
-            integrator: Integrator::LinearlyImplicit,
-            plant_step: 1e-3,
-            seed: 1,
-            fault: None,
-        })
+        let (cell, law) = (self.of.cell(&[]), cell::law(self.law));
+        let scenario = self.of.scenario(&cell, Program::Weld, Controller::External, &law);
+        with(&Scenario { control, ..scenario })
     }
 
     fn law(&self) -> Box<dyn Compensator<f64>> {
-        self.scenario(&self.control, |scenario| scenario.build_law().expect("a law"))
+        self.scenario(&self.of.control, |scenario| scenario.build_law().expect("a law"))
     }
 
     fn client<'a>(&self, law: &'a mut dyn Compensator<f64>, authority: [f64; 2]) -> Client<'a> {
         let knowledge = Knowledge {
-            model: self.robot.robot.clone(),
-            seam: Seam::of(&self.weld),
-            process: self.process.clone(),
-            sensor: self.sensors.seam.clone(),
+            model: self.of.robot.robot.clone(),
+            seam: Seam::of(&self.of.weld),
+            process: self.of.process.clone(),
+            sensor: self.of.sensors.seam.clone(),
         };
-        Client::new(knowledge, &self.control, law, authority)
+        Client::new(knowledge, &self.of.control, law, authority)
     }
 
     fn in_process(&self) -> Recording {
-        self.scenario(&self.control, |scenario| run(scenario, |_| {}).expect("a weld"))
+        self.scenario(&self.of.control, |scenario| run(scenario, |_| {}).expect("a weld"))
     }
 
     /// The weld with the correction that comes over `socket` from `client`; `longest`: s.
@@ -110,11 +92,12 @@ impl Files {
         pace: Pace,
         longest: f64,
     ) -> (Recording, LinkCounts, Option<Stop>) {
-        let seam = Seam::of(&self.weld);
-        let mut link = Link::new(socket, client, &seam, self.control.period, (bounds, pace, false))
-            .expect("a cycle of RSI");
+        let seam = Seam::of(&self.of.weld);
+        let mut link =
+            Link::new(socket, client, &seam, self.of.control.period, (bounds, pace, false))
+                .expect("a cycle of RSI");
         let stopped: Rc<Cell<Option<Stop>>> = link.stopped();
-        let recording = self.scenario(&pass_through(&self.control), |scenario| {
+        let recording = self.scenario(&pass_through(&self.of.control), |scenario| {
             run_with(scenario, &mut link, |time| match stopped.get() {
                 None if time < longest => ControlFlow::Continue(()),
                 _ => ControlFlow::Break(()),
@@ -433,10 +416,11 @@ fn a_client_that_is_not_there_stops_rsi_and_nothing_moves() {
 #[test]
 fn a_client_answers_doubled_packets_alike_and_old_and_unreadable_ones_not_at_all() {
     let files = Files::new("elastostatic", 0.012, 0.5);
-    let seam = Seam::of(&files.weld);
+    let seam = Seam::of(&files.of.weld);
     let mut law = files.law();
     let mut client = files.client(law.as_mut(), [5.0, 5.0]);
-    let angles = trueweld_plant::simulate::start_angles(&files.robot.robot, &seam).expect("reach");
+    let angles =
+        trueweld_plant::simulate::start_angles(&files.of.robot.robot, &seam).expect("reach");
     let packet = |ipoc: u64, push: f64| {
         let base = seam.frame(0.0).inverse();
         let commanded = trueweld_rsi::frame::of_pose(&(base * seam.nominal(0.0)));

@@ -1,11 +1,13 @@
 //! What takes a whole cell: effects, ports, the motion of the arm.
 
+mod constants;
 mod effects;
 #[expect(dead_code, reason = "shared with tests that need more of it")]
 #[path = "../../../../core-nostd/tests/algebra/support.rs"]
 mod numbers;
 mod plant;
 mod ports;
+mod recorded_weld;
 mod seams;
 mod support;
 mod tilt;

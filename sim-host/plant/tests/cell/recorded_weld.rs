@@ -1,14 +1,13 @@
 //! What a controller is given in every period of a whole weld, as the C program of
 //! `c-interface/examples/weld.c` reads it: for the comparison of host and target.
 
+use crate::support::{Fixtures, law};
 use nalgebra::Matrix3;
 use std::ops::ControlFlow;
 use trueweld_core::compensation::{Compensator, Observation};
 use trueweld_core::{Fault, Robot, Twist};
-use trueweld_plant::cell::Cell;
-use trueweld_plant::input::{Control, InputFile, Process, RobotFile, Sensors, Weld};
-use trueweld_plant::integrate::Integrator;
-use trueweld_plant::simulate::{Controller, Program, Scenario, Seam, run_with};
+use trueweld_plant::input::Weld;
+use trueweld_plant::simulate::{Controller, Program, run_with};
 
 /// A law that writes down what it is given.
 struct Recorder {
@@ -62,33 +61,13 @@ impl Compensator<f64> for Recorder {
 #[test]
 fn a_weld_is_recorded_as_a_controller_is_given_it() {
     let file = std::env::var_os("RECORD_WELD");
-    let fixture = |name: &str| format!("{}/../../fixtures/{name}", env!("CARGO_MANIFEST_DIR"));
-    let robot = RobotFile::read(fixture("robots/kr500-mt.toml")).expect("a robot");
-    let process = Process::read(fixture("processes/lap-weld-2024-t3.toml")).expect("a process");
-    let mut weld = Weld::read(fixture("welds/vertical.toml")).expect("a weld");
+    let (mut fixtures, law) = (Fixtures::of("vertical"), law("elastostatic"));
     if file.is_none() {
-        weld.end = weld.start + (weld.end - weld.start).normalize() * 0.1;
+        let Weld { start, end, .. } = fixtures.weld;
+        fixtures.weld.end = start + (end - start).normalize() * 0.1;
     }
-    let control = Control::read(fixture("control/kr500-mt.toml")).expect("gains");
-    let sensors = Sensors::read(fixture("sensors/kr500-mt.toml")).expect("sensors");
-    let seam = Seam::of(&weld);
-    let cell = Cell::new(&robot.robot, &[], &process, seam.b_from_w).expect("a cell");
-    let scenario = Scenario {
-        name: "vertical",
-        cell: &cell,
-        controller_model: &robot.robot,
-        planned: &process,
-        weld: &weld,
-        program: Program::Weld,
-        control: &control,
-        sensors: &sensors,
-        controller: Controller::External,
-        law: &trueweld_compensators::find("elastostatic").expect("a law"),
-        integrator: Integrator::LinearlyImplicit,
-        plant_step: 1e-3,
-        seed: 1,
-        fault: None,
-    };
+    let cell = fixtures.cell(&[]);
+    let scenario = fixtures.scenario(&cell, Program::Weld, Controller::External, &law);
     let law = scenario.build_law().expect("a law");
     let mut recorder = Recorder { law, numbers: Vec::new(), periods: 0 };
     run_with(&scenario, &mut recorder, |_| ControlFlow::Continue(())).expect("a weld");

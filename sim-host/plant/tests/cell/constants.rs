@@ -1,41 +1,19 @@
 //! The constants of a controller: of the embedded cell they are those that the C interface is tested
 //! with, and a core runs from them as the simulation does.
 
+use crate::support::{Fixtures, law};
 use nalgebra::Vector3;
 use trueweld_compensators::{Elastostatic, RunningCore};
 use trueweld_core::compensation::{Compensated, Observation};
 use trueweld_core::control::{SensorReadings, Setpoint};
 use trueweld_core::{JointVector, Wrench};
-use trueweld_plant::cell::Cell;
-use trueweld_plant::input::{Control, InputFile, Process, RobotFile, Sensors, Weld};
-use trueweld_plant::integrate::Integrator;
 use trueweld_plant::simulate::{Controller, Program, Scenario, Seam, start_angles};
 
 /// Calls `with` with the scenario of the embedded files.
-fn scenario(law: &str, with: impl FnOnce(&Scenario<'_>)) {
-    let fixture = |name: &str| format!("{}/../../fixtures/{name}", env!("CARGO_MANIFEST_DIR"));
-    let robot = RobotFile::read(fixture("robots/kr500-mt.toml")).expect("a robot");
-    let process = Process::read(fixture("processes/lap-weld-2024-t3.toml")).expect("a process");
-    let weld = Weld::read(fixture("welds/vertical.toml")).expect("a weld");
-    let control = Control::read(fixture("control/kr500-mt.toml")).expect("gains");
-    let sensors = Sensors::read(fixture("sensors/kr500-mt.toml")).expect("sensors");
-    let cell = Cell::new(&robot.robot, &[], &process, Seam::of(&weld).b_from_w).expect("a cell");
-    with(&Scenario {
-        name: "vertical",
-        cell: &cell,
-        controller_model: &robot.robot,
-        planned: &process,
-        weld: &weld,
-        program: Program::Weld,
-        control: &control,
-        sensors: &sensors,
-        controller: Controller::External,
-        law: &trueweld_compensators::find(law).expect("a law"),
-        integrator: Integrator::LinearlyImplicit,
-        plant_step: 1e-3,
-        seed: 1,
-        fault: None,
-    });
+fn scenario(name: &str, with: impl FnOnce(&Scenario<'_>)) {
+    let (fixtures, law) = (Fixtures::of("vertical"), law(name));
+    let cell = fixtures.cell(&[]);
+    with(&fixtures.scenario(&cell, Program::Weld, Controller::External, &law));
 }
 
 #[test]
@@ -129,7 +107,7 @@ fn the_c_interface_is_tested_with_the_constants_of_the_embedded_cell() {
     scenario("elastostatic", |scenario| {
         let constants = scenario.constants().expect("constants");
         let heading = "The embedded cell with the elastostatic law, written by\n\
-                       sim-host/plant/tests/constants.rs as trueweld export-core writes it.";
+                       sim-host/plant/tests/cell/constants.rs as trueweld export-core writes it.";
         for (file, text) in [
             ("cell.h", constants.configuration.c_header(heading, constants.bytes)),
             ("cell.rs", constants.configuration.rust_source(heading)),
