@@ -1,0 +1,179 @@
+//! The text of a robot file, with markers where a URDF says nothing.
+
+use super::arm::{Arm, Body, Frame, Stage};
+use crate::input::FILL_IN;
+use nalgebra::{Matrix3, Vector3};
+use std::fmt::Write;
+
+/// Words in the name of a fixed frame behind the last joint that make it the tool centre point, the
+/// likeliest first.
+const TCP_WORDS: &[&str] = &["tcp", "tool", "ee", "eef", "effector", "tool0", "flange"];
+
+/// Words in the name of a fixed frame behind the last joint that make it the flange.
+const FLANGE_WORDS: &[&str] = &["flange", "tool0"];
+
+impl Arm {
+    /// The text of the robot file.
+    pub(super) fn write(&self, name: &str, file: &str) -> String {
+        let mut out = String::new();
+        let mimics: String =
+            self.mimics.iter().map(|said| format!("# {}\n", said.escape_debug())).collect();
+        let name = if name.trim().is_empty() {
+            marker("the URDF has no name for the robot")
+        } else {
+            text(name)
+        };
+        // Writing to a String cannot fail, so the results are dropped.
+        let _ = writeln!(
+            out,
+            "# Imported from {}: geometry, masses, inertias, limits and ratings are the URDF's, in its root link's axes.\n\
+             # Base B: the root link's frame. At zero every link frame is parallel to B. Units are in the names.\n\
+             # What a URDF cannot say is marked {FILL_IN} and must be written before the file can be used.\n\
+             {mimics}schema = \"robot/1\"\n\
+             name = {name}\n\
+             # With the root link upright on the floor: [0.0, 0.0, -9.80665].\n\
+             gravity_m_s2 = {}",
+            file.escape_debug(),
+            marker("the mounting is not in a URDF"),
+        );
+        let mut before = Vector3::zeros();
+        for stage in &self.stages {
+            stage.write(&mut out, &before);
+            before = stage.origin;
+        }
+        let unknown = marker("not in a URDF");
+        let _ = writeln!(
+            out,
+            "\n[friction]\nviscous_nms_rad = {unknown}\ncoulomb_nm = {unknown}\nsmoothing_rad_s = {unknown}\n\
+             \n# An arm without a counterbalance on A2: cos_nm = []; measured: angle_deg and torque_nm.\n[counterbalance]\ncos_nm = {unknown}",
+        );
+        if let Some(last) = self.stages.last() {
+            last.write_tool(&mut out);
+        }
+        out
+    }
+}
+
+impl Stage {
+    fn write(&self, out: &mut String, before: &Vector3<f64>) {
+        let unknown = marker("not in a URDF");
+        let or_marker = |x: Option<f64>| x.map_or_else(|| marker("not stated in the URDF"), number);
+        let or_no_inertial = |write: &dyn Fn(&Body) -> String| {
+            self.body.as_ref().map_or_else(|| marker("no <inertial> in the URDF"), write)
+        };
+        let limits = match self.limits {
+            Some([low, high]) => {
+                format!("[{}, {}]", number(low.to_degrees()), number(high.to_degrees()))
+            }
+            None => marker("not stated in the URDF"),
+        };
+        let _ = writeln!(
+            out,
+            "\n[[joint]]\nname = {}\norigin_m = {}\naxis = {}\nlimits_deg = {limits}\nmax_speed_deg_s = {}\n\
+             max_torque_nm = {}\nstiffness_nm_rad = {unknown}\ndamping_nms_rad = {unknown}\n\
+             rotor_inertia_kg_m2 = {unknown}\nmass_kg = {}\ncom_m = {}\ninertia_kg_m2 = {}",
+            if self.name.trim().is_empty() {
+                marker("the URDF has no name for the joint")
+            } else {
+                text(&self.name)
+            },
+            vector(&(self.origin - before)),
+            vector(&self.axis),
+            or_marker(self.max_rate.map(f64::to_degrees)),
+            or_marker(self.max_torque),
+            or_no_inertial(&|body| number(body.mass)),
+            or_no_inertial(&|body| vector(&(body.center_of_mass - self.origin))),
+            or_no_inertial(&|body| inertia(&body.inertia)),
+        );
+    }
+
+    /// The first frame behind this joint with one of these words in its name, by the order of the
+    /// words.
+    fn frame(
+        &self,
+        words: &[&'static str],
+        fits: impl Fn(&Frame) -> bool,
+    ) -> Option<(&'static str, &Frame)> {
+        // The link that carries the joint itself is no frame on it.
+        let frames = self.frames.get(1..).unwrap_or_default();
+        let has = |frame: &&Frame, word: &str| {
+            fits(frame)
+                && frame
+                    .name
+                    .to_lowercase()
+                    .split(|c: char| !c.is_alphanumeric())
+                    .any(|part| part == word)
+        };
+        words.iter().find_map(|word| frames.iter().find(|f| has(f, word)).map(|f| (*word, f)))
+    }
+
+    fn write_tool(&self, out: &mut String) {
+        let tcp = self.frame(TCP_WORDS, |f| f.is_bare_leaf);
+        let flange = self
+            .frame(FLANGE_WORDS, |_| true)
+            .map(|(_, f)| f.b_from_frame.translation.vector - self.origin);
+        let missing = || marker("no fixed leaf frame named tcp, tool0, ee or flange in the URDF");
+        let (tcp_from_flange, z_axis, y_axis) = match tcp {
+            None => (missing(), missing(), missing()),
+            Some((word, frame)) => {
+                let at = frame.b_from_frame.translation.vector
+                    - self.origin
+                    - flange.unwrap_or_default();
+                let axis = |a: Vector3<f64>| vector(&(frame.b_from_frame.rotation * a));
+                // Makers differ in whether x or z of a frame called flange points out of it.
+                let unclear =
+                    || marker("a frame named flange does not say which of its axes points out");
+                let is_flange = word == "flange";
+                let z = if is_flange { unclear() } else { axis(Vector3::z()) };
+                (vector(&at), z, if is_flange { unclear() } else { axis(Vector3::y()) })
+            }
+        };
+        let origin = match (flange, tcp) {
+            (Some(_), _) => "the URDF's flange",
+            (None, Some(_)) => {
+                "the URDF names no flange, so that the last joint's origin stands in"
+            }
+            (None, None) => "to be filled in with the tool centre point",
+        };
+        let offset = match (flange, tcp) {
+            (None, None) => missing(),
+            _ => vector(&flange.unwrap_or_default()),
+        };
+        let zero = Vector3::zeros();
+        let _ = writeln!(
+            out,
+            "\n# Flange: {origin}.\n# The URDF's bodies behind the last joint are all in its link above, hence a tool\n\
+             # without mass: add what the URDF leaves out.\n\
+             [tool]\nflange_offset_m = {offset}\nmass_kg = 0.0\ncom_from_flange_m = {}\ninertia_kg_m2 = {}\n\
+             tcp_from_flange_m = {tcp_from_flange}\nz_axis = {z_axis}\ny_axis = {y_axis}",
+            vector(&zero),
+            inertia(&Matrix3::zeros()),
+        );
+    }
+}
+
+/// A value that the robot reader refuses, with its reason.
+fn marker(why: &str) -> String {
+    text(&format!("{FILL_IN}: {why}"))
+}
+
+fn text(value: &str) -> String {
+    toml::Value::String(value.to_owned()).to_string()
+}
+
+/// A number without the noise that turning by π/2 leaves in the last digits.
+fn number(x: f64) -> String {
+    let rounded = if x.abs() < 1e3 { (x * 1e12).round() / 1e12 } else { x };
+    // Adding zero turns −0 into 0.
+    format!("{:?}", rounded + 0.0)
+}
+
+fn vector(v: &Vector3<f64>) -> String {
+    format!("[{}, {}, {}]", number(v.x), number(v.y), number(v.z))
+}
+
+fn inertia(m: &Matrix3<f64>) -> String {
+    let [xx, yy, zz] = [m.m11, m.m22, m.m33].map(number);
+    let [xy, xz, yz] = [m.m12, m.m13, m.m23].map(number);
+    format!("{{ xx = {xx}, yy = {yy}, zz = {zz}, xy = {xy}, xz = {xz}, yz = {yz} }}")
+}
