@@ -2,12 +2,16 @@
 
 use crate::LABORATORY;
 use std::f64::consts::LN_2;
+use trueweld_core::JOINTS;
 use trueweld_identify::{Target, identify};
 use trueweld_laboratory::{Protocol, Recipe};
 use trueweld_measure::data::campaign::read_logs;
 use trueweld_plant::effects::{Effect, EffectKind, Location};
-use trueweld_plant::input::ModelFile;
+use trueweld_plant::input::{ModelFile, Process};
 use trueweld_plant::random::Random;
+
+/// How many of [`Process::NUMBERS`], the first of them, `identify process` tells beside the ripple.
+const PROCESS_NUMBERS: usize = 7;
 
 /// A campaign with what is to be identified in it.
 #[derive(Debug)]
@@ -15,7 +19,7 @@ pub struct Case {
     target: Target,
     recipe: Recipe,
     /// True factor on each number that the model states.
-    factors: [f64; 6],
+    factors: Vec<f64>,
 }
 
 /// How many intervals hold the truth.
@@ -32,23 +36,24 @@ pub struct Seen {
 }
 
 /// Factors between a half and two, evenly in their logarithm.
-fn factors(random: &mut Random) -> [f64; 6] {
+fn factors<const N: usize>(seed: u64) -> [f64; N] {
+    let mut random = Random::new(seed, 0);
     std::array::from_fn(|_| (0.98 * random.between(-LN_2, LN_2)).exp())
 }
 
 impl Case {
     /// Loads at rest; encoder zeros and the tracker are off as well.
     pub fn stiffness(seed: u64) -> Self {
-        let factors = factors(&mut Random::new(seed, 0));
+        let factors = factors::<JOINTS>(seed);
         let protocol = Protocol { postures: 8, rings: 0, free: 0.0, welds: 0, ..Protocol::short() };
         let recipe = Recipe { protocol, ..Recipe::plain(seed) }.with_nuisance(0.0, 5e-5, 5e-5);
         let recipe = Recipe { stiffness_error: factors.map(|f| f - 1.0), ..recipe };
-        Self { target: Target::Stiffness, recipe, factors }
+        Self { target: Target::Stiffness, recipe, factors: factors.to_vec() }
     }
 
     /// Loads at rest and three stops by the brakes.
     pub fn damping(seed: u64) -> Self {
-        let factors = factors(&mut Random::new(seed, 0));
+        let factors = factors::<JOINTS>(seed);
         let protocol =
             Protocol { postures: 4, rings: 3, ring: 1.0, free: 0.0, welds: 0, ..Protocol::short() };
         let kind = EffectKind::of("damping-error").expect("an effect of the library");
@@ -58,7 +63,15 @@ impl Case {
             values: vec![factor - 1.0],
         });
         let recipe = Recipe { protocol, effects: effects.collect(), ..Recipe::plain(seed) };
-        Self { target: Target::Damping, recipe, factors }
+        Self { target: Target::Damping, recipe, factors: factors.to_vec() }
+    }
+
+    /// Loads at rest and two welds, whose process the model states wrongly.
+    pub fn process(seed: u64) -> Self {
+        let protocol = Protocol { rings: 0, free: 0.0, welds: 2, seam: 0.1, ..Protocol::short() };
+        let recipe = Recipe { protocol, ..Recipe::plain(seed) };
+        let factors = factors::<PROCESS_NUMBERS>(seed).to_vec();
+        Self { target: Target::Process, recipe, factors }
     }
 }
 
@@ -69,11 +82,16 @@ impl Case {
 pub fn examine(case: &Case) -> Result<Seen, Box<dyn std::error::Error>> {
     let folder = tempfile::tempdir()?;
     LABORATORY.write(&case.recipe, folder.path())?;
-    let model = ModelFile::read(folder.path().join("model.toml"))?;
+    let mut model = ModelFile::read(folder.path().join("model.toml"))?;
+    if let (Target::Process, Some(process)) = (case.target, &mut model.process) {
+        for ((_, of), factor) in Process::NUMBERS.iter().zip(&case.factors) {
+            of(process).into_iter().for_each(|number| *number /= factor);
+        }
+    }
     let (_, logs) = read_logs(&[folder.path().to_owned()])?;
     let found = identify(case.target, &model, logs, &|_, _| ())?;
     let mut seen = Seen { score: found.score, ..Seen::default() };
-    for (number, factor) in found.numbers.iter().zip(case.factors) {
+    for (number, factor) in found.numbers.iter().zip(&case.factors) {
         let truth = number.given * factor;
         match number.interval {
             None => seen.untold += 1,

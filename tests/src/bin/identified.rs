@@ -1,5 +1,5 @@
 //! The coverage experiment of `identify`: how often a 95 % interval holds the truth of a simulated
-//! campaign whose stiffness or damping is off by up to a factor of two.
+//! campaign whose stiffness, damping or process is off by up to a factor of two.
 
 use clap::{Parser, ValueEnum};
 use std::process::ExitCode;
@@ -11,6 +11,7 @@ use trueweld_tests::identified::{Case, Seen, examine};
 enum What {
     Stiffness,
     Damping,
+    Process,
 }
 
 /// Measures how often the intervals of `identify` hold the truth.
@@ -33,6 +34,7 @@ fn go(arguments: &Arguments) -> Result<(), Box<dyn std::error::Error>> {
         let case = match arguments.what {
             What::Stiffness => Case::stiffness(seed),
             What::Damping => Case::damping(seed),
+            What::Process => Case::process(seed),
         };
         let seen = examine(&case)?;
         all.held += seen.held;
