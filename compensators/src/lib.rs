@@ -2,10 +2,10 @@
 //!
 //! A law's file holds its equations, its gains with their defaults, and an implementation of
 //! [`Law`]: name, summary, what it needs, how it is built. [`for_each`] is the table of all laws,
-//! one line each, beside their modules. `no_std`, no allocation: the same code runs in simulation and on the controller.
-//! With the feature `configuration`, [`RunningCore`] is robot model, controller and law built from
-//! one [`Configuration`] of plain constants. With the feature `host`, [`Entry`] is a law with its
-//! type erased, found by name and built from a table of gains.
+//! one line each, beside their modules. `no_std`, no allocation: the same code runs in simulation
+//! and on the controller. With the feature `configuration`, `RunningCore` is robot model, controller
+//! and law built from one `Configuration` of plain constants. With the feature `host`, `Entry` is a
+//! law with its type erased, found by name and built from a table of gains.
 //!
 //! ```
 //! use trueweld_compensators::{FeedForward, Law, SeamTracking, Setup, TrackingGains};
