@@ -10,6 +10,7 @@ use crate::process::{Reaction, reaction};
 use crate::robot::{Drives, ElasticRobot, INTERNAL_STATES};
 use crate::seam::Seam;
 use nalgebra::{Matrix3, Matrix3x6, Matrix6, SVector, Vector3};
+use trueweld_core::ldlt::Ldlt;
 use trueweld_core::{Frames, JointVector, Robot, Wrench};
 
 /// Iterations in which tilting frames and the contact agree on the force.
@@ -101,6 +102,8 @@ pub struct Evaluation {
     pub frames: Frames<f64>,
     /// Inertia matrix of the links.
     pub inertia: Matrix6<f64>,
+    /// Its factors; `None` where the state is not finite.
+    pub factor: Option<Ldlt<f64>>,
     /// Slope of motor friction by θ̇_E, N·m·s/rad.
     pub friction_slope: JointVector<f64>,
     /// What the process does to the tool, in axes of W where the tool is.
@@ -177,17 +180,57 @@ impl Cell {
     #[inline]
     pub fn evaluate(&self, time: f64, state: &State) -> Evaluation {
         let drives = state.drives();
-        let Contact { frames, reaction, axes } = self.contact(time, state, &drives);
-        let wrench = wrench(&axes, &reaction.force);
+        let contact = self.contact(time, state, &drives);
         let spring = self.robot.spring_torque(&drives, state.internal());
-        let (acceleration, inertia) = self
-            .robot
-            .link_acceleration(&frames, &drives, &spring, &wrench)
-            .unwrap_or((JointVector::from_element(f64::NAN), Matrix6::zeros()));
+        let solved =
+            self.robot.link_acceleration(&contact.frames, &drives, &spring, &contact.wrench());
+        let (acceleration, inertia, factor) = match solved {
+            Some((acceleration, inertia, factor)) => (acceleration, inertia, Some(factor)),
+            None => (JointVector::from_element(f64::NAN), Matrix6::zeros(), None),
+        };
+        let (rates, friction_slope) =
+            self.rates(state, &drives, &spring, &acceleration, &contact.reaction);
+        let Contact { frames, reaction, axes } = contact;
+        Evaluation { rates, frames, inertia, factor, friction_slope, reaction, axes }
+    }
+
+    /// The rates of [`evaluate`](Self::evaluate) within a step from a state whose evaluation is `near`:
+    /// see [`ElasticRobot::link_acceleration_near`].
+    #[inline]
+    pub fn rates_near(
+        &self,
+        time: f64,
+        state: &State,
+        near: &Evaluation,
+    ) -> Option<SVector<f64, STATES>> {
+        let drives = state.drives();
+        let contact = self.contact(time, state, &drives);
+        let spring = self.robot.spring_torque(&drives, state.internal());
+        let before = near.rates.fixed_rows::<6>(12).into_owned();
+        let acceleration = self.robot.link_acceleration_near(
+            &contact.frames,
+            &drives,
+            &spring,
+            &contact.wrench(),
+            (&before, near.factor.as_ref()?),
+        );
+        Some(self.rates(state, &drives, &spring, &acceleration, &contact.reaction).0)
+    }
+
+    /// Rates of the whole state, and the slope of motor friction.
+    #[inline]
+    fn rates(
+        &self,
+        state: &State,
+        drives: &Drives,
+        spring: &JointVector<f64>,
+        acceleration: &JointVector<f64>,
+        reaction: &Reaction,
+    ) -> (SVector<f64, STATES>, JointVector<f64>) {
         let mut friction_slope = JointVector::zeros();
         let mut rates = SVector::<f64, STATES>::zeros();
         for i in 0..6 {
-            let friction = self.robot.friction(&drives, i, spring[i]);
+            let friction = self.robot.friction(drives, i, spring[i]);
             friction_slope[i] = friction.slope;
             rates[i] = drives.link_rate[i];
             rates[6 + i] = drives.motor_rate[i];
@@ -196,14 +239,17 @@ impl Cell {
         }
         rates[24] = reaction.channel_rate;
         rates[25] = self.process.spindle;
-        self.robot.internal_rates(&drives, state.internal(), &mut rates.as_mut_slice()[26..]);
-        Evaluation { rates, frames, inertia, friction_slope, reaction, axes }
+        self.robot.internal_rates(drives, state.internal(), &mut rates.as_mut_slice()[26..]);
+        (rates, friction_slope)
     }
 
-    /// Time derivative of the state under motor torque Γ, N·m.
+    /// Time derivative of the state under motor torque Γ, N·m, from its rates without.
     #[inline]
-    pub fn driven(&self, at: &Evaluation, torque: &JointVector<f64>) -> SVector<f64, STATES> {
-        let mut rates = at.rates;
+    pub fn driven(
+        &self,
+        mut rates: SVector<f64, STATES>,
+        torque: &JointVector<f64>,
+    ) -> SVector<f64, STATES> {
         for i in 0..6 {
             rates[18 + i] += torque[i] / self.robot.model.rotor_inertia()[i];
         }

@@ -64,7 +64,7 @@ pub fn advance(
 ) -> Option<State> {
     let mut y = state.0;
     let mut done = 0.0;
-    let mut k: [Vector; 7] = [cell.driven(at, torque); 7];
+    let mut k: [Vector; 7] = [cell.driven(at.rates, torque); 7];
     while done < span {
         let remaining = span - done;
         let last = *suggested >= remaining;
@@ -79,7 +79,7 @@ pub fn advance(
                 next += k * (h * weight);
             }
             let at = cell.evaluate(time + done + NODES[stage] * h, &State(next));
-            k[stage] = cell.driven(&at, torque);
+            k[stage] = cell.driven(at.rates, torque);
         }
         let mut square = 0.0;
         for i in 0..STATES {

@@ -7,8 +7,12 @@
 //!
 //! It keeps its order for any matrix A (a W-method), so A holds what is stiff and no more: springs,
 //! dampers, the slope of friction, and the contact. Those couple a motor with its own link only, so
-//! that the motors are eliminated joint by joint and each stage solves 6 × 6 instead of 32 × 32.
+//! that the motors are eliminated joint by joint and each stage solves 6 × 6 instead of 32 × 32. The
+//! inertia matrix is factored once a step: later stages take link accelerations by inverse dynamics
+//! about the first ([`ElasticRobot::link_acceleration_near`]).
 //! Effects that change a spring keep the baseline's K and D in A.
+//!
+//! [`ElasticRobot::link_acceleration_near`]: crate::robot::ElasticRobot::link_acceleration_near
 
 use crate::cell::{Cell, Evaluation, STATES, State};
 use nalgebra::{Matrix3, Matrix3x6, Matrix6, SVector, Vector3};
@@ -176,7 +180,7 @@ pub fn step(
     let s = G * h;
     let stage = Stage::new(cell, at, s)?;
     let mut u = [Vector::zeros(); 4];
-    u[0] = stage.solve(&(cell.driven(at, torque) * s));
+    u[0] = stage.solve(&(cell.driven(at.rates, torque) * s));
     let mut next = state.0 + u[0] * TABLEAU.m[0];
     for i in 1..4 {
         let (mut argument, mut right) = (state.0, Vector::zeros());
@@ -184,8 +188,8 @@ pub fn step(
             argument += earlier * *a;
             right += earlier * *c;
         }
-        let there = cell.evaluate(time + TABLEAU.node[i] * h, &State(argument));
-        u[i] = stage.solve(&(right + cell.driven(&there, torque) * s));
+        let there = cell.rates_near(time + TABLEAU.node[i] * h, &State(argument), at)?;
+        u[i] = stage.solve(&(right + cell.driven(there, torque) * s));
         next += u[i] * TABLEAU.m[i];
     }
     next.sum().is_finite().then_some(State(next))

@@ -13,6 +13,7 @@ use super::ports::{JointState, Ports, Term, ValueDerivative};
 use crate::effects::{Action, Effect, EffectError};
 use crate::input::Process;
 use nalgebra::{Matrix6, Vector3};
+use trueweld_core::ldlt::Ldlt;
 use trueweld_core::{Displacement, Frames, JOINTS, JointVector, Robot, Wrench};
 
 /// What bearings and base give to, beside loads at rest.
@@ -291,8 +292,8 @@ impl ElasticRobot {
         self.model.frames_displaced(link, &by)
     }
 
-    /// Link accelerations θ̈, rad/s², and the inertia matrix used. `None` where the state is not
-    /// finite.
+    /// Link accelerations θ̈, rad/s², with the inertia matrix and its factors. `None` where the state
+    /// is not finite.
     #[inline]
     pub fn link_acceleration(
         &self,
@@ -300,11 +301,30 @@ impl ElasticRobot {
         drives: &Drives,
         spring: &JointVector<f64>,
         wrench: &Wrench<f64>,
-    ) -> Option<(JointVector<f64>, Matrix6<f64>)> {
+    ) -> Option<(JointVector<f64>, Matrix6<f64>, Ldlt<f64>)> {
         let (inertia, bias) = self.model.equation_of_motion(frames, &drives.link_rate, wrench);
         let torque = spring + self.link_torque(drives) - bias;
-        let factor = trueweld_core::ldlt::Ldlt::new(inertia)?;
-        Some((factor.solve(&torque), inertia))
+        let factor = Ldlt::new(inertia)?;
+        Some((factor.solve(&torque), inertia, factor))
+    }
+
+    /// Link accelerations within a step from a state where they were θ̈₀ and M had these factors:
+    ///
+    /// θ̈ = θ̈₀ + M₀⁻¹ (τ − M θ̈₀ − h − g + Jᵀ w).
+    ///
+    /// Inverse dynamics costs less than M and its factors. Left out is the change of M times that of
+    /// θ̈, both over the step.
+    #[inline]
+    pub fn link_acceleration_near(
+        &self,
+        frames: &Frames<f64>,
+        drives: &Drives,
+        spring: &JointVector<f64>,
+        wrench: &Wrench<f64>,
+        (acceleration, factor): (&JointVector<f64>, &Ldlt<f64>),
+    ) -> JointVector<f64> {
+        let asked = self.model.rnea(frames, &drives.link_rate, acceleration, wrench);
+        acceleration + factor.solve(&(spring + self.link_torque(drives) - asked))
     }
 
     /// Energy of links, rotors, gravity, counterbalance and springs of the baseline, J. Without
