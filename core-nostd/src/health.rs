@@ -27,7 +27,7 @@ use micromath::F32Ext;
 
 /// Share of the new sample in a first-order average, T/(τ + T); `None` unless both times are
 /// positive and finite.
-fn share(time_constant: f32, period: f32) -> Option<f32> {
+pub(crate) fn share(time_constant: f32, period: f32) -> Option<f32> {
     let usable = |t: f32| t.is_finite() && t > 0.0;
     (usable(time_constant) && usable(period)).then(|| period / (time_constant + period))
 }
@@ -133,14 +133,21 @@ impl SpindleLine {
     /// The angle is best kept within a few turns of zero: f32 knows an angle of a thousand turns to
     /// 5e-4 rad.
     pub fn update(&mut self, sample: f32, spindle_angle: f32) {
-        let (s, c) = F32Ext::sin_cos(self.order * spindle_angle);
+        self.take(sample, F32Ext::sin_cos(self.order * spindle_angle));
+    }
+
+    /// The same with sine and cosine of n times the spindle's angle; returns what mean and line
+    /// leave of the sample.
+    pub(crate) fn take(&mut self, sample: f32, (s, c): (f32, f32)) -> f32 {
         let before = self.mean.unwrap_or(sample);
-        let step = self.share * (sample - before - self.cosine * c - self.sine * s);
+        let rest = sample - before - self.cosine * c - self.sine * s;
+        let step = self.share * rest;
         let mean = before + step;
         let (cosine, sine) = (self.cosine + 2.0 * step * c, self.sine + 2.0 * step * s);
         if mean.is_finite() && cosine.is_finite() && sine.is_finite() {
             (self.mean, self.cosine, self.sine) = (Some(mean), cosine, sine);
         }
+        rest
     }
 
     /// Amplitude A of the line, in the unit of the samples, to −0.5 % … +6.5 %.
@@ -168,6 +175,6 @@ impl SpindleLine {
 
 /// Square root to 0 … +6.1 %; of zero exactly zero, where the approximation alone would leave
 /// 1e-19.
-fn root(square: f32) -> f32 {
+pub(crate) fn root(square: f32) -> f32 {
     if square > 0.0 { F32Ext::sqrt(square) } else { 0.0 }
 }

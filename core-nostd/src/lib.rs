@@ -52,6 +52,8 @@ pub mod jacobian;
 pub mod kinematics;
 mod lanes;
 pub mod ldlt;
+#[cfg(feature = "micromath")]
+pub mod monitor;
 pub mod pid;
 pub mod rnea;
 pub mod robot;

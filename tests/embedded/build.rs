@@ -7,7 +7,8 @@ mod weld;
 use std::{env, fs, path::PathBuf};
 use toml::{Table, Value};
 use trueweld_core::compensation::Observation;
-use weld::{CYCLES, Joint, Numbers, Weld, nominal};
+use trueweld_core::monitor::HealthMonitor;
+use weld::{CYCLES, Joint, Numbers, PERIOD, Weld, nominal, watch};
 
 const ROBOT: &str = "../../fixtures/robots/kr500-mt.toml";
 
@@ -44,12 +45,28 @@ fn main() {
             command.torque.into()
         })
         .collect();
+    // In single precision: what the watch sees is to be the same to the last bit.
+    let mut weld = Weld::<f32>::new(&numbers, &start).expect("the weld is within reach");
+    let mut monitor = HealthMonitor::new(PERIOD as f32).expect("a period");
+    let health = (0..CYCLES)
+        .map(|k| {
+            let inputs = weld.inputs(k).expect("the weld is within reach");
+            let observation =
+                Observation::of_robot(&inputs.setpoint, &inputs.nominal, &inputs.sensed);
+            let command = weld.law.cycle(&weld.robot, &observation);
+            weld.follow(&inputs, &command).expect("the corrected weld is within reach");
+            watch(&mut monitor, &inputs)
+        })
+        .last()
+        .expect("a weld has cycles");
     // How Debug writes structs and arrays of numbers is how Rust reads them.
     let source = format!(
         "/// The robot file.\npub static ROBOT: Numbers = {numbers:?};\n\
          /// Joint angles at the start of the weld, rad.\npub static START: [f64; 6] = {start:?};\n\
          /// Torques of every cycle in double precision, N·m.\n\
-         pub static EXPECTED: [[f64; 6]; CYCLES] = {expected:?};\n"
+         pub static EXPECTED: [[f64; 6]; CYCLES] = {expected:?};\n\
+         /// What the watch sees in the last cycle, in single precision.\n\
+         pub static HEALTH: HealthSignals = {health:?};\n"
     );
     fs::write(out.join("host.rs"), source).expect("the build directory can be written");
 }

@@ -55,7 +55,7 @@ run() {
 run trueweld-embedded > "$printed" 2>&1 || {
   code=$?
   cat "$printed"
-  echo "the program on the target ended with $code: 124 hangs, 1 torques differ from the host's" >&2
+  echo "the program on the target ended with $code: 124 hangs, 1 torques or health signals differ from the host's" >&2
   exit 1
 }
 size() { llvm-size "$folder/$1" | awk 'NR == 2 { print $1 + $2 }'; }

@@ -5,6 +5,7 @@ use crate::support::{cases, seen, wrapped};
 use proptest::prelude::*;
 use std::f64::consts::{PI, TAU};
 use trueweld_core::health::{SpindleLine, VibrationLevel};
+use trueweld_core::monitor::{HealthMonitor, HealthSignals};
 
 /// Sampling of the signals, s: a force channel at 1 kHz.
 const PERIOD: f64 = 1e-3;
@@ -139,6 +140,85 @@ fn what_is_no_number_is_passed_over() {
         assert_eq!(SpindleLine::new(1, 0.1, bad), None);
     }
     assert_eq!(SpindleLine::new(0, 0.1, 1e-3), None);
+}
+
+/// What the watch sees of a push of 18 kN at 600 rpm and of drives that move at these rates, over so
+/// many seconds at a control period of 12 ms.
+fn watched(
+    seconds: f64,
+    line: impl Fn(f64) -> f64,
+    rates: impl Fn(f64) -> [f64; 6],
+) -> (HealthSignals, [f64; 2], [f64; 6]) {
+    const CYCLE: f64 = 0.012;
+    let mut monitor = HealthMonitor::new(CYCLE as f32).unwrap();
+    let (mut last, mut climbs, mut rings) = (HealthSignals::default(), [0.0; 2], [0.0; 6]);
+    for k in 1..=(seconds / CYCLE) as usize {
+        let time = CYCLE * k as f64;
+        let push = 18e3 + line(time) * (20.0 * PI * time - 1.0).cos();
+        last = monitor.update(
+            push as f32,
+            Some(18e3),
+            (20.0 * PI) as f32,
+            &rates(time).map(|rate| rate as f32),
+        );
+        for (total, line) in climbs.iter_mut().zip(last.lines) {
+            *total += CYCLE * f64::from(u8::from(line.climbs));
+        }
+        for (total, drive) in rings.iter_mut().zip(last.drives) {
+            *total += CYCLE * f64::from(u8::from(drive.rings));
+        }
+    }
+    (last, climbs, rings)
+}
+
+/// Noise between −1 and 1, without a line; another for each number.
+fn noise(time: f64, number: f64) -> f64 {
+    let x = ((time * 1000.0 + 7919.0 * number) * 12.9898).sin() * 43758.5453;
+    2.0 * (x - x.floor()) - 1.0
+}
+
+#[test]
+fn a_line_that_grows_is_warned_of_and_one_that_stays_is_not() {
+    let still = |time: f64| [1.0, 2.0, 3.0, 4.0, 5.0, 6.0].map(|k| 1e-5 * noise(time, k));
+    let (last, climbs, rings) = watched(40.0, |_| 100.0, still);
+    assert_eq!((climbs, rings), ([0.0; 2], [0.0; 6]));
+    let line = last.lines[0];
+    assert!((0.99..1.07).contains(&(f64::from(line.amplitude) / 100.0)), "{line:?}");
+    assert!((f64::from(line.phase) - 1.0).abs() < 6e-3, "{line:?}");
+    // Three times from 20 s on: seen some seconds later, order 1 alone.
+    let (_, climbs, _) = watched(40.0, |time| if time < 20.0 { 100.0 } else { 300.0 }, still);
+    assert!((17.0..20.0).contains(&climbs[0]) && climbs[1] == 0.0, "{climbs:?}");
+}
+
+#[test]
+fn a_drive_that_swings_longer_and_longer_is_warned_of_and_none_that_dies_away() {
+    // e^(−ζωt) sin ωt, started anew every two seconds, or ten where it lasts; with noise of a tenth,
+    // a line of the spindle and a slow motion beside it.
+    let drive = |time: f64, k: f64, frequency: f64, damping: f64| {
+        let omega = TAU * frequency;
+        let since = time % if damping > 0.01 { 2.0 } else { 10.0 };
+        let swing = (-damping * omega * since).exp() * (omega * since).sin();
+        1e-4 * (swing + 0.1 * noise(time, k) + 3.0 * (20.0 * PI * time).sin())
+            + 1e-3 * (0.7 * time).sin()
+    };
+    let rates = |time: f64| {
+        [
+            drive(time, 1.0, 16.5, -0.002),
+            drive(time, 2.0, 16.5, 0.05),
+            drive(time, 3.0, 7.0, 0.05),
+            drive(time, 4.0, 7.0, 0.005),
+            drive(time, 5.0, 24.0, 0.1),
+            1e-4 * noise(time, 6.0),
+        ]
+    };
+    let (last, _, rings) = watched(20.0, |_| 100.0, rates);
+    println!("{rings:?} {:?}", last.drives);
+    for (joint, rings) in rings.iter().enumerate() {
+        assert_eq!(*rings > 5.0, joint == 0 || joint == 3, "A{}: {rings} s", joint + 1);
+    }
+    // acos of `micromath` is good to 0.03 rad.
+    let off = f64::from(last.drives[0].frequency) - 16.5;
+    assert!(off.abs() < 0.03 / (TAU * 0.012) + 0.05, "{off} Hz");
 }
 
 #[test]

@@ -50,6 +50,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         say!("wrote {}\n", path.display());
     }
     let [single, double] = constants.bytes;
+    if !inputs.informed && !inputs.effects.is_empty() {
+        let effects = inputs.effects.iter().map(|e| e.name(&inputs.robot)).collect::<Vec<_>>();
+        say!("without {}: --informed includes what a core can hold\n", effects.join(", "));
+    }
     say!(
         "digest of the core   {}\nmemory in C, bytes   {single} in float, {double} in double\n",
         configuration.digest_text()

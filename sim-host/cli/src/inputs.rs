@@ -19,6 +19,7 @@ use trueweld_plant::integrate::Integrator;
 use trueweld_plant::provenance::{
     CoreRecord, EffectRecord, FileDigest, Provenance, SimulationRecord,
 };
+use trueweld_plant::robot::ElasticRobot;
 use trueweld_plant::simulate::{
     Controller, Program, RecordRow, RunError, Scenario, Seam, check_reach,
 };
@@ -95,6 +96,10 @@ pub struct CellFiles {
     /// Model file: robot, process and effects of the real cell, instead of --robot and --process
     #[arg(long, value_name = "F", conflicts_with_all = ["robot", "process"])]
     model: Option<PathBuf>,
+    /// The controller knows the model file's effects as well: other numbers of its robot, such as stiffness
+    /// and geometry; refused where there are others
+    #[arg(long, requires = "model")]
+    informed: bool,
     /// Process file (default: lap weld, stringer on 2024-T3 skin)
     #[arg(long, value_name = "F")]
     process: Option<PathBuf>,
@@ -160,6 +165,8 @@ pub struct Inputs {
     pub seed: u64,
     /// Relative error of the stiffness in `controller_model`.
     pub stiffness_error: f64,
+    /// True where `controller_model` has the model file's effects.
+    pub informed: bool,
     /// Every file that was read.
     pub files: Vec<FileDigest>,
 }
@@ -214,6 +221,7 @@ impl CellFiles {
         mut files: Vec<FileDigest>,
     ) -> Result<Inputs> {
         let Model { robot, mut process, mut effects, posterior } = self.model(&mut files)?;
+        let known = if self.informed { self.known(&robot, &effects)? } else { robot.robot.clone() };
         if let Some(rpm) = self.spindle_rpm {
             let rpm = option("--spindle-rpm", "spindle_rpm", rpm)?;
             process.spindle = (rpm * std::f64::consts::TAU / 60.0).copysign(process.spindle);
@@ -242,8 +250,7 @@ impl CellFiles {
         let error = self.stiffness_error.unwrap_or(0.0);
         let error = option("--stiffness-error", "stiffness_error", error)?;
         let factor = SVector::from_element(1.0 + error);
-        let controller_model = robot
-            .robot
+        let controller_model = known
             .with_stiffness_scaled(&factor)
             .map_err(|_| miette!("--stiffness-error {error} leaves no possible robot"))?;
         Ok(Inputs {
@@ -260,8 +267,30 @@ impl CellFiles {
             planned: process,
             controller_model,
             stiffness_error: error,
+            informed: self.informed,
             files,
         })
+    }
+
+    /// The robot with the model file's effects in its own numbers.
+    fn known(&self, robot: &RobotFile, effects: &[Effect]) -> Result<Robot<f64>> {
+        let acts = |e: &&Effect| e.values != e.kind.neutral(e.at).values;
+        let others = effects.iter().filter(acts).filter(|e| !e.is_of_robot_model());
+        let others: Vec<String> = others.map(|e| e.name(robot)).collect();
+        if !others.is_empty() {
+            let file = self.model.as_deref().unwrap_or(Path::new("")).display();
+            return Err(miette!(
+                help = "Give a copy of the model file without them to a controller that is to know the rest; or leave --informed out: then \
+                        the law meets all effects unknown.",
+                "--informed: a controller's model cannot hold {} of {file}; expected effects that are other numbers of the robot, such \
+                 as its stiffness and geometry",
+                others.join(" and ")
+            ));
+        }
+        let of_robot: Vec<Effect> =
+            effects.iter().filter(|e| e.is_of_robot_model()).cloned().collect();
+        let known = ElasticRobot::with_effects(&robot.robot, &of_robot, None).into_diagnostic()?;
+        Ok(known.model)
     }
 
     fn model(&self, files: &mut Vec<FileDigest>) -> Result<Model> {
@@ -296,6 +325,20 @@ struct Model {
 }
 
 impl Inputs {
+    /// Text of an input file, as it was read.
+    pub fn text<T: Embedded>(&self) -> Result<String> {
+        let [embedded, fixture] = T::FIXTURE;
+        let read = self.files.iter().find(|file| file.role == T::KIND.name());
+        let Some(read) = read.filter(|file| file.file != embedded) else {
+            return Ok(fixture.to_owned());
+        };
+        let (name, text) = read_text(Path::new(&read.file))?;
+        if FileDigest::new(&read.role, &read.file, text.as_bytes()) != *read {
+            return Err(miette!("{name}: it was changed since it was read"));
+        }
+        Ok(text)
+    }
+
     /// What is not known of this cell where what was measured of it stands in place of what is
     /// assumed; `None` where nothing was measured.
     pub fn measured(&self, assumed: &UncertainCell) -> Result<Option<UncertainCell>> {
@@ -333,6 +376,7 @@ impl Inputs {
             controllers: controllers.iter().map(|c| c.name().to_owned()).collect(),
             laws: laws.iter().map(|law| law.name().to_owned()).collect(),
             stiffness_error: self.stiffness_error,
+            informed: self.informed,
             spindle_rad_s: self.planned.spindle,
             control_period_s: self.control.period,
             plant_step_s: plant_step,

@@ -40,6 +40,8 @@ mod repeat;
 mod results;
 mod rsi_compensate;
 mod rsi_counts;
+mod rsi_live;
+mod rsi_log;
 mod rsi_robot;
 mod schema;
 mod step;

@@ -1,9 +1,9 @@
 //! `trueweld record`: logs of a simulated cell, as a laboratory would record them.
 
 use crate::inputs::read;
-use crate::results::{check_new_folder, check_outputs, check_targets, write};
+use crate::results::{check_empty_folder, check_outputs, check_targets, write};
 use clap::Args;
-use miette::{IntoDiagnostic, Result, miette};
+use miette::{IntoDiagnostic, Result};
 use std::path::PathBuf;
 use trueweld_laboratory::ProtocolFile;
 use trueweld_plant::input::{Control, Sensors};
@@ -30,14 +30,7 @@ pub struct Arguments {
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
     let out = &arguments.out;
-    check_new_folder("--out", out)?;
-    if out.exists() && std::fs::read_dir(out).into_diagnostic()?.next().is_some() {
-        return Err(miette!(
-            help = "Recordings are never written over: give another folder, or remove this one.",
-            "--out {}: there is something in this folder; expected a new or an empty one",
-            out.display()
-        ));
-    }
+    check_empty_folder("--out", out)?;
     let truth = arguments.truth.as_deref().map(|path| ("--truth", path));
     check_targets(truth.as_slice())?;
     let mut protocol = ProtocolFile::read(&arguments.protocol)?;

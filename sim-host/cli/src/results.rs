@@ -199,6 +199,22 @@ pub fn check_new_folder(flag: &str, path: &Path) -> Result<()> {
     check_folder(flag, path, there)
 }
 
+/// The same of one that nothing may be in yet, because recordings are never written over.
+///
+/// # Errors
+/// Those of [`check_new_folder`]; something in it.
+pub fn check_empty_folder(flag: &str, path: &Path) -> Result<()> {
+    check_new_folder(flag, path)?;
+    if path.exists() && std::fs::read_dir(path).into_diagnostic()?.next().is_some() {
+        return Err(miette!(
+            help = "Recordings are never written over: give another folder, or remove this one.",
+            "{flag} {}: there is something in this folder; expected a new or an empty one",
+            path.display()
+        ));
+    }
+    Ok(())
+}
+
 fn check_folder(flag: &str, path: &Path, folder: &Path) -> Result<()> {
     if !folder.is_dir() {
         let folder = folder.display();

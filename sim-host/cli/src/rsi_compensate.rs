@@ -3,12 +3,15 @@
 use crate::inputs::{Files, Inputs};
 use crate::names::LawParser;
 use crate::rsi_counts::{bound, of_client};
+use crate::rsi_log::LogFolder;
 use clap::Args;
 use miette::{IntoDiagnostic, Result, miette};
 use std::net::SocketAddr;
 use std::time::Duration;
 use trueweld_compensators::Entry;
 use trueweld_core::compensation::Compensator;
+use trueweld_core::control::SensorReadings;
+use trueweld_laboratory::ReadRow;
 use trueweld_plant::simulate::{Controller, Program, Seam};
 use trueweld_rsi::client::Knowledge;
 use trueweld_rsi::{Client, Served, serve};
@@ -36,6 +39,8 @@ pub struct Arguments {
     /// Seconds of silence after which the weld is over
     #[arg(long, value_name = "S", default_value_t = 2.0)]
     silence: f64,
+    #[command(flatten)]
+    log: LogFolder,
 }
 
 /// What a client knows of the cell.
@@ -66,16 +71,32 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         above("--authority-deg", arguments.authority_deg)?,
     ];
     let times = [above("--wait", arguments.wait)?, above("--silence", arguments.silence)?];
+    arguments.log.check()?;
     let inputs = arguments.files.read()?;
     let socket = bound(arguments.listen)?;
     let mut law = law(&inputs, &arguments.compensator)?;
     let mut client = Client::new(knowledge(&inputs), &inputs.control, law.as_mut(), authority);
     say!("{} listens at {}\n", arguments.compensator.name(), arguments.listen);
     let mut most = 0.0_f64;
+    let mut rows = Vec::new();
+    let mut first = None;
     let served = serve(&socket, &mut client, times.map(Duration::from_secs_f64), |client| {
         most = most.max(client.correction().linear.norm());
+        if let Some(seen) = client.seen().filter(|_| arguments.log.is_asked_for()) {
+            let time = (seen.ipoc - *first.get_or_insert(seen.ipoc)) as f64 * 1e-3;
+            // A packet that came twice is answered twice.
+            if rows.last().is_none_or(|row: &ReadRow| row.time < time) {
+                let SensorReadings { encoder, wrench, .. } = seen.sensed;
+                rows.push(ReadRow { time, encoder, wrench });
+            }
+        }
     });
     say!("{}", of_client(&client.counts()));
+    if !rows.is_empty() {
+        arguments.log.write(&inputs, |log, folder| {
+            log.write_read(folder, inputs.control.period, inputs.planned.spindle, &rows)
+        })?;
+    }
     match served {
         Served::Silent => {
             say!("largest correction      {:>9.3} mm\n", most * 1e3);

@@ -6,6 +6,8 @@ use crate::names::{Controller, LawParser};
 use crate::results::{RecordedResults, check_outputs, check_targets};
 use crate::rsi_compensate;
 use crate::rsi_counts::{bound, of_link};
+use crate::rsi_live::LiveViewer;
+use crate::rsi_log::LogFolder;
 use clap::Args;
 use miette::{IntoDiagnostic, Result, miette};
 use std::net::SocketAddr;
@@ -16,7 +18,7 @@ use std::time::Duration;
 use trueweld_compensators::{Entry, Uncompensated};
 use trueweld_evaluate::WeldFigures;
 use trueweld_output::{WeldReport, WeldRun};
-use trueweld_plant::simulate::{Program, Seam, run_with};
+use trueweld_plant::simulate::{Program, Recording, Seam, run_with};
 use trueweld_rsi::{Bounds, Client, Link, Pace, pass_through, serve};
 
 /// Longest that an answer is waited for in lock-step.
@@ -71,6 +73,10 @@ pub struct Arguments {
     #[arg(long, value_name = "N", default_value_t = 10)]
     timeout: u32,
     #[command(flatten)]
+    log: LogFolder,
+    #[command(flatten)]
+    live: LiveViewer,
+    #[command(flatten)]
     results: RecordedResults,
 }
 
@@ -97,6 +103,7 @@ impl Arguments {
 pub fn run(arguments: &Arguments) -> Result<()> {
     let outputs = arguments.results.outputs();
     check_targets(&outputs)?;
+    arguments.log.check()?;
     let bounds = arguments.bounds()?;
     let inputs = arguments.files.read()?;
     check_outputs(&outputs)?;
@@ -112,6 +119,11 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let how = (bounds, pace, arguments.plain);
     let mut link = Link::new(socket, arguments.to, &seam, control.period, how).into_diagnostic()?;
     let stopped = link.stopped();
+    let name = match &arguments.compensator {
+        Some(law) => format!("{} over RSI", law.name()),
+        None => "over RSI".to_owned(),
+    };
+    let shown = arguments.live.connect(&scenario, &name)?;
     let duration = Program::Weld.duration(&inputs.weld, &seam);
     let progress = arguments.results.files.progress("welding over RSI", duration);
     // Wide enough for the guard, and no wider.
@@ -133,8 +145,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
                 Ok(())
             })
         });
-        let recording = run_with(&scenario, &mut link, |time| {
-            progress.advance_to(time);
+        let recording = run_with(&scenario, &mut link, |row| {
+            progress.advance_to(row.time);
+            shown.row(row);
             if stopped.get().is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         });
         if let Some(thread) = served {
@@ -143,12 +156,12 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         recording.map_err(|error| inputs.failed(controller, &error))
     });
     progress.finish();
-    let mut recording = recording?;
-    recording.compensator = match &arguments.compensator {
-        Some(law) => format!("{} over RSI", law.name()),
-        None => "over RSI".to_owned(),
-    };
+    shown.finish();
+    let recording = Recording { compensator: name, ..recording? };
     say!("{}", of_link(&link.counts()));
+    arguments.log.write(&inputs, |log, folder| {
+        log.write_simulated(folder, &recording, &inputs.cell, inputs.planned.spindle)
+    })?;
     let figures = WeldFigures::of(&recording);
     if let Some(figures) = &figures {
         let simulation = inputs.simulation(&[controller], slice::from_ref(&law), 1, PLANT_STEP);

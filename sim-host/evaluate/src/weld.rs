@@ -6,7 +6,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use trueweld_core::control::Limited;
 use trueweld_core::{Fault, JointVector};
-use trueweld_plant::simulate::{LimitSpan, Phase, RecordRow, Recording, limit_spans};
+use trueweld_plant::simulate::{
+    HealthWarning, LimitSpan, Phase, RecordRow, Recording, health_warnings, limit_spans,
+};
 
 /// Mean, root mean square and largest magnitude of a signal, in the signal's unit.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -128,6 +130,8 @@ pub struct WeldFigures {
     pub first_limit: Option<FirstLimit>,
     /// What was at a limit, the longest first.
     pub limits: Vec<LimitSpan>,
+    /// What the watch beside the law warned of, the first first.
+    pub health: Vec<HealthWarning>,
     /// Whether it is the weld that was asked for, quantity by quantity.
     pub judged: [JudgedFigure; 6],
 }
@@ -308,6 +312,7 @@ impl WeldFigures {
             limited_rows: recording.rows.iter().filter(|r| held(r)).count(),
             first_limit: FirstLimit::of(recording),
             limits: limit_spans(&recording.rows, &recording.max_torque),
+            health: health_warnings(&recording.rows),
             judged: judged(recording, &steady, [lateral, longitudinal, tilt], mean_push),
         })
     }

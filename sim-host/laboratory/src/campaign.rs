@@ -12,7 +12,8 @@ use std::path::{Path, PathBuf};
 use trueweld_plant::effects::Location;
 use trueweld_plant::input::{Comments, Control, ModelFile, Sensors, write_atomically};
 
-const MODEL: &str = "schema = \"model/1\"\nrobot = \"robot.toml\"\nprocess = \"process.toml\"\n";
+pub(crate) const MODEL: &str =
+    "schema = \"model/1\"\nrobot = \"robot.toml\"\nprocess = \"process.toml\"\n";
 
 impl ProtocolFile {
     /// Records the logs of the protocol into a new campaign folder: robot, process, model, logs, and

@@ -53,6 +53,7 @@ mod samples;
 mod static_arm;
 mod track;
 mod truth;
+mod weld_log;
 
 pub use corpus::{CorpusCase, Hidden};
 pub use draw::effect;
@@ -66,3 +67,4 @@ pub use protocol::Protocol;
 pub use protocol_file::{LoadRow, LogPlan, PlannedLog, ProtocolFile};
 pub use recipe::Recipe;
 pub use static_arm::Unsettled;
+pub use weld_log::{ReadRow, WeldLog};

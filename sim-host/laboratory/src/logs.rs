@@ -19,7 +19,7 @@ use trueweld_plant::cell::Cell;
 use trueweld_plant::input::{RealSeam, Weld, write_atomically};
 use trueweld_plant::integrate::Integrator;
 use trueweld_plant::random::Random;
-use trueweld_plant::simulate::{Controller, Program, RecordRow, Scenario, Seam, run};
+use trueweld_plant::simulate::{Controller, Program, RecordRow, Recording, Scenario, Seam, run};
 
 /// Range of the postures of static loads and ring-downs, rad; A5 of either sign.
 const RANGE: [[f64; 2]; JOINTS] =
@@ -168,22 +168,8 @@ impl Recorder<'_> {
             },
             |_| {},
         )?;
-        let instant = |row: &RecordRow| {
-            let force = row.real.rotation.tr_mul(&(row.axes * row.force_w));
-            Instant {
-                motor: row.motor,
-                link: row.link,
-                torque: row.torque,
-                pose: row.real,
-                wrench: Wrench { moment: Vector3::zeros(), force },
-            }
-        };
-        let instants: Vec<_> = recording.rows.iter().map(instant).collect();
-        let length = (instants.len() - 1) as f64 * recording.period;
-        let track = Track { start: 0.0, step: recording.period, instants };
-        let table = self.recorded(LogKind::Weld, log, &cell, &track, length, &[spindle]);
-        table.write(&log.folder, "weld = \"weld.toml\"\nprocess = \"../process.toml\"\n")?;
-        Ok(write_atomically(log.folder.join("weld.toml"), text.as_bytes())?)
+        let table = self.table(LogKind::Weld, log);
+        Ok(write_weld(table, &recording, &cell, spindle, (&log.folder, text))?)
     }
 
     fn table(&self, kind: LogKind, log: &NewLog) -> SampleTable {
@@ -202,13 +188,51 @@ impl Recorder<'_> {
         given: &[f64],
     ) -> SampleTable {
         let mut table = self.table(kind, log);
-        if let Some(period) = kind.period() {
-            for row in 0..=(length / period + 1e-6) as usize {
-                table.record(cell, track.read(cell, row as f64 * period), given);
-            }
-        }
+        fill(&mut table, kind, cell, track, (length, given));
         table
     }
+}
+
+/// Even sampling from 0 to `length`, s; `given`: the columns that no instrument reads.
+fn fill(
+    table: &mut SampleTable,
+    kind: LogKind,
+    cell: &Cell,
+    track: &Track,
+    (length, given): (f64, &[f64]),
+) {
+    if let Some(period) = kind.period() {
+        for row in 0..=(length / period + 1e-6) as usize {
+            table.record(cell, track.read(cell, row as f64 * period), given);
+        }
+    }
+}
+
+/// Writes the log of a weld that was made: what the instruments read of it, into a folder, with the
+/// text of the weld's file. `spindle`: its speed, rad/s.
+pub(crate) fn write_weld(
+    mut table: SampleTable,
+    recording: &Recording,
+    cell: &Cell,
+    spindle: f64,
+    (folder, text): (&path::Path, &str),
+) -> std::io::Result<()> {
+    let instant = |row: &RecordRow| {
+        let force = row.real.rotation.tr_mul(&(row.axes * row.force_w));
+        Instant {
+            motor: row.motor,
+            link: row.link,
+            torque: row.torque,
+            pose: row.real,
+            wrench: Wrench { moment: Vector3::zeros(), force },
+        }
+    };
+    let instants: Vec<_> = recording.rows.iter().map(instant).collect();
+    let length = instants.len().saturating_sub(1) as f64 * recording.period;
+    let track = Track { start: 0.0, step: recording.period, instants };
+    fill(&mut table, LogKind::Weld, cell, &track, (length, &[spindle]));
+    table.write(folder, "weld = \"weld.toml\"\nprocess = \"../process.toml\"\n")?;
+    write_atomically(folder.join("weld.toml"), text.as_bytes())
 }
 
 impl LogWriter<'_> {

@@ -23,4 +23,16 @@ pub enum OutputError {
         /// What the recording library said.
         reason: String,
     },
+    /// No viewer to stream to, or one that went away.
+    #[error("{url}: {reason}")]
+    #[diagnostic(
+        code(trueweld::output::live),
+        help("start a viewer of Rerun 0.36 first: rerun; it says where it listens")
+    )]
+    Live {
+        /// The viewer asked for.
+        url: String,
+        /// What the connection said.
+        reason: String,
+    },
 }

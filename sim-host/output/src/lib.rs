@@ -38,6 +38,8 @@ pub use finished::{
 };
 pub use progress::Progress;
 pub use report::*;
+#[cfg(feature = "rerun")]
+pub use rerun::{Live, LiveWeld};
 pub use samples::{Samples, is_parquet};
 pub use words::control::control_toml;
 pub use words::experiment::experiment_protocol;

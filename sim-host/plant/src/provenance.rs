@@ -57,6 +57,9 @@ pub struct SimulationRecord {
     /// Relative error of the joint stiffness that the controller believes in; where a sweep varies
     /// it, the error of the other sweeps.
     pub stiffness_error: f64,
+    /// True where the controller knows the effects of the model file.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub informed: bool,
     /// Speed of the spindle, positive about the tool's z axis, rad/s.
     pub spindle_rad_s: f64,
     /// Control period, s.

@@ -34,6 +34,20 @@ pub struct Client<'a> {
     period: f64,
     counts: ClientCounts,
     last: Option<Last>,
+    seen: Option<Seen>,
+}
+
+/// What the last packet that was answered said.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Seen {
+    /// Time stamp, ms.
+    pub ipoc: u64,
+    /// Where the program is along the seam, m.
+    pub path: f64,
+    /// Push asked for, N.
+    pub asked: f64,
+    /// The instruments.
+    pub sensed: SensorReadings<f64>,
 }
 
 /// The last packet that was answered.
@@ -89,7 +103,13 @@ impl<'a> Client<'a> {
             period,
             counts: ClientCounts::default(),
             last: None,
+            seen: None,
         }
+    }
+
+    /// The last packet that was answered; `None` before one was.
+    pub fn seen(&self) -> Option<Seen> {
+        self.seen
     }
 
     /// What became of the packets.
@@ -158,6 +178,7 @@ impl<'a> Client<'a> {
             self.law.start(model, &encoder, &sensed.motor_torque);
         }
         let path = weld.path / MM;
+        self.seen = Some(Seen { ipoc: packet.ipoc, path, asked: weld.push, sensed });
         let base = seam.frame(0.0);
         let setpoint = Setpoint {
             pose: base * frame::to_pose(&weld.commanded),

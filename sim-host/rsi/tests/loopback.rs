@@ -98,8 +98,8 @@ impl Files {
                 .expect("a cycle of RSI");
         let stopped: Rc<Cell<Option<Stop>>> = link.stopped();
         let recording = self.scenario(&pass_through(&self.of.control), |scenario| {
-            run_with(scenario, &mut link, |time| match stopped.get() {
-                None if time < longest => ControlFlow::Continue(()),
+            run_with(scenario, &mut link, |row| match stopped.get() {
+                None if row.time < longest => ControlFlow::Continue(()),
                 _ => ControlFlow::Break(()),
             })
         });

@@ -2,8 +2,8 @@
 //! instructions by SysTick in an emulator that counts them, stack by painting it beforehand.
 
 use crate::host_tables::{ROBOT, START};
-use crate::others;
-use crate::weld::Weld;
+use crate::weld::{Inputs, Weld, controller};
+use crate::{Work, others};
 use core::arch::asm;
 use core::ffi::CStr;
 use core::ptr::{addr_of, read_volatile, write_volatile};
@@ -14,6 +14,10 @@ use trueweld_core::Real;
 
 /// What f64 may be off, as a share of the drive's limit: the rounding of two different compilers.
 const BOUND_F64: f64 = 1e-9;
+
+/// The law whose full control cycle is measured as well, with two readings a period: the longest that
+/// a seam sensor makes.
+const FULL_CYCLE: &str = "seam-tracking";
 
 /// SysTick counts down from here, in 24 bits.
 const RELOAD: u32 = 0x00ff_ffff;
@@ -50,20 +54,42 @@ fn main() -> ! {
 /// host.
 fn judge<T: Real + Into<f64>>(name: &CStr, bound: f64) -> bool {
     let thousand = thousand();
-    let (mut most, mut sum, mut stack) = (0, 0, 0);
-    let code = crate::run::<T>(bound, |cycle| {
+    let (mut law, mut health) = (Cost::default(), Cost::default());
+    let code = crate::run::<T>(bound, |work, cycle| {
         paint();
         let spent = ticks(cycle) * 100 / (thousand / 10).max(1);
-        most = most.max(spent);
-        sum += spent;
-        stack = stack.max(unpainted());
+        let cost = match work {
+            Work::Law => &mut law,
+            Work::Health => &mut health,
+        };
+        cost.most = cost.most.max(spent);
+        cost.sum += spent;
+        cost.stack = cost.stack.max(unpainted());
     });
     print(name);
     print_number(c"  exit code", code.unsigned_abs());
-    print_number(c"  instructions a cycle, mean", sum / crate::weld::CYCLES as u32);
-    print_number(c"  instructions a cycle, most", most);
-    print_number(c"  stack of a cycle, bytes", stack);
+    law.print();
+    if size_of::<T>() == size_of::<f32>() {
+        print(c"health\n");
+        health.print();
+    }
     code == 0
+}
+
+/// What something costs in the cycles of the weld.
+#[derive(Default)]
+struct Cost {
+    most: u32,
+    sum: u32,
+    stack: u32,
+}
+
+impl Cost {
+    fn print(&self) {
+        print_number(c"  instructions a cycle, mean", self.sum / crate::weld::CYCLES as u32);
+        print_number(c"  instructions a cycle, most", self.most);
+        print_number(c"  stack of a cycle, bytes", self.stack);
+    }
 }
 
 /// What a period of every law costs by itself, over so many periods that whatever it keeps is full.
@@ -73,33 +99,59 @@ fn laws<T: Real>() {
         return;
     };
     let thousand = thousand();
-    others::laws(&mut |name, law| {
-        law.reset();
+    let over_weld = |period: &mut dyn FnMut(&Inputs<T>, usize)| {
         let (mut least, mut most, mut stack) = (u32::MAX, 0, 0);
         for k in 0..PERIODS {
             let Some(inputs) = weld.inputs(k % crate::weld::CYCLES) else {
-                return;
+                break;
             };
             paint();
-            let spent = ticks(&mut || others::ask(law, &weld.robot, &inputs, k)) * 100
-                / (thousand / 10).max(1);
+            let spent = ticks(&mut || period(&inputs, k)) * 100 / (thousand / 10).max(1);
             (least, most) = (least.min(spent), most.max(spent));
             stack = stack.max(unpainted());
         }
-        for byte in name.bytes() {
-            // SAFETY: the debugger reads the one byte.
-            unsafe { syscall1!(WRITEC, &raw const byte) };
+        (least, most, stack)
+    };
+    others::laws(&mut |name, law| {
+        law.reset();
+        let alone = over_weld(&mut |inputs, k| others::ask(law, &weld.robot, inputs, k));
+        report(name, c"\n", alone);
+        if name == FULL_CYCLE
+            && let Some(inputs) = weld.inputs(0)
+        {
+            law.reset();
+            let mut cycle = controller(law);
+            cycle.start(&weld.robot, &inputs.sensed.encoder, &inputs.sensed.motor_torque);
+            let full =
+                over_weld(&mut |inputs, k| others::cycle(&mut cycle, &weld.robot, inputs, k));
+            report(name, c"-in-external\n", full);
         }
-        print_number(c"\n  instructions a period, least", least);
-        print_number(c"  instructions a period, most", most);
-        print_number(c"  stack of a period, bytes", stack);
     });
+}
+
+/// What periods cost: instructions at least and at most, and stack in bytes.
+fn report(name: &str, of: &CStr, (least, most, stack): (u32, u32, u32)) {
+    for byte in name.bytes() {
+        // SAFETY: the debugger reads the one byte.
+        unsafe { syscall1!(WRITEC, &raw const byte) };
+    }
+    print(of);
+    print_number(c"  instructions a period, least", least);
+    print_number(c"  instructions a period, most", most);
+    print_number(c"  stack of a period, bytes", stack);
 }
 
 /// Ticks of a thousand instructions.
 fn thousand() -> u32 {
+    ticks(&mut nops)
+}
+
+/// A thousand instructions, in a frame of their own: a constant that the code around them loads would
+/// be too far away.
+#[inline(never)]
+fn nops() {
     // SAFETY: touches nothing but the program counter.
-    ticks(&mut || unsafe { asm!(".rept 1000", "nop", ".endr", options(nomem, nostack)) })
+    unsafe { asm!(".rept 1000", "nop", ".endr", options(nomem, nostack)) };
 }
 
 /// SysTick's ticks while `work` runs.

@@ -8,5 +8,5 @@ unsafe extern "C" {}
 // SAFETY: no other `main` is in the program.
 #[unsafe(no_mangle)]
 extern "C" fn main() -> i32 {
-    crate::run::<f32>(crate::BOUND, |cycle| cycle())
+    crate::run::<f32>(crate::BOUND, |_, cycle| cycle())
 }

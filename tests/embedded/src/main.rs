@@ -10,7 +10,8 @@
 //!   the linker would ask for it.
 //!
 //! It prints nothing and ends with 0 where all torques agree with double precision on the host, 1
-//! where the robot or the weld is refused, 2 after a fault, and 3 where a torque is off.
+//! where the robot or the weld is refused, 2 after a fault, 3 where a torque is off, and 4 where the
+//! watch beside the law sees in `f32` anything but what it does on the host.
 #![no_std]
 #![no_main]
 
@@ -22,11 +23,12 @@ mod others;
 mod weld;
 
 use core::{hint::black_box, panic::PanicInfo};
-use host_tables::{EXPECTED, ROBOT, START};
+use host_tables::{EXPECTED, HEALTH, ROBOT, START};
 use trueweld_core::compensation::Observation;
 use trueweld_core::control::Command;
+use trueweld_core::monitor::{HealthMonitor, HealthSignals};
 use trueweld_core::{Real, Robot};
-use weld::{Inputs, Law, Weld};
+use weld::{Inputs, Law, PERIOD, Weld};
 
 /// What the build script wrote: the robot file, the start of the weld, and the torques in double
 /// precision.
@@ -34,6 +36,7 @@ mod host_tables {
     // Some joint angle is a quarter turn.
     #![allow(clippy::approx_constant)]
     use crate::weld::{CYCLES, Joint, Numbers};
+    use trueweld_core::monitor::{DriveSignal, HealthSignals, LineSignal};
     include!(concat!(env!("OUT_DIR"), "/host.rs"));
 }
 
@@ -53,21 +56,36 @@ fn panic(_: &PanicInfo<'_>) -> ! {
 /// kN·m. Measured 6.6e-4.
 const BOUND: f64 = 2e-3;
 
+/// What runs every period, and is measured by itself.
+#[derive(Debug, Clone, Copy)]
+pub enum Work {
+    /// Controller and law.
+    Law,
+    /// The watch beside them.
+    Health,
+}
+
 /// The whole weld; 0 where its torques are within `bound` of the host's. `measured` is called
-/// around every control cycle.
-fn run<T: Real + Into<f64>>(bound: f64, mut measured: impl FnMut(&mut dyn FnMut())) -> i32 {
+/// around everything that runs in a control cycle.
+fn run<T: Real + Into<f64>>(bound: f64, mut measured: impl FnMut(Work, &mut dyn FnMut())) -> i32 {
     // Nothing of the robot or its instruments may be known to the optimiser, or it would prove the
     // absence of panics for this weld alone.
     let Some(mut weld) = Weld::<T>::new(black_box(&ROBOT), black_box(&START)) else {
         return 1;
     };
+    let Some(mut monitor) = HealthMonitor::new(black_box(PERIOD as f32)) else {
+        return 1;
+    };
+    let mut health = HealthSignals::default();
     for (k, expected) in EXPECTED.iter().enumerate() {
         let Some(inputs) = weld.inputs(k) else {
             return 1;
         };
         let inputs = black_box(inputs);
         let mut command = None;
-        measured(&mut || command = Some(cycle(&mut weld.law, black_box(&weld.robot), &inputs)));
+        let law = &mut || command = Some(cycle(&mut weld.law, black_box(&weld.robot), &inputs));
+        measured(Work::Law, law);
+        measured(Work::Health, &mut || health = watch(&mut monitor, &inputs));
         let Some(command) = command else { return 1 };
         if command.fault.is_some() {
             return 2;
@@ -84,7 +102,14 @@ fn run<T: Real + Into<f64>>(bound: f64, mut measured: impl FnMut(&mut dyn FnMut(
             return 1;
         }
     }
-    0
+    // What the watch is given in double precision differs.
+    if size_of::<T>() == size_of::<f32>() && health != HEALTH { 4 } else { 0 }
+}
+
+/// The watch over one cycle.
+#[inline(never)]
+fn watch<T: Real + Into<f64>>(monitor: &mut HealthMonitor, inputs: &Inputs<T>) -> HealthSignals {
+    weld::watch(monitor, inputs)
 }
 
 /// One control cycle: what a controller calls every period.

@@ -7,8 +7,10 @@ use trueweld_compensators::{
     Adaptive, AdaptiveGains, Combined, CombinedGains, Elastostatic, ElastostaticGains, FeedForward,
     Law, Observer, ObserverGains, Setup, Visitor, for_each,
 };
-use trueweld_core::compensation::{Compensator, DeviationMeasurement, Observation};
-use trueweld_core::control::{ForceGains, HybridController, JointGains, Parallel, Superposed};
+use trueweld_core::compensation::{Compensated, Compensator, DeviationMeasurement, Observation};
+use trueweld_core::control::{
+    External, ForceGains, HybridController, JointGains, Parallel, Superposed,
+};
 use trueweld_core::filter::{Biquad, Filter, MovingAverage};
 use trueweld_core::scalar::lit;
 use trueweld_core::{JointVector, Real, Robot, Twist, Wrench};
@@ -64,9 +66,27 @@ pub fn link<T: Real>(robot: &Robot<T>, inputs: &Inputs<T>) {
     });
 }
 
-/// One period of a law, with two readings of a seam sensor, the most that a period brings. `k`: the
-/// period, which turns what is seen.
+/// One period of a law by itself. `k`: the period, which turns what is seen.
 pub fn ask<T: Real>(law: &mut dyn Compensator<T>, robot: &Robot<T>, inputs: &Inputs<T>, k: usize) {
+    observed(inputs, k, |observation| {
+        black_box(black_box(law).demand(robot, observation).is_ok());
+    });
+}
+
+/// One period of external control with a law.
+pub fn cycle<T: Real>(
+    controller: &mut Compensated<T, External<T>, &mut dyn Compensator<T>>,
+    robot: &Robot<T>,
+    inputs: &Inputs<T>,
+    k: usize,
+) {
+    observed(inputs, k, |observation| {
+        black_box(black_box(controller).cycle(robot, observation));
+    });
+}
+
+/// What is seen in a period, with two readings of a seam sensor, the most that a period brings.
+fn observed<T: Real>(inputs: &Inputs<T>, k: usize, of: impl FnOnce(&Observation<'_, T>)) {
     let across = Twist { angular: Vector3::z() * lit::<T>(0.02), linear: Vector3::y() };
     let tilted = Twist { angular: Vector3::x(), linear: Vector3::zeros() };
     let seen = [across, tilted].map(|along| DeviationMeasurement {
@@ -85,7 +105,7 @@ pub fn ask<T: Real>(law: &mut dyn Compensator<T>, robot: &Robot<T>, inputs: &Inp
         measurements: black_box(&seen),
         ..Observation::of_robot(&inputs.setpoint, &inputs.nominal, &inputs.sensed)
     };
-    black_box(black_box(law).demand(robot, &observation).is_ok());
+    of(&observation);
 }
 
 /// Hands every law on with its name.

@@ -4,10 +4,11 @@
 
 use nalgebra::{Matrix3, SVector, Vector3};
 use trueweld_compensators::{Elastostatic, ElastostaticGains};
-use trueweld_core::compensation::{Compensated, LoopLimits};
+use trueweld_core::compensation::{Compensated, Compensator, LoopLimits};
 use trueweld_core::control::{
     Command, External, ExternalGains, JointGains, SensorReadings, Setpoint,
 };
+use trueweld_core::monitor::{HealthMonitor, HealthSignals};
 use trueweld_core::scalar::lit;
 use trueweld_core::{
     Counterbalance, Friction, JOINTS, JointParameters, JointVector, Pose, Real, Robot,
@@ -18,7 +19,7 @@ use trueweld_core::{
 pub const CYCLES: usize = 200;
 
 /// Control period, s.
-const PERIOD: f64 = 0.012;
+pub const PERIOD: f64 = 0.012;
 
 /// Rate of the spindle, rad/s: 600 rpm.
 const SPINDLE: f64 = -62.83;
@@ -128,6 +129,32 @@ pub fn nominal<T: Real>(k: usize) -> Pose<T> {
 /// The law under test: external force control with the elastostatic compensation.
 pub type Law<T> = Compensated<T, External<T>, Elastostatic<T>>;
 
+/// External control with a law.
+pub fn controller<T: Real, C: Compensator<T>>(law: C) -> Compensated<T, External<T>, C> {
+    let position = JointGains {
+        kp: vector(&[4.0e6, 4.0e6, 2.5e6, 2.0e5, 2.0e5, 1.0e5]),
+        ki: vector(&[1.0e7, 1.0e7, 6.0e6, 5.0e5, 5.0e5, 2.5e5]),
+        kd: vector(&[3.0e5, 3.0e5, 1.5e5, 1.0e4, 1.0e4, 5.0e3]),
+    };
+    let force = ExternalGains {
+        kp: lit(1e-8),
+        ki: lit(2e-8),
+        kd: T::zero(),
+        material_stiffness: lit(30e6),
+        tuned_stiffness: lit(5e6),
+        max_correction: lit(0.020),
+        max_rate: lit(0.020),
+    };
+    let [lateral, orientation] = [0.010, 0.020].map(|most| LoopLimits {
+        bandwidth: lit(12.0),
+        size: lit(most),
+        rate: lit(most),
+    });
+    let period = lit(PERIOD);
+    let external = External::new(position, force, period);
+    Compensated::new(external, law, lateral, orientation, period)
+}
+
 /// What one control cycle is given.
 #[derive(Debug, Clone, Copy)]
 pub struct Inputs<T: Real> {
@@ -161,29 +188,8 @@ impl<T: Real> Weld<T> {
         let frames = robot.frames(&encoder);
         let torque =
             robot.spring_torque_at_rest(&frames, &encoder, &load(0).rotated(&frames.tcp.rotation));
-        let position = JointGains {
-            kp: vector(&[4.0e6, 4.0e6, 2.5e6, 2.0e5, 2.0e5, 1.0e5]),
-            ki: vector(&[1.0e7, 1.0e7, 6.0e6, 5.0e5, 5.0e5, 2.5e5]),
-            kd: vector(&[3.0e5, 3.0e5, 1.5e5, 1.0e4, 1.0e4, 5.0e3]),
-        };
-        let force = ExternalGains {
-            kp: lit(1e-8),
-            ki: lit(2e-8),
-            kd: T::zero(),
-            material_stiffness: lit(30e6),
-            tuned_stiffness: lit(5e6),
-            max_correction: lit(0.020),
-            max_rate: lit(0.020),
-        };
-        let [lateral, orientation] = [0.010, 0.020].map(|most| LoopLimits {
-            bandwidth: lit(12.0),
-            size: lit(most),
-            rate: lit(most),
-        });
-        let period = lit(PERIOD);
-        let external = External::new(position, force, period);
-        let elastostatic = Elastostatic::new(&ElastostaticGains::default(), period).ok()?;
-        let mut law = Compensated::new(external, elastostatic, lateral, orientation, period);
+        let elastostatic = Elastostatic::new(&ElastostaticGains::default(), lit(PERIOD)).ok()?;
+        let mut law = controller(elastostatic);
         law.start(&robot, &encoder, &torque);
         Some(Self { robot, law, encoder, rate: JointVector::zeros(), torque })
     }
@@ -223,6 +229,18 @@ impl<T: Real> Weld<T> {
         self.torque = command.torque;
         Some(())
     }
+}
+
+/// The watch beside the law, in `f32` whatever the law runs in.
+pub fn watch<T: Real + Into<f64>>(
+    monitor: &mut HealthMonitor,
+    inputs: &Inputs<T>,
+) -> HealthSignals {
+    let single = |value: T| value.into() as f32;
+    let Inputs { setpoint, sensed, .. } = inputs;
+    let rates: [f32; JOINTS] = sensed.encoder_rate.map(single).into();
+    let push = -single(sensed.wrench.force.z);
+    monitor.update(push, setpoint.force.map(single), single(setpoint.spindle_speed), &rates)
 }
 
 /// The load of cycle `k` on the tool, with a ripple of up to 100 N on its push.

@@ -8,7 +8,7 @@ use trueweld_compensators::Entry;
 use trueweld_evaluate::laws::{Change, NoFigures, Sweep, VariedQuantity};
 use trueweld_evaluate::{FirstLimit, ForceFigures, JudgedFigure, Spread, WeldFigures};
 use trueweld_plant::provenance::Provenance;
-use trueweld_plant::simulate::{LimitSpan, Recording};
+use trueweld_plant::simulate::{HealthWarning, HealthWarningKind, LimitSpan, Recording};
 
 /// Figures of welds over their steady part (full feed, full push).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -57,6 +57,8 @@ pub struct WeldRunResult {
     pub first_limit: Option<FirstLimitResult>,
     /// What was at a limit, the longest first.
     pub limits: Vec<LimitSpanResult>,
+    /// What the watch beside the law warned of, the first first.
+    pub health: Vec<HealthWarningResult>,
     /// `pass` where every figure of `judged` is within its tolerance, else `fail`.
     pub verdict: String,
     /// Whether it is the weld that was asked for, figure by figure.
@@ -99,6 +101,32 @@ pub struct LimitSpanResult {
     pub phase: String,
 }
 
+/// A warning of the watch beside the law.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct HealthWarningResult {
+    /// What: `spindle line of order 1 climbs` or `A1 rings`.
+    pub what: String,
+    /// When first, s.
+    pub first_s: f64,
+    /// Where the run was in its program then.
+    pub phase: String,
+    /// For how long, s.
+    pub time_s: f64,
+    /// Of a spindle's line: its largest amplitude in the push, N.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub amplitude_n: Option<f64>,
+    /// Of a spindle's line: what was usual, N.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub usual_n: Option<f64>,
+    /// Of a drive: largest RMS of its rate, rad/s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rate_rad_s: Option<f64>,
+    /// Of a drive: the frequency at which it rings, Hz.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub frequency_hz: Option<f64>,
+}
+
 /// A figure of a weld against what it is to be, in the unit of its key.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -135,6 +163,7 @@ impl WeldResult {
                 limited_rows: figures.limited_rows,
                 first_limit: figures.first_limit.map(FirstLimitResult::of),
                 limits: LimitSpanResult::all(figures, recording),
+                health: HealthWarningResult::all(figures, recording),
                 verdict: if figures.is_met() { "pass" } else { "fail" }.to_owned(),
                 judged: figures.judged.iter().map(JudgedFigureResult::of).collect(),
                 simulated_s: recording.simulated,
@@ -158,6 +187,32 @@ impl LimitSpanResult {
             phase: span.phase.name().to_owned(),
         };
         figures.limits.iter().map(of).collect()
+    }
+}
+
+impl HealthWarningResult {
+    fn all(figures: &WeldFigures, recording: &Recording) -> Vec<Self> {
+        let of = |warning: &HealthWarning| {
+            let [line, drive] = match warning.kind {
+                HealthWarningKind::SpindleLine { amplitude, usual, .. } => {
+                    [Some([amplitude, usual]), None]
+                }
+                HealthWarningKind::Ringing { rate, frequency, .. } => {
+                    [None, Some([rate, frequency])]
+                }
+            };
+            Self {
+                what: warning.kind.to_string(),
+                first_s: warning.first,
+                phase: warning.phase.name().to_owned(),
+                time_s: warning.rows as f64 * recording.period,
+                amplitude_n: line.map(|[amplitude, _]| amplitude),
+                usual_n: line.map(|[_, usual]| usual),
+                rate_rad_s: drive.map(|[rate, _]| rate),
+                frequency_hz: drive.map(|[_, frequency]| frequency),
+            }
+        };
+        figures.health.iter().map(of).collect()
     }
 }
 

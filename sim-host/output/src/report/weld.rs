@@ -11,6 +11,7 @@ use crate::samples::{self, Samples};
 use crate::words::weld::{headline, run_names, setting, speed};
 use crate::words::{Scale, fixed};
 use crate::{MILLI, WeldReport, WeldRun};
+use trueweld_core::monitor::ORDERS;
 use trueweld_core::{JOINTS, JointVector};
 use trueweld_evaluate::{Spread, WeldFigures};
 use trueweld_plant::simulate::{Phase, RecordRow};
@@ -103,6 +104,14 @@ fn table(runs: &[WeldRun], names: &[String]) -> Table {
         rows => {
             let first = run.figures.first_limit.map_or(0.0, |first| first.time);
             (format!("{:.2} s, first at {first:.2} s", rows as f64 * run.recording.period), true)
+        }
+    });
+    text("warnings", &|run| match run.figures.health.split_first() {
+        None => ("none".to_owned(), false),
+        Some((first, more)) => {
+            let more =
+                if more.is_empty() { String::new() } else { format!(", {} more", more.len()) };
+            (format!("{} at {:.2} s{more}", first.kind, first.first), true)
         }
     });
     Table { head, rows }
@@ -232,6 +241,24 @@ fn figures(runs: &[WeldRun], names: &[String]) -> Vec<Figure> {
         signals.plot("lateral, mm", signals.of_joints(worst, |row| row.lateral_by_joint)),
     );
     add("Controller: error of the push", signals.rippled("force error, N", |row| row.force_error));
+    let lines = (0..runs.len()).flat_map(|k| {
+        let of = |order: usize, dash| Line {
+            name: format!("{}, order {}", names[k], ORDERS[order]),
+            dash,
+            ..signals.of_run(k, |row| row.health.lines[order].amplitude.into())
+        };
+        [of(0, Dash::Solid), of(1, Dash::Dashed)]
+    });
+    add("Lines of the spindle in the push", signals.plot("amplitude, N", lines.collect()));
+    add(
+        &format!("Vibration of the drives, {}", names[worst]),
+        signals.plot(
+            "RMS of the rate, mrad/s",
+            signals.of_joints(worst, |row| {
+                JointVector::from_fn(|joint, _| row.health.drives[joint].rate.into())
+            }),
+        ),
+    );
     let added = signals.of_all(|row| row.depth_correction * MILLI);
     add("Controller: depth added by the force loop", signals.plot("depth, mm", added));
     if !compensated.is_empty() {
@@ -278,8 +305,8 @@ mod tests {
                 assert!(text.contains(&said) && page.contains(&said), "{said}: {text}");
             }
         }
-        assert_eq!(page.matches("<svg").count(), 12);
-        assert_eq!(page.matches("application/json").count(), 12 + 1);
+        assert_eq!(page.matches("<svg").count(), 14);
+        assert_eq!(page.matches("application/json").count(), 14 + 1);
     }
 
     #[test]

@@ -8,12 +8,15 @@
 
 mod compare;
 mod layout;
+mod live;
 mod placed;
 mod scene;
 mod shown;
 mod signals;
 mod step;
 mod writer;
+
+pub use live::{Live, LiveWeld};
 
 use crate::document::Document;
 use crate::words::experiment;
@@ -53,8 +56,9 @@ pub(crate) fn weld_recording(
         layout::weld(writer, &shown, exaggeration)?;
         scene::cell(writer, runs, &shown, exaggeration)?;
         for (run, shown) in runs.iter().zip(&shown) {
-            scene::arm(writer, run, shown, exaggeration)?;
-            signals::all(writer, shown)?;
+            let largest = run.figures.lateral.max_abs;
+            scene::arm(writer, run.robot, shown, [exaggeration, largest], 0)?;
+            signals::all(writer, shown, 0)?;
         }
         Ok(())
     })
@@ -91,7 +95,7 @@ pub(crate) fn step_recording(
         let step = step::Step::of(&shown, at);
         layout::step(writer, &shown, step.as_ref())?;
         step::references(writer, document.markdown(), step.as_ref())?;
-        shown.iter().try_for_each(|shown| signals::all(writer, shown))
+        shown.iter().try_for_each(|shown| signals::all(writer, shown, 0))
     })
 }
 
@@ -221,7 +225,7 @@ fn save(
     fill: impl FnOnce(&mut Writer<&mut Vec<u8>>) -> Result<(), RecordError>,
 ) -> Result<(), OutputError> {
     let mut bytes = Vec::new();
-    let written = Writer::new(&mut bytes, id).and_then(|mut writer| {
+    let written = Writer::new(&mut bytes, id, None).and_then(|mut writer| {
         let origin = TextDocument::new(origin).with_media_type(MediaType::MARKDOWN);
         writer.fixed(Store::Recording, ORIGIN, &origin)?;
         fill(&mut writer)?;

@@ -52,6 +52,17 @@ impl Seam {
         Some(Self((0..=places).map(ends).collect()))
     }
 
+    /// As it was taught.
+    pub fn taught(seam: &trueweld_plant::simulate::Seam) -> Self {
+        let place = |k: usize| {
+            let path = seam.length * k as f64 / PATH_POINTS as f64;
+            (seam.nominal(path).position, seam.axes(path))
+        };
+        let ends = [place(0), place(PATH_POINTS)];
+        let straight = ends[0].1 == ends[1].1;
+        Self(if straight { ends.into() } else { (0..=PATH_POINTS).map(place).collect() })
+    }
+
     /// Half way, m, and the axes of W there.
     pub fn middle(&self) -> (Vector3<f64>, Matrix3<f64>) {
         let n = self.0.len();
@@ -110,20 +121,32 @@ pub(super) fn cell<W: Write>(
     let Some(seam) = Seam::of(&first.recording.rows) else {
         return Ok(());
     };
+    surroundings(writer, &seam, first.recording.half_pin, exaggeration)?;
+    let words = TextDocument::new(about(runs, shown, exaggeration));
+    writer.fixed(Store::Recording, "/about", &words.with_media_type(MediaType::MARKDOWN))?;
+    half_pin(writer, first)
+}
+
+/// Plate, seam, and the limits of lateral deviation beside it. `half_pin`: m.
+pub(super) fn surroundings<W: Write>(
+    writer: &mut Writer<W>,
+    seam: &Seam,
+    half_pin: f64,
+    exaggeration: f64,
+) -> Result<(), RecordError> {
     let mut fixed =
         |entity: &str, what: &dyn AsComponents| writer.fixed(Store::Recording, entity, what);
-
     fixed("/cell", &ViewCoordinates::RIGHT_HAND_Z_UP())?;
-    fixed("/cell/plate", plate(&seam).as_ref())?;
+    fixed("/cell/plate", plate(seam).as_ref())?;
     let nominal = LineStrips3D::new([seam.line(0.0, 0.0)])
         .with_radii([0.005])
         .with_colors([Color::from_rgb(40, 40, 40)]);
     fixed("/cell/seam", &nominal)?;
-    let limit = first.recording.half_pin * exaggeration;
+    let limit = half_pin * exaggeration;
     let limits = LineStrips3D::new([limit, -limit].map(|across| seam.line(across, 0.0)))
         .with_radii([0.003])
         .with_colors([signals::rgb(LIMIT)])
-        .with_labels([format!("half the pin, ±{:.1} mm", first.recording.half_pin * MILLI)])
+        .with_labels([format!("half the pin, ±{:.1} mm", half_pin * MILLI)])
         .with_show_labels(false);
     fixed("/cell/half_pin", &limits)?;
     let (last, axes) = seam.0[seam.0.len() - 1];
@@ -131,12 +154,7 @@ pub(super) fn cell<W: Write>(
         .with_origins([point(&last)])
         .with_radii([0.006])
         .with_colors([Color::from_rgb(90, 90, 90)]);
-    fixed("/cell/weld_direction", &end)?;
-    fixed(
-        "/about",
-        &TextDocument::new(about(runs, shown, exaggeration)).with_media_type(MediaType::MARKDOWN),
-    )?;
-    half_pin(writer, first)
+    fixed("/cell/weld_direction", &end)
 }
 
 /// The limit of lateral deviation in the plots, over the whole time of a run.
@@ -178,26 +196,30 @@ fn about(runs: &[WeldRun], shown: &[Shown], exaggeration: f64) -> String {
     text
 }
 
-/// One run's arm, tool path and force.
+/// One run's arm and the force on it, of the rows from `from` on, and its tool's path. `largest`: its
+/// lateral deviation, m.
 pub(super) fn arm<W: Write>(
     writer: &mut Writer<W>,
-    run: &WeldRun,
+    robot: &Robot<f64>,
     shown: &Shown,
-    exaggeration: f64,
+    [exaggeration, largest]: [f64; 2],
+    from: usize,
 ) -> Result<(), RecordError> {
-    let (recording, robot) = (shown.recording, run.robot);
+    let recording = shown.recording;
     let rows = &recording.rows;
     let every = ((1.0 / POSES_PER_SECOND / recording.period.max(1e-9)).round() as usize).max(1);
 
     for (which, solid) in [("real", true), ("encoders", false)] {
         for link in 0..JOINTS {
             let entity = format!("/{}/cell/{which}/a{}", shown.root, link + 1);
-            if let Some(shape) = shape(robot, link, shown.color, solid) {
+            if from == 0
+                && let Some(shape) = shape(robot, link, shown.color, solid)
+            {
                 writer.fixed(Store::Recording, &entity, &shape)?;
             }
         }
     }
-    for range in signals::chunks(rows) {
+    for range in signals::chunks(rows, from) {
         let last = range.end - 1;
         let picked: Vec<usize> = range.filter(|k| k % every == 0 || *k == last).collect();
         let times = || shown.times(picked.iter().copied());
@@ -246,7 +268,7 @@ pub(super) fn arm<W: Write>(
     let style =
         Arrows3D::update_fields().with_colors([Color::from_rgb(r, g, b)]).with_radii([0.008]);
     writer.fixed(Store::Recording, &format!("/{}/cell/force", shown.root), &style)?;
-    let name = format!("{}: up to {:.1} mm", shown.name, run.figures.lateral.max_abs * MILLI);
+    let name = format!("{}: up to {:.1} mm", shown.name, largest * MILLI);
     way(writer, shown, &name, exaggeration)
 }
 

@@ -5,13 +5,15 @@ use super::writer::{RecordError, Store, Writer, refused};
 use crate::MILLI;
 use crate::color::{JOINTS as JOINT_COLORS, REFERENCE, Rgb};
 use crate::path::moving;
+use crate::words;
 use re_chunk::TimeColumn;
 use re_log_types::{TimeCell, TimePoint, Timeline};
 use re_sdk_types::archetypes::{Scalars, SeriesLines, TextLog};
 use re_sdk_types::components::{Color, TextLogLevel};
 use std::io::Write;
 use std::ops::Range;
-use trueweld_plant::simulate::RecordRow;
+use trueweld_core::monitor::ORDERS;
+use trueweld_plant::simulate::{RecordRow, health_warnings};
 
 /// Rows in one chunk.
 const CHUNK: usize = 10_000;
@@ -68,21 +70,27 @@ pub(super) const GROUPS: &[Group] = &[
     group("depth [mm]", Of::All, &["deviation/depth", "controller/depth_correction"]),
     group("sensed [kN]", Of::All, &["force/sensed", DESIRED]),
     group("force loop [N]", Of::All, &["controller/force_error", "controller/push"]),
+    group("spindle lines in the push [N]", Of::All, &["health/spindle_lines", "health/vibration"]),
+    group("vibration of the drives [mrad/s]", Of::First, &["health/drives"]),
 ];
 
 const fn group(title: &'static str, of: Of, entities: &'static [&'static str]) -> Group {
     Group { title, entities, references: &[], of }
 }
 
-/// Writes the signals and events of one run.
-pub(super) fn all<W: Write>(writer: &mut Writer<W>, shown: &Shown) -> Result<(), RecordError> {
+/// Writes the signals and events of one run, of the rows from `from` on.
+pub(super) fn all<W: Write>(
+    writer: &mut Writer<W>,
+    shown: &Shown,
+    from: usize,
+) -> Result<(), RecordError> {
     let (name, color) = (shown.name.as_str(), shown.color);
     let pale = |part: u16| color.map(|c| (u16::from(c) + (255 - u16::from(c)) * part / 10) as u8);
     // The plots' titles say what and in which unit; the lines' names say whose, and keep the
     // legends small.
     let own = [name.to_owned()];
     let label = |what: &str| [format!("{name}, {what}")];
-    let mut signals = Signals { writer, shown };
+    let mut signals = Signals { writer, shown, from };
 
     signals
         .send("deviation/lateral", &own, &[color], |r| Some([r.deviation_w.linear.y * MILLI]))?;
@@ -118,7 +126,17 @@ pub(super) fn all<W: Write>(writer: &mut Writer<W>, shown: &Shown) -> Result<(),
     signals.send("controller/correction_turn", &label("turn [mrad]"), &[pale(6)], |r| {
         Some([r.correction_w.angular.norm() * MILLI])
     })?;
-    events(writer, shown)
+    let lines = ORDERS.map(|order| format!("{name}, order {order}"));
+    signals.send("health/spindle_lines", &lines, &[color, pale(4)], |r| {
+        Some(r.health.lines.map(|line| line.amplitude.into()))
+    })?;
+    signals.send("health/vibration", &label("RMS of the rest"), &[pale(6)], |r| {
+        Some([r.health.vibration.into()])
+    })?;
+    signals.send("health/drives", &joints, &JOINT_COLORS, |r| {
+        Some(r.health.drives.map(|drive| f64::from(drive.rate) * MILLI))
+    })?;
+    events(writer, shown, from)
 }
 
 /// Limits and set-points that belong to no run: at every instant of `times` the same values of `N`
@@ -143,6 +161,8 @@ pub(super) fn reference<const N: usize, W: Write>(
 struct Signals<'a, 'b, W: Write> {
     writer: &'a mut Writer<W>,
     shown: &'a Shown<'b>,
+    /// The first row to write; those before are there.
+    from: usize,
 }
 
 impl<W: Write> Signals<'_, '_, W> {
@@ -155,13 +175,15 @@ impl<W: Write> Signals<'_, '_, W> {
         value: impl Fn(&RecordRow) -> Option<[f64; N]>,
     ) -> Result<(), RecordError> {
         let entity = format!("/{}/{entity}", self.shown.root);
-        let style = SeriesLines::new()
-            .with_names(names.iter().map(String::as_str))
-            .with_colors(colors.iter().map(|c| rgb(*c)))
-            .with_widths([1.5; N]);
-        self.writer.fixed(Store::Recording, &entity, &style)?;
+        if self.from == 0 {
+            let style = SeriesLines::new()
+                .with_names(names.iter().map(String::as_str))
+                .with_colors(colors.iter().map(|c| rgb(*c)))
+                .with_widths([1.5; N]);
+            self.writer.fixed(Store::Recording, &entity, &style)?;
+        }
         let rows = &self.shown.recording.rows;
-        for range in chunks(rows) {
+        for range in chunks(rows, self.from) {
             let found: Vec<(usize, [f64; N])> =
                 range.filter_map(|k| value(&rows[k]).map(|v| (k, v))).collect();
             if found.is_empty() {
@@ -177,9 +199,9 @@ impl<W: Write> Signals<'_, '_, W> {
     }
 }
 
-/// Ranges of rows that are all on the seam or all off it, none longer than a chunk.
-pub(super) fn chunks(rows: &[RecordRow]) -> impl Iterator<Item = Range<usize>> {
-    let mut start = 0;
+/// Ranges of the rows from `start` on that are all on the seam or all off it, none longer than a
+/// chunk.
+pub(super) fn chunks(rows: &[RecordRow], mut start: usize) -> impl Iterator<Item = Range<usize>> {
     std::iter::from_fn(move || {
         let on_path = moving(rows.get(start)?.phase);
         let length =
@@ -190,11 +212,13 @@ pub(super) fn chunks(rows: &[RecordRow]) -> impl Iterator<Item = Range<usize>> {
     })
 }
 
-/// Changes of phase, and where limits and faults begin and end.
-fn events<W: Write>(writer: &mut Writer<W>, shown: &Shown) -> Result<(), RecordError> {
+/// Changes of phase, where limits and faults begin and end, and warnings.
+fn events<W: Write>(writer: &mut Writer<W>, shown: &Shown, from: usize) -> Result<(), RecordError> {
     let entity = format!("/{}/events", shown.root);
-    let mut before: Option<&RecordRow> = None;
-    for row in &shown.recording.rows {
+    let warnings = health_warnings(&shown.recording.rows);
+    let (done, rows) = shown.recording.rows.split_at(from);
+    let mut before = done.last();
+    for row in rows {
         let nanoseconds =
             |seconds: f64| TimeCell::from_duration_nanos((seconds * 1e9).round() as i64);
         let mut log = |text: String, level: TextLogLevel| {
@@ -228,6 +252,9 @@ fn events<W: Write>(writer: &mut Writer<W>, shown: &Shown) -> Result<(), RecordE
                 Some(fault) => log(format!("fault: {fault:?}"), TextLogLevel::ERROR.into())?,
                 None => log("fault gone".to_owned(), TextLogLevel::INFO.into())?,
             }
+        }
+        for warning in warnings.iter().filter(|warning| warning.first == row.time) {
+            log(words::weld::warning(warning), TextLogLevel::WARN.into())?;
         }
         before = Some(row);
     }

@@ -62,6 +62,7 @@ fn a_recording_says_what_it_is_of_and_which_limit_was_hit_when() {
             controllers: vec!["external".to_owned()],
             laws: vec!["elastostatic".to_owned()],
             stiffness_error: 0.1,
+            informed: false,
             spindle_rad_s: 62.8,
             control_period_s: 0.012,
             plant_step_s: 0.001,
@@ -134,6 +135,9 @@ fn a_recording_holds_every_signal_of_every_run() {
             "controller/push",
             "controller/depth_correction",
             "controller/correction",
+            "health/spindle_lines",
+            "health/vibration",
+            "health/drives",
         ] {
             assert_eq!(rows.get(&format!("/{root}/{signal}")), Some(&12_001), "{root}/{signal}");
         }

@@ -16,9 +16,11 @@ use re_log_types::{
     ArrowMsg, BlueprintActivationCommand, LogMsg, SetStoreInfo, StoreId, StoreInfo, StoreKind,
     StoreSource, TimePoint,
 };
+use re_protos::sdk_comms::v1alpha1::WriteMessagesRequest;
 use re_sdk_types::{AsComponents, SerializedComponentColumn};
 use re_span::Span;
 use std::io::Write;
+use tokio::sync::mpsc::UnboundedSender;
 
 /// Name under which the viewer files recordings and keeps their layout.
 const APPLICATION: &str = "trueweld";
@@ -49,7 +51,12 @@ pub(super) struct Writer<W: Write> {
     stores: [StoreState; 2],
     /// The next identifier.
     next: u64,
+    /// Who gets every message as well.
+    live: Option<Listener>,
 }
+
+/// Gets messages as they are written.
+pub(super) type Listener = UnboundedSender<WriteMessagesRequest>;
 
 /// One store of the file, and the catalogue of its chunks for the footer.
 struct StoreState {
@@ -60,7 +67,11 @@ struct StoreState {
 
 impl<W: Write> Writer<W> {
     /// Begins a recording of this identifier.
-    pub fn new(mut file: W, recording_id: &str) -> Result<Self, RecordError> {
+    pub fn new(
+        mut file: W,
+        recording_id: &str,
+        live: Option<Listener>,
+    ) -> Result<Self, RecordError> {
         let mut message = Vec::new();
         let options = EncodingOptions::PROTOBUF_COMPRESSED;
         let version = CrateVersion::LOCAL.to_bytes();
@@ -75,7 +86,8 @@ impl<W: Write> Writer<W> {
             catalogue: RrdManifestBuilder::default(),
             chunks: 0,
         });
-        let mut writer = Self { file, written: message.len() as u64, message, stores, next: 1 };
+        let written = message.len() as u64;
+        let mut writer = Self { file, written, message, stores, next: 1, live };
         for store in [Store::Recording, Store::Layout] {
             let source = StoreSource::Other(APPLICATION.to_owned());
             let info = StoreInfo::new(writer.stores[store as usize].id.clone(), source);
@@ -194,7 +206,12 @@ impl<W: Write> Writer<W> {
         let length = self.message.len() as u64;
         let span = Span { start: self.written + header, len: length - header };
         self.written += length;
-        Ok((span, transport.byte_size_uncompressed()))
+        let size = transport.byte_size_uncompressed();
+        if let Some(live) = &self.live {
+            let message = WriteMessagesRequest { log_msg: Some(transport.into()) };
+            live.send(message).map_err(|_| RecordError("the viewer went away".to_owned()))?;
+        }
+        Ok((span, size))
     }
 
     /// The next of `count` consecutive identifiers.

@@ -3,7 +3,7 @@
 use super::{Scale, listed};
 use crate::WeldRun;
 use trueweld_evaluate::JudgedFigure;
-use trueweld_plant::simulate::LimitSpan;
+use trueweld_plant::simulate::{HealthWarning, HealthWarningKind, LimitSpan};
 
 /// Short names of the runs, all different: the compensation law alone where that tells them apart.
 pub(crate) fn run_names(runs: &[WeldRun]) -> Vec<String> {
@@ -109,6 +109,10 @@ pub(crate) fn headline(runs: &[WeldRun]) -> String {
         let limits = limits(&run.figures.limits, run.recording.period);
         sentence += &format!(" At a limit {}: {limits}.", who(run));
     }
+    for run in runs.iter().filter(|run| !run.figures.health.is_empty()) {
+        let warnings: Vec<String> = run.figures.health.iter().take(TOLD).map(warning).collect();
+        sentence += &format!(" Warning {}: {}.", who(run), listed(&warnings, "and"));
+    }
     sentence
 }
 
@@ -138,6 +142,17 @@ pub(crate) fn limits(spans: &[LimitSpan], period: f64) -> String {
         [] => "never at a limit or faulted".to_owned(),
         told => listed(told, "and"),
     }
+}
+
+/// A warning of the watch beside the law: "A2 rings at 16.6 Hz, first at 9.10 s (steady)".
+pub(crate) fn warning(of: &HealthWarning) -> String {
+    let much = match of.kind {
+        HealthWarningKind::SpindleLine { amplitude, usual, .. } => {
+            format!(" to {amplitude:.0} N from its usual {usual:.0} N")
+        }
+        HealthWarningKind::Ringing { frequency, .. } => format!(" at {frequency:.1} Hz"),
+    };
+    format!("{}{much}, first at {:.2} s ({})", of.kind, of.first, of.phase.name())
 }
 
 /// How fast the simulation was.

@@ -9,6 +9,7 @@ use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use std::sync::LazyLock;
 use trueweld_compensators::Entry;
 use trueweld_core::control::Limited;
+use trueweld_core::monitor::HealthSignals;
 use trueweld_core::{
     Counterbalance, Friction, JointParameters, JointVector, Pose, Robot, RobotParameters,
     ToolParameters, Twist, Wrench,
@@ -215,6 +216,7 @@ fn weld(robot: &Robot<f64>, compensator: &'static str, count: usize) -> Recordin
                     angular: frames.twist(&(twist * correction)).angular,
                 },
                 limited: Limited { torque: (3.0..3.2).contains(&time), ..Limited::default() },
+                health: HealthSignals::default(),
                 fault: None,
             }
         })

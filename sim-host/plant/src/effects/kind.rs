@@ -304,6 +304,12 @@ impl Effect {
         }
     }
 
+    /// True where it is other numbers of the robot: what a controller's model can hold. Everything else
+    /// acts at a port of the plant, on the process or on an instrument.
+    pub fn is_of_robot_model(&self) -> bool {
+        matches!(self.kind.action, Action::Robot(_) | Action::Mounting(_))
+    }
+
     /// Puts the effect into the making of a cell: a term at its port, or other numbers of the robot
     /// (`robot` holds them once they differ from `model`'s) or of the process.
     ///

@@ -10,7 +10,7 @@
 //! asked here. Rotor gyroscopic effects are left out.
 
 use super::ports::{JointState, Ports, Term, ValueDerivative};
-use crate::effects::{Action, Effect, EffectError};
+use crate::effects::{Effect, EffectError};
 use crate::input::Process;
 use nalgebra::{Matrix6, Vector3};
 use trueweld_core::ldlt::Ldlt;
@@ -80,9 +80,7 @@ impl ElasticRobot {
             return Ok(Self { model: model.clone(), ports });
         };
         // Only effects that change the robot's numbers can make it impossible.
-        let changes = effects
-            .iter()
-            .rfind(|e| matches!(e.kind.action, Action::Robot(_) | Action::Mounting(_)));
+        let changes = effects.iter().rfind(|e| e.is_of_robot_model());
         let blame = changes.map_or("the robot", |e| e.kind.id);
         let model =
             Robot::new(parameters).map_err(|reason| EffectError::Model { id: blame, reason })?;

@@ -3,6 +3,7 @@
 mod configuration;
 mod cycle;
 mod error;
+mod health;
 mod limits;
 mod program;
 mod record;
@@ -14,6 +15,7 @@ pub use crate::seam::Seam;
 pub use configuration::{ConfigurationRefused, ControllerConstants};
 pub use cycle::{ControlCycle, Controlled, Plant, Reference};
 pub use error::RunError;
+pub use health::{HealthWarning, HealthWarningKind, health_warnings};
 pub use limits::{LimitKind, LimitSpan, limit_spans};
 pub use program::{Program, Target};
 pub use record::{Phase, RecordRow, Recording};

@@ -2,6 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 use trueweld_core::control::Limited;
+use trueweld_core::monitor::HealthSignals;
 use trueweld_core::{Fault, JointVector, Pose, Twist};
 
 /// Where the run was in its program.
@@ -88,6 +89,8 @@ pub struct RecordRow {
     pub correction_w: Twist<f64>,
     /// What was held at a limit.
     pub limited: Limited,
+    /// What the watch beside the law sees of the machine.
+    pub health: HealthSignals,
     /// Fault of the controller or the law in this period.
     pub fault: Option<Fault>,
 }

@@ -16,7 +16,8 @@ use nalgebra::Vector3;
 use std::ops::ControlFlow;
 use std::time::Instant;
 use trueweld_core::compensation::Compensator;
-use trueweld_core::{JointVector, Pose, Wrench};
+use trueweld_core::monitor::HealthMonitor;
+use trueweld_core::{JOINTS, JointVector, Pose, Wrench};
 
 /// Runs a scenario to its end. `progress` is called with the simulated time, s, every control
 /// period.
@@ -63,27 +64,27 @@ pub fn run_after(
     // Nobody stops these runs.
     let going_on = ControlFlow::Continue(());
     for earlier in before {
-        run_with(earlier, law.as_mut(), |time| {
-            progress(begun + time);
+        run_with(earlier, law.as_mut(), |row| {
+            progress(begun + row.time);
             going_on
         })?;
         begun += earlier.program.duration(earlier.weld, &seam);
     }
-    run_with(scenario, law.as_mut(), |time| {
-        progress(begun + time);
+    run_with(scenario, law.as_mut(), |row| {
+        progress(begun + row.time);
         going_on
     })
 }
 
 /// One run with a law that may have seen runs before; the scenario's own is not built. `progress` is
-/// called with the simulated time, s, every control period, and ends the run by breaking.
+/// called with every row, and ends the run by breaking.
 ///
 /// # Errors
 /// [`RunError`].
 pub fn run_with(
     scenario: &Scenario<'_>,
     law: &mut dyn Compensator<f64>,
-    mut progress: impl FnMut(f64) -> ControlFlow<()>,
+    mut progress: impl FnMut(&RecordRow) -> ControlFlow<()>,
 ) -> Result<Recording, RunError> {
     let clock = Instant::now();
     let Scenario { cell, weld, program, control, .. } = *scenario;
@@ -99,6 +100,7 @@ pub fn run_with(
     let mut cycle = ControlCycle::new(scenario, plant, hybrid.as_mut(), law, &start.motor, torque);
     let joints = &scenario.controller_model.parameters().joints;
     let max_torque = JointVector::from_fn(|i, _| joints[i].max_torque);
+    let mut monitor = HealthMonitor::new(period as f32);
     let mut rows = Vec::with_capacity(ticks);
     for tick in 0..ticks {
         let time = tick as f64 * period;
@@ -108,7 +110,14 @@ pub fn run_with(
         let w = reference.setpoint.b_from_w;
         let (SimulatedCell { at, state, .. }, nominal) = (&cycle.plant, controlled.nominal);
         let (command, drives, tcp) = (controlled.command, state.drives(), at.frames.tcp);
-        rows.push(RecordRow {
+        let sensed = &controlled.sensed;
+        let rates: [f32; JOINTS] = sensed.encoder_rate.map(|rate| rate as f32).into();
+        let health = monitor.as_mut().map(|monitor| {
+            let spindle = reference.setpoint.spindle_speed as f32;
+            let asked = target.force.map(|force| force as f32);
+            monitor.update(-sensed.wrench.force.z as f32, asked, spindle, &rates)
+        });
+        let row = RecordRow {
             time,
             phase: target.phase,
             path: target.path,
@@ -126,7 +135,7 @@ pub fn run_with(
                 &start.extra_torsion,
             ),
             force_w: at.reaction.force,
-            force_sensed_w: w.tr_mul(&(tcp.rotation * controlled.sensed.wrench.force)),
+            force_sensed_w: w.tr_mul(&(tcp.rotation * sensed.wrench.force)),
             force_desired: target.force,
             link: drives.link,
             motor: drives.motor,
@@ -137,31 +146,43 @@ pub fn run_with(
             push: command.push,
             correction_w: controlled.correction_w,
             limited: command.limited,
+            health: health.unwrap_or_default(),
             fault: command.fault,
-        });
+        };
+        rows.push(row);
         cycle.advance(time).map_err(|source| RunError::RanAway {
             source,
             limits: limit_spans(&rows, &max_torque),
         })?;
-        if progress(time).is_break() {
+        if progress(&row).is_break() {
             break;
         }
     }
     let simulated = rows.len() as f64 * period;
-    Ok(Recording {
-        weld: scenario.name.to_owned(),
-        controller: scenario.controller.name(),
-        compensator: scenario.law.name().to_owned(),
-        rows,
-        period,
-        half_pin: 0.5 * cell.process.pin_diameter,
-        force: weld.force,
-        planned_depth: weld.force / scenario.planned.depth_stiffness,
-        max_torque,
-        seed: scenario.seed,
-        simulated,
-        wall: clock.elapsed().as_secs_f64(),
-    })
+    let wall = clock.elapsed().as_secs_f64();
+    Ok(Recording { rows, simulated, wall, ..Recording::begun(scenario, scenario.law.name()) })
+}
+
+impl Recording {
+    /// A run before its first row. `compensator`: the law's name.
+    pub fn begun(scenario: &Scenario<'_>, compensator: &str) -> Self {
+        let Scenario { cell, weld, .. } = *scenario;
+        let joints = &scenario.controller_model.parameters().joints;
+        Self {
+            weld: scenario.name.to_owned(),
+            controller: scenario.controller.name(),
+            compensator: compensator.to_owned(),
+            rows: Vec::new(),
+            period: scenario.control.period,
+            half_pin: 0.5 * cell.process.pin_diameter,
+            force: weld.force,
+            planned_depth: weld.force / scenario.planned.depth_stiffness,
+            max_torque: JointVector::from_fn(|i, _| joints[i].max_torque),
+            seed: scenario.seed,
+            simulated: 0.0,
+            wall: 0.0,
+        }
+    }
 }
 
 /// z of a tool frame: the spindle's axis.

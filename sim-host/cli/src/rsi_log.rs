@@ -1,0 +1,48 @@
+//! What both commands of RSI leave of a weld besides its result: `--log`, and `--live`.
+
+use crate::inputs::Inputs;
+use crate::results::check_empty_folder;
+use clap::Args;
+use miette::{IntoDiagnostic, Result, WrapErr};
+use std::io;
+use std::path::{Path, PathBuf};
+use trueweld_laboratory::WeldLog;
+use trueweld_plant::input::{Process, RobotFile, Weld};
+
+/// Where a log goes.
+#[derive(Args)]
+pub struct LogFolder {
+    /// Write a log of the weld into a new folder, with the files that it was made with: for `compare`,
+    /// `diagnose` and `improve`
+    #[arg(long = "log", value_name = "FOLDER")]
+    folder: Option<PathBuf>,
+}
+
+impl LogFolder {
+    /// Checks the folder, if there is to be one: before anything is welded.
+    pub fn check(&self) -> Result<()> {
+        self.folder.as_deref().map_or(Ok(()), |folder| check_empty_folder("--log", folder))
+    }
+
+    /// True where a log is asked for.
+    pub fn is_asked_for(&self) -> bool {
+        self.folder.is_some()
+    }
+
+    /// Writes a log, if one is asked for, and says so.
+    pub fn write(
+        &self,
+        inputs: &Inputs,
+        log: impl FnOnce(WeldLog<'_>, &Path) -> io::Result<()>,
+    ) -> Result<()> {
+        let Some(folder) = &self.folder else { return Ok(()) };
+        let robot = inputs.text::<RobotFile>()?;
+        let process = inputs.text::<Process>()?;
+        let weld = inputs.text::<Weld>()?;
+        log(WeldLog { robot: &robot, process: &process, weld: &weld }, folder)
+            .into_diagnostic()
+            .wrap_err_with(|| format!("--log {}", folder.display()))?;
+        say!("wrote {}\n", folder.display());
+        Ok(())
+    }
+}
