@@ -11,14 +11,15 @@ use trueweld_measure::data::campaign::Campaign;
 use trueweld_measure::data::channel::LogChannel;
 use trueweld_measure::data::log::{Log, LogKind};
 use trueweld_measure::mistakes::{Found, MistakeKind, find};
-use trueweld_measure::predict::Model;
-use trueweld_measure::residuals::compare::baseline;
+use trueweld_measure::predict::{Experiment, Model, Quantity};
+use trueweld_measure::residuals::compare::{baseline, experiments};
 use trueweld_plant::effects::{Location, library};
 use trueweld_plant::input::ModelFile;
 use trueweld_plant::random::Random;
 use trueweld_tests::{LABORATORY, fixture};
 
 /// A campaign as it was read, and the model it came with.
+#[derive(Clone)]
 struct Case {
     name: String,
     logs: Vec<Log>,
@@ -190,12 +191,91 @@ fn a_forgotten_payload_is_named() {
     // Masses that were hung on, and their columns left out.
     let recipe = Recipe { effects: Vec::new(), ..recipe };
     LABORATORY.write(&recipe, folder.path()).expect("a campaign");
+    let motion = case.logs.into_iter().filter(|log| log.kind == LogKind::FreeMotion);
+    let motion: Vec<Log> = motion.collect();
     let case = read(folder.path(), "columns left out".to_owned());
+    // The arm at rest stands as it does without: the motion was recorded elsewhere.
+    let still = case.logs.iter().filter(|log| log.kind == LogKind::StaticLoad).cloned();
+    let elsewhere = found(&Case { logs: still.chain(motion).collect(), ..case.clone() }, |_| {});
+    assert!(elsewhere.mistakes.is_empty(), "{:?}", elsewhere.mistakes);
     let hung = case.logs.iter().filter(|log| log.kind == LogKind::StaticLoad);
     let heaviest = hung.flat_map(|log| log.samples.payload.iter().flatten()).map(|p| p.mass);
     assert!(heaviest.fold(0.0, f64::max) > 50.0);
     let named = found(&case, |log| log.samples.payload = None);
     assert_named(&case, &named, MistakeKind::Payload, LogChannel::Payload, &[]);
+}
+
+#[test]
+fn what_no_mistake_explains_is_given_no_name() {
+    let case = case(7);
+    // Two encoders of one log at other zeros, which one line cannot set right.
+    let mut logs = case.logs.clone();
+    let free = logs.iter_mut().find(|log| log.kind == LogKind::FreeMotion).expect("a free motion");
+    free.samples.encoder.iter_mut().for_each(|q| {
+        q[1] += 0.4;
+        q[2] *= 1.3;
+    });
+    let error = find(&mut logs, &case.model).expect_err("nothing explains it");
+    assert!(error.place().ends_with("free/log.toml"), "{error}");
+    assert!(error.message().contains("mm from where the encoders put it"), "{error}");
+
+    // A motion read backwards turns the friction round, and nothing else.
+    let backwards = found(&case, |log| {
+        if log.kind == LogKind::FreeMotion {
+            let samples = &mut log.samples;
+            samples.encoder.reverse();
+            samples.motor_torque.iter_mut().flatten().for_each(|t| t.reverse());
+            samples.link_encoder.iter_mut().flatten().for_each(|q| q.reverse());
+            for series in [&mut samples.position, &mut samples.rotation] {
+                series.iter_mut().for_each(|s| s.reverse());
+            }
+        }
+    });
+    assert!(backwards.mistakes.is_empty(), "{:?}", backwards.mistakes);
+
+    // Another push than planned is no unit, and no seam is half a metre away.
+    let gentle = found(&case, |log| log.weld.iter_mut().for_each(|weld| weld.force /= 36.0));
+    assert!(gentle.mistakes.is_empty(), "{:?}", gentle.mistakes);
+    let mut logs = case.logs.clone();
+    for weld in logs.iter_mut().filter_map(|log| log.weld.as_mut()) {
+        weld.start.x += 0.5;
+        weld.end.x += 0.5;
+    }
+    let error = find(&mut logs, &case.model).expect_err("another weld's log");
+    assert!(error.message().contains("mm from the seam that `weld` names"), "{error}");
+}
+
+/// Sum of squares of the tracker's residuals over their noise.
+fn chi_square(logs: &[Log], model: &Model) -> f64 {
+    let squares = |experiment: &Experiment| {
+        let residual = experiment.predict(model, &[], None).expect("predicted").residual;
+        let of_tracker = |q: Quantity| matches!(q, Quantity::Position | Quantity::Rotation);
+        let all = experiment.compared.iter().zip(residual);
+        all.filter(|(c, _)| of_tracker(c.quantity)).map(|(_, r)| r * r).sum::<f64>()
+    };
+    experiments(logs, model).expect("experiments").iter().map(squares).sum()
+}
+
+#[test]
+fn nothing_is_left_of_where_a_tracker_stood() {
+    let protocol = Protocol { postures: 6, free: 6.0, ..Protocol::short() };
+    let recipe = Recipe { protocol, ..Recipe::plain(9) };
+    let folder = tempfile::tempdir().expect("a folder");
+    LABORATORY.write(&recipe, folder.path()).expect("a campaign");
+    let case = read(folder.path(), "nothing missing".to_owned());
+    let mut logs = case.logs.clone();
+    let turn = rotation_from_vector(&Vector3::new(0.3, -0.5, 1.2));
+    for samples in logs.iter_mut().map(|log| &mut log.samples) {
+        let away = Vector3::new(3.0, -2.2, 1.4);
+        samples.position.iter_mut().flatten().for_each(|p| *p = turn * *p + away);
+        let turned = |r: &mut Vector3<f64>| *r = rotation_vector(&(turn * rotation_from_vector(r)));
+        samples.rotation.iter_mut().flatten().for_each(turned);
+    }
+    assert_eq!(find(&mut logs, &case.model).expect("plausible").registered.len(), 1);
+    // In a frame that is fitted, poses fit no worse than in the true one; and six numbers take 22 of
+    // the noise's sum of squares once in a thousand times, four times that where it is correlated.
+    let [before, after] = [&case.logs, &logs].map(|logs| chi_square(logs, &case.model));
+    assert!(after < before + 3.0 && before - after < 90.0, "{before} then, {after} now");
 }
 
 #[test]

@@ -86,6 +86,14 @@ impl Mounting {
     }
 }
 
+/// What is left of a mounting once the first one is taken out: both together.
+impl std::ops::Mul for Mounting {
+    type Output = Self;
+    fn mul(self, left: Self) -> Self {
+        Self { frame: self.frame * left.frame, tool: left.tool * self.tool }
+    }
+}
+
 /// Frame and tool's offset as found.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Registration {

@@ -3,7 +3,7 @@
 //! A campaign is a folder with `campaign.toml`. All its logs are of one robot; whether they fit the
 //! model is found out later.
 
-use crate::data::log::{LOG_FILE, Log, name_of, piece_name};
+use crate::data::log::{LOG_FILE, Log, SAMPLES_FILE, name_of, piece_name};
 use std::path::{Path, PathBuf};
 use trueweld_plant::input::{Document, FileKind, InputError, Source, read_text};
 
@@ -41,6 +41,7 @@ impl Campaign {
             }
         }
         of_one_robot(&logs)?;
+        recorded_once(&logs)?;
         Ok(Self { name: name_of(folder), model, logs })
     }
 
@@ -120,6 +121,7 @@ pub fn read_logs(paths: &[PathBuf]) -> Result<(Option<PathBuf>, Vec<Log>), Input
         }
     }
     of_one_robot(&logs)?;
+    recorded_once(&logs)?;
     let first = models.pop();
     let model = first.filter(|model| models.iter().all(|other| same(other, model)));
     Ok((model, logs))
@@ -146,6 +148,31 @@ fn of_one_robot(logs: &[Log]) -> Result<(), InputError> {
     others
         .iter()
         .try_for_each(|log| log.must_be_of(&first.robot, &format!("the log `{}`", first.name)))
+}
+
+/// Refuses a recording that stands in two logs: encoders and an instrument that read the same.
+fn recorded_once(logs: &[Log]) -> Result<(), InputError> {
+    /// Rows that do not come out alike by chance.
+    const FEWEST: usize = 20;
+    let same = |a: &Log, b: &Log| {
+        let (a, b) = (&a.samples, &b.samples);
+        let instrument = (a.position.is_some() && a.position == b.position)
+            || a.motor_torque.iter().zip(&b.motor_torque).any(|(a, b)| a.is_some() && a == b);
+        a.len() >= FEWEST && a.encoder == b.encoder && instrument
+    };
+    for (k, log) in logs.iter().enumerate() {
+        if let Some(first) = logs[..k].iter().find(|other| same(other, log)) {
+            let message = format!(
+                "its rows are those of the log `{}`; expected a recording of its own",
+                first.name
+            );
+            let help = "A recording that counts twice would weigh twice. Was a file copied to the wrong folder?";
+            let samples = log.path.join(SAMPLES_FILE);
+            let file = if samples.is_file() { samples } else { log.path.join(LOG_FILE) };
+            return Err(Source::new(&file.display().to_string(), "").error_of_file(message, help));
+        }
+    }
+    Ok(())
 }
 
 /// True where both paths lead to the same place.

@@ -29,12 +29,13 @@ pub use tell::{Explanation, ImprovedChannel, Reason, reason_of_best, tell};
 use crate::data::log::{Log, LogKind};
 use crate::fit::calibration::is_calibration;
 use crate::fit::{self, EffectScope, End, FitProblem, Fitted, Residuals};
-use crate::predict::PredictError;
+use crate::predict::{Experiment, PredictError};
 use crate::residuals::localize::{Finding, localize};
 use rules::{above, at_floor, counts, floor, held_out_score, stands_out};
 use screen::{likeliest, screen};
 use search::{calibrated, fit_all, uncalibrated};
-use trueweld_plant::effects::{Effect, Location, Role};
+use trueweld_plant::effects::{CalibrationScope, Effect, EffectKind, Location, Role};
+use trueweld_plant::robot::Channel;
 
 /// Longest weld among the logs, m, for what is looked for along it.
 pub(crate) fn longest_weld(logs: &[Log]) -> f64 {
@@ -328,7 +329,9 @@ fn conclude(
     }
     // Beside an effect of another size others are needed no more.
     let (improved, kept) = sparse::without_doubtful(bench, blocks, (improved, kept));
-    let common = improved.point.each.iter().all(Vec::is_empty);
+    let kept: Vec<_> = kept.into_iter().filter(|name| !is_of_registration(bench, name.0)).collect();
+    let is_kept = |effect: &Effect| kept.contains(&(effect.kind.id, effect.at));
+    let common = !improved.point.each.iter().flatten().any(is_kept);
     let calibration = found(&improved, |of| is_calibration(improved.point.effect(of).kind));
 
     let mut candidates: Vec<Candidate> = singles
@@ -356,7 +359,7 @@ fn conclude(
         && common
         && stands_out(bench, &before, &improved.at)
     {
-        let item = found(&improved, |_| true);
+        let item = found(&improved, |of| is_kept(improved.point.effect(of)));
         verdict = Verdict::EffectFound;
         nothing = fit::chi_square(&before);
         // What was tried beside all calibrations has no place beside one of them: none of it
@@ -401,6 +404,14 @@ fn conclude(
         confusable: Vec::new(),
         undone: Vec::new(),
     }
+}
+
+/// True for a calibration of trackers whose frames were fitted: it is what that has left over.
+fn is_of_registration(bench: &FitProblem, id: &str) -> bool {
+    let calibration = EffectKind::of(id).and_then(|kind| kind.calibration);
+    let tracked = |e: &&Experiment| e.measures(Channel::Tracker, None);
+    calibration.is_some_and(|c| c.scope == CalibrationScope::EachLog(&[Channel::Tracker]))
+        && bench.experiments.iter().filter(tracked).all(|e| e.registered)
 }
 
 /// Probabilities among the explanations, and which of them the data do not tell apart. `nothing`:

@@ -26,6 +26,9 @@ const FACTOR: f64 = 8.0;
 /// Share of the squares that exchanged or reversed columns may leave.
 const LEFT: f64 = 0.1;
 
+/// Share of the error that another sign or unit of a torque or wrench may leave.
+const UNDONE: f64 = 0.5;
+
 /// Mass from which on it is no error of the tool's mass but something that hangs there, kg.
 const HEAVY: f64 = 30.0;
 
@@ -194,6 +197,7 @@ fn torques(logs: &[Log], rows: &[Vec<Row>], robot: &Robot<f64>) -> Vec<Mistake> 
             && scaled.len() == joints.len()
             && scaled.iter().all(|i| (factor(*i) / unit).ln().abs() < 0.7)
     });
+    let backwards = is_backwards(&parts, &moved);
     for i in joints {
         let slope = factor(i);
         let (before, after) = (own[i].root(own[i].left(1.0)), own[i].root(own[i].left(slope)));
@@ -201,11 +205,16 @@ fn torques(logs: &[Log], rows: &[Vec<Row>], robot: &Robot<f64>) -> Vec<Mistake> 
             // Seen from the joint: as many times as the model needs it to be.
             let change = column(torque, i, "Nm", 1.0 / slope);
             let after = after / slope.abs();
-            found.push(named(MistakeKind::GearSide, torque, vec![i], before, after, vec![change]));
+            if after < UNDONE * before {
+                let kind = MistakeKind::GearSide;
+                found.push(named(kind, torque, vec![i], before, after, vec![change]));
+            }
         } else if slope < 0.0 && !scaled.contains(&i) {
             let change = column(torque, i, "Nm", -1.0);
             let after = own[i].root(own[i].left(-1.0));
-            found.push(named(MistakeKind::Sign, torque, vec![i], before, after, vec![change]));
+            if after < UNDONE * before && !backwards {
+                found.push(named(MistakeKind::Sign, torque, vec![i], before, after, vec![change]));
+            }
         }
     }
     if let Some(whole) = whole {
@@ -221,10 +230,25 @@ fn torques(logs: &[Log], rows: &[Vec<Row>], robot: &Robot<f64>) -> Vec<Mistake> 
     found
 }
 
-/// What is measured at joint `j` per what friction and inertia of joint `i` need, where that stands out.
-fn drive_scale(parts: &[TorqueParts], rows: &[&Row], i: usize, j: usize) -> Option<f64> {
-    /// Standard deviations at which it stands out.
-    const CLEAR: f64 = 8.0;
+/// Standard deviations at which a scale stands out.
+const CLEAR: f64 = 8.0;
+
+/// True for a motion read backwards: it turns friction round, and not what inertia needs.
+fn is_backwards(parts: &[TorqueParts], rows: &[&Row]) -> bool {
+    (0..JOINTS).filter_map(|i| drive_scales(parts, rows, i, i)).any(|both| {
+        let [friction, inertia] = both.map(|(scale, weight)| scale * weight.sqrt());
+        friction < -CLEAR && inertia > CLEAR
+    })
+}
+
+/// What is measured at joint `j` per what friction and inertia of joint `i` need, each with the
+/// reciprocal of its variance.
+fn drive_scales(
+    parts: &[TorqueParts],
+    rows: &[&Row],
+    i: usize,
+    j: usize,
+) -> Option<[(f64, f64); 2]> {
     let mut normal = SMatrix::<f64, 4, 4>::zeros();
     let mut right = SVector::<f64, 4>::zeros();
     let (mut squares, mut count) = (0.0, 0usize);
@@ -244,13 +268,14 @@ fn drive_scale(parts: &[TorqueParts], rows: &[&Row], i: usize, j: usize) -> Opti
     let found = inverse * right;
     let variance =
         (squares - found.dot(&right)).max(0.0) / count.checked_sub(FEWEST)?.max(1) as f64;
-    let (mut sum, mut weight) = (0.0, 0.0);
-    for k in [2, 3] {
-        let w = 1.0 / (variance * inverse[(k, k)]).max(1e-30);
-        sum += w * found[k];
-        weight += w;
-    }
-    let scale = sum / weight;
+    Some([2, 3].map(|k| (found[k], 1.0 / (variance * inverse[(k, k)]).max(1e-30))))
+}
+
+/// What is measured at joint `j` per what moves joint `i`, where that stands out.
+fn drive_scale(parts: &[TorqueParts], rows: &[&Row], i: usize, j: usize) -> Option<f64> {
+    let both = drive_scales(parts, rows, i, j)?;
+    let weight = both[0].1 + both[1].1;
+    let scale = (both[0].0 * both[0].1 + both[1].0 * both[1].1) / weight;
     (scale.abs() > CLEAR / weight.sqrt()).then_some(scale)
 }
 
@@ -351,6 +376,9 @@ fn of_wrench(
     after: f64,
     unit: &'static str,
 ) -> Option<Mistake> {
+    if after > UNDONE * before {
+        return None;
+    }
     let (kind, change) = if factor < 0.0 && factor.abs() > 1.0 / FACTOR && factor.abs() < FACTOR {
         (MistakeKind::WrenchSide, wrench_lines(["N", "Nm"], -1.0))
     } else if factor.abs() < 1.0 / FACTOR {
@@ -385,7 +413,15 @@ fn weld(log: &Log, rows: &[Row]) -> Option<Mistake> {
     }
     let factor = read / push;
     // In the unit and with the sign that it would have.
-    let right = if factor.abs() < 1.0 / FACTOR { read.abs() * 1e3 } else { read.abs() };
+    let unit = match factor.abs() {
+        small if small < 1.0 / FACTOR => 1e3,
+        large if large > FACTOR => 1e-3,
+        _ => 1.0,
+    };
+    let right = read.abs() * unit;
+    if (right - push).abs() > UNDONE * push {
+        return None;
+    }
     of_wrench(log, factor, (read - push).abs(), (right - push).abs(), "N")
 }
 
@@ -457,7 +493,8 @@ fn payload(logs: &[Log], rows: &[Vec<Row>], robot: &Robot<f64>) -> Option<Mistak
             }
         }
     }
-    let (mass, evidence, change) = if let Some((mass, evidence)) = carried(logs, rows, robot) {
+    let carried = carried(logs, rows, robot).filter(|(mass, _)| !is_denied(rows, robot, *mass));
+    let (mass, evidence, change) = if let Some((mass, evidence)) = carried {
         names = logs.iter().map(|log| log.name.clone()).collect();
         (mass, evidence, Change::ToolMass(robot.parameters().tool.mass + mass))
     } else {
@@ -482,6 +519,22 @@ fn payload(logs: &[Log], rows: &[Vec<Row>], robot: &Robot<f64>) -> Option<Mistak
         change,
         lines: Vec::new(),
     })
+}
+
+/// True where the arm at rest stands as it does without a mass at the tool, kg.
+fn is_denied(rows: &[Vec<Row>], robot: &Robot<f64>, mass: f64) -> bool {
+    let centre = robot.parameters().tool.com_from_flange;
+    let (mut without, mut with) = (0.0, 0.0);
+    for row in rows.iter().flatten().filter(|row| row.at_rest) {
+        let weight = row.weight(robot, &row.encoder, mass, &centre);
+        let hung = Row { wrench: row.wrench + weight, ..row.clone() };
+        let seen = [row, &hung].map(|row| row.pose_pair(robot, &row.encoder));
+        if let [Some(seen), Some(hung)] = seen {
+            without += (seen.position - seen.nominal.position).norm_squared();
+            with += (hung.position - hung.nominal.position).norm_squared();
+        }
+    }
+    with > 2.0 * without
 }
 
 /// A mass, kg, that the motors carry besides, wherever its centre is.

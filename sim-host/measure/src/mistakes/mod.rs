@@ -9,6 +9,7 @@
 
 mod load;
 mod pose;
+mod refine;
 mod rows;
 mod write;
 
@@ -155,43 +156,91 @@ const SLOWEST: f64 = 0.25;
 /// readings in `logs` are those of a tracker in B afterwards.
 ///
 /// # Errors
-/// A value that cannot be right, where no mistake explains it.
+/// A value, or a tool, that cannot be right, where no mistake explains it.
 pub fn find(logs: &mut [Log], model: &Model) -> Result<Found, InputError> {
-    let mut found = found(logs, model);
+    let doubt = logs.iter().find_map(|log| log.doubt.clone());
+    let mut found = match (found(logs, model), doubt) {
+        (Ok(found), Some(doubt)) if found.mistakes.is_empty() => return Err(doubt),
+        (Err(_), Some(doubt)) => return Err(doubt),
+        (found, _) => found?,
+    };
     for mistake in &mut found.mistakes {
         mistake.lines = write::lines(mistake, logs);
     }
-    match logs.iter().find_map(|log| log.doubt.clone()) {
-        Some(doubt) if found.mistakes.is_empty() => Err(doubt),
-        _ => Ok(found),
-    }
+    Ok(found)
 }
 
-fn found(logs: &mut [Log], model: &Model) -> Found {
+fn found(logs: &mut [Log], model: &Model) -> Result<Found, InputError> {
     let mut found = Found::default();
     found.mistakes.extend(time_units(logs));
     if !found.mistakes.is_empty() {
-        return found;
+        return Ok(found);
     }
-    let rows: Vec<Vec<Row>> = logs.iter().map(Row::of).collect();
+    let mut rows: Vec<Vec<Row>> = logs.iter().map(Row::of).collect();
     let names: Vec<&str> = logs.iter().map(|log| log.name.as_str()).collect();
-    let (mistakes, registered) = pose::find(&names, &rows, &model.robot);
-    found.mistakes.extend(mistakes);
-    for (in_logs, registration) in registered {
+    let of_poses = pose::find(&names, &rows, &model.robot);
+    if let Some((log, misfit)) = of_poses.lost {
+        let message = format!(
+            "the tracker saw the tool {:.0} mm from where the encoders put it (root mean square), and no single mistake \
+             explains that",
+            1e3 * misfit
+        );
+        let help = "Are the robot file and the tracker's file those of this log? Of two mistakes at once, set right the one \
+                    that you know. The frame of a tracker that stands elsewhere needs rows in several postures.";
+        return Err(logs[log].source.error_of_file(message, help));
+    }
+    found.mistakes.extend(of_poses.mistakes);
+    for (in_logs, registration) in of_poses.registered {
         let mounting = &registration.mounting;
-        in_logs.iter().for_each(|k| logs[*k].samples.register(mounting, &model.robot));
+        in_logs.iter().for_each(|k| logs[*k].register(mounting, &model.robot));
         let logs = in_logs.iter().map(|k| logs[*k].name.clone()).collect();
         found.registered.push(Registered { logs, registration });
     }
     if found.mistakes.is_empty() {
         // With the trackers where they belong.
-        let rows: Vec<Vec<Row>> = match found.registered.is_empty() {
-            true => rows,
-            false => logs.iter().map(Row::of).collect(),
-        };
+        if !found.registered.is_empty() {
+            rows = logs.iter().map(Row::of).collect();
+        }
         found.mistakes.extend(load::find(logs, &rows, &model.robot));
     }
-    found
+    if found.mistakes.is_empty()
+        && let Some((log, away)) = beside_its_weld(logs, &rows, model)
+    {
+        let message = format!(
+            "the tool is {:.0} mm from the seam that `weld` names; expected a log of that weld",
+            1e3 * away
+        );
+        let help =
+            "Is `weld` in log.toml that of another log? A seam is given in the robot's base.";
+        return Err(log.source.error_of_file(message, help));
+    }
+    if found.mistakes.is_empty() && !found.registered.is_empty() {
+        refine::refine(logs, &mut found.registered, model);
+    }
+    Ok(found)
+}
+
+/// A weld log whose tool was nowhere near its seam, and how far away, m.
+fn beside_its_weld<'l>(
+    logs: &'l [Log],
+    rows: &[Vec<Row>],
+    model: &Model,
+) -> Option<(&'l Log, f64)> {
+    /// What a tool may be beside the seam, m: a taught path is off by millimetres.
+    const NEAR: f64 = 0.1;
+    let far = |(log, rows): (&'l Log, &Vec<Row>)| {
+        let weld = log.weld.as_ref().filter(|_| log.kind == LogKind::Weld)?;
+        let along = weld.end - weld.start;
+        let away = |row: &Row| {
+            let from = model.robot.forward_kinematics(&row.encoder).position - weld.start;
+            let share = (from.dot(&along) / along.norm_squared()).clamp(0.0, 1.0);
+            (from - along * share).norm()
+        };
+        let mut all: Vec<f64> = rows.iter().map(away).collect();
+        all.sort_by(f64::total_cmp);
+        all.get(all.len() / 2).copied().filter(|away| *away > NEAR).map(|away| (log, away))
+    };
+    logs.iter().zip(rows).find_map(far)
 }
 
 /// Where the trackers of some logs stand: one that all of them share, or where that leaves much, one
@@ -215,13 +264,20 @@ pub fn registrations(logs: &[Log], model: &Model) -> Vec<Registered> {
         Some(Registered { logs: names, registration: found })
     };
     let tracked: Vec<usize> = (0..logs.len()).filter(|k| !seen[*k].is_empty()).collect();
-    match of(&tracked) {
+    let mut registered = match of(&tracked) {
         Some(all) if all.registration.left[0] < SHARED => vec![all],
         all => {
             let each: Vec<Registered> = tracked.iter().filter_map(|k| of(&[*k])).collect();
             if each.is_empty() { all.into_iter().collect() } else { each }
         }
+    };
+    let mut logs = logs.to_vec();
+    for found in &registered {
+        let own = logs.iter_mut().filter(|log| found.logs.contains(&log.name));
+        own.for_each(|l| l.register(&found.registration.mounting, &model.robot));
     }
+    refine::refine(&mut logs, &mut registered, model);
+    registered
 }
 
 /// Logs in motion whose times are not in seconds.

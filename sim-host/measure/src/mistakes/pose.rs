@@ -20,6 +20,9 @@ const GROSS: f64 = 0.015;
 /// Largest share of the misfit that an explanation leaves.
 const LEFT: f64 = 0.3;
 
+/// Misfit of pose that is not left to physics where nothing explains it, m.
+const LOST: f64 = 0.05;
+
 /// Poses at rest that tell a frame by themselves.
 pub(super) const AT_REST: usize = 8;
 
@@ -136,12 +139,20 @@ fn with(seen: &[PosePair], tracker: Tracker) -> Option<Explanation> {
     }
 }
 
-/// Mistakes in encoders and tracker, and trackers that stand elsewhere with the logs they are of.
-pub(super) fn find(
-    names: &[&str],
-    rows: &[Vec<Row>],
-    robot: &Robot<f64>,
-) -> (Vec<Mistake>, Vec<(Vec<usize>, Registration)>) {
+/// What poses say of some logs.
+#[derive(Default)]
+pub(super) struct OfPoses {
+    /// Mistakes in encoders and tracker.
+    pub mistakes: Vec<Mistake>,
+    /// Trackers that stand elsewhere, with the logs that they are of.
+    pub registered: Vec<(Vec<usize>, Registration)>,
+    /// A log whose misfit nothing explains, and the misfit, m. There is no mistake then: what explains
+    /// another log may do so by chance.
+    pub lost: Option<(usize, f64)>,
+}
+
+/// Mistakes in encoders and tracker, and trackers that stand elsewhere.
+pub(super) fn find(names: &[&str], rows: &[Vec<Row>], robot: &Robot<f64>) -> OfPoses {
     let before = |k: &usize| {
         let rows: Vec<&Row> = rows[*k].iter().collect();
         let seen = pose_pairs(&rows, robot, Reading::Plain);
@@ -149,7 +160,7 @@ pub(super) fn find(
     };
     let gross: Vec<usize> = (0..rows.len()).filter(|k| before(k) > GROSS).collect();
     if gross.is_empty() {
-        return (Vec::new(), Vec::new());
+        return OfPoses::default();
     }
     // One explanation for all of them, or one for each.
     let all: Vec<&Row> = gross.iter().flat_map(|k| &rows[*k]).collect();
@@ -166,6 +177,11 @@ pub(super) fn find(
             })
             .collect(),
     };
+    let is_lost =
+        |k: &&usize| before(k) > LOST && !explained.iter().any(|(logs, ..)| logs.contains(k));
+    if let Some(lost) = gross.iter().find(is_lost) {
+        return OfPoses { lost: Some((*lost, before(lost))), ..OfPoses::default() };
+    }
     let (mut mistakes, mut registered) = (Vec::new(), Vec::new());
     for (logs, rows, explanation) in explained {
         let plain = pose_pairs(&rows, robot, Reading::Plain);
@@ -206,7 +222,7 @@ pub(super) fn find(
             Tracker::Registered(registration) => registered.push((logs, registration)),
         }
     }
-    (mistakes, registered)
+    OfPoses { mistakes, registered, lost: None }
 }
 
 /// The logs that an explanation is of: also those in which it hardly shows, unless one says that it

@@ -215,6 +215,8 @@ pub struct Experiment {
     contact: Option<contact::Contact>,
     /// The point of the tool that the tracker saw, in T, m, where it is not the tool centre point.
     target: Option<Vector3<f64>>,
+    /// True where the tracker's frame was fitted to such logs as this one.
+    pub(crate) registered: bool,
     /// True where a measured force drives the prediction or is compared.
     force: bool,
     /// The tracker's clock, where it is not given.
@@ -277,6 +279,7 @@ impl Experiment {
             moving,
             contact,
             target: log.origin.target,
+            registered: log.origin.is_registered(),
             force,
             clock,
             starts_anywhere,

@@ -28,6 +28,7 @@ mod noise;
 mod notice;
 #[cfg(feature = "parquet")]
 mod parquet;
+mod plausible;
 mod pose;
 mod rows;
 mod rows_at;
@@ -56,8 +57,8 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use track::{Expected, Track};
-use trueweld_core::Pose;
 use trueweld_core::spatial::rotation_from_vector;
+use trueweld_core::{Pose, Robot};
 use trueweld_plant::input::{
     Bounds, Document, FileKind, InputError, InputFile, Process, RobotFile, Source, Table, Weld,
     nearest, read_text,
@@ -109,14 +110,14 @@ pub struct Origin {
     pub clocks: Vec<LogClock>,
     /// The point of the tool that the tracker saw, in T, m, where it is not the tool centre point.
     pub target: Option<Vector3<f64>>,
-    /// Where the tracker stands, where `log.toml` says so.
+    /// Where the tracker stands, where `log.toml` says so or it was found.
     mounting: Option<Mounting>,
     /// What stands on clocks that were fitted.
     later: Arc<Vec<Track>>,
 }
 
 impl Origin {
-    /// True where `log.toml` says where the tracker stands.
+    /// True where `log.toml` says where the tracker stands, or it was found.
     pub fn is_registered(&self) -> bool {
         self.mounting.is_some()
     }
@@ -263,6 +264,9 @@ impl Log {
         columns
             .drop_empty(kind, &header, &mut notices)
             .map_err(|(message, help)| file_error(message, help))?;
+        if let Some((message, help)) = plausible::refused(&columns, kind, &robot) {
+            return Err(file_error(message, help));
+        }
         let period = period.map(|period| {
             // What a thinned log has.
             let now = super::resample::median_step(&columns.time);
@@ -311,6 +315,13 @@ impl Log {
             }
         };
         Ok(pieces.into_iter().enumerate().map(log).collect())
+    }
+
+    /// Takes a tracker's frame that was found, and what it sees of the tool, out of its readings.
+    pub fn register(&mut self, found: &Mounting, robot: &Robot<f64>) {
+        self.samples.register(found, robot);
+        let known = self.origin.mounting.unwrap_or(Mounting::none());
+        self.origin.mounting = Some(known * *found);
     }
 
     /// Fits the clocks of instruments that were not given once more: to the motion that a model

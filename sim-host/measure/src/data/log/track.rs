@@ -19,6 +19,11 @@ const JITTER: f64 = 0.01;
 /// How far the length of a quaternion, or of a row of a rotation matrix, may be from 1.
 const LENGTH: f64 = 0.05;
 
+/// Speed of a joint from one row to the next that no arm has, in what its drive can do; rows less
+/// than `INSTANT` seconds apart are taken to be that far apart.
+const TOO_FAST: f64 = 20.0;
+const INSTANT: f64 = 1e-3;
+
 /// Columns that every row is read by.
 const TIME: usize = LogChannel::Time.columns().start;
 const PAYLOAD: usize = LogChannel::Payload.columns().start;
@@ -97,8 +102,12 @@ impl Expected<'_> {
             if now.is_nan() {
                 return Err(missing(rows, time));
             }
+            let before = clock_so_far.last;
             if let Some(slow) = clock_so_far.tick(rows, time, now, self.period)? {
                 doubt.get_or_insert(slow);
+            }
+            if let (Some(before), None) = (before, &doubt) {
+                *doubt = self.jump(rows, bound, &columns, now - before);
             }
             self.hang(rows, bound, &mut columns)?;
             unit_length(rows, bound, &columns)?;
@@ -193,6 +202,39 @@ impl Expected<'_> {
             "Is it in {hint}? Where it marks a value that was not measured, leave the field empty."
         );
         at(message, &format!("not in {unit}?"), &help)
+    }
+
+    /// An encoder that reads another place than in the row before, `passed` seconds ago, than the
+    /// joint can have reached.
+    fn jump(
+        &self,
+        rows: &dyn Rows,
+        bound: &Bound,
+        columns: &[Option<Vec<f64>>],
+        passed: f64,
+    ) -> Option<InputError> {
+        if self.kind == LogKind::StaticLoad {
+            return None;
+        }
+        let passed = passed.max(self.period.unwrap_or(INSTANT)).max(INSTANT);
+        bound.bindings.iter().find_map(|binding| {
+            let joint = LogChannel::Encoder.columns().position(|c| c == binding.column)?;
+            let &[.., from, to] = columns[binding.column].as_deref()? else { return None };
+            let most = self.robot.parameters.joints[joint].max_rate;
+            // A comparison with NaN is false: a missing value jumps nowhere.
+            ((to - from).abs() > TOO_FAST * most * passed).then(|| {
+                let message = format!(
+                    "`{}` jumps by {:.3} rad in {:.1} ms; expected a place that {} can reach at {most:.3} rad/s",
+                    shown_name(binding.column),
+                    to - from,
+                    1e3 * passed,
+                    self.robot.joint_names[joint]
+                );
+                let help = "Are the rows in order, and of one recording? Where it marks a value that was not measured, \
+                            leave the field empty.";
+                rows.error_at(Some(binding.field), message, "too far from the row before", help)
+            })
+        })
     }
 
     /// Checks the payload of a row: a mass in every row, and a centre wherever something hangs.
