@@ -41,7 +41,8 @@ fn main() {
                 &Observation::of_robot(&inputs.setpoint, &inputs.nominal, &inputs.sensed),
             );
             assert_eq!(command.fault, None, "cycle {k}");
-            weld.follow(&inputs, &command).expect("the corrected weld is within reach");
+            weld.follow(&inputs, &command, weld.law.correction())
+                .expect("the corrected weld is within reach");
             command.torque.into()
         })
         .collect();
@@ -54,7 +55,8 @@ fn main() {
             let observation =
                 Observation::of_robot(&inputs.setpoint, &inputs.nominal, &inputs.sensed);
             let command = weld.law.cycle(&weld.robot, &observation);
-            weld.follow(&inputs, &command).expect("the corrected weld is within reach");
+            weld.follow(&inputs, &command, weld.law.correction())
+                .expect("the corrected weld is within reach");
             watch(&mut monitor, &inputs)
         })
         .last()

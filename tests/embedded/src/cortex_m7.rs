@@ -2,7 +2,7 @@
 //! instructions by SysTick in an emulator that counts them, stack by painting it beforehand.
 
 use crate::host_tables::{ROBOT, START};
-use crate::weld::{Inputs, Weld, controller};
+use crate::weld::{CYCLES, Weld, controller};
 use crate::{Work, others};
 use core::arch::asm;
 use core::ffi::CStr;
@@ -11,6 +11,7 @@ use cortex_m::peripheral::{SYST, syst::SystClkSource};
 use cortex_m_rt::entry;
 use cortex_m_semihosting::{debug, syscall1};
 use trueweld_core::Real;
+use trueweld_core::compensation::Compensator;
 
 /// What f64 may be off, as a share of the drive's limit: the rounding of two different compilers.
 const BOUND_F64: f64 = 1e-9;
@@ -56,22 +57,18 @@ fn judge<T: Real + Into<f64>>(name: &CStr, bound: f64) -> bool {
     let thousand = thousand();
     let (mut law, mut health) = (Cost::default(), Cost::default());
     let code = crate::run::<T>(bound, |work, cycle| {
-        paint();
-        let spent = ticks(cycle) * 100 / (thousand / 10).max(1);
         let cost = match work {
             Work::Law => &mut law,
             Work::Health => &mut health,
         };
-        cost.most = cost.most.max(spent);
-        cost.sum += spent;
-        cost.stack = cost.stack.max(unpainted());
+        cost.of(thousand, cycle);
     });
     print(name);
     print_number(c"  exit code", code.unsigned_abs());
-    law.print();
+    law.print(CYCLES);
     if size_of::<T>() == size_of::<f32>() {
         print(c"health\n");
-        health.print();
+        health.print(CYCLES);
     }
     code == 0
 }
@@ -85,60 +82,72 @@ struct Cost {
 }
 
 impl Cost {
-    fn print(&self) {
-        print_number(c"  instructions a cycle, mean", self.sum / crate::weld::CYCLES as u32);
+    /// Instructions of one more cycle. `thousand`: ticks of so many.
+    fn of(&mut self, thousand: u32, cycle: &mut dyn FnMut()) -> u32 {
+        paint();
+        let spent = ticks(cycle) * 100 / (thousand / 10).max(1);
+        self.most = self.most.max(spent);
+        self.sum += spent;
+        self.stack = self.stack.max(unpainted());
+        spent
+    }
+
+    fn print(&self, cycles: usize) {
+        print_number(c"  instructions a cycle, mean", self.sum / cycles as u32);
         print_number(c"  instructions a cycle, most", self.most);
         print_number(c"  stack of a cycle, bytes", self.stack);
     }
 }
 
-/// What a period of every law costs by itself, over so many periods that whatever it keeps is full.
+/// What a period of every law costs by itself, over so many periods that whatever it keeps is full;
+/// and of one with its controller.
 fn laws<T: Real>() {
-    const PERIODS: usize = 2 * crate::weld::CYCLES;
+    const PERIODS: usize = 2 * CYCLES;
     let Some(weld) = Weld::<T>::new(&ROBOT, &START) else {
         return;
     };
     let thousand = thousand();
-    let over_weld = |period: &mut dyn FnMut(&Inputs<T>, usize)| {
-        let (mut least, mut most, mut stack) = (u32::MAX, 0, 0);
-        for k in 0..PERIODS {
-            let Some(inputs) = weld.inputs(k % crate::weld::CYCLES) else {
-                break;
-            };
-            paint();
-            let spent = ticks(&mut || period(&inputs, k)) * 100 / (thousand / 10).max(1);
-            (least, most) = (least.min(spent), most.max(spent));
-            stack = stack.max(unpainted());
-        }
-        (least, most, stack)
-    };
     others::laws(&mut |name, law| {
         law.reset();
-        let alone = over_weld(&mut |inputs, k| others::ask(law, &weld.robot, inputs, k));
-        report(name, c"\n", alone);
-        if name == FULL_CYCLE
-            && let Some(inputs) = weld.inputs(0)
-        {
+        let (mut least, mut cost) = (u32::MAX, Cost::default());
+        for k in 0..PERIODS {
+            let Some(inputs) = weld.inputs(k % CYCLES) else {
+                return;
+            };
+            let spent = cost.of(thousand, &mut || others::ask(law, &weld.robot, &inputs, k));
+            least = least.min(spent);
+        }
+        print_name(name, c"\n");
+        print_number(c"  instructions a period, least", least);
+        cost.print(PERIODS);
+        if name == FULL_CYCLE {
             law.reset();
-            let mut cycle = controller(law);
-            cycle.start(&weld.robot, &inputs.sensed.encoder, &inputs.sensed.motor_torque);
-            let full =
-                over_weld(&mut |inputs, k| others::cycle(&mut cycle, &weld.robot, inputs, k));
-            report(name, c"-in-external\n", full);
+            full_cycle(name, law, weld.clone());
         }
     });
 }
 
-/// What periods cost: instructions at least and at most, and stack in bytes.
-fn report(name: &str, of: &CStr, (least, most, stack): (u32, u32, u32)) {
-    for byte in name.bytes() {
-        // SAFETY: the debugger reads the one byte.
-        unsafe { syscall1!(WRITEC, &raw const byte) };
+/// What periods of external control with a law cost over the weld.
+fn full_cycle<T: Real>(name: &str, law: &mut dyn Compensator<T>, mut weld: Weld<T>) {
+    let thousand = thousand();
+    let mut cycle = controller(law);
+    let mut cost = Cost::default();
+    for k in 0..CYCLES {
+        let Some(inputs) = weld.inputs(k) else { return };
+        if k == 0 {
+            cycle.start(&weld.robot, &inputs.sensed.encoder, &inputs.sensed.motor_torque);
+        }
+        let mut command = None;
+        cost.of(thousand, &mut || {
+            command = others::cycle(&mut cycle, &weld.robot, &inputs, k);
+        });
+        let correction = cycle.correction();
+        if command.and_then(|command| weld.follow(&inputs, &command, correction)).is_none() {
+            return;
+        }
     }
-    print(of);
-    print_number(c"  instructions a period, least", least);
-    print_number(c"  instructions a period, most", most);
-    print_number(c"  stack of a period, bytes", stack);
+    print_name(name, c"-in-external\n");
+    cost.print(CYCLES);
 }
 
 /// Ticks of a thousand instructions.
@@ -195,6 +204,14 @@ fn unpainted() -> u32 {
 fn print(text: &CStr) {
     // SAFETY: the debugger reads up to the terminating zero.
     unsafe { syscall1!(WRITE0, text.as_ptr()) };
+}
+
+fn print_name(name: &str, of: &CStr) {
+    for byte in name.bytes() {
+        // SAFETY: the debugger reads the one byte.
+        unsafe { syscall1!(WRITEC, &raw const byte) };
+    }
+    print(of);
 }
 
 /// Decimal digits by hand: core's formatting has panic paths.

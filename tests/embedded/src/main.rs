@@ -98,7 +98,8 @@ fn run<T: Real + Into<f64>>(bound: f64, mut measured: impl FnMut(Work, &mut dyn 
             }
         }
         others::link(&weld.robot, &inputs);
-        if weld.follow(&inputs, &command).is_none() {
+        let correction = weld.law.correction();
+        if weld.follow(&inputs, &command, correction).is_none() {
             return 1;
         }
     }

@@ -9,7 +9,7 @@ use trueweld_compensators::{
 };
 use trueweld_core::compensation::{Compensated, Compensator, DeviationMeasurement, Observation};
 use trueweld_core::control::{
-    External, ForceGains, HybridController, JointGains, Parallel, Superposed,
+    Command, External, ForceGains, HybridController, JointGains, Parallel, Superposed,
 };
 use trueweld_core::filter::{Biquad, Filter, MovingAverage};
 use trueweld_core::scalar::lit;
@@ -79,10 +79,12 @@ pub fn cycle<T: Real>(
     robot: &Robot<T>,
     inputs: &Inputs<T>,
     k: usize,
-) {
+) -> Option<Command<T>> {
+    let mut command = None;
     observed(inputs, k, |observation| {
-        black_box(black_box(controller).cycle(robot, observation));
+        command = Some(black_box(black_box(controller).cycle(robot, observation)));
     });
+    command
 }
 
 /// What is seen in a period, with two readings of a seam sensor, the most that a period brings.

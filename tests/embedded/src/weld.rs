@@ -12,7 +12,7 @@ use trueweld_core::monitor::{HealthMonitor, HealthSignals};
 use trueweld_core::scalar::lit;
 use trueweld_core::{
     Counterbalance, Friction, JOINTS, JointParameters, JointVector, Pose, Real, Robot,
-    RobotParameters, ToolParameters, Wrench,
+    RobotParameters, ToolParameters, Twist, Wrench,
 };
 
 /// Control cycles of the run.
@@ -218,8 +218,12 @@ impl<T: Real> Weld<T> {
 
     /// The drives go three tenths of the way to the corrected set-point in a period; `None` where
     /// it is out of reach.
-    pub fn follow(&mut self, inputs: &Inputs<T>, command: &Command<T>) -> Option<()> {
-        let mut correction = self.law.correction();
+    pub fn follow(
+        &mut self,
+        inputs: &Inputs<T>,
+        command: &Command<T>,
+        mut correction: Twist<T>,
+    ) -> Option<()> {
         correction.linear.z += command.depth_correction;
         let target = inputs.setpoint.pose.displaced(&correction.rotated(&inputs.setpoint.b_from_w));
         let way =
