@@ -42,12 +42,22 @@ impl Linear {
             hold: (DVector::zeros(n), DVector::zeros(n)),
         };
         linear.add(blocks, at, slopes, (0..n, 0..n));
+        linear.add_rest(blocks, at);
         linear
     }
 
+    /// Adds the residuals' own squares.
+    fn add_rest(&mut self, blocks: &[Vec<u8>], at: &Residuals) {
+        for (blocks, at) in blocks.iter().zip(at) {
+            for run in runs(blocks) {
+                let r = &at.residual[run.clone()];
+                self.rest[blocks[run.start] as usize] += dot(r, r);
+            }
+        }
+    }
+
     /// Adds to the normal equations: products of the values in one range with those before them,
-    /// and with the residuals of those in the other; the residuals' own where it begins with the
-    /// first.
+    /// and with the residuals of those in the other.
     fn add(
         &mut self,
         blocks: &[Vec<u8>],
@@ -64,9 +74,6 @@ impl Linear {
             for run in runs(blocks) {
                 let b = blocks[run.start] as usize;
                 let r = &at[log].residual[run.clone()];
-                if gradients.start == 0 {
-                    self.rest[b] += dot(r, r);
-                }
                 for (i, (k, a)) in seen.iter().enumerate() {
                     let a = &a[run.clone()];
                     if gradients.contains(k) {
@@ -115,6 +122,7 @@ impl Linear {
         linear.rest.fill(0.0);
         let slopes: Vec<&Slopes> = slopes.iter().collect();
         linear.add(blocks, at, &slopes, (0..0, 0..slopes.len()));
+        linear.add_rest(blocks, at);
         linear
     }
 
@@ -308,6 +316,25 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::predict::Prediction;
+
+    #[test]
+    fn values_beside_none_are_as_values_alone() {
+        let residual: Vec<f64> = (0..20).map(|k| f64::from(k % 7) - 2.5).collect();
+        let at: Residuals = vec![Prediction { residual, motion: None, late: None }];
+        let blocks: Vec<Vec<u8>> = vec![(0..20).map(|k| k / 2).collect()];
+        let slopes: Slopes = vec![Some((0..20).map(|k| f64::from(k).sin()).collect())];
+        let none = DVector::zeros(0);
+        let alone = Linear::new(&blocks, &at, &[&slopes], DMatrix::zeros(1, 1), DVector::zeros(1));
+        let beside = Linear::new(&blocks, &at, &[], DMatrix::zeros(0, 0), none).extended(
+            &blocks,
+            &at,
+            &[],
+            &[&slopes],
+        );
+        assert_eq!(alone.rest, beside.rest);
+        assert_eq!(alone.held_out(None), beside.held_out(None));
+    }
 
     #[test]
     fn what_blocks_disagree_by_is_the_scatter_of_their_means() {
