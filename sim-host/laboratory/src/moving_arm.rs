@@ -122,11 +122,8 @@ impl<P: Path> MovingArm<'_, P> {
             spring: nowhere,
             tilts: TiltMotion { rate: nowhere, ..TiltMotion::default() },
         });
-        let law = &robot.model.parameters().friction;
-        let friction = JointVector::from_fn(|i, _| {
-            let fading = self.foreign.map_or(0.0, |f| f.friction(i, motor.rate[i], time, law));
-            robot.friction(&joints, i, spring[i]).value + fading
-        });
+        let friction =
+            JointVector::from_fn(|i, _| robot.friction(&joints, i, spring[i], time.max(0.0)).value);
         Instant {
             motor: motor.angle,
             link: joints.link,

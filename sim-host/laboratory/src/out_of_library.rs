@@ -6,7 +6,7 @@
 use crate::random::OUT_OF_LIBRARY;
 use nalgebra::Vector3;
 use std::f64::consts::TAU;
-use trueweld_core::{Friction, JOINTS};
+use trueweld_core::JOINTS;
 use trueweld_plant::cell::Cell;
 use trueweld_plant::random::Random;
 use trueweld_plant::robot::{
@@ -140,6 +140,10 @@ impl OutOfLibrary {
                 Port::MotorFriction(joint),
                 Box::new(UnevenFriction { amplitude: self.size * 0.8 * friction.coulomb[joint] }),
             ),
+            OutOfLibraryKind::FadingFriction => (
+                Port::MotorFriction(joint),
+                Box::new(FadingFriction { amplitude: self.size * 0.8 * friction.coulomb[joint] }),
+            ),
             OutOfLibraryKind::ForceCurve => (
                 Port::SensorChannel(Channel::Wrench),
                 Box::new(ForceCurve { gain: 5e-6 * self.size }),
@@ -164,7 +168,7 @@ impl OutOfLibrary {
                 let amplitude = cell.seam.b_from_w.rotation.transpose() * self.shaking();
                 (Port::ProcessForce, Box::new(Shaker { amplitude }))
             }
-            OutOfLibraryKind::Appendage | OutOfLibraryKind::FadingFriction => return Ok(()),
+            OutOfLibraryKind::Appendage => return Ok(()),
         };
         cell.robot.ports.install(port, term)
     }
@@ -190,25 +194,6 @@ impl OutOfLibrary {
         let hung =
             Appendage { mass, stiffness: mass * RATE * RATE, damping: 2.0 * 0.02 * mass * RATE };
         (self.kind == OutOfLibraryKind::Appendage).then_some(hung)
-    }
-
-    /// Friction torque of a motor that depends on time, N·m. Only motor torque shows it, which the
-    /// log of a weld does not have.
-    pub(crate) fn friction(
-        &self,
-        joint: usize,
-        rate: f64,
-        time: f64,
-        friction: &Friction<f64>,
-    ) -> f64 {
-        const DECAY_TIME: f64 = 4.0;
-        if self.kind != OutOfLibraryKind::FadingFriction || joint != self.joint {
-            return 0.0;
-        }
-        let amplitude = self.size * 0.8 * friction.coulomb[joint];
-        amplitude
-            * (-time / DECAY_TIME).exp()
-            * ValueDerivative::turn(rate, friction.smoothing).value
     }
 }
 
@@ -237,6 +222,20 @@ impl Term for UnevenFriction {
     fn friction(&self, at: &JointState) -> ValueDerivative {
         let turn = ValueDerivative::turn(at.encoder_rate, at.smoothing);
         let level = self.amplitude * (7.0 * at.encoder).sin();
+        ValueDerivative { value: level * turn.value, slope: level * turn.slope }
+    }
+}
+
+#[derive(Debug)]
+struct FadingFriction {
+    amplitude: f64,
+}
+
+impl Term for FadingFriction {
+    fn friction(&self, at: &JointState) -> ValueDerivative {
+        const DECAY_TIME: f64 = 4.0;
+        let turn = ValueDerivative::turn(at.encoder_rate, at.smoothing);
+        let level = self.amplitude * (-at.time / DECAY_TIME).exp();
         ValueDerivative { value: level * turn.value, slope: level * turn.slope }
     }
 }

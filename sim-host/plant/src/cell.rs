@@ -230,7 +230,7 @@ impl Cell {
         let mut friction_slope = JointVector::zeros();
         let mut rates = SVector::<f64, STATES>::zeros();
         for i in 0..6 {
-            let friction = self.robot.friction(drives, i, spring[i]);
+            let friction = self.robot.friction(drives, i, spring[i], time);
             friction_slope[i] = friction.slope;
             rates[i] = drives.link_rate[i];
             rates[6 + i] = drives.motor_rate[i];

@@ -69,8 +69,8 @@ impl FrictionSlope {
     }
 }
 
-/// Slopes of the drives' friction for vibrations of these amplitudes, rad/s, about a state:
-/// N·m·s/rad.
+/// Slopes of the drives' friction for vibrations of these amplitudes, rad/s, about a state at the
+/// start: N·m·s/rad.
 pub fn slopes(cell: &Cell, point: &State, amplitude: &JointVector<f64>) -> JointVector<f64> {
     let drives = point.drives();
     let spring = cell.robot.spring_torque(&drives, point.internal());
@@ -78,7 +78,7 @@ pub fn slopes(cell: &Cell, point: &State, amplitude: &JointVector<f64>) -> Joint
         let at = |by: f64| {
             let mut drives = drives;
             drives.motor_rate[i] += by;
-            cell.robot.friction(&drives, i, spring[i])
+            cell.robot.friction(&drives, i, spring[i], 0.0)
         };
         if amplitude[i] < AMPLITUDES.0 {
             return at(0.0).slope;

@@ -700,7 +700,9 @@ impl Moving {
                     };
                     robot.model.rotor_inertia()[i] * m.acceleration[i]
                         + motion.spring[k][i]
-                        + robot.friction(&drives, i, motion.spring[k][i]).value
+                        + robot
+                            .friction(&drives, i, motion.spring[k][i], self.time[k] - begin)
+                            .value
                 })
                 .collect();
             if torque_lag != 0.0 {

@@ -113,10 +113,13 @@ fn joint_values(at: &JointState) -> [f64; 7] {
     ]
 }
 
-/// Those of a joint, then the load of its gear.
-static MOTOR_SIDE: [Variable; 8] = joined(
+/// Those of a joint, then the load of its gear and the time.
+static MOTOR_SIDE: [Variable; 9] = joined(
     &JOINT,
-    &[variable("spring_torque", "N·m", "torque that the joint's gear carries", [0.0, 1e4, -1e4])],
+    &[
+        variable("spring_torque", "N·m", "torque that the joint's gear carries", [0.0, 1e4, -1e4]),
+        TIME,
+    ],
 );
 
 /// Those of a joint, then the counterbalance.
@@ -571,7 +574,7 @@ impl Term for Own {
         let off = |by| {
             let at = JointState { encoder_rate: at.encoder_rate + by, ..*at };
             let [a, b, c, d, e, f, g] = joint_values(&at);
-            self.at(&[a, b, c, d, e, f, g, at.spring_torque])
+            self.at(&[a, b, c, d, e, f, g, at.spring_torque, at.time])
         };
         let slope = (off(RATE_DIFFERENCE) - off(-RATE_DIFFERENCE)) / (2.0 * RATE_DIFFERENCE);
         ValueDerivative { value: off(0.0), slope }

@@ -64,6 +64,7 @@ mod tests {
                 encoder_before: 0.0,
                 smoothing: 1e-3,
                 spring_torque: load,
+                time: 0.0,
             };
             let friction = term.friction(&at(rate));
             let expected = 0.08 * f64::abs(load) * (rate / 1e-3).tanh();

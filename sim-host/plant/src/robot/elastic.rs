@@ -96,6 +96,7 @@ impl ElasticRobot {
             encoder_before: if i > 0 { drives.motor[i - 1] } else { 0.0 },
             smoothing: self.model.parameters().friction.smoothing,
             spring_torque: 0.0,
+            time: 0.0,
         }
     }
 
@@ -200,14 +201,14 @@ impl ElasticRobot {
         }
     }
 
-    /// Motor friction τ_f of one joint whose spring carries τ_s = `spring`, N·m, with its slope by
-    /// θ̇_E.
+    /// Motor friction τ_f of one joint whose spring carries τ_s = `spring`, N·m, at `time` from the
+    /// start, s, with its slope by θ̇_E.
     #[inline]
-    pub fn friction(&self, drives: &Drives, i: usize, spring: f64) -> ValueDerivative {
+    pub fn friction(&self, drives: &Drives, i: usize, spring: f64, time: f64) -> ValueDerivative {
         let (value, slope) = self.model.parameters().friction.torque(i, drives.motor_rate[i]);
         let mut torque = ValueDerivative { value, slope };
         if !self.ports.friction[i].is_empty() {
-            let at = JointState { spring_torque: spring, ..self.joint_point(drives, i) };
+            let at = JointState { spring_torque: spring, time, ..self.joint_point(drives, i) };
             for term in &self.ports.friction[i] {
                 let more = term.friction(&at);
                 torque.value += more.value;

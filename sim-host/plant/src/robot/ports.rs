@@ -69,6 +69,8 @@ pub struct JointState {
     pub smoothing: f64,
     /// Spring torque τ_s, N·m, which friction may follow; 0 at all ports but motor friction.
     pub spring_torque: f64,
+    /// Time from the start, s, with which friction may change; 0 at all ports but motor friction.
+    pub time: f64,
 }
 
 /// The process at one instant: tool in the weld frame W, origin at the start of the seam on the
@@ -304,6 +306,7 @@ impl Ports {
                     encoder_before: 0.0,
                     smoothing: 1.0,
                     spring_torque: 0.0,
+                    time: 0.0,
                 };
                 let slot = term.internal_rate(&probe, 0.0).map(|_| self.internal_states);
                 if slot == Some(INTERNAL_STATES) {

@@ -215,7 +215,7 @@ fn friction_effects_follow_their_equations_and_give_their_slope() {
             let friction = |cell: &Cell, rate: f64| {
                 let mut at = drives();
                 at.motor_rate[joint] = rate;
-                cell.robot.friction(&at, joint, 0.0)
+                cell.robot.friction(&at, joint, 0.0, 0.0)
             };
             let gained = friction(&cell, rate).value - friction(&bare, rate).value;
             assert!(

@@ -103,8 +103,8 @@ fn friction_and_link_ports_add_their_torque() {
     let (bare, friction, link) =
         (free_cell(&KR500, None), with(Port::MotorFriction(3)), with(Port::LinkTorque(1)));
     for i in 0..6 {
-        let change = friction.robot.friction(&moving(), i, 0.0).value
-            - bare.robot.friction(&moving(), i, 0.0).value;
+        let change = friction.robot.friction(&moving(), i, 0.0, 0.0).value
+            - bare.robot.friction(&moving(), i, 0.0, 0.0).value;
         assert!((change - if i == 3 { 11.0 } else { 0.0 }).abs() < 1e-9);
     }
     let halved = bare.robot.link_torque(&moving()) * 0.5;
