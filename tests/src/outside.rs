@@ -4,6 +4,8 @@
 //! They were written down before the grammar of formulas was tried on them, each as its source has
 //! it; the numbers are such that it shows well in the logs of the fixtures' robot.
 
+use crate::LABORATORY;
+use trueweld_laboratory::{CorpusCase, Hidden, Protocol};
 use trueweld_plant::effects::formula::{CustomParameter, CustomRole, Definition, PORTS};
 use trueweld_plant::effects::{Effect, Location};
 
@@ -98,7 +100,29 @@ pub static LAWS: &[OutsideLaw] = &[
     law("saturation", "recorded-torque", Some(1), "-2e-5*torque*abs(torque)", &["torque"]),
 ];
 
+/// Least multiple of the limit of detection at which a law is to show.
+const SHOWS: f64 = 3.0;
+
+/// The first `count` cases of a corpus of these laws with this seed, one law after the other, with
+/// the noise and the errors of the corpus of effects.
+pub fn cases(seed: u64, count: usize) -> Vec<CorpusCase> {
+    let protocol = Protocol { free: 6.0, ..Protocol::short() };
+    let ground = LABORATORY.corpus(seed, count, &protocol).into_iter();
+    let of_law = |(index, (case, law)): (usize, (CorpusCase, &OutsideLaw))| CorpusCase {
+        name: format!("{index:03}-{}", law.name),
+        hidden: Hidden::Law(law.effect(1.0)),
+        target: case.target.max(SHOWS),
+        ..case
+    };
+    ground.zip(LAWS.iter().cycle()).enumerate().map(of_law).collect()
+}
+
 impl OutsideLaw {
+    /// The law of a name.
+    pub fn named(name: &str) -> Option<&'static Self> {
+        LAWS.iter().find(|law| law.name == name)
+    }
+
     /// The law as an effect of the truth.
     ///
     /// # Panics

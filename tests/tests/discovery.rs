@@ -5,15 +5,16 @@
 use trueweld_laboratory::ProtocolFile;
 use trueweld_measure::diagnose::{Diagnosis, Verdict, diagnose};
 use trueweld_measure::discover::{Discovery, discover};
-use trueweld_plant::effects::Location;
+use trueweld_plant::effects::{Effect, Location};
 use trueweld_tests::corpus::recorded;
 use trueweld_tests::fixture;
+use trueweld_tests::outside::OutsideLaw;
 
-/// The hose pack's campaign, without the hose pack where it is not `hidden`, and what is found.
-fn found(hidden: bool) -> (Diagnosis, Vec<Discovery>) {
+/// The hose pack's campaign with other effects where there are some, and what is found.
+fn found(other: Option<Vec<Effect>>) -> (Diagnosis, Vec<Discovery>) {
     let mut protocol = ProtocolFile::read(fixture("protocols/hose-pack.toml")).expect("a protocol");
-    if !hidden {
-        protocol.effects.clear();
+    if let Some(other) = other {
+        protocol.effects = other;
     }
     let ready = recorded(&protocol).expect("the campaign is made");
     let mut diagnosis = diagnose(&ready.bench, &ready.logs, &|_, _| ()).expect("diagnosed");
@@ -23,7 +24,7 @@ fn found(hidden: bool) -> (Diagnosis, Vec<Discovery>) {
 
 #[test]
 fn a_hose_pack_is_found_at_its_joint_over_its_angle() {
-    let (diagnosis, found) = found(true);
+    let (diagnosis, found) = found(None);
     assert_eq!(diagnosis.verdict, Verdict::UnknownEffect);
     let [hose] = found.as_slice() else { panic!("{} laws", found.len()) };
     assert_eq!(hose.hypothesis.port.name, "link-torque");
@@ -50,7 +51,29 @@ fn a_hose_pack_is_found_at_its_joint_over_its_angle() {
 }
 
 #[test]
+fn friction_that_fades_is_not_taken_for_friction() {
+    let fading = OutsideLaw {
+        name: "fading",
+        port: "motor-friction",
+        joint: Some(0),
+        expression: "600*exp(-time/3)*tanh(encoder_rate/smoothing)",
+        over: &["time", "encoder_rate"],
+    };
+    let (diagnosis, found) = found(Some(vec![fading.effect(1.0)]));
+    assert_eq!(diagnosis.verdict, Verdict::UnknownEffect);
+    let [law] = found.as_slice() else { panic!("{} laws", found.len()) };
+    assert_eq!((law.hypothesis.port.name, law.hypothesis.at), (fading.port, Location::Joint(0)));
+    assert_eq!(law.hypothesis.variables(), fading.over);
+    assert!(law.held_out_after < 1.1, "{}", law.held_out_after);
+    // As far as the band of 95 % says, which at 20 places misses as above.
+    let truth = |t: f64| 600.0 * (-t / 3.0_f64).exp();
+    let missed = law.curve.x.iter().zip(&law.curve.band);
+    let missed = missed.filter(|(t, [low, high])| !(*low..=*high).contains(&truth(**t))).count();
+    assert!(missed < 4, "{missed}: {:?}", law.curve);
+}
+
+#[test]
 fn where_nothing_is_missing_nothing_is_found() {
-    let (diagnosis, found) = found(false);
+    let (diagnosis, found) = found(Some(Vec::new()));
     assert_eq!((diagnosis.verdict, found.len()), (Verdict::Adequate, 0));
 }

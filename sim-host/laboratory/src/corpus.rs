@@ -20,6 +20,8 @@ pub enum Hidden {
     Two(Effect, Effect),
     /// An effect that the library does not have.
     Unknown(OutOfLibrary),
+    /// The same, a law at a port of the plant whose one value is its size.
+    Law(Effect),
 }
 
 /// One case of the corpus: a campaign yet to be made.

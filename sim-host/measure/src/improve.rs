@@ -3,14 +3,15 @@
 //!
 //! First what recalibration alone can do, then the effects that [`crate::diagnose`] names, each
 //! step with everything refitted and those calibrations kept that count; then, where these do not
-//! reach the floor, further ones as long as each counts.
+//! reach the floor, further ones as long as each counts, and where the library has none a law outside
+//! it.
 
 use crate::data::log::Log;
 use crate::diagnose::{
     self, Context, Diagnosis, FittedEffect, Progress, Undone, Verdict, at_one_joint, further,
     longest_weld, refit, rules, score, sparse,
 };
-use crate::discover::{Discovery, discover};
+use crate::discover::{self, Discovery, discover};
 use crate::fit::calibration::is_calibration;
 use crate::fit::per_log;
 use crate::fit::{self, EffectScope, Effort, FitProblem, FitState, Fitted, Residuals};
@@ -134,6 +135,10 @@ const MOST: usize = 8;
 /// Fall of the held-out score by less than this share is no improvement.
 const LEAST: f64 = 2e-3;
 
+/// Share by which the squared errors of the channels must fall on average, each in what it was,
+/// where the score as a whole, which the worst channel rules, hardly sees it.
+const LEAST_BY_CHANNEL: f64 = 0.02;
+
 /// Improves the bench's model. `logs`: those that its experiments were made of; `held_out`: where
 /// every step is judged, in place of blocks in time of the same logs.
 ///
@@ -150,12 +155,10 @@ pub fn improve(
     let discovered =
         discover(bench, logs, &mut diagnosis, &|what, share| progress(what, 0.6 + 0.1 * share));
     let blocks = fit::blocks_of(bench);
-    let start = match held_out {
-        Some(held_out) => {
-            score(&elsewhere(bench, held_out, &FitState::empty(bench.experiments.len()))?)
-        }
-        None => diagnosis.score_before,
-    };
+    let at_held_out = held_out
+        .map(|h| elsewhere(bench, h, &FitState::empty(bench.experiments.len())))
+        .transpose()?;
+    let start = at_held_out.as_ref().map_or(diagnosis.score_before, score);
     let baseline = Step {
         added: Vec::new(),
         effects: Vec::new(),
@@ -170,11 +173,13 @@ pub fn improve(
         held_out,
         steps: vec![baseline],
         rejected: Vec::new(),
+        discovered,
+        at_held_out,
         reached: None,
     };
     progress("recalibrating", 0.7);
     if !diagnosis.null.point.free.is_empty() {
-        let alone = diagnosis.chosen.is_empty() && discovered.is_empty();
+        let alone = diagnosis.chosen.is_empty() && path.discovered.is_empty();
         let kept = if alone {
             diagnosis.improved.clone()
         } else {
@@ -183,7 +188,7 @@ pub fn improve(
         path.try_step(kept);
     }
     // What was found outside the library stands in the place of what explains a part within.
-    let outside = !discovered.is_empty();
+    let outside = !path.discovered.is_empty();
     if outside {
         progress("adding what was found", 0.75);
         path.try_step(diagnosis.improved.clone());
@@ -212,11 +217,23 @@ pub fn improve(
         refit(bench, &blocks, &mut whole, Effort::full(0));
         path.try_step(whole);
     }
-    let Path { steps, rejected, reached, .. } = path;
+    let Path { steps, rejected, mut discovered, reached, .. } = path;
+    // The values of the improved model, where all were fitted together once more.
+    for law in &mut discovered {
+        let own = &law.effect.effect;
+        let moved = |f: &&FittedEffect| {
+            std::ptr::eq(f.effect.kind, own.kind)
+                && f.effect.at == own.at
+                && f.effect.values != own.values
+        };
+        if let Some(last) = steps.last().and_then(|step| step.effects.iter().find(moved)) {
+            law.effect = last.clone();
+        }
+    }
     let verdict = match &reached {
         Some(fitted)
             if diagnosis.verdict == Verdict::UnknownEffect
-                && !outside
+                && discovered.is_empty()
                 && rules::at_floor(bench, &fitted.at)
                 && !at_one_joint(fitted) =>
         {
@@ -258,29 +275,50 @@ struct Path<'a> {
     held_out: Option<&'a HeldOut>,
     steps: Vec<Step>,
     rejected: Vec<Rejected>,
+    discovered: Vec<Discovery>,
+    /// Residuals of the logs held out under the model reached.
+    at_held_out: Option<Residuals>,
     reached: Option<Fitted>,
 }
 
 impl Path<'_> {
     /// Takes a step to a fit if it is one forward.
     fn try_step(&mut self, fitted: Fitted) -> bool {
+        self.try_step_by(fitted, false)
+    }
+
+    /// The same; `by_channel`: also where the score does not rise, and the error falls with every
+    /// channel weighed alike. Fits to blocks left out have shown that before.
+    fn try_step_by(&mut self, fitted: Fitted, by_channel: bool) -> bool {
         let all =
             diagnose::found(&fitted, |of| matches!(of, EffectScope::All(_) | EffectScope::Log(..)));
         let (calibration, effects): (Vec<FittedEffect>, Vec<FittedEffect>) =
             all.into_iter().partition(|f| is_calibration(f.effect.kind));
         let added = added(self.steps.last().map_or(&[], |s| &s.effects), &effects);
         let before = self.steps.last().map_or(f64::INFINITY, |s| s.held_out);
-        let judged = match self.held_out {
-            Some(held_out) => elsewhere(self.bench, held_out, &fitted.point).map(|at| score(&at)),
-            None => Ok(rules::held_out_score(&fitted)),
-        };
+        let at_held_out = self
+            .held_out
+            .map(|held_out| elsewhere(self.bench, held_out, &fitted.point))
+            .transpose();
+        let judged = at_held_out.as_ref().map(|at| match (self.held_out, at, &self.at_held_out) {
+            (Some(held_out), Some(at), Some(before)) => {
+                let falls = change_by_channel(&held_out.bench, before, at) < 1.0 - LEAST_BY_CHANNEL;
+                (score(at), falls)
+            }
+            _ => (rules::held_out_score(&fitted), true),
+        });
         let (held_out, why) = match judged {
             Err(_) => (f64::NAN, Some(Rejection::NotPredicted)),
-            Ok(score) if score > before * (1.0 - LEAST) => (score, Some(Rejection::NoGain)),
-            Ok(score) if !stable(self.bench, self.logs, &fitted.point) => {
+            Ok((score, falls))
+                if score > before * (1.0 - LEAST)
+                    && !(by_channel && falls && score < before * (1.0 + LEAST)) =>
+            {
+                (score, Some(Rejection::NoGain))
+            }
+            Ok((score, _)) if !stable(self.bench, self.logs, &fitted.point) => {
                 (score, Some(Rejection::Unstable))
             }
-            Ok(score) => (score, None),
+            Ok((score, _)) => (score, None),
         };
         match why {
             Some(why) => self.rejected.push(Rejected { added, held_out, why }),
@@ -292,16 +330,17 @@ impl Path<'_> {
                     score: score(&fitted.at),
                     held_out,
                 });
+                self.at_held_out = at_held_out.ok().flatten();
                 self.reached = Some(fitted);
             }
         }
         why.is_none()
     }
 
-    /// Adds one more effect where the explanation is a partial one. What no model explains yet is
-    /// no noise that instruments state: every channel is weighed by what is left in it, so that the
-    /// worst does not hide the others, and the values found before stay, so that none is spent on
-    /// it.
+    /// Adds one more effect where the explanation is a partial one: of the library, and where it
+    /// has none a law outside it. What no model explains yet is no noise that instruments state:
+    /// every channel is weighed by what is left in it, so that the worst does not hide the others,
+    /// and the values found before stay, so that none is spent on it.
     fn further(&mut self, length: f64) -> bool {
         let empty = FitState::empty(self.bench.experiments.len());
         let point = self.reached.as_ref().map_or(empty, |f| f.point.clone());
@@ -324,17 +363,24 @@ impl Path<'_> {
             given: &null,
             length,
         };
-        for next in further(&ground, &null) {
+        let Self { bench, logs, blocks, .. } = *self;
+        let mut takes = |next: &Fitted| {
             let mut whole = next.point.clone();
             whole.free = point.free.iter().chain(&next.point.free).copied().collect();
-            let Ok(fitted) = fit::fit(self.bench, &whole, self.blocks, &[], nothing_free) else {
-                continue;
-            };
-            if self.try_step(fitted) {
-                return true;
-            }
+            let fitted = fit::fit(bench, &whole, blocks, &[], nothing_free);
+            fitted.is_ok_and(|fitted| self.try_step_by(fitted, true))
+        };
+        if further(&ground, &null).iter().any(&mut takes) {
+            return true;
         }
-        false
+        let outside = discover::beside(&inflate_noise, blocks, logs, &null);
+        let Some((law, _)) = outside.filter(|(_, next)| takes(next)) else {
+            return false;
+        };
+        let [.., before, after] = self.steps.as_slice() else { return true };
+        let (held_out_before, held_out_after) = (before.held_out, after.held_out);
+        self.discovered.push(Discovery { held_out_before, held_out_after, ..law });
+        true
     }
 }
 
@@ -352,6 +398,18 @@ fn elsewhere(
     }
     let all = [bench.known.clone(), point.all.clone()].concat();
     Ok(per_log::fitted(&held_out.bench, &own, all)?.1)
+}
+
+/// Squared errors of the channels after a change, each over what it was, on average by samples.
+fn change_by_channel(bench: &FitProblem, before: &Residuals, after: &Residuals) -> f64 {
+    let (before, after) = (diagnose::parts(bench, before), diagnose::parts(bench, after));
+    let (mut sum, mut count) = (0.0, 0.0);
+    for (channel, was) in &before {
+        let now = after.get(channel).map_or(was.square, |part| part.square);
+        sum += was.count as f64 * now / was.square.max(f64::MIN_POSITIVE);
+        count += was.count as f64;
+    }
+    sum / count
 }
 
 /// The same logs, with each channel's noise as large as what these residuals leave of it.

@@ -189,7 +189,7 @@ impl Cell {
             None => (JointVector::from_element(f64::NAN), Matrix6::zeros(), None),
         };
         let (rates, friction_slope) =
-            self.rates(state, &drives, &spring, &acceleration, &contact.reaction);
+            self.rates(time, state, &drives, &spring, &acceleration, &contact.reaction);
         let Contact { frames, reaction, axes } = contact;
         Evaluation { rates, frames, inertia, factor, friction_slope, reaction, axes }
     }
@@ -214,13 +214,14 @@ impl Cell {
             &contact.wrench(),
             (&before, near.factor.as_ref()?),
         );
-        Some(self.rates(state, &drives, &spring, &acceleration, &contact.reaction).0)
+        Some(self.rates(time, state, &drives, &spring, &acceleration, &contact.reaction).0)
     }
 
     /// Rates of the whole state, and the slope of motor friction.
     #[inline]
     fn rates(
         &self,
+        time: f64,
         state: &State,
         drives: &Drives,
         spring: &JointVector<f64>,

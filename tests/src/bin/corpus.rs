@@ -11,7 +11,7 @@ use std::time::Instant;
 use trueweld_laboratory::{CorpusCase, Hidden, Protocol};
 use trueweld_plant::input::write_atomically;
 use trueweld_tests::corpus::{Judged, Tally, examine};
-use trueweld_tests::{LABORATORY, ended};
+use trueweld_tests::{LABORATORY, ended, outside};
 
 /// Measures how well a diagnosis names what is hidden in synthetic campaigns.
 ///
@@ -33,6 +33,9 @@ struct Arguments {
     /// Campaigns as short as they can be.
     #[arg(long)]
     short: bool,
+    /// The laws outside the library by which discovery is judged, in place of the corpus.
+    #[arg(long, conflicts_with = "short")]
+    outside: bool,
     /// Only the case of this number.
     #[arg(long)]
     only: Option<usize>,
@@ -66,7 +69,10 @@ fn go(arguments: &Arguments) -> Result<(), Box<dyn std::error::Error>> {
         }
     }
     let protocol = if arguments.short { Protocol::short() } else { Protocol::usual() };
-    let mut cases = LABORATORY.corpus(arguments.seed, arguments.cases, &protocol);
+    let mut cases = match arguments.outside {
+        true => outside::cases(arguments.seed, arguments.cases),
+        false => LABORATORY.corpus(arguments.seed, arguments.cases, &protocol),
+    };
     cases.iter_mut().for_each(|case| case.recipe.geometry_error = arguments.geometry);
     let written = match read_to_string(&arguments.out) {
         Ok(text) => text,

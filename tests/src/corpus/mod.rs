@@ -1,7 +1,7 @@
 //! How well a diagnosis names effects that are hidden in synthetic campaigns.
 //!
 //! The laboratory draws the cases. [`examine`] makes a case's campaign, has it diagnosed and judges
-//! the answer against the truth; [`Tally`] counts. Recorded campaigns play no part, so that rules of
+//! the answer against the truth, with what was found outside the library; [`Tally`] counts. Recorded campaigns play no part, so that rules of
 //! decision that were set on the corpus can be tested on campaigns not seen before.
 
 mod judge;
@@ -12,6 +12,7 @@ pub use judge::{Outcome, judge};
 pub use tally::Tally;
 pub use visible::{Context, Visibility};
 
+use crate::outside::OutsideLaw;
 use crate::{LABORATORY, fixture};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -19,7 +20,8 @@ use std::time::Instant;
 use trueweld_laboratory::{CampaignError, CorpusCase, Hidden, ProtocolFile, Recipe};
 use trueweld_measure::data::campaign::Campaign;
 use trueweld_measure::data::log::Log;
-use trueweld_measure::diagnose::{Diagnosis, diagnose};
+use trueweld_measure::diagnose::{self, Diagnosis, Verdict, diagnose};
+use trueweld_measure::discover::{Discovery, Hypothesis, discover};
 use trueweld_measure::fit::FitProblem;
 use trueweld_measure::predict::PredictError;
 use trueweld_measure::residuals::compare::{baseline, experiments};
@@ -131,10 +133,50 @@ pub struct Judged {
     pub calibration: Vec<String>,
     /// Score before.
     pub score_before: f64,
+    /// Score with calibrations alone, and where nothing was fitted with what was found or named.
+    #[serde(default)]
+    pub scores: [f64; 2],
+    /// The law that was found outside the library.
+    #[serde(default)]
+    pub discovered: Option<DiscoveredLaw>,
     /// What came of it.
     pub outcome: Outcome,
     /// Time that the diagnosis took, s.
     pub seconds: f64,
+}
+
+/// A law that was found outside the library.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct DiscoveredLaw {
+    /// Port, place and variables in words, and its formula.
+    pub law: String,
+    /// True where port, place and variables are those of the law that is hidden.
+    pub right: bool,
+    /// True where they are those of one that it was declared not to be told from.
+    pub tied: bool,
+}
+
+impl DiscoveredLaw {
+    fn of(discovery: &Discovery, hidden: &Hidden) -> Self {
+        let found = &discovery.effect.effect;
+        let is = |hypothesis: &Hypothesis| match hidden {
+            Hidden::Law(law) => {
+                let outside = OutsideLaw::named(law.kind.id).expect("one of them");
+                let over = hypothesis.variables();
+                (hypothesis.port.name, hypothesis.at) == (outside.port, law.at)
+                    && outside.over.iter().all(|variable| over.contains(variable))
+            }
+            _ => false,
+        };
+        let hypothesis = &discovery.hypothesis;
+        let curve = || hypothesis.expression(&format!("curve({})", hypothesis.over));
+        let formula = discovery.expression.clone().unwrap_or_else(curve);
+        Self {
+            law: format!("{} [{}] {formula}", hypothesis.port.name, LABORATORY.at_name(found)),
+            right: is(hypothesis),
+            tied: discovery.tied.iter().any(|tied| is(&tied.hypothesis)),
+        }
+    }
 }
 
 /// The recipe with what is hidden, of the size at which it shows as it is to, and how well it
@@ -166,6 +208,11 @@ pub fn sized(case: &CorpusCase) -> Result<(Recipe, Hidden, Vec<Visibility>), Cor
             let recipe = case.recipe.clone().with_out_of_library(effect);
             (recipe, Hidden::Unknown(effect), vec![seen])
         }
+        Hidden::Law(law) => {
+            let of_size = |size| Effect { values: vec![size], ..law.clone() };
+            let (law, seen) = ground()?.size_effect(case.target, of_size);
+            (case.recipe.clone().with_effect(law.clone()), Hidden::Law(law), vec![seen])
+        }
     })
 }
 
@@ -177,9 +224,22 @@ pub fn examine(case: &CorpusCase) -> Result<Judged, CorpusError> {
     let (recipe, hidden, seen) = sized(case)?;
     let ready = ready(&recipe)?;
     let start = Instant::now();
-    let diagnosis = diagnose(&ready.bench, &ready.logs, &|_, _| {})?;
+    let mut diagnosis = diagnose(&ready.bench, &ready.logs, &|_, _| {})?;
+    let discovered = discover(&ready.bench, &ready.logs, &mut diagnosis, &|_, _| {});
     let seconds = start.elapsed().as_secs_f64();
-    Ok(judged(case, &recipe, &hidden, seen, &diagnosis, seconds))
+    let judged = judged(case, &recipe, &hidden, seen, &diagnosis, seconds);
+    let discovered = discovered.first();
+    let named = diagnosis.candidates.first().filter(|_| diagnosis.verdict != Verdict::Adequate);
+    let null = diagnose::score(&diagnosis.null.at);
+    let after = discovered
+        .map(|law| law.held_out_after)
+        .or(named.map(|best| best.held_out_after))
+        .map_or(null, |after| after.min(null));
+    Ok(Judged {
+        scores: [null, after],
+        discovered: discovered.map(|law| DiscoveredLaw::of(law, &hidden)),
+        ..judged
+    })
 }
 
 fn judged(
@@ -191,7 +251,7 @@ fn judged(
     seconds: f64,
 ) -> Judged {
     let effects: Vec<&Effect> = match hidden {
-        Hidden::One(a) => vec![a],
+        Hidden::One(a) | Hidden::Law(a) => vec![a],
         Hidden::Two(a, b) => vec![a, b],
         Hidden::None | Hidden::Unknown(_) => Vec::new(),
     };
@@ -217,7 +277,7 @@ fn judged(
         seed: case.seed,
         truth,
         values,
-        unknown: matches!(hidden, Hidden::Unknown(_)),
+        unknown: matches!(hidden, Hidden::Unknown(_) | Hidden::Law(_)),
         target: case.target,
         seen,
         noise: recipe.noise,
@@ -231,6 +291,8 @@ fn judged(
         named: named.collect(),
         calibration: diagnosis.calibration.iter().map(|f| in_words(&f.effect)).collect(),
         score_before: diagnosis.score_before,
+        scores: [0.0; 2],
+        discovered: None,
         outcome: judge(hidden, recipe, diagnosis),
         seconds,
     }

@@ -1,6 +1,7 @@
 //! Counts over the corpus: rates with their limits, and what was named for what.
 
-use super::{Judged, Outcome};
+use super::{DiscoveredLaw, Judged, Named, Outcome};
+use crate::outside::OutsideLaw;
 use std::collections::BTreeMap;
 use std::fmt::{self, Write as _};
 use trueweld_evaluate::Rate;
@@ -37,7 +38,11 @@ impl Tally {
     /// The rates and what was named for what, as Markdown.
     pub fn markdown(&self) -> String {
         let mut text = String::new();
-        self.rates(&mut text).and_then(|()| self.matrix(&mut text)).expect("a string takes all");
+        self.rates(&mut text)
+            .and_then(|()| self.matrix(&mut text))
+            .and_then(|()| self.laws(&mut text))
+            .and_then(|()| self.reliability(&mut text))
+            .expect("a string takes all");
         text
     }
 
@@ -134,6 +139,119 @@ impl Tally {
         }
         Ok(())
     }
+
+    /// What was found of the laws outside the library from three times the limit on, and where
+    /// nothing is hidden.
+    fn laws(&self, out: &mut String) -> fmt::Result {
+        let none = self.with(|j| j.truth.is_empty());
+        if !none.is_empty() {
+            let found = Rate::of(&none, |j| j.discovered.is_some());
+            writeln!(out, "\nA law found where nothing is hidden: {found}.")?;
+        }
+        let of_law = |j: &Judged| j.unknown && OutsideLaw::named(&j.truth[0]).is_some();
+        let all = self.with(|j| of_law(j) && j.seen[0].ratio >= BANDS[2].1);
+        if all.is_empty() {
+            return Ok(());
+        }
+        writeln!(
+            out,
+            "\n| law | cases | named as an effect | found | at its port, place and variables | or tied with that | median fall |\n\
+             |---|---|---|---|---|---|---|"
+        )?;
+        let mut rows: BTreeMap<&str, Vec<&Judged>> = BTreeMap::new();
+        all.iter().for_each(|j| rows.entry(&j.truth[0]).or_default().push(j));
+        for (law, cases) in &rows {
+            let [named, found, right, tied] = Self::of_laws(cases).map(|rate| rate.hits);
+            let (count, fall) = (cases.len(), median_fall(cases));
+            writeln!(out, "| {law} | {count} | {named} | {found} | {right} | {tied} | {fall} |")?;
+        }
+        let ([named, found, right, tied], fall) = (Self::of_laws(&all), median_fall(&all));
+        let count = all.len();
+        writeln!(out, "| all | {count} | {named} | {found} | {right} | {tied} | {fall} |")
+    }
+
+    /// How many were named as an effect, found, found as what they are, or tied with it.
+    fn of_laws(cases: &[&Judged]) -> [Rate; 4] {
+        let found = |is: fn(&DiscoveredLaw) -> bool| {
+            Rate::of(cases, |j| j.discovered.as_ref().is_some_and(is))
+        };
+        let named = Rate::of(cases, |j| j.outcome == Outcome::NamedSomething);
+        [named, found(|_| true), found(|law| law.right), found(|law| law.right || law.tied)]
+    }
+
+    /// How often explanations are right, by the probability that they were given.
+    fn reliability(&self, out: &mut String) -> fmt::Result {
+        let stated: Vec<(f64, bool)> = self.judged.iter().flat_map(statements).collect();
+        let bins = PROBABILITIES.windows(2).map(|ends| {
+            let within = |(p, _): &&(f64, bool)| (ends[0]..ends[1]).contains(p);
+            let within: Vec<&(f64, bool)> = stated.iter().filter(within).collect();
+            let mean = within.iter().map(|s| s.0).sum::<f64>() / within.len() as f64;
+            ([ends[0], ends[1].min(1.0)], mean, Rate::of(&within, |s| s.1))
+        });
+        let bins: Vec<([f64; 2], f64, Rate)> = bins.filter(|bin| bin.2.of > 0).collect();
+        let list = |of: &dyn Fn(&([f64; 2], f64, Rate)) -> String| {
+            bins.iter().map(of).collect::<Vec<_>>().join(", ")
+        };
+        let share = |rate: &Rate| rate.hits as f64 / rate.of as f64;
+        writeln!(
+            out,
+            "\n```mermaid\nxychart-beta\n    x-axis \"probability stated\" [{}]",
+            list(&|b| format!("\"{:.2}\"", b.1))
+        )?;
+        writeln!(out, "    y-axis \"share that is right\" 0 --> 1")?;
+        writeln!(out, "    bar [{}]", list(&|b| format!("{:.2}", share(&b.2))))?;
+        writeln!(out, "    line [{}]\n```\n", list(&|b| format!("{:.2}", b.1)))?;
+        writeln!(out, "| probability stated | on average | right |\n|---|---|---|")?;
+        for ([low, high], mean, rate) in &bins {
+            writeln!(out, "| {low} to {high} | {mean:.2} | {rate} |")?;
+        }
+        let square = |(p, right): &(f64, bool)| (p - f64::from(u8::from(*right))).powi(2);
+        let brier = stated.iter().map(square).sum::<f64>() / self.judged.len().max(1) as f64;
+        writeln!(
+            out,
+            "\nBrier score, summed over the explanations of a case and \"none of these\", mean over {} cases: {brier:.3}.",
+            self.judged.len()
+        )
+    }
+}
+
+/// Ends of the ranges of probabilities that are told apart.
+const PROBABILITIES: [f64; 7] = [0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 1.1];
+
+/// What a diagnosis stated: the probability of each explanation, and that of none of them, each
+/// with whether it is so. A calibration that it reported is none of them.
+fn statements(judged: &Judged) -> Vec<(f64, bool)> {
+    let left: Vec<&String> =
+        judged.truth.iter().filter(|t| !judged.calibration.contains(t)).collect();
+    let same = |named: &Named, truth: &[&String]| {
+        named.effects.len() == truth.len() && truth.iter().all(|t| named.effects.contains(t))
+    };
+    let all: Vec<&String> = judged.truth.iter().collect();
+    let right = |named: &Named| {
+        !judged.unknown && !all.is_empty() && (same(named, &all) || same(named, &left))
+    };
+    let any = judged.named.iter().any(right);
+    let calibrated = |named: &Named| {
+        named.effects.iter().all(|e| judged.calibration.contains(e)) && !right(named)
+    };
+    let named = judged.named.iter().filter(|named| !calibrated(named));
+    let mut stated: Vec<(f64, bool)> =
+        named.map(|named| (named.probability, right(named))).collect();
+    let sum: f64 = stated.iter().map(|s| s.0).sum();
+    stated.push(((1.0 - sum).clamp(0.0, 1.0), !any));
+    stated
+}
+
+/// Median share by which the error above the floor falls where nothing was fitted.
+fn median_fall(cases: &[&Judged]) -> String {
+    let fall = |j: &&Judged| {
+        let [before, after] = j.scores.map(|score| (score - 1.0).max(0.0));
+        if before > 0.0 { 1.0 - after / before } else { 0.0 }
+    };
+    let mut falls: Vec<f64> = cases.iter().map(fall).collect();
+    falls.sort_by(f64::total_cmp);
+    let middle = [falls[(falls.len() - 1) / 2], falls[falls.len() / 2]];
+    format!("{:.0} %", 50.0 * (middle[0] + middle[1]))
 }
 
 /// A row of the confusion matrix: so many cases, right ones, and what was answered to the others.

@@ -247,12 +247,22 @@ impl FittedCurve {
     /// What the measurements ask for along the curve, whatever its form, a point a stretch between
     /// its places: the curve and what is left of the residual there.
     pub fn points(&self, context: &Context<'_>) -> Vec<CurvePoint> {
+        let left: Vec<&[f64]> = self.fitted.at.iter().map(|at| at.residual.as_slice()).collect();
+        let mut points = self.asked(context, &left);
+        for point in &mut points {
+            point.y += interpolate(&self.places, self.values(), point.x);
+        }
+        points
+    }
+
+    /// What would take residuals away at the port, a point a stretch between the places.
+    pub fn asked(&self, context: &Context<'_>, left: &[impl AsRef<[f64]>]) -> Vec<CurvePoint> {
         let stretches = self.places.len() - 1;
         // Σ s², Σ s² x, −Σ s r, Σ r², number.
         let mut sums = vec![[0.0; 5]; stretches];
         for (log, experiment) in context.bench.experiments.iter().enumerate() {
             let Some(slope) = &self.candidate.constant[log] else { continue };
-            let left = &self.fitted.at[log].residual;
+            let left = left[log].as_ref();
             for (k, compared) in experiment.compared.iter().enumerate() {
                 let x = self.candidate.over[log][compared.row];
                 let s = slope[k] * self.candidate.times[log][compared.row];
@@ -269,7 +279,7 @@ impl FittedCurve {
             let x = x / weight;
             CurvePoint {
                 x,
-                y: interpolate(&self.places, self.values(), x) + asked / weight,
+                y: asked / weight,
                 error: ((left / count).max(1.0) * rules::CORRELATED / weight).sqrt(),
             }
         };

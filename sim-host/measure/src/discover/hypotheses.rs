@@ -23,7 +23,6 @@ pub struct Hypothesis {
 const MOTOR_SENSE: &str = "tanh(encoder_rate/smoothing)";
 const LINK_SENSE: &str = "tanh(link_rate/smoothing)";
 
-/// Ports, variables and factors that are looked at.
 /// Ports, variables and factors that are looked at; of those that the logs do not tell apart the
 /// first is named. What a robot carries about comes before what its gears do, and both before what
 /// instruments read.
@@ -35,6 +34,7 @@ const ALL: &[(&str, &[(&str, &str)])] = &[
             ("abs(encoder_rate)", MOTOR_SENSE),
             ("abs(spring_torque)", MOTOR_SENSE),
             ("spring_torque", MOTOR_SENSE),
+            ("time", MOTOR_SENSE),
         ],
     ),
     (
@@ -50,7 +50,15 @@ const ALL: &[(&str, &[(&str, &str)])] = &[
     ),
     ("spring-torque", &[("encoder", "1"), ("twist", "1"), ("encoder", "twist")]),
     ("twist", &[("encoder", "1"), ("encoder_before", "1")]),
-    ("motor-friction", &[("encoder", "1"), ("encoder_rate", "1"), ("encoder", "encoder_rate")]),
+    (
+        "motor-friction",
+        &[
+            ("encoder", "1"),
+            ("encoder_rate", "1"),
+            ("encoder", "encoder_rate"),
+            ("time", "encoder_rate"),
+        ],
+    ),
     ("process-force-x", &[("x", "1"), ("vx", "1"), ("depth_force", "1"), ("time", "1")]),
     ("process-force-y", &[("x", "1"), ("vx", "1"), ("depth_force", "1"), ("time", "1")]),
     ("process-force-z", &[("x", "1"), ("depth_force", "1"), ("time", "1")]),

@@ -1,9 +1,9 @@
 //! What the library does not hold is found too: a law at a port of the plant, over variables that
 //! the logs carry.
 //!
-//! Where a diagnosis ends without an effect that explains the logs, or with one that leaves them
-//! above the floor, every port at every place is asked whether a free curve over one of its
-//! variables would:
+//! Where a diagnosis ends without an effect that explains the logs, every port at every place is
+//! asked whether a free curve over one of its variables would, and where it ends with one, whether
+//! such a curve does better:
 //!
 //! 1. screened, with the slopes of a constant at the port, as if every row stood still;
 //! 2. the best are fitted through the plant, calibrations with them, and judged by blocks in time
@@ -48,13 +48,27 @@ pub struct Discovery {
     pub held_out_before: f64,
     /// Score on held-out blocks with it, calibrations refitted.
     pub held_out_after: f64,
-    /// Share of what was above the floor that is still there.
+    /// Share of what was above the floor that is still there; of a law found beside other effects
+    /// share of all that these left, every channel weighed alike.
     pub left: f64,
+    /// True for a law found beside other effects.
+    pub beside: bool,
     /// Laws elsewhere, or over other variables, that these logs do not tell from it.
     pub tied: Vec<TiedLaw>,
-    /// Effects of the library that are like it, and whose form does not hold; none where the
-    /// library has nothing like it.
-    pub like: Vec<FittedEffect>,
+    /// What the library has that is like it, and whose form does not hold; `None` where it has
+    /// nothing.
+    pub like: Option<LikeEffect>,
+}
+
+/// An explanation within the library that is like a law, but is not it.
+#[derive(Debug, Clone)]
+pub struct LikeEffect {
+    /// Its effects.
+    pub effects: Vec<FittedEffect>,
+    /// Score on held-out blocks with them.
+    pub held_out: f64,
+    /// What they make of the law's curve, over the same variable.
+    pub curve: Vec<CurvePoint>,
 }
 
 /// A law that the logs do not tell from the one that was found.
@@ -89,84 +103,61 @@ const AT_ONE_PORT: usize = 2;
 const PROMISED: f64 = 0.7;
 /// Share of what is above the floor that a discovery may leave.
 const LEFT: f64 = 0.25;
+/// Share of what the library explains that a curve must explain more, beside what chance makes: no
+/// prediction is exact, and an effect whose form holds to this holds.
+const HOLDS: f64 = 0.01;
 
-/// Looks for a law outside the library where a diagnosis found none within that brings the logs to
-/// the floor. Where there is one, the verdict is that the effect is unknown, the improved model of
-/// the diagnosis has it, and its calibrations and what it leaves are those of that model. `logs`:
-/// those that the diagnosis was made from.
+/// Looks for a law outside the library where a diagnosis finds that something is missing. Where
+/// there is one that does better than all within the library, the verdict is that the effect is
+/// unknown, the improved model of the diagnosis has the law, and its calibrations and what it leaves
+/// are those of that model. `logs`: those that the diagnosis was made from.
 pub fn discover(
     bench: &FitProblem,
     logs: &[Log],
     diagnosis: &mut Diagnosis,
     progress: Progress<'_>,
 ) -> Vec<Discovery> {
-    // An effect whose form holds leaves nothing for a curve.
-    let explained = match (diagnosis.verdict, diagnosis.chosen.last()) {
-        (Verdict::Adequate, _) => true,
-        (Verdict::EffectFound, best) => best.is_none_or(|f| rules::at_floor(bench, &f.at)),
-        (Verdict::UnknownEffect, _) => false,
-    };
-    if explained {
+    let named = diagnosis.chosen.last().filter(|_| diagnosis.verdict == Verdict::EffectFound);
+    // A calibration that is all there is to say leaves nothing to find.
+    if diagnosis.verdict != Verdict::UnknownEffect && named.is_none() {
         return Vec::new();
     }
     if bench.is_late() {
         diagnosis.undone.push(Undone::Outside);
         return Vec::new();
     }
-    let blocks = fit::blocks_of(bench);
-    let null = diagnosis.null.clone();
-    let id = free_name(&bench.known);
-    let context = Context { bench, blocks: &blocks, null: &null, id: &id };
-    progress("looking outside the library", 0.0);
-    let candidates = candidates(&context, logs);
-    let wanted = likeliest(&context, &candidates);
-    progress("fitting curves", 0.5);
-    let mut curves: Vec<FittedCurve> = wanted
-        .into_par_iter()
-        .filter(|_| !bench.is_late())
-        .filter_map(|candidate| fit_curve(&context, candidate))
-        .filter(|curve| rules::counts(bench, &null, &curve.fitted))
-        .collect();
-    curves.sort_by(|a, b| a.held_out().total_cmp(&b.held_out()));
-    let Some(least) = curves.first() else {
-        return Vec::new();
-    };
-    let trust = trust(&least.fitted);
-    let reach = least.held_out() + rules::TIED * trust;
-    // Of those that the logs do not tell apart the one that comes first is named.
-    curves.retain(|curve| curve.held_out() <= reach);
-    let order = hypotheses::all();
-    curves.sort_by_key(|c| order.iter().position(|h| *h == c.candidate.hypothesis));
-    let best = &curves[0];
-    let left = rules::above(bench, &best.fitted.at) / rules::above(bench, &null.at).max(1.0);
     // A partial explanation within the library may do as well; two effects at one joint are none.
     let within = diagnosis.chosen.iter().chain(diagnosis.candidates.iter().map(|c| &c.fitted));
     let within = within.filter(|fitted| !diagnose::at_one_joint(fitted));
     let library =
         within.map(|f| f.linear.held_out(None).iter().sum()).fold(f64::INFINITY, f64::min);
-    if left > LEFT || best.held_out() + rules::GAIN * trust > library {
+    let blocks = fit::blocks_of(bench);
+    let null = diagnosis.null.clone();
+    let explained = null.linear.held_out(None).iter().sum::<f64>() - library;
+    let better = |noise: f64| library - (rules::GAIN * noise).max(HOLDS * explained);
+    // Where an effect leaves nothing that stands out, a curve must promise more.
+    let goal = match named {
+        Some(fitted) if rules::at_floor(bench, &fitted.at) => better(1.0),
+        _ => f64::INFINITY,
+    };
+    let id = free_name(&bench.known, &[]);
+    let context = Context { bench, blocks: &blocks, null: &null, id: &id };
+    let curves = curves(&context, logs, goal, progress);
+    let Some(best) = curves.first() else {
+        return Vec::new();
+    };
+    let trust = trust(&best.fitted);
+    let left = rules::above(bench, &best.fitted.at) / rules::above(bench, &null.at).max(1.0);
+    // Of what shows little, noise alone leaves a large share.
+    let partial = left > LEFT && !rules::at_floor(bench, &best.fitted.at);
+    if partial || best.held_out() > better(trust / rules::CORRELATED) {
         return Vec::new();
     }
     progress("looking for its formula", 0.8);
-    let law = grammar::law(&context, best);
-    let elsewhere = |curve: &FittedCurve| TiedLaw {
-        hypothesis: curve.candidate.hypothesis,
-        effect: law.as_ref().and_then(|law| law.elsewhere(&context, curve)?.effect().cloned()),
-    };
-    let tied: Vec<TiedLaw> = curves[1..].par_iter().map(elsewhere).collect();
-    let (fitted, expression) = match law {
-        Some(law) => (law.fitted, Some(law.expression)),
-        None => (best.fitted.clone(), None),
-    };
-    let of_last = |fitted: &Fitted| {
-        let own = EffectScope::All(fitted.point.all.len() - 1);
-        diagnose::found(fitted, |of| of == own).into_iter().next()
-    };
-    let (Some(band), Some(effect)) = (of_last(&best.fitted), of_last(&fitted)) else {
+    let Some((mut discovery, fitted)) = described(&context, &curves) else {
         return Vec::new();
     };
-    let formula = expression.as_ref().map_or(Vec::new(), |_| best.drawn(&effect.effect));
-    let held_out_after = rules::held_out_score(&fitted);
+    discovery.held_out_before = diagnosis.score_before;
     let (improved, _) = diagnose::sparse(bench, &blocks, &fitted);
     diagnosis.calibration =
         diagnose::found(&improved, |of| is_calibration(improved.point.effect(of).kind));
@@ -175,33 +166,130 @@ pub fn discover(
         false => localize(&bench.experiments, &improved.at, logs),
     };
     diagnosis.improved = improved;
-    let mut like = Vec::new();
     if diagnosis.verdict == Verdict::EffectFound {
         diagnosis.verdict = Verdict::UnknownEffect;
-        like = diagnosis.candidates.first().map_or(Vec::new(), |best| best.effects.clone());
+        let nearest = diagnosis.candidates.first();
+        discovery.like = nearest.and_then(|like| nearest_effect(&context, best, like));
     }
     // What is found outside the library stands beside what was tried within.
     for candidate in &mut diagnosis.candidates {
         let worse = (candidate.fitted.cost - fitted.cost).max(0.0) / trust;
         candidate.probability *= (-0.5 * worse).exp();
     }
-    vec![Discovery {
+    vec![discovery]
+}
+
+/// The law outside the library that lowers blocks left out the most beside all that a fit has,
+/// which keeps its values, and the fit with it; `None` where none lowers them by more than chance.
+pub(crate) fn beside(
+    bench: &FitProblem,
+    blocks: &[Vec<u8>],
+    logs: &[Log],
+    base: &Fitted,
+) -> Option<(Discovery, Fitted)> {
+    let id = free_name(&bench.known, &base.point.all);
+    let context = Context { bench, blocks, null: base, id: &id };
+    let (law, fitted) = described(&context, &curves(&context, logs, f64::INFINITY, &|_, _| ()))?;
+    let left = (law.held_out_after / law.held_out_before).powi(2);
+    Some((Discovery { left, beside: true, ..law }, fitted))
+}
+
+/// Free curves that lower blocks left out by more than chance, as far as the logs do not tell them
+/// from the best: the one first that is named of these. `goal`: what such a curve must promise to
+/// lower them to.
+fn curves(
+    context: &Context<'_>,
+    logs: &[Log],
+    goal: f64,
+    progress: Progress<'_>,
+) -> Vec<FittedCurve> {
+    let Context { bench, null, .. } = *context;
+    progress("looking outside the library", 0.0);
+    let candidates = candidates(context, logs);
+    let wanted = likeliest(context, &candidates, goal);
+    progress("fitting curves", 0.5);
+    let mut curves: Vec<FittedCurve> = wanted
+        .into_par_iter()
+        .filter(|_| !bench.is_late())
+        .filter_map(|candidate| fit_curve(context, candidate))
+        .filter(|curve| rules::counts(bench, null, &curve.fitted))
+        .collect();
+    curves.sort_by(|a, b| a.held_out().total_cmp(&b.held_out()));
+    let Some(least) = curves.first() else {
+        return Vec::new();
+    };
+    let reach = least.held_out() + rules::TIED * trust(&least.fitted);
+    curves.retain(|curve| curve.held_out() <= reach);
+    let order = hypotheses::all();
+    curves.sort_by_key(|c| order.iter().position(|h| *h == c.candidate.hypothesis));
+    curves
+}
+
+/// The first of some curves as a law, with its formula where one describes it, tied with the
+/// others; and the fit with it.
+fn described(context: &Context<'_>, curves: &[FittedCurve]) -> Option<(Discovery, Fitted)> {
+    let Context { bench, null, .. } = *context;
+    let (best, others) = curves.split_first()?;
+    let law = grammar::law(context, best);
+    let elsewhere = |curve: &FittedCurve| TiedLaw {
+        hypothesis: curve.candidate.hypothesis,
+        effect: law.as_ref().and_then(|law| law.elsewhere(context, curve)?.effect().cloned()),
+    };
+    let tied: Vec<TiedLaw> = others.par_iter().map(elsewhere).collect();
+    let (fitted, expression) = match law {
+        Some(law) => (law.fitted, Some(law.expression)),
+        None => (best.fitted.clone(), None),
+    };
+    let of_last = |fitted: &Fitted| {
+        let own = EffectScope::All(fitted.point.all.len() - 1);
+        diagnose::found(fitted, |of| of == own).into_iter().next()
+    };
+    let (band, effect) = (of_last(&best.fitted)?, of_last(&fitted)?);
+    let formula = expression.as_ref().map_or(Vec::new(), |_| best.drawn(&effect.effect));
+    let discovery = Discovery {
         hypothesis: best.candidate.hypothesis,
         curve: FreeCurve {
             x: best.places.clone(),
             y: best.values().to_vec(),
             band: band.interval,
-            points: best.points(&context),
+            points: best.points(context),
             formula,
         },
         effect,
         expression,
-        held_out_before: diagnosis.score_before,
-        held_out_after,
+        held_out_before: rules::held_out_score(null),
+        held_out_after: rules::held_out_score(&fitted),
         left: rules::above(bench, &fitted.at) / rules::above(bench, &null.at).max(1.0),
+        beside: false,
         tied,
-        like,
-    }]
+        like: None,
+    };
+    Some((discovery, fitted))
+}
+
+/// An explanation within the library, and what it makes of the curve: by how much it changes the
+/// residuals at the port. `None` where the model without it cannot be driven through the logs.
+fn nearest_effect(
+    context: &Context<'_>,
+    curve: &FittedCurve,
+    like: &diagnose::Candidate,
+) -> Option<LikeEffect> {
+    let bench = context.bench;
+    let mut without = like.fitted.point.clone();
+    without.reset(|effect| !is_calibration(effect.kind));
+    let without = fit::residuals(bench, &without).ok()?;
+    let changes: Vec<Vec<f64>> = without
+        .iter()
+        .zip(&like.fitted.at)
+        .map(|(without, with)| {
+            without.residual.iter().zip(&with.residual).map(|(a, b)| a - b).collect()
+        })
+        .collect();
+    Some(LikeEffect {
+        effects: like.effects.clone(),
+        held_out: like.held_out_after,
+        curve: curve.asked(context, &changes),
+    })
 }
 
 /// What to record to tell a law from those that the logs do not tell from it, or, where there are
@@ -233,9 +321,9 @@ pub fn settling_experiment(
 /// Laws that an experiment is to tell apart, at most.
 const RIVALS: usize = 3;
 
-/// A name that no effect of the model has.
-fn free_name(known: &[Effect]) -> String {
-    let taken = |name: &str| known.iter().any(|effect| effect.kind.id == name);
+/// A name that no effect of the model has, nor any that was found.
+fn free_name(known: &[Effect], found: &[Effect]) -> String {
+    let taken = |name: &str| known.iter().chain(found).any(|effect| effect.kind.id == name);
     let more = (2..).map(|k| format!("{DISCOVERED}-{k}"));
     let mut names = std::iter::once(DISCOVERED.to_owned()).chain(more);
     names.find(|name| !taken(name)).unwrap_or_default()
@@ -251,7 +339,11 @@ fn trust(fitted: &Fitted) -> f64 {
 }
 
 /// The candidates that promise most, screened.
-fn likeliest<'c>(context: &Context<'_>, candidates: &'c [Candidate]) -> Vec<&'c Candidate> {
+fn likeliest<'c>(
+    context: &Context<'_>,
+    candidates: &'c [Candidate],
+    goal: f64,
+) -> Vec<&'c Candidate> {
     let bench = context.bench;
     let mut screened: Vec<(f64, &Candidate)> = candidates
         .par_iter()
@@ -259,6 +351,7 @@ fn likeliest<'c>(context: &Context<'_>, candidates: &'c [Candidate]) -> Vec<&'c 
         .filter_map(|candidate| Some((screen(context, candidate)?, candidate)))
         .collect();
     screened.sort_by(|a, b| a.0.total_cmp(&b.0));
+    screened.retain(|(held_out, _)| *held_out < goal);
     let before: f64 = context.null.linear.held_out(None).iter().sum();
     let promised = screened.first().map_or(0.0, |best| PROMISED * (before - best.0));
     let mut wanted: Vec<&Candidate> = Vec::new();
@@ -272,6 +365,7 @@ fn likeliest<'c>(context: &Context<'_>, candidates: &'c [Candidate]) -> Vec<&'c 
     }
     wanted
 }
+
 /// Every hypothesis that the logs carry the variables of and show the port of.
 fn candidates(context: &Context<'_>, logs: &[Log]) -> Vec<Candidate> {
     let rows = Rows { bench: context.bench, logs, at: &context.null.at };

@@ -89,6 +89,7 @@ impl DiscoveredLaw {
         let curve = &discovery.curve;
         let end = |end: usize| curve.band.iter().map(|band| finite(band[end])).collect();
         let tied = discovery.tied.iter();
+        let like = discovery.like.as_ref().map_or(&[][..], |like| &like.effects);
         Self {
             port,
             at,
@@ -110,12 +111,8 @@ impl DiscoveredLaw {
             holdout_score_after: finite(discovery.held_out_after),
             left: finite(discovery.left),
             indistinguishable: tied.map(|t| DiscoveredPlace::of(&t.hypothesis, robot)).collect(),
-            like: FittedEffectValues::all(&discovery.like, robot, &[]),
-            explanation: format!(
-                "{} {}",
-                words::discover::headline(discovery, robot),
-                words::discover::explanation(discovery)
-            ),
+            like: FittedEffectValues::all(like, robot, &[]),
+            explanation: words::discover::told(discovery, robot),
         }
     }
 }

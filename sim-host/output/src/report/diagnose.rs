@@ -47,9 +47,12 @@ impl Report for DiagnoseReport<'_> {
         let missing = diagnosis.verdict != Verdict::Adequate;
         let mut document = Document::new("Diagnose", self.headline(), self.provenance);
         document.push(Block::Lead(self.explanation().unwrap_or_default()));
+        document.push(Block::List(self.details()));
         document.push(Block::Note(self.setting()));
         let found = super::discover::curves(self.discovered, &self.model.robot);
         document.section(Medium::Page, words::discover::CURVE, Block::Figures(found));
+        let differences = super::discover::differences(self.discovered, &self.model.robot);
+        document.section(Medium::Page, words::discover::DIFFERENCE, Block::Figures(differences));
         let curves = self.reason().map_or(Vec::new(), |r| evidence(r, &self.model.robot));
         document.section(Medium::Page, words::diagnose::CURVES, Block::Figures(curves));
         if let Some(plan) = &self.account.next_experiment {

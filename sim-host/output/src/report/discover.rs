@@ -3,7 +3,9 @@
 use crate::color::{self, Dash};
 use crate::document::{Figure, Line, Marked, Plot};
 use crate::words::{self, Scale};
-use trueweld_measure::discover::Discovery;
+use trueweld_measure::discover::{Discovery, LikeEffect};
+use trueweld_measure::residuals::localize::CurvePoint;
+use trueweld_plant::effects::expression::interpolate;
 use trueweld_plant::input::RobotFile;
 
 /// Curves with their bands and points, the formula over each.
@@ -11,50 +13,103 @@ pub(super) fn curves(all: &[Discovery], robot: &RobotFile) -> Vec<Figure> {
     all.iter().map(|discovery| curve(discovery, robot)).collect()
 }
 
-fn curve(discovery: &Discovery, robot: &RobotFile) -> Figure {
-    let (hypothesis, free) = (&discovery.hypothesis, &discovery.curve);
-    let over = hypothesis.variables().first().copied().unwrap_or_default();
-    let x = match free.x.iter().all(|x| x.abs() < 0.05) {
-        true => Scale::small(hypothesis.x_unit()),
-        false => Scale::large(hypothesis.x_unit()),
-    };
-    // A curve that is multiplied by something has a unit of its own.
-    let plain = hypothesis.y_unit() == hypothesis.port.unit;
-    let y =
-        if plain { Scale::small(hypothesis.port.unit) } else { Scale { factor: 1.0, unit: "" } };
-    let line =
-        |name: &str, run: usize, dash: Dash, points: &mut dyn Iterator<Item = (f64, f64)>| {
-            let points = points.map(|(at, value)| (at * x.factor, value * y.factor)).collect();
-            Line { name: name.to_owned(), color: color::run(run), dash, points }
+/// What the library's nearest effect leaves of each curve that it is like.
+pub(super) fn differences(all: &[Discovery], robot: &RobotFile) -> Vec<Figure> {
+    all.iter().filter_map(|d| Some(difference(d, d.like.as_ref()?, robot))).collect()
+}
+
+/// Scales and names of a law's axes.
+struct Axes {
+    x: Scale,
+    y: Scale,
+    x_label: String,
+    y_label: String,
+    title: String,
+}
+
+impl Axes {
+    fn of(discovery: &Discovery, robot: &RobotFile) -> Self {
+        let (hypothesis, free) = (&discovery.hypothesis, &discovery.curve);
+        let over = hypothesis.variables().first().copied().unwrap_or_default();
+        let x = match free.x.iter().all(|x| x.abs() < 0.05) {
+            true => Scale::small(hypothesis.x_unit()),
+            false => Scale::large(hypothesis.x_unit()),
         };
+        // A curve that is multiplied by something has a unit of its own.
+        let plain = hypothesis.y_unit() == hypothesis.port.unit;
+        let y = match plain {
+            true => Scale::small(hypothesis.port.unit),
+            false => Scale { factor: 1.0, unit: "" },
+        };
+        let name = words::discover::variable(hypothesis, over, robot);
+        let quantity = words::discover::quantity(hypothesis, robot);
+        let times = match hypothesis.times {
+            "1" => String::new(),
+            times => format!(", over {times}"),
+        };
+        Self {
+            x_label: x.named(&name),
+            y_label: if plain { y.unit.to_owned() } else { hypothesis.y_unit() },
+            title: format!("{quantity}{times}, over {name}"),
+            x,
+            y,
+        }
+    }
+
+    fn line(
+        &self,
+        name: &str,
+        run: usize,
+        dash: Dash,
+        points: impl Iterator<Item = (f64, f64)>,
+    ) -> Line {
+        let scaled = |(at, value): (f64, f64)| (at * self.x.factor, value * self.y.factor);
+        let points = points.map(scaled).collect();
+        Line { name: name.to_owned(), color: color::run(run), dash, points }
+    }
+
+    fn figure(self, lines: Vec<Line>, marked: Vec<Marked>) -> Figure {
+        let Self { x_label, y_label, title, .. } = self;
+        Figure::new(title, Plot { x_label, y_label, lines, marked, wide: true, ..Plot::default() })
+    }
+}
+
+fn difference(discovery: &Discovery, like: &LikeEffect, robot: &RobotFile) -> Figure {
+    let (free, axes) = (&discovery.curve, Axes::of(discovery, robot));
+    let less = |of: &dyn Fn(usize) -> f64| -> Vec<(f64, f64)> {
+        let values: Vec<f64> = (0..free.x.len()).map(of).collect();
+        like.curve.iter().map(|p| (p.x, interpolate(&free.x, &values, p.x) - p.y)).collect()
+    };
+    let edge = |end: usize| less(&|k| free.band[k][end]).into_iter();
+    let name = format!("the free curve less {}", words::discover::like_name(like, robot));
+    let lines = vec![
+        axes.line(&name, 0, Dash::Solid, less(&|k| free.y[k]).into_iter()),
+        axes.line("95 %, low", 0, Dash::Dotted, edge(0)),
+        axes.line("95 %, high", 0, Dash::Dotted, edge(1)),
+    ];
+    axes.figure(lines, Vec::new())
+}
+
+fn curve(discovery: &Discovery, robot: &RobotFile) -> Figure {
+    let (free, axes) = (&discovery.curve, Axes::of(discovery, robot));
     let places = || free.x.iter().copied();
-    let edge = |end: usize| free.band.iter().map(move |band| band[end]);
+    let edge = |end: usize| places().zip(free.band.iter().map(move |band| band[end]));
     let mut lines = vec![
-        line("the free curve", 0, Dash::Solid, &mut places().zip(free.y.iter().copied())),
-        line("95 %, low", 0, Dash::Dotted, &mut places().zip(edge(0))),
-        line("95 %, high", 0, Dash::Dotted, &mut places().zip(edge(1))),
+        axes.line("the free curve", 0, Dash::Solid, places().zip(free.y.iter().copied())),
+        axes.line("95 %, low", 0, Dash::Dotted, edge(0)),
+        axes.line("95 %, high", 0, Dash::Dotted, edge(1)),
     ];
     if !free.formula.is_empty() {
-        let mut points = free.formula.iter().map(|[x, y]| (*x, *y));
-        lines.push(line("the formula", 1, Dash::Solid, &mut points));
+        let points = free.formula.iter().map(|[x, y]| (*x, *y));
+        lines.push(axes.line("the formula", 1, Dash::Solid, points));
     }
-    let name = words::discover::variable(hypothesis, over, robot);
-    let quantity = words::discover::quantity(hypothesis, robot);
-    let plot = Plot {
-        x_label: x.named(&name),
-        y_label: if plain { y.unit.to_owned() } else { hypothesis.y_unit() },
-        lines,
-        marked: free
-            .points
-            .iter()
-            .map(|p| Marked { x: p.x * x.factor, y: p.y * y.factor, error: p.error * y.factor })
-            .collect(),
-        wide: true,
-        ..Plot::default()
-    };
-    let times = match hypothesis.times {
-        "1" => String::new(),
-        times => format!(", over {times}"),
-    };
-    Figure::new(format!("{quantity}{times}, over {name}"), plot)
+    if let Some(like) = &discovery.like {
+        let name = words::discover::like_name(like, robot);
+        let points = like.curve.iter().map(|p| (p.x, p.y));
+        lines.push(axes.line(&format!("{name}, as fitted"), 2, Dash::Dashed, points));
+    }
+    let (x, y) = (axes.x.factor, axes.y.factor);
+    let mark = |p: &CurvePoint| Marked { x: p.x * x, y: p.y * y, error: p.error * y };
+    let marked = free.points.iter().map(mark).collect();
+    axes.figure(lines, marked)
 }

@@ -35,6 +35,7 @@ impl Report for ImproveReport<'_> {
         let improvement = self.improvement;
         let mut document = Document::new("Improve", self.headline(), self.provenance);
         document.push(Block::Lead(self.verdict()));
+        document.push(Block::List(self.laws()));
         document.push(Block::Note(self.setting()));
         document.section(Medium::All, "Step by step", Block::Table(self.steps()));
         if improvement.fitted.is_some() {

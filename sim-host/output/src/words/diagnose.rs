@@ -12,7 +12,7 @@ use trueweld_measure::experiment::TOLD_APART;
 use trueweld_measure::improve::{Rejected, Rejection, Step};
 use trueweld_measure::residuals::compare::{FLOOR, LogComparison};
 use trueweld_measure::residuals::localize::{Finding, foremost};
-use trueweld_plant::effects::{Effect, EffectKind, Location, Parameter};
+use trueweld_plant::effects::{Action, Effect, EffectKind, Location, Parameter};
 use trueweld_plant::input::{ModelFile, RobotFile, unit_suffix};
 
 /// Held-out score from which on an explanation is said not to be the end of it.
@@ -45,17 +45,23 @@ pub(crate) fn value(found: &FittedEffect, k: usize) -> String {
     scale.with_interval(value, interval)
 }
 
-/// Every value of a found effect with its name.
+/// Every value of a found effect with its name; of a table between what its values are.
 pub(crate) fn values(found: &FittedEffect) -> Vec<(String, String)> {
-    found
-        .effect
-        .kind
-        .parameters
-        .iter()
-        .enumerate()
-        .filter(|(k, _)| found.is_fitted(*k))
-        .map(|(k, p)| (spoken(p), value(found, k)))
-        .collect()
+    let kind = found.effect.kind;
+    let named = match kind.action {
+        Action::Expression(own) => own.definition.named().len(),
+        _ => kind.parameters.len(),
+    };
+    let told = kind.parameters[..named].iter().enumerate();
+    let told = told.filter(|(k, _)| found.is_fitted(*k)).map(|(k, p)| (spoken(p), value(found, k)));
+    let table = kind.parameters.get(named).map(|first| {
+        let (scale, all) = (Scale::of_parameter(first), &found.effect.values[named..]);
+        let low = all.iter().copied().fold(f64::INFINITY, f64::min);
+        let high = all.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let ends = format!("{} to {}", scale.number(low), scale.quantity(high));
+        ("table".to_owned(), format!("{} values, {ends}", all.len()))
+    });
+    told.chain(table).collect()
 }
 
 /// An effect with its values in one line.
@@ -244,12 +250,23 @@ impl DiagnoseReport<'_> {
             format!("To tell them apart, record: {}.", experiment::title(plan))
         });
         let robot = &self.model.robot;
-        if let Some(discovery) = self.discovered.first() {
-            let found = discover::headline(discovery, robot);
-            return format!("{found}{}", implausible(&self.diagnosis.calibration, robot));
+        if !self.discovered.is_empty() {
+            return discover::headline(self.discovered, robot);
         }
         let verdict = verdict(self.diagnosis, self.diagnosis.verdict, robot, next.as_deref());
         format!("{verdict}{}", implausible(&self.diagnosis.calibration, robot))
+    }
+
+    /// What is said of a law outside the library, in the order in which it matters.
+    pub(crate) fn details(&self) -> Vec<String> {
+        let robot = &self.model.robot;
+        let mut told: Vec<String> =
+            self.discovered.iter().flat_map(|d| discover::details(d, robot)).collect();
+        let implausible = implausible(&self.diagnosis.calibration, robot);
+        if !told.is_empty() && !implausible.is_empty() {
+            told.push(implausible.trim().to_owned());
+        }
+        told
     }
 
     /// What was diagnosed.
@@ -325,6 +342,7 @@ impl ImproveReport<'_> {
                 let names = calibrations(&last.calibration, &self.model.robot);
                 format!("Recalibrated, {names}: {fall}.")
             }
+            (_, added) if added.len() > NAMED => format!("With {} effects {fall}.", added.len()),
             (_, added) => {
                 let others = steps.iter().rev().find(|step| !step.added.is_empty());
                 let others = others.map_or(Vec::new(), |step| self.improvement.others(step));
@@ -370,14 +388,21 @@ impl ImproveReport<'_> {
                 }
             }
             _ if !improvement.discovered.is_empty() => {
-                let robot = &self.model.robot;
-                let found = &improvement.discovered;
-                let told = found.iter().map(|d| {
-                    format!("{} {}", discover::headline(d, robot), discover::explanation(d))
-                });
-                told.collect::<Vec<_>>().join(" ")
+                discover::headline(&improvement.discovered, &self.model.robot)
             }
             verdict => self::verdict(&improvement.diagnosis, verdict, &self.model.robot, None),
+        }
+    }
+
+    /// What is said of the laws outside the library that were found, of several a paragraph each.
+    pub(crate) fn laws(&self) -> Vec<String> {
+        let robot = &self.model.robot;
+        match self.improvement.discovered.as_slice() {
+            [one] => {
+                let why = std::iter::once(discover::explanation(one));
+                why.chain(discover::details(one, robot)).collect()
+            }
+            all => all.iter().map(|d| discover::one_of(d, robot)).collect(),
         }
     }
 

@@ -1,8 +1,9 @@
 //! What is said of a law that the library does not hold.
 
+use super::effects::capital;
 use super::{Scale, listed, score, share};
 use trueweld_measure::diagnose::FittedEffect;
-use trueweld_measure::discover::{DISCOVERED, Discovery, Hypothesis};
+use trueweld_measure::discover::{DISCOVERED, Discovery, Hypothesis, LikeEffect};
 use trueweld_plant::effects::{Effect, Location};
 use trueweld_plant::input::RobotFile;
 
@@ -86,12 +87,40 @@ pub(crate) fn law(hypothesis: &Hypothesis, robot: &RobotFile) -> String {
     format!("{} that depends on {}", quantity(hypothesis, robot), variables(hypothesis, robot))
 }
 
-/// The finding in a sentence or two.
-pub(crate) fn headline(discovery: &Discovery, robot: &RobotFile) -> String {
+/// Laws that are named in a sentence.
+const NAMED: usize = 2;
+
+/// The finding in a sentence.
+pub(crate) fn headline(all: &[Discovery], robot: &RobotFile) -> String {
+    let laws: Vec<String> = all.iter().map(|d| law(&d.hypothesis, robot)).collect();
+    let laws = listed(&laws, "and");
+    match all.iter().all(|d| d.beside) {
+        true if all.len() > NAMED => {
+            format!(
+                "Beside what the library explains the logs ask for {} laws outside it.",
+                all.len()
+            )
+        }
+        true => format!("Beside what the library explains the logs ask for {laws}."),
+        false => format!("What is missing is no effect of the library: {laws}."),
+    }
+}
+
+/// Its formula, what of the library is like it, and what the logs do not tell from it.
+pub(crate) fn details(discovery: &Discovery, robot: &RobotFile) -> Vec<String> {
     let formula = match &discovery.expression {
-        Some(expression) => format!(" It follows {expression} ({}).", values(&discovery.effect)),
-        None => " No formula describes it better than the curve does.".to_owned(),
+        Some(expression) => format!("It follows {expression}: {}.", values(&discovery.effect)),
+        None => "No formula describes it better than the curve does.".to_owned(),
     };
+    let like = discovery.like.as_ref().map(|like| {
+        let (name, left) = (like_name(like, robot), score(like.held_out));
+        match like.effects.iter().all(|f| f.effect.at == discovery.hypothesis.at) {
+            true => {
+                format!("It is like {name}, but not {name}, which leaves the score at {left}.")
+            }
+            false => format!("The library's nearest, {name}, leaves the score at {left}."),
+        }
+    });
     let own = law(&discovery.hypothesis, robot);
     let mut tied: Vec<String> = Vec::new();
     for other in discovery.tied.iter().map(|t| law(&t.hypothesis, robot)) {
@@ -99,24 +128,28 @@ pub(crate) fn headline(discovery: &Discovery, robot: &RobotFile) -> String {
             tied.push(other);
         }
     }
-    let tied = match tied.as_slice() {
-        [] => String::new(),
-        tied => format!(" These logs explain as well with {}.", listed(tied, "or")),
-    };
-    let like: Vec<String> = discovery.like.iter().map(|f| f.effect.name(robot)).collect();
-    let like = match like.as_slice() {
-        [] => String::new(),
-        like => format!(
-            " It is like {0}, but not {0}: the curve is of another form.",
-            listed(like, "and")
-        ),
-    };
-    format!(
-        "What is missing is no effect of the library: {}.{like} With it the score falls from {} to {} where it was not fitted.{formula}{tied}",
-        own,
-        score(discovery.held_out_before),
-        score(discovery.held_out_after),
-    )
+    let tied = (!tied.is_empty())
+        .then(|| format!("These logs explain as well with {}.", listed(&tied, "or")));
+    std::iter::once(formula).chain(like).chain(tied).collect()
+}
+
+/// All of it in a paragraph.
+pub(crate) fn told(discovery: &Discovery, robot: &RobotFile) -> String {
+    let found = [headline(std::slice::from_ref(discovery), robot), explanation(discovery)];
+    found.into_iter().chain(details(discovery, robot)).collect::<Vec<_>>().join(" ")
+}
+
+/// One among several, in a paragraph.
+pub(crate) fn one_of(discovery: &Discovery, robot: &RobotFile) -> String {
+    let found =
+        [format!("{}.", capital(&law(&discovery.hypothesis, robot))), explanation(discovery)];
+    found.into_iter().chain(details(discovery, robot)).collect::<Vec<_>>().join(" ")
+}
+
+/// Names of an explanation within the library.
+pub(crate) fn like_name(like: &LikeEffect, robot: &RobotFile) -> String {
+    let names: Vec<String> = like.effects.iter().map(|f| f.effect.name(robot)).collect();
+    listed(&names, "and")
 }
 
 /// Values of a formula with their intervals, in the units of the expression.
@@ -130,12 +163,15 @@ fn values(found: &FittedEffect) -> String {
     told.collect::<Vec<_>>().join(", ")
 }
 
-/// What kind of physics makes such curves, without a name for it, and what it explains.
+/// By how much the error falls, what kind of physics makes such curves, without a name for it, and
+/// what it explains.
 pub(crate) fn explanation(discovery: &Discovery) -> String {
     let hypothesis = &discovery.hypothesis;
     let names = hypothesis.variables();
     let has = |name: &str| names.iter().any(|n| n.contains(name));
-    let kind = if hypothesis.times.starts_with("tanh") {
+    let kind = if has("time") && has("rate") {
+        "It resists motion, more or less of it as time goes on: something warms up, runs in or wears there."
+    } else if hypothesis.times.starts_with("tanh") {
         "It changes its sign with the sense of motion: something rubs there, more in one place, at one speed or under one load \
          than in another."
     } else if hypothesis.port.name == "recorded-torque"
@@ -157,12 +193,26 @@ pub(crate) fn explanation(discovery: &Discovery) -> String {
         "It is the same in both senses of motion and at every speed: something that is carried along, stretched, lifted or pressed \
          upon as the joint turns, and gives back what it took."
     };
-    format!(
-        "{kind} It explains {} of what lies above the noise floor beside the calibrations.",
-        share((1.0 - discovery.left).clamp(0.0, 1.0))
-    )
+    let of = match discovery.beside {
+        true => "what the effects before it leave, every channel weighed alike",
+        false => "what lies above the noise floor beside the calibrations",
+    };
+    // Of one among several the score says little: the worst channel rules it.
+    let falls = match discovery.beside {
+        true => String::new(),
+        false => format!(
+            "With it the score falls from {} to {} where it was not fitted. ",
+            score(discovery.held_out_before),
+            score(discovery.held_out_after)
+        ),
+    };
+    let explained = share((1.0 - discovery.left).clamp(0.0, 1.0));
+    format!("{falls}{kind} It explains {explained} of {of}.")
 }
 
 /// Above the curve.
 pub(crate) const CURVE: &str = "The law that was found outside the library: points are what the \
      measurements ask for, with standard errors, the band is of 95 %";
+
+/// Above what of it the library's nearest does not make.
+pub(crate) const DIFFERENCE: &str = "What the library's nearest effect leaves of the curve";
