@@ -3,6 +3,7 @@
 use crate::inputs::{Files, Inputs};
 use crate::names::LawParser;
 use crate::rsi_counts::{bound, of_client};
+use crate::rsi_live::LiveViewer;
 use crate::rsi_log::LogFolder;
 use clap::Args;
 use miette::{IntoDiagnostic, Result, miette};
@@ -10,11 +11,11 @@ use std::net::SocketAddr;
 use std::time::Duration;
 use trueweld_compensators::Entry;
 use trueweld_core::compensation::Compensator;
-use trueweld_core::control::SensorReadings;
 use trueweld_laboratory::ReadRow;
-use trueweld_plant::simulate::{Controller, Program, Seam};
+use trueweld_output::warning_in_words;
+use trueweld_plant::simulate::{Controller, Program, RecordRow, Seam, health_warnings};
 use trueweld_rsi::client::Knowledge;
-use trueweld_rsi::{Client, Served, serve};
+use trueweld_rsi::{Client, Seen, Served, serve};
 
 /// Arguments of `rsi-compensate`.
 #[derive(Args)]
@@ -41,6 +42,8 @@ pub struct Arguments {
     silence: f64,
     #[command(flatten)]
     log: LogFolder,
+    #[command(flatten)]
+    live: LiveViewer,
 }
 
 /// What a client knows of the cell.
@@ -78,23 +81,27 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let mut client = Client::new(knowledge(&inputs), &inputs.control, law.as_mut(), authority);
     say!("{} listens at {}\n", arguments.compensator.name(), arguments.listen);
     let mut most = 0.0_f64;
-    let mut rows = Vec::new();
-    let mut first = None;
+    let (mut read, mut rows) = (Vec::new(), Vec::<RecordRow>::new());
+    let scenario = inputs.scenario(Program::Weld, Controller::External, &arguments.compensator);
+    let shown = arguments.live.connect(&scenario, arguments.compensator.name())?;
     let served = serve(&socket, &mut client, times.map(Duration::from_secs_f64), |client| {
         most = most.max(client.correction().linear.norm());
-        if let Some(seen) = client.seen().filter(|_| arguments.log.is_asked_for()) {
-            let time = (seen.ipoc - *first.get_or_insert(seen.ipoc)) as f64 * 1e-3;
-            // A packet that came twice is answered twice.
-            if rows.last().is_none_or(|row: &ReadRow| row.time < time) {
-                let SensorReadings { encoder, wrench, .. } = seen.sensed;
-                rows.push(ReadRow { time, encoder, wrench });
-            }
+        // A packet that came twice is answered twice.
+        let is_new = |seen: &Seen| rows.last().is_none_or(|row| row.time < seen.row.time);
+        if let Some(Seen { sensed, row }) = client.seen().filter(is_new) {
+            shown.row(&row);
+            read.push(ReadRow { time: row.time, encoder: sensed.encoder, wrench: sensed.wrench });
+            rows.push(row);
         }
     });
+    shown.finish();
     say!("{}", of_client(&client.counts()));
-    if !rows.is_empty() {
+    for warning in health_warnings(&rows) {
+        say!("warning: {}\n", warning_in_words(&warning));
+    }
+    if !read.is_empty() {
         arguments.log.write(&inputs, |log, folder| {
-            log.write_read(folder, inputs.control.period, inputs.planned.spindle, &rows)
+            log.write_read(folder, inputs.control.period, inputs.planned.spindle, &read)
         })?;
     }
     match served {

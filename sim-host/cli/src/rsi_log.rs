@@ -24,11 +24,6 @@ impl LogFolder {
         self.folder.as_deref().map_or(Ok(()), |folder| check_empty_folder("--log", folder))
     }
 
-    /// True where a log is asked for.
-    pub fn is_asked_for(&self) -> bool {
-        self.folder.is_some()
-    }
-
     /// Writes a log, if one is asked for, and says so.
     pub fn write(
         &self,

@@ -9,10 +9,11 @@ use std::net::{SocketAddr, UdpSocket};
 use std::time::Duration;
 use trueweld_core::compensation::{Compensated, Compensator, DeviationMeasurement, Observation};
 use trueweld_core::control::{Command, HybridController, Limited, SensorReadings, Setpoint};
+use trueweld_core::monitor::{HealthMonitor, HealthSignals};
 use trueweld_core::{JointVector, Robot, Twist, Wrench};
 use trueweld_plant::input::{Control, Process, SeamSensor};
 use trueweld_plant::process::planned;
-use trueweld_plant::simulate::Seam;
+use trueweld_plant::simulate::{Phase, RecordRow, Seam};
 
 /// What a client knows of the cell.
 #[derive(Debug, Clone)]
@@ -35,19 +36,19 @@ pub struct Client<'a> {
     counts: ClientCounts,
     last: Option<Last>,
     seen: Option<Seen>,
+    monitor: Option<HealthMonitor>,
+    /// Time stamp of the first packet, ms.
+    first: Option<u64>,
 }
 
 /// What the last packet that was answered said.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy)]
 pub struct Seen {
-    /// Time stamp, ms.
-    pub ipoc: u64,
-    /// Where the program is along the seam, m.
-    pub path: f64,
-    /// Push asked for, N.
-    pub asked: f64,
     /// The instruments.
     pub sensed: SensorReadings<f64>,
+    /// The cell as the model has it from these: the real tool where encoders and load put it, the
+    /// process' force as the sensor says. Time counts from the first packet.
+    pub row: RecordRow,
 }
 
 /// The last packet that was answered.
@@ -104,6 +105,8 @@ impl<'a> Client<'a> {
             counts: ClientCounts::default(),
             last: None,
             seen: None,
+            monitor: HealthMonitor::new(period as f32),
+            first: None,
         }
     }
 
@@ -178,7 +181,6 @@ impl<'a> Client<'a> {
             self.law.start(model, &encoder, &sensed.motor_torque);
         }
         let path = weld.path / MM;
-        self.seen = Some(Seen { ipoc: packet.ipoc, path, asked: weld.push, sensed });
         let base = seam.frame(0.0);
         let setpoint = Setpoint {
             pose: base * frame::to_pose(&weld.commanded),
@@ -203,9 +205,64 @@ impl<'a> Client<'a> {
         };
         let command = self.law.cycle(model, &observation);
         self.counts.faults += u64::from(command.fault.is_some());
+        let rates: [f32; 6] = rate.map(|rate| rate as f32).into();
+        let push = -sensed.wrench.force.z as f32;
+        let watch = |monitor: &mut HealthMonitor| {
+            monitor.update(push, Some(weld.push as f32), process.spindle as f32, &rates)
+        };
+        let time = (packet.ipoc - *self.first.get_or_insert(packet.ipoc)) as f64 * 1e-3;
+        let row = RecordRow {
+            phase: if weld.feed > 0.0 { Phase::Steady } else { Phase::ForceRamp },
+            correction_w: self.law.correction(),
+            spindle_angle: process.spindle * time,
+            health: self.monitor.as_mut().map(watch).unwrap_or_default(),
+            limited: command.limited,
+            fault: command.fault,
+            ..estimated(model, &observation, time)
+        };
+        self.seen = Some(Seen { sensed, row });
         let to_base = base.rotation.transpose() * setpoint.b_from_w;
         let correction = frame::of_twist(&self.law.correction().rotated(&to_base));
         Sen { correction, ipoc: packet.ipoc, ..Sen::default() }.to_bytes()
+    }
+}
+
+/// The cell as the model has it from encoders and load; what a controller adds is left empty.
+fn estimated(model: &Robot<f64>, observation: &Observation<'_, f64>, time: f64) -> RecordRow {
+    let Observation { setpoint, nominal, sensed, path, .. } = *observation;
+    let axes = setpoint.b_from_w;
+    let bent = model.deflected(&sensed.encoder, &sensed.wrench, 5);
+    let deviation_w = nominal.error_to(&bent.real).rotated(&axes.transpose());
+    let load = sensed.wrench.rotated(&bent.real.rotation);
+    let frames = model.frames(&bent.link);
+    let yields = frames.joint_torque(&load).component_div(model.stiffness());
+    let across = frames.jacobian().0.fixed_rows::<3>(3).tr_mul(&axes.column(1));
+    let force_w = axes.tr_mul(&load.force);
+    RecordRow {
+        time,
+        phase: Phase::Steady,
+        path,
+        axes,
+        nominal: *nominal,
+        real: bent.real,
+        encoder_pose: bent.encoder,
+        deviation_w,
+        tilt: deviation_w.angular.xy().norm(),
+        lateral_by_joint: across.component_mul(&yields),
+        force_w,
+        force_sensed_w: force_w,
+        force_desired: setpoint.force,
+        link: bent.link,
+        motor: sensed.encoder,
+        torque: sensed.motor_torque,
+        spindle_angle: 0.0,
+        force_error: setpoint.force.map_or(0.0, |asked| asked + force_w.z),
+        depth_correction: 0.0,
+        push: 0.0,
+        correction_w: Twist::zero(),
+        limited: Limited::default(),
+        health: HealthSignals::default(),
+        fault: None,
     }
 }
 

@@ -22,7 +22,7 @@ pub mod guard;
 pub mod link;
 pub mod packet;
 
-pub use client::{Client, Served, serve};
+pub use client::{Client, Seen, Served, serve};
 pub use counts::{ClientCounts, LinkCounts};
 pub use guard::{Bounds, Stop};
 pub use link::{Link, LinkError, Pace, pass_through};

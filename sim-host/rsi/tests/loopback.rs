@@ -170,6 +170,37 @@ fn compared(law: &'static str, period: f64, length: f64) {
 }
 
 #[test]
+fn a_client_that_knows_its_robot_sees_where_its_tool_is() {
+    let files = Files::new("elastostatic", 0.012, 0.2);
+    let (robot, pc) = (socket(), socket());
+    let to = address(&pc);
+    let (recording, seen) = thread::scope(|scope| {
+        let files = &files;
+        let served = scope.spawn(move || {
+            let mut law = files.law();
+            let mut client = files.client(law.as_mut(), [15.0, 5.0]);
+            let times = [Duration::from_secs(60), Duration::from_secs(3)];
+            let mut seen = Vec::new();
+            serve(&pc, &mut client, times, |client| {
+                seen.extend(client.seen().map(|seen| seen.row.deviation_w.linear.y));
+            });
+            seen
+        });
+        let (recording, ..) = files.over_rsi(robot, to, OPENED, PATIENCE, f64::MAX);
+        (recording, served.join().expect("no panic"))
+    });
+    // RSI is on from the closing of the force loop.
+    let rows = recording.rows.iter().filter(|row| row.force_desired.is_some());
+    let off = rows.zip(&seen).filter(|(row, _)| row.phase == Phase::Steady);
+    let off: Vec<f64> = off.map(|(row, seen)| seen - row.deviation_w.linear.y).collect();
+    let rms = (off.iter().map(|v| v * v).sum::<f64>() / off.len() as f64).sqrt();
+    println!("seen {:.4} mm off, RMS", rms * 1e3);
+    // 25 N of noise bend this arm by 6 µm; the rest is the ripple and the start of the feed, which the
+    // springs at rest do not tell. Measured 0.029 mm, of up to 5 mm that they do.
+    assert!(off.len() > 500 && rms < 0.05e-3, "{} rows, {rms} m", off.len());
+}
+
+#[test]
 fn a_weld_over_rsi_is_the_weld_in_process_at_12_ms() {
     compared("elastostatic", 0.012, 2.0);
 }

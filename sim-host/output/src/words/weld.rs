@@ -145,7 +145,7 @@ pub(crate) fn limits(spans: &[LimitSpan], period: f64) -> String {
 }
 
 /// A warning of the watch beside the law: "A2 rings at 16.6 Hz, first at 9.10 s (steady)".
-pub(crate) fn warning(of: &HealthWarning) -> String {
+pub fn warning(of: &HealthWarning) -> String {
     let much = match of.kind {
         HealthWarningKind::SpindleLine { amplitude, usual, .. } => {
             format!(" to {amplitude:.0} N from its usual {usual:.0} N")
