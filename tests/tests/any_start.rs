@@ -170,7 +170,7 @@ fn cut_logs_with_play_are_explained_as_whole_ones() {
 }
 
 #[test]
-#[ignore = "two diagnoses of a campaign of the laboratory: a minute"]
+#[ignore = "fails: a loop three times as stiff as its spring is named with a gap beside it, and as nonlinear-stiffness once the logs are cut; a minute"]
 fn cut_logs_with_hysteresis_are_explained_as_whole_ones() {
     let hidden = effect("hysteresis", Location::Joint(2), &[2000.0, 1e-4]);
     let folder = campaign(Recipe::plain(16).with_effect(hidden));

@@ -107,6 +107,15 @@ fn files_that_are_no_recording_are_refused() {
     }
 }
 
+#[test]
+fn a_number_of_any_size_is_shown_short() {
+    let place = Workspace::new();
+    fs::write(place.path().join("huge.csv"), "t_s,qe1_rad\n0,1e300\n0.1,0.5\n").unwrap();
+    let robot = fixture("campaigns/backlash/robot.toml");
+    let told = place.done(&["import-log", "huge.csv", "--robot", &robot, "--out", "log"]);
+    assert!(told.contains("0.5000 … 1.000e300"), "{told}");
+}
+
 /// Columns of a proposal whose mapping is open in some way, with what is open.
 fn doubts(result: &Value) -> Vec<(String, String)> {
     let columns = result["columns"].as_array().unwrap().iter();

@@ -233,12 +233,32 @@ fn torques(logs: &[Log], rows: &[Vec<Row>], robot: &Robot<f64>) -> Vec<Mistake> 
 /// Standard deviations at which a scale stands out.
 const CLEAR: f64 = 8.0;
 
+/// Joints at which a motion read backwards is seen.
+const BACKWARDS: usize = 2;
+
 /// True for a motion read backwards: it turns friction round, and not what inertia needs.
 fn is_backwards(parts: &[TorqueParts], rows: &[&Row]) -> bool {
-    (0..JOINTS).filter_map(|i| drive_scales(parts, rows, i, i)).any(|both| {
+    let turned = |both: &[(f64, f64); 2]| {
         let [friction, inertia] = both.map(|(scale, weight)| scale * weight.sqrt());
         friction < -CLEAR && inertia > CLEAR
-    })
+    };
+    let joints = (0..JOINTS).filter_map(|i| drive_scales(parts, rows, i, i));
+    joints.filter(turned).count() >= BACKWARDS
+}
+
+/// A log whose rows stand in the wrong order.
+pub(super) fn read_backwards<'l>(
+    logs: &'l [Log],
+    rows: &[Vec<Row>],
+    robot: &Robot<f64>,
+) -> Option<&'l Log> {
+    let moves = |(log, rows): (&'l Log, &Vec<Row>)| {
+        let rows: Vec<&Row> = rows.iter().collect();
+        let parts: Vec<TorqueParts> =
+            rows.iter().map(|row| row.motor_torque(robot, row.motion())).collect();
+        is_backwards(&parts, &rows).then_some(log)
+    };
+    logs.iter().zip(rows).find_map(moves)
 }
 
 /// What is measured at joint `j` per what friction and inertia of joint `i` need, each with the

@@ -214,6 +214,14 @@ fn found(logs: &mut [Log], model: &Model) -> Result<Found, InputError> {
             "Is `weld` in log.toml that of another log? A seam is given in the robot's base.";
         return Err(log.source.error_of_file(message, help));
     }
+    if found.mistakes.is_empty()
+        && let Some(log) = load::read_backwards(logs, &rows, &model.robot)
+    {
+        let message = "by the motor torques this motion was read backwards: friction drives the arm; expected the rows in \
+                       the order in which they were recorded";
+        let help = "Was the file sorted, or the time column written anew?";
+        return Err(log.source.error_of_file(message, help));
+    }
     if found.mistakes.is_empty() && !found.registered.is_empty() {
         refine::refine(logs, &mut found.registered, model);
     }

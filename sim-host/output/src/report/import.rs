@@ -24,7 +24,11 @@ impl Report for ImportReport<'_> {
             let shown = format!("{}{topic}", file.path.display());
             rows.push(vec![words(shown).tone(Tone::Strong).over(4)]);
             for column in proposal.columns.iter().filter(|c| c.file == k) {
-                let range = column.range.map_or(String::new(), |[a, b]| format!("{a:.4} … {b:.4}"));
+                let shown = |v: f64| match v.abs() {
+                    ..1e9 => format!("{v:.4}"),
+                    _ => format!("{v:.3e}"),
+                };
+                let range = column.range.map_or(String::new(), |ends| ends.map(shown).join(" … "));
                 let channel = column.mapping.as_ref().map_or(String::new(), |mapping| {
                     let sign = if mapping.factor < 0.0 { "−" } else { "" };
                     format!("{sign}{}, {}", channel_name(mapping.column), mapping.unit)
