@@ -78,7 +78,7 @@ fn viewer(to: Sender<SentMessage>) -> String {
             let incoming = TcpIncoming::bind(address).expect("loopback");
             tell.send(incoming.local_addr().expect("it is bound")).expect("the test listens");
             let service = MessageProxyServiceServer::new(Viewer(to));
-            Server::builder().add_service(service).serve_with_incoming(incoming).await
+            Server::builder().serve_with_incoming(service, incoming).await
         })
     });
     format!("rerun+http://{}/proxy", told.recv().expect("a viewer"))
