@@ -29,14 +29,21 @@ struct Arguments {
 }
 
 fn go(arguments: &Arguments) -> Result<(), Box<dyn std::error::Error>> {
-    let mut all = Seen::default();
+    let (mut all, mut without) = (Seen::default(), 0);
     for seed in arguments.seed..arguments.seed + arguments.cases {
         let case = match arguments.what {
             What::Stiffness => Case::stiffness(seed),
             What::Damping => Case::damping(seed),
             What::Process => Case::process(seed),
         };
-        let seen = examine(&case)?;
+        let seen = match examine(&case) {
+            Ok(seen) => seen,
+            Err(why) => {
+                println!("{seed}: {why}");
+                without += 1;
+                continue;
+            }
+        };
         all.held += seen.held;
         all.told += seen.told;
         all.untold += seen.untold;
@@ -47,7 +54,7 @@ fn go(arguments: &Arguments) -> Result<(), Box<dyn std::error::Error>> {
     }
     let [low, high] = Rate { hits: all.held, of: all.told }.limits();
     println!(
-        "{} of {} intervals hold the truth: {:.1} % (95 %: {:.1} to {:.1} %); {} not told",
+        "{} of {} intervals hold the truth: {:.1} % (95 %: {:.1} to {:.1} %); {} not told, {without} campaigns without an answer",
         all.held,
         all.told,
         100.0 * all.held as f64 / all.told as f64,
