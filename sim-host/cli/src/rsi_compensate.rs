@@ -94,7 +94,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             rows.push(row);
         }
     });
-    shown.finish();
+    shown.finish()?;
     say!("{}", of_client(&client.counts()));
     for warning in health_warnings(&rows) {
         say!("warning: {}\n", warning_in_words(&warning));

@@ -75,10 +75,11 @@ impl Shown {
     }
 
     /// Waits until all is shown. A viewer that went away does not undo the weld: it is said.
-    pub fn finish(self) {
+    pub fn finish(self) -> Result<()> {
         #[cfg(feature = "rerun")]
         if let Some(Err(error)) = self.live.map(Live::finish) {
             say!("not all was shown: {error}\n");
         }
+        Ok(())
     }
 }

@@ -156,7 +156,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         recording.map_err(|error| inputs.failed(controller, &error))
     });
     progress.finish();
-    shown.finish();
+    shown.finish()?;
     let recording = Recording { compensator: name, ..recording? };
     say!("{}", of_link(&link.counts()));
     arguments.log.write(&inputs, |log, folder| {

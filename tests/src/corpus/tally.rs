@@ -186,24 +186,22 @@ impl Tally {
             let within = |(p, _): &&(f64, bool)| (ends[0]..ends[1]).contains(p);
             let within: Vec<&(f64, bool)> = stated.iter().filter(within).collect();
             let mean = within.iter().map(|s| s.0).sum::<f64>() / within.len() as f64;
-            ([ends[0], ends[1].min(1.0)], mean, Rate::of(&within, |s| s.1))
+            Bin { ends: [ends[0], ends[1].min(1.0)], mean, right: Rate::of(&within, |s| s.1) }
         });
-        let bins: Vec<([f64; 2], f64, Rate)> = bins.filter(|bin| bin.2.of > 0).collect();
-        let list = |of: &dyn Fn(&([f64; 2], f64, Rate)) -> String| {
-            bins.iter().map(of).collect::<Vec<_>>().join(", ")
-        };
+        let bins: Vec<Bin> = bins.filter(|bin| bin.right.of > 0).collect();
+        let list = |of: &dyn Fn(&Bin) -> String| bins.iter().map(of).collect::<Vec<_>>().join(", ");
         let share = |rate: &Rate| rate.hits as f64 / rate.of as f64;
         writeln!(
             out,
             "\n```mermaid\nxychart-beta\n    x-axis \"probability stated\" [{}]",
-            list(&|b| format!("\"{:.2}\"", b.1))
+            list(&|b| format!("\"{:.2}\"", b.mean))
         )?;
         writeln!(out, "    y-axis \"share that is right\" 0 --> 1")?;
-        writeln!(out, "    bar [{}]", list(&|b| format!("{:.2}", share(&b.2))))?;
-        writeln!(out, "    line [{}]\n```\n", list(&|b| format!("{:.2}", b.1)))?;
+        writeln!(out, "    bar [{}]", list(&|b| format!("{:.2}", share(&b.right))))?;
+        writeln!(out, "    line [{}]\n```\n", list(&|b| format!("{:.2}", b.mean)))?;
         writeln!(out, "| probability stated | on average | right |\n|---|---|---|")?;
-        for ([low, high], mean, rate) in &bins {
-            writeln!(out, "| {low} to {high} | {mean:.2} | {rate} |")?;
+        for Bin { ends: [low, high], mean, right } in &bins {
+            writeln!(out, "| {low} to {high} | {mean:.2} | {right} |")?;
         }
         let square = |(p, right): &(f64, bool)| (p - f64::from(u8::from(*right))).powi(2);
         let brier = stated.iter().map(square).sum::<f64>() / self.judged.len().max(1) as f64;
@@ -252,6 +250,14 @@ fn median_fall(cases: &[&Judged]) -> String {
     falls.sort_by(f64::total_cmp);
     let middle = [falls[(falls.len() - 1) / 2], falls[falls.len() / 2]];
     format!("{:.0} %", 50.0 * (middle[0] + middle[1]))
+}
+
+/// Explanations that were given a probability between two ends.
+struct Bin {
+    ends: [f64; 2],
+    /// Of the probabilities.
+    mean: f64,
+    right: Rate,
 }
 
 /// A row of the confusion matrix: so many cases, right ones, and what was answered to the others.
