@@ -39,6 +39,13 @@ impl Default for FollowingGains {
     }
 }
 
+impl FollowingGains {
+    /// With a share of the rate across the seam.
+    pub(crate) fn across(&self, share: f64) -> Self {
+        Self { rate: share * self.rate, ..*self }
+    }
+}
+
 /// Outer integral on top of another law.
 #[derive(Debug, Clone, Copy)]
 pub struct OuterIntegral<T: Real, L> {

@@ -40,7 +40,7 @@ impl<T: Real> Law<T> for FeedForward {
 impl FeedForward {
     /// Gains of the outer integral of a law without a seam sensor.
     pub(crate) fn following(of: &FollowingGains) -> FollowingGains {
-        FollowingGains { rate: SHARE * of.rate, ..*of }
+        of.across(SHARE)
     }
 }
 

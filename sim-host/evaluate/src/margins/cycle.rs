@@ -158,8 +158,9 @@ impl Vibration {
         let frozen = frozen(scenario, at, friction)?;
         let mut added = [0.0; CHANNELS];
         added[SETPOINT..].fill(KICK);
-        let rest = frozen.run(&Kick { added: [0.0; CHANNELS], time: WATCHED })?;
-        let kicked = frozen.run(&Kick { added, time: WATCHED })?;
+        let kick = Kick { added, periods: 1, time: WATCHED };
+        let rest = frozen.run(&Kick { added: [0.0; CHANNELS], ..kick })?;
+        let kicked = frozen.run(&kick)?;
         let Some(modes) = Modes::of(&left(&rest, &kicked), SHARE) else { return Ok(Vec::new()) };
         let slowest = SLOWEST * TAU * scenario.control.period;
         let turning = modes.poles.iter().filter(|pole| pole.arg() >= slowest);

@@ -124,9 +124,9 @@ pub fn margins(
         disk: [0.0; 2],
         passivity: frozen.passivity(),
     };
-    let rest = frozen.run(&Kick::impulse(None))?;
+    let rest = frozen.run(&frozen.impulse(None))?;
     let impulses = (0..CHANNELS)
-        .map(|c| frozen.run(&Kick::impulse(Some(c))))
+        .map(|c| frozen.run(&frozen.impulse(Some(c))))
         .collect::<Result<Vec<_>, _>>()?;
     if rest.away || rest.held || impulses.iter().any(|run| run.away) {
         return Ok(unstable(f64::INFINITY, !rest.away && rest.held));
@@ -158,6 +158,19 @@ pub fn run_in_time(
 ) -> Result<Run, RunError> {
     let at_speed = |point: &State| FrictionSlope::AtSpeed.of(scenario.cell, point);
     frozen(scenario, from, at_speed)?.run_in_time(kick)
+}
+
+/// A run of the linear loop at an operating point, with a kick.
+///
+/// # Errors
+/// As [`margins`].
+pub fn run_linear(
+    scenario: &Scenario<'_>,
+    at: &OperatingPoint,
+    friction: FrictionSlope,
+    kick: &Kick,
+) -> Result<Run, RunError> {
+    frozen(scenario, at, |point| friction.of(scenario.cell, point))?.run(kick)
 }
 
 /// A margin, and the channel that it is of.

@@ -52,6 +52,9 @@ const AWAY: f64 = 0.1;
 
 /// How long the loop is given to come to rest, and to answer, s.
 const SETTLE: f64 = 10.0;
+/// Likewise under a law that sees the seam: tool and channel come back to it slowly, and as long as
+/// the sensor's readings are clipped they answer no impulse.
+const SETTLE_ON_SEAM: f64 = 30.0;
 const ANSWER: f64 = 10.0;
 
 /// A loop at one operating point of a weld.
@@ -68,7 +71,7 @@ pub type LoopSignals = [f64; CHANNELS];
 
 /// A run of the loop.
 pub struct Run {
-    /// From the impulse on.
+    /// From the kick on.
     pub rows: Vec<LoopSignals>,
     /// Rates of the drives with them, rad/s.
     pub rates: Vec<JointVector<f64>>,
@@ -142,24 +145,25 @@ impl Plant for LinearPlant<'_> {
 /// What is added to the loop's signals after it has come to rest, and how long it is watched.
 #[derive(Debug, Clone, Copy)]
 pub struct Kick {
-    /// For one period.
+    /// In every period of it.
     pub added: LoopSignals,
+    /// How many periods it lasts.
+    pub periods: usize,
     /// Time before and after, s.
     pub time: [f64; 2],
 }
 
-impl Kick {
+impl Frozen<'_> {
     /// The impulse at a channel, or none, with the time that margins give it.
-    pub fn impulse(channel: Option<usize>) -> Self {
+    pub fn impulse(&self, channel: Option<usize>) -> Kick {
         let mut added = [0.0; CHANNELS];
         if let Some(c) = channel {
             added[c] = IMPULSE[c];
         }
-        Self { added, time: [SETTLE, ANSWER] }
+        let seen = self.scenario.law.needs().seam_sensor;
+        Kick { added, periods: 1, time: [if seen { SETTLE_ON_SEAM } else { SETTLE }, ANSWER] }
     }
-}
 
-impl Frozen<'_> {
     /// Runs the linear loop to rest and then with a kick.
     ///
     /// # Errors
@@ -215,7 +219,8 @@ impl Frozen<'_> {
         let mut held = 0;
         for tick in 0..all {
             let time = tick as f64 * period;
-            let now = if tick == settle { kick.added } else { [0.0; CHANNELS] };
+            let kicked = (settle..settle + kick.periods).contains(&tick);
+            let now = if kicked { kick.added } else { [0.0; CHANNELS] };
             added.set(now);
             let here = path + feed * time;
             let reference = if moves {
