@@ -103,8 +103,10 @@ const AT_ONE_PORT: usize = 2;
 const PROMISED: f64 = 0.7;
 /// Share of what is above the floor that a discovery may leave.
 const LEFT: f64 = 0.25;
-/// Share of what the library explains that a curve must explain more, beside what chance makes: no
-/// prediction is exact, and an effect whose form holds to this holds.
+/// Share of what is above the floor that an effect of the library may leave to be like a law.
+const LIKE: f64 = 0.1;
+/// Share of what the library explains that a curve must explain more where nothing stands out,
+/// beside what chance makes: no prediction is exact, and an effect whose form holds to this holds.
 const HOLDS: f64 = 0.01;
 
 /// Looks for a law outside the library where a diagnosis finds that something is missing. Where
@@ -134,12 +136,12 @@ pub fn discover(
     let blocks = fit::blocks_of(bench);
     let null = diagnosis.null.clone();
     let explained = null.linear.held_out(None).iter().sum::<f64>() - library;
-    let better = |noise: f64| library - (rules::GAIN * noise).max(HOLDS * explained);
-    // Where an effect leaves nothing that stands out, a curve must promise more.
-    let goal = match named {
-        Some(fitted) if rules::at_floor(bench, &fitted.at) => better(1.0),
-        _ => f64::INFINITY,
-    };
+    let at_floor = named.is_some_and(|fitted| rules::at_floor(bench, &fitted.at));
+    // What an effect leaves that stands out is more than what no prediction is exact to.
+    let holds = if at_floor { HOLDS } else { 0.0 };
+    let better = |noise: f64| library - (rules::GAIN * noise).max(holds * explained);
+    // Where nothing stands out, a curve must promise more.
+    let goal = if at_floor { better(1.0) } else { f64::INFINITY };
     let id = free_name(&bench.known, &[]);
     let context = Context { bench, blocks: &blocks, null: &null, id: &id };
     let curves = curves(&context, logs, goal, progress);
@@ -166,11 +168,10 @@ pub fn discover(
         false => localize(&bench.experiments, &improved.at, logs),
     };
     diagnosis.improved = improved;
-    if diagnosis.verdict == Verdict::EffectFound {
-        diagnosis.verdict = Verdict::UnknownEffect;
-        let nearest = diagnosis.candidates.first();
-        discovery.like = nearest.and_then(|like| nearest_effect(&context, best, like));
-    }
+    let near = |like: &&diagnose::Candidate| named.is_some() || like.left < LIKE;
+    let nearest = diagnosis.candidates.first().filter(near);
+    discovery.like = nearest.and_then(|like| nearest_effect(&context, best, like));
+    diagnosis.verdict = Verdict::UnknownEffect;
     // What is found outside the library stands beside what was tried within.
     for candidate in &mut diagnosis.candidates {
         let worse = (candidate.fitted.cost - fitted.cost).max(0.0) / trust;
