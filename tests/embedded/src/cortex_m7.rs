@@ -6,6 +6,7 @@ use crate::weld::{CYCLES, Weld, controller};
 use crate::{Work, others};
 use core::arch::asm;
 use core::ffi::CStr;
+use core::hint::black_box;
 use core::ptr::{addr_of, read_volatile, write_volatile};
 use cortex_m::peripheral::{SYST, syst::SystClkSource};
 use cortex_m_rt::entry;
@@ -139,7 +140,9 @@ fn full_cycle<T: Real>(name: &str, law: &mut dyn Compensator<T>, mut weld: Weld<
         }
         let mut command = None;
         cost.of(thousand, &mut || {
-            command = others::cycle(&mut cycle, &weld.robot, &inputs, k);
+            others::observed(&inputs, k, |observation| {
+                command = Some(black_box(black_box(&mut cycle).cycle(&weld.robot, observation)));
+            });
         });
         let correction = cycle.correction();
         if command.and_then(|command| weld.follow(&inputs, &command, correction)).is_none() {

@@ -7,10 +7,8 @@ use trueweld_compensators::{
     Adaptive, AdaptiveGains, Combined, CombinedGains, Elastostatic, ElastostaticGains, FeedForward,
     Law, Observer, ObserverGains, Setup, Visitor, for_each,
 };
-use trueweld_core::compensation::{Compensated, Compensator, DeviationMeasurement, Observation};
-use trueweld_core::control::{
-    Command, External, ForceGains, HybridController, JointGains, Parallel, Superposed,
-};
+use trueweld_core::compensation::{Compensator, DeviationMeasurement, Observation};
+use trueweld_core::control::{ForceGains, HybridController, JointGains, Parallel, Superposed};
 use trueweld_core::filter::{Biquad, Filter, MovingAverage};
 use trueweld_core::scalar::lit;
 use trueweld_core::{JointVector, Real, Robot, Twist, Wrench};
@@ -73,22 +71,8 @@ pub fn ask<T: Real>(law: &mut dyn Compensator<T>, robot: &Robot<T>, inputs: &Inp
     });
 }
 
-/// One period of external control with a law.
-pub fn cycle<T: Real>(
-    controller: &mut Compensated<T, External<T>, &mut dyn Compensator<T>>,
-    robot: &Robot<T>,
-    inputs: &Inputs<T>,
-    k: usize,
-) -> Option<Command<T>> {
-    let mut command = None;
-    observed(inputs, k, |observation| {
-        command = Some(black_box(black_box(controller).cycle(robot, observation)));
-    });
-    command
-}
-
 /// What is seen in a period, with two readings of a seam sensor, the most that a period brings.
-fn observed<T: Real>(inputs: &Inputs<T>, k: usize, of: impl FnOnce(&Observation<'_, T>)) {
+pub fn observed<T: Real>(inputs: &Inputs<T>, k: usize, of: impl FnOnce(&Observation<'_, T>)) {
     let across = Twist { angular: Vector3::z() * lit::<T>(0.02), linear: Vector3::y() };
     let tilted = Twist { angular: Vector3::x(), linear: Vector3::zeros() };
     let seen = [across, tilted].map(|along| DeviationMeasurement {
