@@ -113,7 +113,7 @@ fn connection(
     let runtime = Builder::new_current_thread().enable_all().build();
     let connected = runtime.map_err(|error| error.to_string()).and_then(|runtime| {
         let channel = runtime.block_on(endpoint.connect());
-        Ok((runtime, channel.map_err(|error| with_causes(&error))?))
+        Ok((runtime, channel.map_err(|error| cause(&error))?))
     });
     // Whoever asked has gone where nobody takes the answer.
     match connected {
@@ -130,15 +130,13 @@ fn connection(
     }
 }
 
-/// An error with what it came from: the outermost says little.
-fn with_causes(error: &dyn std::error::Error) -> String {
-    let mut text = error.to_string();
-    let mut cause = error.source();
-    while let Some(error) = cause {
-        text += &format!(": {error}");
-        cause = error.source();
+/// What an error came from in the end: what wraps it says less.
+fn cause(error: &dyn std::error::Error) -> String {
+    let mut last = error;
+    while let Some(source) = last.source() {
+        last = source;
     }
-    text
+    last.to_string()
 }
 
 /// Makes chunks of the rows that come, until none do.
