@@ -192,22 +192,23 @@ fn a_line_that_grows_is_warned_of_and_one_that_stays_is_not() {
 
 #[test]
 fn a_drive_that_swings_longer_and_longer_is_warned_of_and_none_that_dies_away() {
-    // e^(−ζωt) sin ωt, started anew every two seconds, or ten where it lasts; with noise of a tenth,
-    // a line of the spindle and a slow motion beside it.
-    let drive = |time: f64, k: f64, frequency: f64, damping: f64| {
+    // e^(−ζωt) sin ωt, started anew every two seconds, or ten where it lasts; with noise, a line of the
+    // spindle and a slow motion beside it, which a line has to stand out of.
+    let drive = |time: f64, k: f64, size: f64, frequency: f64, damping: f64| {
         let omega = TAU * frequency;
         let since = time % if damping > 0.01 { 2.0 } else { 10.0 };
         let swing = (-damping * omega * since).exp() * (omega * since).sin();
-        1e-4 * (swing + 0.1 * noise(time, k) + 3.0 * (20.0 * PI * time).sin())
+        size * swing
+            + 1e-4 * (0.1 * noise(time, k) + 3.0 * (20.0 * PI * time).sin())
             + 1e-3 * (0.7 * time).sin()
     };
     let rates = |time: f64| {
         [
-            drive(time, 1.0, 16.5, -0.002),
-            drive(time, 2.0, 16.5, 0.05),
-            drive(time, 3.0, 7.0, 0.05),
-            drive(time, 4.0, 7.0, 0.005),
-            drive(time, 5.0, 24.0, 0.1),
+            drive(time, 1.0, 1e-4, 16.5, -0.002),
+            drive(time, 2.0, 1e-3, 16.5, 0.05),
+            drive(time, 3.0, 1e-3, 7.0, 0.05),
+            drive(time, 4.0, 1e-3, 7.0, 0.005),
+            drive(time, 5.0, 1e-3, 24.0, 0.1),
             1e-4 * noise(time, 6.0),
         ]
     };

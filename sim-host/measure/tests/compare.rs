@@ -50,7 +50,8 @@ impl Series {
             let q: Vec<String> = (0..6)
                 .map(|j| (angle(j, k) + [0.0, -0.9, 1.6, 0.0, 0.6, 0.0][j]).to_string())
                 .collect();
-            csv += &format!("{:.3},{},2.1,0.1,0.6\n", PERIOD * k as f64, q.join(","));
+            let x = 2.1 + 1e-3 * angle(0, k);
+            csv += &format!("{:.3},{},{x},0.1,0.6\n", PERIOD * k as f64, q.join(","));
         }
         let robot = fixture("robots/kr500-mt.toml").canonicalize().unwrap();
         let toml = format!(
