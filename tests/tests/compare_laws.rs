@@ -41,7 +41,7 @@ fn seam_tracking_without_a_reading_is_feed_forward() {
     // But for the pace of the outer integral. Either makes up for what the encoders see, to
     // hundredths of a millimetre; what is left is what bends behind them.
     let [tracking, planned] = [0, 1].map(|k| all[k].lateral.rms);
-    assert!((tracking - planned).abs() < 0.01 * planned, "{tracking} {planned}");
+    assert!((tracking - planned).abs() < 1e-5, "{tracking} {planned}");
     // And with them it is not.
     let seeing = figures(&[("seam-tracking", Change::Lost(0.0))]);
     assert!(seeing[0].lateral.rms < 0.5 * all[1].lateral.rms);
