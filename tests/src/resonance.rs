@@ -78,7 +78,21 @@ pub struct Lines {
 
 /// 180 mm of weld: ten seconds of steady part, so that a window over it tells lines 0.2 Hz apart.
 pub fn weld(rpm: f64, controller: Controller, faster: f64, told: bool) -> Lines {
-    let mut fixtures = fixtures(rpm, faster);
+    lines(fixtures(rpm, faster), controller, told)
+}
+
+/// The push's line in such a weld under external control, N, mean over three seeds of the instruments:
+/// one by itself is off by a twentieth.
+pub fn mean_push(rpm: f64, faster: f64) -> f64 {
+    let push = |seed| {
+        let mut fixtures = fixtures(rpm, faster);
+        fixtures.sensors.seed = seed;
+        lines(fixtures, Controller::External, true).push
+    };
+    (1..=3).map(push).sum::<f64>() / 3.0
+}
+
+fn lines(mut fixtures: Fixtures, controller: Controller, told: bool) -> Lines {
     fixtures.weld.end.y = fixtures.weld.start.y + 0.18;
     let recording = recorded(&fixtures, controller, Program::Weld, told).expect("the run ends");
     let rows: Vec<&RecordRow> =

@@ -180,14 +180,7 @@ fn found(logs: &mut [Log], model: &Model) -> Result<Found, InputError> {
     let names: Vec<&str> = logs.iter().map(|log| log.name.as_str()).collect();
     let of_poses = pose::find(&names, &rows, &model.robot);
     if let Some((log, misfit)) = of_poses.lost {
-        let message = format!(
-            "the tracker saw the tool {:.0} mm from where the encoders put it (root mean square), and no single mistake \
-             explains that",
-            1e3 * misfit
-        );
-        let help = "Are the robot file and the tracker's file those of this log? Of two mistakes at once, set right the one \
-                    that you know. The frame of a tracker that stands elsewhere needs rows in several postures.";
-        return Err(logs[log].source.error_of_file(message, help));
+        return Err(logs[log].of_another_robot(misfit));
     }
     found.mistakes.extend(of_poses.mistakes);
     for (in_logs, registration) in of_poses.registered {
@@ -206,21 +199,12 @@ fn found(logs: &mut [Log], model: &Model) -> Result<Found, InputError> {
     if found.mistakes.is_empty()
         && let Some((log, away)) = beside_its_weld(logs, &rows, model)
     {
-        let message = format!(
-            "the tool is {:.0} mm from the seam that `weld` names; expected a log of that weld",
-            1e3 * away
-        );
-        let help =
-            "Is `weld` in log.toml that of another log? A seam is given in the robot's base.";
-        return Err(log.source.error_of_file(message, help));
+        return Err(log.of_another_weld(away));
     }
     if found.mistakes.is_empty()
         && let Some(log) = load::read_backwards(logs, &rows, &model.robot)
     {
-        let message = "by the motor torques this motion was read backwards: friction drives the arm; expected the rows in \
-                       the order in which they were recorded";
-        let help = "Was the file sorted, or the time column written anew?";
-        return Err(log.source.error_of_file(message, help));
+        return Err(log.backwards());
     }
     if found.mistakes.is_empty() && !found.registered.is_empty() {
         refine::refine(logs, &mut found.registered, model);

@@ -24,6 +24,7 @@ mod kuka;
 mod lines;
 #[cfg(feature = "mcap")]
 mod mcap;
+mod misplaced;
 mod noise;
 mod notice;
 #[cfg(feature = "parquet")]

@@ -1,0 +1,38 @@
+//! Refusals of a log whose rows are whole and belong to another robot, another weld or another order:
+//! found where logs are compared with the model, told at the log's file.
+
+use super::Log;
+use trueweld_plant::input::InputError;
+
+impl Log {
+    /// A tool seen so far, m RMS, from where the encoders put it, for no reason that is known.
+    pub(crate) fn of_another_robot(&self, misfit: f64) -> InputError {
+        let message = format!(
+            "the tracker saw the tool {:.0} mm from where the encoders put it (root mean square), and no single mistake \
+             explains that",
+            1e3 * misfit
+        );
+        let help = "Are the robot file and the tracker's file those of this log? Of two mistakes at once, set right the one \
+                    that you know. The frame of a tracker that stands elsewhere needs rows in several postures.";
+        self.source.error_of_file(message, help)
+    }
+
+    /// A tool so far, m, from the seam that the log names.
+    pub(crate) fn of_another_weld(&self, away: f64) -> InputError {
+        let message = format!(
+            "the tool is {:.0} mm from the seam that `weld` names; expected a log of that weld",
+            1e3 * away
+        );
+        let help =
+            "Is `weld` in log.toml that of another log? A seam is given in the robot's base.";
+        self.source.error_of_file(message, help)
+    }
+
+    /// Rows in which friction drives the arm.
+    pub(crate) fn backwards(&self) -> InputError {
+        let message = "by the motor torques this motion was read backwards: friction drives the arm; expected the rows in \
+                       the order in which they were recorded";
+        let help = "Was the file sorted, or the time column written anew?";
+        self.source.error_of_file(message, help)
+    }
+}
