@@ -23,8 +23,9 @@
 //! Left out: faults. A sample that is not a number is passed over, and what a dead sensor does is
 //! for the controllers to see.
 
-use crate::JOINTS;
+use crate::control::{SensorReadings, Setpoint};
 use crate::health::{SpindleLine, VibrationLevel, root, share};
+use crate::scalar::{JOINTS, Real};
 use core::f32::consts::TAU;
 // Always called by the trait's name, as in `health`.
 use micromath::F32Ext;
@@ -157,6 +158,19 @@ impl HealthMonitor {
             noise: NOISE * root(share(LINE_TIME, period)?),
             drives: [drive; JOINTS],
         })
+    }
+
+    /// One period of a controller: what it is asked for and what its instruments read, in whatever
+    /// scalar.
+    pub fn watch<T: Real + Into<f64>>(
+        &mut self,
+        setpoint: &Setpoint<T>,
+        sensed: &SensorReadings<T>,
+    ) -> HealthSignals {
+        let single = |value: T| value.into() as f32;
+        let rates: [f32; JOINTS] = sensed.encoder_rate.map(single).into();
+        let push = -single(sensed.wrench.force.z);
+        self.update(push, setpoint.force.map(single), single(setpoint.spindle_speed), &rates)
     }
 
     /// One period: the push that the sensor sees and the push asked for, N, the rate of the spindle

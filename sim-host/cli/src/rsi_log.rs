@@ -1,4 +1,4 @@
-//! What both commands of RSI leave of a weld besides its result: `--log`, and `--live`.
+//! `--log`: what both commands of RSI leave of a weld besides its result.
 
 use crate::inputs::Inputs;
 use crate::results::check_empty_folder;

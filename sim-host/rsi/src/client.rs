@@ -205,11 +205,7 @@ impl<'a> Client<'a> {
         };
         let command = self.law.cycle(model, &observation);
         self.counts.faults += u64::from(command.fault.is_some());
-        let rates: [f32; 6] = rate.map(|rate| rate as f32).into();
-        let push = -sensed.wrench.force.z as f32;
-        let watch = |monitor: &mut HealthMonitor| {
-            monitor.update(push, Some(weld.push as f32), process.spindle as f32, &rates)
-        };
+        let watch = |monitor: &mut HealthMonitor| monitor.watch(&setpoint, &sensed);
         let time = (packet.ipoc - *self.first.get_or_insert(packet.ipoc)) as f64 * 1e-3;
         let row = RecordRow {
             phase: if weld.feed > 0.0 { Phase::Steady } else { Phase::ForceRamp },

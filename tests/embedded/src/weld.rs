@@ -240,11 +240,7 @@ pub fn watch<T: Real + Into<f64>>(
     monitor: &mut HealthMonitor,
     inputs: &Inputs<T>,
 ) -> HealthSignals {
-    let single = |value: T| value.into() as f32;
-    let Inputs { setpoint, sensed, .. } = inputs;
-    let rates: [f32; JOINTS] = sensed.encoder_rate.map(single).into();
-    let push = -single(sensed.wrench.force.z);
-    monitor.update(push, setpoint.force.map(single), single(setpoint.spindle_speed), &rates)
+    monitor.watch(&inputs.setpoint, &inputs.sensed)
 }
 
 /// The load of cycle `k` on the tool, with a ripple of up to 100 N on its push.

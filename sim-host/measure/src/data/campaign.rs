@@ -40,8 +40,7 @@ impl Campaign {
                 logs.push(log);
             }
         }
-        of_one_robot(&logs)?;
-        recorded_once(&logs)?;
+        fit_together(&logs)?;
         Ok(Self { name: name_of(folder), model, logs })
     }
 
@@ -120,8 +119,7 @@ pub fn read_logs(paths: &[PathBuf]) -> Result<(Option<PathBuf>, Vec<Log>), Input
             logs.push(log);
         }
     }
-    of_one_robot(&logs)?;
-    recorded_once(&logs)?;
+    fit_together(&logs)?;
     let first = models.pop();
     let model = first.filter(|model| models.iter().all(|other| same(other, model)));
     Ok((model, logs))
@@ -148,6 +146,12 @@ fn of_one_robot(logs: &[Log]) -> Result<(), InputError> {
     others
         .iter()
         .try_for_each(|log| log.must_be_of(&first.robot, &format!("the log `{}`", first.name)))
+}
+
+/// Refuses logs that are not of one robot, and a recording that stands in two of them.
+fn fit_together(logs: &[Log]) -> Result<(), InputError> {
+    of_one_robot(logs)?;
+    recorded_once(logs)
 }
 
 /// Refuses a recording that stands in two logs: encoders and an instrument that read the same.

@@ -228,9 +228,8 @@ fn beside_its_weld<'l>(
             let share = (from.dot(&along) / along.norm_squared()).clamp(0.0, 1.0);
             (from - along * share).norm()
         };
-        let mut all: Vec<f64> = rows.iter().map(away).collect();
-        all.sort_by(f64::total_cmp);
-        all.get(all.len() / 2).copied().filter(|away| *away > NEAR).map(|away| (log, away))
+        let away = refine::median(rows.iter().map(away)).filter(|away| *away > NEAR)?;
+        Some((log, away))
     };
     logs.iter().zip(rows).find_map(far)
 }

@@ -102,7 +102,8 @@ fn unexplained(rows: &[Row]) -> Option<f64> {
     median(rows.iter().map(|(slope, r)| (r - slope.fixed_rows::<6>(0).dot(&by)).abs()))
 }
 
-fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
+/// The middle one of some values, the upper of two; `None` of none.
+pub(super) fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
     let mut values: Vec<f64> = values.collect();
     values.sort_by(f64::total_cmp);
     values.get(values.len() / 2).copied()

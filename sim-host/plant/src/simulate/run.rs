@@ -17,7 +17,7 @@ use std::ops::ControlFlow;
 use std::time::Instant;
 use trueweld_core::compensation::Compensator;
 use trueweld_core::monitor::HealthMonitor;
-use trueweld_core::{JOINTS, JointVector, Pose, Wrench};
+use trueweld_core::{JointVector, Pose, Wrench};
 
 /// Runs a scenario to its end. `progress` is called with the simulated time, s, every control
 /// period.
@@ -98,10 +98,9 @@ pub fn run_with(
     let contact = -plant.at.reaction.force.z;
     let torque = &start.rest.torque;
     let mut cycle = ControlCycle::new(scenario, plant, hybrid.as_mut(), law, &start.motor, torque);
-    let joints = &scenario.controller_model.parameters().joints;
-    let max_torque = JointVector::from_fn(|i, _| joints[i].max_torque);
     let mut monitor = HealthMonitor::new(period as f32);
-    let mut rows = Vec::with_capacity(ticks);
+    let mut recording = Recording::begun(scenario, scenario.law.name());
+    recording.rows.reserve_exact(ticks);
     for tick in 0..ticks {
         let time = tick as f64 * period;
         let target = program.target(weld, &seam, contact, time);
@@ -111,12 +110,7 @@ pub fn run_with(
         let (SimulatedCell { at, state, .. }, nominal) = (&cycle.plant, controlled.nominal);
         let (command, drives, tcp) = (controlled.command, state.drives(), at.frames.tcp);
         let sensed = &controlled.sensed;
-        let rates: [f32; JOINTS] = sensed.encoder_rate.map(|rate| rate as f32).into();
-        let health = monitor.as_mut().map(|monitor| {
-            let spindle = reference.setpoint.spindle_speed as f32;
-            let asked = target.force.map(|force| force as f32);
-            monitor.update(-sensed.wrench.force.z as f32, asked, spindle, &rates)
-        });
+        let health = monitor.as_mut().map(|monitor| monitor.watch(&reference.setpoint, sensed));
         let row = RecordRow {
             time,
             phase: target.phase,
@@ -149,18 +143,18 @@ pub fn run_with(
             health: health.unwrap_or_default(),
             fault: command.fault,
         };
-        rows.push(row);
+        recording.rows.push(row);
         cycle.advance(time).map_err(|source| RunError::RanAway {
             source,
-            limits: limit_spans(&rows, &max_torque),
+            limits: limit_spans(&recording.rows, &recording.max_torque),
         })?;
         if progress(&row).is_break() {
             break;
         }
     }
-    let simulated = rows.len() as f64 * period;
-    let wall = clock.elapsed().as_secs_f64();
-    Ok(Recording { rows, simulated, wall, ..Recording::begun(scenario, scenario.law.name()) })
+    recording.simulated = recording.rows.len() as f64 * period;
+    recording.wall = clock.elapsed().as_secs_f64();
+    Ok(recording)
 }
 
 impl Recording {

@@ -6,7 +6,6 @@ use super::samples::Columns;
 use crate::data::channel::{COUNT, LogChannel, column_name};
 use crate::data::kind::LogKind;
 use crate::data::resample::median_step;
-use std::ops::Range;
 use trueweld_plant::input::RobotFile;
 
 /// Rows that a judgement rests on, at least.
@@ -79,7 +78,7 @@ fn copied(columns: &Columns) -> Option<(usize, usize)> {
 fn most_moved(columns: &Columns) -> Option<(usize, f64)> {
     let range = |column: usize| {
         let series = columns.values[column].as_ref()?;
-        let [low, high] = range(series, 0..series.len())?;
+        let [low, high] = range(series)?;
         Some(high - low)
     };
     let joints = LogChannel::Encoder.columns().enumerate();
@@ -88,8 +87,8 @@ fn most_moved(columns: &Columns) -> Option<(usize, f64)> {
 }
 
 /// Smallest and largest of some values; `None` where there are too few.
-fn range(series: &[f64], rows: Range<usize>) -> Option<[f64; 2]> {
-    let known = || series[rows.clone()].iter().copied().filter(|v| v.is_finite());
+fn range(series: &[f64]) -> Option<[f64; 2]> {
+    let known = || series.iter().copied().filter(|v| v.is_finite());
     let ends = [known().reduce(f64::min)?, known().reduce(f64::max)?];
     (known().count() >= FEWEST).then_some(ends)
 }
@@ -102,7 +101,7 @@ fn frozen(columns: &Columns) -> Option<Vec<usize>> {
             channel.columns().filter(|column| columns.values[*column].is_some()).collect();
         let stands = |column: &usize| {
             let series = columns.values[*column].as_ref()?;
-            range(series, 0..series.len()).map(|[low, high]| low == high)
+            range(series).map(|[low, high]| low == high)
         };
         let all = !there.is_empty() && there.iter().all(|column| stands(column) == Some(true));
         all.then_some(there)
