@@ -245,6 +245,12 @@ fn what_no_mistake_explains_is_given_no_name() {
     }
     let error = find(&mut logs, &case.model).expect_err("another weld's log");
     assert!(error.message().contains("mm from the seam that `weld` names"), "{error}");
+    let mut logs = case.logs.clone();
+    for weld in logs.iter_mut().filter_map(|log| log.weld.as_mut()) {
+        std::mem::swap(&mut weld.start, &mut weld.end);
+    }
+    let error = find(&mut logs, &case.model).expect_err("a seam from its end to its start");
+    assert!(error.message().contains("from the seam's end towards its start"), "{error}");
 }
 
 /// Sum of squares of the tracker's residuals over their noise.

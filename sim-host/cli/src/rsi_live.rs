@@ -39,12 +39,7 @@ impl LiveViewer {
             let recording = Recording::begun(scenario, compensator);
             let seam = Seam::of(scenario.weld);
             let weld = LiveWeld { recording, robot, seam, exaggeration: 50.0 };
-            let live = Live::connect(url, weld).map_err(|error| {
-                miette!(
-                    help = "Start a viewer of Rerun 0.36 first: rerun. It says where it listens.",
-                    "--live {error}"
-                )
-            })?;
+            let live = Live::connect(url, weld)?;
             say!("shown at {url}\n");
             Ok(Shown { live: Some(live) })
         }

@@ -12,7 +12,7 @@
 //!
 //! `trueweld …` and `cargo run --release -- …` run the program under test, beside a copy of
 //! fixtures/. Any other cargo command runs in the repository and must be marked as long. A build
-//! without recordings leaves out `--rrd`; one without Parquet writes CSV.
+//! without recordings leaves out `--rrd` and `--exaggeration`; one without Parquet writes CSV.
 
 mod support;
 
@@ -221,8 +221,14 @@ fn problems(step: &Step, folder: &Path) -> Vec<String> {
     let mut command = match arguments {
         Some(arguments) => {
             let mut command = Command::new(env!("CARGO_BIN_EXE_trueweld"));
-            let recording =
-                |a: &&str| cfg!(feature = "rerun") || *a != "--rrd" && !a.ends_with(".rrd");
+            // A recording's options and their values, which a build without recordings lacks.
+            let mut value_of_recording = false;
+            let recording = |argument: &&str| {
+                let option = ["--rrd", "--exaggeration"].contains(argument);
+                let kept = cfg!(feature = "rerun") || !(option || value_of_recording);
+                value_of_recording = option;
+                kept
+            };
             // The same table in a form that every build has.
             let table = |argument: &str| match cfg!(feature = "parquet") {
                 true => argument.to_owned(),

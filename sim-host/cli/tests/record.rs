@@ -40,6 +40,36 @@ fn what_is_recorded_of_the_model_scores_one() {
 }
 
 #[test]
+fn welds_along_curved_seams_are_compared_and_what_is_along_them_is_named() {
+    let place = Workspace::new();
+    let text = fs::read_to_string(fixture("protocols/panel-welds.toml")).unwrap();
+    let hidden = text.replace("\"../", &format!("\"{}", fixture("")));
+    let effect = hidden.find("[[effect]]").unwrap()..hidden.find("[[log]]").unwrap();
+    let mut clean = hidden.clone();
+    clean.replace_range(effect, "");
+    for (name, text) in [("clean", &clean), ("hidden", &hidden)] {
+        let protocol = format!("{name}.toml");
+        fs::write(place.path().join(&protocol), text).unwrap();
+        place.done(&["record", &protocol, "--out", name, "-q"]);
+    }
+    place.done(&["compare", "clean", "--json", "compare.json", "-q"]);
+    for log in place.json("compare.json")["logs"].as_array().unwrap() {
+        let score = log["score"].as_f64().unwrap();
+        assert!(score < 1.1, "{log}");
+    }
+    place.done(&["diagnose", "hidden", "--json", "diagnose.json", "-q"]);
+    let found = &place.json("diagnose.json")["candidates"][0]["effects"][0];
+    assert_eq!(found["effect"], "material-step", "{found}");
+    let holds = |name: &str, truth: f64| {
+        let [low, high] =
+            ["low", "high"].map(|end| found["parameters"][name][end].as_f64().unwrap());
+        assert!((low..high).contains(&truth), "{name}: {found}");
+    };
+    holds("ratio", 0.1);
+    holds("position_m", 0.3);
+}
+
+#[test]
 fn the_same_seed_gives_the_same_bytes_and_another_one_others() {
     let one = |text: &str| text.split("[[log]]\nname = \"stop").next().unwrap().to_owned();
     let place = recorded(one);

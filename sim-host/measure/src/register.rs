@@ -9,6 +9,7 @@
 //! sit in the tool frame. Rotations follow from singular value decompositions (Kabsch), positions
 //! from a linear fit; then all of it is refined by Gauss–Newton, outliers weighted down (Tukey).
 
+use crate::fit::HALF_95;
 use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, SVector, Vector3};
 use trueweld_core::Pose;
 use trueweld_core::spatial::{rotation_from_vector, rotation_vector, skew};
@@ -279,7 +280,7 @@ fn refined(
     let covariance = normal.try_inverse();
     let width = |k: usize| {
         let of = covariance.as_ref().filter(|_| k < free).map_or(0.0, |c| c[(k, k)]);
-        1.96 * (of.max(0.0) * variance).sqrt()
+        HALF_95 * (of.max(0.0) * variance).sqrt()
     };
     Registration {
         mounting: Mounting { frame, tool },

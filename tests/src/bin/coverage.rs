@@ -12,7 +12,7 @@ use std::process::ExitCode;
 use trueweld_evaluate::Rate;
 use trueweld_laboratory::{Protocol, Recipe};
 use trueweld_measure::fit::calibration::{calibrations, in_proportion, is_calibration};
-use trueweld_measure::fit::{self, Effort};
+use trueweld_measure::fit::{self, Effort, HALF_95};
 use trueweld_measure::posterior::of_fit;
 use trueweld_plant::effects::{CalibrationScope, Effect, EffectKind, Role, library};
 use trueweld_plant::input::Posterior;
@@ -179,7 +179,7 @@ fn table(cases: &[Case]) -> String {
         cases.iter().partition(|case| case.score <= EXPLAINED);
     let mut lines =
         vec!["| 95 % of | hold the truth | share |".to_owned(), "|---|---|---|".to_owned()];
-    let held = |n: &Number| (n.value - n.truth).abs() <= 1.96 * n.deviation;
+    let held = |n: &Number| (n.value - n.truth).abs() <= HALF_95 * n.deviation;
     let mut kinds: BTreeMap<String, Vec<bool>> = BTreeMap::new();
     for number in cases.iter().flat_map(|case| &case.numbers) {
         let (name, hidden) = number.name.split_once(' ').unwrap_or((&number.name, ""));

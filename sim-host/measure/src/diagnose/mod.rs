@@ -36,10 +36,11 @@ use screen::{likeliest, screen};
 use search::{calibrated, fit_all, uncalibrated};
 use trueweld_plant::effects::{CalibrationScope, Effect, EffectKind, Location, Role};
 use trueweld_plant::robot::Channel;
+use trueweld_plant::simulate::Seam;
 
 /// Longest weld among the logs, m, for what is looked for along it.
 pub(crate) fn longest_weld(logs: &[Log]) -> f64 {
-    let length = |log: &Log| log.weld.as_ref().map(|w| (w.end - w.start).norm());
+    let length = |log: &Log| log.weld.as_ref().map(|weld| Seam::of(weld).length);
     logs.iter()
         .filter(|l| l.kind == LogKind::Weld)
         .filter_map(length)
@@ -240,9 +241,8 @@ fn effects_of(fitted: &Fitted) -> Vec<usize> {
     (0..fitted.point.all.len()).filter(|i| !is_calibration(fitted.point.all[*i].kind)).collect()
 }
 
-/// Standard deviations of half a 95 % interval: of a normal distribution, and of Student's with the
-/// nine degrees of freedom that ten blocks leave.
-const NORMAL: f64 = 1.96;
+/// Standard deviations of half a 95 % interval of Student's distribution with the nine degrees of
+/// freedom that ten blocks leave.
 const OF_BLOCKS: f64 = 2.262;
 
 /// Fitted effects with their intervals: of what noise makes of the values, or of what the blocks in
@@ -273,7 +273,7 @@ pub(crate) fn found(fitted: &Fitted, wanted: impl Fn(EffectScope) -> bool) -> Ve
         let value = fitted.point.value(free);
         let deviation = deviations.as_ref().map_or(f64::INFINITY, |d| d[k]);
         let scattered = scatter.as_ref().map_or(f64::INFINITY, |d| d[k]);
-        let reach = (NORMAL * deviation * inflation.sqrt()).max(OF_BLOCKS * scattered)
+        let reach = (fit::HALF_95 * deviation * inflation.sqrt()).max(OF_BLOCKS * scattered)
             * fit::unit(parameter, value);
         all[index].interval[free.parameter] = [value - reach, value + reach];
     }

@@ -7,7 +7,6 @@ use trueweld_core::JOINTS;
 use trueweld_plant::effects::Location;
 use trueweld_plant::effects::expression::Expression;
 use trueweld_plant::effects::formula::NamedPort;
-use trueweld_plant::simulate::Seam;
 
 /// Values of an expression over a port's variables, by log and row; NaN where one of them is not
 /// known.
@@ -95,8 +94,8 @@ impl Rows<'_> {
             "px" => Some(tool(0)),
             "py" => Some(tool(1)),
             "pz" => Some(tool(2)),
-            "x" => path(log),
-            "vx" => rate(&path(log)?),
+            "x" => log.along_weld(),
+            "vx" => rate(&log.along_weld()?),
             "spindle" => samples.spindle.clone(),
             _ => {
                 let number: usize = name.strip_prefix("encoder_")?.parse().ok()?;
@@ -104,14 +103,4 @@ impl Rows<'_> {
             }
         }
     }
-}
-
-/// Position along the weld, m; `None` where nothing is welded.
-fn path(log: &Log) -> Option<Vec<f64>> {
-    let seam = Seam::of(log.weld.as_ref()?);
-    let along = seam.b_from_w.rotation.column(0).into_owned();
-    let from = seam.b_from_w.position;
-    let robot = &log.robot.robot;
-    let on_path = |q| along.dot(&(robot.forward_kinematics(q).position - from));
-    Some(log.samples.encoder.iter().map(on_path).collect())
 }

@@ -457,6 +457,10 @@ fn weld(
     changed: Changed,
 ) -> Option<(Log, Vec<PlanRow>)> {
     let mut weld: Weld = pattern.weld.clone()?;
+    // Another seam can be drawn from a straight one only.
+    if weld.path.is_some() && matches!(changed, Changed::Backwards | Changed::Shifted(_)) {
+        return None;
+    }
     let mut process = process.or(pattern.process.as_ref())?.clone();
     let spindle = pattern.samples.spindle.as_ref()?.iter().copied().find(|s| s.is_finite())?;
     process.spindle = spindle;
@@ -495,8 +499,9 @@ fn weld(
         let f = reaction(&process, &none, time, &along, &Vector3::new(rate, 0.0, 0.0), 0.0, angle)
             .force;
         let mut pose = seam.nominal(path);
-        pose.position += seam.b_from_w.rotation * Vector3::new(0.0, 0.0, depth);
-        let in_t = pose.rotation.tr_mul(&(seam.b_from_w.rotation * f));
+        let axes = seam.axes(path);
+        pose.position += axes.column(2) * depth;
+        let in_t = pose.rotation.tr_mul(&(axes * f));
         // The motors carry the mean load; they do not follow the ripple.
         let mean =
             Wrench { moment: Vector3::zeros(), force: Vector3::new(0.0, 0.0, -weld.force * rise) };

@@ -324,7 +324,7 @@ pub fn covariance(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fit::BLOCKS;
+    use crate::fit::{BLOCKS, HALF_95};
     use crate::predict::Prediction;
 
     const ROWS: usize = 600;
@@ -379,7 +379,7 @@ mod tests {
         let (mut joint, mut each) = (0.0, 0.0);
         for seed in 0..400 {
             let (off, covariance) = fitted(seed, memory, level);
-            let own = (0..3).filter(|k| off[*k].abs() <= 1.96 * covariance[(*k, *k)].sqrt());
+            let own = (0..3).filter(|k| off[*k].abs() <= HALF_95 * covariance[(*k, *k)].sqrt());
             each += own.count() as f64 / 1200.0;
             let factor = covariance.cholesky().expect("positive definite");
             // χ² of three degrees of freedom at 95 %.

@@ -27,6 +27,9 @@ use trueweld_plant::input::{ModelEffect, ModelFile, Scope};
 /// Blocks in time that can be left out.
 pub const BLOCKS: usize = 10;
 
+/// Standard deviations of half a 95 % interval of a normal distribution.
+pub const HALF_95: f64 = 1.96;
+
 /// Logs made ready, and the model they judge.
 #[derive(Debug)]
 pub struct FitProblem {
@@ -144,7 +147,7 @@ fn value_at(parameter: &Parameter, from: f64, u: f64) -> f64 {
         Role::Shape(_) | Role::Wavelength => from * (0.1 * u).exp(),
         Role::Order => from + 0.05 * u,
         Role::SpindleOrder => from + 0.002 * u,
-        Role::PathPosition => from + 2e-3 * u,
+        Role::PathPosition => from + 1e-2 * u,
         Role::Phase => from + 0.1 * u,
     };
     match parameter.role {
@@ -161,7 +164,7 @@ pub fn unit(parameter: &Parameter, value: f64) -> f64 {
         Role::Shape(_) | Role::Wavelength => 0.1 * value,
         Role::Order => 0.05,
         Role::SpindleOrder => 0.002,
-        Role::PathPosition => 2e-3,
+        Role::PathPosition => 1e-2,
         Role::Phase => 0.1,
     }
 }

@@ -17,8 +17,10 @@ use crate::data::channel::LogChannel;
 use crate::data::log::{ColumnMapping, Log, LogKind};
 use crate::predict::{Model, period};
 use crate::register::{self, PosePair, Registration};
+use nalgebra::Vector3;
 use rows::Row;
 use trueweld_plant::input::InputError;
+use trueweld_plant::simulate::Seam;
 
 /// What is wrong.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -197,9 +199,10 @@ fn found(logs: &mut [Log], model: &Model) -> Result<Found, InputError> {
         found.mistakes.extend(load::find(logs, &rows, &model.robot));
     }
     if found.mistakes.is_empty()
-        && let Some((log, away)) = beside_its_weld(logs, &rows, model)
+        && let Some(refusal) =
+            logs.iter().zip(&rows).find_map(|(log, rows)| off_its_weld(log, rows, model))
     {
-        return Err(log.of_another_weld(away));
+        return Err(refusal);
     }
     if found.mistakes.is_empty()
         && let Some(log) = load::read_backwards(logs, &rows, &model.robot)
@@ -212,26 +215,24 @@ fn found(logs: &mut [Log], model: &Model) -> Result<Found, InputError> {
     Ok(found)
 }
 
-/// A weld log whose tool was nowhere near its seam, and how far away, m.
-fn beside_its_weld<'l>(
-    logs: &'l [Log],
-    rows: &[Vec<Row>],
-    model: &Model,
-) -> Option<(&'l Log, f64)> {
-    /// What a tool may be beside the seam, m: a taught path is off by millimetres.
+/// Why a weld log is none of its seam: its tool was nowhere near it, or went the other way.
+fn off_its_weld(log: &Log, rows: &[Row], model: &Model) -> Option<InputError> {
+    /// What a tool may be beside the seam, or go backwards along it, m: a taught path is off by
+    /// millimetres.
     const NEAR: f64 = 0.1;
-    let far = |(log, rows): (&'l Log, &Vec<Row>)| {
-        let weld = log.weld.as_ref().filter(|_| log.kind == LogKind::Weld)?;
-        let along = weld.end - weld.start;
-        let away = |row: &Row| {
-            let from = model.robot.forward_kinematics(&row.encoder).position - weld.start;
-            let share = (from.dot(&along) / along.norm_squared()).clamp(0.0, 1.0);
-            (from - along * share).norm()
-        };
-        let away = refine::median(rows.iter().map(away)).filter(|away| *away > NEAR)?;
-        Some((log, away))
+    let weld = log.weld.as_ref().filter(|_| log.kind == LogKind::Weld)?;
+    let seam = Seam::of(weld);
+    let place =
+        |row: &Row| seam.place(&model.robot.forward_kinematics(&row.encoder).position).position;
+    let away = |row: &Row| {
+        let at = place(row);
+        (at - Vector3::x() * at.x.clamp(0.0, seam.length)).norm()
     };
-    logs.iter().zip(rows).find_map(far)
+    if let Some(away) = refine::median(rows.iter().map(away)).filter(|away| *away > NEAR) {
+        return Some(log.of_another_weld(away));
+    }
+    let travel = place(rows.last()?).x - place(rows.first()?).x;
+    (travel < -NEAR).then(|| log.against_its_weld(-travel))
 }
 
 /// Where the trackers of some logs stand: one that all of them share, or where that leaves much, one

@@ -7,6 +7,7 @@
 use super::Registered;
 use crate::data::log::{Log, LogKind};
 use crate::data::noise::{NoiseLevels, instruments};
+use crate::fit::HALF_95;
 use crate::predict::{Compared, Experiment, Model, Quantity};
 use crate::register::{Mounting, Registration};
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
@@ -118,11 +119,11 @@ fn intervals(
     for part in [0, 3] {
         let own = covariance.fixed_view::<3, 3>(part, part);
         let own = turn * own * turn.transpose();
-        (0..3).for_each(|k| registration.frame_interval[part + k] = 1.96 * own[(k, k)].sqrt());
+        (0..3).for_each(|k| registration.frame_interval[part + k] = HALF_95 * own[(k, k)].sqrt());
     }
     for (k, interval) in registration.tool_interval.iter_mut().enumerate() {
         if *interval > 0.0 {
-            *interval = 1.96 * covariance[(6 + k, 6 + k)].sqrt();
+            *interval = HALF_95 * covariance[(6 + k, 6 + k)].sqrt();
         }
     }
 }

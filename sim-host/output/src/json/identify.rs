@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 use trueweld_identify::plan::Load;
 use trueweld_identify::{CurvePoint, Mode, Number, Section, StiffnessCurve, WeldPart};
+use trueweld_measure::fit::HALF_95;
 use trueweld_plant::provenance::Provenance;
 
 /// Numbers of a cell that were identified from logs.
@@ -293,7 +294,7 @@ pub struct ExpectedStiffness {
 impl StiffnessPlanResult {
     pub(crate) fn of(report: &StiffnessPlanReport<'_>) -> Self {
         let plan = report.plan;
-        let half = |deviation: f64| finite(1.96 * deviation);
+        let half = |deviation: f64| finite(HALF_95 * deviation);
         let load = |planned: &trueweld_identify::plan::PlannedLoad| PlannedStiffnessLoad {
             posture_deg: planned.posture.map(f64::to_degrees).into(),
             payload_kg: (planned.load == Load::Payload).then_some(report.options.payload),

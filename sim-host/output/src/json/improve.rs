@@ -12,6 +12,7 @@ use crate::words::diagnose::{not_kept, undone};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use trueweld_measure::diagnose::FittedEffect;
+use trueweld_measure::fit::HALF_95;
 use trueweld_plant::input::{MeasuredNumber, Posterior, RobotFile};
 use trueweld_plant::provenance::Provenance;
 
@@ -89,7 +90,7 @@ impl PosteriorNumber {
             let end = |x: f64| {
                 if parameter.holds(x) { x } else { x.clamp(parameter.low, parameter.high) }
             };
-            let half = NORMAL * of.deviation(k);
+            let half = HALF_95 * of.deviation(k);
             Self {
                 effect,
                 at,
@@ -105,9 +106,6 @@ impl PosteriorNumber {
         of.numbers.iter().enumerate().map(one).collect()
     }
 }
-
-/// Standard deviations of half a 95 % interval.
-const NORMAL: f64 = 1.96;
 
 /// A step of an improvement.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -4,6 +4,7 @@ use super::{Scale, counted, digits, fixed, listed, score, share, signed_share};
 use crate::{IdentifyReport, StiffnessPlanReport};
 use trueweld_identify::plan::{Load, PlannedLoad};
 use trueweld_identify::{Identification, Mode, Number, Section, StiffnessCurve, Target, WeldPart};
+use trueweld_measure::fit::HALF_95;
 
 /// Score from which on the model itself counts as not fitting: a third above the noise.
 const MISFIT: f64 = 1.3;
@@ -263,7 +264,7 @@ pub fn identified_source(report: &IdentifyReport<'_>, number: &Number) -> String
 /// 95 % of a logarithm, over the value.
 pub(crate) fn expected(deviation: f64) -> String {
     if deviation.is_finite() {
-        format!("± {}", share(1.96 * deviation))
+        format!("± {}", share(HALF_95 * deviation))
     } else {
         "not told".to_owned()
     }

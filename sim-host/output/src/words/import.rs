@@ -4,6 +4,7 @@ use super::{counted, listed};
 use trueweld_measure::data::log::import::{Doubt, Ground, LeftOut, Proposal, ProposedColumn};
 use trueweld_measure::data::log::units::unit_named;
 use trueweld_measure::data::log::{channel_name, dimension};
+use trueweld_measure::fit::HALF_95;
 use trueweld_plant::input::FILL_IN;
 
 /// What to do about what is not known.
@@ -151,7 +152,7 @@ pub fn log_toml(proposal: &Proposal, paths: &[String], robot: Option<&str>) -> S
                 text += &format!(
                     "# offset_s = {:.6}    # ± {:.1e} s by the encoders' motion; {:.1} mm left\n# drift = {:.2e}\n",
                     fitted.map.offset,
-                    1.96 * fitted.deviation[0],
+                    HALF_95 * fitted.deviation[0],
                     1e3 * fitted.left,
                     fitted.map.drift
                 );

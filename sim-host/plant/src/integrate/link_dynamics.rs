@@ -281,9 +281,6 @@ fn root(at: &mut impl FnMut(f64) -> f64, guess: f64, slope: f64) -> f64 {
 /// Time over which the rate of a torsion is taken, s.
 const INSTANT: f64 = 1e-3;
 
-/// Rates of change of angles, rates and what gears remember.
-type Rates = (JointVector<f64>, JointVector<f64>, SVector<f64, INTERNAL_STATES>);
-
 /// Links that swing on their springs, no wrench on the tool.
 #[derive(Debug, Clone, Copy)]
 pub struct DynamicLinks {
@@ -427,55 +424,28 @@ impl DynamicLinks {
         let (inertia, bias) =
             robot.model.equation_of_motion(&frames, &middle_rate, &Wrench::zero());
         let factor = Ldlt::new(inertia).ok_or(Diverged { time })?;
-        let rest = bias - robot.link_torque(&self.drives);
         let motor_acceleration = (motors.rate - from.rate) / whole;
-        let rates = (&middle_rate, &motor_acceleration);
-        let tilts = Tilts::new(robot, &frames, rates, &Wrench::zero(), (&factor, &rest));
+        let tilts = robot.ports.frames_give().then(|| {
+            let rest = bias - robot.link_torque(&self.drives);
+            let rates = (&middle_rate, &motor_acceleration);
+            Tilts::new(robot, &frames, rates, &Wrench::zero(), (&factor, &rest))
+        });
+        let tilts = tilts.flatten();
         let mut u = self.tilted[0];
-        let mut joints = |drives: Drives, internal: &[f64]| match &tilts {
-            Some(tilts) => tilts.joints(robot, &drives, internal, &mut u),
-            None => drives,
-        };
-        for k in 0..substeps {
-            let part = |c: f64| hermite(&from, motors, whole, (k as f64 + c) / substeps as f64);
-            let inputs = [part(0.0), part(0.5), part(1.0)];
-            let mut rates = |input: &(JointVector<f64>, JointVector<f64>),
-                             link: JointVector<f64>,
-                             link_rate: JointVector<f64>,
-                             internal: SVector<f64, INTERNAL_STATES>| {
-                let drives = Drives { link, link_rate, motor: input.0, motor_rate: input.1 };
-                let drives = joints(drives, internal.as_slice());
-                let torque = robot.spring_torque(&drives, internal.as_slice())
-                    + robot.link_torque(&drives)
-                    - bias;
-                let mut remembered = SVector::<f64, INTERNAL_STATES>::zeros();
-                robot.internal_rates(&drives, internal.as_slice(), remembered.as_mut_slice());
-                (link_rate, factor.solve(&torque), remembered)
-            };
-            let Self { drives: Drives { link, link_rate, .. }, internal, .. } = *self;
-            let step = |r: &Rates, c: f64| {
-                (link + r.0 * (c * h), link_rate + r.1 * (c * h), internal + r.2 * (c * h))
-            };
-            let a = rates(&inputs[0], link, link_rate, internal);
-            let (l, v, z) = step(&a, 0.5);
-            let b = rates(&inputs[1], l, v, z);
-            let (l, v, z) = step(&b, 0.5);
-            let c = rates(&inputs[1], l, v, z);
-            let (l, v, z) = step(&c, 1.0);
-            let d = rates(&inputs[2], l, v, z);
-            let mean =
-                |a: JointVector<f64>,
-                 b: JointVector<f64>,
-                 c: JointVector<f64>,
-                 d: JointVector<f64>| { (a + (b + c) * 2.0 + d) * (h / 6.0) };
-            self.drives.link = link + mean(a.0, b.0, c.0, d.0);
-            self.drives.link_rate = link_rate + mean(a.1, b.1, c.1, d.1);
-            self.internal = internal + (a.2 + (b.2 + c.2) * 2.0 + d.2) * (h / 6.0);
+        let path = |share: f64| hermite(&from, motors, whole, share);
+        let step = (h, substeps);
+        match &tilts {
+            None => self.integrate(robot, path, step, (&factor, &bias), |_, _| ()),
+            Some(tilts) => {
+                self.integrate(robot, path, step, (&factor, &bias), |drives, internal| {
+                    *drives = tilts.joints(robot, drives, internal, &mut u);
+                })
+            }
         }
         self.drives.motor = motors.angle;
         self.drives.motor_rate = motors.rate;
         if let Some(tilts) = &tilts {
-            let now = joints(self.drives, self.internal.as_slice());
+            let now = tilts.joints(robot, &self.drives, self.internal.as_slice(), &mut u);
             let torque = robot.spring_torque(&now, self.internal.as_slice());
             let acceleration = factor.solve(&(torque + robot.link_torque(&now) - bias));
             self.tilted = [self.drives.link - now.link, self.drives.link_rate - now.link_rate];
@@ -487,6 +457,50 @@ impl DynamicLinks {
             Ok(())
         } else {
             Err(Diverged { time })
+        }
+    }
+
+    /// The steps of [`advance`](Self::advance). `path`: the motors' angles and rates by the share of
+    /// the way; `joints` takes drives whose link angles are β to those of the springs.
+    #[inline]
+    fn integrate(
+        &mut self,
+        robot: &ElasticRobot,
+        path: impl Fn(f64) -> (JointVector<f64>, JointVector<f64>),
+        (h, substeps): (f64, usize),
+        (factor, bias): (&Ldlt<f64>, &JointVector<f64>),
+        mut joints: impl FnMut(&mut Drives, &[f64]),
+    ) {
+        let mut rates = |(motor, motor_rate): &(JointVector<f64>, JointVector<f64>),
+                         link: JointVector<f64>,
+                         link_rate: JointVector<f64>,
+                         internal: &SVector<f64, INTERNAL_STATES>| {
+            let mut drives = Drives { link, link_rate, motor: *motor, motor_rate: *motor_rate };
+            joints(&mut drives, internal.as_slice());
+            let torque = robot.spring_torque(&drives, internal.as_slice())
+                + robot.link_torque(&drives)
+                - bias;
+            let mut remembered = SVector::<f64, INTERNAL_STATES>::zeros();
+            robot.internal_rates(&drives, internal.as_slice(), remembered.as_mut_slice());
+            (factor.solve(&torque), remembered)
+        };
+        let (half, sixth) = (0.5 * h, h / 6.0);
+        let mut end = path(0.0);
+        for k in 0..substeps {
+            let part = |c: f64| path((k as f64 + c) / substeps as f64);
+            let (start, middle) = (end, part(0.5));
+            end = part(1.0);
+            let Self { drives: Drives { link, link_rate: v1, .. }, internal, .. } = *self;
+            let (a1, z1) = rates(&start, link, v1, &internal);
+            let v2 = v1 + a1 * half;
+            let (a2, z2) = rates(&middle, link + v1 * half, v2, &(internal + z1 * half));
+            let v3 = v1 + a2 * half;
+            let (a3, z3) = rates(&middle, link + v2 * half, v3, &(internal + z2 * half));
+            let v4 = v1 + a3 * h;
+            let (a4, z4) = rates(&end, link + v3 * h, v4, &(internal + z3 * h));
+            self.drives.link = link + (v1 + (v2 + v3) * 2.0 + v4) * sixth;
+            self.drives.link_rate = v1 + (a1 + (a2 + a3) * 2.0 + a4) * sixth;
+            self.internal = internal + (z1 + (z2 + z3) * 2.0 + z4) * sixth;
         }
     }
 }

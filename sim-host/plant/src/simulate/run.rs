@@ -107,6 +107,7 @@ pub fn run_with(
         let reference = Reference::of(scenario, &seam, &start.offset, &target);
         let controlled = cycle.control(time, &reference);
         let w = reference.setpoint.b_from_w;
+        let axes = cycle.seam().axes(target.path);
         let (SimulatedCell { at, state, .. }, nominal) = (&cycle.plant, controlled.nominal);
         let (command, drives, tcp) = (controlled.command, state.drives(), at.frames.tcp);
         let sensed = &controlled.sensed;
@@ -115,7 +116,7 @@ pub fn run_with(
             time,
             phase: target.phase,
             path: target.path,
-            axes: cycle.seam().axes(target.path),
+            axes,
             nominal,
             real: tcp,
             encoder_pose: scenario.controller_model.forward_kinematics(&drives.motor),
@@ -128,7 +129,8 @@ pub fn run_with(
                 &drives,
                 &start.extra_torsion,
             ),
-            force_w: at.reaction.force,
+            // The tool is elsewhere on the seam than planned, and the seam may turn.
+            force_w: axes.tr_mul(&at.wrench().force),
             force_sensed_w: w.tr_mul(&(tcp.rotation * sensed.wrench.force)),
             force_desired: target.force,
             link: drives.link,

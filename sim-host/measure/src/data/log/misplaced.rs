@@ -28,6 +28,17 @@ impl Log {
         self.source.error_of_file(message, help)
     }
 
+    /// A tool that went so far, m, from the end of the seam towards its start.
+    pub(crate) fn against_its_weld(&self, travel: f64) -> InputError {
+        let message = format!(
+            "the tool went {:.0} mm from the seam's end towards its start; expected a weld from `start_m` to `end_m`",
+            1e3 * travel
+        );
+        let help = "Are `start_m` and `end_m` exchanged in the file that `weld` names? The advancing side changes with them. \
+                    Or were the rows read backwards?";
+        self.source.error_of_file(message, help)
+    }
+
     /// Rows in which friction drives the arm.
     pub(crate) fn backwards(&self) -> InputError {
         let message = "by the motor torques this motion was read backwards: friction drives the arm; expected the rows in \

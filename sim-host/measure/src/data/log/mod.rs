@@ -64,6 +64,7 @@ use trueweld_plant::input::{
     Bounds, Document, FileKind, InputError, InputFile, Process, RobotFile, Source, Table, Weld,
     nearest, read_text,
 };
+use trueweld_plant::simulate::Seam;
 
 /// Name of the file that says what a log is.
 pub const LOG_FILE: &str = "log.toml";
@@ -186,13 +187,6 @@ impl Log {
         let robot = RobotFile::read(named("robot")?)?;
         let wanted = |key: &str| kind == LogKind::Weld || root.has(key);
         let weld = if wanted("weld") { Some(Weld::read(named("weld")?)?) } else { None };
-        if weld.as_ref().is_some_and(|weld| weld.path.is_some()) {
-            return Err(root.wrong(
-                "weld",
-                "a straight weld: logs are not yet compared along a curved seam",
-                "A weld/1, or a weld/2 of two points with one normal.",
-            ));
-        }
         let process =
             if wanted("process") { Some(Process::read(named("process")?)?) } else { None };
         let period =
@@ -316,6 +310,13 @@ impl Log {
             }
         };
         Ok(pieces.into_iter().enumerate().map(log).collect())
+    }
+
+    /// Where the tool was along the weld by the encoders, m; `None` where nothing is welded.
+    pub fn along_weld(&self) -> Option<Vec<f64>> {
+        let seam = Seam::of(self.weld.as_ref()?);
+        let tool = |q| self.robot.robot.forward_kinematics(q).position;
+        Some(self.samples.encoder.iter().map(|q| seam.place(&tool(q)).position.x).collect())
     }
 
     /// Takes a tracker's frame that was found, and what it sees of the tool, out of its readings.

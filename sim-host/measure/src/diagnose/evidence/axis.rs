@@ -4,7 +4,6 @@ use super::context::{Axis, Context};
 use crate::data::log::{Log, LogKind};
 use crate::data::rates::{rate, reach};
 use std::f64::consts::TAU;
-use trueweld_plant::simulate::Seam;
 
 impl Axis {
     /// Its values, by log, then by row, NaN where they are not known; `None` where no log has them.
@@ -36,8 +35,8 @@ impl Axis {
                 Some(samples.encoder.iter().map(|q| q[j].rem_euclid(period)).collect())
             }
             Self::Rate(j) => rate(log, &samples.encoder.iter().map(|q| q[j]).collect::<Vec<_>>()),
-            Self::Path => path(log),
-            Self::Feed => rate(log, &path(log)?),
+            Self::Path => log.along_weld(),
+            Self::Feed => rate(log, &log.along_weld()?),
             Self::AxialForce => {
                 Some(averaged(log, samples.force.as_ref()?.iter().map(|f| f.z).collect()))
             }
@@ -81,18 +80,6 @@ fn tool(log: &Log) -> Vec<Vec<f64>> {
         .map(|q| log.robot.robot.forward_kinematics(q).position)
         .collect();
     (0..3).map(|i| positions.iter().map(|p| p[i]).collect()).collect()
-}
-
-fn path(log: &Log) -> Option<Vec<f64>> {
-    let seam = Seam::of(log.weld.as_ref()?);
-    let along = seam.b_from_w.rotation.column(0).into_owned();
-    let tool = tool(log);
-    let origin = seam.b_from_w.position;
-    Some(
-        (0..log.samples.len())
-            .map(|k| (0..3).map(|i| along[i] * (tool[i][k] - origin[i])).sum())
-            .collect(),
-    )
 }
 
 /// Means over the time that a rate is taken over, so that the spindle's ripple does not spread a load.

@@ -149,8 +149,8 @@ impl Lines {
                 let motor = SVector::<_, 6>::from_fn(|i, _| {
                     self.amplitude_of(weld, n + 1, row, |k| shaking[i][k])
                 });
-                let fast = shaken(weld, model, &held.reaction, &q, turning(weld, n + 1));
-                let slow = shaken(weld, model, &held.reaction, &q, folded(weld, n + 1));
+                let fast = shaken(&weld.axes[row], model, &held.reaction, &q, turning(weld, n + 1));
+                let slow = shaken(&weld.axes[row], model, &held.reaction, &q, folded(weld, n + 1));
                 let free = slow.carried * motor;
                 let driven = -(slow.pass * slow.contact * free);
                 let ripple = fast.pass * self.amplitude(weld, n + 1, row, &force);
@@ -225,7 +225,7 @@ impl Lines {
         for &order in &self.orders {
             for ((k, &row), values) in weld.rows.iter().enumerate().zip(values.by_ref()) {
                 let closed = &self.loops[k][order - 1];
-                let to_tool = weld.rotation[row].transpose() * weld.seam.b_from_w.rotation;
+                let to_tool = weld.rotation[row].transpose() * weld.axes[row];
                 let to_tool = to_tool.map(|x| Complex::new(x, 0.0));
                 let ripple = to_tool * (closed.pass * self.amplitude(weld, order, row, &still));
                 let driven = to_tool * closed.driven;
@@ -321,7 +321,7 @@ impl Lines {
         let q = JointVector::from_fn(|i, _| self.encoder[row][i]);
         let held = weld.held(&weld.process(model), row).reaction;
         let Shaken { carried, contact, pass, .. } =
-            shaken(weld, model, &held, &q, folded(weld, order));
+            shaken(&weld.axes[row], model, &held, &q, folded(weld, order));
         let noise = SVector::<_, 6>::from_fn(|i, _| Complex::new(encoder[i].deviation, 0.0));
         let all = pass * contact * carried * Matrix6::from_diagonal(&noise);
         Vector3::from_fn(|c, _| all.row(c).iter().map(|z| z.norm_sqr()).sum::<f64>().sqrt())
@@ -374,7 +374,7 @@ impl Lines {
                     closed.pass * self.amplitude(weld, order, row, &still) + closed.product;
                 let force = ripple.map(|z| z * back) + closed.driven.map(|z| z * driven_back);
                 let read = |part: Vector3<f64>| {
-                    let force = weld.rotation[row].tr_mul(&(weld.seam.b_from_w.rotation * part));
+                    let force = weld.rotation[row].tr_mul(&(weld.axes[row] * part));
                     let truth = Readings { force, ..unread(row as f64 * weld.period) };
                     sensed(ports, Channel::Wrench, truth).force - zero
                 };
@@ -399,17 +399,17 @@ fn folded(weld: &Weld, order: usize) -> f64 {
     turning(weld, order) - rate * (turning(weld, order) / rate).round()
 }
 
-/// Arm and contact at an angular frequency, with the links at `q`. `held`: the reaction of a
-/// tool that carries the push.
+/// Arm and contact at an angular frequency, with the links at `q`. `axes`: of W in B; `held`: the
+/// reaction of a tool that carries the push.
 fn shaken(
-    weld: &Weld,
+    axes: &Matrix3<f64>,
     model: &Model,
     held: &Reaction,
     q: &JointVector<f64>,
     turning: f64,
 ) -> Shaken {
     let frames = model.robot.frames(q);
-    let jacobian = weld.seam.b_from_w.rotation.transpose() * frames.jacobian().0.fixed_rows::<3>(3);
+    let jacobian = axes.transpose() * frames.jacobian().0.fixed_rows::<3>(3);
     let jacobian = jacobian.map(|x| Complex::new(x, 0.0));
     let spring = Matrix6::from_diagonal(&model.robot.dynamic_stiffness(turning));
     let h = model.robot.dynamic_compliance(&frames, turning).unwrap_or_else(Matrix6::zeros);

@@ -1,7 +1,7 @@
 //! The force of a weld: the process under the tool, where the tracker saw the tool.
 //!
-//! The contact turns the tracker's noise into hundreds of newtons, so the tool's motion is taken
-//! from it slowly only. Forces in the plane are in proportion to the depth force, which the sensor
+//! The contact turns the tracker's noise into hundreds of newtons, so forces are compared slowly only,
+//! and the tool's motion is taken from the tracker below the spindle's frequency. Forces in the plane are in proportion to the depth force, which the sensor
 //! knows far better than the depth gives it: they are predicted for the depth force that was
 //! measured. What the spindle's ripple does is predicted at its lines ([`lines`]).
 
@@ -28,6 +28,11 @@ use trueweld_plant::simulate::Seam;
 /// Band of the slow force, Hz, and its largest share of the spindle's frequency.
 const BAND: f64 = 1.2;
 const SPINDLE_SHARE: f64 = 0.2;
+
+/// Band in which the tool is followed, in bands of the slow force. It passes whole what that band
+/// passes, so that a force that jumps is smoothed once, as the measured one is, and nothing at the
+/// spindle's frequency.
+const FOLLOWED: f64 = 3.0;
 
 /// What the predicted slow force is exact to, as a share of the push: the ripple's mean effect is
 /// taken to second order.
@@ -64,7 +69,7 @@ struct ChannelStart {
 impl ChannelStart {
     /// `None` where the force does not depend on it.
     fn of(weld: &Weld, process: &Process, deviation: Vec<f64>) -> Option<Self> {
-        let (w, n) = (&weld.seam.b_from_w.rotation, weld.motion.len());
+        let n = weld.motion.len();
         let still = Process { ripple: Vec::new(), ..process.clone() };
         let first = weld.motion[0].position.x;
         let elsewhere: Vec<Vector3<f64>> = (0..n)
@@ -72,7 +77,8 @@ impl ChannelStart {
                 let travelled = (weld.motion[k].position.x - first).abs();
                 let left = (-travelled / process.memory_length).exp();
                 let push = weld.push(k) / still.reference_force;
-                weld.rotation[k].tr_mul(&(w.column(1) * (still.lateral_stiffness * push * left)))
+                let across = weld.axes[k].column(1);
+                weld.rotation[k].tr_mul(&(across * (still.lateral_stiffness * push * left)))
             })
             .collect();
         let slow = weld.rows.iter().flat_map(|row| {
@@ -134,6 +140,7 @@ impl Contact {
         if n < 2 * low.half() + 2 {
             return Ok(None);
         }
+        let followed = LowPass::new((FOLLOWED * band).min(0.2 / period), period);
         let every = ((0.4 / (band * period)).floor() as usize).max(1);
         let rows: Vec<usize> = (low.half()..n - low.half()).step_by(every).collect();
         // The sensor's axes: the tool's, which turns slowly. Without a tracked rotation, as the
@@ -141,20 +148,24 @@ impl Contact {
         let rotation: Vec<Matrix3<f64>> = match filled_vectors(&s.rotation) {
             Some(r) => {
                 let (first, turned) = turned_from_first(&r);
-                let turned = turned.map(|v| low.smooth(0, &v));
+                let turned = turned.map(|v| followed.smooth(0, &v));
                 (0..n).map(|k| first * rotation_from_vector(&vector(&turned, k))).collect()
             }
             None => s.encoder.iter().map(|q| model.robot.forward_kinematics(q).rotation).collect(),
         };
+        let seam = Seam::real(weld);
+        let axes = (0..n).map(|k| seam.place(&vector(&position, k)).axes).collect();
         let mut weld = Weld {
             process,
-            seam: Seam::of(weld),
+            seam,
+            axes,
             period,
             angle,
             position,
             rotation,
             force: (0..n).map(|k| vector(&force, k)).collect(),
             low,
+            followed,
             rows,
             motion: Vec::new(),
         };
@@ -260,7 +271,6 @@ impl Contact {
         } else {
             &weld.motion
         };
-        let w = &weld.seam.b_from_w.rotation;
         let behind: Vec<Vector3<f64>> = (0..n)
             .map(|k| {
                 let read = Wrench { moment: Vector3::zeros(), force: weld.force[k] };
@@ -272,7 +282,7 @@ impl Contact {
         // The depth force as measured against the predicted one, in W, both below the spindle's
         // frequency: as slow as that, a few values a second tell it.
         let depth: Vec<f64> =
-            (0..n).map(|k| w.column(2).dot(&(weld.rotation[k] * behind[k]))).collect();
+            (0..n).map(|k| weld.axes[k].column(2).dot(&(weld.rotation[k] * behind[k]))).collect();
         let stride = weld.stride();
         let least = CONTACT * process.reference_force;
         let share: Vec<f64> = (0..n + stride)
@@ -296,7 +306,7 @@ impl Contact {
             }
         }
         let read = |k: usize| {
-            let force = weld.rotation[k].tr_mul(&(w * force[k]));
+            let force = weld.rotation[k].tr_mul(&(weld.axes[k] * force[k]));
             let truth = Readings { force, ..unread(k as f64 * weld.period) };
             sensed(ports, Channel::Wrench, truth)
         };

@@ -1,7 +1,7 @@
 //! A weld as it was recorded, in the bands in which its forces are predicted, and the tool followed
 //! through it as the tracker saw it.
 
-use super::super::{Model, pose_behind};
+use super::super::{Model, pose_behind, vector};
 use crate::data::fir::{LowPass, interpolate};
 use nalgebra::{Matrix3, Vector3};
 use trueweld_core::Pose;
@@ -15,6 +15,8 @@ use trueweld_plant::simulate::Seam;
 pub(super) struct Weld {
     pub process: Process,
     pub seam: Seam,
+    /// Axes of W in B where the tool is, at every row.
+    pub axes: Vec<Matrix3<f64>>,
     pub period: f64,
     /// Spindle angle at every row, rad.
     pub angle: Vec<f64>,
@@ -23,6 +25,8 @@ pub(super) struct Weld {
     pub rotation: Vec<Matrix3<f64>>,
     pub force: Vec<Vector3<f64>>,
     pub low: LowPass,
+    /// In which the tool is followed.
+    pub followed: LowPass,
     /// Rows that are compared.
     pub rows: Vec<usize>,
     /// Motion of the tool as the tracker tells it without a delay or a term of its own.
@@ -70,7 +74,6 @@ impl Weld {
     /// `late`: the tracker's delay, s; `memory`: the travel over which the channel follows, m.
     pub fn tool(&self, robot: Option<&ElasticRobot>, late: f64, memory: f64) -> Vec<Tool> {
         let n = self.angle.len();
-        let w = &self.seam.b_from_w;
         let read = |k: usize| {
             let at = |i: usize| match late {
                 0.0 => self.position[i][k],
@@ -91,24 +94,24 @@ impl Weld {
                 })
             })
             .collect();
-        let raw: Vec<Vector3<f64>> = (0..n)
+        let behind: Vec<Vector3<f64>> = (0..n)
             .map(|k| {
                 let (before, share) = (k / stride, (k % stride) as f64 / stride as f64);
-                let undone = undone[before] * (1.0 - share) + undone[before + 1] * share;
-                w.rotation.tr_mul(&(read(k) + undone - w.position))
+                read(k) + undone[before] * (1.0 - share) + undone[before + 1] * share
             })
             .collect();
-        let mut position = vec![Vector3::zeros(); n];
-        let mut velocity = vec![Vector3::zeros(); n];
-        for c in 0..3 {
-            let series: Vec<f64> = raw.iter().map(|p| p[c]).collect();
-            let slow = self.low.smooth(0, &series);
-            let rate = self.low.smooth(1, &series);
-            for k in 0..n {
-                position[k][c] = slow[k];
-                velocity[k][c] = rate[k];
-            }
-        }
+        let [place, rate] = [0, 1].map(|derivative| {
+            [0, 1, 2].map(|c| {
+                let series: Vec<f64> = behind.iter().map(|p| p[c]).collect();
+                self.followed.smooth(derivative, &series)
+            })
+        });
+        let (position, velocity): (Vec<_>, Vec<_>) = (0..n)
+            .map(|k| {
+                let placed = self.seam.place(&vector(&place, k));
+                (placed.position, placed.axes.tr_mul(&vector(&rate, k)))
+            })
+            .unzip();
         // Behind a tool that begins on its way the channel is where it was a memory's length before.
         let mut channel = position[0].y - lag(memory, &position[0], &velocity[0]);
         (0..n)
@@ -199,7 +202,7 @@ impl Weld {
     /// Variance of a component in the sensor's axes at a row, where those in W have these
     /// deviations.
     pub fn turned(&self, deviations: &Vector3<f64>, row: usize, component: usize) -> f64 {
-        let turn = self.seam.b_from_w.rotation.tr_mul(&self.rotation[row]);
+        let turn = self.axes[row].tr_mul(&self.rotation[row]);
         (0..3).map(|j| (turn[(j, component)] * deviations[j]).powi(2)).sum()
     }
 }

@@ -5,9 +5,7 @@ use crate::data::log::{Log, LogKind};
 use crate::data::rates::rate;
 use crate::predict::Prediction;
 use crate::residuals::finding::{Category, Variable};
-use nalgebra::Vector3;
 use trueweld_core::JOINTS;
-use trueweld_plant::simulate::Seam;
 
 /// Bins of a condition, each with as many rows as the others.
 const BINS: usize = 8;
@@ -123,13 +121,8 @@ pub(super) fn of(log: &Log, prediction: &Prediction) -> Vec<Covariate> {
         }
         all.push(number(Variable::Load, load));
     }
-    if let Some(weld) = &log.weld {
-        let seam = Seam::of(weld);
-        let along: Vector3<f64> = seam.b_from_w.rotation.column(0).into();
-        let on_path = |q: &trueweld_core::JointVector<f64>| {
-            along.dot(&(log.robot.robot.forward_kinematics(q).position - seam.b_from_w.position))
-        };
-        all.push(number(Variable::Path, samples.encoder.iter().map(on_path).collect()));
+    if let Some(path) = log.along_weld() {
+        all.push(number(Variable::Path, path));
     }
     all
 }
