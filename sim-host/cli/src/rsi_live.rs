@@ -1,7 +1,7 @@
 //! `--live`: a weld over RSI in a running viewer, as it is made.
 
 use clap::Args;
-use miette::{Result, miette};
+use miette::Result;
 #[cfg(feature = "rerun")]
 use trueweld_output::{Live, LiveWeld};
 #[cfg(feature = "rerun")]
@@ -46,7 +46,9 @@ impl LiveViewer {
         #[cfg(not(feature = "rerun"))]
         {
             let _ = (scenario, compensator);
-            Err(miette!("--live {url}: this build has no Rerun; build it with the feature `rerun`"))
+            Err(miette::miette!(
+                "--live {url}: this build has no Rerun; build it with the feature `rerun`"
+            ))
         }
     }
 }
