@@ -1,12 +1,16 @@
 //! `trueweld record`: logs of a simulated cell, as a laboratory would record them.
 
 use crate::inputs::read;
-use crate::results::{check_empty_folder, check_outputs, check_targets, write};
+use crate::measured::provenance;
+use crate::results::{FormFiles, Results, check_empty_folder, check_outputs, check_targets, write};
 use clap::Args;
 use miette::{IntoDiagnostic, Result};
 use std::path::PathBuf;
 use trueweld_laboratory::ProtocolFile;
-use trueweld_plant::input::{Control, Sensors};
+use trueweld_measure::data::campaign::Campaign;
+use trueweld_output::RecordReport;
+use trueweld_plant::input::{Control, ModelFile, Sensors};
+use trueweld_plant::provenance::{EffectRecord, FileDigest};
 
 /// Arguments of `record`.
 #[derive(Args)]
@@ -22,6 +26,11 @@ pub struct Arguments {
     /// Also write what was built in, to judge answers by
     #[arg(long, value_name = "FILE")]
     truth: Option<PathBuf>,
+    /// Write what was recorded as JSON; `-` writes it to standard output, and the text to standard error
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    #[command(flatten)]
+    forms: FormFiles,
     /// No progress bar
     #[arg(long, short)]
     quiet: bool,
@@ -31,8 +40,15 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<()> {
     let out = &arguments.out;
     check_empty_folder("--out", out)?;
-    let truth = arguments.truth.as_deref().map(|path| ("--truth", path));
-    check_targets(truth.as_slice())?;
+    let results = Results {
+        json: arguments.json.clone(),
+        forms: arguments.forms.clone(),
+        samples: None,
+        quiet: arguments.quiet,
+    };
+    let mut outputs = results.outputs();
+    outputs.extend(arguments.truth.as_deref().map(|path| ("--truth", path)));
+    check_targets(&outputs)?;
     let mut protocol = ProtocolFile::read(&arguments.protocol)?;
     protocol.seed = arguments.seed.unwrap_or(protocol.seed);
     let control = match protocol.control.clone() {
@@ -43,24 +59,25 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         Some(sensors) => sensors,
         None => read::<Sensors>(None, &mut Vec::new())?,
     };
-    check_outputs(truth.as_slice())?;
-    let progress = match arguments.quiet {
-        true => trueweld_output::Progress::silent(),
-        false => trueweld_output::Progress::new("recording", protocol.logs.len() as f64),
-    };
+    check_outputs(&outputs)?;
+    let progress = results.progress("recording", protocol.logs.len() as f64);
     let done = protocol.record(&control, &sensors, out, &|logs| progress.advance_to(logs as f64));
     progress.finish();
-    let text = done.into_diagnostic()?;
-    say!(
-        "recorded {} log{} of {} into {}, seed {}\n",
-        protocol.logs.len(),
-        if protocol.logs.len() == 1 { "" } else { "s" },
-        protocol.model.robot.name,
-        out.display(),
-        protocol.seed
-    );
+    let truth = done.into_diagnostic()?;
+    let recorded = Campaign::read(out)?;
+    let mut provenance = provenance("record", &ModelFile::read(recorded.model)?, &recorded.logs)?;
+    let robot = &protocol.model.robot;
+    provenance.effects.extend(protocol.effects.iter().map(|e| EffectRecord::new(e, robot)));
+    provenance.files.insert(0, FileDigest::of_file("protocol", &arguments.protocol)?);
+    results.write(&RecordReport {
+        folder: out,
+        robot: &robot.name,
+        seed: protocol.seed,
+        logs: &recorded.logs,
+        provenance: &provenance,
+    })?;
     if let Some(path) = &arguments.truth {
-        write(path, &text)?;
+        write(path, &truth)?;
     }
     Ok(())
 }

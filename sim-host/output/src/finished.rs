@@ -14,6 +14,7 @@ use trueweld_evaluate::tune::{TunedController, TunedLaw, Tuning};
 use trueweld_evaluate::{StepFigures, UncertainCell, WeldFigures};
 use trueweld_identify::Identification;
 use trueweld_identify::plan::{PlanOptions, StiffnessPlan};
+use trueweld_measure::data::log::Log;
 use trueweld_measure::data::log::import::Proposal;
 use trueweld_measure::diagnose::{Diagnosis, Explanation, Reason};
 use trueweld_measure::discover::Discovery;
@@ -200,6 +201,21 @@ pub struct MistakesReport<'a> {
     /// What was found.
     pub found: &'a Found,
     /// What the result is of; its command says in which form programs get it.
+    pub provenance: &'a Provenance,
+}
+
+/// A campaign that was recorded of a simulated cell.
+#[derive(Debug, Clone, Copy)]
+pub struct RecordReport<'a> {
+    /// Its folder.
+    pub folder: &'a Path,
+    /// Name of the robot.
+    pub robot: &'a str,
+    /// Seed of everything random.
+    pub seed: u64,
+    /// The logs as they were read again.
+    pub logs: &'a [Log],
+    /// What the result is of.
     pub provenance: &'a Provenance,
 }
 

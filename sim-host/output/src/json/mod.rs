@@ -14,6 +14,7 @@ mod improve;
 mod mistake;
 mod mistakes;
 mod mountings;
+mod record;
 mod register;
 mod simulation;
 mod study;
@@ -43,6 +44,7 @@ pub use improve::{AddedStep, ImproveResult, PosteriorNumber, RejectedStep};
 pub use mistake::{FileMistake, MistakeEvidence};
 pub use mistakes::MistakesResult;
 pub use mountings::{LinkMountings, MountingCombination, MountingTerm};
+pub use record::{RecordResult, RecordedLog};
 pub use register::{RegisterResult, RegisteredPose, RegisteredTracker};
 pub use simulation::{
     CheckResult, CheckedFile, ComparedLaw, FirstLimitResult, JudgedFigureResult, LawPoint,
@@ -80,6 +82,7 @@ pub fn schemas() -> Vec<(&'static str, Schema)> {
         of::<CompareResult>("compare"),
         of::<DiagnoseResult>("diagnose"),
         of::<ImproveResult>("improve"),
+        of::<RecordResult>("record"),
         of::<RegisterResult>("register"),
         of::<ImportResult>("import-log"),
         of::<IdentifyResult>("identify"),

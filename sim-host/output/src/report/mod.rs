@@ -9,6 +9,7 @@ mod import;
 mod improve;
 mod laws;
 mod mistakes;
+mod record;
 mod register;
 mod residuals;
 mod step;
