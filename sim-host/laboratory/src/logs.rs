@@ -11,6 +11,7 @@ use crate::samples::SampleTable;
 use crate::static_arm::{Load, StaticArm};
 use crate::track::{Instant, Track, readings};
 use crate::truth::Truth;
+use crate::weld_file::weld_file;
 use nalgebra::Vector3;
 use std::path;
 use trueweld_compensators::{Entry, Uncompensated};
@@ -396,22 +397,4 @@ fn loads(posture: usize, random: &mut Random) -> Vec<Load> {
             })
             .collect(),
     }
-}
-
-/// Text of a weld's file.
-pub fn weld_file(weld: &Weld) -> String {
-    let list = |v: &Vector3<f64>| format!("[{:?}, {:?}, {:?}]", v.x, v.y, v.z);
-    format!(
-        "schema = \"weld/1\"\nstart_m = {}\nend_m = {}\ntool_axis = {}\nfeed_m_s = {:?}\nfeed_ramp_s = {:?}\n\
-         force_n = {:?}\nforce_ramp_s = {:?}\ninitial_depth_m = {:?}\nsettle_s = {:?}\n",
-        list(&weld.start),
-        list(&weld.end),
-        list(&weld.tool_axis),
-        weld.feed,
-        weld.feed_ramp,
-        weld.force,
-        weld.force_ramp,
-        weld.initial_depth,
-        weld.settle
-    )
 }

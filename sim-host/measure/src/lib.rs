@@ -64,3 +64,6 @@ pub mod posterior;
 pub mod predict;
 pub mod register;
 pub mod residuals;
+
+/// Standard deviations of half a 95 % interval of a normal distribution.
+pub const HALF_95: f64 = 1.96;

@@ -9,7 +9,7 @@
 //! sit in the tool frame. Rotations follow from singular value decompositions (Kabsch), positions
 //! from a linear fit; then all of it is refined by Gauss–Newton, outliers weighted down (Tukey).
 
-use crate::fit::HALF_95;
+use crate::HALF_95;
 use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, SVector, Vector3};
 use trueweld_core::Pose;
 use trueweld_core::spatial::{rotation_from_vector, rotation_vector, skew};

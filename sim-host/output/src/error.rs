@@ -24,7 +24,7 @@ pub enum OutputError {
         reason: String,
     },
     /// No viewer to stream to, or one that went away.
-    #[error("--live {url}: {reason}")]
+    #[error("{url}: {reason}")]
     #[diagnostic(
         code(trueweld::output::live),
         help("start a viewer of Rerun 0.36 first: rerun; it says where it listens")

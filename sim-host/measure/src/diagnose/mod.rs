@@ -26,6 +26,7 @@ pub(crate) use search::{further, refit};
 pub(crate) use sparse::sparse;
 pub use tell::{Explanation, ImprovedChannel, Reason, reason_of_best, tell};
 
+use crate::HALF_95;
 use crate::data::log::{Log, LogKind};
 use crate::fit::calibration::is_calibration;
 use crate::fit::{self, EffectScope, End, FitProblem, Fitted, Residuals};
@@ -273,7 +274,7 @@ pub(crate) fn found(fitted: &Fitted, wanted: impl Fn(EffectScope) -> bool) -> Ve
         let value = fitted.point.value(free);
         let deviation = deviations.as_ref().map_or(f64::INFINITY, |d| d[k]);
         let scattered = scatter.as_ref().map_or(f64::INFINITY, |d| d[k]);
-        let reach = (fit::HALF_95 * deviation * inflation.sqrt()).max(OF_BLOCKS * scattered)
+        let reach = (HALF_95 * deviation * inflation.sqrt()).max(OF_BLOCKS * scattered)
             * fit::unit(parameter, value);
         all[index].interval[free.parameter] = [value - reach, value + reach];
     }

@@ -324,7 +324,8 @@ pub fn covariance(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fit::{BLOCKS, HALF_95};
+    use crate::HALF_95;
+    use crate::fit::BLOCKS;
     use crate::predict::Prediction;
 
     const ROWS: usize = 600;

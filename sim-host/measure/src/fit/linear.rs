@@ -18,10 +18,33 @@ pub struct Linear {
     pub prior: DMatrix<f64>,
     /// Distance from what was expected.
     pub away: DVector<f64>,
-    /// Weight of what each value is drawn to where a block is left out, and the distance from
-    /// there.
-    pub hold: (DVector<f64>, DVector<f64>),
+    /// What holds the values where a block is left out.
+    pub hold: Hold,
 }
+
+/// What values are drawn to where a block is left out: an effect of which the other blocks say
+/// nothing is none, and what shapes it stays.
+#[derive(Debug, Clone)]
+pub struct Hold {
+    /// Weight on each value.
+    pub weight: DVector<f64>,
+    /// Distance from what it is drawn to.
+    pub away: DVector<f64>,
+    /// Values that shape an effect.
+    pub shapes: Vec<usize>,
+}
+
+impl Hold {
+    /// Nothing holds so many values.
+    pub fn none(values: usize) -> Self {
+        Self { weight: DVector::zeros(values), away: DVector::zeros(values), shapes: Vec::new() }
+    }
+}
+
+/// How far a value that shapes an effect may go where a block is left out, in deviations of what all
+/// blocks tell: the only block in which a step lies tells where, and the edge of its neighbour does
+/// not.
+const STAYS: f64 = 3.0;
 
 impl Linear {
     /// The normal equations from residuals and slopes.
@@ -39,7 +62,7 @@ impl Linear {
             rest: vec![0.0; BLOCKS],
             prior,
             away,
-            hold: (DVector::zeros(n), DVector::zeros(n)),
+            hold: Hold::none(n),
         };
         linear.add(blocks, at, slopes, (0..n, 0..n));
         linear.add_rest(blocks, at);
@@ -108,7 +131,11 @@ impl Linear {
             rest: self.rest.clone(),
             prior: self.prior.clone().resize(all, all, 0.0),
             away: longer(&self.away),
-            hold: (longer(&self.hold.0), longer(&self.hold.1)),
+            hold: Hold {
+                weight: longer(&self.hold.weight),
+                away: longer(&self.hold.away),
+                shapes: self.hold.shapes.clone(),
+            },
         };
         let slopes: Vec<&Slopes> = known[..n].iter().chain(more.iter().copied()).collect();
         linear.add(blocks, at, &slopes, (n..all, n..all));
@@ -152,8 +179,8 @@ impl Linear {
         let mut slope = &self.prior * &self.away;
         (0..BLOCKS).filter(|b| Some(*b) != left_out).for_each(|b| slope += &self.slope[b]);
         if left_out.is_some() {
-            square += DMatrix::from_diagonal(&self.hold.0);
-            slope += self.hold.0.component_mul(&self.hold.1);
+            square += DMatrix::from_diagonal(&self.hold.weight);
+            slope += self.hold.weight.component_mul(&self.hold.away);
         }
         (square, slope)
     }
@@ -219,10 +246,29 @@ impl Linear {
         self.rest[b] + 2.0 * self.slope[b].dot(step) + (&self.square[b] * step).dot(step)
     }
 
+    /// The same with the values that shape effects held to what all blocks tell of them; `None`
+    /// where there are none.
+    fn staying(&self, only: Option<&[usize]>) -> Option<Self> {
+        if self.hold.shapes.is_empty() {
+            return None;
+        }
+        let deviations = self.solve(None, 0.0, only)?.deviations();
+        let mut held = self.clone();
+        for &k in &self.hold.shapes {
+            let weight = (STAYS * deviations[k]).powi(-2);
+            if weight.is_finite() {
+                held.hold.weight[k] = held.hold.weight[k].max(weight);
+            }
+        }
+        Some(held)
+    }
+
     /// Sum of squares of each block, predicted from all the others.
     pub fn held_out(&self, only: Option<&[usize]>) -> Vec<f64> {
+        let staying = self.staying(only);
+        let held = staying.as_ref().unwrap_or(self);
         (0..BLOCKS)
-            .map(|b| match self.solve(Some(b), 0.0, only) {
+            .map(|b| match held.solve(Some(b), 0.0, only) {
                 Some(found) => self.block_after(b, &found.step),
                 None => self.rest[b],
             })
@@ -337,6 +383,26 @@ mod tests {
     }
 
     #[test]
+    fn what_one_block_alone_tells_of_a_shape_stays_where_it_is_left_out() {
+        // The first block tells it to a tenth, the second to ten, and is off by a half of that.
+        let one = |value: f64| DMatrix::from_element(1, 1, value);
+        let mut linear = Linear {
+            square: vec![one(0.0); BLOCKS],
+            slope: vec![DVector::zeros(1); BLOCKS],
+            rest: vec![1.0; BLOCKS],
+            prior: DMatrix::zeros(1, 1),
+            away: DVector::zeros(1),
+            hold: Hold::none(1),
+        };
+        (linear.square[0], linear.square[1]) = (one(100.0), one(0.01));
+        linear.slope[1][0] = -0.05;
+        let of_size = linear.held_out(None)[0];
+        linear.hold.shapes = vec![0];
+        let of_shape = linear.held_out(None)[0];
+        assert!((of_size - 2501.0).abs() < 1.0 && of_shape < 1.1, "{of_size} {of_shape}");
+    }
+
+    #[test]
     fn what_blocks_disagree_by_is_the_scatter_of_their_means() {
         // One value, the mean: the slope of each residual is −1, a block is ten of them.
         let off = |b: usize| if b.is_multiple_of(2) { 1.0 } else { -1.0 };
@@ -346,7 +412,7 @@ mod tests {
             rest: vec![10.0; BLOCKS],
             prior: DMatrix::zeros(1, 1),
             away: DVector::zeros(1),
-            hold: (DVector::zeros(1), DVector::zeros(1)),
+            hold: Hold::none(1),
         };
         // White noise of 1 would leave 1/√100; blocks that are off by ±1 leave √(1/9).
         assert!((linear.factor().unwrap().deviations()[0] - 0.1).abs() < 1e-6);

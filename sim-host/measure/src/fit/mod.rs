@@ -13,7 +13,7 @@ pub mod per_log;
 mod solver;
 
 pub(crate) use linear::Factor;
-pub use linear::{Linear, Step};
+pub use linear::{Hold, Linear, Step};
 pub use solver::{Effort, End, Fitted, fit};
 
 use crate::predict::{Experiment, Model, PredictError, Prediction};
@@ -26,9 +26,6 @@ use trueweld_plant::input::{ModelEffect, ModelFile, Scope};
 
 /// Blocks in time that can be left out.
 pub const BLOCKS: usize = 10;
-
-/// Standard deviations of half a 95 % interval of a normal distribution.
-pub const HALF_95: f64 = 1.96;
 
 /// Logs made ready, and the model they judge.
 #[derive(Debug)]
@@ -285,23 +282,24 @@ impl FitState {
         }
     }
 
-    /// Weight on each value and how far it is from what it is drawn to, in the fit's units, while
-    /// blocks are left out: an effect of which the other blocks say nothing is none, and what
-    /// shapes it stays.
-    fn hold(&self) -> (DVector<f64>, DVector<f64>) {
-        let n = self.free.len();
-        let (mut weight, mut away) = (DVector::zeros(n), DVector::zeros(n));
+    /// What holds the values while blocks are left out, in the fit's units.
+    fn hold(&self) -> Hold {
+        let mut hold = Hold::none(self.free.len());
         for (k, free) in self.free.iter().enumerate().filter(|(_, f)| !f.expected.is_finite()) {
             let (parameter, value) = (self.parameter(free), self.value(free));
             match parameter.role {
                 Role::Size { step, neutral } if value != neutral => {
-                    away[k] = (value - neutral) / step;
-                    weight[k] = away[k].powi(-2);
+                    hold.away[k] = (value - neutral) / step;
+                    hold.weight[k] = hold.away[k].powi(-2);
                 }
-                role => weight[k] = reach(role).powi(-2),
+                Role::Size { .. } | Role::Reciprocal { .. } => {}
+                role => {
+                    hold.weight[k] = reach(role).powi(-2);
+                    hold.shapes.push(k);
+                }
             }
         }
-        (weight, away)
+        hold
     }
 
     /// Curvature of the priors and how far each value is from where it was expected, in the fit's

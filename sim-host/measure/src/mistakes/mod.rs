@@ -232,7 +232,7 @@ fn off_its_weld(log: &Log, rows: &[Row], model: &Model) -> Option<InputError> {
         return Some(log.of_another_weld(away));
     }
     let travel = place(rows.last()?).x - place(rows.first()?).x;
-    (travel < -NEAR).then(|| log.against_its_weld(-travel))
+    (travel < -NEAR.min(0.5 * seam.length)).then(|| log.against_its_weld(-travel))
 }
 
 /// Where the trackers of some logs stand: one that all of them share, or where that leaves much, one

@@ -5,9 +5,9 @@
 //! compare, each over its noise, against the arm as the model bends it.
 
 use super::Registered;
+use crate::HALF_95;
 use crate::data::log::{Log, LogKind};
 use crate::data::noise::{NoiseLevels, instruments};
-use crate::fit::HALF_95;
 use crate::predict::{Compared, Experiment, Model, Quantity};
 use crate::register::{Mounting, Registration};
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};

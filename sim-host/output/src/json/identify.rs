@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 use trueweld_identify::plan::Load;
 use trueweld_identify::{CurvePoint, Mode, Number, Section, StiffnessCurve, WeldPart};
-use trueweld_measure::fit::HALF_95;
+use trueweld_measure::HALF_95;
 use trueweld_plant::provenance::Provenance;
 
 /// Numbers of a cell that were identified from logs.

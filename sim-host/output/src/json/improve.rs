@@ -11,8 +11,8 @@ use crate::words::compare::notice;
 use crate::words::diagnose::{not_kept, undone};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use trueweld_measure::HALF_95;
 use trueweld_measure::diagnose::FittedEffect;
-use trueweld_measure::fit::HALF_95;
 use trueweld_plant::input::{MeasuredNumber, Posterior, RobotFile};
 use trueweld_plant::provenance::Provenance;
 

@@ -4,7 +4,7 @@ use super::{Scale, counted, digits, fixed, listed, score, share, signed_share};
 use crate::{IdentifyReport, StiffnessPlanReport};
 use trueweld_identify::plan::{Load, PlannedLoad};
 use trueweld_identify::{Identification, Mode, Number, Section, StiffnessCurve, Target, WeldPart};
-use trueweld_measure::fit::HALF_95;
+use trueweld_measure::HALF_95;
 
 /// Score from which on the model itself counts as not fitting: a third above the noise.
 const MISFIT: f64 = 1.3;

@@ -1,10 +1,10 @@
 //! What is said of files of unknown make, and the `log.toml` that reads them.
 
 use super::{counted, listed};
+use trueweld_measure::HALF_95;
 use trueweld_measure::data::log::import::{Doubt, Ground, LeftOut, Proposal, ProposedColumn};
 use trueweld_measure::data::log::units::unit_named;
 use trueweld_measure::data::log::{channel_name, dimension};
-use trueweld_measure::fit::HALF_95;
 use trueweld_plant::input::FILL_IN;
 
 /// What to do about what is not known.

@@ -30,7 +30,7 @@ use trueweld_measure::diagnose::{
     Verdict,
 };
 use trueweld_measure::experiment::{Channels, Excitation, Plan, PlanRow, Procedure};
-use trueweld_measure::fit::{End, FitState, Fitted, Linear};
+use trueweld_measure::fit::{End, FitState, Fitted, Hold, Linear};
 use trueweld_measure::improve::{Improvement, Rejected, Rejection, Step};
 use trueweld_measure::predict::{Prediction, Quantity};
 use trueweld_measure::residuals::compare::{
@@ -448,7 +448,7 @@ pub fn diagnosis(verdict: Verdict) -> Parts {
             rest: Vec::new(),
             prior: DMatrix::zeros(0, 0),
             away: DVector::zeros(0),
-            hold: (DVector::zeros(0), DVector::zeros(0)),
+            hold: Hold::none(0),
         },
         cost: 0.0,
         end: End::Arrived,
