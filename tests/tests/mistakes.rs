@@ -251,6 +251,14 @@ fn what_no_mistake_explains_is_given_no_name() {
     }
     let error = find(&mut logs, &case.model).expect_err("a seam from its end to its start");
     assert!(error.message().contains("from the seam's end towards its start"), "{error}");
+    let mut logs = case.logs.clone();
+    for weld in logs.iter_mut().filter_map(|log| log.weld.as_mut()) {
+        let down = weld.tool_axis * 0.012;
+        weld.start += down;
+        weld.end += down;
+    }
+    let error = find(&mut logs, &case.model).expect_err("a plate 12 mm deeper");
+    assert!(error.message().contains("mm from the surface that `weld` states"), "{error}");
 }
 
 /// Sum of squares of the tracker's residuals over their noise.

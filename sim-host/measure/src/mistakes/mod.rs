@@ -215,7 +215,8 @@ fn found(logs: &mut [Log], model: &Model) -> Result<Found, InputError> {
     Ok(found)
 }
 
-/// Why a weld log is none of its seam: its tool was nowhere near it, or went the other way.
+/// Why a weld log is none of its seam: its tool was nowhere near it, went the other way, or pressed
+/// where there is no plate.
 fn off_its_weld(log: &Log, rows: &[Row], model: &Model) -> Option<InputError> {
     /// What a tool may be beside the seam, or go backwards along it, m: a taught path is off by
     /// millimetres.
@@ -232,7 +233,31 @@ fn off_its_weld(log: &Log, rows: &[Row], model: &Model) -> Option<InputError> {
         return Some(log.of_another_weld(away));
     }
     let travel = place(rows.last()?).x - place(rows.first()?).x;
-    (travel < -NEAR.min(0.5 * seam.length)).then(|| log.against_its_weld(-travel))
+    if travel < -NEAR.min(0.5 * seam.length) {
+        return Some(log.against_its_weld(-travel));
+    }
+    let far = far_from_surface(log, &seam, weld.force)?;
+    (far > ON_SURFACE).then(|| log.off_its_surface(far))
+}
+
+/// What a tool that presses may be from the surface, m: it stands in the plate by less, and plates
+/// are clamped, and trackers registered, to a millimetre or two.
+const ON_SURFACE: f64 = 5e-3;
+
+/// How far from the surface the tool was seen at most, m, in nine of ten rows in which it pressed by
+/// half of `push`, N, at least; `None` where nobody saw the tool's centre, or it never did.
+fn far_from_surface(log: &Log, seam: &Seam, push: f64) -> Option<f64> {
+    let (force, position) = (log.samples.force.as_ref()?, log.samples.position.as_ref()?);
+    if log.origin.target.is_some_and(|at| at != Vector3::zeros()) {
+        return None;
+    }
+    let pressed = force.iter().zip(position).filter(|(f, _)| f.z.abs() > 0.5 * push);
+    let mut far: Vec<f64> = pressed
+        .map(|(_, at)| seam.place(at).position.z.abs())
+        .filter(|far| far.is_finite())
+        .collect();
+    far.sort_by(f64::total_cmp);
+    far.get(far.len() * 9 / 10).copied()
 }
 
 /// Where the trackers of some logs stand: one that all of them share, or where that leaves much, one

@@ -39,6 +39,17 @@ impl Log {
         self.source.error_of_file(message, help)
     }
 
+    /// A tool that pressed so far, m, from the surface that the log's weld states.
+    pub(crate) fn off_its_surface(&self, far: f64) -> InputError {
+        let message = format!(
+            "pressing, the tool was seen up to {:.0} mm from the surface that `weld` states; expected it in the plate",
+            1e3 * far
+        );
+        let help = "Are the points, the tool axis or the normals, and the part's place in the file that `weld` names those of this \
+                    plate? They are given in the robot's base.";
+        self.source.error_of_file(message, help)
+    }
+
     /// Rows in which friction drives the arm.
     pub(crate) fn backwards(&self) -> InputError {
         let message = "by the motor torques this motion was read backwards: friction drives the arm; expected the rows in \
