@@ -3,6 +3,8 @@
 use clap::Args;
 use miette::Result;
 #[cfg(feature = "rerun")]
+use miette::WrapErr;
+#[cfg(feature = "rerun")]
 use trueweld_output::{Live, LiveWeld};
 #[cfg(feature = "rerun")]
 use trueweld_plant::simulate::Recording;
@@ -39,7 +41,9 @@ impl LiveViewer {
             let recording = Recording::begun(scenario, compensator);
             let seam = Seam::of(scenario.weld);
             let weld = LiveWeld { recording, robot, seam, exaggeration: 50.0 };
-            let live = Live::connect(url, weld)?;
+            let live = Live::connect(url, weld)
+                .map_err(miette::Report::from)
+                .wrap_err("--live: no viewer is shown the weld")?;
             say!("shown at {url}\n");
             Ok(Shown { live: Some(live) })
         }
