@@ -85,11 +85,15 @@ pub(crate) fn reason(of: &Requirement) -> Option<String> {
         }
         Reason::Unstable { of: condition, held, spectral_radius } => {
             let why = match spectral_radius {
-                _ if *held => "only a limit holds it".to_owned(),
-                radius if radius.is_finite() => format!("spectral radius {radius:.4}"),
-                _ => "it runs away".to_owned(),
+                _ if *held => {
+                    "the correction stands at a limit, at rest or to and fro, and the loop has no margin there".to_owned()
+                }
+                radius if radius.is_finite() => {
+                    format!("the loop is not stable: spectral radius {radius:.4}")
+                }
+                _ => "the loop is not stable: it runs away".to_owned(),
             };
-            format!("{}, the loop is not stable: {why}", under(condition))
+            format!("{}, {why}", under(condition))
         }
         Reason::Fault { fault, worst: Shortfall { failed: Some(why), .. }, .. } => {
             format!("with a {fault} the weld is not made: {why}")
