@@ -148,8 +148,7 @@ impl Tally {
             let found = Rate::of(&none, |j| j.discovered.is_some());
             writeln!(out, "\nA law found where nothing is hidden: {found}.")?;
         }
-        let of_law = |j: &Judged| j.unknown && OutsideLaw::named(&j.truth[0]).is_some();
-        let all = self.with(|j| of_law(j) && j.seen[0].ratio >= BANDS[2].1);
+        let all = self.with(|j| law_of(j).is_some() && j.seen[0].ratio >= BANDS[2].1);
         if all.is_empty() {
             return Ok(());
         }
@@ -159,7 +158,9 @@ impl Tally {
              |---|---|---|---|---|---|---|"
         )?;
         let mut rows: BTreeMap<&str, Vec<&Judged>> = BTreeMap::new();
-        all.iter().for_each(|j| rows.entry(&j.truth[0]).or_default().push(j));
+        for (law, j) in all.iter().filter_map(|j| Some((law_of(j)?, j))) {
+            rows.entry(law.name).or_default().push(j);
+        }
         for (law, cases) in &rows {
             let [named, found, right, tied] = Self::of_laws(cases).map(|rate| rate.hits);
             let (count, fall) = (cases.len(), median_fall(cases));
@@ -238,6 +239,12 @@ fn statements(judged: &Judged) -> Vec<(f64, bool)> {
     let sum: f64 = stated.iter().map(|s| s.0).sum();
     stated.push(((1.0 - sum).clamp(0.0, 1.0), !any));
     stated
+}
+
+/// The law outside the library that is hidden, whatever joint it is at.
+fn law_of(j: &Judged) -> Option<&'static OutsideLaw> {
+    let (name, _) = j.truth.first()?.split_once(" [").unwrap_or((j.truth.first()?, ""));
+    OutsideLaw::named(name).filter(|_| j.unknown)
 }
 
 /// Median share by which the error above the floor falls where nothing was fitted.
