@@ -243,8 +243,7 @@ fn statements(judged: &Judged) -> Vec<(f64, bool)> {
 
 /// The law outside the library that is hidden, whatever joint it is at.
 fn law_of(j: &Judged) -> Option<&'static OutsideLaw> {
-    let (name, _) = j.truth.first()?.split_once(" [").unwrap_or((j.truth.first()?, ""));
-    OutsideLaw::named(name).filter(|_| j.unknown)
+    OutsideLaw::named(kind_of(j.truth.first()?)).filter(|_| j.unknown)
 }
 
 /// Median share by which the error above the floor falls where nothing was fitted.
@@ -280,10 +279,14 @@ fn weaker(judged: &Judged) -> f64 {
     judged.seen.iter().map(|seen| seen.ratio).fold(f64::INFINITY, f64::min)
 }
 
-/// `backlash [A5]`, … without their places.
+/// `backlash [A5]` without its place.
+fn kind_of(effect: &str) -> &str {
+    effect.split(' ').next().unwrap_or(effect)
+}
+
+/// The same of each, in one line.
 fn kinds_of(effects: &[String]) -> String {
-    let kind = |words: &String| words.split(' ').next().unwrap_or(words).to_owned();
-    effects.iter().map(kind).collect::<Vec<_>>().join(" + ")
+    effects.iter().map(|effect| kind_of(effect)).collect::<Vec<_>>().join(" + ")
 }
 
 fn answer(judged: &Judged) -> String {

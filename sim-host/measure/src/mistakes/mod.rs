@@ -229,7 +229,7 @@ fn off_its_weld(log: &Log, rows: &[Row], model: &Model) -> Option<InputError> {
         let at = place(row);
         (at - Vector3::x() * at.x.clamp(0.0, seam.length)).norm()
     };
-    if let Some(away) = refine::median(rows.iter().map(away)).filter(|away| *away > NEAR) {
+    if let Some(away) = refine::quantile(rows.iter().map(away), 5).filter(|away| *away > NEAR) {
         return Some(log.of_another_weld(away));
     }
     let travel = place(rows.last()?).x - place(rows.first()?).x;
@@ -252,12 +252,8 @@ fn far_from_surface(log: &Log, seam: &Seam, push: f64) -> Option<f64> {
         return None;
     }
     let pressed = force.iter().zip(position).filter(|(f, _)| f.z.abs() > 0.5 * push);
-    let mut far: Vec<f64> = pressed
-        .map(|(_, at)| seam.place(at).position.z.abs())
-        .filter(|far| far.is_finite())
-        .collect();
-    far.sort_by(f64::total_cmp);
-    far.get(far.len() * 9 / 10).copied()
+    let far = pressed.map(|(_, at)| seam.place(at).position.z.abs());
+    refine::quantile(far.filter(|far| far.is_finite()), 9)
 }
 
 /// Where the trackers of some logs stand: one that all of them share, or where that leaves much, one

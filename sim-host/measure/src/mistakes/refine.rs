@@ -48,7 +48,7 @@ pub(super) fn refine(logs: &mut [Log], registered: &mut [Registered], model: &Mo
         };
         for (_, _, rows) in of_logs.iter().filter(counts) {
             // What is left of the frame is no outlier.
-            let size = median(rows.iter().map(|(_, residual)| residual.abs())).unwrap_or(0.0);
+            let size = quantile(rows.iter().map(|(_, residual)| residual.abs()), 5).unwrap_or(0.0);
             let most = OUTLIER * size.max(1.0);
             for (slope, residual) in rows.iter().filter(|(_, residual)| residual.abs() < most) {
                 let weight = (1.0 - (residual / most).powi(2)).powi(2);
@@ -100,14 +100,14 @@ fn unexplained(rows: &[Row]) -> Option<f64> {
     let least = 1e-9 * normal.trace();
     (0..6).for_each(|k| normal[(k, k)] += least);
     let by = normal.cholesky()?.solve(&right);
-    median(rows.iter().map(|(slope, r)| (r - slope.fixed_rows::<6>(0).dot(&by)).abs()))
+    quantile(rows.iter().map(|(slope, r)| (r - slope.fixed_rows::<6>(0).dot(&by)).abs()), 5)
 }
 
-/// The middle one of some values, the upper of two; `None` of none.
-pub(super) fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
+/// The value that so many tenths of some values are below; `None` of none.
+pub(super) fn quantile(values: impl Iterator<Item = f64>, tenths: usize) -> Option<f64> {
     let mut values: Vec<f64> = values.collect();
     values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied()
+    values.get(values.len() * tenths / 10).copied()
 }
 
 /// Takes over the intervals of a covariance in axes of B; `turn`: to the tracker's.

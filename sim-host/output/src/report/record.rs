@@ -3,9 +3,8 @@
 use super::Report;
 use crate::RecordReport;
 use crate::document::{Block, Document, Table, number, words};
-use crate::json::RecordResult;
+use crate::json::{RecordResult, RecordedLog};
 use crate::words::{counted, fixed};
-use trueweld_measure::data::log::Log;
 
 impl Report for RecordReport<'_> {
     type Json = RecordResult;
@@ -25,19 +24,14 @@ impl Report for RecordReport<'_> {
         let mut document = Document::new("Record", headline, self.provenance);
         let head =
             vec![words("log"), words("kind"), number("rows"), number("from, s"), number("to, s")];
-        let row = |log: &Log| {
-            let time = |of: Option<&f64>| number(of.map_or(String::new(), |t| fixed(*t, 3)));
-            vec![
-                words(log.name.clone()),
-                words(log.kind.name()),
-                number(log.samples.len().to_string()),
-                time(log.samples.time.first()),
-                time(log.samples.time.last()),
-            ]
+        let row = |log: &RecordedLog| {
+            let [from, to] = log.time_s.map(|time| number(fixed(time, 3)));
+            let rows = number(log.rows.to_string());
+            vec![words(log.name.clone()), words(log.kind.clone()), rows, from, to]
         };
         document.push(Block::Table(Table {
             head: vec![head],
-            rows: self.logs.iter().map(row).collect(),
+            rows: self.json().logs.iter().map(row).collect(),
         }));
         document
     }

@@ -17,6 +17,12 @@
 //! than their sum. An arm whose C is off by a share ε leaves ε (1 − (1 + Z C)⁻¹) δF in it, one whose
 //! G is leaves ε (1 + Z C)⁻¹ Z G θₙ, and one whose inertia is off, which changes both, the difference:
 //! the larger one counts as noise.
+//!
+//! Of what the encoders show at an order part is their noise, and the contact makes hundreds of newtons
+//! of it. A residual with that in it would shrink with any effect that makes the predicted force
+//! smaller, whatever it is; so θₙ is the amplitude that is likeliest given the reading (Wiener): the
+//! reading times the share of its mean square that the noise does not make. No factor on it then lowers
+//! the residual.
 
 use super::super::{Compared, Model, Quantity, sensed, unread};
 use super::tool::{Held, Weld};
@@ -49,6 +55,8 @@ const TOLD: f64 = 31.0;
 #[derive(Debug, Clone)]
 pub(super) struct Lines {
     encoder: Vec<JointVector<f64>>,
+    /// Share of each encoder's amplitude at every order that its noise does not make.
+    trusted: [JointVector<f64>; ORDERS],
     /// Twice the cosine and the sine of the spindle's angle, times each order.
     waves: Vec<[Vec<f64>; 2]>,
     /// How the tool shakes at the spindle's orders, beside what the tracker sees: position and
@@ -102,10 +110,11 @@ fn alone(turning: f64, apart: f64) -> Vec<usize> {
 
 impl Lines {
     /// Closes the loop of contact and arm at every compared row, and shakes the tool with what
-    /// comes of it. `turning`: turns of the spindle a second; `band`, Hz, of the slow force.
+    /// comes of it. `encoder`: readings and their noise; `turning`: turns of the spindle a second;
+    /// `band`, Hz, of the slow force.
     pub fn new(
         weld: &Weld,
-        encoder: &[JointVector<f64>],
+        (encoder, level): (&[JointVector<f64>], &[Level]),
         model: &Model,
         turning: f64,
         band: f64,
@@ -115,6 +124,7 @@ impl Lines {
         };
         let mut lines = Self {
             encoder: encoder.to_vec(),
+            trusted: [JointVector::zeros(); ORDERS],
             waves: (1..=ORDERS).map(|n| [wave(n, f64::cos), wave(n, f64::sin)]).collect(),
             shake: vec![[Vector3::zeros(); 2]; encoder.len()],
             loops: Vec::new(),
@@ -122,11 +132,11 @@ impl Lines {
             aside: APART * band / turning,
             measured: Vec::new(),
         };
-        lines.close(weld, model);
+        lines.close(weld, model, level);
         lines
     }
 
-    fn close(&mut self, weld: &Weld, model: &Model) {
+    fn close(&mut self, weld: &Weld, model: &Model, level: &[Level]) {
         let process = weld.process(model);
         let encoder: Vec<Vec<f64>> =
             (0..6).map(|i| self.encoder.iter().map(|q| q[i]).collect()).collect();
@@ -136,6 +146,19 @@ impl Lines {
             .zip(&smooth)
             .map(|(e, s)| e.iter().zip(s).map(|(a, b)| a - b).collect())
             .collect();
+        // By order and row.
+        let mut motors = vec![vec![SVector::<Complex<f64>, 6>::zeros(); weld.rows.len()]; ORDERS];
+        for order in self.orders.clone() {
+            let motors = &mut motors[order - 1];
+            for (motor, &row) in motors.iter_mut().zip(&weld.rows) {
+                *motor =
+                    SVector::from_fn(|i, _| self.amplitude_of(weld, order, row, |k| shaking[i][k]));
+            }
+            let trusted = trusted(motors, level, 2.0 * weld.low.gain(0));
+            let real = trusted.map(|share| Complex::new(share, 0.0));
+            motors.iter_mut().for_each(|motor| *motor = motor.component_mul(&real));
+            self.trusted[order - 1] = trusted;
+        }
         let force = weld.forces(&process, &Ports::default(), &weld.motion, None);
         let force = weld.quick_vectors(&force);
         let mut amplitude = vec![[[Vector3::<Complex<f64>>::zeros(); 2]; ORDERS]; weld.rows.len()];
@@ -146,12 +169,9 @@ impl Lines {
             let mut closed = [Closed::default(); ORDERS];
             let mut contact = [[Matrix3::zeros(); 2]; ORDERS];
             for n in self.orders.iter().map(|order| order - 1) {
-                let motor = SVector::<_, 6>::from_fn(|i, _| {
-                    self.amplitude_of(weld, n + 1, row, |k| shaking[i][k])
-                });
                 let fast = shaken(&weld.axes[row], model, &held.reaction, &q, turning(weld, n + 1));
                 let slow = shaken(&weld.axes[row], model, &held.reaction, &q, folded(weld, n + 1));
-                let free = slow.carried * motor;
+                let free = slow.carried * motors[n][k];
                 let driven = -(slow.pass * slow.contact * free);
                 let ripple = fast.pass * self.amplitude(weld, n + 1, row, &force);
                 // The nominal ripple shakes the tool, and the motors move it, the contact against
@@ -322,7 +342,11 @@ impl Lines {
         let held = weld.held(&weld.process(model), row).reaction;
         let Shaken { carried, contact, pass, .. } =
             shaken(&weld.axes[row], model, &held, &q, folded(weld, order));
-        let noise = SVector::<_, 6>::from_fn(|i, _| Complex::new(encoder[i].deviation, 0.0));
+        // What is not known of a likeliest amplitude: the trusted share of the noise.
+        let trusted = self.trusted[order - 1];
+        let noise = SVector::<_, 6>::from_fn(|i, _| {
+            Complex::new(encoder[i].deviation * trusted[i].sqrt(), 0.0)
+        });
         let all = pass * contact * carried * Matrix6::from_diagonal(&noise);
         Vector3::from_fn(|c, _| all.row(c).iter().map(|z| z.norm_sqr()).sum::<f64>().sqrt())
     }
@@ -384,6 +408,20 @@ impl Lines {
             }
         }
     }
+}
+
+/// Share of the mean square of each encoder's amplitudes, by row, that its noise does not make.
+/// `white`: variance of a part of an amplitude per variance of a reading.
+fn trusted(
+    amplitudes: &[SVector<Complex<f64>, 6>],
+    level: &[Level],
+    white: f64,
+) -> JointVector<f64> {
+    JointVector::from_fn(|i, _| {
+        let square = amplitudes.iter().map(|z| z[i].norm_sqr()).sum::<f64>();
+        let noise = 2.0 * white * level[i].deviation.powi(2) * amplitudes.len() as f64;
+        if square > noise { 1.0 - noise / square } else { 0.0 }
+    })
 }
 
 /// Angular frequency of an order, rad/s; signed, as a spindle turns.

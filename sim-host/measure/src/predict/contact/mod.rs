@@ -185,7 +185,7 @@ impl Contact {
             return Ok(None);
         }
         let lined = |weld: &Weld| {
-            let mut lines = Lines::new(weld, &s.encoder, model, turning, band);
+            let mut lines = Lines::new(weld, (&s.encoder, &encoder), model, turning, band);
             let mut amplitudes = Vec::new();
             lines.compare(weld, model, (&level, &encoder), &mut amplitudes);
             (lines, amplitudes)
