@@ -99,6 +99,13 @@ impl LowPass {
         self.taps[derivative].iter().map(|w| w * w).sum()
     }
 
+    /// Covariance of two smoothed values so many samples apart per variance of the white noise of the
+    /// series.
+    pub fn covariance(&self, lag: usize) -> f64 {
+        let taps = &self.taps[0];
+        taps.iter().zip(taps.get(lag..).unwrap_or_default()).map(|(a, b)| a * b).sum()
+    }
+
     /// The smoothed series, or its first or second derivative by time, at sample `k`. Beyond its
     /// ends the series is taken to go on as its mirror image through the last point.
     pub fn at(

@@ -130,9 +130,12 @@ pub fn discover(
     }
     // A partial explanation within the library may do as well; two effects at one joint are none.
     let within = diagnosis.chosen.iter().chain(diagnosis.candidates.iter().map(|c| &c.fitted));
-    let within = within.filter(|fitted| !diagnose::at_one_joint(fitted));
-    let library =
-        within.map(|f| f.linear.held_out(None).iter().sum()).fold(f64::INFINITY, f64::min);
+    let within: Vec<&Fitted> = within.filter(|fitted| !diagnose::at_one_joint(fitted)).collect();
+    let least = |of: &dyn Fn(&Fitted) -> f64| {
+        within.iter().map(|fitted| of(fitted)).fold(f64::INFINITY, f64::min)
+    };
+    let library = least(&|fitted| fitted.linear.held_out(None).iter().sum());
+    let library_cost = least(&|fitted| fitted.cost);
     let blocks = fit::blocks_of(bench);
     let null = diagnosis.null.clone();
     let explained = null.linear.held_out(None).iter().sum::<f64>() - library;
@@ -152,7 +155,10 @@ pub fn discover(
     let left = rules::above(bench, &best.fitted.at) / rules::above(bench, &null.at).max(1.0);
     // Of what shows little, noise alone leaves a large share.
     let partial = left > LEFT && !rules::at_floor(bench, &best.fitted.at);
-    if partial || best.held_out() > better(trust / rules::CORRELATED) {
+    // What is freer than an effect and fits no better is no law: what it predicts better of blocks
+    // left out it owes to calibrations that are farther off than expected.
+    let fits_better = best.fitted.cost < library_cost - rules::GAIN;
+    if partial || !fits_better || best.held_out() > better(trust / rules::CORRELATED) {
         return Vec::new();
     }
     progress("looking for its formula", 0.8);

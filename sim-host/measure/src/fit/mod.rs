@@ -16,7 +16,7 @@ pub(crate) use linear::Factor;
 pub use linear::{Hold, Linear, Step};
 pub use solver::{Effort, End, Fitted, fit};
 
-use crate::predict::{Experiment, Model, PredictError, Prediction};
+use crate::predict::{Compared, Experiment, Model, PredictError, Prediction, Quantity};
 use nalgebra::{DMatrix, DVector, Vector3};
 use rayon::prelude::*;
 use std::time::Instant;
@@ -453,20 +453,37 @@ pub fn slopes(
     frees.iter().map(|_| flat.by_ref().take(logs).collect()).collect()
 }
 
-/// Ranges of each log's compared values by block: values of one quantity and component come in
-/// order of their rows.
+/// Blocks of each log's compared values, one after the other in time: values of one quantity and
+/// component come in order of their rows. They are as long as each other, but for a log in which the
+/// push changes: half of the blocks share the time, half the change. A weld's first seconds tell most
+/// of what there is to tell of its material, and one block that held them all could be predicted from
+/// no other.
 pub fn blocks_of(bench: &FitProblem) -> Vec<Vec<u8>> {
     bench.experiments.iter().map(blocks_of_log).collect()
 }
 
 fn blocks_of_log(experiment: &Experiment) -> Vec<u8> {
-    let rows = experiment.compared.iter().map(|c| c.row);
+    let compared = &experiment.compared;
+    let rows = compared.iter().map(|c| c.row);
     let (first, last) = (rows.clone().min().unwrap_or(0), rows.max().unwrap_or(0));
-    experiment
-        .compared
-        .iter()
-        .map(|c| ((c.row - first) * BLOCKS / (last - first + 1)) as u8)
-        .collect()
+    let is_push = |c: &&Compared| matches!(c.quantity, Quantity::Force) && c.component == 2;
+    let push: Vec<&Compared> = compared.iter().filter(is_push).collect();
+    // Sum of all changes up to a row.
+    let mut changed = vec![(first, 0.0)];
+    for [before, after] in push.array_windows() {
+        let so_far = changed[changed.len() - 1].1;
+        changed.push((after.row, so_far + (after.measured - before.measured).abs()));
+    }
+    let total = changed[changed.len() - 1].1;
+    let largest = push.iter().map(|c| c.measured.abs()).fold(0.0, f64::max);
+    let by_change = if total > 0.0 { 0.5 * (total / largest).min(1.0) } else { 0.0 };
+    let share = |row: usize| {
+        let time = (row - first) as f64 / (last - first + 1) as f64;
+        let before = changed.partition_point(|(at, _)| *at <= row).max(1) - 1;
+        let so_far = if total > 0.0 { changed[before].1 / total } else { 0.0 };
+        time * (1.0 - by_change) + so_far * by_change
+    };
+    compared.iter().map(|c| (share(c.row) * BLOCKS as f64) as u8).collect()
 }
 
 /// Share of a fit's unit over which slopes are taken.

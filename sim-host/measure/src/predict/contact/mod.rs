@@ -5,6 +5,7 @@
 //! knows far better than the depth gives it: they are predicted for the depth force that was
 //! measured. What the spindle's ripple does is predicted at its lines ([`lines`]).
 
+mod likeliest;
 mod lines;
 mod tool;
 
@@ -166,6 +167,7 @@ impl Contact {
             force: (0..n).map(|k| vector(&force, k)).collect(),
             low,
             followed,
+            likeliest: None,
             rows,
             motion: Vec::new(),
         };
@@ -174,6 +176,8 @@ impl Contact {
         let level = known(&noise.force, log, LogChannel::Force)?;
         let tracker = known(&noise.position, log, LogChannel::Position)?;
         let largest = tracker.iter().map(|l| l.deviation).fold(0.0, f64::max);
+        let mean = (tracker.iter().map(|l| l.deviation.powi(2)).sum::<f64>() / 3.0).sqrt();
+        weld.distrust(mean);
         // Where the noise is of the size of the push, the predicted tool leaves the plate now and
         // then.
         let is_firm = |row: &usize| {
@@ -201,7 +205,6 @@ impl Contact {
         }
         let mut contact = Self { weld, moment: filled_vectors(&s.moment), lines, start: None };
         let slow = compared.len();
-        let mean = (tracker.iter().map(|l| l.deviation.powi(2)).sum::<f64>() / 3.0).sqrt();
         contact.compare(log, noise, model, (&level, mean), compared)?;
         if begins_in_contact {
             let count = 3 * contact.weld.rows.len();
@@ -337,8 +340,10 @@ impl Contact {
     }
 }
 
-/// What the tracker's noise becomes in the predicted slow force around a row, in W, N.
-/// `tracker`, m, and `sensor`, N: deviations of position and of measured depth force.
+/// What the tracker's noise becomes in the predicted slow force around a row, in W, N, all of it, trusted
+/// or not: what is left of it in what the tool likeliest did goes on from row to row, and as
+/// many rows say as little together. `tracker`, m, and `sensor`, N: deviations of position and of
+/// measured depth force.
 fn spread(weld: &Weld, model: &Model, row: usize, tracker: f64, sensor: f64) -> Vector3<f64> {
     let (value, rate) = (weld.low.gain(0), weld.low.gain(1));
     let Held { push, reaction: r, .. } = weld.held(&weld.process(model), row);

@@ -2,6 +2,7 @@
 //! through it as the tracker saw it.
 
 use super::super::{Model, pose_behind, vector};
+use super::likeliest::Likeliest;
 use crate::data::fir::{LowPass, interpolate};
 use nalgebra::{Matrix3, Vector3};
 use trueweld_core::Pose;
@@ -29,6 +30,8 @@ pub(super) struct Weld {
     pub followed: LowPass,
     /// Rows that are compared.
     pub rows: Vec<usize>,
+    /// What of that motion is none of the tracker's noise, in W; `None` where it is not known yet.
+    pub likeliest: Option<Likeliest>,
     /// Motion of the tool as the tracker tells it without a delay or a term of its own.
     pub motion: Vec<Tool>,
 }
@@ -106,12 +109,15 @@ impl Weld {
                 self.followed.smooth(derivative, &series)
             })
         });
-        let (position, velocity): (Vec<_>, Vec<_>) = (0..n)
+        let (mut position, mut velocity): (Vec<_>, Vec<_>) = (0..n)
             .map(|k| {
                 let placed = self.seam.place(&vector(&place, k));
                 (placed.position, placed.axes.tr_mul(&vector(&rate, k)))
             })
             .unzip();
+        if let Some(likeliest) = &self.likeliest {
+            [&mut position, &mut velocity].into_iter().for_each(|series| likeliest.keep(series));
+        }
         // Behind a tool that begins on its way the channel is where it was a memory's length before.
         let mut channel = position[0].y - lag(memory, &position[0], &velocity[0]);
         (0..n)
@@ -123,6 +129,15 @@ impl Weld {
                 tool
             })
             .collect()
+    }
+
+    /// Takes the tool's motion for what it likeliest was, where a reading of the tracker is known to
+    /// `tracker`, m.
+    pub fn distrust(&mut self, tracker: f64) {
+        let seen: Vec<Vector3<f64>> = self.motion.iter().map(|tool| tool.position).collect();
+        let covariance = |lag: usize| tracker.powi(2) * self.followed.covariance(lag);
+        self.likeliest = Some(Likeliest::of(&seen, self.stride(), covariance));
+        self.motion = self.tool(None, 0.0, self.process.memory_length);
     }
 
     /// How far the channel lags behind a tool on its way, across the seam, m; 0 for one at rest.
