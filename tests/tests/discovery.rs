@@ -4,7 +4,7 @@
 
 use trueweld_laboratory::ProtocolFile;
 use trueweld_measure::diagnose::{Diagnosis, Verdict, diagnose};
-use trueweld_measure::discover::{Discovery, discover};
+use trueweld_measure::discover::{Discovery, Hypothesis, discover};
 use trueweld_plant::effects::{Effect, Location};
 use trueweld_tests::corpus::recorded;
 use trueweld_tests::fixture;
@@ -70,6 +70,21 @@ fn friction_that_fades_is_not_taken_for_friction() {
     let missed = law.curve.x.iter().zip(&law.curve.band);
     let missed = missed.filter(|(t, [low, high])| !(*low..=*high).contains(&truth(**t))).count();
     assert!(missed < 4, "{missed}: {:?}", law.curve);
+}
+
+#[test]
+fn a_gear_out_of_round_is_not_taken_for_a_piece_of_a_wave() {
+    let law = OutsideLaw::named("out-of-round").expect("one of them");
+    let (diagnosis, found) = found(Some(vec![law.effect(3.0)]));
+    assert_eq!(diagnosis.verdict, Verdict::UnknownEffect);
+    let [found] = found.as_slice() else { panic!("{} laws", found.len()) };
+    let at = Location::Joint(law.joint.expect("at a joint"));
+    // A twist of the gear, or the torque that makes it: a rigid spring does not tell.
+    let tied = found.tied.iter().map(|tied| &tied.hypothesis);
+    let is_it =
+        |h: &Hypothesis| (h.port.name, h.at, h.variables().as_slice()) == (law.port, at, law.over);
+    assert!(std::iter::once(&found.hypothesis).chain(tied).any(is_it), "{:?}", found.hypothesis);
+    assert!(found.held_out_after < 1.1, "{}", found.held_out_after);
 }
 
 #[test]

@@ -8,7 +8,7 @@
 
 use crate::data::log::Log;
 use crate::diagnose::{
-    self, Context, Diagnosis, FittedEffect, Progress, Undone, Verdict, at_one_joint, further,
+    self, Context, Diagnosis, FittedEffect, Progress, Undone, Verdict, fits_anything, further,
     longest_weld, refit, rules, score, sparse,
 };
 use crate::discover::{self, Discovery, discover};
@@ -235,7 +235,7 @@ pub fn improve(
             if diagnosis.verdict == Verdict::UnknownEffect
                 && discovered.is_empty()
                 && rules::at_floor(bench, &fitted.at)
-                && !at_one_joint(fitted) =>
+                && !fits_anything(fitted) =>
         {
             Verdict::EffectFound
         }

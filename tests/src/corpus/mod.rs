@@ -20,9 +20,9 @@ use std::time::Instant;
 use trueweld_laboratory::{CampaignError, CorpusCase, Hidden, ProtocolFile, Recipe};
 use trueweld_measure::data::campaign::Campaign;
 use trueweld_measure::data::log::Log;
-use trueweld_measure::diagnose::{self, Diagnosis, Verdict, diagnose};
+use trueweld_measure::diagnose::{self, Diagnosis, Verdict, calibrated, diagnose};
 use trueweld_measure::discover::{Discovery, Hypothesis, discover};
-use trueweld_measure::fit::FitProblem;
+use trueweld_measure::fit::{self, FitProblem};
 use trueweld_measure::predict::PredictError;
 use trueweld_measure::residuals::compare::{baseline, experiments};
 use trueweld_plant::effects::{Effect, Role};
@@ -133,9 +133,9 @@ pub struct Judged {
     pub calibration: Vec<String>,
     /// Score before.
     pub score_before: f64,
-    /// Score with calibrations alone, and where nothing was fitted with what was found or named.
-    #[serde(default)]
-    pub scores: [f64; 2],
+    /// Score where nothing was fitted: with calibrations alone, with what was found or named, and with
+    /// the law itself where one outside the library is hidden.
+    pub scores: [f64; 3],
     /// The law that was found outside the library.
     #[serde(default)]
     pub discovered: Option<DiscoveredLaw>,
@@ -222,7 +222,7 @@ pub fn sized(case: &CorpusCase) -> Result<(Recipe, Hidden, Vec<Visibility>), Cor
 /// [`CorpusError`].
 pub fn examine(case: &CorpusCase) -> Result<Judged, CorpusError> {
     let (recipe, hidden, seen) = sized(case)?;
-    let ready = ready(&recipe)?;
+    let mut ready = ready(&recipe)?;
     let start = Instant::now();
     let mut diagnosis = diagnose(&ready.bench, &ready.logs, &|_, _| {})?;
     let discovered = discover(&ready.bench, &ready.logs, &mut diagnosis, &|_, _| {});
@@ -230,13 +230,21 @@ pub fn examine(case: &CorpusCase) -> Result<Judged, CorpusError> {
     let judged = judged(case, &recipe, &hidden, seen, &diagnosis, seconds);
     let discovered = discovered.first();
     let named = diagnosis.candidates.first().filter(|_| diagnosis.verdict != Verdict::Adequate);
-    let null = diagnose::score(&diagnosis.null.at);
+    let null = diagnose::held_out_score(&diagnosis.null);
     let after = discovered
         .map(|law| law.held_out_after)
         .or(named.map(|best| best.held_out_after))
         .map_or(null, |after| after.min(null));
+    let with_the_law = match &hidden {
+        Hidden::Law(law) => {
+            ready.bench.known.push(law.clone());
+            let blocks = fit::blocks_of(&ready.bench);
+            diagnose::held_out_score(&calibrated(&ready.bench, &blocks)?)
+        }
+        _ => null,
+    };
     Ok(Judged {
-        scores: [null, after],
+        scores: [null, after, with_the_law],
         discovered: discovered.map(|law| DiscoveredLaw::of(law, &hidden)),
         ..judged
     })
@@ -291,7 +299,7 @@ fn judged(
         named: named.collect(),
         calibration: diagnosis.calibration.iter().map(|f| in_words(&f.effect)).collect(),
         score_before: diagnosis.score_before,
-        scores: [0.0; 2],
+        scores: [0.0; 3],
         discovered: None,
         outcome: judge(hidden, recipe, diagnosis),
         seconds,

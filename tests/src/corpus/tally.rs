@@ -246,11 +246,12 @@ fn law_of(j: &Judged) -> Option<&'static OutsideLaw> {
     OutsideLaw::named(kind_of(j.truth.first()?)).filter(|_| j.unknown)
 }
 
-/// Median share by which the error above the floor falls where nothing was fitted.
+/// Median share by which the error above the floor falls where nothing was fitted. The floor is what the
+/// law itself leaves there, calibrations fitted beside it.
 fn median_fall(cases: &[&Judged]) -> String {
     let fall = |j: &&Judged| {
-        let [before, after] = j.scores.map(|score| (score - 1.0).max(0.0));
-        if before > 0.0 { 1.0 - after / before } else { 0.0 }
+        let [before, after, floor] = j.scores;
+        (before - after) / (before - floor)
     };
     let mut falls: Vec<f64> = cases.iter().map(fall).collect();
     falls.sort_by(f64::total_cmp);

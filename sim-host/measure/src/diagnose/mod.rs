@@ -19,9 +19,10 @@ mod tell;
 
 pub use confuse::Confusable;
 pub use mountings::{Combination, Mountings};
-pub use rules::{Part, parts, score};
+pub use rules::{Part, held_out_score, parts, score};
 pub(crate) use screen::Context;
 pub use screen::Limit;
+pub use search::calibrated;
 pub(crate) use search::{further, refit};
 pub(crate) use sparse::sparse;
 pub use tell::{Explanation, ImprovedChannel, Reason, reason_of_best, tell};
@@ -32,9 +33,9 @@ use crate::fit::calibration::is_calibration;
 use crate::fit::{self, EffectScope, End, FitProblem, Fitted, Residuals};
 use crate::predict::{Experiment, PredictError};
 use crate::residuals::localize::{Finding, localize};
-use rules::{above, at_floor, counts, floor, held_out_score, stands_out};
+use rules::{above, at_floor, counts, floor, stands_out};
 use screen::{likeliest, screen};
-use search::{calibrated, fit_all, uncalibrated};
+use search::{fit_all, uncalibrated};
 use trueweld_plant::effects::{CalibrationScope, Effect, EffectKind, Location, Role};
 use trueweld_plant::robot::Channel;
 use trueweld_plant::simulate::Seam;
@@ -87,6 +88,15 @@ impl FittedEffect {
     /// stays as it was.
     pub fn is_fitted(&self, parameter: usize) -> bool {
         self.interval.get(parameter).is_none_or(|[low, high]| low != high)
+    }
+
+    /// True for a wave of which the logs hold so little that they do not tell its order, or its
+    /// length, from none: a piece of a sine is as good as a parabola, or as a spring with slack.
+    pub fn is_unseen_wave(&self) -> bool {
+        let parameters = self.effect.kind.parameters.iter().zip(&self.effect.values);
+        parameters.zip(&self.interval).any(|((parameter, value), [low, high])| {
+            matches!(parameter.role, Role::Order | Role::Wavelength) && high - low >= 2.0 * value
+        })
     }
 
     /// True for a calibration that is larger than any, or held at the bound of its range: a finding
@@ -281,10 +291,14 @@ pub(crate) fn found(fitted: &Fitted, wanted: impl Fn(EffectScope) -> bool) -> Ve
     all
 }
 
-/// True for two effects at the same joint, but for waves of several orders: together they bend to
-/// almost anything that one joint does, and far more often that is one thing which the library does
-/// not have.
-pub(crate) fn at_one_joint(fitted: &Fitted) -> bool {
+/// True for an explanation that bends to almost anything: whatever fits as well is as likely, and far
+/// more often it is one thing which the library does not have.
+pub(crate) fn fits_anything(fitted: &Fitted) -> bool {
+    at_one_joint(fitted) || has_unseen_wave(fitted)
+}
+
+/// True for two effects at the same joint, but for waves of several orders.
+fn at_one_joint(fitted: &Fitted) -> bool {
     let effects: Vec<&Effect> =
         effects_of(fitted).into_iter().map(|i| &fitted.point.all[i]).collect();
     let waves = |a: &Effect, b: &Effect| {
@@ -293,6 +307,13 @@ pub(crate) fn at_one_joint(fitted: &Fitted) -> bool {
     let alike =
         |a: &Effect, b: &Effect| matches!(a.at, Location::Joint(_)) && a.at == b.at && !waves(a, b);
     (1..effects.len()).any(|k| effects[..k].iter().any(|other| alike(other, effects[k])))
+}
+
+/// True where an effect of a fit that is no calibration is a wave that its logs do not tell to be one.
+pub(crate) fn has_unseen_wave(fitted: &Fitted) -> bool {
+    let own = effects_of(fitted);
+    let effects = found(fitted, |of| matches!(of, EffectScope::All(i) if own.contains(&i)));
+    effects.iter().any(FittedEffect::is_unseen_wave)
 }
 
 /// What is to say where calibrations alone lead to `null` and the explanation is `chosen`.
@@ -306,7 +327,7 @@ fn verdict(bench: &FitProblem, null: &Fitted, chosen: &[Fitted]) -> Verdict {
     // Two effects together bend to much that neither is: they must come near.
     let partly = score < rules::TOO_FAR && left < rules::LEFT && chosen.len() < 2;
     let explained = partly || (near && most) || (at_floor(bench, &best.at) && (near || most));
-    if explained && !at_one_joint(best) { Verdict::EffectFound } else { Verdict::UnknownEffect }
+    if explained && !fits_anything(best) { Verdict::EffectFound } else { Verdict::UnknownEffect }
 }
 
 fn conclude(

@@ -55,7 +55,7 @@ fn shapes(kind: &'static EffectKind, length: f64) -> Vec<Vec<(usize, f64)>> {
         let values: Vec<f64> = match p.role {
             Role::Shape(starts) | Role::Position { starts, .. } => starts.to_vec(),
             Role::SpindleOrder => SPINDLE_ORDERS.to_vec(),
-            Role::Wavelength => WAVES.iter().map(|w| length / w).collect(),
+            Role::Wavelength => WAVES.iter().map(|w| (length / w).clamp(p.low, p.high)).collect(),
             Role::PathPosition => POSITIONS.iter().map(|s| s * length).collect(),
             _ => continue,
         };

@@ -1,6 +1,7 @@
 //! Full fits of the hypotheses that screening leaves, and of pairs of them.
 
 use super::confuse::Confusable;
+use super::has_unseen_wave;
 use super::rules::{self, above, at_floor, counts, standing_out};
 use super::screen::{Context, Screened, likeliest, screen};
 use crate::fit::calibration::{calibrations, in_proportion, is_calibration};
@@ -19,7 +20,7 @@ use trueweld_plant::robot::{Channel, ElasticRobot};
 ///
 /// # Errors
 /// [`PredictError`].
-pub(crate) fn calibrated(bench: &FitProblem, blocks: &[Vec<u8>]) -> Result<Fitted, PredictError> {
+pub fn calibrated(bench: &FitProblem, blocks: &[Vec<u8>]) -> Result<Fitted, PredictError> {
     let point = calibrations(bench);
     let stale = in_proportion(&point);
     fit::fit(bench, &point, blocks, &[], Effort::full(stale))
@@ -367,6 +368,6 @@ pub(crate) fn further(ground: &Context<'_>, fitted: &Fitted) -> Vec<Fitted> {
     };
     let others = likeliest(screened.iter().filter(|s| !has(s)), rules::FITTED_BESIDE);
     let mut next = fit_all(&beside, &others);
-    next.retain(|f| counts(ground.bench, fitted, f));
+    next.retain(|f| counts(ground.bench, fitted, f) && !has_unseen_wave(f));
     next
 }

@@ -3,7 +3,7 @@
 //!
 //! Apart from the search, since many diagnoses need none of it.
 
-use super::{Candidate, Diagnosis, Progress, Verdict, parts, rules};
+use super::{Candidate, Diagnosis, FittedEffect, Progress, Verdict, parts, rules};
 use crate::data::log::{Log, LogKind};
 use crate::diagnose::evidence::{EffectCurve, evidence};
 use crate::experiment::{Plan, next_experiment};
@@ -166,7 +166,12 @@ impl Candidate {
 
     /// True where not so many others explain the data as well that it is none to be named.
     pub fn is_likely(&self) -> bool {
-        self.probability >= rules::LEAST_LIKELY
+        self.probability >= rules::LEAST_LIKELY && !self.has_unseen_wave()
+    }
+
+    /// True where one of its effects is a wave that the logs do not tell to be one.
+    pub fn has_unseen_wave(&self) -> bool {
+        self.effects.iter().any(FittedEffect::is_unseen_wave)
     }
 
     /// Its effects with their places, such as `backlash at A5`; a pair's with a plus between them.

@@ -128,9 +128,9 @@ pub fn discover(
         diagnosis.undone.push(Undone::Outside);
         return Vec::new();
     }
-    // A partial explanation within the library may do as well; two effects at one joint are none.
+    // A partial explanation within the library may do as well; one that fits anything is none.
     let within = diagnosis.chosen.iter().chain(diagnosis.candidates.iter().map(|c| &c.fitted));
-    let within: Vec<&Fitted> = within.filter(|fitted| !diagnose::at_one_joint(fitted)).collect();
+    let within: Vec<&Fitted> = within.filter(|fitted| !diagnose::fits_anything(fitted)).collect();
     let least = |of: &dyn Fn(&Fitted) -> f64| {
         within.iter().map(|fitted| of(fitted)).fold(f64::INFINITY, f64::min)
     };

@@ -213,8 +213,9 @@ pub(crate) fn verdict(
         ),
         (Verdict::UnknownEffect, ..) => {
             let partial = best.filter(|best| best.explains()).map_or(String::new(), |best| {
+                let piece = if best.has_unseen_wave() { " (so small a piece of a wave that many other curves are like it)" } else { "" };
                 format!(
-                    " The best partial explanation, {}, brings the score to {} where it was not fitted.",
+                    " The best partial explanation, {}{piece}, brings the score to {} where it was not fitted.",
                     best.name(robot),
                     score(best.held_out_after)
                 )

@@ -114,11 +114,13 @@ pub(crate) fn details(discovery: &Discovery, robot: &RobotFile) -> Vec<String> {
     };
     let like = discovery.like.as_ref().map(|like| {
         let (name, left) = (like_name(like, robot), score(like.held_out));
-        match like.effects.iter().all(|f| f.effect.at == discovery.hypothesis.at) {
-            true => {
-                format!("It is like {name}, but not {name}, which leaves the score at {left}.")
-            }
-            false => format!("The library's nearest, {name}, leaves the score at {left}."),
+        if like.effects.iter().any(FittedEffect::is_unseen_wave) {
+            let much = "of which these logs hold too little to tell it from other curves";
+            format!("The library's nearest, {name}, leaves the score at {left}, with a piece of a wave {much}.")
+        } else if like.effects.iter().all(|f| f.effect.at == discovery.hypothesis.at) {
+            format!("It is like {name}, but not {name}, which leaves the score at {left}.")
+        } else {
+            format!("The library's nearest, {name}, leaves the score at {left}.")
         }
     });
     let own = law(&discovery.hypothesis, robot);
