@@ -3,9 +3,11 @@
 //!
 //! The contact makes tens of newtons of what a tracker's noise leaves in the tool's slow motion. In a
 //! steady part of a weld there is nothing else in it, and a fit would have the material soft, for
-//! what it saw of the tool to count less. The series is taken apart into octaves (à trous, with
-//! the cubic spline's kernel: Starck and Murtagh 1994), of each of which the share is kept that noise
-//! does not make of its mean square around a place: all of a ramp, and of a steady part its mean.
+//! what it saw of the tool to count less. So what the tool likeliest did goes through the effects, and
+//! the rest as the nominal contact has it: it is in the residual whatever the model. The series is taken
+//! apart into octaves (à trous, with the cubic spline's kernel: Starck and Murtagh 1994), of each of
+//! which the share is kept that noise does not make of its mean square around a place: all of a ramp, and
+//! of a steady part its mean.
 
 use nalgebra::Vector3;
 

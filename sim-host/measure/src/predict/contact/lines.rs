@@ -19,10 +19,10 @@
 //! the larger one counts as noise.
 //!
 //! Of what the encoders show at an order part is their noise, and the contact makes hundreds of newtons
-//! of it. A residual with that in it would shrink with any effect that makes the predicted force
-//! smaller, whatever it is; so θₙ is the amplitude that is likeliest given the reading (Wiener): the
-//! reading times the share of its mean square that the noise does not make. No factor on it then lowers
-//! the residual.
+//! of it. It is in the residual whatever the model; were it predicted with the rest, any effect that
+//! makes the predicted force smaller would make it smaller too, and seem to improve the model. So only
+//! the likeliest amplitude given the reading (Wiener: the share of its mean square that noise does not
+//! make) goes through the effects, and the rest as the nominal contact has it.
 
 use super::super::{Compared, Model, Quantity, sensed, unread};
 use super::tool::{Held, Weld};
@@ -55,8 +55,6 @@ const TOLD: f64 = 31.0;
 #[derive(Debug, Clone)]
 pub(super) struct Lines {
     encoder: Vec<JointVector<f64>>,
-    /// Share of each encoder's amplitude at every order that its noise does not make.
-    trusted: [JointVector<f64>; ORDERS],
     /// Twice the cosine and the sine of the spindle's angle, times each order.
     waves: Vec<[Vec<f64>; 2]>,
     /// How the tool shakes at the spindle's orders, beside what the tracker sees: position and
@@ -78,6 +76,8 @@ pub(super) struct Lines {
 struct Closed {
     pass: Matrix3<Complex<f64>>,
     driven: Vector3<Complex<f64>>,
+    /// What comes with the encoders' noise.
+    noise: Vector3<Complex<f64>>,
     /// What comes with ripple and shake together, of the nominal process.
     product: Vector3<Complex<f64>>,
     /// Deviation that the arm's compliance leaves in the line, N.
@@ -124,7 +124,6 @@ impl Lines {
         };
         let mut lines = Self {
             encoder: encoder.to_vec(),
-            trusted: [JointVector::zeros(); ORDERS],
             waves: (1..=ORDERS).map(|n| [wave(n, f64::cos), wave(n, f64::sin)]).collect(),
             shake: vec![[Vector3::zeros(); 2]; encoder.len()],
             loops: Vec::new(),
@@ -148,16 +147,14 @@ impl Lines {
             .collect();
         // By order and row.
         let mut motors = vec![vec![SVector::<Complex<f64>, 6>::zeros(); weld.rows.len()]; ORDERS];
+        let mut shares = [JointVector::zeros(); ORDERS];
         for order in self.orders.clone() {
             let motors = &mut motors[order - 1];
             for (motor, &row) in motors.iter_mut().zip(&weld.rows) {
                 *motor =
                     SVector::from_fn(|i, _| self.amplitude_of(weld, order, row, |k| shaking[i][k]));
             }
-            let trusted = trusted(motors, level, 2.0 * weld.low.gain(0));
-            let real = trusted.map(|share| Complex::new(share, 0.0));
-            motors.iter_mut().for_each(|motor| *motor = motor.component_mul(&real));
-            self.trusted[order - 1] = trusted;
+            shares[order - 1] = trusted(motors, level, 2.0 * weld.low.gain(0));
         }
         let force = weld.forces(&process, &Ports::default(), &weld.motion, None);
         let force = weld.quick_vectors(&force);
@@ -173,6 +170,8 @@ impl Lines {
                 let slow = shaken(&weld.axes[row], model, &held.reaction, &q, folded(weld, n + 1));
                 let free = slow.carried * motors[n][k];
                 let driven = -(slow.pass * slow.contact * free);
+                let noise = motors[n][k].zip_map(&shares[n], |z, share| z * (1.0 - share));
+                let noise = -(slow.pass * slow.contact * slow.carried * noise);
                 let ripple = fast.pass * self.amplitude(weld, n + 1, row, &force);
                 // The nominal ripple shakes the tool, and the motors move it, the contact against
                 // them.
@@ -183,7 +182,7 @@ impl Lines {
                 let arm =
                     loop_off.zip_map(&driven, |a, b| COMPLIANCE_KNOWN * a.norm().max(b.norm()));
                 let product = Vector3::zeros();
-                closed[n] = Closed { pass: fast.pass, driven, product, arm };
+                closed[n] = Closed { pass: fast.pass, driven: driven - noise, noise, product, arm };
             }
             let shake = |phase: f64| self.at_phase(weld, &amplitude[k], phase);
             let beside = beside_linear(&process, &held, shake);
@@ -248,7 +247,7 @@ impl Lines {
                 let to_tool = weld.rotation[row].transpose() * weld.axes[row];
                 let to_tool = to_tool.map(|x| Complex::new(x, 0.0));
                 let ripple = to_tool * (closed.pass * self.amplitude(weld, order, row, &still));
-                let driven = to_tool * closed.driven;
+                let driven = to_tool * (closed.driven + closed.noise);
                 for (c, pair) in values.chunks_exact(2).enumerate() {
                     let seen = Complex::new(pair[0].measured, -pair[1].measured) - driven[c];
                     match_of[order - 1] += seen.conj() * ripple[c] / pair[0].deviation.powi(2);
@@ -342,11 +341,7 @@ impl Lines {
         let held = weld.held(&weld.process(model), row).reaction;
         let Shaken { carried, contact, pass, .. } =
             shaken(&weld.axes[row], model, &held, &q, folded(weld, order));
-        // What is not known of a likeliest amplitude: the trusted share of the noise.
-        let trusted = self.trusted[order - 1];
-        let noise = SVector::<_, 6>::from_fn(|i, _| {
-            Complex::new(encoder[i].deviation * trusted[i].sqrt(), 0.0)
-        });
+        let noise = SVector::<_, 6>::from_fn(|i, _| Complex::new(encoder[i].deviation, 0.0));
         let all = pass * contact * carried * Matrix6::from_diagonal(&noise);
         Vector3::from_fn(|c, _| all.row(c).iter().map(|z| z.norm_sqr()).sum::<f64>().sqrt())
     }
@@ -402,7 +397,10 @@ impl Lines {
                     let truth = Readings { force, ..unread(row as f64 * weld.period) };
                     sensed(ports, Channel::Wrench, truth).force - zero
                 };
-                let (cosine, sine) = (read(force.map(|z| z.re)), read(force.map(|z| -z.im)));
+                let noise =
+                    |part: Vector3<f64>| weld.rotation[row].tr_mul(&(weld.axes[row] * part));
+                let cosine = read(force.map(|z| z.re)) + noise(closed.noise.map(|z| z.re));
+                let sine = read(force.map(|z| -z.im)) + noise(closed.noise.map(|z| -z.im));
                 let predicted = (0..3).flat_map(|c| [cosine[c], sine[c]]);
                 residual.extend(measured.by_ref().zip(predicted).map(|(m, p)| m - p));
             }

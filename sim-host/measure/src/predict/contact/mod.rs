@@ -23,7 +23,7 @@ use tool::{Held, Weld};
 use trueweld_core::Wrench;
 use trueweld_core::spatial::rotation_from_vector;
 use trueweld_plant::input::Process;
-use trueweld_plant::robot::{Channel, ElasticRobot, Readings};
+use trueweld_plant::robot::{Channel, ElasticRobot, Ports, Readings};
 use trueweld_plant::simulate::Seam;
 
 /// Band of the slow force, Hz, and its largest share of the spindle's frequency.
@@ -52,6 +52,8 @@ pub(super) struct Contact {
     weld: Weld,
     moment: Option<[Vec<f64>; 3]>,
     lines: Lines,
+    /// What the nominal contact makes of the tracker's noise, at every row, in T, N.
+    noise: Vec<Vector3<f64>>,
     /// Of a log that begins in contact: what is not known of its start.
     start: Option<ChannelStart>,
 }
@@ -177,6 +179,7 @@ impl Contact {
         let tracker = known(&noise.position, log, LogChannel::Position)?;
         let largest = tracker.iter().map(|l| l.deviation).fold(0.0, f64::max);
         let mean = (tracker.iter().map(|l| l.deviation.powi(2)).sum::<f64>() / 3.0).sqrt();
+        let seen = weld.motion.clone();
         weld.distrust(mean);
         // Where the noise is of the size of the push, the predicted tool leaves the plate now and
         // then.
@@ -203,7 +206,14 @@ impl Contact {
             weld.angle.iter_mut().for_each(|angle| *angle += ahead);
             (lines, amplitudes) = lined(&weld);
         }
-        let mut contact = Self { weld, moment: filled_vectors(&s.moment), lines, start: None };
+        let forces = |motion| weld.forces(&weld.process(model), &Ports::default(), motion, None);
+        let parts = forces(&seen).into_iter().zip(forces(&weld.motion)).enumerate();
+        let unlikely = parts.map(|(k, (seen, likeliest))| {
+            weld.rotation[k].tr_mul(&(weld.axes[k] * (seen - likeliest)))
+        });
+        let unlikely = unlikely.collect();
+        let moment = filled_vectors(&s.moment);
+        let mut contact = Self { weld, moment, lines, noise: unlikely, start: None };
         let slow = compared.len();
         contact.compare(log, noise, model, (&level, mean), compared)?;
         if begins_in_contact {
@@ -261,7 +271,7 @@ impl Contact {
         process: &Process,
         residual: &mut Vec<f64>,
     ) {
-        let Self { weld, lines, .. } = self;
+        let Self { weld, lines, noise, .. } = self;
         let n = weld.angle.len();
         let ports = &robot.ports;
         let late = ports.delay(Channel::Tracker);
@@ -320,8 +330,8 @@ impl Contact {
             [force, turning] = [force, turning]
                 .map(|series| (0..n).map(|k| interpolate(&series, k as f64 - lag)).collect());
         }
-        let left: [Vec<f64>; 3] =
-            [0, 1, 2].map(|c| (0..n).map(|k| weld.force[k][c] - force[k][c]).collect());
+        let left: [Vec<f64>; 3] = [0, 1, 2]
+            .map(|c| (0..n).map(|k| weld.force[k][c] - force[k][c] - noise[k][c]).collect());
         let slow = residual.len();
         for &row in &weld.rows {
             residual.extend(left.iter().map(|l| weld.low.at(0, |i| l[i], n, row)));
@@ -340,10 +350,8 @@ impl Contact {
     }
 }
 
-/// What the tracker's noise becomes in the predicted slow force around a row, in W, N, all of it, trusted
-/// or not: what is left of it in what the tool likeliest did goes on from row to row, and as
-/// many rows say as little together. `tracker`, m, and `sensor`, N: deviations of position and of
-/// measured depth force.
+/// What the tracker's noise becomes in the predicted slow force around a row, in W, N.
+/// `tracker`, m, and `sensor`, N: deviations of position and of measured depth force.
 fn spread(weld: &Weld, model: &Model, row: usize, tracker: f64, sensor: f64) -> Vector3<f64> {
     let (value, rate) = (weld.low.gain(0), weld.low.gain(1));
     let Held { push, reaction: r, .. } = weld.held(&weld.process(model), row);
