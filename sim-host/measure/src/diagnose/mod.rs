@@ -10,6 +10,7 @@
 
 mod confuse;
 pub mod evidence;
+mod found;
 mod mountings;
 pub mod rules;
 mod screen;
@@ -18,6 +19,8 @@ mod sparse;
 mod tell;
 
 pub use confuse::Confusable;
+pub use found::FittedEffect;
+pub(crate) use found::found;
 pub use mountings::{Combination, Mountings};
 pub use rules::{Part, held_out_score, parts, score};
 pub(crate) use screen::Context;
@@ -27,12 +30,12 @@ pub(crate) use search::{further, refit};
 pub(crate) use sparse::sparse;
 pub use tell::{Explanation, ImprovedChannel, Reason, reason_of_best, tell};
 
-use crate::HALF_95;
 use crate::data::log::{Log, LogKind};
 use crate::fit::calibration::is_calibration;
 use crate::fit::{self, EffectScope, End, FitProblem, Fitted, Residuals};
 use crate::predict::{Experiment, PredictError};
 use crate::residuals::localize::{Finding, localize};
+use found::{effects_of, has_unseen_wave};
 use rules::{above, at_floor, counts, floor, stands_out};
 use screen::{likeliest, screen};
 use search::{fit_all, uncalibrated};
@@ -69,50 +72,6 @@ impl Verdict {
             Self::EffectFound => "effect-found",
             Self::UnknownEffect => "unknown-effect",
         }
-    }
-}
-
-/// An effect with fitted values.
-#[derive(Debug, Clone)]
-pub struct FittedEffect {
-    /// The effect.
-    pub effect: Effect,
-    /// Its log, where each has its own.
-    pub log: Option<usize>,
-    /// 95 % interval of each value.
-    pub interval: Vec<[f64; 2]>,
-}
-
-impl FittedEffect {
-    /// True for a parameter that was fitted; false for one that the data carry nothing of, which
-    /// stays as it was.
-    pub fn is_fitted(&self, parameter: usize) -> bool {
-        self.interval.get(parameter).is_none_or(|[low, high]| low != high)
-    }
-
-    /// True for a wave of which the logs hold so little that they do not tell its order, or its
-    /// length, from none: a piece of a sine is as good as a parabola, or as a spring with slack.
-    pub fn is_unseen_wave(&self) -> bool {
-        let parameters = self.effect.kind.parameters.iter().zip(&self.effect.values);
-        parameters.zip(&self.interval).any(|((parameter, value), [low, high])| {
-            matches!(parameter.role, Role::Order | Role::Wavelength) && high - low >= 2.0 * value
-        })
-    }
-
-    /// True for a calibration that is larger than any, or held at the bound of its range: a finding
-    /// of its own, whatever it is that makes it.
-    pub fn is_implausible(&self) -> bool {
-        let Some(calibration) = self.effect.kind.calibration else {
-            return false;
-        };
-        let parameters = self.effect.kind.parameters.iter().enumerate();
-        parameters.filter(|(k, _)| self.is_fitted(*k)).any(|(k, parameter)| {
-            let value = self.effect.values[k];
-            let away = (value - parameter.without_effect(value)).abs();
-            away > rules::BEYOND * calibration.expected[k]
-                || value == parameter.low
-                || value == parameter.high
-        })
     }
 }
 
@@ -247,50 +206,6 @@ pub fn diagnose(
     })
 }
 
-/// The effects of a fit that are no calibrations.
-fn effects_of(fitted: &Fitted) -> Vec<usize> {
-    (0..fitted.point.all.len()).filter(|i| !is_calibration(fitted.point.all[*i].kind)).collect()
-}
-
-/// Standard deviations of half a 95 % interval of Student's distribution with the nine degrees of
-/// freedom that ten blocks leave.
-const OF_BLOCKS: f64 = 2.262;
-
-/// Fitted effects with their intervals: of what noise makes of the values, or of what the blocks in
-/// time disagree by, whichever is wider.
-pub(crate) fn found(fitted: &Fitted, wanted: impl Fn(EffectScope) -> bool) -> Vec<FittedEffect> {
-    let inflation = (fit::chi_square(&fitted.at) / fit::count(&fitted.at).max(1) as f64).max(1.0)
-        * rules::CORRELATED;
-    let deviations = fitted.linear.solve(None, 0.0, None).map(|s| s.deviations());
-    let scatter = fitted.linear.scatter();
-    let mut all: Vec<FittedEffect> = Vec::new();
-    let mut seen: Vec<EffectScope> = Vec::new();
-    for (k, free) in fitted.point.free.iter().enumerate() {
-        if !wanted(free.of) {
-            continue;
-        }
-        let index = seen.iter().position(|of| *of == free.of).unwrap_or_else(|| {
-            let effect = fitted.point.effect(free.of).clone();
-            let interval = effect.values.iter().map(|v| [*v, *v]).collect();
-            all.push(FittedEffect {
-                effect,
-                log: if let EffectScope::Log(log, _) = free.of { Some(log) } else { None },
-                interval,
-            });
-            seen.push(free.of);
-            all.len() - 1
-        });
-        let parameter = fitted.point.parameter(free);
-        let value = fitted.point.value(free);
-        let deviation = deviations.as_ref().map_or(f64::INFINITY, |d| d[k]);
-        let scattered = scatter.as_ref().map_or(f64::INFINITY, |d| d[k]);
-        let reach = (HALF_95 * deviation * inflation.sqrt()).max(OF_BLOCKS * scattered)
-            * fit::unit(parameter, value);
-        all[index].interval[free.parameter] = [value - reach, value + reach];
-    }
-    all
-}
-
 /// True for an explanation that bends to almost anything: whatever fits as well is as likely, and far
 /// more often it is one thing which the library does not have.
 pub(crate) fn fits_anything(fitted: &Fitted) -> bool {
@@ -307,13 +222,6 @@ fn at_one_joint(fitted: &Fitted) -> bool {
     let alike =
         |a: &Effect, b: &Effect| matches!(a.at, Location::Joint(_)) && a.at == b.at && !waves(a, b);
     (1..effects.len()).any(|k| effects[..k].iter().any(|other| alike(other, effects[k])))
-}
-
-/// True where an effect of a fit that is no calibration is a wave that its logs do not tell to be one.
-pub(crate) fn has_unseen_wave(fitted: &Fitted) -> bool {
-    let own = effects_of(fitted);
-    let effects = found(fitted, |of| matches!(of, EffectScope::All(i) if own.contains(&i)));
-    effects.iter().any(FittedEffect::is_unseen_wave)
 }
 
 /// What is to say where calibrations alone lead to `null` and the explanation is `chosen`.

@@ -1,7 +1,7 @@
 //! Full fits of the hypotheses that screening leaves, and of pairs of them.
 
 use super::confuse::Confusable;
-use super::has_unseen_wave;
+use super::found::has_unseen_wave;
 use super::rules::{self, above, at_floor, counts, standing_out};
 use super::screen::{Context, Screened, likeliest, screen};
 use crate::fit::calibration::{calibrations, in_proportion, is_calibration};

@@ -1,6 +1,7 @@
 //! Which calibrations count: those that bring more than their values cost.
 
-use super::{effects_of, found, rules};
+use super::found::{effects_of, found};
+use super::rules;
 use crate::fit::calibration::{expected, is_calibration};
 use crate::fit::{self, EffectScope, Effort, FitProblem, FitState, Fitted, FreeParameter, Slopes};
 use nalgebra::DVector;
