@@ -95,9 +95,13 @@ pub(crate) fn found(fitted: &Fitted, wanted: impl Fn(EffectScope) -> bool) -> Ve
     all
 }
 
-/// True where an effect of a fit that is no calibration is a wave that its logs do not tell to be one.
-pub(super) fn has_unseen_wave(fitted: &Fitted) -> bool {
+/// Those that hold for all logs and are no calibrations.
+pub(super) fn found_effects(fitted: &Fitted) -> Vec<FittedEffect> {
     let own = effects_of(fitted);
-    let effects = found(fitted, |of| matches!(of, EffectScope::All(i) if own.contains(&i)));
-    effects.iter().any(FittedEffect::is_unseen_wave)
+    found(fitted, |of| matches!(of, EffectScope::All(i) if own.contains(&i)))
+}
+
+/// True where one of these is a wave that the logs do not tell to be one.
+pub(super) fn has_unseen_wave(fitted: &Fitted) -> bool {
+    found_effects(fitted).iter().any(FittedEffect::is_unseen_wave)
 }

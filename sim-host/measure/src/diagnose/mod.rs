@@ -32,10 +32,10 @@ pub use tell::{Explanation, ImprovedChannel, Reason, reason_of_best, tell};
 
 use crate::data::log::{Log, LogKind};
 use crate::fit::calibration::is_calibration;
-use crate::fit::{self, EffectScope, End, FitProblem, Fitted, Residuals};
+use crate::fit::{self, End, FitProblem, Fitted, Residuals};
 use crate::predict::{Experiment, PredictError};
 use crate::residuals::localize::{Finding, localize};
-use found::{effects_of, has_unseen_wave};
+use found::{effects_of, found_effects, has_unseen_wave};
 use rules::{above, at_floor, counts, floor, stands_out};
 use screen::{likeliest, screen};
 use search::{fit_all, uncalibrated};
@@ -266,17 +266,14 @@ fn conclude(
 
     let mut candidates: Vec<Candidate> = singles
         .into_iter()
-        .map(|fitted| {
-            let own = effects_of(&fitted);
-            Candidate {
-                effects: found(&fitted, |of| matches!(of, EffectScope::All(i) if own.contains(&i))),
-                held_out_before: score_before,
-                held_out_after: held_out_score(&fitted),
-                probability: 0.0,
-                left: above(bench, &fitted.at) / excess,
-                indistinguishable: Vec::new(),
-                fitted,
-            }
+        .map(|fitted| Candidate {
+            effects: found_effects(&fitted),
+            held_out_before: score_before,
+            held_out_after: held_out_score(&fitted),
+            probability: 0.0,
+            left: above(bench, &fitted.at) / excess,
+            indistinguishable: Vec::new(),
+            fitted,
         })
         .collect();
     // What it costs to say nothing: with calibrations as they are, or, where a calibration is the

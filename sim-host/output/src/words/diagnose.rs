@@ -213,7 +213,10 @@ pub(crate) fn verdict(
         ),
         (Verdict::UnknownEffect, ..) => {
             let partial = best.filter(|best| best.explains()).map_or(String::new(), |best| {
-                let piece = if best.has_unseen_wave() { " (so small a piece of a wave that many other curves are like it)" } else { "" };
+                let piece = match best.has_unseen_wave() {
+                    true => " (so small a piece of a wave that many other curves are like it)",
+                    false => "",
+                };
                 format!(
                     " The best partial explanation, {}{piece}, brings the score to {} where it was not fitted.",
                     best.name(robot),

@@ -425,9 +425,12 @@ impl DynamicLinks {
             robot.model.equation_of_motion(&frames, &middle_rate, &Wrench::zero());
         let factor = Ldlt::new(inertia).ok_or(Diverged { time })?;
         let motor_acceleration = (motors.rate - from.rate) / whole;
-        let rest = bias - robot.link_torque(&self.drives);
-        let rates = (&middle_rate, &motor_acceleration);
-        let tilts = Tilts::new(robot, &frames, rates, &Wrench::zero(), (&factor, &rest));
+        let tilts = robot.ports.frames_give().then(|| {
+            let rest = bias - robot.link_torque(&self.drives);
+            let rates = (&middle_rate, &motor_acceleration);
+            Tilts::new(robot, &frames, rates, &Wrench::zero(), (&factor, &rest))
+        });
+        let tilts = tilts.flatten();
         let mut u = self.tilted[0];
         let path = |share: f64| hermite(&from, motors, whole, share);
         let step = (h, substeps);

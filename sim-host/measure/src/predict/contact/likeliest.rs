@@ -43,7 +43,7 @@ impl Likeliest {
             let share = |k: usize| {
                 let (from, to) = (k.saturating_sub(reach), (k + reach + 1).min(part.len()));
                 let square = (sums[to] - sums[from]) / (to - from) as f64;
-                square.map(|square| if square > noise { 1.0 - noise / square } else { 0.0 })
+                square.map(|square| signal_share(square, noise))
             };
             (0..part.len()).map(share).collect()
         });
@@ -59,10 +59,21 @@ impl Likeliest {
         };
         let taken: Vec<Vector3<f64>> = (0..octaves[0].len()).map(taken).collect();
         for (k, value) in series.iter_mut().enumerate() {
-            let (before, share) = (k / self.stride, (k % self.stride) as f64 / self.stride as f64);
-            *value -= taken[before] * (1.0 - share) + taken[before + 1] * share;
+            *value -= between(&taken, self.stride, k);
         }
     }
+}
+
+/// Share of a mean square that noise of this one does not make (Wiener).
+pub(super) fn signal_share(square: f64, noise: f64) -> f64 {
+    if square > noise { 1.0 - noise / square } else { 0.0 }
+}
+
+/// A series known at every `stride`th sample, and at one beyond its end, at a sample, by the straight
+/// line between its neighbours.
+pub(super) fn between(seldom: &[Vector3<f64>], stride: usize, sample: usize) -> Vector3<f64> {
+    let (before, share) = (sample / stride, (sample % stride) as f64 / stride as f64);
+    seldom[before] * (1.0 - share) + seldom[before + 1] * share
 }
 
 /// Every `stride`th value, and one beyond the end.

@@ -25,6 +25,7 @@
 //! make) goes through the effects, and the rest as the nominal contact has it.
 
 use super::super::{Compared, Model, Quantity, sensed, unread};
+use super::likeliest::signal_share;
 use super::tool::{Held, Weld};
 use crate::data::noise::Level;
 use nalgebra::{Complex, Matrix3, Matrix3x6, Matrix6, SVector, Vector3};
@@ -393,12 +394,11 @@ impl Lines {
                     closed.pass * self.amplitude(weld, order, row, &still) + closed.product;
                 let force = ripple.map(|z| z * back) + closed.driven.map(|z| z * driven_back);
                 let read = |part: Vector3<f64>| {
-                    let force = weld.rotation[row].tr_mul(&(weld.axes[row] * part));
+                    let force = weld.in_tool(row, &part);
                     let truth = Readings { force, ..unread(row as f64 * weld.period) };
                     sensed(ports, Channel::Wrench, truth).force - zero
                 };
-                let noise =
-                    |part: Vector3<f64>| weld.rotation[row].tr_mul(&(weld.axes[row] * part));
+                let noise = |part: Vector3<f64>| weld.in_tool(row, &part);
                 let cosine = read(force.map(|z| z.re)) + noise(closed.noise.map(|z| z.re));
                 let sine = read(force.map(|z| -z.im)) + noise(closed.noise.map(|z| -z.im));
                 let predicted = (0..3).flat_map(|c| [cosine[c], sine[c]]);
@@ -418,7 +418,7 @@ fn trusted(
     JointVector::from_fn(|i, _| {
         let square = amplitudes.iter().map(|z| z[i].norm_sqr()).sum::<f64>();
         let noise = 2.0 * white * level[i].deviation.powi(2) * amplitudes.len() as f64;
-        if square > noise { 1.0 - noise / square } else { 0.0 }
+        signal_share(square, noise)
     })
 }
 

@@ -208,9 +208,7 @@ impl Contact {
         }
         let forces = |motion| weld.forces(&weld.process(model), &Ports::default(), motion, None);
         let parts = forces(&seen).into_iter().zip(forces(&weld.motion)).enumerate();
-        let unlikely = parts.map(|(k, (seen, likeliest))| {
-            weld.rotation[k].tr_mul(&(weld.axes[k] * (seen - likeliest)))
-        });
+        let unlikely = parts.map(|(k, (seen, likeliest))| weld.in_tool(k, &(seen - likeliest)));
         let unlikely = unlikely.collect();
         let moment = filled_vectors(&s.moment);
         let mut contact = Self { weld, moment, lines, noise: unlikely, start: None };
@@ -319,7 +317,7 @@ impl Contact {
             }
         }
         let read = |k: usize| {
-            let force = weld.rotation[k].tr_mul(&(weld.axes[k] * force[k]));
+            let force = weld.in_tool(k, &force[k]);
             let truth = Readings { force, ..unread(k as f64 * weld.period) };
             sensed(ports, Channel::Wrench, truth)
         };

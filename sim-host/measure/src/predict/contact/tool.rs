@@ -2,7 +2,7 @@
 //! through it as the tracker saw it.
 
 use super::super::{Model, pose_behind, vector};
-use super::likeliest::Likeliest;
+use super::likeliest::{Likeliest, between};
 use crate::data::fir::{LowPass, interpolate};
 use nalgebra::{Matrix3, Vector3};
 use trueweld_core::Pose;
@@ -97,12 +97,8 @@ impl Weld {
                 })
             })
             .collect();
-        let behind: Vec<Vector3<f64>> = (0..n)
-            .map(|k| {
-                let (before, share) = (k / stride, (k % stride) as f64 / stride as f64);
-                read(k) + undone[before] * (1.0 - share) + undone[before + 1] * share
-            })
-            .collect();
+        let behind: Vec<Vector3<f64>> =
+            (0..n).map(|k| read(k) + between(&undone, stride, k)).collect();
         let [place, rate] = [0, 1].map(|derivative| {
             [0, 1, 2].map(|c| {
                 let series: Vec<f64> = behind.iter().map(|p| p[c]).collect();
@@ -212,6 +208,11 @@ impl Weld {
             .force
         };
         (0..self.angle.len()).map(force).collect()
+    }
+
+    /// A force in W at a row, in the sensor's axes.
+    pub fn in_tool(&self, row: usize, force: &Vector3<f64>) -> Vector3<f64> {
+        self.rotation[row].tr_mul(&(self.axes[row] * force))
     }
 
     /// Variance of a component in the sensor's axes at a row, where those in W have these
