@@ -2,11 +2,11 @@
 //! found where nothing is missing. The laboratory that records the logs solves the arm's equations by
 //! methods of its own, and knows neither the curve nor the grammar.
 
-use trueweld_laboratory::ProtocolFile;
-use trueweld_measure::diagnose::{Diagnosis, Verdict, diagnose};
+use trueweld_laboratory::{Protocol, ProtocolFile, Recipe};
+use trueweld_measure::diagnose::{Diagnosis, FittedEffect, Verdict, diagnose};
 use trueweld_measure::discover::{Discovery, Hypothesis, discover};
-use trueweld_plant::effects::{Effect, Location};
-use trueweld_tests::corpus::recorded;
+use trueweld_plant::effects::{Effect, EffectKind, Location};
+use trueweld_tests::corpus::{ready, recorded};
 use trueweld_tests::fixture;
 use trueweld_tests::outside::OutsideLaw;
 
@@ -85,6 +85,23 @@ fn a_gear_out_of_round_is_not_taken_for_a_piece_of_a_wave() {
         |h: &Hypothesis| (h.port.name, h.at, h.variables().as_slice()) == (law.port, at, law.over);
     assert!(std::iter::once(&found.hypothesis).chain(tied).any(is_it), "{:?}", found.hypothesis);
     assert!(found.held_out_after < 1.1, "{}", found.held_out_after);
+}
+
+#[test]
+fn a_fifth_of_an_encoders_wave_is_that_or_undecided() {
+    // Second encoders that one free motion shows over 22 mrad, a fifth of the wave's length.
+    let kind = EffectKind::of("link-encoder-ripple").expect("of the library");
+    let values = vec![6.9e-5, 52.0, -0.78];
+    let recipe = Recipe { protocol: Protocol::short(), noise: 0.3, ..Recipe::plain(71_000_265) };
+    let hidden = Effect { values, ..kind.neutral(Location::Joint(2)) };
+    let ready = ready(&recipe.with_effect(hidden)).expect("a campaign");
+    let diagnosis = diagnose(&ready.bench, &ready.logs, &|_, _| ()).expect("diagnosed");
+    let first = &diagnosis.candidates[0];
+    let tied = first.indistinguishable.iter().map(|k| &diagnosis.candidates[*k]);
+    let mut named = std::iter::once(first).chain(tied).flat_map(|c| &c.effects);
+    let is_it = |f: &FittedEffect| std::ptr::eq(f.effect.kind, kind);
+    let undecided = diagnosis.verdict == Verdict::UnknownEffect;
+    assert!(undecided || named.any(is_it), "{}", first.effects[0].effect.kind.id);
 }
 
 #[test]

@@ -1,11 +1,13 @@
 //! A real arm is off by tenths of a millimetre everywhere. That is a calibration: it hides no effect,
-//! is called none, and what is named beside it is what is named without it.
+//! is called none, and what is named beside it is what is named without it. One calibration that is
+//! far larger than any is named for what it is, and not for others that act as it does.
 
 use trueweld_laboratory::{CorpusCase, Hidden, Protocol, Recipe};
+use trueweld_measure::diagnose::{Verdict, diagnose};
 use trueweld_measure::fit::calibration::calibrations;
 use trueweld_measure::fit::{EffectScope, residuals, slopes};
 use trueweld_measure::predict::Prediction;
-use trueweld_plant::effects::{EffectKind, Location};
+use trueweld_plant::effects::{Effect, EffectKind, Location};
 use trueweld_tests::LABORATORY;
 use trueweld_tests::corpus::{Judged, Outcome, examine, ready};
 
@@ -49,6 +51,42 @@ fn an_effect_in_the_poses_is_named_beside_it() {
     assert!([Outcome::Right, Outcome::RightTie].contains(&foot.outcome), "{foot:#?}");
     let bearing = examined("bearing-tilt", 14);
     assert_eq!(bearing.outcome, Outcome::Right, "{bearing:#?}");
+}
+
+/// What is named where one effect is hidden, and none of the laboratory's own errors.
+fn named(effect: Effect) -> (Verdict, Effect) {
+    let recipe = Recipe { protocol: Protocol::short(), ..Recipe::plain(16) };
+    let ready = ready(&recipe.with_effect(effect)).expect("a campaign");
+    let found = diagnose(&ready.bench, &ready.logs, &|_, _| ()).expect("diagnosed");
+    (found.verdict, found.candidates[0].effects[0].effect.clone())
+}
+
+#[test]
+fn an_encoder_zeroed_far_off_is_no_link_mounted_off() {
+    // A turn of the link before it about the same axis, two of whose values would make it.
+    let kind = EffectKind::of("encoder-offset").expect("of the library");
+    let hidden = Effect { values: vec![2.2e-3], ..kind.neutral(Location::Joint(4)) };
+    let (verdict, found) = named(hidden.clone());
+    assert_eq!((verdict, found.kind.id, found.at), (Verdict::EffectFound, kind.id, hidden.at));
+    assert!((found.values[0] - 2.2e-3).abs() < 1e-5, "{:?}", found.values);
+}
+
+#[test]
+fn a_second_encoder_zeroed_far_off_is_no_wave_of_it() {
+    let kind = EffectKind::of("link-encoder-offset").expect("of the library");
+    let hidden = Effect { values: vec![3e-3], ..kind.neutral(Location::Joint(1)) };
+    let (verdict, found) = named(hidden.clone());
+    assert_eq!((verdict, found.kind.id, found.at), (Verdict::EffectFound, kind.id, hidden.at));
+    assert!((found.values[0] - 3e-3).abs() < 1e-5, "{:?}", found.values);
+}
+
+#[test]
+fn a_joint_half_as_stiff_as_its_file_says_is_no_gear_of_another_kind() {
+    let kind = EffectKind::of("stiffness-error").expect("of the library");
+    let hidden = Effect { values: vec![-0.6], ..kind.neutral(Location::Joint(2)) };
+    let (verdict, found) = named(hidden.clone());
+    assert_eq!((verdict, found.kind.id, found.at), (Verdict::EffectFound, kind.id, hidden.at));
+    assert!((found.values[0] + 0.6).abs() < 1e-2, "{:?}", found.values);
 }
 
 #[test]

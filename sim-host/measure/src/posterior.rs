@@ -10,7 +10,7 @@
 
 use crate::data::log::Log;
 use crate::diagnose::score;
-use crate::fit::calibration::{calibrations, in_proportion, is_calibration};
+use crate::fit::calibration::{in_proportion, is_calibration};
 use crate::fit::covariance::{columns, covariance};
 use crate::fit::{self, EffectScope, Effort, FitProblem, FitState, Fitted, Linear};
 use crate::improve::Improvement;
@@ -118,7 +118,8 @@ fn with_all_calibrations(
     if let Some(fitted) = made().find(|fitted| places(&fitted.point) == wanted) {
         return Ok(fitted.clone());
     }
-    let mut point = calibrations(bench);
+    let mut point = diagnosis.null.point.clone();
+    point.reset(|effect| is_calibration(effect.kind));
     effects(&reached.point).for_each(|effect| point.add(effect.clone()));
     let effort = Effort::full(in_proportion(&point));
     fit::fit(bench, &point, &fit::blocks_of(bench), &[], effort)

@@ -63,8 +63,7 @@ const OF_BLOCKS: f64 = 2.262;
 /// Fitted effects with their intervals: of what noise makes of the values, or of what the blocks in
 /// time disagree by, whichever is wider.
 pub(crate) fn found(fitted: &Fitted, wanted: impl Fn(EffectScope) -> bool) -> Vec<FittedEffect> {
-    let inflation = (fit::chi_square(&fitted.at) / fit::count(&fitted.at).max(1) as f64).max(1.0)
-        * rules::CORRELATED;
+    let inflation = rules::trust(fitted);
     let deviations = fitted.linear.solve(None, 0.0, None).map(|s| s.deviations());
     let scatter = fitted.linear.scatter();
     let mut all: Vec<FittedEffect> = Vec::new();

@@ -8,6 +8,7 @@
 //!    left out; then pairs.
 //! 4. What remains above the floor says whether the library explains the data at all.
 
+mod beyond;
 mod confuse;
 pub mod evidence;
 mod found;
@@ -35,9 +36,10 @@ use crate::fit::calibration::is_calibration;
 use crate::fit::{self, End, FitProblem, Fitted, Residuals};
 use crate::predict::{Experiment, PredictError};
 use crate::residuals::localize::{Finding, localize};
+use beyond::beyond_expected;
 use found::{effects_of, found_effects, has_unseen_wave};
 use rules::{above, at_floor, counts, floor, stands_out};
-use screen::{likeliest, screen};
+use screen::{Screened, likeliest, screen};
 use search::{fit_all, uncalibrated};
 use trueweld_plant::effects::{CalibrationScope, Effect, EffectKind, Location, Role};
 use trueweld_plant::robot::Channel;
@@ -156,22 +158,15 @@ pub fn diagnose(
     progress("comparing", 0.0);
     let before = fit::per_log::fitted(bench, &bench.per_log, Vec::new())?.1;
     progress("calibrating", 0.02);
-    let null = calibrated(bench, &blocks)?;
-    progress("screening every effect", 0.11);
-    let given = if bench.is_late() { null.clone() } else { uncalibrated(bench, &blocks, &null)? };
-    let ground =
-        Context { bench, blocks: &blocks, null: &null, given: &given, length: longest_weld(logs) };
-    let screened = screen(&ground);
-    let mut undone = Vec::new();
-    if bench.is_late() {
-        undone.push(Undone::Search);
+    let length = longest_weld(logs);
+    let look = |null: Fitted| look(bench, &blocks, length, null, progress);
+    let mut looked = look(calibrated(bench, &blocks)?)?;
+    let held = looked.null.cost;
+    if let Some(null) = beyond_expected(bench, &blocks, &looked.null, looked.singles.first()) {
+        looked = look(null)?;
     }
-    progress("fitting the likeliest", 0.45);
-    let wanted = likeliest(screened.iter(), rules::FITTED);
-    let mut singles = fit_all(&ground, &wanted);
-    if bench.is_late() && singles.len() < wanted.len() {
-        undone.push(Undone::Fits(wanted.len() - singles.len()));
-    }
+    let Looked { null, given, screened, mut singles, mut undone } = looked;
+    let ground = Context { bench, blocks: &blocks, null: &null, given: &given, length };
     let limits = screened.iter().map(|s| s.limit.clone()).collect();
     let confusable = confuse::confusable(&ground, &screened);
     let mut chosen: Vec<Fitted> = Vec::new();
@@ -202,8 +197,43 @@ pub fn diagnose(
         limits,
         confusable,
         undone,
-        ..conclude(&ground, before, singles, chosen, screened.len(), &unexplained)
+        ..conclude(&ground, (before, held), singles, chosen, screened.len(), &unexplained)
     })
+}
+
+/// What was looked for beside the calibrations of one fit.
+struct Looked {
+    null: Fitted,
+    /// The same with no calibrations.
+    given: Fitted,
+    screened: Vec<Screened>,
+    /// Every effect that was fitted, best first.
+    singles: Vec<Fitted>,
+    undone: Vec<Undone>,
+}
+
+fn look(
+    bench: &FitProblem,
+    blocks: &[Vec<u8>],
+    length: f64,
+    null: Fitted,
+    progress: Progress<'_>,
+) -> Result<Looked, PredictError> {
+    progress("screening every effect", 0.11);
+    let given = if bench.is_late() { null.clone() } else { uncalibrated(bench, blocks, &null)? };
+    let ground = Context { bench, blocks, null: &null, given: &given, length };
+    let screened = screen(&ground);
+    let mut undone = Vec::new();
+    if bench.is_late() {
+        undone.push(Undone::Search);
+    }
+    progress("fitting the likeliest", 0.45);
+    let wanted = likeliest(screened.iter(), rules::FITTED);
+    let singles = fit_all(&ground, &wanted);
+    if bench.is_late() && singles.len() < wanted.len() {
+        undone.push(Undone::Fits(wanted.len() - singles.len()));
+    }
+    Ok(Looked { null, given, screened, singles, undone })
 }
 
 /// True for an explanation that bends to almost anything: whatever fits as well is as likely, and far
@@ -238,9 +268,11 @@ fn verdict(bench: &FitProblem, null: &Fitted, chosen: &[Fitted]) -> Verdict {
     if explained && !fits_anything(best) { Verdict::EffectFound } else { Verdict::UnknownEffect }
 }
 
+/// `before`: residuals of the model as it was given; `held`: the cost of calibrations alone, each as
+/// large as is expected of it.
 fn conclude(
     ground: &Context<'_>,
-    before: Residuals,
+    (before, held): (Residuals, f64),
     singles: Vec<Fitted>,
     chosen: Vec<Fitted>,
     tried: usize,
@@ -260,8 +292,6 @@ fn conclude(
     // Beside an effect of another size others are needed no more.
     let (improved, kept) = sparse::without_doubtful(bench, blocks, (improved, kept));
     let kept: Vec<_> = kept.into_iter().filter(|name| !is_of_registration(bench, name.0)).collect();
-    let is_kept = |effect: &Effect| kept.contains(&(effect.kind.id, effect.at));
-    let common = !improved.point.each.iter().flatten().any(is_kept);
     let calibration = found(&improved, |of| is_calibration(improved.point.effect(of).kind));
 
     let mut candidates: Vec<Candidate> = singles
@@ -279,16 +309,26 @@ fn conclude(
     // What it costs to say nothing: with calibrations as they are, or, where a calibration is the
     // answer, with none.
     let mut nothing = null.cost;
-    // A single calibration that is all there is to say is the answer.
-    // Where each log has its own it is the laboratory's doing, not the cell's.
-    if verdict == Verdict::Adequate
-        && kept.len() == 1
-        && common
+    // A single calibration that is all there is to say is the answer, or the one that is no
+    // calibration any more. Where each log has its own it is the laboratory's doing, not the cell's.
+    let beyond: Vec<&FittedEffect> = calibration.iter().filter(|f| f.is_implausible()).collect();
+    let answer = match (kept.as_slice(), beyond.as_slice()) {
+        ([only], _) => Some((*only, fit::chi_square(&before))),
+        (_, [only]) => Some(((only.effect.kind.id, only.effect.at), held)),
+        _ => None,
+    };
+    if let Some((name, without)) = answer
+        && verdict == Verdict::Adequate
+        && !improved.point.each.iter().flatten().any(|e| (e.kind.id, e.at) == name)
         && stands_out(bench, &before, &improved.at)
     {
-        let item = found(&improved, |of| is_kept(improved.point.effect(of)));
+        let is_it = |of| {
+            let effect = improved.point.effect(of);
+            (effect.kind.id, effect.at) == name
+        };
+        let item = found(&improved, is_it);
         verdict = Verdict::EffectFound;
-        nothing = fit::chi_square(&before);
+        nothing = without;
         // What was tried beside all calibrations has no place beside one of them: none of it
         // counts.
         candidates = vec![Candidate {
@@ -347,9 +387,9 @@ fn weigh(candidates: &mut [Candidate], nothing: f64, tried: usize, floor: f64, v
     let Some(first) = candidates.first() else {
         return;
     };
-    let (best, n) = (first.fitted.cost, fit::count(&first.fitted.at).max(1) as f64);
+    let best = first.fitted.cost;
     // What is left above the floor says how far the sum of squares can be trusted.
-    let trust = (fit::chi_square(&first.fitted.at) / n).max(1.0) * rules::CORRELATED;
+    let trust = rules::trust(&first.fitted);
     let weight = |cost: f64| (-0.5 * (cost - best).max(0.0) / trust).exp();
     // "None of these" stands beside them: with the calibrations alone, and with what the best
     // leaves above the floor. Of many that are tried one fits well by chance.

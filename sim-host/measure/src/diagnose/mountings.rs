@@ -43,8 +43,7 @@ pub(super) fn mountings(fitted: &Fitted) -> Option<Mountings> {
     if own.is_empty() {
         return None;
     }
-    let trust = (fit::chi_square(&fitted.at) / fit::count(&fitted.at).max(1) as f64).max(1.0)
-        * rules::CORRELATED;
+    let trust = rules::trust(fitted);
     let covariance = fitted.linear.information(None, trust).cholesky()?.inverse();
     let share = |k: usize| {
         let free = &point.free[k];

@@ -75,6 +75,12 @@ pub fn held_out_score(fitted: &Fitted) -> f64 {
     (squares / fit::count(&fitted.at).max(1) as f64).sqrt()
 }
 
+/// What differences of a fit's sum of squares are to be trusted by: what chance makes of them, where
+/// residuals follow each other and are what the fit leaves.
+pub(crate) fn trust(fitted: &Fitted) -> f64 {
+    (fit::chi_square(&fitted.at) / fit::count(&fitted.at).max(1) as f64).max(1.0) * CORRELATED
+}
+
 /// Sum of squares and number of the residuals of one channel in one log.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Part {

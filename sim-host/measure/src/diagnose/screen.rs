@@ -4,6 +4,7 @@
 use super::rules;
 use crate::fit::calibration::is_calibration;
 use crate::fit::{self, EffectScope, FitProblem, Fitted, FreeParameter, Slopes, Step};
+use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 use std::f64::consts::FRAC_PI_2;
 use trueweld_plant::effects::{Effect, EffectKind, Location, Parameter, Role, library};
@@ -219,6 +220,10 @@ impl Context<'_> {
         if range.is_nan() || range <= 1e-3 {
             return Vec::new();
         }
+        let highest = match kind.parameters[size].role {
+            Role::Size { step, .. } => kind.parameters[size].high / step,
+            _ => f64::INFINITY,
+        };
         // Half a turn of phase over the range tells two orders apart.
         let spacing = (FRAC_PI_2 / (high - low)).clamp(0.25, 4.0);
         let top = kind.parameters[order].high.min(HIGHEST_ORDER);
@@ -227,21 +232,20 @@ impl Context<'_> {
             .into_par_iter()
             .map(|k| {
                 let n = 1.0 + k as f64 * spacing;
-                let mut sums = [0.0; 5];
+                // A constant beside the wave: an encoder's zero takes what there is of one.
+                let (mut square, mut pull) = (Matrix3::zeros(), Vector3::zeros());
                 for (angle, slope, left) in &samples {
                     let (sine, cosine) = (n * angle).sin_cos();
-                    let (s, c) = (sine * slope, cosine * slope);
-                    sums[0] += s * left;
-                    sums[1] += c * left;
-                    sums[2] += s * s;
-                    sums[3] += s * c;
-                    sums[4] += c * c;
+                    let row = Vector3::new(sine, cosine, 1.0) * *slope;
+                    square += row * row.transpose();
+                    pull += row * *left;
                 }
-                let det = sums[2] * sums[4] - sums[3] * sums[3];
-                let gain = (sums[0] * sums[0] * sums[4] - 2.0 * sums[0] * sums[1] * sums[3]
-                    + sums[1] * sums[1] * sums[2])
-                    / det;
-                (n, if det > 1e-6 * sums[2] * sums[4] { gain } else { 0.0 })
+                let alone = pull.z * pull.z / square.m33;
+                let wave = square.cholesky().map_or(Vector3::zeros(), |c| c.solve(&pull));
+                let gain = wave.dot(&pull) - alone;
+                // Of a short range a slow wave of any height is made, but none is of any height.
+                let possible = wave.xy().norm() < highest;
+                (n, if possible { gain } else { 0.0 })
             })
             .collect();
         let mut peaks: Vec<usize> = (0..power.len())

@@ -259,8 +259,7 @@ pub(super) fn alternatives(
     fitted: &Fitted,
     confusable: &[Confusable],
 ) -> Vec<Fitted> {
-    let trust = (fit::chi_square(&fitted.at) / fit::count(&fitted.at).max(1) as f64).max(1.0)
-        * rules::CORRELATED;
+    let trust = rules::trust(fitted);
     let place = |e: &Effect| (e.kind.id, e.at);
     let all = &fitted.point.all;
     let mut found = Vec::new();

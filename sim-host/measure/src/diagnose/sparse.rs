@@ -2,7 +2,7 @@
 
 use super::found::{effects_of, found};
 use super::rules;
-use crate::fit::calibration::{expected, is_calibration};
+use crate::fit::calibration::is_calibration;
 use crate::fit::{self, EffectScope, Effort, FitProblem, FitState, Fitted, FreeParameter, Slopes};
 use nalgebra::DVector;
 use rayon::prelude::*;
@@ -135,12 +135,6 @@ impl Choice<'_> {
     }
 }
 
-/// What the sum of squares of a fit is to be trusted by.
-fn trust(fitted: &Fitted) -> f64 {
-    (fit::chi_square(&fitted.at) / fit::count(&fitted.at).max(1) as f64).max(1.0)
-        * rules::CORRELATED
-}
-
 /// Keeps of the calibrations those that count, then refits. How links are mounted comes last, for
 /// what the others explain: its many values bend to a little of everything. Calibrations that are
 /// the same in all logs become one for all. Gives the groups kept.
@@ -168,7 +162,7 @@ pub(crate) fn sparse(
             }),
         }
     }
-    let trust = trust(fitted);
+    let trust = rules::trust(fitted);
     let Some((cost, step)) = fitted.linear.with_only(&kept) else {
         return (fitted.clone(), Vec::new());
     };
@@ -195,6 +189,11 @@ pub(crate) fn sparse(
         })
     });
     let all = point.moved(&step);
+    let expected = |id: &str, at: Location| {
+        let mut free = point.free.iter().map(|free| free.of);
+        let of = free.find(|of| (point.effect(*of).kind.id, point.effect(*of).at) == (id, at));
+        of.map_or(Vec::new(), |of| point.expected(of))
+    };
     let mut reduced = FitState::empty(bench.experiments.len());
     // Effects first, then what is kept of the calibrations.
     for i in effects_of(fitted) {
@@ -216,7 +215,7 @@ pub(crate) fn sparse(
         let mean = (0..own[0].values.len())
             .map(|v| own.iter().map(|e| e.values[v]).sum::<f64>() / own.len() as f64)
             .collect();
-        let known = expected(own[0].kind).into_iter().enumerate();
+        let known = expected(id, *at).into_iter().enumerate();
         let known: Vec<f64> =
             known.map(|(k, e)| if is_kept(id, *at, k) { e } else { 0.0 }).collect();
         reduced.add_expected(Effect { values: mean, ..own[0].clone() }, &known);
@@ -249,7 +248,7 @@ pub(crate) fn sparse(
         apart.all[i] = effect.kind.neutral(effect.at);
         apart.free.retain(|f| f.of != EffectScope::All(i));
         for log in &logs {
-            apart.add_to_log(*log, effect.clone(), &expected(effect.kind));
+            apart.add_to_log(*log, effect.clone(), &expected(id, *at));
         }
         split = true;
     }
@@ -297,25 +296,20 @@ pub(super) fn without_doubtful(
         !is_calibration(effect.kind) || names.contains(&(effect.kind.id, effect.at))
     };
     let mut point = FitState::empty(bench.experiments.len());
-    let expected_of = |of: EffectScope, effect: &Effect| -> Vec<f64> {
-        let mut expected = vec![0.0; effect.values.len()];
-        let own = fitted.point.free.iter().filter(|free| free.of == of);
-        own.for_each(|free| expected[free.parameter] = free.expected);
-        expected
-    };
     for (i, effect) in fitted.point.all.iter().enumerate().filter(|(_, e)| is_kept(e)) {
-        point.add_expected(effect.clone(), &expected_of(EffectScope::All(i), effect));
+        point.add_expected(effect.clone(), &fitted.point.expected(EffectScope::All(i)));
     }
     for (log, own) in fitted.point.each.iter().enumerate() {
         for (i, effect) in own.iter().enumerate().filter(|(_, e)| is_kept(e)) {
-            point.add_to_log(log, effect.clone(), &expected_of(EffectScope::Log(log, i), effect));
+            let expected = fitted.point.expected(EffectScope::Log(log, i));
+            point.add_to_log(log, effect.clone(), &expected);
         }
     }
     let slopes = point.free.iter();
     let known: Vec<Slopes> =
         slopes.map_while(|free| slopes_of(&point, free, (&fitted.point, &fitted.slopes))).collect();
     let values = (fitted.point.free.len() - point.free.len()) as f64;
-    let price = trust(&fitted) * (rules::KEEP + rules::KEEP_EACH * values);
+    let price = rules::trust(&fitted) * (rules::KEEP + rules::KEEP_EACH * values);
     match fit::fit(bench, &point, blocks, &known, Effort::full(0)) {
         Ok(fewer) if fewer.cost - fitted.cost < price => {
             without_doubtful(bench, blocks, (fewer, names))

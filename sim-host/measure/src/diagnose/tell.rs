@@ -7,6 +7,7 @@ use super::{Candidate, Diagnosis, FittedEffect, Progress, Verdict, parts, rules}
 use crate::data::log::{Log, LogKind};
 use crate::diagnose::evidence::{EffectCurve, evidence};
 use crate::experiment::{Plan, next_experiment};
+use crate::fit::calibration::is_calibration;
 use crate::fit::{FitProblem, Residuals};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -98,8 +99,11 @@ fn reason(
     (candidate, drawn): (&Candidate, bool),
 ) -> Reason {
     let curve = |effect: &Effect| evidence(bench, logs, &diagnosis.null, &candidate.fitted, effect);
+    // A calibration is what the model without any is judged by.
+    let calibrated = !candidate.effects.iter().all(|f| is_calibration(f.effect.kind));
+    let without = if calibrated { &diagnosis.null.at } else { &diagnosis.before };
     Reason {
-        improved: improved(bench, &diagnosis.null.at, &candidate.fitted.at),
+        improved: improved(bench, without, &candidate.fitted.at),
         evidence: candidate
             .effects
             .iter()

@@ -8,7 +8,7 @@ use super::variables::Series;
 use crate::diagnose::rules;
 use crate::fit::{self, EffectScope, Effort, Fitted, FreeParameter, Linear, Slopes};
 use crate::residuals::localize::CurvePoint;
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 use trueweld_plant::effects::expression::{Expression, interpolate};
 use trueweld_plant::effects::formula::{DefinedTable, Definition};
 use trueweld_plant::effects::{Action, Effect, EffectKind};
@@ -184,6 +184,9 @@ pub(super) struct FittedCurve {
 /// Points that a formula is drawn by.
 const DRAWN: usize = 200;
 
+/// Share of a band's squared width that all values have in common from which on it hides the shape.
+const MOSTLY: f64 = 0.75;
+
 /// Steps of a fit through the plant: a curve is nearly in proportion to its values.
 const STEPS: usize = 6;
 
@@ -242,6 +245,33 @@ impl FittedCurve {
     /// The values at its places.
     pub fn values(&self) -> &[f64] {
         self.fitted.point.all.last().map_or(&[], |effect| &effect.values)
+    }
+
+    /// Half the interval of what all values of its band have in common, where that is most of its
+    /// width, and the band without.
+    pub fn shape(&self, band: &[[f64; 2]]) -> (Option<f64>, Vec<[f64; 2]>) {
+        let n = self.places.len();
+        let whole = || (None, band.to_vec());
+        let Some(factor) = self.fitted.linear.factor() else { return whole() };
+        // The curve's values come last.
+        let all = self.fitted.linear.away.len();
+        let own = DMatrix::from_fn(all, n, |row, column| f64::from(row + n == all + column));
+        let covariance = factor.solve(&own).rows(all - n, n).into_owned();
+        let centred = DMatrix::identity(n, n).add_scalar(-1.0 / n as f64);
+        let centred = (&centred * &covariance * &centred).diagonal();
+        let shares: Vec<f64> =
+            (0..n).map(|k| (centred[k].max(0.0) / covariance[(k, k)]).sqrt().min(1.0)).collect();
+        let half = |[low, high]: [f64; 2]| 0.5 * (high - low);
+        let level = (covariance.mean().max(0.0) / covariance.diagonal().mean()).sqrt();
+        if level.is_nan() || level * level < MOSTLY {
+            return whole();
+        }
+        let mean = band.iter().map(|band| half(*band)).sum::<f64>() / n as f64;
+        let narrow = |(band, share): (&[f64; 2], &f64)| {
+            let (middle, reach) = (0.5 * (band[0] + band[1]), share * half(*band));
+            [middle - reach, middle + reach]
+        };
+        (Some(level * mean), band.iter().zip(&shares).map(narrow).collect())
     }
 
     /// What the measurements ask for along the curve, whatever its form, a point a stretch between

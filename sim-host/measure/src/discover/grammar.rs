@@ -272,8 +272,7 @@ const SYMBOL: f64 = 4.6;
 pub(super) fn law(context: &Context<'_>, curve: &FittedCurve) -> Option<Law> {
     let cost = Cost::of(curve)?;
     let count = fit::count(&curve.fitted.at);
-    let trust =
-        (fit::chi_square(&curve.fitted.at) / count.max(1) as f64).max(1.0) * rules::CORRELATED;
+    let trust = rules::trust(&curve.fitted);
     let mut found: Vec<Found> =
         FORMS.par_iter().filter_map(|form| find(form, &cost, trust, count)).collect();
     found.sort_by(|a, b| a.length.total_cmp(&b.length));

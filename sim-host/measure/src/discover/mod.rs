@@ -89,6 +89,11 @@ pub struct FreeCurve {
     pub y: Vec<f64>,
     /// Band, low and high.
     pub band: Vec<[f64; 2]>,
+    /// Half the 95 % interval of what all values have in common, where that is most of the band's
+    /// width: a constant that calibrations make as well.
+    pub level: Option<f64>,
+    /// The band but for that level; the band itself where there is none.
+    pub shape: Vec<[f64; 2]>,
     /// What the measurements ask for, whatever the form.
     pub points: Vec<CurvePoint>,
     /// The formula in its place, over the same range; none where the curve itself is the law.
@@ -151,7 +156,7 @@ pub fn discover(
     let Some(best) = curves.first() else {
         return Vec::new();
     };
-    let trust = trust(&best.fitted);
+    let trust = rules::trust(&best.fitted);
     let left = rules::above(bench, &best.fitted.at) / rules::above(bench, &null.at).max(1.0);
     // Of what shows little, noise alone leaves a large share.
     let partial = left > LEFT && !rules::at_floor(bench, &best.fitted.at);
@@ -225,7 +230,7 @@ fn curves(
     let Some(least) = curves.first() else {
         return Vec::new();
     };
-    let reach = least.held_out() + rules::TIED * trust(&least.fitted);
+    let reach = least.held_out() + rules::TIED * rules::trust(&least.fitted);
     curves.retain(|curve| curve.held_out() <= reach);
     let order = hypotheses::all();
     curves.sort_by_key(|c| order.iter().position(|h| *h == c.candidate.hypothesis));
@@ -253,12 +258,15 @@ fn described(context: &Context<'_>, curves: &[FittedCurve]) -> Option<(Discovery
     };
     let (band, effect) = (of_last(&best.fitted)?, of_last(&fitted)?);
     let formula = expression.as_ref().map_or(Vec::new(), |_| best.drawn(&effect.effect));
+    let (level, shape) = best.shape(&band.interval);
     let discovery = Discovery {
         hypothesis: best.candidate.hypothesis,
         curve: FreeCurve {
             x: best.places.clone(),
             y: best.values().to_vec(),
             band: band.interval,
+            level,
+            shape,
             points: best.points(context),
             formula,
         },
@@ -338,12 +346,6 @@ fn free_name(known: &[Effect], found: &[Effect]) -> String {
 
 /// Name of an effect that was discovered; a number behind it where a model has several.
 pub const DISCOVERED: &str = "discovered";
-
-/// What the sum of squares of a fit is to be trusted by.
-fn trust(fitted: &Fitted) -> f64 {
-    (fit::chi_square(&fitted.at) / fit::count(&fitted.at).max(1) as f64).max(1.0)
-        * rules::CORRELATED
-}
 
 /// The candidates that promise most, screened.
 fn likeliest<'c>(

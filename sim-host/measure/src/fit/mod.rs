@@ -218,6 +218,14 @@ impl FitState {
         self.release(of, expected);
     }
 
+    /// What is expected of each value of an effect; 0 for one that is not free.
+    pub(crate) fn expected(&self, of: EffectScope) -> Vec<f64> {
+        let mut expected = vec![0.0; self.effect(of).values.len()];
+        let own = self.free.iter().filter(|free| free.of == of);
+        own.for_each(|free| expected[free.parameter] = free.expected);
+        expected
+    }
+
     fn release(&mut self, of: EffectScope, expected: &[f64]) {
         let free = |(parameter, e): (usize, &f64)| {
             (*e != 0.0).then_some(FreeParameter { of, parameter, expected: *e })

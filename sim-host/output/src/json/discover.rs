@@ -65,6 +65,9 @@ pub struct DiscoveredCurve {
     pub y: Vec<f64>,
     pub low: Vec<Option<f64>>,
     pub high: Vec<Option<f64>>,
+    /// Half the 95 % interval of what all values have in common, where that is most of the band's
+    /// width: a constant that calibrations make as well.
+    pub level: Option<f64>,
 }
 
 impl DiscoveredPlace {
@@ -104,6 +107,7 @@ impl DiscoveredLaw {
                 y: curve.y.clone(),
                 low: end(0),
                 high: end(1),
+                level: curve.level,
             },
             expression: discovery.expression.clone(),
             parameters: FittedEffectValues::of(&discovery.effect, robot, &[]).parameters,

@@ -74,18 +74,27 @@ impl Axes {
     }
 }
 
+/// Names of the band's edges.
+fn edges(discovery: &Discovery) -> [&'static str; 2] {
+    match discovery.curve.level {
+        None => ["95 %, low", "95 %, high"],
+        Some(_) => ["95 % but for its level, low", "95 % but for its level, high"],
+    }
+}
+
 fn difference(discovery: &Discovery, like: &LikeEffect, robot: &RobotFile) -> Figure {
     let (free, axes) = (&discovery.curve, Axes::of(discovery, robot));
     let less = |of: &dyn Fn(usize) -> f64| -> Vec<(f64, f64)> {
         let values: Vec<f64> = (0..free.x.len()).map(of).collect();
         like.curve.iter().map(|p| (p.x, interpolate(&free.x, &values, p.x) - p.y)).collect()
     };
-    let edge = |end: usize| less(&|k| free.band[k][end]).into_iter();
+    let edge = |end: usize| less(&|k| free.shape[k][end]).into_iter();
     let name = format!("the free curve less {}", words::discover::like_name(like, robot));
+    let [low, high] = edges(discovery);
     let lines = vec![
         axes.line(&name, 0, Dash::Solid, less(&|k| free.y[k]).into_iter()),
-        axes.line("95 %, low", 0, Dash::Dotted, edge(0)),
-        axes.line("95 %, high", 0, Dash::Dotted, edge(1)),
+        axes.line(low, 0, Dash::Dotted, edge(0)),
+        axes.line(high, 0, Dash::Dotted, edge(1)),
     ];
     axes.figure(lines, Vec::new())
 }
@@ -93,11 +102,12 @@ fn difference(discovery: &Discovery, like: &LikeEffect, robot: &RobotFile) -> Fi
 fn curve(discovery: &Discovery, robot: &RobotFile) -> Figure {
     let (free, axes) = (&discovery.curve, Axes::of(discovery, robot));
     let places = || free.x.iter().copied();
-    let edge = |end: usize| places().zip(free.band.iter().map(move |band| band[end]));
+    let edge = |end: usize| places().zip(free.shape.iter().map(move |band| band[end]));
+    let [low, high] = edges(discovery);
     let mut lines = vec![
         axes.line("the free curve", 0, Dash::Solid, places().zip(free.y.iter().copied())),
-        axes.line("95 %, low", 0, Dash::Dotted, edge(0)),
-        axes.line("95 %, high", 0, Dash::Dotted, edge(1)),
+        axes.line(low, 0, Dash::Dotted, edge(0)),
+        axes.line(high, 0, Dash::Dotted, edge(1)),
     ];
     if !free.formula.is_empty() {
         let points = free.formula.iter().map(|[x, y]| (*x, *y));

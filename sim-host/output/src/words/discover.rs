@@ -1,7 +1,7 @@
 //! What is said of a law that the library does not hold.
 
 use super::effects::capital;
-use super::{Scale, listed, score, share};
+use super::{Scale, digits, listed, score, share};
 use trueweld_measure::diagnose::FittedEffect;
 use trueweld_measure::discover::{DISCOVERED, Discovery, Hypothesis, LikeEffect};
 use trueweld_plant::effects::{Effect, Location};
@@ -123,6 +123,16 @@ pub(crate) fn details(discovery: &Discovery, robot: &RobotFile) -> Vec<String> {
             format!("The library's nearest, {name}, leaves the score at {left}.")
         }
     });
+    let level = discovery.curve.level.map(|level| {
+        let (unit, plain) = (discovery.hypothesis.y_unit(), discovery.hypothesis.port.unit);
+        let level = match unit == plain {
+            true => Scale::small(plain).quantity(level),
+            false => format!("{} {unit}", digits(level, 3)),
+        };
+        format!(
+            "These logs leave its level open by ± {level}: a calibration makes a constant as well."
+        )
+    });
     let own = law(&discovery.hypothesis, robot);
     let mut tied: Vec<String> = Vec::new();
     for other in discovery.tied.iter().map(|t| law(&t.hypothesis, robot)) {
@@ -132,7 +142,7 @@ pub(crate) fn details(discovery: &Discovery, robot: &RobotFile) -> Vec<String> {
     }
     let tied = (!tied.is_empty())
         .then(|| format!("These logs explain as well with {}.", listed(&tied, "or")));
-    std::iter::once(formula).chain(like).chain(tied).collect()
+    std::iter::once(formula).chain(level).chain(like).chain(tied).collect()
 }
 
 /// All of it in a paragraph.
