@@ -206,7 +206,17 @@ impl Contact {
             weld.angle.iter_mut().for_each(|angle| *angle += ahead);
             (lines, amplitudes) = lined(&weld);
         }
-        let forces = |motion| weld.forces(&weld.process(model), &Ports::default(), motion, None);
+        // As compared: the push that the depth's noise makes is none that the plane's forces have.
+        let forces = |motion| {
+            let process = weld.process(model);
+            let mut force = weld.forces(&process, &Ports::default(), motion, None);
+            let share = weld.carried(process.reference_force, &weld.force, &force);
+            for (force, share) in force.iter_mut().zip(share) {
+                force.x *= share;
+                force.y *= share;
+            }
+            force
+        };
         let parts = forces(&seen).into_iter().zip(forces(&weld.motion)).enumerate();
         let unlikely = parts.map(|(k, (seen, likeliest))| weld.in_tool(k, &(seen - likeliest)));
         let unlikely = unlikely.collect();
@@ -290,28 +300,9 @@ impl Contact {
             .collect();
         let mut force = weld.forces(process, ports, motion, Some(&lines.shake));
         let mut still = weld.forces(process, ports, motion, None);
-        // The depth force as measured against the predicted one, in W, both below the spindle's
-        // frequency: as slow as that, a few values a second tell it.
-        let depth: Vec<f64> =
-            (0..n).map(|k| weld.axes[k].column(2).dot(&(weld.rotation[k] * behind[k]))).collect();
-        let stride = weld.stride();
-        let least = CONTACT * process.reference_force;
-        let share: Vec<f64> = (0..n + stride)
-            .step_by(stride)
-            .map(|k| {
-                let k = k.min(n - 1);
-                let (measured, predicted) =
-                    (weld.low.at(0, |i| depth[i], n, k), weld.low.at(0, |i| force[i].z, n, k));
-                if predicted.abs() > least && measured.abs() > least {
-                    measured / predicted
-                } else {
-                    1.0
-                }
-            })
-            .collect();
-        for (k, force) in force.iter_mut().enumerate() {
-            let share = interpolate(&share, k as f64 / stride as f64);
-            for force in [force, &mut still[k]] {
+        let share = weld.carried(process.reference_force, &behind, &force);
+        for (k, share) in share.into_iter().enumerate() {
+            for force in [&mut force[k], &mut still[k]] {
                 force.x *= share;
                 force.y *= share;
             }

@@ -2,6 +2,7 @@
 //! through it as the tracker saw it.
 
 use super::super::{Model, pose_behind, vector};
+use super::CONTACT;
 use super::likeliest::{Likeliest, between};
 use crate::data::fir::{LowPass, interpolate};
 use nalgebra::{Matrix3, Vector3};
@@ -208,6 +209,31 @@ impl Weld {
             .force
         };
         (0..self.angle.len()).map(force).collect()
+    }
+
+    /// The depth force that was measured, over the predicted one, at every row, both below the
+    /// spindle's frequency: as slow as that, a few values a second tell it. 1 where there is no
+    /// contact to speak of. `reference`: the process' reference force, N; `measured`: in the sensor's
+    /// axes; `predicted`: in W.
+    pub fn carried(
+        &self,
+        reference: f64,
+        measured: &[Vector3<f64>],
+        predicted: &[Vector3<f64>],
+    ) -> Vec<f64> {
+        let (n, stride, least) = (measured.len(), self.stride(), CONTACT * reference);
+        let depth: Vec<f64> =
+            (0..n).map(|k| self.axes[k].column(2).dot(&(self.rotation[k] * measured[k]))).collect();
+        let seldom: Vec<f64> = (0..n + stride)
+            .step_by(stride)
+            .map(|k| {
+                let slow = |of: &dyn Fn(usize) -> f64| self.low.at(0, of, n, k.min(n - 1));
+                let (measured, predicted) = (slow(&|i| depth[i]), slow(&|i| predicted[i].z));
+                let firm = predicted.abs() > least && measured.abs() > least;
+                if firm { measured / predicted } else { 1.0 }
+            })
+            .collect();
+        (0..n).map(|k| interpolate(&seldom, k as f64 / stride as f64)).collect()
     }
 
     /// A force in W at a row, in the sensor's axes.
