@@ -1,26 +1,44 @@
-//! A calibration that is larger than any: an encoder zeroed two milliradians off, a joint half as
-//! stiff as its file says. What is expected of calibrations holds each of them small, so that an
+//! A calibration that is larger than any: an encoder zeroed two milliradians off, a joint far
+//! softer than its file says. What is expected of calibrations holds each of them small, so that an
 //! effect, or several others that act as it does, would be named in its place.
 
 use super::rules::{self, at_floor, counts};
 use crate::fit::calibration::is_calibration;
 use crate::fit::{self, Effort, End, FitProblem, FitState, Fitted};
+use nalgebra::DVector;
+use rayon::prelude::*;
+use trueweld_plant::effects::Location;
 
 /// The calibrations alone, one of them free to be of any size, where that is all there is to say: it
-/// comes out far beyond what is expected of it, the logs fix it, it reaches the floor and costs less than `best` does, the best effect of the library. `None` where there is none.
+/// comes out far beyond what is expected of it, the logs fix it, and it reaches the floor. It costs
+/// less than `best` does, the best effect of the library; where that acts at the same place, the
+/// calibration need only do as well, for it has less freedom. `None` where there is none.
 pub(super) fn beyond_expected(
     bench: &FitProblem,
     blocks: &[Vec<u8>],
     null: &Fitted,
     best: Option<&Fitted>,
 ) -> Option<Fitted> {
-    let goal = best.map_or(null.cost, |best| best.cost.min(null.cost));
-    let mut point = released(null, goal)?;
-    // Others have made up for it: from nothing, and then with the slopes that are where it stands,
-    // for so far away even those that hardly bend are others.
-    point.reset(|effect| is_calibration(effect.kind));
-    let from_nothing = Effort::steps(FROM_NOTHING, point.free.len());
-    let mut fitted = fit::fit(bench, &point, blocks, &[], from_nothing).ok()?;
+    let tied = rules::TIED * rules::trust(best.unwrap_or(null));
+    let place = best.and_then(|best| Some(best.point.all.last()?.at));
+    let alone = null.cost - tied;
+    let dearest = |at: Location| match best {
+        Some(best) if place == Some(at) => alone.min(best.cost + tied),
+        Some(best) => alone.min(best.cost - tied),
+        None => alone,
+    };
+    // Slopes say little of what an effect at the same place is like from afar.
+    let promised = |at: Location| if place == Some(at) { alone } else { dearest(at) };
+    let Released { at, point, size } = released(null, promised)?;
+    // Others have made up for it: from where it stands alone, and then with the slopes that are where
+    // it stands, for so far away even those that hardly bend are others.
+    let alone = SIZES.par_iter().filter_map(|share| {
+        let point = point.moved(&(&size * *share));
+        Some((fit::chi_square(&fit::residuals(bench, &point).ok()?), point))
+    });
+    let (_, start) = alone.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    let near = Effort::steps(NEAR, start.free.len());
+    let mut fitted = fit::fit(bench, &start, blocks, &[], near).ok()?;
     for _ in 0..AGAIN {
         fitted = fit::fit(bench, &fitted.point, blocks, &[], Effort::full(0)).ok()?;
         if matches!(fitted.end, End::Arrived | End::Near) {
@@ -30,23 +48,39 @@ pub(super) fn beyond_expected(
     // Others may act as it does, each larger than expected: those explain as much, and cost more.
     let explains =
         at_floor(bench, &fitted.at) && (at_floor(bench, &null.at) || counts(bench, null, &fitted));
-    let cheaper = fitted.cost < goal - rules::TIED * rules::trust(&fitted);
-    (explains && cheaper).then_some(fitted)
+    (explains && fitted.cost < dearest(at)).then_some(fitted)
 }
 
-/// Steps with the slopes at nothing, and how often a fit goes on with those where it stands.
-const FROM_NOTHING: usize = 3;
+/// Shares of the size that slopes give at which it is tried alone: what swings has slopes that say
+/// little of it.
+const SIZES: [f64; 7] = [0.25, 0.5, 0.7, 0.85, 1.0, 1.4, 2.0];
+
+/// Steps with the slopes where it stands alone, and how often a fit goes on with those where it has
+/// come to.
+const NEAR: usize = 3;
 const AGAIN: usize = 3;
 
-/// The point of a fit with nothing expected of that calibration whose size, in all logs together,
-/// lowers the cost the most by slopes, and below `goal`; `None` where none comes out beyond what is
-/// expected of it.
-fn released(null: &Fitted, goal: f64) -> Option<FitState> {
+/// A calibration of which nothing is expected.
+struct Released {
+    at: Location,
+    /// All calibrations at nothing.
+    point: FitState,
+    /// The step to the size that slopes give it.
+    size: DVector<f64>,
+}
+
+/// That calibration whose size, in all logs together, lowers the cost the most by slopes, and below
+/// what is `promised` at its place. `None` where none comes out beyond what is expected of it.
+fn released(null: &Fitted, promised: impl Fn(Location) -> f64) -> Option<Released> {
     let point = &null.point;
     let name = |k: usize| {
         let free = &point.free[k];
         let effect = point.effect(free.of);
         (effect.kind.id, effect.at, free.parameter)
+    };
+    let unit = |k: usize| {
+        let free = &point.free[k];
+        fit::unit(point.parameter(free), point.value(free))
     };
     let mut groups: Vec<Vec<usize>> = Vec::new();
     for k in (0..point.free.len()).filter(|k| point.free[*k].expected.is_finite()) {
@@ -59,24 +93,23 @@ fn released(null: &Fitted, goal: f64) -> Option<FitState> {
         let mut linear = null.linear.clone();
         group.iter().for_each(|k| linear.prior[(*k, *k)] = 0.0);
         let found = linear.solve(None, 0.0, None)?;
-        let deviations = found.deviations();
-        let size = |k: usize| {
-            let free = &point.free[k];
-            let (parameter, value) = (point.parameter(free), point.value(free));
-            let away = value - parameter.without_effect(value);
-            let unit = fit::unit(parameter, value);
-            ((away + found.step[k] * unit).abs(), deviations[k] * unit)
-        };
+        let (size, deviations) = (&linear.away + &found.step, found.deviations());
         let beyond = |k: &usize| {
-            let (size, deviation) = size(*k);
-            size > rules::BEYOND * point.free[*k].expected.max(deviation)
+            let expected = point.free[*k].expected / unit(*k);
+            size[*k].abs() > rules::BEYOND * expected.max(deviations[*k])
         };
-        let largest = group.iter().map(|k| size(*k).0).fold(0.0, f64::max);
         let cost = linear.cost(&found.step);
-        (cost < goal && group.iter().any(beyond)).then_some((cost, group, largest))
+        let promises = cost < promised(name(group[0]).1);
+        (promises && group.iter().any(beyond)).then_some((cost, group, size))
     });
-    let (_, group, size) = tried.min_by(|a, b| a.0.total_cmp(&b.0))?;
-    let mut point = point.clone();
-    group.iter().for_each(|k| point.free[*k].expected = size);
-    Some(point)
+    let (_, group, all) = tried.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    let mut nothing = point.clone();
+    nothing.reset(|effect| is_calibration(effect.kind));
+    let mut size = DVector::zeros(all.len());
+    for k in group.iter().copied() {
+        size[k] = all[k];
+        nothing.free[k].expected =
+            group.iter().map(|k| (all[*k] * unit(*k)).abs()).fold(0.0, f64::max);
+    }
+    Some(Released { at: name(group[0]).1, point: nothing, size })
 }
