@@ -3,7 +3,7 @@
 use crate::color::{self, Dash};
 use crate::document::{Figure, Line, Marked, Plot};
 use crate::words::{self, Scale};
-use trueweld_measure::discover::{Discovery, LikeEffect};
+use trueweld_measure::discover::{Discovery, FreeCurve, LikeEffect};
 use trueweld_measure::residuals::localize::CurvePoint;
 use trueweld_plant::effects::expression::interpolate;
 use trueweld_plant::input::RobotFile;
@@ -74,6 +74,22 @@ impl Axes {
     }
 }
 
+/// What a line over the curve is lifted by: where the logs leave the level open, every line is drawn
+/// at that of the curve, the places counting as well as they are known.
+fn lift(free: &FreeCurve, points: &[(f64, f64)]) -> f64 {
+    if free.level.is_none() {
+        return 0.0;
+    }
+    let widths: Vec<f64> = free.shape.iter().map(|[low, high]| high - low).collect();
+    let (mut sum, mut all) = (0.0, 0.0);
+    for (x, y) in points {
+        let weight = interpolate(&free.x, &widths, *x).powi(-2);
+        sum += weight * (interpolate(&free.x, &free.y, *x) - y);
+        all += weight;
+    }
+    if all > 0.0 && all.is_finite() { sum / all } else { 0.0 }
+}
+
 /// Names of the band's edges.
 fn edges(discovery: &Discovery) -> [&'static str; 2] {
     match discovery.curve.level {
@@ -84,9 +100,11 @@ fn edges(discovery: &Discovery) -> [&'static str; 2] {
 
 fn difference(discovery: &Discovery, like: &LikeEffect, robot: &RobotFile) -> Figure {
     let (free, axes) = (&discovery.curve, Axes::of(discovery, robot));
+    let library: Vec<(f64, f64)> = like.curve.iter().map(|p| (p.x, p.y)).collect();
+    let lift = lift(free, &library);
     let less = |of: &dyn Fn(usize) -> f64| -> Vec<(f64, f64)> {
         let values: Vec<f64> = (0..free.x.len()).map(of).collect();
-        like.curve.iter().map(|p| (p.x, interpolate(&free.x, &values, p.x) - p.y)).collect()
+        library.iter().map(|(x, y)| (*x, interpolate(&free.x, &values, *x) - y - lift)).collect()
     };
     let edge = |end: usize| less(&|k| free.shape[k][end]).into_iter();
     let name = format!("the free curve less {}", words::discover::like_name(like, robot));
@@ -109,13 +127,17 @@ fn curve(discovery: &Discovery, robot: &RobotFile) -> Figure {
         axes.line(low, 0, Dash::Dotted, edge(0)),
         axes.line(high, 0, Dash::Dotted, edge(1)),
     ];
+    let lifted = |points: Vec<(f64, f64)>| {
+        let lift = lift(free, &points);
+        points.into_iter().map(move |(x, y)| (x, y + lift))
+    };
     if !free.formula.is_empty() {
-        let points = free.formula.iter().map(|[x, y]| (*x, *y));
+        let points = lifted(free.formula.iter().map(|[x, y]| (*x, *y)).collect());
         lines.push(axes.line("the formula", 1, Dash::Solid, points));
     }
     if let Some(like) = &discovery.like {
         let name = words::discover::like_name(like, robot);
-        let points = like.curve.iter().map(|p| (p.x, p.y));
+        let points = lifted(like.curve.iter().map(|p| (p.x, p.y)).collect());
         lines.push(axes.line(&format!("{name}, as fitted"), 2, Dash::Dashed, points));
     }
     let (x, y) = (axes.x.factor, axes.y.factor);

@@ -130,7 +130,7 @@ pub(crate) fn details(discovery: &Discovery, robot: &RobotFile) -> Vec<String> {
             false => format!("{} {unit}", digits(level, 3)),
         };
         format!(
-            "These logs leave its level open by ± {level}: a calibration makes a constant as well."
+            "These logs leave its level open by ± {level}, for a calibration makes a constant as well; lines over it are drawn at its level."
         )
     });
     let own = law(&discovery.hypothesis, robot);
