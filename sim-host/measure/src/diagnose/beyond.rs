@@ -32,11 +32,11 @@ pub(super) fn beyond_expected(
     let Released { at, point, size } = released(null, promised)?;
     // Others have made up for it: from where it stands alone, and then with the slopes that are where
     // it stands, for so far away even those that hardly bend are others.
-    let alone = SIZES.par_iter().filter_map(|share| {
+    let tried = SIZES.par_iter().filter_map(|share| {
         let point = point.moved(&(&size * *share));
         Some((fit::chi_square(&fit::residuals(bench, &point).ok()?), point))
     });
-    let (_, start) = alone.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    let (_, start) = tried.min_by(|a, b| a.0.total_cmp(&b.0))?;
     let near = Effort::steps(NEAR, start.free.len());
     let mut fitted = fit::fit(bench, &start, blocks, &[], near).ok()?;
     for _ in 0..AGAIN {
