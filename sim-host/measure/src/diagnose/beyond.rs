@@ -12,13 +12,17 @@ use trueweld_plant::effects::Location;
 /// The calibrations alone, one of them free to be of any size, where that is all there is to say: it
 /// comes out far beyond what is expected of it, the logs fix it, and it reaches the floor. It costs
 /// less than `best` does, the best effect of the library; where that acts at the same place, the
-/// calibration need only do as well, for it has less freedom. `None` where there is none.
+/// calibration need only do as well, for it has less freedom. `None` where there is none, or no time to
+/// look.
 pub(super) fn beyond_expected(
     bench: &FitProblem,
     blocks: &[Vec<u8>],
     null: &Fitted,
     best: Option<&Fitted>,
 ) -> Option<Fitted> {
+    if bench.is_late() {
+        return None;
+    }
     let tied = rules::TIED * rules::trust(best.unwrap_or(null));
     let place = best.and_then(|best| Some(best.point.all.last()?.at));
     let alone = null.cost - tied;
@@ -40,6 +44,9 @@ pub(super) fn beyond_expected(
     let near = Effort::steps(NEAR, start.free.len());
     let mut fitted = fit::fit(bench, &start, blocks, &[], near).ok()?;
     for _ in 0..AGAIN {
+        if bench.is_late() {
+            return None;
+        }
         fitted = fit::fit(bench, &fitted.point, blocks, &[], Effort::full(0)).ok()?;
         if matches!(fitted.end, End::Arrived | End::Near) {
             break;
