@@ -1,6 +1,7 @@
 //! `feed-power-law`: drag that is not in proportion to the feed.
 //!
-//! F_f = c_x v_x e (|v_x| / 0.010)^(p − 1); the transversal force follows F_f.
+//! F_f = c_x v_x e (|v_x| / 0.010)^(p − 1); the transversal force follows F_f. Of a tool that all but
+//! stands the drag is in proportion to its speed: for p < 1 the slope would have no bound.
 
 use super::curve::{Curve, CurveAxis, SEAM_FORCE};
 use super::kind::{Action, EffectKind};
@@ -34,6 +35,9 @@ pub(super) static KIND: EffectKind = EffectKind {
 /// Feed at which the power law meets the linear one, m/s.
 const REFERENCE_FEED: f64 = 0.010;
 
+/// Feed below which the drag is in proportion to it, m/s.
+const STANDING: f64 = 1e-5;
+
 #[derive(Debug)]
 struct FeedPowerLaw {
     exponent: f64,
@@ -41,8 +45,10 @@ struct FeedPowerLaw {
 
 impl Term for FeedPowerLaw {
     fn drag(&self, at: &ProcessPoint) -> f64 {
-        let share = at.velocity.x.abs() / REFERENCE_FEED;
-        // The force itself goes to zero with the feed for p > 0; its factor need not.
-        if share > 0.0 { share.powf(self.exponent - 1.0) } else { 0.0 }
+        (at.velocity.x.abs().max(STANDING) / REFERENCE_FEED).powf(self.exponent - 1.0)
+    }
+
+    fn drag_exponent(&self, at: &ProcessPoint) -> f64 {
+        if at.velocity.x.abs() > STANDING { self.exponent - 1.0 } else { 0.0 }
     }
 }

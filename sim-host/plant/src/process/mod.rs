@@ -29,9 +29,10 @@ pub fn planned(process: &Process, push: f64, feed: f64) -> Vector3<f64> {
 pub struct Reaction {
     /// Force on the tool, N.
     pub force: Vector3<f64>,
-    /// −∂F/∂p of the baseline, N/m: what an implicit integrator needs of the contact.
+    /// −∂F/∂p of the baseline and of its drag's factors, N/m: what an implicit integrator needs of
+    /// the contact.
     pub stiffness: Matrix3<f64>,
-    /// −∂F/∂ṗ of the baseline, N·s/m.
+    /// −∂F/∂ṗ of the same, N·s/m.
     pub damping: Matrix3<f64>,
     /// ẏ_m, m/s.
     pub channel_rate: f64,
@@ -83,8 +84,12 @@ pub fn reaction(
         in_plane += r.in_plane * wave;
     }
     let e = depth_force / process.reference_force;
-    let feed =
-        ports.process.iter().fold(process.feed_drag * velocity.x * e, |feed, t| feed * t.drag(&at));
+    let (mut drag, mut exponent) = (process.feed_drag, 1.0);
+    for term in &ports.process {
+        drag *= term.drag(&at);
+        exponent += term.drag_exponent(&at);
+    }
+    let feed = drag * velocity.x * e;
     let turn = process.lateral_ratio * process.spindle.signum();
     let across =
         process.lateral_damping * velocity.y + process.lateral_stiffness * (position.y - channel);
@@ -99,8 +104,8 @@ pub fn reaction(
     // one through r.
     let per_force = 1.0 / process.reference_force;
     let by_depth = Vector3::new(
-        process.feed_drag * velocity.x * per_force * in_plane,
-        (turn * process.feed_drag * velocity.x + across) * per_force * in_plane,
+        drag * velocity.x * per_force * in_plane,
+        (turn * drag * velocity.x + across) * per_force * in_plane,
         axial,
     );
     let mut stiffness = Matrix3::zeros();
@@ -108,8 +113,8 @@ pub fn reaction(
     stiffness[(1, 1)] = process.lateral_stiffness * e * in_plane;
     let mut damping = Matrix3::zeros();
     damping.set_column(2, &(by_depth * process.depth_damping * share));
-    damping[(0, 0)] = process.feed_drag * e * in_plane;
-    damping[(1, 0)] = turn * process.feed_drag * e * in_plane;
+    damping[(0, 0)] = exponent * drag * e * in_plane;
+    damping[(1, 0)] = turn * exponent * drag * e * in_plane;
     damping[(1, 1)] = process.lateral_damping * e * in_plane;
     Reaction { force, stiffness, damping, channel_rate }
 }

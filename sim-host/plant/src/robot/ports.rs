@@ -224,6 +224,12 @@ pub trait Term: std::fmt::Debug + Send + Sync {
         1.0
     }
 
+    /// Process force: exponent of that factor in the speed along the seam, ∂ ln(factor)/∂ ln|v_x|,
+    /// which an implicit integrator needs where the drag is steep.
+    fn drag_exponent(&self, _at: &ProcessPoint) -> f64 {
+        0.0
+    }
+
     /// Process force: added to F_l, along −y of W, N, before ripple.
     fn lateral_force(&self, _at: &ProcessPoint) -> f64 {
         0.0

@@ -246,3 +246,35 @@ fn the_default_integrator_stays_within_a_micrometre_of_the_reference_over_a_whol
         assert!(seen(newtons, push) < 1.0);
     }
 }
+
+#[test]
+fn a_drag_that_is_steep_at_rest_does_not_chatter() {
+    // As the push rises the tool creeps before its feed begins. An integrator that takes the drag for
+    // the linear one goes to and fro over the standing point: a mean force of nothing, and a force of
+    // a thousand newtons whenever it is recorded.
+    let mut fixtures = Fixtures::of("coupon");
+    fixtures.sensors.encoder_resolution = [0.0; 6];
+    fixtures.sensors.force.resolution = 0.0;
+    fixtures.weld.end = fixtures.weld.start + 0.02 * (fixtures.weld.end - fixtures.weld.start);
+    let cell = fixtures.cell(&["feed-power-law::exponent=0.5"]);
+    let law = law("elastostatic");
+    let scenario = Scenario {
+        plant_step: 5e-4,
+        ..fixtures.scenario(&cell, Program::Weld, Controller::External, &law)
+    };
+    let exact =
+        Scenario { integrator: Integrator::DormandPrince(Tolerance::REFERENCE), ..scenario };
+    let [recording, exact] = std::thread::scope(|scope| {
+        [scenario, exact]
+            .map(|scenario| scope.spawn(move || run(&scenario, |_| {}).expect("runs")))
+            .map(|run| run.join().expect("no panic"))
+    });
+    let pairs = || recording.rows.iter().zip(&exact.rows);
+    let farthest = |apart: &dyn Fn(&RecordRow, &RecordRow) -> f64| {
+        pairs().map(|(a, b)| apart(a, b)).fold(0.0, f64::max)
+    };
+    let place = farthest(&|a, b| (a.real.position - b.real.position).norm());
+    let force = farthest(&|a, b| (a.force_w - b.force_w).xy().norm());
+    println!("{} rows: {place} m, {force} N at most", exact.rows.len());
+    assert!(place < 1e-5 && force < 50.0, "{place} m, {force} N");
+}
