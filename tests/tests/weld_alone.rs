@@ -47,6 +47,11 @@ fn a_material_that_is_softer_or_firmer_is_not_taken_for_a_sensor_or_a_law() {
 }
 
 #[test]
+fn a_drag_that_hardly_grows_with_the_feed_is_named() {
+    named("coupon", "feed-power-law", ("exponent", 0.6), 31);
+}
+
+#[test]
 fn a_force_sensor_that_reads_too_little_is_named() {
     named("coupon", "force-scale", ("relative", -0.2), 24);
 }
