@@ -19,7 +19,7 @@ use crate::data::log::Log;
 use crate::data::noise::{Level, NoiseLevels};
 use lines::Lines;
 use nalgebra::{Matrix3, Vector3};
-use tool::{Held, Weld};
+use tool::{CONTACT, Held, Weld};
 use trueweld_core::Wrench;
 use trueweld_core::spatial::rotation_from_vector;
 use trueweld_plant::input::Process;
@@ -41,10 +41,6 @@ const EXACT: f64 = 2e-4;
 
 /// Push that counts as firm contact, in deviations of the predicted depth force.
 const FIRM: f64 = 4.0;
-
-/// Depth force from which on there is contact to speak of, as a share of the process' reference
-/// force.
-const CONTACT: f64 = 0.03;
 
 /// A weld with tracker and wrench.
 #[derive(Debug, Clone)]

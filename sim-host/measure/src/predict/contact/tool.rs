@@ -2,7 +2,6 @@
 //! through it as the tracker saw it.
 
 use super::super::{Model, pose_behind, vector};
-use super::CONTACT;
 use super::likeliest::{Likeliest, between};
 use crate::data::fir::{LowPass, interpolate};
 use nalgebra::{Matrix3, Vector3};
@@ -36,6 +35,10 @@ pub(super) struct Weld {
     /// Motion of the tool as the tracker tells it without a delay or a term of its own.
     pub motion: Vec<Tool>,
 }
+
+/// Depth force from which on there is contact to speak of, as a share of the process' reference
+/// force.
+pub(super) const CONTACT: f64 = 0.03;
 
 /// Speed along the seam below which a tool is not on its way, m/s.
 const SLOW: f64 = 1e-3;
