@@ -53,40 +53,33 @@ fn an_effect_in_the_poses_is_named_beside_it() {
     assert_eq!(bearing.outcome, Outcome::Right, "{bearing:#?}");
 }
 
-/// What is named where one effect is hidden, and none of the laboratory's own errors.
-fn named(effect: Effect) -> (Verdict, Effect) {
+/// Hides one calibration at a joint, this large, and none of the laboratory's own errors: it is named,
+/// to within `near`.
+fn is_named_for_what_it_is(id: &str, joint: usize, value: f64, near: f64) {
+    let (kind, at) = (EffectKind::of(id).expect("of the library"), Location::Joint(joint));
     let recipe = Recipe { protocol: Protocol::short(), ..Recipe::plain(16) };
-    let ready = ready(&recipe.with_effect(effect)).expect("a campaign");
-    let found = diagnose(&ready.bench, &ready.logs, &|_, _| ()).expect("diagnosed");
-    (found.verdict, found.candidates[0].effects[0].effect.clone())
+    let hidden = Effect { values: vec![value], ..kind.neutral(at) };
+    let ready = ready(&recipe.with_effect(hidden)).expect("a campaign");
+    let diagnosis = diagnose(&ready.bench, &ready.logs, &|_, _| ()).expect("diagnosed");
+    let found = &diagnosis.candidates[0].effects[0].effect;
+    assert_eq!((diagnosis.verdict, found.kind.id, found.at), (Verdict::EffectFound, id, at));
+    assert!((found.values[0] - value).abs() < near, "{:?}", found.values);
 }
 
 #[test]
 fn an_encoder_zeroed_far_off_is_no_link_mounted_off() {
     // A turn of the link before it about the same axis, two of whose values would make it.
-    let kind = EffectKind::of("encoder-offset").expect("of the library");
-    let hidden = Effect { values: vec![2.2e-3], ..kind.neutral(Location::Joint(4)) };
-    let (verdict, found) = named(hidden.clone());
-    assert_eq!((verdict, found.kind.id, found.at), (Verdict::EffectFound, kind.id, hidden.at));
-    assert!((found.values[0] - 2.2e-3).abs() < 1e-5, "{:?}", found.values);
+    is_named_for_what_it_is("encoder-offset", 4, 2.2e-3, 1e-5);
 }
 
 #[test]
 fn a_second_encoder_zeroed_far_off_is_no_wave_of_it() {
-    let kind = EffectKind::of("link-encoder-offset").expect("of the library");
-    let hidden = Effect { values: vec![3e-3], ..kind.neutral(Location::Joint(1)) };
-    let (verdict, found) = named(hidden.clone());
-    assert_eq!((verdict, found.kind.id, found.at), (Verdict::EffectFound, kind.id, hidden.at));
-    assert!((found.values[0] - 3e-3).abs() < 1e-5, "{:?}", found.values);
+    is_named_for_what_it_is("link-encoder-offset", 1, 3e-3, 1e-5);
 }
 
 #[test]
 fn a_joint_far_softer_than_its_file_says_is_no_gear_of_another_kind() {
-    let kind = EffectKind::of("stiffness-error").expect("of the library");
-    let hidden = Effect { values: vec![-0.4], ..kind.neutral(Location::Joint(2)) };
-    let (verdict, found) = named(hidden.clone());
-    assert_eq!((verdict, found.kind.id, found.at), (Verdict::EffectFound, kind.id, hidden.at));
-    assert!((found.values[0] + 0.4).abs() < 1e-2, "{:?}", found.values);
+    is_named_for_what_it_is("stiffness-error", 2, -0.4, 1e-2);
 }
 
 #[test]
