@@ -207,10 +207,7 @@ impl Contact {
             let process = weld.process(model);
             let mut force = weld.forces(&process, &Ports::default(), motion, None);
             let share = weld.carried(process.reference_force, &weld.force, &force);
-            for (force, share) in force.iter_mut().zip(share) {
-                force.x *= share;
-                force.y *= share;
-            }
+            in_plane(&mut force, &share);
             force
         };
         let parts = forces(&seen).into_iter().zip(forces(&weld.motion)).enumerate();
@@ -297,12 +294,7 @@ impl Contact {
         let mut force = weld.forces(process, ports, motion, Some(&lines.shake));
         let mut still = weld.forces(process, ports, motion, None);
         let share = weld.carried(process.reference_force, &behind, &force);
-        for (k, share) in share.into_iter().enumerate() {
-            for force in [&mut force[k], &mut still[k]] {
-                force.x *= share;
-                force.y *= share;
-            }
-        }
+        [&mut force, &mut still].into_iter().for_each(|force| in_plane(force, &share));
         let read = |k: usize| {
             let force = weld.in_tool(k, &force[k]);
             let truth = Readings { force, ..unread(k as f64 * weld.period) };
@@ -332,6 +324,14 @@ impl Contact {
             }
         }
         lines.residual(weld, ports, &still, residual);
+    }
+}
+
+/// Scales what forces in W have in the plane, which goes with the push that is carried, row by row.
+fn in_plane(forces: &mut [Vector3<f64>], shares: &[f64]) {
+    for (force, share) in forces.iter_mut().zip(shares) {
+        force.x *= share;
+        force.y *= share;
     }
 }
 
