@@ -170,7 +170,7 @@ pub fn diagnose(
     let limits = screened.iter().map(|s| s.limit.clone()).collect();
     let confusable = confuse::confusable(&ground, &screened);
     let mut chosen: Vec<Fitted> = Vec::new();
-    if let Some(k) = singles.iter().position(|s| counts(bench, &null, s)) {
+    if let Some(k) = best_that_counts(bench, &null, &singles) {
         singles[..=k].rotate_right(1);
         let best = singles[0].clone();
         progress("looking for more effects", 0.65);
@@ -234,6 +234,16 @@ fn look(
         undone.push(Undone::Fits(wanted.len() - singles.len()));
     }
     Ok(Looked { null, given, screened, singles, undone })
+}
+
+/// The best of some effects that counts; of those that the data do not tell from it, one that is no
+/// piece of a wave, which bends to almost anything.
+fn best_that_counts(bench: &FitProblem, null: &Fitted, singles: &[Fitted]) -> Option<usize> {
+    let count = |k: &usize| counts(bench, null, &singles[*k]);
+    let best = (0..singles.len()).find(count)?;
+    let reach = singles[best].cost + rules::TIED * rules::trust(&singles[best]);
+    let mut tied = (best..singles.len()).take_while(|k| singles[*k].cost <= reach);
+    Some(tied.find(|k| !has_unseen_wave(&singles[*k]) && count(k)).unwrap_or(best))
 }
 
 /// True for an explanation that bends to almost anything: whatever fits as well is as likely, and far

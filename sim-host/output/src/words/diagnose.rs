@@ -383,7 +383,10 @@ impl ImproveReport<'_> {
                 let found: Vec<String> =
                     last.effects.iter().map(|f| in_a_line(f, &self.model.robot)).collect();
                 match found.as_slice() {
-                    [] => "Nothing was missing but calibrations.".to_owned(),
+                    [] => format!(
+                        "Nothing was missing but calibrations.{}",
+                        implausible(&last.calibration, &self.model.robot)
+                    ),
                     found => format!(
                         "What was missing: {}; probability among all effects of the library {}.",
                         found.join(" and "),
