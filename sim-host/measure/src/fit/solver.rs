@@ -5,8 +5,9 @@
 //! step brings, and taken anew where it does not, and before a fit is said to have arrived.
 
 use super::calibration::is_in_proportion;
-use super::{FitProblem, FitState, FreeParameter, Linear, Residuals, STEP, Slopes};
+use super::{EffectScope, FitProblem, FitState, FreeParameter, Linear, Residuals, STEP, Slopes};
 use super::{chi_square, count, residuals, residuals_near, slopes, value_at};
+use crate::data::log::LogKind;
 use crate::predict::PredictError;
 use nalgebra::{DMatrix, DVector};
 use trueweld_plant::effects::{Parameter, Role};
@@ -156,10 +157,14 @@ pub fn fit(
     };
     here.cost = here.linear.cost(&DVector::zeros(n));
     let (mut damping, mut steps) = (FIRST, 0);
-    // What slopes taken elsewhere promised before the last step, and the cost when slopes were taken.
-    let (mut before, mut taken_at) = (f64::INFINITY, f64::INFINITY);
+    // What slopes taken elsewhere promised before the last step, and the cost when slopes were taken:
+    // those that are taken more than once, and those of values that move a tool in contact.
+    let (mut before, mut taken_at, mut touched_at) = (f64::INFINITY, f64::INFINITY, f64::INFINITY);
     if fresh {
         taken_at = here.cost;
+    }
+    if known.is_empty() {
+        touched_at = here.cost;
     }
     // True where slopes were seen to fail.
     let mut slopes_failed = false;
@@ -167,20 +172,30 @@ pub fn fit(
         let trust = (chi_square(&here.at) / count(&here.at).max(1) as f64).max(1.0);
         let promised = bounded(&here.linear, &here.point, 0.0)
             .map_or(f64::INFINITY, |step| here.cost - here.linear.cost(&step));
+        // Where the next slopes would hardly bring more than these did.
+        let enough = ENOUGH * (here.cost - count(&here.at) as f64);
+        let mut end = None;
         if promised < ARRIVED * trust {
             if fresh {
-                here.end = End::Arrived;
-                break;
+                end = Some(End::Arrived);
             }
             slopes_failed = true;
         }
-        if slopes_failed || (!fresh && promised > SLOW * before) {
-            // Where the next slopes would hardly bring more than these did.
-            let above = here.cost - count(&here.at) as f64;
-            if taken_at - here.cost < ENOUGH * above {
-                here.end = End::Near;
+        let slow = slopes_failed || (!fresh && promised > SLOW * before);
+        if slow && taken_at - here.cost < enough {
+            end = end.or(Some(End::Near));
+        }
+        if let Some(end) = end {
+            if touched_at - here.cost <= enough.max(ARRIVED * trust) || !here.retouch(bench, blocks)
+            {
+                here.end = end;
                 break;
             }
+            touched_at = here.cost;
+            (before, slopes_failed) = (f64::INFINITY, false);
+            continue;
+        }
+        if slow {
             taken_at = here.cost;
             (before, slopes_failed) = (f64::INFINITY, false);
             fresh = here.refresh(bench, blocks, stale);
@@ -233,11 +248,36 @@ impl Fitted {
     fn refresh(&mut self, bench: &FitProblem, blocks: &[Vec<u8>], stale: usize) -> bool {
         let bends = |k: &usize| !is_in_proportion(&self.point, &self.point.free[*k]);
         let anew: Vec<usize> = (stale..self.slopes.len()).filter(bends).collect();
+        self.take(bench, blocks, anew);
+        true
+    }
+
+    /// Takes those slopes anew that are taken once because residuals are in proportion to their
+    /// values, where a tool is in contact: what the plate makes of a tool that lies elsewhere is in
+    /// proportion to that only nearby. False where there are none.
+    fn retouch(&mut self, bench: &FitProblem, blocks: &[Vec<u8>]) -> bool {
+        let welds = |log: usize| bench.experiments[log].kind == LogKind::Weld;
+        let moves = |k: &usize| match self.point.free[*k].of {
+            EffectScope::Log(log, _) => welds(log),
+            EffectScope::All(_) => {
+                (0..bench.experiments.len()).any(welds)
+                    && is_in_proportion(&self.point, &self.point.free[*k])
+            }
+        };
+        let anew: Vec<usize> = (0..self.slopes.len()).filter(moves).collect();
+        let any = !anew.is_empty();
+        if any {
+            self.take(bench, blocks, anew);
+        }
+        any
+    }
+
+    /// Takes some slopes anew where the fit stands.
+    fn take(&mut self, bench: &FitProblem, blocks: &[Vec<u8>], anew: Vec<usize>) {
         let free: Vec<FreeParameter> = anew.iter().map(|k| self.point.free[*k]).collect();
         let found = slopes(bench, &self.point, &free, &self.at, STEP);
         anew.into_iter().zip(found).for_each(|(k, slopes)| self.slopes[k] = slopes);
         self.linear = linear(blocks, &self.point, &self.at, &self.slopes);
-        true
     }
 }
 
