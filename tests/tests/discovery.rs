@@ -2,7 +2,7 @@
 //! found where nothing is missing. The laboratory that records the logs solves the arm's equations by
 //! methods of its own, and knows neither the curve nor the grammar.
 
-use trueweld_laboratory::{Protocol, ProtocolFile, Recipe};
+use trueweld_laboratory::{Protocol, ProtocolFile, Recipe, effect};
 use trueweld_measure::diagnose::{Diagnosis, FittedEffect, Verdict, diagnose};
 use trueweld_measure::discover::{Discovery, Hypothesis, discover};
 use trueweld_plant::effects::{Effect, EffectKind, Location};
@@ -102,6 +102,21 @@ fn a_fifth_of_an_encoders_wave_is_that_or_undecided() {
     let is_it = |f: &FittedEffect| std::ptr::eq(f.effect.kind, kind);
     let undecided = diagnosis.verdict == Verdict::UnknownEffect;
     assert!(undecided || named.any(is_it), "{}", first.effects[0].effect.kind.id);
+}
+
+#[test]
+fn a_material_that_softens_beside_trackers_that_are_off_is_no_law() {
+    // In contact, what is off moves the force by thirty times the noise, and not in proportion.
+    let hidden = effect("thermal-softening", Location::Cell, &[0.0942, 10.9]);
+    let recipe = Recipe { protocol: Protocol::short(), noise: 0.3, ..Recipe::plain(91_000_595) };
+    let recipe = Recipe { noise_stated: false, ..recipe }.with_nuisance(0.0, 0.0, 1e-4);
+    let ready = ready(&recipe.with_effect(hidden)).expect("a campaign");
+    let mut diagnosis = diagnose(&ready.bench, &ready.logs, &|_, _| ()).expect("diagnosed");
+    let laws = discover(&ready.bench, &ready.logs, &mut diagnosis, &|_, _| ());
+    let best = &diagnosis.candidates[0].effects[0];
+    assert_eq!((laws.len(), best.effect.kind.id), (0, "thermal-softening"));
+    let [low, high] = best.interval[0];
+    assert!((low..high).contains(&0.0942), "{:?}", best.interval);
 }
 
 #[test]
