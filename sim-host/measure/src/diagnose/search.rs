@@ -2,7 +2,7 @@
 
 use super::confuse::Confusable;
 use super::found::has_unseen_wave;
-use super::rules::{self, above, at_floor, counts, standing_out};
+use super::rules::{self, counts, standing_out};
 use super::screen::{Context, Screened, likeliest, screen};
 use crate::fit::calibration::{calibrations, in_proportion, is_calibration};
 use crate::fit::{
@@ -318,12 +318,10 @@ pub(super) fn explained(ground: &Context<'_>, best: Fitted) -> Vec<Fitted> {
 
 /// A fit with one effect more, and the fit without it from where that has taken the others. Every
 /// effect must earn its place: one that the others do as well without is dropped; of two effects,
-/// either of which does what both do, none is. `None` too where the fit is at the floor already.
+/// either of which does what both do, none is. A fit may be at the floor already: how high that lies
+/// is known less well than what a second effect brings.
 fn one_more(ground: &Context<'_>, fitted: &Fitted) -> Option<(Fitted, Fitted)> {
     let bench = ground.bench;
-    if at_floor(bench, &fitted.at) && above(bench, &fitted.at) <= rules::LEFT * ground.excess() {
-        return None;
-    }
     let more = further(ground, fitted).into_iter().next()?;
     let last = more.point.all.len() - 1;
     // What the others gain on the way is not the new one's.
@@ -331,11 +329,11 @@ fn one_more(ground: &Context<'_>, fitted: &Fitted) -> Option<(Fitted, Fitted)> {
     if fitted.cost < before.cost {
         before = fitted.clone();
     }
-    // What is left must fall by half at least: a prediction that is not quite right leaves a little
+    // What stands out must fall by half at least: a prediction that is not quite right leaves a little
     // for any effect to mend.
     let enough = standing_out(bench, &more.at) <= rules::HALVED * standing_out(bench, &before.at)
         && fit::chi_square(&before.at) - fit::chi_square(&more.at) > rules::SECOND;
-    if !enough || at_floor(bench, &before.at) || !counts(bench, &before, &more) {
+    if !enough || !counts(bench, &before, &more) {
         return None;
     }
     let own = |i: &usize| !is_calibration(more.point.all[*i].kind);
