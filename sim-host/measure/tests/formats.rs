@@ -330,3 +330,17 @@ fn any_bit_of_a_recording_may_be_wrong() {
         let _ = propose(std::slice::from_ref(&path), None, None);
     }
 }
+
+/// Found by fuzzing: no room may be made for what the file cannot hold.
+#[cfg(feature = "parquet")]
+#[test]
+fn a_table_that_claims_a_schema_longer_than_itself_is_refused() {
+    // Version 1, and a list of 2³¹ − 1 structures, of which none follows.
+    let footer = [0x15, 0x02, 0x19, 0xfc, 0xff, 0xff, 0xff, 0xff, 0x07, 0x00];
+    let length = (footer.len() as u32).to_le_bytes();
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("a.parquet");
+    fs::write(&path, [b"PAR1".as_slice(), &footer, &length, b"PAR1"].concat()).expect("a file");
+    let error = propose(&[path], None, None).map(drop).expect_err("it is damaged");
+    assert!(error.message().contains("cannot be read as Parquet"), "{error}");
+}

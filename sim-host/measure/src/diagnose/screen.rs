@@ -84,11 +84,6 @@ pub(crate) struct Context<'a> {
 }
 
 impl Context<'_> {
-    /// Sum of squares above the floor with calibrations alone.
-    pub fn excess(&self) -> f64 {
-        rules::above(self.bench, &self.null.at).max(1.0)
-    }
-
     /// Screens one effect at one place with all its shapes; the best of them. `None` where the logs
     /// see nothing of it.
     pub(super) fn screen(&self, kind: &'static EffectKind, at: Location) -> Option<Screened> {

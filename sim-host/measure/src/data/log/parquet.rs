@@ -76,14 +76,12 @@ fn numbers(column: &ColumnDescriptor) -> Option<f64> {
     match column.physical_type() {
         Type::BYTE_ARRAY | Type::FIXED_LEN_BYTE_ARRAY => None,
         Type::INT64 | Type::INT32 => Some(match column.logical_type_ref() {
-            Some(LogicalType::Timestamp { unit, .. } | LogicalType::Time { unit, .. }) => {
-                match unit {
-                    TimeUnit::MILLIS => 1e-3,
-                    TimeUnit::MICROS => 1e-6,
-                    TimeUnit::NANOS => 1e-9,
-                }
-            }
-            Some(LogicalType::Decimal { scale, .. }) => 10f64.powi(-scale),
+            Some(LogicalType::Timestamp(time) | LogicalType::Time(time)) => match time.unit {
+                TimeUnit::MILLIS => 1e-3,
+                TimeUnit::MICROS => 1e-6,
+                TimeUnit::NANOS => 1e-9,
+            },
+            Some(LogicalType::Decimal(decimal)) => 10f64.powi(-decimal.scale),
             _ => 1.0,
         }),
         _ => Some(1.0),
