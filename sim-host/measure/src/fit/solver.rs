@@ -172,33 +172,23 @@ pub fn fit(
         let trust = (chi_square(&here.at) / count(&here.at).max(1) as f64).max(1.0);
         let promised = bounded(&here.linear, &here.point, 0.0)
             .map_or(f64::INFINITY, |step| here.cost - here.linear.cost(&step));
-        // Where the next slopes would hardly bring more than these did.
-        let enough = ENOUGH * (here.cost - count(&here.at) as f64);
-        let mut end = None;
-        if promised < ARRIVED * trust {
-            if fresh {
-                end = Some(End::Arrived);
+        let arrived = promised < ARRIVED * trust;
+        if arrived || slopes_failed || (!fresh && promised > SLOW * before) {
+            // Where the next slopes would hardly bring more than these did.
+            let enough = ENOUGH * (here.cost - count(&here.at) as f64);
+            if (arrived && fresh) || taken_at - here.cost < enough {
+                let touched = touched_at - here.cost <= enough.max(ARRIVED * trust);
+                if touched || !here.retouch(bench, blocks) {
+                    here.end = if arrived && fresh { End::Arrived } else { End::Near };
+                    break;
+                }
+                touched_at = here.cost;
+            } else {
+                taken_at = here.cost;
+                here.refresh(bench, blocks, stale);
+                fresh = true;
             }
-            slopes_failed = true;
-        }
-        let slow = slopes_failed || (!fresh && promised > SLOW * before);
-        if slow && taken_at - here.cost < enough {
-            end = end.or(Some(End::Near));
-        }
-        if let Some(end) = end {
-            if touched_at - here.cost <= enough.max(ARRIVED * trust) || !here.retouch(bench, blocks)
-            {
-                here.end = end;
-                break;
-            }
-            touched_at = here.cost;
             (before, slopes_failed) = (f64::INFINITY, false);
-            continue;
-        }
-        if slow {
-            taken_at = here.cost;
-            (before, slopes_failed) = (f64::INFINITY, false);
-            fresh = here.refresh(bench, blocks, stale);
             continue;
         }
         before = if fresh { f64::INFINITY } else { promised };
@@ -245,11 +235,10 @@ pub fn fit(
 impl Fitted {
     /// Takes slopes anew where the fit stands, but for the first `stale` and for those of values that
     /// residuals are in proportion to.
-    fn refresh(&mut self, bench: &FitProblem, blocks: &[Vec<u8>], stale: usize) -> bool {
+    fn refresh(&mut self, bench: &FitProblem, blocks: &[Vec<u8>], stale: usize) {
         let bends = |k: &usize| !is_in_proportion(&self.point, &self.point.free[*k]);
         let anew: Vec<usize> = (stale..self.slopes.len()).filter(bends).collect();
         self.take(bench, blocks, anew);
-        true
     }
 
     /// Takes those slopes anew that are taken once because residuals are in proportion to their
@@ -265,11 +254,11 @@ impl Fitted {
             }
         };
         let anew: Vec<usize> = (0..self.slopes.len()).filter(moves).collect();
-        let any = !anew.is_empty();
-        if any {
-            self.take(bench, blocks, anew);
+        if anew.is_empty() {
+            return false;
         }
-        any
+        self.take(bench, blocks, anew);
+        true
     }
 
     /// Takes some slopes anew where the fit stands.
