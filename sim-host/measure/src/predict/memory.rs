@@ -63,11 +63,11 @@ impl StartFit {
     }
 
     /// Residuals with these states, of a model not far from the one that they were found under, as
-    /// they are with the best states there.
+    /// they are with the best states there, beyond the loop as well: of two changes that undo each
+    /// other the slopes must do so too.
     pub(super) fn settle(&self, residual: &mut [f64]) {
         let off = DVector::from_column_slice(&residual[..self.poses.len()]) - &self.poses;
-        let best = (&self.states - &self.gain * off).map(|state| state.clamp(-1.0, 1.0));
-        let by = &self.slopes * (best - &self.states);
+        let by = &self.slopes * (&self.gain * -off);
         residual.iter_mut().zip(by.iter()).for_each(|(r, by)| *r += by);
     }
 
