@@ -39,7 +39,8 @@ struct Arguments {
     /// Only the case of this number.
     #[arg(long)]
     only: Option<usize>,
-    /// Only cases in which one of these is hidden: an effect, `none`, or one outside the library.
+    /// Only cases in which one of these is hidden: an effect, `none`, `two`, or one outside the
+    /// library.
     #[arg(long, value_delimiter = ',')]
     hidden: Vec<String>,
     /// Only cases that are to show so many times the limit of detection; those with nothing hidden
@@ -55,8 +56,10 @@ impl Arguments {
     fn wants(&self, index: usize, case: &CorpusCase) -> bool {
         let what = case.name.split_once('-').map_or("", |(_, what)| what);
         let nothing = matches!(case.hidden, Hidden::None);
+        let two = matches!(case.hidden, Hidden::Two(..));
+        let is = |hidden: &String| hidden == what || (two && hidden == "two");
         self.only.is_none_or(|only| only == index)
-            && (self.hidden.is_empty() || self.hidden.iter().any(|hidden| hidden == what))
+            && (self.hidden.is_empty() || self.hidden.iter().any(is))
             && self.target.is_none_or(|target| nothing || target == case.target)
     }
 }
