@@ -124,9 +124,10 @@ impl QuasiStaticLinks {
         // Bearings and base that give: their tilt follows the wrench, whose axes follow the tool's.
         let mut frames = robot.model.frames(&drives.link);
         for round in 0..if near { NEXT_ITERATIONS } else { ITERATIONS } {
-            let wrench = wrench_in_t.rotated(&frames.tcp.rotation);
+            let mut wrench = wrench_in_t.rotated(&frames.tcp.rotation);
             if round > 0 || robot.ports.frames_give() {
                 frames = robot.frames(&drives.link, &wrench, time);
+                wrench = wrench_in_t.rotated(&frames.tcp.rotation);
             }
             spring = robot.model.rnea(&frames, &motors.rate, &motors.acceleration, &wrench)
                 - robot.link_torque(&drives);
