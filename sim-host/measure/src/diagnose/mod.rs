@@ -172,9 +172,12 @@ pub fn diagnose(
     let mut chosen: Vec<Fitted> = Vec::new();
     if let Some(k) = best_that_counts(bench, &null, &singles) {
         singles[..=k].rotate_right(1);
-        let best = singles[0].clone();
         progress("looking for more effects", 0.65);
-        chosen = search::explained(&ground, best);
+        chosen = search::explained(&ground, singles[0].clone());
+        if let Some((k, others)) = from_another(&ground, &singles, &chosen) {
+            singles[..=k].rotate_right(1);
+            chosen = others;
+        }
         singles[0] = chosen[0].clone();
         if bench.is_late() && chosen.last().is_some_and(|f| !at_floor(bench, &f.at)) {
             undone.push(Undone::Further);
@@ -244,6 +247,27 @@ fn best_that_counts(bench: &FitProblem, null: &Fitted, singles: &[Fitted]) -> Op
     let reach = singles[best].cost + rules::TIED * rules::trust(&singles[best]);
     let mut tied = (best..singles.len()).take_while(|k| singles[*k].cost <= reach);
     Some(tied.find(|k| !has_unseen_wave(&singles[*k]) && count(k)).unwrap_or(best))
+}
+
+/// Where an explanation leaves something: one that starts from another single effect and leaves
+/// nothing, with the place of that effect. Of two that are missing each may do less alone than a third
+/// that does a part of both.
+fn from_another(
+    ground: &Context<'_>,
+    singles: &[Fitted],
+    chosen: &[Fitted],
+) -> Option<(usize, Vec<Fitted>)> {
+    let whole = |chosen: &[Fitted]| chosen.last().is_some_and(|f| at_floor(ground.bench, &f.at));
+    if whole(chosen) {
+        return None;
+    }
+    let starts = |k: &usize| {
+        counts(ground.bench, ground.null, &singles[*k]) && !has_unseen_wave(&singles[*k])
+    };
+    (1..singles.len()).filter(starts).take(rules::STARTS - 1).find_map(|k| {
+        let others = search::explained(ground, singles[k].clone());
+        whole(&others).then_some((k, others))
+    })
 }
 
 /// True for an explanation that bends to almost anything: whatever fits as well is as likely, and far

@@ -64,6 +64,9 @@ pub const FITTED: usize = 8;
 /// Of these, how many beside the best.
 pub const FITTED_BESIDE: usize = 5;
 
+/// Single effects at most that an explanation of several is looked for from.
+pub const STARTS: usize = 3;
+
 /// Score of residuals: root mean square.
 pub fn score(residuals: &Residuals) -> f64 {
     (fit::chi_square(residuals) / fit::count(residuals).max(1) as f64).sqrt()
