@@ -2,10 +2,11 @@
 //! no say in stays as it was.
 
 use std::collections::BTreeMap;
+use std::slice;
 use trueweld_laboratory::{Protocol, Recipe, effect};
 use trueweld_measure::data::log::LogKind;
 use trueweld_measure::diagnose::{Verdict, diagnose};
-use trueweld_measure::predict::{Prediction, Quantity};
+use trueweld_measure::predict::{Experiment, Prediction, Quantity};
 use trueweld_plant::effects::{Effect, Location, library};
 use trueweld_tests::LABORATORY;
 use trueweld_tests::corpus::{Ready, ready};
@@ -56,16 +57,51 @@ fn the_truth_is_at_the_floor_where_a_gap_stands_open() {
         if experiment.kind == LogKind::Weld {
             continue;
         }
-        let mut channels: BTreeMap<&str, (f64, f64)> = BTreeMap::new();
-        for (c, r) in experiment.compared.iter().zip(&prediction.residual) {
-            let (square, count) = channels.entry(c.quantity.channel()).or_default();
-            (*square, *count) = (*square + r * r, *count + 1.0);
-        }
-        for (channel, (square, count)) in channels {
-            let score = (square / count).sqrt();
+        for (channel, score) in scores(experiment, &prediction) {
             assert!(score < 1.15, "{}, {channel}: {score}", experiment.name);
         }
     }
+}
+
+/// Scores of the quantities of a log, by their channel.
+fn scores(experiment: &Experiment, prediction: &Prediction) -> BTreeMap<&'static str, f64> {
+    let mut squares: BTreeMap<&str, (f64, f64)> = BTreeMap::new();
+    for (c, r) in experiment.compared.iter().zip(&prediction.residual) {
+        let (sum, count) = squares.entry(c.quantity.channel()).or_default();
+        *sum += r * r;
+        *count += 1.0;
+    }
+    squares.into_iter().map(|(channel, (sum, count))| (channel, (sum / count).sqrt())).collect()
+}
+
+#[test]
+fn loads_at_rest_are_predicted_to_a_fiftieth_of_the_noise() {
+    // Loads of 6 kN from row to row: the tool turns by two milliradians between them.
+    let protocol = Protocol { rings: 0, free: 0.0, welds: 0, ..Protocol::usual() };
+    let recipe = Recipe { protocol, noise: 0.02, ..Recipe::plain(5) };
+    let ready = ready(&recipe).expect("the campaign is made");
+    let predictions = predicted(&ready, &[]);
+    for (channel, score) in scores(&ready.bench.experiments[0], &predictions[0]) {
+        assert!(score < 1.2, "{channel}: {score}");
+    }
+}
+
+#[test]
+fn a_tool_that_hangs_free_in_a_gap_is_where_it_was_seen() {
+    // A6 turns about the tool's axis: only its rotation shows where in the gap its link lies.
+    let play = effect("backlash", Location::Joint(5), &[2.5e-4]);
+    let ready = campaign(Some(play.clone()));
+    let predictions = predicted(&ready, slice::from_ref(&play));
+    for (experiment, prediction) in ready.bench.experiments.iter().zip(&predictions) {
+        for (channel, score) in scores(experiment, prediction) {
+            assert!(score < 1.3, "{} {channel}: {score}", experiment.name);
+        }
+    }
+    let found = diagnose(&ready.bench, &ready.logs, &|_, _| {}).expect("diagnosed");
+    let effects = &found.candidates[0].effects;
+    let named: Vec<_> = effects.iter().map(|f| (f.effect.kind.id, f.effect.at)).collect();
+    assert_eq!((found.verdict, &named[..]), (Verdict::EffectFound, &[("backlash", play.at)][..]));
+    assert!((effects[0].effect.values[0] / play.values[0] - 1.0).abs() < 0.1, "{effects:?}");
 }
 
 #[test]

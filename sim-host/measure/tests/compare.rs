@@ -83,7 +83,8 @@ impl Series {
             .iter()
             .map(|c| residual(c.row, usize::from(c.component)))
             .collect();
-        let prediction = Prediction { residual, motion: Some(self.motion.clone()), late: None };
+        let prediction =
+            Prediction { residual, motion: Some(self.motion.clone()), late: None, anywhere: 0.0 };
         let (experiments, logs) =
             (std::slice::from_ref(&self.experiment), std::slice::from_ref(&self.log));
         localize(experiments, &[prediction], logs)

@@ -83,7 +83,7 @@ impl Context {
             let residual = ours
                 .map(|(c, r)| theirs.get(&key(c)).map_or(0.0, |t| t / c.deviation - r))
                 .collect();
-            difference.push(Prediction { residual, motion: None, late: None });
+            difference.push(Prediction { residual, motion: None, late: None, anywhere: 0.0 });
         }
         let free: Vec<usize> = (0..self.point.free.len())
             .filter(|k| {

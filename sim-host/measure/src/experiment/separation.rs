@@ -242,7 +242,12 @@ impl Predicted {
         let before = rival.free.len();
         let mut weights = weights(&self.point);
         weights.rows_mut(0, before).fill(0.0);
-        let at = vec![Prediction { residual: difference.to_vec(), motion: None, late: None }];
+        let at = vec![Prediction {
+            residual: difference.to_vec(),
+            motion: None,
+            late: None,
+            anywhere: 0.0,
+        }];
         let mut linear = unexpected(bench, &at, &self.slopes.iter().collect::<Vec<_>>(), weights);
         // What the logs so far say counts as one more block.
         let mut shared = linear.square[0].view_mut((0, 0), (before, before));

@@ -30,7 +30,7 @@ use clock::{Late, OpenClock};
 use nalgebra::{DMatrix, Matrix3, Vector3};
 use std::sync::Arc;
 use trueweld_core::spatial::{rotation_from_vector, rotation_vector};
-use trueweld_core::{JointVector, Pose, Robot, Wrench};
+use trueweld_core::{JOINTS, JointVector, Pose, Robot, Wrench};
 use trueweld_plant::effects::{Action, Effect, EffectError, Location};
 use trueweld_plant::input::Process;
 use trueweld_plant::robot::{
@@ -134,6 +134,9 @@ pub struct Motion {
     pub tool: Vec<Pose<f64>>,
     /// True where a link may be where it was seen, for its gear has play.
     pub placed: bool,
+    /// Which links lie within their gaps where they were seen, at every instant; empty where links
+    /// swing or no gear has play.
+    pub inside: Vec<[bool; JOINTS]>,
     /// What the gears remember at every instant; empty where none does.
     pub memory: Vec<Memory>,
     /// What the first residuals tell of how links swing that remember; see the rooms of motion.
@@ -153,6 +156,8 @@ pub struct Prediction {
     /// By how much a tracker whose clock is not given is later than the clock that was fitted before,
     /// s: in the middle of the log, and more at its end.
     pub late: Option<[f64; 2]>,
+    /// What it takes from the evidence that links are put where they were seen, as a sum of squares.
+    pub anywhere: f64,
 }
 
 /// A log that cannot be compared, or a model that cannot be driven through it.
@@ -369,7 +374,11 @@ impl Experiment {
         if residual.iter().any(|r| !r.is_finite()) {
             return Err(PredictError::Diverged { log: self.name.clone() });
         }
-        Ok(Prediction { residual, motion, late })
+        let anywhere = match (&self.standing, &motion) {
+            (Some(standing), Some(motion)) => standing.anywhere(&robot, motion),
+            _ => 0.0,
+        };
+        Ok(Prediction { residual, motion, late, anywhere })
     }
 
     /// Residuals over their noise; poses and loads from another prediction where that is given.
@@ -637,6 +646,7 @@ impl Motion {
         self.link.extend_from_slice(&other.link[from..]);
         self.spring.extend_from_slice(&other.spring[from..]);
         self.tool.extend(other.tool.get(from..).unwrap_or_default());
+        self.inside.extend(other.inside.get(from..).unwrap_or_default());
         self.memory.extend_from_slice(&other.memory[from..]);
     }
 }

@@ -6,13 +6,15 @@
 //! link is taken to be where it was seen. Where the gap is closed nothing is taken from what was
 //! measured.
 
-use nalgebra::{Vector3, Vector6};
-use trueweld_core::{JOINTS, JointVector};
+use crate::data::noise::{Level, NoiseLevels};
+use nalgebra::{Matrix3, Vector3, Vector6};
+use trueweld_core::spatial::rotation_vector;
+use trueweld_core::{JOINTS, JointVector, Pose};
 use trueweld_plant::robot::ElasticRobot;
 
 /// Time over which it is averaged where a link was seen, s: the tracker's noise is that much less,
 /// and a link hardly moves in its gap meanwhile.
-const SEEN_OVER: f64 = 0.05;
+pub(super) const SEEN_OVER: f64 = 0.05;
 
 /// Follows which links are afloat.
 #[derive(Debug, Clone)]
@@ -29,7 +31,7 @@ pub(super) struct BacklashObserver {
 
 impl BacklashObserver {
     /// `None` where no gear of the robot has play. `margin`: twist that is within the noise, rad;
-    /// `period`: s.
+    /// `period`: of what was seen, s, infinite where that is an average already.
     pub(super) fn new(robot: &ElasticRobot, margin: JointVector<f64>, period: f64) -> Option<Self> {
         let play = JointVector::from_fn(|i, _| robot.play(i));
         (play.amax() > 0.0).then(|| Self {
@@ -41,17 +43,17 @@ impl BacklashObserver {
         })
     }
 
-    /// By how much links at `link` behind motors at `motor` are to be moved, rad, and their rates
-    /// changed, rad/s, to be where they were seen. Zero for a link that its spring holds.
+    /// By how much links at `link` behind motors at `motor` are to be moved to be where they were
+    /// seen. Zero for a link that its spring holds.
     pub(super) fn moved(
         &mut self,
         robot: &ElasticRobot,
         motor: &JointVector<f64>,
         link: &JointVector<f64>,
         seen: &Observed,
-    ) -> (JointVector<f64>, JointVector<f64>) {
+    ) -> Moved {
         let twist = motor - link + robot.ports.link_angle;
-        let (mut by, mut rate) = (JointVector::zeros(), JointVector::zeros());
+        let mut moved = Moved::default();
         let (afloat, held): (Vec<usize>, Vec<usize>) = (0..JOINTS)
             .partition(|&i| self.play[i] > 0.0 && twist[i].abs() <= self.play[i] + self.margin[i]);
         held.into_iter().for_each(|i| self.since[i] = None);
@@ -90,12 +92,38 @@ impl BacklashObserver {
             self.since[i] = self.since[i].map(|n| n + 1);
             // What runs into its spring is left to it.
             let (low, high) = (twist[i].min(-self.play[i]), twist[i].max(self.play[i]));
-            by[i] = twist[i] - (twist[i] - share * found).clamp(low, high);
+            let there = twist[i] - share * found;
+            moved.by[i] = twist[i] - there.clamp(low, high);
+            moved.inside[i] = low < there && there < high;
             // An observer of position and rate, critically damped.
-            rate[i] = 0.5 * running.powi(2) / self.period * found;
+            moved.rate[i] = 0.5 * running.powi(2) / self.period * found;
         }
-        (by, rate)
+        moved
     }
+}
+
+/// Deviation of a tracker's position over that of its rotation, m; 0 where it does not see both.
+pub(super) fn lever(noise: &NoiseLevels) -> f64 {
+    let deviation = |levels: &[Option<Level>; 3]| levels[0].map_or(0.0, |l| l.deviation);
+    let lever = deviation(&noise.position) / deviation(&noise.rotation);
+    if lever.is_finite() { lever } else { 0.0 }
+}
+
+/// By what the tool was seen turned from where it is predicted, rad, in B; NaN where nobody looked.
+pub(super) fn turn(tool: &Pose<f64>, seen: Option<&Matrix3<f64>>) -> Vector3<f64> {
+    let turn = |seen: &Matrix3<f64>| tool.rotation * rotation_vector(&tool.rotation.tr_mul(seen));
+    seen.map_or(Vector3::repeat(f64::NAN), turn)
+}
+
+/// How links afloat are moved to where they were seen.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Moved {
+    /// By so much, rad.
+    pub by: JointVector<f64>,
+    /// Change of their rates, rad/s.
+    pub rate: JointVector<f64>,
+    /// True for a link that lies within its gap where it was seen.
+    pub inside: [bool; JOINTS],
 }
 
 /// Where tool and links were seen, less where they are predicted; NaN where nobody looked.

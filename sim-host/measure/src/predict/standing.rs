@@ -1,7 +1,7 @@
 //! Loads at rest, and a weld's pose below the spindle's frequency: the links stand under their load
 //! at every instant.
 
-use super::play::{BacklashObserver, Observed};
+use super::play::{BacklashObserver, Observed, SEEN_OVER, lever, turn};
 use super::{
     Compared, Model, Motion, PredictError, Quantity, filled_vectors, known, list, mean_abs,
     none_where_missing, period, seen, spindle_angle, turned_from_first, vector, wrench_behind,
@@ -11,7 +11,7 @@ use crate::data::channel::LogChannel;
 use crate::data::fir::{LowPass, comb};
 use crate::data::log::{Log, Payload};
 use crate::data::noise::{Level, NoiseLevels};
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Vector3, Vector6};
 use trueweld_core::spatial::{rotation_from_vector, rotation_vector};
 use trueweld_core::{JOINTS, JointVector, Pose, Robot, Wrench};
 use trueweld_plant::effects::EffectError;
@@ -43,13 +43,16 @@ pub(super) struct Standing {
     payloads: Vec<Payload>,
     position: Option<Vec<Vector3<f64>>>,
     rotation: Option<Vec<Matrix3<f64>>>,
-    /// Where the tool was seen at every instant.
+    /// Where the tool was seen at every instant, and how it was turned.
     seen: Option<Vec<Vector3<f64>>>,
-    /// Deviation of the tracker's position over that of its rotation, m; 0 where its rotation at
-    /// every instant is not kept.
+    seen_turned: Option<Vec<Matrix3<f64>>>,
+    /// Deviation of the tracker's position over that of its rotation, m.
     lever: f64,
     /// Deviation of the tracker's position at rest, m; 0 of a weld.
     seen_deviation: f64,
+    /// Noise of a weld's pose at every compared row, as it is compared: rotation, rad, and position,
+    /// m.
+    noise: Vec<Vector6<f64>>,
     /// Torque that the wrench's noise makes at each joint, N·m.
     slack: JointVector<f64>,
     /// Twist that this torque makes, rad.
@@ -95,7 +98,8 @@ impl Standing {
         }
         let slack = slack(log, noise, model, 1.0);
         let deviation = |levels: &[Option<Level>; 3]| levels[0].map_or(0.0, |l| l.deviation);
-        let lever = deviation(&noise.position) / deviation(&noise.rotation);
+        let rotation: Option<Vec<Matrix3<f64>>> =
+            told(&s.rotation).map(|r| r.iter().map(rotation_from_vector).collect());
         let standing = Self {
             rows: (0..n).collect(),
             time: s.time.iter().map(|t| t - s.time[0]).collect(),
@@ -104,13 +108,15 @@ impl Standing {
             band: None,
             payload,
             payloads,
+            noise: Vec::new(),
             slack,
             margin: slack.component_div(model.robot.stiffness()),
             seen: position.clone(),
+            seen_turned: rotation.clone(),
             position,
-            lever: if lever.is_finite() { lever } else { 0.0 },
+            lever: lever(noise),
             seen_deviation: deviation(&noise.position),
-            rotation: told(&s.rotation).map(|r| r.iter().map(rotation_from_vector).collect()),
+            rotation,
             period: f64::INFINITY,
         };
         standing.compare(log, noise, model, 1.0, compared)?;
@@ -163,12 +169,18 @@ impl Standing {
                 .map(|row| Vector3::from_fn(|c, _| low.at(0, |k| v[c][k], n, *row)))
                 .collect()
         };
-        let rotation = rotation.map(|r| {
-            let (first, turned) = turned_from_first(&r);
-            slow(&turned).iter().map(|r| first * rotation_from_vector(r)).collect()
-        });
+        // Averaged to both sides: a link that is late in its gap would be off by half of it.
+        let averaged = LowPass::new(0.5 / SEEN_OVER, period);
+        let seen = |v: &[Vec<f64>; 3]| -> Vec<Vector3<f64>> {
+            let v = [0, 1, 2].map(|c| averaged.smooth(0, &v[c]));
+            (0..n).map(|k| vector(&v, k)).collect()
+        };
+        let turned = rotation.map(|r| turned_from_first(&r));
+        let back = |turned: Vec<Vector3<f64>>, first: &Matrix3<f64>| {
+            turned.iter().map(|r| first * rotation_from_vector(r)).collect()
+        };
         let slack = slack(log, noise, model, low.gain(0) * (1 + 2 * HEARD_ORDERS) as f64);
-        let standing = Self {
+        let mut standing = Self {
             time: s.time.iter().map(|t| t - s.time[0]).collect(),
             motors,
             wrench: (0..n)
@@ -177,17 +189,26 @@ impl Standing {
             band: Some(low.clone()),
             payload: vec![0; n],
             payloads: vec![Payload { mass: 0.0, centre: Vector3::zeros() }],
+            noise: Vec::new(),
             slack,
             margin: slack.component_div(model.robot.stiffness()),
-            lever: 0.0,
+            lever: lever(noise),
             seen_deviation: 0.0,
-            seen: tracker.as_ref().map(|t| (0..n).map(|k| vector(t, k)).collect()),
+            seen: tracker.as_ref().map(seen),
+            seen_turned: turned.as_ref().map(|(first, t)| back(seen(t), first)),
             position: tracker.map(|t| slow(&t)),
-            rotation,
+            rotation: turned.map(|(first, t)| back(slow(&t), &first)),
             period,
             rows,
         };
+        let first = compared.len();
         standing.compare(log, noise, model, low.gain(0), compared)?;
+        standing.noise = vec![Vector6::repeat(f64::INFINITY); standing.rows.len()];
+        for (k, c) in compared[first..].iter().enumerate() {
+            let turned = usize::from(c.quantity == Quantity::Position);
+            let row = k / 3 % standing.rows.len();
+            standing.noise[row][3 * turned + usize::from(c.component)] = c.deviation;
+        }
         Ok(Some(standing))
     }
 
@@ -278,7 +299,7 @@ impl Standing {
         let mut afloat = self
             .seen
             .as_ref()
-            .and_then(|s| Some((s, BacklashObserver::new(robot, self.margin, self.period)?)));
+            .and_then(|s| Some((s, BacklashObserver::new(robot, self.margin, f64::INFINITY)?)));
         let mut motion = Motion::new(n, afloat.is_some());
         let loaded =
             self.payloads.iter().map(|p| hung(&robot.model, p)).collect::<Result<Vec<_>, _>>()?;
@@ -292,22 +313,17 @@ impl Standing {
             let mut stand = links.follow(robot, &self.motors[k], &wrench, self.time[k]);
             if let Some((position, afloat)) = &mut afloat {
                 let tool = seen(&robot.ports, &stand.frames.tcp, self.time[k]);
-                let turn = self
-                    .rotation
-                    .as_ref()
-                    .filter(|_| self.lever > 0.0)
-                    .map_or(Vector3::repeat(f64::NAN), |r| {
-                        tool.rotation * rotation_vector(&tool.rotation.tr_mul(&r[k]))
-                    });
+                let seen_turned = self.seen_turned.as_ref().map(|turned| &turned[k]);
                 let left = Observed {
                     tool: position[k] - tool.position,
-                    turn,
+                    turn: turn(&tool, seen_turned),
                     lever: self.lever,
                     deviation: self.seen_deviation,
                     link: [f64::NAN; JOINTS],
                 };
-                let (by, _) = afloat.moved(robot, &self.motors[k].angle, &stand.link, &left);
-                links.displace(robot, &mut stand, &by, &wrench, self.time[k]);
+                let moved = afloat.moved(robot, &self.motors[k].angle, &stand.link, &left);
+                links.displace(robot, &mut stand, &moved.by, &wrench, self.time[k]);
+                motion.inside.push(moved.inside);
             }
             motion.link.push(stand.link);
             motion.spring.push(stand.spring);
@@ -351,17 +367,75 @@ impl Standing {
             .zip(&tool)
             .map(|(row, pose)| seen(&robot.ports, pose, self.time[*row]))
             .collect();
-        if let Some(position) = &self.position {
-            position
-                .iter()
-                .zip(&sensed)
-                .for_each(|(m, p)| residual.extend((m - p.position).iter()));
-        }
-        if let Some(rotation) = &self.rotation {
-            for (m, p) in rotation.iter().zip(&sensed) {
-                residual.extend(rotation_vector(&p.rotation.tr_mul(m)).iter());
+        let mut left: Vec<[Vector3<f64>; 2]> = (0..self.rows.len())
+            .map(|k| {
+                let turned = self.rotation.as_ref().map(|m| sensed[k].rotation.tr_mul(&m[k]));
+                let position = self.position.as_ref().map(|m| m[k] - sensed[k].position);
+                [turned.map(|turned| rotation_vector(&turned)), position]
+                    .map(Option::unwrap_or_default)
+            })
+            .collect();
+        for (k, left) in left.iter_mut().enumerate() {
+            for (_, way) in self.ways(robot, motion, k) {
+                self.give_back(k, &way, left);
             }
         }
+        if self.position.is_some() {
+            left.iter().for_each(|[_, position]| residual.extend(position.iter()));
+        }
+        if self.rotation.is_some() {
+            left.iter().for_each(|[turned, _]| residual.extend(turned.iter()));
+        }
+    }
+
+    /// Joints whose links lie in their gaps where they were seen at a compared row of a weld, and how
+    /// each moves the tool there: rotation, in its own axes, and position, m, a radian.
+    fn ways(&self, robot: &ElasticRobot, motion: &Motion, k: usize) -> Vec<(usize, Vector6<f64>)> {
+        let row = self.rows[k];
+        let inside = motion.inside.get(row).filter(|_| self.band.is_some());
+        let Some(inside) = inside.filter(|inside| inside.contains(&true)) else {
+            return Vec::new();
+        };
+        let jacobian = robot.model.frames(&motion.link[row]).jacobian().0;
+        let tool = motion.tool[row].rotation;
+        let way = |i: usize| {
+            let mut way: Vector6<f64> = jacobian.column(i).into_owned();
+            let turned = tool.tr_mul(&way.fixed_rows::<3>(0).into_owned());
+            way.fixed_rows_mut::<3>(0).copy_from(&turned);
+            way
+        };
+        (0..JOINTS).filter(|i| inside[*i]).map(|i| (i, way(i))).collect()
+    }
+
+    /// Adds to what is left of a pose what a link takes of its noise that is put where it was seen:
+    /// along the way in which the link moves the tool one standard deviation, as a sum of squares. A
+    /// model with play would explain the noise else.
+    fn give_back(&self, k: usize, way: &Vector6<f64>, left: &mut [Vector3<f64>; 2]) {
+        let [turned, position] = left;
+        let seen = way.component_div(&self.noise[k]);
+        let size = seen.norm();
+        if size == 0.0 {
+            return;
+        }
+        let left = Vector6::from_iterator(turned.iter().chain(position.iter()).copied());
+        let along = left.component_div(&self.noise[k]).dot(&seen) / size;
+        let more = (along.hypot(1.0) - along) / size;
+        *turned += way.fixed_rows::<3>(0) * more;
+        *position += way.fixed_rows::<3>(3) * more;
+    }
+
+    /// What it takes from the evidence for a model that its links may lie anywhere in their gaps and
+    /// are put where they were seen, as a sum of squares: twice the logarithm of the gap over what is
+    /// seen of it.
+    pub(super) fn anywhere(&self, robot: &ElasticRobot, motion: &Motion) -> f64 {
+        let of_row = |k: usize| -> f64 {
+            let of = |(i, way): (usize, Vector6<f64>)| {
+                let gap = 2.0 * robot.play(i) * way.component_div(&self.noise[k]).norm();
+                (2.0 * (gap / std::f64::consts::TAU.sqrt()).ln() - 1.0).max(0.0)
+            };
+            self.ways(robot, motion, k).into_iter().map(of).sum()
+        };
+        (0..self.rows.len()).map(of_row).sum()
     }
 
     /// The tool's poses in the band of a weld, as late as the tracker is, at every compared row.

@@ -512,7 +512,12 @@ pub fn diagnosis(verdict: Verdict) -> Parts {
             }],
             mountings: None,
             improved: Fitted {
-                at: vec![Prediction { residual: vec![1.015; 100], motion: None, late: None }],
+                at: vec![Prediction {
+                    residual: vec![1.015; 100],
+                    motion: None,
+                    late: None,
+                    anywhere: 0.0,
+                }],
                 ..fitted()
             },
             limits: vec![limit(4), limit(0)],
