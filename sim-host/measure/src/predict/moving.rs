@@ -1,6 +1,6 @@
 //! Free motion and ringing down: the links swing on their springs, driven by the encoders.
 
-use super::play::{BacklashObserver, Observed, lever, turn};
+use super::play::{BacklashObserver, Observed};
 use super::{
     Compared, Model, Motion, PredictError, Quantity, filled, known, list, none_where_missing,
     period, seen, sensed, unread,
@@ -135,8 +135,6 @@ pub(super) struct Moving {
     motor: Vec<Motors>,
     position: Option<Vec<Vector3<f64>>>,
     rotation: Option<Vec<Matrix3<f64>>>,
-    /// Deviation of the tracker's position over that of its rotation, m.
-    lever: f64,
     link_encoder: [Option<Vec<f64>>; 6],
     torque: [Option<Vec<f64>>; 6],
     band: LowPass,
@@ -266,7 +264,6 @@ impl Moving {
             drive_band: DRIVE_BANDS[bands[bands.len() / 2]],
             position: s.position.clone(),
             rotation: s.rotation.as_ref().map(|r| r.iter().map(rotation_from_vector).collect()),
-            lever: lever(noise),
             link_encoder: s.link_encoder.clone(),
             torque: std::array::from_fn(|i| s.motor_torque[i].as_ref().and_then(|t| filled(t))),
             band,
@@ -605,16 +602,13 @@ impl Moving {
     /// Where tool and links were seen at a row, less where links at `link` put them.
     fn seen(&self, robot: &ElasticRobot, link: &JointVector<f64>, row: usize) -> Observed {
         let time = self.time[row] - self.time[0];
-        let tool = seen(&robot.ports, &robot.frames(link, &Wrench::zero(), time).tcp, time);
-        let nowhere = Vector3::repeat(f64::NAN);
+        let tool = self.position.as_ref().map_or(Vector3::repeat(f64::NAN), |position| {
+            position[row]
+                - seen(&robot.ports, &robot.frames(link, &Wrench::zero(), time).tcp, time).position
+        });
         let link = std::array::from_fn(|i| self.link_left(robot, i, link[i], row));
-        Observed {
-            tool: self.position.as_ref().map_or(nowhere, |seen| seen[row] - tool.position),
-            turn: turn(&tool, self.rotation.as_ref().map(|seen| &seen[row])),
-            lever: self.lever,
-            deviation: 0.0,
-            link,
-        }
+        // Turned it hardly goes in a gap while motors move; to follow that would be to follow noise.
+        Observed { tool, turn: Vector3::repeat(f64::NAN), lever: 0.0, deviation: 0.0, link }
     }
 
     /// What a joint's second encoder read at a row, less what it would with its link at `link`; NaN
