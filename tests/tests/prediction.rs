@@ -105,6 +105,19 @@ fn a_tool_that_hangs_free_in_a_gap_is_where_it_was_seen() {
 }
 
 #[test]
+#[ignore = "fails: the encoders' noise in a free motion, and the force sensor's in a weld, turn a gear round so often that it forgets"]
+fn the_truth_is_at_the_floor_where_a_gear_remembers() {
+    let loop_of_a3 = effect("hysteresis", Location::Joint(2), &[1677.0, 8e-5]);
+    let ready = ready(&Recipe::plain(7).with_effect(loop_of_a3.clone())).expect("it is made");
+    let predictions = predicted(&ready, &[loop_of_a3]);
+    for (experiment, prediction) in ready.bench.experiments.iter().zip(&predictions) {
+        for (channel, score) in scores(experiment, prediction) {
+            assert!(score < 1.5, "{} {channel}: {score}", experiment.name);
+        }
+    }
+}
+
+#[test]
 fn a_prediction_beside_another_is_the_same_as_by_itself() {
     let ready = campaign(None);
     for known in [Vec::new(), vec![play()]] {

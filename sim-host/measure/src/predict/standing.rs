@@ -205,9 +205,9 @@ impl Standing {
         standing.compare(log, noise, model, low.gain(0), compared)?;
         standing.noise = vec![Vector6::repeat(f64::INFINITY); standing.rows.len()];
         for (k, c) in compared[first..].iter().enumerate() {
-            let turned = usize::from(c.quantity == Quantity::Position);
+            let from = if c.quantity == Quantity::Position { 3 } else { 0 };
             let row = k / 3 % standing.rows.len();
-            standing.noise[row][3 * turned + usize::from(c.component)] = c.deviation;
+            standing.noise[row][from + usize::from(c.component)] = c.deviation;
         }
         Ok(Some(standing))
     }
