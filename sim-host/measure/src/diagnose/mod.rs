@@ -40,7 +40,7 @@ use beyond::beyond_expected;
 use found::{effects_of, found_effects, has_unseen_wave};
 use rules::{above, at_floor, counts, floor, stands_out};
 use screen::{Screened, likeliest, screen};
-use search::{fit_all, uncalibrated};
+use search::{Explained, fit_all, uncalibrated};
 use trueweld_plant::effects::{CalibrationScope, Effect, EffectKind, Location, Role};
 use trueweld_plant::robot::Channel;
 use trueweld_plant::simulate::Seam;
@@ -169,15 +169,16 @@ pub fn diagnose(
     let ground = Context { bench, blocks: &blocks, null: &null, given: &given, length };
     let limits = screened.iter().map(|s| s.limit.clone()).collect();
     let confusable = confuse::confusable(&ground, &screened);
-    let mut chosen: Vec<Fitted> = Vec::new();
+    let (mut chosen, mut alike) = (Vec::new(), Vec::new());
     if let Some(k) = best_that_counts(bench, &null, &singles) {
         singles[..=k].rotate_right(1);
         progress("looking for more effects", 0.65);
-        chosen = search::explained(&ground, singles[0].clone());
-        if let Some((k, others)) = from_another(&ground, &singles, &chosen) {
+        let mut explained = search::explained(&ground, singles[0].clone());
+        if let Some((k, others)) = from_another(&ground, &singles, &explained.chosen) {
             singles[..=k].rotate_right(1);
-            chosen = others;
+            explained = others;
         }
+        (chosen, alike) = (explained.chosen, explained.alike);
         singles[0] = chosen[0].clone();
         if bench.is_late() && chosen.last().is_some_and(|f| !at_floor(bench, &f.at)) {
             undone.push(Undone::Further);
@@ -185,7 +186,13 @@ pub fn diagnose(
     }
     if let Some(last) = chosen.last().filter(|_| chosen.len() > 1) {
         let mut together = vec![last.clone()];
-        together.extend(search::alternatives(&ground, last, &confusable));
+        together.append(&mut alike);
+        let others = search::alternatives(&ground, last, &confusable);
+        for other in others {
+            if !together.iter().any(|known| same_effects(known, &other)) {
+                together.push(other);
+            }
+        }
         singles.splice(0..0, together);
     }
     // Calibrations that an effect is missing beside need not arrive anywhere.
@@ -249,6 +256,16 @@ fn best_that_counts(bench: &FitProblem, null: &Fitted, singles: &[Fitted]) -> Op
     Some(tied.find(|k| !has_unseen_wave(&singles[*k]) && count(k)).unwrap_or(best))
 }
 
+/// True for two fits of the same effects at the same places.
+fn same_effects(a: &Fitted, b: &Fitted) -> bool {
+    let names = |fitted: &Fitted| {
+        let own = effects_of(fitted).into_iter().map(|i| &fitted.point.all[i]);
+        own.map(|e| (e.kind.id, e.at)).collect::<Vec<_>>()
+    };
+    let (a, b) = (names(a), names(b));
+    a.len() == b.len() && a.iter().all(|name| b.contains(name))
+}
+
 /// Where an explanation leaves something: one that starts from another single effect and leaves
 /// nothing, with the place of that effect. Of two that are missing each may do less alone than a third
 /// that does a part of both.
@@ -256,7 +273,7 @@ fn from_another(
     ground: &Context<'_>,
     singles: &[Fitted],
     chosen: &[Fitted],
-) -> Option<(usize, Vec<Fitted>)> {
+) -> Option<(usize, Explained)> {
     let whole = |chosen: &[Fitted]| chosen.last().is_some_and(|f| at_floor(ground.bench, &f.at));
     if whole(chosen) {
         return None;
@@ -266,7 +283,7 @@ fn from_another(
     };
     (1..singles.len()).filter(starts).take(rules::STARTS - 1).find_map(|k| {
         let others = search::explained(ground, singles[k].clone());
-        whole(&others).then_some((k, others))
+        whole(&others.chosen).then_some((k, others))
     })
 }
 

@@ -301,28 +301,37 @@ const NEEDED: f64 = 1.5;
 /// Effects of an explanation at most.
 const MOST: usize = 4;
 
-/// What comes of the best single effect once others were tried beside it: fits with one effect more
-/// each, the last of them the explanation.
-pub(super) fn explained(ground: &Context<'_>, best: Fitted) -> Vec<Fitted> {
-    let mut chosen = vec![best];
+/// What comes of a single effect once others were tried beside it.
+pub(super) struct Explained {
+    /// Fits with one effect more each, the last of them the explanation.
+    pub chosen: Vec<Fitted>,
+    /// Fits that explain the data about as well as the last, with another effect in place of its last.
+    pub alike: Vec<Fitted>,
+}
+
+/// What comes of the best single effect once others were tried beside it.
+pub(super) fn explained(ground: &Context<'_>, best: Fitted) -> Explained {
+    let (mut chosen, mut alike) = (vec![best], Vec::new());
     while chosen.len() < MOST
         && !ground.bench.is_late()
         && let Some(fitted) = chosen.last()
-        && let Some((before, after)) = one_more(ground, fitted)
+        && let Some((before, after, others)) = one_more(ground, fitted)
     {
         chosen.pop();
         chosen.extend([before, after]);
+        alike = others;
     }
-    chosen
+    Explained { chosen, alike }
 }
 
-/// A fit with one effect more, and the fit without it from where that has taken the others. Every
-/// effect must earn its place: one that the others do as well without is dropped; of two effects,
+/// The fit without one effect more, from where that has taken the others, the fit with it, and those
+/// with another in its place that the data do not tell from it. Every effect must earn its place: one that the others do as well without is dropped; of two effects,
 /// either of which does what both do, none is. A fit may be at the floor already: how high that lies
 /// is known less well than what a second effect brings.
-fn one_more(ground: &Context<'_>, fitted: &Fitted) -> Option<(Fitted, Fitted)> {
+fn one_more(ground: &Context<'_>, fitted: &Fitted) -> Option<(Fitted, Fitted, Vec<Fitted>)> {
     let bench = ground.bench;
-    let more = further(ground, fitted).into_iter().next()?;
+    let mut further = further(ground, fitted).into_iter();
+    let more = further.next()?;
     let last = more.point.all.len() - 1;
     // What the others gain on the way is not the new one's.
     let mut before = without(ground, &more, last, fitted.cost)?;
@@ -340,9 +349,13 @@ fn one_more(ground: &Context<'_>, fitted: &Fitted) -> Option<(Fitted, Fitted)> {
     let goal = NEEDED * more.cost;
     let spare = |i: usize| without(ground, &more, i, goal).filter(|f| !counts(bench, f, &more));
     match (0..last).filter(own).find_map(spare) {
-        None => Some((before, more)),
+        None => {
+            let reach = more.cost + rules::TIED * rules::trust(&more);
+            let alike = further.filter(|other| other.cost < reach).collect();
+            Some((before, more, alike))
+        }
         Some(fewer) if (0..last).filter(own).count() > 1 && fewer.cost < before.cost => {
-            Some((before, fewer))
+            Some((before, fewer, Vec::new()))
         }
         Some(_) => None,
     }
