@@ -129,7 +129,7 @@ fn columns(
 pub(crate) fn counts(bench: &FitProblem, before: &Fitted, after: &Fitted) -> bool {
     let (before_out, after_out) = (before.linear.held_out(None), after.linear.held_out(None));
     let differences = || before_out.iter().zip(&after_out).map(|(b, a)| b - a);
-    // A block that is left out tells where links lie in their gaps all the same.
+    // A block that is left out tells where links lie in their gaps all the same, noise with it.
     let anywhere = |at: &Residuals| at.iter().map(|p| p.anywhere).sum::<f64>();
     let told = anywhere(&after.at) - anywhere(&before.at);
     let gained = differences().filter(|d| *d > 0.0).sum::<f64>() - told;

@@ -367,75 +367,35 @@ impl Standing {
             .zip(&tool)
             .map(|(row, pose)| seen(&robot.ports, pose, self.time[*row]))
             .collect();
-        let mut left: Vec<[Vector3<f64>; 2]> = (0..self.rows.len())
-            .map(|k| {
-                let turned = self.rotation.as_ref().map(|m| sensed[k].rotation.tr_mul(&m[k]));
-                let position = self.position.as_ref().map(|m| m[k] - sensed[k].position);
-                [turned.map(|turned| rotation_vector(&turned)), position]
-                    .map(Option::unwrap_or_default)
-            })
-            .collect();
-        for (k, left) in left.iter_mut().enumerate() {
-            for (_, way) in self.ways(robot, motion, k) {
-                self.give_back(k, &way, left);
+        if let Some(position) = &self.position {
+            position
+                .iter()
+                .zip(&sensed)
+                .for_each(|(m, p)| residual.extend((m - p.position).iter()));
+        }
+        if let Some(rotation) = &self.rotation {
+            for (m, p) in rotation.iter().zip(&sensed) {
+                residual.extend(rotation_vector(&p.rotation.tr_mul(m)).iter());
             }
         }
-        if self.position.is_some() {
-            left.iter().for_each(|[_, position]| residual.extend(position.iter()));
-        }
-        if self.rotation.is_some() {
-            left.iter().for_each(|[turned, _]| residual.extend(turned.iter()));
-        }
-    }
-
-    /// Joints whose links lie in their gaps where they were seen at a compared row of a weld, and how
-    /// each moves the tool there: rotation, in its own axes, and position, m, a radian.
-    fn ways(&self, robot: &ElasticRobot, motion: &Motion, k: usize) -> Vec<(usize, Vector6<f64>)> {
-        let row = self.rows[k];
-        let inside = motion.inside.get(row).filter(|_| self.band.is_some());
-        let Some(inside) = inside.filter(|inside| inside.contains(&true)) else {
-            return Vec::new();
-        };
-        let jacobian = robot.model.frames(&motion.link[row]).jacobian().0;
-        let tool = motion.tool[row].rotation;
-        let way = |i: usize| {
-            let mut way: Vector6<f64> = jacobian.column(i).into_owned();
-            let turned = tool.tr_mul(&way.fixed_rows::<3>(0).into_owned());
-            way.fixed_rows_mut::<3>(0).copy_from(&turned);
-            way
-        };
-        (0..JOINTS).filter(|i| inside[*i]).map(|i| (i, way(i))).collect()
-    }
-
-    /// Adds to what is left of a pose what a link takes of its noise that is put where it was seen:
-    /// along the way in which the link moves the tool one standard deviation, as a sum of squares. A
-    /// model with play would explain the noise else.
-    fn give_back(&self, k: usize, way: &Vector6<f64>, left: &mut [Vector3<f64>; 2]) {
-        let [turned, position] = left;
-        let seen = way.component_div(&self.noise[k]);
-        let size = seen.norm();
-        if size == 0.0 {
-            return;
-        }
-        let left = Vector6::from_iterator(turned.iter().chain(position.iter()).copied());
-        let along = left.component_div(&self.noise[k]).dot(&seen) / size;
-        let more = (along.hypot(1.0) - along) / size;
-        *turned += way.fixed_rows::<3>(0) * more;
-        *position += way.fixed_rows::<3>(3) * more;
     }
 
     /// What it takes from the evidence for a model that its links may lie anywhere in their gaps and
-    /// are put where they were seen, as a sum of squares: twice the logarithm of the gap over what is
-    /// seen of it.
+    /// are put where they were seen in a weld, as a sum of squares: at every compared row the noise
+    /// that such a link takes with it, or twice the logarithm of the gap over what is seen of it.
     pub(super) fn anywhere(&self, robot: &ElasticRobot, motion: &Motion) -> f64 {
-        let of_row = |k: usize| -> f64 {
-            let of = |(i, way): (usize, Vector6<f64>)| {
-                let gap = 2.0 * robot.play(i) * way.component_div(&self.noise[k]).norm();
-                (2.0 * (gap / std::f64::consts::TAU.sqrt()).ln() - 1.0).max(0.0)
+        let of_row = |(row, noise): (&usize, &Vector6<f64>)| -> f64 {
+            let inside = motion.inside.get(*row).filter(|inside| inside.contains(&true));
+            let Some(inside) = inside else { return 0.0 };
+            let jacobian = robot.model.frames(&motion.link[*row]).jacobian().0;
+            let of = |i: usize| {
+                let seen = jacobian.column(i).component_div(noise).norm();
+                let gap = 2.0 * robot.play(i) * seen;
+                (2.0 * (gap / std::f64::consts::TAU.sqrt()).ln()).max(1.0)
             };
-            self.ways(robot, motion, k).into_iter().map(of).sum()
+            (0..JOINTS).filter(|i| inside[*i]).map(of).sum()
         };
-        (0..self.rows.len()).map(of_row).sum()
+        self.rows.iter().zip(&self.noise).map(of_row).sum()
     }
 
     /// The tool's poses in the band of a weld, as late as the tracker is, at every compared row.
