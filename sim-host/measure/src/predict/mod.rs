@@ -134,9 +134,9 @@ pub struct Motion {
     pub tool: Vec<Pose<f64>>,
     /// True where a link may be where it was seen, for its gear has play.
     pub placed: bool,
-    /// Which links lie within their gaps where they were seen, at every instant; empty where links
-    /// swing or no gear has play.
-    pub inside: Vec<[bool; JOINTS]>,
+    /// Which links are put where they were seen, at every instant; empty where links swing or no gear
+    /// has play.
+    pub afloat: Vec<[bool; JOINTS]>,
     /// What the gears remember at every instant; empty where none does.
     pub memory: Vec<Memory>,
     /// What the first residuals tell of how links swing that remember; see the rooms of motion.
@@ -646,7 +646,7 @@ impl Motion {
         self.link.extend_from_slice(&other.link[from..]);
         self.spring.extend_from_slice(&other.spring[from..]);
         self.tool.extend(other.tool.get(from..).unwrap_or_default());
-        self.inside.extend(other.inside.get(from..).unwrap_or_default());
+        self.afloat.extend(other.afloat.get(from..).unwrap_or_default());
         self.memory.extend_from_slice(&other.memory[from..]);
     }
 }

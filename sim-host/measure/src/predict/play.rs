@@ -92,9 +92,8 @@ impl BacklashObserver {
             self.since[i] = self.since[i].map(|n| n + 1);
             // What runs into its spring is left to it.
             let (low, high) = (twist[i].min(-self.play[i]), twist[i].max(self.play[i]));
-            let there = twist[i] - share * found;
-            moved.by[i] = twist[i] - there.clamp(low, high);
-            moved.inside[i] = low < there && there < high;
+            moved.by[i] = twist[i] - (twist[i] - share * found).clamp(low, high);
+            moved.placed[i] = true;
             // An observer of position and rate, critically damped.
             moved.rate[i] = 0.5 * running.powi(2) / self.period * found;
         }
@@ -122,8 +121,8 @@ pub(super) struct Moved {
     pub by: JointVector<f64>,
     /// Change of their rates, rad/s.
     pub rate: JointVector<f64>,
-    /// True for a link that lies within its gap where it was seen.
-    pub inside: [bool; JOINTS],
+    /// True for a link that is put where it was seen.
+    pub placed: [bool; JOINTS],
 }
 
 /// Where tool and links were seen, less where they are predicted; NaN where nobody looked.

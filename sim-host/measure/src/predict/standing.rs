@@ -323,7 +323,7 @@ impl Standing {
                 };
                 let moved = afloat.moved(robot, &self.motors[k].angle, &stand.link, &left);
                 links.displace(robot, &mut stand, &moved.by, &wrench, self.time[k]);
-                motion.inside.push(moved.inside);
+                motion.afloat.push(moved.placed);
             }
             motion.link.push(stand.link);
             motion.spring.push(stand.spring);
@@ -385,15 +385,15 @@ impl Standing {
     /// that such a link takes with it, or twice the logarithm of the gap over what is seen of it.
     pub(super) fn anywhere(&self, robot: &ElasticRobot, motion: &Motion) -> f64 {
         let of_row = |(row, noise): (&usize, &Vector6<f64>)| -> f64 {
-            let inside = motion.inside.get(*row).filter(|inside| inside.contains(&true));
-            let Some(inside) = inside else { return 0.0 };
+            let afloat = motion.afloat.get(*row).filter(|afloat| afloat.contains(&true));
+            let Some(afloat) = afloat else { return 0.0 };
             let jacobian = robot.model.frames(&motion.link[*row]).jacobian().0;
             let of = |i: usize| {
                 let seen = jacobian.column(i).component_div(noise).norm();
                 let gap = 2.0 * robot.play(i) * seen;
                 (2.0 * (gap / std::f64::consts::TAU.sqrt()).ln()).max(1.0)
             };
-            (0..JOINTS).filter(|i| inside[*i]).map(of).sum()
+            (0..JOINTS).filter(|i| afloat[*i]).map(of).sum()
         };
         self.rows.iter().zip(&self.noise).map(of_row).sum()
     }
