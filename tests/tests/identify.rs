@@ -13,8 +13,9 @@ fn a_stiffness_that_is_off_by_up_to_a_factor_of_two_comes_out_right() {
         let seen = examine(&Case::stiffness(seed)).expect("identified");
         all.held += seen.held;
         all.told += seen.told;
-        // Residuals of some 500 values are within 3/√1000 of the noise.
-        assert!((seen.score - 1.0).abs() < 0.1, "{seed}: {}", seen.score);
+        // Of 396 values what is fitted takes some 38: stiffnesses, zeros, the tracker's place and how
+        // links are mounted. That leaves 0.95 of the noise, within 3/√800.
+        assert!((seen.score - 0.95).abs() < 0.11, "{seed}: {}", seen.score);
     }
     assert!(all.told >= 44, "{all:?}");
     // 95 % of 48 are 45.6 ± 1.5.
