@@ -174,21 +174,22 @@ pub fn diagnose(
         singles[..=k].rotate_right(1);
         progress("looking for more effects", 0.65);
         let mut explained = search::explained(&ground, singles[0].clone());
-        if let Some((k, others)) = from_another(&ground, &singles, &explained.chosen) {
+        if !explained.is_whole(bench)
+            && let Some((k, others)) = from_another(&ground, &singles)
+        {
             singles[..=k].rotate_right(1);
             explained = others;
         }
-        (chosen, alike) = (explained.chosen, explained.alike);
-        singles[0] = chosen[0].clone();
-        if bench.is_late() && chosen.last().is_some_and(|f| !at_floor(bench, &f.at)) {
+        if bench.is_late() && !explained.is_whole(bench) {
             undone.push(Undone::Further);
         }
+        (chosen, alike) = (explained.chosen, explained.alike);
+        singles[0] = chosen[0].clone();
     }
     if let Some(last) = chosen.last().filter(|_| chosen.len() > 1) {
         let mut together = vec![last.clone()];
         together.append(&mut alike);
-        let others = search::alternatives(&ground, last, &confusable);
-        for other in others {
+        for other in search::alternatives(&ground, last, &confusable) {
             if !together.iter().any(|known| same_effects(known, &other)) {
                 together.push(other);
             }
@@ -266,24 +267,16 @@ fn same_effects(a: &Fitted, b: &Fitted) -> bool {
     a.len() == b.len() && a.iter().all(|name| b.contains(name))
 }
 
-/// Where an explanation leaves something: one that starts from another single effect and leaves
-/// nothing, with the place of that effect. Of two that are missing each may do less alone than a third
-/// that does a part of both.
-fn from_another(
-    ground: &Context<'_>,
-    singles: &[Fitted],
-    chosen: &[Fitted],
-) -> Option<(usize, Explained)> {
-    let whole = |chosen: &[Fitted]| chosen.last().is_some_and(|f| at_floor(ground.bench, &f.at));
-    if whole(chosen) {
-        return None;
-    }
+/// An explanation that starts from another single effect than the first and leaves nothing, with the
+/// place of that effect. Of two that are missing each may do less alone than a third that does a part
+/// of both.
+fn from_another(ground: &Context<'_>, singles: &[Fitted]) -> Option<(usize, Explained)> {
     let starts = |k: &usize| {
         counts(ground.bench, ground.null, &singles[*k]) && !has_unseen_wave(&singles[*k])
     };
     (1..singles.len()).filter(starts).take(rules::STARTS - 1).find_map(|k| {
         let others = search::explained(ground, singles[k].clone());
-        whole(&others.chosen).then_some((k, others))
+        others.is_whole(ground.bench).then_some((k, others))
     })
 }
 

@@ -309,9 +309,16 @@ pub(super) struct Explained {
     pub alike: Vec<Fitted>,
 }
 
-/// What comes of the best single effect once others were tried beside it.
-pub(super) fn explained(ground: &Context<'_>, best: Fitted) -> Explained {
-    let (mut chosen, mut alike) = (vec![best], Vec::new());
+impl Explained {
+    /// True where it leaves nothing that stands out of the floor.
+    pub fn is_whole(&self, bench: &FitProblem) -> bool {
+        self.chosen.last().is_some_and(|f| rules::at_floor(bench, &f.at))
+    }
+}
+
+/// Tries others beside a single effect, for as long as one more earns its place.
+pub(super) fn explained(ground: &Context<'_>, single: Fitted) -> Explained {
+    let (mut chosen, mut alike) = (vec![single], Vec::new());
     while chosen.len() < MOST
         && !ground.bench.is_late()
         && let Some(fitted) = chosen.last()
@@ -325,9 +332,10 @@ pub(super) fn explained(ground: &Context<'_>, best: Fitted) -> Explained {
 }
 
 /// The fit without one effect more, from where that has taken the others, the fit with it, and those
-/// with another in its place that the data do not tell from it. Every effect must earn its place: one that the others do as well without is dropped; of two effects,
-/// either of which does what both do, none is. A fit may be at the floor already: how high that lies
-/// is known less well than what a second effect brings.
+/// with another in its place that the data do not tell from it. Every effect must earn its place: one
+/// that the others do as well without is dropped; of two effects, either of which does what both do,
+/// none is. A fit may be at the floor already: how high that lies is known less well than what a
+/// second effect brings.
 fn one_more(ground: &Context<'_>, fitted: &Fitted) -> Option<(Fitted, Fitted, Vec<Fitted>)> {
     let bench = ground.bench;
     let mut further = further(ground, fitted).into_iter();

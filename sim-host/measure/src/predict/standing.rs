@@ -204,10 +204,10 @@ impl Standing {
         let first = compared.len();
         standing.compare(log, noise, model, low.gain(0), compared)?;
         standing.noise = vec![Vector6::repeat(f64::INFINITY); standing.rows.len()];
-        for (k, c) in compared[first..].iter().enumerate() {
+        for c in &compared[first..] {
             let from = if c.quantity == Quantity::Position { 3 } else { 0 };
-            let row = k / 3 % standing.rows.len();
-            standing.noise[row][from + usize::from(c.component)] = c.deviation;
+            let place = standing.rows.partition_point(|row| *row < c.row);
+            standing.noise[place][from + usize::from(c.component)] = c.deviation;
         }
         Ok(Some(standing))
     }
