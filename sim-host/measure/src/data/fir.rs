@@ -254,22 +254,67 @@ impl Beginning {
     }
 }
 
-/// A series in a narrow band around zero and around each of the first multiples of an angle that
-/// turns with time: what a spindle makes of a force, with little of its noise. `angle` at every
-/// sample, rad; `low`: half the band's width.
-pub fn comb(low: &LowPass, angle: &[f64], orders: usize, series: &[f64]) -> Vec<f64> {
+/// Multiples of an angle that turns with time, in a noisy series.
+pub struct Orders<'a> {
+    /// The angle at every sample, rad.
+    pub angle: &'a [f64],
+    /// Multiples 1 to this.
+    pub count: usize,
+    /// Half of the bands around each, Hz, widest first.
+    pub bands: &'a [f64],
+}
+
+/// A noisy series in a band around zero and in bands around orders: what a spindle makes of a force,
+/// with little of its noise. Each order has the power that it has beyond the noise's, and is left
+/// out where it has none.
+///
+/// `low`: the band around zero; `deviation` of the white noise.
+pub fn comb(
+    low: &LowPass,
+    orders: &Orders,
+    period: f64,
+    deviation: f64,
+    series: &[f64],
+) -> Vec<f64> {
     let mut sum = low.smooth(0, series);
     let rest: Vec<f64> = series.iter().zip(&sum).map(|(a, b)| a - b).collect();
-    for order in 1..=orders {
-        let wave =
-            |f: fn(f64) -> f64| -> Vec<f64> { angle.iter().map(|a| f(order as f64 * a)).collect() };
-        for wave in [wave(f64::cos), wave(f64::sin)] {
-            let carried: Vec<f64> = rest.iter().zip(&wave).map(|(r, w)| 2.0 * r * w).collect();
-            let amplitude = low.smooth(0, &carried);
-            sum.iter_mut().zip(amplitude.iter().zip(&wave)).for_each(|(s, (a, w))| *s += a * w);
+    // Twice white noise times a wave has twice its variance.
+    let noise = deviation * std::f64::consts::SQRT_2;
+    for order in 1..=orders.count {
+        let wave = |f: fn(f64) -> f64| -> Vec<f64> {
+            orders.angle.iter().map(|a| f(order as f64 * a)).collect()
+        };
+        let waves = [wave(f64::cos), wave(f64::sin)];
+        let amplitudes = waves.each_ref().map(|wave| {
+            let carried: Vec<f64> = rest.iter().zip(wave).map(|(r, w)| 2.0 * r * w).collect();
+            adaptive(orders.bands, period, noise, &carried)
+        });
+        let all = || amplitudes.iter().flatten();
+        let power: f64 = all().map(|smoothed| smoothed.value.powi(2)).sum();
+        let of_noise: f64 = all().map(|smoothed| smoothed.deviation.powi(2)).sum();
+        if power <= of_noise {
+            continue;
+        }
+        let share = (1.0 - of_noise / power).sqrt();
+        for (amplitude, wave) in amplitudes.iter().zip(&waves) {
+            let of_order = amplitude.iter().zip(wave).map(|(a, w)| share * a.value * w);
+            sum.iter_mut().zip(of_order).for_each(|(s, a)| *s += a);
         }
     }
     sum
+}
+
+/// A sample of a noisy series, smoothed.
+#[derive(Debug, Clone, Copy)]
+pub struct Smoothed {
+    /// Value.
+    pub value: f64,
+    /// Its rate by time, 1/s.
+    pub rate: f64,
+    /// Index of the band it was smoothed in.
+    pub band: usize,
+    /// Deviation of the value that the noise leaves in this band.
+    pub deviation: f64,
 }
 
 /// A noisy series and its rate, each sample in the narrowest band that agrees with all wider ones:
@@ -277,15 +322,11 @@ pub fn comb(low: &LowPass, angle: &[f64], orders: usize, series: &[f64]) -> Vec<
 /// hardly at all. After Lepski: the widest window whose value lies within `AGREE` deviations of
 /// what the narrower windows say.
 ///
-/// `bands` in Hz, widest first; `deviation` of the white noise. Gives value, rate and the index of
-/// the band taken.
-pub fn adaptive(
-    bands: &[f64],
-    period: f64,
-    deviation: f64,
-    series: &[f64],
-) -> Vec<(f64, f64, usize)> {
-    const AGREE: f64 = 3.0;
+/// `bands` in Hz, widest first; `deviation` of the white noise.
+pub fn adaptive(bands: &[f64], period: f64, deviation: f64, series: &[f64]) -> Vec<Smoothed> {
+    // Of thousands of samples with ten comparisons each some lie beyond three deviations by chance,
+    // and each would have a wide band around it.
+    const AGREE: f64 = 4.0;
     // Towards an end a window has one side only, and twice the noise.
     const AT_END: f64 = 2.0;
     let n = series.len();
@@ -318,7 +359,12 @@ pub fn adaptive(
             }
         }
     }
-    (0..n).map(|k| (smooth[taken[k]][0][k], smooth[taken[k]][1][k], taken[k])).collect()
+    let left: Vec<f64> = filters.iter().map(|f| deviation * f.gain(0).sqrt()).collect();
+    let of_sample = |(k, band): (usize, usize)| {
+        let [value, rate] = [0, 1].map(|d| smooth[band][d][k]);
+        Smoothed { value, rate, band, deviation: left[band] }
+    };
+    taken.into_iter().enumerate().map(of_sample).collect()
 }
 
 /// A series at a fractional sample position, by the cubic through its four neighbours; the ends are

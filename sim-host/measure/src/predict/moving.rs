@@ -172,12 +172,12 @@ impl Moving {
             .map(|i| adaptive(&DRIVE_BANDS, period, encoder[i].deviation, &columns[i]))
             .collect();
         let mut bands: Vec<usize> =
-            columns_in_bands.iter().flatten().map(|(_, _, band)| *band).collect();
+            columns_in_bands.iter().flatten().map(|smoothed| smoothed.band).collect();
         bands.sort_unstable();
         let mut drive: Vec<Motors> = (0..n)
             .map(|k| Motors {
-                angle: JointVector::from_fn(|i, _| columns_in_bands[i][k].0),
-                rate: JointVector::from_fn(|i, _| columns_in_bands[i][k].1),
+                angle: JointVector::from_fn(|i, _| columns_in_bands[i][k].value),
+                rate: JointVector::from_fn(|i, _| columns_in_bands[i][k].rate),
                 acceleration: JointVector::zeros(),
             })
             .collect();

@@ -8,7 +8,7 @@ use super::{
     wrench_columns,
 };
 use crate::data::channel::LogChannel;
-use crate::data::fir::{LowPass, comb};
+use crate::data::fir::{LowPass, Orders, comb};
 use crate::data::log::{Log, Payload};
 use crate::data::noise::{Level, NoiseLevels};
 use nalgebra::{Matrix3, Vector3, Vector6};
@@ -26,6 +26,10 @@ const SPINDLE_SHARE: f64 = 0.3;
 
 /// Orders of the spindle at which the wrench loads the links.
 const HEARD_ORDERS: usize = 3;
+
+/// Bands around these orders in which their amplitudes are heard, as shares of the pose's, widest
+/// first: they change as the push does and with the posture.
+const HEARD_BANDS: [f64; 3] = [1.0, 0.3, 0.1];
 
 /// Instants at which the links stand.
 #[derive(Debug, Clone)]
@@ -149,11 +153,16 @@ impl Standing {
         }
         // The wrench in the bands where it has something to say: its noise would make a gear's
         // memory fade.
-        let heard = |v: [Vec<f64>; 3]| match &angle {
-            Some(angle) => v.map(|c| comb(&low, angle, HEARD_ORDERS, &c)),
+        let bands = HEARD_BANDS.map(|share| share * band);
+        let heard = |v: [Vec<f64>; 3], levels: &[Option<Level>; 3]| match &angle {
+            Some(angle) => std::array::from_fn(|c| {
+                let orders = Orders { angle, count: HEARD_ORDERS, bands: &bands };
+                let deviation = levels[c].map_or(0.0, |level| level.deviation);
+                comb(&low, &orders, period, deviation, &v[c])
+            }),
             None => v,
         };
-        let (force, moment) = (heard(force), heard(moment));
+        let (force, moment) = (heard(force, &noise.force), heard(moment, &noise.moment));
         let every = ((0.4 / (band * period)).floor() as usize).max(1);
         let rows: Vec<usize> = (low.half()..n - low.half()).step_by(every).collect();
         let columns: Vec<Vec<f64>> =
