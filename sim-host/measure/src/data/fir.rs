@@ -287,7 +287,7 @@ pub fn comb(
         let waves = [wave(f64::cos), wave(f64::sin)];
         let amplitudes = waves.each_ref().map(|wave| {
             let carried: Vec<f64> = rest.iter().zip(wave).map(|(r, w)| 2.0 * r * w).collect();
-            adaptive(orders.bands, period, noise, &carried)
+            adaptive(orders.bands, NOT_BY_CHANCE, period, noise, &carried)
         });
         let all = || amplitudes.iter().flatten();
         let power: f64 = all().map(|smoothed| smoothed.value.powi(2)).sum();
@@ -317,16 +317,27 @@ pub struct Smoothed {
     pub deviation: f64,
 }
 
+/// Deviations within which the bands of [`adaptive`] agree where little of the series may be lost.
+pub const CLOSELY: f64 = 3.0;
+
+/// The same where little of the noise may be left: of thousands of samples with ten comparisons each
+/// some lie beyond three deviations by chance, and each has a wide band around it.
+pub const NOT_BY_CHANCE: f64 = 4.0;
+
 /// A noisy series and its rate, each sample in the narrowest band that agrees with all wider ones:
 /// a joint that rests or moves evenly is smoothed over a long time, and where a brake stops it
-/// hardly at all. After Lepski: the widest window whose value lies within `AGREE` deviations of
+/// hardly at all. After Lepski: the widest window whose value lies within some deviations of
 /// what the narrower windows say.
 ///
-/// `bands` in Hz, widest first; `deviation` of the white noise.
-pub fn adaptive(bands: &[f64], period: f64, deviation: f64, series: &[f64]) -> Vec<Smoothed> {
-    // Of thousands of samples with ten comparisons each some lie beyond three deviations by chance,
-    // and each would have a wide band around it.
-    const AGREE: f64 = 4.0;
+/// `bands` in Hz, widest first; `agree`: deviations within which bands agree; `deviation` of the
+/// white noise.
+pub fn adaptive(
+    bands: &[f64],
+    agree: f64,
+    period: f64,
+    deviation: f64,
+    series: &[f64],
+) -> Vec<Smoothed> {
     // Towards an end a window has one side only, and twice the noise.
     const AT_END: f64 = 2.0;
     let n = series.len();
@@ -340,7 +351,7 @@ pub fn adaptive(bands: &[f64], period: f64, deviation: f64, series: &[f64]) -> V
             let apart = |w: usize, d: usize| (smooth[b][d][k] - smooth[w][d][k]).abs();
             let ends =
                 if k < filters[b].half() || k + filters[b].half() >= n { AT_END } else { 1.0 };
-            let noise = |w: usize, d: usize| ends * AGREE * deviation * filters[w].gain(d).sqrt();
+            let noise = |w: usize, d: usize| ends * agree * deviation * filters[w].gain(d).sqrt();
             if (0..b).any(|w| apart(w, 0) > noise(w, 0) || apart(w, 1) > noise(w, 1)) {
                 taken[k] = b - 1;
                 break;

@@ -6,7 +6,9 @@ use super::{
     period, seen, sensed, unread,
 };
 use crate::data::channel::LogChannel;
-use crate::data::fir::{Beginning, LowPass, adaptive, interpolate, start};
+use crate::data::fir::{
+    Beginning, CLOSELY, LowPass, NOT_BY_CHANCE, Smoothed, adaptive, interpolate, start,
+};
 use crate::data::log::{Log, LogKind};
 use crate::data::noise::{Level, NoiseLevels};
 use nalgebra::{Complex, DMatrix, DVector, Matrix3, SMatrix, SVector, Vector3};
@@ -110,8 +112,22 @@ const STANDS_OUT: f64 = 60.0;
 /// Rate by which motors may change while the start is told, rad/s.
 const STEADY: f64 = 5e-3;
 
-/// Links in motion, and which of them are afloat in the play of their gears.
-type Links = (DynamicLinks, Option<BacklashObserver>);
+/// Links in motion.
+struct Links {
+    swinging: DynamicLinks,
+    /// Which of them are afloat in the play of their gears.
+    afloat: Option<BacklashObserver>,
+    /// Links that are driven with less noise, whose gears tell what is remembered; none where nothing
+    /// is.
+    even: Option<DynamicLinks>,
+}
+
+impl Links {
+    fn new(robot: &ElasticRobot, swinging: DynamicLinks, afloat: Option<BacklashObserver>) -> Self {
+        let even = (robot.ports.memories() > 0).then_some(swinging);
+        Self { swinging, afloat, even }
+    }
+}
 
 /// A log of links in motion.
 #[derive(Debug, Clone)]
@@ -125,6 +141,9 @@ pub(super) struct Moving {
     margin: JointVector<f64>,
     /// What drives the links.
     drive: Vec<Motors>,
+    /// The same with less of the encoders' noise, for what gears remember: each wiggle makes them
+    /// forget.
+    even: Vec<Motors>,
     /// How the links swing at the first row is fitted, where a ring-down begins after its stop.
     swing: Option<Swing>,
     /// True where motors move at the first row.
@@ -168,19 +187,26 @@ impl Moving {
                 .collect()
         };
         let encoder = known(&noise.encoder, log, LogChannel::Encoder)?;
-        let columns_in_bands: Vec<_> = (0..6)
-            .map(|i| adaptive(&DRIVE_BANDS, period, encoder[i].deviation, &columns[i]))
-            .collect();
+        let in_bands = |agree: f64| -> Vec<Vec<Smoothed>> {
+            let of =
+                |i: usize| adaptive(&DRIVE_BANDS, agree, period, encoder[i].deviation, &columns[i]);
+            (0..6).map(of).collect()
+        };
+        let driven_by = |columns: &[Vec<Smoothed>]| -> Vec<Motors> {
+            (0..n)
+                .map(|k| Motors {
+                    angle: JointVector::from_fn(|i, _| columns[i][k].value),
+                    rate: JointVector::from_fn(|i, _| columns[i][k].rate),
+                    acceleration: JointVector::zeros(),
+                })
+                .collect()
+        };
+        let closely = in_bands(CLOSELY);
         let mut bands: Vec<usize> =
-            columns_in_bands.iter().flatten().map(|smoothed| smoothed.band).collect();
+            closely.iter().flatten().map(|smoothed| smoothed.band).collect();
         bands.sort_unstable();
-        let mut drive: Vec<Motors> = (0..n)
-            .map(|k| Motors {
-                angle: JointVector::from_fn(|i, _| columns_in_bands[i][k].value),
-                rate: JointVector::from_fn(|i, _| columns_in_bands[i][k].rate),
-                acceleration: JointVector::zeros(),
-            })
-            .collect();
+        let mut drive = driven_by(&closely);
+        let mut even = driven_by(&in_bands(NOT_BY_CHANCE));
         // A filter's window has one side only at the ends; where the motors move there, a cubic
         // stands in.
         let mut motor = smoothed(MOTOR_BAND);
@@ -204,7 +230,7 @@ impl Moving {
                     let sign = if back == 1 { -1.0 } else { 1.0 };
                     let [angle, rate, acceleration] = beginning.after(k as f64 * period);
                     let row = if back == 1 { n - 1 - k } else { k };
-                    for series in [&mut drive, &mut motor, &mut quicker] {
+                    for series in [&mut drive, &mut even, &mut motor, &mut quicker] {
                         series[row].angle[i] = angle;
                         series[row].rate[i] = sign * rate;
                         series[row].acceleration[i] = acceleration;
@@ -215,8 +241,10 @@ impl Moving {
         let jerk = ends[0].map(|all| JointVector::from_fn(|i, _| all[i].derivatives[3]));
         // The links swing on from how they start.
         for i in (0..6).filter(|_| jerk.is_none()) {
-            (drive[0].angle[i], drive[0].rate[i]) =
-                start(period, encoder[i].deviation, &columns[i]);
+            let (angle, rate) = start(period, encoder[i].deviation, &columns[i]);
+            for series in [&mut drive, &mut even] {
+                (series[0].angle[i], series[0].rate[i]) = (angle, rate);
+            }
         }
         let skipped =
             if log.kind == LogKind::RingDown { 0 } else { (END / period).ceil() as usize };
@@ -256,6 +284,7 @@ impl Moving {
             substeps: (period / STEP - 1e-9).ceil().max(1.0) as usize,
             time: s.time.clone(),
             drive,
+            even,
             swing: None,
             motors_move,
             jerk,
@@ -462,7 +491,7 @@ impl Moving {
         memory: &Memory,
     ) -> Option<(DMatrix<f64>, DVector<f64>)> {
         let still = SVector::<f64, 12>::zeros();
-        let begin = |elsewhere: &_| (self.start(robot, memory, elsewhere), None);
+        let begin = |elsewhere: &_| Links::new(robot, self.start(robot, memory, elsewhere), None);
         let plain = self.first_residual(robot, &swing.rows, begin(&still))?;
         let mut columns = DMatrix::<f64>::zeros(plain.len(), 18);
         for k in 0..12 {
@@ -497,27 +526,28 @@ impl Moving {
                 self.advance(robot, &mut links, at).ok()?;
                 at += 1;
             }
-            left.extend(self.seen(robot, &links.0.drives().link, row).tool.iter());
+            left.extend(self.seen(robot, &links.swinging.drives().link, row).tool.iter());
         }
         Some(DVector::from_vec(left))
     }
 
     /// Takes the links from the row before to this one; those afloat to where they were seen.
-    fn advance(
-        &self,
-        robot: &ElasticRobot,
-        (swinging, afloat): &mut Links,
-        row: usize,
-    ) -> Result<(), Diverged> {
+    fn advance(&self, robot: &ElasticRobot, links: &mut Links, row: usize) -> Result<(), Diverged> {
         if row > 0 {
             let time = row as f64 * self.period + self.time[0];
-            swinging.advance(robot, &self.drive[row], time, self.substeps)?;
+            links.swinging.advance(robot, &self.drive[row], time, self.substeps)?;
+            if let Some(even) = &mut links.even {
+                even.advance(robot, &self.even[row], time, self.substeps)?;
+                links.swinging.remember(&even.memory());
+            }
         }
-        if let Some(afloat) = afloat {
-            let link = swinging.drives().link;
+        if let Some(afloat) = &mut links.afloat {
+            let link = links.swinging.drives().link;
             let seen = self.seen(robot, &link, row);
             let moved = afloat.moved(robot, &self.drive[row].angle, &link, &seen);
-            swinging.displace(&moved.by, &moved.rate);
+            for links in [&mut links.swinging].into_iter().chain(&mut links.even) {
+                links.displace(&moved.by, &moved.rate);
+            }
         }
         Ok(())
     }
@@ -572,17 +602,18 @@ impl Moving {
                 None => None,
             };
             for _ in 0..ROUNDS {
-                let start = (self.start(robot, memory, &elsewhere), afloat.clone());
+                let start = self.start(robot, memory, &elsewhere);
+                let start = Links::new(robot, start, afloat.clone());
                 let Some(left) = self.first_residual(robot, &swing.rows, start) else { break };
                 let by = gain.as_deref().unwrap_or(&swing.gain) * left;
                 elsewhere += SVector::<f64, 12>::from_column_slice(by.as_slice());
             }
         }
         let mut motion = Motion { swing: gain, ..Motion::new(n, afloat.is_some()) };
-        let mut links = (self.start(robot, memory, &elsewhere), afloat);
+        let mut links = Links::new(robot, self.start(robot, memory, &elsewhere), afloat);
         for k in 0..n {
             self.advance(robot, &mut links, k)?;
-            let swinging = &links.0;
+            let swinging = &links.swinging;
             motion.link.push(swinging.drives().link);
             motion.spring.push(swinging.spring(robot));
             if robot.ports.frames_give() {

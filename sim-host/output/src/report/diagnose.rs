@@ -58,7 +58,9 @@ impl Report for DiagnoseReport<'_> {
         if let Some(plan) = &self.account.next_experiment {
             let lead = words::experiment::lead(plan);
             document.section(Medium::All, "What to record next", Block::Lead(lead));
-            document.push(Block::Steps(words::experiment::steps(plan)));
+            if words::experiment::is_worth_recording(plan) {
+                document.push(Block::Steps(words::experiment::steps(plan)));
+            }
         }
         if missing && !(diagnosis.chosen.is_empty() && self.discovered.is_empty()) {
             document.section(

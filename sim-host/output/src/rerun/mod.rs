@@ -133,12 +133,10 @@ pub(crate) fn diagnose_recording(
     let mut said = vec![diagnosed.headline()];
     said.extend(diagnosed.explanation());
     if let Some(plan) = &diagnosed.account.next_experiment {
-        said.push(format!(
-            "Next experiment: {}. {}",
-            experiment::title(plan),
-            experiment::reason(plan)
-        ));
-        said.extend(experiment::steps(plan));
+        said.push(format!("What to record next: {}", experiment::lead(plan)));
+        if experiment::is_worth_recording(plan) {
+            said.extend(experiment::steps(plan));
+        }
     }
     before_and_after(
         path,

@@ -230,6 +230,12 @@ pub(crate) fn steps(plan: &Plan) -> Vec<String> {
     }
 }
 
+/// True where an experiment promises to tell some of the explanations apart at least a little.
+pub(crate) fn is_worth_recording(plan: &Plan) -> bool {
+    let others = plan.others.iter().map(|(_, separation)| *separation);
+    others.fold(plan.separation, f64::max) >= WORTH_RECORDING
+}
+
 /// Which explanations it separates and by how much, and what the logs so far gave.
 pub(crate) fn reason(plan: &Plan) -> String {
     let [a, b] = plan.rivals.each_ref().map(|name| match name.as_str() {
@@ -255,14 +261,24 @@ pub(crate) fn reason(plan: &Plan) -> String {
     } else {
         format!("It is {expected}; {before}.")
     };
+    if plan.separation < WORTH_RECORDING {
+        reason += " Either serves as the model: they predict the same in all that was tried.";
+    }
     for (name, separation) in &plan.others {
         reason += &format!(" From {a} to {name} it is {}.", deviations(*separation));
     }
     reason
 }
 
+/// Expected separation below which nobody is sent to record an experiment, standard deviations.
+const WORTH_RECORDING: f64 = 1.0;
+
 /// What to record next, in a paragraph.
 pub(crate) fn lead(plan: &Plan) -> String {
+    if !is_worth_recording(plan) {
+        let reason = reason(plan);
+        return format!("Nothing: {}{}", reason[..1].to_lowercase(), &reason[1..]);
+    }
     format!("{}, about {:.0} minutes. {}", title(plan), plan.minutes.ceil(), reason(plan))
 }
 

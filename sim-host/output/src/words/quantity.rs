@@ -22,6 +22,7 @@ impl Scale {
             "m" => (1e3, "mm"),
             "rad" => (1e3, "mrad"),
             "rad/s" => (1e3, "mrad/s"),
+            "rad/(N·m)" => (1e9, "nrad/(N·m)"),
             "1" => (1.0, ""),
             other => (1.0, other),
         };
@@ -45,7 +46,6 @@ impl Scale {
             ("rad", name) if name.starts_with("phase") => return Self::large("rad"),
             ("s", name) if name.starts_with("delay") => (1e3, "ms"),
             ("N/m", _) => (1e-6, "kN/mm"),
-            ("rad/(N·m)", _) => (1e9, "nrad/(N·m)"),
             ("1", "exponent" | "order") => (1.0, ""),
             ("1", _) => (1e2, "%"),
             (unit, _) => return Self::small(unit),

@@ -390,6 +390,11 @@ impl DynamicLinks {
         self.internal.into()
     }
 
+    /// The gears remember this now.
+    pub fn remember(&mut self, memory: &Memory) {
+        self.internal = SVector::from(*memory);
+    }
+
     /// Frames of the real arm at `time`, s.
     pub fn frames(&self, robot: &ElasticRobot, time: f64) -> Frames<f64> {
         robot.frames_in_motion(&self.drives().link, &self.tilts, &Wrench::zero(), time)
