@@ -189,6 +189,22 @@ impl ElasticRobot {
         (0..JOINTS).flat_map(kept).collect()
     }
 
+    /// What terms that remember add to the stiffness of each joint for motions far smaller than
+    /// their loops, N·m/rad: in the middle of its loop, on the way forth.
+    pub fn remembered_stiffness(&self) -> JointVector<f64> {
+        let still = JointVector::zeros();
+        let drives = Drives { link: still, link_rate: still, motor: still, motor_rate: still };
+        JointVector::from_fn(|i, _| {
+            let forth = JointState { encoder_rate: 1.0, ..self.joint_point(&drives, i) };
+            let of = |term: &dyn Term| {
+                let torque = term.spring_torque(&forth, 1.0) - term.spring_torque(&forth, 0.0);
+                torque * term.internal_rate(&forth, 0.0).unwrap_or(0.0)
+            };
+            let remembering = self.ports.spring[i].iter().filter(|(_, slot)| slot.is_some());
+            remembering.map(|(term, _)| of(term.as_ref())).sum()
+        })
+    }
+
     /// Rates of the states that spring terms keep.
     pub fn internal_rates(&self, drives: &Drives, internal: &[f64], rates: &mut [f64]) {
         for i in 0..JOINTS {

@@ -18,6 +18,9 @@
 //! G is leaves ε (1 + Z C)⁻¹ Z G θₙ, and one whose inertia is off, which changes both, the difference:
 //! the larger one counts as noise.
 //!
+//! A gear with friction under load moves by far less than its loop there, and is the stiffer for it,
+//! often several times: (1 + Z C)⁻¹ and G are taken anew with what its memory adds to K.
+//!
 //! Of what the encoders show at an order part is their noise, and the contact makes hundreds of newtons
 //! of it. It is in the residual whatever the model; were it predicted with the rest, any effect that
 //! makes the predicted force smaller would make it smaller too, and seem to improve the model. So only
@@ -29,10 +32,10 @@ use super::likeliest::signal_share;
 use super::tool::{Held, Weld};
 use crate::data::noise::Level;
 use nalgebra::{Complex, Matrix3, Matrix3x6, Matrix6, SVector, Vector3};
-use trueweld_core::JointVector;
+use trueweld_core::{JointVector, Robot};
 use trueweld_plant::input::Process;
 use trueweld_plant::process::{Reaction, reaction};
-use trueweld_plant::robot::{Channel, Ports, Readings};
+use trueweld_plant::robot::{Channel, ElasticRobot, Ports, Readings};
 
 /// Orders of the spindle at which the force is compared, as far as the sampling tells them apart.
 const ORDERS: usize = 6;
@@ -70,6 +73,20 @@ pub(super) struct Lines {
     aside: f64,
     /// What was measured at these orders, as it is compared.
     measured: Vec<f64>,
+    /// The nominal arm.
+    arm: Robot<f64>,
+    /// Where it shakes, at every compared row.
+    places: Vec<Place>,
+}
+
+/// What shakes at a compared row.
+#[derive(Debug, Clone)]
+struct Place {
+    q: JointVector<f64>,
+    /// Of the nominal contact, with a tool that carries the push.
+    reaction: Reaction,
+    /// Likeliest amplitudes of the motors, by order.
+    motors: [SVector<Complex<f64>, 6>; ORDERS],
 }
 
 /// (1 + Z C)⁻¹ at one row and order, and what of the force comes with the motors' own motion.
@@ -131,6 +148,8 @@ impl Lines {
             orders: alone(turning * weld.period, APART * band * weld.period),
             aside: APART * band / turning,
             measured: Vec::new(),
+            arm: model.robot.clone(),
+            places: Vec::new(),
         };
         lines.close(weld, model, level);
         lines
@@ -161,14 +180,15 @@ impl Lines {
         let force = weld.quick_vectors(&force);
         let mut amplitude = vec![[[Vector3::<Complex<f64>>::zeros(); 2]; ORDERS]; weld.rows.len()];
         let mut loops = Vec::with_capacity(weld.rows.len());
+        let mut places = Vec::with_capacity(weld.rows.len());
         for (k, &row) in weld.rows.iter().enumerate() {
             let held = weld.held(&process, row);
             let q = JointVector::from_fn(|i, _| smooth[i][row]);
             let mut closed = [Closed::default(); ORDERS];
             let mut contact = [[Matrix3::zeros(); 2]; ORDERS];
             for n in self.orders.iter().map(|order| order - 1) {
-                let fast = shaken(&weld.axes[row], model, &held.reaction, &q, turning(weld, n + 1));
-                let slow = shaken(&weld.axes[row], model, &held.reaction, &q, folded(weld, n + 1));
+                let at = |omega| shaken(&weld.axes[row], &self.arm, &held.reaction, &q, omega);
+                let (fast, slow) = (at(turning(weld, n + 1)), at(folded(weld, n + 1)));
                 let free = slow.carried * motors[n][k];
                 let driven = -(slow.pass * slow.contact * free);
                 let noise = motors[n][k].zip_map(&shares[n], |z, share| z * (1.0 - share));
@@ -193,8 +213,11 @@ impl Lines {
                 closed[n].product = closed[n].pass * (beside(n + 1) + linear);
             }
             loops.push(closed);
+            let likeliest = |n: usize| motors[n][k].zip_map(&shares[n], |z, share| z * share);
+            let motors = std::array::from_fn(likeliest);
+            places.push(Place { q, reaction: held.reaction, motors });
         }
-        self.loops = loops;
+        (self.loops, self.places) = (loops, places);
         // Before the first row and after the last one it shakes as it does there: what is slow
         // there reaches that far.
         for row in 0..weld.angle.len() {
@@ -341,7 +364,7 @@ impl Lines {
         let q = JointVector::from_fn(|i, _| self.encoder[row][i]);
         let held = weld.held(&weld.process(model), row).reaction;
         let Shaken { carried, contact, pass, .. } =
-            shaken(&weld.axes[row], model, &held, &q, folded(weld, order));
+            shaken(&weld.axes[row], &model.robot, &held, &q, folded(weld, order));
         let noise = SVector::<_, 6>::from_fn(|i, _| Complex::new(encoder[i].deviation, 0.0));
         let all = pass * contact * carried * Matrix6::from_diagonal(&noise);
         Vector3::from_fn(|c, _| all.row(c).iter().map(|z| z.norm_sqr()).sum::<f64>().sqrt())
@@ -373,14 +396,42 @@ impl Lines {
         Complex::new(cosine, -sine)
     }
 
+    /// The nominal arm with what gears that remember add to its springs; `None` where none does.
+    fn stiffer(&self, robot: &ElasticRobot) -> Option<Robot<f64>> {
+        if robot.ports.memories() == 0 {
+            return None;
+        }
+        let added = robot.remembered_stiffness();
+        let mut parameters = self.arm.parameters().clone();
+        parameters.joints.iter_mut().zip(added.iter()).for_each(|(j, k)| j.stiffness += k);
+        Robot::new(parameters).ok()
+    }
+
+    /// (1 + Z C)⁻¹ of an arm at a compared row and order, and what of the force comes with the
+    /// motors' motion.
+    fn closed_by(
+        &self,
+        weld: &Weld,
+        arm: &Robot<f64>,
+        order: usize,
+        k: usize,
+    ) -> (Matrix3<Complex<f64>>, Vector3<Complex<f64>>) {
+        let Place { q, reaction, motors } = &self.places[k];
+        let at = |omega| shaken(&weld.axes[weld.rows[k]], arm, reaction, q, omega);
+        let (fast, slow) = (at(turning(weld, order)), at(folded(weld, order)));
+        (fast.pass, -(slow.pass * slow.contact * slow.carried * motors[order - 1]))
+    }
+
     /// Measured less predicted, N, where `still` is the force on a tool that does not shake.
     pub fn residual(
         &self,
         weld: &Weld,
-        ports: &Ports,
+        robot: &ElasticRobot,
         still: &[Vector3<f64>],
         residual: &mut Vec<f64>,
     ) {
+        let ports = &robot.ports;
+        let stiffer = self.stiffer(robot);
         let zero = sensed(ports, Channel::Wrench, unread(0.0)).force;
         let late_by = ports.delay(Channel::Wrench);
         let still = weld.quick_vectors(still);
@@ -390,9 +441,12 @@ impl Lines {
             let driven_back = Complex::from_polar(1.0, -folded(weld, order) * late_by);
             for (k, &row) in weld.rows.iter().enumerate() {
                 let closed = &self.loops[k][order - 1];
-                let ripple =
-                    closed.pass * self.amplitude(weld, order, row, &still) + closed.product;
-                let force = ripple.map(|z| z * back) + closed.driven.map(|z| z * driven_back);
+                let (pass, driven) = match &stiffer {
+                    None => (closed.pass, closed.driven),
+                    Some(arm) => self.closed_by(weld, arm, order, k),
+                };
+                let ripple = pass * self.amplitude(weld, order, row, &still) + closed.product;
+                let force = ripple.map(|z| z * back) + driven.map(|z| z * driven_back);
                 let read = |part: Vector3<f64>| {
                     let force = weld.in_tool(row, &part);
                     let truth = Readings { force, ..unread(row as f64 * weld.period) };
@@ -439,16 +493,16 @@ fn folded(weld: &Weld, order: usize) -> f64 {
 /// reaction of a tool that carries the push.
 fn shaken(
     axes: &Matrix3<f64>,
-    model: &Model,
+    arm: &Robot<f64>,
     held: &Reaction,
     q: &JointVector<f64>,
     turning: f64,
 ) -> Shaken {
-    let frames = model.robot.frames(q);
+    let frames = arm.frames(q);
     let jacobian = axes.transpose() * frames.jacobian().0.fixed_rows::<3>(3);
     let jacobian = jacobian.map(|x| Complex::new(x, 0.0));
-    let spring = Matrix6::from_diagonal(&model.robot.dynamic_stiffness(turning));
-    let h = model.robot.dynamic_compliance(&frames, turning).unwrap_or_else(Matrix6::zeros);
+    let spring = Matrix6::from_diagonal(&arm.dynamic_stiffness(turning));
+    let h = arm.dynamic_compliance(&frames, turning).unwrap_or_else(Matrix6::zeros);
     let contact = held.stiffness.zip_map(&held.damping, |k, b| Complex::new(k, turning * b));
     let compliance = jacobian * h * jacobian.transpose();
     let pass =

@@ -323,7 +323,7 @@ impl Contact {
                 );
             }
         }
-        lines.residual(weld, ports, &still, residual);
+        lines.residual(weld, robot, &still, residual);
     }
 }
 
