@@ -73,21 +73,29 @@ pub(super) struct Lines {
     aside: f64,
     /// What was measured at these orders, as it is compared.
     measured: Vec<f64>,
-    /// The nominal arm.
+    /// The nominal arm and process.
     arm: Robot<f64>,
-    /// Where it shakes, at every compared row.
+    process: Process,
+    /// Every compared row.
     places: Vec<Place>,
 }
 
-/// What shakes at a compared row.
+/// What shakes the tool at a compared row, by order.
 #[derive(Debug, Clone)]
 struct Place {
+    row: usize,
     q: JointVector<f64>,
-    /// Of the nominal contact, with a tool that carries the push.
-    reaction: Reaction,
-    /// Likeliest amplitudes of the motors, by order.
+    /// The tool, carrying the push.
+    held: Held,
+    /// Amplitudes of the motors as they were read, and the share of each that noise does not make.
     motors: [SVector<Complex<f64>, 6>; ORDERS],
+    shares: [JointVector<f64>; ORDERS],
+    /// The ripple of the force on a tool that does not shake.
+    still: [Vector3<Complex<f64>>; ORDERS],
 }
+
+/// Amplitudes of the tool in W, by order: what the ripple makes, and what the motors move.
+type Shake = [[Vector3<Complex<f64>>; 2]; ORDERS];
 
 /// (1 + Z C)⁻¹ at one row and order, and what of the force comes with the motors' own motion.
 #[derive(Debug, Clone, Copy, Default)]
@@ -149,14 +157,37 @@ impl Lines {
             aside: APART * band / turning,
             measured: Vec::new(),
             arm: model.robot.clone(),
+            process: weld.process(model),
             places: Vec::new(),
         };
-        lines.close(weld, model, level);
+        lines.close(weld, level);
         lines
     }
 
-    fn close(&mut self, weld: &Weld, model: &Model, level: &[Level]) {
-        let process = weld.process(model);
+    fn close(&mut self, weld: &Weld, level: &[Level]) {
+        self.places = self.placed(weld, level);
+        let nominal = self.places.iter().map(|place| self.closed(weld, &self.arm, place));
+        let (loops, amplitude): (Vec<_>, Vec<_>) = nominal.unzip();
+        self.loops = loops;
+        // Before the first row and after the last one it shakes as it does there: what is slow
+        // there reaches that far.
+        for row in 0..weld.angle.len() {
+            let after = weld.rows.partition_point(|r| *r <= row).min(weld.rows.len() - 1);
+            let before = after.saturating_sub(1);
+            let span = (weld.rows[after] - weld.rows[before]).max(1) as f64;
+            let share = ((row as f64 - weld.rows[before] as f64) / span).clamp(0.0, 1.0);
+            let between: Shake = std::array::from_fn(|n| {
+                std::array::from_fn(|part| {
+                    amplitude[before][n][part]
+                        .zip_map(&amplitude[after][n][part], |a, b| a * (1.0 - share) + b * share)
+                })
+            });
+            self.shake[row] = self.at_phase(weld, &between, weld.angle[row]);
+        }
+    }
+
+    /// What shakes the tool at every compared row.
+    fn placed(&self, weld: &Weld, level: &[Level]) -> Vec<Place> {
         let encoder: Vec<Vec<f64>> =
             (0..6).map(|i| self.encoder.iter().map(|q| q[i]).collect()).collect();
         let smooth: Vec<Vec<f64>> = encoder.iter().map(|e| weld.low.smooth(0, e)).collect();
@@ -176,73 +207,60 @@ impl Lines {
             }
             shares[order - 1] = trusted(motors, level, 2.0 * weld.low.gain(0));
         }
-        let force = weld.forces(&process, &Ports::default(), &weld.motion, None);
+        let force = weld.forces(&self.process, &Ports::default(), &weld.motion, None);
         let force = weld.quick_vectors(&force);
-        let mut amplitude = vec![[[Vector3::<Complex<f64>>::zeros(); 2]; ORDERS]; weld.rows.len()];
-        let mut loops = Vec::with_capacity(weld.rows.len());
-        let mut places = Vec::with_capacity(weld.rows.len());
-        for (k, &row) in weld.rows.iter().enumerate() {
-            let held = weld.held(&process, row);
-            let q = JointVector::from_fn(|i, _| smooth[i][row]);
-            let mut closed = [Closed::default(); ORDERS];
-            let mut contact = [[Matrix3::zeros(); 2]; ORDERS];
-            for n in self.orders.iter().map(|order| order - 1) {
-                let at = |omega| shaken(&weld.axes[row], &self.arm, &held.reaction, &q, omega);
-                let (fast, slow) = (at(turning(weld, n + 1)), at(folded(weld, n + 1)));
-                let free = slow.carried * motors[n][k];
-                let driven = -(slow.pass * slow.contact * free);
-                let noise = motors[n][k].zip_map(&shares[n], |z, share| z * (1.0 - share));
-                let noise = -(slow.pass * slow.contact * slow.carried * noise);
-                let ripple = fast.pass * self.amplitude(weld, n + 1, row, &force);
-                // The nominal ripple shakes the tool, and the motors move it, the contact against
-                // them.
-                amplitude[k][n] = [fast.compliance * ripple, free + slow.compliance * driven];
-                contact[n] = [fast.contact, slow.contact];
-                // δ(1 + Z C)⁻¹ = −(1 + Z C)⁻¹ Z δC (1 + Z C)⁻¹; what is driven changes as G does.
-                let loop_off = ripple - fast.pass * ripple + driven - slow.pass * driven;
-                let arm =
-                    loop_off.zip_map(&driven, |a, b| COMPLIANCE_KNOWN * a.norm().max(b.norm()));
-                let product = Vector3::zeros();
-                closed[n] = Closed { pass: fast.pass, driven: driven - noise, noise, product, arm };
+        let still = |row: usize| {
+            let mut still = [Vector3::zeros(); ORDERS];
+            for &order in &self.orders {
+                still[order - 1] = self.amplitude(weld, order, row, &force);
             }
-            let shake = |phase: f64| self.at_phase(weld, &amplitude[k], phase);
-            let beside = beside_linear(&process, &held, shake);
-            for n in self.orders.iter().map(|order| order - 1) {
-                let linear =
-                    contact[n][0] * amplitude[k][n][0] + contact[n][1] * amplitude[k][n][1];
-                closed[n].product = closed[n].pass * (beside(n + 1) + linear);
-            }
-            loops.push(closed);
-            let likeliest = |n: usize| motors[n][k].zip_map(&shares[n], |z, share| z * share);
-            let motors = std::array::from_fn(likeliest);
-            places.push(Place { q, reaction: held.reaction, motors });
+            still
+        };
+        let place = |(k, &row): (usize, &usize)| Place {
+            row,
+            q: JointVector::from_fn(|i, _| smooth[i][row]),
+            held: weld.held(&self.process, row),
+            motors: std::array::from_fn(|n| motors[n][k]),
+            shares,
+            still: still(row),
+        };
+        weld.rows.iter().enumerate().map(place).collect()
+    }
+
+    /// The loop at a place, closed through an arm, and how the tool shakes there.
+    fn closed(&self, weld: &Weld, arm: &Robot<f64>, place: &Place) -> ([Closed; ORDERS], Shake) {
+        let Place { row, q, held, motors, shares, still } = place;
+        let mut closed = [Closed::default(); ORDERS];
+        let mut shake: Shake = [[Vector3::zeros(); 2]; ORDERS];
+        let mut contact = [[Matrix3::zeros(); 2]; ORDERS];
+        for n in self.orders.iter().map(|order| order - 1) {
+            let at = |omega| shaken(&weld.axes[*row], arm, &held.reaction, q, omega);
+            let (fast, slow) = (at(turning(weld, n + 1)), at(folded(weld, n + 1)));
+            let free = slow.carried * motors[n];
+            let driven = -(slow.pass * slow.contact * free);
+            let noise = motors[n].zip_map(&shares[n], |z, share| z * (1.0 - share));
+            let noise = -(slow.pass * slow.contact * slow.carried * noise);
+            let ripple = fast.pass * still[n];
+            // The nominal ripple shakes the tool, and the motors move it, the contact against them.
+            shake[n] = [fast.compliance * ripple, free + slow.compliance * driven];
+            contact[n] = [fast.contact, slow.contact];
+            // δ(1 + Z C)⁻¹ = −(1 + Z C)⁻¹ Z δC (1 + Z C)⁻¹; what is driven changes as G does.
+            let loop_off = ripple - fast.pass * ripple + driven - slow.pass * driven;
+            let arm = loop_off.zip_map(&driven, |a, b| COMPLIANCE_KNOWN * a.norm().max(b.norm()));
+            let product = Vector3::zeros();
+            closed[n] = Closed { pass: fast.pass, driven: driven - noise, noise, product, arm };
         }
-        (self.loops, self.places) = (loops, places);
-        // Before the first row and after the last one it shakes as it does there: what is slow
-        // there reaches that far.
-        for row in 0..weld.angle.len() {
-            let after = weld.rows.partition_point(|r| *r <= row).min(weld.rows.len() - 1);
-            let before = after.saturating_sub(1);
-            let span = (weld.rows[after] - weld.rows[before]).max(1) as f64;
-            let share = ((row as f64 - weld.rows[before] as f64) / span).clamp(0.0, 1.0);
-            let between: [[Vector3<Complex<f64>>; 2]; ORDERS] = std::array::from_fn(|n| {
-                std::array::from_fn(|part| {
-                    amplitude[before][n][part]
-                        .zip_map(&amplitude[after][n][part], |a, b| a * (1.0 - share) + b * share)
-                })
-            });
-            self.shake[row] = self.at_phase(weld, &between, weld.angle[row]);
+        let beside = beside_linear(&self.process, held, |phase| self.at_phase(weld, &shake, phase));
+        for n in self.orders.iter().map(|order| order - 1) {
+            let linear = contact[n][0] * shake[n][0] + contact[n][1] * shake[n][1];
+            closed[n].product = closed[n].pass * (beside(n + 1) + linear);
         }
+        (closed, shake)
     }
 
     /// Position and velocity, in W, of a tool that shakes with these amplitudes, the spindle at an
     /// angle: what the ripple makes turns with the spindle, what the motors move as their samples do.
-    fn at_phase(
-        &self,
-        weld: &Weld,
-        amplitude: &[[Vector3<Complex<f64>>; 2]; ORDERS],
-        angle: f64,
-    ) -> [Vector3<f64>; 2] {
+    fn at_phase(&self, weld: &Weld, amplitude: &Shake, angle: f64) -> [Vector3<f64>; 2] {
         let mut shake = [Vector3::zeros(); 2];
         for &order in &self.orders {
             let wave = Complex::from_polar(1.0, order as f64 * angle);
@@ -396,30 +414,17 @@ impl Lines {
         Complex::new(cosine, -sine)
     }
 
-    /// The nominal arm with what gears that remember add to its springs; `None` where none does.
-    fn stiffer(&self, robot: &ElasticRobot) -> Option<Robot<f64>> {
+    /// The loops closed through the nominal arm with what gears that remember add to its springs;
+    /// `None` where none does.
+    fn stiffer(&self, weld: &Weld, robot: &ElasticRobot) -> Option<Vec<[Closed; ORDERS]>> {
         if robot.ports.memories() == 0 {
             return None;
         }
         let added = robot.remembered_stiffness();
         let mut parameters = self.arm.parameters().clone();
         parameters.joints.iter_mut().zip(added.iter()).for_each(|(j, k)| j.stiffness += k);
-        Robot::new(parameters).ok()
-    }
-
-    /// (1 + Z C)⁻¹ of an arm at a compared row and order, and what of the force comes with the
-    /// motors' motion.
-    fn closed_by(
-        &self,
-        weld: &Weld,
-        arm: &Robot<f64>,
-        order: usize,
-        k: usize,
-    ) -> (Matrix3<Complex<f64>>, Vector3<Complex<f64>>) {
-        let Place { q, reaction, motors } = &self.places[k];
-        let at = |omega| shaken(&weld.axes[weld.rows[k]], arm, reaction, q, omega);
-        let (fast, slow) = (at(turning(weld, order)), at(folded(weld, order)));
-        (fast.pass, -(slow.pass * slow.contact * slow.carried * motors[order - 1]))
+        let arm = Robot::new(parameters).ok()?;
+        Some(self.places.iter().map(|place| self.closed(weld, &arm, place).0).collect())
     }
 
     /// Measured less predicted, N, where `still` is the force on a tool that does not shake.
@@ -431,7 +436,8 @@ impl Lines {
         residual: &mut Vec<f64>,
     ) {
         let ports = &robot.ports;
-        let stiffer = self.stiffer(robot);
+        let stiffer = self.stiffer(weld, robot);
+        let loops = stiffer.as_ref().unwrap_or(&self.loops);
         let zero = sensed(ports, Channel::Wrench, unread(0.0)).force;
         let late_by = ports.delay(Channel::Wrench);
         let still = weld.quick_vectors(still);
@@ -440,21 +446,20 @@ impl Lines {
             let back = Complex::from_polar(1.0, -turning(weld, order) * late_by);
             let driven_back = Complex::from_polar(1.0, -folded(weld, order) * late_by);
             for (k, &row) in weld.rows.iter().enumerate() {
-                let closed = &self.loops[k][order - 1];
-                let (pass, driven) = match &stiffer {
-                    None => (closed.pass, closed.driven),
-                    Some(arm) => self.closed_by(weld, arm, order, k),
-                };
-                let ripple = pass * self.amplitude(weld, order, row, &still) + closed.product;
-                let force = ripple.map(|z| z * back) + driven.map(|z| z * driven_back);
+                let closed = &loops[k][order - 1];
+                let ripple =
+                    closed.pass * self.amplitude(weld, order, row, &still) + closed.product;
+                let force = ripple.map(|z| z * back) + closed.driven.map(|z| z * driven_back);
+                // As the nominal arm has it, whatever the model.
+                let nominal = self.loops[k][order - 1].noise;
                 let read = |part: Vector3<f64>| {
                     let force = weld.in_tool(row, &part);
                     let truth = Readings { force, ..unread(row as f64 * weld.period) };
                     sensed(ports, Channel::Wrench, truth).force - zero
                 };
                 let noise = |part: Vector3<f64>| weld.in_tool(row, &part);
-                let cosine = read(force.map(|z| z.re)) + noise(closed.noise.map(|z| z.re));
-                let sine = read(force.map(|z| -z.im)) + noise(closed.noise.map(|z| -z.im));
+                let cosine = read(force.map(|z| z.re)) + noise(nominal.map(|z| z.re));
+                let sine = read(force.map(|z| -z.im)) + noise(nominal.map(|z| -z.im));
                 let predicted = (0..3).flat_map(|c| [cosine[c], sine[c]]);
                 residual.extend(measured.by_ref().zip(predicted).map(|(m, p)| m - p));
             }
