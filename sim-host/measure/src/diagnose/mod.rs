@@ -388,8 +388,9 @@ fn conclude(
     weigh(&mut candidates, nothing, tried, floor(bench).max(1.0), verdict);
     if verdict == Verdict::EffectFound {
         let any: f64 = candidates.iter().map(|c| c.probability).sum();
-        if any < 0.5 && at_floor(bench, &null.at) {
-            // "None of these" is likelier than all that was tried, and nothing stands out.
+        if any < rules::SURELY_ONE && at_floor(bench, &null.at) {
+            // "None of these" is not much less likely than all that was tried, and nothing stands
+            // out.
             verdict = Verdict::Adequate;
         } else if any < 0.5 || candidates[0].probability < rules::LEAST_LIKELY {
             // The same where something does; or so many explain the data alike that none is found.

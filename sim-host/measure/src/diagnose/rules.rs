@@ -51,6 +51,9 @@ pub const HELD: f64 = 0.25;
 /// How often what is named at three times the limit of detection is something outside the library
 /// that looks alike; less often the more it shows.
 pub const LOOKS_ALIKE: f64 = 0.2;
+/// Least probability of all explanations together for one to be named where nothing stands out of the
+/// floor.
+pub const SURELY_ONE: f64 = 0.75;
 /// Least probability of an explanation that is named; with less there are too many others.
 pub const LEAST_LIKELY: f64 = 0.125;
 /// The gain at three times the limit.
