@@ -104,16 +104,37 @@ fn a_tool_that_hangs_free_in_a_gap_is_where_it_was_seen() {
     assert!((effects[0].effect.values[0] / play.values[0] - 1.0).abs() < 0.1, "{effects:?}");
 }
 
-#[test]
-#[ignore = "fails: the encoders' noise in a free motion, and the force sensor's in a weld, turn a gear round so often that it forgets"]
-fn the_truth_is_at_the_floor_where_a_gear_remembers() {
+/// A campaign with friction in a gear that carries the arm, and what the truth leaves of it: score of
+/// each channel of each log.
+fn left_where_a_gear_remembers() -> Vec<(LogKind, &'static str, f64)> {
     let loop_of_a3 = effect("hysteresis", Location::Joint(2), &[1677.0, 8e-5]);
     let ready = ready(&Recipe::plain(7).with_effect(loop_of_a3.clone())).expect("it is made");
     let predictions = predicted(&ready, &[loop_of_a3]);
-    for (experiment, prediction) in ready.bench.experiments.iter().zip(&predictions) {
-        for (channel, score) in scores(experiment, prediction) {
-            assert!(score < 1.5, "{} {channel}: {score}", experiment.name);
-        }
+    let of_log = |(experiment, prediction): (&Experiment, &Prediction)| {
+        let kind = experiment.kind;
+        scores(experiment, prediction).into_iter().map(move |(channel, s)| (kind, channel, s))
+    };
+    ready.bench.experiments.iter().zip(&predictions).flat_map(of_log).collect()
+}
+
+#[test]
+fn noise_hardly_makes_a_gear_forget() {
+    // Its loop is 200 µrad high: a hundredth of it is six times the noise of a second encoder.
+    for (kind, channel, score) in left_where_a_gear_remembers() {
+        let most = match (kind, channel) {
+            (LogKind::FreeMotion, "link_encoder") => 7.0,
+            (LogKind::FreeMotion | LogKind::Weld, "tcp_position") => 2.2,
+            _ => 1.5,
+        };
+        assert!(score < most, "{} {channel}: {score}", kind.name());
+    }
+}
+
+#[test]
+#[ignore = "fails: what noise is left in a free motion and in a weld's push still turns a gear round a little"]
+fn the_truth_is_at_the_floor_where_a_gear_remembers() {
+    for (kind, channel, score) in left_where_a_gear_remembers() {
+        assert!(score < 1.5, "{} {channel}: {score}", kind.name());
     }
 }
 

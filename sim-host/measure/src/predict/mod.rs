@@ -327,15 +327,16 @@ impl Experiment {
         let placed = |at: &Prediction| at.motion.as_ref().is_some_and(|m| m.placed);
         let same_motion = beside.filter(|(at, effect)| !placed(at) && !self.moves(effect));
         let same_poses = beside.filter(|(at, effect)| !placed(at) && !self.shows_in_poses(effect));
-        let same_loads = beside.filter(|(at, effect)| {
-            (self.moving.is_none() || !placed(at)) && !self.shows_in_loads(effect)
-        });
         let mut process = self.contact.as_ref().map(|c| c.process(model));
         let mut robot = ElasticRobot::with_effects(&model.robot, effects, process.as_mut())?;
         if let Some(at) = self.target {
             let point = Box::new(TrackedPoint { at });
             robot.ports.sensor.insert(0, (Channel::Tracker, point));
         }
+        let remembers = robot.ports.memories() > 0;
+        let same_loads = beside.filter(|(at, effect)| {
+            (self.moving.is_none() || !placed(at)) && !self.shows_in_loads(effect, remembers)
+        });
         let motion = match same_motion {
             Some((at, _)) => at.motion.clone(),
             None => {
@@ -592,8 +593,9 @@ impl Experiment {
     }
 
     /// True where an effect can change what motors or the force sensor read. A weld's forces follow
-    /// from where the tool was seen, whatever the links did.
-    fn shows_in_loads(&self, effect: &Effect) -> bool {
+    /// from where the tool was seen, whatever the links did, but for how stiff gears are that
+    /// remember, where one `remembers`.
+    fn shows_in_loads(&self, effect: &Effect, remembers: bool) -> bool {
         match (self.kind, effect.kind.action, effect.port()) {
             (LogKind::Weld, Action::Process(_), _) => true,
             (
@@ -606,6 +608,7 @@ impl Experiment {
                     | Port::TimeBase,
                 ),
             ) => true,
+            (LogKind::Weld, _, Some(Port::SpringTorque(_))) => remembers,
             (LogKind::Weld, ..) => false,
             (
                 _,
