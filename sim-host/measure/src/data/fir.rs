@@ -144,8 +144,12 @@ impl LowPass {
         long.extend((1..=self.half).rev().map(|k| 2.0 * first - series[k.min(n - 1)]));
         long.extend_from_slice(series);
         long.extend((1..=self.half).map(|k| 2.0 * last - series[(n - 1).saturating_sub(k)]));
-        let taps = &self.taps[derivative];
-        (0..n).map(|k| taps.iter().zip(&long[k..]).map(|(w, x)| w * x).sum()).collect()
+        // Tap by tap and not sample by sample: no sum waits for the one before it.
+        let mut smooth = vec![0.0; n];
+        for (weight, shifted) in self.taps[derivative].iter().zip(long.windows(n)) {
+            smooth.iter_mut().zip(shifted).for_each(|(sum, x)| *sum += weight * x);
+        }
+        smooth
     }
 }
 
@@ -287,7 +291,7 @@ pub fn comb(
         let waves = [wave(f64::cos), wave(f64::sin)];
         let amplitudes = waves.each_ref().map(|wave| {
             let carried: Vec<f64> = rest.iter().zip(wave).map(|(r, w)| 2.0 * r * w).collect();
-            adaptive(orders.bands, NOT_BY_CHANCE, period, noise, &carried)
+            Bands::of(orders.bands, period, noise, &carried).in_agreement(NOT_BY_CHANCE)
         });
         let all = || amplitudes.iter().flatten();
         let power: f64 = all().map(|smoothed| smoothed.value.powi(2)).sum();
@@ -317,65 +321,80 @@ pub struct Smoothed {
     pub deviation: f64,
 }
 
-/// Deviations within which the bands of [`adaptive`] agree where little of the series may be lost.
+/// Deviations within which [`Bands`] agree where little of the series may be lost.
 pub const CLOSELY: f64 = 3.0;
 
 /// The same where little of the noise may be left: of thousands of samples with ten comparisons each
 /// some lie beyond three deviations by chance, and each has a wide band around it.
 pub const NOT_BY_CHANCE: f64 = 4.0;
 
-/// A noisy series and its rate, each sample in the narrowest band that agrees with all wider ones:
-/// a joint that rests or moves evenly is smoothed over a long time, and where a brake stops it
-/// hardly at all. After Lepski: the widest window whose value lies within some deviations of
-/// what the narrower windows say.
+/// A noisy series and its rate in several bands.
 ///
-/// `bands` in Hz, widest first; `agree`: deviations within which bands agree; `deviation` of the
-/// white noise.
-pub fn adaptive(
-    bands: &[f64],
-    agree: f64,
-    period: f64,
+/// A joint that rests or moves evenly is smoothed over a long time, and where a brake stops it
+/// hardly at all: see [`in_agreement`](Self::in_agreement).
+pub struct Bands {
+    filters: Vec<LowPass>,
+    /// Value and rate of every sample, by band.
+    smooth: Vec<[Vec<f64>; 2]>,
+    /// Deviation of the white noise of the series.
     deviation: f64,
-    series: &[f64],
-) -> Vec<Smoothed> {
-    // Towards an end a window has one side only, and twice the noise.
-    const AT_END: f64 = 2.0;
-    let n = series.len();
-    let filters: Vec<LowPass> =
-        bands.iter().map(|b| LowPass::new(b.min(0.2 / period), period)).collect();
-    let smooth: Vec<[Vec<f64>; 2]> =
-        filters.iter().map(|f| [f.smooth(0, series), f.smooth(1, series)]).collect();
-    let mut taken = vec![bands.len() - 1; n];
-    for k in 0..n {
-        for b in 1..bands.len() {
-            let apart = |w: usize, d: usize| (smooth[b][d][k] - smooth[w][d][k]).abs();
-            let ends =
-                if k < filters[b].half() || k + filters[b].half() >= n { AT_END } else { 1.0 };
-            let noise = |w: usize, d: usize| ends * agree * deviation * filters[w].gain(d).sqrt();
-            if (0..b).any(|w| apart(w, 0) > noise(w, 0) || apart(w, 1) > noise(w, 1)) {
-                taken[k] = b - 1;
-                break;
+}
+
+impl Bands {
+    /// `bands` in Hz, widest first; `deviation` of the white noise.
+    pub fn of(bands: &[f64], period: f64, deviation: f64, series: &[f64]) -> Self {
+        let filters: Vec<LowPass> =
+            bands.iter().map(|b| LowPass::new(b.min(0.2 / period), period)).collect();
+        let smooth = filters.iter().map(|f| [f.smooth(0, series), f.smooth(1, series)]).collect();
+        Self { filters, smooth, deviation }
+    }
+
+    /// Each sample in the narrowest band that agrees with all wider ones within so many deviations.
+    /// After Lepski: the widest window whose value lies within some deviations of what the narrower
+    /// windows say.
+    pub fn in_agreement(&self, within: f64) -> Vec<Smoothed> {
+        // Towards an end a window has one side only, and twice the noise.
+        const AT_END: f64 = 2.0;
+        let Self { filters, smooth, deviation } = self;
+        let n = smooth[0][0].len();
+        let gains: Vec<[f64; 2]> =
+            filters.iter().map(|f| [0, 1].map(|d| within * deviation * f.gain(d).sqrt())).collect();
+        let mut taken = vec![filters.len() - 1; n];
+        for k in 0..n {
+            for b in 1..filters.len() {
+                let half = filters[b].half();
+                let ends = if k < half || k + half >= n { AT_END } else { 1.0 };
+                let apart = |w: usize, d: usize| {
+                    (smooth[b][d][k] - smooth[w][d][k]).abs() > ends * gains[w][d]
+                };
+                if (0..b).any(|w| apart(w, 0) || apart(w, 1)) {
+                    taken[k] = b - 1;
+                    break;
+                }
             }
         }
-    }
-    // A window that reaches over a sample where only a wider band will do would carry it here.
-    let wanted = taken.clone();
-    for k in 0..n {
-        if wanted[k] + 1 < bands.len()
-            && (k == 0 || k + 1 == n || wanted[k - 1] != wanted[k] || wanted[k + 1] != wanted[k])
-        {
-            let reach = filters[wanted[k] + 1].half();
-            for j in k.saturating_sub(reach)..(k + reach + 1).min(n) {
-                taken[j] = taken[j].min(wanted[k]);
+        // A window that reaches over a sample where only a wider band will do would carry it here.
+        let wanted = taken.clone();
+        for k in 0..n {
+            if wanted[k] + 1 < filters.len()
+                && (k == 0
+                    || k + 1 == n
+                    || wanted[k - 1] != wanted[k]
+                    || wanted[k + 1] != wanted[k])
+            {
+                let reach = filters[wanted[k] + 1].half();
+                for j in k.saturating_sub(reach)..(k + reach + 1).min(n) {
+                    taken[j] = taken[j].min(wanted[k]);
+                }
             }
         }
+        let left: Vec<f64> = filters.iter().map(|f| deviation * f.gain(0).sqrt()).collect();
+        let of_sample = |(k, band): (usize, usize)| {
+            let [value, rate] = [0, 1].map(|d| smooth[band][d][k]);
+            Smoothed { value, rate, band, deviation: left[band] }
+        };
+        taken.into_iter().enumerate().map(of_sample).collect()
     }
-    let left: Vec<f64> = filters.iter().map(|f| deviation * f.gain(0).sqrt()).collect();
-    let of_sample = |(k, band): (usize, usize)| {
-        let [value, rate] = [0, 1].map(|d| smooth[band][d][k]);
-        Smoothed { value, rate, band, deviation: left[band] }
-    };
-    taken.into_iter().enumerate().map(of_sample).collect()
 }
 
 /// A series at a fractional sample position, by the cubic through its four neighbours; the ends are

@@ -7,7 +7,7 @@ use super::{
 };
 use crate::data::channel::LogChannel;
 use crate::data::fir::{
-    Beginning, CLOSELY, LowPass, NOT_BY_CHANCE, Smoothed, adaptive, interpolate, start,
+    Bands, Beginning, CLOSELY, LowPass, NOT_BY_CHANCE, Smoothed, interpolate, start,
 };
 use crate::data::log::{Log, LogKind};
 use crate::data::noise::{Level, NoiseLevels};
@@ -187,10 +187,11 @@ impl Moving {
                 .collect()
         };
         let encoder = known(&noise.encoder, log, LogChannel::Encoder)?;
-        let in_bands = |agree: f64| -> Vec<Vec<Smoothed>> {
-            let of =
-                |i: usize| adaptive(&DRIVE_BANDS, agree, period, encoder[i].deviation, &columns[i]);
-            (0..6).map(of).collect()
+        let in_bands: Vec<Bands> = (0..6)
+            .map(|i| Bands::of(&DRIVE_BANDS, period, encoder[i].deviation, &columns[i]))
+            .collect();
+        let agreeing = |within: f64| -> Vec<Vec<Smoothed>> {
+            in_bands.iter().map(|bands| bands.in_agreement(within)).collect()
         };
         let driven_by = |columns: &[Vec<Smoothed>]| -> Vec<Motors> {
             (0..n)
@@ -201,12 +202,12 @@ impl Moving {
                 })
                 .collect()
         };
-        let closely = in_bands(CLOSELY);
+        let closely = agreeing(CLOSELY);
         let mut bands: Vec<usize> =
             closely.iter().flatten().map(|smoothed| smoothed.band).collect();
         bands.sort_unstable();
         let mut drive = driven_by(&closely);
-        let mut even = driven_by(&in_bands(NOT_BY_CHANCE));
+        let mut even = driven_by(&agreeing(NOT_BY_CHANCE));
         // A filter's window has one side only at the ends; where the motors move there, a cubic
         // stands in.
         let mut motor = smoothed(MOTOR_BAND);
