@@ -157,7 +157,7 @@ impl Linear {
     pub(crate) fn information(&self, left_out: Option<usize>, trust: f64) -> DMatrix<f64> {
         let mut square = self.prior.clone();
         let used = (0..BLOCKS).filter(|b| Some(*b) != left_out);
-        used.for_each(|b| square += &self.square[b] / trust);
+        used.for_each(|b| square.zip_apply(&self.square[b], |sum, v| *sum += v / trust));
         square
     }
 

@@ -14,12 +14,18 @@
 //! propagated noise together: a perfect model has residuals of mean square 1.
 
 mod clock;
+mod columns;
+mod compared;
 mod contact;
+mod instruments;
 mod memory;
 mod moving;
 mod play;
+mod reach;
 mod standing;
 
+pub(crate) use columns::period;
+pub use compared::{Compared, Quantity};
 pub use memory::{StartFit, StartState};
 pub(crate) use standing::hung;
 
@@ -27,15 +33,13 @@ use crate::data::channel::LogChannel;
 use crate::data::log::{Log, LogKind};
 use crate::data::noise::{Level, NoiseLevels};
 use clock::{Late, OpenClock};
-use nalgebra::{DMatrix, Matrix3, Vector3};
+use instruments::TrackedPoint;
+use nalgebra::{DMatrix, Vector3};
 use std::sync::Arc;
-use trueweld_core::spatial::{rotation_from_vector, rotation_vector};
-use trueweld_core::{JOINTS, JointVector, Pose, Robot, Wrench};
-use trueweld_plant::effects::{Action, Effect, EffectError, Location};
+use trueweld_core::{JOINTS, JointVector, Pose, Robot};
+use trueweld_plant::effects::{Effect, EffectError};
 use trueweld_plant::input::Process;
-use trueweld_plant::robot::{
-    Channel, ElasticRobot, INTERNAL_STATES, Memory, Port, Ports, Readings, Term, mount,
-};
+use trueweld_plant::robot::{Channel, ElasticRobot, INTERNAL_STATES, Memory, mount};
 
 /// Angle of a joint by which one posture is another, rad.
 const ANOTHER_POSTURE: f64 = 0.1;
@@ -47,77 +51,6 @@ pub struct Model {
     pub robot: Robot<f64>,
     /// The process; a weld log's own stands in where the model names none.
     pub process: Option<Process>,
-}
-
-/// What is compared.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Quantity {
-    /// Tracker: TCP position in B, m.
-    Position,
-    /// Tracker: rotation from the predicted to the measured tool, in T, rad.
-    Rotation,
-    /// Second encoder of a joint, rad.
-    LinkEncoder,
-    /// Motor torque of a joint, N·m.
-    MotorTorque,
-    /// Force on the tool in T below the spindle's frequency, N.
-    Force,
-    /// Moment on the tool in T below the spindle's frequency, N·m.
-    Moment,
-    /// Force on the tool in T in step with a multiple of the spindle's angle: real and imaginary
-    /// amplitude, N.
-    Ripple {
-        /// Periods per turn.
-        order: u8,
-        /// True for the part with the sine.
-        sine: bool,
-    },
-}
-
-impl Quantity {
-    /// The channel of the log that it is of.
-    pub fn log_channel(self) -> LogChannel {
-        match self {
-            Self::Position => LogChannel::Position,
-            Self::Rotation => LogChannel::Rotation,
-            Self::LinkEncoder => LogChannel::LinkEncoder,
-            Self::MotorTorque => LogChannel::MotorTorque,
-            Self::Force | Self::Ripple { .. } => LogChannel::Force,
-            Self::Moment => LogChannel::Moment,
-        }
-    }
-
-    /// Channel name in results.
-    pub fn channel(self) -> &'static str {
-        self.log_channel().entry().name
-    }
-
-    /// True for what tracker and second encoders read, false for forces and torques.
-    fn is_pose(self) -> bool {
-        matches!(self, Self::Position | Self::Rotation | Self::LinkEncoder)
-    }
-
-    /// Unit.
-    pub fn unit(self) -> &'static str {
-        self.log_channel().entry().unit
-    }
-}
-
-/// One compared number.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Compared {
-    /// What it is.
-    pub quantity: Quantity,
-    /// Component: axis, or joint from 0.
-    pub component: u8,
-    /// Row of the log it belongs to.
-    pub row: usize,
-    /// Measured value; for a rotation, from the model without effects to the measured tool.
-    pub measured: f64,
-    /// Standard deviation of measured and propagated noise.
-    pub deviation: f64,
-    /// True where that noise was stated by the log.
-    pub stated: bool,
 }
 
 /// What the links did, as far as the model says: reused where a change of the model does not move
@@ -535,93 +468,6 @@ impl Experiment {
             }
         }
     }
-
-    /// True where this log compares what an instrument read, or is driven by it. `joint`: the
-    /// joint that is asked for, where the instrument is one of each joint.
-    pub fn measures(&self, instrument: Channel, joint: Option<usize>) -> bool {
-        let of_joint = |c: &Compared| joint.is_none_or(|j| usize::from(c.component) == j);
-        self.compared.iter().any(|c| match (instrument, c.quantity) {
-            (Channel::Tracker, Quantity::Position | Quantity::Rotation) => true,
-            (Channel::MotorTorque, Quantity::MotorTorque)
-            | (Channel::LinkEncoder, Quantity::LinkEncoder) => of_joint(c),
-            (Channel::Wrench, _) => self.force,
-            _ => false,
-        })
-    }
-
-    /// True where an effect can change anything that this log compares.
-    pub fn concerns(&self, effect: &Effect) -> bool {
-        let joint = if let Location::Joint(joint) = effect.at { Some(joint) } else { None };
-        match (effect.kind.action, effect.port()) {
-            (Action::Process(_), _) | (_, Some(Port::ProcessForce | Port::PlateSurface)) => {
-                self.contact.is_some()
-            }
-            (Action::Mounting(_), _) => self.measures(Channel::Tracker, None),
-            (_, Some(Port::MotorFriction(_))) => self.measures(Channel::MotorTorque, None),
-            (_, Some(Port::SensorChannel(instrument))) => self.measures(instrument, joint),
-            (_, Some(Port::TimeBase)) => match effect.at {
-                // A row at rest is what it is whenever it is read.
-                _ if self.kind == LogKind::StaticLoad => false,
-                Location::Channel(instrument) => self.measures(instrument, None),
-                _ => true,
-            },
-            _ => true,
-        }
-    }
-
-    /// True where an effect can change how the links move in this log, and not only what is
-    /// measured of it.
-    fn moves(&self, effect: &Effect) -> bool {
-        let stands = self.standing.is_some();
-        match (effect.kind.action, effect.port()) {
-            (Action::Process(_), _) => false,
-            (_, Some(Port::ProcessForce | Port::PlateSurface | Port::MotorFriction(_))) => false,
-            (_, Some(Port::SensorChannel(_) | Port::TimeBase)) => stands,
-            _ => true,
-        }
-    }
-
-    /// True where an effect can change what tracker and second encoders read.
-    fn shows_in_poses(&self, effect: &Effect) -> bool {
-        self.moves(effect)
-            || match effect.port() {
-                Some(Port::SensorChannel(Channel::MotorTorque)) => false,
-                Some(Port::SensorChannel(_)) => true,
-                Some(Port::TimeBase) => effect.at != Location::Channel(Channel::MotorTorque),
-                _ => false,
-            }
-    }
-
-    /// True where an effect can change what motors or the force sensor read. A weld's forces follow
-    /// from where the tool was seen, whatever the links did, but for how stiff gears are that
-    /// remember, where one `remembers`.
-    fn shows_in_loads(&self, effect: &Effect, remembers: bool) -> bool {
-        match (self.kind, effect.kind.action, effect.port()) {
-            (LogKind::Weld, Action::Process(_), _) => true,
-            (
-                LogKind::Weld,
-                _,
-                Some(
-                    Port::ProcessForce
-                    | Port::PlateSurface
-                    | Port::SensorChannel(_)
-                    | Port::TimeBase,
-                ),
-            ) => true,
-            (LogKind::Weld, _, Some(Port::SpringTorque(_))) => remembers,
-            (LogKind::Weld, ..) => false,
-            (
-                _,
-                _,
-                Some(
-                    Port::MotorFriction(_)
-                    | Port::TimeBase
-                    | Port::SensorChannel(Channel::MotorTorque),
-                ),
-            ) => true,
-            _ => self.moves(effect),
-        }
-    }
 }
 
 impl Motion {
@@ -668,181 +514,4 @@ fn known(
     let what = channel.entry().instrument;
     let error = || PredictError::Noise { log: log.name.clone(), what };
     levels.iter().map(|l| l.ok_or_else(error)).collect()
-}
-
-/// Period of an evenly sampled log, s: as stated, or the median step.
-pub(crate) fn period(log: &Log) -> f64 {
-    log.period.unwrap_or_else(|| {
-        let mut steps: Vec<f64> = log.samples.time.windows(2).map(|w| w[1] - w[0]).collect();
-        steps.sort_by(f64::total_cmp);
-        steps.get(steps.len() / 2).copied().unwrap_or(1.0)
-    })
-}
-
-/// A series whose missing values are filled along straight lines; `None` where it has none at all.
-fn filled(series: &[f64]) -> Option<Vec<f64>> {
-    let known: Vec<usize> = (0..series.len()).filter(|k| series[*k].is_finite()).collect();
-    let (first, last) = (*known.first()?, *known.last()?);
-    let mut out = series.to_vec();
-    out[..first].fill(series[first]);
-    out[last + 1..].fill(series[last]);
-    for pair in known.windows(2) {
-        for k in pair[0] + 1..pair[1] {
-            let share = (k - pair[0]) as f64 / (pair[1] - pair[0]) as f64;
-            out[k] = series[pair[0]] * (1.0 - share) + series[pair[1]] * share;
-        }
-    }
-    Some(out)
-}
-
-/// One row of three columns.
-fn vector(columns: &[Vec<f64>; 3], row: usize) -> Vector3<f64> {
-    Vector3::from_fn(|c, _| columns[c][row])
-}
-
-/// Rotations as the first one and what every one turns from there: rotation vectors flip their
-/// sign near half a turn.
-fn turned_from_first(rotation: &[Vec<f64>; 3]) -> (Matrix3<f64>, [Vec<f64>; 3]) {
-    let all: Vec<Matrix3<f64>> =
-        (0..rotation[0].len()).map(|k| rotation_from_vector(&vector(rotation, k))).collect();
-    let turned: Vec<Vector3<f64>> =
-        all.iter().map(|r| rotation_vector(&all[0].tr_mul(r))).collect();
-    (all[0], [0, 1, 2].map(|c| turned.iter().map(|v| v[c]).collect()))
-}
-
-/// Measured value of a rotation, which is compared as what it turns from the predicted one: NaN
-/// where there is none.
-fn none_where_missing(rotation: &Matrix3<f64>) -> f64 {
-    if rotation.sum().is_finite() { 0.0 } else { f64::NAN }
-}
-
-/// Lists what is compared of some columns of a quantity, row by row. `of`: measured value,
-/// deviation of its noise, and whether that was stated, by index of the row and by column.
-fn list(
-    compared: &mut Vec<Compared>,
-    quantity: Quantity,
-    rows: &[usize],
-    columns: std::ops::Range<usize>,
-    of: impl Fn(usize, usize) -> (f64, f64, bool),
-) {
-    for (k, &row) in rows.iter().enumerate() {
-        for c in columns.clone() {
-            let (measured, deviation, stated) = of(k, c);
-            let component = c as u8;
-            compared.push(Compared { quantity, component, row, measured, deviation, stated });
-        }
-    }
-}
-
-/// Spindle angle at every row, 0 at the first, rad; `None` without a spindle column.
-fn spindle_angle(log: &Log) -> Option<Vec<f64>> {
-    let spindle = filled(log.samples.spindle.as_ref()?)?;
-    let time = &log.samples.time;
-    let mut angle = vec![0.0; time.len()];
-    for k in 1..time.len() {
-        angle[k] = angle[k - 1] + 0.5 * (spindle[k - 1] + spindle[k]) * (time[k] - time[k - 1]);
-    }
-    Some(angle)
-}
-
-/// Force and moment at every row, three columns each: filled where a reading is missing, zero where
-/// the log has no such columns.
-fn wrench_columns(log: &Log) -> [[Vec<f64>; 3]; 2] {
-    let none = || std::array::from_fn(|_| vec![0.0; log.samples.time.len()]);
-    [&log.samples.force, &log.samples.moment].map(|v| filled_vectors(v).unwrap_or_else(none))
-}
-
-/// Three columns of vectors, filled.
-fn filled_vectors(series: &Option<Vec<Vector3<f64>>>) -> Option<[Vec<f64>; 3]> {
-    let series = series.as_ref()?;
-    let column = |i: usize| filled(&series.iter().map(|v| v[i]).collect::<Vec<_>>());
-    Some([column(0)?, column(1)?, column(2)?])
-}
-
-/// Readings in which nothing was read yet.
-fn unread(time: f64) -> Readings {
-    Readings {
-        time,
-        encoder: [0.0; 6],
-        link_encoder: [0.0; 6],
-        motor_torque: [0.0; 6],
-        force: Vector3::zeros(),
-        moment: Vector3::zeros(),
-        tcp_position: Vector3::zeros(),
-        tcp_rotation: Vector3::zeros(),
-    }
-}
-
-/// What an instrument makes of what is true.
-fn sensed(ports: &Ports, instrument: Channel, mut truth: Readings) -> Readings {
-    ports.sense_by(instrument, &mut truth);
-    truth
-}
-
-/// A tracker that sees another point of the tool than its centre: p' = p + R b.
-#[derive(Debug)]
-struct TrackedPoint {
-    /// Where the point is, in T, m.
-    at: Vector3<f64>,
-}
-
-impl Term for TrackedPoint {
-    fn sense(&self, readings: &mut Readings) {
-        readings.tcp_position += rotation_from_vector(&readings.tcp_rotation) * self.at;
-    }
-}
-
-/// What the tracker makes of a tool pose.
-fn seen(ports: &Ports, pose: &Pose<f64>, time: f64) -> Pose<f64> {
-    if !ports.senses(Channel::Tracker) {
-        return *pose;
-    }
-    let readings = Readings {
-        tcp_position: pose.position,
-        tcp_rotation: rotation_vector(&pose.rotation),
-        ..unread(time)
-    };
-    let readings = sensed(ports, Channel::Tracker, readings);
-    Pose { position: readings.tcp_position, rotation: rotation_from_vector(&readings.tcp_rotation) }
-}
-
-/// The true pose behind what the tracker saw.
-fn pose_behind(ports: &Ports, measured: &Pose<f64>, time: f64) -> Pose<f64> {
-    if !ports.senses(Channel::Tracker) {
-        return *measured;
-    }
-    let mut truth = *measured;
-    for _ in 0..4 {
-        let read = seen(ports, &truth, time);
-        truth.position += measured.position - read.position;
-        truth.rotation *= read.rotation.tr_mul(&measured.rotation);
-    }
-    truth
-}
-
-/// Mean size of a series, what is missing left out.
-fn mean_abs(series: &[f64]) -> f64 {
-    let known: Vec<f64> = series.iter().filter(|v| v.is_finite()).map(|v| v.abs()).collect();
-    known.iter().sum::<f64>() / known.len().max(1) as f64
-}
-
-/// The true wrench behind a measured one: the sensor's terms undone. They change little, so that
-/// the fixed point converges: with a gain off by a third to 1e-12 in 25 steps.
-fn wrench_behind(ports: &Ports, measured: &Wrench<f64>, time: f64) -> Wrench<f64> {
-    if !ports.senses(Channel::Wrench) {
-        return *measured;
-    }
-    let mut truth = *measured;
-    let enough = 1e-12 * (measured.force.norm() + measured.moment.norm());
-    for _ in 0..25 {
-        let Wrench { force, moment } = truth;
-        let readings = sensed(ports, Channel::Wrench, Readings { force, moment, ..unread(time) });
-        let (force, moment) = (measured.force - readings.force, measured.moment - readings.moment);
-        truth.force += force;
-        truth.moment += moment;
-        if force.norm() + moment.norm() <= enough {
-            break;
-        }
-    }
-    truth
 }

@@ -1,12 +1,13 @@
 //! Loads at rest, and a weld's pose below the spindle's frequency: the links stand under their load
 //! at every instant.
 
-use super::play::{BacklashObserver, Observed, SEEN_OVER, lever, turn};
-use super::{
-    Compared, Model, Motion, PredictError, Quantity, filled_vectors, known, list, mean_abs,
-    none_where_missing, period, seen, spindle_angle, turned_from_first, vector, wrench_behind,
-    wrench_columns,
+use super::columns::{
+    filled_vectors, mean_abs, period, spindle_angle, turned_from_first, vector, wrench_columns,
 };
+use super::compared::{list, none_where_missing};
+use super::instruments::{seen, wrench_behind};
+use super::play::{BacklashObserver, Observed, SEEN_OVER, lever, turn};
+use super::{Compared, Model, Motion, PredictError, Quantity, known};
 use crate::data::channel::LogChannel;
 use crate::data::fir::{LowPass, Orders, comb};
 use crate::data::log::{Log, Payload};

@@ -27,7 +27,8 @@
 //! the likeliest amplitude given the reading (Wiener: the share of its mean square that noise does not
 //! make) goes through the effects, and the rest as the nominal contact has it.
 
-use super::super::{Compared, Model, Quantity, sensed, unread};
+use super::super::instruments::{sensed, unread};
+use super::super::{Compared, Model, Quantity};
 use super::likeliest::signal_share;
 use super::tool::{Held, Weld};
 use crate::data::noise::Level;

@@ -9,10 +9,12 @@ mod likeliest;
 mod lines;
 mod tool;
 
-use super::{
-    Compared, Model, PredictError, Quantity, filled, filled_vectors, known, list, mean_abs, period,
-    sensed, spindle_angle, turned_from_first, unread, vector, wrench_behind,
+use super::columns::{
+    filled, filled_vectors, mean_abs, period, spindle_angle, turned_from_first, vector,
 };
+use super::compared::list;
+use super::instruments::{sensed, unread, wrench_behind};
+use super::{Compared, Model, PredictError, Quantity, known};
 use crate::data::channel::LogChannel;
 use crate::data::fir::{LowPass, interpolate};
 use crate::data::log::Log;

@@ -1,7 +1,9 @@
 //! A weld as it was recorded, in the bands in which its forces are predicted, and the tool followed
 //! through it as the tracker saw it.
 
-use super::super::{Model, pose_behind, vector};
+use super::super::Model;
+use super::super::columns::vector;
+use super::super::instruments::pose_behind;
 use super::likeliest::{Likeliest, between};
 use crate::data::fir::{LowPass, interpolate};
 use nalgebra::{Matrix3, Vector3};

@@ -1,0 +1,77 @@
+//! Columns of a log as predictions take them: missing values filled, rotations counted from the first,
+//! the spindle's angle summed up.
+
+use crate::data::log::Log;
+use nalgebra::{Matrix3, Vector3};
+use trueweld_core::spatial::{rotation_from_vector, rotation_vector};
+
+/// Period of an evenly sampled log, s: as stated, or the median step.
+pub(crate) fn period(log: &Log) -> f64 {
+    log.period.unwrap_or_else(|| {
+        let mut steps: Vec<f64> = log.samples.time.windows(2).map(|w| w[1] - w[0]).collect();
+        steps.sort_by(f64::total_cmp);
+        steps.get(steps.len() / 2).copied().unwrap_or(1.0)
+    })
+}
+
+/// A series whose missing values are filled along straight lines; `None` where it has none at all.
+pub(super) fn filled(series: &[f64]) -> Option<Vec<f64>> {
+    let known: Vec<usize> = (0..series.len()).filter(|k| series[*k].is_finite()).collect();
+    let (first, last) = (*known.first()?, *known.last()?);
+    let mut out = series.to_vec();
+    out[..first].fill(series[first]);
+    out[last + 1..].fill(series[last]);
+    for pair in known.windows(2) {
+        for k in pair[0] + 1..pair[1] {
+            let share = (k - pair[0]) as f64 / (pair[1] - pair[0]) as f64;
+            out[k] = series[pair[0]] * (1.0 - share) + series[pair[1]] * share;
+        }
+    }
+    Some(out)
+}
+
+/// One row of three columns.
+pub(super) fn vector(columns: &[Vec<f64>; 3], row: usize) -> Vector3<f64> {
+    Vector3::from_fn(|c, _| columns[c][row])
+}
+
+/// Rotations as the first one and what every one turns from there: rotation vectors flip their
+/// sign near half a turn.
+pub(super) fn turned_from_first(rotation: &[Vec<f64>; 3]) -> (Matrix3<f64>, [Vec<f64>; 3]) {
+    let all: Vec<Matrix3<f64>> =
+        (0..rotation[0].len()).map(|k| rotation_from_vector(&vector(rotation, k))).collect();
+    let turned: Vec<Vector3<f64>> =
+        all.iter().map(|r| rotation_vector(&all[0].tr_mul(r))).collect();
+    (all[0], [0, 1, 2].map(|c| turned.iter().map(|v| v[c]).collect()))
+}
+
+/// Spindle angle at every row, 0 at the first, rad; `None` without a spindle column.
+pub(super) fn spindle_angle(log: &Log) -> Option<Vec<f64>> {
+    let spindle = filled(log.samples.spindle.as_ref()?)?;
+    let time = &log.samples.time;
+    let mut angle = vec![0.0; time.len()];
+    for k in 1..time.len() {
+        angle[k] = angle[k - 1] + 0.5 * (spindle[k - 1] + spindle[k]) * (time[k] - time[k - 1]);
+    }
+    Some(angle)
+}
+
+/// Force and moment at every row, three columns each: filled where a reading is missing, zero where
+/// the log has no such columns.
+pub(super) fn wrench_columns(log: &Log) -> [[Vec<f64>; 3]; 2] {
+    let none = || std::array::from_fn(|_| vec![0.0; log.samples.time.len()]);
+    [&log.samples.force, &log.samples.moment].map(|v| filled_vectors(v).unwrap_or_else(none))
+}
+
+/// Three columns of vectors, filled.
+pub(super) fn filled_vectors(series: &Option<Vec<Vector3<f64>>>) -> Option<[Vec<f64>; 3]> {
+    let series = series.as_ref()?;
+    let column = |i: usize| filled(&series.iter().map(|v| v[i]).collect::<Vec<_>>());
+    Some([column(0)?, column(1)?, column(2)?])
+}
+
+/// Mean size of a series, what is missing left out.
+pub(super) fn mean_abs(series: &[f64]) -> f64 {
+    let known: Vec<f64> = series.iter().filter(|v| v.is_finite()).map(|v| v.abs()).collect();
+    known.iter().sum::<f64>() / known.len().max(1) as f64
+}

@@ -1,0 +1,371 @@
+//! Free motion and ringing down: the links swing on their springs, driven by the encoders.
+
+mod noise;
+mod residual;
+mod swing;
+
+use super::columns::{filled, period};
+use super::instruments::{seen, sensed, unread};
+use super::play::{BacklashObserver, Observed};
+use super::{Compared, Model, Motion, PredictError, known};
+use crate::data::channel::LogChannel;
+use crate::data::fir::{Bands, Beginning, CLOSELY, LowPass, NOT_BY_CHANCE, Smoothed, start};
+use crate::data::log::{Log, LogKind};
+use crate::data::noise::NoiseLevels;
+use nalgebra::{DMatrix, Matrix3, SVector, Vector3};
+use std::f64::consts::TAU;
+use std::sync::Arc;
+use swing::Swing;
+use trueweld_core::spatial::rotation_from_vector;
+use trueweld_core::{JointVector, Wrench};
+use trueweld_plant::integrate::Diverged;
+use trueweld_plant::integrate::link_dynamics::{DynamicLinks, Motors};
+use trueweld_plant::robot::{Channel, ElasticRobot, Memory};
+
+/// Bands of the encoders that drive the links, Hz, widest first: what a brake does to them, and
+/// what is left of their noise where they move smoothly. Noise in the drive makes a gear's memory
+/// fade and lightly damped modes swing.
+const DRIVE_BANDS: [f64; 5] = [200.0, 60.0, 20.0, 8.0, 3.0];
+
+/// Band of what the motors did, for their torque, Hz: what is compared of it lies well below.
+const MOTOR_BAND: f64 = 20.0;
+
+/// Band in which motor torque is compared, Hz: above it the encoders' noise, differentiated twice,
+/// drowns the torque's own.
+const TORQUE_BAND: f64 = 8.0;
+
+/// Band in which a pose or a second encoder is compared in free motion, as a share of the arm's
+/// lowest frequency: the encoders' noise rings the arm there, and what rings is told from an effect
+/// by its phase alone, which no sum of squares knows.
+const CALM: f64 = 0.5;
+
+/// Longest step of the links' integration, s: a mode of 50 Hz turns by 0.6 rad in it.
+const STEP: f64 = 2e-3;
+
+/// Time at either end of a log that is driven through but not compared, s: there the smoothed drive
+/// has one side only.
+const END: f64 = 0.1;
+
+/// Links in motion.
+struct Links {
+    swinging: DynamicLinks,
+    /// Which of them are afloat in the play of their gears.
+    afloat: Option<BacklashObserver>,
+    /// Links that are driven with less noise, whose gears tell what is remembered; none where nothing
+    /// is.
+    even: Option<DynamicLinks>,
+}
+
+impl Links {
+    fn new(robot: &ElasticRobot, swinging: DynamicLinks, afloat: Option<BacklashObserver>) -> Self {
+        let even = (robot.ports.memories() > 0).then_some(swinging);
+        Self { swinging, afloat, even }
+    }
+}
+
+/// A log of links in motion.
+#[derive(Debug, Clone)]
+pub(super) struct Moving {
+    period: f64,
+    substeps: usize,
+    time: Vec<f64>,
+    /// Band that most of the drive was smoothed in, Hz.
+    drive_band: f64,
+    /// Twist that is within the noise of the encoders, rad.
+    margin: JointVector<f64>,
+    /// What drives the links.
+    drive: Vec<Motors>,
+    /// The same with less of the encoders' noise, for what gears remember: each wiggle makes them
+    /// forget.
+    even: Vec<Motors>,
+    /// How the links swing at the first row is fitted, where a ring-down begins after its stop.
+    swing: Option<Swing>,
+    /// True where motors move at the first row.
+    motors_move: bool,
+    /// Jerk of the motors at the first row, rad/s³, where a free motion's log begins in motion.
+    jerk: Option<JointVector<f64>>,
+    /// What the motors did, for their torque: smoothed.
+    motor: Vec<Motors>,
+    position: Option<Vec<Vector3<f64>>>,
+    rotation: Option<Vec<Matrix3<f64>>>,
+    link_encoder: [Option<Vec<f64>>; 6],
+    torque: [Option<Vec<f64>>; 6],
+    band: LowPass,
+    /// Filter of poses and second encoders; none where each sample is compared by itself.
+    calm: Option<LowPass>,
+    pose_rows: Vec<usize>,
+    torque_rows: Vec<usize>,
+}
+
+impl Moving {
+    pub(super) fn new(
+        log: &Log,
+        noise: &NoiseLevels,
+        model: &Model,
+        compared: &mut Vec<Compared>,
+    ) -> Result<Self, PredictError> {
+        let s = &log.samples;
+        let n = s.time.len();
+        let period = period(log);
+        let columns: Vec<Vec<f64>> =
+            (0..6).map(|i| s.encoder.iter().map(|q| q[i]).collect()).collect();
+        let smoothed = |band: f64| -> Vec<Motors> {
+            let smooth = LowPass::new(band.min(0.2 / period), period);
+            let series: Vec<[Vec<f64>; 3]> = columns
+                .iter()
+                .map(|c| [smooth.smooth(0, c), smooth.smooth(1, c), smooth.smooth(2, c)])
+                .collect();
+            let six = |d: usize, k: usize| JointVector::from_fn(|i, _| series[i][d][k]);
+            (0..n)
+                .map(|k| Motors { angle: six(0, k), rate: six(1, k), acceleration: six(2, k) })
+                .collect()
+        };
+        let encoder = known(&noise.encoder, log, LogChannel::Encoder)?;
+        let in_bands: Vec<Bands> = (0..6)
+            .map(|i| Bands::of(&DRIVE_BANDS, period, encoder[i].deviation, &columns[i]))
+            .collect();
+        let agreeing = |within: f64| -> Vec<Vec<Smoothed>> {
+            in_bands.iter().map(|bands| bands.in_agreement(within)).collect()
+        };
+        let driven_by = |columns: &[Vec<Smoothed>]| -> Vec<Motors> {
+            (0..n)
+                .map(|k| Motors {
+                    angle: JointVector::from_fn(|i, _| columns[i][k].value),
+                    rate: JointVector::from_fn(|i, _| columns[i][k].rate),
+                    acceleration: JointVector::zeros(),
+                })
+                .collect()
+        };
+        let closely = agreeing(CLOSELY);
+        let mut bands: Vec<usize> =
+            closely.iter().flatten().map(|smoothed| smoothed.band).collect();
+        bands.sort_unstable();
+        let mut drive = driven_by(&closely);
+        let mut even = driven_by(&agreeing(NOT_BY_CHANCE));
+        // A filter's window has one side only at the ends; where the motors move there, a cubic
+        // stands in.
+        let mut motor = smoothed(MOTOR_BAND);
+        let mut quicker = smoothed(2.0 * MOTOR_BAND);
+        let ends: [Option<[Beginning; 6]>; 2] = [false, true].map(|back| {
+            let of = |i: usize| {
+                let mut column = columns[i].clone();
+                if back {
+                    column.reverse();
+                }
+                Beginning::of(period, encoder[i].deviation, &column)
+            };
+            let all: Vec<Beginning> = (0..6).map_while(of).collect();
+            <[Beginning; 6]>::try_from(all).ok().filter(|e| e.iter().any(|b| b.moving))
+        });
+        let motors_move = ends[0].is_some();
+        let ends = ends.map(|end| end.filter(|_| log.kind == LogKind::FreeMotion));
+        for (back, end) in ends.iter().enumerate() {
+            for (i, beginning) in end.iter().flatten().enumerate() {
+                for k in 0..beginning.length / 2 {
+                    let sign = if back == 1 { -1.0 } else { 1.0 };
+                    let [angle, rate, acceleration] = beginning.after(k as f64 * period);
+                    let row = if back == 1 { n - 1 - k } else { k };
+                    for series in [&mut drive, &mut even, &mut motor, &mut quicker] {
+                        series[row].angle[i] = angle;
+                        series[row].rate[i] = sign * rate;
+                        series[row].acceleration[i] = acceleration;
+                    }
+                }
+            }
+        }
+        let jerk = ends[0].map(|all| JointVector::from_fn(|i, _| all[i].derivatives[3]));
+        // The links swing on from how they start.
+        for i in (0..6).filter(|_| jerk.is_none()) {
+            let (angle, rate) = start(period, encoder[i].deviation, &columns[i]);
+            for series in [&mut drive, &mut even] {
+                (series[0].angle[i], series[0].rate[i]) = (angle, rate);
+            }
+        }
+        let skipped =
+            if log.kind == LogKind::RingDown { 0 } else { (END / period).ceil() as usize };
+        // A channel with missing values, or one read more seldom, is compared where it was read.
+        let whole = s.position.iter().chain(&s.rotation).flatten().all(|v| v.sum().is_finite())
+            && s.link_encoder.iter().flatten().flatten().all(|v| v.is_finite());
+        let lowest = || {
+            let frames = model.robot.frames(&s.encoder[n / 2]);
+            model.robot.natural_frequencies(&frames).map(|omega| omega[0] / TAU)
+        };
+        let calm = (log.kind == LogKind::FreeMotion && whole)
+            .then(lowest)
+            .flatten()
+            .map(|frequency| CALM * frequency)
+            .filter(|band| band.is_finite() && *band < 0.2 / period)
+            .map(|band| (band, LowPass::new(band, period)))
+            .filter(|(_, low)| n > 4 * low.half());
+        let (skipped, every) = match &calm {
+            Some((band, low)) => {
+                (low.half().max(skipped), ((0.4 / (band * period)).floor() as usize).max(1))
+            }
+            None => (skipped, 1),
+        };
+        let calm = calm.map(|(_, low)| low);
+        let pose_rows: Vec<usize> = (skipped..n.saturating_sub(skipped)).step_by(every).collect();
+        let band = LowPass::new(TORQUE_BAND.min(0.2 / period), period);
+        let every =
+            ((0.5 / (1.25 * TORQUE_BAND.min(0.2 / period) * period)).floor() as usize).max(1);
+        // What is smoothed for the torque is one-sided where the motors move at an end.
+        let half = LowPass::new(MOTOR_BAND.min(0.2 / period), period).half();
+        let [first, last] =
+            ends.each_ref().map(|end| band.half() + if end.is_some() { half } else { 0 });
+        let torque_rows: Vec<usize> = (first..n.saturating_sub(last)).step_by(every).collect();
+
+        let mut moving = Self {
+            period,
+            substeps: (period / STEP - 1e-9).ceil().max(1.0) as usize,
+            time: s.time.clone(),
+            drive,
+            even,
+            swing: None,
+            motors_move,
+            jerk,
+            motor,
+            margin: JointVector::from_fn(|i, _| 3.0 * encoder[i].deviation),
+            drive_band: DRIVE_BANDS[bands[bands.len() / 2]],
+            position: s.position.clone(),
+            rotation: s.rotation.as_ref().map(|r| r.iter().map(rotation_from_vector).collect()),
+            link_encoder: s.link_encoder.clone(),
+            torque: std::array::from_fn(|i| s.motor_torque[i].as_ref().and_then(|t| filled(t))),
+            band,
+            calm,
+            pose_rows,
+            torque_rows,
+        };
+        moving.compare(log, noise, model, &quicker, compared)?;
+        if log.kind == LogKind::RingDown {
+            moving.swing = moving.swing(log, noise, model);
+        }
+        Ok(moving)
+    }
+
+    /// A series at one row, in the band it is compared in.
+    fn calmed(&self, length: usize, row: usize, series: impl Fn(usize) -> f64) -> f64 {
+        self.calm.as_ref().map_or_else(|| series(row), |low| low.at(0, &series, length, row))
+    }
+
+    /// Takes the links from the row before to this one; those afloat to where they were seen.
+    fn advance(&self, robot: &ElasticRobot, links: &mut Links, row: usize) -> Result<(), Diverged> {
+        if row > 0 {
+            let time = row as f64 * self.period + self.time[0];
+            links.swinging.advance(robot, &self.drive[row], time, self.substeps)?;
+            if let Some(even) = &mut links.even {
+                even.advance(robot, &self.even[row], time, self.substeps)?;
+                links.swinging.remember(&even.memory());
+            }
+        }
+        if let Some(afloat) = &mut links.afloat {
+            let link = links.swinging.drives().link;
+            let seen = self.seen(robot, &link, row);
+            let moved = afloat.moved(robot, &self.drive[row].angle, &link, &seen);
+            for links in [&mut links.swinging].into_iter().chain(&mut links.even) {
+                links.displace(&moved.by, &moved.rate);
+            }
+        }
+        Ok(())
+    }
+
+    /// The links at the first row, elsewhere by so much than the motors' motion asks for.
+    fn start(
+        &self,
+        robot: &ElasticRobot,
+        memory: &Memory,
+        elsewhere: &SVector<f64, 12>,
+    ) -> DynamicLinks {
+        let (first, time) = (&self.drive[0], self.time[0]);
+        let mut swinging = match &self.jerk {
+            Some(jerk) => DynamicLinks::start_in_motion(robot, first, jerk, memory, time),
+            None => DynamicLinks::start_remembering(robot, first, memory, time),
+        };
+        let part = |from: usize| elsewhere.fixed_rows::<6>(from).into_owned();
+        swinging.displace(&part(0), &part(6));
+        swinging
+    }
+
+    /// True where motors move at the first row, or links swing.
+    pub(super) fn begins_in_motion(&self) -> bool {
+        self.motors_move || self.swing.is_some()
+    }
+
+    /// Where the motors were at every instant.
+    pub(super) fn motors(&self) -> &[Motors] {
+        &self.drive
+    }
+
+    /// What the links do: see [`Experiment::follow`](super::Experiment).
+    pub(super) fn motion(
+        &self,
+        robot: &ElasticRobot,
+        memory: &Memory,
+        known: Option<&Arc<DMatrix<f64>>>,
+        before: Option<&Motion>,
+    ) -> Result<Motion, Diverged> {
+        let n = self.drive.len();
+        /// The slopes are taken once; a few rounds bring the start to where the model has it.
+        const ROUNDS: usize = 3;
+        let afloat = BacklashObserver::new(robot, self.margin, self.period);
+        let mut elsewhere = SVector::<f64, 12>::zeros();
+        let mut gain = None;
+        if let Some(swing) = &self.swing {
+            // A gear that remembers is another spring: its slopes are its own, and taken once.
+            let own = || swing.gain(&self.swing_slopes(robot, swing, memory)?.0).map(Arc::new);
+            gain = match known {
+                Some(known) => Some(known.clone()),
+                None if robot.ports.memories() > 0 => own(),
+                None => None,
+            };
+            for _ in 0..ROUNDS {
+                let start = self.start(robot, memory, &elsewhere);
+                let start = Links::new(robot, start, afloat.clone());
+                let Some(left) = self.first_residual(robot, &swing.rows, start) else { break };
+                let by = gain.as_deref().unwrap_or(&swing.gain) * left;
+                elsewhere += SVector::<f64, 12>::from_column_slice(by.as_slice());
+            }
+        }
+        let mut motion = Motion { swing: gain, ..Motion::new(n, afloat.is_some()) };
+        let mut links = Links::new(robot, self.start(robot, memory, &elsewhere), afloat);
+        for k in 0..n {
+            self.advance(robot, &mut links, k)?;
+            let swinging = &links.swinging;
+            motion.link.push(swinging.drives().link);
+            motion.spring.push(swinging.spring(robot));
+            if robot.ports.frames_give() {
+                motion.tool.push(swinging.frames(robot, self.time[k] - self.time[0]).tcp);
+            }
+            if robot.ports.memories() > 0 {
+                motion.memory.push(swinging.memory());
+            }
+            if let Some(before) = before.filter(|before| motion.joins(before)) {
+                motion.go_on(before);
+                break;
+            }
+        }
+        Ok(motion)
+    }
+
+    /// Where tool and links were seen at a row, less where links at `link` put them.
+    fn seen(&self, robot: &ElasticRobot, link: &JointVector<f64>, row: usize) -> Observed {
+        let time = self.time[row] - self.time[0];
+        let tool = self.position.as_ref().map_or(Vector3::repeat(f64::NAN), |position| {
+            position[row]
+                - seen(&robot.ports, &robot.frames(link, &Wrench::zero(), time).tcp, time).position
+        });
+        let link = std::array::from_fn(|i| self.link_left(robot, i, link[i], row));
+        // Turned it hardly goes in a gap while motors move; to follow that would be to follow noise.
+        Observed { tool, turn: Vector3::repeat(f64::NAN), lever: 0.0, deviation: 0.0, link }
+    }
+
+    /// What a joint's second encoder read at a row, less what it would with its link at `link`; NaN
+    /// where there is none.
+    fn link_left(&self, robot: &ElasticRobot, i: usize, link: f64, row: usize) -> f64 {
+        let Some(series) = &self.link_encoder[i] else {
+            return f64::NAN;
+        };
+        let mut truth = unread(self.time[row] - self.time[0]);
+        truth.link_encoder[i] = link;
+        series[row] - sensed(&robot.ports, Channel::LinkEncoder, truth).link_encoder[i]
+    }
+}

@@ -1,0 +1,166 @@
+//! What is compared of links in motion, and the noise of it: the instruments' own, and what the
+//! encoders' noise becomes on its way through the arm.
+
+use super::super::compared::{list, none_where_missing};
+use super::super::{Compared, Model, PredictError, Quantity, known};
+use super::Moving;
+use crate::data::channel::LogChannel;
+use crate::data::fir::LowPass;
+use crate::data::log::Log;
+use crate::data::noise::{Level, NoiseLevels};
+use nalgebra::{Complex, SMatrix, SVector};
+use std::f64::consts::TAU;
+use trueweld_plant::integrate::link_dynamics::Motors;
+
+/// Postures along a log at which the noise's way through the arm is worked out, the grid of
+/// frequencies for it, Hz (a mode of 10 Hz with 3 % damping is 0.6 Hz wide), and the highest that
+/// matters.
+const POSTURES: usize = 5;
+const LINE: f64 = 0.1;
+const HIGHEST: f64 = 120.0;
+
+/// Standard deviations that the encoders' noise leaves in what is predicted.
+struct Through {
+    /// Link angles, rad.
+    link: SVector<f64, 6>,
+    /// Tool: rotation, rad, and position, m, in B.
+    tool: SVector<f64, 6>,
+    /// Motor torque in its band, N·m.
+    torque: SVector<f64, 6>,
+}
+
+impl Moving {
+    /// Lists what is compared, with its noise, in the order in which [`poses`](Self::poses) and
+    /// [`torques`](Self::torques) give it. `quicker`: what the motors did, in a wider band.
+    pub(super) fn compare(
+        &self,
+        log: &Log,
+        noise: &NoiseLevels,
+        model: &Model,
+        quicker: &[Motors],
+        compared: &mut Vec<Compared>,
+    ) -> Result<(), PredictError> {
+        let n = self.time.len();
+        if self.pose_rows.is_empty() {
+            return Ok(());
+        }
+        let encoder = known(&noise.encoder, log, LogChannel::Encoder)?;
+        let through = self.through(model, &encoder);
+        let white = self.calm.as_ref().map_or(1.0, |low| low.gain(0).sqrt());
+        let rows = &self.pose_rows;
+        if let Some(position) = &self.position {
+            let level = known(&noise.position, log, LogChannel::Position)?;
+            list(compared, Quantity::Position, rows, 0..3, |k, c| {
+                let measured = self.calmed(position.len(), rows[k], |k| position[k][c]);
+                let deviation = (level[c].deviation * white).hypot(through.tool[3 + c]);
+                (measured, deviation, level[c].stated)
+            });
+        }
+        if let Some(rotation) = &self.rotation {
+            let level = known(&noise.rotation, log, LogChannel::Rotation)?;
+            let turned = (through.tool.fixed_rows::<3>(0).norm_squared() / 3.0).sqrt();
+            list(compared, Quantity::Rotation, rows, 0..3, |k, c| {
+                let deviation = (level[c].deviation * white).hypot(turned);
+                (none_where_missing(&rotation[rows[k]]), deviation, level[c].stated)
+            });
+        }
+        for i in 0..6 {
+            let Some(series) = &self.link_encoder[i] else { continue };
+            let level = known(&noise.link_encoder[i..=i], log, LogChannel::LinkEncoder)?[0];
+            let deviation = (level.deviation * white).hypot(through.link[i]);
+            list(compared, Quantity::LinkEncoder, rows, i..i + 1, |k, _| {
+                (self.calmed(series.len(), rows[k], |k| series[k]), deviation, level.stated)
+            });
+        }
+        let rows = &self.torque_rows;
+        for i in 0..6 {
+            let Some(series) = &self.torque[i] else { continue };
+            let level = known(&noise.motor_torque[i..=i], log, LogChannel::MotorTorque)?[0];
+            let white = (level.deviation * self.band.gain(0).sqrt()).hypot(through.torque[i]);
+            let friction = self.friction_slope(model, i);
+            let inexact = self.inexact(model, quicker, i);
+            let rate = encoder[i].deviation * self.band.gain(1).sqrt();
+            list(compared, Quantity::MotorTorque, rows, i..i + 1, |k, _| {
+                let banded = |series: &[f64]| self.band.at(0, |k| series[k], n, rows[k]);
+                // Where a joint turns round, friction makes torque of the noise in its rate.
+                let deviation = white.hypot(rate * banded(&friction)).hypot(banded(&inexact));
+                (banded(series), deviation, level.stated)
+            });
+        }
+        Ok(())
+    }
+
+    /// Error that smoothing the motors' motion leaves in their torque, N·m: by how much it changes
+    /// with the band.
+    fn inexact(&self, model: &Model, quicker: &[Motors], i: usize) -> Vec<f64> {
+        let friction = &model.robot.parameters().friction;
+        let torque = |m: &Motors| {
+            model.robot.rotor_inertia()[i] * m.acceleration[i] + friction.torque(i, m.rate[i]).0
+        };
+        self.motor.iter().zip(quicker).map(|(m, q)| torque(m) - torque(q)).collect()
+    }
+
+    /// Slope of the model's friction by the rate at every row, N·m·s/rad.
+    fn friction_slope(&self, model: &Model, i: usize) -> Vec<f64> {
+        let friction = &model.robot.parameters().friction;
+        self.motor.iter().map(|m| friction.torque(i, m.rate[i]).1).collect()
+    }
+
+    /// What the encoders' noise n becomes on its way through the arm, at its mean posture: M θ̈ + D
+    /// θ̇ + K θ = K n + D ṅ on the links, Γ = I_m n̈ + K (n − θ) + D (ṅ − θ̇) at the motors. A
+    /// lightly damped mode makes several times the noise of it.
+    fn through(&self, model: &Model, encoder: &[Level]) -> Through {
+        let mut sum =
+            (SVector::<f64, 6>::zeros(), SVector::<f64, 6>::zeros(), SVector::<f64, 6>::zeros());
+        let drive = LowPass::new(self.drive_band.min(0.2 / self.period), self.period);
+        for posture in 0..POSTURES {
+            let k = (2 * posture + 1) * (self.drive.len() - 1) / (2 * POSTURES);
+            let frames = model.robot.frames(&self.drive[k].angle);
+            let jacobian = frames.jacobian().0.map(|x| Complex::new(x, 0.0));
+            let top = 0.5 / self.period;
+            let step = LINE.min(top / 50.0);
+            let mut frequency = 0.5 * step;
+            while frequency < top.min(HIGHEST) {
+                let w = TAU * frequency;
+                let spring =
+                    SMatrix::<Complex<f64>, 6, 6>::from_diagonal(&model.robot.dynamic_stiffness(w));
+                let pass = drive.response(frequency, self.period);
+                if let Some(inverse) = model.robot.dynamic_compliance(&frames, w) {
+                    // One-sided density of white noise: 2 σ²/f_s; a step of the grid takes its
+                    // share.
+                    let density =
+                        (2.0 * self.period * step).sqrt() * pass / (POSTURES as f64).sqrt();
+                    let noise =
+                        SMatrix::<Complex<f64>, 6, 6>::from_diagonal(&SVector::from_fn(|i, _| {
+                            Complex::new(encoder[i].deviation * density, 0.0)
+                        }));
+                    let calm =
+                        self.calm.as_ref().map_or(1.0, |low| low.response(frequency, self.period));
+                    let link = inverse * spring * noise;
+                    let tool = jacobian * link;
+                    let band = Complex::new(self.band.response(frequency, self.period), 0.0);
+                    let rotor =
+                        SMatrix::<Complex<f64>, 6, 6>::from_diagonal(&SVector::from_fn(|i, _| {
+                            Complex::new(-w * w * model.robot.rotor_inertia()[i], 0.0)
+                        }));
+                    let motor = noise / Complex::new(pass.max(1e-3), 0.0);
+                    let torque = (rotor * motor + spring * (noise - link)) * band;
+                    for i in 0..6 {
+                        let power = |m: &SMatrix<Complex<f64>, 6, 6>| {
+                            m.row(i).iter().map(|z| z.norm_sqr()).sum::<f64>()
+                        };
+                        sum.0[i] += power(&link) * calm * calm;
+                        sum.1[i] += power(&tool) * calm * calm;
+                        sum.2[i] += power(&torque);
+                    }
+                }
+                frequency += step;
+            }
+        }
+        Through {
+            link: sum.0.map(f64::sqrt),
+            tool: sum.1.map(f64::sqrt),
+            torque: sum.2.map(f64::sqrt),
+        }
+    }
+}
