@@ -1,5 +1,6 @@
 //! `trueweld check`: input files of any kind, and folders of logs and campaigns.
 
+use crate::inputs::same_file;
 use crate::results::{check_outputs, check_targets, write};
 use clap::Args;
 use miette::{IntoDiagnostic, Report, Result, WrapErr, miette};
@@ -9,6 +10,7 @@ use trueweld_laboratory::ProtocolFile;
 use trueweld_measure::data::campaign::Campaign;
 use trueweld_measure::data::log::{LOG_FILE, Log};
 use trueweld_output::json::{self, CheckResult, CheckedFile};
+use trueweld_output::log_notice_in_words;
 use trueweld_plant::input::{
     Control, Document, FileKind, InputError, InputFile, ModelFile, Process, RobotFile, Sensors,
     Weld, folder_of, open_entries, read_text,
@@ -31,12 +33,13 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<()> {
     let outputs = arguments.json.as_deref().map(|path| ("--json", path));
     check_targets(outputs.as_slice())?;
-    let mut paths = Vec::new();
+    let mut paths: Vec<PathBuf> = Vec::new();
     for path in &arguments.files {
-        if path.is_dir() {
-            paths.extend(files_of(path)?);
-        } else {
-            paths.push(path.clone());
+        let of_path = if path.is_dir() { files_of(path)? } else { vec![path.clone()] };
+        for file in of_path {
+            if !paths.iter().any(|known| same_file(known, &file)) {
+                paths.push(file);
+            }
         }
     }
     let checked: Vec<_> = paths.iter().map(|path| (path, check(path))).collect();
@@ -44,10 +47,13 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let mut files = Vec::new();
     for (path, result) in checked {
         let name = path.display().to_string();
-        let (kind, error) = match result {
-            Ok(kind) => {
+        let (kind, error, notices) = match result {
+            Ok((kind, notices)) => {
                 say!("{name}: {kind}, in order\n");
-                (Some(kind.schema().to_owned()), None)
+                for notice in &notices {
+                    say!("  note: {notice}\n");
+                }
+                (Some(kind.schema().to_owned()), None, notices)
             }
             Err(error) => {
                 let said = error.to_string();
@@ -63,10 +69,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
                 } else {
                     eprintln!("{:?}", Report::new(error));
                 }
-                (None, Some(said))
+                (None, Some(said), Vec::new())
             }
         };
-        files.push(CheckedFile { file: name, ok: error.is_none(), kind, error });
+        files.push(CheckedFile { file: name, ok: error.is_none(), kind, error, notices });
     }
     let wrong = files.iter().filter(|file| !file.ok).count();
     if let Some(path) = &arguments.json {
@@ -84,10 +90,11 @@ fn stands_in(error: &InputError, file: &Path) -> bool {
     let place = error.place();
     let mut parts = place.rsplitn(3, ':');
     let named = parts.nth(2).unwrap_or(place);
-    matches!((Path::new(named).canonicalize(), file.canonicalize()), (Ok(a), Ok(b)) if a == b)
+    same_file(Path::new(named), file)
 }
 
-/// Every TOML file of a folder and of the folders in it: a campaign's own, then its logs'.
+/// Every TOML file of a folder and of the folders in it: a campaign's own, then its logs', wherever
+/// they are.
 fn files_of(folder: &Path) -> Result<Vec<PathBuf>> {
     let listed = |folder: &Path| -> Result<Vec<PathBuf>> {
         let entries = std::fs::read_dir(folder)
@@ -100,8 +107,14 @@ fn files_of(folder: &Path) -> Result<Vec<PathBuf>> {
     let is_toml = |path: &PathBuf| path.is_file() && path.extension().is_some_and(|e| e == "toml");
     let inside = listed(folder)?;
     let mut files: Vec<PathBuf> = inside.iter().filter(|path| is_toml(path)).cloned().collect();
-    for below in inside.iter().filter(|path| path.join(LOG_FILE).is_file()) {
-        files.extend(listed(below)?.into_iter().filter(is_toml));
+    let mut logs: Vec<PathBuf> =
+        inside.into_iter().filter(|path| path.join(LOG_FILE).is_file()).collect();
+    // A campaign that does not list its logs is told of where it is checked itself.
+    if let Ok((_, of_campaign)) = Campaign::list(folder) {
+        logs.extend(of_campaign.into_iter().map(|(_, path)| path));
+    }
+    for log in logs {
+        files.extend(listed(&log)?.into_iter().filter(is_toml));
     }
     // What a campaign's truth was is no input.
     files.retain(|path| path.file_name().is_none_or(|name| name != "truth.toml"));
@@ -125,14 +138,16 @@ fn check_model(model: &ModelFile, document: &Document<'_>) -> Result<(), InputEr
     Err(posterior.wrong("sha256", "the digest of this model, as `improve` wrote it", help))
 }
 
-/// Reads and checks an input file of any kind, and says which kind it is.
+/// Reads and checks an input file of any kind, and says which kind it is, and of a log what a reader
+/// should know.
 ///
 /// # Errors
 /// Everything the reader of its kind refuses; a `schema` that is of no kind.
-fn check(path: &Path) -> Result<FileKind, InputError> {
+fn check(path: &Path) -> Result<(FileKind, Vec<String>), InputError> {
     let (name, text) = read_text(path)?;
     let document = Document::parse(&text, &name)?;
     let kind = document.kind()?;
+    let mut notices = Vec::new();
     match kind {
         FileKind::Robot => RobotFile::parse(&text, &name).map(drop),
         FileKind::Process => Process::parse(&text, &name).map(drop),
@@ -141,9 +156,13 @@ fn check(path: &Path) -> Result<FileKind, InputError> {
         FileKind::Sensors => Sensors::parse(&text, &name).map(drop),
         FileKind::Requirements => Requirements::parse(&text, &name).map(drop),
         FileKind::Model => check_model(&ModelFile::parse(&text, path)?, &document),
-        FileKind::Log => Log::read(folder_of(path)).map(drop),
+        FileKind::Log => {
+            let log = Log::read(folder_of(path))?;
+            notices.extend(log.notices.iter().map(log_notice_in_words));
+            Ok(())
+        }
         FileKind::Campaign => Campaign::list(folder_of(path)).map(drop),
         FileKind::Protocol => ProtocolFile::parse(&text, path).map(drop),
     }?;
-    Ok(kind)
+    Ok((kind, notices))
 }

@@ -1,5 +1,7 @@
 //! `trueweld import-log`: a `log.toml` for files as instruments wrote them.
 
+use crate::init::is_template;
+use crate::inputs::same_file;
 use crate::results::{check_new_folder, check_outputs, check_targets, write};
 use clap::Args;
 use miette::{IntoDiagnostic, Result, WrapErr, miette};
@@ -54,11 +56,11 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     }
     let robot = arguments.robot.as_ref().map(RobotFile::read).transpose()?;
     let out = arguments.out.join(LOG_FILE);
-    if out.exists() {
+    if out.exists() && !fs::read_to_string(&out).is_ok_and(|text| is_template(&text)) {
         return Err(miette!(
             help =
                 "Remove it, or give another folder: a log that was filled in is not written over.",
-            "--out {}: there is a {LOG_FILE} already; expected a folder without one",
+            "--out {}: there is a {LOG_FILE} already; expected a folder without one, or the template that `init` wrote",
             arguments.out.display()
         ));
     }
@@ -102,10 +104,6 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         arguments.out.display()
     );
     Ok(())
-}
-
-fn same_file(a: &Path, b: &Path) -> bool {
-    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
 }
 
 /// The path of a file as a file in a folder writes it.

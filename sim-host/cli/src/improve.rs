@@ -1,5 +1,6 @@
 //! `trueweld improve`: adds what is missing to a model, and writes it.
 
+use crate::inputs::same_file;
 use crate::measured::{Budget, Measurements, digests, expect, read_experiments, refuse_mistakes};
 use crate::results::{RecordedResults, check_outputs, check_targets};
 use clap::Args;
@@ -104,7 +105,7 @@ fn held_out(arguments: &Arguments, model: &ModelFile, fitted: &[Log]) -> Result<
     let (_, mut logs) = read_logs(&arguments.held_out)?;
     for log in &logs {
         log.must_be_of(&model.robot, &format!("the model {}", model.path.display()))?;
-        let same = |other: &&Log| matches!((log.path.canonicalize(), other.path.canonicalize()), (Ok(a), Ok(b)) if a == b);
+        let same = |other: &&Log| same_file(&log.path, &other.path);
         if fitted.iter().any(|other| same(&other)) {
             return Err(miette!(
                 help = "A log that was fitted says nothing of how the model does elsewhere.",

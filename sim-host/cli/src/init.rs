@@ -115,6 +115,11 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     Ok(())
 }
 
+/// True for the `log.toml` of a log that nobody has filled in.
+pub(crate) fn is_template(text: &str) -> bool {
+    LOGS.iter().any(|(_, kind, about, _, more)| log(*kind, about, more) == text)
+}
+
 /// The `log.toml` of a kind of log.
 fn log(kind: LogKind, about: &str, more: &str) -> String {
     format!(

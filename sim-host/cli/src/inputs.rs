@@ -458,3 +458,8 @@ impl Inputs {
         }
     }
 }
+
+/// True for two paths of one file.
+pub(crate) fn same_file(a: &Path, b: &Path) -> bool {
+    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
+}

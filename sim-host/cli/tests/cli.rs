@@ -829,6 +829,48 @@ fn logs_and_campaigns_are_checked_too() {
 }
 
 #[test]
+fn a_campaign_is_checked_with_logs_that_lie_elsewhere_and_what_is_left_out_is_told() {
+    let place = Workspace::new();
+    place.done(&["init", "cell"]);
+    let logs = format!("[\"../free\", {:?}]", fixture("campaigns/backlash/static"));
+    let list = "schema = \"campaign/1\"\nmodel = \"model.toml\"\nlogs = ".to_owned() + &logs;
+    fs::create_dir(place.path().join("list")).unwrap();
+    fs::write(place.path().join("list/campaign.toml"), list).unwrap();
+    let model = format!("schema = \"model/1\"\nrobot = {:?}\n", fixture("robots/kr500-mt.toml"));
+    fs::write(place.path().join("list/model.toml"), model).unwrap();
+    // A torque that is misspelt is a torque that is lost.
+    fs::create_dir(place.path().join("free")).unwrap();
+    let samples = fs::read_to_string(fixture("campaigns/backlash/free/samples.csv")).unwrap();
+    let samples = samples.replacen(",tm1_nm,", ",tm_1,", 1);
+    fs::write(place.path().join("free/samples.csv"), samples).unwrap();
+    let toml = fs::read_to_string(fixture("campaigns/backlash/free/log.toml")).unwrap();
+    let robot = format!("robot = {:?}", fixture("robots/kr500-mt.toml"));
+    let toml = toml.lines().map(|l| if l.starts_with("robot") { &robot } else { l });
+    let toml = toml.collect::<Vec<_>>().join("\n");
+    fs::write(place.path().join("free/log.toml"), &toml).unwrap();
+    let out = place.done(&["check", "list", "--json", "check.json"]);
+    assert!(out.contains("static/log.toml: log/1, in order"), "{out}");
+    assert!(out.contains("tm_1"), "{out}");
+    let result = place.json("check.json");
+    let told = |file: &serde_json::Value| file["notices"].as_array().is_some_and(|n| n.len() == 1);
+    assert!(result["files"].as_array().unwrap().iter().any(told), "{result}");
+    // A log that is not filled in is told of, wherever it lies.
+    let open = toml.replace("robot = ", "weld = \"FILL IN\"\nrobot = ");
+    fs::write(place.path().join("free/log.toml"), open).unwrap();
+    assert!(place.refused(&["check", "list"]).contains("free/log.toml"));
+}
+
+#[test]
+fn a_template_that_nobody_filled_in_gives_way_to_a_proposal() {
+    let place = Workspace::new();
+    place.done(&["init", "cell"]);
+    let [krc, robot] = ["raw/krc.csv", "robots/kr500-mt.toml"].map(fixture);
+    let import = ["import-log", &krc, "--robot", &robot, "--out", "cell/free"];
+    place.done(&import);
+    assert!(place.refused(&import).contains("there is a log.toml already"));
+}
+
+#[test]
 fn an_improvement_keeps_to_its_budget_and_says_what_it_left_undone() {
     let place = Workspace::new();
     let campaign = fixture("campaigns/backlash");

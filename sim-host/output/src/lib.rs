@@ -45,6 +45,7 @@ pub use words::control::control_toml;
 pub use words::experiment::experiment_protocol;
 pub use words::identify::{identified_head, identified_source};
 pub use words::import::log_toml;
+pub use words::log::notice as log_notice_in_words;
 pub use words::mistakes::mistake as mistake_in_words;
 pub use words::model_comments;
 pub use words::register::table as tracker_table;

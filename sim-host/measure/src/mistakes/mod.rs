@@ -8,9 +8,12 @@
 //! mistake: its frame is found and taken out ([`Registered`]).
 
 mod load;
+mod payload;
 mod pose;
 mod refine;
+mod relation;
 mod rows;
+mod wrench;
 mod write;
 
 use crate::data::channel::LogChannel;

@@ -139,6 +139,7 @@ impl DiagnoseReport<'_> {
             number(probability(p)).with_bar(Bar { share: p, mark: None, color: color::run(1) })
         };
         let lines = |lines: Vec<String>| Cell { lines, ..words("") };
+        let any_tied = ranked(self.diagnosis).iter().any(|c| !c.indistinguishable.is_empty());
         let mut rows: Vec<Vec<Cell>> = ranked(self.diagnosis)
             .iter()
             .map(|candidate| {
@@ -166,7 +167,7 @@ impl DiagnoseReport<'_> {
                 words(""),
             ]);
         }
-        let head = vec![
+        let mut head = vec![
             words(""),
             words("values, 95 %"),
             number("held-out score"),
@@ -174,6 +175,10 @@ impl DiagnoseReport<'_> {
             number("probability"),
             words("cannot be told from"),
         ];
+        if !any_tied {
+            head.pop();
+            rows.iter_mut().for_each(|row| drop(row.pop()));
+        }
         Table { head: vec![head], rows }
     }
 

@@ -1,15 +1,14 @@
-//! What is said of a diagnosis and of an improvement.
+//! What is said of a diagnosis.
 
 use super::finding::{article, sentence};
 use super::{
     Scale, counted, discover, effects, experiment, fixed, listed, probability, score, share,
 };
-use crate::{DiagnoseReport, ImproveReport};
+use crate::DiagnoseReport;
 use trueweld_measure::diagnose::{
     Candidate, Confusable, Diagnosis, FittedEffect, Limit, Mountings, Reason, Undone, Verdict,
 };
 use trueweld_measure::experiment::TOLD_APART;
-use trueweld_measure::improve::{Rejected, Rejection, Step};
 use trueweld_measure::residuals::compare::{FLOOR, LogComparison};
 use trueweld_measure::residuals::localize::{Finding, foremost};
 use trueweld_plant::effects::{Action, Effect, EffectKind, Location, Parameter};
@@ -22,7 +21,7 @@ const FAR: f64 = 1.5;
 const FALL: f64 = 0.95;
 
 /// Calibrations that are named in a sentence.
-const NAMED: usize = 3;
+pub(super) const NAMED: usize = 3;
 
 /// Findings of what remains that are told.
 pub(crate) const REMAINS: usize = 5;
@@ -96,7 +95,7 @@ fn followed(unexplained: &[Finding]) -> String {
 }
 
 /// Calibrations in a line: those of the cell with their values, those of single logs by how many.
-fn calibrations(found: &[FittedEffect], robot: &RobotFile) -> String {
+pub(super) fn calibrations(found: &[FittedEffect], robot: &RobotFile) -> String {
     let (of_logs, of_cell): (Vec<_>, Vec<_>) = found.iter().partition(|f| f.log.is_some());
     let mut told: Vec<String> = of_cell.into_iter().map(|f| in_a_line(f, robot)).collect();
     let mut names: Vec<(String, usize)> = Vec::new();
@@ -116,7 +115,7 @@ fn calibrations(found: &[FittedEffect], robot: &RobotFile) -> String {
 }
 
 /// What is said of calibrations that are larger than any; nothing where there are none.
-fn implausible(found: &[FittedEffect], robot: &RobotFile) -> String {
+pub(super) fn implausible(found: &[FittedEffect], robot: &RobotFile) -> String {
     let beyond: Vec<FittedEffect> = found.iter().filter(|f| f.is_implausible()).cloned().collect();
     if beyond.is_empty() {
         return String::new();
@@ -311,7 +310,7 @@ impl DiagnoseReport<'_> {
     }
 }
 
-fn setting(model: &ModelFile, logs: &[LogComparison]) -> String {
+pub(super) fn setting(model: &ModelFile, logs: &[LogComparison]) -> String {
     format!(
         "Model {}, {}, {} samples. Score: root mean square of (measured − predicted)/noise; 1.0 is the noise floor. ± and \
          intervals are of 95 %.",
@@ -319,163 +318,6 @@ fn setting(model: &ModelFile, logs: &[LogComparison]) -> String {
         counted(logs.len(), "log"),
         logs.iter().map(|log| log.samples).sum::<usize>()
     )
-}
-
-impl ImproveReport<'_> {
-    /// What came of it, in a sentence or two.
-    pub(crate) fn headline(&self) -> String {
-        let steps = &self.improvement.steps;
-        let (first, last) = (&steps[0], &steps[steps.len() - 1]);
-        let added: Vec<String> = last
-            .effects
-            .iter()
-            .filter(|f| f.log.is_none())
-            .map(|f| discover::name(&f.effect, &self.model.robot))
-            .collect();
-        let fall = format!(
-            "the score falls from {} to {} where nothing was fitted",
-            score(first.held_out),
-            score(last.held_out)
-        );
-        match (steps.len(), added.as_slice()) {
-            (1, _) => format!(
-                "The model stays as it was given (score {}): nothing lowers the error where nothing was fitted.",
-                score(first.held_out)
-            ),
-            (_, []) => {
-                let names = calibrations(&last.calibration, &self.model.robot);
-                format!("Recalibrated, {names}: {fall}.")
-            }
-            (_, added) if added.len() > NAMED => format!("With {} effects {fall}.", added.len()),
-            (_, added) => {
-                let others = steps.iter().rev().find(|step| !step.added.is_empty());
-                let others = others.map_or(Vec::new(), |step| self.improvement.others(step));
-                let others: Vec<String> =
-                    others.iter().map(|e| e.name(&self.model.robot)).collect();
-                let tied = match others.as_slice() {
-                    [] => String::new(),
-                    others => format!(" These logs explain as well with {}.", listed(others, "or")),
-                };
-                format!("With {} {fall}.{tied}", added.join(" and "))
-            }
-        }
-    }
-
-    /// The verdict that stays with the improved model.
-    pub(crate) fn verdict(&self) -> String {
-        let improvement = self.improvement;
-        let last = &improvement.steps[improvement.steps.len() - 1];
-        match improvement.verdict {
-            Verdict::EffectFound if improvement.diagnosis.verdict == Verdict::UnknownEffect => {
-                format!(
-                    "{} effects together bring every channel near the noise floor; they were added one after another, so that each for \
-                 itself is less certain.",
-                    last.effects.len()
-                )
-            }
-            Verdict::EffectFound
-                if improvement
-                    .diagnosis
-                    .candidates
-                    .first()
-                    .is_some_and(|c| c.indistinguishable.is_empty()) =>
-            {
-                let found: Vec<String> =
-                    last.effects.iter().map(|f| in_a_line(f, &self.model.robot)).collect();
-                match found.as_slice() {
-                    [] => format!(
-                        "Nothing was missing but calibrations.{}",
-                        implausible(&last.calibration, &self.model.robot)
-                    ),
-                    found => format!(
-                        "What was missing: {}; probability among all effects of the library {}.",
-                        found.join(" and "),
-                        probability(improvement.diagnosis.candidates[0].probability)
-                    ),
-                }
-            }
-            _ if !improvement.discovered.is_empty() => {
-                discover::headline(&improvement.discovered, &self.model.robot)
-            }
-            verdict => self::verdict(&improvement.diagnosis, verdict, &self.model.robot, None),
-        }
-    }
-
-    /// What is said of the laws outside the library that were found, of several a paragraph each.
-    pub(crate) fn laws(&self) -> Vec<String> {
-        let robot = &self.model.robot;
-        match self.improvement.discovered.as_slice() {
-            [one] => {
-                let why = std::iter::once(discover::explanation(one));
-                why.chain(discover::details(one, robot)).collect()
-            }
-            all => all.iter().map(|d| discover::one_of(d, robot)).collect(),
-        }
-    }
-
-    /// What was improved, and what it was judged by.
-    pub(crate) fn setting(&self) -> String {
-        let judged = match self.improvement.held_out_logs.as_slice() {
-            [] => "every tenth of each log, predicted from a fit to the others".to_owned(),
-            logs => format!("{}, to which nothing was fitted", logs.join(", ")),
-        };
-        format!(
-            "{} Steps are judged by: {judged}. The improved model: {}.",
-            setting(self.model, self.before),
-            self.out.display()
-        )
-    }
-
-    /// What a step did, in a line.
-    pub(crate) fn step(&self, k: usize) -> String {
-        let Step { added, .. } = &self.improvement.steps[k];
-        match (k, added.as_slice()) {
-            (0, _) => "as given".to_owned(),
-            (_, []) => "recalibrated".to_owned(),
-            (_, added) => format!("+ {}", listed_names(added, &self.model.robot)),
-        }
-    }
-
-    /// What a rejected step would have added, and why it was not kept.
-    pub(crate) fn rejected(&self, rejected: &Rejected) -> [String; 2] {
-        let what = match rejected.added.as_slice() {
-            [] => "recalibration alone".to_owned(),
-            added => listed_names(added, &self.model.robot),
-        };
-        [what, not_kept(rejected.why).to_owned()]
-    }
-
-    /// Every value of the improved model that was fitted, with its interval and where it comes
-    /// from.
-    pub(crate) fn fitted(&self) -> Vec<[String; 4]> {
-        let last = &self.improvement.steps[self.improvement.steps.len() - 1];
-        let effects = last.effects.iter().map(|f| (f, "effect"));
-        let all = effects.chain(last.calibration.iter().map(|f| (f, "calibration")));
-        all.flat_map(|(found, sort)| {
-            let from = match found.log.and_then(|log| self.before.get(log)) {
-                Some(log) => format!("{sort}, fitted to {} alone", log.name),
-                None => format!("{sort}, fitted to all logs"),
-            };
-            let name = found.effect.name(&self.model.robot);
-            values(found)
-                .into_iter()
-                .map(move |(parameter, value)| [name.clone(), parameter, value, from.clone()])
-        })
-        .collect()
-    }
-}
-
-/// Why a step was not kept.
-pub(crate) fn not_kept(why: Rejection) -> &'static str {
-    match why {
-        Rejection::NotPredicted => "the model with it cannot be driven through the logs held out",
-        Rejection::NoGain => "the error elsewhere does not fall",
-        Rejection::Unstable => "the arm with it does not come to rest",
-    }
-}
-
-fn listed_names(found: &[FittedEffect], robot: &RobotFile) -> String {
-    found.iter().map(|f| f.effect.name(robot)).collect::<Vec<_>>().join(" + ")
 }
 
 /// Detection limits of one kind of effect.

@@ -7,7 +7,7 @@ use trueweld_measure::data::log::LogNotice;
 const LISTED: usize = 12;
 
 /// A notice in a sentence without its full stop.
-pub(crate) fn notice(notice: &LogNotice) -> String {
+pub fn notice(notice: &LogNotice) -> String {
     match notice {
         LogNotice::UnknownColumns(headers) => {
             let shown = named(headers.iter().take(LISTED).map(|name| name.escape_debug()));

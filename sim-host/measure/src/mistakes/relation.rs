@@ -1,0 +1,51 @@
+//! A relation of two series: what is measured per what is expected.
+
+/// Rows that a relation of two series rests on, at least.
+pub(super) const FEWEST: usize = 12;
+
+/// Correlation from which on measured follows predicted.
+pub(super) const FOLLOWS: f64 = 0.85;
+
+/// A torque that is so many times too large or too small is not an effect.
+pub(super) const FACTOR: f64 = 8.0;
+
+/// Sums of products of predicted x and measured y.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Sums {
+    pub count: usize,
+    pub xx: f64,
+    pub xy: f64,
+    pub yy: f64,
+}
+
+impl Sums {
+    pub fn of(pairs: impl Iterator<Item = (f64, f64)>) -> Self {
+        pairs.filter(|(x, y)| x.is_finite() && y.is_finite()).fold(Self::default(), |s, (x, y)| {
+            Self { count: s.count + 1, xx: s.xx + x * x, xy: s.xy + x * y, yy: s.yy + y * y }
+        })
+    }
+
+    /// Measured per predicted.
+    pub fn slope(&self) -> f64 {
+        self.xy / self.xx
+    }
+
+    pub fn correlation(&self) -> f64 {
+        self.xy / (self.xx * self.yy).sqrt()
+    }
+
+    /// Sum of squares that is left of the measured with the predicted taken so many times.
+    pub fn left(&self, factor: f64) -> f64 {
+        self.yy - 2.0 * factor * self.xy + factor * factor * self.xx
+    }
+
+    /// Root mean square of a sum of squares.
+    pub fn root(&self, sum: f64) -> f64 {
+        (sum.max(0.0) / self.count.max(1) as f64).sqrt()
+    }
+
+    /// Larger root mean square of both.
+    pub fn size(&self) -> f64 {
+        self.root(self.xx.max(self.yy))
+    }
+}
