@@ -12,8 +12,8 @@ use trueweld_core::compensation::{Compensator, LoopLimits, Observation};
 use trueweld_core::{Fault, Robot, Twist};
 use trueweld_evaluate::certify::{
     Certification, Evidence, EvidenceKind, FigureValues, Held, NominalCell, Reason,
-    RequiredCorrection, Requirement, SampledCell, Shortfall, Symptom, Trial, Verdict, judge,
-    search,
+    RequiredCorrection, Requirement, SampledCell, Shortfall, Symptom, Trial, Verdict, WorstCase,
+    drawn_figure, draws, judge, search,
 };
 use trueweld_evaluate::{Requirements, Spread, UncertainCell, WELD_FIGURES, WeldFigures};
 use trueweld_plant::cell::Cell;
@@ -112,11 +112,12 @@ impl Certified {
         let faults = faults.iter().filter(|f| instruments.contains(&f.instrument));
         let faults = faults.map(|f| certification.run_fault(f)).collect();
         let nominal = certification.nominal();
+        let worst = WorstCase::among(requirements, &nominal, &trials, worst.expect("no errors"));
         let evidence = Evidence {
             rare: None,
             nominal,
             trials,
-            worst: worst.expect("no errors"),
+            worst,
             margins: certification.margins().expect("within reach"),
             faults,
         };
@@ -378,7 +379,8 @@ fn the_search_comes_to_the_worst_corner_of_a_set_and_to_the_same_again() {
         let found = search(&REQUIREMENTS, &UNCERTAIN, seed, &trials, 60, |batch| {
             Ok::<_, RunError>(batch.iter().map(|(k, draw)| formula(*k, draw.clone())).collect())
         });
-        found.expect("no errors")
+        let nominal = formula(0, SampledCell::nominal(1));
+        WorstCase::among(&REQUIREMENTS, &nominal, &trials, found.expect("no errors"))
     };
     for seed in 0..20 {
         let found = go(seed);
@@ -411,12 +413,13 @@ fn too_few_draws_to_tell_are_no_failure_and_no_pass() {
             });
             trial
         };
+        let nominal = run(beyond);
+        let trials: Vec<Trial> = (0..trials).map(run).collect();
         let evidence = Evidence {
             rare: None,
-            nominal: run(beyond),
-            trials: (0..trials).map(run).collect(),
-            worst: search(&asked, &UNCERTAIN, 7, &[], 0, |_| Ok::<_, RunError>(Vec::new()))
-                .expect("no runs"),
+            worst: WorstCase::among(&asked, &nominal, &trials, Vec::new()),
+            nominal,
+            trials,
             margins: Vec::new(),
             faults: Vec::new(),
         };
@@ -438,11 +441,12 @@ fn a_limit_of_the_worst_case_is_a_requirement() {
     let worst = search(&strict, &UNCERTAIN, 7, &trials, 60, |batch| {
         Ok::<_, RunError>(batch.iter().map(|(k, draw)| formula(*k, draw.clone())).collect())
     });
+    let nominal = formula(0, SampledCell::nominal(1));
     let evidence = Evidence {
         rare: None,
-        nominal: formula(0, SampledCell::nominal(1)),
+        worst: WorstCase::among(&strict, &nominal, &trials, worst.expect("no errors")),
+        nominal,
         trials,
-        worst: worst.expect("no errors"),
         margins: Vec::new(),
         faults: Vec::new(),
     };
@@ -457,6 +461,58 @@ fn a_limit_of_the_worst_case_is_a_requirement() {
     // Faults were asked for and none was tried: that shows nothing.
     let faults = judged.iter().filter(|r| r.case == EvidenceKind::Faults);
     assert!(faults.clone().count() > 0 && faults.clone().all(|r| r.verdict == Verdict::NotShown));
+}
+
+#[test]
+fn a_worst_case_that_nobody_searched_for_is_not_shown_and_one_that_draws_exceed_fails() {
+    let asked = |limit: f64| requirements(&format!("[worst_case]\nlateral_rms_m = {limit}\n"));
+    let trials: Vec<Trial> =
+        (0..DRAWS).map(|k| formula(k, SampledCell::new(&UNCERTAIN, 7, k))).collect();
+    let most = trials.iter().map(|t| t.figure("lateral_rms_m")).fold(0.0, f64::max);
+    let verdict = |limit: f64| {
+        let (asked, nominal) = (asked(limit), formula(0, SampledCell::nominal(1)));
+        let worst = WorstCase::among(&asked, &nominal, &trials, Vec::new());
+        let (trials, margins, faults) = (trials.clone(), Vec::new(), Vec::new());
+        let judged =
+            judge(&asked, &Evidence { rare: None, nominal, trials, worst, margins, faults });
+        judged.iter().find(|r| r.case == EvidenceKind::WorstCase).expect("asked for").verdict
+    };
+    assert_eq!(verdict(1.1 * most), Verdict::NotShown);
+    assert_eq!(verdict(0.9 * most), Verdict::Fail);
+}
+
+#[test]
+fn a_weld_that_misses_any_limit_has_failed() {
+    // Every third cell misses the one limit, another third the other: 40 % may miss each, and two
+    // thirds miss one of them. Of 60, 20 beyond show at most 44.7 % at 95 %; 40 show 55 % at least.
+    let asked = Requirements { failure_probability: 0.45, confidence: 0.95, ..requirements("") };
+    let keys = ["lateral_rms_m", "depth_rms_m"];
+    let limits = asked.limits.iter().filter(|limit| keys.contains(&limit.figure.key)).cloned();
+    let asked = Requirements { limits: limits.collect(), ..asked };
+    assert_eq!(asked.limits.len(), 2);
+    let trial = |k: u64| {
+        let mut trial = formula(k, SampledCell::nominal(k));
+        for (i, key) in keys.iter().enumerate() {
+            let figure = if k % 3 == i as u64 { 1.0 } else { 0.0 };
+            let figures = trial.figures.as_mut().expect("a weld");
+            figures.insert((*key).to_owned(), figure);
+        }
+        trial
+    };
+    let trials: Vec<Trial> = (0..60).map(trial).collect();
+    let judged = draws(&asked, &trials);
+    let verdicts: Vec<(&str, Verdict)> = judged.iter().map(|r| (r.name, r.verdict)).collect();
+    assert_eq!(
+        verdicts,
+        [
+            (asked.limits[0].figure.key, Verdict::Pass),
+            (asked.limits[1].figure.key, Verdict::Pass),
+            ("of_limit", Verdict::Fail)
+        ]
+    );
+    assert_eq!(judged[2].draws.expect("of draws").beyond, 40);
+    assert!(drawn_figure(&judged, &judged[2], &trials[0]) > 1.0);
+    assert!(drawn_figure(&judged, &judged[2], &trials[2]) < 1.0);
 }
 
 fn struck(law: &Entry, fault: Option<InstrumentFault>) -> Recording {

@@ -76,7 +76,6 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let outputs = arguments.results.outputs();
     check_targets(&outputs)?;
     let inputs = arguments.files.read()?;
-    check_outputs(&outputs)?;
     let controller = arguments.controller.controller();
     let laws = match &arguments.compensator {
         None => vec![Entry::of::<Uncompensated>(), Entry::of::<Elastostatic<f64>>()],
@@ -88,6 +87,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     if let Some(path) = &arguments.certificate {
         certificate::check(path, &provenance)?;
     }
+    check_outputs(&outputs)?;
     let recordings = simulate_all(&inputs, controller, &laws, arguments)?;
     let figures = recordings
         .iter()

@@ -2,10 +2,11 @@
 //! of them.
 
 use super::shard::difference;
-use miette::{IntoDiagnostic, Result, WrapErr, miette};
+use miette::{Result, miette};
 use std::path::Path;
 use trueweld_evaluate::certify::Verdict;
 use trueweld_output::json::CertifyResult;
+use trueweld_plant::input::read_text;
 use trueweld_plant::provenance::{Provenance, SimulationRecord};
 
 /// Checks that a certificate passes and is of what a run is of: the bytes of every file, options,
@@ -15,9 +16,15 @@ use trueweld_plant::provenance::{Provenance, SimulationRecord};
 /// What the certificate is of instead; a certificate that does not pass, or is none.
 pub fn check(path: &Path, run: &Provenance) -> Result<()> {
     let at = format!("--certificate {}", path.display());
-    let text = std::fs::read(path).into_diagnostic().wrap_err_with(|| at.clone())?;
-    let certificate: CertifyResult = serde_json::from_slice(&text)
+    let (_, text) = read_text(path)?;
+    let certificate: CertifyResult = serde_json::from_str(&text)
         .map_err(|error| miette!("{at}: expected certify.json of an evidence folder: {error}"))?;
+    if certificate.seal() != certificate.sha256 {
+        return Err(miette!(
+            help = "Take it from the evidence folder again; `certify` writes it anew from the runs that are kept there.",
+            "{at}: it was changed since `certify` wrote it; expected the SHA-256 that it states"
+        ));
+    }
     let mut of = certificate.provenance;
     let here = |digest: &str| run.files.iter().any(|file| file.sha256 == digest);
     // Of its welds the one that is run, where it is among them.

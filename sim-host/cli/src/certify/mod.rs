@@ -21,7 +21,7 @@ use store::TrialStore;
 use trueweld_compensators::Entry;
 use trueweld_evaluate::certify::{
     Certification, Evidence, FEWEST_DRAWS, FaultTrial, RequiredCorrection, SampledCell, Trial,
-    Verdict, draws, judge, rare_failure, search, sensitivities, weak_points,
+    Verdict, WorstCase, draws, judge, rare_failure, search, sensitivities, weak_points,
 };
 use trueweld_evaluate::{Requirements, UncertainCell};
 use trueweld_output::{AssumedDraws, CertifiedWeld, CertifyReport, Progress, Report, write_file};
@@ -483,12 +483,20 @@ impl<'a> WeldCampaign<'a> {
         let Asked { requirements, uncertain, assumed } = asked;
         let certification = setup.certification();
         let budget = arguments.worst as usize;
-        let jobs = setup.jobs()?;
+        let mut jobs = setup.jobs()?;
+        // Whatever the folder holds counts: what is not asked for any more is no less true.
+        let mut more: Vec<u64> = kept.trials.kept().map(|trial| trial.index).collect();
+        more.retain(|index| *index >= arguments.trials);
+        more.sort_unstable();
+        more.dedup();
+        jobs.trials.extend(more);
         // Of every level but the first nine tenths are new; the next one's cells are a tenth as rare.
         let levels = arguments.failure_probability.map_or(0.0, |p| (-p.log10()).ceil());
         let rare = (0.9 * levels * arguments.trials as f64) as usize;
         let compared = assumed.map(|cell| setup.assumed(cell)).transpose()?;
-        let more = compared.as_ref().map_or(0, |(_, store)| jobs.trials.len() - store.count());
+        let more = compared
+            .as_ref()
+            .map_or(0, |(_, store)| jobs.trials.len().saturating_sub(store.count()));
         let meter = setup.meter(&jobs, budget + rare + more, &kept);
         // First: where they cannot be determined, no run is made for nothing.
         meter.progress.stage("margins", 0.0);
@@ -505,11 +513,12 @@ impl<'a> WeldCampaign<'a> {
             })
         });
         let rare = rare.transpose()?;
-        let worst = search(requirements, uncertain, seed, &trials, budget, |batch| {
+        let mut searched = search(requirements, uncertain, seed, &trials, budget, |batch| {
             kept.worst.complete(batch, is, |(index, draw)| {
                 meter.count("worst case", 1.0, certification.weld(*index, draw.clone()))
             })
         })?;
+        searched.extend(kept.worst.others());
         let compared = match compared {
             Some((certification, mut store)) => {
                 let trials = store.complete(&jobs.trials, is_trial, |index| {
@@ -524,6 +533,7 @@ impl<'a> WeldCampaign<'a> {
         kept.close(arguments.failure_probability.is_some())?;
         let nominal =
             nominal.into_iter().next().ok_or_else(|| miette!("the nominal run is missing"))?;
+        let worst = WorstCase::among(requirements, &nominal, &trials, searched);
         let evidence = Evidence { nominal, trials, rare, worst, margins, faults };
         let requirements = judge(requirements, &evidence);
         Ok(CertifiedWeld {

@@ -65,6 +65,18 @@ impl<R: Serialize + DeserializeOwned + Clone + Send + Sync> TrialStore<R> {
         Ok(Self { path, header, kept, done: Vec::new(), last: None })
     }
 
+    /// What is kept.
+    pub fn kept(&self) -> impl Iterator<Item = &R> {
+        self.kept.iter().map(|kept| &kept.run)
+    }
+
+    /// What is kept and was not asked for.
+    pub fn others(&self) -> Vec<R> {
+        let asked: HashSet<&str> = self.done.iter().map(String::as_str).collect();
+        let others = self.kept.iter().filter(|kept| !asked.contains(kept.text.as_str()));
+        others.map(|kept| kept.run.clone()).collect()
+    }
+
     /// How many kept runs need not be made again.
     pub fn count(&self) -> usize {
         self.kept.iter().filter(|kept| !kept.sampled).count()

@@ -37,12 +37,13 @@ pub struct Arguments {
     /// Largest push, in newtons (default: twice the weld's)
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     most_force: Option<f64>,
-    /// Largest feed, in metres a second (default: three times the weld's)
+    /// Largest feed, in metres a second (default: three times the weld's); feeds along the seam change
+    /// in proportion
     #[arg(long, value_name = "M/S", allow_negative_numbers = true)]
     most_feed: Option<f64>,
-    /// Largest offset of the seam, in metres
-    #[arg(long, value_name = "M", default_value_t = 0.01, allow_negative_numbers = true)]
-    most_offset: f64,
+    /// Largest offset of the seam to either side, in metres (default: 0.01)
+    #[arg(long, value_name = "M", allow_negative_numbers = true)]
+    most_offset: Option<f64>,
     /// Length to weld, from the start of the seam, in metres (default: the whole seam)
     #[arg(long, value_name = "M", allow_negative_numbers = true)]
     length: Option<f64>,
@@ -121,7 +122,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         limits: &requirements.limits,
         passes: arguments.passes as usize,
     };
-    let total = places.len() * ranges.len() * LimitStudy::RUNS;
+    let runs: usize = ranges.iter().map(|(driven, _)| driven.runs()).sum();
+    let total = places.len() * runs;
     let progress = results.progress("welding", total as f64);
     let done = AtomicUsize::new(0);
     let count = || progress.advance_to((done.fetch_add(1, Ordering::Relaxed) + 1) as f64);
@@ -152,11 +154,16 @@ impl Arguments {
         let all = [
             (What::Force, Driven::Force, "--most-force", self.most_force, 2.0 * weld.force),
             (What::Feed, Driven::Feed, "--most-feed", self.most_feed, 3.0 * weld.feed),
-            (What::Offset, Driven::Offset, "--most-offset", Some(self.most_offset), 0.01),
+            (What::Offset, Driven::Offset, "--most-offset", self.most_offset, 0.01),
         ];
         let mut ranges = Vec::new();
         for (what, driven, flag, most, usual) in all {
             if !self.what.contains(&what) {
+                if most.is_some() {
+                    return Err(miette!(
+                        "{flag}: this is not driven; expected it among --what, or not at all"
+                    ));
+                }
                 continue;
             }
             let (most, least) = (most.unwrap_or(usual), LEAST * driven.nominal(weld));

@@ -2,6 +2,7 @@
 //! it fell short.
 
 use super::faults;
+use super::rare::of_limits;
 use super::reason::{self, Reason, Shortfall};
 use super::{FAULT_FIGURES, FaultTrial, RARE_FIGURE, RareFailure, Trial, WorstCase};
 use crate::Rate;
@@ -139,6 +140,22 @@ pub struct Requirement {
     pub reason: Option<Reason>,
 }
 
+impl Requirement {
+    /// True where it is on all limits together.
+    pub fn is_joint(&self) -> bool {
+        self.name == RARE_FIGURE.key
+    }
+}
+
+/// The figure of a drawn cell that a requirement is on, one of those that were `judged`.
+pub fn drawn_figure(judged: &[Requirement], of: &Requirement, trial: &Trial) -> f64 {
+    if !of.is_joint() {
+        return trial.figure(of.name);
+    }
+    let each = judged.iter().filter(|r| r.case == EvidenceKind::Draws && !r.is_joint());
+    each.map(|r| trial.figure(r.name) / r.limit).fold(0.0, f64::max)
+}
+
 /// Judges everything that was run of a weld, section by section. Nothing passes without runs enough
 /// to show it, and nothing fails that more runs may show yet.
 pub fn judge(requirements: &Requirements, evidence: &Evidence) -> Vec<Requirement> {
@@ -194,35 +211,50 @@ fn nominal(requirements: &Requirements, trial: &Trial) -> Vec<Requirement> {
     judged.collect()
 }
 
-/// Judges drawn cells alone.
+/// Judges drawn cells alone: each limit by itself, and where there are several all of them together.
+/// A weld that misses one limit has failed, whichever it is.
 pub fn draws(requirements: &Requirements, trials: &[Trial]) -> Vec<Requirement> {
-    let (allowed, confidence) = (requirements.failure_probability, requirements.confidence);
-    let judged = requirements.limits.iter().map(|Limit { figure, value }| {
-        let (name, limit) = (figure.key, *value);
-        let beyond = Rate::of(trials, |t| !within(t.figure(name), limit));
-        let mut sorted: Vec<f64> = trials.iter().map(|t| t.figure(name)).collect();
-        sorted.sort_by(f64::total_cmp);
-        let within = ((1.0 - allowed) * sorted.len() as f64).ceil() as usize;
-        let achieved = sorted.get(within.saturating_sub(1)).copied().unwrap_or(f64::INFINITY);
-        let bound = beyond.at_most(confidence);
-        let at_least = beyond.at_least(confidence);
-        let verdict = Verdict::of_probability(bound, at_least, allowed);
-        let why = || {
-            let worst = worst(trials, |t| t.figure(name));
-            reason::draws(name, beyond, allowed, confidence, worst)
+    let limits = requirements.limits.iter().map(|limit| (limit.figure.key, limit.value));
+    let joint = (requirements.limits.len() > 1).then_some((RARE_FIGURE.key, 1.0));
+    let judged = limits.chain(joint).map(|(name, limit)| {
+        let figure = |trial: &Trial| match name == RARE_FIGURE.key {
+            true => of_limits(requirements, trial),
+            false => trial.figure(name),
         };
-        Requirement {
-            case: EvidenceKind::Draws,
-            name,
-            limit,
-            achieved,
-            confidence,
-            draws: Some(Beyond { beyond: beyond.hits, failure_probability: bound }),
-            verdict,
-            reason: (verdict != Verdict::Pass).then(why),
-        }
+        of_draws(requirements, trials, (name, limit), figure)
     });
     judged.collect()
+}
+
+fn of_draws(
+    requirements: &Requirements,
+    trials: &[Trial],
+    (name, limit): (&'static str, f64),
+    figure: impl Fn(&Trial) -> f64,
+) -> Requirement {
+    let (allowed, confidence) = (requirements.failure_probability, requirements.confidence);
+    let beyond = Rate::of(trials, |t| !within(figure(t), limit));
+    let mut sorted: Vec<f64> = trials.iter().map(&figure).collect();
+    sorted.sort_by(f64::total_cmp);
+    let within = ((1.0 - allowed) * sorted.len() as f64).ceil() as usize;
+    let achieved = sorted.get(within.saturating_sub(1)).copied().unwrap_or(f64::INFINITY);
+    let bound = beyond.at_most(confidence);
+    let at_least = beyond.at_least(confidence);
+    let verdict = Verdict::of_probability(bound, at_least, allowed);
+    let why = || {
+        let worst = worst(trials, |t| figure(t)).map(|trial| (trial, figure(trial)));
+        reason::draws(name, beyond, allowed, confidence, worst)
+    };
+    Requirement {
+        case: EvidenceKind::Draws,
+        name,
+        limit,
+        achieved,
+        confidence,
+        draws: Some(Beyond { beyond: beyond.hits, failure_probability: bound }),
+        verdict,
+        reason: (verdict != Verdict::Pass).then(why),
+    }
 }
 
 fn rare(confidence: f64, found: &RareFailure) -> Requirement {
@@ -250,14 +282,23 @@ fn rare(confidence: f64, found: &RareFailure) -> Requirement {
     }
 }
 
+/// Every run counts; that nothing is worse only a search can say.
 fn worst_case(requirements: &Requirements, evidence: &Evidence) -> Vec<Requirement> {
+    let searched = !evidence.worst.runs.is_empty();
     let judged = requirements.worst_case.iter().map(|Limit { figure, value }| {
         let (name, limit) = (figure.key, *value);
-        let all = evidence.trials.iter().chain(&evidence.worst.runs);
-        let worst = worst(all, |t| t.figure(name));
-        certain(EvidenceKind::WorstCase, name, limit, worst.map(|t| t.figure(name)), || {
+        let known = std::iter::once(&evidence.nominal).chain(&evidence.trials);
+        let worst = worst(known.chain(&evidence.worst.runs), |t| t.figure(name));
+        let figure = worst.map(|trial| trial.figure(name));
+        let judged = certain(EvidenceKind::WorstCase, name, limit, figure, || {
             worst.map_or(Reason::NoRun, |trial| Reason::Run(Shortfall::of(name, trial)))
-        })
+        });
+        match judged.verdict {
+            Verdict::Pass if !searched => {
+                Requirement { verdict: Verdict::NotShown, reason: Some(Reason::NoRun), ..judged }
+            }
+            _ => judged,
+        }
     });
     judged.collect()
 }

@@ -33,8 +33,8 @@ pub(crate) mod worst;
 pub use draw::{NominalCell, SampledCell};
 pub use faults::{FAULT_FIGURES, FaultTrial, SteadyTooShort};
 pub use judge::{
-    Beyond, Evidence, EvidenceKind, Requirement, Verdict, WeakPoint, draws, judge, weak_points,
-    within, worst,
+    Beyond, Evidence, EvidenceKind, Requirement, Verdict, WeakPoint, drawn_figure, draws, judge,
+    weak_points, within, worst,
 };
 pub use rare::{FEWEST_DRAWS, RARE_FIGURE, RareFailure, rare_failure};
 pub use reason::{Held, Pace, Reason, Shortfall, Symptom};
@@ -201,7 +201,7 @@ impl Certification<'_> {
     /// come closest to their limits or farthest beyond, and the worst cell of the search.
     pub fn shown(&self, evidence: &Evidence, judged: &[Requirement]) -> Vec<ShownRun> {
         let trials = &evidence.trials;
-        let of_draws = judged.iter().filter(|r| r.case == EvidenceKind::Draws);
+        let of_draws = judged.iter().filter(|r| r.case == EvidenceKind::Draws && !r.is_joint());
         let mut worst: Vec<(f64, &'static str, &Trial)> = of_draws
             .filter_map(|r| {
                 let of = |trial: &Trial| trial.figure(r.name);

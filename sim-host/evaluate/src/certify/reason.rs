@@ -175,16 +175,17 @@ pub(super) fn draws(
     beyond: Rate,
     allowed: f64,
     confidence: f64,
-    worst: Option<&Trial>,
+    worst: Option<(&Trial, f64)>,
 ) -> Reason {
-    let Some(trial) = worst else { return Reason::NoRun };
+    let Some((trial, value)) = worst else { return Reason::NoRun };
     let of = beyond.of;
     if beyond.hits as f64 / of as f64 <= allowed {
         let shows = |n: &usize| Rate { hits: beyond.hits, of: *n }.at_most(confidence) <= allowed;
         let enough = (of..=100_000).find(|n| *n > beyond.hits && shows(n));
         return Reason::TooFewDraws { of, enough };
     }
-    Reason::Draws { of, allowed, index: trial.index, worst: Shortfall::of(name, trial) }
+    let worst = Shortfall { value, ..Shortfall::of(name, trial) };
+    Reason::Draws { of, allowed, index: trial.index, worst }
 }
 
 fn held(s: &Symptoms) -> Option<Held> {

@@ -38,7 +38,7 @@ pub struct Sensitivity {
 pub struct Influence {
     /// The number, or the group that moves with it.
     pub number: String,
-    /// Share of the variance of the figure's logarithm.
+    /// Its part of what is explained of the variance of the figure's logarithm.
     pub share: f64,
     /// How the figure follows the number.
     pub trend: Trend,
@@ -81,7 +81,7 @@ pub fn sensitivities(
 ) -> Vec<Sensitivity> {
     let mut judged: Vec<(&Requirement, usize)> = requirements
         .iter()
-        .filter(|r| r.case == EvidenceKind::Draws && r.limit > 0.0)
+        .filter(|r| r.case == EvidenceKind::Draws && !r.is_joint() && r.limit > 0.0)
         .filter_map(|r| Some((r, r.draws?.beyond)))
         .collect();
     let closeness = |r: &Requirement| r.achieved / r.limit;
@@ -191,7 +191,7 @@ impl Numbers {
                 let bent = centred(&parabola).norm() > centred(&line).norm();
                 Influence {
                     number: self.names[*k].clone(),
-                    share: centred(&part).norm_squared() / total,
+                    share: (centred(&part).dot(&centred(&y)) / total).max(0.0),
                     trend: match (bent, weights[usize::from(bent)] > 0.0) {
                         (false, true) => Trend::Grows,
                         (false, false) => Trend::Falls,

@@ -43,11 +43,11 @@ const END: f64 = 8.0;
 /// Which of them is the phase, which has no ends.
 pub(super) const PHASE: usize = 12;
 
-/// The worst that a search found.
+/// The worst of all cells that were run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WorstCase {
-    /// The worst cell, a trial of the Monte Carlo if the search found none worse. `None` where no
-    /// run was made.
+    /// The worst cell, of those known before the search if it found none worse. `None` where no run
+    /// was made.
     pub worst: Option<Trial>,
     /// Its figure that is closest to its limit, or farthest beyond it, by its name.
     pub name: &'static str,
@@ -57,8 +57,50 @@ pub struct WorstCase {
     pub runs: Vec<Trial>,
 }
 
-/// Searches for the worst cell with `budget` runs beside the trials, which are known already. `run`
-/// makes the runs of a batch: of each cell, with its number.
+impl WorstCase {
+    /// The worst of the nominal cell, the trials and the runs of a search. Of equals the first.
+    pub fn among(
+        requirements: &Requirements,
+        nominal: &Trial,
+        trials: &[Trial],
+        runs: Vec<Trial>,
+    ) -> Self {
+        let limits = limits_of(requirements);
+        let all = std::iter::once(nominal).chain(trials).chain(&runs);
+        let worst = all
+            .reduce(|a, b| if badness(&limits, b).1 > badness(&limits, a).1 { b } else { a })
+            .cloned();
+        let (name, of_limit) =
+            worst.as_ref().map_or(nothing(&limits), |trial| badness(&limits, trial));
+        Self { worst, name, of_limit, runs }
+    }
+}
+
+/// Figures that are limited, by their keys.
+type Limits = Vec<(&'static str, f64)>;
+
+/// Of every figure the limit that a search looks at: that of the worst case, where there is one.
+fn limits_of(requirements: &Requirements) -> Limits {
+    let limit = |key| {
+        let mut all = requirements.worst_case.iter().chain(&requirements.limits);
+        Some((key, all.find(|limit| limit.figure.key == key)?.value))
+    };
+    WELD_FIGURES.iter().filter_map(|of| limit(of.figure.key)).collect()
+}
+
+/// The figure closest to its limit, and its share of it.
+fn badness(limits: &Limits, trial: &Trial) -> (&'static str, f64) {
+    let shares = limits.iter().map(|(key, limit)| (*key, trial.figure(key) / limit));
+    shares.fold(nothing(limits), |most, one| if one.1 > most.1 { one } else { most })
+}
+
+/// What is closest to its limit where nothing is anywhere near.
+fn nothing(limits: &Limits) -> (&'static str, f64) {
+    (limits.first().map_or(WELD_FIGURES[0].figure.key, |(key, _)| key), 0.0)
+}
+
+/// Searches for the worst cell with `budget` runs beside the trials, which are known already, and
+/// gives all of these runs. `run` makes the runs of a batch: of each cell, with its number.
 ///
 /// # Errors
 /// Those of `run`.
@@ -69,7 +111,7 @@ pub fn search<E>(
     trials: &[Trial],
     budget: usize,
     mut run: impl FnMut(&[(u64, SampledCell)]) -> Result<Vec<Trial>, E>,
-) -> Result<WorstCase, E> {
+) -> Result<Vec<Trial>, E> {
     let mut search = Search::new(requirements, uncertain, seed, trials);
     let mut runs: Vec<Trial> = Vec::new();
     while runs.len() < budget {
@@ -85,12 +127,7 @@ pub fn search<E>(
         search.learn(&batch, &done);
         runs.extend(done);
     }
-    let all = trials.iter().chain(&runs);
-    // Of equals the first.
-    let worst =
-        all.reduce(|a, b| if search.badness(b).1 > search.badness(a).1 { b } else { a }).cloned();
-    let (name, of_limit) = worst.as_ref().map_or(search.nothing(), |t| search.badness(t));
-    Ok(WorstCase { worst, name, of_limit, runs })
+    Ok(runs)
 }
 
 /// A cell: every number as a share of its half width, from −1 to 1, and the seed of its noise. Of a
@@ -127,8 +164,7 @@ struct Search<'a> {
     /// Numbers that are turned, and the corner that the trials point at where there are more.
     turned_numbers: Vec<usize>,
     pointed: Option<SearchPoint>,
-    /// Of every figure that is limited, by its key.
-    limits: Vec<(&'static str, f64)>,
+    limits: Limits,
     random: ChaCha8Rng,
     /// Cells known, and how bad they were, from the worst down.
     known: Vec<(SearchPoint, f64)>,
@@ -148,16 +184,11 @@ impl<'a> Search<'a> {
     ) -> Self {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         random.set_stream(STREAM);
-        let limit = |key| {
-            let mut all = requirements.worst_case.iter().chain(&requirements.limits);
-            Some((key, all.find(|limit| limit.figure.key == key)?.value))
-        };
-        let limits = WELD_FIGURES.iter().filter_map(|of| limit(of.figure.key)).collect();
         let mut search = Self {
             uncertain,
             turned_numbers: (0..SHORT + uncertain.latents()).collect(),
             pointed: None,
-            limits,
+            limits: limits_of(requirements),
             random,
             known: Vec::new(),
             asked: HashSet::new(),
@@ -167,7 +198,7 @@ impl<'a> Search<'a> {
         };
         for trial in trials {
             let cell = SearchPoint { at: numbers(uncertain, &trial.draw), noise: trial.draw.noise };
-            search.known.push((cell, search.badness(trial).1));
+            search.known.push((cell, badness(&search.limits, trial).1));
         }
         search.known.sort_by(|a, b| b.1.total_cmp(&a.1));
         if search.turned_numbers.len() > MOST_TURNS {
@@ -192,17 +223,6 @@ impl<'a> Search<'a> {
             let at = worst.at.iter().enumerate().map(end).collect();
             corner_of(&SearchPoint { at, noise: worst.noise })
         });
-    }
-
-    /// The figure closest to its limit, and its share of it.
-    fn badness(&self, trial: &Trial) -> (&'static str, f64) {
-        let shares = self.limits.iter().map(|(key, limit)| (*key, trial.figure(key) / limit));
-        shares.fold(self.nothing(), |most, one| if one.1 > most.1 { one } else { most })
-    }
-
-    /// What is closest to its limit where nothing is anywhere near.
-    fn nothing(&self) -> (&'static str, f64) {
-        (self.limits.first().map_or(WELD_FIGURES[0].figure.key, |(key, _)| key), 0.0)
     }
 
     fn next_batch(&mut self) -> Vec<SearchPoint> {
@@ -234,7 +254,7 @@ impl<'a> Search<'a> {
 
     fn learn(&mut self, batch: &[SearchPoint], done: &[Trial]) {
         let mut found: Vec<(SearchPoint, f64)> =
-            batch.iter().cloned().zip(done.iter().map(|t| self.badness(t).1)).collect();
+            batch.iter().cloned().zip(done.iter().map(|t| badness(&self.limits, t).1)).collect();
         self.known.extend(found.iter().cloned());
         // Stable: of equals the one known first stays before.
         self.known.sort_by(|a, b| b.1.total_cmp(&a.1));

@@ -23,7 +23,7 @@ pub enum Driven {
     Force,
     /// The speed along the seam, m/s.
     Feed,
-    /// By how much the seam lies beside where it was taught, along y of W, m.
+    /// By how much the seam lies beside where it was taught, along y of W to either side, m.
     Offset,
 }
 
@@ -37,6 +37,19 @@ impl Driven {
             Self::Force => "force_n",
             Self::Feed => "feed_m_s",
             Self::Offset => "offset_m",
+        }
+    }
+
+    /// How many runs a search takes at most.
+    pub fn runs(self) -> usize {
+        self.ends([0.0; 2]).len() * (EVENLY + HALVINGS)
+    }
+
+    /// Where ranges that are searched begin and end: what has two sides is driven to both.
+    fn ends(self, [low, high]: [f64; 2]) -> Vec<[f64; 2]> {
+        match self {
+            Self::Force | Self::Feed => vec![[low, high]],
+            Self::Offset => vec![[low, high], [-low, -high]],
         }
     }
 
@@ -93,7 +106,8 @@ pub struct FoundLimit {
     /// What the weld's file states of it.
     pub nominal: f64,
     /// The largest value at which all is kept, below the first at which it is not; `None` where the
-    /// least value looked at keeps it not.
+    /// least value looked at keeps it not. Of two sides that of the one that bears less, without a
+    /// sign.
     pub largest: Option<f64>,
     /// The run just beyond it, which says what limits; `None` where the whole range is kept.
     pub beyond: Option<Probe>,
@@ -108,15 +122,26 @@ const EVENLY: usize = 9;
 const HALVINGS: usize = 6;
 
 impl LimitStudy<'_> {
-    /// How many runs a search takes at most.
-    pub const RUNS: usize = EVENLY + HALVINGS;
-
     /// The edge of what keeps the limits, between two values.
-    pub fn find(
+    pub fn find(&self, driven: Driven, range: [f64; 2], progress: impl Fn() + Sync) -> FoundLimit {
+        let sides = driven.ends(range).into_iter().map(|ends| self.edge(driven, ends, &progress));
+        let mut sides: Vec<FoundLimit> = sides.collect();
+        // Nothing that is kept is less than any.
+        let reached = |side: &FoundLimit| side.largest.unwrap_or(-1.0);
+        sides.sort_by(|a, b| reached(a).total_cmp(&reached(b)));
+        let mut found = sides.swap_remove(0);
+        found.probes.extend(sides.into_iter().flat_map(|side| side.probes));
+        found.probes.sort_by(|a, b| a.value.total_cmp(&b.value));
+        // Both sides begin at the same value.
+        found.probes.dedup();
+        found
+    }
+
+    fn edge(
         &self,
         driven: Driven,
         [low, high]: [f64; 2],
-        progress: impl Fn() + Sync,
+        progress: &(impl Fn() + Sync),
     ) -> FoundLimit {
         let value = |k: usize| low + (high - low) * k as f64 / (EVENLY - 1) as f64;
         let values: Vec<f64> = (0..EVENLY).map(value).collect();
@@ -133,7 +158,7 @@ impl LimitStudy<'_> {
             .and_then(|first| probes[first..].iter().find(|probe| probe.is_kept()))
             .map(|probe| probe.value);
         let (largest, beyond) = match first {
-            None => (Some(high), None),
+            None => (Some(high.abs()), None),
             Some(0) => (None, Some(probes[0].clone())),
             Some(first) => {
                 let (mut kept, mut beyond) = (probes[first - 1].value, probes[first].clone());
@@ -143,10 +168,9 @@ impl LimitStudy<'_> {
                     probes.push(probe.clone());
                     if probe.is_kept() { kept = probe.value } else { beyond = probe }
                 }
-                (Some(kept), Some(beyond))
+                (Some(kept.abs()), Some(beyond))
             }
         };
-        probes.sort_by(|a, b| a.value.total_cmp(&b.value));
         let nominal = driven.nominal(self.scenario.weld);
         FoundLimit { driven, nominal, largest, beyond, kept_again, probes }
     }
@@ -185,7 +209,11 @@ impl LimitStudy<'_> {
         let mut offset = 0.0;
         match driven {
             Driven::Force => weld.force = value,
-            Driven::Feed => weld.feed = value,
+            Driven::Feed => {
+                let share = value / weld.feed;
+                weld.feeds.iter_mut().for_each(|(_, feed)| *feed *= share);
+                weld.feed = value;
+            }
             Driven::Offset => offset = value,
         }
         let beside = Twist { angular: Vector3::zeros(), linear: Vector3::y() * offset };

@@ -217,6 +217,11 @@ impl UncertainEntry {
 
     /// How many numbers a key has, all of which may be what this makes of them.
     fn possible(&self, key: &str, nominal: Vec<&mut f64>) -> Result<usize, String> {
+        if self.relative && nominal.iter().all(|nominal| **nominal == 0.0) {
+            return Err(format!(
+                "{key} is 0, and any share of it is 0: nothing would be drawn; expected `relative = false`"
+            ));
+        }
         for nominal in &nominal {
             for end in self.distribution.ends() {
                 let value = if self.relative { **nominal * (1.0 + end) } else { end };

@@ -9,11 +9,12 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use trueweld_evaluate::certify::{
     FaultTrial, RareFailure, Requirement, SampledCell, Sensitivity, Trial, Verdict, WeakPoint,
+    drawn_figure,
 };
 use trueweld_evaluate::margins::{CHANNEL_NAMES, Condition, Margin, Margins};
 use trueweld_evaluate::{Distribution, Group, ReplacedAssumption, SHORT_SOURCE, UncertainCell};
 use trueweld_plant::input::FileKind;
-use trueweld_plant::provenance::{FileDigest, Provenance};
+use trueweld_plant::provenance::{FileDigest, Provenance, sha256};
 
 /// What many welds of uncertain cells show of a compensation law.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -56,6 +57,8 @@ pub struct CertifyResult {
     pub requirements: Vec<JudgedRequirement>,
     /// What the runs of every weld came to.
     pub welds: Vec<WeldEvidence>,
+    /// SHA-256 of all of the above: a certificate that was changed is none.
+    pub sha256: String,
 }
 
 /// A number that the draws differ in.
@@ -385,7 +388,7 @@ impl CertifyResult {
         let requirements = report.welds.iter().flat_map(|weld| {
             weld.requirements.iter().map(|r| JudgedRequirement::of(&weld.name, r))
         });
-        Self {
+        let mut result = Self {
             schema: "certify/1".to_owned(),
             provenance: report.provenance.clone(),
             verdict: report.verdict().name().to_owned(),
@@ -414,7 +417,16 @@ impl CertifyResult {
                 .iter()
                 .map(|weld| WeldEvidence::of(weld, report.uncertain))
                 .collect(),
-        }
+            sha256: String::new(),
+        };
+        result.sha256 = result.seal();
+        result
+    }
+
+    /// SHA-256 of this certificate without its own, as it is written.
+    pub fn seal(&self) -> String {
+        let unsealed = Self { sha256: String::new(), ..self.clone() };
+        sha256(super::text(&unsealed).as_bytes())
     }
 }
 
@@ -462,9 +474,10 @@ impl UncertainRecord {
 }
 
 impl DrawnFigure {
-    fn of(requirement: &Requirement, trials: &[Trial]) -> Option<Self> {
+    fn of(judged: &[Requirement], requirement: &Requirement, trials: &[Trial]) -> Option<Self> {
         let draws = requirement.draws?;
-        let mut sorted: Vec<f64> = trials.iter().map(|t| t.figure(requirement.name)).collect();
+        let figure = |trial| drawn_figure(judged, requirement, trial);
+        let mut sorted: Vec<f64> = trials.iter().map(figure).collect();
         sorted.sort_by(f64::total_cmp);
         let at = |share: f64| {
             let k = (share * sorted.len().saturating_sub(1) as f64).round() as usize;
@@ -488,8 +501,8 @@ impl BoughtByMeasurement {
             Some(Self {
                 name: before.name.to_owned(),
                 limit: before.limit,
-                assumed: DrawnFigure::of(before, &assumed.trials)?,
-                measured: DrawnFigure::of(now, &weld.evidence.trials)?,
+                assumed: DrawnFigure::of(&assumed.requirements, before, &assumed.trials)?,
+                measured: DrawnFigure::of(&weld.requirements, now, &weld.evidence.trials)?,
             })
         };
         assumed.requirements.iter().filter_map(of).collect()

@@ -122,8 +122,12 @@ pub(crate) fn worst_found(evidence: &Evidence) -> String {
     if let Some(why) = &trial.failed {
         return format!("In the worst cell found ({runs} of search) the weld is not made: {why}.");
     }
+    let found = match worst.runs.is_empty() {
+        true => "No search for the worst cell was made. The worst of the others".to_owned(),
+        false => format!("Worst cell found in {runs} of search"),
+    };
     format!(
-        "Worst cell found in {runs} of search: {} {}, {} of its limit. A search shows how bad it can \
+        "{found}: {} {}, {} of its limit. A search shows how bad it can \
          be, not that nothing is worse.",
         label(worst.name),
         shown(worst.name, trial.figure(worst.name)),
@@ -219,12 +223,14 @@ pub(crate) fn sensitivity(of: &Sensitivity) -> String {
     };
     let numbers: Vec<String> =
         of.influences.iter().map(|by| format!("{} ({})", by.number, share(by.share))).collect();
+    let best = of.influences.iter().min_by_key(|by| by.beyond_without).unwrap_or(first);
     let without = match of.beyond {
         0 => String::new(),
-        _ => format!(
+        beyond if best.beyond_without < beyond => format!(
             " Were {} in the middle of its range in every cell, {} would be beyond.",
-            first.number, first.beyond_without
+            best.number, best.beyond_without
         ),
+        _ => " No one of them in the middle of its range would leave fewer beyond.".to_owned(),
     };
     format!(
         "{beyond}: {} of its spread follows from {}.{without}",

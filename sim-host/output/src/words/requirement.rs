@@ -40,7 +40,8 @@ pub(crate) fn reason(of: &Requirement) -> Option<String> {
             EvidenceKind::Margins => "no margins were determined",
             EvidenceKind::Draws | EvidenceKind::Rare => "no trial was run",
             EvidenceKind::Faults => "no fault was tried",
-            EvidenceKind::Nominal | EvidenceKind::WorstCase => "no run was made",
+            EvidenceKind::Nominal => "no run was made",
+            EvidenceKind::WorstCase => "no search for the worst cell was made",
         }
         .to_owned(),
         Reason::Run(run) => {
@@ -227,6 +228,7 @@ fn clause(of: &Requirement, value: f64) -> String {
         "correction_m" | "correction_rad" => {
             format!("the correction is driven to {reached}, beyond the authority of {limit}")
         }
+        "of_limit" => format!("a figure comes to {reached} times its limit"),
         name => format!("{} comes to {reached} (limit {limit})", label(name)),
     }
 }

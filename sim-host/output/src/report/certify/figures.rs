@@ -7,7 +7,7 @@ use crate::words::certify::{drawn_label, run_name};
 use crate::words::requirement::{label, scale};
 use crate::{CertifiedWeld, MILLI};
 use trueweld_evaluate::Rate;
-use trueweld_evaluate::certify::{EvidenceKind, Requirement};
+use trueweld_evaluate::certify::{EvidenceKind, Requirement, drawn_figure};
 use trueweld_evaluate::margins::{MARGIN_FIGURES, Margins};
 use trueweld_plant::simulate::RecordRow;
 
@@ -37,7 +37,8 @@ fn exceedance(weld: &CertifiedWeld, of: &Requirement, asked: [f64; 2]) -> Option
     let scale = scale(of.name);
     let factor = scale.factor;
     let trials = &weld.evidence.trials;
-    let mut sorted: Vec<f64> = trials.iter().map(|t| factor * t.figure(of.name)).collect();
+    let mut sorted: Vec<f64> =
+        trials.iter().map(|t| factor * drawn_figure(&weld.requirements, of, t)).collect();
     sorted.sort_by(f64::total_cmp);
     let finite: Vec<f64> = sorted.iter().copied().filter(|f| f.is_finite()).collect();
     let (first, last) = (*finite.first()?, *finite.last()?);

@@ -85,7 +85,8 @@ pub(crate) fn setting(report: &StudyLimitsReport<'_>) -> String {
     let keys: Vec<&str> = report.study.limits.iter().map(|limit| limit.figure.label).collect();
     format!(
         "Weld {}, {} mm of it, {} control, law {}, seed {}. One number is driven at a time, by full runs: nine evenly over its \
-         range, then the edge is halved. Offset: the seam lies beside where it was taught. Required: {}.",
+         range, then the edge is halved. Offset: the seam lies beside where it was taught, to \
+         either side; told is the side that bears less. Required: {}.",
         scenario.name,
         fixed(1e3 * report.length, 0),
         scenario.controller.name(),
