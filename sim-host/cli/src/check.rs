@@ -2,6 +2,7 @@
 
 use crate::inputs::same_file;
 use crate::results::{check_outputs, check_targets, write};
+use crate::terminal::complain;
 use clap::Args;
 use miette::{IntoDiagnostic, Report, Result, WrapErr, miette};
 use std::path::{Path, PathBuf};
@@ -61,13 +62,16 @@ pub fn run(arguments: &Arguments) -> Result<()> {
                 let elsewhere =
                     paths.iter().find(|other| *other != path && stands_in(&error, other));
                 if open.len() > 1 || (elsewhere.is_some() && !open.is_empty()) {
-                    eprintln!("{name}: {} entries are still to be filled in:", open.len());
-                    open.iter().for_each(|entry| eprintln!("  {entry}"));
-                    eprintln!("  help: {}\n", open[0].help_text());
+                    let entries: String = open.iter().map(|entry| format!("  {entry}\n")).collect();
+                    let (count, help) = (open.len(), open[0].help_text());
+                    complain(&format!(
+                        "{name}: {count} entries are still to be filled in:\n{entries}  help: {help}\n\n"
+                    ));
                 } else if let Some(other) = elsewhere {
-                    eprintln!("{name}: cannot be read before {} is in order\n", other.display());
+                    let other = other.display();
+                    complain(&format!("{name}: cannot be read before {other} is in order\n\n"));
                 } else {
-                    eprintln!("{:?}", Report::new(error));
+                    complain(&format!("{:?}\n", Report::new(error)));
                 }
                 (None, Some(said), Vec::new())
             }

@@ -26,13 +26,19 @@ pub fn say(text: &str) -> Result<()> {
     }
 }
 
+/// Tells what is wrong on standard error. Where that cannot be written, nobody is there to read it, and
+/// the status tells.
+pub fn complain(text: &str) {
+    let _ = write_all(stderr(), text.as_bytes());
+}
+
 /// Tells values outside their plausible range on standard error, each once.
 pub fn tell_warnings() {
     static TOLD: AtomicUsize = AtomicUsize::new(0);
     let warnings = warnings();
     let told = TOLD.swap(warnings.len(), Ordering::Relaxed);
     for warning in warnings.iter().skip(told) {
-        eprintln!("Warning: {}", printable(warning));
+        complain(&format!("Warning: {}\n", printable(warning)));
     }
 }
 

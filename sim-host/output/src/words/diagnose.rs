@@ -147,16 +147,28 @@ pub(crate) fn mountings(all: &Mountings, robot: &RobotFile) -> String {
     )
 }
 
-/// An explanation that brings the model so far.
-fn found(best: &Candidate, robot: &RobotFile) -> String {
+/// An explanation that brings the model so far, and how far calibrations alone bring it.
+fn found(diagnosis: &Diagnosis, best: &Candidate, robot: &RobotFile) -> String {
     let found: Vec<String> = best.effects.iter().map(|f| in_a_line(f, robot)).collect();
+    let calibrated = trueweld_measure::diagnose::score(&diagnosis.null.at);
+    let alone = match calibrated < FALL * diagnosis.score_before {
+        true => format!("{} with calibrations alone, ", score(calibrated)),
+        false => String::new(),
+    };
     format!(
-        "What is missing: {}. With it the score falls from {} to {} where it was not fitted (probability {})",
+        "What is missing: {}. With it the score falls from {} to {} where it was not fitted ({alone}probability {})",
         found.join(" and "),
         score(best.held_out_before),
         score(best.held_out_after),
         probability(best.probability)
     )
+}
+
+/// True where the time was up before every effect had its chance: that none explains says nothing
+/// then.
+pub(super) fn is_cut_short(diagnosis: &Diagnosis) -> bool {
+    let never_tried = |undone: &Undone| matches!(undone, Undone::Search | Undone::Fits(_));
+    diagnosis.undone.iter().any(never_tried)
 }
 
 /// The finding in a sentence or two, of whatever kind it is; `next`: what to record next, in a sentence.
@@ -192,15 +204,22 @@ pub(crate) fn verdict(
         (Verdict::EffectFound, Some(best), _) => {
             let far = best.held_out_after > FAR;
             let far = if far { ", which is still far above the noise floor" } else { "" };
-            format!("{}{far}.", found(best, robot))
+            format!("{}{far}.", found(diagnosis, best, robot))
         }
         (Verdict::UnknownEffect, Some(best), _)
             if best.held_out_after <= FLOOR && best.is_likely() =>
         {
             format!(
                 "{}, which is at the noise floor on the whole, but not everywhere: {}.",
-                found(best, robot),
+                found(diagnosis, best, robot),
                 follows()
+            )
+        }
+        (_, _, calibrated) if is_cut_short(diagnosis) => {
+            let calibrated =
+                calibrated.map_or(String::new(), |calibrated| format!(" {calibrated}."));
+            format!(
+                "The time was up before every effect was tried: what is missing cannot be told yet (score {before}).{calibrated}"
             )
         }
         (Verdict::UnknownEffect, _, Some(calibrated)) => {
@@ -211,7 +230,8 @@ pub(crate) fn verdict(
             follows()
         ),
         (Verdict::UnknownEffect, ..) => {
-            let partial = best.filter(|best| best.explains()).map_or(String::new(), |best| {
+            let helps = |best: &&Candidate| best.held_out_after < FALL * best.held_out_before;
+            let partial = best.filter(|best| best.explains()).filter(helps).map_or(String::new(), |best| {
                 let piece = match best.has_unseen_wave() {
                     true => " (so small a piece of a wave that many other curves are like it)",
                     false => "",
@@ -257,6 +277,9 @@ impl DiagnoseReport<'_> {
             return discover::headline(self.discovered, robot);
         }
         let verdict = verdict(self.diagnosis, self.diagnosis.verdict, robot, next.as_deref());
+        if is_cut_short(self.diagnosis) {
+            return verdict;
+        }
         format!("{verdict}{}", implausible(&self.diagnosis.calibration, robot))
     }
 

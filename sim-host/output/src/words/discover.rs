@@ -160,7 +160,12 @@ pub(crate) fn one_of(discovery: &Discovery, robot: &RobotFile) -> String {
 
 /// Names of an explanation within the library.
 pub(crate) fn like_name(like: &LikeEffect, robot: &RobotFile) -> String {
-    let names: Vec<String> = like.effects.iter().map(|f| f.effect.name(robot)).collect();
+    let mut names: Vec<String> = Vec::new();
+    for name in like.effects.iter().map(|f| f.effect.name(robot)) {
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
     listed(&names, "and")
 }
 

@@ -18,8 +18,14 @@ impl ImproveReport<'_> {
             .filter(|f| f.log.is_none())
             .map(|f| discover::name(&f.effect, &self.model.robot))
             .collect();
+        let recalibrated = match steps.get(1) {
+            Some(step) if step.added.is_empty() && steps.len() > 2 => {
+                format!(" ({} with recalibration alone)", score(step.held_out))
+            }
+            _ => String::new(),
+        };
         let fall = format!(
-            "the score falls from {} to {} where nothing was fitted",
+            "the score falls from {} to {} where nothing was fitted{recalibrated}",
             score(first.held_out),
             score(last.held_out)
         );
