@@ -44,16 +44,16 @@ struct Stiffness {
     #[arg(long, value_name = "FILE", conflicts_with_all = ["logs", "out"])]
     plan: Option<PathBuf>,
     /// Loads to choose
-    #[arg(long, value_name = "N", default_value_t = 6, requires = "plan")]
+    #[arg(long, value_name = "N", default_value_t = 6, conflicts_with = "logs")]
     loads: usize,
     /// Heaviest payload on the flange, kg
-    #[arg(long, value_name = "KG", default_value_t = 500.0, requires = "plan")]
+    #[arg(long, value_name = "KG", default_value_t = 500.0, conflicts_with = "logs")]
     payload: f64,
     /// Largest push against a fixture, N
-    #[arg(long, value_name = "N", default_value_t = 6000.0, requires = "plan")]
+    #[arg(long, value_name = "N", default_value_t = 6000.0, conflicts_with = "logs")]
     push: f64,
     /// Noise of a reflector's coordinate, m
-    #[arg(long, value_name = "M", default_value_t = 3e-5, requires = "plan")]
+    #[arg(long, value_name = "M", default_value_t = 3e-5, conflicts_with = "logs")]
     noise: f64,
     /// Where to write the robot file with the numbers found
     #[arg(long, value_name = "FILE")]

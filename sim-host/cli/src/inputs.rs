@@ -77,7 +77,7 @@ pub struct Files {
 }
 
 /// The value of an option within the possible range of its quantity.
-fn option(flag: &str, key: &str, value: f64) -> Result<f64> {
+pub(crate) fn option(flag: &str, key: &str, value: f64) -> Result<f64> {
     check_option(flag, key, value).map_err(|error| miette!("{error}"))
 }
 

@@ -1,7 +1,7 @@
 //! `trueweld step`: the published step of 11 kN at the start of the weld, with all three
 //! controllers.
 
-use crate::inputs::{Files, PLANT_STEP};
+use crate::inputs::{Files, PLANT_STEP, option};
 use crate::results::{RecordedResults, check_outputs, check_targets};
 use clap::Args;
 use miette::{Result, miette};
@@ -35,6 +35,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     if !(height.is_finite() && height != 0.0) {
         return Err(miette!("--height {height}: expected a number of newtons other than 0"));
     }
+    option("--height", "force_n", height.abs())?;
     let outputs = arguments.results.outputs();
     check_targets(&outputs)?;
     let inputs = arguments.files.read()?;

@@ -1,6 +1,6 @@
 //! Figures of the response to a step of the force set-point.
 
-use trueweld_plant::simulate::{RecordRow, Recording};
+use trueweld_plant::simulate::{LimitSpan, RecordRow, Recording, limit_spans};
 
 /// Response of one controller to a step of the push. "5 %" and overshoot are of the step's height.
 #[derive(Debug, Clone, PartialEq)]
@@ -19,6 +19,9 @@ pub struct StepFigures {
     /// Largest departure of the push from that mean over the last half second, N: the ripple of the
     /// spindle.
     pub ripple: f64,
+    /// What stood at a limit, the longest first: a push that drives cannot bring is no force loop's
+    /// fault.
+    pub limits: Vec<LimitSpan>,
 }
 
 impl StepFigures {
@@ -52,6 +55,7 @@ impl StepFigures {
             overshoot: highest / height.abs(),
             static_error: mean - goal,
             ripple: tail.iter().map(|v| (v - mean).abs()).fold(0.0, f64::max),
+            limits: limit_spans(rows, &recording.max_torque),
         })
     }
 }

@@ -324,6 +324,13 @@ impl UncertainCell {
         })
     }
 
+    /// True where all cells that are drawn are one but for phase and noise: nothing is uncertain.
+    pub fn is_one_cell(&self) -> bool {
+        let Uncertainty { stiffness, process, ripple, crosstalk, delay } = self.short;
+        let short = [stiffness, process, ripple, crosstalk, delay[1] - delay[0]];
+        self.numbers.is_empty() && short.iter().all(|half| *half == 0.0)
+    }
+
     /// How many latents there are.
     pub fn latents(&self) -> usize {
         self.latents.len()

@@ -162,7 +162,7 @@ impl WeldResult {
                 lateral_before_m: figures.lateral_before,
                 limited_rows: figures.limited_rows,
                 first_limit: figures.first_limit.map(FirstLimitResult::of),
-                limits: LimitSpanResult::all(figures, recording),
+                limits: LimitSpanResult::all(&figures.limits, recording),
                 health: HealthWarningResult::all(figures, recording),
                 verdict: if figures.is_met() { "pass" } else { "fail" }.to_owned(),
                 judged: figures.judged.iter().map(JudgedFigureResult::of).collect(),
@@ -179,14 +179,14 @@ impl WeldResult {
 }
 
 impl LimitSpanResult {
-    fn all(figures: &WeldFigures, recording: &Recording) -> Vec<Self> {
+    fn all(limits: &[LimitSpan], recording: &Recording) -> Vec<Self> {
         let of = |span: &LimitSpan| Self {
             what: span.kind.to_string(),
             time_s: span.rows as f64 * recording.period,
             first_s: span.first,
             phase: span.phase.name().to_owned(),
         };
-        figures.limits.iter().map(of).collect()
+        limits.iter().map(of).collect()
     }
 }
 
@@ -270,6 +270,9 @@ pub struct StepResponse {
     pub static_error_n: f64,
     /// Largest departure from that mean, N.
     pub ripple_n: f64,
+    /// What stood at a limit, the longest first; left out where nothing did.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub limits: Vec<LimitSpanResult>,
 }
 
 impl StepResult {
@@ -281,6 +284,7 @@ impl StepResult {
             overshoot: run.figures.overshoot,
             static_error_n: run.figures.static_error,
             ripple_n: run.figures.ripple,
+            limits: LimitSpanResult::all(&run.figures.limits, run.recording),
         });
         Self {
             schema: "step-result/1".to_owned(),

@@ -17,7 +17,11 @@ pub(crate) fn headline(report: &CertifyReport<'_>) -> String {
         Verdict::NotShown => "is not shown to meet its requirements: there are too few runs",
         Verdict::Fail => "does not meet its requirements",
     };
-    format!("The law {} {verdict}", report.law)
+    let cell = match report.uncertain.is_one_cell() {
+        true => ", of one cell alone: they leave nothing of it uncertain",
+        false => "",
+    };
+    format!("The law {} {verdict}{cell}", report.law)
 }
 
 /// A verdict in a cell.
@@ -69,11 +73,16 @@ pub(crate) fn reasons(report: &CertifyReport<'_>) -> Vec<String> {
 /// How the runs were made.
 pub(crate) fn setting(report: &CertifyReport<'_>) -> String {
     let [probability, confidence] = report.asked.map(share);
+    let drawn = match report.uncertain.is_one_cell() {
+        true => "Drawn cells differ in the phase of the spindle and in noise alone.",
+        false => {
+            "Every drawn cell differs from what the law assumes by as much as the requirements say is not known."
+        }
+    };
     format!(
-        "Asked of drawn cells: no more than {probability} of welds beyond a limit, shown with a \
-         confidence of {confidence} (exact binomial bound). With {} control, pass {} of each run, \
-         seed {}. Every drawn cell differs from what the law believes in by as much as the \
-         requirements say is not known.",
+        "Asked of drawn cells: no more than {probability} of welds beyond a limit, of each limit and of \
+         all together, shown with a confidence of {confidence} (exact binomial bound, for a number of \
+         trials that was fixed beforehand). With {} control, pass {} of each run, seed {}. {drawn}",
         report.controller, report.passes, report.seed
     )
 }

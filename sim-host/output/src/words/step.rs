@@ -1,6 +1,7 @@
 //! What is said of responses to a step of the push.
 
 use super::Scale;
+use super::weld::limits;
 use crate::StepRun;
 
 /// The controllers' names, all different.
@@ -18,7 +19,12 @@ pub(crate) fn headline(runs: &[StepRun]) -> String {
             None => format!("{} not within the time recorded", run.figures.controller),
         })
         .collect();
-    format!("The push settles within 5 % of the step: {}.", parts.join(", "))
+    let mut sentence = format!("The push settles within 5 % of the step: {}.", parts.join(", "));
+    for run in runs.iter().filter(|run| !run.figures.limits.is_empty()) {
+        let limits = limits(&run.figures.limits, run.recording.period);
+        sentence += &format!(" At a limit, {}: {limits}.", run.figures.controller);
+    }
+    sentence
 }
 
 /// How the step was made.
