@@ -1,6 +1,7 @@
 //! How often something happened, and what that says of its probability: exact binomial limits after
 //! Clopper and Pearson.
 
+use statrs::function::beta::beta_reg;
 use std::fmt;
 
 /// So many of so many.
@@ -46,20 +47,10 @@ impl Rate {
     }
 }
 
-/// Probability of at most `k` of `n` at a chance of `p` each.
+/// Probability of at most `k` of `n` at a chance of `p` each: the regularised incomplete beta function
+/// I(1 − p; n − k, k + 1), whose cost does not grow with `k`.
 fn at_most_of(k: usize, n: usize, p: f64) -> f64 {
-    if p <= 0.0 {
-        return 1.0;
-    }
-    let mut log_choose = 0.0;
-    let mut sum = 0.0;
-    for i in 0..=k {
-        if i > 0 {
-            log_choose += ((n - i + 1) as f64 / i as f64).ln();
-        }
-        sum += (log_choose + i as f64 * p.ln() + (n - i) as f64 * (-p).ln_1p()).exp();
-    }
-    sum
+    if k >= n { 1.0 } else { beta_reg((n - k) as f64, (k + 1) as f64, 1.0 - p) }
 }
 
 impl fmt::Display for Rate {
