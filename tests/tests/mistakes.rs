@@ -10,7 +10,7 @@ use trueweld_laboratory::{Protocol, Recipe, effect};
 use trueweld_measure::data::campaign::Campaign;
 use trueweld_measure::data::channel::LogChannel;
 use trueweld_measure::data::log::{Log, LogKind};
-use trueweld_measure::mistakes::{Found, MistakeKind, find};
+use trueweld_measure::mistakes::{Change, ColumnChange, Found, MistakeKind, find};
 use trueweld_measure::predict::{Experiment, Model, Quantity};
 use trueweld_measure::residuals::compare::{baseline, experiments};
 use trueweld_plant::effects::{Location, library};
@@ -78,6 +78,22 @@ fn wrench(log: &mut Log, factor: f64) {
     }
 }
 
+fn force(log: &mut Log, change: impl Fn(&mut Vector3<f64>)) {
+    log.samples.force.iter_mut().flatten().for_each(change);
+}
+
+fn spindle(log: &mut Log, factor: f64) {
+    log.samples.spindle.iter_mut().flatten().for_each(|v| *v *= factor);
+}
+
+/// Channels of the lines that undo the first mistake.
+fn lines(found: &Found) -> Vec<&'static str> {
+    match &found.mistakes[0].change {
+        Change::Columns(lines) => lines.iter().map(|line| line.channel).collect(),
+        other => panic!("{other:?}"),
+    }
+}
+
 /// Every gross mistake in one campaign, at places of the seed.
 fn every_mistake_is_named(case: &Case, seed: u64) {
     use LogChannel::{Encoder, MotorTorque, Position, Time};
@@ -122,6 +138,22 @@ fn every_mistake_is_named(case: &Case, seed: u64) {
     assert_named(case, &side, MistakeKind::WrenchSide, LogChannel::Force, &[]);
     let kilo = found(case, |log| wrench(log, 1e-3));
     assert_named(case, &kilo, MistakeKind::Unit, LogChannel::Force, &[]);
+    let push = found(case, |log| force(log, |f| f.z = -f.z));
+    assert_named(case, &push, MistakeKind::Sign, LogChannel::Force, &[2]);
+    assert_eq!(lines(&push), ["fz"], "{}", case.name);
+    let kilo = found(case, |log| force(log, |f| f.z *= 1e-3));
+    assert_named(case, &kilo, MistakeKind::Unit, LogChannel::Force, &[2]);
+    // The usual case: forces in kN, moments in N·m.
+    let kilo = found(case, |log| force(log, |f| *f *= 1e-3));
+    assert_named(case, &kilo, MistakeKind::Unit, LogChannel::Force, &[]);
+    assert_eq!(lines(&kilo), ["fx", "fy", "fz"], "{}", case.name);
+    let with_force = case.logs.iter().filter(|log| log.samples.force.is_some());
+    assert_eq!(kilo.mistakes[0].logs.len(), with_force.count(), "{}: {kilo:?}", case.name);
+
+    let reversed = found(case, |log| spindle(log, -1.0));
+    assert_named(case, &reversed, MistakeKind::Sign, LogChannel::Spindle, &[]);
+    let turns = found(case, |log| spindle(log, 60.0 / (2.0 * PI)));
+    assert_named(case, &turns, MistakeKind::Unit, LogChannel::Spindle, &[]);
 
     let milliseconds = found(case, |log| {
         log.samples.time.iter_mut().for_each(|t| *t *= 1e3);
@@ -203,6 +235,72 @@ fn a_forgotten_payload_is_named() {
     assert!(heaviest.fold(0.0, f64::max) > 50.0);
     let named = found(&case, |log| log.samples.payload = None);
     assert_named(&case, &named, MistakeKind::Payload, LogChannel::Payload, &[]);
+}
+
+/// The line of the only mistake.
+fn line(found: &Found) -> &ColumnChange {
+    match (&found.mistakes[..], &found.mistakes[0].change) {
+        ([_], Change::Columns(lines)) if lines.len() == 1 => &lines[0],
+        _ => panic!("{found:?}"),
+    }
+}
+
+#[test]
+fn what_is_written_of_a_zero_is_plain_and_what_is_fitted_is_said_to_be() {
+    let case = case(1);
+    for (joint, plain) in [(1, 0.5 * PI), (3, -0.25 * PI)] {
+        let off = found(&case, |log| {
+            log.samples.encoder.iter_mut().for_each(|q| q[joint] -= plain);
+        });
+        let line = line(&off);
+        assert!((line.offset - plain).abs() < 1e-12 && line.fitted == 0.0, "{line:?}");
+    }
+    let kilo = found(&case, |log| torque(log, 1, 1e-3));
+    assert_named(&case, &kilo, MistakeKind::Unit, LogChannel::MotorTorque, &[1]);
+    assert_eq!((line(&kilo).unit, line(&kilo).factor), ("kNm", 1.0));
+    let drive = found(&case, |log| torque(log, 1, 1.0 / 58.2));
+    let line = line(&drive);
+    // Half of 95 %, and as much again for what the hidden effect makes of a torque.
+    assert!((line.factor / 58.2 - 1.0).abs() < line.fitted + 0.05, "{line:?}");
+    assert!(line.fitted > 0.0 && line.fitted < 0.05, "{line:?}");
+}
+
+#[test]
+fn a_second_encoder_is_compared_with_its_encoder() {
+    let mut case = case(2);
+    for samples in case.logs.iter_mut().map(|log| &mut log.samples) {
+        for i in 0..3 {
+            samples.link_encoder[i]
+                .get_or_insert_with(|| samples.encoder.iter().map(|q| q[i] + 1e-3).collect());
+        }
+    }
+    let second = |log: &mut Log, i: usize, change: &dyn Fn(f64) -> f64| {
+        log.samples.link_encoder[i].iter_mut().flatten().for_each(|q| *q = change(*q));
+    };
+    let channel = LogChannel::LinkEncoder;
+    let right = found(&case, |_| {});
+    assert!(right.mistakes.is_empty(), "{:?}", right.mistakes);
+    let sign = found(&case, |log| second(log, 1, &|q| -q));
+    assert_named(&case, &sign, MistakeKind::Sign, channel, &[1]);
+    let zero = found(&case, |log| second(log, 1, &|q| q + 0.5 * PI));
+    assert_named(&case, &zero, MistakeKind::Zero, channel, &[1]);
+    assert!((line(&zero).offset + 0.5 * PI).abs() < 1e-12, "{zero:?}");
+    let degrees = found(&case, |log| second(log, 2, &f64::to_degrees));
+    assert_named(&case, &degrees, MistakeKind::Unit, channel, &[2]);
+    let exchanged = found(&case, |log| log.samples.link_encoder.swap(0, 1));
+    assert_named(&case, &exchanged, MistakeKind::Exchanged, channel, &[0, 1]);
+    assert_eq!(lines(&exchanged), ["ql2", "ql1"]);
+}
+
+#[test]
+fn a_weld_with_the_spindle_the_other_way_is_no_mistake() {
+    // The process file's sense is the other one, and the force across the seam follows the log's.
+    let mut case = case(3);
+    case.model.process.iter_mut().for_each(|process| process.spindle = -process.spindle);
+    let other_file = found(&case, |log| {
+        log.process.iter_mut().for_each(|process| process.spindle = -process.spindle);
+    });
+    assert!(other_file.mistakes.is_empty(), "{:?}", other_file.mistakes);
 }
 
 #[test]

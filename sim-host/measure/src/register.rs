@@ -39,7 +39,7 @@ pub struct PosePair {
 
 impl PosePair {
     /// What is left of it: position, m, and rotation, rad.
-    fn left(&self, frame: &Pose<f64>, tool: &Pose<f64>) -> (Vector3<f64>, Vector3<f64>) {
+    pub(crate) fn left(&self, frame: &Pose<f64>, tool: &Pose<f64>) -> (Vector3<f64>, Vector3<f64>) {
         let seen = Pose {
             rotation: frame.rotation * self.nominal.rotation * tool.rotation,
             position: frame.transform_point(&self.nominal.transform_point(&tool.position)),

@@ -2,13 +2,15 @@
 //! wrench and what hangs on the flange have files of their own.
 
 use super::payload::payload;
-use super::pose::column;
+use super::pose::{column, exchanged, near};
 use super::relation::{FACTOR, FEWEST, FOLLOWS, Sums};
 use super::rows::{Row, TorqueParts};
-use super::wrench::{UNDONE, standing, weld};
-use super::{Change, Evidence, Mistake, MistakeKind};
+use super::wrench::{self, UNDONE};
+use super::{Change, Evidence, Mistake, MistakeKind, spindle};
+use crate::HALF_95;
 use crate::data::channel::LogChannel;
-use crate::data::log::{Log, LogKind};
+use crate::data::log::Log;
+use crate::predict::Model;
 use nalgebra::{SMatrix, SVector};
 use trueweld_core::{JOINTS, JointVector, Robot};
 
@@ -18,29 +20,27 @@ const FAINT: f64 = 0.01;
 /// Share of the squares that exchanged or reversed columns may leave.
 const LEFT: f64 = 0.1;
 
-/// Mistakes in torques, wrenches and payloads of logs whose poses are right.
-pub(super) fn find(logs: &[Log], rows: &[Vec<Row>], robot: &Robot<f64>) -> Vec<Mistake> {
-    let mut found = torques(logs, rows, robot);
-    for (log, rows) in logs.iter().zip(rows) {
-        found.extend(match log.kind {
-            LogKind::Weld => weld(log, rows),
-            LogKind::StaticLoad => standing(log, rows, robot),
-            _ => None,
-        });
+/// Mistakes in torques, wrenches, spindle and payloads of logs whose poses are right.
+pub(super) fn find(logs: &[Log], rows: &[Vec<Row>], model: &Model) -> Vec<Mistake> {
+    let mut found = torques(logs, rows, &model.robot);
+    let wrenches = wrench::find(logs, rows, model);
+    if wrenches.is_empty() {
+        // The force across the seam is right.
+        found.extend(spindle::find(logs, rows, model));
     }
-    join(&mut found);
+    found.extend(wrenches);
     if found.is_empty() {
-        found.extend(payload(logs, rows, robot));
+        found.extend(payload(logs, rows, &model.robot));
     }
     found
 }
 
 /// The same mistake in several logs is one.
-fn join(found: &mut Vec<Mistake>) {
+pub(super) fn join(found: &mut Vec<Mistake>) {
     let mut joined: Vec<Mistake> = Vec::new();
     for mistake in found.drain(..) {
         let same = |m: &&mut Mistake| {
-            (m.kind, m.channel, &m.columns) == (mistake.kind, mistake.channel, &mistake.columns)
+            (m.kind, m.channel, &m.change) == (mistake.kind, mistake.channel, &mistake.change)
         };
         match joined.iter_mut().find(same) {
             Some(first) => first.logs.extend(mistake.logs),
@@ -101,13 +101,11 @@ fn torques(logs: &[Log], rows: &[Vec<Row>], robot: &Robot<f64>) -> Vec<Mistake> 
                 (own[a].left(1.0) + own[b].left(1.0), [sums(&plain, a, b), sums(&plain, b, a)]);
             let swapped = crossed[0].left(1.0) + crossed[1].left(1.0);
             let like = |i: usize, j: usize| {
-                drive_scale(&parts, &moved, i, j).is_some_and(|s| (0.5..2.0).contains(&s))
+                drive_scale(&parts, &moved, i, j).is_some_and(|[s, _]| (0.5..2.0).contains(&s))
             };
             let crosswise = like(a, b) && like(b, a) && !like(a, a) && !like(b, b);
             if loud(a) && loud(b) && (swapped < LEFT * now || (crosswise && swapped < now)) {
-                let mut changes = vec![column(torque, a, "Nm", 1.0), column(torque, b, "Nm", 1.0)];
-                let (first, second) = changes.split_at_mut(1);
-                std::mem::swap(&mut first[0].channel, &mut second[0].channel);
+                let changes = exchanged(torque, a, b, "Nm");
                 let (before, after) = (own[a].root(0.5 * now), own[a].root(0.5 * swapped));
                 let kind = MistakeKind::Exchanged;
                 found.push(named(kind, torque, vec![a, b], before, after, changes));
@@ -121,11 +119,11 @@ fn torques(logs: &[Log], rows: &[Vec<Row>], robot: &Robot<f64>) -> Vec<Mistake> 
     let scale = |i: usize| {
         let follows = loud(i) && own[i].correlation().abs() > FOLLOWS;
         let moving = drive_scale(&parts, &moved, i, i);
-        moving.or(follows.then(|| own[i].slope()))
+        moving.or(follows.then(|| [own[i].slope(), own[i].slope_deviation()]))
     };
-    let scales: Vec<Option<f64>> = (0..JOINTS).map(scale).collect();
+    let scales: Vec<Option<[f64; 2]>> = (0..JOINTS).map(scale).collect();
     let joints: Vec<usize> = (0..JOINTS).filter(|i| scales[*i].is_some()).collect();
-    let factor = |i: usize| scales[i].unwrap_or(1.0);
+    let factor = |i: usize| scales[i].map_or(1.0, |[scale, _]| scale);
     let scaled: Vec<usize> = joints
         .iter()
         .copied()
@@ -143,10 +141,19 @@ fn torques(logs: &[Log], rows: &[Vec<Row>], robot: &Robot<f64>) -> Vec<Mistake> 
         let (before, after) = (own[i].root(own[i].left(1.0)), own[i].root(own[i].left(slope)));
         if scaled.contains(&i) && whole.is_none() {
             // Seen from the joint: as many times as the model needs it to be.
-            let change = column(torque, i, "Nm", 1.0 / slope);
+            let deviation = scales[i].map_or(0.0, |[_, deviation]| deviation);
+            let fitted = HALF_95 * deviation / slope.abs();
+            let units = [("kNm", 1e3), ("Nmm", 1e-3)];
+            let unit = units.into_iter().find(|(_, factor)| near(factor * slope.abs(), 1.0));
+            let (kind, change) = match unit {
+                Some((unit, _)) => (MistakeKind::Unit, column(torque, i, unit, slope.signum())),
+                None => {
+                    let change = column(torque, i, "Nm", 1.0 / slope);
+                    (MistakeKind::GearSide, super::ColumnChange { fitted, ..change })
+                }
+            };
             let after = after / slope.abs();
             if after < UNDONE * before {
-                let kind = MistakeKind::GearSide;
                 found.push(named(kind, torque, vec![i], before, after, vec![change]));
             }
         } else if slope < 0.0 && !scaled.contains(&i) {
@@ -231,12 +238,13 @@ fn drive_scales(
     Some([2, 3].map(|k| (found[k], 1.0 / (variance * inverse[(k, k)]).max(1e-30))))
 }
 
-/// What is measured at joint `j` per what moves joint `i`, where that stands out.
-fn drive_scale(parts: &[TorqueParts], rows: &[&Row], i: usize, j: usize) -> Option<f64> {
+/// What is measured at joint `j` per what moves joint `i`, where that stands out, and its deviation.
+fn drive_scale(parts: &[TorqueParts], rows: &[&Row], i: usize, j: usize) -> Option<[f64; 2]> {
     let both = drive_scales(parts, rows, i, j)?;
     let weight = both[0].1 + both[1].1;
     let scale = (both[0].0 * both[0].1 + both[1].0 * both[1].1) / weight;
-    (scale.abs() > CLEAR / weight.sqrt()).then_some(scale)
+    let deviation = 1.0 / weight.sqrt();
+    (scale.abs() > CLEAR * deviation).then_some([scale, deviation])
 }
 
 /// Torques that the model predicts with encoders read in some way.
@@ -305,9 +313,7 @@ fn encoders(
                 v.swap_rows(i, j);
                 v
             }));
-            let mut changes = vec![column(encoder, i, "rad", 1.0), column(encoder, j, "rad", 1.0)];
-            let (first, second) = changes.split_at_mut(1);
-            std::mem::swap(&mut first[0].channel, &mut second[0].channel);
+            let changes = exchanged(encoder, i, j, "rad");
             take(after, named(MistakeKind::Exchanged, encoder, vec![i, j], before, after, changes));
         }
     }

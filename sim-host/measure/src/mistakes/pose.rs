@@ -4,13 +4,13 @@
 //! to be where it was seen: against what was read, these angles lie on a line whose slope and offset
 //! say what is wrong.
 
+use super::line;
 use super::rows::Row;
 use super::{Change, ColumnChange, Evidence, Mistake, MistakeKind};
 use crate::data::channel::LogChannel;
 use crate::data::log::Log;
-use crate::register::{self, LEVER, PosePair, Registration};
-use nalgebra::Vector3;
-use std::f64::consts::{PI, TAU};
+use crate::register::{self, PosePair, Registration};
+use std::f64::consts::PI;
 use trueweld_core::{JOINTS, JointVector, Pose, Robot};
 use trueweld_plant::input::unit_suffix;
 
@@ -29,17 +29,12 @@ pub(super) const AT_REST: usize = 8;
 /// Share of the rows that may be outliers of the tracker.
 const OUTLIERS: f64 = 0.1;
 
-/// Rows at which the angles of one joint are looked for.
-const ANGLE_ROWS: usize = 40;
-
-/// Least offset of an encoder that is a mistake in its zero, rad; and how near to a whole sign or
-/// unit a slope must lie.
-const ZERO: f64 = 0.02;
+/// How near to a whole sign or unit a slope must lie.
 const NEAR: f64 = 0.02;
 
 /// How the encoders are to be read.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Reading {
+pub(super) enum Reading {
     /// As they are.
     Plain,
     /// Joints of this set, a bit each, the other way.
@@ -53,7 +48,7 @@ enum Reading {
 }
 
 impl Reading {
-    fn of(self, read: &JointVector<f64>) -> JointVector<f64> {
+    pub fn of(self, read: &JointVector<f64>) -> JointVector<f64> {
         let mut q = *read;
         match self {
             Self::Plain => {}
@@ -72,7 +67,7 @@ impl Reading {
 // A handful exist at a time: a box would only take `Copy` from them.
 #[allow(clippy::large_enum_variant)]
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Tracker {
+pub(super) enum Tracker {
     /// As they are.
     Plain,
     /// Multiplied.
@@ -85,14 +80,14 @@ enum Tracker {
 
 /// An explanation and what it leaves, m.
 #[derive(Debug, Clone, Copy)]
-struct Explanation {
-    reading: Reading,
-    tracker: Tracker,
-    left: f64,
+pub(super) struct Explanation {
+    pub reading: Reading,
+    pub tracker: Tracker,
+    pub left: f64,
 }
 
 /// What was seen of some rows, encoders read in one way.
-fn pose_pairs(rows: &[&Row], robot: &Robot<f64>, reading: Reading) -> Vec<PosePair> {
+pub(super) fn pose_pairs(rows: &[&Row], robot: &Robot<f64>, reading: Reading) -> Vec<PosePair> {
     rows.iter().filter_map(|row| row.pose_pair(robot, &reading.of(&row.encoder))).collect()
 }
 
@@ -102,7 +97,7 @@ pub(super) fn seen(log: &Log, robot: &Robot<f64>) -> Vec<PosePair> {
 }
 
 /// Root mean square of what is left, without the outliers, m.
-fn misfit(pose_pairs: &[PosePair], frame: &Pose<f64>, tool: &Pose<f64>) -> f64 {
+pub(super) fn misfit(pose_pairs: &[PosePair], frame: &Pose<f64>, tool: &Pose<f64>) -> f64 {
     let mut squares: Vec<f64> = pose_pairs.iter().map(|s| s.square(frame, tool)).collect();
     squares.sort_by(f64::total_cmp);
     let kept = squares.len() - (OUTLIERS * squares.len() as f64) as usize;
@@ -110,7 +105,7 @@ fn misfit(pose_pairs: &[PosePair], frame: &Pose<f64>, tool: &Pose<f64>) -> f64 {
 }
 
 /// What is left with the tracker read in one way; nothing where it does not apply.
-fn with(seen: &[PosePair], tracker: Tracker) -> Option<Explanation> {
+pub(super) fn with(seen: &[PosePair], tracker: Tracker) -> Option<Explanation> {
     let identity = Pose::identity();
     let of = |tracker, left: f64| {
         let reading = Reading::Plain;
@@ -184,6 +179,7 @@ pub(super) fn find(names: &[&str], rows: &[Vec<Row>], robot: &Robot<f64>) -> OfP
     }
     let (mut mistakes, mut registered) = (Vec::new(), Vec::new());
     for (logs, rows, explanation) in explained {
+        let (explanation, fitted) = line::refined(explanation, &rows, robot);
         let plain = pose_pairs(&rows, robot, Reading::Plain);
         let before = misfit(&plain, &Pose::identity(), &Pose::identity());
         let in_logs: Vec<String> = logs.iter().map(|k| names[*k].to_owned()).collect();
@@ -201,7 +197,7 @@ pub(super) fn find(names: &[&str], rows: &[Vec<Row>], robot: &Robot<f64>) -> OfP
             change: Change::Columns(changes),
             lines: Vec::new(),
         };
-        mistakes.extend(of_encoders(explanation.reading, &named));
+        mistakes.extend(of_encoders(explanation.reading, fitted, &named));
         match explanation.tracker {
             Tracker::Plain => {}
             Tracker::Scaled(factor) => {
@@ -252,7 +248,31 @@ pub(super) fn column(
     factor: f64,
 ) -> ColumnChange {
     let column = channel.entry().columns[place];
-    ColumnChange { column, channel: short(column), unit, factor, offset: 0.0 }
+    ColumnChange { column, channel: short(column), unit, factor, fitted: 0.0, offset: 0.0 }
+}
+
+/// The lines of two columns that stand in each other's place.
+pub(super) fn exchanged(
+    channel: LogChannel,
+    a: usize,
+    b: usize,
+    unit: &'static str,
+) -> Vec<ColumnChange> {
+    let [first, second] = [a, b].map(|place| column(channel, place, unit, 1.0));
+    vec![
+        ColumnChange { channel: second.channel, ..first.clone() },
+        ColumnChange { channel: first.channel, ..second },
+    ]
+}
+
+/// The multiple of 30° or 45° that an angle, rad, lies within half a degree of, else the angle.
+pub(super) fn plain_angle(angle: f64) -> f64 {
+    let near = |step: f64| {
+        let step = step.to_radians();
+        let plain = (angle / step).round() * step;
+        ((angle - plain).abs() < 0.5_f64.to_radians()).then_some(plain)
+    };
+    near(30.0).or_else(|| near(45.0)).unwrap_or(angle)
 }
 
 /// The name of a column's channel: without its unit.
@@ -260,9 +280,10 @@ fn short(column: &'static str) -> &'static str {
     unit_suffix(column).map_or(column, |(name, _)| name)
 }
 
-/// The mistakes that a reading of the encoders undoes.
+/// The mistakes that a reading of the encoders undoes; `fitted`: what a fitted slope is known to.
 fn of_encoders(
     reading: Reading,
+    fitted: f64,
     named: &dyn Fn(MistakeKind, LogChannel, Vec<usize>, Vec<ColumnChange>) -> Mistake,
 ) -> Vec<Mistake> {
     let encoder = LogChannel::Encoder;
@@ -274,11 +295,8 @@ fn of_encoders(
             .map(|i| named(MistakeKind::Sign, encoder, vec![i], vec![plain(i, -1.0)]))
             .collect(),
         Reading::Exchanged(a, b) => {
-            let other = |i: usize, j: usize| ColumnChange {
-                channel: short(encoder.entry().columns[j]),
-                ..plain(i, 1.0)
-            };
-            vec![named(MistakeKind::Exchanged, encoder, vec![a, b], vec![other(a, b), other(b, a)])]
+            let changes = exchanged(encoder, a, b, "rad");
+            vec![named(MistakeKind::Exchanged, encoder, vec![a, b], changes)]
         }
         Reading::Scaled(factor) => {
             let changes = (0..JOINTS).map(|i| in_degrees(plain(i, 1.0), factor)).collect();
@@ -290,7 +308,7 @@ fn of_encoders(
             let change = if degrees {
                 ColumnChange { factor: slope.signum(), offset: offset.to_degrees(), ..change }
             } else {
-                change
+                ColumnChange { fitted, ..change }
             };
             let kind = if degrees {
                 MistakeKind::Unit
@@ -317,7 +335,7 @@ fn in_degrees(change: ColumnChange, factor: f64) -> ColumnChange {
     }
 }
 
-fn near(value: f64, whole: f64) -> bool {
+pub(super) fn near(value: f64, whole: f64) -> bool {
     (value / whole - 1.0).abs() < NEAR
 }
 
@@ -348,7 +366,7 @@ fn explain(rows: &[&Row], robot: &Robot<f64>) -> Option<Explanation> {
         best.take(with(&plain, Tracker::Scaled(factor)));
     }
     for joint in 0..JOINTS {
-        best.take(line(rows, robot, joint));
+        best.take(line::find(rows, robot, joint));
     }
     best.take(registered(Reading::Plain));
     if best.found.is_none() {
@@ -364,14 +382,14 @@ fn explain(rows: &[&Row], robot: &Robot<f64>) -> Option<Explanation> {
 }
 
 /// The best explanation so far; a later one must be much better.
-struct Best {
+pub(super) struct Best {
     /// What it may leave at most, m.
-    limit: f64,
-    found: Option<Explanation>,
+    pub limit: f64,
+    pub found: Option<Explanation>,
 }
 
 impl Best {
-    fn take(&mut self, other: Option<Explanation>) {
+    pub fn take(&mut self, other: Option<Explanation>) {
         let other = other.filter(|e| e.left < self.limit);
         if let Some(other) = other
             && self.found.is_none_or(|best| other.left < 0.5 * best.left)
@@ -389,97 +407,4 @@ fn readings() -> Vec<Reading> {
     let pairs = (0..JOINTS).flat_map(|a| (a + 1..JOINTS).map(move |b| Reading::Exchanged(a, b)));
     let scales = [PI / 180.0, 180.0 / PI].map(Reading::Scaled);
     sets.into_iter().map(Reading::Signs).chain(pairs).chain(scales).collect()
-}
-
-/// The line on which one joint's angles must lie, the simplest that leaves little.
-fn line(rows: &[&Row], robot: &Robot<f64>, joint: usize) -> Option<Explanation> {
-    let every = rows.len().div_ceil(ANGLE_ROWS).max(1);
-    let few: Vec<&Row> = rows.iter().step_by(every).copied().collect();
-    let points: Vec<(f64, f64)> = few
-        .iter()
-        .filter_map(|row| Some((row.encoder[joint], angle(row, robot, joint)?)))
-        .collect();
-    if points.len() < 2 {
-        return None;
-    }
-    let mut best = Best { limit: f64::INFINITY, found: None };
-    for (slope, offset) in lines(&points) {
-        let reading = Reading::Line(joint, slope, offset);
-        let seen = pose_pairs(rows, robot, reading);
-        best.take(with(&seen, Tracker::Plain).map(|e| Explanation { reading, ..e }));
-    }
-    best.found
-}
-
-/// Lines through the points, simple ones first: slope, and offset in rad.
-fn lines(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
-    let offset = |slope: f64| {
-        // Around the circle, by its median.
-        let first = points[0].1 - slope * points[0].0;
-        let mut apart: Vec<f64> =
-            points.iter().map(|(x, y)| (y - slope * x - first + PI).rem_euclid(TAU) - PI).collect();
-        apart.sort_by(f64::total_cmp);
-        let offset = first + apart[apart.len() / 2];
-        (offset + PI).rem_euclid(TAU) - PI
-    };
-    let mut found: Vec<(f64, f64)> = [1.0, -1.0]
-        .iter()
-        .map(|slope| (*slope, offset(*slope)))
-        .filter(|l| l.1.abs() > ZERO)
-        .collect();
-    let degree = PI / 180.0;
-    found.extend([degree, -degree, 1.0 / degree].map(|slope| (slope, 0.0)));
-    // A gear: the slope through the points, by the medians of its two halves.
-    let mut sorted = points.to_vec();
-    sorted.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let half = sorted.len() / 2;
-    let mean = |part: &[(f64, f64)]| {
-        let n = part.len() as f64;
-        let (x, y) = part.iter().fold((0.0, 0.0), |s, p| (s.0 + p.0, s.1 + p.1));
-        (x / n, y / n)
-    };
-    let (low, high) = (mean(&sorted[..half]), mean(&sorted[half..]));
-    let slope = (high.1 - low.1) / (high.0 - low.0);
-    if slope.is_finite() && slope.abs() > 1e-4 && !near(slope.abs(), 1.0) {
-        // Through zero, weighted by the angle, and with an offset.
-        let (xy, xx) = points.iter().fold((0.0, 0.0), |s, p| (s.0 + p.0 * p.1, s.1 + p.0 * p.0));
-        found.push((xy / xx, 0.0));
-        found.push((slope, low.1 - slope * low.0));
-    }
-    found
-}
-
-/// The angle of one joint with which the tool would be nearest to where it was seen.
-fn angle(row: &Row, robot: &Robot<f64>, joint: usize) -> Option<f64> {
-    /// Angles that are tried first, over a whole turn.
-    const TRIED: usize = 72;
-    let position = row.position?;
-    let frames = robot.frames(&row.encoder);
-    let (origin, axis) = {
-        let axis = frames.rotation[joint] * robot.parameters().joints[joint].axis;
-        (frames.origin[joint], axis)
-    };
-    let tool = frames.tcp;
-    // Only what lies behind the joint turns with it.
-    let square = |by: f64| {
-        let turn = trueweld_core::spatial::rotation_from_vector(&(axis * by));
-        let at: Vector3<f64> = origin + turn * (tool.position - origin);
-        let turned = row.rotation.map_or(0.0, |r| {
-            trueweld_core::spatial::rotation_vector(&((turn * tool.rotation).tr_mul(&r)))
-                .norm_squared()
-        });
-        (at - position).norm_squared() + LEVER * LEVER * turned
-    };
-    let step = TAU / TRIED as f64;
-    let nearest = (0..TRIED)
-        .map(|k| k as f64 * step - PI)
-        .min_by(|a, b| square(*a).total_cmp(&square(*b)))?;
-    // Golden section.
-    let (mut low, mut high) = (nearest - step, nearest + step);
-    for _ in 0..40 {
-        let (a, b) = (high - 0.618 * (high - low), low + 0.618 * (high - low));
-        if square(a) < square(b) { high = b } else { low = a }
-    }
-    let found = row.encoder[joint] + 0.5 * (low + high);
-    Some((found + PI).rem_euclid(TAU) - PI)
 }

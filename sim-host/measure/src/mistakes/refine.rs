@@ -18,14 +18,14 @@ use trueweld_core::spatial::{rotation_from_vector, skew};
 const FREE: usize = 12;
 
 /// Residuals beyond so many times their median are outliers.
-const OUTLIER: f64 = 6.0;
+pub(super) const OUTLIER: f64 = 6.0;
 
 /// Median of the residuals over their noise up to which the model explains a log: of normal ones it
 /// is 0.67.
 const EXPLAINED: f64 = 0.9;
 
 /// What residuals that follow each other count less than as many independent ones.
-const CORRELATED: f64 = 4.0;
+pub(super) const CORRELATED: f64 = 4.0;
 
 /// Refines what was found of the trackers of `logs`, whose readings are taken to B already. They are
 /// taken on, and `registered` with them. Logs that cannot be predicted have no say.

@@ -30,6 +30,12 @@ impl Sums {
         self.xy / self.xx
     }
 
+    /// Standard deviation of the slope, of independent errors.
+    pub fn slope_deviation(&self) -> f64 {
+        let errors = self.left(self.slope()).max(0.0) / self.count.max(1) as f64;
+        (errors / self.xx).sqrt()
+    }
+
     pub fn correlation(&self) -> f64 {
         self.xy / (self.xx * self.yy).sqrt()
     }

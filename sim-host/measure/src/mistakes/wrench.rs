@@ -1,115 +1,408 @@
-//! Mistakes in wrenches: the side that is stated, and the unit.
+//! Mistakes in wrenches: columns that count the other way, are in another unit, or stand in each
+//! other's place.
+//!
+//! Each column is judged by what shows it. Where a tracker sees the tool, the arm gives way along its
+//! load, by every column in a direction of its own. Of a weld, the push that was planned shows Fz,
+//! and the process' drag the force in the plane of the plate. Columns that nothing shows to be wrong
+//! keep their lines.
 
 use super::pose::column;
-use super::relation::{FACTOR, FEWEST, FOLLOWS, Sums};
+use super::relation::{FACTOR, FEWEST};
 use super::rows::Row;
-use super::{Change, Evidence, Mistake, MistakeKind};
+use super::{Change, ColumnChange, Evidence, Mistake, MistakeKind};
 use crate::data::channel::LogChannel;
-use crate::data::log::Log;
-use crate::register::PosePair;
-use nalgebra::Vector3;
+use crate::data::log::{Log, LogKind};
+use crate::predict::Model;
+use crate::register::LEVER;
+use nalgebra::{Matrix6, Vector2, Vector3, Vector6};
+use trueweld_core::spatial::rotation_vector;
 use trueweld_core::{Robot, Wrench};
+use trueweld_plant::input::Process;
+use trueweld_plant::process::planned;
+use trueweld_plant::simulate::Seam;
 
 /// Share of the error that another sign or unit of a torque or wrench may leave.
 pub(super) const UNDONE: f64 = 0.5;
 
-/// Six lines for the wrench.
-fn wrench_lines(units: [&'static str; 2], factor: f64) -> Change {
-    let lines = [(LogChannel::Force, units[0]), (LogChannel::Moment, units[1])];
-    let lines =
-        lines.into_iter().flat_map(|(c, unit)| (0..3).map(move |k| column(c, k, unit, factor)));
-    Change::Columns(lines.collect())
+/// Share of how far the tool moved that a load leaves which explains it.
+const UNEXPLAINED: f64 = 0.3;
+
+/// What an arm may give more, or less, than the model says.
+const GIVES: [f64; 2] = [0.3, 3.0];
+
+/// Deflection that tells nothing, m.
+const FAINT: f64 = 1e-4;
+
+/// Sets of the columns fx, fy, fz, mx, my, mz, a bit each.
+type Columns = u8;
+const FZ: Columns = 0b100;
+const IN_PLANE: Columns = 0b011;
+const FORCE: Columns = 0b000_111;
+const MOMENT: Columns = 0b111_000;
+const WRENCH: Columns = FORCE | MOMENT;
+
+/// A pound of force, N.
+const POUND: f64 = 4.448_221_615;
+
+/// How a wrench is to be read.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Reading {
+    /// As it is.
+    Plain,
+    /// Some columns multiplied.
+    Scaled(Columns, f64),
+    /// Two columns for each other.
+    Exchanged(usize, usize),
 }
 
-/// What a factor between measured and expected wrench says: its side, or its unit.
-fn of_wrench(
-    log: &Log,
-    factor: f64,
-    before: f64,
-    after: f64,
-    unit: &'static str,
-) -> Option<Mistake> {
-    if after > UNDONE * before {
-        return None;
+impl Reading {
+    fn of(self, wrench: &Vector6<f64>) -> Vector6<f64> {
+        let mut read = *wrench;
+        match self {
+            Self::Plain => {}
+            Self::Scaled(set, factor) => each(set).for_each(|c| read[c] *= factor),
+            Self::Exchanged(a, b) => read.swap_rows(a, b),
+        }
+        read
     }
-    let (kind, change) = if factor < 0.0 && factor.abs() > 1.0 / FACTOR && factor.abs() < FACTOR {
-        (MistakeKind::WrenchSide, wrench_lines(["N", "Nm"], -1.0))
-    } else if factor.abs() < 1.0 / FACTOR {
-        (MistakeKind::Unit, wrench_lines(["kN", "kNm"], factor.signum()))
-    } else if factor.abs() > FACTOR {
-        (MistakeKind::Unit, wrench_lines(["N", "Nm"], factor.signum() * 1e-3))
-    } else {
-        return None;
+
+    fn columns(self) -> Columns {
+        match self {
+            Self::Plain => 0,
+            Self::Scaled(set, _) => set,
+            Self::Exchanged(a, b) => (1 << a) | (1 << b),
+        }
+    }
+
+    /// True for the same mistake in columns that `other` has as well.
+    fn is_part_of(self, other: Self) -> bool {
+        match (self, other) {
+            (Self::Scaled(set, factor), Self::Scaled(all, same)) => {
+                factor == same && set & all == set
+            }
+            _ => self == other,
+        }
+    }
+}
+
+/// The columns of a set.
+fn each(set: Columns) -> impl Iterator<Item = usize> {
+    (0..6).filter(move |c| set & (1 << c) != 0)
+}
+
+/// Readings, simpler ones first; each list takes the same number of mistakes.
+fn readings(in_pounds: bool) -> [Vec<Reading>; 4] {
+    let pairs = [(0, 1), (0, 2), (1, 2), (3, 4), (3, 5), (4, 5)];
+    let scaled = |sets: &[Columns]| -> Vec<Reading> {
+        let of = |set: &Columns| {
+            let set = *set;
+            let pound = (in_pounds && set & MOMENT == 0).then_some(POUND);
+            let factors = [-1.0, 1e3, 1e-3, -1e3, -1e-3].into_iter().chain(pound);
+            factors.map(move |factor| Reading::Scaled(set, factor))
+        };
+        sets.iter().flat_map(of).collect()
     };
-    Some(Mistake {
-        kind,
-        channel: LogChannel::Force,
-        columns: Vec::new(),
-        logs: vec![log.name.clone()],
-        evidence: Evidence { before, after, unit, channel: LogChannel::Force },
-        change,
-        lines: Vec::new(),
-    })
+    let mut one = scaled(&[1, 2, 4, 8, 16, 32]);
+    one.extend(pairs.map(|(a, b)| Reading::Exchanged(a, b)));
+    let two = pairs.map(|(a, b)| (1 << a) | (1 << b));
+    [one, scaled(&[FORCE, MOMENT]), scaled(&two), scaled(&[WRENCH])]
 }
 
-/// A weld pushes the tool out of the plate: along −z of T.
-pub(super) fn weld(log: &Log, rows: &[Row]) -> Option<Mistake> {
-    log.samples.force.as_ref()?;
-    let push = log.weld.as_ref()?.force;
-    let mut along: Vec<f64> = rows.iter().map(|row| -row.wrench.force.z).collect();
-    along.sort_by(|a, b| b.abs().total_cmp(&a.abs()));
-    along.truncate(rows.len().div_ceil(2));
-    along.sort_by(f64::total_cmp);
-    let read = *along.get(along.len() / 2)?;
-    if read == 0.0 {
-        return None;
+/// How the tool of one log moved under its load, and what the load was.
+struct Deflections {
+    rows: Vec<Deflected>,
+    /// Sum of the squares of how far it moved, m².
+    squares: f64,
+}
+
+/// One row, less the mean of its posture: position, m, and rotation times [`LEVER`]; the wrench as it
+/// was read, N and N·m; and the movement per N or N·m of each of its columns.
+struct Deflected {
+    moved: Vector6<f64>,
+    wrench: Vector6<f64>,
+    compliance: Matrix6<f64>,
+}
+
+impl Deflections {
+    /// `None` where the log does not tell.
+    fn of(log: &Log, rows: &[Row], robot: &Robot<f64>) -> Option<Self> {
+        log.samples.force.as_ref()?;
+        let of_row = |row: &Row| {
+            let moved = movement(row, robot, &Wrench::zero())?;
+            let per = |c: usize| {
+                /// N or N·m.
+                const UNIT: f64 = 1e3;
+                let mut one = Vector6::zeros();
+                one[c] = UNIT;
+                Some((moved - movement(row, robot, &wrench_of(&one))?) / UNIT)
+            };
+            let mut compliance = Matrix6::zeros();
+            for c in 0..6 {
+                compliance.set_column(c, &per(c)?);
+            }
+            let Wrench { force: f, moment: m } = row.wrench;
+            Some((
+                row.encoder,
+                Deflected { moved, wrench: Vector6::new(f.x, f.y, f.z, m.x, m.y, m.z), compliance },
+            ))
+        };
+        let mut loaded: Vec<_> = rows.iter().filter_map(of_row).collect();
+        // Rows of one posture differ by their load alone; a weld is one.
+        let weld = log.kind == LogKind::Weld;
+        let postures = loaded.chunk_by_mut(|a, b| weld || (a.0 - b.0).amax() < 5e-3);
+        for posture in postures {
+            let count = posture.len() as f64;
+            let moved = posture.iter().map(|(_, row)| row.moved).sum::<Vector6<f64>>() / count;
+            let wrench = posture.iter().map(|(_, row)| row.wrench).sum::<Vector6<f64>>() / count;
+            for (_, row) in posture {
+                row.moved -= moved;
+                row.wrench -= wrench;
+            }
+        }
+        let rows: Vec<Deflected> = loaded.into_iter().map(|(_, row)| row).collect();
+        let squares: f64 = rows.iter().map(|row| row.moved.norm_squared()).sum();
+        let tells = rows.len() >= FEWEST / 2 && squares > rows.len() as f64 * FAINT * FAINT;
+        tells.then_some(Self { rows, squares })
     }
-    let factor = read / push;
-    // In the unit and with the sign that it would have.
-    let unit = match factor.abs() {
+
+    /// Sum of squares that is left with the wrench read in one way, m²; the arm may give more or less
+    /// than the model says.
+    fn left(&self, reading: Reading) -> f64 {
+        let (mut across, mut given) = (0.0, 0.0);
+        for row in &self.rows {
+            let by = row.compliance * reading.of(&row.wrench);
+            across += by.dot(&row.moved);
+            given += by.norm_squared();
+        }
+        let gives = (across / f64::max(given, f64::MIN_POSITIVE)).clamp(GIVES[0], GIVES[1]);
+        self.squares - 2.0 * gives * across + gives * gives * given
+    }
+
+    /// Root mean square of a sum of squares.
+    fn root(&self, sum: f64) -> f64 {
+        (sum.max(0.0) / self.rows.len() as f64).sqrt()
+    }
+
+    /// The reading that explains the movement, another than the plain one only where it is much better
+    /// and every simpler one much worse. `None` where no load explains it.
+    fn explained(&self, in_pounds: bool) -> Option<(Reading, Evidence)> {
+        let plain = self.left(Reading::Plain);
+        let mut best = (Reading::Plain, plain);
+        for readings in readings(in_pounds) {
+            let all = readings.into_iter().map(|reading| (reading, self.left(reading)));
+            let Some(next) = all.min_by(|a, b| a.1.total_cmp(&b.1)) else { continue };
+            if next.1 < UNDONE * UNDONE * best.1 {
+                best = next;
+            }
+        }
+        let channel = LogChannel::Position;
+        let evidence =
+            Evidence { before: self.root(plain), after: self.root(best.1), unit: "m", channel };
+        (best.1 < UNEXPLAINED * UNEXPLAINED * self.squares).then_some((best.0, evidence))
+    }
+}
+
+fn wrench_of(columns: &Vector6<f64>) -> Wrench<f64> {
+    let part = |first: usize| columns.fixed_rows::<3>(first).into_owned();
+    Wrench { force: part(0), moment: part(3) }
+}
+
+/// How far the tool was seen from where it stands under a wrench: position, m, and rotation times
+/// [`LEVER`].
+fn movement(row: &Row, robot: &Robot<f64>, wrench: &Wrench<f64>) -> Option<Vector6<f64>> {
+    let seen = Row { wrench: *wrench, ..row.clone() }.pose_pair(robot, &row.encoder)?;
+    let away = seen.position - seen.nominal.position;
+    let turned = seen.rotation.map_or(Vector3::zeros(), |r| {
+        rotation_vector(&(r * seen.nominal.rotation.transpose())) * LEVER
+    });
+    Some(Vector6::new(away.x, away.y, away.z, turned.x, turned.y, turned.z))
+}
+
+/// Force of a weld in the rows that pressed most, in T, N: the median along the tool, and the mean in
+/// its plane; and the mean direction of the drag in that plane.
+struct Pressing {
+    push: f64,
+    in_plane: Vector2<f64>,
+    drag: Vector2<f64>,
+}
+
+impl Pressing {
+    fn of(log: &Log, rows: &[Row], robot: &Robot<f64>) -> Option<Self> {
+        log.samples.force.as_ref()?;
+        let seam = Seam::of(log.weld.as_ref()?);
+        let mut rows: Vec<&Row> = rows.iter().collect();
+        rows.sort_by(|a, b| b.wrench.force.z.abs().total_cmp(&a.wrench.force.z.abs()));
+        rows.truncate(rows.len().div_ceil(2));
+        let mut along: Vec<f64> = rows.iter().map(|row| -row.wrench.force.z).collect();
+        along.sort_by(f64::total_cmp);
+        let push = *along.get(along.len() / 2)?;
+        let mean = |of: &dyn Fn(&Row) -> Vector2<f64>| {
+            rows.iter().map(|row| of(row)).sum::<Vector2<f64>>() / rows.len() as f64
+        };
+        let in_plane = mean(&|row| row.wrench.force.xy());
+        let drag = mean(&|row| {
+            let tool = robot.forward_kinematics(&row.encoder);
+            -tool.rotation.tr_mul(&seam.place(&tool.position).axes.column(0)).xy()
+        });
+        (push != 0.0).then_some(Self { push, in_plane, drag })
+    }
+
+    /// True where the force in the plane, so many times what was read, can be the process': against
+    /// the feed, and of its size.
+    fn is_drag(&self, factor: f64, expected: f64) -> bool {
+        let force = self.in_plane * factor;
+        let size = force.norm() / expected;
+        size > 1.0 / FACTOR && size < FACTOR && force.dot(&self.drag) > 0.5 * force.norm()
+    }
+}
+
+/// What push and drag of a weld say of its force. A weld pushes the tool out of the plate: along −z of
+/// T.
+fn of_process(
+    log: &Log,
+    rows: &[Row],
+    robot: &Robot<f64>,
+    process: Option<&Process>,
+) -> Option<(Reading, Evidence)> {
+    let pressing = Pressing::of(log, rows, robot)?;
+    let weld = log.weld.as_ref()?;
+    let share = pressing.push / weld.force;
+    let unit = match share.abs() {
         small if small < 1.0 / FACTOR => 1e3,
         large if large > FACTOR => 1e-3,
         _ => 1.0,
     };
-    let right = read.abs() * unit;
-    if (right - push).abs() > UNDONE * push {
-        return None;
+    let factor = share.signum() * unit;
+    let left = |factor: f64| (factor * pressing.push - weld.force).abs();
+    let channel = LogChannel::Force;
+    let planned = process.map(|process| planned(process, weld.force, weld.feed).xy().norm());
+    let is_drag = |factor: f64| planned.is_some_and(|size| pressing.is_drag(factor, size));
+    if factor == 1.0 {
+        let units = [1e3, 1e-3, -1e3, -1e-3];
+        let factor = units.into_iter().find(|factor| !is_drag(1.0) && is_drag(*factor))?;
+        let left = |factor: f64| (factor * pressing.in_plane.norm() - planned.unwrap_or(0.0)).abs();
+        let evidence =
+            Evidence { before: left(1.0), after: left(factor.abs()), unit: "N", channel };
+        return Some((Reading::Scaled(IN_PLANE, factor), evidence));
     }
-    of_wrench(log, factor, (read - push).abs(), (right - push).abs(), "N")
+    let set = if is_drag(factor) && !is_drag(1.0) { FORCE } else { FZ };
+    let evidence = Evidence { before: left(1.0), after: left(factor), unit: "N", channel };
+    (evidence.after < UNDONE * weld.force.min(evidence.before))
+        .then_some((Reading::Scaled(set, factor), evidence))
 }
 
-/// What a load on a standing arm does to the tool: it gives way along it.
-pub(super) fn standing(log: &Log, rows: &[Row], robot: &Robot<f64>) -> Option<Mistake> {
-    /// A row, as it was seen, and where it would be without its load.
-    type Loaded<'a> = (&'a Row, PosePair, PosePair);
-    log.samples.force.as_ref()?;
-    let loaded = rows.iter().filter_map(|row| {
-        let seen = row.pose_pair(robot, &row.encoder)?;
-        let free = Row { wrench: Wrench::zero(), ..row.clone() };
-        let unloaded = free.pose_pair(robot, &row.encoder)?;
-        Some((row, seen, unloaded))
-    });
-    let loaded: Vec<Loaded<'_>> = loaded.collect();
-    // Rows of one posture differ by their load alone.
-    let mut pairs: Vec<(f64, f64)> = Vec::new();
-    for posture in loaded.chunk_by(|a, b| (a.0.encoder - b.0.encoder).amax() < 5e-3) {
-        let mean = |of: &dyn Fn(&Loaded<'_>) -> Vector3<f64>| {
-            posture.iter().map(of).sum::<Vector3<f64>>() / posture.len() as f64
+/// True where a weld's push, read in pounds, is the one that was planned.
+fn is_in_pounds(log: &Log, rows: &[Row], robot: &Robot<f64>) -> bool {
+    /// Share of the push by which it may differ.
+    const NEAR: f64 = 0.05;
+    let planned = log.weld.as_ref().map_or(0.0, |weld| weld.force);
+    Pressing::of(log, rows, robot)
+        .is_some_and(|read| (read.push.abs() * POUND / planned - 1.0).abs() < NEAR)
+}
+
+/// A reading that undoes a mistake in some logs.
+struct Shown<'l> {
+    reading: Reading,
+    evidence: Evidence,
+    logs: Vec<&'l Log>,
+}
+
+/// Mistakes in the wrenches of logs whose poses are right.
+pub(super) fn find(logs: &[Log], rows: &[Vec<Row>], model: &Model) -> Vec<Mistake> {
+    let robot = &model.robot;
+    let each_log = || logs.iter().zip(rows);
+    let in_pounds = each_log().any(|(log, rows)| is_in_pounds(log, rows, robot));
+    let mut shown: Vec<(Shown<'_>, Option<Deflections>)> = Vec::new();
+    for (log, rows) in each_log() {
+        if !matches!(log.kind, LogKind::StaticLoad | LogKind::Weld) {
+            continue;
+        }
+        let deflections = Deflections::of(log, rows, robot);
+        let of_arm = deflections.as_ref().and_then(|d| Some((d, d.explained(in_pounds)?)));
+        let found = match of_arm {
+            Some((_, found)) if found.0 != Reading::Plain => Some(found),
+            // What the arm denies is no mistake.
+            of_arm => {
+                let process = model.process.as_ref().or(log.process.as_ref());
+                of_process(log, rows, robot, process).filter(|(reading, _)| {
+                    of_arm.is_none_or(|(d, _)| d.left(*reading) < d.left(Reading::Plain))
+                })
+            }
         };
-        let given = |p: &Loaded<'_>| p.1.nominal.position - p.2.nominal.position;
-        let moved = |p: &Loaded<'_>| p.2.position - p.2.nominal.position;
-        let (given_mean, moved_mean) = (mean(&given), mean(&moved));
-        for row in posture {
-            let (x, y) = (given(row) - given_mean, moved(row) - moved_mean);
-            pairs.extend(x.iter().copied().zip(y.iter().copied()));
+        if let Some((reading, evidence)) = found {
+            shown.push((Shown { reading, evidence, logs: vec![log] }, deflections));
         }
     }
-    let sums = Sums::of(pairs.into_iter());
-    // Less than a tenth of a millimetre tells nothing.
-    if sums.count < FEWEST || sums.root(sums.yy) < 1e-4 || sums.correlation().abs() < FOLLOWS {
-        return None;
+    // A log that shows part of what another one shows has the same mistake, unless it denies the rest.
+    shown.sort_by_key(|(s, _)| std::cmp::Reverse(s.reading.columns().count_ones()));
+    let mut joined: Vec<Shown<'_>> = Vec::new();
+    for (next, deflections) in shown {
+        let denies = |whole: Reading| {
+            deflections.as_ref().is_some_and(|d| d.left(whole) > d.left(next.reading))
+        };
+        let whole = joined.iter_mut().find(|whole| {
+            next.reading == whole.reading
+                || next.reading.is_part_of(whole.reading) && !denies(whole.reading)
+        });
+        match whole {
+            Some(whole) => whole.logs.extend(next.logs),
+            None => joined.push(next),
+        }
     }
-    let slope = sums.slope();
-    let right = if slope < 0.0 && slope.abs() < FACTOR { -1.0 } else { slope };
-    of_wrench(log, 1.0 / slope, sums.root(sums.left(1.0)), sums.root(sums.left(right)), "m")
+    joined.into_iter().map(|shown| named(shown, logs)).collect()
+}
+
+/// A reading as a mistake in logs of a campaign.
+fn named(shown: Shown<'_>, campaign: &[Log]) -> Mistake {
+    let set = shown.reading.columns();
+    let channel = if set & FORCE == 0 { LogChannel::Moment } else { LogChannel::Force };
+    let own = if channel == LogChannel::Force { FORCE } else { MOMENT };
+    // All of a channel's columns are none in particular.
+    let columns =
+        if set & own == own { Vec::new() } else { each(set & own).map(|c| c % 3).collect() };
+    let kind = match shown.reading {
+        Reading::Exchanged(..) => MistakeKind::Exchanged,
+        Reading::Scaled(set, -1.0) if set & FORCE == FORCE => MistakeKind::WrenchSide,
+        Reading::Scaled(_, -1.0) | Reading::Plain => MistakeKind::Sign,
+        Reading::Scaled(..) => MistakeKind::Unit,
+    };
+    let of_log = |log: &&Log| shown.logs.iter().any(|other| other.name == log.name);
+    Mistake {
+        kind,
+        channel,
+        columns,
+        logs: campaign.iter().filter(of_log).map(|log| log.name.clone()).collect(),
+        evidence: shown.evidence,
+        change: Change::Columns(changes(shown.reading)),
+        lines: Vec::new(),
+    }
+}
+
+/// The lines of a reading.
+fn changes(reading: Reading) -> Vec<ColumnChange> {
+    let line = |c: usize, factor: f64| {
+        let force = c < 3;
+        let (unit, factor) = match factor.abs() {
+            1e3 if force => ("kN", factor.signum()),
+            1e3 => ("kNm", factor.signum()),
+            1e-3 if !force => ("Nmm", factor.signum()),
+            POUND => ("lbf", factor.signum()),
+            _ if force => ("N", factor),
+            _ => ("Nm", factor),
+        };
+        let channel = if force { LogChannel::Force } else { LogChannel::Moment };
+        column(channel, c % 3, unit, factor)
+    };
+    match reading {
+        Reading::Plain => Vec::new(),
+        Reading::Scaled(set, factor) => each(set).map(|c| line(c, factor)).collect(),
+        Reading::Exchanged(a, b) => {
+            let (first, second) = (line(a, 1.0), line(b, 1.0));
+            let channels = (second.channel, first.channel);
+            vec![
+                ColumnChange { channel: channels.0, ..first },
+                ColumnChange { channel: channels.1, ..second },
+            ]
+        }
+    }
 }

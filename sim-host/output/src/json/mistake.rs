@@ -13,8 +13,8 @@ pub struct FileMistake {
     /// `sign`, `zero`, `exchanged`, `unit`, `gear-side`, `tracker-frame`, `time-unit`, `wrench-side`
     /// or `payload`.
     pub what: String,
-    /// What it is in: joints by their names, or `encoders`, `torque`, `wrench`, `tracker`, `time`,
-    /// `payload`.
+    /// What it is in: joints by their names, columns of the wrench (`Fx`), or `encoders`, `torque`,
+    /// `wrench`, `tracker`, `time`, `spindle`, `payload`.
     pub at: String,
     /// The channel that it is in.
     pub channel: String,

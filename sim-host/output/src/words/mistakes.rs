@@ -27,6 +27,11 @@ pub(crate) fn place(mistake: &Mistake, joints: &[String]) -> String {
         LogChannel::Encoder => "encoders".to_owned(),
         LogChannel::LinkEncoder => "link-encoder".to_owned(),
         LogChannel::MotorTorque => "torque".to_owned(),
+        LogChannel::Force | LogChannel::Moment if !mistake.columns.is_empty() => {
+            let letter = if mistake.channel == LogChannel::Force { 'F' } else { 'M' };
+            let column = |c: &usize| format!("{letter}{}", ["x", "y", "z"][*c]);
+            mistake.columns.iter().map(column).collect::<Vec<_>>().join(", ")
+        }
         LogChannel::Force | LogChannel::Moment => "wrench".to_owned(),
         LogChannel::Position | LogChannel::Rotation => "tracker".to_owned(),
         LogChannel::Time => "time".to_owned(),
@@ -35,41 +40,69 @@ pub(crate) fn place(mistake: &Mistake, joints: &[String]) -> String {
     }
 }
 
+/// The reading that a mistake is in.
+fn reading(mistake: &Mistake, at: &str) -> String {
+    let joints = mistake.columns.len();
+    match mistake.channel {
+        LogChannel::Encoder if joints == 0 => "the encoders' angle".to_owned(),
+        LogChannel::Encoder => format!("the angle of {at}"),
+        LogChannel::MotorTorque if joints == 0 => "the motor torque".to_owned(),
+        LogChannel::MotorTorque => format!("the motor torque of {at}"),
+        LogChannel::LinkEncoder => format!("the second encoder of {at}"),
+        LogChannel::Position => "the tracker's position".to_owned(),
+        LogChannel::Force | LogChannel::Moment if joints > 0 => at.to_owned(),
+        LogChannel::Force => "the force".to_owned(),
+        LogChannel::Moment => "the moment".to_owned(),
+        LogChannel::Spindle => "the spindle's speed".to_owned(),
+        LogChannel::Time | LogChannel::Rotation | LogChannel::Payload => "the reading".to_owned(),
+    }
+}
+
 /// What is wrong, and the numbers that show it.
 pub(crate) fn sentence(mistake: &Mistake, joints: &[String]) -> String {
     let at = place(mistake, joints);
-    let of = match mistake.channel {
-        LogChannel::Encoder => "angle",
-        LogChannel::MotorTorque => "motor torque",
-        LogChannel::Position => "tracker's position",
-        _ => "reading",
+    let of = reading(mistake, &at);
+    let lines = match &mistake.change {
+        Change::Columns(lines) => lines.as_slice(),
+        _ => &[],
     };
-    let line = match &mistake.change {
-        Change::Columns(lines) => lines.first(),
-        _ => None,
-    };
+    let line = lines.first();
     let what = match (mistake.kind, &mistake.change) {
-        (MistakeKind::Sign, _) => format!("the {of} of {at} counts the other way"),
+        (MistakeKind::Sign, _) => format!("{of} counts the other way"),
         (MistakeKind::Zero, _) => {
             let offset = line.map_or(0.0, |line| line.offset);
-            format!("the zero of {at} is off by {:.1}°", offset.to_degrees())
+            let whose = if mistake.channel == LogChannel::Encoder { &at } else { &of };
+            format!("the zero of {whose} is off by {:.1}°", offset.to_degrees())
         }
         (MistakeKind::Exchanged, _) => {
-            format!("the columns of {} stand in each other's place", at.replace(", ", " and "))
+            let second = match mistake.channel {
+                LogChannel::LinkEncoder => "second encoders",
+                _ => "columns",
+            };
+            format!("the {second} of {} stand in each other's place", at.replace(", ", " and "))
         }
         (MistakeKind::Unit, _) => {
-            let unit = line.map_or("", |line| line.unit);
-            format!("the {of} ({at}) is in {unit}")
+            let (unit, factor) = line.map_or(("", 1.0), |line| (line.unit, line.factor.abs()));
+            if factor == 1.0 {
+                format!("{of} is in {unit}")
+            } else {
+                format!("{of} is in another unit, {factor:.4} of {unit}")
+            }
         }
         (MistakeKind::GearSide, _) => {
-            let factor = line.map_or(1.0, |line| line.factor.abs());
+            let (factor, fitted) = line.map_or((1.0, 0.0), |line| (line.factor.abs(), line.fitted));
             format!(
-                "the {of} of {at} is on the motor's side of the gear, off by a factor of {factor:.4}"
+                "{of} is on the motor's side of the gear or in a unit of the drive, off by a factor of {factor:.4}, which is \
+                 fitted to ±{:.2} %: write the data sheet's in its place",
+                1e2 * fitted
             )
         }
         (MistakeKind::TrackerFrame, _) => "the tracker's frame is left-handed".to_owned(),
         (MistakeKind::TimeUnit, _) => {
             format!("the times are in {}, not in s", line.map_or("", |line| line.unit))
+        }
+        (MistakeKind::WrenchSide, _) if lines.len() == 3 => {
+            "the force is what the tool applies, not what is applied to the tool".to_owned()
         }
         (MistakeKind::WrenchSide, _) => {
             "the wrench is what the tool applies, not what is applied to the tool".to_owned()
