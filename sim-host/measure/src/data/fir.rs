@@ -93,6 +93,12 @@ impl LowPass {
         self.half
     }
 
+    /// Longest gap, in samples, that the straight line between its ends may bridge: the noise of these
+    /// two counts by g²w²/2 where a sample's weight is w, and that of all others by w.
+    pub fn bridged(&self) -> usize {
+        (1.0 / self.gain(0).sqrt()) as usize
+    }
+
     /// Variance of the `derivative`th derivative of a smoothed series per variance of its white
     /// noise.
     pub fn gain(&self, derivative: usize) -> f64 {

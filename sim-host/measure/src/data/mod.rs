@@ -3,6 +3,7 @@
 pub mod campaign;
 pub mod channel;
 pub mod clock;
+pub(crate) mod dropout;
 pub mod fir;
 mod kind;
 pub mod log;

@@ -29,6 +29,9 @@ const UNEVEN: f64 = 0.05;
 /// Times that are as near as this, in periods, are the same.
 const SAME: f64 = 1e-4;
 
+/// A step further than this from a whole number of periods is none, of which stamps alone jitter.
+const OFF: f64 = 0.25;
+
 /// How the values at one time come from samples of a series: the first sample and the weights from
 /// there on.
 #[derive(Debug, Default)]
@@ -68,12 +71,22 @@ pub fn median_step(times: &[f64]) -> f64 {
     *steps.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
+/// True where nearly all steps are whole multiples of the median one, and most are one of it: stamps
+/// jitter, and single rows were lost.
+pub fn is_even(times: &[f64]) -> bool {
+    let period = median_step(times);
+    let periods = || times.windows(2).map(|w| (w[1] - w[0]) / period);
+    let off = periods().filter(|p| (p - p.round().max(1.0)).abs() > OFF).count();
+    let lost = periods().filter(|p| *p > 1.5).count();
+    20 * off <= times.len() && 4 * lost <= times.len()
+}
+
 impl<'t> Resampler<'t> {
     /// Samples at `times`, which rise, for a grid of this period.
     pub fn new(times: &'t [f64], grid_period: f64) -> Self {
         let period = median_step(times);
         // Jitter of single stamps, not lost rows.
-        let near = |w: &[f64]| (w[1] - w[0] - period).abs() < 0.5 * period;
+        let near = |w: &[f64]| (w[1] - w[0] - period).abs() < (1.0 - OFF) * period;
         let uneven = |w: &&[f64]| near(w) && (w[1] - w[0] - period).abs() > UNEVEN * period;
         let even = times.windows(2).filter(uneven).count() * 20 <= times.len();
         let window = (0..=TABULATED)
@@ -242,6 +255,19 @@ mod tests {
 
     fn times(n: usize, start: f64, step: f64) -> Vec<f64> {
         (0..n).map(|k| start + step * k as f64).collect()
+    }
+
+    #[test]
+    fn jitter_and_lost_rows_are_even_and_other_steps_are_not() {
+        let mut grid = times(200, 3.0, 0.004);
+        assert!(is_even(&grid));
+        grid.retain(|t| (t / 0.004).round() as i64 % 17 != 0);
+        grid.iter_mut().enumerate().for_each(|(k, t)| *t += 0.0004 * (7.0 * k as f64).sin());
+        assert!(is_even(&grid), "10 % of jitter, and every 17th row lost");
+        let step = |k: usize| [1.0, 2.0, 3.0, 1.0][k % 4];
+        let uneven: Vec<f64> =
+            (0..200).scan(0.0, |t, k| Some(std::mem::replace(t, *t + step(k)))).collect();
+        assert!(!is_even(&uneven));
     }
 
     #[test]

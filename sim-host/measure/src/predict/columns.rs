@@ -1,17 +1,17 @@
 //! Columns of a log as predictions take them: missing values filled, rotations counted from the first,
 //! the spindle's angle summed up.
 
+use crate::data::dropout::dropouts;
+use crate::data::fir::LowPass;
 use crate::data::log::Log;
+use crate::data::resample::median_step;
 use nalgebra::{Matrix3, Vector3};
+use std::ops::Range;
 use trueweld_core::spatial::{rotation_from_vector, rotation_vector};
 
 /// Period of an evenly sampled log, s: as stated, or the median step.
 pub(crate) fn period(log: &Log) -> f64 {
-    log.period.unwrap_or_else(|| {
-        let mut steps: Vec<f64> = log.samples.time.windows(2).map(|w| w[1] - w[0]).collect();
-        steps.sort_by(f64::total_cmp);
-        steps.get(steps.len() / 2).copied().unwrap_or(1.0)
-    })
+    log.period.unwrap_or_else(|| median_step(&log.samples.time))
 }
 
 /// A series whose missing values are filled along straight lines; `None` where it has none at all.
@@ -28,6 +28,32 @@ pub(super) fn filled(series: &[f64]) -> Option<Vec<f64>> {
         }
     }
     Some(out)
+}
+
+/// Dropouts of an instrument: what fills them was not measured, and no straight line is what would
+/// have been. As beyond the ends of a log, nothing is compared where a filter's window reaches there.
+pub(super) struct Dropouts(Vec<Range<usize>>);
+
+impl Dropouts {
+    /// Of a series that `low` smooths.
+    pub(super) fn of(series: &[f64], low: &LowPass) -> Self {
+        Self(dropouts(series.iter().map(|v| v.is_finite()), low.bridged()))
+    }
+
+    /// The same of vectors, and of several series of them.
+    pub(super) fn of_vectors<'a>(
+        series: impl IntoIterator<Item = &'a Option<Vec<Vector3<f64>>>>,
+        low: &LowPass,
+    ) -> Self {
+        let of =
+            |v: &Vec<Vector3<f64>>| dropouts(v.iter().map(|v| v.sum().is_finite()), low.bridged());
+        Self(series.into_iter().flatten().flat_map(of).collect())
+    }
+
+    /// True where one lies within so many rows of a row.
+    pub(super) fn within(&self, reach: usize, row: usize) -> bool {
+        self.0.iter().any(|gap| gap.start <= row + reach && row < gap.end + reach)
+    }
 }
 
 /// One row of three columns.

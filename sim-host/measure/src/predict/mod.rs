@@ -183,6 +183,11 @@ impl Experiment {
                 contact = contact::Contact::new(log, noise, model, &mut compared)?;
             }
         }
+        let of_poses =
+            |compared: &[Compared]| compared.iter().filter(|c| c.quantity.is_pose()).count();
+        let missing: Vec<bool> = compared.iter().map(|c| !c.measured.is_finite()).collect();
+        let raw_poses = of_poses(&compared);
+        compared.retain(|c| c.measured.is_finite());
         if compared.is_empty() {
             let what = match log.kind {
                 LogKind::StaticLoad | LogKind::RingDown => "it has no tracker columns",
@@ -193,11 +198,6 @@ impl Experiment {
             };
             return Err(PredictError::Nothing { log: log.name.clone(), what });
         }
-        let of_poses =
-            |compared: &[Compared]| compared.iter().filter(|c| c.quantity.is_pose()).count();
-        let missing: Vec<bool> = compared.iter().map(|c| !c.measured.is_finite()).collect();
-        let raw_poses = of_poses(&compared);
-        compared.retain(|c| c.measured.is_finite());
         let poses = of_poses(&compared);
         let clock = OpenClock::of(log, compared.iter().map(|c| c.row));
         let read = |force: &Vec<Vector3<f64>>| force.iter().any(|f| f.sum().is_finite());

@@ -2,7 +2,8 @@
 //! at every instant.
 
 use super::columns::{
-    filled_vectors, mean_abs, period, spindle_angle, turned_from_first, vector, wrench_columns,
+    Dropouts, filled_vectors, mean_abs, period, spindle_angle, turned_from_first, vector,
+    wrench_columns,
 };
 use super::compared::{list, none_where_missing};
 use super::instruments::{seen, wrench_behind};
@@ -166,6 +167,7 @@ impl Standing {
         let (force, moment) = (heard(force, &noise.force), heard(moment, &noise.moment));
         let every = ((0.4 / (band * period)).floor() as usize).max(1);
         let rows: Vec<usize> = (low.half()..n - low.half()).step_by(every).collect();
+        let none = || Vector3::repeat(f64::NAN);
         let columns: Vec<Vec<f64>> =
             (0..6).map(|i| s.encoder.iter().map(|q| q[i]).collect()).collect();
         let moved: Vec<[Vec<f64>; 2]> =
@@ -174,16 +176,24 @@ impl Standing {
         let motors = (0..n)
             .map(|k| Motors { angle: s.encoder[k], rate: six(0, k), acceleration: six(1, k) })
             .collect();
-        let slow = |v: &[Vec<f64>; 3]| -> Vec<Vector3<f64>> {
-            rows.iter()
-                .map(|row| Vector3::from_fn(|c, _| low.at(0, |k| v[c][k], n, *row)))
-                .collect()
+        let undriven = Dropouts::of_vectors([&s.force, &s.moment], &low);
+        let slow = |v: &[Vec<f64>; 3], measured: &Option<Vec<Vector3<f64>>>| {
+            let unseen = Dropouts::of_vectors([measured], &low);
+            let of = |row: &usize| {
+                if [&undriven, &unseen].iter().any(|d| d.within(low.half(), *row)) {
+                    return none();
+                }
+                Vector3::from_fn(|c, _| low.at(0, |k| v[c][k], n, *row))
+            };
+            rows.iter().map(of).collect::<Vec<_>>()
         };
         // Averaged to both sides: a link that is late in its gap would be off by half of it.
         let averaged = LowPass::new(0.5 / SEEN_OVER, period);
-        let seen = |v: &[Vec<f64>; 3]| -> Vec<Vector3<f64>> {
+        let seen = |v: &[Vec<f64>; 3], measured: &Option<Vec<Vector3<f64>>>| {
+            let unseen = Dropouts::of_vectors([measured], &averaged);
             let v = [0, 1, 2].map(|c| averaged.smooth(0, &v[c]));
-            (0..n).map(|k| vector(&v, k)).collect()
+            let of = |k| if unseen.within(averaged.half(), k) { none() } else { vector(&v, k) };
+            (0..n).map(of).collect::<Vec<_>>()
         };
         let turned = rotation.map(|r| turned_from_first(&r));
         let back = |turned: Vec<Vector3<f64>>, first: &Matrix3<f64>| {
@@ -204,10 +214,10 @@ impl Standing {
             margin: slack.component_div(model.robot.stiffness()),
             lever: lever(noise),
             seen_deviation: 0.0,
-            seen: tracker.as_ref().map(seen),
-            seen_turned: turned.as_ref().map(|(first, t)| back(seen(t), first)),
-            position: tracker.map(|t| slow(&t)),
-            rotation: turned.map(|(first, t)| back(slow(&t), &first)),
+            seen: tracker.as_ref().map(|t| seen(t, &s.position)),
+            seen_turned: turned.as_ref().map(|(first, t)| back(seen(t, &s.rotation), first)),
+            position: tracker.map(|t| slow(&t, &s.position)),
+            rotation: turned.map(|(first, t)| back(slow(&t, &s.rotation), &first)),
             period,
             rows,
         };

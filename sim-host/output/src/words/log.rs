@@ -50,6 +50,11 @@ pub fn notice(notice: &LogNotice) -> String {
             1e3 * from,
             1e3 * to
         ),
+        LogNotice::Resampled(period) => format!(
+            "the times of the rows are uneven: what was measured is brought to even ones, every \
+             {:.3} ms",
+            1e3 * period
+        ),
         LogNotice::RowsLeftOut(rows) => {
             format!("{rows} rows without a value of every encoder are left out")
         }
@@ -57,12 +62,10 @@ pub fn notice(notice: &LogNotice) -> String {
             format!("{rows} rows without encoders are interpolated")
         }
         LogNotice::Cut { column, gaps, pieces } => {
-            let gaps: Vec<String> =
-                gaps.iter().map(|[from, to]| format!("{from:.3} s to {to:.3} s")).collect();
             let between = if gaps.is_empty() {
                 "at its ends".to_owned()
             } else {
-                format!("between {}", gaps.join(", "))
+                format!("between {}", listed(gaps))
             };
             let cut = match pieces {
                 0 | 1 => "is left out".to_owned(),
@@ -70,7 +73,18 @@ pub fn notice(notice: &LogNotice) -> String {
             };
             format!("a stretch without {} {between} {cut}", column.unwrap_or("encoders"))
         }
+        LogNotice::Dropout { columns, stretches } => format!(
+            "no value of {} from {}: nothing that needs one is compared there",
+            named(columns),
+            listed(stretches)
+        ),
     }
+}
+
+/// Stretches of time.
+fn listed(stretches: &[[f64; 2]]) -> String {
+    let stretches = stretches.iter().map(|[from, to]| format!("{from:.3} s to {to:.3} s"));
+    stretches.collect::<Vec<_>>().join(", ")
 }
 
 fn named<T: Display>(columns: impl IntoIterator<Item = T>) -> String {
@@ -102,6 +116,8 @@ mod tests {
             LogNotice::RowsInterpolated(4),
             LogNotice::Cut { column: None, gaps, pieces: 2 },
             LogNotice::Cut { column: Some("qe1_rad"), gaps: Vec::new(), pieces: 1 },
+            LogNotice::Resampled(8e-3),
+            LogNotice::Dropout { columns: vec!["tm2_nm"], stretches: vec![[2.668, 5.332]] },
         ];
         let lines: Vec<String> = all.iter().map(notice).collect();
         insta::assert_snapshot!(lines.join("\n"));

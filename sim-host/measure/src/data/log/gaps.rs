@@ -1,17 +1,21 @@
-//! Gaps in what drives the model: short ones are filled, long ones cut a log into pieces.
+//! Gaps in a log: in what drives the model short ones are filled, and long ones cut it into pieces; in
+//! what is compared long ones are told.
 
 use super::columns::{Header, shown_name};
 use super::notice::LogNotice;
 use super::samples::Columns;
-use crate::data::channel::LogChannel;
+use crate::data::channel::{CHANNELS, LogChannel};
+use crate::data::dropout::dropouts;
 use crate::data::kind::LogKind;
-use crate::data::resample::median_step;
 use std::ops::Range;
 
 /// Most missing rows in a row that are interpolated: beyond, the log is cut.
 const FILLED: usize = 5;
 
-/// A step of a log without a stated period is a gap where it is so many times the usual one.
+/// Most gaps of one kind that a notice lists.
+const LISTED: usize = 6;
+
+/// A step of rows that are brought to a grid is a gap where it is so many periods of the grid.
 pub(super) const GAP: f64 = 10.0;
 
 /// Fills short gaps of what drives the model, and says which rows make up the pieces between the
@@ -19,7 +23,7 @@ pub(super) const GAP: f64 = 10.0;
 pub(super) fn pieces(
     columns: &mut Columns,
     kind: LogKind,
-    period: Option<f64>,
+    period: f64,
     header: &Header,
     notices: &mut Vec<LogNotice>,
 ) -> Vec<Range<usize>> {
@@ -36,12 +40,11 @@ pub(super) fn pieces(
         }
         return std::iter::once(0..columns.time.len()).collect();
     }
-    let usual = period.unwrap_or_else(|| median_step(&columns.time));
-    insert_lost_rows(columns, usual, period.is_some());
+    insert_lost_rows(columns, period);
     let n = columns.time.len();
     let there: Vec<bool> = (0..n).map(|k| whole(columns, k)).collect();
     let step = |k: usize| columns.time[k + 1] - columns.time[k];
-    let torn = |k: usize| step(k) > if period.is_some() { 1.5 * usual } else { GAP * usual };
+    let torn = |k: usize| step(k) > 1.5 * period;
     let mut pieces = Vec::new();
     let (mut start, mut filled, mut k) = (None::<usize>, 0, 0);
     let mut runs: Vec<Range<usize>> = Vec::new();
@@ -80,7 +83,7 @@ pub(super) fn pieces(
     if pieces.len() > 1 || lost > 0 {
         let first = columns.time.first().copied().unwrap_or(0.0);
         let at = |k: usize| columns.time[k.min(n - 1)] - first;
-        let gaps = pieces.windows(2).take(6).map(|w| [at(w[0].end - 1), at(w[1].start)]);
+        let gaps = pieces.windows(2).take(LISTED).map(|w| [at(w[0].end - 1), at(w[1].start)]);
         let encoder = encoder.start;
         notices.push(LogNotice::Cut {
             column: (!header.has(encoder)).then(|| shown_name(encoder)),
@@ -88,15 +91,54 @@ pub(super) fn pieces(
             pieces: pieces.len(),
         });
     }
+    tell_dropouts(columns, &pieces, notices);
     pieces
 }
 
+/// Tells for how long instruments read nothing while the encoders were recorded.
+fn tell_dropouts(columns: &Columns, pieces: &[Range<usize>], notices: &mut Vec<LogNotice>) {
+    let mut told: Vec<(Vec<Range<usize>>, Vec<&'static str>)> = Vec::new();
+    let measured =
+        |c: &LogChannel| !matches!(c, LogChannel::Time | LogChannel::Encoder | LogChannel::Payload);
+    for channel in CHANNELS.iter().filter(|c| measured(&c.id)) {
+        let all = channel.id.columns();
+        let groups: Vec<Range<usize>> =
+            if channel.together { vec![all] } else { all.map(|c| c..c + 1).collect() };
+        for group in groups {
+            let Some(series) =
+                group.clone().map(|c| columns.values[c].as_ref()).collect::<Option<Vec<_>>>()
+            else {
+                continue;
+            };
+            let read = |k: usize| {
+                let cut = !pieces.iter().any(|piece| piece.contains(&k));
+                cut || series.iter().all(|values| values[k].is_finite())
+            };
+            let stretches = dropouts((0..columns.time.len()).map(read), FILLED);
+            let name = shown_name(group.start);
+            match told.iter_mut().find(|(others, _)| *others == stretches) {
+                _ if stretches.is_empty() => {}
+                Some((_, names)) => names.push(name),
+                None => told.push((stretches, vec![name])),
+            }
+        }
+    }
+    let from_first = |k: usize| columns.time[k] - columns.time[0];
+    for (stretches, names) in told {
+        let stretches = stretches.iter().take(LISTED);
+        notices.push(LogNotice::Dropout {
+            columns: names,
+            stretches: stretches.map(|s| [from_first(s.start), from_first(s.end - 1)]).collect(),
+        });
+    }
+}
+
 /// Puts rows without values where single ones were lost.
-fn insert_lost_rows(columns: &mut Columns, period: f64, stated: bool) {
+fn insert_lost_rows(columns: &mut Columns, period: f64) {
     let lost = |w: &[f64]| {
         let periods = ((w[1] - w[0]) / period).round();
         let few = periods >= 2.0 && periods <= (FILLED + 1) as f64;
-        if few && stated { periods as usize - 1 } else { 0 }
+        if few { periods as usize - 1 } else { 0 }
     };
     if columns.time.windows(2).all(|w| lost(w) == 0) {
         return;

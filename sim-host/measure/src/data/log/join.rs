@@ -11,7 +11,7 @@ use super::track::Track;
 use crate::data::channel::{COUNT, LogChannel};
 use crate::data::clock::{ClockMap, FittedClock, Points, correlate, fit};
 use crate::data::kind::LogKind;
-use crate::data::resample::median_step;
+use crate::data::resample::{is_even, median_step};
 use nalgebra::Vector3;
 use std::sync::Arc;
 use trueweld_core::{JOINTS, JointVector, Pose};
@@ -294,7 +294,8 @@ impl Join<'_> {
         Ok(to_tool(track, &places))
     }
 
-    /// The times that a log is thinned to; empty where it keeps its own.
+    /// The times that a log is thinned to, or an uneven one is brought to; empty where it keeps its
+    /// own.
     fn grid(&self, own: &Track, period: f64, notices: &mut Vec<LogNotice>) -> Vec<f64> {
         let target = match self.kind {
             LogKind::StaticLoad => return Vec::new(),
@@ -305,11 +306,16 @@ impl Join<'_> {
         let every = (target / period * (1.0 + 1e-9)).floor();
         let time = own.time();
         let Some(first) = time.first() else { return Vec::new() };
-        if time.len() < MANY || every < 2.0 {
+        let step = if time.len() >= MANY && every >= 2.0 {
+            let step = every * period;
+            notices.push(LogNotice::Thinned { rows: time.len(), from: period, to: step });
+            step
+        } else if self.period.is_none() && !is_even(time) {
+            notices.push(LogNotice::Resampled(period));
+            period
+        } else {
             return Vec::new();
-        }
-        let step = every * period;
-        notices.push(LogNotice::Thinned { rows: time.len(), from: period, to: step });
+        };
         let mut grid = Vec::with_capacity(time.len() / every as usize + 1);
         let mut k = 0.0;
         for pair in time.windows(2) {

@@ -86,8 +86,9 @@ pub struct Log {
     pub weld: Option<Weld>,
     /// The process that was expected; every weld log has one.
     pub process: Option<Process>,
-    /// Sampling period where sampling is even, s. Each step of the time, and their mean, keep it
-    /// within 1 % and what rounding of the written times makes.
+    /// Sampling period, s; `None` of rows at rest. Where it is stated, each step of the time, and
+    /// their mean, keep it within 1 % and what rounding of the written times makes; elsewhere it is
+    /// the median step.
     pub period: Option<f64>,
     /// Noise as stated.
     pub noise: NoiseLevels,
@@ -262,11 +263,9 @@ impl Log {
         if let Some((message, help)) = plausible::refused(&columns, kind, &robot) {
             return Err(file_error(message, help));
         }
-        let period = period.map(|period| {
-            // What a thinned log has.
-            let now = super::resample::median_step(&columns.time);
-            if now > 1.5 * period { now } else { period }
-        });
+        // A thinned log has a longer period than is stated.
+        let now = super::resample::median_step(&columns.time);
+        let period = period.filter(|stated| now <= 1.5 * stated).unwrap_or(now);
         let all = gaps::pieces(&mut columns, kind, period, &header, &mut notices);
         let least = if kind == LogKind::StaticLoad { 1 } else { 2 };
         let pieces: Vec<_> = all.into_iter().filter(|piece| piece.len() >= least).collect();
@@ -299,7 +298,7 @@ impl Log {
                 robot: robot.clone(),
                 weld: weld.clone(),
                 process: process.clone(),
-                period,
+                period: (kind != LogKind::StaticLoad).then_some(period),
                 noise: noise.propagated(&gain),
                 samples,
                 // Once, not with every piece.

@@ -41,6 +41,8 @@ pub enum LogNotice {
         /// Period after, s.
         to: f64,
     },
+    /// Rows whose times are uneven were brought to an even grid of this period, s.
+    Resampled(f64),
     /// So many rows at rest lack an encoder and are left out.
     RowsLeftOut(usize),
     /// So many rows without encoders are interpolated.
@@ -53,5 +55,12 @@ pub enum LogNotice {
         gaps: Vec<[f64; 2]>,
         /// Number of pieces left.
         pieces: usize,
+    },
+    /// Instruments that read nothing for a while, in which nothing of them is compared.
+    Dropout {
+        /// Their first columns.
+        columns: Vec<&'static str>,
+        /// The first of the stretches: begin and end, s from the log's first row.
+        stretches: Vec<[f64; 2]>,
     },
 }

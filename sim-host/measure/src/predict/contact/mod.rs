@@ -10,7 +10,7 @@ mod lines;
 mod tool;
 
 use super::columns::{
-    filled, filled_vectors, mean_abs, period, spindle_angle, turned_from_first, vector,
+    Dropouts, filled, filled_vectors, mean_abs, period, spindle_angle, turned_from_first, vector,
 };
 use super::compared::list;
 use super::instruments::{sensed, unread, wrench_behind};
@@ -143,7 +143,14 @@ impl Contact {
         }
         let followed = LowPass::new((FOLLOWED * band).min(0.2 / period), period);
         let every = ((0.4 / (band * period)).floor() as usize).max(1);
-        let rows: Vec<usize> = (low.half()..n - low.half()).step_by(every).collect();
+        // A force is predicted from where the tool was followed to, in a window of its own.
+        let unread = Dropouts::of_vectors([&s.force], &low);
+        let unseen = Dropouts::of_vectors([&s.position, &s.rotation], &followed);
+        let is_read = |row: &usize| {
+            !unread.within(low.half(), *row) && !unseen.within(low.half() + followed.half(), *row)
+        };
+        let rows = (low.half()..n - low.half()).step_by(every);
+        let rows: Vec<usize> = rows.filter(is_read).collect();
         // The sensor's axes: the tool's, which turns slowly. Without a tracked rotation, as the
         // encoders have it.
         let rotation: Vec<Matrix3<f64>> = match filled_vectors(&s.rotation) {
@@ -259,9 +266,13 @@ impl Contact {
         });
         if let Some(moment) = &self.moment {
             let level = known(&noise.moment, log, LogChannel::Moment)?;
+            let unread = Dropouts::of_vectors([&log.samples.moment], low);
             list(compared, Quantity::Moment, rows, 0..3, |k, c| {
                 let deviation = level[c].deviation * white.sqrt();
-                (low.at(0, |i| moment[c][i], n, rows[k]), deviation, level[c].stated)
+                let dropped = unread.within(low.half(), rows[k]);
+                let measured =
+                    if dropped { f64::NAN } else { low.at(0, |i| moment[c][i], n, rows[k]) };
+                (measured, deviation, level[c].stated)
             });
         }
         Ok(())

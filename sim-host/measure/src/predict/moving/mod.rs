@@ -4,7 +4,7 @@ mod noise;
 mod residual;
 mod swing;
 
-use super::columns::{filled, period};
+use super::columns::period;
 use super::instruments::{seen, sensed, unread};
 use super::play::{BacklashObserver, Observed};
 use super::{Compared, Model, Motion, PredictError, known};
@@ -229,7 +229,7 @@ impl Moving {
             position: s.position.clone(),
             rotation: s.rotation.as_ref().map(|r| r.iter().map(rotation_from_vector).collect()),
             link_encoder: s.link_encoder.clone(),
-            torque: std::array::from_fn(|i| s.motor_torque[i].as_ref().and_then(|t| filled(t))),
+            torque: s.motor_torque.clone(),
             band,
             calm,
             pose_rows,

@@ -1,6 +1,7 @@
 //! What is compared of links in motion, and the noise of it: the instruments' own, and what the
 //! encoders' noise becomes on its way through the arm.
 
+use super::super::columns::{Dropouts, filled};
 use super::super::compared::{list, none_where_missing};
 use super::super::{Compared, Model, PredictError, Quantity, known};
 use super::Moving;
@@ -75,6 +76,8 @@ impl Moving {
         let rows = &self.torque_rows;
         for i in 0..6 {
             let Some(series) = &self.torque[i] else { continue };
+            let Some(whole) = filled(series) else { continue };
+            let dropouts = Dropouts::of(series, &self.band);
             let level = known(&noise.motor_torque[i..=i], log, LogChannel::MotorTorque)?[0];
             let white = (level.deviation * self.band.gain(0).sqrt()).hypot(through.torque[i]);
             let friction = self.friction_slope(model, i);
@@ -84,7 +87,9 @@ impl Moving {
                 let banded = |series: &[f64]| self.band.at(0, |k| series[k], n, rows[k]);
                 // Where a joint turns round, friction makes torque of the noise in its rate.
                 let deviation = white.hypot(rate * banded(&friction)).hypot(banded(&inexact));
-                (banded(series), deviation, level.stated)
+                let dropped = dropouts.within(self.band.half(), rows[k]);
+                let measured = if dropped { f64::NAN } else { banded(&whole) };
+                (measured, deviation, level.stated)
             });
         }
         Ok(())

@@ -1,6 +1,7 @@
 //! Measured less predicted, of links in motion.
 
 use super::super::Motion;
+use super::super::columns::filled;
 use super::super::instruments::{seen, sensed, unread};
 use super::Moving;
 use crate::data::fir::interpolate;
@@ -120,8 +121,11 @@ impl Moving {
                         sensed(&robot.ports, Channel::MotorTorque, readings).motor_torque[i];
                 }
             }
+            // What is left is filled, not what was measured: friction may turn round in a gap.
+            let left: Vec<f64> = series.iter().zip(&predicted).map(|(m, p)| m - p).collect();
+            let Some(left) = filled(&left) else { continue };
             for &row in &self.torque_rows {
-                residual.push(self.band.at(0, |k| series[k] - predicted[k], series.len(), row));
+                residual.push(self.band.at(0, |k| left[k], left.len(), row));
             }
         }
     }
