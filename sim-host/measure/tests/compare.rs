@@ -220,6 +220,71 @@ fn a_campaign_of_the_model_itself_scores_one_in_every_channel() {
     assert!(foremost(&comparison.worst, 3).is_empty(), "{:?}", foremost(&comparison.worst, 3));
 }
 
+/// What is blanked of a log between two rows, and what is not compared there for want of it.
+struct Blanked {
+    log: &'static str,
+    blank: fn(&mut Log, usize, usize),
+    component: u8,
+    dropped: fn(Quantity) -> bool,
+}
+
+fn blank(series: &mut Option<Vec<Vector3<f64>>>, from: usize, to: usize) {
+    series.as_mut().unwrap()[from..to].fill(Vector3::repeat(f64::NAN));
+}
+
+/// An instrument that reads nothing for a third of a log: a torque; a weld's tracker, which tells
+/// where the tool meets the material; its wrench, which bends the arm.
+#[test]
+fn what_fills_a_dropout_is_not_compared() {
+    let campaign = Campaign::read(fixture("campaigns/nothing-missing")).unwrap();
+    let model = ModelFile::read(&campaign.model).unwrap();
+    let cases = [
+        Blanked {
+            log: "free",
+            blank: |log, from, to| {
+                log.samples.motor_torque[1].as_mut().unwrap()[from..to].fill(f64::NAN);
+            },
+            component: 1,
+            dropped: |q| q == Quantity::MotorTorque,
+        },
+        Blanked {
+            log: "weld-1",
+            blank: |log, from, to| {
+                blank(&mut log.samples.position, from, to);
+                blank(&mut log.samples.rotation, from, to);
+            },
+            component: 0,
+            dropped: |q| q != Quantity::Moment,
+        },
+        Blanked {
+            log: "weld-1",
+            blank: |log, from, to| {
+                blank(&mut log.samples.force, from, to);
+                blank(&mut log.samples.moment, from, to);
+            },
+            component: 0,
+            dropped: |_| true,
+        },
+    ];
+    for case in cases {
+        let mut log = campaign.logs.iter().find(|log| log.name == case.log).unwrap().clone();
+        let n = log.samples.len();
+        let lost = n / 3..2 * n / 3;
+        (case.blank)(&mut log, lost.start, lost.end);
+        let logs = [log];
+        let bench = FitProblem::new(&model, experiments(&logs, &baseline(&model)).unwrap());
+        for c in &bench.experiments[0].compared {
+            let dropped = c.component == case.component && (case.dropped)(c.quantity);
+            assert!(!dropped || !lost.contains(&c.row), "{c:?}");
+        }
+        let comparison = compare(&model, &logs, &bench, &|_| {}).unwrap();
+        for channel in &comparison.logs[0].channels {
+            // As of the whole log, with two thirds of its values.
+            assert!((channel.score - 1.0).abs() < 0.25, "{} {}", channel.name, channel.score);
+        }
+    }
+}
+
 #[test]
 fn a_motion_that_begins_and_ends_midway_is_predicted_as_well() {
     let comparison = compared("campaigns/kr210-cut");

@@ -418,6 +418,45 @@ fn short_gaps_of_the_encoders_are_filled_and_long_ones_cut_the_log() {
 }
 
 #[test]
+fn rows_are_placed_by_their_times_whether_a_period_is_stated_or_not() {
+    let unstated = |csv: String| parse(&log_toml("free-motion", ""), csv).unwrap();
+    for lost in [50..50, 50..51, 50..54] {
+        let text = long(200, |k| lost.contains(&k), |_| false);
+        let (log, stated) = (unstated(text.clone()), free(text).unwrap());
+        // As text, in which one missing value equals another.
+        assert_eq!(format!("{:?}", log.samples), format!("{:?}", stated.samples));
+        assert_eq!(log.notices, stated.notices);
+        assert!((log.period.unwrap() - 0.004).abs() < 1e-9, "{:?}", log.period);
+    }
+    // Steps of 4, 8, 12 and 4 ms.
+    let log = unstated(long(700, |k| ![0, 1, 3, 6].contains(&(k % 7)), |_| false));
+    assert!(matches!(log.notices[0], LogNotice::Resampled(_)), "{:?}", log.notices);
+    let period = log.period.unwrap();
+    for (k, q) in log.samples.encoder.iter().enumerate() {
+        let time = period * k as f64;
+        assert!((log.samples.time[k] - time).abs() < 1e-9, "{k}");
+        assert!((q[0] - 0.1 * (3.0 * time).sin()).abs() < 1e-6, "{k}: {}", q[0]);
+    }
+}
+
+#[test]
+fn an_instrument_that_pauses_is_told() {
+    let mut rows: Vec<String> = long(200, |_| false, |_| false).lines().map(String::from).collect();
+    for row in &mut rows[51..=90] {
+        let mut fields: Vec<&str> = row.split(',').collect();
+        fields[9] = "";
+        *row = fields.join(",");
+    }
+    let log = free(rows.join("\n")).unwrap();
+    let [LogNotice::Dropout { columns, stretches }] = &log.notices[..] else {
+        panic!("{:?}", log.notices);
+    };
+    assert_eq!(columns, &["tm2_nm"]);
+    let [[from, to]] = stretches[..] else { panic!("{stretches:?}") };
+    assert!((from - 0.2).abs() < 1e-9 && (to - 0.356).abs() < 1e-9, "{stretches:?}");
+}
+
+#[test]
 fn values_that_cannot_be_are_in_another_unit_or_of_another_robot() {
     let degrees = changed("-0.9,1.6,-0.2", "-51.6,1.6,-0.2");
     refused(

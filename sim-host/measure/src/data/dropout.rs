@@ -34,11 +34,13 @@ mod tests {
 
     #[test]
     fn a_long_gap_is_a_dropout_and_the_rows_between_readings_are_none() {
-        let gap = |k: usize| !(40..60).contains(&k) && !(70..73).contains(&k);
-        assert_eq!(dropouts((0..100).map(gap), 3), [40..60]);
-        let seldom = |k: usize| k % 5 == 0 && gap(k);
-        assert_eq!(dropouts((0..101).map(seldom), 3), [36..60]);
-        assert_eq!(dropouts((0..100).map(|k| k < 50), 3), [50..100], "at the end");
-        assert!(dropouts((0..100).map(|_| true), 0).is_empty());
+        let ends = |rows: usize, read: &dyn Fn(usize) -> bool| -> Vec<[usize; 2]> {
+            dropouts((0..rows).map(read), 3).iter().map(|run| [run.start, run.end]).collect()
+        };
+        let gap = |k: usize| !(40..60).contains(&k);
+        assert_eq!(ends(100, &|k| gap(k) && !(70..73).contains(&k)), [[40, 60]]);
+        assert_eq!(ends(101, &|k| k % 5 == 0 && gap(k)), [[36, 60]]);
+        assert_eq!(ends(100, &|k| k < 50), [[50, 100]], "at the end");
+        assert!(ends(100, &|_| true).is_empty());
     }
 }

@@ -4,7 +4,7 @@
 use super::columns::{Header, shown_name};
 use super::notice::LogNotice;
 use super::samples::Columns;
-use crate::data::channel::{CHANNELS, LogChannel};
+use crate::data::channel::LogChannel;
 use crate::data::dropout::dropouts;
 use crate::data::kind::LogKind;
 use std::ops::Range;
@@ -98,29 +98,15 @@ pub(super) fn pieces(
 /// Tells for how long instruments read nothing while the encoders were recorded.
 fn tell_dropouts(columns: &Columns, pieces: &[Range<usize>], notices: &mut Vec<LogNotice>) {
     let mut told: Vec<(Vec<Range<usize>>, Vec<&'static str>)> = Vec::new();
-    let measured =
-        |c: &LogChannel| !matches!(c, LogChannel::Time | LogChannel::Encoder | LogChannel::Payload);
-    for channel in CHANNELS.iter().filter(|c| measured(&c.id)) {
-        let all = channel.id.columns();
-        let groups: Vec<Range<usize>> =
-            if channel.together { vec![all] } else { all.map(|c| c..c + 1).collect() };
-        for group in groups {
-            let Some(series) =
-                group.clone().map(|c| columns.values[c].as_ref()).collect::<Option<Vec<_>>>()
-            else {
-                continue;
-            };
-            let read = |k: usize| {
-                let cut = !pieces.iter().any(|piece| piece.contains(&k));
-                cut || series.iter().all(|values| values[k].is_finite())
-            };
-            let stretches = dropouts((0..columns.time.len()).map(read), FILLED);
-            let name = shown_name(group.start);
-            match told.iter_mut().find(|(others, _)| *others == stretches) {
-                _ if stretches.is_empty() => {}
-                Some((_, names)) => names.push(name),
-                None => told.push((stretches, vec![name])),
-            }
+    let cut = |k: usize| !pieces.iter().any(|piece| piece.contains(&k));
+    for column in LogChannel::LinkEncoder.columns().start..LogChannel::Spindle.columns().start {
+        let Some(values) = &columns.values[column] else { continue };
+        let read = |k: usize| values[k].is_finite() || cut(k);
+        let stretches = dropouts((0..values.len()).map(read), FILLED);
+        match told.iter_mut().find(|(others, _)| *others == stretches) {
+            _ if stretches.is_empty() => {}
+            Some((_, names)) => names.push(shown_name(column)),
+            None => told.push((stretches, vec![shown_name(column)])),
         }
     }
     let from_first = |k: usize| columns.time[k] - columns.time[0];

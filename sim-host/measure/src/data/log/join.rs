@@ -316,7 +316,7 @@ impl Join<'_> {
         } else {
             return Vec::new();
         };
-        let mut grid = Vec::with_capacity(time.len() / every as usize + 1);
+        let mut grid = Vec::with_capacity((time.len() as f64 * period / step) as usize + 1);
         let mut k = 0.0;
         for pair in time.windows(2) {
             // No rows over a gap: a clock that was set leaves one of years.

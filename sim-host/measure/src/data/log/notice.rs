@@ -58,7 +58,7 @@ pub enum LogNotice {
     },
     /// Instruments that read nothing for a while, in which nothing of them is compared.
     Dropout {
-        /// Their first columns.
+        /// Their columns.
         columns: Vec<&'static str>,
         /// The first of the stretches: begin and end, s from the log's first row.
         stretches: Vec<[f64; 2]>,
