@@ -260,9 +260,9 @@ fn what_is_written_of_a_zero_is_plain_and_what_is_fitted_is_said_to_be() {
     assert_eq!((line(&kilo).unit, line(&kilo).factor), ("kNm", 1.0));
     let drive = found(&case, |log| torque(log, 1, 1.0 / 58.2));
     let line = line(&drive);
-    // Half of 95 %, and as much again for what the hidden effect makes of a torque.
-    assert!((line.factor / 58.2 - 1.0).abs() < line.fitted + 0.05, "{line:?}");
-    assert!(line.fitted > 0.0 && line.fitted < 0.05, "{line:?}");
+    // What the hidden effect makes of a torque is within what the factor is said to be known to.
+    assert!((line.factor / 58.2 - 1.0).abs() < line.fitted, "{line:?}");
+    assert!(line.fitted > 0.0 && line.fitted < 0.25, "{line:?}");
 }
 
 #[test]
@@ -300,7 +300,7 @@ fn a_weld_with_the_spindle_the_other_way_is_no_mistake() {
     let other_file = found(&case, |log| {
         log.process.iter_mut().for_each(|process| process.spindle = -process.spindle);
     });
-    assert!(other_file.mistakes.is_empty(), "{:?}", other_file.mistakes);
+    assert!(other_file.mistakes.is_empty(), "{}: {:?}", case.name, other_file.mistakes);
 }
 
 #[test]
