@@ -4,7 +4,6 @@
 use super::load::join;
 use super::pose::column;
 use super::rows::Row;
-use super::wrench::UNDONE;
 use super::{Change, Evidence, Mistake, MistakeKind};
 use crate::data::channel::LogChannel;
 use crate::data::log::{Log, LogKind};
@@ -135,11 +134,11 @@ impl Across {
         })
     }
 
-    /// True where the force speaks against the sense of the spindle, or is too small to tell it: one of
-    /// the files is wrong then.
+    /// True where the force fits the other sense of the spindle better, as the process file does, or is
+    /// too small to tell it: one of the files is wrong then.
     fn denies(&self) -> bool {
         /// Force that tells nothing, N.
         const FAINT: f64 = 50.0;
-        self.side < FAINT || self.reversed < UNDONE * self.as_read
+        self.side < FAINT || self.reversed < self.as_read
     }
 }
