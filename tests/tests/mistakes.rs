@@ -187,12 +187,24 @@ fn a_tracker_elsewhere_is_registered(case: &Case) {
     }
 }
 
+/// The process file states the other sense of the spindle, and the force across the seam follows the
+/// log's.
+fn a_weld_with_the_spindle_the_other_way_is_no_mistake(case: &Case) {
+    let mut case = case.clone();
+    case.model.process.iter_mut().for_each(|process| process.spindle = -process.spindle);
+    let found = found(&case, |log| {
+        log.process.iter_mut().for_each(|process| process.spindle = -process.spindle);
+    });
+    assert!(found.mistakes.is_empty(), "{}: {:?}", case.name, found.mistakes);
+}
+
 fn judge(seed: u64) {
     let case = case(seed);
     let right = found(&case, |_| {});
     assert!(right.mistakes.is_empty(), "{}: {:?}", case.name, right.mistakes);
     assert!(right.registered.is_empty(), "{}: {:?}", case.name, right.registered);
     every_mistake_is_named(&case, seed);
+    a_weld_with_the_spindle_the_other_way_is_no_mistake(&case);
     a_tracker_elsewhere_is_registered(&case);
 }
 
@@ -260,9 +272,9 @@ fn what_is_written_of_a_zero_is_plain_and_what_is_fitted_is_said_to_be() {
     assert_eq!((line(&kilo).unit, line(&kilo).factor), ("kNm", 1.0));
     let drive = found(&case, |log| torque(log, 1, 1.0 / 58.2));
     let line = line(&drive);
-    // Half of 95 %, and as much again for what the hidden effect makes of a torque.
-    assert!((line.factor / 58.2 - 1.0).abs() < line.fitted + 0.05, "{line:?}");
-    assert!(line.fitted > 0.0 && line.fitted < 0.05, "{line:?}");
+    // What the hidden effect makes of a torque is within what the factor is said to be known to.
+    assert!((line.factor / 58.2 - 1.0).abs() < line.fitted, "{line:?}");
+    assert!(line.fitted > 0.0 && line.fitted < 0.25, "{line:?}");
 }
 
 #[test]
@@ -290,17 +302,6 @@ fn a_second_encoder_is_compared_with_its_encoder() {
     let exchanged = found(&case, |log| log.samples.link_encoder.swap(0, 1));
     assert_named(&case, &exchanged, MistakeKind::Exchanged, channel, &[0, 1]);
     assert_eq!(lines(&exchanged), ["ql2", "ql1"]);
-}
-
-#[test]
-fn a_weld_with_the_spindle_the_other_way_is_no_mistake() {
-    // The process file's sense is the other one, and the force across the seam follows the log's.
-    let mut case = case(3);
-    case.model.process.iter_mut().for_each(|process| process.spindle = -process.spindle);
-    let other_file = found(&case, |log| {
-        log.process.iter_mut().for_each(|process| process.spindle = -process.spindle);
-    });
-    assert!(other_file.mistakes.is_empty(), "{:?}", other_file.mistakes);
 }
 
 #[test]

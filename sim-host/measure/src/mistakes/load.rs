@@ -2,7 +2,8 @@
 //! wrench and what hangs on the flange have files of their own.
 
 use super::payload::payload;
-use super::pose::{column, exchanged, near};
+use super::pose::{NEAR, column, exchanged};
+use super::refine::CORRELATED;
 use super::relation::{FACTOR, FEWEST, FOLLOWS, Sums};
 use super::rows::{Row, TorqueParts};
 use super::wrench::{self, UNDONE};
@@ -142,9 +143,10 @@ fn torques(logs: &[Log], rows: &[Vec<Row>], robot: &Robot<f64>) -> Vec<Mistake> 
         if scaled.contains(&i) && whole.is_none() {
             // Seen from the joint: as many times as the model needs it to be.
             let deviation = scales[i].map_or(0.0, |[_, deviation]| deviation);
-            let fitted = HALF_95 * deviation / slope.abs();
+            let fitted = HALF_95 * CORRELATED.sqrt() * deviation / slope.abs();
             let units = [("kNm", 1e3), ("Nmm", 1e-3)];
-            let unit = units.into_iter().find(|(_, factor)| near(factor * slope.abs(), 1.0));
+            let is_plain = |factor: f64| (factor * slope.abs() - 1.0).abs() < fitted.max(NEAR);
+            let unit = units.into_iter().find(|(_, factor)| is_plain(*factor));
             let (kind, change) = match unit {
                 Some((unit, _)) => (MistakeKind::Unit, column(torque, i, unit, slope.signum())),
                 None => {

@@ -30,7 +30,7 @@ pub(super) const AT_REST: usize = 8;
 const OUTLIERS: f64 = 0.1;
 
 /// How near to a whole sign or unit a slope must lie.
-const NEAR: f64 = 0.02;
+pub(super) const NEAR: f64 = 0.02;
 
 /// How the encoders are to be read.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -8,7 +8,6 @@ use super::{Change, Evidence, Mistake, MistakeKind};
 use crate::data::channel::LogChannel;
 use crate::data::log::{Log, LogKind};
 use crate::predict::Model;
-use nalgebra::Vector3;
 use std::f64::consts::{PI, TAU};
 use trueweld_core::Robot;
 use trueweld_plant::input::Process;
@@ -17,6 +16,10 @@ use trueweld_plant::simulate::Seam;
 
 /// Share by which a speed may differ from the stated one.
 const NEAR: f64 = 0.05;
+
+/// Shares of the planned push with which the tool is in the plate, and presses.
+const TOUCHES: f64 = 0.05;
+const PRESSES: f64 = 0.5;
 
 /// Units, what one of them is in rad/s, and the factor that goes with it in `[columns]`: the last one
 /// is a speed that was taken to rad/s twice.
@@ -52,18 +55,16 @@ fn of_weld(log: &Log, rows: &[Row], robot: &Robot<f64>, process: &Process) -> Op
     };
     let speed = read * per;
     // A weld may be made with the spindle the other way: its force tells.
-    let across = across(log, rows, robot, &Process { spindle: speed, ..process.clone() });
-    let reversed = speed.signum() != stated.signum()
-        && across.is_some_and(|[measured, expected]| is_other_way(measured, expected));
+    let across = Across::of(log, rows, robot, &Process { spindle: speed, ..process.clone() });
+    let across = across.filter(|across| speed.signum() != stated.signum() && across.denies());
+    let reversed = across.is_some();
     let sign = if reversed { -1.0 } else { 1.0 };
     if per == 1.0 && !reversed {
         return None;
     }
     let (kind, evidence) = match across {
-        Some([measured, expected]) if per == 1.0 => {
-            let left = |expected: f64| (measured - expected).abs();
+        Some(Across { as_read: before, reversed: after, .. }) if per == 1.0 => {
             let channel = LogChannel::Force;
-            let (before, after) = (left(expected), left(-expected));
             (MistakeKind::Sign, Evidence { before, after, unit: "N", channel })
         }
         _ => {
@@ -83,31 +84,61 @@ fn of_weld(log: &Log, rows: &[Row], robot: &Robot<f64>, process: &Process) -> Op
     })
 }
 
-/// True where a force across the seam, N, speaks against the sense of the spindle, or is too small to
-/// tell it: one of the files is wrong then.
-fn is_other_way(measured: f64, expected: f64) -> bool {
-    /// Force that tells nothing, N.
-    const FAINT: f64 = 50.0;
-    expected.abs() < FAINT || measured * expected < 0.0
+/// Force across the seam against the process, with the spindle as it was read and the other way.
+struct Across {
+    /// Root mean square of what is left, N.
+    as_read: f64,
+    reversed: f64,
+    /// Mean size of what the sense decides, N.
+    side: f64,
 }
 
-/// Force across the seam, N, in the later half of the rows that pressed, when the channel behind the
-/// tool has followed it: measured, and what the process makes of the measured push. `None` where no
-/// force was recorded.
-fn across(log: &Log, rows: &[Row], robot: &Robot<f64>, process: &Process) -> Option<[f64; 2]> {
-    log.samples.force.as_ref()?;
-    let weld = log.weld.as_ref()?;
-    let seam = Seam::of(weld);
-    let firm: Vec<&Row> =
-        rows.iter().filter(|row| -row.wrench.force.z > 0.5 * weld.force).collect();
-    let later = &firm[firm.len() / 2..];
-    let of_row = |row: &&Row| {
-        let tool = robot.forward_kinematics(&row.encoder);
-        let axes = seam.place(&tool.position).axes;
-        let measured = axes.tr_mul(&(tool.rotation * row.wrench.force));
-        let expected: Vector3<f64> = planned(process, -row.wrench.force.z, weld.feed);
-        [measured.y, expected.y]
-    };
-    let sums = later.iter().map(of_row).fold([0.0; 2], |s, f| [s[0] + f[0], s[1] + f[1]]);
-    (!later.is_empty()).then(|| sums.map(|sum| sum / later.len() as f64))
+impl Across {
+    /// Of the later half of the rows that pressed; `None` where no force was recorded.
+    fn of(log: &Log, rows: &[Row], robot: &Robot<f64>, process: &Process) -> Option<Self> {
+        log.samples.force.as_ref()?;
+        let weld = log.weld.as_ref()?;
+        let seam = Seam::of(weld);
+        // Path and channel behind the tool, m.
+        let mut behind: Option<[f64; 2]> = None;
+        let mut firm: Vec<[f64; 3]> = Vec::new();
+        for row in rows {
+            let push = -row.wrench.force.z;
+            if push < TOUCHES * weld.force {
+                continue;
+            }
+            let tool = robot.forward_kinematics(&row.encoder);
+            let placed = seam.place(&row.position.unwrap_or(tool.position));
+            let [path, across] = [placed.position.x, placed.position.y];
+            let channel = behind.map_or(across, |[before, channel]| {
+                let left = (-(path - before).abs() / process.memory_length).exp();
+                across + (channel - across) * left
+            });
+            behind = Some([path, channel]);
+            if push > PRESSES * weld.force {
+                let measured = placed.axes.tr_mul(&(tool.rotation * row.wrench.force)).y;
+                let firmness = push / process.reference_force;
+                let by_channel = process.lateral_stiffness * (channel - across) * firmness;
+                let side = planned(process, push, weld.feed).y;
+                firm.push([measured, by_channel, side]);
+            }
+        }
+        let later = &firm[firm.len() / 2..];
+        let mean =
+            |of: &dyn Fn(&[f64; 3]) -> f64| later.iter().map(of).sum::<f64>() / later.len() as f64;
+        let left = |sign: f64| mean(&|[m, c, s]| (m - c - sign * s).powi(2)).sqrt();
+        (!later.is_empty()).then(|| Self {
+            as_read: left(1.0),
+            reversed: left(-1.0),
+            side: mean(&|[_, _, side]| side.abs()),
+        })
+    }
+
+    /// True where the force fits the other sense of the spindle better, as the process file does, or is
+    /// too small to tell it: one of the files is wrong then.
+    fn denies(&self) -> bool {
+        /// Force that tells nothing, N.
+        const FAINT: f64 = 50.0;
+        self.side < FAINT || self.reversed < self.as_read
+    }
 }

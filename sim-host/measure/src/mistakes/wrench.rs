@@ -30,6 +30,9 @@ const UNEXPLAINED: f64 = 0.3;
 /// What an arm may give more, or less, than the model says.
 const GIVES: [f64; 2] = [0.3, 3.0];
 
+/// Sums of squares that differ by less are the same.
+const ALIKE: f64 = 1.1;
+
 /// Deflection that tells nothing, m.
 const FAINT: f64 = 1e-4;
 
@@ -189,11 +192,11 @@ impl Deflections {
         let plain = self.left(Reading::Plain);
         let mut best = (Reading::Plain, plain);
         for readings in readings(in_pounds) {
-            let all = readings.into_iter().map(|reading| (reading, self.left(reading)));
-            let Some(next) = all.min_by(|a, b| a.1.total_cmp(&b.1)) else { continue };
-            if next.1 < UNDONE * UNDONE * best.1 {
-                best = next;
-            }
+            let all = || readings.iter().map(|reading| (*reading, self.left(*reading)));
+            let least = all().map(|(_, left)| left).fold(f64::INFINITY, f64::min);
+            // Of those that leave the same, the first.
+            let next = all().find(|(_, left)| *left <= ALIKE * least);
+            best = next.filter(|next| next.1 < UNDONE * UNDONE * best.1).unwrap_or(best);
         }
         let channel = LogChannel::Position;
         let evidence =
@@ -338,7 +341,8 @@ pub(super) fn find(logs: &[Log], rows: &[Vec<Row>], model: &Model) -> Vec<Mistak
     let mut joined: Vec<Shown<'_>> = Vec::new();
     for (next, deflections) in shown {
         let denies = |whole: Reading| {
-            deflections.as_ref().is_some_and(|d| d.left(whole) > d.left(next.reading))
+            let left = |d: &Deflections, reading| UNDONE * UNDONE * d.left(reading);
+            deflections.as_ref().is_some_and(|d| left(d, whole) > d.left(next.reading))
         };
         let whole = joined.iter_mut().find(|whole| {
             next.reading == whole.reading
