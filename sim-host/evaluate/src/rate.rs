@@ -47,8 +47,8 @@ impl Rate {
     }
 }
 
-/// Probability of at most `k` of `n` at a chance of `p` each: the regularised incomplete beta function
-/// I(1 − p; n − k, k + 1), whose cost does not grow with `k`.
+/// Probability of at most `k` of `n` at a chance of `p` each: the regularised incomplete beta
+/// function I(1 − p; n − k, k + 1), whose cost does not grow with `k`.
 fn at_most_of(k: usize, n: usize, p: f64) -> f64 {
     if k >= n { 1.0 } else { beta_reg((n - k) as f64, (k + 1) as f64, 1.0 - p) }
 }
