@@ -849,7 +849,7 @@ fn a_campaign_is_checked_with_logs_that_lie_elsewhere_and_what_is_left_out_is_to
     let toml = toml.collect::<Vec<_>>().join("\n");
     fs::write(place.path().join("free/log.toml"), &toml).unwrap();
     let out = place.done(&["check", "list", "--json", "check.json"]);
-    assert!(out.contains("static/log.toml: log/1, in order"), "{out}");
+    assert!(out.contains("static/log.toml: a log of measurements, in order"), "{out}");
     assert!(out.contains("tm_1"), "{out}");
     let result = place.json("check.json");
     let told = |file: &serde_json::Value| file["notices"].as_array().is_some_and(|n| n.len() == 1);
