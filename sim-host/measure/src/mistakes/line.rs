@@ -2,8 +2,8 @@
 //! angle that the joint must have had in every row for the tool to be where it was seen, then refined
 //! with all that may be off beside it.
 
-use super::pose::{
-    Best, Explanation, Reading, Tracker, misfit, near, plain_angle, pose_pairs, with,
+use super::reading::{
+    AT_REST, Best, Explanation, Reading, Tracker, misfit, near, plain_angle, pose_pairs, with,
 };
 use super::refine::{CORRELATED, OUTLIER, quantile};
 use super::rows::Row;
@@ -147,7 +147,7 @@ pub(super) fn refined(
     let line = |by: &SVector<f64, FREE>| Reading::Line(joint, slope * (1.0 + by[SLOPE]), offset);
     // An arm in motion bends by more than its load at rest.
     let still: Vec<&Row> = rows.iter().filter(|row| row.at_rest).copied().collect();
-    let rows_used = if still.len() >= super::pose::AT_REST { &still[..] } else { rows };
+    let rows_used = if still.len() >= AT_REST { &still[..] } else { rows };
     let residuals = |by: &SVector<f64, FREE>| -> Vec<Vector6<f64>> {
         let frame = Pose {
             position: by.fixed_rows::<3>(FRAME).into_owned(),

@@ -2,7 +2,8 @@
 //! wrench and what hangs on the flange have files of their own.
 
 use super::payload::payload;
-use super::pose::{NEAR, column, exchanged};
+use super::pose::{column, exchanged};
+use super::reading::NEAR;
 use super::refine::CORRELATED;
 use super::relation::{FACTOR, FEWEST, FOLLOWS, Sums};
 use super::rows::{Row, TorqueParts};

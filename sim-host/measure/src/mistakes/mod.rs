@@ -11,6 +11,7 @@ mod line;
 mod load;
 mod payload;
 mod pose;
+mod reading;
 mod refine;
 mod relation;
 mod rows;
@@ -282,7 +283,7 @@ pub fn registrations(logs: &[Log], model: &Model) -> Vec<Registered> {
         };
         // An arm in motion bends by more than its load at rest.
         let still = of(&|k| logs[*k].kind == LogKind::StaticLoad);
-        let pose_pairs = if still.len() >= pose::AT_REST { still } else { of(&|_| true) };
+        let pose_pairs = if still.len() >= reading::AT_REST { still } else { of(&|_| true) };
         let alone = register::frame(&pose_pairs)?;
         let whole = register::frame_and_tool(&pose_pairs);
         // Without a reason the tracker sees the tool centre point.

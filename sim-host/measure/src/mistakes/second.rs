@@ -1,6 +1,7 @@
 //! Mistakes in second encoders: each follows the encoder of its joint to what a gear gives.
 
-use super::pose::{column, exchanged, plain_angle};
+use super::pose::{column, exchanged};
+use super::reading::plain_angle;
 use super::refine::quantile;
 use super::{Change, ColumnChange, Evidence, Mistake, MistakeKind};
 use crate::data::channel::LogChannel;
