@@ -72,7 +72,8 @@ impl Verdict {
     /// Of a probability between two bounds, each of the confidence asked for, against what is
     /// allowed.
     fn of_probability(at_most: f64, at_least: f64, allowed: f64) -> Self {
-        if at_most <= allowed {
+        // Bounds are exact to their last digits.
+        if within(at_most, allowed) {
             Self::Pass
         } else if at_least > allowed {
             Self::Fail

@@ -4,7 +4,7 @@
 //! Nothing is stated that a recording does not show. Where no symptom stands out, the figure stands
 //! alone.
 
-use super::{FaultTrial, Symptoms, Trial};
+use super::{FaultTrial, Symptoms, Trial, within};
 use crate::Rate;
 use crate::margins::Condition;
 
@@ -180,8 +180,8 @@ pub(super) fn draws(
     let Some((trial, value)) = worst else { return Reason::NoRun };
     let of = beyond.of;
     if beyond.hits as f64 / of as f64 <= allowed {
-        let shows = |n: &usize| Rate { hits: beyond.hits, of: *n }.at_most(confidence) <= allowed;
-        let enough = (of..=100_000).find(|n| *n > beyond.hits && shows(n));
+        let shown = |n: &usize| Rate { hits: beyond.hits, of: *n }.at_most(confidence);
+        let enough = (of..=100_000).find(|n| *n > beyond.hits && within(shown(n), allowed));
         return Reason::TooFewDraws { of, enough };
     }
     let worst = Shortfall { value, ..Shortfall::of(name, trial) };
