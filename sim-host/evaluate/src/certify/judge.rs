@@ -4,7 +4,7 @@
 use super::faults;
 use super::rare::of_limits;
 use super::reason::{self, Reason, Shortfall};
-use super::{FAULT_FIGURES, FaultTrial, RARE_FIGURE, RareFailure, Trial, WorstCase};
+use super::{FAULT_FIGURES, FaultTrial, RARE_FIGURE, RareFailure, Trial, WorstCase, within};
 use crate::Rate;
 use crate::figure::Limit;
 use crate::margins::{Condition, MARGIN_FIGURES, Margins};
@@ -172,12 +172,6 @@ pub fn judge(requirements: &Requirements, evidence: &Evidence) -> Vec<Requiremen
 /// The one with the greatest figure; the first of equal ones.
 pub fn worst<T>(all: impl IntoIterator<Item = T>, figure: impl Fn(&T) -> f64) -> Option<T> {
     all.into_iter().reduce(|a, b| if figure(&b) > figure(&a) { b } else { a })
-}
-
-/// True for a figure within its limit. A correction held at its authority is the limit, to the last
-/// digits.
-pub fn within(figure: f64, limit: f64) -> bool {
-    figure <= limit * (1.0 + 1e-9)
 }
 
 /// A requirement on the worst figure of runs that come out the same every time; `None` where there

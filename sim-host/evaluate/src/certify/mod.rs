@@ -34,7 +34,7 @@ pub use draw::{NominalCell, SampledCell};
 pub use faults::{FAULT_FIGURES, FaultTrial, SteadyTooShort};
 pub use judge::{
     Beyond, Evidence, EvidenceKind, Requirement, Verdict, WeakPoint, drawn_figure, draws, judge,
-    weak_points, within, worst,
+    weak_points, worst,
 };
 pub use rare::{FEWEST_DRAWS, RARE_FIGURE, RareFailure, rare_failure};
 pub use reason::{Held, Pace, Reason, Shortfall, Symptom};
@@ -85,6 +85,12 @@ pub fn figure(key: &str) -> Option<&'static Figure> {
     let faults = FAULT_FIGURES.iter().map(|of| &of.figure);
     let rare = std::iter::once(&RARE_FIGURE);
     weld.chain(margins).chain(faults).chain(rare).find(|figure| figure.key == key)
+}
+
+/// True for a figure within its limit. A correction held at its authority is the limit, to the last
+/// digits.
+pub fn within(figure: f64, limit: f64) -> bool {
+    figure <= limit * (1.0 + 1e-9)
 }
 
 /// A figure of a run; infinite where it came to no end, or to no number.

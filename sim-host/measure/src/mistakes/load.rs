@@ -37,21 +37,6 @@ pub(super) fn find(logs: &[Log], rows: &[Vec<Row>], model: &Model) -> Vec<Mistak
     found
 }
 
-/// The same mistake in several logs is one.
-pub(super) fn join(found: &mut Vec<Mistake>) {
-    let mut joined: Vec<Mistake> = Vec::new();
-    for mistake in found.drain(..) {
-        let same = |m: &&mut Mistake| {
-            (m.kind, m.channel, &m.change) == (mistake.kind, mistake.channel, &mistake.change)
-        };
-        match joined.iter_mut().find(same) {
-            Some(first) => first.logs.extend(mistake.logs),
-            None => joined.push(mistake),
-        }
-    }
-    *found = joined;
-}
-
 fn names<'a>(logs: impl Iterator<Item = &'a Log>) -> Vec<String> {
     logs.map(|log| log.name.clone()).collect()
 }

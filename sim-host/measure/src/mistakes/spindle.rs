@@ -1,7 +1,6 @@
 //! Mistakes in the spindle's speed: against the speed that the process file states, and against the
 //! force across the seam, whose side follows the spindle's sense.
 
-use super::load::join;
 use super::pose::column;
 use super::rows::Row;
 use super::{Change, Evidence, Mistake, MistakeKind};
@@ -39,6 +38,21 @@ pub(super) fn find(logs: &[Log], rows: &[Vec<Row>], model: &Model) -> Vec<Mistak
     let mut found = logs.iter().zip(rows).filter_map(of_log).collect();
     join(&mut found);
     found
+}
+
+/// The same mistake in several logs is one.
+fn join(found: &mut Vec<Mistake>) {
+    let mut joined: Vec<Mistake> = Vec::new();
+    for mistake in found.drain(..) {
+        let same = |m: &&mut Mistake| {
+            (m.kind, m.channel, &m.change) == (mistake.kind, mistake.channel, &mistake.change)
+        };
+        match joined.iter_mut().find(same) {
+            Some(first) => first.logs.extend(mistake.logs),
+            None => joined.push(mistake),
+        }
+    }
+    *found = joined;
 }
 
 fn of_weld(log: &Log, rows: &[Row], robot: &Robot<f64>, process: &Process) -> Option<Mistake> {
