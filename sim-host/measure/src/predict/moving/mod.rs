@@ -2,6 +2,7 @@
 
 mod noise;
 mod residual;
+mod start;
 mod swing;
 
 use super::columns::period;
