@@ -57,6 +57,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     };
     check_outputs(&outputs)?;
     if measured.tell_mistakes(&arguments.results.files, &provenance)? {
+        let stays =
+            if arguments.out.exists() { "; the file there is of an earlier run" } else { "" };
+        say!("no improved model is written to {}{stays}\n", arguments.out.display());
         return Ok(());
     }
     let mut bench = FitProblem { deadline, ..FitProblem::new(model, measured.experiments) };

@@ -1,5 +1,6 @@
 //! Where results go.
 
+use crate::init::is_template;
 use crate::terminal;
 use clap::{Arg, ArgMatches, Args, Command, FromArgMatches, value_parser};
 use miette::{IntoDiagnostic, Result, WrapErr, miette};
@@ -235,7 +236,8 @@ fn refused(flag: &str, path: &Path, why: &str) -> Result<()> {
 /// about the inputs, makes the folder `out`, and removes what a killed run left in the folders.
 ///
 /// # Errors
-/// Those of [`check_targets`]; an output that is an input, or two outputs in one file.
+/// Those of [`check_targets`]; an output that is an input, settings that somebody wrote, or two
+/// outputs in one file.
 pub fn check_outputs(outputs: &[(&str, &Path)]) -> Result<()> {
     terminal::tell_warnings();
     check_targets(outputs)?;
@@ -261,6 +263,11 @@ pub fn check_outputs(outputs: &[(&str, &Path)]) -> Result<()> {
         if inputs.contains(&target) {
             return refused(flag, path, "it is an input of this command; expected another file");
         }
+        if target.extension() == Some("toml".as_ref()) && !may_be_replaced(&target) {
+            let why = "there is a file that trueweld did not write; expected another name, or \
+                       remove it";
+            return refused(flag, path, why);
+        }
         if let Some((other, _)) = targets.iter().find(|(_, other)| *other == target) {
             let why = format!("{other} goes there too; expected another file");
             return refused(flag, path, &why);
@@ -268,4 +275,15 @@ pub fn check_outputs(outputs: &[(&str, &Path)]) -> Result<()> {
         targets.push((flag, target));
     }
     Ok(())
+}
+
+/// True where no file of settings is, or one that a command wrote: its first line says so. What a
+/// person wrote is not written over.
+fn may_be_replaced(path: &Path) -> bool {
+    match std::fs::read_to_string(path) {
+        Ok(text) => {
+            text.lines().next().is_some_and(|line| line.contains("trueweld")) || is_template(&text)
+        }
+        Err(_) => !path.exists(),
+    }
 }

@@ -84,6 +84,14 @@ fn no_output_overwrites_an_input_or_another_output() {
             "--html: cannot write -: --json goes there too",
         ),
         (&["improve", "campaign", "--out", "-"], "--out: cannot write -"),
+        (
+            &["improve", "campaign", "--out", "short.toml"],
+            "--out: cannot write short.toml: there is a file that trueweld did not write",
+        ),
+        (
+            &["tune", "--out", "campaign/robot.toml"],
+            "--out: cannot write campaign/robot.toml: there is a file that trueweld did not write",
+        ),
     ];
     let bytes = |name: &str| place.bytes(name);
     let before =

@@ -14,7 +14,7 @@ use crate::diagnose::{
 use crate::discover::{self, Discovery, discover};
 use crate::fit::calibration::is_calibration;
 use crate::fit::per_log;
-use crate::fit::{self, EffectScope, Effort, FitProblem, FitState, Fitted, Residuals};
+use crate::fit::{self, Effort, FitProblem, FitState, Fitted, Residuals};
 use crate::predict::{Experiment, PredictError};
 use crate::residuals::compare::{LogComparison, of_logs};
 use crate::residuals::localize::localize;
@@ -185,20 +185,20 @@ pub fn improve(
         } else {
             sparse(bench, &blocks, &diagnosis.null).0
         };
-        path.try_step(kept);
+        path.try_step(kept, Some(&diagnosis.null));
     }
     // What was found outside the library stands in the place of what explains a part within.
     let outside = !path.discovered.is_empty();
     if outside {
         progress("adding what was found", 0.75);
-        path.try_step(diagnosis.improved.clone());
+        path.try_step(diagnosis.improved.clone(), Some(&diagnosis.full));
     }
     for (k, full) in diagnosis.chosen.iter().enumerate().filter(|_| !outside) {
         progress("adding what was found", 0.75 + 0.05 * k as f64);
         // The last of them is what the diagnosis keeps.
         let last = k + 1 == diagnosis.chosen.len();
         let kept = if last { diagnosis.improved.clone() } else { sparse(bench, &blocks, full).0 };
-        path.try_step(kept);
+        path.try_step(kept, Some(full));
     }
     // A partial explanation is carried on as far as it goes.
     let mut further = false;
@@ -215,7 +215,7 @@ pub fn improve(
     if let Some(mut whole) = path.reached.clone().filter(|_| further) {
         // What was found one after the other, fitted together.
         refit(bench, &blocks, &mut whole, Effort::full(0));
-        path.try_step(whole);
+        path.try_step(whole, None);
     }
     let Path { steps, rejected, mut discovered, reached, .. } = path;
     // The values of the improved model, where all were fitted together once more.
@@ -282,16 +282,19 @@ struct Path<'a> {
 }
 
 impl Path<'_> {
-    /// Takes a step to a fit if it is one forward.
-    fn try_step(&mut self, fitted: Fitted) -> bool {
-        self.try_step_by(fitted, false)
+    /// Takes a step to a fit if it is one forward. `full`: the fit with every calibration free, of
+    /// which this keeps those that count; intervals allow for the others where it is there.
+    fn try_step(&mut self, fitted: Fitted, full: Option<&Fitted>) -> bool {
+        self.try_step_by(fitted, full, false)
     }
 
     /// The same; `by_channel`: also where the score does not rise, and the error falls with every
     /// channel weighed alike. Fits to blocks left out have shown that before.
-    fn try_step_by(&mut self, fitted: Fitted, by_channel: bool) -> bool {
-        let all =
-            diagnose::found(&fitted, |of| matches!(of, EffectScope::All(_) | EffectScope::Log(..)));
+    fn try_step_by(&mut self, fitted: Fitted, full: Option<&Fitted>, by_channel: bool) -> bool {
+        let all = match full {
+            Some(full) => diagnose::found_beside(&fitted, full, |_| true),
+            None => diagnose::found(&fitted, |_| true),
+        };
         let (calibration, effects): (Vec<FittedEffect>, Vec<FittedEffect>) =
             all.into_iter().partition(|f| is_calibration(f.effect.kind));
         let added = added(self.steps.last().map_or(&[], |s| &s.effects), &effects);
@@ -368,7 +371,7 @@ impl Path<'_> {
             let mut whole = next.point.clone();
             whole.free = point.free.iter().chain(&next.point.free).copied().collect();
             let fitted = fit::fit(bench, &whole, blocks, &[], nothing_free);
-            fitted.is_ok_and(|fitted| self.try_step_by(fitted, true))
+            fitted.is_ok_and(|fitted| self.try_step_by(fitted, None, true))
         };
         if further(&ground, &null).iter().any(&mut takes) {
             return true;

@@ -112,7 +112,7 @@ fn with_all_calibrations(
         all
     };
     let diagnosis = &improvement.diagnosis;
-    let made = || std::iter::once(&diagnosis.null).chain(&diagnosis.chosen);
+    let made = || [&diagnosis.null, &diagnosis.full].into_iter().chain(&diagnosis.chosen);
     let Some(reached) = &improvement.fitted else { return Ok(diagnosis.null.clone()) };
     let wanted = places(&reached.point);
     if let Some(fitted) = made().find(|fitted| places(&fitted.point) == wanted) {

@@ -5,6 +5,7 @@ use super::rules;
 use crate::HALF_95;
 use crate::fit::calibration::is_calibration;
 use crate::fit::{self, EffectScope, Fitted};
+use std::collections::BTreeSet;
 use trueweld_plant::effects::{Effect, Role};
 
 /// An effect with fitted values.
@@ -90,6 +91,62 @@ pub(crate) fn found(fitted: &Fitted, wanted: impl Fn(EffectScope) -> bool) -> Ve
         let reach = (HALF_95 * deviation * inflation.sqrt()).max(OF_BLOCKS * scattered)
             * fit::unit(parameter, value);
         all[index].interval[free.parameter] = [value - reach, value + reach];
+    }
+    all
+}
+
+/// Fitted effects of a fit with only those calibrations that count, with intervals that allow for
+/// the others: a calibration that is left out is not known to be nothing. `full`: the fit with all
+/// of them free. An interval is twice the root mean square of what that fit leaves between the value
+/// and the truth, √(σ² + (v − v̂)²), where this is wider.
+pub(crate) fn found_beside(
+    fitted: &Fitted,
+    full: &Fitted,
+    wanted: impl Fn(EffectScope) -> bool,
+) -> Vec<FittedEffect> {
+    let mut all = found(fitted, wanted);
+    let Some(step) = full.linear.solve(None, 0.0, None) else { return all };
+    let deviations = step.deviations();
+    let trust = rules::trust(full);
+    let point = &full.point;
+    for of in &mut all {
+        let own = (of.effect.kind.id, of.effect.at);
+        // A joint may have several waves, of which none can be told to be the same in both fits.
+        let scopes: BTreeSet<EffectScope> = point
+            .free
+            .iter()
+            .filter(|free| (point.effect(free.of).kind.id, point.effect(free.of).at) == own)
+            .map(|free| free.of)
+            .filter(|scope| match (scope, of.log) {
+                (EffectScope::Log(log, _), Some(only)) => *log == only,
+                _ => true,
+            })
+            .collect();
+        if scopes.iter().filter(|scope| matches!(scope, EffectScope::All(_))).count() > 1 {
+            continue;
+        }
+        for (parameter, [low, high]) in of.interval.iter_mut().enumerate() {
+            let same = |k: &usize| {
+                scopes.contains(&point.free[*k].of) && point.free[*k].parameter == parameter
+            };
+            let alike: Vec<usize> = (0..point.free.len()).filter(same).collect();
+            if low == high || alike.is_empty() {
+                continue;
+            }
+            let mean = |values: &dyn Fn(usize) -> f64| {
+                alike.iter().map(|k| values(*k)).sum::<f64>() / alike.len() as f64
+            };
+            let value = of.effect.values[parameter];
+            let off = value - mean(&|k| point.value(&point.free[k]));
+            // Of values of several logs as if they were off together.
+            let square = mean(&|k| {
+                let free = &point.free[k];
+                let unit = fit::unit(point.parameter(free), point.value(free));
+                trust * (deviations[k] * unit).powi(2)
+            });
+            let reach = HALF_95 * (square + off * off).sqrt();
+            (*low, *high) = (low.min(value - reach), high.max(value + reach));
+        }
     }
     all
 }

@@ -21,7 +21,7 @@ mod tell;
 
 pub use confuse::Confusable;
 pub use found::FittedEffect;
-pub(crate) use found::found;
+pub(crate) use found::{found, found_beside};
 pub use mountings::{Combination, Mountings};
 pub use rules::{Part, held_out_score, parts, score};
 pub(crate) use screen::Context;
@@ -115,7 +115,9 @@ pub struct Diagnosis {
     pub calibration: Vec<FittedEffect>,
     /// What the logs fix of how links are mounted; `None` where they see no postures.
     pub mountings: Option<Mountings>,
-    /// The model with the best explanation and the calibrations that count.
+    /// The model with the best explanation and every calibration free.
+    pub full: Fitted,
+    /// The same with those calibrations alone that count.
     pub improved: Fitted,
     /// Smallest size of each effect that these data would have shown.
     pub limits: Vec<Limit>,
@@ -336,7 +338,8 @@ fn conclude(
     // Beside an effect of another size others are needed no more.
     let (improved, kept) = sparse::without_doubtful(bench, blocks, (improved, kept));
     let kept: Vec<_> = kept.into_iter().filter(|name| !is_of_registration(bench, name.0)).collect();
-    let calibration = found(&improved, |of| is_calibration(improved.point.effect(of).kind));
+    let calibration =
+        found_beside(&improved, best, |of| is_calibration(improved.point.effect(of).kind));
 
     let mut candidates: Vec<Candidate> = singles
         .into_iter()
@@ -370,7 +373,7 @@ fn conclude(
             let effect = improved.point.effect(of);
             (effect.kind.id, effect.at) == name
         };
-        let item = found(&improved, is_it);
+        let item = found_beside(&improved, best, is_it);
         verdict = Verdict::EffectFound;
         nothing = without;
         // What was tried beside all calibrations has no place beside one of them: none of it
@@ -403,6 +406,7 @@ fn conclude(
         before,
         null: null.clone(),
         mountings: mountings::mountings(best),
+        full: best.clone(),
         chosen,
         candidates,
         calibration,

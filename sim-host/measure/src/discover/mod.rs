@@ -172,13 +172,14 @@ pub fn discover(
     };
     discovery.held_out_before = diagnosis.score_before;
     let (improved, _) = diagnose::sparse(bench, &blocks, &fitted);
-    diagnosis.calibration =
-        diagnose::found(&improved, |of| is_calibration(improved.point.effect(of).kind));
+    let is_of_calibration = |of| is_calibration(improved.point.effect(of).kind);
+    diagnosis.calibration = diagnose::found_beside(&improved, &fitted, is_of_calibration);
     diagnosis.unexplained = match rules::at_floor(bench, &improved.at) {
         true => Vec::new(),
         false => localize(&bench.experiments, &improved.at, logs),
     };
     diagnosis.improved = improved;
+    diagnosis.full = fitted.clone();
     let near = |like: &&diagnose::Candidate| named.is_some() || like.left < LIKE;
     let nearest = diagnosis.candidates.first().filter(near);
     discovery.like = nearest.and_then(|like| nearest_effect(&context, best, like));

@@ -22,7 +22,7 @@ pub fn model_comments(
     let (first, last) = (&improvement.steps[0], &improvement.steps[improvement.steps.len() - 1]);
     Comments {
         file: format!(
-            "Improved from {} by fitting {names}. Score {:.3} before, {:.3} now; where nothing was fitted ({judged}) {:.3} \
+            "Improved by trueweld from {}, fitted to {names}. Score {:.3} before, {:.3} now; where nothing was fitted ({judged}) {:.3} \
              before, {:.3} now. 1.0 is the noise floor.",
             given.path.display(),
             first.score,
