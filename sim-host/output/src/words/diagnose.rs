@@ -32,16 +32,9 @@ fn spoken(parameter: &Parameter) -> String {
     unit_suffix(name).map_or(name, |(short, _)| short).replace('_', " ")
 }
 
-/// A value of a found effect with its 95 % interval; where the logs leave more than half of the
-/// plausible range, they do not bound it.
+/// A value of a found effect with its 95 % interval.
 pub(crate) fn value(found: &FittedEffect, k: usize) -> String {
-    let parameter = &found.effect.kind.parameters[k];
-    let (scale, value, interval) =
-        (Scale::of_parameter(parameter), found.effect.values[k], found.interval[k]);
-    if interval[1] - interval[0] > (parameter.high - parameter.low).abs() {
-        return format!("{}, hardly bounded by these logs", scale.quantity(value));
-    }
-    scale.with_interval(value, interval)
+    effects::value(found, k, 1.0)
 }
 
 /// Every value of a found effect with its name; of a table between what its values are.
@@ -70,13 +63,16 @@ pub(crate) fn in_a_line(found: &FittedEffect, robot: &RobotFile) -> String {
     format!("{} ({})", found.effect.name(robot), values.join(", "))
 }
 
-/// Names of the explanations that the data do not tell from the best, with its own.
+/// The best explanation and those that the data do not tell from it, each with its probability.
 fn tied(diagnosis: &Diagnosis, robot: &RobotFile) -> Vec<String> {
     let Some(best) = diagnosis.candidates.first() else {
         return Vec::new();
     };
     let others = best.indistinguishable.iter().filter_map(|k| diagnosis.candidates.get(*k));
-    std::iter::once(best).chain(others).map(|candidate| candidate.name(robot)).collect()
+    let told = |candidate: &Candidate| {
+        format!("{} ({})", candidate.name(robot), probability(candidate.probability))
+    };
+    std::iter::once(best).chain(others).map(told).collect()
 }
 
 /// What the rest of the residual follows, in a few words.
@@ -502,10 +498,7 @@ mod tests {
         parts.diagnosis.candidates[0].indistinguishable = vec![1];
         parts.account.next_experiment = Some(sample::plan());
         let tied = parts.diagnosed().headline();
-        assert!(
-            tied.contains("these logs cannot separate backlash at A5 and hysteresis at A5"),
-            "{tied}"
-        );
+        assert!(tied.contains("these logs cannot separate backlash at A5 ("), "{tied}");
         assert!(
             tied.contains("record: Static loads, 3 rows: up to 20 kg on the flange, up and down."),
             "{tied}"

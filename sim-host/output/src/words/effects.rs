@@ -147,12 +147,16 @@ fn replacement(slot: &str, found: &FittedEffect, robot: &RobotFile) -> Option<St
     }
 }
 
-/// A fitted value times a sign, with its unit and 95 % interval.
-fn value(found: &FittedEffect, k: usize, sign: f64) -> String {
-    let value = found.effect.values[k];
+/// A fitted value times a sign, with its unit and 95 % interval; where the logs leave more than half
+/// of the plausible range on either side, they do not bound it.
+pub(super) fn value(found: &FittedEffect, k: usize, sign: f64) -> String {
+    let (parameter, value) = (&found.effect.kind.parameters[k], found.effect.values[k]);
     let interval = found.interval.get(k).copied().unwrap_or([value; 2]);
-    Scale::of_parameter(&found.effect.kind.parameters[k])
-        .with_interval(sign * value, interval.map(|end| sign * end))
+    let scale = Scale::of_parameter(parameter);
+    if interval[1] - interval[0] > (parameter.high - parameter.low).abs() {
+        return format!("{}, hardly bounded by these logs", scale.quantity(sign * value));
+    }
+    scale.with_interval(sign * value, interval.map(|end| sign * end))
 }
 
 fn instrument(at: Location) -> &'static str {
