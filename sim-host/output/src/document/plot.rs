@@ -175,7 +175,8 @@ impl Plot {
         };
         // The SVG backend writes sizes smaller than asked for by 1.24.
         let font = TEXT;
-        let margin = 62 * SCALE;
+        // Powers of ten are written out.
+        let margin = if self.logarithmic { 76 } else { 62 } * SCALE;
         let root = SVGBackend::with_string(svg, size).into_drawing_area();
         let [x, y] = self.ranges();
         let logarithmic = self.logarithmic;

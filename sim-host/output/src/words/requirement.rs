@@ -28,6 +28,8 @@ pub(crate) fn shown(key: &str, value: f64) -> String {
     let decimals = match scale.unit {
         "ms" | "N" => 0,
         "" => 2,
+        // A margin is of tens of degrees, a tilt of hundredths of one.
+        "°" if key.contains("margin") => 1,
         _ => 3,
     };
     scale.with_unit(format!("{:.decimals$}", scale.factor * value))
