@@ -3,10 +3,13 @@
 pub mod campaign;
 pub mod channel;
 pub mod clock;
+pub(crate) mod clipped;
 pub(crate) mod dropout;
 pub mod fir;
+mod floor;
 mod kind;
 pub mod log;
 pub mod noise;
+mod outlier;
 pub(crate) mod rates;
 pub mod resample;

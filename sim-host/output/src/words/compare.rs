@@ -2,6 +2,7 @@
 
 use super::{Scale, counted, listed, score};
 use std::path::Path;
+use trueweld_measure::data::noise::Scatter;
 use trueweld_measure::residuals::compare::{
     ChannelComparison, Comparison, FLOOR, LogComparison, Notice,
 };
@@ -78,6 +79,14 @@ pub(crate) fn notice(notice: &Notice) -> String {
             "the noise is not stated and was estimated from the recordings: {}",
             logs.join(", ")
         ),
+        Notice::NoiseLarger(of) => format!(
+            "{}: the scatter is taken for the noise; correct the line if the instrument is in order",
+            scatter(of)
+        ),
+        Notice::NoiseSmaller(of) => format!(
+            "{}, and what is left is small as well: with the line corrected smaller effects show",
+            scatter(of)
+        ),
         Notice::GearsAtStart { log, gears } => {
             let of = |(joint, state): &(String, f64)| format!("{joint} at {:.0} %", 100.0 * state);
             let gears: Vec<String> = gears.iter().map(of).collect();
@@ -107,4 +116,18 @@ pub(crate) fn notice(notice: &Notice) -> String {
             )
         }
     }
+}
+
+/// By how much a channel scatters, and what is stated.
+fn scatter(of: &Scatter) -> String {
+    let entry = [of.channel.noise_key(), of.channel.unit()];
+    let scale = Scale::small(entry[1]);
+    format!(
+        "{}: {} scatters by {} from row to row; `{}` of [noise] states {}",
+        of.logs.join(", "),
+        of.channel.name(),
+        scale.quantity(of.shown),
+        entry[0],
+        scale.quantity(of.stated)
+    )
 }
