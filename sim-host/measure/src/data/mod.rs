@@ -2,8 +2,8 @@
 
 pub mod campaign;
 pub mod channel;
-pub mod clock;
 pub(crate) mod clipped;
+pub mod clock;
 pub(crate) mod dropout;
 pub mod fir;
 mod floor;

@@ -123,14 +123,13 @@ fn scatter_of(log: &Log) -> Option<NoiseLevels> {
         return None;
     }
     let mut levels = log.noise;
-    for (_, levels) in levels.channels_mut() {
+    let unknown = Some(Level { deviation: f64::NAN, stated: false });
+    for (channel, levels) in levels.channels_mut() {
+        // A process, or a brake, shakes the motors themselves; what a free motion commands is smooth.
+        let shaken = channel == LogChannel::Encoder && log.kind != LogKind::FreeMotion;
         // What is stated is looked at, and nothing else.
-        levels.iter_mut().for_each(|level| {
-            *level = match level {
-                Some(_) => None,
-                None => Some(Level { deviation: f64::NAN, stated: false }),
-            }
-        });
+        let looked_at = |level: &Option<Level>| level.is_some() && !shaken;
+        levels.iter_mut().for_each(|l| *l = if looked_at(l) { None } else { unknown });
     }
     read(log, &mut levels, white);
     for (_, levels) in levels.channels_mut() {

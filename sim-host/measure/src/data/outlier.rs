@@ -130,7 +130,8 @@ impl Readings<'_> {
         };
         // Lines of its readings do not reach the run.
         let before = of(p.saturating_sub(AROUND + LINE)..p.saturating_sub(LINE));
-        let behind = of((after + LINE).min(self.known.len())..(after + LINE + AROUND).min(self.known.len()));
+        let behind =
+            of((after + LINE).min(self.known.len())..(after + LINE + AROUND).min(self.known.len()));
         match (before, behind) {
             (Some(a), Some(b)) => Some(a.max(b)),
             (one, other) => one.or(other),

@@ -42,7 +42,7 @@ pub(crate) fn setting(model: &Path, comparison: &Comparison) -> String {
     let all = comparison.logs.iter().map(|log| log.channels.len()).sum::<usize>();
     let noise = match stated {
         n if n == all => "as the logs state it",
-        0 => "estimated from the recordings, which do not state it",
+        0 => "estimated from the recordings",
         _ => "partly stated by the logs, partly estimated from the recordings",
     };
     format!(

@@ -38,7 +38,9 @@ pub(super) fn leave_out(
     if kind == LogKind::StaticLoad {
         return;
     }
-    for channel in [LogChannel::MotorTorque, LogChannel::Force, LogChannel::Moment, LogChannel::Position] {
+    for channel in
+        [LogChannel::MotorTorque, LogChannel::Force, LogChannel::Moment, LogChannel::Position]
+    {
         leave_out_clipped(columns, channel, notices);
     }
     for channel in SCREENED {
@@ -129,8 +131,7 @@ fn series(columns: &Columns, channel: LogChannel) -> Vec<Option<Vec<f64>>> {
     if channel != LogChannel::Rotation {
         return all;
     }
-    let vectors: Vec<Vector3<f64>> =
-        (0..x.len()).map(|k| Vector3::new(x[k], y[k], z[k])).collect();
+    let vectors: Vec<Vector3<f64>> = (0..x.len()).map(|k| Vector3::new(x[k], y[k], z[k])).collect();
     let read = |k: usize| vectors[k].sum().is_finite();
     let summed = relative_rotation(&vectors);
     let column = |c: usize| {

@@ -106,7 +106,8 @@ const FEW: f64 = 0.05;
 /// there is a reading, row by row.
 fn is_bridged(read: impl Iterator<Item = bool> + Clone, low: &LowPass) -> bool {
     let [rows, missing] = [read.clone().count(), read.clone().filter(|read| !read).count()];
-    missing == 0 || (missing as f64 <= FEW * rows as f64 && dropouts(read, low.bridged()).is_empty())
+    missing == 0
+        || (missing as f64 <= FEW * rows as f64 && dropouts(read, low.bridged()).is_empty())
 }
 
 impl Moving {
