@@ -37,7 +37,7 @@ pub(crate) struct Clipped {
 }
 
 /// Where a series is at its upper, or lower, limit. `others`: what the same instrument reads
-/// beside it; where none of that changes either, the instrument stands still for another reason,
+/// beside it; where none of that changes either, all of it stands still for another reason,
 /// such as a brake that is closed. A limit of 0 is none: nothing presses on the sensor then.
 /// `centred`: a range lies about 0, so that a limit is among the largest magnitudes.
 pub(crate) fn clipped(series: &[f64], others: &[&[f64]], centred: bool) -> Vec<Clipped> {
@@ -54,10 +54,15 @@ pub(crate) fn clipped(series: &[f64], others: &[&[f64]], centred: bool) -> Vec<C
     };
     let runs = |limit: &f64| runs(series, *limit);
     if least == most {
-        // Never off its limit: that it is noisy is told by the others alone.
+        // Never off its limit: what is noisy beside it tells that it should be. A coordinate may well
+        // stay where it is.
+        let noise = others.iter().any(|series| {
+            let whole = 0..series.len();
+            is_noisy(series, f64::NAN, &[whole])
+        });
         let of = |limit| at(limit, runs(&limit));
-        let moves = |c: &Clipped| c.rows >= SHORTEST && any_moves(others, &c.stretches);
-        return limits.into_iter().map(of).filter(moves).collect();
+        let found = limits.into_iter().map(of).filter(|c| centred && noise && c.rows >= SHORTEST);
+        return found.collect();
     }
     let all: Vec<Range<usize>> = limits.iter().flat_map(runs).collect();
     if !is_fine(series, &all) {
@@ -68,7 +73,7 @@ pub(crate) fn clipped(series: &[f64], others: &[&[f64]], centred: bool) -> Vec<C
         let long: Vec<Range<usize>> =
             runs.iter().filter(|r| r.len() >= SHORTEST).cloned().collect();
         !long.is_empty()
-            && is_noisy(series, *limit, &long)
+            && is_noisy(series, *limit, &beside(&long, series.len()))
             && (others.is_empty() || any_moves(others, &long))
     };
     limits.retain(is_clipped);
@@ -114,20 +119,23 @@ fn is_fine(series: &[f64], runs: &[Range<usize>]) -> bool {
     pairs > 0 && same as f64 <= ALIKE * f64::from(pairs)
 }
 
-/// True where readings beside runs at a limit are noisy by more than the instrument resolves.
-fn is_noisy(series: &[f64], limit: f64, runs: &[Range<usize>]) -> bool {
-    let (mut first, mut fourth) = (Vec::new(), Vec::new());
-    let mut beside = |rows: Range<usize>| {
-        for w in series[rows].windows(5) {
-            if w.iter().all(|v| v.is_finite() && *v != limit) {
-                first.push((w[1] - w[0]).abs());
-                fourth.push((w[0] - 4.0 * w[1] + 6.0 * w[2] - 4.0 * w[3] + w[4]).abs());
-            }
-        }
+/// Rows beside runs.
+fn beside(runs: &[Range<usize>], length: usize) -> Vec<Range<usize>> {
+    let of = |run: &Range<usize>| {
+        [run.start.saturating_sub(AROUND)..run.start, run.end..(run.end + AROUND).min(length)]
     };
-    for run in runs {
-        beside(run.start.saturating_sub(AROUND)..run.start);
-        beside(run.end..(run.end + AROUND).min(series.len()));
+    runs.iter().flat_map(of).collect()
+}
+
+/// True where the readings of a series in some rows, off its limit, are noisy by more than the
+/// instrument resolves.
+fn is_noisy(series: &[f64], limit: f64, rows: &[Range<usize>]) -> bool {
+    let (mut first, mut fourth) = (Vec::new(), Vec::new());
+    for w in rows.iter().flat_map(|rows| series[rows.clone()].windows(5)) {
+        if w.iter().all(|v| v.is_finite() && *v != limit) {
+            first.push((w[1] - w[0]).abs());
+            fourth.push((w[0] - 4.0 * w[1] + 6.0 * w[2] - 4.0 * w[3] + w[4]).abs());
+        }
     }
     let (Some(first), Some(fourth)) = (median(&mut first), median(&mut fourth)) else {
         return false;
@@ -151,4 +159,75 @@ fn any_moves(others: &[&[f64]], runs: &[Range<usize>]) -> bool {
 fn median(values: &mut [f64]) -> Option<f64> {
     let middle = values.len() / 2;
     (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::{Distribution, StandardNormal};
+
+    fn noisy(deviation: f64, of: impl Fn(f64) -> f64) -> Vec<f64> {
+        let mut random = ChaCha8Rng::seed_from_u64(3);
+        let mut noise = || -> f64 { StandardNormal.sample(&mut random) };
+        (0..1000).map(|k| of(f64::from(k)) + deviation * noise()).collect()
+    }
+
+    fn torque() -> Vec<f64> {
+        noisy(20.0, |k| 4000.0 * (k / 80.0).sin())
+    }
+
+    #[test]
+    fn a_drive_at_its_limit_is_clipped_where_it_is() {
+        let other = noisy(20.0, |k| 500.0 * (k / 60.0).cos());
+        let series: Vec<f64> = torque().iter().map(|v| v.clamp(-3500.0, 3500.0)).collect();
+        let found = clipped(&series, &[&other], true);
+        assert_eq!(found.iter().map(|c| c.limit).collect::<Vec<_>>(), [3500.0, -3500.0]);
+        for c in &found {
+            // Two crests of each sign, and at most a few rows between runs beside each.
+            assert_eq!(c.rows, series.iter().filter(|v| **v == c.limit).count());
+            let stretched: usize = c.stretches.iter().map(Range::len).sum();
+            assert!((c.rows..c.rows + 40).contains(&stretched), "{c:?}");
+        }
+        // At its limit from the first row to the last: the drives beside it tell.
+        let always = vec![-8000.0; 1000];
+        assert_eq!(clipped(&always, &[&other], true)[0].rows, 1000);
+        assert!(clipped(&always, &[], true).is_empty());
+        assert!(clipped(&always, &[&always], true).is_empty());
+    }
+
+    #[test]
+    fn what_is_constant_by_itself_is_not_clipped() {
+        let none = |series: &[f64], others: &[&[f64]], centred: bool| {
+            let found = clipped(series, others, centred);
+            assert!(found.is_empty(), "{found:?}");
+        };
+        let other = noisy(20.0, |k| 500.0 * (k / 60.0).cos());
+        none(&torque(), &[&other], true);
+        // An arm that stands, moves smoothly and stands again, without noise and with one that the
+        // instrument hardly resolves.
+        let smooth = |k: f64| {
+            let s = ((k - 300.0) / 400.0).clamp(0.0, 1.0);
+            0.3 * s * s * (3.0 - 2.0 * s)
+        };
+        none(&noisy(0.0, smooth), &[&other], false);
+        let coarse = |deviation: f64| -> Vec<f64> {
+            noisy(deviation, smooth).iter().map(|v| (v / 1e-4).round() * 1e-4).collect()
+        };
+        none(&coarse(1e-5), &[&other], false);
+        none(&coarse(1e-4), &[&other], false);
+        // A sensor that reads nothing, or an offset, until it is pressed.
+        for offset in [0.0, 12.0] {
+            let contact = noisy(25.0, |k| -60.0 * (k - 400.0));
+            let force: Vec<f64> =
+                (0..1000).map(|k| if k < 400 { offset } else { contact[k] }).collect();
+            none(&force, &[&other], true);
+        }
+        // A closed brake: none of the drives does anything.
+        let braked = |series: Vec<f64>| -> Vec<f64> {
+            (0..1000).map(|k| if k < 300 { 6000.0 } else { series[k] }).collect()
+        };
+        none(&braked(torque()), &[&braked(other.clone())], true);
+    }
 }

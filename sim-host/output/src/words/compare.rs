@@ -131,3 +131,24 @@ fn scatter(of: &Scatter) -> String {
         scale.quantity(of.stated)
     )
 }
+
+#[cfg(test)]
+mod tests {
+    use super::notice;
+    use trueweld_measure::data::channel::LogChannel;
+    use trueweld_measure::data::noise::Scatter;
+    use trueweld_measure::residuals::compare::Notice;
+
+    #[test]
+    fn noise_that_is_not_as_stated_is_told_with_its_line() {
+        let logs = vec!["free".to_owned(), "weld".to_owned()];
+        let (channel, shown) = (LogChannel::Position, 1.5e-4);
+        let larger = Scatter { logs, channel, stated: 5e-5, shown };
+        assert_eq!(
+            notice(&Notice::NoiseLarger(larger)),
+            "free, weld: tcp_position scatters by 0.150 mm from row to row; `tcp_position_m` of \
+             [noise] states 0.0500 mm: the scatter is taken for the noise; correct the line if the \
+             instrument is in order"
+        );
+    }
+}

@@ -132,11 +132,6 @@ fn series(columns: &Columns, channel: LogChannel) -> Vec<Option<Vec<f64>>> {
         return all;
     }
     let vectors: Vec<Vector3<f64>> = (0..x.len()).map(|k| Vector3::new(x[k], y[k], z[k])).collect();
-    let read = |k: usize| vectors[k].sum().is_finite();
     let summed = relative_rotation(&vectors);
-    let column = |c: usize| {
-        let of = |k: usize| if read(k) { summed[k][c] } else { f64::NAN };
-        Some((0..vectors.len()).map(of).collect())
-    };
-    vec![column(0), column(1), column(2)]
+    [0, 1, 2].map(|c| Some(summed.iter().map(|v| v[c]).collect())).to_vec()
 }
