@@ -49,11 +49,13 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let measured = arguments.measurements.read()?;
     let mut provenance = measured.provenance("improve")?;
     let (model, logs) = (&measured.model, &measured.logs);
-    let apart = held_out(arguments, model, logs)?;
+    let mut apart = held_out(arguments, model, logs)?;
     provenance.files.extend(digests("held-out log", &apart)?);
-    let held_out = match apart.as_slice() {
-        [] => None,
-        apart => Some(HeldOut::new(model, apart, read_experiments(apart, model)?)),
+    let held_out = if apart.is_empty() {
+        None
+    } else {
+        let experiments = read_experiments(&mut apart, model)?;
+        Some(HeldOut::new(model, &apart, experiments))
     };
     check_outputs(&outputs)?;
     if measured.tell_mistakes(&arguments.results.files, &provenance)? {

@@ -12,7 +12,7 @@ use trueweld_measure::data::log::Log;
 use trueweld_measure::fit::{FitProblem, FitState, residuals};
 use trueweld_measure::mistakes::{Found, find};
 use trueweld_measure::predict::Experiment;
-use trueweld_measure::residuals::compare::{baseline, experiments};
+use trueweld_measure::residuals::compare::{baseline, of_comparable};
 use trueweld_output::{MistakesReport, Progress, mistake_in_words};
 use trueweld_plant::input::{ModelFile, warnings};
 use trueweld_plant::provenance::{EffectRecord, FileDigest, Provenance};
@@ -94,7 +94,7 @@ impl Measurements {
             aligned?;
         }
         let experiments = match found.mistakes.as_slice() {
-            [] => read_experiments(&logs, &model)?,
+            [] => read_experiments(&mut logs, &model)?,
             _ => Vec::new(),
         };
         Ok(Measured { model, logs, experiments, found })
@@ -174,7 +174,8 @@ pub fn digests(role: &str, logs: &[Log]) -> Result<Vec<FileDigest>> {
     Ok(paths.into_iter().map(|p| FileDigest::of_file(role, p)).collect::<Result<_, _>>()?)
 }
 
-/// Logs made ready to be compared with a model.
-pub fn read_experiments(logs: &[Log], model: &ModelFile) -> Result<Vec<Experiment>> {
-    experiments(logs, &baseline(model)).into_diagnostic()
+/// Logs made ready to be compared with a model; those that have nothing to compare are taken out of
+/// `logs`.
+pub fn read_experiments(logs: &mut Vec<Log>, model: &ModelFile) -> Result<Vec<Experiment>> {
+    of_comparable(logs, &baseline(model)).into_diagnostic()
 }

@@ -558,3 +558,25 @@ fn a_posterior_that_does_not_fit_is_refused_at_its_place() {
         assert!(error.contains(said), "{error}");
     }
 }
+
+#[test]
+fn an_effect_that_stands_twice_is_told_and_two_waves_are_not() {
+    let told = |name: &str, effects: &str| {
+        let path = fixture("models").join(name);
+        ModelFile::parse(&(head() + effects), &path).unwrap();
+        warnings().into_iter().filter(|w| w.contains(name)).collect::<Vec<_>>()
+    };
+    let backlash = "[[effect]]\nid = \"backlash\"\nat = \"A5\"\nhalf_gap_rad = 1e-4\n";
+    let twice = told("twice.toml", &backlash.repeat(2));
+    assert_eq!(twice.len(), 1, "{twice:?}");
+    assert!(twice[0].contains("backlash at A5 stands twice"), "{twice:?}");
+    let wave = |order: f64| {
+        format!(
+            "[[effect]]\nid = \"transmission-error\"\nat = \"A1\"\namplitude_rad = 1e-4\n\
+             order = {order:?}\nphase_rad = 0.0\n"
+        )
+    };
+    let elsewhere = backlash.replace("A5", "A4");
+    let none = told("waves.toml", &(wave(1.0) + &wave(2.0) + backlash + &elsewhere));
+    assert!(none.is_empty(), "{none:?}");
+}

@@ -200,6 +200,16 @@ impl LogChannel {
         self.entry().name
     }
 
+    /// Its unit.
+    pub fn unit(self) -> &'static str {
+        self.entry().unit
+    }
+
+    /// Key of its noise in `log.toml`; empty where it has none.
+    pub fn noise_key(self) -> &'static str {
+        self.entry().noise
+    }
+
     /// What is known of it.
     pub(crate) fn entry(self) -> &'static ChannelEntry {
         &CHANNELS[self as usize]

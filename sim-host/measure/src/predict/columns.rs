@@ -50,6 +50,11 @@ impl Dropouts {
         Self(series.into_iter().flatten().flat_map(of).collect())
     }
 
+    /// Number of rows in them.
+    pub(super) fn rows(&self) -> usize {
+        self.0.iter().map(Range::len).sum()
+    }
+
     /// True where one lies within so many rows of a row.
     pub(super) fn within(&self, reach: usize, row: usize) -> bool {
         self.0.iter().any(|gap| gap.start <= row + reach && row < gap.end + reach)

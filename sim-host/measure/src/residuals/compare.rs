@@ -7,7 +7,7 @@
 pub use crate::residuals::finding::FLOOR;
 
 use crate::data::log::{Log, LogKind, LogNotice};
-use crate::data::noise::instruments;
+use crate::data::noise::{Scatter, instruments, scatters};
 use crate::fit::per_log;
 use crate::fit::{FitProblem, FitState};
 use crate::mistakes::{Found, Registered};
@@ -48,6 +48,11 @@ pub enum Notice {
     Registered(Box<Registered>),
     /// The noise is not stated in these logs and was estimated from the recordings.
     NoiseEstimated(Vec<String>),
+    /// Readings scatter from row to row by more than the noise that the logs state, which is taken for
+    /// their noise.
+    NoiseLarger(Scatter),
+    /// Readings scatter by less than the noise that the logs state, and so does what is left of them.
+    NoiseSmaller(Scatter),
     /// A log begins with gears in the midst of their loops.
     GearsAtStart {
         /// The log's name.
@@ -166,6 +171,43 @@ pub fn experiments(logs: &[Log], model: &Model) -> Result<Vec<Experiment>, Predi
         .collect()
 }
 
+/// The same, of logs of which some may have nothing to compare, as a short piece of a log that was
+/// cut: those are taken out of `logs`, and the notices of the first that stays say so.
+///
+/// # Errors
+/// As [`experiments`]; [`PredictError::Nothing`] only where no log can be compared.
+pub fn of_comparable(logs: &mut Vec<Log>, model: &Model) -> Result<Vec<Experiment>, PredictError> {
+    let instruments = instruments(logs);
+    let mut made: Vec<Result<Experiment, PredictError>> = (0..logs.len())
+        .into_par_iter()
+        .map(|k| Experiment::new(&logs[k], &instruments[k], model))
+        .collect();
+    if made.iter().any(Result::is_ok) {
+        let (mut kept, mut left_out) = (Vec::new(), Vec::new());
+        let mut stay = Vec::with_capacity(made.len());
+        for (log, made) in logs.drain(..).zip(made) {
+            match made {
+                Err(PredictError::Nothing { log: name, what }) => {
+                    left_out.push((log, LogNotice::LeftOut { log: name, what }));
+                }
+                made => {
+                    kept.push(log);
+                    stay.push(made);
+                }
+            }
+        }
+        for (log, notice) in left_out {
+            // What was given stays part of the result.
+            kept[0].files.extend(log.files);
+            kept[0].notices.extend(log.notices);
+            kept[0].notices.push(notice);
+        }
+        *logs = kept;
+        made = stay;
+    }
+    made.into_iter().collect()
+}
+
 /// Compares a model with the logs that a bench was made of. What every log has of its own
 /// (`scope = "log"`) is fitted to each, and the notices say so. `done` is called with the
 /// number of every log that is done, from several threads.
@@ -240,9 +282,15 @@ pub fn notices(
         let of = |notice: &LogNotice| Notice::Log { log: log.name.clone(), notice: notice.clone() };
         log.notices.iter().map(of)
     });
+    let larger = scatters(logs, true);
+    // What is not stated at all; where more is shown than stated, its own notice tells.
+    let told = |log: &LogComparison, channel: &ChannelComparison| {
+        let is_told = |s: &Scatter| s.channel.name() == channel.name;
+        larger.iter().any(is_told) && states(logs, log, &channel.name)
+    };
     let estimated: Vec<String> = compared
         .iter()
-        .filter(|log| log.channels.iter().any(|channel| !channel.stated))
+        .filter(|log| log.channels.iter().any(|channel| !channel.stated && !told(log, channel)))
         .map(|log| log.name.clone())
         .collect();
     let noise = (!estimated.is_empty()).then_some(Notice::NoiseEstimated(estimated));
@@ -259,7 +307,21 @@ pub fn notices(
         let log = log.name.clone();
         (late.abs() > SETTLED).then_some(Notice::ClockSettled { log, late })
     });
-    read.chain(noise).chain(at_start).chain(clocks).collect()
+    // A filter makes readings scatter less as well; then what is left of them is as stated.
+    let quiet = |log: &Log| compared.iter().any(|c| c.name == log.name && c.score < QUIET);
+    let quiet: Vec<Log> = logs.iter().filter(|log| quiet(log)).cloned().collect();
+    let smaller = scatters(&quiet, false).into_iter().map(Notice::NoiseSmaller);
+    let larger = larger.into_iter().map(Notice::NoiseLarger);
+    read.chain(noise).chain(larger).chain(smaller).chain(at_start).chain(clocks).collect()
+}
+
+/// Score of a log below which its noise is smaller than stated: a right model has 1.
+const QUIET: f64 = 0.7;
+
+/// True where a log states the noise of a channel.
+fn states(logs: &[Log], compared: &LogComparison, channel: &str) -> bool {
+    let log = logs.iter().find(|log| log.name == compared.name);
+    log.is_some_and(|log| log.noise.states(channel))
 }
 
 fn of_log(log: &Log, experiment: &Experiment, prediction: &Prediction) -> LogComparison {

@@ -2,6 +2,7 @@
 
 use super::{Scale, counted, listed, score};
 use std::path::Path;
+use trueweld_measure::data::noise::Scatter;
 use trueweld_measure::residuals::compare::{
     ChannelComparison, Comparison, FLOOR, LogComparison, Notice,
 };
@@ -41,7 +42,7 @@ pub(crate) fn setting(model: &Path, comparison: &Comparison) -> String {
     let all = comparison.logs.iter().map(|log| log.channels.len()).sum::<usize>();
     let noise = match stated {
         n if n == all => "as the logs state it",
-        0 => "estimated from the recordings, which do not state it",
+        0 => "estimated from the recordings",
         _ => "partly stated by the logs, partly estimated from the recordings",
     };
     format!(
@@ -78,6 +79,14 @@ pub(crate) fn notice(notice: &Notice) -> String {
             "the noise is not stated and was estimated from the recordings: {}",
             logs.join(", ")
         ),
+        Notice::NoiseLarger(of) => format!(
+            "{}: the scatter is taken for the noise; correct the line if the instrument is in order",
+            scatter(of)
+        ),
+        Notice::NoiseSmaller(of) => format!(
+            "{}, and what is left is small as well: with the line corrected smaller effects show",
+            scatter(of)
+        ),
         Notice::GearsAtStart { log, gears } => {
             let of = |(joint, state): &(String, f64)| format!("{joint} at {:.0} %", 100.0 * state);
             let gears: Vec<String> = gears.iter().map(of).collect();
@@ -106,5 +115,40 @@ pub(crate) fn notice(notice: &Notice) -> String {
                 found.join("; ")
             )
         }
+    }
+}
+
+/// By how much a channel scatters, and what is stated.
+fn scatter(of: &Scatter) -> String {
+    let entry = [of.channel.noise_key(), of.channel.unit()];
+    let scale = Scale::small(entry[1]);
+    format!(
+        "{}: {} scatters by {} from row to row; `{}` of [noise] states {}",
+        of.logs.join(", "),
+        of.channel.name(),
+        scale.quantity(of.shown),
+        entry[0],
+        scale.quantity(of.stated)
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::notice;
+    use trueweld_measure::data::channel::LogChannel;
+    use trueweld_measure::data::noise::Scatter;
+    use trueweld_measure::residuals::compare::Notice;
+
+    #[test]
+    fn noise_that_is_not_as_stated_is_told_with_its_line() {
+        let logs = vec!["free".to_owned(), "weld".to_owned()];
+        let (channel, shown) = (LogChannel::Position, 1.5e-4);
+        let larger = Scatter { logs, channel, stated: 5e-5, shown };
+        assert_eq!(
+            notice(&Notice::NoiseLarger(larger)),
+            "free, weld: tcp_position scatters by 0.150 mm from row to row; `tcp_position_m` of \
+             [noise] states 0.0500 mm: the scatter is taken for the noise; correct the line if the \
+             instrument is in order"
+        );
     }
 }

@@ -1,5 +1,6 @@
 //! What is said of a log although nothing is wrong with it.
 
+use super::{Scale, counted};
 use std::fmt::Display;
 use trueweld_measure::data::log::LogNotice;
 
@@ -78,7 +79,34 @@ pub fn notice(notice: &LogNotice) -> String {
             named(columns),
             listed(stretches)
         ),
+        LogNotice::LeftOut { log, what } => {
+            format!("the log {log} beside it has nothing to compare and is left out: {what}")
+        }
+        LogNotice::Clipped { column, limit, unit, rows } => format!(
+            "`{column}` reads exactly {} in {}, the end of its instrument's range: nothing \
+             that needs it is compared there",
+            exactly(Scale::small(unit), *limit),
+            counted(*rows, "row")
+        ),
+        LogNotice::Outliers { columns, rows, largest, unit, left_out } => {
+            let then = if *left_out {
+                "not compared"
+            } else {
+                "too many to leave out; is the instrument in order?"
+            };
+            format!(
+                "outliers of {}, off their neighbours by up to {}, in {}: {then}",
+                named(columns),
+                Scale::small(unit).quantity(*largest),
+                counted(*rows, "row")
+            )
+        }
     }
+}
+
+/// A limit as the instrument gives it, without what a conversion of units rounds.
+fn exactly(scale: Scale, limit: f64) -> String {
+    scale.with_unit(format!("{}", (limit * scale.factor * 1e6).round() / 1e6))
 }
 
 /// Stretches of time.
@@ -118,6 +146,22 @@ mod tests {
             LogNotice::Cut { column: Some("qe1_rad"), gaps: Vec::new(), pieces: 1 },
             LogNotice::Resampled(8e-3),
             LogNotice::Dropout { columns: vec!["tm2_nm"], stretches: vec![[2.668, 5.332]] },
+            LogNotice::Clipped { column: "fz_n", limit: -17500.0, unit: "N", rows: 1052 },
+            LogNotice::Outliers {
+                columns: vec!["px_m", "py_m"],
+                rows: 1,
+                largest: 0.00503,
+                unit: "m",
+                left_out: true,
+            },
+            LogNotice::Outliers {
+                columns: vec!["fx_n"],
+                rows: 40,
+                largest: 612.0,
+                unit: "N",
+                left_out: false,
+            },
+            LogNotice::LeftOut { log: "weld, 4 of 7".to_owned(), what: "it is too short" },
         ];
         let lines: Vec<String> = all.iter().map(notice).collect();
         insta::assert_snapshot!(lines.join("\n"));

@@ -34,6 +34,7 @@ mod pose;
 mod rows;
 mod rows_at;
 mod samples;
+mod screen;
 mod source;
 mod text;
 mod track;
@@ -267,6 +268,8 @@ impl Log {
         let now = super::resample::median_step(&columns.time);
         let period = period.filter(|stated| now <= 1.5 * stated).unwrap_or(now);
         let all = gaps::pieces(&mut columns, kind, period, &header, &mut notices);
+        let noise = noise.propagated(&gain);
+        screen::leave_out(&mut columns, kind, &noise, &mut notices);
         let least = if kind == LogKind::StaticLoad { 1 } else { 2 };
         let pieces: Vec<_> = all.into_iter().filter(|piece| piece.len() >= least).collect();
         if pieces.is_empty() {
@@ -299,7 +302,7 @@ impl Log {
                 weld: weld.clone(),
                 process: process.clone(),
                 period: (kind != LogKind::StaticLoad).then_some(period),
-                noise: noise.propagated(&gain),
+                noise,
                 samples,
                 // Once, not with every piece.
                 notices: if number == 0 { notices.clone() } else { Vec::new() },

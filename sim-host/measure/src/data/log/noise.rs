@@ -62,6 +62,22 @@ impl NoiseLevels {
         ]
     }
 
+    /// Of the columns of a channel; none of one that has no noise.
+    pub(super) fn of(&self, channel: LogChannel) -> Vec<Option<Level>> {
+        let mut all = *self;
+        let found = all.channels_mut().into_iter().find(|(of, _)| *of == channel);
+        found.map_or(Vec::new(), |(_, levels)| levels.to_vec())
+    }
+
+    /// True where the noise of a channel, by its name, is stated.
+    pub fn states(&self, channel: &str) -> bool {
+        let mut all = *self;
+        let is_stated = |level: &Option<Level>| level.is_some_and(|level| level.stated);
+        all.channels_mut()
+            .into_iter()
+            .any(|(of, levels)| of.name() == channel && levels.iter().any(is_stated))
+    }
+
     /// What becomes of it where a column's variance is changed by a factor.
     pub(super) fn propagated(mut self, gain: &[f64; COUNT]) -> Self {
         for (channel, levels) in self.channels_mut() {

@@ -63,4 +63,35 @@ pub enum LogNotice {
         /// The first of the stretches: begin and end, s from the log's first row.
         stretches: Vec<[f64; 2]>,
     },
+    /// A column that reads the limit of its instrument now and then, where nothing of it is compared.
+    Clipped {
+        /// The column.
+        column: &'static str,
+        /// The limit, in the unit.
+        limit: f64,
+        /// Unit.
+        unit: &'static str,
+        /// Number of rows at the limit.
+        rows: usize,
+    },
+    /// Single readings that stand out of their neighbours on both sides.
+    Outliers {
+        /// Their columns.
+        columns: Vec<&'static str>,
+        /// Number of rows.
+        rows: usize,
+        /// By how much the worst stands out, in the unit.
+        largest: f64,
+        /// Unit.
+        unit: &'static str,
+        /// True where they are not compared; false where there are too many of them.
+        left_out: bool,
+    },
+    /// Another log of the same campaign has nothing to compare.
+    LeftOut {
+        /// Its name.
+        log: String,
+        /// What is missing.
+        what: &'static str,
+    },
 }

@@ -10,6 +10,7 @@ use super::instruments::{seen, sensed, unread};
 use super::play::{BacklashObserver, Observed};
 use super::{Compared, Model, Motion, PredictError, known};
 use crate::data::channel::LogChannel;
+use crate::data::dropout::dropouts;
 use crate::data::fir::{Bands, Beginning, CLOSELY, LowPass, NOT_BY_CHANCE, Smoothed, start};
 use crate::data::log::{Log, LogKind};
 use crate::data::noise::NoiseLevels;
@@ -98,6 +99,17 @@ pub(super) struct Moving {
     torque_rows: Vec<usize>,
 }
 
+/// Most rows, as a share, without a reading in a series that a filter may bridge.
+const FEW: f64 = 0.05;
+
+/// True where the gaps of a series are so few and so short that a filter bridges them. `read`: whether
+/// there is a reading, row by row.
+fn is_bridged(read: impl Iterator<Item = bool> + Clone, low: &LowPass) -> bool {
+    let [rows, missing] = [read.clone().count(), read.clone().filter(|read| !read).count()];
+    missing == 0
+        || (missing as f64 <= FEW * rows as f64 && dropouts(read, low.bridged()).is_empty())
+}
+
 impl Moving {
     pub(super) fn new(
         log: &Log,
@@ -184,20 +196,26 @@ impl Moving {
         }
         let skipped =
             if log.kind == LogKind::RingDown { 0 } else { (END / period).ceil() as usize };
-        // A channel with missing values, or one read more seldom, is compared where it was read.
-        let whole = s.position.iter().chain(&s.rotation).flatten().all(|v| v.sum().is_finite())
-            && s.link_encoder.iter().flatten().flatten().all(|v| v.is_finite());
+        // A channel with long gaps, or one read more seldom, is compared where it was read.
+        let whole = |low: &LowPass| {
+            let vectors = || s.position.iter().chain(&s.rotation);
+            vectors().all(|v| is_bridged(v.iter().map(|v| v.sum().is_finite()), low))
+                && s.link_encoder
+                    .iter()
+                    .flatten()
+                    .all(|v| is_bridged(v.iter().map(|v| v.is_finite()), low))
+        };
         let lowest = || {
             let frames = model.robot.frames(&s.encoder[n / 2]);
             model.robot.natural_frequencies(&frames).map(|omega| omega[0] / TAU)
         };
-        let calm = (log.kind == LogKind::FreeMotion && whole)
+        let calm = (log.kind == LogKind::FreeMotion)
             .then(lowest)
             .flatten()
             .map(|frequency| CALM * frequency)
             .filter(|band| band.is_finite() && *band < 0.2 / period)
             .map(|band| (band, LowPass::new(band, period)))
-            .filter(|(_, low)| n > 4 * low.half());
+            .filter(|(_, low)| n > 4 * low.half() && whole(low));
         let (skipped, every) = match &calm {
             Some((band, low)) => {
                 (low.half().max(skipped), ((0.4 / (band * period)).floor() as usize).max(1))

@@ -1,7 +1,7 @@
 //! What is compared of links in motion, and the noise of it: the instruments' own, and what the
 //! encoders' noise becomes on its way through the arm.
 
-use super::super::columns::{Dropouts, filled};
+use super::super::columns::{Dropouts, filled, filled_vectors};
 use super::super::compared::{list, none_where_missing};
 use super::super::{Compared, Model, PredictError, Quantity, known};
 use super::Moving;
@@ -30,6 +30,12 @@ struct Through {
     torque: SVector<f64, 6>,
 }
 
+/// Rows for each reading of a series, where it is read: the mean of fewer readings is noisier.
+fn seldom(series: &[f64], dropouts: &Dropouts) -> f64 {
+    let read = series.iter().filter(|v| v.is_finite()).count();
+    (series.len() - dropouts.rows()) as f64 / read.max(1) as f64
+}
+
 impl Moving {
     /// Lists what is compared, with its noise, in the order in which [`poses`](Self::poses) and
     /// [`torques`](Self::torques) give it. `quicker`: what the motors did, in a wider band.
@@ -51,8 +57,10 @@ impl Moving {
         let rows = &self.pose_rows;
         if let Some(position) = &self.position {
             let level = known(&noise.position, log, LogChannel::Position)?;
+            let bridged = filled_vectors(&self.position).filter(|_| self.calm.is_some());
             list(compared, Quantity::Position, rows, 0..3, |k, c| {
-                let measured = self.calmed(position.len(), rows[k], |k| position[k][c]);
+                let read = |k: usize| bridged.as_ref().map_or(position[k][c], |all| all[c][k]);
+                let measured = self.calmed(position.len(), rows[k], read);
                 let deviation = (level[c].deviation * white).hypot(through.tool[3 + c]);
                 (measured, deviation, level[c].stated)
             });
@@ -62,15 +70,20 @@ impl Moving {
             let turned = (through.tool.fixed_rows::<3>(0).norm_squared() / 3.0).sqrt();
             list(compared, Quantity::Rotation, rows, 0..3, |k, c| {
                 let deviation = (level[c].deviation * white).hypot(turned);
-                (none_where_missing(&rotation[rows[k]]), deviation, level[c].stated)
+                let is_bridged = self.calm.is_some();
+                let measured =
+                    if is_bridged { 0.0 } else { none_where_missing(&rotation[rows[k]]) };
+                (measured, deviation, level[c].stated)
             });
         }
         for i in 0..6 {
             let Some(series) = &self.link_encoder[i] else { continue };
             let level = known(&noise.link_encoder[i..=i], log, LogChannel::LinkEncoder)?[0];
             let deviation = (level.deviation * white).hypot(through.link[i]);
+            let bridged = filled(series).filter(|_| self.calm.is_some());
+            let read = bridged.as_ref().unwrap_or(series);
             list(compared, Quantity::LinkEncoder, rows, i..i + 1, |k, _| {
-                (self.calmed(series.len(), rows[k], |k| series[k]), deviation, level.stated)
+                (self.calmed(read.len(), rows[k], |k| read[k]), deviation, level.stated)
             });
         }
         let rows = &self.torque_rows;
@@ -79,7 +92,8 @@ impl Moving {
             let Some(whole) = filled(series) else { continue };
             let dropouts = Dropouts::of(series, &self.band);
             let level = known(&noise.motor_torque[i..=i], log, LogChannel::MotorTorque)?[0];
-            let white = (level.deviation * self.band.gain(0).sqrt()).hypot(through.torque[i]);
+            let own = level.deviation * (self.band.gain(0) * seldom(series, &dropouts)).sqrt();
+            let white = own.hypot(through.torque[i]);
             let friction = self.friction_slope(model, i);
             let inexact = self.inexact(model, quicker, i);
             let rate = encoder[i].deviation * self.band.gain(1).sqrt();

@@ -41,10 +41,15 @@ impl Moving {
             };
             let poses: Vec<Pose<f64>> = rows.iter().map(pose).collect();
             let mut extend = |left: Vec<Vector3<f64>>| match &self.calm {
-                Some(_) => residual.extend(self.pose_rows.iter().flat_map(|&row| {
-                    let left = &left;
-                    (0..3).map(move |c| self.calmed(left.len(), row, |k| left[k][c]))
-                })),
+                Some(_) => {
+                    // What is left is filled, not what was measured, which moves.
+                    let column = |c: usize| bridged(left.iter().map(|v| v[c]).collect());
+                    let left = [0, 1, 2].map(column);
+                    residual.extend(self.pose_rows.iter().flat_map(|&row| {
+                        let left = &left;
+                        (0..3).map(move |c| self.calmed(left[c].len(), row, |k| left[c][k]))
+                    }));
+                }
                 None => residual.extend(left.iter().flat_map(|v| v.iter().copied())),
             };
             if let Some(measured) = &self.position {
@@ -68,7 +73,7 @@ impl Moving {
             let left = |row: usize| self.link_left(robot, i, late(row, link_lag)[i], row);
             match &self.calm {
                 Some(_) => {
-                    let all: Vec<f64> = (0..series.len()).map(left).collect();
+                    let all = bridged((0..series.len()).map(left).collect());
                     residual.extend(
                         self.pose_rows.iter().map(|&row| self.calmed(all.len(), row, |k| all[k])),
                     );
@@ -129,6 +134,14 @@ impl Moving {
             }
         }
     }
+}
+
+/// A series with its gaps filled, unless it has no value at all.
+fn bridged(series: Vec<f64>) -> Vec<f64> {
+    if series.iter().all(|v| v.is_finite()) {
+        return series;
+    }
+    filled(&series).unwrap_or(series)
 }
 
 /// A pose at a fractional sample position, straight between its neighbours; the ends are held.

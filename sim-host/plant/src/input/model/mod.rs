@@ -18,6 +18,7 @@
 mod write;
 
 use super::posterior::Posterior;
+use super::quantity::warn;
 use super::table::Table;
 use super::{
     Bounds, Document, FileKind, InputError, InputFile, Process, RobotFile, hash_of_file, nearest,
@@ -89,6 +90,33 @@ pub struct EffectComments {
     pub parameters: Vec<String>,
 }
 
+/// Warns of an effect that stands twice, which acts twice. Two waves, or two of another shape, are two
+/// effects, as are two of one's own.
+fn warn_of_twins(effects: &[ModelEffect], robot: &RobotFile, path: &Path) {
+    let is_shape = |role: &Role| {
+        use Role::{Order, PathPosition, Shape, SpindleOrder, Wavelength};
+        matches!(role, Order | SpindleOrder | Wavelength | PathPosition | Shape(_))
+    };
+    let shape = |effect: &Effect| -> Vec<f64> {
+        let of = effect.kind.parameters.iter().zip(&effect.values);
+        of.filter(|(p, _)| is_shape(&p.role)).map(|(_, v)| *v).collect()
+    };
+    for (k, twin) in effects.iter().enumerate() {
+        let twin = &twin.effect;
+        let same = |e: &&ModelEffect| {
+            (e.effect.kind.id, e.effect.at) == (twin.kind.id, twin.at)
+                && shape(&e.effect) == shape(twin)
+        };
+        if library().any(|kind| kind.id == twin.kind.id) && effects[..k].iter().any(|e| same(&e)) {
+            warn(format!(
+                "{}: {} stands twice; both act, one beside the other",
+                path.display(),
+                twin.name(robot)
+            ));
+        }
+    }
+}
+
 impl ModelFile {
     /// Reads a model file, and the robot and process files it names.
     ///
@@ -121,6 +149,7 @@ impl ModelFile {
         } else {
             Vec::new()
         };
+        warn_of_twins(&effects, &robot, path);
         let posterior = if root.has("posterior") {
             Some(posterior(&root.table("posterior")?, &effects, &robot)?)
         } else {
