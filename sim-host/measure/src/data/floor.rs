@@ -76,7 +76,6 @@ pub(super) fn white(series: &[f64]) -> Option<f64> {
     let mean = |at: &[f64]| at.iter().sum::<f64>() / at.len() as f64;
     let all = deviation(&quiet, &upper);
     let parts = [deviation(&quiet, lower), deviation(&quiet, higher), deviation(&mean, &upper)];
-    eprintln!("PARTS {all} {parts:?} {step}");
     let same = |part: &f64| *part < SAME * all && all < SAME * part;
     (all > step && parts.iter().all(same)).then_some(all)
 }
@@ -171,12 +170,15 @@ fn median_of_exponential(n: usize) -> f64 {
     if n % 2 == 1 { order(n / 2 + 1) } else { 0.5 * (order(n / 2) + order(n / 2 + 1)) }
 }
 
-/// Smallest step between two readings: what the instrument resolves. What rounding of a conversion of
-/// units makes is no step.
+/// Smallest difference between two readings: what the instrument resolves. What rounding of a
+/// conversion of units makes is none.
 pub(super) fn resolution(series: &[f64]) -> f64 {
-    let largest = series.iter().filter(|v| v.is_finite()).fold(0.0_f64, |m, v| m.max(v.abs()));
-    let steps = series.windows(2).map(|w| (w[1] - w[0]).abs());
-    steps.filter(|d| *d > 1e-13 * largest).fold(f64::INFINITY, f64::min)
+    let mut sorted: Vec<f64> = series.iter().copied().filter(|v| v.is_finite()).collect();
+    sorted.sort_unstable_by(f64::total_cmp);
+    let largest =
+        sorted.first().into_iter().chain(sorted.last()).fold(0.0_f64, |m, v| m.max(v.abs()));
+    let apart = sorted.windows(2).map(|w| w[1] - w[0]);
+    apart.filter(|d| *d > 1e-13 * largest).fold(f64::INFINITY, f64::min)
 }
 
 #[cfg(test)]
@@ -198,10 +200,10 @@ mod tests {
         noise().iter().enumerate().map(|(k, n)| n + of(k as f64)).collect()
     }
 
-    /// 128 frequencies in some 14 sections: known to 3 %, of which the medians lose half.
+    /// The medians know it to 5 %, three times of that; what is filled takes another 5 %.
     fn is_known(series: &[f64]) {
         let shown = white(series).expect("white");
-        assert!((shown / DEVIATION - 1.0).abs() < 0.15, "{shown}");
+        assert!((shown / DEVIATION - 1.0).abs() < 0.2, "{shown}");
     }
 
     #[test]

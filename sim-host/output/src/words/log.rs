@@ -80,7 +80,7 @@ pub fn notice(notice: &LogNotice) -> String {
             listed(stretches)
         ),
         LogNotice::LeftOut { log, what } => {
-            format!("the log {log} beside it has nothing to compare and is left out: {what}")
+            format!("the log `{log}` beside it has nothing to compare and is left out: {what}")
         }
         LogNotice::Clipped { column, limit, unit, rows } => format!(
             "`{column}` reads exactly {} in {}, the end of its instrument's range: nothing \
