@@ -2,6 +2,7 @@
 
 use trueweld_identify::{IdentifyError, Target, identify};
 use trueweld_measure::data::campaign::read_logs;
+use trueweld_measure::residuals::compare::Notice;
 use trueweld_plant::input::ModelFile;
 use trueweld_tests::fixture;
 use trueweld_tests::identified::{Case, Seen, examine};
@@ -57,6 +58,25 @@ fn the_stiffness_behind_an_independent_simulators_loads_is_found() {
         assert!((high - low) / number.value < 0.05, "{number:?}");
     }
     assert!(found.curves.iter().all(|curve| curve.is_linear()), "{:?}", found.curves);
+}
+
+#[test]
+fn a_load_that_is_written_down_wrongly_is_pointed_at() {
+    let folder = fixture("campaigns/nothing-missing");
+    let model = ModelFile::read(folder.join("model.toml")).expect("a model");
+    let (_, logs) = read_logs(&[folder.join("static")]).expect("logs");
+    let pointed_at = |logs| {
+        let found = identify(Target::Stiffness, &model, logs, &|_, _| ()).expect("identified");
+        let row = |notice: &Notice| match notice {
+            Notice::SingleLoad { row, .. } => Some(*row),
+            _ => None,
+        };
+        found.notices.iter().find_map(row)
+    };
+    assert_eq!(pointed_at(logs.clone()), None);
+    let mut wrong = logs;
+    wrong[0].samples.payload.as_mut().expect("payloads")[3].mass -= 150.0;
+    assert_eq!(pointed_at(wrong), Some(4));
 }
 
 #[test]

@@ -11,6 +11,7 @@ use trueweld_measure::discover::{discover, settling_experiment};
 use trueweld_measure::experiment::Plan;
 use trueweld_measure::fit::FitProblem;
 use trueweld_measure::residuals::compare::{notices, of_logs};
+use trueweld_measure::residuals::single_load::single_loads;
 use trueweld_output::{DiagnoseReport, experiment_protocol};
 use trueweld_plant::input::ModelFile;
 
@@ -62,6 +63,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let before = of_logs(logs, &bench.experiments, &diagnosis.before);
     let after = of_logs(logs, &bench.experiments, &diagnosis.improved.at);
     let mut notices = notices(logs, &after, &diagnosis.improved.at);
+    notices.extend(single_loads(logs, &bench.experiments, &diagnosis.improved.at));
     notices.extend(measured.found.notices());
     arguments.results.write(&DiagnoseReport {
         model,

@@ -15,6 +15,7 @@ use trueweld_measure::improve::{HeldOut, improve, model_file};
 use trueweld_measure::mistakes::find;
 use trueweld_measure::posterior::posterior;
 use trueweld_measure::residuals::compare::{baseline, notices, of_logs};
+use trueweld_measure::residuals::single_load::single_loads;
 use trueweld_output::{ImproveReport, model_comments};
 use trueweld_plant::input::ModelFile;
 
@@ -79,6 +80,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let before = of_logs(logs, &bench.experiments, &improvement.diagnosis.before);
     let after = of_logs(logs, &bench.experiments, at);
     let mut notices = notices(logs, &after, at);
+    notices.extend(single_loads(logs, &bench.experiments, at));
     notices.extend(measured.found.notices());
     let elsewhere = |fitted| match &held_out {
         Some(held_out) => held_out.compare(&apart, &bench, fitted).into_diagnostic(),

@@ -13,6 +13,7 @@ use trueweld_core::{JOINTS, Robot};
 use trueweld_measure::data::log::{Log, LogKind};
 use trueweld_measure::fit::{chi_square, count};
 use trueweld_measure::residuals::compare::{Notice, baseline, experiments};
+use trueweld_measure::residuals::single_load::single_loads;
 use trueweld_plant::effects::Location;
 use trueweld_plant::input::ModelFile;
 
@@ -172,7 +173,10 @@ pub fn identify(
         modes: seen,
         decrements,
         sections,
-        notices: fit.found.notices().collect(),
+        notices: single_loads(&fit.logs, &fit.bench.experiments, &fit.fitted.at)
+            .into_iter()
+            .chain(fit.found.notices())
+            .collect(),
         model: fit.model,
     })
 }

@@ -53,6 +53,17 @@ pub enum Notice {
     NoiseLarger(Scatter),
     /// Readings scatter by less than the noise that the logs state, and so does what is left of them.
     NoiseSmaller(Scatter),
+    /// One load of a log at rest makes most of what is left of it.
+    SingleLoad {
+        /// The log's name.
+        log: String,
+        /// Row of the samples, from 1.
+        row: usize,
+        /// Its time, s.
+        time: f64,
+        /// Share of the log's squared residual.
+        share: f64,
+    },
     /// A log begins with gears in the midst of their loops.
     GearsAtStart {
         /// The log's name.

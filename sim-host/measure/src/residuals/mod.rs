@@ -3,3 +3,4 @@
 pub mod compare;
 pub(crate) mod finding;
 pub mod localize;
+pub mod single_load;

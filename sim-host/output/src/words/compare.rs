@@ -1,6 +1,6 @@
 //! What is said of a model against measurements.
 
-use super::{Scale, counted, listed, score};
+use super::{Scale, counted, digits, listed, score};
 use std::path::Path;
 use trueweld_measure::data::noise::Scatter;
 use trueweld_measure::residuals::compare::{
@@ -86,6 +86,12 @@ pub(crate) fn notice(notice: &Notice) -> String {
         Notice::NoiseSmaller(of) => format!(
             "{}, and what is left is small as well: with the line corrected smaller effects show",
             scatter(of)
+        ),
+        Notice::SingleLoad { log, row, time, share } => format!(
+            "{log}: row {row} (t = {} s) alone makes {} of the squared residual that is left of this log; check its load and its \
+             readings first",
+            digits(*time, 4),
+            super::share(*share)
         ),
         Notice::GearsAtStart { log, gears } => {
             let of = |(joint, state): &(String, f64)| format!("{joint} at {:.0} %", 100.0 * state);
