@@ -12,7 +12,7 @@ use nalgebra::DMatrix;
 use trueweld_core::{JOINTS, Robot};
 use trueweld_measure::data::log::{Log, LogKind};
 use trueweld_measure::fit::{chi_square, count};
-use trueweld_measure::residuals::compare::{Notice, baseline, experiments};
+use trueweld_measure::residuals::compare::{Notice, baseline, experiments, of_reading};
 use trueweld_measure::residuals::single_load::single_loads;
 use trueweld_plant::effects::Location;
 use trueweld_plant::input::ModelFile;
@@ -173,8 +173,8 @@ pub fn identify(
         modes: seen,
         decrements,
         sections,
-        notices: single_loads(&fit.logs, &fit.bench.experiments, &fit.fitted.at)
-            .into_iter()
+        notices: of_reading(&fit.logs)
+            .chain(single_loads(&fit.logs, &fit.bench.experiments, &fit.fitted.at))
             .chain(fit.found.notices())
             .collect(),
         model: fit.model,

@@ -283,16 +283,21 @@ pub fn of_logs(
     (0..logs.len()).map(|k| of_log(&logs[k], &experiments[k], &predictions[k])).collect()
 }
 
+/// What was noticed when logs were read.
+pub fn of_reading(logs: &[Log]) -> impl Iterator<Item = Notice> {
+    logs.iter().flat_map(|log| {
+        let of = |notice: &LogNotice| Notice::Log { log: log.name.clone(), notice: notice.clone() };
+        log.notices.iter().map(of)
+    })
+}
+
 /// What a person should know of logs and of their predictions.
 pub fn notices(
     logs: &[Log],
     compared: &[LogComparison],
     predictions: &[Prediction],
 ) -> Vec<Notice> {
-    let read = logs.iter().flat_map(|log| {
-        let of = |notice: &LogNotice| Notice::Log { log: log.name.clone(), notice: notice.clone() };
-        log.notices.iter().map(of)
-    });
+    let read = of_reading(logs);
     let larger = scatters(logs, true);
     // What is not stated at all; where more is shown than stated, its own notice tells.
     let told = |log: &LogComparison, channel: &ChannelComparison| {
