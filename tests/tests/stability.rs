@@ -278,7 +278,7 @@ fn a_kick_in_the_run_in_time_dies_out_as_it_does_in_the_linear_loop() {
 }
 
 #[test]
-fn what_the_loops_noise_leaves_for_a_time_is_no_mode_that_lasts() {
+fn a_loop_whose_answer_dies_out_is_stable() {
     // Learning on the second weld, the tool standing at half of its push, the drives held by their
     // friction: five to ten seconds after an impulse, a thousandth of what is left looks as if it grew.
     let fixtures = Fixtures::of("inclined");

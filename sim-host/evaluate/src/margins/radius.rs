@@ -1,9 +1,9 @@
 //! The spectral radius of the loop, from what comes back of an impulse at every channel.
 //!
-//! It is that of the slowest mode in the later half of an answer. The loop is not exactly linear:
-//! what noise and the laws' iterations leave beside the modes is a thousandth of them, and looks like
-//! a mode of its own that may seem to last. Such a one stays a thousandth of what dies out, a real one
-//! is left over. Where the radius is near 1 or beyond, a longer answer therefore decides.
+//! It is that of the slowest mode in the later half of an answer. The smallest direction that the
+//! decomposition keeps is disturbed by what is just below its cut, and may look like a mode that
+//! lasts. Such a one dies out with the answer; a real one is left over. Where the radius is near 1 or
+//! beyond, a longer answer therefore decides.
 
 use super::decay::Modes;
 use super::response::{CHANNELS, LoopSignals};
