@@ -379,7 +379,8 @@ impl<'a> WeldSetup<'a> {
     /// A bar of these jobs and so many runs beside them, without those that are kept.
     fn meter(&self, jobs: &Jobs, more: usize, kept: &EvidenceFiles) -> Meter {
         let certification = self.certification();
-        let welds = jobs.nominal.len() + jobs.trials.len() + more;
+        let trials = jobs.trials.len().max(kept.trials.kept());
+        let welds = jobs.nominal.len() + trials + more;
         let faults: f64 = jobs.faults.iter().map(|case| certification.cost(case)).sum();
         let of_kept = faults / jobs.faults.len().max(1) as f64 * kept.faults.count() as f64;
         let missing = welds.saturating_sub(kept.welds()) as f64 + faults - of_kept;
@@ -483,45 +484,47 @@ impl<'a> WeldCampaign<'a> {
         let Asked { requirements, uncertain, assumed } = asked;
         let certification = setup.certification();
         let budget = arguments.worst as usize;
-        let mut jobs = setup.jobs()?;
-        // Whatever the folder holds counts: what is not asked for any more is no less true.
-        let mut more: Vec<u64> = kept.trials.kept().map(|trial| trial.index).collect();
-        more.retain(|index| *index >= arguments.trials);
-        more.sort_unstable();
-        more.dedup();
-        jobs.trials.extend(more);
+        let jobs = setup.jobs()?;
         // Of every level but the first nine tenths are new; the next one's cells are a tenth as rare.
         let levels = arguments.failure_probability.map_or(0.0, |p| (-p.log10()).ceil());
         let rare = (0.9 * levels * arguments.trials as f64) as usize;
         let compared = assumed.map(|cell| setup.assumed(cell)).transpose()?;
-        let more = compared
-            .as_ref()
-            .map_or(0, |(_, store)| jobs.trials.len().saturating_sub(store.count()));
+        let more = compared.as_ref().map_or(0, |(_, store)| {
+            jobs.trials.len().max(kept.trials.kept()).saturating_sub(store.count())
+        });
         let meter = setup.meter(&jobs, budget + rare + more, &kept);
         // First: where they cannot be determined, no run is made for nothing.
         meter.progress.stage("margins", 0.0);
         let controller = setup.scenario.controller;
         let margins = certification.margins().map_err(|error| inputs.failed(controller, &error))?;
-        let Done { nominal, faults, trials } = kept.complete(&jobs, &certification, &meter)?;
+        let Done { nominal, faults, mut trials } = kept.complete(&jobs, &certification, &meter)?;
+        let trial = |index: &u64| meter.count("draws", 1.0, certification.trial(*index));
+        trials.extend(kept.trials.others(|trial| trial.index, is_trial, trial)?);
+        trials.sort_by_key(|trial| trial.index);
+        trials.dedup_by_key(|trial| trial.index);
         let is = |(index, draw): &(u64, _), run: &Trial| run.index == *index && run.draw == *draw;
         let seed = arguments.draws;
         let rare = arguments.failure_probability.map(|allowed| {
-            rare_failure(requirements, uncertain, seed, &trials, allowed, |batch| {
+            let authority = &setup.scenario.control.compensation;
+            rare_failure(requirements, authority, uncertain, seed, &trials, allowed, |batch| {
                 kept.rare.complete(batch, is, |(index, draw)| {
                     meter.count("rare failures", 1.0, certification.weld(*index, draw.clone()))
                 })
             })
         });
         let rare = rare.transpose()?;
+        let searching = |(index, draw): &(u64, SampledCell)| {
+            meter.count("worst case", 1.0, certification.weld(*index, draw.clone()))
+        };
         let mut searched = search(requirements, uncertain, seed, &trials, budget, |batch| {
-            kept.worst.complete(batch, is, |(index, draw)| {
-                meter.count("worst case", 1.0, certification.weld(*index, draw.clone()))
-            })
+            kept.worst.complete(batch, is, searching)
         })?;
-        searched.extend(kept.worst.others());
+        let job = |run: &Trial| (run.index, run.draw.clone());
+        searched.extend(kept.worst.others(job, is, searching)?);
         let compared = match compared {
             Some((certification, mut store)) => {
-                let trials = store.complete(&jobs.trials, is_trial, |index| {
+                let indices: Vec<u64> = trials.iter().map(|trial| trial.index).collect();
+                let trials = store.complete(&indices, is_trial, |index| {
                     meter.count("assumed", 1.0, certification.trial(*index))
                 })?;
                 store.close()?;

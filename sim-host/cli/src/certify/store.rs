@@ -65,16 +65,27 @@ impl<R: Serialize + DeserializeOwned + Clone + Send + Sync> TrialStore<R> {
         Ok(Self { path, header, kept, done: Vec::new(), last: None })
     }
 
-    /// What is kept.
-    pub fn kept(&self) -> impl Iterator<Item = &R> {
-        self.kept.iter().map(|kept| &kept.run)
+    /// How many runs are kept.
+    pub fn kept(&self) -> usize {
+        self.kept.len()
     }
 
-    /// What is kept and was not asked for.
-    pub fn others(&self) -> Vec<R> {
+    /// The runs that are kept and were not asked for: what is not asked for any more is no less
+    /// true. `job`: that of a run; the others are as for [`TrialStore::complete`], which runs one in
+    /// so many of these again as well.
+    ///
+    /// # Errors
+    /// Those of [`TrialStore::complete`].
+    pub fn others<J: Sync>(
+        &mut self,
+        job: impl Fn(&R) -> J,
+        is: impl Fn(&J, &R) -> bool,
+        run: impl Fn(&J) -> R + Sync,
+    ) -> Result<Vec<R>> {
         let asked: HashSet<&str> = self.done.iter().map(String::as_str).collect();
         let others = self.kept.iter().filter(|kept| !asked.contains(kept.text.as_str()));
-        others.map(|kept| kept.run.clone()).collect()
+        let jobs: Vec<J> = others.map(|kept| job(&kept.run)).collect();
+        self.complete(&jobs, is, run)
     }
 
     /// How many kept runs need not be made again.
@@ -296,6 +307,18 @@ mod tests {
         let whole = std::fs::read(&path).unwrap();
         assert_eq!(squares(&path, "key", &[0, 1]).unwrap(), [[0, 0], [1, 1]]);
         assert!(std::fs::read(&path).unwrap() == whole);
+    }
+
+    #[test]
+    fn kept_runs_that_are_not_asked_for_count_once_each() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("trials.jsonl");
+        squares(&path, "key", &[0, 1, 2, 3]).unwrap();
+        let mut store = TrialStore::<[u64; 2]>::open(path, "key").unwrap();
+        let (is, run) = (|job: &u64, run: &[u64; 2]| run[0] == *job, |job: &u64| [*job, job * job]);
+        store.complete(&[1, 4], is, run).unwrap();
+        assert_eq!(store.others(|run| run[0], is, run).unwrap(), [[0, 0], [2, 4], [3, 9]]);
+        assert!(store.others(|run| run[0], is, run).unwrap().is_empty());
     }
 
     #[test]

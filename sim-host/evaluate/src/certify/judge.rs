@@ -2,9 +2,11 @@
 //! it fell short.
 
 use super::faults;
-use super::rare::of_limits;
 use super::reason::{self, Reason, Shortfall};
-use super::{FAULT_FIGURES, FaultTrial, RARE_FIGURE, RareFailure, Trial, WorstCase, within};
+use super::{
+    FAULT_FIGURES, FaultTrial, MostMissed, RARE_FIGURE, RareFailure, Trial, WorstCase,
+    largest_share, within,
+};
 use crate::Rate;
 use crate::figure::Limit;
 use crate::margins::{Condition, MARGIN_FIGURES, Margins};
@@ -154,7 +156,12 @@ pub fn drawn_figure(judged: &[Requirement], of: &Requirement, trial: &Trial) -> 
         return trial.figure(of.name);
     }
     let each = judged.iter().filter(|r| r.case == EvidenceKind::Draws && !r.is_joint());
-    each.map(|r| trial.figure(r.name) / r.limit).fold(0.0, f64::max)
+    share_of_limits(each.map(|r| (r.name, r.limit)), trial)
+}
+
+/// The largest share of any limit; 0 where there is none.
+fn share_of_limits(limits: impl Iterator<Item = (&'static str, f64)>, trial: &Trial) -> f64 {
+    largest_share(limits, trial).map_or(0.0, |(_, share)| share)
 }
 
 /// Judges everything that was run of a weld, section by section. Nothing passes without runs enough
@@ -209,16 +216,15 @@ fn nominal(requirements: &Requirements, trial: &Trial) -> Vec<Requirement> {
 /// Judges drawn cells alone: each limit by itself, and where there are several all of them together.
 /// A weld that misses one limit has failed, whichever it is.
 pub fn draws(requirements: &Requirements, trials: &[Trial]) -> Vec<Requirement> {
-    let limits = requirements.limits.iter().map(|limit| (limit.figure.key, limit.value));
-    let joint = (requirements.limits.len() > 1).then_some((RARE_FIGURE.key, 1.0));
-    let judged = limits.chain(joint).map(|(name, limit)| {
-        let figure = |trial: &Trial| match name == RARE_FIGURE.key {
-            true => of_limits(requirements, trial),
-            false => trial.figure(name),
-        };
-        of_draws(requirements, trials, (name, limit), figure)
+    let limits = || requirements.limits.iter().map(|limit| (limit.figure.key, limit.value));
+    let alone = limits().map(|(name, limit)| {
+        of_draws(requirements, trials, (name, limit), |trial| trial.figure(name), None)
     });
-    judged.collect()
+    let joint = (requirements.limits.len() > 1).then(|| {
+        let (asked, most) = ((RARE_FIGURE.key, 1.0), MostMissed::of(limits(), trials));
+        of_draws(requirements, trials, asked, |trial| share_of_limits(limits(), trial), most)
+    });
+    alone.chain(joint).collect()
 }
 
 fn of_draws(
@@ -226,6 +232,7 @@ fn of_draws(
     trials: &[Trial],
     (name, limit): (&'static str, f64),
     figure: impl Fn(&Trial) -> f64,
+    most: Option<MostMissed>,
 ) -> Requirement {
     let (allowed, confidence) = (requirements.failure_probability, requirements.confidence);
     let beyond = Rate::of(trials, |t| !within(figure(t), limit));
@@ -238,7 +245,7 @@ fn of_draws(
     let verdict = Verdict::of_probability(bound, at_least, allowed);
     let why = || {
         let worst = worst(trials, |t| figure(t)).map(|trial| (trial, figure(trial)));
-        reason::draws(name, beyond, allowed, confidence, worst)
+        reason::draws(name, beyond, allowed, confidence, worst, most)
     };
     Requirement {
         case: EvidenceKind::Draws,

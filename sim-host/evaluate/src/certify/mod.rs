@@ -37,7 +37,7 @@ pub use judge::{
     weak_points, worst,
 };
 pub use rare::{FEWEST_DRAWS, RARE_FIGURE, RareFailure, rare_failure};
-pub use reason::{Held, Pace, Reason, Shortfall, Symptom};
+pub use reason::{Held, MostMissed, Pace, Reason, Shortfall, Symptom};
 pub use sensitivity::{Influence, Sensitivity, Trend, sensitivities};
 pub use subset::{Level, Subset};
 pub use symptoms::{Oscillation, RequiredCorrection, Symptoms};
@@ -91,6 +91,16 @@ pub fn figure(key: &str) -> Option<&'static Figure> {
 /// digits.
 pub fn within(figure: f64, limit: f64) -> bool {
     figure <= limit * (1.0 + 1e-9)
+}
+
+/// The figure of a trial that is the largest share of its limit, with that share, beyond 1 where the
+/// weld has failed: of figures by their keys, with their limits. Of equals the first.
+fn largest_share(
+    limits: impl IntoIterator<Item = (&'static str, f64)>,
+    trial: &Trial,
+) -> Option<(&'static str, f64)> {
+    let shares = limits.into_iter().map(|(key, limit)| (key, trial.figure(key) / limit));
+    shares.reduce(|most, one| if one.1 > most.1 { one } else { most })
 }
 
 /// A figure of a run; infinite where it came to no end, or to no number.

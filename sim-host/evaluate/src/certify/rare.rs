@@ -4,11 +4,12 @@
 
 use super::subset::{Point, Subset, subset};
 use super::worst::{SHORT, cell_at, latent, numbers};
-use super::{SampledCell, Trial};
-use crate::figure::{Figure, Limit};
+use super::{SampledCell, Trial, largest_share, within};
+use crate::figure::Figure;
 use crate::requirements::Requirements;
 use crate::uncertain::UncertainCell;
 use statrs::distribution::{ContinuousCDF, Normal};
+use trueweld_plant::input::CompensationLimits;
 
 /// What a rare failure is judged by.
 pub static RARE_FIGURE: Figure =
@@ -31,26 +32,42 @@ pub struct RareFailure {
     pub runs: usize,
 }
 
-/// The largest figure of a trial as a share of its limit; beyond 1 it fails.
-pub(super) fn of_limits(requirements: &Requirements, trial: &Trial) -> f64 {
-    let share = |limit: &Limit| trial.figure(limit.figure.key) / limit.value;
-    requirements.limits.iter().map(share).fold(0.0, f64::max)
+/// The limits that a weld may be beyond, with the keys of their figures. A correction comes to its
+/// authority and not beyond: where that is within its limit, no weld fails by it, and as the largest
+/// share it would lead the levels to cells that all look alike.
+fn exceedable(
+    requirements: &Requirements,
+    authority: &CompensationLimits,
+) -> Vec<(&'static str, f64)> {
+    let most = |key: &str| match key {
+        "correction_m" => authority.lateral.size,
+        "correction_rad" => authority.orientation.size,
+        _ => f64::INFINITY,
+    };
+    let limits = requirements.limits.iter().map(|limit| (limit.figure.key, limit.value));
+    limits.filter(|(key, limit)| !within(most(key), *limit)).collect()
 }
 
 /// The probability of a weld beyond any of the limits, from the trials that were drawn and as many
-/// runs a level. `run` makes the runs of a batch: of each cell, with its number.
+/// runs a level. `run` makes the runs of a batch: of each cell, with its number. `authority`: what
+/// holds the corrections of these runs.
 ///
 /// # Errors
 /// Those of `run`.
 pub fn rare_failure<E>(
     requirements: &Requirements,
+    authority: &CompensationLimits,
     uncertain: &UncertainCell,
     seed: u64,
     trials: &[Trial],
     allowed: f64,
     mut run: impl FnMut(&[(u64, SampledCell)]) -> Result<Vec<Trial>, E>,
 ) -> Result<RareFailure, E> {
-    let worth = |trial: &Trial| of_limits(requirements, trial);
+    let limits = exceedable(requirements, authority);
+    let worth = |trial: &Trial| match trial.failed {
+        Some(_) => f64::INFINITY,
+        None => largest_share(limits.iter().copied(), trial).map_or(0.0, |(_, share)| share),
+    };
     let first = trials.iter().map(|trial| (point(uncertain, &trial.draw), worth(trial))).collect();
     let mut runs = 0;
     // A figure at its limit, to the last digits, is within it.

@@ -42,6 +42,8 @@ pub enum Reason {
         of: usize,
         /// So many with no more beyond the limit show it; `None` where 100 000 do not.
         enough: Option<usize>,
+        /// Of all limits together: the one that most miss.
+        most: Option<MostMissed>,
     },
     /// A larger share of the draws than allowed is beyond the limit.
     Draws {
@@ -53,6 +55,8 @@ pub enum Reason {
         index: u64,
         /// The worst trial.
         worst: Shortfall,
+        /// Of all limits together: the one that most miss.
+        most: Option<MostMissed>,
     },
     /// Rare failures are more probable than allowed, or the error of their probability is too large.
     Rare {
@@ -90,6 +94,19 @@ pub enum Reason {
         /// The run with the worst fault.
         worst: Shortfall,
     },
+}
+
+/// The limit that most draws miss, of those whose weld was made.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MostMissed {
+    /// Key of its figure.
+    pub name: &'static str,
+    /// The limit, SI units.
+    pub limit: f64,
+    /// Draws beyond it.
+    pub beyond: usize,
+    /// The largest figure among them, SI units.
+    pub worst: f64,
 }
 
 /// One run beyond a limit.
@@ -154,6 +171,25 @@ pub enum Held {
     Limit(f64),
 }
 
+impl MostMissed {
+    /// Of figures by their keys, with their limits; `None` where no weld that was made is beyond one.
+    /// Of equals the one that is missed farthest.
+    pub(super) fn of(
+        limits: impl Iterator<Item = (&'static str, f64)>,
+        trials: &[Trial],
+    ) -> Option<Self> {
+        let each = limits.filter_map(|(name, limit)| {
+            let figures = trials.iter().map(|trial| trial.figure(name));
+            let beyond = figures.filter(|figure| figure.is_finite() && !within(*figure, limit));
+            let beyond: Vec<f64> = beyond.collect();
+            let worst = beyond.iter().copied().reduce(f64::max)?;
+            Some(Self { name, limit, beyond: beyond.len(), worst })
+        });
+        let order = |one: &Self| (one.beyond, one.worst / one.limit);
+        each.reduce(|most, one| if order(&one) > order(&most) { one } else { most })
+    }
+}
+
 impl Shortfall {
     pub(super) fn of(name: &str, trial: &Trial) -> Self {
         let stands_out = |s: &Symptoms| (symptom(name, s), held(s));
@@ -176,16 +212,17 @@ pub(super) fn draws(
     allowed: f64,
     confidence: f64,
     worst: Option<(&Trial, f64)>,
+    most: Option<MostMissed>,
 ) -> Reason {
     let Some((trial, value)) = worst else { return Reason::NoRun };
     let of = beyond.of;
     if beyond.hits as f64 / of as f64 <= allowed {
         let shown = |n: &usize| Rate { hits: beyond.hits, of: *n }.at_most(confidence);
         let enough = (of..=100_000).find(|n| *n > beyond.hits && within(shown(n), allowed));
-        return Reason::TooFewDraws { of, enough };
+        return Reason::TooFewDraws { of, enough, most };
     }
     let worst = Shortfall { value, ..Shortfall::of(name, trial) };
-    Reason::Draws { of, allowed, index: trial.index, worst }
+    Reason::Draws { of, allowed, index: trial.index, worst, most }
 }
 
 fn held(s: &Symptoms) -> Option<Held> {

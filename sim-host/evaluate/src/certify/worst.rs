@@ -13,7 +13,7 @@
 //! point at too. A search finds; that nothing is worse it cannot
 //! prove.
 
-use super::{SampledCell, Trial};
+use super::{SampledCell, Trial, largest_share};
 use crate::requirements::Requirements;
 use crate::uncertain::UncertainCell;
 use crate::weld::WELD_FIGURES;
@@ -90,8 +90,7 @@ fn limits_of(requirements: &Requirements) -> Limits {
 
 /// The figure closest to its limit, and its share of it.
 fn badness(limits: &Limits, trial: &Trial) -> (&'static str, f64) {
-    let shares = limits.iter().map(|(key, limit)| (*key, trial.figure(key) / limit));
-    shares.fold(nothing(limits), |most, one| if one.1 > most.1 { one } else { most })
+    largest_share(limits.iter().copied(), trial).unwrap_or_else(|| nothing(limits))
 }
 
 /// What is closest to its limit where nothing is anywhere near.

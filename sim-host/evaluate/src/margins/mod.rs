@@ -16,6 +16,7 @@ mod frequency;
 mod friction;
 mod linear;
 mod passivity;
+mod radius;
 mod response;
 
 pub use cycle::{LimitCycle, limit_cycles};
@@ -26,26 +27,17 @@ pub use passivity::Passivity;
 pub use response::{CHANNEL_NAMES, CHANNELS, Kick, LoopSignals, Run, SETPOINT};
 
 use crate::figure::FigureOf;
-use decay::Modes;
 use frequency::Sensitivity;
 use linear::{LinearCell, operating_point};
-use nalgebra::DMatrix;
+use radius::{is_undecided, radius, radius_of_longer};
 use rayon::prelude::*;
-use response::{Frozen, sensitivity};
+use response::{ANSWER, Answer, Frozen, LONGER_ANSWER};
 use serde::Serialize;
 use trueweld_core::JointVector;
 use trueweld_plant::cell::State;
 use trueweld_plant::simulate::{
     RunError, Scenario, Seam, Taught, TaughtOffset, encoder_offset, real_inverse_near, start_angles,
 };
-
-/// Where what is left of an impulse is lost in rounding, of its largest.
-const ROUNDING: f64 = 2e-6;
-
-/// Samples of a second from which the slowest mode is taken, and the share of them below which a
-/// direction is rounding.
-const A_SECOND: f64 = 10.0;
-const SHARE: f64 = 1e-3;
 
 /// Peak to peak of a translation, m, and of the force error, N, that noise alone does not make.
 const SWING: [(usize, f64); 3] = [(0, 5e-4), (1, 5e-4), (5, 1000.0)];
@@ -124,20 +116,19 @@ pub fn margins(
         disk: [0.0; 2],
         passivity: frozen.passivity(),
     };
-    let rest = frozen.run(&frozen.impulse(None))?;
-    let impulses = (0..CHANNELS)
-        .map(|c| frozen.run(&frozen.impulse(Some(c))))
-        .collect::<Result<Vec<_>, _>>()?;
-    if rest.away || rest.held || impulses.iter().any(|run| run.away) {
-        return Ok(unstable(f64::INFINITY, !rest.away && rest.held));
-    }
-    let responses = sensitivity(&rest, &impulses);
     let period = scenario.control.period;
-    let spectral_radius = radius(&responses, period);
-    if spectral_radius >= 1.0 || swings(&rest) {
-        return Ok(unstable(spectral_radius.max(1.0), false));
+    let mut answer = frozen.answer(ANSWER)?;
+    let mut spectral_radius = answer.judged(|responses| radius(responses, period));
+    if spectral_radius.is_finite() && is_undecided(spectral_radius, period) {
+        answer = frozen.answer(LONGER_ANSWER)?;
+        let short = (ANSWER / period) as usize;
+        spectral_radius = answer.judged(|responses| radius_of_longer(responses, short, period));
     }
-    let sensitivity = Sensitivity::of(&responses, spectral_radius, period);
+    let Answer { rest, responses, .. } = &answer;
+    if spectral_radius >= 1.0 || swings(rest) {
+        return Ok(unstable(spectral_radius.max(1.0), !rest.away && rest.held));
+    }
+    let sensitivity = Sensitivity::of(responses, spectral_radius, period);
     Ok(Margins {
         channels: Some(std::array::from_fn(|c| sensitivity.margin(c))),
         disk: sensitivity.disks(),
@@ -278,25 +269,4 @@ fn swings(rest: &Run) -> bool {
         let passes = last.windows(2).filter(|r| (r[0][i] > mean) != (r[1][i] > mean)).count();
         passes > 1 && range(last) > (0.7 * range(before)).max(noise)
     })
-}
-
-/// The slowest mode of what stands of impulses above rounding, over the later half of that time.
-/// Samples are so far apart that a second has [`A_SECOND`] of them; what turns faster between them
-/// keeps its size.
-fn radius(responses: &[Vec<LoopSignals>], period: f64) -> f64 {
-    let apart = (1.0 / (A_SECOND * period)).round().max(1.0) as usize;
-    let signals = responses.iter().flat_map(|r| (0..CHANNELS).map(move |i| (r, i)));
-    // Each signal by its own largest, so that metres and newtons count alike.
-    let scaled = signals.map(|(r, i)| {
-        let largest = r.iter().map(|row| row[i].abs()).fold(f64::MIN_POSITIVE, f64::max);
-        r.iter().step_by(apart).map(|row| row[i] / largest).collect::<Vec<_>>()
-    });
-    let scaled: Vec<Vec<f64>> = scaled.collect();
-    let last = scaled.iter().filter_map(|s| s.iter().rposition(|v| v.abs() > ROUNDING)).max();
-    let from = last.unwrap_or(0) / 2;
-    let count = last.map_or(0, |last| last + 1 - from);
-    let samples = DMatrix::from_fn(scaled.len(), count, |i, k| scaled[i][from + k]);
-    let modes = Modes::of(&samples, SHARE);
-    let largest = modes.map_or(0.0, |m| m.poles.iter().map(|p| p.norm()).fold(0.0, f64::max));
-    largest.powf(1.0 / apart as f64)
 }

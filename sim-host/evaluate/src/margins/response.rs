@@ -50,12 +50,16 @@ const IMPULSE: [f64; CHANNELS] =
 /// Largest departure of an angle at which the linear cell is believed to run away, rad.
 const AWAY: f64 = 0.1;
 
-/// How long the loop is given to come to rest, and to answer, s.
+/// How long the loop is given to come to rest, s.
 const SETTLE: f64 = 10.0;
-/// Likewise under a law that sees the seam: tool and channel come back to it slowly, and as long as
+/// How long under a law that sees the seam: tool and channel come back to it slowly, and as long as
 /// the sensor's readings are clipped they answer no impulse.
 const SETTLE_ON_SEAM: f64 = 30.0;
-const ANSWER: f64 = 10.0;
+/// How long it is watched after the impulse, s.
+pub const ANSWER: f64 = 10.0;
+/// Likewise where that does not tell whether the loop is stable: what dies at 0.23 1/s falls to a
+/// thousandth in the time that is added.
+pub const LONGER_ANSWER: f64 = 40.0;
 
 /// A loop at one operating point of a weld.
 pub struct Frozen<'a> {
@@ -79,6 +83,23 @@ pub struct Run {
     pub away: bool,
     /// A limit held it in most periods.
     pub held: bool,
+}
+
+/// What comes back of an impulse at every channel.
+pub struct Answer {
+    /// The run without an impulse.
+    pub rest: Run,
+    /// Columns of the sampled sensitivity: S_ij(k) = responses[j][k][i].
+    pub responses: Vec<Vec<LoopSignals>>,
+    /// It runs away, or a limit holds it at rest.
+    lost: bool,
+}
+
+impl Answer {
+    /// The spectral radius by `radius`; infinite where an impulse shows nothing of the loop.
+    pub fn judged(&self, radius: impl FnOnce(&[Vec<LoopSignals>]) -> f64) -> f64 {
+        if self.lost { f64::INFINITY } else { radius(&self.responses) }
+    }
 }
 
 /// Adds the impulse behind the law, where only the controller sees it.
@@ -154,14 +175,27 @@ pub struct Kick {
 }
 
 impl Frozen<'_> {
-    /// The impulse at a channel, or none, with the time that margins give it.
-    pub fn impulse(&self, channel: Option<usize>) -> Kick {
+    /// What comes back of an impulse at every channel, within `time`, s.
+    ///
+    /// # Errors
+    /// [`RunError`] where the law cannot be built.
+    pub fn answer(&self, time: f64) -> Result<Answer, RunError> {
+        let rest = self.run(&self.impulse(None, time))?;
+        let impulses = (0..CHANNELS).map(|c| self.run(&self.impulse(Some(c), time)));
+        let impulses = impulses.collect::<Result<Vec<_>, _>>()?;
+        let lost = rest.away || rest.held || impulses.iter().any(|run| run.away);
+        Ok(Answer { responses: sensitivity(&rest, &impulses), rest, lost })
+    }
+
+    /// The impulse at a channel, or none, with the time that margins give it before it, and `time`
+    /// after it, s.
+    fn impulse(&self, channel: Option<usize>, time: f64) -> Kick {
         let mut added = [0.0; CHANNELS];
         if let Some(c) = channel {
             added[c] = IMPULSE[c];
         }
         let seen = self.scenario.law.needs().seam_sensor;
-        Kick { added, periods: 1, time: [if seen { SETTLE_ON_SEAM } else { SETTLE }, ANSWER] }
+        Kick { added, periods: 1, time: [if seen { SETTLE_ON_SEAM } else { SETTLE }, time] }
     }
 
     /// Runs the linear loop to rest and then with a kick.
@@ -305,8 +339,8 @@ fn steady(sensors: &Sensors) -> Sensors {
     sensors
 }
 
-/// Columns of the sampled sensitivity, as impulse responses: S_ij(k) = responses[j][k][i].
-pub fn sensitivity(rest: &Run, impulses: &[Run]) -> Vec<Vec<LoopSignals>> {
+/// Columns of the sampled sensitivity, as impulse responses.
+fn sensitivity(rest: &Run, impulses: &[Run]) -> Vec<Vec<LoopSignals>> {
     impulses
         .iter()
         .zip(IMPULSE)

@@ -2,7 +2,7 @@
 
 use super::Scale;
 use trueweld_evaluate::certify::{
-    EvidenceKind, Held, Pace, Reason, Requirement, Shortfall, Symptom, Verdict, figure,
+    EvidenceKind, Held, MostMissed, Pace, Reason, Requirement, Shortfall, Symptom, Verdict, figure,
 };
 use trueweld_evaluate::margins::{Condition, FrictionSlope};
 
@@ -53,14 +53,17 @@ pub(crate) fn reason(of: &Requirement) -> Option<String> {
             };
             format!("{cell} {}", shortfall(of, run))
         }
-        Reason::TooFewDraws { of: trials, enough } => too_few(of, *trials, *enough),
-        Reason::Draws { of: trials, allowed, index, worst } => {
+        Reason::TooFewDraws { of: trials, enough, most } => {
+            too_few(of, *trials, *enough) + &most_missed(most)
+        }
+        Reason::Draws { of: trials, allowed, index, worst, most } => {
             let beyond = of.draws.map_or(0, |draws| draws.beyond);
             let surely =
                 if of.verdict == Verdict::Fail { "" } else { "; more trials may tell otherwise" };
             format!(
-                "{beyond} of {trials} cells are beyond the limit, {} allowed{surely}; in the worst, trial {index}, {}",
+                "{beyond} of {trials} cells are beyond the limit, {} allowed{surely}{}; in the worst, trial {index}, {}",
                 percent(*allowed),
+                most_missed(most),
                 shortfall(of, worst)
             )
         }
@@ -154,6 +157,15 @@ fn too_few(of: &Requirement, trials: usize, enough: Option<usize>) -> String {
         "{beyond} of {trials} cells are beyond the limit: few enough, but so few trials show no more than {shows} at {confidence}{}",
         enough("trials with no more beyond")
     )
+}
+
+/// "; most often push, RMS of its error: 3 cells, up to 452 N (limit 400 N)".
+fn most_missed(most: &Option<MostMissed>) -> String {
+    most.map_or(String::new(), |MostMissed { name, limit, beyond, worst }| {
+        let cells = if beyond == 1 { "cell" } else { "cells" };
+        let [worst, limit] = [worst, limit].map(|value| shown(name, value));
+        format!("; most often {}: {beyond} {cells}, up to {worst} (limit {limit})", label(name))
+    })
 }
 
 /// A probability, to a hundredth of a per cent.
@@ -302,10 +314,19 @@ mod tests {
             all += &told(Nominal, key, Reason::Run(run(None, None)));
         }
         for enough in [Some(59), None] {
-            all += &told(Draws, RMS, Reason::TooFewDraws { of: 20, enough });
+            all += &told(Draws, RMS, Reason::TooFewDraws { of: 20, enough, most: None });
         }
-        let worst = run(None, None);
-        all += &told(Draws, RMS, Reason::Draws { of: 20, allowed: 0.05, index: 7, worst });
+        let draws = |most| {
+            let worst = run(None, None);
+            Reason::Draws { of: 20, allowed: 0.05, index: 7, worst, most }
+        };
+        all += &told(Draws, RMS, draws(None));
+        let most = |beyond| {
+            Some(MostMissed { name: "push_error_rms_n", limit: 400.0, beyond, worst: 452.0 })
+        };
+        all += &told(Draws, "of_limit", draws(most(3)));
+        let few = Reason::TooFewDraws { of: 20, enough: Some(93), most: most(1) };
+        all += &told(Draws, "of_limit", few);
         for reached in [false, true] {
             let reason = Reason::Rare { allowed: 1e-4, probability: 2e-4, reached };
             all += &told(Rare, "of_limit", reason);
