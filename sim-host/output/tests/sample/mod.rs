@@ -502,6 +502,7 @@ pub fn diagnosis(verdict: Verdict) -> Parts {
             before: Vec::new(),
             null: fitted(),
             chosen: vec![fitted()],
+            full: fitted(),
             candidates: vec![
                 candidate(play, 1.015, 0.98, 0.01),
                 candidate(found("hysteresis", &[310.0, 2e-4], f64::INFINITY), 1.02, 0.01, 0.02),
