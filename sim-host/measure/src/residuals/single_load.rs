@@ -8,9 +8,11 @@ use crate::predict::{Experiment, Prediction};
 /// Fewest loads of which one can stand out.
 const FEWEST: usize = 6;
 
-/// Least mean square of the load, in those of the noise, and in the median of all loads.
+/// Least mean square of the load, in those of the noise, in the median of all loads, and in the
+/// next.
 const ABOVE_NOISE: f64 = 9.0;
 const ABOVE_OTHERS: f64 = 9.0;
+const ABOVE_NEXT: f64 = 2.0;
 
 /// Least share of the log's squared residual.
 const SHARE: f64 = 0.4;
@@ -43,12 +45,16 @@ fn standing_out(squares: &[f64], counts: &[f64]) -> Option<(usize, f64)> {
     let means = squares.iter().zip(counts).map(|(square, count)| square / count);
     let means: Vec<(usize, f64)> = means.enumerate().filter(|(_, mean)| mean.is_finite()).collect();
     let (row, most) = means.iter().copied().max_by(|a, b| a.1.total_cmp(&b.1))?;
+    if means.len() < FEWEST {
+        return None;
+    }
     let mut sorted: Vec<f64> = means.iter().map(|(_, mean)| *mean).collect();
-    let median = *sorted.select_nth_unstable_by(means.len() / 2, f64::total_cmp).1;
+    sorted.sort_by(f64::total_cmp);
+    let [median, next] = [sorted[sorted.len() / 2], sorted[sorted.len() - 2]];
     let share = squares[row] / squares.iter().sum::<f64>();
-    let stands_out = means.len() >= FEWEST
-        && most > ABOVE_NOISE
+    let stands_out = most > ABOVE_NOISE
         && most > ABOVE_OTHERS * median
+        && most > ABOVE_NEXT * next
         && share > SHARE;
     stands_out.then_some((row, share))
 }
