@@ -85,31 +85,28 @@ pub(crate) fn bare(of: &Confirmation) -> Option<&WeldFigures> {
 pub(crate) fn headline(report: &StudyLayoutReport<'_>) -> String {
     let chosen = &report.chosen.placed;
     let place = moved(&chosen.placement, &report.task.part.placement());
-    let limiting = &WAY_FIGURES[report.task.allowed[chosen.limiting].figure].figure;
-    let gain = match (bare(report.chosen), report.filed.as_ref().ok().and_then(bare)) {
+    let share = |of: &PlacedPart| {
+        let limiting = &WAY_FIGURES[report.task.allowed[of.limiting].figure].figure;
+        format!("{} % of what is allowed ({})", fixed(100.0 * of.share, 0), limiting.label)
+    };
+    let filed = report.filed.as_ref().ok();
+    let instead =
+        filed.map_or(String::new(), |filed| format!(" instead of {}", share(&filed.placed)));
+    let gain = match (bare(report.chosen), filed.and_then(bare)) {
         (Some(now), Some(before)) => format!(
-            ": {} mm lateral at most and {}° of tilt without compensation, instead of {} mm and {}°",
+            " By full runs without compensation {} mm lateral at most and {}° of tilt, instead of {} mm and {}°.",
             fixed(now.lateral.max_abs * MILLI, 2),
             fixed(now.tilt.max_abs.to_degrees(), 2),
             fixed(before.lateral.max_abs * MILLI, 2),
             fixed(before.tilt.max_abs.to_degrees(), 2),
         ),
         (Some(now), None) => format!(
-            ": {} mm lateral at most without compensation; where its file has it, the arm does not reach it",
+            " By full runs without compensation {} mm lateral at most; where its file has it, the arm does not reach it.",
             fixed(now.lateral.max_abs * MILLI, 2)
         ),
         (None, _) => String::new(),
     };
-    let taken = format!(
-        "{} takes {} % of what it is allowed",
-        limiting.label,
-        fixed(100.0 * chosen.share, 0)
-    );
-    format!("The part is best put at {place}{gain}. {}.", capital(&taken))
-}
-
-fn capital(text: &str) -> String {
-    super::sensitivity::capital(text)
+    format!("The part is best put at {place}: it takes {}{instead}.{gain}", share(chosen))
 }
 
 /// How the placements were looked at.
