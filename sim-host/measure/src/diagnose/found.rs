@@ -5,7 +5,6 @@ use super::rules;
 use crate::HALF_95;
 use crate::fit::calibration::is_calibration;
 use crate::fit::{self, EffectScope, Fitted};
-use std::collections::BTreeSet;
 use trueweld_plant::effects::{Effect, Role};
 
 /// An effect with fitted values.
@@ -111,26 +110,22 @@ pub(crate) fn found_beside(
     let point = &full.point;
     for of in &mut all {
         let own = (of.effect.kind.id, of.effect.at);
-        // A joint may have several waves, of which none can be told to be the same in both fits.
-        let scopes: BTreeSet<EffectScope> = point
-            .free
-            .iter()
-            .filter(|free| (point.effect(free.of).kind.id, point.effect(free.of).at) == own)
-            .map(|free| free.of)
-            .filter(|scope| match (scope, of.log) {
-                (EffectScope::Log(log, _), Some(only)) => *log == only,
-                _ => true,
-            })
-            .collect();
-        if scopes.iter().filter(|scope| matches!(scope, EffectScope::All(_))).count() > 1 {
-            continue;
-        }
+        let is_of_log = |scope| match (scope, of.log) {
+            (EffectScope::Log(log, _), Some(only)) => log == only,
+            _ => true,
+        };
         for (parameter, [low, high]) in of.interval.iter_mut().enumerate() {
             let same = |k: &usize| {
-                scopes.contains(&point.free[*k].of) && point.free[*k].parameter == parameter
+                let free = &point.free[*k];
+                let effect = point.effect(free.of);
+                free.parameter == parameter
+                    && (effect.kind.id, effect.at) == own
+                    && is_of_log(free.of)
             };
             let alike: Vec<usize> = (0..point.free.len()).filter(same).collect();
-            if low == high || alike.is_empty() {
+            // A joint may have several waves, of which none can be told to be the same in both fits.
+            let for_all = |k: &&usize| matches!(point.free[**k].of, EffectScope::All(_));
+            if low == high || alike.is_empty() || alike.iter().filter(for_all).count() > 1 {
                 continue;
             }
             let mean = |values: &dyn Fn(usize) -> f64| {

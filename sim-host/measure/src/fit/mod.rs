@@ -83,7 +83,7 @@ pub(crate) fn is_own_and_nothing(effect: &Effect) -> bool {
 }
 
 /// Which effect a free value belongs to.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum EffectScope {
     /// The effect of that index among those for all logs.
     All(usize),

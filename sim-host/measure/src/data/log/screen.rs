@@ -49,7 +49,7 @@ pub(super) fn leave_out(
 }
 
 fn leave_out_clipped(columns: &mut Columns, channel: LogChannel, notices: &mut Vec<LogNotice>) {
-    let unit = channel.entry().unit;
+    let unit = channel.unit();
     let mut found = Vec::new();
     for column in channel.columns() {
         let Some(series) = &columns.values[column] else { continue };
