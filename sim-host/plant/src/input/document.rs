@@ -11,7 +11,12 @@ use super::nearest::nearest;
 use super::table::Table;
 use super::value::Text;
 use super::{FileKind, KINDS};
+use std::ops::Range;
 use toml::de::DeTable;
+use toml_parser::lexer::TokenKind;
+
+/// Brackets open at once from which on a text is refused; no file nests as deep.
+const TOO_DEEP: usize = 100;
 
 /// A TOML file that parsed, with the place of every value.
 #[derive(Debug)]
@@ -27,6 +32,17 @@ impl<'a> Document<'a> {
     /// Text that is not TOML.
     pub fn parse(text: &'a str, name: &str) -> Result<Self, InputError> {
         let source = Source::new(name, text);
+        if let Some(span) = too_deep(text) {
+            let message = format!(
+                "this is not TOML: {TOO_DEEP} brackets are open here, one within the other"
+            );
+            return Err(source.error(
+                span,
+                message,
+                "one too many",
+                "Close every `[` by `]` and every `{` by `}`.",
+            ));
+        }
         match DeTable::parse(text) {
             Ok(root) => Ok(Self { source, root: root.into_inner() }),
             Err(error) => {
@@ -121,6 +137,31 @@ impl<'a> Document<'a> {
         }
         root.text("schema")
     }
+}
+
+/// The bracket with which [`TOO_DEEP`] are open. The parser's own limit can be passed by text that is not
+/// TOML (`{[s]" = {[s]" = …`), down to the end of its stack.
+fn too_deep(text: &str) -> Option<Range<usize>> {
+    let mut open = Vec::new();
+    for token in toml_parser::Source::new(text).lex() {
+        let closes = match token.kind() {
+            opens @ (TokenKind::LeftSquareBracket | TokenKind::LeftCurlyBracket) => {
+                open.push(opens);
+                if open.len() >= TOO_DEEP {
+                    return Some(token.span().start()..token.span().end());
+                }
+                continue;
+            }
+            TokenKind::RightSquareBracket => TokenKind::LeftSquareBracket,
+            TokenKind::RightCurlyBracket => TokenKind::LeftCurlyBracket,
+            _ => continue,
+        };
+        // One that closes nothing, or something else, leaves open what is.
+        if open.last() == Some(&closes) {
+            open.pop();
+        }
+    }
+    None
 }
 
 fn list_of_kinds() -> String {

@@ -113,3 +113,32 @@ proptest! {
         let _ = import_urdf(&path);
     }
 }
+
+/// What opens brackets without end, some in ways that are not TOML.
+#[test]
+fn brackets_without_end_are_refused() {
+    let pieces = [
+        "[",
+        "{",
+        "{a=",
+        "[{a=",
+        "{[s]\" = ",
+        "{[}]=",
+        "{\"}\"=",
+        "[{]",
+        "a.",
+        "[[",
+        "{a={b=1},c=",
+    ];
+    for piece in pieces {
+        for before in ["x = ", "", "[x]\n", "x = [1, "] {
+            let text = format!("{before}{}", piece.repeat(20_000));
+            let error = RobotFile::parse(&text, "x").expect_err(piece);
+            assert!(rendered(&error).contains("not TOML"), "{piece}: {error:?}");
+        }
+    }
+    // As many brackets as a file may have, one after the other.
+    let list = format!("schema = \"robot/1\"\nx = [{}]", "{ a = [1, 2] }, ".repeat(20_000));
+    let error = RobotFile::parse(&list, "x").expect_err("no robot");
+    assert!(!rendered(&error).contains("not TOML"), "{error:?}");
+}
