@@ -91,9 +91,9 @@ fn the_optimiser_finds_what_a_grid_ten_times_as_fine_finds() {
     let found = task.best(&task.grid(|| {})).expect("in reach");
     let grid = LayoutTask { family: &fine, ..task }.grid(|| {});
     let best = grid.iter().filter_map(|placed| placed.outcome.as_ref().ok());
-    let best = best.map(|placed| placed.cost).fold(f64::INFINITY, f64::min);
+    let best = best.map(|placed| placed.cost()).fold(f64::INFINITY, f64::min);
     // The optimiser ends where a step brings less than 1e-4; its last look is closer than the grid's.
-    assert!(found.cost <= best * 1.005, "{} against {best}", found.cost);
+    assert!(found.cost() <= best * 1.005, "{} against {best}", found.cost());
     let within = |value: f64, range: Range| (range.low..=range.high).contains(&value);
     assert!(within(found.placement.x_m, x) && within(found.placement.z_m, z), "{found:?}");
     let reached: Vec<_> = grid.iter().filter_map(|placed| placed.outcome.as_ref().ok()).collect();

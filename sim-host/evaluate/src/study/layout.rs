@@ -186,6 +186,15 @@ pub struct LayoutTask<'a> {
     pub allowed: &'a [Allowance],
 }
 
+/// The figure that takes the largest share of what it is allowed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Limiting {
+    /// Place of its allowance in [`LayoutTask::allowed`].
+    pub allowance: usize,
+    /// The share; above 1 it is not kept.
+    pub share: f64,
+}
+
 /// A placement that the arm reaches.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlacedPart {
@@ -195,13 +204,23 @@ pub struct PlacedPart {
     pub branches: Vec<Branch>,
     /// [`WAY_FIGURES`], the worst of all seams.
     pub values: [f64; WAY_FIGURES.len()],
-    /// The largest share of what is allowed.
-    pub share: f64,
-    /// Place of the allowance that it is of.
-    pub limiting: usize,
-    /// What is made least: the largest share of the figures that are no reserve, where all reserves
-    /// are kept; else it is far above any such share, and the larger the less is kept.
-    pub cost: f64,
+    /// Of deviation and tilt: what is made least where all reserves are kept.
+    pub deviation: Limiting,
+    /// Of the reserves.
+    pub reserve: Limiting,
+}
+
+impl PlacedPart {
+    /// Of everything that is allowed.
+    pub fn limiting(&self) -> Limiting {
+        if self.reserve.share > self.deviation.share { self.reserve } else { self.deviation }
+    }
+
+    /// What is made least: the share of deviation and tilt where all reserves are kept; else it is
+    /// far above any such share, and the larger the less is kept.
+    pub fn cost(&self) -> f64 {
+        if self.reserve.share > 1.0 { NOT_KEPT * self.reserve.share } else { self.deviation.share }
+    }
 }
 
 /// Why the arm does not hold its tool along a seam: how far it comes, m, and what stops it there.
@@ -241,7 +260,7 @@ impl LayoutTask<'_> {
         for (k, weld) in self.part.welds_at(at).iter().enumerate() {
             let ways = Way::all(&robot, self.planned, weld, places)?;
             let of = ways.iter().filter(|way| is(k, way)).map(|way| self.worth(at, way));
-            let best = of.reduce(|a, b| if b.cost < a.cost { b } else { a });
+            let best = of.reduce(|a, b| if b.cost() < a.cost() { b } else { a });
             let best = best.ok_or((0.0, KinematicsError::Unreachable))?;
             part = Some(match part {
                 None => best,
@@ -271,16 +290,14 @@ impl LayoutTask<'_> {
         branches: Vec<Branch>,
         values: [f64; WAY_FIGURES.len()],
     ) -> PlacedPart {
-        let shares = self.allowed.iter().map(|allowed| allowed.share(&values)).enumerate();
-        let (limiting, share) =
-            shares.fold((0, 0.0), |most, one| if one.1 > most.1 { one } else { most });
         let most = |reserve: bool| {
-            let of = self.allowed.iter().filter(|a| is_reserve(a.figure) == reserve);
-            of.map(|allowed| allowed.share(&values)).fold(0.0, f64::max)
+            let of =
+                self.allowed.iter().enumerate().filter(|(_, a)| is_reserve(a.figure) == reserve);
+            let shares = of.map(|(allowance, a)| Limiting { allowance, share: a.share(&values) });
+            let none = Limiting { allowance: 0, share: 0.0 };
+            shares.fold(none, |most, one| if one.share > most.share { one } else { most })
         };
-        let reserves = most(true);
-        let cost = if reserves > 1.0 { NOT_KEPT * reserves } else { most(false) };
-        PlacedPart { placement, branches, values, share, limiting, cost }
+        PlacedPart { placement, branches, values, deviation: most(false), reserve: most(true) }
     }
 
     /// Two seams of one part: the worse of every figure.
@@ -314,7 +331,7 @@ impl LayoutTask<'_> {
         const CLOSELY: usize = 4;
         let mut starts: Vec<&PlacedPart> =
             grid.iter().filter_map(|placed| placed.outcome.as_ref().ok()).collect();
-        starts.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+        starts.sort_by(|a, b| a.cost().total_cmp(&b.cost()));
         starts.truncate(STARTS);
         let found = starts.into_par_iter().map(|start| {
             let mut best = start.clone();
@@ -328,7 +345,7 @@ impl LayoutTask<'_> {
         });
         // In the order of the starts: of equals the first.
         let found: Vec<PlacedPart> = found.collect();
-        let best = found.into_iter().reduce(|a, b| if b.cost < a.cost { b } else { a })?;
+        let best = found.into_iter().reduce(|a, b| if b.cost() < a.cost() { b } else { a })?;
         // What is told of it is looked at closely: a reserve may be kept at few places and not between.
         let mut best = self.place(&best.placement, PLACES[1]).ok()?;
         for halving in CLOSELY..HALVINGS {
@@ -353,9 +370,9 @@ impl LayoutTask<'_> {
         });
         let neighbours = neighbours.filter(|next| *next != here);
         let placed = neighbours.filter_map(|n| self.place(&Family::placement(n), places).ok());
-        let best = placed.reduce(|a, b| if b.cost < a.cost { b } else { a })?;
+        let best = placed.reduce(|a, b| if b.cost() < a.cost() { b } else { a })?;
         // A gain that no one would move a part for ends the search.
-        (best.cost < than.cost * (1.0 - 1e-4)).then_some(best)
+        (best.cost() < than.cost() * (1.0 - 1e-4)).then_some(best)
     }
 }
 

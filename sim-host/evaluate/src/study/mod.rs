@@ -15,8 +15,9 @@ mod sobol;
 pub use envelope::{EnvelopePoint, EnvelopeRun, envelopes, reachable};
 pub use figures::{MARGINS_ASKED, STUDY_FIGURES, study_figure};
 pub use layout::{
-    Allowance, Confirmation, ConfirmedWeld, Family, LayoutTask, OutOfReach, PLACES, Placed,
-    PlacedPart, Range, WAY_FIGURES, as_filed, confirm, more_is_better, numbers, pareto, way_figure,
+    Allowance, Confirmation, ConfirmedWeld, Family, LayoutTask, Limiting, OutOfReach, PLACES,
+    Placed, PlacedPart, Range, WAY_FIGURES, as_filed, confirm, more_is_better, numbers, pareto,
+    way_figure,
 };
 pub use limits::{Driven, FoundLimit, LimitStudy, Probe};
 pub use place::{Part, Placement, RealArm, Way, centred, rolled, shortened};

@@ -40,15 +40,15 @@ pub(super) fn all<W: Write>(
             a[..3] == b[..3]
         };
         match best.iter_mut().find(here) {
-            Some(other) if placed.cost < other.cost => *other = placed,
+            Some(other) if placed.cost() < other.cost() => *other = placed,
             Some(_) => {}
             None => best.push(placed),
         }
     }
     let points = best.iter().map(|placed| place(&placed.placement));
     let colors: Vec<_> =
-        best.iter().map(|placed| signals::rgb(within_limit(placed.share))).collect();
-    let labels = best.iter().map(|placed| format!("{:.0} %", 100.0 * placed.share));
+        best.iter().map(|placed| signals::rgb(within_limit(placed.limiting().share))).collect();
+    let labels = best.iter().map(|placed| format!("{:.0} %", 100.0 * placed.limiting().share));
     let map = Points3D::new(points)
         .with_colors(colors)
         .with_radii([POINT])

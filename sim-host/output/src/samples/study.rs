@@ -85,7 +85,8 @@ pub(crate) fn of_layout<'a>(report: &StudyLayoutReport<'a>) -> Samples<'a> {
                 placed.outcome.as_ref().err().map_or(String::new(), |w| out_of_reach(*w))
             }),
             words(&|placed| {
-                let of = placed.outcome.as_ref().ok().map(|of| limiting[of.limiting].figure);
+                let of =
+                    placed.outcome.as_ref().ok().map(|of| limiting[of.limiting().allowance].figure);
                 of.map_or(String::new(), |figure| WAY_FIGURES[figure].figure.key.to_owned())
             }),
         ];
@@ -95,7 +96,7 @@ pub(crate) fn of_layout<'a>(report: &StudyLayoutReport<'a>) -> Samples<'a> {
             column(&|placed| placed.outcome.as_ref().map_or(f64::NAN, of))
         };
         block.extend((0..WAY_FIGURES.len()).map(|k| value(&|of| of.values[k])));
-        block.push(value(&|of| of.share));
+        block.push(value(&|of| of.limiting().share));
         block
     });
     Samples::new(["out_of_reach", "limiting"], columns, blocks)

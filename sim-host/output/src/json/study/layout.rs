@@ -8,8 +8,8 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use trueweld_evaluate::margins::MARGIN_FIGURES;
 use trueweld_evaluate::study::{
-    Allowance, Confirmation, ConfirmedWeld, MARGINS_ASKED, PlacedPart, Placement, WAY_FIGURES,
-    more_is_better,
+    Allowance, Confirmation, ConfirmedWeld, Limiting, MARGINS_ASKED, PlacedPart, Placement,
+    WAY_FIGURES, more_is_better,
 };
 use trueweld_plant::provenance::Provenance;
 
@@ -68,6 +68,11 @@ pub struct PlacementFigures {
     pub share: f64,
     /// The figure that takes it.
     pub limiting: String,
+    /// The largest share that deviation and tilt take of what they are allowed: what is made least
+    /// where all reserves are kept.
+    pub deviation_share: f64,
+    /// The figure that takes it.
+    pub deviation_limiting: String,
 }
 
 /// A placement with its full runs.
@@ -126,7 +131,7 @@ impl StudyLayoutResult {
                 .collect(),
             placements: report.grid.len(),
             reached: reached().count(),
-            within: reached().filter(|placed| placed.share <= 1.0).count(),
+            within: reached().filter(|placed| placed.limiting().share <= 1.0).count(),
             filed: report.filed.as_ref().ok().map(|of| ConfirmedPlacement::of(of, allowed)),
             filed_out_of_reach: report.filed.as_ref().err().map(|why| out_of_reach(*why)),
             chosen: ConfirmedPlacement::of(report.chosen, allowed),
@@ -139,12 +144,16 @@ impl StudyLayoutResult {
 impl PlacementFigures {
     fn of(placed: &PlacedPart, allowed: &[Allowance]) -> Self {
         let figures = WAY_FIGURES.iter().zip(placed.values);
+        let key = |of: &Limiting| WAY_FIGURES[allowed[of.allowance].figure].figure.key.to_owned();
+        let limiting = placed.limiting();
         Self {
             placement: placed.placement,
             postures: placed.branches.iter().map(|branch| posture(*branch)).collect(),
             figures: figures.map(|(of, value)| (of.figure.key.to_owned(), value)).collect(),
-            share: placed.share,
-            limiting: WAY_FIGURES[allowed[placed.limiting].figure].figure.key.to_owned(),
+            share: limiting.share,
+            limiting: key(&limiting),
+            deviation_share: placed.deviation.share,
+            deviation_limiting: key(&placed.deviation),
         }
     }
 }

@@ -146,12 +146,13 @@ impl StudyLayoutReport<'_> {
         let varied: Vec<usize> =
             (0..6).filter(|k| self.task.family.0[*k].high > self.task.family.0[*k].low).collect();
         let mut front: Vec<&&PlacedPart> = self.front.iter().collect();
-        front.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+        front.sort_by(|a, b| a.cost().total_cmp(&b.cost()));
         let row = |of: &&&PlacedPart| {
             let at = numbers(&of.placement);
             let place = varied.iter().map(|k| number(coordinate(*k, at[*k])));
             let values = self.front_of.iter().map(|k| number(value(*k, of)));
-            let share = number(format!("{} %", fixed(100.0 * of.share, 0))).bad(of.share > 1.0);
+            let share = of.limiting().share;
+            let share = number(format!("{} %", fixed(100.0 * share, 0))).bad(share > 1.0);
             place.chain(values).chain([share]).collect()
         };
         let head = varied.iter().map(|k| number(NUMBERS[*k].0));
@@ -224,7 +225,7 @@ impl StudyLayoutReport<'_> {
         };
         let share =
             map("Largest share of what is allowed, %".to_owned(), Some((100.0, false)), &|p| {
-                100.0 * p.share
+                100.0 * p.limiting().share
             });
         let of_figure = |k: usize| {
             let unit = unit(k);

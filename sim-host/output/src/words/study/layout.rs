@@ -5,8 +5,8 @@ use crate::{MILLI, StudyLayoutReport};
 use trueweld_core::{Branch, KinematicsError};
 use trueweld_evaluate::WeldFigures;
 use trueweld_evaluate::study::{
-    Allowance, Confirmation, OutOfReach, PlacedPart, Placement, WAY_FIGURES, more_is_better,
-    numbers,
+    Allowance, Confirmation, Limiting, OutOfReach, PlacedPart, Placement, WAY_FIGURES,
+    more_is_better, numbers,
 };
 
 /// The unit that a figure of a way is shown in.
@@ -75,45 +75,66 @@ pub fn out_of_reach((path, why): OutOfReach) -> String {
     format!("{why} {path:.2} m along the seam")
 }
 
-/// The figures of the first seam without a law, by full runs.
-pub(crate) fn bare(of: &Confirmation) -> Option<&WeldFigures> {
-    let first = of.welds.first()?;
-    first.outcome.as_ref().ok().map(|(figures, _)| figures)
+/// What full runs under the first law, which is none, leave of a part: the worst of its seams.
+struct Bare {
+    /// Largest lateral deviation, m.
+    lateral: f64,
+    /// Largest tilt, rad.
+    tilt: f64,
+}
+
+/// `None` where a run came to no end.
+fn bare(of: &Confirmation) -> Option<Bare> {
+    let law = &of.welds.first()?.law;
+    let runs = of.welds.iter().filter(|weld| weld.law == *law);
+    let figures = runs.map(|weld| weld.outcome.as_ref().ok().map(|(figures, _)| figures));
+    let figures = figures.collect::<Option<Vec<&WeldFigures>>>()?;
+    let most =
+        |value: fn(&WeldFigures) -> f64| figures.iter().map(|f| value(f)).fold(0.0, f64::max);
+    Some(Bare { lateral: most(|f| f.lateral.max_abs), tilt: most(|f| f.tilt.max_abs) })
 }
 
 /// The finding.
 pub(crate) fn headline(report: &StudyLayoutReport<'_>) -> String {
     let chosen = &report.chosen.placed;
     let place = moved(&chosen.placement, &report.task.part.placement());
-    let share = |of: &PlacedPart| {
-        let limiting = &WAY_FIGURES[report.task.allowed[of.limiting].figure].figure;
-        format!("{} % of what is allowed ({})", fixed(100.0 * of.share, 0), limiting.label)
+    let label = |of: Limiting| WAY_FIGURES[report.task.allowed[of.allowance].figure].figure.label;
+    let taken = |of: &PlacedPart| {
+        let most = format!("{} % ({})", fixed(100.0 * of.deviation.share, 0), label(of.deviation));
+        if of.reserve.share > 1.0 {
+            format!("{most}, but this is not kept: {}", label(of.reserve))
+        } else {
+            most
+        }
     };
     let filed = report.filed.as_ref().ok();
     let instead =
-        filed.map_or(String::new(), |filed| format!(" instead of {}", share(&filed.placed)));
+        filed.map_or(String::new(), |filed| format!(" instead of {}", taken(&filed.placed)));
     let gain = match (bare(report.chosen), filed.and_then(bare)) {
         (Some(now), Some(before)) => format!(
             " By full runs without compensation {} mm lateral at most and {}° of tilt, instead of {} mm and {}°.",
-            fixed(now.lateral.max_abs * MILLI, 2),
-            fixed(now.tilt.max_abs.to_degrees(), 2),
-            fixed(before.lateral.max_abs * MILLI, 2),
-            fixed(before.tilt.max_abs.to_degrees(), 2),
+            fixed(now.lateral * MILLI, 2),
+            fixed(now.tilt.to_degrees(), 2),
+            fixed(before.lateral * MILLI, 2),
+            fixed(before.tilt.to_degrees(), 2),
         ),
-        (Some(now), None) => format!(
+        (Some(now), None) if filed.is_none() => format!(
             " By full runs without compensation {} mm lateral at most; where its file has it, the arm does not reach it.",
-            fixed(now.lateral.max_abs * MILLI, 2)
+            fixed(now.lateral * MILLI, 2)
         ),
-        (None, _) => String::new(),
+        _ => String::new(),
     };
-    format!("The part is best put at {place}: it takes {}{instead}.{gain}", share(chosen))
+    format!(
+        "The part is best put at {place}: deviation and tilt take at most {} of what they are allowed{instead}.{gain}",
+        taken(chosen)
+    )
 }
 
 /// How the placements were looked at.
 pub(crate) fn setting(report: &StudyLayoutReport<'_>) -> String {
     let reached = report.grid.iter().filter_map(|placed| placed.outcome.as_ref().ok());
-    let (count, within) =
-        reached.fold((0, 0), |(n, m), placed| (n + 1, m + usize::from(placed.share <= 1.0)));
+    let (count, within) = reached
+        .fold((0, 0), |(n, m), placed| (n + 1, m + usize::from(placed.limiting().share <= 1.0)));
     format!(
         "{} by statics and kinematics: {count} are reached, {within} within what is allowed; the best searched between \
          them, and confirmed by full runs. Reserves of torque, speed, collinear axes and joint limits must be kept; among \
@@ -127,13 +148,14 @@ pub(crate) fn setting(report: &StudyLayoutReport<'_>) -> String {
 /// What statics miss of the full run, and what else should be known.
 pub(crate) fn notices(report: &StudyLayoutReport<'_>) -> Vec<String> {
     let mut told = Vec::new();
-    if report.chosen.placed.share > 1.0 {
-        let of = &report.task.allowed[report.chosen.placed.limiting];
+    let limiting = report.chosen.placed.limiting();
+    if limiting.share > 1.0 {
+        let of = &report.task.allowed[limiting.allowance];
         let figure = &WAY_FIGURES[of.figure].figure;
         told.push(format!(
             "No placement of this family keeps all that is allowed: the best takes {} % of {} ({}). Widen the family, lower push \
              or feed, or compensate.",
-            fixed(100.0 * report.chosen.placed.share, 0),
+            fixed(100.0 * limiting.share, 0),
             figure.label,
             allowed(of)
         ));
@@ -161,9 +183,9 @@ pub(crate) fn notices(report: &StudyLayoutReport<'_>) -> Vec<String> {
     told.extend(
         failed.map(|why| format!("A full run of the chosen placement came to no end: {why}.")),
     );
-    if let (Some(figures), Ok(_)) = (bare(report.chosen), report.filed) {
+    if let (Some(bare), Ok(_)) = (bare(report.chosen), report.filed) {
         let statics = report.chosen.placed.values[0];
-        let full = figures.lateral.max_abs;
+        let full = bare.lateral;
         if (full - statics).abs() > 0.1 * full.max(statics) && (full - statics).abs() > 1e-4 {
             told.push(format!(
                 "The full run leaves the seam by {} mm where statics expect {} mm.",
