@@ -136,6 +136,10 @@ pub struct Judged {
     /// Score where nothing was fitted: with calibrations alone, with what was found or named, and with
     /// the law itself where one outside the library is hidden.
     pub scores: [f64; 3],
+    /// Sum of squares and priors that the law itself leaves where one outside the library is hidden, with
+    /// its values as they are and calibrations fitted.
+    #[serde(default)]
+    pub law_cost: Option<f64>,
     /// The law that was found outside the library.
     #[serde(default)]
     pub discovered: Option<DiscoveredLaw>,
@@ -238,13 +242,13 @@ pub fn examine(case: &CorpusCase) -> Result<Judged, CorpusError> {
     let with_the_law = match &hidden {
         Hidden::Law(law) => {
             ready.bench.known.push(law.clone());
-            let blocks = fit::blocks_of(&ready.bench);
-            diagnose::held_out_score(&calibrated(&ready.bench, &blocks)?)
+            Some(calibrated(&ready.bench, &fit::blocks_of(&ready.bench))?)
         }
-        _ => null,
+        _ => None,
     };
     Ok(Judged {
-        scores: [null, after, with_the_law],
+        scores: [null, after, with_the_law.as_ref().map_or(null, diagnose::held_out_score)],
+        law_cost: with_the_law.map(|fitted| fitted.cost),
         discovered: discovered.map(|law| DiscoveredLaw::of(law, &hidden)),
         ..judged
     })
@@ -300,6 +304,7 @@ fn judged(
         calibration: diagnosis.calibration.iter().map(|f| in_words(&f.effect)).collect(),
         score_before: diagnosis.score_before,
         scores: [0.0; 3],
+        law_cost: None,
         discovered: None,
         outcome: judge(hidden, recipe, diagnosis),
         seconds,

@@ -5,6 +5,7 @@ use crate::outside::OutsideLaw;
 use std::collections::BTreeMap;
 use std::fmt::{self, Write as _};
 use trueweld_evaluate::Rate;
+use trueweld_measure::diagnose::rules;
 
 /// Ranges of how well something shows, in multiples of the limit of detection, and what they are
 /// called.
@@ -154,30 +155,35 @@ impl Tally {
         }
         writeln!(
             out,
-            "\n| law | cases | named as an effect | found | at its port, place and variables | or tied with that | median fall |\n\
-             |---|---|---|---|---|---|---|"
+            "\n| law | cases | named as an effect | though told from it | found | at its port, place and variables | or tied with that | median fall |\n\
+             |---|---|---|---|---|---|---|---|"
         )?;
         let mut rows: BTreeMap<&str, Vec<&Judged>> = BTreeMap::new();
         for (law, j) in all.iter().filter_map(|j| Some((law_of(j)?, j))) {
             rows.entry(law.name).or_default().push(j);
         }
         for (law, cases) in &rows {
-            let [named, found, right, tied] = Self::of_laws(cases).map(|rate| rate.hits);
-            let (count, fall) = (cases.len(), median_fall(cases));
-            writeln!(out, "| {law} | {count} | {named} | {found} | {right} | {tied} | {fall} |")?;
+            let cells = Self::of_laws(cases).map(|rate| rate.hits.to_string()).join(" | ");
+            writeln!(out, "| {law} | {} | {cells} | {} |", cases.len(), median_fall(cases))?;
         }
-        let ([named, found, right, tied], fall) = (Self::of_laws(&all), median_fall(&all));
-        let count = all.len();
-        writeln!(out, "| all | {count} | {named} | {found} | {right} | {tied} | {fall} |")
+        let cells = Self::of_laws(&all).map(|rate| rate.to_string()).join(" | ");
+        writeln!(out, "| all | {} | {cells} | {} |", all.len(), median_fall(&all))
     }
 
-    /// How many were named as an effect, found, found as what they are, or tied with it.
-    fn of_laws(cases: &[&Judged]) -> [Rate; 4] {
+    /// How many were named as an effect, and that though the law itself, had it been known, fits better
+    /// than a tie allows; how many were found, found as what they are, or tied with it.
+    fn of_laws(cases: &[&Judged]) -> [Rate; 5] {
         let found = |is: fn(&DiscoveredLaw) -> bool| {
             Rate::of(cases, |j| j.discovered.as_ref().is_some_and(is))
         };
-        let named = Rate::of(cases, |j| j.outcome == Outcome::NamedSomething);
-        [named, found(|_| true), found(|law| law.right), found(|law| law.right || law.tied)]
+        let named = |j: &Judged| j.outcome == Outcome::NamedSomething;
+        let told = |j: &Judged| match (j.named.first(), j.law_cost) {
+            (Some(first), Some(law)) => first.cost - law > rules::TIED * rules::CORRELATED,
+            _ => false,
+        };
+        let all = Rate::of(cases, |j| named(j));
+        let told = Rate::of(cases, |j| named(j) && told(j));
+        [all, told, found(|_| true), found(|law| law.right), found(|law| law.right || law.tied)]
     }
 
     /// How often explanations are right, by the probability that they were given.
