@@ -11,7 +11,8 @@ use crate::error::IdentifyError;
 use nalgebra::{DMatrix, DVector};
 use trueweld_core::Robot;
 use trueweld_measure::align::align_clocks;
-use trueweld_measure::data::log::{Log, LogKind};
+use trueweld_measure::data::log::Log;
+use trueweld_measure::encoder_noise;
 use trueweld_measure::fit::calibration::{calibrations, in_proportion};
 use trueweld_measure::fit::covariance::{columns, covariance};
 use trueweld_measure::fit::{
@@ -19,7 +20,6 @@ use trueweld_measure::fit::{
     chi_square, count, fit, residuals, unit,
 };
 use trueweld_measure::mistakes::{Found, find};
-use trueweld_measure::posterior::LEFT_OUT;
 use trueweld_measure::residuals::compare::{baseline, experiments};
 use trueweld_plant::effects::{Action, Effect, Location};
 use trueweld_plant::input::ModelFile;
@@ -107,7 +107,7 @@ impl Pass {
     }
 
     /// Covariance of the logarithms; `drawn`: the standard deviations that they are drawn by.
-    fn covariance(&self, drawn: &[f64]) -> Option<DMatrix<f64>> {
+    fn covariance(&self, drawn: &[f64]) -> Result<Option<DMatrix<f64>>, IdentifyError> {
         let (point, n) = (&self.fitted.point, self.fitted.point.free.len());
         let units = DVector::from_fn(n, |k, _| {
             unit(point.parameter(&point.free[k]), point.value(&point.free[k]))
@@ -116,13 +116,13 @@ impl Pass {
         for (k, drawn) in self.indices.iter().zip(drawn) {
             prior[(*k, *k)] = (units[*k] / drawn).powi(2);
         }
+        let driven = encoder_noise::covariance(&self.bench, &self.logs, &self.fitted, &prior)?;
         let linear = Linear { prior, ..self.fitted.linear.clone() };
-        let of_all =
-            covariance(&linear, &columns(&self.bench), &self.fitted.at, &self.fitted.slopes)?;
-        let in_motion = self.logs.iter().any(|log| log.kind != LogKind::StaticLoad);
-        let wider = if in_motion { LEFT_OUT } else { 1.0 };
-        let of_all = wider * of_all.component_mul(&(&units * units.transpose()));
-        Some(of_all.select_rows(&self.indices).select_columns(&self.indices))
+        let own = covariance(&linear, &columns(&self.bench), &self.fitted.at, &self.fitted.slopes);
+        Ok(own.map(|own| {
+            let of_all = (own + driven).component_mul(&(&units * units.transpose()));
+            of_all.select_rows(&self.indices).select_columns(&self.indices)
+        }))
     }
 
     /// Standard deviations of the numbers where nothing draws them and residuals are white: what decides
@@ -193,7 +193,7 @@ pub(crate) fn converge(
         let mut covariance = None;
         if tells == told && rests(&tells) {
             // What is drawn by nothing is as uncertain as the logs leave it.
-            covariance = pass.covariance(&drawn_by(|_| f64::INFINITY));
+            covariance = pass.covariance(&drawn_by(|_| f64::INFINITY))?;
             for k in 0..n {
                 let deviation = covariance.as_ref().map_or(f64::INFINITY, |c| c[(k, k)].sqrt());
                 tells[k] &= deviation < asked[k].coordinate.untold;

@@ -34,6 +34,7 @@
 //! | [`discover`] | laws that the library does not hold |
 //! | [`experiment`] | what to record next |
 //! | [`improve`] | a model with what was found, step by step |
+//! | [`encoder_noise`] | what noise that drives every prediction leaves open of fitted values |
 //! | [`posterior`] | what logs leave open of all that was fitted, jointly |
 //!
 //! ```no_run
@@ -56,6 +57,7 @@ pub mod align;
 pub mod data;
 pub mod diagnose;
 pub mod discover;
+pub mod encoder_noise;
 pub mod experiment;
 pub mod fit;
 pub mod improve;

@@ -4,6 +4,7 @@ use std::time::Instant;
 use trueweld_measure::data::campaign::Campaign;
 use trueweld_measure::data::log::Log;
 use trueweld_measure::diagnose::{Undone, diagnose};
+use trueweld_measure::encoder_noise;
 use trueweld_measure::fit::calibration::calibrations;
 use trueweld_measure::fit::{Effort, End, FitProblem, FitState, Fitted, blocks_of, fit};
 use trueweld_measure::residuals::compare::{baseline, experiments};
@@ -51,4 +52,29 @@ fn a_diagnosis_whose_time_is_up_says_what_it_left_undone() {
     assert!(late.undone.iter().any(|undone| matches!(undone, Undone::Search)), "{:?}", late.undone);
     // The calibrations stand where nothing is known of them.
     assert_eq!(late.null.point.free.len(), calibrations(&bench).free.len());
+}
+
+#[test]
+fn noise_of_the_encoders_counts_with_its_square_and_most_where_an_arm_rings() {
+    let covariance_at = |factor: f64| {
+        let (_, mut logs) = ready(|name| name.starts_with("ring"));
+        for level in logs.iter_mut().flat_map(|log| log.noise.encoder.iter_mut()).flatten() {
+            level.deviation *= factor;
+        }
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/campaigns/backlash");
+        let file = ModelFile::read(format!("{folder}/model.toml")).unwrap();
+        let bench = FitProblem::new(&file, experiments(&logs, &baseline(&file)).unwrap());
+        let mut point = FitState::empty(logs.len());
+        let kind = EffectKind::of("damping-error").unwrap();
+        point.add(Effect { kind, at: Location::Joint(2), values: vec![0.0] });
+        let fitted = fit(&bench, &point, &blocks_of(&bench), &[], Effort::full(0)).unwrap();
+        let prior = &fitted.linear.prior;
+        let driven = encoder_noise::covariance(&bench, &logs, &fitted, prior).unwrap()[(0, 0)];
+        let white = fitted.linear.solve(None, 0.0, None).unwrap().deviations()[0].powi(2);
+        (driven, white)
+    };
+    let [(none, _), (usual, white), (twice, _)] = [0.0, 1.0, 2.0].map(covariance_at);
+    assert_eq!(none, 0.0);
+    assert!(usual > 0.5 * white, "{usual} {white}");
+    assert!((twice / usual / 4.0 - 1.0).abs() < 0.2, "{twice} {usual}");
 }

@@ -1,0 +1,81 @@
+//! What the encoders' noise leaves open of fitted values.
+//!
+//! Encoders drive every prediction, and their noise with them: it swings the arm over many rows, and
+//! pose and torque together. The residuals, column by column, hardly show it (some per cent of their
+//! square in a ring-down), and [`crate::fit::covariance`] takes it for what it shows there. But of an
+//! oscillation it is just the part that damping and stiffness are told by. So it is asked directly:
+//! the logs are driven again with noise drawn anew on every encoder, and the fit follows linearly.
+//!
+//! Left out: noise of forces that drive a prediction; what is in the residuals already counts twice.
+
+use crate::data::log::Log;
+use crate::data::noise::{NoiseLevels, instruments};
+use crate::fit::{self, FitProblem, Fitted, Linear, Slopes};
+use crate::predict::{Experiment, PredictError};
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+use trueweld_plant::random::Random;
+
+/// Draws: a deviation is known to an eighth of itself by them.
+const DRAWS: u64 = 32;
+
+/// Covariance that it adds to values that were fitted, in the fit's units. `logs`: those that the
+/// bench's experiments were made of; `prior`: the priors' curvature.
+///
+/// # Errors
+/// [`PredictError`] where a log cannot be driven with other noise.
+pub fn covariance(
+    bench: &FitProblem,
+    logs: &[Log],
+    fitted: &Fitted,
+    prior: &DMatrix<f64>,
+) -> Result<DMatrix<f64>, PredictError> {
+    let (levels, blocks) = (instruments(logs), fit::blocks_of(bench));
+    let slopes: Vec<&Slopes> = fitted.slopes.iter().collect();
+    let nowhere = DVector::zeros(slopes.len());
+    let step = |draw: u64| -> Result<DVector<f64>, PredictError> {
+        let experiment = |(number, (log, levels)): (usize, (&Log, &NoiseLevels))| {
+            let random = Random::new(draw, number as u64);
+            Experiment::new(&noisier(log, levels, random), levels, &bench.model)
+        };
+        let again = logs.iter().zip(&levels).enumerate().map(experiment);
+        let again = FitProblem {
+            model: bench.model.clone(),
+            known: bench.known.clone(),
+            per_log: bench.per_log.clone(),
+            own: bench.own.clone(),
+            experiments: again.collect::<Result<_, _>>()?,
+            deadline: None,
+        };
+        let mut change = fit::residuals(&again, &fitted.point)?;
+        for (log, change) in change.iter_mut().enumerate() {
+            let [now, before] = [&again, bench].map(|of| &of.experiments[log].compared);
+            // Where a row counts no more, the log says nothing of it.
+            let same = now.len() == before.len();
+            change.residual.resize(before.len(), 0.0);
+            for (k, residual) in change.residual.iter_mut().enumerate() {
+                let scale = if same { now[k].deviation / before[k].deviation } else { 0.0 };
+                let before = if same { fitted.at[log].residual[k] } else { 0.0 };
+                *residual = scale * *residual - before;
+            }
+        }
+        let linear = Linear::new(&blocks, &change, &slopes, prior.clone(), nowhere.clone());
+        Ok(linear.solve(None, 0.0, None).map_or_else(|| nowhere.clone(), |step| step.step))
+    };
+    let steps: Vec<DVector<f64>> =
+        (0..DRAWS).into_par_iter().map(step).collect::<Result<_, _>>()?;
+    let zero = DMatrix::zeros(slopes.len(), slopes.len());
+    let sum = steps.iter().fold(zero, |sum, step| sum + step * step.transpose());
+    Ok(sum / DRAWS as f64)
+}
+
+/// A log whose encoders have noise once more.
+fn noisier(log: &Log, levels: &NoiseLevels, mut random: Random) -> Log {
+    let mut log = log.clone();
+    for row in &mut log.samples.encoder {
+        for (angle, level) in row.iter_mut().zip(&levels.encoder) {
+            *angle += level.map_or(0.0, |level| level.deviation) * random.normal();
+        }
+    }
+    log
+}
