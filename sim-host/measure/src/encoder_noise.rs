@@ -1,12 +1,12 @@
 //! What the encoders' noise leaves open of fitted values.
 //!
 //! Encoders drive every prediction, and their noise with them: it swings the arm over many rows, and
-//! pose and torque together. The residuals, column by column, hardly show it (some per cent of their
-//! square in a ring-down), and [`crate::fit::covariance`] takes it for what it shows there. But of an
-//! oscillation it is just the part that damping and stiffness are told by. So it is asked directly:
-//! the logs are driven again with noise drawn anew on every encoder, and the fit follows linearly.
+//! pose and torque together. Column by column the residuals hardly show it (some per cent of their
+//! square in a ring-down), and [`crate::fit::covariance`], which goes by them, misses it. But it lies
+//! where the arm resonates, and that is what damping is told by. So it is asked directly: the logs are
+//! driven again with noise drawn anew on every encoder, and the fit follows linearly.
 //!
-//! Left out: noise of forces that drive a prediction; what is in the residuals already counts twice.
+//! Left out: noise of forces that drive a prediction. What the residuals do show of it counts twice.
 
 use crate::data::log::Log;
 use crate::data::noise::{NoiseLevels, instruments};
