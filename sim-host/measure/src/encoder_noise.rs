@@ -51,12 +51,13 @@ pub fn covariance(
         for (log, change) in change.iter_mut().enumerate() {
             let [now, before] = [&again, bench].map(|of| &of.experiments[log].compared);
             // Where a row counts no more, the log says nothing of it.
-            let same = now.len() == before.len();
-            change.residual.resize(before.len(), 0.0);
-            for (k, residual) in change.residual.iter_mut().enumerate() {
-                let scale = if same { now[k].deviation / before[k].deviation } else { 0.0 };
-                let before = if same { fitted.at[log].residual[k] } else { 0.0 };
-                *residual = scale * *residual - before;
+            if now.len() != before.len() {
+                change.residual = vec![0.0; before.len()];
+                continue;
+            }
+            let own = fitted.at[log].residual.iter().zip(now.iter().zip(before));
+            for (residual, (own, (now, before))) in change.residual.iter_mut().zip(own) {
+                *residual = *residual * (now.deviation / before.deviation) - own;
             }
         }
         let linear = Linear::new(&blocks, &change, &slopes, prior.clone(), nowhere.clone());

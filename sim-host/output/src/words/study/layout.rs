@@ -100,12 +100,12 @@ pub(crate) fn headline(report: &StudyLayoutReport<'_>) -> String {
     let place = moved(&chosen.placement, &report.task.part.placement());
     let label = |of: Limiting| WAY_FIGURES[report.task.allowed[of.allowance].figure].figure.label;
     let taken = |of: &PlacedPart| {
-        let most = format!("{} % ({})", fixed(100.0 * of.deviation.share, 0), label(of.deviation));
-        if of.reserve.share > 1.0 {
-            format!("{most}, but this is not kept: {}", label(of.reserve))
-        } else {
-            most
-        }
+        let missed = match of.reserve {
+            reserve if reserve.share > 1.0 => format!("; not kept: {}", label(reserve)),
+            _ => String::new(),
+        };
+        let share = fixed(100.0 * of.deviation.share, 0);
+        format!("{share} % ({}{missed})", label(of.deviation))
     };
     let filed = report.filed.as_ref().ok();
     let instead =
@@ -125,7 +125,7 @@ pub(crate) fn headline(report: &StudyLayoutReport<'_>) -> String {
         _ => String::new(),
     };
     format!(
-        "The part is best put at {place}: deviation and tilt take at most {} of what they are allowed{instead}.{gain}",
+        "The part is best put at {place}: of what they are allowed deviation and tilt take at most {}{instead}.{gain}",
         taken(chosen)
     )
 }
