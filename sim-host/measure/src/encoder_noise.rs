@@ -39,14 +39,7 @@ pub fn covariance(
             Experiment::new(&noisier(log, levels, random), levels, &bench.model)
         };
         let again = logs.iter().zip(&levels).enumerate().map(experiment);
-        let again = FitProblem {
-            model: bench.model.clone(),
-            known: bench.known.clone(),
-            per_log: bench.per_log.clone(),
-            own: bench.own.clone(),
-            experiments: again.collect::<Result<_, _>>()?,
-            deadline: None,
-        };
+        let again = bench.on(again.collect::<Result<_, _>>()?);
         let mut change = fit::residuals(&again, &fitted.point)?;
         for (log, change) in change.iter_mut().enumerate() {
             let [now, before] = [&again, bench].map(|of| &of.experiments[log].compared);

@@ -425,14 +425,8 @@ fn inflate_noise(bench: &FitProblem, at: &Residuals) -> FitProblem {
     };
     let inflate_noise =
         |(log, e): (usize, &Experiment)| e.inflate_noise(|channel| factor(log, channel));
-    FitProblem {
-        model: bench.model.clone(),
-        known: bench.known.clone(),
-        per_log: bench.per_log.clone(),
-        own: bench.own.clone(),
-        experiments: bench.experiments.iter().enumerate().map(inflate_noise).collect(),
-        deadline: bench.deadline,
-    }
+    let experiments = bench.experiments.iter().enumerate().map(inflate_noise).collect();
+    FitProblem { deadline: bench.deadline, ..bench.on(experiments) }
 }
 
 /// True where the arm, struck in every joint at a posture of the logs, comes to rest.

@@ -123,7 +123,7 @@ fn examine(arguments: &Arguments, index: usize) -> Result<Case, Box<dyn std::err
     let effort = Effort::full(in_proportion(&point));
     let fitted = fit::fit(&ready.bench, &point, &blocks, &[], effort)?;
     let robot = &ready.logs[0].robot;
-    let posterior = of_fit(&ready.bench, &fitted, robot)?;
+    let posterior = of_fit(&ready.bench, &ready.logs, &fitted, robot)?;
     let mut truth = recipe.miscalibrations(0);
     truth.push(hidden.clone());
     let (mut numbers, mut all, mut springs) = (Vec::new(), Vec::new(), Vec::new());

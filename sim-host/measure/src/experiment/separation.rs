@@ -137,16 +137,7 @@ pub(super) struct PlannedTrial {
 
 impl PlannedTrial {
     pub fn new(bench: &FitProblem, experiment: Experiment) -> Self {
-        Self {
-            bench: FitProblem {
-                per_log: Vec::new(),
-                own: Vec::new(),
-                model: bench.model.clone(),
-                known: bench.known.clone(),
-                experiments: vec![experiment],
-                deadline: None,
-            },
-        }
+        Self { bench: FitProblem { per_log: Vec::new(), ..bench.on(vec![experiment]) } }
     }
 
     fn at(&self, point: &FitState) -> Option<Residuals> {

@@ -69,6 +69,18 @@ impl FitProblem {
         bench
     }
 
+    /// The same model, judged by other experiments, in no hurry.
+    pub fn on(&self, experiments: Vec<Experiment>) -> Self {
+        Self {
+            model: self.model.clone(),
+            known: self.known.clone(),
+            per_log: self.per_log.clone(),
+            own: self.own.clone(),
+            experiments,
+            deadline: None,
+        }
+    }
+
     /// True where no new work is to be begun.
     pub fn is_late(&self) -> bool {
         self.deadline.is_some_and(|deadline| Instant::now() >= deadline)
