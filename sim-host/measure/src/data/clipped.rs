@@ -2,6 +2,7 @@
 //! measures.
 
 use super::floor::resolution;
+use super::median;
 use std::ops::Range;
 
 /// Rows in the shortest run at a limit: noise does not make an instrument read the same as often,
@@ -154,11 +155,6 @@ fn any_moves(others: &[&[f64]], runs: &[Range<usize>]) -> bool {
         2 * changed > pairs.len()
     };
     runs.iter().all(|run| others.iter().any(|series| changes(series, run)))
-}
-
-fn median(values: &mut [f64]) -> Option<f64> {
-    let middle = values.len() / 2;
-    (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
 }
 
 #[cfg(test)]

@@ -13,3 +13,9 @@ pub mod noise;
 mod outlier;
 pub(crate) mod rates;
 pub mod resample;
+
+/// The value in the middle, the upper of two; `None` of no values. They change places.
+fn median(values: &mut [f64]) -> Option<f64> {
+    let middle = values.len() / 2;
+    (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
+}

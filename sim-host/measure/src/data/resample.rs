@@ -7,6 +7,7 @@
 //! parabolas, so that the variance of its noise is known: Σ weight². Left out: extrapolation.
 
 use super::fir::bessel;
+use super::median;
 use nalgebra::{Matrix3, Vector3};
 
 /// Half the width of the sinc, in samples of the slower series, and Kaiser's β of its window.
@@ -64,11 +65,7 @@ pub fn median_step(times: &[f64]) -> f64 {
     // Of a long series some thousand steps tell it.
     let stride = (times.len() / 4096).max(1);
     let mut steps: Vec<f64> = times.windows(2).step_by(stride).map(|w| w[1] - w[0]).collect();
-    if steps.is_empty() {
-        return 0.0;
-    }
-    let middle = steps.len() / 2;
-    *steps.select_nth_unstable_by(middle, f64::total_cmp).1
+    median(&mut steps).unwrap_or(0.0)
 }
 
 /// True where nearly all steps are whole multiples of the median one, and most are one of it: stamps
