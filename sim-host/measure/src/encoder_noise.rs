@@ -16,8 +16,9 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use trueweld_plant::random::Random;
 
-/// Draws: a deviation is known to an eighth of itself by them.
+/// Draws: a deviation is known to an eighth of itself by them. Where time is up, to a quarter by fewer.
 const DRAWS: u64 = 32;
+const FEWEST: u64 = 8;
 
 /// Covariance that it adds to values that were fitted, in the fit's units. `logs`: those that the
 /// bench's experiments were made of; `prior`: the priors' curvature.
@@ -56,11 +57,11 @@ pub fn covariance(
         let linear = Linear::new(&blocks, &change, &slopes, prior.clone(), nowhere.clone());
         Ok(linear.solve(None, 0.0, None).map_or_else(|| nowhere.clone(), |step| step.step))
     };
-    let steps: Vec<DVector<f64>> =
-        (0..DRAWS).into_par_iter().map(step).collect::<Result<_, _>>()?;
+    let drawn = (0..DRAWS).into_par_iter().filter(|draw| *draw < FEWEST || !bench.is_late());
+    let steps: Vec<DVector<f64>> = drawn.map(step).collect::<Result<_, _>>()?;
     let zero = DMatrix::zeros(slopes.len(), slopes.len());
     let sum = steps.iter().fold(zero, |sum, step| sum + step * step.transpose());
-    Ok(sum / DRAWS as f64)
+    Ok(sum / steps.len() as f64)
 }
 
 /// A log whose encoders have noise once more.
