@@ -119,6 +119,17 @@ fn what_cannot_be_studied_is_refused_with_one_error() {
 }
 
 #[test]
+fn a_reserve_that_no_placement_keeps_is_named_beside_the_deviation() {
+    let place = workspace();
+    let family = ["--x", "1.5:1.9:0.2", "--z", "0.5", "--turn", "0", "--allow", "torque_share=0.1"];
+    let layout = ["study", "layout", "--weld", "short.toml", "--compensator", "none", "-q"];
+    let told = place.done(&[&layout[..], &family, &["--html", "page.html"]].concat());
+    let told = told.split_whitespace().collect::<Vec<_>>().join(" ");
+    let headline = told.split_once(" By full runs").map_or("", |(headline, _)| headline);
+    assert_eq!(headline.matches("; not kept: torque, largest share)").count(), 2, "{told}");
+}
+
+#[test]
 fn a_part_of_two_seams_is_placed_and_confirmed() {
     let place = workspace();
     place.weld("other.toml", "[1.800, -1.000, 0.500]", "[1.800, -0.940, 0.500]");
