@@ -217,18 +217,19 @@ fn tell(
     for (k, free) in point.free.iter().enumerate().filter(|(_, f)| !f.expected.is_finite()) {
         prior[(k, k)] += (unit[k] / range_deviation(point.parameter(free))).powi(2);
     }
-    let (driven, left_out) = if bench.is_late() {
-        (DMatrix::zeros(n, n), LEFT_OUT_UNASKED)
-    } else {
-        (encoder_noise::covariance(bench, logs, fitted, &prior)?, LEFT_OUT)
-    };
     let linear = Linear { prior, ..fitted.linear.clone() };
     let Some(of_fit) = covariance(&linear, &columns(bench), &fitted.at, &fitted.slopes) else {
         // The curvature is singular: nothing that was fitted is measured.
         posterior.not_measured.extend(candidates(fitted).iter().map(|of| of.name(robot)));
         return Ok(());
     };
-    let of_values = left_out * (of_fit + driven).component_mul(&(&unit * unit.transpose()));
+    // Drives all logs again: not where nothing was measured, nor where time is up.
+    let covariance = if bench.is_late() {
+        LEFT_OUT_UNASKED * of_fit
+    } else {
+        LEFT_OUT * (of_fit + encoder_noise::covariance(bench, logs, fitted, &linear.prior)?)
+    };
+    let of_values = covariance.component_mul(&(&unit * unit.transpose()));
     let all = candidates(fitted);
     let mean = DMatrix::from_fn(all.len(), n, |i, k| {
         if all[i].of.contains(&k) { 1.0 / all[i].of.len() as f64 } else { 0.0 }
