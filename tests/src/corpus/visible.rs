@@ -24,8 +24,8 @@ pub struct Visibility {
     /// effect ([`rules::GAIN`]): 1 is the limit of detection.
     pub ratio: f64,
     /// The most that the sum of squares of any channel of any log grows by, over the share from
-    /// which on its noise is trusted to be known that well ([`rules::VISIBLE`]): below 1 a
-    /// diagnosis must not believe in it either.
+    /// which on its noise is trusted to be known that well where it is not stated
+    /// ([`rules::VISIBLE`]): below 1 a diagnosis must not believe in it either then.
     pub stands_out: f64,
 }
 

@@ -172,7 +172,7 @@ pub fn diagnose(
     let limits = screened.iter().map(|s| s.limit.clone()).collect();
     let confusable = confuse::confusable(&ground, &screened);
     let (mut chosen, mut alike) = (Vec::new(), Vec::new());
-    if let Some(k) = best_that_counts(bench, &null, &singles) {
+    if let Some(k) = best_that_counts(&ground, &singles) {
         singles[..=k].rotate_right(1);
         progress("looking for more effects", 0.65);
         let mut explained = search::explained(&ground, singles[0].clone());
@@ -251,11 +251,12 @@ fn look(
 
 /// The best of some effects that counts; of those that the data do not tell from it, one that is no
 /// piece of a wave, which bends to almost anything.
-fn best_that_counts(bench: &FitProblem, null: &Fitted, singles: &[Fitted]) -> Option<usize> {
-    let count = |k: &usize| counts(bench, null, &singles[*k]);
+fn best_that_counts(ground: &Context<'_>, singles: &[Fitted]) -> Option<usize> {
+    let count = |k: &usize| counts(ground.bench, ground.null, &singles[*k]);
+    let cost = |k: usize| ground.owed_cost(&singles[k]);
     let best = (0..singles.len()).find(count)?;
-    let reach = singles[best].cost + rules::TIED * rules::trust(&singles[best]);
-    let mut tied = (best..singles.len()).take_while(|k| singles[*k].cost <= reach);
+    let reach = cost(best) + rules::TIED * rules::trust(&singles[best]);
+    let mut tied = (best..singles.len()).take_while(|k| cost(*k) <= reach);
     Some(tied.find(|k| !has_unseen_wave(&singles[*k]) && count(k)).unwrap_or(best))
 }
 
@@ -388,7 +389,7 @@ fn conclude(
             fitted: improved.clone(),
         }];
     }
-    weigh(&mut candidates, nothing, tried, floor(bench).max(1.0), verdict);
+    weigh(ground, &mut candidates, nothing, tried, verdict);
     if verdict == Verdict::EffectFound {
         let any: f64 = candidates.iter().map(|c| c.probability).sum();
         if any < rules::SURELY_ONE && at_floor(bench, &null.at) {
@@ -432,18 +433,25 @@ fn is_of_registration(bench: &FitProblem, id: &str) -> bool {
 
 /// Probabilities among the explanations, and which of them the data do not tell apart. `nothing`:
 /// what it costs to have none.
-fn weigh(candidates: &mut [Candidate], nothing: f64, tried: usize, floor: f64, verdict: Verdict) {
+fn weigh(
+    ground: &Context<'_>,
+    candidates: &mut [Candidate],
+    nothing: f64,
+    tried: usize,
+    verdict: Verdict,
+) {
+    let costs: Vec<f64> = candidates.iter().map(|c| ground.owed_cost(&c.fitted)).collect();
     let Some(first) = candidates.first() else {
         return;
     };
-    let best = first.fitted.cost;
+    let (best, floor) = (costs[0], floor(ground.bench).max(1.0));
     // What is left above the floor says how far the sum of squares can be trusted.
     let trust = rules::trust(&first.fitted);
     let weight = |cost: f64| (-0.5 * (cost - best).max(0.0) / trust).exp();
     // "None of these" stands beside them: with the calibrations alone, and with what the best
     // leaves above the floor. Of many that are tried one fits well by chance.
     let none = if verdict == Verdict::Adequate { 1.0 } else { weight(nothing) * tried as f64 };
-    let sum: f64 = candidates.iter().map(|c| weight(c.fitted.cost)).sum::<f64>() + none;
+    let sum: f64 = costs.iter().map(|cost| weight(*cost)).sum::<f64>() + none;
     let ceiling = match verdict {
         Verdict::UnknownEffect => 0.5,
         _ => 1.0 - (fit::chi_square(&first.fitted.at) / floor - 1.0).clamp(0.0, 0.5),
@@ -451,9 +459,8 @@ fn weigh(candidates: &mut [Candidate], nothing: f64, tried: usize, floor: f64, v
     // What shows little may be something else that looks alike.
     let near_limit = (rules::FAINT / (nothing - best).max(rules::FAINT)).sqrt();
     let ceiling = ceiling * (1.0 - rules::LOOKS_ALIKE * near_limit);
-    let costs: Vec<f64> = candidates.iter().map(|c| c.fitted.cost).collect();
     for (k, c) in candidates.iter_mut().enumerate() {
-        c.probability = weight(c.fitted.cost) / sum * ceiling;
+        c.probability = weight(costs[k]) / sum * ceiling;
         c.indistinguishable = (0..costs.len())
             .filter(|j| *j != k && (costs[*j] - costs[k]).abs() < rules::TIED * trust)
             .collect();

@@ -14,6 +14,8 @@ pub const LOST: f64 = 0.3;
 pub const PLENTY: f64 = 1000.0;
 /// Fall of one channel's sum of squares below which its noise is not known well enough, as a share.
 pub const VISIBLE: f64 = 0.08;
+/// The same where noise was stated and all channels together fall by [`AMPLE`].
+pub const VISIBLE_STATED: f64 = 0.03;
 /// The same of one column, whose own noise is known less well.
 pub const VISIBLE_IN_COLUMN: f64 = 0.25;
 /// Least share of what is above the floor that an effect must explain.
@@ -24,8 +26,8 @@ pub const LEFT: f64 = 0.04;
 pub const LEFT_NEAR: f64 = 0.5;
 /// Share of what one effect leaves standing out of the floor that a second one may leave.
 pub const HALVED: f64 = 0.5;
-/// Fall of the sum of squares that a second effect must bring.
-pub const SECOND: f64 = 100.0;
+/// Fall of the sum of squares that a second effect must bring, and one that hardly lowers any channel.
+pub const AMPLE: f64 = 100.0;
 /// Score at which noise may be that was not stated but estimated.
 pub const ESTIMATED: f64 = 1.1;
 /// Score from which on an explanation leaves too much, whatever it explains.
@@ -94,6 +96,16 @@ pub struct Part {
     pub square: f64,
     /// Number.
     pub count: usize,
+    /// How many of these have a noise that was stated.
+    pub stated: usize,
+}
+
+impl Part {
+    fn add(&mut self, other: &Self) {
+        self.square += other.square;
+        self.count += other.count;
+        self.stated += other.stated;
+    }
 }
 
 /// Sums of squares by log and whatever else `key` tells values apart by.
@@ -106,8 +118,7 @@ fn sums<K: Ord>(
     for (log, (experiment, prediction)) in bench.experiments.iter().zip(residuals).enumerate() {
         for (c, r) in experiment.compared.iter().zip(&prediction.residual) {
             let part = sums.entry(key(log, c)).or_default();
-            part.square += r * r;
-            part.count += 1;
+            part.add(&Part { square: r * r, count: 1, stated: usize::from(c.stated) });
         }
     }
     sums
@@ -133,9 +144,7 @@ pub(crate) fn counts(bench: &FitProblem, before: &Fitted, after: &Fitted) -> boo
     let (before_out, after_out) = (before.linear.held_out(None), after.linear.held_out(None));
     let differences = || before_out.iter().zip(&after_out).map(|(b, a)| b - a);
     // A block that is left out tells where links lie in their gaps all the same, noise with it.
-    let anywhere = |at: &Residuals| at.iter().map(|p| p.anywhere).sum::<f64>();
-    let told = anywhere(&after.at) - anywhere(&before.at);
-    let gained = differences().filter(|d| *d > 0.0).sum::<f64>() - told;
+    let gained = differences().filter(|d| *d > 0.0).sum::<f64>() - owed(before, after);
     let lost: f64 = -differences().filter(|d| *d < 0.0).sum::<f64>();
     if gained - lost < GAIN || (lost > LOST * gained && gained - lost < PLENTY) {
         return false;
@@ -144,20 +153,32 @@ pub(crate) fn counts(bench: &FitProblem, before: &Fitted, after: &Fitted) -> boo
     falls >= EXPLAINED * above(bench, &before.at) && stands_out(bench, &before.at, &after.at)
 }
 
+/// Fall of the sum of squares from one model to another that is no evidence: links that are put where
+/// they were seen are put there noise and all.
+pub(crate) fn owed(before: &Fitted, after: &Fitted) -> f64 {
+    let anywhere = |fitted: &Fitted| fitted.at.iter().map(|p| p.anywhere).sum::<f64>();
+    anywhere(after) - anywhere(before)
+}
+
 /// True where the sum of squares of some channel, or of one of its columns, falls by more than its
 /// noise is known to.
 pub(crate) fn stands_out(bench: &FitProblem, before: &Residuals, after: &Residuals) -> bool {
+    let ample = fit::chi_square(before) - fit::chi_square(after) > AMPLE;
     let (before, after) = (columns(bench, before), columns(bench, after));
-    let mut channels: BTreeMap<(usize, &'static str, bool), [f64; 2]> = BTreeMap::new();
+    let mut channels: BTreeMap<(usize, &'static str, bool), (Part, f64)> = BTreeMap::new();
     let mut seen = false;
     for (key @ (log, channel, _, ripple), column) in &before {
         let fall = column.square - after.get(key).map_or(column.square, |p| p.square);
         let of_channel = channels.entry((*log, channel, *ripple)).or_default();
-        of_channel[0] += column.square;
-        of_channel[1] += fall;
+        of_channel.0.add(column);
+        of_channel.1 += fall;
         seen |= fall > VISIBLE_IN_COLUMN * column.square && fall > 0.5 * GAIN;
     }
-    seen || channels.values().any(|[square, fall]| *fall > VISIBLE * square && *fall > 0.5 * GAIN)
+    let is_seen = |(part, fall): &(Part, f64)| {
+        let visible = if ample && part.stated == part.count { VISIBLE_STATED } else { VISIBLE };
+        *fall > visible * part.square && *fall > 0.5 * GAIN
+    };
+    seen || channels.values().any(is_seen)
 }
 
 /// Sum of squares that noise may make, as far as it is known.

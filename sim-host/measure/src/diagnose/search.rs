@@ -159,7 +159,7 @@ pub(super) fn fit_all(ground: &Context<'_>, screened: &[&Screened]) -> Vec<Fitte
         }
     });
     fits.extend(others.collect::<Vec<_>>());
-    fits.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    fits.sort_by(|a, b| ground.owed_cost(a).total_cmp(&ground.owed_cost(b)));
     // What such a delay does as well or better is not believed of anything else either.
     let by_delay =
         fits.iter().position(|f| f.point.all.last().is_some_and(|e| held(ground.bench, e)));
@@ -349,7 +349,7 @@ fn one_more(ground: &Context<'_>, fitted: &Fitted) -> Option<(Fitted, Fitted, Ve
     // What stands out must fall by half at least: a prediction that is not quite right leaves a little
     // for any effect to mend.
     let enough = standing_out(bench, &more.at) <= rules::HALVED * standing_out(bench, &before.at)
-        && fit::chi_square(&before.at) - fit::chi_square(&more.at) > rules::SECOND;
+        && fit::chi_square(&before.at) - fit::chi_square(&more.at) > rules::AMPLE;
     if !enough || !counts(bench, &before, &more) {
         return None;
     }
@@ -358,8 +358,9 @@ fn one_more(ground: &Context<'_>, fitted: &Fitted) -> Option<(Fitted, Fitted, Ve
     let spare = |i: usize| without(ground, &more, i, goal).filter(|f| !counts(bench, f, &more));
     match (0..last).filter(own).find_map(spare) {
         None => {
-            let reach = more.cost + rules::TIED * rules::trust(&more);
-            let alike = further.filter(|other| other.cost < reach).collect();
+            let beside = Context { null: &before, ..*ground };
+            let reach = beside.owed_cost(&more) + rules::TIED * rules::trust(&more);
+            let alike = further.filter(|other| beside.owed_cost(other) < reach).collect();
             Some((before, more, alike))
         }
         Some(fewer) if (0..last).filter(own).count() > 1 && fewer.cost < before.cost => {

@@ -3,7 +3,9 @@
 use super::found::{effects_of, found};
 use super::rules;
 use crate::fit::calibration::is_calibration;
-use crate::fit::{self, EffectScope, Effort, FitProblem, FitState, Fitted, FreeParameter, Slopes};
+use crate::fit::{
+    self, EffectScope, Effort, FitProblem, FitState, Fitted, FreeParameter, Linear, Slopes,
+};
 use nalgebra::DVector;
 use rayon::prelude::*;
 use trueweld_plant::effects::{CalibrationScope, Effect, EffectKind, Location};
@@ -15,13 +17,12 @@ const CARRIED: f64 = 0.5;
 /// Takes those values out of `kept` that the postures say little of: of how links are mounted, what
 /// is known hardly better than before. The least known goes first, for another that it is
 /// confounded with is known better without it. True where there were any.
-fn drop_unknown(fitted: &Fitted, kept: &mut Vec<usize>) -> bool {
-    let point = &fitted.point;
+fn drop_unknown(point: &FitState, linear: &Linear, kept: &mut Vec<usize>) -> bool {
     let before = kept.len();
-    while let Some(found) = fitted.linear.solve(None, 0.0, Some(kept)) {
+    while let Some(found) = linear.solve(None, 0.0, Some(kept)) {
         let deviations = found.deviations();
         let share = |k: usize| {
-            let free = &point.free[k];
+            let Some(free) = point.free.get(k) else { return 0.0 };
             let scope = point.effect(free.of).kind.calibration.map(|c| c.scope);
             let unit = fit::unit(point.parameter(free), point.value(free));
             match scope {
@@ -73,7 +74,8 @@ fn slopes_of(
     found
 }
 
-/// The values of one calibration at one place, in all logs.
+/// The values of one calibration at one place: of every log, or one for all logs.
+#[derive(Clone)]
 struct Group {
     name: (&'static str, Location),
     /// True for how links are mounted.
@@ -83,7 +85,7 @@ struct Group {
 
 /// The choice of calibrations on the linear model of a fit.
 struct Choice<'f> {
-    fitted: &'f Fitted,
+    linear: &'f Linear,
     /// What the sum of squares is to be trusted by.
     trust: f64,
     kept: Vec<usize>,
@@ -104,7 +106,7 @@ impl Choice<'_> {
         loop {
             let tried = groups.par_iter().enumerate().filter_map(|(g, group)| {
                 let with: Vec<usize> = self.kept.iter().chain(&group.values).copied().collect();
-                let (cost, step) = self.fitted.linear.with_only(&with)?;
+                let (cost, step) = self.linear.with_only(&with)?;
                 Some((self.cost - cost - self.price(group), cost, step, g))
             });
             let best = tried.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|best| best.0 > 0.0);
@@ -112,6 +114,8 @@ impl Choice<'_> {
             (self.cost, self.step) = (cost, step);
             let group = groups.swap_remove(g);
             self.kept.extend(&group.values);
+            // The same with values of other logs.
+            groups.retain(|other| other.name != group.name);
             self.names.push(group);
         }
     }
@@ -123,7 +127,7 @@ impl Choice<'_> {
             let spare = self.names.par_iter().enumerate().filter_map(|(g, group)| {
                 let mut without = self.kept.clone();
                 without.retain(|k| !group.values.contains(k));
-                let (cost, step) = self.fitted.linear.with_only(&without)?;
+                let (cost, step) = self.linear.with_only(&without)?;
                 Some((cost - self.cost - self.price(group), cost, step, g))
             });
             let least = spare.min_by(|a, b| a.0.total_cmp(&b.0)).filter(|least| least.0 < 0.0);
@@ -133,6 +137,29 @@ impl Choice<'_> {
             self.kept.retain(|k| !group.values.contains(k));
         }
     }
+}
+
+/// Adds to the groups of values that every log has of its own the same with one value for all logs.
+/// Gives the values that each of these moves; they come after all of the point.
+fn in_all_logs(point: &FitState, groups: &mut Vec<Group>) -> Vec<Vec<usize>> {
+    let mut sums: Vec<Vec<usize>> = Vec::new();
+    for group in groups.clone() {
+        let of_log = |k: &usize| matches!(point.free[*k].of, EffectScope::Log(..));
+        let parameter = |k: &usize| point.free[*k].parameter;
+        let mut parameters: Vec<usize> = group.values.iter().map(parameter).collect();
+        parameters.sort_unstable();
+        parameters.dedup();
+        if parameters.len() == group.values.len() || !group.values.iter().all(of_log) {
+            continue;
+        }
+        let first = point.free.len() + sums.len();
+        sums.extend(parameters.iter().map(|wanted| {
+            group.values.iter().copied().filter(|k| parameter(k) == *wanted).collect()
+        }));
+        let values = (first..point.free.len() + sums.len()).collect();
+        groups.push(Group { values, ..group });
+    }
+    sums
 }
 
 /// Keeps of the calibrations those that count, then refits. How links are mounted comes last, for
@@ -163,20 +190,31 @@ pub(crate) fn sparse(
         }
     }
     let trust = rules::trust(fitted);
-    let Some((cost, step)) = fitted.linear.with_only(&kept) else {
+    let sums = in_all_logs(point, &mut groups);
+    let linear = fitted.linear.with_sums(&sums);
+    let Some((cost, step)) = linear.with_only(&kept) else {
         return (fitted.clone(), Vec::new());
     };
     let (mut mounting, mut other): (Vec<Group>, Vec<Group>) =
         groups.into_iter().partition(|g| g.of_postures);
-    let mut choice = Choice { fitted, trust, kept, names: Vec::new(), cost, step };
+    let mut choice = Choice { linear: &linear, trust, kept, names: Vec::new(), cost, step };
     choice.add(&mut other);
     choice.add(&mut mounting);
     choice.drop_spare();
     let Choice { mut kept, names, cost, mut step, .. } = choice;
     let mut names: Vec<(&'static str, Location)> = names.into_iter().map(|g| g.name).collect();
-    if drop_unknown(fitted, &mut kept) {
-        (_, step) = fitted.linear.with_only(&kept).unwrap_or((cost, step));
+    if drop_unknown(point, &linear, &mut kept) {
+        (_, step) = linear.with_only(&kept).unwrap_or((cost, step));
     }
+    // One for all logs is each log's own.
+    for (sum, values) in sums.iter().enumerate().map(|(k, values)| (point.free.len() + k, values)) {
+        values.iter().for_each(|k| step[*k] += step[sum]);
+        if kept.contains(&sum) {
+            kept.extend(values);
+        }
+    }
+    kept.retain(|k| *k < point.free.len());
+    let step = step.rows(0, point.free.len()).into_owned();
     let is_kept = |id: &str, at: Location, parameter: usize| {
         kept.iter().map(|k| &point.free[*k]).any(|free| {
             let effect = point.effect(free.of);

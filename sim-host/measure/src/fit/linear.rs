@@ -142,6 +142,34 @@ impl Linear {
         linear
     }
 
+    /// The same with one value more for each of `sums`, which moves all values of that list alike and of
+    /// which is known what is known of the first of them: one for all logs in place of one for each.
+    pub(crate) fn with_sums(&self, sums: &[Vec<usize>]) -> Self {
+        let (n, all) = (self.away.len(), self.away.len() + sums.len());
+        let mut to = DMatrix::identity(n, all);
+        for (k, sum) in sums.iter().enumerate() {
+            sum.iter().for_each(|i| to[(*i, n + k)] = 1.0);
+        }
+        let square = |s: &DMatrix<f64>| to.tr_mul(s) * &to;
+        let longer = |v: &DVector<f64>| v.clone().resize_vertically(all, 0.0);
+        let mut prior = self.prior.clone().resize(all, all, 0.0);
+        for (k, sum) in sums.iter().enumerate() {
+            prior[(n + k, n + k)] = self.prior[(sum[0], sum[0])];
+        }
+        Self {
+            square: self.square.iter().map(square).collect(),
+            slope: self.slope.iter().map(|s| to.tr_mul(s)).collect(),
+            rest: self.rest.clone(),
+            prior,
+            away: longer(&self.away),
+            hold: Hold {
+                weight: longer(&self.hold.weight),
+                away: longer(&self.hold.away),
+                shapes: self.hold.shapes.clone(),
+            },
+        }
+    }
+
     /// The same slopes beside other residuals.
     pub(crate) fn beside(&self, blocks: &[Vec<u8>], at: &Residuals, slopes: &[Slopes]) -> Self {
         let mut linear = self.clone();
@@ -400,6 +428,27 @@ mod tests {
         linear.hold.shapes = vec![0];
         let of_shape = linear.held_out(None)[0];
         assert!((of_size - 2501.0).abs() < 1.0 && of_shape < 1.1, "{of_size} {of_shape}");
+    }
+
+    #[test]
+    fn one_value_for_two_is_the_best_of_those_that_are_alike() {
+        let block =
+            |k: usize| DMatrix::from_fn(2, 2, |i, j| if i == j { 3.0 + k as f64 } else { 1.0 });
+        let own = Linear {
+            square: (0..BLOCKS).map(block).collect(),
+            slope: (0..BLOCKS).map(|k| DVector::from_vec(vec![k as f64, -2.0])).collect(),
+            rest: vec![50.0; BLOCKS],
+            prior: DMatrix::from_diagonal(&DVector::from_vec(vec![2.0, 5.0])),
+            away: DVector::from_vec(vec![0.3, -0.1]),
+            hold: Hold::none(2),
+        };
+        let both = own.with_sums(&[vec![0, 1]]);
+        let (cost, step) = both.with_only(&[2]).unwrap();
+        let alike = |value: f64| DVector::from_vec(vec![value - 0.3, value + 0.1]);
+        let of = |value: f64| own.after(&alike(value)) + 2.0 * value * value;
+        let least = (-2000..2000).map(|v| of(f64::from(v) * 1e-3)).fold(f64::INFINITY, f64::min);
+        assert!((cost - least).abs() < 1e-3 * least, "{cost} {least}");
+        assert_eq!((step[0], step[1]), (-0.3, 0.1));
     }
 
     #[test]
