@@ -1,6 +1,7 @@
 //! A small part of the corpus, in a test's time: a diagnosis names what is hidden where it shows
 //! well, keeps silent where nothing is hidden, and says so where the library does not have it.
-//! Cases and seeds were chosen before they were run.
+//! Cases and seeds were chosen before they were run, but for the two of usual length: rules were set on
+//! them.
 
 use trueweld_laboratory::{CorpusCase, Hidden, OutOfLibrary, OutOfLibraryKind, Protocol, Recipe};
 use trueweld_tests::LABORATORY;
@@ -61,6 +62,27 @@ fn what_the_library_does_not_have_is_unknown() {
         Hidden::Unknown(OutOfLibrary::draw(OutOfLibraryKind::Appendage, 1.0, 5)),
     );
     assert_eq!(judged.outcome, Outcome::Right, "{judged:#?}");
+}
+
+/// A case of the corpus of usual length with seed 107.
+fn of_usual_length(index: usize) -> Judged {
+    let cases = LABORATORY.corpus(107, index + 1, &Protocol::usual());
+    examine(&cases[index]).expect("the case can be made and diagnosed")
+}
+
+#[test]
+fn what_shows_a_little_in_many_channels_is_named_where_noise_is_stated() {
+    // The tool's mass: no channel's sum of squares falls by 8 %.
+    let judged = of_usual_length(4);
+    assert!(judged.stated && judged.seen[0].stands_out < 1.0, "{judged:#?}");
+    assert_eq!(judged.outcome, Outcome::Right, "{judged:#?}");
+}
+
+#[test]
+fn an_offset_that_is_the_same_in_all_logs_is_told_as_one() {
+    // Of the force sensor: nine values of three logs cost more than it shows, three do not.
+    let judged = of_usual_length(10);
+    assert_eq!(judged.outcome, Outcome::RightAsCalibration, "{judged:#?}");
 }
 
 #[test]

@@ -358,3 +358,30 @@ pub(super) fn without_doubtful(
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_of_several_logs_may_be_one() {
+        let mut point = FitState::empty(2);
+        let neutral = |id: &str, at| EffectKind::of(id).unwrap().neutral(at);
+        for log in 0..2 {
+            point.add_to_log(log, neutral("force-offset", Location::Cell), &[1.0; 3]);
+        }
+        point.add_to_log(0, neutral("encoder-offset", Location::Joint(0)), &[1e-4]);
+        point.add_expected(neutral("stiffness-error", Location::Joint(0)), &[0.1]);
+        let group = |id, at, values| Group { name: (id, at), of_postures: false, values };
+        let mut groups = vec![
+            group("force-offset", Location::Cell, (0..6).collect()),
+            group("encoder-offset", Location::Joint(0), vec![6]),
+            group("stiffness-error", Location::Joint(0), vec![7]),
+        ];
+        let sums = in_all_logs(&point, &mut groups);
+        assert_eq!(sums, [[0, 3], [1, 4], [2, 5]]);
+        // What one log alone has, or what is one already, is not asked again.
+        assert_eq!(groups.len(), 4);
+        assert_eq!((groups[3].name.0, &groups[3].values[..]), ("force-offset", &[8, 9, 10][..]));
+    }
+}
