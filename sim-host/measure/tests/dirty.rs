@@ -4,6 +4,7 @@
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use trueweld_measure::data::campaign::Campaign;
 use trueweld_measure::data::log::{Log, LogNotice};
@@ -160,6 +161,54 @@ fn a_torque_that_is_read_every_third_row_is_as_noisy_as_its_readings() {
     assert!((torque.score - 1.0).abs() < 0.12, "{}", torque.score);
 }
 
+/// What another program wrote beside its own rows: the last reading of a slower instrument.
+#[test]
+fn readings_that_stand_until_the_next_are_compared_where_they_are_new() {
+    let instruments: [(&str, &[&str]); 6] = [
+        ("free", &["p", "r"]),
+        ("free", &["tm"]),
+        ("free", &["qe"]),
+        ("free", &["q", "tm", "p", "r"]),
+        ("weld-1", &["p", "r"]),
+        ("weld-1", &["f", "m"]),
+    ];
+    for (name, held) in instruments {
+        let mut last = BTreeMap::new();
+        let log = changed(name, &toml(name), &mut |column, k, v| {
+            let is_held = held.iter().any(|prefix| column.starts_with(prefix));
+            if k % 3 == 0 || !is_held {
+                last.insert(column.to_owned(), v);
+            }
+            last.get(column).copied()
+        });
+        let mut found: Vec<_> = log.notices.iter().filter_map(of_held).collect();
+        found.dedup();
+        assert_eq!(found, [3.0], "{name} {held:?}: {:?}", log.notices);
+        // The force's noise is allowed for as if the spindle's part of it were read as seldom; what a
+        // drive does between two readings, 12 ms apart, second encoders see.
+        for channel in &compared(&[log]).logs[0].channels {
+            assert!(channel.score < 1.4, "{held:?}: {} {}", channel.name, channel.score);
+        }
+    }
+}
+
+fn of_held(notice: &LogNotice) -> Option<f64> {
+    let LogNotice::Held { every, .. } = notice else { return None };
+    Some((10.0 * every).round() / 10.0)
+}
+
+/// The tool points down, where rotation vectors flip their sign from reading to reading.
+#[test]
+fn single_rows_without_a_tracker_do_not_matter_in_a_weld() {
+    for every in [2, 50] {
+        let log = changed("weld-1", &toml("weld-1"), &mut |name, k, v| {
+            let tracked = name.starts_with('p') || name.starts_with('r');
+            (!tracked || k % every != every / 2).then_some(v)
+        });
+        at_the_floor(&compared(&[log]));
+    }
+}
+
 #[test]
 fn a_log_with_nothing_to_compare_is_left_out_where_others_have() {
     let campaign = Campaign::read(fixture("nothing-missing")).unwrap();
@@ -190,8 +239,10 @@ fn nothing_that_a_cell_does_is_a_fault_of_an_instrument() {
     for name in ["nothing-missing", "backlash", "kr210-cut", "kr300-measured"] {
         let campaign = Campaign::read(fixture(name)).unwrap();
         for log in &campaign.logs {
-            let fault =
-                |n: &LogNotice| matches!(n, LogNotice::Clipped { .. } | LogNotice::Outliers { .. });
+            let fault = |n: &LogNotice| {
+                use LogNotice::{Clipped, Held, Outliers};
+                matches!(n, Clipped { .. } | Outliers { .. } | Held { .. })
+            };
             assert!(!log.notices.iter().any(fault), "{name} {}: {:?}", log.name, log.notices);
         }
         let model = ModelFile::read(&campaign.model).unwrap();

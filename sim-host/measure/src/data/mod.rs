@@ -7,6 +7,7 @@ pub mod clock;
 pub(crate) mod dropout;
 pub mod fir;
 mod floor;
+pub(crate) mod held;
 mod kind;
 pub mod log;
 pub mod noise;

@@ -50,15 +50,24 @@ impl Dropouts {
         Self(series.into_iter().flatten().flat_map(of).collect())
     }
 
-    /// Number of rows in them.
-    pub(super) fn rows(&self) -> usize {
-        self.0.iter().map(Range::len).sum()
-    }
-
     /// True where one lies within so many rows of a row.
     pub(super) fn within(&self, reach: usize, row: usize) -> bool {
         self.0.iter().any(|gap| gap.start <= row + reach && row < gap.end + reach)
     }
+}
+
+/// Rows for each reading of an instrument, dropouts left out: what `low` makes of fewer readings is
+/// noisier.
+pub(super) fn rows_a_reading(read: impl Iterator<Item = bool> + Clone, low: &LowPass) -> f64 {
+    let (rows, readings) = (read.clone().count(), read.clone().filter(|read| *read).count());
+    let dropped: usize = dropouts(read, low.bridged()).iter().map(Range::len).sum();
+    (rows - dropped) as f64 / readings.max(1) as f64
+}
+
+/// The same of vectors.
+pub(super) fn rows_a_vector(series: &Option<Vec<Vector3<f64>>>, low: &LowPass) -> f64 {
+    let of = |v: &Vec<Vector3<f64>>| rows_a_reading(v.iter().map(|v| v.sum().is_finite()), low);
+    series.as_ref().map_or(1.0, of)
 }
 
 /// One row of three columns.
@@ -66,14 +75,20 @@ pub(super) fn vector(columns: &[Vec<f64>; 3], row: usize) -> Vector3<f64> {
     Vector3::from_fn(|c, _| columns[c][row])
 }
 
-/// Rotations as the first one and what every one turns from there: rotation vectors flip their
-/// sign near half a turn.
-pub(super) fn turned_from_first(rotation: &[Vec<f64>; 3]) -> (Matrix3<f64>, [Vec<f64>; 3]) {
-    let all: Vec<Matrix3<f64>> =
-        (0..rotation[0].len()).map(|k| rotation_from_vector(&vector(rotation, k))).collect();
-    let turned: Vec<Vector3<f64>> =
-        all.iter().map(|r| rotation_vector(&all[0].tr_mul(r))).collect();
-    (all[0], [0, 1, 2].map(|c| turned.iter().map(|v| v[c]).collect()))
+/// Rotations as the first one and what every one turns from there, filled: rotation vectors flip their
+/// sign near half a turn, where a tool that points down is, so that nothing lies between two of them.
+pub(super) fn turned_from_first(
+    series: &Option<Vec<Vector3<f64>>>,
+) -> Option<(Matrix3<f64>, [Vec<f64>; 3])> {
+    let series = series.as_ref()?;
+    let is_read = |v: &&Vector3<f64>| v.sum().is_finite();
+    let first = rotation_from_vector(series.iter().find(is_read)?);
+    let turned = |v: &Vector3<f64>| match is_read(&v) {
+        true => rotation_vector(&first.tr_mul(&rotation_from_vector(v))),
+        false => *v,
+    };
+    let turned = filled_vectors(&Some(series.iter().map(turned).collect()))?;
+    Some((first, turned))
 }
 
 /// Spindle angle at every row, 0 at the first, rad; `None` without a spindle column.
@@ -105,4 +120,33 @@ pub(super) fn filled_vectors(series: &Option<Vec<Vector3<f64>>>) -> Option<[Vec<
 pub(super) fn mean_abs(series: &[f64]) -> f64 {
     let known: Vec<f64> = series.iter().filter(|v| v.is_finite()).map(|v| v.abs()).collect();
     known.iter().sum::<f64>() / known.len().max(1) as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_tool_that_points_down_is_filled_between_its_readings() {
+        // It turns about its own axis, and its rotation vector flips from reading to reading.
+        let at = |k: usize| {
+            let turn = rotation_from_vector(&Vector3::new(0.0, 0.0, 1e-3 * k as f64));
+            let tilt = Vector3::new(0.0, std::f64::consts::PI - 1e-4, 0.0);
+            turn * rotation_from_vector(&tilt)
+        };
+        let read = |k: usize| match k % 3 {
+            0 if k % 2 == 0 => rotation_vector(&at(k)),
+            // The same rotation the other way round.
+            0 => {
+                let v = rotation_vector(&at(k));
+                v - v.normalize() * std::f64::consts::TAU
+            }
+            _ => Vector3::repeat(f64::NAN),
+        };
+        let (first, turned) = turned_from_first(&Some((0..31).map(read).collect())).unwrap();
+        for k in 0..31 {
+            let filled = first * rotation_from_vector(&vector(&turned, k));
+            assert!((filled - at(k)).norm() < 1e-9, "{k}");
+        }
+    }
 }

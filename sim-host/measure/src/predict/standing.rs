@@ -2,8 +2,8 @@
 //! at every instant.
 
 use super::columns::{
-    Dropouts, filled_vectors, mean_abs, period, spindle_angle, turned_from_first, vector,
-    wrench_columns,
+    Dropouts, filled_vectors, mean_abs, period, rows_a_vector, spindle_angle, turned_from_first,
+    vector, wrench_columns,
 };
 use super::compared::{list, none_where_missing};
 use super::instruments::{seen, wrench_behind};
@@ -125,7 +125,7 @@ impl Standing {
             rotation,
             period: f64::INFINITY,
         };
-        standing.compare(log, noise, model, 1.0, compared)?;
+        standing.compare(log, noise, model, compared)?;
         Ok(Some(standing))
     }
 
@@ -143,7 +143,6 @@ impl Standing {
         }
         let [force, moment] = wrench_columns(log);
         let tracker = filled_vectors(&s.position);
-        let rotation = filled_vectors(&s.rotation);
         let period = period(log);
         let angle = spindle_angle(log);
         let spindle =
@@ -195,7 +194,7 @@ impl Standing {
             let of = |k| if unseen.within(averaged.half(), k) { none() } else { vector(&v, k) };
             (0..n).map(of).collect::<Vec<_>>()
         };
-        let turned = rotation.map(|r| turned_from_first(&r));
+        let turned = turned_from_first(&s.rotation);
         let back = |turned: Vec<Vector3<f64>>, first: &Matrix3<f64>| {
             turned.iter().map(|r| first * rotation_from_vector(r)).collect()
         };
@@ -222,7 +221,7 @@ impl Standing {
             rows,
         };
         let first = compared.len();
-        standing.compare(log, noise, model, low.gain(0), compared)?;
+        standing.compare(log, noise, model, compared)?;
         standing.noise = vec![Vector6::repeat(f64::INFINITY); standing.rows.len()];
         for c in &compared[first..] {
             let from = if c.quantity == Quantity::Position { 3 } else { 0 };
@@ -233,18 +232,23 @@ impl Standing {
     }
 
     /// Lists what is compared, with its noise: the tracker's, the wrench's through the arm's
-    /// compliance, and the encoders'. `gain`: variance that the band leaves of white noise.
+    /// compliance, and the encoders'.
     fn compare(
         &self,
         log: &Log,
         noise: &NoiseLevels,
         model: &Model,
-        gain: f64,
         compared: &mut Vec<Compared>,
     ) -> Result<(), PredictError> {
+        let s = &log.samples;
+        let gain = self.band.as_ref().map_or(1.0, |low| low.gain(0));
+        let seldom = |series| self.band.as_ref().map_or(1.0, |low| rows_a_vector(series, low));
         let encoder = known(&noise.encoder, log, LogChannel::Encoder)?;
         let none = |levels: &[Option<Level>; 3]| levels.map(|l| l.map_or(0.0, |l| l.deviation));
-        let (moment, force) = (none(&noise.moment), none(&noise.force));
+        let read = [(&noise.moment, &s.moment), (&noise.force, &s.force)];
+        let [moment, force] = read.map(|(levels, series)| {
+            none(levels).map(|deviation| deviation * seldom(series).sqrt())
+        });
         let through: Vec<[f64; 4]> = self
             .rows
             .iter()
@@ -273,17 +277,21 @@ impl Standing {
             })
             .collect();
         let rows = &self.rows;
-        let deviation = |level: &Level, own: f64| ((level.deviation.powi(2) + own) * gain).sqrt();
+        let deviation = |level: &Level, seldom: f64, own: f64| {
+            ((level.deviation.powi(2) * seldom + own) * gain).sqrt()
+        };
         if let Some(position) = &self.position {
             let level = known(&noise.position, log, LogChannel::Position)?;
+            let seldom = seldom(&s.position);
             list(compared, Quantity::Position, rows, 0..3, |k, c| {
-                (position[k][c], deviation(&level[c], through[k][c]), level[c].stated)
+                (position[k][c], deviation(&level[c], seldom, through[k][c]), level[c].stated)
             });
         }
         if let Some(rotation) = &self.rotation {
             let level = known(&noise.rotation, log, LogChannel::Rotation)?;
+            let seldom = seldom(&s.rotation);
             list(compared, Quantity::Rotation, rows, 0..3, |k, c| {
-                let deviation = deviation(&level[c], through[k][3]);
+                let deviation = deviation(&level[c], seldom, through[k][3]);
                 (none_where_missing(&rotation[k]), deviation, level[c].stated)
             });
         }

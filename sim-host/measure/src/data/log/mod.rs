@@ -236,24 +236,25 @@ impl Log {
         let mut notices = header.notices(kind);
         let leads = leader(&bounds);
         let mut tracks = Vec::with_capacity(opened.len());
-        let mut doubt = None;
+        let (mut doubt, mut rows_an_encoder) = (None, 1.0);
         let mut last: Option<Box<dyn Rows + '_>> = None;
         for (k, mut rows) in opened.into_iter().enumerate() {
             let period = period.filter(|_| k == leads);
             let entry = &plan.files[k];
             let expected = Expected { kind, robot: &robot, period };
-            tracks.push(expected.read(
-                rows.as_mut(),
-                &bounds[k],
-                entry.clock.clone(),
-                &mut doubt,
-            )?);
+            let clock = entry.clock.clone();
+            let mut track = expected.read(rows.as_mut(), &bounds[k], clock, &mut doubt)?;
+            rows_an_encoder *= screen::leave_out_repeats(&mut track, kind, &mut notices);
+            tracks.push(track);
             if k == leads {
                 last = Some(rows);
             }
         }
         let join = Join { kind, robot: &robot, period, plan: &plan, root: &root };
-        let Joined { mut columns, gain, clocks, target, later } = join.run(tracks, &mut notices)?;
+        let Joined { mut columns, mut gain, clocks, target, later } =
+            join.run(tracks, &mut notices)?;
+        // Noise that is interpolated is as much in fewer frequencies, those of the arm among them.
+        gain[LogChannel::Encoder.columns()].iter_mut().for_each(|gain| *gain *= rows_an_encoder);
         let file_error = |message: String, help: &str| match &last {
             Some(rows) => rows.error_of_file(message, help),
             None => Source::new(&file, "").error_of_file(message, help),

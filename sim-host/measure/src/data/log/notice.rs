@@ -31,6 +31,15 @@ pub enum LogNotice {
     /// Reflectors were placed in the tool frame as the encoders' motion tells: number from 1, and
     /// place in T, m.
     ReflectorsPlaced(Vec<(usize, Vector3<f64>)>),
+    /// An instrument is read less often than rows are written, and holds its reading until the next.
+    Held {
+        /// Its columns.
+        columns: Vec<&'static str>,
+        /// Rows that a reading stands for, on average.
+        every: f64,
+        /// True where the rows between readings are interpolated; false where they are left out.
+        interpolated: bool,
+    },
     /// Rows were thinned to a longer period; nothing faster is compared, and the noise is that of
     /// the thinned rows.
     Thinned {

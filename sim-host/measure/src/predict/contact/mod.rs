@@ -10,7 +10,8 @@ mod lines;
 mod tool;
 
 use super::columns::{
-    Dropouts, filled, filled_vectors, mean_abs, period, spindle_angle, turned_from_first, vector,
+    Dropouts, filled, filled_vectors, mean_abs, period, rows_a_vector, spindle_angle,
+    turned_from_first, vector,
 };
 use super::compared::list;
 use super::instruments::{sensed, unread, wrench_behind};
@@ -153,9 +154,8 @@ impl Contact {
         let rows: Vec<usize> = rows.filter(is_read).collect();
         // The sensor's axes: the tool's, which turns slowly. Without a tracked rotation, as the
         // encoders have it.
-        let rotation: Vec<Matrix3<f64>> = match filled_vectors(&s.rotation) {
-            Some(r) => {
-                let (first, turned) = turned_from_first(&r);
+        let rotation: Vec<Matrix3<f64>> = match turned_from_first(&s.rotation) {
+            Some((first, turned)) => {
                 let turned = turned.map(|v| followed.smooth(0, &v));
                 (0..n).map(|k| first * rotation_from_vector(&vector(&turned, k))).collect()
             }
@@ -180,8 +180,15 @@ impl Contact {
         };
         weld.motion = weld.tool(None, 0.0, weld.process.memory_length);
         let encoder = known(&noise.encoder, log, LogChannel::Encoder)?;
+        // The mean of fewer readings is noisier.
+        let seldom = |mut levels: Vec<Level>, rows: f64| {
+            levels.iter_mut().for_each(|level| level.deviation *= rows.sqrt());
+            levels
+        };
         let level = known(&noise.force, log, LogChannel::Force)?;
+        let level = seldom(level, rows_a_vector(&s.force, &weld.low));
         let tracker = known(&noise.position, log, LogChannel::Position)?;
+        let tracker = seldom(tracker, rows_a_vector(&s.position, &weld.followed));
         let largest = tracker.iter().map(|l| l.deviation).fold(0.0, f64::max);
         let mean = (tracker.iter().map(|l| l.deviation.powi(2)).sum::<f64>() / 3.0).sqrt();
         let seen = weld.motion.clone();
@@ -266,6 +273,7 @@ impl Contact {
         });
         if let Some(moment) = &self.moment {
             let level = known(&noise.moment, log, LogChannel::Moment)?;
+            let white = white * rows_a_vector(&log.samples.moment, low);
             let unread = Dropouts::of_vectors([&log.samples.moment], low);
             list(compared, Quantity::Moment, rows, 0..3, |k, c| {
                 let deviation = level[c].deviation * white.sqrt();

@@ -1,7 +1,7 @@
 //! What is compared of links in motion, and the noise of it: the instruments' own, and what the
 //! encoders' noise becomes on its way through the arm.
 
-use super::super::columns::{Dropouts, filled, filled_vectors};
+use super::super::columns::{Dropouts, filled, filled_vectors, rows_a_reading};
 use super::super::compared::{list, none_where_missing};
 use super::super::{Compared, Model, PredictError, Quantity, known};
 use super::Moving;
@@ -28,12 +28,6 @@ struct Through {
     tool: SVector<f64, 6>,
     /// Motor torque in its band, N·m.
     torque: SVector<f64, 6>,
-}
-
-/// Rows for each reading of a series, where it is read: the mean of fewer readings is noisier.
-fn seldom(series: &[f64], dropouts: &Dropouts) -> f64 {
-    let read = series.iter().filter(|v| v.is_finite()).count();
-    (series.len() - dropouts.rows()) as f64 / read.max(1) as f64
 }
 
 impl Moving {
@@ -92,7 +86,8 @@ impl Moving {
             let Some(whole) = filled(series) else { continue };
             let dropouts = Dropouts::of(series, &self.band);
             let level = known(&noise.motor_torque[i..=i], log, LogChannel::MotorTorque)?[0];
-            let own = level.deviation * (self.band.gain(0) * seldom(series, &dropouts)).sqrt();
+            let seldom = rows_a_reading(series.iter().map(|v| v.is_finite()), &self.band);
+            let own = level.deviation * (self.band.gain(0) * seldom).sqrt();
             let white = own.hypot(through.torque[i]);
             let friction = self.friction_slope(model, i);
             let inexact = self.inexact(model, quicker, i);
