@@ -184,8 +184,7 @@ fn readings_that_stand_until_the_next_are_compared_where_they_are_new() {
         let mut found: Vec<_> = log.notices.iter().filter_map(of_held).collect();
         found.dedup();
         assert_eq!(found, [3.0], "{name} {held:?}: {:?}", log.notices);
-        // The force's noise is allowed for as if the spindle's part of it were read as seldom; what a
-        // drive does between two readings, 12 ms apart, second encoders see.
+        // What a drive does between two readings, 12 ms apart, second encoders see.
         for channel in &compared(&[log]).logs[0].channels {
             assert!(channel.score < 1.4, "{held:?}: {} {}", channel.name, channel.score);
         }

@@ -5,8 +5,7 @@ use super::rules;
 use crate::HALF_95;
 use crate::fit::calibration::is_calibration;
 use crate::fit::{self, EffectScope, Fitted};
-use std::f64::consts::TAU;
-use trueweld_plant::effects::{Effect, Location, Role};
+use trueweld_plant::effects::{Effect, Role};
 
 /// An effect with fitted values.
 #[derive(Debug, Clone)]
@@ -17,9 +16,6 @@ pub struct FittedEffect {
     pub log: Option<usize>,
     /// 95 % interval of each value.
     pub interval: Vec<[f64; 2]>,
-    /// Periods of a wave over a joint's angle that the logs hold which show it; `None` of what is no
-    /// such wave.
-    pub periods: Option<f64>,
 }
 
 impl FittedEffect {
@@ -29,13 +25,9 @@ impl FittedEffect {
         self.interval.get(parameter).is_none_or(|[low, high]| low != high)
     }
 
-    /// True for a wave of which the logs hold less than a period, or so little that they do not tell its
-    /// order, or its length, from none: a piece of a sine is as good as a parabola, or as a spring with
-    /// slack.
+    /// True for a wave of which the logs hold so little that they do not tell its order, or its
+    /// length, from none: a piece of a sine is as good as a parabola, or as a spring with slack.
     pub fn is_unseen_wave(&self) -> bool {
-        if self.periods.is_some_and(|periods| periods < 1.0) {
-            return true;
-        }
         let parameters = self.effect.kind.parameters.iter().zip(&self.effect.values);
         parameters.zip(&self.interval).any(|((parameter, value), [low, high])| {
             matches!(parameter.role, Role::Order | Role::Wavelength) && high - low >= 2.0 * value
@@ -87,7 +79,6 @@ pub(crate) fn found(fitted: &Fitted, wanted: impl Fn(EffectScope) -> bool) -> Ve
                 effect,
                 log: if let EffectScope::Log(log, _) = free.of { Some(log) } else { None },
                 interval,
-                periods: periods(fitted, free.of),
             });
             seen.push(free.of);
             all.len() - 1
@@ -101,26 +92,6 @@ pub(crate) fn found(fitted: &Fitted, wanted: impl Fn(EffectScope) -> bool) -> Ve
         all[index].interval[free.parameter] = [value - reach, value + reach];
     }
     all
-}
-
-/// Periods of a wave over a joint's angle in the logs that show it; `None` of what is no such wave.
-fn periods(fitted: &Fitted, of: EffectScope) -> Option<f64> {
-    let effect = fitted.point.effect(of);
-    let Location::Joint(joint) = effect.at else { return None };
-    let order = effect.kind.parameters.iter().position(|p| p.role == Role::Order)?;
-    let own = |k: &usize| fitted.point.free[*k].of == of;
-    let own: Vec<usize> = (0..fitted.point.free.len()).filter(own).collect();
-    let shows = |log: usize| {
-        let slopes = own.iter().filter_map(|k| fitted.slopes.get(*k)?[log].as_ref());
-        slopes.flatten().any(|slope| *slope != 0.0)
-    };
-    let logs = fitted.at.iter().enumerate().filter(|(log, _)| shows(*log));
-    let angles = logs.filter_map(|(_, at)| at.motion.as_ref());
-    let angles = angles.flat_map(|motion| motion.link.iter().map(|link| link[joint]));
-    let [low, high] = angles.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], angle| {
-        [low.min(angle), high.max(angle)]
-    });
-    Some(effect.values[order] * (high - low).max(0.0) / TAU)
 }
 
 /// Fitted effects of a fit with only those calibrations that count, with intervals that allow for
@@ -184,24 +155,4 @@ pub(super) fn found_effects(fitted: &Fitted) -> Vec<FittedEffect> {
 /// True where one of these is a wave that the logs do not tell to be one.
 pub(super) fn has_unseen_wave(fitted: &Fitted) -> bool {
     found_effects(fitted).iter().any(FittedEffect::is_unseen_wave)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use trueweld_plant::effects::EffectKind;
-
-    #[test]
-    fn a_piece_of_a_wave_is_none() {
-        let wave = |order: f64, half: f64, periods: f64| {
-            let kind = EffectKind::of("transmission-error").unwrap();
-            let values = vec![1e-4, order, 0.3];
-            let interval = vec![[0.9e-4, 1.1e-4], [order - half, order + half], [0.2, 0.4]];
-            let effect = Effect { kind, at: Location::Joint(1), values };
-            FittedEffect { effect, log: None, interval, periods: Some(periods) }
-        };
-        assert!(!wave(40.0, 0.5, 5.0).is_unseen_wave());
-        assert!(wave(40.0, 41.0, 5.0).is_unseen_wave());
-        assert!(wave(4.0, 0.5, 0.7).is_unseen_wave());
-    }
 }

@@ -436,7 +436,6 @@ pub fn diagnosis(verdict: Verdict) -> Parts {
             effect: Effect { kind, at: Location::Joint(4), values: values.to_vec() },
             log: None,
             interval,
-            periods: None,
         }
     };
     let fitted = || Fitted {

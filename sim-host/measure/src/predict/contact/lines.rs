@@ -41,6 +41,9 @@ use trueweld_plant::robot::{Channel, ElasticRobot, Ports, Readings};
 /// Orders of the spindle at which the force is compared, as far as the sampling tells them apart.
 const ORDERS: usize = 6;
 
+/// Share of a line that may be lost where readings are filled.
+const FILLED: f64 = 0.03;
+
 /// How far apart two lines must lie for the filter to tell them apart, in widths of its band.
 const APART: f64 = 2.0;
 
@@ -70,6 +73,8 @@ pub(super) struct Lines {
     /// Orders whose lines, folded by the sampling where they lie beyond half its rate, fall on no
     /// lower one.
     orders: Vec<usize>,
+    /// Those of them that the force is read often enough for.
+    read: Vec<usize>,
     /// How far beside a line, in orders, the filter lets nothing of it through.
     aside: f64,
     /// What was measured at these orders, as it is compared.
@@ -149,12 +154,20 @@ impl Lines {
         let wave = |n: usize, f: fn(f64) -> f64| {
             weld.angle.iter().map(|a| 2.0 * f(n as f64 * a)).collect::<Vec<f64>>()
         };
+        let orders = alone(turning * weld.period, APART * band * weld.period);
+        // Straight lines between every nth of rows that are T apart lose (π f T)² (n² − 1)/3 of a slow
+        // wave of frequency f.
+        let lost = |order: usize| {
+            let phase = std::f64::consts::PI * order as f64 * turning * weld.period;
+            phase.powi(2) * (weld.rows_a_force.powi(2) - 1.0) / 3.0
+        };
         let mut lines = Self {
             encoder: encoder.to_vec(),
             waves: (1..=ORDERS).map(|n| [wave(n, f64::cos), wave(n, f64::sin)]).collect(),
             shake: vec![[Vector3::zeros(); 2]; encoder.len()],
             loops: Vec::new(),
-            orders: alone(turning * weld.period, APART * band * weld.period),
+            read: orders.iter().copied().filter(|order| lost(*order) <= FILLED).collect(),
+            orders,
             aside: APART * band / turning,
             measured: Vec::new(),
             arm: model.robot.clone(),
@@ -284,7 +297,7 @@ impl Lines {
         let still = weld.quick_vectors(&forces);
         let mut match_of = [Complex::new(0.0, 0.0); ORDERS];
         let mut values = compared.chunks_exact(6);
-        for &order in &self.orders {
+        for &order in &self.read {
             for ((k, &row), values) in weld.rows.iter().enumerate().zip(values.by_ref()) {
                 let closed = &self.loops[k][order - 1];
                 let to_tool = weld.rotation[row].transpose() * weld.axes[row];
@@ -326,7 +339,7 @@ impl Lines {
     ) {
         let white = 2.0 * weld.low.gain(0);
         let measured = weld.quick_vectors(&weld.force);
-        for &order in &self.orders {
+        for &order in &self.read {
             let beside = measured.each_ref().map(|series| self.beside(weld, order, series));
             for (k, &row) in weld.rows.iter().enumerate() {
                 let driven = self.driven_noise(weld, model, encoder, order, k);
@@ -443,7 +456,7 @@ impl Lines {
         let late_by = ports.delay(Channel::Wrench);
         let still = weld.quick_vectors(still);
         let mut measured = self.measured.iter();
-        for &order in &self.orders {
+        for &order in &self.read {
             let back = Complex::from_polar(1.0, -turning(weld, order) * late_by);
             let driven_back = Complex::from_polar(1.0, -folded(weld, order) * late_by);
             for (k, &row) in weld.rows.iter().enumerate() {

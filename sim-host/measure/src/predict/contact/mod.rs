@@ -172,6 +172,7 @@ impl Contact {
             position,
             rotation,
             force: (0..n).map(|k| vector(&force, k)).collect(),
+            rows_a_force: rows_a_vector(&s.force, &low),
             low,
             followed,
             likeliest: None,
@@ -186,7 +187,7 @@ impl Contact {
             levels
         };
         let level = known(&noise.force, log, LogChannel::Force)?;
-        let level = seldom(level, rows_a_vector(&s.force, &weld.low));
+        let level = seldom(level, weld.rows_a_force);
         let tracker = known(&noise.position, log, LogChannel::Position)?;
         let tracker = seldom(tracker, rows_a_vector(&s.position, &weld.followed));
         let largest = tracker.iter().map(|l| l.deviation).fold(0.0, f64::max);

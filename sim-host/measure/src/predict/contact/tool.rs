@@ -28,6 +28,8 @@ pub(super) struct Weld {
     pub rotation: Vec<Matrix3<f64>>,
     pub force: Vec<Vector3<f64>>,
     pub low: LowPass,
+    /// Rows for each reading of the force.
+    pub rows_a_force: f64,
     /// In which the tool is followed.
     pub followed: LowPass,
     /// Rows that are compared.
