@@ -49,7 +49,16 @@ impl Row {
         let half = low.as_ref().map_or(0, |(low, _)| low.half()).min(n.saturating_sub(1) / 2);
         let (first, last) = (half, n - 1 - half);
         let count = ROWS.min(last - first + 1);
-        let row = |k: usize| first + (last - first) * k / count.saturating_sub(1).max(1);
+        // Where the tracker is read more seldom, its reading that is nearest.
+        let is_tracked = |k: &usize| {
+            [&s.position, &s.rotation].into_iter().flatten().all(|v| v[*k].sum().is_finite())
+        };
+        let reach = (last - first) / (2 * count);
+        let row = |k: usize| {
+            let row = first + (last - first) * k / count.saturating_sub(1).max(1);
+            let near = (0..=reach).flat_map(|by| [row.saturating_sub(by), row + by]);
+            near.filter(|k| (first..=last).contains(k)).find(is_tracked).unwrap_or(row)
+        };
         let at = |derivative: usize, series: &dyn Fn(usize) -> f64, k: usize| match &low {
             Some((low, _)) => low.at(derivative, series, n, k),
             None if derivative == 0 => series(k),

@@ -116,7 +116,10 @@ impl Across {
         // Path and channel behind the tool, m.
         let mut behind: Option<[f64; 2]> = None;
         let mut firm: Vec<[f64; 3]> = Vec::new();
-        for row in rows {
+        // The bent arm is millimetres beside what the encoders tell: the one and the other by turns
+        // would be a tool that jumps.
+        let tracked = rows.iter().any(|row| row.position.is_some());
+        for row in rows.iter().filter(|row| row.position.is_some() == tracked) {
             let push = -row.wrench.force.z;
             if push < TOUCHES * weld.force {
                 continue;

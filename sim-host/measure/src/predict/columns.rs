@@ -135,7 +135,7 @@ mod tests {
             turn * rotation_from_vector(&tilt)
         };
         let read = |k: usize| match k % 3 {
-            0 if k % 2 == 0 => rotation_vector(&at(k)),
+            0 if k.is_multiple_of(2) => rotation_vector(&at(k)),
             // The same rotation the other way round.
             0 => {
                 let v = rotation_vector(&at(k));
