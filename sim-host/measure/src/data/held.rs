@@ -3,6 +3,7 @@
 
 use super::floor::resolution;
 use super::median;
+use super::resample::median_step;
 use std::ops::Range;
 
 /// Readings that a judgement rests on, at least.
@@ -19,16 +20,20 @@ const OFTEN: f64 = 0.2;
 /// well read the same twice.
 const RESOLVED: f64 = 3.0;
 
+/// Most that readings may come late, in rows, where they are taken to be evenly apart: each stands in
+/// the first row that is written after it.
+const LATE: f64 = 1.05;
+
 /// Readings that are held.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Held {
     /// Rows that a reading stands for, on average.
     pub every: f64,
-    /// Rows that repeat the reading before.
-    pub repeats: Vec<usize>,
+    /// The first row of each reading.
+    pub first: Vec<usize>,
 }
 
-/// What an instrument repeats, where it holds its readings. `series`: all that it reads at once.
+/// What an instrument reads, where it holds its readings. `series`: all that it reads at once.
 pub(crate) fn held(series: &[&[f64]]) -> Option<Held> {
     let readings = readings(series);
     let mut lengths: Vec<f64> = readings.iter().map(|r| r.len() as f64).collect();
@@ -41,10 +46,40 @@ pub(crate) fn held(series: &[&[f64]]) -> Option<Held> {
     if !(often && rule && series.iter().any(|s| is_resolved(s, &readings))) {
         return None;
     }
-    // A reading that stands for much longer is one of what stands still.
-    let held = readings.iter().filter(|r| r.len() as f64 <= 2.0 * usual + 1.0);
-    let repeats = held.flat_map(|r| r.start + 1..r.end).collect();
-    Some(Held { every: rows as f64 / regular.len() as f64, repeats })
+    let every = rows as f64 / regular.len() as f64;
+    // Of what stands still every reading is as good as the first.
+    let again = |r: &Range<usize>| {
+        let count = (r.len() as f64 / every).round().max(1.0) as usize;
+        (0..count).map(|k| r.start + (k as f64 * every).round() as usize).collect::<Vec<_>>()
+    };
+    Some(Held { every, first: readings.iter().flat_map(again).collect() })
+}
+
+impl Held {
+    /// When each reading was taken, as the rows' times tell: evenly apart where each can have come
+    /// with the first row after that, and with its row otherwise.
+    pub fn instants(&self, time: &[f64]) -> Vec<f64> {
+        let row = median_step(time);
+        let came: Vec<f64> = self.first.iter().map(|k| time[*k]).collect();
+        let apart = |w: &[f64]| ((w[1] - w[0]) / (self.every * row)).round().max(1.0);
+        let mut number = vec![0.0; came.len()];
+        for (k, w) in came.windows(2).enumerate() {
+            number[k + 1] = number[k] + apart(w);
+        }
+        let count = came.len() as f64;
+        let mean = |of: &[f64]| of.iter().sum::<f64>() / count;
+        let (middle, centre) = (mean(&number), mean(&came));
+        let moment = |of: &dyn Fn(usize) -> f64| (0..came.len()).map(of).sum::<f64>();
+        let period = moment(&|k| (number[k] - middle) * (came[k] - centre))
+            / moment(&|k| (number[k] - middle).powi(2));
+        let late: Vec<f64> =
+            number.iter().zip(&came).map(|(n, t)| t - centre - period * (n - middle)).collect();
+        let [least, most] = [f64::min, f64::max].map(|f| late.iter().copied().fold(late[0], f));
+        match most - least <= LATE * row {
+            true => came.iter().zip(&late).map(|(t, late)| t - (late - least)).collect(),
+            false => came,
+        }
+    }
 }
 
 /// Rows that hold the same reading; rows without one stand between them.
@@ -92,7 +127,7 @@ mod tests {
     }
 
     #[test]
-    fn what_stands_until_the_next_reading_is_repeated() {
+    fn what_stands_until_the_next_reading_was_read_once() {
         let tracked = [rows(3e-5, 1e-7, moving), rows(3e-5, 1e-7, |k| moving(k + 50.0))];
         // Every row but the first of 3; of 2 and 3 in turn.
         for every in [3.0, 2.5, 1.5] {
@@ -100,9 +135,14 @@ mod tests {
             let slow = tracked.each_ref().map(|s| (0..ROWS).map(|k| s[first(k)]).collect());
             let slow: [Vec<f64>; 2] = slow;
             let found = held(&[&slow[0], &slow[1]]).unwrap();
-            let repeats: Vec<usize> = (0..ROWS).filter(|k| first(*k) != *k).collect();
-            assert_eq!(found.repeats, repeats);
+            let own: Vec<usize> = (0..ROWS).filter(|k| first(*k) == *k).collect();
+            assert_eq!(found.first, own);
             assert!((found.every - every).abs() < 0.01, "{}", found.every);
+            // Rows of 4 ms: they were read evenly, each at most a row before it was written.
+            let time: Vec<f64> = (0..ROWS).map(|k| 4e-3 * k as f64).collect();
+            for (k, at) in found.instants(&time).iter().enumerate() {
+                assert!((at - 4e-3 * every * k as f64).abs() < 1e-5, "{k}: {at}");
+            }
         }
     }
 

@@ -45,13 +45,10 @@ pub fn notice(notice: &LogNotice) -> String {
                 places.collect::<Vec<_>>().join(", ")
             )
         }
-        LogNotice::Held { columns, every, interpolated } => {
-            let then = if *interpolated { "interpolated" } else { "not compared" };
-            format!(
-                "{} hold each reading for {every:.1} rows: the rows that repeat it are {then}",
-                named(columns)
-            )
-        }
+        LogNotice::Held { columns, every } => format!(
+            "{} hold each reading for {every:.1} rows: what repeats it is not compared",
+            named(columns)
+        ),
         LogNotice::Thinned { rows, from, to } => format!(
             "{rows} rows every {:.3} ms are thinned to one every {:.3} ms: nothing faster is \
              compared, and what the instruments' noise loses by it is counted",
@@ -146,7 +143,7 @@ mod tests {
                 left: Some(0.04),
             },
             LogNotice::ReflectorsPlaced(vec![(2, [0.1, -0.2, 0.05].into())]),
-            LogNotice::Held { columns: vec!["px_m", "py_m"], every: 2.5, interpolated: false },
+            LogNotice::Held { columns: vec!["px_m", "py_m"], every: 2.5 },
             LogNotice::Thinned { rows: 2_000_000, from: 1e-3, to: 4e-3 },
             LogNotice::RowsLeftOut(3),
             LogNotice::RowsInterpolated(4),

@@ -88,7 +88,7 @@ impl Join<'_> {
             clocks.push(LogClock { name: entry.name.clone(), map, fitted: None, given: [true; 2] });
         }
         std::iter::once(&mut own).chain(&mut tracks).for_each(to_rotation_vectors);
-        let path = self.path(&own);
+        let path = self.path(&own, !tracks.is_empty());
         for entry in &self.plan.clocks {
             if clocks.iter().any(|clock| clock.name == entry.name) {
                 continue;
@@ -146,11 +146,10 @@ impl Join<'_> {
         Ok(Joined { columns, gain, clocks, target, later: Arc::new(tracks) })
     }
 
-    /// Tool poses by the encoders.
-    fn path(&self, own: &Track) -> Vec<Pose<f64>> {
-        let foreign =
-            self.plan.files.len() > 1 || (0..3).any(|r| own.has(super::columns::reflector(r)));
-        if !foreign {
+    /// Tool poses by the encoders, where something else saw the tool. `others`: true where there are
+    /// other tracks than the encoders' own.
+    fn path(&self, own: &Track, others: bool) -> Vec<Pose<f64>> {
+        if !others && !(0..3).any(|r| own.has(super::columns::reflector(r))) {
             return Vec::new();
         }
         let first = LogChannel::Encoder.columns().start;

@@ -14,6 +14,7 @@
 //! stream; what is held is the columns. Left out: filtering, and filling in of missing values but
 //! short gaps of the encoders, which are up to the prediction.
 
+mod apart;
 mod blocks;
 mod columns;
 mod files;
@@ -236,7 +237,7 @@ impl Log {
         let mut notices = header.notices(kind);
         let leads = leader(&bounds);
         let mut tracks = Vec::with_capacity(opened.len());
-        let (mut doubt, mut rows_an_encoder) = (None, 1.0);
+        let mut doubt = None;
         let mut last: Option<Box<dyn Rows + '_>> = None;
         for (k, mut rows) in opened.into_iter().enumerate() {
             let period = period.filter(|_| k == leads);
@@ -244,17 +245,15 @@ impl Log {
             let expected = Expected { kind, robot: &robot, period };
             let clock = entry.clock.clone();
             let mut track = expected.read(rows.as_mut(), &bounds[k], clock, &mut doubt)?;
-            rows_an_encoder *= screen::leave_out_repeats(&mut track, kind, &mut notices);
+            let slower = apart::slower(&mut track, kind, &mut notices);
             tracks.push(track);
+            tracks.extend(slower);
             if k == leads {
                 last = Some(rows);
             }
         }
         let join = Join { kind, robot: &robot, period, plan: &plan, root: &root };
-        let Joined { mut columns, mut gain, clocks, target, later } =
-            join.run(tracks, &mut notices)?;
-        // Noise that is interpolated is as much in fewer frequencies, those of the arm among them.
-        gain[LogChannel::Encoder.columns()].iter_mut().for_each(|gain| *gain *= rows_an_encoder);
+        let Joined { mut columns, gain, clocks, target, later } = join.run(tracks, &mut notices)?;
         let file_error = |message: String, help: &str| match &last {
             Some(rows) => rows.error_of_file(message, help),
             None => Source::new(&file, "").error_of_file(message, help),

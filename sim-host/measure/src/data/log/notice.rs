@@ -37,8 +37,6 @@ pub enum LogNotice {
         columns: Vec<&'static str>,
         /// Rows that a reading stands for, on average.
         every: f64,
-        /// True where the rows between readings are interpolated; false where they are left out.
-        interpolated: bool,
     },
     /// Rows were thinned to a longer period; nothing faster is compared, and the noise is that of
     /// the thinned rows.

@@ -1,20 +1,16 @@
 //! What instruments read that they did not measure: found in the columns themselves, before any
 //! model.
 
-use super::columns::{ABC, MATRIX, QUATERNION, REFLECTORS, reflector, shown_name};
+use super::columns::shown_name;
 use super::noise::NoiseLevels;
 use super::notice::LogNotice;
 use super::samples::Columns;
-use super::track::Track;
-use crate::data::channel::{CHANNELS, LogChannel};
+use crate::data::channel::LogChannel;
 use crate::data::clipped::clipped;
 use crate::data::floor::relative_rotation;
-use crate::data::held::held;
 use crate::data::kind::LogKind;
 use crate::data::outlier::outliers;
-use crate::data::resample::{Resampler, Weights, median_step};
 use nalgebra::Vector3;
-use std::ops::Range;
 
 /// Channels of which a single reading may be out. A drive's torque is none: where friction lets go, a
 /// real drive gives two or three rows of twice the torque (the recorded KR 300 does), and its
@@ -30,71 +26,6 @@ const SCREENED: [LogChannel; 5] = [
 /// Most rows of a channel, as a share, that are left out as outliers: what occurs more often is how
 /// the instrument, or the cell, is.
 const FEW: f64 = 0.03;
-
-/// Leaves out readings that one file repeats until the next one comes. Encoders, which drive the
-/// model, are interpolated there: the number of rows for each of their readings is returned. Rows at
-/// rest have nothing between them.
-pub(super) fn leave_out_repeats(
-    track: &mut Track,
-    kind: LogKind,
-    notices: &mut Vec<LogNotice>,
-) -> f64 {
-    let mut rows_an_encoder = 1.0;
-    if kind == LogKind::StaticLoad {
-        return rows_an_encoder;
-    }
-    let measured = CHANNELS
-        .iter()
-        .map(|channel| channel.id)
-        .filter(|id| !matches!(id, LogChannel::Time | LogChannel::Spindle | LogChannel::Payload));
-    let instruments: Vec<Range<usize>> = measured
-        .map(LogChannel::columns)
-        .chain([ABC, QUATERNION, MATRIX])
-        .chain((0..REFLECTORS).map(reflector))
-        .collect();
-    for instrument in instruments {
-        let there: Vec<usize> = instrument.filter(|c| track.columns[*c].is_some()).collect();
-        let series: Vec<&[f64]> =
-            there.iter().filter_map(|c| track.columns[*c].as_deref()).collect();
-        let Some(held) = held(&series) else { continue };
-        let interpolated = LogChannel::Encoder.columns().contains(&there[0]);
-        for column in &there {
-            let Some(mut series) = track.columns[*column].take() else { continue };
-            held.repeats.iter().for_each(|row| series[*row] = f64::NAN);
-            if interpolated {
-                series = between_readings(track.time(), &series);
-            }
-            track.columns[*column] = Some(series);
-        }
-        if interpolated {
-            rows_an_encoder = held.every;
-        }
-        let columns = there.into_iter().map(shown_name).collect();
-        notices.push(LogNotice::Held { columns, every: held.every, interpolated });
-    }
-    rows_an_encoder
-}
-
-/// A series with its missing rows interpolated; those before the first reading and after the last stay
-/// missing.
-fn between_readings(time: &[f64], series: &[f64]) -> Vec<f64> {
-    let known = (0..series.len()).filter(|k| series[*k].is_finite());
-    let (times, readings): (Vec<f64>, Vec<f64>) = known.map(|k| (time[k], series[k])).unzip();
-    let resampler = Resampler::new(&times, median_step(&times));
-    let (mut from, mut weights) = (0, Weights::default());
-    let at = |(value, time): (&f64, &f64)| {
-        if value.is_finite() {
-            return *value;
-        }
-        resampler.at(*time, &mut from, &mut weights);
-        let values = readings.get(weights.first..).unwrap_or(&[]);
-        match weights.weights.as_slice() {
-            [] => f64::NAN,
-            weights => weights.iter().zip(values).map(|(w, v)| w * v).sum(),
-        }
-    };
-    series.iter().zip(time).map(at).collect()
-}
 
 /// Leaves out what was not measured: its values are missing afterwards. `noise`: as stated. Rows at
 /// rest have no neighbours in time.

@@ -10,7 +10,6 @@ use super::instruments::{seen, sensed, unread};
 use super::play::{BacklashObserver, Observed};
 use super::{Compared, Model, Motion, PredictError, known};
 use crate::data::channel::LogChannel;
-use crate::data::dropout::dropouts;
 use crate::data::fir::{Bands, Beginning, CLOSELY, LowPass, NOT_BY_CHANCE, Smoothed, start};
 use crate::data::log::{Log, LogKind};
 use crate::data::noise::NoiseLevels;
@@ -99,15 +98,14 @@ pub(super) struct Moving {
     torque_rows: Vec<usize>,
 }
 
-/// Most rows, as a share, without a reading in a series that a filter may bridge.
-const FEW: f64 = 0.05;
-
-/// True where the gaps of a series are so few and so short that a filter bridges them. `read`: whether
-/// there is a reading, row by row.
-fn is_bridged(read: impl Iterator<Item = bool> + Clone, low: &LowPass) -> bool {
-    let [rows, missing] = [read.clone().count(), read.clone().filter(|read| !read).count()];
-    missing == 0
-        || (missing as f64 <= FEW * rows as f64 && dropouts(read, low.bridged()).is_empty())
+/// True where all gaps of a series are so short that a filter bridges them. `read`: whether there is a
+/// reading, row by row.
+fn is_bridged(mut read: impl Iterator<Item = bool>, low: &LowPass) -> bool {
+    let mut gap = 0;
+    read.all(|read| {
+        gap = if read { 0 } else { gap + 1 };
+        gap <= low.bridged()
+    })
 }
 
 impl Moving {
@@ -158,7 +156,12 @@ impl Moving {
         // A filter's window has one side only at the ends; where the motors move there, a cubic
         // stands in.
         let mut motor = smoothed(MOTOR_BAND);
-        let mut quicker = smoothed(2.0 * MOTOR_BAND);
+        // By how much smoothing changes it: rows too far apart for a wider band leave a narrower one.
+        let quickest = 0.2 / period;
+        let mut otherwise = smoothed(match quickest >= 2.0 * MOTOR_BAND {
+            true => 2.0 * MOTOR_BAND,
+            false => 0.5 * MOTOR_BAND.min(quickest),
+        });
         let ends: [Option<[Beginning; 6]>; 2] = [false, true].map(|back| {
             let of = |i: usize| {
                 let mut column = columns[i].clone();
@@ -178,7 +181,7 @@ impl Moving {
                     let sign = if back == 1 { -1.0 } else { 1.0 };
                     let [angle, rate, acceleration] = beginning.after(k as f64 * period);
                     let row = if back == 1 { n - 1 - k } else { k };
-                    for series in [&mut drive, &mut even, &mut motor, &mut quicker] {
+                    for series in [&mut drive, &mut even, &mut motor, &mut otherwise] {
                         series[row].angle[i] = angle;
                         series[row].rate[i] = sign * rate;
                         series[row].acceleration[i] = acceleration;
@@ -196,7 +199,7 @@ impl Moving {
         }
         let skipped =
             if log.kind == LogKind::RingDown { 0 } else { (END / period).ceil() as usize };
-        // A channel with long gaps, or one read more seldom, is compared where it was read.
+        // A channel with long gaps is compared where it was read.
         let whole = |low: &LowPass| {
             let vectors = || s.position.iter().chain(&s.rotation);
             vectors().all(|v| is_bridged(v.iter().map(|v| v.sum().is_finite()), low))
@@ -254,7 +257,7 @@ impl Moving {
             pose_rows,
             torque_rows,
         };
-        moving.compare(log, noise, model, &quicker, compared)?;
+        moving.compare(log, noise, model, &otherwise, compared)?;
         if log.kind == LogKind::RingDown {
             moving.swing = moving.swing(log, noise, model);
         }

@@ -1,7 +1,7 @@
 //! What is compared of links in motion, and the noise of it: the instruments' own, and what the
 //! encoders' noise becomes on its way through the arm.
 
-use super::super::columns::{Dropouts, filled, filled_vectors, rows_a_reading};
+use super::super::columns::{Dropouts, filled, filled_vectors, rows_a_reading, rows_a_vector};
 use super::super::compared::{list, none_where_missing};
 use super::super::{Compared, Model, PredictError, Quantity, known};
 use super::Moving;
@@ -32,13 +32,13 @@ struct Through {
 
 impl Moving {
     /// Lists what is compared, with its noise, in the order in which [`poses`](Self::poses) and
-    /// [`torques`](Self::torques) give it. `quicker`: what the motors did, in a wider band.
+    /// [`torques`](Self::torques) give it. `otherwise`: what the motors did, in another band.
     pub(super) fn compare(
         &self,
         log: &Log,
         noise: &NoiseLevels,
         model: &Model,
-        quicker: &[Motors],
+        otherwise: &[Motors],
         compared: &mut Vec<Compared>,
     ) -> Result<(), PredictError> {
         let n = self.time.len();
@@ -48,9 +48,12 @@ impl Moving {
         let encoder = known(&noise.encoder, log, LogChannel::Encoder)?;
         let through = self.through(model, &encoder);
         let white = self.calm.as_ref().map_or(1.0, |low| low.gain(0).sqrt());
+        // What is compared row by row is as noisy as a reading.
+        let seldom = |series| self.calm.as_ref().map_or(1.0, |low| rows_a_vector(series, low));
         let rows = &self.pose_rows;
         if let Some(position) = &self.position {
             let level = known(&noise.position, log, LogChannel::Position)?;
+            let white = white * seldom(&log.samples.position).sqrt();
             let bridged = filled_vectors(&self.position).filter(|_| self.calm.is_some());
             list(compared, Quantity::Position, rows, 0..3, |k, c| {
                 let read = |k: usize| bridged.as_ref().map_or(position[k][c], |all| all[c][k]);
@@ -61,6 +64,7 @@ impl Moving {
         }
         if let Some(rotation) = &self.rotation {
             let level = known(&noise.rotation, log, LogChannel::Rotation)?;
+            let white = white * seldom(&log.samples.rotation).sqrt();
             let turned = (through.tool.fixed_rows::<3>(0).norm_squared() / 3.0).sqrt();
             list(compared, Quantity::Rotation, rows, 0..3, |k, c| {
                 let deviation = (level[c].deviation * white).hypot(turned);
@@ -73,7 +77,9 @@ impl Moving {
         for i in 0..6 {
             let Some(series) = &self.link_encoder[i] else { continue };
             let level = known(&noise.link_encoder[i..=i], log, LogChannel::LinkEncoder)?[0];
-            let deviation = (level.deviation * white).hypot(through.link[i]);
+            let read = series.iter().map(|v| v.is_finite());
+            let seldom = self.calm.as_ref().map_or(1.0, |low| rows_a_reading(read, low));
+            let deviation = (level.deviation * white * seldom.sqrt()).hypot(through.link[i]);
             let bridged = filled(series).filter(|_| self.calm.is_some());
             let read = bridged.as_ref().unwrap_or(series);
             list(compared, Quantity::LinkEncoder, rows, i..i + 1, |k, _| {
@@ -90,7 +96,7 @@ impl Moving {
             let own = level.deviation * (self.band.gain(0) * seldom).sqrt();
             let white = own.hypot(through.torque[i]);
             let friction = self.friction_slope(model, i);
-            let inexact = self.inexact(model, quicker, i);
+            let inexact = self.inexact(model, otherwise, i);
             let rate = encoder[i].deviation * self.band.gain(1).sqrt();
             list(compared, Quantity::MotorTorque, rows, i..i + 1, |k, _| {
                 let banded = |series: &[f64]| self.band.at(0, |k| series[k], n, rows[k]);
@@ -106,12 +112,12 @@ impl Moving {
 
     /// Error that smoothing the motors' motion leaves in their torque, N·m: by how much it changes
     /// with the band.
-    fn inexact(&self, model: &Model, quicker: &[Motors], i: usize) -> Vec<f64> {
+    fn inexact(&self, model: &Model, otherwise: &[Motors], i: usize) -> Vec<f64> {
         let friction = &model.robot.parameters().friction;
         let torque = |m: &Motors| {
             model.robot.rotor_inertia()[i] * m.acceleration[i] + friction.torque(i, m.rate[i]).0
         };
-        self.motor.iter().zip(quicker).map(|(m, q)| torque(m) - torque(q)).collect()
+        self.motor.iter().zip(otherwise).map(|(m, o)| torque(m) - torque(o)).collect()
     }
 
     /// Slope of the model's friction by the rate at every row, N·m·s/rad.

@@ -1,0 +1,52 @@
+//! Instruments that are slower than the file that they are written in, and hold their readings there:
+//! each is read as if it had a file of its own.
+
+use super::columns::{ABC, MATRIX, QUATERNION, REFLECTORS, reflector, shown_name};
+use super::notice::LogNotice;
+use super::track::Track;
+use crate::data::channel::{CHANNELS, LogChannel};
+use crate::data::held::{Held, held};
+use crate::data::kind::LogKind;
+use std::ops::Range;
+
+const TIME: usize = LogChannel::Time.columns().start;
+
+/// Takes such instruments out of a track: the tracks that they make. Rows at rest have nothing between
+/// them.
+pub(super) fn slower(track: &mut Track, kind: LogKind, notices: &mut Vec<LogNotice>) -> Vec<Track> {
+    if kind == LogKind::StaticLoad {
+        return Vec::new();
+    }
+    let measured = CHANNELS
+        .iter()
+        .map(|channel| channel.id)
+        .filter(|id| !matches!(id, LogChannel::Time | LogChannel::Spindle | LogChannel::Payload));
+    let instruments: Vec<Range<usize>> = measured
+        .map(LogChannel::columns)
+        .chain([ABC, QUATERNION, MATRIX])
+        .chain((0..REFLECTORS).map(reflector))
+        .collect();
+    let mut all: Vec<(Held, Track)> = Vec::new();
+    for instrument in instruments {
+        let there: Vec<usize> = instrument.filter(|c| track.columns[*c].is_some()).collect();
+        let series: Vec<&[f64]> =
+            there.iter().filter_map(|c| track.columns[*c].as_deref()).collect();
+        let Some(found) = held(&series) else { continue };
+        // What is read together stays together.
+        let place = all.iter().position(|(known, _)| *known == found).unwrap_or_else(|| {
+            let mut own =
+                Track { clock: track.clock.clone(), columns: vec![None; track.columns.len()] };
+            own.columns[TIME] = Some(found.instants(track.time()));
+            all.push((found, own));
+            all.len() - 1
+        });
+        let (found, own) = &mut all[place];
+        for column in &there {
+            let series = track.columns[*column].take();
+            own.columns[*column] = series.map(|s| found.first.iter().map(|k| s[*k]).collect());
+        }
+        let columns = there.into_iter().map(shown_name).collect();
+        notices.push(LogNotice::Held { columns, every: found.every });
+    }
+    all.into_iter().map(|(_, own)| own).collect()
+}
