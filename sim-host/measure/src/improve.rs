@@ -237,7 +237,11 @@ pub fn improve(
                 && rules::at_floor(bench, &fitted.at)
                 && !fits_anything(fitted) =>
         {
-            Verdict::EffectFound
+            // Where only calibrations were kept, nothing else was missing.
+            match steps.iter().all(|step| step.added.is_empty()) {
+                true => Verdict::Adequate,
+                false => Verdict::EffectFound,
+            }
         }
         _ => diagnosis.verdict,
     };

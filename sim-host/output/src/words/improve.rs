@@ -59,11 +59,15 @@ impl ImproveReport<'_> {
         let last = &improvement.steps[improvement.steps.len() - 1];
         match improvement.verdict {
             Verdict::EffectFound if improvement.diagnosis.verdict == Verdict::UnknownEffect => {
-                format!(
-                    "{} effects together bring every channel near the noise floor; they were added one after another, so that each for \
-                 itself is less certain.",
-                    last.effects.len()
-                )
+                match last.effects.len() {
+                    1 => "One effect brings every channel near the noise floor; a diagnosis of these logs alone does not name it, so that \
+                          it is less certain."
+                        .to_owned(),
+                    n => format!(
+                        "{n} effects together bring every channel near the noise floor; they were added one after another, so that each \
+                         for itself is less certain."
+                    ),
+                }
             }
             Verdict::EffectFound
                 if improvement
