@@ -1,15 +1,13 @@
 //! Instruments that are slower than the file that they are written in, and hold their readings there:
 //! each is read as if it had a file of its own.
 
-use super::columns::{ABC, MATRIX, QUATERNION, REFLECTORS, reflector, shown_name};
+use super::columns::{ABC, MATRIX, QUATERNION, REFLECTORS, TIME, reflector, shown_name};
 use super::notice::LogNotice;
 use super::track::Track;
 use crate::data::channel::{CHANNELS, LogChannel};
 use crate::data::held::{Held, held};
 use crate::data::kind::LogKind;
 use std::ops::Range;
-
-const TIME: usize = LogChannel::Time.columns().start;
 
 /// Takes such instruments out of a track: the tracks that they make. Rows at rest have nothing between
 /// them.

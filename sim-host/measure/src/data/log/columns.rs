@@ -40,6 +40,9 @@ const FORMS: [(&str, Dimension, f64); 25] = [
 /// Number of columns that a file may be mapped to: those of a plain log, then [`FORMS`].
 pub(super) const ALL: usize = COUNT + FORMS.len();
 
+/// Column of the time.
+pub(super) const TIME: usize = LogChannel::Time.columns().start;
+
 /// Columns of the forms of a pose.
 pub(super) const ABC: std::ops::Range<usize> = COUNT..COUNT + 3;
 pub(super) const QUATERNION: std::ops::Range<usize> = COUNT + 3..COUNT + 7;
@@ -268,8 +271,6 @@ impl Bound {
         Ok(Self { bindings, others })
     }
 }
-
-const TIME: usize = LogChannel::Time.columns().start;
 
 /// Which columns a log has, in whatever file and form.
 pub(super) struct Header {

@@ -1,6 +1,7 @@
 //! Files of several clocks and rates become the rows of one log: those of the file with the
 //! encoders, at whose times the others are read.
 
+use super::columns::{REFLECTORS, TIME, reflector};
 use super::files::Plan;
 use super::gaps::GAP;
 use super::notice::LogNotice;
@@ -64,8 +65,6 @@ pub(super) struct Join<'a> {
     pub plan: &'a Plan,
     pub root: &'a Table<'a>,
 }
-
-const TIME: usize = LogChannel::Time.columns().start;
 
 impl Join<'_> {
     /// Joins what was read. What a person should know goes into `notices`.
@@ -149,7 +148,7 @@ impl Join<'_> {
     /// Tool poses by the encoders, where something else saw the tool. `others`: true where there are
     /// other tracks than the encoders' own.
     fn path(&self, own: &Track, others: bool) -> Vec<Pose<f64>> {
-        if !others && !(0..3).any(|r| own.has(super::columns::reflector(r))) {
+        if !others && !(0..REFLECTORS).any(|r| own.has(reflector(r))) {
             return Vec::new();
         }
         let first = LogChannel::Encoder.columns().start;

@@ -1,7 +1,7 @@
 //! One file's rows, read once from front to back into columns in SI units: every number parsed and
 //! plausible, the time rising.
 
-use super::columns::{ALL, Binding, Bound, MATRIX, QUATERNION, most_of_form, shown_name};
+use super::columns::{ALL, Binding, Bound, MATRIX, QUATERNION, TIME, most_of_form, shown_name};
 use super::rows::Rows;
 use crate::data::channel::{COUNT, LogChannel};
 use crate::data::kind::LogKind;
@@ -24,8 +24,7 @@ const LENGTH: f64 = 0.05;
 const TOO_FAST: f64 = 20.0;
 const INSTANT: f64 = 1e-3;
 
-/// Columns that every row is read by.
-const TIME: usize = LogChannel::Time.columns().start;
+/// The first column of what hangs on the flange.
 const PAYLOAD: usize = LogChannel::Payload.columns().start;
 
 /// What was read of one file.
