@@ -230,6 +230,32 @@ fn readings_between_the_rows_are_put_where_they_were_taken() {
     assert!(comparison.score < 1.2, "{}", comparison.score);
 }
 
+/// Motors move on between rows that are far apart, and links swing.
+#[test]
+fn motions_and_ringing_in_rows_that_are_far_apart_are_at_the_floor() {
+    for (name, every) in
+        [("free", 5), ("free", 10), ("ring-14", 8), ("ring-25", 12), ("ring-36", 12)]
+    {
+        let folder = fixture("nothing-missing").join(name);
+        let text = std::fs::read_to_string(folder.join("samples.csv")).unwrap();
+        let (header, rows) = text.split_once('\n').unwrap();
+        let rows: Vec<&str> = rows.lines().step_by(every).collect();
+        let csv = format!("{header}\n{}\n", rows.join("\n"));
+        let line = |line: &str| match line.strip_prefix("period_s = ") {
+            Some(period) => {
+                format!("period_s = {}\n", period.parse::<f64>().unwrap() * every as f64)
+            }
+            None => format!("{line}\n"),
+        };
+        let toml: String = toml(name).lines().map(line).collect();
+        let log = Log::parse(&toml, csv.as_bytes(), &folder).unwrap();
+        for channel in &compared(&[log]).logs[0].channels {
+            let (channel, score) = (&channel.name, channel.score);
+            assert!((score - 1.0).abs() < 0.2, "{name}, every {every} rows: {channel} {score}");
+        }
+    }
+}
+
 /// The tool points down, where rotation vectors flip their sign from reading to reading, and the
 /// spindle's side shows in newtons by where the tool was seen.
 #[test]

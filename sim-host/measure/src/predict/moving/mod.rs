@@ -10,7 +10,7 @@ use super::instruments::{seen, sensed, unread};
 use super::play::{BacklashObserver, Observed};
 use super::{Compared, Model, Motion, PredictError, known};
 use crate::data::channel::LogChannel;
-use crate::data::fir::{Bands, Beginning, CLOSELY, LowPass, NOT_BY_CHANCE, Smoothed, start};
+use crate::data::fir::{Bands, Beginning, CLOSELY, LowPass, NOT_BY_CHANCE, Smoothed, finer, start};
 use crate::data::log::{Log, LogKind};
 use crate::data::noise::NoiseLevels;
 use nalgebra::{DMatrix, Matrix3, SVector, Vector3};
@@ -40,6 +40,10 @@ const TORQUE_BAND: f64 = 8.0;
 /// by its phase alone, which no sum of squares knows.
 const CALM: f64 = 0.5;
 
+/// Longest time between two states of the motors that drive the links, s: between rows that are further
+/// apart motors move along a spline, and a filter for such rows would cut off what they did.
+const DRIVE_PERIOD: f64 = 4e-3;
+
 /// Longest step of the links' integration, s: a mode of 50 Hz turns by 0.6 rad in it.
 const STEP: f64 = 2e-3;
 
@@ -68,13 +72,15 @@ impl Links {
 #[derive(Debug, Clone)]
 pub(super) struct Moving {
     period: f64,
+    /// States of the motors for each row, and steps of the integration for each of them.
+    parts: usize,
     substeps: usize,
     time: Vec<f64>,
     /// Band that most of the drive was smoothed in, Hz.
     drive_band: f64,
     /// Twist that is within the noise of the encoders, rad.
     margin: JointVector<f64>,
-    /// What drives the links.
+    /// What drives the links: so many states from row to row as there are parts.
     drive: Vec<Motors>,
     /// The same with less of the encoders' noise, for what gears remember: each wiggle makes them
     /// forget.
@@ -85,7 +91,7 @@ pub(super) struct Moving {
     motors_move: bool,
     /// Jerk of the motors at the first row, rad/s³, where a free motion's log begins in motion.
     jerk: Option<JointVector<f64>>,
-    /// What the motors did, for their torque: smoothed.
+    /// What the motors did at each row, for their torque: smoothed.
     motor: Vec<Motors>,
     position: Option<Vec<Vector3<f64>>>,
     rotation: Option<Vec<Matrix3<f64>>>,
@@ -118,28 +124,32 @@ impl Moving {
         let s = &log.samples;
         let n = s.time.len();
         let period = period(log);
-        let columns: Vec<Vec<f64>> =
-            (0..6).map(|i| s.encoder.iter().map(|q| q[i]).collect()).collect();
+        let encoder = known(&noise.encoder, log, LogChannel::Encoder)?;
+        let parts = ((period / DRIVE_PERIOD - 1e-6).ceil() as usize).max(1);
+        let part = period / parts as f64;
+        // A spline holds the noise of its rows in as narrow a band as they do.
+        let scatter = JointVector::from_fn(|i, _| encoder[i].deviation * (parts as f64).sqrt());
+        let columns: [Vec<f64>; 6] = std::array::from_fn(|i| {
+            finer(&s.encoder.iter().map(|q| q[i]).collect::<Vec<f64>>(), parts)
+        });
+        let states = columns[0].len();
         let smoothed = |band: f64| -> Vec<Motors> {
-            let smooth = LowPass::new(band.min(0.2 / period), period);
-            let series: Vec<[Vec<f64>; 3]> = columns
-                .iter()
-                .map(|c| [smooth.smooth(0, c), smooth.smooth(1, c), smooth.smooth(2, c)])
-                .collect();
+            let smooth = LowPass::new(band, part);
+            let series = columns
+                .each_ref()
+                .map(|c| [smooth.smooth(0, c), smooth.smooth(1, c), smooth.smooth(2, c)]);
             let six = |d: usize, k: usize| JointVector::from_fn(|i, _| series[i][d][k]);
-            (0..n)
+            (0..states)
                 .map(|k| Motors { angle: six(0, k), rate: six(1, k), acceleration: six(2, k) })
                 .collect()
         };
-        let encoder = known(&noise.encoder, log, LogChannel::Encoder)?;
-        let in_bands: Vec<Bands> = (0..6)
-            .map(|i| Bands::of(&DRIVE_BANDS, period, encoder[i].deviation, &columns[i]))
-            .collect();
+        let in_bands: [Bands; 6] =
+            std::array::from_fn(|i| Bands::of(&DRIVE_BANDS, part, scatter[i], &columns[i]));
         let agreeing = |within: f64| -> Vec<Vec<Smoothed>> {
             in_bands.iter().map(|bands| bands.in_agreement(within)).collect()
         };
         let driven_by = |columns: &[Vec<Smoothed>]| -> Vec<Motors> {
-            (0..n)
+            (0..states)
                 .map(|k| Motors {
                     angle: JointVector::from_fn(|i, _| columns[i][k].value),
                     rate: JointVector::from_fn(|i, _| columns[i][k].rate),
@@ -156,19 +166,15 @@ impl Moving {
         // A filter's window has one side only at the ends; where the motors move there, a cubic
         // stands in.
         let mut motor = smoothed(MOTOR_BAND);
-        // By how much smoothing changes it: rows too far apart for a wider band leave a narrower one.
-        let quickest = 0.2 / period;
-        let mut otherwise = smoothed(match quickest >= 2.0 * MOTOR_BAND {
-            true => 2.0 * MOTOR_BAND,
-            false => 0.5 * MOTOR_BAND.min(quickest),
-        });
+        // By how much smoothing changes it.
+        let mut otherwise = smoothed(2.0 * MOTOR_BAND);
         let ends: [Option<[Beginning; 6]>; 2] = [false, true].map(|back| {
             let of = |i: usize| {
                 let mut column = columns[i].clone();
                 if back {
                     column.reverse();
                 }
-                Beginning::of(period, encoder[i].deviation, &column)
+                Beginning::of(part, scatter[i], &column)
             };
             let all: Vec<Beginning> = (0..6).map_while(of).collect();
             <[Beginning; 6]>::try_from(all).ok().filter(|e| e.iter().any(|b| b.moving))
@@ -179,12 +185,12 @@ impl Moving {
             for (i, beginning) in end.iter().flatten().enumerate() {
                 for k in 0..beginning.length / 2 {
                     let sign = if back == 1 { -1.0 } else { 1.0 };
-                    let [angle, rate, acceleration] = beginning.after(k as f64 * period);
-                    let row = if back == 1 { n - 1 - k } else { k };
+                    let [angle, rate, acceleration] = beginning.after(k as f64 * part);
+                    let state = if back == 1 { states - 1 - k } else { k };
                     for series in [&mut drive, &mut even, &mut motor, &mut otherwise] {
-                        series[row].angle[i] = angle;
-                        series[row].rate[i] = sign * rate;
-                        series[row].acceleration[i] = acceleration;
+                        series[state].angle[i] = angle;
+                        series[state].rate[i] = sign * rate;
+                        series[state].acceleration[i] = acceleration;
                     }
                 }
             }
@@ -192,7 +198,7 @@ impl Moving {
         let jerk = ends[0].map(|all| JointVector::from_fn(|i, _| all[i].derivatives[3]));
         // The links swing on from how they start.
         for i in (0..6).filter(|_| jerk.is_none()) {
-            let (angle, rate) = start(period, encoder[i].deviation, &columns[i]);
+            let (angle, rate) = start(part, scatter[i], &columns[i]);
             for series in [&mut drive, &mut even] {
                 (series[0].angle[i], series[0].rate[i]) = (angle, rate);
             }
@@ -231,21 +237,25 @@ impl Moving {
         let every =
             ((0.5 / (1.25 * TORQUE_BAND.min(0.2 / period) * period)).floor() as usize).max(1);
         // What is smoothed for the torque is one-sided where the motors move at an end.
-        let half = LowPass::new(MOTOR_BAND.min(0.2 / period), period).half();
+        let half = LowPass::new(MOTOR_BAND, part).half().div_ceil(parts);
         let [first, last] =
             ends.each_ref().map(|end| band.half() + if end.is_some() { half } else { 0 });
         let torque_rows: Vec<usize> = (first..n.saturating_sub(last)).step_by(every).collect();
 
+        let at_rows =
+            |states: Vec<Motors>| -> Vec<Motors> { states.into_iter().step_by(parts).collect() };
+        let otherwise = at_rows(otherwise);
         let mut moving = Self {
             period,
-            substeps: (period / STEP - 1e-9).ceil().max(1.0) as usize,
+            parts,
+            substeps: (part / STEP - 1e-9).ceil().max(1.0) as usize,
             time: s.time.clone(),
             drive,
             even,
             swing: None,
             motors_move,
             jerk,
-            motor,
+            motor: at_rows(motor),
             margin: JointVector::from_fn(|i, _| 3.0 * encoder[i].deviation),
             drive_band: DRIVE_BANDS[bands[bands.len() / 2]],
             position: s.position.clone(),
@@ -271,18 +281,19 @@ impl Moving {
 
     /// Takes the links from the row before to this one; those afloat to where they were seen.
     fn advance(&self, robot: &ElasticRobot, links: &mut Links, row: usize) -> Result<(), Diverged> {
-        if row > 0 {
-            let time = row as f64 * self.period + self.time[0];
-            links.swinging.advance(robot, &self.drive[row], time, self.substeps)?;
+        let last = row * self.parts;
+        for state in last.saturating_sub(self.parts - 1).max(1)..=last {
+            let time = state as f64 * self.period / self.parts as f64 + self.time[0];
+            links.swinging.advance(robot, &self.drive[state], time, self.substeps)?;
             if let Some(even) = &mut links.even {
-                even.advance(robot, &self.even[row], time, self.substeps)?;
+                even.advance(robot, &self.even[state], time, self.substeps)?;
                 links.swinging.remember(&even.memory());
             }
         }
         if let Some(afloat) = &mut links.afloat {
             let link = links.swinging.drives().link;
             let seen = self.seen(robot, &link, row);
-            let moved = afloat.moved(robot, &self.drive[row].angle, &link, &seen);
+            let moved = afloat.moved(robot, &self.drive[last].angle, &link, &seen);
             for links in [&mut links.swinging].into_iter().chain(&mut links.even) {
                 links.displace(&moved.by, &moved.rate);
             }
@@ -312,7 +323,7 @@ impl Moving {
         self.motors_move || self.swing.is_some()
     }
 
-    /// Where the motors were at every instant.
+    /// Where the motors were, row by row and between rows that are far apart.
     pub(super) fn motors(&self) -> &[Motors] {
         &self.drive
     }
@@ -325,7 +336,7 @@ impl Moving {
         known: Option<&Arc<DMatrix<f64>>>,
         before: Option<&Motion>,
     ) -> Result<Motion, Diverged> {
-        let n = self.drive.len();
+        let n = self.time.len();
         /// The slopes are taken once; a few rounds bring the start to where the model has it.
         const ROUNDS: usize = 3;
         let afloat = BacklashObserver::new(robot, self.margin, self.period);

@@ -4,14 +4,16 @@
 use super::super::columns::{Dropouts, filled, filled_vectors, rows_a_reading, rows_a_vector};
 use super::super::compared::{list, none_where_missing};
 use super::super::{Compared, Model, PredictError, Quantity, known};
-use super::Moving;
+use super::{DRIVE_BANDS, MOTOR_BAND, Moving};
 use crate::data::channel::LogChannel;
-use crate::data::fir::LowPass;
-use crate::data::log::Log;
+use crate::data::fir::{LowPass, finer};
+use crate::data::log::{Log, LogKind};
 use crate::data::noise::{Level, NoiseLevels};
 use nalgebra::{Complex, SMatrix, SVector};
 use std::f64::consts::TAU;
+use trueweld_core::JointVector;
 use trueweld_plant::integrate::link_dynamics::Motors;
+use trueweld_plant::robot::{ElasticRobot, INTERNAL_STATES};
 
 /// Postures along a log at which the noise's way through the arm is worked out, the grid of
 /// frequencies for it, Hz (a mode of 10 Hz with 3 % damping is 0.6 Hz wide), and the highest that
@@ -28,6 +30,22 @@ struct Through {
     tool: SVector<f64, 6>,
     /// Motor torque in its band, N·m.
     torque: SVector<f64, 6>,
+}
+
+/// Share of the error of a spline through every other row that one through all rows has: it grows with
+/// the third power of the time between them where jerk jumps, as in motions that were planned, and with
+/// the second where acceleration does, as under a brake.
+const PLANNED: f64 = 1.0 / 8.0;
+const BRAKED: f64 = 1.0 / 4.0;
+
+/// What rows that are far apart do not tell of the motors' motion, as it reaches what is predicted: an
+/// estimate of its size at each row, in its shape.
+#[derive(Default)]
+struct Untold {
+    /// Link angles, rad.
+    link: Vec<JointVector<f64>>,
+    /// Motor torque, N·m.
+    torque: Vec<JointVector<f64>>,
 }
 
 impl Moving {
@@ -47,6 +65,19 @@ impl Moving {
         }
         let encoder = known(&noise.encoder, log, LogChannel::Encoder)?;
         let through = self.through(model, &encoder);
+        let untold = self.untold(model, log).unwrap_or_default();
+        let untold_link = |row: usize, i: usize| match untold.link.as_slice() {
+            [] => 0.0,
+            link => self.calmed(link.len(), row, |k| link[k][i]),
+        };
+        let untold_tool = |row: usize| {
+            let moved = JointVector::from_fn(|i, _| untold_link(row, i));
+            match moved.amax() > 0.0 {
+                true => model.robot.frames(&log.samples.encoder[row]).jacobian().0 * moved,
+                false => moved,
+            }
+        };
+        let untold_tool: Vec<_> = self.pose_rows.iter().map(|row| untold_tool(*row)).collect();
         let white = self.calm.as_ref().map_or(1.0, |low| low.gain(0).sqrt());
         // What is compared row by row is as noisy as a reading.
         let seldom = |series| self.calm.as_ref().map_or(1.0, |low| rows_a_vector(series, low));
@@ -58,7 +89,8 @@ impl Moving {
             list(compared, Quantity::Position, rows, 0..3, |k, c| {
                 let read = |k: usize| bridged.as_ref().map_or(position[k][c], |all| all[c][k]);
                 let measured = self.calmed(position.len(), rows[k], read);
-                let deviation = (level[c].deviation * white).hypot(through.tool[3 + c]);
+                let own = (level[c].deviation * white).hypot(through.tool[3 + c]);
+                let deviation = own.hypot(untold_tool[k][3 + c]);
                 (measured, deviation, level[c].stated)
             });
         }
@@ -67,7 +99,8 @@ impl Moving {
             let white = white * seldom(&log.samples.rotation).sqrt();
             let turned = (through.tool.fixed_rows::<3>(0).norm_squared() / 3.0).sqrt();
             list(compared, Quantity::Rotation, rows, 0..3, |k, c| {
-                let deviation = (level[c].deviation * white).hypot(turned);
+                let own = (level[c].deviation * white).hypot(turned);
+                let deviation = own.hypot(untold_tool[k][c]);
                 let is_bridged = self.calm.is_some();
                 let measured =
                     if is_bridged { 0.0 } else { none_where_missing(&rotation[rows[k]]) };
@@ -79,10 +112,11 @@ impl Moving {
             let level = known(&noise.link_encoder[i..=i], log, LogChannel::LinkEncoder)?[0];
             let read = series.iter().map(|v| v.is_finite());
             let seldom = self.calm.as_ref().map_or(1.0, |low| rows_a_reading(read, low));
-            let deviation = (level.deviation * white * seldom.sqrt()).hypot(through.link[i]);
+            let own = (level.deviation * white * seldom.sqrt()).hypot(through.link[i]);
             let bridged = filled(series).filter(|_| self.calm.is_some());
             let read = bridged.as_ref().unwrap_or(series);
             list(compared, Quantity::LinkEncoder, rows, i..i + 1, |k, _| {
+                let deviation = own.hypot(untold_link(rows[k], i));
                 (self.calmed(read.len(), rows[k], |k| read[k]), deviation, level.stated)
             });
         }
@@ -97,11 +131,16 @@ impl Moving {
             let white = own.hypot(through.torque[i]);
             let friction = self.friction_slope(model, i);
             let inexact = self.inexact(model, otherwise, i);
+            let untold: Vec<f64> = match untold.torque.as_slice() {
+                [] => vec![0.0; n],
+                torque => torque.iter().map(|t| t[i]).collect(),
+            };
             let rate = encoder[i].deviation * self.band.gain(1).sqrt();
             list(compared, Quantity::MotorTorque, rows, i..i + 1, |k, _| {
                 let banded = |series: &[f64]| self.band.at(0, |k| series[k], n, rows[k]);
                 // Where a joint turns round, friction makes torque of the noise in its rate.
-                let deviation = white.hypot(rate * banded(&friction)).hypot(banded(&inexact));
+                let inexact = banded(&inexact).hypot(banded(&untold));
+                let deviation = white.hypot(rate * banded(&friction)).hypot(inexact);
                 let dropped = dropouts.within(self.band.half(), rows[k]);
                 let measured = if dropped { f64::NAN } else { banded(&whole) };
                 (measured, deviation, level.stated)
@@ -120,6 +159,56 @@ impl Moving {
         self.motor.iter().zip(otherwise).map(|(m, o)| torque(m) - torque(o)).collect()
     }
 
+    /// What the rows do not tell: what the arm does otherwise where a spline through every other row
+    /// drives it. `None` where rows are as near as what drives the links, or the arm cannot be driven.
+    fn untold(&self, model: &Model, log: &Log) -> Option<Untold> {
+        if self.parts == 1 {
+            return None;
+        }
+        let n = self.time.len();
+        let robot = ElasticRobot::with_effects(&model.robot, &[], None).ok()?;
+        let still = SVector::<f64, 12>::zeros();
+        let part = self.period / self.parts as f64;
+        let drive = LowPass::new(DRIVE_BANDS[0].min(0.2 / part), part);
+        let motor = LowPass::new(MOTOR_BAND, part);
+        let driven = |every: usize| -> Option<Vec<[JointVector<f64>; 2]>> {
+            let columns: [[Vec<f64>; 3]; 6] = std::array::from_fn(|i| {
+                let rows: Vec<f64> =
+                    log.samples.encoder.iter().step_by(every).map(|q| q[i]).collect();
+                let fine = finer(&rows, every * self.parts);
+                [drive.smooth(0, &fine), drive.smooth(1, &fine), motor.smooth(2, &fine)]
+            });
+            let six = |d: usize, k: usize| JointVector::from_fn(|i, _| columns[i][d][k]);
+            let mut links = self.start(&robot, &[0.0; INTERNAL_STATES], &still);
+            let mut rows = Vec::with_capacity(n);
+            for state in 0..columns[0][0].len() {
+                let motors = Motors {
+                    angle: six(0, state),
+                    rate: six(1, state),
+                    acceleration: JointVector::zeros(),
+                };
+                if state > 0 {
+                    let time = state as f64 * part + self.time[0];
+                    links.advance(&robot, &motors, time, self.substeps).ok()?;
+                }
+                if state.is_multiple_of(self.parts) {
+                    let inertia = model.robot.rotor_inertia().component_mul(&six(2, state));
+                    rows.push([links.drives().link, links.spring(&robot) + inertia]);
+                }
+            }
+            Some(rows)
+        };
+        let share = if log.kind == LogKind::RingDown { BRAKED } else { PLANNED };
+        let apart = driven(1)?
+            .into_iter()
+            .zip(driven(2)?)
+            .map(|(all, half)| [0, 1].map(|what: usize| (all[what] - half[what]) * share));
+        let (mut link, mut torque): (Vec<_>, Vec<_>) = apart.map(|[l, t]| (l, t)).unzip();
+        link.resize(n, JointVector::zeros());
+        torque.resize(n, JointVector::zeros());
+        Some(Untold { link, torque })
+    }
+
     /// Slope of the model's friction by the rate at every row, N·m·s/rad.
     fn friction_slope(&self, model: &Model, i: usize) -> Vec<f64> {
         let friction = &model.robot.parameters().friction;
@@ -132,7 +221,8 @@ impl Moving {
     fn through(&self, model: &Model, encoder: &[Level]) -> Through {
         let mut sum =
             (SVector::<f64, 6>::zeros(), SVector::<f64, 6>::zeros(), SVector::<f64, 6>::zeros());
-        let drive = LowPass::new(self.drive_band.min(0.2 / self.period), self.period);
+        let part = self.period / self.parts as f64;
+        let drive = LowPass::new(self.drive_band.min(0.2 / part), part);
         for posture in 0..POSTURES {
             let k = (2 * posture + 1) * (self.drive.len() - 1) / (2 * POSTURES);
             let frames = model.robot.frames(&self.drive[k].angle);
@@ -144,7 +234,7 @@ impl Moving {
                 let w = TAU * frequency;
                 let spring =
                     SMatrix::<Complex<f64>, 6, 6>::from_diagonal(&model.robot.dynamic_stiffness(w));
-                let pass = drive.response(frequency, self.period);
+                let pass = drive.response(frequency, part);
                 if let Some(inverse) = model.robot.dynamic_compliance(&frames, w) {
                     // One-sided density of white noise: 2 σ²/f_s; a step of the grid takes its
                     // share.

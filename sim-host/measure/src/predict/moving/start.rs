@@ -31,8 +31,9 @@ impl Moving {
         let lowest = model.robot.natural_frequencies(&frames)?[0];
         let length = (SWING_PERIODS * TAU / lowest / self.period) as usize;
         let rate = self.drive[0].rate;
-        let steady = self.drive.iter().take_while(|m| (m.rate - rate).amax() < STEADY).count();
-        let length = length.min(steady).min(self.drive.len());
+        let rows = self.drive.iter().step_by(self.parts);
+        let steady = rows.take_while(|m| (m.rate - rate).amax() < STEADY).count();
+        let length = length.min(steady);
         let every = length.div_ceil(SWING_ROWS).max(1);
         let seen = |row: &usize| position[*row].sum().is_finite();
         let rows: Vec<usize> = (0..length).step_by(every).filter(seen).collect();
