@@ -230,29 +230,42 @@ fn readings_between_the_rows_are_put_where_they_were_taken() {
     assert!(comparison.score < 1.2, "{}", comparison.score);
 }
 
+/// Every so many rows of a log.
+fn seldom(name: &str, every: usize) -> Log {
+    let folder = fixture("nothing-missing").join(name);
+    let text = std::fs::read_to_string(folder.join("samples.csv")).unwrap();
+    let (header, rows) = text.split_once('\n').unwrap();
+    let rows: Vec<&str> = rows.lines().step_by(every).collect();
+    let csv = format!("{header}\n{}\n", rows.join("\n"));
+    let line = |line: &str| match line.strip_prefix("period_s = ") {
+        Some(period) => format!("period_s = {}\n", period.parse::<f64>().unwrap() * every as f64),
+        None => format!("{line}\n"),
+    };
+    let toml: String = toml(name).lines().map(line).collect();
+    Log::parse(&toml, csv.as_bytes(), &folder).unwrap()
+}
+
 /// Motors move on between rows that are far apart, and links swing.
 #[test]
 fn motions_and_ringing_in_rows_that_are_far_apart_are_at_the_floor() {
-    for (name, every) in
-        [("free", 5), ("free", 10), ("ring-14", 8), ("ring-25", 12), ("ring-36", 12)]
-    {
-        let folder = fixture("nothing-missing").join(name);
-        let text = std::fs::read_to_string(folder.join("samples.csv")).unwrap();
-        let (header, rows) = text.split_once('\n').unwrap();
-        let rows: Vec<&str> = rows.lines().step_by(every).collect();
-        let csv = format!("{header}\n{}\n", rows.join("\n"));
-        let line = |line: &str| match line.strip_prefix("period_s = ") {
-            Some(period) => {
-                format!("period_s = {}\n", period.parse::<f64>().unwrap() * every as f64)
-            }
-            None => format!("{line}\n"),
-        };
-        let toml: String = toml(name).lines().map(line).collect();
-        let log = Log::parse(&toml, csv.as_bytes(), &folder).unwrap();
-        for channel in &compared(&[log]).logs[0].channels {
+    let cases =
+        [("free", 5), ("free", 10), ("free", 25), ("ring-14", 8), ("ring-25", 12), ("ring-36", 12)];
+    for (name, every) in cases {
+        for channel in &compared(&[seldom(name, every)]).logs[0].channels {
             let (channel, score) = (&channel.name, channel.score);
             assert!((score - 1.0).abs() < 0.2, "{name}, every {every} rows: {channel} {score}");
         }
+    }
+}
+
+#[test]
+fn rows_that_are_too_far_apart_are_left_out_and_are_no_mistake() {
+    for (name, every) in [("free", 50), ("free", 100), ("ring-25", 40)] {
+        let mut logs = [seldom(name, every)];
+        let model = baseline(&model());
+        assert!(find(&mut logs, &model).unwrap().mistakes.is_empty(), "{name} {every}");
+        let error = experiments(&logs, &model).map(drop).unwrap_err().to_string();
+        assert!(error.contains("too far apart"), "{name} {every}: {error}");
     }
 }
 

@@ -160,8 +160,10 @@ pub struct Found {
     pub registered: Vec<Registered>,
 }
 
-/// Sampling period from which on times of a log in motion are not in seconds, s.
+/// Sampling period from which on times of a log in motion are not in seconds, s, unless a joint would
+/// turn faster in another unit than any does, rad/s.
 const SLOWEST: f64 = 0.25;
+const FASTEST: f64 = 20.0;
 
 /// Looks for gross mistakes. Trackers that stand elsewhere than the model's base are registered: their
 /// readings in `logs` are those of a tracker in B afterwards.
@@ -311,11 +313,18 @@ pub fn registrations(logs: &[Log], model: &Model) -> Vec<Registered> {
 /// Logs in motion whose times are not in seconds.
 fn time_units(logs: &[Log]) -> Vec<Mistake> {
     let slow = |log: &&Log| log.kind != LogKind::StaticLoad && period(log) >= SLOWEST;
-    let slow: Vec<&Log> = logs.iter().filter(slow).collect();
+    let mut slow: Vec<&Log> = logs.iter().filter(slow).collect();
     let Some(step) = slow.iter().map(|log| period(log)).reduce(f64::max) else {
         return Vec::new();
     };
     let (unit, factor) = if step < SLOWEST * 1e3 { ("ms", 1e-3) } else { ("us", 1e-6) };
+    slow.retain(|log| {
+        let turned = log.samples.encoder.windows(2).map(|q| (q[1] - q[0]).amax());
+        turned.fold(0.0, f64::max) < FASTEST * factor * period(log)
+    });
+    if slow.is_empty() {
+        return Vec::new();
+    }
     vec![Mistake {
         kind: MistakeKind::TimeUnit,
         channel: LogChannel::Time,

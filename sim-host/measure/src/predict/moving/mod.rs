@@ -44,6 +44,11 @@ const CALM: f64 = 0.5;
 /// apart motors move along a spline, and a filter for such rows would cut off what they did.
 const DRIVE_PERIOD: f64 = 4e-3;
 
+/// Rows that are further apart tell neither of a motion, s, nor of an arm's ringing, in periods of its
+/// lowest mode.
+const SLOWEST: f64 = 0.1;
+const OF_A_PERIOD: f64 = 0.2;
+
 /// Longest step of the links' integration, s: a mode of 50 Hz turns by 0.6 rad in it.
 const STEP: f64 = 2e-3;
 
@@ -124,6 +129,18 @@ impl Moving {
         let s = &log.samples;
         let n = s.time.len();
         let period = period(log);
+        let lowest = || {
+            let frames = model.robot.frames(&s.encoder[n / 2]);
+            model.robot.natural_frequencies(&frames).map(|omega| omega[0] / TAU)
+        };
+        let slowest = match log.kind {
+            LogKind::RingDown => lowest().map_or(f64::INFINITY, |hertz| OF_A_PERIOD / hertz),
+            _ => SLOWEST,
+        };
+        if period > slowest * 1.01 {
+            let what = "its rows are too far apart to tell what the arm did between them";
+            return Err(PredictError::Nothing { log: log.name.clone(), what });
+        }
         let encoder = known(&noise.encoder, log, LogChannel::Encoder)?;
         let parts = ((period / DRIVE_PERIOD - 1e-6).ceil() as usize).max(1);
         let part = period / parts as f64;
@@ -213,10 +230,6 @@ impl Moving {
                     .iter()
                     .flatten()
                     .all(|v| is_bridged(v.iter().map(|v| v.is_finite()), low))
-        };
-        let lowest = || {
-            let frames = model.robot.frames(&s.encoder[n / 2]);
-            model.robot.natural_frequencies(&frames).map(|omega| omega[0] / TAU)
         };
         let calm = (log.kind == LogKind::FreeMotion)
             .then(lowest)

@@ -171,12 +171,15 @@ impl Moving {
         let part = self.period / self.parts as f64;
         let drive = LowPass::new(DRIVE_BANDS[0].min(0.2 / part), part);
         let motor = LowPass::new(MOTOR_BAND, part);
-        let driven = |every: usize| -> Option<Vec<[JointVector<f64>; 2]>> {
-            let columns: [[Vec<f64>; 3]; 6] = std::array::from_fn(|i| {
+        let friction = &model.robot.parameters().friction;
+        let driven = |every: usize| -> Option<Vec<[JointVector<f64>; 3]>> {
+            let columns: [[Vec<f64>; 4]; 6] = std::array::from_fn(|i| {
                 let rows: Vec<f64> =
                     log.samples.encoder.iter().step_by(every).map(|q| q[i]).collect();
                 let fine = finer(&rows, every * self.parts);
-                [drive.smooth(0, &fine), drive.smooth(1, &fine), motor.smooth(2, &fine)]
+                let [angle, rate] = [0, 1].map(|d| drive.smooth(d, &fine));
+                let [motor_rate, acceleration] = [1, 2].map(|d| motor.smooth(d, &fine));
+                [angle, rate, motor_rate, acceleration]
             });
             let six = |d: usize, k: usize| JointVector::from_fn(|i, _| columns[i][d][k]);
             let mut links = self.start(&robot, &[0.0; INTERNAL_STATES], &still);
@@ -192,18 +195,21 @@ impl Moving {
                     links.advance(&robot, &motors, time, self.substeps).ok()?;
                 }
                 if state.is_multiple_of(self.parts) {
-                    let inertia = model.robot.rotor_inertia().component_mul(&six(2, state));
-                    rows.push([links.drives().link, links.spring(&robot) + inertia]);
+                    let rate = six(2, state);
+                    let inertia = model.robot.rotor_inertia().component_mul(&six(3, state));
+                    let rubbed = JointVector::from_fn(|i, _| friction.torque(i, rate[i]).0);
+                    rows.push([links.drives().link, links.spring(&robot) + inertia, rubbed]);
                 }
             }
             Some(rows)
         };
         let share = if log.kind == LogKind::RingDown { BRAKED } else { PLANNED };
-        let apart = driven(1)?
-            .into_iter()
-            .zip(driven(2)?)
-            .map(|(all, half)| [0, 1].map(|what: usize| (all[what] - half[what]) * share));
-        let (mut link, mut torque): (Vec<_>, Vec<_>) = apart.map(|[l, t]| (l, t)).unzip();
+        // Friction turns round at once: not by a share, but in a share of the rows.
+        let apart = driven(1)?.into_iter().zip(driven(2)?).map(|(all, half)| {
+            let [link, torque, rubbed] = [0, 1, 2].map(|what: usize| all[what] - half[what]);
+            (link * share, torque * share + rubbed * share.sqrt())
+        });
+        let (mut link, mut torque): (Vec<_>, Vec<_>) = apart.unzip();
         link.resize(n, JointVector::zeros());
         torque.resize(n, JointVector::zeros());
         Some(Untold { link, torque })
