@@ -269,6 +269,21 @@ fn rows_that_are_too_far_apart_are_left_out_and_are_no_mistake() {
     }
 }
 
+/// At 600 rpm in rows of 96 ms the spindle turns by 0.96 of a turn from row to row.
+#[test]
+fn forces_in_which_the_spindle_looks_slow_are_left_out() {
+    for (every, folds) in [(5, false), (8, true)] {
+        let mut logs = vec![seldom("weld-1", every)];
+        let experiments = of_comparable(&mut logs, &baseline(&model())).unwrap();
+        let has = |channel| experiments[0].compared.iter().any(|c| c.quantity.channel() == channel);
+        assert!(has("tcp_position") && has("force") != folds, "every {every} rows");
+        let is_told = |n: &LogNotice| matches!(n, LogNotice::Folded { order: 1.0, .. });
+        assert_eq!(logs[0].notices.iter().any(is_told), folds, "every {every} rows");
+        let score = compared(&logs).score;
+        assert!((score - 1.0).abs() < 0.15, "every {every} rows: {score}");
+    }
+}
+
 /// The tool points down, where rotation vectors flip their sign from reading to reading, and the
 /// spindle's side shows in newtons by where the tool was seen.
 #[test]

@@ -26,6 +26,7 @@ mod standing;
 
 pub(crate) use columns::period;
 pub use compared::{Compared, Quantity};
+pub(crate) use contact::Folded;
 pub use memory::{StartFit, StartState};
 pub(crate) use standing::hung;
 
@@ -157,6 +158,8 @@ pub struct Experiment {
     pub(crate) registered: bool,
     /// True where a measured force drives the prediction or is compared.
     force: bool,
+    /// The spindle's line for which forces are not compared.
+    pub(crate) folded: Option<Folded>,
     /// The tracker's clock, where it is not given.
     clock: Option<OpenClock>,
     /// True where the log begins in motion or under a load: gears may remember anything then.
@@ -170,6 +173,7 @@ impl Experiment {
     /// [`PredictError`].
     pub fn new(log: &Log, noise: &NoiseLevels, model: &Model) -> Result<Self, PredictError> {
         let mut compared = Vec::new();
+        let mut folded = None;
         let (mut standing, mut moving, mut contact) = (None, None, None);
         match log.kind {
             LogKind::StaticLoad => {
@@ -180,7 +184,7 @@ impl Experiment {
             }
             LogKind::Weld => {
                 standing = standing::Standing::of_weld(log, noise, model, &mut compared)?;
-                contact = contact::Contact::new(log, noise, model, &mut compared)?;
+                contact = contact::Contact::new(log, noise, model, &mut compared, &mut folded)?;
             }
         }
         let of_poses =
@@ -219,6 +223,7 @@ impl Experiment {
             target: log.origin.target,
             registered: log.origin.is_registered(),
             force,
+            folded,
             clock,
             starts_anywhere,
         })

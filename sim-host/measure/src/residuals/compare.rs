@@ -11,7 +11,7 @@ use crate::data::noise::{Scatter, instruments, scatters};
 use crate::fit::per_log;
 use crate::fit::{FitProblem, FitState};
 use crate::mistakes::{Found, Registered};
-use crate::predict::{Compared, Experiment, Model, PredictError, Prediction, Quantity};
+use crate::predict::{Compared, Experiment, Folded, Model, PredictError, Prediction, Quantity};
 use crate::residuals::finding::{Finding, column_label};
 use crate::residuals::localize::localize;
 use rayon::prelude::*;
@@ -183,7 +183,8 @@ pub fn experiments(logs: &[Log], model: &Model) -> Result<Vec<Experiment>, Predi
 }
 
 /// The same, of logs of which some may have nothing to compare, as a short piece of a log that was
-/// cut: those are taken out of `logs`, and the notices of the first that stays say so.
+/// cut: those are taken out of `logs`, and the notices of the first that stays say so. Notices of a
+/// weld say where its forces are left out.
 ///
 /// # Errors
 /// As [`experiments`]; [`PredictError::Nothing`] only where no log can be compared.
@@ -215,6 +216,12 @@ pub fn of_comparable(logs: &mut Vec<Log>, model: &Model) -> Result<Vec<Experimen
         }
         *logs = kept;
         made = stay;
+    }
+    for (log, made) in logs.iter_mut().zip(&made) {
+        if let Ok(Experiment { folded: Some(Folded { order, frequency }), period, .. }) = made {
+            let (order, frequency, period) = (*order, *frequency, *period);
+            log.notices.push(LogNotice::Folded { order, frequency, period });
+        }
     }
     made.into_iter().collect()
 }

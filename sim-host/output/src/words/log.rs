@@ -83,6 +83,11 @@ pub fn notice(notice: &LogNotice) -> String {
             named(columns),
             listed(stretches)
         ),
+        LogNotice::Folded { order, frequency, period } => format!(
+            "forces are not compared: in rows {:.0} ms apart the spindle's order {order} looks like a \
+             force of {frequency:.2} Hz",
+            1e3 * period
+        ),
         LogNotice::LeftOut { log, what } => {
             format!("the log `{log}` beside it has nothing to compare and is left out: {what}")
         }
@@ -166,6 +171,7 @@ mod tests {
                 unit: "N",
                 left_out: false,
             },
+            LogNotice::Folded { order: 1.0, frequency: 0.41, period: 0.096 },
             LogNotice::LeftOut { log: "weld, 4 of 7".to_owned(), what: "it is too short" },
         ];
         let lines: Vec<String> = all.iter().map(notice).collect();

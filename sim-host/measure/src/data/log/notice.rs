@@ -94,6 +94,16 @@ pub enum LogNotice {
         /// True where they are not compared; false where there are too many of them.
         left_out: bool,
     },
+    /// Forces of a weld that are not compared: rows are so far apart that a line of the spindle shows as a
+    /// slow force.
+    Folded {
+        /// Order of the ripple.
+        order: f64,
+        /// What the rows show it at, Hz.
+        frequency: f64,
+        /// Period of the rows, s.
+        period: f64,
+    },
     /// Another log of the same campaign has nothing to compare.
     LeftOut {
         /// Its name.

@@ -33,6 +33,9 @@ use trueweld_plant::simulate::Seam;
 const BAND: f64 = 1.2;
 const SPINDLE_SHARE: f64 = 0.2;
 
+/// Band up to which a filter of the slow force lets anything through, in its bands.
+const PASSED: f64 = 1.5;
+
 /// Band in which the tool is followed, in bands of the slow force. It passes whole what that band
 /// passes, so that a force that jumps is smoothed once, as the measured one is, and nothing at the
 /// spindle's frequency.
@@ -103,12 +106,35 @@ impl ChannelStart {
     }
 }
 
+/// A line of the spindle that rows are too far apart for: they show it as a slow force.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Folded {
+    /// Order of the ripple.
+    pub order: f64,
+    /// What the rows show it at, Hz.
+    pub frequency: f64,
+}
+
+impl Folded {
+    /// The first line of a process that rows show within the band of the slow force; `turning` in Hz.
+    fn of(process: &Process, turning: f64, band: f64, period: f64) -> Option<Self> {
+        let lines = process.ripple.iter().map(|ripple| {
+            let turns = ripple.order * turning * period;
+            Self { order: ripple.order, frequency: (turns - turns.round()).abs() / period }
+        });
+        lines.into_iter().find(|line| line.frequency < PASSED * band)
+    }
+}
+
 impl Contact {
+    /// What can be compared of a weld's forces: nothing where the log lacks what that needs, or where
+    /// `folded` is given a line of the spindle that its rows show as a slow force.
     pub(super) fn new(
         log: &Log,
         noise: &NoiseLevels,
         model: &Model,
         compared: &mut Vec<Compared>,
+        folded: &mut Option<Folded>,
     ) -> Result<Option<Self>, PredictError> {
         let s = &log.samples;
         let n = s.time.len();
@@ -136,6 +162,10 @@ impl Contact {
         let turning = mean_abs(&spindle) / std::f64::consts::TAU;
         let band = BAND.min(SPINDLE_SHARE * turning).min(0.2 / period);
         if band.is_nan() || band <= 0.0 {
+            return Ok(None);
+        }
+        *folded = Folded::of(&process, turning, band, period);
+        if folded.is_some() {
             return Ok(None);
         }
         let low = LowPass::new(band, period);
