@@ -44,7 +44,7 @@ const CALM: f64 = 0.5;
 /// apart motors move along a spline, and a filter for such rows would cut off what they did.
 const DRIVE_PERIOD: f64 = 4e-3;
 
-/// Rows that are further apart tell neither of a motion, s, nor of an arm's ringing, in periods of its
+/// Rows that are further apart tell nothing of a motion, s, nor of an arm's ringing, in periods of its
 /// lowest mode.
 const SLOWEST: f64 = 0.1;
 const OF_A_PERIOD: f64 = 0.2;
@@ -133,8 +133,8 @@ impl Moving {
             let frames = model.robot.frames(&s.encoder[n / 2]);
             model.robot.natural_frequencies(&frames).map(|omega| omega[0] / TAU)
         };
-        let slowest = match log.kind {
-            LogKind::RingDown => lowest().map_or(f64::INFINITY, |hertz| OF_A_PERIOD / hertz),
+        let slowest = match lowest() {
+            Some(hertz) if log.kind == LogKind::RingDown => SLOWEST.min(OF_A_PERIOD / hertz),
             _ => SLOWEST,
         };
         if period > slowest * 1.01 {
