@@ -33,6 +33,23 @@ fn a_damping_and_a_process_that_are_off_by_up_to_a_factor_of_two_come_out_right(
     }
 }
 
+/// Three ring-downs that hardly tell A6, whose stiffness went to and fro with the noise that it lets
+/// through.
+#[test]
+fn the_damping_behind_ring_downs_alone_is_found() {
+    let folder = fixture("campaigns/nothing-missing");
+    let model = ModelFile::read(folder.join("model.toml")).expect("a model");
+    let rings = ["ring-14", "ring-25", "ring-36"].map(|name| folder.join(name));
+    let (_, logs) = read_logs(&rings).expect("logs");
+    let found = identify(Target::Damping, &model, logs, &|_, _| ()).expect("identified");
+    let told: Vec<_> = found.numbers.iter().filter(|n| n.interval.is_some()).collect();
+    assert_eq!(told.len(), 5, "{told:?}");
+    for number in told {
+        let [low, high] = number.interval.expect("told");
+        assert!(low < number.given && number.given < high, "{number:?}");
+    }
+}
+
 /// The fixture's campaign is MuJoCo's, recorded of the model as its files state it.
 #[test]
 fn the_stiffness_behind_an_independent_simulators_loads_is_found() {

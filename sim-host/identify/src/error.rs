@@ -41,7 +41,7 @@ pub enum IdentifyError {
     Model(ModelError),
     /// The fit does not converge.
     #[error(
-        "the fit does not converge in {passes} passes: the logs do not fit the model at any value; `trueweld diagnose` looks for what is missing in it"
+        "the numbers do not come to rest in {passes} passes: the model may lack something, which `trueweld diagnose` looks for"
     )]
     NotConverged {
         /// Passes made.

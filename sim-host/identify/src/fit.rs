@@ -167,6 +167,7 @@ pub(crate) fn converge(
 ) -> Result<Fit, IdentifyError> {
     let n = asked.len();
     let (mut total, mut told) = (vec![0.0; n], vec![true; n]);
+    let mut last = vec![0.0; n];
     let mut model = given.clone();
     for number in 0..PASSES {
         done(number as f64 / LIKELY);
@@ -204,7 +205,10 @@ pub(crate) fn converge(
             return Ok(Fit { model, logs, bench, fitted, indices, covariance, told, found });
         }
         for k in 0..n {
-            total[k] = if tells[k] { total[k] + moved[k] } else { 0.0 };
+            // The noise carried into a prediction follows the numbers, and may take a number to and fro:
+            // what it turns back by, it goes half of.
+            last[k] = if moved[k] * last[k] < 0.0 { 0.5 * moved[k] } else { moved[k] };
+            total[k] = if tells[k] { total[k] + last[k] } else { 0.0 };
         }
         told = tells;
         let moved = asked.iter().zip(&total).filter(|(_, total)| **total != 0.0);
