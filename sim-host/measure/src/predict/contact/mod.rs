@@ -118,11 +118,11 @@ pub(crate) struct Folded {
 impl Folded {
     /// The first line of a process that rows show within the band of the slow force; `turning` in Hz.
     fn of(process: &Process, turning: f64, band: f64, period: f64) -> Option<Self> {
-        let lines = process.ripple.iter().map(|ripple| {
+        let mut lines = process.ripple.iter().map(|ripple| {
             let turns = ripple.order * turning * period;
             Self { order: ripple.order, frequency: (turns - turns.round()).abs() / period }
         });
-        lines.into_iter().find(|line| line.frequency < PASSED * band)
+        lines.find(|line| line.frequency < PASSED * band)
     }
 }
 

@@ -129,11 +129,9 @@ impl Moving {
         let s = &log.samples;
         let n = s.time.len();
         let period = period(log);
-        let lowest = || {
-            let frames = model.robot.frames(&s.encoder[n / 2]);
-            model.robot.natural_frequencies(&frames).map(|omega| omega[0] / TAU)
-        };
-        let slowest = match lowest() {
+        let frames = model.robot.frames(&s.encoder[n / 2]);
+        let lowest = model.robot.natural_frequencies(&frames).map(|omega| omega[0] / TAU);
+        let slowest = match lowest {
             Some(hertz) if log.kind == LogKind::RingDown => SLOWEST.min(OF_A_PERIOD / hertz),
             _ => SLOWEST,
         };
@@ -231,9 +229,8 @@ impl Moving {
                     .flatten()
                     .all(|v| is_bridged(v.iter().map(|v| v.is_finite()), low))
         };
-        let calm = (log.kind == LogKind::FreeMotion)
-            .then(lowest)
-            .flatten()
+        let calm = lowest
+            .filter(|_| log.kind == LogKind::FreeMotion)
             .map(|frequency| CALM * frequency)
             .filter(|band| band.is_finite() && *band < 0.2 / period)
             .map(|band| (band, LowPass::new(band, period)))
@@ -287,6 +284,11 @@ impl Moving {
         Ok(moving)
     }
 
+    /// Time between two states of the motors that drive the links, s.
+    fn part(&self) -> f64 {
+        self.period / self.parts as f64
+    }
+
     /// A series at one row, in the band it is compared in.
     fn calmed(&self, length: usize, row: usize, series: impl Fn(usize) -> f64) -> f64 {
         self.calm.as_ref().map_or_else(|| series(row), |low| low.at(0, &series, length, row))
@@ -296,7 +298,7 @@ impl Moving {
     fn advance(&self, robot: &ElasticRobot, links: &mut Links, row: usize) -> Result<(), Diverged> {
         let last = row * self.parts;
         for state in last.saturating_sub(self.parts - 1).max(1)..=last {
-            let time = state as f64 * self.period / self.parts as f64 + self.time[0];
+            let time = state as f64 * self.part() + self.time[0];
             links.swinging.advance(robot, &self.drive[state], time, self.substeps)?;
             if let Some(even) = &mut links.even {
                 even.advance(robot, &self.even[state], time, self.substeps)?;

@@ -168,7 +168,7 @@ impl Moving {
         let n = self.time.len();
         let robot = ElasticRobot::with_effects(&model.robot, &[], None).ok()?;
         let still = SVector::<f64, 12>::zeros();
-        let part = self.period / self.parts as f64;
+        let part = self.part();
         let drive = LowPass::new(DRIVE_BANDS[0].min(0.2 / part), part);
         let motor = LowPass::new(MOTOR_BAND, part);
         let friction = &model.robot.parameters().friction;
@@ -227,7 +227,7 @@ impl Moving {
     fn through(&self, model: &Model, encoder: &[Level]) -> Through {
         let mut sum =
             (SVector::<f64, 6>::zeros(), SVector::<f64, 6>::zeros(), SVector::<f64, 6>::zeros());
-        let part = self.period / self.parts as f64;
+        let part = self.part();
         let drive = LowPass::new(self.drive_band.min(0.2 / part), part);
         for posture in 0..POSTURES {
             let k = (2 * posture + 1) * (self.drive.len() - 1) / (2 * POSTURES);
