@@ -235,7 +235,7 @@ pub fn improve(
             if diagnosis.verdict == Verdict::UnknownEffect
                 && discovered.is_empty()
                 && rules::at_floor(bench, &fitted.at)
-                && !fits_anything(fitted) =>
+                && !fits_anything(bench, fitted) =>
         {
             // Where only calibrations were kept, nothing else was missing.
             match steps.iter().all(|step| step.added.is_empty()) {
@@ -296,8 +296,8 @@ impl Path<'_> {
     /// channel weighed alike. Fits to blocks left out have shown that before.
     fn try_step_by(&mut self, fitted: Fitted, full: Option<&Fitted>, by_channel: bool) -> bool {
         let all = match full {
-            Some(full) => diagnose::found_beside(&fitted, full, |_| true),
-            None => diagnose::found(&fitted, |_| true),
+            Some(full) => diagnose::found_beside(self.bench, &fitted, full, |_| true),
+            None => diagnose::found(self.bench, &fitted, |_| true),
         };
         let (calibration, effects): (Vec<FittedEffect>, Vec<FittedEffect>) =
             all.into_iter().partition(|f| is_calibration(f.effect.kind));

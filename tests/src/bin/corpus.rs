@@ -34,7 +34,7 @@ struct Arguments {
     #[arg(long)]
     short: bool,
     /// The laws outside the library by which discovery is judged, in place of the corpus.
-    #[arg(long, conflicts_with = "short")]
+    #[arg(long)]
     outside: bool,
     /// Only the case of this number.
     #[arg(long)]
@@ -73,7 +73,7 @@ fn go(arguments: &Arguments) -> Result<(), Box<dyn std::error::Error>> {
     }
     let protocol = if arguments.short { Protocol::short() } else { Protocol::usual() };
     let mut cases = match arguments.outside {
-        true => outside::cases(arguments.seed, arguments.cases),
+        true => outside::cases(arguments.seed, arguments.cases, &protocol),
         false => LABORATORY.corpus(arguments.seed, arguments.cases, &protocol),
     };
     cases.iter_mut().for_each(|case| case.recipe.geometry_error = arguments.geometry);

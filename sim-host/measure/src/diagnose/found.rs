@@ -3,9 +3,14 @@
 
 use super::rules;
 use crate::HALF_95;
+use crate::data::log::LogKind;
 use crate::fit::calibration::is_calibration;
-use crate::fit::{self, EffectScope, Fitted};
-use trueweld_plant::effects::{Effect, Role};
+use crate::fit::{self, EffectScope, FitProblem, Fitted};
+use crate::predict::Motion;
+use nalgebra::Vector3;
+use std::collections::BTreeSet;
+use std::f64::consts::TAU;
+use trueweld_plant::effects::{Effect, Location, Role};
 
 /// An effect with fitted values.
 #[derive(Debug, Clone)]
@@ -16,6 +21,8 @@ pub struct FittedEffect {
     pub log: Option<usize>,
     /// 95 % interval of each value.
     pub interval: Vec<[f64; 2]>,
+    /// Turns of a wave that the logs hold; `None` for what is no wave over an angle or a weld.
+    pub turns: Option<f64>,
 }
 
 impl FittedEffect {
@@ -25,9 +32,12 @@ impl FittedEffect {
         self.interval.get(parameter).is_none_or(|[low, high]| low != high)
     }
 
-    /// True for a wave of which the logs hold so little that they do not tell its order, or its
+    /// True for a wave of which the logs hold less than one turn, or do not tell its order, or its
     /// length, from none: a piece of a sine is as good as a parabola, or as a spring with slack.
     pub fn is_unseen_wave(&self) -> bool {
+        if self.turns.is_some_and(|turns| turns < rules::WHOLE_TURN) {
+            return true;
+        }
         let parameters = self.effect.kind.parameters.iter().zip(&self.effect.values);
         parameters.zip(&self.interval).any(|((parameter, value), [low, high])| {
             matches!(parameter.role, Role::Order | Role::Wavelength) && high - low >= 2.0 * value
@@ -62,7 +72,11 @@ const OF_BLOCKS: f64 = 2.262;
 
 /// Fitted effects with their intervals: of what noise makes of the values, or of what the blocks in
 /// time disagree by, whichever is wider.
-pub(crate) fn found(fitted: &Fitted, wanted: impl Fn(EffectScope) -> bool) -> Vec<FittedEffect> {
+pub(crate) fn found(
+    bench: &FitProblem,
+    fitted: &Fitted,
+    wanted: impl Fn(EffectScope) -> bool,
+) -> Vec<FittedEffect> {
     let inflation = rules::trust(fitted);
     let deviations = fitted.linear.solve(None, 0.0, None).map(|s| s.deviations());
     let scatter = fitted.linear.scatter();
@@ -76,6 +90,7 @@ pub(crate) fn found(fitted: &Fitted, wanted: impl Fn(EffectScope) -> bool) -> Ve
             let effect = fitted.point.effect(free.of).clone();
             let interval = effect.values.iter().map(|v| [*v, *v]).collect();
             all.push(FittedEffect {
+                turns: turns(bench, fitted, &effect),
                 effect,
                 log: if let EffectScope::Log(log, _) = free.of { Some(log) } else { None },
                 interval,
@@ -99,11 +114,12 @@ pub(crate) fn found(fitted: &Fitted, wanted: impl Fn(EffectScope) -> bool) -> Ve
 /// of them free. An interval is twice the root mean square of what that fit leaves between the value
 /// and the truth, √(σ² + (v − v̂)²), where this is wider.
 pub(crate) fn found_beside(
+    bench: &FitProblem,
     fitted: &Fitted,
     full: &Fitted,
     wanted: impl Fn(EffectScope) -> bool,
 ) -> Vec<FittedEffect> {
-    let mut all = found(fitted, wanted);
+    let mut all = found(bench, fitted, wanted);
     let Some(step) = full.linear.solve(None, 0.0, None) else { return all };
     let deviations = step.deviations();
     let trust = rules::trust(full);
@@ -147,12 +163,49 @@ pub(crate) fn found_beside(
 }
 
 /// Those that hold for all logs and are no calibrations.
-pub(super) fn found_effects(fitted: &Fitted) -> Vec<FittedEffect> {
+pub(super) fn found_effects(bench: &FitProblem, fitted: &Fitted) -> Vec<FittedEffect> {
     let own = effects_of(fitted);
-    found(fitted, |of| matches!(of, EffectScope::All(i) if own.contains(&i)))
+    found(bench, fitted, |of| matches!(of, EffectScope::All(i) if own.contains(&i)))
 }
 
 /// True where one of these is a wave that the logs do not tell to be one.
-pub(super) fn has_unseen_wave(fitted: &Fitted) -> bool {
-    found_effects(fitted).iter().any(FittedEffect::is_unseen_wave)
+pub(super) fn has_unseen_wave(bench: &FitProblem, fitted: &Fitted) -> bool {
+    found_effects(bench, fitted).iter().any(FittedEffect::is_unseen_wave)
+}
+
+/// Parts of a turn that are told apart where the logs are seen to go through them.
+const PARTS: f64 = 8.0;
+
+/// Turns of a wave over a joint's angle, or along a weld, that the logs hold: as many parts of a turn as
+/// the links were in, wherever these lie, or the longest weld. `None` for another effect, or where no
+/// motion is known.
+fn turns(bench: &FitProblem, fitted: &Fitted, effect: &Effect) -> Option<f64> {
+    let mut waves = effect.kind.parameters.iter().zip(&effect.values);
+    let (role, value) = waves.find_map(|(parameter, value)| match parameter.role {
+        Role::Order | Role::Wavelength => Some((parameter.role, value)),
+        _ => None,
+    })?;
+    let motions = bench.experiments.iter().zip(&fitted.at);
+    let motions = motions.filter_map(|(e, at)| Some((e.kind, at.motion.as_deref()?)));
+    match (role, effect.at) {
+        (Role::Order, Location::Joint(joint)) => {
+            let angles = motions.flat_map(|(_, motion)| motion.link.iter().map(|link| link[joint]));
+            let part = |angle: f64| (PARTS * value * angle / TAU).floor() as i64;
+            let parts: BTreeSet<i64> = angles.map(part).collect();
+            (!parts.is_empty()).then_some(parts.len() as f64 / PARTS)
+        }
+        (Role::Wavelength, _) => {
+            let welds = motions.filter(|(kind, _)| *kind == LogKind::Weld);
+            let longest = welds.filter_map(|(_, motion)| length(motion)).reduce(f64::max);
+            longest.map(|length| length / value)
+        }
+        _ => None,
+    }
+}
+
+/// Distance from where a tool begins to where it ends, m.
+fn length(motion: &Motion) -> Option<f64> {
+    let [first, last] = [motion.tool.first()?, motion.tool.last()?];
+    let way: Vector3<f64> = last.position - first.position;
+    Some(way.norm())
 }

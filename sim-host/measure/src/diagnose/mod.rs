@@ -257,7 +257,7 @@ fn best_that_counts(ground: &Context<'_>, singles: &[Fitted]) -> Option<usize> {
     let best = (0..singles.len()).find(count)?;
     let reach = cost(best) + rules::TIED * rules::trust(&singles[best]);
     let mut tied = (best..singles.len()).take_while(|k| cost(*k) <= reach);
-    Some(tied.find(|k| !has_unseen_wave(&singles[*k]) && count(k)).unwrap_or(best))
+    Some(tied.find(|k| !has_unseen_wave(ground.bench, &singles[*k]) && count(k)).unwrap_or(best))
 }
 
 /// True for two fits of the same effects at the same places.
@@ -275,7 +275,8 @@ fn same_effects(a: &Fitted, b: &Fitted) -> bool {
 /// of both.
 fn from_another(ground: &Context<'_>, singles: &[Fitted]) -> Option<(usize, Explained)> {
     let starts = |k: &usize| {
-        counts(ground.bench, ground.null, &singles[*k]) && !has_unseen_wave(&singles[*k])
+        counts(ground.bench, ground.null, &singles[*k])
+            && !has_unseen_wave(ground.bench, &singles[*k])
     };
     (1..singles.len()).filter(starts).take(rules::STARTS - 1).find_map(|k| {
         let others = search::explained(ground, singles[k].clone());
@@ -285,8 +286,8 @@ fn from_another(ground: &Context<'_>, singles: &[Fitted]) -> Option<(usize, Expl
 
 /// True for an explanation that bends to almost anything: whatever fits as well is as likely, and far
 /// more often it is one thing which the library does not have.
-pub(crate) fn fits_anything(fitted: &Fitted) -> bool {
-    at_one_joint(fitted) || has_unseen_wave(fitted)
+pub(crate) fn fits_anything(bench: &FitProblem, fitted: &Fitted) -> bool {
+    at_one_joint(fitted) || has_unseen_wave(bench, fitted)
 }
 
 /// True for two effects at the same joint, but for waves of several orders.
@@ -312,7 +313,11 @@ fn verdict(bench: &FitProblem, null: &Fitted, chosen: &[Fitted]) -> Verdict {
     // Two effects together bend to much that neither is: they must come near.
     let partly = score < rules::TOO_FAR && left < rules::LEFT && chosen.len() < 2;
     let explained = partly || (near && most) || (at_floor(bench, &best.at) && (near || most));
-    if explained && !fits_anything(best) { Verdict::EffectFound } else { Verdict::UnknownEffect }
+    if explained && !fits_anything(bench, best) {
+        Verdict::EffectFound
+    } else {
+        Verdict::UnknownEffect
+    }
 }
 
 /// `before`: residuals of the model as it was given; `held`: the cost of calibrations alone, each as
@@ -340,12 +345,12 @@ fn conclude(
     let (improved, kept) = sparse::without_doubtful(bench, blocks, (improved, kept));
     let kept: Vec<_> = kept.into_iter().filter(|name| !is_of_registration(bench, name.0)).collect();
     let calibration =
-        found_beside(&improved, best, |of| is_calibration(improved.point.effect(of).kind));
+        found_beside(bench, &improved, best, |of| is_calibration(improved.point.effect(of).kind));
 
     let mut candidates: Vec<Candidate> = singles
         .into_iter()
         .map(|fitted| Candidate {
-            effects: found_effects(&fitted),
+            effects: found_effects(bench, &fitted),
             held_out_before: score_before,
             held_out_after: held_out_score(&fitted),
             probability: 0.0,
@@ -374,7 +379,7 @@ fn conclude(
             let effect = improved.point.effect(of);
             (effect.kind.id, effect.at) == name
         };
-        let item = found_beside(&improved, best, is_it);
+        let item = found_beside(bench, &improved, best, is_it);
         verdict = Verdict::EffectFound;
         nothing = without;
         // What was tried beside all calibrations has no place beside one of them: none of it

@@ -58,6 +58,8 @@ pub const LOOKS_ALIKE: f64 = 0.2;
 pub const SURELY_ONE: f64 = 0.75;
 /// Least probability of an explanation that is named; with less there are too many others.
 pub const LEAST_LIKELY: f64 = 0.125;
+/// Turns of a wave that logs must hold for it to be one.
+pub const WHOLE_TURN: f64 = 1.0;
 /// The gain at three times the limit.
 pub const FAINT: f64 = 9.0 * GAIN;
 /// Share of what the best hypothesis gains from which on another one is fitted in full.

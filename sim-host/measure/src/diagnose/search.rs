@@ -387,6 +387,6 @@ pub(crate) fn further(ground: &Context<'_>, fitted: &Fitted) -> Vec<Fitted> {
     };
     let others = likeliest(screened.iter().filter(|s| !has(s)), rules::FITTED_BESIDE);
     let mut next = fit_all(&beside, &others);
-    next.retain(|f| counts(ground.bench, fitted, f) && !has_unseen_wave(f));
+    next.retain(|f| counts(ground.bench, fitted, f) && !has_unseen_wave(ground.bench, f));
     next
 }

@@ -311,7 +311,7 @@ pub(super) fn without_doubtful(
     blocks: &[Vec<u8>],
     (fitted, mut names): (Fitted, Vec<(&'static str, Location)>),
 ) -> (Fitted, Vec<(&'static str, Location)>) {
-    let all = found(&fitted, |of| is_calibration(fitted.point.effect(of).kind));
+    let all = found(bench, &fitted, |of| is_calibration(fitted.point.effect(of).kind));
     // How far the surest of its values is from nothing, in half of its interval.
     let sure = |name: &(&str, Location)| {
         let own = all.iter().filter(|f| (f.effect.kind.id, f.effect.at) == *name);

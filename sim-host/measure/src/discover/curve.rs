@@ -17,8 +17,21 @@ use trueweld_plant::effects::{Action, Effect, EffectKind};
 pub(super) const SCREENED: usize = 12;
 pub(super) const FITTED: usize = 20;
 
-/// Share of a place that goes by the variable, not by how often it is there.
+/// How places lie over the range of a variable.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Layout {
+    /// Nearly even.
+    Even,
+    /// Half of them even, half of them where the variable often is: for one that is seldom in most of
+    /// its range.
+    Often,
+}
+
+/// Share of a place that goes by the variable where they are nearly even, not by how often it is there.
 const EVENLY: f64 = 0.7;
+
+/// Share of the range by which places by how often a variable is there must be away from even ones.
+const SELDOM: f64 = 0.4;
 
 /// How much a curve may bend from place to place, as shares of its largest value.
 const BENDS: [f64; 7] = [0.001, 0.004, 0.015, 0.05, 0.15, 0.5, 2.0];
@@ -62,22 +75,44 @@ impl Candidate {
         seen
     }
 
-    /// So many places over the range of the variable, half by the variable and half by how often it
-    /// is there; `None` where it hardly changes.
-    pub fn places(&self, context: &Context<'_>, count: usize) -> Option<Vec<f64>> {
+    /// The layouts that suit the variable; none where it hardly changes.
+    pub fn layouts(&self, context: &Context<'_>) -> &'static [Layout] {
+        let seen = self.seen(context);
+        let (Some(first), Some(last)) = (seen.first(), seen.last()) else {
+            return &[];
+        };
+        let range = last - first;
+        if range.is_nan() || range <= LEAST_RANGE * first.abs().max(last.abs()) {
+            return &[];
+        }
+        let away = |(k, value): (usize, &f64)| {
+            (k as f64 / (seen.len() - 1) as f64 - (value - first) / range).abs()
+        };
+        let seldom = seen.iter().enumerate().map(away).fold(0.0, f64::max) > SELDOM;
+        if seldom { &[Layout::Even, Layout::Often] } else { &[Layout::Even] }
+    }
+
+    /// So many places over the range of the variable; `None` where few are apart.
+    pub fn places(&self, context: &Context<'_>, layout: Layout, count: usize) -> Option<Vec<f64>> {
         let seen = self.seen(context);
         let (first, last) = (*seen.first()?, *seen.last()?);
         let range = last - first;
-        if range.is_nan() || range <= LEAST_RANGE * first.abs().max(last.abs()) {
-            return None;
-        }
-        let place = |k: usize| {
-            let share = k as f64 / (count - 1) as f64;
-            let often = seen[((seen.len() - 1) as f64 * share).round() as usize];
-            EVENLY * (first + share * range) + (1.0 - EVENLY) * often
+        let even = |share: f64| first + share * range;
+        let often = |share: f64| seen[((seen.len() - 1) as f64 * share).round() as usize];
+        let share = |k: usize, of: usize| k as f64 / (of - 1) as f64;
+        let (mut places, nearest): (Vec<f64>, f64) = match layout {
+            Layout::Even => {
+                let place = |s: f64| EVENLY * even(s) + (1.0 - EVENLY) * often(s);
+                ((0..count).map(|k| place(share(k, count))).collect(), 0.1 * range / count as f64)
+            }
+            Layout::Often => {
+                let half = count / 2 + 1;
+                let each = (0..half).flat_map(|k| [even(share(k, half)), often(share(k, half))]);
+                (each.collect(), 1e-3 * range / count as f64)
+            }
         };
-        let mut places: Vec<f64> = (0..count).map(place).collect();
-        places.dedup_by(|b, a| *b - *a < 0.1 * range / count as f64);
+        places.sort_by(f64::total_cmp);
+        places.dedup_by(|b, a| *b - *a < nearest);
         (places.len() >= 4).then_some(places)
     }
 
@@ -137,6 +172,8 @@ pub(super) struct Smooth {
     pub bend: f64,
     /// Sum of squares of blocks that were left out.
     pub held_out: f64,
+    /// Fall of the sum of squares of a curve that bends at will: more than any formula brings.
+    pub most: f64,
     /// Step of all values, in the fit's units, that of the curve last.
     pub step: DVector<f64>,
 }
@@ -163,12 +200,13 @@ pub(super) fn smooth(linear: &Linear, places: &[f64], step: f64) -> Option<Smoot
     // As large as a curve is that bends at will.
     let from = linear.away.len() - places.len();
     let (_, free) = of(1e3 * step)?;
+    let most = linear.cost(&DVector::zeros(linear.away.len())) - linear.cost(&free);
     let size = free.rows(from, places.len()).amax() * step;
     let tried = BENDS.iter().filter_map(|share| {
         let bend = share * size;
         let (linear, step) = of(bend)?;
         let held_out: f64 = linear.held_out(None).iter().sum();
-        (bend > 0.0 && held_out.is_finite()).then_some(Smooth { bend, held_out, step })
+        (bend > 0.0 && held_out.is_finite()).then_some(Smooth { bend, held_out, most, step })
     });
     tried.min_by(|a, b| a.held_out.total_cmp(&b.held_out))
 }
@@ -191,9 +229,13 @@ const MOSTLY: f64 = 0.75;
 const STEPS: usize = 6;
 
 /// Fits a curve beside the calibrations, through the plant.
-pub(super) fn fit_curve(context: &Context<'_>, candidate: &Candidate) -> Option<FittedCurve> {
+pub(super) fn fit_curve(
+    context: &Context<'_>,
+    candidate: &Candidate,
+    layout: Layout,
+) -> Option<FittedCurve> {
     let Context { bench, blocks, null, .. } = *context;
-    let places = candidate.places(context, FITTED)?;
+    let places = candidate.places(context, layout, FITTED)?;
     let at = candidate.hypothesis.at;
     let point = |bend: f64, values: Vec<f64>| {
         let kind = candidate.kind(context.id, DefinedTable { x: places.clone(), bend })?;

@@ -5,7 +5,7 @@ use super::context::Context;
 use super::curve::FittedCurve;
 use super::hypotheses::{Hypothesis, replaced};
 use crate::diagnose::rules;
-use crate::fit::{self, EffectScope, Effort, Fitted};
+use crate::fit::{self, Effort, Fitted, Linear};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use trueweld_plant::effects::Effect;
@@ -95,6 +95,9 @@ const OF_TWO: usize = 28;
 /// Exponents that are looked for.
 const POWERS: [f64; 2] = [0.2, 4.0];
 
+/// Formulas of a curve that is screened that are judged by blocks left out.
+const SCREENED: usize = 3;
+
 /// Formulas fitted through the plant.
 const FITTED: usize = 4;
 
@@ -120,11 +123,16 @@ struct Cost {
 
 impl Cost {
     fn of(curve: &FittedCurve) -> Option<Self> {
-        let point = &curve.fitted.point;
-        let own = EffectScope::All(point.all.len() - 1);
-        let (of_curve, others): (Vec<usize>, Vec<usize>) =
-            (0..point.free.len()).partition(|k| point.free[*k].of == own);
         let linear = &curve.fitted.linear;
+        let at = DVector::from_column_slice(curve.values());
+        Self::new(linear, &curve.places, curve.candidate.step, at)
+    }
+
+    /// `linear`: the values of the curve come last in it, in units of `step`; `at`: where they are.
+    fn new(linear: &Linear, places: &[f64], step: f64, at: DVector<f64>) -> Option<Self> {
+        let all = linear.away.len();
+        let (others, of_curve): (Vec<usize>, Vec<usize>) =
+            (0..all).partition(|k| k + places.len() < all);
         // What is expected of how the curve bends is not what the data say.
         let mut prior = linear.prior.clone();
         for k in &of_curve {
@@ -147,12 +155,11 @@ impl Cost {
             }
             None => return None,
         };
-        let step = curve.candidate.step;
         Some(Self {
             curvature: curvature / (step * step),
             slope: slope / step,
-            at: DVector::from_column_slice(curve.values()),
-            places: curve.places.clone(),
+            at,
+            places: places.to_vec(),
         })
     }
 
@@ -168,7 +175,8 @@ impl Cost {
 }
 
 /// A formula with values.
-struct Found {
+#[derive(Debug, Clone)]
+pub(super) struct Found {
     form: &'static Form,
     sizes: Vec<f64>,
     shapes: Vec<f64>,
@@ -221,18 +229,45 @@ fn rounded(value: f64) -> f64 {
     format!("{value:.1e}").parse().unwrap_or(value)
 }
 
+/// Values of parts at some places; `None` where they are none.
+fn values(parts: &[Expression], places: &[f64], shapes: &[f64]) -> Option<DMatrix<f64>> {
+    let value = |row: usize, part: usize| parts[part].eval(&[places[row]], shapes);
+    let values = DMatrix::from_fn(places.len(), parts.len(), value);
+    values.iter().all(|v| v.is_finite()).then_some(values)
+}
+
+/// Formulas in the place of a curve that are as short as any, the shortest first.
+fn shortest(cost: &Cost, trust: f64, count: usize) -> Vec<Found> {
+    let mut found: Vec<Found> =
+        FORMS.par_iter().filter_map(|form| find(form, cost, trust, count)).collect();
+    found.sort_by(|a, b| a.length.total_cmp(&b.length));
+    found
+}
+
+/// The formula in the place of a curve that predicts blocks best that were left out, among the shortest,
+/// as far as slopes tell, and their sum of squares. `linear`: nothing is known of the curve's values,
+/// which come last, in units of `step`; `count`: number of residuals.
+pub(super) fn screened(
+    linear: &Linear,
+    places: &[f64],
+    step: f64,
+    count: usize,
+) -> Option<(f64, Found)> {
+    let cost = Cost::new(linear, places, step, DVector::zeros(places.len()))?;
+    let wide = rounded(places[places.len() - 1] - places[0]);
+    let judged =
+        shortest(&cost, rules::CORRELATED, count).into_iter().take(SCREENED).filter_map(|found| {
+            let parts = values(&parsed(found.form, wide)?, places, &found.shapes)?;
+            let held_out: f64 = linear.with_parts(&(parts / step)).held_out(None).iter().sum();
+            held_out.is_finite().then_some((held_out, found))
+        });
+    judged.min_by(|a, b| a.0.total_cmp(&b.0))
+}
+
 fn find(form: &'static Form, cost: &Cost, trust: f64, count: usize) -> Option<Found> {
     let wide = rounded(cost.places[cost.places.len() - 1] - cost.places[0]);
     let parts = parsed(form, wide)?;
-    let judge = |shapes: &[f64]| {
-        let values = DMatrix::from_fn(cost.places.len(), parts.len(), |row, part| {
-            parts[part].eval(&[cost.places[row]], shapes)
-        });
-        if values.iter().any(|v| !v.is_finite()) {
-            return None;
-        }
-        cost.least(&values)
-    };
+    let judge = |shapes: &[f64]| cost.least(&values(&parts, &cost.places, shapes)?);
     let grid: Vec<Vec<f64>> = match form.shapes {
         [] => vec![Vec::new()],
         [one] => starts(one.1, &cost.places, OF_ONE).into_iter().map(|v| vec![v]).collect(),
@@ -268,27 +303,31 @@ fn length(form: &Form, count: usize) -> f64 {
 const SYMBOL: f64 = 4.6;
 
 /// The best formula in a curve's place, fitted through the plant; `None` where none is as good on
-/// blocks left out.
-pub(super) fn law(context: &Context<'_>, curve: &FittedCurve) -> Option<Law> {
+/// blocks left out. `first`: one that was fitted before.
+pub(super) fn law(context: &Context<'_>, curve: &FittedCurve, first: Option<&Law>) -> Option<Law> {
     let cost = Cost::of(curve)?;
     let count = fit::count(&curve.fitted.at);
     let trust = rules::trust(&curve.fitted);
-    let mut found: Vec<Found> =
-        FORMS.par_iter().filter_map(|form| find(form, &cost, trust, count)).collect();
-    found.sort_by(|a, b| a.length.total_cmp(&b.length));
+    let mut found = shortest(&cost, trust, count);
     found.truncate(FITTED);
-    let held_out = |fitted: &Fitted| fitted.linear.held_out(None).iter().sum::<f64>();
-    let best = held_out(&curve.fitted) + rules::TIED * trust;
-    let fits = found.into_par_iter().filter(|_| !context.bench.is_late()).filter_map(|found| {
-        let law = fitted(context, curve, &found)?;
-        let held_out = held_out(&law.fitted);
-        (held_out <= best).then(|| (held_out / trust + length(found.form, count), law))
-    });
-    let fits: Vec<(f64, Law)> = fits.collect();
-    fits.into_iter().min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, law)| law)
+    let least = first.map_or(curve.held_out(), |first| first.held_out().min(curve.held_out()));
+    let best = least + rules::TIED * trust;
+    let fits: Vec<Law> = found
+        .into_par_iter()
+        .filter(|_| !context.bench.is_late())
+        .filter_map(|found| fitted(context, curve, &found))
+        .collect();
+    let length = |law: &Law| law.held_out() / trust + length(law.form, count);
+    let fits = fits.into_iter().chain(first.cloned()).filter(|law| law.held_out() <= best);
+    fits.min_by(|a, b| length(a).total_cmp(&length(b)))
 }
 
 impl Law {
+    /// Sum of squares of blocks that were left out.
+    pub fn held_out(&self) -> f64 {
+        self.fitted.linear.held_out(None).iter().sum()
+    }
+
     /// The effect that the law is.
     pub fn effect(&self) -> Option<&Effect> {
         self.fitted.point.all.last()
@@ -303,7 +342,7 @@ impl Law {
 }
 
 /// A formula fitted through the plant, calibrations with it.
-fn fitted(context: &Context<'_>, curve: &FittedCurve, found: &Found) -> Option<Law> {
+pub(super) fn fitted(context: &Context<'_>, curve: &FittedCurve, found: &Found) -> Option<Law> {
     let Context { bench, blocks, null, .. } = *context;
     let hypothesis = &curve.candidate.hypothesis;
     let (definition, values) = definition(context.id, hypothesis, found, &curve.places);

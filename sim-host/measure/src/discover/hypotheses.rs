@@ -48,8 +48,9 @@ const ALL: &[(&str, &[(&str, &str)])] = &[
             ("link", "link_rate"),
         ],
     ),
-    ("spring-torque", &[("encoder", "1"), ("twist", "1"), ("encoder", "twist")]),
+    // Over the angle alone the two are one law, of a gear that is uneven.
     ("twist", &[("encoder", "1"), ("encoder_before", "1")]),
+    ("spring-torque", &[("encoder", "1"), ("twist", "1"), ("encoder", "twist")]),
     (
         "motor-friction",
         &[

@@ -24,10 +24,11 @@ use crate::data::log::{Log, LogKind};
 use crate::diagnose::{self, Diagnosis, FittedEffect, Progress, Undone, Verdict, rules};
 use crate::experiment::{Plan, next_experiment};
 use crate::fit::calibration::is_calibration;
-use crate::fit::{self, EffectScope, FitProblem, Fitted, FreeParameter, Slopes};
+use crate::fit::{self, EffectScope, FitProblem, Fitted, FreeParameter, Linear, Slopes};
 use crate::residuals::localize::{CurvePoint, localize};
 use context::Context;
-use curve::{Candidate, FittedCurve, SCREENED, fit_curve, smooth};
+use curve::{Candidate, FittedCurve, Layout, SCREENED, Smooth, fit_curve, smooth};
+use grammar::{Found, Law};
 use rayon::prelude::*;
 use trueweld_plant::effects::formula::NamedPort;
 use trueweld_plant::effects::{Effect, Location};
@@ -100,6 +101,8 @@ pub struct FreeCurve {
     pub formula: Vec<[f64; 2]>,
 }
 
+/// Candidates that are screened with a formula too.
+const FORMULAS: usize = 24;
 /// Curves that are fitted through the plant.
 const FITTED: usize = 8;
 /// Of these, at one port and place.
@@ -126,7 +129,7 @@ pub fn discover(
 ) -> Vec<Discovery> {
     let named = diagnosis.chosen.last().filter(|_| diagnosis.verdict == Verdict::EffectFound);
     // A calibration that is all there is to say leaves nothing to find.
-    if diagnosis.verdict != Verdict::UnknownEffect && named.is_none() {
+    if diagnosis.verdict == Verdict::EffectFound && named.is_none() {
         return Vec::new();
     }
     if bench.is_late() {
@@ -135,7 +138,8 @@ pub fn discover(
     }
     // A partial explanation within the library may do as well; one that fits anything is none.
     let within = diagnosis.chosen.iter().chain(diagnosis.candidates.iter().map(|c| &c.fitted));
-    let within: Vec<&Fitted> = within.filter(|fitted| !diagnose::fits_anything(fitted)).collect();
+    let within = within.filter(|fitted| !diagnose::fits_anything(bench, fitted));
+    let within: Vec<&Fitted> = within.chain([&diagnosis.null]).collect();
     let least = |of: &dyn Fn(&Fitted) -> f64| {
         within.iter().map(|fitted| of(fitted)).fold(f64::INFINITY, f64::min)
     };
@@ -144,45 +148,53 @@ pub fn discover(
     let blocks = fit::blocks_of(bench);
     let null = diagnosis.null.clone();
     let explained = null.linear.held_out(None).iter().sum::<f64>() - library;
-    let at_floor = named.is_some_and(|fitted| rules::at_floor(bench, &fitted.at));
+    let adequate = diagnosis.verdict == Verdict::Adequate;
+    let at_floor = adequate || named.is_some_and(|fitted| rules::at_floor(bench, &fitted.at));
     // What an effect leaves that stands out is more than what no prediction is exact to.
     let holds = if at_floor { HOLDS } else { 0.0 };
-    let better = |noise: f64| library - (rules::GAIN * noise).max(holds * explained);
+    // Where nothing is missing as far as the library goes, one of so many may promise much by chance.
+    let gain = if adequate { rules::AMPLE } else { rules::GAIN };
+    let better = |noise: f64| library - (gain * noise).max(holds * explained);
     // Where nothing stands out, a curve must promise more.
     let goal = if at_floor { better(1.0) } else { f64::INFINITY };
     let id = free_name(&bench.known, &[]);
     let context = Context { bench, blocks: &blocks, null: &null, id: &id };
-    let curves = curves(&context, logs, goal, progress);
-    let Some(best) = curves.first() else {
+    let mut laws = laws(&context, logs, goal, progress);
+    let is_one = |law: &Tried| {
+        let fitted = law.fitted();
+        let trust = rules::trust(fitted);
+        let left = rules::above(bench, &fitted.at) / rules::above(bench, &null.at).max(1.0);
+        // Of what shows little, noise alone leaves a large share.
+        let partial = left > LEFT && !rules::at_floor(bench, &fitted.at);
+        // What is freer than an effect and fits no better is no law: what it predicts better of blocks
+        // left out it owes to calibrations that are farther off than expected.
+        let fits_better = fitted.cost < library_cost - rules::GAIN;
+        !partial && fits_better && law.held_out() <= better(trust / rules::CORRELATED)
+    };
+    let Some(first) = laws.iter().position(is_one) else {
         return Vec::new();
     };
-    let trust = rules::trust(&best.fitted);
-    let left = rules::above(bench, &best.fitted.at) / rules::above(bench, &null.at).max(1.0);
-    // Of what shows little, noise alone leaves a large share.
-    let partial = left > LEFT && !rules::at_floor(bench, &best.fitted.at);
-    // What is freer than an effect and fits no better is no law: what it predicts better of blocks
-    // left out it owes to calibrations that are farther off than expected.
-    let fits_better = best.fitted.cost < library_cost - rules::GAIN;
-    if partial || !fits_better || best.held_out() > better(trust / rules::CORRELATED) {
-        return Vec::new();
-    }
+    laws[..=first].rotate_right(1);
+    let best = &laws[0];
+    let trust = rules::trust(best.fitted());
     progress("looking for its formula", 0.8);
-    let Some((mut discovery, fitted)) = described(&context, &curves) else {
+    let Some((mut discovery, fitted)) = described(&context, &laws) else {
         return Vec::new();
     };
     discovery.held_out_before = diagnosis.score_before;
     let (improved, _) = diagnose::sparse(bench, &blocks, &fitted);
     let is_of_calibration = |of| is_calibration(improved.point.effect(of).kind);
-    diagnosis.calibration = diagnose::found_beside(&improved, &fitted, is_of_calibration);
+    diagnosis.calibration = diagnose::found_beside(bench, &improved, &fitted, is_of_calibration);
     diagnosis.unexplained = match rules::at_floor(bench, &improved.at) {
         true => Vec::new(),
         false => localize(&bench.experiments, &improved.at, logs),
     };
     diagnosis.improved = improved;
     diagnosis.full = fitted.clone();
-    let near = |like: &&diagnose::Candidate| named.is_some() || like.left < LIKE;
+    let near =
+        |like: &&diagnose::Candidate| named.is_some() || (!adequate && like.left < LIKE);
     let nearest = diagnosis.candidates.first().filter(near);
-    discovery.like = nearest.and_then(|like| nearest_effect(&context, best, like));
+    discovery.like = nearest.and_then(|like| nearest_effect(&context, &best.curve, like));
     diagnosis.verdict = Verdict::UnknownEffect;
     // What is found outside the library stands beside what was tried within.
     for candidate in &mut diagnosis.candidates {
@@ -202,49 +214,70 @@ pub(crate) fn beside(
 ) -> Option<(Discovery, Fitted)> {
     let id = free_name(&bench.known, &base.point.all);
     let context = Context { bench, blocks, null: base, id: &id };
-    let (law, fitted) = described(&context, &curves(&context, logs, f64::INFINITY, &|_, _| ()))?;
+    let (law, fitted) = described(&context, &laws(&context, logs, f64::INFINITY, &|_, _| ()))?;
     let left = (law.held_out_after / law.held_out_before).powi(2);
     Some((Discovery { left, beside: true, ..law }, fitted))
 }
 
-/// Free curves that lower blocks left out by more than chance, as far as the logs do not tell them
-/// from the best: the one first that is named of these. `goal`: what such a curve must promise to
-/// lower them to.
-fn curves(
-    context: &Context<'_>,
-    logs: &[Log],
-    goal: f64,
-    progress: Progress<'_>,
-) -> Vec<FittedCurve> {
+/// A free curve that was fitted through the plant, and the formula that screening found in its place.
+#[derive(Debug)]
+struct Tried {
+    curve: FittedCurve,
+    formula: Option<Law>,
+}
+
+impl Tried {
+    fn new(context: &Context<'_>, screened: &Screened<'_>) -> Option<Self> {
+        let curve = fit_curve(context, screened.candidate, screened.layout)?;
+        let formula = screened.formula.as_ref();
+        let formula = formula.and_then(|found| grammar::fitted(context, &curve, found));
+        Some(Self { curve, formula })
+    }
+
+    /// The one of the two that predicts blocks better that were left out.
+    fn fitted(&self) -> &Fitted {
+        let formula = self.formula.as_ref().filter(|law| law.held_out() < self.curve.held_out());
+        formula.map_or(&self.curve.fitted, |law| &law.fitted)
+    }
+
+    /// Sum of squares of blocks that were left out.
+    fn held_out(&self) -> f64 {
+        self.fitted().linear.held_out(None).iter().sum()
+    }
+}
+
+/// Laws that lower blocks left out by more than chance, as far as the logs do not tell them from the
+/// best: the one first that is named of these. `goal`: what such a law must promise to lower them to.
+fn laws(context: &Context<'_>, logs: &[Log], goal: f64, progress: Progress<'_>) -> Vec<Tried> {
     let Context { bench, null, .. } = *context;
     progress("looking outside the library", 0.0);
     let candidates = candidates(context, logs);
     let wanted = likeliest(context, &candidates, goal);
     progress("fitting curves", 0.5);
-    let mut curves: Vec<FittedCurve> = wanted
-        .into_par_iter()
+    let mut laws: Vec<Tried> = wanted
+        .par_iter()
         .filter(|_| !bench.is_late())
-        .filter_map(|candidate| fit_curve(context, candidate))
-        .filter(|curve| rules::counts(bench, null, &curve.fitted))
+        .filter_map(|screened| Tried::new(context, screened))
+        .filter(|law| rules::counts(bench, null, law.fitted()))
         .collect();
-    curves.sort_by(|a, b| a.held_out().total_cmp(&b.held_out()));
-    let Some(least) = curves.first() else {
+    laws.sort_by(|a, b| a.held_out().total_cmp(&b.held_out()));
+    let Some(least) = laws.first() else {
         return Vec::new();
     };
-    let reach = least.held_out() + rules::TIED * rules::trust(&least.fitted);
-    curves.retain(|curve| curve.held_out() <= reach);
+    let reach = least.held_out() + rules::TIED * rules::trust(least.fitted());
+    laws.retain(|law| law.held_out() <= reach);
     let order = hypotheses::all();
-    curves.sort_by_key(|c| order.iter().position(|h| *h == c.candidate.hypothesis));
-    curves
+    laws.sort_by_key(|law| order.iter().position(|h| *h == law.curve.candidate.hypothesis));
+    laws
 }
 
-/// The first of some curves as a law, with its formula where one describes it, tied with the
-/// others; and the fit with it.
-fn described(context: &Context<'_>, curves: &[FittedCurve]) -> Option<(Discovery, Fitted)> {
+/// The first of some laws, with its formula where one describes its curve, tied with the others; and
+/// the fit with it.
+fn described(context: &Context<'_>, laws: &[Tried]) -> Option<(Discovery, Fitted)> {
     let Context { bench, null, .. } = *context;
-    let (best, others) = curves.split_first()?;
-    let law = grammar::law(context, best);
-    let elsewhere = |curve: &FittedCurve| TiedLaw {
+    let (Tried { curve: best, formula }, others) = laws.split_first()?;
+    let law = grammar::law(context, best, formula.as_ref());
+    let elsewhere = |Tried { curve, .. }: &Tried| TiedLaw {
         hypothesis: curve.candidate.hypothesis,
         effect: law.as_ref().and_then(|law| law.elsewhere(context, curve)?.effect().cloned()),
     };
@@ -255,7 +288,7 @@ fn described(context: &Context<'_>, curves: &[FittedCurve]) -> Option<(Discovery
     };
     let of_last = |fitted: &Fitted| {
         let own = EffectScope::All(fitted.point.all.len() - 1);
-        diagnose::found(fitted, |of| of == own).into_iter().next()
+        diagnose::found(bench, fitted, |of| of == own).into_iter().next()
     };
     let (band, effect) = (of_last(&best.fitted)?, of_last(&fitted)?);
     let formula = expression.as_ref().map_or(Vec::new(), |_| best.drawn(&effect.effect));
@@ -348,29 +381,49 @@ fn free_name(known: &[Effect], found: &[Effect]) -> String {
 /// Name of an effect that was discovered; a number behind it where a model has several.
 pub const DISCOVERED: &str = "discovered";
 
+/// A candidate with what screening says of it.
+struct Screened<'c> {
+    candidate: &'c Candidate,
+    layout: Layout,
+    /// Fall of the sum of squares of a curve that bends at will.
+    most: f64,
+    /// Sum of squares of blocks left out, with the curve or with the formula.
+    held_out: f64,
+    /// The best formula in the curve's place.
+    formula: Option<Found>,
+}
+
 /// The candidates that promise most, screened.
 fn likeliest<'c>(
     context: &Context<'_>,
     candidates: &'c [Candidate],
     goal: f64,
-) -> Vec<&'c Candidate> {
+) -> Vec<Screened<'c>> {
     let bench = context.bench;
-    let mut screened: Vec<(f64, &Candidate)> = candidates
+    let mut screened: Vec<Screened<'_>> = candidates
         .par_iter()
         .filter(|_| !bench.is_late())
-        .filter_map(|candidate| Some((screen(context, candidate)?, candidate)))
+        .filter_map(|candidate| screen(context, candidate))
         .collect();
-    screened.sort_by(|a, b| a.0.total_cmp(&b.0));
-    screened.retain(|(held_out, _)| *held_out < goal);
+    // A formula is tried where it may bring enough.
+    screened.sort_by(|a, b| b.most.total_cmp(&a.most));
+    let others = screened.split_off(screened.len().min(FORMULAS));
+    let tried = screened.into_par_iter().map(|screened| match bench.is_late() {
+        true => screened,
+        false => screened.with_formula(context),
+    });
+    let mut screened: Vec<Screened<'_>> = tried.chain(others).collect();
+    screened.sort_by(|a, b| a.held_out.total_cmp(&b.held_out));
+    screened.retain(|screened| screened.held_out < goal);
     let before: f64 = context.null.linear.held_out(None).iter().sum();
-    let promised = screened.first().map_or(0.0, |best| PROMISED * (before - best.0));
-    let mut wanted: Vec<&Candidate> = Vec::new();
-    for (held_out, candidate) in screened {
+    let promised = screened.first().map_or(0.0, |best| PROMISED * (before - best.held_out));
+    let mut wanted: Vec<Screened<'_>> = Vec::new();
+    for one in screened {
         let place = |c: &Candidate| (c.hypothesis.port.name, c.hypothesis.at);
-        let same = wanted.iter().filter(|c| place(c) == place(candidate)).count();
-        let gain = before - held_out;
+        let same = wanted.iter().filter(|w| place(w.candidate) == place(one.candidate)).count();
+        let gain = before - one.held_out;
         if wanted.len() < FITTED && same < AT_ONE_PORT && gain > promised.max(rules::GAIN) {
-            wanted.push(candidate);
+            wanted.push(one);
         }
     }
     wanted
@@ -431,12 +484,39 @@ fn constant(context: &Context<'_>, port: &'static NamedPort, at: Location) -> Op
     (seen.is_finite() && seen > 0.0).then_some(slopes)
 }
 
-/// Sum of squares of blocks left out, with the curve beside the calibrations, as far as slopes tell.
-fn screen(context: &Context<'_>, candidate: &Candidate) -> Option<f64> {
-    let places = candidate.places(context, SCREENED)?;
-    let slopes = candidate.slopes(context, &places);
+/// What slopes tell of a curve beside the calibrations, in the layout that suits it best.
+fn screen<'c>(context: &Context<'_>, candidate: &'c Candidate) -> Option<Screened<'c>> {
+    let in_layout = |layout: &Layout| {
+        let places = candidate.places(context, *layout, SCREENED)?;
+        let smooth = smooth(&screening(context, candidate, &places), &places, candidate.step)?;
+        let Smooth { held_out, most, .. } = smooth;
+        Some(Screened { candidate, layout: *layout, most, held_out, formula: None })
+    };
+    let all = candidate.layouts(context).iter().filter_map(in_layout);
+    all.min_by(|a, b| a.held_out.total_cmp(&b.held_out))
+}
+
+/// The linear model of the calibrations with a curve's values at some places beside them.
+fn screening(context: &Context<'_>, candidate: &Candidate, places: &[f64]) -> Linear {
+    let slopes = candidate.slopes(context, places);
     let more: Vec<&Slopes> = slopes.iter().collect();
     let Context { blocks, null, .. } = *context;
-    let linear = null.linear.extended(blocks, &null.at, &null.slopes, &more);
-    Some(smooth(&linear, &places, candidate.step)?.held_out)
+    null.linear.extended(blocks, &null.at, &null.slopes, &more)
+}
+
+impl Screened<'_> {
+    /// The same with the best formula in the curve's place, as far as slopes tell.
+    fn with_formula(self, context: &Context<'_>) -> Self {
+        let step = self.candidate.step;
+        let found = self.candidate.places(context, self.layout, SCREENED).and_then(|places| {
+            let linear = screening(context, self.candidate, &places);
+            grammar::screened(&linear, &places, step, fit::count(&context.null.at))
+        });
+        match found {
+            Some((held_out, formula)) => {
+                Self { held_out: held_out.min(self.held_out), formula: Some(formula), ..self }
+            }
+            None => self,
+        }
+    }
 }

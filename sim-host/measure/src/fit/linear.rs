@@ -170,6 +170,29 @@ impl Linear {
         }
     }
 
+    /// The same with fewer values in place of the last ones, of which each moves those by a column of
+    /// `parts`, and of which nothing is known beforehand.
+    pub(crate) fn with_parts(&self, parts: &DMatrix<f64>) -> Self {
+        let n = self.away.len() - parts.nrows();
+        let all = n + parts.ncols();
+        let mut to = DMatrix::zeros(self.away.len(), all);
+        to.view_mut((0, 0), (n, n)).fill_with_identity();
+        to.view_mut((n, n), parts.shape()).copy_from(parts);
+        let first = |v: &DVector<f64>| v.rows(0, n).clone_owned().resize_vertically(all, 0.0);
+        Self {
+            square: self.square.iter().map(|s| to.tr_mul(s) * &to).collect(),
+            slope: self.slope.iter().map(|s| to.tr_mul(s)).collect(),
+            rest: self.rest.clone(),
+            prior: self.prior.view((0, 0), (n, n)).clone_owned().resize(all, all, 0.0),
+            away: first(&self.away),
+            hold: Hold {
+                weight: first(&self.hold.weight),
+                away: first(&self.hold.away),
+                shapes: self.hold.shapes.iter().copied().filter(|k| *k < n).collect(),
+            },
+        }
+    }
+
     /// The same slopes beside other residuals.
     pub(crate) fn beside(&self, blocks: &[Vec<u8>], at: &Residuals, slopes: &[Slopes]) -> Self {
         let mut linear = self.clone();

@@ -179,7 +179,7 @@ mod tests {
     fn found(kind: &'static EffectKind, values: Vec<f64>) -> FittedEffect {
         let at = kind.places()[kind.places().len() / 2];
         let interval = values.iter().map(|v| [v - 0.1 * v.abs(), v + 0.1 * v.abs()]).collect();
-        FittedEffect { effect: Effect { kind, at, values }, log: None, interval }
+        FittedEffect { effect: Effect { kind, at, values }, log: None, interval, turns: None }
     }
 
     #[test]

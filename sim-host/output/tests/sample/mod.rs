@@ -436,6 +436,7 @@ pub fn diagnosis(verdict: Verdict) -> Parts {
             effect: Effect { kind, at: Location::Joint(4), values: values.to_vec() },
             log: None,
             interval,
+            turns: None,
         }
     };
     let fitted = || Fitted {
