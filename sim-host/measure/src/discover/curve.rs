@@ -6,7 +6,7 @@ use super::context::Context;
 use super::hypotheses::Hypothesis;
 use super::variables::Series;
 use crate::diagnose::rules;
-use crate::fit::{self, EffectScope, Effort, Fitted, FreeParameter, Linear, Slopes};
+use crate::fit::{self, EffectScope, Effort, FitState, Fitted, FreeParameter, Linear, Slopes};
 use crate::residuals::localize::CurvePoint;
 use nalgebra::{DMatrix, DVector};
 use trueweld_plant::effects::expression::{Expression, interpolate};
@@ -116,9 +116,38 @@ impl Candidate {
         (places.len() >= 4).then_some(places)
     }
 
-    /// Slopes of all residuals by the values of a table at these places, over its step, where the
-    /// port answers at once: each row as if the variable stood still.
+    /// Slopes of all residuals by the values of a table at these places, over its step.
     pub fn slopes(&self, context: &Context<'_>, places: &[f64]) -> Vec<Slopes> {
+        match self.hypothesis.swings() {
+            true => self.slopes_through_plant(context, places).unwrap_or_default(),
+            false => self.slopes_at_once(context, places),
+        }
+    }
+
+    /// The same by driving the plant with each value.
+    fn slopes_through_plant(&self, context: &Context<'_>, places: &[f64]) -> Option<Vec<Slopes>> {
+        let mut point = context.null.point.clone();
+        let of = self.add_to(&mut point, context.id, places, f64::INFINITY)?;
+        let own: Vec<FreeParameter> = point.free.iter().copied().filter(|f| f.of == of).collect();
+        Some(fit::slopes(context.bench, &point, &own, &context.null.at, 1.0))
+    }
+
+    /// Adds the curve, with no value anywhere, to a point of a fit.
+    fn add_to(
+        &self,
+        point: &mut FitState,
+        id: &str,
+        places: &[f64],
+        bend: f64,
+    ) -> Option<EffectScope> {
+        let kind = self.kind(id, DefinedTable { x: places.to_vec(), bend })?;
+        let nothing = vec![0.0; places.len()];
+        point.add(Effect { kind, at: self.hypothesis.at, values: nothing });
+        Some(EffectScope::All(point.all.len() - 1))
+    }
+
+    /// The same where the port answers at once: each row as if the variable stood still.
+    fn slopes_at_once(&self, context: &Context<'_>, places: &[f64]) -> Vec<Slopes> {
         let logs = context.bench.experiments.len();
         let mut all: Vec<Slopes> = vec![vec![None; logs]; places.len()];
         for (log, experiment) in context.bench.experiments.iter().enumerate() {
@@ -236,23 +265,13 @@ pub(super) fn fit_curve(
 ) -> Option<FittedCurve> {
     let Context { bench, blocks, null, .. } = *context;
     let places = candidate.places(context, layout, FITTED)?;
-    let at = candidate.hypothesis.at;
-    let point = |bend: f64, values: Vec<f64>| {
-        let kind = candidate.kind(context.id, DefinedTable { x: places.clone(), bend })?;
-        let mut point = null.point.clone();
-        point.add(Effect { kind, at, values });
-        Some(point)
-    };
-    let nothing = vec![0.0; places.len()];
-    let free = point(f64::INFINITY, nothing.clone())?;
-    let of = EffectScope::All(free.all.len() - 1);
-    let frees: Vec<FreeParameter> =
-        free.free.iter().copied().filter(|free| free.of == of).collect();
-    let own = fit::slopes(bench, &free, &frees, &null.at, 1.0);
+    let own = candidate.slopes_through_plant(context, &places)?;
     let more: Vec<&Slopes> = own.iter().collect();
     let linear = null.linear.extended(blocks, &null.at, &null.slopes, &more);
     let found = smooth(&linear, &places, candidate.step)?;
-    let start = point(found.bend, nothing)?.moved(&found.step);
+    let mut start = null.point.clone();
+    candidate.add_to(&mut start, context.id, &places, found.bend)?;
+    let start = start.moved(&found.step);
     let known = [null.slopes.clone(), own].concat();
     let effort = Effort::steps(STEPS, known.len());
     let fitted = fit::fit(bench, &start, blocks, &known, effort).ok()?;

@@ -95,7 +95,8 @@ const OF_TWO: usize = 28;
 /// Exponents that are looked for.
 const POWERS: [f64; 2] = [0.2, 4.0];
 
-/// Formulas of a curve that is screened that are judged by blocks left out.
+/// Formulas of a curve that is screened that are judged by blocks left out: so many of the shortest, and
+/// so many of those that fit best.
 const SCREENED: usize = 3;
 
 /// Formulas fitted through the plant.
@@ -180,7 +181,9 @@ pub(super) struct Found {
     form: &'static Form,
     sizes: Vec<f64>,
     shapes: Vec<f64>,
-    /// Cost with the length of its description.
+    /// Cost, as the normal equations have it.
+    cost: f64,
+    /// The same with the length of its description.
     length: f64,
 }
 
@@ -255,12 +258,15 @@ pub(super) fn screened(
 ) -> Option<(f64, Found)> {
     let cost = Cost::new(linear, places, step, DVector::zeros(places.len()))?;
     let wide = rounded(places[places.len() - 1] - places[0]);
-    let judged =
-        shortest(&cost, rules::CORRELATED, count).into_iter().take(SCREENED).filter_map(|found| {
-            let parts = values(&parsed(found.form, wide)?, places, &found.shapes)?;
-            let held_out: f64 = linear.with_parts(&(parts / step)).held_out(None).iter().sum();
-            held_out.is_finite().then_some((held_out, found))
-        });
+    let mut found = shortest(&cost, rules::CORRELATED, count);
+    // The shortest, and of the others those that fit best.
+    let from = SCREENED.min(found.len());
+    found[from..].sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    let judged = found.into_iter().take(2 * SCREENED).filter_map(|found| {
+        let parts = values(&parsed(found.form, wide)?, places, &found.shapes)?;
+        let held_out: f64 = linear.with_parts(&(parts / step)).held_out(None).iter().sum();
+        held_out.is_finite().then_some((held_out, found))
+    });
     judged.min_by(|a, b| a.0.total_cmp(&b.0))
 }
 
@@ -287,7 +293,7 @@ fn find(form: &'static Form, cost: &Cost, trust: f64, count: usize) -> Option<Fo
         return None;
     }
     let length = least / trust + length(form, count);
-    Some(Found { form, sizes, shapes, length })
+    Some(Found { form, sizes, shapes, cost: least, length })
 }
 
 /// What a form costs to be written down: half a logarithm of the number of residuals for each

@@ -119,6 +119,11 @@ impl Hypothesis {
         found
     }
 
+    /// True for a curve that follows a link as it swings: its port does not answer at once.
+    pub(super) fn swings(&self) -> bool {
+        self.variables().iter().any(|name| ["twist", "link_rate"].contains(name))
+    }
+
     /// Unit of the variable that the curve is over.
     pub fn x_unit(&self) -> &'static str {
         let first = self.variables().first().copied().unwrap_or_default();

@@ -191,8 +191,7 @@ pub fn discover(
     };
     diagnosis.improved = improved;
     diagnosis.full = fitted.clone();
-    let near =
-        |like: &&diagnose::Candidate| named.is_some() || (!adequate && like.left < LIKE);
+    let near = |like: &&diagnose::Candidate| named.is_some() || (!adequate && like.left < LIKE);
     let nearest = diagnosis.candidates.first().filter(near);
     discovery.like = nearest.and_then(|like| nearest_effect(&context, &best.curve, like));
     diagnosis.verdict = Verdict::UnknownEffect;
