@@ -1,11 +1,12 @@
 //! A small part of the corpus, in a test's time: a diagnosis names what is hidden where it shows
 //! well, keeps silent where nothing is hidden, and says so where the library does not have it.
-//! Cases and seeds were chosen before they were run, but for the two of usual length: rules were set on
+//! Cases and seeds were chosen before they were run, but for those of usual length: rules were set on
 //! them.
 
 use trueweld_laboratory::{CorpusCase, Hidden, OutOfLibrary, OutOfLibraryKind, Protocol, Recipe};
 use trueweld_tests::LABORATORY;
 use trueweld_tests::corpus::{Judged, Outcome, examine};
+use trueweld_tests::outside;
 
 /// Ten times the limit of detection: nobody could overlook it.
 const TARGET: f64 = 10.0;
@@ -83,6 +84,26 @@ fn an_offset_that_is_the_same_in_all_logs_is_told_as_one() {
     // Of the force sensor: nine values of three logs cost more than it shows, three do not.
     let judged = of_usual_length(10);
     assert_eq!(judged.outcome, Outcome::RightAsCalibration, "{judged:#?}");
+}
+
+/// A law of the corpus of those outside the library, of usual length, and what is found.
+fn outside_the_library(seed: u64, index: usize) -> Judged {
+    let cases = outside::cases(seed, index + 1, &Protocol::usual());
+    examine(&cases[index]).expect("the case can be made and diagnosed")
+}
+
+#[test]
+fn a_stiffness_that_goes_with_the_angle_is_found_in_ring_downs() {
+    let judged = outside_the_library(6, 10);
+    assert!(judged.truth[0].starts_with("preload"), "{judged:#?}");
+    assert!(judged.discovered.as_ref().is_some_and(|law| law.right), "{judged:#?}");
+}
+
+#[test]
+fn a_law_is_looked_for_where_calibrations_leave_nothing_that_stands_out() {
+    let judged = outside_the_library(7, 28);
+    assert!(judged.truth[0].starts_with("refraction"), "{judged:#?}");
+    assert!(judged.discovered.as_ref().is_some_and(|law| law.right), "{judged:#?}");
 }
 
 #[test]

@@ -2,9 +2,11 @@
 //! found where nothing is missing. The laboratory that records the logs solves the arm's equations by
 //! methods of its own, and knows neither the curve nor the grammar.
 
-use trueweld_laboratory::{Protocol, ProtocolFile, Recipe, effect};
+use trueweld_core::JointVector;
+use trueweld_laboratory::{LogPlan, PlannedLog, Protocol, ProtocolFile, Recipe, Waypoint, effect};
 use trueweld_measure::diagnose::{Diagnosis, FittedEffect, Verdict, diagnose};
-use trueweld_measure::discover::{Discovery, Hypothesis, discover};
+use trueweld_measure::discover::{Discovery, Hypothesis, discover, settling_experiment};
+use trueweld_measure::experiment::{Plan, Procedure, TOLD_APART};
 use trueweld_plant::effects::{Effect, EffectKind, Location};
 use trueweld_tests::corpus::{ready, recorded};
 use trueweld_tests::fixture;
@@ -70,6 +72,59 @@ fn friction_that_fades_is_not_taken_for_friction() {
     let missed = law.curve.x.iter().zip(&law.curve.band);
     let missed = missed.filter(|(t, [low, high])| !(*low..=*high).contains(&truth(**t))).count();
     assert!(missed < 4, "{missed}: {:?}", law.curve);
+}
+
+/// A planned motion as the laboratory's protocol has it.
+fn moves(plan: &Plan) -> PlannedLog {
+    assert!(matches!(plan.procedure, Procedure::Move { .. }), "{:?}", plan.procedure);
+    let at = |k: usize| JointVector::from(plan.rows[k].encoder);
+    // Rows are the ends of moves and of the rests after them, in turn.
+    let waypoint = |k: usize| Waypoint {
+        to: at(k),
+        takes: plan.rows[k].time - plan.rows[k - 1].time,
+        dwell: plan.rows[k + 1].time - plan.rows[k].time,
+    };
+    let waypoints = (2..plan.rows.len() - 1).step_by(2).map(waypoint).collect();
+    PlannedLog { name: "settling".to_owned(), plan: LogPlan::Moves { start: at(0), waypoints } }
+}
+
+#[test]
+fn the_experiment_that_is_planned_settles_what_one_log_leaves_open() {
+    // In one motion friction that goes with the angle of A2 may as well go with the time.
+    let law = OutsideLaw::named("bent-disc").expect("one of them");
+    let round = |more: Vec<PlannedLog>| {
+        let path = fixture("protocols/hose-pack.toml");
+        let mut protocol = ProtocolFile::read(path).expect("a protocol");
+        protocol.effects = vec![law.effect(0.3)];
+        protocol.logs.truncate(1);
+        protocol.logs.extend(more);
+        let ready = recorded(&protocol).expect("the campaign is made");
+        let mut diagnosis = diagnose(&ready.bench, &ready.logs, &|_, _| ()).expect("diagnosed");
+        let mut found = discover(&ready.bench, &ready.logs, &mut diagnosis, &|_, _| ());
+        assert_eq!(diagnosis.verdict, Verdict::UnknownEffect);
+        (found.remove(0), ready)
+    };
+    let over = |found: &Discovery| -> Vec<&str> {
+        let tied = found.tied.iter().map(|tied| tied.hypothesis.over);
+        std::iter::once(found.hypothesis.over).chain(tied).collect()
+    };
+    let (first, ready) = round(Vec::new());
+    assert_eq!(over(&first), ["encoder", "time"]);
+    let plan = settling_experiment(&ready.bench, &ready.logs, &first).expect("a plan");
+    assert!(plan.separation > TOLD_APART, "{}", plan.separation);
+    assert_eq!(
+        plan.rivals,
+        [
+            "motor-friction at A2 over encoder and encoder_rate",
+            "motor-friction at A2 over time and encoder_rate"
+        ]
+    );
+    let (second, _) = round(vec![moves(&plan)]);
+    assert_eq!(over(&second), ["encoder"]);
+    assert_eq!((second.hypothesis.port.name, second.hypothesis.at), (law.port, Location::Joint(1)));
+    // The curve is known over more of the angle than before.
+    let range = |found: &Discovery| found.curve.x[found.curve.x.len() - 1] - found.curve.x[0];
+    assert!(range(&second) > 1.2 * range(&first), "{} and {}", range(&first), range(&second));
 }
 
 #[test]

@@ -354,7 +354,8 @@ pub fn settling_experiment(
     let name = |hypothesis: &Hypothesis, effect: &Effect| {
         let at = effect.at_name(robot);
         let parts = [hypothesis.port.name, at];
-        parts[..if at.is_empty() { 1 } else { 2 }].join(" at ")
+        let place = parts[..if at.is_empty() { 1 } else { 2 }].join(" at ");
+        format!("{place} over {}", hypothesis.variables().join(" and "))
     };
     let own = &discovery.effect.effect;
     let tied = discovery.tied.iter().filter_map(|t| Some((&t.hypothesis, t.effect.as_ref()?)));
