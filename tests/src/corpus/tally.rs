@@ -166,6 +166,15 @@ impl Tally {
             let cells = Self::of_laws(cases).map(|rate| rate.hits.to_string()).join(" | ");
             writeln!(out, "| {law} | {} | {cells} | {} |", cases.len(), median_fall(cases))?;
         }
+        let mut shown: Vec<f64> = all.iter().map(|j| j.target).collect();
+        shown.sort_by(f64::total_cmp);
+        shown.dedup();
+        for target in shown {
+            let cases: Vec<&Judged> = all.iter().copied().filter(|j| j.target == target).collect();
+            let cells = Self::of_laws(&cases).map(|rate| rate.to_string()).join(" | ");
+            let (count, fall) = (cases.len(), median_fall(&cases));
+            writeln!(out, "| made to show {target} × the limit | {count} | {cells} | {fall} |")?;
+        }
         let cells = Self::of_laws(&all).map(|rate| rate.to_string()).join(" | ");
         writeln!(out, "| all | {} | {cells} | {} |", all.len(), median_fall(&all))
     }

@@ -413,8 +413,9 @@ pub(crate) const UNDONE: &str = "Left undone";
 pub(crate) fn undone(all: &[Undone], robot: &RobotFile) -> Vec<String> {
     let sentence = |undone: &Undone| match undone {
         Undone::Search => "Not every effect was looked for: the time was up.".to_owned(),
+        Undone::Fits(1) => "The fit of a likely effect was left out: the time was up.".to_owned(),
         Undone::Fits(count) => {
-            format!("{} was left out: the time was up.", counted(*count, "fit of a likely effect"))
+            format!("{count} fits of likely effects were left out: the time was up.")
         }
         Undone::Further => {
             "No further effect was looked for, though something is left: the time was up."
