@@ -380,8 +380,7 @@ impl Path<'_> {
         if further(&ground, &null).iter().any(&mut takes) {
             return true;
         }
-        let outside = discover::beside(&inflate_noise, blocks, logs, &null);
-        let Some((law, _)) = outside.filter(|(_, next)| takes(next)) else {
+        let Some(law) = discover::beside(&inflate_noise, blocks, logs, &null, takes) else {
             return false;
         };
         let [.., before, after] = self.steps.as_slice() else { return true };

@@ -35,9 +35,11 @@ impl FittedEffect {
     /// True for a wave of which the logs hold less than one turn, or do not tell its order, or its
     /// length, from none: a piece of a sine is as good as a parabola, or as a spring with slack.
     pub fn is_unseen_wave(&self) -> bool {
-        if self.turns.is_some_and(|turns| turns < rules::WHOLE_TURN) {
-            return true;
-        }
+        self.turns.is_some_and(|turns| turns < rules::WHOLE_TURN) || self.has_open_order()
+    }
+
+    /// True for a wave whose order, or length, the logs do not tell from none.
+    pub(super) fn has_open_order(&self) -> bool {
         let parameters = self.effect.kind.parameters.iter().zip(&self.effect.values);
         parameters.zip(&self.interval).any(|((parameter, value), [low, high])| {
             matches!(parameter.role, Role::Order | Role::Wavelength) && high - low >= 2.0 * value

@@ -1,7 +1,7 @@
 //! Full fits of the hypotheses that screening leaves, and of pairs of them.
 
 use super::confuse::Confusable;
-use super::found::has_unseen_wave;
+use super::found::{FittedEffect, found_effects};
 use super::rules::{self, counts, standing_out};
 use super::screen::{Context, Screened, likeliest, screen};
 use crate::fit::calibration::{calibrations, in_proportion, is_calibration};
@@ -387,6 +387,8 @@ pub(crate) fn further(ground: &Context<'_>, fitted: &Fitted) -> Vec<Fitted> {
     };
     let others = likeliest(screened.iter().filter(|s| !has(s)), rules::FITTED_BESIDE);
     let mut next = fit_all(&beside, &others);
-    next.retain(|f| counts(ground.bench, fitted, f) && !has_unseen_wave(ground.bench, f));
+    // Less than a turn of a wave is none to be named, and a part of the error all the same.
+    let open = |f: &Fitted| found_effects(ground.bench, f).iter().any(FittedEffect::has_open_order);
+    next.retain(|f| counts(ground.bench, fitted, f) && !open(f));
     next
 }

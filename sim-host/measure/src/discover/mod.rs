@@ -204,18 +204,27 @@ pub fn discover(
 }
 
 /// The law outside the library that lowers blocks left out the most beside all that a fit has,
-/// which keeps its values, and the fit with it; `None` where none lowers them by more than chance.
+/// which keeps its values; of those that the blocks do not tell from it the first with which `takes` takes
+/// the fit. `None` where none lowers them by more than chance.
 pub(crate) fn beside(
     bench: &FitProblem,
     blocks: &[Vec<u8>],
     logs: &[Log],
     base: &Fitted,
-) -> Option<(Discovery, Fitted)> {
+    mut takes: impl FnMut(&Fitted) -> bool,
+) -> Option<Discovery> {
     let id = free_name(&bench.known, &base.point.all);
     let context = Context { bench, blocks, null: base, id: &id };
-    let (law, fitted) = described(&context, &laws(&context, logs, f64::INFINITY, &|_, _| ()))?;
-    let left = (law.held_out_after / law.held_out_before).powi(2);
-    Some((Discovery { left, beside: true, ..law }, fitted))
+    let mut laws = laws(&context, logs, f64::INFINITY, &|_, _| ());
+    for k in 0..laws.len() {
+        laws[..=k].rotate_right(1);
+        let Some((law, fitted)) = described(&context, &laws) else { continue };
+        if takes(&fitted) {
+            let left = (law.held_out_after / law.held_out_before).powi(2);
+            return Some(Discovery { left, beside: true, ..law });
+        }
+    }
+    None
 }
 
 /// A free curve that was fitted through the plant, and the formula that screening found in its place.
