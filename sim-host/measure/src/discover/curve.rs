@@ -5,6 +5,7 @@
 use super::context::Context;
 use super::hypotheses::Hypothesis;
 use super::variables::Series;
+use crate::data::log::LogKind;
 use crate::diagnose::rules;
 use crate::fit::{self, EffectScope, Effort, FitState, Fitted, FreeParameter, Linear, Slopes};
 use crate::residuals::localize::CurvePoint;
@@ -118,18 +119,37 @@ impl Candidate {
 
     /// Slopes of all residuals by the values of a table at these places, over its step.
     pub fn slopes(&self, context: &Context<'_>, places: &[f64]) -> Vec<Slopes> {
-        match self.hypothesis.swings() {
-            true => self.slopes_through_plant(context, places).unwrap_or_default(),
-            false => self.slopes_at_once(context, places),
+        let mut all = self.slopes_at_once(context, places);
+        let ring_down = |log: usize| context.bench.experiments[log].kind == LogKind::RingDown;
+        if !self.hypothesis.swings() || !(0..context.bench.experiments.len()).any(ring_down) {
+            return all;
         }
+        // A ring-down hardly moves the encoders: only the places near where it is have a say.
+        let near = |place: usize, log: usize| {
+            let within =
+                places[place.saturating_sub(1)]..=places[(place + 1).min(places.len() - 1)];
+            self.over[log].iter().any(|x| within.contains(x))
+        };
+        let wanted = |place: usize, log: usize| ring_down(log) && near(place, log);
+        let swung = self.slopes_through_plant(context, places, wanted).unwrap_or_default();
+        for (all, swung) in all.iter_mut().zip(swung) {
+            all.iter_mut().zip(swung).for_each(|(all, swung)| *all = swung.or(all.take()));
+        }
+        all
     }
 
-    /// The same by driving the plant with each value.
-    fn slopes_through_plant(&self, context: &Context<'_>, places: &[f64]) -> Option<Vec<Slopes>> {
-        let mut point = context.null.point.clone();
+    /// The same by driving the plant with each value, of those values and logs that are wanted.
+    fn slopes_through_plant(
+        &self,
+        context: &Context<'_>,
+        places: &[f64],
+        wanted: impl Fn(usize, usize) -> bool + Sync,
+    ) -> Option<Vec<Slopes>> {
+        let Context { bench, null, .. } = *context;
+        let mut point = null.point.clone();
         let of = self.add_to(&mut point, context.id, places, f64::INFINITY)?;
         let own: Vec<FreeParameter> = point.free.iter().copied().filter(|f| f.of == of).collect();
-        Some(fit::slopes(context.bench, &point, &own, &context.null.at, 1.0))
+        Some(fit::slopes_where(bench, &point, &own, &null.at, 1.0, wanted))
     }
 
     /// Adds the curve, with no value anywhere, to a point of a fit.
@@ -265,7 +285,7 @@ pub(super) fn fit_curve(
 ) -> Option<FittedCurve> {
     let Context { bench, blocks, null, .. } = *context;
     let places = candidate.places(context, layout, FITTED)?;
-    let own = candidate.slopes_through_plant(context, &places)?;
+    let own = candidate.slopes_through_plant(context, &places, |_, _| true)?;
     let more: Vec<&Slopes> = own.iter().collect();
     let linear = null.linear.extended(blocks, &null.at, &null.slopes, &more);
     let found = smooth(&linear, &places, candidate.step)?;

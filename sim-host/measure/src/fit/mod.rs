@@ -462,12 +462,26 @@ pub fn slopes(
     at: &Residuals,
     share: f64,
 ) -> Vec<Slopes> {
+    slopes_where(bench, point, frees, at, share, |_, _| true)
+}
+
+/// The same of those values in those logs, by their indices, for which `wanted` is true; none elsewhere.
+pub(crate) fn slopes_where(
+    bench: &FitProblem,
+    point: &FitState,
+    frees: &[FreeParameter],
+    at: &Residuals,
+    share: f64,
+    wanted: impl Fn(usize, usize) -> bool + Sync,
+) -> Vec<Slopes> {
     let logs = bench.experiments.len();
+    let one = |free: usize, log: usize| {
+        slope(bench, point, &frees[free], log, &at[log], share).unwrap_or(None)
+    };
     let flat: Vec<Option<Vec<f64>>> = (0..frees.len() * logs)
         .into_par_iter()
-        .map(|k| {
-            slope(bench, point, &frees[k / logs], k % logs, &at[k % logs], share).unwrap_or(None)
-        })
+        .map(|k| (k / logs, k % logs))
+        .map(|(free, log)| if wanted(free, log) { one(free, log) } else { None })
         .collect();
     let mut flat = flat.into_iter();
     frees.iter().map(|_| flat.by_ref().take(logs).collect()).collect()
