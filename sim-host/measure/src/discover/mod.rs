@@ -364,7 +364,7 @@ pub fn settling_experiment(
         let at = effect.at_name(robot);
         let parts = [hypothesis.port.name, at];
         let place = parts[..if at.is_empty() { 1 } else { 2 }].join(" at ");
-        format!("{place} over {}", hypothesis.variables().join(" and "))
+        [place, hypothesis.variables().join(" and ")].join(" over ")
     };
     let own = &discovery.effect.effect;
     let tied = discovery.tied.iter().filter_map(|t| Some((&t.hypothesis, t.effect.as_ref()?)));
