@@ -122,8 +122,9 @@ impl<P: Path> MovingArm<'_, P> {
             spring: nowhere,
             tilts: TiltMotion { rate: nowhere, ..TiltMotion::default() },
         });
-        let friction =
-            JointVector::from_fn(|i, _| robot.friction(&joints, i, spring[i], time.max(0.0)).value);
+        let friction = JointVector::from_fn(|i, _| {
+            robot.friction(&joints, i, spring[i], internal, time.max(0.0)).value
+        });
         Instant {
             motor: motor.angle,
             link: joints.link,

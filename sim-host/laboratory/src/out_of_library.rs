@@ -268,7 +268,7 @@ struct CubicDamping {
 }
 
 impl Term for CubicDamping {
-    fn spring_torque(&self, at: &JointState, _: f64) -> f64 {
+    fn spring_torque(&self, at: &JointState) -> f64 {
         self.coefficient * (at.encoder_rate - at.link_rate).powi(3)
     }
 }
@@ -279,7 +279,7 @@ struct UnevenStiffness {
 }
 
 impl Term for UnevenStiffness {
-    fn spring_torque(&self, at: &JointState, _: f64) -> f64 {
+    fn spring_torque(&self, at: &JointState) -> f64 {
         self.stiffness * (3.0 * at.encoder).sin() * (at.encoder - at.link)
     }
 }

@@ -70,14 +70,14 @@ const HELD: f64 = 1e-6;
 const ARRIVES: f64 = 0.002;
 
 /// Link angles that balance motors turning evenly (or at rest) and a torque `pushed` on the links,
-/// coming from `near`. `spring` gives τ_s, `wrench` the load.
+/// coming from `near`. `carried` gives τ_s with what the link ports add, `wrench` the load.
 fn balanced(
     cell: &Cell,
     motor: &Motor,
     near: &JointVector<f64>,
     pushed: &JointVector<f64>,
     time: f64,
-    spring: impl Fn(&Drives) -> JointVector<f64>,
+    carried: impl Fn(&Drives) -> JointVector<f64>,
     wrench: impl Fn(&Frames<f64>) -> Wrench<f64>,
 ) -> Result<JointVector<f64>, Unsettled> {
     const SLOPE: f64 = 1e-8;
@@ -92,7 +92,7 @@ fn balanced(
         let frames = robot.frames(&link, &load, time);
         let (_, bias) = robot.model.equation_of_motion(&frames, &motor.rate, &load);
         let held = robot.model.stiffness().component_mul(&(link - near)) * HELD;
-        (spring(&drives) + robot.link_torque(&drives) + pushed - bias - held).component_div(&unit)
+        (carried(&drives) + pushed - bias - held).component_div(&unit)
     };
     let mut at = (near - motor.angle).component_mul(&unit);
     let mut rest = left(&at);
@@ -126,6 +126,11 @@ fn balanced(
     Err(Unsettled { time })
 }
 
+/// Torque of springs and link ports on the links, N·m, with what effects remember.
+fn on_links(cell: &Cell, drives: &Drives, internal: &[f64]) -> JointVector<f64> {
+    cell.robot.spring_torque(drives, internal) + cell.robot.link_torque(drives, internal)
+}
+
 /// The torque with which links press on in a direction.
 fn pressing(cell: &Cell, direction: &JointVector<f64>) -> JointVector<f64> {
     let sign = |v: f64| if v == 0.0 { 0.0 } else { v.signum() };
@@ -141,11 +146,11 @@ pub(crate) fn settled(
     motor: &Motor,
     direction: &JointVector<f64>,
 ) -> Result<JointVector<f64>, Unsettled> {
-    let spring = |drives: &Drives| cell.robot.spring_torque(drives, &[0.0; INTERNAL_STATES]);
+    let carried = |drives: &Drives| on_links(cell, drives, &[0.0; INTERNAL_STATES]);
     let unloaded = |_: &Frames<f64>| Wrench::zero();
     let pressed =
-        balanced(cell, motor, &motor.angle, &pressing(cell, direction), 0.0, spring, unloaded)?;
-    balanced(cell, motor, &pressed, &JointVector::zeros(), 0.0, spring, unloaded)
+        balanced(cell, motor, &motor.angle, &pressing(cell, direction), 0.0, carried, unloaded)?;
+    balanced(cell, motor, &pressed, &JointVector::zeros(), 0.0, carried, unloaded)
 }
 
 fn at_rest(angle: &JointVector<f64>) -> Motor {
@@ -170,16 +175,7 @@ impl<'a> StaticArm<'a> {
         let internal = [0.0; INTERNAL_STATES];
         let load = Load::none();
         let link = settled(cell, &at_rest(motor), motor)?;
-        let mut rates = [0.0; INTERNAL_STATES];
-        let still = JointVector::zeros();
-        let twisting = Drives {
-            link: still,
-            link_rate: still,
-            motor: still,
-            motor_rate: JointVector::repeat(1.0),
-        };
-        cell.robot.internal_rates(&twisting, &internal, &mut rates);
-        let remembers = rates.iter().any(|r| *r != 0.0);
+        let remembers = cell.robot.ports.memories() > 0;
         Ok(Self { cell, motor: *motor, load, link, internal, remembers })
     }
 
@@ -219,13 +215,12 @@ impl<'a> StaticArm<'a> {
         pushed: &JointVector<f64>,
         time: f64,
     ) -> Result<(), Unsettled> {
-        let robot = &self.cell.robot;
-        let spring = |drives: &Drives| robot.spring_torque(drives, &self.carried_along(drives));
+        let carried = |drives: &Drives| on_links(self.cell, drives, &self.carried_along(drives));
         // The link goes along with its motor: from there the springs only have to take up the
         // change of load.
         let near = self.link + (motor - self.motor);
         let wrench = |frames: &Frames<f64>| load.wrench(self.cell, frames);
-        let link = balanced(self.cell, &at_rest(motor), &near, pushed, time, spring, wrench)?;
+        let link = balanced(self.cell, &at_rest(motor), &near, pushed, time, carried, wrench)?;
         let drives = Drives { link, link_rate: link * 0.0, motor: *motor, motor_rate: link * 0.0 };
         self.internal = self.carried_along(&drives);
         (self.motor, self.link) = (*motor, link);
@@ -234,7 +229,8 @@ impl<'a> StaticArm<'a> {
 
     /// Effects' own states after the twists have gone evenly from here to those of `to`.
     fn carried_along(&self, to: &Drives) -> [f64; INTERNAL_STATES] {
-        const PARTS: usize = 4;
+        /// Parts of a way, at least; over each a state takes a step that is not larger than itself.
+        const PARTS: f64 = 4.0;
         let mut state = SVector::from(self.internal);
         if !self.remembers {
             return self.internal;
@@ -250,8 +246,10 @@ impl<'a> StaticArm<'a> {
             self.cell.robot.internal_rates(&way, state.as_slice(), &mut rates);
             SVector::from(rates)
         };
-        for _ in 0..PARTS {
-            state += runge_kutta(&state, 1.0 / PARTS as f64, |_, s| slope(s));
+        let steepest = (slope(&state) - slope(&state.add_scalar(1.0))).amax();
+        let parts = PARTS.max(steepest.ceil());
+        for _ in 0..parts as usize {
+            state += runge_kutta(&state, 1.0 / parts, |_, s| slope(s));
         }
         state.into()
     }

@@ -182,8 +182,12 @@ impl Cell {
         let drives = state.drives();
         let contact = self.contact(time, state, &drives);
         let spring = self.robot.spring_torque(&drives, state.internal());
-        let solved =
-            self.robot.link_acceleration(&contact.frames, &drives, &spring, &contact.wrench());
+        let solved = self.robot.link_acceleration(
+            &contact.frames,
+            (&drives, state.internal()),
+            &spring,
+            &contact.wrench(),
+        );
         let (acceleration, inertia, factor) = match solved {
             Some((acceleration, inertia, factor)) => (acceleration, inertia, Some(factor)),
             None => (JointVector::from_element(f64::NAN), Matrix6::zeros(), None),
@@ -209,7 +213,7 @@ impl Cell {
         let before = near.rates.fixed_rows::<6>(12).into_owned();
         let acceleration = self.robot.link_acceleration_near(
             &contact.frames,
-            &drives,
+            (&drives, state.internal()),
             &spring,
             &contact.wrench(),
             (&before, near.factor.as_ref()?),
@@ -231,7 +235,7 @@ impl Cell {
         let mut friction_slope = JointVector::zeros();
         let mut rates = SVector::<f64, STATES>::zeros();
         for i in 0..6 {
-            let friction = self.robot.friction(drives, i, spring[i], time);
+            let friction = self.robot.friction(drives, i, spring[i], state.internal(), time);
             friction_slope[i] = friction.slope;
             rates[i] = drives.link_rate[i];
             rates[6 + i] = drives.motor_rate[i];

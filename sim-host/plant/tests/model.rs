@@ -326,9 +326,10 @@ fn link_torque(text: &str, link: f64) -> f64 {
         encoder_before: 0.0,
         smoothing: 1e-3,
         spring_torque: 0.0,
+        remembered: 0.0,
         time: 0.0,
     };
-    elastic.ports.link_torque[3][0].link_torque(&at, 0.0)
+    elastic.ports.link_torque[3][0].0.link_torque(&at, 0.0)
 }
 
 #[test]

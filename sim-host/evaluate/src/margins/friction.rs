@@ -78,7 +78,7 @@ pub fn slopes(cell: &Cell, point: &State, amplitude: &JointVector<f64>) -> Joint
         let at = |by: f64| {
             let mut drives = drives;
             drives.motor_rate[i] += by;
-            cell.robot.friction(&drives, i, spring[i], 0.0)
+            cell.robot.friction(&drives, i, spring[i], point.internal(), 0.0)
         };
         if amplitude[i] < AMPLITUDES.0 {
             return at(0.0).slope;

@@ -10,7 +10,7 @@
 use super::{Experiment, Motion, PredictError};
 use nalgebra::{DMatrix, DVector};
 use std::sync::Arc;
-use trueweld_plant::robot::{ElasticRobot, GearMemory, INTERNAL_STATES, Memory};
+use trueweld_plant::robot::{ElasticRobot, INTERNAL_STATES, JointMemory, Memory};
 
 /// What is expected of a state beforehand: a deviation, as a share of half of the loop.
 const EXPECTED: f64 = 0.5;
@@ -39,7 +39,7 @@ pub struct StartState {
 /// The states of gears that fit a log's poses best.
 #[derive(Debug)]
 pub struct StartFit {
-    gears: Vec<GearMemory>,
+    gears: Vec<JointMemory>,
     /// From -1 to 1.
     states: DVector<f64>,
     /// Deviations of the states.
@@ -54,7 +54,7 @@ pub struct StartFit {
 
 impl StartFit {
     /// The memory with states for these gears.
-    fn memory(gears: &[GearMemory], states: &DVector<f64>) -> Memory {
+    fn memory(gears: &[JointMemory], states: &DVector<f64>) -> Memory {
         let mut memory: Memory = [0.0; INTERNAL_STATES];
         for (gear, state) in gears.iter().zip(states.iter()) {
             memory[gear.slot] = state.abs() * gear.ends[usize::from(*state > 0.0)];
@@ -73,7 +73,7 @@ impl StartFit {
 
     /// The states that stand out: what is not nothing.
     pub fn told(&self) -> Vec<StartState> {
-        let of = |(gear, (state, deviation)): (&GearMemory, (&f64, &f64))| {
+        let of = |(gear, (state, deviation)): (&JointMemory, (&f64, &f64))| {
             let stands_out = state.abs() > (TOLD * deviation).max(TOLD_SHARE);
             stands_out.then_some(StartState { joint: gear.joint, state: *state })
         };
@@ -95,7 +95,7 @@ pub(super) fn at_the_start(
     if gears.is_empty() || experiment.poses == 0 || !experiment.starts_anywhere {
         return Ok(None);
     }
-    let slots = |gears: &[GearMemory]| gears.iter().map(|g| g.slot).collect::<Vec<_>>();
+    let slots = |gears: &[JointMemory]| gears.iter().map(|g| g.slot).collect::<Vec<_>>();
     let known =
         near.and_then(|n| n.start.as_ref()).filter(|fit| slots(&fit.gears) == slots(&gears));
     let mut states = known.map_or_else(|| DVector::zeros(gears.len()), |fit| fit.states.clone());

@@ -45,7 +45,9 @@ impl Experiment {
         let stands = self.standing.is_some();
         match (effect.kind.action, effect.port()) {
             (Action::Process(_), _) => false,
-            (_, Some(Port::ProcessForce | Port::PlateSurface | Port::MotorFriction(_))) => false,
+            (_, Some(Port::ProcessForce | Port::PlateSurface)) => false,
+            // What friction remembers is kept with the motion.
+            (_, Some(Port::MotorFriction(_))) => effect.remembers(),
             (_, Some(Port::SensorChannel(_) | Port::TimeBase)) => stands,
             _ => true,
         }

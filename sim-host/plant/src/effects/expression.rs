@@ -6,6 +6,9 @@
 //! value    = number | name | function( sum [, sum] ) | ( sum )
 //! ```
 //!
+//! One [`Loop`] may stand in an expression, `dahl(variable, width)` or `play(variable, width)`: what
+//! it remembers comes with the variables, and its width is made of numbers and parameters alone.
+//!
 //! An expression may have a table beside it: `table( sum )` is then the straight line between its
 //! values at places on either side, and the nearest of them beyond its ends.
 //!
@@ -13,6 +16,7 @@
 //! stack, so that evaluating neither allocates nor fails; where the mathematics has no answer the
 //! value is not finite. Left out: conditions, for which `step` does.
 
+use super::memory::{LOOPS, Loop};
 use crate::input::nearest;
 use std::ops::Range;
 
@@ -82,6 +86,7 @@ enum Operation {
     Table,
     Of(Function),
     OfTwo(FunctionOfTwo),
+    Loop(Loop),
 }
 
 impl Operation {
@@ -95,7 +100,8 @@ impl Operation {
             | Self::Multiply
             | Self::Divide
             | Self::Power
-            | Self::OfTwo(_) => -1,
+            | Self::OfTwo(_)
+            | Self::Loop(_) => -1,
         }
     }
 }
@@ -109,6 +115,18 @@ pub struct Expression {
     places: Box<[f64]>,
     /// Parameters before the values of the table.
     named: usize,
+    /// Variables, behind which comes what is remembered.
+    variables: usize,
+    remembered: Option<Remembered>,
+}
+
+/// What an expression remembers: how, the way of which variable, and where in its operations the
+/// width is worked out.
+#[derive(Debug, Clone)]
+struct Remembered {
+    law: Loop,
+    variable: usize,
+    width: Range<usize>,
 }
 
 /// Name of the function that reads the table.
@@ -167,6 +185,7 @@ impl Expression {
             operations: Vec::new(),
             held: 0,
             nesting: 0,
+            remembered: None,
         };
         parser.sum()?;
         match parser.peek() {
@@ -174,17 +193,38 @@ impl Expression {
                 operations: parser.operations,
                 places: places.into(),
                 named: parameters.len(),
+                variables: variables.len(),
+                remembered: parser.remembered,
             }),
             Some(_) => Err(parser.unexpected("an operator (+ - * / ^) or the end")),
         }
     }
 
-    /// Its value. Both slices in the order in which [`parse`](Self::parse) got the names.
+    /// Its value. Both slices in the order in which [`parse`](Self::parse) got the names; behind the
+    /// variables the state of its [`Loop`], where it has one: 0 where none is given.
     #[inline]
     pub fn eval(&self, variables: &[f64], parameters: &[f64]) -> f64 {
+        self.worked_out(&self.operations, variables, parameters)
+    }
+
+    /// Its [`Loop`] and the width of it; `None` where it has none.
+    #[inline]
+    pub fn remembered(&self, parameters: &[f64]) -> Option<(Loop, f64)> {
+        let remembered = self.remembered.as_ref()?;
+        let width = &self.operations[remembered.width.clone()];
+        Some((remembered.law, self.worked_out(width, &[], parameters)))
+    }
+
+    /// Index of the variable whose way its [`Loop`] remembers.
+    pub fn variable_remembered(&self) -> Option<usize> {
+        self.remembered.as_ref().map(|r| r.variable)
+    }
+
+    #[inline]
+    fn worked_out(&self, operations: &[Operation], variables: &[f64], parameters: &[f64]) -> f64 {
         let mut stack = [0.0; DEPTH];
         let mut held = 0;
-        for operation in &self.operations {
+        for operation in operations {
             let value = match *operation {
                 Operation::Number(number) => number,
                 Operation::Variable(i) => variables[i],
@@ -207,6 +247,9 @@ impl Expression {
                         Operation::Multiply => a * b,
                         Operation::Divide => a / b,
                         Operation::OfTwo(function) => function(a, b),
+                        Operation::Loop(law) => {
+                            law.value(a, b, variables.get(self.variables).copied().unwrap_or(0.0))
+                        }
                         _ => a.powf(b),
                     }
                 }
@@ -243,7 +286,9 @@ pub(super) fn may_be_named(name: &str) -> bool {
 }
 
 fn known_words<'k>() -> impl Iterator<Item = &'k str> {
-    FUNCTIONS.iter().map(|(n, _)| *n).chain(FUNCTIONS_OF_TWO.iter().map(|(n, _)| *n)).chain(["pi"])
+    let functions = FUNCTIONS.iter().map(|(n, _)| *n);
+    let of_two = FUNCTIONS_OF_TWO.iter().map(|(n, _)| *n);
+    functions.chain(of_two).chain(LOOPS.iter().map(|(n, _)| *n)).chain(["pi"])
 }
 
 struct Parser<'t> {
@@ -256,6 +301,7 @@ struct Parser<'t> {
     /// Values on the stack after the operations so far.
     held: usize,
     nesting: usize,
+    remembered: Option<Remembered>,
 }
 
 impl Parser<'_> {
@@ -374,16 +420,16 @@ impl Parser<'_> {
 
     fn value(&mut self) -> Result<(), Mistake> {
         match self.peek() {
-            Some('(') => self.parenthesised(1),
+            Some('(') => self.parenthesised(1).map(|_| ()),
             Some(c) if c.is_ascii_digit() || c == '.' => self.number(),
             Some(c) if c.is_ascii_alphabetic() => self.name(),
             _ => Err(self.unexpected("a number, a name or `(`")),
         }
     }
 
-    /// `(`, so many sums between commas, `)`.
-    fn parenthesised(&mut self, sums: usize) -> Result<(), Mistake> {
-        let open = self.at;
+    /// `(`, so many sums between commas, `)`; where the operations of the last sum begin.
+    fn parenthesised(&mut self, sums: usize) -> Result<usize, Mistake> {
+        let (open, mut last) = (self.at, self.operations.len());
         if !self.eat('(') {
             return Err(self.unexpected("`(`"));
         }
@@ -392,12 +438,13 @@ impl Parser<'_> {
                 if i > 0 && !inner.eat(',') {
                     return Err(inner.unexpected("`,` and a second value"));
                 }
+                last = inner.operations.len();
                 inner.sum()?;
             }
             Ok(())
         })?;
         if self.eat(')') {
-            return Ok(());
+            return Ok(last);
         }
         let mut mistake = self.unexpected("an operator or `)`");
         if self.peek().is_none() {
@@ -440,6 +487,8 @@ impl Parser<'_> {
         } else if let Some((_, function)) = FUNCTIONS_OF_TWO.iter().find(|(n, _)| *n == name) {
             self.parenthesised(2)?;
             self.emit(Operation::OfTwo(*function))
+        } else if let Some((_, law)) = LOOPS.iter().find(|(n, _)| *n == name) {
+            self.remembering(*law, span)
         } else if self.has_table && name == TABLE {
             self.parenthesised(1)?;
             self.emit(Operation::Table)
@@ -452,6 +501,31 @@ impl Parser<'_> {
         } else {
             Err(self.unknown(name, span))
         }
+    }
+
+    /// The variable and the width of a loop whose name was read at `at`.
+    fn remembering(&mut self, law: Loop, at: Range<usize>) -> Result<(), Mistake> {
+        let from = self.operations.len();
+        let last = self.parenthesised(2)?;
+        let of = &self.text[at.start..self.at];
+        let help = "A loop is written as height * dahl(link, width), one in an expression: two effects at the same port add up.";
+        let wrong = |expected: &str| {
+            let message = format!("read `{of}`; expected {expected}");
+            Err(Mistake { at: at.start..self.at, message, help: help.to_owned() })
+        };
+        let &[Operation::Variable(variable)] = &self.operations[from..last] else {
+            return wrong("a variable, whose way is remembered, and then the width of the loop");
+        };
+        let width = last..self.operations.len();
+        let varies = |o: &Operation| matches!(o, Operation::Variable(_) | Operation::Loop(_));
+        if self.operations[width.clone()].iter().any(varies) {
+            return wrong("a width made of numbers and parameters alone");
+        }
+        if self.remembered.is_some() {
+            return wrong("one such loop in an expression");
+        }
+        self.remembered = Some(Remembered { law, variable, width });
+        self.emit(Operation::Loop(law))
     }
 
     fn unknown(&self, name: &str, at: Range<usize>) -> Mistake {

@@ -3,6 +3,7 @@
 
 use super::expression::{Expression, Mistake, may_be_named};
 use super::location::LocationKind;
+use super::memory::Loop;
 use crate::robot::{Channel, JointState, Port, ProcessPoint, Readings, Term, ValueDerivative};
 use nalgebra::Vector3;
 
@@ -112,6 +113,13 @@ fn joint_values(at: &JointState) -> [f64; 7] {
         at.smoothing,
     ]
 }
+
+/// The variables whose way a [`Loop`] may remember, and how they change.
+const REMEMBERED: [(&str, fn(&JointState) -> f64); 3] = [
+    ("encoder", |at| at.encoder_rate),
+    ("link", |at| at.link_rate),
+    ("twist", |at| at.encoder_rate - at.link_rate),
+];
 
 /// Those of a joint, then the load of its gear and the time.
 static MOTOR_SIDE: [Variable; 9] = joined(
@@ -330,6 +338,11 @@ impl NamedPort {
         }
     }
 
+    /// True where an effect may remember the way that a joint has come.
+    fn remembers(&self) -> bool {
+        matches!(self.target, Target::SpringTorque | Target::MotorFriction | Target::LinkTorque)
+    }
+
     fn of_the_plant(&self, joint: usize) -> Port {
         match self.target {
             Target::SpringTorque | Target::Twist => Port::SpringTorque(joint),
@@ -450,6 +463,8 @@ pub struct Formula {
     /// What it was made from.
     pub definition: Definition,
     expression: Expression,
+    /// How the variable changes whose way is remembered.
+    way: Option<fn(&JointState) -> f64>,
 }
 
 impl Definition {
@@ -485,14 +500,40 @@ impl Definition {
             };
             return mistake(message, "A fit cannot find the value of what changes nothing.");
         }
+        if let Some(variable) = expression.variable_remembered() {
+            let name = variables[variable];
+            if !self.port.remembers() {
+                let ports: Vec<&str> =
+                    PORTS.iter().filter(|p| p.remembers()).map(|p| p.name).collect();
+                let message = format!(
+                    "a loop at {}; expected one of the ports {}",
+                    self.port.name,
+                    ports.join(", ")
+                );
+                return mistake(message, "Only there the plant keeps what an effect remembers.");
+            }
+            if REMEMBERED.iter().all(|(known, _)| *known != name) {
+                let names = REMEMBERED.map(|(name, _)| name).join(", ");
+                let message = format!("a loop over `{name}`; expected one of {names}");
+                return mistake(message, "What is remembered is the way of a joint.");
+            }
+        }
         let ends = self.parameters.iter().enumerate().flat_map(|(i, p)| [(i, p.low), (i, p.high)]);
         for changed in std::iter::once(None).chain(ends.map(Some)) {
             let mut values = values.to_vec();
             if let Some((i, end)) = changed {
                 values[i] = end;
             }
+            if let Some((_, width)) = expression.remembered(&values)
+                && !(width > 0.0 && width.is_finite())
+            {
+                let message = format!("a loop {width} wide; expected a width above 0");
+                return mistake(message, "Keep it above 0 over the range of each parameter.");
+            }
             for probe in 0..3 {
-                let point: Vec<f64> = self.port.variables.iter().map(|v| v.probes[probe]).collect();
+                let mut point: Vec<f64> =
+                    self.port.variables.iter().map(|v| v.probes[probe]).collect();
+                point.push([0.0, 1.0, -1.0][probe]);
                 let value = expression.eval(&point, &values);
                 if value.is_finite() {
                     continue;
@@ -526,7 +567,12 @@ impl CustomParameter {
 
 impl Formula {
     pub(super) fn new(definition: Definition, expression: Expression) -> Self {
-        Self { definition, expression }
+        let of = |variable: usize| {
+            let name = definition.port.variables[variable].name;
+            REMEMBERED.iter().find(|(known, _)| *known == name).map(|(_, way)| *way)
+        };
+        let way = expression.variable_remembered().and_then(of);
+        Self { definition, expression, way }
     }
 
     /// Where it acts in the plant.
@@ -554,6 +600,13 @@ impl Own {
         self.formula.expression.eval(variables, &self.values)
     }
 
+    /// How it remembers, over which width, and how fast the variable changes whose way it is.
+    fn remembering(&self, at: &JointState) -> Option<(Loop, f64, f64)> {
+        let way = self.formula.way?;
+        let (law, width) = self.formula.expression.remembered(&self.values)?;
+        Some((law, width, way(at)))
+    }
+
     fn along(&self, axis: usize, variables: &[f64]) -> Vector3<f64> {
         let mut vector = Vector3::zeros();
         vector[axis] = self.at(variables);
@@ -566,15 +619,29 @@ impl Term for Own {
         if self.target == Target::Twist { self.at(&joint_values(at)) } else { 0.0 }
     }
 
-    fn spring_torque(&self, at: &JointState, _: f64) -> f64 {
-        if self.target == Target::SpringTorque { self.at(&joint_values(at)) } else { 0.0 }
+    fn spring_torque(&self, at: &JointState) -> f64 {
+        let [a, b, c, d, e, f, g] = joint_values(at);
+        match self.target {
+            Target::SpringTorque => self.at(&[a, b, c, d, e, f, g, at.remembered]),
+            _ => 0.0,
+        }
+    }
+
+    fn internal_rate(&self, at: &JointState) -> Option<f64> {
+        let (law, width, rate) = self.remembering(at)?;
+        Some(law.rate(rate, width, at.remembered))
+    }
+
+    fn remembered_after(&self, way: &JointState) -> f64 {
+        self.remembering(way)
+            .map_or(way.remembered, |(law, width, length)| law.after(length, width, way.remembered))
     }
 
     fn friction(&self, at: &JointState) -> ValueDerivative {
         let off = |by| {
             let at = JointState { encoder_rate: at.encoder_rate + by, ..*at };
             let [a, b, c, d, e, f, g] = joint_values(&at);
-            self.at(&[a, b, c, d, e, f, g, at.spring_torque, at.time])
+            self.at(&[a, b, c, d, e, f, g, at.spring_torque, at.time, at.remembered])
         };
         let slope = (off(RATE_DIFFERENCE) - off(-RATE_DIFFERENCE)) / (2.0 * RATE_DIFFERENCE);
         ValueDerivative { value: off(0.0), slope }
@@ -582,7 +649,7 @@ impl Term for Own {
 
     fn link_torque(&self, at: &JointState, counterbalance: f64) -> f64 {
         let [a, b, c, d, e, f, g] = joint_values(at);
-        self.at(&[a, b, c, d, e, f, g, counterbalance])
+        self.at(&[a, b, c, d, e, f, g, counterbalance, at.remembered])
     }
 
     fn shift(&self, time: f64) -> Vector3<f64> {

@@ -45,13 +45,13 @@ struct Hysteresis {
 }
 
 impl Term for Hysteresis {
-    fn spring_torque(&self, _: &JointState, internal: f64) -> f64 {
-        self.torque * internal
+    fn spring_torque(&self, at: &JointState) -> f64 {
+        self.torque * at.remembered
     }
 
     /// dz/dt = δ̇ (1 − z sgn δ̇)/δh.
-    fn internal_rate(&self, at: &JointState, internal: f64) -> Option<f64> {
+    fn internal_rate(&self, at: &JointState) -> Option<f64> {
         let rate = at.encoder_rate - at.link_rate;
-        Some((rate - internal * rate.abs()) / self.twist)
+        Some((rate - at.remembered * rate.abs()) / self.twist)
     }
 }

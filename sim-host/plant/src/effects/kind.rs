@@ -8,7 +8,7 @@ use super::formula::Formula;
 use super::location::{CHANNELS, Location, LocationKind};
 use super::parameter::Parameter;
 use crate::input::{Process, RobotFile, did_you_mean};
-use crate::robot::{Channel, JointState, Port, Ports, Term, TooManyStates, mount};
+use crate::robot::{Channel, JointState, Port, Ports, Term, TooManyStates, mount, remembers};
 use trueweld_core::{JOINTS, ModelError, Pose, Robot, RobotParameters};
 
 /// How an effect acts, given the values of its parameters.
@@ -277,6 +277,16 @@ impl Effect {
             Action::Expression(formula) => Some(formula.port(joint)),
             Action::Channel(_) => Some(Port::TimeBase),
             Action::Robot(_) | Action::Mounting(_) | Action::Process(_) | Action::Unstated => None,
+        }
+    }
+
+    /// True where what it does depends on the way that the joint has come.
+    pub fn remembers(&self) -> bool {
+        let joint = if let Location::Joint(joint) = self.at { joint } else { 0 };
+        match self.kind.action {
+            Action::Term { build, .. } => remembers(build(&self.values, joint).as_ref()),
+            Action::Expression(formula) => remembers(formula.term(&self.values, joint).1.as_ref()),
+            _ => false,
         }
     }
 

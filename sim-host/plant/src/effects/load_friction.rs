@@ -64,6 +64,7 @@ mod tests {
                 encoder_before: 0.0,
                 smoothing: 1e-3,
                 spring_torque: load,
+                remembered: 0.0,
                 time: 0.0,
             };
             let friction = term.friction(&at(rate));

@@ -37,6 +37,7 @@ mod link_encoder_ripple;
 mod load_friction;
 mod location;
 mod material_step;
+pub mod memory;
 mod nonlinear_stiffness;
 mod parameter;
 mod payload_error;

@@ -3,7 +3,7 @@
 //! Two ways. [`QuasiStaticLinks`]: the springs carry what the links ask for at every instant,
 //! nothing swings; loads at rest and slow motion in contact. [`DynamicLinks`]: the links' equation
 //! of motion integrated in time; free motion and ringing down. Both start from, and keep, what the
-//! gears remember.
+//! joints remember.
 
 use super::Diverged;
 use crate::robot::{Drives, ElasticRobot, INTERNAL_STATES, JointMotion, Memory, TiltMotion, Tilts};
@@ -103,7 +103,7 @@ impl QuasiStaticLinks {
     /// TCP, in axes of the real tool frame. `time` from the start of the log, s.
     ///
     /// The load is taken to have come from the one before along a straight line in every joint's
-    /// torsion. Angles are NaN where the arm cannot carry the load.
+    /// angle and torsion. Angles are NaN where the arm cannot carry the load.
     pub fn follow(
         &mut self,
         robot: &ElasticRobot,
@@ -119,7 +119,6 @@ impl QuasiStaticLinks {
             motor_rate: motors.rate,
         };
         let mut spring = JointVector::zeros();
-        let mut internal = self.internal;
         let near = self.torsion.is_some() && !self.jumped(motors);
         // Bearings and base that give: their tilt follows the wrench, whose axes follow the tool's.
         let mut frames = robot.model.frames(&drives.link);
@@ -130,16 +129,15 @@ impl QuasiStaticLinks {
                 wrench = wrench_in_t.rotated(&frames.tcp.rotation);
             }
             spring = robot.model.rnea(&frames, &motors.rate, &motors.acceleration, &wrench)
-                - robot.link_torque(&drives);
-            internal = self.internal;
+                - robot.link_torque(&drives, &self.led_to(robot, &drives));
             for i in 0..JOINTS {
-                torsion[i] = self.torsion_under(robot, &drives, i, spring[i], &mut internal);
+                torsion[i] = self.torsion_under(robot, &drives, i, spring[i]);
             }
             drives.link = motors.angle - torsion;
         }
         let wrench = wrench_in_t.rotated(&frames.tcp.rotation);
         frames = robot.frames(&drives.link, &wrench, time);
-        self.internal = internal;
+        self.internal = self.led_to(robot, &drives);
         self.torsion = Some(torsion);
         self.motor = motors.angle;
         Stand { link: drives.link, spring, frames }
@@ -170,27 +168,38 @@ impl QuasiStaticLinks {
         (motors.angle - self.motor).amax() > JUMP
     }
 
-    /// Twist θ_E − θ of one joint at which its spring carries `torque`; what the gear remembers
-    /// there goes to `internal`.
-    fn torsion_under(
-        &self,
-        robot: &ElasticRobot,
-        drives: &Drives,
-        i: usize,
-        torque: f64,
-        internal: &mut Memory,
-    ) -> f64 {
+    /// The way from where the links stand to `drives`, and there with the way's lengths as rates;
+    /// `None` before the first load.
+    fn way_to(&self, drives: &Drives) -> Option<Drives> {
+        let stood = self.motor - self.torsion?;
+        let (link_rate, motor_rate) = (drives.link - stood, drives.motor - self.motor);
+        Some(Drives { link_rate, motor_rate, ..*drives })
+    }
+
+    /// What the joints remember once they have come to `drives`.
+    fn led_to(&self, robot: &ElasticRobot, drives: &Drives) -> Memory {
+        let mut memory = self.internal;
+        if robot.ports.memories() > 0
+            && let Some(way) = self.way_to(drives)
+        {
+            (0..JOINTS).for_each(|i| robot.remembered(&way, i, &self.internal, &mut memory));
+        }
+        memory
+    }
+
+    /// Twist θ_E − θ of one joint at which its spring carries `torque`.
+    fn torsion_under(&self, robot: &ElasticRobot, drives: &Drives, i: usize, torque: f64) -> f64 {
         let plain = torque / robot.model.stiffness()[i] - robot.ports.link_angle[i];
         if robot.spring_is_plain(i) {
             return plain;
         }
         let mut at = |torsion: f64| {
-            let mut drives = *drives;
+            let (mut drives, mut memory) = (*drives, self.internal);
             drives.link[i] = drives.motor[i] - torsion;
-            if let Some(before) = &self.torsion {
-                robot.remembered(&drives, i, torsion - before[i], &self.internal, internal);
+            if let Some(way) = self.way_to(&drives) {
+                robot.remembered(&way, i, &self.internal, &mut memory);
             }
-            robot.joint_spring_torque(&drives, i, internal) - torque
+            robot.joint_spring_torque(&drives, i, &memory) - torque
         };
         let stiffness = robot.model.stiffness()[i];
         let mut torsion = root(&mut at, plain, stiffness);
@@ -210,7 +219,6 @@ impl QuasiStaticLinks {
                 };
             }
         }
-        at(torsion);
         torsion
     }
 }
@@ -432,7 +440,7 @@ impl DynamicLinks {
         let factor = Ldlt::new(inertia).ok_or(Diverged { time })?;
         let motor_acceleration = (motors.rate - from.rate) / whole;
         let tilts = robot.ports.frames_give().then(|| {
-            let rest = bias - robot.link_torque(&self.drives);
+            let rest = bias - robot.link_torque(&self.drives, self.internal.as_slice());
             let rates = (&middle_rate, &motor_acceleration);
             Tilts::new(robot, &frames, rates, &Wrench::zero(), (&factor, &rest))
         });
@@ -453,7 +461,8 @@ impl DynamicLinks {
         if let Some(tilts) = &tilts {
             let now = tilts.joints(robot, &self.drives, self.internal.as_slice(), &mut u);
             let torque = robot.spring_torque(&now, self.internal.as_slice());
-            let acceleration = factor.solve(&(torque + robot.link_torque(&now) - bias));
+            let rest = robot.link_torque(&now, self.internal.as_slice()) - bias;
+            let acceleration = factor.solve(&(torque + rest));
             self.tilted = [self.drives.link - now.link, self.drives.link_rate - now.link_rate];
             self.tilts = tilts.motion(&self.drives.link_rate, &acceleration, &motor_acceleration);
         }
@@ -484,7 +493,7 @@ impl DynamicLinks {
             let mut drives = Drives { link, link_rate, motor: *motor, motor_rate: *motor_rate };
             joints(&mut drives, internal.as_slice());
             let torque = robot.spring_torque(&drives, internal.as_slice())
-                + robot.link_torque(&drives)
+                + robot.link_torque(&drives, internal.as_slice())
                 - bias;
             let mut remembered = SVector::<f64, INTERNAL_STATES>::zeros();
             robot.internal_rates(&drives, internal.as_slice(), remembered.as_mut_slice());

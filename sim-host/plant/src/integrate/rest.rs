@@ -64,7 +64,7 @@ fn carried(
     wrench: &Wrench<f64>,
 ) -> JointVector<f64> {
     cell.robot.model.gravity_torque(frames)
-        - cell.robot.link_torque(drives)
+        - cell.robot.link_torque(drives, &[0.0; INTERNAL_STATES])
         - frames.joint_torque(wrench)
 }
 

@@ -9,7 +9,7 @@
 //! The one description of its physics: whoever drives it (a controller, a recorded log), it is
 //! asked here. Rotor gyroscopic effects are left out.
 
-use super::ports::{JointState, Ports, Term, ValueDerivative};
+use super::ports::{JointState, JointTerm, Memory, Ports, Term, ValueDerivative};
 use crate::effects::{Effect, EffectError};
 use crate::input::Process;
 use nalgebra::{Matrix6, Vector3};
@@ -49,15 +49,27 @@ pub struct Drives {
     pub motor_rate: JointVector<f64>,
 }
 
-/// A gear that remembers.
+/// A joint that remembers.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct GearMemory {
+pub struct JointMemory {
     /// Its joint, from 0.
     pub joint: usize,
     /// Place of its state in a [`Memory`](super::Memory).
     pub slot: usize,
     /// The state after a long way back, and after a long way forth.
     pub ends: [f64; 2],
+}
+
+/// A way after which nothing is remembered of where it began, rad.
+const FAR: f64 = 1e3;
+
+/// Difference of what is remembered that is none.
+const FORGOTTEN: f64 = 1e-9;
+
+/// A joint with what a term there remembers.
+#[inline]
+fn recalling(at: &JointState, term: &JointTerm, internal: &[f64]) -> JointState {
+    JointState { remembered: term.1.map_or(0.0, |slot| internal[slot]), ..*at }
 }
 
 impl ElasticRobot {
@@ -97,6 +109,7 @@ impl ElasticRobot {
             smoothing: self.model.parameters().friction.smoothing,
             spring_torque: 0.0,
             time: 0.0,
+            remembered: 0.0,
         }
     }
 
@@ -137,81 +150,76 @@ impl ElasticRobot {
             spring.iter().fold(self.model.stiffness()[i], |k, (t, _)| k * t.stiffness(engaged));
         let damping = spring.iter().fold(self.model.damping()[i], |d, (t, _)| d * t.damping());
         let extra: f64 =
-            spring.iter().map(|(t, s)| t.spring_torque(&at, s.map_or(0.0, |s| internal[s]))).sum();
+            spring.iter().map(|term| term.0.spring_torque(&recalling(&at, term, internal))).sum();
         stiffness * engaged + damping * (drives.motor_rate[i] - drives.link_rate[i]) + extra
     }
 
-    /// What the terms at the spring of one joint remember after its torsion has changed by `change`,
-    /// rad, however slowly: from `before` into `after`. A term's own state follows dz/dδ = a − b z
-    /// for either direction of δ.
-    pub(crate) fn remembered(
-        &self,
-        drives: &Drives,
-        i: usize,
-        change: f64,
-        before: &[f64],
-        after: &mut [f64],
-    ) {
-        for (term, slot) in &self.ports.spring[i] {
-            if let Some(s) = *slot {
-                let mut at = self.joint_point(drives, i);
-                (at.encoder_rate, at.link_rate) = (change.signum(), 0.0);
-                let rate = |z| term.internal_rate(&at, z).unwrap_or(0.0);
-                let (a, z, length) = (rate(0.0), before[s], change.abs());
-                let b = a - rate(1.0);
-                after[s] = if b.abs() * length < 1e-9 {
-                    z + (a - b * z) * length
-                } else {
-                    a / b + (z - a / b) * (-b * length).exp()
-                };
+    /// What one joint remembers after an even way to `to`, whose rates are the way's lengths, rad,
+    /// however slowly: from `before` into `after`.
+    pub(crate) fn remembered(&self, to: &Drives, i: usize, before: &Memory, after: &mut Memory) {
+        for term in self.ports.of_joint(i) {
+            if let (term, Some(slot)) = (&term.0, term.1) {
+                let way = JointState { remembered: before[slot], ..self.joint_point(to, i) };
+                after[slot] = term.remembered_after(&way);
             }
         }
     }
 
-    /// The gears that remember, each with its joint and what it remembers after a long way back and
-    /// a long way forth; those left out that no way makes forget.
-    pub fn memories(&self) -> Vec<GearMemory> {
+    /// The joints that remember, each with what it remembers after a long way back and a long way
+    /// forth; those left out that no way makes forget.
+    pub fn memories(&self) -> Vec<JointMemory> {
         let still = JointVector::zeros();
         let drives = Drives { link: still, link_rate: still, motor: still, motor_rate: still };
-        let ends = |i: usize, term: &dyn Term, slot: usize| {
-            let end = |direction: f64| {
-                let at = JointState { encoder_rate: direction, ..self.joint_point(&drives, i) };
-                let rate = |z| term.internal_rate(&at, z).unwrap_or(0.0);
-                (rate(0.0) > rate(1.0)).then(|| rate(0.0) / (rate(0.0) - rate(1.0)))
+        // A spring's twist goes the way of the encoder with the link held, a link's that of itself.
+        let end = |i: usize, term: &dyn Term, of_link: bool, way: f64, remembered: f64| {
+            let (encoder_rate, link_rate) = if of_link { (way, way) } else { (way, 0.0) };
+            let at = self.joint_point(&drives, i);
+            term.remembered_after(&JointState { encoder_rate, link_rate, remembered, ..at })
+        };
+        let ends = |i: usize, term: &JointTerm, of_link: bool| {
+            let (term, slot) = (term.0.as_ref(), term.1?);
+            let of = |way: f64| {
+                let [low, high] = [-1.0, 1.0].map(|start| end(i, term, of_link, way, start));
+                (high - low < FORGOTTEN).then_some(high)
             };
-            let (back, forth) = (end(-1.0)?, end(1.0)?);
-            (back < forth).then_some(GearMemory { joint: i, slot, ends: [back, forth] })
+            let (back, forth) = (of(-FAR)?, of(FAR)?);
+            (back < forth).then_some(JointMemory { joint: i, slot, ends: [back, forth] })
         };
         let kept = |i: usize| {
-            let terms = self.ports.spring[i].iter();
-            terms.filter_map(move |(term, slot)| ends(i, term.as_ref(), (*slot)?))
+            let ports = &self.ports;
+            let held = ports.spring[i].iter().map(|term| (term, false));
+            let moved = ports.friction[i].iter().chain(&ports.link_torque[i]).map(|t| (t, true));
+            held.chain(moved).filter_map(move |(term, of_link)| ends(i, term, of_link))
         };
         (0..JOINTS).flat_map(kept).collect()
     }
 
-    /// What terms that remember add to the stiffness of each joint for motions far smaller than
-    /// their loops, N·m/rad: in the middle of its loop, on the way forth.
+    /// What terms at the springs that remember add to the stiffness of each joint for motions far
+    /// smaller than their loops, N·m/rad: in the middle of its loop, on the way forth.
     pub fn remembered_stiffness(&self) -> JointVector<f64> {
         let still = JointVector::zeros();
         let drives = Drives { link: still, link_rate: still, motor: still, motor_rate: still };
         JointVector::from_fn(|i, _| {
             let forth = JointState { encoder_rate: 1.0, ..self.joint_point(&drives, i) };
             let of = |term: &dyn Term| {
-                let torque = term.spring_torque(&forth, 1.0) - term.spring_torque(&forth, 0.0);
-                torque * term.internal_rate(&forth, 0.0).unwrap_or(0.0)
+                let torque = |remembered| term.spring_torque(&JointState { remembered, ..forth });
+                (torque(1.0) - torque(0.0)) * term.internal_rate(&forth).unwrap_or(0.0)
             };
             let remembering = self.ports.spring[i].iter().filter(|(_, slot)| slot.is_some());
             remembering.map(|(term, _)| of(term.as_ref())).sum()
         })
     }
 
-    /// Rates of the states that spring terms keep.
+    /// Rates of the states that terms keep.
     pub fn internal_rates(&self, drives: &Drives, internal: &[f64], rates: &mut [f64]) {
+        if self.ports.memories() == 0 {
+            return;
+        }
         for i in 0..JOINTS {
-            for (term, slot) in &self.ports.spring[i] {
-                if let Some(s) = *slot {
-                    let at = self.joint_point(drives, i);
-                    rates[s] = term.internal_rate(&at, internal[s]).unwrap_or(0.0);
+            for term in self.ports.of_joint(i) {
+                if let Some(slot) = term.1 {
+                    let at = recalling(&self.joint_point(drives, i), term, internal);
+                    rates[slot] = term.0.internal_rate(&at).unwrap_or(0.0);
                 }
             }
         }
@@ -220,13 +228,20 @@ impl ElasticRobot {
     /// Motor friction τ_f of one joint whose spring carries τ_s = `spring`, N·m, at `time` from the
     /// start, s, with its slope by θ̇_E.
     #[inline]
-    pub fn friction(&self, drives: &Drives, i: usize, spring: f64, time: f64) -> ValueDerivative {
+    pub fn friction(
+        &self,
+        drives: &Drives,
+        i: usize,
+        spring: f64,
+        internal: &[f64],
+        time: f64,
+    ) -> ValueDerivative {
         let (value, slope) = self.model.parameters().friction.torque(i, drives.motor_rate[i]);
         let mut torque = ValueDerivative { value, slope };
         if !self.ports.friction[i].is_empty() {
             let at = JointState { spring_torque: spring, time, ..self.joint_point(drives, i) };
             for term in &self.ports.friction[i] {
-                let more = term.friction(&at);
+                let more = term.0.friction(&recalling(&at, term, internal));
                 torque.value += more.value;
                 torque.slope += more.slope;
             }
@@ -237,7 +252,7 @@ impl ElasticRobot {
     /// Torque on the links that is neither spring nor load: the counterbalance and the link ports,
     /// N·m.
     #[inline]
-    pub fn link_torque(&self, drives: &Drives) -> JointVector<f64> {
+    pub fn link_torque(&self, drives: &Drives, internal: &[f64]) -> JointVector<f64> {
         let mut torque = JointVector::zeros();
         let counterbalance = self.model.counterbalance_torque(drives.link[1]);
         torque[1] = counterbalance;
@@ -247,7 +262,7 @@ impl ElasticRobot {
                 let balance = if i == 1 { counterbalance } else { 0.0 };
                 torque[i] += self.ports.link_torque[i]
                     .iter()
-                    .map(|t| t.link_torque(&at, balance))
+                    .map(|term| term.0.link_torque(&recalling(&at, term, internal), balance))
                     .sum::<f64>();
             }
         }
@@ -313,12 +328,12 @@ impl ElasticRobot {
     pub fn link_acceleration(
         &self,
         frames: &Frames<f64>,
-        drives: &Drives,
+        (drives, internal): (&Drives, &[f64]),
         spring: &JointVector<f64>,
         wrench: &Wrench<f64>,
     ) -> Option<(JointVector<f64>, Matrix6<f64>, Ldlt<f64>)> {
         let (inertia, bias) = self.model.equation_of_motion(frames, &drives.link_rate, wrench);
-        let torque = spring + self.link_torque(drives) - bias;
+        let torque = spring + self.link_torque(drives, internal) - bias;
         let factor = Ldlt::new(inertia)?;
         Some((factor.solve(&torque), inertia, factor))
     }
@@ -333,13 +348,13 @@ impl ElasticRobot {
     pub fn link_acceleration_near(
         &self,
         frames: &Frames<f64>,
-        drives: &Drives,
+        (drives, internal): (&Drives, &[f64]),
         spring: &JointVector<f64>,
         wrench: &Wrench<f64>,
         (acceleration, factor): (&JointVector<f64>, &Ldlt<f64>),
     ) -> JointVector<f64> {
         let asked = self.model.rnea(frames, &drives.link_rate, acceleration, wrench);
-        acceleration + factor.solve(&(spring + self.link_torque(drives) - asked))
+        acceleration + factor.solve(&(spring + self.link_torque(drives, internal) - asked))
     }
 
     /// Energy of links, rotors, gravity, counterbalance and springs of the baseline, J. Without

@@ -8,10 +8,10 @@ use nalgebra::Vector3;
 use trueweld_core::spatial::rotation_vector;
 use trueweld_core::{JOINTS, JointVector, Pose, smooth_sign};
 
-/// Most continuous states that all effects of one cell may keep (a hysteresis keeps one a joint).
+/// Most states that all effects of one cell may keep (a hysteresis keeps one a joint).
 pub const INTERNAL_STATES: usize = 6;
 
-/// What gears remember: the states that effects keep, by the order in which they were installed.
+/// What joints remember: the states that effects keep, by the order in which they were installed.
 pub type Memory = [f64; INTERNAL_STATES];
 
 /// Where a term enters the plant.
@@ -71,6 +71,25 @@ pub struct JointState {
     pub spring_torque: f64,
     /// Time from the start, s, with which friction may change; 0 at all ports but motor friction.
     pub time: f64,
+    /// The state that the term keeps itself; 0 for one that keeps none.
+    pub remembered: f64,
+}
+
+impl JointState {
+    /// At the zero pose and at rest, with nothing remembered.
+    fn at_zero() -> Self {
+        Self {
+            encoder: 0.0,
+            encoder_rate: 0.0,
+            link: 0.0,
+            link_rate: 0.0,
+            encoder_before: 0.0,
+            smoothing: 1.0,
+            spring_torque: 0.0,
+            time: 0.0,
+            remembered: 0.0,
+        }
+    }
 }
 
 /// The process at one instant: tool in the weld frame W, origin at the start of the seam on the
@@ -181,15 +200,27 @@ pub trait Term: std::fmt::Debug + Send + Sync {
         1.0
     }
 
-    /// Spring torque: extra torque on the link, N·m, and less on the motor; `internal` is the
-    /// term's own state.
-    fn spring_torque(&self, _at: &JointState, _internal: f64) -> f64 {
+    /// Spring torque: extra torque on the link, N·m, and less on the motor.
+    fn spring_torque(&self, _at: &JointState) -> f64 {
         0.0
     }
 
-    /// Spring torque: rate of the term's own state; `None` for a term that keeps none.
-    fn internal_rate(&self, _at: &JointState, _internal: f64) -> Option<f64> {
+    /// Spring torque, motor friction, link torque: rate of the term's own state; `None` for a term
+    /// that keeps none.
+    fn internal_rate(&self, _at: &JointState) -> Option<f64> {
         None
+    }
+
+    /// The same ports: the term's own state after the joint has gone an even way to `way`, however
+    /// slowly: the rates are the way's lengths, rad, and `remembered` the state at its start. Where
+    /// the rate is straight in the state, dz/ds = a − b z, the default is exact.
+    fn remembered_after(&self, way: &JointState) -> f64 {
+        let rate =
+            |remembered| self.internal_rate(&JointState { remembered, ..*way }).unwrap_or_default();
+        let z = way.remembered;
+        let a = rate(0.0);
+        let b = a - rate(1.0);
+        if b.abs() < 1e-9 { z + (a - b * z) } else { a / b + (z - a / b) * (-b).exp() }
     }
 
     /// Motor friction: extra torque against the motor, N·m, with its slope by θ̇_E, N·m·s/rad.
@@ -259,18 +290,23 @@ pub trait Term: std::fmt::Debug + Send + Sync {
     }
 }
 
-/// A term of the spring port, with the slot of its own state if it keeps one.
-pub type SpringTerm = (Box<dyn Term>, Option<usize>);
+/// True for a term that keeps a state of its own.
+pub(crate) fn remembers(term: &dyn Term) -> bool {
+    term.internal_rate(&JointState::at_zero()).is_some()
+}
+
+/// A term of a joint, with the slot of its own state if it keeps one.
+pub type JointTerm = (Box<dyn Term>, Option<usize>);
 
 /// The terms of one cell, by port.
 #[derive(Debug, Default)]
 pub struct Ports {
     /// Spring torque of each joint.
-    pub spring: [Vec<SpringTerm>; JOINTS],
+    pub spring: [Vec<JointTerm>; JOINTS],
     /// Motor friction of each joint.
-    pub friction: [Vec<Box<dyn Term>>; JOINTS],
+    pub friction: [Vec<JointTerm>; JOINTS],
     /// Link torque of each joint.
-    pub link_torque: [Vec<Box<dyn Term>>; JOINTS],
+    pub link_torque: [Vec<JointTerm>; JOINTS],
     /// Joint-to-link angle of each joint: the sum of its terms, rad.
     pub link_angle: JointVector<f64>,
     /// Link frames.
@@ -304,25 +340,17 @@ impl Ports {
     pub fn install(&mut self, port: Port, term: Box<dyn Term>) -> Result<(), TooManyStates> {
         match port {
             Port::SpringTorque(i) => {
-                let probe = JointState {
-                    encoder: 0.0,
-                    encoder_rate: 0.0,
-                    link: 0.0,
-                    link_rate: 0.0,
-                    encoder_before: 0.0,
-                    smoothing: 1.0,
-                    spring_torque: 0.0,
-                    time: 0.0,
-                };
-                let slot = term.internal_rate(&probe, 0.0).map(|_| self.internal_states);
-                if slot == Some(INTERNAL_STATES) {
-                    return Err(TooManyStates);
-                }
-                self.internal_states += usize::from(slot.is_some());
-                self.spring[i].push((term, slot));
+                let term = self.with_slot(term)?;
+                self.spring[i].push(term);
             }
-            Port::MotorFriction(i) => self.friction[i].push(term),
-            Port::LinkTorque(i) => self.link_torque[i].push(term),
+            Port::MotorFriction(i) => {
+                let term = self.with_slot(term)?;
+                self.friction[i].push(term);
+            }
+            Port::LinkTorque(i) => {
+                let term = self.with_slot(term)?;
+                self.link_torque[i].push(term);
+            }
             Port::JointToLinkAngle(i) => self.link_angle[i] += term.link_angle(),
             Port::LinkFrame(i) => self.link_frame[i].push(term),
             Port::BaseFrame => self.base_frame.push(term),
@@ -332,6 +360,22 @@ impl Ports {
             Port::TimeBase => self.time.push(term),
         }
         Ok(())
+    }
+
+    /// A term with the next slot, if it keeps a state.
+    fn with_slot(&mut self, term: Box<dyn Term>) -> Result<JointTerm, TooManyStates> {
+        let keeps = remembers(term.as_ref());
+        let slot = keeps.then_some(self.internal_states);
+        if slot == Some(INTERNAL_STATES) {
+            return Err(TooManyStates);
+        }
+        self.internal_states += usize::from(keeps);
+        Ok((term, slot))
+    }
+
+    /// All terms of one joint that may keep a state, in the order of their ports.
+    pub fn of_joint(&self, i: usize) -> impl Iterator<Item = &JointTerm> {
+        self.spring[i].iter().chain(&self.friction[i]).chain(&self.link_torque[i])
     }
 
     /// Number of effects that keep a state of their own.

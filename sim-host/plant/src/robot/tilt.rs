@@ -59,7 +59,7 @@ impl JointMotion {
         wrench: &Wrench<f64>,
     ) -> Option<Self> {
         let (inertia, bias) = robot.model.equation_of_motion(frames, &drives.link_rate, wrench);
-        let (factor, bias) = (Ldlt::new(inertia)?, bias - robot.link_torque(drives));
+        let (factor, bias) = (Ldlt::new(inertia)?, bias - robot.link_torque(drives, internal));
         let rates = (&drives.link_rate, motor_acceleration);
         let tilts = Tilts::new(robot, frames, rates, wrench, (&factor, &bias));
         let joints = tilts

@@ -215,7 +215,7 @@ fn friction_effects_follow_their_equations_and_give_their_slope() {
             let friction = |cell: &Cell, rate: f64| {
                 let mut at = drives();
                 at.motor_rate[joint] = rate;
-                cell.robot.friction(&at, joint, 0.0, 0.0)
+                cell.robot.friction(&at, joint, 0.0, &[], 0.0)
             };
             let gained = friction(&cell, rate).value - friction(&bare, rate).value;
             assert!(
@@ -550,7 +550,11 @@ fn own(fixtures: &Fixtures, effects: &[&str]) -> Cell {
 #[test]
 fn an_expression_does_what_the_effect_of_the_library_does() {
     let fixtures = short("vertical");
-    let cases: [(&str, &[&str]); 9] = [
+    let cases: [(&str, &[&str]); 10] = [
+        (
+            "hysteresis:A2:torque_nm=2400,twist_rad=1e-4",
+            &["A2|spring-torque|2400 * dahl(twist, 1e-4)"],
+        ),
         (
             "transmission-error:A1:amplitude_rad=1.6e-4,order=40,phase_rad=0.8",
             &["A1|twist|1.6e-4 * sin(40 * encoder + 0.8)"],

@@ -83,7 +83,7 @@ fn dampers_and_friction_take_exactly_the_energy_that_is_missing() {
     let energy = |s: &State| cell.robot.energy(&s.drives());
     let power = |s: &State| -> f64 {
         let d = s.drives();
-        let friction = |i| cell.robot.friction(&d, i, 0.0, 0.0).value;
+        let friction = |i| cell.robot.friction(&d, i, 0.0, &[], 0.0).value;
         let twist_rate = d.motor_rate - d.link_rate;
         let damper = KR500.damping().dot(&twist_rate.component_mul(&twist_rate));
         damper + (0..6).map(|i| friction(i) * d.motor_rate[i]).sum::<f64>()

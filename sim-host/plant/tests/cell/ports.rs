@@ -29,7 +29,7 @@ impl Term for Everything {
     fn damping(&self) -> f64 {
         3.0
     }
-    fn spring_torque(&self, _: &JointState, _: f64) -> f64 {
+    fn spring_torque(&self, _: &JointState) -> f64 {
         7.0
     }
     fn friction(&self, _: &JointState) -> ValueDerivative {
@@ -103,12 +103,12 @@ fn friction_and_link_ports_add_their_torque() {
     let (bare, friction, link) =
         (free_cell(&KR500, None), with(Port::MotorFriction(3)), with(Port::LinkTorque(1)));
     for i in 0..6 {
-        let change = friction.robot.friction(&moving(), i, 0.0, 0.0).value
-            - bare.robot.friction(&moving(), i, 0.0, 0.0).value;
+        let change = friction.robot.friction(&moving(), i, 0.0, &[], 0.0).value
+            - bare.robot.friction(&moving(), i, 0.0, &[], 0.0).value;
         assert!((change - if i == 3 { 11.0 } else { 0.0 }).abs() < 1e-9);
     }
-    let halved = bare.robot.link_torque(&moving()) * 0.5;
-    assert!((link.robot.link_torque(&moving()) - halved).amax() < 1e-9);
+    let halved = bare.robot.link_torque(&moving(), &[]) * 0.5;
+    assert!((link.robot.link_torque(&moving(), &[]) - halved).amax() < 1e-9);
 }
 
 #[test]

@@ -8,7 +8,7 @@ use crate::data::fir::interpolate;
 use nalgebra::Vector3;
 use trueweld_core::Pose;
 use trueweld_core::spatial::{rotation_from_vector, rotation_vector};
-use trueweld_plant::robot::{Channel, Drives, ElasticRobot, Readings};
+use trueweld_plant::robot::{Channel, Drives, ElasticRobot, INTERNAL_STATES, Readings};
 
 impl Moving {
     /// Measured less predicted of tracker and second encoders, in engineering units.
@@ -97,6 +97,8 @@ impl Moving {
             let mut predicted: Vec<f64> = (0..self.motor.len())
                 .map(|k| {
                     let m = &self.motor[k];
+                    let memory = motion.memory.get(k).unwrap_or(&[0.0; INTERNAL_STATES]);
+                    let spring = motion.spring[k][i];
                     let drives = Drives {
                         link: motion.link[k],
                         link_rate: m.rate,
@@ -104,10 +106,8 @@ impl Moving {
                         motor_rate: m.rate,
                     };
                     robot.model.rotor_inertia()[i] * m.acceleration[i]
-                        + motion.spring[k][i]
-                        + robot
-                            .friction(&drives, i, motion.spring[k][i], self.time[k] - begin)
-                            .value
+                        + spring
+                        + robot.friction(&drives, i, spring, memory, self.time[k] - begin).value
                 })
                 .collect();
             if torque_lag != 0.0 {
