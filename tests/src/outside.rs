@@ -98,6 +98,10 @@ pub static LAWS: &[OutsideLaw] = &[
     law("bow", "surface-height", None, "0.02*(x - 0.1)^2 - 2e-4", &["x"]),
     // A motor constant that falls with the load: magnets that saturate.
     law("saturation", "recorded-torque", Some(1), "-2e-5*torque*abs(torque)", &["torque"]),
+    // Hoses that rub on their clamps: Dahl's friction of the link.
+    law("clamps", "link-torque", Some(3), "-150*dahl(link, 0.06)", &["link"]),
+    // A seal that gives before it slides: Jenkins' element at the motor.
+    law("seal", "motor-friction", Some(1), "2.5e4*(encoder - play(encoder, 0.012))", &["encoder"]),
 ];
 
 /// Least multiple of the limit of detection at which a law is to show; others show three and ten times
@@ -121,6 +125,11 @@ impl OutsideLaw {
     /// The law of a name.
     pub fn named(name: &str) -> Option<&'static Self> {
         LAWS.iter().find(|law| law.name == name)
+    }
+
+    /// True where it depends on the way that its variable has come.
+    pub fn remembers(&self) -> bool {
+        ["dahl(", "play("].iter().any(|operator| self.expression.contains(operator))
     }
 
     /// The law as an effect of the truth.

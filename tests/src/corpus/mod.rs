@@ -169,6 +169,7 @@ impl DiscoveredLaw {
                 let over = hypothesis.variables();
                 (hypothesis.port.name, hypothesis.at) == (outside.port, law.at)
                     && outside.over.iter().all(|variable| over.contains(variable))
+                    && outside.remembers() == hypothesis.turns_over.is_some()
             }
             _ => false,
         };

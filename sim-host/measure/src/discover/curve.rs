@@ -76,16 +76,17 @@ impl Candidate {
         seen
     }
 
+    /// Range of the variable where the logs show the port; `None` where it hardly changes.
+    pub fn range(&self, context: &Context<'_>) -> Option<f64> {
+        range(&self.seen(context))
+    }
+
     /// The layouts that suit the variable; none where it hardly changes.
     pub fn layouts(&self, context: &Context<'_>) -> &'static [Layout] {
         let seen = self.seen(context);
-        let (Some(first), Some(last)) = (seen.first(), seen.last()) else {
+        let (Some(range), Some(first)) = (range(&seen), seen.first()) else {
             return &[];
         };
-        let range = last - first;
-        if range.is_nan() || range <= LEAST_RANGE * first.abs().max(last.abs()) {
-            return &[];
-        }
         let away = |(k, value): (usize, &f64)| {
             (k as f64 / (seen.len() - 1) as f64 - (value - first) / range).abs()
         };
@@ -205,13 +206,20 @@ impl Candidate {
         let definition = Definition {
             id: id.to_owned(),
             port: hypothesis.port,
-            expression: hypothesis.expression(&format!("table({})", hypothesis.over)),
+            expression: hypothesis.expression(&format!("table({})", hypothesis.over())),
             shows: hypothesis.port.meaning.to_owned(),
             parameters: table.parameters(&hypothesis.y_unit(), self.step, [-far, far]),
             table: Some(table),
         };
         definition.kind(&values).ok()
     }
+}
+
+/// Range of rising values; `None` where they hardly change.
+fn range(seen: &[f64]) -> Option<f64> {
+    let (first, last) = (seen.first()?, seen.last()?);
+    let range = last - first;
+    (range > LEAST_RANGE * first.abs().max(last.abs())).then_some(range)
 }
 
 /// A curve in the linear model of a fit.
@@ -268,6 +276,9 @@ pub(super) struct FittedCurve {
     pub fitted: Fitted,
 }
 
+/// Share of a loop that is left to turn round at the end of what is drawn.
+const NEARLY_ROUND: f64 = 0.01;
+
 /// Points that a formula is drawn by.
 const DRAWN: usize = 200;
 
@@ -309,17 +320,29 @@ impl FittedCurve {
         let Action::Expression(own) = formula.kind.action else {
             return Vec::new();
         };
-        let (first, last) = (self.places[0], self.places[self.places.len() - 1]);
+        let [first, last] =
+            [0, self.places.len() - 1].map(|place| self.drawn_at(self.places[place]));
         let at = |k: usize| first + (last - first) * k as f64 / DRAWN as f64;
         let hypothesis = &self.candidate.hypothesis;
         // The formula over its variable, its factor left away.
         let text = hypothesis.within(&own.definition.expression);
         let names: Vec<&str> = own.definition.parameters.iter().map(|p| p.name.as_str()).collect();
-        match Expression::parse(&text, &["u"], &names) {
-            Ok(curve) => {
-                (0..=DRAWN).map(|k| [at(k), curve.eval(&[at(k)], &formula.values)]).collect()
-            }
-            Err(_) => Vec::new(),
+        let Ok(curve) = Expression::parse(&text, &["u"], &names) else {
+            return Vec::new();
+        };
+        let value = |x: f64| match curve.remembered(&formula.values) {
+            Some((law, width)) => curve.eval(&[x, law.after(x, width, -1.0)], &formula.values),
+            None => curve.eval(&[x], &formula.values),
+        };
+        (0..=DRAWN).map(|k| [at(k), value(at(k))]).collect()
+    }
+
+    /// Where a value of what the curve is over is drawn: of a loop, the way since the variable turned
+    /// round at the end of a long way back.
+    pub fn drawn_at(&self, x: f64) -> f64 {
+        match self.candidate.hypothesis.turns_over {
+            Some(width) => -width * (0.5 * (1.0 - x)).max(NEARLY_ROUND).ln(),
+            None => x,
         }
     }
 
@@ -363,7 +386,12 @@ impl FittedCurve {
         for point in &mut points {
             point.y += interpolate(&self.places, self.values(), point.x);
         }
-        points
+        self.drawn_points(points)
+    }
+
+    /// Points where they are drawn.
+    pub fn drawn_points(&self, points: Vec<CurvePoint>) -> Vec<CurvePoint> {
+        points.into_iter().map(|point| CurvePoint { x: self.drawn_at(point.x), ..point }).collect()
     }
 
     /// What would take residuals away at the port, a point a stretch between the places.

@@ -2,7 +2,7 @@
 //! of its own, over shapes that they share.
 
 use super::context::Context;
-use super::curve::FittedCurve;
+use super::curve::{Candidate, FittedCurve};
 use super::hypotheses::{Hypothesis, replaced};
 use crate::diagnose::rules;
 use crate::fit::{self, Effort, Fitted, Linear};
@@ -23,21 +23,26 @@ enum Shape {
     Order,
     /// An exponent.
     Power,
+    /// The way over which a loop turns round, in that of the screened one.
+    Turning,
 }
 
 /// A formula over `u`.
 #[derive(Debug)]
-struct Form {
+pub(super) struct Form {
     /// Name of the size of each part, the power of the variable's unit in it, and the part.
     parts: &'static [(&'static str, i8, &'static str)],
     shapes: &'static [(&'static str, Shape)],
+    /// Of a loop, how its part is written: the part itself is over what is remembered, the width of
+    /// the loop its unit.
+    written: Option<&'static str>,
 }
 
 const fn form(
     parts: &'static [(&'static str, i8, &'static str)],
     shapes: &'static [(&'static str, Shape)],
 ) -> Form {
-    Form { parts, shapes }
+    Form { parts, shapes, written: None }
 }
 
 const CENTRE: (&str, Shape) = ("centre", Shape::Place);
@@ -88,6 +93,23 @@ static FORMS: &[Form] = &[
     ),
 ];
 
+/// The grammar of loops.
+static LOOPS: &[Form] = &[
+    Form {
+        written: Some("dahl(u, width)"),
+        ..form(&[("height", 0, "u")], &[("width", Shape::Turning)])
+    },
+    Form {
+        written: Some("(u - play(u, slack))"),
+        ..form(&[("stiffness", 1, "slack*u")], &[("slack", Shape::Turning)])
+    },
+];
+
+/// Formulas that may stand for a curve, or for a loop.
+pub(super) fn forms(hypothesis: &Hypothesis) -> &'static [Form] {
+    if hypothesis.turns_over.is_some() { LOOPS } else { FORMS }
+}
+
 /// Shapes that are tried: so many of one, and so many of each of two.
 const OF_ONE: usize = 60;
 const OF_TWO: usize = 28;
@@ -120,17 +142,25 @@ struct Cost {
     slope: DVector<f64>,
     at: DVector<f64>,
     places: Vec<f64>,
+    forms: &'static [Form],
 }
 
 impl Cost {
     fn of(curve: &FittedCurve) -> Option<Self> {
         let linear = &curve.fitted.linear;
         let at = DVector::from_column_slice(curve.values());
-        Self::new(linear, &curve.places, curve.candidate.step, at)
+        Self::new(linear, &curve.places, &curve.candidate, at)
     }
 
-    /// `linear`: the values of the curve come last in it, in units of `step`; `at`: where they are.
-    fn new(linear: &Linear, places: &[f64], step: f64, at: DVector<f64>) -> Option<Self> {
+    /// `linear`: the values of the curve come last in it, in units of the candidate's step; `at`:
+    /// where they are.
+    fn new(
+        linear: &Linear,
+        places: &[f64],
+        candidate: &Candidate,
+        at: DVector<f64>,
+    ) -> Option<Self> {
+        let step = candidate.step;
         let all = linear.away.len();
         let (others, of_curve): (Vec<usize>, Vec<usize>) =
             (0..all).partition(|k| k + places.len() < all);
@@ -161,6 +191,7 @@ impl Cost {
             slope: slope / step,
             at,
             places: places.to_vec(),
+            forms: forms(&candidate.hypothesis),
         })
     }
 
@@ -194,7 +225,10 @@ fn starts(shape: Shape, places: &[f64], count: usize) -> Vec<f64> {
     let at = |k: usize| match shape {
         Shape::Place => low + (high - low) * share(k),
         Shape::Width | Shape::Order | Shape::Power => low * (high / low).powf(share(k)),
+        Shape::Turning => 1.0,
     };
+    // What is remembered was screened for one way.
+    let count = if shape == Shape::Turning { 1 } else { count };
     (0..count).map(at).collect()
 }
 
@@ -208,6 +242,7 @@ fn range(shape: Shape, places: &[f64]) -> [f64; 2] {
         // A wave needs three places at least.
         Shape::Order => [1.0 / wide, std::f64::consts::TAU * places.len() as f64 / (3.0 * wide)],
         Shape::Power => POWERS,
+        Shape::Turning => [0.1, 10.0],
     }
 }
 
@@ -228,7 +263,7 @@ fn scaled(form: &Form, part: &str, wide: f64) -> String {
 }
 
 /// A width of so many as two digits say.
-fn rounded(value: f64) -> f64 {
+pub(super) fn rounded(value: f64) -> f64 {
     format!("{value:.1e}").parse().unwrap_or(value)
 }
 
@@ -242,21 +277,21 @@ fn values(parts: &[Expression], places: &[f64], shapes: &[f64]) -> Option<DMatri
 /// Formulas in the place of a curve that are as short as any, the shortest first.
 fn shortest(cost: &Cost, trust: f64, count: usize) -> Vec<Found> {
     let mut found: Vec<Found> =
-        FORMS.par_iter().filter_map(|form| find(form, cost, trust, count)).collect();
+        cost.forms.par_iter().filter_map(|form| find(form, cost, trust, count)).collect();
     found.sort_by(|a, b| a.length.total_cmp(&b.length));
     found
 }
 
 /// The formula in the place of a curve that predicts blocks best that were left out, among the shortest,
 /// as far as slopes tell, and their sum of squares. `linear`: nothing is known of the curve's values,
-/// which come last, in units of `step`; `count`: number of residuals.
+/// which come last, in units of the candidate's step; `count`: number of residuals.
 pub(super) fn screened(
     linear: &Linear,
     places: &[f64],
-    step: f64,
+    candidate: &Candidate,
     count: usize,
 ) -> Option<(f64, Found)> {
-    let cost = Cost::new(linear, places, step, DVector::zeros(places.len()))?;
+    let cost = Cost::new(linear, places, candidate, DVector::zeros(places.len()))?;
     let wide = rounded(places[places.len() - 1] - places[0]);
     let mut found = shortest(&cost, rules::CORRELATED, count);
     // The shortest, and of the others those that fit best.
@@ -264,7 +299,8 @@ pub(super) fn screened(
     found[from..].sort_by(|a, b| a.cost.total_cmp(&b.cost));
     let judged = found.into_iter().take(2 * SCREENED).filter_map(|found| {
         let parts = values(&parsed(found.form, wide)?, places, &found.shapes)?;
-        let held_out: f64 = linear.with_parts(&(parts / step)).held_out(None).iter().sum();
+        let held_out: f64 =
+            linear.with_parts(&(parts / candidate.step)).held_out(None).iter().sum();
         held_out.is_finite().then_some((held_out, found))
     });
     judged.min_by(|a, b| a.0.total_cmp(&b.0))
@@ -341,6 +377,10 @@ impl Law {
 
     /// A law of the same form in another curve's place.
     pub fn elsewhere(&self, context: &Context<'_>, curve: &FittedCurve) -> Option<Self> {
+        let loops = curve.candidate.hypothesis.turns_over.is_some();
+        if loops != self.form.written.is_some() {
+            return None;
+        }
         let trust = rules::CORRELATED;
         let found = find(self.form, &Cost::of(curve)?, trust, fit::count(&curve.fitted.at))?;
         fitted(context, curve, &found)
@@ -372,7 +412,8 @@ fn definition(
     let wide = rounded(places[places.len() - 1] - places[0]);
     let negative = form.parts.len() == 1 && found.sizes[0] < 0.0;
     let sizes: Vec<f64> = found.sizes.iter().map(|s| if negative { -s } else { *s }).collect();
-    let of = |(size, _, part): &(&str, i8, &str)| match scaled(form, part, wide).as_str() {
+    let written = |part: &str| form.written.map_or_else(|| scaled(form, part, wide), str::to_owned);
+    let of = |(size, _, part): &(&str, i8, &str)| match written(part).as_str() {
         "1" => (*size).to_owned(),
         // A sum stands in parentheses.
         part if part.starts_with("1 - ") => format!("{size}*({part})"),
@@ -385,6 +426,11 @@ fn definition(
         if form.parts.len() > 1 && hypothesis.times != "1" { format!("({sum})") } else { sum };
     let sign = if negative { "-" } else { "" };
     let (x_unit, y_unit) = (hypothesis.x_unit(), hypothesis.y_unit());
+    // What a loop's numbers are in units of.
+    let turns_over = hypothesis.turns_over.unwrap_or(1.0);
+    let in_unit = |size: f64, power: i8| size / turns_over.powi(power.into());
+    let powers = form.parts.iter().map(|part| part.1);
+    let sizes: Vec<f64> = sizes.into_iter().zip(powers).map(|(s, p)| in_unit(s, p)).collect();
     let mut parameters = Vec::new();
     for ((name, power, _), size) in form.parts.iter().zip(&sizes) {
         let unit = match power {
@@ -402,6 +448,7 @@ fn definition(
             high: far,
         });
     }
+    let mut shapes = Vec::new();
     for ((name, shape), value) in form.shapes.iter().zip(&found.shapes) {
         let [low, high] = range(*shape, places);
         let (unit, role) = match shape {
@@ -412,12 +459,16 @@ fn definition(
             Shape::Width => (x_unit.to_owned(), CustomRole::Shape(vec![*value])),
             Shape::Order => (format!("rad/({x_unit})"), CustomRole::Shape(vec![*value])),
             Shape::Power => ("1".to_owned(), CustomRole::Shape(vec![*value])),
+            Shape::Turning => (x_unit.to_owned(), CustomRole::Shape(vec![*value * turns_over])),
         };
-        let (name, value) = ((*name).to_owned(), *value);
+        let unit_of_it = if *shape == Shape::Turning { turns_over } else { 1.0 };
+        let [low, high, value] = [low, high, *value].map(|v| v * unit_of_it);
+        let name = (*name).to_owned();
+        shapes.push(value);
         let (low, high) = (low.min(value), high.max(value));
         parameters.push(CustomParameter { meaning: name.clone(), name, unit, role, low, high });
     }
-    let values = sizes.into_iter().chain(found.shapes.iter().copied()).collect();
+    let values = sizes.into_iter().chain(shapes).collect();
     let definition = Definition {
         id: id.to_owned(),
         port: hypothesis.port,

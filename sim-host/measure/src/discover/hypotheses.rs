@@ -1,12 +1,12 @@
 //! What a curve may be: a port of the plant, a place, the variable that the curve is over, and what
-//! it is multiplied by.
+//! it is multiplied by; where it is a loop, over what is remembered of the variable's way.
 
 use trueweld_core::JOINTS;
 use trueweld_plant::effects::Location;
 use trueweld_plant::effects::LocationKind;
 use trueweld_plant::effects::formula::{NamedPort, PORTS};
 
-/// A curve at a port: its value is `times` × table(`over`).
+/// A curve at a port: its value is `times` × table(`over`), of a loop `times` × table(dahl(`over`, w)).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hypothesis {
     /// The port.
@@ -17,7 +17,13 @@ pub struct Hypothesis {
     pub over: &'static str,
     /// What the curve is multiplied by, an expression over the port's variables.
     pub times: &'static str,
+    /// The way over which a loop turns round, in the variable's unit; `None` for a curve.
+    pub turns_over: Option<f64>,
 }
+
+/// Loops that are looked at: what rubs on a link, and friction that gives before it slides. They come
+/// after the curves, which remember nothing.
+const LOOPS: [(&str, &str); 2] = [("motor-friction", "encoder"), ("link-torque", "link")];
 
 /// The sense in which a joint turns: friction turns round with it.
 const MOTOR_SENSE: &str = "tanh(encoder_rate/smoothing)";
@@ -98,11 +104,24 @@ pub(super) fn all() -> Vec<Hypothesis> {
             _ => vec![Location::Cell],
         };
         for at in places {
-            let of = curves.iter().map(|(over, times)| Hypothesis { port, at, over, times });
-            found.extend(of);
+            let of = |(over, times): &(&'static str, &'static str)| Hypothesis {
+                port,
+                at,
+                over,
+                times,
+                turns_over: None,
+            };
+            found.extend(curves.iter().map(of));
         }
     }
     found
+}
+
+/// The curves among these that loops are looked for beside, each as a loop of a width to come.
+pub(super) fn loops(curves: &[Hypothesis]) -> impl Iterator<Item = &Hypothesis> {
+    let is_one =
+        |h: &&Hypothesis| h.times == "1" && LOOPS.iter().any(|l| *l == (h.port.name, h.over));
+    curves.iter().filter(is_one)
 }
 
 impl Hypothesis {
@@ -122,6 +141,20 @@ impl Hypothesis {
     /// True for a curve that follows a link as it swings: its port does not answer at once.
     pub(super) fn swings(&self) -> bool {
         self.variables().iter().any(|name| ["twist", "link_rate"].contains(name))
+    }
+
+    /// What the curve is over, an expression over the port's variables.
+    pub(super) fn over(&self) -> String {
+        match self.turns_over {
+            Some(width) => format!("dahl({}, {width:?})", self.over),
+            None => self.over.to_owned(),
+        }
+    }
+
+    /// True for a curve over the same variable at the same place, or a loop, whatever its width.
+    pub(super) fn is_like(&self, other: &Self) -> bool {
+        let own = |h: &Self| Self { turns_over: h.turns_over.map(|_| 0.0), ..*h };
+        own(self) == own(other)
     }
 
     /// Unit of the variable that the curve is over.

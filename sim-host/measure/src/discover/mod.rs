@@ -275,7 +275,8 @@ fn laws(context: &Context<'_>, logs: &[Log], goal: f64, progress: Progress<'_>) 
     let reach = least.held_out() + rules::TIED * rules::trust(least.fitted());
     laws.retain(|law| law.held_out() <= reach);
     let order = hypotheses::all();
-    laws.sort_by_key(|law| order.iter().position(|h| *h == law.curve.candidate.hypothesis));
+    let place = |h: &Hypothesis| order.iter().position(|one| one == h).unwrap_or(order.len());
+    laws.sort_by_key(|law| place(&law.curve.candidate.hypothesis));
     laws
 }
 
@@ -304,7 +305,7 @@ fn described(context: &Context<'_>, laws: &[Tried]) -> Option<(Discovery, Fitted
     let discovery = Discovery {
         hypothesis: best.candidate.hypothesis,
         curve: FreeCurve {
-            x: best.places.clone(),
+            x: best.places.iter().map(|x| best.drawn_at(*x)).collect(),
             y: best.values().to_vec(),
             band: band.interval,
             level,
@@ -345,7 +346,7 @@ fn nearest_effect(
     Some(LikeEffect {
         effects: like.effects.clone(),
         held_out: like.held_out_after,
-        curve: curve.asked(context, &changes),
+        curve: curve.drawn_points(curve.asked(context, &changes)),
     })
 }
 
@@ -414,6 +415,16 @@ fn likeliest<'c>(
         .filter(|_| !bench.is_late())
         .filter_map(|candidate| screen(context, candidate))
         .collect();
+    // Of loops the one whose width promises most.
+    screened.sort_by(|a, b| a.held_out.total_cmp(&b.held_out));
+    let mut kept: Vec<Screened<'_>> = Vec::new();
+    for one in screened {
+        let same = |k: &Screened<'_>| k.candidate.hypothesis.is_like(&one.candidate.hypothesis);
+        if !kept.iter().any(same) {
+            kept.push(one);
+        }
+    }
+    let mut screened = kept;
     // A formula is tried where it may bring enough.
     screened.sort_by(|a, b| b.most.total_cmp(&a.most));
     let others = screened.split_off(screened.len().min(FORMULAS));
@@ -454,25 +465,32 @@ fn candidates(context: &Context<'_>, logs: &[Log]) -> Vec<Candidate> {
         .filter(|_| !context.bench.is_late())
         .map(|(port, at)| constant(context, port, *at))
         .collect();
-    let of = |hypothesis: &Hypothesis| {
+    let of = |hypothesis: Hypothesis| {
         let place =
             |p: &(&NamedPort, Location)| (p.0.name, p.1) == (hypothesis.port.name, hypothesis.at);
         let constant = constants.get(ports.iter().position(place)?)?.clone()?;
-        let over = rows.of(hypothesis.port, hypothesis.at, hypothesis.over)?;
+        let over = rows.of(hypothesis.port, hypothesis.at, &hypothesis.over())?;
         let times = rows.of(hypothesis.port, hypothesis.at, hypothesis.times)?;
         let known: Vec<f64> = times.iter().flatten().copied().filter(|t| t.is_finite()).collect();
         let size = (known.iter().map(|t| t * t).sum::<f64>() / known.len().max(1) as f64).sqrt();
         let step = hypothesis.port.small() / size;
-        step.is_finite().then_some(Candidate {
-            hypothesis: *hypothesis,
-            over,
-            times,
-            constant,
-            step,
-        })
+        step.is_finite().then_some(Candidate { hypothesis, over, times, constant, step })
     };
-    all.par_iter().filter_map(of).collect()
+    let mut found: Vec<Candidate> = all.par_iter().copied().filter_map(of).collect();
+    let loops: Vec<Hypothesis> = hypotheses::loops(&all)
+        .filter_map(|h| found.iter().find(|c| c.hypothesis == *h))
+        .filter_map(|curve| Some((curve.hypothesis, curve.range(context)?)))
+        .flat_map(|(h, range)| {
+            let wide = |share: f64| grammar::rounded(share * range);
+            TURNS_OVER.map(|share| Hypothesis { turns_over: Some(wide(share)), ..h })
+        })
+        .collect();
+    found.extend(loops.into_par_iter().filter_map(of).collect::<Vec<_>>());
+    found
 }
+
+/// Ways over which loops turn round, as shares of the range of their variable.
+const TURNS_OVER: [f64; 5] = [0.003, 0.01, 0.03, 0.1, 0.3];
 
 /// Slopes of all residuals by a constant at a port, in its unit; `None` where no log shows it. What
 /// swings does not answer at once: a ring-down says nothing here.
@@ -516,10 +534,9 @@ fn screening(context: &Context<'_>, candidate: &Candidate, places: &[f64]) -> Li
 impl Screened<'_> {
     /// The same with the best formula in the curve's place, as far as slopes tell.
     fn with_formula(self, context: &Context<'_>) -> Self {
-        let step = self.candidate.step;
         let found = self.candidate.places(context, self.layout, SCREENED).and_then(|places| {
             let linear = screening(context, self.candidate, &places);
-            grammar::screened(&linear, &places, step, fit::count(&context.null.at))
+            grammar::screened(&linear, &places, self.candidate, fit::count(&context.null.at))
         });
         match found {
             Some((held_out, formula)) => {

@@ -21,7 +21,8 @@ pub(super) struct Rows<'a> {
 }
 
 impl Rows<'_> {
-    /// An expression over the variables of a port at every row; `None` where no log knows it.
+    /// An expression over the variables of a port at every row; `None` where no log knows it. What it
+    /// remembers begins at nothing in each log.
     pub fn of(&self, port: &NamedPort, at: Location, text: &str) -> Option<Series> {
         let names: Vec<&str> = port.variables.iter().map(|v| v.name).collect();
         let expression = Expression::parse(text, &names, &[]).ok()?;
@@ -36,9 +37,17 @@ impl Rows<'_> {
                     if used { self.variable(log, name, joint) } else { None }
                 })
                 .collect();
-            let mut values = vec![0.0; names.len()];
+            let mut values = vec![0.0; names.len() + 1];
+            let way = |row: usize| {
+                let series = columns[expression.variable_remembered()?].as_ref()?;
+                Some(series[row] - series[row.saturating_sub(1)])
+            };
             (0..rows)
                 .map(|row| {
+                    if let (Some(way), Some((law, width))) = (way(row), expression.remembered(&[]))
+                    {
+                        values[names.len()] = law.after(way, width, values[names.len()]);
+                    }
                     for (k, column) in columns.iter().enumerate() {
                         let unknown = if expression.has_variable(k) { f64::NAN } else { 0.0 };
                         values[k] = column.as_ref().map_or(unknown, |c| c[row]);

@@ -21,6 +21,9 @@ pub struct DiscoveredLaw {
     pub over: Vec<String>,
     /// What the curve is multiplied by, an expression over the port's variables.
     pub times: String,
+    /// True for a loop: it depends on the way that the variable has come, and the curve is over the
+    /// way since a reversal.
+    pub history: bool,
     /// The free curve.
     pub curve: DiscoveredCurve,
     /// The formula; null where the curve itself is the law.
@@ -50,6 +53,7 @@ pub struct DiscoveredPlace {
     pub at: String,
     pub over: Vec<String>,
     pub times: String,
+    pub history: bool,
 }
 
 /// A free curve with its 95 % band.
@@ -77,6 +81,7 @@ impl DiscoveredPlace {
             at: words::discover::joint(hypothesis.at, robot).to_owned(),
             over: hypothesis.variables().into_iter().map(str::to_owned).collect(),
             times: hypothesis.times.to_owned(),
+            history: hypothesis.turns_over.is_some(),
         }
     }
 }
@@ -88,7 +93,8 @@ impl DiscoveredLaw {
 
     fn of(discovery: &Discovery, robot: &RobotFile) -> Self {
         let hypothesis = &discovery.hypothesis;
-        let DiscoveredPlace { port, at, over, times } = DiscoveredPlace::of(hypothesis, robot);
+        let DiscoveredPlace { port, at, over, times, history } =
+            DiscoveredPlace::of(hypothesis, robot);
         let curve = &discovery.curve;
         let end = |end: usize| curve.band.iter().map(|band| finite(band[end])).collect();
         let tied = discovery.tied.iter();
@@ -98,6 +104,7 @@ impl DiscoveredLaw {
             at,
             over,
             times,
+            history,
             curve: DiscoveredCurve {
                 x_name: hypothesis.over.to_owned(),
                 x_unit: hypothesis.x_unit().to_owned(),

@@ -30,7 +30,6 @@ struct Axes {
 impl Axes {
     fn of(discovery: &Discovery, robot: &RobotFile) -> Self {
         let (hypothesis, free) = (&discovery.hypothesis, &discovery.curve);
-        let over = hypothesis.variables().first().copied().unwrap_or_default();
         let x = match free.x.iter().all(|x| x.abs() < 0.05) {
             true => Scale::small(hypothesis.x_unit()),
             false => Scale::large(hypothesis.x_unit()),
@@ -41,7 +40,7 @@ impl Axes {
             true => Scale::small(hypothesis.port.unit),
             false => Scale { factor: 1.0, unit: "" },
         };
-        let name = words::discover::variable(hypothesis, over, robot);
+        let name = words::discover::axis(hypothesis, robot);
         let quantity = words::discover::quantity(hypothesis, robot);
         let times = match hypothesis.times {
             "1" => String::new(),

@@ -69,6 +69,16 @@ pub(crate) fn variable(hypothesis: &Hypothesis, name: &str, robot: &RobotFile) -
     }
 }
 
+/// What its curve is over: of a loop the way since a reversal.
+pub(crate) fn axis(hypothesis: &Hypothesis, robot: &RobotFile) -> String {
+    let over = hypothesis.variables().first().copied().unwrap_or_default();
+    let name = variable(hypothesis, over, robot);
+    match hypothesis.turns_over {
+        Some(_) => format!("{name} since it turned round"),
+        None => name,
+    }
+}
+
 /// Name of an effect of a model: of one that was discovered what it is.
 pub(crate) fn name(effect: &Effect, robot: &RobotFile) -> String {
     let name = effect.name(robot);
@@ -84,7 +94,11 @@ fn variables(hypothesis: &Hypothesis, robot: &RobotFile) -> String {
 
 /// A law in a few words: `a torque on the link at A4 that depends on the link angle of A4`.
 pub(crate) fn law(hypothesis: &Hypothesis, robot: &RobotFile) -> String {
-    format!("{} that depends on {}", quantity(hypothesis, robot), variables(hypothesis, robot))
+    let (what, variables) = (quantity(hypothesis, robot), variables(hypothesis, robot));
+    match hypothesis.turns_over {
+        Some(_) => format!("{what} that depends on the way that {variables} has come"),
+        None => format!("{what} that depends on {variables}"),
+    }
 }
 
 /// Laws that are named in a sentence.
@@ -186,7 +200,10 @@ pub(crate) fn explanation(discovery: &Discovery) -> String {
     let hypothesis = &discovery.hypothesis;
     let names = hypothesis.variables();
     let has = |name: &str| names.iter().any(|n| n.contains(name));
-    let kind = if has("time") && has("rate") {
+    let kind = if hypothesis.turns_over.is_some() {
+        "It turns round behind every reversal, over a way and at any speed: something rubs there that gives a little before it \
+         slides."
+    } else if has("time") && has("rate") {
         "It resists motion, more or less of it as time goes on: something warms up, runs in or wears there."
     } else if hypothesis.times.starts_with("tanh") {
         "It changes its sign with the sense of motion: something rubs there, more in one place, at one speed or under one load \
