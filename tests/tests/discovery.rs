@@ -74,6 +74,35 @@ fn friction_that_fades_is_not_taken_for_friction() {
     assert!(missed < 4, "{missed}: {:?}", law.curve);
 }
 
+#[test]
+fn hoses_that_rub_are_found_over_the_way_of_their_joint() {
+    let law = OutsideLaw {
+        name: "rubbing",
+        port: "link-torque",
+        joint: Some(4),
+        expression: "-90*dahl(link, 0.08)",
+        over: &["link"],
+    };
+    let (diagnosis, found) = found(Some(vec![law.effect(1.0)]));
+    assert_eq!(diagnosis.verdict, Verdict::UnknownEffect);
+    let [hoses] = found.as_slice() else { panic!("{} laws", found.len()) };
+    assert_eq!((hoses.hypothesis.port.name, hoses.hypothesis.at), (law.port, Location::Joint(4)));
+    assert_eq!(hoses.hypothesis.variables(), law.over);
+    assert!(hoses.held_out_after < 1.1, "{}", hoses.held_out_after);
+    assert_eq!(hoses.expression.as_deref(), Some("-height*dahl(link, width)"));
+    for (value, truth) in hoses.effect.interval.iter().zip([90.0, 0.08]) {
+        assert!((value[0]..value[1]).contains(&truth), "{value:?} for {truth}");
+    }
+    // The curve is drawn over the way since a reversal, from one side of the loop to the other.
+    let curve = &hoses.curve;
+    let (first, last) = (curve.x[0], curve.x[curve.x.len() - 1]);
+    assert!((-0.01..0.1).contains(&first) && last > 0.15, "{first} to {last}");
+    let truth = |way: f64| -90.0 * (1.0 - 2.0 * (-way / 0.08).exp());
+    let missed = curve.x.iter().zip(&curve.band);
+    let missed = missed.filter(|(x, [low, high])| !(*low..=*high).contains(&truth(**x))).count();
+    assert!(missed < 4, "{missed} of {}: {curve:?}", curve.x.len());
+}
+
 /// A planned motion as the laboratory's protocol has it.
 fn moves(plan: &Plan) -> PlannedLog {
     assert!(matches!(plan.procedure, Procedure::Move { .. }), "{:?}", plan.procedure);

@@ -313,6 +313,28 @@ fn mistakes_in_an_effect_of_ones_own_are_explained_at_their_place() {
     mistake("0.001", "c", "18:15", &["NaN at", "c = 0.0"]);
 }
 
+#[test]
+fn mistakes_in_a_loop_are_explained_at_their_place() {
+    let loop_of = |of: &str| format!("dahl({of})");
+    let spring = "s * link)";
+    let of = |of: &str, place: &str, says: &[&str]| {
+        mistake(spring, &format!("s * {})", loop_of(of)), place, says);
+    };
+    of("link", "18:60", &["read `)`", "`,` and a second value"]);
+    of("2 * link, 0.1", "18:51", &["`dahl(2 * link, 0.1)`", "a variable, whose way is remembered"]);
+    of("link, 0.1 * twist", "18:51", &["a width made of numbers and parameters alone"]);
+    of("link, 0.1) + play(twist, 0.1", "18:69", &["one such loop in an expression"]);
+    of("link_rate, 0.1", "18:15", &["a loop over `link_rate`", "encoder, link, twist"]);
+    of("link, 0", "18:15", &["a loop 0 wide", "above 0"]);
+    // Over the range of the parameter.
+    of("link, c", "18:15", &["a loop 0 wide", "above 0"]);
+    let elsewhere = head()
+        + "[[effect]]\nid = \"mine\"\nat = \"A2\"\nport = \"link-encoder\"\nexpression = \"1e-4 * dahl(link, 0.1)\"\n";
+    let error = parse(&elsewhere).unwrap_err().to_string();
+    let expected = "a loop at link-encoder; expected one of the ports spring-torque, motor-friction, link-torque";
+    assert!(error.contains(expected), "{error}");
+}
+
 /// Torque of the first effect of the user's own on a link at an angle, N·m.
 fn link_torque(text: &str, link: f64) -> f64 {
     let model = parse(text).unwrap();

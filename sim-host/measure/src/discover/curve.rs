@@ -76,6 +76,13 @@ impl Candidate {
         seen
     }
 
+    /// The same as a loop that turns round over another way; `None` where that is no loop.
+    pub fn turning_over(&self, context: &Context<'_>, width: f64) -> Option<Self> {
+        let hypothesis = Hypothesis { turns_over: Some(width), ..self.hypothesis };
+        let over = context.rows().of(hypothesis.port, hypothesis.at, &hypothesis.over())?;
+        Some(Self { hypothesis, over, ..self.clone() })
+    }
+
     /// Range of the variable where the logs show the port; `None` where it hardly changes.
     pub fn range(&self, context: &Context<'_>) -> Option<f64> {
         range(&self.seen(context))

@@ -93,12 +93,11 @@ static FORMS: &[Form] = &[
     ),
 ];
 
+const TURNS_OVER: (&str, Shape) = ("width", Shape::Turning);
+
 /// The grammar of loops.
 static LOOPS: &[Form] = &[
-    Form {
-        written: Some("dahl(u, width)"),
-        ..form(&[("height", 0, "u")], &[("width", Shape::Turning)])
-    },
+    Form { written: Some("dahl(u, width)"), ..form(&[("height", 0, "u")], &[TURNS_OVER]) },
     Form {
         written: Some("(u - play(u, slack))"),
         ..form(&[("stiffness", 1, "slack*u")], &[("slack", Shape::Turning)])
@@ -368,6 +367,12 @@ impl Law {
     /// Sum of squares of blocks that were left out.
     pub fn held_out(&self) -> f64 {
         self.fitted.linear.held_out(None).iter().sum()
+    }
+
+    /// The way over which it turns round, where it is a Dahl loop.
+    pub fn turns_over(&self) -> Option<f64> {
+        let of = self.form.shapes.iter().position(|s| *s == TURNS_OVER)?;
+        self.effect()?.values.get(self.form.parts.len() + of).copied()
     }
 
     /// The effect that the law is.

@@ -119,8 +119,7 @@ pub(super) fn all() -> Vec<Hypothesis> {
 
 /// The curves among these that loops are looked for beside, each as a loop of a width to come.
 pub(super) fn loops(curves: &[Hypothesis]) -> impl Iterator<Item = &Hypothesis> {
-    let is_one =
-        |h: &&Hypothesis| h.times == "1" && LOOPS.iter().any(|l| *l == (h.port.name, h.over));
+    let is_one = |h: &&Hypothesis| h.times == "1" && LOOPS.contains(&(h.port.name, h.over));
     curves.iter().filter(is_one)
 }
 

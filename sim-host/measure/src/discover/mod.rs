@@ -32,7 +32,6 @@ use grammar::{Found, Law};
 use rayon::prelude::*;
 use trueweld_plant::effects::formula::NamedPort;
 use trueweld_plant::effects::{Effect, Location};
-use variables::Rows;
 
 /// A law at a port that the logs ask for.
 #[derive(Debug, Clone)]
@@ -158,8 +157,8 @@ pub fn discover(
     // Where nothing stands out, a curve must promise more.
     let goal = if at_floor { better(1.0) } else { f64::INFINITY };
     let id = free_name(&bench.known, &[]);
-    let context = Context { bench, blocks: &blocks, null: &null, id: &id };
-    let mut laws = laws(&context, logs, goal, progress);
+    let context = Context { bench, logs, blocks: &blocks, null: &null, id: &id };
+    let mut laws = laws(&context, goal, progress);
     let is_one = |law: &Tried| {
         let fitted = law.fitted();
         let trust = rules::trust(fitted);
@@ -214,8 +213,8 @@ pub(crate) fn beside(
     mut takes: impl FnMut(&Fitted) -> bool,
 ) -> Option<Discovery> {
     let id = free_name(&bench.known, &base.point.all);
-    let context = Context { bench, blocks, null: base, id: &id };
-    let mut laws = laws(&context, logs, f64::INFINITY, &|_, _| ());
+    let context = Context { bench, logs, blocks, null: base, id: &id };
+    let mut laws = laws(&context, f64::INFINITY, &|_, _| ());
     for k in 0..laws.len() {
         laws[..=k].rotate_right(1);
         let Some((law, fitted)) = described(&context, &laws) else { continue };
@@ -236,9 +235,18 @@ struct Tried {
 
 impl Tried {
     fn new(context: &Context<'_>, screened: &Screened<'_>) -> Option<Self> {
-        let curve = fit_curve(context, screened.candidate, screened.layout)?;
+        let mut curve = fit_curve(context, screened.candidate, screened.layout)?;
         let formula = screened.formula.as_ref();
         let formula = formula.and_then(|found| grammar::fitted(context, &curve, found));
+        // A loop was screened for a few widths only.
+        let width = formula.as_ref().and_then(Law::turns_over).map(grammar::rounded);
+        let of_width = width.and_then(|width| {
+            let candidate = screened.candidate.turning_over(context, width)?;
+            fit_curve(context, &candidate, screened.layout)
+        });
+        if let Some(of_width) = of_width.filter(|c| c.held_out() < curve.held_out()) {
+            curve = of_width;
+        }
         Some(Self { curve, formula })
     }
 
@@ -256,10 +264,10 @@ impl Tried {
 
 /// Laws that lower blocks left out by more than chance, as far as the logs do not tell them from the
 /// best: the one first that is named of these. `goal`: what such a law must promise to lower them to.
-fn laws(context: &Context<'_>, logs: &[Log], goal: f64, progress: Progress<'_>) -> Vec<Tried> {
+fn laws(context: &Context<'_>, goal: f64, progress: Progress<'_>) -> Vec<Tried> {
     let Context { bench, null, .. } = *context;
     progress("looking outside the library", 0.0);
-    let candidates = candidates(context, logs);
+    let candidates = candidates(context);
     let wanted = likeliest(context, &candidates, goal);
     progress("fitting curves", 0.5);
     let mut laws: Vec<Tried> = wanted
@@ -302,14 +310,19 @@ fn described(context: &Context<'_>, laws: &[Tried]) -> Option<(Discovery, Fitted
     let (band, effect) = (of_last(&best.fitted)?, of_last(&fitted)?);
     let formula = expression.as_ref().map_or(Vec::new(), |_| best.drawn(&effect.effect));
     let (level, shape) = best.shape(&band.interval);
+    let drawn: Vec<f64> = best.places.iter().map(|x| best.drawn_at(*x)).collect();
+    let shown: Vec<usize> = (0..drawn.len())
+        .filter(|k| k.checked_sub(1).is_none_or(|b| drawn[*k] > drawn[b]))
+        .collect();
+    let shown_of = |band: &[[f64; 2]]| shown.iter().map(|k| band[*k]).collect::<Vec<_>>();
     let discovery = Discovery {
         hypothesis: best.candidate.hypothesis,
         curve: FreeCurve {
-            x: best.places.iter().map(|x| best.drawn_at(*x)).collect(),
-            y: best.values().to_vec(),
-            band: band.interval,
+            x: shown.iter().map(|k| drawn[*k]).collect(),
+            y: shown.iter().map(|k| best.values()[*k]).collect(),
+            band: shown_of(&band.interval),
             level,
-            shape,
+            shape: shown_of(&shape),
             points: best.points(context),
             formula,
         },
@@ -450,8 +463,8 @@ fn likeliest<'c>(
 }
 
 /// Every hypothesis that the logs carry the variables of and show the port of.
-fn candidates(context: &Context<'_>, logs: &[Log]) -> Vec<Candidate> {
-    let rows = Rows { bench: context.bench, logs, at: &context.null.at };
+fn candidates(context: &Context<'_>) -> Vec<Candidate> {
+    let rows = context.rows();
     let all = hypotheses::all();
     let mut ports: Vec<(&'static NamedPort, Location)> = Vec::new();
     for hypothesis in &all {

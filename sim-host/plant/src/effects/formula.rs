@@ -114,8 +114,11 @@ fn joint_values(at: &JointState) -> [f64; 7] {
     ]
 }
 
+/// How fast a variable of a joint changes.
+type Rate = fn(&JointState) -> f64;
+
 /// The variables whose way a [`Loop`] may remember, and how they change.
-const REMEMBERED: [(&str, fn(&JointState) -> f64); 3] = [
+const REMEMBERED: [(&str, Rate); 3] = [
     ("encoder", |at| at.encoder_rate),
     ("link", |at| at.link_rate),
     ("twist", |at| at.encoder_rate - at.link_rate),
@@ -464,7 +467,7 @@ pub struct Formula {
     pub definition: Definition,
     expression: Expression,
     /// How the variable changes whose way is remembered.
-    way: Option<fn(&JointState) -> f64>,
+    way: Option<Rate>,
 }
 
 impl Definition {
