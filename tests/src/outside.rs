@@ -98,6 +98,10 @@ pub static LAWS: &[OutsideLaw] = &[
     law("bow", "surface-height", None, "0.02*(x - 0.1)^2 - 2e-4", &["x"]),
     // A motor constant that falls with the load: magnets that saturate.
     law("saturation", "recorded-torque", Some(1), "-2e-5*torque*abs(torque)", &["torque"]),
+];
+
+/// Those with a memory, written together with the loops of the grammar.
+pub static LOOPS: &[OutsideLaw] = &[
     // Hoses that rub on their clamps: Dahl's friction of the link.
     law("clamps", "link-torque", Some(3), "-150*dahl(link, 0.06)", &["link"]),
     // A seal that gives before it slides: Jenkins' element at the motor.
@@ -109,22 +113,25 @@ pub static LAWS: &[OutsideLaw] = &[
 const SHOWS: f64 = 3.0;
 
 /// The first `count` cases of a corpus of these laws with this seed, one law after the other, with
-/// the logs, the noise and the errors of the corpus of effects.
+/// the logs, the noise and the errors of the corpus of effects; then as many of each law with a
+/// memory.
 pub fn cases(seed: u64, count: usize, protocol: &Protocol) -> Vec<CorpusCase> {
-    let ground = LABORATORY.corpus(seed, count, protocol).into_iter();
+    let loops = count * LOOPS.len() / LAWS.len();
+    let laws = LAWS.iter().cycle().take(count).chain(LOOPS.iter().cycle().take(loops));
+    let ground = LABORATORY.corpus(seed, count + loops, protocol).into_iter();
     let of_law = |(index, (case, law)): (usize, (CorpusCase, &OutsideLaw))| CorpusCase {
         name: format!("{index:03}-{}", law.name),
         hidden: Hidden::Law(law.effect(1.0)),
         target: SHOWS * case.target,
         ..case
     };
-    ground.zip(LAWS.iter().cycle()).enumerate().map(of_law).collect()
+    ground.zip(laws).enumerate().map(of_law).collect()
 }
 
 impl OutsideLaw {
     /// The law of a name.
     pub fn named(name: &str) -> Option<&'static Self> {
-        LAWS.iter().find(|law| law.name == name)
+        LAWS.iter().chain(LOOPS).find(|law| law.name == name)
     }
 
     /// True where it depends on the way that its variable has come.
