@@ -145,7 +145,7 @@ impl Hypothesis {
     /// What the curve is over, an expression over the port's variables.
     pub(super) fn over(&self) -> String {
         match self.turns_over {
-            Some(width) => format!("dahl({}, {width:?})", self.over),
+            Some(width) => format!("dahl({},{width:?})", self.over),
             None => self.over.to_owned(),
         }
     }
