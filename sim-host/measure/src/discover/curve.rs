@@ -76,7 +76,7 @@ impl Candidate {
         seen
     }
 
-    /// The same as a loop that turns round over another way; `None` where that is no loop.
+    /// The same as a loop that turns round over this way; `None` where no log knows its variable.
     pub fn turning_over(&self, context: &Context<'_>, width: f64) -> Option<Self> {
         let hypothesis = Hypothesis { turns_over: Some(width), ..self.hypothesis };
         let over = context.rows().of(hypothesis.port, hypothesis.at, &hypothesis.over())?;

@@ -29,7 +29,7 @@ enum Shape {
 
 /// A formula over `u`.
 #[derive(Debug)]
-pub(super) struct Form {
+struct Form {
     /// Name of the size of each part, the power of the variable's unit in it, and the part.
     parts: &'static [(&'static str, i8, &'static str)],
     shapes: &'static [(&'static str, Shape)],
@@ -105,7 +105,7 @@ static LOOPS: &[Form] = &[
 ];
 
 /// Formulas that may stand for a curve, or for a loop.
-pub(super) fn forms(hypothesis: &Hypothesis) -> &'static [Form] {
+fn forms(hypothesis: &Hypothesis) -> &'static [Form] {
     if hypothesis.turns_over.is_some() { LOOPS } else { FORMS }
 }
 
@@ -455,19 +455,18 @@ fn definition(
     }
     let mut shapes = Vec::new();
     for ((name, shape), value) in form.shapes.iter().zip(&found.shapes) {
-        let [low, high] = range(*shape, places);
+        let unit_of_it = if *shape == Shape::Turning { turns_over } else { 1.0 };
+        let value = value * unit_of_it;
+        let [low, high] = range(*shape, places).map(|end| end * unit_of_it);
         let (unit, role) = match shape {
             Shape::Place => {
                 let step = 0.01 * (high - low);
-                (x_unit.to_owned(), CustomRole::Position(step, vec![*value]))
+                (x_unit.to_owned(), CustomRole::Position(step, vec![value]))
             }
-            Shape::Width => (x_unit.to_owned(), CustomRole::Shape(vec![*value])),
-            Shape::Order => (format!("rad/({x_unit})"), CustomRole::Shape(vec![*value])),
-            Shape::Power => ("1".to_owned(), CustomRole::Shape(vec![*value])),
-            Shape::Turning => (x_unit.to_owned(), CustomRole::Shape(vec![*value * turns_over])),
+            Shape::Width | Shape::Turning => (x_unit.to_owned(), CustomRole::Shape(vec![value])),
+            Shape::Order => (format!("rad/({x_unit})"), CustomRole::Shape(vec![value])),
+            Shape::Power => ("1".to_owned(), CustomRole::Shape(vec![value])),
         };
-        let unit_of_it = if *shape == Shape::Turning { turns_over } else { 1.0 };
-        let [low, high, value] = [low, high, *value].map(|v| v * unit_of_it);
         let name = (*name).to_owned();
         shapes.push(value);
         let (low, high) = (low.min(value), high.max(value));

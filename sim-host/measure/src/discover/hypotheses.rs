@@ -117,13 +117,12 @@ pub(super) fn all() -> Vec<Hypothesis> {
     found
 }
 
-/// The curves among these that loops are looked for beside, each as a loop of a width to come.
-pub(super) fn loops(curves: &[Hypothesis]) -> impl Iterator<Item = &Hypothesis> {
-    let is_one = |h: &&Hypothesis| h.times == "1" && LOOPS.contains(&(h.port.name, h.over));
-    curves.iter().filter(is_one)
-}
-
 impl Hypothesis {
+    /// True for a curve beside which a loop is looked for.
+    pub(super) fn may_be_loop(&self) -> bool {
+        self.times == "1" && LOOPS.contains(&(self.port.name, self.over))
+    }
+
     /// Names of the port's variables that it depends on, that of the curve first.
     pub fn variables(&self) -> Vec<&'static str> {
         let within = |text: &str, name: &str| {

@@ -478,27 +478,27 @@ fn candidates(context: &Context<'_>) -> Vec<Candidate> {
         .filter(|_| !context.bench.is_late())
         .map(|(port, at)| constant(context, port, *at))
         .collect();
-    let of = |hypothesis: Hypothesis| {
+    let of = |hypothesis: &Hypothesis| {
         let place =
             |p: &(&NamedPort, Location)| (p.0.name, p.1) == (hypothesis.port.name, hypothesis.at);
         let constant = constants.get(ports.iter().position(place)?)?.clone()?;
-        let over = rows.of(hypothesis.port, hypothesis.at, &hypothesis.over())?;
+        let over = rows.of(hypothesis.port, hypothesis.at, hypothesis.over)?;
         let times = rows.of(hypothesis.port, hypothesis.at, hypothesis.times)?;
         let known: Vec<f64> = times.iter().flatten().copied().filter(|t| t.is_finite()).collect();
         let size = (known.iter().map(|t| t * t).sum::<f64>() / known.len().max(1) as f64).sqrt();
         let step = hypothesis.port.small() / size;
+        let hypothesis = *hypothesis;
         step.is_finite().then_some(Candidate { hypothesis, over, times, constant, step })
     };
-    let mut found: Vec<Candidate> = all.par_iter().copied().filter_map(of).collect();
-    let loops: Vec<Hypothesis> = hypotheses::loops(&all)
-        .filter_map(|h| found.iter().find(|c| c.hypothesis == *h))
-        .filter_map(|curve| Some((curve.hypothesis, curve.range(context)?)))
-        .flat_map(|(h, range)| {
-            let wide = |share: f64| grammar::rounded(share * range);
-            TURNS_OVER.map(|share| Hypothesis { turns_over: Some(wide(share)), ..h })
-        })
-        .collect();
-    found.extend(loops.into_par_iter().filter_map(of).collect::<Vec<_>>());
+    let mut found: Vec<Candidate> = all.par_iter().filter_map(of).collect();
+    let loops = |curve: &Candidate| {
+        let range = curve.range(context)?;
+        let wide = |share: f64| curve.turning_over(context, grammar::rounded(share * range));
+        Some(TURNS_OVER.into_iter().filter_map(wide).collect::<Vec<_>>())
+    };
+    let may_be = found.par_iter().filter(|curve| curve.hypothesis.may_be_loop());
+    let loops: Vec<Vec<Candidate>> = may_be.filter_map(loops).collect();
+    found.extend(loops.into_iter().flatten());
     found
 }
 
