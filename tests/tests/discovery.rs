@@ -103,6 +103,28 @@ fn hoses_that_rub_are_found_over_the_way_of_their_joint() {
     assert!(missed < 4, "{missed} of {}: {curve:?}", curve.x.len());
 }
 
+#[test]
+fn hoses_that_rub_and_spring_back_are_one_law() {
+    let law = OutsideLaw {
+        name: "hose-pack",
+        port: "link-torque",
+        joint: Some(4),
+        expression: "-(120*(link - 0.6) + 60*dahl(link, 0.05))",
+        over: &["link"],
+    };
+    let (diagnosis, found) = found(Some(vec![law.effect(1.0)]));
+    assert_eq!(diagnosis.verdict, Verdict::UnknownEffect);
+    let [hoses] = found.as_slice() else { panic!("{} laws", found.len()) };
+    assert_eq!((hoses.hypothesis.port.name, hoses.hypothesis.at), (law.port, Location::Joint(4)));
+    assert!(hoses.hypothesis.turns_over.is_some());
+    assert!(hoses.held_out_after < 1.1, "{}", hoses.held_out_after);
+    let expression = hoses.expression.as_deref();
+    assert_eq!(expression, Some("level + slope*link + height*dahl(link, width)"));
+    for (value, truth) in hoses.effect.interval.iter().zip([72.0, -120.0, -60.0, 0.05]) {
+        assert!((value[0]..value[1]).contains(&truth), "{value:?} for {truth}");
+    }
+}
+
 /// A planned motion as the laboratory's protocol has it.
 fn moves(plan: &Plan) -> PlannedLog {
     assert!(matches!(plan.procedure, Procedure::Move { .. }), "{:?}", plan.procedure);

@@ -11,7 +11,7 @@ use crate::fit::{self, EffectScope, Effort, FitState, Fitted, FreeParameter, Lin
 use crate::residuals::localize::CurvePoint;
 use nalgebra::{DMatrix, DVector};
 use trueweld_plant::effects::expression::{Expression, interpolate};
-use trueweld_plant::effects::formula::{DefinedTable, Definition};
+use trueweld_plant::effects::formula::{CustomParameter, CustomRole, DefinedTable, Definition};
 use trueweld_plant::effects::{Action, Effect, EffectKind};
 
 /// Places of a curve while it is screened, and while it is fitted.
@@ -54,6 +54,18 @@ pub(super) struct Candidate {
     pub constant: Slopes,
     /// Value at which the slopes by a value of the curve are taken.
     pub step: f64,
+    /// Of a loop the spring beside it.
+    pub spring: Option<Spring>,
+}
+
+/// A spring over the variable whose way a loop remembers: what rubs and gives is seldom without one, and
+/// a loop that is to explain both is none of the two.
+#[derive(Debug, Clone)]
+pub(super) struct Spring {
+    /// The variable.
+    over: Series,
+    /// Value at which the slopes by its stiffness are taken.
+    step: f64,
 }
 
 impl Candidate {
@@ -79,8 +91,18 @@ impl Candidate {
     /// The same as a loop that turns round over this way; `None` where no log knows its variable.
     pub fn turning_over(&self, context: &Context<'_>, width: f64) -> Option<Self> {
         let hypothesis = Hypothesis { turns_over: Some(width), ..self.hypothesis };
-        let over = context.rows().of(hypothesis.port, hypothesis.at, &hypothesis.over())?;
-        Some(Self { hypothesis, over, ..self.clone() })
+        let rows = |text: &str| context.rows().of(hypothesis.port, hypothesis.at, text);
+        let (over, along) = (rows(&hypothesis.over())?, rows(hypothesis.over)?);
+        let known = along.iter().flatten().filter(|u| u.is_finite());
+        let step = self.step / known.fold(0.0, |far: f64, u| far.max(u.abs()));
+        let spring = step.is_finite().then_some(Spring { over: along, step });
+        Some(Self { hypothesis, over, spring, ..self.clone() })
+    }
+
+    /// Steps of its values: of the stiffness of the spring beside a loop, and of each place.
+    pub fn steps(&self, places: &[f64]) -> Vec<f64> {
+        let spring = self.spring.iter().map(|spring| spring.step);
+        spring.chain(places.iter().map(|_| self.step)).collect()
     }
 
     /// Range of the variable where the logs show the port; `None` where it hardly changes.
@@ -125,7 +147,7 @@ impl Candidate {
         (places.len() >= 4).then_some(places)
     }
 
-    /// Slopes of all residuals by the values of a table at these places, over its step.
+    /// Slopes of all residuals by its values, over their steps.
     pub fn slopes(&self, context: &Context<'_>, places: &[f64]) -> Vec<Slopes> {
         let mut all = self.slopes_at_once(context, places);
         let ring_down = |log: usize| context.bench.experiments[log].kind == LogKind::RingDown;
@@ -169,7 +191,7 @@ impl Candidate {
         bend: f64,
     ) -> Option<EffectScope> {
         let kind = self.kind(id, DefinedTable { x: places.to_vec(), bend })?;
-        let nothing = vec![0.0; places.len()];
+        let nothing = vec![0.0; kind.parameters.len()];
         point.add(Effect { kind, at: self.hypothesis.at, values: nothing });
         Some(EffectScope::All(point.all.len() - 1))
     }
@@ -177,24 +199,29 @@ impl Candidate {
     /// The same where the port answers at once: each row as if the variable stood still.
     fn slopes_at_once(&self, context: &Context<'_>, places: &[f64]) -> Vec<Slopes> {
         let logs = context.bench.experiments.len();
-        let mut all: Vec<Slopes> = vec![vec![None; logs]; places.len()];
+        let before = usize::from(self.spring.is_some());
+        let mut all: Vec<Slopes> = vec![vec![None; logs]; before + places.len()];
         for (log, experiment) in context.bench.experiments.iter().enumerate() {
             let Some(slope) = &self.constant[log] else { continue };
-            let mut columns = vec![vec![0.0; slope.len()]; places.len()];
+            let mut columns = vec![vec![0.0; slope.len()]; before + places.len()];
+            let (springs, at) = columns.split_at_mut(before);
             for (k, compared) in experiment.compared.iter().enumerate() {
                 let x = self.over[log][compared.row];
                 let weight = slope[k] * self.step * self.times[log][compared.row];
                 if weight == 0.0 || !weight.is_finite() || !x.is_finite() {
                     continue;
                 }
+                if let Some(spring) = &self.spring {
+                    springs[0][k] = slope[k] * spring.step * spring.over[log][compared.row];
+                }
                 let above = places.partition_point(|place| *place <= x);
                 match above {
-                    0 => columns[0][k] = weight,
-                    n if n == places.len() => columns[n - 1][k] = weight,
+                    0 => at[0][k] = weight,
+                    n if n == places.len() => at[n - 1][k] = weight,
                     n => {
                         let share = (x - places[n - 1]) / (places[n] - places[n - 1]);
-                        columns[n - 1][k] = weight * (1.0 - share);
-                        columns[n][k] = weight * share;
+                        at[n - 1][k] = weight * (1.0 - share);
+                        at[n][k] = weight * share;
                     }
                 }
             }
@@ -209,18 +236,33 @@ impl Candidate {
     pub fn kind(&self, id: &str, table: DefinedTable) -> Option<&'static EffectKind> {
         let hypothesis = &self.hypothesis;
         let far = PLAUSIBLE * self.step;
-        let values = vec![0.0; table.x.len()];
+        let spring = self.spring.as_ref().map(|spring| CustomParameter {
+            name: SPRING.to_owned(),
+            unit: hypothesis.slope_unit(1),
+            meaning: SPRING.to_owned(),
+            role: CustomRole::Size(spring.step),
+            low: -PLAUSIBLE * spring.step,
+            high: PLAUSIBLE * spring.step,
+        });
+        let beside = spring.as_ref().map(|_| [SPRING, "*", hypothesis.over, " + "].concat());
+        let curve = format!("table({})", hypothesis.over());
+        let places = table.parameters(&hypothesis.y_unit(), self.step, [-far, far]);
+        let parameters: Vec<CustomParameter> = spring.into_iter().chain(places).collect();
+        let values = vec![0.0; parameters.len()];
         let definition = Definition {
             id: id.to_owned(),
             port: hypothesis.port,
-            expression: hypothesis.expression(&format!("table({})", hypothesis.over())),
+            expression: beside.unwrap_or_default() + &hypothesis.expression(&curve),
             shows: hypothesis.port.meaning.to_owned(),
-            parameters: table.parameters(&hypothesis.y_unit(), self.step, [-far, far]),
+            parameters,
             table: Some(table),
         };
         definition.kind(&values).ok()
     }
 }
+
+/// Name of the stiffness of the spring beside a loop.
+pub(super) const SPRING: &str = "slope";
 
 /// Range of rising values; `None` where they hardly change.
 fn range(seen: &[f64]) -> Option<f64> {
@@ -279,6 +321,7 @@ pub(super) fn smooth(linear: &Linear, places: &[f64], step: f64) -> Option<Smoot
 #[derive(Debug, Clone)]
 pub(super) struct FittedCurve {
     pub candidate: Candidate,
+    layout: Layout,
     pub places: Vec<f64>,
     pub fitted: Fitted,
 }
@@ -313,13 +356,22 @@ pub(super) fn fit_curve(
     let known = [null.slopes.clone(), own].concat();
     let effort = Effort::steps(STEPS, known.len());
     let fitted = fit::fit(bench, &start, blocks, &known, effort).ok()?;
-    Some(FittedCurve { candidate: candidate.clone(), places, fitted })
+    Some(FittedCurve { candidate: candidate.clone(), layout, places, fitted })
 }
 
 impl FittedCurve {
     /// Sum of squares of blocks that were left out.
     pub fn held_out(&self) -> f64 {
         self.fitted.linear.held_out(None).iter().sum()
+    }
+
+    /// The same as a loop of another width, where that predicts blocks left out as well: a loop is
+    /// screened for a few widths only.
+    pub fn turning_over(&self, context: &Context<'_>, width: f64) -> Option<Self> {
+        let candidate = self.candidate.turning_over(context, width)?;
+        let other = fit_curve(context, &candidate, self.layout)?;
+        let as_good = self.held_out() + rules::TIED * rules::trust(&self.fitted);
+        (other.held_out() < as_good).then_some(other)
     }
 
     /// A formula in its place, over its range.
@@ -337,8 +389,9 @@ impl FittedCurve {
         let Ok(curve) = Expression::parse(&text, &["u"], &names) else {
             return Vec::new();
         };
+        // Of a loop what it remembers alone, without the spring beside it.
         let value = |x: f64| match curve.remembered(&formula.values) {
-            Some((law, width)) => curve.eval(&[x, law.after(x, width, -1.0)], &formula.values),
+            Some((law, width)) => curve.eval(&[0.0, law.after(x, width, -1.0)], &formula.values),
             None => curve.eval(&[x], &formula.values),
         };
         (0..=DRAWN).map(|k| [at(k), value(at(k))]).collect()
@@ -353,9 +406,19 @@ impl FittedCurve {
         }
     }
 
+    /// All its values, those at its places last.
+    pub fn all_values(&self) -> &[f64] {
+        self.fitted.point.all.last().map_or(&[], |effect| &effect.values)
+    }
+
+    /// Of what there is for each of its values that for its places.
+    pub fn of_places<'a, T>(&self, all: &'a [T]) -> &'a [T] {
+        &all[all.len().saturating_sub(self.places.len())..]
+    }
+
     /// The values at its places.
     pub fn values(&self) -> &[f64] {
-        self.fitted.point.all.last().map_or(&[], |effect| &effect.values)
+        self.of_places(self.all_values())
     }
 
     /// Half the interval of what all values of its band have in common, where that is most of its

@@ -2,7 +2,7 @@
 //! of its own, over shapes that they share.
 
 use super::context::Context;
-use super::curve::{Candidate, FittedCurve};
+use super::curve::{Candidate, FittedCurve, SPRING};
 use super::hypotheses::{Hypothesis, replaced};
 use crate::diagnose::rules;
 use crate::fit::{self, Effort, Fitted, Linear};
@@ -23,7 +23,7 @@ enum Shape {
     Order,
     /// An exponent.
     Power,
-    /// The way over which a loop turns round, in that of the screened one.
+    /// The way over which a loop turns round: that of the screened one.
     Turning,
 }
 
@@ -33,16 +33,13 @@ struct Form {
     /// Name of the size of each part, the power of the variable's unit in it, and the part.
     parts: &'static [(&'static str, i8, &'static str)],
     shapes: &'static [(&'static str, Shape)],
-    /// Of a loop, how its part is written: the part itself is over what is remembered, the width of
-    /// the loop its unit.
-    written: Option<&'static str>,
 }
 
 const fn form(
     parts: &'static [(&'static str, i8, &'static str)],
     shapes: &'static [(&'static str, Shape)],
 ) -> Form {
-    Form { parts, shapes, written: None }
+    Form { parts, shapes }
 }
 
 const CENTRE: (&str, Shape) = ("centre", Shape::Place);
@@ -95,19 +92,21 @@ static FORMS: &[Form] = &[
 
 const TURNS_OVER: (&str, Shape) = ("width", Shape::Turning);
 
-/// The grammar of loops.
-static LOOPS: &[Form] = &[
-    Form { written: Some("dahl(u, width)"), ..form(&[("height", 0, "u")], &[TURNS_OVER]) },
-    Form {
-        written: Some("(u - play(u, slack))"),
-        ..form(&[("stiffness", 1, "slack*u")], &[("slack", Shape::Turning)])
-    },
-];
+const SLACK: (&str, Shape) = ("slack", Shape::Turning);
+const LEVEL: (&str, i8, &str) = ("level", 0, "1");
+const SPRUNG: (&str, i8, &str) = (SPRING, 1, "u");
+const RUBS: (&str, i8, &str) = ("height", 0, "dahl(u, width)");
+const GIVES: (&str, i8, &str) = ("stiffness", 1, "(u - play(u, slack))");
 
-/// Formulas that may stand for a curve, or for a loop.
-fn forms(hypothesis: &Hypothesis) -> &'static [Form] {
-    if hypothesis.turns_over.is_some() { LOOPS } else { FORMS }
-}
+/// The grammar of loops: alone, and beside a spring.
+static LOOPS: &[Form] = &[
+    form(&[RUBS], &[TURNS_OVER]),
+    form(&[GIVES], &[SLACK]),
+    form(&[SPRUNG, RUBS], &[TURNS_OVER]),
+    form(&[SPRUNG, GIVES], &[SLACK]),
+    form(&[LEVEL, SPRUNG, RUBS], &[TURNS_OVER]),
+    form(&[LEVEL, SPRUNG, GIVES], &[SLACK]),
+];
 
 /// Shapes that are tried: so many of one, and so many of each of two.
 const OF_ONE: usize = 60;
@@ -141,17 +140,20 @@ struct Cost {
     slope: DVector<f64>,
     at: DVector<f64>,
     places: Vec<f64>,
-    forms: &'static [Form],
+    /// The way over which a loop turns round; `None` for a curve.
+    turns_over: Option<f64>,
+    /// True where the stiffness of a spring beside it comes before the values at its places.
+    sprung: bool,
 }
 
 impl Cost {
     fn of(curve: &FittedCurve) -> Option<Self> {
         let linear = &curve.fitted.linear;
-        let at = DVector::from_column_slice(curve.values());
+        let at = DVector::from_column_slice(curve.all_values());
         Self::new(linear, &curve.places, &curve.candidate, at)
     }
 
-    /// `linear`: the values of the curve come last in it, in units of the candidate's step; `at`:
+    /// `linear`: the values of the curve come last in it, in units of the candidate's steps; `at`:
     /// where they are.
     fn new(
         linear: &Linear,
@@ -159,10 +161,10 @@ impl Cost {
         candidate: &Candidate,
         at: DVector<f64>,
     ) -> Option<Self> {
-        let step = candidate.step;
+        let steps = candidate.steps(places);
         let all = linear.away.len();
         let (others, of_curve): (Vec<usize>, Vec<usize>) =
-            (0..all).partition(|k| k + places.len() < all);
+            (0..all).partition(|k| k + steps.len() < all);
         // What is expected of how the curve bends is not what the data say.
         let mut prior = linear.prior.clone();
         for k in &of_curve {
@@ -186,12 +188,59 @@ impl Cost {
             None => return None,
         };
         Some(Self {
-            curvature: curvature / (step * step),
-            slope: slope / step,
+            curvature: curvature.map_with_location(|i, j, c| c / (steps[i] * steps[j])),
+            slope: slope.map_with_location(|i, _, s| s / steps[i]),
             at,
             places: places.to_vec(),
-            forms: forms(&candidate.hypothesis),
+            turns_over: candidate.hypothesis.turns_over,
+            sprung: candidate.spring.is_some(),
         })
+    }
+
+    /// Formulas that may stand in its place.
+    fn forms(&self) -> &'static [Form] {
+        if self.turns_over.is_some() { LOOPS } else { FORMS }
+    }
+
+    /// A form's parts, ready to be evaluated over `u` and its shapes. A power is taken of the variable
+    /// over its range.
+    fn parsed(&self, form: &Form) -> Option<Vec<Expression>> {
+        let shapes: Vec<&str> = form.shapes.iter().map(|s| s.0).collect();
+        let wide = wide(&self.places);
+        let parse = |part: &str| Expression::parse(&scaled(form, part, wide), &["u"], &shapes).ok();
+        form.parts.iter().map(|(_, _, part)| parse(part)).collect()
+    }
+
+    /// What parts are of the curve's values; `None` where that is no number. The places of a loop are
+    /// values of what it remembers.
+    fn values(&self, parts: &[Expression], shapes: &[f64]) -> Option<DMatrix<f64>> {
+        let before = usize::from(self.sprung);
+        let value = |row: usize, part: usize| {
+            let eval = |variables: &[f64]| parts[part].eval(variables, shapes);
+            match (row.checked_sub(before), self.turns_over) {
+                // A part that goes with the variable is the spring.
+                (None, _) => eval(&[1.0, 0.0]) - eval(&[0.0, 0.0]),
+                (Some(place), Some(_)) => eval(&[0.0, self.places[place]]),
+                (Some(place), None) => eval(&[self.places[place]]),
+            }
+        };
+        let values = DMatrix::from_fn(before + self.places.len(), parts.len(), value);
+        values.iter().all(|v| v.is_finite()).then_some(values)
+    }
+
+    /// Values of a shape that are tried.
+    fn starts(&self, shape: Shape, count: usize) -> Vec<f64> {
+        let [low, high] = range(shape, &self.places, self.turns_over);
+        let share = |k: usize| (k as f64 + 0.5) / count as f64;
+        let all = (0..count).map(share);
+        match shape {
+            Shape::Place => all.map(|share| low + (high - low) * share).collect(),
+            Shape::Width | Shape::Order | Shape::Power => {
+                all.map(|share| low * (high / low).powf(share)).collect()
+            }
+            // What is remembered was screened for one way.
+            Shape::Turning => self.turns_over.into_iter().collect(),
+        }
     }
 
     /// The best sizes of some parts, by their values at the places, and the cost there.
@@ -217,22 +266,8 @@ pub(super) struct Found {
     length: f64,
 }
 
-/// Values of a shape that are tried.
-fn starts(shape: Shape, places: &[f64], count: usize) -> Vec<f64> {
-    let [low, high] = range(shape, places);
-    let share = |k: usize| (k as f64 + 0.5) / count as f64;
-    let at = |k: usize| match shape {
-        Shape::Place => low + (high - low) * share(k),
-        Shape::Width | Shape::Order | Shape::Power => low * (high / low).powf(share(k)),
-        Shape::Turning => 1.0,
-    };
-    // What is remembered was screened for one way.
-    let count = if shape == Shape::Turning { 1 } else { count };
-    (0..count).map(at).collect()
-}
-
 /// Where a shape is plausible.
-fn range(shape: Shape, places: &[f64]) -> [f64; 2] {
+fn range(shape: Shape, places: &[f64], turns_over: Option<f64>) -> [f64; 2] {
     let (first, last) = (places[0], places[places.len() - 1]);
     let wide = last - first;
     match shape {
@@ -241,16 +276,8 @@ fn range(shape: Shape, places: &[f64]) -> [f64; 2] {
         // A wave needs three places at least.
         Shape::Order => [1.0 / wide, std::f64::consts::TAU * places.len() as f64 / (3.0 * wide)],
         Shape::Power => POWERS,
-        Shape::Turning => [0.1, 10.0],
+        Shape::Turning => [0.1, 10.0].map(|share| share * turns_over.unwrap_or(wide)),
     }
-}
-
-/// The parts of a form, ready to be evaluated over `u` and its shapes. A power is taken of the
-/// variable over its range.
-fn parsed(form: &Form, wide: f64) -> Option<Vec<Expression>> {
-    let shapes: Vec<&str> = form.shapes.iter().map(|s| s.0).collect();
-    let parse = |part: &str| Expression::parse(&scaled(form, part, wide), &["u"], &shapes).ok();
-    form.parts.iter().map(|(_, _, part)| parse(part)).collect()
 }
 
 /// A part in which a width that is no shape is that of the variable's range.
@@ -266,55 +293,52 @@ pub(super) fn rounded(value: f64) -> f64 {
     format!("{value:.1e}").parse().unwrap_or(value)
 }
 
-/// Values of parts at some places; `None` where they are none.
-fn values(parts: &[Expression], places: &[f64], shapes: &[f64]) -> Option<DMatrix<f64>> {
-    let value = |row: usize, part: usize| parts[part].eval(&[places[row]], shapes);
-    let values = DMatrix::from_fn(places.len(), parts.len(), value);
-    values.iter().all(|v| v.is_finite()).then_some(values)
+/// The range of a curve's places.
+fn wide(places: &[f64]) -> f64 {
+    rounded(places[places.len() - 1] - places[0])
 }
 
 /// Formulas in the place of a curve that are as short as any, the shortest first.
 fn shortest(cost: &Cost, trust: f64, count: usize) -> Vec<Found> {
     let mut found: Vec<Found> =
-        cost.forms.par_iter().filter_map(|form| find(form, cost, trust, count)).collect();
+        cost.forms().par_iter().filter_map(|form| find(form, cost, trust, count)).collect();
     found.sort_by(|a, b| a.length.total_cmp(&b.length));
     found
 }
 
 /// The formula in the place of a curve that predicts blocks best that were left out, among the shortest,
 /// as far as slopes tell, and their sum of squares. `linear`: nothing is known of the curve's values,
-/// which come last, in units of the candidate's step; `count`: number of residuals.
+/// which come last, in units of the candidate's steps; `count`: number of residuals.
 pub(super) fn screened(
     linear: &Linear,
     places: &[f64],
     candidate: &Candidate,
     count: usize,
 ) -> Option<(f64, Found)> {
-    let cost = Cost::new(linear, places, candidate, DVector::zeros(places.len()))?;
-    let wide = rounded(places[places.len() - 1] - places[0]);
+    let steps = DVector::from_vec(candidate.steps(places));
+    let cost = Cost::new(linear, places, candidate, DVector::zeros(steps.len()))?;
     let mut found = shortest(&cost, rules::CORRELATED, count);
     // The shortest, and of the others those that fit best.
     let from = SCREENED.min(found.len());
     found[from..].sort_by(|a, b| a.cost.total_cmp(&b.cost));
     let judged = found.into_iter().take(2 * SCREENED).filter_map(|found| {
-        let parts = values(&parsed(found.form, wide)?, places, &found.shapes)?;
-        let held_out: f64 =
-            linear.with_parts(&(parts / candidate.step)).held_out(None).iter().sum();
+        let parts = cost.values(&cost.parsed(found.form)?, &found.shapes)?;
+        let parts = parts.map_with_location(|row, _, part| part / steps[row]);
+        let held_out: f64 = linear.with_parts(&parts).held_out(None).iter().sum();
         held_out.is_finite().then_some((held_out, found))
     });
     judged.min_by(|a, b| a.0.total_cmp(&b.0))
 }
 
 fn find(form: &'static Form, cost: &Cost, trust: f64, count: usize) -> Option<Found> {
-    let wide = rounded(cost.places[cost.places.len() - 1] - cost.places[0]);
-    let parts = parsed(form, wide)?;
-    let judge = |shapes: &[f64]| cost.least(&values(&parts, &cost.places, shapes)?);
+    let parts = cost.parsed(form)?;
+    let judge = |shapes: &[f64]| cost.least(&cost.values(&parts, shapes)?);
     let grid: Vec<Vec<f64>> = match form.shapes {
         [] => vec![Vec::new()],
-        [one] => starts(one.1, &cost.places, OF_ONE).into_iter().map(|v| vec![v]).collect(),
+        [one] => cost.starts(one.1, OF_ONE).into_iter().map(|v| vec![v]).collect(),
         [one, two, ..] => {
-            let second = starts(two.1, &cost.places, OF_TWO);
-            let first = starts(one.1, &cost.places, OF_TWO);
+            let second = cost.starts(two.1, OF_TWO);
+            let first = cost.starts(one.1, OF_TWO);
             first.iter().flat_map(|a| second.iter().map(|b| vec![*a, *b])).collect()
         }
     };
@@ -382,12 +406,11 @@ impl Law {
 
     /// A law of the same form in another curve's place.
     pub fn elsewhere(&self, context: &Context<'_>, curve: &FittedCurve) -> Option<Self> {
-        let loops = curve.candidate.hypothesis.turns_over.is_some();
-        if loops != self.form.written.is_some() {
+        let cost = Cost::of(curve)?;
+        if !cost.forms().iter().any(|form| std::ptr::eq(form, self.form)) {
             return None;
         }
-        let trust = rules::CORRELATED;
-        let found = find(self.form, &Cost::of(curve)?, trust, fit::count(&curve.fitted.at))?;
+        let found = find(self.form, &cost, rules::CORRELATED, fit::count(&curve.fitted.at))?;
         fitted(context, curve, &found)
     }
 }
@@ -414,11 +437,10 @@ fn definition(
     places: &[f64],
 ) -> (Definition, Vec<f64>) {
     let form = found.form;
-    let wide = rounded(places[places.len() - 1] - places[0]);
     let negative = form.parts.len() == 1 && found.sizes[0] < 0.0;
     let sizes: Vec<f64> = found.sizes.iter().map(|s| if negative { -s } else { *s }).collect();
-    let written = |part: &str| form.written.map_or_else(|| scaled(form, part, wide), str::to_owned);
-    let of = |(size, _, part): &(&str, i8, &str)| match written(part).as_str() {
+    let wide = wide(places);
+    let of = |(size, _, part): &(&str, i8, &str)| match scaled(form, part, wide).as_str() {
         "1" => (*size).to_owned(),
         // A sum stands in parentheses.
         part if part.starts_with("1 - ") => format!("{size}*({part})"),
@@ -430,23 +452,13 @@ fn definition(
     let sum =
         if form.parts.len() > 1 && hypothesis.times != "1" { format!("({sum})") } else { sum };
     let sign = if negative { "-" } else { "" };
-    let (x_unit, y_unit) = (hypothesis.x_unit(), hypothesis.y_unit());
-    // What a loop's numbers are in units of.
-    let turns_over = hypothesis.turns_over.unwrap_or(1.0);
-    let in_unit = |size: f64, power: i8| size / turns_over.powi(power.into());
-    let powers = form.parts.iter().map(|part| part.1);
-    let sizes: Vec<f64> = sizes.into_iter().zip(powers).map(|(s, p)| in_unit(s, p)).collect();
+    let x_unit = hypothesis.x_unit();
     let mut parameters = Vec::new();
     for ((name, power, _), size) in form.parts.iter().zip(&sizes) {
-        let unit = match power {
-            0 => y_unit.clone(),
-            1 => format!("{y_unit}/{x_unit}"),
-            power => format!("{y_unit}/({x_unit})^{power}"),
-        };
         let far = LARGER * size.abs();
         parameters.push(CustomParameter {
             name: (*name).to_owned(),
-            unit,
+            unit: hypothesis.slope_unit(*power),
             meaning: (*name).to_owned(),
             role: CustomRole::Size(0.1 * size.abs()),
             low: -far,
@@ -455,9 +467,8 @@ fn definition(
     }
     let mut shapes = Vec::new();
     for ((name, shape), value) in form.shapes.iter().zip(&found.shapes) {
-        let unit_of_it = if *shape == Shape::Turning { turns_over } else { 1.0 };
-        let value = value * unit_of_it;
-        let [low, high] = range(*shape, places).map(|end| end * unit_of_it);
+        let value = *value;
+        let [low, high] = range(*shape, places, hypothesis.turns_over);
         let (unit, role) = match shape {
             Shape::Place => {
                 let step = 0.01 * (high - low);
@@ -498,10 +509,19 @@ mod tests {
 
     #[test]
     fn every_form_is_an_expression_of_its_shapes() {
-        for form in FORMS {
-            let parts = parsed(form, 2.0).expect("parts that can be read");
+        let loops = LOOPS.iter().map(|form| (form, Some(0.5)));
+        for (form, turns_over) in FORMS.iter().map(|form| (form, None)).chain(loops) {
+            let cost = Cost {
+                curvature: DMatrix::zeros(5, 5),
+                slope: DVector::zeros(5),
+                at: DVector::zeros(5),
+                places: vec![0.1, 0.3, 0.5, 0.9],
+                turns_over,
+                sprung: true,
+            };
+            let parts = cost.parsed(form).expect("parts that can be read");
             let shapes = vec![0.5; form.shapes.len()];
-            assert!(parts.iter().all(|p| p.eval(&[0.3], &shapes).is_finite()), "{:?}", form.parts);
+            assert!(cost.values(&parts, &shapes).is_some(), "{:?}", form.parts);
         }
     }
 }

@@ -6,7 +6,8 @@ use trueweld_plant::effects::Location;
 use trueweld_plant::effects::LocationKind;
 use trueweld_plant::effects::formula::{NamedPort, PORTS};
 
-/// A curve at a port: its value is `times` × table(`over`), of a loop `times` × table(dahl(`over`, w)).
+/// A curve at a port: its value is `times` × table(`over`), of a loop table(dahl(`over`, w)) beside a
+/// spring in proportion to `over`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hypothesis {
     /// The port.
@@ -168,6 +169,15 @@ impl Hypothesis {
             (unit, None) => unit.to_owned(),
             ("N·m", Some("rad/s")) => "N·m·s/rad".to_owned(),
             (unit, Some(times)) => format!("{unit}/{times}"),
+        }
+    }
+
+    /// Unit of the curve over a power of that of the variable.
+    pub(super) fn slope_unit(&self, power: i8) -> String {
+        match (self.y_unit(), self.x_unit(), power) {
+            (y, _, 0) => y,
+            (y, x, 1) => [&y, "/", x].concat(),
+            (y, x, power) => format!("{y}/({x})^{power}"),
         }
     }
 

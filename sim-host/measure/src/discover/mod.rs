@@ -235,18 +235,9 @@ struct Tried {
 
 impl Tried {
     fn new(context: &Context<'_>, screened: &Screened<'_>) -> Option<Self> {
-        let mut curve = fit_curve(context, screened.candidate, screened.layout)?;
+        let curve = fit_curve(context, screened.candidate, screened.layout)?;
         let formula = screened.formula.as_ref();
         let formula = formula.and_then(|found| grammar::fitted(context, &curve, found));
-        // A loop was screened for a few widths only.
-        let width = formula.as_ref().and_then(Law::turns_over).map(grammar::rounded);
-        let of_width = width.and_then(|width| {
-            let candidate = screened.candidate.turning_over(context, width)?;
-            fit_curve(context, &candidate, screened.layout)
-        });
-        if let Some(of_width) = of_width.filter(|c| c.held_out() < curve.held_out()) {
-            curve = of_width;
-        }
         Some(Self { curve, formula })
     }
 
@@ -294,6 +285,8 @@ fn described(context: &Context<'_>, laws: &[Tried]) -> Option<(Discovery, Fitted
     let Context { bench, null, .. } = *context;
     let (Tried { curve: best, formula }, others) = laws.split_first()?;
     let law = grammar::law(context, best, formula.as_ref());
+    let of_width = law.as_ref().and_then(|law| best.turning_over(context, law.turns_over()?));
+    let best = of_width.as_ref().unwrap_or(best);
     let elsewhere = |Tried { curve, .. }: &Tried| TiedLaw {
         hypothesis: curve.candidate.hypothesis,
         effect: law.as_ref().and_then(|law| law.elsewhere(context, curve)?.effect().cloned()),
@@ -309,7 +302,8 @@ fn described(context: &Context<'_>, laws: &[Tried]) -> Option<(Discovery, Fitted
     };
     let (band, effect) = (of_last(&best.fitted)?, of_last(&fitted)?);
     let formula = expression.as_ref().map_or(Vec::new(), |_| best.drawn(&effect.effect));
-    let (level, shape) = best.shape(&band.interval);
+    let band = best.of_places(&band.interval);
+    let (level, shape) = best.shape(band);
     let drawn: Vec<f64> = best.places.iter().map(|x| best.drawn_at(*x)).collect();
     let shown: Vec<usize> = (0..drawn.len())
         .filter(|k| k.checked_sub(1).is_none_or(|b| drawn[*k] > drawn[b]))
@@ -320,7 +314,7 @@ fn described(context: &Context<'_>, laws: &[Tried]) -> Option<(Discovery, Fitted
         curve: FreeCurve {
             x: shown.iter().map(|k| drawn[*k]).collect(),
             y: shown.iter().map(|k| best.values()[*k]).collect(),
-            band: shown_of(&band.interval),
+            band: shown_of(band),
             level,
             shape: shown_of(&shape),
             points: best.points(context),
@@ -488,7 +482,8 @@ fn candidates(context: &Context<'_>) -> Vec<Candidate> {
         let size = (known.iter().map(|t| t * t).sum::<f64>() / known.len().max(1) as f64).sqrt();
         let step = hypothesis.port.small() / size;
         let hypothesis = *hypothesis;
-        step.is_finite().then_some(Candidate { hypothesis, over, times, constant, step })
+        let own = Candidate { hypothesis, over, times, constant, step, spring: None };
+        step.is_finite().then_some(own)
     };
     let mut found: Vec<Candidate> = all.par_iter().filter_map(of).collect();
     let loops = |curve: &Candidate| {

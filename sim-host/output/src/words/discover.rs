@@ -4,7 +4,7 @@ use super::effects::capital;
 use super::{Scale, digits, listed, score, share};
 use trueweld_measure::diagnose::FittedEffect;
 use trueweld_measure::discover::{DISCOVERED, Discovery, Hypothesis, LikeEffect};
-use trueweld_plant::effects::{Effect, Location};
+use trueweld_plant::effects::{Action, Effect, Location};
 use trueweld_plant::input::RobotFile;
 
 /// Name of a joint, or nothing.
@@ -124,7 +124,14 @@ pub(crate) fn headline(all: &[Discovery], robot: &RobotFile) -> String {
 pub(crate) fn details(discovery: &Discovery, robot: &RobotFile) -> Vec<String> {
     let formula = match &discovery.expression {
         Some(expression) => format!("It follows {expression}: {}.", values(&discovery.effect)),
-        None => "No formula describes it better than the curve does.".to_owned(),
+        None => {
+            let curve = "No formula describes it better than the curve does";
+            let spring = values(&discovery.effect);
+            let joint =
+                |spring| [curve, ", beside a spring over the same angle: ", spring].concat();
+            let told = if spring.is_empty() { curve.to_owned() } else { joint(&spring) };
+            told + "."
+        }
     };
     let like = discovery.like.as_ref().map(|like| {
         let (name, left) = (like_name(like, robot), score(like.held_out));
@@ -183,9 +190,12 @@ pub(crate) fn like_name(like: &LikeEffect, robot: &RobotFile) -> String {
     listed(&names, "and")
 }
 
-/// Values of a formula with their intervals, in the units of the expression.
+/// Values of a law's parameters with their intervals, in the units of its expression, without those
+/// of a table.
 fn values(found: &FittedEffect) -> String {
-    let all = found.effect.kind.parameters.iter().zip(&found.effect.values);
+    let Action::Expression(law) = found.effect.kind.action else { return String::new() };
+    let named = law.definition.named().len();
+    let all = found.effect.kind.parameters.iter().zip(&found.effect.values).take(named);
     let told = all.zip(&found.interval).map(|((parameter, value), interval)| {
         let scale =
             Scale { factor: 1.0, unit: if parameter.unit == "1" { "" } else { parameter.unit } };
