@@ -108,17 +108,49 @@ pub static LOOPS: &[OutsideLaw] = &[
     law("seal", "motor-friction", Some(1), "2.5e4*(encoder - play(encoder, 0.012))", &["encoder"]),
 ];
 
+/// Those over two variables, of which neither is enough; written together with the surfaces that are
+/// looked at.
+pub static PAIRS: &[OutsideLaw] = &[
+    // A hose to the arm: its lever turns with the joint before.
+    law(
+        "umbilical",
+        "link-torque",
+        Some(4),
+        "-400*(link - 0.3)*cos(1.5*encoder_before)",
+        &["link", "encoder_before"],
+    ),
+    // Friction of meshing teeth with the load, where the wheel runs out of true.
+    law(
+        "run-out",
+        "motor-friction",
+        Some(1),
+        "0.06*abs(spring_torque)*(1 + 0.9*sin(3*encoder))*tanh(encoder_rate/smoothing)",
+        &["encoder", "spring_torque", "encoder_rate"],
+    ),
+    // Grease that thins as it warms up: drag with the speed, less of it with the time.
+    law(
+        "warming-grease",
+        "motor-friction",
+        Some(0),
+        "900*abs(encoder_rate)^0.5*exp(-time/6)*tanh(encoder_rate/smoothing)",
+        &["time", "encoder_rate"],
+    ),
+    // A tracker whose axes are not square.
+    law("out-of-square", "tracker-z", None, "4e-4*px*py", &["px", "py"]),
+];
+
 /// Least multiple of the limit of detection at which a law is to show; others show three and ten times
 /// as well.
 const SHOWS: f64 = 3.0;
 
 /// The first `count` cases of a corpus of these laws with this seed, one law after the other, with
 /// the logs, the noise and the errors of the corpus of effects; then as many of each law with a
-/// memory.
+/// memory, and of each over two variables.
 pub fn cases(seed: u64, count: usize, protocol: &Protocol) -> Vec<CorpusCase> {
-    let loops = count * LOOPS.len() / LAWS.len();
-    let laws = LAWS.iter().cycle().take(count).chain(LOOPS.iter().cycle().take(loops));
-    let ground = LABORATORY.corpus(seed, count + loops, protocol).into_iter();
+    let [loops, pairs] = [LOOPS, PAIRS].map(|laws| count * laws.len() / LAWS.len());
+    let further = LOOPS.iter().cycle().take(loops).chain(PAIRS.iter().cycle().take(pairs));
+    let laws = LAWS.iter().cycle().take(count).chain(further);
+    let ground = LABORATORY.corpus(seed, count + loops + pairs, protocol).into_iter();
     let of_law = |(index, (case, law)): (usize, (CorpusCase, &OutsideLaw))| CorpusCase {
         name: format!("{index:03}-{}", law.name),
         hidden: Hidden::Law(law.effect(1.0)),
@@ -131,7 +163,7 @@ pub fn cases(seed: u64, count: usize, protocol: &Protocol) -> Vec<CorpusCase> {
 impl OutsideLaw {
     /// The law of a name.
     pub fn named(name: &str) -> Option<&'static Self> {
-        LAWS.iter().chain(LOOPS).find(|law| law.name == name)
+        LAWS.iter().chain(LOOPS).chain(PAIRS).find(|law| law.name == name)
     }
 
     /// True where it depends on the way that its variable has come.

@@ -125,6 +125,31 @@ fn hoses_that_rub_and_spring_back_are_one_law() {
     }
 }
 
+#[test]
+fn a_hose_whose_lever_turns_with_the_joint_before_is_found_over_both_angles() {
+    let law = OutsideLaw::named("umbilical").expect("one of them");
+    let (diagnosis, found) = found(Some(vec![law.effect(1.0)]));
+    assert_eq!(diagnosis.verdict, Verdict::UnknownEffect);
+    let [hose] = found.as_slice() else { panic!("{} laws", found.len()) };
+    assert_eq!((hose.hypothesis.port.name, hose.hypothesis.at), (law.port, Location::Joint(4)));
+    assert_eq!(hose.hypothesis.variables(), law.over);
+    assert!(hose.held_out_after < 1.15, "{}", hose.held_out_after);
+    // Its curve is the surface's in the middle of the second angle.
+    let surface = hose.curve.surface.as_ref().expect("a surface");
+    assert_eq!(surface.y[surface.middle()], hose.curve.y);
+    // Where the band is narrow, the logs have been, and the truth is in it.
+    let truth = |x: f64, before: f64| -400.0 * (x - 0.3) * (1.5 * before).cos();
+    let (mut known, mut missed) = (0, 0);
+    for (before, band) in surface.across.iter().zip(&surface.band) {
+        for (x, [low, high]) in hose.curve.x.iter().zip(band) {
+            let narrow = high - low < 40.0;
+            known += usize::from(narrow);
+            missed += usize::from(narrow && !(*low..=*high).contains(&truth(*x, *before)));
+        }
+    }
+    assert!(known > 12 && missed < known / 3, "{missed} of {known}: {:?}", hose.curve);
+}
+
 /// A planned motion as the laboratory's protocol has it.
 fn moves(plan: &Plan) -> PlannedLog {
     assert!(matches!(plan.procedure, Procedure::Move { .. }), "{:?}", plan.procedure);

@@ -98,7 +98,27 @@ fn one_of_each() -> String {
         .map_or("", |(_, rest)| rest)
         .trim_start_matches(|c| c != '[')
         + HOSE
+        + LEVER
 }
+
+/// An effect of the user's own that is given as a table over two variables: a hose whose lever turns with
+/// the joint before.
+const LEVER: &str = r#"
+[[effect]]
+id = "lever"
+at = "A4"
+port = "link-torque"
+expression = "-table(link, encoder_before)"
+
+[effect.table]
+x = [-1.0, 0.0, 2.0]
+across = [0.0, 0.5]
+y = [
+  -100.0, 0.0, 200.0,
+  -40.0, 0.0, 80.0,
+]
+bend = 50.0
+"#;
 
 /// An effect of the user's own that is given as a table: a hose that is slack about the middle.
 const HOSE: &str = r#"
@@ -132,7 +152,7 @@ shape = [0.0]
 #[test]
 fn what_is_written_is_read_back() {
     let model = parse(&one_of_each()).unwrap();
-    assert_eq!(model.effects.len(), library().count() + 2);
+    assert_eq!(model.effects.len(), library().count() + 3);
     let folder = tempfile::tempdir().unwrap();
     let below = folder.path().join("results/of today");
     fs::create_dir_all(&below).unwrap();
@@ -335,8 +355,9 @@ fn mistakes_in_a_loop_are_explained_at_their_place() {
     assert!(error.contains(expected), "{error}");
 }
 
-/// Torque of the first effect of the user's own on a link at an angle, N·m.
-fn link_torque(text: &str, link: f64) -> f64 {
+/// Torque of the first effect of the user's own on a link at an angle and at one of the joint before,
+/// N·m.
+fn link_torque(text: &str, link: f64, encoder_before: f64) -> f64 {
     let model = parse(text).unwrap();
     let robot = &model.robot.robot;
     let elastic = ElasticRobot::with_effects(robot, &model.cell_effects(), None).unwrap();
@@ -345,7 +366,7 @@ fn link_torque(text: &str, link: f64) -> f64 {
         encoder_rate: 0.0,
         link,
         link_rate: 0.0,
-        encoder_before: 0.0,
+        encoder_before,
         smoothing: 1e-3,
         spring_torque: 0.0,
         remembered: 0.0,
@@ -359,24 +380,54 @@ fn a_table_is_read_by_straight_lines_and_held_beyond_its_ends() {
     let text = head() + HOSE;
     // Slack from 0.1 − 0.2 to 0.1 + 0.2 rad; beyond it 1.5 × 200 N·m a radian, up to ±1 rad.
     for (link, torque) in [(0.0, 0.0), (0.25, 0.0), (0.5, -60.0), (-0.5, 120.0), (1.7, -240.0)] {
-        assert!((link_torque(&text, link) - torque).abs() < 1e-9, "{link} rad");
+        assert!((link_torque(&text, link, 0.0) - torque).abs() < 1e-9, "{link} rad");
+    }
+}
+
+#[test]
+fn a_table_over_two_variables_is_straight_along_each_of_them() {
+    let text = head() + LEVER;
+    for ([link, before], torque) in [
+        ([-1.0, 0.0], 100.0),
+        ([1.0, 0.0], -100.0),
+        ([1.0, 0.25], -70.0),
+        ([2.0, 0.5], -80.0),
+        ([5.0, 9.0], -80.0),
+        ([-5.0, -1.0], 100.0),
+    ] {
+        let read = link_torque(&text, link, before);
+        assert!((read - torque).abs() < 1e-9, "{read} at {link} and {before} rad");
     }
 }
 
 #[test]
 fn mistakes_in_a_table_are_explained_at_their_place() {
-    let refused = |from: &str, to: &str, says: &str| {
-        let text = head() + HOSE;
+    let refused_in = |table: &str, from: &str, to: &str, says: &str| {
+        let text = head() + table;
         assert!(text.contains(from), "{from}");
         let error = parse(&text.replace(from, to)).unwrap_err().to_string();
         assert!(error.contains(says), "{error}");
     };
+    let refused = |from: &str, to: &str, says: &str| refused_in(HOSE, from, to, says);
     refused("-0.2, 0.2", "0.2, -0.2", "each above the one before");
     refused("0.0, 0.0, -160.0", "0.0, -160.0", "4 numbers, as many as in `x`");
     refused("bend = 50.0", "bend = 0.0", "bend");
     refused("table(link - centre)", "(link - centre)", "the table is not read");
     refused("bend = 50.0", "low = -100.0", "from -100.0");
     refused("parameters.gain", "parameters.y1", "another name");
+    let refused = |from: &str, to: &str, says: &str| refused_in(LEVER, from, to, says);
+    refused("0.0, 0.5]", "0.5, 0.0]", "each above the one before");
+    refused("across = [0.0, 0.5]", "across = [0.0]", "two numbers or more");
+    refused(
+        "-40.0, 0.0, 80.0,",
+        "-40.0, 0.0,",
+        "6 numbers, as many as in `x` for each place in `across`",
+    );
+    refused("table(link, encoder_before)", "table(link)", "`,` and a second value");
+    refused("across = [0.0, 0.5]\n", "", "3 numbers, as many as in `x`");
+    let many: Vec<String> = (0..30).map(|k| k.to_string()).collect();
+    let many = ["across = [", &many.join(", "), "]"].concat();
+    refused("across = [0.0, 0.5]", &many, "at most 64 values with `x`");
 }
 
 #[test]

@@ -1,7 +1,8 @@
-//! A free curve at a port: a table whose values are fitted, held together by what is expected of
-//! how it bends. How much that is, held-out blocks say: residuals that follow each other would have
+//! A free curve or surface at a port: a table whose values are fitted, held together by what is expected
+//! of how it bends. How much that is, held-out blocks say: residuals that follow each other would have
 //! any other criterion take noise for a curve.
 
+use super::FreeSurface;
 use super::context::Context;
 use super::hypotheses::Hypothesis;
 use super::variables::Series;
@@ -10,13 +11,20 @@ use crate::diagnose::rules;
 use crate::fit::{self, EffectScope, Effort, FitState, Fitted, FreeParameter, Linear, Slopes};
 use crate::residuals::localize::CurvePoint;
 use nalgebra::{DMatrix, DVector};
-use trueweld_plant::effects::expression::{Expression, interpolate};
-use trueweld_plant::effects::formula::{CustomParameter, CustomRole, DefinedTable, Definition};
+use std::ops::Range;
+use trueweld_plant::effects::expression::Expression;
+use trueweld_plant::effects::formula::{CustomParameter, CustomRole, Definition};
+use trueweld_plant::effects::table::{DefinedTable, Places};
 use trueweld_plant::effects::{Action, Effect, EffectKind};
 
 /// Places of a curve while it is screened, and while it is fitted.
 pub(super) const SCREENED: usize = 12;
 pub(super) const FITTED: usize = 20;
+
+/// The same along each variable of a surface.
+fn along_each(of_curve: usize) -> usize {
+    of_curve.isqrt() + 2
+}
 
 /// How places lie over the range of a variable.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -50,6 +58,8 @@ pub(super) struct Candidate {
     /// What the curve is over, and what it is multiplied by.
     pub over: Series,
     pub times: Series,
+    /// The second variable of a surface.
+    pub across: Option<Series>,
     /// Slopes of all residuals by a constant at the port, in the port's unit.
     pub constant: Slopes,
     /// Value at which the slopes by a value of the curve are taken.
@@ -69,15 +79,21 @@ pub(super) struct Spring {
 }
 
 impl Candidate {
-    /// Values of the variable where the logs show the port, rising.
-    fn seen(&self, context: &Context<'_>) -> Vec<f64> {
+    /// Both variables in a row of a log; nothing where there is no second.
+    pub fn at(&self, log: usize, row: usize) -> [f64; 2] {
+        let value = |series: &Series| series[log].get(row).copied().unwrap_or(f64::NAN);
+        [value(&self.over), self.across.as_ref().map_or(0.0, value)]
+    }
+
+    /// Values of a variable where the logs show the port, rising.
+    fn seen(&self, context: &Context<'_>, variable: usize) -> Vec<f64> {
         let mut seen = Vec::new();
         for (log, experiment) in context.bench.experiments.iter().enumerate() {
             let Some(slope) = &self.constant[log] else { continue };
             let mut last = usize::MAX;
             for (k, compared) in experiment.compared.iter().enumerate() {
                 let row = compared.row;
-                let value = self.over[log].get(row).copied().unwrap_or(f64::NAN);
+                let value = self.at(log, row)[variable];
                 if slope[k] != 0.0 && row != last && value.is_finite() {
                     seen.push(value);
                     last = row;
@@ -100,19 +116,23 @@ impl Candidate {
     }
 
     /// Steps of its values: of the stiffness of the spring beside a loop, and of each place.
-    pub fn steps(&self, places: &[f64]) -> Vec<f64> {
+    pub fn steps(&self, places: &Places) -> Vec<f64> {
         let spring = self.spring.iter().map(|spring| spring.step);
-        spring.chain(places.iter().map(|_| self.step)).collect()
+        spring.chain((0..places.count()).map(|_| self.step)).collect()
     }
 
     /// Range of the variable where the logs show the port; `None` where it hardly changes.
     pub fn range(&self, context: &Context<'_>) -> Option<f64> {
-        range(&self.seen(context))
+        range(&self.seen(context, 0))
     }
 
     /// The layouts that suit the variable; none where it hardly changes.
     pub fn layouts(&self, context: &Context<'_>) -> &'static [Layout] {
-        let seen = self.seen(context);
+        if self.across.is_some() {
+            let changes = |variable| range(&self.seen(context, variable)).is_some();
+            return if [0, 1].into_iter().all(changes) { &[Layout::Even] } else { &[] };
+        }
+        let seen = self.seen(context, 0);
         let (Some(range), Some(first)) = (range(&seen), seen.first()) else {
             return &[];
         };
@@ -123,9 +143,25 @@ impl Candidate {
         if seldom { &[Layout::Even, Layout::Often] } else { &[Layout::Even] }
     }
 
-    /// So many places over the range of the variable; `None` where few are apart.
-    pub fn places(&self, context: &Context<'_>, layout: Layout, count: usize) -> Option<Vec<f64>> {
-        let seen = self.seen(context);
+    /// Places over the range of each variable, so many of a curve; `None` where few are apart.
+    pub fn places(&self, context: &Context<'_>, layout: Layout, count: usize) -> Option<Places> {
+        let over = |variable, count| self.places_over(context, variable, layout, count);
+        Some(match self.across {
+            None => Places { x: over(0, count)?, across: Vec::new() },
+            Some(_) => {
+                Places { x: over(0, along_each(count))?, across: over(1, along_each(count))? }
+            }
+        })
+    }
+
+    fn places_over(
+        &self,
+        context: &Context<'_>,
+        variable: usize,
+        layout: Layout,
+        count: usize,
+    ) -> Option<Vec<f64>> {
+        let seen = self.seen(context, variable);
         let (first, last) = (*seen.first()?, *seen.last()?);
         let range = last - first;
         let even = |share: f64| first + share * range;
@@ -148,19 +184,25 @@ impl Candidate {
     }
 
     /// Slopes of all residuals by its values, over their steps.
-    pub fn slopes(&self, context: &Context<'_>, places: &[f64]) -> Vec<Slopes> {
+    pub fn slopes(&self, context: &Context<'_>, places: &Places) -> Vec<Slopes> {
         let mut all = self.slopes_at_once(context, places);
         let ring_down = |log: usize| context.bench.experiments[log].kind == LogKind::RingDown;
         if !self.hypothesis.swings() || !(0..context.bench.experiments.len()).any(ring_down) {
             return all;
         }
         // A ring-down hardly moves the encoders: only the places near where it is have a say.
-        let near = |place: usize, log: usize| {
-            let within =
-                places[place.saturating_sub(1)]..=places[(place + 1).min(places.len() - 1)];
-            self.over[log].iter().any(|x| within.contains(x))
+        let near = |log: usize| -> Vec<bool> {
+            let mut near = vec![false; places.count()];
+            let rows = (0..self.over[log].len()).filter(|_| ring_down(log));
+            for at in
+                rows.map(|row| self.at(log, row)).filter(|at| at.iter().all(|x| x.is_finite()))
+            {
+                places.shares(at).for_each(|(place, _)| near[place] = true);
+            }
+            near
         };
-        let wanted = |place: usize, log: usize| ring_down(log) && near(place, log);
+        let near: Vec<Vec<bool>> = (0..self.over.len()).map(near).collect();
+        let wanted = |place: usize, log: usize| near[log][place];
         let swung = self.slopes_through_plant(context, places, wanted).unwrap_or_default();
         for (all, swung) in all.iter_mut().zip(swung) {
             all.iter_mut().zip(swung).for_each(|(all, swung)| *all = swung.or(all.take()));
@@ -172,7 +214,7 @@ impl Candidate {
     fn slopes_through_plant(
         &self,
         context: &Context<'_>,
-        places: &[f64],
+        places: &Places,
         wanted: impl Fn(usize, usize) -> bool + Sync,
     ) -> Option<Vec<Slopes>> {
         let Context { bench, null, .. } = *context;
@@ -187,43 +229,34 @@ impl Candidate {
         &self,
         point: &mut FitState,
         id: &str,
-        places: &[f64],
+        places: &Places,
         bend: f64,
     ) -> Option<EffectScope> {
-        let kind = self.kind(id, DefinedTable { x: places.to_vec(), bend })?;
+        let kind = self.kind(id, DefinedTable { places: places.clone(), bend })?;
         let nothing = vec![0.0; kind.parameters.len()];
         point.add(Effect { kind, at: self.hypothesis.at, values: nothing });
         Some(EffectScope::All(point.all.len() - 1))
     }
 
     /// The same where the port answers at once: each row as if the variable stood still.
-    fn slopes_at_once(&self, context: &Context<'_>, places: &[f64]) -> Vec<Slopes> {
+    fn slopes_at_once(&self, context: &Context<'_>, places: &Places) -> Vec<Slopes> {
         let logs = context.bench.experiments.len();
         let before = usize::from(self.spring.is_some());
-        let mut all: Vec<Slopes> = vec![vec![None; logs]; before + places.len()];
+        let mut all: Vec<Slopes> = vec![vec![None; logs]; before + places.count()];
         for (log, experiment) in context.bench.experiments.iter().enumerate() {
             let Some(slope) = &self.constant[log] else { continue };
-            let mut columns = vec![vec![0.0; slope.len()]; before + places.len()];
+            let mut columns = vec![vec![0.0; slope.len()]; before + places.count()];
             let (springs, at) = columns.split_at_mut(before);
             for (k, compared) in experiment.compared.iter().enumerate() {
-                let x = self.over[log][compared.row];
+                let of_row = self.at(log, compared.row);
                 let weight = slope[k] * self.step * self.times[log][compared.row];
-                if weight == 0.0 || !weight.is_finite() || !x.is_finite() {
+                if weight == 0.0 || !weight.is_finite() || !of_row.iter().all(|x| x.is_finite()) {
                     continue;
                 }
                 if let Some(spring) = &self.spring {
                     springs[0][k] = slope[k] * spring.step * spring.over[log][compared.row];
                 }
-                let above = places.partition_point(|place| *place <= x);
-                match above {
-                    0 => at[0][k] = weight,
-                    n if n == places.len() => at[n - 1][k] = weight,
-                    n => {
-                        let share = (x - places[n - 1]) / (places[n] - places[n - 1]);
-                        at[n - 1][k] = weight * (1.0 - share);
-                        at[n][k] = weight * share;
-                    }
-                }
+                places.shares(of_row).for_each(|(place, share)| at[place][k] += weight * share);
             }
             for (slopes, column) in all.iter_mut().zip(columns) {
                 slopes[log] = Some(column);
@@ -238,21 +271,20 @@ impl Candidate {
         let far = PLAUSIBLE * self.step;
         let spring = self.spring.as_ref().map(|spring| CustomParameter {
             name: SPRING.to_owned(),
-            unit: hypothesis.slope_unit(1),
+            unit: hypothesis.slope_unit([1, 0]),
             meaning: SPRING.to_owned(),
             role: CustomRole::Size(spring.step),
             low: -PLAUSIBLE * spring.step,
             high: PLAUSIBLE * spring.step,
         });
         let beside = spring.as_ref().map(|_| [SPRING, "*", hypothesis.over, " + "].concat());
-        let curve = format!("table({})", hypothesis.over());
         let places = table.parameters(&hypothesis.y_unit(), self.step, [-far, far]);
         let parameters: Vec<CustomParameter> = spring.into_iter().chain(places).collect();
         let values = vec![0.0; parameters.len()];
         let definition = Definition {
             id: id.to_owned(),
             port: hypothesis.port,
-            expression: beside.unwrap_or_default() + &hypothesis.expression(&curve),
+            expression: beside.unwrap_or_default() + &hypothesis.table(),
             shows: hypothesis.port.meaning.to_owned(),
             parameters,
             table: Some(table),
@@ -288,7 +320,7 @@ pub(super) struct Smooth {
 /// bend so.
 fn bent(linear: &Linear, table: &DefinedTable, step: f64) -> Linear {
     let bends = fit::roughness(table, step);
-    let from = linear.away.len() - table.x.len();
+    let from = linear.away.len() - table.places.count();
     let mut linear = linear.clone();
     let mut own = linear.prior.view_mut((from, from), bends.shape());
     own += bends;
@@ -296,18 +328,18 @@ fn bent(linear: &Linear, table: &DefinedTable, step: f64) -> Linear {
 }
 
 /// The curve whose bending predicts blocks best that were left out.
-pub(super) fn smooth(linear: &Linear, places: &[f64], step: f64) -> Option<Smooth> {
-    let table = |bend: f64| DefinedTable { x: places.to_vec(), bend };
+pub(super) fn smooth(linear: &Linear, places: &Places, step: f64) -> Option<Smooth> {
+    let table = |bend: f64| DefinedTable { places: places.clone(), bend };
     let of = |bend: f64| {
         let linear = bent(linear, &table(bend), step);
         let found = linear.solve(None, 0.0, None)?.step;
         Some((linear, found))
     };
     // As large as a curve is that bends at will.
-    let from = linear.away.len() - places.len();
+    let from = linear.away.len() - places.count();
     let (_, free) = of(1e3 * step)?;
     let most = linear.cost(&DVector::zeros(linear.away.len())) - linear.cost(&free);
-    let size = free.rows(from, places.len()).amax() * step;
+    let size = free.rows(from, places.count()).amax() * step;
     let tried = BENDS.iter().filter_map(|share| {
         let bend = share * size;
         let (linear, step) = of(bend)?;
@@ -322,7 +354,7 @@ pub(super) fn smooth(linear: &Linear, places: &[f64], step: f64) -> Option<Smoot
 pub(super) struct FittedCurve {
     pub candidate: Candidate,
     layout: Layout,
-    pub places: Vec<f64>,
+    pub places: Places,
     pub fitted: Fitted,
 }
 
@@ -380,19 +412,22 @@ impl FittedCurve {
             return Vec::new();
         };
         let [first, last] =
-            [0, self.places.len() - 1].map(|place| self.drawn_at(self.places[place]));
+            [0, self.places.x.len() - 1].map(|place| self.drawn_at(self.places.x[place]));
         let at = |k: usize| first + (last - first) * k as f64 / DRAWN as f64;
         let hypothesis = &self.candidate.hypothesis;
         // The formula over its variable, its factor left away.
         let text = hypothesis.within(&own.definition.expression);
         let names: Vec<&str> = own.definition.parameters.iter().map(|p| p.name.as_str()).collect();
-        let Ok(curve) = Expression::parse(&text, &["u"], &names) else {
+        let Ok(curve) = Expression::parse(&text, &["u", "v"], &names) else {
             return Vec::new();
         };
+        let (_, across) = self.middle();
         // Of a loop what it remembers alone, without the spring beside it.
         let value = |x: f64| match curve.remembered(&formula.values) {
-            Some((law, width)) => curve.eval(&[0.0, law.after(x, width, -1.0)], &formula.values),
-            None => curve.eval(&[x], &formula.values),
+            Some((law, width)) => {
+                curve.eval(&[0.0, 0.0, law.after(x, width, -1.0)], &formula.values)
+            }
+            None => curve.eval(&[x, across], &formula.values),
         };
         (0..=DRAWN).map(|k| [at(k), value(at(k))]).collect()
     }
@@ -413,7 +448,15 @@ impl FittedCurve {
 
     /// Of what there is for each of its values that for its places.
     pub fn of_places<'a, T>(&self, all: &'a [T]) -> &'a [T] {
-        &all[all.len().saturating_sub(self.places.len())..]
+        &all[all.len().saturating_sub(self.places.count())..]
+    }
+
+    /// What is drawn of a surface: indices of the values in the middle of its second variable, and where
+    /// that is. Of a curve all of them.
+    pub fn middle(&self) -> (Range<usize>, f64) {
+        let Places { x, across } = &self.places;
+        let row = across.len() / 2;
+        (row * x.len()..(row + 1) * x.len(), across.get(row).copied().unwrap_or(0.0))
     }
 
     /// The values at its places.
@@ -421,10 +464,21 @@ impl FittedCurve {
         self.of_places(self.all_values())
     }
 
+    /// The surface that it is, by its values' band; `None` of a curve.
+    pub fn surface(&self, band: &[[f64; 2]]) -> Option<FreeSurface> {
+        let Places { x, across } = &self.places;
+        let rows = self.values().chunks(x.len()).map(<[f64]>::to_vec);
+        (!across.is_empty()).then(|| FreeSurface {
+            across: across.clone(),
+            y: rows.collect(),
+            band: band.chunks(x.len()).map(<[[f64; 2]]>::to_vec).collect(),
+        })
+    }
+
     /// Half the interval of what all values of its band have in common, where that is most of its
     /// width, and the band without.
     pub fn shape(&self, band: &[[f64; 2]]) -> (Option<f64>, Vec<[f64; 2]>) {
-        let n = self.places.len();
+        let n = self.places.count();
         let whole = || (None, band.to_vec());
         let Some(factor) = self.fitted.linear.factor() else { return whole() };
         // The curve's values come last.
@@ -453,8 +507,9 @@ impl FittedCurve {
     pub fn points(&self, context: &Context<'_>) -> Vec<CurvePoint> {
         let left: Vec<&[f64]> = self.fitted.at.iter().map(|at| at.residual.as_slice()).collect();
         let mut points = self.asked(context, &left);
+        let (_, across) = self.middle();
         for point in &mut points {
-            point.y += interpolate(&self.places, self.values(), point.x);
+            point.y += self.places.value(self.values(), [point.x, across]);
         }
         self.drawn_points(points)
     }
@@ -464,21 +519,32 @@ impl FittedCurve {
         points.into_iter().map(|point| CurvePoint { x: self.drawn_at(point.x), ..point }).collect()
     }
 
-    /// What would take residuals away at the port, a point a stretch between the places.
+    /// What would take residuals away at the port, a point a stretch between the places; of a surface
+    /// near the middle of its second variable.
     pub fn asked(&self, context: &Context<'_>, left: &[impl AsRef<[f64]>]) -> Vec<CurvePoint> {
-        let stretches = self.places.len() - 1;
+        let Places { x: places, across } = &self.places;
+        let stretches = places.len() - 1;
+        let row = across.len() / 2;
+        // Of a surface half way to the next places on either side.
+        let near = across.windows(3).nth(row.saturating_sub(1)).map(|next| {
+            let half = |to: f64| 0.5 * (next[1] + to);
+            half(next[0])..=half(next[2])
+        });
         // Σ s², Σ s² x, −Σ s r, Σ r², number.
         let mut sums = vec![[0.0; 5]; stretches];
         for (log, experiment) in context.bench.experiments.iter().enumerate() {
             let Some(slope) = &self.candidate.constant[log] else { continue };
             let left = left[log].as_ref();
             for (k, compared) in experiment.compared.iter().enumerate() {
-                let x = self.candidate.over[log][compared.row];
+                let [x, second] = self.candidate.at(log, compared.row);
                 let s = slope[k] * self.candidate.times[log][compared.row];
                 if s == 0.0 || !s.is_finite() || !x.is_finite() {
                     continue;
                 }
-                let above = self.places.partition_point(|place| *place <= x);
+                if near.as_ref().is_some_and(|near| !near.contains(&second)) {
+                    continue;
+                }
+                let above = places.partition_point(|place| *place <= x);
                 let sum = &mut sums[above.clamp(1, stretches) - 1];
                 let row = [s * s, s * s * x, -s * left[k], left[k] * left[k], 1.0];
                 sum.iter_mut().zip(row).for_each(|(sum, row)| *sum += row);

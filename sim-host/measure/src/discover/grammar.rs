@@ -11,6 +11,7 @@ use rayon::prelude::*;
 use trueweld_plant::effects::Effect;
 use trueweld_plant::effects::expression::Expression;
 use trueweld_plant::effects::formula::{CustomParameter, CustomRole, Definition};
+use trueweld_plant::effects::table::Places;
 
 /// What a shape is, and so where it is looked for.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -27,18 +28,32 @@ enum Shape {
     Turning,
 }
 
-/// A formula over `u`.
+/// A part of a formula over `u`, of a surface over `u` and `v`.
+#[derive(Debug)]
+struct Part {
+    /// Name of its size.
+    size: &'static str,
+    /// Powers of the variables' units in it.
+    powers: [i8; 2],
+    of: &'static str,
+}
+
+const fn part(size: &'static str, power: i8, of: &'static str) -> Part {
+    part_of_two(size, [power, 0], of)
+}
+
+const fn part_of_two(size: &'static str, powers: [i8; 2], of: &'static str) -> Part {
+    Part { size, powers, of }
+}
+
+/// A formula.
 #[derive(Debug)]
 struct Form {
-    /// Name of the size of each part, the power of the variable's unit in it, and the part.
-    parts: &'static [(&'static str, i8, &'static str)],
+    parts: &'static [Part],
     shapes: &'static [(&'static str, Shape)],
 }
 
-const fn form(
-    parts: &'static [(&'static str, i8, &'static str)],
-    shapes: &'static [(&'static str, Shape)],
-) -> Form {
+const fn form(parts: &'static [Part], shapes: &'static [(&'static str, Shape)]) -> Form {
     Form { parts, shapes }
 }
 
@@ -48,44 +63,59 @@ const WIDTH: (&str, Shape) = ("width", Shape::Width);
 
 /// The grammar.
 static FORMS: &[Form] = &[
-    form(&[("level", 0, "1")], &[]),
-    form(&[("slope", 1, "u")], &[]),
-    form(&[("level", 0, "1"), ("slope", 1, "u")], &[]),
-    form(&[("square", 2, "u^2")], &[]),
-    form(&[("slope", 1, "u"), ("square", 2, "u^2")], &[]),
-    form(&[("level", 0, "1"), ("slope", 1, "u"), ("square", 2, "u^2")], &[]),
-    form(&[("cube", 3, "u^3")], &[]),
-    form(&[("slope", 1, "u"), ("cube", 3, "u^3")], &[]),
-    form(&[("level", 0, "1"), ("slope", 1, "u"), ("square", 2, "u^2"), ("cube", 3, "u^3")], &[]),
-    form(&[("square", 2, "u*abs(u)")], &[]),
-    form(&[("slope", 1, "u"), ("square", 2, "u*abs(u)")], &[]),
-    form(&[("height", 0, "sign(u - centre)")], &[CENTRE]),
-    form(&[("height", 0, "step(u - edge)")], &[EDGE]),
-    form(&[("level", 0, "1"), ("height", 0, "step(u - edge)")], &[EDGE]),
-    form(&[("slope", 1, "abs(u - centre)")], &[CENTRE]),
-    form(&[("level", 0, "1"), ("slope", 1, "abs(u - centre)")], &[CENTRE]),
-    form(&[("stiffness", 1, "max(u - edge, 0)")], &[EDGE]),
-    form(&[("stiffness", 1, "max(edge - u, 0)")], &[EDGE]),
+    form(&[part("level", 0, "1")], &[]),
+    form(&[part("slope", 1, "u")], &[]),
+    form(&[part("level", 0, "1"), part("slope", 1, "u")], &[]),
+    form(&[part("square", 2, "u^2")], &[]),
+    form(&[part("slope", 1, "u"), part("square", 2, "u^2")], &[]),
+    form(&[part("level", 0, "1"), part("slope", 1, "u"), part("square", 2, "u^2")], &[]),
+    form(&[part("cube", 3, "u^3")], &[]),
+    form(&[part("slope", 1, "u"), part("cube", 3, "u^3")], &[]),
     form(
-        &[("stiffness", 1, "sign(u - centre)*max(abs(u - centre) - slack, 0)")],
+        &[
+            part("level", 0, "1"),
+            part("slope", 1, "u"),
+            part("square", 2, "u^2"),
+            part("cube", 3, "u^3"),
+        ],
+        &[],
+    ),
+    form(&[part("square", 2, "u*abs(u)")], &[]),
+    form(&[part("slope", 1, "u"), part("square", 2, "u*abs(u)")], &[]),
+    form(&[part("height", 0, "sign(u - centre)")], &[CENTRE]),
+    form(&[part("height", 0, "step(u - edge)")], &[EDGE]),
+    form(&[part("level", 0, "1"), part("height", 0, "step(u - edge)")], &[EDGE]),
+    form(&[part("slope", 1, "abs(u - centre)")], &[CENTRE]),
+    form(&[part("level", 0, "1"), part("slope", 1, "abs(u - centre)")], &[CENTRE]),
+    form(&[part("stiffness", 1, "max(u - edge, 0)")], &[EDGE]),
+    form(&[part("stiffness", 1, "max(edge - u, 0)")], &[EDGE]),
+    form(
+        &[part("stiffness", 1, "sign(u - centre)*max(abs(u - centre) - slack, 0)")],
         &[CENTRE, ("slack", Shape::Width)],
     ),
     form(
-        &[("slope", 1, "max(-limit, min(limit, u - centre))")],
+        &[part("slope", 1, "max(-limit, min(limit, u - centre))")],
         &[CENTRE, ("limit", Shape::Width)],
     ),
-    form(&[("height", 0, "tanh((u - centre)/width)")], &[CENTRE, WIDTH]),
-    form(&[("height", 0, "exp(-u/width)")], &[WIDTH]),
-    form(&[("height", 0, "1 - exp(-u/width)")], &[WIDTH]),
-    form(&[("level", 0, "1"), ("height", 0, "exp(-u/width)")], &[WIDTH]),
-    form(&[("height", 0, "exp(-(u/width)^2)")], &[WIDTH]),
-    form(&[("height", 0, "exp(-((u - centre)/width)^2)")], &[CENTRE, WIDTH]),
-    form(&[("height", 0, "sign(u)*(abs(u)/width)^power")], &[("power", Shape::Power)]),
-    form(&[("height", 0, "(abs(u)/width)^power")], &[("power", Shape::Power)]),
-    form(&[("slope", 1, "u*exp(-(u/width)^2)")], &[WIDTH]),
-    form(&[("sine", 0, "sin(order*u)"), ("cosine", 0, "cos(order*u)")], &[("order", Shape::Order)]),
+    form(&[part("height", 0, "tanh((u - centre)/width)")], &[CENTRE, WIDTH]),
+    form(&[part("height", 0, "exp(-u/width)")], &[WIDTH]),
+    form(&[part("height", 0, "1 - exp(-u/width)")], &[WIDTH]),
+    form(&[part("level", 0, "1"), part("height", 0, "exp(-u/width)")], &[WIDTH]),
+    form(&[part("height", 0, "exp(-(u/width)^2)")], &[WIDTH]),
+    form(&[part("height", 0, "exp(-((u - centre)/width)^2)")], &[CENTRE, WIDTH]),
+    form(&[part("height", 0, "sign(u)*(abs(u)/width)^power")], &[("power", Shape::Power)]),
+    form(&[part("height", 0, "(abs(u)/width)^power")], &[("power", Shape::Power)]),
+    form(&[part("slope", 1, "u*exp(-(u/width)^2)")], &[WIDTH]),
     form(
-        &[("level", 0, "1"), ("sine", 0, "sin(order*u)"), ("cosine", 0, "cos(order*u)")],
+        &[part("sine", 0, "sin(order*u)"), part("cosine", 0, "cos(order*u)")],
+        &[("order", Shape::Order)],
+    ),
+    form(
+        &[
+            part("level", 0, "1"),
+            part("sine", 0, "sin(order*u)"),
+            part("cosine", 0, "cos(order*u)"),
+        ],
         &[("order", Shape::Order)],
     ),
 ];
@@ -93,10 +123,10 @@ static FORMS: &[Form] = &[
 const TURNS_OVER: (&str, Shape) = ("width", Shape::Turning);
 
 const SLACK: (&str, Shape) = ("slack", Shape::Turning);
-const LEVEL: (&str, i8, &str) = ("level", 0, "1");
-const SPRUNG: (&str, i8, &str) = (SPRING, 1, "u");
-const RUBS: (&str, i8, &str) = ("height", 0, "dahl(u, width)");
-const GIVES: (&str, i8, &str) = ("stiffness", 1, "(u - play(u, slack))");
+const LEVEL: Part = part("level", 0, "1");
+const SPRUNG: Part = part(SPRING, 1, "u");
+const RUBS: Part = part("height", 0, "dahl(u, width)");
+const GIVES: Part = part("stiffness", 1, "(u - play(u, slack))");
 
 /// The grammar of loops: alone, and beside a spring.
 static LOOPS: &[Form] = &[
@@ -106,6 +136,54 @@ static LOOPS: &[Form] = &[
     form(&[SPRUNG, GIVES], &[SLACK]),
     form(&[LEVEL, SPRUNG, RUBS], &[TURNS_OVER]),
     form(&[LEVEL, SPRUNG, GIVES], &[SLACK]),
+];
+
+const ACROSS: Part = part_of_two("slope_across", [0, 1], "v");
+const PRODUCT: Part = part_of_two("product", [1, 1], "u*v");
+
+/// The grammar of surfaces: planes, what goes with the product of both, with their sum as an angle, or with
+/// the second by a curve over the first.
+static SURFACES: &[Form] = &[
+    form(&[part("slope", 1, "u"), ACROSS], &[]),
+    form(&[LEVEL, part("slope", 1, "u"), ACROSS], &[]),
+    form(&[PRODUCT], &[]),
+    form(&[LEVEL, PRODUCT], &[]),
+    form(&[part("slope", 1, "u"), PRODUCT], &[]),
+    form(&[ACROSS, PRODUCT], &[]),
+    form(&[LEVEL, part("slope", 1, "u"), ACROSS, PRODUCT], &[]),
+    form(
+        &[
+            LEVEL,
+            part("slope", 1, "u"),
+            ACROSS,
+            part("square", 2, "u^2"),
+            PRODUCT,
+            part_of_two("square_across", [0, 2], "v^2"),
+        ],
+        &[],
+    ),
+    form(&[part("sine", 0, "sin(u + v)"), part("cosine", 0, "cos(u + v)")], &[]),
+    form(&[LEVEL, part("sine", 0, "sin(u + v)"), part("cosine", 0, "cos(u + v)")], &[]),
+    form(&[part_of_two("size", [0, 1], "v*(abs(u)/width)^power")], &[("power", Shape::Power)]),
+    form(&[part_of_two("size", [0, 1], "v*exp(-u/width)")], &[WIDTH]),
+    form(&[ACROSS, part_of_two("size", [0, 1], "v*exp(-u/width)")], &[WIDTH]),
+    form(&[part_of_two("size", [0, 1], "v*exp(-((u - centre)/width)^2)")], &[CENTRE, WIDTH]),
+    form(&[part_of_two("size", [0, 1], "v*step(u - edge)")], &[EDGE]),
+    form(
+        &[
+            part_of_two("sine", [0, 1], "v*sin(order*u)"),
+            part_of_two("cosine", [0, 1], "v*cos(order*u)"),
+        ],
+        &[("order", Shape::Order)],
+    ),
+    form(
+        &[
+            ACROSS,
+            part_of_two("sine", [0, 1], "v*sin(order*u)"),
+            part_of_two("cosine", [0, 1], "v*cos(order*u)"),
+        ],
+        &[("order", Shape::Order)],
+    ),
 ];
 
 /// Shapes that are tried: so many of one, and so many of each of two.
@@ -139,7 +217,7 @@ struct Cost {
     curvature: DMatrix<f64>,
     slope: DVector<f64>,
     at: DVector<f64>,
-    places: Vec<f64>,
+    places: Places,
     /// The way over which a loop turns round; `None` for a curve.
     turns_over: Option<f64>,
     /// True where the stiffness of a spring beside it comes before the values at its places.
@@ -157,7 +235,7 @@ impl Cost {
     /// where they are.
     fn new(
         linear: &Linear,
-        places: &[f64],
+        places: &Places,
         candidate: &Candidate,
         at: DVector<f64>,
     ) -> Option<Self> {
@@ -191,7 +269,7 @@ impl Cost {
             curvature: curvature.map_with_location(|i, j, c| c / (steps[i] * steps[j])),
             slope: slope.map_with_location(|i, _, s| s / steps[i]),
             at,
-            places: places.to_vec(),
+            places: places.clone(),
             turns_over: candidate.hypothesis.turns_over,
             sprung: candidate.spring.is_some(),
         })
@@ -199,7 +277,11 @@ impl Cost {
 
     /// Formulas that may stand in its place.
     fn forms(&self) -> &'static [Form] {
-        if self.turns_over.is_some() { LOOPS } else { FORMS }
+        match self.turns_over {
+            Some(_) => LOOPS,
+            None if self.places.across.is_empty() => FORMS,
+            None => SURFACES,
+        }
     }
 
     /// A form's parts, ready to be evaluated over `u` and its shapes. A power is taken of the variable
@@ -207,8 +289,10 @@ impl Cost {
     fn parsed(&self, form: &Form) -> Option<Vec<Expression>> {
         let shapes: Vec<&str> = form.shapes.iter().map(|s| s.0).collect();
         let wide = wide(&self.places);
-        let parse = |part: &str| Expression::parse(&scaled(form, part, wide), &["u"], &shapes).ok();
-        form.parts.iter().map(|(_, _, part)| parse(part)).collect()
+        let parse = |part: &Part| {
+            Expression::parse(&scaled(form, part.of, wide), &["u", "v"], &shapes).ok()
+        };
+        form.parts.iter().map(parse).collect()
     }
 
     /// What parts are of the curve's values; `None` where that is no number. The places of a loop are
@@ -219,18 +303,18 @@ impl Cost {
             let eval = |variables: &[f64]| parts[part].eval(variables, shapes);
             match (row.checked_sub(before), self.turns_over) {
                 // A part that goes with the variable is the spring.
-                (None, _) => eval(&[1.0, 0.0]) - eval(&[0.0, 0.0]),
-                (Some(place), Some(_)) => eval(&[0.0, self.places[place]]),
-                (Some(place), None) => eval(&[self.places[place]]),
+                (None, _) => eval(&[1.0, 0.0, 0.0]) - eval(&[0.0; 3]),
+                (Some(place), Some(_)) => eval(&[0.0, 0.0, self.places.x[place]]),
+                (Some(place), None) => eval(&self.places.place(place)),
             }
         };
-        let values = DMatrix::from_fn(before + self.places.len(), parts.len(), value);
+        let values = DMatrix::from_fn(before + self.places.count(), parts.len(), value);
         values.iter().all(|v| v.is_finite()).then_some(values)
     }
 
     /// Values of a shape that are tried.
     fn starts(&self, shape: Shape, count: usize) -> Vec<f64> {
-        let [low, high] = range(shape, &self.places, self.turns_over);
+        let [low, high] = range(shape, &self.places.x, self.turns_over);
         let share = |k: usize| (k as f64 + 0.5) / count as f64;
         let all = (0..count).map(share);
         match shape {
@@ -294,8 +378,8 @@ pub(super) fn rounded(value: f64) -> f64 {
 }
 
 /// The range of a curve's places.
-fn wide(places: &[f64]) -> f64 {
-    rounded(places[places.len() - 1] - places[0])
+fn wide(Places { x, .. }: &Places) -> f64 {
+    rounded(x[x.len() - 1] - x[0])
 }
 
 /// Formulas in the place of a curve that are as short as any, the shortest first.
@@ -311,7 +395,7 @@ fn shortest(cost: &Cost, trust: f64, count: usize) -> Vec<Found> {
 /// which come last, in units of the candidate's steps; `count`: number of residuals.
 pub(super) fn screened(
     linear: &Linear,
-    places: &[f64],
+    places: &Places,
     candidate: &Candidate,
     count: usize,
 ) -> Option<(f64, Found)> {
@@ -359,7 +443,7 @@ fn find(form: &'static Form, cost: &Cost, trust: f64, count: usize) -> Option<Fo
 /// number, twice, as sums of squares are twice a logarithm; and its symbols.
 fn length(form: &Form, count: usize) -> f64 {
     let symbols: usize =
-        form.parts.iter().map(|p| p.2.split(|c: char| !c.is_alphanumeric()).count()).sum();
+        form.parts.iter().map(|p| p.of.split(|c: char| !c.is_alphanumeric()).count()).sum();
     let numbers = form.parts.len() + form.shapes.len();
     numbers as f64 * (count.max(2) as f64).ln() + SYMBOL * symbols as f64
 }
@@ -434,13 +518,13 @@ fn definition(
     id: &str,
     hypothesis: &Hypothesis,
     found: &Found,
-    places: &[f64],
+    places: &Places,
 ) -> (Definition, Vec<f64>) {
     let form = found.form;
     let negative = form.parts.len() == 1 && found.sizes[0] < 0.0;
     let sizes: Vec<f64> = found.sizes.iter().map(|s| if negative { -s } else { *s }).collect();
     let wide = wide(places);
-    let of = |(size, _, part): &(&str, i8, &str)| match scaled(form, part, wide).as_str() {
+    let of = |Part { size, of, .. }: &Part| match scaled(form, of, wide).as_str() {
         "1" => (*size).to_owned(),
         // A sum stands in parentheses.
         part if part.starts_with("1 - ") => format!("{size}*({part})"),
@@ -449,17 +533,18 @@ fn definition(
     let sum = form.parts.iter().map(of).collect::<Vec<_>>().join(" + ");
     let over = hypothesis.over;
     let sum = replaced(&sum, "u", over).replace(&format!("abs({over})"), &size_of(over));
+    let sum = hypothesis.across.map_or(sum.clone(), |across| replaced(&sum, "v", across));
     let sum =
         if form.parts.len() > 1 && hypothesis.times != "1" { format!("({sum})") } else { sum };
     let sign = if negative { "-" } else { "" };
     let x_unit = hypothesis.x_unit();
     let mut parameters = Vec::new();
-    for ((name, power, _), size) in form.parts.iter().zip(&sizes) {
+    for (part, size) in form.parts.iter().zip(&sizes) {
         let far = LARGER * size.abs();
         parameters.push(CustomParameter {
-            name: (*name).to_owned(),
-            unit: hypothesis.slope_unit(*power),
-            meaning: (*name).to_owned(),
+            name: part.size.to_owned(),
+            unit: hypothesis.slope_unit(part.powers),
+            meaning: part.size.to_owned(),
             role: CustomRole::Size(0.1 * size.abs()),
             low: -far,
             high: far,
@@ -468,7 +553,7 @@ fn definition(
     let mut shapes = Vec::new();
     for ((name, shape), value) in form.shapes.iter().zip(&found.shapes) {
         let value = *value;
-        let [low, high] = range(*shape, places, hypothesis.turns_over);
+        let [low, high] = range(*shape, &places.x, hypothesis.turns_over);
         let (unit, role) = match shape {
             Shape::Place => {
                 let step = 0.01 * (high - low);
@@ -510,14 +595,15 @@ mod tests {
     #[test]
     fn every_form_is_an_expression_of_its_shapes() {
         let loops = LOOPS.iter().map(|form| (form, Some(0.5)));
-        for (form, turns_over) in FORMS.iter().map(|form| (form, None)).chain(loops) {
+        let others = FORMS.iter().chain(SURFACES).map(|form| (form, None));
+        for (form, turns_over) in others.chain(loops) {
             let cost = Cost {
                 curvature: DMatrix::zeros(5, 5),
                 slope: DVector::zeros(5),
                 at: DVector::zeros(5),
-                places: vec![0.1, 0.3, 0.5, 0.9],
+                places: Places { x: vec![0.1, 0.3, 0.5, 0.9], across: Vec::new() },
                 turns_over,
-                sprung: true,
+                sprung: turns_over.is_some(),
             };
             let parts = cost.parsed(form).expect("parts that can be read");
             let shapes = vec![0.5; form.shapes.len()];

@@ -1,5 +1,6 @@
 //! What a curve may be: a port of the plant, a place, the variable that the curve is over, and what
-//! it is multiplied by; where it is a loop, over what is remembered of the variable's way.
+//! it is multiplied by; where it is a loop, over what is remembered of the variable's way; and what a
+//! surface over two variables may be, where no curve is enough.
 
 use trueweld_core::JOINTS;
 use trueweld_plant::effects::Location;
@@ -7,7 +8,7 @@ use trueweld_plant::effects::LocationKind;
 use trueweld_plant::effects::formula::{NamedPort, PORTS};
 
 /// A curve at a port: its value is `times` × table(`over`), of a loop table(dahl(`over`, w)) beside a
-/// spring in proportion to `over`.
+/// spring in proportion to `over`, of a surface `times` × table(`over`, `across`).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hypothesis {
     /// The port.
@@ -16,6 +17,8 @@ pub struct Hypothesis {
     pub at: Location,
     /// The variable, an expression over the port's.
     pub over: &'static str,
+    /// The second variable of a surface, an expression over the port's; `None` for a curve.
+    pub across: Option<&'static str>,
     /// What the curve is multiplied by, an expression over the port's variables.
     pub times: &'static str,
     /// The way over which a loop turns round, in the variable's unit; `None` for a curve.
@@ -95,27 +98,73 @@ const INSTRUMENT: [(&str, &str); 7] = [
     ("time", "1"),
 ];
 
-/// Every hypothesis.
+/// Surfaces that are looked at where no curve is enough: port, both variables, and what the surface is
+/// multiplied by.
+const SURFACES: &[(&str, &str, &str, &str)] = &[
+    ("motor-friction", "encoder", "abs(spring_torque)", MOTOR_SENSE),
+    ("motor-friction", "abs(encoder_rate)", "abs(spring_torque)", MOTOR_SENSE),
+    ("motor-friction", "encoder", "abs(encoder_rate)", MOTOR_SENSE),
+    ("motor-friction", "time", "abs(encoder_rate)", MOTOR_SENSE),
+    ("motor-friction", "time", "encoder", MOTOR_SENSE),
+    ("link-torque", "link", "encoder_before", "1"),
+    ("link-torque", "link", "link_rate", "1"),
+    ("spring-torque", "encoder", "twist", "1"),
+    ("process-force-x", "x", "depth_force", "1"),
+    ("process-force-x", "vx", "depth_force", "1"),
+    ("process-force-y", "x", "depth_force", "1"),
+    ("process-force-y", "vx", "depth_force", "1"),
+    ("process-force-z", "x", "depth_force", "1"),
+    ("surface-height", "x", "time", "1"),
+    ("recorded-torque", "encoder", "torque", "1"),
+    ("tracker-x", "px", "py", "1"),
+    ("tracker-x", "px", "pz", "1"),
+    ("tracker-x", "py", "pz", "1"),
+    ("tracker-y", "px", "py", "1"),
+    ("tracker-y", "px", "pz", "1"),
+    ("tracker-y", "py", "pz", "1"),
+    ("tracker-z", "px", "py", "1"),
+    ("tracker-z", "px", "pz", "1"),
+    ("tracker-z", "py", "pz", "1"),
+    ("force-sensor-x", "fz", "time", "1"),
+    ("force-sensor-y", "fz", "time", "1"),
+    ("force-sensor-z", "fz", "time", "1"),
+];
+
+/// Every hypothesis of a curve.
 pub(super) fn all() -> Vec<Hypothesis> {
-    let mut found = Vec::new();
-    for (name, curves) in ALL {
-        let Some(port) = PORTS.iter().find(|p| p.name == *name) else { continue };
-        let places: Vec<Location> = match port.place() {
-            LocationKind::Joint => (0..JOINTS).map(Location::Joint).collect(),
-            _ => vec![Location::Cell],
+    let curves = |(name, curves): &'static (&'static str, &[(&'static str, &'static str)])| {
+        places(name, curves.iter().map(|(over, times)| (*over, None, *times)).collect())
+    };
+    ALL.iter().flat_map(curves).collect()
+}
+
+/// Every hypothesis of a surface.
+pub(super) fn surfaces() -> Vec<Hypothesis> {
+    let of =
+        |(name, over, across, times): &(&'static str, &'static str, &'static str, &'static str)| {
+            places(name, vec![(*over, Some(*across), *times)])
         };
-        for at in places {
-            let of = |(over, times): &(&'static str, &'static str)| Hypothesis {
-                port,
-                at,
-                over,
-                times,
-                turns_over: None,
+    SURFACES.iter().flat_map(of).collect()
+}
+
+/// Hypotheses at every place of a port, by their variables and factors.
+fn places(
+    name: &str,
+    of: Vec<(&'static str, Option<&'static str>, &'static str)>,
+) -> Vec<Hypothesis> {
+    let Some(port) = PORTS.iter().find(|p| p.name == name) else { return Vec::new() };
+    let places: Vec<Location> = match port.place() {
+        LocationKind::Joint => (0..JOINTS).map(Location::Joint).collect(),
+        _ => vec![Location::Cell],
+    };
+    let at = |at: Location| {
+        let one =
+            move |(over, across, times): &(&'static str, Option<&'static str>, &'static str)| {
+                Hypothesis { port, at, over, across: *across, times, turns_over: None }
             };
-            found.extend(curves.iter().map(of));
-        }
-    }
-    found
+        of.iter().map(one).collect::<Vec<_>>()
+    };
+    places.into_iter().flat_map(at).collect()
 }
 
 impl Hypothesis {
@@ -132,8 +181,12 @@ impl Hypothesis {
         };
         // The rate over which friction turns round is a number of the robot.
         let names = || self.port.variables.iter().map(|v| v.name).filter(|n| *n != "smoothing");
-        let mut found: Vec<&str> = names().filter(|n| within(self.over, n)).collect();
-        found.extend(names().filter(|n| within(self.times, n) && !within(self.over, n)));
+        let mut found: Vec<&str> = Vec::new();
+        for text in [Some(self.over), self.across, Some(self.times)].into_iter().flatten() {
+            let more: Vec<&str> =
+                names().filter(|n| within(text, n) && !found.contains(n)).collect();
+            found.extend(more);
+        }
         found
     }
 
@@ -150,6 +203,13 @@ impl Hypothesis {
         }
     }
 
+    /// The table that it is, an expression over the port's variables.
+    pub(super) fn table(&self) -> String {
+        let over = self.over();
+        let read = self.across.map_or(over.clone(), |across| [&over, ", ", across].concat());
+        self.expression(&["table(", &read, ")"].concat())
+    }
+
     /// True for a curve over the same variable at the same place, or a loop, whatever its width.
     pub(super) fn is_like(&self, other: &Self) -> bool {
         let own = |h: &Self| Self { turns_over: h.turns_over.map(|_| 0.0), ..*h };
@@ -158,8 +218,17 @@ impl Hypothesis {
 
     /// Unit of the variable that the curve is over.
     pub fn x_unit(&self) -> &'static str {
-        let first = self.variables().first().copied().unwrap_or_default();
-        self.port.variables.iter().find(|v| v.name == first).map_or("", |v| v.unit)
+        self.unit_of_variable(0)
+    }
+
+    /// Unit of the second variable of a surface.
+    pub fn across_unit(&self) -> &'static str {
+        self.unit_of_variable(1)
+    }
+
+    fn unit_of_variable(&self, index: usize) -> &'static str {
+        let name = self.variables().get(index).copied().unwrap_or_default();
+        self.port.variables.iter().find(|v| v.name == name).map_or("", |v| v.unit)
     }
 
     /// Unit of the curve: the port's, over that of what it is multiplied by.
@@ -172,20 +241,22 @@ impl Hypothesis {
         }
     }
 
-    /// Unit of the curve over a power of that of the variable.
-    pub(super) fn slope_unit(&self, power: i8) -> String {
-        match (self.y_unit(), self.x_unit(), power) {
-            (y, _, 0) => y,
-            (y, x, 1) => [&y, "/", x].concat(),
-            (y, x, power) => format!("{y}/({x})^{power}"),
-        }
+    /// Unit of the curve over powers of those of its variables.
+    pub(super) fn slope_unit(&self, powers: [i8; 2]) -> String {
+        let over = |unit: String, (by, power): (&str, i8)| match power {
+            0 => unit,
+            1 => [&unit, "/", by].concat(),
+            power => format!("{unit}/({by})^{power}"),
+        };
+        [self.x_unit(), self.across_unit()].into_iter().zip(powers).fold(self.y_unit(), over)
     }
 
-    /// An expression over the hypothesis' variables as one over `u` in the variable's place, without
-    /// its factor.
+    /// An expression over the hypothesis' variables as one over `u` and `v` in their places, without its
+    /// factor.
     pub(super) fn within(&self, expression: &str) -> String {
         let factor = format!("*{}", self.times);
-        replaced(expression.strip_suffix(&factor).unwrap_or(expression), self.over, "u")
+        let own = replaced(expression.strip_suffix(&factor).unwrap_or(expression), self.over, "u");
+        self.across.map_or(own.clone(), |across| replaced(&own, across, "v"))
     }
 
     /// The expression in which `of` stands for the curve.
@@ -229,11 +300,13 @@ mod tests {
 
     #[test]
     fn every_hypothesis_is_of_variables_that_its_port_has() {
-        let all = all();
-        assert!(all.len() > 100);
-        for hypothesis in all {
-            assert!(!hypothesis.variables().is_empty(), "{hypothesis:?}");
+        let (curves, surfaces) = (all(), surfaces());
+        assert!(curves.len() > 100 && surfaces.len() > 50);
+        for hypothesis in curves.into_iter().chain(surfaces) {
+            let known = [Some(hypothesis.over), hypothesis.across].into_iter().flatten().count();
+            assert!(hypothesis.variables().len() >= known, "{hypothesis:?}");
             assert!(!hypothesis.x_unit().is_empty(), "{hypothesis:?}");
+            assert!(known < 2 || !hypothesis.across_unit().is_empty(), "{hypothesis:?}");
         }
     }
 }

@@ -10,7 +10,8 @@
 //!    that were left out, as the library's effects are;
 //! 3. formulas are fitted in the curve's place, and the shortest description is kept.
 //!
-//! Nothing is found that does not predict blocks better that were left out of its fit.
+//! Where no curve is enough, surfaces over two variables are looked at in the same way. Nothing is found
+//! that does not predict blocks better that were left out of its fit.
 
 mod context;
 mod curve;
@@ -31,6 +32,7 @@ use curve::{Candidate, FittedCurve, Layout, SCREENED, Smooth, fit_curve, smooth}
 use grammar::{Found, Law};
 use rayon::prelude::*;
 use trueweld_plant::effects::formula::NamedPort;
+use trueweld_plant::effects::table::Places;
 use trueweld_plant::effects::{Effect, Location};
 
 /// A law at a port that the logs ask for.
@@ -98,12 +100,33 @@ pub struct FreeCurve {
     pub points: Vec<CurvePoint>,
     /// The formula in its place, over the same range; none where the curve itself is the law.
     pub formula: Vec<[f64; 2]>,
+    /// The surface, whose curve in the middle of the second variable all of this is; `None` of a curve.
+    pub surface: Option<FreeSurface>,
+}
+
+/// A free surface with its 95 % band: values over the first variable's places, for each of the second's.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FreeSurface {
+    /// Values of the second variable.
+    pub across: Vec<f64>,
+    /// Values of the surface.
+    pub y: Vec<Vec<f64>>,
+    /// Band, low and high.
+    pub band: Vec<Vec<[f64; 2]>>,
+}
+
+impl FreeSurface {
+    /// Which of the second variable's values is in the middle.
+    pub fn middle(&self) -> usize {
+        self.across.len() / 2
+    }
 }
 
 /// Candidates that are screened with a formula too.
 const FORMULAS: usize = 24;
-/// Curves that are fitted through the plant.
+/// Curves that are fitted through the plant, and surfaces, which have more values.
 const FITTED: usize = 8;
+const FITTED_SURFACES: usize = 3;
 /// Of these, at one port and place.
 const AT_ONE_PORT: usize = 2;
 /// Share of what the best curve promises from which on another one is fitted.
@@ -158,7 +181,8 @@ pub fn discover(
     let goal = if at_floor { better(1.0) } else { f64::INFINITY };
     let id = free_name(&bench.known, &[]);
     let context = Context { bench, logs, blocks: &blocks, null: &null, id: &id };
-    let mut laws = laws(&context, goal, progress);
+    let ports = ports(&context);
+    let mut laws = laws(&context, &curves(&context, &ports), goal, progress);
     let is_one = |law: &Tried| {
         let fitted = law.fitted();
         let trust = rules::trust(fitted);
@@ -170,7 +194,25 @@ pub fn discover(
         let fits_better = fitted.cost < library_cost - rules::GAIN;
         !partial && fits_better && law.held_out() <= better(trust / rules::CORRELATED)
     };
-    let Some(first) = laws.iter().position(is_one) else {
+    let mut first = laws.iter().position(is_one);
+    // One variable is enough where a second one brings no more than chance, or, where nothing stands
+    // out, than what no prediction is exact to.
+    if first.is_some() || !at_floor {
+        let beyond = first.map_or(goal, |k| {
+            let (law, noise) = (&laws[k], rules::trust(laws[k].fitted()) / rules::CORRELATED);
+            let explained = null.linear.held_out(None).iter().sum::<f64>() - law.held_out();
+            let holds = if rules::at_floor(bench, &law.fitted().at) { HOLDS } else { 0.0 };
+            law.held_out() - (gain * noise).max(holds * explained)
+        });
+        let surfaces = of_logs(&context, &ports, &hypotheses::surfaces());
+        // What few places promise says little of what more of them bring.
+        let found = self::laws(&context, &surfaces, goal, progress);
+        let one = found.iter().position(|law| is_one(law) && law.held_out() < beyond);
+        if one.is_some() {
+            (laws, first) = (found, one);
+        }
+    }
+    let Some(first) = first else {
         return Vec::new();
     };
     laws[..=first].rotate_right(1);
@@ -214,7 +256,8 @@ pub(crate) fn beside(
 ) -> Option<Discovery> {
     let id = free_name(&bench.known, &base.point.all);
     let context = Context { bench, logs, blocks, null: base, id: &id };
-    let mut laws = laws(&context, f64::INFINITY, &|_, _| ());
+    let curves = curves(&context, &ports(&context));
+    let mut laws = laws(&context, &curves, f64::INFINITY, &|_, _| ());
     for k in 0..laws.len() {
         laws[..=k].rotate_right(1);
         let Some((law, fitted)) = described(&context, &laws) else { continue };
@@ -255,11 +298,15 @@ impl Tried {
 
 /// Laws that lower blocks left out by more than chance, as far as the logs do not tell them from the
 /// best: the one first that is named of these. `goal`: what such a law must promise to lower them to.
-fn laws(context: &Context<'_>, goal: f64, progress: Progress<'_>) -> Vec<Tried> {
+fn laws(
+    context: &Context<'_>,
+    candidates: &[Candidate],
+    goal: f64,
+    progress: Progress<'_>,
+) -> Vec<Tried> {
     let Context { bench, null, .. } = *context;
     progress("looking outside the library", 0.0);
-    let candidates = candidates(context);
-    let wanted = likeliest(context, &candidates, goal);
+    let wanted = likeliest(context, candidates, goal);
     progress("fitting curves", 0.5);
     let mut laws: Vec<Tried> = wanted
         .par_iter()
@@ -304,21 +351,24 @@ fn described(context: &Context<'_>, laws: &[Tried]) -> Option<(Discovery, Fitted
     let formula = expression.as_ref().map_or(Vec::new(), |_| best.drawn(&effect.effect));
     let band = best.of_places(&band.interval);
     let (level, shape) = best.shape(band);
-    let drawn: Vec<f64> = best.places.iter().map(|x| best.drawn_at(*x)).collect();
+    let (middle, _) = best.middle();
+    let drawn: Vec<f64> = best.places.x.iter().map(|x| best.drawn_at(*x)).collect();
     let shown: Vec<usize> = (0..drawn.len())
         .filter(|k| k.checked_sub(1).is_none_or(|b| drawn[*k] > drawn[b]))
         .collect();
-    let shown_of = |band: &[[f64; 2]]| shown.iter().map(|k| band[*k]).collect::<Vec<_>>();
+    let shown_of =
+        |band: &[[f64; 2]]| shown.iter().map(|k| band[middle.start + k]).collect::<Vec<_>>();
     let discovery = Discovery {
         hypothesis: best.candidate.hypothesis,
         curve: FreeCurve {
             x: shown.iter().map(|k| drawn[*k]).collect(),
-            y: shown.iter().map(|k| best.values()[*k]).collect(),
+            y: shown.iter().map(|k| best.values()[middle.start + k]).collect(),
             band: shown_of(band),
             level,
             shape: shown_of(&shape),
             points: best.points(context),
             formula,
+            surface: best.surface(band),
         },
         effect,
         expression,
@@ -449,43 +499,56 @@ fn likeliest<'c>(
         let place = |c: &Candidate| (c.hypothesis.port.name, c.hypothesis.at);
         let same = wanted.iter().filter(|w| place(w.candidate) == place(one.candidate)).count();
         let gain = before - one.held_out;
-        if wanted.len() < FITTED && same < AT_ONE_PORT && gain > promised.max(rules::GAIN) {
+        let most = if one.candidate.across.is_some() { FITTED_SURFACES } else { FITTED };
+        if wanted.len() < most && same < AT_ONE_PORT && gain > promised.max(rules::GAIN) {
             wanted.push(one);
         }
     }
     wanted
 }
 
-/// Every hypothesis that the logs carry the variables of and show the port of.
-fn candidates(context: &Context<'_>) -> Vec<Candidate> {
-    let rows = context.rows();
-    let all = hypotheses::all();
+/// A port at a place, with the slopes of all residuals by a constant there.
+type PortAt = (&'static NamedPort, Location, Slopes);
+
+/// Every port at every place where the logs show it.
+fn ports(context: &Context<'_>) -> Vec<PortAt> {
     let mut ports: Vec<(&'static NamedPort, Location)> = Vec::new();
-    for hypothesis in &all {
+    for hypothesis in hypotheses::all() {
         let place = (hypothesis.port, hypothesis.at);
         if !ports.iter().any(|p| (p.0.name, p.1) == (place.0.name, place.1)) {
             ports.push(place);
         }
     }
-    let constants: Vec<Option<Slopes>> = ports
-        .par_iter()
-        .filter(|_| !context.bench.is_late())
-        .map(|(port, at)| constant(context, port, *at))
-        .collect();
+    let on_time = ports.par_iter().filter(|_| !context.bench.is_late());
+    on_time.filter_map(|(port, at)| Some((*port, *at, constant(context, port, *at)?))).collect()
+}
+
+/// Every hypothesis that the logs carry the variables of and show the port of.
+fn of_logs(context: &Context<'_>, ports: &[PortAt], all: &[Hypothesis]) -> Vec<Candidate> {
+    let rows = context.rows();
     let of = |hypothesis: &Hypothesis| {
-        let place =
-            |p: &(&NamedPort, Location)| (p.0.name, p.1) == (hypothesis.port.name, hypothesis.at);
-        let constant = constants.get(ports.iter().position(place)?)?.clone()?;
-        let over = rows.of(hypothesis.port, hypothesis.at, hypothesis.over)?;
+        let here = |p: &&PortAt| (p.0.name, p.1) == (hypothesis.port.name, hypothesis.at);
+        let constant = ports.iter().find(here)?.2.clone();
+        let of_rows = |text| rows.of(hypothesis.port, hypothesis.at, text);
+        let over = of_rows(hypothesis.over)?;
+        let across = match hypothesis.across {
+            Some(across) => Some(of_rows(across)?),
+            None => None,
+        };
         let times = rows.of(hypothesis.port, hypothesis.at, hypothesis.times)?;
         let known: Vec<f64> = times.iter().flatten().copied().filter(|t| t.is_finite()).collect();
         let size = (known.iter().map(|t| t * t).sum::<f64>() / known.len().max(1) as f64).sqrt();
         let step = hypothesis.port.small() / size;
         let hypothesis = *hypothesis;
-        let own = Candidate { hypothesis, over, times, constant, step, spring: None };
+        let own = Candidate { hypothesis, over, times, across, constant, step, spring: None };
         step.is_finite().then_some(own)
     };
-    let mut found: Vec<Candidate> = all.par_iter().filter_map(of).collect();
+    all.par_iter().filter_map(of).collect()
+}
+
+/// Every curve, and every loop that may stand in its place.
+fn curves(context: &Context<'_>, ports: &[PortAt]) -> Vec<Candidate> {
+    let mut found = of_logs(context, ports, &hypotheses::all());
     let loops = |curve: &Candidate| {
         let range = curve.range(context)?;
         let wide = |share: f64| curve.turning_over(context, grammar::rounded(share * range));
@@ -532,7 +595,7 @@ fn screen<'c>(context: &Context<'_>, candidate: &'c Candidate) -> Option<Screene
 }
 
 /// The linear model of the calibrations with a curve's values at some places beside them.
-fn screening(context: &Context<'_>, candidate: &Candidate, places: &[f64]) -> Linear {
+fn screening(context: &Context<'_>, candidate: &Candidate, places: &Places) -> Linear {
     let slopes = candidate.slopes(context, places);
     let more: Vec<&Slopes> = slopes.iter().collect();
     let Context { blocks, null, .. } = *context;

@@ -17,10 +17,10 @@ pub use linear::{Hold, Linear, Step};
 pub use solver::{Effort, End, Fitted, fit};
 
 use crate::predict::{Compared, Experiment, Model, PredictError, Prediction, Quantity};
-use nalgebra::{DMatrix, DVector, Vector3};
+use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use std::time::Instant;
-use trueweld_plant::effects::formula::DefinedTable;
+use trueweld_plant::effects::table::DefinedTable;
 use trueweld_plant::effects::{Action, Effect, Location, Parameter, Role};
 use trueweld_plant::input::{ModelEffect, ModelFile, Scope};
 
@@ -117,12 +117,14 @@ pub struct FreeParameter {
 
 /// Curvature of what is expected of how a table bends, by its values in this unit.
 pub(crate) fn roughness(table: &DefinedTable, unit: f64) -> DMatrix<f64> {
-    let n = table.x.len();
+    let n = table.places.count();
     let mut curvature = DMatrix::zeros(n, n);
-    for (k, bend) in table.bends().enumerate() {
-        let row = Vector3::from(bend) * unit;
-        let mut own = curvature.fixed_view_mut::<3, 3>(k, k);
-        own += row * row.transpose();
+    for bend in table.bends() {
+        for (i, a) in bend {
+            for (j, b) in bend {
+                curvature[(i, j)] += a * b * unit * unit;
+            }
+        }
     }
     curvature
 }

@@ -6,7 +6,7 @@ use crate::words;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use trueweld_measure::discover::{Discovery, Hypothesis};
+use trueweld_measure::discover::{Discovery, FreeSurface, Hypothesis};
 use trueweld_plant::input::RobotFile;
 
 /// A law outside the library: what is added at a port of the plant, over variables of the logs.
@@ -72,6 +72,39 @@ pub struct DiscoveredCurve {
     /// Half the 95 % interval of what all values have in common, where that is most of the band's
     /// width: a constant that calibrations make as well.
     pub level: Option<f64>,
+    /// The surface whose curve in the middle of its second variable this is; null where the law is over
+    /// one variable.
+    pub surface: Option<DiscoveredSurface>,
+}
+
+/// A free surface with its 95 % band: a row over `x` of the curve for each value of the second variable.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[allow(missing_docs)]
+pub struct DiscoveredSurface {
+    pub across_name: String,
+    pub across_unit: String,
+    pub across: Vec<f64>,
+    pub y: Vec<Vec<f64>>,
+    pub low: Vec<Vec<Option<f64>>>,
+    pub high: Vec<Vec<Option<f64>>>,
+}
+
+impl DiscoveredSurface {
+    fn of(surface: &FreeSurface, hypothesis: &Hypothesis) -> Self {
+        let end = |end: usize| {
+            let row = |row: &Vec<[f64; 2]>| row.iter().map(|band| finite(band[end])).collect();
+            surface.band.iter().map(row).collect()
+        };
+        Self {
+            across_name: hypothesis.across.unwrap_or_default().to_owned(),
+            across_unit: hypothesis.across_unit().to_owned(),
+            across: surface.across.clone(),
+            y: surface.y.clone(),
+            low: end(0),
+            high: end(1),
+        }
+    }
 }
 
 impl DiscoveredPlace {
@@ -115,6 +148,7 @@ impl DiscoveredLaw {
                 low: end(0),
                 high: end(1),
                 level: curve.level,
+                surface: curve.surface.as_ref().map(|s| DiscoveredSurface::of(s, hypothesis)),
             },
             expression: discovery.expression.clone(),
             parameters: FittedEffectValues::of(&discovery.effect, robot, &[]).parameters,

@@ -3,9 +3,9 @@
 use crate::color::{self, Dash};
 use crate::document::{Figure, Line, Marked, Plot};
 use crate::words::{self, Scale};
-use trueweld_measure::discover::{Discovery, FreeCurve, LikeEffect};
+use trueweld_measure::discover::{Discovery, FreeCurve, FreeSurface, Hypothesis, LikeEffect};
 use trueweld_measure::residuals::localize::CurvePoint;
-use trueweld_plant::effects::expression::interpolate;
+use trueweld_plant::effects::table::interpolate;
 use trueweld_plant::input::RobotFile;
 
 /// Curves with their bands and points, the formula over each.
@@ -46,10 +46,13 @@ impl Axes {
             "1" => String::new(),
             times => format!(", over {times}"),
         };
+        let across = free.surface.as_ref().map_or(String::new(), |surface| {
+            [", at ", &across(surface, surface.middle(), hypothesis, robot)].concat()
+        });
         Self {
             x_label: x.named(&name),
             y_label: if plain { y.unit.to_owned() } else { hypothesis.y_unit() },
-            title: format!("{quantity}{times}, over {name}"),
+            title: format!("{quantity}{times}, over {name}{across}"),
             x,
             y,
         }
@@ -71,6 +74,16 @@ impl Axes {
         let Self { x_label, y_label, title, .. } = self;
         Figure::new(title, Plot { x_label, y_label, lines, marked, wide: true, ..Plot::default() })
     }
+}
+
+/// Where a row of a surface is, such as `the angle of A2 of 12°`.
+fn across(surface: &FreeSurface, row: usize, hypothesis: &Hypothesis, robot: &RobotFile) -> String {
+    let value = surface.across[row];
+    let scale = match surface.across.iter().all(|v| v.abs() < 0.05) {
+        true => Scale::small(hypothesis.across_unit()),
+        false => Scale::large(hypothesis.across_unit()),
+    };
+    format!("{} of {}", words::discover::across(hypothesis, robot), scale.quantity(value))
 }
 
 /// What a line over the curve is lifted by: where the logs leave the level open, every line is drawn
@@ -134,10 +147,18 @@ fn curve(discovery: &Discovery, robot: &RobotFile) -> Figure {
         let points = lifted(free.formula.iter().map(|[x, y]| (*x, *y)).collect());
         lines.push(axes.line("the formula", 1, Dash::Solid, points));
     }
+    if let Some(surface) = &free.surface {
+        let rows = [(0, Dash::Dashed), (surface.across.len() - 1, Dash::Solid)];
+        for (row, dash) in rows {
+            let name = across(surface, row, &discovery.hypothesis, robot);
+            let points = places().zip(surface.y[row].iter().copied());
+            lines.push(axes.line(&format!("the surface at {name}"), 2, dash, points));
+        }
+    }
     if let Some(like) = &discovery.like {
         let name = words::discover::like_name(like, robot);
         let points = lifted(like.curve.iter().map(|p| (p.x, p.y)).collect());
-        lines.push(axes.line(&format!("{name}, as fitted"), 2, Dash::Dashed, points));
+        lines.push(axes.line(&format!("{name}, as fitted"), 3, Dash::Dashed, points));
     }
     let (x, y) = (axes.x.factor, axes.y.factor);
     let mark = |p: &CurvePoint| Marked { x: p.x * x, y: p.y * y, error: p.error * y };

@@ -85,6 +85,12 @@ pub(crate) fn name(effect: &Effect, robot: &RobotFile) -> String {
     if name.starts_with(DISCOVERED) { format!("the law {name}") } else { name }
 }
 
+/// The second variable of a surface.
+pub(crate) fn across(hypothesis: &Hypothesis, robot: &RobotFile) -> String {
+    let second = hypothesis.variables().get(1).copied().unwrap_or_default();
+    variable(hypothesis, second, robot)
+}
+
 /// What it depends on, in words.
 fn variables(hypothesis: &Hypothesis, robot: &RobotFile) -> String {
     let names: Vec<String> =
@@ -125,12 +131,14 @@ pub(crate) fn details(discovery: &Discovery, robot: &RobotFile) -> Vec<String> {
     let formula = match &discovery.expression {
         Some(expression) => format!("It follows {expression}: {}.", values(&discovery.effect)),
         None => {
-            let curve = "No formula describes it better than the curve does";
+            let what = if discovery.curve.surface.is_some() { "surface" } else { "curve" };
+            let curve = ["No formula describes it better than the ", what, " does"].concat();
             let spring = values(&discovery.effect);
-            let joint =
-                |spring| [curve, ", beside a spring over the same angle: ", spring].concat();
-            let told = if spring.is_empty() { curve.to_owned() } else { joint(&spring) };
-            told + "."
+            match spring.is_empty() {
+                true => curve + ".",
+                false => [curve.as_str(), ", beside a spring over the same angle: ", &spring, "."]
+                    .concat(),
+            }
         }
     };
     let like = discovery.like.as_ref().map(|like| {

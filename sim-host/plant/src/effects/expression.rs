@@ -10,13 +10,15 @@
 //! it remembers comes with the variables, and its width is made of numbers and parameters alone.
 //!
 //! An expression may have a table beside it: `table( sum )` is then the straight line between its
-//! values at places on either side, and the nearest of them beyond its ends.
+//! values at places on either side, and the nearest of them beyond its ends; `table( sum, sum )` of one
+//! over two variables is straight along each of them.
 //!
 //! As in print: −x² is −(x²), and a^b^c is a^(b^c). A text becomes a list of operations on a small
 //! stack, so that evaluating neither allocates nor fails; where the mathematics has no answer the
 //! value is not finite. Left out: conditions, for which `step` does.
 
 use super::memory::{LOOPS, Loop};
+use super::table::Places;
 use crate::input::nearest;
 use std::ops::Range;
 
@@ -84,6 +86,8 @@ enum Operation {
     Divide,
     Power,
     Table,
+    /// The table over two variables.
+    Surface,
     Of(Function),
     OfTwo(FunctionOfTwo),
     Loop(Loop),
@@ -100,6 +104,7 @@ impl Operation {
             | Self::Multiply
             | Self::Divide
             | Self::Power
+            | Self::Surface
             | Self::OfTwo(_)
             | Self::Loop(_) => -1,
         }
@@ -112,7 +117,7 @@ pub struct Expression {
     /// In postfix order.
     operations: Vec<Operation>,
     /// Places of the table; none where there is none.
-    places: Box<[f64]>,
+    places: Places,
     /// Parameters before the values of the table.
     named: usize,
     /// Variables, behind which comes what is remembered.
@@ -131,17 +136,6 @@ struct Remembered {
 
 /// Name of the function that reads the table.
 const TABLE: &str = "table";
-
-/// The straight line between the values `y` at the places `x`, which rise; held beyond their ends.
-pub fn interpolate(x: &[f64], y: &[f64], at: f64) -> f64 {
-    let above = x.partition_point(|x| *x <= at);
-    match (above, x.len()) {
-        _ if at.is_nan() => at,
-        (0, _) => y[0],
-        (k, n) if k == n => y[n - 1],
-        (k, _) => y[k - 1] + (y[k] - y[k - 1]) * ((at - x[k - 1]) / (x[k] - x[k - 1])),
-    }
-}
 
 /// What is wrong with the text of an expression, and where.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -162,11 +156,11 @@ impl Expression {
     /// [`Mistake`]: what is no expression, a name that is none of these, more than 32 levels of
     /// parentheses or operands waiting for their operator, or more than 1000 operations.
     pub fn parse(text: &str, variables: &[&str], parameters: &[&str]) -> Result<Self, Mistake> {
-        Self::parse_with_table(text, variables, parameters, &[])
+        Self::parse_with_table(text, variables, parameters, None)
     }
 
-    /// The same with a table of values at these places, which rise: its values are parameters, in
-    /// order, after those that have names.
+    /// The same with a table of values at these places: its values are parameters, in order, after
+    /// those that have names.
     ///
     /// # Errors
     /// As [`parse`](Self::parse).
@@ -174,14 +168,14 @@ impl Expression {
         text: &str,
         variables: &[&str],
         parameters: &[&str],
-        places: &[f64],
+        table: Option<&Places>,
     ) -> Result<Self, Mistake> {
         let mut parser = Parser {
             text,
             at: 0,
             variables,
             parameters,
-            has_table: !places.is_empty(),
+            table,
             operations: Vec::new(),
             held: 0,
             nesting: 0,
@@ -191,7 +185,7 @@ impl Expression {
         match parser.peek() {
             None => Ok(Self {
                 operations: parser.operations,
-                places: places.into(),
+                places: table.cloned().unwrap_or_default(),
                 named: parameters.len(),
                 variables: variables.len(),
                 remembered: parser.remembered,
@@ -234,7 +228,7 @@ impl Expression {
                     let a = stack[held];
                     match *operation {
                         Operation::Of(function) => function(a),
-                        Operation::Table => interpolate(&self.places, &parameters[self.named..], a),
+                        Operation::Table => self.places.value(&parameters[self.named..], [a, 0.0]),
                         _ => -a,
                     }
                 }
@@ -247,6 +241,7 @@ impl Expression {
                         Operation::Multiply => a * b,
                         Operation::Divide => a / b,
                         Operation::OfTwo(function) => function(a, b),
+                        Operation::Surface => self.places.value(&parameters[self.named..], [a, b]),
                         Operation::Loop(law) => {
                             law.value(a, b, variables.get(self.variables).copied().unwrap_or(0.0))
                         }
@@ -270,7 +265,7 @@ impl Expression {
         let of_table = index >= self.named;
         self.operations.iter().any(|o| match o {
             Operation::Parameter(i) => *i == index,
-            Operation::Table => of_table,
+            Operation::Table | Operation::Surface => of_table,
             _ => false,
         })
     }
@@ -296,7 +291,7 @@ struct Parser<'t> {
     at: usize,
     variables: &'t [&'t str],
     parameters: &'t [&'t str],
-    has_table: bool,
+    table: Option<&'t Places>,
     operations: Vec<Operation>,
     /// Values on the stack after the operations so far.
     held: usize,
@@ -489,9 +484,10 @@ impl Parser<'_> {
             self.emit(Operation::OfTwo(*function))
         } else if let Some((_, law)) = LOOPS.iter().find(|(n, _)| *n == name) {
             self.remembering(*law, span)
-        } else if self.has_table && name == TABLE {
-            self.parenthesised(1)?;
-            self.emit(Operation::Table)
+        } else if let Some(places) = self.table.filter(|_| name == TABLE) {
+            let over_two = !places.across.is_empty();
+            self.parenthesised(1 + usize::from(over_two))?;
+            self.emit(if over_two { Operation::Surface } else { Operation::Table })
         } else if name == "pi" {
             self.emit(Operation::Number(std::f64::consts::PI))
         } else if let Some(i) = index(self.variables) {
@@ -529,7 +525,7 @@ impl Parser<'_> {
     }
 
     fn unknown(&self, name: &str, at: Range<usize>) -> Mistake {
-        let table = self.has_table.then_some(TABLE);
+        let table = self.table.map(|_| TABLE);
         let names = self.variables.iter().chain(self.parameters).copied();
         let names = names.chain(known_words()).chain(table);
         let guess =

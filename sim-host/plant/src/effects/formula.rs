@@ -4,6 +4,7 @@
 use super::expression::{Expression, Mistake, may_be_named};
 use super::location::LocationKind;
 use super::memory::Loop;
+use super::table::DefinedTable;
 use crate::robot::{Channel, JointState, Port, ProcessPoint, Readings, Term, ValueDerivative};
 use nalgebra::Vector3;
 
@@ -390,59 +391,6 @@ pub struct CustomParameter {
     pub high: f64,
 }
 
-/// What `table(…)` in an expression interpolates; the values at its places are the last parameters
-/// of the effect, in their order.
-#[derive(Debug, Clone, PartialEq)]
-pub struct DefinedTable {
-    /// Places, rising, in the unit of what the table is read at.
-    pub x: Vec<f64>,
-    /// How far a value is expected to be off the straight line through its neighbours, one standard
-    /// deviation at places of equal distance, in the unit of the values; infinite where nothing is
-    /// known.
-    pub bend: f64,
-}
-
-/// Most places of one table.
-pub const MOST_PLACES: usize = 64;
-
-/// Names of the values of a table: `y1` and so on.
-const VALUE: &str = "y";
-
-impl DefinedTable {
-    /// The values of the table as parameters, each plausible within `range`; slopes are taken at
-    /// `step`.
-    pub fn parameters(&self, unit: &str, step: f64, range: [f64; 2]) -> Vec<CustomParameter> {
-        let value = |(k, x): (usize, &f64)| CustomParameter {
-            name: format!("{VALUE}{}", k + 1),
-            unit: unit.to_owned(),
-            meaning: format!("value at {x}"),
-            role: CustomRole::Size(step),
-            low: range[0],
-            high: range[1],
-        };
-        self.x.iter().enumerate().map(value).collect()
-    }
-
-    /// True for a name that a table needs itself.
-    pub fn needs_name(name: &str) -> bool {
-        let number = name.strip_prefix(VALUE).is_some_and(|n| n.parse::<usize>().is_ok());
-        number || name == "table"
-    }
-
-    /// How the curve bends at each inner place, in what is expected of it: weights of the values
-    /// before, at and after it. Their squares sum up to ∫ y″² dx, with places of equal distance to
-    /// Σ (y₋ − 2 y + y₊)²/bend².
-    pub fn bends(&self) -> impl Iterator<Item = [f64; 3]> {
-        let intervals = self.x.len().saturating_sub(1).max(1) as f64;
-        let mean = (self.x[self.x.len() - 1] - self.x[0]) / intervals;
-        self.x.windows(3).map(move |x| {
-            let (before, after) = (x[1] - x[0], x[2] - x[1]);
-            let weight = (mean.powi(3) / (0.5 * (before + after))).sqrt() / self.bend;
-            [weight / before, -weight * (1.0 / before + 1.0 / after), weight / after]
-        })
-    }
-}
-
 /// An effect as its author states it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Definition {
@@ -473,7 +421,7 @@ pub struct Formula {
 impl Definition {
     /// Its parameters without the values of its table.
     pub fn named(&self) -> &[CustomParameter] {
-        let places = self.table.as_ref().map_or(0, |table| table.x.len());
+        let places = self.table.as_ref().map_or(0, |table| table.places.count());
         &self.parameters[..self.parameters.len() - places]
     }
 
@@ -483,9 +431,8 @@ impl Definition {
     pub(super) fn checked(&self, values: &[f64]) -> Result<Expression, Mistake> {
         let variables: Vec<&str> = self.port.variables.iter().map(|v| v.name).collect();
         let names: Vec<&str> = self.named().iter().map(|p| p.name.as_str()).collect();
-        let places = self.table.as_ref().map_or(&[][..], |table| &table.x);
-        let expression =
-            Expression::parse_with_table(&self.expression, &variables, &names, places)?;
+        let table = self.table.as_ref().map(|table| &table.places);
+        let expression = Expression::parse_with_table(&self.expression, &variables, &names, table)?;
         let whole = 0..self.expression.len();
         let mistake = |message, help: &str| {
             Err(Mistake { at: whole.clone(), message, help: help.to_owned() })

@@ -46,6 +46,7 @@ mod process_stiffness_error;
 mod spindle_harmonic;
 pub mod stiffness_error;
 mod stribeck;
+pub mod table;
 mod thermal_drift;
 mod thermal_softening;
 mod torque_ripple;

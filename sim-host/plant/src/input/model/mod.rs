@@ -25,9 +25,9 @@ use super::{
     read_text,
 };
 use crate::effects::formula::{
-    CustomParameter, CustomRole, DefinedTable, Definition, MOST_PARAMETERS, MOST_PLACES, NamedPort,
-    PORTS,
+    CustomParameter, CustomRole, Definition, MOST_PARAMETERS, NamedPort, PORTS,
 };
+use crate::effects::table::{DefinedTable, MOST_PLACES, Places};
 use crate::effects::{self, Effect, EffectError, EffectKind, Role, library};
 use sha2::{Digest, Sha256};
 use std::fmt::Write;
@@ -416,19 +416,38 @@ fn own_table(
     table: &Table<'_>,
     port: &NamedPort,
 ) -> Result<(DefinedTable, Vec<f64>, Vec<CustomParameter>), InputError> {
-    table.only(&["x", "y", "bend", "step", "low", "high"])?;
-    let x = table.list("x", MOST_PLACES, Bounds::Any)?;
-    if x.len() < 2 || !x.is_sorted_by(|a, b| a < b) {
-        let help = "The places between which the table's values are joined by straight lines.";
-        return Err(table.wrong("x", "two numbers or more, each above the one before", help));
+    table.only(&["x", "across", "y", "bend", "step", "low", "high"])?;
+    let rising = |key: &str| {
+        let places = table.list(key, MOST_PLACES, Bounds::Any)?;
+        if places.len() < 2 || !places.is_sorted_by(|a, b| a < b) {
+            let help = "The places between which the table's values are joined by straight lines.";
+            return Err(table.wrong(key, "two numbers or more, each above the one before", help));
+        }
+        Ok(places)
+    };
+    let x = rising("x")?;
+    let across = if table.has("across") { rising("across")? } else { Vec::new() };
+    let places = Places { x, across };
+    let count = places.count();
+    if count > MOST_PLACES {
+        let expected = format!("places that make at most {MOST_PLACES} values with `x`");
+        let help =
+            "A table over two variables has a value for each place of one at each of the other.";
+        return Err(table.wrong("across", &expected, help));
     }
     let optional =
         |key: &str, bounds| table.has(key).then(|| table.number(key, bounds)).transpose();
     let step = optional("step", Bounds::Positive)?.unwrap_or_else(|| port.small());
     let y = table.list("y", MOST_PLACES, Bounds::Any)?;
-    if y.len() != x.len() {
-        let help = "One value for each place in `x`.";
-        return Err(table.wrong("y", &format!("{} numbers, as many as in `x`", x.len()), help));
+    if y.len() != count {
+        let (expected, help) = match places.across.is_empty() {
+            true => ("as many as in `x`", "One value for each place in `x`."),
+            false => (
+                "as many as in `x` for each place in `across`",
+                "Those at all places in `x` for the first place in `across`, then for the next.",
+            ),
+        };
+        return Err(table.wrong("y", &format!("{count} numbers, {expected}"), help));
     }
     let far = y.iter().fold(PLAUSIBLE * step, |far, y| far.max(10.0 * y.abs()));
     let low = optional("low", Bounds::Any)?.unwrap_or(-far);
@@ -439,7 +458,7 @@ fn own_table(
     // Each of them within what is plausible.
     table.list("y", MOST_PLACES, Bounds::Between(low, high))?;
     let bend = optional("bend", Bounds::Positive)?.unwrap_or(f64::INFINITY);
-    let defined = DefinedTable { x, bend };
+    let defined = DefinedTable { places, bend };
     let parameters = defined.parameters(port.unit, step, [low, high]);
     Ok((defined, y, parameters))
 }

@@ -2,6 +2,7 @@
 
 use super::{Comments, EffectComments, ModelEffect, ModelFile, Scope};
 use crate::effects::formula::{CustomParameter, CustomRole, Formula};
+use crate::effects::table::Places;
 use crate::effects::{Action, Effect};
 use crate::input::posterior::{MeasuredNumber, Posterior};
 use crate::input::{FileKind, InputError, Source, folder_of, write_atomically};
@@ -102,7 +103,11 @@ impl ModelFile {
                     comment(text, &format!("{}: {said}", parameter.name));
                 }
             }
-            line(text, "x", list(&table.x));
+            let Places { x, across } = &table.places;
+            line(text, "x", list(x));
+            if !across.is_empty() {
+                line(text, "across", list(across));
+            }
             line(text, "y", list(values));
             if table.bend.is_finite() {
                 line(text, "bend", number(table.bend));
