@@ -136,7 +136,7 @@ fn a_hose_whose_lever_turns_with_the_joint_before_is_found_over_both_angles() {
     assert!(hose.held_out_after < 1.15, "{}", hose.held_out_after);
     // Its curve is the surface's in the middle of the second angle.
     let surface = hose.curve.surface.as_ref().expect("a surface");
-    assert_eq!(surface.y[surface.middle()], hose.curve.y);
+    assert_eq!(surface.y[surface.middle], hose.curve.y);
     // Where the band is narrow, the logs have been, and the truth is in it.
     let truth = |x: f64, before: f64| -400.0 * (x - 0.3) * (1.5 * before).cos();
     let (mut known, mut missed) = (0, 0);

@@ -455,7 +455,7 @@ impl FittedCurve {
     /// that is. Of a curve all of them.
     pub fn middle(&self) -> (Range<usize>, f64) {
         let Places { x, across } = &self.places;
-        let row = across.len() / 2;
+        let row = self.places.middle();
         (row * x.len()..(row + 1) * x.len(), across.get(row).copied().unwrap_or(0.0))
     }
 
@@ -470,6 +470,7 @@ impl FittedCurve {
         let rows = self.values().chunks(x.len()).map(<[f64]>::to_vec);
         (!across.is_empty()).then(|| FreeSurface {
             across: across.clone(),
+            middle: self.places.middle(),
             y: rows.collect(),
             band: band.chunks(x.len()).map(<[[f64; 2]]>::to_vec).collect(),
         })
@@ -524,7 +525,7 @@ impl FittedCurve {
     pub fn asked(&self, context: &Context<'_>, left: &[impl AsRef<[f64]>]) -> Vec<CurvePoint> {
         let Places { x: places, across } = &self.places;
         let stretches = places.len() - 1;
-        let row = across.len() / 2;
+        let row = self.places.middle();
         // Of a surface half way to the next places on either side.
         let near = across.windows(3).nth(row.saturating_sub(1)).map(|next| {
             let half = |to: f64| 0.5 * (next[1] + to);

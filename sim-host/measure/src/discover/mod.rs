@@ -109,17 +109,12 @@ pub struct FreeCurve {
 pub struct FreeSurface {
     /// Values of the second variable.
     pub across: Vec<f64>,
+    /// Which of them is in the middle.
+    pub middle: usize,
     /// Values of the surface.
     pub y: Vec<Vec<f64>>,
     /// Band, low and high.
     pub band: Vec<Vec<[f64; 2]>>,
-}
-
-impl FreeSurface {
-    /// Which of the second variable's values is in the middle.
-    pub fn middle(&self) -> usize {
-        self.across.len() / 2
-    }
 }
 
 /// Candidates that are screened with a formula too.

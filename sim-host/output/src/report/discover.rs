@@ -47,7 +47,7 @@ impl Axes {
             times => format!(", over {times}"),
         };
         let across = free.surface.as_ref().map_or(String::new(), |surface| {
-            [", at ", &across(surface, surface.middle(), hypothesis, robot)].concat()
+            [", at ", &across(surface, surface.middle, hypothesis, robot)].concat()
         });
         Self {
             x_label: x.named(&name),

@@ -77,6 +77,11 @@ impl Places {
         rows.into_iter().flat_map(of_row).filter(|(_, share)| *share > 0.0)
     }
 
+    /// Which of the second variable's places is in the middle.
+    pub fn middle(&self) -> usize {
+        self.across.len() / 2
+    }
+
     /// The place of a value.
     pub fn place(&self, index: usize) -> [f64; 2] {
         let n = self.x.len();
