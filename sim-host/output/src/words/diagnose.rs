@@ -507,6 +507,17 @@ mod tests {
     }
 
     #[test]
+    fn what_is_told_from_nothing_already_is_only_known_better_by_more_logs() {
+        let mut plan = sample::plan();
+        plan.rivals[1].clear();
+        plan.so_far = 1e4;
+        let lead = experiment::lead(&plan);
+        assert!(lead.contains("only narrows the values of"), "{lead}");
+        plan.so_far = 1.0;
+        assert!(!experiment::lead(&plan).contains("only narrows"), "{lead}");
+    }
+
+    #[test]
     fn what_logs_do_not_bound_is_said_and_not_written_as_a_number() {
         let parts = sample::diagnosis(Verdict::EffectFound);
         let loop_ = &parts.diagnosis.candidates[1].effects[0];

@@ -242,6 +242,11 @@ pub(crate) fn reason(plan: &Plan) -> String {
         "" => "nothing beyond calibrations",
         name => name,
     });
+    if plan.rivals[1].is_empty() && plan.so_far.max(0.0).sqrt() > MOST_SAID {
+        return format!(
+            "It only narrows the values of {a}: the logs so far tell it from {b} already."
+        );
+    }
     let deviations = |s: f64| {
         if s > MOST_SAID { format!("more than {MOST_SAID:.0}") } else { format!("{s:.1}") }
     };
