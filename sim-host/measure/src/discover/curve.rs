@@ -2,7 +2,6 @@
 //! of how it bends. How much that is, held-out blocks say: residuals that follow each other would have
 //! any other criterion take noise for a curve.
 
-use super::FreeSurface;
 use super::context::Context;
 use super::hypotheses::Hypothesis;
 use super::variables::Series;
@@ -278,7 +277,8 @@ impl Candidate {
             high: PLAUSIBLE * spring.step,
         });
         let beside = spring.as_ref().map(|_| [SPRING, "*", hypothesis.over, " + "].concat());
-        let places = table.parameters(&hypothesis.y_unit(), self.step, [-far, far]);
+        let places =
+            CustomParameter::of_table(&table, &hypothesis.y_unit(), self.step, [-far, far]);
         let parameters: Vec<CustomParameter> = spring.into_iter().chain(places).collect();
         let values = vec![0.0; parameters.len()];
         let definition = Definition {
@@ -462,18 +462,6 @@ impl FittedCurve {
     /// The values at its places.
     pub fn values(&self) -> &[f64] {
         self.of_places(self.all_values())
-    }
-
-    /// The surface that it is, by its values' band; `None` of a curve.
-    pub fn surface(&self, band: &[[f64; 2]]) -> Option<FreeSurface> {
-        let Places { x, across } = &self.places;
-        let rows = self.values().chunks(x.len()).map(<[f64]>::to_vec);
-        (!across.is_empty()).then(|| FreeSurface {
-            across: across.clone(),
-            middle: self.places.middle(),
-            y: rows.collect(),
-            band: band.chunks(x.len()).map(<[[f64; 2]]>::to_vec).collect(),
-        })
     }
 
     /// Half the interval of what all values of its band have in common, where that is most of its

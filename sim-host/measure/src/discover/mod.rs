@@ -117,6 +117,20 @@ pub struct FreeSurface {
     pub band: Vec<Vec<[f64; 2]>>,
 }
 
+impl FreeSurface {
+    /// What was fitted as a surface, by its values' band; `None` of a curve.
+    fn of(fitted: &FittedCurve, band: &[[f64; 2]]) -> Option<Self> {
+        let Places { x, across } = &fitted.places;
+        let rows = fitted.values().chunks(x.len()).map(<[f64]>::to_vec);
+        (!across.is_empty()).then(|| Self {
+            across: across.clone(),
+            middle: fitted.places.middle(),
+            y: rows.collect(),
+            band: band.chunks(x.len()).map(<[[f64; 2]]>::to_vec).collect(),
+        })
+    }
+}
+
 /// Candidates that are screened with a formula too.
 const FORMULAS: usize = 24;
 /// Curves that are fitted through the plant, and surfaces, which have more values.
@@ -363,7 +377,7 @@ fn described(context: &Context<'_>, laws: &[Tried]) -> Option<(Discovery, Fitted
             shape: shown_of(&shape),
             points: best.points(context),
             formula,
-            surface: best.surface(band),
+            surface: FreeSurface::of(best, band),
         },
         effect,
         expression,

@@ -509,6 +509,26 @@ impl Definition {
 }
 
 impl CustomParameter {
+    /// The values of a table as parameters, each plausible within `range`; slopes are taken at `step`.
+    pub fn of_table(table: &DefinedTable, unit: &str, step: f64, range: [f64; 2]) -> Vec<Self> {
+        let meaning = |k: usize| {
+            let [x, across] = table.places.place(k);
+            match table.places.across.is_empty() {
+                true => format!("value at {x}"),
+                false => format!("value at {x} and {across}"),
+            }
+        };
+        let value = |k: usize| Self {
+            name: DefinedTable::name_of(k),
+            unit: unit.to_owned(),
+            meaning: meaning(k),
+            role: CustomRole::Size(step),
+            low: range[0],
+            high: range[1],
+        };
+        (0..table.places.count()).map(value).collect()
+    }
+
     /// True where it is a word that an expression at this port can use for a parameter.
     pub fn may_be_named(name: &str, port: &NamedPort) -> bool {
         may_be_named(name) && port.variables.iter().all(|v| v.name != name)

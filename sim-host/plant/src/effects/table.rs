@@ -1,8 +1,6 @@
 //! Tables of an effect of the user's own: values at places along a variable, or at those of a grid over
 //! two, and what is between them.
 
-use super::formula::{CustomParameter, CustomRole};
-
 /// The straight line between the values `y` at the places `x`, which rise; held beyond their ends.
 pub fn interpolate(x: &[f64], y: &[f64], at: f64) -> f64 {
     along(x, at, |k| y[k])
@@ -108,25 +106,9 @@ pub const MOST_PLACES: usize = 64;
 const VALUE: &str = "y";
 
 impl DefinedTable {
-    /// The values of the table as parameters, each plausible within `range`; slopes are taken at
-    /// `step`.
-    pub fn parameters(&self, unit: &str, step: f64, range: [f64; 2]) -> Vec<CustomParameter> {
-        let meaning = |k: usize| {
-            let [x, across] = self.places.place(k);
-            match self.places.across.is_empty() {
-                true => format!("value at {x}"),
-                false => format!("value at {x} and {across}"),
-            }
-        };
-        let value = |k: usize| CustomParameter {
-            name: format!("{VALUE}{}", k + 1),
-            unit: unit.to_owned(),
-            meaning: meaning(k),
-            role: CustomRole::Size(step),
-            low: range[0],
-            high: range[1],
-        };
-        (0..self.places.count()).map(value).collect()
+    /// Name of a value.
+    pub(super) fn name_of(index: usize) -> String {
+        format!("{VALUE}{}", index + 1)
     }
 
     /// True for a name that a table needs itself.

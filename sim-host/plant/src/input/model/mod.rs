@@ -459,7 +459,7 @@ fn own_table(
     table.list("y", MOST_PLACES, Bounds::Between(low, high))?;
     let bend = optional("bend", Bounds::Positive)?.unwrap_or(f64::INFINITY);
     let defined = DefinedTable { places, bend };
-    let parameters = defined.parameters(port.unit, step, [low, high]);
+    let parameters = CustomParameter::of_table(&defined, port.unit, step, [low, high]);
     Ok((defined, y, parameters))
 }
 
