@@ -30,10 +30,7 @@ struct Axes {
 impl Axes {
     fn of(discovery: &Discovery, robot: &RobotFile) -> Self {
         let (hypothesis, free) = (&discovery.hypothesis, &discovery.curve);
-        let x = match free.x.iter().all(|x| x.abs() < 0.05) {
-            true => Scale::small(hypothesis.x_unit()),
-            false => Scale::large(hypothesis.x_unit()),
-        };
+        let x = scale(&free.x, hypothesis.x_unit());
         // A curve that is multiplied by something has a unit of its own.
         let plain = hypothesis.y_unit() == hypothesis.port.unit;
         let y = match plain {
@@ -78,12 +75,16 @@ impl Axes {
 
 /// Where a row of a surface is, such as `the angle of A2 of 12°`.
 fn across(surface: &FreeSurface, row: usize, hypothesis: &Hypothesis, robot: &RobotFile) -> String {
-    let value = surface.across[row];
-    let scale = match surface.across.iter().all(|v| v.abs() < 0.05) {
-        true => Scale::small(hypothesis.across_unit()),
-        false => Scale::large(hypothesis.across_unit()),
-    };
-    format!("{} of {}", words::discover::across(hypothesis, robot), scale.quantity(value))
+    let value = scale(&surface.across, hypothesis.across_unit()).quantity(surface.across[row]);
+    format!("{} of {value}", words::discover::across(hypothesis, robot))
+}
+
+/// The scale that suits values of a variable.
+fn scale(values: &[f64], unit: &'static str) -> Scale {
+    match values.iter().all(|v| v.abs() < 0.05) {
+        true => Scale::small(unit),
+        false => Scale::large(unit),
+    }
 }
 
 /// What a line over the curve is lifted by: where the logs leave the level open, every line is drawn

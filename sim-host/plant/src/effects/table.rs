@@ -8,29 +8,31 @@ pub fn interpolate(x: &[f64], y: &[f64], at: f64) -> f64 {
 
 /// The same of values that are asked for by the index of their place.
 fn along(x: &[f64], at: f64, value: impl Fn(usize) -> f64) -> f64 {
+    match between(x, at) {
+        _ if at.is_nan() => at,
+        (before, after, _) if before == after => value(before),
+        (before, after, share) => {
+            let (before, after) = (value(before), value(after));
+            before + (after - before) * share
+        }
+    }
+}
+
+/// Indices of the places to either side, and how far it is from one to the other, as a share; beyond the
+/// ends both are the last place.
+fn between(x: &[f64], at: f64) -> (usize, usize, f64) {
     let above = x.partition_point(|x| *x <= at);
     match (above, x.len()) {
-        _ if at.is_nan() => at,
-        (0, _) => value(0),
-        (k, n) if k == n => value(n - 1),
-        (k, _) => {
-            let (before, after) = (value(k - 1), value(k));
-            before + (after - before) * ((at - x[k - 1]) / (x[k] - x[k - 1]))
-        }
+        (0, _) => (0, 0, 0.0),
+        (k, n) if k == n => (n - 1, n - 1, 0.0),
+        (k, _) => (k - 1, k, (at - x[k - 1]) / (x[k] - x[k - 1])),
     }
 }
 
 /// Indices of the places to either side, and the share of each in what is between them.
 fn shares(x: &[f64], at: f64) -> [(usize, f64); 2] {
-    let above = x.partition_point(|x| *x <= at);
-    match (above, x.len()) {
-        (0, _) => [(0, 1.0), (0, 0.0)],
-        (k, n) if k == n => [(n - 1, 1.0), (n - 1, 0.0)],
-        (k, _) => {
-            let share = (at - x[k - 1]) / (x[k] - x[k - 1]);
-            [(k - 1, 1.0 - share), (k, share)]
-        }
-    }
+    let (before, after, share) = between(x, at);
+    [(before, 1.0 - share), (after, share)]
 }
 
 /// Where a table has its values: along one variable, or over two, those at all `x` for each place across
