@@ -7,9 +7,9 @@ use super::hypotheses::Hypothesis;
 use super::variables::Series;
 use crate::data::log::LogKind;
 use crate::diagnose::rules;
-use crate::fit::{self, EffectScope, Effort, FitState, Fitted, FreeParameter, Linear, Slopes};
+use crate::fit::{self, Condensed, EffectScope, Effort, FitState, Fitted, FreeParameter, Slopes};
 use crate::residuals::localize::CurvePoint;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 use std::ops::Range;
 use trueweld_plant::effects::expression::Expression;
 use trueweld_plant::effects::formula::{CustomParameter, CustomRole, Definition};
@@ -218,20 +218,18 @@ impl Candidate {
     ) -> Option<Vec<Slopes>> {
         let Context { bench, null, .. } = *context;
         let mut point = null.point.clone();
-        let of = self.add_to(&mut point, context.id, places, f64::INFINITY)?;
+        let table = DefinedTable { places: places.clone(), bend: f64::INFINITY };
+        let of = self.add_to(&mut point, context.id, table)?;
         let own: Vec<FreeParameter> = point.free.iter().copied().filter(|f| f.of == of).collect();
-        Some(fit::slopes_where(bench, &point, &own, &null.at, 1.0, wanted))
+        // What a loop remembers at the start is looked for once, not with each of its values.
+        let with_memory = self.hypothesis.turns_over.map(|_| fit::residuals(bench, &point));
+        let at = with_memory.transpose().ok()?;
+        Some(fit::slopes_where(bench, &point, &own, at.as_ref().unwrap_or(&null.at), 1.0, wanted))
     }
 
     /// Adds the curve, with no value anywhere, to a point of a fit.
-    fn add_to(
-        &self,
-        point: &mut FitState,
-        id: &str,
-        places: &Places,
-        bend: f64,
-    ) -> Option<EffectScope> {
-        let kind = self.kind(id, DefinedTable { places: places.clone(), bend })?;
+    fn add_to(&self, point: &mut FitState, id: &str, table: DefinedTable) -> Option<EffectScope> {
+        let kind = self.kind(id, table)?;
         let nothing = vec![0.0; kind.parameters.len()];
         point.add(Effect { kind, at: self.hypothesis.at, values: nothing });
         Some(EffectScope::All(point.all.len() - 1))
@@ -312,39 +310,23 @@ pub(super) struct Smooth {
     pub held_out: f64,
     /// Fall of the sum of squares of a curve that bends at will: more than any formula brings.
     pub most: f64,
-    /// Step of all values, in the fit's units, that of the curve last.
-    pub step: DVector<f64>,
 }
 
-/// The linear model beside which nothing is expected of the last values, with these expected to
-/// bend so.
-fn bent(linear: &Linear, table: &DefinedTable, step: f64) -> Linear {
-    let bends = fit::roughness(table, step);
-    let from = linear.away.len() - table.places.count();
-    let mut linear = linear.clone();
-    let mut own = linear.prior.view_mut((from, from), bends.shape());
-    own += bends;
-    linear
-}
-
-/// The curve whose bending predicts blocks best that were left out.
-pub(super) fn smooth(linear: &Linear, places: &Places, step: f64) -> Option<Smooth> {
-    let table = |bend: f64| DefinedTable { places: places.clone(), bend };
+/// The curve whose bending predicts blocks best that were left out. `linear`: the values at the places
+/// come last in it, and nothing is known of them.
+pub(super) fn smooth(linear: &Condensed, places: &Places, step: f64) -> Option<Smooth> {
     let of = |bend: f64| {
-        let linear = bent(linear, &table(bend), step);
-        let found = linear.solve(None, 0.0, None)?.step;
-        Some((linear, found))
+        let table = DefinedTable { places: places.clone(), bend };
+        linear.with_prior(&fit::roughness(&table, step))
     };
     // As large as a curve is that bends at will.
-    let from = linear.away.len() - places.count();
-    let (_, free) = of(1e3 * step)?;
-    let most = linear.cost(&DVector::zeros(linear.away.len())) - linear.cost(&free);
-    let size = free.rows(from, places.count()).amax() * step;
+    let free = of(1e3 * step).all.least()?;
+    let most = -linear.all.at(&free);
+    let size = free.rows(free.len() - places.count(), places.count()).amax() * step;
     let tried = BENDS.iter().filter_map(|share| {
         let bend = share * size;
-        let (linear, step) = of(bend)?;
-        let held_out: f64 = linear.held_out(None).iter().sum();
-        (bend > 0.0 && held_out.is_finite()).then_some(Smooth { bend, held_out, most, step })
+        let held_out = of(bend).held_out();
+        (bend > 0.0 && held_out.is_finite()).then_some(Smooth { bend, held_out, most })
     });
     tried.min_by(|a, b| a.held_out.total_cmp(&b.held_out))
 }
@@ -376,15 +358,20 @@ pub(super) fn fit_curve(
     candidate: &Candidate,
     layout: Layout,
 ) -> Option<FittedCurve> {
-    let Context { bench, blocks, null, .. } = *context;
+    let Context { bench, blocks, null, eliminated, .. } = *context;
     let places = candidate.places(context, layout, FITTED)?;
     let own = candidate.slopes_through_plant(context, &places, |_, _| true)?;
-    let more: Vec<&Slopes> = own.iter().collect();
-    let linear = null.linear.extended(blocks, &null.at, &null.slopes, &more);
-    let found = smooth(&linear, &places, candidate.step)?;
+    let mut linear = context.beside(&own);
+    let Smooth { bend, .. } =
+        smooth(&eliminated.condensed(&linear, own.len()), &places, candidate.step)?;
+    let table = DefinedTable { places: places.clone(), bend };
+    let from = linear.away.len() - places.count();
+    let mut prior = linear.prior.view_mut((from, from), (places.count(), places.count()));
+    prior += fit::roughness(&table, candidate.step);
+    let step = linear.solve(None, 0.0, None)?.step;
     let mut start = null.point.clone();
-    candidate.add_to(&mut start, context.id, &places, found.bend)?;
-    let start = start.moved(&found.step);
+    candidate.add_to(&mut start, context.id, table)?;
+    let start = start.moved(&step);
     let known = [null.slopes.clone(), own].concat();
     let effort = Effort::steps(STEPS, known.len());
     let fitted = fit::fit(bench, &start, blocks, &known, effort).ok()?;

@@ -5,7 +5,7 @@ use super::context::Context;
 use super::curve::{Candidate, FittedCurve, SPRING};
 use super::hypotheses::{Hypothesis, replaced};
 use crate::diagnose::rules;
-use crate::fit::{self, Effort, Fitted, Linear};
+use crate::fit::{self, Condensed, Effort, Fitted, Quadratic};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use trueweld_plant::effects::Effect;
@@ -225,48 +225,29 @@ struct Cost {
 }
 
 impl Cost {
+    /// Of a fitted curve.
     fn of(curve: &FittedCurve) -> Option<Self> {
-        let linear = &curve.fitted.linear;
         let at = DVector::from_column_slice(curve.all_values());
-        Self::new(linear, &curve.places, &curve.candidate, at)
+        let mut linear = curve.fitted.linear.clone();
+        // What is expected of how the curve bends is not what the data say.
+        for k in linear.away.len() - at.len()..linear.away.len() {
+            linear.prior.row_mut(k).fill(0.0);
+            linear.prior.column_mut(k).fill(0.0);
+        }
+        Self::new(Quadratic::of(&linear), &curve.places, &curve.candidate, at)
     }
 
-    /// `linear`: the values of the curve come last in it, in units of the candidate's steps; `at`:
-    /// where they are.
+    /// `normal`: what the curve's values cost, in units of the candidate's steps; `at`: where they are.
     fn new(
-        linear: &Linear,
+        normal: Quadratic,
         places: &Places,
         candidate: &Candidate,
         at: DVector<f64>,
     ) -> Option<Self> {
         let steps = candidate.steps(places);
-        let all = linear.away.len();
-        let (others, of_curve): (Vec<usize>, Vec<usize>) =
-            (0..all).partition(|k| k + steps.len() < all);
-        // What is expected of how the curve bends is not what the data say.
-        let mut prior = linear.prior.clone();
-        for k in &of_curve {
-            prior.row_mut(*k).fill(0.0);
-            prior.column_mut(*k).fill(0.0);
-        }
-        let square = linear.square.iter().fold(prior.clone(), |sum, block| sum + block);
-        let slope = linear.slope.iter().fold(&prior * &linear.away, |sum, block| sum + block);
-        let part =
-            |rows: &[usize], columns: &[usize]| square.select_rows(rows).select_columns(columns);
-        let (own_square, own_slope) = (part(&of_curve, &of_curve), slope.select_rows(&of_curve));
-        let (curvature, slope) = match fit::Factor::new(&part(&others, &others), 0.0) {
-            _ if others.is_empty() => (own_square, own_slope),
-            Some(factor) => {
-                let cross = part(&others, &of_curve);
-                (
-                    own_square - cross.tr_mul(&factor.solve(&cross)),
-                    own_slope - cross.tr_mul(&factor.solve(&slope.select_rows(&others))),
-                )
-            }
-            None => return None,
-        };
+        let Quadratic { square, slope } = normal.of_last(steps.len())?;
         Some(Self {
-            curvature: curvature.map_with_location(|i, j, c| c / (steps[i] * steps[j])),
+            curvature: square.map_with_location(|i, j, c| c / (steps[i] * steps[j])),
             slope: slope.map_with_location(|i, _, s| s / steps[i]),
             at,
             places: places.clone(),
@@ -394,13 +375,14 @@ fn shortest(cost: &Cost, trust: f64, count: usize) -> Vec<Found> {
 /// as far as slopes tell, and their sum of squares. `linear`: nothing is known of the curve's values,
 /// which come last, in units of the candidate's steps; `count`: number of residuals.
 pub(super) fn screened(
-    linear: &Linear,
+    linear: &Condensed,
     places: &Places,
     candidate: &Candidate,
     count: usize,
 ) -> Option<(f64, Found)> {
     let steps = DVector::from_vec(candidate.steps(places));
-    let cost = Cost::new(linear, places, candidate, DVector::zeros(steps.len()))?;
+    let nothing = DVector::zeros(steps.len());
+    let cost = Cost::new(linear.all.clone(), places, candidate, nothing)?;
     let mut found = shortest(&cost, rules::CORRELATED, count);
     // The shortest, and of the others those that fit best.
     let from = SCREENED.min(found.len());
@@ -408,7 +390,7 @@ pub(super) fn screened(
     let judged = found.into_iter().take(2 * SCREENED).filter_map(|found| {
         let parts = cost.values(&cost.parsed(found.form)?, &found.shapes)?;
         let parts = parts.map_with_location(|row, _, part| part / steps[row]);
-        let held_out: f64 = linear.with_parts(&parts).held_out(None).iter().sum();
+        let held_out = linear.with_parts(&parts).held_out();
         held_out.is_finite().then_some((held_out, found))
     });
     judged.min_by(|a, b| a.0.total_cmp(&b.0))

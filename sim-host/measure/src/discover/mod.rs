@@ -25,7 +25,9 @@ use crate::data::log::{Log, LogKind};
 use crate::diagnose::{self, Diagnosis, FittedEffect, Progress, Undone, Verdict, rules};
 use crate::experiment::{Plan, next_experiment};
 use crate::fit::calibration::is_calibration;
-use crate::fit::{self, EffectScope, FitProblem, Fitted, FreeParameter, Linear, Slopes};
+use crate::fit::{
+    self, Condensed, EffectScope, Eliminated, FitProblem, Fitted, FreeParameter, Slopes,
+};
 use crate::residuals::localize::{CurvePoint, localize};
 use context::Context;
 use curve::{Candidate, FittedCurve, Layout, SCREENED, Smooth, fit_curve, smooth};
@@ -189,7 +191,9 @@ pub fn discover(
     // Where nothing stands out, a curve must promise more.
     let goal = if at_floor { better(1.0) } else { f64::INFINITY };
     let id = free_name(&bench.known, &[]);
-    let context = Context { bench, logs, blocks: &blocks, null: &null, id: &id };
+    let Some(eliminated) = Eliminated::of(&null.linear) else { return Vec::new() };
+    let eliminated = &eliminated;
+    let context = Context { bench, logs, blocks: &blocks, null: &null, eliminated, id: &id };
     let ports = ports(&context);
     let mut laws = laws(&context, &curves(&context, &ports), goal, progress);
     let is_one = |law: &Tried| {
@@ -264,7 +268,8 @@ pub(crate) fn beside(
     mut takes: impl FnMut(&Fitted) -> bool,
 ) -> Option<Discovery> {
     let id = free_name(&bench.known, &base.point.all);
-    let context = Context { bench, logs, blocks, null: base, id: &id };
+    let eliminated = &Eliminated::of(&base.linear)?;
+    let context = Context { bench, logs, blocks, null: base, eliminated, id: &id };
     let curves = curves(&context, &ports(&context));
     let mut laws = laws(&context, &curves, f64::INFINITY, &|_, _| ());
     for k in 0..laws.len() {
@@ -461,6 +466,9 @@ pub const DISCOVERED: &str = "discovered";
 struct Screened<'c> {
     candidate: &'c Candidate,
     layout: Layout,
+    places: Places,
+    /// The linear model of the curve's values at these places.
+    linear: Condensed,
     /// Fall of the sum of squares of a curve that bends at will.
     most: f64,
     /// Sum of squares of blocks left out, with the curve or with the formula.
@@ -594,31 +602,21 @@ fn constant(context: &Context<'_>, port: &'static NamedPort, at: Location) -> Op
 /// What slopes tell of a curve beside the calibrations, in the layout that suits it best.
 fn screen<'c>(context: &Context<'_>, candidate: &'c Candidate) -> Option<Screened<'c>> {
     let in_layout = |layout: &Layout| {
-        let places = candidate.places(context, *layout, SCREENED)?;
-        let smooth = smooth(&screening(context, candidate, &places), &places, candidate.step)?;
-        let Smooth { held_out, most, .. } = smooth;
-        Some(Screened { candidate, layout: *layout, most, held_out, formula: None })
+        let layout = *layout;
+        let places = candidate.places(context, layout, SCREENED)?;
+        let linear = context.condensed(&candidate.slopes(context, &places));
+        let Smooth { held_out, most, .. } = smooth(&linear, &places, candidate.step)?;
+        Some(Screened { candidate, layout, places, linear, most, held_out, formula: None })
     };
     let all = candidate.layouts(context).iter().filter_map(in_layout);
     all.min_by(|a, b| a.held_out.total_cmp(&b.held_out))
 }
 
-/// The linear model of the calibrations with a curve's values at some places beside them.
-fn screening(context: &Context<'_>, candidate: &Candidate, places: &Places) -> Linear {
-    let slopes = candidate.slopes(context, places);
-    let more: Vec<&Slopes> = slopes.iter().collect();
-    let Context { blocks, null, .. } = *context;
-    null.linear.extended(blocks, &null.at, &null.slopes, &more)
-}
-
 impl Screened<'_> {
     /// The same with the best formula in the curve's place, as far as slopes tell.
     fn with_formula(self, context: &Context<'_>) -> Self {
-        let found = self.candidate.places(context, self.layout, SCREENED).and_then(|places| {
-            let linear = screening(context, self.candidate, &places);
-            grammar::screened(&linear, &places, self.candidate, fit::count(&context.null.at))
-        });
-        match found {
+        let count = fit::count(&context.null.at);
+        match grammar::screened(&self.linear, &self.places, self.candidate, count) {
             Some((held_out, formula)) => {
                 Self { held_out: held_out.min(self.held_out), formula: Some(formula), ..self }
             }

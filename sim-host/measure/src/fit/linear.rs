@@ -44,7 +44,10 @@ impl Hold {
 /// How far a value that shapes an effect may go where a block is left out, in deviations of what all
 /// blocks tell: the only block in which a step lies tells where, and the edge of its neighbour does
 /// not.
-const STAYS: f64 = 3.0;
+pub(super) const STAYS: f64 = 3.0;
+
+/// Share of its diagonal that is added to normal equations: values that nothing tells apart stay together.
+pub(super) const RIDGE: f64 = 1e-10;
 
 impl Linear {
     /// The normal equations from residuals and slopes.
@@ -170,29 +173,6 @@ impl Linear {
         }
     }
 
-    /// The same with fewer values in place of the last ones, of which each moves those by a column of
-    /// `parts`, and of which nothing is known beforehand.
-    pub(crate) fn with_parts(&self, parts: &DMatrix<f64>) -> Self {
-        let n = self.away.len() - parts.nrows();
-        let all = n + parts.ncols();
-        let mut to = DMatrix::zeros(self.away.len(), all);
-        to.view_mut((0, 0), (n, n)).fill_with_identity();
-        to.view_mut((n, n), parts.shape()).copy_from(parts);
-        let first = |v: &DVector<f64>| v.rows(0, n).clone_owned().resize_vertically(all, 0.0);
-        Self {
-            square: self.square.iter().map(|s| to.tr_mul(s) * &to).collect(),
-            slope: self.slope.iter().map(|s| to.tr_mul(s)).collect(),
-            rest: self.rest.clone(),
-            prior: self.prior.view((0, 0), (n, n)).clone_owned().resize(all, all, 0.0),
-            away: first(&self.away),
-            hold: Hold {
-                weight: first(&self.hold.weight),
-                away: first(&self.hold.away),
-                shapes: self.hold.shapes.iter().copied().filter(|k| *k < n).collect(),
-            },
-        }
-    }
-
     /// The same slopes beside other residuals.
     pub(crate) fn beside(&self, blocks: &[Vec<u8>], at: &Residuals, slopes: &[Slopes]) -> Self {
         let mut linear = self.clone();
@@ -225,15 +205,41 @@ impl Linear {
     }
 
     /// Sums over all blocks but one (`None`: over all).
-    fn without(&self, left_out: Option<usize>) -> (DMatrix<f64>, DVector<f64>) {
+    pub(super) fn without(&self, left_out: Option<usize>) -> (DMatrix<f64>, DVector<f64>) {
         let mut square = self.information(left_out, 1.0);
+        if left_out.is_some() {
+            square += DMatrix::from_diagonal(&self.hold.weight);
+        }
+        (square, self.slope_without(left_out))
+    }
+
+    /// The same of the slopes alone.
+    pub(super) fn slope_without(&self, left_out: Option<usize>) -> DVector<f64> {
         let mut slope = &self.prior * &self.away;
         (0..BLOCKS).filter(|b| Some(*b) != left_out).for_each(|b| slope += &self.slope[b]);
         if left_out.is_some() {
-            square += DMatrix::from_diagonal(&self.hold.weight);
             slope += self.hold.weight.component_mul(&self.hold.away);
         }
-        (square, slope)
+        slope
+    }
+
+    /// The same of some columns of the squares.
+    pub(super) fn columns_without(
+        &self,
+        left_out: Option<usize>,
+        columns: &[usize],
+    ) -> DMatrix<f64> {
+        let mut square = self.prior.select_columns(columns);
+        for (i, k) in columns.iter().enumerate() {
+            let mut own = square.column_mut(i);
+            for b in (0..BLOCKS).filter(|b| Some(*b) != left_out) {
+                own += self.square[b].column(*k);
+            }
+            if left_out.is_some() {
+                own[*k] += self.hold.weight[*k];
+            }
+        }
+        square
     }
 
     /// The best step with `damping` on the diagonal, and the covariance of the values there, in the
@@ -340,7 +346,7 @@ impl Factor {
     pub fn new(square: &DMatrix<f64>, damping: f64) -> Option<Self> {
         let scale = square.diagonal().map(|own| if own > 0.0 { own.sqrt().recip() } else { 1.0 });
         let mut scaled = square.component_mul(&(&scale * scale.transpose()));
-        (0..scale.len()).for_each(|i| scaled[(i, i)] += damping + 1e-10);
+        (0..scale.len()).for_each(|i| scaled[(i, i)] += damping + RIDGE);
         Some(Self { scale, cholesky: scaled.cholesky()? })
     }
 

@@ -7,11 +7,13 @@
 //! blocks out costs a small solve and no new simulation.
 
 pub mod calibration;
+mod condensed;
 pub mod covariance;
 mod linear;
 pub mod per_log;
 mod solver;
 
+pub(crate) use condensed::{Condensed, Eliminated, Quadratic};
 pub(crate) use linear::Factor;
 pub use linear::{Hold, Linear, Step};
 pub use solver::{Effort, End, Fitted, fit};
