@@ -81,7 +81,7 @@ pub fn score(residuals: &Residuals) -> f64 {
 
 /// Score on blocks in time, each predicted from all the others.
 pub fn held_out_score(fitted: &Fitted) -> f64 {
-    let squares: f64 = fitted.linear.held_out(None).iter().sum();
+    let squares = fitted.held_out();
     (squares / fit::count(&fitted.at).max(1) as f64).sqrt()
 }
 

@@ -379,18 +379,13 @@ pub(super) fn fit_curve(
 }
 
 impl FittedCurve {
-    /// Sum of squares of blocks that were left out.
-    pub fn held_out(&self) -> f64 {
-        self.fitted.linear.held_out(None).iter().sum()
-    }
-
     /// The same as a loop of another width, where that predicts blocks left out as well: a loop is
     /// screened for a few widths only.
     pub fn turning_over(&self, context: &Context<'_>, width: f64) -> Option<Self> {
         let candidate = self.candidate.turning_over(context, width)?;
         let other = fit_curve(context, &candidate, self.layout)?;
-        let as_good = self.held_out() + rules::TIED * rules::trust(&self.fitted);
-        (other.held_out() < as_good).then_some(other)
+        let as_good = self.fitted.held_out() + rules::TIED * rules::trust(&self.fitted);
+        (other.fitted.held_out() < as_good).then_some(other)
     }
 
     /// A formula in its place, over its range.

@@ -441,24 +441,23 @@ pub(super) fn law(context: &Context<'_>, curve: &FittedCurve, first: Option<&Law
     let trust = rules::trust(&curve.fitted);
     let mut found = shortest(&cost, trust, count);
     found.truncate(FITTED);
-    let least = first.map_or(curve.held_out(), |first| first.held_out().min(curve.held_out()));
+    let of_curve = curve.fitted.held_out();
+    let least = first.map_or(of_curve, |first| first.fitted.held_out().min(of_curve));
     let best = least + rules::TIED * trust;
     let fits: Vec<Law> = found
         .into_par_iter()
         .filter(|_| !context.bench.is_late())
         .filter_map(|found| fitted(context, curve, &found))
         .collect();
-    let length = |law: &Law| law.held_out() / trust + length(law.form, count);
-    let fits = fits.into_iter().chain(first.cloned()).filter(|law| law.held_out() <= best);
-    fits.min_by(|a, b| length(a).total_cmp(&length(b)))
+    let judged = fits.into_iter().chain(first.cloned()).filter_map(|law| {
+        let held_out = law.fitted.held_out();
+        let length = held_out / trust + length(law.form, count);
+        (held_out <= best).then_some((length, law))
+    });
+    judged.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, law)| law)
 }
 
 impl Law {
-    /// Sum of squares of blocks that were left out.
-    pub fn held_out(&self) -> f64 {
-        self.fitted.linear.held_out(None).iter().sum()
-    }
-
     /// The way over which it turns round, where it is a Dahl loop.
     pub fn turns_over(&self) -> Option<f64> {
         let of = self.form.shapes.iter().position(|s| *s == TURNS_OVER)?;

@@ -233,6 +233,11 @@ pub fn fit(
 }
 
 impl Fitted {
+    /// Sum of squares of all blocks, each predicted from all the others.
+    pub fn held_out(&self) -> f64 {
+        self.linear.held_out(None).iter().sum()
+    }
+
     /// Takes slopes anew where the fit stands, but for the first `stale` and for those of values that
     /// residuals are in proportion to.
     fn refresh(&mut self, bench: &FitProblem, blocks: &[Vec<u8>], stale: usize) {
