@@ -299,4 +299,17 @@ mod tests {
             }
         }
     }
+
+    #[test]
+    fn beside_nothing_a_condensed_model_is_the_whole() {
+        let residual: Vec<f64> = (0..200).map(|k| (0.9 * f64::from(k)).cos()).collect();
+        let at: Residuals = vec![Prediction { residual, motion: None, late: None, anywhere: 0.0 }];
+        let blocks: Vec<Vec<u8>> = vec![(0..200).map(|k| k / 20).collect()];
+        let nothing = DVector::zeros(0);
+        let base = Linear::new(&blocks, &at, &[], DMatrix::zeros(0, 0), nothing);
+        let whole = base.extended(&blocks, &at, &[], &[&slopes(|k| (0.9 * k).cos())]);
+        let condensed = Eliminated::of(&base).unwrap().condensed(&whole, 1);
+        let expected: f64 = whole.held_out(None).iter().sum();
+        assert!((condensed.held_out() - expected).abs() < 1e-9, "{expected}");
+    }
 }
