@@ -221,12 +221,9 @@ pub fn improve(
     // The values of the improved model, where all were fitted together once more.
     for law in &mut discovered {
         let own = &law.effect.effect;
-        let moved = |f: &&FittedEffect| {
-            std::ptr::eq(f.effect.kind, own.kind)
-                && f.effect.at == own.at
-                && f.effect.values != own.values
-        };
-        if let Some(last) = steps.last().and_then(|step| step.effects.iter().find(moved)) {
+        let same =
+            |f: &&FittedEffect| std::ptr::eq(f.effect.kind, own.kind) && f.effect.at == own.at;
+        if let Some(last) = steps.last().and_then(|step| step.effects.iter().find(same)) {
             law.effect = last.clone();
         }
     }
@@ -297,7 +294,7 @@ impl Path<'_> {
     fn try_step_by(&mut self, fitted: Fitted, full: Option<&Fitted>, by_channel: bool) -> bool {
         let all = match full {
             Some(full) => diagnose::found_beside(self.bench, &fitted, full, |_| true),
-            None => diagnose::found(self.bench, &fitted, |_| true),
+            None => self.found(&fitted),
         };
         let (calibration, effects): (Vec<FittedEffect>, Vec<FittedEffect>) =
             all.into_iter().partition(|f| is_calibration(f.effect.kind));
@@ -342,6 +339,20 @@ impl Path<'_> {
             }
         }
         why.is_none()
+    }
+
+    /// Fitted effects with their intervals. Where something is left that stands out, each channel is
+    /// weighed by what is left in it: one that no model explains says little of the values that others tell.
+    fn found(&self, fitted: &Fitted) -> Vec<FittedEffect> {
+        let plain = || diagnose::found(self.bench, fitted, |_| true);
+        if rules::at_floor(self.bench, &fitted.at) {
+            return plain();
+        }
+        let bench = inflate_noise(self.bench, &fitted.at);
+        match fit::fit(&bench, &fitted.point, self.blocks, &[], Effort::steps(0, 0)) {
+            Ok(weighed) => diagnose::found_on_the_way(&bench, &weighed),
+            Err(_) => plain(),
+        }
     }
 
     /// Adds one more effect where the explanation is a partial one: of the library, and where it

@@ -79,6 +79,24 @@ pub(crate) fn found(
     fitted: &Fitted,
     wanted: impl Fn(EffectScope) -> bool,
 ) -> Vec<FittedEffect> {
+    found_off(bench, fitted, wanted, |_| 0.0)
+}
+
+/// The same of all values of a point at which the sum of squares is not least: the intervals go by how
+/// far each is from where it would be as well, √(σ² + δ²).
+pub(crate) fn found_on_the_way(bench: &FitProblem, fitted: &Fitted) -> Vec<FittedEffect> {
+    let step = fitted.linear.solve(None, 0.0, None);
+    let off = |k: usize| step.as_ref().map_or(f64::INFINITY, |step| step.step[k]);
+    found_off(bench, fitted, |_| true, off)
+}
+
+/// The same, by how far each value is off, in the fit's units.
+fn found_off(
+    bench: &FitProblem,
+    fitted: &Fitted,
+    wanted: impl Fn(EffectScope) -> bool,
+    off: impl Fn(usize) -> f64,
+) -> Vec<FittedEffect> {
     let inflation = rules::trust(fitted);
     let deviations = fitted.linear.solve(None, 0.0, None).map(|s| s.deviations());
     let scatter = fitted.linear.scatter();
@@ -104,8 +122,8 @@ pub(crate) fn found(
         let value = fitted.point.value(free);
         let deviation = deviations.as_ref().map_or(f64::INFINITY, |d| d[k]);
         let scattered = scatter.as_ref().map_or(f64::INFINITY, |d| d[k]);
-        let reach = (HALF_95 * deviation * inflation.sqrt()).max(OF_BLOCKS * scattered)
-            * fit::unit(parameter, value);
+        let deviation = (deviation * inflation.sqrt()).hypot(off(k));
+        let reach = (HALF_95 * deviation).max(OF_BLOCKS * scattered) * fit::unit(parameter, value);
         all[index].interval[free.parameter] = [value - reach, value + reach];
     }
     all

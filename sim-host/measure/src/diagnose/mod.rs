@@ -21,7 +21,7 @@ mod tell;
 
 pub use confuse::Confusable;
 pub use found::FittedEffect;
-pub(crate) use found::{found, found_beside};
+pub(crate) use found::{found, found_beside, found_on_the_way};
 pub use mountings::{Combination, Mountings};
 pub use rules::{Part, held_out_score, parts, score};
 pub(crate) use screen::Context;
