@@ -245,7 +245,8 @@ pub fn improve(
     if let Some(fitted) = reached.as_ref().filter(|f| !rules::at_floor(bench, &f.at)) {
         diagnosis.unexplained = localize(&bench.experiments, &fitted.at, logs);
     }
-    if bench.is_late() && verdict == Verdict::UnknownEffect {
+    let told = diagnosis.undone.iter().any(|undone| matches!(undone, Undone::Further));
+    if bench.is_late() && verdict == Verdict::UnknownEffect && !told {
         diagnosis.undone.push(Undone::Further);
     }
     let held_out_logs = held_out.map_or(Vec::new(), |h| h.names.clone());

@@ -175,9 +175,10 @@ pub(crate) fn verdict(
     next: Option<&str>,
 ) -> String {
     let before = score(diagnosis.score_before);
-    let after = trueweld_measure::diagnose::score(&diagnosis.improved.at);
     let best = diagnosis.candidates.first();
-    // What the calibrations do, where they are the finding.
+    // What the calibrations do, where they are the finding: without what explains the rest in part.
+    let alone = if diagnosis.chosen.is_empty() { &diagnosis.improved } else { &diagnosis.null };
+    let after = trueweld_measure::diagnose::score(&alone.at);
     let calibrated = (!diagnosis.calibration.is_empty() && after < FALL * diagnosis.score_before)
         .then(|| {
             format!(
@@ -187,6 +188,20 @@ pub(crate) fn verdict(
             )
         });
     let follows = || followed(&diagnosis.unexplained);
+    let partial = || {
+        let helps = |best: &&Candidate| best.held_out_after < FALL * best.held_out_before;
+        best.filter(|best| best.explains()).filter(helps).map_or(String::new(), |best| {
+            let piece = match best.has_unseen_wave() {
+                true => " (so small a piece of a wave that many other curves are like it)",
+                false => "",
+            };
+            format!(
+                " The best partial explanation, {}{piece}, brings the score to {} where it was not fitted.",
+                best.name(robot),
+                score(best.held_out_after)
+            )
+        })
+    };
     match (verdict, best, calibrated) {
         (Verdict::EffectFound, Some(best), _) if !best.indistinguishable.is_empty() => {
             let record = next.map_or(String::new(), |next| format!(" {next}"));
@@ -219,30 +234,18 @@ pub(crate) fn verdict(
             )
         }
         (Verdict::UnknownEffect, _, Some(calibrated)) => {
-            format!("{calibrated}. What is left no effect here explains: {}.", follows())
+            let left = "What is left no effect here explains";
+            format!("{calibrated}. {left}: {}.{}", follows(), partial())
         }
         (Verdict::UnknownEffect, ..) if diagnosis.score_before <= FLOOR => format!(
             "The error is at the noise floor on the whole (score {before}), but not everywhere: {}. No effect here explains that.",
             follows()
         ),
-        (Verdict::UnknownEffect, ..) => {
-            let helps = |best: &&Candidate| best.held_out_after < FALL * best.held_out_before;
-            let partial = best.filter(|best| best.explains()).filter(helps).map_or(String::new(), |best| {
-                let piece = match best.has_unseen_wave() {
-                    true => " (so small a piece of a wave that many other curves are like it)",
-                    false => "",
-                };
-                format!(
-                    " The best partial explanation, {}{piece}, brings the score to {} where it was not fitted.",
-                    best.name(robot),
-                    score(best.held_out_after)
-                )
-            });
-            format!(
-                "Something is missing that no effect here explains (score {before}); {}.{partial}",
-                follows()
-            )
-        }
+        (Verdict::UnknownEffect, ..) => format!(
+            "Something is missing that no effect here explains (score {before}); {}.{}",
+            follows(),
+            partial()
+        ),
         (_, _, Some(calibrated)) => format!(
             "{calibrated}; beside it no effect lowers the error where it was not fitted by more than chance would."
         ),
