@@ -459,10 +459,11 @@ mod tests {
             "{found}"
         );
         let mut parts = sample::diagnosis(Verdict::Adequate);
+        let partial = std::mem::take(&mut parts.diagnosis.chosen);
         let calibration = parts.diagnosed().headline();
         let expected = "The calibration is off: encoder-offset at A5 in 1 log. With it the score falls from 3.79 to 1.02; beside it";
         assert!(calibration.starts_with(expected), "{calibration}");
-        parts.diagnosis.calibration.clear();
+        let calibration = std::mem::take(&mut parts.diagnosis.calibration);
         let off = parts.diagnosed().headline();
         let expected =
             "The model is off by more than the noise (score 3.79), but no effect or calibration";
@@ -497,6 +498,19 @@ mod tests {
                 "sign of A5's spring torque (62 % of the squared residual of tcp_position)"
             ),
             "{unknown}"
+        );
+        // What calibrations bring is told without what explains a part of the rest.
+        parts.diagnosis.chosen = partial;
+        parts.diagnosis.calibration = calibration;
+        parts.diagnosis.candidates[0].left = 0.4;
+        parts.diagnosis.null.at = parts.diagnosis.improved.at.clone();
+        parts.diagnosis.null.at[0].residual.fill(2.9);
+        let partly = parts.diagnosed().headline();
+        assert!(partly.contains("With it the score falls from 3.79 to 2.90. What"), "{partly}");
+        assert!(
+            partly
+                .contains("The best partial explanation, backlash at A5, brings the score to 2.50"),
+            "{partly}"
         );
         parts.diagnosis.verdict = Verdict::EffectFound;
         parts.diagnosis.candidates[0].indistinguishable = vec![1];
