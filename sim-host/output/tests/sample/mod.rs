@@ -454,6 +454,12 @@ pub fn diagnosis(verdict: Verdict) -> Parts {
         cost: 0.0,
         end: End::Arrived,
     };
+    // Calibrations alone, or with what explains all or a part of the rest.
+    let leaving = |score: f64| {
+        let residual = vec![score; 100];
+        let at = vec![Prediction { residual, motion: None, late: None, anywhere: 0.0 }];
+        Fitted { at, ..fitted() }
+    };
     let candidate = |effect: FittedEffect, after: f64, probability: f64, left: f64| Candidate {
         effects: vec![effect],
         held_out_before: 3.79,
@@ -501,8 +507,8 @@ pub fn diagnosis(verdict: Verdict) -> Parts {
             verdict,
             score_before: 3.79,
             before: Vec::new(),
-            null: fitted(),
-            chosen: vec![fitted()],
+            null: leaving(2.9),
+            chosen: if verdict == Verdict::Adequate { Vec::new() } else { vec![fitted()] },
             full: fitted(),
             candidates: vec![
                 candidate(play, 1.015, 0.98, 0.01),
@@ -513,15 +519,7 @@ pub fn diagnosis(verdict: Verdict) -> Parts {
                 ..found("encoder-offset", &[1e-5], 1e-6)
             }],
             mountings: None,
-            improved: Fitted {
-                at: vec![Prediction {
-                    residual: vec![1.015; 100],
-                    motion: None,
-                    late: None,
-                    anywhere: 0.0,
-                }],
-                ..fitted()
-            },
+            improved: leaving(1.015),
             limits: vec![limit(4), limit(0)],
             confusable: vec![Confusable {
                 first: (kind, Location::Joint(4)),
