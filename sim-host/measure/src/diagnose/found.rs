@@ -5,7 +5,7 @@ use super::rules;
 use crate::HALF_95;
 use crate::data::log::LogKind;
 use crate::fit::calibration::is_calibration;
-use crate::fit::{self, EffectScope, FitProblem, Fitted};
+use crate::fit::{self, EffectScope, FitProblem, Fitted, Step};
 use crate::predict::Motion;
 use nalgebra::Vector3;
 use std::collections::BTreeSet;
@@ -79,26 +79,25 @@ pub(crate) fn found(
     fitted: &Fitted,
     wanted: impl Fn(EffectScope) -> bool,
 ) -> Vec<FittedEffect> {
-    found_off(bench, fitted, wanted, |_| 0.0)
+    found_off(bench, fitted, wanted, |_, _| 0.0)
 }
 
 /// The same of all values of a point at which the sum of squares is not least: the intervals go by how
 /// far each is from where it would be as well, √(σ² + δ²).
 pub(crate) fn found_on_the_way(bench: &FitProblem, fitted: &Fitted) -> Vec<FittedEffect> {
-    let step = fitted.linear.solve(None, 0.0, None);
-    let off = |k: usize| step.as_ref().map_or(f64::INFINITY, |step| step.step[k]);
-    found_off(bench, fitted, |_| true, off)
+    found_off(bench, fitted, |_| true, |step, k| step.step[k])
 }
 
-/// The same, by how far each value is off, in the fit's units.
+/// The same, by how far each value is off, in the fit's units, as the step to the least sum of squares
+/// tells.
 fn found_off(
     bench: &FitProblem,
     fitted: &Fitted,
     wanted: impl Fn(EffectScope) -> bool,
-    off: impl Fn(usize) -> f64,
+    off: impl Fn(&Step, usize) -> f64,
 ) -> Vec<FittedEffect> {
     let inflation = rules::trust(fitted);
-    let deviations = fitted.linear.solve(None, 0.0, None).map(|s| s.deviations());
+    let step = fitted.linear.solve(None, 0.0, None).map(|step| (step.deviations(), step));
     let scatter = fitted.linear.scatter();
     let mut all: Vec<FittedEffect> = Vec::new();
     let mut seen: Vec<EffectScope> = Vec::new();
@@ -120,9 +119,10 @@ fn found_off(
         });
         let parameter = fitted.point.parameter(free);
         let value = fitted.point.value(free);
-        let deviation = deviations.as_ref().map_or(f64::INFINITY, |d| d[k]);
+        let deviation = step.as_ref().map_or(f64::INFINITY, |(deviations, step)| {
+            (deviations[k] * inflation.sqrt()).hypot(off(step, k))
+        });
         let scattered = scatter.as_ref().map_or(f64::INFINITY, |d| d[k]);
-        let deviation = (deviation * inflation.sqrt()).hypot(off(k));
         let reach = (HALF_95 * deviation).max(OF_BLOCKS * scattered) * fit::unit(parameter, value);
         all[index].interval[free.parameter] = [value - reach, value + reach];
     }
