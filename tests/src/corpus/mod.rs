@@ -143,6 +143,9 @@ pub struct Judged {
     /// The law that was found outside the library.
     #[serde(default)]
     pub discovered: Option<DiscoveredLaw>,
+    /// What came of it within the library alone.
+    #[serde(default)]
+    pub within: Option<Outcome>,
     /// What came of it.
     pub outcome: Outcome,
     /// Time that the diagnosis took, s.
@@ -230,6 +233,7 @@ pub fn examine(case: &CorpusCase) -> Result<Judged, CorpusError> {
     let mut ready = ready(&recipe)?;
     let start = Instant::now();
     let mut diagnosis = diagnose(&ready.bench, &ready.logs, &|_, _| {})?;
+    let within = judge(&hidden, &recipe, &diagnosis);
     let discovered = discover(&ready.bench, &ready.logs, &mut diagnosis, &|_, _| {});
     let seconds = start.elapsed().as_secs_f64();
     let judged = judged(case, &recipe, &hidden, seen, &diagnosis, seconds);
@@ -251,6 +255,7 @@ pub fn examine(case: &CorpusCase) -> Result<Judged, CorpusError> {
         scores: [null, after, with_the_law.as_ref().map_or(null, diagnose::held_out_score)],
         law_cost: with_the_law.map(|fitted| fitted.cost),
         discovered: discovered.map(|law| DiscoveredLaw::of(law, &hidden)),
+        within: Some(within),
         ..judged
     })
 }
@@ -307,6 +312,7 @@ fn judged(
         scores: [0.0; 3],
         law_cost: None,
         discovered: None,
+        within: None,
         outcome: judge(hidden, recipe, diagnosis),
         seconds,
     }

@@ -40,6 +40,7 @@ impl Tally {
     pub fn markdown(&self) -> String {
         let mut text = String::new();
         self.rates(&mut text)
+            .and_then(|()| self.beside_discovery(&mut text))
             .and_then(|()| self.matrix(&mut text))
             .and_then(|()| self.laws(&mut text))
             .and_then(|()| self.reliability(&mut text))
@@ -108,6 +109,30 @@ impl Tally {
             )?;
         }
         Ok(())
+    }
+
+    /// What looking outside the library makes of what it has: right answers of the library alone that
+    /// stay, and others that become right.
+    fn beside_discovery(&self, out: &mut String) -> fmt::Result {
+        let alone = |j: &Judged| j.within.map(|within| RIGHT.contains(&within));
+        let cases = self.with(|j| {
+            !j.unknown && !j.truth.is_empty() && weaker(j) >= BANDS[2].1 && alone(j).is_some()
+        });
+        if cases.is_empty() {
+            return Ok(());
+        }
+        let right = |j: &&&Judged| RIGHT.contains(&j.outcome);
+        let before: Vec<&Judged> =
+            cases.iter().copied().filter(|j| alone(j) == Some(true)).collect();
+        let others = cases.iter().filter(|j| alone(j) == Some(false)).filter(right).count();
+        writeln!(
+            out,
+            "\nFrom three times the limit on, right by the library alone: {} of {}; of these still right with \
+             discovery: {}; others right with it: {others}.",
+            before.len(),
+            cases.len(),
+            Rate::of(&before, |j| right(&j))
+        )
     }
 
     /// The confusion matrix, its rows written out: nearly all of its fields are empty.

@@ -76,9 +76,9 @@ impl<'a> Library<'a> {
         let left = rules::above(self.bench, &fitted.at) / self.above;
         // Of what shows little, noise alone leaves a large share.
         let partial = left > LEFT && !rules::at_floor(self.bench, &fitted.at);
-        // What is freer than an effect and fits no better is no law: what it predicts better of blocks
+        // What is freer than an effect and tied with it is no law: what it predicts better of blocks
         // left out it owes to calibrations that are farther off than expected.
-        let fits_better = fitted.cost < self.cost - rules::GAIN;
+        let fits_better = fitted.cost < self.cost - rules::TIED * rules::trust(fitted);
         let beyond = self.beyond(self.held_out, self.at_floor, law.noise());
         !partial && fits_better && law.held_out <= beyond
     }
