@@ -3,10 +3,14 @@
 //! Cases and seeds were chosen before they were run, but for those of usual length: rules were set on
 //! them.
 
-use trueweld_laboratory::{CorpusCase, Hidden, OutOfLibrary, OutOfLibraryKind, Protocol, Recipe};
-use trueweld_tests::LABORATORY;
-use trueweld_tests::corpus::{Judged, Outcome, examine};
+use trueweld_laboratory::{
+    CorpusCase, Hidden, OutOfLibrary, OutOfLibraryKind, Protocol, ProtocolFile, Recipe,
+};
+use trueweld_measure::diagnose::{FittedEffect, Verdict, diagnose};
+use trueweld_plant::effects::{Effect, EffectKind, Location};
+use trueweld_tests::corpus::{Judged, Outcome, examine, recorded};
 use trueweld_tests::outside;
+use trueweld_tests::{LABORATORY, fixture};
 
 /// Ten times the limit of detection: nobody could overlook it.
 const TARGET: f64 = 10.0;
@@ -90,6 +94,32 @@ fn an_offset_that_is_the_same_in_all_logs_is_told_as_one() {
 fn outside_the_library(seed: u64, index: usize) -> Judged {
     let cases = outside::cases(seed, index + 1, &Protocol::usual());
     examine(&cases[index]).expect("the case can be made and diagnosed")
+}
+
+#[test]
+fn an_encoder_s_zero_is_not_told_from_how_the_link_before_is_turned() {
+    // A6's axis goes through the wrist: A5's link turned about it is the same.
+    let mut protocol = ProtocolFile::read(fixture("protocols/hose-pack.toml")).expect("a protocol");
+    let zero = EffectKind::of("encoder-offset").expect("one of the library");
+    let geometry = EffectKind::of("geometry-error").expect("one of the library");
+    let hidden = Effect { values: vec![-4.7e-3], ..zero.neutral(Location::Joint(5)) };
+    protocol.effects = vec![hidden];
+    let ready = recorded(&protocol).expect("the campaign is made");
+    let diagnosis = diagnose(&ready.bench, &ready.logs, &|_, _| ()).expect("diagnosed");
+    assert_eq!(diagnosis.verdict, Verdict::EffectFound);
+    let [a, b] = diagnosis.candidates.as_slice() else { panic!("{:#?}", diagnosis.candidates) };
+    assert_eq!(
+        (a.indistinguishable.as_slice(), b.indistinguishable.as_slice()),
+        (&[1][..], &[0][..])
+    );
+    for (kind, joint, parameter, truth) in [(zero, 5, 0, -4.7e-3), (geometry, 4, 3, 4.7e-3)] {
+        let is = |found: &&FittedEffect| {
+            (found.effect.kind.id, found.effect.at) == (kind.id, Location::Joint(joint))
+        };
+        let found = a.effects.iter().chain(&b.effects).find(is).expect(kind.id);
+        let [low, high] = found.interval[parameter];
+        assert!((low..high).contains(&truth) && high - low < 3e-3, "{found:?}");
+    }
 }
 
 #[test]

@@ -24,6 +24,17 @@ pub enum Hidden {
     Law(Effect),
 }
 
+impl Hidden {
+    /// The effects that are hidden, as far as a model can have them.
+    pub fn effects(&self) -> Vec<&Effect> {
+        match self {
+            Self::None | Self::Unknown(_) => Vec::new(),
+            Self::One(a) | Self::Law(a) => vec![a],
+            Self::Two(a, b) => vec![a, b],
+        }
+    }
+}
+
 /// One case of the corpus: a campaign yet to be made.
 #[derive(Debug, Clone)]
 pub struct CorpusCase {

@@ -46,12 +46,9 @@ fn keys(candidate: &Candidate) -> Vec<Key> {
 
 /// Judges a diagnosis of the campaign of `recipe`, in which `hidden` is hidden.
 pub fn judge(hidden: &Hidden, recipe: &Recipe, diagnosis: &Diagnosis) -> Outcome {
-    let truth: Vec<Key> = match hidden {
-        Hidden::None | Hidden::Unknown(_) | Hidden::Law(_) => Vec::new(),
-        Hidden::One(a) => vec![key(a)],
-        Hidden::Two(a, b) => vec![key(a), key(b)],
-    };
     let unknown = matches!(hidden, Hidden::Unknown(_) | Hidden::Law(_));
+    let of_library = hidden.effects().into_iter().filter(|_| !unknown);
+    let truth: Vec<Key> = of_library.map(key).collect();
     let reported = |k: &Key| diagnosis.calibration.iter().any(|f| key(&f.effect) == *k);
     // A calibration that is reported as one is found; what is left is for the explanation to say.
     let left: Vec<Key> = truth.iter().filter(|k| !reported(k)).copied().collect();

@@ -4,15 +4,16 @@
 //! the answer against the truth, with what was found outside the library; [`Tally`] counts. Recorded campaigns play no part, so that rules of
 //! decision that were set on the corpus can be tested on campaigns not seen before.
 
+mod discovered;
 mod judge;
 mod tally;
 mod visible;
 
+pub use discovered::DiscoveredLaw;
 pub use judge::{Outcome, judge};
 pub use tally::Tally;
 pub use visible::{Context, Visibility};
 
-use crate::outside::OutsideLaw;
 use crate::{LABORATORY, fixture};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -21,7 +22,7 @@ use trueweld_laboratory::{CampaignError, CorpusCase, Hidden, ProtocolFile, Recip
 use trueweld_measure::data::campaign::Campaign;
 use trueweld_measure::data::log::Log;
 use trueweld_measure::diagnose::{self, Diagnosis, Verdict, calibrated, diagnose};
-use trueweld_measure::discover::{Discovery, Hypothesis, discover};
+use trueweld_measure::discover::discover;
 use trueweld_measure::fit::{self, FitProblem};
 use trueweld_measure::predict::PredictError;
 use trueweld_measure::residuals::compare::{baseline, experiments};
@@ -134,57 +135,21 @@ pub struct Judged {
     /// Score before.
     pub score_before: f64,
     /// Score where nothing was fitted: with calibrations alone, with what was found or named, and with
-    /// the law itself where one outside the library is hidden.
+    /// what is hidden, as far as a model can have it.
     pub scores: [f64; 3],
-    /// Sum of squares and priors that the law itself leaves where one outside the library is hidden, with
-    /// its values as they are and calibrations fitted.
-    #[serde(default)]
-    pub law_cost: Option<f64>,
+    /// Sum of squares and priors that what is hidden leaves, with its values as they are and calibrations
+    /// fitted; nothing where nothing is hidden or the corpus alone has it.
+    pub truth_cost: Option<f64>,
+    /// The same of what was answered.
+    pub answer_cost: f64,
     /// The law that was found outside the library.
-    #[serde(default)]
     pub discovered: Option<DiscoveredLaw>,
     /// What came of it within the library alone.
-    #[serde(default)]
-    pub within: Option<Outcome>,
+    pub within: Outcome,
     /// What came of it.
     pub outcome: Outcome,
     /// Time that the diagnosis took, s.
     pub seconds: f64,
-}
-
-/// A law that was found outside the library.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct DiscoveredLaw {
-    /// Port, place and variables in words, and its formula.
-    pub law: String,
-    /// True where port, place and variables are those of the law that is hidden.
-    pub right: bool,
-    /// True where they are those of one that it was declared not to be told from.
-    pub tied: bool,
-}
-
-impl DiscoveredLaw {
-    fn of(discovery: &Discovery, hidden: &Hidden) -> Self {
-        let found = &discovery.effect.effect;
-        let is = |hypothesis: &Hypothesis| match hidden {
-            Hidden::Law(law) => {
-                let outside = OutsideLaw::named(law.kind.id).expect("one of them");
-                let over = hypothesis.variables();
-                (hypothesis.port.name, hypothesis.at) == (outside.port, law.at)
-                    && outside.over.iter().all(|variable| over.contains(variable))
-                    && outside.remembers() == hypothesis.turns_over.is_some()
-            }
-            _ => false,
-        };
-        let hypothesis = &discovery.hypothesis;
-        let curve = || hypothesis.expression(&format!("curve({})", hypothesis.over));
-        let formula = discovery.expression.clone().unwrap_or_else(curve);
-        Self {
-            law: format!("{} [{}] {formula}", hypothesis.port.name, LABORATORY.at_name(found)),
-            right: is(hypothesis),
-            tied: discovery.tied.iter().any(|tied| is(&tied.hypothesis)),
-        }
-    }
 }
 
 /// The recipe with what is hidden, of the size at which it shows as it is to, and how well it
@@ -236,7 +201,7 @@ pub fn examine(case: &CorpusCase) -> Result<Judged, CorpusError> {
     let within = judge(&hidden, &recipe, &diagnosis);
     let discovered = discover(&ready.bench, &ready.logs, &mut diagnosis, &|_, _| {});
     let seconds = start.elapsed().as_secs_f64();
-    let judged = judged(case, &recipe, &hidden, seen, &diagnosis, seconds);
+    let judged = Judged { within, ..judged(case, &recipe, &hidden, seen, &diagnosis, seconds) };
     let discovered = discovered.first();
     let named = diagnosis.candidates.first().filter(|_| diagnosis.verdict != Verdict::Adequate);
     let null = diagnose::held_out_score(&diagnosis.null);
@@ -244,18 +209,17 @@ pub fn examine(case: &CorpusCase) -> Result<Judged, CorpusError> {
         .map(|law| law.held_out_after)
         .or(named.map(|best| best.held_out_after))
         .map_or(null, |after| after.min(null));
-    let with_the_law = match &hidden {
-        Hidden::Law(law) => {
-            ready.bench.known.push(law.clone());
-            Some(calibrated(&ready.bench, &fit::blocks_of(&ready.bench))?)
-        }
-        _ => None,
+    let known = hidden.effects();
+    let with_the_truth = if known.is_empty() {
+        None
+    } else {
+        ready.bench.known.extend(known.into_iter().cloned());
+        Some(calibrated(&ready.bench, &fit::blocks_of(&ready.bench))?)
     };
     Ok(Judged {
-        scores: [null, after, with_the_law.as_ref().map_or(null, diagnose::held_out_score)],
-        law_cost: with_the_law.map(|fitted| fitted.cost),
+        scores: [null, after, with_the_truth.as_ref().map_or(null, diagnose::held_out_score)],
+        truth_cost: with_the_truth.map(|fitted| fitted.cost),
         discovered: discovered.map(|law| DiscoveredLaw::of(law, &hidden)),
-        within: Some(within),
         ..judged
     })
 }
@@ -268,11 +232,8 @@ fn judged(
     diagnosis: &Diagnosis,
     seconds: f64,
 ) -> Judged {
-    let effects: Vec<&Effect> = match hidden {
-        Hidden::One(a) | Hidden::Law(a) => vec![a],
-        Hidden::Two(a, b) => vec![a, b],
-        Hidden::None | Hidden::Unknown(_) => Vec::new(),
-    };
+    let effects = hidden.effects();
+    let outcome = judge(hidden, recipe, diagnosis);
     let (truth, values) = match hidden {
         Hidden::Unknown(s) => (
             vec![s.kind.name().to_owned()],
@@ -310,13 +271,28 @@ fn judged(
         calibration: diagnosis.calibration.iter().map(|f| in_words(&f.effect)).collect(),
         score_before: diagnosis.score_before,
         scores: [0.0; 3],
-        law_cost: None,
+        truth_cost: None,
+        answer_cost: answer_cost(diagnosis),
         discovered: None,
-        within: None,
-        outcome: judge(hidden, recipe, diagnosis),
+        within: outcome,
+        outcome,
         seconds,
     }
 }
+
+/// Cost of what was answered; of a calibration, of all of them.
+fn answer_cost(diagnosis: &Diagnosis) -> f64 {
+    let null = diagnosis.null.cost;
+    match diagnosis.verdict {
+        Verdict::Adequate => null,
+        Verdict::EffectFound => {
+            diagnosis.candidates.first().map_or(null, |best| best.fitted.cost.min(null))
+        }
+        // The law, or what comes nearest to an explanation.
+        Verdict::UnknownEffect => diagnosis.full.cost,
+    }
+}
+
 /// An effect as a command line takes it.
 fn with_values(effect: &Effect) -> String {
     let values: Vec<String> = effect

@@ -114,24 +114,29 @@ impl Tally {
     /// What looking outside the library makes of what it has: right answers of the library alone that
     /// stay, and others that become right.
     fn beside_discovery(&self, out: &mut String) -> fmt::Result {
-        let alone = |j: &Judged| j.within.map(|within| RIGHT.contains(&within));
-        let cases = self.with(|j| {
-            !j.unknown && !j.truth.is_empty() && weaker(j) >= BANDS[2].1 && alone(j).is_some()
-        });
+        let cases = self.with(|j| !j.unknown && !j.truth.is_empty() && weaker(j) >= BANDS[2].1);
         if cases.is_empty() {
             return Ok(());
         }
         let right = |j: &&&Judged| RIGHT.contains(&j.outcome);
-        let before: Vec<&Judged> =
-            cases.iter().copied().filter(|j| alone(j) == Some(true)).collect();
-        let others = cases.iter().filter(|j| alone(j) == Some(false)).filter(right).count();
+        let (alone, others): (Vec<&Judged>, Vec<&Judged>) =
+            cases.into_iter().partition(|j| RIGHT.contains(&j.within));
         writeln!(
             out,
-            "\nFrom three times the limit on, right by the library alone: {} of {}; of these still right with \
-             discovery: {}; others right with it: {others}.",
-            before.len(),
-            cases.len(),
-            Rate::of(&before, |j| right(&j))
+            "\nEffects of the library, from three times the limit on: right by the library alone {} of {}; of these \
+             still right with discovery {}; right with it alone {}.",
+            alone.len(),
+            alone.len() + others.len(),
+            Rate::of(&alone, |j| right(&j)),
+            others.iter().filter(right).count()
+        )?;
+        let wrong = alone.iter().chain(&others).filter(|j| !right(j));
+        let told = wrong.clone().filter(|j| told(j)).count();
+        writeln!(
+            out,
+            "Not right: {}; of these what is hidden, had it been known, fits better than the answer by more than a \
+             tie allows in {told}.",
+            wrong.count()
         )
     }
 
@@ -201,7 +206,20 @@ impl Tally {
             writeln!(out, "| made to show {target} × the limit | {count} | {cells} | {fall} |")?;
         }
         let cells = Self::of_laws(&all).map(|rate| rate.to_string()).join(" | ");
-        writeln!(out, "| all | {} | {cells} | {} |", all.len(), median_fall(&all))
+        writeln!(out, "| all | {} | {cells} | {} |", all.len(), median_fall(&all))?;
+        let held = |of: fn(&DiscoveredLaw) -> Option<[usize; 2]>| {
+            let counts: Vec<[usize; 2]> =
+                all.iter().filter_map(|j| of(j.discovered.as_ref()?)).collect();
+            let sum = |k: usize| counts.iter().map(|c| c[k]).sum();
+            (counts.len(), Rate { hits: sum(0), of: sum(1) })
+        };
+        let (curves, of_bands) = held(|law| law.band);
+        let (formulas, of_values) = held(|law| law.values);
+        writeln!(
+            out,
+            "\nBands of 95 % hold the law at {of_bands} places of {curves} curves; intervals of 95 % hold its values in \
+             {of_values} of {formulas} formulas that can be it."
+        )
     }
 
     /// How many were named as an effect, and that though the law itself, had it been known, fits better
@@ -211,10 +229,6 @@ impl Tally {
             Rate::of(cases, |j| j.discovered.as_ref().is_some_and(is))
         };
         let named = |j: &Judged| j.outcome == Outcome::NamedSomething;
-        let told = |j: &Judged| match (j.named.first(), j.law_cost) {
-            (Some(first), Some(law)) => first.cost - law > rules::TIED * rules::CORRELATED,
-            _ => false,
-        };
         let all = Rate::of(cases, |j| named(j));
         let told = Rate::of(cases, |j| named(j) && told(j));
         [all, told, found(|_| true), found(|law| law.right), found(|law| law.right || law.tied)]
@@ -279,6 +293,11 @@ fn statements(judged: &Judged) -> Vec<(f64, bool)> {
     let sum: f64 = stated.iter().map(|s| s.0).sum();
     stated.push(((1.0 - sum).clamp(0.0, 1.0), !any));
     stated
+}
+
+/// True where what is hidden, had it been known, fits better than the answer by more than a tie allows.
+fn told(j: &Judged) -> bool {
+    j.truth_cost.is_some_and(|truth| j.answer_cost - truth > rules::TIED * rules::CORRELATED)
 }
 
 /// The law outside the library that is hidden, whatever joint it is at.

@@ -14,6 +14,7 @@ pub mod evidence;
 mod found;
 mod mountings;
 pub mod rules;
+mod same_calibration;
 mod screen;
 mod search;
 mod sparse;
@@ -375,24 +376,29 @@ fn conclude(
         && !improved.point.each.iter().flatten().any(|e| (e.kind.id, e.at) == name)
         && stands_out(bench, &before, &improved.at)
     {
-        let is_it = |of| {
-            let effect = improved.point.effect(of);
-            (effect.kind.id, effect.at) == name
-        };
-        let item = found_beside(bench, &improved, best, is_it);
         verdict = Verdict::EffectFound;
         nothing = without;
         // What was tried beside all calibrations has no place beside one of them: none of it
         // counts.
-        candidates = vec![Candidate {
-            effects: item.into_iter().take(1).collect(),
+        let of_calibration = |fitted: &Fitted, effects: Vec<FittedEffect>| Candidate {
+            effects: effects.into_iter().take(1).collect(),
             held_out_before: score_before,
-            held_out_after: held_out_score(&improved),
+            held_out_after: held_out_score(fitted),
             probability: 0.0,
-            left: above(bench, &improved.at) / above(bench, &before).max(1.0),
+            left: above(bench, &fitted.at) / above(bench, &before).max(1.0),
             indistinguishable: Vec::new(),
-            fitted: improved.clone(),
-        }];
+            fitted: fitted.clone(),
+        };
+        let is_it = |fitted: &Fitted, name: (&str, Location), of| {
+            let effect = fitted.point.effect(of);
+            (effect.kind.id, effect.at) == name
+        };
+        let named = found_beside(bench, &improved, best, |of| is_it(&improved, name, of));
+        candidates = vec![of_calibration(&improved, named)];
+        let others = same_calibration::in_its_place(bench, blocks, (null, &improved), name);
+        candidates.extend(others.iter().map(|(name, fitted)| {
+            of_calibration(fitted, found(bench, fitted, |of| is_it(fitted, *name, of)))
+        }));
     }
     weigh(ground, &mut candidates, nothing, tried, verdict);
     if verdict == Verdict::EffectFound {
