@@ -394,11 +394,14 @@ fn conclude(
             (effect.kind.id, effect.at) == name
         };
         let named = found_beside(bench, &improved, best, |of| is_it(&improved, name, of));
-        candidates = vec![of_calibration(&improved, named)];
         let others = same_calibration::in_its_place(bench, blocks, (null, &improved), name);
-        candidates.extend(others.iter().map(|(name, fitted)| {
-            of_calibration(fitted, found(bench, fitted, |of| is_it(fitted, *name, of)))
-        }));
+        let others = others.iter().map(|(name, fitted)| {
+            let mut other = found(bench, fitted, |of| is_it(fitted, *name, of));
+            same_calibration::share(&named, &mut other);
+            of_calibration(fitted, other)
+        });
+        candidates = others.collect();
+        candidates.insert(0, of_calibration(&improved, named));
     }
     weigh(ground, &mut candidates, nothing, tried, verdict);
     if verdict == Verdict::EffectFound {

@@ -1,7 +1,7 @@
 //! Calibrations that do the same as the one that is the answer: where a joint's axis goes through the
 //! link before it, the zero of its encoder and a link that is mounted turned about that axis are one.
 
-use super::rules;
+use super::{FittedEffect, rules};
 use crate::fit::{self, EffectScope, Effort, FitProblem, Fitted, Slopes, unit};
 use trueweld_plant::effects::{EffectKind, Location};
 
@@ -64,6 +64,22 @@ pub(super) fn in_its_place(
         tied.then_some(((id, at), fitted))
     };
     others.iter().filter(|_| !bench.is_late()).filter_map(in_place).collect()
+}
+
+/// Widens intervals of a calibration in place of `named` to that share of its value that the logs know
+/// of the latter: what two do together is known better than what each does.
+pub(super) fn share(named: &[FittedEffect], other: &mut [FittedEffect]) {
+    let values = |found: &FittedEffect| found.effect.values.clone().into_iter();
+    let known = named.iter().flat_map(|f| values(f).zip(f.interval.clone()));
+    let known = known.filter(|(value, _)| *value != 0.0);
+    let share = known.map(|(value, [low, high])| 0.5 * (high - low) / value.abs());
+    let share = share.reduce(f64::min).unwrap_or(0.0);
+    for found in other {
+        for (value, [low, high]) in found.effect.values.iter().zip(&mut found.interval) {
+            let reach = share * value.abs();
+            (*low, *high) = (low.min(value - reach), high.max(value + reach));
+        }
+    }
 }
 
 /// What a value does to the residuals in all logs, in the fit's units, and the size of one.

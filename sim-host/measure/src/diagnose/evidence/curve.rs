@@ -19,6 +19,10 @@ const STEPS: usize = 100;
 /// Points of a curve that lie nearer each other than this, as a share of its range, become one.
 const NEAR: f64 = 0.005;
 
+/// Share of the largest weight of a row up to which a row says nothing: what it has is rounding of
+/// slopes.
+const NOTHING: f64 = 1e-8;
+
 /// What all compared values of one row of a log say.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct BinRow {
@@ -92,6 +96,8 @@ pub(super) fn rows(
                 .filter(|r| r.weight > 0.0 && r.x.is_finite() && shape.shows(log, r.x)),
         );
     }
+    let most = rows.iter().map(|r| r.weight).fold(0.0, f64::max);
+    rows.retain(|r| r.weight > NOTHING * most);
     if shape == Shape::Loop {
         largest_loop(&mut rows);
     }
