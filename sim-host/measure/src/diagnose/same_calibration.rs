@@ -45,7 +45,8 @@ pub(super) fn in_its_place(
         let (column, unit) = column(null, *value)?;
         let pull = dot(&own, &column);
         let square = dot(&column, &column);
-        if pull.abs() < SAME * (square * dot(&own, &own)).sqrt() {
+        let alike = pull.abs() / (square * dot(&own, &own)).sqrt();
+        if alike.is_nan() || alike < SAME {
             return None;
         }
         let (id, at, parameter) = *value;
