@@ -6,11 +6,8 @@ use super::context::Context;
 use super::hypotheses::Hypothesis;
 use super::variables::Series;
 use crate::data::log::LogKind;
-use crate::diagnose::{self, rules};
-use crate::fit::calibration::in_proportion;
-use crate::fit::{
-    self, Condensed, EffectScope, Effort, End, FitState, Fitted, FreeParameter, Slopes,
-};
+use crate::diagnose::rules;
+use crate::fit::{self, Condensed, EffectScope, Effort, FitState, Fitted, FreeParameter, Slopes};
 use crate::residuals::localize::CurvePoint;
 use nalgebra::DMatrix;
 use std::ops::Range;
@@ -382,17 +379,6 @@ pub(super) fn fit_curve(
 }
 
 impl FittedCurve {
-    /// The same from where it stands on to the least sum of squares: one that is to be told has to arrive,
-    /// for beside calibrations that do nearly the same it is far from there after a few steps.
-    pub fn arrived(&self, context: &Context<'_>) -> Self {
-        let mut curve = self.clone();
-        if curve.fitted.end == End::Limit {
-            let effort = Effort::steps(2 * STEPS, in_proportion(&curve.fitted.point));
-            diagnose::refit(context.bench, context.blocks, &mut curve.fitted, effort);
-        }
-        curve
-    }
-
     /// The same as a loop of another width, where that predicts blocks left out as well: a loop is
     /// screened for a few widths only.
     pub fn turning_over(&self, context: &Context<'_>, width: f64) -> Option<Self> {

@@ -222,7 +222,6 @@ pub(crate) fn beside(
 fn described(context: &Context<'_>, laws: &[Tried]) -> Option<(Discovery, Fitted)> {
     let Context { bench, null, .. } = *context;
     let (Tried { curve: best, formula, .. }, others) = laws.split_first()?;
-    let best = &best.arrived(context);
     let law = grammar::law(context, best, formula.as_ref());
     let of_width = law.as_ref().and_then(|law| best.turning_over(context, law.turns_over()?));
     let best = of_width.as_ref().unwrap_or(best);
