@@ -68,9 +68,11 @@ for scalar in FLOAT DOUBLE; do
   arm-none-eabi-gcc -D$scalar -std=gnu99 -O1 -Wall -Wextra -Werror -mcpu=cortex-m7 -mthumb -mfloat-abi=hard -mfpu=fpv5-d16 \
     --specs=rdimon.specs -Wl,--gc-sections -Wl,-z,noexecstack -T newlib.ld newlib.c -I ../../c-interface/include \
     -I ../../c-interface/examples c_library.c "$library" -o "$folder/c-library"
+  # shellcheck disable=SC2086
   run c-library ",arg=c-library$(printf ',arg=%s' $laws)" >> "$printed.c" 2>&1 || {
+    code=$?
     cat "$printed.c"
-    echo "the program with the C library ended with $?" >&2
+    echo "the program with the C library ended with $code" >&2
     exit 1
   }
 done
