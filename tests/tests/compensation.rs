@@ -451,8 +451,8 @@ fn a_reading_that_the_force_sensor_cannot_give_moves_nothing() {
 
 #[test]
 fn a_path_that_is_wrong_for_a_period_is_a_fault_and_soon_over_under_every_law() {
-    // Faster than the arm can; and what is no number.
-    let beyond = 1.01 * KR500.largest_tool_speed() * PERIOD;
+    // What is no number; and faster than the arm can move from where the path was, 12 mm.
+    let beyond = 0.012 + 1.01 * KR500.largest_tool_speed() * PERIOD;
     let q = on_the_weld(0.0);
     let (setpoint, live) =
         (setpoint_at(&KR500, &q, Some(18e3)), sensed_at(&KR500, &q, &weld_wrench()));
