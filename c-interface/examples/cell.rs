@@ -6,14 +6,14 @@ use trueweld_compensators::{
 };
 
 /// SHA-256 of the configuration.
-pub const DIGEST: [u8; 32] = [66, 96, 108, 203, 11, 43, 192, 147, 62, 184, 205, 234, 123, 103, 57, 63, 225, 128, 191, 179, 169, 133, 22, 169, 50, 120, 188, 73, 14, 187, 119, 140];
+pub const DIGEST: [u8; 32] = [52, 101, 215, 64, 5, 133, 112, 178, 163, 35, 48, 165, 94, 70, 81, 225, 138, 210, 170, 36, 115, 56, 186, 217, 74, 143, 28, 73, 31, 56, 164, 10];
 
 /// All that the controller's core is built from.
 // Some angle is a quarter turn.
 #[allow(clippy::approx_constant)]
 pub const CONFIGURATION: Configuration = Configuration {
-    version: 1,
-    bytes: 2920,
+    version: 2,
+    bytes: 2936,
     robot: RobotNumbers {
         gravity: [
             0.0,
@@ -440,6 +440,8 @@ pub const CONFIGURATION: Configuration = Configuration {
             size: 0.015,
             rate: 0.02,
         },
+        force_sensor_moment: 5000.0,
+        force_sensor_force: 30000.0,
     },
     law: LawNumbers {
         name: Name::new("elastostatic"),

@@ -50,11 +50,11 @@ enum TrueweldStatus
    */
   TRUEWELD_STATUS_FAULT_ENCODER = 1,
   /*
-   The force sensor gave no number, or is stuck.
+   The force sensor gave no number, is stuck, or is beyond its range.
    */
   TRUEWELD_STATUS_FAULT_FORCE = 2,
   /*
-   The set-point is no number, or far out of reach.
+   The set-point is no number, its axes are no rotation, or it is far out of reach.
    */
   TRUEWELD_STATUS_FAULT_SETPOINT = 3,
   /*
@@ -66,7 +66,7 @@ enum TrueweldStatus
    */
   TRUEWELD_STATUS_FAULT_LIMIT = 5,
   /*
-   The law cannot form a correction; the last one is held.
+   The law cannot form a correction, or `nominal` or `path` cannot be; the last one is held.
    */
   TRUEWELD_STATUS_FAULT_COMPENSATION = 6,
   /*
@@ -133,11 +133,6 @@ typedef enum TrueweldStatus TrueweldStatus;
 typedef int32_t TrueweldStatus;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
-
-/*
- What a law reads, besides encoders, set-point and planned load, and what it keeps.
- */
-typedef struct Needs Needs;
 
 /*
  One joint, SI units and rad; see [`JointParameters`].
@@ -345,6 +340,15 @@ typedef struct {
    Of the correction's rotation.
    */
   TrueweldLimitNumbers orientation;
+  /*
+   Largest moment that the force sensor can measure, N·m: one that reads as much is at fault. 0:
+   not known.
+   */
+  double force_sensor_moment;
+  /*
+   Largest force that the force sensor can measure, N, likewise.
+   */
+  double force_sensor_force;
 } TrueweldControlNumbers;
 
 /*

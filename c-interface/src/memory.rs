@@ -54,6 +54,17 @@ pub unsafe fn read<V: Copy>(pointer: *const V) -> Result<V, Status> {
     Ok(unsafe { pointer.read() })
 }
 
+/// What a pointer of the caller points to, where it lies.
+///
+/// # Safety
+/// `pointer` is null or points to a `V` in whose bytes any pattern is a value, and which nothing
+/// writes to while the reference lives.
+pub unsafe fn refer<'a, V: Copy>(pointer: *const V) -> Result<&'a V, Status> {
+    is_aligned(pointer, align_of::<V>())?;
+    // SAFETY: neither null nor misaligned, and a `V` that stays by the caller's promise.
+    Ok(unsafe { &*pointer })
+}
+
 /// Writes to where a pointer of the caller points to.
 ///
 /// # Safety
@@ -92,6 +103,7 @@ pub unsafe fn digest(memory: *const c_void, digest: *mut u8) -> Result<Status, S
 ///
 /// # Safety
 /// `memory` is null or has `bytes` bytes that nothing else uses.
+#[inline(always)]
 pub unsafe fn place<T: Real, L: Compensator<T>>(
     memory: *mut c_void,
     bytes: usize,

@@ -21,7 +21,8 @@ trait Operation<T: Real> {
     fn run<L: Law<T>>(&mut self, place: u32) -> Done;
 }
 
-/// Walks the table.
+/// Walks the table. What is done with a law is a function of its own (`#[inline(never)]`): in one
+/// function with those of the other laws it would take the stack of all of them together.
 struct Walk<'a, O> {
     operation: &'a mut O,
     place: u32,
@@ -52,14 +53,14 @@ unsafe fn six<T: Real>(pointer: *const T) -> Result<JointVector<T>, Status> {
     unsafe { memory::read(pointer.cast::<[T; 6]>()) }.map(JointVector::from)
 }
 
-/// The configuration of the caller's.
+/// The configuration of the caller's, where it lies: it is too large for the stack.
 ///
 /// # Safety
 /// `pointer` is null or points to a configuration, of this version or another, of no less than a
-/// configuration's bytes.
-unsafe fn configuration(pointer: *const Configuration) -> Result<Configuration, Status> {
+/// configuration's bytes, which nothing writes to while the reference lives.
+unsafe fn configuration<'a>(pointer: *const Configuration) -> Result<&'a Configuration, Status> {
     // SAFETY: the caller's promise; any bytes are a configuration.
-    let configuration = unsafe { memory::read(pointer) }?;
+    let configuration = unsafe { memory::refer(pointer) }?;
     configuration.check()?;
     Ok(configuration)
 }
@@ -83,7 +84,7 @@ impl<T: Real> Operation<T> for &mut Bytes<'_> {
 pub unsafe fn bytes<T: Real>(from: *const Configuration, bytes: *mut usize) -> Done {
     // SAFETY: the caller's promise.
     let configuration = unsafe { configuration(from) }?;
-    let mut operation = Bytes(&configuration, 0);
+    let mut operation = Bytes(configuration, 0);
     with_law::<T>(&mut operation, Status::Law)?;
     // SAFETY: the caller's promise.
     unsafe { memory::write(bytes, operation.1) }?;
@@ -102,7 +103,6 @@ impl<T: Real> Operation<T> for Initialise<'_> {
         self.configuration.law.name.as_str() == L::NAME
     }
 
-    // In a frame of its own: some laws are large.
     #[inline(never)]
     fn run<L: Law<T>>(&mut self, place: u32) -> Done {
         let core = RunningCore::<T, L::Built>::new::<L>(self.configuration)?;
@@ -124,7 +124,7 @@ pub unsafe fn initialise<T: Real>(
         return Err(Status::Null);
     }
     // SAFETY: the caller's promise.
-    let configuration = &unsafe { configuration(from) }?;
+    let configuration = unsafe { configuration(from) }?;
     with_law::<T>(Initialise { memory, bytes, configuration }, Status::Law)
 }
 
@@ -141,6 +141,7 @@ impl<T: Real> Operation<T> for Start<T> {
         place == self.law
     }
 
+    #[inline(never)]
     fn run<L: Law<T>>(&mut self, _: u32) -> Done {
         // SAFETY: the header says that a core of this law lies there; the reference ends here.
         let block = unsafe { memory::block::<T, L::Built>(self.memory) };
@@ -176,6 +177,7 @@ impl<T: Real> Operation<T> for Cycle<'_, T> {
         place == self.law
     }
 
+    #[inline(never)]
     fn run<L: Law<T>>(&mut self, _: u32) -> Done {
         // SAFETY: the header says that a core of this law lies there; the reference ends here.
         let block = unsafe { memory::block::<T, L::Built>(self.memory) };

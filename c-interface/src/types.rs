@@ -31,15 +31,15 @@ pub enum Status {
     Ok = 0,
     /// The encoder `joint` is no number, or jumped by more than the joint can move.
     FaultEncoder = 1,
-    /// The force sensor gave no number, or is stuck.
+    /// The force sensor gave no number, is stuck, or is beyond its range.
     FaultForce = 2,
-    /// The set-point is no number, or far out of reach.
+    /// The set-point is no number, its axes are no rotation, or it is far out of reach.
     FaultSetpoint = 3,
     /// The arm is singular here.
     FaultSingular = 4,
     /// The joint `joint` is outside its limits.
     FaultLimit = 5,
-    /// The law cannot form a correction; the last one is held.
+    /// The law cannot form a correction, or `nominal` or `path` cannot be; the last one is held.
     FaultCompensation = 6,
     /// A pointer is null.
     Null = -1,
@@ -75,8 +75,8 @@ pub enum Status {
 const TEXTS: [(Status, &CStr); 21] = [
     (Status::Ok, c"ok"),
     (Status::FaultEncoder, c"fault: an encoder gave no number, or jumped"),
-    (Status::FaultForce, c"fault: the force sensor gave no number, or is stuck"),
-    (Status::FaultSetpoint, c"fault: the set-point is no number, or far out of reach"),
+    (Status::FaultForce, c"fault: the force sensor gave no number, is stuck, or beyond its range"),
+    (Status::FaultSetpoint, c"fault: the set-point is no number, no rotation, or far out of reach"),
     (Status::FaultSingular, c"fault: the arm is singular here"),
     (Status::FaultLimit, c"fault: a joint is outside its limits"),
     (Status::FaultCompensation, c"fault: the law cannot form a correction"),
@@ -287,14 +287,28 @@ impl<T: Real> Inputs<T> {
         wrench(self.planned)
     }
 
+    /// Those of the measurements that count, followed by empty ones.
     pub(crate) fn measurements(&self) -> [DeviationMeasurement<T>; MEASUREMENTS] {
-        self.measurements.map(|m| DeviationMeasurement {
-            deviation: m.deviation,
-            along: Twist::from_vector(&SVector::from(m.along)),
-            noise: m.noise,
-            age: m.age,
-            ahead: m.ahead,
-        })
+        let zero = T::zero();
+        let none = DeviationMeasurement {
+            deviation: zero,
+            along: Twist::zero(),
+            noise: zero,
+            age: zero,
+            ahead: zero,
+        };
+        let mut all = [none; MEASUREMENTS];
+        let count = self.measurement_count as usize;
+        for (to, m) in all.iter_mut().zip(&self.measurements).take(count) {
+            *to = DeviationMeasurement {
+                deviation: m.deviation,
+                along: Twist::from_vector(&SVector::from(m.along)),
+                noise: m.noise,
+                age: m.age,
+                ahead: m.ahead,
+            };
+        }
+        all
     }
 }
 

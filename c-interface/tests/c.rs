@@ -89,6 +89,23 @@ fn a_weld_in_c_is_the_weld_in_rust_bit_for_bit_under_every_law_in_double() {
     compare_all::<f64>("weld-double", &["-DDOUBLE"]);
 }
 
+/// The constants and the header in a program of C++17, which firmware for PLCs is compiled as.
+#[test]
+fn the_headers_are_cpp_17() {
+    let program = Path::new(env!("CARGO_TARGET_TMPDIR")).join("headers.cpp");
+    let text = "typedef int Needs;\n#include \"cell.h\"\nint main() { return trueweld_cell.law.reserved; }\n";
+    fs::write(&program, text).expect("the folder is there");
+    let compiler = Command::new("g++")
+        .args(["-std=c++17", "-Wall", "-Wextra", "-pedantic", "-Werror", "-fsyntax-only", "-I"])
+        .arg(folder("include"))
+        .arg("-I")
+        .arg(folder("examples"))
+        .arg(&program)
+        .output();
+    let Ok(output) = compiler else { return eprintln!("SKIPPED: there is no g++ on this machine") };
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
 /// One weld under a law: what every period is given, and what it commands.
 struct Weld<'a> {
     law: &'a str,

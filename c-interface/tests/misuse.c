@@ -83,11 +83,11 @@ int main(void) {
     }
 
     /* Configurations that are none. */
-    for (i = 0; i < 14; i++) {
+    for (i = 0; i < 19; i++) {
         TrueweldStatus status = TRUEWELD_STATUS_CONTROL;
         wrong = trueweld_cell;
         switch (i) {
-        case 0: wrong.version = 2; status = TRUEWELD_STATUS_VERSION; break;
+        case 0: wrong.version += 1; status = TRUEWELD_STATUS_VERSION; break;
         case 1: wrong.bytes -= 8; status = TRUEWELD_STATUS_STRUCT_SIZE; break;
         case 2: wrong.robot.joints[3].stiffness = NAN; status = TRUEWELD_STATUS_ROBOT; break;
         case 3: wrong.robot.joints[0].axis[2] = 0.5; status = TRUEWELD_STATUS_ROBOT; break;
@@ -100,6 +100,12 @@ int main(void) {
         case 10: wrong.law.name[0] = 'x'; status = TRUEWELD_STATUS_LAW; break;
         case 11: memset(wrong.law.name, 'e', sizeof wrong.law.name); status = TRUEWELD_STATUS_LAW; break;
         case 12: wrong.law.gain_count = 9; status = TRUEWELD_STATUS_LAW; break;
+        /* Finite as written, and infinite in float. */
+        case 13: wrong.control.position_kp[1] = 1e39; break;
+        case 14: wrong.control.force_sensor_force = -1; break;
+        case 15: wrong.law.length = NAN; status = TRUEWELD_STATUS_GAIN; break;
+        case 16: wrong.law.reserved = 7; status = TRUEWELD_STATUS_VERSION; break;
+        case 17: wrong.control.reserved = 7; status = TRUEWELD_STATUS_VERSION; break;
         default: wrong.law.gains[0].key[0] = 'x'; status = TRUEWELD_STATUS_GAIN; break;
         }
         expect(__LINE__ + 1000 * i, trueweld_f32_initialise(memory, SIZE, &wrong), status);
@@ -164,7 +170,7 @@ int main(void) {
 
     /* Faults of a period: a torque that is safe to apply. */
     EXPECT(trueweld_f32_cycle(memory, &in, &out), OK);
-    for (i = 0; i < 6; i++) {
+    for (i = 0; i < 11; i++) {
         int k;
         TrueweldStatus status;
         bad = in;
@@ -174,6 +180,13 @@ int main(void) {
         case 2: bad.setpoint.position[1] = NAN; status = TRUEWELD_STATUS_FAULT_SETPOINT; break;
         case 3: bad.b_from_w[0] = NAN; status = TRUEWELD_STATUS_FAULT_SETPOINT; break;
         case 4: bad.nominal.position[1] = NAN; status = TRUEWELD_STATUS_FAULT_COMPENSATION; break;
+        /* Scaled axes, left-handed ones, and a wrench that the sensor cannot give. */
+        case 5: bad.b_from_w[8] = -3; status = TRUEWELD_STATUS_FAULT_SETPOINT; break;
+        case 6: bad.setpoint.rotation[0] *= -1; status = TRUEWELD_STATUS_FAULT_SETPOINT; break;
+        case 7: bad.wrench[4] = 1e6f; status = TRUEWELD_STATUS_FAULT_FORCE; break;
+        case 8: bad.path = INFINITY; status = TRUEWELD_STATUS_FAULT_COMPENSATION; break;
+        /* Back from there is as far. */
+        case 9: status = TRUEWELD_STATUS_FAULT_COMPENSATION; break;
         default: bad.encoder[4] += 1.0f; status = TRUEWELD_STATUS_FAULT_ENCODER; break;
         }
         /* A sensor that repeats itself is stuck: it gives something new every time. */

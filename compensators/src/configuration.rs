@@ -4,14 +4,14 @@
 //! Laid out as C lays it out. Checked when a core is built from it; its digest covers every number.
 //! Left out: combinations of laws.
 
-use crate::gain::GainError;
+use crate::gain::{GainError, positive};
 use crate::gain_numbers::{GAIN_VALUES, GAINS, GainNumbers, NAME_BYTES, Name, gains};
 use crate::law::{GainSet, Setup};
 use crate::outer_integral::FollowingGains;
 use nalgebra::{Matrix3, SVector};
 use sha2::{Digest, Sha256};
 use trueweld_core::compensation::LoopLimits;
-use trueweld_core::control::{ExternalGains, ForceGains, JointGains};
+use trueweld_core::control::{ExternalGains, ForceGains, ForceRange, JointGains};
 use trueweld_core::scalar::lit;
 use trueweld_core::{
     COUNTERBALANCE_POINTS, COUNTERBALANCE_TERMS, Counterbalance, Friction, JOINTS, JointParameters,
@@ -19,7 +19,7 @@ use trueweld_core::{
 };
 
 /// Version of the layout: a core takes its own alone.
-pub const CONFIGURATION_VERSION: u32 = 1;
+pub const CONFIGURATION_VERSION: u32 = 2;
 
 // The header of C has no names for these.
 const _: () = assert!(
@@ -34,7 +34,7 @@ const _: () = assert!(
 /// What is wrong with a configuration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ConfigurationError {
-    /// It is of another version of the layout.
+    /// It is of another version of the layout, or has a number where this one has 0.
     Version,
     /// It is of another size than this version has.
     Size,
@@ -173,6 +173,11 @@ pub struct ControlNumbers {
     pub lateral: LimitNumbers,
     /// Of the correction's rotation.
     pub orientation: LimitNumbers,
+    /// Largest moment that the force sensor can measure, N·m: one that reads as much is at fault. 0:
+    /// not known.
+    pub force_sensor_moment: f64,
+    /// Largest force that the force sensor can measure, N, likewise.
+    pub force_sensor_force: f64,
 }
 
 /// The law and its gains.
@@ -222,7 +227,11 @@ impl Configuration {
     /// # Errors
     /// [`ConfigurationError::Version`], [`ConfigurationError::Size`].
     pub fn check(&self) -> Result<(), ConfigurationError> {
-        if self.version != CONFIGURATION_VERSION {
+        let reserved = [self.control.reserved, self.law.reserved];
+        let of_gains = self.law.gains.iter().map(|gain| gain.reserved);
+        if self.version != CONFIGURATION_VERSION
+            || reserved.into_iter().chain(of_gains).any(|r| r != 0)
+        {
             return Err(ConfigurationError::Version);
         }
         if self.bytes != Self::BYTES {
@@ -426,13 +435,14 @@ impl LimitNumbers {
 }
 
 impl ControlNumbers {
-    /// Which controller; checks all numbers.
+    /// Which controller; checks all numbers as the scalar `T` has them.
     ///
     /// # Errors
     /// The first that is out of range.
-    pub(crate) fn scheme(&self) -> Result<Scheme, ConfigurationError> {
-        let usable = |numbers: &[f64]| numbers.iter().all(|n| n.is_finite() && *n >= 0.0);
-        let above = |numbers: &[f64]| usable(numbers) && numbers.iter().all(|n| *n > 0.0);
+    pub(crate) fn scheme<T: Real>(&self) -> Result<Scheme, ConfigurationError> {
+        let all = |numbers: &[f64], good: fn(T) -> bool| numbers.iter().all(|n| good(lit(*n)));
+        let usable = |numbers: &[f64]| all(numbers, |n| n.is_finite() && n >= T::zero());
+        let above = |numbers: &[f64]| all(numbers, |n| n.is_finite() && n > T::zero());
         let external = [self.material_stiffness, self.tuned_stiffness];
         let scheme = match self.scheme {
             1 => Scheme::Parallel,
@@ -450,6 +460,7 @@ impl ControlNumbers {
             (scheme != Scheme::External || above(&external), "stiffness"),
             (above(&self.lateral.numbers()), "lateral"),
             (above(&self.orientation.numbers()), "orientation"),
+            (usable(&[self.force_sensor_moment, self.force_sensor_force]), "force sensor"),
         ];
         match checks.iter().find(|(good, _)| !good) {
             Some((_, key)) => Err(ConfigurationError::Control(key)),
@@ -491,10 +502,15 @@ impl ControlNumbers {
         }
     }
 
+    pub(crate) fn force_range<T: Real>(&self) -> ForceRange<T> {
+        ForceRange { moment: lit(self.force_sensor_moment), force: lit(self.force_sensor_force) }
+    }
+
     fn hash(&self, hash: &mut Hash) {
         let Self { scheme, reserved: _, period, position_kp, position_ki, position_kd, .. } = self;
         let Self { force_kp, force_ki, force_kd, force_max_correction, force_max_rate, .. } = self;
         let Self { material_stiffness, tuned_stiffness, lateral, orientation, .. } = self;
+        let Self { force_sensor_moment, force_sensor_force, .. } = self;
         hash.integer(*scheme);
         hash.numbers(&[*period]);
         hash.numbers(position_kp);
@@ -504,6 +520,7 @@ impl ControlNumbers {
         hash.numbers(&[*material_stiffness, *tuned_stiffness]);
         hash.numbers(&lateral.numbers());
         hash.numbers(&orientation.numbers());
+        hash.numbers(&[*force_sensor_moment, *force_sensor_force]);
     }
 }
 
@@ -534,13 +551,15 @@ impl LawNumbers {
         gains(all).map_err(ConfigurationError::Gain)
     }
 
-    pub(crate) fn setup<T: Real>(&self, period: T) -> Setup<T> {
+    pub(crate) fn setup<T: Real>(&self, period: T) -> Result<Setup<T>, ConfigurationError> {
+        let length = lit::<T>(self.length);
+        positive(length, "length").map_err(ConfigurationError::Gain)?;
         let following = FollowingGains {
             rate: self.following_rate,
             along: self.following_along,
             size: self.following_size,
         };
-        Setup { period, length: lit(self.length), following }
+        Ok(Setup { period, length, following })
     }
 
     fn hash(&self, hash: &mut Hash) {

@@ -62,6 +62,8 @@ impl<T: Real, L> OuterIntegral<T, L> {
     ///
     /// # Errors
     /// [`GainError`] unless gains and period are positive and finite.
+    // See `RunningCore::new`.
+    #[inline(always)]
     pub fn new(inner: L, gains: &FollowingGains, period: T) -> Result<Self, GainError> {
         positive(gains.rate, "following_rad_s")?;
         positive(gains.along, "following_along_rad_s")?;

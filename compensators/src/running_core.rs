@@ -57,6 +57,9 @@ impl<T: Real, L: Compensator<T>> RunningCore<T, L> {
     ///
     /// # Errors
     /// The first thing of the configuration that is wrong.
+    // In one function with what builds a law, or every step from there to where the core runs would
+    // keep a copy of the law on the stack, of 25 kB where it is `learning`.
+    #[inline(always)]
     pub fn new<K: Law<T, Built = L>>(
         configuration: &Configuration,
     ) -> Result<Self, ConfigurationError> {
@@ -68,7 +71,7 @@ impl<T: Real, L: Compensator<T>> RunningCore<T, L> {
         let robot =
             Robot::new(configuration.robot.parameters()?).map_err(ConfigurationError::Robot)?;
         let (joint, period) = (control.joint_gains(), control.period());
-        let hybrid = match control.scheme()? {
+        let hybrid = match control.scheme::<T>()? {
             Scheme::Parallel => {
                 Hybrid::Parallel(Parallel::new(joint, control.force_gains(), period))
             }
@@ -80,12 +83,14 @@ impl<T: Real, L: Compensator<T>> RunningCore<T, L> {
             }
         };
         let built =
-            K::build(&law.gains()?, &law.setup(period)).map_err(ConfigurationError::Gain)?;
+            K::build(&law.gains()?, &law.setup(period)?).map_err(ConfigurationError::Gain)?;
         let [lateral, orientation] = [control.lateral.limits(), control.orientation.limits()];
+        let digest = configuration.digest();
         Ok(Self {
             robot,
-            controller: Compensated::new(hybrid, built, lateral, orientation, period),
-            digest: configuration.digest(),
+            controller: Compensated::new(hybrid, built, lateral, orientation, period)
+                .with_force_range(control.force_range()),
+            digest,
         })
     }
 

@@ -27,7 +27,7 @@ impl Configuration {
         )
     }
 
-    /// A header of C99 that defines it as `trueweld_cell`, with its digest and the bytes of memory
+    /// A header of C99 and C++ that defines it as `trueweld_cell`, with its digest and the bytes of memory
     /// that the core takes in `float` and in `double`. `heading` as of
     /// [`rust_source`](Self::rust_source).
     pub fn c_header(&self, heading: &str, bytes: [usize; 2]) -> String {
@@ -45,12 +45,13 @@ impl Configuration {
              /* All that the controller's core is built from. */\n\
              static const TrueweldConfiguration trueweld_cell = "
         );
-        // Debug of structs, arrays, names and numbers differs from C in so much.
+        // Debug of structs, arrays, names and numbers differs from C in so much. Names of fields are
+        // comments: C++ knows no initialiser by name before C++20.
         for line in format!("{self:#?}").lines() {
             let value = line.trim_start();
             let indent = " ".repeat(line.len() - value.len());
             let (key, value) = match value.split_once(": ") {
-                Some((key, value)) => (format!(".{key} = "), value),
+                Some((key, value)) => (format!("/* {key} */ "), value),
                 None => (String::new(), value),
             };
             let value = value.strip_prefix(NAME[0]).map_or_else(

@@ -16,7 +16,9 @@
 //!
 //! so that an error of geometry, zeros or stiffness enters with what load and way add to it.
 
-use crate::control::{Command, HybridController, SensorReadings, Setpoint, StuckDetector};
+use crate::control::{
+    Command, ForceRange, ForceSensorCheck, HybridController, SensorReadings, Setpoint,
+};
 use crate::error::Fault;
 use crate::robot::Robot;
 use crate::scalar::{JointVector, Real};
@@ -271,7 +273,9 @@ pub struct Compensated<T: Real, C, L> {
     law: L,
     lateral: LateralLoop<T>,
     orientation: OrientationLoop<T>,
-    force_sensor: StuckDetector<T>,
+    force_sensor: ForceSensorCheck<T>,
+    /// In the last period, m.
+    path: Option<T>,
     /// As of the first period with the force loop closed, with the axes of W in B then.
     taught: Option<(Twist<T>, Matrix3<T>)>,
 }
@@ -279,6 +283,8 @@ pub struct Compensated<T: Real, C, L> {
 impl<T: Real, C: HybridController<T>, L: Compensator<T>> Compensated<T, C, L> {
     /// Puts `law` on top of `controller`. `lateral` limits in m and m/s, `orientation` limits in
     /// rad and rad/s.
+    // Moved, not copied, to where it runs: a law may be large.
+    #[inline(always)]
     pub fn new(
         controller: C,
         law: L,
@@ -291,33 +297,52 @@ impl<T: Real, C: HybridController<T>, L: Compensator<T>> Compensated<T, C, L> {
             law,
             lateral: CorrectionLoop::new(lateral, period),
             orientation: CorrectionLoop::new(orientation, period),
-            force_sensor: StuckDetector::new(),
+            force_sensor: ForceSensorCheck::new(ForceRange::unknown()),
+            path: None,
             taught: None,
         }
+    }
+
+    /// With a force sensor of this range: a reading beyond it is a fault.
+    #[inline(always)]
+    pub fn with_force_range(self, range: ForceRange<T>) -> Self {
+        Self { force_sensor: ForceSensorCheck::new(range), ..self }
     }
 
     /// Starts from rest with nothing corrected: the drives hold `torque` at `encoder` angles.
     pub fn start(&mut self, robot: &Robot<T>, encoder: &JointVector<T>, torque: &JointVector<T>) {
         self.controller.start(robot, encoder, torque);
-        self.law.reset();
         self.lateral.reset();
         self.orientation.reset();
-        self.force_sensor = StuckDetector::new();
+        self.start_weld();
+    }
+
+    /// Starts a weld with the correction in force: the law forgets what belongs to the last one, and
+    /// its new demand is followed from there.
+    pub fn start_weld(&mut self) {
+        self.law.reset();
+        self.force_sensor.reset();
+        self.path = None;
         self.taught = None;
     }
 
     /// One period. The law acts while the force loop is closed; before that its correction stays as
-    /// it is. A stuck force sensor ([`StuckDetector`]) is a fault for law and controller alike.
+    /// it is. A force sensor that is stuck or beyond its range ([`ForceSensorCheck`]) is a fault for law
+    /// and controller alike; a nominal pose that is none and a path that cannot be are faults of the
+    /// law.
     ///
     /// Returns the controller's command, with the law's fault if the controller had none.
     pub fn cycle(&mut self, robot: &Robot<T>, observation: &Observation<'_, T>) -> Command<T> {
         let Observation { setpoint, sensed, .. } = *observation;
         let sensed =
             &SensorReadings { wrench: self.force_sensor.checked(&sensed.wrench), ..*sensed };
+        let followable = self.is_followable(robot, observation);
         let mut law_fault = None;
         let mut held = false;
         let authority = self.lateral.limits.size;
-        if setpoint.force.is_some() {
+        if setpoint.force.is_some() && !followable {
+            law_fault = Some(Fault::Compensation);
+        } else if setpoint.force.is_some() {
             let w = setpoint.b_from_w;
             self.taught = self.taught.or_else(|| Some((self.taught_at(robot, observation)?, w)));
             // Along a curved seam W turns, and what was taught stays what it is in B.
@@ -344,6 +369,17 @@ impl<T: Real, C: HybridController<T>, L: Compensator<T>> Compensated<T, C, L> {
         command.fault = command.fault.or(law_fault);
         command.limited.compensation |= held;
         command
+    }
+
+    /// True where the nominal pose is one, and the path is finite and has moved no faster than the arm
+    /// can. It counts from the last period's, so that one wrong value is over after two.
+    fn is_followable(&mut self, robot: &Robot<T>, observation: &Observation<'_, T>) -> bool {
+        let path = observation.path;
+        let step = robot.largest_tool_speed() * self.lateral.period;
+        // Also false where a number is not finite.
+        let moves = (path - self.path.unwrap_or(path)).abs() <= step;
+        self.path = Some(path);
+        moves && observation.nominal.is_rigid()
     }
 
     /// What the model has wrong of the taught pose. `None` where that is more than may be corrected:

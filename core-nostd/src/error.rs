@@ -51,14 +51,17 @@ pub enum Fault {
     /// Encoder of this joint (0 = A1) is NaN or infinite, or jumped by more than the joint can move
     /// in one period.
     Encoder(usize),
-    /// The force sensor gave NaN or infinity in any of its six channels.
+    /// The force sensor gave NaN or infinity in any of its six channels, is stuck, or is beyond its
+    /// range.
     Force,
-    /// The set-point is NaN or infinite, or so large that the joint error it asks for is.
+    /// The set-point is NaN or infinite, its axes are no rotation, or it is so large that the joint
+    /// error it asks for is infinite.
     Setpoint,
     /// The Jacobian cannot be inverted here.
     Singular,
     /// This joint (0 = A1) is outside its position limits.
     Limit(usize),
-    /// The compensation law could not form a correction (unreachable or singular pose).
+    /// The compensation law could not form a correction: the nominal pose is no pose, unreachable or
+    /// singular, or the path is not finite or moved faster than the arm can.
     Compensation,
 }

@@ -117,6 +117,7 @@ pub struct Robot<T: Real> {
     pub(crate) stiffness: JointVector<T>,
     pub(crate) damping: JointVector<T>,
     pub(crate) rotor_inertia: JointVector<T>,
+    largest_tool_speed: T,
 }
 
 impl<T: Real> Robot<T> {
@@ -210,7 +211,13 @@ impl<T: Real> Robot<T> {
             rotation: Matrix3::from_columns(&[y.cross(&z), y, z]),
             position: t.flange_offset + t.tcp_from_flange,
         };
+        let stretched = (a6_from_t.position.norm(), T::zero());
+        let (_, largest_tool_speed) =
+            parameters.joints.iter().rev().fold(stretched, |(reach, speed), joint| {
+                (reach + joint.origin.norm(), speed + joint.max_rate * reach)
+            });
         Ok(Self {
+            largest_tool_speed,
             stiffness: JointVector::from_fn(|i, _| parameters.joints[i].stiffness),
             damping: JointVector::from_fn(|i, _| parameters.joints[i].damping),
             rotor_inertia: JointVector::from_fn(|i, _| parameters.joints[i].rotor_inertia),
@@ -254,6 +261,12 @@ impl<T: Real> Robot<T> {
             let [low, high] = self.parameters.joints[i].limits;
             !(q[i] >= low && q[i] <= high)
         })
+    }
+
+    /// What the tool's speed cannot exceed in any posture, m/s: every joint at its largest speed with
+    /// the rest of the arm stretched out.
+    pub fn largest_tool_speed(&self) -> T {
+        self.largest_tool_speed
     }
 
     /// The same robot with every joint stiffness multiplied by its factor: a stiffness known with

@@ -56,6 +56,21 @@ pub fn rotation_vector<T: Real>(m: &Matrix3<T>) -> Vector3<T> {
     v * (lit::<T>(2.0) * n.atan2(w) / n)
 }
 
+/// How far the entries of a rotation matrix may be off: digits lost in single precision or in a file
+/// are fewer.
+const ORTHONORMAL: f64 = 1e-3;
+
+/// True for a rotation matrix: orthonormal and right-handed. False where a number is not finite.
+pub fn is_rotation<T: Real>(m: &Matrix3<T>) -> bool {
+    let [x, y, z] = [m.column(0), m.column(1), m.column(2)];
+    let most = lit::<T>(ORTHONORMAL);
+    let off = |value: T| (value - T::one()).abs();
+    off(x.norm_squared()) <= most
+        && off(y.norm_squared()) <= most
+        && x.dot(&y).abs() <= most
+        && (x.cross(&y) - z).norm_squared() <= most * most
+}
+
 /// A rigid motion: position and orientation of one frame in another.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pose<T: Real> {
@@ -107,6 +122,11 @@ impl<T: Real> Pose<T> {
     /// True where all twelve numbers are finite.
     pub fn is_finite(&self) -> bool {
         crate::scalar::all_finite(self.rotation.iter().chain(self.position.iter()))
+    }
+
+    /// True where the position is finite and the rotation is one.
+    pub fn is_rigid(&self) -> bool {
+        is_rotation(&self.rotation) && crate::scalar::all_finite(self.position.iter())
     }
 }
 

@@ -1,14 +1,13 @@
 #!/bin/sh
-# Builds the program for a bare Cortex-M7 and runs it in QEMU: fails unless it links without a panic path, all torques
-# agree with the host's, and instructions, stack and size stay within bounds.txt.
+# Builds the program and the C library for a bare Cortex-M7 and runs them in QEMU: fails unless they link without a panic
+# path, all torques agree with the host's, and instructions, stack and size stay within bounds.txt.
 #
-#   --install  fetches what is missing by apt first (Debian), and the target by rustup where there is one; also what
-#              recorded-weld.sh needs
+#   --install  fetches what is missing by apt first (Debian), and the target by rustup where there is one
 #   --renew    writes bounds.txt anew, 10 % above what is reached
-#   --table    prints what is reached as the table of docs/embedded.md
+#   --table    prints what is reached as the tables of docs/embedded.md and docs/c-interface.md
 #
-# Needs qemu-system-arm and size of LLVM; and either a rustup toolchain with thumbv7em-none-eabihf, or Debian's rustc-web
-# cargo-web rust-web-src lld.
+# Needs qemu-system-arm, size of LLVM and arm-none-eabi-gcc with newlib; and either a rustup toolchain with
+# thumbv7em-none-eabihf, or Debian's rustc-web cargo-web rust-web-src lld.
 set -eu
 cd "$(dirname "$0")"
 mode=${1-}
@@ -31,33 +30,55 @@ if [ "$mode" = --install ]; then
 fi
 if by_rustup; then
   export CARGO_TARGET_THUMBV7EM_NONE_EABIHF_LINKER=rust-lld
-  build() { cargo build --locked --release --quiet --target thumbv7em-none-eabihf "$@"; }
-  tools="cargo llvm-size qemu-system-arm"
+  build() { command=$1 && shift && cargo "$command" --locked --release --quiet --target thumbv7em-none-eabihf "$@"; }
+  tools=cargo
 else
   # Debian has no ready-made `core` for this target; RUSTC_BOOTSTRAP lets its stable compiler build it.
   export RUSTC=/usr/bin/rustc RUSTC_BOOTSTRAP=1
-  build() { /usr/bin/cargo build --locked --release --quiet --target thumbv7em-none-eabihf -Zbuild-std=core "$@"; }
-  tools="/usr/bin/rustc /usr/bin/cargo ld.lld llvm-size qemu-system-arm"
+  build() {
+    command=$1 && shift
+    /usr/bin/cargo "$command" --locked --release --quiet --target thumbv7em-none-eabihf -Zbuild-std=core "$@"
+  }
+  tools="/usr/bin/rustc /usr/bin/cargo ld.lld"
 fi
-for tool in $tools; do
+for tool in $tools llvm-size qemu-system-arm arm-none-eabi-gcc; do
   command -v "$tool" > /dev/null || { echo "$tool is missing; see the head of $0" >&2; exit 2; }
 done
-build
-build --bin one-law --features one-law
+build build
+build build --bin one-law --features one-law
+# From the root, as docs/c-interface.md has it, and where recorded-weld.sh looks for it.
+(cd ../.. && build rustc --lib --crate-type staticlib --features archive --manifest-path c-interface/Cargo.toml --target-dir target/c)
+library=../../target/c/thumbv7em-none-eabihf/release/libtrueweld_c.a
 folder=${CARGO_TARGET_DIR:-target}/thumbv7em-none-eabihf/release
 printed=$(mktemp)
-trap 'rm -f "$printed"' EXIT
+trap 'rm -f "$printed" "$printed".*' EXIT
 run() {
-  timeout 300 qemu-system-arm -M mps2-an500 -nographic -monitor none -serial none \
-    -semihosting-config enable=on,target=native -icount shift=8 -kernel "$folder/$1"
+  timeout 600 qemu-system-arm -M mps2-an500 -nographic -monitor none -serial none \
+    -semihosting-config "enable=on,target=native$2" -icount shift=8 -kernel "$folder/$1"
 }
 # The emulator prints what the program says on standard error.
-run trueweld-embedded > "$printed" 2>&1 || {
+run trueweld-embedded "" > "$printed" 2>&1 || {
   code=$?
   cat "$printed"
   echo "the program on the target ended with $code: 124 hangs, 1 torques or health signals differ from the host's" >&2
   exit 1
 }
+laws=$(awk '/^laws alone/ { on = /f32/ } on && /^[a-z-]+$/ && !/-in-external$/' "$printed")
+for scalar in FLOAT DOUBLE; do
+  arm-none-eabi-gcc -D$scalar -std=gnu99 -O1 -Wall -Wextra -Werror -mcpu=cortex-m7 -mthumb -mfloat-abi=hard -mfpu=fpv5-d16 \
+    --specs=rdimon.specs -Wl,--gc-sections -Wl,-z,noexecstack -T newlib.ld newlib.c -I ../../c-interface/include \
+    -I ../../c-interface/examples c_library.c "$library" -o "$folder/c-library"
+  # shellcheck disable=SC2086
+  run c-library ",arg=c-library$(printf ',arg=%s' $laws)" >> "$printed.c" 2>&1 || {
+    code=$?
+    cat "$printed.c"
+    echo "the program with the C library ended with $code" >&2
+    exit 1
+  }
+done
+# What a program with one core in `float` takes of the C library: every law is in it.
+arm-none-eabi-gcc -mcpu=cortex-m7 -mthumb -mfloat-abi=hard -mfpu=fpv5-d16 -nostdlib -Wl,--gc-sections -Wl,-z,noexecstack \
+  -Wl,-e,trueweld_f32_cycle,-u,trueweld_f32_initialise,-u,trueweld_f32_start "$library" -lgcc -o "$folder/c-library-in-float"
 size() { llvm-size "$folder/$1" | awk 'NR == 2 { print $1 + $2 }'; }
 # program, scalar, instructions at most, stack in bytes
 reached() {
@@ -70,6 +91,8 @@ reached() {
   ' "$printed"
   echo "flash-with-tables both $(size trueweld-embedded) 0"
   echo "flash-of-one-law f32 $(size one-law) 0"
+  echo "flash-of-c-library f32 $(size c-library-in-float) 0"
+  cat "$printed.c"
 }
 case $mode in
   --renew)
@@ -83,8 +106,18 @@ case $mode in
       END {
         print "| | instructions a period at most, `f32` | `f64` | stack, bytes, `f32` | `f64` |"
         print "|---|---|---|---|---|"
-        for (k = 1; k <= n; k++) if (order[k] !~ /^flash/)
+        for (k = 1; k <= n; k++) if (order[k] !~ /^(flash|c-)/)
           printf "| %s | %d | %d | %d | %d |\n", order[k], i[order[k], "f32"], i[order[k], "f64"], s[order[k], "f32"], s[order[k], "f64"]
+        print "\n| | instructions of `cycle`, `f32` | `f64` | stack, bytes: `initialise`, `f32` | `f64` | `start`, `f32` | `f64` | `cycle`, `f32` | `f64` |"
+        print "|---|---|---|---|---|---|---|---|---|"
+        for (k = 1; k <= n; k++) if (sub(/-initialise$/, "", order[k])) {
+          c = order[k] "-cycle"
+          printf "| %s | %d | %d", substr(order[k], 3), i[c, "f32"], i[c, "f64"]
+          split("initialise start cycle", calls, " ")
+          for (call = 1; call <= 3; call++) { c = order[k] "-" calls[call]; printf " | %d | %d", s[c, "f32"], s[c, "f64"] }
+          print " |"
+        }
+        printf "\nflash, bytes: %d with tables, %d of one law, %d of the C library in float\n", i["flash-with-tables", "both"], i["flash-of-one-law", "f32"], i["flash-of-c-library", "f32"]
       }'
     ;;
 esac

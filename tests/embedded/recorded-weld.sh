@@ -15,11 +15,11 @@ library() {
 }
 library
 if command -v rustup > /dev/null && rustup target list --installed | grep -q thumbv7em-none-eabihf; then
-  RUSTFLAGS="-C target-cpu=cortex-m7" library --target thumbv7em-none-eabihf
+  library --target thumbv7em-none-eabihf
 else
   # As in cortex-m7.sh: Debian's compiler builds `core` itself.
   export PATH="/usr/bin:$PATH" RUSTC=/usr/bin/rustc RUSTC_BOOTSTRAP=1
-  RUSTFLAGS="-C target-cpu=cortex-m7" library --target thumbv7em-none-eabihf -Zbuild-std=core
+  library --target thumbv7em-none-eabihf -Zbuild-std=core
 fi
 out=$(mktemp -d)
 trap 'rm -rf "$out"' EXIT

@@ -5,10 +5,10 @@ use nalgebra::{SVector, Vector3};
 use proptest::prelude::*;
 use trueweld_compensators::{Elastostatic, ElastostaticGains, Setup, Uncompensated, library};
 use trueweld_core::compensation::{
-    Compensated, Compensator, CorrectionLoop, LoopLimits, Observation,
+    Compensated, Compensator, CorrectionLoop, DeviationMeasurement, LoopLimits, Observation,
 };
 use trueweld_core::control::{
-    External, HybridController, Parallel, STUCK, SensorReadings, Setpoint,
+    External, ForceRange, HybridController, Parallel, STUCK, SensorReadings, Setpoint,
 };
 use trueweld_core::spatial::rotation_from_vector;
 use trueweld_core::{Fault, JOINTS, JointVector, Pose, Robot, Twist, Wrench};
@@ -419,6 +419,86 @@ fn a_force_sensor_that_stands_still_is_not_believed() {
         assert_eq!((command.fault, command.depth_correction), (Some(Fault::Force), held));
     }
     assert_eq!(cycle(&live).fault, None, "a reading that differs is believed at once");
+}
+
+#[test]
+fn a_reading_that_the_force_sensor_cannot_give_moves_nothing() {
+    let range = ForceRange { force: 30e3, moment: 3e3 };
+    let q = on_the_weld(0.0);
+    let (setpoint, live) =
+        (setpoint_at(&KR500, &q, Some(18e3)), sensed_at(&KR500, &q, &weld_wrench()));
+    // Channels of the wrench, and what they read once.
+    for (channel, value) in [(4, 30e3), (4, 1e6), (5, -1e30), (3, f64::MAX), (0, 3e3), (2, -1e9)] {
+        let external = External::new(joint_gains(), external_gains(), PERIOD);
+        let mut robot = Compensated::new(external, elastostatic(4.0), LATERAL, ORIENTATION, PERIOD)
+            .with_force_range(range);
+        robot.start(&KR500, &q, &weight(&KR500, &q));
+        for k in 0..200 {
+            let mut sensed = trembling(&live, k);
+            if k == 100 {
+                let mut wrench = sensed.wrench.to_vector();
+                wrench[channel] = value;
+                sensed.wrench = Wrench::from_vector(&wrench);
+            }
+            let before = robot.correction();
+            let command =
+                robot.cycle(&KR500, &Observation::of_robot(&setpoint, &setpoint.pose, &sensed));
+            assert_eq!(command.fault, (k == 100).then_some(Fault::Force), "{value} in {channel}");
+            assert!(k != 100 || robot.correction() == before, "{value} in {channel}");
+        }
+    }
+}
+
+#[test]
+fn a_path_that_is_wrong_for_a_period_is_a_fault_and_soon_over_under_every_law() {
+    // What is no number; and faster than the arm can move from where the path was, 12 mm.
+    let beyond = 0.012 + 1.01 * KR500.largest_tool_speed() * PERIOD;
+    let q = on_the_weld(0.0);
+    let (setpoint, live) =
+        (setpoint_at(&KR500, &q, Some(18e3)), sensed_at(&KR500, &q, &weld_wrench()));
+    let nominal = setpoint.pose;
+    let measurements = [DeviationMeasurement {
+        deviation: 1e-4,
+        along: Twist { linear: Vector3::y(), ..Twist::zero() },
+        noise: 5e-5,
+        age: PERIOD,
+        ahead: 0.02,
+    }];
+    for entry in library() {
+        for wrong in [f64::INFINITY, f64::NEG_INFINITY, f64::NAN, f64::MAX, -f64::MAX, beyond] {
+            let mut law =
+                entry.build(&Default::default(), &Setup::new(PERIOD, 1.0)).expect("its defaults");
+            let mut robot =
+                Compensated::new(parallel(), law.as_mut(), LATERAL, ORIENTATION, PERIOD);
+            robot.start(&KR500, &q, &weight(&KR500, &q));
+            for k in 0..300 {
+                let sensed = trembling(&live, k);
+                let observation = Observation {
+                    path: if k == 100 { wrong } else { 1.2e-4 * k as f64 },
+                    measurements: &measurements,
+                    ..Observation::of_robot(&setpoint, &nominal, &sensed)
+                };
+                let fault = robot.cycle(&KR500, &observation).fault;
+                let expected = (100..102).contains(&k).then_some(Fault::Compensation);
+                assert_eq!(fault, expected, "{}: {wrong} at {k}", entry.name());
+            }
+        }
+    }
+}
+
+proptest! {
+    #[test]
+    fn no_posture_moves_the_tool_faster_than_the_bound(q in regular_configuration()) {
+        // Every joint at its largest speed, each either way.
+        for signs in 0..64_u32 {
+            let rate = JointVector::from_fn(|i, _| {
+                let sign = if signs >> i & 1 == 0 { 1.0 } else { -1.0 };
+                sign * KR500.parameters().joints[i].max_rate
+            });
+            let speed = KR500.frames(&q).twist(&rate).linear.norm();
+            prop_assert!(speed <= KR500.largest_tool_speed() * ROUNDING);
+        }
+    }
 }
 
 #[test]

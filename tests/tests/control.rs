@@ -314,17 +314,23 @@ proptest! {
 }
 
 #[test]
-fn a_finite_set_point_that_is_no_rotation_is_survived() {
+fn a_finite_set_point_that_is_no_rotation_is_a_fault() {
     let q = JointVector::from([0.1, -1.2, 1.6, 0.3, 0.8, 0.2]);
-    for scale in [0.0, 1e-300, 1e10, 1e150, 1e300] {
+    let mirrored = Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, -1.0));
+    let sheared = Matrix3::identity() + Matrix3::from_element(0.01);
+    let scaled = [0.0, 1e-300, 0.99, 1.01, 3.0, 1e150, 1e300].map(|s| Matrix3::identity() * s);
+    for wrong in scaled.into_iter().chain([mirrored, sheared, Matrix3::from_element(1.0)]) {
         for (name, mut controller) in started(&q) {
-            let (mut setpoint, sensed) = pressed(&q, 5e3);
-            setpoint.pose.rotation *= scale;
-            check(&controller.cycle(&KR500, &setpoint, &sensed), name);
-            let (mut setpoint, sensed) = pressed(&q, 5e3);
-            setpoint.b_from_w = Matrix3::from_element(scale);
-            check(&controller.cycle(&KR500, &setpoint, &sensed), name);
-            check(&controller.cycle(&KR500, &pressed(&q, 5e3).0, &sensed), name);
+            let (good, sensed) = pressed(&q, 5e3);
+            let mut setpoints = [good; 2];
+            setpoints[0].pose.rotation *= wrong;
+            setpoints[1].b_from_w *= wrong;
+            for setpoint in setpoints {
+                let command = controller.cycle(&KR500, &setpoint, &sensed);
+                assert_eq!(command.fault, Some(Fault::Setpoint), "{name}: {wrong}");
+                check(&command, name);
+            }
+            assert_eq!(controller.cycle(&KR500, &good, &sensed).fault, None, "{name}");
         }
     }
 }

@@ -31,6 +31,7 @@ use crate::deviation_history::DeviationHistory;
 use crate::gain::{GainError, positive, require, usable_period};
 use crate::law::{Law, Needs, Setup};
 use crate::{FeedForward, OuterIntegral, SeamTracking, TrackingGains};
+use heapless::Vec;
 use nalgebra::SVector;
 use trueweld_core::compensation::{Compensator, DeviationMeasurement, Observation};
 use trueweld_core::scalar::lit;
@@ -66,7 +67,7 @@ const FOLLOWING: f64 = 5.0 / 6.0;
 struct Segment<T: Real> {
     /// Sum of what laws on top added to the demand.
     added: SVector<T, 6>,
-    /// Sum of what was left to correct.
+    /// Sum of what was left to correct; between passes c_j + γ (e_j + F b_j).
     left: SVector<T, 6>,
     /// Sum of the weights of both.
     weight: SVector<T, 6>,
@@ -109,8 +110,11 @@ pub struct Learning<T: Real, L> {
     gain: T,
     spacing: T,
     history: DeviationHistory<T>,
-    learned: [SVector<T, 6>; SEGMENTS],
-    pass: [Segment<T>; SEGMENTS],
+    /// Empty until the first weld starts: a law that is built is moved to where it runs, and this is
+    /// most of it.
+    learned: Vec<SVector<T, 6>, SEGMENTS>,
+    /// Likewise.
+    pass: Vec<Segment<T>, SEGMENTS>,
     /// Largest push planned so far, N.
     push: T,
     frozen: bool,
@@ -122,6 +126,8 @@ impl<T: Real, L> Learning<T, L> {
     ///
     /// # Errors
     /// [`GainError`] unless length and period are positive and 0 < γ ≤ 1.
+    // See `RunningCore::new`.
+    #[inline(always)]
     pub fn new(inner: L, length: T, share: f64, period: T) -> Result<Self, GainError> {
         require(share > 0.0 && share <= 1.0, "share", "a number above 0 and at most 1")?;
         positive(length, "length")?;
@@ -131,8 +137,8 @@ impl<T: Real, L> Learning<T, L> {
             gain: lit(share),
             spacing: length / lit((SEGMENTS - 1) as f64),
             history: DeviationHistory::new(period),
-            learned: [SVector::zeros(); SEGMENTS],
-            pass: [Segment::empty(); SEGMENTS],
+            learned: Vec::new(),
+            pass: Vec::new(),
             push: T::zero(),
             frozen: false,
         })
@@ -179,25 +185,34 @@ impl<T: Real, L> Learning<T, L> {
 
     /// Adds what the last pass measured to the correction.
     fn learn(&mut self) {
-        let mut wanted = self.learned;
-        for (k, (wanted, place)) in wanted.iter_mut().zip(&self.pass).enumerate() {
+        for (k, learned) in self.learned.iter().enumerate() {
             let mut long = Segment::empty();
             for (near, share) in around(&self.pass, k, lit::<T>(LONG) / self.spacing) {
                 long.added += near.added * share;
                 long.weight += near.weight * share;
             }
             let added = Segment::mean(&long.added, &long.weight);
-            let left = Segment::mean(&place.left, &place.weight);
-            *wanted += (added + left) * self.gain;
+            if let Some(place) = self.pass.get_mut(k) {
+                let left = Segment::mean(&place.left, &place.weight);
+                place.left = learned + (added + left) * self.gain;
+            }
         }
         for (k, learned) in self.learned.iter_mut().enumerate() {
             let (mut sum, mut shares) = (SVector::zeros(), T::zero());
-            for (near, share) in around(&wanted, k, lit::<T>(SHORT) / self.spacing) {
-                sum += near * share;
+            for (near, share) in around(&self.pass, k, lit::<T>(SHORT) / self.spacing) {
+                sum += near.left * share;
                 shares += share;
             }
             *learned = sum / shares;
         }
+    }
+
+    /// A pass of which nothing is measured yet.
+    fn begin_pass(&mut self) {
+        self.pass.clear();
+        // As many as there is room for.
+        let _ = self.learned.resize(SEGMENTS, SVector::zeros());
+        let _ = self.pass.resize(SEGMENTS, Segment::empty());
     }
 }
 
@@ -219,6 +234,8 @@ impl<T: Real> Law<T> for Learning<T, FeedForward> {
     type Gains = LearningGains;
     type Built = OuterIntegral<T, SeamTracking<T, Self>>;
 
+    // See `RunningCore::new`.
+    #[inline(always)]
     fn build(gains: &LearningGains, setup: &Setup<T>) -> Result<Self::Built, GainError> {
         let LearningGains { share, rate_rad_s, seam_shape_s_m } = *gains;
         let law = Self::new(FeedForward, setup.length, share, setup.period)?;
@@ -231,7 +248,7 @@ impl<T: Real> Law<T> for Learning<T, FeedForward> {
 impl<T: Real, L: Compensator<T>> Compensator<T> for Learning<T, L> {
     fn reset(&mut self) {
         self.learn();
-        self.pass = [Segment::empty(); SEGMENTS];
+        self.begin_pass();
         self.inner.reset();
         self.history.reset();
     }
@@ -246,6 +263,9 @@ impl<T: Real, L: Compensator<T>> Compensator<T> for Learning<T, L> {
         robot: &Robot<T>,
         observation: &Observation<'_, T>,
     ) -> Result<Twist<T>, Fault> {
+        if self.pass.is_empty() {
+            self.begin_pass();
+        }
         let inner = self.inner.demand(robot, observation)?;
         self.history.remember(robot, observation, &inner)?;
         let push = -observation.planned.force.z;

@@ -78,6 +78,8 @@ impl<T: Real, L> SeamTracking<T, L> {
     ///
     /// # Errors
     /// [`GainError`] unless rate and period are positive and σ is not negative, all finite.
+    // See `RunningCore::new`.
+    #[inline(always)]
     pub fn new(inner: L, gains: &TrackingGains, period: T) -> Result<Self, GainError> {
         positive(gains.rate_rad_s, "rate_rad_s")?;
         let shape = gains.seam_shape_s_m;
@@ -147,6 +149,8 @@ impl<T: Real> Law<T> for SeamTracking<T, FeedForward> {
     type Gains = TrackingGains;
     type Built = OuterIntegral<T, Self>;
 
+    // See `RunningCore::new`.
+    #[inline(always)]
     fn build(gains: &TrackingGains, setup: &Setup<T>) -> Result<Self::Built, GainError> {
         let law = Self::new(FeedForward, gains, setup.period)?;
         OuterIntegral::new(law, &setup.following, setup.period)

@@ -22,12 +22,12 @@ pub use parallel::{Branches, ForceGains, Parallel};
 pub use position_loop::JointGains;
 pub use spindle::{LONGEST_DELAY, SpindleFilter};
 pub use superposed::Superposed;
-pub use watch::{RepeatCounter, STUCK, StuckDetector};
+pub use watch::{ForceRange, ForceSensorCheck, InputCheck, RepeatCounter, STUCK};
 
 use crate::error::Fault;
 use crate::robot::Robot;
-use crate::scalar::{JointVector, Real, all_finite};
-use crate::spatial::{Pose, Wrench};
+use crate::scalar::{JointVector, Real};
+use crate::spatial::{Pose, Wrench, is_rotation};
 use nalgebra::{Matrix3, Vector3};
 
 /// What the task asks of the tool in this period.
@@ -51,9 +51,11 @@ impl<T: Real> Setpoint<T> {
         self.b_from_w.column(2).into_owned()
     }
 
-    fn is_finite(&self) -> bool {
+    /// True where all numbers are finite and both rotations are rotations: scaled or left-handed
+    /// axes turn a correction the wrong way.
+    fn is_sound(&self) -> bool {
         let numbers = self.force.is_none_or(|f| f.is_finite()) && self.spindle_speed.is_finite();
-        self.pose.is_finite() && all_finite(self.b_from_w.iter()) && numbers
+        self.pose.is_rigid() && is_rotation(&self.b_from_w) && numbers
     }
 }
 

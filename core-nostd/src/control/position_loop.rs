@@ -1,7 +1,7 @@
 //! The part all three structures share: joint errors from a tool pose error, six PID loops, and the
 //! safe command.
 
-use super::{Command, Limited, SensorReadings, Setpoint};
+use super::{Command, InputCheck, Limited, SensorReadings, Setpoint};
 use crate::error::Fault;
 use crate::kinematics::Frames;
 use crate::pid::{Pid, PidGains};
@@ -29,7 +29,7 @@ pub(super) struct PositionLoop<T: Real> {
     gains: JointGains<T>,
     pid: [Pid<T>; JOINTS],
     pub period: T,
-    last_good: JointVector<T>,
+    inputs: InputCheck<T>,
 }
 
 /// The encoders' view of the arm in this period, checked.
@@ -43,7 +43,7 @@ impl<T: Real> PositionLoop<T> {
         let pid = core::array::from_fn(|i| {
             Pid::new(PidGains { kp: gains.kp[i], ki: gains.ki[i], kd: gains.kd[i] })
         });
-        Self { gains, pid, period, last_good: JointVector::zeros() }
+        Self { gains, pid, period, inputs: InputCheck::new(&JointVector::zeros()) }
     }
 
     pub fn start(&mut self, robot: &Robot<T>, encoder: &JointVector<T>, torque: &JointVector<T>) {
@@ -51,7 +51,7 @@ impl<T: Real> PositionLoop<T> {
         for (pid, load) in self.pid.iter_mut().zip(held.iter()) {
             pid.preload(*load);
         }
-        self.last_good = *encoder;
+        self.inputs = InputCheck::new(encoder);
     }
 
     /// Kinematics at the encoder angles, or the fault that forbids it.
@@ -61,23 +61,7 @@ impl<T: Real> PositionLoop<T> {
         setpoint: &Setpoint<T>,
         sensed: &SensorReadings<T>,
     ) -> Result<View<T>, Fault> {
-        for i in 0..JOINTS {
-            let (angle, rate) = (sensed.encoder[i], sensed.encoder_rate[i]);
-            let reach = robot.parameters().joints[i].max_rate * self.period * lit(2.0);
-            if !angle.is_finite() || !rate.is_finite() || (angle - self.last_good[i]).abs() > reach
-            {
-                return Err(Fault::Encoder(i));
-            }
-        }
-        // Good encoders are remembered whatever else is wrong, or an arm that moves meanwhile would
-        // stay locked out.
-        self.last_good = sensed.encoder;
-        if !setpoint.is_finite() {
-            return Err(Fault::Setpoint);
-        }
-        if let Some(joint) = robot.beyond_limits(&sensed.encoder) {
-            return Err(Fault::Limit(joint));
-        }
+        self.inputs.check(robot, setpoint, sensed, self.period)?;
         let frames = robot.frames(&sensed.encoder);
         // At 2 m reach, a pivot of 1e-4 of the largest is some 0.01° from singular.
         let inverse = Lu::new(&frames.jacobian().0, lit(1e-4)).ok_or(Fault::Singular)?;
@@ -127,7 +111,8 @@ impl<T: Real> PositionLoop<T> {
     /// The defined safe command: gravity held at the last good angles, viscous braking, integrators
     /// left as they are.
     pub fn safe(&self, robot: &Robot<T>, sensed: &SensorReadings<T>, fault: Fault) -> Command<T> {
-        let hold = weight(robot, &robot.frames(&self.last_good), &self.last_good);
+        let last_good = self.inputs.last_good();
+        let hold = weight(robot, &robot.frames(last_good), last_good);
         let torque = JointVector::from_fn(|i, _| {
             let rate = sensed.encoder_rate[i];
             let brake = if rate.is_finite() { -self.gains.kd[i] * rate } else { T::zero() };

@@ -2,17 +2,17 @@
 
 use crate::inputs::{Files, Inputs};
 use crate::names::LawParser;
-use crate::rsi_counts::{bound, of_client};
+use crate::rsi_counts::{bound, of_client, of_malformed};
 use crate::rsi_live::LiveViewer;
 use crate::rsi_log::LogFolder;
 use clap::Args;
 use miette::{IntoDiagnostic, Result, miette};
-use std::net::SocketAddr;
+use std::net::{IpAddr, SocketAddr};
 use std::time::Duration;
 use trueweld_compensators::Entry;
 use trueweld_core::compensation::Compensator;
 use trueweld_laboratory::ReadRow;
-use trueweld_output::warning_in_words;
+use trueweld_output::{fault_in_words, warning_in_words};
 use trueweld_plant::simulate::{Controller, Program, RecordRow, Seam, health_warnings};
 use trueweld_rsi::client::Knowledge;
 use trueweld_rsi::{Client, Seen, Served, serve};
@@ -28,6 +28,10 @@ pub struct Arguments {
     /// Address at which the controller's packets arrive
     #[arg(long, value_name = "IP:PORT", default_value = "127.0.0.1:49152")]
     listen: SocketAddr,
+    /// Address of the controller: packets from any other are not read. Without it the first that sends a
+    /// packet which can be answered is the controller
+    #[arg(long, value_name = "IP")]
+    controller: Option<IpAddr>,
     /// Largest correction that the controller lets through, mm: the law keeps within it
     #[arg(long, value_name = "MM", default_value_t = 5.0)]
     authority_mm: f64,
@@ -37,7 +41,7 @@ pub struct Arguments {
     /// Seconds for which a controller is waited for
     #[arg(long, value_name = "S", default_value_t = 60.0)]
     wait: f64,
-    /// Seconds of silence after which the weld is over
+    /// Seconds of silence after which the controller has gone
     #[arg(long, value_name = "S", default_value_t = 2.0)]
     silence: f64,
     #[command(flatten)]
@@ -53,6 +57,7 @@ pub fn knowledge(inputs: &Inputs) -> Knowledge {
         seam: Seam::of(&inputs.weld),
         process: inputs.planned.clone(),
         sensor: inputs.sensors.seam.clone(),
+        force_range: inputs.sensors.force.range,
     }
 }
 
@@ -73,18 +78,21 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         above("--authority-mm", arguments.authority_mm)?,
         above("--authority-deg", arguments.authority_deg)?,
     ];
-    let times = [above("--wait", arguments.wait)?, above("--silence", arguments.silence)?];
+    let seconds = |flag, value| above(flag, value).map(Duration::from_secs_f64);
+    let first = seconds("--wait", arguments.wait)?;
+    let silence = seconds("--silence", arguments.silence)?;
     arguments.log.check()?;
     let inputs = arguments.files.read()?;
     let socket = bound(arguments.listen)?;
     let mut law = law(&inputs, &arguments.compensator)?;
-    let mut client = Client::new(knowledge(&inputs), &inputs.control, law.as_mut(), authority);
+    let mut client =
+        Client::new(knowledge(&inputs), &inputs.control, law.as_mut(), authority, silence);
     say!("{} listens at {}\n", arguments.compensator.name(), arguments.listen);
     let mut most = 0.0_f64;
     let (mut read, mut rows) = (Vec::new(), Vec::<RecordRow>::new());
     let scenario = inputs.scenario(Program::Weld, Controller::External, &arguments.compensator);
     let shown = arguments.live.connect(&scenario, arguments.compensator.name())?;
-    let served = serve(&socket, &mut client, times.map(Duration::from_secs_f64), |client| {
+    let served = serve(&socket, &mut client, first, arguments.controller, |client| {
         most = most.max(client.correction().linear.norm());
         // A packet that came twice is answered twice.
         let is_new = |seen: &Seen| rows.last().is_none_or(|row| row.time < seen.row.time);
@@ -95,7 +103,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         }
     });
     shown.finish()?;
-    say!("{}", of_client(&client.counts()));
+    say!("{}{}", of_client(&client.counts()), of_malformed(client.malformed()));
+    if let Some((time, fault)) = client.fault() {
+        say!("first fault             {:>9.3} s: {}\n", time, fault_in_words(fault));
+    }
     for warning in health_warnings(&rows) {
         say!("warning: {}\n", warning_in_words(&warning));
     }
@@ -107,7 +118,15 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     match served {
         Served::Silent => {
             say!("largest correction      {:>9.3} mm\n", most * 1e3);
-            Ok(())
+            match client.unwelded() {
+                Some(left) if left > 0.0 => Err(miette!(
+                    help = "Look for a cable or switch that failed, and for why RSI stopped on the \
+                            controller.",
+                    "the controller fell silent {:.1} mm before the end of the seam",
+                    left * 1e3
+                )),
+                _ => Ok(()),
+            }
         }
         Served::Nothing => Err(miette!(
             help = "Expected <Rob> packets with what a law needs: see docs/rsi.md.",

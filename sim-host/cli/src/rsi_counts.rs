@@ -2,6 +2,7 @@
 
 use miette::{IntoDiagnostic, Result, WrapErr};
 use std::net::{SocketAddr, UdpSocket};
+use trueweld_rsi::packet::PacketError;
 use trueweld_rsi::{ClientCounts, LinkCounts};
 
 /// A UDP socket at an address.
@@ -39,6 +40,11 @@ pub fn of_client(counts: &ClientCounts) -> String {
         ("from another address", counts.foreign),
         ("periods at fault", counts.faults),
     ])
+}
+
+/// Why a packet could not be read, where one could not.
+pub fn of_malformed(error: Option<&PacketError>) -> String {
+    error.map_or(String::new(), |error| format!("first malformed packet  {error}\n"))
 }
 
 /// Counts, one a line; those of nothing are left out after the first.

@@ -5,7 +5,7 @@ use crate::inputs::{Files, PLANT_STEP};
 use crate::names::{Controller, LawParser};
 use crate::results::{RecordedResults, check_outputs, check_targets};
 use crate::rsi_compensate;
-use crate::rsi_counts::{bound, of_link};
+use crate::rsi_counts::{bound, of_link, of_malformed};
 use crate::rsi_live::LiveViewer;
 use crate::rsi_log::LogFolder;
 use clap::Args;
@@ -19,6 +19,7 @@ use trueweld_compensators::{Entry, Uncompensated};
 use trueweld_evaluate::WeldFigures;
 use trueweld_output::{WeldReport, WeldRun};
 use trueweld_plant::simulate::{Program, Recording, Seam, run_with};
+use trueweld_rsi::packet::Element;
 use trueweld_rsi::{Bounds, Client, Link, Pace, pass_through, serve};
 
 /// Longest that an answer is waited for in lock-step.
@@ -48,9 +49,15 @@ pub struct Arguments {
     /// Wait for each answer instead of for the clock: as fast as both sides are
     #[arg(long)]
     lock_step: bool,
-    /// Packets of RIst, AIPos, EIPos, Delay and IPOC alone, which any client knows; no law runs on them
+    /// Packets of RIst, AIPos, EIPos, Delay and IPOC alone, as kuka-external-control-sdk reads them; no
+    /// law runs on them
     #[arg(long)]
     plain: bool,
+    /// Packets of these elements and IPOC, in this order, as the client's <SEND> list has them: of RIst,
+    /// RSol, AIPos, ASPos, EIPos, Delay. RIst,RSol,AIPos,ASPos,Delay: the ROS-Industrial driver's
+    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = element,
+          conflicts_with_all = ["plain", "compensator"])]
+    send: Vec<Element>,
     /// Largest component of a correction, mm: more is cut off, and the client not told (POSCORR)
     #[arg(long, value_name = "MM", default_value_t = 5.0)]
     clamp_mm: f64,
@@ -80,7 +87,25 @@ pub struct Arguments {
     results: RecordedResults,
 }
 
+/// An element of the controller's packet, with or without KUKA's DEF_ before its name.
+fn element(name: &str) -> Result<Element, String> {
+    let bare = name.strip_prefix("DEF_").unwrap_or(name);
+    let known = Element::NAMED.iter().find(|(known, _)| *known == bare);
+    known.map(|(_, element)| *element).ok_or_else(|| {
+        let names: Vec<&str> = Element::NAMED.iter().map(|(known, _)| *known).collect();
+        format!("{name:?} is no element; expected some of {}", names.join(", "))
+    })
+}
+
 impl Arguments {
+    fn elements(&self) -> &[Element] {
+        match (self.plain, &self.send[..]) {
+            (true, _) => &Element::PLAIN,
+            (false, []) => &Element::WELD,
+            (false, listed) => listed,
+        }
+    }
+
     fn bounds(&self) -> Result<Bounds> {
         let of = |flag: &str, value: f64| {
             (value.is_finite() && value >= 0.0)
@@ -116,7 +141,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let seam = Seam::of(&inputs.weld);
     let pace = if arguments.lock_step { Pace::LockStep(PATIENCE) } else { Pace::RealTime };
     let socket = bound(arguments.from)?;
-    let how = (bounds, pace, arguments.plain);
+    let how = (bounds, pace, arguments.elements());
     let mut link = Link::new(socket, arguments.to, &seam, control.period, how).into_diagnostic()?;
     let stopped = link.stopped();
     let name = match &arguments.compensator {
@@ -140,8 +165,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
                 // The boxed law belongs to its thread.
                 let mut law = rsi_compensate::law(inputs, law)?;
                 let knowledge = rsi_compensate::knowledge(inputs);
-                let mut client = Client::new(knowledge, &inputs.control, law.as_mut(), authority);
-                serve(&socket, &mut client, [FIRST, SILENCE], |_| {});
+                let mut client =
+                    Client::new(knowledge, &inputs.control, law.as_mut(), authority, SILENCE);
+                serve(&socket, &mut client, FIRST, None, |_| {});
                 Ok(())
             })
         });
@@ -158,7 +184,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     progress.finish();
     shown.finish()?;
     let recording = Recording { compensator: name, ..recording? };
-    say!("{}", of_link(&link.counts()));
+    say!("{}{}", of_link(&link.counts()), of_malformed(link.malformed()));
     arguments.log.write(&inputs, |log, folder| {
         log.write_simulated(folder, &recording, &inputs.cell, inputs.planned.spindle)
     })?;

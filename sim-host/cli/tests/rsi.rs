@@ -61,6 +61,31 @@ fn the_log_of_a_client_has_what_came_over_the_line() {
 }
 
 #[test]
+fn a_client_tells_a_controller_that_fell_silent_from_the_end_of_a_weld() {
+    let place = Workspace::new();
+    let address = free_address();
+    let client = ["rsi-compensate", "--weld", "short.toml", "--silence", "0.5"];
+    let client = [&client[..], &["--listen", &address, "--controller", "127.0.0.1"]].concat();
+    // RSI stops as soon as the correction is larger than is monitored.
+    let robot = ["rsi-robot", "--weld", "short.toml", "--lock-step", "--monitor-mm", "0.5"];
+    let robot = [&robot[..], &["--to", &address]].concat();
+    thread::scope(|scope| {
+        let client = scope.spawn(|| place.refused(&client));
+        assert!(place.refused(&robot).contains("KSS29000"));
+        let said = client.join().unwrap();
+        assert!(said.contains("the controller fell silent"), "{said}");
+        assert!(said.contains("before the end of the seam"), "{said}");
+    });
+}
+
+#[test]
+fn an_element_that_no_packet_has_is_refused_with_those_that_there_are() {
+    let place = Workspace::new();
+    let said = place.refused(&["rsi-robot", "--send", "DEF_RIst,RPos"]);
+    assert!(said.contains("\"RPos\" is no element; expected some of RIst, RSol, AIPos"), "{said}");
+}
+
+#[test]
 fn a_viewer_that_is_not_there_is_said_before_anything_is_welded() {
     let place = Workspace::new();
     let url = "rerun+http://127.0.0.1:1/proxy";

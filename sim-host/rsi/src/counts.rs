@@ -24,7 +24,8 @@ pub struct LinkCounts {
     pub foreign: u64,
     /// Corrections of which something was cut off.
     pub clamped: u64,
-    /// Cycles in real time that began late, because the simulation was not done.
+    /// Cycles in real time that began late, because the simulation was not done; none after a missed
+    /// answer.
     pub overruns: u64,
 }
 
@@ -42,13 +43,13 @@ pub struct ClientCounts {
     pub answered: u64,
     /// Packets with the time stamp of the last one: answered as the last one, the law not asked.
     pub doubled: u64,
-    /// Packets older than one that came before: not answered.
+    /// Packets older than one that came before, or with a time stamp that cannot be: not answered.
     pub out_of_order: u64,
-    /// Cycles whose packet never came.
+    /// Cycles whose packet never came, while RSI was on.
     pub lost: u64,
     /// Packets that cannot be read, or lack what the law needs: not answered.
     pub malformed: u64,
-    /// Packets from another address than the first one: not read.
+    /// Packets from another address than the controller's: not read.
     pub foreign: u64,
     /// Answers that the controller missed, as its packets say.
     pub late: u64,

@@ -7,7 +7,7 @@
 use crate::counts::{Answers, LinkCounts, Timing};
 use crate::frame::{self, MM};
 use crate::guard::{Bounds, Guard, Stop};
-use crate::packet::{PACKET_BYTES, Rob, SeamReading, Sen, WeldChannels};
+use crate::packet::{Element, PACKET_BYTES, PacketError, Rob, SeamReading, Sen, WeldChannels};
 use nalgebra::Vector3;
 use std::cell::Cell;
 use std::io::ErrorKind;
@@ -54,13 +54,15 @@ pub struct Link {
     client: SocketAddr,
     pace: Pace,
     cycle: Duration,
-    /// True for the packet that any client knows, without what a law needs.
-    plain: bool,
+    /// What a packet has.
+    elements: Vec<Element>,
     /// $BASE in B.
     base: Pose<f64>,
     guard: Guard,
     timeout: u32,
     counts: LinkCounts,
+    /// Of the first answer that cannot be read.
+    malformed: Option<PacketError>,
     answers: Answers,
     ipoc: u64,
     /// Cycles in a row without an answer.
@@ -84,7 +86,7 @@ pub fn pass_through(control: &Control) -> Control {
 
 impl Link {
     /// A link from `socket` to a client. `seam`: as the weld was taught, whose frame W at its start
-    /// is $BASE; `period`: of control, s; `plain`: packets without what a law needs.
+    /// is $BASE; `period`: of control, s; `elements`: what a packet has.
     ///
     /// # Errors
     /// A period that is no cycle of RSI.
@@ -93,7 +95,7 @@ impl Link {
         client: SocketAddr,
         seam: &Seam,
         period: f64,
-        (bounds, pace, plain): (Bounds, Pace, bool),
+        (bounds, pace, elements): (Bounds, Pace, &[Element]),
     ) -> Result<Self, LinkError> {
         let milliseconds = period * 1e3;
         let cycle = match milliseconds.round() {
@@ -108,11 +110,12 @@ impl Link {
             client,
             pace,
             cycle: Duration::from_millis(cycle),
-            plain,
+            elements: elements.to_vec(),
             base: seam.frame(0.0),
             guard: Guard::new(bounds),
             timeout: bounds.timeout,
             counts: LinkCounts::default(),
+            malformed: None,
             answers: Answers::default(),
             ipoc: FIRST_IPOC,
             missed: 0,
@@ -125,6 +128,11 @@ impl Link {
     /// What became of the packets.
     pub fn counts(&self) -> LinkCounts {
         self.counts
+    }
+
+    /// What is wrong with the first answer that cannot be read.
+    pub fn malformed(&self) -> Option<&PacketError> {
+        self.malformed.as_ref()
     }
 
     /// Set once RSI has stopped; shared, for whoever drives the run.
@@ -146,24 +154,27 @@ impl Link {
         let feed =
             (observation.path - self.path.unwrap_or(observation.path)) / self.cycle.as_secs_f64();
         self.path = Some(observation.path);
-        let weld = (!self.plain).then(|| {
-            let Wrench { force, moment } = sensed.wrench;
-            WeldChannels {
-                commanded: in_base(&observation.setpoint.pose),
-                torque: sensed.motor_torque.into(),
-                wrench: [force.x, force.y, force.z, moment.x, moment.y, moment.z],
-                path: observation.path * MM,
-                feed: feed * MM,
-                push: observation.setpoint.force.unwrap_or(0.0),
-                seam: observation.measurements.iter().map(reading).collect(),
-            }
-        });
+        let commanded = &observation.setpoint.pose;
+        // A pose out of reach has no axes: those of the encoders stand for it.
+        let commanded_axes = robot.inverse_near(commanded, &sensed.encoder);
+        let Wrench { force, moment } = sensed.wrench;
+        let weld = WeldChannels {
+            torque: sensed.motor_torque.into(),
+            wrench: [force.x, force.y, force.z, moment.x, moment.y, moment.z],
+            path: observation.path * MM,
+            feed: feed * MM,
+            push: observation.setpoint.force.unwrap_or(0.0),
+            seam: observation.measurements.iter().map(reading).collect(),
+        };
+        let degrees = |axes: &JointVector<f64>| axes.map(f64::to_degrees).into();
         Rob {
             actual: in_base(&robot.forward_kinematics(&sensed.encoder)),
-            axes: sensed.encoder.map(f64::to_degrees).into(),
+            commanded: Some(in_base(commanded)),
+            axes: degrees(&sensed.encoder),
+            commanded_axes: Some(degrees(commanded_axes.as_ref().unwrap_or(&sensed.encoder))),
             external: [0.0; 6],
             delay: self.missed,
-            weld,
+            weld: Some(weld),
             ipoc: self.ipoc,
         }
     }
@@ -177,7 +188,8 @@ impl Link {
         let due = self.began.map_or(now, |began| began + self.cycle);
         match due.checked_duration_since(now) {
             Some(left) => std::thread::sleep(left),
-            None if self.began.is_some() => self.counts.overruns += 1,
+            // Where an answer was missed it was waited for to the very end.
+            None if self.began.is_some() && self.missed == 0 => self.counts.overruns += 1,
             None => {}
         }
         // A cycle that began late is not made up for.
@@ -211,9 +223,13 @@ impl Link {
                 self.counts.foreign += 1;
                 continue;
             }
-            let Ok(answer) = Sen::read(&buffer[..length]) else {
-                self.counts.malformed += 1;
-                continue;
+            let answer = match Sen::read(&buffer[..length]) {
+                Ok(answer) => answer,
+                Err(error) => {
+                    self.counts.malformed += 1;
+                    self.malformed.get_or_insert(error);
+                    continue;
+                }
             };
             match self.answers.came(answer.ipoc) {
                 Timing::InTime => return Some(answer),
@@ -228,7 +244,7 @@ impl Link {
     /// One cycle: a packet out, the answer in.
     fn exchange(&mut self, robot: &Robot<f64>, observation: &Observation<'_, f64>) {
         let end = self.begin();
-        let packet = self.packet(robot, observation).to_bytes();
+        let packet = self.packet(robot, observation).to_bytes(&self.elements);
         self.counts.cycles += 1;
         self.answers.sent(self.ipoc);
         // A packet that cannot be sent is one that is not answered.

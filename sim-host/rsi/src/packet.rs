@@ -1,12 +1,12 @@
 //! The two packets, byte for byte.
 //!
-//! `<Rob>` is written as known clients read it, by position: RIst, AIPos, EIPos, Delay, then what a
-//! configuration adds, IPOC last, no blank before `/>`. Both packets are read as XML: elements in any
-//! order, unknown ones passed over, each known one once.
+//! `<Rob>` has the elements of a list, as the context of a real controller has, in the list's order:
+//! some clients read by position, with no blank before `/>` and IPOC last. Both packets are read as
+//! XML: elements in any order, unknown ones passed over, each known one once.
 
 use crate::frame::Frame;
 use roxmltree::{Document, Node, ParsingOptions};
-use std::fmt::Write;
+use std::fmt::{self, Write};
 
 /// Most bytes of a packet.
 pub const PACKET_BYTES: usize = 4096;
@@ -24,25 +24,95 @@ const VALUES: [&str; READINGS] = ["V1", "V2", "V3", "V4"];
 const AGES: [&str; READINGS] = ["T1", "T2", "T3", "T4"];
 const KINDS: [&str; READINGS] = ["K1", "K2", "K3", "K4"];
 
+/// An element of the controller's packet, by its name in a context.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Element {
+    /// Pose of the tool by the encoders.
+    RIst,
+    /// Pose of the tool as commanded, before correction.
+    RSol,
+    /// Axis angles by the encoders.
+    AIPos,
+    /// Axis angles as commanded, before correction.
+    ASPos,
+    /// External axes.
+    EIPos,
+    /// Late packets in a row.
+    Delay,
+    /// Motor torques.
+    Torque,
+    /// Force sensor.
+    Wrench,
+    /// Where the program is.
+    Weld,
+    /// Seam sensor.
+    Seam,
+}
+
+impl Element {
+    /// What kuka-external-control-sdk reads, by position.
+    pub const PLAIN: [Self; 4] = [Self::RIst, Self::AIPos, Self::EIPos, Self::Delay];
+
+    /// What a law needs, behind the plain packet.
+    pub const WELD: [Self; 9] = [
+        Self::RIst,
+        Self::AIPos,
+        Self::EIPos,
+        Self::Delay,
+        Self::RSol,
+        Self::Torque,
+        Self::Wrench,
+        Self::Weld,
+        Self::Seam,
+    ];
+
+    /// Those of a controller without a weld's channels, by name.
+    pub const NAMED: [(&'static str, Self); 6] = [
+        ("RIst", Self::RIst),
+        ("RSol", Self::RSol),
+        ("AIPos", Self::AIPos),
+        ("ASPos", Self::ASPos),
+        ("EIPos", Self::EIPos),
+        ("Delay", Self::Delay),
+    ];
+}
+
 /// What is wrong with a packet.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum PacketError {
-    /// No UTF-8, no XML, or too long.
-    #[error("it is no XML")]
-    Xml,
+    /// No UTF-8, no XML, or too long; and why.
+    #[error("it is no XML: {0}")]
+    Xml(String),
     /// Another root element.
     #[error("its root is not <{0}>")]
     Root(&'static str),
-    /// An element or attribute is missing.
+    /// An element, or an attribute of one, is missing.
     #[error("{0} is missing")]
-    Missing(&'static str),
+    Missing(String),
     /// An element stands twice.
     #[error("{0} stands twice")]
     Twice(&'static str),
+    /// An attribute that the element does not have.
+    #[error("{0} is not known")]
+    Unknown(String),
     /// A value is no finite number of its range.
-    #[error("{0} is no number")]
-    Number(&'static str),
+    #[error("{place} is {text:?}, no number that it can be")]
+    Number {
+        /// Its element and attribute.
+        place: String,
+        /// How it begins.
+        text: String,
+    },
 }
+
+impl PacketError {
+    fn number(place: impl Into<String>, text: &str) -> Self {
+        Self::Number { place: place.into(), text: text.chars().take(SHOWN).collect() }
+    }
+}
+
+/// Most characters of a wrong value that are told.
+const SHOWN: usize = 20;
 
 /// One reading of a seam sensor.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -58,8 +128,6 @@ pub struct SeamReading {
 /// What a configuration for welding adds to the controller's packet.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WeldChannels {
-    /// The path before correction, `RSol`.
-    pub commanded: Frame,
     /// Motor torques seen from the joint, N·m.
     pub torque: [f64; 6],
     /// What the environment applies to the tool, axes of T: forces N, moments N·m.
@@ -79,8 +147,12 @@ pub struct WeldChannels {
 pub struct Rob {
     /// Pose of the tool by the encoders, `RIst`, in $BASE, the weld frame at the seam's start.
     pub actual: Frame,
+    /// Pose of the tool as commanded, before correction, `RSol`, likewise.
+    pub commanded: Option<Frame>,
     /// Axis angles by the encoders, degrees.
     pub axes: [f64; 6],
+    /// Axis angles as commanded, before correction, `ASPos`, degrees.
+    pub commanded_axes: Option<[f64; 6]>,
     /// External axes, mm or degrees.
     pub external: [f64; 6],
     /// Late packets in a row.
@@ -114,33 +186,39 @@ fn element(text: &mut String, tag: &str, names: &[&str], values: &[f64]) {
 }
 
 impl Rob {
-    /// Its bytes.
-    pub fn to_bytes(&self) -> Vec<u8> {
+    /// Its bytes: those of the elements whose values it has.
+    pub fn to_bytes(&self, elements: &[Element]) -> Vec<u8> {
         let mut text = String::with_capacity(1200);
         text.push_str("<Rob Type=\"KUKA\">");
-        element(&mut text, "RIst", &FRAME, &self.actual);
-        element(&mut text, "AIPos", &AXES, &self.axes);
-        element(&mut text, "EIPos", &EXTERNAL, &self.external);
-        let _ = write!(text, "<Delay D=\"{}\"/>", self.delay);
-        if let Some(weld) = &self.weld {
-            element(&mut text, "RSol", &FRAME, &weld.commanded);
-            element(&mut text, "Torque", &TORQUES, &weld.torque);
-            element(&mut text, "Wrench", &WRENCH, &weld.wrench);
-            element(&mut text, "Weld", &WELD, &[weld.path, weld.feed, weld.push]);
-            let _ = write!(text, "<Seam N=\"{}\"", weld.seam.len().min(READINGS));
-            for (k, reading) in weld.seam.iter().take(READINGS).enumerate() {
-                let [kind, value, age] = [KINDS[k], VALUES[k], AGES[k]];
-                let across = u8::from(!reading.across);
-                let _ = write!(
-                    text,
-                    " {kind}=\"{across}\" {value}=\"{:.6}\" {age}=\"{:.3}\"",
-                    reading.value, reading.age
-                );
-            }
-            text.push_str("/>");
+        for of in elements {
+            self.write(&mut text, *of);
         }
         let _ = write!(text, "<IPOC>{}</IPOC></Rob>", self.ipoc);
         text.into_bytes()
+    }
+
+    fn write(&self, text: &mut String, of: Element) {
+        match (of, &self.weld) {
+            (Element::RIst, _) => element(text, "RIst", &FRAME, &self.actual),
+            (Element::RSol, _) => {
+                self.commanded.iter().for_each(|frame| element(text, "RSol", &FRAME, frame));
+            }
+            (Element::AIPos, _) => element(text, "AIPos", &AXES, &self.axes),
+            (Element::ASPos, _) => {
+                self.commanded_axes.iter().for_each(|axes| element(text, "ASPos", &AXES, axes));
+            }
+            (Element::EIPos, _) => element(text, "EIPos", &EXTERNAL, &self.external),
+            (Element::Delay, _) => {
+                let _ = write!(text, "<Delay D=\"{}\"/>", self.delay);
+            }
+            (Element::Torque, Some(weld)) => element(text, "Torque", &TORQUES, &weld.torque),
+            (Element::Wrench, Some(weld)) => element(text, "Wrench", &WRENCH, &weld.wrench),
+            (Element::Weld, Some(weld)) => {
+                element(text, "Weld", &WELD, &[weld.path, weld.feed, weld.push]);
+            }
+            (Element::Seam, Some(weld)) => seam(text, &weld.seam),
+            (Element::Torque | Element::Wrench | Element::Weld | Element::Seam, None) => {}
+        }
     }
 
     /// Reads a packet.
@@ -154,10 +232,12 @@ impl Rob {
                 None => None,
             };
             Ok(Self {
-                actual: six(needed(root, "RIst")?, &FRAME)?,
-                axes: six(needed(root, "AIPos")?, &AXES)?,
-                external: find(root, "EIPos")?.map_or(Ok([0.0; 6]), |e| six(e, &EXTERNAL))?,
-                delay: whole(needed(root, "Delay")?.attribute("D"), "Delay")?,
+                actual: numbers(needed(root, "RIst")?, &FRAME)?,
+                commanded: optional(root, "RSol", &FRAME)?,
+                axes: numbers(needed(root, "AIPos")?, &AXES)?,
+                commanded_axes: optional(root, "ASPos", &AXES)?,
+                external: optional(root, "EIPos", &EXTERNAL)?.unwrap_or_default(),
+                delay: whole(needed(root, "Delay")?.attribute("D"), "Delay D")?,
                 weld,
                 ipoc: ipoc(root)?,
             })
@@ -165,24 +245,38 @@ impl Rob {
     }
 }
 
+/// `<Seam N="…" K1="…" V1="…" T1="…" …/>`.
+fn seam(text: &mut String, readings: &[SeamReading]) {
+    let _ = write!(text, "<Seam N=\"{}\"", readings.len().min(READINGS));
+    for (k, reading) in readings.iter().take(READINGS).enumerate() {
+        let [kind, value, age] = [KINDS[k], VALUES[k], AGES[k]];
+        let across = u8::from(!reading.across);
+        let _ = write!(
+            text,
+            " {kind}=\"{across}\" {value}=\"{:.6}\" {age}=\"{:.3}\"",
+            reading.value, reading.age
+        );
+    }
+    text.push_str("/>");
+}
+
 fn weld_channels(root: Node<'_, '_>, weld: Node<'_, '_>) -> Result<WeldChannels, PacketError> {
     let [path, feed, push] = numbers(weld, &WELD)?;
     let mut readings = Vec::new();
     if let Some(seam) = find(root, "Seam")? {
-        let count: u32 = whole(seam.attribute("N"), "Seam")?;
+        let count: u32 = whole(seam.attribute("N"), "Seam N")?;
         for k in 0..count as usize {
             let (Some(kind), Some(value), Some(age)) = (KINDS.get(k), VALUES.get(k), AGES.get(k))
             else {
-                return Err(PacketError::Number("Seam"));
+                return Err(PacketError::number("Seam N", &count.to_string()));
             };
             let [kind, value, age] = numbers(seam, &[kind, value, age])?;
             readings.push(SeamReading { across: kind == 0.0, value, age });
         }
     }
     Ok(WeldChannels {
-        commanded: six(needed(root, "RSol")?, &FRAME)?,
-        torque: six(needed(root, "Torque")?, &TORQUES)?,
-        wrench: six(needed(root, "Wrench")?, &WRENCH)?,
+        torque: numbers(needed(root, "Torque")?, &TORQUES)?,
+        wrench: numbers(needed(root, "Wrench")?, &WRENCH)?,
         path,
         feed,
         push,
@@ -204,22 +298,21 @@ impl Sen {
         text.into_bytes()
     }
 
-    /// Reads a packet. What it does not correct is not corrected.
+    /// Reads a packet. What it does not correct is not corrected: a context may have X, Y and Z alone.
     ///
     /// # Errors
     /// [`PacketError`].
     pub fn read(bytes: &[u8]) -> Result<Self, PacketError> {
         document(bytes, "Sen", |root| {
-            let correction = find(root, "RKorr")?.map_or(Ok([0.0; 6]), |e| six(e, &FRAME))?;
+            let correction = components(find(root, "RKorr")?, &FRAME)?;
             let axes = match (find(root, "AKorr")?, find(root, "AK")?) {
                 (Some(_), Some(_)) => return Err(PacketError::Twice("AKorr")),
-                (Some(axes), None) | (None, Some(axes)) => six(axes, &AXES)?,
-                (None, None) => [0.0; 6],
+                (axes, None) | (None, axes) => components(axes, &AXES)?,
             };
             let stop = match find(root, "Stop")?.map(|e| e.text().unwrap_or_default().trim()) {
                 None | Some("0") => false,
                 Some("1") => true,
-                Some(_) => return Err(PacketError::Number("Stop")),
+                Some(text) => return Err(PacketError::number("Stop", text)),
             };
             Ok(Self { correction, axes, stop, ipoc: ipoc(root)? })
         })
@@ -231,15 +324,16 @@ fn document<P>(
     name: &'static str,
     read: impl FnOnce(Node<'_, '_>) -> Result<P, PacketError>,
 ) -> Result<P, PacketError> {
+    let xml = |why: &dyn fmt::Display| PacketError::Xml(why.to_string());
     if bytes.len() > PACKET_BYTES {
-        return Err(PacketError::Xml);
+        return Err(xml(&format!("longer than {PACKET_BYTES} bytes")));
     }
-    let text = std::str::from_utf8(bytes).map_err(|_| PacketError::Xml)?;
+    let text = std::str::from_utf8(bytes).map_err(|error| xml(&error))?;
     let options =
         ParsingOptions { allow_dtd: false, nodes_limit: 256, ..ParsingOptions::default() };
     // Some clients end the packet with a zero.
     let document = Document::parse_with_options(text.trim_end_matches('\0'), options)
-        .map_err(|_| PacketError::Xml)?;
+        .map_err(|error| xml(&error))?;
     let root = document.root_element();
     if root.tag_name().name() != name {
         return Err(PacketError::Root(name));
@@ -260,11 +354,30 @@ fn find<'a, 'i>(
 }
 
 fn needed<'a, 'i>(root: Node<'a, 'i>, name: &'static str) -> Result<Node<'a, 'i>, PacketError> {
-    find(root, name)?.ok_or(PacketError::Missing(name))
+    find(root, name)?.ok_or_else(|| PacketError::Missing(name.to_owned()))
 }
 
-fn six(element: Node<'_, '_>, names: &[&'static str; 6]) -> Result<[f64; 6], PacketError> {
-    numbers(element, names)
+/// The values of a child that may not be there.
+fn optional(
+    root: Node<'_, '_>,
+    name: &'static str,
+    names: &[&'static str; 6],
+) -> Result<Option<[f64; 6]>, PacketError> {
+    find(root, name)?.map(|element| numbers(element, names)).transpose()
+}
+
+/// Where an attribute stands.
+fn place(element: Node<'_, '_>, name: &str) -> String {
+    format!("{} {name}", element.tag_name().name())
+}
+
+fn number(element: Node<'_, '_>, name: &str) -> Result<Option<f64>, PacketError> {
+    let Some(text) = element.attribute(name) else { return Ok(None) };
+    // Some clients pad their numbers with blanks.
+    match text.trim().parse() {
+        Ok(number) if f64::is_finite(number) => Ok(Some(number)),
+        _ => Err(PacketError::number(place(element, name), text)),
+    }
 }
 
 fn numbers<const N: usize>(
@@ -273,19 +386,32 @@ fn numbers<const N: usize>(
 ) -> Result<[f64; N], PacketError> {
     let mut values = [0.0; N];
     for (value, name) in values.iter_mut().zip(names) {
-        let text = element.attribute(*name).ok_or(PacketError::Missing(name))?;
-        let number: f64 = text.parse().map_err(|_| PacketError::Number(name))?;
-        if !number.is_finite() {
-            return Err(PacketError::Number(name));
-        }
-        *value = number;
+        *value =
+            number(element, name)?.ok_or_else(|| PacketError::Missing(place(element, name)))?;
+    }
+    Ok(values)
+}
+
+/// The components of a correction; those that a context lacks are 0.
+fn components(
+    element: Option<Node<'_, '_>>,
+    names: &[&'static str; 6],
+) -> Result<[f64; 6], PacketError> {
+    let mut values = [0.0; 6];
+    let Some(element) = element else { return Ok(values) };
+    // A component by a wrong name would pass for one that is not corrected.
+    if let Some(other) = element.attributes().find(|a| !names.contains(&a.name())) {
+        return Err(PacketError::Unknown(place(element, other.name())));
+    }
+    for (value, name) in values.iter_mut().zip(names) {
+        *value = number(element, name)?.unwrap_or(0.0);
     }
     Ok(values)
 }
 
 fn whole<W: std::str::FromStr>(text: Option<&str>, name: &'static str) -> Result<W, PacketError> {
-    let text = text.ok_or(PacketError::Missing(name))?;
-    text.trim().parse().map_err(|_| PacketError::Number(name))
+    let text = text.ok_or_else(|| PacketError::Missing(name.to_owned()))?;
+    text.trim().parse().map_err(|_| PacketError::number(name, text))
 }
 
 fn ipoc(root: Node<'_, '_>) -> Result<u64, PacketError> {

@@ -12,19 +12,24 @@ use std::path::PathBuf;
 use std::rc::Rc;
 use std::thread;
 use std::time::{Duration, Instant};
+use trueweld_core::Fault;
 use trueweld_core::compensation::Compensator;
 use trueweld_plant::input::Control;
 use trueweld_plant::simulate::{
     Controller, Phase, Program, Recording, Scenario, Seam, run, run_with,
 };
 use trueweld_rsi::client::Knowledge;
-use trueweld_rsi::packet::Sen;
+use trueweld_rsi::packet::{Element, Rob, Sen, WeldChannels};
 use trueweld_rsi::{
     Bounds, Client, ClientCounts, Link, LinkCounts, Pace, Served, Stop, pass_through, serve,
 };
 
 /// Longest that an answer may take in lock-step: a busy machine is no fault of the code.
 const PATIENCE: Pace = Pace::LockStep(Duration::from_secs(20));
+
+/// How long a controller is waited for, and after which silence it has gone.
+const FIRST: Duration = Duration::from_secs(60);
+const SILENCE: Duration = Duration::from_secs(3);
 
 /// Bounds of a sensor context that was opened as far as the law's own limits go.
 const OPENED: Bounds = Bounds {
@@ -70,13 +75,23 @@ impl Files {
     }
 
     fn client<'a>(&self, law: &'a mut dyn Compensator<f64>, authority: [f64; 2]) -> Client<'a> {
+        self.client_for(law, authority, SILENCE)
+    }
+
+    fn client_for<'a>(
+        &self,
+        law: &'a mut dyn Compensator<f64>,
+        authority: [f64; 2],
+        silence: Duration,
+    ) -> Client<'a> {
         let knowledge = Knowledge {
             model: self.of.robot.robot.clone(),
             seam: Seam::of(&self.of.weld),
             process: self.of.process.clone(),
             sensor: self.of.sensors.seam.clone(),
+            force_range: self.of.sensors.force.range,
         };
-        Client::new(knowledge, &self.of.control, law, authority)
+        Client::new(knowledge, &self.of.control, law, authority, silence)
     }
 
     fn in_process(&self) -> Recording {
@@ -93,9 +108,14 @@ impl Files {
         longest: f64,
     ) -> (Recording, LinkCounts, Option<Stop>) {
         let seam = Seam::of(&self.of.weld);
-        let mut link =
-            Link::new(socket, client, &seam, self.of.control.period, (bounds, pace, false))
-                .expect("a cycle of RSI");
+        let mut link = Link::new(
+            socket,
+            client,
+            &seam,
+            self.of.control.period,
+            (bounds, pace, &Element::WELD),
+        )
+        .expect("a cycle of RSI");
         let stopped: Rc<Cell<Option<Stop>>> = link.stopped();
         let recording = self.scenario(&pass_through(&self.of.control), |scenario| {
             run_with(scenario, &mut link, |row| match stopped.get() {
@@ -129,8 +149,7 @@ fn both(
         let served = scope.spawn(move || {
             let mut law = files.law();
             let mut client = files.client(law.as_mut(), authority);
-            let times = [Duration::from_secs(60), Duration::from_secs(3)];
-            assert_eq!(serve(&pc, &mut client, times, |_| {}), Served::Silent);
+            assert_eq!(serve(&pc, &mut client, FIRST, None, |_| {}), Served::Silent);
             client.counts()
         });
         let (recording, counts, stop) = files.over_rsi(robot, to, bounds, pace, longest);
@@ -179,9 +198,8 @@ fn a_client_that_knows_its_robot_sees_where_its_tool_is() {
         let served = scope.spawn(move || {
             let mut law = files.law();
             let mut client = files.client(law.as_mut(), [15.0, 5.0]);
-            let times = [Duration::from_secs(60), Duration::from_secs(3)];
             let mut seen = Vec::new();
-            serve(&pc, &mut client, times, |client| {
+            serve(&pc, &mut client, FIRST, None, |client| {
                 seen.extend(client.seen().map(|seen| seen.row.deviation_w.linear.y));
             });
             seen
@@ -436,50 +454,208 @@ fn a_million_malformed_packets_move_nothing() {
 fn a_client_that_is_not_there_stops_rsi_and_nothing_moves() {
     let files = Files::new("elastostatic", 0.012, 0.15);
     let nobody = address(&socket());
-    let pace = Pace::LockStep(Duration::from_millis(2));
-    let (recording, link, stop) =
-        files.over_rsi(socket(), nobody, Bounds::default(), pace, f64::MAX);
-    assert_eq!(stop, Some(Stop::Timeout));
-    assert_eq!((link.cycles, link.answered, link.lost()), (11, 0, 11));
-    assert!(recording.rows.iter().all(|row| row.correction_w.to_vector().amax() == 0.0));
+    for pace in [Pace::LockStep(Duration::from_millis(2)), Pace::RealTime] {
+        let (recording, link, stop) =
+            files.over_rsi(socket(), nobody, Bounds::default(), pace, f64::MAX);
+        assert_eq!(stop, Some(Stop::Timeout));
+        // An answer that is waited for to the end of its cycle is no fault of the simulation.
+        let expected = LinkCounts { cycles: 11, ..LinkCounts::default() };
+        assert_eq!((link, link.lost()), (expected, 11));
+        assert!(recording.rows.iter().all(|row| row.correction_w.to_vector().amax() == 0.0));
+    }
+}
+
+/// A packet of a robot that stands somewhere on its seam under the load of a weld; `k`: its cycle,
+/// which turns the noise of the force sensor.
+fn packet(files: &Files, k: u64, path: f64) -> Rob {
+    let seam = Seam::of(&files.of.weld);
+    let robot = &files.of.robot.robot;
+    let start = trueweld_plant::simulate::start_angles(robot, &seam).expect("within reach");
+    let pose = seam.nominal(path);
+    let angles = robot.inverse_near(&pose, &start).expect("within reach");
+    let commanded = trueweld_rsi::frame::of_pose(&(seam.frame(0.0).inverse() * pose));
+    Rob {
+        actual: commanded,
+        commanded: Some(commanded),
+        axes: angles.map(f64::to_degrees).into(),
+        commanded_axes: None,
+        external: [0.0; 6],
+        delay: 0,
+        weld: Some(WeldChannels {
+            torque: [0.0; 6],
+            wrench: [1e3, -4e3, -18e3 + (k % 7) as f64, 0.0, 0.0, 0.0],
+            path: path * 1e3,
+            feed: 10.0,
+            push: 18e3,
+            seam: vec![],
+        }),
+        ipoc: 100_000 + 12 * k,
+    }
+}
+
+/// A client that has welded for so many cycles, and the correction in its last answer, mm.
+fn welding<'a>(
+    files: &Files,
+    law: &'a mut dyn Compensator<f64>,
+    cycles: u64,
+) -> (Client<'a>, [f64; 6]) {
+    let mut client = files.client(law, [5.0, 5.0]);
+    let mut last = [0.0; 6];
+    for k in 0..cycles {
+        let packet = packet(files, k, 1.2e-4 * k as f64);
+        last = answer(&mut client, &packet).expect("it is in sequence");
+    }
+    assert!(size(&last) > 2.0, "{last:?}");
+    (client, last)
+}
+
+/// The correction that a packet is answered with, mm and degrees.
+fn answer(client: &mut Client<'_>, packet: &Rob) -> Option<[f64; 6]> {
+    let answer = client.answer(&packet.to_bytes(&Element::WELD))?;
+    let sen = Sen::read(&answer).expect("ours");
+    assert_eq!(sen.ipoc, packet.ipoc);
+    Some(sen.correction)
+}
+
+fn size(correction: &[f64; 6]) -> f64 {
+    correction[..3].iter().map(|v| v * v).sum::<f64>().sqrt()
+}
+
+/// Most by which a correction changes in a cycle, mm: the rate of the control file, and the digits of
+/// two packets.
+fn step(files: &Files) -> f64 {
+    files.of.control.compensation.lateral.rate * files.of.control.period * 1e3 + 2e-5
+}
+
+fn change(from: &[f64; 6], to: &[f64; 6]) -> f64 {
+    size(&std::array::from_fn(|i| to[i] - from[i]))
+}
+
+#[test]
+fn another_weld_begins_with_nothing_corrected_and_one_with_rsi_still_on_with_what_is() {
+    let files = Files::new("elastostatic", 0.012, 0.5);
+    let mut law = files.law();
+    let (mut client, last) = welding(&files, law.as_mut(), 400);
+    // RSI started again 0.8 s later, at the start of the seam, and then once more in the middle of it.
+    let mut begun = [0.0; 6];
+    for (k, path) in [(467, 0.0), (800, 0.3)] {
+        begun = answer(&mut client, &packet(&files, k, path)).expect("RSI has started");
+        assert!(size(&begun) <= step(&files), "{begun:?} after {last:?}");
+        for next in 1..200 {
+            let path = path + 1.2e-4 * next as f64;
+            let now = answer(&mut client, &packet(&files, k + next, path)).expect("in sequence");
+            assert!(change(&begun, &now) <= step(&files), "{begun:?} and then {now:?}");
+            begun = now;
+        }
+        assert!(size(&begun) > 2.0, "{begun:?}");
+    }
+    // Back to another seam, without RSI switched off: the controller holds what it was told last.
+    let mut next = begun;
+    for k in 1000..1032 {
+        let path = 0.32 - 0.01 * (k - 1000) as f64;
+        let now = answer(&mut client, &packet(&files, k, path)).expect("in sequence");
+        assert!(change(&next, &now) <= step(&files), "{next:?} and then {now:?}");
+        next = now;
+    }
+    // Fifty cycles that were lost on the line, while the controller ran on and counted them.
+    let late = Rob { delay: 50, ..packet(&files, 1082, 0.016) };
+    let after = answer(&mut client, &late).expect("in sequence");
+    assert!(change(&next, &after) <= step(&files), "{next:?} and then {after:?}");
+    assert_eq!((client.counts().lost, client.counts().faults), (50, 0));
+}
+
+#[test]
+fn a_wrong_time_stamp_is_passed_over_and_a_controller_that_started_again_is_answered() {
+    let files = Files::new("elastostatic", 0.012, 0.5);
+    let mut law = files.law();
+    let (mut client, last) = welding(&files, law.as_mut(), 400);
+    for ipoc in [u64::MAX, 0, 99_988, u64::MAX - 5] {
+        assert_eq!(answer(&mut client, &Rob { ipoc, ..packet(&files, 400, 0.048) }), None);
+    }
+    let next = answer(&mut client, &packet(&files, 400, 0.048)).expect("in sequence");
+    assert!(change(&last, &next) <= step(&files), "{last:?} and then {next:?}");
+    assert_eq!((client.counts().lost, client.counts().out_of_order), (0, 4));
+    // Its clock begins anew; the third packet in a row shows that.
+    let again = |k: u64| packet(&files, k, 1.2e-4 * k as f64);
+    assert_eq!([0, 1].map(|k| answer(&mut client, &again(k))), [None, None]);
+    let begun = answer(&mut client, &again(2)).expect("RSI has started");
+    assert!(size(&begun) <= step(&files), "{begun:?}");
+    assert!(answer(&mut client, &again(3)).is_some());
+}
+
+#[test]
+fn encoders_that_jump_and_a_wrench_beyond_the_sensors_range_are_faults_and_the_correction_holds() {
+    let files = Files::new("elastostatic", 0.012, 0.5);
+    let range = files.of.sensors.force.range.force;
+    let mut law = files.law();
+    let (mut client, last) = welding(&files, law.as_mut(), 400);
+    let mut jumped = packet(&files, 400, 0.048);
+    jumped.axes[0] += 150.0;
+    let mut overloaded = packet(&files, 401, 0.048);
+    if let Some(weld) = &mut overloaded.weld {
+        weld.wrench[0] = range;
+    }
+    for (packet, fault) in [(&jumped, Fault::Encoder(0)), (&overloaded, Fault::Force)] {
+        assert_eq!(answer(&mut client, packet), Some(last));
+        assert_eq!(client.seen().map(|seen| seen.row.fault), Some(Some(fault)));
+    }
+    assert_eq!(client.counts().faults, 2);
+    assert!(matches!(client.fault(), Some((_, Fault::Encoder(0)))), "{:?}", client.fault());
+    // One wrong period, and the next good one is believed.
+    assert!(answer(&mut client, &packet(&files, 402, 0.048)).is_some());
+    assert_eq!(client.counts().faults, 2);
+}
+
+#[test]
+fn packets_that_are_not_answered_keep_no_client_alive_and_a_named_controller_is_the_only_one() {
+    let files = Files::new("elastostatic", 0.012, 0.5);
+    let (robot, pc, stranger) = (socket(), socket(), UdpSocket::bind("127.0.0.2:0"));
+    // Not every system has more than one address of its loopback.
+    let Ok(stranger) = stranger else { return };
+    let to = address(&pc);
+    let named = address(&robot).ip();
+    let served = thread::scope(|scope| {
+        let files = &files;
+        let served = scope.spawn(move || {
+            let mut law = files.law();
+            let silence = Duration::from_millis(200);
+            let mut client = files.client_for(law.as_mut(), [5.0, 5.0], silence);
+            let served = serve(&pc, &mut client, FIRST, Some(named), |_| {});
+            (served, client.counts(), client.unwelded())
+        });
+        let send = |from: &UdpSocket, k| {
+            from.send_to(&packet(files, k, 0.2).to_bytes(&Element::WELD), to).expect("loopback");
+        };
+        send(&stranger, 0);
+        send(&robot, 0);
+        let begun = Instant::now();
+        while !served.is_finished() && begun.elapsed() < FIRST {
+            robot.send_to(b"<Rob/>", to).expect("loopback");
+            thread::sleep(Duration::from_millis(20));
+        }
+        served.join().expect("no panic")
+    });
+    let (served, counts, unwelded) = served;
+    assert_eq!((served, counts.answered, counts.foreign), (Served::Silent, 1, 1));
+    // Of a seam of half a metre.
+    assert!(unwelded.is_some_and(|left| (left - 0.3).abs() < 1e-9), "{unwelded:?}");
 }
 
 #[test]
 fn a_client_answers_doubled_packets_alike_and_old_and_unreadable_ones_not_at_all() {
     let files = Files::new("elastostatic", 0.012, 0.5);
-    let seam = Seam::of(&files.of.weld);
     let mut law = files.law();
     let mut client = files.client(law.as_mut(), [5.0, 5.0]);
-    let angles =
-        trueweld_plant::simulate::start_angles(&files.of.robot.robot, &seam).expect("reach");
-    let packet = |ipoc: u64, push: f64| {
-        let base = seam.frame(0.0).inverse();
-        let commanded = trueweld_rsi::frame::of_pose(&(base * seam.nominal(0.0)));
-        trueweld_rsi::packet::Rob {
-            actual: commanded,
-            axes: angles.map(f64::to_degrees).into(),
-            external: [0.0; 6],
-            delay: 0,
-            weld: Some(trueweld_rsi::packet::WeldChannels {
-                commanded,
-                torque: [0.0; 6],
-                wrench: [1e3, -4e3, -18e3 + push, 0.0, 0.0, 0.0],
-                path: 0.0,
-                feed: 0.0,
-                push: 18e3,
-                seam: vec![],
-            }),
-            ipoc,
-        }
-        .to_bytes()
-    };
-    let first = client.answer(&packet(1000, 0.0)).expect("an answer");
-    assert_eq!(client.answer(&packet(1000, 500.0)), Some(first));
-    let next = client.answer(&packet(1012, 1.0)).expect("an answer");
+    let packet =
+        |ipoc: u64, push: u64| Rob { ipoc, ..packet(&files, push, 0.0) }.to_bytes(&Element::WELD);
+    let first = client.answer(&packet(1000, 0)).expect("an answer");
+    assert_eq!(client.answer(&packet(1000, 5)), Some(first));
+    let next = client.answer(&packet(1012, 1)).expect("an answer");
     assert_eq!(Sen::read(&next).expect("ours").ipoc, 1012);
-    assert_eq!(client.answer(&packet(1000, 2.0)), None);
+    assert_eq!(client.answer(&packet(1000, 2)), None);
     assert_eq!(client.answer(b"<Rob>"), None);
-    assert!(client.answer(&packet(1060, 3.0)).is_some());
+    assert!(client.malformed().is_some_and(|error| error.to_string().contains("XML")));
+    assert!(client.answer(&packet(1060, 3)).is_some());
     let expected = ClientCounts {
         answered: 3,
         doubled: 1,

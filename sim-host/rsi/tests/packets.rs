@@ -1,12 +1,14 @@
 //! Both packets as public clients and drivers write and read them, and garbage.
 
 use proptest::prelude::*;
-use trueweld_rsi::packet::{PacketError, Rob, SeamReading, Sen, WeldChannels};
+use trueweld_rsi::packet::{Element, PacketError, Rob, SeamReading, Sen, WeldChannels};
 
 fn rob() -> Rob {
     Rob {
         actual: [5.32, 6.4, 111.3, 12.2, 0.0, 12.5],
+        commanded: None,
         axes: [8.2, 3.3, 111.67, 12.2222, -35.2, -12.5],
+        commanded_axes: None,
         external: [1000.0, 2000.0, 3000.0, 4000.0, 5000.0, 6000.0],
         delay: 11,
         weld: None,
@@ -16,7 +18,6 @@ fn rob() -> Rob {
 
 fn weld_channels() -> WeldChannels {
     WeldChannels {
-        commanded: [1.0, -2.0, 3.0, -4.0, 5.0, -6.0],
         torque: [1e3, -2e4, 3.0, 4.0, 5.0, 6.5],
         wrench: [-4e3, 1e3, -18e3, 1.0, 2.0, 3.0],
         path: 123.456,
@@ -34,7 +35,7 @@ fn weld_channels() -> WeldChannels {
 #[test]
 fn the_controllers_packet_is_that_of_public_clients_to_the_byte() {
     assert_eq!(
-        String::from_utf8(rob().to_bytes()).unwrap(),
+        String::from_utf8(rob().to_bytes(&Element::PLAIN)).unwrap(),
         "<Rob Type=\"KUKA\"><RIst X=\"5.32000\" Y=\"6.40000\" Z=\"111.30000\" A=\"12.20000\" \
          B=\"0.00000\" C=\"12.50000\"/><AIPos A1=\"8.20000\" A2=\"3.30000\" A3=\"111.67000\" \
          A4=\"12.22220\" A5=\"-35.20000\" A6=\"-12.50000\"/><EIPos E1=\"1000.00000\" \
@@ -86,24 +87,64 @@ fn a_client_of_commands_is_understood() {
     assert!(!read.stop && read.ipoc == 123645634563);
 }
 
+/// As the ROS-Industrial driver's ETHERNET file asks for them: it reads through a null pointer where
+/// one of them is missing.
 #[test]
-fn what_is_wrong_with_a_packet_is_told() {
+fn a_packet_has_the_elements_that_a_client_asks_for_in_their_order() {
+    let frame = [1.0, -2.0, 3.0, -4.0, 5.0, -6.0];
+    let packet = Rob {
+        commanded: Some(frame),
+        commanded_axes: Some([7.0; 6]),
+        weld: Some(weld_channels()),
+        ..rob()
+    };
+    use Element::{AIPos, ASPos, Delay, RIst, RSol};
+    let bytes = packet.to_bytes(&[RIst, RSol, AIPos, ASPos, Delay]);
+    let text = String::from_utf8(bytes.clone()).unwrap();
+    let tags: Vec<&str> = text.split('<').filter_map(|part| part.split(' ').next()).collect();
+    let expected =
+        ["", "Rob", "RIst", "RSol", "AIPos", "ASPos", "Delay", "IPOC>357", "/IPOC>", "/Rob>"];
+    assert_eq!(tags, expected);
+    let back = Rob::read(&bytes).unwrap();
+    assert_eq!((back.commanded, back.commanded_axes), (Some(frame), Some([7.0; 6])));
+    assert_eq!((back.actual, back.axes, back.weld), (packet.actual, packet.axes, None));
+}
+
+#[test]
+fn components_that_a_context_lacks_are_not_corrected() {
+    let read = |text: &str| Sen::read(format!("<Sen>{text}<IPOC>7</IPOC></Sen>").as_bytes());
+    let sen = read("<RKorr X=\"0.1\" Y=\"   -0.2\" Z=\"0.3\"/>").unwrap();
+    assert_eq!(sen.correction, [0.1, -0.2, 0.3, 0.0, 0.0, 0.0]);
+    assert_eq!(read("<AK A6=\"1.5\"/>").unwrap().axes, [0.0, 0.0, 0.0, 0.0, 0.0, 1.5]);
+}
+
+#[test]
+fn what_is_wrong_with_a_packet_is_told_with_its_place() {
     let good = String::from_utf8(Sen { ipoc: 7, ..Sen::default() }.to_bytes()).unwrap();
-    let read = |from: &str, to: &str| Sen::read(good.replacen(from, to, 1).as_bytes());
-    assert_eq!(read("X=\"0.00000\"", "X=\"nan\""), Err(PacketError::Number("X")));
-    assert_eq!(read("X=\"0.00000\"", "X=\"1e999\""), Err(PacketError::Number("X")));
-    assert_eq!(read("X=\"0.00000\"", "X=\"\""), Err(PacketError::Number("X")));
-    assert_eq!(read(" C=\"0.00000\"", ""), Err(PacketError::Missing("C")));
-    assert_eq!(read("<IPOC>7</IPOC>", ""), Err(PacketError::Missing("IPOC")));
-    assert_eq!(read("<IPOC>7<", "<IPOC>-7<"), Err(PacketError::Number("IPOC")));
-    assert_eq!(read("<IPOC>", "<IPOC>6</IPOC><IPOC>"), Err(PacketError::Twice("IPOC")));
-    assert_eq!(read("<Stop>0", "<Stop>2"), Err(PacketError::Number("Stop")));
-    assert_eq!(read("Sen", "Rob"), Err(PacketError::Xml));
+    let told = |bytes: &[u8]| Sen::read(bytes).expect_err("it is wrong").to_string();
+    let read = |from: &str, to: &str| told(good.replacen(from, to, 1).as_bytes());
+    let x = "X=\"0.00000\"";
+    for wrong in ["nan", "1e999", "", "0,1"] {
+        let expected = format!("RKorr X is {wrong:?}, no number that it can be");
+        assert_eq!(read(x, &format!("X=\"{wrong}\"")), expected);
+    }
+    assert_eq!(read(x, "x=\"0.1\""), "RKorr x is not known");
+    assert_eq!(read("<IPOC>7</IPOC>", ""), "IPOC is missing");
+    assert_eq!(read("<IPOC>7<", "<IPOC>-7<"), "IPOC is \"-7\", no number that it can be");
+    assert_eq!(read("<IPOC>", "<IPOC>6</IPOC><IPOC>"), "IPOC stands twice");
+    assert_eq!(read("<Stop>0", "<Stop>2"), "Stop is \"2\", no number that it can be");
     assert_eq!(Rob::read(good.as_bytes()), Err(PacketError::Root("Rob")));
-    let bomb = "<!DOCTYPE Sen [<!ENTITY a \"1\">]><Sen><IPOC>&a;</IPOC></Sen>";
-    assert_eq!(Sen::read(bomb.as_bytes()), Err(PacketError::Xml));
-    assert_eq!(Sen::read(&[b'<'; 5000]), Err(PacketError::Xml));
-    assert_eq!(Sen::read("<Sen>".repeat(800).as_bytes()), Err(PacketError::Xml));
+    let rob = String::from_utf8(rob().to_bytes(&Element::PLAIN)).unwrap();
+    let lacks = Rob::read(rob.replace(" A4=\"12.22220\"", "").as_bytes());
+    assert_eq!(lacks, Err(PacketError::Missing("AIPos A4".to_owned())));
+    let latin = good.replacen("<EStr>", "<EStr>\u{d6}", 1).into_bytes();
+    let latin: Vec<u8> = latin.into_iter().filter(|byte| *byte != 0xc3).collect();
+    assert!(told(&latin).starts_with("it is no XML: invalid utf-8 sequence"), "{}", told(&latin));
+    let xml = |bytes: &[u8]| matches!(Sen::read(bytes), Err(PacketError::Xml(_)));
+    assert!(xml(good.replacen("Sen", "Rob", 1).as_bytes()));
+    assert!(xml(b"<!DOCTYPE Sen [<!ENTITY a \"1\">]><Sen><IPOC>&a;</IPOC></Sen>"));
+    assert!(xml(&[b'<'; 5000]));
+    assert!(xml("<Sen>".repeat(800).as_bytes()));
 }
 
 proptest! {
@@ -116,14 +157,18 @@ proptest! {
         weld in any::<bool>(),
     ) {
         let packet = Rob { actual, axes, delay, ipoc, weld: None, ..rob() };
-        let text = String::from_utf8(packet.to_bytes()).unwrap();
+        let text = String::from_utf8(packet.to_bytes(&Element::PLAIN)).unwrap();
         let numbers = by_position(&text).expect("every value at its place");
         for (read, written) in numbers.iter().zip(actual.iter().chain(&axes)) {
             // Five digits behind the point.
             prop_assert!((read - written).abs() <= 0.5e-5 + 1e-12);
         }
-        let packet = Rob { weld: weld.then(weld_channels), ..packet };
-        let bytes = packet.to_bytes();
+        let packet = Rob {
+            commanded: Some([1.0, -2.0, 3.0, -4.0, 5.0, -6.0]),
+            weld: weld.then(weld_channels),
+            ..packet
+        };
+        let bytes = packet.to_bytes(&Element::WELD);
         // A client's buffer, of the one that reads by position.
         prop_assert!(bytes.len() < 1024);
         let back = Rob::read(&bytes).unwrap();
@@ -149,7 +194,7 @@ proptest! {
     ) {
         let sen = Sen { correction: [1.0, -2.0, 0.5, 0.1, 0.2, 0.3], ipoc: 99, ..Sen::default() };
         let rob = Rob { weld: weld.then(weld_channels), ..rob() };
-        for bytes in [sen.to_bytes(), rob.to_bytes()] {
+        for bytes in [sen.to_bytes(), rob.to_bytes(&Element::WELD)] {
             let mut bytes = bytes;
             for (index, byte) in &at {
                 let place = index.index(bytes.len());

@@ -2,6 +2,7 @@
 
 use super::{Scale, listed};
 use crate::WeldRun;
+use trueweld_core::Fault;
 use trueweld_evaluate::JudgedFigure;
 use trueweld_plant::simulate::{HealthWarning, HealthWarningKind, LimitSpan};
 
@@ -15,6 +16,20 @@ pub(crate) fn run_names(runs: &[WeldRun]) -> Vec<String> {
         |r: &WeldRun| format!("{}, {}, {}", r.recording.weld, r.recording.controller, law(r));
     let laws: Vec<String> = runs.iter().map(law).collect();
     numbered(if all_different(&laws) { laws } else { runs.iter().map(full).collect() })
+}
+
+/// What was wrong in a control period.
+pub fn fault(fault: Fault) -> String {
+    match fault {
+        Fault::Encoder(joint) => format!("the encoder of A{} jumped", joint + 1),
+        Fault::Force => "the force sensor is stuck or beyond its range".to_owned(),
+        Fault::Setpoint => "the set-point cannot be".to_owned(),
+        Fault::Singular => "the arm is singular".to_owned(),
+        Fault::Limit(joint) => format!("A{} is outside its limits", joint + 1),
+        Fault::Compensation => {
+            "the law could form no correction: a pose out of reach, or a path that jumps".to_owned()
+        }
+    }
 }
 
 /// Tells equal names apart.

@@ -1,6 +1,7 @@
 //! What the controller's sensors add to the truth: `sensors/1`.
 
 use super::{FileKind, InputError, InputFile, Table};
+use trueweld_core::control::ForceRange;
 
 /// The sensors of one cell.
 #[derive(Debug, Clone, PartialEq)]
@@ -64,6 +65,8 @@ pub struct ForceSensor {
     pub delay: f64,
     /// Step of a force reading, N. 0: ideal.
     pub resolution: f64,
+    /// Largest reading of each channel, where the sensor is saturated.
+    pub range: ForceRange<f64>,
     /// What a moment reads without load, axes of T, N·m. Forces: the effect `force-offset`.
     pub zero_moment: [f64; 3],
     /// Small rotation vector by which the sensor is mounted off, axes of T, rad.
@@ -85,7 +88,7 @@ fn of_seam<'s>(
 
 impl Sensors {
     /// Every number that a file states, by table and key.
-    pub const NUMBERS: [Numbers; 23] = [
+    pub const NUMBERS: [Numbers; 25] = [
         ("encoder.resolution_rad", |s| s.encoder_resolution.iter_mut().collect()),
         ("torque.noise_nm", |s| s.torque_noise.iter_mut().collect()),
         ("force.noise_n", |s| vec![&mut s.force.noise_force]),
@@ -93,6 +96,8 @@ impl Sensors {
         ("force.filter_hz", |s| vec![&mut s.force.filter]),
         ("force.delay_s", |s| vec![&mut s.force.delay]),
         ("force.resolution_n", |s| vec![&mut s.force.resolution]),
+        ("force.range_n", |s| vec![&mut s.force.range.force]),
+        ("force.range_nm", |s| vec![&mut s.force.range.moment]),
         ("force.zero_nm", |s| s.force.zero_moment.iter_mut().collect()),
         ("force.misalignment_rad", |s| s.force.misalignment.iter_mut().collect()),
         ("force.jitter_s", |s| vec![&mut s.force.jitter]),
@@ -127,6 +132,8 @@ impl InputFile for Sensors {
             "filter_hz",
             "delay_s",
             "resolution_n",
+            "range_n",
+            "range_nm",
             "zero_nm",
             "misalignment_rad",
             "jitter_s",
@@ -146,9 +153,13 @@ impl InputFile for Sensors {
                 filter: force.quantity("filter_hz")?,
                 delay: force.quantity("delay_s")?,
                 resolution: force.quantity("resolution_n")?,
+                range: ForceRange {
+                    moment: optional(&force, "range_nm", 0.0)?,
+                    force: optional(&force, "range_n", 0.0)?,
+                },
                 zero_moment: errors(&force, "zero_nm")?,
                 misalignment: errors(&force, "misalignment_rad")?,
-                jitter: error(&force, "jitter_s", 0.0)?,
+                jitter: optional(&force, "jitter_s", 0.0)?,
             },
             seam: if root.has("seam") { Some(seam(&root.table("seam")?)?) } else { None },
             seed,
@@ -156,8 +167,8 @@ impl InputFile for Sensors {
     }
 }
 
-/// An error that an instrument may have; `without` where the file does not state it.
-fn error(table: &Table<'_>, key: &str, without: f64) -> Result<f64, InputError> {
+/// What a file may state of an instrument; `without` where it does not.
+fn optional(table: &Table<'_>, key: &str, without: f64) -> Result<f64, InputError> {
     if table.has(key) { table.quantity(key) } else { Ok(without) }
 }
 
@@ -189,12 +200,12 @@ fn seam(table: &Table<'_>) -> Result<SeamSensor, InputError> {
         period: table.quantity_as("period_s", "seam.period_s")?,
         delay: table.quantity_as("delay_s", "seam.delay_s")?,
         lost: table.quantity("lost")?,
-        noise_factor: error(table, "noise_factor", 1.0)?,
-        zero: error(table, "zero_m", 0.0)?,
-        tilt_zero: error(table, "tilt_zero_rad", 0.0)?,
-        scale: error(table, "scale", 0.0)?,
+        noise_factor: optional(table, "noise_factor", 1.0)?,
+        zero: optional(table, "zero_m", 0.0)?,
+        tilt_zero: optional(table, "tilt_zero_rad", 0.0)?,
+        scale: optional(table, "scale", 0.0)?,
         misalignment: errors(table, "misalignment_rad")?,
-        jitter: error(table, "jitter_s", 0.0)?,
-        hidden_delay: error(table, "hidden_delay_s", 0.0)?,
+        jitter: optional(table, "jitter_s", 0.0)?,
+        hidden_delay: optional(table, "hidden_delay_s", 0.0)?,
     })
 }

@@ -122,9 +122,13 @@ impl Instruments {
             value + deviation * unit
         };
         let wrench = Wrench {
-            force: truth.force.map(|v| stepped(noisy(v, force.noise_force), force.resolution)),
-            moment: truth.moment.map(|v| noisy(v, force.noise_moment))
-                + Vector3::from(force.zero_moment),
+            force: truth.force.map(|v| {
+                let read = stepped(noisy(v, force.noise_force), force.resolution);
+                saturated(read, force.range.force)
+            }),
+            moment: (truth.moment.map(|v| noisy(v, force.noise_moment))
+                + Vector3::from(force.zero_moment))
+            .map(|v| saturated(v, force.range.moment)),
         };
         SensorReadings {
             encoder,
@@ -149,6 +153,11 @@ impl Instruments {
         let part = delay - whole;
         at(whole as usize) * (1.0 - part) + at(whole as usize + 1) * part
     }
+}
+
+/// The value within an instrument's range; 0 is no end.
+fn saturated(value: f64, range: f64) -> f64 {
+    if range > 0.0 { value.clamp(-range, range) } else { value }
 }
 
 /// The value on an instrument's grid; 0 is a grid without steps.

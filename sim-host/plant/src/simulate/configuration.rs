@@ -87,6 +87,8 @@ impl Scenario<'_> {
             tuned_stiffness: force.tuned_stiffness,
             lateral: LimitNumbers::of(&control.compensation.lateral),
             orientation: LimitNumbers::of(&control.compensation.orientation),
+            force_sensor_moment: self.sensors.force.range.moment,
+            force_sensor_force: self.sensors.force.range.force,
         }
     }
 

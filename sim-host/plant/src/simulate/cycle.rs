@@ -129,7 +129,8 @@ impl<'a, P: Plant, H: HybridController<f64>> ControlCycle<'a, P, H> {
         let ports = &scenario.cell.robot.ports;
         let steps = scenario.plant_steps();
         let mut controller =
-            Compensated::new(hybrid, law, limits.lateral, limits.orientation, period);
+            Compensated::new(hybrid, law, limits.lateral, limits.orientation, period)
+                .with_force_range(sensors.force.range);
         controller.start(controller_model, motor, torque);
         Self {
             plant,

@@ -33,7 +33,7 @@ fn any_number_that_changes_changes_the_digest() {
     scenario("adaptive", |scenario| {
         let configuration = scenario.constants().expect("constants").configuration;
         let digest = configuration.digest();
-        let mut others = [configuration; 7];
+        let mut others = [configuration; 8];
         others[0].robot.joints[5].inertia[5] += 1e-9;
         others[1].robot.table[23][1] = 1.0;
         others[2].robot.tool_y_axis[2] = 1e-12;
@@ -41,6 +41,7 @@ fn any_number_that_changes_changes_the_digest() {
         others[4].control.orientation.rate *= 1.0 + 1e-15;
         others[5].law.following_size += 1e-9;
         others[6].law.gains[3].values[0] += 1e-12;
+        others[7].control.force_sensor_force += 1.0;
         for (k, other) in others.iter().enumerate() {
             assert_ne!(other.digest(), digest, "{k}");
         }
@@ -74,7 +75,8 @@ fn a_core_built_from_the_constants_commands_what_the_simulation_does() {
             limits.lateral,
             limits.orientation,
             scenario.control.period,
-        );
+        )
+        .with_force_range(scenario.sensors.force.range);
         simulated.start(scenario.controller_model, &angles, &torque);
         core.start(&angles, &torque);
         for k in 0..50 {
