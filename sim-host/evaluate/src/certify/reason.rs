@@ -7,6 +7,7 @@
 use super::{FaultTrial, Symptoms, Trial, within};
 use crate::Rate;
 use crate::margins::Condition;
+use crate::weld::DriveLoad;
 
 /// Share of what is needed below which a correction goes the wrong way; so much may be chance where
 /// little is needed.
@@ -42,6 +43,8 @@ pub enum Reason {
         of: usize,
         /// So many with no more beyond the limit show it; `None` where 100 000 do not.
         enough: Option<usize>,
+        /// So many with as large a share of them beyond show it; `None` where 100 000 do not.
+        at_this_rate: Option<usize>,
         /// Of all limits together: the one that most miss.
         most: Option<MostMissed>,
     },
@@ -51,6 +54,9 @@ pub enum Reason {
         of: usize,
         /// Share allowed.
         allowed: f64,
+        /// So many with as large a share of them beyond show that it is not met; `None` where this is
+        /// shown, or 100 000 do not show it.
+        decided: Option<usize>,
         /// Index of the worst trial.
         index: u64,
         /// The worst trial.
@@ -118,7 +124,7 @@ pub struct Shortfall {
     pub failed: Option<String>,
     /// What stands out in the loop.
     pub symptom: Option<Symptom>,
-    /// The limit that held the correction.
+    /// What stood at a limit.
     pub held: Option<Held>,
 }
 
@@ -162,13 +168,52 @@ pub enum Pace {
     Ripple,
 }
 
-/// A limit that held a correction: share of the periods.
+/// What stood at a limit: share of the periods.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Held {
-    /// At its authority.
+    /// A drive (0 = A1), at its torque.
+    Torque(usize, f64),
+    /// A drive, at its speed.
+    Speed(usize, f64),
+    /// The correction, at its authority.
     Authority(f64),
-    /// At any limit.
-    Limit(f64),
+    /// The correction, at a limit of its size or its rate.
+    Compensation(f64),
+    /// What the force loop adds.
+    ForceLoop(f64),
+    /// The controller, at fault.
+    Fault(f64),
+}
+
+impl Held {
+    /// A drive comes first, however short: with it at its limit there is no loop that a law could be
+    /// judged by.
+    fn of(s: &Symptoms) -> Option<Self> {
+        let drives = s.drives.iter().enumerate().flat_map(|(joint, drive)| {
+            let DriveLoad { at_torque_limit, at_speed_limit, .. } = *drive;
+            [Self::Torque(joint, at_torque_limit), Self::Speed(joint, at_speed_limit)]
+        });
+        let longest = drives.reduce(|a, b| if b.share() > a.share() { b } else { a });
+        let others = [
+            Self::Authority(s.at_authority),
+            Self::Compensation(s.compensation),
+            Self::ForceLoop(s.force_loop),
+            Self::Fault(s.fault),
+        ];
+        let drive = longest.filter(|held| held.share() > 0.0);
+        drive.or(others.into_iter().find(|held| held.share() >= HELD))
+    }
+
+    fn share(self) -> f64 {
+        match self {
+            Self::Torque(_, share)
+            | Self::Speed(_, share)
+            | Self::Authority(share)
+            | Self::Compensation(share)
+            | Self::ForceLoop(share)
+            | Self::Fault(share) => share,
+        }
+    }
 }
 
 impl MostMissed {
@@ -192,7 +237,7 @@ impl MostMissed {
 
 impl Shortfall {
     pub(super) fn of(name: &str, trial: &Trial) -> Self {
-        let stands_out = |s: &Symptoms| (symptom(name, s), held(s));
+        let stands_out = |s: &Symptoms| (symptom(name, s), Held::of(s));
         // Symptoms are of the steady part.
         let symptoms = trial.symptoms.as_ref().filter(|_| !name.contains('.'));
         let (symptom, held) = symptoms.map_or((None, None), stands_out);
@@ -216,22 +261,24 @@ pub(super) fn draws(
 ) -> Reason {
     let Some((trial, value)) = worst else { return Reason::NoRun };
     let of = beyond.of;
+    // So many times as many trials, as large a share of them beyond.
+    let times = |shows: &dyn Fn(Rate) -> bool| {
+        let mut rates = (1..=MOST_TRIALS / of).map(|k| Rate { hits: k * beyond.hits, of: k * of });
+        Some(rates.find(|rate| shows(*rate))?.of)
+    };
     if beyond.hits as f64 / of as f64 <= allowed {
-        let shown = |n: &usize| Rate { hits: beyond.hits, of: *n }.at_most(confidence);
-        let enough = (of..=100_000).find(|n| *n > beyond.hits && within(shown(n), allowed));
-        return Reason::TooFewDraws { of, enough, most };
+        let shown = |rate: Rate| within(rate.at_most(confidence), allowed);
+        let enough = (of..=MOST_TRIALS)
+            .find(|n| *n > beyond.hits && shown(Rate { hits: beyond.hits, of: *n }));
+        return Reason::TooFewDraws { of, enough, at_this_rate: times(&shown), most };
     }
+    let decided = times(&|rate| rate.at_least(confidence) > allowed).filter(|n| *n > of);
     let worst = Shortfall { value, ..Shortfall::of(name, trial) };
-    Reason::Draws { of, allowed, index: trial.index, worst, most }
+    Reason::Draws { of, allowed, decided, index: trial.index, worst, most }
 }
 
-fn held(s: &Symptoms) -> Option<Held> {
-    match (s.at_authority, s.limited) {
-        (share, _) if share >= HELD => Some(Held::Authority(share)),
-        (_, share) if share >= HELD => Some(Held::Limit(share)),
-        _ => None,
-    }
-}
+/// Most trials that a certification may make.
+const MOST_TRIALS: usize = 100_000;
 
 fn symptom(name: &str, s: &Symptoms) -> Option<Symptom> {
     let given = match name {
@@ -252,7 +299,10 @@ fn symptom(name: &str, s: &Symptoms) -> Option<Symptom> {
         return Some(Symptom::TooMuch(given));
     }
     let pushed = name == "push_error_rms_n" || name == "depth_rms_m";
-    if held(s).is_some() || pushed || name.starts_with("correction") {
+    if Held::of(s).is_some_and(|held| held.share() >= HELD)
+        || pushed
+        || name.starts_with("correction")
+    {
         return None;
     }
     if let Some(given) = given.filter(|given| *given < TOO_LITTLE) {
