@@ -263,18 +263,31 @@ pub(super) fn draws(
     let of = beyond.of;
     // So many times as many trials, as large a share of them beyond.
     let times = |shows: &dyn Fn(Rate) -> bool| {
-        let mut rates = (1..=MOST_TRIALS / of).map(|k| Rate { hits: k * beyond.hits, of: k * of });
-        Some(rates.find(|rate| shows(*rate))?.of)
+        let rate = |k: usize| Rate { hits: k * beyond.hits, of: k * of };
+        Some(of * least([1, MOST_TRIALS / of], |k| shows(rate(k)))?)
     };
     if beyond.hits as f64 / of as f64 <= allowed {
         let shown = |rate: Rate| within(rate.at_most(confidence), allowed);
-        let enough = (of..=MOST_TRIALS)
-            .find(|n| *n > beyond.hits && shown(Rate { hits: beyond.hits, of: *n }));
+        let enough = least([of.max(beyond.hits + 1), MOST_TRIALS], |n| {
+            shown(Rate { hits: beyond.hits, of: n })
+        });
         return Reason::TooFewDraws { of, enough, at_this_rate: times(&shown), most };
     }
     let decided = times(&|rate| rate.at_least(confidence) > allowed).filter(|n| *n > of);
     let worst = Shortfall { value, ..Shortfall::of(name, trial) };
     Reason::Draws { of, allowed, decided, index: trial.index, worst, most }
+}
+
+/// The least number of a range from which on something is so; `None` where it is not at its end.
+fn least([mut low, mut high]: [usize; 2], is: impl Fn(usize) -> bool) -> Option<usize> {
+    if low > high || !is(high) {
+        return None;
+    }
+    while low < high {
+        let middle = low + (high - low) / 2;
+        if is(middle) { high = middle } else { low = middle + 1 }
+    }
+    Some(low)
 }
 
 /// Most trials that a certification may make.
