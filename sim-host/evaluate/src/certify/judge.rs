@@ -246,7 +246,7 @@ fn of_draws(
     let verdict = Verdict::of_probability(bound, at_least, allowed);
     let why = || {
         // Of drives the one that is at a limit for longest: a torque that is cut off is the same in all.
-        let largest = worst(trials, |t| figure(t)).map(|trial| figure(trial));
+        let largest = sorted.last().copied();
         let as_bad = trials.iter().filter(|t| Some(figure(t)) == largest);
         let worst = worst(as_bad, |t| t.figure("at_limit_s")).map(|trial| (trial, figure(trial)));
         reason::draws(name, beyond, allowed, confidence, worst, most)

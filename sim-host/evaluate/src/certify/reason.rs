@@ -4,7 +4,7 @@
 //! Nothing is stated that a recording does not show. Where no symptom stands out, the figure stands
 //! alone.
 
-use super::{FaultTrial, Symptoms, Trial, within};
+use super::{FaultTrial, OF_DRIVES, Symptoms, Trial, within};
 use crate::Rate;
 use crate::margins::Condition;
 use crate::weld::DriveLoad;
@@ -186,9 +186,10 @@ pub enum Held {
 }
 
 impl Held {
-    /// A drive comes first, however short: with it at its limit there is no loop that a law could be
-    /// judged by.
-    fn of(s: &Symptoms) -> Option<Self> {
+    /// A drive comes first: with it at its limit there is no loop that a law could be judged by. Of
+    /// what is asked of the drives themselves it is told however short it was.
+    fn of(name: &str, s: &Symptoms) -> Option<Self> {
+        let least = if OF_DRIVES.contains(&name) { f64::MIN_POSITIVE } else { HELD };
         let drives = s.drives.iter().enumerate().flat_map(|(joint, drive)| {
             let DriveLoad { at_torque_limit, at_speed_limit, .. } = *drive;
             [Self::Torque(joint, at_torque_limit), Self::Speed(joint, at_speed_limit)]
@@ -200,7 +201,7 @@ impl Held {
             Self::ForceLoop(s.force_loop),
             Self::Fault(s.fault),
         ];
-        let drive = longest.filter(|held| held.share() > 0.0);
+        let drive = longest.filter(|held| held.share() >= least);
         drive.or(others.into_iter().find(|held| held.share() >= HELD))
     }
 
@@ -237,7 +238,7 @@ impl MostMissed {
 
 impl Shortfall {
     pub(super) fn of(name: &str, trial: &Trial) -> Self {
-        let stands_out = |s: &Symptoms| (symptom(name, s), Held::of(s));
+        let stands_out = |s: &Symptoms| (symptom(name, s), Held::of(name, s));
         // Symptoms are of the steady part.
         let symptoms = trial.symptoms.as_ref().filter(|_| !name.contains('.'));
         let (symptom, held) = symptoms.map_or((None, None), stands_out);
@@ -312,7 +313,7 @@ fn symptom(name: &str, s: &Symptoms) -> Option<Symptom> {
         return Some(Symptom::TooMuch(given));
     }
     let pushed = name == "push_error_rms_n" || name == "depth_rms_m";
-    if Held::of(s).is_some_and(|held| held.share() >= HELD)
+    if Held::of(name, s).is_some_and(|held| held.share() >= HELD)
         || pushed
         || name.starts_with("correction")
     {
