@@ -358,6 +358,21 @@ impl Inputs {
         cell.map(Some).map_err(|why| miette!("{file}: {why}"))
     }
 
+    /// Requirements as they are asked of this weld in this cell. `files`: with the requirements' among
+    /// them.
+    pub fn asked(&self, of: &Requirements, files: &[FileDigest]) -> Result<Requirements> {
+        let is = |file: &&FileDigest| file.role == Requirements::KIND.name();
+        let name = files.iter().find(is).map_or("", |file| &file.file);
+        of.of_weld(&self.weld, &self.planned, &self.control.compensation).map_err(|error| {
+            miette!(
+                help = "Half the pin is of the process file, push, feed and settle_s are of the weld file: a limit in another \
+                        unit, or of a part that the weld has not got, would pass whatever the law does.",
+                "{name}, for {}: {error}",
+                self.weld_file
+            )
+        })
+    }
+
     /// What the cells of a certification are made from.
     pub fn nominal<'a>(&'a self, uncertain: &'a UncertainCell) -> NominalCell<'a> {
         NominalCell { robot: &self.robot.robot, effects: &self.effects, uncertain }

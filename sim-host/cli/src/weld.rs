@@ -1,16 +1,16 @@
 //! `trueweld weld`: a weld, with and without compensation, and how far the tool leaves its line.
 
 use crate::certify::certificate;
-use crate::inputs::{Files, Inputs, PLANT_STEP, passes};
+use crate::inputs::{Files, Inputs, PLANT_STEP, STEP_OF_MANY, passes};
 use crate::names::{Controller, LawParser};
 use crate::results::{FormFiles, RecordedResults, Results, check_outputs, check_targets};
 use clap::Args;
-use miette::{Result, miette};
+use miette::{Report, Result, miette};
 use std::path::PathBuf;
 use trueweld_compensators::{Elastostatic, Entry, Uncompensated};
 use trueweld_evaluate::WeldFigures;
 use trueweld_output::{WeldReport, WeldRun};
-use trueweld_plant::simulate::{self, Program, Recording, Seam};
+use trueweld_plant::simulate::{self, Program, Recording, Scenario, Seam};
 
 /// Arguments of `weld`.
 #[derive(Args)]
@@ -29,7 +29,7 @@ pub struct Arguments {
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = passes())]
     passes: u32,
     /// Certificate (certify.json) that this weld is made under: refused where it is of another cell, law
-    /// or weld, or does not pass
+    /// or weld, does not pass, or this is not the weld that was asked for
     #[arg(long, value_name = "FILE", requires = "compensator")]
     certificate: Option<PathBuf>,
     /// Factor by which the recording exaggerates deviations
@@ -82,17 +82,23 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         Some(law) => vec![law.clone()],
     };
     let passes = arguments.passes as usize;
-    let simulation = inputs.simulation(&[controller], &laws, passes, PLANT_STEP);
+    // Under a certificate the run is the one that was certified.
+    let plant_step = if arguments.certificate.is_some() { STEP_OF_MANY } else { PLANT_STEP };
+    let simulation = inputs.simulation(&[controller], &laws, passes, plant_step);
     let provenance = inputs.provenance("weld", simulation);
-    if let Some(path) = &arguments.certificate {
-        certificate::check(path, &provenance)?;
-    }
+    let certificate = arguments.certificate.as_deref();
+    let certificate = certificate
+        .map(|path| Ok::<_, Report>((path, certificate::check(path, &provenance)?)))
+        .transpose()?;
     check_outputs(&outputs)?;
-    let recordings = simulate_all(&inputs, controller, &laws, arguments)?;
+    let recordings = simulate_all(&inputs, controller, &laws, plant_step, arguments)?;
     let figures = recordings
         .iter()
         .map(|r| WeldFigures::of(r).ok_or_else(|| inputs.too_short()))
         .collect::<Result<Vec<_>>>()?;
+    if let Some((path, certificate)) = &certificate {
+        figures.iter().try_for_each(|run| certificate::tell(path, certificate, run))?;
+    }
     let runs: Vec<WeldRun<'_>> = recordings
         .iter()
         .zip(&figures)
@@ -110,6 +116,7 @@ fn simulate_all(
     inputs: &Inputs,
     controller: simulate::Controller,
     laws: &[Entry],
+    plant_step: f64,
     arguments: &Arguments,
 ) -> Result<Vec<Recording>> {
     let duration = Program::Weld.duration(&inputs.weld, &Seam::of(&inputs.weld));
@@ -121,7 +128,8 @@ fn simulate_all(
             .enumerate()
             .map(|(k, law)| {
                 let progress = (k == 0).then_some(&progress);
-                let scenario = inputs.scenario(Program::Weld, controller, law);
+                let scenario =
+                    Scenario { plant_step, ..inputs.scenario(Program::Weld, controller, law) };
                 scope.spawn(move || {
                     simulate::run_passes(&scenario, passes, |time| {
                         if let Some(progress) = progress {

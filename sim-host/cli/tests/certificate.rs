@@ -29,7 +29,7 @@ const WELD: [&str; 6] = ["weld", "-q", "--compensator", "seam-tracking", "--weld
 /// A folder with a model of the default cell whose gap at A5 and stiffness of A2 were measured.
 fn workspace() -> Workspace {
     let place = Workspace::new();
-    fs::write(place.path().join("requirements.toml"), requirements(0.5, 0.75, 0.05)).unwrap();
+    fs::write(place.path().join("requirements.toml"), requirements(0.5, 0.75, 0.0025)).unwrap();
     let robot = fixture("robots/kr500-mt.toml");
     let process = fixture("processes/lap-weld-2024-t3.toml");
     let text = format!(
@@ -132,7 +132,7 @@ fn margins_are_of_arms_whose_links_are_not_as_the_controller_has_them() {
     let drawn = "uncertain = [{ effect = \"geometry-error\", at = \"all\", parameter = \"y_m\", \
                  distribution = \"uniform\", low = 4e-4, high = 6e-4, source = \"assumed\" }]\n";
     let margins = "[margins]\nplaces = 2\ndraws = 1\nmodulus_margin = 0.1\n";
-    let text = requirements(0.5, 0.75, 0.05).replace("[limits]", &format!("{drawn}[limits]"));
+    let text = requirements(0.5, 0.75, 0.0025).replace("[limits]", &format!("{drawn}[limits]"));
     fs::write(place.path().join("requirements.toml"), text + margins).unwrap();
     let _ = place.run(&CERTIFY);
     let result = place.json("out/certify/certify.json");

@@ -49,6 +49,29 @@ impl<S, V> FigureOf<S, V> {
     }
 }
 
+/// True for a figure within its limit. A correction held at its authority is the limit, to the last
+/// digits.
+pub fn within(figure: f64, limit: f64) -> bool {
+    figure <= limit * (1.0 + 1e-9)
+}
+
+/// How much of what lies between `from` and a limit a figure takes up: above 1 beyond the limit,
+/// infinite for what is not a number.
+pub(crate) fn share_of_limit(figure: f64, from: f64, limit: f64) -> f64 {
+    match (figure - from) / (limit - from) {
+        _ if figure.is_nan() => f64::INFINITY,
+        // Nothing lies between.
+        _ if limit <= from => {
+            if within(figure, limit) {
+                0.0
+            } else {
+                f64::INFINITY
+            }
+        }
+        share => share,
+    }
+}
+
 /// The most, or of margins the least, that a figure may be, SI units.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limit {

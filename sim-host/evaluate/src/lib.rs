@@ -33,12 +33,13 @@ mod weld;
 pub use arm::{ArmAt, PlacedSeam};
 pub use figure::{Figure, FigureOf, Limit};
 pub use rate::Rate;
-pub use requirements::{Faults, MarginLimits, Requirements};
+pub use requirements::{Faults, IdleLimit, MarginLimits, Requirements};
 pub use step::StepFigures;
 pub use uncertain::{
     Distribution, Group, NoSuchNumber, ReplacedAssumption, SEAM_KEYS, SHORT_SOURCE, UncertainCell,
     UncertainEntry, UncertainNumber, Uncertainty,
 };
 pub use weld::{
-    FirstLimit, ForceFigures, JudgedFigure, PHASES, PhaseFigures, Spread, WELD_FIGURES, WeldFigures,
+    ASKED_FIGURES, AskedWeld, DriveLoad, FirstLimit, ForceFigures, JudgedFigure, PHASES,
+    PhaseFigures, Spread, WELD_FIGURES, WeldFigures,
 };

@@ -1,11 +1,13 @@
 //! What a compensation law must reach, and under what uncertainty: `requirements/1`.
 
-use crate::figure::{Figure, Limit};
+use crate::figure::{Figure, Limit, within};
 use crate::margins::MARGIN_FIGURES;
 use crate::uncertain::{NoSuchNumber, UncertainCell, UncertainEntry, Uncertainty};
-use crate::weld::{PHASES, WELD_FIGURES};
+use crate::weld::{ASKED_FIGURES, AskedWeld, PHASES, WELD_FIGURES};
+use std::fmt;
 use trueweld_plant::input::{
-    Bounds, FileKind, InputError, InputFile, Process, RobotFile, Sensors, Table,
+    Bounds, CompensationLimits, FileKind, InputError, InputFile, Process, RobotFile, Sensors,
+    Table, Weld,
 };
 
 /// Requirements of a certification.
@@ -39,9 +41,38 @@ pub struct MarginLimits {
     pub places: usize,
     /// Drawn cells, spread along it as well.
     pub draws: usize,
-    /// The least that they may be there and in the ramps of push and feed, in the order of
-    /// [`MARGIN_FIGURES`].
+    /// The least that they may be there and in the ramps of push and feed: those that the file
+    /// states, then what is asked of the drives where it states nothing of them.
     pub at_least: Vec<Limit>,
+}
+
+/// Margins of corrections and force, and the same of the drives at work.
+const DRIVES_AT_WORK: [(&str, &str); 4] = [
+    ("gain_margin", "drive_gain_margin_at_speed"),
+    ("phase_margin_rad", "drive_phase_margin_at_speed_rad"),
+    ("modulus_margin", "drive_modulus_margin_at_speed"),
+    ("disk_margin", "drive_disk_margin_at_speed"),
+];
+
+impl MarginLimits {
+    /// What is asked of the drives where the file asks nothing, at work and with friction at each
+    /// drive's speed: half of the phase and of the distance, and half of the decibels, that are asked
+    /// of corrections and force. The position loop of a heavy arm stands near its first mode, and
+    /// keeps less than the loops around it. A drive's delay is a share of the period that it is
+    /// sampled with anyway.
+    fn of_drives(stated: &[Limit]) -> Vec<Limit> {
+        let value = |key: &str| Some(stated.iter().find(|l| l.figure.key == key)?.value);
+        let each = DRIVES_AT_WORK.iter().filter_map(|(key, at_work)| {
+            let asked = value(key)?;
+            if value(&format!("drive_{key}")).or(value(at_work)).is_some() {
+                return None;
+            }
+            let of = MARGIN_FIGURES.iter().find(|of| of.figure.key == *at_work)?;
+            let half = if key.contains("gain") { asked.sqrt() } else { 0.5 * asked };
+            Some(Limit { figure: &of.figure, value: half })
+        });
+        each.collect()
+    }
 }
 
 /// One instrument at a time that fails in the steady part of the nominal weld and comes back, and
@@ -79,9 +110,117 @@ impl Requirements {
         UncertainCell::of(&self.uncertainty, &self.uncertain, robot, process, sensors)
     }
 
+    /// What is asked of one weld under a control file: the limits of the file, and that it is the
+    /// weld that was asked for ([`AskedWeld`]) in every figure that the file does not limit itself.
+    /// A limit that corrections are held to anyway shows nothing and is left out ([`held`]).
+    ///
+    /// # Errors
+    /// [`IdleLimit`] where a limit of the file can show nothing.
+    ///
+    /// [`held`]: Self::held
+    pub fn of_weld(
+        &self,
+        weld: &Weld,
+        planned: &Process,
+        authority: &CompensationLimits,
+    ) -> Result<Self, IdleLimit> {
+        let asked = AskedWeld::new(weld, planned);
+        for (table, limits) in [("limits", &self.limits), ("worst_case", &self.worst_case)] {
+            for Limit { figure, value } in limits {
+                let idle = |why| IdleLimit { table, figure, value: *value, why };
+                // Of all parts only the start may be left out.
+                if figure.phase() == PHASES[0] && weld.settle <= 0.0 {
+                    return Err(idle(WhyIdle::NoStart));
+                }
+                let most = asked.most(figure.key_in_phase());
+                if let Some(most) = most.filter(|most| !within(*value, *most)) {
+                    return Err(idle(WhyIdle::Loose(most)));
+                }
+            }
+        }
+        let is_held = |limit: &Limit| {
+            let most = match limit.figure.key {
+                "correction_m" => authority.lateral.size,
+                "correction_rad" => authority.orientation.size,
+                _ => f64::INFINITY,
+            };
+            within(most, limit.value)
+        };
+        let exceedable = |limits: &[Limit]| -> Vec<Limit> {
+            limits.iter().copied().filter(|limit| !is_held(limit)).collect()
+        };
+        let implied = |figure: &'static Figure| {
+            let is_asked = ASKED_FIGURES.contains(&figure.key);
+            let value = asked.most(figure.key).filter(|_| is_asked)?;
+            Some(Limit { figure, value })
+        };
+        let all = WELD_FIGURES.iter().filter_map(|of| {
+            let stated = self.limits.iter().find(|limit| limit.figure.key == of.figure.key);
+            stated.copied().or_else(|| implied(&of.figure))
+        });
+        Ok(Self {
+            limits: exceedable(&all.collect::<Vec<_>>()),
+            worst_case: exceedable(&self.worst_case),
+            ..self.clone()
+        })
+    }
+
+    /// Limits of corrections that [`of_weld`](Self::of_weld) leaves out of `self`: the authority of
+    /// the control file is within them, and no correction comes beyond.
+    pub fn held(&self, of_weld: &Self) -> Vec<Limit> {
+        let left = |limit: &&Limit| !of_weld.limits.contains(limit);
+        self.limits.iter().filter(left).copied().collect()
+    }
+
     /// The limit of a figure of a weld, by its key.
     pub fn limit(&self, key: &str) -> Option<f64> {
         self.limits.iter().find(|limit| limit.figure.key == key).map(|limit| limit.value)
+    }
+}
+
+/// A limit of a requirements file that can show nothing of a weld.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct IdleLimit {
+    table: &'static str,
+    figure: &'static Figure,
+    value: f64,
+    why: WhyIdle,
+}
+
+/// Why a limit can show nothing.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum WhyIdle {
+    /// The weld that was asked for does not come to more than this.
+    Loose(f64),
+    /// The weld has no part before its force loop closes.
+    NoStart,
+}
+
+impl std::error::Error for IdleLimit {}
+
+impl fmt::Display for IdleLimit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { table, figure, value, why } = self;
+        let part = figure.phase();
+        let dot = if part.is_empty() { "" } else { "." };
+        let unit = if figure.unit == "1" { String::new() } else { format!(" {}", figure.unit) };
+        write!(
+            f,
+            "`{}` in [{table}{dot}{part}] is {value}{unit}; expected ",
+            figure.key_in_phase()
+        )?;
+        match why {
+            WhyIdle::Loose(most) => write!(
+                f,
+                "at most {}{unit}: beyond that it is not the weld that was asked for, whatever \
+                 the file says",
+                (1e4 * most).round() / 1e4
+            ),
+            WhyIdle::NoStart => f.write_str(
+                "no limit of the start: settle_s of the weld is 0, and nothing of it is before the \
+                 force loop closes",
+            ),
+        }
     }
 }
 
@@ -154,7 +293,8 @@ fn limits(
 
 fn margins(table: &Table<'_>) -> Result<MarginLimits, InputError> {
     let figures = MARGIN_FIGURES.iter().map(|of| &of.figure);
-    let at_least = limits(table, &["places", "draws"], figures)?;
+    let mut at_least = limits(table, &["places", "draws"], figures)?;
+    at_least.extend(MarginLimits::of_drives(&at_least));
     let whole = |key, least: f64, hint| {
         let number = table.number(key, Bounds::UpTo(1000.0))?;
         if number < least || number.fract() != 0.0 {

@@ -1,11 +1,12 @@
 //! Figures of a weld over its steady part (full feed, full force), and whether it is the weld that
 //! was asked for.
 
-use crate::figure::{Figure, FigureOf};
+use crate::figure::{Figure, FigureOf, share_of_limit, within};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use trueweld_core::control::Limited;
-use trueweld_core::{Fault, JointVector};
+use trueweld_core::{Fault, JOINTS, JointVector};
+use trueweld_plant::input::{Process, Weld};
 use trueweld_plant::simulate::{
     HealthWarning, LimitSpan, Phase, RecordRow, Recording, health_warnings, limit_spans,
 };
@@ -23,7 +24,7 @@ pub struct Spread {
 }
 
 impl Spread {
-    /// Of a signal; zeros for an empty one.
+    /// Of a signal; not a number for an empty one.
     pub fn of(signal: impl Iterator<Item = f64>) -> Self {
         let (mut n, mut sum, mut square, mut max_abs) = (0_usize, 0.0, 0.0, 0.0_f64);
         for v in signal {
@@ -32,7 +33,8 @@ impl Spread {
             square += v * v;
             max_abs = max_abs.max(v.abs());
         }
-        let n = n.max(1) as f64;
+        let max_abs = if n == 0 { f64::NAN } else { max_abs };
+        let n = n as f64;
         Self { mean: sum / n, rms: (square / n).sqrt(), max_abs }
     }
 }
@@ -64,7 +66,7 @@ fn part(phase: Phase) -> Option<usize> {
     }
 }
 
-/// One part of a weld beside the steady one.
+/// One part of a weld beside the steady one; not numbers where the weld has not got that part.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PhaseFigures {
     /// Across the seam, m.
@@ -75,7 +77,7 @@ pub struct PhaseFigures {
     pub tilt: Spread,
     /// Greatest depth below the plate's surface, m.
     pub deepest: f64,
-    /// Real push less the push asked for, N; zeros where none is asked for.
+    /// Real push less the push asked for, N; not numbers where none is asked for.
     pub push_error: Spread,
 }
 
@@ -87,9 +89,63 @@ impl PhaseFigures {
             lateral: spread(|r| r.deviation_w.linear.y),
             longitudinal: spread(|r| r.deviation_w.linear.x),
             tilt: spread(|r| r.tilt),
-            deepest: rows.clone().map(|r| r.deviation_w.linear.z).fold(0.0, f64::max),
+            deepest: rows.clone().map(|r| r.deviation_w.linear.z).fold(f64::NAN, f64::max),
             push_error: Spread::of(asked),
         }
+    }
+}
+
+/// What one drive gives in the steady part of a weld.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DriveLoad {
+    /// Largest torque over what the drive may give.
+    pub torque_share: f64,
+    /// Largest speed over what the drive may do.
+    pub speed_share: f64,
+    /// Share of the steady part in which the drive stands at its torque limit.
+    pub at_torque_limit: f64,
+    /// Share of the steady part in which the drive stands at its speed limit.
+    pub at_speed_limit: f64,
+}
+
+/// Share of a drive's torque or speed from which on it stands at its limit: a torque that is cut off
+/// is the limit but for its last digits.
+const AT_LIMIT: f64 = 0.999;
+
+impl DriveLoad {
+    /// The larger of each number.
+    pub(crate) fn most(&self, other: &Self) -> Self {
+        Self {
+            torque_share: self.torque_share.max(other.torque_share),
+            speed_share: self.speed_share.max(other.speed_share),
+            at_torque_limit: self.at_torque_limit.max(other.at_torque_limit),
+            at_speed_limit: self.at_speed_limit.max(other.at_speed_limit),
+        }
+    }
+
+    /// What each drive gives in the steady part, and the share of it in which any of them stands at
+    /// a limit.
+    pub(crate) fn all(recording: &Recording) -> ([Self; JOINTS], f64) {
+        let Recording { rows, period, max_torque, max_rate, .. } = recording;
+        let steady = rows.iter().filter(|row| row.phase == Phase::Steady).count().max(1);
+        let each = 1.0 / steady as f64;
+        let (mut loads, mut at_limit) = ([Self::default(); JOINTS], 0.0);
+        for pair in rows.windows(2).filter(|pair| pair[1].phase == Phase::Steady) {
+            let torque = pair[1].torque.abs().component_div(max_torque);
+            let rate = (pair[1].motor - pair[0].motor) / *period;
+            let speed = rate.abs().component_div(max_rate);
+            for (joint, load) in loads.iter_mut().enumerate() {
+                let (torque, speed) = (torque[joint], speed[joint]);
+                load.torque_share = load.torque_share.max(torque);
+                load.speed_share = load.speed_share.max(speed);
+                load.at_torque_limit += if torque > AT_LIMIT { each } else { 0.0 };
+                load.at_speed_limit += if speed > AT_LIMIT { each } else { 0.0 };
+            }
+            let held = torque.amax().max(speed.amax()) > AT_LIMIT;
+            at_limit += if held { each } else { 0.0 };
+        }
+        (loads, at_limit)
     }
 }
 
@@ -132,8 +188,12 @@ pub struct WeldFigures {
     pub limits: Vec<LimitSpan>,
     /// What the watch beside the law warned of, the first first.
     pub health: Vec<HealthWarning>,
+    /// What the drives give in the steady part, A1 to A6.
+    pub drives: [DriveLoad; JOINTS],
+    /// Time in the steady part in which any drive stands at its torque or its speed limit, s.
+    pub at_limit: f64,
     /// Whether it is the weld that was asked for, quantity by quantity.
-    pub judged: [JudgedFigure; 6],
+    pub judged: [JudgedFigure; 8],
 }
 
 /// Where a run first came to a limit or a fault.
@@ -172,11 +232,28 @@ pub struct JudgedFigure {
 }
 
 impl JudgedFigure {
+    /// How far it is from what it is to be.
+    pub fn off(&self) -> f64 {
+        (self.value - self.expected).abs()
+    }
+
+    /// How much of its tolerance that takes up: above 1 where it is not met.
+    pub fn share(&self) -> f64 {
+        share_of_limit(self.off(), 0.0, self.tolerance)
+    }
+
     /// True where the figure is within its tolerance, false where it is not a number.
     pub fn is_met(&self) -> bool {
-        (self.value - self.expected).abs() < self.tolerance
+        within(self.off(), self.tolerance)
     }
 }
+
+/// Places of figures in [`WeldFigures::judged`].
+const DEPTH: usize = 2;
+const PUSH: usize = 3;
+const SPEED: usize = 4;
+const DRIVE_TORQUE: usize = 6;
+const DRIVE_SPEED: usize = 7;
 
 /// Share by which the mean push and the mean speed may be off: the band within which a force step
 /// counts as settled.
@@ -185,21 +262,96 @@ const OFF: f64 = 0.05;
 /// Largest tilt of the tool, rad: half a degree, the tolerance in use (`fixtures/requirements`).
 const TILT: f64 = 0.5 * std::f64::consts::PI / 180.0;
 
+/// What the files of a weld ask of it: within what it is the weld that was asked for.
+///
+/// Lateral: within half the pin, or the joint line of a butt weld is missed. Along the seam: within
+/// a pin, so that the weld begins and ends where it is to. Depth: within half a pin of where the
+/// process as planned bears the push, whether the tool sinks or is lifted off. Push and speed: within
+/// the band in which a force step counts as settled. Tilt: the tolerance in use. Drives: below their
+/// limits of torque and speed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AskedWeld {
+    /// Half the pin's diameter, m.
+    pub half_pin: f64,
+    /// Push of the weld program, N.
+    pub force: f64,
+    /// Depth at which the process as planned bears that push, m.
+    pub planned_depth: f64,
+}
+
+/// Figures that decide whether it is the weld that was asked for, by their keys in
+/// [`WELD_FIGURES`], in the order of [`WeldFigures::judged`].
+pub const ASKED_FIGURES: [&str; 8] = [
+    "lateral_max_m",
+    "longitudinal_max_m",
+    "depth_error_max_m",
+    "push_error_mean_n",
+    "speed_error_share",
+    "tilt_max_rad",
+    "torque_share_max",
+    "speed_share_max",
+];
+
+impl AskedWeld {
+    /// Of a weld as it is planned.
+    pub fn new(weld: &Weld, planned: &Process) -> Self {
+        Self {
+            half_pin: 0.5 * planned.pin_diameter,
+            force: weld.force,
+            planned_depth: weld.force / planned.depth_stiffness,
+        }
+    }
+
+    /// The most that a figure, by its key without a phase, comes to in the weld that was asked for;
+    /// `None` where that leaves it open.
+    pub fn most(&self, key: &str) -> Option<f64> {
+        Some(match key {
+            "lateral_rms_m" | "lateral_max_m" | "lateral_before_m" => self.half_pin,
+            "longitudinal_max_m" => 2.0 * self.half_pin,
+            "depth_rms_m" | "depth_error_max_m" => self.half_pin,
+            "depth_max_m" => self.planned_depth + self.half_pin,
+            "push_error_mean_n" => OFF * self.force,
+            "speed_error_share" => OFF,
+            "tilt_rms_rad" | "tilt_max_rad" | "side_tilt_rms_rad" | "travel_angle_rms_rad" => TILT,
+            "torque_share_max" | "speed_share_max" => AT_LIMIT,
+            "at_limit_s" => 0.0,
+            _ => return None,
+        })
+    }
+}
+
 /// Figures of a weld that requirements may limit: of the steady part and of the whole run, then with
 /// the name of the phase before a dot those of [`PHASES`].
-pub static WELD_FIGURES: [FigureOf<WeldFigures>; 27] = [
+pub static WELD_FIGURES: [FigureOf<WeldFigures>; 35] = [
     FigureOf::new("lateral_rms_m", "lateral, RMS", "m", |f| f.lateral.rms),
     FigureOf::new("lateral_max_m", "lateral, largest", "m", |f| f.lateral.max_abs),
-    // Depth is what the push makes it; what may be limited is how far it wanders from its mean.
+    FigureOf::new("longitudinal_max_m", "along the seam, largest", "m", |f| f.longitudinal.max_abs),
+    // Depth is what the push makes it: how far it wanders from its mean, and how far it is from where
+    // the process as planned bears the push.
     FigureOf::new("depth_rms_m", "depth about its mean, RMS", "m", |f| {
         (f.depth.rms.powi(2) - f.depth.mean.powi(2)).max(0.0).sqrt()
     }),
+    FigureOf::new("depth_error_max_m", "depth off the planned, largest", "m", |f| {
+        f.judged[DEPTH].off()
+    }),
     FigureOf::new("tilt_rms_rad", "tilt, RMS", "rad", |f| f.tilt.rms),
+    FigureOf::new("tilt_max_rad", "tilt, largest", "rad", |f| f.tilt.max_abs),
     FigureOf::new("side_tilt_rms_rad", "tilt across the seam, RMS", "rad", |f| f.side_tilt.rms),
     FigureOf::new("travel_angle_rms_rad", "tilt along the seam, RMS", "rad", |f| {
         f.travel_angle.rms
     }),
     FigureOf::new("push_error_rms_n", "push, RMS of its error", "N", |f| f.force.error_rms),
+    FigureOf::new("push_error_mean_n", "push, error of its mean", "N", |f| f.judged[PUSH].off()),
+    FigureOf::new("speed_error_share", "speed, error of its mean", "1", |f| {
+        f.judged[SPEED].off() / f.judged[SPEED].expected
+    }),
+    FigureOf::new("torque_share_max", "torque of a drive, largest", "1", |f| {
+        f.judged[DRIVE_TORQUE].off()
+    }),
+    FigureOf::new("speed_share_max", "speed of a drive, largest", "1", |f| {
+        f.judged[DRIVE_SPEED].off()
+    }),
+    FigureOf::new("at_limit_s", "time at a limit of a drive", "s", |f| f.at_limit),
     FigureOf::new("lateral_before_m", "lateral before the steady part", "m", |f| f.lateral_before),
     FigureOf::new("correction_m", "correction, translation", "m", |f| f.correction[0]),
     FigureOf::new("correction_rad", "correction, rotation", "rad", |f| f.correction[1]),
@@ -289,6 +441,7 @@ impl WeldFigures {
         let depth = spread(|r| r.deviation_w.linear.z);
         let tilt = spread(|r| r.tilt);
         let mean_push = spread(|r| -r.force_w.z).mean;
+        let (drives, at_limit) = DriveLoad::all(recording);
         let before =
             recording.rows.iter().filter(|r| matches!(r.phase, Phase::ForceRamp | Phase::FeedRamp));
         Some(Self {
@@ -313,7 +466,9 @@ impl WeldFigures {
             first_limit: FirstLimit::of(recording),
             limits: limit_spans(&recording.rows, &recording.max_torque),
             health: health_warnings(&recording.rows),
-            judged: judged(recording, &steady, [lateral, longitudinal, tilt], mean_push),
+            judged: judged(recording, &steady, [lateral, longitudinal, tilt], mean_push, &drives),
+            drives,
+            at_limit: at_limit * steady.len() as f64 * recording.period,
         })
     }
 }
@@ -335,24 +490,17 @@ fn ways(steady: &[&RecordRow], first: &RecordRow, last: &RecordRow) -> [f64; 2] 
     [steady.windows(2).map(step).sum(), last.path - first.path]
 }
 
-/// Lateral: within half the pin, or the joint line of a butt weld is missed. Along the seam: within
-/// a pin, so that the weld begins and ends where it is to. Depth: within half a pin of where the
-/// process as planned bears the push, whether the tool sinks or is lifted off. Push and speed: see
-/// [`OFF`]; tilt: see [`TILT`].
+/// The figures of [`ASKED_FIGURES`] as people read them, against what an [`AskedWeld`] is to be.
 fn judged(
     recording: &Recording,
     steady: &[&RecordRow],
     [lateral, longitudinal, tilt]: [Spread; 3],
     push: f64,
-) -> [JudgedFigure; 6] {
-    let of = |key, label, unit, value, expected, tolerance| JudgedFigure {
-        figure: Figure { key, label, unit },
-        value,
-        expected,
-        tolerance,
-    };
-    let half = recording.half_pin;
+    drives: &[DriveLoad; JOINTS],
+) -> [JudgedFigure; 8] {
     let planned = recording.planned_depth;
+    let asked =
+        AskedWeld { half_pin: recording.half_pin, force: recording.force, planned_depth: planned };
     let depths = steady.iter().map(|r| r.deviation_w.linear.z);
     let depth = depths.fold(planned, |farthest, depth| {
         // Not a number is farthest of all.
@@ -361,19 +509,21 @@ fn judged(
     let (first, last) = (steady[0], steady[steady.len() - 1]);
     let time = last.time - first.time;
     let [speed, feed] = ways(steady, first, last).map(|length| length / time);
-    [
-        of("lateral_max_m", "lateral, largest", "m", lateral.max_abs, 0.0, half),
-        of(
-            "longitudinal_max_m",
-            "along the seam, largest",
-            "m",
-            longitudinal.max_abs,
-            0.0,
-            2.0 * half,
-        ),
-        of("depth_m", "depth farthest from the planned", "m", depth, planned, half),
-        of("push_mean_n", "push, mean", "N", push, recording.force, OFF * recording.force),
-        of("speed_mean_m_s", "speed along the seam, mean", "m/s", speed, feed, OFF * feed),
-        of("tilt_max_rad", "tilt, largest", "rad", tilt.max_abs, 0.0, TILT),
-    ]
+    let most = |share: fn(&DriveLoad) -> f64| drives.iter().map(share).fold(0.0, f64::max);
+    // As people read it: key, label, unit, value, what it is to be, and the unit of its tolerance.
+    let figures = [
+        ("lateral_max_m", "lateral, largest", "m", lateral.max_abs, 0.0, 1.0),
+        ("longitudinal_max_m", "along the seam, largest", "m", longitudinal.max_abs, 0.0, 1.0),
+        ("depth_m", "depth farthest from the planned", "m", depth, planned, 1.0),
+        ("push_mean_n", "push, mean", "N", push, recording.force, 1.0),
+        ("speed_mean_m_s", "speed along the seam, mean", "m/s", speed, feed, feed),
+        ("tilt_max_rad", "tilt, largest", "rad", tilt.max_abs, 0.0, 1.0),
+        ("torque_share_max", "torque of a drive, largest", "1", most(|d| d.torque_share), 0.0, 1.0),
+        ("speed_share_max", "speed of a drive, largest", "1", most(|d| d.speed_share), 0.0, 1.0),
+    ];
+    std::array::from_fn(|k| {
+        let (key, label, unit, value, expected, of) = figures[k];
+        let tolerance = asked.most(ASKED_FIGURES[k]).map_or(f64::NAN, |most| most * of);
+        JudgedFigure { figure: Figure { key, label, unit }, value, expected, tolerance }
+    })
 }

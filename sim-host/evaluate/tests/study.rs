@@ -156,7 +156,7 @@ fn the_edge_of_what_keeps_the_requirements_is_between_runs_that_do_and_do_not() 
     of.weld = shortened(&of.weld, 0.06);
     let (cell, law) = (of.cell(&[]), law("none"));
     let figure = WELD_FIGURES.iter().find(|f| f.figure.key == "lateral_max_m").expect("a figure");
-    let limit = Limit { figure: &figure.figure, value: 3e-3 };
+    let limit = Limit { figure: &figure.figure, value: 1.5e-3 };
     let study = LimitStudy {
         scenario: coarse(&of.scenario(&cell, Program::Weld, Controller::External, &law)),
         arm: RealArm { robot: &of.robot.robot, effects: &[] },
@@ -174,6 +174,17 @@ fn the_edge_of_what_keeps_the_requirements_is_between_runs_that_do_and_do_not() 
     // Without a law the seam's own offset is deviation, one to one; what the load bends adds to it.
     let probe = |offset: f64| study.probe(Driven::Offset, offset).share * limit.value;
     assert!(((probe(-1e-3) - probe(0.0)).abs() - 1e-3).abs() < 5e-5);
+    // Without a limit the weld must be the one that was asked for: a drive is below its limit.
+    let (of, law) = (Fixtures::of("coupon"), cell::law("seam-tracking"));
+    let cell = of.cell(&[]);
+    let free = LimitStudy {
+        scenario: coarse(&of.scenario(&cell, Program::Weld, Controller::External, &law)),
+        limits: &[],
+        ..study
+    };
+    let [kept, saturated] = [18e3, 25e3].map(|push| free.probe(Driven::Force, push));
+    assert!(kept.is_kept() && !saturated.is_kept(), "{kept:?} {saturated:?}");
+    assert_eq!(saturated.figure.map(|figure| figure.key), Some("torque_share_max"));
     // No push keeps a limit of nothing.
     let none = LimitStudy { limits: &[Limit { value: 1e-12, ..limit }], ..study };
     assert_eq!(none.find(Driven::Force, [4e3, 8e3], || {}).largest, None);

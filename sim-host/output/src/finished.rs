@@ -11,7 +11,7 @@ use trueweld_evaluate::study::{
     LocalSensitivity, OutOfReach, Placed, PlacedPart, Placement, SensitivityStudy, StudyRun,
 };
 use trueweld_evaluate::tune::{TunedController, TunedLaw, Tuning};
-use trueweld_evaluate::{StepFigures, UncertainCell, WeldFigures};
+use trueweld_evaluate::{Limit, StepFigures, UncertainCell, WeldFigures};
 use trueweld_identify::Identification;
 use trueweld_identify::plan::{PlanOptions, StiffnessPlan};
 use trueweld_measure::data::log::Log;
@@ -116,6 +116,8 @@ pub struct CertifiedWeld {
     pub evidence: Evidence,
     /// The requirements, judged.
     pub requirements: Vec<Requirement>,
+    /// Limits that corrections are held to anyway: they show nothing, and are not judged.
+    pub held: Vec<Limit>,
     /// What the failures follow from.
     pub sensitivities: Vec<Sensitivity>,
     /// What is weak and not forbidden.

@@ -50,7 +50,9 @@ pub use words::mistakes::mistake as mistake_in_words;
 pub use words::model_comments;
 pub use words::register::table as tracker_table;
 pub use words::study::layout::out_of_reach as out_of_reach_in_words;
-pub use words::weld::{fault as fault_in_words, warning as warning_in_words};
+pub use words::weld::{
+    fault as fault_in_words, missed as missed_in_words, warning as warning_in_words,
+};
 
 /// Millimetres in a metre, and milliradians in a radian.
 pub(crate) const MILLI: f64 = 1e3;

@@ -6,6 +6,7 @@ mod sample;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 use std::path::PathBuf;
+use trueweld_evaluate::certify::{self, WeakPoint};
 use trueweld_measure::diagnose::Verdict;
 use trueweld_output::{
     CompareReport, ImproveReport, LawsReport, Report, StepReport, WeldReport, json,
@@ -59,6 +60,41 @@ fn weld() {
     let report =
         WeldReport { runs: &welds.runs(), exaggeration: 50.0, provenance: sample::provenance() };
     insta::assert_snapshot!(told(&report));
+}
+
+#[test]
+fn a_pass_names_what_is_weak_in_its_headline_and_what_it_does_not_certify() {
+    let mut report = sample::certificate();
+    report.passes = 2;
+    let weld = &mut report.welds[0];
+    for requirement in &mut weld.requirements {
+        (requirement.verdict, requirement.reason) = (certify::Verdict::Pass, None);
+    }
+    let of = weld.evidence.margins[0].of;
+    weld.weak_points = vec![WeakPoint {
+        name: "drive_gain_margin",
+        least: 1.57,
+        customary: 2.0,
+        of,
+        channel: "A2",
+    }];
+    let said = told(&report);
+    let headline = said.split("The law").next().unwrap().split_whitespace().collect::<Vec<_>>();
+    let headline = headline.join(" ");
+    let expected = "PASS, with 2 weak points: gain margin, drives 1.57 of A2; 1 of 1 searched cell beyond a \
+                    limit, lateral, RMS up to 5067 % of its limit.";
+    assert_eq!(headline, expected);
+    let value = serde_json::to_value(report.json()).unwrap();
+    assert_eq!(value["verdict"], "pass");
+    assert_eq!(value["weak"].as_array().unwrap().len(), 2);
+    let page = report.page();
+    assert!(page.contains("Pass 1 of each run is not certified"), "{page}");
+    // The control file allows 10 mm, which is all that the requirements limit.
+    assert!(page.contains("allows no more than the limit of 10.000 mm"), "{page}");
+
+    report.welds[0].weak_points.clear();
+    report.welds[0].evidence.worst.beyond = 0;
+    assert!(told(&report).starts_with("PASS. "));
 }
 
 #[test]

@@ -1,20 +1,22 @@
-//! A certificate held against a run: it is of this cell, this law and this weld, or it says nothing
-//! of them.
+//! A certificate held against a run: it is of this cell, this law and this weld, and this is the weld
+//! that was asked for, or it says nothing of them.
 
 use super::shard::difference;
 use miette::{Result, miette};
 use std::path::Path;
+use trueweld_evaluate::WeldFigures;
 use trueweld_evaluate::certify::Verdict;
 use trueweld_output::json::CertifyResult;
+use trueweld_output::missed_in_words;
 use trueweld_plant::input::read_text;
 use trueweld_plant::provenance::{Provenance, SimulationRecord};
 
 /// Checks that a certificate passes and is of what a run is of: the bytes of every file, options,
-/// effects and the version of the program. What it was certified against is its own matter.
+/// effects and the version of the program.
 ///
 /// # Errors
 /// What the certificate is of instead; a certificate that does not pass, or is none.
-pub fn check(path: &Path, run: &Provenance) -> Result<()> {
+pub fn check(path: &Path, run: &Provenance) -> Result<CertifyResult> {
     let at = format!("--certificate {}", path.display());
     let (_, text) = read_text(path)?;
     let certificate: CertifyResult = serde_json::from_str(&text)
@@ -25,7 +27,7 @@ pub fn check(path: &Path, run: &Provenance) -> Result<()> {
             "{at}: it was changed since `certify` wrote it; expected the SHA-256 that it states"
         ));
     }
-    let mut of = certificate.provenance;
+    let mut of = certificate.provenance.clone();
     let here = |digest: &str| run.files.iter().any(|file| file.sha256 == digest);
     // Of its welds the one that is run, where it is among them.
     let is_among = of.files.iter().any(|f| f.role == "weld" && here(&f.sha256));
@@ -42,7 +44,6 @@ pub fn check(path: &Path, run: &Provenance) -> Result<()> {
     if let (Some(of), Some(now)) = (&mut of.simulation, &run.simulation) {
         *of = SimulationRecord {
             welds: now.welds.clone(),
-            plant_step_s: now.plant_step_s,
             noise_seed: now.noise_seed,
             draws_seed: now.draws_seed,
             // Of the files and options that are compared, and of each weld alone.
@@ -64,6 +65,28 @@ pub fn check(path: &Path, run: &Provenance) -> Result<()> {
             certificate.verdict
         ));
     }
-    say!("certified: {} in this cell, by {}\n", certificate.law, path.display());
+    Ok(certificate)
+}
+
+/// Says that a run is certified, with what is weak: it is the weld that was asked for.
+///
+/// # Errors
+/// A run that is not, whatever the certificate says of other noise.
+pub fn tell(path: &Path, certificate: &CertifyResult, run: &WeldFigures) -> Result<()> {
+    let missed = run.judged.iter().filter(|judged| !judged.is_met()).map(missed_in_words);
+    let missed: Vec<String> = missed.collect();
+    if !missed.is_empty() {
+        return Err(miette!(
+            help = "Run it without --certificate to see it, and `certify` with this --seed.",
+            "--certificate {}: this is not the weld that was asked for: {}",
+            path.display(),
+            missed.join("; ")
+        ));
+    }
+    let weak = match &certificate.weak[..] {
+        [] => String::new(),
+        weak => format!("; weak: {}", weak.join("; ")),
+    };
+    say!("certified: {} in this cell, by {}{weak}\n", certificate.law, path.display());
     Ok(())
 }

@@ -109,11 +109,6 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     }
     let mut files = Vec::new();
     let requirements: Requirements = read(arguments.requirements.as_deref(), &mut files)?;
-    if requirements.limits.is_empty() {
-        return Err(miette!(
-            "the requirements limit nothing; expected at least one key in [limits]"
-        ));
-    }
     // Everything is read and judged usable before the first run.
     let inputs = inputs(arguments)?;
     let Inputs { robot, planned, sensors, .. } = &inputs[0];
@@ -246,6 +241,8 @@ struct Asked<'a> {
 struct WeldSetup<'a> {
     arguments: &'a Arguments,
     asked: Asked<'a>,
+    /// As they are asked of this weld.
+    requirements: Requirements,
     inputs: &'a Inputs,
     scenario: Scenario<'a>,
     provenance: Provenance,
@@ -319,6 +316,7 @@ impl<'a> WeldSetup<'a> {
         inputs: &'a Inputs,
     ) -> Result<Self> {
         let (controller, law) = (arguments.controller.controller(), &arguments.compensator);
+        let requirements = inputs.asked(asked.requirements, files)?;
         let passes = arguments.passes as usize;
         let mut simulation =
             inputs.simulation(&[controller], slice::from_ref(law), passes, STEP_OF_MANY);
@@ -339,14 +337,14 @@ impl<'a> WeldSetup<'a> {
         let needed = RequiredCorrection::of(&scenario, &cell)
             .map_err(failed)?
             .ok_or_else(|| inputs.too_short())?;
-        Ok(Self { arguments, asked, inputs, scenario, provenance, key, needed })
+        Ok(Self { arguments, asked, requirements, inputs, scenario, provenance, key, needed })
     }
 
     fn certification(&self) -> Certification<'_> {
         Certification {
             scenario: self.scenario,
             cell: self.inputs.nominal(self.asked.uncertain),
-            requirements: self.asked.requirements,
+            requirements: &self.requirements,
             needed: &self.needed,
             passes: self.arguments.passes as usize,
             seed: self.arguments.draws,
@@ -480,8 +478,8 @@ impl<'a> WeldCampaign<'a> {
     /// Every run: those that are kept, and the missing ones.
     fn run(self) -> Result<CertifiedWeld> {
         let Self { setup, mut kept } = self;
-        let WeldSetup { arguments, asked, inputs, .. } = setup;
-        let Asked { requirements, uncertain, assumed } = asked;
+        let WeldSetup { arguments, asked, inputs, ref requirements, .. } = setup;
+        let Asked { uncertain, assumed, .. } = asked;
         let certification = setup.certification();
         let budget = arguments.worst as usize;
         let jobs = setup.jobs()?;
@@ -498,6 +496,8 @@ impl<'a> WeldCampaign<'a> {
         let controller = setup.scenario.controller;
         let margins = certification.margins().map_err(|error| inputs.failed(controller, &error))?;
         let Done { nominal, faults, mut trials } = kept.complete(&jobs, &certification, &meter)?;
+        let nominal =
+            nominal.into_iter().next().ok_or_else(|| miette!("the nominal run is missing"))?;
         let trial = |index: &u64| meter.count("draws", 1.0, certification.trial(*index));
         trials.extend(kept.trials.others(|trial| trial.index, is_trial, trial)?);
         trials.sort_by_key(|trial| trial.index);
@@ -505,8 +505,7 @@ impl<'a> WeldCampaign<'a> {
         let is = |(index, draw): &(u64, _), run: &Trial| run.index == *index && run.draw == *draw;
         let seed = arguments.draws;
         let rare = arguments.failure_probability.map(|allowed| {
-            let authority = &setup.scenario.control.compensation;
-            rare_failure(requirements, authority, uncertain, seed, &trials, allowed, |batch| {
+            rare_failure(requirements, &nominal, uncertain, seed, &trials, allowed, |batch| {
                 kept.rare.complete(batch, is, |(index, draw)| {
                     meter.count("rare failures", 1.0, certification.weld(*index, draw.clone()))
                 })
@@ -516,9 +515,10 @@ impl<'a> WeldCampaign<'a> {
         let searching = |(index, draw): &(u64, SampledCell)| {
             meter.count("worst case", 1.0, certification.weld(*index, draw.clone()))
         };
-        let mut searched = search(requirements, uncertain, seed, &trials, budget, |batch| {
-            kept.worst.complete(batch, is, searching)
-        })?;
+        let mut searched =
+            search(requirements, uncertain, seed, &nominal, &trials, budget, |batch| {
+                kept.worst.complete(batch, is, searching)
+            })?;
         let job = |run: &Trial| (run.index, run.draw.clone());
         searched.extend(kept.worst.others(job, is, searching)?);
         let compared = match compared {
@@ -534,13 +534,13 @@ impl<'a> WeldCampaign<'a> {
         };
         meter.finish();
         kept.close(arguments.failure_probability.is_some())?;
-        let nominal =
-            nominal.into_iter().next().ok_or_else(|| miette!("the nominal run is missing"))?;
         let worst = WorstCase::among(requirements, &nominal, &trials, searched);
         let evidence = Evidence { nominal, trials, rare, worst, margins, faults };
+        let held = asked.requirements.held(requirements);
         let requirements = judge(requirements, &evidence);
         Ok(CertifiedWeld {
             name: inputs.weld_name.clone(),
+            held,
             sensitivities: sensitivities(uncertain, &requirements, &evidence),
             weak_points: weak_points(&requirements, &evidence.margins),
             shown: certification.shown(&evidence, &requirements),

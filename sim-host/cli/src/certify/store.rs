@@ -52,7 +52,7 @@ impl<R: Serialize + DeserializeOwned + Clone + Send + Sync> TrialStore<R> {
     /// # Errors
     /// A file of another key, or one that was changed.
     pub fn open(path: PathBuf, key: &str) -> Result<Self> {
-        let header = serde_json::json!({ "schema": "trials/2", "inputs": key }).to_string();
+        let header = serde_json::json!({ "schema": "trials/3", "inputs": key }).to_string();
         let kept = match std::fs::read(&path) {
             Ok(bytes) => read(&path, &bytes, &header)?,
             Err(error) if error.kind() == ErrorKind::NotFound => Vec::new(),
@@ -370,7 +370,7 @@ mod tests {
     fn kept_runs_with_digests_of_their_own_are_found_out_by_running_a_sample() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("trials.jsonl");
-        let header = serde_json::json!({ "schema": "trials/2", "inputs": "key" }).to_string();
+        let header = serde_json::json!({ "schema": "trials/3", "inputs": "key" }).to_string();
         std::fs::write(&path, chained(&header, ["[3,8]"].into_iter()).0).unwrap();
         let error = squares(&path, "key", &[3]).unwrap_err().to_string();
         assert!(error.contains("comes out otherwise"), "{error}");

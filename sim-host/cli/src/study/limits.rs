@@ -10,10 +10,10 @@ use std::path::PathBuf;
 use std::slice;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use trueweld_compensators::Entry;
-use trueweld_evaluate::Requirements;
 use trueweld_evaluate::study::{
     Driven, Family, LimitStudy, Part, Placement, Range, RealArm, Way, numbers, shortened,
 };
+use trueweld_evaluate::{Limit, Requirements};
 use trueweld_output::{LimitsAt, StudyLimitsReport};
 use trueweld_plant::simulate::{Program, Scenario, Seam};
 
@@ -90,11 +90,6 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     check_targets(&results.outputs())?;
     let mut files = Vec::new();
     let requirements: Requirements = read(arguments.requirements.as_deref(), &mut files)?;
-    if requirements.limits.is_empty() {
-        return Err(miette!(
-            "the requirements limit nothing; expected at least one key in [limits]"
-        ));
-    }
     let mut inputs = arguments.files.read()?;
     if let Some(length) = arguments.length {
         if !(length >= SHORTEST && length.is_finite()) {
@@ -108,6 +103,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     if Program::Weld.steady(&inputs.weld, &seam).is_none() {
         return Err(inputs.too_short());
     }
+    let asked = inputs.asked(&requirements, &files)?;
+    // What is asked of every weld follows what is driven.
+    let stated = |limit: &&Limit| asked.limits.contains(limit);
+    let limits: Vec<Limit> = requirements.limits.iter().filter(stated).copied().collect();
     let ranges = arguments.ranges(&inputs.weld)?;
     check_outputs(&results.outputs())?;
     let (controller, law) = (arguments.controller.controller(), &arguments.compensator);
@@ -119,7 +118,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let study = LimitStudy {
         scenario,
         arm: RealArm { robot: &inputs.robot.robot, effects: &inputs.effects },
-        limits: &requirements.limits,
+        limits: &limits,
         passes: arguments.passes as usize,
     };
     let runs: usize = ranges.iter().map(|(driven, _)| driven.runs()).sum();

@@ -4,14 +4,15 @@
 use super::faults;
 use super::reason::{self, Reason, Shortfall};
 use super::{
-    FAULT_FIGURES, FaultTrial, MostMissed, RARE_FIGURE, RareFailure, Trial, WorstCase,
-    largest_share, within,
+    FAULT_FIGURES, FaultTrial, MostMissed, RARE_FIGURE, RareFailure, Trial, WorstCase, within,
 };
 use crate::Rate;
-use crate::figure::Limit;
+use crate::figure::{Limit, share_of_limit};
 use crate::margins::{Condition, MARGIN_FIGURES, Margins};
 use crate::requirements::Requirements;
+use crate::weld::DriveLoad;
 use serde::{Deserialize, Serialize};
+use trueweld_core::JOINTS;
 
 /// Which runs a requirement is judged by.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -161,7 +162,7 @@ pub fn drawn_figure(judged: &[Requirement], of: &Requirement, trial: &Trial) -> 
 
 /// The largest share of any limit; 0 where there is none.
 fn share_of_limits(limits: impl Iterator<Item = (&'static str, f64)>, trial: &Trial) -> f64 {
-    largest_share(limits, trial).map_or(0.0, |(_, share)| share)
+    limits.map(|(key, limit)| share_of_limit(trial.figure(key), 0.0, limit)).fold(0.0, f64::max)
 }
 
 /// Judges everything that was run of a weld, section by section. Nothing passes without runs enough
@@ -244,7 +245,10 @@ fn of_draws(
     let at_least = beyond.at_least(confidence);
     let verdict = Verdict::of_probability(bound, at_least, allowed);
     let why = || {
-        let worst = worst(trials, |t| figure(t)).map(|trial| (trial, figure(trial)));
+        // Of drives the one that is at a limit for longest: a torque that is cut off is the same in all.
+        let largest = sorted.last().copied();
+        let as_bad = trials.iter().filter(|t| Some(figure(t)) == largest);
+        let worst = worst(as_bad, |t| t.figure("at_limit_s")).map(|trial| (trial, figure(trial)));
         reason::draws(name, beyond, allowed, confidence, worst, most)
     };
     Requirement {
@@ -384,6 +388,35 @@ pub fn weak_points(judged: &[Requirement], map: &[Margins]) -> Vec<WeakPoint> {
         weak.then_some(WeakPoint { name, least, customary, of: at.of, channel })
     })
     .collect()
+}
+
+/// What one drive gave in the steady part of all welds.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct DriveUse {
+    /// In the cell as it is believed to be.
+    pub nominal: DriveLoad,
+    /// The most in any drawn cell, number by number.
+    pub drawn: DriveLoad,
+    /// Drawn cells in which it stood at a limit.
+    pub at_limit: usize,
+}
+
+impl DriveUse {
+    /// Of the drives A1 to A6, over the welds that were made.
+    pub fn all(evidence: &Evidence) -> [Self; JOINTS] {
+        let loads = |trial: &Trial| trial.symptoms.map_or(Default::default(), |s| s.drives);
+        let nominal: [DriveLoad; JOINTS] = loads(&evidence.nominal);
+        std::array::from_fn(|joint| {
+            let drawn = evidence.trials.iter().map(|trial| loads(trial)[joint]);
+            let start = Self { nominal: nominal[joint], ..Self::default() };
+            drawn.fold(start, |all, one| Self {
+                drawn: all.drawn.most(&one),
+                at_limit: all.at_limit
+                    + usize::from(one.at_torque_limit > 0.0 || one.at_speed_limit > 0.0),
+                ..all
+            })
+        })
+    }
 }
 
 fn fault_cases(requirements: &Requirements, trials: &[FaultTrial]) -> Vec<Requirement> {

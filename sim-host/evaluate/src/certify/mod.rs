@@ -33,8 +33,8 @@ pub(crate) mod worst;
 pub use draw::{NominalCell, SampledCell};
 pub use faults::{FAULT_FIGURES, FaultTrial, SteadyTooShort};
 pub use judge::{
-    Beyond, Evidence, EvidenceKind, Requirement, Verdict, WeakPoint, drawn_figure, draws, judge,
-    weak_points, worst,
+    Beyond, DriveUse, Evidence, EvidenceKind, Requirement, Verdict, WeakPoint, drawn_figure, draws,
+    judge, weak_points, worst,
 };
 pub use rare::{FEWEST_DRAWS, RARE_FIGURE, RareFailure, rare_failure};
 pub use reason::{Held, MostMissed, Pace, Reason, Shortfall, Symptom};
@@ -43,7 +43,8 @@ pub use subset::{Level, Subset};
 pub use symptoms::{Oscillation, RequiredCorrection, Symptoms};
 pub use worst::{WorstCase, search};
 
-use crate::figure::{Figure, FigureOf};
+pub use crate::figure::within;
+use crate::figure::{Figure, FigureOf, Limit, share_of_limit};
 use crate::laws::NoFigures;
 use crate::margins::{MARGIN_FIGURES, Margins, OperatingPoint};
 use crate::requirements::Requirements;
@@ -87,19 +88,36 @@ pub fn figure(key: &str) -> Option<&'static Figure> {
     weld.chain(margins).chain(faults).chain(rare).find(|figure| figure.key == key)
 }
 
-/// True for a figure within its limit. A correction held at its authority is the limit, to the last
-/// digits.
-pub fn within(figure: f64, limit: f64) -> bool {
-    figure <= limit * (1.0 + 1e-9)
+/// A figure that is limited, as a search and a simulation of rare failures look at it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Criterion {
+    key: &'static str,
+    limit: f64,
+    /// Where its share of the limit counts from.
+    from: f64,
 }
 
-/// The figure of a trial that is the largest share of its limit, with that share, beyond 1 where the
-/// weld has failed: of figures by their keys, with their limits. Of equals the first.
-fn largest_share(
-    limits: impl IntoIterator<Item = (&'static str, f64)>,
-    trial: &Trial,
-) -> Option<(&'static str, f64)> {
-    let shares = limits.into_iter().map(|(key, limit)| (key, trial.figure(key) / limit));
+/// Figures of drives, whose shares count from the nominal cell's: the most of what a drive gives is
+/// for the arm's weight and the push, in any cell, and would hide how close other figures come.
+const OF_DRIVES: [&str; 2] = ["torque_share_max", "speed_share_max"];
+
+impl Criterion {
+    fn new(limit: &Limit, nominal: &Trial) -> Self {
+        let (key, limit) = (limit.figure.key, limit.value);
+        let there = nominal.figure(key);
+        let counts = OF_DRIVES.contains(&key) && there < limit;
+        Self { key, limit, from: if counts { there } else { 0.0 } }
+    }
+
+    fn share(&self, trial: &Trial) -> f64 {
+        share_of_limit(trial.figure(self.key), self.from, self.limit)
+    }
+}
+
+/// The criterion of which a trial takes the largest share, with that share, beyond 1 where the weld
+/// has failed. Of equals the first; `None` of none.
+fn largest_share<'c>(all: &'c [Criterion], trial: &Trial) -> Option<(&'c Criterion, f64)> {
+    let shares = all.iter().map(|criterion| (criterion, criterion.share(trial)));
     shares.reduce(|most, one| if one.1 > most.1 { one } else { most })
 }
 
@@ -222,7 +240,7 @@ impl Certification<'_> {
             .filter_map(|r| {
                 let of = |trial: &Trial| trial.figure(r.name);
                 let trial = worst(trials, |t| of(t))?;
-                Some((of(trial) / r.limit, r.name, trial))
+                Some((share_of_limit(of(trial), 0.0, r.limit), r.name, trial))
             })
             .collect();
         worst.sort_by(|a, b| b.0.total_cmp(&a.0));

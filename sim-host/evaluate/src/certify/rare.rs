@@ -4,12 +4,11 @@
 
 use super::subset::{Point, Subset, subset};
 use super::worst::{SHORT, cell_at, latent, numbers};
-use super::{SampledCell, Trial, largest_share, within};
+use super::{Criterion, SampledCell, Trial, largest_share};
 use crate::figure::Figure;
 use crate::requirements::Requirements;
 use crate::uncertain::UncertainCell;
 use statrs::distribution::{ContinuousCDF, Normal};
-use trueweld_plant::input::CompensationLimits;
 
 /// What a rare failure is judged by.
 pub static RARE_FIGURE: Figure =
@@ -32,41 +31,26 @@ pub struct RareFailure {
     pub runs: usize,
 }
 
-/// The limits that a weld may be beyond, with the keys of their figures. A correction comes to its
-/// authority and not beyond: where that is within its limit, no weld fails by it, and as the largest
-/// share it would lead the levels to cells that all look alike.
-fn exceedable(
-    requirements: &Requirements,
-    authority: &CompensationLimits,
-) -> Vec<(&'static str, f64)> {
-    let most = |key: &str| match key {
-        "correction_m" => authority.lateral.size,
-        "correction_rad" => authority.orientation.size,
-        _ => f64::INFINITY,
-    };
-    let limits = requirements.limits.iter().map(|limit| (limit.figure.key, limit.value));
-    limits.filter(|(key, limit)| !within(most(key), *limit)).collect()
-}
-
 /// The probability of a weld beyond any of the limits, from the trials that were drawn and as many
-/// runs a level. `run` makes the runs of a batch: of each cell, with its number. `authority`: what
-/// holds the corrections of these runs.
+/// runs a level. `run` makes the runs of a batch: of each cell, with its number. `nominal`: the run of
+/// the cell as it is believed to be.
 ///
 /// # Errors
 /// Those of `run`.
 pub fn rare_failure<E>(
     requirements: &Requirements,
-    authority: &CompensationLimits,
+    nominal: &Trial,
     uncertain: &UncertainCell,
     seed: u64,
     trials: &[Trial],
     allowed: f64,
     mut run: impl FnMut(&[(u64, SampledCell)]) -> Result<Vec<Trial>, E>,
 ) -> Result<RareFailure, E> {
-    let limits = exceedable(requirements, authority);
+    let limits = requirements.limits.iter().map(|limit| Criterion::new(limit, nominal));
+    let limits: Vec<Criterion> = limits.collect();
     let worth = |trial: &Trial| match trial.failed {
         Some(_) => f64::INFINITY,
-        None => largest_share(limits.iter().copied(), trial).map_or(0.0, |(_, share)| share),
+        None => largest_share(&limits, trial).map_or(0.0, |(_, share)| share),
     };
     let first = trials.iter().map(|trial| (point(uncertain, &trial.draw), worth(trial))).collect();
     let mut runs = 0;

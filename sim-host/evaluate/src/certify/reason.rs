@@ -4,9 +4,10 @@
 //! Nothing is stated that a recording does not show. Where no symptom stands out, the figure stands
 //! alone.
 
-use super::{FaultTrial, Symptoms, Trial, within};
+use super::{FaultTrial, OF_DRIVES, Symptoms, Trial, within};
 use crate::Rate;
 use crate::margins::Condition;
+use crate::weld::DriveLoad;
 
 /// Share of what is needed below which a correction goes the wrong way; so much may be chance where
 /// little is needed.
@@ -42,6 +43,8 @@ pub enum Reason {
         of: usize,
         /// So many with no more beyond the limit show it; `None` where 100 000 do not.
         enough: Option<usize>,
+        /// So many with as large a share of them beyond show it; `None` where 100 000 do not.
+        at_this_rate: Option<usize>,
         /// Of all limits together: the one that most miss.
         most: Option<MostMissed>,
     },
@@ -51,6 +54,9 @@ pub enum Reason {
         of: usize,
         /// Share allowed.
         allowed: f64,
+        /// So many with as large a share of them beyond show that it is not met; `None` where this is
+        /// shown, or 100 000 do not show it.
+        decided: Option<usize>,
         /// Index of the worst trial.
         index: u64,
         /// The worst trial.
@@ -118,7 +124,7 @@ pub struct Shortfall {
     pub failed: Option<String>,
     /// What stands out in the loop.
     pub symptom: Option<Symptom>,
-    /// The limit that held the correction.
+    /// What stood at a limit.
     pub held: Option<Held>,
 }
 
@@ -162,13 +168,53 @@ pub enum Pace {
     Ripple,
 }
 
-/// A limit that held a correction: share of the periods.
+/// What stood at a limit: share of the periods.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Held {
-    /// At its authority.
+    /// A drive (0 = A1), at its torque.
+    Torque(usize, f64),
+    /// A drive, at its speed.
+    Speed(usize, f64),
+    /// The correction, at its authority.
     Authority(f64),
-    /// At any limit.
-    Limit(f64),
+    /// The correction, at a limit of its size or its rate.
+    Compensation(f64),
+    /// What the force loop adds.
+    ForceLoop(f64),
+    /// The controller, at fault.
+    Fault(f64),
+}
+
+impl Held {
+    /// A drive comes first: with it at its limit there is no loop that a law could be judged by. Of
+    /// what is asked of the drives themselves it is told however short it was.
+    fn of(name: &str, s: &Symptoms) -> Option<Self> {
+        let least = if OF_DRIVES.contains(&name) { f64::MIN_POSITIVE } else { HELD };
+        let drives = s.drives.iter().enumerate().flat_map(|(joint, drive)| {
+            let DriveLoad { at_torque_limit, at_speed_limit, .. } = *drive;
+            [Self::Torque(joint, at_torque_limit), Self::Speed(joint, at_speed_limit)]
+        });
+        let longest = drives.reduce(|a, b| if b.share() > a.share() { b } else { a });
+        let others = [
+            Self::Authority(s.at_authority),
+            Self::Compensation(s.compensation),
+            Self::ForceLoop(s.force_loop),
+            Self::Fault(s.fault),
+        ];
+        let drive = longest.filter(|held| held.share() >= least);
+        drive.or(others.into_iter().find(|held| held.share() >= HELD))
+    }
+
+    fn share(self) -> f64 {
+        match self {
+            Self::Torque(_, share)
+            | Self::Speed(_, share)
+            | Self::Authority(share)
+            | Self::Compensation(share)
+            | Self::ForceLoop(share)
+            | Self::Fault(share) => share,
+        }
+    }
 }
 
 impl MostMissed {
@@ -192,7 +238,7 @@ impl MostMissed {
 
 impl Shortfall {
     pub(super) fn of(name: &str, trial: &Trial) -> Self {
-        let stands_out = |s: &Symptoms| (symptom(name, s), held(s));
+        let stands_out = |s: &Symptoms| (symptom(name, s), Held::of(name, s));
         // Symptoms are of the steady part.
         let symptoms = trial.symptoms.as_ref().filter(|_| !name.contains('.'));
         let (symptom, held) = symptoms.map_or((None, None), stands_out);
@@ -216,22 +262,37 @@ pub(super) fn draws(
 ) -> Reason {
     let Some((trial, value)) = worst else { return Reason::NoRun };
     let of = beyond.of;
+    // So many times as many trials, as large a share of them beyond.
+    let times = |shows: &dyn Fn(Rate) -> bool| {
+        let rate = |k: usize| Rate { hits: k * beyond.hits, of: k * of };
+        Some(of * least([1, MOST_TRIALS / of], |k| shows(rate(k)))?)
+    };
     if beyond.hits as f64 / of as f64 <= allowed {
-        let shown = |n: &usize| Rate { hits: beyond.hits, of: *n }.at_most(confidence);
-        let enough = (of..=100_000).find(|n| *n > beyond.hits && within(shown(n), allowed));
-        return Reason::TooFewDraws { of, enough, most };
+        let shown = |rate: Rate| within(rate.at_most(confidence), allowed);
+        let enough = least([of.max(beyond.hits + 1), MOST_TRIALS], |n| {
+            shown(Rate { hits: beyond.hits, of: n })
+        });
+        return Reason::TooFewDraws { of, enough, at_this_rate: times(&shown), most };
     }
+    let decided = times(&|rate| rate.at_least(confidence) > allowed).filter(|n| *n > of);
     let worst = Shortfall { value, ..Shortfall::of(name, trial) };
-    Reason::Draws { of, allowed, index: trial.index, worst, most }
+    Reason::Draws { of, allowed, decided, index: trial.index, worst, most }
 }
 
-fn held(s: &Symptoms) -> Option<Held> {
-    match (s.at_authority, s.limited) {
-        (share, _) if share >= HELD => Some(Held::Authority(share)),
-        (_, share) if share >= HELD => Some(Held::Limit(share)),
-        _ => None,
+/// The least number of a range from which on something is so; `None` where it is not at its end.
+fn least([mut low, mut high]: [usize; 2], is: impl Fn(usize) -> bool) -> Option<usize> {
+    if low > high || !is(high) {
+        return None;
     }
+    while low < high {
+        let middle = low + (high - low) / 2;
+        if is(middle) { high = middle } else { low = middle + 1 }
+    }
+    Some(low)
 }
+
+/// Most trials that a certification may make.
+const MOST_TRIALS: usize = 100_000;
 
 fn symptom(name: &str, s: &Symptoms) -> Option<Symptom> {
     let given = match name {
@@ -252,7 +313,10 @@ fn symptom(name: &str, s: &Symptoms) -> Option<Symptom> {
         return Some(Symptom::TooMuch(given));
     }
     let pushed = name == "push_error_rms_n" || name == "depth_rms_m";
-    if held(s).is_some() || pushed || name.starts_with("correction") {
+    if Held::of(name, s).is_some_and(|held| held.share() >= HELD)
+        || pushed
+        || name.starts_with("correction")
+    {
         return None;
     }
     if let Some(given) = given.filter(|given| *given < TOO_LITTLE) {

@@ -4,10 +4,11 @@
 //! They are what a failed requirement is explained by. Everything is taken over the steady part.
 
 use super::{NominalCell, SampledCell};
+use crate::weld::DriveLoad;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 use trueweld_compensators::{Entry, Uncompensated};
-use trueweld_core::Twist;
+use trueweld_core::{JOINTS, Twist};
 use trueweld_plant::input::CompensationLimits;
 use trueweld_plant::simulate::{Phase, RecordRow, Recording, RunError, Scenario};
 
@@ -73,8 +74,14 @@ pub struct Symptoms {
     pub swing: Oscillation,
     /// Share of the periods in which the correction stood at its authority.
     pub at_authority: f64,
-    /// Share of the periods in which any limit was reached, or a fault raised.
-    pub limited: f64,
+    /// Share of the periods in which the correction stood at a limit of its size or its rate.
+    pub compensation: f64,
+    /// Share of the periods in which what the force loop adds stood at a limit.
+    pub force_loop: f64,
+    /// Share of the periods in which a fault was raised.
+    pub fault: f64,
+    /// What the drives gave, A1 to A6.
+    pub drives: [DriveLoad; JOINTS],
 }
 
 impl Symptoms {
@@ -123,7 +130,10 @@ impl Symptoms {
                 period,
             ),
             at_authority: share(&full),
-            limited: share(&|r| r.limited.any() || r.fault.is_some()),
+            compensation: share(&|r| r.limited.compensation),
+            force_loop: share(&|r| r.limited.force_loop),
+            fault: share(&|r| r.fault.is_some()),
+            drives: DriveLoad::all(recording).0,
         }
     }
 }

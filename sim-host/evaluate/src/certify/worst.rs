@@ -13,7 +13,8 @@
 //! point at too. A search finds; that nothing is worse it cannot
 //! prove.
 
-use super::{SampledCell, Trial, largest_share};
+use super::{Criterion, SampledCell, Trial, largest_share, within};
+use crate::figure::share_of_limit;
 use crate::requirements::Requirements;
 use crate::uncertain::UncertainCell;
 use crate::weld::WELD_FIGURES;
@@ -53,6 +54,8 @@ pub struct WorstCase {
     pub name: &'static str,
     /// That figure over its limit; infinite for a run without an end.
     pub of_limit: f64,
+    /// So many runs of the search are beyond a limit.
+    pub beyond: usize,
     /// Every run of the search, in the order in which they were asked for.
     pub runs: Vec<Trial>,
 }
@@ -65,41 +68,40 @@ impl WorstCase {
         trials: &[Trial],
         runs: Vec<Trial>,
     ) -> Self {
-        let limits = limits_of(requirements);
+        let limits = limits_of(requirements, nominal);
         let all = std::iter::once(nominal).chain(trials).chain(&runs);
         let worst = all
-            .reduce(|a, b| if badness(&limits, b).1 > badness(&limits, a).1 { b } else { a })
+            .reduce(|a, b| if badness(&limits, b) > badness(&limits, a) { b } else { a })
             .cloned();
-        let (name, of_limit) =
-            worst.as_ref().map_or(nothing(&limits), |trial| badness(&limits, trial));
-        Self { worst, name, of_limit, runs }
+        let farthest =
+            worst.as_ref().and_then(|trial| Some((largest_share(&limits, trial)?.0, trial)));
+        let name = farthest.map_or(WELD_FIGURES[0].figure.key, |(of, _)| of.key);
+        let of_limit =
+            farthest.map_or(0.0, |(of, trial)| share_of_limit(trial.figure(of.key), 0.0, of.limit));
+        let is_beyond =
+            |trial: &&Trial| limits.iter().any(|of| !within(trial.figure(of.key), of.limit));
+        let beyond = runs.iter().filter(is_beyond).count();
+        Self { worst, name, of_limit, beyond, runs }
     }
 }
 
-/// Figures that are limited, by their keys.
-type Limits = Vec<(&'static str, f64)>;
-
 /// Of every figure the limit that a search looks at: that of the worst case, where there is one.
-fn limits_of(requirements: &Requirements) -> Limits {
+fn limits_of(requirements: &Requirements, nominal: &Trial) -> Vec<Criterion> {
     let limit = |key| {
         let mut all = requirements.worst_case.iter().chain(&requirements.limits);
-        Some((key, all.find(|limit| limit.figure.key == key)?.value))
+        Some(Criterion::new(all.find(|limit| limit.figure.key == key)?, nominal))
     };
     WELD_FIGURES.iter().filter_map(|of| limit(of.figure.key)).collect()
 }
 
-/// The figure closest to its limit, and its share of it.
-fn badness(limits: &Limits, trial: &Trial) -> (&'static str, f64) {
-    largest_share(limits.iter().copied(), trial).unwrap_or_else(|| nothing(limits))
-}
-
-/// What is closest to its limit where nothing is anywhere near.
-fn nothing(limits: &Limits) -> (&'static str, f64) {
-    (limits.first().map_or(WELD_FIGURES[0].figure.key, |(key, _)| key), 0.0)
+/// The largest share of a limit.
+fn badness(limits: &[Criterion], trial: &Trial) -> f64 {
+    largest_share(limits, trial).map_or(0.0, |(_, share)| share)
 }
 
 /// Searches for the worst cell with `budget` runs beside the trials, which are known already, and
 /// gives all of these runs. `run` makes the runs of a batch: of each cell, with its number.
+/// `nominal`: the run of the cell as it is believed to be.
 ///
 /// # Errors
 /// Those of `run`.
@@ -107,11 +109,12 @@ pub fn search<E>(
     requirements: &Requirements,
     uncertain: &UncertainCell,
     seed: u64,
+    nominal: &Trial,
     trials: &[Trial],
     budget: usize,
     mut run: impl FnMut(&[(u64, SampledCell)]) -> Result<Vec<Trial>, E>,
 ) -> Result<Vec<Trial>, E> {
-    let mut search = Search::new(requirements, uncertain, seed, trials);
+    let mut search = Search::new(requirements, uncertain, seed, nominal, trials);
     let mut runs: Vec<Trial> = Vec::new();
     while runs.len() < budget {
         let mut batch = search.next_batch();
@@ -163,7 +166,7 @@ struct Search<'a> {
     /// Numbers that are turned, and the corner that the trials point at where there are more.
     turned_numbers: Vec<usize>,
     pointed: Option<SearchPoint>,
-    limits: Limits,
+    limits: Vec<Criterion>,
     random: ChaCha8Rng,
     /// Cells known, and how bad they were, from the worst down.
     known: Vec<(SearchPoint, f64)>,
@@ -179,6 +182,7 @@ impl<'a> Search<'a> {
         requirements: &'a Requirements,
         uncertain: &'a UncertainCell,
         seed: u64,
+        nominal: &Trial,
         trials: &[Trial],
     ) -> Self {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
@@ -187,7 +191,7 @@ impl<'a> Search<'a> {
             uncertain,
             turned_numbers: (0..SHORT + uncertain.latents()).collect(),
             pointed: None,
-            limits: limits_of(requirements),
+            limits: limits_of(requirements, nominal),
             random,
             known: Vec::new(),
             asked: HashSet::new(),
@@ -197,7 +201,7 @@ impl<'a> Search<'a> {
         };
         for trial in trials {
             let cell = SearchPoint { at: numbers(uncertain, &trial.draw), noise: trial.draw.noise };
-            search.known.push((cell, badness(&search.limits, trial).1));
+            search.known.push((cell, badness(&search.limits, trial)));
         }
         search.known.sort_by(|a, b| b.1.total_cmp(&a.1));
         if search.turned_numbers.len() > MOST_TURNS {
@@ -253,7 +257,7 @@ impl<'a> Search<'a> {
 
     fn learn(&mut self, batch: &[SearchPoint], done: &[Trial]) {
         let mut found: Vec<(SearchPoint, f64)> =
-            batch.iter().cloned().zip(done.iter().map(|t| badness(&self.limits, t).1)).collect();
+            batch.iter().cloned().zip(done.iter().map(|t| badness(&self.limits, t))).collect();
         self.known.extend(found.iter().cloned());
         // Stable: of equals the one known first stays before.
         self.known.sort_by(|a, b| b.1.total_cmp(&a.1));

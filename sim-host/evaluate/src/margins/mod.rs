@@ -167,8 +167,9 @@ pub fn run_linear(
 /// A margin, and the channel that it is of.
 pub type LeastMargin = (f64, &'static str);
 
-/// Margins that may be asked for: of corrections and force loop, then of the drives.
-pub static MARGIN_FIGURES: [FigureOf<Margins, LeastMargin>; 10] = [
+/// Margins that may be asked for: of corrections and force loop, then of the drives, then of the
+/// drives at work alone, with friction at each drive's speed.
+pub static MARGIN_FIGURES: [FigureOf<Margins, LeastMargin>; 14] = [
     FigureOf::new("gain_margin", "gain margin", "1", |m| m.least(0, gain)),
     FigureOf::new("phase_margin_rad", "phase margin", "rad", |m| m.least(0, |c| c.phase)),
     FigureOf::new("modulus_margin", "modulus margin", "1", |m| m.least(0, |c| c.modulus)),
@@ -189,6 +190,18 @@ pub static MARGIN_FIGURES: [FigureOf<Margins, LeastMargin>; 10] = [
     FigureOf::new("drive_disk_margin", "disk margin, all drives at once", "1", |m| {
         (m.disk[1], "all drives")
     }),
+    FigureOf::new("drive_gain_margin_at_speed", "gain margin, drives at speed", "1", |m| {
+        m.at_work(|| m.least(SETPOINT, gain))
+    }),
+    FigureOf::new("drive_phase_margin_at_speed_rad", "phase margin, drives at speed", "rad", |m| {
+        m.at_work(|| m.least(SETPOINT, |c| c.phase))
+    }),
+    FigureOf::new("drive_modulus_margin_at_speed", "modulus margin, drives at speed", "1", |m| {
+        m.at_work(|| m.least(SETPOINT, |c| c.modulus))
+    }),
+    FigureOf::new("drive_disk_margin_at_speed", "disk margin, all drives at speed", "1", |m| {
+        m.at_work(|| (m.disk[1], "all drives"))
+    }),
 ];
 
 fn gain(margin: &Margin) -> f64 {
@@ -196,6 +209,13 @@ fn gain(margin: &Margin) -> f64 {
 }
 
 impl Margins {
+    /// A margin of the steady part with friction at each drive's speed; no limit under any other
+    /// condition.
+    fn at_work(&self, of: impl FnOnce() -> LeastMargin) -> LeastMargin {
+        let is = self.of.friction == FrictionSlope::AtSpeed && !self.of.at.ramp;
+        if is { of() } else { (f64::INFINITY, "none") }
+    }
+
     /// The least of six channels from `first` on, and of which it is. Nothing where the loop is not
     /// stable.
     fn least(&self, first: usize, of: fn(&Margin) -> f64) -> LeastMargin {

@@ -1,12 +1,12 @@
 //! How far a weld can be driven: the largest push, feed and offset of the seam at which its
-//! requirements are kept, and what limits them.
+//! requirements are kept and it is the weld that was asked for, and what limits them.
 //!
 //! A range is looked at evenly first, then the edge of what is kept is halved until it is known. That
 //! more is always worse is not assumed: a range in which requirements are kept again beyond the edge
 //! is told.
 
 use super::place::RealArm;
-use crate::figure::{Figure, Limit};
+use crate::figure::{Figure, Limit, share_of_limit, within};
 use crate::laws::NoFigures;
 use crate::weld::{WELD_FIGURES, WeldFigures};
 use nalgebra::Vector3;
@@ -70,7 +70,9 @@ pub struct LimitStudy<'a> {
     pub scenario: Scenario<'a>,
     /// The arm of the real cell.
     pub arm: RealArm<'a>,
-    /// The most that figures may be.
+    /// The most that figures may be, beside what is asked of every weld ([`AskedWeld`]).
+    ///
+    /// [`AskedWeld`]: crate::AskedWeld
     pub limits: &'a [Limit],
     /// Welds of the seam, one after another; the last one counts.
     pub passes: usize,
@@ -82,7 +84,7 @@ pub struct Probe {
     /// The value, SI units.
     pub value: f64,
     /// The figure that takes the largest share of its limit; `None` where there are no figures.
-    pub figure: Option<&'static Figure>,
+    pub figure: Option<Figure>,
     /// That share; infinite where there are no figures.
     pub share: f64,
     /// What stood at a limit, the longest first.
@@ -92,9 +94,9 @@ pub struct Probe {
 }
 
 impl Probe {
-    /// All limits are kept.
+    /// All limits are kept, and it is the weld that was asked for.
     pub fn is_kept(&self) -> bool {
-        self.share <= 1.0
+        within(self.share, 1.0)
     }
 }
 
@@ -179,16 +181,15 @@ impl LimitStudy<'_> {
     pub fn probe(&self, driven: Driven, value: f64) -> Probe {
         match self.run(driven, value) {
             Ok(figures) => {
-                let shares = self.limits.iter().map(|limit| {
+                let stated = self.limits.iter().map(|limit| {
                     let of = WELD_FIGURES.iter().find(|of| of.figure.key == limit.figure.key);
                     let value = of.map_or(f64::NAN, |of| (of.value)(&figures));
-                    // Not a number is beyond any limit.
-                    let share = if value.is_nan() { f64::INFINITY } else { value / limit.value };
-                    (limit.figure, share)
+                    (*limit.figure, share_of_limit(value, 0.0, limit.value))
                 });
-                let worst = shares.reduce(|a, b| if b.1 > a.1 { b } else { a });
-                let (figure, share) =
-                    worst.map_or((None, 0.0), |(figure, share)| (Some(figure), share));
+                let asked = figures.judged.iter().map(|judged| (judged.figure, judged.share()));
+                let worst = stated.chain(asked).reduce(|a, b| if b.1 > a.1 { b } else { a });
+                let (figure, share) = worst.unzip();
+                let share = share.unwrap_or(0.0);
                 let held = figures.limits.iter().map(|span| span.kind).collect();
                 Probe { value, figure, share, held, failed: None }
             }

@@ -24,7 +24,7 @@ use crate::requirements::MarginLimits;
 use crate::step::StepFigures;
 use crate::weld::{JudgedFigure, WeldFigures};
 use arm::{arm_along, closed_form, force_delay};
-use rating::{rate_step, with_drives};
+use rating::rate_step;
 use rayon::prelude::*;
 use search::{Judge, rounded};
 use trueweld_compensators::{Entry, Uncompensated};
@@ -140,13 +140,12 @@ pub fn tune(
     progress: impl Fn(&'static str, f64) + Sync,
 ) -> Result<Tuning, TuneError> {
     let scenario = &task.scenario;
-    let asked = with_drives(&task.margins.at_least);
+    let asked = &task.margins.at_least;
     let arm = arm_along(scenario, task.margins.places)?;
     let judge = Judge {
         scenario: *scenario,
         still: task.still,
-        margins: &asked,
-        stated: task.margins.at_least.len(),
+        margins: asked,
         places: task.margins.places,
         response: &task.response,
     };
@@ -192,7 +191,7 @@ pub fn tune(
     Ok(Tuning {
         force_delay: force_delay(scenario, w),
         response: task.response,
-        asked,
+        asked: asked.clone(),
         arm,
         controllers,
         laws,

@@ -3,7 +3,7 @@
 
 use super::AskedResponse;
 use crate::figure::{Figure, Limit};
-use crate::margins::{FrictionSlope, MARGIN_FIGURES, Margins, SETPOINT};
+use crate::margins::{MARGIN_FIGURES, Margins, SETPOINT};
 use crate::step::StepFigures;
 
 /// What may limit a loop.
@@ -61,9 +61,8 @@ pub fn worst<'a>(ratings: impl IntoIterator<Item = &'a Rating>) -> Option<&'a Ra
 /// Of a loop that is not stable, as large as no margin makes it; the less the closer it is.
 const UNSTABLE: f64 = 1e3;
 
-/// Each margin that is asked for where it is least. The first `stated` are the requirements', under
-/// every condition; the others are asked at work, with friction at each drive's speed.
-pub(super) fn rate_margins(asked: &[Limit], stated: usize, map: &[Margins]) -> Vec<Rating> {
+/// Each margin that is asked for where it is least.
+pub(super) fn rate_margins(asked: &[Limit], map: &[Margins]) -> Vec<Rating> {
     let unstable = map.iter().filter(|at| at.channels.is_none()).map(|at| {
         let radius = at.spectral_radius.min(10.0);
         let used = UNSTABLE * if at.held { 10.0 } else { radius };
@@ -74,12 +73,10 @@ pub(super) fn rate_margins(asked: &[Limit], stated: usize, map: &[Margins]) -> V
     if let Some(first) = worst(&unstable) {
         return vec![*first];
     }
-    let at_work = |at: &&Margins| at.of.friction == FrictionSlope::AtSpeed && !at.of.at.ramp;
-    let each = asked.iter().enumerate().filter_map(|(k, Limit { figure, value: least })| {
+    let each = asked.iter().filter_map(|Limit { figure, value: least }| {
         let of = MARGIN_FIGURES.iter().find(|of| of.figure.key == figure.key)?;
         let ratings: Vec<Rating> = map
             .iter()
-            .filter(|at| k < stated || at_work(at))
             .map(|at| {
                 let (value, channel) = (of.value)(at);
                 let criterion = Criterion::Margin { figure, channel, path: at.of.at.path };
@@ -89,25 +86,6 @@ pub(super) fn rate_margins(asked: &[Limit], stated: usize, map: &[Margins]) -> V
         worst(&ratings).copied()
     });
     each.collect()
-}
-
-/// What is asked of the drives where the requirements ask nothing, at work and with friction at each
-/// drive's speed: half of the phase, the distance and the delay, and half of the decibels, that are
-/// asked of corrections and force. The position loop of a heavy arm stands near its first mode, and
-/// keeps less than the loops around it.
-pub(super) fn with_drives(asked: &[Limit]) -> Vec<Limit> {
-    let mut all = asked.to_vec();
-    for Limit { figure, value } in asked {
-        let key = format!("drive_{}", figure.key);
-        let drive = MARGIN_FIGURES.iter().find(|of| of.figure.key == key);
-        let stated = asked.iter().any(|limit| limit.figure.key == key);
-        // A drive's delay is a share of the period that it is sampled with anyway.
-        if let Some(drive) = drive.filter(|_| !stated && figure.unit != "s") {
-            let half = if figure.key.contains("gain") { value.sqrt() } else { 0.5 * value };
-            all.push(Limit { figure: &drive.figure, value: half });
-        }
-    }
-    all
 }
 
 /// As much as is used up of what is never reached.

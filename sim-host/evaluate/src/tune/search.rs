@@ -98,8 +98,6 @@ pub(super) struct Judge<'a> {
     /// The scenario's cell without ripple, which margins are of.
     pub still: &'a Cell,
     pub margins: &'a [Limit],
-    /// How many of them, the first, the requirements state.
-    pub stated: usize,
     /// Places along the weld.
     pub places: usize,
     pub response: &'a AskedResponse,
@@ -162,7 +160,7 @@ impl<'a> Judge<'a> {
 
     /// Margins against what is asked.
     pub fn rate(&self, map: &[Margins]) -> Vec<Rating> {
-        rate_margins(self.margins, self.stated, map)
+        rate_margins(self.margins, map)
     }
 
     /// The loop along the whole weld, with every slope of friction.
@@ -332,11 +330,10 @@ impl<'a> Judge<'a> {
     /// it.
     fn worst_spots(&self, map: &[Margins], known: &[Condition]) -> Vec<Condition> {
         let mut spots: Vec<Condition> = Vec::new();
-        for (k, limit) in self.margins.iter().enumerate() {
-            let stated = usize::from(k < self.stated);
+        for limit in self.margins {
             let used = |at: &Margins| {
                 let (asked, map) = (std::slice::from_ref(limit), std::slice::from_ref(at));
-                worst(&rate_margins(asked, stated, map)).map_or(0.0, |rating| rating.used)
+                worst(&rate_margins(asked, map)).map_or(0.0, |rating| rating.used)
             };
             let worst = map.iter().reduce(|a, b| if used(b) > used(a) { b } else { a });
             // One that is nearly as bad as those looked at tells nothing new.

@@ -44,8 +44,8 @@ pub(crate) enum Medium {
 pub struct Document {
     /// Name of the page.
     title: &'static str,
-    /// The verdict in a word, and whether it is good; none where nothing is judged.
-    verdict: Option<(&'static str, bool)>,
+    /// The verdict in a word or two, and whether it is good; none where nothing is judged.
+    verdict: Option<(String, bool)>,
     /// The finding in a sentence or two.
     headline: String,
     blocks: Vec<(Medium, Block)>,
@@ -76,8 +76,8 @@ impl Document {
     }
 
     /// The same with a verdict before the headline.
-    pub(crate) fn judged(self, verdict: &'static str, good: bool) -> Self {
-        Self { verdict: Some((verdict, good)), ..self }
+    pub(crate) fn judged(self, verdict: impl Into<String>, good: bool) -> Self {
+        Self { verdict: Some((verdict.into(), good)), ..self }
     }
 
     /// What the result is of: options, warnings and files.

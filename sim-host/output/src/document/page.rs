@@ -32,8 +32,8 @@ impl Document {
                 body {
                     main {
                         h1 {
-                            @if let Some((word, good)) = self.verdict {
-                                span.verdict.failed[!good] { (word) }
+                            @if let Some((word, good)) = &self.verdict {
+                                span.verdict.failed[!*good] { (word) }
                             }
                             (self.headline)
                         }

@@ -12,7 +12,7 @@ const NARROWEST: usize = 24;
 impl Document {
     /// The document as lines of text.
     pub(crate) fn text(&self) -> String {
-        let verdict = self.verdict.map_or(String::new(), |(word, _)| format!("{word}. "));
+        let verdict = self.verdict.as_ref().map_or(String::new(), |(word, _)| format!("{word}. "));
         let mut out = wrapped(&format!("{verdict}{}", self.headline), "", "");
         let mut after_table = false;
         for block in self.blocks(Medium::Terminal) {

@@ -1,18 +1,20 @@
 //! A certification.
 
 use super::finite;
-use crate::words::certify::short_numbers;
+use crate::words::certify::{short_numbers, weak};
 use crate::words::requirement::reason;
 use crate::{CertifiedWeld, CertifyReport};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use trueweld_evaluate::certify::{
-    FaultTrial, RareFailure, Requirement, SampledCell, Sensitivity, Trial, Verdict, WeakPoint,
-    drawn_figure,
+    DriveUse, Evidence, FaultTrial, RareFailure, Requirement, SampledCell, Sensitivity, Trial,
+    Verdict, WeakPoint, drawn_figure,
 };
 use trueweld_evaluate::margins::{CHANNEL_NAMES, Condition, Margin, Margins};
-use trueweld_evaluate::{Distribution, Group, ReplacedAssumption, SHORT_SOURCE, UncertainCell};
+use trueweld_evaluate::{
+    Distribution, DriveLoad, Group, ReplacedAssumption, SHORT_SOURCE, UncertainCell,
+};
 use trueweld_plant::input::FileKind;
 use trueweld_plant::provenance::{FileDigest, Provenance, sha256};
 
@@ -27,6 +29,9 @@ pub struct CertifyResult {
     pub provenance: Provenance,
     /// `pass`, `not-shown` or `fail`, of all requirements together.
     pub verdict: String,
+    /// What is weak although no requirement forbids it, in words: margins below what is customary,
+    /// and searched cells beyond a limit. The headline of a pass names them.
+    pub weak: Vec<String>,
     /// Name of the law.
     pub law: String,
     /// Name of the hybrid controller.
@@ -53,7 +58,8 @@ pub struct CertifyResult {
     pub repeat: String,
     /// The files in which every run is kept, in the folder of the certificate.
     pub kept: Vec<FileDigest>,
-    /// Every requirement of every weld.
+    /// Every requirement of every weld: those of the requirements file, and of every weld that it is
+    /// the one that was asked for.
     pub requirements: Vec<JudgedRequirement>,
     /// What the runs of every weld came to.
     pub welds: Vec<WeldEvidence>,
@@ -176,6 +182,12 @@ pub struct WeldEvidence {
     pub rare: Option<RareEvidence>,
     /// The worst cell that a search found.
     pub worst_case: WorstCell,
+    /// What the drives gave in the steady part, A1 to A6.
+    pub drives: Vec<DriveEvidence>,
+    /// Limits of the requirements, by their keys, that corrections are held to by the control file:
+    /// they show nothing, and are not judged.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub held_by_control: BTreeMap<String, f64>,
     /// The loop along the weld.
     pub margins: Vec<MarginPlace>,
     /// Instruments that fail, one at a time.
@@ -188,6 +200,20 @@ pub struct WeldEvidence {
     pub sensitivity: Vec<FigureSensitivity>,
     /// Margins that no requirement limits and that are smaller than is customary.
     pub weak_points: Vec<WeakMargin>,
+}
+
+/// What one drive gave in the steady part.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DriveEvidence {
+    /// Which, as in `A1`.
+    pub drive: String,
+    /// In the cell as it is believed to be.
+    pub nominal: DriveLoad,
+    /// The most in any drawn cell, number by number.
+    pub drawn: DriveLoad,
+    /// Drawn cells in which it stood at a limit of torque or speed.
+    pub cells_at_limit: usize,
 }
 
 /// What the draws say of a requirement's dependence on the uncertain numbers.
@@ -301,6 +327,8 @@ pub struct RareLevel {
 pub struct WorstCell {
     /// Runs of the search.
     pub runs: usize,
+    /// So many of them are beyond a limit.
+    pub beyond: usize,
     /// Key of the figure that it is worst in.
     pub figure: String,
     /// That figure over its limit.
@@ -392,6 +420,7 @@ impl CertifyResult {
             schema: "certify/1".to_owned(),
             provenance: report.provenance.clone(),
             verdict: report.verdict().name().to_owned(),
+            weak: weak(report),
             law: report.law.clone(),
             controller: report.controller.to_owned(),
             passes: report.passes,
@@ -551,6 +580,7 @@ impl WeldEvidence {
             rare: evidence.rare.as_ref().map(RareEvidence::of),
             worst_case: WorstCell {
                 runs: worst.runs.len(),
+                beyond: worst.beyond,
                 figure: worst.name.to_owned(),
                 of_limit: finite(worst.of_limit),
                 cell: worst.worst.as_ref().map(|trial| trial.draw.clone()),
@@ -560,12 +590,30 @@ impl WeldEvidence {
                 }),
                 figures: worst.worst.as_ref().map(TrialFigures::of),
             },
+            drives: DriveEvidence::all(evidence),
+            held_by_control: weld
+                .held
+                .iter()
+                .map(|limit| (limit.figure.key.to_owned(), limit.value))
+                .collect(),
             margins: evidence.margins.iter().map(MarginPlace::of).collect(),
             faults: evidence.faults.iter().map(FaultRun::of).collect(),
             bought: BoughtByMeasurement::all(weld),
             sensitivity: weld.sensitivities.iter().map(FigureSensitivity::of).collect(),
             weak_points: weld.weak_points.iter().map(WeakMargin::of).collect(),
         }
+    }
+}
+
+impl DriveEvidence {
+    fn all(evidence: &Evidence) -> Vec<Self> {
+        let of = |(joint, of): (usize, DriveUse)| Self {
+            drive: format!("A{}", joint + 1),
+            nominal: of.nominal,
+            drawn: of.drawn,
+            cells_at_limit: of.at_limit,
+        };
+        DriveUse::all(evidence).into_iter().enumerate().map(of).collect()
     }
 }
 

@@ -21,9 +21,9 @@ mod study;
 mod tune;
 
 pub use certify::{
-    BoughtByMeasurement, CertifyResult, DrawnFigure, FaultRun, JudgedRequirement, LoopMargins,
-    LoopPassivity, MarginPlace, MeasurementRecord, TrialFigures, UncertainRecord, UnfinishedTrial,
-    WeldEvidence, WorstCell,
+    BoughtByMeasurement, CertifyResult, DrawnFigure, DriveEvidence, FaultRun, JudgedRequirement,
+    LoopMargins, LoopPassivity, MarginPlace, MeasurementRecord, TrialFigures, UncertainRecord,
+    UnfinishedTrial, WeldEvidence, WorstCell,
 };
 pub use compare::{
     CompareResult, ComparedChannel, ComparedLog, ResidualCurve, ResidualFinding, ResidualMapAxis,

@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use trueweld_compensators::Entry;
 use trueweld_evaluate::laws::{Change, NoFigures, Sweep, VariedQuantity};
-use trueweld_evaluate::{FirstLimit, ForceFigures, JudgedFigure, Spread, WeldFigures};
+use trueweld_evaluate::{DriveLoad, FirstLimit, ForceFigures, JudgedFigure, Spread, WeldFigures};
 use trueweld_plant::provenance::Provenance;
 use trueweld_plant::simulate::{HealthWarning, HealthWarningKind, LimitSpan, Recording};
 
@@ -57,6 +57,10 @@ pub struct WeldRunResult {
     pub first_limit: Option<FirstLimitResult>,
     /// What was at a limit, the longest first.
     pub limits: Vec<LimitSpanResult>,
+    /// What the drives gave in the steady part, A1 to A6.
+    pub drives: Vec<DriveLoad>,
+    /// Time in the steady part in which a drive stood at its torque or its speed limit, s.
+    pub at_limit_s: f64,
     /// What the watch beside the law warned of, the first first.
     pub health: Vec<HealthWarningResult>,
     /// `pass` where every figure of `judged` is within its tolerance, else `fail`.
@@ -163,6 +167,8 @@ impl WeldResult {
                 limited_rows: figures.limited_rows,
                 first_limit: figures.first_limit.map(FirstLimitResult::of),
                 limits: LimitSpanResult::all(&figures.limits, recording),
+                drives: figures.drives.to_vec(),
+                at_limit_s: figures.at_limit,
                 health: HealthWarningResult::all(figures, recording),
                 verdict: if figures.is_met() { "pass" } else { "fail" }.to_owned(),
                 judged: figures.judged.iter().map(JudgedFigureResult::of).collect(),

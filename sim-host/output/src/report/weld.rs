@@ -13,7 +13,7 @@ use crate::words::{Scale, fixed};
 use crate::{MILLI, WeldReport, WeldRun};
 use trueweld_core::monitor::ORDERS;
 use trueweld_core::{JOINTS, JointVector};
-use trueweld_evaluate::{Spread, WeldFigures};
+use trueweld_evaluate::{DriveLoad, Spread, WeldFigures};
 use trueweld_plant::simulate::{Phase, RecordRow};
 
 impl Report for WeldReport<'_> {
@@ -98,6 +98,19 @@ fn table(runs: &[WeldRun], names: &[String]) -> Table {
         let shares: Vec<String> =
             run.figures.joint_share.iter().map(|share| fixed(100.0 * share, 0)).collect();
         (shares.join(" / "), false)
+    });
+    let drives = |run: &WeldRun, of: fn(&DriveLoad) -> f64| {
+        let shares: Vec<String> =
+            run.figures.drives.iter().map(|drive| fixed(100.0 * of(drive), 0)).collect();
+        shares.join(" / ")
+    };
+    text("largest torque of A1…A6, %", &|run| {
+        let held = run.figures.drives.iter().any(|drive| drive.at_torque_limit > 0.0);
+        (drives(run, |drive| drive.torque_share), held)
+    });
+    text("largest speed of A1…A6, %", &|run| {
+        let held = run.figures.drives.iter().any(|drive| drive.at_speed_limit > 0.0);
+        (drives(run, |drive| drive.speed_share), held)
     });
     text("at a limit or faulted", &|run| match run.figures.limited_rows {
         0 => ("never".to_owned(), false),

@@ -5,8 +5,8 @@ use super::{condensed, counted, listed, share};
 use crate::{CertifiedWeld, CertifyReport};
 use trueweld_evaluate::PHASES;
 use trueweld_evaluate::certify::{
-    Evidence, EvidenceKind, Requirement, SampledCell, Sensitivity, ShownKind, Trend, Verdict,
-    WeakPoint,
+    Evidence, EvidenceKind, Reason, Requirement, SampledCell, Sensitivity, ShownKind, Trend, Trial,
+    Verdict, WeakPoint,
 };
 use trueweld_evaluate::{Distribution, UncertainCell};
 
@@ -14,7 +14,7 @@ use trueweld_evaluate::{Distribution, UncertainCell};
 pub(crate) fn headline(report: &CertifyReport<'_>) -> String {
     let verdict = match report.verdict() {
         Verdict::Pass => "meets its requirements",
-        Verdict::NotShown => "is not shown to meet its requirements: there are too few runs",
+        Verdict::NotShown => not_shown(report),
         Verdict::Fail => "does not meet its requirements",
     };
     let cell = match report.uncertain.is_one_cell() {
@@ -22,6 +22,64 @@ pub(crate) fn headline(report: &CertifyReport<'_>) -> String {
         false => "",
     };
     format!("The law {} {verdict}{cell}", report.law)
+}
+
+/// Why nothing is decided.
+fn not_shown(report: &CertifyReport<'_>) -> &'static str {
+    let open = || {
+        let all = report.welds.iter().flat_map(|weld| &weld.requirements);
+        all.filter(|r| r.verdict == Verdict::NotShown).filter_map(|r| r.reason.as_ref())
+    };
+    if open().any(|reason| matches!(reason, Reason::NoRun)) {
+        "is not shown to meet its requirements: not all that they ask for was run"
+    } else if open().any(|reason| matches!(reason, Reason::Draws { .. })) {
+        "is not shown to meet its requirements: a larger share of the drawn cells is beyond a limit than is \
+         allowed, and more of them are not expected to help"
+    } else {
+        "is not shown to meet its requirements: there are too few runs"
+    }
+}
+
+/// The verdict before the headline: of a pass with what is weak although no requirement forbids it.
+pub(crate) fn verdict(report: &CertifyReport<'_>) -> String {
+    let (word, weak) = (verdict_word(report.verdict()), weak(report));
+    match report.verdict() {
+        Verdict::Pass if !weak.is_empty() => {
+            format!("{word}, with {}: {}", counted(weak.len(), "weak point"), weak.join("; "))
+        }
+        _ => word.to_owned(),
+    }
+}
+
+/// What is weak although no requirement forbids it, in short: margins below what is customary, and
+/// searched cells beyond a limit.
+pub(crate) fn weak(report: &CertifyReport<'_>) -> Vec<String> {
+    let of_weld = |weld: &CertifiedWeld| {
+        let of = match report.welds.len() {
+            1 => String::new(),
+            _ => format!(" on weld {}", weld.name),
+        };
+        let margin = |at: &WeakPoint| {
+            format!("{} {} of {}{of}", label(at.name), shown(at.name, at.least), at.channel)
+        };
+        let worst = &weld.evidence.worst;
+        let searched = (worst.beyond > 0).then(|| {
+            let farthest = match &worst.worst {
+                Some(Trial { failed: Some(_), .. }) => {
+                    "in the worst the weld is not made".to_owned()
+                }
+                _ => format!("{} up to {} of its limit", label(worst.name), share(worst.of_limit)),
+            };
+            format!("{} of {} beyond a limit{of}, {farthest}", worst.beyond, searched(weld))
+        });
+        weld.weak_points.iter().map(margin).chain(searched).collect::<Vec<_>>()
+    };
+    report.welds.iter().flat_map(of_weld).collect()
+}
+
+/// How many cells were searched.
+fn searched(weld: &CertifiedWeld) -> String {
+    counted(weld.evidence.worst.runs.len(), "searched cell")
 }
 
 /// A verdict in a cell.
@@ -46,7 +104,7 @@ pub(crate) fn lead(report: &CertifyReport<'_>) -> String {
         count(Verdict::Pass),
         counted(all().count(), "requirement"),
         of(count(Verdict::Fail), "not met"),
-        of(count(Verdict::NotShown), "not shown with so few trials"),
+        of(count(Verdict::NotShown), "not shown"),
     )
 }
 
@@ -80,7 +138,8 @@ pub(crate) fn setting(report: &CertifyReport<'_>) -> String {
         }
     };
     format!(
-        "Asked of drawn cells: no more than {probability} of welds beyond a limit, of each limit and of \
+        "Asked of every weld, whatever the requirements say: that it is the one that was asked for, across and along \
+         the seam, in depth, tilt, mean push and mean speed, with no drive at its limit. Asked of drawn cells: no more than {probability} of welds beyond a limit, of each limit and of \
          all together, shown with a confidence of {confidence} (exact binomial bound, for a number of \
          trials that was fixed beforehand). With {} control, pass {} of each run, seed {}. {drawn}",
         report.controller, report.passes, report.seed
@@ -135,8 +194,13 @@ pub(crate) fn worst_found(evidence: &Evidence) -> String {
         true => "No search for the worst cell was made. The worst of the others".to_owned(),
         false => format!("Worst cell found in {runs} of search"),
     };
+    let beyond = match (worst.runs.len(), worst.beyond) {
+        (0, _) => String::new(),
+        (_, 0) => ", none of them beyond a limit".to_owned(),
+        (_, n) => format!(", {n} of them beyond a limit"),
+    };
     format!(
-        "{found}: {} {}, {} of its limit. A search shows how bad it can \
+        "{found}{beyond}: {} {}, {} of its limit. A search shows how bad it can \
          be, not that nothing is worse.",
         label(worst.name),
         shown(worst.name, trial.figure(worst.name)),
@@ -297,9 +361,27 @@ pub(crate) fn not_asked(report: &CertifyReport<'_>) -> Vec<String> {
         .into_iter()
         .filter(|phase| !all().any(|r| r.name.split_once('.').is_some_and(|(p, _)| p == *phase)))
         .collect();
+    let held = report.welds.iter().flat_map(|weld| &weld.held).map(|limit| {
+        format!(
+            "{}: the control file allows no more than the limit of {}, so that no weld is beyond it and it shows \
+             nothing of the law. Whether a correction stands at that limit is told by what it leaves.",
+            label(limit.figure.key),
+            shown(limit.figure.key, limit.value)
+        )
+    });
+    // Of several welds under one control file each once.
+    let mut held: Vec<String> = held.collect();
+    held.dedup();
+    let passes = (report.passes > 1).then(|| {
+        let (before, are) = match report.passes {
+            2 => ("Pass 1".to_owned(), "is not certified: it is a part, too"),
+            n => (format!("Passes 1 to {}", n - 1), "are not certified: they are parts, too"),
+        };
+        format!("{before} of each run {are}, and only pass {} is judged.", report.passes)
+    });
     let phases = (!free.is_empty())
         .then(|| format!("Nothing limits the {} of the weld.", listed(&free, "and the")));
-    cases.chain(phases).collect()
+    passes.into_iter().chain(cases).chain(phases).chain(held).collect()
 }
 
 /// What is filled in by hand.

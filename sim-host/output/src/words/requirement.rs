@@ -11,15 +11,28 @@ pub(crate) fn label(key: &str) -> &str {
     figure(key).map_or(key, |figure| figure.label)
 }
 
+/// The name of a margin that is told with its channel.
+pub(crate) fn without_drives(label: &str) -> &str {
+    label.trim_end_matches(" at speed").trim_end_matches(", drives")
+}
+
 /// The unit in which a figure is shown.
 pub(crate) fn scale(key: &str) -> Scale {
     match figure(key).map_or("1", |figure| figure.unit) {
-        "s" => Scale { factor: 1e3, unit: "ms" },
+        "s" if key.contains("margin") => Scale { factor: 1e3, unit: "ms" },
+        unit => scale_of(key, unit),
+    }
+}
+
+/// The same of a figure of a weld by its key and SI unit.
+pub(crate) fn scale_of(key: &str, unit: &'static str) -> Scale {
+    match unit {
+        "1" if key.contains("share") => Scale { factor: 1e2, unit: "%" },
         unit => Scale::large(unit),
     }
 }
 
-/// A value of a figure in mm, degrees, ms, N or as a ratio; "none" where there is none.
+/// A value of a figure in mm, degrees, ms, N, per cent or as a ratio; "none" where there is none.
 pub(crate) fn shown(key: &str, value: f64) -> String {
     if !value.is_finite() {
         return "none".to_owned();
@@ -27,7 +40,8 @@ pub(crate) fn shown(key: &str, value: f64) -> String {
     let scale = scale(key);
     let decimals = match scale.unit {
         "ms" | "N" => 0,
-        "" => 2,
+        "%" => 1,
+        "" | "s" => 2,
         // A margin is of tens of degrees, a tilt of hundredths of one.
         "°" if key.contains("margin") => 1,
         _ => 3,
@@ -53,13 +67,18 @@ pub(crate) fn reason(of: &Requirement) -> Option<String> {
             };
             format!("{cell} {}", shortfall(of, run))
         }
-        Reason::TooFewDraws { of: trials, enough, most } => {
-            too_few(of, *trials, *enough) + &most_missed(most)
+        Reason::TooFewDraws { of: trials, enough, at_this_rate, most } => {
+            too_few(of, *trials, [*enough, *at_this_rate]) + &most_missed(most)
         }
-        Reason::Draws { of: trials, allowed, index, worst, most } => {
+        Reason::Draws { of: trials, allowed, decided, index, worst, most } => {
             let beyond = of.draws.map_or(0, |draws| draws.beyond);
-            let surely =
-                if of.verdict == Verdict::Fail { "" } else { "; more trials may tell otherwise" };
+            let surely = match (of.verdict, decided) {
+                (Verdict::Fail, _) => String::new(),
+                (_, None) => "; more trials are not expected to decide".to_owned(),
+                (_, Some(n)) => format!(
+                    "; more trials are not expected to show that it is met: at this rate {n} show that it is not"
+                ),
+            };
             format!(
                 "{beyond} of {trials} cells are beyond the limit, {} allowed{surely}{}; in the worst, trial {index}, {}",
                 percent(*allowed),
@@ -86,13 +105,14 @@ pub(crate) fn reason(of: &Requirement) -> Option<String> {
             format!(
                 "{}, the {} of {channel} is {reached} (limit {limit})",
                 under(condition),
-                label(of.name).trim_end_matches(", drives")
+                without_drives(label(of.name))
             )
         }
         Reason::Unstable { of: condition, held, spectral_radius } => {
             let why = match spectral_radius {
                 _ if *held => {
-                    "the correction stands at a limit, at rest or to and fro, and the loop has no margin there".to_owned()
+                    "the loop stands at a limit, at rest or to and fro, and has no margin there"
+                        .to_owned()
                 }
                 radius if radius.is_finite() => {
                     format!("the loop is not stable: spectral radius {radius:.4}")
@@ -141,7 +161,7 @@ pub(crate) fn under(condition: &Condition) -> String {
     place
 }
 
-fn too_few(of: &Requirement, trials: usize, enough: Option<usize>) -> String {
+fn too_few(of: &Requirement, trials: usize, [enough, at_this_rate]: [Option<usize>; 2]) -> String {
     let draws = of.draws.as_ref();
     let beyond = draws.map_or(0, |draws| draws.beyond);
     let shows = percent(draws.map_or(1.0, |draws| draws.failure_probability));
@@ -154,8 +174,12 @@ fn too_few(of: &Requirement, trials: usize, enough: Option<usize>) -> String {
         );
     }
     format!(
-        "{beyond} of {trials} cells are beyond the limit: few enough, but so few trials show no more than {shows} at {confidence}{}",
-        enough("trials with no more beyond")
+        "{beyond} of {trials} cells are beyond the limit: few enough, but so few trials show no more than {shows} at {confidence}{}; at this rate {}",
+        enough("trials with no more beyond"),
+        match at_this_rate {
+            Some(n) => format!("{n} show it"),
+            None => "no more are expected to show it".to_owned(),
+        }
     )
 }
 
@@ -178,13 +202,29 @@ fn shortfall(of: &Requirement, run: &Shortfall) -> String {
     if let Some(why) = &run.failed {
         return format!("the weld is not made: {why}");
     }
-    let percent = |share: f64| format!("{:.0} %", 100.0 * share);
+    let percent = super::share;
     let held = run.held.map(|held| match held {
-        Held::Authority(share) => {
-            format!("held at its authority in {} of the time", percent(share))
+        Held::Torque(joint, share) => {
+            format!("A{} stands at its torque limit in {} of the time", joint + 1, percent(share))
         }
-        Held::Limit(share) => format!("held at a limit in {} of the time", percent(share)),
+        Held::Speed(joint, share) => {
+            format!("A{} stands at its speed limit in {} of the time", joint + 1, percent(share))
+        }
+        Held::Authority(share) => {
+            format!("the correction stands at its authority in {} of the time", percent(share))
+        }
+        Held::Compensation(share) => format!(
+            "the correction stands at a limit of its size or its rate in {} of the time",
+            percent(share)
+        ),
+        Held::ForceLoop(share) => {
+            format!("the force loop stands at its limit in {} of the time", percent(share))
+        }
+        Held::Fault(share) => {
+            format!("the controller is at fault in {} of the time", percent(share))
+        }
     });
+    let drive = matches!(run.held, Some(Held::Torque(..) | Held::Speed(..)));
     let symptom = run.symptom.map(|symptom| match symptom {
         Symptom::WrongWay(given) => format!(
             "the correction goes the wrong way (it gives {} of what is needed)",
@@ -214,9 +254,10 @@ fn shortfall(of: &Requirement, run: &Shortfall) -> String {
     });
     let clause = clause(of, run.value);
     match (symptom, held) {
-        (Some(symptom), Some(held)) => format!("{clause}: {symptom}, {held}"),
-        (Some(symptom), None) => format!("{clause}: {symptom}"),
-        (None, Some(held)) => format!("{clause}: the correction is {held}"),
+        // What a law is blamed for may follow from a drive that gives no more.
+        (Some(symptom), Some(held)) if drive => format!("{clause}: {held}; {symptom}"),
+        (Some(symptom), Some(held)) => format!("{clause}: {symptom}; {held}"),
+        (Some(why), None) | (None, Some(why)) => format!("{clause}: {why}"),
         (None, None) => clause,
     }
 }
@@ -233,6 +274,15 @@ fn clause(of: &Requirement, value: f64) -> String {
                 "the tool leaves its line by up to {reached} before the steady part (limit {limit})"
             )
         }
+        "longitudinal_max_m" => {
+            format!("the tool is off by up to {reached} along the seam (limit {limit})")
+        }
+        "depth_error_max_m" => {
+            format!("the tool is up to {reached} off the planned depth (limit {limit})")
+        }
+        "tilt_max_rad" => format!("the tool tilts by up to {reached} (limit {limit})"),
+        "push_error_mean_n" => format!("the mean push is off by {reached} (limit {limit})"),
+        "speed_error_share" => format!("the mean speed is off by {reached} (limit {limit})"),
         "depth_rms_m" => format!("depth wanders by {reached} RMS (limit {limit})"),
         "depth_max_m" => format!("depth goes off by up to {reached} (limit {limit})"),
         "push_error_rms_n" => format!("the push is off by {reached} RMS (limit {limit})"),
@@ -240,7 +290,13 @@ fn clause(of: &Requirement, value: f64) -> String {
             format!("the weld ends up to {reached} from where it is to (limit {limit})")
         }
         "correction_m" | "correction_rad" => {
-            format!("the correction is driven to {reached}, beyond the authority of {limit}")
+            format!("the correction is driven to {reached} (limit {limit})")
+        }
+        "torque_share_max" => {
+            format!("a drive gives up to {reached} of its torque (limit {limit})")
+        }
+        "speed_share_max" => {
+            format!("a drive runs at up to {reached} of its speed (limit {limit})")
         }
         "of_limit" => format!("a figure comes to {reached} times its limit"),
         name => format!("{} comes to {reached} (limit {limit})", label(name)),
@@ -295,9 +351,19 @@ mod tests {
         ] {
             all += &told(Nominal, RMS, Reason::Run(run(Some(symptom), None)));
         }
-        let [authority, limit] = [Held::Authority(0.4), Held::Limit(0.07)];
+        let authority = Held::Authority(0.4);
         all += &told(WorstCase, RMS, Reason::Run(run(Some(oscillates(true)), Some(authority))));
-        all += &told(WorstCase, RMS, Reason::Run(run(None, Some(limit))));
+        for held in [
+            Held::Torque(1, 0.07),
+            Held::Speed(4, 0.004),
+            Held::Compensation(0.07),
+            Held::ForceLoop(0.07),
+            Held::Fault(0.07),
+        ] {
+            all += &told(WorstCase, RMS, Reason::Run(run(None, Some(held))));
+        }
+        let drive = run(Some(Symptom::WrongWay(-0.8)), Some(Held::Torque(1, 1.0)));
+        all += &told(Nominal, "torque_share_max", Reason::Run(drive));
         let failed =
             || Shortfall { failed: Some("the seam is out of reach".into()), ..run(None, None) };
         all += &told(WorstCase, RMS, Reason::Run(failed()));
@@ -309,23 +375,32 @@ mod tests {
             "correction_m",
             "correction_rad",
             "tilt_rms_rad",
+            "longitudinal_max_m",
+            "depth_error_max_m",
+            "tilt_max_rad",
+            "push_error_mean_n",
+            "speed_error_share",
+            "speed_share_max",
+            "at_limit_s",
         ];
         for key in keys {
             all += &told(Nominal, key, Reason::Run(run(None, None)));
         }
-        for enough in [Some(59), None] {
-            all += &told(Draws, RMS, Reason::TooFewDraws { of: 20, enough, most: None });
+        for (enough, at_this_rate) in [(Some(59), Some(260)), (None, None)] {
+            let reason = Reason::TooFewDraws { of: 20, enough, at_this_rate, most: None };
+            all += &told(Draws, RMS, reason);
         }
-        let draws = |most| {
+        let draws = |most, decided| {
             let worst = run(None, None);
-            Reason::Draws { of: 20, allowed: 0.05, index: 7, worst, most }
+            Reason::Draws { of: 20, allowed: 0.05, decided, index: 7, worst, most }
         };
-        all += &told(Draws, RMS, draws(None));
+        all += &told(Draws, RMS, draws(None, None));
         let most = |beyond| {
             Some(MostMissed { name: "push_error_rms_n", limit: 400.0, beyond, worst: 452.0 })
         };
-        all += &told(Draws, "of_limit", draws(most(3)));
-        let few = Reason::TooFewDraws { of: 20, enough: Some(93), most: most(1) };
+        all += &told(Draws, "of_limit", draws(most(3), Some(120)));
+        let few =
+            Reason::TooFewDraws { of: 20, enough: Some(93), at_this_rate: None, most: most(1) };
         all += &told(Draws, "of_limit", few);
         for reached in [false, true] {
             let reason = Reason::Rare { allowed: 1e-4, probability: 2e-4, reached };

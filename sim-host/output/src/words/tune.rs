@@ -1,7 +1,7 @@
 //! What is said of gains that were found for a robot.
 
-use super::requirement::shown;
-use super::{Scale, fixed, listed, share};
+use super::requirement::{scale_of, shown, without_drives};
+use super::{fixed, listed, share};
 use crate::TuneReport;
 use trueweld_evaluate::ArmAt;
 use trueweld_evaluate::tune::{
@@ -69,7 +69,7 @@ fn unconfirmed<'a>(ratings: impl IntoIterator<Item = &'a Rating>, weld: &WeldOut
         Ok(weld) => {
             let figures = weld.judged.iter().filter(|judged| !judged.is_met());
             missed.extend(figures.map(|judged| {
-                let scale = Scale::large(judged.figure.unit);
+                let scale = scale_of(judged.figure.key, judged.figure.unit);
                 format!("in the weld {} {}", judged.figure.label, scale.quantity(judged.value))
             }));
             let stands = |span: &LimitSpan| {
@@ -88,7 +88,7 @@ pub(crate) fn told(rating: &Rating) -> String {
     match rating.criterion {
         Criterion::Margin { figure, channel, path } => format!(
             "{} of {channel} {} at {path:.2} m (least {})",
-            figure.label.trim_end_matches(", drives"),
+            without_drives(figure.label),
             shown(figure.key, value),
             shown(figure.key, asked)
         ),

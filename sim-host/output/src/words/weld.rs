@@ -1,5 +1,6 @@
 //! What is said of simulated welds.
 
+use super::requirement::scale_of;
 use super::{Scale, listed};
 use crate::WeldRun;
 use trueweld_core::Fault;
@@ -113,11 +114,11 @@ pub(crate) fn headline(runs: &[WeldRun]) -> String {
     }
     for run in runs {
         // Beyond half the pin is said above.
-        let missed = run.figures.judged.iter().skip(1).filter(|judged| !judged.is_met());
-        let missed: Vec<String> = missed.map(missed_figure).collect();
-        if !missed.is_empty() {
-            let missed = listed(&missed, "and");
-            sentence += &format!(" It is not the weld that was asked for {}: {missed}.", who(run));
+        let others = run.figures.judged.iter().skip(1).filter(|judged| !judged.is_met());
+        let others: Vec<String> = others.map(missed).collect();
+        if !others.is_empty() {
+            let others = listed(&others, "and");
+            sentence += &format!(" It is not the weld that was asked for {}: {others}.", who(run));
         }
     }
     for run in runs.iter().filter(|run| !run.figures.limits.is_empty()) {
@@ -132,8 +133,8 @@ pub(crate) fn headline(runs: &[WeldRun]) -> String {
 }
 
 /// A figure of a weld that is not what it is to be.
-fn missed_figure(judged: &JudgedFigure) -> String {
-    let scale = Scale::large(judged.figure.unit);
+pub fn missed(judged: &JudgedFigure) -> String {
+    let scale = scale_of(judged.figure.key, judged.figure.unit);
     let [value, expected, tolerance] =
         [judged.value, judged.expected, judged.tolerance].map(|v| scale.quantity(v));
     let allowed = if judged.expected == 0.0 {

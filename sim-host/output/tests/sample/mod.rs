@@ -142,10 +142,8 @@ pub fn welds(rows: usize) -> Welds {
     Welds { robot, recordings, figures }
 }
 
-/// Where some drive is at its limit, it is A2.
-fn only_a2_limited() -> JointVector<f64> {
-    JointVector::from_fn(|i, _| if i == 1 { 0.0 } else { f64::INFINITY })
-}
+/// Largest torque of the drives, N·m, and their largest speed, rad/s.
+const DRIVES: [f64; 2] = [1e5, 1.0];
 
 fn weld(robot: &Robot<f64>, compensator: &'static str, count: usize) -> Recording {
     let total = 207.0;
@@ -163,6 +161,7 @@ fn weld(robot: &Robot<f64>, compensator: &'static str, count: usize) -> Recordin
                 t if t < 206.0 => (Phase::Stop, 2.0 - 0.005 * (206.0 - t) * (206.0 - t)),
                 _ => (Phase::Hold, 2.0),
             };
+            let limited = Limited { torque: (3.0..3.2).contains(&time), ..Limited::default() };
             let load = ((time - 2.0) / 3.0).clamp(0.0, 1.0);
             let feed = if phase >= Phase::FeedRamp { (time - 5.0).clamp(0.0, 1.0) } else { 0.0 };
             let turn = 20.0 * std::f64::consts::PI * time;
@@ -206,7 +205,11 @@ fn weld(robot: &Robot<f64>, compensator: &'static str, count: usize) -> Recordin
                 force_desired: (phase >= Phase::ForceRamp).then_some(18_000.0 * load),
                 link,
                 motor,
-                torque: twist.component_mul(robot.stiffness()),
+                torque: match limited.torque {
+                    // It is A2.
+                    true => JointVector::from_fn(|i, _| if i == 1 { DRIVES[0] } else { 0.0 }),
+                    false => twist.component_mul(robot.stiffness()),
+                },
                 spindle_angle: turn,
                 force_error: 18_000.0 * load - push,
                 depth_correction: -sunk * (1.0 - correction) + 3.0e-4 * load,
@@ -215,7 +218,7 @@ fn weld(robot: &Robot<f64>, compensator: &'static str, count: usize) -> Recordin
                     linear: w_axes.transpose() * frames.twist(&(twist * correction)).linear,
                     angular: frames.twist(&(twist * correction)).angular,
                 },
-                limited: Limited { torque: (3.0..3.2).contains(&time), ..Limited::default() },
+                limited,
                 health: HealthSignals::default(),
                 fault: None,
             }
@@ -230,7 +233,8 @@ fn weld(robot: &Robot<f64>, compensator: &'static str, count: usize) -> Recordin
         half_pin: 0.0025,
         force: 18_000.0,
         planned_depth: 3e-4,
-        max_torque: only_a2_limited(),
+        max_torque: JointVector::repeat(DRIVES[0]),
+        max_rate: JointVector::repeat(DRIVES[1]),
         seed: 7,
         simulated: total,
         wall: 2.5,
@@ -276,7 +280,8 @@ pub fn steps() -> Steps {
                     half_pin,
                     force,
                     planned_depth: 3e-4,
-                    max_torque: only_a2_limited(),
+                    max_torque: JointVector::repeat(DRIVES[0]),
+                    max_rate: JointVector::repeat(DRIVES[1]),
                     seed,
                     simulated,
                     wall,
@@ -660,7 +665,11 @@ pub fn laws(names: &[&str]) -> Laws {
 /// which no weld is made; with a loop that is not stable at its end, and a fault that it does not
 /// bear.
 pub fn certificate() -> CertifyReport<'static> {
-    let requirements = Requirements::read(fixture("requirements/lap-weld.toml")).unwrap();
+    let stated = Requirements::read(fixture("requirements/lap-weld.toml")).unwrap();
+    let weld = Weld::read(fixture("welds/vertical.toml")).unwrap();
+    let process = Process::read(fixture("processes/lap-weld-2024-t3.toml")).unwrap();
+    let control = Control::read(fixture("control/kr500-mt.toml")).unwrap();
+    let requirements = stated.of_weld(&weld, &process, &control.compensation).unwrap();
     let figures = welds(100).figures.remove(1);
     let trial = |index: u64, times: f64| {
         let value = |of: &trueweld_evaluate::FigureOf<WeldFigures>| {
@@ -682,7 +691,10 @@ pub fn certificate() -> CertifyReport<'static> {
                     growth: 1.0,
                 },
                 at_authority: 0.0,
-                limited: 0.2,
+                compensation: 0.2,
+                force_loop: 0.0,
+                fault: 0.0,
+                drives: Default::default(),
             }),
             failed: None,
         }
@@ -732,6 +744,7 @@ pub fn certificate() -> CertifyReport<'static> {
         worst: WorstCase {
             name: "lateral_rms_m",
             of_limit: worst.figure("lateral_rms_m") / 5e-5,
+            beyond: 1,
             runs: vec![worst.clone()],
             worst: Some(worst),
         },
@@ -750,6 +763,7 @@ pub fn certificate() -> CertifyReport<'static> {
         asked: [requirements.failure_probability, requirements.confidence],
         welds: vec![CertifiedWeld {
             name: "vertical".to_owned(),
+            held: stated.held(&requirements),
             sensitivities: vec![Sensitivity {
                 name: "lateral_rms_m",
                 beyond: 2,

@@ -186,6 +186,12 @@ pub static QUANTITIES: &[Quantity] = &[
     row("longitudinal_max_m", [1e-9, 1.0], [1e-5, 0.05], "limit of the deviation along the seam"),
     row("tilt_max_rad", [1e-9, 1.0], [1e-6, 0.1], "limit of the tilt"),
     row("depth_max_m", [1e-9, 1.0], [1e-5, 0.05], "limit of the depth"),
+    row("depth_error_max_m", [1e-9, 1.0], [1e-5, 0.05], "limit of the deviation in depth"),
+    row("push_error_mean_n", [1e-3, 1e7], [1.0, 1e4], "limit of the error of the mean push"),
+    row("speed_error_share", [1e-6, 1.0], [1e-4, 0.1], "limit of the relative error of the speed"),
+    row("torque_share_max", [1e-3, 1.0], [0.1, 1.0], "limit of a drive's torque over what it may give"),
+    row("speed_share_max", [1e-3, 1.0], [0.01, 1.0], "limit of a drive's speed over what it may do"),
+    row("at_limit_s", [0.0, 1e4], [0.0, 1e3], "time that a drive may stand at a limit"),
     row("push_error_max_n", [1e-3, 1e7], [1.0, 2e4], "limit of the error of the push"),
     row("lateral_before_m", [1e-9, 1.0], [1e-6, 0.02], "limit of the lateral deviation"),
     row("depth_rms_m", [1e-9, 1.0], [1e-6, 0.02], "limit of the deviation in depth"),
@@ -205,6 +211,10 @@ pub static QUANTITIES: &[Quantity] = &[
     row("drive_modulus_margin", [1e-6, 1.0], [1e-3, 1.0], "least modulus margin of the drives"),
     row("drive_delay_margin_s", [1e-9, 10.0], [1e-5, 1.0], "least delay margin of the drives"),
     row("drive_disk_margin", [1e-6, 10.0], [1e-3, 2.0], "least disk margin of the drives"),
+    row("drive_gain_margin_at_speed", [1e-3, 1e6], [1.0, 100.0], "least gain margin of the drives"),
+    row("drive_phase_margin_at_speed_rad", [1e-6, 3.2], [1e-3, 2.0], "least phase margin of the drives"),
+    row("drive_modulus_margin_at_speed", [1e-6, 1.0], [1e-3, 1.0], "least modulus margin of the drives"),
+    row("drive_disk_margin_at_speed", [1e-6, 10.0], [1e-3, 2.0], "least disk margin of the drives"),
 ];
 
 /// The row of a key.

@@ -123,6 +123,8 @@ pub struct Recording {
     pub planned_depth: f64,
     /// Largest torque of each drive, N·m.
     pub max_torque: JointVector<f64>,
+    /// Largest speed of each drive, at the joint, rad/s.
+    pub max_rate: JointVector<f64>,
     /// Seed of the sensors' noise.
     pub seed: u64,
     /// Simulated time, s.

@@ -174,6 +174,7 @@ impl Recording {
             force: weld.force,
             planned_depth: weld.force / scenario.planned.depth_stiffness,
             max_torque: JointVector::from_fn(|i, _| joints[i].max_torque),
+            max_rate: JointVector::from_fn(|i, _| joints[i].max_rate),
             seed: scenario.seed,
             simulated: 0.0,
             wall: 0.0,

@@ -8,13 +8,14 @@ use crate::json::{BoughtByMeasurement, CertifyResult, DrawnFigure, UncertainReco
 use crate::samples::{self, Samples};
 use crate::words::certify::{
     SIGNED_BY, distribution, headline, lead, left_out, measured, not_asked, not_explained, of_case,
-    reasons, sensitivity, setting, trend, verdict_word, weak_point, worst_cell, worst_found,
+    reasons, sensitivity, setting, trend, verdict, verdict_word, weak_point, worst_cell,
+    worst_found,
 };
 use crate::words::requirement::{label, shown};
 use crate::words::{condensed, fixed, share};
 use crate::{CertifiedWeld, CertifyReport};
 use trueweld_evaluate::certify::{
-    EvidenceKind, FaultTrial, Influence, Sensitivity, Trial, Verdict, within, worst,
+    DriveUse, EvidenceKind, FaultTrial, Influence, Sensitivity, Trial, Verdict, within, worst,
 };
 use trueweld_evaluate::margins::{MARGIN_FIGURES, Margins};
 use trueweld_evaluate::{ReplacedAssumption, UncertainCell, WELD_FIGURES};
@@ -32,9 +33,8 @@ impl Report for CertifyReport<'_> {
     }
 
     fn document(&self) -> Document {
-        let verdict = self.verdict();
         let mut document = Document::new("Certification", headline(self), self.provenance)
-            .judged(verdict_word(verdict), verdict == Verdict::Pass);
+            .judged(verdict(self), self.verdict() == Verdict::Pass);
         document.push(Block::Lead(lead(self)));
         document.section(Medium::All, "Why it does not pass", Block::List(reasons(self)));
         document.push(Block::Note(setting(self)));
@@ -49,7 +49,10 @@ impl Report for CertifyReport<'_> {
             let weak = weld.weak_points.iter().map(weak_point).collect();
             document.section(Medium::All, "Weak, though no limit forbids it", Block::List(weak));
             let failures = weld.sensitivities.iter().map(sensitivity).collect();
-            let heading = "What would most reduce the failures";
+            let heading = match weld.sensitivities.iter().any(|of| of.beyond > 0) {
+                true => "What would most reduce the failures",
+                false => "What the figure closest to its limit follows from",
+            };
             document.section(Medium::All, heading, Block::List(failures));
             document.push_on(Medium::Page, Block::Table(weld.influences_table()));
             document.section(
@@ -79,6 +82,11 @@ impl Report for CertifyReport<'_> {
                 Block::Figures(figures::margins(weld)),
             );
             document.push_on(Medium::Page, Block::Table(weld.margins_table()));
+            document.section(
+                Medium::Page,
+                "Drives in the steady part, as shares of what each may give",
+                Block::Table(drives(weld)),
+            );
             document.section(
                 Medium::Page,
                 "Faults of instruments, one at a time, in the nominal cell",
@@ -214,6 +222,37 @@ fn bought(weld: &CertifiedWeld) -> Table {
     }
 }
 
+/// What each drive gave, in the nominal cell and at most in drawn ones.
+fn drives(weld: &CertifiedWeld) -> Table {
+    let row = |(joint, of): (usize, DriveUse)| {
+        let DriveUse { nominal, drawn, at_limit } = of;
+        let loads = [
+            (nominal.torque_share, nominal.at_torque_limit > 0.0),
+            (nominal.speed_share, nominal.at_speed_limit > 0.0),
+            (drawn.torque_share, drawn.at_torque_limit > 0.0),
+            (drawn.speed_share, drawn.at_speed_limit > 0.0),
+        ];
+        let loads = loads.map(|(load, bad)| number(share(load)).bad(bad));
+        let longest = drawn.at_torque_limit.max(drawn.at_speed_limit);
+        let cells = number(at_limit.to_string()).bad(at_limit > 0);
+        let first = [words(format!("A{}", joint + 1))].into_iter();
+        first.chain(loads).chain([cells, number(share(longest))]).collect()
+    };
+    let head = [
+        "drive",
+        "torque, nominal",
+        "speed, nominal",
+        "torque, drawn cells",
+        "speed, drawn cells",
+        "drawn cells at a limit",
+        "longest, share of the time",
+    ];
+    Table {
+        head: vec![head.map(number).to_vec()],
+        rows: DriveUse::all(&weld.evidence).into_iter().enumerate().map(row).collect(),
+    }
+}
+
 impl CertifiedWeld {
     fn limit(&self, case: EvidenceKind, name: &str) -> Option<f64> {
         let of = self.requirements.iter().find(|r| r.case == case && r.name == name);
@@ -273,7 +312,7 @@ impl CertifiedWeld {
                 words(trend(by.trend)),
                 number(share(by.share)),
                 number(of.beyond.to_string()),
-                number(by.beyond_without.to_string()),
+                number(if of.beyond > 0 { by.beyond_without.to_string() } else { String::new() }),
             ]
         };
         let rows = self.sensitivities.iter();
@@ -323,8 +362,10 @@ impl CertifiedWeld {
     fn margins_table(&self) -> Table {
         let heads = ["path", "push, kN", "feed, mm/s", "cell", "friction", "spectral radius"];
         let names = heads.map(words).into_iter();
-        let names = names.chain(MARGIN_FIGURES.iter().map(|of| number(of.figure.label)));
-        let limits = MARGIN_FIGURES.iter().map(|of| {
+        // Those of the drives at work are the drives' under one of the slopes.
+        let figures = || MARGIN_FIGURES.iter().filter(|of| !of.figure.key.contains("at_speed"));
+        let names = names.chain(figures().map(|of| number(of.figure.label)));
+        let limits = figures().map(|of| {
             let limit = self.limit(EvidenceKind::Margins, of.figure.key);
             number(limit.map_or(String::new(), |limit| shown(of.figure.key, limit)))
         });
@@ -347,7 +388,7 @@ impl CertifiedWeld {
                 words(least.map_or("", |at| at.of.friction.name())),
                 number(radius).bad(slopes.iter().any(|at| at.channels.is_none())),
             ];
-            let margins = MARGIN_FIGURES.iter().map(|of| {
+            let margins = figures().map(|of| {
                 let name = of.figure.key;
                 let each = slopes.iter().map(|at| (of.value)(at).0);
                 let least = each.fold(f64::INFINITY, f64::min);

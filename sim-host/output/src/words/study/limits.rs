@@ -86,7 +86,7 @@ pub(crate) fn setting(report: &StudyLimitsReport<'_>) -> String {
     format!(
         "Weld {}, {} mm of it, {} control, law {}, seed {}. One number is driven at a time, by full runs: nine evenly over its \
          range, then the edge is halved. Offset: the seam lies beside where it was taught, to \
-         either side; told is the side that bears less. Required: {}.",
+         either side; told is the side that bears less. Required: {}; and the weld that was asked for.",
         scenario.name,
         fixed(1e3 * report.length, 0),
         scenario.controller.name(),
