@@ -60,9 +60,7 @@ pub static FAULT_FIGURES: [FigureOf<FaultSpreads>; 8] = [
     FigureOf::new("correction_rad", "correction, rotation", "rad", |f| f.correction[1]),
     FigureOf::new(LATERAL, "lateral in the fault, largest", "m", |f| f.lateral_during.max_abs),
     FigureOf::new(DEPTH, "depth in the fault, largest change", "m", |f| f.depth_during.max_abs),
-    FigureOf::new(UNDETECTED, "undetected fault, largest share of a limit of the weld", "1", |f| {
-        f.undetected
-    }),
+    FigureOf::new(UNDETECTED, "undetected, largest share of a limit", "1", |f| f.undetected),
     FigureOf::new("recovered_lateral_rms_m", "lateral after recovery, RMS", "m", |f| {
         f.lateral_after.rms
     }),

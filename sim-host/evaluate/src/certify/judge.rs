@@ -412,7 +412,7 @@ fn of_faults(
     let worst = worst(trials.iter().copied(), |trial| trial.figure(name));
     let why = || {
         worst.map_or(Reason::NoRun, |trial| Reason::Fault {
-            trial: trial.clone(),
+            trial: Box::new(trial.clone()),
             recovery: asked.recovery,
             beyond: Rate::of(trials, |trial| !within(trial.figure(name), limit)),
         })

@@ -86,7 +86,7 @@ pub enum Reason {
     /// Instruments that fail.
     Fault {
         /// The run with the worst fault.
-        trial: FaultTrial,
+        trial: Box<FaultTrial>,
         /// Time allowed for the recovery, s.
         recovery: f64,
         /// Fault cases beyond the limit.

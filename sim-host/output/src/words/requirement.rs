@@ -106,7 +106,7 @@ pub(crate) fn reason(of: &Requirement) -> Option<String> {
             let mut why = of_fault(of, trial, *recovery);
             if beyond.hits > 1 {
                 why += &format!(
-                    "; {} of {} faults are beyond the limit, this one farthest",
+                    "; {} of {} runs with a fault are beyond the limit, this one farthest",
                     beyond.hits, beyond.of
                 );
             }
@@ -131,7 +131,7 @@ fn of_fault(of: &Requirement, trial: &FaultTrial, recovery: f64) -> String {
         _ => {
             let what = clause(of.name, trial.figure(of.name), of.limit);
             match of.name.starts_with("recovered_") {
-                true => format!("{recovery} s after its end, {with}, {what} still"),
+                true => format!("{recovery} s after the end of the fault, {with}, {what} still"),
                 false => format!("{with}, {what}"),
             }
         }
@@ -387,6 +387,7 @@ mod tests {
         ];
         for (key, trial, hits) in faults {
             let beyond = Rate { hits, of: 10 };
+            let trial = Box::new(trial);
             all += &told(Faults, key, Reason::Fault { trial, recovery: 15.0, beyond });
         }
         insta::assert_snapshot!(all);
