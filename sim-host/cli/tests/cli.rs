@@ -767,7 +767,7 @@ fn a_limit_of_faults_beyond_half_the_pin_is_refused_as_none() {
         let limit = format!("{key} = 2.6e-3\n");
         let is_it = |line: &str| line.contains("half the pin") || line.contains("the skin");
         place.requirements(|k, line| (k == key && is_it(line)).then(|| limit.clone()));
-        let said = place.refused(&[&certify("none")[..], &["--trials", "0"]].concat());
+        let said = place.refused(&certify("none"));
         let what =
             format!("`{key}` in [faults] is 2.60 mm; expected at most half the pin, 2.50 mm");
         assert!(said.contains("requirements.toml: ") && said.contains(&what), "{said}");
