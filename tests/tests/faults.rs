@@ -45,7 +45,10 @@ fn failure() -> impl Strategy<Value = Failure> {
         Just(Failure::Dropped),
         Just(Failure::OutOfOrder),
         size.clone().prop_map(|s| Failure::Saturated { linear: s, angular: s }),
-        size.prop_map(|s| Failure::Offset { linear: s, angular: s }),
+        size.clone().prop_map(|s| Failure::Offset { linear: s, angular: s }),
+        size.clone().prop_map(|s| Failure::Drift { linear: s, angular: s }),
+        size.prop_map(|relative| Failure::Gain { relative }),
+        Just(Failure::Noise { linear: 1e-3, angular: 1e-3 }),
     ]
 }
 
@@ -66,6 +69,12 @@ fn struck() -> impl Strategy<Value = Struck> {
                 }
                 Failure::Offset { linear: l, angular: a } => {
                     Failure::Offset { linear: l * linear, angular: a * angular }
+                }
+                Failure::Drift { linear: l, angular: a } => {
+                    Failure::Drift { linear: l * linear, angular: a * angular }
+                }
+                Failure::Noise { linear: l, angular: a } => {
+                    Failure::Noise { linear: l * linear, angular: a * angular }
                 }
                 other => other,
             };

@@ -1,7 +1,7 @@
 //! `trueweld import-log`: a `log.toml` for files as instruments wrote them.
 
 use crate::init::is_template;
-use crate::inputs::same_file;
+use crate::inputs::{of_program, same_file};
 use crate::results::{check_new_folder, check_outputs, check_targets, write};
 use clap::Args;
 use miette::{IntoDiagnostic, Result, WrapErr, miette};
@@ -10,7 +10,7 @@ use std::path::{Component, Path, PathBuf};
 use trueweld_measure::data::log::import::propose;
 use trueweld_measure::data::log::{LOG_FILE, LogKind};
 use trueweld_output::{ImportReport, Report, log_toml, write_file};
-use trueweld_plant::input::{InputFile, RobotFile, warnings};
+use trueweld_plant::input::{InputFile, RobotFile};
 use trueweld_plant::provenance::{FileDigest, Provenance};
 
 /// Arguments of `import-log`.
@@ -84,13 +84,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         files.push(FileDigest::of_file("file", path)?);
     }
     let provenance = Provenance {
-        warnings: warnings(),
-        version: env!("CARGO_PKG_VERSION").to_owned(),
-        command: "import-log".to_owned(),
         robot: robot.map_or(String::new(), |robot| robot.name),
-        effects: Vec::new(),
-        simulation: None,
         files,
+        ..of_program("import-log")
     };
     let report = ImportReport { proposal: &proposal, out: &out, provenance: &provenance };
     say!("{}", report.text());

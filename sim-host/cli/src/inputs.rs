@@ -417,13 +417,11 @@ impl Inputs {
     /// What a result of these inputs is of.
     pub fn provenance(&self, command: &str, simulation: SimulationRecord) -> Provenance {
         Provenance {
-            warnings: warnings(),
-            version: env!("CARGO_PKG_VERSION").to_owned(),
-            command: command.to_owned(),
             robot: self.robot.name.clone(),
             effects: self.effects.iter().map(|e| EffectRecord::new(e, &self.robot)).collect(),
             simulation: Some(simulation),
             files: self.files.clone(),
+            ..of_program(command)
         }
     }
 
@@ -471,6 +469,18 @@ impl Inputs {
             seed: self.seed,
             fault: None,
         }
+    }
+}
+
+/// What a result of this program is of, without what was read: version, sources, command, and the
+/// warnings so far.
+pub(crate) fn of_program(command: &str) -> Provenance {
+    Provenance {
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        sources: crate::SOURCES.to_owned(),
+        command: command.to_owned(),
+        warnings: warnings(),
+        ..Provenance::default()
     }
 }
 

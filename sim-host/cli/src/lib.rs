@@ -100,12 +100,18 @@ use effects::EffectKind;
 use laws::{Entry, Law};
 use miette::IntoDiagnostic;
 
+/// SHA-256 of the sources that the program is built from, as the build script states it.
+const SOURCES: &str = env!("TRUEWELD_SOURCES");
+
 /// Keeps a robot's welding tool true while the robot bends under it.
 ///
 /// Without a command: the first published weld, with and without compensation, written to
 /// out/weld.html and out/weld.rrd.
 #[derive(Parser)]
-#[command(version, max_term_width = 110)]
+#[command(
+    version = concat!(env!("CARGO_PKG_VERSION"), " (sources ", env!("TRUEWELD_SOURCES"), ")"),
+    max_term_width = 110
+)]
 struct Arguments {
     #[command(subcommand)]
     command: Option<Command>,

@@ -1,6 +1,7 @@
 //! What the commands about measurements work on: a model, and logs made ready to be compared with
 //! it.
 
+use crate::inputs::of_program;
 use crate::results::Results;
 use clap::Args;
 use miette::{IntoDiagnostic, Result, miette};
@@ -14,7 +15,7 @@ use trueweld_measure::mistakes::{Found, find};
 use trueweld_measure::predict::Experiment;
 use trueweld_measure::residuals::compare::{baseline, of_comparable};
 use trueweld_output::{MistakesReport, Progress, mistake_in_words};
-use trueweld_plant::input::{ModelFile, warnings};
+use trueweld_plant::input::ModelFile;
 use trueweld_plant::provenance::{EffectRecord, FileDigest, Provenance};
 
 /// A model and logs.
@@ -153,13 +154,10 @@ pub fn provenance(command: &str, model: &ModelFile, logs: &[Log]) -> Result<Prov
     files.extend(digests("log", logs)?);
     let effects = model.effects.iter();
     Ok(Provenance {
-        warnings: warnings(),
-        version: env!("CARGO_PKG_VERSION").to_owned(),
-        command: command.to_owned(),
         robot: model.robot.name.clone(),
         effects: effects.map(|e| EffectRecord::new(&e.effect, &model.robot)).collect(),
-        simulation: None,
         files,
+        ..of_program(command)
     })
 }
 

@@ -4,9 +4,11 @@
 mod support;
 
 use std::fs;
+use std::process::Command;
 use support::{Workspace, fixture, requirements};
 use trueweld_plant::effects::Effect;
 use trueweld_plant::input::{Comments, MeasuredNumber, ModelFile, Posterior};
+use trueweld_plant::provenance::sha256;
 
 /// What any law keeps to: of 3 draws none beyond shows a half at 75 %, 0.5³ = 0.125.
 const CERTIFY: [&str; 12] = [
@@ -109,6 +111,102 @@ fn a_certificate_says_of_every_number_who_measured_or_assumed_it_and_is_of_one_c
     let mut other = [&WELD[..], &of_plain].concat();
     other[3] = "elastostatic";
     assert!(place.refused(&other).contains("laws was"));
+}
+
+/// The certificate of the plain cell.
+fn certified(place: &Workspace, more: &[&'static str]) -> String {
+    place.done(&[&CERTIFY[..], more, &["--evidence", "plain"]].concat())
+}
+
+/// A certificate with its own digest, whatever it says.
+fn sealed(text: &str) -> String {
+    let (before, seal) = text.rsplit_once("\"sha256\": \"").unwrap();
+    let end = seal.split_once('"').unwrap().1;
+    let digest = sha256(format!("{before}\"sha256\": \"\"{end}").as_bytes());
+    format!("{before}\"sha256\": \"{digest}\"{end}")
+}
+
+#[test]
+fn evidence_and_certificates_are_of_one_build() {
+    let place = workspace();
+    certified(&place, &[]);
+    let text = String::from_utf8(place.bytes("plain/certify.json")).unwrap();
+    assert_eq!(sealed(&text), text);
+    let sources = place.json("plain/certify.json")["provenance"]["sources"].clone();
+    let sources = sources.as_str().unwrap();
+    assert!(place.done(&["--version"]).contains(sources));
+    let page = String::from_utf8(place.bytes("plain/certify.html")).unwrap();
+    assert!(page.contains(sources));
+
+    let other = sealed(&text.replacen(sources, "abc", 1));
+    fs::write(place.path().join("other.json"), other).unwrap();
+    let said = place.refused(&[&WELD[..], &["--certificate", "other.json"]].concat());
+    let both = format!("made by a build of the sources abc, and this is one of {sources}");
+    assert!(said.contains(&both), "{said}");
+
+    let kept = place.path().join("plain/trials-short.jsonl");
+    let text = fs::read_to_string(&kept).unwrap();
+    fs::write(&kept, text.replacen(sources, "abc", 1)).unwrap();
+    let said = place.refused(&[&CERTIFY[..], &["--evidence", "plain"]].concat());
+    let both = format!("of the sources abc; this program is built from {sources}");
+    assert!(said.contains("runs of another build") && said.contains(&both), "{said}");
+}
+
+#[test]
+fn the_digest_of_the_sources_is_what_the_documented_command_computes() {
+    let root = format!("{}/../..", env!("CARGO_MANIFEST_DIR"));
+    let page = fs::read_to_string(format!("{root}/docs/certify.md")).unwrap();
+    let command = page.lines().find(|line| line.starts_with("find Cargo.lock")).unwrap();
+    let output = Command::new("sh").args(["-c", command]).current_dir(root).output().unwrap();
+    let printed = String::from_utf8(output.stdout).unwrap();
+    let digest = printed.split_whitespace().next().unwrap();
+    let version = Workspace::new().done(&["--version"]);
+    assert!(version.contains(&format!("(sources {digest})")), "{version} against {digest}");
+}
+
+#[test]
+fn every_kept_run_is_made_again_where_that_is_asked_for() {
+    let place = workspace();
+    certified(&place, &[]);
+    // Three draws and the nominal cell.
+    let said = certified(&place, &["--verify"]);
+    assert!(said.contains("4 of 4 kept runs were made again, and came out as"), "{said}");
+    let said = certified(&place, &[]);
+    assert!(said.contains("2 of 4 kept runs were made again"), "{said}");
+    let said = place.refused(&[&CERTIFY[..], &["--verify", "--evidence", "none"]].concat());
+    assert!(said.contains("none holds no run"), "{said}");
+}
+
+#[test]
+fn the_seed_of_the_draws_follows_from_the_inputs_and_one_that_does_not_is_told() {
+    let place = workspace();
+    let seed = |more: &[&'static str], given: bool| {
+        let said = certified(&place, more);
+        let result = place.json("plain/certify.json");
+        assert_eq!(result["seed_given"], given);
+        let page = String::from_utf8(place.bytes("plain/certify.html")).unwrap();
+        let said = said.split_whitespace().collect::<Vec<_>>().join(" ");
+        for told in [said, page] {
+            assert_eq!(told.contains("was chosen and does not follow"), given, "{told}");
+        }
+        fs::remove_dir_all(place.path().join("plain")).unwrap();
+        result["seed"].as_u64().unwrap()
+    };
+    let first = seed(&[], false);
+    assert_eq!(seed(&["--draws", "7"], true), 7);
+    // Neither the path of a file, the weld nor the number of runs changes it; a file and an option do.
+    place.weld("longer.toml", "[1.700, -1.000, 0.500]", "[1.700, -0.930, 0.500]");
+    fs::copy(place.path().join("requirements.toml"), place.path().join("copy.toml")).unwrap();
+    let mut other = CERTIFY;
+    (other[5], other[7], other[9]) = ("longer.toml", "copy.toml", "4");
+    place.done(&[&other[..], &["--evidence", "plain"]].concat());
+    assert_eq!(place.json("plain/certify.json")["seed"], first);
+    fs::remove_dir_all(place.path().join("plain")).unwrap();
+    assert_ne!(seed(&["--stiffness-error", "0.01"], false), first);
+    let path = place.path().join("requirements.toml");
+    let text = fs::read_to_string(&path).unwrap();
+    fs::write(&path, text + "# Another one.\n").unwrap();
+    assert_ne!(seed(&[], false), first);
 }
 
 #[test]

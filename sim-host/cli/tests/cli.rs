@@ -548,7 +548,7 @@ fn requirements(place: &Workspace, lateral_rms: &str) {
     place.requirements(|key, line| match key {
         "lateral_rms_m" => Some(format!("lateral_rms_m = {lateral_rms}\n")),
         // Of the weld; the tool stays bounded in faults.
-        "lateral_max_m" if !line.contains("0.010") => Some(String::new()),
+        "lateral_max_m" if !line.contains("half the pin") => Some(String::new()),
         "side_tilt_rms_rad" | "travel_angle_rms_rad" | "depth_rms_m" | "push_error_rms_n" => {
             Some(String::new())
         }
@@ -758,6 +758,20 @@ fn requirements_are_checked_too() {
     let text = fs::read_to_string(file).unwrap().replace("recovery_s", "recover_s");
     fs::write(place.path().join("wrong.toml"), text).unwrap();
     assert!(place.refused(&["check", "wrong.toml"]).contains("unknown key `recover_s`"));
+}
+
+#[test]
+fn a_limit_of_faults_beyond_half_the_pin_is_refused_as_none() {
+    let place = Workspace::new();
+    for key in ["lateral_max_m", "depth_max_m"] {
+        let limit = format!("{key} = 2.6e-3\n");
+        let is_it = |line: &str| line.contains("half the pin") || line.contains("the skin");
+        place.requirements(|k, line| (k == key && is_it(line)).then(|| limit.clone()));
+        let said = place.refused(&certify("none"));
+        let what =
+            format!("`{key}` in [faults] is 2.60 mm; expected at most half the pin, 2.50 mm");
+        assert!(said.contains("requirements.toml: ") && said.contains(&what), "{said}");
+    }
 }
 
 #[test]

@@ -24,7 +24,9 @@ const WORST: [&str; 3] = ["--worst", "2", "-q"];
 
 fn workspace() -> Workspace {
     let place = Workspace::new();
-    place.requirements(|key, _| (key == "places").then(|| "places = 2\n".to_owned()));
+    place.requirements(|key, line| {
+        (key == "places" && line.contains("11")).then(|| "places = 2\n".to_owned())
+    });
     place
 }
 
@@ -110,9 +112,16 @@ fn merged_shards_are_the_serial_run_and_what_is_no_whole_is_refused() {
         "\"version\": \"9.9\"",
     );
     refused(&["1-3", "version", "3-3"], &["shard 2/3", "made by version 9.9 of the program"]);
+    let sources = copied(&place, "2-3", "sources").join("shard.json");
+    let of = &place.json("2-3/shard.json")["provenance"];
+    let built = of["sources"].as_str().unwrap();
+    replace(&sources, built, "abc");
+    let both = format!("made by a build of the sources abc, and this is one of {built}");
+    refused(&["1-3", "sources", "3-3"], &["shard 2/3", &both]);
     let seed = copied(&place, "2-3", "seed").join("shard.json");
-    replace(&seed, "\"draws_seed\": 1", "\"draws_seed\": 2");
-    refused(&["1-3", "seed", "3-3"], &["shard 2/3", "draws_seed was 2, and is 1"]);
+    let drawn = &of["simulation"]["draws_seed"];
+    replace(&seed, &format!("\"draws_seed\": {drawn}"), "\"draws_seed\": 2");
+    refused(&["1-3", "seed", "3-3"], &["shard 2/3", &format!("draws_seed was 2, and is {drawn}")]);
     let digest = copied(&place, "2-3", "digest").join("shard.json");
     let text = fs::read_to_string(&digest).unwrap();
     let (before, weld) = text.split_once("\"short.toml\"").unwrap();

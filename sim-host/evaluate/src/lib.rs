@@ -33,7 +33,7 @@ mod weld;
 pub use arm::{ArmAt, PlacedSeam};
 pub use figure::{Figure, FigureOf, Limit};
 pub use rate::Rate;
-pub use requirements::{Faults, IdleLimit, MarginLimits, Requirements};
+pub use requirements::{Faults, IdleLimit, MarginLimits, NotRequired, Requirements};
 pub use step::StepFigures;
 pub use uncertain::{
     Distribution, Group, NoSuchNumber, ReplacedAssumption, SEAM_KEYS, SHORT_SOURCE, UncertainCell,

@@ -1,5 +1,6 @@
 //! What a compensation law must reach, and under what uncertainty: `requirements/1`.
 
+use crate::certify::{FAULT_FIGURES, FaultSizes};
 use crate::figure::{Figure, Limit, within};
 use crate::margins::MARGIN_FIGURES;
 use crate::uncertain::{NoSuchNumber, UncertainCell, UncertainEntry, Uncertainty};
@@ -7,8 +8,9 @@ use crate::weld::{ASKED_FIGURES, AskedWeld, PHASES, WELD_FIGURES};
 use std::fmt;
 use trueweld_plant::input::{
     Bounds, CompensationLimits, FileKind, InputError, InputFile, Process, RobotFile, Sensors,
-    Table, Weld,
+    Table, Text, Weld,
 };
+use trueweld_plant::sensors::fault_name;
 
 /// Requirements of a certification.
 #[derive(Debug, Clone, PartialEq)]
@@ -75,25 +77,44 @@ impl MarginLimits {
     }
 }
 
-/// One instrument at a time that fails in the steady part of the nominal weld and comes back, and
-/// what the tool must keep to.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// One instrument at a time that fails in the steady part of a weld and comes back, and what the
+/// tool must keep to.
+#[derive(Debug, Clone, PartialEq)]
 pub struct Faults {
+    /// Places along the steady part of the nominal weld.
+    pub places: usize,
+    /// Drawn cells, spread along it as well.
+    pub draws: usize,
     /// How long a fault lasts, s.
     pub duration: f64,
     /// Time after its end in which the tool must be back within the limits of the steady part, s.
     pub recovery: f64,
     /// Largest lateral deviation from the beginning of the fault to the end of that time, m.
     pub lateral: f64,
-    /// How far depth may go from its mean before the fault in the same time, m; `None` where the
-    /// file does not limit it.
-    pub depth: Option<f64>,
-    /// Ends of the force sensor's range: of each force, N, and of each moment, N·m.
-    pub force_range: [f64; 2],
-    /// Ends of the seam sensor's range: across the seam, m, and in tilt, rad.
-    pub seam_range: [f64; 2],
-    /// Offset of a seam sensor that lies: across the seam, m, and in tilt, rad.
-    pub seam_offset: [f64; 2],
+    /// How far depth may go from its mean before the fault in the same time, m.
+    pub depth: f64,
+    /// What instruments are made to read.
+    pub sizes: FaultSizes,
+    /// What is not required of faults: it is run and told, and not judged.
+    pub not_required: Vec<NotRequired>,
+}
+
+/// Figures of a fault that are not required, because no law can keep them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NotRequired {
+    /// Name of the fault, as in "force-offset".
+    pub fault: String,
+    /// Keys of figures of [`FAULT_FIGURES`].
+    pub figures: Vec<&'static str>,
+    /// Why no law can keep them.
+    pub reason: String,
+}
+
+impl Faults {
+    /// What is not required of a figure of a fault; `None` where it is required.
+    pub fn not_required(&self, fault: &str, figure: &str) -> Option<&NotRequired> {
+        self.not_required.iter().find(|of| of.fault == fault && of.figures.contains(&figure))
+    }
 }
 
 impl Requirements {
@@ -295,48 +316,93 @@ fn margins(table: &Table<'_>) -> Result<MarginLimits, InputError> {
     let figures = MARGIN_FIGURES.iter().map(|of| &of.figure);
     let mut at_least = limits(table, &["places", "draws"], figures)?;
     at_least.extend(MarginLimits::of_drives(&at_least));
-    let whole = |key, least: f64, hint| {
-        let number = table.number(key, Bounds::UpTo(1000.0))?;
-        if number < least || number.fract() != 0.0 {
-            let expected = if least > 0.0 { "a whole number from 2 up" } else { "a whole number" };
-            return Err(table.wrong(key, expected, hint));
-        }
-        Ok(number as usize)
-    };
-    Ok(MarginLimits {
-        places: whole("places", 2.0, "Such as 11: one every tenth of the weld.")?,
-        draws: if table.has("draws") { whole("draws", 0.0, "Such as 5.")? } else { 0 },
-        at_least,
-    })
+    let hint = "Such as 11: one every tenth of the weld.";
+    Ok(MarginLimits { places: whole(table, "places", 2, hint)?, draws: draws(table)?, at_least })
+}
+
+/// A whole number, and no less than the least.
+fn whole(table: &Table<'_>, key: &str, least: usize, hint: &str) -> Result<usize, InputError> {
+    let number = table.number(key, Bounds::UpTo(1000.0))?;
+    if number < least as f64 || number.fract() != 0.0 {
+        return Err(table.wrong(key, &format!("a whole number from {least} up"), hint));
+    }
+    Ok(number as usize)
+}
+
+/// Drawn cells, none where the table has no word of them.
+fn draws(table: &Table<'_>) -> Result<usize, InputError> {
+    if table.has("draws") { whole(table, "draws", 0, "Such as 5.") } else { Ok(0) }
 }
 
 fn faults(table: &Table<'_>) -> Result<Faults, InputError> {
     table.only(&[
+        "places",
+        "draws",
         "duration_s",
         "recovery_s",
         "lateral_max_m",
         "depth_max_m",
         "force_range_n",
         "force_range_nm",
+        "force_offset_n",
+        "force_offset_nm",
+        "force_gain",
         "seam_range_m",
         "seam_range_rad",
         "seam_offset_m",
         "seam_offset_rad",
+        "not_required",
     ])?;
     let at_most = |key, most| table.number(key, Bounds::PositiveUpTo(most));
-    let depth = if table.has("depth_max_m") { Some(at_most("depth_max_m", 1.0)?) } else { None };
     Ok(Faults {
+        places: whole(table, "places", 1, "Such as 3: early in the weld, in its middle, late.")?,
+        draws: draws(table)?,
         duration: at_most("duration_s", 1000.0)?,
         recovery: at_most("recovery_s", 1000.0)?,
         lateral: at_most("lateral_max_m", 1.0)?,
-        depth,
-        force_range: [
-            table.number("force_range_n", Bounds::Positive)?,
-            table.number("force_range_nm", Bounds::Positive)?,
-        ],
-        seam_range: [at_most("seam_range_m", 1.0)?, at_most("seam_range_rad", 1.0)?],
-        seam_offset: [at_most("seam_offset_m", 1.0)?, at_most("seam_offset_rad", 1.0)?],
+        depth: at_most("depth_max_m", 1.0)?,
+        sizes: FaultSizes {
+            force_range: [
+                table.number("force_range_n", Bounds::Positive)?,
+                table.number("force_range_nm", Bounds::Positive)?,
+            ],
+            force_offset: [
+                table.number("force_offset_n", Bounds::Positive)?,
+                table.number("force_offset_nm", Bounds::Positive)?,
+            ],
+            force_gain: at_most("force_gain", 1.0)?,
+            seam_range: [at_most("seam_range_m", 1.0)?, at_most("seam_range_rad", 1.0)?],
+            seam_offset: [at_most("seam_offset_m", 1.0)?, at_most("seam_offset_rad", 1.0)?],
+        },
+        not_required: if table.has("not_required") {
+            let tables = table.tables("not_required")?;
+            tables.iter().map(not_required).collect::<Result<_, _>>()?
+        } else {
+            Vec::new()
+        },
     })
+}
+
+fn not_required(table: &Table<'_>) -> Result<NotRequired, InputError> {
+    table.only(&["fault", "figures", "reason"])?;
+    let fault = table.name("fault")?;
+    let known = FaultSizes::default().failures([0.0; 2]).into_iter();
+    let known: Vec<String> = known.map(|(of, failure)| fault_name(of, failure)).collect();
+    if !known.contains(&fault) {
+        let expected = format!("one of {}", known.join(", "));
+        return Err(table.wrong("fault", &expected, "A certificate names each fault so."));
+    }
+    let figures = table.texts("figures")?;
+    let key = |text: &Text<'_>| {
+        let of = FAULT_FIGURES.iter().find(|of| of.figure.key == text.text);
+        of.map(|of| of.figure.key).ok_or_else(|| {
+            let keys: Vec<&str> = FAULT_FIGURES.iter().map(|of| of.figure.key).collect();
+            let message = format!("no figure of a fault; expected one of {}", keys.join(", "));
+            table.error_at(text, message, "The page of a certificate lists them under faults.")
+        })
+    };
+    let figures = figures.iter().map(key).collect::<Result<_, _>>()?;
+    Ok(NotRequired { fault, figures, reason: table.name("reason")? })
 }
 
 fn uncertainty(table: &Table<'_>) -> Result<Uncertainty, InputError> {

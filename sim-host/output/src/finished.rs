@@ -3,7 +3,7 @@
 use std::path::Path;
 use trueweld_core::Robot;
 use trueweld_evaluate::certify::{
-    Evidence, Requirement, Sensitivity, ShownRun, Trial, Verdict, WeakPoint,
+    AcceptedFault, Evidence, Requirement, Sensitivity, ShownRun, Trial, Verdict, WeakPoint,
 };
 use trueweld_evaluate::laws::{LawComparison, Sweep};
 use trueweld_evaluate::study::{
@@ -93,6 +93,8 @@ pub struct CertifyReport<'a> {
     pub passes: usize,
     /// Seed of the draws.
     pub seed: u64,
+    /// Whether it was given, in place of the one that follows from the inputs.
+    pub seed_given: bool,
     /// Share of welds that may fail, and the confidence with which that must be shown.
     pub asked: [f64; 2],
     /// Every weld.
@@ -118,6 +120,8 @@ pub struct CertifiedWeld {
     pub requirements: Vec<Requirement>,
     /// Limits that corrections are held to anyway: they show nothing, and are not judged.
     pub held: Vec<Limit>,
+    /// What is not required of faults.
+    pub accepted_faults: Vec<AcceptedFault>,
     /// What the failures follow from.
     pub sensitivities: Vec<Sensitivity>,
     /// What is weak and not forbidden.

@@ -15,6 +15,8 @@ use std::path::Path;
 pub struct Provenance {
     /// Version of the program.
     pub version: String,
+    /// SHA-256 of the sources that the program was built from.
+    pub sources: String,
     /// The command, as it is written on the command line.
     pub command: String,
     /// Name of the robot.

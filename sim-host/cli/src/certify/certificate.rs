@@ -12,7 +12,8 @@ use trueweld_plant::input::read_text;
 use trueweld_plant::provenance::{Provenance, SimulationRecord};
 
 /// Checks that a certificate passes and is of what a run is of: the bytes of every file, options,
-/// effects and the version of the program.
+/// effects and the sources of the program. That its runs came out as it states, only
+/// `certify --verify` shows.
 ///
 /// # Errors
 /// What the certificate is of instead; a certificate that does not pass, or is none.
@@ -24,7 +25,7 @@ pub fn check(path: &Path, run: &Provenance) -> Result<CertifyResult> {
     if certificate.seal() != certificate.sha256 {
         return Err(miette!(
             help = "Take it from the evidence folder again; `certify` writes it anew from the runs that are kept there.",
-            "{at}: it was changed since `certify` wrote it; expected the SHA-256 that it states"
+            "{at}: it is not as `certify` wrote it; expected a text of the SHA-256 that it states"
         ));
     }
     let mut of = certificate.provenance.clone();
@@ -53,7 +54,7 @@ pub fn check(path: &Path, run: &Provenance) -> Result<CertifyResult> {
     }
     if let Some(difference) = difference(&of, &run) {
         return Err(miette!(
-            help = "A certificate says nothing of another cell: run `certify` for this one.",
+            help = "A certificate says nothing of another cell or another build: run `certify` for this one.",
             "{at} is of something else than this run: {difference}"
         ));
     }

@@ -17,16 +17,17 @@ use shard::{Shard, Shards};
 use std::path::{Path, PathBuf};
 use std::slice;
 use std::sync::{Mutex, PoisonError};
-use store::TrialStore;
+use store::{Basis, Repeat, TrialStore};
 use trueweld_compensators::Entry;
 use trueweld_evaluate::certify::{
-    Certification, Evidence, FEWEST_DRAWS, FaultTrial, RequiredCorrection, SampledCell, Trial,
-    Verdict, WorstCase, draws, judge, rare_failure, search, sensitivities, weak_points,
+    Certification, Evidence, FEWEST_DRAWS, FaultCase, FaultTrial, FaultsRefused,
+    RequiredCorrection, SampledCell, Trial, Verdict, WorstCase, accepted_faults, draws, judge,
+    rare_failure, search, sensitivities, weak_points,
 };
 use trueweld_evaluate::{Requirements, UncertainCell};
 use trueweld_output::{AssumedDraws, CertifiedWeld, CertifyReport, Progress, Report, write_file};
+use trueweld_plant::input::FileKind;
 use trueweld_plant::provenance::{FileDigest, Provenance, sha256};
-use trueweld_plant::sensors::InstrumentFault;
 use trueweld_plant::simulate::{Program, RunError, Scenario};
 
 /// Arguments of `certify`.
@@ -54,9 +55,9 @@ pub struct Arguments {
     /// Welds of one seam in a trial, the law kept; the last one counts
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = passes())]
     passes: u32,
-    /// Seed of the draws
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    draws: u64,
+    /// Seed of the draws (default: follows from files and options)
+    #[arg(long, value_name = "N")]
+    draws: Option<u64>,
     /// Hybrid force/position controller
     #[arg(long, value_enum, default_value_t = Controller::External)]
     controller: Controller,
@@ -75,6 +76,9 @@ pub struct Arguments {
     /// Put shards together that were made with the same options, and do what is left
     #[arg(long, value_name = "FOLDER", num_args = 1..)]
     merge: Vec<PathBuf>,
+    /// Make every run that is kept again, not only one in twenty: each must come out as it was kept
+    #[arg(long)]
+    verify: bool,
     #[command(flatten)]
     results: Results,
 }
@@ -123,10 +127,12 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         ));
     }
     let uncertain = measured.as_ref().unwrap_or(&assumed);
+    let seed = seed_of_inputs(&provenance(arguments, &inputs[0], &files))?;
     let asked = Asked {
         requirements: &requirements,
         uncertain,
         assumed: arguments.compare_assumed.then_some(&assumed),
+        seed: arguments.draws.unwrap_or(seed),
     };
     let mut campaigns = inputs
         .iter()
@@ -140,6 +146,11 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     if !arguments.merge.is_empty() {
         let shards = Shards::read(&arguments.merge, &provenance, arguments.trials)?;
         campaigns.iter_mut().try_for_each(|campaign| campaign.take(&shards))?;
+    }
+    let kept: usize = campaigns.iter().map(|campaign| campaign.kept.kept()).sum();
+    if arguments.verify && kept == 0 {
+        let folder = folder.display();
+        return Err(miette!("--verify: {folder} holds no run; expected an evidence folder"));
     }
     std::fs::create_dir_all(folder)
         .into_diagnostic()
@@ -171,11 +182,13 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         return Ok(());
     }
     let welds = campaigns.into_iter().map(WeldCampaign::run).collect::<Result<Vec<_>>>()?;
+    let (welds, repeated): (Vec<_>, Vec<usize>) = welds.into_iter().unzip();
     let report = CertifyReport {
         law: arguments.compensator.name().to_owned(),
         controller: arguments.controller.controller().name(),
         passes: arguments.passes as usize,
-        seed: arguments.draws,
+        seed: asked.seed,
+        seed_given: asked.seed != seed,
         asked: [requirements.failure_probability, requirements.confidence],
         welds,
         uncertain,
@@ -186,6 +199,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     write_file(&certificate, report.json_text())?;
     results.write(&report)?;
     write(&page, &report.page())?;
+    if kept > 0 {
+        let repeated: usize = repeated.iter().sum();
+        say!("{repeated} of {kept} kept runs were made again, and came out as they were kept\n");
+    }
     if report.verdict() != Verdict::Pass {
         std::process::exit(1);
     }
@@ -193,7 +210,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
 }
 
 /// Options that do not change what is certified: where runs are made and kept, and what is written.
-const ONLY_HERE: [&str; 7] = ["evidence", "shard", "merge", "json", "html", "samples", "quiet"];
+const ONLY_HERE: [&str; 8] =
+    ["evidence", "shard", "merge", "verify", "json", "html", "samples", "quiet"];
 
 /// The sections that there are: not every certification has all of them.
 fn written(sections: &[PathBuf]) -> Vec<PathBuf> {
@@ -235,6 +253,8 @@ struct Asked<'a> {
     uncertain: &'a UncertainCell,
     /// The same without what was measured, where both are to be compared.
     assumed: Option<&'a UncertainCell>,
+    /// Of the draws.
+    seed: u64,
 }
 
 /// What the runs of a weld are made from.
@@ -246,15 +266,45 @@ struct WeldSetup<'a> {
     inputs: &'a Inputs,
     scenario: Scenario<'a>,
     provenance: Provenance,
+    /// Digest of the inputs.
     key: String,
     needed: RequiredCorrection,
 }
 
-/// SHA-256 of everything that runs depend on: options and bytes of files, wherever these lie.
-pub fn key(provenance: &Provenance) -> Result<String> {
+/// What the runs of a weld are of, but for the seed of the draws. `files`: read for all welds.
+fn provenance(arguments: &Arguments, inputs: &Inputs, files: &[FileDigest]) -> Provenance {
+    let (controller, law) = (arguments.controller.controller(), &arguments.compensator);
+    let passes = arguments.passes as usize;
+    let mut simulation =
+        inputs.simulation(&[controller], slice::from_ref(law), passes, STEP_OF_MANY);
+    simulation.cores = inputs.cores(controller, law);
+    let mut provenance = inputs.provenance("certify", simulation);
+    provenance.files.extend_from_slice(files);
+    provenance
+}
+
+/// SHA-256 of every input that runs depend on: options and bytes of files, wherever these lie.
+pub fn digest_of_inputs(provenance: &Provenance) -> Result<String> {
     let mut of = provenance.clone();
     of.files.iter_mut().for_each(|file| file.file.clear());
+    // Warnings follow from the files, and name their paths; of the program the sources count.
+    of.warnings.clear();
+    of.version.clear();
+    of.sources.clear();
     Ok(sha256(serde_json::to_string(&of).into_diagnostic()?.as_bytes()))
+}
+
+/// The seed of the draws that follows from the inputs. Welds are left out: all meet the same cells,
+/// whichever are certified together. So are trials and runs of search: there may be more later.
+fn seed_of_inputs(provenance: &Provenance) -> Result<u64> {
+    let mut of = provenance.clone();
+    of.files.retain(|file| file.role != FileKind::Weld.name());
+    if let Some(simulation) = &mut of.simulation {
+        simulation.welds.clear();
+        simulation.cores.clear();
+    }
+    // Short enough to be typed after --draws.
+    u64::from_str_radix(&digest_of_inputs(&of)?[..8], 16).into_diagnostic()
 }
 
 /// The sections of a weld's evidence.
@@ -278,16 +328,28 @@ struct EvidenceFiles {
 }
 
 impl EvidenceFiles {
-    fn open(folder: &Path, weld: &str, key: &str) -> Result<Self> {
+    fn open(folder: &Path, weld: &str, basis: Basis<'_>, repeat: Repeat) -> Result<Self> {
         let [nominal, trials, rare, worst, faults] =
             SECTIONS.map(|s| section_file(folder, s, weld));
         Ok(Self {
-            nominal: TrialStore::open(nominal, key)?,
-            trials: TrialStore::open(trials, key)?,
-            rare: TrialStore::open(rare, key)?,
-            worst: TrialStore::open(worst, key)?,
-            faults: TrialStore::open(faults, key)?,
+            nominal: TrialStore::open(nominal, basis, repeat)?,
+            trials: TrialStore::open(trials, basis, repeat)?,
+            rare: TrialStore::open(rare, basis, repeat)?,
+            worst: TrialStore::open(worst, basis, repeat)?,
+            faults: TrialStore::open(faults, basis, repeat)?,
         })
+    }
+
+    /// How many runs are kept.
+    fn kept(&self) -> usize {
+        let welds = self.nominal.kept() + self.trials.kept() + self.rare.kept();
+        welds + self.worst.kept() + self.faults.kept()
+    }
+
+    /// How many kept runs were made again so far, and came out as they were kept.
+    fn repeated(&self) -> usize {
+        let welds = self.nominal.repeated() + self.trials.repeated() + self.rare.repeated();
+        welds + self.worst.repeated() + self.faults.repeated()
     }
 
     /// How many welds without a fault need not be made again.
@@ -317,14 +379,11 @@ impl<'a> WeldSetup<'a> {
     ) -> Result<Self> {
         let (controller, law) = (arguments.controller.controller(), &arguments.compensator);
         let requirements = inputs.asked(asked.requirements, files)?;
-        let passes = arguments.passes as usize;
-        let mut simulation =
-            inputs.simulation(&[controller], slice::from_ref(law), passes, STEP_OF_MANY);
-        simulation.draws_seed = Some(arguments.draws);
-        simulation.cores = inputs.cores(controller, law);
-        let mut provenance = inputs.provenance("certify", simulation);
-        provenance.files.extend_from_slice(files);
-        let key = key(&provenance)?;
+        let mut provenance = provenance(arguments, inputs, files);
+        if let Some(simulation) = &mut provenance.simulation {
+            simulation.draws_seed = Some(asked.seed);
+        }
+        let key = digest_of_inputs(&provenance)?;
         let scenario = Scenario {
             plant_step: STEP_OF_MANY,
             ..inputs.scenario(Program::Weld, controller, law)
@@ -332,7 +391,7 @@ impl<'a> WeldSetup<'a> {
         let failed = |error: RunError| inputs.failed(controller, &error);
         scenario.build_law().map_err(failed)?;
         let cell = inputs.nominal(asked.uncertain);
-        let drawn = SampledCell::new(asked.uncertain, arguments.draws, 0);
+        let drawn = SampledCell::new(asked.uncertain, asked.seed, 0);
         cell.build(&drawn, &inputs.planned, &inputs.weld).map_err(failed)?;
         let needed = RequiredCorrection::of(&scenario, &cell)
             .map_err(failed)?
@@ -347,7 +406,7 @@ impl<'a> WeldSetup<'a> {
             requirements: &self.requirements,
             needed: &self.needed,
             passes: self.arguments.passes as usize,
-            seed: self.arguments.draws,
+            seed: self.asked.seed,
         }
     }
 
@@ -359,17 +418,38 @@ impl<'a> WeldSetup<'a> {
         let path = section_file(&self.arguments.evidence, ASSUMED, &self.inputs.weld_name);
         let cell = self.inputs.nominal(uncertain);
         let certification = Certification { cell, ..self.certification() };
-        Ok((certification, TrialStore::open(path, &self.key)?))
+        Ok((certification, TrialStore::open(path, self.basis(), self.repeat())?))
+    }
+
+    /// What kept runs must be of.
+    fn basis(&self) -> Basis<'_> {
+        Basis { inputs: &self.key, sources: &self.provenance.sources }
+    }
+
+    /// Which of them are made again.
+    fn repeat(&self) -> Repeat {
+        if self.arguments.verify { Repeat::All } else { Repeat::Sample }
+    }
+
+    /// The runs that a folder keeps of this weld.
+    fn kept(&self, folder: &Path) -> Result<EvidenceFiles> {
+        EvidenceFiles::open(folder, &self.inputs.weld_name, self.basis(), self.repeat())
     }
 
     /// The runs that depend on no other; the search for the worst cell needs all of them.
     fn jobs(&self) -> Result<Jobs> {
-        let faults = self.certification().faults().map_err(|error| {
-            miette!(
+        let faults = self.certification().faults().map_err(|error| match error {
+            FaultsRefused::TooShort { .. } => miette!(
                 help = "Expected a longer seam, or shorter duration_s and recovery_s in [faults].",
                 "{}: {error}",
                 self.inputs.weld_file
-            )
+            ),
+            FaultsRefused::NoLimit { .. } => {
+                let is_it = |file: &&FileDigest| file.role == FileKind::Requirements.name();
+                let file = self.provenance.files.iter().find(is_it);
+                let file = file.map_or("the requirements", |file| file.file.as_str());
+                miette!("{file}: {error}")
+            }
         })?;
         Ok(Jobs { nominal: vec![()], faults, trials: (0..self.arguments.trials).collect() })
     }
@@ -389,7 +469,7 @@ impl<'a> WeldSetup<'a> {
 /// Runs that depend on no other run, in their order.
 struct Jobs {
     nominal: Vec<()>,
-    faults: Vec<InstrumentFault>,
+    faults: Vec<FaultCase>,
     trials: Vec<u64>,
 }
 
@@ -397,8 +477,8 @@ fn is_nominal((): &(), _: &Trial) -> bool {
     true
 }
 
-fn is_fault(fault: &InstrumentFault, run: &FaultTrial) -> bool {
-    run.fault == fault.to_string()
+fn is_fault(case: &FaultCase, run: &FaultTrial) -> bool {
+    run.is_of(case)
 }
 
 fn is_trial(index: &u64, run: &Trial) -> bool {
@@ -434,10 +514,10 @@ impl EvidenceFiles {
 }
 
 impl<'a> WeldCampaign<'a> {
-    /// Reads what is kept of a weld.
+    /// Reads what is kept of a weld, whose runs can all be made.
     fn open(setup: WeldSetup<'a>) -> Result<Self> {
-        let folder = &setup.arguments.evidence;
-        let kept = EvidenceFiles::open(folder, &setup.inputs.weld_name, &setup.key)?;
+        setup.jobs()?;
+        let kept = setup.kept(&setup.arguments.evidence)?;
         Ok(Self { setup, kept })
     }
 
@@ -448,7 +528,7 @@ impl<'a> WeldCampaign<'a> {
         let weld = &setup.inputs.weld_name;
         let (mut nominal, mut faults, mut trials) = (Vec::new(), Vec::new(), Vec::new());
         for folder in shards.folders() {
-            let files = EvidenceFiles::open(folder, weld, &setup.key)?;
+            let files = setup.kept(folder)?;
             nominal.push(files.nominal);
             faults.push(files.faults);
             trials.push(files.trials);
@@ -475,8 +555,8 @@ impl<'a> WeldCampaign<'a> {
         Ok(done.nominal.len() + done.faults.len() + done.trials.len())
     }
 
-    /// Every run: those that are kept, and the missing ones.
-    fn run(self) -> Result<CertifiedWeld> {
+    /// Every run: those that are kept, and the missing ones; how many kept ones were made again.
+    fn run(self) -> Result<(CertifiedWeld, usize)> {
         let Self { setup, mut kept } = self;
         let WeldSetup { arguments, asked, inputs, ref requirements, .. } = setup;
         let Asked { uncertain, assumed, .. } = asked;
@@ -503,7 +583,7 @@ impl<'a> WeldCampaign<'a> {
         trials.sort_by_key(|trial| trial.index);
         trials.dedup_by_key(|trial| trial.index);
         let is = |(index, draw): &(u64, _), run: &Trial| run.index == *index && run.draw == *draw;
-        let seed = arguments.draws;
+        let seed = asked.seed;
         let rare = arguments.failure_probability.map(|allowed| {
             rare_failure(requirements, &nominal, uncertain, seed, &trials, allowed, |batch| {
                 kept.rare.complete(batch, is, |(index, draw)| {
@@ -533,12 +613,14 @@ impl<'a> WeldCampaign<'a> {
             None => None,
         };
         meter.finish();
+        let repeated = kept.repeated();
         kept.close(arguments.failure_probability.is_some())?;
         let worst = WorstCase::among(requirements, &nominal, &trials, searched);
         let evidence = Evidence { nominal, trials, rare, worst, margins, faults };
         let held = asked.requirements.held(requirements);
+        let accepted_faults = accepted_faults(requirements, &evidence.faults);
         let requirements = judge(requirements, &evidence);
-        Ok(CertifiedWeld {
+        let weld = CertifiedWeld {
             name: inputs.weld_name.clone(),
             held,
             sensitivities: sensitivities(uncertain, &requirements, &evidence),
@@ -546,8 +628,10 @@ impl<'a> WeldCampaign<'a> {
             shown: certification.shown(&evidence, &requirements),
             evidence,
             requirements,
+            accepted_faults,
             assumed: compared,
-        })
+        };
+        Ok((weld, repeated))
     }
 }
 

@@ -235,6 +235,10 @@ pub fn difference(of: &Provenance, asked: &Provenance) -> Option<String> {
         let (made, this) = (&of.version, &asked.version);
         return Some(format!("made by version {made} of the program, and this is {this}"));
     }
+    if of.sources != asked.sources {
+        let (made, this) = (&of.sources, &asked.sources);
+        return Some(format!("made by a build of the sources {made}, and this is one of {this}"));
+    }
     if of.command != asked.command {
         return Some(format!("made by `{}`, and this is `{}`", of.command, asked.command));
     }

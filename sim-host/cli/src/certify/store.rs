@@ -4,13 +4,14 @@
 //! The first line names the key of everything that the runs depend on. Every line after it holds a
 //! run and a SHA-256 of the digest before it and of the run: a line that was changed, moved or taken
 //! out no longer fits, and the file is refused. A last line without its end was cut off by the
-//! interruption and is run again. A digest can be computed anew by whoever changes a line; a sample
-//! of the kept runs is therefore run again, and must come out as kept.
+//! interruption and is run again. This finds accidents: whoever changes a line on purpose can
+//! compute the digests anew. A sample of the kept runs, or all of them, is therefore run again, and
+//! must come out as kept.
 
 use miette::{IntoDiagnostic, Report, Result, WrapErr, miette};
 use rayon::prelude::*;
-use serde::Serialize;
 use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
 use std::collections::HashSet;
 use std::fs::{File, OpenOptions};
 use std::io::{ErrorKind, Write};
@@ -20,7 +21,36 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use trueweld_output::write_file;
 use trueweld_plant::provenance::sha256;
 
-/// One of so many kept runs is run again.
+/// Format of the files.
+const SCHEMA: &str = "trials/3";
+
+/// What the runs of a section must be of.
+#[derive(Debug, Clone, Copy)]
+pub struct Basis<'a> {
+    /// Digest of every input that the runs depend on.
+    pub inputs: &'a str,
+    /// Digest of the sources of the program that makes them.
+    pub sources: &'a str,
+}
+
+/// The first line of a file.
+#[derive(Serialize, Deserialize)]
+struct Header {
+    schema: String,
+    inputs: String,
+    sources: String,
+}
+
+/// Which of the kept runs are run again.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Repeat {
+    /// One in twenty.
+    Sample,
+    /// All of them.
+    All,
+}
+
+/// One of so many kept runs is in the sample.
 const SAMPLE: usize = 20;
 
 /// The runs of one section of one weld, and their file.
@@ -31,6 +61,8 @@ pub struct TrialStore<R> {
     kept: Vec<Kept<R>>,
     /// Those asked for so far, in their order, as they are written.
     done: Vec<String>,
+    /// How many kept runs were made again.
+    repeated: usize,
     /// The digest at the end of the file, once runs are added to it.
     last: Option<String>,
 }
@@ -41,20 +73,21 @@ struct Kept<R> {
     run: R,
     /// As it is written.
     text: String,
-    /// It belongs to the sample that is run again.
-    sampled: bool,
+    /// It is run again.
+    repeated: bool,
 }
 
 impl<R: Serialize + DeserializeOwned + Clone + Send + Sync> TrialStore<R> {
-    /// Reads what there is of a section; nothing is written yet. `key`: digest of everything that
-    /// the runs depend on.
+    /// Reads what there is of a section; nothing is written yet.
     ///
     /// # Errors
-    /// A file of another key, or one that was changed.
-    pub fn open(path: PathBuf, key: &str) -> Result<Self> {
-        let header = serde_json::json!({ "schema": "trials/3", "inputs": key }).to_string();
+    /// A file of other inputs or of another build, or one that was changed.
+    pub fn open(path: PathBuf, basis: Basis<'_>, repeat: Repeat) -> Result<Self> {
+        let [schema, inputs, sources] = [SCHEMA, basis.inputs, basis.sources].map(str::to_owned);
+        let header =
+            serde_json::to_string(&Header { schema, inputs, sources }).into_diagnostic()?;
         let kept = match std::fs::read(&path) {
-            Ok(bytes) => read(&path, &bytes, &header)?,
+            Ok(bytes) => read(&path, &bytes, &header, basis, repeat)?,
             Err(error) if error.kind() == ErrorKind::NotFound => Vec::new(),
             Err(error) => {
                 return Err(error)
@@ -62,12 +95,17 @@ impl<R: Serialize + DeserializeOwned + Clone + Send + Sync> TrialStore<R> {
                     .wrap_err_with(|| format!("cannot read {}", path.display()));
             }
         };
-        Ok(Self { path, header, kept, done: Vec::new(), last: None })
+        Ok(Self { path, header, kept, done: Vec::new(), repeated: 0, last: None })
     }
 
     /// How many runs are kept.
     pub fn kept(&self) -> usize {
         self.kept.len()
+    }
+
+    /// How many of them were made again so far, and came out as they were kept.
+    pub fn repeated(&self) -> usize {
+        self.repeated
     }
 
     /// The runs that are kept and were not asked for: what is not asked for any more is no less
@@ -90,7 +128,7 @@ impl<R: Serialize + DeserializeOwned + Clone + Send + Sync> TrialStore<R> {
 
     /// How many kept runs need not be made again.
     pub fn count(&self) -> usize {
-        self.kept.iter().filter(|kept| !kept.sampled).count()
+        self.kept.iter().filter(|kept| !kept.repeated).count()
     }
 
     /// The runs of these jobs in their order: those that are kept, and the missing ones on all
@@ -107,8 +145,9 @@ impl<R: Serialize + DeserializeOwned + Clone + Send + Sync> TrialStore<R> {
         let file = Mutex::new(self.appended()?);
         let kept = jobs.iter().enumerate().map(|(i, job)| self.kept_run(i, |run| is(job, run)));
         let kept: Vec<Option<&Kept<R>>> = kept.collect();
+        let repeated = kept.iter().flatten().filter(|kept| kept.repeated).count();
         let runs = jobs.par_iter().zip(kept).map(|(job, kept)| {
-            if let Some(kept) = kept.filter(|kept| !kept.sampled) {
+            if let Some(kept) = kept.filter(|kept| !kept.repeated) {
                 return Ok((kept.run.clone(), kept.text.clone()));
             }
             let run = run(job);
@@ -127,6 +166,7 @@ impl<R: Serialize + DeserializeOwned + Clone + Send + Sync> TrialStore<R> {
         let (runs, texts): (Vec<R>, Vec<String>) =
             runs.into_iter().collect::<Result<Vec<_>>>()?.into_iter().unzip();
         self.done.extend(texts);
+        self.repeated += repeated;
         self.last = Some(file.into_inner().map_err(|_| miette!("a thread stopped"))?.last);
         Ok(runs)
     }
@@ -201,7 +241,7 @@ impl<R: Serialize + DeserializeOwned + Clone + Send + Sync> TrialStore<R> {
                 .into_owned()
         };
         miette!(
-            help = "Another build of the program or of a law of one's own made these runs, or they were changed: give another --evidence folder.",
+            help = "Another version of a law of one's own made these runs, or another compiler, or they were changed: give another --evidence folder.",
             "{}: a kept run comes out otherwise when it is run again: kept …{}…, now …{}…",
             self.path.display(),
             excerpt(kept),
@@ -244,13 +284,30 @@ fn chained<'a>(header: &str, runs: impl Iterator<Item = &'a str>) -> (String, St
 }
 
 /// The runs of a file.
-fn read<R: DeserializeOwned>(path: &Path, bytes: &[u8], header: &str) -> Result<Vec<Kept<R>>> {
+fn read<R: DeserializeOwned>(
+    path: &Path,
+    bytes: &[u8],
+    header: &str,
+    basis: Basis<'_>,
+    repeat: Repeat,
+) -> Result<Vec<Kept<R>>> {
     // Cut off while the header was written.
     if !bytes.contains(&b'\n') && header.as_bytes().starts_with(bytes) {
         return Ok(Vec::new());
     }
     let mut lines = bytes.split_inclusive(|byte| *byte == b'\n');
-    if lines.next().and_then(|first| first.strip_suffix(b"\n")) != Some(header.as_bytes()) {
+    let first = lines.next().and_then(|first| first.strip_suffix(b"\n")).unwrap_or_default();
+    if first != header.as_bytes() {
+        let found = serde_json::from_slice::<Header>(first);
+        if let Some(found) = found.ok().filter(|found| found.inputs == basis.inputs) {
+            return Err(miette!(
+                help = "Build the program from those sources again, or give another --evidence folder.",
+                "{} holds runs of another build, of the sources {}; this program is built from {}",
+                path.display(),
+                found.sources,
+                basis.sources
+            ));
+        }
         return Err(miette!(
             help = "Give another --evidence folder, or remove this one.",
             "{} holds runs of something else; expected none, or some of the same files and options",
@@ -269,7 +326,7 @@ fn read<R: DeserializeOwned>(path: &Path, bytes: &[u8], header: &str) -> Result<
             let (expected, digest) = line(&last, run);
             let read = serde_json::from_str(run).ok()?;
             (expected == text)
-                .then(|| (Kept { run: read, text: run.to_owned(), sampled: false }, digest))
+                .then(|| (Kept { run: read, text: run.to_owned(), repeated: false }, digest))
         });
         let Some((run, digest)) = found else {
             return Err(miette!(
@@ -282,9 +339,15 @@ fn read<R: DeserializeOwned>(path: &Path, bytes: &[u8], header: &str) -> Result<
         kept.push(run);
         last = digest;
     }
-    let now = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |time| time.subsec_nanos());
-    let first = now as usize % kept.len().clamp(1, SAMPLE);
-    kept.iter_mut().skip(first).step_by(SAMPLE).for_each(|kept| kept.sampled = true);
+    let [first, step] = match repeat {
+        Repeat::All => [0, 1],
+        Repeat::Sample => {
+            let now = SystemTime::now().duration_since(UNIX_EPOCH);
+            let now = now.map_or(0, |time| time.subsec_nanos());
+            [now as usize % kept.len().clamp(1, SAMPLE), SAMPLE]
+        }
+    };
+    kept.iter_mut().skip(first).step_by(step).for_each(|kept| kept.repeated = true);
     Ok(kept)
 }
 
@@ -292,8 +355,12 @@ fn read<R: DeserializeOwned>(path: &Path, bytes: &[u8], header: &str) -> Result<
 mod tests {
     use super::*;
 
+    fn basis(inputs: &str) -> Basis<'_> {
+        Basis { inputs, sources: "sources" }
+    }
+
     fn squares(path: &Path, key: &str, jobs: &[u64]) -> Result<Vec<[u64; 2]>> {
-        let mut store = TrialStore::<[u64; 2]>::open(path.to_owned(), key)?;
+        let mut store = TrialStore::<[u64; 2]>::open(path.to_owned(), basis(key), Repeat::Sample)?;
         let runs = store.complete(jobs, |job, run| run[0] == *job, |job| [*job, job * job])?;
         store.close()?;
         Ok(runs)
@@ -314,7 +381,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("trials.jsonl");
         squares(&path, "key", &[0, 1, 2, 3]).unwrap();
-        let mut store = TrialStore::<[u64; 2]>::open(path, "key").unwrap();
+        let mut store = TrialStore::<[u64; 2]>::open(path, basis("key"), Repeat::Sample).unwrap();
         let (is, run) = (|job: &u64, run: &[u64; 2]| run[0] == *job, |job: &u64| [*job, job * job]);
         store.complete(&[1, 4], is, run).unwrap();
         assert_eq!(store.others(|run| run[0], is, run).unwrap(), [[0, 0], [2, 4], [3, 9]]);
@@ -367,12 +434,32 @@ mod tests {
     }
 
     #[test]
-    fn kept_runs_with_digests_of_their_own_are_found_out_by_running_a_sample() {
+    fn runs_of_another_build_are_not_taken_and_both_are_told() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("trials.jsonl");
-        let header = serde_json::json!({ "schema": "trials/3", "inputs": "key" }).to_string();
-        std::fs::write(&path, chained(&header, ["[3,8]"].into_iter()).0).unwrap();
-        let error = squares(&path, "key", &[3]).unwrap_err().to_string();
+        squares(&path, "key", &[0, 1]).unwrap();
+        let other = Basis { inputs: "key", sources: "others" };
+        let opened = TrialStore::<[u64; 2]>::open(path, other, Repeat::Sample);
+        let error = opened.err().expect("another build").to_string();
+        assert!(error.contains("of the sources sources; this program is built from others"));
+    }
+
+    #[test]
+    fn a_kept_run_with_digests_of_its_own_is_found_by_running_all_again() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("trials.jsonl");
+        let jobs: Vec<u64> = (0..50).collect();
+        squares(&path, "key", &jobs).unwrap();
+        let text = std::fs::read_to_string(&path).unwrap();
+        let mut lines = text.lines();
+        let header = lines.next().unwrap();
+        let runs = lines.map(|line| line.split_once("\"run\":").unwrap().1.trim_end_matches('}'));
+        let forged = runs.map(|run| if run == "[33,1089]" { "[33,0]" } else { run });
+        std::fs::write(&path, chained(header, forged).0).unwrap();
+        let mut store = TrialStore::<[u64; 2]>::open(path, basis("key"), Repeat::All).unwrap();
+        assert_eq!(store.count(), 0);
+        let again = store.complete(&jobs, |job, run| run[0] == *job, |job| [*job, job * job]);
+        let error = again.unwrap_err().to_string();
         assert!(error.contains("comes out otherwise"), "{error}");
     }
 
@@ -382,7 +469,7 @@ mod tests {
         let path = folder.path().join("trials.jsonl");
         let jobs: Vec<u64> = (0..100).collect();
         squares(&path, "key", &jobs).unwrap();
-        let store = TrialStore::<[u64; 2]>::open(path, "key").unwrap();
+        let store = TrialStore::<[u64; 2]>::open(path, basis("key"), Repeat::Sample).unwrap();
         assert_eq!(jobs.len() - store.count(), 5);
     }
 }

@@ -1,9 +1,9 @@
 //! Runs of a study in a folder: kept as they are made, resumed, made in parts and put together as
 //! those of `certify`; at the end as one table with a manifest.
 
-use crate::certify::key;
+use crate::certify::digest_of_inputs;
 use crate::certify::shard::{Shard, Shards, begin, check_folder};
-use crate::certify::store::TrialStore;
+use crate::certify::store::{Basis, Repeat, TrialStore};
 use crate::results::{Results, check_new_folder};
 use clap::Args;
 use miette::{IntoDiagnostic, Result, WrapErr, miette};
@@ -104,13 +104,15 @@ impl SweepFolder {
             let runs = runs.collect();
             return Ok(Some((runs, progress)));
         };
-        let key = key(sweep.provenance)?;
+        let inputs = digest_of_inputs(sweep.provenance)?;
+        let basis = Basis { inputs: &inputs, sources: &sweep.provenance.sources };
+        let open = |path| TrialStore::<R>::open(path, basis, Repeat::Sample);
         let path = folder.join(RUNS);
-        let mut store = TrialStore::<R>::open(path.clone(), &key)?;
+        let mut store = open(path.clone())?;
         check_folder(folder, self.shard)?;
         if !self.merge.is_empty() {
             let shards = Shards::read(&self.merge, sweep.provenance, sweep.runs)?;
-            let parts = shards.folders().map(|folder| TrialStore::open(folder.join(RUNS), &key));
+            let parts = shards.folders().map(|folder| open(folder.join(RUNS)));
             let parts = parts.collect::<Result<Vec<_>>>()?;
             let weld = sweep.provenance.simulation.as_ref().map_or("", |of| &of.welds[0]);
             store.merge(&jobs, &parts, &is).map_err(|shard| shards.lacks(shard, weld))?;

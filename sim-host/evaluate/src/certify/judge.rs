@@ -9,7 +9,7 @@ use super::{
 use crate::Rate;
 use crate::figure::{Limit, share_of_limit};
 use crate::margins::{Condition, MARGIN_FIGURES, Margins};
-use crate::requirements::Requirements;
+use crate::requirements::{Faults, Requirements};
 use crate::weld::DriveLoad;
 use serde::{Deserialize, Serialize};
 use trueweld_core::JOINTS;
@@ -425,18 +425,58 @@ fn fault_cases(requirements: &Requirements, trials: &[FaultTrial]) -> Vec<Requir
     };
     let judged = FAULT_FIGURES.iter().filter_map(|figure| {
         let name = figure.figure.key;
-        let limit = faults::limit(name, requirements, asked)?;
-        let worst = worst(trials, |t| t.figure(name));
-        let figure = worst.map(|t| t.figure(name));
-        let why = || {
-            worst.map_or(Reason::NoRun, |trial| Reason::Fault {
-                fault: trial.fault.clone(),
-                recovery: asked.recovery,
-                beyond: Rate::of(trials, |t| !within(t.figure(name), limit)),
-                worst: Shortfall::of_fault(name, trial),
-            })
-        };
-        Some(certain(EvidenceKind::Faults, name, limit, figure, why))
+        let is_required = |trial: &&FaultTrial| asked.not_required(&trial.name, name).is_none();
+        let required: Vec<&FaultTrial> = trials.iter().filter(is_required).collect();
+        // What is required of no fault is no requirement; where none was tried, it is not shown.
+        let is_asked = trials.is_empty() || !required.is_empty();
+        is_asked.then(|| of_faults(requirements, asked, &required, name)).flatten()
     });
     judged.collect()
+}
+
+/// A figure of faults against its limit; `None` where nothing limits it.
+fn of_faults(
+    requirements: &Requirements,
+    asked: &Faults,
+    trials: &[&FaultTrial],
+    name: &'static str,
+) -> Option<Requirement> {
+    let limit = faults::limit(name, requirements, asked)?;
+    let worst = worst(trials.iter().copied(), |trial| trial.figure(name));
+    let why = || {
+        worst.map_or(Reason::NoRun, |trial| Reason::Fault {
+            trial: Box::new(trial.clone()),
+            recovery: asked.recovery,
+            beyond: Rate::of(trials, |trial| !within(trial.figure(name), limit)),
+        })
+    };
+    let figure = worst.map(|trial| trial.figure(name));
+    Some(certain(EvidenceKind::Faults, name, limit, figure, why))
+}
+
+/// A figure of a fault that is not required, as it would be judged if it were.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AcceptedFault {
+    /// Name of the fault.
+    pub fault: String,
+    /// The figure.
+    pub judged: Requirement,
+    /// Why it is not required.
+    pub reason: String,
+}
+
+/// What is not required of the faults that were tried.
+pub fn accepted_faults(requirements: &Requirements, trials: &[FaultTrial]) -> Vec<AcceptedFault> {
+    let Some(asked) = &requirements.faults else {
+        return Vec::new();
+    };
+    let accepted = asked.not_required.iter().flat_map(|of| {
+        let of_it: Vec<&FaultTrial> = trials.iter().filter(|t| t.name == of.fault).collect();
+        let judged = of.figures.iter().filter(|_| !of_it.is_empty()).filter_map(|name| {
+            let judged = of_faults(requirements, asked, &of_it, name)?;
+            Some(AcceptedFault { fault: of.fault.clone(), judged, reason: of.reason.clone() })
+        });
+        judged.collect::<Vec<_>>()
+    });
+    accepted.collect()
 }

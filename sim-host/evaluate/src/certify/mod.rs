@@ -14,13 +14,15 @@
 //!   ([`search`]).
 //! * margins: of the loop, linear about the working tool, along the nominal weld and in drawn cells
 //!   ([`sector_margins`](crate::margins::sector_margins)).
-//! * faults: the nominal cell with one instrument failing for a time ([`Certification::faults`]).
+//! * faults: the nominal cell and drawn ones with one instrument failing for a time
+//!   ([`Certification::faults`]).
 //!
 //! Figures are those of the last pass's steady part. A run that comes to no end, or never reaches
 //! its steady part, is beyond every limit. Trial k depends on seed and k alone: not on how many
 //! there are, who computes them, or in which order.
 
 mod draw;
+mod fault_figures;
 mod faults;
 mod judge;
 mod rare;
@@ -31,10 +33,11 @@ mod symptoms;
 pub(crate) mod worst;
 
 pub use draw::{NominalCell, SampledCell};
-pub use faults::{FAULT_FIGURES, FaultTrial, SteadyTooShort};
+pub use fault_figures::{FAULT_FIGURES, FaultSizes};
+pub use faults::{FaultCase, FaultTrial, FaultsRefused, LimitedFigure};
 pub use judge::{
-    Beyond, DriveUse, Evidence, EvidenceKind, Requirement, Verdict, WeakPoint, drawn_figure, draws,
-    judge, weak_points, worst,
+    AcceptedFault, Beyond, DriveUse, Evidence, EvidenceKind, Requirement, Verdict, WeakPoint,
+    accepted_faults, drawn_figure, draws, judge, weak_points, worst,
 };
 pub use rare::{FEWEST_DRAWS, RARE_FIGURE, RareFailure, rare_failure};
 pub use reason::{Held, MostMissed, Pace, Reason, Shortfall, Symptom};

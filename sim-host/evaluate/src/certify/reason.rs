@@ -91,14 +91,12 @@ pub enum Reason {
     },
     /// Instruments that fail.
     Fault {
-        /// The worst fault in words.
-        fault: String,
+        /// The run with the worst fault.
+        trial: Box<FaultTrial>,
         /// Time allowed for the recovery, s.
         recovery: f64,
         /// Fault cases beyond the limit.
         beyond: Rate,
-        /// The run with the worst fault.
-        worst: Shortfall,
     },
 }
 
@@ -243,11 +241,6 @@ impl Shortfall {
         let symptoms = trial.symptoms.as_ref().filter(|_| !name.contains('.'));
         let (symptom, held) = symptoms.map_or((None, None), stands_out);
         Self { value: trial.figure(name), failed: trial.failed.clone(), symptom, held }
-    }
-
-    pub(super) fn of_fault(name: &str, trial: &FaultTrial) -> Self {
-        let (value, failed) = (trial.figure(name), trial.failed.clone());
-        Self { value, failed, symptom: None, held: None }
     }
 }
 

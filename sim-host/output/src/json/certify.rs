@@ -8,8 +8,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use trueweld_evaluate::certify::{
-    DriveUse, Evidence, FaultTrial, RareFailure, Requirement, SampledCell, Sensitivity, Trial,
-    Verdict, WeakPoint, drawn_figure,
+    AcceptedFault, DriveUse, Evidence, FaultTrial, LimitedFigure, RareFailure, Requirement,
+    SampledCell, Sensitivity, Trial, Verdict, WeakPoint, drawn_figure,
 };
 use trueweld_evaluate::margins::{CHANNEL_NAMES, Condition, Margin, Margins};
 use trueweld_evaluate::{
@@ -40,6 +40,8 @@ pub struct CertifyResult {
     pub passes: usize,
     /// Seed of the draws.
     pub seed: u64,
+    /// Whether the seed was given, in place of the one that follows from the inputs.
+    pub seed_given: bool,
     /// Share of welds that may be beyond a limit.
     pub allowed_failure_probability: f64,
     /// Confidence with which that is to be shown.
@@ -63,7 +65,8 @@ pub struct CertifyResult {
     pub requirements: Vec<JudgedRequirement>,
     /// What the runs of every weld came to.
     pub welds: Vec<WeldEvidence>,
-    /// SHA-256 of all of the above: a certificate that was changed is none.
+    /// SHA-256 of all of the above: it finds a certificate that was damaged, or changed without
+    /// computing it anew.
     pub sha256: String,
 }
 
@@ -192,6 +195,9 @@ pub struct WeldEvidence {
     pub margins: Vec<MarginPlace>,
     /// Instruments that fail, one at a time.
     pub faults: Vec<FaultRun>,
+    /// What is not required of these.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub not_required: Vec<NotRequiredFigure>,
     /// What the measurement brought, where that was asked for.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub bought: Vec<BoughtByMeasurement>,
@@ -395,16 +401,43 @@ pub struct LoopPassivity {
     pub there_ns_m: Option<f64>,
 }
 
+/// A figure of a fault that is not required, as it would be judged if it were.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct NotRequiredFigure {
+    /// Name of the fault.
+    pub fault: String,
+    /// Key of the figure.
+    pub name: String,
+    /// What it would have to stay within, in the unit of the key.
+    pub limit: f64,
+    /// The worst that was reached.
+    pub achieved: Option<f64>,
+    /// Whether it is within the limit all the same.
+    pub pass: bool,
+    /// Why it is not required, as the requirements state it.
+    pub reason: String,
+}
+
 /// One instrument that fails for a while.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FaultRun {
+    /// Name of the fault.
+    pub name: String,
     /// The fault in words.
     pub fault: String,
+    /// Index of the drawn cell; `null` for the nominal one.
+    pub draw: Option<u64>,
     /// When it begins, s.
     pub from_s: f64,
     /// When it ends, s.
     pub until_s: f64,
+    /// Time after its beginning at which the controller or the law first reported a fault, s;
+    /// `null` where they did not while it lasted.
+    pub reported_after_s: Option<f64>,
+    /// The figure of the weld that was the largest share of its limit, in the unit of its key.
+    pub worst_of_weld: Option<LimitedFigure>,
     /// Figures by their keys.
     pub figures: Option<BTreeMap<String, f64>>,
     /// Why there are none.
@@ -425,6 +458,7 @@ impl CertifyResult {
             controller: report.controller.to_owned(),
             passes: report.passes,
             seed: report.seed,
+            seed_given: report.seed_given,
             allowed_failure_probability: report.asked[0],
             confidence: report.asked[1],
             uncertain: UncertainRecord::all(report),
@@ -598,6 +632,7 @@ impl WeldEvidence {
                 .collect(),
             margins: evidence.margins.iter().map(MarginPlace::of).collect(),
             faults: evidence.faults.iter().map(FaultRun::of).collect(),
+            not_required: weld.accepted_faults.iter().map(NotRequiredFigure::of).collect(),
             bought: BoughtByMeasurement::all(weld),
             sensitivity: weld.sensitivities.iter().map(FigureSensitivity::of).collect(),
             weak_points: weld.weak_points.iter().map(WeakMargin::of).collect(),
@@ -702,12 +737,29 @@ impl MarginPlace {
     }
 }
 
+impl NotRequiredFigure {
+    fn of(of: &AcceptedFault) -> Self {
+        Self {
+            fault: of.fault.clone(),
+            name: of.judged.name.to_owned(),
+            limit: of.judged.limit,
+            achieved: finite(of.judged.achieved),
+            pass: of.judged.verdict == Verdict::Pass,
+            reason: of.reason.clone(),
+        }
+    }
+}
+
 impl FaultRun {
     fn of(trial: &FaultTrial) -> Self {
         Self {
+            name: trial.name.clone(),
             fault: trial.fault.clone(),
+            draw: trial.draw,
             from_s: trial.time[0],
             until_s: trial.time[1],
+            reported_after_s: trial.detected,
+            worst_of_weld: trial.worst.clone(),
             figures: trial.figures.clone(),
             failed: trial.failed.clone(),
         }

@@ -166,7 +166,8 @@ pub(crate) fn of_trials(welds: &[CertifiedWeld]) -> Samples<'_> {
             (case, "", trials.iter().map(of_trial).collect::<Vec<_>>())
         };
         let faults = evidence.faults.iter().map(|trial| {
-            let run = (0.0, trial.figures.clone(), trial.failed.clone());
+            let cell = trial.draw.map_or(f64::NAN, |index| index as f64);
+            let run = (cell, trial.figures.clone(), trial.failed.clone());
             (EvidenceKind::Faults, trial.fault.as_str(), vec![run])
         });
         let sections = [

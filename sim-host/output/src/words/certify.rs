@@ -5,8 +5,8 @@ use super::{condensed, counted, listed, share};
 use crate::{CertifiedWeld, CertifyReport};
 use trueweld_evaluate::PHASES;
 use trueweld_evaluate::certify::{
-    Evidence, EvidenceKind, Reason, Requirement, SampledCell, Sensitivity, ShownKind, Trend, Trial,
-    Verdict, WeakPoint,
+    AcceptedFault, Evidence, EvidenceKind, FaultTrial, Reason, Requirement, SampledCell,
+    Sensitivity, ShownKind, Trend, Trial, Verdict, WeakPoint,
 };
 use trueweld_evaluate::{Distribution, UncertainCell};
 
@@ -141,9 +141,22 @@ pub(crate) fn setting(report: &CertifyReport<'_>) -> String {
         "Asked of every weld, whatever the requirements say: that it is the one that was asked for, across and along \
          the seam, in depth, tilt, mean push and mean speed, with no drive at its limit. Asked of drawn cells: no more than {probability} of welds beyond a limit, of each limit and of \
          all together, shown with a confidence of {confidence} (exact binomial bound, for a number of \
-         trials that was fixed beforehand). With {} control, pass {} of each run, seed {}. {drawn}",
-        report.controller, report.passes, report.seed
+         trials that was fixed beforehand). With {} control, pass {} of each run, {}. {drawn}",
+        report.controller,
+        report.passes,
+        seed(report)
     )
+}
+
+/// The seed of the draws, and who chose it.
+fn seed(report: &CertifyReport<'_>) -> String {
+    let seed = report.seed;
+    match report.seed_given {
+        true => format!(
+            "draws of the seed {seed}, which was chosen and does not follow from the inputs"
+        ),
+        false => format!("draws of the seed {seed}, which follows from the inputs"),
+    }
 }
 
 fn case_name(case: EvidenceKind) -> &'static str {
@@ -175,7 +188,7 @@ pub(crate) fn of_case(weld: &CertifiedWeld, case: EvidenceKind) -> String {
             format!("Margins of the loop in {}", counted(evidence.margins.len(), "condition"))
         }
         EvidenceKind::Faults => {
-            format!("Instruments that fail, {}", counted(evidence.faults.len(), "fault"))
+            format!("Instruments that fail, {}", counted(evidence.faults.len(), "run"))
         }
     }
 }
@@ -382,6 +395,28 @@ pub(crate) fn not_asked(report: &CertifyReport<'_>) -> Vec<String> {
     let phases = (!free.is_empty())
         .then(|| format!("Nothing limits the {} of the weld.", listed(&free, "and the")));
     passes.into_iter().chain(cases).chain(phases).chain(held).collect()
+}
+
+/// What is not required of a fault, and what it came to.
+pub(crate) fn accepted(of: &AcceptedFault) -> String {
+    let came_to = reason(&of.judged).unwrap_or_else(|| {
+        let [reached, limit] =
+            [of.judged.achieved, of.judged.limit].map(|value| shown(of.judged.name, value));
+        format!("{}: {}: {reached}, within {limit} all the same", of.fault, label(of.judged.name))
+    });
+    format!("{came_to}. Not required: {}.", of.reason)
+}
+
+/// When faults were reported: the latest, or of how many.
+pub(crate) fn reported(trials: &[&FaultTrial]) -> String {
+    let after: Vec<f64> = trials.iter().filter_map(|trial| trial.detected).collect();
+    match after.len() {
+        0 => "not".to_owned(),
+        all if all == trials.len() => {
+            format!("after {:.2} s", after.iter().copied().fold(0.0, f64::max))
+        }
+        some => format!("in {some} of {}", trials.len()),
+    }
 }
 
 /// What is filled in by hand.

@@ -7,6 +7,7 @@ use trueweld_plant::provenance::{CoreRecord, Provenance};
 pub(crate) fn options(of: &Provenance) -> Vec<[String; 2]> {
     let mut rows = vec![
         ("program", format!("trueweld {} {}", of.version, of.command)),
+        ("sources, SHA-256", of.sources.clone()),
         ("robot", of.robot.clone()),
         ("effects", effects(of)),
     ];

@@ -2,7 +2,8 @@
 
 use super::Scale;
 use trueweld_evaluate::certify::{
-    EvidenceKind, Held, MostMissed, Pace, Reason, Requirement, Shortfall, Symptom, Verdict, figure,
+    EvidenceKind, FaultTrial, Held, MostMissed, Pace, Reason, Requirement, Shortfall, Symptom,
+    Verdict, figure,
 };
 use trueweld_evaluate::margins::{Condition, FrictionSlope};
 
@@ -121,25 +122,40 @@ pub(crate) fn reason(of: &Requirement) -> Option<String> {
             };
             format!("{}, {why}", under(condition))
         }
-        Reason::Fault { fault, worst: Shortfall { failed: Some(why), .. }, .. } => {
-            format!("with a {fault} the weld is not made: {why}")
-        }
-        Reason::Fault { fault, recovery, beyond, worst } => {
-            let clause = clause(of, worst.value);
-            let mut why = if of.name.starts_with("recovered_") {
-                format!("{recovery} s after the end of the fault, with a {fault}, {clause} still")
-            } else {
-                format!("with a {fault} {clause}")
-            };
+        Reason::Fault { trial, recovery, beyond } => {
+            let mut why = of_fault(of, trial, *recovery);
             if beyond.hits > 1 {
                 why += &format!(
-                    "; {} of {} faults are beyond the limit, this one farthest",
+                    "; {} of {} runs with a fault are beyond the limit, this one farthest",
                     beyond.hits, beyond.of
                 );
             }
             why
         }
     })
+}
+
+/// What one fault did: "with a force sensor stuck at its last value from 85.6 s on, in drawn cell 1,
+/// the tool leaves its line by up to 3.021 mm (limit 2.500 mm)".
+fn of_fault(of: &Requirement, trial: &FaultTrial, recovery: f64) -> String {
+    let cell = trial.draw.map_or(String::new(), |index| format!(", in drawn cell {index}"));
+    let with = format!("with a {} from {:.1} s on{cell}", trial.fault, trial.time[0]);
+    if let Some(why) = &trial.failed {
+        return format!("{with}, the weld is not made: {why}");
+    }
+    match &trial.worst {
+        Some(worst) if of.name == "undetected_of_limit" => {
+            let what = clause(&worst.name, worst.value, worst.limit);
+            format!("{with}, nothing reports a fault, and {what}")
+        }
+        _ => {
+            let what = clause(of.name, trial.figure(of.name), of.limit);
+            match of.name.starts_with("recovered_") {
+                true => format!("{recovery} s after the end of the fault, {with}, {what} still"),
+                false => format!("{with}, {what}"),
+            }
+        }
+    }
 }
 
 /// Where in the weld a loop was looked at, with which friction and in which cell.
@@ -252,7 +268,7 @@ fn shortfall(of: &Requirement, run: &Shortfall) -> String {
             format!("what is left, {:.3} mm RMS of {:.3} mm, {what}", 1e3 * part, 1e3 * whole)
         }
     });
-    let clause = clause(of, run.value);
+    let clause = clause(of.name, run.value, of.limit);
     match (symptom, held) {
         // What a law is blamed for may follow from a drive that gives no more.
         (Some(symptom), Some(held)) if drive => format!("{clause}: {held}; {symptom}"),
@@ -263,9 +279,8 @@ fn shortfall(of: &Requirement, run: &Shortfall) -> String {
 }
 
 /// "the tool leaves its line by 8.050 mm RMS (limit 0.050 mm)", of a tool or a law.
-fn clause(of: &Requirement, value: f64) -> String {
-    let name = of.name;
-    let [reached, limit] = [value, of.limit].map(|v| shown(name, v));
+fn clause(name: &str, value: f64, limit: f64) -> String {
+    let [reached, limit] = [value, limit].map(|v| shown(name, v));
     match name.strip_prefix("recovered_").or(name.strip_prefix("fault_")).unwrap_or(name) {
         "lateral_rms_m" => format!("the tool leaves its line by {reached} RMS (limit {limit})"),
         "lateral_max_m" => format!("the tool leaves its line by up to {reached} (limit {limit})"),
@@ -307,7 +322,7 @@ fn clause(of: &Requirement, value: f64) -> String {
 mod tests {
     use super::*;
     use trueweld_evaluate::Rate;
-    use trueweld_evaluate::certify::Beyond;
+    use trueweld_evaluate::certify::{Beyond, LimitedFigure};
     use trueweld_evaluate::margins::OperatingPoint;
 
     /// A requirement that is not met for a reason.
@@ -422,16 +437,33 @@ mod tests {
             let reason = Reason::Unstable { of, held, spectral_radius };
             all += &told(Margins, "gain_margin", reason);
         }
+        let trial = |key: &str, draw| FaultTrial {
+            name: "seam-offset".to_owned(),
+            fault: "seam sensor with an offset".to_owned(),
+            draw,
+            time: [85.6, 88.6],
+            detected: None,
+            worst: Some(LimitedFigure {
+                name: "lateral_max_m".to_owned(),
+                value: 6.9e-4,
+                limit: 2e-4,
+            }),
+            figures: Some([(key.to_owned(), 8.05e-3)].into()),
+            symptoms: None,
+            failed: None,
+        };
+        let failed = FaultTrial { failed: failed().failed, ..trial("", None) };
         let faults = [
-            ("recovered_lateral_rms_m", run(None, None), 1),
-            ("fault_lateral_max_m", run(None, None), 3),
-            ("fault_depth_max_m", run(None, None), 1),
-            ("fault_depth_max_m", failed(), 1),
+            ("recovered_lateral_rms_m", trial("recovered_lateral_rms_m", None), 1),
+            ("fault_lateral_max_m", trial("fault_lateral_max_m", Some(1)), 3),
+            ("fault_depth_max_m", trial("fault_depth_max_m", None), 1),
+            ("undetected_of_limit", trial("undetected_of_limit", None), 2),
+            ("fault_depth_max_m", failed, 1),
         ];
-        for (key, worst, hits) in faults {
+        for (key, trial, hits) in faults {
             let beyond = Rate { hits, of: 10 };
-            let fault = "seam sensor stuck at its last value".to_owned();
-            all += &told(Faults, key, Reason::Fault { fault, recovery: 15.0, beyond, worst });
+            let trial = Box::new(trial);
+            all += &told(Faults, key, Reason::Fault { trial, recovery: 15.0, beyond });
         }
         insta::assert_snapshot!(all);
     }

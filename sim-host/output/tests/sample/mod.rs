@@ -15,8 +15,9 @@ use trueweld_core::{
     ToolParameters, Twist, Wrench,
 };
 use trueweld_evaluate::certify::{
-    Evidence, FAULT_FIGURES, FaultTrial, Influence, Oscillation, SampledCell, Sensitivity,
-    ShownKind, ShownRun, Symptoms, Trend, Trial, WorstCase, judge, weak_points,
+    Evidence, FAULT_FIGURES, FaultTrial, Influence, LimitedFigure, Oscillation, SampledCell,
+    Sensitivity, ShownKind, ShownRun, Symptoms, Trend, Trial, WorstCase, accepted_faults, judge,
+    weak_points,
 };
 use trueweld_evaluate::laws::{Change, LawComparison, NoFigures, Sweep, VariedQuantity};
 use trueweld_evaluate::margins::{
@@ -729,10 +730,19 @@ pub fn certificate() -> CertifyReport<'static> {
     let standing = OperatingPoint { feed: 0.0, ramp: true, ..condition(2.0).at };
     let ramp = Margins { of: Condition { at: standing, ..condition(2.0) }, ..place(2.0) };
     let away = Margins { spectral_radius: 1.02, channels: None, disk: [0.0; 2], ..place(2.0) };
-    let fault = |fault: &str, value: f64| FaultTrial {
+    let figures = |value: f64| FAULT_FIGURES.iter().map(move |f| (f.figure.key.to_owned(), value));
+    let is_reported = |name: &str| name == "force-stuck";
+    let undetected = |name: &str, value: f64| {
+        (!is_reported(name)).then(|| ("undetected_of_limit".to_owned(), value / 1e-4))
+    };
+    let fault = |name: &str, fault: &str, value: f64| FaultTrial {
+        name: name.to_owned(),
         fault: fault.to_owned(),
+        draw: None,
         time: [85.6, 88.6],
-        figures: Some(FAULT_FIGURES.iter().map(|f| (f.figure.key.to_owned(), value)).collect()),
+        detected: is_reported(name).then_some(0.048),
+        worst: Some(LimitedFigure { name: "lateral_max_m".to_owned(), value, limit: 1e-4 }),
+        figures: Some(figures(value).chain(undetected(name, value)).collect()),
         symptoms: None,
         failed: None,
     };
@@ -750,8 +760,9 @@ pub fn certificate() -> CertifyReport<'static> {
         },
         margins: vec![place(0.0), stuck, away, ramp, drawn],
         faults: vec![
-            fault("force sensor stuck at its last value", 1e-5),
-            fault("seam sensor dropped", 0.02),
+            fault("force-stuck", "force sensor stuck at its last value", 1e-5),
+            fault("seam-dropped", "seam sensor that gives nothing", 0.02),
+            fault("seam-offset", "seam sensor with an offset", 7e-4),
         ],
     };
     let judged = judge(&requirements, &evidence);
@@ -760,6 +771,7 @@ pub fn certificate() -> CertifyReport<'static> {
         controller: "external",
         passes: 1,
         seed: 1,
+        seed_given: true,
         asked: [requirements.failure_probability, requirements.confidence],
         welds: vec![CertifiedWeld {
             name: "vertical".to_owned(),
@@ -790,6 +802,7 @@ pub fn certificate() -> CertifyReport<'static> {
                 recording: welds(100).recordings.remove(1),
             }],
             requirements: judged,
+            accepted_faults: accepted_faults(&requirements, &evidence.faults),
             evidence,
             assumed: None,
         }],
@@ -873,6 +886,7 @@ fn uncertain() -> &'static UncertainCell {
 pub fn provenance() -> &'static Provenance {
     static OF: LazyLock<Provenance> = LazyLock::new(|| Provenance {
         version: "0.1.0".to_owned(),
+        sources: "5eed".repeat(16),
         command: "weld".to_owned(),
         robot: "KR 500".to_owned(),
         effects: Vec::new(),

@@ -11,6 +11,7 @@
 use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
 use std::collections::VecDeque;
 use std::fmt;
 use trueweld_core::Wrench;
@@ -62,6 +63,42 @@ pub enum Failure {
         /// Of moments or angles.
         angular: f64,
     },
+    /// As [`Failure::Offset`], growing evenly from nothing to this at the end of the fault.
+    Drift {
+        /// Of forces or displacements.
+        linear: f64,
+        /// Of moments or angles.
+        angular: f64,
+    },
+    /// Every reading is too large by this share of itself.
+    Gain {
+        /// The share.
+        relative: f64,
+    },
+    /// Noise about zero and nothing else; a live reading, but of nothing. Units as in
+    /// [`Failure::Saturated`].
+    Noise {
+        /// Standard deviation of forces or displacements.
+        linear: f64,
+        /// Standard deviation of moments or angles.
+        angular: f64,
+    },
+}
+
+/// Name in files and results of an instrument that fails in a way, as in "seam-stuck".
+pub fn fault_name(instrument: Instrument, failure: Failure) -> String {
+    let failure = match failure {
+        Failure::Nan => "nan",
+        Failure::Stuck => "stuck",
+        Failure::Saturated { .. } => "saturated",
+        Failure::Dropped => "dropped",
+        Failure::OutOfOrder => "out-of-order",
+        Failure::Offset { .. } => "offset",
+        Failure::Drift { .. } => "drift",
+        Failure::Gain { .. } => "gain",
+        Failure::Noise { .. } => "noise",
+    };
+    format!("{}-{failure}", instrument.name())
 }
 
 /// One instrument that fails for a time.
@@ -77,7 +114,21 @@ pub struct InstrumentFault {
     pub until: f64,
 }
 
+impl Instrument {
+    fn name(self) -> &'static str {
+        match self {
+            Self::ForceSensor => "force",
+            Self::SeamSensor => "seam",
+        }
+    }
+}
+
 impl InstrumentFault {
+    /// How much of the fault's time is over at a time, s: from 0 to 1.
+    fn progress(&self, time: f64) -> f64 {
+        (time - self.from) / (self.until - self.from)
+    }
+
     /// True at a time, s, at which the instrument is faulty.
     pub fn is_on(&self, time: f64) -> bool {
         (self.from..self.until).contains(&time)
@@ -87,10 +138,7 @@ impl InstrumentFault {
 impl fmt::Display for InstrumentFault {
     /// In words, without the time: "seam sensor stuck at its last value".
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let instrument = match self.instrument {
-            Instrument::ForceSensor => "force sensor",
-            Instrument::SeamSensor => "seam sensor",
-        };
+        let instrument = self.instrument.name();
         let failure = match (self.failure, self.instrument) {
             (Failure::Nan, _) => "that gives no numbers",
             (Failure::Stuck, _) => "stuck at its last value",
@@ -99,8 +147,11 @@ impl fmt::Display for InstrumentFault {
             (Failure::Dropped, Instrument::SeamSensor) => "that gives nothing",
             (Failure::OutOfOrder, _) => "with readings out of order",
             (Failure::Offset { .. }, _) => "with an offset",
+            (Failure::Drift { .. }, _) => "whose zero drifts",
+            (Failure::Gain { .. }, _) => "whose scale is off",
+            (Failure::Noise { .. }, _) => "that reads noise about zero",
         };
-        write!(f, "{instrument} {failure}")
+        write!(f, "{instrument} sensor {failure}")
     }
 }
 
@@ -134,24 +185,28 @@ impl FaultyInstruments {
         let Some(fault) = self.fault else { return };
         match (fault.instrument, fault.is_on(time)) {
             (Instrument::ForceSensor, true) => {
-                sensed.wrench = self.wrench(fault.failure, sensed.wrench)
+                sensed.wrench = self.wrench(&fault, time, sensed.wrench)
             }
             (Instrument::ForceSensor, false) => keep(&mut self.wrenches, sensed.wrench),
             (Instrument::SeamSensor, true) => {
-                *measurements = self.sighted(fault.failure, measurements)
+                *measurements = self.sighted(&fault, time, measurements)
             }
             (Instrument::SeamSensor, false) if measurements.is_empty() => {}
             (Instrument::SeamSensor, false) => keep(&mut self.measurements, measurements.clone()),
         }
     }
 
-    fn wrench(&mut self, failure: Failure, read: Wrench<f64>) -> Wrench<f64> {
+    fn wrench(&mut self, fault: &InstrumentFault, time: f64, read: Wrench<f64>) -> Wrench<f64> {
         let last = self.wrenches.back().copied().unwrap_or(read);
         let all = |force: f64, moment: f64| Wrench {
             moment: Vector3::repeat(moment),
             force: Vector3::repeat(force),
         };
-        match failure {
+        let off = |linear, angular| {
+            let off = all(linear, angular);
+            Wrench { moment: read.moment + off.moment, force: read.force + off.force }
+        };
+        match fault.failure {
             Failure::Nan => all(f64::NAN, f64::NAN),
             Failure::Stuck => last,
             Failure::Saturated { linear, angular } => Wrench {
@@ -163,16 +218,30 @@ impl FaultyInstruments {
                 keep(&mut self.wrenches, read);
                 self.wrenches[self.random.random_range(0..self.wrenches.len())]
             }
-            Failure::Offset { linear, angular } => {
-                let off = all(linear, angular);
-                Wrench { moment: read.moment + off.moment, force: read.force + off.force }
+            Failure::Offset { linear, angular } => off(linear, angular),
+            Failure::Drift { linear, angular } => {
+                let progress = fault.progress(time);
+                off(progress * linear, progress * angular)
             }
+            Failure::Gain { relative } => Wrench {
+                moment: read.moment * (1.0 + relative),
+                force: read.force * (1.0 + relative),
+            },
+            Failure::Noise { linear, angular } => Wrench {
+                moment: Vector3::from_fn(|_, _| angular * self.normal()),
+                force: Vector3::from_fn(|_, _| linear * self.normal()),
+            },
         }
+    }
+
+    fn normal(&mut self) -> f64 {
+        StandardNormal.sample(&mut self.random)
     }
 
     fn sighted(
         &mut self,
-        failure: Failure,
+        fault: &InstrumentFault,
+        time: f64,
         read: &[DeviationMeasurement<f64>],
     ) -> Vec<DeviationMeasurement<f64>> {
         if read.is_empty() {
@@ -189,7 +258,7 @@ impl FaultyInstruments {
         let by_kind = |s: &DeviationMeasurement<f64>, linear: f64, angular: f64| {
             if s.along.linear.norm() > 0.0 { linear } else { angular }
         };
-        match failure {
+        match fault.failure {
             Failure::Nan => told(read, &|_| f64::NAN),
             Failure::Stuck => told(&last, &|s| s.deviation),
             Failure::Saturated { linear, angular } => {
@@ -203,6 +272,16 @@ impl FaultyInstruments {
             }
             Failure::Offset { linear, angular } => {
                 told(read, &|s| s.deviation + by_kind(s, linear, angular))
+            }
+            Failure::Drift { linear, angular } => {
+                let progress = fault.progress(time);
+                told(read, &|s| s.deviation + progress * by_kind(s, linear, angular))
+            }
+            Failure::Gain { relative } => told(read, &|s| s.deviation * (1.0 + relative)),
+            Failure::Noise { linear, angular } => {
+                let mut noisy = told(read, &|s| by_kind(s, linear, angular));
+                noisy.iter_mut().for_each(|s| s.deviation *= self.normal());
+                noisy
             }
         }
     }

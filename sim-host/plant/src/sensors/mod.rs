@@ -8,7 +8,7 @@
 mod fault;
 mod seam;
 
-pub use fault::{Failure, FaultyInstruments, Instrument, InstrumentFault};
+pub use fault::{Failure, FaultyInstruments, Instrument, InstrumentFault, fault_name};
 pub use seam::SeamSensing;
 
 use crate::input::Sensors;

@@ -7,15 +7,16 @@ use crate::document::{Block, Cell, Document, Medium, Table, Tone, number, words}
 use crate::json::{BoughtByMeasurement, CertifyResult, DrawnFigure, UncertainRecord};
 use crate::samples::{self, Samples};
 use crate::words::certify::{
-    SIGNED_BY, distribution, headline, lead, left_out, measured, not_asked, not_explained, of_case,
-    reasons, sensitivity, setting, trend, verdict, verdict_word, weak_point, worst_cell,
-    worst_found,
+    SIGNED_BY, accepted, distribution, headline, lead, left_out, measured, not_asked,
+    not_explained, of_case, reasons, reported, sensitivity, setting, trend, verdict, verdict_word,
+    weak_point, worst_cell, worst_found,
 };
 use crate::words::requirement::{label, shown};
 use crate::words::{condensed, fixed, share};
 use crate::{CertifiedWeld, CertifyReport};
 use trueweld_evaluate::certify::{
-    DriveUse, EvidenceKind, FaultTrial, Influence, Sensitivity, Trial, Verdict, within, worst,
+    AcceptedFault, DriveUse, EvidenceKind, FaultTrial, Influence, Sensitivity, Trial, Verdict,
+    within, worst,
 };
 use trueweld_evaluate::margins::{MARGIN_FIGURES, Margins};
 use trueweld_evaluate::{ReplacedAssumption, UncertainCell, WELD_FIGURES};
@@ -48,6 +49,12 @@ impl Report for CertifyReport<'_> {
             document.push(Block::Note(worst_found(&weld.evidence)));
             let weak = weld.weak_points.iter().map(weak_point).collect();
             document.section(Medium::All, "Weak, though no limit forbids it", Block::List(weak));
+            let accepted = weld.accepted_faults.iter().map(accepted).collect();
+            document.section(
+                Medium::All,
+                "Not required of failing instruments",
+                Block::List(accepted),
+            );
             let failures = weld.sensitivities.iter().map(sensitivity).collect();
             let heading = match weld.sensitivities.iter().any(|of| of.beyond > 0) {
                 true => "What would most reduce the failures",
@@ -89,7 +96,7 @@ impl Report for CertifyReport<'_> {
             );
             document.section(
                 Medium::Page,
-                "Faults of instruments, one at a time, in the nominal cell",
+                "Faults of instruments, one at a time: the worst of all places and cells, in parentheses what is not required",
                 Block::Table(weld.faults_table()),
             );
             document.section(
@@ -406,20 +413,32 @@ impl CertifiedWeld {
     fn faults_table(&self) -> Table {
         let limited = self.requirements.iter().filter(|r| r.case == EvidenceKind::Faults);
         let columns: Vec<(&str, f64)> = limited.map(|r| (r.name, r.limit)).collect();
-        let row = |first: &str, of: &dyn Fn(&(&str, f64)) -> Cell| -> Vec<Cell> {
-            std::iter::once(words(first)).chain(columns.iter().map(of)).collect()
+        let row = |first: [&str; 2], of: &dyn Fn(&(&str, f64)) -> Cell| -> Vec<Cell> {
+            first.map(words).into_iter().chain(columns.iter().map(of)).collect()
         };
         let head = vec![
-            row("fault", &|(name, _)| number(label(name))),
-            row("limit", &|(name, limit)| number(shown(name, *limit))),
+            row(["fault", "reported"], &|(name, _)| number(label(name))),
+            row(["limit", ""], &|(name, limit)| number(shown(name, *limit))),
         ];
-        let of_trial = |trial: &FaultTrial| {
-            row(&trial.fault, &|(name, limit)| {
-                let figure = trial.figure(name);
-                number(shown(name, figure)).bad(!within(figure, *limit))
+        let mut kinds: Vec<&str> = Vec::new();
+        for trial in &self.evidence.faults {
+            if !kinds.contains(&trial.name.as_str()) {
+                kinds.push(&trial.name);
+            }
+        }
+        let of_kind = |kind: &str| {
+            let is_it = |trial: &&FaultTrial| trial.name == kind;
+            let trials: Vec<&FaultTrial> = self.evidence.faults.iter().filter(is_it).collect();
+            row([&trials[0].fault, &reported(&trials)], &|(name, limit)| {
+                let figure = trials.iter().map(|t| t.figure(name)).fold(0.0, f64::max);
+                let is_accepted = |of: &AcceptedFault| of.fault == kind && of.judged.name == *name;
+                match self.accepted_faults.iter().any(is_accepted) {
+                    true => number(format!("({})", shown(name, figure))),
+                    false => number(shown(name, figure)).bad(!within(figure, *limit)),
+                }
             })
         };
-        Table { head, rows: self.evidence.faults.iter().map(of_trial).collect() }
+        Table { head, rows: kinds.into_iter().map(of_kind).collect() }
     }
 
     /// The cells behind the worst figures: of the draws by requirement, and the one that the search
