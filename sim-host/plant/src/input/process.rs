@@ -1,5 +1,6 @@
 //! The welding process: `process/1`.
 
+use super::relation::check_process;
 use super::{FileKind, InputError, InputFile, Table};
 
 /// Macroscopic three-axis visco-elastic model of friction stir welding, in the weld frame W
@@ -85,7 +86,7 @@ impl InputFile for Process {
             "pin_diameter_m",
             "ripple",
         ])?;
-        Ok(Self {
+        let process = Self {
             depth_stiffness: root.quantity("depth_stiffness_n_m")?,
             depth_damping: root.quantity("depth_damping_ns_m")?,
             feed_drag: root.quantity("feed_drag_ns_m")?,
@@ -103,7 +104,9 @@ impl InputFile for Process {
             } else {
                 Vec::new()
             },
-        })
+        };
+        check_process(&process, |key| root.place_of(key));
+        Ok(process)
     }
 }
 
