@@ -32,7 +32,7 @@ pub use error::OutputError;
 pub use file::write_file;
 pub use finished::{
     AssumedDraws, CertifiedWeld, CertifyReport, CompareReport, DiagnoseReport, IdentifyReport,
-    ImportReport, ImproveReport, LawsReport, LimitsAt, MistakesReport, RecordReport,
+    ImportReport, ImproveReport, LawsReport, LimitsAt, MistakesReport, PlannedWeld, RecordReport,
     RegisterReport, StepReport, StepRun, StiffnessPlanReport, StudyLayoutReport, StudyLimitsReport,
     StudyPaperReport, StudySensitivityReport, TuneReport, WeldReport, WeldRun,
 };

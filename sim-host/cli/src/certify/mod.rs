@@ -24,7 +24,9 @@ use trueweld_evaluate::certify::{
     Verdict, WorstCase, draws, judge, rare_failure, search, sensitivities, weak_points,
 };
 use trueweld_evaluate::{Requirements, UncertainCell};
-use trueweld_output::{AssumedDraws, CertifiedWeld, CertifyReport, Progress, Report, write_file};
+use trueweld_output::{
+    AssumedDraws, CertifiedWeld, CertifyReport, PlannedWeld, Progress, Report, write_file,
+};
 use trueweld_plant::provenance::{FileDigest, Provenance, sha256};
 use trueweld_plant::sensors::InstrumentFault;
 use trueweld_plant::simulate::{Program, RunError, Scenario};
@@ -184,6 +186,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         asked: [requirements.failure_probability, requirements.confidence],
         welds,
         uncertain,
+        robot_grade: inputs[0].robot_grade()?,
         repeat: repeat::command_line("certify", &ONLY_HERE),
         kept: written(&sections).iter().map(|file| shard::digest(file)).collect::<Result<_>>()?,
         provenance: &provenance,
@@ -541,6 +544,7 @@ impl<'a> WeldCampaign<'a> {
         let requirements = judge(requirements, &evidence);
         Ok(CertifiedWeld {
             name: inputs.weld_name.clone(),
+            planned: PlannedWeld::of(&inputs.weld, &inputs.planned),
             sensitivities: sensitivities(uncertain, &requirements, &evidence),
             weak_points: weak_points(&requirements, &evidence.margins),
             shown: certification.shown(&evidence, &requirements),

@@ -39,7 +39,9 @@ use trueweld_measure::residuals::compare::{
 use trueweld_measure::residuals::localize::{
     Category, Curve, CurvePoint, Finding, MapAxis, ResidualMap, Statistic, Variable,
 };
-use trueweld_output::{CertifiedWeld, CertifyReport, DiagnoseReport, StepRun, WeldRun};
+use trueweld_output::{
+    CertifiedWeld, CertifyReport, DiagnoseReport, PlannedWeld, StepRun, WeldRun,
+};
 use trueweld_plant::cell::Cell;
 use trueweld_plant::effects::{Effect, EffectKind, Location};
 use trueweld_plant::input::{
@@ -750,6 +752,10 @@ pub fn certificate() -> CertifyReport<'static> {
         asked: [requirements.failure_probability, requirements.confidence],
         welds: vec![CertifiedWeld {
             name: "vertical".to_owned(),
+            planned: PlannedWeld::of(
+                &Weld::read(fixture("welds/vertical.toml")).unwrap(),
+                &Process::read(fixture("processes/lap-weld-2024-t3.toml")).unwrap(),
+            ),
             sensitivities: vec![Sensitivity {
                 name: "lateral_rms_m",
                 beyond: 2,
@@ -780,6 +786,7 @@ pub fn certificate() -> CertifyReport<'static> {
             assumed: None,
         }],
         uncertain: uncertain(),
+        robot_grade: "A KR 500: research estimate.".to_owned(),
         repeat: "trueweld certify --compensator elastostatic".to_owned(),
         kept: vec![FileDigest::new("evidence", "trials-vertical.jsonl", b"abc")],
         provenance: provenance(),

@@ -7,8 +7,9 @@ use crate::document::{Block, Cell, Document, Medium, Table, Tone, number, words}
 use crate::json::{BoughtByMeasurement, CertifyResult, DrawnFigure, UncertainRecord};
 use crate::samples::{self, Samples};
 use crate::words::certify::{
-    SIGNED_BY, distribution, headline, lead, left_out, measured, not_asked, not_explained, of_case,
-    reasons, sensitivity, setting, trend, verdict_word, weak_point, worst_cell, worst_found,
+    SIGNED_BY, distribution, headline, lead, measured, not_asked, not_explained, of_case, planned,
+    reasons, sensitivity, setting, simulated, trend, verdict_word, weak_point, worst_cell,
+    worst_found,
 };
 use crate::words::requirement::{label, shown};
 use crate::words::{condensed, fixed, share};
@@ -44,7 +45,8 @@ impl Report for CertifyReport<'_> {
         }
         for weld in &self.welds {
             let heading = format!("Weld {}", weld.name);
-            document.section(Medium::All, &heading, Block::Table(weld.requirements_table()));
+            document.section(Medium::All, &heading, Block::Note(planned(&weld.planned)));
+            document.push(Block::Table(weld.requirements_table()));
             document.push(Block::Note(worst_found(&weld.evidence)));
             let weak = weld.weak_points.iter().map(weak_point).collect();
             document.section(Medium::All, "Weak, though no limit forbids it", Block::List(weak));
@@ -78,7 +80,11 @@ impl Report for CertifyReport<'_> {
                 "Margins of the sampled loop along the weld, the least over all slopes of friction",
                 Block::Figures(figures::margins(weld)),
             );
-            document.push_on(Medium::Page, Block::Table(weld.margins_table()));
+            for (ends, of_drives) in [("corrections and push", false), ("the drives", true)] {
+                let heading = format!("Margins of {ends}");
+                let table = Block::Table(weld.margins_table(of_drives));
+                document.section(Medium::Page, &heading, table);
+            }
             document.section(
                 Medium::Page,
                 "Faults of instruments, one at a time, in the nominal cell",
@@ -105,13 +111,18 @@ impl Report for CertifyReport<'_> {
             "Assumed in the requirements, and measured: the measurement stands",
             Block::Table(replaced(self.uncertain)),
         );
-        let not_shown = std::iter::once(left_out(self.uncertain.left_out()));
-        let not_shown = not_shown.chain(not_asked(self)).collect();
+        let not_shown = simulated(self).into_iter().chain(not_asked(self)).collect();
         let heading = "What this certificate does not show";
         document.section(Medium::Page, heading, Block::List(not_shown));
         document.section(Medium::Page, "To repeat it", Block::Note(self.repeat.clone()));
         document.push_on(Medium::Page, Block::Table(self.kept_table()));
         document.section(Medium::Page, "Signed", Block::Table(signed()));
+        let known = condensed(self.uncertain.left_out());
+        document.section(
+            Medium::Page,
+            "Appendix: taken as known, and not drawn",
+            Block::Note(known),
+        );
         document
     }
 }
@@ -319,12 +330,17 @@ impl CertifiedWeld {
         Table { head: vec![head.map(number).to_vec()], rows }
     }
 
-    /// One row for every operating point and cell, with the least over the slopes of friction.
-    fn margins_table(&self) -> Table {
+    /// One row for every operating point and cell, with the least over the slopes of friction. Of
+    /// corrections and push, or of the drives: all in one row are more than a page is wide.
+    fn margins_table(&self, of_drives: bool) -> Table {
+        let figures: Vec<_> = MARGIN_FIGURES
+            .iter()
+            .filter(|of| of.figure.key.starts_with("drive_") == of_drives)
+            .collect();
         let heads = ["path", "push, kN", "feed, mm/s", "cell", "friction", "spectral radius"];
         let names = heads.map(words).into_iter();
-        let names = names.chain(MARGIN_FIGURES.iter().map(|of| number(of.figure.label)));
-        let limits = MARGIN_FIGURES.iter().map(|of| {
+        let names = names.chain(figures.iter().map(|of| number(of.figure.label)));
+        let limits = figures.iter().map(|of| {
             let limit = self.limit(EvidenceKind::Margins, of.figure.key);
             number(limit.map_or(String::new(), |limit| shown(of.figure.key, limit)))
         });
@@ -332,9 +348,8 @@ impl CertifiedWeld {
             ["limit", "", "", "", "", "1"].map(words).into_iter().chain(limits).collect::<Vec<_>>();
         let row = |slopes: &[Margins]| -> Vec<Cell> {
             let of = slopes[0].of;
-            let modulus = |at: &Margins| {
-                at.channels.map_or(0.0, |all| all.iter().map(|m| m.modulus).fold(1.0, f64::min))
-            };
+            let modulus = figures.iter().find(|of| of.figure.key.ends_with("modulus_margin"));
+            let modulus = |at: &Margins| modulus.map_or(0.0, |of| (of.value)(at).0);
             let least = slopes.iter().min_by(|a, b| modulus(a).total_cmp(&modulus(b)));
             let largest = slopes.iter().map(|at| at.spectral_radius).fold(0.0, f64::max);
             let held = slopes.iter().any(|at| at.held);
@@ -347,7 +362,7 @@ impl CertifiedWeld {
                 words(least.map_or("", |at| at.of.friction.name())),
                 number(radius).bad(slopes.iter().any(|at| at.channels.is_none())),
             ];
-            let margins = MARGIN_FIGURES.iter().map(|of| {
+            let margins = figures.iter().map(|of| {
                 let name = of.figure.key;
                 let each = slopes.iter().map(|at| (of.value)(at).0);
                 let least = each.fold(f64::INFINITY, f64::min);
