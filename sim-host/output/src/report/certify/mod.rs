@@ -17,7 +17,7 @@ use crate::{CertifiedWeld, CertifyReport};
 use trueweld_evaluate::certify::{
     EvidenceKind, FaultTrial, Influence, Sensitivity, Trial, Verdict, within, worst,
 };
-use trueweld_evaluate::margins::{MARGIN_FIGURES, Margins};
+use trueweld_evaluate::margins::{MARGIN_FIGURES, Margins, OperatingPoint};
 use trueweld_evaluate::{ReplacedAssumption, UncertainCell, WELD_FIGURES};
 use trueweld_plant::provenance::FileDigest;
 
@@ -337,15 +337,14 @@ impl CertifiedWeld {
             .iter()
             .filter(|of| of.figure.key.starts_with("drive_") == of_drives)
             .collect();
-        let heads = ["path", "push, kN", "feed, mm/s", "cell", "friction", "spectral radius"];
+        let heads = ["path, push and feed", "cell", "friction", "spectral radius"];
         let names = heads.map(words).into_iter();
         let names = names.chain(figures.iter().map(|of| number(of.figure.label)));
         let limits = figures.iter().map(|of| {
             let limit = self.limit(EvidenceKind::Margins, of.figure.key);
             number(limit.map_or(String::new(), |limit| shown(of.figure.key, limit)))
         });
-        let limits =
-            ["limit", "", "", "", "", "1"].map(words).into_iter().chain(limits).collect::<Vec<_>>();
+        let limits = ["limit", "", "", "1"].map(words).into_iter().chain(limits).collect();
         let row = |slopes: &[Margins]| -> Vec<Cell> {
             let of = slopes[0].of;
             let modulus = figures.iter().find(|of| of.figure.key.ends_with("modulus_margin"));
@@ -354,10 +353,9 @@ impl CertifiedWeld {
             let largest = slopes.iter().map(|at| at.spectral_radius).fold(0.0, f64::max);
             let held = slopes.iter().any(|at| at.held);
             let radius = if held { "at a limit".to_owned() } else { fixed(largest, 4) };
+            let OperatingPoint { path, push, feed, .. } = of.at;
             let first = [
-                words(format!("{:.2} m", of.at.path)),
-                number(fixed(of.at.push / 1e3, 1)),
-                number(fixed(of.at.feed * 1e3, 0)),
+                words(format!("{path:.2} m, {:.1} kN, {:.0} mm/s", push / 1e3, feed * 1e3)),
                 words(of.draw.map_or("nominal".to_owned(), |index| format!("drawn {index}"))),
                 words(least.map_or("", |at| at.of.friction.name())),
                 number(radius).bad(slopes.iter().any(|at| at.channels.is_none())),

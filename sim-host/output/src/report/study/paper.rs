@@ -46,7 +46,7 @@ fn published(report: &StudyPaperReport<'_>) -> Table {
             words(of.what),
             words(of.published),
             words(of.ours),
-            words(if of.tuned { "gains searched for it" } else { "" }).tone(Tone::Aside),
+            words(if of.tuned { "tuned" } else { "" }).tone(Tone::Aside),
             words(agrees).bad(of.agrees == Some(false)),
         ]
     };
