@@ -152,7 +152,6 @@ fn check_model(model: &ModelFile, document: &Document<'_>) -> Result<(), InputEr
 /// # Errors
 /// Everything the reader of its kind refuses; a `schema` that is of no kind.
 fn check(path: &Path) -> Result<(FileKind, Vec<String>, Vec<String>), InputError> {
-    let known = warnings().len();
     let (name, text) = read_text(path)?;
     let document = Document::parse(&text, &name)?;
     let kind = document.kind()?;
@@ -173,5 +172,8 @@ fn check(path: &Path) -> Result<(FileKind, Vec<String>, Vec<String>), InputError
         FileKind::Campaign => Campaign::list(folder_of(path)).map(drop),
         FileKind::Protocol => ProtocolFile::parse(&text, path).map(drop),
     }?;
-    Ok((kind, notices, warnings().split_off(known)))
+    // Of this file alone: others may have been read with it, or before.
+    let of_file = format!("{name}:");
+    let doubts = warnings().into_iter().filter(|warning| warning.starts_with(&of_file)).collect();
+    Ok((kind, notices, doubts))
 }

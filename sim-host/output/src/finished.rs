@@ -115,7 +115,7 @@ pub struct CertifiedWeld {
     /// Name of the weld.
     pub name: String,
     /// How it is planned.
-    pub planned: PlannedWeld,
+    pub planned: WeldPlan,
     /// Every run.
     pub evidence: Evidence,
     /// The requirements, judged.
@@ -132,7 +132,7 @@ pub struct CertifiedWeld {
 
 /// How a weld is planned, in the numbers that somebody who welds knows it by.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PlannedWeld {
+pub struct WeldPlan {
     /// Length, with the way beyond the seam's end, m.
     pub length: f64,
     /// Least and largest speed along the seam, m/s.
@@ -152,7 +152,7 @@ pub struct PlannedWeld {
     pub drag: [f64; 2],
 }
 
-impl PlannedWeld {
+impl WeldPlan {
     /// The plan of a weld with a process.
     pub fn of(weld: &Weld, process: &Process) -> Self {
         let feeds = || weld.feeds.iter().map(|(_, feed)| *feed).chain([weld.feed]);

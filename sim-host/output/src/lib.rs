@@ -32,9 +32,9 @@ pub use error::OutputError;
 pub use file::write_file;
 pub use finished::{
     AssumedDraws, CertifiedWeld, CertifyReport, CompareReport, DiagnoseReport, IdentifyReport,
-    ImportReport, ImproveReport, LawsReport, LimitsAt, MistakesReport, PlannedWeld, RecordReport,
+    ImportReport, ImproveReport, LawsReport, LimitsAt, MistakesReport, RecordReport,
     RegisterReport, StepReport, StepRun, StiffnessPlanReport, StudyLayoutReport, StudyLimitsReport,
-    StudyPaperReport, StudySensitivityReport, TuneReport, WeldReport, WeldRun,
+    StudyPaperReport, StudySensitivityReport, TuneReport, WeldPlan, WeldReport, WeldRun,
 };
 pub use progress::Progress;
 pub use report::*;

@@ -25,7 +25,7 @@ use trueweld_evaluate::certify::{
 };
 use trueweld_evaluate::{Requirements, UncertainCell};
 use trueweld_output::{
-    AssumedDraws, CertifiedWeld, CertifyReport, PlannedWeld, Progress, Report, write_file,
+    AssumedDraws, CertifiedWeld, CertifyReport, Progress, Report, WeldPlan, write_file,
 };
 use trueweld_plant::provenance::{FileDigest, Provenance, sha256};
 use trueweld_plant::sensors::InstrumentFault;
@@ -544,7 +544,7 @@ impl<'a> WeldCampaign<'a> {
         let requirements = judge(requirements, &evidence);
         Ok(CertifiedWeld {
             name: inputs.weld_name.clone(),
-            planned: PlannedWeld::of(&inputs.weld, &inputs.planned),
+            planned: WeldPlan::of(&inputs.weld, &inputs.planned),
             sensitivities: sensitivities(uncertain, &requirements, &evidence),
             weak_points: weak_points(&requirements, &evidence.margins),
             shown: certification.shown(&evidence, &requirements),

@@ -3,7 +3,7 @@
 use super::requirement::{label, reason, shown, under};
 use super::{Scale, condensed, counted, digits, fixed, listed, score, share};
 use crate::json::UncertainRecord;
-use crate::{CertifiedWeld, CertifyReport, PlannedWeld};
+use crate::{CertifiedWeld, CertifyReport, WeldPlan};
 use trueweld_evaluate::PHASES;
 use trueweld_evaluate::certify::{
     Evidence, EvidenceKind, Requirement, SampledCell, Sensitivity, ShownKind, Trend, Verdict,
@@ -30,7 +30,7 @@ pub(crate) fn headline(report: &CertifyReport<'_>) -> String {
 }
 
 /// How a weld is planned, in a sentence or two.
-pub(crate) fn planned(weld: &PlannedWeld) -> String {
+pub(crate) fn planned(weld: &WeldPlan) -> String {
     let mm = |m: f64| Scale::large("m").quantity(m);
     let kn = |n: f64| format!("{} kN", digits(n * 1e-3, 3));
     let [low, high] = weld.feed.map(|feed| digits(feed * 1e3, 3));

@@ -39,9 +39,7 @@ use trueweld_measure::residuals::compare::{
 use trueweld_measure::residuals::localize::{
     Category, Curve, CurvePoint, Finding, MapAxis, ResidualMap, Statistic, Variable,
 };
-use trueweld_output::{
-    CertifiedWeld, CertifyReport, DiagnoseReport, PlannedWeld, StepRun, WeldRun,
-};
+use trueweld_output::{CertifiedWeld, CertifyReport, DiagnoseReport, StepRun, WeldPlan, WeldRun};
 use trueweld_plant::cell::Cell;
 use trueweld_plant::effects::{Effect, EffectKind, Location};
 use trueweld_plant::input::{
@@ -752,7 +750,7 @@ pub fn certificate() -> CertifyReport<'static> {
         asked: [requirements.failure_probability, requirements.confidence],
         welds: vec![CertifiedWeld {
             name: "vertical".to_owned(),
-            planned: PlannedWeld::of(
+            planned: WeldPlan::of(
                 &Weld::read(fixture("welds/vertical.toml")).unwrap(),
                 &Process::read(fixture("processes/lap-weld-2024-t3.toml")).unwrap(),
             ),
