@@ -2,7 +2,6 @@
 
 use super::requirement::{label, reason, shown, under};
 use super::{Scale, condensed, counted, digits, fixed, listed, score, share};
-use crate::json::UncertainRecord;
 use crate::{CertifiedWeld, CertifyReport, WeldPlan};
 use trueweld_evaluate::PHASES;
 use trueweld_evaluate::certify::{
@@ -22,11 +21,18 @@ pub(crate) fn headline(report: &CertifyReport<'_>) -> String {
         true => ", of one cell alone: they leave nothing of it uncertain".to_owned(),
         false => format!(
             ", with {} drawn and {} taken as known",
-            counted(UncertainRecord::all(report).len(), "uncertain number"),
+            counted(drawn(report.uncertain), "uncertain number"),
             report.uncertain.left_out().len()
         ),
     };
     format!("The law {} {verdict}{cell}", report.law)
+}
+
+/// How many numbers the draws differ in.
+fn drawn(cell: &UncertainCell) -> usize {
+    let is_drawn = |of: &Distribution| !matches!(of, Distribution::Fixed { .. });
+    let stated = cell.numbers.iter().filter(|number| is_drawn(&number.distribution)).count();
+    short_numbers(cell).len() + stated
 }
 
 /// How a weld is planned, in a sentence or two.

@@ -41,14 +41,14 @@ pub use nearest::{did_you_mean, nearest};
 pub use posterior::{MeasuredNumber, Posterior};
 pub use process::{Process, Ripple};
 pub use quantity::{Quantity, check_option, quantity, warnings};
-pub use relation::check_weld;
+pub use relation::Relation;
 pub use robot::RobotFile;
 pub use sensors::{ForceSensor, SeamSensor, Sensors};
 pub use table::Table;
 pub use unit::{unit_of, unit_suffix};
 pub use urdf::{import_urdf, import_urdf_text};
 pub use value::{FILL_IN, Text};
-pub use weld::{RealSeam, Wave, Weld};
+pub use weld::{RealSeam, Wave, Weld, check_weld};
 
 use std::fmt;
 use std::path::Path;

@@ -4,7 +4,7 @@
 //! plausible range is taken with a warning, since it is more often a slip or another unit than a
 //! cell. The plausible ranges are those of friction stir welding on serial robots from 5 kg to
 //! 1000 kg of payload, with room to either side. What a single number cannot tell, numbers together
-//! do: [`RELATIONS`](super::relation::RELATIONS).
+//! do: [`Relation`](super::relation::Relation).
 
 use std::sync::{Mutex, PoisonError};
 
