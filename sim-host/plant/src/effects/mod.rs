@@ -210,6 +210,7 @@ impl Effect {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::input::InputFile;
 
     #[test]
     fn a_joint_may_have_less_friction_by_all_that_it_has() {

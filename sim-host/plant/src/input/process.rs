@@ -45,10 +45,13 @@ pub struct Ripple {
     pub phase: f64,
 }
 
+/// The value of a relation of a process.
+type OfProcess = fn(&Process) -> f64;
+
 /// Relations of a process. Grades: of the tool from the practice of friction stir welding; of the
 /// macroscopic model a factor of seven about the published lap weld, from which the numbers of
 /// others are scaled.
-pub static RELATIONS: [Relation<fn(&Process) -> f64>; 7] = [
+pub static RELATIONS: [Relation<OfProcess>; 7] = [
     // 2 kN on a pin of 5 mm for soft sheet, 18 kN for a lap weld in 2024.
     Relation {
         key: "pin_diameter_m",

@@ -124,8 +124,11 @@ impl RealSeam {
     }
 }
 
+/// The value of a relation of a weld and its process.
+type OfWeld = fn(&Weld, &Process) -> f64;
+
 /// Relations of a weld and the process that it is planned with, graded as those of a process.
-pub static RELATIONS: [Relation<fn(&Weld, &Process) -> f64>; 4] = [
+pub static RELATIONS: [Relation<OfWeld>; 4] = [
     Relation {
         key: "force_n",
         with: &["reference_force_n"],
